@@ -11,7 +11,7 @@ struct CanFrame {
   std::uint32_t id = 0;  // 11 bits, or 29 when is_extended
   bool is_extended = false;
   bool is_remote = false;
-  bool is_error = false;  // an error frame of the controller; id then holds the kernel's error class bits
+  bool is_error = false;    // an error frame of the controller; id then holds the kernel's error class bits
   std::uint8_t length = 0;  // 0 to 8
   std::array<std::uint8_t, 8> data{};
 

@@ -28,6 +28,8 @@ using namespace std::chrono_literals;
 }
 
 /// Seconds since the clock's epoch, for text and JSON only.
-[[nodiscard]] constexpr double to_s(Duration duration) { return std::chrono::duration<double>(duration).count(); }
+[[nodiscard]] constexpr double to_s(Duration duration) {
+  return std::chrono::duration<double>(duration).count();
+}
 
 }  // namespace bmu

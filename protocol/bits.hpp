@@ -1,0 +1,108 @@
+// Bit fields in the eight data bytes of a frame, and the checksum over them.
+//
+// A field is named by its first bit in the order of transmission: bit 0 is the most significant bit of b0, bit 63 the
+// least significant of b7. Big-endian fields are then simply runs of bits. `bit(2, 7)` is "b2 .7" of the protocol.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "protocol/frame.hpp"
+
+namespace bmu {
+
+enum class ByteOrder : std::uint8_t { big, little };
+
+/// First bit of a field whose most significant bit is bit `in_byte` (7 = highest) of byte `byte`.
+[[nodiscard]] consteval std::uint8_t bit(unsigned byte, unsigned in_byte) {
+  return static_cast<std::uint8_t>(byte * 8 + (7 - in_byte));
+}
+/// First bit of a field that begins with a whole byte.
+[[nodiscard]] consteval std::uint8_t byte(unsigned byte_index) {
+  return static_cast<std::uint8_t>(byte_index * 8);
+}
+
+using FrameBytes = std::array<std::uint8_t, 8>;
+
+[[nodiscard]] constexpr std::uint64_t load_big_endian(const FrameBytes& bytes) {
+  std::uint64_t word = 0;
+  for (const std::uint8_t one : bytes) word = (word << 8) | one;
+  return word;
+}
+
+[[nodiscard]] constexpr std::uint64_t mask_of(unsigned bit_count) {
+  return bit_count >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << bit_count) - 1;
+}
+
+/// The lowest `bit_count` / 8 bytes of `value` in the opposite order; bit_count is a multiple of 8.
+[[nodiscard]] constexpr std::uint64_t swap_bytes(std::uint64_t value, unsigned bit_count) {
+  std::uint64_t swapped = 0;
+  for (unsigned done = 0; done < bit_count; done += 8) {
+    swapped = (swapped << 8) | (value & 0xFF);
+    value >>= 8;
+  }
+  return swapped;
+}
+
+/// Unsigned value of a field. 1 <= bit_count, first_bit + bit_count <= 64. Little-endian fields are whole bytes.
+[[nodiscard]] constexpr std::uint64_t extract_bits(const FrameBytes& bytes, unsigned first_bit, unsigned bit_count,
+                                                   ByteOrder order = ByteOrder::big) {
+  const std::uint64_t run = (load_big_endian(bytes) >> (64 - first_bit - bit_count)) & mask_of(bit_count);
+  return order == ByteOrder::big ? run : swap_bytes(run, bit_count);
+}
+
+/// Writes the low `bit_count` bits of `value`; all other bits of the frame keep their values.
+constexpr void insert_bits(FrameBytes& bytes, unsigned first_bit, unsigned bit_count, std::uint64_t value,
+                           ByteOrder order = ByteOrder::big) {
+  const unsigned shift = 64 - first_bit - bit_count;
+  const std::uint64_t run = order == ByteOrder::big ? value & mask_of(bit_count) : swap_bytes(value, bit_count);
+  std::uint64_t word = load_big_endian(bytes);
+  word = (word & ~(mask_of(bit_count) << shift)) | (run << shift);
+  for (std::size_t index = 8; index-- > 0; word >>= 8) bytes[index] = static_cast<std::uint8_t>(word);
+}
+
+/// Two's complement of a field of `bit_count` bits.
+[[nodiscard]] constexpr std::int64_t sign_extend(std::uint64_t raw, unsigned bit_count) {
+  const unsigned unused = 64 - bit_count;
+  return static_cast<std::int64_t>(raw << unused) >> unused;
+}
+
+namespace detail {
+
+[[nodiscard]] consteval std::array<std::uint8_t, 256> make_crc8_table(std::uint8_t polynomial) {
+  std::array<std::uint8_t, 256> table{};
+  for (unsigned value = 0; value < 256; ++value) {
+    unsigned crc = value;
+    for (int step = 0; step < 8; ++step) crc = (crc & 0x80U) != 0 ? (crc << 1) ^ polynomial : crc << 1;
+    table[value] = static_cast<std::uint8_t>(crc);
+  }
+  return table;
+}
+
+inline constexpr auto crc8h2f_table = make_crc8_table(0x2F);
+
+}  // namespace detail
+
+/// CRC-8H2F: polynomial 2Fh, start FFh, final XOR FFh, not reflected. Of the usual 8-bit polynomials it keeps a
+/// Hamming distance of 4 over all lengths that occur here (up to 14 protected bytes); 1Dh keeps only 3.
+class Crc8H2F {
+ public:
+  constexpr void add(std::uint8_t one) { crc_ = detail::crc8h2f_table[crc_ ^ one]; }
+  [[nodiscard]] constexpr std::uint8_t value() const { return static_cast<std::uint8_t>(crc_ ^ 0xFF); }
+
+ private:
+  std::uint8_t crc_ = 0xFF;
+};
+
+/// Checksum of an internal frame: the identifier, high byte first, then b0 to b6. A frame that shows up under another
+/// identifier therefore fails as well.
+[[nodiscard]] constexpr std::uint8_t frame_crc(const CanFrame& frame) {
+  Crc8H2F crc;
+  crc.add(static_cast<std::uint8_t>(frame.id >> 8));
+  crc.add(static_cast<std::uint8_t>(frame.id));
+  for (std::size_t index = 0; index < 7; ++index) crc.add(frame.data[index]);
+  return crc.value();
+}
+
+}  // namespace bmu

@@ -1,0 +1,149 @@
+// A signal: where a value lies in a frame, what it means, and how "not known" looks on the wire.
+//
+// One SignalSpec row serves decoding, encoding, the DBC and what the tools print. A decoded value is never a bare
+// number: what the sender does not know, what is out of the field's range and what a sensor could not measure comes as
+// a Validity, and the number beside it must then not be used.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "protocol/assert.hpp"
+#include "protocol/bits.hpp"
+#include "protocol/units.hpp"
+
+namespace bmu {
+
+enum class Validity : std::uint8_t {
+  valid,
+  unknown,        // the sender says it does not know
+  not_fitted,     // there is no such cell or sensor
+  open_circuit,   // sensor or wire open
+  short_circuit,  // sensor shorted
+  sensor_fault,   // open or shorted, the field cannot tell which
+  above_range,    // this much or more than the field can carry
+  unchanged,      // a command that leaves the value as it is
+  out_of_range,   // a number the field must not hold
+};
+
+[[nodiscard]] std::string_view to_text(Validity validity);
+
+struct SignalValue {
+  std::int64_t value = 0;  // in the signal's unit; meaningless unless valid
+  Validity validity = Validity::unknown;
+
+  [[nodiscard]] constexpr bool is_valid() const { return validity == Validity::valid; }
+  friend constexpr bool operator==(const SignalValue&, const SignalValue&) = default;
+};
+
+[[nodiscard]] constexpr SignalValue known(std::int64_t value) {
+  return {value, Validity::valid};
+}
+[[nodiscard]] constexpr SignalValue not_known(Validity why = Validity::unknown) {
+  return {0, why};
+}
+
+/// A raw value with a meaning of its own instead of a number.
+struct SpecialCode {
+  std::int64_t raw = 0;  // as sign-extended for signed signals
+  Validity meaning = Validity::unknown;
+};
+
+/// A raw value with a name: modes, states, results.
+struct RawName {
+  std::int64_t raw = 0;
+  std::string_view name;
+};
+
+enum class Rounding : std::uint8_t {
+  nearest,
+  towards_zero,  // limits: never promise more than there is
+};
+
+struct SignalSpec {
+  std::string_view name;  // ends with its unit's token
+  std::uint8_t first_bit = 0;
+  std::uint8_t bit_count = 0;
+  Unit unit = Unit::none;
+  std::int64_t scale = 1;  // carried counts per raw count, > 0
+  bool is_signed = false;
+  ByteOrder order = ByteOrder::big;
+  Rounding rounding = Rounding::nearest;
+  std::span<const SpecialCode> special{};
+  std::span<const RawName> names{};
+  std::int64_t raw_limit = 0;     // largest magnitude allowed, when less than the field could hold; 0: no such limit
+  std::int16_t selected_by = -1;  // exists only while the message's selector (its first signal) has this value
+};
+
+/// Smallest and largest raw number the field carries as data: special codes at either end are not data.
+struct RawRange {
+  std::int64_t min = 0;
+  std::int64_t max = 0;
+};
+
+[[nodiscard]] constexpr const SpecialCode* find_special(const SignalSpec& signal, std::int64_t raw) {
+  for (const SpecialCode& code : signal.special) {
+    if (code.raw == raw) return &code;
+  }
+  return nullptr;
+}
+
+[[nodiscard]] constexpr RawRange raw_range(const SignalSpec& signal) {
+  if (signal.bit_count == 64) return {INT64_MIN, INT64_MAX};
+  const auto top = static_cast<std::int64_t>(mask_of(signal.is_signed ? signal.bit_count - 1U : signal.bit_count));
+  RawRange range{signal.is_signed ? -top - 1 : 0, top};
+  while (find_special(signal, range.max) != nullptr) --range.max;
+  while (find_special(signal, range.min) != nullptr) ++range.min;
+  if (signal.raw_limit > 0) {
+    range.max = range.max < signal.raw_limit ? range.max : signal.raw_limit;
+    range.min = range.min > -signal.raw_limit ? range.min : -signal.raw_limit;
+  }
+  return range;
+}
+
+[[nodiscard]] constexpr std::int64_t raw_of(const SignalSpec& signal, const FrameBytes& bytes) {
+  const std::uint64_t raw = extract_bits(bytes, signal.first_bit, signal.bit_count, signal.order);
+  return signal.is_signed ? sign_extend(raw, signal.bit_count) : static_cast<std::int64_t>(raw);
+}
+
+/// Meaning of the signal in these bytes. Total: every raw value gives a number or a reason why there is none.
+[[nodiscard]] constexpr SignalValue decode_signal(const SignalSpec& signal, const FrameBytes& bytes) {
+  const std::int64_t raw = raw_of(signal, bytes);
+  if (const SpecialCode* code = find_special(signal, raw)) return not_known(code->meaning);
+  if (signal.raw_limit > 0 && (raw > signal.raw_limit || raw < -signal.raw_limit)) {
+    return not_known(Validity::out_of_range);
+  }
+  return known(raw * signal.scale);
+}
+
+/// Raw number that carries `value`: rounded as the row says, and the nearest the field can carry if it is beyond.
+[[nodiscard]] constexpr std::int64_t raw_for(const SignalSpec& signal, std::int64_t value) {
+  const std::int64_t rounded =
+      signal.rounding == Rounding::nearest ? divide_to_nearest(value, signal.scale) : value / signal.scale;
+  const RawRange range = raw_range(signal);
+  return rounded < range.min ? range.min : rounded > range.max ? range.max : rounded;
+}
+
+/// Writes a value, or the code for why there is none. A reason without a code of its own is sent as the signal's first
+/// special code, so that unknown never leaves as a number; asking that of a signal without any code is a bug.
+constexpr void encode_signal(const SignalSpec& signal, const SignalValue& value, FrameBytes& bytes) {
+  std::int64_t raw = 0;
+  if (value.is_valid()) {
+    raw = raw_for(signal, value.value);
+  } else {
+    BMU_ASSERT(!signal.special.empty());
+    raw = signal.special.front().raw;
+    for (const SpecialCode& code : signal.special) {
+      if (code.meaning == value.validity) {
+        raw = code.raw;
+        break;
+      }
+    }
+  }
+  insert_bits(bytes, signal.first_bit, signal.bit_count, static_cast<std::uint64_t>(raw), signal.order);
+}
+
+}  // namespace bmu

@@ -1,0 +1,99 @@
+#!/usr/bin/env bash
+# Puts Debian's own kernel, the one with CAN, into a cache folder. Nothing is installed: the package is only unpacked.
+# The folder then holds vmlinuz and lib/modules, and is used as it is from then on; delete it to get a newer kernel.
+set -euo pipefail
+
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+# shellcheck source-path=SCRIPTDIR source=../../tools/packages.sh
+source "$here/../../tools/packages.sh"
+
+cache=${BMUD_RIG_CACHE:-${BMUD_BUILD_DIR:-$here/../../build}/rig-kernel}
+
+# What is taken out of the package: a guest without sound, video and the like needs a tenth of it.
+wanted_parts=('*/boot/vmlinuz-*' '*/modules.order' '*/modules.builtin' '*/kernel/net/*' '*/kernel/fs/*' '*/kernel/lib/*'
+  '*/kernel/crypto/*' '*/kernel/drivers/net/can/*' '*/kernel/drivers/virtio/*' '*/kernel/drivers/char/*')
+
+fail() {
+  echo "rig kernel: $*" >&2
+  exit 1
+}
+
+usage() {
+  cat <<'TEXT'
+usage: tests/rig/kernel.sh
+
+Unpacks Debian's amd64 kernel for the QEMU rig and prints the folder it is in.
+  BMUD_RIG_CACHE           the folder (default: rig-kernel in the build folder)
+  BMUD_RIG_KERNEL_PACKAGE  the package with vmlinuz and modules (default: the one linux-image-amd64 stands for)
+TEXT
+}
+
+# linux-image-amd64 is an empty package which depends on the kernel of the day.
+find_kernel_package() {
+  apt-cache depends --important linux-image-amd64 2>/dev/null | awk '$1 == "Depends:" && $2 ~ /^linux-image-/ { print $2; exit }'
+}
+
+kernel_package() {
+  local package=${BMUD_RIG_KERNEL_PACKAGE:-}
+  [[ -n $package ]] || package=$(find_kernel_package)
+  if [[ -z $package ]]; then
+    echo "rig kernel: no package lists yet, running apt-get update" >&2
+    as_root apt-get -qq update >&2 || true
+    package=$(find_kernel_package)
+  fi
+  [[ -n $package ]] || fail "apt knows no package linux-image-amd64. On another distribution name one with CAN modules in BMUD_RIG_KERNEL_PACKAGE."
+  echo "$package"
+}
+
+download() {
+  local package=$1 folder=$2
+  echo "rig kernel: downloading $package" >&2
+  if (cd "$folder" && apt-get -qq download "$package" 2>download.log); then return; fi
+  # Old lists name a kernel that the mirror has already replaced.
+  as_root apt-get -qq update >&2 || true
+  [[ -n ${BMUD_RIG_KERNEL_PACKAGE:-} ]] || package=$(find_kernel_package)
+  (cd "$folder" && apt-get -qq download "$package" 2>download.log) ||
+    fail "could not download $package: $(cat "$folder/download.log")"
+}
+
+unpack() {
+  local folder=$1 version
+  mkdir "$folder/tree" "$folder/kernel"
+  dpkg-deb --fsys-tarfile "$folder"/*.deb | tar -x -C "$folder/tree" --wildcards "${wanted_parts[@]}" ||
+    fail "$(basename "$folder"/*.deb) does not unpack, or is no kernel package"
+  mv "$folder"/tree/boot/vmlinuz-* "$folder/kernel/vmlinuz"
+  # Newer releases keep modules in /usr/lib; kmod looks for them in lib.
+  if [[ -d $folder/tree/usr/lib/modules ]]; then mv "$folder/tree/usr/lib" "$folder/kernel/lib"; else mv "$folder/tree/lib" "$folder/kernel/lib"; fi
+  version=$(ls "$folder/kernel/lib/modules")
+  depmod -b "$folder/kernel" "$version"
+  [[ -n $(find "$folder/kernel/lib/modules" -name 'vcan.ko*') ]] || fail "kernel $version has no CAN modules (the -cloud- kernels have none)"
+}
+
+is_complete() { [[ -f $cache/vmlinuz && -n $(compgen -G "$cache/lib/modules/*/modules.dep") ]]; }
+
+obtain() {
+  local work package
+  packages_install rig
+  work=$(mktemp -d "$(dirname "$cache")/rig-kernel.XXXXXX")
+  # shellcheck disable=SC2064  # the folder's name of now is meant
+  trap "rm -rf '$work'" EXIT
+  package=$(kernel_package)
+  download "$package" "$work"
+  unpack "$work"
+  rm -rf "$cache"
+  # One rename at the end: a download that was interrupted leaves no half kernel behind.
+  mv "$work/kernel" "$cache"
+  echo "rig kernel: $(ls "$cache/lib/modules") is in $cache" >&2
+}
+
+case ${1:-} in
+  '') ;;
+  -h | --help) usage; exit 0 ;;
+  *) usage >&2; exit 64 ;;
+esac
+mkdir -p "$(dirname "$cache")"
+# Two callers at once: the second waits and then finds the work done.
+exec 9>"$cache.lock"
+flock 9
+is_complete || obtain
+realpath "$cache"
