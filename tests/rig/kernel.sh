@@ -7,10 +7,10 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 # shellcheck source-path=SCRIPTDIR source=../../tools/packages.sh
 source "$here/../../tools/packages.sh"
 
-cache=${BMUD_RIG_CACHE:-${BMUD_BUILD_DIR:-$here/../../build}/rig-kernel}
+cache=$(realpath -m "${BMUD_RIG_CACHE:-${BMUD_BUILD_DIR:-$here/../../build}/rig-kernel}")
 
 # What is taken out of the package: a guest without sound, video and the like needs a tenth of it.
-wanted_parts=('*/boot/vmlinuz-*' '*/modules.order' '*/modules.builtin' '*/kernel/net/*' '*/kernel/fs/*' '*/kernel/lib/*'
+wanted_parts=('*/boot/vmlinuz-*' '*/modules.order' '*/modules.builtin*' '*/kernel/net/*' '*/kernel/fs/*' '*/kernel/lib/*'
   '*/kernel/crypto/*' '*/kernel/drivers/net/can/*' '*/kernel/drivers/virtio/*' '*/kernel/drivers/char/*')
 
 fail() {
@@ -96,4 +96,4 @@ mkdir -p "$(dirname "$cache")"
 exec 9>"$cache.lock"
 flock 9
 is_complete || obtain
-realpath "$cache"
+echo "$cache"

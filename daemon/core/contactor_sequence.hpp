@@ -1,0 +1,158 @@
+// Negative, precharge, positive; and the way back, which needs nothing.
+//
+//        want & may          settled             link >= 95 % of pack,        settled
+//   open ----------> main_negative ----> precharge ------------------> main_positive ----> closed
+//    ^                    |                  |     and current has fallen      |              |
+//    +--------------------+------------------+---------------------------------+--------------+
+//                any tick without permission or without the wish: all open, in that same tick
+//
+// Precharge is measured, not timed: the link must follow the pack and the current must have fallen, or there is a short
+// or a load behind it. If that takes longer than the time-out the step says so, and the caller turns it into a fault.
+//
+// Everything here is constexpr; what must never happen is asserted over all phases at the end of this file.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+#include "daemon/core/core_config.hpp"
+#include "protocol/time.hpp"
+
+namespace bmu {
+
+/// What is to be closed or driven. All false: everything open, the state of rest.
+struct ContactorOutputs {
+  bool main_positive = false;
+  bool main_negative = false;
+  bool precharge = false;
+  bool charge = false;
+  bool auxiliary = false;
+  bool fan = false;
+  bool heater = false;
+
+  [[nodiscard]] constexpr bool any_contactor() const { return main_positive || main_negative || precharge || charge; }
+  friend constexpr bool operator==(const ContactorOutputs&, const ContactorOutputs&) = default;
+};
+
+enum class Phase : std::uint8_t { open, main_negative, precharge, main_positive, closed };
+inline constexpr std::array all_phases{Phase::open, Phase::main_negative, Phase::precharge, Phase::main_positive,
+                                       Phase::closed};
+
+[[nodiscard]] constexpr std::string_view to_text(Phase phase) {
+  switch (phase) {
+    case Phase::open: return "open";
+    case Phase::main_negative: return "main negative";
+    case Phase::precharge: return "precharge";
+    case Phase::main_positive: return "main positive";
+    case Phase::closed: return "closed";
+  }
+  return "?";
+}
+
+struct SequenceState {
+  Phase phase = Phase::open;
+  TimePoint entered_at{};
+};
+
+struct SequenceInputs {
+  TimePoint now{};
+  bool close_wanted = false;
+  bool close_permitted = false;
+  bool is_measured = false;  // pack, link and current are all fresh and valid; the three below mean nothing otherwise
+  std::int32_t pack_mV = 0;
+  std::int32_t link_mV = 0;
+  std::int32_t current_mA = 0;
+};
+
+struct SequenceStep {
+  SequenceState state;
+  ContactorOutputs outputs;
+  bool precharge_timed_out = false;  // this step gave up
+};
+
+[[nodiscard]] constexpr ContactorOutputs outputs_for(Phase phase) {
+  switch (phase) {
+    case Phase::open: return {};
+    case Phase::main_negative: return {.main_negative = true};
+    case Phase::precharge: return {.main_negative = true, .precharge = true};
+    case Phase::main_positive: return {.main_positive = true, .main_negative = true, .precharge = true};
+    case Phase::closed: return {.main_positive = true, .main_negative = true};
+  }
+  return {};
+}
+
+/// Link within the configured share of the pack, current fallen, and a pack there to compare with.
+[[nodiscard]] constexpr bool is_precharged(const SequenceInputs& in, const ContactorConfig& config) {
+  const std::int64_t wanted_mV = std::int64_t{in.pack_mV} * config.precharge_done_permille / 1000;
+  const std::int64_t magnitude_mA = in.current_mA < 0 ? -std::int64_t{in.current_mA} : in.current_mA;
+  const bool link_follows = in.pack_mV > 0 && in.link_mV >= wanted_mV;
+  const bool current_has_fallen = magnitude_mA <= config.precharge_current_max_mA;
+  return in.is_measured && link_follows && current_has_fallen;
+}
+
+[[nodiscard]] constexpr Phase next_phase(const SequenceState& state, const SequenceInputs& in,
+                                         const ContactorConfig& config) {
+  if (!in.close_wanted || !in.close_permitted) return Phase::open;
+  const Duration since = in.now - state.entered_at;
+  switch (state.phase) {
+    case Phase::open: return Phase::main_negative;
+    case Phase::main_negative: return since >= config.settle ? Phase::precharge : Phase::main_negative;
+    case Phase::precharge:
+      if (since >= config.precharge_timeout) return Phase::open;
+      return since >= config.settle && is_precharged(in, config) ? Phase::main_positive : Phase::precharge;
+    case Phase::main_positive: return since >= config.settle ? Phase::closed : Phase::main_positive;
+    case Phase::closed: return Phase::closed;
+  }
+  return Phase::open;
+}
+
+/// One tick. Without permission or wish the outputs are all open in the same tick, from every phase.
+[[nodiscard]] constexpr SequenceStep step(const SequenceState& state, const SequenceInputs& in,
+                                          const ContactorConfig& config) {
+  const Phase phase = next_phase(state, in, config);
+  SequenceStep result{.state = state, .outputs = outputs_for(phase)};
+  if (phase != state.phase) result.state = {.phase = phase, .entered_at = in.now};
+  result.precharge_timed_out =
+      state.phase == Phase::precharge && phase == Phase::open && in.close_wanted && in.close_permitted;
+  return result;
+}
+
+namespace detail {
+
+[[nodiscard]] consteval bool positive_never_without_negative() {
+  for (const Phase phase : all_phases) {
+    if (outputs_for(phase).main_positive && !outputs_for(phase).main_negative) return false;
+  }
+  return true;
+}
+
+[[nodiscard]] consteval bool opens_at_once_from_every_phase() {
+  for (const Phase phase : all_phases) {
+    for (const bool wanted : {false, true}) {
+      for (const bool permitted : {false, true}) {
+        const SequenceInputs in{.close_wanted = wanted, .close_permitted = permitted};
+        const bool may_stay = wanted && permitted;
+        if (!may_stay && step({.phase = phase}, in, {}).outputs.any_contactor()) return false;
+      }
+    }
+  }
+  return true;
+}
+
+[[nodiscard]] consteval bool positive_only_after_precharge() {
+  for (const Phase phase : all_phases) {
+    const SequenceInputs unmeasured{.now = TimePoint{1s}, .close_wanted = true, .close_permitted = true};
+    const bool was_closed = outputs_for(phase).main_positive;
+    if (!was_closed && step({.phase = phase}, unmeasured, {}).outputs.main_positive) return false;
+  }
+  return true;
+}
+
+}  // namespace detail
+
+static_assert(detail::positive_never_without_negative());
+static_assert(detail::opens_at_once_from_every_phase());
+static_assert(detail::positive_only_after_precharge());
+
+}  // namespace bmu

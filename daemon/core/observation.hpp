@@ -1,0 +1,71 @@
+// What the core is told. Nothing else ever reaches it: the same observations give the same decisions, on any machine.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+#include <variant>
+
+#include "protocol/frame.hpp"
+#include "protocol/time.hpp"
+
+namespace bmu {
+
+/// The buses of the daemon. One interface may serve both; the shell then tells each frame once, to `internal`.
+enum class Port : std::uint8_t { internal, vehicle };
+inline constexpr std::size_t port_count = 2;
+
+[[nodiscard]] std::string_view to_text(Port port);
+
+/// A frame from somebody else.
+struct FrameReceived {
+  Port port = Port::internal;
+  CanFrame frame;
+};
+/// A frame of our own, seen back: it really was on the bus.
+struct FrameEchoed {
+  Port port = Port::internal;
+  CanFrame frame;
+};
+/// A frame of ours that the system did not take. The core sends fresh data next time, never this again.
+struct SendFailed {
+  Port port = Port::internal;
+  CanFrame frame;
+};
+struct PortChanged {
+  Port port = Port::internal;
+  bool is_up = false;
+};
+/// The receive queue overflowed: what this port told since the last such observation may have holes.
+struct FramesLost {
+  Port port = Port::internal;
+  std::uint64_t count = 0;
+};
+/// An error frame of the controller; `classes` are the kernel's CAN_ERR_* bits.
+struct BusErrorSeen {
+  Port port = Port::internal;
+  std::uint32_t classes = 0;
+};
+
+enum class Command : std::uint8_t {
+  clear_faults,  // latched faults whose cause is gone
+  shut_down,     // open, for good: this process is ending
+};
+struct CommandGiven {
+  Command command = Command::clear_faults;
+};
+
+using ObservedThing =
+    std::variant<FrameReceived, FrameEchoed, SendFailed, PortChanged, FramesLost, BusErrorSeen, CommandGiven>;
+
+struct Observation {
+  TimePoint at;
+  ObservedThing what;
+};
+
+/// Whether the shell should call decide() at once instead of waiting for the next tick.
+enum class Urgency : std::uint8_t {
+  can_wait,
+  decide_now,  // permission may have to be withdrawn, or a poll cycle is complete
+};
+
+}  // namespace bmu

@@ -1,0 +1,49 @@
+#include "daemon/shell/bus_port.hpp"
+
+#include <time.h>
+
+#include <algorithm>
+
+#include "daemon/shell/can_socket.hpp"
+#include "daemon/shell/embedded_bus.hpp"
+#include "daemon/shell/port_rules.hpp"
+
+namespace bmu {
+
+TimePoint monotonic_now() {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return TimePoint(std::chrono::seconds(now.tv_sec) + std::chrono::nanoseconds(now.tv_nsec));
+}
+
+std::string_view to_text(BusState state) {
+  switch (state) {
+    case BusState::up: return "up";
+    case BusState::down: return "down";
+    case BusState::absent: return "absent";
+  }
+  return "?";
+}
+
+std::string_view to_text(SendError error) {
+  switch (error) {
+    case SendError::queue_full: return "queue full";
+    case SendError::down: return "interface down";
+    case SendError::refused: return "refused";
+  }
+  return "?";
+}
+
+Result<std::unique_ptr<BusPort>, OsError> open_bus(std::string_view name, const PortOptions& options) {
+  const auto is_too_long = [](std::uint32_t id) { return id > standard_id_max; };
+  if (std::any_of(options.receive_ids.begin(), options.receive_ids.end(), is_too_long)) {
+    return failure(OsError{.code = 0, .what = "identifiers to receive have 11 bits; use none to receive extended ones"});
+  }
+  constexpr std::string_view embedded_prefix = "unix:";
+  if (name.substr(0, embedded_prefix.size()) == embedded_prefix) {
+    return open_embedded_bus(name.substr(embedded_prefix.size()), options);
+  }
+  return open_can_socket(name, options);
+}
+
+}  // namespace bmu

@@ -1,0 +1,98 @@
+#!/bin/bash
+# What guest scripts are written with; source it first. Works the same in the emulated machine and on a host with vcan:
+#   RIG_OUT            folder whose files reach whoever started the rig
+#   step TEXT          names what comes next; the last one is reported when something hangs or fails
+#   expect WHAT CMD    fails the script with WHAT unless CMD succeeds
+#   wait_for S WHAT CMD  the same, but tries again and again for up to S seconds
+#   start NAME CMD     runs CMD in the background, its output in RIG_OUT/NAME.log
+#   stop NAME [SIG]    ends it by SIG (TERM), returns its exit status; 137 if it had to be killed after stop_limit_s
+#   running NAME       succeeds while it runs
+# Everything started is ended when the script ends, however it ends.
+set -euo pipefail
+
+make_vcan() {
+  ip link add "$1" type vcan && ip link set "$1" mtu 16 up
+}
+
+if [[ ${BASH_SOURCE[0]} == "$0" ]]; then
+  [[ ${1:-} == --make-vcan && $# -eq 2 ]] || { echo "usage: guest-env.sh --make-vcan NAME (or source it)" >&2; exit 64; }
+  make_vcan "$2"
+  exit
+fi
+
+: "${RIG_OUT:?no output folder: start guest scripts with boot.sh or run-on-can.sh}"
+stop_limit_s=${stop_limit_s:-10}
+declare -A started_pids=()
+current_step="(before the first step)"
+
+step() {
+  current_step=$*
+  echo "step: $*  [$(uptime_text)]"
+}
+
+uptime_text() { echo "$(cut -d' ' -f1 /proc/uptime) s"; }
+
+fail() {
+  echo "FAILED: $*"
+  echo "  in step: $current_step"
+  show_log_tails
+  exit 1
+}
+
+show_log_tails() {
+  local log
+  for log in "$RIG_OUT"/*.log; do
+    # Of what the programs said; not of a recording, nor of the console itself.
+    case ${log##*/} in *.can.log | console.log) continue ;; esac
+    [[ -s $log ]] || continue
+    echo "  --- end of ${log##*/}"
+    tail -n 8 "$log" | sed 's/^/  /'
+  done
+}
+
+expect() {
+  local what=$1
+  shift
+  "$@" || fail "$what"
+  echo "  ok: $what"
+}
+
+# The time is the clock's, not the number of tries: each try is slow under emulation.
+wait_for() {
+  local limit_s=$1 what=$2 end_s
+  shift 2
+  end_s=$((SECONDS + limit_s))
+  until "$@"; do
+    ((SECONDS <= end_s)) || fail "$what: not within $limit_s s"
+    sleep 0.05
+  done
+  echo "  ok: $what"
+}
+
+start() {
+  local name=$1
+  shift
+  "$@" >"$RIG_OUT/$name.log" 2>&1 </dev/null &
+  started_pids[$name]=$!
+}
+
+running() { kill -0 "${started_pids[$1]}" 2>/dev/null; }
+
+stopped() { ! running "$1"; }
+
+stop() {
+  local name=$1 signal=${2:-TERM} status=0 end_s=$((SECONDS + stop_limit_s))
+  kill -s "$signal" "${started_pids[$name]}" 2>/dev/null || true
+  while running "$name" && ((SECONDS <= end_s)); do sleep 0.05; done
+  kill -KILL "${started_pids[$name]}" 2>/dev/null || true
+  wait "${started_pids[$name]}" || status=$?
+  unset "started_pids[$name]"
+  return "$status"
+}
+
+end_everything() {
+  local name
+  for name in "${!started_pids[@]}"; do stop "$name" || true; done
+}
+trap end_everything EXIT
+trap 'exit 143' TERM INT
