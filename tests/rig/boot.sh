@@ -110,7 +110,7 @@ build_initramfs() {
 
 # Prints what the script printed: what stands between the two marks on the console.
 show_script_output() {
-  sed -u -n -e "0,/rig-begin $token/d" -e "s/rig-end $token.*//" -e p
+  sed -u -n "/rig-begin $token/,/rig-end $token/{/rig-begin $token/d; /rig-end $token/{s/rig-end.*//; /./p; d}; p}"
 }
 
 relay_console() {

@@ -1,0 +1,50 @@
+// One JSON file describes a pack. Text goes in; a whole, valid configuration comes out, or every problem at once.
+//
+// Comments (// and /* */) are allowed, unknown keys are errors, every key that is a quantity carries its unit as last
+// token. A cell type is a file of its own (config/cells/), named relative to the pack file, or an object in place.
+// docs/configuration.md lists every key with unit, range and default.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "daemon/core/core_config.hpp"
+#include "protocol/result.hpp"
+
+namespace bmu {
+
+struct BusNames {
+  std::string internal;  // "can0", "unix:demo"
+  std::string vehicle;   // may be the same
+};
+
+struct PackConfig {
+  std::string name;         // for people: status, log, picture
+  std::string cell_name;
+  BusNames buses;
+  CoreConfig core;
+};
+
+/// One thing wrong with the file. Line and column only where the text is not JSON at all.
+struct ConfigProblem {
+  std::string file;
+  std::string path;    // JSON pointer, "/limits/cell_overvoltage/open_mV"; empty for the file itself
+  std::string found;   // "4300"
+  std::string wanted;  // "at most 4250, the absolute maximum of the cell"
+};
+
+/// "pack.json: /modules/2/node: found 1, wanted a node number no other module has"
+[[nodiscard]] std::string to_text(const ConfigProblem& problem);
+
+using ConfigProblems = std::vector<ConfigProblem>;
+
+/// Reads and checks a pack file and the cell file it names. Never throws; reports all problems, not the first.
+[[nodiscard]] Result<PackConfig, ConfigProblems> load_pack_config(const std::filesystem::path& file);
+
+/// The same from text; `directory` is where a cell file's name is relative to.
+[[nodiscard]] Result<PackConfig, ConfigProblems> parse_pack_config(std::string_view text, std::string_view file_name,
+                                                                   const std::filesystem::path& directory);
+
+}  // namespace bmu
