@@ -1,0 +1,26 @@
+// What the core says after a tick: frames, one contactor command, what to log, when to wake it next.
+#pragma once
+
+#include "daemon/core/contactor_sequence.hpp"
+#include "daemon/core/event.hpp"
+#include "daemon/core/observation.hpp"
+#include "protocol/fixed_vector.hpp"
+#include "protocol/frame.hpp"
+
+namespace bmu {
+
+struct OutgoingFrame {
+  Port port = Port::internal;
+  CanFrame frame;
+};
+
+struct Decisions {
+  FixedVector<OutgoingFrame, 16> frames;  // in the order of sending: the safety command first
+  ContactorOutputs outputs;
+  FixedVector<Event, 96> events;
+  TimePoint wake_at{};  // next tick; an observation may ask for an earlier one
+  /// After the shut_down command: every auxiliary contact is open, or there is no fresh word of it any more.
+  bool is_shut_down = false;
+};
+
+}  // namespace bmu

@@ -1,0 +1,72 @@
+// What is wrong, since when, and what was seen when we came to believe it.
+//
+//   good --over threshold--> suspected --confirm time and two samples--> active --cause gone for `clear`--> good
+//                                |                                          |                            (or latched,
+//                                +--back to good before--> good             +--- while it lasts             until
+//                                cleared)
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+#include "daemon/core/fault_evaluate.hpp"
+#include "daemon/core/fault_table.hpp"
+#include "protocol/fixed_vector.hpp"
+
+namespace bmu {
+
+enum class FaultStage : std::uint8_t {
+  good,
+  suspected,  // over the threshold, not yet for long enough
+  active,     // believed, and the cause is there
+  latched,    // the cause is gone, the fault stays until it is cleared
+};
+
+[[nodiscard]] std::string_view to_text(FaultStage stage);
+
+struct FaultState {
+  FaultStage stage = FaultStage::good;
+  bool is_warning = false;  // beyond the warning threshold
+  TimePoint warning_since{};
+  Reading warning;  // worst while warning
+  TimePoint suspected_since{};
+  TimePoint confirmed_at{};  // of the present or last occurrence
+  TimePoint first_at{};
+  TimePoint last_at{};
+  TimePoint good_since{};      // while active: since when the cause is gone; zero if it is there
+  Reading confirmed;           // what was seen at confirmation
+  Reading latest;              // what is seen now
+  std::int64_t threshold = 0;  // at confirmation
+  std::uint32_t count = 0;     // confirmations since start
+  std::uint32_t samples = 0;   // distinct samples beyond the threshold while suspected
+  TimePoint sample_taken_at{};
+
+  [[nodiscard]] constexpr bool is_present() const {
+    return stage == FaultStage::active || stage == FaultStage::latched;
+  }
+};
+
+struct FaultChange {
+  enum class Kind : std::uint8_t { warned, warning_over, confirmed, cause_gone, cleared };
+  FaultId id{};
+  Kind kind = Kind::confirmed;
+};
+
+using FaultChanges = FixedVector<FaultChange, fault_count * 2>;
+
+class FaultMemory {
+ public:
+  /// One tick: every row judged once. Returns what changed.
+  FaultChanges update(const FaultInputs& inputs);
+  /// Clears what is latched and whose cause is gone; what is still there stays.
+  FaultChanges clear_latched();
+
+  [[nodiscard]] const FaultState& state(FaultId id) const { return states_[static_cast<std::size_t>(id)]; }
+  [[nodiscard]] const std::array<FaultState, fault_count>& states() const { return states_; }
+
+ private:
+  std::array<FaultState, fault_count> states_{};
+};
+
+}  // namespace bmu

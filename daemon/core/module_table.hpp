@@ -1,0 +1,107 @@
+// What the modules last said: every value with the time it was taken and whether it is one.
+//
+// Fed with frames that passed the receive check, one at a time; a frame changes its own values and no others. Nothing
+// here judges: age is asked by who uses a value, faults are raised elsewhere.
+//
+// When a voltage was taken: with SYNC all modules sample as the POLL arrives, so the POLL's time is the sample's time,
+// unless the module's STATUS admits that its voltages are older, or of unknown age: then they count as such.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "daemon/core/core_config.hpp"
+#include "daemon/core/measured.hpp"
+#include "protocol/message.hpp"
+
+namespace bmu {
+
+/// What a module says about itself in STATUS. Masks have cell 1 in the lowest bit.
+struct ModuleStatus {
+  internal_bus::Mode mode = internal_bus::Mode::starting;
+  bool on_module_supply = false;
+  bool is_balancing = false;
+  std::uint8_t cell_count = 0;
+  bool limits_not_set = false;
+  bool temperature_sensor_fault = false;
+  bool restarted = false;
+  bool external_supply_low = false;
+  bool board_too_hot = false;
+  bool open_cell_wire = false;
+  bool self_test_failed = false;
+  bool front_end_crc_errors = false;
+  std::uint16_t undervoltage_cells = 0;
+  std::uint16_t overvoltage_cells = 0;
+  SignalValue voltage_age_ms;
+};
+
+struct ModuleIdentity {
+  std::uint8_t protocol_version = 0;
+  std::uint8_t cell_count = 0;
+  std::uint8_t temperature_sensor_count = 0;
+  std::uint32_t serial_number = 0;
+};
+
+struct ModuleRecord {
+  ModuleConfig config;
+  std::array<Measured<std::int32_t>, internal_bus::cells_per_module_max> cell_voltage_uV{};
+  std::array<Measured<std::int32_t>, internal_bus::cell_temperatures_per_module_max> cell_temperature_dC{};
+  std::array<Measured<std::int32_t>, internal_bus::board_temperatures_per_module> board_temperature_dC{};
+  Measured<std::int32_t> module_voltage_mV;
+  Measured<ModuleStatus> status;
+  Measured<ModuleIdentity> identity;
+  std::uint16_t balancing_cells = 0;
+  std::uint16_t open_wire_cells = 0;
+  bool serial_changed = false;  // two serial numbers were seen on this node: two modules, or one was swapped while live
+  TimePoint last_answer_at{};
+  Duration answer_latency{};  // POLL to the last frame of the last complete answer
+  std::uint64_t answers_complete = 0;
+  std::uint64_t answers_missed = 0;
+};
+
+/// Bits of what a POLL asks for, as in its b1.
+struct PollWants {
+  bool status = true;
+  bool cells = true;
+  bool temperatures = true;
+  bool module = true;
+  bool identity = false;
+};
+
+class ModuleTable {
+ public:
+  /// Keeps no reference to the configuration.
+  void init(const CoreConfig& config);
+
+  /// Takes over a checked frame of an MMU. False if the node is not part of this pack.
+  [[nodiscard]] bool observe(const MessageSpec& message, std::uint8_t node, const CanFrame& frame, TimePoint at);
+  /// A POLL to everybody went out: counts what the last one left unanswered and expects `wants` from now on.
+  void begin_cycle(TimePoint at, const PollWants& wants);
+  /// All values become unknown: after a gap in our own life nothing seen before may count as fresh.
+  void forget_values();
+
+  /// Every module has answered the running POLL in full.
+  [[nodiscard]] bool is_cycle_complete() const;
+  /// Complete cycles in a row, without a missed one between.
+  [[nodiscard]] std::uint32_t complete_cycles() const { return complete_cycles_; }
+
+  [[nodiscard]] const FixedVector<ModuleRecord, modules_max>& modules() const { return modules_; }
+
+ private:
+  void take_status(ModuleRecord& module, const CanFrame& frame, TimePoint at);
+  void take_cells(ModuleRecord& module, std::size_t block, const CanFrame& frame) const;
+  void take_temperatures(ModuleRecord& module, const MessageSpec& message, const CanFrame& frame, TimePoint at) const;
+  void take_identity(ModuleRecord& module, const CanFrame& frame, TimePoint at) const;
+  void note_answer(std::size_t index, std::uint32_t answer_bit, TimePoint at);
+
+  static constexpr std::uint8_t no_module = 0xFF;
+
+  FixedVector<ModuleRecord, modules_max> modules_;
+  std::array<std::uint8_t, internal_bus::node_count_max + 1> index_of_node_{};
+  std::array<std::uint32_t, modules_max> expected_{};  // answer bits still missing in this cycle, by module
+  TimePoint polled_at_{};
+  std::uint32_t complete_cycles_ = 0;
+  std::size_t modules_incomplete_ = 0;
+};
+
+}  // namespace bmu

@@ -1,0 +1,59 @@
+// What the current sensor and the power distribution unit last said. Same rules as the module table.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "daemon/core/core_config.hpp"
+#include "daemon/core/measured.hpp"
+#include "protocol/message.hpp"
+
+namespace bmu {
+
+enum class InsulationState : std::uint8_t {
+  no_signal,
+  normal,
+  undervoltage,
+  speed_start,
+  device_error,
+  earth_fault,
+  undefined,  // a number the protocol does not know
+};
+
+[[nodiscard]] std::string_view to_text(InsulationState state);
+
+struct PduState {
+  // Auxiliary contacts: what really is closed.
+  bool main_positive_closed = false;
+  bool main_negative_closed = false;
+  bool precharge_closed = false;
+  bool charge_closed = false;
+  bool opened_by_timeout = false;
+  // Inputs, true = healthy or present.
+  bool vehicle_on = false;
+  bool charger_connected = false;
+  bool estop_1_released = false;
+  bool estop_2_released = false;
+  bool interlock_closed = false;
+  bool insulation_monitor_ok = false;
+  bool resume_button = false;
+  InsulationState insulation_state = InsulationState::no_signal;
+  SignalValue insulation_resistance_Ohm;
+  SignalValue throttle_permille;
+
+  [[nodiscard]] constexpr bool any_contactor_closed() const {
+    return main_positive_closed || main_negative_closed || precharge_closed || charge_closed;
+  }
+};
+
+struct SensorTable {
+  Measured<std::int32_t> current_mA;  // positive out of the pack, whatever way round the sensor sits
+  Measured<std::int32_t> pack_voltage_mV;
+  Measured<std::int32_t> link_voltage_mV;
+  Measured<PduState> pdu;
+
+  /// Takes over a checked frame of the sensor or the PDU. A result the sensor itself marks as wrong is sensor_fault.
+  void observe(const MessageSpec& message, const CanFrame& frame, TimePoint at, const SensorConfig& config);
+};
+
+}  // namespace bmu
