@@ -18,6 +18,7 @@
 #include "daemon/core/core_config.hpp"
 #include "daemon/core/decisions.hpp"
 #include "daemon/core/estimators/coulomb_counter.hpp"
+#include "daemon/core/event_queue.hpp"
 #include "daemon/core/fault_memory.hpp"
 #include "daemon/core/limits.hpp"
 #include "daemon/core/module_setup.hpp"
@@ -104,6 +105,8 @@ class Core {
   [[nodiscard]] const ReceiveCounts& receive_counts() const { return check_.counts(); }
   [[nodiscard]] const ReceiveCheck& receive_check() const { return check_; }
   [[nodiscard]] const PortStatus& port(Port port) const { return ports_[static_cast<std::size_t>(port)]; }
+  [[nodiscard]] std::uint64_t events_dropped() const { return events_.dropped(); }
+  [[nodiscard]] const ModuleSetup& module_setup() const { return setup_; }
   /// Somebody asks for a closed pack: an edge of vehicle-on or charger-connected since start or the last opening.
   [[nodiscard]] bool is_close_requested() const { return close_requested_; }
   [[nodiscard]] vehicle_bus::State vehicle_state() const;
@@ -122,25 +125,30 @@ class Core {
   Urgency take_sensor_frame(const CheckedFrame& checked, const CanFrame& frame, TimePoint at);
 
   // decide, in this order
-  void check_loop_gap(TimePoint now, Decisions& out);
-  void follow_request(TimePoint now, Decisions& out);
+  void check_loop_gap(TimePoint now);
+  void follow_request(TimePoint now);
   void watch_contactors(TimePoint now);
-  void evaluate_faults(TimePoint now, Decisions& out);
+  void evaluate_faults(TimePoint now);
   void grant_permission(TimePoint now);
-  void step_contactors(TimePoint now, Decisions& out);
+  void step_contactors(TimePoint now);
   void send_contactor_command(TimePoint now, Decisions& out);
   void send_polls(TimePoint now, Decisions& out);
-  void send_reports(TimePoint now, Decisions& out);
+  void send_report(TimePoint now, Decisions& out);
 
-  void record_opening(TimePoint now, Phase from, Decisions& out);
-  void record_precharge(TimePoint now, Phase from, Phase to, Decisions& out);
-  void note_fault_changes(const FaultChanges& changes, TimePoint now, Decisions& out);
-  void emit(Decisions& out, const Event& event);
-  void send(Decisions& out, const GateVerdict& verdict, Port port, const CanFrame& frame);
+  void follow_line(bool& was_on, bool is_on);
+  void start_over();
+  void update_bus_state(TimePoint at);
+  void note_fault_changes(const FaultChanges& changes, TimePoint now);
+  void record_opening(TimePoint now, Phase from, bool precharge_timed_out);
+  void record_precharge(TimePoint now, TimePoint began_at, bool was_successful);
+  void send(Port port, const CanFrame& frame, Decisions& out);
   [[nodiscard]] FaultInputs fault_inputs(TimePoint now) const;
+  [[nodiscard]] VehicleView vehicle_view(TimePoint now) const;
   [[nodiscard]] bool pdu_fresh(TimePoint now) const;
   [[nodiscard]] bool inputs_healthy(TimePoint now) const;
   [[nodiscard]] bool has_started(TimePoint now) const;
+  [[nodiscard]] bool is_shut_down(TimePoint now) const;
+  [[nodiscard]] bool identities_known() const;
 
   CoreConfig config_;
   TimePoint started_at_;
@@ -165,18 +173,22 @@ class Core {
   OpeningRecord last_opening_;
   PrechargeRecord last_precharge_;
   std::array<PortStatus, port_count> ports_{};
-  FixedVector<Event, 32> pending_events_;  // raised while observing, told with the next decision
+  EventQueue events_;  // raised while observing or deciding, told in order with the next decisions
 
   bool seen_complete_ = false;
   bool close_requested_ = false;
-  bool request_line_known_ = false;  // the lines have been seen once since start, so that an edge can be told
-  bool request_line_was_on_ = false;
+  bool request_lines_known_ = false;  // the lines have been seen once since start, so that an edge can be told
+  bool vehicle_was_on_ = false;
+  bool charger_was_connected_ = false;
+  bool clear_requested_ = false;
+  bool is_bus_off_ = false;
+  bool has_sent_command_ = false;
   bool shutting_down_ = false;
   TimePoint shut_down_at_{};
   TimePoint locked_out_until_{};
   TimePoint disobeying_since_{};
   TimePoint outputs_changed_at_{};
-  TimePoint command_sent_at_{};
+  TimePoint command_due_at_{};
   std::uint8_t command_counter_ = 0;
   std::uint64_t gate_refusals_ = 0;
 };

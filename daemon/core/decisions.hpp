@@ -14,11 +14,14 @@ struct OutgoingFrame {
   CanFrame frame;
 };
 
+/// Bounds what a tick has to copy; a burst of events is spread over ticks, none is reordered.
+inline constexpr std::size_t events_per_tick = 24;
+
 struct Decisions {
   FixedVector<OutgoingFrame, 16> frames;  // in the order of sending: the safety command first
   ContactorOutputs outputs;
-  FixedVector<Event, 96> events;
-  TimePoint wake_at{};  // next tick; an observation may ask for an earlier one
+  FixedVector<Event, events_per_tick> events;  // the oldest not yet told; more wait for the next tick
+  TimePoint wake_at{};                         // next tick; an observation may ask for an earlier one
   /// After the shut_down command: every auxiliary contact is open, or there is no fresh word of it any more.
   bool is_shut_down = false;
 };

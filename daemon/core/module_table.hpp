@@ -13,6 +13,7 @@
 #include "daemon/core/core_config.hpp"
 #include "daemon/core/measured.hpp"
 #include "protocol/message.hpp"
+#include "protocol/receive_check.hpp"
 
 namespace bmu {
 
@@ -73,15 +74,20 @@ class ModuleTable {
   /// Keeps no reference to the configuration.
   void init(const CoreConfig& config);
 
-  /// Takes over a checked frame of an MMU. False if the node is not part of this pack.
-  [[nodiscard]] bool observe(const MessageSpec& message, std::uint8_t node, const CanFrame& frame, TimePoint at);
+  /// The record of a node, or null if the pack has no such node.
+  [[nodiscard]] const ModuleRecord* find(std::uint8_t node) const;
+  /// Position of a node that `find` found.
+  [[nodiscard]] std::size_t index_of(std::uint8_t node) const { return index_of_node_[node]; }
+
+  /// Takes over a checked frame of an MMU; a node that is not part of this pack is ignored.
+  void observe(const MessageSpec& message, std::uint8_t node, const CanFrame& frame, TimePoint at);
   /// A POLL to everybody went out: counts what the last one left unanswered and expects `wants` from now on.
   void begin_cycle(TimePoint at, const PollWants& wants);
   /// All values become unknown: after a gap in our own life nothing seen before may count as fresh.
   void forget_values();
 
-  /// Every module has answered the running POLL in full.
-  [[nodiscard]] bool is_cycle_complete() const;
+  /// One of the values that this frame brought reaches an opening threshold, or the module itself flags a failed cell.
+  [[nodiscard]] bool any_beyond(const CheckedFrame& checked, const LimitsConfig& limits) const;
   /// Complete cycles in a row, without a missed one between.
   [[nodiscard]] std::uint32_t complete_cycles() const { return complete_cycles_; }
 

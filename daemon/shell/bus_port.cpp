@@ -1,8 +1,8 @@
 #include "daemon/shell/bus_port.hpp"
 
-#include <time.h>
-
 #include <algorithm>
+
+#include <time.h>
 
 #include "daemon/shell/can_socket.hpp"
 #include "daemon/shell/embedded_bus.hpp"
@@ -37,7 +37,8 @@ std::string_view to_text(SendError error) {
 Result<std::unique_ptr<BusPort>, OsError> open_bus(std::string_view name, const PortOptions& options) {
   const auto is_too_long = [](std::uint32_t id) { return id > standard_id_max; };
   if (std::any_of(options.receive_ids.begin(), options.receive_ids.end(), is_too_long)) {
-    return failure(OsError{.code = 0, .what = "identifiers to receive have 11 bits; use none to receive extended ones"});
+    return failure(
+        OsError{.code = 0, .what = "identifiers to receive have 11 bits; use none to receive extended ones"});
   }
   constexpr std::string_view embedded_prefix = "unix:";
   if (name.substr(0, embedded_prefix.size()) == embedded_prefix) {

@@ -3,12 +3,12 @@
 // Publication: the entry is written before the slot's CAS releases, the reader acquires the slot's word and then reads
 // the entry: it sees that frame or a later one.
 //
-// Reuse: the writer writes an entry again only after entry_count - 1 >= slot_count further publications of its own. Each
-// loaded `head`, which only ever changes by compare-exchange, so the load acquires everything that was done before
-// every earlier position was passed: the slot that pointed to the entry was overwritten before the entry is. Entries are
-// stored with release and loaded with acquire; a reader that saw a word of the new frame therefore also sees the slot
-// changed when it looks at it again, and discards what it copied. The words of a slot never repeat, as they hold the
-// position.
+// Reuse: the writer writes an entry again only after entry_count - 1 >= slot_count further publications of its own.
+// Each loaded `head`, which only ever changes by compare-exchange, so the load acquires everything that was done before
+// every earlier position was passed: the slot that pointed to the entry was overwritten before the entry is. Entries
+// are stored with release and loaded with acquire; a reader that saw a word of the new frame therefore also sees the
+// slot changed when it looks at it again, and discards what it copied. The words of a slot never repeat, as they hold
+// the position.
 //
 // Waking needs more than that: a writer stores a slot and then looks who sleeps, a reader says it sleeps and then looks
 // at the slot again. At least one must see the other, hence sequential consistency for those accesses.
@@ -33,7 +33,8 @@ struct SlotContent {
 };
 
 constexpr std::uint64_t pack(const SlotContent& content) {
-  return content.end << (participant_bits + entry_bits) | std::uint64_t{content.participant} << entry_bits | content.entry;
+  return content.end << (participant_bits + entry_bits) | std::uint64_t{content.participant} << entry_bits |
+         content.entry;
 }
 
 constexpr SlotContent unpack(std::uint64_t word) {
@@ -75,8 +76,8 @@ void advance(Word& head, std::uint64_t from) {
   head.compare_exchange_strong(from, from + 1, std::memory_order_acq_rel, std::memory_order_relaxed);
 }
 
-/// Where a participant number's new owner goes on: behind the entry its predecessor published last. All entries that the
-/// ring still points to are then the last slot_count at most before this one, wherever the predecessor was killed.
+/// Where a participant number's new owner goes on: behind the entry its predecessor published last. All entries that
+/// the ring still points to are then the last slot_count at most before this one, wherever the predecessor was killed.
 std::uint64_t entry_after_last(const EmbeddedRing& ring, unsigned participant) {
   SlotContent last;
   for (const Word& slot : ring.slots) {
@@ -111,8 +112,8 @@ void RingWriter::publish(const CanFrame& frame) {
 }
 
 RingReader::RingReader(const EmbeddedRing& ring) : ring_(ring), cursor_(ring.head.load(std::memory_order_acquire)) {
-  // The head is one behind if the last writer died in the middle. That frame is from before our time, and on a quiet bus
-  // may be days old.
+  // The head is one behind if the last writer died in the middle. That frame is from before our time, and on a quiet
+  // bus may be days old.
   if (!is_at_end()) ++cursor_;
 }
 
@@ -130,7 +131,7 @@ bool RingReader::next(Item& out) {
     if (content.end == cursor_ + 1) {
       out.frame = load(ring_.arenas[content.participant][content.entry]);
       out.participant = content.participant;
-      if (slot.load(std::memory_order_relaxed) == word) {
+      if (slot.load(std::memory_order_acquire) == word) {
         ++cursor_;
         return true;
       }

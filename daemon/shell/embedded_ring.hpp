@@ -1,7 +1,7 @@
 // The memory of the embedded bus: one ring that all participants write, and the order in which they all read it.
 //
-// A participant may be killed or stopped between any two instructions and must not block or confuse the others, so there
-// is no lock, and every step that others could wait for can be finished by any of them:
+// A participant may be killed or stopped between any two instructions and must not block or confuse the others, so
+// there is no lock, and every step that others could wait for can be finished by any of them:
 //
 //   writer   writes its frame into an entry of its own arena, where nobody else writes;
 //            puts a word that points there into the ring slot at `head` (this one CAS *is* the publication);

@@ -1,0 +1,146 @@
+#include "daemon/core/event.hpp"
+
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+
+namespace bmu {
+
+std::string_view to_text(Port port) {
+  return port == Port::internal ? "internal" : "vehicle";
+}
+
+std::string_view to_text(OpeningCause cause) {
+  switch (cause) {
+    case OpeningCause::none: return "none";
+    case OpeningCause::fault: return "fault";
+    case OpeningCause::request_over: return "request over";
+    case OpeningCause::shut_down: return "shut down";
+    case OpeningCause::permission: return "permission withdrawn";
+  }
+  return "?";
+}
+
+namespace {
+
+constexpr std::array<EventRow, event_count> table{{
+    {EventId::fault_warned, "fault_warned", Severity::warning},
+    {EventId::fault_warning_over, "fault_warning_over", Severity::info},
+    {EventId::fault_confirmed, "fault_confirmed", Severity::error},
+    {EventId::fault_cause_gone, "fault_cause_gone", Severity::info},
+    {EventId::fault_cleared, "fault_cleared", Severity::info},
+    {EventId::phase_changed, "phase_changed", Severity::info},
+    {EventId::precharge_done, "precharge_done", Severity::info},
+    {EventId::opened, "opened", Severity::warning},
+    {EventId::close_requested, "close_requested", Severity::info},
+    {EventId::close_request_over, "close_request_over", Severity::info},
+    {EventId::soc_started, "soc_started", Severity::info},
+    {EventId::module_identified, "module_identified", Severity::info},
+    {EventId::module_restarted, "module_restarted", Severity::warning},
+    {EventId::module_limits_set, "module_limits_set", Severity::info},
+    {EventId::module_refused_limits, "module_refused_limits", Severity::error},
+    {EventId::port_up, "port_up", Severity::info},
+    {EventId::port_down, "port_down", Severity::error},
+    {EventId::loop_gap, "loop_gap", Severity::error},
+    {EventId::gate_refused, "gate_refused", Severity::error},
+    {EventId::shutting_down, "shutting_down", Severity::info},
+}};
+
+consteval bool rows_are_in_order() {
+  for (std::size_t index = 0; index < table.size(); ++index) {
+    if (static_cast<std::size_t>(table[index].id) != index) return false;
+  }
+  return true;
+}
+static_assert(rows_are_in_order());
+
+std::string text_of_fault(const Event& event) {
+  const FaultRow& row = row_of(event.fault);
+  std::string text(row.meaning);
+  const std::string where = to_text(event.reading.element);
+  if (!where.empty()) text += ": " + where;
+  if (row.limit != nullptr) {
+    text += (where.empty() ? ": " : " ") + value_text(row.unit, event.reading.value) + ", limit " +
+            value_text(row.unit, event.threshold);
+  }
+  return text;
+}
+
+std::string text_of_opening(const Event& event) {
+  const std::string from = std::string(to_text(event.phase_from));
+  if (event.cause == OpeningCause::fault) return "contactors opened from " + from + ": " + text_of_fault(event);
+  return "contactors opened from " + from + ": " + std::string(to_text(event.cause));
+}
+
+std::string hex_id(std::int64_t id) {
+  std::array<char, 16> text{};
+  std::snprintf(text.data(), text.size(), "%03llX", static_cast<unsigned long long>(id));
+  return text.data();
+}
+
+}  // namespace
+
+const EventRow& row_of(EventId id) {
+  BMU_ASSERT(static_cast<std::size_t>(id) < table.size());
+  return table[static_cast<std::size_t>(id)];
+}
+
+std::string to_text(const Element& element) {
+  if (element.module_node == 0) return "";
+  if (element.number == 0) return "module " + std::to_string(element.module_node);
+  std::string text = "cell " + std::to_string(element.module_node) + "." + std::to_string(element.number);
+  if (element.pack_number != 0) text += " (no. " + std::to_string(element.pack_number) + ")";
+  return text;
+}
+
+std::string value_text(Unit unit, std::int64_t value) {
+  const UnitSpec& spec = spec_of(unit);
+  const std::int64_t steps = divide_to_nearest(value, spec.divisor);
+  std::int64_t power = 1;
+  for (int digit = 0; digit < spec.decimals; ++digit) power *= 10;
+  std::array<char, 48> text{};
+  const auto magnitude = static_cast<unsigned long long>(std::llabs(steps));
+  const auto whole = magnitude / static_cast<unsigned long long>(power);
+  const auto part = magnitude % static_cast<unsigned long long>(power);
+  const char* const sign = steps < 0 ? "-" : "";
+  if (spec.decimals == 0) {
+    std::snprintf(text.data(), text.size(), "%s%llu", sign, whole);
+  } else {
+    std::snprintf(text.data(), text.size(), "%s%llu.%0*llu", sign, whole, spec.decimals, part);
+  }
+  std::string result = text.data();
+  if (!spec.symbol.empty()) result += " " + std::string(spec.symbol);
+  return result;
+}
+
+std::string to_text(const Event& event) {
+  const std::string number = std::to_string(event.number);
+  switch (event.id) {
+    case EventId::fault_warned: return "warning: " + text_of_fault(event);
+    case EventId::fault_warning_over: return "warning over: " + std::string(row_of(event.fault).meaning);
+    case EventId::fault_confirmed: return "fault: " + text_of_fault(event);
+    case EventId::fault_cause_gone:
+      return "cause gone, fault stays until cleared: " + std::string(row_of(event.fault).meaning);
+    case EventId::fault_cleared: return "fault cleared: " + std::string(row_of(event.fault).meaning);
+    case EventId::phase_changed:
+      return "contactors: " + std::string(to_text(event.phase_from)) + " -> " + std::string(to_text(event.phase_to));
+    case EventId::precharge_done: return "precharged in " + number + " ms";
+    case EventId::opened: return text_of_opening(event);
+    case EventId::close_requested: return "close requested";
+    case EventId::close_request_over: return "close request over";
+    case EventId::soc_started: return "state of charge starts at " + value_text(Unit::permille, event.number);
+    case EventId::module_identified:
+      return "module " + std::to_string(event.reading.element.module_node) + " is serial number " + number;
+    case EventId::module_restarted: return "module " + number + " restarted";
+    case EventId::module_limits_set: return "module " + number + " has taken over the cell limits";
+    case EventId::module_refused_limits: return "module " + number + " refused the cell limits";
+    case EventId::port_up: return std::string(to_text(event.port)) + " bus is up";
+    case EventId::port_down: return std::string(to_text(event.port)) + " bus is down";
+    case EventId::loop_gap: return "stopped or starved for " + number + " ms: opened, everything known is forgotten";
+    case EventId::gate_refused: return "frame " + hex_id(event.number) + " refused by the output gate";
+    case EventId::shutting_down: return "shutting down: opening";
+  }
+  return "?";
+}
+
+}  // namespace bmu

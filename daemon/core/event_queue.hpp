@@ -1,0 +1,38 @@
+// Events wait here in order until a decision takes them along. Full: the newest is dropped and counted.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "daemon/core/decisions.hpp"
+
+namespace bmu {
+
+class EventQueue {
+ public:
+  void push(const Event& event) {
+    if (count_ == slots_.size()) {
+      ++dropped_;
+      return;
+    }
+    slots_[(first_ + count_) % slots_.size()] = event;
+    ++count_;
+  }
+  /// As many as fit.
+  void move_to(Decisions& out) {
+    while (count_ > 0 && out.events.try_push_back(slots_[first_])) {
+      first_ = (first_ + 1) % slots_.size();
+      --count_;
+    }
+  }
+  [[nodiscard]] std::uint64_t dropped() const { return dropped_; }
+
+ private:
+  // Room for every module to introduce itself and every fault to be confirmed within one tick.
+  std::array<Event, 256> slots_{};
+  std::size_t first_ = 0;
+  std::size_t count_ = 0;
+  std::uint64_t dropped_ = 0;
+};
+
+}  // namespace bmu

@@ -1,0 +1,148 @@
+#include "daemon/core/fault_memory.hpp"
+
+namespace bmu {
+
+std::string_view to_text(FaultStage stage) {
+  switch (stage) {
+    case FaultStage::good: return "good";
+    case FaultStage::suspected: return "suspected";
+    case FaultStage::active: return "active";
+    case FaultStage::latched: return "latched";
+  }
+  return "?";
+}
+
+namespace {
+
+using Kind = FaultChange::Kind;
+
+/// The worse of two readings in the row's sense.
+bool is_worse(const Reading& one, const Reading& other, Sense sense) {
+  return sense == Sense::at_or_above ? one.value > other.value : one.value < other.value;
+}
+
+class RowUpdate {
+ public:
+  RowUpdate(const FaultRow& row, const Thresholds& thresholds, TimePoint now, FaultState& state, FaultChanges& changes)
+      : row_(row), thresholds_(thresholds), now_(now), state_(state), changes_(changes) {}
+
+  void run(const Reading& reading) {
+    state_.latest = reading;
+    if (thresholds_.has_warning) update_warning(reading);
+    const Verdict verdict = evaluate(reading, row_.sense, thresholds_.open, thresholds_.hysteresis);
+    switch (state_.stage) {
+      case FaultStage::good: if_beyond_suspect(reading, verdict); break;
+      case FaultStage::suspected: while_suspected(reading, verdict); break;
+      case FaultStage::active: while_active(verdict); break;
+      case FaultStage::latched:
+        if (verdict == Verdict::beyond) reactivate();
+        break;
+    }
+  }
+
+ private:
+  void update_warning(const Reading& reading) {
+    const Verdict verdict = evaluate(reading, row_.sense, thresholds_.warn, thresholds_.hysteresis);
+    if (!state_.is_warning && verdict == Verdict::beyond) {
+      state_.is_warning = true;
+      state_.warning_since = now_;
+      state_.warning = reading;
+      note(Kind::warned);
+    } else if (state_.is_warning && verdict == Verdict::good) {
+      state_.is_warning = false;
+      note(Kind::warning_over);
+    } else if (state_.is_warning && reading.is_known && is_worse(reading, state_.warning, row_.sense)) {
+      state_.warning = reading;
+    }
+  }
+
+  void if_beyond_suspect(const Reading& reading, Verdict verdict) {
+    if (verdict != Verdict::beyond) return;
+    state_.stage = FaultStage::suspected;
+    state_.suspected_since = now_;
+    state_.samples = 1;
+    state_.sample_taken_at = reading.taken_at;
+    confirm_if_due(reading);
+  }
+
+  void while_suspected(const Reading& reading, Verdict verdict) {
+    if (verdict == Verdict::unknown) return;
+    if (verdict != Verdict::beyond) {
+      state_.stage = FaultStage::good;
+      return;
+    }
+    if (reading.taken_at > state_.sample_taken_at) {
+      ++state_.samples;
+      state_.sample_taken_at = reading.taken_at;
+    }
+    confirm_if_due(reading);
+  }
+
+  /// One bad sample alone never trips a limit. Rows without a limit are conditions that last, judged by time alone.
+  void confirm_if_due(const Reading& reading) {
+    const std::uint32_t samples_wanted = row_.limit != nullptr ? 2 : 1;
+    if (now_ - state_.suspected_since < thresholds_.confirm || state_.samples < samples_wanted) return;
+    state_.stage = FaultStage::active;
+    state_.confirmed_at = now_;
+    state_.confirmed = reading;
+    state_.threshold = thresholds_.open;
+    state_.first_at = state_.count == 0 ? now_ : state_.first_at;
+    state_.last_at = now_;
+    state_.good_since = {};
+    ++state_.count;
+    note(Kind::confirmed);
+  }
+
+  void while_active(Verdict verdict) {
+    if (verdict == Verdict::beyond) state_.last_at = now_;
+    if (verdict != Verdict::good) {
+      state_.good_since = {};
+      return;
+    }
+    if (state_.good_since == TimePoint{}) state_.good_since = now_;
+    if (now_ - state_.good_since < thresholds_.clear) return;
+    const bool latches = row_.latch == Latch::until_cleared;
+    state_.stage = latches ? FaultStage::latched : FaultStage::good;
+    note(latches ? Kind::cause_gone : Kind::cleared);
+  }
+
+  /// The cause is back before anybody cleared it: still the same fault, at once.
+  void reactivate() {
+    state_.stage = FaultStage::active;
+    state_.last_at = now_;
+    state_.good_since = {};
+  }
+
+  void note(Kind kind) { changes_.push_back({row_.id, kind}); }
+
+  const FaultRow& row_;
+  const Thresholds& thresholds_;
+  TimePoint now_;
+  FaultState& state_;
+  FaultChanges& changes_;
+};
+
+}  // namespace
+
+FaultChanges FaultMemory::update(const FaultInputs& inputs) {
+  FaultChanges changes;
+  for (const FaultRow& row : fault_table()) {
+    const Thresholds thresholds = thresholds_of(row, inputs.config->limits);
+    FaultState& state = states_[static_cast<std::size_t>(row.id)];
+    RowUpdate(row, thresholds, inputs.now, state, changes).run(row.read(inputs));
+  }
+  return changes;
+}
+
+FaultChanges FaultMemory::clear_latched() {
+  FaultChanges changes;
+  for (const FaultRow& row : fault_table()) {
+    FaultState& state = states_[static_cast<std::size_t>(row.id)];
+    if (state.stage != FaultStage::latched) continue;
+    state.stage = FaultStage::good;
+    changes.push_back({row.id, Kind::cleared});
+  }
+  return changes;
+}
+
+}  // namespace bmu

@@ -1,0 +1,226 @@
+#include "daemon/core/module_table.hpp"
+
+#include <algorithm>
+
+#include "protocol/tables/internal_bus.hpp"
+
+namespace bmu {
+
+namespace {
+
+using namespace internal_bus;
+
+// One bit for each frame of an answer.
+constexpr std::uint32_t status_bit = 1U << 0;
+constexpr std::uint32_t first_cells_bit = 1U << 1;  // CELLS_1; the others follow
+constexpr std::uint32_t temp_1_bit = 1U << 5;
+constexpr std::uint32_t temp_2_bit = 1U << 6;
+constexpr std::uint32_t module_bit = 1U << 7;
+constexpr std::uint32_t ident_bit = 1U << 8;
+
+std::uint32_t answer_bits(const ModuleConfig& module, const PollWants& wants) {
+  std::uint32_t bits = 0;
+  if (wants.status) bits |= status_bit;
+  if (wants.cells) {
+    const unsigned blocks = (module.cell_count + cells_per_frame - 1U) / cells_per_frame;
+    for (unsigned block = 0; block < blocks; ++block) bits |= first_cells_bit << block;
+  }
+  if (wants.temperatures) bits |= temp_1_bit | temp_2_bit;
+  if (wants.module) bits |= module_bit;
+  if (wants.identity) bits |= ident_bit;
+  return bits;
+}
+
+ModuleStatus status_of(const CanFrame& frame) {
+  return {
+      .mode = static_cast<Mode>(read_raw<status, "mode">(frame)),
+      .on_module_supply = read_raw<status, "supply">(frame) != 0,
+      .is_balancing = read_raw<status, "balancing">(frame) != 0,
+      .cell_count = static_cast<std::uint8_t>(read_raw<status, "cell_count">(frame)),
+      .limits_not_set = read_raw<status, "limits_not_set">(frame) != 0,
+      .temperature_sensor_fault = read_raw<status, "temperature_sensor_fault">(frame) != 0,
+      .restarted = read_raw<status, "restarted">(frame) != 0,
+      .external_supply_low = read_raw<status, "external_supply_low">(frame) != 0,
+      .board_too_hot = read_raw<status, "board_too_hot">(frame) != 0,
+      .open_cell_wire = read_raw<status, "open_cell_wire">(frame) != 0,
+      .self_test_failed = read_raw<status, "self_test_failed">(frame) != 0,
+      .front_end_crc_errors = read_raw<status, "front_end_crc_errors">(frame) != 0,
+      .undervoltage_cells = static_cast<std::uint16_t>(read_raw<status, "undervoltage_cells">(frame)),
+      .overvoltage_cells = static_cast<std::uint16_t>(read_raw<status, "overvoltage_cells">(frame)),
+      .voltage_age_ms = read<status, "cell_voltage_age_ms">(frame),
+  };
+}
+
+}  // namespace
+
+void ModuleTable::init(const CoreConfig& config) {
+  modules_.clear();
+  index_of_node_.fill(no_module);
+  for (const ModuleConfig& module : config.modules) {
+    BMU_ASSERT(module.node >= 1 && module.node <= node_count_max);
+    BMU_ASSERT(module.cell_count >= 1 && module.cell_count <= cells_per_module_max);
+    index_of_node_[module.node] = static_cast<std::uint8_t>(modules_.size());
+    modules_.push_back({.config = module});
+  }
+}
+
+const ModuleRecord* ModuleTable::find(std::uint8_t node) const {
+  const std::uint8_t index = node < index_of_node_.size() ? index_of_node_[node] : no_module;
+  return index == no_module ? nullptr : &modules_[index];
+}
+
+void ModuleTable::observe(const MessageSpec& message, std::uint8_t node, const CanFrame& frame, TimePoint at) {
+  if (find(node) == nullptr) return;
+  const std::uint8_t index = index_of_node_[node];
+  ModuleRecord& module = modules_[index];
+  module.last_answer_at = at;
+  std::uint32_t answered = 0;
+  switch (message.base_id) {
+    case status.base_id:
+      take_status(module, frame, at);
+      answered = status_bit;
+      break;
+    case cells_1.base_id:
+    case cells_2.base_id:
+    case cells_3.base_id:
+    case cells_4.base_id: {
+      const unsigned block = (unsigned{message.base_id} - cells_1.base_id) / (cells_2.base_id - cells_1.base_id);
+      take_cells(module, block, frame);
+      answered = first_cells_bit << block;
+      break;
+    }
+    case temp_1.base_id:
+    case temp_2.base_id:
+      take_temperatures(module, message, frame, at);
+      answered = message.base_id == temp_1.base_id ? temp_1_bit : temp_2_bit;
+      break;
+    case internal_bus::module.base_id:
+      module.module_voltage_mV = measured(read<internal_bus::module, "module_voltage_mV">(frame), polled_at_);
+      module.balancing_cells = static_cast<std::uint16_t>(read_raw<internal_bus::module, "balancing_cells">(frame));
+      module.open_wire_cells = static_cast<std::uint16_t>(read_raw<internal_bus::module, "open_wire_cells">(frame));
+      answered = module_bit;
+      break;
+    case ident.base_id:
+      take_identity(module, frame, at);
+      answered = ident_bit;
+      break;
+    default: break;  // RESPONSE belongs to module_setup
+  }
+  note_answer(index, answered, at);
+}
+
+void ModuleTable::take_status(ModuleRecord& module, const CanFrame& frame, TimePoint at) {
+  module.status = {status_of(frame), at, Validity::valid};
+}
+
+void ModuleTable::take_cells(ModuleRecord& module, std::size_t block, const CanFrame& frame) const {
+  const MessageSpec& row = *cells_rows[block];
+  // STATUS comes first in an answer; what it says of the voltages' age holds for the cells behind it.
+  const Measured<ModuleStatus>& said = module.status;
+  TimePoint taken_at = polled_at_;
+  Validity why_not = Validity::valid;
+  if (said.is_valid() && said.taken_at >= polled_at_) {
+    const SignalValue age_ms = said.value.voltage_age_ms;
+    if (!age_ms.is_valid()) {
+      why_not = Validity::unknown;
+    } else {
+      const TimePoint admitted = said.taken_at - std::chrono::milliseconds(age_ms.value);
+      taken_at = admitted < taken_at ? admitted : taken_at;
+    }
+  }
+  for (std::size_t slot = 0; slot < cells_per_frame; ++slot) {
+    const std::size_t cell = block * cells_per_frame + slot;
+    Measured<std::int32_t> voltage = measured(decode_signal(row.signals[slot], frame.data), taken_at);
+    if (why_not != Validity::valid) voltage.validity = why_not;
+    module.cell_voltage_uV[cell] = voltage;
+  }
+}
+
+void ModuleTable::take_temperatures(ModuleRecord& module, const MessageSpec& message, const CanFrame& frame,
+                                    TimePoint at) const {
+  // TEMP_1 holds cell sensors 1 to 3; TEMP_2 holds cell sensor 4, then the board sensors.
+  const bool is_first = message.base_id == temp_1.base_id;
+  const std::size_t cell_sensors = is_first ? 3 : 1;
+  for (std::size_t slot = 0; slot < cell_sensors; ++slot) {
+    module.cell_temperature_dC[(is_first ? 0 : 3) + slot] =
+        measured(decode_signal(message.signals[slot], frame.data), at);
+  }
+  if (is_first) return;
+  for (std::size_t slot = 0; slot < board_temperatures_per_module; ++slot) {
+    module.board_temperature_dC[slot] = measured(decode_signal(message.signals[1 + slot], frame.data), at);
+  }
+}
+
+void ModuleTable::take_identity(ModuleRecord& module, const CanFrame& frame, TimePoint at) const {
+  const ModuleIdentity seen{
+      .protocol_version = static_cast<std::uint8_t>(read_raw<ident, "protocol_version">(frame)),
+      .cell_count = static_cast<std::uint8_t>(read_raw<ident, "cell_count">(frame)),
+      .temperature_sensor_count = static_cast<std::uint8_t>(read_raw<ident, "temperature_sensor_count">(frame)),
+      .serial_number = static_cast<std::uint32_t>(read_raw<ident, "serial_number">(frame)),
+  };
+  if (module.identity.is_valid() && module.identity.value.serial_number != seen.serial_number) {
+    module.serial_changed = true;
+  }
+  module.identity = {seen, at, Validity::valid};
+}
+
+void ModuleTable::note_answer(std::size_t index, std::uint32_t answer_bit, TimePoint at) {
+  if ((expected_[index] & answer_bit) == 0) return;
+  expected_[index] &= ~answer_bit;
+  if (expected_[index] != 0) return;
+  ModuleRecord& module = modules_[index];
+  ++module.answers_complete;
+  module.answer_latency = at - polled_at_;
+  if (--modules_incomplete_ == 0) ++complete_cycles_;
+}
+
+void ModuleTable::begin_cycle(TimePoint at, const PollWants& wants) {
+  if (modules_incomplete_ > 0) complete_cycles_ = 0;
+  for (std::size_t index = 0; index < modules_.size(); ++index) {
+    if (expected_[index] != 0) ++modules_[index].answers_missed;
+    expected_[index] = answer_bits(modules_[index].config, wants);
+  }
+  modules_incomplete_ = modules_.size();
+  polled_at_ = at;
+}
+
+void ModuleTable::forget_values() {
+  for (ModuleRecord& module : modules_) {
+    module.cell_voltage_uV.fill({});
+    module.cell_temperature_dC.fill({});
+    module.board_temperature_dC.fill({});
+    module.module_voltage_mV = {};
+    module.status = {};
+    module.identity = {};
+    module.serial_changed = false;
+  }
+  expected_.fill(0);
+  complete_cycles_ = 0;
+  modules_incomplete_ = 0;
+}
+
+namespace {
+
+bool is_beyond(const Measured<std::int32_t>& value, const LimitConfig& low, const LimitConfig& high) {
+  return value.is_valid() && (value.value <= low.open || value.value >= high.open);
+}
+
+}  // namespace
+
+bool ModuleTable::any_beyond(const CheckedFrame& checked, const LimitsConfig& limits) const {
+  const ModuleRecord& module = modules_[index_of_node_[checked.node]];
+  const std::uint16_t id = checked.message->base_id;
+  if (id == status.base_id) {
+    return module.status.value.undervoltage_cells != 0 || module.status.value.overvoltage_cells != 0;
+  }
+  if (id == temp_1.base_id || id == temp_2.base_id) {
+    return std::any_of(module.cell_temperature_dC.begin(), module.cell_temperature_dC.end(), [&](const auto& value) {
+      return is_beyond(value, limits.cell_undertemperature, limits.cell_overtemperature);
+    });
+  }
+  return std::any_of(module.cell_voltage_uV.begin(), module.cell_voltage_uV.end(), [&](const auto& value) {
+    return is_beyond(value, limits.cell_undervoltage, limits.cell_overvoltage);
+  });
+}
+
+}  // namespace bmu

@@ -1,0 +1,83 @@
+#include "daemon/core/permission.hpp"
+
+#include <algorithm>
+
+namespace bmu {
+
+std::string_view to_text(Blocker blocker) {
+  switch (blocker) {
+    case Blocker::shutting_down: return "the daemon is shutting down";
+    case Blocker::fault: return "a fault is present";
+    case Blocker::internal_bus_down: return "the internal bus is down";
+    case Blocker::pdu_unknown: return "no fresh word from the power distribution unit";
+    case Blocker::inputs_unhealthy: return "an emergency stop, the interlock or the insulation monitor says no";
+    case Blocker::modules_incomplete: return "not every module, cell and temperature is known and fresh";
+    case Blocker::sensors_incomplete: return "current, pack voltage or link voltage is not known or not fresh";
+    case Blocker::not_qualified: return "too few complete poll cycles yet";
+    case Blocker::modules_not_set_up: return "a module has not taken over the cell limits";
+    case Blocker::contactor_closed: return "a contactor is closed although all should be open";
+    case Blocker::locked_out: return "waiting after the last opening";
+  }
+  return "?";
+}
+
+bool demands_opening(const FaultRow& row, const FaultState& state, const PackState& pack, TimePoint now) {
+  if (!state.is_present() || row.reaction == Reaction::warn) return false;
+  if (row.reaction == Reaction::open_now) return true;
+  const bool grace_is_over = now - state.confirmed_at >= row.grace;
+  const bool current_has_fallen = pack.current_mA.is_valid() && pack.current_mA.value <= small_current_mA &&
+                                  pack.current_mA.value >= -small_current_mA;
+  const bool current_is_unknown = !pack.current_mA.is_valid();
+  return grace_is_over || current_has_fallen || current_is_unknown;
+}
+
+bool demands_zero_current(const FaultMemory& faults) {
+  return std::any_of(fault_table().begin(), fault_table().end(), [&faults](const FaultRow& row) {
+    return row.reaction == Reaction::open_after_grace && faults.state(row.id).is_present();
+  });
+}
+
+namespace {
+
+bool any_present(const FaultMemory& faults) {
+  return std::any_of(fault_table().begin(), fault_table().end(), [&faults](const FaultRow& row) {
+    return row.reaction != Reaction::warn && faults.state(row.id).is_present();
+  });
+}
+
+bool any_demands_opening(const FaultMemory& faults, const PackState& pack, TimePoint now) {
+  return std::any_of(fault_table().begin(), fault_table().end(),
+                     [&](const FaultRow& row) { return demands_opening(row, faults.state(row.id), pack, now); });
+}
+
+bool sensors_complete(const PackState& pack) {
+  return pack.current_mA.is_valid() && pack.pack_voltage_mV.is_valid() && pack.link_voltage_mV.is_valid();
+}
+
+}  // namespace
+
+Permission evaluate_permission(const PermissionInputs& inputs, const PackState& pack, const FaultMemory& faults) {
+  Permission permission;
+  const auto block_if = [&permission](bool is_so, Blocker blocker) {
+    if (is_so) permission.blockers.push_back(blocker);
+  };
+  block_if(inputs.is_shutting_down, Blocker::shutting_down);
+  block_if(any_present(faults), Blocker::fault);
+  block_if(!inputs.internal_bus_up, Blocker::internal_bus_down);
+  block_if(!inputs.pdu_fresh, Blocker::pdu_unknown);
+  block_if(inputs.pdu_fresh && !inputs.inputs_healthy, Blocker::inputs_unhealthy);
+  block_if(!pack.is_complete(), Blocker::modules_incomplete);
+  block_if(!sensors_complete(pack), Blocker::sensors_incomplete);
+  block_if(inputs.complete_cycles < qualifying_cycles, Blocker::not_qualified);
+  block_if(!inputs.modules_set_up, Blocker::modules_not_set_up);
+  block_if(inputs.contactor_closed_though_open, Blocker::contactor_closed);
+  block_if(inputs.now < inputs.locked_out_until, Blocker::locked_out);
+  permission.may_close = permission.blockers.empty();
+  // A closed pack rides through what a fault's confirm time allows: one missed poll, one bad sample. The faults that
+  // watch those have their own clocks; what is left here has none.
+  permission.may_stay_closed = !inputs.is_shutting_down && inputs.internal_bus_up && inputs.pdu_fresh &&
+                               !any_demands_opening(faults, pack, inputs.now);
+  return permission;
+}
+
+}  // namespace bmu

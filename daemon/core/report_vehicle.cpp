@@ -1,0 +1,135 @@
+#include "daemon/core/report_vehicle.hpp"
+
+#include "protocol/tables/vehicle_bus.hpp"
+
+namespace bmu {
+
+namespace {
+
+using namespace vehicle_bus;
+
+/// Below this a current is "neither charging nor discharging".
+constexpr std::int32_t flowing_current_mA = 200;
+
+SignalValue value_of(const Measured<std::int32_t>& measured) {
+  return measured.is_valid() ? known(measured.value) : not_known();
+}
+SignalValue if_complete(const Spread& spread, std::int32_t value) {
+  return spread.is_complete() ? known(value) : not_known();
+}
+/// A number that does not fit is unknown, not the nearest: it would point to the wrong cell.
+SignalValue number_of(const Spread& spread, const Element& element) {
+  return spread.is_complete() && element.pack_number <= 254 ? known(element.pack_number) : not_known();
+}
+
+void write_text(CanFrame& frame, const std::array<char, 8>& text) {
+  for (std::size_t index = 0; index < text.size(); ++index) frame.data[index] = static_cast<std::uint8_t>(text[index]);
+}
+
+CanFrame name_frame(const VehicleView&, const VehicleConfig& config) {
+  CanFrame frame = make_frame(pack_name);
+  write_text(frame, config.name);
+  return frame;
+}
+
+CanFrame version_frame(const VehicleView&, const VehicleConfig& config) {
+  CanFrame frame = make_frame(pack_version);
+  write_text(frame, config.version);
+  return frame;
+}
+
+CanFrame status_frame(const VehicleView& view, const VehicleConfig&) {
+  const Measured<std::int32_t>& current = view.pack->current_mA;
+  CanFrame frame = make_frame(pack_status);
+  write<pack_status, "state">(frame, static_cast<std::int64_t>(view.state));
+  write<pack_status, "uptime_s">(frame, std::chrono::duration_cast<std::chrono::seconds>(view.uptime).count() % 65536);
+  write<pack_status, "discharging">(frame, current.is_valid() && current.value >= flowing_current_mA ? 1 : 0);
+  write<pack_status, "charging">(frame, current.is_valid() && current.value <= -flowing_current_mA ? 1 : 0);
+  write<pack_status, "dtc_1">(frame, view.dtc_1);
+  write<pack_status, "dtc_2">(frame, view.dtc_2);
+  return frame;
+}
+
+CanFrame voltage_frame(const VehicleView& view, const VehicleConfig&) {
+  const Spread& cells = view.pack->cell_voltage_uV;
+  CanFrame frame = make_frame(pack_voltage);
+  write<pack_voltage, "pack_voltage_mV">(frame, value_of(view.pack->pack_voltage_mV));
+  write<pack_voltage, "cell_voltage_min_uV">(frame, if_complete(cells, cells.min));
+  write<pack_voltage, "cell_voltage_min_cell">(frame, number_of(cells, cells.min_at));
+  write<pack_voltage, "cell_voltage_max_uV">(frame, if_complete(cells, cells.max));
+  write<pack_voltage, "cell_voltage_max_cell">(frame, number_of(cells, cells.max_at));
+  return frame;
+}
+
+CanFrame current_frame(const VehicleView& view, const VehicleConfig&) {
+  CanFrame frame = make_frame(pack_current);
+  write<pack_current, "pack_current_mA">(frame, value_of(view.pack->current_mA));
+  write<pack_current, "charge_limit_mA">(frame, view.limits->charge.limit_mA);
+  write<pack_current, "discharge_limit_mA">(frame, view.limits->discharge.limit_mA);
+  return frame;
+}
+
+/// Since manufacture, says the message; what we count begins with this process, so it is not known.
+CanFrame energy_frame(const VehicleView&, const VehicleConfig&) {
+  CanFrame frame = make_frame(pack_energy);
+  write<pack_energy, "energy_in_mWh">(frame, not_known());
+  write<pack_energy, "energy_out_mWh">(frame, not_known());
+  return frame;
+}
+
+CanFrame charge_frame(const VehicleView& view, const VehicleConfig&) {
+  const ChargeState& charge = *view.charge;
+  CanFrame frame = make_frame(pack_charge);
+  write<pack_charge, "soc_permille">(frame, charge.is_started ? known(charge.soc_permille) : not_known());
+  write<pack_charge, "depth_of_discharge_uAs">(frame,
+                                               charge.is_started ? known(charge.depth_of_discharge_uAs) : not_known());
+  write<pack_charge, "capacity_uAs">(frame, view.capacity_uAs);
+  write<pack_charge, "soc_2_permille">(frame, not_known());
+  write<pack_charge, "soh_permille">(frame, not_known());
+  return frame;
+}
+
+CanFrame temperature_frame(const VehicleView& view, const VehicleConfig&) {
+  const Spread& cells = view.pack->cell_temperature_dC;
+  CanFrame frame = make_frame(pack_temperature);
+  write<pack_temperature, "cell_temperature_average_dC">(frame, if_complete(cells, cells.average));
+  write<pack_temperature, "air_temperature_dC">(frame, not_known());
+  write<pack_temperature, "cell_temperature_min_dC">(frame, if_complete(cells, cells.min));
+  write<pack_temperature, "cell_temperature_min_sensor">(frame, number_of(cells, cells.min_at));
+  write<pack_temperature, "cell_temperature_max_dC">(frame, if_complete(cells, cells.max));
+  write<pack_temperature, "cell_temperature_max_sensor">(frame, number_of(cells, cells.max_at));
+  return frame;
+}
+
+/// Resistances come with the estimator that measures them; until then they are not known.
+CanFrame resistance_frame(const VehicleView&, const VehicleConfig&) {
+  CanFrame frame = make_frame(pack_resistance);
+  for (const SignalSpec& signal : pack_resistance.signals) encode_signal(signal, not_known(), frame.data);
+  return frame;
+}
+
+using MakeFrame = CanFrame (*)(const VehicleView&, const VehicleConfig&);
+constexpr std::array<MakeFrame, vehicle_message_count> makers{name_frame,    version_frame,     status_frame,
+                                                              voltage_frame, current_frame,     energy_frame,
+                                                              charge_frame,  temperature_frame, resistance_frame};
+
+}  // namespace
+
+CanFrame vehicle_frame(std::size_t index, const VehicleView& view, const VehicleConfig& config) {
+  BMU_ASSERT(index < makers.size());
+  CanFrame frame = makers[index](view, config);
+  frame.id = frame.id - default_base_id + config.base_id;
+  return frame;
+}
+
+std::optional<CanFrame> VehicleReporter::step(TimePoint now, const VehicleView& view, const VehicleConfig& config) {
+  if (now < next_at_) return std::nullopt;
+  const CanFrame frame = vehicle_frame(index_, view, config);
+  const bool is_last = index_ + 1 == vehicle_message_count;
+  next_at_ += is_last ? period - spacing * (static_cast<int>(vehicle_message_count) - 1) : spacing;
+  if (next_at_ + period <= now) next_at_ = now + spacing;  // after a gap; no burst to catch up
+  index_ = is_last ? 0 : index_ + 1;
+  return frame;
+}
+
+}  // namespace bmu

@@ -1,0 +1,86 @@
+// The Unix socket bmuctl talks to: a line of JSON in, a line of JSON out, for a few clients at once.
+//
+// A client can neither hold nor starve the control loop: nothing here blocks, one request is answered per call, lines
+// and queues are bounded, and who sends nonsense without end or does not read is cut off. What a line means is the
+// business of the answering function.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "daemon/shell/os_error.hpp"
+#include "daemon/shell/owned_fd.hpp"
+#include "protocol/result.hpp"
+#include "protocol/time.hpp"
+
+namespace bmu {
+
+struct StatusReply {
+  std::string line;                        // without the newline
+  std::optional<Duration> picture_period;  // from now on this client gets the picture that often
+};
+
+struct StatusSocketOptions {
+  std::string path;
+  std::size_t clients_max = 16;
+  std::size_t request_bytes_max = 4096;
+  std::size_t unread_bytes_max = 1024 * 1024;  // a client that leaves more than this unread is dropped
+};
+
+class StatusSocket {
+ public:
+  using Answer = std::function<StatusReply(std::string_view request)>;
+  using Picture = std::function<std::string()>;
+
+  /// Takes the place of a dead daemon's socket file, never of a living one's. Makes the directory if it may.
+  [[nodiscard]] static Result<std::unique_ptr<StatusSocket>, OsError> open(const StatusSocketOptions& options);
+  StatusSocket(const StatusSocket&) = delete;
+  StatusSocket& operator=(const StatusSocket&) = delete;
+  /// Removes the socket file.
+  ~StatusSocket();
+
+  /// Readable (level) when serve() has something to do.
+  [[nodiscard]] int fd() const { return poll_.get(); }
+  /// Accepts, reads, writes, and answers at most one request.
+  void serve(const Answer& answer);
+  /// Requests wait that have been read already: serve() again, whatever fd() says.
+  [[nodiscard]] bool has_waiting_requests() const;
+  /// Sends the picture to those whose time it is. It is made once for all, and only if somebody wants it.
+  void publish(TimePoint now, const Picture& picture);
+
+  [[nodiscard]] std::size_t client_count() const { return clients_.size(); }
+  [[nodiscard]] std::uint64_t clients_dropped() const { return clients_dropped_; }
+
+ private:
+  struct Client;
+
+  StatusSocket(StatusSocketOptions options, OwnedFd poll, OwnedFd listener);
+
+  void accept_clients();
+  void read_from(Client& client);
+  void answer_one(const Answer& answer);
+  void answer_line(Client& client, const Answer& answer);
+  void queue(Client& client, std::string_view line);
+  void write_to(Client& client);
+  void watch_writable(Client& client, bool wanted);
+  void drop(Client& client);
+  void remove_finished();
+  [[nodiscard]] bool has_request(const Client& client) const;
+
+  StatusSocketOptions options_;
+  OwnedFd poll_;
+  OwnedFd listener_;
+  std::vector<std::unique_ptr<Client>> clients_;
+  std::size_t next_turn_ = 0;
+  std::uint64_t clients_dropped_ = 0;
+};
+
+/// {"ok":false,"error":{"code":...,"message":...}}
+[[nodiscard]] std::string error_line(std::string_view code, std::string_view message);
+
+}  // namespace bmu
