@@ -5,6 +5,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -25,10 +26,13 @@ enum class ByteOrder : std::uint8_t { big, little };
 
 using FrameBytes = std::array<std::uint8_t, 8>;
 
+/// The eight bytes as one number, b0 highest, and back: one load and one byte swap each.
 [[nodiscard]] constexpr std::uint64_t load_big_endian(const FrameBytes& bytes) {
-  std::uint64_t word = 0;
-  for (const std::uint8_t one : bytes) word = (word << 8) | one;
-  return word;
+  const auto word = std::bit_cast<std::uint64_t>(bytes);
+  return std::endian::native == std::endian::little ? __builtin_bswap64(word) : word;
+}
+[[nodiscard]] constexpr FrameBytes store_big_endian(std::uint64_t word) {
+  return std::bit_cast<FrameBytes>(std::endian::native == std::endian::little ? __builtin_bswap64(word) : word);
 }
 
 [[nodiscard]] constexpr std::uint64_t mask_of(unsigned bit_count) {
@@ -46,10 +50,14 @@ using FrameBytes = std::array<std::uint8_t, 8>;
 }
 
 /// Unsigned value of a field. 1 <= bit_count, first_bit + bit_count <= 64. Little-endian fields are whole bytes.
+[[nodiscard]] constexpr std::uint64_t extract_bits(std::uint64_t word, unsigned first_bit, unsigned bit_count,
+                                                   ByteOrder order = ByteOrder::big) {
+  const std::uint64_t run = (word >> (64 - first_bit - bit_count)) & mask_of(bit_count);
+  return order == ByteOrder::big ? run : swap_bytes(run, bit_count);
+}
 [[nodiscard]] constexpr std::uint64_t extract_bits(const FrameBytes& bytes, unsigned first_bit, unsigned bit_count,
                                                    ByteOrder order = ByteOrder::big) {
-  const std::uint64_t run = (load_big_endian(bytes) >> (64 - first_bit - bit_count)) & mask_of(bit_count);
-  return order == ByteOrder::big ? run : swap_bytes(run, bit_count);
+  return extract_bits(load_big_endian(bytes), first_bit, bit_count, order);
 }
 
 /// Writes the low `bit_count` bits of `value`; all other bits of the frame keep their values.
@@ -57,9 +65,8 @@ constexpr void insert_bits(FrameBytes& bytes, unsigned first_bit, unsigned bit_c
                            ByteOrder order = ByteOrder::big) {
   const unsigned shift = 64 - first_bit - bit_count;
   const std::uint64_t run = order == ByteOrder::big ? value & mask_of(bit_count) : swap_bytes(value, bit_count);
-  std::uint64_t word = load_big_endian(bytes);
-  word = (word & ~(mask_of(bit_count) << shift)) | (run << shift);
-  for (std::size_t index = 8; index-- > 0; word >>= 8) bytes[index] = static_cast<std::uint8_t>(word);
+  const std::uint64_t word = load_big_endian(bytes);
+  bytes = store_big_endian((word & ~(mask_of(bit_count) << shift)) | (run << shift));
 }
 
 /// Two's complement of a field of `bit_count` bits.

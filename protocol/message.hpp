@@ -44,6 +44,10 @@ struct MessageSpec {
   [[nodiscard]] constexpr bool has_node() const { return node_max > 0; }
 };
 
+[[nodiscard]] constexpr bool has_crc(const MessageSpec& message) {
+  return message.protection == Protection::counter_crc || message.protection == Protection::counter_crc_complement;
+}
+
 inline constexpr std::size_t signal_count_max = 24;
 
 /// Index of a signal in a row, found while compiling; an unknown name does not compile.
@@ -98,7 +102,7 @@ constexpr void seal(const MessageSpec& message, std::uint8_t counter, CanFrame& 
   if (message.protection == Protection::counter_crc_complement) {
     frame.data[1] = static_cast<std::uint8_t>(~frame.data[0]);
   }
-  if (message.protection == Protection::counter_crc || message.protection == Protection::counter_crc_complement) {
+  if (has_crc(message)) {
     frame.data[6] = counter;
     frame.data[7] = frame_crc(frame);
   }
@@ -122,10 +126,8 @@ constexpr void seal(const MessageSpec& message, std::uint8_t counter, CanFrame& 
 }
 
 [[nodiscard]] constexpr bool check_message(const MessageSpec& message) {
-  const bool has_crc =
-      message.protection == Protection::counter_crc || message.protection == Protection::counter_crc_complement;
-  const unsigned room = has_crc ? 7 : message.length;  // b7 is the checksum, which is no signal
-  if (message.length > 8 || (has_crc && message.length != 8) || message.signals.size() > signal_count_max) {
+  const unsigned room = has_crc(message) ? 7 : message.length;  // b7 is the checksum, which is no signal
+  if (message.length > 8 || (has_crc(message) && message.length != 8) || message.signals.size() > signal_count_max) {
     return false;
   }
   for (std::size_t i = 0; i < message.signals.size(); ++i) {

@@ -22,10 +22,6 @@ std::string_view to_text(RejectReason reason) {
 
 namespace {
 
-bool has_crc(const MessageSpec& message) {
-  return message.protection == Protection::counter_crc || message.protection == Protection::counter_crc_complement;
-}
-
 std::uint8_t counter_of(const MessageSpec& message, const CanFrame& frame) {
   return has_crc(message) ? frame.data[6] : static_cast<std::uint8_t>(frame.data[1] & 0x0F);
 }

@@ -78,6 +78,12 @@ struct SignalSpec {
   std::int16_t selected_by = -1;  // exists only while the message's selector (its first signal) has this value
 };
 
+/// The name without its unit's token, for where the unit is written behind the number.
+[[nodiscard]] constexpr std::string_view name_without_unit(const SignalSpec& signal) {
+  const std::string_view token = spec_of(signal.unit).token;
+  return token.empty() ? signal.name : signal.name.substr(0, signal.name.size() - token.size() - 1);
+}
+
 /// Smallest and largest raw number the field carries as data: special codes at either end are not data.
 struct RawRange {
   std::int64_t min = 0;
@@ -104,19 +110,27 @@ struct RawRange {
   return range;
 }
 
-[[nodiscard]] constexpr std::int64_t raw_of(const SignalSpec& signal, const FrameBytes& bytes) {
-  const std::uint64_t raw = extract_bits(bytes, signal.first_bit, signal.bit_count, signal.order);
+/// The field's bits as a number. `word` is load_big_endian of the data bytes: who reads a whole frame loads it once.
+[[nodiscard]] constexpr std::int64_t raw_of(const SignalSpec& signal, std::uint64_t word) {
+  const std::uint64_t raw = extract_bits(word, signal.first_bit, signal.bit_count, signal.order);
   return signal.is_signed ? sign_extend(raw, signal.bit_count) : static_cast<std::int64_t>(raw);
 }
+[[nodiscard]] constexpr std::int64_t raw_of(const SignalSpec& signal, const FrameBytes& bytes) {
+  return raw_of(signal, load_big_endian(bytes));
+}
 
-/// Meaning of the signal in these bytes. Total: every raw value gives a number or a reason why there is none.
-[[nodiscard]] constexpr SignalValue decode_signal(const SignalSpec& signal, const FrameBytes& bytes) {
-  const std::int64_t raw = raw_of(signal, bytes);
+/// Meaning of a raw number. Total: every raw value gives a number or a reason why there is none.
+[[nodiscard]] constexpr SignalValue value_of_raw(const SignalSpec& signal, std::int64_t raw) {
   if (const SpecialCode* code = find_special(signal, raw)) return not_known(code->meaning);
   if (signal.raw_limit > 0 && (raw > signal.raw_limit || raw < -signal.raw_limit)) {
     return not_known(Validity::out_of_range);
   }
   return known(raw * signal.scale);
+}
+
+/// Meaning of the signal in these bytes.
+[[nodiscard]] constexpr SignalValue decode_signal(const SignalSpec& signal, const FrameBytes& bytes) {
+  return value_of_raw(signal, raw_of(signal, bytes));
 }
 
 /// Raw number that carries `value`: rounded as the row says, and the nearest the field can carry if it is beyond.

@@ -33,10 +33,12 @@ packages_fail() {
   return 1
 }
 
+can_be_root() { [[ $(id -u) -eq 0 ]] || command -v sudo >/dev/null; }
+
 as_root() {
   if [[ $(id -u) -eq 0 ]]; then
     "$@"
-  elif command -v sudo >/dev/null; then
+  elif can_be_root; then
     sudo "$@"
   else
     packages_fail "'$*' needs root: run it as root, or install sudo"
@@ -64,6 +66,7 @@ packages_install() {
     packages_fail "this is no Debian or Ubuntu (no apt-get); install the like of these by hand: $(packages_names "$@")" || return
   missing=$(packages_missing "$@") || return
   [[ -n $missing ]] || return 0
+  can_be_root || packages_fail "installing needs root or sudo, and neither is there. As root: apt-get install ${missing//$'\n'/ }" || return
   echo "packages: installing ${missing//$'\n'/ }" >&2
   # A failed update need not matter: the lists at hand may do. The install has the last word.
   as_root apt-get -qq update >&2 || echo "packages: apt-get update failed, going on with the package lists at hand" >&2

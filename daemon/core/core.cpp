@@ -24,6 +24,7 @@ bool says_no(const PduState& pdu) {
 Core::Core(const CoreConfig& config, TimePoint started_at)
     : config_(config),
       started_at_(started_at),
+      view_began_at_(started_at),
       next_tick_(started_at),
       check_(config.sensor.little_endian ? internal_bus::catalogue_little_endian_sensor : internal_bus::catalogue,
              ReceiveCheck::Role::master) {
@@ -166,14 +167,17 @@ Urgency Core::take(TimePoint at, const CommandGiven& what) {
 }
 
 /// Whenever the bus was away, what was known before says nothing about now.
-void Core::update_bus_state(TimePoint) {
+void Core::update_bus_state(TimePoint at) {
   const bool is_up = ports_[static_cast<std::size_t>(Port::internal)].is_up && !is_bus_off_;
   if (is_up == flags_.internal_bus_up) return;
   flags_.internal_bus_up = is_up;
-  start_over();
+  start_over(at);
 }
 
-void Core::start_over() {
+/// As after a start: nothing is known, and "not yet heard" is not "lost" for a while.
+void Core::start_over(TimePoint at) {
+  view_began_at_ = at;
+  seen_complete_ = false;
   modules_.forget_values();
   sensors_ = {};
   check_.forget_counters();
@@ -209,10 +213,15 @@ Decisions Core::decide(TimePoint now) {
   events_.move_to(out);
   out.outputs = outputs_;
   out.is_shut_down = is_shut_down(now);
-  next_tick_ += tick_period;
-  if (next_tick_ <= now) next_tick_ = now + tick_period;
-  out.wake_at = next_tick_;
+  out.wake_at = advance_tick(now);
   return out;
+}
+
+/// Deadlines advance by the period, so an early tick between two of them moves nothing.
+TimePoint Core::advance_tick(TimePoint now) {
+  if (next_tick_ <= now) next_tick_ += tick_period;
+  if (next_tick_ <= now) next_tick_ = now + tick_period;  // we were late by more than one; no burst to catch up
+  return next_tick_;
 }
 
 void Core::check_loop_gap(TimePoint now) {
@@ -220,7 +229,7 @@ void Core::check_loop_gap(TimePoint now) {
   if (!is_gap) return;
   events_.push({.id = EventId::loop_gap, .at = now, .number = to_ms(now - decided_at_)});
   flags_.loop_gap_seen = true;
-  start_over();
+  start_over(now);
 }
 
 /// Closing needs an edge: a line that was seen off since start, or since we last knew nothing, and then came on.
@@ -476,7 +485,7 @@ bool Core::inputs_healthy(TimePoint now) const {
 }
 
 bool Core::has_started(TimePoint now) const {
-  return seen_complete_ || now - started_at_ >= start_grace;
+  return seen_complete_ || (flags_.internal_bus_up && now - view_began_at_ >= start_grace);
 }
 
 bool Core::identities_known() const {

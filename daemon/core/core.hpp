@@ -136,7 +136,8 @@ class Core {
   void send_report(TimePoint now, Decisions& out);
 
   void follow_line(bool& was_on, bool is_on);
-  void start_over();
+  void start_over(TimePoint at);
+  TimePoint advance_tick(TimePoint now);
   void update_bus_state(TimePoint at);
   void note_fault_changes(const FaultChanges& changes, TimePoint now);
   void record_opening(TimePoint now, Phase from, bool precharge_timed_out);
@@ -152,6 +153,7 @@ class Core {
 
   CoreConfig config_;
   TimePoint started_at_;
+  TimePoint view_began_at_;  // start, or when we last had to forget everything
   TimePoint decided_at_{};
   TimePoint next_tick_;
   std::uint64_t ticks_ = 0;
@@ -182,7 +184,6 @@ class Core {
   bool charger_was_connected_ = false;
   bool clear_requested_ = false;
   bool is_bus_off_ = false;
-  bool has_sent_command_ = false;
   bool shutting_down_ = false;
   TimePoint shut_down_at_{};
   TimePoint locked_out_until_{};

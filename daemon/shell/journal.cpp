@@ -1,5 +1,6 @@
 #include "daemon/shell/journal.hpp"
 
+#include <array>
 #include <atomic>
 #include <condition_variable>
 #include <cstdlib>
@@ -96,8 +97,8 @@ std::optional<Severity> severity_from_text(std::string_view text) {
 }
 
 struct Journal::Parts {
-  Severity least;
-  std::size_t queue_lines;
+  Severity least = Severity::info;
+  std::size_t queue_lines = default_queue_lines;
   std::shared_ptr<CountingSink> sink = std::make_shared<CountingSink>(make_sink());
   std::shared_ptr<spdlog::details::thread_pool> pool;
   std::shared_ptr<spdlog::async_logger> logger;
@@ -105,7 +106,9 @@ struct Journal::Parts {
   std::uint64_t lost_told = 0;
 };
 
-Journal::Journal(Severity least, std::size_t queue_lines) : parts_(new Parts{.least = least, .queue_lines = queue_lines}) {
+Journal::Journal(Severity least, std::size_t queue_lines) : parts_(std::make_unique<Parts>()) {
+  parts_->least = least;
+  parts_->queue_lines = queue_lines;
   parts_->pool = std::make_shared<spdlog::details::thread_pool>(queue_lines, 1);
   parts_->logger = std::make_shared<spdlog::async_logger>("bmud", parts_->sink, parts_->pool,
                                                           spdlog::async_overflow_policy::overrun_oldest);

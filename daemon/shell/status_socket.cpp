@@ -24,7 +24,6 @@ struct StatusSocket::Client {
   bool has_ended = false;      // sends no more; what it asked is still answered
   bool is_closing = false;     // close once everything is written
   bool is_finished = false;    // to be removed
-  bool wants_writable = false;
 
   [[nodiscard]] std::size_t unread() const { return output.size() - output_sent; }
 };
@@ -254,7 +253,6 @@ void StatusSocket::watch_writable(Client& client, bool wanted) {
   event.events = (takes_input ? EPOLLIN : 0U) | (wanted ? EPOLLOUT : 0U);
   event.data.fd = client.socket.get();
   static_cast<void>(::epoll_ctl(poll_.get(), EPOLL_CTL_MOD, client.socket.get(), &event));
-  client.wants_writable = wanted;
 }
 
 void StatusSocket::drop(Client& client) {

@@ -87,7 +87,7 @@ add_module() {
 write_job() {
   {
     echo "# guest-init: $here/guest-init"
-    printf 'RIG_DIR=%q RIG_FOLDER=%q RIG_TOKEN=%q RIG_LIMIT_S=%q\n' "$here" "$PWD" "$token" "$limit_s"
+    printf 'RIG_DIR=%q RIG_FOLDER=%q RIG_TOKEN=%q RIG_END=%q\n' "$here" "$PWD" "$token" "$(($(date +%s) + limit_s))"
     printf 'RIG_COMMAND=('
     printf '%q ' "$(realpath "$script")" "${script_arguments[@]}"
     printf ')\n'
@@ -141,12 +141,16 @@ clean_up() {
   [[ -z $work ]] || rm -rf "$work"
 }
 
+last_step() {
+  local line
+  line=$(grep -a '^step: ' "$out/console.log" | tail -n 1) || true
+  echo "${line:-step: none was named}"
+}
+
 show_tail() {
-  local last_step
-  last_step=$(grep -a '^step: ' "$out/console.log" | tail -n 1) || true
-  echo "rig: last ${last_step:-step: none was named}"
+  echo "rig: last $(last_step)"
   echo "rig: end of the console (all of it is in $out/console.log):"
-  tail -n "${1:-25}" "$out/console.log" | sed 's/^/  | /'
+  tail -n 25 "$out/console.log" | sed 's/^/  | /'
   if [[ -s $work/qemu.err ]]; then sed 's/^/  qemu: /' "$work/qemu.err"; fi
 }
 
@@ -155,8 +159,7 @@ report() {
   local qemu_status=$1 status
   status=$(sed -n "s/.*rig-end $token \([0-9]*\)\$/\1/p" "$out/console.log")
   if [[ $status == 124 ]]; then
-    echo "rig: $script was still running near the limit of $limit_s s" >&2
-    show_tail 1 >&2
+    echo "rig: $script was still running near the limit of $limit_s s; last $(last_step)" >&2
   elif [[ -n $status ]]; then
     :
   elif [[ $qemu_status -eq 124 || $qemu_status -eq 137 ]]; then

@@ -7,6 +7,7 @@
 #   start NAME CMD     runs CMD in the background, its output in RIG_OUT/NAME.log
 #   stop NAME [SIG]    ends it by SIG (TERM), returns its exit status; 137 if it had to be killed after stop_limit_s
 #   running NAME       succeeds while it runs
+#   record NAME BUS    starts candump as NAME, returns when it listens; the recording is RIG_OUT/NAME.can.log
 # Everything started is ended when the script ends, however it ends.
 set -euo pipefail
 
@@ -89,6 +90,20 @@ stop() {
   unset "started_pids[$name]"
   return "$status"
 }
+
+# The kernel's list of receivers of everything tells when candump has begun: frames sent from then on are recorded.
+listens_to() { grep -Eq "^ *$1 .*raw" /proc/net/can/rcvlist_all; }
+
+record_to_file() { exec candump -r 1000000 -L "$2" >"$RIG_OUT/$1.can.log"; }
+
+record() {
+  # A receiver of the frames of a moment ago must not pass for the new one.
+  wait_for 10 "nobody else records $2" not listens_to "$2"
+  start "$1" record_to_file "$1" "$2"
+  wait_for 10 "candump listens to $2" listens_to "$2"
+}
+
+not() { ! "$@"; }
 
 end_everything() {
   local name

@@ -1,0 +1,294 @@
+#include "config/pack_checks.hpp"
+
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include "config/pack_fields.hpp"
+
+namespace bmu {
+namespace {
+
+/// A signal may be lost once: two intervals and the time an answer takes.
+constexpr Duration answer_margin = 50ms;
+
+struct Check {
+  const PackConfig& pack;
+  const Place& root;
+  const Place& cell;
+  ProblemList& problems;
+
+  [[nodiscard]] const CoreConfig& core() const { return pack.core; }
+  [[nodiscard]] Place limit(const LimitRow& row, std::string_view key) const {
+    return root.at("limits").at(row.key).at(key);
+  }
+  [[nodiscard]] Place limit_quantity(const LimitRow& row, std::string_view quantity) const {
+    return limit(row, row.key_of(quantity));
+  }
+  [[nodiscard]] bool are_good(std::initializer_list<Place> places) const {
+    return std::all_of(places.begin(), places.end(), [this](const Place& place) { return problems.is_good(place); });
+  }
+};
+
+const LimitRow& limit_row(std::string_view key) {
+  const auto rows = limit_rows();
+  const auto found = std::find_if(rows.begin(), rows.end(), [key](const LimitRow& row) { return row.key == key; });
+  BMU_ASSERT(found != rows.end());
+  return *found;
+}
+
+std::string digits_of(std::int64_t value) {
+  return std::to_string(value);
+}
+std::string ms_text(Duration value) {
+  return std::to_string(to_ms(value)) + " ms";
+}
+
+// --- each limit by itself -------------------------------------------------------------------------------------------
+
+void check_limit_order(const Check& check, const LimitRow& row) {
+  const Place warn_place = check.limit_quantity(row, "warn");
+  const Place open_place = check.limit_quantity(row, "open");
+  if (!check.are_good({warn_place, open_place})) return;
+  const LimitConfig& limit = check.core().limits.*row.member;
+  const bool is_in_order = row.is_upper ? limit.warn < limit.open : limit.warn > limit.open;
+  if (is_in_order) return;
+  check.problems.add(warn_place, digits_of(limit.warn / row.scale),
+                     std::string(row.is_upper ? "less" : "more") + " than " + row.key_of("open") + ", " +
+                         digits_of(limit.open / row.scale) + ", so that the warning comes first");
+}
+
+/// A fault that clears only behind its own warning, never within it: else warn and fault would clear in the wrong
+/// order.
+void check_hysteresis(const Check& check, const LimitRow& row) {
+  const Place place = check.limit_quantity(row, "hysteresis");
+  if (!check.are_good({place, check.limit_quantity(row, "warn"), check.limit_quantity(row, "open")})) return;
+  const LimitConfig& limit = check.core().limits.*row.member;
+  const std::int32_t distance = row.is_upper ? limit.open - limit.warn : limit.warn - limit.open;
+  if (limit.hysteresis < distance) return;
+  check.problems.add(place, digits_of(limit.hysteresis / row.scale),
+                     "less than the distance from " + row.key_of("warn") + " to " + row.key_of("open") + ", " +
+                         digits_of(distance / row.scale));
+}
+
+struct Interval {
+  Duration value;
+  bool is_good;
+};
+
+/// How often the limit's signal comes, and whether that is known.
+Interval interval_of(const Check& check, const LimitRow& row) {
+  const auto rows = age_rows();
+  const auto found = std::find_if(rows.begin(), rows.end(), [&](const AgeRow& age) { return age.key == row.age_key; });
+  BMU_ASSERT(found != rows.end());
+  const Place poll = check.root.at("poll");
+  return {found->interval(check.core()), check.are_good({poll.at("period_ms"), poll.at("temperature_every")})};
+}
+
+/// The worst case: the value crosses the limit just as its signal is lost, and is confirmed when that is back.
+void check_reaction(const Check& check, const LimitRow& row) {
+  const Place confirm_place = check.limit(row, "confirm_ms");
+  const Place age_place = check.root.at("ages").at(row.age_key);
+  const Interval interval = interval_of(check, row);
+  if (!interval.is_good || !check.are_good({confirm_place, age_place})) return;
+  const Duration age = check.core().ages.*row.age;
+  const Duration confirm = (check.core().limits.*row.member).confirm;
+  const std::string budget =
+      ", so that " + std::string(row.key) + " opens the pack within " + ms_text(row.reaction_max);
+  if (age + interval.value > row.reaction_max) {
+    check.problems.add(age_place, digits_of(to_ms(age)),
+                       "at most " + digits_of(to_ms(row.reaction_max - interval.value)) +
+                           " where a sample comes every " + ms_text(interval.value) + budget);
+  } else if (age + confirm > row.reaction_max) {
+    check.problems.add(confirm_place, digits_of(to_ms(confirm)),
+                       "at most " + digits_of(to_ms(row.reaction_max - age)) + " with " + std::string(row.age_key) +
+                           " " + digits_of(to_ms(age)) + budget);
+  }
+}
+
+// --- limits against each other and against the cell -----------------------------------------------------------------
+
+struct WindowRow {
+  std::string_view lower;
+  std::string_view upper;
+};
+constexpr std::array window_rows{WindowRow{"cell_undervoltage", "cell_overvoltage"},
+                                 WindowRow{"cell_undertemperature", "cell_overtemperature"}};
+
+/// Between the warnings, behind both hystereses, there must be values that are good.
+void check_window(const Check& check, const WindowRow& window) {
+  const LimitRow& lower_row = limit_row(window.lower);
+  const LimitRow& upper_row = limit_row(window.upper);
+  const Place place = check.limit_quantity(lower_row, "warn");
+  if (!check.are_good({place, check.limit_quantity(upper_row, "warn"), check.limit_quantity(lower_row, "hysteresis"),
+                       check.limit_quantity(upper_row, "hysteresis")})) {
+    return;
+  }
+  const LimitConfig& lower = check.core().limits.*lower_row.member;
+  const LimitConfig& upper = check.core().limits.*upper_row.member;
+  const std::int32_t end = upper.warn - upper.hysteresis - lower.hysteresis;
+  if (lower.warn < end) return;
+  check.problems.add(place, digits_of(lower.warn / lower_row.scale),
+                     "less than " + digits_of(end / lower_row.scale) + ", which is " + upper_row.key_of("warn") +
+                         " of " + std::string(window.upper) + " less both hystereses");
+}
+
+struct AbsoluteRow {
+  std::string_view limit;
+  std::string_view cell_key;
+  std::int32_t CellModel::*absolute;
+};
+constexpr std::array absolute_rows{
+    AbsoluteRow{"cell_undervoltage", "voltage_min_mV", &CellModel::voltage_min_uV},
+    AbsoluteRow{"cell_overvoltage", "voltage_max_mV", &CellModel::voltage_max_uV},
+    AbsoluteRow{"cell_overtemperature", "temperature_max_dC", &CellModel::temperature_max_dC},
+    AbsoluteRow{"cell_undertemperature", "temperature_min_dC", &CellModel::temperature_min_dC},
+};
+
+void check_absolute(const Check& check, const AbsoluteRow& absolute_row) {
+  const LimitRow& row = limit_row(absolute_row.limit);
+  const Place place = check.limit_quantity(row, "open");
+  if (!check.are_good({place, check.cell.at(absolute_row.cell_key)})) return;
+  const std::int32_t open = (check.core().limits.*row.member).open;
+  const std::int32_t absolute = check.core().cell.*absolute_row.absolute;
+  const bool is_within = row.is_upper ? open <= absolute : open >= absolute;
+  if (is_within) return;
+  check.problems.add(place, digits_of(open / row.scale),
+                     std::string(row.is_upper ? "at most " : "at least ") + digits_of(absolute / row.scale) +
+                         ", the cell's absolute " + std::string(absolute_row.cell_key));
+}
+
+struct ContinuousRow {
+  std::string_view limit;
+  std::string_view key;
+  std::int32_t CurrentLimitConfig::*continuous_mA;
+};
+constexpr std::array continuous_rows{
+    ContinuousRow{"discharge_overcurrent", "discharge_continuous_mA", &CurrentLimitConfig::discharge_continuous_mA},
+    ContinuousRow{"charge_overcurrent", "charge_continuous_mA", &CurrentLimitConfig::charge_continuous_mA},
+};
+
+void check_continuous(const Check& check, const ContinuousRow& continuous_row) {
+  const LimitRow& row = limit_row(continuous_row.limit);
+  const Place place = check.limit_quantity(row, "open");
+  if (!check.are_good({place, check.root.at("current").at(continuous_row.key)})) return;
+  const std::int32_t open_mA = (check.core().limits.*row.member).open;
+  const std::int32_t continuous_mA = check.core().current.*continuous_row.continuous_mA;
+  if (open_mA > continuous_mA) return;
+  check.problems.add(place, digits_of(open_mA),
+                     "more than " + digits_of(continuous_mA) + ", the " + std::string(continuous_row.key) +
+                         " the pack may always carry");
+}
+
+// --- times ----------------------------------------------------------------------------------------------------------
+
+void check_age(const Check& check, const AgeRow& row) {
+  const Place place = check.root.at("ages").at(row.key);
+  const Place poll = check.root.at("poll");
+  if (!check.are_good({place, poll.at("period_ms"), poll.at("temperature_every")})) return;
+  const Duration age = check.core().ages.*row.member;
+  const Duration age_min = 2 * row.interval(check.core()) + answer_margin;
+  if (age >= age_min) return;
+  check.problems.add(place, digits_of(to_ms(age)),
+                     "at least " + digits_of(to_ms(age_min)) + ": twice " + std::string(row.source) + " and " +
+                         ms_text(answer_margin));
+}
+
+void check_precharge(const Check& check) {
+  const Place section = check.root.at("contactors");
+  const Place place = section.at("precharge_timeout_ms");
+  if (!check.are_good({place, section.at("settle_ms")})) return;
+  const ContactorConfig& contactors = check.core().contactors;
+  if (contactors.precharge_timeout > contactors.settle) return;
+  check.problems.add(place, digits_of(to_ms(contactors.precharge_timeout)),
+                     "more than settle_ms, " + digits_of(to_ms(contactors.settle)) + ", or precharge always gives up");
+}
+
+// --- modules, cell, vehicle -----------------------------------------------------------------------------------------
+
+void check_sensors(const Check& check) {
+  const Place place = check.root.at("modules");
+  const auto& modules = check.core().modules;
+  const bool has_sensor = std::any_of(modules.begin(), modules.end(),
+                                      [](const ModuleConfig& module) { return module.temperature_sensor_count > 0; });
+  // Elements that could not be read are not in the list: they might have had one.
+  if (has_sensor || modules.empty() || !check.problems.is_good_throughout(place)) return;
+  check.problems.add(place, "no temperature sensor in the whole pack",
+                     "temperature_sensors above 0 in one module or more");
+}
+
+struct AbsolutePair {
+  std::string_view lower_key;
+  std::string_view upper_key;
+  std::int32_t CellModel::*lower;
+  std::int32_t CellModel::*upper;
+  std::int32_t scale;
+};
+constexpr std::array absolute_pairs{
+    AbsolutePair{"voltage_min_mV", "voltage_max_mV", &CellModel::voltage_min_uV, &CellModel::voltage_max_uV, 1'000},
+    AbsolutePair{"temperature_min_dC", "temperature_max_dC", &CellModel::temperature_min_dC,
+                 &CellModel::temperature_max_dC, 1},
+};
+
+void check_absolute_pair(const Check& check, const AbsolutePair& pair) {
+  const Place place = check.cell.at(pair.lower_key);
+  if (!check.are_good({place, check.cell.at(pair.upper_key)})) return;
+  const std::int32_t lower = check.core().cell.*pair.lower;
+  const std::int32_t upper = check.core().cell.*pair.upper;
+  if (lower < upper) return;
+  check.problems.add(place, digits_of(lower / pair.scale),
+                     "less than " + std::string(pair.upper_key) + ", " + digits_of(upper / pair.scale));
+}
+
+/// An empty or full cell that rests must lie within what its maker allows.
+void check_ocv_range(const Check& check) {
+  const CellModel& cell = check.core().cell;
+  const Place place = check.cell.at("ocv");
+  if (!check.problems.is_good_throughout(place) ||
+      !check.are_good({check.cell.at("voltage_min_mV"), check.cell.at("voltage_max_mV")})) {
+    return;
+  }
+  const std::int32_t empty_uV = cell.ocv[0].ocv_uV;
+  const std::int32_t full_uV = cell.ocv.back().ocv_uV;
+  if (empty_uV >= cell.voltage_min_uV && full_uV <= cell.voltage_max_uV) return;
+  check.problems.add(place, digits_of(mV_from_uV(empty_uV)) + " to " + digits_of(mV_from_uV(full_uV)) + " mV",
+                     "from voltage_min_mV, " + digits_of(mV_from_uV(cell.voltage_min_uV)) + ", to voltage_max_mV, " +
+                         digits_of(mV_from_uV(cell.voltage_max_uV)));
+}
+
+/// Also where the buses are two: someone will join them on one adapter, and a wrong plug must not command contactors.
+void check_base_id(const Check& check) {
+  const Place place = check.root.at("vehicle").at("base_id");
+  if (!check.problems.is_good(place)) return;
+  const unsigned base_id = check.core().vehicle.base_id;
+  for (unsigned id = base_id; id < base_id + std::size(vehicle_bus::rows); ++id) {
+    const MessageSpec* taken = internal_bus::catalogue.find(id).message;
+    if (taken == nullptr) continue;
+    check.problems.add(
+        place, in_quotes(hex_text(base_id)),
+        "nine identifiers that the internal bus does not use; " + hex_text(id) + " is " + std::string(taken->name));
+    return;
+  }
+}
+
+}  // namespace
+
+void check_pack(const PackConfig& pack, const Place& pack_place, const Place& cell_place, ProblemList& problems) {
+  const Check check{pack, pack_place, cell_place, problems};
+  for (const AbsolutePair& pair : absolute_pairs) check_absolute_pair(check, pair);
+  check_ocv_range(check);
+  check_sensors(check);
+  for (const AgeRow& row : age_rows()) check_age(check, row);
+  for (const LimitRow& row : limit_rows()) {
+    check_limit_order(check, row);
+    check_hysteresis(check, row);
+    check_reaction(check, row);
+  }
+  for (const WindowRow& row : window_rows) check_window(check, row);
+  for (const AbsoluteRow& row : absolute_rows) check_absolute(check, row);
+  for (const ContinuousRow& row : continuous_rows) check_continuous(check, row);
+  check_precharge(check);
+  check_base_id(check);
+}
+
+}  // namespace bmu

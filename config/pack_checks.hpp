@@ -1,0 +1,13 @@
+// What no key can say alone: limits against the cell, ages against periods, reactions against budgets, nodes against
+// each other. Runs on what was read; a value that was already refused is left out, so that one mistake is one problem.
+#pragma once
+
+#include "config/json_reader.hpp"
+#include "config/pack_config.hpp"
+
+namespace bmu {
+
+/// `pack_place` is the root of the pack file, `cell_place` that of the cell's object, in its own file or in the pack's.
+void check_pack(const PackConfig& pack, const Place& pack_place, const Place& cell_place, ProblemList& problems);
+
+}  // namespace bmu

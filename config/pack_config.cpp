@@ -1,0 +1,330 @@
+#include "config/pack_config.hpp"
+
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <cstdint>
+#include <fstream>
+#include <optional>
+#include <system_error>
+
+#include "config/json_reader.hpp"
+#include "config/pack_checks.hpp"
+#include "config/pack_fields.hpp"
+
+namespace bmu {
+namespace {
+
+// --- files ----------------------------------------------------------------------------------------------------------
+
+constexpr std::size_t file_size_max = std::size_t{1} << 20;
+
+/// The file's bytes. Only regular files: reading a pipe or a device could block for ever or never end.
+std::optional<std::string> read_file(const std::filesystem::path& file, const Place& place, ProblemList& problems) {
+  constexpr const char* wanted = "a readable file of at most 1 MiB";
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(file, error);
+  if (error || !std::filesystem::is_regular_file(status)) {
+    const bool is_directory = !error && std::filesystem::is_directory(status);
+    const char* other = is_directory ? "a directory" : "something that is no regular file";
+    problems.add(place, error ? error.message() : std::string(other), wanted);
+    return std::nullopt;
+  }
+  errno = 0;
+  std::ifstream stream(file, std::ios::binary);
+  std::string bytes(file_size_max + 1, '\0');
+  stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  if (stream.gcount() == 0 && (!stream.eof() || stream.bad())) {
+    problems.add(place, std::generic_category().message(errno), wanted);
+    return std::nullopt;
+  }
+  bytes.resize(static_cast<std::size_t>(stream.gcount()));
+  if (bytes.size() > file_size_max) {
+    problems.add(place, "more than 1 MiB", wanted);
+    return std::nullopt;
+  }
+  return bytes;
+}
+
+/// FNV-1a, 64 bits: not against an attacker, but for telling two configurations apart in logs and recordings.
+constexpr std::uint64_t hash_start = 0xCBF2'9CE4'8422'2325;
+
+constexpr std::uint64_t continue_hash(std::uint64_t hash, std::string_view bytes) {
+  for (const char c : bytes) {
+    hash ^= static_cast<std::uint8_t>(c);
+    hash *= 0x0000'0100'0000'01B3;
+  }
+  return hash;
+}
+static_assert(continue_hash(hash_start, "foobar") == 0x85944171F73967E8);
+
+// --- cell -----------------------------------------------------------------------------------------------------------
+
+/// Half a microvolt is below anything that is measured; a double carries a decimal fraction that well.
+std::optional<std::int32_t> whole_uV(double value_mV) {
+  const double value_uV = value_mV * 1'000;
+  const double whole = std::nearbyint(value_uV);
+  if (std::abs(value_uV - whole) > 1e-3) return std::nullopt;
+  return static_cast<std::int32_t>(whole);
+}
+
+std::optional<OcvPoint> read_ocv_point(const JsonValue& value, const Place& place, ProblemList& problems) {
+  if (!value.is_array() || value.size() != 2) {
+    problems.add(place, shown(value), "a pair, [soc_permille, ocv_mV]");
+    return std::nullopt;
+  }
+  const FieldInfo soc{.key = "soc_permille", .min = 0, .max = 1'000};
+  const FieldInfo ocv{.key = "ocv_mV", .min = ocv_min_mV, .max = ocv_max_mV, .type = FieldType::real};
+  const auto soc_read = read_value(value[0], soc, place.at(0), problems);
+  const auto ocv_read = read_value(value[1], ocv, place.at(1), problems);
+  if (!soc_read || !ocv_read) return std::nullopt;
+  const auto ocv_uV = whole_uV(std::get<double>(*ocv_read));
+  if (!ocv_uV) {
+    problems.add(place.at(1), shown(value[1]), "at most three digits behind the point: microvolts");
+    return std::nullopt;
+  }
+  return OcvPoint{static_cast<std::int32_t>(std::get<double>(*soc_read)), *ocv_uV};
+}
+
+/// The point must lie above the one before, in both columns; the table must begin at 0 and end at 1000.
+void check_ocv_point(const CellModel& cell, std::size_t index, std::size_t count, const JsonValue& value,
+                     const Place& place, ProblemList& problems) {
+  const OcvPoint& point = cell.ocv[index];
+  const bool is_last = index + 1 == count;
+  if (index == 0 && point.soc_permille != 0) problems.add(place.at(0), shown(value[0]), "0 in the first pair");
+  if (is_last && point.soc_permille != 1'000) problems.add(place.at(0), shown(value[0]), "1000 in the last pair");
+  if (index == 0) return;
+  const OcvPoint& before = cell.ocv[index - 1];
+  if (point.soc_permille <= before.soc_permille) {
+    problems.add(place.at(0), shown(value[0]), "more than in the pair before, " + std::to_string(before.soc_permille));
+  }
+  if (point.ocv_uV <= before.ocv_uV) {
+    problems.add(place.at(1), shown(value[1]),
+                 "more than in the pair before, " + number_text(static_cast<double>(before.ocv_uV) / 1'000));
+  }
+}
+
+void read_ocv(const JsonValue& object, const Place& cell_place, CellModel& cell, ProblemList& problems) {
+  const JsonValue* table = find_value(object, cell_place, "ocv", true, problems);
+  if (table == nullptr) return;
+  const Place place = cell_place.at("ocv");
+  if (!table->is_array() || table->size() < 2 || table->size() > ocv_points_max) {
+    const std::string found = table->is_array() ? std::to_string(table->size()) + " pairs" : shown(*table);
+    problems.add(place, found, "a list of 2 to 64 pairs, [soc_permille, ocv_mV]");
+    return;
+  }
+  for (std::size_t index = 0; index < table->size(); ++index) {
+    const auto point = read_ocv_point((*table)[index], place.at(index), problems);
+    if (point) cell.ocv.push_back(*point);
+  }
+  if (cell.ocv.size() != table->size()) return;  // a hole would make its neighbours look wrong
+  for (std::size_t index = 0; index < table->size(); ++index) {
+    check_ocv_point(cell, index, table->size(), (*table)[index], place.at(index), problems);
+  }
+}
+
+void read_cell(const JsonValue& object, const Place& place, CellFile& cell, ProblemList& problems) {
+  if (!is_object(object, place, problems)) return;
+  std::vector<std::string_view> keys = keys_of(cell_name_fields());
+  const auto model_keys = keys_of(cell_model_fields());
+  keys.insert(keys.end(), model_keys.begin(), model_keys.end());
+  keys.emplace_back("ocv");
+  check_keys(object, place, keys, problems);
+  read_fields(object, place, cell_name_fields(), cell, problems);
+  read_fields(object, place, cell_model_fields(), cell.model, problems);
+  read_ocv(object, place, cell.model, problems);
+}
+
+/// What the key "cell" names or holds, and where its keys are to be reported.
+struct CellSource {
+  Place place;
+  CellFile cell{};
+  std::string bytes{};  // of its file, for the hash
+};
+
+/// A cell that is a file of its own.
+CellSource load_cell(const JsonValue& name, const Place& key_place, const std::filesystem::path& directory,
+                     ProblemList& problems) {
+  const FieldInfo file_name{.key = "cell", .min = 1, .max = 4'096, .type = FieldType::text};
+  CellSource source{.place = key_place};
+  const auto text = read_value(name, file_name, key_place, problems);
+  if (!text) return source;
+  const std::filesystem::path file = directory / std::get<std::string>(*text);
+  source.place = {file.string(), ""};
+  const auto bytes = read_file(file, source.place, problems);
+  if (!bytes) return source;
+  source.bytes = *bytes;
+  const auto tree = parse_json(*bytes, source.place.file, problems);
+  if (tree) read_cell(*tree, source.place, source.cell, problems);
+  return source;
+}
+
+CellSource read_cell_source(const JsonValue& root, const Place& root_place, const std::filesystem::path& directory,
+                            ProblemList& problems) {
+  CellSource source{.place = root_place.at("cell")};
+  const JsonValue* cell = find_value(root, root_place, "cell", true, problems);
+  if (cell == nullptr) return source;
+  if (cell->is_string()) return load_cell(*cell, source.place, directory, problems);
+  if (cell->is_object()) {
+    read_cell(*cell, source.place, source.cell, problems);
+  } else {
+    problems.add(source.place, shown(*cell), "the name of a cell file, or an object that describes the cell");
+  }
+  return source;
+}
+
+// --- modules --------------------------------------------------------------------------------------------------------
+
+/// Takes modules over as they come, and remembers who has which node.
+class ModuleReader {
+ public:
+  ModuleReader(FixedVector<ModuleConfig, modules_max>& modules, ProblemList& problems)
+      : modules_(modules), problems_(problems) {}
+
+  void read(const JsonValue& value, const Place& place) {
+    if (!is_object(value, place, problems_)) return;
+    std::vector<std::string_view> keys = keys_of(module_fields());
+    keys.emplace_back("nodes");
+    check_keys(value, place, keys, problems_);
+    ModuleEntry entry;
+    read_fields(value, place, module_fields(), entry, problems_);
+    if (value.contains("node") == value.contains("nodes")) {
+      problems_.add(place, shown(value), "either \"node\" or \"nodes\"");
+    } else if (value.contains("node")) {
+      add(value.at("node"), entry, place.at("node"));
+    } else {
+      read_nodes(value.at("nodes"), entry, place.at("nodes"));
+    }
+  }
+
+ private:
+  void read_nodes(const JsonValue& nodes, ModuleEntry entry, const Place& place) {
+    if (!nodes.is_array() || nodes.empty()) {
+      problems_.add(place, shown(nodes), "a list of node numbers, [1, 2, 3]");
+      return;
+    }
+    for (std::size_t index = 0; index < nodes.size(); ++index) {
+      const FieldInfo node{.key = "node", .min = 1, .max = node_max};
+      const auto read = read_value(nodes[index], node, place.at(index), problems_);
+      if (!read) continue;
+      entry.node = static_cast<std::uint8_t>(std::get<double>(*read));
+      add(nodes[index], entry, place.at(index));
+    }
+  }
+
+  /// Once each node is taken there is no room either: more than 63 modules cannot have different nodes.
+  void add(const JsonValue& shown_node, const ModuleEntry& entry, const Place& place) {
+    if (entry.node == 0) return;  // was reported as out of range
+    std::string& owner = owner_of_node_.at(entry.node);
+    if (!owner.empty()) {
+      problems_.add(place, shown(shown_node), "a node number no other module has; it is taken by " + owner);
+      return;
+    }
+    owner = place.path;
+    modules_.push_back({entry.node, entry.cell_count, entry.temperature_sensor_count});
+  }
+
+  FixedVector<ModuleConfig, modules_max>& modules_;
+  ProblemList& problems_;
+  std::array<std::string, modules_max + 1> owner_of_node_;
+};
+
+std::size_t module_count_in(const JsonValue& list) {
+  std::size_t count = 0;
+  for (const JsonValue& entry : list) {
+    const bool has_nodes = entry.is_object() && entry.contains("nodes") && entry.at("nodes").is_array();
+    count += has_nodes ? entry.at("nodes").size() : 1;
+  }
+  return count;
+}
+
+void read_modules(const JsonValue& root, const Place& root_place, CoreConfig& core, ProblemList& problems) {
+  const JsonValue* list = find_value(root, root_place, "modules", true, problems);
+  if (list == nullptr) return;
+  const Place place = root_place.at("modules");
+  if (!list->is_array() || list->empty()) {
+    problems.add(place, shown(*list), "a list of modules, [{ ... }]");
+    return;
+  }
+  const std::size_t count = module_count_in(*list);
+  if (count > modules_max) {
+    problems.add(place, std::to_string(count) + " modules", "at most " + std::to_string(modules_max));
+    return;
+  }
+  ModuleReader reader(core.modules, problems);
+  for (std::size_t index = 0; index < list->size(); ++index) reader.read((*list)[index], place.at(index));
+}
+
+// --- the rest -------------------------------------------------------------------------------------------------------
+
+template <class Target>
+void read_section(const JsonValue& parent, const Place& parent_place, const SectionInfo& section,
+                  std::span<const Field<Target>> fields, Target& target, ProblemList& problems) {
+  const JsonValue* object = find_value(parent, parent_place, section.key, section.is_required, problems);
+  const Place place = parent_place.at(section.key);
+  if (object == nullptr || !is_object(*object, place, problems)) return;
+  check_keys(*object, place, keys_of(fields), problems);
+  read_fields(*object, place, fields, target, problems);
+}
+
+void read_limits(const JsonValue& root, const Place& root_place, LimitsConfig& limits, ProblemList& problems) {
+  const JsonValue* object = find_value(root, root_place, "limits", true, problems);
+  const Place place = root_place.at("limits");
+  if (object == nullptr || !is_object(*object, place, problems)) return;
+  std::vector<std::string_view> keys;
+  for (const LimitRow& row : limit_rows()) {
+    keys.push_back(row.key);
+    read_section(*object, place, SectionInfo{.key = row.key, .is_required = true, .meaning = row.meaning}, row.fields,
+                 limits.*row.member, problems);
+  }
+  check_keys(*object, place, keys, problems);
+}
+
+/// Everything but the cell. The keys at the top are those of the tables, so that none can be forgotten here.
+void read_pack(const JsonValue& root, const Place& place, PackConfig& pack, ProblemList& problems) {
+  std::vector<std::string_view> keys = keys_of(pack_fields());
+  keys.insert(keys.end(), std::begin(composite_keys), std::end(composite_keys));
+  visit_sections(pack, [&](const SectionInfo& section, auto fields, auto& target) {
+    keys.push_back(section.key);
+    read_section(root, place, section, fields, target, problems);
+  });
+  check_keys(root, place, keys, problems);
+  read_fields(root, place, pack_fields(), pack, problems);
+  read_modules(root, place, pack.core, problems);
+  read_limits(root, place, pack.core.limits, problems);
+}
+
+}  // namespace
+
+std::string to_text(const ConfigProblem& problem) {
+  const std::string where = problem.path.empty() ? problem.file : problem.file + ": " + problem.path;
+  return where + ": found " + problem.found + ", wanted " + problem.wanted;
+}
+
+Result<PackConfig, ConfigProblems> parse_pack_config(std::string_view text, std::string_view file_name,
+                                                     const std::filesystem::path& directory) {
+  ProblemList problems;
+  const Place place{std::string(file_name), ""};
+  const auto root = parse_json(text, place.file, problems);
+  if (!root || !is_object(*root, place, problems)) return failure(problems.take());
+
+  PackConfig pack;
+  read_pack(*root, place, pack, problems);
+  const CellSource source = read_cell_source(*root, place, directory, problems);
+  pack.cell_name = source.cell.name;
+  pack.core.cell = source.cell.model;
+  check_pack(pack, place, source.place, problems);
+  if (!problems.empty()) return failure(problems.take());
+  pack.core.hash = continue_hash(continue_hash(hash_start, text), source.bytes);
+  return pack;
+}
+
+Result<PackConfig, ConfigProblems> load_pack_config(const std::filesystem::path& file) {
+  ProblemList problems;
+  const Place place{file.string(), ""};
+  const auto bytes = read_file(file, place, problems);
+  if (!bytes) return failure(problems.take());
+  return parse_pack_config(*bytes, place.file, file.parent_path());
+}
+
+}  // namespace bmu

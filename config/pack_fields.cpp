@@ -1,0 +1,404 @@
+#include "config/pack_fields.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <type_traits>
+
+namespace bmu {
+namespace {
+
+bool is_one_of(char c, std::string_view characters) {
+  return characters.find(c) != std::string_view::npos;
+}
+
+bool is_printable_ascii(std::string_view text) {
+  return std::all_of(text.begin(), text.end(), [](char c) { return c >= ' ' && c <= '~'; });
+}
+
+constexpr int base_id_max = 0x7FF - static_cast<int>(std::size(vehicle_bus::rows)) + 1;
+
+std::optional<int> hex_value(std::string_view text) {
+  int value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, 16);
+  const bool is_whole = error == std::errc{} && end == text.data() + text.size();
+  if (!is_whole || value < 0) return std::nullopt;
+  return value;
+}
+
+bool is_base_id(std::string_view text) {
+  const auto value = hex_value(text);
+  return value && text.size() <= 3 && *value <= base_id_max && text.front() != '-';
+}
+
+// --- the rows -------------------------------------------------------------------------------------------------------
+
+constexpr std::string_view bus_form =
+    "an interface name of 1 to 15 characters such as can0, or unix: and 1 to 32 of "
+    "letters, digits, _ . -";
+constexpr std::array bus_table{
+    required(text<&BusNames::internal>({.key = "internal",
+                                        .min = 1,
+                                        .max = 64,
+                                        .meaning = "modules, power distribution unit and current sensor",
+                                        .is_well_formed = is_bus_name,
+                                        .form = bus_form})),
+    required(text<&BusNames::vehicle>({.key = "vehicle",
+                                       .min = 1,
+                                       .max = 64,
+                                       .meaning = "the vehicle; may be the same as `internal`",
+                                       .is_well_formed = is_bus_name,
+                                       .form = bus_form})),
+};
+
+constexpr std::array pack_table{
+    required(text<&PackConfig::name>(
+        {.key = "name", .min = 1, .max = 64, .meaning = "name of the pack, for people: status, log, picture"})),
+    // Editors look for this key to find pack.schema.json; it means nothing here.
+    Field<PackConfig>{{.key = "$schema",
+                       .min = 0,
+                       .max = 1024,
+                       .meaning = "for editors: where `pack.schema.json` is",
+                       .type = FieldType::text},
+                      nullptr,
+                      [](PackConfig&, const FieldValue&) {}},
+};
+
+constexpr std::array module_table{
+    number<&ModuleEntry::node>({.key = "node", .min = 1, .max = node_max, .meaning = "node number of one module"}),
+    required(number<&ModuleEntry::cell_count>({.key = "cells",
+                                               .min = 1,
+                                               .max = internal_bus::cells_per_module_max,
+                                               .meaning = "cells (or parallel blocks) in series"})),
+    required(number<&ModuleEntry::temperature_sensor_count>(
+        {.key = "temperature_sensors",
+         .min = 0,
+         .max = internal_bus::cell_temperatures_per_module_max,
+         .meaning = "sensors at cells; at least one in the whole pack"})),
+};
+
+constexpr std::array cell_name_table{
+    required(text<&CellFile::name>({.key = "name", .min = 1, .max = 64, .meaning = "name of the cell type"})),
+    text<&CellFile::origin>({.key = "origin", .min = 0, .max = 1024, .meaning = "where the numbers come from"}),
+};
+
+constexpr std::array cell_model_table{
+    required(real<&CellModel::capacity_uAs, uAs_per_Ah>(
+        {.key = "capacity_Ah", .min = 0.01, .max = 10'000, .meaning = "of a parallel block: of the whole block"})),
+    required(real<&CellModel::series_resistance_Ohm, 1, 1'000>({.key = "series_resistance_mOhm",
+                                                                .min = 0.001,
+                                                                .max = 10'000,
+                                                                .meaning = "what a current step shows at once"})),
+    required(real<&CellModel::rc_resistance_Ohm, 1, 1'000>(
+        {.key = "rc_resistance_mOhm", .min = 0, .max = 10'000, .meaning = "what it shows later, when settled"})),
+    required(real<&CellModel::rc_time_constant_s>(
+        {.key = "rc_time_constant_s", .min = 0.1, .max = 10'000, .meaning = "how fast it settles"})),
+    required(real<&CellModel::heat_capacity_J_per_K>(
+        {.key = "heat_capacity_J_per_K", .min = 0.1, .max = 1'000'000, .meaning = "about 1 J/K for each gram"})),
+    required(real<&CellModel::heat_transfer_W_per_K>(
+        {.key = "heat_transfer_W_per_K", .min = 0, .max = 1'000, .meaning = "to the surrounding air, as built in"})),
+    required(number<&CellModel::voltage_min_uV, 1'000>(
+        {.key = "voltage_min_mV", .min = ocv_min_mV, .max = ocv_max_mV, .meaning = "the maker's absolute minimum"})),
+    required(number<&CellModel::voltage_max_uV, 1'000>(
+        {.key = "voltage_max_mV", .min = ocv_min_mV, .max = ocv_max_mV, .meaning = "the maker's absolute maximum"})),
+    required(number<&CellModel::temperature_min_dC>(
+        {.key = "temperature_min_dC", .min = -600, .max = 1'500, .meaning = "the maker's absolute minimum"})),
+    required(number<&CellModel::temperature_max_dC>(
+        {.key = "temperature_max_dC", .min = -600, .max = 1'500, .meaning = "the maker's absolute maximum"})),
+};
+
+struct LimitKeys {
+  std::string_view warn;
+  std::string_view open;
+  std::string_view hysteresis;
+};
+constexpr LimitKeys keys_mV{"warn_mV", "open_mV", "hysteresis_mV"};
+constexpr LimitKeys keys_mA{"warn_mA", "open_mA", "hysteresis_mA"};
+constexpr LimitKeys keys_dC{"warn_dC", "open_dC", "hysteresis_dC"};
+
+template <std::int64_t Scale>
+constexpr std::array<Field<LimitConfig>, 5> limit_table(LimitKeys keys, double min, double max, double hysteresis_max) {
+  return {
+      required(number<&LimitConfig::warn, Scale>(
+          {.key = keys.warn, .min = min, .max = max, .meaning = "reported, and the allowed current falls"})),
+      required(number<&LimitConfig::open, Scale>(
+          {.key = keys.open, .min = min, .max = max, .meaning = "the contactors open; reaching it is enough"})),
+      required(number<&LimitConfig::hysteresis, Scale>({.key = keys.hysteresis,
+                                                        .min = 1,
+                                                        .max = hysteresis_max,
+                                                        .meaning = "how far back behind it counts as good again"})),
+      required(
+          number<&LimitConfig::confirm>({.key = "confirm_ms",
+                                         .min = 0,
+                                         .max = 1'000,
+                                         .meaning = "how long, over at least two samples, before it is believed"})),
+      required(number<&LimitConfig::clear>(
+          {.key = "clear_ms", .min = 100, .max = 600'000, .meaning = "how long good before it counts as gone"})),
+  };
+}
+constexpr auto voltage_limit_table = limit_table<1'000>(keys_mV, ocv_min_mV, ocv_max_mV, 1'000);
+constexpr auto temperature_limit_table = limit_table<1>(keys_dC, -400, 1'200, 300);
+constexpr auto current_limit_table = limit_table<1>(keys_mA, 10, 2'000'000, 200'000);
+constexpr auto mismatch_limit_table = limit_table<1>(keys_mV, 10, 100'000, 50'000);
+
+constexpr std::array current_table{
+    required(number<&CurrentLimitConfig::discharge_continuous_mA>(
+        {.key = "discharge_continuous_mA", .min = 1, .max = 2'000'000, .meaning = "out of the pack"})),
+    required(number<&CurrentLimitConfig::charge_continuous_mA>(
+        {.key = "charge_continuous_mA", .min = 1, .max = 2'000'000, .meaning = "into the pack, as a positive number"})),
+};
+
+constexpr std::string_view because_module = "so that a silent module opens the pack within 400 ms";
+constexpr std::string_view because_sensor = "so that a silent sensor or unit opens the pack within 300 ms";
+constexpr double module_age_max = static_cast<double>(to_ms(module_silence_max));
+constexpr double sensor_age_max = static_cast<double>(to_ms(sensor_silence_max));
+constexpr double temperature_age_max = static_cast<double>(to_ms(temperature_reaction_max));
+
+constexpr std::array age_table{
+    number<&AgeConfig::cell_voltage>({.key = "cell_voltage_ms",
+                                      .min = 50,
+                                      .max = module_age_max,
+                                      .meaning = "cell voltages",
+                                      .because = because_module}),
+    number<&AgeConfig::temperature>({.key = "temperature_ms",
+                                     .min = 50,
+                                     .max = temperature_age_max,
+                                     .meaning = "cell temperatures",
+                                     .because = "so that heat opens the pack within 950 ms"}),
+    number<&AgeConfig::module_status>({.key = "module_status_ms",
+                                       .min = 50,
+                                       .max = module_age_max,
+                                       .meaning = "what modules say about themselves",
+                                       .because = because_module}),
+    number<&AgeConfig::pack_current>({.key = "pack_current_ms",
+                                      .min = 50,
+                                      .max = sensor_age_max,
+                                      .meaning = "pack current",
+                                      .because = because_sensor}),
+    number<&AgeConfig::pack_voltage>({.key = "pack_voltage_ms",
+                                      .min = 50,
+                                      .max = sensor_age_max,
+                                      .meaning = "pack and link voltage",
+                                      .because = because_sensor}),
+    number<&AgeConfig::pdu_status>({.key = "pdu_status_ms",
+                                    .min = 50,
+                                    .max = sensor_age_max,
+                                    .meaning = "contactor feedback and inputs",
+                                    .because = because_sensor}),
+};
+
+constexpr std::array poll_table{
+    number<&PollConfig::period>({.key = "period_ms", .min = 20, .max = 150, .meaning = "from one poll to the next"}),
+    number<&PollConfig::temperature_every>(
+        {.key = "temperature_every", .min = 1, .max = 10, .meaning = "temperatures in every n-th poll"}),
+};
+
+constexpr std::array contactor_table{
+    number<&ContactorConfig::settle>(
+        {.key = "settle_ms", .min = 20, .max = 1'000, .meaning = "after one contactor, before the next"}),
+    number<&ContactorConfig::feedback_timeout>({.key = "feedback_timeout_ms",
+                                                .min = 50,
+                                                .max = 1'000,
+                                                .meaning = "until the auxiliary contact must have followed"}),
+    number<&ContactorConfig::precharge_timeout>(
+        {.key = "precharge_timeout_ms", .min = 100, .max = 30'000, .meaning = "until the link must have followed"}),
+    number<&ContactorConfig::precharge_done_permille>(
+        {.key = "precharge_done_permille",
+         .min = 900,
+         .max = 1'000,
+         .meaning = "link voltage, as a share of the pack voltage",
+         .because = "as below that the main contactor would close into a surge, and above 1000 never"}),
+    number<&ContactorConfig::precharge_current_max_mA>(
+        {.key = "precharge_current_max_mA", .min = 1, .max = 100'000, .meaning = "and the current has fallen to this"}),
+};
+
+constexpr std::array sensor_table{
+    boolean<&SensorConfig::little_endian>(
+        {.key = "little_endian", .meaning = "the sensor was configured for little-endian values"}),
+    boolean<&SensorConfig::invert_current>(
+        {.key = "invert_current", .meaning = "it counts charging as positive; here positive leaves the pack"}),
+};
+
+constexpr std::array soc_table{
+    number<&SocConfig::rest_current_mA>({.key = "rest_current_mA",
+                                         .min = 1,
+                                         .max = 100'000,
+                                         .meaning = "below this, with the contactors open, the pack rests"}),
+    number<&SocConfig::rest>(
+        {.key = "rest_ms", .min = 100, .max = 86'400'000, .meaning = "for how long before its voltage is believed"}),
+};
+
+constexpr std::array vehicle_table{
+    Field<VehicleConfig>{{.key = "base_id",
+                          .min = 1,
+                          .max = 3,
+                          .meaning = "identifier of the first of nine messages, hexadecimal",
+                          .is_well_formed = is_base_id,
+                          .form = "1 to 3 hexadecimal digits from \"0\" to \"7F7\", so that nine identifiers fit",
+                          .type = FieldType::text},
+                         [](const VehicleConfig& vehicle) -> FieldValue { return hex_text(vehicle.base_id); },
+                         [](VehicleConfig& vehicle, const FieldValue& value) {
+                           vehicle.base_id =
+                               static_cast<std::uint16_t>(hex_value(std::get<std::string>(value)).value_or(0));
+                         }},
+    text<&VehicleConfig::name>({.key = "name",
+                                .min = 1,
+                                .max = 8,
+                                .meaning = "who made it, in the first message; padded with spaces",
+                                .is_well_formed = is_printable_ascii,
+                                .form = "1 to 8 ASCII characters"}),
+    text<&VehicleConfig::version>({.key = "version",
+                                   .min = 1,
+                                   .max = 8,
+                                   .meaning = "its version, in the second message; padded with spaces",
+                                   .is_well_formed = is_printable_ascii,
+                                   .form = "1 to 8 ASCII characters"}),
+};
+
+constexpr std::array limit_row_table{
+    LimitRow{"cell_undervoltage", &LimitsConfig::cell_undervoltage, false, voltage_limit_table, "mV", 1'000,
+             "cell_voltage_ms", &AgeConfig::cell_voltage, electrical_reaction_max, "the lowest cell"},
+    LimitRow{"cell_overvoltage", &LimitsConfig::cell_overvoltage, true, voltage_limit_table, "mV", 1'000,
+             "cell_voltage_ms", &AgeConfig::cell_voltage, electrical_reaction_max, "the highest cell"},
+    LimitRow{"cell_overtemperature", &LimitsConfig::cell_overtemperature, true, temperature_limit_table, "dC", 1,
+             "temperature_ms", &AgeConfig::temperature, temperature_reaction_max, "the hottest sensor"},
+    LimitRow{"cell_undertemperature", &LimitsConfig::cell_undertemperature, false, temperature_limit_table, "dC", 1,
+             "temperature_ms", &AgeConfig::temperature, temperature_reaction_max, "the coldest sensor"},
+    LimitRow{"discharge_overcurrent", &LimitsConfig::discharge_overcurrent, true, current_limit_table, "mA", 1,
+             "pack_current_ms", &AgeConfig::pack_current, electrical_reaction_max, "current out of the pack"},
+    LimitRow{"charge_overcurrent", &LimitsConfig::charge_overcurrent, true, current_limit_table, "mA", 1,
+             "pack_current_ms", &AgeConfig::pack_current, electrical_reaction_max,
+             "current into the pack, as a positive number"},
+    LimitRow{"pack_voltage_mismatch", &LimitsConfig::pack_voltage_mismatch, true, mismatch_limit_table, "mV", 1,
+             "pack_voltage_ms", &AgeConfig::pack_voltage, plausibility_reaction_max,
+             "difference between the sum of the cells and the pack voltage"},
+};
+
+constexpr std::array age_row_table{
+    AgeRow{"cell_voltage_ms", &AgeConfig::cell_voltage, [](const CoreConfig& core) { return core.poll.period; },
+           "the poll period"},
+    AgeRow{"temperature_ms", &AgeConfig::temperature,
+           [](const CoreConfig& core) { return core.poll.period * core.poll.temperature_every; },
+           "the poll period times temperature_every"},
+    AgeRow{"module_status_ms", &AgeConfig::module_status, [](const CoreConfig& core) { return core.poll.period; },
+           "the poll period"},
+    AgeRow{"pack_current_ms", &AgeConfig::pack_current,
+           [](const CoreConfig&) { return internal_bus::sensor_current.period; }, "the sensor's period"},
+    AgeRow{"pack_voltage_ms", &AgeConfig::pack_voltage,
+           [](const CoreConfig&) { return internal_bus::sensor_u1.period; }, "the sensor's period"},
+    AgeRow{"pdu_status_ms", &AgeConfig::pdu_status, [](const CoreConfig&) { return internal_bus::pdu_status.period; },
+           "the period of PDU_STATUS"},
+};
+
+// --- what the tables say, for documentation -------------------------------------------------------------------------
+
+std::string json_text(const FieldValue& value) {
+  const auto text = [](const auto& held) -> std::string {
+    using Held = std::decay_t<decltype(held)>;
+    if constexpr (std::is_same_v<Held, bool>) {
+      return held ? "true" : "false";
+    } else if constexpr (std::is_same_v<Held, double>) {
+      return number_text(held);
+    } else {
+      return in_quotes(held);
+    }
+  };
+  return std::visit(text, value);
+}
+
+template <class Target>
+void describe(const std::string& path, std::span<const Field<Target>> fields, std::vector<KeyDescription>& keys) {
+  const Target fresh{};
+  for (const Field<Target>& field : fields) {
+    const bool has_default = !field.info.is_required && field.read != nullptr;
+    keys.push_back({path + "/" + std::string(field.info.key), field.info,
+                    has_default ? json_text(field.read(fresh)) : std::string()});
+  }
+}
+
+}  // namespace
+
+std::string hex_text(unsigned id) {
+  constexpr std::string_view digits = "0123456789ABCDEF";
+  std::string text;
+  for (const unsigned shift : {8U, 4U, 0U}) text += digits[(id >> shift) & 0xF];
+  return text;
+}
+
+bool is_bus_name(std::string_view name) {
+  constexpr std::string_view embedded = "unix:";
+  constexpr std::string_view plain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.-";
+  if (name.substr(0, embedded.size()) == embedded) {
+    const std::string_view bus = name.substr(embedded.size());
+    return !bus.empty() && bus.size() <= 32 &&
+           std::all_of(bus.begin(), bus.end(), [plain](char c) { return is_one_of(c, plain); });
+  }
+  // The rules of the kernel: dev_valid_name(). IFNAMSIZ is 16 with the final zero.
+  const bool has_room = !name.empty() && name.size() <= 15;
+  const bool is_path = name == "." || name == "..";
+  return has_room && !is_path &&
+         std::none_of(name.begin(), name.end(), [](char c) { return is_one_of(c, "/: \t\n\v\f\r"); });
+}
+
+std::span<const LimitRow> limit_rows() {
+  return limit_row_table;
+}
+std::span<const AgeRow> age_rows() {
+  return age_row_table;
+}
+std::span<const Field<PackConfig>> pack_fields() {
+  return pack_table;
+}
+std::span<const Field<ModuleEntry>> module_fields() {
+  return module_table;
+}
+std::span<const Field<CellFile>> cell_name_fields() {
+  return cell_name_table;
+}
+std::span<const Field<CellModel>> cell_model_fields() {
+  return cell_model_table;
+}
+std::span<const Field<BusNames>> bus_fields() {
+  return bus_table;
+}
+std::span<const Field<CurrentLimitConfig>> current_fields() {
+  return current_table;
+}
+std::span<const Field<AgeConfig>> age_fields() {
+  return age_table;
+}
+std::span<const Field<PollConfig>> poll_fields() {
+  return poll_table;
+}
+std::span<const Field<ContactorConfig>> contactor_fields() {
+  return contactor_table;
+}
+std::span<const Field<SensorConfig>> sensor_fields() {
+  return sensor_table;
+}
+std::span<const Field<SocConfig>> soc_fields() {
+  return soc_table;
+}
+std::span<const Field<VehicleConfig>> vehicle_fields() {
+  return vehicle_table;
+}
+
+std::vector<KeyDescription> describe_keys() {
+  std::vector<KeyDescription> keys;
+  describe<PackConfig>("", pack_fields(), keys);
+  describe<ModuleEntry>("/modules/*", module_fields(), keys);
+  // A module without a number of its own is none: the fresh entry's 0 is no default.
+  for (KeyDescription& key : keys) {
+    if (key.path == "/modules/*/node") key.fallback.clear();
+  }
+  for (const LimitRow& row : limit_rows()) describe<LimitConfig>("/limits/" + std::string(row.key), row.fields, keys);
+  PackConfig fresh;
+  visit_sections(fresh, [&keys](const SectionInfo& section, auto fields, const auto&) {
+    describe("/" + std::string(section.key), fields, keys);
+  });
+  describe<CellFile>("/cell", cell_name_fields(), keys);
+  describe<CellModel>("/cell", cell_model_fields(), keys);
+  return keys;
+}
+
+}  // namespace bmu

@@ -1,0 +1,122 @@
+// Every key of a pack file and of a cell file, as rows (fields.hpp). The order is the one of the documentation.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/fields.hpp"
+#include "config/pack_config.hpp"
+
+namespace bmu {
+
+/// SocketCAN: an interface name as the kernel allows it; "unix:" and 1 to 32 plain characters: the embedded bus.
+[[nodiscard]] bool is_bus_name(std::string_view name);
+
+/// "620": an identifier as it is written in the file and on a candump line.
+[[nodiscard]] std::string hex_text(unsigned id);
+
+/// An element of "modules" as it is written: one node, or several that are alike.
+struct ModuleEntry {
+  std::uint8_t node = 0;
+  std::uint8_t cell_count = 0;
+  std::uint8_t temperature_sensor_count = 0;
+};
+
+/// A cell file: the model, and what is only for people.
+struct CellFile {
+  std::string name;
+  std::string origin;
+  CellModel model;
+};
+
+inline constexpr int node_max = internal_bus::node_count_max;
+inline constexpr int ocv_points_max = 64;
+inline constexpr double ocv_min_mV = 500;
+inline constexpr double ocv_max_mV = 6'000;
+
+// What a silence may last at most, and the time from a dangerous value to the open command.
+inline constexpr Duration module_silence_max = 400ms;
+inline constexpr Duration sensor_silence_max = 300ms;
+inline constexpr Duration electrical_reaction_max = 450ms;
+inline constexpr Duration temperature_reaction_max = 950ms;
+inline constexpr Duration plausibility_reaction_max = 1s;
+
+/// One of the seven limits: which keys it has, and how fast it has to react.
+struct LimitRow {
+  std::string_view key;
+  LimitConfig LimitsConfig::*member;
+  bool is_upper = true;
+  std::span<const Field<LimitConfig>> fields;
+  std::string_view unit;   // of its keys
+  std::int32_t scale = 1;  // carried counts in one of that unit
+  std::string_view age_key;
+  Duration AgeConfig::*age;
+  Duration reaction_max;
+  std::string_view meaning;
+
+  [[nodiscard]] std::string key_of(std::string_view quantity) const {
+    return std::string(quantity) + "_" + std::string(unit);
+  }
+};
+[[nodiscard]] std::span<const LimitRow> limit_rows();
+
+/// How old a signal may be, against how often it comes.
+struct AgeRow {
+  std::string_view key;
+  Duration AgeConfig::*member;
+  Duration (*interval)(const CoreConfig&);
+  std::string_view source;  // "poll", "PDU_STATUS"
+};
+[[nodiscard]] std::span<const AgeRow> age_rows();
+
+[[nodiscard]] std::span<const Field<PackConfig>> pack_fields();  // the plain keys at the top
+[[nodiscard]] std::span<const Field<ModuleEntry>> module_fields();
+[[nodiscard]] std::span<const Field<CellFile>> cell_name_fields();
+[[nodiscard]] std::span<const Field<CellModel>> cell_model_fields();
+
+[[nodiscard]] std::span<const Field<BusNames>> bus_fields();
+[[nodiscard]] std::span<const Field<CurrentLimitConfig>> current_fields();
+[[nodiscard]] std::span<const Field<AgeConfig>> age_fields();
+[[nodiscard]] std::span<const Field<PollConfig>> poll_fields();
+[[nodiscard]] std::span<const Field<ContactorConfig>> contactor_fields();
+[[nodiscard]] std::span<const Field<SensorConfig>> sensor_fields();
+[[nodiscard]] std::span<const Field<SocConfig>> soc_fields();
+[[nodiscard]] std::span<const Field<VehicleConfig>> vehicle_fields();
+
+struct SectionInfo {
+  std::string_view key;
+  bool is_required = false;
+  std::string_view meaning;
+};
+
+/// Calls visit(SectionInfo, fields, target) for each section that is a plain object of fields.
+template <class Visitor>
+void visit_sections(PackConfig& pack, Visitor visit) {
+  CoreConfig& core = pack.core;
+  visit(SectionInfo{"buses", true, "Where the frames come from: `can0` is SocketCAN, `unix:NAME` the embedded bus."},
+        bus_fields(), pack.buses);
+  visit(SectionInfo{"current", true, "What the pack can carry for ever."}, current_fields(), core.current);
+  visit(SectionInfo{"ages", false, "How old a signal may be. Older counts as missing, and missing is never good."},
+        age_fields(), core.ages);
+  visit(SectionInfo{"poll", false, "How often the modules are asked."}, poll_fields(), core.poll);
+  visit(SectionInfo{"contactors", false, "The way from open to closed."}, contactor_fields(), core.contactors);
+  visit(SectionInfo{"sensor", false, "How the current sensor was set up."}, sensor_fields(), core.sensor);
+  visit(SectionInfo{"soc", false, "When the open-circuit voltage may start the state of charge."}, soc_fields(),
+        core.soc);
+  visit(SectionInfo{"vehicle", false, "The messages to the vehicle."}, vehicle_fields(), core.vehicle);
+}
+
+/// Keys of the top that are neither plain fields nor sections of visit_sections.
+inline constexpr std::string_view composite_keys[] = {"cell", "modules", "limits"};
+
+/// A key for the documentation and for the test that compares the schema.
+struct KeyDescription {
+  std::string path;  // "/limits/cell_overvoltage/open_mV", "/modules/*/cells", "/cell/name"
+  FieldInfo info;
+  std::string fallback;  // the default as JSON; empty if there is none
+};
+[[nodiscard]] std::vector<KeyDescription> describe_keys();
+
+}  // namespace bmu

@@ -1,0 +1,32 @@
+// What went through the pack while it was last closed: for people who ask how far it got.
+#pragma once
+
+#include <cstdint>
+
+#include "daemon/core/core.hpp"
+
+namespace bmu {
+
+struct DriveRecord {
+  bool has_run = false;
+  bool is_running = false;
+  bool is_charge_known = false;  // SOC was started before the pack closed
+  TimePoint closed_at{};
+  Duration lasted{};
+  std::int64_t charge_used_uAs = 0;  // negative: charged
+  std::int64_t energy_out_mWh = 0;
+  std::int64_t energy_in_mWh = 0;
+};
+
+class DriveRecorder {
+ public:
+  /// After every decision.
+  void update(const Core& core);
+  [[nodiscard]] const DriveRecord& record() const { return record_; }
+
+ private:
+  DriveRecord record_;
+  ChargeState at_closing_;
+};
+
+}  // namespace bmu

@@ -1,0 +1,269 @@
+#include "daemon/shell/loop.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <utility>
+
+#include <sys/epoll.h>
+#include <sys/signalfd.h>
+#include <sys/timerfd.h>
+#include <unistd.h>
+
+namespace bmu {
+
+namespace {
+
+// About 60 ms of a full 500 kbit/s bus; then timers and the other ports have their turn.
+constexpr int frames_per_wake_up = 256;
+constexpr Duration maintain_period = 100ms;
+constexpr Duration tell_people_period = 1s;
+// The core waits for open contacts within its own bound; this is for the case that it does not keep it.
+constexpr Duration shut_down_max = 1500ms;
+constexpr int epoll_events = 8;
+
+// What an epoll event is about: a port's number, or one of these.
+constexpr std::uint32_t tag_timer = 10;
+constexpr std::uint32_t tag_signals = 11;
+constexpr std::uint32_t tag_status_socket = 12;
+
+constexpr std::array all_ports{Port::internal, Port::vehicle};
+
+constexpr std::size_t index_of(Port port) { return static_cast<std::size_t>(port); }
+
+sigset_t ending_signals() {
+  sigset_t set;
+  sigemptyset(&set);
+  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&set, signal);
+  return set;
+}
+
+OsError os_error(const char* what) { return {.code = errno, .what = what}; }
+
+}  // namespace
+
+void Loop::set_answers(Answer answer, Picture picture) {
+  answer_ = std::move(answer);
+  picture_ = std::move(picture);
+}
+
+bool Loop::watch(int fd, std::uint32_t tag) {
+  epoll_event event{};
+  event.events = EPOLLIN;
+  event.data.u32 = tag;
+  return ::epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, fd, &event) == 0;
+}
+
+Result<void, OsError> Loop::init() {
+  const sigset_t signals = ending_signals();
+  epoll_ = OwnedFd(::epoll_create1(EPOLL_CLOEXEC));
+  timer_ = OwnedFd(::timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC | TFD_NONBLOCK));
+  signals_ = OwnedFd(::signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK));
+  if (!epoll_.is_open() || !timer_.is_open() || !signals_.is_open()) {
+    return failure(os_error("epoll, timer and signal descriptors"));
+  }
+  bool is_watching = watch(timer_.get(), tag_timer) && watch(signals_.get(), tag_signals) &&
+                     watch(parts_.status_socket.fd(), tag_status_socket);
+  for (const Port port : all_ports) {
+    if (port == Port::vehicle && parts_.buses.is_shared()) continue;
+    is_watching = is_watching && watch(parts_.buses.serving(port).fd(), static_cast<std::uint32_t>(port));
+  }
+  if (!is_watching) return failure(os_error("epoll_ctl"));
+  return {};
+}
+
+Result<void, OsError> Loop::run() {
+  for (const Port port : all_ports) tell_port_state(port, false);
+  decide(true);
+  while (!is_over()) {
+    std::array<epoll_event, epoll_events> events{};
+    const bool must_not_wait = decide_now_ || parts_.status_socket.has_waiting_requests();
+    const int count = ::epoll_wait(epoll_.get(), events.data(), epoll_events, must_not_wait ? 0 : -1);
+    if (count < 0 && errno != EINTR) {
+      const OsError error = os_error("epoll_wait");
+      shut_down();
+      decide(false);
+      return failure(error);
+    }
+    ++counters_.wake_ups;
+    for (int i = 0; i < count; ++i) {
+      wake(events[static_cast<std::size_t>(i)].data.u32);
+      // What cannot wait does not wait for the other descriptors either.
+      if (decide_now_) decide_if_due();
+    }
+    if (parts_.status_socket.has_waiting_requests()) parts_.status_socket.serve(answer_);
+    decide_if_due();
+  }
+  return {};
+}
+
+void Loop::wake(std::uint32_t tag) {
+  if (tag == tag_signals) return read_signals();
+  if (tag == tag_status_socket) return parts_.status_socket.serve(answer_);
+  if (tag == tag_timer) {
+    std::uint64_t expirations = 0;
+    static_cast<void>(::read(timer_.get(), &expirations, sizeof(expirations)));
+    return;
+  }
+  read_port(static_cast<Port>(tag));
+}
+
+TimePoint Loop::now() {
+  latest_time_ = std::max(latest_time_, monotonic_now());
+  return latest_time_;
+}
+
+void Loop::observe(TimePoint at, const ObservedThing& what) {
+  latest_time_ = std::max(latest_time_, at);
+  if (parts_.core.observe({.at = latest_time_, .what = what}) == Urgency::decide_now) decide_now_ = true;
+}
+
+void Loop::give(Command command) { observe(now(), CommandGiven{.command = command}); }
+
+void Loop::read_signals() {
+  signalfd_siginfo info{};
+  while (::read(signals_.get(), &info, sizeof(info)) == static_cast<ssize_t>(sizeof(info))) {
+    if (is_shutting_down_) ends_at_once_ = true;
+    shut_down();
+  }
+}
+
+void Loop::shut_down() {
+  if (is_shutting_down_) return;
+  is_shutting_down_ = true;
+  shut_down_at_ = now();
+  parts_.notify.stopping();
+  give(Command::shut_down);
+  decide_now_ = true;
+}
+
+bool Loop::is_over() const {
+  if (!is_shutting_down_) return false;
+  return is_shut_down_ || ends_at_once_ || latest_time_ - shut_down_at_ > shut_down_max;
+}
+
+// --- ports ----------------------------------------------------------------------------------------------------------
+
+void Loop::read_port(Port port) {
+  BusPort& bus = parts_.buses.serving(port);
+  bool was_down = false;
+  // The rest waits in the port, which stays readable.
+  for (int i = 0; i < frames_per_wake_up && !decide_now_; ++i) {
+    ReceivedFrame received;
+    const ReadStatus status = bus.read(received);
+    if (status == ReadStatus::empty) break;
+    if (status == ReadStatus::down) {
+      was_down = true;
+      break;
+    }
+    take_frame(port, received);
+  }
+  tell_port_state(port, was_down);
+  if (port == Port::internal && parts_.buses.is_shared()) tell_port_state(Port::vehicle, was_down);
+}
+
+void Loop::take_frame(Port port, const ReceivedFrame& received) {
+  if (received.frame.is_error) return observe(received.received_at, BusErrorSeen{.port = port, .classes = received.frame.id});
+  if (received.is_own) return observe(received.received_at, FrameEchoed{.port = port, .frame = received.frame});
+  observe(received.received_at, FrameReceived{.port = port, .frame = received.frame});
+}
+
+void Loop::tell_port_state(Port port, bool was_down) {
+  const BusPort& bus = parts_.buses.serving(port);
+  Told& told = told_[index_of(port)];
+  // Down and up again between two looks is still a loss.
+  if (was_down && told.is_up) {
+    told.is_up = false;
+    observe(now(), PortChanged{.port = port, .is_up = false});
+  }
+  const bool is_up = bus.state() == BusState::up;
+  if (is_up != told.is_up) {
+    told.is_up = is_up;
+    observe(now(), PortChanged{.port = port, .is_up = is_up});
+  }
+  // On a shared bus a loss is told once, like the frames.
+  if (port == Port::vehicle && parts_.buses.is_shared()) return;
+  if (const std::uint64_t lost = bus.frames_lost(); lost != told.frames_lost) {
+    observe(now(), FramesLost{.port = port, .count = lost - std::exchange(told.frames_lost, lost)});
+  }
+}
+
+void Loop::maintain_ports() {
+  if (latest_time_ - maintained_at_ < maintain_period) return;
+  maintained_at_ = latest_time_;
+  parts_.buses.internal->maintain();
+  if (!parts_.buses.is_shared()) parts_.buses.vehicle->maintain();
+  for (const Port port : all_ports) tell_port_state(port, false);
+}
+
+// --- decisions ------------------------------------------------------------------------------------------------------
+
+void Loop::decide_if_due() {
+  const TimePoint at = now();
+  const bool is_tick = at >= wake_at_;
+  if (is_tick && at - wake_at_ > tick_period) ++counters_.ticks_late;
+  if (is_tick) counters_.latest = std::max(counters_.latest, at - wake_at_);
+  if (is_tick || decide_now_) decide(is_tick);
+}
+
+void Loop::decide(bool is_tick) {
+  decide_now_ = false;
+  const Decisions decisions = parts_.core.decide(now());
+  send(decisions);
+  for (const Event& event : decisions.events) parts_.journal.log(row_of(event.id).severity, to_text(event));
+  wake_at_ = decisions.wake_at;
+  is_shut_down_ = decisions.is_shut_down;
+  drive_.update(parts_.core);
+  arm_timer();
+  if (!is_ready_ && !is_shutting_down_ && !decisions.outputs.any_contactor()) {
+    is_ready_ = true;
+    parts_.notify.ready();
+  }
+  if (is_tick) after_tick();
+}
+
+void Loop::send(const Decisions& decisions) {
+  for (const OutgoingFrame& outgoing : decisions.frames) {
+    if (parts_.buses.serving(outgoing.port).send(outgoing.frame)) continue;
+    // Whatever the core makes of it can wait for the next tick; a bus that takes nothing must not make us spin.
+    const bool decide_now_before = decide_now_;
+    observe(now(), SendFailed{.port = outgoing.port, .frame = outgoing.frame});
+    decide_now_ = decide_now_before;
+  }
+}
+
+void Loop::after_tick() {
+  parts_.notify.tick_decided(latest_time_);
+  maintain_ports();
+  parts_.status_socket.publish(latest_time_, picture_);
+  if (latest_time_ - told_people_at_ < tell_people_period) return;
+  told_people_at_ = latest_time_;
+  parts_.notify.status(latest_time_, summary_line(parts_.core));
+  parts_.journal.tell_lost();
+}
+
+void Loop::arm_timer() {
+  const Duration since_epoch = wake_at_.time_since_epoch();
+  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(since_epoch);
+  itimerspec when{};
+  when.it_value.tv_sec = seconds.count();
+  when.it_value.tv_nsec = (since_epoch - seconds).count();
+  // A time in the past fires at once; only 0, which no tick is due at, would switch the timer off.
+  static_cast<void>(::timerfd_settime(timer_.get(), TFD_TIMER_ABSTIME, &when, nullptr));
+}
+
+std::string summary_line(const Core& core) {
+  std::string line(to_text(core.sequence().phase));
+  const auto add = [&](Unit unit, const Measured<std::int32_t>& value) {
+    if (value.is_valid()) line += ", " + value_text(unit, value.value);
+  };
+  add(Unit::mV, core.pack().pack_voltage_mV);
+  add(Unit::mA, core.pack().current_mA);
+  if (core.charge().is_started) line += ", SOC " + value_text(Unit::permille, core.charge().soc_permille);
+  for (const FaultRow& row : fault_table()) {
+    if (core.faults().state(row.id).is_present()) line += ", fault " + std::string(row.name);
+  }
+  return line;
+}
+
+}  // namespace bmu

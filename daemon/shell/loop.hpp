@@ -1,0 +1,106 @@
+// The control loop: one thread, one epoll, nothing in it that waits.
+//
+//   bus frames, port changes, signals, commands  ->  observations  ->  Core::observe
+//   the tick's timer, or an observation that cannot wait  ->  Core::decide  ->  frames, log lines, one timer
+//
+// Each wake-up reads a bounded number of frames and answers at most one client, so neither a flooded bus nor a busy
+// client can hold up the tick. Being alive is told only after a tick has been decided in full.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "daemon/core/core.hpp"
+#include "daemon/shell/buses.hpp"
+#include "daemon/shell/drive_record.hpp"
+#include "daemon/shell/journal.hpp"
+#include "daemon/shell/owned_fd.hpp"
+#include "daemon/shell/service_notify.hpp"
+#include "daemon/shell/status_socket.hpp"
+
+namespace bmu {
+
+/// How well the loop keeps its time.
+struct LoopCounters {
+  std::uint64_t ticks_late = 0;  // decided more than a tick's period after they were due
+  Duration latest{};             // the worst of all
+  std::uint64_t wake_ups = 0;
+};
+
+struct LoopParts {
+  Core& core;
+  const Buses& buses;
+  StatusSocket& status_socket;
+  Journal& journal;
+  ServiceNotify& notify;
+};
+
+class Loop {
+ public:
+  using Answer = StatusSocket::Answer;
+  using Picture = StatusSocket::Picture;
+
+  explicit Loop(const LoopParts& parts) : parts_(parts) {}
+
+  /// What clients are answered with; both read the core between two decisions.
+  void set_answers(Answer answer, Picture picture);
+  /// Timer, signals and ports into one epoll. SIGTERM, SIGINT and SIGHUP must be blocked already.
+  [[nodiscard]] Result<void, OsError> init();
+  /// Runs until the pack is open after SIGTERM or SIGINT; a second one ends it at once. Returns an error only if the
+  /// system refused what a loop cannot do without; the outputs have been commanded open then too.
+  [[nodiscard]] Result<void, OsError> run();
+
+  /// An order from a client, taken in at once.
+  void give(Command command);
+  [[nodiscard]] const LoopCounters& counters() const { return counters_; }
+  [[nodiscard]] const DriveRecord& drive() const { return drive_.record(); }
+
+ private:
+  /// What has been told of a port so far, so that each change is told once.
+  struct Told {
+    bool is_up = false;
+    std::uint64_t frames_lost = 0;
+  };
+
+  void observe(TimePoint at, const ObservedThing& what);
+  void read_signals();
+  void read_port(Port port);
+  void take_frame(Port port, const ReceivedFrame& received);
+  void tell_port_state(Port port, bool was_down);
+  void maintain_ports();
+  void decide_if_due();
+  void decide(bool is_tick);
+  void send(const Decisions& decisions);
+  void after_tick();
+  void arm_timer();
+  void shut_down();
+  [[nodiscard]] bool is_over() const;
+  [[nodiscard]] TimePoint now();
+  [[nodiscard]] bool watch(int fd, std::uint32_t tag);
+  void wake(std::uint32_t tag);
+
+  LoopParts parts_;
+  Answer answer_;
+  Picture picture_;
+  OwnedFd epoll_;
+  OwnedFd timer_;
+  OwnedFd signals_;
+  std::array<Told, port_count> told_{};
+  LoopCounters counters_;
+  DriveRecorder drive_;
+  TimePoint latest_time_{};  // what the core was told last: its time never goes back
+  TimePoint wake_at_{};
+  TimePoint maintained_at_{};
+  TimePoint told_people_at_{};
+  TimePoint shut_down_at_{};
+  bool decide_now_ = false;
+  bool is_ready_ = false;
+  bool is_shutting_down_ = false;
+  bool is_shut_down_ = false;
+  bool ends_at_once_ = false;
+};
+
+/// One line for people: state, voltage, current, charge, what is wrong.
+[[nodiscard]] std::string summary_line(const Core& core);
+
+}  // namespace bmu

@@ -1,0 +1,402 @@
+#include "daemon/shell/status_json.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <utility>
+#include <vector>
+
+#include "daemon/shell/why_json.hpp"
+
+namespace bmu {
+
+namespace {
+
+constexpr std::size_t rejected_ids_shown = 5;
+
+template <class T>
+Json or_null(bool is_known, T value) {
+  return is_known ? Json(value) : Json(nullptr);
+}
+
+// --- measurements ---------------------------------------------------------------------------------------------------
+
+template <class T>
+std::string_view validity_text(const Measured<T>& measured, TimePoint now, Duration age_max) {
+  if (measured.taken_at == TimePoint{}) return "never seen";
+  if (!measured.is_fresh(now, age_max)) return "stale";
+  return to_text(measured.validity);
+}
+
+/// `key` with its value or null, and validity and age under the name without the unit.
+void put(Json& to, std::string_view key, Unit unit, const Measured<std::int32_t>& measured, const StatusView& view,
+         Duration age_max) {
+  to[key_with_unit(key, unit)] = or_null(measured.is_usable(view.now, age_max), measured.value);
+  to[std::string(key) + "_validity"] = validity_text(measured, view.now, age_max);
+  to[std::string(key) + "_age_ms"] = ago_ms(view, measured.taken_at);
+}
+
+Json spread_json(const Spread& spread, Unit unit, const StatusView& view) {
+  const bool is_known = spread.is_known();
+  return {{key_with_unit("min", unit), or_null(is_known, spread.min)},
+          {"min_at", is_known ? element_json(spread.min_at) : Json(nullptr)},
+          {"min_age_ms", is_known ? ago_ms(view, spread.min_taken_at) : Json(nullptr)},
+          {key_with_unit("max", unit), or_null(is_known, spread.max)},
+          {"max_at", is_known ? element_json(spread.max_at) : Json(nullptr)},
+          {"max_age_ms", is_known ? ago_ms(view, spread.max_taken_at) : Json(nullptr)},
+          {key_with_unit("average", unit), or_null(is_known, spread.average)},
+          {"count", spread.count},
+          {"expected", spread.expected}};
+}
+
+Json pack_values_json(const StatusView& view) {
+  const PackState& pack = view.core.pack();
+  const SensorTable& sensors = view.core.sensors();
+  const AgeConfig& ages = view.core.config().ages;
+  const auto sum = [](const Measured<std::int32_t>& value) { return or_null(value.is_valid(), value.value); };
+  Json values;
+  put(values, "pack_voltage", Unit::mV, sensors.pack_voltage_mV, view, ages.pack_voltage);
+  put(values, "link_voltage", Unit::mV, sensors.link_voltage_mV, view, ages.pack_voltage);
+  put(values, "current", Unit::mA, sensors.current_mA, view, ages.pack_current);
+  values["cell_voltage_sum_mV"] = sum(pack.cell_voltage_sum_mV);
+  values["module_voltage_sum_mV"] = sum(pack.module_voltage_sum_mV);
+  values["cell_voltage"] = spread_json(pack.cell_voltage_uV, Unit::uV, view);
+  values["cell_temperature"] = spread_json(pack.cell_temperature_dC, Unit::dC, view);
+  values["board_temperature"] = spread_json(pack.board_temperature_dC, Unit::dC, view);
+  return values;
+}
+
+Json charge_json(const StatusView& view) {
+  const ChargeState& charge = view.core.charge();
+  return {{"is_started", charge.is_started},
+          {"soc_permille", or_null(charge.is_started, charge.soc_permille)},
+          {"depth_of_discharge_uAs", or_null(charge.is_started, charge.depth_of_discharge_uAs)},
+          {"capacity_uAs", view.core.config().cell.capacity_uAs},
+          {"energy_out_mWh", charge.energy_out_mWh},
+          {"energy_in_mWh", charge.energy_in_mWh},
+          {"uncounted_ms", to_ms(charge.uncounted)}};
+}
+
+// --- state ----------------------------------------------------------------------------------------------------------
+
+std::string_view vehicle_state_text(vehicle_bus::State state) {
+  for (const RawName& name : vehicle_bus::state_names) {
+    if (name.raw == static_cast<std::int64_t>(state)) return name.name;
+  }
+  return "?";
+}
+
+Json outputs_json(const ContactorOutputs& outputs) {
+  return {{"main_positive", outputs.main_positive},
+          {"main_negative", outputs.main_negative},
+          {"precharge", outputs.precharge},
+          {"charge", outputs.charge},
+          {"auxiliary", outputs.auxiliary},
+          {"fan", outputs.fan},
+          {"heater", outputs.heater}};
+}
+
+/// What the power distribution unit says; null once it is no longer fresh.
+Json feedback_json(const PduState& pdu) {
+  return {{"main_positive", pdu.main_positive_closed},
+          {"main_negative", pdu.main_negative_closed},
+          {"precharge", pdu.precharge_closed},
+          {"charge", pdu.charge_closed},
+          {"opened_by_timeout", pdu.opened_by_timeout}};
+}
+
+Json inputs_json(const PduState& pdu) {
+  const SignalValue& resistance = pdu.insulation_resistance_Ohm;
+  return {{"vehicle_on", pdu.vehicle_on},
+          {"charger_connected", pdu.charger_connected},
+          {"estop_1_released", pdu.estop_1_released},
+          {"estop_2_released", pdu.estop_2_released},
+          {"interlock_closed", pdu.interlock_closed},
+          {"insulation_monitor_ok", pdu.insulation_monitor_ok},
+          {"resume_button", pdu.resume_button},
+          {"insulation_state", to_text(pdu.insulation_state)},
+          {"insulation_resistance_Ohm", or_null(resistance.is_valid(), resistance.value)},
+          {"insulation_resistance_validity", to_text(resistance.validity)}};
+}
+
+Json state_json(const StatusView& view) {
+  const Core& core = view.core;
+  const Measured<PduState>& pdu = core.sensors().pdu;
+  const bool is_heard = pdu.is_usable(view.now, core.config().ages.pdu_status);
+  return {{"phase", to_text(core.sequence().phase)},
+          {"phase_for_ms", to_ms(view.now - std::max(core.sequence().entered_at, core.started_at()))},
+          {"vehicle_state", vehicle_state_text(core.vehicle_state())},
+          {"close_requested", core.is_close_requested()},
+          {"outputs", outputs_json(core.outputs())},
+          {"feedback", is_heard ? feedback_json(pdu.value) : Json(nullptr)},
+          {"inputs", is_heard ? inputs_json(pdu.value) : Json(nullptr)},
+          {"feedback_age_ms", ago_ms(view, pdu.taken_at)}};
+}
+
+Json permission_json(const Permission& permission) {
+  Json blockers = Json::array();
+  for (const Blocker blocker : permission.blockers) blockers.push_back(to_text(blocker));
+  return {{"may_close", permission.may_close},
+          {"may_stay_closed", permission.may_stay_closed},
+          {"blockers", std::move(blockers)}};
+}
+
+Json limit_json(const CurrentLimit& limit) {
+  const Unit unit = unit_of(limit.cause);
+  Json json{{"limit_mA", limit.limit_mA}, {"cause", to_text(limit.cause)}};
+  if (unit == Unit::none) return json;
+  json[key_with_unit("value", unit)] = limit.value;
+  json[key_with_unit("threshold", unit)] = limit.threshold;
+  json["element"] = element_json(limit.element);
+  return json;
+}
+
+// --- faults ---------------------------------------------------------------------------------------------------------
+
+Json reading_json(const Reading& reading, Unit unit, const StatusView& view) {
+  if (!reading.is_known) return nullptr;
+  return {{key_with_unit("value", unit), reading.value},
+          {"value_text", value_text(unit, reading.value)},
+          {"element", element_json(reading.element)},
+          {"age_ms", ago_ms(view, reading.taken_at)}};
+}
+
+Json fault_json(const FaultRow& row, const FaultState& state, const StatusView& view) {
+  const Thresholds thresholds = thresholds_of(row, view.core.config().limits);
+  Json json{{"name", row.name},
+            {"meaning", row.meaning},
+            {"stage", to_text(state.stage)},
+            {"is_present", state.is_present()},
+            {"is_warning", state.is_warning},
+            {"reaction", to_text(row.reaction)},
+            {"latch", to_text(row.latch)},
+            {"count", state.count}};
+  // Rows that are simply true or not have no threshold worth showing.
+  if (row.limit != nullptr) {
+    json[key_with_unit("threshold", row.unit)] = thresholds.open;
+    json["threshold_text"] = value_text(row.unit, thresholds.open);
+    if (thresholds.has_warning) json[key_with_unit("warning", row.unit)] = thresholds.warn;
+  }
+  const bool is_suspected = state.stage != FaultStage::good;
+  json["latest"] = reading_json(state.latest, row.unit, view);
+  json["confirmed"] = state.count > 0 ? reading_json(state.confirmed, row.unit, view) : Json(nullptr);
+  json["worst_warning"] = state.is_warning ? reading_json(state.warning, row.unit, view) : Json(nullptr);
+  json["warning_for_ms"] = state.is_warning ? ago_ms(view, state.warning_since) : Json(nullptr);
+  json["suspected_for_ms"] = is_suspected ? ago_ms(view, state.suspected_since) : Json(nullptr);
+  json["confirmed_ago_ms"] = ago_ms(view, state.confirmed_at);
+  return json;
+}
+
+Json fault_names_json(const FaultMemory& faults, bool (*is_wanted)(const FaultState&)) {
+  Json names = Json::array();
+  for (const FaultRow& row : fault_table()) {
+    if (is_wanted(faults.state(row.id))) names.push_back(row.name);
+  }
+  return names;
+}
+
+// --- buses ----------------------------------------------------------------------------------------------------------
+
+Json port_json(Port port, const StatusView& view) {
+  const BusPort& bus = view.buses.serving(port);
+  const PortStatus& counts = view.core.port(port);
+  return {{"port", to_text(port)},
+          {"bus", bus.name()},
+          {"state", to_text(bus.state())},
+          {"is_shared", view.buses.is_shared()},
+          {"frames_sent", counts.frames_sent},
+          {"frames_echoed", counts.frames_echoed},
+          {"sends_failed", counts.sends_failed},
+          {"frames_lost", counts.frames_lost},
+          {"error_frames", counts.error_frames},
+          {"times_down", counts.times_down},
+          {"last_error", bus.last_error()}};
+}
+
+Json most_rejected_json(const ReceiveCheck& check) {
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> ids;  // count, identifier
+  for (std::uint32_t id = 0; id < Catalogue::id_count; ++id) {
+    if (const std::uint32_t count = check.rejected_under(id); count > 0) ids.emplace_back(count, id);
+  }
+  std::sort(ids.begin(), ids.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  if (ids.size() > rejected_ids_shown) ids.resize(rejected_ids_shown);
+  Json json = Json::array();
+  for (const auto& [count, id] : ids) {
+    const MessageMatch match = internal_bus::catalogue.find(id);
+    std::array<char, 8> hex{};
+    std::snprintf(hex.data(), hex.size(), "%03X", id);
+    json.push_back({{"id", hex.data()},
+                    {"message", match.message != nullptr ? Json(match.message->name) : Json(nullptr)},
+                    {"node", match.node},
+                    {"count", count}});
+  }
+  return json;
+}
+
+Json receive_json(const Core& core) {
+  const ReceiveCounts& counts = core.receive_counts();
+  Json by_reason = Json::object();
+  for (std::size_t reason = 0; reason < reject_reason_count; ++reason) {
+    by_reason[std::string(to_text(static_cast<RejectReason>(reason)))] = counts.rejected[reason];
+  }
+  return {{"accepted", counts.accepted},
+          {"rejected", counts.rejected_total()},
+          {"rejected_by_reason", std::move(by_reason)},
+          {"most_rejected", most_rejected_json(core.receive_check())}};
+}
+
+Json module_summary_json(const ModuleRecord& module, const StatusView& view) {
+  const AgeConfig& ages = view.core.config().ages;
+  const bool has_status = module.status.is_usable(view.now, ages.module_status);
+  return {{"node", module.config.node},
+          {"is_answering", is_answering(module, ages, view.now)},
+          {"mode", has_status ? Json(mode_text(module.status.value.mode)) : Json(nullptr)},
+          {"serial_number", or_null(module.identity.is_valid(), module.identity.value.serial_number)},
+          {"limits_set", or_null(has_status, !module.status.value.limits_not_set)},
+          {"answer_latency_ms", to_ms(module.answer_latency)},
+          {"answers_complete", module.answers_complete},
+          {"answers_missed", module.answers_missed},
+          {"last_answer_age_ms", ago_ms(view, module.last_answer_at)}};
+}
+
+// --- the last closing and opening -------------------------------------------------------------------------------------
+
+Json precharge_json(const StatusView& view) {
+  const PrechargeRecord& record = view.core.last_precharge();
+  if (!record.has_run) return nullptr;
+  return {{"was_successful", record.was_successful}, {"ended_ago_ms", ago_ms(view, record.ended_at)},
+          {"took_ms", to_ms(record.took)},           {"pack_voltage_mV", record.pack_mV},
+          {"link_voltage_mV", record.link_mV},       {"current_mA", record.current_mA}};
+}
+
+Json drive_json(const StatusView& view) {
+  const DriveRecord& drive = view.drive;
+  if (!drive.has_run) return nullptr;
+  return {{"is_running", drive.is_running},
+          {"closed_ago_ms", ago_ms(view, drive.closed_at)},
+          {"lasted_ms", to_ms(drive.lasted)},
+          {"charge_used_uAs", or_null(drive.is_charge_known, drive.charge_used_uAs)},
+          {"energy_out_mWh", drive.energy_out_mWh},
+          {"energy_in_mWh", drive.energy_in_mWh}};
+}
+
+Json daemon_json(const StatusView& view) {
+  return {{"version", BMUD_VERSION},
+          {"uptime_ms", ago_ms(view, view.core.started_at())},
+          {"ticks", view.core.ticks()},
+          {"ticks_late", view.loop.ticks_late},
+          {"tick_latest_us", std::chrono::duration_cast<std::chrono::microseconds>(view.loop.latest).count()},
+          {"gate_refusals", view.core.gate_refusals()},
+          {"log_lines_lost", view.log_lines_lost},
+          {"notify_sends_failed", view.notify_sends_failed},
+          {"clients_dropped", view.clients_dropped}};
+}
+
+Json pack_json(const StatusView& view) {
+  const CoreConfig& config = view.core.config();
+  std::array<char, 20> hash{};
+  std::snprintf(hash.data(), hash.size(), "%016llx", static_cast<unsigned long long>(config.hash));
+  return {{"name", view.pack_name},
+          {"cell_name", view.cell_name},
+          {"config_hash", hash.data()},
+          {"module_count", config.modules.size()},
+          {"cell_count", cell_count(config)}};
+}
+
+// --- cells ----------------------------------------------------------------------------------------------------------
+
+/// Lists of equal length, a column each: value or null, validity, age.
+template <std::size_t Room>
+void put_column(Json& to, std::string_view key, Unit unit, const std::array<Measured<std::int32_t>, Room>& values,
+                std::size_t count, const StatusView& view, Duration age_max) {
+  Json numbers = Json::array();
+  Json validities = Json::array();
+  Json ages_ms = Json::array();
+  for (std::size_t i = 0; i < count; ++i) {
+    numbers.push_back(or_null(values[i].is_usable(view.now, age_max), values[i].value));
+    validities.push_back(validity_text(values[i], view.now, age_max));
+    ages_ms.push_back(ago_ms(view, values[i].taken_at));
+  }
+  to[key_with_unit(key, unit)] = std::move(numbers);
+  to[std::string(key) + "_validity"] = std::move(validities);
+  to[std::string(key) + "_age_ms"] = std::move(ages_ms);
+}
+
+Json module_cells_json(const ModuleRecord& module, std::size_t first_pack_number, const StatusView& view) {
+  const AgeConfig& ages = view.core.config().ages;
+  Json balancing = Json::array();
+  for (unsigned cell = 0; cell < module.config.cell_count; ++cell) {
+    balancing.push_back(((module.balancing_cells >> cell) & 1U) != 0);
+  }
+  Json json{{"node", module.config.node},
+            {"is_answering", is_answering(module, ages, view.now)},
+            {"first_pack_number", first_pack_number}};
+  put_column(json, "cell_voltage", Unit::uV, module.cell_voltage_uV, module.config.cell_count, view, ages.cell_voltage);
+  put_column(json, "cell_temperature", Unit::dC, module.cell_temperature_dC, module.config.temperature_sensor_count, view,
+             ages.temperature);
+  put_column(json, "board_temperature", Unit::dC, module.board_temperature_dC, module.board_temperature_dC.size(), view,
+             ages.temperature);
+  put(json, "module_voltage", Unit::mV, module.module_voltage_mV, view, ages.cell_voltage);
+  json["balancing"] = std::move(balancing);
+  json["last_answer_age_ms"] = ago_ms(view, module.last_answer_at);
+  return json;
+}
+
+Json band_json(const LimitConfig& low, const LimitConfig& high, Unit unit) {
+  return {{key_with_unit("low_open", unit), low.open},
+          {key_with_unit("low_warn", unit), low.warn},
+          {key_with_unit("high_warn", unit), high.warn},
+          {key_with_unit("high_open", unit), high.open}};
+}
+
+}  // namespace
+
+Json status_json(const StatusView& view) {
+  const Core& core = view.core;
+  Json modules = Json::array();
+  for (const ModuleRecord& module : core.modules().modules()) modules.push_back(module_summary_json(module, view));
+  Json ports = Json::array();
+  for (const Port port : {Port::internal, Port::vehicle}) ports.push_back(port_json(port, view));
+  return {{"pack", pack_json(view)},
+          {"daemon", daemon_json(view)},
+          {"state", state_json(view)},
+          {"values", pack_values_json(view)},
+          {"charge", charge_json(view)},
+          {"limits", {{"discharge", limit_json(core.limits().discharge)}, {"charge", limit_json(core.limits().charge)}}},
+          {"permission", permission_json(core.permission())},
+          {"faults_present", fault_names_json(core.faults(), [](const FaultState& s) { return s.is_present(); })},
+          {"warnings", fault_names_json(core.faults(), [](const FaultState& s) { return s.is_warning; })},
+          {"modules_answering", core.pack().modules_answering},
+          {"modules_expected", core.pack().modules_expected},
+          {"complete_cycles", core.modules().complete_cycles()},
+          {"modules", std::move(modules)},
+          {"ports", std::move(ports)},
+          {"receive", receive_json(core)},
+          {"last_precharge", precharge_json(view)},
+          {"drive", drive_json(view)},
+          {"last_opening", opening_json(view)}};
+}
+
+Json cells_json(const StatusView& view) {
+  const LimitsConfig& limits = view.core.config().limits;
+  const PackState& pack = view.core.pack();
+  Json modules = Json::array();
+  std::size_t pack_number = 1;
+  for (const ModuleRecord& module : view.core.modules().modules()) {
+    modules.push_back(module_cells_json(module, pack_number, view));
+    pack_number += module.config.cell_count;
+  }
+  return {{"cell_voltage_limits", band_json(limits.cell_undervoltage, limits.cell_overvoltage, Unit::uV)},
+          {"cell_temperature_limits", band_json(limits.cell_undertemperature, limits.cell_overtemperature, Unit::dC)},
+          {"cell_voltage", spread_json(pack.cell_voltage_uV, Unit::uV, view)},
+          {"cell_temperature", spread_json(pack.cell_temperature_dC, Unit::dC, view)},
+          {"modules", std::move(modules)}};
+}
+
+Json faults_json(const StatusView& view) {
+  Json rows = Json::array();
+  for (const FaultRow& row : fault_table()) rows.push_back(fault_json(row, view.core.faults().state(row.id), view));
+  return {{"faults", std::move(rows)}};
+}
+
+}  // namespace bmu

@@ -1,0 +1,16 @@
+// What bmuctl is told about the running daemon, as JSON. Keys carry the unit tokens of the code; what is not known, too
+// old or not valid is null, with its validity and age beside it. Reads the core, changes nothing.
+#pragma once
+
+#include "daemon/shell/status_view.hpp"
+
+namespace bmu {
+
+/// The whole at a glance: state, pack values, limits, faults by name, buses, modules, last closing and opening.
+[[nodiscard]] Json status_json(const StatusView& view);
+/// Every cell: voltages, temperatures, balancing and ages by module, with the limits they are judged by.
+[[nodiscard]] Json cells_json(const StatusView& view);
+/// Every row of the fault table with what was seen.
+[[nodiscard]] Json faults_json(const StatusView& view);
+
+}  // namespace bmu

@@ -1,0 +1,53 @@
+// What there is to tell about a running daemon: everything the status texts may look at, at one instant.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/core/core.hpp"
+#include "daemon/shell/buses.hpp"
+#include "daemon/shell/drive_record.hpp"
+#include "daemon/shell/loop.hpp"
+
+namespace bmu {
+
+/// Keys stay in the order they are written: people read these lines too.
+using Json = nlohmann::ordered_json;
+
+struct StatusView {
+  const Core& core;
+  const Buses& buses;
+  const LoopCounters& loop;
+  const DriveRecord& drive;
+  std::string_view pack_name;
+  std::string_view cell_name;
+  std::uint64_t log_lines_lost = 0;
+  std::uint64_t notify_sends_failed = 0;
+  std::uint64_t clients_dropped = 0;
+  TimePoint now{};
+};
+
+/// How long ago, in whole milliseconds; null for "never".
+[[nodiscard]] inline Json ago_ms(const StatusView& view, TimePoint at) {
+  if (at == TimePoint{}) return nullptr;
+  return to_ms(view.now - at);
+}
+
+/// {"module":2,"number":7,"pack_number":19,"text":"cell 2.7 (no. 19)"}; null for the pack itself.
+[[nodiscard]] inline Json element_json(const Element& element) {
+  if (element == Element{}) return nullptr;
+  return {{"module", element.module_node},
+          {"number", element.number},
+          {"pack_number", element.pack_number},
+          {"text", to_text(element)}};
+}
+
+/// "value" and "uV" make "value_uV": one grep finds a quantity from the code to the screen.
+[[nodiscard]] inline std::string key_with_unit(std::string_view stem, Unit unit) {
+  const std::string_view token = spec_of(unit).token;
+  return std::string(stem) + (token.empty() ? "" : "_") + std::string(token);
+}
+
+}  // namespace bmu

@@ -1,0 +1,65 @@
+// The current and voltage sensor (IVT-S): result frames of six bytes, each channel with its own period and its own
+// 4-bit counter, no checksum.
+//
+//   tick(now, measurements)   every 1 ms or so; returns the results that are due. Current is the mean since the last
+//                             result, as the sensor's integrating converter gives it; voltages are momentary.
+//
+// Charge and energy counters count from power-up and are sent only where a period is set, as in a sensor from stock.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "mmu/periodic.hpp"
+#include "protocol/fixed_vector.hpp"
+#include "protocol/tables/internal_bus.hpp"
+
+namespace bmu {
+
+enum class SensorChannel : std::uint8_t { current, pack_voltage, link_voltage, charge, energy };
+inline constexpr std::size_t sensor_channel_count = 5;
+inline constexpr std::array<std::string_view, sensor_channel_count> sensor_channel_names{
+    "current", "pack_voltage", "link_voltage", "charge", "energy"};
+
+struct CurrentSensorConfig {
+  bool little_endian = false;
+  bool invert_current = false;  // count charging as positive
+  // 0: this result is switched off.
+  std::array<Duration, sensor_channel_count> periods{20ms, 60ms, 60ms, 0ms, 0ms};
+};
+
+struct SensorMeasurements {
+  std::int32_t current_mA = 0;  // positive leaves the pack
+  std::int32_t pack_mV = 0;
+  std::int32_t link_mV = 0;
+  std::array<bool, sensor_channel_count> has_error{};  // this result is out of range or not trustworthy
+  bool has_system_error = false;
+  bool has_overcurrent = false;
+};
+
+using SensorFrames = FixedVector<CanFrame, sensor_channel_count>;
+
+class CurrentSensor {
+ public:
+  CurrentSensor(const CurrentSensorConfig& config, TimePoint powered_at);
+
+  [[nodiscard]] SensorFrames tick(TimePoint now, const SensorMeasurements& measured);
+
+ private:
+  void accumulate(TimePoint now, const SensorMeasurements& measured);
+  [[nodiscard]] std::int64_t value_of(SensorChannel channel, const SensorMeasurements& measured);
+  [[nodiscard]] CanFrame make_result(SensorChannel channel, const SensorMeasurements& measured);
+
+  CurrentSensorConfig config_;
+  TimePoint accumulated_at_;
+  std::array<Periodic, sensor_channel_count> due_;
+  std::array<std::uint8_t, sensor_channel_count> counters_{};
+  std::int64_t charge_uAs_ = 0;
+  std::int64_t energy_nJ_ = 0;  // 1 mWh = 3.6 J
+  std::int64_t current_sum_mA_ = 0;
+  std::int64_t current_samples_ = 0;
+};
+
+}  // namespace bmu

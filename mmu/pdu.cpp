@@ -1,0 +1,71 @@
+#include "mmu/pdu.hpp"
+
+namespace bmu {
+
+void Pdu::observe(const CanFrame& frame, TimePoint now) {
+  if (frame.id != internal_bus::contactor_command.base_id) return;
+  if (!check_.check(frame).is_accepted) return;
+  using internal_bus::contactor_command;
+  outputs_ = {.contactors = {read_raw<contactor_command, "main_positive">(frame) != 0,
+                             read_raw<contactor_command, "main_negative">(frame) != 0,
+                             read_raw<contactor_command, "precharge">(frame) != 0,
+                             read_raw<contactor_command, "charge">(frame) != 0},
+              .auxiliary = read_raw<contactor_command, "auxiliary">(frame) != 0,
+              .fan = read_raw<contactor_command, "fan">(frame) != 0,
+              .heater = read_raw<contactor_command, "heater">(frame) != 0};
+  expires_at_ = now + internal_bus::contactor_command_life;
+  opened_by_timeout_ = false;
+  ++counts_.commands;
+}
+
+PduFrames Pdu::tick(TimePoint now, const PduMeasurements& measured) {
+  open_if_expired(now);
+  const Told current{.feedback = measured.feedback,
+                     .outputs = outputs_,
+                     .inputs = measured.inputs,
+                     .insulation_monitor = measured.insulation_monitor,
+                     .opened_by_timeout = opened_by_timeout_};
+  PduFrames out;
+  const bool is_periodic = periodic_.take(now);
+  if (is_periodic || current != told_) {
+    told_ = current;
+    out.push_back(make_status(measured));
+  }
+  return out;
+}
+
+/// Nothing driven, nothing to open: a unit that idles without a master says nothing about time-outs.
+void Pdu::open_if_expired(TimePoint now) {
+  if (!outputs_.any() || now < expires_at_) return;
+  outputs_ = {};
+  opened_by_timeout_ = true;
+  ++counts_.timeouts;
+}
+
+CanFrame Pdu::make_status(const PduMeasurements& measured) {
+  using internal_bus::pdu_status;
+  const PduInputs& inputs = measured.inputs;
+  CanFrame frame = make_frame(pdu_status);
+  write<pdu_status, "opened_by_timeout">(frame, opened_by_timeout_);
+  write<pdu_status, "heater_on">(frame, outputs_.heater);
+  write<pdu_status, "fan_on">(frame, outputs_.fan);
+  write<pdu_status, "auxiliary_on">(frame, outputs_.auxiliary);
+  write<pdu_status, "charge_closed">(frame, measured.feedback[3]);
+  write<pdu_status, "precharge_closed">(frame, measured.feedback[2]);
+  write<pdu_status, "main_negative_closed">(frame, measured.feedback[1]);
+  write<pdu_status, "main_positive_closed">(frame, measured.feedback[0]);
+  write<pdu_status, "resume_button">(frame, inputs.resume_button);
+  write<pdu_status, "insulation_monitor_ok">(frame, inputs.insulation_monitor_ok);
+  write<pdu_status, "interlock_closed">(frame, inputs.interlock_closed);
+  write<pdu_status, "estop_2_released">(frame, inputs.estop_2_released);
+  write<pdu_status, "estop_1_released">(frame, inputs.estop_1_released);
+  write<pdu_status, "charger_connected">(frame, inputs.charger_connected);
+  write<pdu_status, "vehicle_on">(frame, inputs.vehicle_on);
+  write<pdu_status, "insulation_resistance_Ohm">(frame, measured.insulation_resistance_Ohm);
+  write<pdu_status, "insulation_monitor_state">(frame, static_cast<std::int64_t>(measured.insulation_monitor));
+  write<pdu_status, "throttle_permille">(frame, measured.throttle_permille);
+  seal(pdu_status, counter_++, frame);
+  return frame;
+}
+
+}  // namespace bmu

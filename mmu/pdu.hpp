@@ -1,0 +1,104 @@
+// The power distribution unit: drives the contactors as commanded, and opens them on its own when the commands stop.
+//
+//   observe(frame, now)       a CONTACTOR_COMMAND that passes every check drives the outputs at once and buys them
+//                             200 ms; one that fails any check, or repeats a counter, changes nothing and buys nothing.
+//   tick(now, measurements)   every 1 ms or so: opens what was not renewed, and returns PDU_STATUS every 50 ms, and at
+//                             once when a contact, an output, an input or the insulation monitor's state has changed.
+//                             Insulation resistance and throttle alone wait for their period: they never stand still.
+//
+// That the unit opens everything by itself is what makes a dead daemon an open pack. Pure, as the module unit.
+#pragma once
+
+#include <cstdint>
+
+#include "mmu/contactor.hpp"
+#include "mmu/periodic.hpp"
+#include "protocol/fixed_vector.hpp"
+#include "protocol/receive_check.hpp"
+#include "protocol/tables/internal_bus.hpp"
+
+namespace bmu {
+
+struct PduOutputs {
+  ContactorFlags contactors{};
+  bool auxiliary = false;
+  bool fan = false;
+  bool heater = false;
+
+  [[nodiscard]] constexpr bool any() const {
+    for (const bool is_driven : contactors) {
+      if (is_driven) return true;
+    }
+    return auxiliary || fan || heater;
+  }
+  friend constexpr bool operator==(const PduOutputs&, const PduOutputs&) = default;
+};
+
+struct PduInputs {
+  bool vehicle_on = false;
+  bool charger_connected = false;
+  bool estop_1_released = true;
+  bool estop_2_released = true;
+  bool interlock_closed = true;
+  bool insulation_monitor_ok = true;
+  bool resume_button = false;
+
+  friend constexpr bool operator==(const PduInputs&, const PduInputs&) = default;
+};
+
+enum class InsulationMonitor : std::uint8_t { no_signal, normal, undervoltage, speed_start, device_error, earth_fault };
+
+struct PduMeasurements {
+  ContactorFlags feedback{};  // auxiliary contacts
+  PduInputs inputs;
+  InsulationMonitor insulation_monitor = InsulationMonitor::normal;
+  SignalValue insulation_resistance_Ohm;
+  SignalValue throttle_permille;
+};
+
+struct PduCounts {
+  std::uint64_t commands = 0;  // accepted
+  std::uint64_t timeouts = 0;  // something was driven and the commands stopped
+};
+
+using PduFrames = FixedVector<CanFrame, 1>;
+
+class Pdu {
+ public:
+  static constexpr Duration status_period = 50ms;
+
+  explicit Pdu(TimePoint powered_at) : periodic_(powered_at, status_period) {}
+
+  void observe(const CanFrame& frame, TimePoint now);
+  [[nodiscard]] PduFrames tick(TimePoint now, const PduMeasurements& measured);
+
+  [[nodiscard]] const PduOutputs& outputs() const { return outputs_; }
+  [[nodiscard]] const PduCounts& counts() const { return counts_; }
+  [[nodiscard]] const ReceiveCounts& receive_counts() const { return check_.counts(); }
+
+ private:
+  /// What is told at once when it changes.
+  struct Told {
+    ContactorFlags feedback{};
+    PduOutputs outputs;
+    PduInputs inputs;
+    InsulationMonitor insulation_monitor = InsulationMonitor::no_signal;
+    bool opened_by_timeout = false;
+
+    friend bool operator==(const Told&, const Told&) = default;
+  };
+
+  void open_if_expired(TimePoint now);
+  [[nodiscard]] CanFrame make_status(const PduMeasurements& measured);
+
+  ReceiveCheck check_{internal_bus::catalogue, ReceiveCheck::Role::listener};
+  Periodic periodic_;
+  PduOutputs outputs_;
+  TimePoint expires_at_{};
+  bool opened_by_timeout_ = false;  // until the next command
+  Told told_;
+  std::uint8_t counter_ = 0;
+  PduCounts counts_;
+};
+
+}  // namespace bmu

@@ -1,0 +1,185 @@
+#include "mmu/plant.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace bmu {
+
+namespace {
+
+constexpr double step_s = 0.001;
+// A charger's voltage loop, as a part of what one volt more would drive into the pack. Below 1 it cannot swing between
+// two steps.
+constexpr double charger_loop_gain = 0.5;
+// A balancing resistor warms its board by so much, and the board takes about a minute to follow.
+constexpr double board_heating_K_per_cell = 4.0;
+constexpr double board_time_constant_s = 60.0;
+
+}  // namespace
+
+Plant::Plant(const PlantConfig& config)
+    : config_(config),
+      contactors_{Contactor(config.contactor), Contactor(config.contactor), Contactor(config.contactor),
+                  Contactor(config.contactor)},
+      rc_fraction_(1.0 - std::exp(-step_s / config.cell.rc_time_constant_s)),
+      link_capacitance_F_(config.link_capacitance_F),
+      link_bleed_Ohm_(config.link_bleed_Ohm),
+      precharge_resistance_Ohm_(config.precharge_resistance_Ohm),
+      ambient_C_(config.ambient_C) {
+  PlantCell fresh{.soc = config.initial_soc,
+                  .temperature_C = config.ambient_C,
+                  .series_resistance_Ohm = config.cell.series_resistance_Ohm};
+  fresh.voltage_V = ocv_V(fresh.soc);
+  for (std::size_t module = 0; module < config_.cells_of_module.size(); ++module) {
+    first_cell_[module] = static_cast<std::uint16_t>(cells_.size());
+    board_C_[module] = config.ambient_C;
+    for (unsigned cell = 0; cell < config_.cells_of_module[module]; ++cell) cells_.push_back(fresh);
+  }
+  pack_V_ = fresh.voltage_V * static_cast<double>(cells_.size());
+}
+
+void Plant::step() {
+  now_ += step_length;
+  for (std::size_t index = 0; index < contactor_count; ++index) contactors_[index].update(coils_[index], now_);
+  step_link(sum_cells());
+  step_cells();
+  step_boards();
+}
+
+double Plant::ocv_V(double soc) const {
+  constexpr double intervals = CellPhysics::ocv_points - 1;
+  const double place = soc * intervals;
+  const double below = std::clamp(std::floor(place), 0.0, intervals - 1.0);
+  const auto index = static_cast<std::size_t>(below);
+  const std::array<double, CellPhysics::ocv_points>& table = config_.cell.ocv_V;
+  return table[index] + (table[index + 1] - table[index]) * (place - below);
+}
+
+Plant::Source Plant::sum_cells() {
+  Source source;
+  for (std::size_t index = 0; index < cells_.size(); ++index) {
+    const PlantCell& cell = cells_[index];
+    ocv_V_[index] = ocv_V(cell.soc);
+    source.open_V += (ocv_V_[index] - cell.rc_V) * cell.share;
+    source.resistance_Ohm += cell.series_resistance_Ohm * cell.share;
+  }
+  return source;
+}
+
+double Plant::path_S(double source_Ohm) const {
+  if (!is_closed(ContactorName::main_negative)) return 0.0;
+  double path_Ohm = source_Ohm + config_.path_resistance_Ohm;
+  if (!is_closed(ContactorName::main_positive)) {
+    if (!is_closed(ContactorName::precharge)) return 0.0;
+    path_Ohm += precharge_resistance_Ohm_;
+  }
+  return 1.0 / path_Ohm;
+}
+
+double Plant::charger_now_A(double source_Ohm) const {
+  const double stop_V = config_.cell.voltage_max_V * static_cast<double>(cells_.size());
+  const double taper_S = charger_loop_gain / (source_Ohm + config_.path_resistance_Ohm);
+  return std::clamp((stop_V - link_V_) * taper_S, 0.0, std::max(charger_demand_A_, 0.0));
+}
+
+/// C dV/dt = (E - V) G - V Gb + Iin, with everything but V constant over the step: V goes exponentially to where the
+/// currents balance. The mean of V over the step gives every current's charge exactly.
+void Plant::step_link(const Source& source) {
+  const double pack_S = path_S(source.resistance_Ohm);
+  const double bleed_S = 1.0 / link_bleed_Ohm_;
+  const bool is_live = is_connected();
+  load_A_ = is_live && (load_demand_A_ <= 0.0 || link_V_ > 0.0) ? load_demand_A_ : 0.0;
+  charger_A_ = is_live ? charger_now_A(source.resistance_Ohm) : 0.0;
+
+  const double total_S = pack_S + bleed_S;
+  const double final_V = (source.open_V * pack_S + charger_A_ - load_A_) / total_S;
+  const double steps = step_s * total_S / link_capacitance_F_;
+  const double gone = -std::expm1(-steps);
+  const double mean_V = final_V + (link_V_ - final_V) * gone / steps;
+  link_V_ += (final_V - link_V_) * gone;
+  current_A_ = (source.open_V - mean_V) * pack_S;
+  pack_V_ = source.open_V - current_A_ * source.resistance_Ohm;
+
+  totals_.pack_As += current_A_ * step_s;
+  totals_.load_As += load_A_ * step_s;
+  totals_.charger_As += charger_A_ * step_s;
+  totals_.bleed_As += mean_V * bleed_S * step_s;
+  totals_.pack_Ws += pack_V_ * current_A_ * step_s;
+}
+
+void Plant::step_cells() {
+  const CellPhysics& kind = config_.cell;
+  const double soc_per_A = step_s / kind.capacity_As;
+  const double rc_S = kind.rc_resistance_Ohm > 0.0 ? 1.0 / kind.rc_resistance_Ohm : 0.0;
+  const double kelvin_per_W = step_s / kind.heat_capacity_J_per_K;
+  double chemical_W = 0.0;
+  double heat_W = 0.0;
+  double shunt_W = 0.0;
+  for (std::size_t index = 0; index < cells_.size(); ++index) {
+    PlantCell& cell = cells_[index];
+    const double shunt_S = cell.leak_S + cell.balancing_S;
+    cell.voltage_V = (ocv_V_[index] - cell.rc_V - current_A_ * cell.series_resistance_Ohm) * cell.share;
+    const double cell_A = current_A_ + cell.voltage_V * shunt_S;
+    const double lost_W = cell_A * cell_A * cell.series_resistance_Ohm + cell.rc_V * cell.rc_V * rc_S;
+    cell.soc -= cell_A * soc_per_A;
+    cell.rc_V += (cell_A * kind.rc_resistance_Ohm - cell.rc_V) * rc_fraction_;
+    if (!cell.is_temperature_held) {
+      cell.temperature_C += (lost_W - kind.heat_transfer_W_per_K * (cell.temperature_C - ambient_C_)) * kelvin_per_W;
+    }
+    chemical_W += ocv_V_[index] * cell_A;
+    heat_W += lost_W;
+    shunt_W += cell.voltage_V * cell.voltage_V * shunt_S;
+  }
+  totals_.chemical_Ws += chemical_W * step_s;
+  totals_.cell_heat_Ws += heat_W * step_s;
+  totals_.shunt_Ws += shunt_W * step_s;
+}
+
+void Plant::step_boards() {
+  for (std::size_t module = 0; module < config_.cells_of_module.size(); ++module) {
+    const double final_C = ambient_C_ + board_heating_K_per_cell * std::popcount(balancing_[module]);
+    board_C_[module] += (final_C - board_C_[module]) * (step_s / board_time_constant_s);
+  }
+}
+
+void Plant::set_balancing(std::size_t module, CellMask switches) {
+  if (balancing_[module] == switches) return;
+  balancing_[module] = switches;
+  for (std::size_t cell = 0; cell < config_.cells_of_module[module]; ++cell) {
+    PlantCell& one = cells_[first_cell_[module] + cell];
+    one.balancing_S = has_cell(switches, cell) ? 1.0 / config_.balancing_resistance_Ohm : 0.0;
+    refresh_share(one);
+  }
+}
+
+void Plant::set_cell_resistance_Ohm(std::size_t cell, double resistance_Ohm) {
+  cells_[cell].series_resistance_Ohm = resistance_Ohm;
+  refresh_share(cells_[cell]);
+}
+
+void Plant::set_cell_leak_S(std::size_t cell, double conductance_S) {
+  cells_[cell].leak_S = conductance_S;
+  refresh_share(cells_[cell]);
+}
+
+void Plant::refresh_share(PlantCell& cell) const {
+  cell.share = 1.0 / (1.0 + cell.series_resistance_Ohm * (cell.leak_S + cell.balancing_S));
+}
+
+void Plant::hold_cell_temperature_C(std::size_t cell, double temperature_C) {
+  cells_[cell].temperature_C = temperature_C;
+  cells_[cell].is_temperature_held = true;
+}
+
+ContactorFlags Plant::feedback() const {
+  ContactorFlags flags{};
+  for (std::size_t index = 0; index < contactor_count; ++index) flags[index] = contactors_[index].feedback();
+  return flags;
+}
+
+bool Plant::is_connected() const {
+  return is_closed(ContactorName::main_positive) && is_closed(ContactorName::main_negative);
+}
+
+}  // namespace bmu

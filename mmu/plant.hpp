@@ -1,0 +1,178 @@
+// The electrical and thermal pack behind the emulated devices: cells, balancing resistors, contactors, precharge
+// resistor, link capacitor, load, charger. What the sensors would see if they were perfect.
+//
+//      cells        main_positive (closed: path resistance)
+//    +--||||--+-----o/ o-----------------+----------+--------+---------+
+//    |        +-----o/ o--[precharge]----+          |        |         |
+//    |                                            [C]     [bleed]   load, charger
+//    +--------------o/ o-----------------+----------+--------+---------+
+//                main_negative
+//
+//   cell      voltage = OCV(soc) - current * R0 - voltage of one RC pair; it heats by both and cools to the air.
+//             A balancing resistor and a leak lie in parallel to the cell.
+//   link      solved in closed form over a step (the pack, the resistor and the capacitor are one exponential), so a
+//             time constant far below the step is no trouble and charge is conserved exactly.
+//   load      a demanded current, positive out of the pack; flows only while both main contactors are closed.
+//   charger   a constant current towards the pack under the same condition, tapering off where the cells' voltages
+//             are all at their maximum on average. It hangs on the link; the charge contactor moves and reports, but
+//             nothing is behind it yet.
+//
+// Deterministic: fixed steps of 1 ms in doubles, no randomness in here. No heap; the object is large (cells inside), so
+// do not put it on a small stack. Cost: about 6 ns a cell and step.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "mmu/contactor.hpp"
+#include "mmu/sampling.hpp"
+#include "protocol/fixed_vector.hpp"
+#include "protocol/tables/internal_bus.hpp"
+#include "protocol/time.hpp"
+
+namespace bmu {
+
+inline constexpr std::size_t plant_modules_max = internal_bus::node_count_max;
+inline constexpr std::size_t plant_cells_max = plant_modules_max * mmu_cells_max;
+
+/// A kind of cell. The open-circuit voltage stands at every permille, so a table of whole permille points in between
+/// lines is carried exactly and found without searching. Outside 0 to 1 its first or last slope goes on.
+struct CellPhysics {
+  static constexpr std::size_t ocv_points = 1001;
+  std::array<double, ocv_points> ocv_V{};
+  double capacity_As = 3600.0;
+  double series_resistance_Ohm = 0.0;
+  double rc_resistance_Ohm = 0.0;
+  double rc_time_constant_s = 1.0;
+  double heat_capacity_J_per_K = 1.0;
+  double heat_transfer_W_per_K = 0.0;
+  double voltage_max_V = 4.2;  // where the charger stops, times the cells
+};
+
+struct PlantConfig {
+  CellPhysics cell;
+  FixedVector<std::uint8_t, plant_modules_max> cells_of_module;
+  double initial_soc = 0.8;
+  double ambient_C = 25.0;
+  double balancing_resistance_Ohm = 62.0;  // 60 mA at 3.7 V
+  double path_resistance_Ohm = 0.002;      // contactors, fuse, busbars
+  double precharge_resistance_Ohm = 47.0;
+  double link_capacitance_F = 2200e-6;
+  double link_bleed_Ohm = 10e3;
+  Contactor::Mechanics contactor;
+};
+
+struct PlantCell {
+  double soc = 0.0;
+  double rc_V = 0.0;
+  double temperature_C = 25.0;
+  double voltage_V = 0.0;  // at its terminals, of the last step
+  double series_resistance_Ohm = 0.0;
+  double leak_S = 0.0;               // conductance of a fault in parallel
+  double balancing_S = 0.0;          // conductance of the balancing resistor, 0 when its switch is off
+  bool is_temperature_held = false;  // the script holds it: a heater, a fire
+
+  // Derived: what a conductance in parallel leaves of voltage and resistance.
+  double share = 1.0;  // 1 / (1 + R0 * (leak + balancing))
+};
+
+/// Sums since the start, for those who check the books.
+struct PlantTotals {
+  double pack_As = 0.0;       // out of the pack's terminals
+  double load_As = 0.0;       // into the load, minus what it gave back
+  double charger_As = 0.0;    // out of the charger
+  double bleed_As = 0.0;      // through the bleed resistor
+  double chemical_Ws = 0.0;   // OCV * current of all cells
+  double cell_heat_Ws = 0.0;  // in R0 and the RC pairs
+  double pack_Ws = 0.0;       // delivered at the cells' terminals, without what flows through leaks and balancing
+  double shunt_Ws = 0.0;      // in balancing resistors and leaks
+};
+
+class Plant {
+ public:
+  static constexpr Duration step_length = 1ms;
+
+  explicit Plant(const PlantConfig& config);
+
+  /// One millisecond.
+  void step();
+
+  // What devices and people do to it.
+  void drive(const ContactorFlags& coils) { coils_ = coils; }
+  void set_balancing(std::size_t module, CellMask switches);
+  void set_load_A(double current_A) { load_demand_A_ = current_A; }
+  void set_charger_A(double current_A) { charger_demand_A_ = current_A; }
+  void set_ambient_C(double temperature_C) { ambient_C_ = temperature_C; }
+  void set_link_capacitance_F(double capacitance_F) { link_capacitance_F_ = capacitance_F; }
+  void set_link_bleed_Ohm(double resistance_Ohm) { link_bleed_Ohm_ = resistance_Ohm; }
+  void set_precharge_resistance_Ohm(double resistance_Ohm) { precharge_resistance_Ohm_ = resistance_Ohm; }
+  void set_cell_soc(std::size_t cell, double soc) { cells_[cell].soc = soc; }
+  void set_cell_resistance_Ohm(std::size_t cell, double resistance_Ohm);
+  void set_cell_leak_S(std::size_t cell, double conductance_S);
+  void hold_cell_temperature_C(std::size_t cell, double temperature_C);
+  void release_cell_temperature(std::size_t cell) { cells_[cell].is_temperature_held = false; }
+  [[nodiscard]] Contactor& contactor(ContactorName name) { return contactors_[static_cast<std::size_t>(name)]; }
+
+  // What can be measured.
+  [[nodiscard]] const PlantConfig& config() const { return config_; }
+  [[nodiscard]] std::size_t cell_count() const { return cells_.size(); }
+  [[nodiscard]] std::size_t first_cell(std::size_t module) const { return first_cell_[module]; }
+  [[nodiscard]] const PlantCell& cell(std::size_t cell) const { return cells_[cell]; }
+  [[nodiscard]] double pack_V() const { return pack_V_; }
+  [[nodiscard]] double link_V() const { return link_V_; }
+  [[nodiscard]] double current_A() const { return current_A_; }  // mean of the last step, positive leaves the pack
+  [[nodiscard]] bool is_closed(ContactorName name) const {
+    return contactors_[static_cast<std::size_t>(name)].is_closed();
+  }
+  [[nodiscard]] ContactorFlags feedback() const;
+  /// Both main contactors closed: load and charger are on the pack.
+  [[nodiscard]] bool is_connected() const;
+  [[nodiscard]] double load_A() const { return load_A_; }
+  [[nodiscard]] double charger_A() const { return charger_A_; }
+  [[nodiscard]] double link_capacitance_F() const { return link_capacitance_F_; }
+  [[nodiscard]] double link_bleed_Ohm() const { return link_bleed_Ohm_; }
+  [[nodiscard]] double precharge_resistance_Ohm() const { return precharge_resistance_Ohm_; }
+  [[nodiscard]] double ambient_C() const { return ambient_C_; }
+  [[nodiscard]] double board_C(std::size_t module) const { return board_C_[module]; }
+  [[nodiscard]] const PlantTotals& totals() const { return totals_; }
+  [[nodiscard]] double ocv_V(double soc) const;
+
+ private:
+  struct Source {  // the cells as one: a voltage behind a resistance
+    double open_V = 0.0;
+    double resistance_Ohm = 0.0;
+  };
+  [[nodiscard]] Source sum_cells();
+  void step_link(const Source& source);
+  void step_cells();
+  void step_boards();
+  void refresh_share(PlantCell& cell) const;
+  [[nodiscard]] double path_S(double source_Ohm) const;  // pack to link; 0 when open
+  [[nodiscard]] double charger_now_A(double source_Ohm) const;
+
+  PlantConfig config_;
+  FixedVector<PlantCell, plant_cells_max> cells_;
+  std::array<double, plant_cells_max> ocv_V_{};  // of this step
+  std::array<std::uint16_t, plant_modules_max> first_cell_{};
+  std::array<CellMask, plant_modules_max> balancing_{};
+  std::array<double, plant_modules_max> board_C_{};
+  std::array<Contactor, contactor_count> contactors_;
+  ContactorFlags coils_{};
+  TimePoint now_{};
+  double rc_fraction_ = 0.0;  // of the way to its final voltage an RC pair goes in one step
+  double link_capacitance_F_;
+  double link_bleed_Ohm_;
+  double precharge_resistance_Ohm_;
+  double ambient_C_;
+  double load_demand_A_ = 0.0;
+  double charger_demand_A_ = 0.0;
+  double load_A_ = 0.0;
+  double charger_A_ = 0.0;
+  double current_A_ = 0.0;
+  double pack_V_ = 0.0;
+  double link_V_ = 0.0;
+  PlantTotals totals_;
+};
+
+}  // namespace bmu

@@ -1,0 +1,215 @@
+// What a script can say: every target and property, one row each.
+#include <algorithm>
+
+#include "mmu/contactor.hpp"
+#include "mmu/load_profile.hpp"
+#include "mmu/scenario.hpp"
+#include "mmu/scenario_text.hpp"
+
+namespace bmu {
+
+using scenario_text::listed;
+using scenario_text::number_text;
+
+// --- the tables -----------------------------------------------------------------------------------------------------
+
+namespace {
+
+constexpr std::string_view on_off_words[] = {"off", "on"};
+constexpr std::string_view wire_words[] = {"closed", "open"};
+constexpr std::string_view self_test_words[] = {"ok", "failed"};
+constexpr std::string_view thermistor_words[] = {"ok", "open", "shorted"};
+constexpr std::string_view feedback_words[] = {"auto", "open", "closed"};
+constexpr std::string_view estop_words[] = {"1", "2"};
+constexpr std::string_view sensor_words[] = {"current", "pack_voltage", "link_voltage"};
+constexpr std::string_view monitor_words[] = {"no_signal",   "normal",       "undervoltage",
+                                              "speed_start", "device_error", "earth_fault"};
+
+constexpr TargetSpec targets[] = {
+    {TargetKind::vehicle, "vehicle"},
+    {TargetKind::charger, "charger"},
+    {TargetKind::load, "load"},
+    {TargetKind::pack, "pack"},
+    {TargetKind::cell, "cell", Address::node_cell},
+    {TargetKind::module, "module", Address::node},
+    {TargetKind::thermistor, "thermistor", Address::node_slot},
+    {TargetKind::sensor, "sensor", Address::word, sensor_words},
+    {TargetKind::pdu, "pdu"},
+    {TargetKind::contactor, "contactor", Address::word, contactor_names},
+    {TargetKind::estop, "estop", Address::word, estop_words},
+    {TargetKind::interlock, "interlock"},
+    {TargetKind::insulation, "insulation"},
+    {TargetKind::link, "link"},
+    {TargetKind::precharge, "precharge"},
+    {TargetKind::resume_button, "resume_button"},
+};
+
+constexpr PropertySpec make(Property property, TargetKind target, std::string_view name, std::string_view meaning) {
+  return {.property = property, .target = target, .name = name, .meaning = meaning};
+}
+constexpr PropertySpec make(Property property, TargetKind target, std::string_view name, double min, double max,
+                            std::string_view meaning, ValueKind kind = ValueKind::number,
+                            std::string_view only_for = {}) {
+  return {.property = property,
+          .target = target,
+          .name = name,
+          .kind = kind,
+          .min = min,
+          .max = max,
+          .only_for = only_for,
+          .meaning = meaning};
+}
+constexpr PropertySpec make(Property property, TargetKind target, std::string_view name,
+                            std::span<const std::string_view> words, std::string_view meaning) {
+  return {.property = property,
+          .target = target,
+          .name = name,
+          .kind = ValueKind::word,
+          .words = words,
+          .meaning = meaning};
+}
+
+constexpr auto automatic = ValueKind::number_or_auto;
+
+constexpr std::array<PropertySpec, property_count> properties{
+    make(Property::vehicle_on, TargetKind::vehicle, "on", "the key is turned: input \"vehicle on\""),
+    make(Property::vehicle_off, TargetKind::vehicle, "off", "the key is turned back"),
+    make(Property::charger_connected, TargetKind::charger, "connected", "input \"charger connected\""),
+    make(Property::charger_disconnected, TargetKind::charger, "disconnected", "and away again; its current stops"),
+    make(Property::charger_current_A, TargetKind::charger, "current_A", 0, 1000,
+         "what it delivers while connected and the contactors are closed, up to the cells' maximum voltage"),
+    make(Property::load_current_A, TargetKind::load, "current_A", -1000, 1000,
+         "demand, positive out of the pack; flows while the contactors are closed; ends a profile"),
+    make(Property::load_profile, TargetKind::load, "profile", load_profile_names,
+         "drive: accelerations, cruising, regeneration, over and over; none: stand still"),
+    make(Property::pack_soc_permille, TargetKind::pack, "soc_permille", 0, 1000, "charge of every cell"),
+    make(Property::pack_ambient_dC, TargetKind::pack, "ambient_dC", -500, 1000, "temperature of the air"),
+    make(Property::pack_temperature_dC, TargetKind::pack, "temperature_dC", -500, 1000,
+         "of every cell now; they go on to heat and cool"),
+    make(Property::cell_voltage_mV, TargetKind::cell, "voltage_mV", 0, 6000,
+         "what its module measures, whatever the cell does", automatic),
+    make(Property::cell_offset_mV, TargetKind::cell, "offset_mV", -1000, 1000, "error of the measurement"),
+    make(Property::cell_soc_permille, TargetKind::cell, "soc_permille", 0, 1000, "its charge"),
+    make(Property::cell_resistance_mOhm, TargetKind::cell, "resistance_mOhm", 0, 10000,
+         "series resistance: a poor cell or joint", automatic),
+    make(Property::cell_leak_Ohm, TargetKind::cell, "leak_Ohm", 0.01, 1e9, "a resistance in parallel: an inner short",
+         automatic),
+    make(Property::cell_temperature_dC, TargetKind::cell, "temperature_dC", -500, 2000,
+         "held there; auto lets it heat and cool", automatic),
+    make(Property::cell_wire, TargetKind::cell, "wire", wire_words,
+         "measuring wire off: reported open, this cell and the next are not measured"),
+    make(Property::module_silent, TargetKind::module, "silent", "sends nothing; goes on working"),
+    make(Property::module_talking, TargetKind::module, "talking", "and sends again"),
+    make(Property::module_restart, TargetKind::module, "restart", "loses power for a moment"),
+    make(Property::module_crc_errors, TargetKind::module, "crc_errors", on_off_words,
+         "every transfer from its front end is damaged: voltages age, STATUS says so"),
+    make(Property::module_damaged_frames, TargetKind::module, "damaged_frames", on_off_words,
+         "its frames have a wrong checksum"),
+    make(Property::module_self_test, TargetKind::module, "self_test", self_test_words, "of the front end"),
+    make(Property::module_board_temperature_dC, TargetKind::module, "board_temperature_dC", -1000, 1250,
+         "all board sensors", automatic),
+    make(Property::thermistor_state, TargetKind::thermistor, "state", thermistor_words, "of a cell sensor"),
+    make(Property::sensor_silent, TargetKind::sensor, "silent", "this result is no longer sent"),
+    make(Property::sensor_talking, TargetKind::sensor, "talking", "and is sent again"),
+    make(Property::sensor_offset_mA, TargetKind::sensor, "offset_mA", -1e6, 1e6, "error of the measurement",
+         ValueKind::number, "current"),
+    make(Property::sensor_value_mA, TargetKind::sensor, "value_mA", -1e6, 1e6, "what it says, whatever flows",
+         automatic, "current"),
+    make(Property::sensor_offset_mV, TargetKind::sensor, "offset_mV", -1e6, 1e6, "error of the measurement",
+         ValueKind::number, "pack_voltage link_voltage"),
+    make(Property::sensor_value_mV, TargetKind::sensor, "value_mV", -1e6, 1e6, "what it says, whatever is there",
+         automatic, "pack_voltage link_voltage"),
+    make(Property::sensor_error, TargetKind::sensor, "error", on_off_words, "its measurement-error flag"),
+    make(Property::pdu_silent, TargetKind::pdu, "silent", "sends nothing; still obeys"),
+    make(Property::pdu_talking, TargetKind::pdu, "talking", "and sends again"),
+    make(Property::pdu_damaged_frames, TargetKind::pdu, "damaged_frames", on_off_words,
+         "its frames have a wrong checksum"),
+    make(Property::pdu_throttle_permille, TargetKind::pdu, "throttle_permille", 0, 1000, "the pedal; auto: not fitted",
+         automatic),
+    make(Property::contactor_welded, TargetKind::contactor, "welded", "closed, whatever the coil does"),
+    make(Property::contactor_stuck_open, TargetKind::contactor, "stuck_open", "never closes"),
+    make(Property::contactor_ok, TargetKind::contactor, "ok", "repaired"),
+    make(Property::contactor_feedback, TargetKind::contactor, "feedback", feedback_words,
+         "its auxiliary contact: follows, or hangs"),
+    make(Property::estop_pressed, TargetKind::estop, "pressed", "emergency stop"),
+    make(Property::estop_released, TargetKind::estop, "released", "and pulled out again"),
+    make(Property::interlock_open, TargetKind::interlock, "open", "a plug or cover is off"),
+    make(Property::interlock_closed, TargetKind::interlock, "closed", "all plugs and covers on"),
+    make(Property::insulation_resistance_kOhm, TargetKind::insulation, "resistance_kOhm", 0, 65533,
+         "to the chassis; below 500 Ohm for each volt of the full pack the monitor is not OK"),
+    make(Property::insulation_monitor, TargetKind::insulation, "monitor", monitor_words,
+         "state of the monitor itself; only normal can be OK"),
+    make(Property::link_capacitance_uF, TargetKind::link, "capacitance_uF", 1, 1e6, "behind the contactors"),
+    make(Property::link_bleed_Ohm, TargetKind::link, "bleed_Ohm", 0.1, 1e9,
+         "what discharges the link; small: a short or load that spoils the precharge"),
+    make(Property::precharge_resistance_Ohm, TargetKind::precharge, "resistance_Ohm", 0.1, 1e9,
+         "of the precharge resistor; very large: burnt out"),
+    make(Property::resume_button_pressed, TargetKind::resume_button, "pressed", "input \"resume\""),
+    make(Property::resume_button_released, TargetKind::resume_button, "released", "and let go"),
+};
+
+constexpr bool rows_stand_in_order() {
+  for (std::size_t row = 0; row < property_count; ++row) {
+    if (static_cast<std::size_t>(properties[row].property) != row) return false;
+  }
+  return true;
+}
+static_assert(rows_stand_in_order(), "properties[] is indexed by Property");
+
+}  // namespace
+
+std::span<const TargetSpec> target_table() {
+  return targets;
+}
+std::span<const PropertySpec> property_table() {
+  return properties;
+}
+const PropertySpec& spec_of(Property property) {
+  return properties[static_cast<std::size_t>(property)];
+}
+
+// --- documentation --------------------------------------------------------------------------------------------------
+
+namespace {
+
+std::string target_form(const TargetSpec& target, const PropertySpec& property) {
+  const std::string name(target.name);
+  switch (target.address) {
+    case Address::none: return name;
+    case Address::node: return name + " N";
+    case Address::node_cell: return name + " N.CELL";
+    case Address::node_slot: return name + " N.SENSOR";
+    case Address::word: break;
+  }
+  std::string words;
+  for (const std::string_view word : target.words) {
+    if (!property.only_for.empty() && property.only_for.find(word) == std::string_view::npos) continue;
+    words += (words.empty() ? "" : "\\|") + std::string(word);
+  }
+  return name + " " + words;
+}
+
+std::string value_form(const PropertySpec& property) {
+  const std::string range = number_text(property.min) + " to " + number_text(property.max);
+  switch (property.kind) {
+    case ValueKind::none: return "";
+    case ValueKind::number: return range;
+    case ValueKind::number_or_auto: return range + ", auto";
+    case ValueKind::word: return listed(property.words);
+  }
+  return "";
+}
+
+}  // namespace
+
+std::string property_table_markdown() {
+  std::string text = "| target | property | value | meaning |\n|---|---|---|---|\n";
+  for (const PropertySpec& property : properties) {
+    const TargetSpec& target = targets[static_cast<std::size_t>(property.target)];
+    text += "| `" + target_form(target, property) + "` | `" + std::string(property.name) + "` | " +
+            value_form(property) + " | " + std::string(property.meaning) + " |\n";
+  }
+  return text;
+}
+
+}  // namespace bmu

@@ -1,0 +1,271 @@
+#include "protocol/candump.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+
+#include "protocol/assert.hpp"
+
+namespace bmu {
+
+std::string_view to_text(LogLineWanted wanted) {
+  switch (wanted) {
+    case LogLineWanted::opening_parenthesis: return "'(' before the time";
+    case LogLineWanted::seconds: return "seconds of the time, 1 to 12 digits";
+    case LogLineWanted::decimal_point: return "'.' between seconds and fraction";
+    case LogLineWanted::fraction: return "6 (or 9) digits of a second";
+    case LogLineWanted::closing_parenthesis: return "')' after the time";
+    case LogLineWanted::space: return "a space";
+    case LogLineWanted::bus_name: return "a bus name of 1 to 63 characters";
+    case LogLineWanted::identifier: return "an identifier of 3 or 8 hexadecimal digits";
+    case LogLineWanted::identifier_in_range: return "an identifier up to 7FF (3 digits) or 3FFFFFFF (8 digits)";
+    case LogLineWanted::hash: return "'#' after the identifier";
+    case LogLineWanted::data_byte: return "data bytes of two hexadecimal digits";
+    case LogLineWanted::length_code: return "a length code";
+    case LogLineWanted::at_most_8_bytes: return "at most 8 data bytes (64 after '##')";
+    case LogLineWanted::direction: return "the end of the line, or ' R' or ' T'";
+  }
+  return "?";
+}
+
+namespace {
+
+constexpr std::uint32_t error_frame_bit = 0x2000'0000;
+constexpr std::uint32_t extended_id_max = 0x1FFF'FFFF;
+constexpr std::uint8_t no_nibble = 0xFF;
+
+constexpr std::array<std::uint8_t, 256> nibble_table = [] {
+  std::array<std::uint8_t, 256> table{};
+  table.fill(no_nibble);
+  for (unsigned digit = 0; digit < 10; ++digit) table['0' + digit] = static_cast<std::uint8_t>(digit);
+  for (unsigned digit = 10; digit < 16; ++digit) {
+    table['A' + digit - 10] = static_cast<std::uint8_t>(digit);
+    table['a' + digit - 10] = static_cast<std::uint8_t>(digit);
+  }
+  return table;
+}();
+
+constexpr std::uint8_t nibble_of(char letter) {
+  return nibble_table[static_cast<std::uint8_t>(letter)];
+}
+
+/// Walks a line once. Every step answers whether it found what it wanted; if not, the first complaint is kept with the
+/// column and the steps behind it are not tried.
+class Cursor {
+ public:
+  explicit Cursor(std::string_view line) : begin_(line.data()), at_(begin_), end_(begin_ + line.size()) {}
+
+  bool parse(LogLine& out) {
+    out.kind = LogLineKind::frame;
+    return parse_time(out.time_us) && expect(' ', LogLineWanted::space) && parse_bus(out.bus) &&
+           expect(' ', LogLineWanted::space) && parse_identifier(out.frame) && expect('#', LogLineWanted::hash) &&
+           parse_payload(out) && parse_extras(out.direction);
+  }
+  [[nodiscard]] LogLineDamage damage() const { return {wanted_, static_cast<std::size_t>(at_ - begin_)}; }
+
+ private:
+  [[nodiscard]] char peek() const { return at_ < end_ ? *at_ : '\0'; }
+  bool fail(LogLineWanted wanted) {
+    wanted_ = wanted;
+    return false;
+  }
+  bool expect(char letter, LogLineWanted wanted) {
+    if (at_ == end_ || *at_ != letter) return fail(wanted);
+    ++at_;
+    return true;
+  }
+
+  /// Up to `count_max` decimal digits; answers how many.
+  int parse_digits(std::int64_t& number, int count_max) {
+    int count = 0;
+    for (; count < count_max && at_ < end_ && *at_ >= '0' && *at_ <= '9'; ++count, ++at_) {
+      number = number * 10 + (*at_ - '0');
+    }
+    return count;
+  }
+
+  bool parse_time(std::int64_t& time_us) {
+    if (!expect('(', LogLineWanted::opening_parenthesis)) return false;
+    std::int64_t seconds = 0;
+    if (parse_digits(seconds, 12) == 0) return fail(LogLineWanted::seconds);
+    if (!expect('.', LogLineWanted::decimal_point)) return false;
+    std::int64_t fraction = 0;
+    if (parse_digits(fraction, 6) != 6) return fail(LogLineWanted::fraction);
+    std::int64_t below_us = 0;
+    const int more = parse_digits(below_us, 3);
+    if (more != 0 && more != 3) return fail(LogLineWanted::fraction);
+    time_us = seconds * 1'000'000 + fraction;
+    return expect(')', LogLineWanted::closing_parenthesis);
+  }
+
+  bool parse_bus(std::string_view& bus) {
+    const char* const first = at_;
+    while (at_<end_&& static_cast<unsigned char>(*at_)> ' ' && *at_ != '\x7F') ++at_;
+    const auto length = static_cast<std::size_t>(at_ - first);
+    if (length > bus_name_length_max) at_ = first;
+    if (length == 0 || length > bus_name_length_max) return fail(LogLineWanted::bus_name);
+    bus = {first, length};
+    return true;
+  }
+
+  bool parse_identifier(CanFrame& frame) {
+    const char* const first = at_;
+    std::uint32_t id = 0;
+    for (; at_ < end_ && at_ - first < 8 && nibble_of(*at_) != no_nibble; ++at_) id = (id << 4) | nibble_of(*at_);
+    const auto digits = at_ - first;
+    if (digits != 3 && digits != 8) return fail(LogLineWanted::identifier);
+    frame.is_error = digits == 8 && (id & ~extended_id_max) == error_frame_bit;
+    frame.is_extended = digits == 8 && !frame.is_error;
+    frame.id = frame.is_error ? id & extended_id_max : id;
+    if (frame.id > (digits == 3 ? 0x7FFU : extended_id_max)) {
+      at_ = first;
+      return fail(LogLineWanted::identifier_in_range);
+    }
+    return true;
+  }
+
+  bool parse_payload(LogLine& out) {
+    switch (peek()) {
+      case '#': ++at_; return parse_fd(out);
+      case 'R': ++at_; return parse_remote(out.frame);
+      default: return parse_data(out.frame) && parse_raw_length_code(out.frame);
+    }
+  }
+
+  bool parse_data(CanFrame& frame) {
+    std::size_t count = 0;
+    while (end_ - at_ >= 2 && nibble_of(at_[0]) != no_nibble) {
+      const std::uint8_t low = nibble_of(at_[1]);
+      if (low == no_nibble) break;
+      if (count == frame.data.size()) return fail(LogLineWanted::at_most_8_bytes);
+      frame.data[count++] = static_cast<std::uint8_t>((nibble_of(at_[0]) << 4) | low);
+      at_ += 2;
+    }
+    frame.length = static_cast<std::uint8_t>(count);
+    return at_ == end_ || nibble_of(*at_) == no_nibble || fail(LogLineWanted::data_byte);
+  }
+
+  bool parse_remote(CanFrame& frame) {
+    frame.is_remote = true;
+    if (peek() < '0' || peek() > '9') return true;
+    if (*at_ > '8') return fail(LogLineWanted::length_code);
+    frame.length = static_cast<std::uint8_t>(*at_++ - '0');
+    return parse_raw_length_code(frame);
+  }
+
+  /// "_C" behind eight bytes: the length code 9 to F that really was on the wire, which still means eight.
+  bool parse_raw_length_code(const CanFrame& frame) {
+    if (peek() != '_') return true;
+    ++at_;
+    const std::uint8_t code = nibble_of(peek());
+    if (frame.length != 8 || code <= 8 || code == no_nibble) return fail(LogLineWanted::length_code);
+    ++at_;
+    return true;
+  }
+
+  bool parse_fd(LogLine& out) {
+    out.kind = LogLineKind::fd_frame;
+    if (nibble_of(peek()) == no_nibble) return fail(LogLineWanted::data_byte);  // the flags: one digit
+    ++at_;
+    int digits = 0;
+    for (; at_ < end_ && nibble_of(*at_) != no_nibble; ++at_, ++digits) {
+      if (digits == 128) return fail(LogLineWanted::at_most_8_bytes);
+    }
+    return digits % 2 == 0 || fail(LogLineWanted::data_byte);
+  }
+
+  /// " R" or " T", and for CAN FD " B" and " E"; trailing spaces are nobody's fault.
+  bool parse_extras(Direction& direction) {
+    for (; at_ < end_; ++at_) {
+      if (*at_ == ' ') continue;
+      if (at_[-1] != ' ') return fail(LogLineWanted::direction);
+      switch (*at_) {
+        case 'R': direction = Direction::received; break;
+        case 'T': direction = Direction::sent; break;
+        case 'B':
+        case 'E': break;
+        default: return fail(LogLineWanted::direction);
+      }
+    }
+    return true;
+  }
+
+  const char* begin_;
+  const char* at_;
+  const char* end_;
+  LogLineWanted wanted_ = LogLineWanted::opening_parenthesis;
+};
+
+bool says_nothing(std::string_view line) {
+  return line.empty() || line.front() == '#' || line.find_first_not_of(" \t") == std::string_view::npos;
+}
+
+}  // namespace
+
+Result<LogLine, LogLineDamage> parse_log_line(std::string_view line) {
+  if (line.ends_with('\r')) line.remove_suffix(1);
+  Result<LogLine, LogLineDamage> parsed;
+  if (says_nothing(line)) return parsed;
+  Cursor cursor(line);
+  if (!cursor.parse(*parsed)) return failure(cursor.damage());
+  return parsed;
+}
+
+namespace {
+
+constexpr std::string_view hex_digits = "0123456789ABCDEF";
+
+class LinePrinter {
+ public:
+  explicit LinePrinter(char* out) : begin_(out), at_(out) {}
+
+  void letter(char one) { *at_++ = one; }
+  void text(std::string_view some) { at_ = std::copy(some.begin(), some.end(), at_); }
+  void hex(std::uint32_t number, int digits) {
+    while (digits-- > 0) letter(hex_digits[(number >> (4 * digits)) & 0xF]);
+  }
+  void decimal(std::int64_t number) { at_ = std::to_chars(at_, at_ + 20, number).ptr; }
+  void fraction(std::int64_t number) {
+    for (std::int64_t weight = 100'000; weight > 0; weight /= 10) {
+      letter(static_cast<char>('0' + number / weight % 10));
+    }
+  }
+  [[nodiscard]] std::size_t length() const { return static_cast<std::size_t>(at_ - begin_); }
+
+ private:
+  char* begin_;
+  char* at_;
+};
+
+void print_payload(const LogLine& line, LinePrinter& out) {
+  if (line.kind == LogLineKind::fd_frame) return out.text("#0");
+  if (line.frame.is_remote) {
+    out.letter('R');
+    if (line.frame.length > 0) out.decimal(line.frame.length);
+    return;
+  }
+  for (std::size_t index = 0; index < line.frame.length; ++index) out.hex(line.frame.data[index], 2);
+}
+
+}  // namespace
+
+std::size_t print_log_line(const LogLine& line, std::span<char, log_line_length_max> out) {
+  BMU_ASSERT(line.time_us >= 0 && line.bus.size() <= bus_name_length_max && line.frame.length <= 8);
+  LinePrinter printer(out.data());
+  printer.letter('(');
+  printer.decimal(line.time_us / 1'000'000);
+  printer.letter('.');
+  printer.fraction(line.time_us % 1'000'000);
+  printer.text(") ");
+  printer.text(line.bus);
+  printer.letter(' ');
+  const std::uint32_t id = line.frame.id | (line.frame.is_error ? error_frame_bit : 0);
+  printer.hex(id, line.frame.is_extended || line.frame.is_error ? 8 : 3);
+  printer.letter('#');
+  print_payload(line, printer);
+  if (line.direction == Direction::received) printer.text(" R");
+  if (line.direction == Direction::sent) printer.text(" T");
+  return printer.length();
+}
+
+}  // namespace bmu

@@ -1,0 +1,161 @@
+#include "protocol/dbc.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <vector>
+
+namespace bmu {
+namespace {
+
+/// One BO_: a row for one node.
+struct Instance {
+  const MessageSpec* message;
+  std::uint8_t node;
+
+  [[nodiscard]] unsigned id() const { return message->base_id + unsigned{node}; }
+};
+
+/// Checksums are no signal of a row; a reader of the DBC still wants to see the byte.
+constexpr SignalSpec crc_signal{.name = "crc", .first_bit = byte(7), .bit_count = 8};
+
+std::string two_digits(unsigned number) {
+  return {static_cast<char>('0' + number / 10), static_cast<char>('0' + number % 10)};
+}
+
+std::string node_name(std::uint8_t node) {
+  return "_N" + two_digits(node);
+}
+
+std::string number(double value) {
+  std::array<char, 400> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed).ptr;
+  return {text.data(), end};
+}
+
+std::string name_of(const Instance& one) {
+  std::string name(one.message->name);
+  if (!one.message->has_node()) return name;
+  return name + (one.node == 0 ? "_ALL" : node_name(one.node));
+}
+
+std::string sender_of(const Instance& one) {
+  std::string name(to_text(one.message->sender));
+  return one.message->sender == Sender::mmu ? name + node_name(one.node) : name;
+}
+
+std::vector<Instance> instances_of(const Catalogue& catalogue, std::span<const std::uint8_t> nodes) {
+  std::vector<Instance> all;
+  for (const MessageSpec* message : catalogue.messages()) {
+    if (message->node_min == 0) all.push_back({message, 0});
+    if (!message->has_node()) continue;
+    for (const std::uint8_t node : nodes) {
+      if (node >= std::max<std::uint8_t>(message->node_min, 1) && node <= message->node_max)
+        all.push_back({message, node});
+    }
+  }
+  return all;
+}
+
+std::vector<SignalSpec> signals_of(const MessageSpec& message) {
+  std::vector<SignalSpec> all(message.signals.begin(), message.signals.end());
+  if (has_crc(message)) all.push_back(crc_signal);
+  return all;
+}
+
+std::string nodes_line(std::span<const Instance> instances) {
+  std::vector<std::string> names;
+  for (const Instance& one : instances) {
+    const std::string name = sender_of(one);
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  }
+  std::string line = "BU_:";
+  for (const std::string& name : names) line += " " + name;
+  return line + "\n";
+}
+
+std::string range_text(const SignalSpec& signal) {
+  if (signal.bit_count == 64) return "[0|0]";  // eight letters: no number to have a range
+  const RawRange range = raw_range(signal);
+  return "[" + number(shown_value(signal, range.min)) + "|" + number(shown_value(signal, range.max)) + "]";
+}
+
+std::string multiplexing(const MessageSpec& message, std::size_t index) {
+  const auto is_selected = [](const SignalSpec& signal) { return signal.selected_by >= 0; };
+  if (index < message.signals.size() && is_selected(message.signals[index])) {
+    return " m" + std::to_string(message.signals[index].selected_by);
+  }
+  const bool is_selector = index == 0 && std::any_of(message.signals.begin(), message.signals.end(), is_selected);
+  return is_selector ? " M" : "";
+}
+
+std::string message_text(const Instance& one) {
+  std::string text = "BO_ " + std::to_string(one.id()) + " " + name_of(one) + ": " +
+                     std::to_string(one.message->length) + " " + sender_of(one) + "\n";
+  const std::vector<SignalSpec> signals = signals_of(*one.message);
+  for (std::size_t index = 0; index < signals.size(); ++index) {
+    const SignalSpec& signal = signals[index];
+    text += " SG_ " + std::string(name_without_unit(signal)) + multiplexing(*one.message, index) + " : " +
+            std::to_string(dbc_start_bit(signal)) + "|" + std::to_string(signal.bit_count) +
+            (signal.order == ByteOrder::big ? "@0" : "@1") + (signal.is_signed ? "-" : "+") + " (" +
+            number(shown_value(signal, 1)) + ",0) " + range_text(signal) + " \"" +
+            std::string(spec_of(signal.unit).symbol) + "\" Vector__XXX\n";
+  }
+  return text + "\n";
+}
+
+std::string signal_comment(const SignalSpec& signal) {
+  if (signal.name == crc_signal.name) return "CRC-8H2F over identifier (high byte first) and b0 to b6";
+  if (signal.unit == Unit::text) return "8 ASCII characters, first one in the most significant byte";
+  if (signal.rounding == Rounding::towards_zero) return "rounded towards zero";
+  if (signal.name.ends_with("_cells")) return "one bit a cell, cell 1 lowest";
+  return {};
+}
+
+std::string comments_of(const Instance& one) {
+  const std::string id = std::to_string(one.id());
+  std::string text = "CM_ BO_ " + id + " \"" + std::string(one.message->meaning) + "\";\n";
+  for (const SignalSpec& signal : signals_of(*one.message)) {
+    const std::string comment = signal_comment(signal);
+    if (comment.empty()) continue;
+    text += "CM_ SG_ " + id + " " + std::string(name_without_unit(signal)) + " \"" + comment + "\";\n";
+  }
+  return text;
+}
+
+std::string cycle_time_of(const Instance& one) {
+  const std::int64_t period_ms = to_ms(one.message->period);
+  if (period_ms == 0) return {};
+  return "BA_ \"GenMsgCycleTime\" BO_ " + std::to_string(one.id()) + " " + std::to_string(period_ms) + ";\n";
+}
+
+std::string value_names_of(const Instance& one) {
+  std::string text;
+  for (const SignalSpec& signal : one.message->signals) {
+    if (signal.names.empty() && signal.special.empty()) continue;
+    text += "VAL_ " + std::to_string(one.id()) + " " + std::string(name_without_unit(signal));
+    for (const RawName& name : signal.names)
+      text += " " + std::to_string(name.raw) + " \"" + std::string(name.name) + "\"";
+    for (const SpecialCode& code : signal.special) {
+      text += " " + std::to_string(code.raw) + " \"" + std::string(to_text(code.meaning)) + "\"";
+    }
+    text += " ;\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string dbc_text(const Catalogue& catalogue, std::span<const std::uint8_t> nodes) {
+  const std::vector<Instance> instances = instances_of(catalogue, nodes);
+  std::string text = "VERSION \"" BMUD_VERSION "\"\n\n\nNS_ :\n\nBS_:\n\n" + nodes_line(instances) + "\n\n";
+  for (const Instance& one : instances) text += message_text(one);
+  text += "CM_ \"bmud " + std::string(catalogue.name()) + " bus, made from the tables its codecs use\";\n";
+  for (const Instance& one : instances) text += comments_of(one);
+  text += "BA_DEF_ BO_ \"GenMsgCycleTime\" INT 0 65535;\nBA_DEF_DEF_ \"GenMsgCycleTime\" 0;\n";
+  for (const Instance& one : instances) text += cycle_time_of(one);
+  for (const Instance& one : instances) text += value_names_of(one);
+  return text;
+}
+
+}  // namespace bmu

@@ -1,0 +1,141 @@
+#!/bin/bash
+# Guest script: the programs of this project as a user starts them, on a CAN bus of the kernel. The emulated pack is driven, bad frames
+# are thrown at it, one of its cells sags, and the daemon is ended; the recording must bear out all of it.
+#   usage: first_drive.sh REPOSITORY PROGRAM_FOLDER...   (the folders of bmud, mmusim, bmuctl and bmudump)
+# shellcheck source-path=SCRIPTDIR source=guest-env.sh
+source "$(dirname "$0")/guest-env.sh"
+
+repository=$1
+shift
+for folder in "$@"; do PATH=$folder:$PATH; done
+
+bus=vcan0
+pack=$repository/config/packs/demo-48s.json
+scenario=$repository/vcan-fixtures/demo.scn
+socket=/run/bmud/bmud.sock
+recording=$RIG_OUT/drive.can.log
+
+# What the scenario does to which cell, as "bmuctl why" names it.
+sagging_cell='module 3.*cell 5'
+drive_s=20
+# Nothing below depends on how fast the guest is, but for these: generous, and only reached when something is wrong.
+start_limit_s=30
+close_limit_s=30
+trip_limit_s=60
+
+# --- how the programs are asked; all this script knows of their output is in these functions ---
+
+status_json() { bmuctl --socket "$socket" status --json; }
+status_field() { status_json | jq -er "$1"; }
+daemon_answers() { status_json >/dev/null 2>&1; }
+pack_state() { status_field .state 2>/dev/null; }
+active_faults() { status_field '.faults | length'; }
+# Of two statuses: was each kind of bad frame counted so many times more?  usage: counted_more BEFORE AFTER TIMES KIND...
+counted_more() {
+  jq -en --slurpfile before "$1" --slurpfile after "$2" --argjson times "$3" --args '
+    def count($status; $kind): $status[0].rejected_frames[$kind] // 0;
+    all($ARGS.positional[]; count($after; .) == count($before; .) + $times)' "${@:4}" >/dev/null
+}
+why() { bmuctl --socket "$socket" why; }
+# Frames that bmudump does not know ("ok": null) or finds wrong ("ok": false).
+frames_not_ok() { bmudump --json -r "$1" | jq -c 'select(.ok != true)'; }
+
+state_is() { [[ $(pack_state) == "$1" ]]; }
+state_is_not() { [[ -n $(pack_state) ]] && not state_is "$1"; }
+
+# --- frames ---
+
+# The checksum of internal frames: CRC-8H2F over the identifier, two bytes, and bytes 0 to 6, all in hex.
+crc8h2f() {
+  local hex=$1 crc=255 i bit
+  for ((i = 0; i < ${#hex}; i += 2)); do
+    crc=$((crc ^ 16#${hex:i:2}))
+    for ((bit = 0; bit < 8; ++bit)); do crc=$(((crc & 128 ? crc << 1 ^ 16#2F : crc << 1) & 255)); done
+  done
+  printf '%02X' $((crc ^ 255))
+}
+
+# Cells of 1 V: had a single one of these been believed, the pack would have opened.
+dead_cells=2710271027102A
+bad_frame_of_kind() {
+  local crc
+  crc=$(crc8h2f "0143$dead_cells")
+  case $1 in
+    'wrong crc') echo "143#$dead_cells$(printf '%02X' $((16#$crc ^ 1)))" ;;
+    'wrong length') echo "143#$dead_cells" ;;
+    'wrong form') echo '143#R' ;;
+    'unknown id') echo '5F3#2710271027102A00' ;;
+  esac
+}
+kinds=('wrong crc' 'wrong length' 'wrong form' 'unknown id')
+copies=3
+
+# --- what must hold ---
+
+all_counted() {
+  status_json >"$RIG_OUT/status-closed.json" &&
+    counted_more "$RIG_OUT/status-before.json" "$RIG_OUT/status-closed.json" "$copies" "${kinds[@]}"
+}
+
+# One process a frame and nothing else: the pack is driven meanwhile, and under emulation every process takes its time.
+throw_bad_frames() {
+  local frame copy
+  for frame in "${bad_frames[@]}"; do
+    for ((copy = 0; copy < copies; ++copy)); do cansend "$bus" "$frame"; done
+  done
+}
+
+has_program() { command -v "$1" >/dev/null; }
+
+why_names_the_cell() { why >"$RIG_OUT/why.txt" && grep -Eiq "$sagging_cell" "$RIG_OUT/why.txt"; }
+
+# CONTACTOR_COMMAND, b0 the outputs and b1 its complement; the low nibble of b0 has main positive, main negative and precharge.
+were_closed_on_the_bus() { grep -Eq ' 040#.[37BF]' "$recording"; }
+last_command_is_all_open() { grep ' 040#' "$recording" | tail -n 1 | grep -q ' 040#00FF'; }
+
+only_the_injected_are_wrong() { [[ $(frames_not_ok "$recording" | wc -l) -eq $((copies * ${#kinds[@]})) ]]; }
+none_is_wrong() {
+  frames_not_ok "$1" >"$RIG_OUT/not_ok.json"
+  [[ ! -s $RIG_OUT/not_ok.json ]] || { head -n 5 "$RIG_OUT/not_ok.json"; return 1; }
+}
+
+step "programs"
+for program in bmud mmusim bmuctl bmudump jq candump cansend; do expect "$program is there" has_program "$program"; done
+expect "the checksum is the protocol's" test "$(crc8h2f 01438EA08E928EB22A)" = B2
+mkdir -p "$(dirname "$socket")"
+bad_frames=()
+for kind in "${kinds[@]}"; do bad_frames+=("$(bad_frame_of_kind "$kind")"); done
+printf ' %s\n' "${bad_frames[@]}" >"$RIG_OUT/injected"
+
+step "start"
+record drive "$bus"
+start mmusim mmusim --bus "$bus" --pack "$pack" --scenario "$scenario" --seconds "$drive_s"
+start bmud bmud --config "$pack" --bus-internal "$bus" --bus-vehicle "$bus" --socket "$socket"
+wait_for "$start_limit_s" "bmud answers" daemon_answers
+wait_for "$close_limit_s" "the contactors are closed" state_is closed
+
+step "bad frames change nothing"
+status_json >"$RIG_OUT/status-before.json"
+throw_bad_frames
+wait_for 10 "each was counted by its kind" all_counted
+expect "the pack is still closed" state_is closed
+expect "no fault is active" test "$(active_faults)" -eq 0
+
+step "a cell sags"
+wait_for "$trip_limit_s" "the contactors are open" state_is_not closed
+status_json >"$RIG_OUT/status-open.json"
+expect "why names the cell" why_names_the_cell
+
+step "the daemon is ended"
+expect "bmud exits with 0" stop bmud TERM
+stop mmusim || true
+stop drive || true
+expect "the contactors were closed on the bus" were_closed_on_the_bus
+expect "the last command is all open" last_command_is_all_open
+
+step "the recording"
+expect "bmudump finds wrong what was injected, and that only" only_the_injected_are_wrong
+# The golden log: the drive as it would have been without our interference.
+grep -vFf "$RIG_OUT/injected" "$recording" >"$RIG_OUT/first_drive.can.log"
+expect "bmudump reads the rest without one unknown or wrong frame" none_is_wrong "$RIG_OUT/first_drive.can.log"
+echo "  $(wc -l <"$RIG_OUT/first_drive.can.log") frames in first_drive.can.log"

@@ -1,0 +1,133 @@
+// Proofs that every signal of every message row inherits: a new row is tested by being in its table.
+#pragma once
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "protocol/message.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/worked_frames.hpp"
+
+namespace bmu::test {
+
+/// Raw numbers worth trying: the ends of the range, zero, their neighbours, and some from in between.
+inline std::vector<std::int64_t> interesting_raws(const SignalSpec& signal, Random& random) {
+  const RawRange range = raw_range(signal);
+  std::vector<std::int64_t> raws{range.min, range.min + 1, range.max - 1, range.max};
+  for (const std::int64_t raw : {-1, 0, 1}) {
+    if (raw >= range.min && raw <= range.max) raws.push_back(raw);
+  }
+  for (int count = 0; count < 100; ++count) raws.push_back(random.between(range.min, range.max));
+  return raws;
+}
+
+inline SignalValue through_the_wire(const SignalSpec& signal, const SignalValue& value) {
+  FrameBytes bytes{};
+  encode_signal(signal, value, bytes);
+  return decode_signal(signal, bytes);
+}
+inline std::int64_t raw_sent(const SignalSpec& signal, const SignalValue& value) {
+  FrameBytes bytes{};
+  encode_signal(signal, value, bytes);
+  return raw_of(signal, bytes);
+}
+
+inline void contract_round_trip(const SignalSpec& signal, Random& random) {
+  for (const std::int64_t raw : interesting_raws(signal, random)) {
+    const SignalValue value = known(raw * signal.scale);
+    REQUIRE(raw_sent(signal, value) == raw);
+    REQUIRE(through_the_wire(signal, value) == value);
+  }
+}
+
+inline void contract_special_codes(const SignalSpec& signal) {
+  for (const SpecialCode& code : signal.special) {
+    REQUIRE(raw_sent(signal, not_known(code.meaning)) == code.raw);
+    REQUIRE(through_the_wire(signal, not_known(code.meaning)) == not_known(code.meaning));
+  }
+}
+
+/// Whatever the reason, "no number" never leaves as a number, least of all as 0.
+inline void contract_unknown_is_never_a_number(const SignalSpec& signal) {
+  if (signal.special.empty()) return;
+  for (const Validity why : {Validity::unknown, Validity::not_fitted, Validity::open_circuit, Validity::short_circuit,
+                             Validity::sensor_fault, Validity::above_range, Validity::out_of_range}) {
+    REQUIRE(raw_sent(signal, not_known(why)) != 0);
+    REQUIRE_FALSE(through_the_wire(signal, not_known(why)).is_valid());
+  }
+}
+
+inline void contract_rounding(const SignalSpec& signal, Random& random) {
+  const RawRange range = raw_range(signal);
+  for (const std::int64_t raw : interesting_raws(signal, random)) {
+    if (raw <= range.min || raw >= range.max) continue;
+    const std::int64_t sign = raw < 0 ? -1 : 1;
+    const bool is_nearest = signal.rounding == Rounding::nearest;
+    for (const std::int64_t more :
+         {std::int64_t{0}, (signal.scale - 1) / 2, (signal.scale + 1) / 2, signal.scale - 1}) {
+      const bool is_up = is_nearest && 2 * more >= signal.scale;
+      REQUIRE(raw_sent(signal, known(raw * signal.scale + sign * more)) == raw + (is_up ? sign : 0));
+    }
+  }
+}
+
+/// Beyond the field's range the nearest number goes out, and it is a number: no special code.
+inline void contract_saturation(const SignalSpec& signal) {
+  const RawRange range = raw_range(signal);
+  const std::int64_t far = std::int64_t{1} << 61;
+  for (const std::int64_t value : {(range.max + 1) * signal.scale, (range.max + 1'000) * signal.scale, far}) {
+    REQUIRE(through_the_wire(signal, known(value)) == known(range.max * signal.scale));
+  }
+  for (const std::int64_t value : {(range.min - 1) * signal.scale, (range.min - 1'000) * signal.scale, -far}) {
+    REQUIRE(through_the_wire(signal, known(value)) == known(range.min * signal.scale));
+  }
+}
+
+/// The bits of the field, counted one by one as the protocol numbers them.
+inline FrameBytes field_mask(const SignalSpec& signal) {
+  FrameBytes mask{};
+  for (unsigned bit = signal.first_bit; bit < signal.first_bit + unsigned{signal.bit_count}; ++bit) {
+    mask[bit / 8] = static_cast<std::uint8_t>(mask[bit / 8] | (0x80U >> (bit % 8)));
+  }
+  return mask;
+}
+
+inline void contract_other_bits_stay(const SignalSpec& signal, Random& random) {
+  const FrameBytes mask = field_mask(signal);
+  for (const std::int64_t raw : interesting_raws(signal, random)) {
+    FrameBytes before{};
+    for (std::uint8_t& one : before) one = static_cast<std::uint8_t>(random.next());
+    FrameBytes after = before;
+    encode_signal(signal, known(raw * signal.scale), after);
+    for (std::size_t index = 0; index < after.size(); ++index) {
+      REQUIRE(((before[index] ^ after[index]) & static_cast<std::uint8_t>(~mask[index])) == 0);
+    }
+  }
+}
+
+/// Every pattern of bits has a meaning: a number the range allows, or a reason.
+inline void contract_decoding_is_total(const SignalSpec& signal, Random& random) {
+  const RawRange range = raw_range(signal);
+  for (int count = 0; count < 1'000; ++count) {
+    FrameBytes bytes{};
+    for (std::uint8_t& one : bytes) one = static_cast<std::uint8_t>(random.next());
+    const SignalValue value = decode_signal(signal, bytes);
+    if (!value.is_valid()) continue;
+    REQUIRE(value.value >= range.min * signal.scale);
+    REQUIRE(value.value <= range.max * signal.scale);
+  }
+}
+
+inline void check_signal_contracts(const SignalSpec& signal, Random& random) {
+  contract_special_codes(signal);
+  contract_unknown_is_never_a_number(signal);
+  if (signal.bit_count == 64) return;  // letters: every pattern is itself
+  contract_other_bits_stay(signal, random);
+  contract_round_trip(signal, random);
+  contract_rounding(signal, random);
+  contract_saturation(signal);
+  contract_decoding_is_total(signal, random);
+}
+
+}  // namespace bmu::test

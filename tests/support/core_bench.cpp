@@ -1,0 +1,266 @@
+#include "tests/support/core_bench.hpp"
+
+#include <algorithm>
+
+namespace bmu::test {
+
+namespace {
+
+using namespace internal_bus;
+
+constexpr Duration answer_delay = 4ms;
+constexpr Duration contact_delay = 15ms;
+
+void fill_limits(CoreConfig& config) {
+  config.limits.cell_undervoltage = {.warn = 3'100'000, .open = 2'900'000, .hysteresis = 50'000};
+  config.limits.cell_overvoltage = {.warn = 4'150'000, .open = 4'200'000, .hysteresis = 20'000};
+  config.limits.cell_overtemperature = {.warn = 500, .open = 600, .hysteresis = 50};
+  config.limits.cell_undertemperature = {.warn = -50, .open = -200, .hysteresis = 20};
+  config.limits.discharge_overcurrent = {.warn = 90'000, .open = 100'000, .hysteresis = 5'000, .confirm = 100ms};
+  config.limits.charge_overcurrent = {.warn = 25'000, .open = 30'000, .hysteresis = 2'000, .confirm = 100ms};
+  config.limits.pack_voltage_mismatch = {.warn = 500, .open = 1'000, .hysteresis = 200, .confirm = 300ms};
+}
+
+CoreConfig pack_with(std::size_t modules, std::uint8_t cells, std::uint8_t sensors) {
+  CoreConfig config;
+  for (std::size_t index = 0; index < modules; ++index) {
+    config.modules.push_back(
+        {.node = static_cast<std::uint8_t>(index + 1), .cell_count = cells, .temperature_sensor_count = sensors});
+  }
+  config.cell.capacity_uAs = 50 * uAs_per_Ah;
+  config.cell.ocv.push_back({0, 3'000'000});
+  config.cell.ocv.push_back({500, 3'700'000});
+  config.cell.ocv.push_back({1000, 4'200'000});
+  config.current = {.discharge_continuous_mA = 80'000, .charge_continuous_mA = 20'000};
+  fill_limits(config);
+  return config;
+}
+
+}  // namespace
+
+CoreConfig small_pack() {
+  return pack_with(2, 4, 2);
+}
+CoreConfig pack_of(std::size_t modules) {
+  return pack_with(modules, 12, 4);
+}
+
+CoreBench::CoreBench(const CoreConfig& config) : core_(config, now_), wake_at_(now_) {
+  for (const ModuleConfig& module : config.modules) {
+    BenchModule one{
+        .node = module.node, .cell_count = module.cell_count, .sensor_count = module.temperature_sensor_count};
+    one.cell_voltage_uV.fill(known(3'700'000));
+    one.cell_temperature_dC.fill(known(250));
+    one.serial_number += module.node;
+    modules.push_back(one);
+  }
+  inputs = {.estop_1_released = true,
+            .estop_2_released = true,
+            .interlock_closed = true,
+            .insulation_monitor_ok = true,
+            .insulation_state = InsulationState::normal,
+            .insulation_resistance_Ohm = known(1'200'000)};
+  observe(PortChanged{Port::internal, true});
+  observe(PortChanged{Port::vehicle, true});
+}
+
+void CoreBench::observe(const ObservedThing& what) {
+  if (core_.observe({now_, what}) == Urgency::decide_now) decide();
+}
+
+void CoreBench::deliver(const CanFrame& frame) {
+  observe(FrameReceived{Port::internal, frame});
+}
+
+void CoreBench::decide() {
+  last_ = core_.decide(now_);
+  wake_at_ = last_.wake_at;
+  for (const Event& event : last_.events) events_.push_back(event);
+  for (const OutgoingFrame& frame : last_.frames) {
+    sent_.push_back(frame);
+    sent_at_.push_back(now_);
+    if (frame.port == Port::internal) obey(frame);
+  }
+}
+
+void CoreBench::obey(const OutgoingFrame& out) {
+  const MessageMatch match = catalogue.find(out.frame.id);
+  if (match.message == &poll) answer_poll(out.frame);
+  if (match.message == &command) answer_command(out.frame, match.node);
+  if (match.message != &contactor_command) return;
+  command_expires_at_ = now_ + contactor_command_life;
+  const ContactorOutputs asked = outputs_of(out.frame);
+  if (asked == commanded_) return;
+  if (commanded_.any_contactor() && !asked.any_contactor()) opened_at_ = now_;
+  commanded_ = asked;
+  contacts_follow_at_ = now_ + contact_delay;
+}
+
+void CoreBench::answer_poll(const CanFrame& request) {
+  const std::uint8_t counter = request.data[6];
+  const auto put = [&](const MessageSpec& row, CanFrame frame) {
+    seal(row, counter, frame);
+    due_.push_back({now_ + answer_delay, frame});
+  };
+  for (BenchModule& module : modules) {
+    if (!module.talks) continue;
+    CanFrame said = make_frame(status, module.node);
+    write<status, "mode">(said, static_cast<std::int64_t>(Mode::normal));
+    write<status, "cell_count">(said, module.cell_count);
+    write<status, "limits_not_set">(said, module.limits_not_set ? 1 : 0);
+    write<status, "restarted">(said, module.restarted ? 1 : 0);
+    write<status, "undervoltage_cells">(said, module.undervoltage_cells);
+    write<status, "cell_voltage_age_ms">(said, module.voltage_age_ms);
+    module.restarted = false;
+    put(status, said);
+    std::int64_t sum_uV = 0;
+    for (unsigned block = 0; block * 3 < module.cell_count; ++block) {
+      CanFrame cells = make_frame(*cells_rows[block], module.node);
+      for (unsigned slot = 0; slot < 3; ++slot) {
+        const unsigned cell = block * 3 + slot;
+        const SignalValue value =
+            cell < module.cell_count ? module.cell_voltage_uV[cell] : not_known(Validity::not_fitted);
+        encode_signal(cells_rows[block]->signals[slot], value, cells.data);
+        sum_uV += value.is_valid() ? value.value : 0;
+      }
+      put(*cells_rows[block], cells);
+    }
+    if (module.sends_temperatures && read_raw<poll, "want_temp">(request) != 0) {
+      CanFrame first = make_frame(temp_1, module.node);
+      for (unsigned slot = 0; slot < 3; ++slot) {
+        encode_signal(temp_1.signals[slot],
+                      slot < module.sensor_count ? module.cell_temperature_dC[slot] : not_known(Validity::not_fitted),
+                      first.data);
+      }
+      put(temp_1, first);
+      CanFrame second = make_frame(temp_2, module.node);
+      encode_signal(temp_2.signals[0],
+                    module.sensor_count > 3 ? module.cell_temperature_dC[3] : not_known(Validity::not_fitted),
+                    second.data);
+      for (unsigned slot = 1; slot <= 4; ++slot) encode_signal(temp_2.signals[slot], known(300), second.data);
+      put(temp_2, second);
+    }
+    CanFrame stack = make_frame(internal_bus::module, module.node);
+    write<internal_bus::module, "module_voltage_mV">(stack, sum_uV / 1000);
+    put(internal_bus::module, stack);
+    if (read_raw<poll, "want_ident">(request) != 0) {
+      CanFrame who = make_frame(ident, module.node);
+      write<ident, "protocol_version">(who, 1);
+      write<ident, "cell_count">(who, module.cell_count);
+      write<ident, "temperature_sensor_count">(who, module.sensor_count);
+      write<ident, "serial_number">(who, module.serial_number);
+      put(ident, who);
+    }
+  }
+}
+
+void CoreBench::answer_command(const CanFrame& request, std::uint8_t node) {
+  for (BenchModule& module : modules) {
+    if (module.node != node || !module.talks || module.ignores_commands) continue;
+    module.limits_not_set = false;
+    CanFrame answer = make_frame(response, node);
+    write<response, "operation">(answer, request.data[0]);
+    write<response, "result">(answer, 0);
+    seal(response, request.data[6], answer);
+    due_.push_back({now_ + 2ms, answer});
+  }
+}
+
+std::int32_t CoreBench::cell_sum_mV() const {
+  std::int64_t sum_uV = 0;
+  for (const BenchModule& module : modules) {
+    for (std::size_t cell = 0; cell < module.cell_count; ++cell) sum_uV += module.cell_voltage_uV[cell].value;
+  }
+  return mV_from_uV(sum_uV);
+}
+
+void CoreBench::follow_contactors() {
+  if (now_ >= command_expires_at_) commanded_ = {};  // as the PDU must
+  if (!contactors_stuck && now_ >= contacts_follow_at_) contacts_ = commanded_;
+  const std::int32_t pack = pack_voltage_mV.value_or(cell_sum_mV());
+  if (contacts_.main_negative && contacts_.main_positive) {
+    link_voltage_mV = pack;
+  } else if (contacts_.main_negative && contacts_.precharge) {
+    link_voltage_mV = std::min(pack, link_voltage_mV + link_rise_mV_per_ms);
+  }
+}
+
+void CoreBench::send_periodic() {
+  const std::int64_t ms = to_ms(now_.time_since_epoch());
+  const auto sensor = [&](const MessageSpec& row, std::int64_t value, std::uint8_t counter) {
+    CanFrame frame = make_frame(row);
+    encode_signal(row.signals[0], known(value), frame.data);
+    seal(row, counter, frame);
+    deliver(frame);
+  };
+  const bool is_precharging = contacts_.precharge && !contacts_.main_positive;
+  if (sensor_talks && ms % 20 == 0) {
+    sensor(sensor_current, is_precharging ? precharge_current_mA : current_mA, sensor_counter_++);
+  }
+  if (sensor_talks && voltage_talks && ms % 60 == 0) {
+    sensor(sensor_u1, pack_voltage_mV.value_or(cell_sum_mV()), voltage_counter_);
+    sensor(sensor_u2, link_voltage_mV, voltage_counter_++);
+  }
+  if (!pdu_talks || ms % 50 != 0) return;
+  CanFrame frame = make_frame(pdu_status);
+  write<pdu_status, "main_positive_closed">(frame, contacts_.main_positive ? 1 : 0);
+  write<pdu_status, "main_negative_closed">(frame, contacts_.main_negative ? 1 : 0);
+  write<pdu_status, "precharge_closed">(frame, contacts_.precharge ? 1 : 0);
+  write<pdu_status, "charge_closed">(frame, contacts_.charge ? 1 : 0);
+  write<pdu_status, "vehicle_on">(frame, inputs.vehicle_on ? 1 : 0);
+  write<pdu_status, "charger_connected">(frame, inputs.charger_connected ? 1 : 0);
+  write<pdu_status, "estop_1_released">(frame, inputs.estop_1_released ? 1 : 0);
+  write<pdu_status, "estop_2_released">(frame, inputs.estop_2_released ? 1 : 0);
+  write<pdu_status, "interlock_closed">(frame, inputs.interlock_closed ? 1 : 0);
+  write<pdu_status, "insulation_monitor_ok">(frame, inputs.insulation_monitor_ok ? 1 : 0);
+  write<pdu_status, "insulation_resistance_Ohm">(frame, inputs.insulation_resistance_Ohm);
+  write<pdu_status, "insulation_monitor_state">(frame, static_cast<std::int64_t>(inputs.insulation_state));
+  write<pdu_status, "throttle_permille">(frame, not_known());
+  seal(pdu_status, pdu_counter_++, frame);
+  deliver(frame);
+}
+
+void CoreBench::advance_1ms() {
+  now_ += 1ms;
+  follow_contactors();
+  std::vector<Due> ready;
+  std::erase_if(due_, [&](const Due& due) {
+    if (due.at > now_) return false;
+    ready.push_back(due);
+    return true;
+  });
+  for (const Due& due : ready) deliver(due.frame);
+  send_periodic();
+  if (now_ >= wake_at_) decide();
+}
+
+void CoreBench::run(Duration duration) {
+  const TimePoint end = now_ + duration;
+  while (now_ < end) advance_1ms();
+}
+
+bool CoreBench::run_until(const std::function<bool()>& condition, Duration at_most) {
+  const TimePoint end = now_ + at_most;
+  while (now_ < end) {
+    if (condition()) return true;
+    advance_1ms();
+  }
+  return condition();
+}
+
+bool CoreBench::close() {
+  run(1500ms);
+  inputs.vehicle_on = true;
+  return run_until([this] { return core_.sequence().phase == Phase::closed; }, 3s);
+}
+
+void CoreBench::stall(Duration duration) {
+  now_ += duration;
+  decide();
+}
+
+bool CoreBench::has_event(EventId id) const {
+  return std::any_of(events_.begin(), events_.end(), [id](const Event& event) { return event.id == id; });
+}
+
+}  // namespace bmu::test

@@ -1,0 +1,115 @@
+// A core on a test bench: a small, obedient world around it in virtual time, every value of which a test can set.
+//
+// Modules answer each POLL 4 ms later, sensor and PDU send at their periods, contactors follow a command after 15 ms,
+// and the link voltage rises during precharge by a settable rate. Nothing here sleeps or knows a real clock. It is kept
+// apart from the emulators in mmu/ on purpose: two worlds that were built separately agree only on the protocol.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "daemon/core/core.hpp"
+#include "protocol/tables/internal_bus.hpp"
+
+namespace bmu::test {
+
+/// 2 modules x 4 cells, 2 sensors each; limits in round numbers.
+[[nodiscard]] CoreConfig small_pack();
+/// `modules` x 12 cells, 4 sensors each, otherwise like small_pack.
+[[nodiscard]] CoreConfig pack_of(std::size_t modules);
+
+struct BenchModule {
+  bool talks = true;
+  std::uint8_t node = 1;
+  std::uint8_t cell_count = 4;
+  std::uint8_t sensor_count = 2;
+  std::array<SignalValue, 12> cell_voltage_uV{};
+  std::array<SignalValue, 4> cell_temperature_dC{};
+  std::uint32_t serial_number = 1000;
+  bool limits_not_set = true;
+  bool restarted = true;
+  std::uint16_t undervoltage_cells = 0;
+  SignalValue voltage_age_ms = known(5);
+  bool sends_temperatures = true;
+  bool ignores_commands = false;
+};
+
+class CoreBench {
+ public:
+  explicit CoreBench(const CoreConfig& config);
+
+  // The world, free to change between steps.
+  std::vector<BenchModule> modules;
+  std::int32_t current_mA = 0;
+  std::int32_t precharge_current_mA = 0;        // what the sensor shows during precharge
+  std::optional<std::int32_t> pack_voltage_mV;  // default: the sum of the cells
+  std::int32_t link_voltage_mV = 0;
+  std::int32_t link_rise_mV_per_ms = 200;  // in precharge
+  bool sensor_talks = true;
+  bool voltage_talks = true;
+  bool pdu_talks = true;
+  PduState inputs;                // contacts in it are overwritten
+  bool contactors_stuck = false;  // they stay as they are
+
+  /// Runs the world and the core until `duration` has passed.
+  void run(Duration duration);
+  /// Runs until `condition` holds; false if that took longer than `at_most`.
+  [[nodiscard]] bool run_until(const std::function<bool()>& condition, Duration at_most);
+  /// Vehicle on, and run until closed. Returns whether it got there within 3 s.
+  [[nodiscard]] bool close();
+  void observe(const ObservedThing& what);
+  void give(Command command) { observe(CommandGiven{command}); }
+  /// Contacts fall open without a command. With contactors_stuck they stay so.
+  void drop_contacts() { contacts_ = {}; }
+  /// Time without ticks: what a stopped process lives through.
+  void stall(Duration duration);
+
+  [[nodiscard]] TimePoint now() const { return now_; }
+  [[nodiscard]] const Core& core() const { return core_; }
+  [[nodiscard]] ContactorOutputs commanded() const { return commanded_; }  // in the last CONTACTOR_COMMAND sent
+  [[nodiscard]] TimePoint opened_at() const { return opened_at_; }         // of the last all-open after a closed one
+  [[nodiscard]] const std::vector<OutgoingFrame>& sent() const { return sent_; }
+  [[nodiscard]] const std::vector<TimePoint>& sent_at() const { return sent_at_; }
+  [[nodiscard]] const std::vector<Event>& events() const { return events_; }
+  [[nodiscard]] const Decisions& last() const { return last_; }
+  [[nodiscard]] bool has_event(EventId id) const;
+  [[nodiscard]] bool is_active(FaultId id) const { return core_.faults().state(id).is_present(); }
+
+ private:
+  struct Due {
+    TimePoint at;
+    CanFrame frame;
+  };
+
+  void advance_1ms();
+  void decide();
+  void obey(const OutgoingFrame& sent);
+  void answer_poll(const CanFrame& poll);
+  void answer_command(const CanFrame& command, std::uint8_t node);
+  void send_periodic();
+  void follow_contactors();
+  void deliver(const CanFrame& frame);
+  [[nodiscard]] std::int32_t cell_sum_mV() const;
+
+  TimePoint now_{1s};
+  Core core_;
+  Decisions last_;
+  TimePoint wake_at_{};
+  ContactorOutputs commanded_;
+  ContactorOutputs contacts_;
+  TimePoint contacts_follow_at_{};
+  TimePoint command_expires_at_{};
+  TimePoint opened_at_{};
+  std::vector<Due> due_;
+  std::vector<OutgoingFrame> sent_;
+  std::vector<TimePoint> sent_at_;
+  std::vector<Event> events_;
+  std::uint8_t sensor_counter_ = 0;
+  std::uint8_t voltage_counter_ = 0;
+  std::uint8_t pdu_counter_ = 0;
+};
+
+}  // namespace bmu::test

@@ -1,0 +1,612 @@
+// The pack file: what is accepted, and that everything wrong with a file is said, where it is, in one go.
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "config/pack_config.hpp"
+#include "tests/support/catch.hpp"
+
+namespace bmu {
+namespace {
+
+using Json = nlohmann::json;
+
+const std::filesystem::path packs_directory = std::filesystem::path(BMUD_SOURCE_DIR) / "config/packs";
+const std::filesystem::path cells_directory = std::filesystem::path(BMUD_SOURCE_DIR) / "config/cells";
+
+std::string bytes_of(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  REQUIRE(stream);
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+/// The demonstration pack as a tree, its cell in place, so that a test can change any key of either.
+Json valid_pack() {
+  Json pack = Json::parse(bytes_of(packs_directory / "demo-48s.json"), nullptr, true, true);
+  pack["cell"] = Json::parse(bytes_of(cells_directory / "nmc-30ah-10p.json"), nullptr, true, true);
+  return pack;
+}
+
+Result<PackConfig, ConfigProblems> parse(const std::string& text) {
+  return parse_pack_config(text, "pack.json", packs_directory);
+}
+
+ConfigProblems problems_of(const std::string& text) {
+  const auto result = parse(text);
+  return result ? ConfigProblems{} : result.error();
+}
+
+std::string all_text(const ConfigProblems& problems) {
+  std::string text;
+  for (const ConfigProblem& problem : problems) text += to_text(problem) + "\n";
+  return text;
+}
+
+using Change = std::pair<std::string, Json>;  // JSON pointer, value
+
+Json changed(const std::vector<Change>& changes) {
+  Json pack = valid_pack();
+  for (const auto& [pointer, value] : changes) pack[Json::json_pointer(pointer)] = value;
+  return pack;
+}
+
+Json without(const std::string& parent, const std::string& key) {
+  Json pack = valid_pack();
+  pack[Json::json_pointer(parent)].erase(key);
+  return pack;
+}
+
+void accepts(const std::vector<Change>& changes) {
+  const ConfigProblems problems = problems_of(changed(changes).dump());
+  INFO(all_text(problems));
+  CHECK(problems.empty());
+}
+
+/// Exactly one problem, at this path, whose text holds these words.
+void refuses_text(const std::string& text, const std::string& path, const std::string& words) {
+  const ConfigProblems problems = problems_of(text);
+  INFO(all_text(problems));
+  REQUIRE(problems.size() == 1);
+  CHECK(problems.front().path == path);
+  CHECK(to_text(problems.front()).find(words) != std::string::npos);
+}
+
+void refuses(const std::vector<Change>& changes, const std::string& path, const std::string& words) {
+  refuses_text(changed(changes).dump(), path, words);
+}
+
+/// A directory of this test's own, gone with it.
+class TemporaryDirectory {
+ public:
+  TemporaryDirectory() {
+    std::string name = (std::filesystem::temp_directory_path() / "bmud-config-XXXXXX").string();
+    REQUIRE(mkdtemp(name.data()) != nullptr);
+    path_ = name;
+  }
+  TemporaryDirectory(const TemporaryDirectory&) = delete;
+  TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
+  ~TemporaryDirectory() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+
+  std::filesystem::path write(const std::string& name, const std::string& text) const {
+    std::ofstream(path_ / name, std::ios::binary) << text;
+    return path_ / name;
+  }
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+// --- what is accepted -----------------------------------------------------------------------------------------------
+
+TEST_CASE("every pack that is shipped loads", "[unit][config][BMS_NF.1][FS_8][RR_1]") {
+  std::size_t count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(packs_directory)) {
+    const auto pack = load_pack_config(entry.path());
+    INFO((pack ? entry.path().string() : all_text(pack.error())));
+    REQUIRE(pack);
+    CHECK(cell_count(pack->core) >= 6);
+    ++count;
+  }
+  CHECK(count == 5);
+}
+
+TEST_CASE("every cell that is shipped is complete and says where its numbers come from", "[unit][config][BMS_NF.1]") {
+  for (const auto& entry : std::filesystem::directory_iterator(cells_directory)) {
+    const Json cell = Json::parse(bytes_of(entry.path()), nullptr, true, true);
+    CHECK(cell.at("origin").get<std::string>().find("measurement") != std::string::npos);
+    // Only the cell's keys are of interest: the demonstration's limits need not suit it.
+    for (const ConfigProblem& problem : problems_of(changed({{"/cell", cell}}).dump())) {
+      INFO(to_text(problem));
+      CHECK(problem.path.rfind("/cell", 0) != 0);
+    }
+  }
+}
+
+TEST_CASE("values arrive in the units of the core", "[unit][config]") {
+  const auto loaded = load_pack_config(packs_directory / "demo-48s.json");
+  REQUIRE(loaded);
+  const PackConfig& pack = *loaded;
+  CHECK(pack.name == "demo 48s");
+  CHECK(pack.cell_name == "NMC 3.0 Ah, 10 parallel");
+  CHECK(pack.buses.internal == "unix:demo");
+  CHECK(pack.buses.vehicle == "unix:demo");
+  REQUIRE(pack.core.modules.size() == 4);
+  CHECK(pack.core.modules[2].node == 3);
+  CHECK(pack.core.modules[2].cell_count == 12);
+  CHECK(pack.core.modules[2].temperature_sensor_count == 4);
+  CHECK(pack.core.limits.cell_overvoltage.open == 4'230'000);
+  CHECK(pack.core.limits.cell_overvoltage.hysteresis == 20'000);
+  CHECK(pack.core.limits.cell_overvoltage.confirm == 150ms);
+  CHECK(pack.core.limits.cell_undertemperature.open == -100);
+  CHECK(pack.core.limits.discharge_overcurrent.open == 90'000);
+  CHECK(pack.core.limits.pack_voltage_mismatch.open == 4'000);
+  CHECK(pack.core.current.discharge_continuous_mA == 60'000);
+  CHECK(pack.core.cell.capacity_uAs == 30 * uAs_per_Ah);
+  CHECK(std::abs(pack.core.cell.series_resistance_Ohm - 0.0019) < 1e-12);
+  CHECK(pack.core.cell.voltage_max_uV == 4'250'000);
+  REQUIRE(pack.core.cell.ocv.size() == 13);
+  CHECK(pack.core.cell.ocv.back().soc_permille == 1'000);
+  CHECK(pack.core.cell.ocv.back().ocv_uV == 4'180'000);
+  CHECK(pack.core.vehicle.base_id == 0x620);
+  CHECK(std::string(pack.core.vehicle.name.begin(), pack.core.vehicle.name.end()) == "BMUD    ");
+}
+
+TEST_CASE("optional sections fall back to the defaults of the core", "[unit][config]") {
+  Json pack = valid_pack();
+  for (const char* key : {"$schema", "ages", "poll", "contactors", "sensor", "soc", "vehicle"}) pack.erase(key);
+  const auto parsed = parse(pack.dump());
+  REQUIRE(parsed);
+  CHECK(parsed->core.ages.temperature == AgeConfig{}.temperature);
+  CHECK(parsed->core.poll.period == PollConfig{}.period);
+  CHECK(parsed->core.contactors.precharge_timeout == ContactorConfig{}.precharge_timeout);
+  CHECK(parsed->core.vehicle.version == VehicleConfig{}.version);
+  CHECK_FALSE(parsed->core.sensor.invert_current);
+}
+
+TEST_CASE("a section may give some of its keys", "[unit][config]") {
+  const auto parsed = parse(changed({{"/contactors", Json::parse(R"({"settle_ms": 80})")}}).dump());
+  REQUIRE(parsed);
+  CHECK(parsed->core.contactors.settle == 80ms);
+  CHECK(parsed->core.contactors.feedback_timeout == ContactorConfig{}.feedback_timeout);
+}
+
+TEST_CASE("modules may be listed one by one or several at once, in the order of their cells",
+          "[unit][config][BMS_F.2]") {
+  const auto parsed = parse(changed({{"/modules", Json::parse(R"([
+      {"node": 7, "cells": 5, "temperature_sensors": 0},
+      {"nodes": [2, 63], "cells": 12, "temperature_sensors": 4}])")}})
+                                .dump());
+  REQUIRE(parsed);
+  REQUIRE(parsed->core.modules.size() == 3);
+  CHECK(parsed->core.modules[0].node == 7);
+  CHECK(parsed->core.modules[1].node == 2);
+  CHECK(parsed->core.modules[2].node == 63);
+  CHECK(cell_count(parsed->core) == 29);
+}
+
+TEST_CASE("a whole number may be written with a point or an exponent", "[unit][config]") {
+  std::string text = changed({{"/poll/period_ms", 77}}).dump();
+  text.replace(text.find("77"), 2, "1.0e2");
+  const auto parsed = parse(text);
+  REQUIRE(parsed);
+  CHECK(parsed->core.poll.period == 100ms);
+}
+
+// --- one class of problem each --------------------------------------------------------------------------------------
+
+TEST_CASE("text that is no JSON is refused with line and column", "[unit][config]") {
+  refuses_text("{\n  \"name\": \"x\",\n  oops\n}", "", "line 3, column 3");
+  refuses_text("", "", "line 1, column 1");
+  refuses_text("{\"name\": 1e999}", "", "number overflow");
+  refuses_text("{\"name\": NaN}", "", "line 1, column 10");
+  refuses_text("{\"name\": \"\xFF\"}", "", "line 1, column 11");
+  refuses_text("{} {}", "", "line 1, column 4");
+  refuses_text("[]", "", "an object");
+}
+
+TEST_CASE("nesting without end is refused, not followed", "[unit][config]") {
+  refuses_text(std::string(100'000, '['), "/0/0/0/0/0/0/0/0/0/0/0/0/0/0/0/0", "16 levels");
+}
+
+TEST_CASE("a key given twice is refused with its path", "[unit][config]") {
+  std::string text = valid_pack().dump();
+  const std::string key = R"("settle_ms":)";
+  text.insert(text.find(key), R"("settle_ms":50,)");
+  refuses_text(text, "/contactors/settle_ms", "second time");
+}
+
+TEST_CASE("an unknown key is refused with a hint to the one that was meant", "[unit][config]") {
+  refuses({{"/limits/cell_overvoltage/open_V", 4}}, "/limits/cell_overvoltage/open_V", "did you mean \"open_mV\"?");
+  refuses({{"/modules/0/temperature_sensor", 4}}, "/modules/0/temperature_sensor", "\"temperature_sensors\"");
+  refuses({{"/moduls", 1}}, "/moduls", "\"modules\"");
+  refuses({{"/cell/capacity_mAh", 1}}, "/cell/capacity_mAh", "\"capacity_Ah\"");
+  refuses({{"/sensor/zzzzzzzzzzzzzzzz", 1}}, "/sensor/zzzzzzzzzzzzzzzz", "one of little_endian, invert_current");
+  refuses({{"/a~1b~0c", 1}}, "/a~1b~0c", "unknown key");
+}
+
+TEST_CASE("a missing required key is refused", "[unit][config]") {
+  refuses_text(without("", "name").dump(), "/name", "found nothing");
+  refuses_text(without("", "buses").dump(), "/buses", "required");
+  refuses_text(without("", "cell").dump(), "/cell", "required");
+  refuses_text(without("", "modules").dump(), "/modules", "required");
+  refuses_text(without("", "limits").dump(), "/limits", "required");
+  refuses_text(without("", "current").dump(), "/current", "required");
+  refuses_text(without("/limits", "charge_overcurrent").dump(), "/limits/charge_overcurrent", "required");
+  refuses_text(without("/limits/cell_overvoltage", "confirm_ms").dump(), "/limits/cell_overvoltage/confirm_ms",
+               "required");
+  refuses_text(without("/cell", "ocv").dump(), "/cell/ocv", "required");
+}
+
+TEST_CASE("a value of the wrong type is refused", "[unit][config]") {
+  refuses({{"/name", 5}}, "/name", "found 5, wanted a text");
+  refuses({{"/buses", "can0"}}, "/buses", "found \"can0\", wanted an object");
+  refuses({{"/limits/cell_overvoltage", 4'200}}, "/limits/cell_overvoltage", "an object");
+  refuses({{"/poll/period_ms", "100"}}, "/poll/period_ms", "found \"100\", wanted a whole number from 20 to 150");
+  refuses({{"/poll/period_ms", nullptr}}, "/poll/period_ms", "found null");
+  refuses({{"/sensor/invert_current", 1}}, "/sensor/invert_current", "true or false");
+  refuses({{"/cell", 3}}, "/cell", "cell file");
+  refuses({{"/modules", Json::object()}}, "/modules", "a list of modules");
+  refuses({{"/modules/0", 4}}, "/modules/0", "an object");
+  refuses({{"/modules/0/nodes", 4}}, "/modules/0/nodes", "a list of node numbers");
+  refuses({{"/cell/ocv/3", 4}}, "/cell/ocv/3", "a pair");
+}
+
+TEST_CASE("a number that is not whole is refused where a whole one is wanted", "[unit][config]") {
+  refuses({{"/poll/period_ms", 100.5}}, "/poll/period_ms", "found 100.5, wanted a whole number");
+  refuses({{"/modules/0/cells", 11.5}}, "/modules/0/cells", "a whole number from 1 to 12");
+}
+
+TEST_CASE("a number out of its range is refused, the ends of the range are not", "[unit][config]") {
+  accepts({{"/modules/0/cells", 1}});
+  refuses({{"/modules/0/cells", 0}}, "/modules/0/cells", "from 1 to 12");
+  refuses({{"/modules/0/cells", 13}}, "/modules/0/cells", "from 1 to 12");
+  refuses({{"/modules/0/temperature_sensors", 5}}, "/modules/0/temperature_sensors", "from 0 to 4");
+  accepts({{"/contactors/precharge_done_permille", 900}});
+  accepts({{"/contactors/precharge_done_permille", 1'000}});
+  refuses({{"/contactors/precharge_done_permille", 899}}, "/contactors/precharge_done_permille", "from 900 to 1000");
+  refuses({{"/contactors/precharge_done_permille", 1'001}}, "/contactors/precharge_done_permille", "from 900 to 1000");
+  refuses({{"/contactors/settle_ms", 1e30}}, "/contactors/settle_ms", "from 20 to 1000");
+  refuses({{"/contactors/settle_ms", -5}}, "/contactors/settle_ms", "found -5");
+  refuses({{"/cell/capacity_Ah", 0}}, "/cell/capacity_Ah", "from 0.01");
+}
+
+TEST_CASE("names of buses follow the rules of their kind", "[unit][config]") {
+  for (const char* name : {"can0", "vcan0", "slcan-left", "a", "fifteen-letters", "unix:a", "unix:A.b_c-9",
+                           "unix:12345678901234567890123456789012"}) {
+    CAPTURE(name);
+    accepts({{"/buses/internal", name}});
+  }
+  for (const char* name : {"", "sixteen--letters", "can 0", "can/0", ".", "..", "tcp:host", "can\t0",
+                           "unix:", "unix:a/b", "unix:a b", "unix:123456789012345678901234567890123"}) {
+    CAPTURE(name);
+    refuses({{"/buses/internal", name}}, "/buses/internal", "an interface name");
+  }
+}
+
+TEST_CASE("texts for the vehicle are at most eight ASCII characters", "[unit][config]") {
+  accepts({{"/vehicle/name", "EXACTLY8"}});
+  refuses({{"/vehicle/name", "MORETHAN8"}}, "/vehicle/name", "1 to 8 ASCII");
+  refuses({{"/vehicle/name", "N\xC3\x84ME"}}, "/vehicle/name", "1 to 8 ASCII");
+  refuses({{"/vehicle/version", ""}}, "/vehicle/version", "1 to 8 ASCII");
+  refuses({{"/name", "two\nlines"}}, "/name", "a text");
+}
+
+TEST_CASE("open limits may reach the cell's absolute limits and not pass them", "[unit][config][BMS_NF.1]") {
+  accepts({{"/limits/cell_overvoltage/open_mV", 4'250}});
+  refuses({{"/limits/cell_overvoltage/open_mV", 4'251}}, "/limits/cell_overvoltage/open_mV", "at most 4250");
+  accepts({{"/limits/cell_undervoltage/open_mV", 2'500}});
+  refuses({{"/limits/cell_undervoltage/open_mV", 2'499}}, "/limits/cell_undervoltage/open_mV", "at least 2500");
+  accepts({{"/limits/cell_overtemperature/open_dC", 600}});
+  refuses({{"/limits/cell_overtemperature/open_dC", 601}}, "/limits/cell_overtemperature/open_dC", "at most 600");
+  accepts({{"/limits/cell_undertemperature/open_dC", -200}});
+  refuses({{"/limits/cell_undertemperature/open_dC", -201}}, "/limits/cell_undertemperature/open_dC", "at least -200");
+}
+
+TEST_CASE("the warning comes before the opening", "[unit][config][BMU_13]") {
+  refuses({{"/limits/cell_overvoltage/warn_mV", 4'230}}, "/limits/cell_overvoltage/warn_mV", "less than open_mV, 4230");
+  refuses({{"/limits/cell_undervoltage/warn_mV", 2'800}}, "/limits/cell_undervoltage/warn_mV",
+          "more than open_mV, 2800");
+  refuses({{"/limits/cell_undertemperature/warn_dC", -101}}, "/limits/cell_undertemperature/warn_dC",
+          "more than open_dC");
+  refuses({{"/limits/discharge_overcurrent/warn_mA", 90'001}}, "/limits/discharge_overcurrent/warn_mA", "less than");
+}
+
+TEST_CASE("a hysteresis is smaller than the distance of warning and opening", "[unit][config]") {
+  accepts({{"/limits/cell_overvoltage/hysteresis_mV", 29}});
+  refuses({{"/limits/cell_overvoltage/hysteresis_mV", 30}}, "/limits/cell_overvoltage/hysteresis_mV", "less than");
+  refuses({{"/limits/cell_undertemperature/hysteresis_dC", 100}}, "/limits/cell_undertemperature/hysteresis_dC",
+          "less than");
+}
+
+TEST_CASE("undervoltage lies below overvoltage with room between", "[unit][config]") {
+  // 4200 - 20 - 50 = 4130: there the two meet.
+  accepts({{"/limits/cell_undervoltage/warn_mV", 4'129}});
+  refuses({{"/limits/cell_undervoltage/warn_mV", 4'130}}, "/limits/cell_undervoltage/warn_mV", "less than 4130");
+  refuses({{"/limits/cell_undertemperature/warn_dC", 470}}, "/limits/cell_undertemperature/warn_dC", "less than 460");
+}
+
+TEST_CASE("overcurrent opens above the continuous current, reaching it being enough to open", "[unit][config]") {
+  accepts({{"/current/discharge_continuous_mA", 89'999}});
+  refuses({{"/current/discharge_continuous_mA", 90'000}}, "/limits/discharge_overcurrent/open_mA", "more than 90000");
+  refuses({{"/current/charge_continuous_mA", 30'000}}, "/limits/charge_overcurrent/open_mA", "more than 30000");
+}
+
+TEST_CASE("ages leave room for one lost answer and for safety's reaction", "[unit][config][FS_1][BMS_F.3]") {
+  accepts({{"/ages/module_status_ms", 250}});
+  refuses({{"/ages/module_status_ms", 249}}, "/ages/module_status_ms", "at least 250: twice the poll period");
+  accepts({{"/ages/module_status_ms", 400}});
+  refuses({{"/ages/module_status_ms", 401}}, "/ages/module_status_ms", "opens the pack within 400 ms");
+  refuses({{"/ages/cell_voltage_ms", 401}}, "/ages/cell_voltage_ms", "from 50 to 400");
+  accepts({{"/ages/pdu_status_ms", 150}});
+  refuses({{"/ages/pdu_status_ms", 149}}, "/ages/pdu_status_ms", "at least 150");
+  accepts({{"/ages/pdu_status_ms", 300}});
+  refuses({{"/ages/pdu_status_ms", 301}}, "/ages/pdu_status_ms", "within 300 ms");
+  refuses({{"/ages/pack_current_ms", 89}}, "/ages/pack_current_ms", "at least 90");
+  refuses({{"/ages/pack_current_ms", 301}}, "/ages/pack_current_ms", "within 300 ms");
+  refuses({{"/ages/pack_voltage_ms", 169}}, "/ages/pack_voltage_ms", "at least 170");
+}
+
+TEST_CASE("ages of temperatures follow how often they are asked for", "[unit][config][FS_1]") {
+  refuses({{"/poll/temperature_every", 2}}, "/ages/temperature_ms", "at least 450");
+  const std::vector<Change> every_second{{"/poll/temperature_every", 2}, {"/ages/temperature_ms", 450}};
+  accepts(every_second);
+  // Every fourth poll there is a sample each 400 ms: no age can both be met by that and react in 950 ms.
+  refuses({{"/poll/temperature_every", 4}, {"/ages/temperature_ms", 850}}, "/ages/temperature_ms", "at most 550");
+}
+
+TEST_CASE("confirming takes no longer than the reaction allows", "[unit][config][FS_2]") {
+  accepts({{"/limits/cell_overvoltage/confirm_ms", 150}});
+  refuses({{"/limits/cell_overvoltage/confirm_ms", 151}}, "/limits/cell_overvoltage/confirm_ms", "at most 150");
+  accepts({{"/limits/cell_overtemperature/confirm_ms", 600}});
+  refuses({{"/limits/cell_overtemperature/confirm_ms", 601}}, "/limits/cell_overtemperature/confirm_ms", "at most 600");
+  accepts({{"/limits/charge_overcurrent/confirm_ms", 250}});
+  refuses({{"/limits/charge_overcurrent/confirm_ms", 251}}, "/limits/charge_overcurrent/confirm_ms", "at most 250");
+  accepts({{"/limits/pack_voltage_mismatch/confirm_ms", 750}});
+  refuses({{"/limits/pack_voltage_mismatch/confirm_ms", 751}}, "/limits/pack_voltage_mismatch/confirm_ms",
+          "at most 750");
+}
+
+TEST_CASE("precharge may last longer than a contactor needs to settle", "[unit][config]") {
+  accepts({{"/contactors/precharge_timeout_ms", 101}});
+  refuses({{"/contactors/precharge_timeout_ms", 100}}, "/contactors/precharge_timeout_ms", "more than settle_ms, 100");
+}
+
+TEST_CASE("every module has a node number of its own", "[unit][config]") {
+  refuses({{"/modules/0/nodes", {1, 2, 2}}}, "/modules/0/nodes/2", "taken by /modules/0/nodes/1");
+  refuses({{"/modules/1", {{"node", 3}, {"cells", 2}, {"temperature_sensors", 0}}}}, "/modules/1/node",
+          "a node number no other module has");
+  refuses({{"/modules/0/nodes", {1, 64}}}, "/modules/0/nodes/1", "from 1 to 63");
+  refuses({{"/modules/0/nodes", {0}}}, "/modules/0/nodes/0", "from 1 to 63");
+  refuses({{"/modules/0/node", 9}}, "/modules/0", "either \"node\" or \"nodes\"");
+  refuses({{"/modules/0/nodes", Json::array()}}, "/modules/0/nodes", "a list of node numbers");
+  refuses({{"/modules", Json::array()}}, "/modules", "a list of modules");
+}
+
+TEST_CASE("there are at most 63 modules", "[unit][config][BMS_F.2]") {
+  std::vector<int> nodes;
+  for (int node = 1; node <= 63; ++node) nodes.push_back(node);
+  accepts({{"/modules/0/nodes", nodes}});
+  nodes.push_back(1);
+  refuses({{"/modules/0/nodes", nodes}}, "/modules", "found 64 modules, wanted at most 63");
+}
+
+TEST_CASE("a pack without any temperature sensor is refused", "[unit][config]") {
+  refuses({{"/modules/0/temperature_sensors", 0}}, "/modules", "no temperature sensor");
+}
+
+TEST_CASE("the OCV table rises from 0 to 1000 permille", "[unit][config]") {
+  refuses({{"/cell/ocv/0/0", 10}}, "/cell/ocv/0/0", "0 in the first pair");
+  refuses({{"/cell/ocv/12/0", 999}}, "/cell/ocv/12/0", "1000 in the last pair");
+  refuses({{"/cell/ocv/4/0", 100}}, "/cell/ocv/4/0", "more than in the pair before, 100");
+  refuses({{"/cell/ocv/4/1", 3'430}}, "/cell/ocv/4/1", "more than in the pair before, 3430");
+  refuses({{"/cell/ocv/4/1", 3'430.0005}}, "/cell/ocv/4/1", "microvolts");
+  refuses({{"/cell/ocv", {{0, 3'000}}}}, "/cell/ocv", "found 1 pairs, wanted a list of 2 to 64 pairs");
+  accepts({{"/cell/ocv", {{0, 3'000}, {1'000, 4'100}}}});
+  accepts({{"/cell/ocv/4/1", 3'430.001}});
+}
+
+TEST_CASE("the OCV table lies within the cell's absolute limits", "[unit][config][BMS_NF.1]") {
+  accepts({{"/cell/ocv/12/1", 4'250}});
+  refuses({{"/cell/ocv/12/1", 4'251}}, "/cell/ocv", "to voltage_max_mV, 4250");
+  refuses({{"/cell/ocv/0/1", 2'499}}, "/cell/ocv", "from voltage_min_mV, 2500");
+}
+
+TEST_CASE("a cell's lower absolute limits lie below the upper ones", "[unit][config]") {
+  refuses({{"/cell/temperature_min_dC", 600}}, "/cell/temperature_min_dC",
+          "less than temperature_max_dC, 600");
+}
+
+TEST_CASE("the vehicle's nine identifiers stay within 11 bits and off the internal bus", "[unit][config]") {
+  accepts({{"/vehicle/base_id", "6a0"}});
+  accepts({{"/vehicle/base_id", "7F7"}});
+  refuses({{"/vehicle/base_id", "7F8"}}, "/vehicle/base_id", "\"0\" to \"7F7\"");
+  refuses({{"/vehicle/base_id", "0x620"}}, "/vehicle/base_id", "hexadecimal");
+  refuses({{"/vehicle/base_id", "-1"}}, "/vehicle/base_id", "hexadecimal");
+  refuses({{"/vehicle/base_id", 620}}, "/vehicle/base_id", "hexadecimal");
+  accepts({{"/vehicle/base_id", "3C0"}});
+  refuses({{"/vehicle/base_id", "3BF"}}, "/vehicle/base_id", "3BF is RESPONSE");
+  accepts({{"/vehicle/base_id", "518"}});
+  refuses({{"/vehicle/base_id", "519"}}, "/vehicle/base_id", "521 is SENSOR_CURRENT");
+}
+
+// --- all at once, and nothing by halves -----------------------------------------------------------------------------
+
+TEST_CASE("all problems are reported at once", "[unit][config]") {
+  const Json pack = changed({{"/nmae", "x"},
+                             {"/buses/vehicle", "can/1"},
+                             {"/limits/cell_overvoltage/open_mV", 4'300},
+                             {"/limits/cell_undervoltage/confirm_ms", 900},
+                             {"/cell/ocv/5/1", 100},
+                             {"/modules/0/nodes", {1, 1}},
+                             {"/vehicle/base_id", "100"}});
+  std::vector<std::string> paths;
+  for (const ConfigProblem& problem : problems_of(pack.dump())) paths.push_back(problem.path);
+  std::sort(paths.begin(), paths.end());
+  CHECK(paths == std::vector<std::string>{"/buses/vehicle", "/cell/ocv/5/1", "/limits/cell_overvoltage/open_mV",
+                                          "/limits/cell_undervoltage/confirm_ms", "/modules/0/nodes/1", "/nmae",
+                                          "/vehicle/base_id"});
+}
+
+TEST_CASE("a problem reads as file, path, found and wanted", "[unit][config]") {
+  CHECK(to_text({"pack.json", "/modules/2/node", "1", "a node number no other module has"}) ==
+        "pack.json: /modules/2/node: found 1, wanted a node number no other module has");
+  CHECK(to_text({"pack.json", "", "a directory", "a readable file"}) ==
+        "pack.json: found a directory, wanted a readable file");
+}
+
+TEST_CASE("what a file holds cannot disturb the terminal that shows its problems", "[unit][config]") {
+  const std::string text =
+      R"({"\u001b[2J": "\u0007", "name": "\u001b[2J", "buses": ")" + std::string(100'000, 'x') + "\"}";
+  const ConfigProblems problems = problems_of(text);
+  REQUIRE_FALSE(problems.empty());
+  for (const ConfigProblem& problem : problems) {
+    const std::string line = to_text(problem);
+    CHECK(line.size() < 1'000);
+    CHECK(std::all_of(line.begin(), line.end(), [](char c) { return c >= ' ' && c <= '~'; }));
+  }
+}
+
+// --- files ----------------------------------------------------------------------------------------------------------
+
+TEST_CASE("a file that cannot be read is a problem that names it", "[unit][config]") {
+  const TemporaryDirectory directory;
+  const auto refuses_file = [](const std::filesystem::path& file, const std::string& words) {
+    const auto result = load_pack_config(file);
+    REQUIRE_FALSE(result);
+    REQUIRE(result.error().size() == 1);
+    const std::string text = to_text(result.error().front());
+    INFO(text);
+    CHECK(text.find(file.string()) == 0);
+    CHECK(text.find(words) != std::string::npos);
+  };
+  refuses_file(directory.path() / "missing.json", "No such file");
+  refuses_file(directory.path(), "a directory");
+  refuses_file("/dev/null", "no regular file");
+  refuses_file(directory.write("huge.json", std::string((1U << 20U) + 1, ' ')), "more than 1 MiB");
+  refuses_file(directory.write("empty.json", ""), "line 1, column 1");
+}
+
+TEST_CASE("problems of a cell file name that file", "[unit][config]") {
+  const TemporaryDirectory directory;
+  Json pack = valid_pack();
+  Json cell = pack.at("cell");
+  cell["capacity_Ah"] = -1;
+  pack["cell"] = "cell.json";
+  directory.write("cell.json", cell.dump());
+  const auto result = load_pack_config(directory.write("pack.json", pack.dump()));
+  REQUIRE_FALSE(result);
+  REQUIRE(result.error().size() == 1);
+  CHECK(result.error().front().file == (directory.path() / "cell.json").string());
+  CHECK(result.error().front().path == "/capacity_Ah");
+}
+
+TEST_CASE("a missing or broken cell file is one problem", "[unit][config]") {
+  const TemporaryDirectory directory;
+  directory.write("broken.json", "{\n\"name\": \n}");
+  for (const auto& [name, words] : {std::pair{"missing.json", "No such file"}, std::pair{"broken.json", "line 3"}}) {
+    Json pack = valid_pack();
+    pack["cell"] = name;
+    const auto result = parse_pack_config(pack.dump(), "pack.json", directory.path());
+    REQUIRE_FALSE(result);
+    INFO(all_text(result.error()));
+    REQUIRE(result.error().size() == 1);
+    CHECK(to_text(result.error().front()).find(words) != std::string::npos);
+  }
+  refuses({{"/cell", ""}}, "/cell", "a text");
+  refuses({{"/cell", std::string("a\0b", 3)}}, "/cell", "a text");
+}
+
+TEST_CASE("the hash changes with any byte of the pack file and of the cell file", "[unit][config]") {
+  const TemporaryDirectory directory;
+  const std::string cell = bytes_of(cells_directory / "nmc-30ah-10p.json");
+  Json tree = valid_pack();
+  tree["cell"] = "cell.json";
+  const std::string pack = tree.dump();
+  const auto hash_of = [&directory](const std::string& pack_text, const std::string& cell_text) {
+    directory.write("cell.json", cell_text);
+    const auto result = load_pack_config(directory.write("pack.json", pack_text));
+    REQUIRE(result);
+    return result->core.hash;
+  };
+  const std::uint64_t hash = hash_of(pack, cell);
+  CHECK(hash == hash_of(pack, cell));
+  // A space at each place where JSON allows one: behind each comma outside a text, and at both ends.
+  CHECK(hash != hash_of(pack + " ", cell));
+  CHECK(hash != hash_of(" " + pack, cell));
+  CHECK(hash != hash_of(pack, cell + "\n"));
+  CHECK(hash != hash_of(pack, "\n" + cell));
+  std::string other_cell = cell;
+  const std::size_t comment = other_cell.find("// ");
+  for (std::size_t at = comment + 3; at < comment + 20; ++at) {
+    other_cell = cell;
+    other_cell[at] = other_cell[at] == '#' ? '+' : '#';
+    CHECK(hash != hash_of(pack, other_cell));
+  }
+}
+
+// --- damage ---------------------------------------------------------------------------------------------------------
+
+/// SplitMix64: the same numbers with every library.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : state_(seed) {}
+  std::uint64_t below(std::uint64_t end) { return next() % end; }
+
+ private:
+  std::uint64_t next() {
+    state_ += 0x9E37'79B9'7F4A'7C15;
+    std::uint64_t mixed = state_;
+    mixed = (mixed ^ (mixed >> 30U)) * 0xBF58'476D'1CE4'E5B9;
+    mixed = (mixed ^ (mixed >> 27U)) * 0x94D0'49BB'1331'11EB;
+    return mixed ^ (mixed >> 31U);
+  }
+  std::uint64_t state_;
+};
+
+void damage(std::string& text, Random& random) {
+  const std::size_t at = random.below(text.size());
+  switch (random.below(4)) {
+    case 0: text[at] = static_cast<char>(random.below(256)); break;
+    case 1: text.erase(at, 1 + random.below(20)); break;
+    case 2: text.insert(at, 1, "0123456789-.eE{}[],:\"/*\\ "[random.below(25)]); break;
+    default: text.insert(at, text.substr(random.below(text.size()), random.below(40))); break;
+  }
+}
+
+// BMUD_SEED=n repeats a run that failed with seed n.
+TEST_CASE("a damaged file is refused or harmless, and never a crash", "[unit][config]") {
+  const char* wanted_seed = std::getenv("BMUD_SEED");  // NOLINT(concurrency-mt-unsafe)
+  const std::uint64_t first = wanted_seed != nullptr ? std::strtoull(wanted_seed, nullptr, 10) : 1;
+  const std::uint64_t last = wanted_seed != nullptr ? first : 2'000;
+  const std::string good = valid_pack().dump(1);
+  for (std::uint64_t seed = first; seed <= last; ++seed) {
+    INFO("repeat with BMUD_SEED=" << seed << " test_unit \"a damaged file*\"");
+    Random random(seed);
+    std::string text = good;
+    for (std::uint64_t times = 1 + random.below(4); times > 0; --times) damage(text, random);
+    const auto result = parse(text);
+    if (result) {
+      const CoreConfig& core = result->core;
+      REQUIRE(core.limits.cell_overvoltage.open <= core.cell.voltage_max_uV);
+      REQUIRE(core.limits.cell_undervoltage.open >= core.cell.voltage_min_uV);
+      REQUIRE(core.cell.ocv.size() >= 2);
+    } else {
+      REQUIRE_FALSE(result.error().empty());
+    }
+  }
+}
+
+}  // namespace
+}  // namespace bmu

@@ -1,0 +1,433 @@
+// The core as a whole, on the bench: closing, opening, and everything that must not happen.
+#include "daemon/core/core.hpp"
+
+#include "tests/support/catch.hpp"
+#include "tests/support/core_bench.hpp"
+
+using namespace bmu;
+using bmu::test::CoreBench;
+using bmu::test::small_pack;
+
+namespace {
+
+void all_cells(CoreBench& bench, std::int64_t voltage_uV) {
+  for (auto& module : bench.modules) module.cell_voltage_uV.fill(known(voltage_uV));
+}
+
+bool is_open(const CoreBench& bench) {
+  return !bench.commanded().any_contactor();
+}
+
+}  // namespace
+
+TEST_CASE("a healthy pack closes in the order negative, precharge, positive", "[unit][core][FS_2]") {
+  CoreBench bench(small_pack());
+  REQUIRE(bench.close());
+  bench.run(200ms);
+  CHECK(bench.commanded() == ContactorOutputs{.main_positive = true, .main_negative = true});
+  CHECK(bench.core().last_precharge().was_successful);
+  std::vector<ContactorOutputs> steps;
+  for (const OutgoingFrame& out : bench.sent()) {
+    if (out.frame.id != internal_bus::contactor_command.base_id) continue;
+    const ContactorOutputs outputs = outputs_of(out.frame);
+    if (steps.empty() || steps.back() != outputs) steps.push_back(outputs);
+  }
+  CHECK(steps == std::vector<ContactorOutputs>{{},
+                                               {.main_negative = true},
+                                               {.main_negative = true, .precharge = true},
+                                               {.main_positive = true, .main_negative = true, .precharge = true},
+                                               {.main_positive = true, .main_negative = true}});
+}
+
+TEST_CASE("nothing closes while the vehicle was on already when the daemon started", "[unit][core][F64]") {
+  CoreBench bench(small_pack());
+  bench.inputs.vehicle_on = true;
+  bench.run(4s);
+  CHECK(is_open(bench));
+  bench.inputs.vehicle_on = false;
+  bench.run(200ms);
+  bench.inputs.vehicle_on = true;
+  CHECK(bench.run_until([&] { return bench.core().sequence().phase == Phase::closed; }, 3s));
+}
+
+TEST_CASE("every single missing thing keeps the pack open and is named", "[unit][core][F32][F42]") {
+  struct Case {
+    const char* what;
+    std::function<void(CoreBench&)> break_it;
+    Blocker blocker;
+  };
+  const std::vector<Case> cases{
+      {"a module is silent", [](CoreBench& b) { b.modules[1].talks = false; }, Blocker::modules_incomplete},
+      {"a cell is not measured",
+       [](CoreBench& b) { b.modules[0].cell_voltage_uV[2] = not_known(Validity::not_fitted); },
+       Blocker::modules_incomplete},
+      {"a temperature sensor is open",
+       [](CoreBench& b) { b.modules[0].cell_temperature_dC[1] = not_known(Validity::open_circuit); },
+       Blocker::modules_incomplete},
+      {"temperatures do not come", [](CoreBench& b) { b.modules[0].sends_temperatures = false; },
+       Blocker::modules_incomplete},
+      {"voltages are of unknown age", [](CoreBench& b) { b.modules[0].voltage_age_ms = not_known(); },
+       Blocker::modules_incomplete},
+      {"the current sensor is silent", [](CoreBench& b) { b.sensor_talks = false; }, Blocker::sensors_incomplete},
+      {"the voltage sensor is silent", [](CoreBench& b) { b.voltage_talks = false; }, Blocker::sensors_incomplete},
+      {"the PDU is silent", [](CoreBench& b) { b.pdu_talks = false; }, Blocker::pdu_unknown},
+      {"an emergency stop is pressed", [](CoreBench& b) { b.inputs.estop_2_released = false; },
+       Blocker::inputs_unhealthy},
+      {"the interlock is open", [](CoreBench& b) { b.inputs.interlock_closed = false; }, Blocker::inputs_unhealthy},
+      {"insulation is bad", [](CoreBench& b) { b.inputs.insulation_monitor_ok = false; }, Blocker::inputs_unhealthy},
+      {"a module does not take the limits", [](CoreBench& b) { b.modules[1].ignores_commands = true; },
+       Blocker::modules_not_set_up},
+      {"a cell is too low", [](CoreBench& b) { all_cells(b, 2'800'000); }, Blocker::fault},
+  };
+  for (const Case& one : cases) {
+    DYNAMIC_SECTION(one.what) {
+      CoreBench bench(small_pack());
+      one.break_it(bench);
+      CHECK_FALSE(bench.close());
+      CHECK(is_open(bench));
+      const auto& blockers = bench.core().permission().blockers;
+      CHECK(std::find(blockers.begin(), blockers.end(), one.blocker) != blockers.end());
+    }
+  }
+}
+
+TEST_CASE("each condition opens a closed pack within its budget", "[unit][core][BMS_F.1][FS_2][NF.7]") {
+  struct Case {
+    const char* what;
+    std::function<void(CoreBench&)> break_it;
+    FaultId fault;
+    Duration budget;
+  };
+  const std::vector<Case> cases{
+      {"cell undervoltage", [](CoreBench& b) { b.modules[1].cell_voltage_uV[2] = known(2'900'000); },
+       FaultId::cell_undervoltage, 450ms},
+      {"cell overvoltage", [](CoreBench& b) { b.modules[0].cell_voltage_uV[0] = known(4'200'000); },
+       FaultId::cell_overvoltage, 450ms},
+      {"over-temperature", [](CoreBench& b) { b.modules[0].cell_temperature_dC[1] = known(600); },
+       FaultId::cell_overtemperature, 950ms},
+      {"under-temperature", [](CoreBench& b) { b.modules[0].cell_temperature_dC[0] = known(-200); },
+       FaultId::cell_undertemperature, 950ms},
+      {"discharge overcurrent", [](CoreBench& b) { b.current_mA = 100'000; }, FaultId::discharge_overcurrent, 450ms},
+      {"charge overcurrent", [](CoreBench& b) { b.current_mA = -30'000; }, FaultId::charge_overcurrent, 450ms},
+      {"lost module", [](CoreBench& b) { b.modules[0].talks = false; }, FaultId::module_lost, 400ms},
+      {"lost temperatures of a module", [](CoreBench& b) { b.modules[0].sends_temperatures = false; },
+       FaultId::temperature_not_measured, 550ms},
+      {"cell no longer measured",
+       [](CoreBench& b) { b.modules[0].cell_voltage_uV[3] = not_known(Validity::not_fitted); },
+       FaultId::cell_not_measured, 400ms},
+      {"lost current sensor", [](CoreBench& b) { b.sensor_talks = false; }, FaultId::current_sensor_lost, 300ms},
+      {"lost voltage sensor", [](CoreBench& b) { b.voltage_talks = false; }, FaultId::voltage_sensor_lost, 400ms},
+      {"lost PDU", [](CoreBench& b) { b.pdu_talks = false; }, FaultId::pdu_lost, 300ms},
+      {"sum of cells against pack voltage", [](CoreBench& b) { b.pack_voltage_mV = 8 * 3'700 + 1'000; },
+       FaultId::pack_voltage_mismatch, 1s},
+      {"emergency stop", [](CoreBench& b) { b.inputs.estop_1_released = false; }, FaultId::emergency_stop, 70ms},
+      {"interlock", [](CoreBench& b) { b.inputs.interlock_closed = false; }, FaultId::interlock_open, 70ms},
+      {"insulation", [](CoreBench& b) { b.inputs.insulation_monitor_ok = false; }, FaultId::insulation_fault, 1s},
+      {"module flags a cell", [](CoreBench& b) { b.modules[0].undervoltage_cells = 1; }, FaultId::module_reports_fault,
+       450ms},
+      {"two serial numbers on one node",
+       [](CoreBench& b) {
+         CanFrame who = make_frame(internal_bus::ident, 1);
+         write<internal_bus::ident, "protocol_version">(who, 1);
+         write<internal_bus::ident, "cell_count">(who, 4);
+         write<internal_bus::ident, "temperature_sensor_count">(who, 2);
+         write<internal_bus::ident, "serial_number">(who, 99);
+         seal(internal_bus::ident, 0, who);
+         b.observe(FrameReceived{Port::internal, who});
+       },
+       FaultId::module_mismatch, 100ms},
+      {"second master",
+       [](CoreBench& b) {
+         b.observe(FrameReceived{Port::internal, contactor_command_frame({}, 77)});
+       },
+       FaultId::foreign_master, 20ms},
+      {"internal bus down",
+       [](CoreBench& b) {
+         b.observe(PortChanged{Port::internal, false});
+       },
+       FaultId::internal_bus_down, 20ms},
+      {"bus-off",
+       [](CoreBench& b) {
+         b.observe(BusErrorSeen{Port::internal, 0x040});
+       },
+       FaultId::internal_bus_down, 20ms},
+      {"a contactor that opens by itself",
+       [](CoreBench& b) {
+         b.inputs.vehicle_on = true;
+         b.contactors_stuck = true;
+         b.drop_contacts();
+       },
+       FaultId::contactor_feedback, 400ms},
+  };
+  for (const Case& one : cases) {
+    DYNAMIC_SECTION(one.what) {
+      CoreBench bench(small_pack());
+      REQUIRE(bench.close());
+      bench.run(300ms);
+      const TimePoint broken_at = bench.now();
+      one.break_it(bench);
+      REQUIRE(bench.run_until([&] { return !bench.core().outputs().any_contactor(); }, one.budget));
+      CHECK(bench.is_active(one.fault));
+      CHECK(bench.core().last_opening().cause == OpeningCause::fault);
+      CHECK(bench.core().last_opening().fault == one.fault);
+      CHECK(bench.now() - broken_at <= one.budget);
+      bench.run(15s);
+      CHECK(is_open(bench));  // nothing closes again by itself
+    }
+  }
+}
+
+TEST_CASE("one bad sample alone does not open", "[unit][core][F2]") {
+  CoreBench bench(small_pack());
+  REQUIRE(bench.close());
+  bench.run(500ms);
+  bench.modules[0].cell_voltage_uV[1] = known(2'500'000);
+  const std::uint64_t answers = bench.core().modules().modules()[0].answers_complete;
+  REQUIRE(bench.run_until([&] { return bench.core().modules().modules()[0].answers_complete > answers; }, 200ms));
+  bench.modules[0].cell_voltage_uV[1] = known(3'700'000);
+  bench.run(1s);
+  CHECK(bench.core().sequence().phase == Phase::closed);
+  CHECK_FALSE(bench.is_active(FaultId::cell_undervoltage));
+}
+
+TEST_CASE("values one step before a limit never open, however long", "[unit][core][F3]") {
+  CoreBench bench(small_pack());
+  REQUIRE(bench.close());
+  bench.modules[0].cell_voltage_uV[0] = known(2'900'100);
+  bench.modules[1].cell_voltage_uV[0] = known(4'199'900);
+  bench.modules[0].cell_temperature_dC[0] = known(599);
+  bench.current_mA = 99'999;
+  bench.run(5s);
+  CHECK(bench.core().sequence().phase == Phase::closed);
+}
+
+TEST_CASE("precharge that never reaches the threshold locks out", "[unit][contactors][F86]") {
+  CoreBench bench(small_pack());
+  bench.link_rise_mV_per_ms = 0;
+  CHECK_FALSE(bench.close());
+  bench.run(1s);
+  CHECK(is_open(bench));
+  CHECK(bench.is_active(FaultId::precharge_failed));
+  CHECK(bench.core().last_opening().fault == FaultId::precharge_failed);
+  CHECK_FALSE(bench.core().last_precharge().was_successful);
+}
+
+TEST_CASE("precharge with a current that does not fall does not close", "[unit][contactors][F88]") {
+  CoreBench bench(small_pack());
+  bench.precharge_current_mA = 2'000;
+  CHECK_FALSE(bench.close());
+  bench.run(1s);
+  CHECK(is_open(bench));
+  CHECK(bench.is_active(FaultId::precharge_failed));
+}
+
+TEST_CASE("after a fault a clear and a new wish are needed, and the lockout must be over", "[unit][core][BMS_F.1]") {
+  CoreBench bench(small_pack());
+  REQUIRE(bench.close());
+  bench.modules[0].cell_voltage_uV[0] = known(2'800'000);
+  REQUIRE(bench.run_until([&] { return is_open(bench); }, 1s));
+  bench.give(Command::clear_faults);
+  bench.run(50ms);
+  CHECK(bench.is_active(FaultId::cell_undervoltage));  // the cause is still there
+  bench.modules[0].cell_voltage_uV[0] = known(3'700'000);
+  bench.run(12s);
+  CHECK(bench.core().faults().state(FaultId::cell_undervoltage).stage == FaultStage::latched);
+  bench.give(Command::clear_faults);
+  bench.run(500ms);
+  CHECK_FALSE(bench.is_active(FaultId::cell_undervoltage));
+  CHECK(is_open(bench));  // the vehicle is still on, but that is the old wish
+  bench.inputs.vehicle_on = false;
+  bench.run(200ms);
+  bench.inputs.vehicle_on = true;
+  CHECK(bench.run_until([&] { return bench.core().sequence().phase == Phase::closed; }, 3s));
+}
+
+TEST_CASE("a stopped daemon opens first when it comes back", "[unit][core][F60]") {
+  CoreBench bench(small_pack());
+  REQUIRE(bench.close());
+  bench.run(300ms);
+  bench.stall(201ms);
+  CHECK(is_open(bench));
+  CHECK(bench.is_active(FaultId::control_loop_gap));
+  CHECK_FALSE(bench.core().pack().is_complete());
+}
+
+TEST_CASE("a short delay of the loop is ridden through", "[unit][core][F60]") {
+  CoreBench bench(small_pack());
+  REQUIRE(bench.close());
+  bench.run(300ms);
+  bench.stall(50ms);
+  bench.run(500ms);
+  CHECK(bench.core().sequence().phase == Phase::closed);
+}
+
+TEST_CASE("shutting down opens, waits for the contacts, and then says so", "[unit][core][F63]") {
+  CoreBench bench(small_pack());
+  REQUIRE(bench.close());
+  bench.run(300ms);
+  bench.give(Command::shut_down);
+  CHECK(is_open(bench));
+  CHECK_FALSE(bench.last().is_shut_down);
+  CHECK(bench.run_until([&] { return bench.last().is_shut_down; }, 300ms));
+  CHECK(bench.core().last_opening().cause == OpeningCause::shut_down);
+}
+
+TEST_CASE("shutting down does not wait for ever for contacts that do not open", "[unit][core][F63]") {
+  CoreBench bench(small_pack());
+  REQUIRE(bench.close());
+  bench.contactors_stuck = true;
+  bench.give(Command::shut_down);
+  CHECK(is_open(bench));
+  CHECK(bench.run_until([&] { return bench.last().is_shut_down; }, 600ms));
+}
+
+TEST_CASE("vehicle off opens and vehicle on closes again", "[unit][core]") {
+  CoreBench bench(small_pack());
+  REQUIRE(bench.close());
+  bench.inputs.vehicle_on = false;
+  REQUIRE(bench.run_until([&] { return is_open(bench); }, 100ms));
+  CHECK(bench.core().last_opening().cause == OpeningCause::request_over);
+  bench.link_voltage_mV = 0;
+  bench.run(300ms);
+  bench.inputs.vehicle_on = true;
+  CHECK(bench.run_until([&] { return bench.core().sequence().phase == Phase::closed; }, 3s));
+}
+
+TEST_CASE("the contactor command goes out every 50 ms, at once on a change, and counts up", "[unit][core][I6]") {
+  CoreBench bench(small_pack());
+  REQUIRE(bench.close());
+  std::optional<TimePoint> last_at;
+  std::optional<std::uint8_t> last_counter;
+  for (std::size_t index = 0; index < bench.sent().size(); ++index) {
+    const CanFrame& frame = bench.sent()[index].frame;
+    if (frame.id != internal_bus::contactor_command.base_id) continue;
+    if (last_at.has_value()) CHECK(bench.sent_at()[index] - *last_at <= 50ms);
+    if (last_counter.has_value()) CHECK(frame.data[6] == static_cast<std::uint8_t>(*last_counter + 1));
+    last_at = bench.sent_at()[index];
+    last_counter = frame.data[6];
+  }
+}
+
+TEST_CASE("620h to 628h go out once a second, 10 ms apart", "[unit][core][BMS_F.8]") {
+  CoreBench bench(small_pack());
+  bench.run(5s);
+  std::vector<std::pair<std::uint32_t, TimePoint>> reports;
+  for (std::size_t index = 0; index < bench.sent().size(); ++index) {
+    if (bench.sent()[index].port == Port::vehicle)
+      reports.push_back({bench.sent()[index].frame.id, bench.sent_at()[index]});
+  }
+  REQUIRE(reports.size() >= 4 * 9);
+  for (std::size_t index = 0; index < reports.size(); ++index) {
+    CHECK(reports[index].first == 0x620 + index % 9);
+    if (index == 0) continue;
+    const Duration gap = reports[index].second - reports[index - 1].second;
+    CHECK(gap == (index % 9 == 0 ? Duration{920ms} : Duration{10ms}));
+  }
+}
+
+TEST_CASE("what is not known leaves as the invalid code, not as the last value", "[unit][core][I7]") {
+  CoreBench bench(small_pack());
+  REQUIRE(bench.close());
+  bench.run(1500ms);
+  bench.modules[0].talks = false;
+  bench.sensor_talks = false;
+  bench.run(2500ms);
+  const auto last_of = [&](std::uint32_t id) {
+    CanFrame found;
+    for (const OutgoingFrame& out : bench.sent()) {
+      if (out.frame.id == id) found = out.frame;
+    }
+    return found;
+  };
+  using namespace vehicle_bus;
+  const CanFrame voltage = last_of(0x623);
+  CHECK(read<pack_voltage, "pack_voltage_mV">(voltage) == not_known());
+  CHECK(read<pack_voltage, "cell_voltage_min_uV">(voltage) == not_known());
+  CHECK(read<pack_voltage, "cell_voltage_max_cell">(voltage) == not_known());
+  const CanFrame current = last_of(0x624);
+  CHECK(read<pack_current, "pack_current_mA">(current) == not_known());
+  CHECK(read<pack_current, "discharge_limit_mA">(current) == known(0));
+  CHECK(read<pack_status, "state">(last_of(0x622)) == known(0));
+}
+
+TEST_CASE("damaged, late, repeated and foreign frames change nothing and are counted", "[unit][core][F28][F34][F35]") {
+  CoreBench bench(small_pack());
+  REQUIRE(bench.close());
+  bench.run(300ms);
+  CanFrame lie = make_frame(internal_bus::cells_1, 1);
+  write<internal_bus::cells_1, "cell_voltage_1_uV">(lie, 1'000'000);
+  seal(internal_bus::cells_1, 200, lie);
+  const auto before = bench.core().modules().modules()[0].cell_voltage_uV[0];
+  const auto rejected = [&](RejectReason reason) {
+    return bench.core().receive_counts().rejected[static_cast<std::size_t>(reason)];
+  };
+  const auto tell = [&](const CanFrame& frame) { bench.observe(FrameReceived{Port::internal, frame}); };
+  tell(lie);
+  CHECK(rejected(RejectReason::late) == 1);
+  CanFrame broken = lie;
+  broken.data[7] ^= 1;
+  tell(broken);
+  CHECK(rejected(RejectReason::wrong_crc) == 1);
+  CanFrame shorter = lie;
+  shorter.length = 7;
+  tell(shorter);
+  CHECK(rejected(RejectReason::wrong_length) == 1);
+  CanFrame twin = lie;
+  twin.is_extended = true;
+  tell(twin);
+  CHECK(rejected(RejectReason::wrong_form) == 1);
+  CanFrame unknown = lie;
+  unknown.id = 0x7FF;
+  tell(unknown);
+  CHECK(rejected(RejectReason::unknown_id) == 1);
+  CanFrame stranger = make_frame(internal_bus::cells_1, 9);
+  seal(internal_bus::cells_1, bench.core().modules().modules()[0].answers_complete & 0xFF, stranger);
+  tell(stranger);
+  CHECK(rejected(RejectReason::not_configured) + rejected(RejectReason::late) == 2);
+  const auto after = bench.core().modules().modules()[0].cell_voltage_uV[0];
+  CHECK(after.value == before.value);
+  CHECK(after.taken_at == before.taken_at);
+  CHECK(bench.core().sequence().phase == Phase::closed);
+}
+
+TEST_CASE("the state of charge starts from a rest and is counted from there", "[unit][estimators][FS_4][BMS_F.6]") {
+  CoreBench bench(small_pack());
+  bench.run(3s);
+  REQUIRE(bench.core().charge().is_started);
+  CHECK(bench.core().charge().soc_permille == 500);  // 3.7 V of the bench cell
+  REQUIRE(bench.close());
+  const std::int64_t before_uAs = bench.core().charge().depth_of_discharge_uAs;
+  bench.current_mA = 36'000;
+  bench.run(100s);
+  const std::int64_t used_uAs = bench.core().charge().depth_of_discharge_uAs - before_uAs;
+  CHECK(used_uAs == Approx(3'600'000'000.0).epsilon(0.001));  // 36 A for 100 s is 1 Ah
+  CHECK(bench.core().charge().soc_permille == 480);
+}
+
+TEST_CASE("current limits fall between warning and opening threshold and name their cause", "[unit][limits][BMU_13]") {
+  CoreBench bench(small_pack());
+  REQUIRE(bench.close());
+  bench.run(200ms);
+  CHECK(bench.core().limits().discharge.limit_mA == 80'000);
+  bench.modules[1].cell_voltage_uV[3] = known(3'000'000);
+  bench.run(300ms);
+  CHECK(bench.core().limits().discharge.limit_mA == 40'000);
+  CHECK(bench.core().limits().discharge.cause == LimitCause::cell_voltage_low);
+  CHECK(bench.core().limits().discharge.element == Element{2, 4, 8});
+  CHECK(bench.core().limits().charge.limit_mA == 20'000);
+}
+
+TEST_CASE("identical observations give identical decisions", "[unit][core]") {
+  const auto run_once = [] {
+    CoreBench bench(small_pack());
+    (void)bench.close();
+    bench.current_mA = 20'000;
+    bench.run(1s);
+    bench.modules[0].talks = false;
+    bench.run(1s);
+    std::vector<CanFrame> frames;
+    for (const OutgoingFrame& out : bench.sent()) frames.push_back(out.frame);
+    return frames;
+  };
+  CHECK(run_once() == run_once());
+}

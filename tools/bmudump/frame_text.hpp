@@ -1,0 +1,72 @@
+// One frame as one line: for a person (names, values, units) or as JSON. Everything fixed about a message is prepared
+// once, so that a line costs a few block copies and one number a signal.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "protocol/candump.hpp"
+#include "protocol/receive_check.hpp"
+#include "tools/bmudump/dump_catalogue.hpp"
+#include "tools/bmudump/text_writer.hpp"
+
+namespace bmu::dump {
+
+/// A frame as it was seen, with the verdict of its bus's receive check.
+struct SeenFrame {
+  const LogLine& line;
+  const CheckedFrame& verdict;
+};
+
+class FrameText {
+ public:
+  struct Style {
+    bool is_coloured = false;
+    bool is_brief = false;  // leave out flags that are not set, empty cell masks and counters
+  };
+
+  FrameText(const DumpCatalogue& catalogue, const Style& style);
+
+  void print_text(const SeenFrame& seen, TextWriter& out);
+  void print_json(const SeenFrame& seen, TextWriter& out) const;
+
+ private:
+  enum class Show : std::uint8_t { number, flag, name, cells, text };
+
+  struct SignalPlan {
+    Piece text_lead;  // "  cell_voltage_1 "
+    Piece text_unit;  // " V"
+    Piece json_lead;  // "\"cell_voltage_1_uV\":"
+    const SignalSpec* spec = nullptr;
+    std::int64_t steps_per_raw = 0;  // last digits shown in one raw count; 0: not a whole number
+    std::int64_t divisor = 1;
+    int decimals = 0;
+    Show show = Show::number;
+    bool is_brief_counter = false;
+  };
+  struct MessagePlan {
+    std::vector<SignalPlan> signals;
+    Piece json_lead;  // ",\"message\":\"CELLS_1\",\"node\":"
+  };
+  struct Colours {
+    std::string_view name, odd, bad, off;
+  };
+
+  static SignalPlan plan_of(const SignalSpec& signal, const Colours& colours);
+  void print_start(const LogLine& line, TextWriter& out);
+  void print_signals(const MessagePlan& plan, const CanFrame& frame, TextWriter& out) const;
+  void print_value(const SignalPlan& plan, std::int64_t raw, TextWriter& out) const;
+  [[nodiscard]] bool is_left_out(const SignalPlan& plan, std::int64_t raw) const;
+  static void print_json_signals(const MessagePlan& plan, const CanFrame& frame, TextWriter& out);
+  void print_raw(const SeenFrame& seen, TextWriter& out) const;
+
+  const DumpCatalogue* catalogue_;
+  Style style_;
+  Colours colours_;
+  std::vector<MessagePlan> plans_;  // by row
+  std::vector<Piece> label_of_id_;  // " 143 CELLS_1 node 3      "
+  std::size_t bus_width_ = 0;       // names are padded to the longest seen so far
+};
+
+}  // namespace bmu::dump

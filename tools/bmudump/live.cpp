@@ -1,0 +1,123 @@
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+
+#include <poll.h>
+
+#include "daemon/shell/bus_port.hpp"
+#include "tools/bmudump/dump.hpp"
+
+namespace bmu::dump {
+namespace {
+
+/// Frames taken from one bus before the others have their turn and the output is flushed.
+constexpr int batch_size = 1'000;
+constexpr Duration maintain_period = 100ms;
+
+struct LiveBus {
+  std::unique_ptr<BusPort> port;
+  std::uint64_t lost = 0;
+};
+
+class LiveRun {
+ public:
+  LiveRun(const Options& options, Dump& dump) : options_(&options), dump_(&dump) {}
+
+  [[nodiscard]] bool open();
+  void run();
+
+ private:
+  void wait();
+  void read_batch(LiveBus& bus);
+  void tell_loss(LiveBus& bus);
+  [[nodiscard]] std::int64_t wall_us(TimePoint at) const {
+    return start_wall_us_ + std::chrono::duration_cast<std::chrono::microseconds>(at - start_).count();
+  }
+
+  const Options* options_;
+  Dump* dump_;
+  std::vector<LiveBus> buses_;
+  // Shown is the wall clock as of the start, carried on by the monotonic one: setting the clock makes no gap.
+  TimePoint start_ = monotonic_now();
+  std::int64_t start_wall_us_ =
+      std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::system_clock::now().time_since_epoch())
+          .count();
+  TimePoint end_ = TimePoint::max();
+};
+
+bool LiveRun::open() {
+  PortOptions port_options;
+  port_options.receive_errors = true;
+  for (const std::string& name : options_->buses) {
+    auto port = open_bus(name, port_options);
+    if (!port) {
+      std::fprintf(stderr, "bmudump: %s\n", to_text(port.error()).c_str());
+      return false;
+    }
+    buses_.push_back({std::move(*port), 0});
+  }
+  if (options_->seconds) {
+    end_ = start_ + std::chrono::duration_cast<Duration>(std::chrono::duration<double>(*options_->seconds));
+  }
+  return true;
+}
+
+void LiveRun::run() {
+  TimePoint maintain_at = start_;
+  while (!dump_->is_done() && !is_stop_requested() && monotonic_now() < end_) {
+    wait();
+    for (LiveBus& bus : buses_) read_batch(bus);
+    dump_->flush();
+    if (monotonic_now() < maintain_at) continue;
+    for (LiveBus& bus : buses_) bus.port->maintain();
+    maintain_at = monotonic_now() + maintain_period;
+  }
+}
+
+void LiveRun::wait() {
+  std::vector<pollfd> ready;
+  for (const LiveBus& bus : buses_) ready.push_back({bus.port->fd(), POLLIN, 0});
+  const std::int64_t left_ms = std::clamp<std::int64_t>(to_ms(end_ - monotonic_now()) + 1, 0, to_ms(maintain_period));
+  ::poll(ready.data(), ready.size(), static_cast<int>(left_ms));
+}
+
+void LiveRun::read_batch(LiveBus& bus) {
+  ReceivedFrame received;
+  for (int count = 0; count < batch_size && !dump_->is_done(); ++count) {
+    const ReadStatus status = bus.port->read(received);
+    if (status == ReadStatus::empty) break;
+    if (status == ReadStatus::down) {
+      dump_->forget_counters(bus.port->name());
+      std::fprintf(stderr, "bmudump: %s is %s, waiting for it\n", bus.port->name().c_str(),
+                   std::string(to_text(bus.port->state())).c_str());
+      break;
+    }
+    dump_->show({.kind = LogLineKind::frame,
+                 .direction = received.is_own ? Direction::sent : Direction::received,
+                 .time_us = wall_us(received.received_at),
+                 .bus = bus.port->name(),
+                 .frame = received.frame});
+  }
+  tell_loss(bus);
+}
+
+void LiveRun::tell_loss(LiveBus& bus) {
+  const std::uint64_t lost = bus.port->frames_lost();
+  if (lost == bus.lost) return;
+  std::fprintf(stderr, "bmudump: %s: %llu frames lost, this program could not keep up\n", bus.port->name().c_str(),
+               static_cast<unsigned long long>(lost - bus.lost));
+  bus.lost = lost;
+  dump_->forget_counters(bus.port->name());
+}
+
+}  // namespace
+
+int dump_live(const Options& options, Dump& dump) {
+  LiveRun live(options, dump);
+  if (!live.open()) return exit_system;
+  live.run();
+  return exit_ok;
+}
+
+}  // namespace bmu::dump

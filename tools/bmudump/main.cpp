@@ -1,0 +1,46 @@
+// bmudump: candump that understands the battery's buses.
+#include <cstdio>
+
+#include "protocol/dbc.hpp"
+#include "tools/bmudump/dump.hpp"
+#include "tools/bmudump/protocol_doc.hpp"
+
+namespace {
+
+using namespace bmu::dump;
+
+int print_all(const std::string& text) {
+  const bool is_written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
+  return is_written ? exit_ok : exit_system;
+}
+
+int run(const Options& options) {
+  const DumpCatalogue catalogue(options.catalogue);
+  if (!catalogue.ids_unique()) {
+    std::fputs("bmudump: --vehicle-base: there the vehicle messages would collide with those of the internal bus\n",
+               stderr);
+    return exit_usage;
+  }
+  Filter filter;
+  std::string complaint;
+  if (!filter.add(options.filter, catalogue.all(), complaint)) {
+    std::fprintf(stderr, "bmudump: --filter: '%s' is neither a message nor a hexadecimal identifier\n",
+                 complaint.c_str());
+    return exit_usage;
+  }
+  if (options.wants_protocol_doc) return print_all(protocol_doc(catalogue));
+  if (!options.dbc.empty()) {
+    return print_all(
+        bmu::dbc_text(options.dbc == "internal" ? catalogue.internal() : catalogue.vehicle(), options.nodes));
+  }
+  catch_stop_signals();
+  Dump dump(options, catalogue, filter);
+  return dump.finish(options.files.empty() ? dump_live(options, dump) : dump_files(options, dump));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const ParsedOptions parsed = parse_options(argc, argv);
+  return parsed.options ? run(*parsed.options) : parsed.exit_code;
+}

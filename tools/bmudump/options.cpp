@@ -1,0 +1,193 @@
+#include "tools/bmudump/options.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cstdlib>
+#include <numeric>
+
+#include <CLI/CLI.hpp>
+#include <unistd.h>
+
+namespace bmu::dump {
+namespace {
+
+constexpr const char* description =
+    "candump that understands: every frame of the battery's buses with the names, values and units of its signals,\n"
+    "live from an interface or from a candump log. Frames that the daemon would reject are marked with the reason.";
+
+constexpr const char* footer = R"(
+Examples:
+  bmudump can0                                live, until Ctrl-C
+  bmudump unix:demo --filter 'CELLS_*,MODULE' two kinds of message on the embedded bus of a demonstration
+  bmudump -r drive.log                        a log made with: candump -l can0
+  candump -L can0 | bmudump -r -              from standard input
+  bmudump -r drive.log --summary              what was on the bus, what failed and why, how busy it was
+  bmudump -r drive.log --json | jq 'select(.ok == false)'
+  bmudump can0 --log > drive.log              record as a candump log, from unix:NAME as well
+  bmudump --dbc internal --nodes 1-8 > internal.dbc
+
+A text line: (time) bus identifier MESSAGE node N, then each signal. "unknown", "not fitted", "open", "shorted" stand
+where the sender has no number. "!! wrong crc" and the like mark a frame that failed its check, with its bytes.
+In JSON, values are in the unit their name ends with, and null where there is no number.
+
+Exit codes:
+  0  all was read (frames that failed their check are marked, which is no error); also when the reader of our output
+     goes away
+  1  something could not be opened, read or written
+  2  the command line is wrong
+  3  some log lines were damaged: each is reported with file, line and column, and skipped
+  4  with --strict: some frames failed their check or are unknown)";
+
+std::optional<std::uint32_t> parse_hex(std::string_view word) {
+  if (word.starts_with("0x") || word.starts_with("0X")) word.remove_prefix(2);
+  std::uint32_t number = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number, 16);
+  if (error != std::errc{} || end != word.data() + word.size() || word.empty()) return std::nullopt;
+  return number;
+}
+
+/// "1-4" and "7": nodes 1 to 63.
+std::optional<std::vector<std::uint8_t>> parse_nodes(const std::vector<std::string>& parts) {
+  std::vector<std::uint8_t> nodes;
+  for (const std::string& part : parts) {
+    unsigned first = 0;
+    const char* const end = part.data() + part.size();
+    auto [at, error] = std::from_chars(part.data(), end, first);
+    unsigned last = first;
+    if (error == std::errc{} && at != end && *at == '-') {
+      const auto second = std::from_chars(at + 1, end, last);
+      at = second.ptr;
+      error = second.ec;
+    }
+    if (error != std::errc{} || at != end || first < 1 || last > 63 || first > last) return std::nullopt;
+    for (unsigned node = first; node <= last; ++node) nodes.push_back(static_cast<std::uint8_t>(node));
+  }
+  return nodes;
+}
+
+bool wants_colour(const std::string& when) {
+  if (when != "auto") return when == "always";
+  return isatty(STDOUT_FILENO) == 1 && std::getenv("NO_COLOR") == nullptr;
+}
+
+/// Text as CLI11 collects it, before it means something.
+struct Words {
+  std::string colour = "auto";
+  std::vector<std::string> nodes{"1-4"};
+  std::string vehicle_base = "620";
+  bool json = false;
+  bool log = false;
+  bool summary = false;
+};
+
+void declare(CLI::App& app, Options& options, Words& words) {
+  app.set_version_flag("--version", "bmudump " BMUD_VERSION);
+  app.footer(footer);
+  app.add_option("BUS", options.buses, "interface (can0, vcan0) or embedded bus (unix:NAME); several show together");
+  app.add_option("-r,--read", options.files, "read a candump log (candump -l or -L) instead; - is standard input")
+      ->type_name("FILE");
+  CLI::Option* json = app.add_flag("--json", words.json, "one JSON object a line");
+  CLI::Option* log = app.add_flag("--log", words.log, "candump log lines, as candump -L writes them");
+  CLI::Option* summary = app.add_flag("--summary", words.summary, "counts at the end instead of lines");
+  json->excludes(log)->excludes(summary);
+  log->excludes(summary);
+  app.add_flag("--brief", options.is_brief, "leave out flags that are not set, empty cell masks and counters");
+  app.add_option("--filter", options.filter, "show only these: identifiers, message names, or NAME*")
+      ->type_name("WHAT[,WHAT..]")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  app.add_option("--count", options.count, "end after this many frames shown")->check(CLI::PositiveNumber);
+  app.add_option("--seconds", options.seconds, "live: end after this time")->check(CLI::PositiveNumber);
+  app.add_flag("--strict", options.is_strict, "exit with 4 if a frame failed its check or is unknown");
+  app.add_option("--vehicle-base", words.vehicle_base, "first identifier of the vehicle messages, hexadecimal")
+      ->capture_default_str();
+  app.add_flag("--sensor-little-endian", options.catalogue.sensor_little_endian,
+               "the current sensor is configured for little-endian values");
+  app.add_option("--bitrate", options.bit_rate, "bit/s, for the load in --summary")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  app.add_option("--color", words.colour, "colours: auto (on a terminal), always, never")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"auto", "always", "never"}));
+  app.add_option("--dbc", options.dbc, "print a DBC file of this bus: internal or vehicle")
+      ->check(CLI::IsMember({"internal", "vehicle"}));
+  app.add_option("--nodes", words.nodes, "nodes in the DBC")
+      ->capture_default_str()
+      ->type_name("N[-M][,..]")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  app.add_flag("--protocol-doc", options.wants_protocol_doc, "print the tables of docs/bus-protocol.md");
+}
+
+/// What CLI11 cannot check. Throws its error type, to be reported in the same way.
+void conclude(Options& options, const Words& words) {
+  if (words.json) options.output = Output::json;
+  if (words.log) options.output = Output::log;
+  if (words.summary) options.output = Output::summary;
+  options.is_coloured = wants_colour(words.colour);
+  const std::optional<std::uint32_t> base = parse_hex(words.vehicle_base);
+  if (!base || *base > 0x7FF - 8) throw CLI::ValidationError("--vehicle-base", "wants 000 to 7F7, hexadecimal");
+  options.catalogue.vehicle_base_id = *base;
+  const auto nodes = parse_nodes(words.nodes);
+  if (!nodes) throw CLI::ValidationError("--nodes", "wants nodes from 1 to 63, like 1-4,7");
+  options.nodes = *nodes;
+  const bool prints_tables = options.wants_protocol_doc || !options.dbc.empty();
+  const int inputs = (prints_tables ? 1 : 0) + (options.files.empty() ? 0 : 1) + (options.buses.empty() ? 0 : 1);
+  if (inputs == 0) throw CLI::ValidationError("BUS", "or -r FILE is missing: what shall be shown? See --help");
+  if (inputs > 1) throw CLI::ValidationError("BUS", "-r and --dbc exclude each other");
+  if (options.seconds && options.buses.empty()) throw CLI::ValidationError("--seconds", "is for live buses only");
+}
+
+}  // namespace
+
+ParsedOptions parse_options(int argc, const char* const* argv) {
+  CLI::App app(description, "bmudump");
+  Options options;
+  Words words;
+  try {
+    declare(app, options, words);
+    app.parse(argc, argv);
+    conclude(options, words);
+    return {options, exit_ok};
+  } catch (const CLI::ParseError& error) {
+    return {std::nullopt, app.exit(error) == 0 ? exit_ok : exit_usage};
+  }
+}
+
+bool Filter::add(const std::vector<std::string>& words, const Catalogue& catalogue, std::string& complaint) {
+  for (const std::string& word : words) {
+    is_empty_ = false;
+    if (add_names(word, catalogue)) continue;
+    const std::optional<std::uint32_t> id = parse_hex(word);
+    if (!id || *id > 0x1FFF'FFFF) {
+      complaint = word;
+      return false;
+    }
+    if (*id < ids_.size() && word.size() < 8) {
+      ids_.set(*id);
+    } else {
+      extended_ids_.push_back(*id);
+    }
+  }
+  return true;
+}
+
+bool Filter::add_names(std::string_view word, const Catalogue& catalogue) {
+  const bool is_beginning = word.ends_with('*');
+  if (is_beginning) word.remove_suffix(1);
+  bool is_found = false;
+  for (const MessageSpec* message : catalogue.messages()) {
+    if (is_beginning ? !message->name.starts_with(word) : message->name != word) continue;
+    is_found = true;
+    for (unsigned node = message->node_min; node <= message->node_max; ++node) ids_.set(message->base_id + node);
+  }
+  return is_found;
+}
+
+bool Filter::passes(const CanFrame& frame) const {
+  if (is_empty_) return true;
+  if (!frame.is_extended && !frame.is_error) return ids_.test(frame.id);
+  return std::find(extended_ids_.begin(), extended_ids_.end(), frame.id) != extended_ids_.end();
+}
+
+}  // namespace bmu::dump

@@ -1,0 +1,86 @@
+// Text on its way to a file descriptor: one buffer, own number formatting, write(2).
+//
+// A million frames a second leave no room for printf or iostreams: numbers are written two digits at a time and the
+// fixed parts of a line are pieces prepared once. Appending does not look at the room left; begin_line() makes sure of
+// line_room bytes, more than the longest line needs (see frame_text.cpp, which asserts it).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <string_view>
+
+#include "protocol/assert.hpp"
+
+namespace bmu::dump {
+
+/// A short fixed text, copied with one block copy of constant size whatever its length.
+class Piece {
+ public:
+  static constexpr std::size_t room = 64;
+
+  Piece() = default;
+  explicit Piece(std::string_view text) : length_(text.size()) {
+    BMU_ASSERT(text.size() <= room);
+    std::memcpy(text_.data(), text.data(), text.size());
+  }
+  /// Copies to `out`, which has `room` bytes, and returns the end of the text.
+  char* copy_to(char* out) const {
+    std::memcpy(out, text_.data(), room / 2);
+    if (length_ > room / 2) std::memcpy(out + room / 2, text_.data() + room / 2, room / 2);
+    return out + length_;
+  }
+
+ private:
+  std::size_t length_ = 0;
+  std::array<char, room> text_{};
+};
+
+class TextWriter {
+ public:
+  static constexpr std::size_t line_room = 8 * 1024;
+
+  explicit TextWriter(int fd);
+
+  /// Makes room for a line; everything until the next call together must fit line_room.
+  void begin_line() {
+    if (static_cast<std::size_t>(limit_ - at_) < line_room) flush();
+  }
+  void letter(char one) { *at_++ = one; }
+  void text(std::string_view some) {
+    std::memcpy(at_, some.data(), some.size());
+    at_ += some.size();
+  }
+  void piece(const Piece& one) { at_ = one.copy_to(at_); }
+  void spaces(std::size_t count) {
+    std::memset(at_, ' ', count);
+    at_ += count;
+  }
+  void decimal(std::int64_t number) { scaled(number, 0); }
+  /// `steps` of the last digit shown, of which `decimals` are behind the point: 36512 and 4 are 3.6512.
+  void scaled(std::int64_t steps, int decimals);
+  /// Exactly `digits` digits, leading zeros included.
+  void hex(std::uint32_t number, int digits);
+  /// Seconds with six decimals.
+  void time(std::int64_t time_us) { scaled(time_us, 6); }
+  /// In double quotes, escaped as JSON wants it; bytes beyond ASCII as \u00XX, since nobody vouches for UTF-8.
+  void json_string(std::string_view some);
+
+  void flush();
+  /// Nobody reads any more, or the system refused to write: `error` is the errno then. What is written is dropped.
+  [[nodiscard]] bool is_closed() const { return error_ != 0; }
+  [[nodiscard]] int error() const { return error_; }
+
+ private:
+  static constexpr std::size_t buffer_size = 256 * 1024;
+
+  int fd_;
+  int error_ = 0;
+  std::unique_ptr<char[]> buffer_;
+  char* at_;
+  char* limit_;
+};
+
+}  // namespace bmu::dump
