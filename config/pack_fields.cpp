@@ -257,21 +257,21 @@ constexpr std::array vehicle_table{
 
 constexpr std::array limit_row_table{
     LimitRow{"cell_undervoltage", &LimitsConfig::cell_undervoltage, false, voltage_limit_table, "mV", 1'000,
-             "cell_voltage_ms", &AgeConfig::cell_voltage, electrical_reaction_max, "the lowest cell"},
+             "cell_voltage_ms", &AgeConfig::cell_voltage, electrical_reaction_max, "The lowest cell."},
     LimitRow{"cell_overvoltage", &LimitsConfig::cell_overvoltage, true, voltage_limit_table, "mV", 1'000,
-             "cell_voltage_ms", &AgeConfig::cell_voltage, electrical_reaction_max, "the highest cell"},
+             "cell_voltage_ms", &AgeConfig::cell_voltage, electrical_reaction_max, "The highest cell."},
     LimitRow{"cell_overtemperature", &LimitsConfig::cell_overtemperature, true, temperature_limit_table, "dC", 1,
-             "temperature_ms", &AgeConfig::temperature, temperature_reaction_max, "the hottest sensor"},
+             "temperature_ms", &AgeConfig::temperature, temperature_reaction_max, "The hottest sensor."},
     LimitRow{"cell_undertemperature", &LimitsConfig::cell_undertemperature, false, temperature_limit_table, "dC", 1,
-             "temperature_ms", &AgeConfig::temperature, temperature_reaction_max, "the coldest sensor"},
+             "temperature_ms", &AgeConfig::temperature, temperature_reaction_max, "The coldest sensor."},
     LimitRow{"discharge_overcurrent", &LimitsConfig::discharge_overcurrent, true, current_limit_table, "mA", 1,
-             "pack_current_ms", &AgeConfig::pack_current, electrical_reaction_max, "current out of the pack"},
+             "pack_current_ms", &AgeConfig::pack_current, electrical_reaction_max, "Current out of the pack."},
     LimitRow{"charge_overcurrent", &LimitsConfig::charge_overcurrent, true, current_limit_table, "mA", 1,
              "pack_current_ms", &AgeConfig::pack_current, electrical_reaction_max,
-             "current into the pack, as a positive number"},
+             "Current into the pack, as a positive number."},
     LimitRow{"pack_voltage_mismatch", &LimitsConfig::pack_voltage_mismatch, true, mismatch_limit_table, "mV", 1,
              "pack_voltage_ms", &AgeConfig::pack_voltage, plausibility_reaction_max,
-             "difference between the sum of the cells and the pack voltage"},
+             "Difference between the sum of the cells and the pack voltage."},
 };
 
 constexpr std::array age_row_table{
@@ -399,6 +399,17 @@ std::vector<KeyDescription> describe_keys() {
   describe<CellFile>("/cell", cell_name_fields(), keys);
   describe<CellModel>("/cell", cell_model_fields(), keys);
   return keys;
+}
+
+std::vector<SectionDescription> describe_sections() {
+  std::vector<SectionDescription> sections{{"/modules/*", "A module, or several that are alike."},
+                                           {"/cell", "The cell, in its own file or in place; and `ocv`, see above."}};
+  for (const LimitRow& row : limit_rows()) sections.push_back({"/limits/" + std::string(row.key), row.meaning});
+  PackConfig fresh;
+  visit_sections(fresh, [&sections](const SectionInfo& section, auto, const auto&) {
+    sections.push_back({"/" + std::string(section.key), section.meaning});
+  });
+  return sections;
 }
 
 }  // namespace bmu

@@ -119,4 +119,11 @@ struct KeyDescription {
 };
 [[nodiscard]] std::vector<KeyDescription> describe_keys();
 
+/// What the object that holds them is for.
+struct SectionDescription {
+  std::string path;
+  std::string_view meaning;
+};
+[[nodiscard]] std::vector<SectionDescription> describe_sections();
+
 }  // namespace bmu

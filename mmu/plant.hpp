@@ -57,8 +57,8 @@ struct PlantConfig {
   double ambient_C = 25.0;
   double balancing_resistance_Ohm = 62.0;  // 60 mA at 3.7 V
   double path_resistance_Ohm = 0.002;      // contactors, fuse, busbars
-  double precharge_resistance_Ohm = 47.0;
-  double link_capacitance_F = 2200e-6;
+  double precharge_resistance_Ohm = 100.0;
+  double link_capacitance_F = 2000e-6;
   double link_bleed_Ohm = 10e3;
   Contactor::Mechanics contactor;
 };

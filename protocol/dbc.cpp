@@ -108,7 +108,7 @@ std::string signal_comment(const SignalSpec& signal) {
   if (signal.name == crc_signal.name) return "CRC-8H2F over identifier (high byte first) and b0 to b6";
   if (signal.unit == Unit::text) return "8 ASCII characters, first one in the most significant byte";
   if (signal.rounding == Rounding::towards_zero) return "rounded towards zero";
-  if (signal.name.ends_with("_cells")) return "one bit a cell, cell 1 lowest";
+  if (is_cell_mask(signal)) return "one bit a cell, cell 1 lowest";
   return {};
 }
 

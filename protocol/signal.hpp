@@ -84,6 +84,11 @@ struct SignalSpec {
   return token.empty() ? signal.name : signal.name.substr(0, signal.name.size() - token.size() - 1);
 }
 
+/// One bit a cell, cell 1 lowest: shown as the numbers of the cells.
+[[nodiscard]] constexpr bool is_cell_mask(const SignalSpec& signal) {
+  return signal.bit_count > 1 && signal.name.ends_with("_cells");
+}
+
 /// Smallest and largest raw number the field carries as data: special codes at either end are not data.
 struct RawRange {
   std::int64_t min = 0;

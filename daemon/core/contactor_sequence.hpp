@@ -82,11 +82,12 @@ struct SequenceStep {
   return {};
 }
 
-/// Link within the configured share of the pack, current fallen, and a pack there to compare with.
+/// Link within the configured share of the pack (on either side of it), current fallen, and a pack to compare with.
 [[nodiscard]] constexpr bool is_precharged(const SequenceInputs& in, const ContactorConfig& config) {
-  const std::int64_t wanted_mV = std::int64_t{in.pack_mV} * config.precharge_done_permille / 1000;
+  const std::int64_t allowed_mV = std::int64_t{in.pack_mV} * (1000 - config.precharge_done_permille) / 1000;
+  const std::int64_t apart_mV = std::int64_t{in.pack_mV} - in.link_mV;
   const std::int64_t magnitude_mA = in.current_mA < 0 ? -std::int64_t{in.current_mA} : in.current_mA;
-  const bool link_follows = in.pack_mV > 0 && in.link_mV >= wanted_mV;
+  const bool link_follows = in.pack_mV > 0 && apart_mV <= allowed_mV && apart_mV >= -allowed_mV;
   const bool current_has_fallen = magnitude_mA <= config.precharge_current_max_mA;
   return in.is_measured && link_follows && current_has_fallen;
 }

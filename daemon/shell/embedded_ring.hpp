@@ -35,7 +35,7 @@ struct EmbeddedRing {
 
   Word magic;              // 0 until the first participant writes what layout this is
   Word network_namespace;  // where the participants' sockets are
-  alignas(64) Word head;   // the position the next frame gets; may be one behind, never more
+  Word head;               // the position the next frame gets; may be one behind, never more
   /// Who sleeps and wants to be woken; see embedded_bus.cpp.
   alignas(64) std::array<Word, participant_count> armed;
   alignas(64) std::array<Word, slot_count> slots;

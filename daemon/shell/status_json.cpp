@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -79,11 +80,17 @@ Json charge_json(const StatusView& view) {
 
 // --- state ----------------------------------------------------------------------------------------------------------
 
+std::string_view name_of(std::span<const RawName> names, std::int64_t raw) {
+  const auto found = std::find_if(names.begin(), names.end(), [raw](const RawName& name) { return name.raw == raw; });
+  return found == names.end() ? "?" : found->name;
+}
+
 std::string_view vehicle_state_text(vehicle_bus::State state) {
-  for (const RawName& name : vehicle_bus::state_names) {
-    if (name.raw == static_cast<std::int64_t>(state)) return name.name;
-  }
-  return "?";
+  return name_of(vehicle_bus::state_names, static_cast<std::int64_t>(state));
+}
+
+std::string_view mode_text(internal_bus::Mode mode) {
+  return name_of(internal_bus::mode_names, static_cast<std::int64_t>(mode));
 }
 
 Json outputs_json(const ContactorOutputs& outputs) {

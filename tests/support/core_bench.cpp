@@ -65,6 +65,7 @@ CoreBench::CoreBench(const CoreConfig& config) : core_(config, now_), wake_at_(n
 }
 
 void CoreBench::observe(const ObservedThing& what) {
+  if (on_observe) on_observe({now_, what});
   if (core_.observe({now_, what}) == Urgency::decide_now) decide();
 }
 
@@ -73,6 +74,7 @@ void CoreBench::deliver(const CanFrame& frame) {
 }
 
 void CoreBench::decide() {
+  if (on_decide) on_decide(now_);
   last_ = core_.decide(now_);
   wake_at_ = last_.wake_at;
   for (const Event& event : last_.events) events_.push_back(event);

@@ -54,6 +54,10 @@ class CoreBench {
   PduState inputs;                // contacts in it are overwritten
   bool contactors_stuck = false;  // they stay as they are
 
+  // Told of everything that goes into the core, for tests that feed it to another one.
+  std::function<void(const Observation&)> on_observe;
+  std::function<void(TimePoint)> on_decide;
+
   /// Runs the world and the core until `duration` has passed.
   void run(Duration duration);
   /// Runs until `condition` holds; false if that took longer than `at_most`.

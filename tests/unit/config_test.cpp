@@ -424,8 +424,7 @@ TEST_CASE("the OCV table lies within the cell's absolute limits", "[unit][config
 }
 
 TEST_CASE("a cell's lower absolute limits lie below the upper ones", "[unit][config]") {
-  refuses({{"/cell/temperature_min_dC", 600}}, "/cell/temperature_min_dC",
-          "less than temperature_max_dC, 600");
+  refuses({{"/cell/temperature_min_dC", 600}}, "/cell/temperature_min_dC", "less than temperature_max_dC, 600");
 }
 
 TEST_CASE("the vehicle's nine identifiers stay within 11 bits and off the internal bus", "[unit][config]") {

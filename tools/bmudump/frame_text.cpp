@@ -100,7 +100,7 @@ FrameText::SignalPlan FrameText::plan_of(const SignalSpec& signal, const Colours
     plan.show = Show::name;
   } else if (signal.bit_count == 1) {
     plan.show = Show::flag;
-  } else if (signal.name.ends_with("_cells")) {
+  } else if (is_cell_mask(signal)) {
     plan.show = Show::cells;
   }
   return plan;

@@ -59,7 +59,7 @@ std::string remarks_text(const SignalSpec& signal) {
   }
   if (signal.raw_limit > 0) add("raw up to " + std::to_string(signal.raw_limit));
   if (signal.rounding == Rounding::towards_zero) add("rounded towards zero");
-  if (signal.name.ends_with("_cells")) add("a bit a cell, cell 1 lowest");
+  if (is_cell_mask(signal)) add("a bit a cell, cell 1 lowest");
   return text;
 }
 

@@ -1,0 +1,172 @@
+// bmud: reads the command line and the pack, opens what the loop needs, runs it.
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include <CLI/CLI.hpp>
+#include <unistd.h>
+
+#include "config/pack_config.hpp"
+#include "daemon/shell/buses.hpp"
+#include "daemon/shell/journal.hpp"
+#include "daemon/shell/loop.hpp"
+#include "daemon/shell/service_notify.hpp"
+#include "daemon/shell/status_requests.hpp"
+#include "daemon/shell/status_socket.hpp"
+
+namespace {
+
+using namespace bmu;
+
+// sysexits.h has the same numbers; services and scripts know them.
+constexpr int exit_ok = 0;
+constexpr int exit_command_line = 2;
+constexpr int exit_internal = 70;
+constexpr int exit_system = 71;
+constexpr int exit_config = 78;
+
+constexpr const char* footer = R"(Examples:
+  bmud --config packs/demo-48s.json --check-config
+  bmud --config packs/demo-48s.json --bus-internal unix:demo --socket /tmp/bmud.sock
+  bmud --config /etc/bmud/pack.json --bus-internal can0 --bus-vehicle can1
+
+A bus is the name of a CAN interface, or unix:NAME for the bus between programs of this machine.
+
+Exit codes: 0 ended by SIGTERM or SIGINT with the pack open; 2 command line; 70 an error of our own;
+71 the system refused something at start; 78 the configuration is wrong.)";
+
+// A blocked log must not hold up the end; this is well within the service manager's patience.
+constexpr Duration log_flush_max = 300ms;
+
+struct Options {
+  std::string config;
+  std::string bus_internal;
+  std::string bus_vehicle;
+  std::string socket = "/run/bmud/bmud.sock";
+  std::string log_level = "info";
+  bool check_config = false;
+};
+
+void add_options(CLI::App& app, Options& options) {
+  app.add_option("--config", options.config, "the pack's file")->required()->type_name("PACK.json");
+  app.add_option("--bus-internal", options.bus_internal, "internal bus, instead of the pack file's")->type_name("BUS");
+  app.add_option("--bus-vehicle", options.bus_vehicle,
+                 "vehicle bus, instead of the pack file's; where that has one bus for both, it follows --bus-internal")
+      ->type_name("BUS");
+  app.add_option("--socket", options.socket, "status socket for bmuctl")->type_name("PATH")->capture_default_str();
+  app.add_flag("--check-config", options.check_config, "say whether the pack file is good, and end");
+  app.add_option("--log-level", options.log_level, "least severity to log: debug, info, warning, error")
+      ->check(CLI::IsMember({"debug", "info", "warning", "error"}))
+      ->capture_default_str();
+  app.set_version_flag("--version", "bmud " BMUD_VERSION);
+  app.footer(footer);
+}
+
+BusNames bus_names(const Options& options, const PackConfig& pack) {
+  const bool is_shared = pack.buses.internal == pack.buses.vehicle;
+  BusNames names = pack.buses;
+  if (!options.bus_internal.empty()) names.internal = options.bus_internal;
+  if (!options.bus_vehicle.empty()) {
+    names.vehicle = options.bus_vehicle;
+  } else if (is_shared) {
+    names.vehicle = names.internal;
+  }
+  return names;
+}
+
+/// Before any thread starts: signals come through the loop's descriptor, and a client that hangs up is no signal.
+void prepare_signals() {
+  sigset_t set;
+  sigemptyset(&set);
+  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&set, signal);
+  sigprocmask(SIG_BLOCK, &set, nullptr);
+  static_cast<void>(std::signal(SIGPIPE, SIG_IGN));
+}
+
+void log_start(Journal& journal, const PackConfig& pack, const BusNames& names, const Options& options) {
+  char hash[20];
+  std::snprintf(hash, sizeof(hash), "%016llx", static_cast<unsigned long long>(pack.core.hash));
+  journal.log(Severity::info, "bmud " BMUD_VERSION ": " + pack.name + ", " + std::to_string(pack.core.modules.size()) +
+                                  " modules, " + std::to_string(cell_count(pack.core)) + " cells, configuration " + hash);
+  journal.log(Severity::info, "buses: internal " + names.internal + ", vehicle " + names.vehicle + "; status socket " +
+                                  options.socket);
+}
+
+int run_daemon(const PackConfig& pack, const Options& options, Journal& journal) {
+  const auto fail = [&](const OsError& error) {
+    journal.log(Severity::error, to_text(error));
+    return exit_system;
+  };
+  const BusNames names = bus_names(options, pack);
+  auto socket = StatusSocket::open({.path = options.socket});
+  if (!socket) return fail(socket.error());
+  auto buses = open_buses(names, pack.core);
+  if (!buses) return fail(buses.error());
+  log_start(journal, pack, names, options);
+
+  ServiceNotify notify;
+  const auto core = std::make_unique<Core>(pack.core, monotonic_now());
+  Loop loop({.core = *core, .buses = *buses, .status_socket = **socket, .journal = journal, .notify = notify});
+  const auto make_view = [&]() -> StatusView {
+    return {.core = *core,
+            .buses = *buses,
+            .loop = loop.counters(),
+            .drive = loop.drive(),
+            .pack_name = pack.name,
+            .cell_name = pack.cell_name,
+            .log_lines_lost = journal.lines_lost(),
+            .notify_sends_failed = notify.sends_failed(),
+            .clients_dropped = (*socket)->clients_dropped(),
+            .now = monotonic_now()};
+  };
+  const StatusRequests requests(make_view, [&] { loop.give(Command::clear_faults); });
+  loop.set_answers([&](std::string_view line) { return requests.answer(line); }, [&] { return requests.picture(); });
+
+  if (auto ready = loop.init(); !ready) return fail(ready.error());
+  if (auto ended = loop.run(); !ended) return fail(ended.error());
+  journal.log(Severity::info, "ended");
+  return exit_ok;
+}
+
+int check_or_run(const Options& options) {
+  const auto pack = load_pack_config(options.config);
+  if (!pack) {
+    for (const ConfigProblem& problem : pack.error()) std::fprintf(stderr, "%s\n", to_text(problem).c_str());
+    return exit_config;
+  }
+  if (options.check_config) {
+    std::printf("%s: ok: %s, %zu modules, %zu cells\n", options.config.c_str(), pack->name.c_str(),
+                pack->core.modules.size(), cell_count(pack->core));
+    return exit_ok;
+  }
+  prepare_signals();
+  Journal journal(*severity_from_text(options.log_level));
+  const int code = run_daemon(*pack, options, journal);
+  // With a sink that is blocked an orderly exit() might wait for it; there is nothing left that needs one.
+  if (!journal.flush(log_flush_max)) ::_exit(code);
+  return code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app("Master of a distributed battery management system.", "bmud");
+  try {
+    add_options(app, options);
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    std::fprintf(stderr, "bmud: %s (see bmud --help)\n", error.what());
+    return exit_command_line;
+  }
+  try {
+    return check_or_run(options);
+  } catch (const std::exception& error) {
+    // No orderly opening from here: nobody knows what state we are in. The contactor command expires at its receiver.
+    std::fprintf(stderr, "bmud: %s\n", error.what());
+    return exit_internal;
+  }
+}

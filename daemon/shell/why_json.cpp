@@ -1,0 +1,354 @@
+#include "daemon/shell/why_json.hpp"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+namespace bmu {
+
+namespace {
+
+using Texts = std::vector<std::string>;
+
+std::string text(std::string_view view) { return std::string(view); }
+
+// --- words ----------------------------------------------------------------------------------------------------------
+
+/// "3.2 s", "2 min 5 s", "1 h 20 min": as exact as a reader needs.
+std::string span_text(Duration span) {
+  const std::int64_t ms = std::max<std::int64_t>(to_ms(span), 0);
+  const std::int64_t s = ms / 1000;
+  if (ms < 1'000) return std::to_string(ms) + " ms";
+  if (s < 60) return std::to_string(s) + "." + std::to_string(ms % 1'000 / 100) + " s";
+  if (s < 3'600) return std::to_string(s / 60) + " min " + std::to_string(s % 60) + " s";
+  return std::to_string(s / 3'600) + " h " + std::to_string(s % 3'600 / 60) + " min";
+}
+
+std::string ago_text(const StatusView& view, TimePoint at) {
+  return at == TimePoint{} ? "never" : span_text(view.now - at) + " ago";
+}
+
+/// "cell 2.7 (no. 19)"; a temperature comes from a sensor, which has a number of its own.
+std::string place_text(const Element& element, Unit unit) {
+  if (unit == Unit::dC && element.number != 0) {
+    return "temperature sensor " + std::to_string(element.module_node) + "." + std::to_string(element.number);
+  }
+  return to_text(element);
+}
+
+std::string capitalised(std::string sentence) {
+  if (!sentence.empty() && sentence.front() >= 'a' && sentence.front() <= 'z') {
+    sentence.front() = static_cast<char>(sentence.front() - 'a' + 'A');
+  }
+  return sentence;
+}
+
+std::string joined(const Texts& texts) {
+  std::string all;
+  for (const std::string& one : texts) all += (all.empty() ? "" : ", ") + one;
+  return all;
+}
+
+Json step(std::string_view kind, std::string sentence) { return {{"kind", kind}, {"text", std::move(sentence)}}; }
+
+bool has_limit(const FaultRow& row) { return row.limit != nullptr; }
+
+/// "cell 2.7 (no. 19): 2.8512 V", "module 3", or what the row says when there is nothing to point at.
+std::string reading_text(const FaultRow& row, const Reading& reading) {
+  const std::string place = place_text(reading.element, row.unit);
+  if (!has_limit(row)) return place;
+  const std::string value = value_text(row.unit, reading.value);
+  return place.empty() ? value : place + ": " + value;
+}
+
+// --- the last opening -----------------------------------------------------------------------------------------------
+
+Json signal_step(const OpeningRecord& opening, const FaultRow& row, const StatusView& view) {
+  const Reading& reading = opening.reading;
+  const std::string what = reading_text(row, reading);
+  const std::string age = span_text(opening.at - reading.taken_at) + " before opening";
+  Json json = step("signal", text(row.meaning) + (what.empty() ? "" : ": " + what) + ", seen " + age);
+  if (has_limit(row)) json[key_with_unit("value", row.unit)] = reading.value;
+  json["element"] = element_json(reading.element);
+  json["taken_ago_ms"] = ago_ms(view, reading.taken_at);
+  json["taken_before_opening_ms"] = to_ms(opening.at - reading.taken_at);
+  return json;
+}
+
+Json limit_step(const OpeningRecord& opening, const FaultRow& row) {
+  const bool is_upper = row.sense == Sense::at_or_above;
+  Json json = step("limit", text(is_upper ? "at or above " : "at or below ") + value_text(row.unit, opening.threshold) +
+                                " for " + span_text(opening.confirmed_at - opening.suspected_since));
+  json[key_with_unit("threshold", row.unit)] = opening.threshold;
+  json["beyond_for_ms"] = to_ms(opening.confirmed_at - opening.suspected_since);
+  return json;
+}
+
+Json fault_step(const OpeningRecord& opening, const FaultRow& row, const StatusView& view) {
+  const Duration confirm = thresholds_of(row, view.core.config().limits).confirm;
+  Json json = step("fault", "fault " + text(row.name) + ", believed after " + span_text(confirm) + ", reaction: " +
+                                text(to_text(row.reaction)));
+  json["name"] = row.name;
+  json["reaction"] = to_text(row.reaction);
+  json["confirm_ms"] = to_ms(confirm);
+  json["grace_ms"] = to_ms(row.grace);
+  json["confirmed_before_opening_ms"] = to_ms(opening.at - opening.confirmed_at);
+  return json;
+}
+
+Json decision_step(const OpeningRecord& opening, const StatusView& view) {
+  Json json = step("decision", "opened " + ago_text(view, opening.at) + " from " + text(to_text(opening.from)) + " at " +
+                                   value_text(Unit::mA, opening.current_mA));
+  json["opened_ago_ms"] = ago_ms(view, opening.at);
+  json["from"] = to_text(opening.from);
+  json["current_mA"] = opening.current_mA;
+  return json;
+}
+
+/// "cell 2.7 (no. 19): 2.8512 V, limit 2.9000 V, beyond it for 0.21 s; sample taken 8 ms before."
+std::string fault_sentence(const OpeningRecord& opening, const FaultRow& row) {
+  const std::string what = reading_text(row, opening.reading);
+  std::string sentence = text(row.meaning) + (what.empty() ? "" : ": " + what);
+  if (has_limit(row)) {
+    sentence += ", limit " + value_text(row.unit, opening.threshold) + ", beyond it for " +
+                span_text(opening.confirmed_at - opening.suspected_since);
+  }
+  if (opening.reading.taken_at == TimePoint{}) return sentence + "; never seen before";
+  return sentence + "; sample taken " + span_text(opening.at - opening.reading.taken_at) + " before";
+}
+
+std::string opening_reason(const OpeningRecord& opening) {
+  switch (opening.cause) {
+    case OpeningCause::none: return "nothing";
+    case OpeningCause::fault: return fault_sentence(opening, row_of(opening.fault));
+    case OpeningCause::request_over: return "nobody asks for a closed pack any more (vehicle off, no charger)";
+    case OpeningCause::shut_down: return "the daemon was told to end";
+    case OpeningCause::permission: return "permission was withdrawn: " + text(to_text(opening.blocker));
+  }
+  return "?";
+}
+
+// --- the present state ------------------------------------------------------------------------------------------------
+
+/// What an enumerated blocker means right now: the faults, modules, sensors or inputs behind it.
+Texts present_faults(const StatusView& view) {
+  Texts texts;
+  for (const FaultRow& row : fault_table()) {
+    const FaultState& state = view.core.faults().state(row.id);
+    if (!state.is_present() || row.reaction == Reaction::warn) continue;
+    const std::string what = reading_text(row, state.confirmed);
+    std::string line = text(row.meaning) + (what.empty() ? "" : " (" + what + ")");
+    if (state.stage == FaultStage::latched) line += ", cause gone, waiting for `bmuctl clear`";
+    texts.push_back(line);
+  }
+  return texts;
+}
+
+Texts incomplete_modules(const StatusView& view) {
+  const AgeConfig& ages = view.core.config().ages;
+  Texts texts;
+  for (const ModuleRecord& module : view.core.modules().modules()) {
+    const std::string name = "module " + std::to_string(module.config.node);
+    if (!is_answering(module, ages, view.now)) {
+      texts.push_back(name + " (last answer " + ago_text(view, module.last_answer_at) + ")");
+      continue;
+    }
+    for (unsigned i = 0; i < module.config.temperature_sensor_count; ++i) {
+      if (module.cell_temperature_dC[i].is_usable(view.now, ages.temperature)) continue;
+      texts.push_back("temperature sensor " + std::to_string(module.config.node) + "." + std::to_string(i + 1));
+    }
+  }
+  return texts;
+}
+
+Texts missing_sensors(const StatusView& view) {
+  const SensorTable& sensors = view.core.sensors();
+  const AgeConfig& ages = view.core.config().ages;
+  Texts texts;
+  const auto check = [&](std::string_view name, const Measured<std::int32_t>& value, Duration age_max) {
+    if (!value.is_usable(view.now, age_max)) texts.push_back(text(name) + " (" + ago_text(view, value.taken_at) + ")");
+  };
+  check("current", sensors.current_mA, ages.pack_current);
+  check("pack voltage", sensors.pack_voltage_mV, ages.pack_voltage);
+  check("link voltage", sensors.link_voltage_mV, ages.pack_voltage);
+  return texts;
+}
+
+Texts unhealthy_inputs(const StatusView& view) {
+  const PduState& pdu = view.core.sensors().pdu.value;
+  const std::pair<bool, const char*> inputs[] = {{pdu.estop_1_released, "emergency stop 1 is pressed"},
+                                                 {pdu.estop_2_released, "emergency stop 2 is pressed"},
+                                                 {pdu.interlock_closed, "the interlock loop is open"},
+                                                 {pdu.insulation_monitor_ok, "the insulation monitor does not say OK"}};
+  Texts texts;
+  for (const auto& [is_healthy, meaning] : inputs) {
+    if (!is_healthy) texts.emplace_back(meaning);
+  }
+  return texts;
+}
+
+Texts modules_without_limits(const StatusView& view) {
+  Texts texts;
+  for (const ModuleRecord& module : view.core.modules().modules()) {
+    if (!module.status.is_valid() || module.status.value.limits_not_set) {
+      texts.push_back("module " + std::to_string(module.config.node));
+    }
+  }
+  return texts;
+}
+
+Texts no_details(const StatusView&) { return {}; }
+
+struct BlockerRow {
+  Blocker blocker;
+  Texts (*details)(const StatusView&);
+};
+
+constexpr BlockerRow blocker_table[] = {
+    {Blocker::shutting_down, no_details},
+    {Blocker::fault, present_faults},
+    {Blocker::internal_bus_down, no_details},
+    {Blocker::pdu_unknown, no_details},
+    {Blocker::inputs_unhealthy, unhealthy_inputs},
+    {Blocker::modules_incomplete, incomplete_modules},
+    {Blocker::sensors_incomplete, missing_sensors},
+    {Blocker::not_qualified, no_details},
+    {Blocker::modules_not_set_up, modules_without_limits},
+    {Blocker::contactor_closed, no_details},
+    {Blocker::locked_out, no_details},
+};
+static_assert(std::size(blocker_table) == blocker_count);
+
+std::string blocker_text(Blocker blocker, const StatusView& view) {
+  const auto* row = std::find_if(std::begin(blocker_table), std::end(blocker_table),
+                                 [&](const BlockerRow& one) { return one.blocker == blocker; });
+  const std::string details = row == std::end(blocker_table) ? "" : joined(row->details(view));
+  return text(to_text(blocker)) + (details.empty() ? "" : ": " + details);
+}
+
+std::string state_sentence(const StatusView& view) {
+  const SequenceState& sequence = view.core.sequence();
+  const std::string since = span_text(view.now - std::max(sequence.entered_at, view.core.started_at()));
+  const std::string now = "the pack is " + text(sequence.phase == Phase::closed ? "closed" : to_text(sequence.phase)) +
+                          " since " + since;
+  if (sequence.phase != Phase::open) return now + ": somebody asks for it and nothing speaks against it";
+  if (!view.core.permission().may_close) return now + " and may not close";
+  return now + (view.core.is_close_requested() ? " and may close" : ": nobody has asked for a closed pack yet");
+}
+
+Json state_chain(const StatusView& view) {
+  Json steps = Json::array();
+  const bool is_requested = view.core.is_close_requested();
+  Json request = step("request", is_requested ? "a closed pack is asked for" : "nobody asks for a closed pack");
+  request["close_requested"] = is_requested;
+  steps.push_back(std::move(request));
+  for (const Blocker blocker : view.core.permission().blockers) {
+    steps.push_back(step("blocker", blocker_text(blocker, view)));
+  }
+  steps.push_back(step("decision", state_sentence(view)));
+  return {{"phase", to_text(view.core.sequence().phase)},
+          {"may_close", view.core.permission().may_close},
+          {"may_stay_closed", view.core.permission().may_stay_closed},
+          {"text", capitalised(state_sentence(view)) + "."},
+          {"steps", std::move(steps)}};
+}
+
+// --- closing and limits -----------------------------------------------------------------------------------------------
+
+std::string precharge_sentence(const PrechargeRecord& record, const StatusView& view) {
+  const std::string numbers = "link " + value_text(Unit::mV, record.link_mV) + " of " +
+                              value_text(Unit::mV, record.pack_mV) + ", " + value_text(Unit::mA, record.current_mA);
+  return text(record.was_successful ? "Precharged in " : "Precharge broken off after ") + span_text(record.took) + ", " +
+         ago_text(view, record.ended_at) + " (" + numbers + ").";
+}
+
+std::string limit_sentence(std::string_view direction, const CurrentLimit& limit) {
+  std::string sentence =
+      text(direction) + " limit " + value_text(Unit::mA, limit.limit_mA) + ": " + text(to_text(limit.cause));
+  const Unit unit = unit_of(limit.cause);
+  if (unit == Unit::none) return sentence + ".";
+  return sentence + ": " + place_text(limit.element, unit) + " at " + value_text(unit, limit.value) +
+         ", limited to zero at " + value_text(unit, limit.threshold) + ".";
+}
+
+Json limit_chain(std::string_view direction, const CurrentLimit& limit) {
+  Json steps = Json::array();
+  const Unit unit = unit_of(limit.cause);
+  if (unit != Unit::none) {
+    Json signal = step("signal", place_text(limit.element, unit) + ": " + value_text(unit, limit.value));
+    signal[key_with_unit("value", unit)] = limit.value;
+    signal["element"] = element_json(limit.element);
+    steps.push_back(std::move(signal));
+    Json threshold = step("limit", "zero at " + value_text(unit, limit.threshold));
+    threshold[key_with_unit("threshold", unit)] = limit.threshold;
+    steps.push_back(std::move(threshold));
+  }
+  Json decision = step("decision", value_text(Unit::mA, limit.limit_mA) + ": " + text(to_text(limit.cause)));
+  decision["limit_mA"] = limit.limit_mA;
+  decision["cause"] = to_text(limit.cause);
+  steps.push_back(std::move(decision));
+  return {{"text", limit_sentence(direction, limit)}, {"steps", std::move(steps)}};
+}
+
+}  // namespace
+
+Unit unit_of(LimitCause cause) {
+  switch (cause) {
+    case LimitCause::cell_voltage_low:
+    case LimitCause::cell_voltage_high: return Unit::uV;
+    case LimitCause::cell_hot:
+    case LimitCause::cell_cold: return Unit::dC;
+    case LimitCause::continuous:
+    case LimitCause::not_connected:
+    case LimitCause::fault: return Unit::none;
+  }
+  return Unit::none;
+}
+
+Json opening_json(const StatusView& view) {
+  const OpeningRecord& opening = view.core.last_opening();
+  if (opening.cause == OpeningCause::none) return nullptr;
+  Json steps = Json::array();
+  if (opening.cause == OpeningCause::fault) {
+    const FaultRow& row = row_of(opening.fault);
+    steps.push_back(signal_step(opening, row, view));
+    if (has_limit(row)) steps.push_back(limit_step(opening, row));
+    steps.push_back(fault_step(opening, row, view));
+  } else {
+    steps.push_back(step("cause", opening_reason(opening)));
+  }
+  steps.push_back(decision_step(opening, view));
+  Json json{{"cause", to_text(opening.cause)},
+            {"opened_ago_ms", ago_ms(view, opening.at)},
+            {"from", to_text(opening.from)},
+            {"current_mA", opening.current_mA},
+            {"fault", opening.cause == OpeningCause::fault ? Json(row_of(opening.fault).name) : Json(nullptr)},
+            {"reason", opening_reason(opening)},
+            {"text", "Opened " + ago_text(view, opening.at) + ": " + opening_reason(opening) + "."},
+            {"steps", std::move(steps)}};
+  return json;
+}
+
+Json why_json(const StatusView& view) {
+  const CurrentLimits& limits = view.core.limits();
+  const PrechargeRecord& precharge = view.core.last_precharge();
+  Json state = state_chain(view);
+  Json opening = opening_json(view);
+  Json discharge = limit_chain("Discharge", limits.discharge);
+  Json charge = limit_chain("Charge", limits.charge);
+
+  Json sentences = Json::array({state["text"]});
+  for (const Blocker blocker : view.core.permission().blockers) {
+    sentences.push_back("Against closing: " + blocker_text(blocker, view) + ".");
+  }
+  if (!opening.is_null()) sentences.push_back(opening["text"]);
+  if (precharge.has_run) sentences.push_back(precharge_sentence(precharge, view));
+  sentences.push_back(discharge["text"]);
+  sentences.push_back(charge["text"]);
+  return {{"text", std::move(sentences)},
+          {"state", std::move(state)},
+          {"last_opening", std::move(opening)},
+          {"limits", {{"discharge", std::move(discharge)}, {"charge", std::move(charge)}}}};
+}
+
+}  // namespace bmu

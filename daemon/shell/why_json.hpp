@@ -1,0 +1,19 @@
+// Answers "why": the present state, the last opening and each limit as a chain from signal to decision; as data for
+// programs, and as sentences for people.
+#pragma once
+
+#include "daemon/core/limits.hpp"
+#include "daemon/shell/status_view.hpp"
+
+namespace bmu {
+
+/// {"text":[sentences], "state":{...}, "last_opening":{...}|null, "last_precharge":..., "limits":{...}}; every chain has
+/// "steps", each {"kind":..., "text":..., and its numbers}.
+[[nodiscard]] Json why_json(const StatusView& view);
+/// The last opening alone, with "text" and "steps"; null if nothing has opened since start.
+[[nodiscard]] Json opening_json(const StatusView& view);
+
+/// Unit of what caused a limit; none for causes that are not measurements.
+[[nodiscard]] Unit unit_of(LimitCause cause);
+
+}  // namespace bmu

@@ -1,0 +1,92 @@
+// Everything on the internal bus except the master, in virtual time: the module units, the power distribution unit, the
+// current sensor, the pack behind them, and a script that makes things happen.
+//
+//   Simulator simulator(simulator_config(pack.core), *parse_scenario(text), start);
+//   simulator.observe(frame, now);                         a frame of the master, at its time
+//   for (const SentFrame& sent : simulator.advance(now))   all whole milliseconds up to now
+//     core.observe({sent.at, FrameReceived{Port::internal, sent.frame}});
+//   simulator.apply("cell 2.7 voltage_mV 2700");           what a script can, at once
+//
+// The same configuration, script and calls give the same frames, bit for bit. mmusim drives this with the real clock,
+// the scenario tests with their own. Devices tick at every whole millisecond since the start, so an answer leaves at
+// most 1 ms after its POLL if you advance that often. Frames of the same millisecond come in the order of their
+// identifiers, as arbitration would have it; there is no bit time, and no limit to what the bus carries.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "daemon/core/core_config.hpp"
+#include "mmu/world.hpp"
+
+namespace bmu {
+
+struct SentFrame {
+  TimePoint at{};
+  CanFrame frame;
+};
+
+struct SimulatorCounts {
+  std::uint64_t frames_observed = 0;
+  std::uint64_t frames_sent = 0;
+  std::uint64_t polls_answered = 0;  // by all modules together
+  std::uint64_t answers_cut_short = 0;
+  std::uint64_t contactor_commands = 0;
+  std::uint64_t contactor_timeouts = 0;
+};
+
+class Simulator {
+ public:
+  Simulator(const SimulatorConfig& config, Scenario scenario, TimePoint started_at);
+
+  /// A frame from somebody else. `now` may be between two milliseconds; never before the last one.
+  void observe(const CanFrame& frame, TimePoint now);
+  /// Runs up to `now`. What is returned, and `applied_events()`, holds until the next call.
+  std::span<const SentFrame> advance(TimePoint now);
+  /// Events of the script that happened in the last advance.
+  [[nodiscard]] std::span<const ScenarioEvent* const> applied_events() const { return applied_; }
+
+  /// One event of the script language without its time, now. A problem changes nothing.
+  Result<void, ScenarioProblem> apply(std::string_view event);
+
+  [[nodiscard]] TimePoint now() const { return now_; }
+  [[nodiscard]] bool is_script_over() const { return next_event_ == scenario_.events.size(); }
+  [[nodiscard]] const World& world() const { return world_; }
+  [[nodiscard]] World& world() { return world_; }
+  [[nodiscard]] const Plant& plant() const { return world_.plant; }
+  [[nodiscard]] const Mmu& mmu(std::size_t module) const { return mmus_[module]; }
+  [[nodiscard]] const Pdu& pdu() const { return pdu_; }
+  [[nodiscard]] SimulatorCounts counts() const;
+
+ private:
+  void step();
+  void apply_due_events();
+  void tick_modules();
+  void tick_pdu();
+  void tick_sensor();
+  void send(const CanFrame& frame, bool is_damaged);
+
+  World world_;
+  Scenario scenario_;
+  std::size_t next_event_ = 0;
+  TimePoint started_at_;
+  TimePoint now_;
+  std::vector<Mmu> mmus_;
+  Pdu pdu_;
+  CurrentSensor sensor_;
+  std::vector<SentFrame> sent_;
+  std::vector<const ScenarioEvent*> applied_;
+  std::uint64_t frames_observed_ = 0;
+  std::uint64_t frames_sent_ = 0;
+};
+
+/// The emulated counterpart of a pack: its modules (serial numbers 1000 + node), its kind of cell, its sensor's byte
+/// order and sign. No noise; the caller sets it.
+[[nodiscard]] SimulatorConfig simulator_config(const CoreConfig& pack);
+
+/// What in a script does not exist in this pack.
+[[nodiscard]] ScenarioProblems check_against(const Scenario& scenario, const SimulatorConfig& config);
+
+}  // namespace bmu

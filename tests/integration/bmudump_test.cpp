@@ -1,0 +1,386 @@
+// bmudump as a user runs it: the program, its output, its complaints and its exit codes.
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <thread>
+
+#include <fcntl.h>
+#include <nlohmann/json.hpp>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "daemon/shell/bus_port.hpp"
+#include "daemon/shell/embedded_bus.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/worked_frames.hpp"
+
+namespace {
+
+using namespace bmu;
+using namespace bmu::test;
+
+const std::string program = BMUD_BUILD_DIR "/bin/bmudump";
+const std::string fixture = BMUD_SOURCE_DIR "/vcan-fixtures/worked-frames.log";
+
+/// A folder that goes away with the test.
+class Folder {
+ public:
+  Folder() {
+    std::string pattern = (std::filesystem::temp_directory_path() / "bmudump-XXXXXX").string();
+    REQUIRE(::mkdtemp(pattern.data()) != nullptr);
+    path_ = pattern;
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  ~Folder() { std::filesystem::remove_all(path_); }
+
+  [[nodiscard]] std::string file(const std::string& name, std::string_view content) const {
+    std::ofstream(path_ / name, std::ios::binary) << content;
+    return (path_ / name).string();
+  }
+  [[nodiscard]] std::string path(const std::string& name) const { return (path_ / name).string(); }
+
+ private:
+  std::filesystem::path path_;
+};
+
+std::string content_of(const std::string& path) {
+  std::ostringstream text;
+  text << std::ifstream(path, std::ios::binary).rdbuf();
+  return text.str();
+}
+
+/// An embedded bus of this test alone, whose file is removed with it.
+class TestBus {
+ public:
+  explicit TestBus(const std::string& word) : bus_("bmudump-" + word + "-" + std::to_string(::getpid())) {}
+  TestBus(const TestBus&) = delete;
+  TestBus& operator=(const TestBus&) = delete;
+  ~TestBus() { ::unlink(embedded_bus_path(bus_).c_str()); }
+  [[nodiscard]] std::string name() const { return "unix:" + bus_; }
+
+ private:
+  std::string bus_;
+};
+
+struct Run {
+  int exit_code = -1;
+  std::string out, err;
+};
+
+/// Runs bmudump with shell words as arguments, `input` at its standard input.
+Run run(const std::string& arguments, std::string_view input = "") {
+  const Folder folder;
+  const std::string command = program + " " + arguments + " <" + folder.file("in", input) + " >" + folder.path("out") +
+                              " 2>" + folder.path("err");
+  const int status = std::system(command.c_str());  // NOLINT(cert-env33-c,concurrency-mt-unsafe): our own words
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content_of(folder.path("out")), content_of(folder.path("err"))};
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+constexpr std::string_view good_line = "(1700000000.123456) vcan0 143#8EA08E928EB22AB2\n";
+constexpr std::string_view good_text =
+    "(1700000000.123456) vcan0 143 CELLS_1 node 3     cell_voltage_1 3.6512 V  cell_voltage_2 3.6498 V  "
+    "cell_voltage_3 3.6530 V  counter 42\n";
+
+std::string times(int count, std::string_view text) {
+  std::string all;
+  while (count-- > 0) all += text;
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("bmudump names and scales every signal of the worked frames", "[integration][bmudump]") {
+  const Run result = run("-r " + fixture);
+  CHECK(result.exit_code == 0);
+  CHECK(result.err.empty());
+  const std::string expected = content_of(BMUD_SOURCE_DIR "/tests/integration/bmudump_worked_frames.txt");
+  CHECK(result.out == expected);
+}
+
+TEST_CASE("bmudump's JSON has exactly the documented shape", "[integration][bmudump]") {
+  const Run cells = run("-r - --json", good_line);
+  CHECK(cells.out ==
+        R"({"time_s":1700000000.123456,"bus":"vcan0","id":"143","message":"CELLS_1","node":3,"ok":true,)"
+        R"("signals":{"cell_voltage_1_uV":3651200,"cell_voltage_2_uV":3649800,"cell_voltage_3_uV":3653000,)"
+        R"("counter":42}})"
+        "\n");
+  CHECK(run("-r - --json", "(1.000000) vcan0 143#8EA08E928EB22AB3\n").out ==
+        R"({"time_s":1.000000,"bus":"vcan0","id":"143","message":"CELLS_1","node":3,"ok":false,)"
+        R"("reason":"wrong crc","data":"8EA08E928EB22AB3"})"
+        "\n");
+  CHECK(run("-r - --json", "(1.000000) vcan0 7FF#0102\n").out ==
+        R"({"time_s":1.000000,"bus":"vcan0","id":"7FF","message":null,"node":null,"ok":null,"data":"0102"})"
+        "\n");
+  CHECK(run("-r - --json", "(1.000000) v\"\\\xFF 18FF50E5#R2\n").out ==
+        R"({"time_s":1.000000,"bus":"v\"\\\u00FF","id":"18FF50E5","message":null,"node":null,"ok":null,)"
+        R"("remote":true,"data":""})"
+        "\n");
+}
+
+TEST_CASE("every JSON line parses and holds the values the rows decode", "[integration][bmudump]") {
+  std::vector<WorkedFrame> frames = internal_worked_frames();
+  for (WorkedFrame& one : vehicle_worked_frames()) frames.push_back(one);
+  std::vector<nlohmann::json> seen;
+  for (const std::string& line : lines_of(run("-r " + fixture + " --json").out)) {
+    seen.push_back(nlohmann::json::parse(line));
+  }
+  REQUIRE(seen.size() == frames.size());
+  for (const nlohmann::json& one : seen) CHECK(one.at("ok") == true);
+  for (const WorkedFrame& worked : frames) {
+    const bool is_found = std::any_of(seen.begin(), seen.end(), [&worked](const nlohmann::json& one) {
+      if (one.at("message") != worked.message->name) return false;
+      if (one.at("node").is_null() == worked.message->has_node()) return false;
+      return std::all_of(worked.meaning.begin(), worked.meaning.end(), [&](const auto& pair) {
+        const nlohmann::json& value = one.at("signals").value(std::string(pair.first), nlohmann::json("missing"));
+        if (value.is_string()) return value != "missing";
+        return pair.second.is_valid() ? value == pair.second.value : value.is_null();
+      });
+    });
+    INFO(worked.message->name);
+    CHECK(is_found);
+  }
+}
+
+TEST_CASE("frames that fail their check are marked and are no error", "[integration][bmudump]") {
+  const Run result = run("-r -",
+                         "(1.000000) vcan0 143#8EA08E928EB22AB3\n"
+                         "(1.000000) vcan0 143#8EA0\n"
+                         "(1.000000) vcan0 143#R8\n"
+                         "(1.000000) vcan0 143##18EA0\n"
+                         "(1.000000) vcan0 20000040#0000000000000000\n"
+                         "(1.000000) vcan0 18FF50E5#01\n"
+                         "(1.000000) vcan0 7FF#\n");
+  CHECK(result.exit_code == 0);
+  CHECK(result.out ==
+        "(1.000000) vcan0 143 CELLS_1 node 3     !! wrong crc  [8] 8E A0 8E 92 8E B2 2A B3\n"
+        "(1.000000) vcan0 143 CELLS_1 node 3     !! wrong length  [2] 8E A0\n"
+        "(1.000000) vcan0 143 CELLS_1 node 3     remote frame, asks for 8 bytes\n"
+        "(1.000000) vcan0 143 CELLS_1 node 3     not classic CAN (FD)\n"
+        "(1.000000) vcan0 00000040 unknown       error frame of the controller  [8] 00 00 00 00 00 00 00 00\n"
+        "(1.000000) vcan0 18FF50E5 unknown       [1] 01\n"
+        "(1.000000) vcan0 7FF unknown            [0]\n");
+  CHECK(run("-r - --strict", good_line).exit_code == 0);
+  CHECK(run("-r - --strict", "(1.000000) vcan0 7FF#\n").exit_code == 4);
+  CHECK(run("-r - --strict", "(1.000000) vcan0 143#8EA0\n").exit_code == 4);
+}
+
+TEST_CASE("each bus of a log has counters of its own", "[integration][bmudump]") {
+  const std::string one = "(1.000000) can0 143#8EA08E928EB22AB2\n";
+  const std::string other = "(1.000000) can1 143#8EA08E928EB22AB2\n";
+  const Run result = run("-r - --json", one + other + one + other);
+  const std::vector<std::string> lines = lines_of(result.out);
+  REQUIRE(lines.size() == 4);
+  for (std::size_t index = 0; index < 4; ++index) {
+    CHECK((lines[index].find("repeated counter") != std::string::npos) == (index >= 2));
+  }
+}
+
+TEST_CASE("a seventeenth bus is refused line by line, the others go on", "[integration][bmudump]") {
+  std::string log;
+  for (int bus = 0; bus < 17; ++bus) log += "(1.000000) can" + std::to_string(bus) + " 7FF#\n";
+  const Run result = run("-r -", log + "(1.000000) can3 7FF#\n");
+  CHECK(result.exit_code == 3);
+  CHECK(lines_of(result.out).size() == 17);
+  CHECK(result.err ==
+        "bmudump: standard input:17:12: found one more bus name, wanted at most 16 buses in all; line skipped\n");
+}
+
+TEST_CASE("damaged lines are reported with place, found and wanted, and the run goes on", "[integration][bmudump]") {
+  const Folder folder;
+  const std::string log = folder.file("drive.log", std::string(good_line) + "vcan0  143  [8]  8E\n\n# comment\n" +
+                                                       "(1700000000.123) vcan0 143#\n" +
+                                                       "(1700000000.123456) vcan0 143#112233445566778899\n" +
+                                                       std::string("(17\0", 4) + "\n" + "(1700000001.12");
+  const Run result = run("-r " + log);
+  CHECK(result.exit_code == 3);
+  CHECK(result.out == good_text);
+  CHECK(result.err ==
+        "bmudump: " + log + ":2:1: found 'v', wanted '(' before the time; line skipped\n" +  //
+            "bmudump: " + log + ":5:16: found ')', wanted 6 (or 9) digits of a second; line skipped\n" +
+            "bmudump: " + log + ":6:47: found '9', wanted at most 8 data bytes (64 after '##'); line skipped\n" +
+            "bmudump: " + log + ":7:4: found byte 00h, wanted '.' between seconds and fraction; line skipped\n" +
+            "bmudump: " + log + ":8:15: found the end of the line, wanted 6 (or 9) digits of a second; line skipped\n");
+}
+
+TEST_CASE("of endless damage the first thousand lines are told and all are counted", "[integration][bmudump]") {
+  const Run result = run("-r -", times(5'000, "garbage\n"));
+  CHECK(result.exit_code == 3);
+  const std::vector<std::string> lines = lines_of(result.err);
+  REQUIRE(lines.size() == 1'001);
+  CHECK(lines.back() == "bmudump: standard input: 5000 damaged lines in all, the first 1000 told");
+}
+
+TEST_CASE("CRLF, time going back and a last line without newline are fine", "[integration][bmudump]") {
+  const Run result = run("-r -",
+                         "(9.000000) vcan0 7FF#01\r\n"
+                         "\r\n"
+                         "(1.000000) vcan0 7FF#02");
+  CHECK(result.exit_code == 0);
+  CHECK(result.err.empty());
+  CHECK(lines_of(result.out).size() == 2);
+}
+
+TEST_CASE("a line of 100 MB is skipped in little memory", "[integration][bmudump]") {
+  const Folder folder;
+  const std::string path = folder.path("huge.log");
+  {
+    std::ofstream huge(path, std::ios::binary);
+    huge << good_line;
+    const std::string megabyte(1'000'000, 'A');
+    for (int count = 0; count < 100; ++count) huge << megabyte;
+    huge << "\n" << times(1, "(1700000000.123456) vcan1 143#8EA08E928EB22AB2\n");
+  }
+  const pid_t child = ::fork();
+  if (child == 0) {
+    const int out = ::open(folder.path("out").c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
+    ::dup2(out, STDOUT_FILENO);
+    ::dup2(::open(folder.path("err").c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600), STDERR_FILENO);
+    ::execl(program.c_str(), program.c_str(), "-r", path.c_str(), nullptr);
+    ::_exit(127);
+  }
+  int status = 0;
+  rusage usage{};
+  REQUIRE(::wait4(child, &status, 0, &usage) == child);
+  CHECK(WEXITSTATUS(status) == 3);
+  CHECK(usage.ru_maxrss < 32 * 1024);
+  CHECK(lines_of(content_of(folder.path("out"))).size() == 2);
+  CHECK(content_of(folder.path("err")) ==
+        "bmudump: " + path + ":2:262145: found more than 262144 characters, wanted a newline; line skipped\n");
+}
+
+TEST_CASE("a reader that goes away ends bmudump without complaint", "[integration][bmudump]") {
+  const Folder folder;
+  const std::string log = folder.file("long.log", times(200'000, good_line));
+  const std::string command = "bash -c '" + program + " -r " + log + " 2>" + folder.path("err") + " | head -n 1 >" +
+                              folder.path("out") + "; exit ${PIPESTATUS[0]}'";
+  const int status = std::system(command.c_str());  // NOLINT(cert-env33-c,concurrency-mt-unsafe): our own words
+  CHECK(WEXITSTATUS(status) == 0);
+  CHECK(content_of(folder.path("out")) == good_text);
+  CHECK(content_of(folder.path("err")).empty());
+}
+
+TEST_CASE("output that cannot be written and files that cannot be read exit with 1", "[integration][bmudump]") {
+  const Run missing = run("-r /nowhere/drive.log");
+  CHECK(missing.exit_code == 1);
+  CHECK(missing.err == "bmudump: cannot open /nowhere/drive.log: No such file or directory\n");
+  CHECK(run("-r /tmp").exit_code == 1);
+  const int status = std::system((program + " -r " + fixture + " >/dev/full 2>/dev/null").c_str());  // NOLINT
+  CHECK(WEXITSTATUS(status) == 1);
+}
+
+TEST_CASE("a wrong command line exits with 2 and says what is wrong", "[integration][bmudump]") {
+  for (const char* arguments :
+       {"", "--no-such-option can0", "can0 -r -", "-r - --json --log", "-r - --filter NO_SUCH_MESSAGE",
+        "-r - --vehicle-base 800", "-r - --vehicle-base 0FF", "--dbc charger", "--dbc internal --nodes 0",
+        "--dbc internal --nodes 5-2", "-r - --seconds 3", "-r - --color sometimes", "-r - --count 0"}) {
+    INFO(arguments);
+    const Run result = run(arguments);
+    CHECK(result.exit_code == 2);
+    CHECK_FALSE(result.err.empty());
+    CHECK(result.out.empty());
+  }
+}
+
+TEST_CASE("help and version are answers, not errors", "[integration][bmudump]") {
+  CHECK(run("--help").exit_code == 0);
+  CHECK(run("--help").out.find("Exit codes:") != std::string::npos);
+  CHECK(run("--version").out == "bmudump " BMUD_VERSION "\n");
+}
+
+TEST_CASE("filter takes identifiers, names and beginnings of names", "[integration][bmudump]") {
+  CHECK(lines_of(run("-r " + fixture + " --filter 143").out).size() == 1);
+  CHECK(lines_of(run("-r " + fixture + " --filter 'CELLS_*',POLL").out).size() == 3);
+  CHECK(lines_of(run("-r " + fixture + " --filter PACK_STATUS --count 1").out).size() == 1);
+  CHECK(lines_of(run("--filter POLL -r " + fixture).out).size() == 1);
+}
+
+TEST_CASE("brief leaves out what is not set", "[integration][bmudump]") {
+  const Run result = run("-r " + fixture + " --brief --filter STATUS");
+  CHECK(result.out ==
+        "(1700000000.001000) vcan0 103 STATUS node 3      mode normal  supply external  balancing yes  cell_count 12  "
+        "overvoltage_cells 5  cell_voltage_age 12 ms\n");
+}
+
+TEST_CASE("colours come only when asked for", "[integration][bmudump]") {
+  CHECK(run("-r " + fixture).out.find('\x1b') == std::string::npos);
+  CHECK(run("-r " + fixture + " --color never").out.find('\x1b') == std::string::npos);
+  CHECK(run("-r " + fixture + " --color always").out.find("\x1b[1mCELLS_1 node 3") != std::string::npos);
+}
+
+TEST_CASE("vehicle messages can have another base, sensors another byte order", "[integration][bmudump]") {
+  CHECK(run("-r - --vehicle-base 6A0 --json", "(1.000000) can0 6A3#013C20072217\n").out.find("PACK_VOLTAGE") !=
+        std::string::npos);
+  const std::string sensor = "(1.000000) can0 521#0000C01DFEFF\n";
+  CHECK(run("-r - --sensor-little-endian", sensor).out.find("pack_current -123.456 A") != std::string::npos);
+}
+
+TEST_CASE("as a log, what was read comes out again", "[integration][bmudump]") {
+  const Run result = run("-r " + fixture + " --log");
+  std::string frames;
+  for (const std::string& line : lines_of(content_of(fixture))) {
+    if (line.front() == '(') frames += line + "\n";
+  }
+  CHECK(result.out == frames);
+}
+
+TEST_CASE("the generated part of the protocol's documentation is current", "[integration][bmudump][meta]") {
+  const std::string document = content_of(BMUD_SOURCE_DIR "/docs/bus-protocol.md");
+  CHECK(document.find(run("--protocol-doc").out) != std::string::npos);
+}
+
+TEST_CASE("live, frames are shown as they come and an interrupt ends in order", "[integration][bmudump]") {
+  const Folder folder;
+  const TestBus test_bus("live");
+  const std::string bus = test_bus.name();
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::dup2(::open(folder.path("out").c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600), STDOUT_FILENO);
+    ::execl(program.c_str(), program.c_str(), "--json", bus.c_str(), nullptr);
+    ::_exit(127);
+  }
+  auto port = open_bus(bus, {});
+  REQUIRE(port.has_value());
+  const CanFrame frame = internal_worked_frames()[2].frame();
+  std::string out;
+  // Who listens later hears later: send until the first frame was heard.
+  for (int attempt = 0; attempt < 500 && lines_of(out).empty(); ++attempt) {
+    REQUIRE((*port)->send(frame).has_value());
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    out = content_of(folder.path("out"));
+  }
+  ::kill(child, SIGINT);
+  int status = 0;
+  REQUIRE(::waitpid(child, &status, 0) == child);
+  CHECK(WIFEXITED(status));
+  CHECK(WEXITSTATUS(status) == 0);
+  const std::vector<std::string> lines = lines_of(content_of(folder.path("out")));
+  REQUIRE_FALSE(lines.empty());
+  const nlohmann::json first = nlohmann::json::parse(lines.front());
+  CHECK(first.at("bus") == bus);
+  CHECK(first.at("signals").at("cell_voltage_1_uV") == 3'651'200);
+  for (const std::string& line : lines) CHECK_FALSE(nlohmann::json::parse(line).is_discarded());
+}
+
+TEST_CASE("live, a bus that does not exist is an error of the system", "[integration][bmudump]") {
+  CHECK(run("no-such-can").exit_code == 1);
+  CHECK(run("no-such-can").err.rfind("bmudump: ", 0) == 0);
+}
+
+TEST_CASE("live, the run ends after the seconds asked for", "[integration][bmudump]") {
+  const TestBus bus("idle");
+  CHECK(run("--seconds 0.05 " + bus.name()).exit_code == 0);
+}

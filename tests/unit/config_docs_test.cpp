@@ -1,0 +1,194 @@
+// The parser's tables of fields are the truth; the page for people and the schema for editors are held against them.
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "config/pack_fields.hpp"
+#include "tests/support/catch.hpp"
+
+namespace bmu {
+namespace {
+
+const std::string page_file = std::string(BMUD_SOURCE_DIR) + "/docs/configuration.md";
+const std::string schema_file = std::string(BMUD_SOURCE_DIR) + "/config/pack.schema.json";
+
+std::string bytes_of(const std::string& file) {
+  std::ifstream stream(file, std::ios::binary);
+  REQUIRE(stream);
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+std::string last_token(const std::string& path) {
+  return path.substr(path.find_last_of("/_") + 1);
+}
+
+// --- units ----------------------------------------------------------------------------------------------------------
+
+constexpr std::array<std::string_view, 15> unit_tokens{"uV",  "mV",  "V",  "mA",  "A",  "dC", "uOhm",    "mOhm",
+                                                       "Ohm", "uAs", "Ah", "mWh", "ms", "s",  "permille"};
+
+std::string unit_of(const KeyDescription& key) {
+  const std::string token = last_token(key.path);
+  if (std::find(unit_tokens.begin(), unit_tokens.end(), token) != unit_tokens.end()) return token;
+  for (const char* pair : {"J_per_K", "W_per_K"}) {
+    if (key.path.size() > 7 && key.path.substr(key.path.size() - 7) == pair) return std::string(pair, 1) + "/K";
+  }
+  return "";
+}
+
+TEST_CASE("every number carries its unit in its key, unless it counts", "[unit][config]") {
+  constexpr std::array<std::string_view, 4> counts{"/modules/*/node", "/modules/*/cells",
+                                                   "/modules/*/temperature_sensors", "/poll/temperature_every"};
+  for (const KeyDescription& key : describe_keys()) {
+    CAPTURE(key.path);
+    const bool is_number = key.info.type == FieldType::integer || key.info.type == FieldType::real;
+    const bool is_count = std::find(counts.begin(), counts.end(), key.path) != counts.end();
+    CHECK((is_number && !is_count) == !unit_of(key).empty());
+  }
+}
+
+TEST_CASE("every default lies in its own range", "[unit][config]") {
+  for (const KeyDescription& key : describe_keys()) {
+    if (key.fallback.empty()) continue;
+    CAPTURE(key.path);
+    ProblemList problems;
+    CHECK(read_value(JsonValue::parse(key.fallback), key.info, {}, problems));
+  }
+}
+
+// --- the page -------------------------------------------------------------------------------------------------------
+
+std::string range_of(const FieldInfo& info) {
+  const std::string range = number_text(info.min) + " to " + number_text(info.max);
+  switch (info.type) {
+    case FieldType::integer: return range;
+    case FieldType::real: return range + ", may have a fraction";
+    case FieldType::boolean: return "true, false";
+    case FieldType::text: return info.form.empty() ? range + " characters" : std::string(info.form);
+  }
+  return "?";
+}
+
+std::string code(const std::string& text) {
+  return text.empty() ? "" : "`" + text + "`";
+}
+
+std::string meaning_of(const std::string& section_path) {
+  for (const SectionDescription& section : describe_sections()) {
+    if (section.path == section_path) return std::string(section.meaning) + "\n\n";
+  }
+  return "";
+}
+
+/// A table for each object of the file.
+std::string tables() {
+  std::string page;
+  std::string object = "none yet";
+  for (const KeyDescription& key : describe_keys()) {
+    const std::string parent = key.path.substr(0, key.path.rfind('/'));
+    if (parent != object) {
+      object = parent;
+      page += "\n### " + (object.empty() ? "At the top" : code(object)) + "\n\n" + meaning_of(object) +
+              "| key | unit | range | default | meaning |\n" + "|---|---|---|---|---|\n";
+    }
+    std::string fallback = code(key.fallback);
+    if (key.info.is_required) fallback = "required";
+    page += "| " + code(key.path.substr(parent.size() + 1)) + " | " + unit_of(key) + " | " + range_of(key.info) +
+            " | " + fallback + " | " + std::string(key.info.meaning) + " |\n";
+  }
+  return page + "\n";
+}
+
+TEST_CASE("docs/configuration.md lists every key as the parser knows it", "[unit][config][docs]") {
+  const std::string begin = "<!-- begin of the keys: written by BMUD_REWRITE=1 test_unit \"[docs]\" -->\n";
+  const std::string end = "<!-- end of the keys -->\n";
+  const std::string page = bytes_of(page_file);
+  const std::size_t first = page.find(begin);
+  const std::size_t last = page.find(end);
+  REQUIRE(first != std::string::npos);
+  REQUIRE(last != std::string::npos);
+  const std::size_t start = first + begin.size();
+  const std::string wanted = page.substr(0, start) + tables() + page.substr(last);
+  if (std::getenv("BMUD_REWRITE") != nullptr) std::ofstream(page_file, std::ios::binary) << wanted;
+  INFO("to write it anew: BMUD_REWRITE=1 test_unit \"[docs]\"");
+  CHECK(bytes_of(page_file) == wanted);
+}
+
+TEST_CASE("docs/configuration.md names the keys that are no plain fields", "[unit][config][docs]") {
+  const std::string page = bytes_of(page_file);
+  for (const std::string key : {"cell", "modules", "limits", "nodes", "ocv"}) {
+    CAPTURE(key);
+    CHECK(page.find("`" + key + "`") != std::string::npos);
+  }
+}
+
+// --- the schema -----------------------------------------------------------------------------------------------------
+
+struct SchemaKey {
+  JsonValue schema;
+  bool is_required = false;
+};
+using SchemaKeys = std::map<std::string, SchemaKey>;
+
+/// All properties below an object's schema, by path; objects themselves only as containers.
+void collect(const JsonValue& object, const std::string& path, SchemaKeys& keys) {
+  CHECK(object.at("additionalProperties") == false);
+  const JsonValue required = object.value("required", JsonValue::array());
+  for (const auto& [name, schema] : object.at("properties").items()) {
+    const std::string place = path + "/" + name;
+    if (schema.value("type", "") == "object") {
+      collect(schema, place, keys);
+    } else {
+      keys[place] = {schema, std::find(required.begin(), required.end(), name) != required.end()};
+    }
+  }
+}
+
+SchemaKeys schema_keys() {
+  const JsonValue schema = JsonValue::parse(bytes_of(schema_file));
+  SchemaKeys keys;
+  collect(schema, "", keys);
+  collect(schema.at("definitions").at("module"), "/modules/*", keys);
+  collect(schema.at("definitions").at("cell"), "/cell", keys);
+  for (const char* composite : {"/cell", "/modules", "/modules/*/nodes", "/cell/ocv"}) {
+    CAPTURE(composite);
+    CHECK(keys.erase(composite) == 1);
+  }
+  return keys;
+}
+
+TEST_CASE("the schema knows the keys of the parser, and no others", "[unit][config][docs]") {
+  SchemaKeys keys = schema_keys();
+  for (const KeyDescription& key : describe_keys()) {
+    CAPTURE(key.path);
+    CHECK(keys.erase(key.path) == 1);
+  }
+  for (const auto& [path, schema] : keys) FAIL_CHECK(path << " is in the schema only");
+}
+
+TEST_CASE("the schema agrees with the parser on types, ranges and defaults", "[unit][config][docs]") {
+  constexpr std::array<const char*, 4> types{"integer", "number", "boolean", "string"};
+  const SchemaKeys keys = schema_keys();
+  for (const KeyDescription& key : describe_keys()) {
+    CAPTURE(key.path);
+    REQUIRE(keys.count(key.path) == 1);
+    const auto& [schema, is_required] = keys.at(key.path);
+    CHECK(schema.at("type") == types.at(static_cast<std::size_t>(key.info.type)));
+    CHECK(is_required == key.info.is_required);
+    const bool is_text = key.info.type == FieldType::text;
+    if (key.info.type != FieldType::boolean) {
+      CHECK(schema.at(is_text ? "minLength" : "minimum").get<double>() == key.info.min);
+      CHECK(schema.at(is_text ? "maxLength" : "maximum").get<double>() == key.info.max);
+    }
+    if (schema.contains("default")) CHECK(schema.at("default") == JsonValue::parse(key.fallback));
+  }
+}
+
+}  // namespace
+}  // namespace bmu

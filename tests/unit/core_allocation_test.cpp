@@ -1,0 +1,107 @@
+// The core promises no heap after start. Here every operator new of the program is counted.
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+#include "tests/support/catch.hpp"
+#include "tests/support/core_bench.hpp"
+
+namespace {
+
+std::atomic<std::uint64_t> allocations{0};
+
+void* counted(std::size_t size) {
+  allocations.fetch_add(1, std::memory_order_relaxed);
+  void* memory = std::malloc(size == 0 ? 1 : size);
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
+}
+
+}  // namespace
+
+void* operator new(std::size_t size) {
+  return counted(size);
+}
+void* operator new[](std::size_t size) {
+  return counted(size);
+}
+void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+
+using namespace bmu;
+using bmu::test::CoreBench;
+using bmu::test::pack_of;
+
+namespace {
+
+/// Everything a core was told and when it was asked, from a real run on the bench, to be told to another core.
+struct Script {
+  std::vector<Observation> observations;
+  std::vector<std::size_t> decide_after;  // number of observations told before each decision
+  std::vector<TimePoint> decide_at;
+};
+
+Script record_run() {
+  CoreBench bench(pack_of(16));
+  Script script;
+  for (const Port port : {Port::internal, Port::vehicle}) {  // the bench told them before anybody listened
+    script.observations.push_back({bench.now(), PortChanged{port, true}});
+  }
+  bench.on_observe = [&](const Observation& observation) { script.observations.push_back(observation); };
+  bench.on_decide = [&](TimePoint at) {
+    script.decide_after.push_back(script.observations.size());
+    script.decide_at.push_back(at);
+  };
+  bench.link_rise_mV_per_ms = 2'000;
+  (void)bench.close();
+  bench.current_mA = 40'000;
+  bench.run(500ms);
+  bench.modules[7].cell_voltage_uV[3] = known(2'000'000);
+  bench.run(1s);
+  bench.modules[3].talks = false;
+  bench.run(1s);
+  bench.give(Command::clear_faults);
+  bench.give(Command::shut_down);
+  bench.run(300ms);
+  return script;
+}
+
+}  // namespace
+
+TEST_CASE("observe and decide never touch the heap, from start to fault to shutdown", "[unit][core][allocation]") {
+  const Script script = record_run();
+  Core core(pack_of(16), TimePoint{1s});
+  REQUIRE(script.observations.size() > 5'000);
+  const std::uint64_t before = allocations.load();
+  std::size_t told = 0;
+  bool opened_by_fault = false;
+  bool was_closed = false;
+  for (std::size_t index = 0; index < script.decide_at.size(); ++index) {
+    while (told < script.decide_after[index]) core.observe(script.observations[told++]);
+    const Decisions decisions = core.decide(script.decide_at[index]);
+    was_closed = was_closed || core.sequence().phase == Phase::closed;
+    opened_by_fault = opened_by_fault || core.last_opening().cause == OpeningCause::fault;
+    if (decisions.is_shut_down) break;
+  }
+  const std::uint64_t after = allocations.load();
+  CHECK(after == before);
+  CHECK(was_closed);  // the run went through what it was meant to go through
+  CHECK(opened_by_fault);
+}
+
+TEST_CASE("the counter of this test does count", "[unit][allocation]") {
+  const std::uint64_t before = allocations.load();
+  const std::vector<int> one(10);
+  CHECK(one.size() == 10);
+  CHECK(allocations.load() > before);
+}

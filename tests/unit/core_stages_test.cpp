@@ -1,0 +1,244 @@
+// The small stages of the core, each by itself, dense around its limits.
+#include "daemon/core/contactor_sequence.hpp"
+#include "daemon/core/estimators/coulomb_counter.hpp"
+#include "daemon/core/event.hpp"
+#include "daemon/core/limits.hpp"
+#include "daemon/core/output_gate.hpp"
+#include "daemon/core/poll_schedule.hpp"
+#include "daemon/core/report_vehicle.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/core_bench.hpp"
+
+using namespace bmu;
+
+namespace {
+
+constexpr TimePoint start{10s};
+
+SequenceInputs precharging(TimePoint now, std::int32_t link_mV, std::int32_t current_mA) {
+  return {.now = now,
+          .close_wanted = true,
+          .close_permitted = true,
+          .is_measured = true,
+          .pack_mV = 100'000,
+          .link_mV = link_mV,
+          .current_mA = current_mA};
+}
+
+}  // namespace
+
+TEST_CASE("precharge ends exactly within 5 % of the pack and not a millivolt before", "[unit][contactors]") {
+  const ContactorConfig config;
+  const SequenceState state{Phase::precharge, start};
+  const TimePoint now = start + 500ms;
+  CHECK(step(state, precharging(now, 94'999, 0), config).state.phase == Phase::precharge);
+  CHECK(step(state, precharging(now, 95'000, 0), config).state.phase == Phase::main_positive);
+  CHECK(step(state, precharging(now, 105'000, 0), config).state.phase == Phase::main_positive);
+  CHECK(step(state, precharging(now, 105'001, 0), config).state.phase == Phase::precharge);
+}
+
+TEST_CASE("precharge ends only when the current has fallen, whichever way it flows", "[unit][contactors]") {
+  const ContactorConfig config;
+  const SequenceState state{Phase::precharge, start};
+  const TimePoint now = start + 500ms;
+  for (const std::int32_t sign : {1, -1}) {
+    CHECK(step(state, precharging(now, 99'000, sign * 500), config).state.phase == Phase::main_positive);
+    CHECK(step(state, precharging(now, 99'000, sign * 501), config).state.phase == Phase::precharge);
+  }
+  CHECK(step(state, precharging(now, 99'000, INT32_MIN), config).state.phase == Phase::precharge);
+}
+
+TEST_CASE("a pack of no volts is never precharged", "[unit][contactors]") {
+  SequenceInputs in = precharging(start + 500ms, 0, 0);
+  in.pack_mV = 0;
+  CHECK(step({Phase::precharge, start}, in, {}).state.phase == Phase::precharge);
+}
+
+TEST_CASE("precharge gives up at its time-out, even if the link arrives in that tick", "[unit][contactors][F86]") {
+  const ContactorConfig config;
+  const SequenceState state{Phase::precharge, start};
+  const SequenceStep before = step(state, precharging(start + 3s - 1ns, 0, 0), config);
+  CHECK(before.state.phase == Phase::precharge);
+  CHECK_FALSE(before.precharge_timed_out);
+  const SequenceStep at = step(state, precharging(start + 3s, 99'000, 0), config);
+  CHECK(at.state.phase == Phase::open);
+  CHECK(at.precharge_timed_out);
+  CHECK_FALSE(at.outputs.any_contactor());
+}
+
+TEST_CASE("every phase waits its settling time and not longer", "[unit][contactors]") {
+  const ContactorConfig config;
+  for (const auto& [from, to] :
+       {std::pair{Phase::main_negative, Phase::precharge}, std::pair{Phase::precharge, Phase::main_positive},
+        std::pair{Phase::main_positive, Phase::closed}}) {
+    CHECK(step({from, start}, precharging(start + config.settle - 1ns, 99'000, 0), config).state.phase == from);
+    CHECK(step({from, start}, precharging(start + config.settle, 99'000, 0), config).state.phase == to);
+  }
+}
+
+TEST_CASE("the gate lets out what is ours and nothing else", "[unit][gate]") {
+  const ContactorOutputs closed{.main_positive = true, .main_negative = true};
+  const GateRules allowed{.may_stay_closed = true, .decided = closed};
+  const GateRules forbidden{.may_stay_closed = false, .decided = closed};
+  CHECK(judge_output(Port::internal, contactor_command_frame(closed, 1), allowed) == GateVerdict::pass);
+  CHECK(judge_output(Port::internal, contactor_command_frame(closed, 1), forbidden) == GateVerdict::not_permitted);
+  CHECK(judge_output(Port::internal, contactor_command_frame({.main_negative = true}, 1), allowed) ==
+        GateVerdict::not_permitted);
+  CHECK(judge_output(Port::internal, contactor_command_frame({}, 1), {}) == GateVerdict::pass);
+  CHECK(judge_output(Port::vehicle, contactor_command_frame({}, 1), {}) == GateVerdict::not_ours);
+
+  CanFrame of_a_module = make_frame(internal_bus::status, 3);
+  seal(internal_bus::status, 1, of_a_module);
+  CHECK(judge_output(Port::internal, of_a_module, allowed) == GateVerdict::not_ours);
+
+  CanFrame damaged = contactor_command_frame({}, 1);
+  damaged.data[7] ^= 0x10;
+  CHECK(judge_output(Port::internal, damaged, {}) == GateVerdict::malformed);
+  CanFrame wrong_complement = contactor_command_frame({}, 1);
+  wrong_complement.data[1] = 0;
+  wrong_complement.data[7] = frame_crc(wrong_complement);
+  CHECK(judge_output(Port::internal, wrong_complement, {}) == GateVerdict::malformed);
+  CanFrame extended = contactor_command_frame({}, 1);
+  extended.is_extended = true;
+  CHECK(judge_output(Port::internal, extended, {}) == GateVerdict::malformed);
+
+  CanFrame moved = make_frame(vehicle_bus::pack_current);
+  CHECK(judge_output(Port::vehicle, moved, {}) == GateVerdict::pass);
+  CHECK(judge_output(Port::vehicle, moved, {.vehicle_base_id = 0x6A0}) == GateVerdict::not_ours);
+  moved.id = 0x6A4;
+  CHECK(judge_output(Port::vehicle, moved, {.vehicle_base_id = 0x6A0}) == GateVerdict::pass);
+}
+
+TEST_CASE("polls keep their period, carry a rising counter and ask for identities until they are known",
+          "[unit][polling][FS_1]") {
+  PollSchedule schedule;
+  schedule.init({.period = 100ms, .temperature_every = 2}, start);
+  std::vector<Poll> polls;
+  std::vector<TimePoint> at;
+  for (TimePoint now = start; now < start + 2s; now += 7ms) {
+    const Poll poll = schedule.step(now, now > start + 500ms);
+    if (!poll.is_due) continue;
+    polls.push_back(poll);
+    at.push_back(now);
+  }
+  REQUIRE(polls.size() == 20);
+  for (std::size_t index = 0; index < polls.size(); ++index) {
+    CHECK(at[index] - (start + index * 100ms) < 7ms);  // late by a tick at most, and never drifting
+    CHECK(polls[index].frame.data[6] == index);
+    CHECK(polls[index].wants.temperatures == (index % 2 == 0));
+    CHECK(polls[index].frame.data[7] == frame_crc(polls[index].frame));
+  }
+  CHECK(polls[3].wants.identity);
+  CHECK_FALSE(polls[8].wants.identity);
+}
+
+TEST_CASE("after a gap polls go on without a burst", "[unit][polling]") {
+  PollSchedule schedule;
+  schedule.init({.period = 100ms}, start);
+  CHECK(schedule.step(start, true).is_due);
+  CHECK(schedule.step(start + 5s, true).is_due);
+  CHECK_FALSE(schedule.step(start + 5s + 99ms, true).is_due);
+  CHECK(schedule.step(start + 5s + 100ms, true).is_due);
+}
+
+TEST_CASE("open-circuit voltage to state of charge: at the points, between, and beyond the ends",
+          "[unit][estimators]") {
+  const CellModel cell = test::small_pack().cell;
+  CHECK(soc_permille_from_ocv(cell, 2'000'000) == 0);
+  CHECK(soc_permille_from_ocv(cell, 3'000'000) == 0);
+  CHECK(soc_permille_from_ocv(cell, 3'350'000) == 250);
+  CHECK(soc_permille_from_ocv(cell, 3'700'000) == 500);
+  CHECK(soc_permille_from_ocv(cell, 3'950'000) == 750);
+  CHECK(soc_permille_from_ocv(cell, 4'200'000) == 1000);
+  CHECK(soc_permille_from_ocv(cell, 4'500'000) == 1000);
+}
+
+TEST_CASE("charge is counted exactly, and a hole in the current is not bridged", "[unit][estimators][FS_4]") {
+  CoulombCounter counter;
+  counter.init(test::small_pack());
+  const Measured<std::int32_t> rest_mA{0, start, Validity::valid};
+  const Measured<std::int32_t> cells_uV{3'700'000, start, Validity::valid};
+  CHECK_FALSE(counter.update(start, true, rest_mA, cells_uV));
+  CHECK_FALSE(counter.update(start + 999ms, true, rest_mA, cells_uV));
+  REQUIRE(counter.update(start + 1s, true, rest_mA, cells_uV));
+  const std::int64_t before_uAs = counter.state().depth_of_discharge_uAs;
+  CHECK(before_uAs == 25 * uAs_per_Ah);
+  const Measured<std::int32_t> pack_mV{100'000, start + 2s, Validity::valid};
+  for (int sample = 0; sample <= 1000; ++sample) {  // 12.345 A for exactly 10 s
+    const TimePoint at = start + 2s + sample * 10ms;
+    counter.observe({12'345, at, Validity::valid}, {100'000, at, Validity::valid});
+  }
+  CHECK(counter.state().depth_of_discharge_uAs - before_uAs == 123'450'000);
+  CHECK(counter.state().energy_out_mWh == 3429);  // 12.345 A * 100 V * 10 s = 3.429 Wh
+  counter.observe({12'345, start + 20s, Validity::valid}, pack_mV);
+  CHECK(counter.state().depth_of_discharge_uAs - before_uAs == 123'450'000);
+  CHECK(counter.state().uncounted == 8s);
+}
+
+TEST_CASE("no rest, no start: current, closed contactors and unknown cells each forbid it", "[unit][estimators]") {
+  const Measured<std::int32_t> cells_uV{3'700'000, start, Validity::valid};
+  const auto starts = [&](bool open, const Measured<std::int32_t>& current, const Measured<std::int32_t>& cells) {
+    CoulombCounter counter;
+    counter.init(test::small_pack());
+    (void)counter.update(start, open, current, cells);
+    return counter.update(start + 1min, open, current, cells);
+  };
+  CHECK(starts(true, {200, start, Validity::valid}, cells_uV));
+  CHECK_FALSE(starts(true, {201, start, Validity::valid}, cells_uV));
+  CHECK_FALSE(starts(true, {-201, start, Validity::valid}, cells_uV));
+  CHECK_FALSE(starts(false, {0, start, Validity::valid}, cells_uV));
+  CHECK_FALSE(starts(true, {0, start, Validity::unknown}, cells_uV));
+  CHECK_FALSE(starts(true, {0, start, Validity::valid}, {3'700'000, start, Validity::unknown}));
+}
+
+TEST_CASE("current limits reach zero at the opening threshold, from every side", "[unit][limits][BMU_13]") {
+  const CoreConfig config = test::small_pack();
+  PackState pack;
+  pack.cell_voltage_uV = {.min = 3'700'000, .max = 3'700'000, .count = 8, .expected = 8};
+  pack.cell_temperature_dC = {.min = 250, .max = 250, .count = 4, .expected = 4};
+  const auto limits = [&] { return evaluate_limits(pack, config, {.is_connected = true}); };
+  CHECK(limits().discharge.limit_mA == 80'000);
+  CHECK(limits().charge.limit_mA == 20'000);
+  pack.cell_voltage_uV.max = 4'175'000;
+  CHECK(limits().charge.limit_mA == 10'000);
+  CHECK(limits().charge.cause == LimitCause::cell_voltage_high);
+  CHECK(limits().discharge.limit_mA == 80'000);
+  pack.cell_voltage_uV.max = 4'200'000;
+  CHECK(limits().charge.limit_mA == 0);
+  pack.cell_temperature_dC.max = 575;
+  CHECK(limits().discharge.limit_mA == 20'000);
+  CHECK(limits().discharge.cause == LimitCause::cell_hot);
+  pack.cell_temperature_dC.max = 250;
+  pack.cell_temperature_dC.min = -200;
+  CHECK(limits().discharge.limit_mA == 0);
+  CHECK(limits().discharge.cause == LimitCause::cell_cold);
+  CHECK(evaluate_limits(pack, config, {}).charge.cause == LimitCause::not_connected);
+  CHECK(evaluate_limits(pack, config, {.is_connected = true, .zero_is_demanded = true}).charge.limit_mA == 0);
+}
+
+TEST_CASE("a cell number that does not fit a byte is unknown, not another cell's", "[unit][reports]") {
+  PackState pack;
+  pack.cell_voltage_uV = {.min = 3'000'000,
+                          .max = 4'000'000,
+                          .min_at = {30, 3, 254},
+                          .max_at = {30, 4, 255},
+                          .count = 300,
+                          .expected = 300};
+  const CurrentLimits limits;
+  const ChargeState charge;
+  const VehicleView view{.pack = &pack, .limits = &limits, .charge = &charge, .capacity_uAs = uAs_per_Ah};
+  const CanFrame frame = vehicle_frame(3, view, {});
+  CHECK(read<vehicle_bus::pack_voltage, "cell_voltage_min_cell">(frame) == known(254));
+  CHECK(read<vehicle_bus::pack_voltage, "cell_voltage_max_cell">(frame) == not_known());
+}
+
+TEST_CASE("values are shown in the unit people think in", "[unit][text]") {
+  CHECK(value_text(Unit::uV, 2'871'049) == "2.8710 V");
+  CHECK(value_text(Unit::mA, -15'007) == "-15.007 A");
+  CHECK(value_text(Unit::dC, -3) == "-0.3 C");
+  CHECK(value_text(Unit::Ohm, 1'200'000) == "1200 kOhm");
+  CHECK(value_text(Unit::none, 7) == "7");
+  CHECK(to_text(Element{2, 7, 19}) == "cell 2.7 (no. 19)");
+  CHECK(to_text(Element{3, 0, 0}) == "module 3");
+  CHECK(to_text(Element{}).empty());
+}

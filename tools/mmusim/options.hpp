@@ -1,0 +1,35 @@
+// The command line of mmusim.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace bmu::sim {
+
+// Exit codes, as --help lists them.
+inline constexpr int exit_ok = 0;
+inline constexpr int exit_system = 1;
+inline constexpr int exit_usage = 2;
+inline constexpr int exit_scenario = 65;
+inline constexpr int exit_pack = 78;
+
+struct Options {
+  std::string bus;  // empty: the pack's own
+  std::string pack;
+  std::string scenario;  // empty: at rest, vehicle off
+  std::optional<double> seconds;
+  std::uint64_t seed = 1;  // 0: no measuring noise
+  bool is_quiet = false;
+  bool only_check = false;
+  bool only_properties = false;
+};
+
+struct ParsedOptions {
+  std::optional<Options> options;
+  int exit_code = exit_ok;  // when there are none: help was asked for, or the line is wrong
+};
+
+[[nodiscard]] ParsedOptions parse_options(int argc, const char* const* argv);
+
+}  // namespace bmu::sim

@@ -1,0 +1,175 @@
+#include "tools/mmusim/run.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <string>
+
+#include <sys/epoll.h>
+#include <sys/signalfd.h>
+#include <sys/timerfd.h>
+#include <unistd.h>
+
+namespace bmu::sim {
+namespace {
+
+/// Read before the timer has its turn again: a flooded bus must not stop the world.
+constexpr int frames_per_wake_up = 1'000;
+constexpr Duration maintain_period = 100ms;
+
+OsError os_error(const char* what) {
+  return {errno, what};
+}
+
+timespec to_timespec(Duration duration) {
+  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(duration);
+  return {.tv_sec = seconds.count(), .tv_nsec = (duration - seconds).count()};
+}
+
+Result<void, OsError> watch(const OwnedFd& epoll, int fd) {
+  epoll_event event{};
+  event.events = EPOLLIN;
+  event.data.fd = fd;
+  if (::epoll_ctl(epoll.get(), EPOLL_CTL_ADD, fd, &event) != 0) return failure(os_error("epoll_ctl"));
+  return {};
+}
+
+/// Takes the number of expirations off a timer; how many does not matter, the clock says where we are.
+void drain(const OwnedFd& timer) {
+  std::uint64_t expirations = 0;
+  (void)!::read(timer.get(), &expirations, sizeof expirations);
+}
+
+bool is_module_answer(std::uint32_t id) {
+  return id > internal_bus::status.base_id && id < internal_bus::command.base_id;
+}
+
+}  // namespace
+
+Result<void, OsError> Run::init() {
+  epoll_ = OwnedFd(::epoll_create1(EPOLL_CLOEXEC));
+  if (!epoll_.is_open()) return failure(os_error("epoll_create1"));
+  timer_ = OwnedFd(::timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC));
+  if (!timer_.is_open()) return failure(os_error("timerfd_create"));
+  const itimerspec period{.it_interval = to_timespec(Plant::step_length),
+                          .it_value = to_timespec((started_at_ + Plant::step_length).time_since_epoch())};
+  if (::timerfd_settime(timer_.get(), TFD_TIMER_ABSTIME, &period, nullptr) != 0) {
+    return failure(os_error("timerfd_settime"));
+  }
+  sigset_t stops{};
+  sigemptyset(&stops);
+  sigaddset(&stops, SIGINT);
+  sigaddset(&stops, SIGTERM);
+  signals_ = OwnedFd(::signalfd(-1, &stops, SFD_NONBLOCK | SFD_CLOEXEC));
+  if (!signals_.is_open()) return failure(os_error("signalfd"));
+  for (const int fd : {timer_.get(), signals_.get(), port_->fd()}) {
+    if (auto watched = watch(epoll_, fd); !watched) return watched;
+  }
+  return {};
+}
+
+Result<void, OsError> Run::run() {
+  if (auto ready = init(); !ready) return ready;
+  while (!is_over(simulator_->now())) {
+    std::array<epoll_event, 4> events{};
+    const int count = ::epoll_wait(epoll_.get(), events.data(), static_cast<int>(events.size()), -1);
+    if (count < 0 && errno != EINTR) return failure(os_error("epoll_wait"));
+    for (int index = 0; index < count; ++index) {
+      const int fd = events[static_cast<std::size_t>(index)].data.fd;
+      if (fd == signals_.get()) return {};
+      if (fd == timer_.get()) drain(timer_);
+    }
+    read_frames();
+    advance();
+    tell_port();
+  }
+  return {};
+}
+
+TimePoint Run::virtual_now() {
+  TimePoint now = monotonic_now() - counts_.left_out;
+  if (const Duration late = now - simulator_->now(); late > catch_up_max) {
+    counts_.left_out += late - catch_up_max;
+    now -= late - catch_up_max;
+  }
+  return now;
+}
+
+bool Run::is_over(TimePoint now) const {
+  return options_->seconds && to_s(now - started_at_) >= *options_->seconds;
+}
+
+void Run::read_frames() {
+  ReceivedFrame received;
+  for (int count = 0; count < frames_per_wake_up; ++count) {
+    const ReadStatus status = port_->read(received);
+    if (status == ReadStatus::empty) return;
+    if (status == ReadStatus::frame) observe(received);
+  }
+}
+
+void Run::observe(const ReceivedFrame& received) {
+  ++counts_.frames_received;
+  if (received.frame.id == internal_bus::poll.base_id) {
+    ++counts_.polls;
+    polled_at_ = received.received_at;
+    is_answer_awaited_ = true;
+  }
+  simulator_->observe(received.frame, std::max(received.received_at - counts_.left_out, simulator_->now()));
+}
+
+void Run::advance() {
+  for (const SentFrame& sent : simulator_->advance(virtual_now())) send(sent);
+  tell_events();
+}
+
+void Run::send(const SentFrame& sent) {
+  if (!port_->send(sent.frame)) {
+    ++counts_.sends_failed;
+    return;
+  }
+  ++counts_.frames_sent;
+  if (is_answer_awaited_ && is_module_answer(sent.frame.id)) {
+    is_answer_awaited_ = false;
+    counts_.worst_answer = std::max(counts_.worst_answer, monotonic_now() - polled_at_);
+  }
+}
+
+void Run::tell_events() const {
+  if (options_->is_quiet) return;
+  for (const ScenarioEvent* event : simulator_->applied_events()) {
+    std::fprintf(stderr, "%8.3f s  %s\n", to_s(event->at), event->text.c_str());
+  }
+}
+
+void Run::tell_port() {
+  const TimePoint now = monotonic_now();
+  if (now >= maintain_at_) {
+    port_->maintain();
+    maintain_at_ = now + maintain_period;
+  }
+  if (port_->state() == told_state_) return;
+  told_state_ = port_->state();
+  std::fprintf(stderr, "mmusim: %s is %s\n", port_->name().c_str(), std::string(to_text(told_state_)).c_str());
+}
+
+void Run::print_summary() const {
+  const auto number = [](std::uint64_t value) { return static_cast<unsigned long long>(value); };
+  const SimulatorCounts counts = simulator_->counts();
+  std::printf("ran %.3f s on %s\n", to_s(simulator_->now() - started_at_), port_->name().c_str());
+  std::printf("frames: %llu sent, %llu not taken by the bus, %llu received, %llu missed\n", number(counts_.frames_sent),
+              number(counts_.sends_failed), number(counts_.frames_received), number(port_->frames_lost()));
+  std::printf("polls: %llu seen, %llu answers of modules, %llu cut short by the next, slowest start %.3f ms\n",
+              number(counts_.polls), number(counts.polls_answered), number(counts.answers_cut_short),
+              to_s(counts_.worst_answer) * 1e3);
+  std::printf("contactors: %llu commands, %llu time-outs\n", number(counts.contactor_commands),
+              number(counts.contactor_timeouts));
+  if (counts_.left_out > Duration::zero()) {
+    std::printf("time: %.3f s left out because this program was held up\n", to_s(counts_.left_out));
+  }
+  std::fflush(stdout);
+}
+
+}  // namespace bmu::sim

@@ -1,0 +1,62 @@
+// The simulator on a real bus in real time: one epoll over the bus, a 1 ms timer and the stop signals.
+//
+// Virtual time follows the monotonic clock. Woken late, it catches up millisecond by millisecond; later than
+// `catch_up_max`, the rest is left out and counted: a world that was stopped must not replay its past into the bus.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "daemon/shell/bus_port.hpp"
+#include "daemon/shell/owned_fd.hpp"
+#include "mmu/simulator.hpp"
+#include "tools/mmusim/options.hpp"
+
+namespace bmu::sim {
+
+inline constexpr Duration catch_up_max = 100ms;
+
+struct RunCounts {
+  std::uint64_t frames_received = 0;
+  std::uint64_t frames_sent = 0;
+  std::uint64_t sends_failed = 0;
+  std::uint64_t polls = 0;
+  Duration worst_answer{};  // from a POLL being read to the first frame of a module after it
+  Duration left_out{};      // time that was not caught up
+};
+
+class Run {
+ public:
+  Run(const Options& options, Simulator& simulator, std::unique_ptr<BusPort> port, TimePoint started_at)
+      : options_(&options), simulator_(&simulator), port_(std::move(port)), started_at_(started_at) {}
+
+  /// Until a stop signal or the end of --seconds. SIGINT and SIGTERM must be blocked.
+  [[nodiscard]] Result<void, OsError> run();
+  void print_summary() const;
+
+ private:
+  [[nodiscard]] Result<void, OsError> init();
+  [[nodiscard]] TimePoint virtual_now();
+  [[nodiscard]] bool is_over(TimePoint now) const;
+  void read_frames();
+  void observe(const ReceivedFrame& received);
+  void advance();
+  void send(const SentFrame& sent);
+  void tell_events() const;
+  void tell_port();
+
+  const Options* options_;
+  Simulator* simulator_;
+  std::unique_ptr<BusPort> port_;
+  TimePoint started_at_;
+  OwnedFd epoll_;
+  OwnedFd timer_;
+  OwnedFd signals_;
+  BusState told_state_ = BusState::up;
+  TimePoint maintain_at_{};
+  TimePoint polled_at_{};
+  bool is_answer_awaited_ = false;
+  RunCounts counts_;
+};
+
+}  // namespace bmu::sim
