@@ -576,7 +576,7 @@ TEST_CASE("a bus whose file was removed says so", "[integration][embedded_bus]")
 
 TEST_CASE("three processes sending at once are heard by all in one order", "[integration][embedded_bus]") {
   constexpr std::uint32_t frames_each = 20000;
-  constexpr std::uint64_t total = 3 * frames_each;
+  constexpr std::uint64_t total = std::uint64_t{3} * frames_each;
   const TestBus bus;
   void* memory =
       mmap(nullptr, 3 * total * sizeof(std::uint64_t), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
@@ -613,12 +613,16 @@ TEST_CASE("three processes sending at once are heard by all in one order", "[int
 
 TEST_CASE("threads with ports of their own are participants like processes", "[integration][embedded_bus]") {
   constexpr std::uint32_t frames_each = 5000;
-  constexpr std::uint64_t total = 3 * frames_each;
+  constexpr std::uint64_t total = std::uint64_t{3} * frames_each;
   const TestBus bus;
   std::vector<std::unique_ptr<BusPort>> ports;
   std::vector<Record> records;
-  for (int i = 0; i < 4; ++i) ports.push_back(bus.open(with_echo));
-  for (const auto& port : ports) records.emplace_back(*port);
+  ports.reserve(4);
+  records.reserve(4);
+  for (int i = 0; i < 4; ++i) {
+    ports.push_back(bus.open(with_echo));
+    records.emplace_back(*ports.back());
+  }
   std::vector<char> is_done(ports.size(), 0);
   std::vector<std::thread> threads;
   for (std::uint32_t i = 0; i < 4; ++i) {
@@ -737,6 +741,72 @@ TEST_CASE("no wake-up is lost in a game of ping-pong", "[integration][embedded_b
     REQUIRE(received.frame == numbered(2, i));
   }
   CHECK(pong.exit_code() == 0);
+}
+
+TEST_CASE("no wake-up is lost where one frame is read for each", "[integration][embedded_bus]") {
+  constexpr std::uint32_t rounds = 10000;
+  constexpr std::uint32_t burst = 3;
+  const std::uint64_t seed = test_seed();
+  INFO("repeat with BMUD_TEST_SEED=" << seed);
+  Random random(seed);
+  const TestBus bus;
+  const auto sender = bus.open();
+  Child frugal([&](const Line& line) {
+    const auto port = bus.try_open();
+    if (port == nullptr || !line.tell()) return 1;
+    ReceivedFrame received;
+    for (std::uint32_t number = 0; number < rounds * burst;) {
+      if (!is_readable(port->fd(), patience_ms)) return 2;
+      if (port->read(received) != ReadStatus::frame) continue;
+      if (received.frame != numbered(1, number++)) return 3;
+      if (number % burst == 0 && !port->send(numbered(2, number))) return 4;
+    }
+    return 0;
+  });
+  REQUIRE(frugal.line().wait());
+  ReceivedFrame received;
+  for (std::uint32_t number = 0; number < rounds * burst;) {
+    // Just when the other side goes to sleep is when it is hardest to wake.
+    for (volatile std::uint64_t delay = random.below(2000); delay > 0; delay = delay - 1) continue;
+    for (std::uint32_t i = 0; i < burst; ++i) REQUIRE(sender->send(numbered(1, number++)));
+    const TimePoint deadline = monotonic_now() + std::chrono::milliseconds(patience_ms);
+    while (sender->read(received) != ReadStatus::frame) REQUIRE(monotonic_now() < deadline);
+  }
+  CHECK(frugal.exit_code() == 0);
+}
+
+TEST_CASE("a reader stopped in the middle of a frame notices that it was overtaken", "[integration][embedded_bus]") {
+  const std::uint64_t seed = test_seed();
+  INFO("repeat with BMUD_TEST_SEED=" << seed);
+  Random random(seed);
+  const TestBus bus;
+  const auto sender = bus.open();
+  Child reader([&](const Line& line) {
+    const auto port = bus.try_open();
+    if (port == nullptr || !line.tell()) return 1;
+    ReceivedFrame received;
+    for (std::uint64_t read = 0; received.frame.id != 2; ++read) {
+      if (!await_frame(*port, received)) return 2;
+      if (number_of(received.frame) != read + port->frames_lost() || !is_intact(received.frame)) return 3;
+    }
+    return 0;
+  });
+  REQUIRE(reader.line().wait());
+  std::uint32_t sent = 0;
+  const auto send = [&](std::uint64_t count) {
+    for (std::uint64_t i = 0; i < count; ++i) REQUIRE(sender->send(numbered(1, sent++)));
+  };
+  for (int round = 0; round < 300; ++round) {
+    reader.stop();
+    send(EmbeddedRing::slot_count / 2);
+    reader.resume();
+    for (volatile std::uint64_t delay = random.below(200'000); delay > 0; delay = delay - 1) continue;
+    reader.stop();
+    send(EmbeddedRing::entry_count + 1);  // so that every entry it could be reading is another frame's by now
+    reader.resume();
+  }
+  REQUIRE(sender->send(numbered(2, sent)));
+  CHECK(reader.exit_code() == 0);
 }
 
 }  // namespace

@@ -91,7 +91,7 @@ TEST_CASE("every single missing thing keeps the pack open and is named", "[unit]
   }
 }
 
-TEST_CASE("each condition opens a closed pack within its budget", "[unit][core][BMS_F.1][FS_2][NF.7]") {
+TEST_CASE("each condition opens a closed pack within its budget", "[unit][core][BMS_F.1][FS_2]") {
   struct Case {
     const char* what;
     std::function<void(CoreBench&)> break_it;
