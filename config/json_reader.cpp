@@ -131,9 +131,12 @@ class TreeBuilder final : public nlohmann::json_sax<JsonValue> {
   std::vector<Level> levels_;
 };
 
-/// Levenshtein's distance: how many letters to insert, remove or change.
+constexpr std::size_t hinted_length_max = 64;
+
+/// Levenshtein's distance: how many letters to insert, remove or change. One row of the table is kept.
 std::size_t edit_distance(std::string_view one, std::string_view other) {
-  std::vector<std::size_t> row(other.size() + 1);
+  std::array<std::size_t, hinted_length_max + 1> row{};
+  BMU_ASSERT(other.size() < row.size());
   std::iota(row.begin(), row.end(), std::size_t{0});
   for (std::size_t i = 0; i < one.size(); ++i) {
     std::size_t diagonal = row[0];
@@ -144,13 +147,12 @@ std::size_t edit_distance(std::string_view one, std::string_view other) {
       row[j + 1] = std::min({changed, row[j] + 1, row[j + 1] + 1});
     }
   }
-  return row.back();
+  return row[other.size()];
 }
 
 /// "one of these keys", or the one that was probably meant.
 std::string known_key_hint(std::string_view key, const std::vector<std::string_view>& known_keys) {
-  constexpr std::size_t key_length_max = 64;
-  if (!known_keys.empty() && key.size() <= key_length_max) {
+  if (!known_keys.empty() && key.size() <= hinted_length_max) {
     const auto nearer = [key](std::string_view a, std::string_view b) {
       return edit_distance(key, a) < edit_distance(key, b);
     };

@@ -154,7 +154,7 @@ Urgency Core::take(TimePoint at, const BusErrorSeen& what) {
 
 Urgency Core::take(TimePoint at, const CommandGiven& what) {
   switch (what.command) {
-    case Command::clear_faults: clear_requested_ = true; break;
+    case Command::clear_faults: clear_requested_ = true; break;  // ours in decide(), the modules' own by COMMAND
     case Command::shut_down:
       if (!shutting_down_) {
         shutting_down_ = true;
@@ -203,6 +203,7 @@ Decisions Core::decide(TimePoint now) {
   watch_contactors(now);
   evaluate_faults(now);
   grant_permission(now);
+  refuse_vain_request(now);
   step_contactors(now);
   limits_ = evaluate_limits(pack_, config_,
                             {.is_connected = sequence_.phase == Phase::closed && permission_.may_stay_closed,
@@ -250,6 +251,7 @@ void Core::follow_request(TimePoint now) {
   follow_line(charger_was_connected_, pdu.charger_connected);
   if (!pdu.vehicle_on && !pdu.charger_connected) close_requested_ = false;
   if (close_requested_ != was_requested) {
+    close_requested_at_ = now;
     events_.push({.id = close_requested_ ? EventId::close_requested : EventId::close_request_over, .at = now});
   }
 }
@@ -279,7 +281,6 @@ void Core::watch_contactors(TimePoint now) {
 
 void Core::evaluate_faults(TimePoint now) {
   if (clear_requested_) note_fault_changes(faults_.clear_latched(), now);
-  clear_requested_ = false;
   note_fault_changes(faults_.update(fault_inputs(now)), now);
   // Seen once is enough; the fault memory remembers from here.
   flags_.precharge_timed_out = false;
@@ -300,6 +301,17 @@ void Core::grant_permission(TimePoint now) {
        .complete_cycles = modules_.complete_cycles(),
        .locked_out_until = locked_out_until_},
       pack_, faults_);
+}
+
+void Core::refuse_vain_request(TimePoint now) {
+  const bool is_waiting = close_requested_ && sequence_.phase == Phase::open && !permission_.may_close;
+  if (!is_waiting) return;
+  const auto& blockers = permission_.blockers;
+  const bool has_fault = std::find(blockers.begin(), blockers.end(), Blocker::fault) != blockers.end();
+  if (!has_fault && now - close_requested_at_ < close_patience) return;
+  close_requested_ = false;
+  last_refusal_ = {.has_happened = true, .at = now, .blocker = has_fault ? Blocker::fault : blockers[0]};
+  events_.push({.id = EventId::close_refused, .at = now, .number = static_cast<std::int64_t>(last_refusal_.blocker)});
 }
 
 void Core::step_contactors(TimePoint now) {
@@ -390,6 +402,8 @@ void Core::send_contactor_command(TimePoint now, Decisions& out) {
 }
 
 void Core::send_polls(TimePoint now, Decisions& out) {
+  if (clear_requested_) send(Port::internal, setup_.clear_faults(), out);
+  clear_requested_ = false;
   const Poll poll = poll_.step(now, identities_known());
   if (poll.is_due) {
     modules_.begin_cycle(now, poll.wants);

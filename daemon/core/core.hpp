@@ -42,6 +42,10 @@ inline constexpr Duration start_grace = 2s;
 /// After an opening by fault or a failed precharge nothing closes for this long.
 inline constexpr Duration reclose_lockout = 10s;
 
+/// A wish to close waits this long for the pack to become ready. With a fault present it does not wait at all: what was
+/// wished before a fault was cleared must not close a pack that somebody may have his hands in.
+inline constexpr Duration close_patience = 5s;
+
 /// The last time closed contactors were opened (or a closing was broken off), and the chain that led there.
 struct OpeningRecord {
   OpeningCause cause = OpeningCause::none;
@@ -54,6 +58,13 @@ struct OpeningRecord {
   TimePoint suspected_since{};  // first sample beyond the threshold
   TimePoint confirmed_at{};
   std::int32_t current_mA = 0;  // at opening
+};
+
+/// The last wish to close that came to nothing.
+struct RefusalRecord {
+  bool has_happened = false;
+  TimePoint at{};
+  Blocker blocker{};
 };
 
 /// How the last closing went.
@@ -101,6 +112,7 @@ class Core {
   [[nodiscard]] const CurrentLimits& limits() const { return limits_; }
   [[nodiscard]] const ChargeState& charge() const { return counter_.state(); }
   [[nodiscard]] const OpeningRecord& last_opening() const { return last_opening_; }
+  [[nodiscard]] const RefusalRecord& last_refusal() const { return last_refusal_; }
   [[nodiscard]] const PrechargeRecord& last_precharge() const { return last_precharge_; }
   [[nodiscard]] const ReceiveCounts& receive_counts() const { return check_.counts(); }
   [[nodiscard]] const ReceiveCheck& receive_check() const { return check_; }
@@ -130,6 +142,7 @@ class Core {
   void watch_contactors(TimePoint now);
   void evaluate_faults(TimePoint now);
   void grant_permission(TimePoint now);
+  void refuse_vain_request(TimePoint now);
   void step_contactors(TimePoint now);
   void send_contactor_command(TimePoint now, Decisions& out);
   void send_polls(TimePoint now, Decisions& out);
@@ -173,12 +186,14 @@ class Core {
   ModuleSetup setup_;
   VehicleReporter reporter_;
   OpeningRecord last_opening_;
+  RefusalRecord last_refusal_;
   PrechargeRecord last_precharge_;
   std::array<PortStatus, port_count> ports_{};
   EventQueue events_;  // raised while observing or deciding, told in order with the next decisions
 
   bool seen_complete_ = false;
   bool close_requested_ = false;
+  TimePoint close_requested_at_{};
   bool request_lines_known_ = false;  // the lines have been seen once since start, so that an edge can be told
   bool vehicle_was_on_ = false;
   bool charger_was_connected_ = false;

@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "daemon/core/permission.hpp"
+
 namespace bmu {
 
 std::string_view to_text(Port port) {
@@ -34,6 +36,7 @@ constexpr std::array<EventRow, event_count> table{{
     {EventId::opened, "opened", Severity::warning},
     {EventId::close_requested, "close_requested", Severity::info},
     {EventId::close_request_over, "close_request_over", Severity::info},
+    {EventId::close_refused, "close_refused", Severity::warning},
     {EventId::soc_started, "soc_started", Severity::info},
     {EventId::module_identified, "module_identified", Severity::info},
     {EventId::module_restarted, "module_restarted", Severity::warning},
@@ -128,6 +131,9 @@ std::string to_text(const Event& event) {
     case EventId::opened: return text_of_opening(event);
     case EventId::close_requested: return "close requested";
     case EventId::close_request_over: return "close request over";
+    case EventId::close_refused:
+      return "close request refused, ask again when this is over: " +
+             std::string(to_text(static_cast<Blocker>(event.number)));
     case EventId::soc_started: return "state of charge starts at " + value_text(Unit::permille, event.number);
     case EventId::module_identified:
       return "module " + std::to_string(event.reading.element.module_node) + " is serial number " + number;

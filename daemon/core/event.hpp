@@ -23,6 +23,7 @@ enum class EventId : std::uint8_t {
   opened,
   close_requested,
   close_request_over,
+  close_refused,
   soc_started,
   module_identified,
   module_restarted,
@@ -34,7 +35,7 @@ enum class EventId : std::uint8_t {
   gate_refused,
   shutting_down,
 };
-inline constexpr std::size_t event_count = 20;
+inline constexpr std::size_t event_count = 21;
 
 enum class Severity : std::uint8_t { debug, info, warning, error };
 
@@ -67,7 +68,7 @@ struct Event {
   Phase phase_to{};
   OpeningCause cause = OpeningCause::none;
   Port port{};
-  std::int64_t number = 0;  // node, milliseconds, permille or identifier, as the event's text says
+  std::int64_t number = 0;  // node, milliseconds, permille, identifier or Blocker, as the event says
 };
 
 /// One line for people, without time and severity.

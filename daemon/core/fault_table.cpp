@@ -285,8 +285,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .name = "module_reports_fault",
      .meaning = "a module reports a failed cell, an open wire or a failed self-test",
      .read = read_module_reports_fault,
-     .confirm = 150ms,
-     .latch = Latch::until_cleared},
+     .confirm = 150ms},  // the module latches it itself, until our clear command reaches it
     {.id = FaultId::module_mismatch,
      .name = "module_mismatch",
      .meaning = "a module is not the one the configuration describes, or two share a node number",

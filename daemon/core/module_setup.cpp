@@ -58,6 +58,13 @@ FixedVector<CanFrame, setup_commands_per_tick> ModuleSetup::step(TimePoint now, 
   return frames;
 }
 
+CanFrame ModuleSetup::clear_faults() {
+  CanFrame frame = make_frame(command, 0);
+  write<command, "operation">(frame, static_cast<std::int64_t>(Operation::clear_faults));
+  seal(command, broadcast_counter_++, frame);
+  return frame;
+}
+
 bool ModuleSetup::is_complete() const {
   for (std::size_t index = 0; index < module_count_; ++index) {
     if (slots_[index].stage != SetupStage::done) return false;

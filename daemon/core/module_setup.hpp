@@ -30,6 +30,8 @@ class ModuleSetup {
   SetupStage observe_response(std::size_t module_index, const CanFrame& frame);
   /// COMMANDs that are due.
   [[nodiscard]] FixedVector<CanFrame, setup_commands_per_tick> step(TimePoint now, const ModuleTable& modules);
+  /// The broadcast COMMAND that makes all modules forget the failures they latched. Nobody answers a broadcast.
+  [[nodiscard]] CanFrame clear_faults();
   /// Every module has been told, and says so itself.
   [[nodiscard]] bool is_complete() const;
   [[nodiscard]] SetupStage stage(std::size_t module_index) const { return slots_[module_index].stage; }
@@ -42,6 +44,7 @@ class ModuleSetup {
   };
 
   std::array<Slot, modules_max> slots_{};
+  std::uint8_t broadcast_counter_ = 0;
   std::size_t module_count_ = 0;
   std::int32_t undervoltage_uV_ = 0;
   std::int32_t overvoltage_uV_ = 0;

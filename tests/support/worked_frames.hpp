@@ -257,7 +257,8 @@ class Random {
   std::uint32_t below(std::uint32_t bound) { return next() % bound; }
   /// Within low..high, both included; the range must be narrower than 2^62.
   std::int64_t between(std::int64_t low, std::int64_t high) {
-    const std::uint64_t wide = (static_cast<std::uint64_t>(next()) << 32) | next();
+    const std::uint64_t high_half = next();  // on its own: operands of | may be evaluated in either order
+    const std::uint64_t wide = (high_half << 32) | next();
     return low + static_cast<std::int64_t>(wide % static_cast<std::uint64_t>(high - low + 1));
   }
 

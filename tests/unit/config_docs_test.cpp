@@ -3,8 +3,8 @@
 #include <array>
 #include <cstdlib>
 #include <fstream>
-#include <iterator>
 #include <map>
+#include <sstream>
 #include <string>
 
 #include <nlohmann/json.hpp>
@@ -21,7 +21,9 @@ const std::string schema_file = std::string(BMUD_SOURCE_DIR) + "/config/pack.sch
 std::string bytes_of(const std::string& file) {
   std::ifstream stream(file, std::ios::binary);
   REQUIRE(stream);
-  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  std::ostringstream bytes;
+  bytes << stream.rdbuf();
+  return bytes.str();
 }
 
 std::string last_token(const std::string& path) {
@@ -34,7 +36,7 @@ constexpr std::array<std::string_view, 15> unit_tokens{"uV",  "mV",  "V",  "mA",
                                                        "Ohm", "uAs", "Ah", "mWh", "ms", "s",  "permille"};
 
 std::string unit_of(const KeyDescription& key) {
-  const std::string token = last_token(key.path);
+  std::string token = last_token(key.path);
   if (std::find(unit_tokens.begin(), unit_tokens.end(), token) != unit_tokens.end()) return token;
   for (const char* pair : {"J_per_K", "W_per_K"}) {
     if (key.path.size() > 7 && key.path.substr(key.path.size() - 7) == pair) return std::string(pair, 1) + "/K";
@@ -65,7 +67,7 @@ TEST_CASE("every default lies in its own range", "[unit][config]") {
 // --- the page -------------------------------------------------------------------------------------------------------
 
 std::string range_of(const FieldInfo& info) {
-  const std::string range = number_text(info.min) + " to " + number_text(info.max);
+  std::string range = number_text(info.min) + " to " + number_text(info.max);
   switch (info.type) {
     case FieldType::integer: return range;
     case FieldType::real: return range + ", may have a fraction";

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,7 +25,9 @@ const std::filesystem::path cells_directory = std::filesystem::path(BMUD_SOURCE_
 std::string bytes_of(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   REQUIRE(stream);
-  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  std::ostringstream bytes;
+  bytes << stream.rdbuf();
+  return bytes.str();
 }
 
 /// The demonstration pack as a tree, its cell in place, so that a test can change any key of either.
@@ -580,7 +582,12 @@ void damage(std::string& text, Random& random) {
     case 0: text[at] = static_cast<char>(random.below(256)); break;
     case 1: text.erase(at, 1 + random.below(20)); break;
     case 2: text.insert(at, 1, "0123456789-.eE{}[],:\"/*\\ "[random.below(25)]); break;
-    default: text.insert(at, text.substr(random.below(text.size()), random.below(40))); break;
+    default: {
+      const std::size_t start = random.below(text.size());
+      const std::size_t length = random.below(40);
+      text.insert(at, text.substr(start, length));
+      break;
+    }
   }
 }
 

@@ -431,3 +431,46 @@ TEST_CASE("identical observations give identical decisions", "[unit][core]") {
   };
   CHECK(run_once() == run_once());
 }
+
+TEST_CASE("a wish from the time of a fault does not close the pack when the fault is cleared",
+          "[unit][core][F90][I3]") {
+  CoreBench bench(small_pack());
+  REQUIRE(bench.close());
+  bench.inputs.estop_1_released = false;
+  REQUIRE(bench.run_until([&] { return is_open(bench); }, 100ms));
+  bench.run(1s);
+  bench.inputs.vehicle_on = false;
+  bench.run(200ms);
+  bench.inputs.vehicle_on = true;  // refused: the emergency stop is still pressed
+  bench.run(200ms);
+  CHECK(bench.has_event(EventId::close_refused));
+  CHECK(bench.core().last_refusal().blocker == Blocker::fault);
+  bench.inputs.estop_1_released = true;
+  bench.run(15s);
+  bench.give(Command::clear_faults);
+  bench.run(10s);
+  CHECK(bench.core().permission().may_close);
+  CHECK(is_open(bench));
+}
+
+TEST_CASE("a wish waits for a pack that is not ready yet, but not for ever", "[unit][core][F90]") {
+  CoreBench quick(small_pack());
+  quick.modules[0].ignores_commands = true;
+  quick.run(300ms);
+  quick.inputs.vehicle_on = true;
+  quick.run(3s);
+  CHECK(quick.core().is_close_requested());
+  quick.modules[0].ignores_commands = false;
+  CHECK(quick.run_until([&] { return quick.core().sequence().phase == Phase::closed; }, 3s));
+
+  CoreBench slow(small_pack());
+  slow.modules[0].ignores_commands = true;
+  slow.run(300ms);
+  slow.inputs.vehicle_on = true;
+  slow.run(6s);
+  CHECK_FALSE(slow.core().is_close_requested());
+  CHECK(slow.core().last_refusal().blocker == Blocker::modules_not_set_up);
+  slow.modules[0].ignores_commands = false;
+  slow.run(10s);
+  CHECK(is_open(slow));
+}

@@ -5,6 +5,7 @@
 // line_room bytes, more than the longest line needs (see frame_text.cpp, which asserts it).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -49,10 +50,7 @@ class TextWriter {
     if (static_cast<std::size_t>(limit_ - at_) < line_room) flush();
   }
   void letter(char one) { *at_++ = one; }
-  void text(std::string_view some) {
-    std::memcpy(at_, some.data(), some.size());
-    at_ += some.size();
-  }
+  void text(std::string_view some) { at_ = std::copy(some.begin(), some.end(), at_); }
   void piece(const Piece& one) { at_ = one.copy_to(at_); }
   void spaces(std::size_t count) {
     std::memset(at_, ' ', count);

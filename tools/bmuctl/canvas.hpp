@@ -1,0 +1,49 @@
+// A screen's worth of characters to draw on. What does not fit is cut off, so that drawing needs no care.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "tools/bmuctl/page.hpp"
+#include "tools/bmuctl/style.hpp"
+
+namespace bmu {
+
+class Canvas {
+ public:
+  Canvas(int width, int height);
+
+  /// Writes UTF-8 text; returns the column behind it. Control characters become '?': nothing drawn can steer a
+  /// terminal.
+  int put(int row, int column, std::string_view text, Style style = Style::normal);
+  int put(int row, int column, const Line& line);
+  /// One style for a whole row, from its first to its last column.
+  void fill(int row, Style style);
+
+  [[nodiscard]] int width() const { return width_; }
+  [[nodiscard]] int height() const { return height_; }
+
+  /// A row without what is blank at its end; "" for a row outside.
+  [[nodiscard]] std::string row_text(int row, bool with_colour) const;
+  /// All rows down to the last that is not blank, a line each.
+  [[nodiscard]] std::string text(bool with_colour) const;
+
+ private:
+  struct Cell {
+    std::string character = " ";
+    Style style = Style::normal;
+  };
+
+  [[nodiscard]] const Cell& at(int row, int column) const {
+    return cells_[static_cast<std::size_t>(row) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(column)];
+  }
+  [[nodiscard]] Cell& at(int row, int column) { return const_cast<Cell&>(std::as_const(*this).at(row, column)); }
+
+  int width_;
+  int height_;
+  std::vector<Cell> cells_;
+};
+
+}  // namespace bmu

@@ -1,0 +1,50 @@
+#include "tools/bmuctl/glyphs.hpp"
+
+#include <clocale>
+#include <cstring>
+
+#include <langinfo.h>
+
+namespace bmu {
+
+const Glyphs pretty_glyphs{.contact_closed = "●",
+                           .contact_open = "○",
+                           .contact_differs = "◐",
+                           .contact_unknown = "?",
+                           .line = "─",
+                           .corner_down = "┬",
+                           .corner_end = "┬",
+                           .low_left = "└",
+                           .low_right = "┘",
+                           .bar_full = "█",
+                           .bar_empty = "░",
+                           .lowest = "▼",
+                           .highest = "▲",
+                           .bullet = "●",
+                           .minus = "−",
+                           .levels = {"▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"}};
+
+const Glyphs plain_glyphs{.contact_closed = "#",
+                          .contact_open = "o",
+                          .contact_differs = "~",
+                          .contact_unknown = "?",
+                          .line = "-",
+                          .corner_down = "+",
+                          .corner_end = "+",
+                          .low_left = "+",
+                          .low_right = "+",
+                          .bar_full = "#",
+                          .bar_empty = ".",
+                          .lowest = "v",
+                          .highest = "^",
+                          .bullet = "*",
+                          .minus = "-",
+                          .levels = {"1", "2", "3", "4", "5", "6", "7", "8"}};
+
+const Glyphs& glyphs_for_locale() {
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): one thread
+  if (std::setlocale(LC_CTYPE, "") == nullptr) return plain_glyphs;
+  return std::strcmp(nl_langinfo(CODESET), "UTF-8") == 0 ? pretty_glyphs : plain_glyphs;
+}
+
+}  // namespace bmu

@@ -1,0 +1,139 @@
+// bmuctl: asks the daemon, and shows the answer.
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+#include <unistd.h>
+
+#include "tools/bmuctl/client.hpp"
+#include "tools/bmuctl/terminal.hpp"
+#include "tools/bmuctl/text_pages.hpp"
+#include "tools/bmuctl/watch.hpp"
+
+namespace {
+
+using namespace bmu;
+
+constexpr int exit_ok = 0;
+constexpr int exit_no_answer = 1;
+constexpr int exit_command_line = 2;
+constexpr std::chrono::milliseconds answer_max{2000};
+
+constexpr const char* footer = R"(Examples:
+  bmuctl status                    the whole pack at a glance
+  bmuctl watch                     the live picture; q or Ctrl-C ends it
+  bmuctl watch --seconds 60 >log   a line a second for a minute, the picture at the end
+  bmuctl why                       why it opened, why it does not close, why it is limited
+  bmuctl --json cells | jq .modules[0]
+
+Exit codes: 0 answered; 1 no daemon answers, it went away, or it refused; 2 command line.)";
+
+/// A command that is one question and one answer.
+struct CommandRow {
+  const char* name;
+  const char* asks;  // the daemon's command
+  const char* help;
+  Page (*page)(const Reply&);
+};
+
+constexpr std::array command_table{
+    CommandRow{"status", "status", "the whole pack at a glance", status_page},
+    CommandRow{"cells", "cells", "every cell: voltage, temperature, balancing, age", cells_page},
+    CommandRow{"faults", "faults", "every fault the daemon knows, and what was seen", faults_page},
+    CommandRow{"why", "why", "why the pack is in its state, why it opened, why it is limited", why_page},
+    CommandRow{"drive", "status", "how the pack closed last, what went through it, why it opened", drive_page},
+    CommandRow{"clear", "clear", "clear latched faults whose cause is gone", clear_page},
+};
+
+struct Options {
+  std::string socket = "/run/bmud/bmud.sock";
+  std::string colour = "auto";
+  bool json = false;
+  double seconds = 0;
+  double period_s = 0;
+  bool reconnect = false;
+};
+
+int fail(const std::string& what) {
+  std::fprintf(stderr, "bmuctl: %s\n", what.c_str());
+  return exit_no_answer;
+}
+
+bool wants_colour(const Options& options) {
+  if (options.colour != "auto") return options.colour == "always";
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): one thread
+  return ::isatty(STDOUT_FILENO) != 0 && std::getenv("NO_COLOR") == nullptr;
+}
+
+int ask(const CommandRow& row, const Options& options) {
+  auto client = Client::connect(options.socket);
+  if (!client) return fail(client.error());
+  if (auto sent = client->send_line(nlohmann::json{{"cmd", row.asks}}.dump()); !sent) return fail(sent.error());
+  const auto line = client->read_line(answer_max);
+  if (!line) return fail(line.error());
+  const nlohmann::json json = nlohmann::json::parse(*line, nullptr, false);
+  const Reply reply(json);
+  if (options.json) write_out(*line + "\n");
+  if (!reply["ok"].is_true()) {
+    const std::string message = reply["error"]["message"].text();
+    return fail(message.empty() ? "the daemon's answer makes no sense" : "the daemon refuses: " + message);
+  }
+  if (!options.json) write_out(row.page(reply).text(wants_colour(options)));
+  return exit_ok;
+}
+
+std::optional<std::chrono::milliseconds> milliseconds_of(double seconds) {
+  if (seconds <= 0) return std::nullopt;
+  return std::chrono::milliseconds(static_cast<std::int64_t>(std::llround(seconds * 1000)));
+}
+
+int watch_pack(const Options& options) {
+  return watch({.socket = options.socket,
+                .period = milliseconds_of(options.period_s),
+                .duration = milliseconds_of(options.seconds),
+                .reconnect = options.reconnect,
+                .json = options.json,
+                .with_colour = wants_colour(options)});
+}
+
+CLI::App* add_watch(CLI::App& app, Options& options) {
+  CLI::App* watch = app.add_subcommand("watch", "the live picture on a terminal, a line a second elsewhere");
+  watch->add_option("--seconds", options.seconds, "end after so long")->check(CLI::Range(0.1, 1e6));
+  watch->add_option("--period", options.period_s, "seconds between two pictures or lines")->check(CLI::Range(0.05, 60.0));
+  watch->add_flag("--reconnect", options.reconnect, "wait for the daemon while it is away, instead of ending");
+  return watch;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app("Shows and asks a running bmud.", "bmuctl");
+  app.add_option("--socket", options.socket, "the daemon's socket")->type_name("PATH")->capture_default_str();
+  app.add_flag("--json", options.json, "the daemon's own answer, a line of JSON");
+  app.add_option("--color", options.colour, "auto, always or never")
+      ->check(CLI::IsMember({"auto", "always", "never"}))
+      ->capture_default_str();
+  app.set_version_flag("--version", "bmuctl " BMUD_VERSION);
+  app.require_subcommand(1);
+  app.fallthrough();
+  app.footer(footer);
+  for (const CommandRow& row : command_table) app.add_subcommand(row.name, row.help);
+  const CLI::App* watch = add_watch(app, options);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    std::fprintf(stderr, "bmuctl: %s (see bmuctl --help)\n", error.what());
+    return exit_command_line;
+  }
+  if (watch->parsed()) return watch_pack(options);
+  for (const CommandRow& row : command_table) {
+    if (app.got_subcommand(row.name)) return ask(row, options);
+  }
+  return exit_command_line;
+}

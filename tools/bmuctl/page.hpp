@@ -1,0 +1,36 @@
+// Text that scrolls by: lines of styled words, and tables whose columns line up.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "tools/bmuctl/style.hpp"
+
+namespace bmu {
+
+struct Span {
+  std::string text;
+  Style style = Style::normal;
+};
+using Line = std::vector<Span>;
+
+/// Columns a terminal needs for it; every character of ours takes one.
+[[nodiscard]] std::size_t width_of(std::string_view text);
+
+class Page {
+ public:
+  void add(Line line) { lines_.push_back(std::move(line)); }
+  /// "label     words": a heading of fixed width and what belongs to it.
+  void add_field(std::string_view label, Line words);
+  /// Rows of equal length. Columns named in `right` are aligned to the right.
+  void add_table(const std::vector<Line>& rows, const std::vector<std::size_t>& right);
+
+  [[nodiscard]] std::string text(bool with_colour) const;
+
+ private:
+  std::vector<Line> lines_;
+};
+
+}  // namespace bmu

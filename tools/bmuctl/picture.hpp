@@ -1,0 +1,24 @@
+// The live picture: a whole pack on one screen, drawn from one "watch" reply.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "tools/bmuctl/canvas.hpp"
+#include "tools/bmuctl/glyphs.hpp"
+#include "tools/bmuctl/reply.hpp"
+
+namespace bmu {
+
+/// Draws what fits: 100 by 30 shows 48 cells in full, smaller windows and larger packs get narrower forms of the same.
+/// `notice` is about the connection ("the daemon has gone"), "" for none.
+void draw_picture(const Reply& reply, std::string_view notice, const Glyphs& glyphs, Canvas& canvas);
+
+/// The same in one line, for logs.
+[[nodiscard]] std::string compact_line(const Reply& reply);
+
+/// Every cell of every module into these rows of the canvas, in the most detailed form that fits. Returns the rows
+/// used.
+int draw_cells(const Reply& cells, const Glyphs& glyphs, int first_row, int rows, Canvas& canvas);
+
+}  // namespace bmu

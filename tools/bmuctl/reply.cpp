@@ -1,0 +1,62 @@
+#include "tools/bmuctl/reply.hpp"
+
+#include <array>
+#include <cstdio>
+
+#include "daemon/core/event.hpp"
+
+namespace bmu {
+
+Reply Reply::operator[](std::string_view key) const {
+  if (json_ == nullptr || !json_->is_object()) return {};
+  const auto found = json_->find(std::string(key));
+  return found == json_->end() ? Reply() : Reply(*found);
+}
+
+Reply Reply::at(std::size_t index) const {
+  return index < size() ? Reply((*json_)[index]) : Reply();
+}
+
+std::size_t Reply::size() const { return json_ != nullptr && json_->is_array() ? json_->size() : 0; }
+
+std::optional<std::int64_t> Reply::number() const {
+  if (json_ == nullptr || !json_->is_number_integer()) return std::nullopt;
+  return json_->get<std::int64_t>();
+}
+
+std::string Reply::text() const {
+  return json_ != nullptr && json_->is_string() ? json_->get<std::string>() : std::string();
+}
+
+std::string shown(const Reply& value, Unit unit) {
+  const std::optional<std::int64_t> number = value.number();
+  return number ? value_text(unit, *number) : "--";
+}
+
+std::string shown_short(std::optional<std::int64_t> value, Unit unit, int decimals) {
+  if (!value) return "--";
+  const UnitSpec& spec = spec_of(unit);
+  double scaled = static_cast<double>(*value) / static_cast<double>(spec.divisor);
+  for (int i = 0; i < spec.decimals; ++i) scaled /= 10;
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.*f", decimals, scaled);
+  return text.data();
+}
+
+std::string shown_span(const Reply& value) {
+  const std::optional<std::int64_t> ms = value.number();
+  if (!ms) return "--";
+  const std::int64_t s = *ms / 1000;
+  if (*ms < 1'000) return std::to_string(*ms) + " ms";
+  if (s < 60) return std::to_string(s) + "." + std::to_string(*ms % 1'000 / 100) + " s";
+  if (s < 3'600) return std::to_string(s / 60) + " min " + std::to_string(s % 60) + " s";
+  return std::to_string(s / 3'600) + " h " + std::to_string(s % 3'600 / 60) + " min";
+}
+
+std::string shown_list(const Reply& list) {
+  std::string all;
+  for (std::size_t i = 0; i < list.size(); ++i) all += (all.empty() ? "" : ", ") + list.at(i).text();
+  return all;
+}
+
+}  // namespace bmu

@@ -1,0 +1,42 @@
+// A reply of the daemon, read without trust: what is missing, null or of another kind is simply not known.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include <nlohmann/json.hpp>
+
+#include "protocol/units.hpp"
+
+namespace bmu {
+
+class Reply {
+ public:
+  Reply() = default;
+  explicit Reply(const nlohmann::json& json) : json_(&json) {}
+
+  [[nodiscard]] Reply operator[](std::string_view key) const;
+  [[nodiscard]] Reply at(std::size_t index) const;
+  [[nodiscard]] std::size_t size() const;
+  [[nodiscard]] bool is_known() const { return json_ != nullptr && !json_->is_null(); }
+  [[nodiscard]] bool is_true() const { return json_ != nullptr && json_->is_boolean() && json_->get<bool>(); }
+  [[nodiscard]] std::optional<std::int64_t> number() const;
+  [[nodiscard]] std::int64_t number_or(std::int64_t otherwise) const { return number().value_or(otherwise); }
+  [[nodiscard]] std::string text() const;  // "" if it is none
+
+ private:
+  const nlohmann::json* json_ = nullptr;
+};
+
+/// "3.2941 V"; "--" if it is not known. The unit is the one the key ends with.
+[[nodiscard]] std::string shown(const Reply& value, Unit unit);
+/// A quantity with fewer decimals than the unit's usual ones, without its symbol: for narrow columns.
+[[nodiscard]] std::string shown_short(std::optional<std::int64_t> value, Unit unit, int decimals);
+/// "350 ms", "3.2 s", "2 min 5 s", "1 h 20 min".
+[[nodiscard]] std::string shown_span(const Reply& ms);
+/// All texts of a list with a comma between.
+[[nodiscard]] std::string shown_list(const Reply& list);
+
+}  // namespace bmu

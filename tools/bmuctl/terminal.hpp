@@ -1,0 +1,37 @@
+// The terminal while a picture fills it: other screen, no cursor, no echo; and back again whatever happens.
+#pragma once
+
+#include <string>
+
+#include <termios.h>
+
+namespace bmu {
+
+struct WindowSize {
+  int width = 100;
+  int height = 30;
+};
+
+/// Of the terminal standard output is; the default if it is none.
+[[nodiscard]] WindowSize window_size();
+
+class FullScreen {
+ public:
+  FullScreen() { enter(); }
+  FullScreen(const FullScreen&) = delete;
+  FullScreen& operator=(const FullScreen&) = delete;
+  ~FullScreen() { leave(); }
+
+  void enter();
+  void leave();
+
+ private:
+  bool is_entered_ = false;
+  bool has_input_settings_ = false;
+  termios input_settings_{};
+};
+
+/// Writes all of it. A reader that has gone is not our problem here.
+void write_out(const std::string& text);
+
+}  // namespace bmu

@@ -1,0 +1,290 @@
+#include "tools/bmuctl/text_pages.hpp"
+
+#include <array>
+#include <utility>
+
+namespace bmu {
+
+namespace {
+
+Span plain(std::string text) { return {std::move(text), Style::normal}; }
+
+std::string yes_no(const Reply& value, std::string_view yes, std::string_view no) {
+  if (!value.is_known()) return "unknown";
+  return std::string(value.is_true() ? yes : no);
+}
+
+std::string place(const Reply& element) {
+  const std::string text = element["text"].text();
+  return text.empty() ? "" : " (" + text + ")";
+}
+
+Line spread_line(const Reply& spread, Unit unit) {
+  const auto value = [&](std::string_view name) {
+    return shown(spread[std::string(name) + "_" + std::string(spec_of(unit).token)], unit);
+  };
+  return {plain("min " + value("min") + place(spread["min_at"]) + "   average " + value("average") + "   max " +
+                value("max") + place(spread["max_at"])),
+          {"   " + std::to_string(spread["count"].number_or(0)) + " of " +
+               std::to_string(spread["expected"].number_or(0)) + " known",
+           Style::dim}};
+}
+
+constexpr std::array<std::pair<std::string_view, std::string_view>, 3> contactor_names{
+    {{"main_negative", "main negative"}, {"precharge", "precharge"}, {"main_positive", "main positive"}}};
+
+Line contactor_line(const Reply& state) {
+  Line line;
+  const Reply feedback = state["feedback"];
+  for (const auto& [key, label] : contactor_names) {
+    const bool is_wanted = state["outputs"][key].is_true();
+    const bool differs = feedback.is_known() && feedback[key].is_true() != is_wanted;
+    line.push_back({std::string(label) + " " + yes_no(feedback[key], "closed", "open") + (is_wanted ? " (commanded)" : "") + "   ",
+                    differs ? Style::warning : Style::normal});
+  }
+  line.push_back({"heard " + shown_span(state["feedback_age_ms"]) + " ago", Style::dim});
+  return line;
+}
+
+Line limit_line(const Reply& limit) {
+  Line line{plain(shown(limit["limit_mA"], Unit::mA)), {"   " + limit["cause"].text(), Style::dim}};
+  for (const Unit unit : {Unit::uV, Unit::dC}) {
+    const std::string token(spec_of(unit).token);
+    if (!limit["value_" + token].is_known()) continue;
+    line.push_back({":" + place(limit["element"]) + " at " + shown(limit["value_" + token], unit) + ", zero at " +
+                        shown(limit["threshold_" + token], unit),
+                    Style::dim});
+  }
+  return line;
+}
+
+void add_faults(Page& page, const Reply& reply) {
+  const std::string present = shown_list(reply["faults_present"]);
+  const std::string warnings = shown_list(reply["warnings"]);
+  page.add_field("Faults", {present.empty() ? Span{"none", Style::good} : Span{present, Style::bad}});
+  if (!warnings.empty()) page.add_field("Warnings", {{warnings, Style::warning}});
+  for (std::size_t i = 0; i < reply["permission"]["blockers"].size(); ++i) {
+    page.add_field(i == 0 ? "Not closing" : "", {{reply["permission"]["blockers"].at(i).text(), Style::warning}});
+  }
+}
+
+void add_modules(Page& page, const Reply& modules) {
+  std::vector<Line> rows{{{"Module", Style::dim}, {"state", Style::dim}, {"serial", Style::dim}, {"answer in", Style::dim},
+                          {"complete", Style::dim}, {"missed", Style::dim}}};
+  for (std::size_t i = 0; i < modules.size(); ++i) {
+    const Reply module = modules.at(i);
+    const bool is_answering = module["is_answering"].is_true();
+    rows.push_back({plain(std::to_string(module["node"].number_or(0))),
+                    is_answering ? Span{module["mode"].text(), Style::good} : Span{"silent", Style::bad},
+                    plain(shown(module["serial_number"], Unit::none)), plain(shown(module["answer_latency_ms"], Unit::ms)),
+                    plain(shown(module["answers_complete"], Unit::none)),
+                    plain(shown(module["answers_missed"], Unit::none))});
+  }
+  page.add_table(rows, {0, 2, 3, 4, 5});
+}
+
+void add_buses(Page& page, const Reply& reply) {
+  std::vector<Line> rows{{{"Bus", Style::dim}, {"", Style::dim}, {"state", Style::dim}, {"sent", Style::dim},
+                          {"seen back", Style::dim}, {"failed", Style::dim}, {"lost", Style::dim}, {"errors", Style::dim},
+                          {"times down", Style::dim}}};
+  for (std::size_t i = 0; i < reply["ports"].size(); ++i) {
+    const Reply port = reply["ports"].at(i);
+    const bool is_up = port["state"].text() == "up";
+    Line row{plain(port["port"].text()), plain(port["bus"].text()),
+             {port["state"].text(), is_up ? Style::good : Style::bad}};
+    for (const auto* key : {"frames_sent", "frames_echoed", "sends_failed", "frames_lost", "error_frames", "times_down"}) {
+      row.push_back(plain(shown(port[key], Unit::none)));
+    }
+    rows.push_back(std::move(row));
+  }
+  page.add_table(rows, {3, 4, 5, 6, 7, 8});
+  const Reply receive = reply["receive"];
+  Line line{plain(shown(receive["accepted"], Unit::none) + " accepted, " + shown(receive["rejected"], Unit::none) + " rejected")};
+  for (std::size_t i = 0; i < receive["most_rejected"].size(); ++i) {
+    const Reply id = receive["most_rejected"].at(i);
+    line.push_back({(i == 0 ? "; most under " : ", ") + id["id"].text() + " " + id["message"].text() + " (" +
+                        shown(id["count"], Unit::none) + ")",
+                    Style::dim});
+  }
+  page.add_field("Frames", std::move(line));
+}
+
+std::string precharge_text(const Reply& precharge) {
+  return std::string(precharge["was_successful"].is_true() ? "took " : "broken off after ") +
+         shown(precharge["took_ms"], Unit::ms) + ": link " + shown(precharge["link_voltage_mV"], Unit::mV) + " of " +
+         shown(precharge["pack_voltage_mV"], Unit::mV) + " at " + shown(precharge["current_mA"], Unit::mA) + ", " +
+         shown_span(precharge["ended_ago_ms"]) + " ago";
+}
+
+std::string drive_text(const Reply& drive) {
+  return std::string(drive["is_running"].is_true() ? "for " : "was closed for ") + shown_span(drive["lasted_ms"]) +
+         ": charge used " + shown(drive["charge_used_uAs"], Unit::uAs) + ", energy out " +
+         shown(drive["energy_out_mWh"], Unit::mWh) + ", in " + shown(drive["energy_in_mWh"], Unit::mWh);
+}
+
+void add_history(Page& page, const Reply& reply) {
+  if (reply["last_precharge"].is_known()) page.add_field("Precharge", {plain(precharge_text(reply["last_precharge"]))});
+  if (reply["drive"].is_known()) page.add_field("Closed", {plain(drive_text(reply["drive"]))});
+  if (reply["last_opening"].is_known()) page.add_field("Opening", {plain(reply["last_opening"]["text"].text())});
+}
+
+}  // namespace
+
+Style style_of_phase(std::string_view phase) {
+  if (phase == "closed") return Style::good;
+  return phase == "open" ? Style::strong : Style::warning;
+}
+
+Style style_within(std::optional<std::int64_t> value, const Reply& limits, Unit unit) {
+  if (!value) return Style::bad;
+  const auto limit = [&](std::string_view name) { return limits[std::string(name) + "_" + std::string(spec_of(unit).token)].number(); };
+  const auto is_below = [&](std::string_view name) { return limit(name) && *value <= *limit(name); };
+  const auto is_above = [&](std::string_view name) { return limit(name) && *value >= *limit(name); };
+  if (is_below("low_open") || is_above("high_open")) return Style::bad;
+  if (is_below("low_warn") || is_above("high_warn")) return Style::warning;
+  return Style::normal;
+}
+
+std::string fault_details(const Reply& fault) {
+  const Reply seen = fault["confirmed"].is_known() ? fault["confirmed"] : fault["worst_warning"];
+  std::string text = seen["element"]["text"].text();
+  // Only rows with a limit judge a number that says something.
+  if (fault["threshold_text"].is_known() && seen.is_known()) {
+    text += (text.empty() ? "" : ": ") + seen["value_text"].text() + ", limit " + fault["threshold_text"].text();
+  }
+  if (fault["confirmed_ago_ms"].is_known()) {
+    text += (text.empty() ? "" : ", ") + shown_span(fault["confirmed_ago_ms"]) + " ago";
+  }
+  return text;
+}
+
+Page status_page(const Reply& reply) {
+  Page page;
+  const Reply state = reply["state"];
+  const Reply values = reply["values"];
+  const Reply charge = reply["charge"];
+  page.add_field("Pack", {{reply["pack"]["name"].text(), Style::strong},
+                          plain(", " + shown(reply["pack"]["cell_count"], Unit::none) + " cells " +
+                                reply["pack"]["cell_name"].text() + ", " + shown(reply["pack"]["module_count"], Unit::none) +
+                                " modules, configuration " + reply["pack"]["config_hash"].text())});
+  page.add_field("State", {{state["phase"].text(), style_of_phase(state["phase"].text())},
+                           plain(" for " + shown_span(state["phase_for_ms"])),
+                           {"   told to the vehicle: " + state["vehicle_state"].text(), Style::dim}});
+  page.add_field("Contactors", contactor_line(state));
+  page.add_field("Voltage", {plain("pack " + shown(values["pack_voltage_mV"], Unit::mV) + "   link " +
+                                   shown(values["link_voltage_mV"], Unit::mV) + "   sum of cells " +
+                                   shown(values["cell_voltage_sum_mV"], Unit::mV))});
+  page.add_field("Current", {plain(shown(values["current_mA"], Unit::mA))});
+  page.add_field("Charge", {plain("SOC " + shown(charge["soc_permille"], Unit::permille) + "   used " +
+                                  shown(charge["depth_of_discharge_uAs"], Unit::uAs) + " of " +
+                                  shown(charge["capacity_uAs"], Unit::uAs) + "   energy out " +
+                                  shown(charge["energy_out_mWh"], Unit::mWh) + ", in " +
+                                  shown(charge["energy_in_mWh"], Unit::mWh))});
+  page.add_field("Cells", spread_line(values["cell_voltage"], Unit::uV));
+  page.add_field("Temperature", spread_line(values["cell_temperature"], Unit::dC));
+  page.add_field("Discharge", limit_line(reply["limits"]["discharge"]));
+  page.add_field("Charging", limit_line(reply["limits"]["charge"]));
+  add_faults(page, reply);
+  add_history(page, reply);
+  add_modules(page, reply["modules"]);
+  add_buses(page, reply);
+  const Reply daemon = reply["daemon"];
+  page.add_field("Daemon", {{"bmud " + daemon["version"].text() + ", up " + shown_span(daemon["uptime_ms"]) + ", " +
+                                 shown(daemon["ticks"], Unit::none) + " ticks, " + shown(daemon["ticks_late"], Unit::none) +
+                                 " late, log lines lost " + shown(daemon["log_lines_lost"], Unit::none),
+                             Style::dim}});
+  return page;
+}
+
+Page cells_page(const Reply& reply) {
+  std::vector<Line> rows{{{"Module", Style::dim}, {"Cell", Style::dim}, {"No.", Style::dim}, {"Voltage", Style::dim},
+                          {"Age", Style::dim}, {"", Style::dim}}};
+  Page page;
+  for (std::size_t m = 0; m < reply["modules"].size(); ++m) {
+    const Reply module = reply["modules"].at(m);
+    const Reply voltages = module["cell_voltage_uV"];
+    for (std::size_t i = 0; i < voltages.size(); ++i) {
+      const auto value = voltages.at(i).number();
+      const std::string validity = module["cell_voltage_validity"].at(i).text();
+      const std::string notes = (validity == "valid" ? "" : validity) + (module["balancing"].at(i).is_true() ? " balancing" : "");
+      rows.push_back({plain(shown(module["node"], Unit::none)), plain(std::to_string(i + 1)),
+                      plain(std::to_string(module["first_pack_number"].number_or(1) + static_cast<std::int64_t>(i))),
+                      {shown(voltages.at(i), Unit::uV), style_within(value, reply["cell_voltage_limits"], Unit::uV)},
+                      {shown(module["cell_voltage_age_ms"].at(i), Unit::ms), Style::dim}, plain(notes)});
+    }
+  }
+  page.add_table(rows, {0, 1, 2, 3, 4});
+  for (std::size_t m = 0; m < reply["modules"].size(); ++m) {
+    const Reply module = reply["modules"].at(m);
+    Line line{plain("cells")};
+    for (std::size_t i = 0; i < module["cell_temperature_dC"].size(); ++i) {
+      const Reply value = module["cell_temperature_dC"].at(i);
+      line.push_back({"  " + shown(value, Unit::dC), style_within(value.number(), reply["cell_temperature_limits"], Unit::dC)});
+    }
+    line.push_back({"   board", Style::dim});
+    for (std::size_t i = 0; i < module["board_temperature_dC"].size(); ++i) {
+      const Reply value = module["board_temperature_dC"].at(i);
+      if (value.is_known()) line.push_back({"  " + shown(value, Unit::dC), Style::dim});
+    }
+    line.push_back({"   module " + shown(module["module_voltage_mV"], Unit::mV), Style::dim});
+    page.add_field("Module " + shown(module["node"], Unit::none), std::move(line));
+  }
+  page.add_field("Voltages", spread_line(reply["cell_voltage"], Unit::uV));
+  page.add_field("Temperature", spread_line(reply["cell_temperature"], Unit::dC));
+  return page;
+}
+
+Page faults_page(const Reply& reply) {
+  std::vector<Line> rows{{{"Fault", Style::dim}, {"stage", Style::dim}, {"count", Style::dim}, {"reaction", Style::dim},
+                          {"what was seen", Style::dim}}};
+  for (std::size_t i = 0; i < reply["faults"].size(); ++i) {
+    const Reply fault = reply["faults"].at(i);
+    const bool is_present = fault["is_present"].is_true();
+    const bool is_warning = fault["is_warning"].is_true();
+    const Style style = is_present ? Style::bad : is_warning ? Style::warning : Style::normal;
+    const std::string stage = fault["stage"].text() + (is_warning && !is_present ? ", warning" : "");
+    rows.push_back({{fault["name"].text(), style}, {stage, style}, plain(shown(fault["count"], Unit::none)),
+                    {fault["reaction"].text(), Style::dim}, plain(fault_details(fault))});
+  }
+  Page page;
+  page.add_table(rows, {2});
+  return page;
+}
+
+Page why_page(const Reply& reply) {
+  Page page;
+  for (std::size_t i = 0; i < reply["text"].size(); ++i) page.add({plain(reply["text"].at(i).text())});
+  const Reply opening = reply["last_opening"];
+  if (!opening.is_known()) return page;
+  page.add({});
+  page.add({{"The last opening, step by step:", Style::dim}});
+  for (std::size_t i = 0; i < opening["steps"].size(); ++i) {
+    const Reply step = opening["steps"].at(i);
+    page.add_field("  " + step["kind"].text(), {plain(step["text"].text())});
+  }
+  return page;
+}
+
+Page clear_page(const Reply& reply) {
+  Page page;
+  const std::string before = shown_list(reply["present_before"]);
+  const std::string still = shown_list(reply["still_present"]);
+  if (before.empty()) page.add({plain("There was nothing to clear.")});
+  if (!before.empty() && still.empty()) page.add({{"Cleared: " + before + ".", Style::good}});
+  if (!still.empty()) page.add({{"Still present, its cause is not gone: " + still + ".", Style::warning}});
+  return page;
+}
+
+Page drive_page(const Reply& reply) {
+  Page page;
+  if (!reply["drive"].is_known()) {
+    page.add({plain("The pack has not been closed since the daemon started.")});
+    for (std::size_t i = 0; i < reply["permission"]["blockers"].size(); ++i) {
+      page.add({plain("Against closing: " + reply["permission"]["blockers"].at(i).text() + ".")});
+    }
+  }
+  add_history(page, reply);
+  return page;
+}
+
+}  // namespace bmu

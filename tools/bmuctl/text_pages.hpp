@@ -1,0 +1,23 @@
+// Replies as text for people: one page a command.
+#pragma once
+
+#include "tools/bmuctl/page.hpp"
+#include "tools/bmuctl/reply.hpp"
+
+namespace bmu {
+
+[[nodiscard]] Page status_page(const Reply& reply);
+[[nodiscard]] Page cells_page(const Reply& reply);
+[[nodiscard]] Page faults_page(const Reply& reply);
+[[nodiscard]] Page why_page(const Reply& reply);
+[[nodiscard]] Page clear_page(const Reply& reply);
+/// What went through the pack while it was last closed, how it closed and why it opened.
+[[nodiscard]] Page drive_page(const Reply& reply);
+
+/// Style of a value between its limits: warning or bad where it is beyond one, or where there is none.
+[[nodiscard]] Style style_within(std::optional<std::int64_t> value, const Reply& limits, Unit unit);
+[[nodiscard]] Style style_of_phase(std::string_view phase);
+/// "cell 2.7 (no. 19): 2.7512 V, limit 2.8000 V, 3.1 s ago": what was seen when a fault was believed.
+[[nodiscard]] std::string fault_details(const Reply& fault);
+
+}  // namespace bmu
