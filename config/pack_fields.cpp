@@ -150,8 +150,8 @@ constexpr std::array current_table{
 
 constexpr std::string_view because_module = "so that a silent module opens the pack within 400 ms";
 constexpr std::string_view because_sensor = "so that a silent sensor or unit opens the pack within 300 ms";
-constexpr double module_age_max = static_cast<double>(to_ms(module_silence_max));
-constexpr double sensor_age_max = static_cast<double>(to_ms(sensor_silence_max));
+constexpr double module_age_max = static_cast<double>(to_ms(module_silence_max - tick_allowance));
+constexpr double sensor_age_max = static_cast<double>(to_ms(sensor_silence_max - tick_allowance));
 constexpr double temperature_age_max = static_cast<double>(to_ms(temperature_reaction_max));
 
 constexpr std::array age_table{

@@ -39,6 +39,8 @@ inline constexpr double ocv_max_mV = 6'000;
 // What a silence may last at most, and the time from a dangerous value to the open command.
 inline constexpr Duration module_silence_max = 400ms;
 inline constexpr Duration sensor_silence_max = 300ms;
+// A silence is noticed on the first tick after the age is over, which is up to this much later.
+inline constexpr Duration tick_allowance = 10ms;
 inline constexpr Duration electrical_reaction_max = 450ms;
 inline constexpr Duration temperature_reaction_max = 950ms;
 inline constexpr Duration plausibility_reaction_max = 1s;

@@ -50,10 +50,10 @@ enum class InsulationMonitor : std::uint8_t { no_signal, normal, undervoltage, s
 
 struct PduMeasurements {
   ContactorFlags feedback{};  // auxiliary contacts
-  PduInputs inputs;
+  PduInputs inputs{};
   InsulationMonitor insulation_monitor = InsulationMonitor::normal;
-  SignalValue insulation_resistance_Ohm;
-  SignalValue throttle_permille;
+  SignalValue insulation_resistance_Ohm{};
+  SignalValue throttle_permille{};
 };
 
 struct PduCounts {

@@ -50,10 +50,9 @@ void Plant::step() {
 double Plant::ocv_V(double soc) const {
   constexpr double intervals = CellPhysics::ocv_points - 1;
   const double place = soc * intervals;
-  const double below = std::clamp(std::floor(place), 0.0, intervals - 1.0);
-  const auto index = static_cast<std::size_t>(below);
-  const std::array<double, CellPhysics::ocv_points>& table = config_.cell.ocv_V;
-  return table[index] + (table[index + 1] - table[index]) * (place - below);
+  const auto index = static_cast<std::size_t>(std::clamp(place, 0.0, intervals - 1.0));
+  const double* const point = &config_.cell.ocv_V[index];
+  return point[0] + (point[1] - point[0]) * (place - static_cast<double>(index));
 }
 
 Plant::Source Plant::sum_cells() {

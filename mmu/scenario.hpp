@@ -163,11 +163,11 @@ struct ScenarioPlace {
 struct ScenarioEvent {
   Duration at{};  // from the start
   Property property{};
-  ScenarioPlace place;
-  ScenarioValue value;
+  ScenarioPlace place{};
+  ScenarioValue value{};
   std::uint32_t line = 0;
   std::uint32_t target_column = 0;  // for problems found later, against a pack
-  std::string text;                 // "cell 2.7 voltage_mV 2700": the line without time and comment
+  std::string text{};               // "cell 2.7 voltage_mV 2700": the line without time and comment
 };
 
 struct Scenario {

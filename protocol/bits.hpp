@@ -69,10 +69,10 @@ constexpr void insert_bits(FrameBytes& bytes, unsigned first_bit, unsigned bit_c
   bytes = store_big_endian((word & ~(mask_of(bit_count) << shift)) | (run << shift));
 }
 
-/// Two's complement of a field of `bit_count` bits.
+/// Two's complement of a field of `bit_count` bits; the bits of `raw` above it are 0.
 [[nodiscard]] constexpr std::int64_t sign_extend(std::uint64_t raw, unsigned bit_count) {
-  const unsigned unused = 64 - bit_count;
-  return static_cast<std::int64_t>(raw << unused) >> unused;
+  const std::uint64_t sign = mask_of(bit_count) ^ (mask_of(bit_count) >> 1);
+  return static_cast<std::int64_t>((raw ^ sign) - sign);
 }
 
 namespace detail {

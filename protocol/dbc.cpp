@@ -118,7 +118,8 @@ std::string comments_of(const Instance& one) {
   for (const SignalSpec& signal : signals_of(*one.message)) {
     const std::string comment = signal_comment(signal);
     if (comment.empty()) continue;
-    text += "CM_ SG_ " + id + " " + std::string(name_without_unit(signal)) + " \"" + comment + "\";\n";
+    text.append("CM_ SG_ ").append(id).append(" ").append(name_without_unit(signal));
+    text.append(" \"").append(comment).append("\";\n");
   }
   return text;
 }

@@ -48,7 +48,7 @@ struct LimitConfig {
   std::int32_t warn = 0;
   std::int32_t open = 0;
   std::int32_t hysteresis = 0;  // how far back behind a threshold a value must be before it counts as good again
-  Duration confirm = 200ms;     // how long, and over at least two samples, before the fault is believed
+  Duration confirm = 150ms;     // how long, and over at least two samples, before the fault is believed
   Duration clear = 1s;          // how long good, before the cause counts as gone
 };
 

@@ -9,9 +9,8 @@ namespace bmu {
 namespace {
 
 Result<std::unique_ptr<BusPort>, OsError> open_port(const std::string& name, std::vector<std::uint32_t> ids) {
-  return open_bus(
-      name,
-      {.receive_ids = std::move(ids), .receive_own = true, .receive_errors = true, .must_exist = false});
+  return open_bus(name,
+                  {.receive_ids = std::move(ids), .receive_own = true, .receive_errors = true, .must_exist = false});
 }
 
 }  // namespace

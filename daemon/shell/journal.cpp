@@ -128,7 +128,9 @@ void Journal::log(Severity severity, std::string_view line) {
   parts_->logger->log(level_of(severity), spdlog::string_view_t(line.data(), line.size()));
 }
 
-std::uint64_t Journal::lines_lost() const { return parts_->pool->overrun_counter() + parts_->sink->refused(); }
+std::uint64_t Journal::lines_lost() const {
+  return parts_->pool->overrun_counter() + parts_->sink->refused();
+}
 
 void Journal::tell_lost() {
   const std::uint64_t lost = lines_lost();

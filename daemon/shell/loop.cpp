@@ -29,7 +29,9 @@ constexpr std::uint32_t tag_status_socket = 12;
 
 constexpr std::array all_ports{Port::internal, Port::vehicle};
 
-constexpr std::size_t index_of(Port port) { return static_cast<std::size_t>(port); }
+constexpr std::size_t index_of(Port port) {
+  return static_cast<std::size_t>(port);
+}
 
 sigset_t ending_signals() {
   sigset_t set;
@@ -38,7 +40,9 @@ sigset_t ending_signals() {
   return set;
 }
 
-OsError os_error(const char* what) { return {.code = errno, .what = what}; }
+OsError os_error(const char* what) {
+  return {.code = errno, .what = what};
+}
 
 }  // namespace
 
@@ -118,7 +122,9 @@ void Loop::observe(TimePoint at, const ObservedThing& what) {
   if (parts_.core.observe({.at = latest_time_, .what = what}) == Urgency::decide_now) decide_now_ = true;
 }
 
-void Loop::give(Command command) { observe(now(), CommandGiven{.command = command}); }
+void Loop::give(Command command) {
+  observe(now(), CommandGiven{.command = command});
+}
 
 void Loop::read_signals() {
   signalfd_siginfo info{};
@@ -163,7 +169,8 @@ void Loop::read_port(Port port) {
 }
 
 void Loop::take_frame(Port port, const ReceivedFrame& received) {
-  if (received.frame.is_error) return observe(received.received_at, BusErrorSeen{.port = port, .classes = received.frame.id});
+  if (received.frame.is_error)
+    return observe(received.received_at, BusErrorSeen{.port = port, .classes = received.frame.id});
   if (received.is_own) return observe(received.received_at, FrameEchoed{.port = port, .frame = received.frame});
   observe(received.received_at, FrameReceived{.port = port, .frame = received.frame});
 }

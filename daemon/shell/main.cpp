@@ -89,9 +89,10 @@ void log_start(Journal& journal, const PackConfig& pack, const BusNames& names, 
   char hash[20];
   std::snprintf(hash, sizeof(hash), "%016llx", static_cast<unsigned long long>(pack.core.hash));
   journal.log(Severity::info, "bmud " BMUD_VERSION ": " + pack.name + ", " + std::to_string(pack.core.modules.size()) +
-                                  " modules, " + std::to_string(cell_count(pack.core)) + " cells, configuration " + hash);
-  journal.log(Severity::info, "buses: internal " + names.internal + ", vehicle " + names.vehicle + "; status socket " +
-                                  options.socket);
+                                  " modules, " + std::to_string(cell_count(pack.core)) + " cells, configuration " +
+                                  hash);
+  journal.log(Severity::info,
+              "buses: internal " + names.internal + ", vehicle " + names.vehicle + "; status socket " + options.socket);
 }
 
 int run_daemon(const PackConfig& pack, const Options& options, Journal& journal) {

@@ -46,7 +46,9 @@ bool ServiceNotify::send(std::string_view text) {
   return sent >= 0;
 }
 
-void ServiceNotify::ready() { is_ready_untold_ = !send("READY=1"); }
+void ServiceNotify::ready() {
+  is_ready_untold_ = !send("READY=1");
+}
 
 void ServiceNotify::stopping() {
   is_ready_untold_ = false;

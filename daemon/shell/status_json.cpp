@@ -266,7 +266,8 @@ Json module_summary_json(const ModuleRecord& module, const StatusView& view) {
           {"last_answer_age_ms", ago_ms(view, module.last_answer_at)}};
 }
 
-// --- the last closing and opening -------------------------------------------------------------------------------------
+// --- the last closing and opening
+// -------------------------------------------------------------------------------------
 
 Json precharge_json(const StatusView& view) {
   const PrechargeRecord& record = view.core.last_precharge();
@@ -339,8 +340,8 @@ Json module_cells_json(const ModuleRecord& module, std::size_t first_pack_number
             {"is_answering", is_answering(module, ages, view.now)},
             {"first_pack_number", first_pack_number}};
   put_column(json, "cell_voltage", Unit::uV, module.cell_voltage_uV, module.config.cell_count, view, ages.cell_voltage);
-  put_column(json, "cell_temperature", Unit::dC, module.cell_temperature_dC, module.config.temperature_sensor_count, view,
-             ages.temperature);
+  put_column(json, "cell_temperature", Unit::dC, module.cell_temperature_dC, module.config.temperature_sensor_count,
+             view, ages.temperature);
   put_column(json, "board_temperature", Unit::dC, module.board_temperature_dC, module.board_temperature_dC.size(), view,
              ages.temperature);
   put(json, "module_voltage", Unit::mV, module.module_voltage_mV, view, ages.cell_voltage);
@@ -364,24 +365,25 @@ Json status_json(const StatusView& view) {
   for (const ModuleRecord& module : core.modules().modules()) modules.push_back(module_summary_json(module, view));
   Json ports = Json::array();
   for (const Port port : {Port::internal, Port::vehicle}) ports.push_back(port_json(port, view));
-  return {{"pack", pack_json(view)},
-          {"daemon", daemon_json(view)},
-          {"state", state_json(view)},
-          {"values", pack_values_json(view)},
-          {"charge", charge_json(view)},
-          {"limits", {{"discharge", limit_json(core.limits().discharge)}, {"charge", limit_json(core.limits().charge)}}},
-          {"permission", permission_json(core.permission())},
-          {"faults_present", fault_names_json(core.faults(), [](const FaultState& s) { return s.is_present(); })},
-          {"warnings", fault_names_json(core.faults(), [](const FaultState& s) { return s.is_warning; })},
-          {"modules_answering", core.pack().modules_answering},
-          {"modules_expected", core.pack().modules_expected},
-          {"complete_cycles", core.modules().complete_cycles()},
-          {"modules", std::move(modules)},
-          {"ports", std::move(ports)},
-          {"receive", receive_json(core)},
-          {"last_precharge", precharge_json(view)},
-          {"drive", drive_json(view)},
-          {"last_opening", opening_json(view)}};
+  return {
+      {"pack", pack_json(view)},
+      {"daemon", daemon_json(view)},
+      {"state", state_json(view)},
+      {"values", pack_values_json(view)},
+      {"charge", charge_json(view)},
+      {"limits", {{"discharge", limit_json(core.limits().discharge)}, {"charge", limit_json(core.limits().charge)}}},
+      {"permission", permission_json(core.permission())},
+      {"faults_present", fault_names_json(core.faults(), [](const FaultState& s) { return s.is_present(); })},
+      {"warnings", fault_names_json(core.faults(), [](const FaultState& s) { return s.is_warning; })},
+      {"modules_answering", core.pack().modules_answering},
+      {"modules_expected", core.pack().modules_expected},
+      {"complete_cycles", core.modules().complete_cycles()},
+      {"modules", std::move(modules)},
+      {"ports", std::move(ports)},
+      {"receive", receive_json(core)},
+      {"last_precharge", precharge_json(view)},
+      {"drive", drive_json(view)},
+      {"last_opening", opening_json(view)}};
 }
 
 Json cells_json(const StatusView& view) {

@@ -70,7 +70,8 @@ StatusReply StatusRequests::answer(std::string_view request) const {
     const Json json = Json::parse(request, nullptr, false);
     if (json.is_discarded()) return {.line = error_line("malformed", "not JSON; try {\"cmd\":\"status\"}")};
     if (!json.is_object() || !json.contains("cmd") || !json["cmd"].is_string()) {
-      return {.line = error_line("malformed", "a request is an object with a text \"cmd\", one of " + known_commands())};
+      return {.line =
+                  error_line("malformed", "a request is an object with a text \"cmd\", one of " + known_commands())};
     }
     const auto name = json["cmd"].get<std::string>();
     const auto* row = std::find_if(command_table.begin(), command_table.end(),
@@ -103,10 +104,9 @@ StatusReply StatusRequests::watch(const Json& request) const {
 
 std::string StatusRequests::picture() const {
   const StatusView now = view();
-  return line_of("watch", {{"status", status_json(now)},
-                           {"cells", cells_json(now)},
-                           {"faults", faults_json(now)},
-                           {"why", why_json(now)}});
+  return line_of(
+      "watch",
+      {{"status", status_json(now)}, {"cells", cells_json(now)}, {"faults", faults_json(now)}, {"why", why_json(now)}});
 }
 
 }  // namespace bmu

@@ -21,9 +21,9 @@ struct StatusSocket::Client {
   std::size_t output_sent = 0;  // of `output`
   std::optional<Duration> picture_period;
   TimePoint picture_at{};
-  bool has_ended = false;      // sends no more; what it asked is still answered
-  bool is_closing = false;     // close once everything is written
-  bool is_finished = false;    // to be removed
+  bool has_ended = false;    // sends no more; what it asked is still answered
+  bool is_closing = false;   // close once everything is written
+  bool is_finished = false;  // to be removed
 
   [[nodiscard]] std::size_t unread() const { return output.size() - output_sent; }
 };
@@ -35,7 +35,9 @@ constexpr int directory_mode = 0755;
 constexpr int backlog = 16;
 constexpr int events_per_call = 32;
 
-OsError os_error(std::string what) { return {.code = errno, .what = std::move(what)}; }
+OsError os_error(std::string what) {
+  return {.code = errno, .what = std::move(what)};
+}
 
 Result<sockaddr_un, OsError> address_of(const std::string& path) {
   sockaddr_un address{};
@@ -47,9 +49,13 @@ Result<sockaddr_un, OsError> address_of(const std::string& path) {
   return address;
 }
 
-OwnedFd make_stream_socket() { return OwnedFd(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)); }
+OwnedFd make_stream_socket() {
+  return OwnedFd(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+}
 
-const sockaddr* plain(const sockaddr_un& address) { return reinterpret_cast<const sockaddr*>(&address); }
+const sockaddr* plain(const sockaddr_un& address) {
+  return reinterpret_cast<const sockaddr*>(&address);
+}
 
 Result<void, OsError> make_directory_for(const std::string& path) {
   const std::size_t slash = path.rfind('/');
@@ -117,7 +123,9 @@ Result<std::unique_ptr<StatusSocket>, OsError> StatusSocket::open(const StatusSo
 StatusSocket::StatusSocket(StatusSocketOptions options, OwnedFd poll, OwnedFd listener)
     : options_(std::move(options)), poll_(std::move(poll)), listener_(std::move(listener)) {}
 
-StatusSocket::~StatusSocket() { ::unlink(options_.path.c_str()); }
+StatusSocket::~StatusSocket() {
+  ::unlink(options_.path.c_str());
+}
 
 void StatusSocket::serve(const Answer& answer) {
   std::array<epoll_event, events_per_call> events{};
@@ -201,7 +209,8 @@ void StatusSocket::answer_line(Client& client, const Answer& answer) {
     client.input.clear();
     client.is_closing = true;
     ++clients_dropped_;
-    queue(client, error_line("too_long", "a request has at most " + std::to_string(options_.request_bytes_max) + " bytes"));
+    queue(client,
+          error_line("too_long", "a request has at most " + std::to_string(options_.request_bytes_max) + " bytes"));
     return;
   }
   const std::string line = client.input.substr(0, end);

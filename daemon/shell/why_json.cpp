@@ -10,7 +10,9 @@ namespace {
 
 using Texts = std::vector<std::string>;
 
-std::string text(std::string_view view) { return std::string(view); }
+std::string text(std::string_view view) {
+  return std::string(view);
+}
 
 // --- words ----------------------------------------------------------------------------------------------------------
 
@@ -49,9 +51,13 @@ std::string joined(const Texts& texts) {
   return all;
 }
 
-Json step(std::string_view kind, std::string sentence) { return {{"kind", kind}, {"text", std::move(sentence)}}; }
+Json step(std::string_view kind, std::string sentence) {
+  return {{"kind", kind}, {"text", std::move(sentence)}};
+}
 
-bool has_limit(const FaultRow& row) { return row.limit != nullptr; }
+bool has_limit(const FaultRow& row) {
+  return row.limit != nullptr;
+}
 
 /// "cell 2.7 (no. 19): 2.8512 V", "module 3", or what the row says when there is nothing to point at.
 std::string reading_text(const FaultRow& row, const Reading& reading) {
@@ -86,8 +92,8 @@ Json limit_step(const OpeningRecord& opening, const FaultRow& row) {
 
 Json fault_step(const OpeningRecord& opening, const FaultRow& row, const StatusView& view) {
   const Duration confirm = thresholds_of(row, view.core.config().limits).confirm;
-  Json json = step("fault", "fault " + text(row.name) + ", believed after " + span_text(confirm) + ", reaction: " +
-                                text(to_text(row.reaction)));
+  Json json = step("fault", "fault " + text(row.name) + ", believed after " + span_text(confirm) +
+                                ", reaction: " + text(to_text(row.reaction)));
   json["name"] = row.name;
   json["reaction"] = to_text(row.reaction);
   json["confirm_ms"] = to_ms(confirm);
@@ -97,8 +103,8 @@ Json fault_step(const OpeningRecord& opening, const FaultRow& row, const StatusV
 }
 
 Json decision_step(const OpeningRecord& opening, const StatusView& view) {
-  Json json = step("decision", "opened " + ago_text(view, opening.at) + " from " + text(to_text(opening.from)) + " at " +
-                                   value_text(Unit::mA, opening.current_mA));
+  Json json = step("decision", "opened " + ago_text(view, opening.at) + " from " + text(to_text(opening.from)) +
+                                   " at " + value_text(Unit::mA, opening.current_mA));
   json["opened_ago_ms"] = ago_ms(view, opening.at);
   json["from"] = to_text(opening.from);
   json["current_mA"] = opening.current_mA;
@@ -128,7 +134,8 @@ std::string opening_reason(const OpeningRecord& opening) {
   return "?";
 }
 
-// --- the present state ------------------------------------------------------------------------------------------------
+// --- the present state
+// ------------------------------------------------------------------------------------------------
 
 /// What an enumerated blocker means right now: the faults, modules, sensors or inputs behind it.
 Texts present_faults(const StatusView& view) {
@@ -197,7 +204,9 @@ Texts modules_without_limits(const StatusView& view) {
   return texts;
 }
 
-Texts no_details(const StatusView&) { return {}; }
+Texts no_details(const StatusView&) {
+  return {};
+}
 
 struct BlockerRow {
   Blocker blocker;
@@ -229,8 +238,8 @@ std::string blocker_text(Blocker blocker, const StatusView& view) {
 std::string state_sentence(const StatusView& view) {
   const SequenceState& sequence = view.core.sequence();
   const std::string since = span_text(view.now - std::max(sequence.entered_at, view.core.started_at()));
-  const std::string now = "the pack is " + text(sequence.phase == Phase::closed ? "closed" : to_text(sequence.phase)) +
-                          " since " + since;
+  const std::string now =
+      "the pack is " + text(sequence.phase == Phase::closed ? "closed" : to_text(sequence.phase)) + " since " + since;
   if (sequence.phase != Phase::open) return now + ": somebody asks for it and nothing speaks against it";
   if (!view.core.permission().may_close) return now + " and may not close";
   return now + (view.core.is_close_requested() ? " and may close" : ": nobody has asked for a closed pack yet");
@@ -253,13 +262,14 @@ Json state_chain(const StatusView& view) {
           {"steps", std::move(steps)}};
 }
 
-// --- closing and limits -----------------------------------------------------------------------------------------------
+// --- closing and limits
+// -----------------------------------------------------------------------------------------------
 
 std::string precharge_sentence(const PrechargeRecord& record, const StatusView& view) {
   const std::string numbers = "link " + value_text(Unit::mV, record.link_mV) + " of " +
                               value_text(Unit::mV, record.pack_mV) + ", " + value_text(Unit::mA, record.current_mA);
-  return text(record.was_successful ? "Precharged in " : "Precharge broken off after ") + span_text(record.took) + ", " +
-         ago_text(view, record.ended_at) + " (" + numbers + ").";
+  return text(record.was_successful ? "Precharged in " : "Precharge broken off after ") + span_text(record.took) +
+         ", " + ago_text(view, record.ended_at) + " (" + numbers + ").";
 }
 
 std::string limit_sentence(std::string_view direction, const CurrentLimit& limit) {

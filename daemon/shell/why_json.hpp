@@ -7,8 +7,8 @@
 
 namespace bmu {
 
-/// {"text":[sentences], "state":{...}, "last_opening":{...}|null, "last_precharge":..., "limits":{...}}; every chain has
-/// "steps", each {"kind":..., "text":..., and its numbers}.
+/// {"text":[sentences], "state":{...}, "last_opening":{...}|null, "last_precharge":..., "limits":{...}}; every chain
+/// has "steps", each {"kind":..., "text":..., and its numbers}.
 [[nodiscard]] Json why_json(const StatusView& view);
 /// The last opening alone, with "text" and "steps"; null if nothing has opened since start.
 [[nodiscard]] Json opening_json(const StatusView& view);

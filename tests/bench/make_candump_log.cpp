@@ -122,6 +122,7 @@ class LogMaker {
 
 }  // namespace
 
+// NOLINTNEXTLINE(bugprone-exception-escape): running out of memory may end it
 int main(int argc, char** argv) {
   const long line_count = argc == 2 ? std::atol(argv[1]) : 0;  // NOLINT(cert-err34-c): 0 is refused below
   if (line_count <= 0) {

@@ -256,7 +256,7 @@ TEST_CASE("a line of 100 MB is skipped in little memory", "[integration][bmudump
   rusage usage{};
   REQUIRE(::wait4(child, &status, 0, &usage) == child);
   CHECK(WEXITSTATUS(status) == 3);
-  CHECK(usage.ru_maxrss < 32 * 1024);
+  CHECK(usage.ru_maxrss < 32'768);
   CHECK(lines_of(content_of(folder.path("out"))).size() == 2);
   CHECK(content_of(folder.path("err")) ==
         "bmudump: " + path + ":2:262145: found more than 262144 characters, wanted a newline; line skipped\n");

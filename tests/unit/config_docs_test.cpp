@@ -6,6 +6,7 @@
 #include <map>
 #include <sstream>
 #include <string>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
@@ -132,18 +133,16 @@ TEST_CASE("docs/configuration.md names the keys that are no plain fields", "[uni
 
 // --- the schema -----------------------------------------------------------------------------------------------------
 
-struct SchemaKey {
-  JsonValue schema;
-  bool is_required = false;
-};
-using SchemaKeys = std::map<std::string, SchemaKey>;
+/// By path: the schema of a key, and whether its object requires it.
+using SchemaKeys = std::map<std::string, std::pair<JsonValue, bool>>;
 
 /// All properties below an object's schema, by path; objects themselves only as containers.
 void collect(const JsonValue& object, const std::string& path, SchemaKeys& keys) {
   CHECK(object.at("additionalProperties") == false);
   const JsonValue required = object.value("required", JsonValue::array());
   for (const auto& [name, schema] : object.at("properties").items()) {
-    const std::string place = path + "/" + name;
+    std::string place = path;
+    place.append("/").append(name);
     if (schema.value("type", "") == "object") {
       collect(schema, place, keys);
     } else {

@@ -348,15 +348,15 @@ TEST_CASE("overcurrent opens above the continuous current, reaching it being eno
 TEST_CASE("ages leave room for one lost answer and for safety's reaction", "[unit][config][FS_1][BMS_F.3]") {
   accepts({{"/ages/module_status_ms", 250}});
   refuses({{"/ages/module_status_ms", 249}}, "/ages/module_status_ms", "at least 250: twice the poll period");
-  accepts({{"/ages/module_status_ms", 400}});
-  refuses({{"/ages/module_status_ms", 401}}, "/ages/module_status_ms", "opens the pack within 400 ms");
-  refuses({{"/ages/cell_voltage_ms", 401}}, "/ages/cell_voltage_ms", "from 50 to 400");
+  accepts({{"/ages/module_status_ms", 390}});
+  refuses({{"/ages/module_status_ms", 391}}, "/ages/module_status_ms", "opens the pack within 400 ms");
+  refuses({{"/ages/cell_voltage_ms", 391}}, "/ages/cell_voltage_ms", "from 50 to 390");
   accepts({{"/ages/pdu_status_ms", 150}});
   refuses({{"/ages/pdu_status_ms", 149}}, "/ages/pdu_status_ms", "at least 150");
-  accepts({{"/ages/pdu_status_ms", 300}});
-  refuses({{"/ages/pdu_status_ms", 301}}, "/ages/pdu_status_ms", "within 300 ms");
+  accepts({{"/ages/pdu_status_ms", 290}});
+  refuses({{"/ages/pdu_status_ms", 291}}, "/ages/pdu_status_ms", "within 300 ms");
   refuses({{"/ages/pack_current_ms", 89}}, "/ages/pack_current_ms", "at least 90");
-  refuses({{"/ages/pack_current_ms", 301}}, "/ages/pack_current_ms", "within 300 ms");
+  refuses({{"/ages/pack_current_ms", 291}}, "/ages/pack_current_ms", "within 300 ms");
   refuses({{"/ages/pack_voltage_ms", 169}}, "/ages/pack_voltage_ms", "at least 170");
 }
 

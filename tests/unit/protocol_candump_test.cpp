@@ -112,10 +112,11 @@ TEST_CASE("every beginning of a line is either damaged or a shorter frame, never
   const std::string whole = "(1700000000.123456) vcan0 143#8EA08E928EB22AB2 R";
   for (std::size_t length = 1; length < whole.size(); ++length) {
     const auto line = parse_log_line(std::string_view(whole).substr(0, length));
-    if (line.has_value())
+    if (line.has_value()) {
       CHECK(line->frame.length <= 8);
-    else
+    } else {
       CHECK(line.error().column <= length);
+    }
   }
 }
 

@@ -52,7 +52,8 @@ void Canvas::fill(int row, Style style) {
 std::string Canvas::row_text(int row, bool with_colour) const {
   if (row < 0 || row >= height_) return "";
   int end = width_;
-  while (end > 0 && at(row, end - 1).character == " " && (!with_colour || at(row, end - 1).style == Style::normal)) --end;
+  while (end > 0 && at(row, end - 1).character == " " && (!with_colour || at(row, end - 1).style == Style::normal))
+    --end;
   std::string text;
   Style style = Style::normal;
   for (int column = 0; column < end; ++column) {

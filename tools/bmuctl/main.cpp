@@ -103,7 +103,8 @@ int watch_pack(const Options& options) {
 CLI::App* add_watch(CLI::App& app, Options& options) {
   CLI::App* watch = app.add_subcommand("watch", "the live picture on a terminal, a line a second elsewhere");
   watch->add_option("--seconds", options.seconds, "end after so long")->check(CLI::Range(0.1, 1e6));
-  watch->add_option("--period", options.period_s, "seconds between two pictures or lines")->check(CLI::Range(0.05, 60.0));
+  watch->add_option("--period", options.period_s, "seconds between two pictures or lines")
+      ->check(CLI::Range(0.05, 60.0));
   watch->add_flag("--reconnect", options.reconnect, "wait for the daemon while it is away, instead of ending");
   return watch;
 }

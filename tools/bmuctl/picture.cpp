@@ -16,9 +16,8 @@ constexpr int opening_rows_max = 3;
 constexpr int cell_rows_min = 2;
 
 std::string upper(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](char c) {
-    return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
-  });
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c; });
   return text;
 }
 
@@ -26,7 +25,8 @@ std::string upper(std::string text) {
 
 void draw_title(const Reply& status, std::string_view notice, Canvas& canvas) {
   const Reply state = status["state"];
-  const std::string left = " " + status["pack"]["name"].text() + "  " + shown(status["pack"]["cell_count"], Unit::none) + " cells";
+  const std::string left =
+      " " + status["pack"]["name"].text() + "  " + shown(status["pack"]["cell_count"], Unit::none) + " cells";
   const std::string middle = upper(state["phase"].text()) + " for " + shown_span(state["phase_for_ms"]);
   const std::string right = "bmud up " + shown_span(status["daemon"]["uptime_ms"]) + " ";
   const int end = canvas.put(0, 0, left);
@@ -35,9 +35,9 @@ void draw_title(const Reply& status, std::string_view notice, Canvas& canvas) {
   const int right_at = canvas.width() - static_cast<int>(width_of(right));
   if (right_at > middle_end + 1) canvas.put(0, right_at, right);
   canvas.fill(0, Style::title);
-  const int state_end =
-      canvas.put(1, 1, state["vehicle_state"].text(), style_of_phase(state["phase"].text()));
-  canvas.put(1, state_end, state["close_requested"].is_true() ? ", closing is asked for" : ", nobody asks for closing", Style::dim);
+  const int state_end = canvas.put(1, 1, state["vehicle_state"].text(), style_of_phase(state["phase"].text()));
+  canvas.put(1, state_end, state["close_requested"].is_true() ? ", closing is asked for" : ", nobody asks for closing",
+             Style::dim);
   if (!notice.empty()) {
     const std::string text = " " + std::string(notice) + " ";
     canvas.put(1, std::max(canvas.width() - static_cast<int>(width_of(text)), 0), text, Style::bad);
@@ -51,7 +51,8 @@ Span contact(const Reply& state, std::string_view name, const Glyphs& glyphs) {
   if (!state["feedback"].is_known()) return {std::string(glyphs.contact_unknown), Style::bad};
   const bool is_closed = state["feedback"][name].is_true();
   if (is_wanted != is_closed) return {std::string(glyphs.contact_differs), Style::warning};
-  return is_closed ? Span{std::string(glyphs.contact_closed), Style::good} : Span{std::string(glyphs.contact_open), Style::normal};
+  return is_closed ? Span{std::string(glyphs.contact_closed), Style::good}
+                   : Span{std::string(glyphs.contact_open), Style::normal};
 }
 
 std::string wire(const Glyphs& glyphs, int length) {
@@ -110,7 +111,8 @@ double voltage_share(const Reply& reply, std::int64_t voltage_mV) {
 BarRow voltage_bar(const Reply& reply, std::string label, std::string_view key, bool from_zero) {
   const Reply value = reply["status"]["values"][key];
   const auto number = value.number();
-  BarRow bar{.label = std::move(label), .value = shown(value, Unit::mV), .style = Style::good, .is_known = number.has_value()};
+  BarRow bar{
+      .label = std::move(label), .value = shown(value, Unit::mV), .style = Style::good, .is_known = number.has_value()};
   if (!number) return bar;
   const auto pack_mV = reply["status"]["values"]["pack_voltage_mV"].number();
   bar.share = from_zero && pack_mV && *pack_mV > 0 ? static_cast<double>(*number) / static_cast<double>(*pack_mV)
@@ -121,7 +123,8 @@ BarRow voltage_bar(const Reply& reply, std::string label, std::string_view key, 
 BarRow current_bar(const Reply& reply) {
   const Reply status = reply["status"];
   const auto number = status["values"]["current_mA"].number();
-  BarRow bar{.label = "current", .value = shown(status["values"]["current_mA"], Unit::mA), .is_known = number.has_value()};
+  BarRow bar{
+      .label = "current", .value = shown(status["values"]["current_mA"], Unit::mA), .is_known = number.has_value()};
   if (!number) return bar;
   const Reply limit = status["limits"][*number >= 0 ? "discharge" : "charge"]["limit_mA"];
   const auto magnitude = static_cast<double>(*number >= 0 ? *number : -*number);
@@ -160,14 +163,16 @@ void draw_values(const Reply& reply, const Glyphs& glyphs, int row, Canvas& canv
   const Reply status = reply["status"];
   const int column = contactors_width + 2;
   draw_contactors(status["state"], glyphs, row, canvas);
-  const std::array bars{voltage_bar(reply, "pack", "pack_voltage_mV", false), voltage_bar(reply, "link", "link_voltage_mV", true),
-                        current_bar(reply), soc_bar(reply)};
+  const std::array bars{voltage_bar(reply, "pack", "pack_voltage_mV", false),
+                        voltage_bar(reply, "link", "link_voltage_mV", true), current_bar(reply), soc_bar(reply)};
   for (std::size_t i = 0; i < bars.size(); ++i) draw_bar(bars[i], glyphs, row + static_cast<int>(i), column, canvas);
   const Reply precharge = status["last_precharge"];
   if (precharge.is_known()) {
     const bool is_good = precharge["was_successful"].is_true();
-    canvas.put(row + 3, 1, std::string(is_good ? "precharged in " : "precharge broken off after ") + shown(precharge["took_ms"], Unit::ms),
-               is_good ? Style::dim : Style::warning);
+    canvas.put(
+        row + 3, 1,
+        std::string(is_good ? "precharged in " : "precharge broken off after ") + shown(precharge["took_ms"], Unit::ms),
+        is_good ? Style::dim : Style::warning);
   }
   canvas.put(row + 4, 1, limit_line("discharge limit  ", status["limits"]["discharge"]));
   canvas.put(row + 5, 1, limit_line("charge limit     ", status["limits"]["charge"]));
@@ -183,8 +188,9 @@ void draw_spread(const Reply& status, const Glyphs& glyphs, int row, Canvas& can
   };
   put(glyphs.lowest, voltage["min_uV"], voltage["min_at"]);
   put(glyphs.highest, voltage["max_uV"], voltage["max_at"]);
-  canvas.put(row, column, " " + shown_short(temperature["min_dC"].number(), Unit::dC, 1) + " to " +
-                              shown(temperature["max_dC"], Unit::dC));
+  canvas.put(
+      row, column,
+      " " + shown_short(temperature["min_dC"].number(), Unit::dC, 1) + " to " + shown(temperature["max_dC"], Unit::dC));
 }
 
 // --- foot -----------------------------------------------------------------------------------------------------------
@@ -252,8 +258,8 @@ std::vector<Line> bus_lines(const Reply& status) {
       counts += "  heard " + shown(status["receive"]["accepted"], Unit::none) + "  rejected " +
                 shown(status["receive"]["rejected"], Unit::none);
     }
-    counts += "  failed " + shown(port["sends_failed"], Unit::none) + "  lost " + shown(port["frames_lost"], Unit::none) +
-              "  errors " + shown(port["error_frames"], Unit::none);
+    counts += "  failed " + shown(port["sends_failed"], Unit::none) + "  lost " +
+              shown(port["frames_lost"], Unit::none) + "  errors " + shown(port["error_frames"], Unit::none);
     line.push_back({counts, Style::dim});
     lines.push_back(std::move(line));
   }
@@ -303,9 +309,10 @@ std::string compact_line(const Reply& reply) {
   std::string faults = shown_list(status["faults_present"]);
   const std::string warnings = shown_list(status["warnings"]);
   if (faults.empty()) faults = warnings.empty() ? "no faults" : "warning: " + warnings;
-  return phase + "  " + shown(values["pack_voltage_mV"], Unit::mV) + "  link " + shown(values["link_voltage_mV"], Unit::mV) +
-         "  " + shown(values["current_mA"], Unit::mA) + "  SOC " + shown(status["charge"]["soc_permille"], Unit::permille) +
-         "  cells " + volts(values["cell_voltage"]["min_uV"]) + " to " + volts(values["cell_voltage"]["max_uV"]) + " V  " +
+  return phase + "  " + shown(values["pack_voltage_mV"], Unit::mV) + "  link " +
+         shown(values["link_voltage_mV"], Unit::mV) + "  " + shown(values["current_mA"], Unit::mA) + "  SOC " +
+         shown(status["charge"]["soc_permille"], Unit::permille) + "  cells " +
+         volts(values["cell_voltage"]["min_uV"]) + " to " + volts(values["cell_voltage"]["max_uV"]) + " V  " +
          shown_short(values["cell_temperature"]["min_dC"].number(), Unit::dC, 1) + " to " +
          shown(values["cell_temperature"]["max_dC"], Unit::dC) + "  limits " + amperes("discharge") + " / " +
          amperes("charge") + " A  " + faults;

@@ -33,9 +33,13 @@ Style style_of_cell(const CellsView& view, const Reply& module, std::size_t cell
   return style == Style::normal && !mark_of(view, module, cell).empty() ? Style::strong : style;
 }
 
-std::string module_label(const Reply& module) { return "M" + std::to_string(module["node"].number_or(0)); }
+std::string module_label(const Reply& module) {
+  return "M" + std::to_string(module["node"].number_or(0));
+}
 
-Style module_style(const Reply& module) { return module["is_answering"].is_true() ? Style::dim : Style::bad; }
+Style module_style(const Reply& module) {
+  return module["is_answering"].is_true() ? Style::dim : Style::bad;
+}
 
 // --- numbers: a module a line, or two -------------------------------------------------------------------------------
 
@@ -72,7 +76,8 @@ std::optional<std::int64_t> hottest(const Reply& module) {
   return highest;
 }
 
-// --- bars: a cell a column, several modules a line --------------------------------------------------------------------
+// --- bars: a cell a column, several modules a line
+// --------------------------------------------------------------------
 
 std::string_view level_of(const CellsView& view, const Reply& value) {
   const Reply limits = view.cells["cell_voltage_limits"];
@@ -113,7 +118,8 @@ int draw_bar_grid(const CellsView& view, const Reply& modules, int width, bool w
     const int row = i / per_line;
     if (row >= rows) break;
     used = row + 1;
-    draw_bars(view, modules.at(static_cast<std::size_t>(i)), first_row + row, i % per_line * width, with_values, canvas);
+    draw_bars(view, modules.at(static_cast<std::size_t>(i)), first_row + row, i % per_line * width, with_values,
+              canvas);
   }
   const int left = count - used * per_line;
   if (left > 0 && used > 0) {
@@ -123,7 +129,8 @@ int draw_bar_grid(const CellsView& view, const Reply& modules, int width, bool w
   return used;
 }
 
-// --- which form -------------------------------------------------------------------------------------------------------
+// --- which form
+// -------------------------------------------------------------------------------------------------------
 
 struct NumbersForm {
   int lines_per_module;
@@ -160,7 +167,8 @@ int draw_cells(const Reply& cells, const Glyphs& glyphs, int first_row, int rows
   }
   const int per_line = std::max(canvas.width() / grid_width_with_values, 1);
   const bool with_values = (count + per_line - 1) / per_line <= rows;
-  return draw_bar_grid(view, modules, with_values ? grid_width_with_values : grid_width, with_values, first_row, rows, canvas);
+  return draw_bar_grid(view, modules, with_values ? grid_width_with_values : grid_width, with_values, first_row, rows,
+                       canvas);
 }
 
 }  // namespace bmu

@@ -17,7 +17,9 @@ Reply Reply::at(std::size_t index) const {
   return index < size() ? Reply((*json_)[index]) : Reply();
 }
 
-std::size_t Reply::size() const { return json_ != nullptr && json_->is_array() ? json_->size() : 0; }
+std::size_t Reply::size() const {
+  return json_ != nullptr && json_->is_array() ? json_->size() : 0;
+}
 
 std::optional<std::int64_t> Reply::number() const {
   if (json_ == nullptr || !json_->is_number_integer()) return std::nullopt;

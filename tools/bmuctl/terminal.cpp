@@ -13,7 +13,9 @@ constexpr const char* enter_code = "\033[?1049h\033[?25l\033[2J";
 constexpr const char* leave_code = "\033[0m\033[?25h\033[?1049l";
 
 /// A background job that touches the terminal's settings would be stopped.
-bool is_foreground() { return ::isatty(STDIN_FILENO) != 0 && ::tcgetpgrp(STDIN_FILENO) == ::getpgrp(); }
+bool is_foreground() {
+  return ::isatty(STDIN_FILENO) != 0 && ::tcgetpgrp(STDIN_FILENO) == ::getpgrp();
+}
 
 }  // namespace
 

@@ -7,7 +7,9 @@ namespace bmu {
 
 namespace {
 
-Span plain(std::string text) { return {std::move(text), Style::normal}; }
+Span plain(std::string text) {
+  return {std::move(text), Style::normal};
+}
 
 std::string yes_no(const Reply& value, std::string_view yes, std::string_view no) {
   if (!value.is_known()) return "unknown";
@@ -39,8 +41,9 @@ Line contactor_line(const Reply& state) {
   for (const auto& [key, label] : contactor_names) {
     const bool is_wanted = state["outputs"][key].is_true();
     const bool differs = feedback.is_known() && feedback[key].is_true() != is_wanted;
-    line.push_back({std::string(label) + " " + yes_no(feedback[key], "closed", "open") + (is_wanted ? " (commanded)" : "") + "   ",
-                    differs ? Style::warning : Style::normal});
+    line.push_back(
+        {std::string(label) + " " + yes_no(feedback[key], "closed", "open") + (is_wanted ? " (commanded)" : "") + "   ",
+         differs ? Style::warning : Style::normal});
   }
   line.push_back({"heard " + shown_span(state["feedback_age_ms"]) + " ago", Style::dim});
   return line;
@@ -69,37 +72,50 @@ void add_faults(Page& page, const Reply& reply) {
 }
 
 void add_modules(Page& page, const Reply& modules) {
-  std::vector<Line> rows{{{"Module", Style::dim}, {"state", Style::dim}, {"serial", Style::dim}, {"answer in", Style::dim},
-                          {"complete", Style::dim}, {"missed", Style::dim}}};
+  std::vector<Line> rows{{{"Module", Style::dim},
+                          {"state", Style::dim},
+                          {"serial", Style::dim},
+                          {"answer in", Style::dim},
+                          {"complete", Style::dim},
+                          {"missed", Style::dim}}};
   for (std::size_t i = 0; i < modules.size(); ++i) {
     const Reply module = modules.at(i);
     const bool is_answering = module["is_answering"].is_true();
-    rows.push_back({plain(std::to_string(module["node"].number_or(0))),
-                    is_answering ? Span{module["mode"].text(), Style::good} : Span{"silent", Style::bad},
-                    plain(shown(module["serial_number"], Unit::none)), plain(shown(module["answer_latency_ms"], Unit::ms)),
-                    plain(shown(module["answers_complete"], Unit::none)),
-                    plain(shown(module["answers_missed"], Unit::none))});
+    rows.push_back(
+        {plain(std::to_string(module["node"].number_or(0))),
+         is_answering ? Span{module["mode"].text(), Style::good} : Span{"silent", Style::bad},
+         plain(shown(module["serial_number"], Unit::none)), plain(shown(module["answer_latency_ms"], Unit::ms)),
+         plain(shown(module["answers_complete"], Unit::none)), plain(shown(module["answers_missed"], Unit::none))});
   }
   page.add_table(rows, {0, 2, 3, 4, 5});
 }
 
 void add_buses(Page& page, const Reply& reply) {
-  std::vector<Line> rows{{{"Bus", Style::dim}, {"", Style::dim}, {"state", Style::dim}, {"sent", Style::dim},
-                          {"seen back", Style::dim}, {"failed", Style::dim}, {"lost", Style::dim}, {"errors", Style::dim},
+  std::vector<Line> rows{{{"Bus", Style::dim},
+                          {"", Style::dim},
+                          {"state", Style::dim},
+                          {"sent", Style::dim},
+                          {"seen back", Style::dim},
+                          {"failed", Style::dim},
+                          {"lost", Style::dim},
+                          {"errors", Style::dim},
                           {"times down", Style::dim}}};
   for (std::size_t i = 0; i < reply["ports"].size(); ++i) {
     const Reply port = reply["ports"].at(i);
     const bool is_up = port["state"].text() == "up";
-    Line row{plain(port["port"].text()), plain(port["bus"].text()),
+    Line row{plain(port["port"].text()),
+             plain(port["bus"].text()),
              {port["state"].text(), is_up ? Style::good : Style::bad}};
-    for (const auto* key : {"frames_sent", "frames_echoed", "sends_failed", "frames_lost", "error_frames", "times_down"}) {
+    for (const auto* key :
+         {"frames_sent", "frames_echoed", "sends_failed", "frames_lost", "error_frames", "times_down"}) {
       row.push_back(plain(shown(port[key], Unit::none)));
     }
     rows.push_back(std::move(row));
   }
   page.add_table(rows, {3, 4, 5, 6, 7, 8});
   const Reply receive = reply["receive"];
-  Line line{plain(shown(receive["accepted"], Unit::none) + " accepted, " + shown(receive["rejected"], Unit::none) + " rejected")};
+  Line line{plain(shown(receive["accepted"], Unit::none) + " accepted, " + shown(receive["rejected"], Unit::none) +
+                  " rejected")};
   for (std::size_t i = 0; i < receive["most_rejected"].size(); ++i) {
     const Reply id = receive["most_rejected"].at(i);
     line.push_back({(i == 0 ? "; most under " : ", ") + id["id"].text() + " " + id["message"].text() + " (" +
@@ -137,7 +153,9 @@ Style style_of_phase(std::string_view phase) {
 
 Style style_within(std::optional<std::int64_t> value, const Reply& limits, Unit unit) {
   if (!value) return Style::bad;
-  const auto limit = [&](std::string_view name) { return limits[std::string(name) + "_" + std::string(spec_of(unit).token)].number(); };
+  const auto limit = [&](std::string_view name) {
+    return limits[std::string(name) + "_" + std::string(spec_of(unit).token)].number();
+  };
   const auto is_below = [&](std::string_view name) { return limit(name) && *value <= *limit(name); };
   const auto is_above = [&](std::string_view name) { return limit(name) && *value >= *limit(name); };
   if (is_below("low_open") || is_above("high_open")) return Style::bad;
@@ -163,10 +181,11 @@ Page status_page(const Reply& reply) {
   const Reply state = reply["state"];
   const Reply values = reply["values"];
   const Reply charge = reply["charge"];
-  page.add_field("Pack", {{reply["pack"]["name"].text(), Style::strong},
-                          plain(", " + shown(reply["pack"]["cell_count"], Unit::none) + " cells " +
-                                reply["pack"]["cell_name"].text() + ", " + shown(reply["pack"]["module_count"], Unit::none) +
-                                " modules, configuration " + reply["pack"]["config_hash"].text())});
+  page.add_field("Pack",
+                 {{reply["pack"]["name"].text(), Style::strong},
+                  plain(", " + shown(reply["pack"]["cell_count"], Unit::none) + " cells " +
+                        reply["pack"]["cell_name"].text() + ", " + shown(reply["pack"]["module_count"], Unit::none) +
+                        " modules, configuration " + reply["pack"]["config_hash"].text())});
   page.add_field("State", {{state["phase"].text(), style_of_phase(state["phase"].text())},
                            plain(" for " + shown_span(state["phase_for_ms"])),
                            {"   told to the vehicle: " + state["vehicle_state"].text(), Style::dim}});
@@ -189,16 +208,21 @@ Page status_page(const Reply& reply) {
   add_modules(page, reply["modules"]);
   add_buses(page, reply);
   const Reply daemon = reply["daemon"];
-  page.add_field("Daemon", {{"bmud " + daemon["version"].text() + ", up " + shown_span(daemon["uptime_ms"]) + ", " +
-                                 shown(daemon["ticks"], Unit::none) + " ticks, " + shown(daemon["ticks_late"], Unit::none) +
-                                 " late, log lines lost " + shown(daemon["log_lines_lost"], Unit::none),
-                             Style::dim}});
+  page.add_field("Daemon",
+                 {{"bmud " + daemon["version"].text() + ", up " + shown_span(daemon["uptime_ms"]) + ", " +
+                       shown(daemon["ticks"], Unit::none) + " ticks, " + shown(daemon["ticks_late"], Unit::none) +
+                       " late, log lines lost " + shown(daemon["log_lines_lost"], Unit::none),
+                   Style::dim}});
   return page;
 }
 
 Page cells_page(const Reply& reply) {
-  std::vector<Line> rows{{{"Module", Style::dim}, {"Cell", Style::dim}, {"No.", Style::dim}, {"Voltage", Style::dim},
-                          {"Age", Style::dim}, {"", Style::dim}}};
+  std::vector<Line> rows{{{"Module", Style::dim},
+                          {"Cell", Style::dim},
+                          {"No.", Style::dim},
+                          {"Voltage", Style::dim},
+                          {"Age", Style::dim},
+                          {"", Style::dim}}};
   Page page;
   for (std::size_t m = 0; m < reply["modules"].size(); ++m) {
     const Reply module = reply["modules"].at(m);
@@ -206,11 +230,14 @@ Page cells_page(const Reply& reply) {
     for (std::size_t i = 0; i < voltages.size(); ++i) {
       const auto value = voltages.at(i).number();
       const std::string validity = module["cell_voltage_validity"].at(i).text();
-      const std::string notes = (validity == "valid" ? "" : validity) + (module["balancing"].at(i).is_true() ? " balancing" : "");
-      rows.push_back({plain(shown(module["node"], Unit::none)), plain(std::to_string(i + 1)),
+      const std::string notes =
+          (validity == "valid" ? "" : validity) + (module["balancing"].at(i).is_true() ? " balancing" : "");
+      rows.push_back({plain(shown(module["node"], Unit::none)),
+                      plain(std::to_string(i + 1)),
                       plain(std::to_string(module["first_pack_number"].number_or(1) + static_cast<std::int64_t>(i))),
                       {shown(voltages.at(i), Unit::uV), style_within(value, reply["cell_voltage_limits"], Unit::uV)},
-                      {shown(module["cell_voltage_age_ms"].at(i), Unit::ms), Style::dim}, plain(notes)});
+                      {shown(module["cell_voltage_age_ms"].at(i), Unit::ms), Style::dim},
+                      plain(notes)});
     }
   }
   page.add_table(rows, {0, 1, 2, 3, 4});
@@ -219,7 +246,8 @@ Page cells_page(const Reply& reply) {
     Line line{plain("cells")};
     for (std::size_t i = 0; i < module["cell_temperature_dC"].size(); ++i) {
       const Reply value = module["cell_temperature_dC"].at(i);
-      line.push_back({"  " + shown(value, Unit::dC), style_within(value.number(), reply["cell_temperature_limits"], Unit::dC)});
+      line.push_back(
+          {"  " + shown(value, Unit::dC), style_within(value.number(), reply["cell_temperature_limits"], Unit::dC)});
     }
     line.push_back({"   board", Style::dim});
     for (std::size_t i = 0; i < module["board_temperature_dC"].size(); ++i) {
@@ -235,7 +263,10 @@ Page cells_page(const Reply& reply) {
 }
 
 Page faults_page(const Reply& reply) {
-  std::vector<Line> rows{{{"Fault", Style::dim}, {"stage", Style::dim}, {"count", Style::dim}, {"reaction", Style::dim},
+  std::vector<Line> rows{{{"Fault", Style::dim},
+                          {"stage", Style::dim},
+                          {"count", Style::dim},
+                          {"reaction", Style::dim},
                           {"what was seen", Style::dim}}};
   for (std::size_t i = 0; i < reply["faults"].size(); ++i) {
     const Reply fault = reply["faults"].at(i);
@@ -243,8 +274,11 @@ Page faults_page(const Reply& reply) {
     const bool is_warning = fault["is_warning"].is_true();
     const Style style = is_present ? Style::bad : is_warning ? Style::warning : Style::normal;
     const std::string stage = fault["stage"].text() + (is_warning && !is_present ? ", warning" : "");
-    rows.push_back({{fault["name"].text(), style}, {stage, style}, plain(shown(fault["count"], Unit::none)),
-                    {fault["reaction"].text(), Style::dim}, plain(fault_details(fault))});
+    rows.push_back({{fault["name"].text(), style},
+                    {stage, style},
+                    plain(shown(fault["count"], Unit::none)),
+                    {fault["reaction"].text(), Style::dim},
+                    plain(fault_details(fault))});
   }
   Page page;
   page.add_table(rows, {2});

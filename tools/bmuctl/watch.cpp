@@ -233,6 +233,8 @@ void Watch::show_last_picture() const {
 
 }  // namespace
 
-int watch(const WatchOptions& options) { return Watch(options).run(); }
+int watch(const WatchOptions& options) {
+  return Watch(options).run();
+}
 
 }  // namespace bmu

@@ -78,7 +78,8 @@ FrameText::FrameText(const DumpCatalogue& catalogue, const Style& style)
     std::string label(match.message == nullptr ? unknown_label : match.message->name);
     if (match.message != nullptr && match.message->has_node()) label += " node " + std::to_string(match.node);
     label.resize(std::max(label.size(), label_width), ' ');
-    label_of_id_[id] = Piece(" " + three_hex_digits(id) + " " + label_on + label + std::string(colours_.off));
+    std::string start = " " + three_hex_digits(id) + " ";
+    label_of_id_[id] = Piece(start.append(label_on).append(label).append(colours_.off));
   }
 }
 
@@ -215,26 +216,36 @@ void FrameText::print_json(const SeenFrame& seen, TextWriter& out) const {
   out.letter('"');
   if (verdict.message == nullptr) {
     out.text(",\"message\":null,\"node\":null,\"ok\":null");
+    print_json_raw(seen.line, out);
   } else {
-    out.piece(plans_[catalogue_->row_of(frame.id)].json_lead);
-    if (verdict.message->has_node())
-      out.decimal(verdict.node);
-    else
-      out.text("null");
-    out.text(verdict.is_accepted ? ",\"ok\":true" : ",\"ok\":false,\"reason\":");
-    if (!verdict.is_accepted) out.json_string(to_text(verdict.reason));
-  }
-  if (verdict.is_accepted) {
-    print_json_signals(plans_[catalogue_->row_of(frame.id)], frame, out);
-  } else {
-    if (seen.line.kind == LogLineKind::fd_frame) out.text(",\"fd\":true");
-    if (frame.is_remote) out.text(",\"remote\":true");
-    if (frame.is_error) out.text(",\"error\":true");
-    out.text(",\"data\":\"");
-    if (!frame.is_remote) print_hex_bytes(frame, out);
-    out.letter('"');
+    print_json_verdict(plans_[catalogue_->row_of(frame.id)], seen, out);
   }
   out.text("}\n");
+}
+
+void FrameText::print_json_verdict(const MessagePlan& plan, const SeenFrame& seen, TextWriter& out) {
+  out.piece(plan.json_lead);
+  if (seen.verdict.message->has_node()) {
+    out.decimal(seen.verdict.node);
+  } else {
+    out.text("null");
+  }
+  if (seen.verdict.is_accepted) {
+    out.text(",\"ok\":true");
+    return print_json_signals(plan, seen.line.frame, out);
+  }
+  out.text(",\"ok\":false,\"reason\":");
+  out.json_string(to_text(seen.verdict.reason));
+  print_json_raw(seen.line, out);
+}
+
+void FrameText::print_json_raw(const LogLine& line, TextWriter& out) {
+  if (line.kind == LogLineKind::fd_frame) out.text(",\"fd\":true");
+  if (line.frame.is_remote) out.text(",\"remote\":true");
+  if (line.frame.is_error) out.text(",\"error\":true");
+  out.text(",\"data\":\"");
+  if (!line.frame.is_remote) print_hex_bytes(line.frame, out);
+  out.letter('"');
 }
 
 void FrameText::print_json_signals(const MessagePlan& plan, const CanFrame& frame, TextWriter& out) {

@@ -58,6 +58,8 @@ class FrameText {
   void print_signals(const MessagePlan& plan, const CanFrame& frame, TextWriter& out) const;
   void print_value(const SignalPlan& plan, std::int64_t raw, TextWriter& out) const;
   [[nodiscard]] bool is_left_out(const SignalPlan& plan, std::int64_t raw) const;
+  static void print_json_verdict(const MessagePlan& plan, const SeenFrame& seen, TextWriter& out);
+  static void print_json_raw(const LogLine& line, TextWriter& out);
   static void print_json_signals(const MessagePlan& plan, const CanFrame& frame, TextWriter& out);
   void print_raw(const SeenFrame& seen, TextWriter& out) const;
 

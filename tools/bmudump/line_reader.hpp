@@ -11,7 +11,7 @@ namespace bmu::dump {
 
 class LineReader {
  public:
-  static constexpr std::size_t buffer_size = 256 * 1024;
+  static constexpr std::size_t buffer_size = 262'144;
 
   struct Line {
     std::string_view text;  // without newline; valid until the next fill()

@@ -25,7 +25,7 @@ std::string ranges_of(const std::bitset<64>& nodes) {
   return text;
 }
 
-std::string padded(std::string text, std::size_t width, bool is_right) {
+std::string padded(const std::string& text, std::size_t width, bool is_right) {
   const std::string space(width - std::min(width, text.size()), ' ');
   return is_right ? space + text : text + space;
 }

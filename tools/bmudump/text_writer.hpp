@@ -41,7 +41,7 @@ class Piece {
 
 class TextWriter {
  public:
-  static constexpr std::size_t line_room = 8 * 1024;
+  static constexpr std::size_t line_room = 8'192;
 
   explicit TextWriter(int fd);
 
@@ -72,7 +72,7 @@ class TextWriter {
   [[nodiscard]] int error() const { return error_; }
 
  private:
-  static constexpr std::size_t buffer_size = 256 * 1024;
+  static constexpr std::size_t buffer_size = 262'144;
 
   int fd_;
   int error_ = 0;

@@ -1,0 +1,389 @@
+// The real daemon and the real bmuctl as processes, on an embedded bus, with the real emulator behind it. Every wait is
+// for an event (a frame, a datagram, the end of a process) and bounded.
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+#include <sys/socket.h>
+#include <sys/un.h>
+
+#include "daemon/core/output_gate.hpp"
+#include "daemon/shell/bus_port.hpp"
+#include "protocol/tables/internal_bus.hpp"
+#include "tests/support/process.hpp"
+
+namespace bmu {
+
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::steady_clock;
+
+const std::string pack_file = std::string(BMUD_SOURCE_DIR) + "/config/packs/demo-48s.json";
+
+/// Somebody on the bus who hears the contactor commands and nothing else.
+class Listener {
+ public:
+  explicit Listener(const std::string& bus) {
+    auto port = open_bus(bus, {.receive_ids = {internal_bus::contactor_command.base_id}});
+    REQUIRE(port);
+    port_ = std::move(*port);
+  }
+
+  /// The next command, at most so much later; none if none came.
+  [[nodiscard]] std::optional<ContactorOutputs> next(milliseconds at_most) {
+    const auto deadline = steady_clock::now() + at_most;
+    while (true) {
+      ReceivedFrame received;
+      if (port_->read(received) == ReadStatus::frame) return last_ = outputs_of(received.frame);
+      const auto left = std::chrono::duration_cast<milliseconds>(deadline - steady_clock::now());
+      pollfd wait{.fd = port_->fd(), .events = POLLIN, .revents = 0};
+      if (left.count() <= 0 || ::poll(&wait, 1, static_cast<int>(left.count())) <= 0) return std::nullopt;
+    }
+  }
+  /// True once a command as wanted is heard.
+  template <class IsWanted>
+  [[nodiscard]] bool hears(IsWanted is_wanted, milliseconds at_most) {
+    const auto deadline = steady_clock::now() + at_most;
+    while (steady_clock::now() < deadline) {
+      const auto command = next(milliseconds(500));
+      if (command && is_wanted(*command)) return true;
+    }
+    return false;
+  }
+  /// How many commands are heard in a time; they come every 50 ms.
+  [[nodiscard]] int count_within(milliseconds time) {
+    const auto deadline = steady_clock::now() + time;
+    int count = 0;
+    while (steady_clock::now() < deadline) {
+      if (next(std::chrono::duration_cast<milliseconds>(deadline - steady_clock::now()))) ++count;
+    }
+    return count;
+  }
+  /// The last command of all, after everything that was sent has been read.
+  [[nodiscard]] ContactorOutputs last() {
+    while (next(milliseconds(0))) {
+    }
+    return last_;
+  }
+
+ private:
+  std::unique_ptr<BusPort> port_;
+  ContactorOutputs last_;
+};
+
+bool is_closed(const ContactorOutputs& outputs) {
+  return outputs.main_positive && outputs.main_negative && !outputs.precharge;
+}
+bool is_open(const ContactorOutputs& outputs) {
+  return !outputs.any_contactor();
+}
+
+/// A bus of its own, a folder, and the programs on it.
+struct Bench {
+  TemporaryFolder folder;
+  std::string bus = "unix:test-daemon-" + std::to_string(::getpid()) + "-" + std::to_string(next_number++);
+  std::string socket = folder / "bmud.sock";
+  std::string log = folder / "bmud.log";
+  Listener listener{bus};
+  std::unique_ptr<Process> emulator;
+  std::unique_ptr<Process> daemon;
+
+  Bench() = default;
+  Bench(const Bench&) = delete;
+  Bench& operator=(const Bench&) = delete;
+  ~Bench() {
+    emulator.reset();
+    daemon.reset();
+    std::filesystem::remove("/dev/shm/bmud-bus." + bus.substr(5));
+  }
+
+  void start_emulator(const std::string& scenario) {
+    std::ofstream(folder / "test.scn") << "0 pack soc_permille 800\n0 link capacitance_uF 200\n" << scenario;
+    emulator = std::make_unique<Process>(std::vector<std::string>{program("mmusim"), "--bus", bus, "--pack", pack_file,
+                                                                  "--scenario", folder / "test.scn"},
+                                         ProcessOptions{.err_file = folder / "mmusim.log"});
+  }
+  void start_daemon(ProcessOptions options = {}) {
+    if (options.err_fd < 0) options.err_file = log;
+    daemon = std::make_unique<Process>(daemon_command(), options);
+  }
+  [[nodiscard]] std::vector<std::string> daemon_command() const {
+    return {program("bmud"), "--config", pack_file, "--bus-internal", bus, "--socket", socket, "--log-level", "debug"};
+  }
+  [[nodiscard]] Finished ask(std::vector<std::string> words) const {
+    words.insert(words.begin(), {program("bmuctl"), "--socket", socket});
+    return run_program(words);
+  }
+  [[nodiscard]] nlohmann::json ask_json(const std::string& command) const {
+    return nlohmann::json::parse(ask({"--json", command}).out, nullptr, false);
+  }
+
+  static inline int next_number = 0;
+};
+
+/// The service manager's side of its socket.
+class NotifySocket {
+ public:
+  explicit NotifySocket(std::string path)
+      : path_(std::move(path)), fd_(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
+    REQUIRE(::bind(fd_.get(), reinterpret_cast<const sockaddr*>(&address()), sizeof(sockaddr_un)) == 0);
+  }
+
+  [[nodiscard]] std::optional<std::string> next(milliseconds at_most) {
+    pollfd wait{.fd = fd_.get(), .events = POLLIN, .revents = 0};
+    if (::poll(&wait, 1, static_cast<int>(at_most.count())) <= 0) return std::nullopt;
+    std::array<char, 512> buffer{};
+    const ssize_t count = ::recv(fd_.get(), buffer.data(), buffer.size(), 0);
+    return std::string(buffer.data(), static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
+  }
+  [[nodiscard]] bool hears(const std::string& wanted, milliseconds at_most) {
+    const auto deadline = steady_clock::now() + at_most;
+    while (steady_clock::now() < deadline) {
+      if (next(milliseconds(500)) == wanted) return true;
+    }
+    return false;
+  }
+  /// Sends to itself until the queue takes no more.
+  void fill() {
+    const OwnedFd sender(::socket(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK, 0));
+    while (::sendto(sender.get(), "x", 1, MSG_DONTWAIT, reinterpret_cast<const sockaddr*>(&address()),
+                    sizeof(sockaddr_un)) == 1) {
+    }
+  }
+  void drain() {
+    while (next(milliseconds(0))) {
+    }
+  }
+
+ private:
+  const sockaddr_un& address() {
+    address_.sun_family = AF_UNIX;
+    path_.copy(address_.sun_path, sizeof(address_.sun_path) - 1);
+    return address_;
+  }
+
+  std::string path_;
+  OwnedFd fd_;
+  sockaddr_un address_{};
+};
+
+/// Both ends of a pipe that takes nothing any more.
+struct FullPipe {
+  OwnedFd read_end;
+  OwnedFd write_end;
+
+  FullPipe() {
+    std::array<int, 2> ends{};
+    REQUIRE(::pipe2(ends.data(), O_CLOEXEC) == 0);
+    read_end = OwnedFd(ends[0]);
+    write_end = OwnedFd(ends[1]);
+    ::fcntl(ends[1], F_SETFL, O_NONBLOCK);
+    const std::array<char, 4096> block{};
+    while (::write(ends[1], block.data(), block.size()) > 0) {
+    }
+    ::fcntl(ends[1], F_SETFL, 0);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a good pack file is told so, a bad one with every problem, a wrong command line in one line",
+          "[integration][daemon]") {
+  const Finished good = run_program({program("bmud"), "--config", pack_file, "--check-config"});
+  CHECK(good.status == 0);
+  CHECK(good.out == pack_file + ": ok: demo 48s, 4 modules, 48 cells\n");
+
+  const TemporaryFolder folder;
+  std::ofstream(folder / "bad.json") << R"({"nmae": "x", "modules": []})";
+  const Finished bad = run_program({program("bmud"), "--config", folder / "bad.json", "--check-config"});
+  CHECK(bad.status == 78);
+  CHECK(bad.err.find("/nmae") != std::string::npos);
+  CHECK(std::count(bad.err.begin(), bad.err.end(), '\n') > 2);
+  CHECK(run_program({program("bmud"), "--config", folder / "none.json"}).status == 78);
+
+  const Finished wrong = run_program({program("bmud"), "--no-such-option"});
+  CHECK(wrong.status == 2);
+  CHECK(std::count(wrong.err.begin(), wrong.err.end(), '\n') == 1);
+  CHECK(run_program({program("bmud"), "--help"}).status == 0);
+}
+
+TEST_CASE("a drive: the pack closes, a cell sags, it opens and says which cell, value and limit",
+          "[integration][daemon]") {
+  Bench bench;
+  bench.start_emulator("1 vehicle on\n2.5 cell 2.7 voltage_mV ..2500 over 0.3\n");
+  bench.start_daemon();
+  REQUIRE(bench.listener.hears(is_closed, milliseconds(8000)));
+  const nlohmann::json closed = bench.ask_json("status");
+  CHECK(closed.at("state").at("phase") == "closed");
+  CHECK(closed.at("last_precharge").at("was_successful") == true);
+  CHECK(closed.at("modules_answering") == 4);
+  CHECK(closed.at("limits").at("discharge").at("limit_mA") > 0);
+
+  REQUIRE(bench.listener.hears(is_open, milliseconds(8000)));
+  const nlohmann::json why = bench.ask_json("why");
+  const nlohmann::json& opening = why.at("last_opening");
+  CHECK(opening.at("fault") == "cell_undervoltage");
+  CHECK(opening.at("steps").at(0).at("element").at("module") == 2);
+  CHECK(opening.at("steps").at(0).at("element").at("number") == 7);
+  CHECK(opening.at("steps").at(0).at("value_uV") <= opening.at("steps").at(1).at("threshold_uV"));
+  const Finished text = bench.ask({"why"});
+  CHECK(text.status == 0);
+  CHECK(text.out.find("cell 2.7 (no. 19)") != std::string::npos);
+}
+
+TEST_CASE("SIGTERM opens a closed pack, and the daemon ends with 0", "[integration][daemon][F63]") {
+  Bench bench;
+  bench.start_emulator("1 vehicle on\n");
+  bench.start_daemon();
+  REQUIRE(bench.listener.hears(is_closed, milliseconds(8000)));
+  bench.daemon->signal(SIGTERM);
+  CHECK(bench.daemon->wait(milliseconds(2000)) == 0);
+  CHECK(is_open(bench.listener.last()));
+  CHECK_FALSE(std::filesystem::exists(bench.socket));
+}
+
+TEST_CASE("a second SIGTERM ends the daemon at once, open", "[integration][daemon][F63]") {
+  Bench bench;  // no emulator: nobody confirms that the contacts are open
+  bench.start_daemon();
+  REQUIRE(bench.listener.next(milliseconds(5000)));
+  bench.daemon->signal(SIGTERM);
+  bench.daemon->signal(SIGINT);
+  CHECK(bench.daemon->wait(milliseconds(2000)) == 0);
+  CHECK(is_open(bench.listener.last()));
+}
+
+TEST_CASE("a log that takes nothing stops neither frames nor the end", "[integration][daemon][F74]") {
+  Bench bench;
+  FullPipe pipe;
+  bench.start_daemon({.err_fd = pipe.write_end.get()});
+  REQUIRE(bench.listener.next(milliseconds(5000)));
+  CHECK(bench.listener.count_within(milliseconds(1000)) >= 10);
+  bench.daemon->signal(SIGTERM);
+  CHECK(bench.daemon->wait(milliseconds(2500)) == 0);
+}
+
+TEST_CASE("the service manager hears that we are alive only while ticks are decided", "[integration][daemon][F60]") {
+  Bench bench;
+  NotifySocket notify(bench.folder / "notify");
+  bench.start_daemon({.environment = {"NOTIFY_SOCKET=" + (bench.folder / "notify"), "WATCHDOG_USEC=300000"}});
+  REQUIRE(notify.hears("READY=1", milliseconds(5000)));
+  CHECK(notify.hears("WATCHDOG=1", milliseconds(1000)));
+  CHECK(notify.hears("WATCHDOG=1", milliseconds(1000)));
+
+  bench.daemon->signal(SIGSTOP);
+  int status = 0;
+  REQUIRE(::waitpid(bench.daemon->pid(), &status, WUNTRACED) == bench.daemon->pid());
+  notify.drain();
+  CHECK_FALSE(notify.next(milliseconds(400)));
+  bench.daemon->signal(SIGCONT);
+  CHECK(notify.hears("WATCHDOG=1", milliseconds(1000)));
+
+  bench.daemon->signal(SIGTERM);
+  CHECK(notify.hears("STOPPING=1", milliseconds(1000)));
+  CHECK(bench.daemon->wait(milliseconds(2000)) == 0);
+}
+
+TEST_CASE("a service manager that takes nothing, or is not there, does not hold the daemon",
+          "[integration][daemon][F73]") {
+  Bench bench;
+  NotifySocket notify(bench.folder / "notify");
+  notify.fill();
+  const bool is_gone = GENERATE(false, true);
+  const std::string path = is_gone ? bench.folder / "nobody" : bench.folder / "notify";
+  bench.start_daemon({.environment = {"NOTIFY_SOCKET=" + path, "WATCHDOG_USEC=100000"}});
+  REQUIRE(bench.listener.next(milliseconds(5000)));
+  CHECK(bench.listener.count_within(milliseconds(500)) >= 5);
+  bench.daemon->signal(SIGTERM);
+  CHECK(bench.daemon->wait(milliseconds(2000)) == 0);
+}
+
+TEST_CASE("a second daemon on the same socket refuses to start, a killed one's place is taken",
+          "[integration][daemon]") {
+  Bench bench;
+  bench.start_daemon();
+  REQUIRE(bench.listener.next(milliseconds(5000)));
+  const Finished second = run_program(bench.daemon_command());
+  CHECK(second.status == 71);
+  CHECK(second.err.find("another bmud is running") != std::string::npos);
+
+  bench.daemon->signal(SIGKILL);
+  CHECK(bench.daemon->wait(milliseconds(2000)) == 128 + SIGKILL);
+  REQUIRE(std::filesystem::exists(bench.socket));
+  bench.start_daemon();
+  REQUIRE(bench.listener.next(milliseconds(5000)));
+  CHECK(bench.ask({"status"}).status == 0);
+}
+
+TEST_CASE("an interface that is not there keeps the daemon waiting, not failing", "[integration][daemon]") {
+  const Bench bench;
+  std::vector<std::string> command = bench.daemon_command();
+  std::replace(command.begin(), command.end(), bench.bus, std::string("nosuchcan0"));
+  Process daemon(command, {.err_file = bench.log});
+  // On a kernel without CAN there is nothing to wait for, and the daemon says so.
+  const int status = daemon.wait(milliseconds(500));
+  CHECK((status == -1 || status == 71));
+}
+
+TEST_CASE("every command of bmuctl answers a running daemon, as text and as JSON", "[integration][bmuctl]") {
+  Bench bench;
+  bench.start_emulator("");
+  bench.start_daemon();
+  REQUIRE(bench.listener.next(milliseconds(5000)));
+  for (const std::string command : {"status", "cells", "faults", "why", "clear", "drive"}) {
+    CAPTURE(command);
+    const Finished text = bench.ask({command});
+    CHECK(text.status == 0);
+    CHECK_FALSE(text.out.empty());
+    CHECK(text.out.find('\033') == std::string::npos);
+    const nlohmann::json json = bench.ask_json(command);
+    CHECK(json.value("ok", false));
+  }
+  CHECK(bench.ask({"--color", "always", "status"}).out.find('\033') != std::string::npos);
+}
+
+TEST_CASE("without a daemon bmuctl says so in one line, and a wrong command line too", "[integration][bmuctl]") {
+  const TemporaryFolder folder;
+  for (const std::string command : {"status", "watch"}) {
+    const Finished alone = run_program({program("bmuctl"), "--socket", folder / "none.sock", command});
+    CHECK(alone.status == 1);
+    CHECK(std::count(alone.err.begin(), alone.err.end(), '\n') == 1);
+    CHECK(alone.err.find("no daemon answers") != std::string::npos);
+  }
+  CHECK(run_program({program("bmuctl")}).status == 2);
+  CHECK(run_program({program("bmuctl"), "dance"}).status == 2);
+}
+
+TEST_CASE("watch without a terminal tells lines, and the picture once at the end", "[integration][bmuctl]") {
+  Bench bench;
+  bench.start_emulator("");
+  bench.start_daemon();
+  REQUIRE(bench.listener.next(milliseconds(5000)));
+  const Finished watched = bench.ask({"watch", "--seconds", "1", "--period", "0.2"});
+  CHECK(watched.status == 0);
+  CHECK(watched.out.find('\033') == std::string::npos);
+  CHECK(std::count(watched.out.begin(), watched.out.end(), '\n') > 12);
+  CHECK(watched.out.find("demo 48s") != std::string::npos);
+}
+
+TEST_CASE("watch keeps the last picture and fails when the daemon goes away", "[integration][bmuctl]") {
+  Bench bench;
+  bench.start_daemon();
+  REQUIRE(bench.listener.next(milliseconds(5000)));
+  Process watch({program("bmuctl"), "--socket", bench.socket, "watch", "--period", "0.1"},
+                {.out_file = bench.folder / "out", .err_file = bench.folder / "err"});
+  // It counts as watching once its first line is there.
+  for (int i = 0; i < 50 && read_file(bench.folder / "out").empty(); ++i) {
+    REQUIRE(bench.listener.next(milliseconds(1000)));
+  }
+  bench.daemon->signal(SIGKILL);
+  CHECK(watch.wait(milliseconds(3000)) == 1);
+  CHECK(read_file(bench.folder / "out").find("demo 48s") != std::string::npos);
+  CHECK(read_file(bench.folder / "err").find("the daemon has gone") != std::string::npos);
+}
+
+}  // namespace bmu

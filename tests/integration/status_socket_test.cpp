@@ -1,0 +1,260 @@
+// The status socket against clients that misbehave, in this very process: no daemon, no threads, no sleeping.
+#include "daemon/shell/status_socket.hpp"
+
+#include <array>
+#include <cerrno>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include "tests/support/catch.hpp"
+#include "tests/support/process.hpp"
+
+namespace bmu {
+
+namespace {
+
+OwnedFd connect_to(const std::string& path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  path.copy(address.sun_path, sizeof(address.sun_path) - 1);
+  OwnedFd fd(::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+  REQUIRE(::connect(fd.get(), reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0);
+  return fd;
+}
+
+/// The socket, and an answering function that says back what it was asked.
+struct Bench {
+  TemporaryFolder folder;
+  std::string path = folder / "bmud.sock";
+  std::vector<std::string> asked;
+  std::unique_ptr<StatusSocket> socket;
+
+  explicit Bench(StatusSocketOptions options = {}) {
+    options.path = path;
+    auto opened = StatusSocket::open(options);
+    REQUIRE(opened);
+    socket = std::move(*opened);
+  }
+  [[nodiscard]] bool is_busy() const {
+    pollfd wait{.fd = socket->fd(), .events = POLLIN, .revents = 0};
+    return socket->has_waiting_requests() || ::poll(&wait, 1, 0) > 0;
+  }
+  /// As the loop does, until there is nothing left to do.
+  void serve() {
+    for (int i = 0; i < 10'000 && is_busy(); ++i) {
+      socket->serve([this](std::string_view request) {
+        asked.emplace_back(request);
+        return StatusReply{.line = "said " + std::string(request)};
+      });
+    }
+  }
+};
+
+void say(const OwnedFd& client, const std::string& text) {
+  REQUIRE(::send(client.get(), text.data(), text.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(text.size()));
+}
+
+/// What has arrived; "<end>" at the end of the connection.
+std::string hear(const OwnedFd& client) {
+  std::string text;
+  std::array<char, 65536> buffer{};
+  while (true) {
+    const ssize_t count = ::recv(client.get(), buffer.data(), buffer.size(), MSG_DONTWAIT);
+    if (count == 0 || (count < 0 && errno != EAGAIN)) return text + "<end>";
+    if (count < 0) return text;
+    text.append(buffer.data(), static_cast<std::size_t>(count));
+  }
+}
+
+}  // namespace
+
+TEST_CASE("each request line is answered by one line, in order", "[integration][status]") {
+  Bench bench;
+  const OwnedFd client = connect_to(bench.path);
+  say(client, "one\ntwo\nthr");
+  bench.serve();
+  CHECK(hear(client) == "said one\nsaid two\n");
+  say(client, "ee\n");
+  bench.serve();
+  CHECK(hear(client) == "said three\n");
+}
+
+TEST_CASE("one call answers one request, so that a busy client cannot hold the loop", "[integration][status]") {
+  Bench bench;
+  const OwnedFd client = connect_to(bench.path);
+  const auto answer = [](std::string_view) { return StatusReply{.line = "x"}; };
+  bench.socket->serve(answer);
+  say(client, "1\n2\n3\n");
+  bench.socket->serve(answer);
+  CHECK(hear(client) == "x\n");
+  CHECK(bench.socket->has_waiting_requests());
+  bench.socket->serve(answer);
+  CHECK(hear(client) == "x\n");
+}
+
+TEST_CASE("a request without an end is answered with an error and cut off", "[integration][status]") {
+  Bench bench({.request_bytes_max = 100});
+  const OwnedFd client = connect_to(bench.path);
+  say(client, std::string(5000, 'x'));
+  bench.serve();
+  const std::string answer = hear(client);
+  CHECK(answer.find("\"too_long\"") != std::string::npos);
+  CHECK(answer.substr(answer.size() - 5) == "<end>");
+  CHECK(bench.asked.empty());
+  CHECK(bench.socket->client_count() == 0);
+}
+
+TEST_CASE("the longest request allowed is answered, one byte more is not", "[integration][status]") {
+  Bench bench({.request_bytes_max = 100});
+  const OwnedFd client = connect_to(bench.path);
+  say(client, std::string(100, 'a') + "\n");
+  bench.serve();
+  CHECK(bench.asked.size() == 1);
+  say(client, std::string(101, 'a') + "\n");
+  bench.serve();
+  CHECK(bench.asked.size() == 1);
+}
+
+TEST_CASE("a client that asks and does not read is dropped, others are served", "[integration][status]") {
+  Bench bench({.unread_bytes_max = 64 * 1024});
+  const OwnedFd deaf = connect_to(bench.path);
+  const OwnedFd good = connect_to(bench.path);
+  const std::string picture(32 * 1024, 'p');
+  const auto watch = [](std::string_view) { return StatusReply{.line = "", .picture_period = 1ms}; };
+  say(deaf, "watch\n");
+  for (int i = 0; i < 10 && bench.is_busy(); ++i) bench.socket->serve(watch);
+  TimePoint now{1s};
+  // The system's own buffer fills first; it is some hundreds of kilobytes.
+  for (int i = 0; i < 1000 && bench.socket->client_count() == 2; ++i) {
+    now += 10ms;
+    bench.socket->publish(now, [&] { return picture; });
+  }
+  CHECK(bench.socket->client_count() == 1);
+  CHECK(bench.socket->clients_dropped() == 1);
+  say(good, "there?\n");
+  bench.serve();
+  CHECK(hear(good) == "said there?\n");
+}
+
+TEST_CASE("a watching client gets a picture each period, made once for all", "[integration][status]") {
+  Bench bench;
+  const OwnedFd one = connect_to(bench.path);
+  const OwnedFd two = connect_to(bench.path);
+  const auto watch = [](std::string_view) { return StatusReply{.line = "", .picture_period = 100ms}; };
+  say(one, "watch\n");
+  say(two, "watch\n");
+  while (bench.is_busy()) bench.socket->serve(watch);
+  int made = 0;
+  const auto picture = [&] { return "picture " + std::to_string(++made); };
+  for (int tick = 0; tick < 25; ++tick) bench.socket->publish(TimePoint{1s + tick * 10ms}, picture);
+  CHECK(made == 3);
+  CHECK(hear(one) == "picture 1\npicture 2\npicture 3\n");
+  CHECK(hear(two) == "picture 1\npicture 2\npicture 3\n");
+}
+
+TEST_CASE("no picture is made when nobody watches", "[integration][status]") {
+  Bench bench;
+  const OwnedFd client = connect_to(bench.path);
+  bench.serve();
+  bench.socket->publish(TimePoint{1s}, []() -> std::string {
+    FAIL("nobody watches");
+    return "";
+  });
+}
+
+TEST_CASE("one client too many is told so, and may come back when there is room", "[integration][status]") {
+  Bench bench({.clients_max = 3});
+  std::vector<OwnedFd> clients;
+  for (int i = 0; i < 4; ++i) clients.push_back(connect_to(bench.path));
+  bench.serve();
+  CHECK(bench.socket->client_count() == 3);
+  const std::string refusal = hear(clients[3]);
+  CHECK(refusal.find("\"too_many_clients\"") != std::string::npos);
+  CHECK(refusal.substr(refusal.size() - 5) == "<end>");
+  clients.erase(clients.begin());
+  bench.serve();
+  const OwnedFd again = connect_to(bench.path);
+  say(again, "room?\n");
+  bench.serve();
+  CHECK(hear(again) == "said room?\n");
+}
+
+TEST_CASE("a client that says all and hangs up its sending side still gets its answers", "[integration][status]") {
+  Bench bench;
+  const OwnedFd client = connect_to(bench.path);
+  say(client, "one\ntwo\n");
+  REQUIRE(::shutdown(client.get(), SHUT_WR) == 0);
+  bench.serve();
+  CHECK(hear(client) == "said one\nsaid two\n<end>");
+  CHECK(bench.socket->client_count() == 0);
+}
+
+TEST_CASE("clients that vanish leave nothing to do", "[integration][status]") {
+  Bench bench;
+  for (int i = 0; i < 20; ++i) {
+    const OwnedFd client = connect_to(bench.path);
+    say(client, "and gone\n");
+  }
+  bench.serve();
+  CHECK(bench.socket->client_count() == 0);
+  CHECK_FALSE(bench.is_busy());
+}
+
+TEST_CASE("the socket file of a dead daemon is replaced, a living one's is not", "[integration][status]") {
+  const TemporaryFolder folder;
+  const std::string path = folder / "bmud.sock";
+  {
+    // As a killed daemon leaves it: bound, and nobody listens.
+    const OwnedFd dead(::socket(AF_UNIX, SOCK_STREAM, 0));
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    path.copy(address.sun_path, sizeof(address.sun_path) - 1);
+    REQUIRE(::bind(dead.get(), reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0);
+  }
+  REQUIRE(std::filesystem::exists(path));
+  const auto first = StatusSocket::open({.path = path});
+  REQUIRE(first);
+  const auto second = StatusSocket::open({.path = path});
+  REQUIRE_FALSE(second);
+  CHECK(to_text(second.error()).find("another bmud is running") != std::string::npos);
+  connect_to(path);
+}
+
+TEST_CASE("a file that is no socket is never removed", "[integration][status]") {
+  const TemporaryFolder folder;
+  const std::string path = folder / "precious.txt";
+  std::ofstream(path) << "text";
+  CHECK_FALSE(StatusSocket::open({.path = path}));
+  CHECK(std::filesystem::file_size(path) == 4);
+}
+
+TEST_CASE("the socket is for owner and group, its folder is made, and it is gone in the end", "[integration][status]") {
+  const TemporaryFolder folder;
+  const std::string path = folder / "run/bmud.sock";
+  {
+    const auto socket = StatusSocket::open({.path = path});
+    REQUIRE(socket);
+    struct stat status {};
+    REQUIRE(::stat(path.c_str(), &status) == 0);
+    CHECK((status.st_mode & 07777) == 0660);
+  }
+  CHECK_FALSE(std::filesystem::exists(path));
+}
+
+TEST_CASE("a path too long for a socket is refused with a reason", "[integration][status]") {
+  const auto socket = StatusSocket::open({.path = "/tmp/" + std::string(200, 'x')});
+  REQUIRE_FALSE(socket);
+  CHECK(to_text(socket.error()).find("107 bytes") != std::string::npos);
+}
+
+}  // namespace bmu

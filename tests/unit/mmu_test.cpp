@@ -1,0 +1,562 @@
+// The emulated module unit against the protocol.
+#include <algorithm>
+
+#include "tests/support/catch.hpp"
+#include "tests/support/mmu_bench.hpp"
+
+namespace bmu {
+namespace {
+
+using namespace bmu::test;
+using namespace internal_bus;
+
+constexpr std::int64_t done = static_cast<std::int64_t>(CommandResult::done);
+constexpr std::int64_t unknown_operation = static_cast<std::int64_t>(CommandResult::unknown_operation);
+constexpr std::int64_t bad_argument = static_cast<std::int64_t>(CommandResult::bad_argument);
+constexpr std::int64_t refused = static_cast<std::int64_t>(CommandResult::refused_in_this_mode);
+
+std::vector<std::uint32_t> ids(const std::vector<TimedFrame>& frames) {
+  std::vector<std::uint32_t> list;
+  for (const TimedFrame& one : frames) list.push_back(one.frame.id);
+  return list;
+}
+
+using Ids = std::vector<std::uint32_t>;
+
+// --- answering ------------------------------------------------------------------------------------------------------
+
+TEST_CASE("a module answers in the order STATUS, CELLS, TEMP, MODULE, IDENT, beginning within 2 ms",
+          "[unit][mmu][MMU_1][MMU_6]") {
+  MmuBench bench;
+  bench.settle();
+  const TimePoint polled_at = bench.now;
+  const auto answer = bench.ask(want_all | sync);
+  CHECK(ids(answer) == Ids{0x103, 0x143, 0x183, 0x1C3, 0x203, 0x243, 0x283, 0x2C3, 0x303});
+  REQUIRE(!answer.empty());
+  CHECK(answer.front().at - polled_at <= 2ms);
+  for (const TimedFrame& one : answer) CHECK(one.frame.data[6] == bench.poll_counter);
+}
+
+TEST_CASE("an answer is what the worked frames of the protocol are", "[unit][mmu][MMU_1][MMU_4][MMU_16]") {
+  MmuBench bench;
+  auto& measured = bench.measured;
+  measured.cell_voltage_uV = {3'651'200, 3'649'800, 3'653'000, 3'651'200, 3'650'000, 3'650'000,
+                              3'650'000, 3'650'000, 3'650'000, 3'650'000, 3'650'000, 3'650'000};
+  measured.measured_cells = static_cast<CellMask>(first_cells(12) & ~cell_bit(4));
+  measured.cell_temperature_dC = {known(251), known(-53), not_known(Validity::open_circuit), known(253)};
+  measured.board_temperature_dC = {known(310), known(330), known(300), not_known(Validity::not_fitted)};
+  measured.module_mV = 43'812;
+  bench.settle();
+  bench.poll_counter = 41;
+  const auto answer = bench.ask(want_all);
+  REQUIRE(answer.size() == 9);
+  const auto bytes_of = [&answer](std::uint32_t id) {
+    return std::find_if(answer.begin(), answer.end(), [id](const TimedFrame& one) { return one.frame.id == id; })
+        ->frame.data;
+  };
+  CHECK(bytes_of(0x143) == FrameBytes{0x8E, 0xA0, 0x8E, 0x92, 0x8E, 0xB2, 0x2A, 0xB2});
+  CHECK(bytes_of(0x183) == FrameBytes{0x8E, 0xA0, 0xFF, 0xFF, 0x8E, 0x94, 0x2A, 0x66});
+  CHECK(bytes_of(0x243) == FrameBytes{0x00, 0xFB, 0xFF, 0xCB, 0x80, 0x01, 0x2A, 0xC7});
+  CHECK(bytes_of(0x283) == FrameBytes{0x00, 0xFD, 0x1F, 0x21, 0x1E, 0x80, 0x2A, 0xD4});
+  CHECK(bytes_of(0x303) == FrameBytes{0x01, 0xC4, 0x00, 0x12, 0xD6, 0x87, 0x2A, 0x8D});
+  const CanFrame status_frame = answer.front().frame;
+  CHECK(read_raw<status, "mode">(status_frame) == static_cast<std::int64_t>(Mode::normal));
+  CHECK(read_raw<status, "supply">(status_frame) == 0);
+  CHECK(read_raw<status, "cell_count">(status_frame) == 12);
+  CHECK(read_raw<status, "temperature_sensor_fault">(status_frame) == 1);
+}
+
+TEST_CASE("a module sends only the CELLS frames it has cells for", "[unit][mmu][MMU_1]") {
+  const std::vector<std::pair<std::uint8_t, std::size_t>> frames_of_cells{{1, 1}, {3, 1}, {4, 2},  {6, 2},
+                                                                          {7, 3}, {9, 3}, {10, 4}, {12, 4}};
+  for (const auto& [cells, frames] : frames_of_cells) {
+    MmuBench bench({.node = 1, .cell_count = cells, .temperature_sensor_count = 1});
+    bench.settle();
+    const auto answer = bench.ask(want_cells);
+    INFO("cells: " << int{cells});
+    REQUIRE(answer.size() == frames);
+    const CanFrame& last = answer.back().frame;
+    const SignalSpec* const signals = cells_rows[frames - 1]->signals.data();
+    for (std::size_t slot = 0; slot < cells_per_frame; ++slot) {
+      const bool is_fitted = (frames - 1) * cells_per_frame + slot < cells;
+      CHECK(decode_signal(signals[slot], last.data).is_valid() == is_fitted);
+    }
+  }
+}
+
+TEST_CASE("a POLL to another module is not answered, but shows that the master lives", "[unit][mmu]") {
+  MmuBench bench;
+  bench.settle();
+  CHECK(bench.ask(want_all, 4).empty());
+  REQUIRE(bench.command(balance_frame(3, bench.next_command(), {5})) == done);
+  for (int second = 0; second < 3; ++second) {
+    bench.ask(want_status, 4);
+    bench.run(900ms);
+  }
+  CHECK(bench.mmu.balancing_cells() == cell_bit(0));
+}
+
+TEST_CASE("a new POLL ends an answer still under way", "[unit][mmu]") {
+  MmuBench bench({.node = 3, .frame_spacing = 1ms});
+  bench.settle();
+  bench.poll(want_all);
+  const auto first = bench.run(3ms);
+  CHECK(ids(first) == Ids{0x103, 0x143, 0x183});
+  const auto second = bench.ask(want_status | want_ident);
+  CHECK(ids(second) == Ids{0x103, 0x303});
+  CHECK(second.front().frame.data[6] == first.front().frame.data[6] + 1);
+  CHECK(bench.mmu.counts().answers_cut_short == 1);
+
+  SECTION("even one that asks for nothing") {
+    bench.poll(want_all);
+    bench.run(2ms);
+    CHECK(bench.ask(0).empty());
+  }
+  SECTION("but not one to another module") {
+    bench.poll(want_all);
+    bench.run(2ms);
+    CHECK(bench.ask(want_all, 4).size() == 7);
+  }
+}
+
+TEST_CASE("a damaged or repeated POLL is not answered", "[unit][mmu]") {
+  MmuBench bench;
+  bench.settle();
+  CanFrame frame = poll_frame(0, want_status, 77);
+  SECTION("wrong checksum") {
+    frame.data[7] ^= 1;
+  }
+  SECTION("wrong length") {
+    frame.length = 7;
+  }
+  SECTION("extended") {
+    frame.is_extended = true;
+  }
+  SECTION("remote") {
+    frame.is_remote = true;
+  }
+  SECTION("repeated counter") {
+    bench.mmu.observe(frame, bench.now);
+    REQUIRE(bench.run(10ms).size() == 1);
+  }
+  bench.mmu.observe(frame, bench.now);
+  CHECK(bench.run(10ms).empty());
+  CHECK(bench.mmu.receive_counts().rejected_total() == 1);
+}
+
+TEST_CASE("with SYNC the voltages are the latest sample, without it the average of the last complete 100 ms",
+          "[unit][mmu][MMU_SCHED]") {
+  MmuBench bench;
+  bench.settle();
+  bench.run(200ms - (bench.now - power_up) % 100ms + 1ms);  // 1 ms after an average and its newest sample
+  bench.measured.cell_voltage_uV.fill(3'600'000);
+  bench.run(50ms);
+  const auto volts = [](const std::vector<TimedFrame>& answer) {
+    return read<cells_1, "cell_voltage_1_uV">(answer.at(1).frame).value;
+  };
+  const auto momentary = bench.ask(want_status | want_cells | sync);
+  CHECK(volts(momentary) == 3'600'000);
+  CHECK(read<status, "cell_voltage_age_ms">(momentary.at(0).frame).value <= 10);
+  const auto averaged = bench.ask(want_status | want_cells);
+  CHECK(volts(averaged) == 3'700'000);
+  CHECK(read<status, "cell_voltage_age_ms">(averaged.at(0).frame).value > 50);
+}
+
+TEST_CASE("what has not been measured yet is no voltage", "[unit][mmu]") {
+  MmuBench bench;
+  bench.run(15ms);
+  const auto early = bench.ask(want_status | want_cells);
+  CHECK(read<cells_1, "cell_voltage_1_uV">(early.at(1).frame).validity == Validity::not_fitted);
+  CHECK_FALSE(read<status, "cell_voltage_age_ms">(early.at(0).frame).is_valid());
+  CHECK(read_raw<status, "mode">(early.at(0).frame) == static_cast<std::int64_t>(Mode::starting));
+  bench.run(90ms);
+  CHECK(read_raw<status, "mode">(bench.status()) == static_cast<std::int64_t>(Mode::normal));
+}
+
+// --- flags ----------------------------------------------------------------------------------------------------------
+
+TEST_CASE("the restarted flag is told once", "[unit][mmu]") {
+  MmuBench bench;
+  bench.settle();
+  CHECK(read_raw<status, "restarted">(bench.status()) == 1);
+  CHECK(read_raw<status, "restarted">(bench.status()) == 0);
+  bench.mmu.restart(bench.now);
+  CHECK(read_raw<status, "restarted">(bench.status()) == 1);
+}
+
+TEST_CASE("10 ms times its node number after power-up a module says who it is, with counter 0", "[unit][mmu]") {
+  for (const std::uint8_t node : std::initializer_list<std::uint8_t>{1, 7, 63}) {
+    MmuBench bench({.node = node, .serial_number = 99});
+    const auto sent = bench.run(1s);
+    REQUIRE(sent.size() == 1);
+    CHECK(sent[0].frame.id == ident.base_id + node);
+    CHECK(sent[0].frame.data[6] == 0);
+    CHECK(read_raw<ident, "serial_number">(sent[0].frame) == 99);
+    CHECK(sent[0].at == power_up + 10ms * node);
+  }
+}
+
+TEST_CASE("a damaged transfer from the front end is dropped, reported once, and lets the voltages age",
+          "[unit][mmu][MMU_PEC]") {
+  MmuBench bench;
+  bench.settle();
+  bench.status();
+  bench.measured.front_end_crc_ok = false;
+  bench.measured.cell_voltage_uV.fill(1);
+  bench.run(100ms);
+  CHECK(read_raw<status, "front_end_crc_errors">(bench.status()) == 1);
+  const auto answer = bench.ask(want_status | want_cells | sync);
+  CHECK(read<cells_1, "cell_voltage_1_uV">(answer.at(1).frame).value == 3'700'000);
+  CHECK(read<status, "cell_voltage_age_ms">(answer.at(0).frame).value > 100);
+
+  SECTION("until their age cannot be said: then there is no voltage") {
+    bench.run(250ms);
+    const auto late = bench.ask(want_status | want_cells | sync);
+    CHECK_FALSE(read<status, "cell_voltage_age_ms">(late.at(0).frame).is_valid());
+    CHECK_FALSE(read<cells_1, "cell_voltage_1_uV">(late.at(1).frame).is_valid());
+  }
+  SECTION("and the flag goes with the STATUS after the last error") {
+    bench.measured.front_end_crc_ok = true;
+    bench.measured.cell_voltage_uV.fill(3'700'000);
+    bench.run(20ms);
+    bench.status();
+    CHECK(read_raw<status, "front_end_crc_errors">(bench.status()) == 0);
+  }
+}
+
+TEST_CASE("an open wire and a failed self-test are reported", "[unit][mmu]") {
+  MmuBench bench;
+  bench.measured.open_wires = cell_bit(6);
+  bench.measured.self_test_ok = false;
+  bench.settle();
+  const auto answer = bench.ask(want_status | want_module);
+  CHECK(read_raw<status, "open_cell_wire">(answer.at(0).frame) == 1);
+  CHECK(read_raw<status, "self_test_failed">(answer.at(0).frame) == 1);
+  CHECK(read_raw<module, "open_wire_cells">(answer.at(1).frame) == cell_bit(6));
+}
+
+// --- limits and protection ------------------------------------------------------------------------------------------
+
+std::int64_t undervoltage_mask(MmuBench& bench) {
+  return read_raw<status, "undervoltage_cells">(bench.status());
+}
+
+/// Right after an average was complete, so that whole 100 ms checks follow.
+void align_to_check(MmuBench& bench) {
+  bench.run(100ms - (bench.now - power_up) % 100ms + 91ms);
+}
+
+TEST_CASE("a cell fails after more than 30 consecutive checks beyond its limit", "[unit][mmu][MMU_2][MMU_UV]") {
+  MmuBench bench;
+  bench.settle();
+  align_to_check(bench);
+  bench.measured.cell_voltage_uV[4] = 3'000'000;  // the limit itself counts
+  bench.run(3000ms);                              // 30 checks
+  CHECK(bench.status().data[2] == 0);
+  bench.run(90ms);  // the 31st
+  CHECK(undervoltage_mask(bench) == cell_bit(4));
+
+  SECTION("and stays failed until it is cleared") {
+    bench.measured.cell_voltage_uV[4] = 3'700'000;
+    bench.run(1s);
+    CHECK(undervoltage_mask(bench) == cell_bit(4));
+    CHECK(bench.command(command_frame(3, bench.next_command(), {5})) == done);
+    CHECK(undervoltage_mask(bench) == 0);
+  }
+  SECTION("cleared while still low it fails again after as many checks") {
+    CHECK(bench.command(command_frame(3, bench.next_command(), {5})) == done);
+    bench.run(2900ms);
+    CHECK(undervoltage_mask(bench) == 0);
+    bench.run(300ms);
+    CHECK(undervoltage_mask(bench) == cell_bit(4));
+  }
+}
+
+TEST_CASE("one good check begins the count anew", "[unit][mmu][MMU_UV]") {
+  MmuBench bench;
+  bench.settle();
+  for (int round = 0; round < 3; ++round) {
+    align_to_check(bench);
+    bench.measured.cell_voltage_uV[0] = 4'300'000;
+    bench.run(3000ms);
+    bench.measured.cell_voltage_uV[0] = 4'199'900;
+    bench.run(100ms);
+  }
+  CHECK(read_raw<status, "overvoltage_cells">(bench.status()) == 0);
+}
+
+TEST_CASE("just inside its limits a cell never fails", "[unit][mmu][MMU_UV]") {
+  MmuBench bench;
+  bench.measured.cell_voltage_uV[0] = 3'000'100;
+  bench.measured.cell_voltage_uV[1] = 4'199'900;
+  bench.run(10s);
+  const CanFrame frame = bench.status();
+  CHECK(read_raw<status, "undervoltage_cells">(frame) == 0);
+  CHECK(read_raw<status, "overvoltage_cells">(frame) == 0);
+}
+
+TEST_CASE("limits start at 3.0 and 4.2 V, marked as not set, and can be set", "[unit][mmu][MMU_2]") {
+  MmuBench bench;
+  bench.settle();
+  CHECK(bench.mmu.limits().undervoltage_uV == 3'000'000);
+  CHECK(bench.mmu.limits().overvoltage_uV == 4'200'000);
+  CHECK(read_raw<status, "limits_not_set">(bench.status()) == 1);
+
+  SECTION("done") {
+    CHECK(bench.command(command_frame(3, bench.next_command(), {2, 0x6D, 0x60, 0xA2, 0x1C})) == done);
+    CHECK(bench.mmu.limits().undervoltage_uV == 2'800'000);
+    CHECK(bench.mmu.limits().overvoltage_uV == 4'150'000);
+    CHECK(read_raw<status, "limits_not_set">(bench.status()) == 0);
+    bench.mmu.restart(bench.now);
+    CHECK(bench.mmu.limits().undervoltage_uV == 3'000'000);
+    CHECK(read_raw<status, "limits_not_set">(bench.status()) == 1);
+  }
+  SECTION("refused when they cross, are equal, or cannot be measured") {
+    CHECK(bench.command(command_frame(3, bench.next_command(), {2, 0xA2, 0x1C, 0x6D, 0x60})) == bad_argument);
+    CHECK(bench.command(command_frame(3, bench.next_command(), {2, 0x6D, 0x60, 0x6D, 0x60})) == bad_argument);
+    CHECK(bench.command(command_frame(3, bench.next_command(), {2, 0x6D, 0x60, 0xC3, 0x51})) == bad_argument);
+    CHECK(bench.command(command_frame(3, bench.next_command(), {2, 0x6D, 0x60, 0xC3, 0x50})) == done);
+  }
+  SECTION("a refused command changes nothing") {
+    bench.command(command_frame(3, bench.next_command(), {2, 0xA2, 0x1C, 0x6D, 0x60}));
+    CHECK(bench.mmu.limits().undervoltage_uV == 3'000'000);
+    CHECK(read_raw<status, "limits_not_set">(bench.status()) == 1);
+  }
+}
+
+// --- commands -------------------------------------------------------------------------------------------------------
+
+TEST_CASE("a command is answered within 10 ms with its operation and counter", "[unit][mmu]") {
+  MmuBench bench;
+  bench.settle();
+  const TimePoint at = bench.now;
+  bench.mmu.observe(command_frame(3, 0x11, {4}), bench.now);
+  const auto sent = bench.run(20ms);
+  REQUIRE(sent.size() == 1);
+  CHECK(sent[0].frame.id == 0x383);
+  CHECK(sent[0].frame.data[0] == 4);
+  CHECK(sent[0].frame.data[6] == 0x11);
+  CHECK(sent[0].at - at <= 10ms);
+}
+
+TEST_CASE("a broadcast command is obeyed and not answered; one to another module neither", "[unit][mmu]") {
+  MmuBench bench;
+  bench.settle();
+  CHECK(bench.command(command_frame(0, 1, {2, 0x6D, 0x60, 0xA2, 0x1C})) == -1);
+  CHECK(bench.mmu.limits().undervoltage_uV == 2'800'000);
+  CHECK(bench.command(command_frame(4, 1, {2, 0x6D, 0x61, 0xA2, 0x1C})) == -1);
+  CHECK(bench.mmu.limits().undervoltage_uV == 2'800'000);
+}
+
+TEST_CASE("a repeated or damaged command is ignored", "[unit][mmu]") {
+  MmuBench bench;
+  bench.settle();
+  const CanFrame frame = command_frame(3, 9, {4});
+  CHECK(bench.command(frame) == done);
+  CHECK(bench.command(frame) == -1);
+  CanFrame damaged = command_frame(3, 10, {4});
+  damaged.data[3] ^= 0x10;
+  CHECK(bench.command(damaged) == -1);
+}
+
+TEST_CASE("unknown operations and wrong arguments are refused with their reason", "[unit][mmu]") {
+  MmuBench bench;
+  bench.settle();
+  const auto result = [&bench](std::initializer_list<std::uint8_t> bytes) {
+    return bench.command(command_frame(3, bench.next_command(), bytes));
+  };
+  CHECK(result({0}) == unknown_operation);
+  CHECK(result({8}) == unknown_operation);
+  CHECK(result({0xFF}) == unknown_operation);
+  CHECK(result({1, 0}) == bad_argument);  // mode "starting" cannot be ordered
+  CHECK(result({1, 2}) == bad_argument);  // nor autonomous
+  CHECK(result({1, 4}) == bad_argument);
+  CHECK(result({1, 1, 1}) == done);
+  CHECK(result({6, 9, 0x00, 0x12, 0xD6, 0x87}) == bad_argument);  // set node goes to all only
+  CHECK(result({7, 0}) == bad_argument);
+  CHECK(result({7, 126}) == bad_argument);
+  CHECK(result({7, 125}) == done);
+  CHECK(bench.mmu.is_autonomous_balancing_allowed());
+}
+
+TEST_CASE("a new node number is taken by the serial number meant, announced, and kept over a restart", "[unit][mmu]") {
+  MmuBench bench;
+  bench.settle();
+  bench.mmu.observe(command_frame(0, 1, {6, 9, 0, 0, 0, 1}), bench.now);
+  bench.run(10ms);
+  CHECK(bench.mmu.node() == 3);
+  bench.mmu.observe(command_frame(0, 2, {6, 64, 0x00, 0x12, 0xD6, 0x87}), bench.now);
+  CHECK(bench.mmu.node() == 3);
+  bench.mmu.observe(command_frame(0, 3, {6, 9, 0x00, 0x12, 0xD6, 0x87}), bench.now);
+  const auto sent = bench.run(100ms);
+  CHECK(bench.mmu.node() == 9);
+  REQUIRE(sent.size() == 1);
+  CHECK(sent[0].frame.id == 0x309);
+  bench.mmu.restart(bench.now);
+  CHECK(bench.mmu.node() == 9);
+  CHECK(bench.command(command_frame(9, 1, {4})) == done);
+}
+
+// --- balancing ------------------------------------------------------------------------------------------------------
+
+TEST_CASE("commanded balancing runs for its minutes and ends", "[unit][mmu][MMU_CB]") {
+  MmuBench bench;
+  bench.settle();
+  REQUIRE(bench.command(balance_frame(3, bench.next_command(), {7, 7, 7, 7, 2, 1})) == done);
+  bench.run_polled(1s);
+  CHECK(bench.mmu.balancing_cells() == (cell_bit(4) | cell_bit(5)));
+  const auto answer = bench.ask(want_status | want_module);
+  CHECK(read_raw<status, "balancing">(answer.at(0).frame) == 1);
+  CHECK(read_raw<module, "balancing_cells">(answer.at(1).frame) == (cell_bit(4) | cell_bit(5)));
+  CHECK(read<module, "balancing_time_left_s">(answer.at(1).frame).value == 120);
+  bench.run_polled(60s);
+  CHECK(bench.mmu.balancing_cells() == cell_bit(4));
+  CHECK(read<module, "balancing_time_left_s">(bench.ask(want_module).at(0).frame).value == 60);
+  bench.run_polled(60s);
+  CHECK(bench.mmu.balancing_cells() == 0);
+}
+
+TEST_CASE("every cell's minutes take effect; 0 ends, 7 leaves, 6 refuses the whole command", "[unit][mmu][MMU_CB]") {
+  MmuBench bench;
+  bench.settle();
+  REQUIRE(bench.command(balance_frame(3, bench.next_command(), {5, 5, 5})) == done);
+  bench.run_polled(1s);
+  REQUIRE(bench.mmu.balancing_cells() == first_cells(3));
+  SECTION("0 and 7") {
+    CHECK(bench.command(balance_frame(3, bench.next_command(), {0, 7, 7, 1})) == done);
+    CHECK(bench.mmu.balancing_cells() == (cell_bit(1) | cell_bit(2)));
+    bench.run_polled(1s);
+    CHECK(bench.mmu.balancing_cells() == (cell_bit(1) | cell_bit(2) | cell_bit(3)));
+  }
+  SECTION("6 in any place") {
+    for (std::size_t cell = 0; cell < 12; ++cell) {
+      CanFrame frame = balance_frame(3, bench.next_command(), {0, 0, 0});
+      insert_bits(frame.data, static_cast<unsigned>(8 + 3 * cell), 3, 6);
+      seal(command, bench.command_counter, frame);
+      CHECK(bench.command(frame) == bad_argument);
+    }
+    CHECK(bench.mmu.balancing_cells() == first_cells(3));
+  }
+  SECTION("stop all") {
+    CHECK(bench.command(command_frame(3, bench.next_command(), {4})) == done);
+    CHECK(bench.mmu.balancing_cells() == 0);
+    bench.run_polled(2s);
+    CHECK(bench.mmu.balancing_cells() == 0);
+  }
+}
+
+TEST_CASE("the same minutes said again do not prolong; after the end they start anew", "[unit][mmu][MMU_CB]") {
+  MmuBench bench;
+  bench.settle();
+  REQUIRE(bench.command(balance_frame(3, bench.next_command(), {1})) == done);
+  bench.run_polled(40s);
+  REQUIRE(bench.command(balance_frame(3, bench.next_command(), {1})) == done);
+  bench.run_polled(25s);
+  CHECK(bench.mmu.balancing_cells() == 0);
+  REQUIRE(bench.command(balance_frame(3, bench.next_command(), {1})) == done);
+  bench.run_polled(1s);
+  CHECK(bench.mmu.balancing_cells() == cell_bit(0));
+}
+
+TEST_CASE("minutes for a cell that is not there are refused", "[unit][mmu][MMU_CB]") {
+  MmuBench bench({.node = 3, .cell_count = 2, .temperature_sensor_count = 1});
+  bench.settle();
+  CHECK(bench.command(balance_frame(3, bench.next_command(), {1, 1, 1})) == bad_argument);
+  CHECK(bench.command(balance_frame(3, bench.next_command(), {1, 1, 0})) == done);
+}
+
+TEST_CASE("without a POLL for 1 s balancing stops, and does not come back by itself", "[unit][mmu][MMU_N]") {
+  MmuBench bench;
+  bench.settle();
+  REQUIRE(bench.command(balance_frame(3, bench.next_command(), {5, 5})) == done);
+  bench.run_polled(2s);
+  bench.poll(0);
+  bench.run(999ms);
+  CHECK(bench.mmu.balancing_cells() == first_cells(2));
+  bench.run(1ms);
+  CHECK(bench.mmu.balancing_cells() == 0);
+  bench.run_polled(3s);
+  CHECK(bench.mmu.balancing_cells() == 0);
+}
+
+TEST_CASE("a cell that fails stops balancing, and cannot be balanced while failed", "[unit][mmu][MMU_UV]") {
+  MmuBench bench;
+  bench.settle();
+  REQUIRE(bench.command(balance_frame(3, bench.next_command(), {5, 5})) == done);
+  bench.measured.cell_voltage_uV[0] = 2'500'000;
+  bench.run_polled(4s);
+  CHECK(bench.mmu.balancing_cells() == cell_bit(1));
+  CHECK(bench.command(balance_frame(3, bench.next_command(), {1, 7})) == refused);
+  CHECK(bench.mmu.balancing_cells() == cell_bit(1));
+}
+
+TEST_CASE("balancing pauses while a board is too hot and goes on afterwards", "[unit][mmu][MMU_16][MMU_17]") {
+  MmuBench bench;
+  bench.settle();
+  REQUIRE(bench.command(command_frame(3, bench.next_command(), {7, 60})) == done);
+  REQUIRE(bench.command(balance_frame(3, bench.next_command(), {1})) == done);
+  bench.run_polled(10s);
+  REQUIRE(bench.mmu.balancing_cells() == cell_bit(0));
+  bench.measured.board_temperature_dC[2] = known(601);
+  bench.run_polled(60s);
+  CHECK(bench.mmu.balancing_cells() == 0);
+  CHECK(read_raw<status, "board_too_hot">(bench.status()) == 1);
+  bench.measured.board_temperature_dC[2] = known(560);  // within the hysteresis: still
+  bench.run_polled(2s);
+  CHECK(read_raw<status, "board_too_hot">(bench.status()) == 1);
+  bench.measured.board_temperature_dC[2] = known(540);
+  bench.run_polled(3s);
+  CHECK(read_raw<status, "board_too_hot">(bench.status()) == 0);
+  CHECK(bench.mmu.balancing_cells() == cell_bit(0));
+  bench.run_polled(52s);
+  CHECK(bench.mmu.balancing_cells() == 0);
+}
+
+TEST_CASE("balancing is refused before anything is measured", "[unit][mmu]") {
+  MmuBench bench;
+  bench.run(20ms);
+  CHECK(bench.command(balance_frame(3, bench.next_command(), {1})) == refused);
+}
+
+// --- sleep ----------------------------------------------------------------------------------------------------------
+
+TEST_CASE("a module sent to sleep answers, then sleeps, and any frame wakes it", "[unit][mmu][MMU_S]") {
+  MmuBench bench;
+  bench.settle();
+  bench.command(command_frame(3, bench.next_command(), {2, 0x6D, 0x60, 0xA2, 0x1C}));
+  bench.status();
+  CHECK(bench.command(command_frame(3, bench.next_command(), {1, 3, 0})) == done);
+  bench.run(20ms);
+  REQUIRE(bench.mmu.is_asleep());
+  CHECK(bench.run(5s).empty());
+
+  bench.mmu.observe(data_frame(0x123, 0), bench.now);
+  CHECK_FALSE(bench.mmu.is_asleep());
+  bench.run(10ms);
+  CHECK(bench.ask(want_status).empty());  // too early
+  const auto announced = bench.run(29ms);
+  REQUIRE(announced.size() == 1);
+  CHECK(announced[0].frame.id == 0x303);
+  bench.run(1ms);
+  const auto answer = bench.ask(want_status);
+  REQUIRE(answer.size() == 1);
+  CHECK(read_raw<status, "restarted">(answer[0].frame) == 0);
+  CHECK(read_raw<status, "limits_not_set">(answer[0].frame) == 0);
+  bench.run(100ms);
+  CHECK(read_raw<status, "mode">(bench.status()) == static_cast<std::int64_t>(Mode::normal));
+}
+
+TEST_CASE("going to sleep can be called off", "[unit][mmu][MMU_S]") {
+  MmuBench bench;
+  bench.settle();
+  bench.mmu.observe(command_frame(3, bench.next_command(), {1, 3}), bench.now);
+  bench.run(2ms);
+  CHECK(bench.mmu.mode() == Mode::going_to_sleep);
+  CHECK(bench.command(command_frame(3, bench.next_command(), {1, 1})) == done);
+  bench.run(1s);
+  CHECK_FALSE(bench.mmu.is_asleep());
+  CHECK(bench.mmu.mode() == Mode::normal);
+}
+
+}  // namespace
+}  // namespace bmu

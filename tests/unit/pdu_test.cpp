@@ -1,0 +1,226 @@
+// The emulated power distribution unit: obeys what is valid and new, and opens by itself.
+#include "mmu/pdu.hpp"
+
+#include <optional>
+
+#include "tests/support/catch.hpp"
+
+namespace bmu {
+namespace {
+
+using namespace internal_bus;
+
+constexpr TimePoint power_up{50s};
+
+CanFrame command_of(std::uint8_t outputs, std::uint8_t counter) {
+  CanFrame frame = make_frame(contactor_command);
+  frame.data[0] = outputs;
+  seal(contactor_command, counter, frame);
+  return frame;
+}
+
+class PduBench {
+ public:
+  PduBench() {
+    measured.insulation_resistance_Ohm = known(1'200'000);
+    (void)pdu.tick(now, measured);
+  }
+  Pdu pdu{power_up};
+  PduMeasurements measured;
+  TimePoint now = power_up;
+
+  std::vector<std::pair<TimePoint, CanFrame>> run(Duration duration) {
+    std::vector<std::pair<TimePoint, CanFrame>> sent;
+    for (const TimePoint end = now + duration; now < end;) {
+      now += 1ms;
+      for (const CanFrame& frame : pdu.tick(now, measured)) sent.emplace_back(now, frame);
+    }
+    return sent;
+  }
+  void tick_at(TimePoint at) {
+    now = at;
+    (void)pdu.tick(at, measured);
+  }
+};
+
+TEST_CASE("a valid command drives exactly its outputs", "[unit][pdu]") {
+  for (unsigned outputs = 0; outputs < 0x80; ++outputs) {
+    PduBench bench;
+    bench.pdu.observe(command_of(static_cast<std::uint8_t>(outputs), 1), bench.now);
+    const PduOutputs& driven = bench.pdu.outputs();
+    const unsigned seen = (driven.contactors[0] ? 0x01U : 0U) | (driven.contactors[1] ? 0x02U : 0U) |
+                          (driven.contactors[2] ? 0x04U : 0U) | (driven.contactors[3] ? 0x08U : 0U) |
+                          (driven.auxiliary ? 0x10U : 0U) | (driven.fan ? 0x20U : 0U) | (driven.heater ? 0x40U : 0U);
+    REQUIRE(seen == outputs);
+  }
+}
+
+TEST_CASE("without a new command everything opens after 200 ms, not before", "[unit][pdu]") {
+  PduBench bench;
+  const TimePoint commanded_at = bench.now;
+  bench.pdu.observe(command_of(0x7F, 1), commanded_at);
+  bench.tick_at(commanded_at + 200ms - 1ns);
+  CHECK(bench.pdu.outputs().any());
+  bench.tick_at(commanded_at + 200ms);
+  CHECK_FALSE(bench.pdu.outputs().any());
+  CHECK(bench.pdu.counts().timeouts == 1);
+
+  SECTION("which is said until the next command") {
+    bench.run(1s);
+    auto sent = bench.run(50ms);
+    REQUIRE(!sent.empty());
+    CHECK(read_raw<pdu_status, "opened_by_timeout">(sent.back().second) == 1);
+    bench.pdu.observe(command_of(0, 2), bench.now);
+    sent = bench.run(50ms);
+    REQUIRE(!sent.empty());
+    CHECK(read_raw<pdu_status, "opened_by_timeout">(sent.back().second) == 0);
+    CHECK(bench.pdu.counts().timeouts == 1);
+  }
+}
+
+TEST_CASE("a command that fails any check changes nothing and buys no time", "[unit][pdu]") {
+  PduBench bench;
+  const TimePoint commanded_at = bench.now;
+  bench.pdu.observe(command_of(0x03, 7), commanded_at);
+  CanFrame bad = command_of(0x07, 8);
+  SECTION("repeated counter") {
+    bad = command_of(0x03, 7);
+  }
+  SECTION("repeated counter, other content") {
+    bad = command_of(0x07, 7);
+  }
+  SECTION("wrong complement, checksum right") {
+    bad.data[1] = 0xF0;
+    bad.data[7] = frame_crc(bad);
+  }
+  SECTION("wrong checksum") {
+    bad.data[7] ^= 0x01;
+  }
+  SECTION("wrong length") {
+    bad.length = 7;
+  }
+  SECTION("extended") {
+    bad.is_extended = true;
+  }
+  SECTION("remote") {
+    bad.is_remote = true;
+  }
+  SECTION("error frame") {
+    bad.is_error = true;
+  }
+  bench.run(199ms);
+  bench.pdu.observe(bad, bench.now);
+  CHECK(bench.pdu.outputs().contactors == ContactorFlags{true, true, false, false});
+  CHECK(bench.pdu.receive_counts().rejected_total() == 1);
+  bench.run(1ms);
+  CHECK_FALSE(bench.pdu.outputs().any());
+}
+
+TEST_CASE("new commands keep it closed", "[unit][pdu]") {
+  PduBench bench;
+  for (unsigned counter = 0; counter < 600; ++counter) {
+    bench.pdu.observe(command_of(0x03, static_cast<std::uint8_t>(counter)), bench.now);
+    bench.run(199ms);
+  }
+  CHECK(bench.pdu.outputs().any());
+  CHECK(bench.pdu.counts().timeouts == 0);
+}
+
+TEST_CASE("a unit that idles does not call silence a time-out", "[unit][pdu]") {
+  PduBench bench;
+  bench.run(1s);
+  bench.pdu.observe(command_of(0, 1), bench.now);
+  const auto sent = bench.run(1s);
+  for (const auto& [at, frame] : sent) CHECK(read_raw<pdu_status, "opened_by_timeout">(frame) == 0);
+}
+
+TEST_CASE("PDU_STATUS comes every 50 ms with a running counter", "[unit][pdu]") {
+  PduBench bench;
+  const auto sent = bench.run(1s);
+  REQUIRE(sent.size() == 20);
+  for (std::size_t index = 1; index < sent.size(); ++index) {
+    CHECK(sent[index].first - sent[index - 1].first == 50ms);
+    CHECK(sent[index].second.data[6] == static_cast<std::uint8_t>(sent[index - 1].second.data[6] + 1));
+  }
+}
+
+TEST_CASE("PDU_STATUS comes at once when a contact, an output or an input changes", "[unit][pdu]") {
+  PduBench bench;
+  bench.run(60ms);
+  SECTION("contact") {
+    bench.measured.feedback[2] = true;
+  }
+  SECTION("output") {
+    bench.pdu.observe(command_of(0x10, 1), bench.now);
+  }
+  SECTION("contactor output") {
+    bench.pdu.observe(command_of(0x01, 1), bench.now);
+  }
+  SECTION("key") {
+    bench.measured.inputs.vehicle_on = true;
+  }
+  SECTION("emergency stop") {
+    bench.measured.inputs.estop_2_released = false;
+  }
+  SECTION("insulation monitor") {
+    bench.measured.insulation_monitor = InsulationMonitor::earth_fault;
+  }
+  CHECK(bench.run(1ms).size() == 1);
+  CHECK(bench.run(35ms).empty());
+}
+
+TEST_CASE("a value that never stands still waits for its period", "[unit][pdu]") {
+  PduBench bench;
+  bench.run(60ms);
+  bench.measured.insulation_resistance_Ohm = known(900'000);
+  bench.measured.throttle_permille = known(500);
+  CHECK(bench.run(35ms).empty());
+  const auto sent = bench.run(10ms);
+  REQUIRE(sent.size() == 1);
+  CHECK(read<pdu_status, "insulation_resistance_Ohm">(sent[0].second) == known(900'000));
+  CHECK(read<pdu_status, "throttle_permille">(sent[0].second) == known(500));
+}
+
+TEST_CASE("PDU_STATUS is what the worked frame of the protocol is", "[unit][pdu]") {
+  PduBench bench;
+  bench.measured.inputs.vehicle_on = true;
+  bench.measured.feedback = {false, true, true, false};
+  std::optional<CanFrame> frame;
+  for (int count = 0; count < 5; ++count) {
+    const auto sent = bench.run(50ms);
+    REQUIRE(!sent.empty());
+    frame = sent.back().second;
+    if (frame->data[6] == 5) break;
+  }
+  CHECK(frame->data == FrameBytes{0x06, 0x3D, 0x04, 0xB0, 0x01, 0xFF, 0x05, 0x2E});
+}
+
+TEST_CASE("a contactor follows its coil after its delay and fails in its ways", "[unit][pdu][plant]") {
+  Contactor one({.closing = 20ms, .opening = 10ms});
+  TimePoint now = power_up;
+  one.update(true, now);
+  one.update(true, now + 20ms - 1ns);
+  CHECK_FALSE(one.is_closed());
+  one.update(true, now + 20ms);
+  CHECK(one.is_closed());
+  now += 1s;
+  one.update(false, now);
+  one.update(false, now + 10ms - 1ns);
+  CHECK(one.is_closed());
+  one.update(false, now + 10ms);
+  CHECK_FALSE(one.is_closed());
+
+  one.set_fault(ContactorFault::welded);
+  CHECK(one.is_closed());
+  CHECK(one.feedback());
+  one.set_auxiliary(AuxiliaryContact::stays_open);
+  CHECK_FALSE(one.feedback());
+  one.set_fault(ContactorFault::stuck_open);
+  now += 1s;
+  one.update(true, now);
+  one.update(true, now + 1s);
+  CHECK_FALSE(one.is_closed());
+}
+
+}  // namespace
+}  // namespace bmu
