@@ -6,7 +6,8 @@ namespace bmu {
 
 namespace {
 
-constexpr std::int64_t nJ_per_mWh = 3'600'000'000;
+// A count is 1 mV * 1 mA * 1 ms, a billionth of a joule; 1 mWh is 3.6 J.
+constexpr std::int64_t counts_per_mWh = 3'600'000'000;
 
 struct ChannelRows {
   const MessageSpec* big_endian;
@@ -56,7 +57,7 @@ void CurrentSensor::accumulate(TimePoint now, const SensorMeasurements& measured
   const std::int64_t passed_ms = to_ms(now - accumulated_at_);
   accumulated_at_ += std::chrono::milliseconds(passed_ms);
   charge_uAs_ += signed_mA * passed_ms;
-  energy_nJ_ += signed_mA * measured.pack_mV * passed_ms;
+  energy_counts_ += signed_mA * measured.pack_mV * passed_ms;
   current_sum_mA_ += signed_mA;
   ++current_samples_;
 }
@@ -72,7 +73,7 @@ std::int64_t CurrentSensor::value_of(SensorChannel channel, const SensorMeasurem
     case SensorChannel::pack_voltage: return measured.pack_mV;
     case SensorChannel::link_voltage: return measured.link_mV;
     case SensorChannel::charge: return charge_uAs_;
-    case SensorChannel::energy: return divide_to_nearest(energy_nJ_, nJ_per_mWh);
+    case SensorChannel::energy: return divide_to_nearest(energy_counts_, counts_per_mWh);
   }
   return 0;
 }

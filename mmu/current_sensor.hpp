@@ -57,7 +57,7 @@ class CurrentSensor {
   std::array<Periodic, sensor_channel_count> due_;
   std::array<std::uint8_t, sensor_channel_count> counters_{};
   std::int64_t charge_uAs_ = 0;
-  std::int64_t energy_nJ_ = 0;  // 1 mWh = 3.6 J
+  std::int64_t energy_counts_ = 0;  // of 1 mV * 1 mA * 1 ms: a billionth of a joule
   std::int64_t current_sum_mA_ = 0;
   std::int64_t current_samples_ = 0;
 };

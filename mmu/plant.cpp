@@ -66,7 +66,7 @@ Plant::Source Plant::sum_cells() {
   return source;
 }
 
-double Plant::path_S(double source_Ohm) const {
+double Plant::path_siemens(double source_Ohm) const {
   if (!is_closed(ContactorName::main_negative)) return 0.0;
   double path_Ohm = source_Ohm + config_.path_resistance_Ohm;
   if (!is_closed(ContactorName::main_positive)) {
@@ -78,49 +78,49 @@ double Plant::path_S(double source_Ohm) const {
 
 double Plant::charger_now_A(double source_Ohm) const {
   const double stop_V = config_.cell.voltage_max_V * static_cast<double>(cells_.size());
-  const double taper_S = charger_loop_gain / (source_Ohm + config_.path_resistance_Ohm);
-  return std::clamp((stop_V - link_V_) * taper_S, 0.0, std::max(charger_demand_A_, 0.0));
+  const double taper_siemens = charger_loop_gain / (source_Ohm + config_.path_resistance_Ohm);
+  return std::clamp((stop_V - link_V_) * taper_siemens, 0.0, std::max(charger_demand_A_, 0.0));
 }
 
 /// C dV/dt = (E - V) G - V Gb + Iin, with everything but V constant over the step: V goes exponentially to where the
 /// currents balance. The mean of V over the step gives every current's charge exactly.
 void Plant::step_link(const Source& source) {
-  const double pack_S = path_S(source.resistance_Ohm);
-  const double bleed_S = 1.0 / link_bleed_Ohm_;
+  const double pack_siemens = path_siemens(source.resistance_Ohm);
+  const double bleed_siemens = 1.0 / link_bleed_Ohm_;
   const bool is_live = is_connected();
   load_A_ = is_live && (load_demand_A_ <= 0.0 || link_V_ > 0.0) ? load_demand_A_ : 0.0;
   charger_A_ = is_live ? charger_now_A(source.resistance_Ohm) : 0.0;
 
-  const double total_S = pack_S + bleed_S;
-  const double final_V = (source.open_V * pack_S + charger_A_ - load_A_) / total_S;
-  const double steps = step_s * total_S / link_capacitance_F_;
+  const double total_siemens = pack_siemens + bleed_siemens;
+  const double final_V = (source.open_V * pack_siemens + charger_A_ - load_A_) / total_siemens;
+  const double steps = step_s * total_siemens / link_capacitance_F_;
   const double gone = -std::expm1(-steps);
   const double mean_V = final_V + (link_V_ - final_V) * gone / steps;
   link_V_ += (final_V - link_V_) * gone;
-  current_A_ = (source.open_V - mean_V) * pack_S;
+  current_A_ = (source.open_V - mean_V) * pack_siemens;
   pack_V_ = source.open_V - current_A_ * source.resistance_Ohm;
 
   totals_.pack_As += current_A_ * step_s;
   totals_.load_As += load_A_ * step_s;
   totals_.charger_As += charger_A_ * step_s;
-  totals_.bleed_As += mean_V * bleed_S * step_s;
-  totals_.pack_Ws += pack_V_ * current_A_ * step_s;
+  totals_.bleed_As += mean_V * bleed_siemens * step_s;
+  totals_.pack_J += pack_V_ * current_A_ * step_s;
 }
 
 void Plant::step_cells() {
   const CellPhysics& kind = config_.cell;
   const double soc_per_A = step_s / kind.capacity_As;
-  const double rc_S = kind.rc_resistance_Ohm > 0.0 ? 1.0 / kind.rc_resistance_Ohm : 0.0;
+  const double rc_siemens = kind.rc_resistance_Ohm > 0.0 ? 1.0 / kind.rc_resistance_Ohm : 0.0;
   const double kelvin_per_W = step_s / kind.heat_capacity_J_per_K;
   double chemical_W = 0.0;
   double heat_W = 0.0;
   double shunt_W = 0.0;
   for (std::size_t index = 0; index < cells_.size(); ++index) {
     PlantCell& cell = cells_[index];
-    const double shunt_S = cell.leak_S + cell.balancing_S;
+    const double shunt_siemens = cell.leak_siemens + cell.balancing_siemens;
     cell.voltage_V = (ocv_V_[index] - cell.rc_V - current_A_ * cell.series_resistance_Ohm) * cell.share;
-    const double cell_A = current_A_ + cell.voltage_V * shunt_S;
-    const double lost_W = cell_A * cell_A * cell.series_resistance_Ohm + cell.rc_V * cell.rc_V * rc_S;
+    const double cell_A = current_A_ + cell.voltage_V * shunt_siemens;
+    const double lost_W = cell_A * cell_A * cell.series_resistance_Ohm + cell.rc_V * cell.rc_V * rc_siemens;
     cell.soc -= cell_A * soc_per_A;
     cell.rc_V += (cell_A * kind.rc_resistance_Ohm - cell.rc_V) * rc_fraction_;
     if (!cell.is_temperature_held) {
@@ -128,11 +128,11 @@ void Plant::step_cells() {
     }
     chemical_W += ocv_V_[index] * cell_A;
     heat_W += lost_W;
-    shunt_W += cell.voltage_V * cell.voltage_V * shunt_S;
+    shunt_W += cell.voltage_V * cell.voltage_V * shunt_siemens;
   }
-  totals_.chemical_Ws += chemical_W * step_s;
-  totals_.cell_heat_Ws += heat_W * step_s;
-  totals_.shunt_Ws += shunt_W * step_s;
+  totals_.chemical_J += chemical_W * step_s;
+  totals_.cell_heat_J += heat_W * step_s;
+  totals_.shunt_J += shunt_W * step_s;
 }
 
 void Plant::step_boards() {
@@ -147,7 +147,7 @@ void Plant::set_balancing(std::size_t module, CellMask switches) {
   balancing_[module] = switches;
   for (std::size_t cell = 0; cell < config_.cells_of_module[module]; ++cell) {
     PlantCell& one = cells_[first_cell_[module] + cell];
-    one.balancing_S = has_cell(switches, cell) ? 1.0 / config_.balancing_resistance_Ohm : 0.0;
+    one.balancing_siemens = has_cell(switches, cell) ? 1.0 / config_.balancing_resistance_Ohm : 0.0;
     refresh_share(one);
   }
 }
@@ -157,13 +157,13 @@ void Plant::set_cell_resistance_Ohm(std::size_t cell, double resistance_Ohm) {
   refresh_share(cells_[cell]);
 }
 
-void Plant::set_cell_leak_S(std::size_t cell, double conductance_S) {
-  cells_[cell].leak_S = conductance_S;
+void Plant::set_cell_leak_siemens(std::size_t cell, double conductance_siemens) {
+  cells_[cell].leak_siemens = conductance_siemens;
   refresh_share(cells_[cell]);
 }
 
 void Plant::refresh_share(PlantCell& cell) const {
-  cell.share = 1.0 / (1.0 + cell.series_resistance_Ohm * (cell.leak_S + cell.balancing_S));
+  cell.share = 1.0 / (1.0 + cell.series_resistance_Ohm * (cell.leak_siemens + cell.balancing_siemens));
 }
 
 void Plant::hold_cell_temperature_C(std::size_t cell, double temperature_C) {

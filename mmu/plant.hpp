@@ -18,7 +18,7 @@
 //             nothing is behind it yet.
 //
 // Deterministic: fixed steps of 1 ms in doubles, no randomness in here. No heap; the object is large (cells inside), so
-// do not put it on a small stack. Cost: about 6 ns a cell and step.
+// do not put it on a small stack. Cost: about 15 ns a cell and step: 756 cells run 80 times faster than they live.
 #pragma once
 
 #include <array>
@@ -69,8 +69,8 @@ struct PlantCell {
   double temperature_C = 25.0;
   double voltage_V = 0.0;  // at its terminals, of the last step
   double series_resistance_Ohm = 0.0;
-  double leak_S = 0.0;               // conductance of a fault in parallel
-  double balancing_S = 0.0;          // conductance of the balancing resistor, 0 when its switch is off
+  double leak_siemens = 0.0;         // conductance of a fault in parallel
+  double balancing_siemens = 0.0;    // conductance of the balancing resistor, 0 when its switch is off
   bool is_temperature_held = false;  // the script holds it: a heater, a fire
 
   // Derived: what a conductance in parallel leaves of voltage and resistance.
@@ -79,14 +79,14 @@ struct PlantCell {
 
 /// Sums since the start, for those who check the books.
 struct PlantTotals {
-  double pack_As = 0.0;       // out of the pack's terminals
-  double load_As = 0.0;       // into the load, minus what it gave back
-  double charger_As = 0.0;    // out of the charger
-  double bleed_As = 0.0;      // through the bleed resistor
-  double chemical_Ws = 0.0;   // OCV * current of all cells
-  double cell_heat_Ws = 0.0;  // in R0 and the RC pairs
-  double pack_Ws = 0.0;       // delivered at the cells' terminals, without what flows through leaks and balancing
-  double shunt_Ws = 0.0;      // in balancing resistors and leaks
+  double pack_As = 0.0;      // out of the pack's terminals
+  double load_As = 0.0;      // into the load, minus what it gave back
+  double charger_As = 0.0;   // out of the charger
+  double bleed_As = 0.0;     // through the bleed resistor
+  double chemical_J = 0.0;   // OCV * current of all cells
+  double cell_heat_J = 0.0;  // in R0 and the RC pairs
+  double pack_J = 0.0;       // delivered at the cells' terminals, without what flows through leaks and balancing
+  double shunt_J = 0.0;      // in balancing resistors and leaks
 };
 
 class Plant {
@@ -109,7 +109,7 @@ class Plant {
   void set_precharge_resistance_Ohm(double resistance_Ohm) { precharge_resistance_Ohm_ = resistance_Ohm; }
   void set_cell_soc(std::size_t cell, double soc) { cells_[cell].soc = soc; }
   void set_cell_resistance_Ohm(std::size_t cell, double resistance_Ohm);
-  void set_cell_leak_S(std::size_t cell, double conductance_S);
+  void set_cell_leak_siemens(std::size_t cell, double conductance_siemens);
   void hold_cell_temperature_C(std::size_t cell, double temperature_C);
   void release_cell_temperature(std::size_t cell) { cells_[cell].is_temperature_held = false; }
   [[nodiscard]] Contactor& contactor(ContactorName name) { return contactors_[static_cast<std::size_t>(name)]; }
@@ -148,7 +148,7 @@ class Plant {
   void step_cells();
   void step_boards();
   void refresh_share(PlantCell& cell) const;
-  [[nodiscard]] double path_S(double source_Ohm) const;  // pack to link; 0 when open
+  [[nodiscard]] double path_siemens(double source_Ohm) const;  // pack to link; 0 when open
   [[nodiscard]] double charger_now_A(double source_Ohm) const;
 
   PlantConfig config_;

@@ -169,9 +169,9 @@ Problem parse_ramp(const PropertySpec& property, const Word& word, std::size_t d
   const auto end = number_of(to.text);
   if (!start || !end) return problem_at(word, "a ramp: FROM..TO over SECONDS, or ..TO over SECONDS");
   if (!from.text.empty()) {
-    if (const Problem problem = check_range(property, from, *start)) return problem;
+    if (Problem problem = check_range(property, from, *start)) return problem;
   }
-  if (const Problem problem = check_range(property, to, *end)) return problem;
+  if (Problem problem = check_range(property, to, *end)) return problem;
   const Word over = words.take();
   if (over.text != "over") return problem_at(over, "over SECONDS, after a ramp");
   const Word seconds = words.take();
@@ -229,10 +229,10 @@ Problem parse_event_words(Words& words, ScenarioEvent& event) {
   event.text = words.rest();
   event.target_column = words.peek().column;
   const TargetSpec* target = nullptr;
-  if (const Problem problem = parse_target(words, target)) return problem;
-  if (const Problem problem = parse_address(*target, words, event.place)) return problem;
-  if (const Problem problem = parse_property(*target, words, event)) return problem;
-  if (const Problem problem = parse_value(spec_of(event.property), words, event.value)) return problem;
+  if (Problem problem = parse_target(words, target)) return problem;
+  if (Problem problem = parse_address(*target, words, event.place)) return problem;
+  if (Problem problem = parse_property(*target, words, event)) return problem;
+  if (Problem problem = parse_value(spec_of(event.property), words, event.value)) return problem;
   if (!words.at_end()) return problem_at(words.peek(), "nothing more on this line");
   return std::nullopt;
 }

@@ -76,25 +76,25 @@ constexpr std::array<PropertySpec, property_count> properties{
     make(Property::vehicle_off, TargetKind::vehicle, "off", "the key is turned back"),
     make(Property::charger_connected, TargetKind::charger, "connected", "input \"charger connected\""),
     make(Property::charger_disconnected, TargetKind::charger, "disconnected", "and away again; its current stops"),
-    make(Property::charger_current_A, TargetKind::charger, "current_A", 0, 1000,
+    make(Property::charger_current, TargetKind::charger, "current_A", 0, 1000,
          "what it delivers while connected and the contactors are closed, up to the cells' maximum voltage"),
-    make(Property::load_current_A, TargetKind::load, "current_A", -1000, 1000,
+    make(Property::load_current, TargetKind::load, "current_A", -1000, 1000,
          "demand, positive out of the pack; flows while the contactors are closed; ends a profile"),
     make(Property::load_profile, TargetKind::load, "profile", load_profile_names,
          "drive: accelerations, cruising, regeneration, over and over; none: stand still"),
-    make(Property::pack_soc_permille, TargetKind::pack, "soc_permille", 0, 1000, "charge of every cell"),
-    make(Property::pack_ambient_dC, TargetKind::pack, "ambient_dC", -500, 1000, "temperature of the air"),
-    make(Property::pack_temperature_dC, TargetKind::pack, "temperature_dC", -500, 1000,
+    make(Property::pack_soc, TargetKind::pack, "soc_permille", 0, 1000, "charge of every cell"),
+    make(Property::pack_ambient, TargetKind::pack, "ambient_dC", -500, 1000, "temperature of the air"),
+    make(Property::pack_temperature, TargetKind::pack, "temperature_dC", -500, 1000,
          "of every cell now; they go on to heat and cool"),
-    make(Property::cell_voltage_mV, TargetKind::cell, "voltage_mV", 0, 6000,
+    make(Property::cell_voltage, TargetKind::cell, "voltage_mV", 0, 6000,
          "what its module measures, whatever the cell does", automatic),
-    make(Property::cell_offset_mV, TargetKind::cell, "offset_mV", -1000, 1000, "error of the measurement"),
-    make(Property::cell_soc_permille, TargetKind::cell, "soc_permille", 0, 1000, "its charge"),
-    make(Property::cell_resistance_mOhm, TargetKind::cell, "resistance_mOhm", 0, 10000,
+    make(Property::cell_offset, TargetKind::cell, "offset_mV", -1000, 1000, "error of the measurement"),
+    make(Property::cell_soc, TargetKind::cell, "soc_permille", 0, 1000, "its charge"),
+    make(Property::cell_resistance, TargetKind::cell, "resistance_mOhm", 0, 10000,
          "series resistance: a poor cell or joint", automatic),
-    make(Property::cell_leak_Ohm, TargetKind::cell, "leak_Ohm", 0.01, 1e9, "a resistance in parallel: an inner short",
+    make(Property::cell_leak, TargetKind::cell, "leak_Ohm", 0.01, 1e9, "a resistance in parallel: an inner short",
          automatic),
-    make(Property::cell_temperature_dC, TargetKind::cell, "temperature_dC", -500, 2000,
+    make(Property::cell_temperature, TargetKind::cell, "temperature_dC", -500, 2000,
          "held there; auto lets it heat and cool", automatic),
     make(Property::cell_wire, TargetKind::cell, "wire", wire_words,
          "measuring wire off: reported open, this cell and the next are not measured"),
@@ -106,25 +106,25 @@ constexpr std::array<PropertySpec, property_count> properties{
     make(Property::module_damaged_frames, TargetKind::module, "damaged_frames", on_off_words,
          "its frames have a wrong checksum"),
     make(Property::module_self_test, TargetKind::module, "self_test", self_test_words, "of the front end"),
-    make(Property::module_board_temperature_dC, TargetKind::module, "board_temperature_dC", -1000, 1250,
+    make(Property::module_board_temperature, TargetKind::module, "board_temperature_dC", -1000, 1250,
          "all board sensors", automatic),
     make(Property::thermistor_state, TargetKind::thermistor, "state", thermistor_words, "of a cell sensor"),
     make(Property::sensor_silent, TargetKind::sensor, "silent", "this result is no longer sent"),
     make(Property::sensor_talking, TargetKind::sensor, "talking", "and is sent again"),
-    make(Property::sensor_offset_mA, TargetKind::sensor, "offset_mA", -1e6, 1e6, "error of the measurement",
+    make(Property::sensor_offset_current, TargetKind::sensor, "offset_mA", -1e6, 1e6, "error of the measurement",
          ValueKind::number, "current"),
-    make(Property::sensor_value_mA, TargetKind::sensor, "value_mA", -1e6, 1e6, "what it says, whatever flows",
+    make(Property::sensor_value_current, TargetKind::sensor, "value_mA", -1e6, 1e6, "what it says, whatever flows",
          automatic, "current"),
-    make(Property::sensor_offset_mV, TargetKind::sensor, "offset_mV", -1e6, 1e6, "error of the measurement",
+    make(Property::sensor_offset_voltage, TargetKind::sensor, "offset_mV", -1e6, 1e6, "error of the measurement",
          ValueKind::number, "pack_voltage link_voltage"),
-    make(Property::sensor_value_mV, TargetKind::sensor, "value_mV", -1e6, 1e6, "what it says, whatever is there",
+    make(Property::sensor_value_voltage, TargetKind::sensor, "value_mV", -1e6, 1e6, "what it says, whatever is there",
          automatic, "pack_voltage link_voltage"),
     make(Property::sensor_error, TargetKind::sensor, "error", on_off_words, "its measurement-error flag"),
     make(Property::pdu_silent, TargetKind::pdu, "silent", "sends nothing; still obeys"),
     make(Property::pdu_talking, TargetKind::pdu, "talking", "and sends again"),
     make(Property::pdu_damaged_frames, TargetKind::pdu, "damaged_frames", on_off_words,
          "its frames have a wrong checksum"),
-    make(Property::pdu_throttle_permille, TargetKind::pdu, "throttle_permille", 0, 1000, "the pedal; auto: not fitted",
+    make(Property::pdu_throttle, TargetKind::pdu, "throttle_permille", 0, 1000, "the pedal; auto: not fitted",
          automatic),
     make(Property::contactor_welded, TargetKind::contactor, "welded", "closed, whatever the coil does"),
     make(Property::contactor_stuck_open, TargetKind::contactor, "stuck_open", "never closes"),
@@ -135,14 +135,14 @@ constexpr std::array<PropertySpec, property_count> properties{
     make(Property::estop_released, TargetKind::estop, "released", "and pulled out again"),
     make(Property::interlock_open, TargetKind::interlock, "open", "a plug or cover is off"),
     make(Property::interlock_closed, TargetKind::interlock, "closed", "all plugs and covers on"),
-    make(Property::insulation_resistance_kOhm, TargetKind::insulation, "resistance_kOhm", 0, 65533,
+    make(Property::insulation_resistance, TargetKind::insulation, "resistance_kOhm", 0, 65533,
          "to the chassis; below 500 Ohm for each volt of the full pack the monitor is not OK"),
     make(Property::insulation_monitor, TargetKind::insulation, "monitor", monitor_words,
          "state of the monitor itself; only normal can be OK"),
-    make(Property::link_capacitance_uF, TargetKind::link, "capacitance_uF", 1, 1e6, "behind the contactors"),
-    make(Property::link_bleed_Ohm, TargetKind::link, "bleed_Ohm", 0.1, 1e9,
+    make(Property::link_capacitance, TargetKind::link, "capacitance_uF", 1, 1e6, "behind the contactors"),
+    make(Property::link_bleed, TargetKind::link, "bleed_Ohm", 0.1, 1e9,
          "what discharges the link; small: a short or load that spoils the precharge"),
-    make(Property::precharge_resistance_Ohm, TargetKind::precharge, "resistance_Ohm", 0.1, 1e9,
+    make(Property::precharge_resistance, TargetKind::precharge, "resistance_Ohm", 0.1, 1e9,
          "of the precharge resistor; very large: burnt out"),
     make(Property::resume_button_pressed, TargetKind::resume_button, "pressed", "input \"resume\""),
     make(Property::resume_button_released, TargetKind::resume_button, "released", "and let go"),
@@ -173,7 +173,7 @@ const PropertySpec& spec_of(Property property) {
 namespace {
 
 std::string target_form(const TargetSpec& target, const PropertySpec& property) {
-  const std::string name(target.name);
+  std::string name(target.name);
   switch (target.address) {
     case Address::none: return name;
     case Address::node: return name + " N";
@@ -190,7 +190,7 @@ std::string target_form(const TargetSpec& target, const PropertySpec& property) 
 }
 
 std::string value_form(const PropertySpec& property) {
-  const std::string range = number_text(property.min) + " to " + number_text(property.max);
+  std::string range = number_text(property.min) + " to " + number_text(property.max);
   switch (property.kind) {
     case ValueKind::none: return "";
     case ValueKind::number: return range;

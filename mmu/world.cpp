@@ -185,9 +185,8 @@ constexpr std::array<Handler, property_count> handlers{{
     {Property::vehicle_off, [](W& w, P, double) { w.inputs.vehicle_on = false; }},
     {Property::charger_connected, [](W& w, P, double) { w.inputs.charger_connected = true; }},
     {Property::charger_disconnected, [](W& w, P, double) { w.inputs.charger_connected = false; }},
-    {Property::charger_current_A, [](W& w, P, double v) { w.charger_A = v; },
-     [](const W& w, P) { return w.charger_A; }},
-    {Property::load_current_A,
+    {Property::charger_current, [](W& w, P, double v) { w.charger_A = v; }, [](const W& w, P) { return w.charger_A; }},
+    {Property::load_current,
      [](W& w, P, double v) {
        w.load_A = v;
        w.profile = LoadProfile::none;
@@ -195,17 +194,17 @@ constexpr std::array<Handler, property_count> handlers{{
      [](const W& w, P) { return w.load_A; }},
     {Property::load_profile,
      [](W& w, P place, double v) {
-       w.cancel_ramps(Property::load_current_A, place);
+       w.cancel_ramps(Property::load_current, place);
        w.load_A = 0.0;
        w.profile = static_cast<LoadProfile>(v);
        w.profile_began_at = w.now;
      }},
-    {Property::pack_soc_permille,
+    {Property::pack_soc,
      [](W& w, P, double v) { for_all_cells(w, [&](std::size_t cell) { w.plant.set_cell_soc(cell, v / 1e3); }); },
      [](const W& w, P) { return w.plant.cell(0).soc * 1e3; }},
-    {Property::pack_ambient_dC, [](W& w, P, double v) { w.plant.set_ambient_C(v / kelvin_to_tenths); },
+    {Property::pack_ambient, [](W& w, P, double v) { w.plant.set_ambient_C(v / kelvin_to_tenths); },
      [](const W& w, P) { return w.plant.ambient_C() * kelvin_to_tenths; }},
-    {Property::pack_temperature_dC,
+    {Property::pack_temperature,
      [](W& w, P, double v) {
        for_all_cells(w, [&](std::size_t cell) {
          w.plant.hold_cell_temperature_C(cell, v / kelvin_to_tenths);
@@ -213,20 +212,19 @@ constexpr std::array<Handler, property_count> handlers{{
        });
      },
      [](const W& w, P) { return w.plant.cell(0).temperature_C * kelvin_to_tenths; }},
-    {Property::cell_voltage_mV, [](W& w, P p, double v) { cell_sense(w, p).voltage_mV = v; },
+    {Property::cell_voltage, [](W& w, P p, double v) { cell_sense(w, p).voltage_mV = v; },
      [](const W& w, P p) { return w.sensed_mV(w.cell_of(p)); }, [](W& w, P p) { cell_sense(w, p).voltage_mV.reset(); }},
-    {Property::cell_offset_mV, [](W& w, P p, double v) { cell_sense(w, p).offset_mV = v; },
+    {Property::cell_offset, [](W& w, P p, double v) { cell_sense(w, p).offset_mV = v; },
      [](const W& w, P p) { return cell_sense(w, p).offset_mV; }},
-    {Property::cell_soc_permille, [](W& w, P p, double v) { w.plant.set_cell_soc(w.cell_of(p), v / 1e3); },
+    {Property::cell_soc, [](W& w, P p, double v) { w.plant.set_cell_soc(w.cell_of(p), v / 1e3); },
      [](const W& w, P p) { return plant_cell(w, p).soc * 1e3; }},
-    {Property::cell_resistance_mOhm,
-     [](W& w, P p, double v) { w.plant.set_cell_resistance_Ohm(w.cell_of(p), v / 1e3); },
+    {Property::cell_resistance, [](W& w, P p, double v) { w.plant.set_cell_resistance_Ohm(w.cell_of(p), v / 1e3); },
      [](const W& w, P p) { return plant_cell(w, p).series_resistance_Ohm * 1e3; },
      [](W& w, P p) { w.plant.set_cell_resistance_Ohm(w.cell_of(p), w.plant.config().cell.series_resistance_Ohm); }},
-    {Property::cell_leak_Ohm, [](W& w, P p, double v) { w.plant.set_cell_leak_S(w.cell_of(p), 1.0 / v); },
-     [](const W& w, P p) { return 1.0 / std::max(plant_cell(w, p).leak_S, 1e-9); },
-     [](W& w, P p) { w.plant.set_cell_leak_S(w.cell_of(p), 0.0); }},
-    {Property::cell_temperature_dC,
+    {Property::cell_leak, [](W& w, P p, double v) { w.plant.set_cell_leak_siemens(w.cell_of(p), 1.0 / v); },
+     [](const W& w, P p) { return 1.0 / std::max(plant_cell(w, p).leak_siemens, 1e-9); },
+     [](W& w, P p) { w.plant.set_cell_leak_siemens(w.cell_of(p), 0.0); }},
+    {Property::cell_temperature,
      [](W& w, P p, double v) { w.plant.hold_cell_temperature_C(w.cell_of(p), v / kelvin_to_tenths); },
      [](const W& w, P p) { return plant_cell(w, p).temperature_C * kelvin_to_tenths; },
      [](W& w, P p) { w.plant.release_cell_temperature(w.cell_of(p)); }},
@@ -237,7 +235,7 @@ constexpr std::array<Handler, property_count> handlers{{
     {Property::module_crc_errors, [](W& w, P p, double v) { module_sense(w, p).has_crc_errors = v > 0.0; }},
     {Property::module_damaged_frames, [](W& w, P p, double v) { module_sense(w, p).has_damaged_frames = v > 0.0; }},
     {Property::module_self_test, [](W& w, P p, double v) { module_sense(w, p).is_self_test_failed = v > 0.0; }},
-    {Property::module_board_temperature_dC, [](W& w, P p, double v) { module_sense(w, p).board_temperature_dC = v; },
+    {Property::module_board_temperature, [](W& w, P p, double v) { module_sense(w, p).board_temperature_dC = v; },
      [](const W& w, P p) {
        return w.module_senses[w.module_of(p)].board_temperature_dC.value_or(w.plant.board_C(w.module_of(p)) *
                                                                             kelvin_to_tenths);
@@ -249,15 +247,15 @@ constexpr std::array<Handler, property_count> handlers{{
      }},
     {Property::sensor_silent, [](W& w, P p, double) { w.sensor_senses[p.index].is_silent = true; }},
     {Property::sensor_talking, [](W& w, P p, double) { w.sensor_senses[p.index].is_silent = false; }},
-    {Property::sensor_offset_mA, set_sensor_offset, sensor_offset},
-    {Property::sensor_value_mA, set_sensor_value, sensor_real, release_sensor_value},
-    {Property::sensor_offset_mV, set_sensor_offset, sensor_offset},
-    {Property::sensor_value_mV, set_sensor_value, sensor_real, release_sensor_value},
+    {Property::sensor_offset_current, set_sensor_offset, sensor_offset},
+    {Property::sensor_value_current, set_sensor_value, sensor_real, release_sensor_value},
+    {Property::sensor_offset_voltage, set_sensor_offset, sensor_offset},
+    {Property::sensor_value_voltage, set_sensor_value, sensor_real, release_sensor_value},
     {Property::sensor_error, [](W& w, P p, double v) { w.sensor_senses[p.index].has_error = v > 0.0; }},
     {Property::pdu_silent, [](W& w, P, double) { w.is_pdu_silent = true; }},
     {Property::pdu_talking, [](W& w, P, double) { w.is_pdu_silent = false; }},
     {Property::pdu_damaged_frames, [](W& w, P, double v) { w.has_pdu_damaged_frames = v > 0.0; }},
-    {Property::pdu_throttle_permille, [](W& w, P, double v) { w.throttle_permille = v; },
+    {Property::pdu_throttle, [](W& w, P, double v) { w.throttle_permille = v; },
      [](const W& w, P) { return w.throttle_permille.value_or(0.0); }, [](W& w, P) { w.throttle_permille.reset(); }},
     {Property::contactor_welded, [](W& w, P p, double) { contactor(w, p).set_fault(ContactorFault::welded); }},
     {Property::contactor_stuck_open, [](W& w, P p, double) { contactor(w, p).set_fault(ContactorFault::stuck_open); }},
@@ -268,14 +266,14 @@ constexpr std::array<Handler, property_count> handlers{{
     {Property::estop_released, [](W& w, P p, double) { set_estop(w, p, true); }},
     {Property::interlock_open, [](W& w, P, double) { w.inputs.interlock_closed = false; }},
     {Property::interlock_closed, [](W& w, P, double) { w.inputs.interlock_closed = true; }},
-    {Property::insulation_resistance_kOhm, [](W& w, P, double v) { w.insulation_kOhm = v; },
+    {Property::insulation_resistance, [](W& w, P, double v) { w.insulation_kOhm = v; },
      [](const W& w, P) { return w.insulation_kOhm; }},
     {Property::insulation_monitor, [](W& w, P, double v) { w.insulation_monitor = static_cast<InsulationMonitor>(v); }},
-    {Property::link_capacitance_uF, [](W& w, P, double v) { w.plant.set_link_capacitance_F(v / 1e6); },
+    {Property::link_capacitance, [](W& w, P, double v) { w.plant.set_link_capacitance_F(v / 1e6); },
      [](const W& w, P) { return w.plant.link_capacitance_F() * 1e6; }},
-    {Property::link_bleed_Ohm, [](W& w, P, double v) { w.plant.set_link_bleed_Ohm(v); },
+    {Property::link_bleed, [](W& w, P, double v) { w.plant.set_link_bleed_Ohm(v); },
      [](const W& w, P) { return w.plant.link_bleed_Ohm(); }},
-    {Property::precharge_resistance_Ohm, [](W& w, P, double v) { w.plant.set_precharge_resistance_Ohm(v); },
+    {Property::precharge_resistance, [](W& w, P, double v) { w.plant.set_precharge_resistance_Ohm(v); },
      [](const W& w, P) { return w.plant.precharge_resistance_Ohm(); }},
     {Property::resume_button_pressed, [](W& w, P, double) { w.inputs.resume_button = true; }},
     {Property::resume_button_released, [](W& w, P, double) { w.inputs.resume_button = false; }},

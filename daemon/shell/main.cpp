@@ -150,24 +150,30 @@ int check_or_run(const Options& options) {
   return code;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int parse_and_run(int argc, char** argv) {
   Options options;
   CLI::App app("Master of a distributed battery management system.", "bmud");
+  add_options(app, options);
   try {
-    add_options(app, options);
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
     std::fprintf(stderr, "bmud: %s (see bmud --help)\n", error.what());
     return exit_command_line;
   }
+  return check_or_run(options);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  // No orderly opening from here: nobody knows what state we are in. The contactor command expires at its receiver.
   try {
-    return check_or_run(options);
+    return parse_and_run(argc, argv);
   } catch (const std::exception& error) {
-    // No orderly opening from here: nobody knows what state we are in. The contactor command expires at its receiver.
     std::fprintf(stderr, "bmud: %s\n", error.what());
-    return exit_internal;
+  } catch (...) {
+    std::fprintf(stderr, "bmud: an unknown error\n");
   }
+  return exit_internal;
 }

@@ -40,10 +40,10 @@ void put(Json& to, std::string_view key, Unit unit, const Measured<std::int32_t>
 Json spread_json(const Spread& spread, Unit unit, const StatusView& view) {
   const bool is_known = spread.is_known();
   return {{key_with_unit("min", unit), or_null(is_known, spread.min)},
-          {"min_at", is_known ? element_json(spread.min_at) : Json(nullptr)},
+          {"min_at", is_known ? element_json(spread.min_at, unit) : Json(nullptr)},
           {"min_age_ms", is_known ? ago_ms(view, spread.min_taken_at) : Json(nullptr)},
           {key_with_unit("max", unit), or_null(is_known, spread.max)},
-          {"max_at", is_known ? element_json(spread.max_at) : Json(nullptr)},
+          {"max_at", is_known ? element_json(spread.max_at, unit) : Json(nullptr)},
           {"max_age_ms", is_known ? ago_ms(view, spread.max_taken_at) : Json(nullptr)},
           {key_with_unit("average", unit), or_null(is_known, spread.average)},
           {"count", spread.count},
@@ -154,7 +154,7 @@ Json limit_json(const CurrentLimit& limit) {
   if (unit == Unit::none) return json;
   json[key_with_unit("value", unit)] = limit.value;
   json[key_with_unit("threshold", unit)] = limit.threshold;
-  json["element"] = element_json(limit.element);
+  json["element"] = element_json(limit.element, unit);
   return json;
 }
 
@@ -164,7 +164,7 @@ Json reading_json(const Reading& reading, Unit unit, const StatusView& view) {
   if (!reading.is_known) return nullptr;
   return {{key_with_unit("value", unit), reading.value},
           {"value_text", value_text(unit, reading.value)},
-          {"element", element_json(reading.element)},
+          {"element", element_json(reading.element, unit)},
           {"age_ms", ago_ms(view, reading.taken_at)}};
 }
 

@@ -29,7 +29,7 @@ struct StatusSocketOptions {
   std::string path;
   std::size_t clients_max = 16;
   std::size_t request_bytes_max = 4096;
-  std::size_t unread_bytes_max = 1024 * 1024;  // a client that leaves more than this unread is dropped
+  std::size_t unread_bytes_max = std::size_t{1024} * 1024;  // a client that leaves more than this unread is dropped
 };
 
 class StatusSocket {

@@ -35,13 +35,21 @@ struct StatusView {
   return to_ms(view.now - at);
 }
 
+/// "cell 2.7 (no. 19)", "module 3", "" for the pack. A temperature comes from a sensor, which has a number of its own.
+[[nodiscard]] inline std::string element_text(const Element& element, Unit unit) {
+  if (unit == Unit::dC && element.number != 0) {
+    return "temperature sensor " + std::to_string(element.module_node) + "." + std::to_string(element.number);
+  }
+  return to_text(element);
+}
+
 /// {"module":2,"number":7,"pack_number":19,"text":"cell 2.7 (no. 19)"}; null for the pack itself.
-[[nodiscard]] inline Json element_json(const Element& element) {
+[[nodiscard]] inline Json element_json(const Element& element, Unit unit) {
   if (element == Element{}) return nullptr;
   return {{"module", element.module_node},
           {"number", element.number},
           {"pack_number", element.pack_number},
-          {"text", to_text(element)}};
+          {"text", element_text(element, unit)}};
 }
 
 /// "value" and "uV" make "value_uV": one grep finds a quantity from the code to the screen.

@@ -30,14 +30,6 @@ std::string ago_text(const StatusView& view, TimePoint at) {
   return at == TimePoint{} ? "never" : span_text(view.now - at) + " ago";
 }
 
-/// "cell 2.7 (no. 19)"; a temperature comes from a sensor, which has a number of its own.
-std::string place_text(const Element& element, Unit unit) {
-  if (unit == Unit::dC && element.number != 0) {
-    return "temperature sensor " + std::to_string(element.module_node) + "." + std::to_string(element.number);
-  }
-  return to_text(element);
-}
-
 std::string capitalised(std::string sentence) {
   if (!sentence.empty() && sentence.front() >= 'a' && sentence.front() <= 'z') {
     sentence.front() = static_cast<char>(sentence.front() - 'a' + 'A');
@@ -61,7 +53,7 @@ bool has_limit(const FaultRow& row) {
 
 /// "cell 2.7 (no. 19): 2.8512 V", "module 3", or what the row says when there is nothing to point at.
 std::string reading_text(const FaultRow& row, const Reading& reading) {
-  const std::string place = place_text(reading.element, row.unit);
+  std::string place = element_text(reading.element, row.unit);
   if (!has_limit(row)) return place;
   const std::string value = value_text(row.unit, reading.value);
   return place.empty() ? value : place + ": " + value;
@@ -75,7 +67,7 @@ Json signal_step(const OpeningRecord& opening, const FaultRow& row, const Status
   const std::string age = span_text(opening.at - reading.taken_at) + " before opening";
   Json json = step("signal", text(row.meaning) + (what.empty() ? "" : ": " + what) + ", seen " + age);
   if (has_limit(row)) json[key_with_unit("value", row.unit)] = reading.value;
-  json["element"] = element_json(reading.element);
+  json["element"] = element_json(reading.element, row.unit);
   json["taken_ago_ms"] = ago_ms(view, reading.taken_at);
   json["taken_before_opening_ms"] = to_ms(opening.at - reading.taken_at);
   return json;
@@ -277,7 +269,7 @@ std::string limit_sentence(std::string_view direction, const CurrentLimit& limit
       text(direction) + " limit " + value_text(Unit::mA, limit.limit_mA) + ": " + text(to_text(limit.cause));
   const Unit unit = unit_of(limit.cause);
   if (unit == Unit::none) return sentence + ".";
-  return sentence + ": " + place_text(limit.element, unit) + " at " + value_text(unit, limit.value) +
+  return sentence + ": " + element_text(limit.element, unit) + " at " + value_text(unit, limit.value) +
          ", limited to zero at " + value_text(unit, limit.threshold) + ".";
 }
 
@@ -285,9 +277,9 @@ Json limit_chain(std::string_view direction, const CurrentLimit& limit) {
   Json steps = Json::array();
   const Unit unit = unit_of(limit.cause);
   if (unit != Unit::none) {
-    Json signal = step("signal", place_text(limit.element, unit) + ": " + value_text(unit, limit.value));
+    Json signal = step("signal", element_text(limit.element, unit) + ": " + value_text(unit, limit.value));
     signal[key_with_unit("value", unit)] = limit.value;
-    signal["element"] = element_json(limit.element);
+    signal["element"] = element_json(limit.element, unit);
     steps.push_back(std::move(signal));
     Json threshold = step("limit", "zero at " + value_text(unit, limit.threshold));
     threshold[key_with_unit("threshold", unit)] = limit.threshold;

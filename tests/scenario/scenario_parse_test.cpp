@@ -36,7 +36,7 @@ TEST_CASE("a line is a time, a target, a property and its value", "[unit][scenar
   REQUIRE(scenario.events.size() == 1);
   const ScenarioEvent& event = scenario.events[0];
   CHECK(event.at == 12'300ms);
-  CHECK(event.property == Property::cell_voltage_mV);
+  CHECK(event.property == Property::cell_voltage);
   CHECK(event.place == ScenarioPlace{2, 6});
   CHECK(event.value.kind == ScenarioValue::Kind::number);
   CHECK(event.value.number == 2700.0);

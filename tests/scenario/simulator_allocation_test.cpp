@@ -91,7 +91,7 @@ TEST_CASE("devices and plant never touch the heap", "[scenario][mmu][pdu][sensor
     now += 1ms;
     if (step % 50 == 0) {
       pdu->observe(contactor_frame(0x03, ++counter), now);
-      mmu->observe(poll_frame(0, want_all | sync, counter), now);
+      mmu->observe(poll_frame(0, want_all | want_sync, counter), now);
       mmu->observe(balance_frame(3, counter, {1, 2, 3}), now);
     }
     (void)mmu->tick(now, MmuMeasurements{.measured_cells = first_cells(12)});
@@ -113,7 +113,7 @@ TEST_CASE("the simulator at work allocates nothing", "[scenario][simulator]") {
   for (int step = 0; step < 5'000; ++step) {
     if (step % 50 == 0) {
       simulator->observe(contactor_frame(0x03, ++counter), simulator->now());
-      simulator->observe(poll_frame(0, want_all | sync, counter), simulator->now());
+      simulator->observe(poll_frame(0, want_all | want_sync, counter), simulator->now());
     }
     frames += simulator->advance(simulator->now() + 1ms).size();
   }

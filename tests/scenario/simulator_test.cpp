@@ -30,10 +30,10 @@ CoreConfig pack_of(std::uint8_t modules) {
 }
 
 /// A simulator and the least master: it polls and commands when told to, and keeps what it hears.
-class World12 {
+class SmallWorld {
  public:
-  explicit World12(std::string_view script = "", std::uint8_t modules = 3, SimulatorConfig config = {})
-      : simulator(with_pack(std::move(config), modules), *parse_scenario(script), power_up) {}
+  explicit SmallWorld(std::string_view script = "", std::uint8_t modules = 3, const SimulatorConfig& config = {})
+      : simulator(with_pack(config, modules), *parse_scenario(script), power_up) {}
 
   void run(Duration duration) {
     for (const TimePoint end = simulator.now() + duration; simulator.now() < end;) {
@@ -48,7 +48,7 @@ class World12 {
       frame.data[0] = outputs;
       seal(contactor_command, ++counter, frame);
       simulator.observe(frame, simulator.now());
-      if (done % 100ms == 0s) simulator.observe(poll_frame(0, want_all | sync, ++poll_counter), simulator.now());
+      if (done % 100ms == 0s) simulator.observe(poll_frame(0, want_all | want_sync, ++poll_counter), simulator.now());
       run(50ms);
     }
   }
@@ -68,7 +68,7 @@ class World12 {
   std::uint8_t poll_counter = 0;
 
  private:
-  static SimulatorConfig with_pack(SimulatorConfig config, std::uint8_t modules) {
+  static SimulatorConfig with_pack(const SimulatorConfig& config, std::uint8_t modules) {
     SimulatorConfig full = simulator_config(pack_of(modules));
     full.seed = config.seed;
     full.cell_noise_uV = config.cell_noise_uV;
@@ -90,7 +90,7 @@ TEST_CASE("the emulated pack follows the pack file", "[scenario][simulator][BMS_
 
 TEST_CASE("all modules answer a POLL to all, STATUS of every module before any voltage in the same instant",
           "[scenario][simulator][MMU_1]") {
-  World12 world;
+  SmallWorld world;
   world.run(500ms);
   world.heard.clear();
   world.simulator.observe(poll_frame(0, want_all, 1), world.simulator.now());
@@ -109,7 +109,7 @@ TEST_CASE("all modules answer a POLL to all, STATUS of every module before any v
 }
 
 TEST_CASE("everything the world sends passes the master's receive check", "[scenario][simulator]") {
-  World12 world("0 pack soc_permille 500");
+  SmallWorld world("0 pack soc_permille 500");
   world.run_with_master(5s, 0x06);
   ReceiveCheck check(catalogue, ReceiveCheck::Role::master);
   for (const SentFrame& sent : world.heard) CHECK(check.check(sent.frame).is_accepted);
@@ -122,7 +122,7 @@ TEST_CASE("the same seed gives the same frames, another seed others", "[scenario
     config.seed = seed;
     config.cell_noise_uV = 300;
     config.current_noise_mA = 20;
-    World12 world("0 vehicle on\n1 load profile drive\n2 cell 2.7 voltage_mV ..2500 over 1", 3, config);
+    SmallWorld world("0 vehicle on\n1 load profile drive\n2 cell 2.7 voltage_mV ..2500 over 1", 3, config);
     world.run_with_master(4s, 0x03);
     return world.heard;
   };
@@ -136,7 +136,7 @@ TEST_CASE("the same seed gives the same frames, another seed others", "[scenario
 }
 
 TEST_CASE("without a master the contactors open, in the world as well", "[scenario][simulator][BMS_F.3]") {
-  World12 world;
+  SmallWorld world;
   world.run_with_master(1s, 0x03);
   REQUIRE(world.simulator.plant().is_connected());
   world.run(149ms);  // 199 ms since the last command
@@ -147,7 +147,7 @@ TEST_CASE("without a master the contactors open, in the world as well", "[scenar
 }
 
 TEST_CASE("events happen at their time and once", "[scenario][simulator]") {
-  World12 world("0.5 vehicle on\n0.7 estop 1 pressed\n0.9 vehicle off");
+  SmallWorld world("0.5 vehicle on\n0.7 estop 1 pressed\n0.9 vehicle off");
   world.run(499ms);
   CHECK(read_raw<pdu_status, "vehicle_on">(*world.last(0x041)) == 0);
   world.run(3ms);
@@ -161,7 +161,7 @@ TEST_CASE("events happen at their time and once", "[scenario][simulator]") {
 }
 
 TEST_CASE("a cell's voltage can be said, ramped, and given back to the plant", "[scenario][simulator]") {
-  World12 world;
+  SmallWorld world;
   const auto cell_uV = [&world] {
     world.run_with_master(200ms, 0);
     return read<cells_3, "cell_voltage_7_uV">(*world.last(0x1C2)).value;
@@ -183,7 +183,7 @@ TEST_CASE("a cell's voltage can be said, ramped, and given back to the plant", "
 }
 
 TEST_CASE("modules fall silent, damage their frames, restart", "[scenario][simulator]") {
-  World12 world;
+  SmallWorld world;
   world.run_with_master(1s, 0);
   const auto answers_in_1s = [&world](std::uint32_t id) {
     world.heard.clear();
@@ -207,7 +207,7 @@ TEST_CASE("modules fall silent, damage their frames, restart", "[scenario][simul
 }
 
 TEST_CASE("a hot cell is felt by the sensor next to it, and sensors break", "[scenario][simulator][MMU_4]") {
-  World12 world("0 cell 3.1 temperature_dC 610\n0 thermistor 3.2 state open\n0 thermistor 3.4 state shorted");
+  SmallWorld world("0 cell 3.1 temperature_dC 610\n0 thermistor 3.2 state open\n0 thermistor 3.4 state shorted");
   world.run(600ms);
   world.run_with_master(200ms, 0);
   CHECK(read<temp_1, "cell_temperature_1_dC">(*world.last(0x243)).value == 610);
@@ -217,7 +217,7 @@ TEST_CASE("a hot cell is felt by the sensor next to it, and sensors break", "[sc
 }
 
 TEST_CASE("sensor and insulation do as they are told", "[scenario][simulator]") {
-  World12 world;
+  SmallWorld world;
   world.run_with_master(500ms, 0x03);
   REQUIRE(world.simulator.apply("sensor current offset_mA 700"));
   REQUIRE(world.simulator.apply("sensor link_voltage silent"));
@@ -237,7 +237,7 @@ TEST_CASE("sensor and insulation do as they are told", "[scenario][simulator]") 
 
 TEST_CASE("every property can be applied, ramped from the present, and released", "[scenario][simulator]") {
   const std::string address_of[] = {"", " 3", " 3.2", " 3.2", ""};
-  World12 world;
+  SmallWorld world;
   world.run(100ms);
   for (const PropertySpec& row : property_table()) {
     const TargetSpec& target = target_table()[static_cast<std::size_t>(row.target)];
@@ -271,7 +271,7 @@ TEST_CASE("an event for what this pack does not have is refused with its place",
   REQUIRE(problems.size() == 1);
   CHECK(problems[0].line == 2);
   CHECK(problems[0].column == 5);
-  World12 world("", 2);
+  SmallWorld world("", 2);
   CHECK_FALSE(world.simulator.apply("module 3 silent"));
   CHECK_FALSE(world.simulator.apply("module 3 sielnt"));
 }

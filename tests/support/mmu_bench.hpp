@@ -20,7 +20,7 @@ enum PollFlag : std::uint8_t {
   want_temp = 0x04,
   want_module = 0x08,
   want_ident = 0x10,
-  sync = 0x80,
+  want_sync = 0x80,
   want_all = 0x1F
 };
 

@@ -17,6 +17,7 @@ constexpr std::int64_t refused = static_cast<std::int64_t>(CommandResult::refuse
 
 std::vector<std::uint32_t> ids(const std::vector<TimedFrame>& frames) {
   std::vector<std::uint32_t> list;
+  list.reserve(frames.size());
   for (const TimedFrame& one : frames) list.push_back(one.frame.id);
   return list;
 }
@@ -30,7 +31,7 @@ TEST_CASE("a module answers in the order STATUS, CELLS, TEMP, MODULE, IDENT, beg
   MmuBench bench;
   bench.settle();
   const TimePoint polled_at = bench.now;
-  const auto answer = bench.ask(want_all | sync);
+  const auto answer = bench.ask(want_all | want_sync);
   CHECK(ids(answer) == Ids{0x103, 0x143, 0x183, 0x1C3, 0x203, 0x243, 0x283, 0x2C3, 0x303});
   REQUIRE(!answer.empty());
   CHECK(answer.front().at - polled_at <= 2ms);
@@ -154,7 +155,7 @@ TEST_CASE("with SYNC the voltages are the latest sample, without it the average 
   const auto volts = [](const std::vector<TimedFrame>& answer) {
     return read<cells_1, "cell_voltage_1_uV">(answer.at(1).frame).value;
   };
-  const auto momentary = bench.ask(want_status | want_cells | sync);
+  const auto momentary = bench.ask(want_status | want_cells | want_sync);
   CHECK(volts(momentary) == 3'600'000);
   CHECK(read<status, "cell_voltage_age_ms">(momentary.at(0).frame).value <= 10);
   const auto averaged = bench.ask(want_status | want_cells);
@@ -205,13 +206,13 @@ TEST_CASE("a damaged transfer from the front end is dropped, reported once, and 
   bench.measured.cell_voltage_uV.fill(1);
   bench.run(100ms);
   CHECK(read_raw<status, "front_end_crc_errors">(bench.status()) == 1);
-  const auto answer = bench.ask(want_status | want_cells | sync);
+  const auto answer = bench.ask(want_status | want_cells | want_sync);
   CHECK(read<cells_1, "cell_voltage_1_uV">(answer.at(1).frame).value == 3'700'000);
   CHECK(read<status, "cell_voltage_age_ms">(answer.at(0).frame).value > 100);
 
   SECTION("until their age cannot be said: then there is no voltage") {
     bench.run(250ms);
-    const auto late = bench.ask(want_status | want_cells | sync);
+    const auto late = bench.ask(want_status | want_cells | want_sync);
     CHECK_FALSE(read<status, "cell_voltage_age_ms">(late.at(0).frame).is_valid());
     CHECK_FALSE(read<cells_1, "cell_voltage_1_uV">(late.at(1).frame).is_valid());
   }

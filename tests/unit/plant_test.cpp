@@ -153,12 +153,12 @@ TEST_CASE("energy is conserved: chemistry gives what terminals, heat and RC pair
   plant.set_load_A(30.0);
   run(plant, 60s);
   const PlantTotals& totals = plant.totals();
-  double stored_Ws = 0.0;
+  double stored_J = 0.0;
   for (std::size_t cell = 0; cell < plant.cell_count(); ++cell) {
     const double capacitance_F = 20.0 / 0.003;
-    stored_Ws += 0.5 * capacitance_F * plant.cell(cell).rc_V * plant.cell(cell).rc_V;
+    stored_J += 0.5 * capacitance_F * plant.cell(cell).rc_V * plant.cell(cell).rc_V;
   }
-  CHECK(totals.chemical_Ws == Approx(totals.pack_Ws + totals.cell_heat_Ws + totals.shunt_Ws + stored_Ws).epsilon(1e-4));
+  CHECK(totals.chemical_J == Approx(totals.pack_J + totals.cell_heat_J + totals.shunt_J + stored_J).epsilon(1e-4));
 }
 
 TEST_CASE("after a current step the RC pair goes to its end as exp(-t / tau) says", "[unit][plant]") {
@@ -201,7 +201,7 @@ TEST_CASE("balancing draws its current from its own cell only", "[unit][plant][M
 TEST_CASE("a raised resistance sags under load, a leak empties its cell", "[unit][plant]") {
   Plant plant(pack_config());
   plant.set_cell_resistance_Ohm(5, 0.080);
-  plant.set_cell_leak_S(7, 1.0 / 0.5);
+  plant.set_cell_leak_siemens(7, 1.0 / 0.5);
   settle_with(plant, closed);
   plant.set_load_A(20.0);
   run(plant, 100ms);

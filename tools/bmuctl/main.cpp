@@ -58,9 +58,13 @@ struct Options {
   bool reconnect = false;
 };
 
-int fail(const std::string& what) {
-  std::fprintf(stderr, "bmuctl: %s\n", what.c_str());
+int fail(const char* what) {
+  std::fprintf(stderr, "bmuctl: %s\n", what);
   return exit_no_answer;
+}
+
+int fail(const std::string& what) {
+  return fail(what.c_str());
 }
 
 bool wants_colour(const Options& options) {
@@ -109,11 +113,8 @@ CLI::App* add_watch(CLI::App& app, Options& options) {
   return watch;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  Options options;
-  CLI::App app("Shows and asks a running bmud.", "bmuctl");
+/// Returns the watch command, which has options of its own.
+const CLI::App* add_options(CLI::App& app, Options& options) {
   app.add_option("--socket", options.socket, "the daemon's socket")->type_name("PATH")->capture_default_str();
   app.add_flag("--json", options.json, "the daemon's own answer, a line of JSON");
   app.add_option("--color", options.colour, "auto, always or never")
@@ -124,7 +125,13 @@ int main(int argc, char** argv) {
   app.fallthrough();
   app.footer(footer);
   for (const CommandRow& row : command_table) app.add_subcommand(row.name, row.help);
-  const CLI::App* watch = add_watch(app, options);
+  return add_watch(app, options);
+}
+
+int parse_and_ask(int argc, char** argv) {
+  Options options;
+  CLI::App app("Shows and asks a running bmud.", "bmuctl");
+  const CLI::App* watch = add_options(app, options);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -137,4 +144,16 @@ int main(int argc, char** argv) {
     if (app.got_subcommand(row.name)) return ask(row, options);
   }
   return exit_command_line;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return parse_and_ask(argc, argv);
+  } catch (const std::exception& error) {
+    return fail(error.what());
+  } catch (...) {
+    return exit_no_answer;
+  }
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <vector>
 
 #include "tools/bmuctl/text_pages.hpp"
@@ -35,8 +36,9 @@ void draw_title(const Reply& status, std::string_view notice, Canvas& canvas) {
   const int right_at = canvas.width() - static_cast<int>(width_of(right));
   if (right_at > middle_end + 1) canvas.put(0, right_at, right);
   canvas.fill(0, Style::title);
-  const int state_end = canvas.put(1, 1, state["vehicle_state"].text(), style_of_phase(state["phase"].text()));
-  canvas.put(1, state_end, state["close_requested"].is_true() ? ", closing is asked for" : ", nobody asks for closing",
+  int column = canvas.put(1, 1, "reported: ", Style::dim);
+  column = canvas.put(1, column, state["vehicle_state"].text(), style_of_phase(state["phase"].text()));
+  canvas.put(1, column, state["close_requested"].is_true() ? "; closing is asked for" : "; nobody asks for closing",
              Style::dim);
   if (!notice.empty()) {
     const std::string text = " " + std::string(notice) + " ";
@@ -93,7 +95,7 @@ void draw_bar(const BarRow& bar, const Glyphs& glyphs, int row, int column, Canv
   canvas.put(row, column + 9, bar.value, bar.is_known ? Style::strong : Style::bad);
   const int from = column + 22;
   const int length = canvas.width() - from - 1;
-  const int filled = bar.is_known ? static_cast<int>(std::clamp(bar.share, 0.0, 1.0) * length + 0.5) : 0;
+  const int filled = bar.is_known ? static_cast<int>(std::lround(std::clamp(bar.share, 0.0, 1.0) * length)) : 0;
   for (int i = 0; i < length; ++i) {
     canvas.put(row, from + i, i < filled ? glyphs.bar_full : glyphs.bar_empty, i < filled ? bar.style : Style::dim);
   }
@@ -237,8 +239,10 @@ std::vector<Line> blocker_lines(const Reply& status) {
   return lines;
 }
 
-std::vector<Line> opening_lines(const Reply& status, const Canvas& canvas) {
+std::vector<Line> history_lines(const Reply& status, const Canvas& canvas) {
   std::vector<Line> lines;
+  const Reply drive = status["drive"];
+  if (drive.is_known()) lines.push_back({{" closed ", Style::dim}, {drive_text(drive)}});
   const std::string text = status["last_opening"]["text"].text();
   const auto width = static_cast<std::size_t>(std::max(canvas.width() - 2, 10));
   for (const std::string& row : wrapped(text, width, opening_rows_max)) lines.push_back({{" " + row, Style::strong}});
@@ -269,7 +273,7 @@ std::vector<Line> bus_lines(const Reply& status) {
 std::vector<Line> foot_lines(const Reply& reply, const Glyphs& glyphs, const Canvas& canvas) {
   const Reply status = reply["status"];
   std::vector<Line> lines = fault_lines(reply, glyphs);
-  for (auto& more : {blocker_lines(status), opening_lines(status, canvas), bus_lines(status)}) {
+  for (auto& more : {blocker_lines(status), history_lines(status, canvas), bus_lines(status)}) {
     lines.insert(lines.end(), more.begin(), more.end());
   }
   return lines;

@@ -45,6 +45,15 @@ std::string shown_short(std::optional<std::int64_t> value, Unit unit, int decima
   return text.data();
 }
 
+std::string shown_energy(const Reply& value) {
+  constexpr std::int64_t mWh_per_kWh = 1'000'000;
+  const std::optional<std::int64_t> mWh = value.number();
+  if (!mWh || *mWh >= mWh_per_kWh || *mWh <= -mWh_per_kWh) return shown(value, Unit::mWh);
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.1f Wh", static_cast<double>(*mWh) / 1000);
+  return text.data();
+}
+
 std::string shown_span(const Reply& value) {
   const std::optional<std::int64_t> ms = value.number();
   if (!ms) return "--";

@@ -34,6 +34,8 @@ class Reply {
 [[nodiscard]] std::string shown(const Reply& value, Unit unit);
 /// A quantity with fewer decimals than the unit's usual ones, without its symbol: for narrow columns.
 [[nodiscard]] std::string shown_short(std::optional<std::int64_t> value, Unit unit, int decimals);
+/// "10.2 Wh", "1.234 kWh".
+[[nodiscard]] std::string shown_energy(const Reply& mWh);
 /// "350 ms", "3.2 s", "2 min 5 s", "1 h 20 min".
 [[nodiscard]] std::string shown_span(const Reply& ms);
 /// All texts of a list with a comma between.

@@ -132,12 +132,6 @@ std::string precharge_text(const Reply& precharge) {
          shown_span(precharge["ended_ago_ms"]) + " ago";
 }
 
-std::string drive_text(const Reply& drive) {
-  return std::string(drive["is_running"].is_true() ? "for " : "was closed for ") + shown_span(drive["lasted_ms"]) +
-         ": charge used " + shown(drive["charge_used_uAs"], Unit::uAs) + ", energy out " +
-         shown(drive["energy_out_mWh"], Unit::mWh) + ", in " + shown(drive["energy_in_mWh"], Unit::mWh);
-}
-
 void add_history(Page& page, const Reply& reply) {
   if (reply["last_precharge"].is_known()) page.add_field("Precharge", {plain(precharge_text(reply["last_precharge"]))});
   if (reply["drive"].is_known()) page.add_field("Closed", {plain(drive_text(reply["drive"]))});
@@ -145,6 +139,12 @@ void add_history(Page& page, const Reply& reply) {
 }
 
 }  // namespace
+
+std::string drive_text(const Reply& drive) {
+  return std::string(drive["is_running"].is_true() ? "for " : "was closed for ") + shown_span(drive["lasted_ms"]) +
+         ": charge used " + shown(drive["charge_used_uAs"], Unit::uAs) + ", energy out " +
+         shown_energy(drive["energy_out_mWh"]) + ", in " + shown_energy(drive["energy_in_mWh"]);
+}
 
 Style style_of_phase(std::string_view phase) {
   if (phase == "closed") return Style::good;
@@ -194,11 +194,11 @@ Page status_page(const Reply& reply) {
                                    shown(values["link_voltage_mV"], Unit::mV) + "   sum of cells " +
                                    shown(values["cell_voltage_sum_mV"], Unit::mV))});
   page.add_field("Current", {plain(shown(values["current_mA"], Unit::mA))});
-  page.add_field("Charge", {plain("SOC " + shown(charge["soc_permille"], Unit::permille) + "   used " +
-                                  shown(charge["depth_of_discharge_uAs"], Unit::uAs) + " of " +
-                                  shown(charge["capacity_uAs"], Unit::uAs) + "   energy out " +
-                                  shown(charge["energy_out_mWh"], Unit::mWh) + ", in " +
-                                  shown(charge["energy_in_mWh"], Unit::mWh))});
+  page.add_field("Charge",
+                 {plain("SOC " + shown(charge["soc_permille"], Unit::permille) + "   used " +
+                        shown(charge["depth_of_discharge_uAs"], Unit::uAs) + " of " +
+                        shown(charge["capacity_uAs"], Unit::uAs) + "   energy out " +
+                        shown_energy(charge["energy_out_mWh"]) + ", in " + shown_energy(charge["energy_in_mWh"]))});
   page.add_field("Cells", spread_line(values["cell_voltage"], Unit::uV));
   page.add_field("Temperature", spread_line(values["cell_temperature"], Unit::dC));
   page.add_field("Discharge", limit_line(reply["limits"]["discharge"]));

@@ -16,6 +16,8 @@ namespace bmu {
 
 /// Style of a value between its limits: warning or bad where it is beyond one, or where there is none.
 [[nodiscard]] Style style_within(std::optional<std::int64_t> value, const Reply& limits, Unit unit);
+/// "was closed for 12.0 s: charge used 0.1 Ah, ..."
+[[nodiscard]] std::string drive_text(const Reply& drive);
 [[nodiscard]] Style style_of_phase(std::string_view phase);
 /// "cell 2.7 (no. 19): 2.7512 V, limit 2.8000 V, 3.1 s ago": what was seen when a fault was believed.
 [[nodiscard]] std::string fault_details(const Reply& fault);

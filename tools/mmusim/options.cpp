@@ -32,7 +32,7 @@ void declare(CLI::App& app, Options& options) {
   app.add_option("--pack", options.pack, "pack file: modules, kind of cell, sensor")->type_name("FILE");
   app.add_option("--bus", options.bus, "can0, vcan0 or unix:NAME; default: the pack's internal bus")->type_name("BUS");
   app.add_option("--scenario", options.scenario, "the script; without it nothing happens")->type_name("FILE");
-  app.add_option("--seconds", options.seconds, "end after this time")->check(CLI::PositiveNumber);
+  app.add_option("--seconds", options.seconds, "end after this time")->check(CLI::Range(0.001, 1e6));
   app.add_option("--seed", options.seed, "of the measuring noise (0.2 mV, 20 mA); 0: none")->capture_default_str();
   app.add_flag("--quiet", options.is_quiet, "tell only errors");
   app.add_flag("--check", options.only_check, "check the scenario, and against the pack if one is given; then end");
