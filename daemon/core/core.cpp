@@ -193,7 +193,7 @@ Decisions Core::decide(TimePoint now) {
   check_loop_gap(now);
   decided_at_ = now;
   pack_ = summarise(modules_, sensors_, config_, now);
-  seen_complete_ = seen_complete_ || (pack_.is_complete() && pack_.current_mA.is_valid() && pdu_fresh(now));
+  seen_complete_ = seen_complete_ || (pack_.is_complete() && pack_.is_sensed() && pdu_fresh(now));
   const Measured<std::int32_t> average_uV{pack_.cell_voltage_uV.average, now,
                                           pack_.cell_voltage_uV.is_complete() ? Validity::valid : Validity::unknown};
   if (counter_.update(now, !outputs_.any_contactor(), pack_.current_mA, average_uV)) {
@@ -315,13 +315,11 @@ void Core::refuse_vain_request(TimePoint now) {
 }
 
 void Core::step_contactors(TimePoint now) {
-  const bool is_measured =
-      pack_.pack_voltage_mV.is_valid() && pack_.link_voltage_mV.is_valid() && pack_.current_mA.is_valid();
   const bool is_open = sequence_.phase == Phase::open;
   const SequenceInputs inputs{.now = now,
                               .close_wanted = close_requested_,
                               .close_permitted = is_open ? permission_.may_close : permission_.may_stay_closed,
-                              .is_measured = is_measured,
+                              .is_measured = pack_.is_sensed(),
                               .pack_mV = pack_.pack_voltage_mV.value,
                               .link_mV = pack_.link_voltage_mV.value,
                               .current_mA = pack_.current_mA.value};

@@ -31,6 +31,7 @@ struct Spread {
   std::uint16_t expected = 0;
 
   /// Every value there should be is there.
+  /// Every module, cell and temperature there should be.
   [[nodiscard]] constexpr bool is_complete() const { return count == expected && expected > 0; }
   [[nodiscard]] constexpr bool is_known() const { return count > 0; }
 };
@@ -50,8 +51,13 @@ struct PackState {
   std::uint16_t modules_answering = 0;  // status and every cell voltage fresh
   std::uint16_t modules_expected = 0;
 
+  /// Every module, cell and temperature there should be.
   [[nodiscard]] constexpr bool is_complete() const {
     return cell_voltage_uV.is_complete() && cell_temperature_dC.is_complete() && modules_answering == modules_expected;
+  }
+  /// All three that the sensor measures.
+  [[nodiscard]] constexpr bool is_sensed() const {
+    return current_mA.is_valid() && pack_voltage_mV.is_valid() && link_voltage_mV.is_valid();
   }
 };
 

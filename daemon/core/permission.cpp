@@ -50,10 +50,6 @@ bool any_demands_opening(const FaultMemory& faults, const PackState& pack, TimeP
                      [&](const FaultRow& row) { return demands_opening(row, faults.state(row.id), pack, now); });
 }
 
-bool sensors_complete(const PackState& pack) {
-  return pack.current_mA.is_valid() && pack.pack_voltage_mV.is_valid() && pack.link_voltage_mV.is_valid();
-}
-
 }  // namespace
 
 Permission evaluate_permission(const PermissionInputs& inputs, const PackState& pack, const FaultMemory& faults) {
@@ -67,7 +63,7 @@ Permission evaluate_permission(const PermissionInputs& inputs, const PackState& 
   block_if(!inputs.pdu_fresh, Blocker::pdu_unknown);
   block_if(inputs.pdu_fresh && !inputs.inputs_healthy, Blocker::inputs_unhealthy);
   block_if(!pack.is_complete(), Blocker::modules_incomplete);
-  block_if(!sensors_complete(pack), Blocker::sensors_incomplete);
+  block_if(!pack.is_sensed(), Blocker::sensors_incomplete);
   block_if(inputs.complete_cycles < qualifying_cycles, Blocker::not_qualified);
   block_if(!inputs.modules_set_up, Blocker::modules_not_set_up);
   block_if(inputs.contactor_closed_though_open, Blocker::contactor_closed);

@@ -91,7 +91,7 @@ TEST_CASE("every single missing thing keeps the pack open and is named", "[unit]
   }
 }
 
-TEST_CASE("each condition opens a closed pack within its budget", "[unit][core][BMS_F.1][FS_2]") {
+TEST_CASE("each condition opens a closed pack within its budget", "[unit][core][BMS_F.1][FS_2][BMU_12][BMU_14]") {
   struct Case {
     const char* what;
     std::function<void(CoreBench&)> break_it;
@@ -473,4 +473,14 @@ TEST_CASE("a wish waits for a pack that is not ready yet, but not for ever", "[u
   slow.modules[0].ignores_commands = false;
   slow.run(10s);
   CHECK(is_open(slow));
+}
+
+TEST_CASE("a sensor value that comes later than the rest is not lost at start", "[unit][core][F42]") {
+  CoreBench bench(small_pack());
+  bench.voltage_talks =
+      false;  // current every 20 ms, voltages every 60 ms: there is a time with one and without the other
+  bench.run(1500ms);
+  CHECK_FALSE(bench.is_active(FaultId::voltage_sensor_lost));
+  bench.voltage_talks = true;
+  CHECK(bench.close());
 }

@@ -76,7 +76,7 @@ TEST_CASE("reading and writing by name give the worked cell voltages", "[unit][p
   CHECK(read_raw<internal_bus::cells_1, "counter">(frame) == 42);
 }
 
-TEST_CASE("every signal of every row keeps the contracts of a signal", "[unit][protocol][contract]") {
+TEST_CASE("every signal of every row keeps the contracts of a signal", "[unit][protocol][contract][BMS_NF.2]") {
   Random random(1);
   for (const MessageSpec* message : all_rows()) {
     for (const SignalSpec& signal : message->signals) {
