@@ -12,6 +12,7 @@ for folder in "$@"; do PATH=$folder:$PATH; done
 bus=vcan0
 pack=$repository/config/packs/demo-48s.json
 scenario=$repository/vcan-fixtures/demo.scn
+calm_scenario=$repository/vcan-fixtures/calm.scn
 socket=/run/bmud/bmud.sock
 recording=$RIG_OUT/drive.can.log
 
@@ -93,8 +94,10 @@ has_program() { command -v "$1" >/dev/null; }
 why_names_the_cell() { why >"$RIG_OUT/why.txt" && grep -Eiq "$sagging_cell" "$RIG_OUT/why.txt"; }
 
 # CONTACTOR_COMMAND, b0 the outputs and b1 its complement; the low nibble of b0 has main positive, main negative and precharge.
-were_closed_on_the_bus() { grep -Eq ' 040#.[37BF]' "$recording"; }
-last_command_is_all_open() { grep ' 040#' "$recording" | tail -n 1 | grep -q ' 040#00FF'; }
+were_closed_on_the_bus() { grep -Eq ' 040#.[37BF]' "$1"; }
+last_command_is_all_open() { grep ' 040#' "$1" | tail -n 1 | grep -q ' 040#00FF'; }
+# PDU_STATUS, b0: the low nibble are the auxiliary contacts.
+last_feedback_is_all_open() { grep ' 041#' "$1" | tail -n 1 | grep -Eq ' 041#.0'; }
 
 only_the_injected_are_wrong() { [[ $(frames_not_ok "$recording" | wc -l) -eq $((copies * ${#kinds[@]})) ]]; }
 none_is_wrong() {
@@ -109,6 +112,19 @@ mkdir -p "$(dirname "$socket")"
 bad_frames=()
 for kind in "${kinds[@]}"; do bad_frames+=("$(bad_frame_of_kind "$kind")"); done
 printf ' %s\n' "${bad_frames[@]}" >"$RIG_OUT/injected"
+
+step "ended while the pack is closed"
+record calm "$bus"
+start calm_world mmusim --bus "$bus" --pack "$pack" --scenario "$calm_scenario"
+start bmud bmud --config "$pack" --bus-internal "$bus" --bus-vehicle "$bus" --socket "$socket"
+wait_for "$start_limit_s" "bmud answers" daemon_answers
+wait_for "$close_limit_s" "the contactors are closed" state_is closed
+expect "bmud exits with 0" stop bmud TERM
+stop calm_world || true
+stop calm || true
+expect "the contactors were closed on the bus" were_closed_on_the_bus "$RIG_OUT/calm.can.log"
+expect "the last command is all open" last_command_is_all_open "$RIG_OUT/calm.can.log"
+expect "the power distribution unit says so too" last_feedback_is_all_open "$RIG_OUT/calm.can.log"
 
 step "start"
 record drive "$bus"
@@ -133,8 +149,8 @@ step "the daemon is ended"
 expect "bmud exits with 0" stop bmud TERM
 stop mmusim || true
 stop drive || true
-expect "the contactors were closed on the bus" were_closed_on_the_bus
-expect "the last command is all open" last_command_is_all_open
+expect "the contactors were closed on the bus" were_closed_on_the_bus "$recording"
+expect "the last command is all open" last_command_is_all_open "$recording"
 
 step "the recording"
 expect "bmudump finds wrong what was injected, and that only" only_the_injected_are_wrong

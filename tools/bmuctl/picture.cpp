@@ -242,7 +242,7 @@ std::vector<Line> blocker_lines(const Reply& status) {
 std::vector<Line> history_lines(const Reply& status, const Canvas& canvas) {
   std::vector<Line> lines;
   const Reply drive = status["drive"];
-  if (drive.is_known()) lines.push_back({{" closed ", Style::dim}, {drive_text(drive)}});
+  if (drive.is_known()) lines.push_back({{" drive: ", Style::dim}, {drive_text(drive)}});
   const std::string text = status["last_opening"]["text"].text();
   const auto width = static_cast<std::size_t>(std::max(canvas.width() - 2, 10));
   for (const std::string& row : wrapped(text, width, opening_rows_max)) lines.push_back({{" " + row, Style::strong}});

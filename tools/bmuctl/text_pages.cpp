@@ -134,16 +134,16 @@ std::string precharge_text(const Reply& precharge) {
 
 void add_history(Page& page, const Reply& reply) {
   if (reply["last_precharge"].is_known()) page.add_field("Precharge", {plain(precharge_text(reply["last_precharge"]))});
-  if (reply["drive"].is_known()) page.add_field("Closed", {plain(drive_text(reply["drive"]))});
+  if (reply["drive"].is_known()) page.add_field("Drive", {plain(drive_text(reply["drive"]))});
   if (reply["last_opening"].is_known()) page.add_field("Opening", {plain(reply["last_opening"]["text"].text())});
 }
 
 }  // namespace
 
 std::string drive_text(const Reply& drive) {
-  return std::string(drive["is_running"].is_true() ? "for " : "was closed for ") + shown_span(drive["lasted_ms"]) +
-         ": charge used " + shown(drive["charge_used_uAs"], Unit::uAs) + ", energy out " +
-         shown_energy(drive["energy_out_mWh"]) + ", in " + shown_energy(drive["energy_in_mWh"]);
+  return std::string(drive["is_running"].is_true() ? "closed for " : "was closed for ") +
+         shown_span(drive["lasted_ms"]) + ": charge used " + shown(drive["charge_used_uAs"], Unit::uAs) +
+         ", energy out " + shown_energy(drive["energy_out_mWh"]) + ", in " + shown_energy(drive["energy_in_mWh"]);
 }
 
 Style style_of_phase(std::string_view phase) {
