@@ -84,7 +84,7 @@ packages_main() {
   local list=no
   [[ ${1:-} != --list ]] || { list=yes; shift; }
   case ${1:-} in
-    '') packages_usage >&2; return 64 ;;
+    '') packages_usage >&2; return 2 ;;
     -h | --help) packages_usage; return 0 ;;
     all) set -- build test rig lint ;;
   esac

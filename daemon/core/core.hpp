@@ -112,6 +112,8 @@ class Core {
   [[nodiscard]] const CurrentLimits& limits() const { return limits_; }
   [[nodiscard]] const ChargeState& charge() const { return counter_.state(); }
   [[nodiscard]] const OpeningRecord& last_opening() const { return last_opening_; }
+  /// Nothing closes before this.
+  [[nodiscard]] TimePoint locked_out_until() const { return locked_out_until_; }
   [[nodiscard]] const RefusalRecord& last_refusal() const { return last_refusal_; }
   [[nodiscard]] const PrechargeRecord& last_precharge() const { return last_precharge_; }
   [[nodiscard]] const ReceiveCounts& receive_counts() const { return check_.counts(); }

@@ -15,12 +15,11 @@ Result<std::unique_ptr<BusPort>, OsError> open_port(const std::string& name, std
 
 }  // namespace
 
-std::vector<std::uint32_t> internal_receive_ids(const CoreConfig& config) {
+std::vector<std::uint32_t> internal_receive_ids() {
   std::vector<std::uint32_t> ids;
   for (const MessageSpec* message : internal_bus::catalogue.messages()) {
-    if (message->node_min == 0) ids.push_back(message->base_id);  // has no node, or one that means all
-    if (!message->has_node()) continue;
-    for (const ModuleConfig& module : config.modules) ids.push_back(message->base_id + std::uint32_t{module.node});
+    for (std::uint32_t node = message->node_min; node <= message->node_max; ++node)
+      ids.push_back(message->base_id + node);
   }
   return ids;
 }
@@ -32,7 +31,7 @@ std::vector<std::uint32_t> vehicle_receive_ids(const CoreConfig& config) {
 }
 
 Result<Buses, OsError> open_buses(const BusNames& names, const CoreConfig& config) {
-  std::vector<std::uint32_t> internal_ids = internal_receive_ids(config);
+  std::vector<std::uint32_t> internal_ids = internal_receive_ids();
   std::vector<std::uint32_t> vehicle_ids = vehicle_receive_ids(config);
   const bool is_shared = names.internal == names.vehicle;
   if (is_shared) internal_ids.insert(internal_ids.end(), vehicle_ids.begin(), vehicle_ids.end());

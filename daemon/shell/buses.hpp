@@ -21,9 +21,9 @@ struct Buses {
   }
 };
 
-/// What concerns this pack: the rows of the internal bus for its own nodes. What only a master sends is among them, so
-/// that a second master is noticed.
-[[nodiscard]] std::vector<std::uint32_t> internal_receive_ids(const CoreConfig& config);
+/// Every identifier of the internal bus: also those of modules this pack does not have, so that a stray one is counted,
+/// and those that only a master sends, so that a second master is noticed. Nothing else leaves the kernel.
+[[nodiscard]] std::vector<std::uint32_t> internal_receive_ids();
 /// What the pack reports to the vehicle: to hear our own, and anybody who does the same.
 [[nodiscard]] std::vector<std::uint32_t> vehicle_receive_ids(const CoreConfig& config);
 

@@ -112,18 +112,42 @@ class RawSocket {
   std::uint32_t dropped_ = 0;
 };
 
-/// Exact filters match data frames only. Where there are more identifiers than the kernel takes filters, it lets all
-/// 11-bit data frames through, and the port's own check does the rest.
+constexpr canid_t data_frames_only = CAN_EFF_FLAG | CAN_RTR_FLAG;
+
+/// The largest block from `first` on, aligned to its own size (a power of two), all of which is wanted.
+std::uint32_t block_size(const ReceiveFilter& wanted, std::uint32_t first) {
+  const auto is_wanted = [&](std::uint32_t size) {
+    for (std::uint32_t id = first; id < first + size; ++id) {
+      if (id > standard_id_max || !wanted.has_id(id)) return false;
+    }
+    return true;
+  };
+  std::uint32_t size = 1;
+  while (first % (size * 2) == 0 && is_wanted(size * 2)) size *= 2;
+  return size;
+}
+
+/// One filter an identifier as long as the kernel takes that many: it finds those by table. Beyond, one a block, which
+/// lets through exactly the same.
+std::vector<can_filter> id_filters(const ReceiveFilter& wanted) {
+  const bool one_each = wanted.id_count() <= kernel_filters_max;
+  std::vector<can_filter> filters;
+  for (std::uint32_t id = 0; id <= standard_id_max;) {
+    const std::uint32_t size = one_each || !wanted.has_id(id) ? 1 : block_size(wanted, id);
+    if (wanted.has_id(id)) {
+      filters.push_back({.can_id = id, .can_mask = (CAN_SFF_MASK & ~(size - 1)) | data_frames_only});
+    }
+    id += size;
+  }
+  return filters;
+}
+
+/// Exact: neither other identifiers nor remote or extended frames. Identifiers so scattered that even blocks are too
+/// many for the kernel are left to the port's own check.
 int set_id_filters(RawSocket& socket, CanSystem& system, const ReceiveFilter& wanted) {
   if (wanted.passes_everything()) return 0;
-  std::vector<can_filter> filters;
-  if (wanted.id_count() > kernel_filters_max) {
-    filters.push_back({.can_id = 0, .can_mask = CAN_EFF_FLAG | CAN_RTR_FLAG});
-  } else {
-    for (std::uint32_t id = 0; id <= standard_id_max; ++id) {
-      if (wanted.has_id(id)) filters.push_back({.can_id = id, .can_mask = CAN_SFF_MASK | CAN_EFF_FLAG | CAN_RTR_FLAG});
-    }
-  }
+  std::vector<can_filter> filters = id_filters(wanted);
+  if (filters.size() > kernel_filters_max) filters = {{.can_id = 0, .can_mask = data_frames_only}};
   const auto length = static_cast<socklen_t>(filters.size() * sizeof(can_filter));
   return system.set_option(socket.fd(), SOL_CAN_RAW, CAN_RAW_FILTER, filters.data(), length);
 }

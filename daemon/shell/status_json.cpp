@@ -140,12 +140,22 @@ Json state_json(const StatusView& view) {
           {"feedback_age_ms", ago_ms(view, pdu.taken_at)}};
 }
 
-Json permission_json(const Permission& permission) {
+Json refusal_json(const StatusView& view) {
+  const RefusalRecord& refusal = view.core.last_refusal();
+  if (!refusal.has_happened) return nullptr;
+  return {{"refused_ago_ms", ago_ms(view, refusal.at)}, {"blocker", to_text(refusal.blocker)}};
+}
+
+Json permission_json(const StatusView& view) {
+  const Permission& permission = view.core.permission();
+  const Duration locked_out = std::max(view.core.locked_out_until() - view.now, Duration{});
   Json blockers = Json::array();
   for (const Blocker blocker : permission.blockers) blockers.push_back(to_text(blocker));
   return {{"may_close", permission.may_close},
           {"may_stay_closed", permission.may_stay_closed},
-          {"blockers", std::move(blockers)}};
+          {"locked_out_for_ms", to_ms(locked_out)},
+          {"blockers", std::move(blockers)},
+          {"last_refusal", refusal_json(view)}};
 }
 
 Json limit_json(const CurrentLimit& limit) {
@@ -252,7 +262,8 @@ Json receive_json(const Core& core) {
           {"most_rejected", most_rejected_json(core.receive_check())}};
 }
 
-Json module_summary_json(const ModuleRecord& module, const StatusView& view) {
+Json module_summary_json(std::size_t index, const StatusView& view) {
+  const ModuleRecord& module = view.core.modules().modules()[index];
   const AgeConfig& ages = view.core.config().ages;
   const bool has_status = module.status.is_usable(view.now, ages.module_status);
   return {{"node", module.config.node},
@@ -260,14 +271,14 @@ Json module_summary_json(const ModuleRecord& module, const StatusView& view) {
           {"mode", has_status ? Json(mode_text(module.status.value.mode)) : Json(nullptr)},
           {"serial_number", or_null(module.identity.is_valid(), module.identity.value.serial_number)},
           {"limits_set", or_null(has_status, !module.status.value.limits_not_set)},
+          {"limits_refused", view.core.module_setup().stage(index) == SetupStage::refused},
           {"answer_latency_ms", to_ms(module.answer_latency)},
           {"answers_complete", module.answers_complete},
           {"answers_missed", module.answers_missed},
           {"last_answer_age_ms", ago_ms(view, module.last_answer_at)}};
 }
 
-// --- the last closing and opening
-// -------------------------------------------------------------------------------------
+// --- the last closing and opening ---
 
 Json precharge_json(const StatusView& view) {
   const PrechargeRecord& record = view.core.last_precharge();
@@ -362,7 +373,9 @@ Json band_json(const LimitConfig& low, const LimitConfig& high, Unit unit) {
 Json status_json(const StatusView& view) {
   const Core& core = view.core;
   Json modules = Json::array();
-  for (const ModuleRecord& module : core.modules().modules()) modules.push_back(module_summary_json(module, view));
+  for (std::size_t index = 0; index < core.modules().modules().size(); ++index) {
+    modules.push_back(module_summary_json(index, view));
+  }
   Json ports = Json::array();
   for (const Port port : {Port::internal, Port::vehicle}) ports.push_back(port_json(port, view));
   return {
@@ -372,7 +385,7 @@ Json status_json(const StatusView& view) {
       {"values", pack_values_json(view)},
       {"charge", charge_json(view)},
       {"limits", {{"discharge", limit_json(core.limits().discharge)}, {"charge", limit_json(core.limits().charge)}}},
-      {"permission", permission_json(core.permission())},
+      {"permission", permission_json(view)},
       {"faults_present", fault_names_json(core.faults(), [](const FaultState& s) { return s.is_present(); })},
       {"warnings", fault_names_json(core.faults(), [](const FaultState& s) { return s.is_warning; })},
       {"modules_answering", core.pack().modules_answering},

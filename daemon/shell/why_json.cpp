@@ -126,8 +126,7 @@ std::string opening_reason(const OpeningRecord& opening) {
   return "?";
 }
 
-// --- the present state
-// ------------------------------------------------------------------------------------------------
+// --- the present state ---
 
 /// What an enumerated blocker means right now: the faults, modules, sensors or inputs behind it.
 Texts present_faults(const StatusView& view) {
@@ -196,6 +195,10 @@ Texts modules_without_limits(const StatusView& view) {
   return texts;
 }
 
+Texts lockout_left(const StatusView& view) {
+  return {span_text(view.core.locked_out_until() - view.now) + " more"};
+}
+
 Texts no_details(const StatusView&) {
   return {};
 }
@@ -216,7 +219,7 @@ constexpr BlockerRow blocker_table[] = {
     {Blocker::not_qualified, no_details},
     {Blocker::modules_not_set_up, modules_without_limits},
     {Blocker::contactor_closed, no_details},
-    {Blocker::locked_out, no_details},
+    {Blocker::locked_out, lockout_left},
 };
 static_assert(std::size(blocker_table) == blocker_count);
 
@@ -230,8 +233,7 @@ std::string blocker_text(Blocker blocker, const StatusView& view) {
 std::string state_sentence(const StatusView& view) {
   const SequenceState& sequence = view.core.sequence();
   const std::string since = span_text(view.now - std::max(sequence.entered_at, view.core.started_at()));
-  const std::string now =
-      "the pack is " + text(sequence.phase == Phase::closed ? "closed" : to_text(sequence.phase)) + " since " + since;
+  const std::string now = "the pack has been in phase \"" + text(to_text(sequence.phase)) + "\" for " + since;
   if (sequence.phase != Phase::open) return now + ": somebody asks for it and nothing speaks against it";
   if (!view.core.permission().may_close) return now + " and may not close";
   return now + (view.core.is_close_requested() ? " and may close" : ": nobody has asked for a closed pack yet");
@@ -246,6 +248,11 @@ Json state_chain(const StatusView& view) {
   for (const Blocker blocker : view.core.permission().blockers) {
     steps.push_back(step("blocker", blocker_text(blocker, view)));
   }
+  const RefusalRecord& refusal = view.core.last_refusal();
+  if (refusal.has_happened) {
+    steps.push_back(step("refusal", "the last request to close was refused " + ago_text(view, refusal.at) + ": " +
+                                        text(to_text(refusal.blocker)) + "; ask again when that is over"));
+  }
   steps.push_back(step("decision", state_sentence(view)));
   return {{"phase", to_text(view.core.sequence().phase)},
           {"may_close", view.core.permission().may_close},
@@ -254,8 +261,7 @@ Json state_chain(const StatusView& view) {
           {"steps", std::move(steps)}};
 }
 
-// --- closing and limits
-// -----------------------------------------------------------------------------------------------
+// --- closing and limits ---
 
 std::string precharge_sentence(const PrechargeRecord& record, const StatusView& view) {
   const std::string numbers = "link " + value_text(Unit::mV, record.link_mV) + " of " +

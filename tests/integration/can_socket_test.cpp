@@ -395,7 +395,8 @@ TEST_CASE("filters are exact, and in the kernel before the socket hears anything
   CHECK(read(*port) == ReadStatus::empty);
 }
 
-TEST_CASE("more identifiers than the kernel takes filters are filtered here", "[integration][can_socket]") {
+TEST_CASE("more identifiers than the kernel takes filters are let through block by block, and nothing else",
+          "[integration][can_socket]") {
   constexpr std::uint32_t filters_max = CAN_RAW_FILTER_MAX;
   const std::uint32_t count = GENERATE(512U, 513U);
   FakeKernel kernel;
@@ -403,13 +404,27 @@ TEST_CASE("more identifiers than the kernel takes filters are filtered here", "[
   PortOptions options;
   for (std::uint32_t id = 0; id < count; ++id) options.receive_ids.push_back(id);
   const auto port = open_port(kernel, options);
-  CHECK(kernel.data_socket().filters.size() == (count == filters_max ? count : 1));
+  CHECK(kernel.data_socket().filters.size() == (count == filters_max ? count : 2));  // 0 to 511, and 512
   for (const canid_t id : {count, 1 | CAN_EFF_FLAG, 1 | CAN_RTR_FLAG, count - 1}) {
     kernel.frame_arrives("can0", wire_frame(id));
   }
   ReceivedFrame received;
   REQUIRE(port->read(received) == ReadStatus::frame);
   CHECK(received.frame.id == count - 1);
+  CHECK(read(*port) == ReadStatus::empty);
+}
+
+TEST_CASE("identifiers too scattered for the kernel's filters are filtered here", "[integration][can_socket]") {
+  FakeKernel kernel;
+  kernel.add("can0");
+  PortOptions options;
+  for (std::uint32_t id = 0; id < 2 * (CAN_RAW_FILTER_MAX + 1); id += 2) options.receive_ids.push_back(id);
+  const auto port = open_port(kernel, options);
+  CHECK(kernel.data_socket().filters.size() == 1);
+  for (const canid_t id : {3U, 4U}) kernel.frame_arrives("can0", wire_frame(id));
+  ReceivedFrame received;
+  REQUIRE(port->read(received) == ReadStatus::frame);
+  CHECK(received.frame.id == 4);
   CHECK(read(*port) == ReadStatus::empty);
 }
 
