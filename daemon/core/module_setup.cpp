@@ -6,15 +6,13 @@ namespace bmu {
 
 namespace {
 
-using namespace internal_bus;
-
 CanFrame limits_command(std::uint8_t node, std::int32_t undervoltage_uV, std::int32_t overvoltage_uV,
                         std::uint8_t counter) {
-  CanFrame frame = make_frame(command, node);
-  write<command, "operation">(frame, static_cast<std::int64_t>(Operation::set_limits));
-  write<command, "undervoltage_limit_uV">(frame, undervoltage_uV);
-  write<command, "overvoltage_limit_uV">(frame, overvoltage_uV);
-  seal(command, counter, frame);
+  CanFrame frame = make_frame(internal_bus::command, node);
+  write<internal_bus::command, "operation">(frame, static_cast<std::int64_t>(internal_bus::Operation::set_limits));
+  write<internal_bus::command, "undervoltage_limit_uV">(frame, undervoltage_uV);
+  write<internal_bus::command, "overvoltage_limit_uV">(frame, overvoltage_uV);
+  seal(internal_bus::command, counter, frame);
   return frame;
 }
 
@@ -35,10 +33,12 @@ void ModuleSetup::observe_status(std::size_t module_index, bool limits_not_set) 
 
 SetupStage ModuleSetup::observe_response(std::size_t module_index, const CanFrame& frame) {
   Slot& slot = slots_[module_index];
-  const bool is_ours = slot.stage == SetupStage::asked &&
-                       read_raw<response, "operation">(frame) == static_cast<std::int64_t>(Operation::set_limits);
+  const bool is_ours =
+      slot.stage == SetupStage::asked && read_raw<internal_bus::response, "operation">(frame) ==
+                                             static_cast<std::int64_t>(internal_bus::Operation::set_limits);
   if (!is_ours) return slot.stage;
-  const bool is_done = read_raw<response, "result">(frame) == static_cast<std::int64_t>(CommandResult::done);
+  const bool is_done =
+      read_raw<internal_bus::response, "result">(frame) == static_cast<std::int64_t>(internal_bus::CommandResult::done);
   slot.stage = is_done ? SetupStage::done : SetupStage::refused;
   return slot.stage;
 }
@@ -59,9 +59,9 @@ FixedVector<CanFrame, setup_commands_per_tick> ModuleSetup::step(TimePoint now, 
 }
 
 CanFrame ModuleSetup::clear_faults() {
-  CanFrame frame = make_frame(command, 0);
-  write<command, "operation">(frame, static_cast<std::int64_t>(Operation::clear_faults));
-  seal(command, broadcast_counter_++, frame);
+  CanFrame frame = make_frame(internal_bus::command, 0);
+  write<internal_bus::command, "operation">(frame, static_cast<std::int64_t>(internal_bus::Operation::clear_faults));
+  seal(internal_bus::command, broadcast_counter_++, frame);
   return frame;
 }
 

@@ -8,8 +8,6 @@ namespace bmu {
 
 namespace {
 
-using namespace internal_bus;
-
 // One bit for each frame of an answer.
 constexpr std::uint32_t status_bit = 1U << 0;
 constexpr std::uint32_t first_cells_bit = 1U << 1;  // CELLS_1; the others follow
@@ -22,7 +20,7 @@ std::uint32_t answer_bits(const ModuleConfig& module, const PollWants& wants) {
   std::uint32_t bits = 0;
   if (wants.status) bits |= status_bit;
   if (wants.cells) {
-    const unsigned blocks = (module.cell_count + cells_per_frame - 1U) / cells_per_frame;
+    const unsigned blocks = (module.cell_count + internal_bus::cells_per_frame - 1U) / internal_bus::cells_per_frame;
     for (unsigned block = 0; block < blocks; ++block) bits |= first_cells_bit << block;
   }
   if (wants.temperatures) bits |= temp_1_bit | temp_2_bit;
@@ -33,21 +31,21 @@ std::uint32_t answer_bits(const ModuleConfig& module, const PollWants& wants) {
 
 ModuleStatus status_of(const CanFrame& frame) {
   return {
-      .mode = static_cast<Mode>(read_raw<status, "mode">(frame)),
-      .on_module_supply = read_raw<status, "supply">(frame) != 0,
-      .is_balancing = read_raw<status, "balancing">(frame) != 0,
-      .cell_count = static_cast<std::uint8_t>(read_raw<status, "cell_count">(frame)),
-      .limits_not_set = read_raw<status, "limits_not_set">(frame) != 0,
-      .temperature_sensor_fault = read_raw<status, "temperature_sensor_fault">(frame) != 0,
-      .restarted = read_raw<status, "restarted">(frame) != 0,
-      .external_supply_low = read_raw<status, "external_supply_low">(frame) != 0,
-      .board_too_hot = read_raw<status, "board_too_hot">(frame) != 0,
-      .open_cell_wire = read_raw<status, "open_cell_wire">(frame) != 0,
-      .self_test_failed = read_raw<status, "self_test_failed">(frame) != 0,
-      .front_end_crc_errors = read_raw<status, "front_end_crc_errors">(frame) != 0,
-      .undervoltage_cells = static_cast<std::uint16_t>(read_raw<status, "undervoltage_cells">(frame)),
-      .overvoltage_cells = static_cast<std::uint16_t>(read_raw<status, "overvoltage_cells">(frame)),
-      .voltage_age_ms = read<status, "cell_voltage_age_ms">(frame),
+      .mode = static_cast<internal_bus::Mode>(read_raw<internal_bus::status, "mode">(frame)),
+      .on_module_supply = read_raw<internal_bus::status, "supply">(frame) != 0,
+      .is_balancing = read_raw<internal_bus::status, "balancing">(frame) != 0,
+      .cell_count = static_cast<std::uint8_t>(read_raw<internal_bus::status, "cell_count">(frame)),
+      .limits_not_set = read_raw<internal_bus::status, "limits_not_set">(frame) != 0,
+      .temperature_sensor_fault = read_raw<internal_bus::status, "temperature_sensor_fault">(frame) != 0,
+      .restarted = read_raw<internal_bus::status, "restarted">(frame) != 0,
+      .external_supply_low = read_raw<internal_bus::status, "external_supply_low">(frame) != 0,
+      .board_too_hot = read_raw<internal_bus::status, "board_too_hot">(frame) != 0,
+      .open_cell_wire = read_raw<internal_bus::status, "open_cell_wire">(frame) != 0,
+      .self_test_failed = read_raw<internal_bus::status, "self_test_failed">(frame) != 0,
+      .front_end_crc_errors = read_raw<internal_bus::status, "front_end_crc_errors">(frame) != 0,
+      .undervoltage_cells = static_cast<std::uint16_t>(read_raw<internal_bus::status, "undervoltage_cells">(frame)),
+      .overvoltage_cells = static_cast<std::uint16_t>(read_raw<internal_bus::status, "overvoltage_cells">(frame)),
+      .voltage_age_ms = read<internal_bus::status, "cell_voltage_age_ms">(frame),
   };
 }
 
@@ -57,8 +55,8 @@ void ModuleTable::init(const CoreConfig& config) {
   modules_.clear();
   index_of_node_.fill(no_module);
   for (const ModuleConfig& module : config.modules) {
-    BMU_ASSERT(module.node >= 1 && module.node <= node_count_max);
-    BMU_ASSERT(module.cell_count >= 1 && module.cell_count <= cells_per_module_max);
+    BMU_ASSERT(module.node >= 1 && module.node <= internal_bus::node_count_max);
+    BMU_ASSERT(module.cell_count >= 1 && module.cell_count <= internal_bus::cells_per_module_max);
     index_of_node_[module.node] = static_cast<std::uint8_t>(modules_.size());
     modules_.push_back({.config = module});
   }
@@ -76,23 +74,24 @@ void ModuleTable::observe(const MessageSpec& message, std::uint8_t node, const C
   module.last_answer_at = at;
   std::uint32_t answered = 0;
   switch (message.base_id) {
-    case status.base_id:
+    case internal_bus::status.base_id:
       take_status(module, frame, at);
       answered = status_bit;
       break;
-    case cells_1.base_id:
-    case cells_2.base_id:
-    case cells_3.base_id:
-    case cells_4.base_id: {
-      const unsigned block = (unsigned{message.base_id} - cells_1.base_id) / (cells_2.base_id - cells_1.base_id);
+    case internal_bus::cells_1.base_id:
+    case internal_bus::cells_2.base_id:
+    case internal_bus::cells_3.base_id:
+    case internal_bus::cells_4.base_id: {
+      const unsigned block = (unsigned{message.base_id} - internal_bus::cells_1.base_id) /
+                             (internal_bus::cells_2.base_id - internal_bus::cells_1.base_id);
       take_cells(module, block, frame);
       answered = first_cells_bit << block;
       break;
     }
-    case temp_1.base_id:
-    case temp_2.base_id:
+    case internal_bus::temp_1.base_id:
+    case internal_bus::temp_2.base_id:
       take_temperatures(module, message, frame, at);
-      answered = message.base_id == temp_1.base_id ? temp_1_bit : temp_2_bit;
+      answered = message.base_id == internal_bus::temp_1.base_id ? temp_1_bit : temp_2_bit;
       break;
     case internal_bus::module.base_id:
       module.module_voltage_mV = measured(read<internal_bus::module, "module_voltage_mV">(frame), polled_at_);
@@ -100,7 +99,7 @@ void ModuleTable::observe(const MessageSpec& message, std::uint8_t node, const C
       module.open_wire_cells = static_cast<std::uint16_t>(read_raw<internal_bus::module, "open_wire_cells">(frame));
       answered = module_bit;
       break;
-    case ident.base_id:
+    case internal_bus::ident.base_id:
       take_identity(module, frame, at);
       answered = ident_bit;
       break;
@@ -114,7 +113,7 @@ void ModuleTable::take_status(ModuleRecord& module, const CanFrame& frame, TimeP
 }
 
 void ModuleTable::take_cells(ModuleRecord& module, std::size_t block, const CanFrame& frame) const {
-  const MessageSpec& row = *cells_rows[block];
+  const MessageSpec& row = *internal_bus::cells_rows[block];
   // STATUS comes first in an answer; what it says of the voltages' age holds for the cells behind it.
   const Measured<ModuleStatus>& said = module.status;
   TimePoint taken_at = polled_at_;
@@ -128,8 +127,8 @@ void ModuleTable::take_cells(ModuleRecord& module, std::size_t block, const CanF
       taken_at = admitted < taken_at ? admitted : taken_at;
     }
   }
-  for (std::size_t slot = 0; slot < cells_per_frame; ++slot) {
-    const std::size_t cell = block * cells_per_frame + slot;
+  for (std::size_t slot = 0; slot < internal_bus::cells_per_frame; ++slot) {
+    const std::size_t cell = block * internal_bus::cells_per_frame + slot;
     Measured<std::int32_t> voltage = measured(decode_signal(row.signals[slot], frame.data), taken_at);
     if (why_not != Validity::valid) voltage.validity = why_not;
     module.cell_voltage_uV[cell] = voltage;
@@ -139,24 +138,25 @@ void ModuleTable::take_cells(ModuleRecord& module, std::size_t block, const CanF
 void ModuleTable::take_temperatures(ModuleRecord& module, const MessageSpec& message, const CanFrame& frame,
                                     TimePoint at) const {
   // TEMP_1 holds cell sensors 1 to 3; TEMP_2 holds cell sensor 4, then the board sensors.
-  const bool is_first = message.base_id == temp_1.base_id;
+  const bool is_first = message.base_id == internal_bus::temp_1.base_id;
   const std::size_t cell_sensors = is_first ? 3 : 1;
   for (std::size_t slot = 0; slot < cell_sensors; ++slot) {
     module.cell_temperature_dC[(is_first ? 0 : 3) + slot] =
         measured(decode_signal(message.signals[slot], frame.data), at);
   }
   if (is_first) return;
-  for (std::size_t slot = 0; slot < board_temperatures_per_module; ++slot) {
+  for (std::size_t slot = 0; slot < internal_bus::board_temperatures_per_module; ++slot) {
     module.board_temperature_dC[slot] = measured(decode_signal(message.signals[1 + slot], frame.data), at);
   }
 }
 
 void ModuleTable::take_identity(ModuleRecord& module, const CanFrame& frame, TimePoint at) const {
   const ModuleIdentity seen{
-      .protocol_version = static_cast<std::uint8_t>(read_raw<ident, "protocol_version">(frame)),
-      .cell_count = static_cast<std::uint8_t>(read_raw<ident, "cell_count">(frame)),
-      .temperature_sensor_count = static_cast<std::uint8_t>(read_raw<ident, "temperature_sensor_count">(frame)),
-      .serial_number = static_cast<std::uint32_t>(read_raw<ident, "serial_number">(frame)),
+      .protocol_version = static_cast<std::uint8_t>(read_raw<internal_bus::ident, "protocol_version">(frame)),
+      .cell_count = static_cast<std::uint8_t>(read_raw<internal_bus::ident, "cell_count">(frame)),
+      .temperature_sensor_count =
+          static_cast<std::uint8_t>(read_raw<internal_bus::ident, "temperature_sensor_count">(frame)),
+      .serial_number = static_cast<std::uint32_t>(read_raw<internal_bus::ident, "serial_number">(frame)),
   };
   if (module.identity.is_valid() && module.identity.value.serial_number != seen.serial_number) {
     module.serial_changed = true;
@@ -210,10 +210,10 @@ bool is_beyond(const Measured<std::int32_t>& value, const LimitConfig& low, cons
 bool ModuleTable::any_beyond(const CheckedFrame& checked, const LimitsConfig& limits) const {
   const ModuleRecord& module = modules_[index_of_node_[checked.node]];
   const std::uint16_t id = checked.message->base_id;
-  if (id == status.base_id) {
+  if (id == internal_bus::status.base_id) {
     return module.status.value.undervoltage_cells != 0 || module.status.value.overvoltage_cells != 0;
   }
-  if (id == temp_1.base_id || id == temp_2.base_id) {
+  if (id == internal_bus::temp_1.base_id || id == internal_bus::temp_2.base_id) {
     return std::any_of(module.cell_temperature_dC.begin(), module.cell_temperature_dC.end(), [&](const auto& value) {
       return is_beyond(value, limits.cell_undertemperature, limits.cell_overtemperature);
     });

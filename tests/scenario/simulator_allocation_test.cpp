@@ -1,59 +1,11 @@
 // The emulated devices promise no heap, and the simulator none while nothing new happens. Every operator new of this
-// program is counted; with a sanitizer, which brings its own, there is nothing to count.
-#include <atomic>
-#include <cstdlib>
+// program is counted.
 #include <memory>
-#include <new>
 
 #include "mmu/simulator.hpp"
+#include "tests/support/allocation_count.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/mmu_bench.hpp"
-
-#if defined(__SANITIZE_ADDRESS__)
-#define BMUD_TEST_COUNTS_HEAP 0
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define BMUD_TEST_COUNTS_HEAP 0
-#else
-#define BMUD_TEST_COUNTS_HEAP 1
-#endif
-#else
-#define BMUD_TEST_COUNTS_HEAP 1
-#endif
-
-#if BMUD_TEST_COUNTS_HEAP
-
-namespace {
-
-std::atomic<std::uint64_t> allocations{0};
-
-void* counted(std::size_t size) {
-  allocations.fetch_add(1, std::memory_order_relaxed);
-  void* memory = std::malloc(size == 0 ? 1 : size);
-  if (memory == nullptr) throw std::bad_alloc();
-  return memory;
-}
-
-}  // namespace
-
-void* operator new(std::size_t size) {
-  return counted(size);
-}
-void* operator new[](std::size_t size) {
-  return counted(size);
-}
-void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-void operator delete[](void* memory) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
-void operator delete[](void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
 
 namespace bmu {
 namespace {
@@ -84,7 +36,7 @@ TEST_CASE("devices and plant never touch the heap", "[scenario][mmu][pdu][sensor
   const auto pdu = std::make_unique<Pdu>(power_up);
   const auto sensor = std::make_unique<CurrentSensor>(CurrentSensorConfig{}, power_up);
   const auto plant = std::make_unique<Plant>(four_modules().plant);
-  const std::uint64_t before = allocations.load();
+  const std::uint64_t before = allocation_count();
   std::uint8_t counter = 0;
   TimePoint now = power_up;
   for (int step = 0; step < 5'000; ++step) {
@@ -101,13 +53,13 @@ TEST_CASE("devices and plant never touch the heap", "[scenario][mmu][pdu][sensor
     plant->step();
   }
   mmu->restart(now);
-  CHECK(allocations.load() == before);
+  CHECK(allocation_count() == before);
 }
 
 TEST_CASE("the simulator at work allocates nothing", "[scenario][simulator]") {
   Scenario script = *parse_scenario("0.2 load profile drive\n0.3 cell 2.7 voltage_mV ..2500 over 2\n3 vehicle on");
   const auto simulator = std::make_unique<Simulator>(four_modules(), std::move(script), power_up);
-  const std::uint64_t before = allocations.load();
+  const std::uint64_t before = allocation_count();
   std::uint8_t counter = 0;
   std::size_t frames = 0;
   for (int step = 0; step < 5'000; ++step) {
@@ -117,11 +69,9 @@ TEST_CASE("the simulator at work allocates nothing", "[scenario][simulator]") {
     }
     frames += simulator->advance(simulator->now() + 1ms).size();
   }
-  CHECK(allocations.load() == before);
+  CHECK(allocation_count() == before);
   CHECK(frames > 3'000);
 }
 
 }  // namespace
 }  // namespace bmu
-
-#endif

@@ -1,44 +1,10 @@
 // The core promises no heap after start. Here every operator new of the program is counted.
-#include <atomic>
-#include <cstdlib>
-#include <new>
-
+#include "tests/support/allocation_count.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/core_bench.hpp"
 
-namespace {
-
-std::atomic<std::uint64_t> allocations{0};
-
-void* counted(std::size_t size) {
-  allocations.fetch_add(1, std::memory_order_relaxed);
-  void* memory = std::malloc(size == 0 ? 1 : size);
-  if (memory == nullptr) throw std::bad_alloc();
-  return memory;
-}
-
-}  // namespace
-
-void* operator new(std::size_t size) {
-  return counted(size);
-}
-void* operator new[](std::size_t size) {
-  return counted(size);
-}
-void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-void operator delete[](void* memory) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
-void operator delete[](void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
-
 using namespace bmu;
+using bmu::test::allocation_count;
 using bmu::test::CoreBench;
 using bmu::test::pack_of;
 
@@ -82,7 +48,7 @@ TEST_CASE("observe and decide never touch the heap, from start to fault to shutd
   const Script script = record_run();
   Core core(pack_of(16), TimePoint{1s});
   REQUIRE(script.observations.size() > 5'000);
-  const std::uint64_t before = allocations.load();
+  const std::uint64_t before = allocation_count();
   std::size_t told = 0;
   bool opened_by_fault = false;
   bool was_closed = false;
@@ -93,15 +59,15 @@ TEST_CASE("observe and decide never touch the heap, from start to fault to shutd
     opened_by_fault = opened_by_fault || core.last_opening().cause == OpeningCause::fault;
     if (decisions.is_shut_down) break;
   }
-  const std::uint64_t after = allocations.load();
+  const std::uint64_t after = allocation_count();
   CHECK(after == before);
   CHECK(was_closed);  // the run went through what it was meant to go through
   CHECK(opened_by_fault);
 }
 
 TEST_CASE("the counter of this test does count", "[unit][allocation]") {
-  const std::uint64_t before = allocations.load();
+  const std::uint64_t before = allocation_count();
   const std::vector<int> one(10);
   CHECK(one.size() == 10);
-  CHECK(allocations.load() > before);
+  CHECK(allocation_count() > before);
 }

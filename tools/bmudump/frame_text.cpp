@@ -140,6 +140,7 @@ void FrameText::print_text(const SeenFrame& seen, TextWriter& out) {
 void FrameText::print_signals(const MessagePlan& plan, const CanFrame& frame, TextWriter& out) const {
   const std::uint64_t word = load_big_endian(frame.data);
   std::int64_t selector = -1;
+  bool is_empty = true;
   for (const SignalPlan& one : plan.signals) {
     const std::int64_t raw = raw_of(*one.spec, word);
     if (&one == plan.signals.data()) selector = raw;
@@ -147,7 +148,9 @@ void FrameText::print_signals(const MessagePlan& plan, const CanFrame& frame, Te
     if (is_absent || is_left_out(one, raw)) continue;
     out.piece(one.text_lead);
     print_value(one, raw, out);
+    is_empty = false;
   }
+  if (is_empty && !plan.signals.empty()) out.text("  nothing set");
 }
 
 bool FrameText::is_left_out(const SignalPlan& plan, std::int64_t raw) const {

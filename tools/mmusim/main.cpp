@@ -70,7 +70,11 @@ int run_on_bus(const Options& options, const PackConfig& pack, Scenario scenario
     report(problems, options.scenario);
     return exit_scenario;
   }
-  if (options.only_check) return exit_ok;
+  if (options.only_check) {
+    std::printf("%s: ok, %zu events for %s\n", options.scenario.empty() ? "no scenario" : options.scenario.c_str(),
+                scenario.events.size(), pack.name.c_str());
+    return exit_ok;
+  }
 
   auto port = open_bus(options.bus.empty() ? pack.buses.internal : options.bus, PortOptions{});
   if (!port) {
