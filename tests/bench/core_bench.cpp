@@ -37,7 +37,7 @@ void replay(benchmark::State& state, Timed timed) {
   const auto modules = static_cast<std::size_t>(state.range(0));
   const Recording recording = record(modules);
   std::int64_t done = 0;
-  for (auto _ : state) {
+  while (state.KeepRunning()) {
     Core core(pack_of(modules), TimePoint{1s});
     std::size_t told = 0;
     double elapsed_s = 0;

@@ -13,10 +13,10 @@ using bmu::test::SimRun;
 
 namespace {
 
-std::string trimmed(std::string text) {
+std::string trimmed(std::string_view text) {
   const auto first = text.find_first_not_of(" \t");
-  if (first == std::string::npos) return "";
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+  if (first == std::string_view::npos) return "";
+  return std::string(text.substr(first, text.find_last_not_of(" \t") - first + 1));
 }
 
 std::vector<std::string> split(const std::string& text, char separator) {
@@ -120,8 +120,10 @@ void play(const std::filesystem::path& file) {
     run->run_to(std::stod(columns[0]));
     for (const std::string& expectation : split(columns[2], ',')) {
       if (expectation.empty()) continue;
-      INFO(file.filename().string() << ":" << line_number << ": at " << columns[0] << " s wanted: " << expectation);
-      CHECK(check(*run, expectation) == "");
+      const std::string found_instead = check(*run, expectation);
+      INFO(file.filename().string() << ":" << line_number << ": at " << columns[0] << " s wanted: " << expectation
+                                    << ", found: " << found_instead);
+      CHECK(found_instead.empty());
     }
     do_event(*run, columns[1]);
     ++steps;

@@ -316,7 +316,7 @@ TEST_CASE("620h to 628h go out once a second, 10 ms apart", "[unit][core][BMS_F.
     if (bench.sent()[index].port == Port::vehicle)
       reports.push_back({bench.sent()[index].frame.id, bench.sent_at()[index]});
   }
-  REQUIRE(reports.size() >= 4 * 9);
+  REQUIRE(reports.size() >= 4 * vehicle_message_count);
   for (std::size_t index = 0; index < reports.size(); ++index) {
     CHECK(reports[index].first == 0x620 + index % 9);
     if (index == 0) continue;
