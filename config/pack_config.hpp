@@ -21,7 +21,7 @@ struct BusNames {
 };
 
 struct PackConfig {
-  std::string name;         // for people: status, log, picture
+  std::string name;  // for people: status, log, picture
   std::string cell_name;
   BusNames buses;
   CoreConfig core;

@@ -6,8 +6,8 @@ namespace bmu {
 
 namespace {
 
-constexpr std::int64_t mAns_per_uAs = 1'000'000;            // 1 uAs = 1e-6 As; 1 mA * 1 ns = 1e-12 As
-constexpr std::int64_t mVmAus_per_mWh = 3'600'000'000'000;  // 1 mWh = 3.6 Ws; 1 mV * 1 mA * 1 us = 1e-12 Ws
+constexpr std::int64_t products_per_uAs = 1'000'000;          // 1 uAs = 1e-6 As; 1 mA * 1 ns = 1e-12 As
+constexpr std::int64_t products_per_mWh = 3'600'000'000'000;  // 1 mWh = 3.6 Ws; 1 mV * 1 mA * 1 us = 1e-12 Ws
 
 /// Moves whole units out of `rest` and returns them.
 std::int64_t carry(std::int64_t& rest, std::int64_t unit) {
@@ -54,8 +54,8 @@ void CoulombCounter::observe(const Measured<std::int32_t>& current_mA, const Mea
 }
 
 void CoulombCounter::count(std::int64_t mean_mA, Duration span) {
-  charge_rest_mAns_ += mean_mA * span.count();
-  state_.depth_of_discharge_uAs += carry(charge_rest_mAns_, mAns_per_uAs);
+  charge_rest_ += mean_mA * span.count();
+  state_.depth_of_discharge_uAs += carry(charge_rest_, products_per_uAs);
   const std::int64_t left_uAs = cell_.capacity_uAs - state_.depth_of_discharge_uAs;
   const std::int64_t left_permille = divide_to_nearest(left_uAs * 1000, cell_.capacity_uAs);
   state_.soc_permille = static_cast<std::int32_t>(std::clamp<std::int64_t>(left_permille, 0, 1000));
@@ -66,10 +66,10 @@ void CoulombCounter::count_energy(std::int64_t mean_mA, std::int64_t voltage_mV,
   const std::int64_t energy = mean_mA * voltage_mV * span_us;
   if (energy >= 0) {
     energy_out_rest_ += energy;
-    state_.energy_out_mWh += carry(energy_out_rest_, mVmAus_per_mWh);
+    state_.energy_out_mWh += carry(energy_out_rest_, products_per_mWh);
   } else {
     energy_in_rest_ -= energy;
-    state_.energy_in_mWh += carry(energy_in_rest_, mVmAus_per_mWh);
+    state_.energy_in_mWh += carry(energy_in_rest_, products_per_mWh);
   }
 }
 

@@ -47,8 +47,8 @@ class CoulombCounter {
   Duration gap_max_{};
   ChargeState state_;
   Measured<std::int32_t> last_mA_;
-  std::int64_t charge_rest_mAns_ = 0;  // counted, not yet a whole uAs
-  std::int64_t energy_in_rest_ = 0;    // mV * mA * us, not yet a whole mWh
+  std::int64_t charge_rest_ = 0;     // mA * ns, not yet a whole uAs
+  std::int64_t energy_in_rest_ = 0;  // mV * mA * us, not yet a whole mWh
   std::int64_t energy_out_rest_ = 0;
   TimePoint resting_since_{};
 };
