@@ -13,6 +13,7 @@ std::string_view to_text(RejectReason reason) {
     case RejectReason::wrong_complement: return "wrong complement";
     case RejectReason::wrong_channel: return "wrong channel";
     case RejectReason::repeated_counter: return "repeated counter";
+    case RejectReason::conflicting: return "conflicting sender";
     case RejectReason::late: return "late";
     case RejectReason::not_configured: return "not configured";
     case RejectReason::foreign_master: return "foreign master";
@@ -42,6 +43,7 @@ CheckedFrame ReceiveCheck::check(const CanFrame& frame) {
   ++counts_.accepted;
   if (verdict.message->protection != Protection::none) {
     last_counter_[frame.id] = counter_of(*verdict.message, frame);
+    last_crc_[frame.id] = frame.data[7];
     if (role_ == Role::listener) note_request(*verdict.message, verdict.node, frame);
   }
   return verdict;
@@ -72,7 +74,8 @@ CheckedFrame ReceiveCheck::judge(const CanFrame& frame) const {
     const std::uint8_t counter = counter_of(message, frame);
     if (is_late(message, match.node, counter)) return rejected(RejectReason::late);
     if (counter == last_counter_[frame.id] && !is_unsolicited_ident(message, counter)) {
-      return rejected(RejectReason::repeated_counter);
+      const bool is_same = !has_crc(message) || frame.data[7] == last_crc_[frame.id];
+      return rejected(is_same ? RejectReason::repeated_counter : RejectReason::conflicting);
     }
   }
   verdict.is_accepted = true;

@@ -5,7 +5,9 @@
 // that a frame the dump tool marks is a frame the daemon rejected.
 //
 //   counter rules   a protected frame whose counter equals the last accepted one of that identifier is `repeated`: it
-//                   is old news and refreshes no timeout.
+//                   is old news and refreshes no timeout. If its bytes differ from those of that frame (told by the
+//                   checksum, so one time in 256 they are not told apart), nobody repeated it: `conflicting`, two
+//                   senders share the identifier.
 //                   An answer of a module whose counter is not that of the latest POLL (RESPONSE: COMMAND) addressed to
 //                   it, or to all, is `late`. The check learns these from the POLL and COMMAND frames it is shown, sent
 //                   or received; before it has seen one it takes any. IDENT with counter 0 is unsolicited and taken.
@@ -29,11 +31,12 @@ enum class RejectReason : std::uint8_t {
   wrong_complement,  // CONTACTOR_COMMAND: b1 is not the complement of b0
   wrong_channel,     // current sensor: b0 is not the channel of this identifier
   repeated_counter,
+  conflicting,     // a repeated counter with other bytes: a second sender
   late,            // an answer to an older POLL or COMMAND
   not_configured,  // a node this pack does not have (judged by the owner of the check, counted here)
   foreign_master,  // a frame only we may send, from somebody else (judged by the owner, counted here)
 };
-inline constexpr std::size_t reject_reason_count = 10;
+inline constexpr std::size_t reject_reason_count = 11;
 
 [[nodiscard]] std::string_view to_text(RejectReason reason);
 
@@ -92,6 +95,7 @@ class ReceiveCheck {
   ReceiveCounts counts_;
   std::array<std::uint32_t, Catalogue::id_count> rejected_by_id_{};
   std::array<std::uint16_t, Catalogue::id_count> last_counter_ = filled<Catalogue::id_count>();
+  std::array<std::uint8_t, Catalogue::id_count> last_crc_{};  // of the frame that last_counter_ is from
   std::array<std::uint16_t, node_slots> polled_counter_ = filled<node_slots>();
   std::array<std::uint16_t, node_slots> commanded_counter_ = filled<node_slots>();
 

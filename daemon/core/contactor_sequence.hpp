@@ -59,7 +59,8 @@ struct SequenceInputs {
   TimePoint now{};
   bool close_wanted = false;
   bool close_permitted = false;
-  bool is_measured = false;  // pack, link and current are all fresh and valid; the three below mean nothing otherwise
+  bool is_measured = false;  // pack, link and current are all fresh and valid; the four below mean nothing otherwise
+  TimePoint measured_at{};   // the older one of link and current
   std::int32_t pack_mV = 0;
   std::int32_t link_mV = 0;
   std::int32_t current_mA = 0;
@@ -82,14 +83,18 @@ struct SequenceStep {
   return {};
 }
 
-/// Link within the configured share of the pack (on either side of it), current fallen, and a pack to compare with.
-[[nodiscard]] constexpr bool is_precharged(const SequenceInputs& in, const ContactorConfig& config) {
+/// Link within the configured share of the pack (on either side of it), current fallen, and a pack to compare with; all
+/// seen after the precharge contactor had its time to close: what was measured before says nothing about this
+/// precharge.
+[[nodiscard]] constexpr bool is_precharged(const SequenceState& state, const SequenceInputs& in,
+                                           const ContactorConfig& config) {
   const std::int64_t allowed_mV = std::int64_t{in.pack_mV} * (1000 - config.precharge_done_permille) / 1000;
   const std::int64_t apart_mV = std::int64_t{in.pack_mV} - in.link_mV;
   const std::int64_t magnitude_mA = in.current_mA < 0 ? -std::int64_t{in.current_mA} : in.current_mA;
   const bool link_follows = in.pack_mV > 0 && apart_mV <= allowed_mV && apart_mV >= -allowed_mV;
   const bool current_has_fallen = magnitude_mA <= config.precharge_current_max_mA;
-  return in.is_measured && link_follows && current_has_fallen;
+  const bool is_of_this_precharge = in.measured_at >= state.entered_at + config.settle;
+  return in.is_measured && is_of_this_precharge && link_follows && current_has_fallen;
 }
 
 [[nodiscard]] constexpr Phase next_phase(const SequenceState& state, const SequenceInputs& in,
@@ -101,7 +106,7 @@ struct SequenceStep {
     case Phase::main_negative: return since >= config.settle ? Phase::precharge : Phase::main_negative;
     case Phase::precharge:
       if (since >= config.precharge_timeout) return Phase::open;
-      return since >= config.settle && is_precharged(in, config) ? Phase::main_positive : Phase::precharge;
+      return since >= config.settle && is_precharged(state, in, config) ? Phase::main_positive : Phase::precharge;
     case Phase::main_positive: return since >= config.settle ? Phase::closed : Phase::main_positive;
     case Phase::closed: return Phase::closed;
   }

@@ -30,6 +30,7 @@ Core::Core(const CoreConfig& config, TimePoint started_at)
              ReceiveCheck::Role::master) {
   modules_.init(config_);
   counter_.init(config_);
+  contactor_watch_.init(started_at);
   poll_.init(config_.poll, started_at);
   setup_.init(config_);
   reporter_.init(started_at);
@@ -45,17 +46,23 @@ Urgency Core::observe(const Observation& observation) {
 Urgency Core::take(TimePoint at, const FrameReceived& what) {
   if (what.port != Port::internal) return Urgency::can_wait;  // nobody on the vehicle bus has a say yet
   const CheckedFrame checked = check_.check(what.frame);
-  if (!checked.is_accepted) {
-    if (checked.reason != RejectReason::foreign_master) return Urgency::can_wait;
-    flags_.foreign_master_seen = true;
-    return Urgency::decide_now;
-  }
+  if (!checked.is_accepted) return take_rejected(checked, at);
   if (is_bus_off_) {
     is_bus_off_ = false;  // not every driver tells of a restart; a sound frame proves it
     update_bus_state(at);
   }
   return checked.message->sender == Sender::mmu ? take_module_frame(checked, what.frame, at)
                                                 : take_sensor_frame(checked, what.frame, at);
+}
+
+Urgency Core::take_rejected(const CheckedFrame& checked, TimePoint at) {
+  if (checked.reason == RejectReason::foreign_master) {
+    flags_.foreign_master_seen = true;
+    return Urgency::decide_now;
+  }
+  const bool is_rival = checked.reason == RejectReason::conflicting && checked.message->sender == Sender::mmu;
+  if (is_rival) modules_.note_rival(checked.node, at);
+  return is_rival ? Urgency::decide_now : Urgency::can_wait;
 }
 
 Urgency Core::take_module_frame(const CheckedFrame& checked, const CanFrame& frame, TimePoint at) {
@@ -113,8 +120,12 @@ Urgency Core::take_sensor_frame(const CheckedFrame& checked, const CanFrame& fra
   return crosses ? Urgency::decide_now : Urgency::can_wait;
 }
 
-Urgency Core::take(TimePoint, const FrameEchoed& what) {
-  ++ports_[static_cast<std::size_t>(what.port)].frames_echoed;
+Urgency Core::take(TimePoint at, const FrameEchoed& what) {
+  const bool is_report = what.frame.id - config_.vehicle.base_id < vehicle_message_count;
+  // One interface for both buses tells every frame as internal; the reports are the vehicle port's all the same.
+  const Port port = is_report ? Port::vehicle : what.port;
+  ++ports_[static_cast<std::size_t>(port)].frames_echoed;
+  if (port == Port::internal && what.frame.id == internal_bus::contactor_command.base_id) command_echoed_at_ = at;
   return Urgency::can_wait;
 }
 
@@ -207,7 +218,8 @@ Decisions Core::decide(TimePoint now) {
   step_contactors(now);
   limits_ = evaluate_limits(pack_, config_,
                             {.is_connected = sequence_.phase == Phase::closed && permission_.may_stay_closed,
-                             .zero_is_demanded = demands_zero_current(faults_)});
+                             .zero_is_demanded = demands_zero_current(faults_),
+                             .before = limits_});
   send_contactor_command(now, out);
   send_polls(now, out);
   send_report(now, out);
@@ -262,21 +274,9 @@ void Core::follow_line(bool& was_on, bool is_on) {
 }
 
 void Core::watch_contactors(TimePoint now) {
-  flags_.contactors_disobey = false;
-  if (!pdu_fresh(now)) {
-    disobeying_since_ = {};
-    return;
-  }
-  const PduState& pdu = sensors_.pdu.value;
-  const bool obeys = pdu.main_positive_closed == outputs_.main_positive &&
-                     pdu.main_negative_closed == outputs_.main_negative && pdu.precharge_closed == outputs_.precharge &&
-                     pdu.charge_closed == outputs_.charge;
-  if (obeys) {
-    disobeying_since_ = {};
-    return;
-  }
-  if (disobeying_since_ < outputs_changed_at_ || disobeying_since_ == TimePoint{}) disobeying_since_ = now;
-  flags_.contactors_disobey = now - disobeying_since_ >= config_.contactors.feedback_timeout;
+  flags_.contactors_disobey = pdu_fresh(now) && contactor_watch_.disobeys(sensors_.pdu, config_.contactors, now);
+  flags_.closing_is_commanded = outputs_.any_contactor();
+  flags_.command_not_on_bus = !command_is_on_bus(now);
 }
 
 void Core::evaluate_faults(TimePoint now) {
@@ -297,6 +297,7 @@ void Core::grant_permission(TimePoint now) {
        .pdu_fresh = pdu_fresh(now),
        .inputs_healthy = inputs_healthy(now),
        .modules_set_up = setup_.is_complete(),
+       .commands_are_on_bus = command_is_on_bus(now),
        .contactor_closed_though_open = !outputs_.any_contactor() && sensors_.pdu.value.any_contactor_closed(),
        .complete_cycles = modules_.complete_cycles(),
        .locked_out_until = locked_out_until_},
@@ -320,6 +321,7 @@ void Core::step_contactors(TimePoint now) {
                               .close_wanted = close_requested_,
                               .close_permitted = is_open ? permission_.may_close : permission_.may_stay_closed,
                               .is_measured = pack_.is_sensed(),
+                              .measured_at = std::min(pack_.link_voltage_mV.taken_at, pack_.current_mA.taken_at),
                               .pack_mV = pack_.pack_voltage_mV.value,
                               .link_mV = pack_.link_voltage_mV.value,
                               .current_mA = pack_.current_mA.value};
@@ -327,6 +329,7 @@ void Core::step_contactors(TimePoint now) {
   const SequenceStep result = step(before, inputs, config_.contactors);
   sequence_ = result.state;
   if (result.outputs != outputs_) outputs_changed_at_ = now;
+  contactor_watch_.command(result.outputs, now);
   outputs_ = result.outputs;
   if (sequence_.phase == before.phase) return;
   events_.push({.id = EventId::phase_changed, .at = now, .phase_from = before.phase, .phase_to = sequence_.phase});
@@ -378,10 +381,9 @@ void Core::record_opening(TimePoint now, Phase from, bool precharge_timed_out) {
     record.blocker = permission_.blockers.empty() ? Blocker::fault : permission_.blockers[0];
   }
   last_opening_ = record;
-  if (record.cause != OpeningCause::request_over) {
-    close_requested_ = false;  // what opened for a reason closes for a new wish only
-    locked_out_until_ = now + reclose_lockout;
-  }
+  const bool was_asked_for = record.cause == OpeningCause::request_over;
+  if (!was_asked_for) close_requested_ = false;  // what opened for a reason closes for a new wish only
+  locked_out_until_ = now + (was_asked_for ? reclose_pause : reclose_lockout);
   events_.push({.id = EventId::opened,
                 .at = now,
                 .fault = record.fault,
@@ -494,6 +496,10 @@ bool Core::pdu_fresh(TimePoint now) const {
 
 bool Core::inputs_healthy(TimePoint now) const {
   return pdu_fresh(now) && !says_no(sensors_.pdu.value);
+}
+
+bool Core::command_is_on_bus(TimePoint now) const {
+  return command_echoed_at_ != TimePoint{} && now - command_echoed_at_ <= command_echo_age_max;
 }
 
 bool Core::has_started(TimePoint now) const {

@@ -15,6 +15,7 @@
 
 #include <array>
 
+#include "daemon/core/contactor_watch.hpp"
 #include "daemon/core/core_config.hpp"
 #include "daemon/core/decisions.hpp"
 #include "daemon/core/estimators/coulomb_counter.hpp"
@@ -35,12 +36,20 @@
 namespace bmu {
 
 inline constexpr Duration tick_period = 10ms;
-/// Two poll cycles of silence from ourselves: longer, and nothing known may count as fresh.
-inline constexpr Duration loop_gap_max = 200ms;
+/// Silence from ourselves: longer, and nothing known may count as fresh. Together with the 50 ms between two contactor
+/// commands it stays below the 200 ms after which the power distribution unit opens by itself: we are never the one who
+/// closes again what it has opened.
+inline constexpr Duration loop_gap_max = 140ms;
 /// A module, sensor or PDU that has not been heard this long after start is lost, not late.
 inline constexpr Duration start_grace = 2s;
 /// After an opening by fault or a failed precharge nothing closes for this long.
 inline constexpr Duration reclose_lockout = 10s;
+/// And after any other opening: the precharge resistor has to cool, and a key that is played with must not wear
+/// contacts.
+inline constexpr Duration reclose_pause = 2s;
+/// How long ago a contactor command of ours must have been seen on the bus for a closed pack to stay so; the power
+/// distribution unit gives up after 200 ms.
+inline constexpr Duration command_echo_age_max = 150ms;
 
 /// A wish to close waits this long for the pack to become ready. With a fault present it does not wait at all: what was
 /// wished before a fault was cleared must not close a pack that somebody may have his hands in.
@@ -135,6 +144,7 @@ class Core {
   Urgency take(TimePoint at, const FramesLost& what);
   Urgency take(TimePoint at, const BusErrorSeen& what);
   Urgency take(TimePoint at, const CommandGiven& what);
+  Urgency take_rejected(const CheckedFrame& checked, TimePoint at);
   Urgency take_module_frame(const CheckedFrame& checked, const CanFrame& frame, TimePoint at);
   Urgency take_sensor_frame(const CheckedFrame& checked, const CanFrame& frame, TimePoint at);
 
@@ -162,6 +172,7 @@ class Core {
   [[nodiscard]] VehicleView vehicle_view(TimePoint now) const;
   [[nodiscard]] bool pdu_fresh(TimePoint now) const;
   [[nodiscard]] bool inputs_healthy(TimePoint now) const;
+  [[nodiscard]] bool command_is_on_bus(TimePoint now) const;
   [[nodiscard]] bool has_started(TimePoint now) const;
   [[nodiscard]] bool is_shut_down(TimePoint now) const;
   [[nodiscard]] bool identities_known() const;
@@ -182,6 +193,7 @@ class Core {
   CoreFlags flags_;
   Permission permission_;
   SequenceState sequence_;
+  ContactorWatch contactor_watch_;
   ContactorOutputs outputs_;
   CurrentLimits limits_;
   PollSchedule poll_;
@@ -204,9 +216,9 @@ class Core {
   bool shutting_down_ = false;
   TimePoint shut_down_at_{};
   TimePoint locked_out_until_{};
-  TimePoint disobeying_since_{};
   TimePoint outputs_changed_at_{};
   TimePoint command_due_at_{};
+  TimePoint command_echoed_at_{};
   std::uint8_t command_counter_ = 0;
   std::uint64_t gate_refusals_ = 0;
 };

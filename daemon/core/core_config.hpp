@@ -62,7 +62,8 @@ struct LimitsConfig {
   LimitConfig pack_voltage_mismatch;  // mV between the sum of cells and the pack voltage
 };
 
-/// How old each signal may be. Older is stale, and stale is never good. Nominal periods are in signal_table.hpp.
+/// How old each signal may be. Older is stale, and stale is never good. Nominal periods stand in the rows of
+/// protocol/tables/internal_bus.hpp.
 struct AgeConfig {
   Duration cell_voltage = 300ms;
   Duration temperature = 350ms;

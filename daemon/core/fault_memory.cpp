@@ -1,5 +1,7 @@
 #include "daemon/core/fault_memory.hpp"
 
+#include <algorithm>
+
 namespace bmu {
 
 std::string_view to_text(FaultStage stage) {
@@ -30,6 +32,9 @@ class RowUpdate {
     state_.latest = reading;
     if (thresholds_.has_warning) update_warning(reading);
     const Verdict verdict = evaluate(reading, row_.sense, thresholds_.open, thresholds_.hysteresis);
+    weigh();
+    state_.judged = verdict;
+    state_.judged_at = now_;
     switch (state_.stage) {
       case FaultStage::good: if_beyond_suspect(reading, verdict); break;
       case FaultStage::suspected: while_suspected(reading, verdict); break;
@@ -56,10 +61,21 @@ class RowUpdate {
     }
   }
 
+  /// The last verdict has stood until now.
+  void weigh() {
+    if (state_.stage != FaultStage::suspected) return;
+    const Duration stood = now_ - state_.judged_at;
+    if (state_.judged == Verdict::beyond) state_.evidence += stood;
+    if (state_.judged == Verdict::good || state_.judged == Verdict::between) state_.evidence -= stood / 2;
+    // More than enough is enough: a stale bad sample must not take for ever to be forgotten.
+    state_.evidence = std::clamp(state_.evidence, Duration{}, thresholds_.confirm);
+  }
+
   void if_beyond_suspect(const Reading& reading, Verdict verdict) {
     if (verdict != Verdict::beyond) return;
     state_.stage = FaultStage::suspected;
     state_.suspected_since = now_;
+    state_.evidence = {};
     state_.samples = 1;
     state_.sample_taken_at = reading.taken_at;
     confirm_if_due(reading);
@@ -68,7 +84,7 @@ class RowUpdate {
   void while_suspected(const Reading& reading, Verdict verdict) {
     if (verdict == Verdict::unknown) return;
     if (verdict != Verdict::beyond) {
-      state_.stage = FaultStage::good;
+      if (state_.evidence <= Duration{}) state_.stage = FaultStage::good;
       return;
     }
     if (reading.taken_at > state_.sample_taken_at) {
@@ -81,7 +97,7 @@ class RowUpdate {
   /// One bad sample alone never trips a limit. Rows without a limit are conditions that last, judged by time alone.
   void confirm_if_due(const Reading& reading) {
     const std::uint32_t samples_wanted = row_.limit != nullptr ? 2 : 1;
-    if (now_ - state_.suspected_since < thresholds_.confirm || state_.samples < samples_wanted) return;
+    if (state_.evidence < thresholds_.confirm || state_.samples < samples_wanted) return;
     state_.stage = FaultStage::active;
     state_.confirmed_at = now_;
     state_.confirmed = reading;

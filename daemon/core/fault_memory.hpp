@@ -1,9 +1,13 @@
 // What is wrong, since when, and what was seen when we came to believe it.
 //
-//   good --over threshold--> suspected --confirm time and two samples--> active --cause gone for `clear`--> good
-//                                |                                          |                            (or latched,
-//                                +--back to good before--> good             +--- while it lasts             until
-//                                cleared)
+//   good --over threshold--> suspected --evidence and two samples--> active --cause gone for `clear`--> good
+//                                |                                      |                            (or latched,
+//                                +--evidence used up--> good            +--- while it lasts           until cleared)
+//
+// Evidence is time: it grows while the value is beyond the threshold, shrinks half as fast while it is not, and stands
+// still while the value is not known. It confirms at the confirm time. So a lasting fault takes exactly that time, a
+// lone bad sample is forgotten after twice its length, and a value that keeps coming back, or hides behind missing
+// ones, is believed in the end: anything beyond the threshold for more than a third of the time.
 #pragma once
 
 #include <array>
@@ -31,6 +35,9 @@ struct FaultState {
   TimePoint warning_since{};
   Reading warning;  // worst while warning
   TimePoint suspected_since{};
+  Duration evidence{};                // while suspected
+  Verdict judged = Verdict::unknown;  // of the last update, standing until the next
+  TimePoint judged_at{};
   TimePoint confirmed_at{};  // of the present or last occurrence
   TimePoint first_at{};
   TimePoint last_at{};

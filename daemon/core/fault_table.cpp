@@ -29,10 +29,10 @@ namespace {
 // -----------------------------------------------------------------------------------------------
 
 Reading lowest(const Spread& spread) {
-  return {spread.is_known(), spread.min, spread.min_at, spread.min_taken_at};
+  return {spread.is_known(), spread.min, spread.min_at, spread.min_taken_at, !spread.is_complete()};
 }
 Reading highest(const Spread& spread) {
-  return {spread.is_known(), spread.max, spread.max_at, spread.max_taken_at};
+  return {spread.is_known(), spread.max, spread.max_at, spread.max_taken_at, !spread.is_complete()};
 }
 Reading condition(bool is_true, TimePoint seen_at, const Element& element = {}) {
   return {true, is_true ? 1 : 0, element, seen_at};
@@ -101,13 +101,17 @@ Reading first_invalid(const ModuleRecord& module, const Values& values, std::uin
 
 Reading read_cell_not_measured(const FaultInputs& in) {
   if (!in.has_started) return unknown_reading;
+  Reading good = condition(false, in.now);
   for (const ModuleRecord& module : in.modules->modules()) {
-    if (!is_answering(module, in.config->ages, in.now)) continue;  // that is module_lost
+    if (!is_answering(module, in.config->ages, in.now)) {  // that is module_lost
+      good.is_partial = true;
+      continue;
+    }
     const Reading reading =
         first_invalid(module, module.cell_voltage_uV, module.config.cell_count, in.config->ages.cell_voltage, in.now);
     if (reading.value != 0) return reading;
   }
-  return condition(false, in.now);
+  return good;
 }
 
 Reading read_temperature_not_measured(const FaultInputs& in) {
@@ -132,17 +136,34 @@ Reading read_module_reports_fault(const FaultInputs& in) {
       [](const ModuleRecord& module) { return module.status.taken_at; });
 }
 
-Reading read_module_mismatch(const FaultInputs& in) {
+/// What wears or misleads but endangers nothing yet; a value that is missing because of it has a fault of its own.
+Reading read_module_warning(const FaultInputs& in) {
   return first_module(
       in,
       [](const ModuleRecord& module) {
+        const ModuleStatus& said = module.status.value;
+        return module.status.is_valid() && (said.board_too_hot || said.external_supply_low ||
+                                            said.temperature_sensor_fault || said.front_end_crc_errors);
+      },
+      [](const ModuleRecord& module) { return module.status.taken_at; });
+}
+
+/// Longer than the ten seconds between two questions for the identity, so that two modules which take turns under one
+/// node number are one lasting fault.
+constexpr Duration rival_memory = 15s;
+
+Reading read_module_mismatch(const FaultInputs& in) {
+  return first_module(
+      in,
+      [&in](const ModuleRecord& module) {
         const bool wrong_count = module.status.is_valid() && module.status.value.cell_count != module.config.cell_count;
         const ModuleIdentity& identity = module.identity.value;
         const bool wrong_identity =
             module.identity.is_valid() && (identity.protocol_version != internal_bus::protocol_version ||
                                            identity.cell_count != module.config.cell_count ||
                                            identity.temperature_sensor_count < module.config.temperature_sensor_count);
-        return wrong_count || wrong_identity || module.serial_changed;
+        const bool has_rival = module.rival_seen_at != TimePoint{} && in.now - module.rival_seen_at <= rival_memory;
+        return wrong_count || wrong_identity || has_rival;
       },
       [](const ModuleRecord& module) { return module.status.taken_at; });
 }
@@ -181,6 +202,13 @@ Reading read_interlock(const FaultInputs& in) {
 }
 Reading read_insulation(const FaultInputs& in) {
   return input(in, [](const PduState& pdu) { return !pdu.insulation_monitor_ok; });
+}
+
+Reading read_pdu_timeout(const FaultInputs& in) {
+  return input(in, [&in](const PduState& pdu) { return pdu.opened_by_timeout && in.flags.closing_is_commanded; });
+}
+Reading read_command_not_on_bus(const FaultInputs& in) {
+  return condition(in.flags.closing_is_commanded && in.flags.command_not_on_bus, in.now);
 }
 
 Reading read_precharge_failed(const FaultInputs& in) {
@@ -286,6 +314,12 @@ constexpr std::array<FaultRow, fault_count> table{{
      .meaning = "a module reports a failed cell, an open wire or a failed self-test",
      .read = read_module_reports_fault,
      .confirm = 150ms},  // the module latches it itself, until our clear command reaches it
+    {.id = FaultId::module_warning,
+     .name = "module_warning",
+     .meaning = "a module warns of its board, supply, temperature sensors or front end",
+     .read = read_module_warning,
+     .confirm = 150ms,
+     .reaction = warn},
     {.id = FaultId::module_mismatch,
      .name = "module_mismatch",
      .meaning = "a module is not the one the configuration describes, or two share a node number",
@@ -305,6 +339,11 @@ constexpr std::array<FaultRow, fault_count> table{{
      .name = "pdu_lost",
      .meaning = "no word from the power distribution unit",
      .read = read_pdu_lost,
+     .latch = Latch::until_cleared},
+    {.id = FaultId::pdu_opened_by_timeout,
+     .name = "pdu_opened_by_timeout",
+     .meaning = "the power distribution unit missed our commands and opened by itself",
+     .read = read_pdu_timeout,
      .latch = Latch::until_cleared},
     {.id = FaultId::emergency_stop,
      .name = "emergency_stop",
@@ -341,6 +380,10 @@ constexpr std::array<FaultRow, fault_count> table{{
      .name = "internal_bus_down",
      .meaning = "the internal bus is down or gone",
      .read = read_internal_bus_down},
+    {.id = FaultId::command_not_on_bus,
+     .name = "command_not_on_bus",
+     .meaning = "the contactor commands do not get onto the bus",
+     .read = read_command_not_on_bus},
     {.id = FaultId::control_loop_gap,
      .name = "control_loop_gap",
      .meaning = "the daemon was stopped or starved",

@@ -30,10 +30,12 @@ enum class FaultId : std::uint8_t {
   cell_not_measured,
   temperature_not_measured,
   module_reports_fault,
+  module_warning,
   module_mismatch,
   current_sensor_lost,
   voltage_sensor_lost,
   pdu_lost,
+  pdu_opened_by_timeout,
   emergency_stop,
   interlock_open,
   insulation_fault,
@@ -41,10 +43,11 @@ enum class FaultId : std::uint8_t {
   contactor_feedback,
   foreign_master,
   internal_bus_down,
+  command_not_on_bus,
   control_loop_gap,
   frames_lost,
 };
-inline constexpr std::size_t fault_count = 24;
+inline constexpr std::size_t fault_count = 27;
 
 enum class Reaction : std::uint8_t { warn, open_after_grace, open_now };
 enum class Latch : std::uint8_t {
@@ -62,6 +65,7 @@ struct Reading {
   std::int64_t value = 0;
   Element element;
   TimePoint taken_at{};
+  bool is_partial = false;  // something this row watches is missing: bad news counts, good news does not
 };
 
 /// Conditions that are not measurements, kept by the core between ticks.
@@ -71,8 +75,9 @@ struct CoreFlags {
   bool internal_bus_up = false;
   bool loop_gap_seen = false;
   bool frames_lost_seen = false;
-  bool contactors_disobey = false;  // auxiliary contacts against command for longer than allowed
-  TimePoint commanded_at{};
+  bool contactors_disobey = false;    // contactor_watch
+  bool closing_is_commanded = false;  // some contactor, in the last command
+  bool command_not_on_bus = false;    // our own commands have not been seen on the bus for too long
 };
 
 /// All that rows may look at.

@@ -61,6 +61,10 @@ void lower(CurrentLimit& limit, const DeratingRow& row, const LimitConfig& confi
            .element = row.watches_min ? spread.min_at : spread.max_at};
 }
 
+void keep_down(CurrentLimit& limit, const CurrentLimit& before) {
+  if (before.limit_mA < limit.limit_mA) limit = before;
+}
+
 }  // namespace
 
 CurrentLimits evaluate_limits(const PackState& pack, const CoreConfig& config, const LimitInputs& inputs) {
@@ -74,6 +78,11 @@ CurrentLimits evaluate_limits(const PackState& pack, const CoreConfig& config, c
     const Spread& spread = pack.*row.spread;
     if (row.limits_discharge) lower(limits.discharge, row, limit, spread, config.current.discharge_continuous_mA);
     if (row.limits_charge) lower(limits.charge, row, limit, spread, config.current.charge_continuous_mA);
+  }
+  // The missing value may be the one that limits.
+  if (!pack.cell_voltage_uV.is_complete() || !pack.cell_temperature_dC.is_complete()) {
+    keep_down(limits.discharge, inputs.before.discharge);
+    keep_down(limits.charge, inputs.before.charge);
   }
   return limits;
 }

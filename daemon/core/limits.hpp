@@ -41,6 +41,7 @@ struct CurrentLimits {
 struct LimitInputs {
   bool is_connected = false;      // closed and permitted to stay so
   bool zero_is_demanded = false;  // by a fault with a grace
+  CurrentLimits before{};         // of the last tick: while a cell or temperature is missing, limits do not rise
 };
 
 [[nodiscard]] CurrentLimits evaluate_limits(const PackState& pack, const CoreConfig& config, const LimitInputs& inputs);

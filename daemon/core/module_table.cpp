@@ -116,21 +116,14 @@ void ModuleTable::take_cells(ModuleRecord& module, std::size_t block, const CanF
   const MessageSpec& row = *internal_bus::cells_rows[block];
   // STATUS comes first in an answer; what it says of the voltages' age holds for the cells behind it.
   const Measured<ModuleStatus>& said = module.status;
+  if (!said.is_valid() || said.taken_at < polled_at_) return;
+  const SignalValue age_ms = said.value.voltage_age_ms;
   TimePoint taken_at = polled_at_;
-  Validity why_not = Validity::valid;
-  if (said.is_valid() && said.taken_at >= polled_at_) {
-    const SignalValue age_ms = said.value.voltage_age_ms;
-    if (!age_ms.is_valid()) {
-      why_not = Validity::unknown;
-    } else {
-      const TimePoint admitted = said.taken_at - std::chrono::milliseconds(age_ms.value);
-      taken_at = admitted < taken_at ? admitted : taken_at;
-    }
-  }
+  if (age_ms.is_valid()) taken_at = std::min(taken_at, said.taken_at - std::chrono::milliseconds(age_ms.value));
   for (std::size_t slot = 0; slot < internal_bus::cells_per_frame; ++slot) {
     const std::size_t cell = block * internal_bus::cells_per_frame + slot;
     Measured<std::int32_t> voltage = measured(decode_signal(row.signals[slot], frame.data), taken_at);
-    if (why_not != Validity::valid) voltage.validity = why_not;
+    if (!age_ms.is_valid()) voltage.validity = Validity::unknown;
     module.cell_voltage_uV[cell] = voltage;
   }
 }
@@ -159,7 +152,7 @@ void ModuleTable::take_identity(ModuleRecord& module, const CanFrame& frame, Tim
       .serial_number = static_cast<std::uint32_t>(read_raw<internal_bus::ident, "serial_number">(frame)),
   };
   if (module.identity.is_valid() && module.identity.value.serial_number != seen.serial_number) {
-    module.serial_changed = true;
+    module.rival_seen_at = at;
   }
   module.identity = {seen, at, Validity::valid};
 }
@@ -184,6 +177,10 @@ void ModuleTable::begin_cycle(TimePoint at, const PollWants& wants) {
   polled_at_ = at;
 }
 
+void ModuleTable::note_rival(std::uint8_t node, TimePoint at) {
+  if (find(node) != nullptr) modules_[index_of_node_[node]].rival_seen_at = at;
+}
+
 void ModuleTable::forget_values() {
   for (ModuleRecord& module : modules_) {
     module.cell_voltage_uV.fill({});
@@ -192,7 +189,6 @@ void ModuleTable::forget_values() {
     module.module_voltage_mV = {};
     module.status = {};
     module.identity = {};
-    module.serial_changed = false;
   }
   expected_.fill(0);
   complete_cycles_ = 0;

@@ -4,7 +4,8 @@
 // here judges: age is asked by who uses a value, faults are raised elsewhere.
 //
 // When a voltage was taken: with SYNC all modules sample as the POLL arrives, so the POLL's time is the sample's time,
-// unless the module's STATUS admits that its voltages are older, or of unknown age: then they count as such.
+// unless the module's STATUS admits that its voltages are older, or of unknown age: then they count as such. Voltages
+// whose STATUS did not arrive say nothing about their age and are not taken over; what was known before grows old.
 #pragma once
 
 #include <array>
@@ -53,7 +54,7 @@ struct ModuleRecord {
   Measured<ModuleIdentity> identity;
   std::uint16_t balancing_cells = 0;
   std::uint16_t open_wire_cells = 0;
-  bool serial_changed = false;  // two serial numbers were seen on this node: two modules, or one was swapped while live
+  TimePoint rival_seen_at{};  // when two modules last spoke under this node number, or one was swapped while live
   TimePoint last_answer_at{};
   Duration answer_latency{};  // POLL to the last frame of the last complete answer
   std::uint64_t answers_complete = 0;
@@ -83,6 +84,8 @@ class ModuleTable {
   void observe(const MessageSpec& message, std::uint8_t node, const CanFrame& frame, TimePoint at);
   /// A POLL to everybody went out: counts what the last one left unanswered and expects `wants` from now on.
   void begin_cycle(TimePoint at, const PollWants& wants);
+  /// Something came under this node's identifier that the module itself cannot have sent: there are two.
+  void note_rival(std::uint8_t node, TimePoint at);
   /// All values become unknown: after a gap in our own life nothing seen before may count as fresh.
   void forget_values();
 

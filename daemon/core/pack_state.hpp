@@ -31,7 +31,6 @@ struct Spread {
   std::uint16_t expected = 0;
 
   /// Every value there should be is there.
-  /// Every module, cell and temperature there should be.
   [[nodiscard]] constexpr bool is_complete() const { return count == expected && expected > 0; }
   [[nodiscard]] constexpr bool is_known() const { return count > 0; }
 };

@@ -15,6 +15,7 @@ std::string_view to_text(Blocker blocker) {
     case Blocker::sensors_incomplete: return "current, pack voltage or link voltage is not known or not fresh";
     case Blocker::not_qualified: return "too few complete poll cycles yet";
     case Blocker::modules_not_set_up: return "a module has not taken over the cell limits";
+    case Blocker::commands_not_on_bus: return "the contactor commands are not seen on the bus";
     case Blocker::contactor_closed: return "a contactor is closed although all should be open";
     case Blocker::locked_out: return "waiting after the last opening";
   }
@@ -66,6 +67,7 @@ Permission evaluate_permission(const PermissionInputs& inputs, const PackState& 
   block_if(!pack.is_sensed(), Blocker::sensors_incomplete);
   block_if(inputs.complete_cycles < qualifying_cycles, Blocker::not_qualified);
   block_if(!inputs.modules_set_up, Blocker::modules_not_set_up);
+  block_if(!inputs.commands_are_on_bus, Blocker::commands_not_on_bus);
   block_if(inputs.contactor_closed_though_open, Blocker::contactor_closed);
   block_if(inputs.now < inputs.locked_out_until, Blocker::locked_out);
   permission.may_close = permission.blockers.empty();

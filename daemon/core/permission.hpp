@@ -16,16 +16,17 @@ enum class Blocker : std::uint8_t {
   shutting_down,
   fault,  // a present fault that opens; which ones: fault memory
   internal_bus_down,
-  pdu_unknown,         // no fresh PDU_STATUS: nobody would obey
-  inputs_unhealthy,    // an emergency stop, interlock or insulation input says no, confirmed as a fault or not
-  modules_incomplete,  // not every module, cell and temperature is fresh and valid
-  sensors_incomplete,  // current, pack or link voltage is not fresh
-  not_qualified,       // fewer than the needed complete poll cycles in a row since start, gap or bus loss
-  modules_not_set_up,  // a module has not taken over our limits since its restart
-  contactor_closed,    // an auxiliary contact is closed although everything is commanded open
-  locked_out,          // a wait after an opening by fault or a failed precharge
+  pdu_unknown,          // no fresh PDU_STATUS: nobody would obey
+  inputs_unhealthy,     // an emergency stop, interlock or insulation input says no, confirmed as a fault or not
+  modules_incomplete,   // not every module, cell and temperature is fresh and valid
+  sensors_incomplete,   // current, pack or link voltage is not fresh
+  not_qualified,        // fewer than the needed complete poll cycles in a row since start, gap or bus loss
+  modules_not_set_up,   // a module has not taken over our limits since its restart
+  commands_not_on_bus,  // our own contactor commands were not seen on the bus just now
+  contactor_closed,     // an auxiliary contact is closed although everything is commanded open
+  locked_out,           // a wait after an opening by fault or a failed precharge
 };
-inline constexpr std::size_t blocker_count = 11;
+inline constexpr std::size_t blocker_count = 12;
 
 [[nodiscard]] std::string_view to_text(Blocker blocker);
 
@@ -36,6 +37,7 @@ struct PermissionInputs {
   bool pdu_fresh = false;
   bool inputs_healthy = false;
   bool modules_set_up = false;
+  bool commands_are_on_bus = false;
   bool contactor_closed_though_open = false;
   std::uint32_t complete_cycles = 0;
   TimePoint locked_out_until{};

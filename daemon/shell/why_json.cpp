@@ -177,7 +177,8 @@ Texts unhealthy_inputs(const StatusView& view) {
   const std::pair<bool, const char*> inputs[] = {{pdu.estop_1_released, "emergency stop 1 is pressed"},
                                                  {pdu.estop_2_released, "emergency stop 2 is pressed"},
                                                  {pdu.interlock_closed, "the interlock loop is open"},
-                                                 {pdu.insulation_monitor_ok, "the insulation monitor does not say OK"}};
+                                                 {pdu.insulation_monitor_ok, "the insulation monitor does not say OK"},
+                                                 {!pdu.opened_by_timeout, "the unit has opened by time-out"}};
   Texts texts;
   for (const auto& [is_healthy, meaning] : inputs) {
     if (!is_healthy) texts.emplace_back(meaning);
@@ -218,6 +219,7 @@ constexpr BlockerRow blocker_table[] = {
     {Blocker::sensors_incomplete, missing_sensors},
     {Blocker::not_qualified, no_details},
     {Blocker::modules_not_set_up, modules_without_limits},
+    {Blocker::commands_not_on_bus, no_details},
     {Blocker::contactor_closed, no_details},
     {Blocker::locked_out, lockout_left},
 };

@@ -339,6 +339,14 @@ inline constexpr MessageSpec pdu_status{.name = "PDU_STATUS",
 
 namespace detail {
 
+/// The largest variant measures 2500 A and 1000 V; twice that is not a measurement.
+inline constexpr std::int64_t sensor_current_limit_mA = 5'000'000;
+inline constexpr std::int64_t sensor_voltage_limit_mV = 2'000'000;
+
+consteval std::int64_t sensor_limit(Unit unit) {
+  return unit == Unit::mA ? sensor_current_limit_mA : unit == Unit::mV ? sensor_voltage_limit_mV : 0;
+}
+
 consteval SignalSpec sensor_value(std::string_view name, Unit unit, std::int64_t scale, ByteOrder order) {
   return {.name = name,
           .first_bit = byte(2),
@@ -346,7 +354,8 @@ consteval SignalSpec sensor_value(std::string_view name, Unit unit, std::int64_t
           .unit = unit,
           .scale = scale,
           .is_signed = true,
-          .order = order};
+          .order = order,
+          .raw_limit = sensor_limit(unit)};
 }
 inline constexpr SignalSpec sensor_channel{.name = "channel", .first_bit = byte(0), .bit_count = 8};
 inline constexpr SignalSpec sensor_system_error{.name = "system_error", .first_bit = bit(1, 7), .bit_count = 1};

@@ -1,6 +1,7 @@
 #include "tests/support/core_bench.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace bmu::test {
 
@@ -81,6 +82,8 @@ void CoreBench::decide() {
   for (const OutgoingFrame& frame : last_.frames) {
     sent_.push_back(frame);
     sent_at_.push_back(now_);
+    if (!bus_echoes) continue;
+    echoes_.push_back(frame);
     if (frame.port == Port::internal) obey(frame);
   }
 }
@@ -89,8 +92,9 @@ void CoreBench::obey(const OutgoingFrame& out) {
   const MessageMatch match = catalogue.find(out.frame.id);
   if (match.message == &poll) answer_poll(out.frame);
   if (match.message == &command) answer_command(out.frame, match.node);
-  if (match.message != &contactor_command) return;
+  if (match.message != &contactor_command || !pdu_hears) return;
   command_expires_at_ = now_ + contactor_command_life;
+  opened_by_timeout_ = false;
   const ContactorOutputs asked = outputs_of(out.frame);
   if (asked == commanded_) return;
   if (commanded_.any_contactor() && !asked.any_contactor()) opened_at_ = now_;
@@ -99,6 +103,7 @@ void CoreBench::obey(const OutgoingFrame& out) {
 }
 
 void CoreBench::answer_poll(const CanFrame& request) {
+  if (before_poll) before_poll();
   const std::uint8_t counter = request.data[6];
   const auto put = [&](const MessageSpec& row, CanFrame frame) {
     seal(row, counter, frame);
@@ -113,8 +118,9 @@ void CoreBench::answer_poll(const CanFrame& request) {
     write<status, "restarted">(said, module.restarted ? 1 : 0);
     write<status, "undervoltage_cells">(said, module.undervoltage_cells);
     write<status, "cell_voltage_age_ms">(said, module.voltage_age_ms);
+    write<status, "board_too_hot">(said, module.board_too_hot ? 1 : 0);
     module.restarted = false;
-    put(status, said);
+    if (module.sends_status) put(status, said);
     std::int64_t sum_uV = 0;
     for (unsigned block = 0; block * 3 < module.cell_count; ++block) {
       CanFrame cells = make_frame(*cells_rows[block], module.node);
@@ -177,8 +183,12 @@ std::int32_t CoreBench::cell_sum_mV() const {
 }
 
 void CoreBench::follow_contactors() {
-  if (now_ >= command_expires_at_) commanded_ = {};  // as the PDU must
-  if (!contactors_stuck && now_ >= contacts_follow_at_) contacts_ = commanded_;
+  if (now_ >= command_expires_at_ && commanded_.any_contactor()) {  // as the PDU must
+    commanded_ = {};
+    opened_by_timeout_ = true;
+  }
+  if (contacts_held_open) contacts_ = {};
+  if (!contactors_stuck && !contacts_held_open && now_ >= contacts_follow_at_) contacts_ = commanded_;
   const std::int32_t pack = pack_voltage_mV.value_or(cell_sum_mV());
   if (contacts_.main_negative && contacts_.main_positive) {
     link_voltage_mV = pack;
@@ -209,6 +219,7 @@ void CoreBench::send_periodic() {
   write<pdu_status, "main_negative_closed">(frame, contacts_.main_negative ? 1 : 0);
   write<pdu_status, "precharge_closed">(frame, contacts_.precharge ? 1 : 0);
   write<pdu_status, "charge_closed">(frame, contacts_.charge ? 1 : 0);
+  write<pdu_status, "opened_by_timeout">(frame, opened_by_timeout_ ? 1 : 0);
   write<pdu_status, "vehicle_on">(frame, inputs.vehicle_on ? 1 : 0);
   write<pdu_status, "charger_connected">(frame, inputs.charger_connected ? 1 : 0);
   write<pdu_status, "estop_1_released">(frame, inputs.estop_1_released ? 1 : 0);
@@ -224,6 +235,7 @@ void CoreBench::send_periodic() {
 
 void CoreBench::advance_1ms() {
   now_ += 1ms;
+  for (const OutgoingFrame& echo : std::exchange(echoes_, {})) observe(FrameEchoed{echo.port, echo.frame});
   follow_contactors();
   std::vector<Due> ready;
   std::erase_if(due_, [&](const Due& due) {

@@ -34,6 +34,8 @@ struct BenchModule {
   std::uint16_t undervoltage_cells = 0;
   SignalValue voltage_age_ms = known(5);
   bool sends_temperatures = true;
+  bool sends_status = true;
+  bool board_too_hot = false;
   bool ignores_commands = false;
 };
 
@@ -51,8 +53,12 @@ class CoreBench {
   bool sensor_talks = true;
   bool voltage_talks = true;
   bool pdu_talks = true;
-  PduState inputs;                // contacts in it are overwritten
+  bool bus_echoes = true;  // our own frames come back once they were on the bus; without, nobody else gets them either
+  PduState inputs;         // contacts in it are overwritten
   bool contactors_stuck = false;  // they stay as they are
+  bool contacts_held_open = false;
+  bool pdu_hears = true;              // it gets the contactor commands
+  std::function<void()> before_poll;  // called before the modules answer, to change what they will say
 
   // Told of everything that goes into the core, for tests that feed it to another one.
   std::function<void(const Observation&)> on_observe;
@@ -65,6 +71,7 @@ class CoreBench {
   /// Vehicle on, and run until closed. Returns whether it got there within 3 s.
   [[nodiscard]] bool close();
   void observe(const ObservedThing& what);
+  void deliver(const CanFrame& frame);
   void give(Command command) { observe(CommandGiven{command}); }
   /// Contacts fall open without a command. With contactors_stuck they stay so.
   void drop_contacts() { contacts_ = {}; }
@@ -74,6 +81,7 @@ class CoreBench {
   [[nodiscard]] TimePoint now() const { return now_; }
   [[nodiscard]] const Core& core() const { return core_; }
   [[nodiscard]] ContactorOutputs commanded() const { return commanded_; }  // in the last CONTACTOR_COMMAND sent
+  [[nodiscard]] ContactorOutputs contacts() const { return contacts_; }    // what really is closed
   [[nodiscard]] TimePoint opened_at() const { return opened_at_; }         // of the last all-open after a closed one
   [[nodiscard]] const std::vector<OutgoingFrame>& sent() const { return sent_; }
   [[nodiscard]] const std::vector<TimePoint>& sent_at() const { return sent_at_; }
@@ -95,7 +103,6 @@ class CoreBench {
   void answer_command(const CanFrame& command, std::uint8_t node);
   void send_periodic();
   void follow_contactors();
-  void deliver(const CanFrame& frame);
   [[nodiscard]] std::int32_t cell_sum_mV() const;
 
   TimePoint now_{1s};
@@ -108,6 +115,8 @@ class CoreBench {
   TimePoint command_expires_at_{};
   TimePoint opened_at_{};
   std::vector<Due> due_;
+  std::vector<OutgoingFrame> echoes_;
+  bool opened_by_timeout_ = false;
   std::vector<OutgoingFrame> sent_;
   std::vector<TimePoint> sent_at_;
   std::vector<Event> events_;

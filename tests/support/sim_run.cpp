@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace bmu::test {
 
@@ -21,6 +22,7 @@ void SimRun::decide() {
   for (const Event& event : decisions.events) events_.push_back(event);
   for (const OutgoingFrame& out : decisions.frames) {
     if (out.port == Port::internal) simulator_.observe(out.frame, now_);
+    if (out.port == Port::internal) echoes_.push_back(out.frame);
   }
 }
 
@@ -28,6 +30,7 @@ void SimRun::run_to(double seconds) {
   const TimePoint end = start + std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seconds));
   while (now_ < end) {
     now_ += 1ms;
+    for (const CanFrame& frame : std::exchange(echoes_, {})) observe(FrameEchoed{Port::internal, frame});
     for (const SentFrame& sent : simulator_.advance(now_)) observe(FrameReceived{Port::internal, sent.frame});
     if (now_ >= wake_at_) decide();
   }

@@ -36,6 +36,7 @@ class SimRun {
   Core core_;
   Simulator simulator_;
   TimePoint wake_at_ = start;
+  std::vector<CanFrame> echoes_;  // of what the core sent last
   std::vector<Event> events_;
 };
 

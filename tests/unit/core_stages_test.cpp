@@ -20,6 +20,7 @@ SequenceInputs precharging(TimePoint now, std::int32_t link_mV, std::int32_t cur
           .close_wanted = true,
           .close_permitted = true,
           .is_measured = true,
+          .measured_at = now,
           .pack_mV = 100'000,
           .link_mV = link_mV,
           .current_mA = current_mA};
@@ -46,6 +47,16 @@ TEST_CASE("precharge ends only when the current has fallen, whichever way it flo
     CHECK(step(state, precharging(now, 99'000, sign * 501), config).state.phase == Phase::precharge);
   }
   CHECK(step(state, precharging(now, 99'000, INT32_MIN), config).state.phase == Phase::precharge);
+}
+
+TEST_CASE("precharge is judged on what was measured during it, not before", "[unit][contactors][F86]") {
+  const ContactorConfig config;
+  const SequenceState state{Phase::precharge, start};
+  SequenceInputs in = precharging(start + 500ms, 99'000, 0);
+  in.measured_at = start + config.settle - 1ns;
+  CHECK(step(state, in, config).state.phase == Phase::precharge);
+  in.measured_at = start + config.settle;
+  CHECK(step(state, in, config).state.phase == Phase::main_positive);
 }
 
 TEST_CASE("a pack of no volts is never precharged", "[unit][contactors]") {
@@ -175,6 +186,30 @@ TEST_CASE("charge is counted exactly, and a hole in the current is not bridged",
   CHECK(counter.state().uncounted == 8s);
 }
 
+TEST_CASE("the largest and smallest numbers a sensor frame can carry are not measurements and are not counted",
+          "[unit][estimators][F19]") {
+  const CoreConfig config = test::small_pack();
+  for (const std::int64_t raw : {std::int64_t{INT32_MAX}, std::int64_t{INT32_MIN}, std::int64_t{5'000'001}}) {
+    SensorTable sensors;
+    CoulombCounter counter;
+    counter.init(config);
+    for (std::uint8_t sample = 0; sample < 10; ++sample) {
+      const TimePoint at = start + sample * 20ms;
+      for (const MessageSpec* row : {&internal_bus::sensor_current, &internal_bus::sensor_u1}) {
+        CanFrame frame = make_frame(*row);
+        insert_bits(frame.data, 16, 32, static_cast<std::uint64_t>(raw), ByteOrder::big);
+        seal(*row, sample, frame);
+        sensors.observe(*row, frame, at, config.sensor);
+      }
+      counter.observe(sensors.current_mA, sensors.pack_voltage_mV);
+    }
+    CHECK(sensors.current_mA.validity == Validity::out_of_range);
+    CHECK(sensors.pack_voltage_mV.validity == Validity::out_of_range);
+    CHECK(counter.state().energy_out_mWh == 0);
+    CHECK(counter.state().energy_in_mWh == 0);
+  }
+}
+
 TEST_CASE("no rest, no start: current, closed contactors and unknown cells each forbid it", "[unit][estimators]") {
   const Measured<std::int32_t> cells_uV{3'700'000, start, Validity::valid};
   const auto starts = [&](bool open, const Measured<std::int32_t>& current, const Measured<std::int32_t>& cells) {
@@ -212,6 +247,13 @@ TEST_CASE("current limits reach zero at the opening threshold, from every side",
   pack.cell_temperature_dC.min = -200;
   CHECK(limits().discharge.limit_mA == 0);
   CHECK(limits().discharge.cause == LimitCause::cell_cold);
+  pack.cell_temperature_dC.min = 250;
+  pack.cell_voltage_uV.max = 3'700'000;
+  const CurrentLimits low{.discharge = {.limit_mA = 1'000}, .charge = {.limit_mA = 2'000}};
+  CHECK(evaluate_limits(pack, config, {.is_connected = true, .before = low}).discharge.limit_mA == 80'000);
+  pack.cell_voltage_uV.count = 7;  // the one that is missing may be the one that limits
+  CHECK(evaluate_limits(pack, config, {.is_connected = true, .before = low}).discharge.limit_mA == 1'000);
+  CHECK(evaluate_limits(pack, config, {.is_connected = true, .before = low}).charge.limit_mA == 2'000);
   CHECK(evaluate_limits(pack, config, {}).charge.cause == LimitCause::not_connected);
   CHECK(evaluate_limits(pack, config, {.is_connected = true, .zero_is_demanded = true}).charge.limit_mA == 0);
 }

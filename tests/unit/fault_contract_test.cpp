@@ -156,12 +156,70 @@ TEST_CASE("every limit: a suspicion that ends before its time leaves no fault", 
       bench.feed(one.limit.open);
       bench.pass(one.limit.confirm / 2);
       bench.feed(one.limit.open + one.inwards);
-      CHECK(bench.state().stage == FaultStage::good);
+      CHECK(bench.state().stage == FaultStage::suspected);  // not forgotten at once
+      bench.pass(one.limit.confirm - 1ns);
+      bench.feed(one.limit.open + one.inwards);
+      CHECK(bench.state().stage == FaultStage::suspected);
+      bench.pass(2ns);
+      bench.feed(one.limit.open + one.inwards);
+      CHECK(bench.state().stage == FaultStage::good);  // twice as long as it was beyond
+      bench.feed(one.limit.open);
       bench.pass(one.limit.confirm / 2);
       bench.feed(one.limit.open);
-      CHECK(bench.state().stage == FaultStage::suspected);  // the clock starts anew
+      CHECK(bench.state().stage == FaultStage::suspected);  // the clock has started anew
     }
   }
+}
+
+TEST_CASE("every limit: what keeps coming back is believed, what comes now and then is not",
+          "[unit][faults][contract][F2]") {
+  const CoreConfig config = test::small_pack();
+  for (const LimitCase& one : limit_cases(config)) {
+    DYNAMIC_SECTION(one.row.name) {
+      const Duration tick = one.limit.confirm / 20;
+      const auto confirms = [&](int good_samples, std::int64_t good) {
+        RowBench bench(one.row.id, config);
+        const auto show = [&](std::int64_t value) {  // one sample stands for half the confirm time, judged every tick
+          for (int repeat = 0; repeat < 10; ++repeat) {
+            bench.feed(value, repeat == 0);
+            bench.pass(tick);
+          }
+        };
+        for (int round = 0; round < 100 && bench.state().stage != FaultStage::active; ++round) {
+          show(one.limit.open);
+          for (int repeat = 0; repeat < good_samples; ++repeat) show(good);
+        }
+        return bench.state().stage == FaultStage::active;
+      };
+      CHECK(confirms(1, one.limit.open + one.inwards));                                   // every second sample
+      CHECK(confirms(1, one.limit.open + one.inwards * (one.limit.hysteresis + 1'000)));  // however good the others
+      CHECK_FALSE(confirms(2, one.limit.open + one.inwards));
+      CHECK_FALSE(confirms(3, one.limit.open + one.inwards));
+    }
+  }
+}
+
+TEST_CASE("every limit: a bad value that hides behind missing ones is believed", "[unit][faults][contract][F9]") {
+  const CoreConfig config = test::small_pack();
+  for (const LimitCase& one : limit_cases(config)) {
+    DYNAMIC_SECTION(one.row.name) {
+      RowBench bench(one.row.id, config);
+      for (int round = 0; round < 6; ++round) {
+        bench.feed(one.limit.open);
+        bench.pass(one.limit.confirm / 2);
+        bench.feed_unknown();
+        bench.pass(one.limit.confirm / 2);
+      }
+      CHECK(bench.state().stage == FaultStage::active);
+    }
+  }
+}
+
+TEST_CASE("a reading with holes can be bad news but not good news", "[unit][faults]") {
+  const Reading partial{.is_known = true, .value = 100, .is_partial = true};
+  CHECK(evaluate(partial, Sense::at_or_above, 100, 10) == Verdict::beyond);
+  CHECK(evaluate(partial, Sense::at_or_above, 101, 10) == Verdict::unknown);
+  CHECK(evaluate(partial, Sense::at_or_above, 1'000, 10) == Verdict::unknown);
 }
 
 TEST_CASE("every limit: cleared only behind the hysteresis, for the whole time, and latched if the row says so",

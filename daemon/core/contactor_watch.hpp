@@ -1,0 +1,42 @@
+// Whether the contacts do what they were told: auxiliary contacts against commands, each contactor by itself.
+//
+// A contactor has `feedback_timeout` to follow a change of its command. Once it has followed for `settle`, or that time
+// is over, a single word against the command is disobedience: a main contact that opens by itself and closes again
+// would connect the pack to a link that has lost its charge, past the precharge. Words from before the command say
+// nothing about it.
+//
+// The first `settle` are left to contacts that bounce; a unit that passes bounces on later opens the pack.
+#pragma once
+
+#include <array>
+
+#include "daemon/core/contactor_sequence.hpp"
+#include "daemon/core/sensor_table.hpp"
+
+namespace bmu {
+
+class ContactorWatch {
+ public:
+  /// Everything is commanded open from `started_at` on: contacts that another life left closed have their time, too.
+  void init(TimePoint started_at);
+  /// What is commanded from `now` on; called every tick, whether it has changed or not.
+  void command(const ContactorOutputs& outputs, TimePoint now);
+  /// Judges the unit's latest word, which the caller found to be fresh.
+  [[nodiscard]] bool disobeys(const Measured<PduState>& pdu, const ContactorConfig& config, TimePoint now);
+
+ private:
+  struct Contact {
+    bool is_commanded = false;
+    TimePoint commanded_at{};
+    TimePoint obeying_since{};
+    bool has_settled = false;
+  };
+
+  static constexpr std::size_t contact_count = 4;
+
+  [[nodiscard]] static bool judge(Contact& contact, bool is_closed, const ContactorConfig& config, TimePoint now);
+
+  std::array<Contact, contact_count> contacts_{};
+};
+
+}  // namespace bmu
