@@ -370,6 +370,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .name = "contactor_feedback",
      .meaning = "an auxiliary contact does not follow its command",
      .read = read_contactor_feedback,
+     .confirm = 10ms,  // a tick: one flicker of an auxiliary contact is none of the contactor
      .latch = Latch::until_cleared},
     {.id = FaultId::foreign_master,
      .name = "foreign_master",

@@ -213,7 +213,10 @@ void CoreBench::send_periodic() {
     sensor(sensor_u1, pack_voltage_mV.value_or(cell_sum_mV()), voltage_counter_);
     sensor(sensor_u2, link_voltage_mV, voltage_counter_++);
   }
-  if (!pdu_talks || ms % 50 != 0) return;
+  if (pdu_talks && ms % 50 == 0) tell_pdu_status();
+}
+
+void CoreBench::tell_pdu_status() {
   CanFrame frame = make_frame(pdu_status);
   write<pdu_status, "main_positive_closed">(frame, contacts_.main_positive ? 1 : 0);
   write<pdu_status, "main_negative_closed">(frame, contacts_.main_negative ? 1 : 0);

@@ -72,6 +72,7 @@ class CoreBench {
   [[nodiscard]] bool close();
   void observe(const ObservedThing& what);
   void deliver(const CanFrame& frame);
+  void tell_pdu_status();
   void give(Command command) { observe(CommandGiven{command}); }
   /// Contacts fall open without a command. With contactors_stuck they stay so.
   void drop_contacts() { contacts_ = {}; }
