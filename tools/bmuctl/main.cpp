@@ -5,7 +5,6 @@
 #include <cstdlib>
 #include <string>
 
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
@@ -13,6 +12,7 @@
 #include "tools/bmuctl/terminal.hpp"
 #include "tools/bmuctl/text_pages.hpp"
 #include "tools/bmuctl/watch.hpp"
+#include "tools/common/command_line.hpp"
 
 namespace {
 
@@ -20,7 +20,6 @@ using namespace bmu;
 
 constexpr int exit_ok = 0;
 constexpr int exit_no_answer = 1;
-constexpr int exit_command_line = 2;
 constexpr std::chrono::milliseconds answer_max{2000};
 
 constexpr const char* footer = R"(Examples:
@@ -29,6 +28,7 @@ constexpr const char* footer = R"(Examples:
   bmuctl watch --seconds 60 >log   a line a second for a minute, the picture at the end
   bmuctl why                       why it opened, why it does not close, why it is limited
   bmuctl --json cells | jq .modules[0]
+  bmuctl --json drive | jq .drive  the answer to "status", in which the drive is
 
 Exit codes: 0 answered; 1 no daemon answers, it went away, or it refused; 2 command line.)";
 
@@ -38,12 +38,13 @@ struct CommandRow {
   const char* asks;  // the daemon's command
   const char* help;
   Page (*page)(const Reply&);
+  const char* page_also_asks = nullptr;  // a second question, whose answer the page finds under its name
 };
 
 constexpr std::array command_table{
     CommandRow{"status", "status", "the whole pack at a glance", status_page},
     CommandRow{"cells", "cells", "every cell: voltage, temperature, balancing, age", cells_page},
-    CommandRow{"faults", "faults", "every fault the daemon knows, and what was seen", faults_page},
+    CommandRow{"faults", "faults", "every fault the daemon knows, and what was seen", faults_page, "status"},
     CommandRow{"why", "why", "why the pack is in its state, why it opened, why it is limited", why_page},
     CommandRow{"drive", "status", "how the pack closed last, what went through it, why it opened", drive_page},
     CommandRow{"clear", "clear", "clear latched faults whose cause is gone", clear_page},
@@ -73,20 +74,30 @@ bool wants_colour(const Options& options) {
   return ::isatty(STDOUT_FILENO) != 0 && std::getenv("NO_COLOR") == nullptr;
 }
 
+Result<std::string, std::string> answer_to(const char* question, Client& client) {
+  if (auto sent = client.send_line(nlohmann::json{{"cmd", question}}.dump()); !sent) return failure(sent.error());
+  return client.read_line(answer_max);
+}
+
 int ask(const CommandRow& row, const Options& options) {
   auto client = Client::connect(options.socket);
   if (!client) return fail(client.error());
-  if (auto sent = client->send_line(nlohmann::json{{"cmd", row.asks}}.dump()); !sent) return fail(sent.error());
-  const auto line = client->read_line(answer_max);
+  const auto line = answer_to(row.asks, *client);
   if (!line) return fail(line.error());
-  const nlohmann::json json = nlohmann::json::parse(*line, nullptr, false);
+  nlohmann::json json = nlohmann::json::parse(*line, nullptr, false);
   const Reply reply(json);
   if (options.json) write_out(*line + "\n");
   if (!reply["ok"].is_true()) {
     const std::string message = reply["error"]["message"].text();
     return fail(message.empty() ? "the daemon's answer makes no sense" : "the daemon refuses: " + message);
   }
-  if (!options.json) write_out(row.page(reply).text(wants_colour(options)));
+  if (options.json) return exit_ok;
+  if (row.page_also_asks != nullptr) {
+    const auto more = answer_to(row.page_also_asks, *client);
+    if (!more) return fail(more.error());
+    json[row.page_also_asks] = nlohmann::json::parse(*more, nullptr, false);
+  }
+  write_out(row.page(reply).text(wants_colour(options)));
   return exit_ok;
 }
 
@@ -106,9 +117,9 @@ int watch_pack(const Options& options) {
 
 CLI::App* add_watch(CLI::App& app, Options& options) {
   CLI::App* watch = app.add_subcommand("watch", "the live picture on a terminal, a line a second elsewhere");
-  watch->add_option("--seconds", options.seconds, "end after so long")->check(CLI::Range(0.1, 1e6));
+  watch->add_option("--seconds", options.seconds, "end after so long")->check(command_line::number(0.1, 1e6));
   watch->add_option("--period", options.period_s, "seconds between two pictures or lines")
-      ->check(CLI::Range(0.05, 60.0));
+      ->check(command_line::number(0.05, 60.0));
   watch->add_flag("--reconnect", options.reconnect, "wait for the daemon while it is away, instead of ending");
   return watch;
 }
@@ -118,7 +129,7 @@ const CLI::App* add_options(CLI::App& app, Options& options) {
   app.add_option("--socket", options.socket, "the daemon's socket")->type_name("PATH")->capture_default_str();
   app.add_flag("--json", options.json, "the daemon's own answer, a line of JSON");
   app.add_option("--color", options.colour, "auto, always or never")
-      ->check(CLI::IsMember({"auto", "always", "never"}))
+      ->check(command_line::one_of({"auto", "always", "never"}))
       ->capture_default_str();
   app.set_version_flag("--version", "bmuctl " BMUD_VERSION);
   app.require_subcommand(1);
@@ -135,15 +146,13 @@ int parse_and_ask(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-    std::fprintf(stderr, "bmuctl: %s (see bmuctl --help)\n", error.what());
-    return exit_command_line;
+    return command_line::report(app, error);
   }
   if (watch->parsed()) return watch_pack(options);
   for (const CommandRow& row : command_table) {
     if (app.got_subcommand(row.name)) return ask(row, options);
   }
-  return exit_command_line;
+  return command_line::exit_usage;
 }
 
 }  // namespace

@@ -24,8 +24,11 @@ int run(const Options& options) {
   Filter filter;
   std::string complaint;
   if (!filter.add(options.filter, catalogue.all(), complaint)) {
-    std::fprintf(stderr, "bmudump: --filter: '%s' is neither a message nor a hexadecimal identifier\n",
-                 complaint.c_str());
+    std::fprintf(
+        stderr,
+        "bmudump: --filter: '%s' is neither a hexadecimal identifier nor a message; bmudump --protocol-doc lists "
+        "them\n",
+        complaint.c_str());
     return exit_usage;
   }
   if (options.wants_protocol_doc) return print_all(protocol_doc(catalogue));

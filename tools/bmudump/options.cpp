@@ -3,13 +3,19 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdlib>
-#include <numeric>
+#include <filesystem>
+#include <system_error>
 
-#include <CLI/CLI.hpp>
+#include <net/if.h>
 #include <unistd.h>
+
+#include "tools/common/command_line.hpp"
 
 namespace bmu::dump {
 namespace {
+
+constexpr std::uint32_t bit_rate_max = 1'000'000;  // classic CAN has no more
+constexpr std::uint32_t vehicle_base_max = 0x7FF - 8;
 
 constexpr const char* description =
     "candump that understands: every frame of the battery's buses with the names, values and units of its signals,\n"
@@ -46,8 +52,8 @@ std::optional<std::uint32_t> parse_hex(std::string_view word) {
   return number;
 }
 
-/// "1-4" and "7": nodes 1 to 63.
-std::optional<std::vector<std::uint8_t>> parse_nodes(const std::vector<std::string>& parts) {
+/// "1-4" and "7": nodes 1 to 63. Throws the library's error for what is none.
+std::vector<std::uint8_t> parse_nodes(const std::vector<std::string>& parts) {
   std::vector<std::uint8_t> nodes;
   for (const std::string& part : parts) {
     unsigned first = 0;
@@ -59,10 +65,26 @@ std::optional<std::vector<std::uint8_t>> parse_nodes(const std::vector<std::stri
       at = second.ptr;
       error = second.ec;
     }
-    if (error != std::errc{} || at != end || first < 1 || last > 63 || first > last) return std::nullopt;
+    if (error != std::errc{} || at != end || first < 1 || last > 63 || first > last) {
+      throw CLI::ValidationError("--nodes", "'" + part + "' is no node or range of nodes from 1 to 63, like 7 or 1-4");
+    }
     for (unsigned node = first; node <= last; ++node) nodes.push_back(static_cast<std::uint8_t>(node));
   }
   return nodes;
+}
+
+std::string upper(std::string_view text) {
+  std::string all(text);
+  std::transform(all.begin(), all.end(), all.begin(),
+                 [](char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c; });
+  return all;
+}
+
+/// A recording where a bus is wanted, as a newcomer writes it. An interface goes before a file of the same name.
+bool looks_like_file(const std::string& bus) {
+  if (bus.starts_with("unix:") || if_nametoindex(bus.c_str()) != 0) return false;
+  std::error_code ignored;
+  return bus.ends_with(".log") || bus.find('/') != std::string::npos || std::filesystem::is_regular_file(bus, ignored);
 }
 
 bool wants_colour(const std::string& when) {
@@ -92,12 +114,12 @@ void declare(CLI::App& app, Options& options, Words& words) {
   json->excludes(log)->excludes(summary);
   log->excludes(summary);
   app.add_flag("--brief", options.is_brief, "leave out flags that are not set, empty cell masks and counters");
-  app.add_option("--filter", options.filter, "show only these: identifiers, message names, or NAME*")
+  app.add_option("--filter", options.filter, "show only these: identifiers, message names in any case, or NAME*")
       ->type_name("WHAT[,WHAT..]")
       ->delimiter(',')
       ->allow_extra_args(false);
-  app.add_option("--count", options.count, "end after this many frames shown")->check(CLI::PositiveNumber);
-  app.add_option("--seconds", options.seconds, "live: end after this time")->check(CLI::PositiveNumber);
+  app.add_option("--count", options.count, "end after this many frames shown")->check(command_line::whole_number(1));
+  app.add_option("--seconds", options.seconds, "live: end after this time")->check(command_line::number(0.001, 1e9));
   app.add_flag("--strict", options.is_strict, "exit with 4 if a frame failed its check or is unknown");
   app.add_option("--vehicle-base", words.vehicle_base, "first identifier of the vehicle messages, hexadecimal")
       ->capture_default_str();
@@ -105,12 +127,12 @@ void declare(CLI::App& app, Options& options, Words& words) {
                "the current sensor is configured for little-endian values");
   app.add_option("--bitrate", options.bit_rate, "bit/s, for the load in --summary")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      ->check(command_line::whole_number(1, bit_rate_max));
   app.add_option("--color", words.colour, "colours: auto (on a terminal), always, never")
       ->capture_default_str()
-      ->check(CLI::IsMember({"auto", "always", "never"}));
+      ->check(command_line::one_of({"auto", "always", "never"}));
   app.add_option("--dbc", options.dbc, "print a DBC file of this bus: internal or vehicle")
-      ->check(CLI::IsMember({"internal", "vehicle"}));
+      ->check(command_line::one_of({"internal", "vehicle"}));
   app.add_option("--nodes", words.nodes, "nodes in the DBC")
       ->capture_default_str()
       ->type_name("N[-M][,..]")
@@ -126,15 +148,18 @@ void conclude(Options& options, const Words& words) {
   if (words.summary) options.output = Output::summary;
   options.is_coloured = wants_colour(words.colour);
   const std::optional<std::uint32_t> base = parse_hex(words.vehicle_base);
-  if (!base || *base > 0x7FF - 8) throw CLI::ValidationError("--vehicle-base", "wants 000 to 7F7, hexadecimal");
+  if (!base || *base > vehicle_base_max) {
+    throw CLI::ValidationError("--vehicle-base", "'" + words.vehicle_base + "' is no hexadecimal number from 0 to 7F7");
+  }
   options.catalogue.vehicle_base_id = *base;
-  const auto nodes = parse_nodes(words.nodes);
-  if (!nodes) throw CLI::ValidationError("--nodes", "wants nodes from 1 to 63, like 1-4,7");
-  options.nodes = *nodes;
+  options.nodes = parse_nodes(words.nodes);
   const bool prints_tables = options.wants_protocol_doc || !options.dbc.empty();
   const int inputs = (prints_tables ? 1 : 0) + (options.files.empty() ? 0 : 1) + (options.buses.empty() ? 0 : 1);
-  if (inputs == 0) throw CLI::ValidationError("BUS", "or -r FILE is missing: what shall be shown? See --help");
-  if (inputs > 1) throw CLI::ValidationError("BUS", "-r and --dbc exclude each other");
+  if (inputs == 0) throw CLI::ValidationError("what shall be shown? Wanted is a bus, or a recording with -r FILE");
+  if (inputs > 1) throw CLI::ValidationError("a bus, -r and --dbc exclude each other");
+  for (const std::string& bus : options.buses) {
+    if (looks_like_file(bus)) throw CLI::ValidationError(bus + " is no bus; to read a recording: bmudump -r " + bus);
+  }
   if (options.seconds && options.buses.empty()) throw CLI::ValidationError("--seconds", "is for live buses only");
 }
 
@@ -150,7 +175,7 @@ ParsedOptions parse_options(int argc, const char* const* argv) {
     conclude(options, words);
     return {options, exit_ok};
   } catch (const CLI::ParseError& error) {
-    return {std::nullopt, app.exit(error) == 0 ? exit_ok : exit_usage};
+    return {std::nullopt, command_line::report(app, error)};
   }
 }
 
@@ -175,9 +200,10 @@ bool Filter::add(const std::vector<std::string>& words, const Catalogue& catalog
 bool Filter::add_names(std::string_view word, const Catalogue& catalogue) {
   const bool is_beginning = word.ends_with('*');
   if (is_beginning) word.remove_suffix(1);
+  const std::string name = upper(word);  // as all names of messages are
   bool is_found = false;
   for (const MessageSpec* message : catalogue.messages()) {
-    if (is_beginning ? !message->name.starts_with(word) : message->name != word) continue;
+    if (is_beginning ? !message->name.starts_with(name) : message->name != name) continue;
     is_found = true;
     for (unsigned node = message->node_min; node <= message->node_max; ++node) ids_.set(message->base_id + node);
   }

@@ -1,6 +1,6 @@
 #include "tools/mmusim/options.hpp"
 
-#include <CLI/CLI.hpp>
+#include "tools/common/command_line.hpp"
 
 namespace bmu::sim {
 namespace {
@@ -28,12 +28,15 @@ Exit codes:
   78  the pack file is wrong: every problem is reported)";
 
 void declare(CLI::App& app, Options& options) {
+  app.set_version_flag("--version", "mmusim " BMUD_VERSION);
   app.footer(footer);
   app.add_option("--pack", options.pack, "pack file: modules, kind of cell, sensor")->type_name("FILE");
   app.add_option("--bus", options.bus, "can0, vcan0 or unix:NAME; default: the pack's internal bus")->type_name("BUS");
   app.add_option("--scenario", options.scenario, "the script; without it nothing happens")->type_name("FILE");
-  app.add_option("--seconds", options.seconds, "end after this time")->check(CLI::Range(0.001, 1e6));
-  app.add_option("--seed", options.seed, "of the measuring noise (0.2 mV, 20 mA); 0: none")->capture_default_str();
+  app.add_option("--seconds", options.seconds, "end after this time")->check(command_line::number(0.001, 1e6));
+  app.add_option("--seed", options.seed, "of the measuring noise (0.2 mV, 20 mA); 0: none")
+      ->check(command_line::whole_number(0))
+      ->capture_default_str();
   app.add_flag("--quiet", options.is_quiet, "tell only errors");
   app.add_flag("--check", options.only_check, "check the scenario, and against the pack if one is given; then end");
   app.add_flag("--properties", options.only_properties, "print what a script can say, as a table; then end");
@@ -46,7 +49,7 @@ void conclude(const Options& options) {
     throw CLI::ValidationError("--scenario", "is missing: what shall be checked?");
   }
   if (!options.only_check && options.pack.empty()) {
-    throw CLI::ValidationError("--pack", "is missing: which pack shall be emulated? See --help");
+    throw CLI::ValidationError("--pack", "is missing: which pack shall be emulated?");
   }
 }
 
@@ -61,7 +64,7 @@ ParsedOptions parse_options(int argc, const char* const* argv) {
     conclude(options);
     return {options, exit_ok};
   } catch (const CLI::ParseError& error) {
-    return {std::nullopt, app.exit(error) == 0 ? exit_ok : exit_usage};
+    return {std::nullopt, command_line::report(app, error)};
   }
 }
 

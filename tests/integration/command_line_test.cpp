@@ -1,0 +1,86 @@
+// What the programs say about a wrong command line: one line with the program's name, what was found and what was
+// wanted, and exit code 2, in all of them alike.
+#include <algorithm>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "tests/support/process.hpp"
+
+namespace bmu {
+
+namespace {
+
+struct Mistake {
+  std::vector<std::string> words;  // the program first
+  std::string told;
+};
+
+const std::vector<Mistake> mistakes{
+    {{"bmudump", "-r", "-", "--count", "0"}, "--count: 0 is not a whole number from 1 up"},
+    {{"bmudump", "-r", "-", "--count", "some"}, "--count: 'some' is not a whole number from 1 up"},
+    {{"bmudump", "-r", "-", "--count"}, "--count: wants one value"},
+    {{"bmudump", "can0", "--seconds", "x"}, "--seconds: 'x' is not a number from 0.001 to 1000000000"},
+    {{"bmudump", "-r", "-", "--bitrate", "0"}, "--bitrate: 0 is not a whole number from 1 to 1000000"},
+    {{"bmudump", "-r", "-", "--color", "sometimes"}, "--color: 'sometimes' is none of auto, always, never"},
+    {{"bmudump", "-r", "-", "--nodes", "1-4,70"}, "--nodes: '70' is no node"},
+    {{"bmudump", "-r", "-", "--vehicle-base", "800"}, "--vehicle-base: '800' is no hexadecimal number from 0 to 7F7"},
+    {{"bmudump", "-r", "-", "--dbc", "charger"}, "--dbc: 'charger' is none of internal, vehicle"},
+    {{"bmudump", "--no\nsuch", "can0"}, "--no?such: there is no such option"},
+    {{"bmudump"}, "what shall be shown?"},
+    {{"mmusim", "--seconds", "x"}, "--seconds: 'x' is not a number from 0.001 to 1000000"},
+    {{"mmusim", "--seed", "-1"}, "--seed: -1 is not a whole number from 0 up"},
+    {{"mmusim", "pack.json"}, "'pack.json' is one word too many"},
+    {{"mmusim"}, "--pack: is missing"},
+    {{"bmuctl", "watch", "--seconds", "x"}, "--seconds: 'x' is not a number from 0.1 to 1000000"},
+    {{"bmuctl", "watch", "--period", "nan"}, "--period: nan is not a number from 0.05 to 60"},
+    {{"bmuctl", "nope"}, "'nope' is no command; there are status, cells, faults, why, drive, clear, watch"},
+    {{"bmuctl", "--json", "nope"}, "'nope' is no command"},
+    {{"bmuctl"}, "a command is missing; there are status, "},
+    {{"bmuctl", "--nope"}, "--nope: there is no such option"},
+    {{"bmuctl", "status", "--nope"}, "--nope: there is no such option"},
+    {{"bmuctl", "status", "nope"}, "'nope' is one word too many"},
+    {{"bmud", "--no-such-option"}, ""},
+};
+
+}  // namespace
+
+TEST_CASE("a mistake in a command line is told in one line, with what was found and wanted",
+          "[integration][command_line]") {
+  for (const Mistake& mistake : mistakes) {
+    const std::string& name = mistake.words.front();
+    std::vector<std::string> command = mistake.words;
+    command.front() = program(name);
+    const Finished finished = run_program(command);
+    CAPTURE(mistake.words, finished.err);
+    CHECK(finished.status == 2);
+    CHECK(finished.out.empty());
+    CHECK(finished.err.starts_with(name + ": " + mistake.told));
+    CHECK(std::count(finished.err.begin(), finished.err.end(), '\n') == 1);
+    CHECK(finished.err.size() < 200);
+  }
+}
+
+TEST_CASE("every program tells its version and its options on standard output", "[integration][command_line]") {
+  for (const std::string name : {"bmud", "bmuctl", "bmudump", "mmusim"}) {
+    CAPTURE(name);
+    CHECK(run_program({program(name), "--version"}).out == name + " " BMUD_VERSION "\n");
+    const Finished help = run_program({program(name), "--help"});
+    CHECK(help.status == 0);
+    CHECK(help.out.find("--version") != std::string::npos);
+    CHECK(help.err.empty());
+  }
+}
+
+TEST_CASE("a recording in the place of a bus is told how to be read", "[integration][command_line]") {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "drive") << "(1.000000) vcan0 7FF#\n";
+  for (const std::string& file : {folder / "drive", std::string("no-such.log")}) {
+    const Finished finished = run_program({program("bmudump"), file});
+    CHECK(finished.status == 2);
+    CHECK(finished.err ==
+          "bmudump: " + file + " is no bus; to read a recording: bmudump -r " + file + " (see bmudump --help)\n");
+  }
+}
+
+}  // namespace bmu

@@ -1,0 +1,111 @@
+#include "tools/common/command_line.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstdio>
+#include <optional>
+#include <utility>
+
+namespace bmu::command_line {
+namespace {
+
+template <class Number>
+std::optional<Number> parse(const std::string& text) {
+  Number value{};
+  const char* const text_end = text.data() + text.size();
+  const auto [end, error] = std::from_chars(text.data(), text_end, value);
+  if (error != std::errc{} || end != text_end) return std::nullopt;
+  return value;
+}
+
+/// Numbers as they are; quotes show where other words begin and end.
+std::string found(const std::string& text) {
+  return parse<double>(text) ? text : "'" + text + "'";
+}
+
+std::string number_text(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.10g", value);
+  return text.data();
+}
+
+std::string joined(const std::vector<std::string>& words, std::string_view between) {
+  std::string all;
+  for (const std::string& word : words) all += (all.empty() ? "" : std::string(between)) + word;
+  return all;
+}
+
+std::string known_commands(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands(nullptr)) names.push_back(command->get_name());
+  return joined(names, ", ");
+}
+
+/// A word that belongs nowhere. CLI11 only complains that a command is missing where one is misspelt.
+std::string stray_text(const CLI::App& app, const std::string& word) {
+  if (word.starts_with('-')) return word + ": there is no such option";
+  const bool wants_command = app.get_require_subcommand_min() > 0 && app.get_subcommands().empty();
+  if (wants_command) return found(word) + " is no command; there are " + known_commands(app);
+  return found(word) + " is one word too many";
+}
+
+std::string text_of(const CLI::App& app, const CLI::ParseError& error) {
+  const std::string text = error.what();
+  const bool is_required = dynamic_cast<const CLI::RequiredError*>(&error) != nullptr;
+  const bool is_stray = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr;
+  const std::vector<std::string> strays = app.remaining(true);
+  if ((is_required || is_stray) && !strays.empty()) return stray_text(app, strays.front());
+  const bool wants_command = app.get_require_subcommand_min() > 0;
+  if (is_required && wants_command) return "a command is missing; there are " + known_commands(app);
+  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) == nullptr) return text;
+  return text.substr(0, text.find(':')) + ": wants one value";
+}
+
+/// Whatever the command line holds, it neither breaks the line nor steers the terminal.
+std::string one_line(std::string text) {
+  const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; };
+  std::replace_if(text.begin(), text.end(), is_control, '?');
+  return text;
+}
+
+}  // namespace
+
+CLI::Validator whole_number(std::uint64_t min, std::uint64_t max) {
+  const auto check = [min, max](const std::string& text) -> std::string {
+    const std::optional<std::uint64_t> value = parse<std::uint64_t>(text);
+    if (value && *value >= min && *value <= max) return "";
+    const bool is_bounded = max != std::numeric_limits<std::uint64_t>::max();
+    return found(text) + " is not a whole number from " + std::to_string(min) +
+           (is_bounded ? " to " + std::to_string(max) : " up");
+  };
+  return CLI::Validator(check, "");
+}
+
+CLI::Validator number(double min, double max) {
+  const auto check = [min, max](const std::string& text) -> std::string {
+    const std::optional<double> value = parse<double>(text);
+    if (value && *value >= min && *value <= max) return "";
+    return found(text) + " is not a number from " + number_text(min) + " to " + number_text(max);
+  };
+  return CLI::Validator(check, "");
+}
+
+CLI::Validator one_of(std::vector<std::string> words) {
+  const std::string description = "{" + joined(words, ",") + "}";
+  const auto check = [words = std::move(words)](const std::string& text) -> std::string {
+    if (std::find(words.begin(), words.end(), text) != words.end()) return "";
+    return found(text) + " is none of " + joined(words, ", ");
+  };
+  return CLI::Validator(check, description);
+}
+
+int report(const CLI::App& app, const CLI::ParseError& error) {
+  if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+  const std::string program = app.get_name();
+  std::fprintf(stderr, "%s: %s (see %s --help)\n", program.c_str(), one_line(text_of(app, error)).c_str(),
+               program.c_str());
+  return exit_usage;
+}
+
+}  // namespace bmu::command_line

@@ -1,0 +1,27 @@
+// What the command lines of the tools have in common: a mistake is told in one line that names the option, what was
+// found and what was wanted.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+namespace bmu::command_line {
+
+inline constexpr int exit_ok = 0;
+inline constexpr int exit_usage = 2;
+
+// Checks of an option's text, where CLI11's own would answer with its internals or with the digits of the largest
+// double.
+[[nodiscard]] CLI::Validator whole_number(std::uint64_t min,
+                                          std::uint64_t max = std::numeric_limits<std::uint64_t>::max());
+[[nodiscard]] CLI::Validator number(double min, double max);
+[[nodiscard]] CLI::Validator one_of(std::vector<std::string> words);
+
+/// Prints what parsing ended with: help or version on standard output, a mistake on standard error. The exit code.
+[[nodiscard]] int report(const CLI::App& app, const CLI::ParseError& error);
+
+}  // namespace bmu::command_line
