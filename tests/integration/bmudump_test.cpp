@@ -306,6 +306,7 @@ TEST_CASE("filter takes identifiers, names and beginnings of names", "[integrati
   CHECK(lines_of(run("-r " + fixture + " --filter 'CELLS_*',POLL").out).size() == 3);
   CHECK(lines_of(run("-r " + fixture + " --filter PACK_STATUS --count 1").out).size() == 1);
   CHECK(lines_of(run("--filter POLL -r " + fixture).out).size() == 1);
+  CHECK(lines_of(run("--filter 'cells_*',Poll -r " + fixture).out).size() == 3);
 }
 
 TEST_CASE("brief leaves out what is not set", "[integration][bmudump]") {
@@ -383,4 +384,21 @@ TEST_CASE("live, a bus that does not exist is an error of the system", "[integra
 TEST_CASE("live, the run ends after the seconds asked for", "[integration][bmudump]") {
   const TestBus bus("idle");
   CHECK(run("--seconds 0.05 " + bus.name()).exit_code == 0);
+}
+
+TEST_CASE("live, a bus on which nobody speaks is told once, one with traffic is not", "[integration][bmudump]") {
+  const TestBus quiet("quiet");
+  const TestBus busy("busy");
+  auto port = open_bus(busy.name(), {});
+  REQUIRE(port.has_value());
+  std::thread speaker([&port] {
+    for (int i = 0; i < 50; ++i) {
+      static_cast<void>((*port)->send(internal_worked_frames()[2].frame()));
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+  });
+  const Run result = run("--seconds 2.5 " + quiet.name() + " " + busy.name());
+  speaker.join();
+  CHECK(result.exit_code == 0);
+  CHECK(result.err == "bmudump: no frame on " + quiet.name() + " yet; is another program on this bus?\n");
 }

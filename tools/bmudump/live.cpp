@@ -7,6 +7,7 @@
 
 #include "daemon/shell/bus_port.hpp"
 #include "tools/bmudump/dump.hpp"
+#include "tools/common/bus_text.hpp"
 
 namespace bmu::dump {
 namespace {
@@ -14,11 +15,19 @@ namespace {
 /// Frames taken from one bus before the others have their turn and the output is flushed.
 constexpr int batch_size = 1'000;
 constexpr Duration maintain_period = 100ms;
+/// Silence from the start that makes one ask whether this is the bus one meant: every bus of ours is busier.
+constexpr Duration silence_told_after = 2s;
 
 struct LiveBus {
   std::unique_ptr<BusPort> port;
   std::uint64_t lost = 0;
+  bool is_silent = true;  // since the start
 };
+
+void tell_state(const BusPort& port) {
+  std::fprintf(stderr, "bmudump: %s is %s, waiting for it\n", port.name().c_str(),
+               std::string(to_text(port.state())).c_str());
+}
 
 class LiveRun {
  public:
@@ -31,6 +40,7 @@ class LiveRun {
   void wait();
   void read_batch(LiveBus& bus);
   void tell_loss(LiveBus& bus);
+  void tell_silence();
   [[nodiscard]] std::int64_t wall_us(TimePoint at) const {
     return start_wall_us_ + std::chrono::duration_cast<std::chrono::microseconds>(at - start_).count();
   }
@@ -44,6 +54,7 @@ class LiveRun {
       std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::system_clock::now().time_since_epoch())
           .count();
   TimePoint end_ = TimePoint::max();
+  TimePoint tell_silence_at_ = start_ + silence_told_after;
 };
 
 bool LiveRun::open() {
@@ -52,10 +63,11 @@ bool LiveRun::open() {
   for (const std::string& name : options_->buses) {
     auto port = open_bus(name, port_options);
     if (!port) {
-      std::fprintf(stderr, "bmudump: %s\n", to_text(port.error()).c_str());
+      std::fprintf(stderr, "bmudump: %s\n", open_failure_text(name, port.error()).c_str());
       return false;
     }
-    buses_.push_back({std::move(*port), 0});
+    if ((*port)->state() != BusState::up) tell_state(**port);
+    buses_.push_back({.port = std::move(*port)});
   }
   if (options_->seconds) {
     end_ = start_ + std::chrono::duration_cast<Duration>(std::chrono::duration<double>(*options_->seconds));
@@ -69,6 +81,7 @@ void LiveRun::run() {
     wait();
     for (LiveBus& bus : buses_) read_batch(bus);
     dump_->flush();
+    tell_silence();
     if (monotonic_now() < maintain_at) continue;
     for (LiveBus& bus : buses_) bus.port->maintain();
     maintain_at = monotonic_now() + maintain_period;
@@ -89,10 +102,10 @@ void LiveRun::read_batch(LiveBus& bus) {
     if (status == ReadStatus::empty) break;
     if (status == ReadStatus::down) {
       dump_->forget_counters(bus.port->name());
-      std::fprintf(stderr, "bmudump: %s is %s, waiting for it\n", bus.port->name().c_str(),
-                   std::string(to_text(bus.port->state())).c_str());
+      tell_state(*bus.port);
       break;
     }
+    bus.is_silent = false;
     dump_->show({.kind = LogLineKind::frame,
                  .direction = received.is_own ? Direction::sent : Direction::received,
                  .time_us = wall_us(received.received_at),
@@ -109,6 +122,17 @@ void LiveRun::tell_loss(LiveBus& bus) {
                static_cast<unsigned long long>(lost - bus.lost));
   bus.lost = lost;
   dump_->forget_counters(bus.port->name());
+}
+
+/// Once: a bus unix:NAME exists as soon as it is named, and a misspelt one stays silent for ever. One that is down has
+/// been told already.
+void LiveRun::tell_silence() {
+  if (monotonic_now() < tell_silence_at_) return;
+  tell_silence_at_ = TimePoint::max();
+  for (const LiveBus& bus : buses_) {
+    if (!bus.is_silent || bus.port->state() != BusState::up) continue;
+    std::fprintf(stderr, "bmudump: no frame on %s yet; is another program on this bus?\n", bus.port->name().c_str());
+  }
 }
 
 }  // namespace
