@@ -1,12 +1,17 @@
 // mmusim: modules, power distribution unit, current sensor and pack on a bus, as a script wants them.
+#include <algorithm>
 #include <array>
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <fstream>
 #include <optional>
+#include <sstream>
 #include <string>
 
 #include "config/pack_config.hpp"
+#include "tools/common/bus_text.hpp"
 #include "tools/mmusim/options.hpp"
 #include "tools/mmusim/run.hpp"
 
@@ -33,23 +38,47 @@ std::optional<std::string> read_file(const std::string& name) {
   return stream.bad() ? std::nullopt : std::optional(std::move(text));
 }
 
-void report(const ScenarioProblems& problems, const std::string& file) {
-  for (const ScenarioProblem& problem : problems) complain(to_text(problem, file));
+struct Script {
+  Scenario scenario;          // of the lines that are right
+  ScenarioProblems problems;  // of the others
+};
+
+/// The text with these lines empty, so that all others keep their numbers. `problems` are in the order of the lines.
+std::string without_lines(const std::string& text, const ScenarioProblems& problems) {
+  std::string rest;
+  std::istringstream lines(text);
+  std::uint32_t number = 0;
+  auto problem = problems.begin();
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    const bool is_wrong = problem != problems.end() && problem->line == number;
+    if (is_wrong) ++problem;
+    rest += (is_wrong ? "" : line) + "\n";
+  }
+  return rest;
 }
 
-std::optional<Scenario> load_scenario(const std::string& file) {
-  if (file.empty()) return Scenario{};
+Script parse_script(const std::string& text) {
+  Result<Scenario, ScenarioProblems> whole = parse_scenario(text);
+  if (whole) return {.scenario = std::move(*whole)};
+  // The lines that are right may still ask for what the pack does not have; whoever mends a script wants to know all.
+  Result<Scenario, ScenarioProblems> rest = parse_scenario(without_lines(text, whole.error()));
+  return {.scenario = rest ? std::move(*rest) : Scenario{}, .problems = std::move(whole.error())};
+}
+
+std::optional<Script> load_script(const std::string& file) {
+  if (file.empty()) return Script{};
   const std::optional<std::string> text = read_file(file);
-  if (!text) {
-    complain(file + ": cannot be read");
-    return std::nullopt;
-  }
-  Result<Scenario, ScenarioProblems> scenario = parse_scenario(*text);
-  if (!scenario) {
-    report(scenario.error(), file);
-    return std::nullopt;
-  }
-  return std::move(*scenario);
+  if (text) return parse_script(*text);
+  complain(file + ": cannot be read: " + std::strerror(errno));
+  return std::nullopt;
+}
+
+void add_problems_with_pack(Script& script, const SimulatorConfig& config) {
+  const ScenarioProblems more = check_against(script.scenario, config);
+  script.problems.insert(script.problems.end(), more.begin(), more.end());
+  std::stable_sort(script.problems.begin(), script.problems.end(),
+                   [](const ScenarioProblem& one, const ScenarioProblem& other) { return one.line < other.line; });
 }
 
 std::optional<PackConfig> load_pack(const std::string& file) {
@@ -61,24 +90,26 @@ std::optional<PackConfig> load_pack(const std::string& file) {
   return std::move(*pack);
 }
 
-int run_on_bus(const Options& options, const PackConfig& pack, Scenario scenario) {
+SimulatorConfig config_for(const Options& options, const PackConfig& pack) {
   SimulatorConfig config = simulator_config(pack.core);
   config.seed = options.seed;
   config.cell_noise_uV = options.seed == 0 ? 0 : noise_of_cells_uV;
   config.current_noise_mA = options.seed == 0 ? 0 : noise_of_current_mA;
-  if (const ScenarioProblems problems = check_against(scenario, config); !problems.empty()) {
-    report(problems, options.scenario);
-    return exit_scenario;
-  }
-  if (options.only_check) {
-    std::printf("%s: ok, %zu events for %s\n", options.scenario.empty() ? "no scenario" : options.scenario.c_str(),
-                scenario.events.size(), pack.name.c_str());
-    return exit_ok;
-  }
+  return config;
+}
 
-  auto port = open_bus(options.bus.empty() ? pack.buses.internal : options.bus, PortOptions{});
+int tell_check(const Options& options, const Scenario& scenario, const std::optional<PackConfig>& pack) {
+  std::printf(
+      "%s: ok, %zu events%s\n", options.scenario.c_str(), scenario.events.size(),
+      pack ? (" for " + pack->name).c_str() : "; without --pack, whether a pack has these cells is not checked");
+  return exit_ok;
+}
+
+int run_on_bus(const Options& options, const PackConfig& pack, const SimulatorConfig& config, Scenario scenario) {
+  const std::string bus = options.bus.empty() ? pack.buses.internal : options.bus;
+  auto port = open_bus(bus, PortOptions{});
   if (!port) {
-    complain(to_text(port.error()));
+    complain(open_failure_text(bus, port.error()));
     return exit_system;
   }
   const TimePoint now = monotonic_now();
@@ -98,10 +129,16 @@ int run(const Options& options) {
   // Pack before scenario: both are reported when both are wrong, and the code is the pack's.
   std::optional<PackConfig> pack;
   if (!options.pack.empty()) pack = load_pack(options.pack);
-  std::optional<Scenario> scenario = load_scenario(options.scenario);
+  std::optional<Script> script = load_script(options.scenario);
+  const SimulatorConfig config = pack ? config_for(options, *pack) : SimulatorConfig{};
+  if (script && pack) add_problems_with_pack(*script, config);
+  if (script) {
+    for (const ScenarioProblem& problem : script->problems) complain(to_text(problem, options.scenario));
+  }
   if (!options.pack.empty() && !pack) return exit_pack;
-  if (!scenario) return exit_scenario;
-  return pack ? run_on_bus(options, *pack, std::move(*scenario)) : exit_ok;
+  if (!script || !script->problems.empty()) return exit_scenario;
+  if (options.only_check) return tell_check(options, script->scenario, pack);
+  return run_on_bus(options, *pack, config, std::move(script->scenario));
 }
 
 /// Stop signals come through a descriptor, so they must not end the program before.
