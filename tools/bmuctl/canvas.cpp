@@ -22,17 +22,21 @@ bool is_control(std::string_view character) {
 
 }  // namespace
 
-Canvas::Canvas(int width, int height)
+Canvas::Canvas(int width, int height, std::string_view cut_mark)
     : width_(std::max(width, 1)),
       height_(std::max(height, 1)),
+      cut_mark_(cut_mark),
       cells_(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_)) {}
 
 int Canvas::put(int row, int column, std::string_view text, Style style) {
   while (!text.empty()) {
     const std::string_view character = text.substr(0, character_length(text));
     text.remove_prefix(character.size());
-    if (row >= 0 && row < height_ && column >= 0 && column < width_) {
+    const bool is_inside = row >= 0 && row < height_ && column >= 0;
+    if (is_inside && column < width_) {
       at(row, column) = {is_control(character) ? "?" : std::string(character), style};
+    } else if (is_inside && character != " ") {
+      at(row, width_ - 1).character = cut_mark_;
     }
     ++column;
   }

@@ -1,4 +1,5 @@
-// A screen's worth of characters to draw on. What does not fit is cut off, so that drawing needs no care.
+// A screen's worth of characters to draw on. What does not fit a row is cut off, so that drawing needs no care; the row
+// then ends with a mark.
 #pragma once
 
 #include <string>
@@ -13,7 +14,7 @@ namespace bmu {
 
 class Canvas {
  public:
-  Canvas(int width, int height);
+  Canvas(int width, int height, std::string_view cut_mark);
 
   /// Writes UTF-8 text; returns the column behind it. Control characters become '?': nothing drawn can steer a
   /// terminal.
@@ -43,6 +44,7 @@ class Canvas {
 
   int width_;
   int height_;
+  std::string cut_mark_;
   std::vector<Cell> cells_;
 };
 

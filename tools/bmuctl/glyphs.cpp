@@ -22,6 +22,7 @@ const Glyphs pretty_glyphs{.contact_closed = "●",
                            .highest = "▲",
                            .bullet = "●",
                            .minus = "−",
+                           .cut = "…",
                            .levels = {"▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"}};
 
 const Glyphs plain_glyphs{.contact_closed = "#",
@@ -39,6 +40,7 @@ const Glyphs plain_glyphs{.contact_closed = "#",
                           .highest = "^",
                           .bullet = "*",
                           .minus = "-",
+                          .cut = ">",
                           .levels = {"1", "2", "3", "4", "5", "6", "7", "8"}};
 
 const Glyphs& glyphs_for_locale() {

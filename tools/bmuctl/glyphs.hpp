@@ -22,6 +22,7 @@ struct Glyphs {
   std::string_view highest;
   std::string_view bullet;
   std::string_view minus;
+  std::string_view cut;                    // at the end of what does not fit
   std::array<std::string_view, 8> levels;  // a value between its limits, as one column
 };
 

@@ -15,6 +15,7 @@ constexpr int contactors_width = 34;
 constexpr std::size_t faults_shown_max = 5;
 constexpr int opening_rows_max = 3;
 constexpr int cell_rows_min = 2;
+constexpr int bar_length_min = 4;  // a shorter one says nothing
 
 std::string upper(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
@@ -95,6 +96,7 @@ void draw_bar(const BarRow& bar, const Glyphs& glyphs, int row, int column, Canv
   canvas.put(row, column + 9, bar.value, bar.is_known ? Style::strong : Style::bad);
   const int from = column + 22;
   const int length = canvas.width() - from - 1;
+  if (length < bar_length_min) return;
   const int filled = bar.is_known ? static_cast<int>(std::lround(std::clamp(bar.share, 0.0, 1.0) * length)) : 0;
   for (int i = 0; i < length; ++i) {
     canvas.put(row, from + i, i < filled ? glyphs.bar_full : glyphs.bar_empty, i < filled ? bar.style : Style::dim);
@@ -197,7 +199,7 @@ void draw_spread(const Reply& status, const Glyphs& glyphs, int row, Canvas& can
 
 // --- foot -----------------------------------------------------------------------------------------------------------
 
-std::vector<std::string> wrapped(std::string_view text, std::size_t width, std::size_t rows_max) {
+std::vector<std::string> wrapped(std::string_view text, std::size_t width, std::size_t rows_max, std::string_view cut) {
   std::vector<std::string> rows;
   while (!text.empty() && rows.size() < rows_max) {
     std::size_t length = text.size();
@@ -208,6 +210,7 @@ std::vector<std::string> wrapped(std::string_view text, std::size_t width, std::
     rows.emplace_back(text.substr(0, length));
     text.remove_prefix(std::min(text.find_first_not_of(' ', length), text.size()));
   }
+  if (!text.empty() && !rows.empty()) rows.back() += cut;
   return rows;
 }
 
@@ -223,7 +226,7 @@ std::vector<Line> fault_lines(const Reply& reply, const Glyphs& glyphs) {
       const std::string stage = is_present ? fault["stage"].text() : "warning";
       lines.push_back({{" " + std::string(glyphs.bullet) + " " + fault["meaning"].text(), style},
                        {" [" + stage + "] ", style},
-                       {fault_details(fault)}});
+                       {fault_details(fault, reply["status"]["modules"])}});
     }
   }
   if (lines.empty()) lines.push_back({{" no faults", Style::good}});
@@ -239,13 +242,15 @@ std::vector<Line> blocker_lines(const Reply& status) {
   return lines;
 }
 
-std::vector<Line> history_lines(const Reply& status, const Canvas& canvas) {
+std::vector<Line> history_lines(const Reply& status, const Glyphs& glyphs, const Canvas& canvas) {
   std::vector<Line> lines;
   const Reply drive = status["drive"];
   if (drive.is_known()) lines.push_back({{" drive: ", Style::dim}, {drive_text(drive)}});
   const std::string text = status["last_opening"]["text"].text();
   const auto width = static_cast<std::size_t>(std::max(canvas.width() - 2, 10));
-  for (const std::string& row : wrapped(text, width, opening_rows_max)) lines.push_back({{" " + row, Style::strong}});
+  for (const std::string& row : wrapped(text, width, opening_rows_max, glyphs.cut)) {
+    lines.push_back({{" " + row, Style::strong}});
+  }
   return lines;
 }
 
@@ -273,13 +278,19 @@ std::vector<Line> bus_lines(const Reply& status) {
 std::vector<Line> foot_lines(const Reply& reply, const Glyphs& glyphs, const Canvas& canvas) {
   const Reply status = reply["status"];
   std::vector<Line> lines = fault_lines(reply, glyphs);
-  for (auto& more : {blocker_lines(status), history_lines(status, canvas), bus_lines(status)}) {
+  for (auto& more : {blocker_lines(status), history_lines(status, glyphs, canvas), bus_lines(status)}) {
     lines.insert(lines.end(), more.begin(), more.end());
   }
   return lines;
 }
 
 }  // namespace
+
+void put_more(int count, std::string_view things, int row, Canvas& canvas) {
+  const std::string text = " + " + std::to_string(count) + " more " + std::string(things) + " (make the window larger)";
+  canvas.put(row, 0, std::string(static_cast<std::size_t>(canvas.width()), ' '));
+  canvas.put(row, 0, text, Style::warning);
+}
 
 void draw_picture(const Reply& reply, std::string_view notice, const Glyphs& glyphs, Canvas& canvas) {
   if (!reply["status"].is_known()) {
@@ -299,6 +310,7 @@ void draw_picture(const Reply& reply, std::string_view notice, const Glyphs& gly
   // Where there is room to spare, an empty line tells the cells from the rest.
   int row = cells_row + used + (room > used ? 1 : 0);
   for (const Line& line : foot) canvas.put(row++, 0, line);
+  if (row > canvas.height()) put_more(row - canvas.height() + 1, "lines", canvas.height() - 1, canvas);
 }
 
 std::string compact_line(const Reply& reply) {

@@ -113,20 +113,20 @@ int draw_bar_grid(const CellsView& view, const Reply& modules, int width, bool w
                   Canvas& canvas) {
   const int per_line = std::max(canvas.width() / width, 1);
   const int count = static_cast<int>(modules.size());
-  int used = 0;
-  for (int i = 0; i < count; ++i) {
-    const int row = i / per_line;
-    if (row >= rows) break;
-    used = row + 1;
-    draw_bars(view, modules.at(static_cast<std::size_t>(i)), first_row + row, i % per_line * width, with_values,
-              canvas);
+  const int rows_wanted = (count + per_line - 1) / per_line;
+  const bool fits = rows_wanted <= rows;
+  const int shown = fits ? count : std::max(rows - 1, 0) * per_line;
+  for (int i = 0; i < shown; ++i) {
+    draw_bars(view, modules.at(static_cast<std::size_t>(i)), first_row + i / per_line, i % per_line * width,
+              with_values, canvas);
   }
-  const int left = count - used * per_line;
-  if (left > 0 && used > 0) {
-    const std::string more = " +" + std::to_string(left) + " more ";
-    canvas.put(first_row + used - 1, canvas.width() - static_cast<int>(more.size()), more, Style::title);
+  if (fits) return rows_wanted;
+  int cells_left = 0;
+  for (int i = shown; i < count; ++i) {
+    cells_left += static_cast<int>(modules.at(static_cast<std::size_t>(i))["cell_voltage_uV"].size());
   }
-  return used;
+  put_more(cells_left, "cells", first_row + rows - 1, canvas);
+  return rows;
 }
 
 // --- which form

@@ -138,6 +138,16 @@ void add_history(Page& page, const Reply& reply) {
   if (reply["last_opening"].is_known()) page.add_field("Opening", {plain(reply["last_opening"]["text"].text())});
 }
 
+/// The daemon names one module; how many others are silent by now is in their state.
+std::string others_lost(const Reply& modules, std::int64_t named) {
+  int count = 0;
+  for (std::size_t i = 0; i < modules.size(); ++i) {
+    const Reply module = modules.at(i);
+    if (module["node"].number_or(0) != named && !module["is_answering"].is_true()) ++count;
+  }
+  return count == 0 ? "" : " and " + std::to_string(count) + " more";
+}
+
 }  // namespace
 
 std::string drive_text(const Reply& drive) {
@@ -163,9 +173,10 @@ Style style_within(std::optional<std::int64_t> value, const Reply& limits, Unit 
   return Style::normal;
 }
 
-std::string fault_details(const Reply& fault) {
+std::string fault_details(const Reply& fault, const Reply& modules) {
   const Reply seen = fault["confirmed"].is_known() ? fault["confirmed"] : fault["worst_warning"];
   std::string text = seen["element"]["text"].text();
+  if (fault["name"].text() == "module_lost") text += others_lost(modules, seen["element"]["module"].number_or(0));
   // Only rows with a limit judge a number that says something.
   if (fault["threshold_text"].is_known() && seen.is_known()) {
     text += (text.empty() ? "" : ": ") + seen["value_text"].text() + ", limit " + fault["threshold_text"].text();
@@ -278,7 +289,7 @@ Page faults_page(const Reply& reply) {
                     {stage, style},
                     plain(shown(fault["count"], Unit::none)),
                     {fault["reaction"].text(), Style::dim},
-                    plain(fault_details(fault))});
+                    plain(fault_details(fault, reply["status"]["modules"]))});
   }
   Page page;
   page.add_table(rows, {2});

@@ -8,6 +8,7 @@ namespace bmu {
 
 [[nodiscard]] Page status_page(const Reply& reply);
 [[nodiscard]] Page cells_page(const Reply& reply);
+/// Wants the "status" reply as well, under that key.
 [[nodiscard]] Page faults_page(const Reply& reply);
 [[nodiscard]] Page why_page(const Reply& reply);
 [[nodiscard]] Page clear_page(const Reply& reply);
@@ -19,7 +20,8 @@ namespace bmu {
 /// "was closed for 12.0 s: charge used 0.1 Ah, ..."
 [[nodiscard]] std::string drive_text(const Reply& drive);
 [[nodiscard]] Style style_of_phase(std::string_view phase);
-/// "cell 2.7 (no. 19): 2.7512 V, limit 2.8000 V, 3.1 s ago": what was seen when a fault was believed.
-[[nodiscard]] std::string fault_details(const Reply& fault);
+/// "cell 2.7 (no. 19): 2.7512 V, limit 2.8000 V, 3.1 s ago": what was seen when a fault was believed. `modules` are
+/// those of a "status" reply.
+[[nodiscard]] std::string fault_details(const Reply& fault, const Reply& modules);
 
 }  // namespace bmu

@@ -213,7 +213,7 @@ void Watch::check_times() {
 void Watch::draw() {
   if (!screen_) return;
   const WindowSize size = window_size();
-  Canvas canvas(size.width, size.height);
+  Canvas canvas(size.width, size.height, glyphs_.cut);
   draw_picture(Reply(picture_), notice_, glyphs_, canvas);
   // Line by line over the old picture: nothing flickers.
   std::string text = "\033[H";
@@ -226,7 +226,7 @@ void Watch::draw() {
 void Watch::show_last_picture() const {
   if (!has_picture()) return;
   const WindowSize size = window_size();
-  Canvas canvas(size.width, is_terminal_ ? size.height : rows_of_last_picture);
+  Canvas canvas(size.width, is_terminal_ ? size.height : rows_of_last_picture, glyphs_.cut);
   draw_picture(Reply(picture_), notice_, glyphs_, canvas);
   write_out(canvas.text(options_.with_colour));
 }
