@@ -273,6 +273,17 @@ TEST_CASE("a reader that goes away ends bmudump without complaint", "[integratio
   CHECK(content_of(folder.path("err")).empty());
 }
 
+TEST_CASE("tables are printed like frames: a reader may go away, a full disk is told", "[integration][bmudump]") {
+  const Folder folder;
+  const std::string to_true =
+      "bash -c '" + program + " --protocol-doc 2>" + folder.path("err") + " | true; exit ${PIPESTATUS[0]}'";
+  CHECK(WEXITSTATUS(std::system(to_true.c_str())) == 0);  // NOLINT(cert-env33-c,concurrency-mt-unsafe): our own words
+  CHECK(content_of(folder.path("err")).empty());
+  const std::string to_full = program + " --dbc internal >/dev/full 2>" + folder.path("err");
+  CHECK(WEXITSTATUS(std::system(to_full.c_str())) == 1);  // NOLINT(cert-env33-c,concurrency-mt-unsafe): our own words
+  CHECK(content_of(folder.path("err")) == "bmudump: cannot write: No space left on device\n");
+}
+
 TEST_CASE("output that cannot be written and files that cannot be read exit with 1", "[integration][bmudump]") {
   const Run missing = run("-r /nowhere/drive.log");
   CHECK(missing.exit_code == 1);

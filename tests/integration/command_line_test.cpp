@@ -83,4 +83,13 @@ TEST_CASE("a recording in the place of a bus is told how to be read", "[integrat
   }
 }
 
+TEST_CASE("what is no socket of a daemon is told with the reason", "[integration][command_line]") {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "file") << "x";
+  CHECK(run_program({program("bmuctl"), "--socket", folder / "file", "status"}).err ==
+        "bmuctl: no daemon answers at '" + (folder / "file") + "': it is no socket\n");
+  CHECK(run_program({program("bmuctl"), "--socket", "", "status"})
+            .err.starts_with("bmuctl: no daemon answers at '': there is no such socket"));
+}
+
 }  // namespace bmu

@@ -4,6 +4,8 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
+#include <system_error>
 
 #include <poll.h>
 #include <sys/socket.h>
@@ -18,8 +20,10 @@ using std::chrono::steady_clock;
 constexpr std::chrono::milliseconds connect_max{1000};
 
 std::string explained(const std::string& path, int error) {
-  const std::string where = "no daemon answers at " + path + ": ";
+  const std::string where = "no daemon answers at '" + path + "': ";
   if (error == ENOENT) return where + "there is no such socket (is bmud running? another --socket?)";
+  std::error_code ignored;
+  if (error == ECONNREFUSED && !std::filesystem::is_socket(path, ignored)) return where + "it is no socket";
   if (error == ECONNREFUSED) return where + "nobody listens (bmud has ended)";
   if (error == EACCES) return where + "permission denied (be a member of its group, or root)";
   return where + std::strerror(error);
@@ -30,7 +34,8 @@ std::string explained(const std::string& path, int error) {
 Result<Client, std::string> Client::connect(const std::string& path) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
-  if (path.empty() || path.size() >= sizeof(address.sun_path)) return failure(explained(path, ENAMETOOLONG));
+  if (path.empty()) return failure(explained(path, ENOENT));
+  if (path.size() >= sizeof(address.sun_path)) return failure(explained(path, ENAMETOOLONG));
   std::copy(path.begin(), path.end(), address.sun_path);
   OwnedFd socket(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
   if (!socket.is_open()) return failure(explained(path, errno));

@@ -1,5 +1,7 @@
 // bmudump: candump that understands the battery's buses.
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 
 #include "protocol/dbc.hpp"
 #include "tools/bmudump/dump.hpp"
@@ -11,7 +13,9 @@ using namespace bmu::dump;
 
 int print_all(const std::string& text) {
   const bool is_written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
-  return is_written ? exit_ok : exit_system;
+  if (is_written || errno == EPIPE) return exit_ok;
+  std::fprintf(stderr, "bmudump: cannot write: %s\n", std::strerror(errno));
+  return exit_system;
 }
 
 int run(const Options& options) {
@@ -31,12 +35,12 @@ int run(const Options& options) {
         complaint.c_str());
     return exit_usage;
   }
+  catch_stop_signals();
   if (options.wants_protocol_doc) return print_all(protocol_doc(catalogue));
   if (!options.dbc.empty()) {
     return print_all(
         bmu::dbc_text(options.dbc == "internal" ? catalogue.internal() : catalogue.vehicle(), options.nodes));
   }
-  catch_stop_signals();
   Dump dump(options, catalogue, filter);
   return dump.finish(options.files.empty() ? dump_live(options, dump) : dump_files(options, dump));
 }
