@@ -78,8 +78,8 @@ TEST_CASE("a recording in the place of a bus is told how to be read", "[integrat
   for (const std::string& file : {folder / "drive", std::string("no-such.log")}) {
     const Finished finished = run_program({program("bmudump"), file});
     CHECK(finished.status == 2);
-    CHECK(finished.err ==
-          "bmudump: " + file + " is no bus; to read a recording: bmudump -r " + file + " (see bmudump --help)\n");
+    CHECK(finished.err.starts_with("bmudump: " + file + ": this is no bus"));
+    CHECK(finished.err.find("to read a recording: bmudump -r " + file) != std::string::npos);
   }
 }
 

@@ -49,6 +49,7 @@ std::vector<std::string> rows_of(const Json& json, int width, int height) {
   Canvas canvas(width, height, plain_glyphs.cut);
   draw_picture(Reply(json), "", plain_glyphs, canvas);
   std::vector<std::string> rows;
+  rows.reserve(static_cast<std::size_t>(height));
   for (int row = 0; row < height; ++row) rows.push_back(canvas.row_text(row, false));
   return rows;
 }
@@ -86,7 +87,7 @@ TEST_CASE("a window without room for all cells says how many are missing", "[uni
 
 TEST_CASE("pictures of any size can be drawn", "[unit][bmuctl]") {
   for (const int width : {1, 2, 20, 40, 61, 79, 200}) {
-    for (const int height : {1, 2, 9, 10, 17, 50}) CHECK(rows_of(watch_reply(63), width, height).size() > 0);
+    for (const int height : {1, 2, 9, 10, 17, 50}) CHECK_FALSE(rows_of(watch_reply(63), width, height).empty());
   }
 }
 

@@ -157,8 +157,9 @@ void conclude(Options& options, const Words& words) {
   const int inputs = (prints_tables ? 1 : 0) + (options.files.empty() ? 0 : 1) + (options.buses.empty() ? 0 : 1);
   if (inputs == 0) throw CLI::ValidationError("what shall be shown? Wanted is a bus, or a recording with -r FILE");
   if (inputs > 1) throw CLI::ValidationError("a bus, -r and --dbc exclude each other");
-  for (const std::string& bus : options.buses) {
-    if (looks_like_file(bus)) throw CLI::ValidationError(bus + " is no bus; to read a recording: bmudump -r " + bus);
+  const auto file = std::find_if(options.buses.begin(), options.buses.end(), looks_like_file);
+  if (file != options.buses.end()) {
+    throw CLI::ValidationError(*file, "this is no bus; to read a recording: bmudump -r " + *file);
   }
   if (options.seconds && options.buses.empty()) throw CLI::ValidationError("--seconds", "is for live buses only");
 }

@@ -51,7 +51,7 @@ std::string stray_text(const CLI::App& app, const std::string& word) {
 }
 
 std::string text_of(const CLI::App& app, const CLI::ParseError& error) {
-  const std::string text = error.what();
+  std::string text = error.what();
   const bool is_required = dynamic_cast<const CLI::RequiredError*>(&error) != nullptr;
   const bool is_stray = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr;
   const std::vector<std::string> strays = app.remaining(true);
@@ -102,7 +102,7 @@ CLI::Validator one_of(std::vector<std::string> words) {
 
 int report(const CLI::App& app, const CLI::ParseError& error) {
   if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-  const std::string program = app.get_name();
+  const std::string& program = app.get_name();
   std::fprintf(stderr, "%s: %s (see %s --help)\n", program.c_str(), one_line(text_of(app, error)).c_str(),
                program.c_str());
   return exit_usage;
