@@ -1,8 +1,8 @@
 // Whether the contacts do what they were told: auxiliary contacts against commands, each contactor by itself.
 //
 // A contactor has `feedback_timeout` to follow a change of its command. Once it has followed for `settle`, or that time
-// is over, a word against the command is disobedience, which the fault table believes as soon as it has lasted a tick: a
-// main contact that opens by itself and closes again would connect the pack to a link that has lost its charge, past
+// is over, a word against the command is disobedience, which the fault table believes as soon as it has lasted a tick:
+// a main contact that opens by itself and closes again would connect the pack to a link that has lost its charge, past
 // the precharge. Words from before the command say nothing about it.
 #pragma once
 
