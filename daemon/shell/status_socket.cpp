@@ -57,12 +57,17 @@ const sockaddr* plain(const sockaddr_un& address) {
   return reinterpret_cast<const sockaddr*>(&address);
 }
 
-Result<void, OsError> make_directory_for(const std::string& path) {
+/// Any other directory that is missing is more likely a slip of the pen than a wish.
+Result<void, OsError> make_own_directory(const std::string& path, const std::string& own_directory) {
   const std::size_t slash = path.rfind('/');
   if (slash == std::string::npos || slash == 0) return {};
   const std::string directory = path.substr(0, slash);
   struct stat status {};
   if (::stat(directory.c_str(), &status) == 0) return {};
+  if (directory != own_directory) {
+    return failure(os_error("status socket " + path + ": wanted the existing directory " + directory +
+                            " (make it, or name another place with --socket)"));
+  }
   if (::mkdir(directory.c_str(), directory_mode) == 0 || errno == EEXIST) return {};
   return failure(os_error("status socket " + path + ": cannot make the directory " + directory +
                           " (make it, run as a service, or name another place with --socket)"));
@@ -103,7 +108,7 @@ std::string error_line(std::string_view code, std::string_view message) {
 Result<std::unique_ptr<StatusSocket>, OsError> StatusSocket::open(const StatusSocketOptions& options) {
   const auto address = address_of(options.path);
   if (!address) return failure(address.error());
-  if (auto made = make_directory_for(options.path); !made) return failure(made.error());
+  if (auto made = make_own_directory(options.path, options.own_directory); !made) return failure(made.error());
   if (auto removed = remove_stale(options.path, *address); !removed) return failure(removed.error());
 
   OwnedFd listener = make_stream_socket();

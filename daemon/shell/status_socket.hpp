@@ -27,6 +27,7 @@ struct StatusReply {
 
 struct StatusSocketOptions {
   std::string path;
+  std::string own_directory = "/run/bmud";  // made if it is missing; no other is
   std::size_t clients_max = 16;
   std::size_t request_bytes_max = 4096;
   std::size_t unread_bytes_max = std::size_t{1024} * 1024;  // a client that leaves more than this unread is dropped
@@ -37,7 +38,7 @@ class StatusSocket {
   using Answer = std::function<StatusReply(std::string_view request)>;
   using Picture = std::function<std::string()>;
 
-  /// Takes the place of a dead daemon's socket file, never of a living one's. Makes the directory if it may.
+  /// Takes the place of a dead daemon's socket file, never of a living one's. Makes its own directory if need be.
   [[nodiscard]] static Result<std::unique_ptr<StatusSocket>, OsError> open(const StatusSocketOptions& options);
   StatusSocket(const StatusSocket&) = delete;
   StatusSocket& operator=(const StatusSocket&) = delete;

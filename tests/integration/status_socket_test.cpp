@@ -1,6 +1,7 @@
 // The status socket against clients that misbehave, in this very process: no daemon, no threads, no sleeping.
 #include "daemon/shell/status_socket.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <filesystem>
@@ -239,17 +240,29 @@ TEST_CASE("a file that is no socket is never removed", "[integration][status]") 
   CHECK(std::filesystem::file_size(path) == 4);
 }
 
-TEST_CASE("the socket is for owner and group, its folder is made, and it is gone in the end", "[integration][status]") {
+TEST_CASE("the socket is for owner and group, its own folder is made, and it is gone in the end",
+          "[integration][status]") {
   const TemporaryFolder folder;
   const std::string path = folder / "run/bmud.sock";
   {
-    const auto socket = StatusSocket::open({.path = path});
+    const auto socket = StatusSocket::open({.path = path, .own_directory = folder / "run"});
     REQUIRE(socket);
     struct stat status {};
     REQUIRE(::stat(path.c_str(), &status) == 0);
     CHECK((status.st_mode & 07777) == 0660);
   }
   CHECK_FALSE(std::filesystem::exists(path));
+}
+
+TEST_CASE("no folder but its own is made", "[integration][status]") {
+  const TemporaryFolder folder;
+  const auto socket = StatusSocket::open({.path = folder / "slip/bmud.sock", .own_directory = folder / "run"});
+  REQUIRE_FALSE(socket);
+  const std::string text = to_text(socket.error());
+  INFO(text);
+  CHECK(text.find("wanted the existing directory " + (folder / "slip")) != std::string::npos);
+  CHECK(std::count(text.begin(), text.end(), '\n') == 0);
+  CHECK_FALSE(std::filesystem::exists(folder / "slip"));
 }
 
 TEST_CASE("a path too long for a socket is refused with a reason", "[integration][status]") {
