@@ -78,7 +78,8 @@ Result<void, OsError> Loop::init() {
 
 Result<void, OsError> Loop::run() {
   for (const Port port : all_ports) tell_port_state(port, false);
-  decide(true);
+  wake_at_ = now();
+  decide_if_due();
   while (!is_over()) {
     std::array<epoll_event, epoll_events> events{};
     const bool must_not_wait = decide_now_ || parts_.status_socket.has_waiting_requests();
@@ -86,7 +87,7 @@ Result<void, OsError> Loop::run() {
     if (count < 0 && errno != EINTR) {
       const OsError error = os_error("epoll_wait");
       shut_down();
-      decide(false);
+      decide();
       return failure(error);
     }
     ++counters_.wake_ups;
@@ -124,6 +125,11 @@ void Loop::observe(TimePoint at, const ObservedThing& what) {
 
 void Loop::give(Command command) {
   observe(now(), CommandGiven{.command = command});
+}
+
+void Loop::carry_out(Command command) {
+  give(command);
+  decide();
 }
 
 void Loop::read_signals() {
@@ -206,16 +212,20 @@ void Loop::maintain_ports() {
 // --- decisions ------------------------------------------------------------------------------------------------------
 
 void Loop::decide_if_due() {
-  const TimePoint at = now();
-  const bool is_tick = at >= wake_at_;
-  if (is_tick && at - wake_at_ > tick_period) ++counters_.ticks_late;
-  if (is_tick) counters_.latest = std::max(counters_.latest, at - wake_at_);
-  if (is_tick || decide_now_) decide(is_tick);
+  if (decide_now_ || now() >= wake_at_) decide();
+  // Not within decide(): it may be called for a client, and this writes to clients too.
+  if (std::exchange(is_tick_unfinished_, false)) after_tick();
 }
 
-void Loop::decide(bool is_tick) {
+void Loop::decide() {
+  const TimePoint at = now();
+  if (at >= wake_at_) {
+    is_tick_unfinished_ = true;
+    if (at - wake_at_ > tick_period) ++counters_.ticks_late;
+    counters_.latest = std::max(counters_.latest, at - wake_at_);
+  }
   decide_now_ = false;
-  const Decisions decisions = parts_.core.decide(now());
+  const Decisions decisions = parts_.core.decide(at);
   send(decisions);
   for (const Event& event : decisions.events) parts_.journal.log(row_of(event.id).severity, to_text(event));
   wake_at_ = decisions.wake_at;
@@ -226,7 +236,6 @@ void Loop::decide(bool is_tick) {
     is_ready_ = true;
     parts_.notify.ready();
   }
-  if (is_tick) after_tick();
 }
 
 void Loop::send(const Decisions& decisions) {

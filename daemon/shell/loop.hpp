@@ -50,8 +50,8 @@ class Loop {
   /// system refused what a loop cannot do without; the outputs have been commanded open then too.
   [[nodiscard]] Result<void, OsError> run();
 
-  /// An order from a client, taken in at once.
-  void give(Command command);
+  /// An order from a client: taken in and decided on when this returns, so that what it did can be told.
+  void carry_out(Command command);
   [[nodiscard]] const LoopCounters& counters() const { return counters_; }
   [[nodiscard]] const DriveRecord& drive() const { return drive_.record(); }
 
@@ -63,13 +63,14 @@ class Loop {
   };
 
   void observe(TimePoint at, const ObservedThing& what);
+  void give(Command command);
   void read_signals();
   void read_port(Port port);
   void take_frame(Port port, const ReceivedFrame& received);
   void tell_port_state(Port port, bool was_down);
   void maintain_ports();
   void decide_if_due();
-  void decide(bool is_tick);
+  void decide();
   void send(const Decisions& decisions);
   void after_tick();
   void arm_timer();
@@ -94,6 +95,7 @@ class Loop {
   TimePoint told_people_at_{};
   TimePoint shut_down_at_{};
   bool decide_now_ = false;
+  bool is_tick_unfinished_ = false;  // decided; what follows a tick is still to be done
   bool is_ready_ = false;
   bool is_shutting_down_ = false;
   bool is_shut_down_ = false;

@@ -123,7 +123,7 @@ int run_daemon(const PackConfig& pack, const Options& options, Journal& journal)
             .clients_dropped = (*socket)->clients_dropped(),
             .now = monotonic_now()};
   };
-  const StatusRequests requests(make_view, [&] { loop.give(Command::clear_faults); });
+  const StatusRequests requests(make_view, [&] { loop.carry_out(Command::clear_faults); });
   loop.set_answers([&](std::string_view line) { return requests.answer(line); }, [&] { return requests.picture(); });
 
   if (auto ready = loop.init(); !ready) return fail(ready.error());

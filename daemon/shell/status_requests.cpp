@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <utility>
 
 #include "daemon/shell/status_json.hpp"
@@ -84,9 +85,17 @@ StatusReply StatusRequests::answer(std::string_view request) const {
 }
 
 StatusReply StatusRequests::clear() const {
-  Json before = present_faults(view());
+  const Json before = present_faults(view());
   clear_faults_();
-  return {.line = line_of("clear", {{"present_before", std::move(before)}, {"still_present", present_faults(view())}})};
+  const StatusView now = view();
+  const Json after = present_faults(now);
+  Json cleared = Json::array();
+  std::copy_if(before.begin(), before.end(), std::back_inserter(cleared),
+               [&](const Json& name) { return std::find(after.begin(), after.end(), name) == after.end(); });
+  return {.line = line_of("clear", {{"present_before", before},
+                                    {"cleared", std::move(cleared)},
+                                    {"still_present", after},
+                                    {"reasons", staying_faults_json(now)}})};
 }
 
 StatusReply StatusRequests::watch(const Json& request) const {

@@ -15,6 +15,7 @@ class StatusRequests {
   using MakeView = std::function<StatusView()>;
   using ClearFaults = std::function<void()>;
 
+  /// `clear_faults` returns when the command has been decided on: the reply tells what it did.
   StatusRequests(MakeView make_view, ClearFaults clear_faults);
 
   /// One request line in, one reply line out; never throws.

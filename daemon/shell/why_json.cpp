@@ -142,6 +142,17 @@ Texts present_faults(const StatusView& view) {
   return texts;
 }
 
+/// What keeps a fault that a clear command did not end.
+std::string staying_reason(const FaultRow& row, const FaultState& state, const StatusView& view) {
+  const std::string clear = span_text(thresholds_of(row, view.core.config().limits).clear);
+  if (state.good_since != TimePoint{}) {
+    return "its cause has been gone for " + span_text(view.now - state.good_since) + ", wanted " + clear;
+  }
+  const std::string what = state.latest.is_known ? reading_text(row, state.latest) : "";
+  const std::string cause = "its cause is still there" + (what.empty() ? "" : " (" + what + ")");
+  return row.latch == Latch::none ? cause + "; it goes by itself " + clear + " after it" : cause;
+}
+
 Texts incomplete_modules(const StatusView& view) {
   const AgeConfig& ages = view.core.config().ages;
   Texts texts;
@@ -337,6 +348,18 @@ Json opening_json(const StatusView& view) {
             {"text", "Opened " + ago_text(view, opening.at) + ": " + opening_reason(opening) + "."},
             {"steps", std::move(steps)}};
   return json;
+}
+
+Json staying_faults_json(const StatusView& view) {
+  Json rows = Json::array();
+  for (const FaultRow& row : fault_table()) {
+    const FaultState& state = view.core.faults().state(row.id);
+    if (!state.is_present()) continue;
+    const std::string reason = staying_reason(row, state, view);
+    rows.push_back(
+        {{"name", row.name}, {"reason", reason}, {"text", capitalised(text(row.meaning) + ": " + reason) + "."}});
+  }
+  return rows;
 }
 
 Json why_json(const StatusView& view) {

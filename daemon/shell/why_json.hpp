@@ -7,11 +7,13 @@
 
 namespace bmu {
 
-/// {"text":[sentences], "state":{...}, "last_opening":{...}|null, "last_precharge":..., "limits":{...}}; every chain
-/// has "steps", each {"kind":..., "text":..., and its numbers}.
+/// {"text":[sentences], "state":{...}, "last_opening":{...}|null, "limits":{...}}; every chain has "steps", each
+/// {"kind":..., "text":..., and its numbers}.
 [[nodiscard]] Json why_json(const StatusView& view);
 /// The last opening alone, with "text" and "steps"; null if nothing has opened since start.
 [[nodiscard]] Json opening_json(const StatusView& view);
+/// The faults that are present, [{"name":..., "reason":..., "text":...}]: why a clear command did not end them.
+[[nodiscard]] Json staying_faults_json(const StatusView& view);
 
 /// Unit of what caused a limit; none for causes that are not measurements.
 [[nodiscard]] Unit unit_of(LimitCause cause);

@@ -319,6 +319,50 @@ TEST_CASE("a second daemon on the same socket refuses to start, a killed one's p
   CHECK(bench.ask({"status"}).status == 0);
 }
 
+TEST_CASE("a status socket in a folder that is not there is a start-up error of one line", "[integration][daemon]") {
+  Bench bench;
+  bench.socket = bench.folder / "slip/bmud.sock";
+  const Finished refused = run_program(bench.daemon_command());
+  CHECK(refused.status == 71);
+  CHECK(std::count(refused.err.begin(), refused.err.end(), '\n') == 1);
+  CHECK(refused.err.find("wanted the existing directory " + (bench.folder / "slip")) != std::string::npos);
+  CHECK_FALSE(std::filesystem::exists(bench.folder / "slip"));
+}
+
+TEST_CASE("the answer to clear tells what went and what stays, and why", "[integration][daemon]") {
+  Bench bench;
+  bench.start_emulator("0.5 estop 1 pressed\n3 estop 1 released\n");
+  bench.start_daemon();
+  REQUIRE(bench.listener.next(milliseconds(5000)));
+  const auto stage = [&bench] {
+    const nlohmann::json reply = bench.ask_json("faults");
+    for (const nlohmann::json& fault : reply.at("faults")) {
+      if (fault.at("name") == "emergency_stop") return fault.at("stage").get<std::string>();
+    }
+    return std::string();
+  };
+  const auto becomes = [&](const std::string& wanted) {
+    for (int i = 0; i < 200; ++i) {
+      if (stage() == wanted) return true;
+      REQUIRE(bench.listener.next(milliseconds(5000)));
+    }
+    return false;
+  };
+  REQUIRE(becomes("active"));
+  const nlohmann::json early = bench.ask_json("clear");
+  CHECK(early.at("cleared").empty());
+  CHECK(early.at("still_present") == nlohmann::json{"emergency_stop"});
+  REQUIRE(early.at("reasons").size() == 1);
+  CHECK(early.at("reasons").at(0).at("name") == "emergency_stop");
+  CHECK(early.at("reasons").at(0).at("reason") == "its cause is still there");
+
+  REQUIRE(becomes("latched"));
+  const nlohmann::json late = bench.ask_json("clear");
+  CHECK(late.at("cleared") == nlohmann::json{"emergency_stop"});
+  CHECK(late.at("still_present").empty());
+  CHECK(late.at("reasons").empty());
+}
+
 TEST_CASE("an interface that is not there keeps the daemon waiting, not failing", "[integration][daemon]") {
   const Bench bench;
   std::vector<std::string> command = bench.daemon_command();
