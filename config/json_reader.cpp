@@ -25,6 +25,11 @@ std::string plain(std::string text) {
   return text;
 }
 
+bool is_word(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '.' ||
+         c == '+' || c == '-';
+}
+
 /// Builds the tree as the parser reports its parts. The interface, and so the signatures, are the library's.
 class TreeBuilder final : public nlohmann::json_sax<JsonValue> {
  public:
@@ -54,7 +59,8 @@ class TreeBuilder final : public nlohmann::json_sax<JsonValue> {
 
   bool parse_error(std::size_t position, const std::string& /*last_token*/,
                    const nlohmann::detail::exception& error) override {
-    problems_.add({file_, ""}, line_and_column(position) + ": " + reason(error.what()), "JSON, comments allowed");
+    const TextPosition at = position_of(token_start(position, error.what()));
+    problems_.add({file_, ""}, at, "a " + reason(error.what()), "JSON, comments allowed");
     return false;
   }
 
@@ -105,13 +111,24 @@ class TreeBuilder final : public nlohmann::json_sax<JsonValue> {
     return place;
   }
 
-  /// `position` counts the bytes read, the offending one included.
-  [[nodiscard]] std::string line_and_column(std::size_t position) const {
-    const std::string_view before = text_.substr(0, position > 0 ? position - 1 : 0);
-    const auto line = 1 + std::count(before.begin(), before.end(), '\n');
+  /// Where the word or text begins that the parser stopped in; `position` counts the bytes it had read by then.
+  [[nodiscard]] std::size_t token_start(std::size_t position, std::string_view what) const {
+    const std::size_t last = position > 0 ? position - 1 : 0;
+    if (last > 0 && last < text_.size() && text_[last] == '"' && what.find("unexpected string") != what.npos) {
+      const std::size_t quote = text_.rfind('"', last - 1);
+      return quote == std::string_view::npos ? last : quote;
+    }
+    std::size_t start = last;
+    while (start > 0 && start < text_.size() && is_word(text_[start]) && is_word(text_[start - 1])) --start;
+    return start;
+  }
+
+  [[nodiscard]] TextPosition position_of(std::size_t offset) const {
+    const std::string_view before = text_.substr(0, offset);
     const std::size_t line_start = before.rfind('\n');
-    const std::size_t column = before.size() - (line_start == std::string_view::npos ? 0 : line_start + 1) + 1;
-    return "line " + std::to_string(line) + ", column " + std::to_string(column);
+    const std::size_t line_offset = line_start == std::string_view::npos ? 0 : line_start + 1;
+    return {.line = 1 + static_cast<std::size_t>(std::count(before.begin(), before.end(), '\n')),
+            .column = 1 + before.size() - line_offset};
   }
 
   /// The library's words without its exception number and its own count of columns.
@@ -192,6 +209,10 @@ Place Place::at(std::size_t index) const {
 
 void ProblemList::add(const Place& place, std::string found, std::string wanted) {
   problems_.push_back({place.file, place.path, std::move(found), std::move(wanted)});
+}
+
+void ProblemList::add(const Place& file, TextPosition at, std::string found, std::string wanted) {
+  problems_.push_back({file.file, file.path, std::move(found), std::move(wanted), at});
 }
 
 bool ProblemList::is_good(const Place& place) const {

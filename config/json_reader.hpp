@@ -29,6 +29,8 @@ struct Place {
 class ProblemList {
  public:
   void add(const Place& place, std::string found, std::string wanted);
+  /// Of a text that is no JSON.
+  void add(const Place& file, TextPosition at, std::string found, std::string wanted);
 
   [[nodiscard]] bool empty() const { return problems_.empty(); }
   /// Nothing was found wrong at this place or at one that contains it.

@@ -19,30 +19,23 @@ namespace {
 
 constexpr std::size_t file_size_max = std::size_t{1} << 20;
 
-/// The file's bytes. Only regular files: reading a pipe or a device could block for ever or never end.
-std::optional<std::string> read_file(const std::filesystem::path& file, const Place& place, ProblemList& problems) {
-  constexpr const char* wanted = "a readable file of at most 1 MiB";
+constexpr const char* wanted_file = "a readable file of at most 1 MiB";
+
+/// The file's bytes, or what was found instead. Only regular files: a pipe or a device could block for ever or never
+/// end.
+Result<std::string, std::string> read_file(const std::filesystem::path& file) {
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(file, error);
-  if (error || !std::filesystem::is_regular_file(status)) {
-    const bool is_directory = !error && std::filesystem::is_directory(status);
-    const char* other = is_directory ? "a directory" : "something that is no regular file";
-    problems.add(place, error ? error.message() : std::string(other), wanted);
-    return std::nullopt;
-  }
+  if (error) return failure(error.message());
+  if (std::filesystem::is_directory(status)) return failure(std::string("a directory"));
+  if (!std::filesystem::is_regular_file(status)) return failure(std::string("something that is no regular file"));
   errno = 0;
   std::ifstream stream(file, std::ios::binary);
   std::string bytes(file_size_max + 1, '\0');
   stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  if (stream.gcount() == 0 && (!stream.eof() || stream.bad())) {
-    problems.add(place, std::generic_category().message(errno), wanted);
-    return std::nullopt;
-  }
+  if (stream.gcount() == 0 && (!stream.eof() || stream.bad())) return failure(std::generic_category().message(errno));
   bytes.resize(static_cast<std::size_t>(stream.gcount()));
-  if (bytes.size() > file_size_max) {
-    problems.add(place, "more than 1 MiB", wanted);
-    return std::nullopt;
-  }
+  if (bytes.size() > file_size_max) return failure(std::string("more than 1 MiB"));
   return bytes;
 }
 
@@ -150,9 +143,15 @@ CellSource load_cell(const JsonValue& name, const Place& key_place, const std::f
   const auto text = read_value(name, file_name, key_place, problems);
   if (!text) return source;
   const std::filesystem::path file = directory / std::get<std::string>(*text);
+  const auto bytes = read_file(file);
+  if (!bytes) {
+    std::error_code ignored;
+    const std::string looked_at = std::filesystem::absolute(file, ignored).lexically_normal().string();
+    problems.add(key_place, shown(name) + " (" + in_quotes(looked_at) + ": " + bytes.error() + ")",
+                 std::string(wanted_file) + ", named relative to the folder of the pack file");
+    return source;
+  }
   source.place = {file.string(), ""};
-  const auto bytes = read_file(file, source.place, problems);
-  if (!bytes) return source;
   source.bytes = *bytes;
   const auto tree = parse_json(*bytes, source.place.file, problems);
   if (tree) read_cell(*tree, source.place, source.cell, problems);
@@ -297,7 +296,9 @@ void read_pack(const JsonValue& root, const Place& place, PackConfig& pack, Prob
 }  // namespace
 
 std::string to_text(const ConfigProblem& problem) {
-  const std::string where = problem.path.empty() ? problem.file : problem.file + ": " + problem.path;
+  std::string where = problem.file;
+  if (problem.at) where += ":" + std::to_string(problem.at->line) + ":" + std::to_string(problem.at->column);
+  if (!problem.path.empty()) where += ": " + problem.path;
   return where + ": found " + problem.found + ", wanted " + problem.wanted;
 }
 
@@ -322,8 +323,11 @@ Result<PackConfig, ConfigProblems> parse_pack_config(std::string_view text, std:
 Result<PackConfig, ConfigProblems> load_pack_config(const std::filesystem::path& file) {
   ProblemList problems;
   const Place place{file.string(), ""};
-  const auto bytes = read_file(file, place, problems);
-  if (!bytes) return failure(problems.take());
+  const auto bytes = read_file(file);
+  if (!bytes) {
+    problems.add(place, bytes.error(), wanted_file);
+    return failure(problems.take());
+  }
   return parse_pack_config(*bytes, place.file, file.parent_path());
 }
 

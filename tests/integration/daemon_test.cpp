@@ -205,6 +205,10 @@ TEST_CASE("a good pack file is told so, a bad one with every problem, a wrong co
   CHECK(bad.err.find("/nmae") != std::string::npos);
   CHECK(std::count(bad.err.begin(), bad.err.end(), '\n') > 2);
   CHECK(run_program({program("bmud"), "--config", folder / "none.json"}).status == 78);
+  std::ofstream(folder / "broken.json") << "{\n  \"name\": \"x\",\n}";
+  const Finished broken = run_program({program("bmud"), "--config", folder / "broken.json"});
+  CHECK(broken.status == 78);
+  CHECK(broken.err.find((folder / "broken.json") + ":3:1: ") == 0);
 
   const Finished wrong = run_program({program("bmud"), "--no-such-option"});
   CHECK(wrong.status == 2);

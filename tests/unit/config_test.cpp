@@ -208,14 +208,20 @@ TEST_CASE("a whole number may be written with a point or an exponent", "[unit][c
 
 // --- one class of problem each --------------------------------------------------------------------------------------
 
-TEST_CASE("text that is no JSON is refused with line and column", "[unit][config]") {
-  refuses_text("{\n  \"name\": \"x\",\n  oops\n}", "", "line 3, column 3");
-  refuses_text("", "", "line 1, column 1");
+TEST_CASE("text that is no JSON is refused as file:line:column", "[unit][config]") {
+  refuses_text("{\n  \"name\": \"x\",\n  oops\n}", "", "pack.json:3:3: found a syntax error");
+  refuses_text("", "", "pack.json:1:1: ");
   refuses_text("{\"name\": 1e999}", "", "number overflow");
-  refuses_text("{\"name\": NaN}", "", "line 1, column 10");
-  refuses_text("{\"name\": \"\xFF\"}", "", "line 1, column 11");
-  refuses_text("{} {}", "", "line 1, column 4");
-  refuses_text("[]", "", "an object");
+  refuses_text("{\"name\": NaN}", "", "pack.json:1:10: ");
+  refuses_text("{\"name\": \"\xFF\"}", "", "pack.json:1:11: ");
+  refuses_text("{} {}", "", "pack.json:1:4: ");
+  refuses_text("[]", "", "pack.json: found [], wanted an object");
+}
+
+TEST_CASE("the column is where the wrong word begins", "[unit][config]") {
+  refuses_text("{\"name\": 28O0}", "", "pack.json:1:10: ");
+  refuses_text("{\n  \"name\": \"x\"\n  \"buses\": 1}", "", "pack.json:3:3: ");
+  refuses_text("{\n  \"name\": \"x\"\n", "", "pack.json:3:1: ");
 }
 
 TEST_CASE("nesting without end is refused, not followed", "[unit][config]") {
@@ -465,6 +471,8 @@ TEST_CASE("a problem reads as file, path, found and wanted", "[unit][config]") {
         "pack.json: /modules/2/node: found 1, wanted a node number no other module has");
   CHECK(to_text({"pack.json", "", "a directory", "a readable file"}) ==
         "pack.json: found a directory, wanted a readable file");
+  CHECK(to_text({"pack.json", "", "a syntax error", "JSON", TextPosition{14, 24}}) ==
+        "pack.json:14:24: found a syntax error, wanted JSON");
 }
 
 TEST_CASE("what a file holds cannot disturb the terminal that shows its problems", "[unit][config]") {
@@ -496,7 +504,7 @@ TEST_CASE("a file that cannot be read is a problem that names it", "[unit][confi
   refuses_file(directory.path(), "a directory");
   refuses_file("/dev/null", "no regular file");
   refuses_file(directory.write("huge.json", std::string((1U << 20U) + 1, ' ')), "more than 1 MiB");
-  refuses_file(directory.write("empty.json", ""), "line 1, column 1");
+  refuses_file(directory.write("empty.json", ""), "empty.json:1:1: ");
 }
 
 TEST_CASE("problems of a cell file name that file", "[unit][config]") {
@@ -516,15 +524,20 @@ TEST_CASE("problems of a cell file name that file", "[unit][config]") {
 TEST_CASE("a missing or broken cell file is one problem", "[unit][config]") {
   const TemporaryDirectory directory;
   directory.write("broken.json", "{\n\"name\": \n}");
-  for (const auto& [name, words] : {std::pair{"missing.json", "No such file"}, std::pair{"broken.json", "line 3"}}) {
+  const std::string folder = directory.path().string();
+  const auto refuses_cell = [&directory](const std::string& name, const std::string& wanted) {
     Json pack = valid_pack();
     pack["cell"] = name;
     const auto result = parse_pack_config(pack.dump(), "pack.json", directory.path());
     REQUIRE_FALSE(result);
     INFO(all_text(result.error()));
     REQUIRE(result.error().size() == 1);
-    CHECK(to_text(result.error().front()).find(words) != std::string::npos);
-  }
+    CHECK(to_text(result.error().front()).find(wanted) == 0);
+  };
+  refuses_cell("cells/../missing.json", "pack.json: /cell: found \"cells/../missing.json\" (\"" + folder +
+                                            "/missing.json\": No such file or directory), wanted a readable file");
+  refuses_cell(".", "pack.json: /cell: found \".\" (\"" + folder + "/\": a directory), wanted a readable file");
+  refuses_cell("broken.json", folder + "/broken.json:3:1: found a syntax error");
   refuses({{"/cell", ""}}, "/cell", "a text");
   refuses({{"/cell", std::string("a\0b", 3)}}, "/cell", "a text");
 }
