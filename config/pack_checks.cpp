@@ -5,6 +5,7 @@
 #include <string>
 
 #include "config/pack_fields.hpp"
+#include "daemon/core/fault_table.hpp"
 
 namespace bmu {
 namespace {
@@ -85,6 +86,16 @@ Interval interval_of(const Check& check, const LimitRow& row) {
   return {found->interval(check.core()), check.are_good({poll.at("period_ms"), poll.at("temperature_every")})};
 }
 
+/// How long the limit's fault lets the current fall before it opens.
+Duration grace_of(const LimitRow& row) {
+  const auto& faults = fault_table();
+  const auto found = std::find_if(faults.begin(), faults.end(), [&row](const FaultRow& fault) {
+    return fault.limit != nullptr && fault.limit == row.member;
+  });
+  BMU_ASSERT(found != faults.end());
+  return found->grace;
+}
+
 /// The worst case: the value crosses the limit just as its signal is lost, and is confirmed when that is back.
 void check_reaction(const Check& check, const LimitRow& row) {
   const Place confirm_place = check.limit(row, "confirm_ms");
@@ -93,16 +104,19 @@ void check_reaction(const Check& check, const LimitRow& row) {
   if (!interval.is_good || !check.are_good({confirm_place, age_place})) return;
   const Duration age = check.core().ages.*row.age;
   const Duration confirm = (check.core().limits.*row.member).confirm;
-  const std::string budget =
-      ", so that " + std::string(row.key) + " opens the pack within " + ms_text(row.reaction_max);
-  if (age + interval.value > row.reaction_max) {
+  const Duration grace = grace_of(row);
+  const Duration confirmed_max = row.reaction_max - grace;
+  const std::string budget = ", so that " + std::string(row.key) + " opens the pack within " +
+                             ms_text(row.reaction_max) +
+                             (grace > 0ns ? ", its grace of " + ms_text(grace) + " included" : "");
+  if (age + interval.value > confirmed_max) {
     check.problems.add(age_place, digits_of(to_ms(age)),
-                       "at most " + digits_of(to_ms(row.reaction_max - interval.value)) +
-                           " where a sample comes every " + ms_text(interval.value) + budget);
-  } else if (age + confirm > row.reaction_max) {
+                       "at most " + digits_of(to_ms(confirmed_max - interval.value)) + " where a sample comes every " +
+                           ms_text(interval.value) + budget);
+  } else if (age + confirm + tick_allowance > confirmed_max) {
     check.problems.add(confirm_place, digits_of(to_ms(confirm)),
-                       "at most " + digits_of(to_ms(row.reaction_max - age)) + " with " + std::string(row.age_key) +
-                           " " + digits_of(to_ms(age)) + budget);
+                       "at most " + digits_of(to_ms(confirmed_max - age - tick_allowance)) + " with " +
+                           std::string(row.age_key) + " " + digits_of(to_ms(age)) + budget);
   }
 }
 

@@ -107,6 +107,9 @@ constexpr std::array cell_model_table{
         {.key = "temperature_max_dC", .min = -600, .max = 1'500, .meaning = "the maker's absolute maximum"})),
 };
 
+// A bound of ours: above it a slip of a digit is more likely than such a pack.
+constexpr double current_max_mA = 1'500'000;
+
 struct LimitKeys {
   std::string_view warn;
   std::string_view open;
@@ -138,21 +141,27 @@ constexpr std::array<Field<LimitConfig>, 5> limit_table(LimitKeys keys, double m
 }
 constexpr auto voltage_limit_table = limit_table<1'000>(keys_mV, ocv_min_mV, ocv_max_mV, 1'000);
 constexpr auto temperature_limit_table = limit_table<1>(keys_dC, -400, 1'200, 300);
-constexpr auto current_limit_table = limit_table<1>(keys_mA, 10, 2'000'000, 200'000);
+constexpr auto current_limit_table = limit_table<1>(keys_mA, 10, current_max_mA, 200'000);
 constexpr auto mismatch_limit_table = limit_table<1>(keys_mV, 10, 100'000, 50'000);
 
 constexpr std::array current_table{
     required(number<&CurrentLimitConfig::discharge_continuous_mA>(
-        {.key = "discharge_continuous_mA", .min = 1, .max = 2'000'000, .meaning = "out of the pack"})),
-    required(number<&CurrentLimitConfig::charge_continuous_mA>(
-        {.key = "charge_continuous_mA", .min = 1, .max = 2'000'000, .meaning = "into the pack, as a positive number"})),
+        {.key = "discharge_continuous_mA", .min = 1, .max = current_max_mA, .meaning = "out of the pack"})),
+    required(number<&CurrentLimitConfig::charge_continuous_mA>({.key = "charge_continuous_mA",
+                                                                .min = 1,
+                                                                .max = current_max_mA,
+                                                                .meaning = "into the pack, as a positive number"})),
 };
 
 constexpr std::string_view because_module = "so that a silent module opens the pack within 400 ms";
 constexpr std::string_view because_sensor = "so that a silent sensor or unit opens the pack within 300 ms";
 constexpr double module_age_max = static_cast<double>(to_ms(module_silence_max - tick_allowance));
 constexpr double sensor_age_max = static_cast<double>(to_ms(sensor_silence_max - tick_allowance));
-constexpr double temperature_age_max = static_cast<double>(to_ms(temperature_reaction_max));
+constexpr double temperature_age_max =
+    static_cast<double>(to_ms(temperature_reaction_max - temperature_lost_confirm - tick_allowance));
+// The contact's word may be lost once on its way.
+constexpr double feedback_timeout_max =
+    static_cast<double>(to_ms(feedback_reaction_max - internal_bus::pdu_status.period - tick_allowance));
 
 constexpr std::array age_table{
     number<&AgeConfig::cell_voltage>({.key = "cell_voltage_ms",
@@ -160,11 +169,12 @@ constexpr std::array age_table{
                                       .max = module_age_max,
                                       .meaning = "cell voltages",
                                       .because = because_module}),
-    number<&AgeConfig::temperature>({.key = "temperature_ms",
-                                     .min = 50,
-                                     .max = temperature_age_max,
-                                     .meaning = "cell temperatures",
-                                     .because = "so that heat opens the pack within 950 ms"}),
+    number<&AgeConfig::temperature>(
+        {.key = "temperature_ms",
+         .min = 50,
+         .max = temperature_age_max,
+         .meaning = "cell temperatures",
+         .because = "so that a temperature that is no longer told opens the pack within 950 ms"}),
     number<&AgeConfig::module_status>({.key = "module_status_ms",
                                        .min = 50,
                                        .max = module_age_max,
@@ -198,8 +208,10 @@ constexpr std::array contactor_table{
         {.key = "settle_ms", .min = 20, .max = 1'000, .meaning = "after one contactor, before the next"}),
     number<&ContactorConfig::feedback_timeout>({.key = "feedback_timeout_ms",
                                                 .min = 50,
-                                                .max = 1'000,
-                                                .meaning = "until the auxiliary contact must have followed"}),
+                                                .max = feedback_timeout_max,
+                                                .meaning = "until the auxiliary contact must have followed",
+                                                .because = "so that a contact that does not follow opens the pack "
+                                                           "within 500 ms"}),
     number<&ContactorConfig::precharge_timeout>(
         {.key = "precharge_timeout_ms", .min = 100, .max = 30'000, .meaning = "until the link must have followed"}),
     number<&ContactorConfig::precharge_done_permille>(
@@ -209,7 +221,11 @@ constexpr std::array contactor_table{
          .meaning = "link voltage, as a share of the pack voltage",
          .because = "as below that the main contactor would close into a surge, and above 1000 never"}),
     number<&ContactorConfig::precharge_current_max_mA>(
-        {.key = "precharge_current_max_mA", .min = 1, .max = 100'000, .meaning = "and the current has fallen to this"}),
+        {.key = "precharge_current_max_mA",
+         .min = 1,
+         .max = 5'000,
+         .meaning = "and the current has fallen to this",
+         .because = "as more than that is a load or a short behind the resistor"}),
 };
 
 constexpr std::array sensor_table{
@@ -222,7 +238,7 @@ constexpr std::array sensor_table{
 constexpr std::array soc_table{
     number<&SocConfig::rest_current_mA>({.key = "rest_current_mA",
                                          .min = 1,
-                                         .max = 100'000,
+                                         .max = 5'000,
                                          .meaning = "below this, with the contactors open, the pack rests"}),
     number<&SocConfig::rest>(
         {.key = "rest_ms", .min = 100, .max = 86'400'000, .meaning = "for how long before its voltage is believed"}),

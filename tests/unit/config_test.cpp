@@ -12,6 +12,8 @@
 #include <nlohmann/json.hpp>
 
 #include "config/pack_config.hpp"
+#include "config/pack_fields.hpp"
+#include "daemon/core/fault_table.hpp"
 #include "tests/support/catch.hpp"
 
 namespace bmu {
@@ -150,7 +152,7 @@ TEST_CASE("values arrive in the units of the core", "[unit][config]") {
   CHECK(pack.core.modules[2].temperature_sensor_count == 4);
   CHECK(pack.core.limits.cell_overvoltage.open == 4'230'000);
   CHECK(pack.core.limits.cell_overvoltage.hysteresis == 20'000);
-  CHECK(pack.core.limits.cell_overvoltage.confirm == 150ms);
+  CHECK(pack.core.limits.cell_overvoltage.confirm == 140ms);
   CHECK(pack.core.limits.cell_undertemperature.open == -100);
   CHECK(pack.core.limits.discharge_overcurrent.open == 90'000);
   CHECK(pack.core.limits.pack_voltage_mismatch.open == 4'000);
@@ -368,22 +370,58 @@ TEST_CASE("ages leave room for one lost answer and for safety's reaction", "[uni
 
 TEST_CASE("ages of temperatures follow how often they are asked for", "[unit][config][FS_1]") {
   refuses({{"/poll/temperature_every", 2}}, "/ages/temperature_ms", "at least 450");
-  const std::vector<Change> every_second{{"/poll/temperature_every", 2}, {"/ages/temperature_ms", 450}};
-  accepts(every_second);
-  // Every fourth poll there is a sample each 400 ms: no age can both be met by that and react in 950 ms.
-  refuses({{"/poll/temperature_every", 4}, {"/ages/temperature_ms", 850}}, "/ages/temperature_ms", "at most 550");
+  accepts({{"/poll/temperature_every", 2},
+           {"/ages/temperature_ms", 450},
+           {"/limits/cell_overtemperature/confirm_ms", 490},
+           {"/limits/cell_undertemperature/confirm_ms", 240}});
+  // Every third poll there is a sample each 300 ms: no age can both be met by that and let cold open in 950 ms.
+  refuses(
+      {{"/poll/temperature_every", 3}, {"/ages/temperature_ms", 650}, {"/limits/cell_overtemperature/confirm_ms", 290}},
+      "/ages/temperature_ms", "at most 400 where a sample comes every 300 ms");
+}
+
+TEST_CASE("a temperature that is no longer told opens the pack in time", "[unit][config][FS_1]") {
+  CHECK(row_of(FaultId::temperature_not_measured).confirm == temperature_lost_confirm);
+  accepts({{"/ages/temperature_ms", 590},
+           {"/limits/cell_overtemperature/confirm_ms", 350},
+           {"/limits/cell_undertemperature/confirm_ms", 100}});
+  refuses({{"/ages/temperature_ms", 791}}, "/ages/temperature_ms", "from 50 to 790");
 }
 
 TEST_CASE("confirming takes no longer than the reaction allows", "[unit][config][FS_2]") {
-  accepts({{"/limits/cell_overvoltage/confirm_ms", 150}});
-  refuses({{"/limits/cell_overvoltage/confirm_ms", 151}}, "/limits/cell_overvoltage/confirm_ms", "at most 150");
-  accepts({{"/limits/cell_overtemperature/confirm_ms", 600}});
-  refuses({{"/limits/cell_overtemperature/confirm_ms", 601}}, "/limits/cell_overtemperature/confirm_ms", "at most 600");
-  accepts({{"/limits/charge_overcurrent/confirm_ms", 250}});
-  refuses({{"/limits/charge_overcurrent/confirm_ms", 251}}, "/limits/charge_overcurrent/confirm_ms", "at most 250");
-  accepts({{"/limits/pack_voltage_mismatch/confirm_ms", 750}});
-  refuses({{"/limits/pack_voltage_mismatch/confirm_ms", 751}}, "/limits/pack_voltage_mismatch/confirm_ms",
-          "at most 750");
+  accepts({{"/limits/cell_overvoltage/confirm_ms", 140}});
+  refuses(
+      {{"/limits/cell_overvoltage/confirm_ms", 141}}, "/limits/cell_overvoltage/confirm_ms",
+      "found 141, wanted at most 140 with cell_voltage_ms 300, so that cell_overvoltage opens the pack within 450 ms");
+  accepts({{"/limits/cell_overtemperature/confirm_ms", 590}});
+  refuses({{"/limits/cell_overtemperature/confirm_ms", 591}}, "/limits/cell_overtemperature/confirm_ms", "at most 590");
+  accepts({{"/limits/charge_overcurrent/confirm_ms", 240}});
+  refuses({{"/limits/charge_overcurrent/confirm_ms", 241}}, "/limits/charge_overcurrent/confirm_ms", "at most 240");
+  accepts({{"/limits/pack_voltage_mismatch/confirm_ms", 740}});
+  refuses({{"/limits/pack_voltage_mismatch/confirm_ms", 741}}, "/limits/pack_voltage_mismatch/confirm_ms",
+          "at most 740");
+}
+
+TEST_CASE("a limit that lets the current fall first has that much less to confirm", "[unit][config][FS_2]") {
+  REQUIRE(row_of(FaultId::cell_undertemperature).grace == 250ms);
+  accepts({{"/limits/cell_undertemperature/confirm_ms", 340}});
+  refuses(
+      {{"/limits/cell_undertemperature/confirm_ms", 341}}, "/limits/cell_undertemperature/confirm_ms",
+      "at most 340 with temperature_ms 350, so that cell_undertemperature opens the pack within 950 ms, its grace of "
+      "250 ms included");
+}
+
+TEST_CASE("what no pack needs is refused", "[unit][config]") {
+  accepts({{"/contactors/precharge_current_max_mA", 5'000}});
+  refuses({{"/contactors/precharge_current_max_mA", 100'000}}, "/contactors/precharge_current_max_mA",
+          "found 100000, wanted a whole number from 1 to 5000, as more than that is a load or a short");
+  accepts({{"/contactors/feedback_timeout_ms", 440}});
+  refuses({{"/contactors/feedback_timeout_ms", 441}}, "/contactors/feedback_timeout_ms", "within 500 ms");
+  accepts({{"/limits/discharge_overcurrent/open_mA", 1'500'000}});
+  refuses({{"/limits/discharge_overcurrent/open_mA", 2'000'000}}, "/limits/discharge_overcurrent/open_mA",
+          "from 10 to 1500000");
+  refuses({{"/current/discharge_continuous_mA", 1'500'001}}, "/current/discharge_continuous_mA", "from 1 to 1500000");
+  refuses({{"/soc/rest_current_mA", 5'001}}, "/soc/rest_current_mA", "from 1 to 5000");
 }
 
 TEST_CASE("precharge may last longer than a contactor needs to settle", "[unit][config]") {
