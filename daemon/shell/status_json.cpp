@@ -240,9 +240,7 @@ Json most_rejected_json(const ReceiveCheck& check) {
   Json json = Json::array();
   for (const auto& [count, id] : ids) {
     const MessageMatch match = internal_bus::catalogue.find(id);
-    std::array<char, 8> hex{};
-    std::snprintf(hex.data(), hex.size(), "%03X", id);
-    json.push_back({{"id", hex.data()},
+    json.push_back({{"id", id_text(id)},
                     {"message", match.message != nullptr ? Json(match.message->name) : Json(nullptr)},
                     {"node", match.node},
                     {"count", count}});

@@ -1,6 +1,9 @@
 // What there is to tell about a running daemon: everything the status texts may look at, at one instant.
 #pragma once
 
+#include <array>
+#include <cstdint>
+#include <cstdio>
 #include <string>
 #include <string_view>
 
@@ -50,6 +53,13 @@ struct StatusView {
           {"number", element.number},
           {"pack_number", element.pack_number},
           {"text", element_text(element, unit)}};
+}
+
+/// "03F": an identifier as on a candump line.
+[[nodiscard]] inline std::string id_text(std::uint32_t id) {
+  std::array<char, 12> hex{};
+  std::snprintf(hex.data(), hex.size(), "%03X", id);
+  return hex.data();
 }
 
 /// "value" and "uV" make "value_uV": one grep finds a quantity from the code to the screen.

@@ -51,8 +51,26 @@ bool has_limit(const FaultRow& row) {
   return row.limit != nullptr;
 }
 
+/// "040 CONTACTOR_COMMAND, 083 COMMAND": under which identifiers somebody else has sent what only the master may.
+std::string foreign_frames(const StatusView& view) {
+  constexpr std::size_t shown_max = 5;
+  Texts ids;
+  for (const MessageSpec* message : internal_bus::catalogue.messages()) {
+    if (message->sender != Sender::bmu) continue;
+    for (std::uint32_t node = message->node_min; node <= message->node_max; ++node) {
+      const std::uint32_t id = message->base_id + node;
+      if (view.core.receive_check().rejected_under(id) > 0) ids.push_back(id_text(id) + " " + text(message->name));
+    }
+  }
+  if (ids.size() <= shown_max) return joined(ids);
+  const std::string more = " and " + std::to_string(ids.size() - shown_max) + " more";
+  ids.resize(shown_max);
+  return joined(ids) + more;
+}
+
 /// "cell 2.7 (no. 19): 2.8512 V", "module 3", or what the row says when there is nothing to point at.
-std::string reading_text(const FaultRow& row, const Reading& reading) {
+std::string reading_text(const FaultRow& row, const Reading& reading, const StatusView& view) {
+  if (row.id == FaultId::foreign_master) return foreign_frames(view);
   std::string place = element_text(reading.element, row.unit);
   if (!has_limit(row)) return place;
   const std::string value = value_text(row.unit, reading.value);
@@ -63,7 +81,7 @@ std::string reading_text(const FaultRow& row, const Reading& reading) {
 
 Json signal_step(const OpeningRecord& opening, const FaultRow& row, const StatusView& view) {
   const Reading& reading = opening.reading;
-  const std::string what = reading_text(row, reading);
+  const std::string what = reading_text(row, reading, view);
   const std::string age = span_text(opening.at - reading.taken_at) + " before opening";
   Json json = step("signal", text(row.meaning) + (what.empty() ? "" : ": " + what) + ", seen " + age);
   if (has_limit(row)) json[key_with_unit("value", row.unit)] = reading.value;
@@ -104,8 +122,8 @@ Json decision_step(const OpeningRecord& opening, const StatusView& view) {
 }
 
 /// "cell 2.7 (no. 19): 2.8512 V, limit 2.9000 V, beyond it for 0.21 s; sample taken 8 ms before."
-std::string fault_sentence(const OpeningRecord& opening, const FaultRow& row) {
-  const std::string what = reading_text(row, opening.reading);
+std::string fault_sentence(const OpeningRecord& opening, const FaultRow& row, const StatusView& view) {
+  const std::string what = reading_text(row, opening.reading, view);
   std::string sentence = text(row.meaning) + (what.empty() ? "" : ": " + what);
   if (has_limit(row)) {
     sentence += ", limit " + value_text(row.unit, opening.threshold) + ", beyond it for " +
@@ -115,10 +133,10 @@ std::string fault_sentence(const OpeningRecord& opening, const FaultRow& row) {
   return sentence + "; sample taken " + span_text(opening.at - opening.reading.taken_at) + " before";
 }
 
-std::string opening_reason(const OpeningRecord& opening) {
+std::string opening_reason(const OpeningRecord& opening, const StatusView& view) {
   switch (opening.cause) {
     case OpeningCause::none: return "nothing";
-    case OpeningCause::fault: return fault_sentence(opening, row_of(opening.fault));
+    case OpeningCause::fault: return fault_sentence(opening, row_of(opening.fault), view);
     case OpeningCause::request_over: return "nobody asks for a closed pack any more (vehicle off, no charger)";
     case OpeningCause::shut_down: return "the daemon was told to end";
     case OpeningCause::permission: return "permission was withdrawn: " + text(to_text(opening.blocker));
@@ -134,7 +152,7 @@ Texts present_faults(const StatusView& view) {
   for (const FaultRow& row : fault_table()) {
     const FaultState& state = view.core.faults().state(row.id);
     if (!state.is_present() || row.reaction == Reaction::warn) continue;
-    const std::string what = reading_text(row, state.confirmed);
+    const std::string what = reading_text(row, state.confirmed, view);
     std::string line = text(row.meaning) + (what.empty() ? "" : " (" + what + ")");
     if (state.stage == FaultStage::latched) line += ", cause gone, waiting for `bmuctl clear`";
     texts.push_back(line);
@@ -148,7 +166,7 @@ std::string staying_reason(const FaultRow& row, const FaultState& state, const S
   if (state.good_since != TimePoint{}) {
     return "its cause has been gone for " + span_text(view.now - state.good_since) + ", wanted " + clear;
   }
-  const std::string what = state.latest.is_known ? reading_text(row, state.latest) : "";
+  const std::string what = state.latest.is_known ? reading_text(row, state.latest, view) : "";
   const std::string cause = "its cause is still there" + (what.empty() ? "" : " (" + what + ")");
   return row.latch == Latch::none ? cause + "; it goes by itself " + clear + " after it" : cause;
 }
@@ -336,7 +354,7 @@ Json opening_json(const StatusView& view) {
     if (has_limit(row)) steps.push_back(limit_step(opening, row));
     steps.push_back(fault_step(opening, row, view));
   } else {
-    steps.push_back(step("cause", opening_reason(opening)));
+    steps.push_back(step("cause", opening_reason(opening, view)));
   }
   steps.push_back(decision_step(opening, view));
   Json json{{"cause", to_text(opening.cause)},
@@ -344,8 +362,8 @@ Json opening_json(const StatusView& view) {
             {"from", to_text(opening.from)},
             {"current_mA", opening.current_mA},
             {"fault", opening.cause == OpeningCause::fault ? Json(row_of(opening.fault).name) : Json(nullptr)},
-            {"reason", opening_reason(opening)},
-            {"text", "Opened " + ago_text(view, opening.at) + ": " + opening_reason(opening) + "."},
+            {"reason", opening_reason(opening, view)},
+            {"text", "Opened " + ago_text(view, opening.at) + ": " + opening_reason(opening, view) + "."},
             {"steps", std::move(steps)}};
   return json;
 }

@@ -367,6 +367,29 @@ TEST_CASE("the answer to clear tells what went and what stays, and why", "[integ
   CHECK(late.at("reasons").empty());
 }
 
+TEST_CASE("a second master is named by the identifier it used, a node of nobody is counted, others are not seen",
+          "[integration][daemon]") {
+  Bench bench;
+  bench.start_daemon();
+  REQUIRE(bench.listener.next(milliseconds(5000)));
+  auto port = open_bus(bench.bus, {.receive_ids = {internal_bus::contactor_command.base_id}});
+  REQUIRE(port);
+  CanFrame unconfigured{.id = internal_bus::ident.base_id + 63, .length = 8};
+  seal(internal_bus::ident, 0, unconfigured);
+  REQUIRE((*port)->send(contactor_command_frame({}, 77)));
+  REQUIRE((*port)->send(unconfigured));
+  REQUIRE((*port)->send({.id = 0x7F0, .length = 8}));
+  REQUIRE(bench.listener.next(milliseconds(1000)));
+  REQUIRE(bench.listener.next(milliseconds(1000)));
+  const nlohmann::json receive = bench.ask_json("status").at("receive");
+  CHECK(receive.at("rejected") == 2);
+  CHECK(receive.at("rejected_by_reason").at("foreign master") == 1);
+  CHECK(receive.at("rejected_by_reason").at("not configured") == 1);
+  CHECK(receive.at("most_rejected").size() == 2);
+  const Finished why = bench.ask({"why"});
+  CHECK(why.out.find("only the master may send (040 CONTACTOR_COMMAND)") != std::string::npos);
+}
+
 TEST_CASE("an interface that is not there keeps the daemon waiting, not failing", "[integration][daemon]") {
   const Bench bench;
   std::vector<std::string> command = bench.daemon_command();
