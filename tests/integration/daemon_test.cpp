@@ -217,7 +217,7 @@ TEST_CASE("a good pack file is told so, a bad one with every problem, a wrong co
 }
 
 TEST_CASE("a drive: the pack closes, a cell sags, it opens and says which cell, value and limit",
-          "[integration][daemon]") {
+          "[integration][daemon][RR_6]") {
   Bench bench;
   bench.start_emulator("1 vehicle on\n2.5 cell 2.7 voltage_mV ..2500 over 0.3\n");
   bench.start_daemon();
@@ -227,6 +227,9 @@ TEST_CASE("a drive: the pack closes, a cell sags, it opens and says which cell, 
   CHECK(closed.at("last_precharge").at("was_successful") == true);
   CHECK(closed.at("modules_answering") == 4);
   CHECK(closed.at("limits").at("discharge").at("limit_mA") > 0);
+  CHECK(closed.at("values").at("pack_voltage_mV") > 150'000);
+  CHECK(closed.at("values").at("current_mA").is_number());
+  CHECK(closed.at("values").at("cell_temperature").at("max_dC") == 250);
 
   REQUIRE(bench.listener.hears(is_open, milliseconds(8000)));
   const nlohmann::json why = bench.ask_json("why");
@@ -238,6 +241,16 @@ TEST_CASE("a drive: the pack closes, a cell sags, it opens and says which cell, 
   const Finished text = bench.ask({"why"});
   CHECK(text.status == 0);
   CHECK(text.out.find("cell 2.7 (no. 19)") != std::string::npos);
+}
+
+TEST_CASE("either emergency stop opens a closed pack", "[integration][daemon][RR_2]") {
+  const std::string number = GENERATE("1", "2");
+  Bench bench;
+  bench.start_emulator("1 vehicle on\n5 estop " + number + " pressed\n");
+  bench.start_daemon();
+  REQUIRE(bench.listener.hears(is_closed, milliseconds(8000)));
+  REQUIRE(bench.listener.hears(is_open, milliseconds(8000)));
+  CHECK(bench.ask_json("status").at("last_opening").at("fault") == "emergency_stop");
 }
 
 TEST_CASE("SIGTERM opens a closed pack, and the daemon ends with 0", "[integration][daemon][F63]") {
