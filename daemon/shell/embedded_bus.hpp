@@ -1,4 +1,5 @@
-// The embedded bus, `unix:NAME`: a broadcast bus between processes of this machine, for where the kernel has no CAN.
+// The embedded bus, `unix:NAME`: what one process of this machine sends, all others get. It serves where CAN is not to
+// be had.
 //
 // There is no server. The frames travel through a file in shared memory (embedded_ring.hpp), and each participant has a
 // datagram socket whose name says which of the 32 numbers it owns: binding it is exclusive, and the kernel releases it

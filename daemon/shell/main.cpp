@@ -153,7 +153,7 @@ int check_or_run(const Options& options) {
 
 int parse_and_run(int argc, char** argv) {
   Options options;
-  CLI::App app("Master of a distributed battery management system.", "bmud");
+  CLI::App app("Watches over a battery pack: polls its modules, switches its contactors, says why.", "bmud");
   add_options(app, options);
   try {
     app.parse(argc, argv);
