@@ -1,7 +1,7 @@
 // A pack is one JSON file. Text goes in; a whole, valid configuration comes out, or every problem at once.
 //
-// Comments (// and /* */) may stand anywhere, a key nobody knows is a problem, and a key that is a quantity ends with its
-// unit. A cell type is a file of its own (config/cells/), named relative to the pack file, or an object in place.
+// Comments (// and /* */) may stand anywhere, a key nobody knows is a problem, and a key that is a quantity ends with
+// its unit. A cell type is a file of its own (config/cells/), named relative to the pack file, or an object in place.
 // docs/configuration.md lists every key with unit, range and default.
 #pragma once
 
