@@ -372,12 +372,14 @@ TEST_CASE("the answer to clear tells what went and what stays, and why", "[integ
   REQUIRE(early.at("reasons").size() == 1);
   CHECK(early.at("reasons").at(0).at("name") == "emergency_stop");
   CHECK(early.at("reasons").at(0).at("reason") == "its cause is still there");
+  CHECK(bench.ask({"clear"}).out.starts_with("Still present: emergency_stop. "));
 
   REQUIRE(becomes("latched"));
   const nlohmann::json late = bench.ask_json("clear");
   CHECK(late.at("cleared") == nlohmann::json{"emergency_stop"});
   CHECK(late.at("still_present").empty());
   CHECK(late.at("reasons").empty());
+  CHECK(bench.ask({"clear"}).out == "There was nothing to clear.\n");
 }
 
 TEST_CASE("a second master is named by the identifier it used, a node of nobody is counted, others are not seen",

@@ -148,6 +148,14 @@ std::string others_lost(const Reply& modules, std::int64_t named) {
   return count == 0 ? "" : " and " + std::to_string(count) + " more";
 }
 
+/// Why the clear command left this fault; "" if the daemon gives no reason.
+std::string reason_text(const std::string& fault, const Reply& reasons) {
+  for (std::size_t i = 0; i < reasons.size(); ++i) {
+    if (reasons.at(i)["name"].text() == fault) return reasons.at(i)["text"].text();
+  }
+  return "";
+}
+
 }  // namespace
 
 std::string drive_text(const Reply& drive) {
@@ -312,11 +320,14 @@ Page why_page(const Reply& reply) {
 
 Page clear_page(const Reply& reply) {
   Page page;
-  const std::string before = shown_list(reply["present_before"]);
-  const std::string still = shown_list(reply["still_present"]);
-  if (before.empty()) page.add({plain("There was nothing to clear.")});
-  if (!before.empty() && still.empty()) page.add({{"Cleared: " + before + ".", Style::good}});
-  if (!still.empty()) page.add({{"Still present, its cause is not gone: " + still + ".", Style::warning}});
+  const std::string cleared = shown_list(reply["cleared"]);
+  const Reply still = reply["still_present"];
+  if (cleared.empty() && still.size() == 0) page.add({plain("There was nothing to clear.")});
+  if (!cleared.empty()) page.add({{"Cleared: " + cleared + ".", Style::good}});
+  for (std::size_t i = 0; i < still.size(); ++i) {
+    const std::string name = still.at(i).text();
+    page.add({{"Still present: " + name + ".", Style::warning}, plain(" " + reason_text(name, reply["reasons"]))});
+  }
   return page;
 }
 
