@@ -3,13 +3,13 @@
 // microcontroller: no I/O, clock, heap, thread or exception (about 13 kB of state, nearly all of it the receive check).
 //
 //   observe(frame, now)          at once, for every frame on the bus. Asleep, any frame wakes.
-//   tick(now, measurements)      every 1 ms or so: samples by its own schedule (cells 10 ms, protection 100 ms,
-//                                temperatures 500 ms, balancing switches 1 s) and returns what is to be sent now, in
+//   tick(now, measurements)      every 1 ms or so. A second holds 100 samples of the cells, 10 protection checks,
+//                                2 samples of temperatures, 1 balancing setting. Returns what is to be sent now, in
 //                                order. Measurements are looked at only when `is_sample_due(now)`.
 //
 // An answer starts with the first tick after its POLL and goes on at one frame per `frame_spacing`; the voltages in it
-// are one snapshot taken when the POLL arrived, the age in STATUS is that at transmission. A POLL that is addressed to
-// this module ends an answer still under way, even if it asks for nothing.
+// are one snapshot taken when the POLL arrived, the age in STATUS is that at transmission. The next POLL for this
+// module cancels what has not been sent, even if it wants nothing.
 //
 // Here now: answering, commands, limits, commanded balancing, normal and sleep mode on external supply.
 // Not here yet: the change to module supply, autonomous mode, counting imbalance (each has its place: STATUS says

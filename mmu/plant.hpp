@@ -1,5 +1,5 @@
-// The electrical and thermal pack behind the emulated devices: cells, balancing resistors, contactors, precharge
-// resistor, link capacitor, load, charger. What the sensors would see if they were perfect.
+// Physics for the emulated devices, as perfect sensors would read it: cells, balancing resistors, contactors,
+// precharge resistor, link capacitor, load, charger.
 //
 //      cells        main_positive (closed: path resistance)
 //    +--||||--+-----o/ o-----------------+----------+--------+---------+

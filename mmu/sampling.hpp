@@ -1,5 +1,5 @@
-// The cell voltages of a module as its unit knows them: the latest single sample, and the average of the last complete
-// ten, which is what the protection looks at and what is sent unless a POLL asks for simultaneous values.
+// What a unit knows of its module's cell voltages: the newest sample alone, for a POLL that asks for simultaneous
+// values, and the mean of ten samples, the newest full block, for every other POLL and for the protection.
 //
 //   10 ms   |s s s s s s s s s s|s s s s s s s s s s|s s s ...
 //   100 ms             average of these ^

@@ -1,5 +1,5 @@
-// Everything on the internal bus except the master, in virtual time: the module units, the power distribution unit, the
-// current sensor, the pack behind them, and a script that makes things happen.
+// The master's partners on the internal bus, living in the caller's time: module units, current sensor and power
+// distribution unit, with the pack they measure and switch, and a script for it all.
 //
 //   Simulator simulator(simulator_config(pack.core), *parse_scenario(text), start);
 //   simulator.observe(frame, now);                         a frame of the master, at its time

@@ -23,7 +23,7 @@ struct UnitSpec {
 /// One row a unit, in the order of the enumerators.
 inline constexpr std::array<UnitSpec, 13> unit_table{{
     {"", "", 1, 0},
-    {"uV", "V", 100, 4},  // the wire step is 0.1 mV
+    {"uV", "V", 100, 4},  // on the bus: 0.1 mV
     {"mV", "V", 1, 3},
     {"mA", "A", 1, 3},
     {"dC", "C", 1, 1},

@@ -21,7 +21,7 @@ using namespace bmu;
 constexpr std::uint8_t module_count = 8;
 constexpr std::int64_t step_us = 10'000;
 
-/// Our own generator: the standard distributions differ between libraries.
+/// Same numbers from every standard library, unlike its distributions.
 class Random {
  public:
   std::int64_t between(std::int64_t low, std::int64_t high) {

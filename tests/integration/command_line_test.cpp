@@ -1,5 +1,5 @@
-// What the programs say about a wrong command line: one line with the program's name, what was found and what was
-// wanted, and exit code 2, in all of them alike.
+// All programs answer a wrong command line alike: a single line that begins with their name and tells the mistake and
+// what would be right; exit code 2.
 #include <algorithm>
 #include <fstream>
 #include <string>

@@ -19,7 +19,7 @@ the machine did not get as far as ending SCRIPT. Files that SCRIPT leaves in $RI
 
   --limit SECONDS      boot included; booting takes 5 to 10 s on an idle machine
   --module "NAME ARG"  loads one more kernel module, with arguments if wanted; may be repeated
-  --can-bus            adds two emulated CAN controllers on one bus: can0 and can1, with a real driver
+  --can-bus            can0 and can1: emulated controllers under a real driver, wired to each other
   --memory MB          the guest's memory (default 1024)
   --verbose            shows the whole console, the kernel's part too
 

@@ -246,7 +246,7 @@ inline std::vector<WorkedFrame> vehicle_worked_frames() {
   };
 }
 
-/// Our own generator: the standard distributions differ between libraries.
+/// Same numbers from every standard library, unlike its distributions.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed) {}

@@ -26,7 +26,7 @@ using Ids = std::vector<std::uint32_t>;
 
 // --- answering ------------------------------------------------------------------------------------------------------
 
-TEST_CASE("a module answers in the order STATUS, CELLS, TEMP, MODULE, IDENT, beginning within 2 ms",
+TEST_CASE("STATUS follows its POLL within 2 ms, then come CELLS, TEMP, MODULE and IDENT in turn",
           "[unit][mmu][MMU_1][MMU_6]") {
   MmuBench bench;
   bench.settle();
@@ -97,7 +97,7 @@ TEST_CASE("a POLL to another module is not answered, but shows that the master l
   CHECK(bench.mmu.balancing_cells() == cell_bit(0));
 }
 
-TEST_CASE("a new POLL ends an answer still under way", "[unit][mmu]") {
+TEST_CASE("a POLL amid an answer cuts off the rest", "[unit][mmu]") {
   MmuBench bench({.node = 3, .frame_spacing = 1ms});
   bench.settle();
   bench.poll(want_all);
@@ -145,7 +145,7 @@ TEST_CASE("a damaged or repeated POLL is not answered", "[unit][mmu]") {
   CHECK(bench.mmu.receive_counts().rejected_total() == 1);
 }
 
-TEST_CASE("with SYNC the voltages are the latest sample, without it the average of the last complete 100 ms",
+TEST_CASE("SYNC gets the newest voltage sample, any other POLL the mean of the finished 100 ms block",
           "[unit][mmu][MMU_SCHED]") {
   MmuBench bench;
   bench.settle();

@@ -18,8 +18,8 @@ constexpr std::uint32_t bit_rate_max = 1'000'000;  // classic CAN has no more
 constexpr std::uint32_t vehicle_base_max = 0x7FF - 8;
 
 constexpr const char* description =
-    "candump that understands: every frame of the battery's buses with the names, values and units of its signals,\n"
-    "live from an interface or from a candump log. Frames that the daemon would reject are marked with the reason.";
+    "Prints what each frame on the battery's buses means, signal by signal with value and unit, as it arrives on an\n"
+    "interface or out of a candump log. Frames that the daemon would reject are marked with the reason.";
 
 constexpr const char* footer = R"(
 Examples:

@@ -1,5 +1,5 @@
-// What the command lines of the tools have in common: a mistake is told in one line that names the option, what was
-// found and what was wanted.
+// Shared by the command lines of the tools. A mistake gets a single line: the option, the text that was given and
+// what would have been right.
 #pragma once
 
 #include <cstdint>

@@ -6,9 +6,8 @@ namespace bmu::sim {
 namespace {
 
 constexpr const char* description =
-    "Plays everything on the internal bus except the master: the module units, the power distribution unit, the "
-    "current\n"
-    "sensor, and the electrical and thermal pack behind them, as a script wants it.";
+    "Answers the master in place of the devices on the internal bus (module units, current sensor, power distribution\n"
+    "unit), from a scripted model of the pack, with its currents and its heat.";
 
 constexpr const char* footer = R"(
 Examples:
