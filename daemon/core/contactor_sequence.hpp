@@ -1,13 +1,18 @@
 // Negative, precharge, positive; and the way back, which needs nothing.
 //
-//        want & may          settled             link >= 95 % of pack,        settled
-//   open ----------> main_negative ----> precharge ------------------> main_positive ----> closed
-//    ^                    |                  |     and current has fallen      |              |
-//    +--------------------+------------------+---------------------------------+--------------+
-//                any tick without permission or without the wish: all open, in that same tick
+//        wish, may close      contact there        link at the pack's        contact there
+//   open ------------> main_negative -----> precharge -----------> main_positive -----> closed
+//    ^                      |                   |    voltage, current     |                |
+//    |                      |                   |    has fallen           |                |
+//    +----------------------+-------------------+-------------------------+----------------+
+//                from any phase, in the very tick in which the wish or the permission ends
 //
-// Precharge is measured, not timed: the link must follow the pack and the current must have fallen, or there is a short
-// or a load behind it. If that takes longer than the time-out the step says so, and the caller turns it into a fault.
+// Each step waits for the contacts' own word, not for a time: the next contactor moves when all stand where they were
+// told to. And each step needs everything that closing needs, not only what a closed pack may stay closed with.
+//
+// Precharge is measured: the link must follow the pack and the current must have fallen, or there is a short or a load
+// behind it. A phase that does not get on within the time-out opens; in precharge that is a fault, and the step says
+// so.
 //
 // Everything here is constexpr; what must never happen is asserted over all phases at the end of this file.
 #pragma once
@@ -58,9 +63,11 @@ struct SequenceState {
 struct SequenceInputs {
   TimePoint now{};
   bool close_wanted = false;
-  bool close_permitted = false;
-  bool is_measured = false;  // pack, link and current are all fresh and valid; the four below mean nothing otherwise
-  TimePoint measured_at{};   // the older one of link and current
+  bool close_permitted = false;   // to begin, from open; to stay, from everywhere else
+  bool may_advance = false;       // nothing speaks against closing right now
+  bool contacts_settled = false;  // all stand where they were told to
+  bool is_measured = false;  // pack, link and current are known and plausible; the four below mean nothing otherwise
+  TimePoint measured_at{};   // the oldest of them
   std::int32_t pack_mV = 0;
   std::int32_t link_mV = 0;
   std::int32_t current_mA = 0;
@@ -83,31 +90,41 @@ struct SequenceStep {
   return {};
 }
 
-/// Link within the configured share of the pack (on either side of it), current fallen, and a pack to compare with; all
+/// Link within the configured share of the pack, on either side of it, and a pack to compare with.
+[[nodiscard]] constexpr bool link_follows(std::int32_t pack_mV, std::int32_t link_mV, const ContactorConfig& config) {
+  const std::int64_t allowed_mV = std::int64_t{pack_mV} * (1000 - config.precharge_done_permille) / 1000;
+  const std::int64_t apart_mV = std::int64_t{pack_mV} - link_mV;
+  return pack_mV > 0 && apart_mV <= allowed_mV && apart_mV >= -allowed_mV;
+}
+
+/// The link follows and the current has fallen, all
 /// seen after the precharge contactor had its time to close: what was measured before says nothing about this
 /// precharge.
 [[nodiscard]] constexpr bool is_precharged(const SequenceState& state, const SequenceInputs& in,
                                            const ContactorConfig& config) {
-  const std::int64_t allowed_mV = std::int64_t{in.pack_mV} * (1000 - config.precharge_done_permille) / 1000;
-  const std::int64_t apart_mV = std::int64_t{in.pack_mV} - in.link_mV;
   const std::int64_t magnitude_mA = in.current_mA < 0 ? -std::int64_t{in.current_mA} : in.current_mA;
-  const bool link_follows = in.pack_mV > 0 && apart_mV <= allowed_mV && apart_mV >= -allowed_mV;
   const bool current_has_fallen = magnitude_mA <= config.precharge_current_max_mA;
   const bool is_of_this_precharge = in.measured_at >= state.entered_at + config.settle;
-  return in.is_measured && is_of_this_precharge && link_follows && current_has_fallen;
+  return in.is_measured && is_of_this_precharge && link_follows(in.pack_mV, in.link_mV, config) && current_has_fallen;
 }
 
 [[nodiscard]] constexpr Phase next_phase(const SequenceState& state, const SequenceInputs& in,
                                          const ContactorConfig& config) {
   if (!in.close_wanted || !in.close_permitted) return Phase::open;
   const Duration since = in.now - state.entered_at;
+  const bool gives_up = since >= config.precharge_timeout;
+  const bool is_ready = since >= config.settle && in.may_advance && in.contacts_settled;
   switch (state.phase) {
     case Phase::open: return Phase::main_negative;
-    case Phase::main_negative: return since >= config.settle ? Phase::precharge : Phase::main_negative;
+    case Phase::main_negative:
+      if (gives_up) return Phase::open;
+      return is_ready ? Phase::precharge : Phase::main_negative;
     case Phase::precharge:
-      if (since >= config.precharge_timeout) return Phase::open;
-      return since >= config.settle && is_precharged(state, in, config) ? Phase::main_positive : Phase::precharge;
-    case Phase::main_positive: return since >= config.settle ? Phase::closed : Phase::main_positive;
+      if (gives_up) return Phase::open;
+      return is_ready && is_precharged(state, in, config) ? Phase::main_positive : Phase::precharge;
+    case Phase::main_positive:
+      if (gives_up) return Phase::open;
+      return is_ready ? Phase::closed : Phase::main_positive;
     case Phase::closed: return Phase::closed;
   }
   return Phase::open;
@@ -148,15 +165,38 @@ namespace detail {
 
 [[nodiscard]] consteval bool positive_only_after_precharge() {
   for (const Phase phase : all_phases) {
-    const SequenceInputs unmeasured{.now = TimePoint{1s}, .close_wanted = true, .close_permitted = true};
+    const SequenceInputs unmeasured{.now = TimePoint{1s},
+                                    .close_wanted = true,
+                                    .close_permitted = true,
+                                    .may_advance = true,
+                                    .contacts_settled = true};
     const bool was_closed = outputs_for(phase).main_positive;
     if (!was_closed && step({.phase = phase}, unmeasured, {}).outputs.main_positive) return false;
   }
   return true;
 }
 
+[[nodiscard]] consteval bool no_step_without_contacts_or_reason() {
+  for (const Phase phase : {Phase::main_negative, Phase::precharge, Phase::main_positive}) {
+    for (const bool settled : {false, true}) {
+      const SequenceInputs in{.now = TimePoint{1s},
+                              .close_wanted = true,
+                              .close_permitted = true,
+                              .may_advance = !settled,
+                              .contacts_settled = settled,
+                              .is_measured = true,
+                              .measured_at = TimePoint{1s},
+                              .pack_mV = 1,
+                              .link_mV = 1};
+      if (step({.phase = phase}, in, {}).state.phase != phase) return false;
+    }
+  }
+  return true;
+}
+
 }  // namespace detail
 
+static_assert(detail::no_step_without_contacts_or_reason());
 static_assert(detail::positive_never_without_negative());
 static_assert(detail::opens_at_once_from_every_phase());
 static_assert(detail::positive_only_after_precharge());

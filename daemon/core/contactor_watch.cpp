@@ -1,5 +1,7 @@
 #include "daemon/core/contactor_watch.hpp"
 
+#include <algorithm>
+
 namespace bmu {
 
 void ContactorWatch::init(TimePoint started_at) {
@@ -20,19 +22,26 @@ bool ContactorWatch::disobeys(const Measured<PduState>& pdu, const ContactorConf
   bool any = false;
   for (std::size_t index = 0; index < contact_count; ++index) {
     Contact& contact = contacts_[index];
-    if (pdu.taken_at > contact.commanded_at) any = judge(contact, closed[index], config, now) || any;
+    if (pdu.taken_at > contact.commanded_at) any = judge(contact, closed[index], pdu.taken_at, config, now) || any;
   }
   return any;
 }
 
-bool ContactorWatch::judge(Contact& contact, bool is_closed, const ContactorConfig& config, TimePoint now) {
+bool ContactorWatch::is_settled() const {
+  return std::all_of(contacts_.begin(), contacts_.end(), [](const Contact& contact) {
+    return contact.has_settled && contact.obeying_since != TimePoint{};
+  });
+}
+
+bool ContactorWatch::judge(Contact& contact, bool is_closed, TimePoint seen_at, const ContactorConfig& config,
+                           TimePoint now) {
   if (is_closed == contact.is_commanded) {
     if (contact.obeying_since == TimePoint{}) contact.obeying_since = now;
     contact.has_settled = contact.has_settled || now - contact.obeying_since >= config.settle;
     return false;
   }
   contact.obeying_since = {};
-  return contact.has_settled || now - contact.commanded_at >= config.feedback_timeout;
+  return contact.has_settled || seen_at - contact.commanded_at >= config.feedback_timeout;
 }
 
 }  // namespace bmu

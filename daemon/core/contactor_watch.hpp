@@ -21,6 +21,8 @@ class ContactorWatch {
   void command(const ContactorOutputs& outputs, TimePoint now);
   /// Judges the unit's latest word, which the caller found to be fresh.
   [[nodiscard]] bool disobeys(const Measured<PduState>& pdu, const ContactorConfig& config, TimePoint now);
+  /// Every contactor has followed its command, and has done so for `settle`.
+  [[nodiscard]] bool is_settled() const;
 
  private:
   struct Contact {
@@ -32,7 +34,8 @@ class ContactorWatch {
 
   static constexpr std::size_t contact_count = 4;
 
-  [[nodiscard]] static bool judge(Contact& contact, bool is_closed, const ContactorConfig& config, TimePoint now);
+  [[nodiscard]] static bool judge(Contact& contact, bool is_closed, TimePoint seen_at, const ContactorConfig& config,
+                                  TimePoint now);
 
   std::array<Contact, contact_count> contacts_{};
 };

@@ -13,6 +13,10 @@ constexpr std::uint32_t error_class_restarted = 0x100;
 /// How long after a shut-down command we wait for the contacts' word before leaving anyway.
 constexpr Duration shut_down_patience = 500ms;
 
+std::array<bool, 4> contacts_of(const PduState& pdu) {
+  return {pdu.main_positive_closed, pdu.main_negative_closed, pdu.precharge_closed, pdu.charge_closed};
+}
+
 /// Any input that can withdraw permission says no.
 bool says_no(const PduState& pdu) {
   return !pdu.estop_1_released || !pdu.estop_2_released || !pdu.interlock_closed || !pdu.insulation_monitor_ok ||
@@ -61,7 +65,7 @@ Urgency Core::take_rejected(const CheckedFrame& checked, TimePoint at) {
     return Urgency::decide_now;
   }
   const bool is_rival = checked.reason == RejectReason::conflicting && checked.message->sender == Sender::mmu;
-  if (is_rival) modules_.note_rival(checked.node, at);
+  if (is_rival) modules_.note_conflict(checked.node, at);
   return is_rival ? Urgency::decide_now : Urgency::can_wait;
 }
 
@@ -106,31 +110,49 @@ Urgency Core::take_sensor_frame(const CheckedFrame& checked, const CanFrame& fra
   const Measured<PduState> pdu_before = sensors_.pdu;
   sensors_.observe(*checked.message, frame, at, config_.sensor);
   if (checked.message->base_id == internal_bus::pdu_status.base_id) {
+    if (pdu_before.is_valid()) note_pdu_counter(frame.data[6]);
+    pdu_counter_ = frame.data[6];
     const PduState& before = pdu_before.value;
     const PduState& now = sensors_.pdu.value;
     const bool request_fell =
         (before.vehicle_on && !now.vehicle_on) || (before.charger_connected && !now.charger_connected);
-    return says_no(now) || request_fell ? Urgency::decide_now : Urgency::can_wait;
+    const bool contact_moved = contacts_of(before) != contacts_of(now);
+    return says_no(now) || request_fell || contact_moved || flags_.pdu_restarted ? Urgency::decide_now
+                                                                                 : Urgency::can_wait;
   }
   if (checked.message->base_id != internal_bus::sensor_current.base_id) return Urgency::can_wait;
-  counter_.observe(sensors_.current_mA, sensors_.pack_voltage_mV);
   const Measured<std::int32_t>& current = sensors_.current_mA;
-  const bool crosses = !current.is_valid() || current.value >= config_.limits.discharge_overcurrent.open ||
+  if (current.taken_at != at) return Urgency::can_wait;  // the result was none
+  counter_.observe(current, sensors_.pack_voltage_mV);
+  const bool crosses = current.value >= config_.limits.discharge_overcurrent.open ||
                        -std::int64_t{current.value} >= config_.limits.charge_overcurrent.open;
   return crosses ? Urgency::decide_now : Urgency::can_wait;
 }
 
-Urgency Core::take(TimePoint at, const FrameEchoed& what) {
+/// A unit that started anew counts from somewhere else. A few words may be lost in between, at 50 ms each.
+void Core::note_pdu_counter(std::uint8_t counter) {
+  constexpr std::uint8_t steps_max = 4;
+  const auto steps = static_cast<std::uint8_t>(counter - pdu_counter_);
+  if (steps == 0 || steps > steps_max) flags_.pdu_restarted = true;
+}
+
+Urgency Core::take(TimePoint, const FrameEchoed& what) {
   const bool is_report = what.frame.id - config_.vehicle.base_id < vehicle_message_count;
   // One interface for both buses tells every frame as internal; the reports are the vehicle port's all the same.
   const Port port = is_report ? Port::vehicle : what.port;
   ++ports_[static_cast<std::size_t>(port)].frames_echoed;
-  if (port == Port::internal && what.frame.id == internal_bus::contactor_command.base_id) command_echoed_at_ = at;
+  ports_share_bus_ = ports_share_bus_ || (is_report && what.port == Port::internal);
+  if (port == Port::internal && what.frame.id == internal_bus::contactor_command.base_id) {
+    command_link_.note_echo(what.frame.data[6]);
+  }
   return Urgency::can_wait;
 }
 
 Urgency Core::take(TimePoint, const SendFailed& what) {
   ++ports_[static_cast<std::size_t>(what.port)].sends_failed;
+  const bool is_command = what.port == Port::internal && what.frame.id == internal_bus::contactor_command.base_id &&
+                          !what.frame.is_extended;
+  if (is_command) command_link_.note_failed();
   return Urgency::can_wait;
 }
 
@@ -182,6 +204,7 @@ void Core::update_bus_state(TimePoint at) {
   const bool is_up = ports_[static_cast<std::size_t>(Port::internal)].is_up && !is_bus_off_;
   if (is_up == flags_.internal_bus_up) return;
   flags_.internal_bus_up = is_up;
+  command_link_.forget();
   start_over(at);
 }
 
@@ -191,8 +214,9 @@ void Core::start_over(TimePoint at) {
   seen_complete_ = false;
   modules_.forget_values();
   sensors_ = {};
+  setup_.start_over();
   check_.forget_counters();
-  request_lines_known_ = false;
+  request_.lose_sight();
 }
 
 // --- decide
@@ -245,38 +269,17 @@ void Core::check_loop_gap(TimePoint now) {
   start_over(now);
 }
 
-/// Closing needs an edge: a line that was seen off since start, or since we last knew nothing, and then came on.
 void Core::follow_request(TimePoint now) {
-  if (!pdu_fresh(now)) {
-    request_lines_known_ = false;
-    return;
-  }
-  const PduState& pdu = sensors_.pdu.value;
-  if (!request_lines_known_) {
-    request_lines_known_ = true;
-    vehicle_was_on_ = pdu.vehicle_on;
-    charger_was_connected_ = pdu.charger_connected;
-    if (!outputs_.any_contactor()) close_requested_ = false;
-  }
-  const bool was_requested = close_requested_;
-  follow_line(vehicle_was_on_, pdu.vehicle_on);
-  follow_line(charger_was_connected_, pdu.charger_connected);
-  if (!pdu.vehicle_on && !pdu.charger_connected) close_requested_ = false;
-  if (close_requested_ != was_requested) {
-    close_requested_at_ = now;
-    events_.push({.id = close_requested_ ? EventId::close_requested : EventId::close_request_over, .at = now});
-  }
-}
-
-void Core::follow_line(bool& was_on, bool is_on) {
-  if (is_on && !was_on) close_requested_ = true;
-  was_on = is_on;
+  if (!pdu_fresh(now)) return request_.lose_sight();
+  if (!request_.follow(sensors_.pdu.value, !outputs_.any_contactor(), now)) return;
+  events_.push({.id = request_.is_present() ? EventId::close_requested : EventId::close_request_over, .at = now});
 }
 
 void Core::watch_contactors(TimePoint now) {
   flags_.contactors_disobey = pdu_fresh(now) && contactor_watch_.disobeys(sensors_.pdu, config_.contactors, now);
   flags_.closing_is_commanded = outputs_.any_contactor();
-  flags_.command_not_on_bus = !command_is_on_bus(now);
+  flags_.command_not_on_bus = !command_link_.is_on_bus(now);
+  flags_.closed_since = sequence_.phase == Phase::closed ? sequence_.entered_at : TimePoint{};
 }
 
 void Core::evaluate_faults(TimePoint now) {
@@ -287,6 +290,7 @@ void Core::evaluate_faults(TimePoint now) {
   flags_.foreign_master_seen = false;
   flags_.loop_gap_seen = false;
   flags_.frames_lost_seen = false;
+  flags_.pdu_restarted = false;
 }
 
 void Core::grant_permission(TimePoint now) {
@@ -297,7 +301,8 @@ void Core::grant_permission(TimePoint now) {
        .pdu_fresh = pdu_fresh(now),
        .inputs_healthy = inputs_healthy(now),
        .modules_set_up = setup_.is_complete(),
-       .commands_are_on_bus = command_is_on_bus(now),
+       .commands_are_on_bus = command_link_.is_on_bus(now),
+       .contacts_settled = contactor_watch_.is_settled(),
        .contactor_closed_though_open = !outputs_.any_contactor() && sensors_.pdu.value.any_contactor_closed(),
        .complete_cycles = modules_.complete_cycles(),
        .locked_out_until = locked_out_until_},
@@ -305,28 +310,40 @@ void Core::grant_permission(TimePoint now) {
 }
 
 void Core::refuse_vain_request(TimePoint now) {
-  const bool is_waiting = close_requested_ && sequence_.phase == Phase::open && !permission_.may_close;
+  const bool is_waiting = request_.is_present() && sequence_.phase == Phase::open && !permission_.may_close;
   if (!is_waiting) return;
   const auto& blockers = permission_.blockers;
   const bool has_fault = std::find(blockers.begin(), blockers.end(), Blocker::fault) != blockers.end();
-  if (!has_fault && now - close_requested_at_ < close_patience) return;
-  close_requested_ = false;
+  if (!has_fault && now - request_.since() < close_patience) return;
+  request_.drop();
   last_refusal_ = {.has_happened = true, .at = now, .blocker = has_fault ? Blocker::fault : blockers[0]};
   events_.push({.id = EventId::close_refused, .at = now, .number = static_cast<std::int64_t>(last_refusal_.blocker)});
 }
 
-void Core::step_contactors(TimePoint now) {
+/// The pack voltage of a precharge is the higher one of the sensor's and the sum of the cells, and only while they
+/// agree: a sensor that has lost its ground shows two voltages that agree with each other.
+SequenceInputs Core::sequence_inputs(TimePoint now) const {
+  const Measured<std::int32_t>& sum = pack_.cell_voltage_sum_mV;
+  const Measured<std::int32_t>& pack = pack_.pack_voltage_mV;
+  const std::int64_t apart_mV = std::int64_t{sum.value} - pack.value;
+  const std::int64_t allowed_mV = config_.limits.pack_voltage_mismatch.open;
+  const bool voltages_agree = sum.is_valid() && apart_mV < allowed_mV && apart_mV > -allowed_mV;
   const bool is_open = sequence_.phase == Phase::open;
-  const SequenceInputs inputs{.now = now,
-                              .close_wanted = close_requested_,
-                              .close_permitted = is_open ? permission_.may_close : permission_.may_stay_closed,
-                              .is_measured = pack_.is_sensed(),
-                              .measured_at = std::min(pack_.link_voltage_mV.taken_at, pack_.current_mA.taken_at),
-                              .pack_mV = pack_.pack_voltage_mV.value,
-                              .link_mV = pack_.link_voltage_mV.value,
-                              .current_mA = pack_.current_mA.value};
+  return {.now = now,
+          .close_wanted = request_.is_present(),
+          .close_permitted = is_open ? permission_.may_close : permission_.may_stay_closed,
+          .may_advance = permission_.may_advance,
+          .contacts_settled = contactor_watch_.is_settled(),
+          .is_measured = pack_.is_sensed() && voltages_agree,
+          .measured_at = std::min({pack.taken_at, pack_.link_voltage_mV.taken_at, pack_.current_mA.taken_at}),
+          .pack_mV = std::max(pack.value, sum.value),
+          .link_mV = pack_.link_voltage_mV.value,
+          .current_mA = pack_.current_mA.value};
+}
+
+void Core::step_contactors(TimePoint now) {
   const SequenceState before = sequence_;
-  const SequenceStep result = step(before, inputs, config_.contactors);
+  const SequenceStep result = step(before, sequence_inputs(now), config_.contactors);
   sequence_ = result.state;
   if (result.outputs != outputs_) outputs_changed_at_ = now;
   contactor_watch_.command(result.outputs, now);
@@ -374,7 +391,7 @@ void Core::record_opening(TimePoint now, Phase from, bool precharge_timed_out) {
     record.fault = FaultId::precharge_failed;
     record.reading = {true, pack_.link_voltage_mV.value, {}, pack_.link_voltage_mV.taken_at};
     record.suspected_since = record.confirmed_at = now;
-  } else if (!close_requested_) {
+  } else if (!request_.is_present()) {
     record.cause = OpeningCause::request_over;
   } else {
     record.cause = OpeningCause::permission;
@@ -382,7 +399,7 @@ void Core::record_opening(TimePoint now, Phase from, bool precharge_timed_out) {
   }
   last_opening_ = record;
   const bool was_asked_for = record.cause == OpeningCause::request_over;
-  if (!was_asked_for) close_requested_ = false;  // what opened for a reason closes for a new wish only
+  if (!was_asked_for) request_.drop();  // what opened for a reason closes for a new wish only
   locked_out_until_ = now + (was_asked_for ? reclose_pause : reclose_lockout);
   events_.push({.id = EventId::opened,
                 .at = now,
@@ -394,14 +411,14 @@ void Core::record_opening(TimePoint now, Phase from, bool precharge_timed_out) {
 }
 
 void Core::send_contactor_command(TimePoint now, Decisions& out) {
-  const bool has_changed = outputs_changed_at_ == now;
-  if (!has_changed && now < command_due_at_) return;
-  command_due_at_ = now + internal_bus::contactor_command.period;
+  if (!command_link_.is_due(now, outputs_changed_at_ == now)) return;
+  command_link_.note_sent(command_counter_, now);
   send(Port::internal, contactor_command_frame(outputs_, command_counter_), out);
   ++command_counter_;
 }
 
 void Core::send_polls(TimePoint now, Decisions& out) {
+  if (command_link_.is_stuck(now)) return;
   if (clear_requested_) send(Port::internal, setup_.clear_faults(), out);
   clear_requested_ = false;
   const Poll poll = poll_.step(now, identities_known());
@@ -417,6 +434,7 @@ void Core::send_polls(TimePoint now, Decisions& out) {
 }
 
 void Core::send_report(TimePoint now, Decisions& out) {
+  if (ports_share_bus_ && command_link_.is_stuck(now)) return;
   const std::optional<CanFrame> frame = reporter_.step(now, vehicle_view(now), config_.vehicle);
   if (frame.has_value()) send(Port::vehicle, *frame, out);
 }
@@ -496,10 +514,6 @@ bool Core::pdu_fresh(TimePoint now) const {
 
 bool Core::inputs_healthy(TimePoint now) const {
   return pdu_fresh(now) && !says_no(sensors_.pdu.value);
-}
-
-bool Core::command_is_on_bus(TimePoint now) const {
-  return command_echoed_at_ != TimePoint{} && now - command_echoed_at_ <= command_echo_age_max;
 }
 
 bool Core::has_started(TimePoint now) const {

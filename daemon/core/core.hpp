@@ -15,6 +15,8 @@
 
 #include <array>
 
+#include "daemon/core/close_request.hpp"
+#include "daemon/core/command_link.hpp"
 #include "daemon/core/contactor_watch.hpp"
 #include "daemon/core/core_config.hpp"
 #include "daemon/core/decisions.hpp"
@@ -39,7 +41,7 @@ inline constexpr Duration tick_period = 10ms;
 /// Silence from ourselves: longer, and nothing known may count as fresh. Together with the 50 ms between two contactor
 /// commands it stays below the 200 ms after which the power distribution unit opens by itself: we are never the one who
 /// closes again what it has opened.
-inline constexpr Duration loop_gap_max = 140ms;
+inline constexpr Duration loop_gap_max = 130ms;
 /// A module, sensor or PDU that has not been heard this long after start is lost, not late.
 inline constexpr Duration start_grace = 2s;
 /// After an opening by fault or a failed precharge nothing closes for this long.
@@ -47,9 +49,6 @@ inline constexpr Duration reclose_lockout = 10s;
 /// And after any other opening: the precharge resistor has to cool, and a key that is played with must not wear
 /// contacts.
 inline constexpr Duration reclose_pause = 2s;
-/// How long ago a contactor command of ours must have been seen on the bus for a closed pack to stay so; the power
-/// distribution unit gives up after 200 ms.
-inline constexpr Duration command_echo_age_max = 150ms;
 
 /// A wish to close waits this long for the pack to become ready. With a fault present it does not wait at all: what was
 /// wished before a fault was cleared must not close a pack that somebody may have his hands in.
@@ -131,7 +130,7 @@ class Core {
   [[nodiscard]] std::uint64_t events_dropped() const { return events_.dropped(); }
   [[nodiscard]] const ModuleSetup& module_setup() const { return setup_; }
   /// Somebody asks for a closed pack: an edge of vehicle-on or charger-connected since start or the last opening.
-  [[nodiscard]] bool is_close_requested() const { return close_requested_; }
+  [[nodiscard]] bool is_close_requested() const { return request_.is_present(); }
   [[nodiscard]] vehicle_bus::State vehicle_state() const;
   [[nodiscard]] std::uint64_t gate_refusals() const { return gate_refusals_; }
 
@@ -152,6 +151,7 @@ class Core {
   void check_loop_gap(TimePoint now);
   void follow_request(TimePoint now);
   void watch_contactors(TimePoint now);
+  void note_pdu_counter(std::uint8_t counter);
   void evaluate_faults(TimePoint now);
   void grant_permission(TimePoint now);
   void refuse_vain_request(TimePoint now);
@@ -160,7 +160,6 @@ class Core {
   void send_polls(TimePoint now, Decisions& out);
   void send_report(TimePoint now, Decisions& out);
 
-  void follow_line(bool& was_on, bool is_on);
   void start_over(TimePoint at);
   TimePoint advance_tick(TimePoint now);
   void update_bus_state(TimePoint at);
@@ -170,9 +169,9 @@ class Core {
   void send(Port port, const CanFrame& frame, Decisions& out);
   [[nodiscard]] FaultInputs fault_inputs(TimePoint now) const;
   [[nodiscard]] VehicleView vehicle_view(TimePoint now) const;
+  [[nodiscard]] SequenceInputs sequence_inputs(TimePoint now) const;
   [[nodiscard]] bool pdu_fresh(TimePoint now) const;
   [[nodiscard]] bool inputs_healthy(TimePoint now) const;
-  [[nodiscard]] bool command_is_on_bus(TimePoint now) const;
   [[nodiscard]] bool has_started(TimePoint now) const;
   [[nodiscard]] bool is_shut_down(TimePoint now) const;
   [[nodiscard]] bool identities_known() const;
@@ -206,20 +205,17 @@ class Core {
   EventQueue events_;  // raised while observing or deciding, told in order with the next decisions
 
   bool seen_complete_ = false;
-  bool close_requested_ = false;
-  TimePoint close_requested_at_{};
-  bool request_lines_known_ = false;  // the lines have been seen once since start, so that an edge can be told
-  bool vehicle_was_on_ = false;
-  bool charger_was_connected_ = false;
+  CloseRequest request_;
   bool clear_requested_ = false;
   bool is_bus_off_ = false;
   bool shutting_down_ = false;
   TimePoint shut_down_at_{};
   TimePoint locked_out_until_{};
   TimePoint outputs_changed_at_{};
-  TimePoint command_due_at_{};
-  TimePoint command_echoed_at_{};
+  CommandLink command_link_;
   std::uint8_t command_counter_ = 0;
+  std::uint8_t pdu_counter_ = 0;
+  bool ports_share_bus_ = false;  // reports come back as the internal port's frames
   std::uint64_t gate_refusals_ = 0;
 };
 

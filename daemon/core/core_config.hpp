@@ -121,6 +121,13 @@ struct CoreConfig {
   std::uint64_t hash = 0;  // of the file's bytes: in the log, the status and every recording
 };
 
+/// What a change of current shows at once, over all cells.
+[[nodiscard]] constexpr std::int64_t pack_resistance_uOhm(const CoreConfig& config) {
+  std::int64_t cells = 0;
+  for (const ModuleConfig& module : config.modules) cells += module.cell_count;
+  return static_cast<std::int64_t>(config.cell.series_resistance_Ohm * 1e6 + 0.5) * cells;
+}
+
 /// Cells of the whole pack.
 [[nodiscard]] constexpr std::size_t cell_count(const CoreConfig& config) {
   std::size_t count = 0;

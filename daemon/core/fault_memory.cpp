@@ -18,6 +18,9 @@ namespace {
 
 using Kind = FaultChange::Kind;
 
+/// Samples of different cells this far apart are from different polls, whatever age the modules admit.
+constexpr Duration poll_apart_min = 50ms;
+
 /// The worse of two readings in the row's sense.
 bool is_worse(const Reading& one, const Reading& other, Sense sense) {
   return sense == Sense::at_or_above ? one.value > other.value : one.value < other.value;
@@ -40,7 +43,7 @@ class RowUpdate {
       case FaultStage::suspected: while_suspected(reading, verdict); break;
       case FaultStage::active: while_active(verdict); break;
       case FaultStage::latched:
-        if (verdict == Verdict::beyond) reactivate();
+        if (verdict == Verdict::beyond || verdict == Verdict::between) reactivate();
         break;
     }
   }
@@ -77,8 +80,19 @@ class RowUpdate {
     state_.suspected_since = now_;
     state_.evidence = {};
     state_.samples = 1;
-    state_.sample_taken_at = reading.taken_at;
+    take_sample(reading);
     confirm_if_due(reading);
+  }
+
+  void take_sample(const Reading& reading) {
+    state_.sample_taken_at = reading.taken_at;
+    state_.sample_element = reading.element;
+  }
+
+  /// Of the same cell or sensor, or so much later that it cannot be another cell's share of the same answer.
+  [[nodiscard]] bool is_another_sample(const Reading& reading) const {
+    const Duration later = reading.taken_at - state_.sample_taken_at;
+    return later > Duration{} && (reading.element == state_.sample_element || later >= poll_apart_min);
   }
 
   void while_suspected(const Reading& reading, Verdict verdict) {
@@ -87,17 +101,15 @@ class RowUpdate {
       if (state_.evidence <= Duration{}) state_.stage = FaultStage::good;
       return;
     }
-    if (reading.taken_at > state_.sample_taken_at) {
+    if (is_another_sample(reading)) {
       ++state_.samples;
-      state_.sample_taken_at = reading.taken_at;
+      take_sample(reading);
     }
     confirm_if_due(reading);
   }
 
-  /// One bad sample alone never trips a limit. Rows without a limit are conditions that last, judged by time alone.
   void confirm_if_due(const Reading& reading) {
-    const std::uint32_t samples_wanted = row_.limit != nullptr ? 2 : 1;
-    if (state_.evidence < thresholds_.confirm || state_.samples < samples_wanted) return;
+    if (state_.evidence < thresholds_.confirm || state_.samples < row_.samples) return;
     state_.stage = FaultStage::active;
     state_.confirmed_at = now_;
     state_.confirmed = reading;
@@ -154,7 +166,7 @@ FaultChanges FaultMemory::clear_latched() {
   FaultChanges changes;
   for (const FaultRow& row : fault_table()) {
     FaultState& state = states_[static_cast<std::size_t>(row.id)];
-    if (state.stage != FaultStage::latched) continue;
+    if (state.stage != FaultStage::latched || state.judged != Verdict::good) continue;
     state.stage = FaultStage::good;
     changes.push_back({row.id, Kind::cleared});
   }

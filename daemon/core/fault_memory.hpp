@@ -48,6 +48,7 @@ struct FaultState {
   std::uint32_t count = 0;     // confirmations since start
   std::uint32_t samples = 0;   // distinct samples beyond the threshold while suspected
   TimePoint sample_taken_at{};
+  Element sample_element;
 
   [[nodiscard]] constexpr bool is_present() const {
     return stage == FaultStage::active || stage == FaultStage::latched;
@@ -66,7 +67,7 @@ class FaultMemory {
  public:
   /// One tick: every row judged once. Returns what changed.
   FaultChanges update(const FaultInputs& inputs);
-  /// Clears what is latched and whose cause is gone; what is still there stays.
+  /// Clears what is latched and whose cause is known to be gone; what is still there, or not known, stays.
   FaultChanges clear_latched();
 
   [[nodiscard]] const FaultState& state(FaultId id) const { return states_[static_cast<std::size_t>(id)]; }

@@ -2,6 +2,7 @@
 
 #include <cstdlib>
 
+#include "daemon/core/contactor_sequence.hpp"
 #include "protocol/assert.hpp"
 
 namespace bmu {
@@ -66,7 +67,8 @@ Reading read_voltage_mismatch(const FaultInputs& in) {
   const Measured<std::int32_t>& pack = in.pack->pack_voltage_mV;
   if (!sum.is_valid() || !pack.is_valid()) return unknown_reading;
   const TimePoint taken_at = sum.taken_at > pack.taken_at ? sum.taken_at : pack.taken_at;
-  return {true, std::llabs(std::int64_t{sum.value} - pack.value), {}, taken_at};
+  const std::int64_t unexplained_mV = std::llabs(std::int64_t{sum.value} - pack.value) - in.pack->voltage_swing_mV;
+  return {true, unexplained_mV > 0 ? unexplained_mV : 0, {}, taken_at};
 }
 
 /// First module for which `is_bad` holds. `seen_at` tells when that was last heard of.
@@ -85,14 +87,16 @@ Reading read_module_lost(const FaultInputs& in) {
       [](const ModuleRecord& module) { return module.last_answer_at; });
 }
 
-/// First value of a group that came in time and is no number.
+/// First value of a group that is no number, or did not come.
 template <class Values>
 Reading first_invalid(const ModuleRecord& module, const Values& values, std::uint8_t count, Duration age_max,
                       TimePoint now) {
   for (std::uint8_t index = 0; index < count; ++index) {
     const Measured<std::int32_t>& value = values[index];
-    if (!value.is_valid() || !value.is_fresh(now, age_max)) {
-      return condition(true, value.taken_at,
+    const bool is_fresh = value.is_fresh(now, age_max);
+    if (!value.is_valid() || !is_fresh) {
+      // What does not come at all has no samples to count; there every look is one.
+      return condition(true, is_fresh ? value.taken_at : now,
                        {.module_node = module.config.node, .number = static_cast<std::uint8_t>(index + 1)});
     }
   }
@@ -204,8 +208,10 @@ Reading read_insulation(const FaultInputs& in) {
   return input(in, [](const PduState& pdu) { return !pdu.insulation_monitor_ok; });
 }
 
-Reading read_pdu_timeout(const FaultInputs& in) {
-  return input(in, [&in](const PduState& pdu) { return pdu.opened_by_timeout && in.flags.closing_is_commanded; });
+Reading read_pdu_opened_by_itself(const FaultInputs& in) {
+  return input(in, [&in](const PduState& pdu) {
+    return in.flags.closing_is_commanded && (pdu.opened_by_timeout || in.flags.pdu_restarted);
+  });
 }
 Reading read_command_not_on_bus(const FaultInputs& in) {
   return condition(in.flags.closing_is_commanded && in.flags.command_not_on_bus, in.now);
@@ -217,6 +223,17 @@ Reading read_precharge_failed(const FaultInputs& in) {
 Reading read_contactor_feedback(const FaultInputs& in) {
   return condition(in.flags.contactors_disobey, in.now);
 }
+/// Contacts that say closed and a link that says otherwise: believed is the link.
+Reading read_link_not_following(const FaultInputs& in) {
+  const Measured<std::int32_t>& pack = in.pack->pack_voltage_mV;
+  const Measured<std::int32_t>& link = in.pack->link_voltage_mV;
+  const TimePoint closed_since = in.flags.closed_since;
+  const bool is_known = closed_since != TimePoint{} && pack.is_valid() && link.is_valid() &&
+                        pack.taken_at > closed_since && link.taken_at > closed_since;
+  if (!is_known) return unknown_reading;
+  return condition(!link_follows(pack.value, link.value, in.config->contactors), link.taken_at);
+}
+
 Reading read_foreign_master(const FaultInputs& in) {
   return condition(in.flags.foreign_master_seen, in.now);
 }
@@ -246,6 +263,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .sense = at_or_below,
      .read = read_cell_voltage_min,
      .limit = &LimitsConfig::cell_undervoltage,
+     .samples = 2,
      .latch = Latch::until_cleared},
     {.id = FaultId::cell_overvoltage,
      .name = "cell_overvoltage",
@@ -253,6 +271,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .unit = Unit::uV,
      .read = read_cell_voltage_max,
      .limit = &LimitsConfig::cell_overvoltage,
+     .samples = 2,
      .latch = Latch::until_cleared},
     {.id = FaultId::cell_overtemperature,
      .name = "cell_overtemperature",
@@ -260,6 +279,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .unit = Unit::dC,
      .read = read_cell_temperature_max,
      .limit = &LimitsConfig::cell_overtemperature,
+     .samples = 2,
      .latch = Latch::until_cleared},
     {.id = FaultId::cell_undertemperature,
      .name = "cell_undertemperature",
@@ -268,6 +288,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .sense = at_or_below,
      .read = read_cell_temperature_min,
      .limit = &LimitsConfig::cell_undertemperature,
+     .samples = 2,
      .reaction = open_after_grace,
      .grace = 250ms,
      .dtc = 3},
@@ -277,6 +298,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .unit = Unit::mA,
      .read = read_discharge_current,
      .limit = &LimitsConfig::discharge_overcurrent,
+     .samples = 2,
      .latch = Latch::until_cleared},
     {.id = FaultId::charge_overcurrent,
      .name = "charge_overcurrent",
@@ -284,6 +306,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .unit = Unit::mA,
      .read = read_charge_current,
      .limit = &LimitsConfig::charge_overcurrent,
+     .samples = 2,
      .latch = Latch::until_cleared},
     {.id = FaultId::pack_voltage_mismatch,
      .name = "pack_voltage_mismatch",
@@ -291,10 +314,11 @@ constexpr std::array<FaultRow, fault_count> table{{
      .unit = Unit::mV,
      .read = read_voltage_mismatch,
      .limit = &LimitsConfig::pack_voltage_mismatch,
+     .samples = 2,
      .latch = Latch::until_cleared},
     {.id = FaultId::module_lost,
      .name = "module_lost",
-     .meaning = "a module does not answer, or not with every cell",
+     .meaning = "a module does not answer, or not completely",
      .read = read_module_lost,
      .latch = Latch::until_cleared},
     {.id = FaultId::cell_not_measured,
@@ -302,23 +326,27 @@ constexpr std::array<FaultRow, fault_count> table{{
      .meaning = "a module answers but does not know a cell's voltage",
      .read = read_cell_not_measured,
      .confirm = 150ms,
+     .samples = 2,
      .latch = Latch::until_cleared},
     {.id = FaultId::temperature_not_measured,
      .name = "temperature_not_measured",
      .meaning = "a temperature is missing, or its sensor open or shorted",
      .read = read_temperature_not_measured,
      .confirm = 150ms,
+     .samples = 2,
      .latch = Latch::until_cleared},
     {.id = FaultId::module_reports_fault,
      .name = "module_reports_fault",
      .meaning = "a module reports a failed cell, an open wire or a failed self-test",
      .read = read_module_reports_fault,
-     .confirm = 150ms},  // the module latches it itself, until our clear command reaches it
+     .confirm = 150ms,
+     .samples = 2},  // the module latches it itself, until our clear command reaches it
     {.id = FaultId::module_warning,
      .name = "module_warning",
      .meaning = "a module warns of its board, supply, temperature sensors or front end",
      .read = read_module_warning,
      .confirm = 150ms,
+     .samples = 2,
      .reaction = warn},
     {.id = FaultId::module_mismatch,
      .name = "module_mismatch",
@@ -340,10 +368,10 @@ constexpr std::array<FaultRow, fault_count> table{{
      .meaning = "no word from the power distribution unit",
      .read = read_pdu_lost,
      .latch = Latch::until_cleared},
-    {.id = FaultId::pdu_opened_by_timeout,
-     .name = "pdu_opened_by_timeout",
-     .meaning = "the power distribution unit missed our commands and opened by itself",
-     .read = read_pdu_timeout,
+    {.id = FaultId::pdu_opened_by_itself,
+     .name = "pdu_opened_by_itself",
+     .meaning = "the power distribution unit missed commands or restarted, and opened by itself",
+     .read = read_pdu_opened_by_itself,
      .latch = Latch::until_cleared},
     {.id = FaultId::emergency_stop,
      .name = "emergency_stop",
@@ -371,6 +399,13 @@ constexpr std::array<FaultRow, fault_count> table{{
      .meaning = "an auxiliary contact does not follow its command",
      .read = read_contactor_feedback,
      .confirm = 10ms,  // a tick: one flicker of an auxiliary contact is none of the contactor
+     .latch = Latch::until_cleared},
+    {.id = FaultId::link_not_following,
+     .name = "link_not_following",
+     .meaning = "the contactors are closed, but the link voltage is not the pack voltage",
+     .read = read_link_not_following,
+     .confirm = 150ms,
+     .samples = 2,
      .latch = Latch::until_cleared},
     {.id = FaultId::foreign_master,
      .name = "foreign_master",
@@ -408,6 +443,13 @@ consteval bool grace_where_it_is_used() {
   }
   return true;
 }
+/// One bad sample alone never trips a limit.
+consteval bool limits_take_two_samples() {
+  for (const FaultRow& row : table) {
+    if (row.limit != nullptr && row.samples < 2) return false;
+  }
+  return true;
+}
 consteval bool every_row_reads() {
   for (const FaultRow& row : table) {
     if (row.read == nullptr || row.name.empty() || row.meaning.empty()) return false;
@@ -416,6 +458,7 @@ consteval bool every_row_reads() {
 }
 static_assert(rows_are_in_order());
 static_assert(grace_where_it_is_used());
+static_assert(limits_take_two_samples());
 static_assert(every_row_reads());
 
 }  // namespace

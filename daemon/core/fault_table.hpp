@@ -35,19 +35,20 @@ enum class FaultId : std::uint8_t {
   current_sensor_lost,
   voltage_sensor_lost,
   pdu_lost,
-  pdu_opened_by_timeout,
+  pdu_opened_by_itself,
   emergency_stop,
   interlock_open,
   insulation_fault,
   precharge_failed,
   contactor_feedback,
+  link_not_following,
   foreign_master,
   internal_bus_down,
   command_not_on_bus,
   control_loop_gap,
   frames_lost,
 };
-inline constexpr std::size_t fault_count = 27;
+inline constexpr std::size_t fault_count = 28;
 
 enum class Reaction : std::uint8_t { warn, open_after_grace, open_now };
 enum class Latch : std::uint8_t {
@@ -77,6 +78,8 @@ struct CoreFlags {
   bool frames_lost_seen = false;
   bool contactors_disobey = false;    // contactor_watch
   bool closing_is_commanded = false;  // some contactor, in the last command
+  bool pdu_restarted = false;         // its counter does not go on where it was
+  TimePoint closed_since{};           // the sequence stands at closed; zero: it does not
   bool command_not_on_bus = false;    // our own commands have not been seen on the bus for too long
 };
 
@@ -101,6 +104,7 @@ struct FaultRow {
   LimitConfig LimitsConfig::*limit = nullptr;  // null: true or not, threshold 1
   Duration confirm{};                          // where there is no limit in the configuration
   Duration clear = 1s;
+  std::uint8_t samples = 1;  // distinct samples beyond the threshold that it takes; 1: time alone decides
   Reaction reaction = Reaction::open_now;
   Duration grace{};  // exactly for open_after_grace
   Latch latch = Latch::none;

@@ -76,6 +76,7 @@ CurrentLimits evaluate_limits(const PackState& pack, const CoreConfig& config, c
   for (const DeratingRow& row : derating_table) {
     const LimitConfig& limit = config.limits.*row.limit;
     const Spread& spread = pack.*row.spread;
+    if (!spread.is_known()) continue;
     if (row.limits_discharge) lower(limits.discharge, row, limit, spread, config.current.discharge_continuous_mA);
     if (row.limits_charge) lower(limits.charge, row, limit, spread, config.current.charge_continuous_mA);
   }

@@ -25,6 +25,10 @@ void ModuleSetup::init(const CoreConfig& config) {
   slots_.fill({});
 }
 
+void ModuleSetup::start_over() {
+  for (Slot& slot : slots_) slot.stage = SetupStage::needed;
+}
+
 void ModuleSetup::observe_status(std::size_t module_index, bool limits_not_set) {
   Slot& slot = slots_[module_index];
   // A module that was set up and says otherwise has restarted. One that we never told may hold another pack's limits.

@@ -24,6 +24,8 @@ enum class SetupStage : std::uint8_t { needed, asked, done, refused };
 class ModuleSetup {
  public:
   void init(const CoreConfig& config);
+  /// Nobody counts as told: while nothing was heard, a module may have been swapped or restarted.
+  void start_over();
   /// What a module says of its limits, from each STATUS.
   void observe_status(std::size_t module_index, bool limits_not_set);
   /// A RESPONSE to our COMMAND. Returns the stage it led to.

@@ -8,6 +8,11 @@ namespace bmu {
 
 namespace {
 
+/// Frames this close together belong to one answer.
+constexpr Duration same_answer = 50ms;
+/// Longer than the ten seconds between two questions for the identity.
+constexpr Duration conflict_memory = 15s;
+
 // One bit for each frame of an answer.
 constexpr std::uint32_t status_bit = 1U << 0;
 constexpr std::uint32_t first_cells_bit = 1U << 1;  // CELLS_1; the others follow
@@ -151,9 +156,9 @@ void ModuleTable::take_identity(ModuleRecord& module, const CanFrame& frame, Tim
           static_cast<std::uint8_t>(read_raw<internal_bus::ident, "temperature_sensor_count">(frame)),
       .serial_number = static_cast<std::uint32_t>(read_raw<internal_bus::ident, "serial_number">(frame)),
   };
-  if (module.identity.is_valid() && module.identity.value.serial_number != seen.serial_number) {
-    module.rival_seen_at = at;
-  }
+  if (module.serial_number_known && module.serial_number != seen.serial_number) module.rival_seen_at = at;
+  module.serial_number_known = true;
+  module.serial_number = seen.serial_number;
   module.identity = {seen, at, Validity::valid};
 }
 
@@ -177,8 +182,13 @@ void ModuleTable::begin_cycle(TimePoint at, const PollWants& wants) {
   polled_at_ = at;
 }
 
-void ModuleTable::note_rival(std::uint8_t node, TimePoint at) {
-  if (find(node) != nullptr) modules_[index_of_node_[node]].rival_seen_at = at;
+void ModuleTable::note_conflict(std::uint8_t node, TimePoint at) {
+  if (find(node) == nullptr) return;
+  ModuleRecord& module = modules_[index_of_node_[node]];
+  const Duration since = at - module.conflict_seen_at;
+  if (module.conflict_seen_at != TimePoint{} && since < same_answer) return;
+  if (module.conflict_seen_at != TimePoint{} && since <= conflict_memory) module.rival_seen_at = at;
+  module.conflict_seen_at = at;
 }
 
 void ModuleTable::forget_values() {

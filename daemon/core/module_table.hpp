@@ -54,7 +54,10 @@ struct ModuleRecord {
   Measured<ModuleIdentity> identity;
   std::uint16_t balancing_cells = 0;
   std::uint16_t open_wire_cells = 0;
-  TimePoint rival_seen_at{};  // when two modules last spoke under this node number, or one was swapped while live
+  bool serial_number_known = false;  // kept when all else is forgotten: a module swapped meanwhile is noticed
+  std::uint32_t serial_number = 0;
+  TimePoint conflict_seen_at{};  // last answer that contradicts one already accepted; once may be chance
+  TimePoint rival_seen_at{};     // when two modules last spoke under this node number, or one was swapped while live
   TimePoint last_answer_at{};
   Duration answer_latency{};  // POLL to the last frame of the last complete answer
   std::uint64_t answers_complete = 0;
@@ -84,8 +87,9 @@ class ModuleTable {
   void observe(const MessageSpec& message, std::uint8_t node, const CanFrame& frame, TimePoint at);
   /// A POLL to everybody went out: counts what the last one left unanswered and expects `wants` from now on.
   void begin_cycle(TimePoint at, const PollWants& wants);
-  /// Something came under this node's identifier that the module itself cannot have sent: there are two.
-  void note_rival(std::uint8_t node, TimePoint at);
+  /// A frame under this node's identifiers contradicts the one already accepted for the same POLL. One answer like that
+  /// is what a module leaves that was away for a whole circle of the counter; a second one means that there are two.
+  void note_conflict(std::uint8_t node, TimePoint at);
   /// All values become unknown: after a gap in our own life nothing seen before may count as fresh.
   void forget_values();
 

@@ -47,7 +47,9 @@ struct PackState {
   Measured<std::int32_t> pack_voltage_mV;
   Measured<std::int32_t> link_voltage_mV;
   Measured<std::int32_t> current_mA;
-  std::uint16_t modules_answering = 0;  // status and every cell voltage fresh
+  // How far the pack voltage may have moved with the current between the samples above: they are not of one moment.
+  std::int64_t voltage_swing_mV = 0;
+  std::uint16_t modules_answering = 0;  // status, module voltage and every cell voltage fresh
   std::uint16_t modules_expected = 0;
 
   /// Every module, cell and temperature there should be.
@@ -64,7 +66,7 @@ struct PackState {
 [[nodiscard]] PackState summarise(const ModuleTable& modules, const SensorTable& sensors, const CoreConfig& config,
                                   TimePoint now);
 
-/// All that is needed from a module for it to count as answering: status and every cell fresh.
+/// All that is needed from a module for it to count as answering: status, module voltage and every cell fresh.
 [[nodiscard]] bool is_answering(const ModuleRecord& module, const AgeConfig& ages, TimePoint now);
 
 }  // namespace bmu

@@ -15,7 +15,9 @@ std::string_view to_text(Blocker blocker) {
     case Blocker::sensors_incomplete: return "current, pack voltage or link voltage is not known or not fresh";
     case Blocker::not_qualified: return "too few complete poll cycles yet";
     case Blocker::modules_not_set_up: return "a module has not taken over the cell limits";
+    case Blocker::suspicion: return "something looks bad, not yet for long enough to be a fault";
     case Blocker::commands_not_on_bus: return "the contactor commands are not seen on the bus";
+    case Blocker::contacts_unsettled: return "the contactors have not settled where they were told to";
     case Blocker::contactor_closed: return "a contactor is closed although all should be open";
     case Blocker::locked_out: return "waiting after the last opening";
   }
@@ -46,6 +48,12 @@ bool any_present(const FaultMemory& faults) {
   });
 }
 
+bool any_suspected(const FaultMemory& faults) {
+  return std::any_of(fault_table().begin(), fault_table().end(), [&faults](const FaultRow& row) {
+    return row.reaction != Reaction::warn && faults.state(row.id).stage == FaultStage::suspected;
+  });
+}
+
 bool any_demands_opening(const FaultMemory& faults, const PackState& pack, TimePoint now) {
   return std::any_of(fault_table().begin(), fault_table().end(),
                      [&](const FaultRow& row) { return demands_opening(row, faults.state(row.id), pack, now); });
@@ -67,10 +75,14 @@ Permission evaluate_permission(const PermissionInputs& inputs, const PackState& 
   block_if(!pack.is_sensed(), Blocker::sensors_incomplete);
   block_if(inputs.complete_cycles < qualifying_cycles, Blocker::not_qualified);
   block_if(!inputs.modules_set_up, Blocker::modules_not_set_up);
+  block_if(any_suspected(faults), Blocker::suspicion);
   block_if(!inputs.commands_are_on_bus, Blocker::commands_not_on_bus);
+  block_if(inputs.pdu_fresh && !inputs.contacts_settled, Blocker::contacts_unsettled);
   block_if(inputs.contactor_closed_though_open, Blocker::contactor_closed);
   block_if(inputs.now < inputs.locked_out_until, Blocker::locked_out);
   permission.may_close = permission.blockers.empty();
+  permission.may_advance = std::all_of(permission.blockers.begin(), permission.blockers.end(),
+                                       [](Blocker blocker) { return blocker == Blocker::not_qualified; });
   // A closed pack rides through what a fault's confirm time allows: one missed poll, one bad sample. The faults that
   // watch those have their own clocks; what is left here has none.
   permission.may_stay_closed = !inputs.is_shutting_down && inputs.internal_bus_up && inputs.pdu_fresh &&

@@ -22,11 +22,13 @@ enum class Blocker : std::uint8_t {
   sensors_incomplete,   // current, pack or link voltage is not fresh
   not_qualified,        // fewer than the needed complete poll cycles in a row since start, gap or bus loss
   modules_not_set_up,   // a module has not taken over our limits since its restart
+  suspicion,            // a value beyond its limit, or a bad sign, that has not lasted long enough to be a fault
   commands_not_on_bus,  // our own contactor commands were not seen on the bus just now
+  contacts_unsettled,   // the auxiliary contacts have not yet stood where they were told to for long enough
   contactor_closed,     // an auxiliary contact is closed although everything is commanded open
   locked_out,           // a wait after an opening by fault or a failed precharge
 };
-inline constexpr std::size_t blocker_count = 12;
+inline constexpr std::size_t blocker_count = 14;
 
 [[nodiscard]] std::string_view to_text(Blocker blocker);
 
@@ -38,6 +40,7 @@ struct PermissionInputs {
   bool inputs_healthy = false;
   bool modules_set_up = false;
   bool commands_are_on_bus = false;
+  bool contacts_settled = false;
   bool contactor_closed_though_open = false;
   std::uint32_t complete_cycles = 0;
   TimePoint locked_out_until{};
@@ -47,8 +50,9 @@ struct PermissionInputs {
 inline constexpr std::uint32_t qualifying_cycles = 3;
 
 struct Permission {
-  bool may_close = false;                        // every reason below is absent
-  bool may_stay_closed = false;                  // those that matter to a closed pack are absent
+  bool may_close = false;        // every reason below is absent
+  bool may_advance = false;      // the same for a closing under way, which a lost frame may not break off
+  bool may_stay_closed = false;  // those that matter to a closed pack are absent
   FixedVector<Blocker, blocker_count> blockers;  // reasons against closing, most important first
 };
 

@@ -54,26 +54,28 @@ Measured<std::int32_t> sensor_value(const MessageSpec& message, const CanFrame& 
   return value;
 }
 
-/// The one negation that cannot be represented is out of range, not undefined.
-Measured<std::int32_t> inverted(Measured<std::int32_t> current) {
-  if (current.value == INT32_MIN) {
-    current.validity = Validity::out_of_range;
+bool take(const Measured<std::int32_t>& sample, Measured<std::int32_t>& slot, RefusedResult& refused) {
+  if (sample.is_valid()) {
+    slot = sample;
   } else {
-    current.value = -current.value;
+    refused = {sample.validity, sample.taken_at, refused.count + 1};
   }
-  return current;
+  return sample.is_valid();
 }
 
 }  // namespace
 
 void SensorTable::observe(const MessageSpec& message, const CanFrame& frame, TimePoint at, const SensorConfig& config) {
   switch (message.base_id) {
-    case sensor_current.base_id:
-      current_mA = sensor_value(message, frame, at);
-      if (config.invert_current) current_mA = inverted(current_mA);
+    case sensor_current.base_id: {
+      const Measured<std::int32_t> sample = sensor_value(message, frame, at);
+      if (!take(sample, current_mA, refused)) break;
+      if (config.invert_current) current_mA.value = -current_mA.value;
+      current_window.add(current_mA.value, at);
       break;
-    case sensor_u1.base_id: pack_voltage_mV = sensor_value(message, frame, at); break;
-    case sensor_u2.base_id: link_voltage_mV = sensor_value(message, frame, at); break;
+    }
+    case sensor_u1.base_id: take(sensor_value(message, frame, at), pack_voltage_mV, refused); break;
+    case sensor_u2.base_id: take(sensor_value(message, frame, at), link_voltage_mV, refused); break;
     case pdu_status.base_id: pdu = {pdu_state(frame), at, Validity::valid}; break;
     default: break;  // the sensor's own counters are taken as a second opinion by a later stage
   }

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "daemon/core/core_config.hpp"
+#include "daemon/core/current_window.hpp"
 #include "daemon/core/measured.hpp"
 #include "protocol/message.hpp"
 
@@ -46,13 +47,23 @@ struct PduState {
   }
 };
 
+/// A result that the sensor marked as wrong, or that no sensor can have measured.
+struct RefusedResult {
+  Validity why = Validity::unknown;
+  TimePoint at{};
+  std::uint64_t count = 0;
+};
+
 struct SensorTable {
   Measured<std::int32_t> current_mA;  // positive out of the pack, whatever way round the sensor sits
   Measured<std::int32_t> pack_voltage_mV;
   Measured<std::int32_t> link_voltage_mV;
   Measured<PduState> pdu;
+  RefusedResult refused;  // the last of any channel
+  CurrentWindow current_window;
 
-  /// Takes over a checked frame of the sensor or the PDU. A result the sensor itself marks as wrong is sensor_fault.
+  /// Takes over a checked frame of the sensor or the PDU. A result that is none counts like a frame that did not come:
+  /// the last one grows old, and with it goes the channel, but a single one does not open a pack.
   void observe(const MessageSpec& message, const CanFrame& frame, TimePoint at, const SensorConfig& config);
 };
 

@@ -229,6 +229,17 @@ Texts lockout_left(const StatusView& view) {
   return {span_text(view.core.locked_out_until() - view.now) + " more"};
 }
 
+Texts suspected_faults(const StatusView& view) {
+  Texts texts;
+  for (const FaultRow& row : fault_table()) {
+    const FaultState& state = view.core.faults().state(row.id);
+    if (row.reaction == Reaction::warn || state.stage != FaultStage::suspected) continue;
+    const std::string where = to_text(state.latest.element);
+    texts.push_back(text(row.meaning) + (where.empty() ? "" : ", " + where));
+  }
+  return texts;
+}
+
 Texts no_details(const StatusView&) {
   return {};
 }
@@ -248,7 +259,9 @@ constexpr BlockerRow blocker_table[] = {
     {Blocker::sensors_incomplete, missing_sensors},
     {Blocker::not_qualified, no_details},
     {Blocker::modules_not_set_up, modules_without_limits},
+    {Blocker::suspicion, suspected_faults},
     {Blocker::commands_not_on_bus, no_details},
+    {Blocker::contacts_unsettled, no_details},
     {Blocker::contactor_closed, no_details},
     {Blocker::locked_out, lockout_left},
 };

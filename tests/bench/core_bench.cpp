@@ -21,6 +21,7 @@ Recording record(std::size_t modules) {
   for (const Port port : {Port::internal, Port::vehicle}) {  // the bench told them before anybody listened
     recording.observations.push_back({bench.now(), PortChanged{port, true}});
   }
+  recording.decisions.emplace_back(1, bench.now());  // and decided at once when the first was up
   bench.on_observe = [&](const Observation& observation) { recording.observations.push_back(observation); };
   bench.on_decide = [&](TimePoint at) { recording.decisions.emplace_back(recording.observations.size(), at); };
   bench.link_rise_mV_per_ms = 2'000;

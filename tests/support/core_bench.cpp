@@ -9,8 +9,7 @@ namespace {
 
 using namespace internal_bus;
 
-constexpr Duration answer_delay = 4ms;
-constexpr Duration contact_delay = 15ms;
+constexpr Duration contact_opens_after = 15ms;
 
 void fill_limits(CoreConfig& config) {
   config.limits.cell_undervoltage = {.warn = 3'100'000, .open = 2'900'000, .hysteresis = 50'000};
@@ -71,6 +70,7 @@ void CoreBench::observe(const ObservedThing& what) {
 }
 
 void CoreBench::deliver(const CanFrame& frame) {
+  if (is_lost && is_lost(frame)) return;
   observe(FrameReceived{Port::internal, frame});
 }
 
@@ -83,14 +83,35 @@ void CoreBench::decide() {
     sent_.push_back(frame);
     sent_at_.push_back(now_);
     if (!bus_echoes) continue;
-    echoes_.push_back(frame);
-    if (frame.port == Port::internal) obey(frame);
+    if (!bus_is_stuck) {
+      put_on_bus(frame);
+    } else if (queue_.size() < queue_length) {
+      queue_.push_back(frame);
+    } else {
+      static_cast<void>(core_.observe({now_, SendFailed{frame.port, frame.frame}}));
+    }
   }
+}
+
+void CoreBench::put_on_bus(const OutgoingFrame& frame) {
+  echoes_.push_back(frame);
+  if (frame.port == Port::internal) obey(frame);
+}
+
+void CoreBench::free_bus() {
+  bus_is_stuck = false;
+  for (const OutgoingFrame& frame : std::exchange(queue_, {})) put_on_bus(frame);
+}
+
+void CoreBench::restart_pdu() {
+  pdu_counter_ = 0;
+  commanded_ = contacts_ = {};
+  opened_by_timeout_ = false;
 }
 
 void CoreBench::obey(const OutgoingFrame& out) {
   const MessageMatch match = catalogue.find(out.frame.id);
-  if (match.message == &poll) answer_poll(out.frame);
+  if (match.message == &poll && !loses_polls) answer_poll(out.frame);
   if (match.message == &command) answer_command(out.frame, match.node);
   if (match.message != &contactor_command || !pdu_hears) return;
   command_expires_at_ = now_ + contactor_command_life;
@@ -98,8 +119,13 @@ void CoreBench::obey(const OutgoingFrame& out) {
   const ContactorOutputs asked = outputs_of(out.frame);
   if (asked == commanded_) return;
   if (commanded_.any_contactor() && !asked.any_contactor()) opened_at_ = now_;
+  const std::array was{commanded_.main_positive, commanded_.main_negative, commanded_.precharge, commanded_.charge};
+  const std::array wanted{asked.main_positive, asked.main_negative, asked.precharge, asked.charge};
+  for (std::size_t index = 0; index < wanted.size(); ++index) {
+    if (was[index] == wanted[index]) continue;
+    contacts_follow_at_[index] = now_ + (wanted[index] ? contact_delays[index] : contact_opens_after);
+  }
   commanded_ = asked;
-  contacts_follow_at_ = now_ + contact_delay;
 }
 
 void CoreBench::answer_poll(const CanFrame& request) {
@@ -185,15 +211,27 @@ std::int32_t CoreBench::cell_sum_mV() const {
 void CoreBench::follow_contactors() {
   if (now_ >= command_expires_at_ && commanded_.any_contactor()) {  // as the PDU must
     commanded_ = {};
+    contacts_follow_at_.fill(now_ + contact_opens_after);
     opened_by_timeout_ = true;
   }
   if (contacts_held_open) contacts_ = {};
-  if (!contactors_stuck && !contacts_held_open && now_ >= contacts_follow_at_) contacts_ = commanded_;
+  if (!contactors_stuck && !contacts_held_open) {
+    if (now_ >= contacts_follow_at_[0]) contacts_.main_positive = commanded_.main_positive;
+    if (now_ >= contacts_follow_at_[1]) contacts_.main_negative = commanded_.main_negative;
+    if (now_ >= contacts_follow_at_[2]) contacts_.precharge = commanded_.precharge;
+    if (now_ >= contacts_follow_at_[3]) contacts_.charge = commanded_.charge;
+  }
+  if (main_positive_held_open) contacts_.main_positive = false;
   const std::int32_t pack = pack_voltage_mV.value_or(cell_sum_mV());
-  if (contacts_.main_negative && contacts_.main_positive) {
+  const bool mains_make = contacts_.main_negative && contacts_.main_positive;
+  if (mains_make && !mains_made_ && on_mains_made) on_mains_made(link_voltage_mV, pack);
+  mains_made_ = mains_make;
+  if (mains_make) {
     link_voltage_mV = pack;
   } else if (contacts_.main_negative && contacts_.precharge) {
     link_voltage_mV = std::min(pack, link_voltage_mV + link_rise_mV_per_ms);
+  } else {
+    link_voltage_mV = std::max(0, link_voltage_mV - link_fall_mV_per_ms);
   }
 }
 
@@ -213,15 +251,18 @@ void CoreBench::send_periodic() {
     sensor(sensor_u1, pack_voltage_mV.value_or(cell_sum_mV()), voltage_counter_);
     sensor(sensor_u2, link_voltage_mV, voltage_counter_++);
   }
-  if (pdu_talks && ms % 50 == 0) tell_pdu_status();
+  const bool has_news = pdu_tells_changes && contacts_ != told_contacts_;
+  if (pdu_talks && (ms % 50 == 0 || has_news)) tell_pdu_status();
 }
 
 void CoreBench::tell_pdu_status() {
+  told_contacts_ = contacts_;
+  const ContactorOutputs told = feedback_lies ? commanded_ : contacts_;
   CanFrame frame = make_frame(pdu_status);
-  write<pdu_status, "main_positive_closed">(frame, contacts_.main_positive ? 1 : 0);
-  write<pdu_status, "main_negative_closed">(frame, contacts_.main_negative ? 1 : 0);
-  write<pdu_status, "precharge_closed">(frame, contacts_.precharge ? 1 : 0);
-  write<pdu_status, "charge_closed">(frame, contacts_.charge ? 1 : 0);
+  write<pdu_status, "main_positive_closed">(frame, told.main_positive ? 1 : 0);
+  write<pdu_status, "main_negative_closed">(frame, told.main_negative ? 1 : 0);
+  write<pdu_status, "precharge_closed">(frame, told.precharge ? 1 : 0);
+  write<pdu_status, "charge_closed">(frame, told.charge ? 1 : 0);
   write<pdu_status, "opened_by_timeout">(frame, opened_by_timeout_ ? 1 : 0);
   write<pdu_status, "vehicle_on">(frame, inputs.vehicle_on ? 1 : 0);
   write<pdu_status, "charger_connected">(frame, inputs.charger_connected ? 1 : 0);
@@ -238,6 +279,7 @@ void CoreBench::tell_pdu_status() {
 
 void CoreBench::advance_1ms() {
   now_ += 1ms;
+  if (each_ms) each_ms();
   for (const OutgoingFrame& echo : std::exchange(echoes_, {})) observe(FrameEchoed{echo.port, echo.frame});
   follow_contactors();
   std::vector<Due> ready;

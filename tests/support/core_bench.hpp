@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <optional>
 #include <vector>
@@ -59,6 +60,19 @@ class CoreBench {
   bool contacts_held_open = false;
   bool pdu_hears = true;              // it gets the contactor commands
   std::function<void()> before_poll;  // called before the modules answer, to change what they will say
+  std::function<void()> each_ms;
+  std::function<bool(const CanFrame&)> is_lost;  // a frame of somebody else that does not reach the core
+  Duration answer_delay = 4ms;
+  bool loses_polls = false;
+  std::array<Duration, 4> contact_delays{15ms, 15ms, 15ms,
+                                         15ms};  // to close: main positive, negative, precharge, charge
+  bool main_positive_held_open = false;
+  bool feedback_lies = false;            // auxiliary contacts say what was commanded
+  bool pdu_tells_changes = false;        // of contacts at once, not only every 50 ms
+  std::int32_t link_fall_mV_per_ms = 0;  // a load on the link, when nothing feeds it
+  bool bus_is_stuck = false;             // nobody acknowledges: what we send waits in the queue
+  std::size_t queue_length = 10;
+  std::function<void(std::int32_t link_mV, std::int32_t pack_mV)> on_mains_made;
 
   // Told of everything that goes into the core, for tests that feed it to another one.
   std::function<void(const Observation&)> on_observe;
@@ -76,6 +90,10 @@ class CoreBench {
   void give(Command command) { observe(CommandGiven{command}); }
   /// Contacts fall open without a command. With contactors_stuck they stay so.
   void drop_contacts() { contacts_ = {}; }
+  /// The unit starts anew: everything open, counting from 0.
+  void restart_pdu();
+  /// The bus works again, and what waited goes out first.
+  void free_bus();
   /// Time without ticks: what a stopped process lives through.
   void stall(Duration duration);
 
@@ -99,6 +117,7 @@ class CoreBench {
 
   void advance_1ms();
   void decide();
+  void put_on_bus(const OutgoingFrame& frame);
   void obey(const OutgoingFrame& sent);
   void answer_poll(const CanFrame& poll);
   void answer_command(const CanFrame& command, std::uint8_t node);
@@ -112,7 +131,10 @@ class CoreBench {
   TimePoint wake_at_{};
   ContactorOutputs commanded_;
   ContactorOutputs contacts_;
-  TimePoint contacts_follow_at_{};
+  std::array<TimePoint, 4> contacts_follow_at_{};
+  ContactorOutputs told_contacts_;
+  bool mains_made_ = false;
+  std::deque<OutgoingFrame> queue_;
   TimePoint command_expires_at_{};
   TimePoint opened_at_{};
   std::vector<Due> due_;

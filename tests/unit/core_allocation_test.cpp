@@ -23,6 +23,8 @@ Script record_run() {
   for (const Port port : {Port::internal, Port::vehicle}) {  // the bench told them before anybody listened
     script.observations.push_back({bench.now(), PortChanged{port, true}});
   }
+  script.decide_after.push_back(1);  // and decided at once when the first was up
+  script.decide_at.push_back(bench.now());
   bench.on_observe = [&](const Observation& observation) { script.observations.push_back(observation); };
   bench.on_decide = [&](TimePoint at) {
     script.decide_after.push_back(script.observations.size());

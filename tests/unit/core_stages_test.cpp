@@ -19,6 +19,8 @@ SequenceInputs precharging(TimePoint now, std::int32_t link_mV, std::int32_t cur
   return {.now = now,
           .close_wanted = true,
           .close_permitted = true,
+          .may_advance = true,
+          .contacts_settled = true,
           .is_measured = true,
           .measured_at = now,
           .pack_mV = 100'000,
@@ -203,8 +205,10 @@ TEST_CASE("the largest and smallest numbers a sensor frame can carry are not mea
       }
       counter.observe(sensors.current_mA, sensors.pack_voltage_mV);
     }
-    CHECK(sensors.current_mA.validity == Validity::out_of_range);
-    CHECK(sensors.pack_voltage_mV.validity == Validity::out_of_range);
+    CHECK_FALSE(sensors.current_mA.is_valid());
+    CHECK_FALSE(sensors.pack_voltage_mV.is_valid());
+    CHECK(sensors.refused.why == Validity::out_of_range);
+    CHECK(sensors.refused.count == 20);
     CHECK(counter.state().energy_out_mWh == 0);
     CHECK(counter.state().energy_in_mWh == 0);
   }

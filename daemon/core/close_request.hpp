@@ -1,0 +1,38 @@
+// Who asks for a closed pack: the edges of vehicle-on and charger-connected.
+//
+// Closing needs an edge: a line that was seen off since start, or since we last knew nothing, and then came on. Each
+// line has a wish of its own, which ends with the line: a charger that is pulled out takes its wish with it and does
+// not leave the pack closed for a key that has not been turned since.
+#pragma once
+
+#include "daemon/core/sensor_table.hpp"
+
+namespace bmu {
+
+class CloseRequest {
+ public:
+  /// The lines of a fresh word of the unit. True if this changed whether somebody asks.
+  bool follow(const PduState& pdu, bool contactors_open, TimePoint now);
+  /// Nobody knows the lines: the next word shows where they stand, and no edge.
+  void lose_sight() { lines_known_ = false; }
+  /// The wishes so far have been dealt with: opened for a reason, or refused.
+  void drop();
+
+  [[nodiscard]] bool is_present() const { return vehicle_.is_wished || charger_.is_wished; }
+  [[nodiscard]] TimePoint since() const { return since_; }
+
+ private:
+  struct Line {
+    bool was_on = false;
+    bool is_wished = false;
+
+    void follow(bool is_on);
+  };
+
+  Line vehicle_;
+  Line charger_;
+  bool lines_known_ = false;
+  TimePoint since_{};
+};
+
+}  // namespace bmu

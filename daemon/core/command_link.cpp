@@ -1,0 +1,45 @@
+#include "daemon/core/command_link.hpp"
+
+#include "protocol/tables/internal_bus.hpp"
+
+namespace bmu {
+
+bool CommandLink::is_due(TimePoint now, bool has_changed) const {
+  if (has_changed || has_failed_) return true;
+  const bool must_wait = is_queued_ && now - sent_at_ < command_wait_given_up;
+  return now >= due_at_ && !must_wait;
+}
+
+void CommandLink::note_sent(std::uint8_t counter, TimePoint now) {
+  // The first one may bear the counter that the last one of another life had, and be ignored as repeated.
+  const Duration next = sent_count_ == 0 ? Duration{10ms} : internal_bus::contactor_command.period;
+  if (unconfirmed_since_ == TimePoint{}) unconfirmed_since_ = now;
+  is_queued_ = true;
+  has_failed_ = false;
+  counter_ = counter;
+  sent_at_ = now;
+  due_at_ = now + next;
+  ++sent_count_;
+}
+
+void CommandLink::note_echo(std::uint8_t counter) {
+  if (counter != counter_ || sent_count_ == 0) return;  // an older one: what counts is behind it
+  has_echoed_ = true;
+  is_queued_ = false;
+  unconfirmed_since_ = {};
+}
+
+void CommandLink::note_failed() {
+  is_queued_ = false;
+  has_failed_ = true;
+}
+
+bool CommandLink::is_on_bus(TimePoint now) const {
+  return has_echoed_ && (unconfirmed_since_ == TimePoint{} || now - unconfirmed_since_ <= command_wait_max);
+}
+
+bool CommandLink::is_stuck(TimePoint now) const {
+  return is_queued_ && now - sent_at_ > command_wait_usual;
+}
+
+}  // namespace bmu

@@ -1,0 +1,51 @@
+// Whether our contactor commands get onto the bus, told by their echoes.
+//
+// A frame that was handed over may wait in the send queue: nobody acknowledges, the bus is full. What waits there still
+// goes out later, in its order, and a power distribution unit that has opened by itself meanwhile obeys it. So at most
+// one command waits unless what it asks for has changed, and nothing else of ours is queued behind it: when the bus
+// comes back, the word "open" is at most a frame or two behind.
+//
+//   note_sent     a command was handed over        note_echo    it, or an older one, was on the bus
+//   note_failed   it was not taken                 forget       the bus was away, and its queue with it
+#pragma once
+
+#include <cstdint>
+
+#include "protocol/time.hpp"
+
+namespace bmu {
+
+/// How long a command may be on its way before the pack opens. With the 50 ms between two commands this stays below the
+/// 200 ms after which the power distribution unit opens by itself. As long as our own loop may be away: an echo that
+/// waits to be read is none that is missing.
+inline constexpr Duration command_wait_max = 130ms;
+/// A command on its way for longer is stuck: nothing is queued behind it.
+inline constexpr Duration command_wait_usual = 20ms;
+/// The echo of a command may be lost on this machine; after this long the next is sent anyway.
+inline constexpr Duration command_wait_given_up = 500ms;
+
+class CommandLink {
+ public:
+  /// The periodic command, or one that changes what is asked for, should be sent now.
+  [[nodiscard]] bool is_due(TimePoint now, bool has_changed) const;
+  void note_sent(std::uint8_t counter, TimePoint now);
+  void note_echo(std::uint8_t counter);
+  void note_failed();
+  void forget() { *this = {}; }
+
+  /// The last command came back, or is on its way for no longer than usual for a busy bus.
+  [[nodiscard]] bool is_on_bus(TimePoint now) const;
+  [[nodiscard]] bool is_stuck(TimePoint now) const;
+
+ private:
+  bool has_echoed_ = false;  // ever since the bus came up
+  bool is_queued_ = false;
+  bool has_failed_ = false;
+  std::uint8_t counter_ = 0;
+  TimePoint due_at_{};
+  TimePoint sent_at_{};
+  TimePoint unconfirmed_since_{};  // zero: nothing is on its way
+  std::uint32_t sent_count_ = 0;
+};
+
+}  // namespace bmu

@@ -1,0 +1,54 @@
+// How much the current has changed lately: what a difference between two voltages that were not taken at the same
+// moment may come from. Lowest and highest sample of each 10 ms, for the last 640 ms.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+
+#include "protocol/time.hpp"
+
+namespace bmu {
+
+class CurrentWindow {
+ public:
+  void add(std::int32_t current_mA, TimePoint at) {
+    Bucket& latest = buckets_[head_];
+    if (latest.is_used && at - latest.began_at < bucket_length) {
+      latest.min_mA = std::min(latest.min_mA, current_mA);
+      latest.max_mA = std::max(latest.max_mA, current_mA);
+      return;
+    }
+    head_ = (head_ + 1) % buckets_.size();
+    buckets_[head_] = {true, at, current_mA, current_mA};
+  }
+
+  /// Highest less lowest sample from `since` on, and from the last moment before it. 0 without samples.
+  [[nodiscard]] std::int64_t swing_mA(TimePoint since) const {
+    std::int32_t min_mA = buckets_[head_].min_mA;
+    std::int32_t max_mA = buckets_[head_].max_mA;
+    for (std::size_t back = 0; back < buckets_.size(); ++back) {
+      const Bucket& bucket = buckets_[(head_ + buckets_.size() - back) % buckets_.size()];
+      if (!bucket.is_used) break;
+      min_mA = std::min(min_mA, bucket.min_mA);
+      max_mA = std::max(max_mA, bucket.max_mA);
+      if (bucket.began_at < since) break;
+    }
+    return std::int64_t{max_mA} - min_mA;
+  }
+
+ private:
+  struct Bucket {
+    bool is_used = false;
+    TimePoint began_at{};
+    std::int32_t min_mA = 0;
+    std::int32_t max_mA = 0;
+  };
+
+  static constexpr Duration bucket_length = 10ms;
+
+  std::array<Bucket, 64> buckets_{};
+  std::size_t head_ = 0;
+};
+
+}  // namespace bmu
