@@ -1,4 +1,4 @@
-// bmudump: candump that understands the battery's buses.
+// bmudump: shows frames as candump does, and says what they mean on the battery's buses.
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
