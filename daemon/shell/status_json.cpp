@@ -250,6 +250,7 @@ Json most_rejected_json(const ReceiveCheck& check) {
 
 Json receive_json(const Core& core) {
   const ReceiveCounts& counts = core.receive_counts();
+  const RefusedResult& refused = core.sensors().refused;  // sound frames whose result is none
   Json by_reason = Json::object();
   for (std::size_t reason = 0; reason < reject_reason_count; ++reason) {
     by_reason[std::string(to_text(static_cast<RejectReason>(reason)))] = counts.rejected[reason];
@@ -257,7 +258,9 @@ Json receive_json(const Core& core) {
   return {{"accepted", counts.accepted},
           {"rejected", counts.rejected_total()},
           {"rejected_by_reason", std::move(by_reason)},
-          {"most_rejected", most_rejected_json(core.receive_check())}};
+          {"most_rejected", most_rejected_json(core.receive_check())},
+          {"sensor_results_refused", refused.count},
+          {"sensor_result_refused_last", or_null(refused.count > 0, to_text(refused.why))}};
 }
 
 Json module_summary_json(std::size_t index, const StatusView& view) {

@@ -405,6 +405,25 @@ TEST_CASE("a second master is named by the identifier it used, a node of nobody 
   CHECK(why.out.find("only the master may send (040 CONTACTOR_COMMAND)") != std::string::npos);
 }
 
+TEST_CASE("a sensor result that is none is counted and told apart from a frame that failed", "[integration][daemon]") {
+  Bench bench;
+  bench.start_daemon();
+  REQUIRE(bench.listener.next(milliseconds(5000)));
+  auto port = open_bus(bench.bus, {.receive_ids = {internal_bus::contactor_command.base_id}});
+  REQUIRE(port);
+  CanFrame absurd = make_frame(internal_bus::sensor_current);
+  absurd.data[2] = 0x7F;  // some two million ampere
+  seal(internal_bus::sensor_current, 3, absurd);
+  REQUIRE((*port)->send(absurd));
+  REQUIRE(bench.listener.next(milliseconds(1000)));
+  REQUIRE(bench.listener.next(milliseconds(1000)));
+  const nlohmann::json receive = bench.ask_json("status").at("receive");
+  CHECK(receive.at("rejected") == 0);
+  CHECK(receive.at("sensor_results_refused") == 1);
+  CHECK(receive.at("sensor_result_refused_last") == "out of range");
+  CHECK(bench.ask({"status"}).out.find("sensor results refused: 1, the last out of range") != std::string::npos);
+}
+
 TEST_CASE("an interface that is not there keeps the daemon waiting, not failing", "[integration][daemon]") {
   const Bench bench;
   std::vector<std::string> command = bench.daemon_command();

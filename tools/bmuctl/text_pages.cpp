@@ -122,6 +122,10 @@ void add_buses(Page& page, const Reply& reply) {
                         shown(id["count"], Unit::none) + ")",
                     Style::dim});
   }
+  if (receive["sensor_results_refused"].number_or(0) > 0) {
+    line.push_back(plain("; sensor results refused: " + shown(receive["sensor_results_refused"], Unit::none) +
+                         ", the last " + receive["sensor_result_refused_last"].text()));
+  }
   page.add_field("Frames", std::move(line));
 }
 
