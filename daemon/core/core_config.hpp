@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 
 #include "protocol/fixed_vector.hpp"
@@ -122,10 +123,10 @@ struct CoreConfig {
 };
 
 /// What a change of current shows at once, over all cells.
-[[nodiscard]] constexpr std::int64_t pack_resistance_uOhm(const CoreConfig& config) {
+[[nodiscard]] inline std::int64_t pack_resistance_uOhm(const CoreConfig& config) {
   std::int64_t cells = 0;
   for (const ModuleConfig& module : config.modules) cells += module.cell_count;
-  return static_cast<std::int64_t>(config.cell.series_resistance_Ohm * 1e6 + 0.5) * cells;
+  return std::llround(config.cell.series_resistance_Ohm * 1e6) * cells;
 }
 
 /// Cells of the whole pack.
