@@ -6,7 +6,7 @@ namespace bmu {
 
 bool CommandLink::is_due(TimePoint now, bool has_changed) const {
   if (has_changed || has_failed_) return true;
-  const bool must_wait = is_queued_ && now - sent_at_ < command_wait_given_up;
+  const bool must_wait = waiting_ >= commands_waiting_max && now - sent_at_ < command_wait_given_up;
   return now >= due_at_ && !must_wait;
 }
 
@@ -14,7 +14,7 @@ void CommandLink::note_sent(std::uint8_t counter, TimePoint now) {
   // The first one may bear the counter that the last one of another life had, and be ignored as repeated.
   const Duration next = sent_count_ == 0 ? Duration{10ms} : internal_bus::contactor_command.period;
   if (unconfirmed_since_ == TimePoint{}) unconfirmed_since_ = now;
-  is_queued_ = true;
+  waiting_ = waiting_ < commands_waiting_max ? static_cast<std::uint8_t>(waiting_ + 1) : commands_waiting_max;
   has_failed_ = false;
   counter_ = counter;
   sent_at_ = now;
@@ -25,12 +25,12 @@ void CommandLink::note_sent(std::uint8_t counter, TimePoint now) {
 void CommandLink::note_echo(std::uint8_t counter) {
   if (counter != counter_ || sent_count_ == 0) return;  // an older one: what counts is behind it
   has_echoed_ = true;
-  is_queued_ = false;
+  waiting_ = 0;
   unconfirmed_since_ = {};
 }
 
 void CommandLink::note_failed() {
-  is_queued_ = false;
+  waiting_ = 0;
   has_failed_ = true;
 }
 
@@ -39,7 +39,7 @@ bool CommandLink::is_on_bus(TimePoint now) const {
 }
 
 bool CommandLink::is_stuck(TimePoint now) const {
-  return is_queued_ && now - sent_at_ > command_wait_usual;
+  return waiting_ > 0 && now - sent_at_ > command_wait_usual;
 }
 
 }  // namespace bmu

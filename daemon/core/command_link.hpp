@@ -2,11 +2,13 @@
 //
 // A frame that was handed over may wait in the send queue: nobody acknowledges, the bus is full. What waits there still
 // goes out later, in its order, and a power distribution unit that has opened by itself meanwhile obeys it. So at most
-// one command waits unless what it asks for has changed, and nothing else of ours is queued behind it: when the bus
-// comes back, the word "open" is at most a frame or two behind.
+// two commands wait, the second because an echo may be lost on this machine, unless what they ask for has changed; and
+// nothing else of ours is queued behind them. When the bus comes back, the word "open" is a few frames behind. This
+// needs a send queue of at least six frames; the kernel's default is ten and more.
 //
-//   note_sent     a command was handed over        note_echo    it, or an older one, was on the bus
-//   note_failed   it was not taken                 forget       the bus was away, and its queue with it
+//   note_sent          a command was handed over        note_echo   it, or an older one, was on the bus
+//   note_failed        it was not taken                 forget      the bus was away, and its queue with it
+//   note_echoes_lost   received frames were lost on this machine, echoes perhaps among them
 #pragma once
 
 #include <cstdint>
@@ -21,7 +23,8 @@ namespace bmu {
 inline constexpr Duration command_wait_max = 130ms;
 /// A command on its way for longer is stuck: nothing is queued behind it.
 inline constexpr Duration command_wait_usual = 20ms;
-/// The echo of a command may be lost on this machine; after this long the next is sent anyway.
+inline constexpr std::uint8_t commands_waiting_max = 2;
+/// After this long without any echo the next command is sent all the same.
 inline constexpr Duration command_wait_given_up = 500ms;
 
 class CommandLink {
@@ -31,6 +34,7 @@ class CommandLink {
   void note_sent(std::uint8_t counter, TimePoint now);
   void note_echo(std::uint8_t counter);
   void note_failed();
+  void note_echoes_lost() { waiting_ = 0; }
   void forget() { *this = {}; }
 
   /// The last command came back, or is on its way for no longer than usual for a busy bus.
@@ -39,8 +43,8 @@ class CommandLink {
 
  private:
   bool has_echoed_ = false;  // ever since the bus came up
-  bool is_queued_ = false;
   bool has_failed_ = false;
+  std::uint8_t waiting_ = 0;  // commands sent since the last echo
   std::uint8_t counter_ = 0;
   TimePoint due_at_{};
   TimePoint sent_at_{};

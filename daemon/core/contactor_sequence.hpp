@@ -12,7 +12,7 @@
 //
 // Precharge is measured: the link must follow the pack and the current must have fallen, or there is a short or a load
 // behind it. A phase that does not get on within the time-out opens; in precharge that is a fault, and the step says
-// so.
+// so. A link that falls off again while the main contact is on its way to it is one, too.
 //
 // Everything here is constexpr; what must never happen is asserted over all phases at the end of this file.
 #pragma once
@@ -76,7 +76,7 @@ struct SequenceInputs {
 struct SequenceStep {
   SequenceState state;
   ContactorOutputs outputs;
-  bool precharge_timed_out = false;  // this step gave up
+  bool precharge_failed = false;  // this step gave up because the link does not follow, or no longer
 };
 
 [[nodiscard]] constexpr ContactorOutputs outputs_for(Phase phase) {
@@ -90,9 +90,14 @@ struct SequenceStep {
   return {};
 }
 
+/// How far the link may be from the pack to count as following it.
+[[nodiscard]] constexpr std::int64_t link_apart_max_mV(std::int32_t pack_mV, const ContactorConfig& config) {
+  return std::int64_t{pack_mV} * (1000 - config.precharge_done_permille) / 1000;
+}
+
 /// Link within the configured share of the pack, on either side of it, and a pack to compare with.
 [[nodiscard]] constexpr bool link_follows(std::int32_t pack_mV, std::int32_t link_mV, const ContactorConfig& config) {
-  const std::int64_t allowed_mV = std::int64_t{pack_mV} * (1000 - config.precharge_done_permille) / 1000;
+  const std::int64_t allowed_mV = link_apart_max_mV(pack_mV, config);
   const std::int64_t apart_mV = std::int64_t{pack_mV} - link_mV;
   return pack_mV > 0 && apart_mV <= allowed_mV && apart_mV >= -allowed_mV;
 }
@@ -106,6 +111,10 @@ struct SequenceStep {
   const bool current_has_fallen = magnitude_mA <= config.precharge_current_max_mA;
   const bool is_of_this_precharge = in.measured_at >= state.entered_at + config.settle;
   return in.is_measured && is_of_this_precharge && link_follows(in.pack_mV, in.link_mV, config) && current_has_fallen;
+}
+
+[[nodiscard]] constexpr bool has_lost_link(const SequenceInputs& in, const ContactorConfig& config) {
+  return in.is_measured && !link_follows(in.pack_mV, in.link_mV, config);
 }
 
 [[nodiscard]] constexpr Phase next_phase(const SequenceState& state, const SequenceInputs& in,
@@ -123,7 +132,7 @@ struct SequenceStep {
       if (gives_up) return Phase::open;
       return is_ready && is_precharged(state, in, config) ? Phase::main_positive : Phase::precharge;
     case Phase::main_positive:
-      if (gives_up) return Phase::open;
+      if (gives_up || has_lost_link(in, config)) return Phase::open;
       return is_ready ? Phase::closed : Phase::main_positive;
     case Phase::closed: return Phase::closed;
   }
@@ -136,8 +145,9 @@ struct SequenceStep {
   const Phase phase = next_phase(state, in, config);
   SequenceStep result{.state = state, .outputs = outputs_for(phase)};
   if (phase != state.phase) result.state = {.phase = phase, .entered_at = in.now};
-  result.precharge_timed_out =
-      state.phase == Phase::precharge && phase == Phase::open && in.close_wanted && in.close_permitted;
+  const bool gave_up = phase == Phase::open && in.close_wanted && in.close_permitted;
+  const bool lost_link = state.phase == Phase::main_positive && has_lost_link(in, config);
+  result.precharge_failed = gave_up && (state.phase == Phase::precharge || lost_link);
   return result;
 }
 

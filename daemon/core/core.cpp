@@ -1,6 +1,7 @@
 #include "daemon/core/core.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace bmu {
 
@@ -64,9 +65,11 @@ Urgency Core::take_rejected(const CheckedFrame& checked, TimePoint at) {
     flags_.foreign_master_seen = true;
     return Urgency::decide_now;
   }
-  const bool is_rival = checked.reason == RejectReason::conflicting && checked.message->sender == Sender::mmu;
+  const bool is_conflict = checked.reason == RejectReason::conflicting;
+  if (is_conflict && checked.message->base_id == internal_bus::pdu_status.base_id) flags_.pdu_restarted = true;
+  const bool is_rival = is_conflict && checked.message->sender == Sender::mmu;
   if (is_rival) modules_.note_conflict(checked.node, at);
-  return is_rival ? Urgency::decide_now : Urgency::can_wait;
+  return is_conflict ? Urgency::decide_now : Urgency::can_wait;
 }
 
 Urgency Core::take_module_frame(const CheckedFrame& checked, const CanFrame& frame, TimePoint at) {
@@ -80,17 +83,19 @@ Urgency Core::take_module_frame(const CheckedFrame& checked, const CanFrame& fra
   const std::size_t index = modules_.index_of(checked.node);
   if (checked.message->base_id == internal_bus::response.base_id) {
     const SetupStage before = setup_.stage(index);
-    const SetupStage after = setup_.observe_response(index, frame);
-    if (after != before) {
-      events_.push({.id = after == SetupStage::done ? EventId::module_limits_set : EventId::module_refused_limits,
-                    .at = at,
-                    .number = checked.node});
+    const bool refuses = setup_.observe_response(index, frame) == SetupStage::refused;
+    if (refuses && before != SetupStage::refused) {
+      events_.push({.id = EventId::module_refused_limits, .at = at, .number = checked.node});
     }
     return Urgency::can_wait;
   }
   modules_.observe(*checked.message, checked.node, frame, at);
   if (checked.message->base_id == internal_bus::status.base_id) {
-    setup_.observe_status(index, known->status.value.limits_not_set);
+    const SetupStage before = setup_.stage(index);
+    const bool has_taken = setup_.observe_status(index, known->status.value.limits_not_set) == SetupStage::done;
+    if (has_taken && before != SetupStage::done) {
+      events_.push({.id = EventId::module_limits_set, .at = at, .number = checked.node});
+    }
     if (known->status.value.restarted && seen_complete_) {
       events_.push({.id = EventId::module_restarted, .at = at, .number = checked.node});
     }
@@ -112,6 +117,7 @@ Urgency Core::take_sensor_frame(const CheckedFrame& checked, const CanFrame& fra
   if (checked.message->base_id == internal_bus::pdu_status.base_id) {
     if (pdu_before.is_valid()) note_pdu_counter(frame.data[6]);
     pdu_counter_ = frame.data[6];
+    pdu_words_lost_ = false;
     const PduState& before = pdu_before.value;
     const PduState& now = sensors_.pdu.value;
     const bool request_fell =
@@ -133,7 +139,7 @@ Urgency Core::take_sensor_frame(const CheckedFrame& checked, const CanFrame& fra
 void Core::note_pdu_counter(std::uint8_t counter) {
   constexpr std::uint8_t steps_max = 4;
   const auto steps = static_cast<std::uint8_t>(counter - pdu_counter_);
-  if (steps == 0 || steps > steps_max) flags_.pdu_restarted = true;
+  if ((steps == 0 || steps > steps_max) && !pdu_words_lost_) flags_.pdu_restarted = true;
 }
 
 Urgency Core::take(TimePoint, const FrameEchoed& what) {
@@ -170,7 +176,12 @@ Urgency Core::take(TimePoint at, const PortChanged& what) {
 
 Urgency Core::take(TimePoint, const FramesLost& what) {
   ports_[static_cast<std::size_t>(what.port)].frames_lost += what.count;
-  if (what.port == Port::internal) flags_.frames_lost_seen = true;
+  if (what.port != Port::internal) return Urgency::can_wait;
+  flags_.frames_lost_seen = true;
+  // A jump of the unit's counter then says nothing, whether its word came just before this or is still to come.
+  flags_.pdu_restarted = false;
+  pdu_words_lost_ = true;
+  command_link_.note_echoes_lost();
   return Urgency::can_wait;
 }
 
@@ -187,7 +198,7 @@ Urgency Core::take(TimePoint at, const BusErrorSeen& what) {
 
 Urgency Core::take(TimePoint at, const CommandGiven& what) {
   switch (what.command) {
-    case Command::clear_faults: clear_requested_ = true; break;  // ours in decide(), the modules' own by COMMAND
+    case Command::clear_faults: clear_ours_ = clear_modules_ = true; break;
     case Command::shut_down:
       if (!shutting_down_) {
         shutting_down_ = true;
@@ -283,10 +294,10 @@ void Core::watch_contactors(TimePoint now) {
 }
 
 void Core::evaluate_faults(TimePoint now) {
-  if (clear_requested_) note_fault_changes(faults_.clear_latched(), now);
+  if (std::exchange(clear_ours_, false)) note_fault_changes(faults_.clear_latched(), now);
   note_fault_changes(faults_.update(fault_inputs(now)), now);
   // Seen once is enough; the fault memory remembers from here.
-  flags_.precharge_timed_out = false;
+  flags_.precharge_failed = false;
   flags_.foreign_master_seen = false;
   flags_.loop_gap_seen = false;
   flags_.frames_lost_seen = false;
@@ -353,7 +364,7 @@ void Core::step_contactors(TimePoint now) {
   if (before.phase == Phase::precharge) {
     record_precharge(now, before.entered_at, sequence_.phase == Phase::main_positive);
   }
-  if (sequence_.phase == Phase::open) record_opening(now, before.phase, result.precharge_timed_out);
+  if (sequence_.phase == Phase::open) record_opening(now, before.phase, result.precharge_failed);
 }
 
 void Core::record_precharge(TimePoint now, TimePoint began_at, bool was_successful) {
@@ -367,7 +378,7 @@ void Core::record_precharge(TimePoint now, TimePoint began_at, bool was_successf
   if (was_successful) events_.push({.id = EventId::precharge_done, .at = now, .number = to_ms(now - began_at)});
 }
 
-void Core::record_opening(TimePoint now, Phase from, bool precharge_timed_out) {
+void Core::record_opening(TimePoint now, Phase from, bool precharge_failed) {
   OpeningRecord record{.at = now, .from = from, .current_mA = pack_.current_mA.value};
   const FaultRow* fault = nullptr;
   for (const FaultRow& row : fault_table()) {
@@ -385,8 +396,8 @@ void Core::record_opening(TimePoint now, Phase from, bool precharge_timed_out) {
     record.threshold = state.threshold;
     record.suspected_since = state.suspected_since;
     record.confirmed_at = state.confirmed_at;
-  } else if (precharge_timed_out) {
-    flags_.precharge_timed_out = true;  // a fault from the next tick on
+  } else if (precharge_failed) {
+    flags_.precharge_failed = true;  // a fault from the next tick on
     record.cause = OpeningCause::fault;
     record.fault = FaultId::precharge_failed;
     record.reading = {true, pack_.link_voltage_mV.value, {}, pack_.link_voltage_mV.taken_at};
@@ -419,8 +430,7 @@ void Core::send_contactor_command(TimePoint now, Decisions& out) {
 
 void Core::send_polls(TimePoint now, Decisions& out) {
   if (command_link_.is_stuck(now)) return;
-  if (clear_requested_) send(Port::internal, setup_.clear_faults(), out);
-  clear_requested_ = false;
+  if (std::exchange(clear_modules_, false)) send(Port::internal, setup_.clear_faults(), out);
   const Poll poll = poll_.step(now, identities_known());
   if (poll.is_due) {
     modules_.begin_cycle(now, poll.wants);

@@ -164,7 +164,7 @@ class Core {
   TimePoint advance_tick(TimePoint now);
   void update_bus_state(TimePoint at);
   void note_fault_changes(const FaultChanges& changes, TimePoint now);
-  void record_opening(TimePoint now, Phase from, bool precharge_timed_out);
+  void record_opening(TimePoint now, Phase from, bool precharge_failed);
   void record_precharge(TimePoint now, TimePoint began_at, bool was_successful);
   void send(Port port, const CanFrame& frame, Decisions& out);
   [[nodiscard]] FaultInputs fault_inputs(TimePoint now) const;
@@ -206,7 +206,8 @@ class Core {
 
   bool seen_complete_ = false;
   CloseRequest request_;
-  bool clear_requested_ = false;
+  bool clear_ours_ = false;     // latched faults, with the next decision
+  bool clear_modules_ = false;  // what the modules have latched, by COMMAND, when it can be sent
   bool is_bus_off_ = false;
   bool shutting_down_ = false;
   TimePoint shut_down_at_{};
@@ -215,6 +216,7 @@ class Core {
   CommandLink command_link_;
   std::uint8_t command_counter_ = 0;
   std::uint8_t pdu_counter_ = 0;
+  bool pdu_words_lost_ = false;   // perhaps, on this machine, since the last one
   bool ports_share_bus_ = false;  // reports come back as the internal port's frames
   std::uint64_t gate_refusals_ = 0;
 };

@@ -128,16 +128,19 @@ Reading read_temperature_not_measured(const FaultInputs& in) {
   return condition(false, in.now);
 }
 
+bool says_failed(const ModuleRecord& module) {
+  const ModuleStatus& said = module.status.value;
+  return module.status.is_valid() &&
+         (said.undervoltage_cells != 0 || said.overvoltage_cells != 0 || said.open_cell_wire || said.self_test_failed);
+}
+
 Reading read_module_reports_fault(const FaultInputs& in) {
   return first_module(
-      in,
+      in, [](const ModuleRecord& module) { return says_failed(module) || module.open_wire_cells != 0; },
+      // The mask of open wires comes with the module voltage.
       [](const ModuleRecord& module) {
-        const ModuleStatus& said = module.status.value;
-        return module.status.is_valid() &&
-               (said.undervoltage_cells != 0 || said.overvoltage_cells != 0 || said.open_cell_wire ||
-                said.self_test_failed || module.open_wire_cells != 0);
-      },
-      [](const ModuleRecord& module) { return module.status.taken_at; });
+        return says_failed(module) ? module.status.taken_at : module.module_voltage_mV.taken_at;
+      });
 }
 
 /// What wears or misleads but endangers nothing yet; a value that is missing because of it has a fault of its own.
@@ -218,20 +221,22 @@ Reading read_command_not_on_bus(const FaultInputs& in) {
 }
 
 Reading read_precharge_failed(const FaultInputs& in) {
-  return condition(in.flags.precharge_timed_out, in.now);
+  return condition(in.flags.precharge_failed, in.now);
 }
 Reading read_contactor_feedback(const FaultInputs& in) {
   return condition(in.flags.contactors_disobey, in.now);
 }
-/// Contacts that say closed and a link that says otherwise: believed is the link.
+/// Contacts that say closed and a link that says otherwise: believed is the link. An open pack has nothing to follow.
 Reading read_link_not_following(const FaultInputs& in) {
   const Measured<std::int32_t>& pack = in.pack->pack_voltage_mV;
   const Measured<std::int32_t>& link = in.pack->link_voltage_mV;
   const TimePoint closed_since = in.flags.closed_since;
-  const bool is_known = closed_since != TimePoint{} && pack.is_valid() && link.is_valid() &&
-                        pack.taken_at > closed_since && link.taken_at > closed_since;
+  if (closed_since == TimePoint{}) return condition(false, in.now);
+  const bool is_known =
+      pack.is_valid() && link.is_valid() && pack.taken_at > closed_since && link.taken_at > closed_since;
   if (!is_known) return unknown_reading;
-  return condition(!link_follows(pack.value, link.value, in.config->contactors), link.taken_at);
+  const std::int64_t apart_mV = std::llabs(std::int64_t{pack.value} - link.value) - in.pack->voltage_swing_mV;
+  return condition(apart_mV > link_apart_max_mV(pack.value, in.config->contactors), link.taken_at);
 }
 
 Reading read_foreign_master(const FaultInputs& in) {

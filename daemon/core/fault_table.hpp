@@ -71,7 +71,7 @@ struct Reading {
 
 /// Conditions that are not measurements, kept by the core between ticks.
 struct CoreFlags {
-  bool precharge_timed_out = false;
+  bool precharge_failed = false;
   bool foreign_master_seen = false;
   bool internal_bus_up = false;
   bool loop_gap_seen = false;

@@ -29,10 +29,12 @@ void ModuleSetup::start_over() {
   for (Slot& slot : slots_) slot.stage = SetupStage::needed;
 }
 
-void ModuleSetup::observe_status(std::size_t module_index, bool limits_not_set) {
+SetupStage ModuleSetup::observe_status(std::size_t module_index, bool limits_not_set) {
   Slot& slot = slots_[module_index];
   // A module that was set up and says otherwise has restarted. One that we never told may hold another pack's limits.
   if (slot.stage == SetupStage::done && limits_not_set) slot.stage = SetupStage::needed;
+  if (slot.stage == SetupStage::told && !limits_not_set) slot.stage = SetupStage::done;
+  return slot.stage;
 }
 
 SetupStage ModuleSetup::observe_response(std::size_t module_index, const CanFrame& frame) {
@@ -43,7 +45,7 @@ SetupStage ModuleSetup::observe_response(std::size_t module_index, const CanFram
   if (!is_ours) return slot.stage;
   const bool is_done =
       read_raw<internal_bus::response, "result">(frame) == static_cast<std::int64_t>(internal_bus::CommandResult::done);
-  slot.stage = is_done ? SetupStage::done : SetupStage::refused;
+  slot.stage = is_done ? SetupStage::told : SetupStage::refused;
   return slot.stage;
 }
 

@@ -19,15 +19,21 @@ inline constexpr std::size_t setup_commands_per_tick = 4;
 /// An unanswered COMMAND is sent again after this.
 inline constexpr Duration setup_retry = 200ms;
 
-enum class SetupStage : std::uint8_t { needed, asked, done, refused };
+enum class SetupStage : std::uint8_t {
+  needed,
+  asked,
+  told,  // it has answered "done"; its next STATUS has to say so, too
+  done,
+  refused,
+};
 
 class ModuleSetup {
  public:
   void init(const CoreConfig& config);
   /// Nobody counts as told: while nothing was heard, a module may have been swapped or restarted.
   void start_over();
-  /// What a module says of its limits, from each STATUS.
-  void observe_status(std::size_t module_index, bool limits_not_set);
+  /// What a module says of its limits, from each STATUS. Returns the stage it led to.
+  SetupStage observe_status(std::size_t module_index, bool limits_not_set);
   /// A RESPONSE to our COMMAND. Returns the stage it led to.
   SetupStage observe_response(std::size_t module_index, const CanFrame& frame);
   /// COMMANDs that are due.

@@ -16,6 +16,10 @@ namespace {
 
 // About 60 ms of a full 500 kbit/s bus; then timers and the other ports have their turn.
 constexpr int frames_per_wake_up = 256;
+// A tick this late: we were stopped or starved, and nobody knows when the frames came that wait now.
+constexpr Duration lateness_max = 20ms;
+// More than any receive queue holds.
+constexpr int backlog_max = 100'000;
 constexpr Duration maintain_period = 100ms;
 constexpr Duration tell_people_period = 1s;
 // The core waits for open contacts within its own bound; this is for the case that it does not keep it.
@@ -91,6 +95,7 @@ Result<void, OsError> Loop::run() {
       return failure(error);
     }
     ++counters_.wake_ups;
+    catch_up(monotonic_now());
     for (int i = 0; i < count; ++i) {
       wake(events[static_cast<std::size_t>(i)].data.u32);
       // What cannot wait does not wait for the other descriptors either.
@@ -170,6 +175,38 @@ void Loop::read_port(Port port) {
     }
     take_frame(port, received);
   }
+  tell_port_state(port, was_down);
+  if (port == Port::internal && parts_.buses.is_shared()) tell_port_state(Port::vehicle, was_down);
+}
+
+/// Frames are as old as the time we have been away for, at most; that is what they are taken for, and nothing is
+/// decided before all are in. After a time longer than the core bridges they are not taken at all: it forgets
+/// everything then, and must not learn it anew from frames of long ago.
+void Loop::catch_up(TimePoint woke_at) {
+  if (woke_at - wake_at_ <= lateness_max) return;
+  const bool discards = woke_at - parts_.core.decided_at() > loop_gap_max;
+  for (const Port port : all_ports) {
+    if (port == Port::internal || !parts_.buses.is_shared()) drain_port(port, discards);
+  }
+}
+
+void Loop::drain_port(Port port, bool discards) {
+  BusPort& bus = parts_.buses.serving(port);
+  std::uint64_t discarded = 0;
+  bool was_down = false;
+  for (int i = 0; i < backlog_max; ++i) {
+    ReceivedFrame received;
+    const ReadStatus status = bus.read(received);
+    was_down = status == ReadStatus::down;
+    if (status != ReadStatus::frame) break;
+    received.received_at = latest_time_;
+    if (discards) {
+      ++discarded;
+    } else {
+      take_frame(port, received);
+    }
+  }
+  if (discarded > 0) observe(latest_time_, FramesLost{.port = port, .count = discarded});
   tell_port_state(port, was_down);
   if (port == Port::internal && parts_.buses.is_shared()) tell_port_state(Port::vehicle, was_down);
 }

@@ -66,6 +66,8 @@ class Loop {
   void give(Command command);
   void read_signals();
   void read_port(Port port);
+  void catch_up(TimePoint woke_at);
+  void drain_port(Port port, bool discards);
   void take_frame(Port port, const ReceivedFrame& received);
   void tell_port_state(Port port, bool was_down);
   void maintain_ports();

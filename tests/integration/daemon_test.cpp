@@ -425,6 +425,27 @@ TEST_CASE("a sensor result that is none is counted and told apart from a frame t
   CHECK(bench.ask({"status"}).out.find("sensor results refused: 1, the last out of range") != std::string::npos);
 }
 
+TEST_CASE("what waited while the daemon was stopped is not taken for news", "[integration][daemon][F53][F60]") {
+  Bench bench;
+  bench.start_emulator("1 vehicle on\n");
+  bench.start_daemon();
+  REQUIRE(bench.listener.hears(is_closed, milliseconds(8000)));
+  bench.daemon->signal(SIGSTOP);
+  int status = 0;
+  REQUIRE(::waitpid(bench.daemon->pid(), &status, WUNTRACED) == bench.daemon->pid());
+  static_cast<void>(bench.listener.last());
+  CHECK_FALSE(bench.listener.next(milliseconds(300)));  // the others' frames of this time wait for the daemon
+  bench.emulator->signal(SIGKILL);
+  CHECK(bench.emulator->wait(milliseconds(2000)) == 128 + SIGKILL);
+  CHECK_FALSE(bench.listener.next(milliseconds(1000)));  // and now nobody says anything
+  bench.daemon->signal(SIGCONT);
+  CHECK(bench.listener.hears(is_open, milliseconds(500)));
+  const nlohmann::json answer = bench.ask_json("status");
+  CHECK(answer.at("state").at("feedback").is_null());
+  CHECK(answer.at("values").at("current_mA").is_null());
+  CHECK(answer.at("values").at("pack_voltage_mV").is_null());
+}
+
 TEST_CASE("an interface that is not there keeps the daemon waiting, not failing", "[integration][daemon]") {
   const Bench bench;
   std::vector<std::string> command = bench.daemon_command();

@@ -94,7 +94,7 @@ void CoreBench::decide() {
 }
 
 void CoreBench::put_on_bus(const OutgoingFrame& frame) {
-  echoes_.push_back(frame);
+  if (!echo_is_lost || !echo_is_lost(frame)) echoes_.push_back(frame);
   if (frame.port == Port::internal) obey(frame);
 }
 
@@ -176,6 +176,7 @@ void CoreBench::answer_poll(const CanFrame& request) {
     }
     CanFrame stack = make_frame(internal_bus::module, module.node);
     write<internal_bus::module, "module_voltage_mV">(stack, sum_uV / 1000);
+    write<internal_bus::module, "open_wire_cells">(stack, module.open_wire_cells);
     put(internal_bus::module, stack);
     if (read_raw<poll, "want_ident">(request) != 0) {
       CanFrame who = make_frame(ident, module.node);
@@ -191,7 +192,7 @@ void CoreBench::answer_poll(const CanFrame& request) {
 void CoreBench::answer_command(const CanFrame& request, std::uint8_t node) {
   for (BenchModule& module : modules) {
     if (module.node != node || !module.talks || module.ignores_commands) continue;
-    module.limits_not_set = false;
+    if (!module.only_says_done) module.limits_not_set = false;
     CanFrame answer = make_frame(response, node);
     write<response, "operation">(answer, request.data[0]);
     write<response, "result">(answer, 0);

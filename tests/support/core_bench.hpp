@@ -38,6 +38,8 @@ struct BenchModule {
   bool sends_status = true;
   bool board_too_hot = false;
   bool ignores_commands = false;
+  bool only_says_done = false;  // answers a COMMAND and does not do it
+  std::uint16_t open_wire_cells = 0;
 };
 
 class CoreBench {
@@ -64,6 +66,7 @@ class CoreBench {
   std::function<bool(const CanFrame&)> is_lost;  // a frame of somebody else that does not reach the core
   Duration answer_delay = 4ms;
   bool loses_polls = false;
+  std::function<bool(const OutgoingFrame&)> echo_is_lost;
   std::array<Duration, 4> contact_delays{15ms, 15ms, 15ms,
                                          15ms};  // to close: main positive, negative, precharge, charge
   bool main_positive_held_open = false;

@@ -72,10 +72,10 @@ TEST_CASE("precharge gives up at its time-out, even if the link arrives in that 
   const SequenceState state{Phase::precharge, start};
   const SequenceStep before = step(state, precharging(start + 3s - 1ns, 0, 0), config);
   CHECK(before.state.phase == Phase::precharge);
-  CHECK_FALSE(before.precharge_timed_out);
+  CHECK_FALSE(before.precharge_failed);
   const SequenceStep at = step(state, precharging(start + 3s, 99'000, 0), config);
   CHECK(at.state.phase == Phase::open);
-  CHECK(at.precharge_timed_out);
+  CHECK(at.precharge_failed);
   CHECK_FALSE(at.outputs.any_contactor());
 }
 

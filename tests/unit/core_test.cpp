@@ -1026,3 +1026,181 @@ TEST_CASE("a stall that leaves 130 ms between two decisions at most is ridden th
     CHECK(bench.core().sequence().phase == Phase::closed);
   }
 }
+
+TEST_CASE("with a healthy open pack every fault row knows that all is good", "[unit][faults][contract]") {
+  CoreBench bench(small_pack());
+  bench.run(3s);
+  for (const FaultRow& row : fault_table()) {
+    CAPTURE(row.name);
+    CHECK(bench.core().faults().state(row.id).judged == Verdict::good);
+  }
+}
+
+TEST_CASE("what was seen while closed can be cleared, and the pack close again, once it is open and healthy",
+          "[unit][core][I10]") {
+  const auto closes_again = [](CoreBench& bench) {
+    bench.contactors_stuck = bench.feedback_lies = bench.contacts_held_open = false;
+    bench.inputs.estop_1_released = true;
+    bench.inputs.vehicle_on = false;
+    bench.run(20s);
+    bench.give(Command::clear_faults);
+    bench.run(1s);
+    return bench.close();
+  };
+  SECTION("a link that did not follow") {
+    CoreBench bench(small_pack());
+    REQUIRE(bench.close());
+    bench.run(500ms);
+    bench.feedback_lies = bench.contactors_stuck = true;
+    bench.drop_contacts();
+    bench.link_voltage_mV = 0;
+    REQUIRE(bench.run_until([&] { return is_open(bench); }, 500ms));
+    REQUIRE(bench.is_active(FaultId::link_not_following));
+    CHECK(closes_again(bench));
+  }
+  SECTION("an emergency stop that cuts the contactors by itself") {
+    for (int offset_ms = 0; offset_ms < 120; offset_ms += 7) {
+      CoreBench bench(small_pack());
+      bench.link_fall_mV_per_ms = 1'000;
+      REQUIRE(bench.close());
+      bench.run(500ms + std::chrono::milliseconds(offset_ms));
+      bench.contacts_held_open = true;
+      bench.run(15ms);
+      bench.inputs.estop_1_released = false;
+      bench.run(2s);
+      CAPTURE(offset_ms);
+      CHECK(closes_again(bench));
+    }
+  }
+}
+
+TEST_CASE("one echo that is lost on this machine neither opens nor stops the polls", "[unit][core][F2][F53]") {
+  for (const bool is_closed : {false, true}) {
+    for (int offset_ms = 0; offset_ms < 100; offset_ms += 7) {
+      CoreBench bench(small_pack());
+      if (is_closed) {
+        REQUIRE(bench.close());
+      } else {
+        bench.run(1500ms);
+      }
+      bench.run(500ms + std::chrono::milliseconds(offset_ms));
+      bool has_lost = false;
+      bench.echo_is_lost = [&](const OutgoingFrame& frame) {
+        const bool loses = !has_lost && frame.frame.id == internal_bus::contactor_command.base_id;
+        has_lost = has_lost || loses;
+        return loses;
+      };
+      bench.run(2s);
+      CAPTURE(offset_ms);
+      REQUIRE(has_lost);
+      CHECK((bench.core().sequence().phase == Phase::closed) == is_closed);
+      CHECK_FALSE(bench.is_active(FaultId::module_lost));
+      CHECK_FALSE(bench.is_active(FaultId::command_not_on_bus));
+    }
+  }
+}
+
+TEST_CASE("a link that is loaded while the main contact is on its way stops the closing", "[unit][contactors][I4]") {
+  for (const Duration delay : {Duration{120ms}, Duration{200ms}, Duration{280ms}}) {
+    CoreBench bench(small_pack());
+    bench.pdu_tells_changes = true;
+    bench.contact_delays[0] = delay;
+    Watch watch;
+    watch.on(bench);
+    REQUIRE(reach(bench, Phase::main_positive));
+    bench.each_ms = [&] {
+      if (!bench.contacts().main_positive) bench.link_voltage_mV = std::max(0, bench.link_voltage_mV - 2'000);
+    };
+    bench.run(2s);
+    CAPTURE(to_ms(delay));
+    CHECK(watch.permille_min >= 950);
+    CHECK(is_open(bench));
+    CHECK(bench.is_active(FaultId::precharge_failed));
+  }
+}
+
+TEST_CASE("a healthy pack stays closed though the sensor sends its two voltages one after the other",
+          "[unit][core][BMU_14]") {
+  CoreConfig config = pack_of(2);
+  config.cell.series_resistance_Ohm = 0.002;
+  for (const int period_ms : {60, 61, 62, 70, 100}) {
+    CoreBench bench(config);
+    bench.link_rise_mV_per_ms = 2'000;
+    std::optional<CanFrame> late;
+    TimePoint late_at{};
+    bool is_own = false;
+    bench.is_lost = [&](const CanFrame& frame) {  // U2 comes 20 ms after it was measured with U1
+      if (frame.id != internal_bus::sensor_u2.base_id || is_own) return false;
+      late_at = bench.now() + 20ms;
+      late = frame;
+      return true;
+    };
+    bench.each_ms = [&] {
+      const std::int64_t ms = to_ms(bench.now().time_since_epoch());
+      const bool is_loaded = bench.core().sequence().phase == Phase::closed && ms % period_ms < period_ms / 2;
+      bench.current_mA = is_loaded ? 60'000 : 0;
+      for (auto& module : bench.modules) module.cell_voltage_uV.fill(known(is_loaded ? 3'580'000 : 3'700'000));
+      if (!late || bench.now() < late_at) return;
+      encode_signal(internal_bus::sensor_u2.signals[0], known(bench.link_voltage_mV), late->data);
+      is_own = true;
+      bench.deliver(*std::exchange(late, std::nullopt));
+      is_own = false;
+    };
+    REQUIRE(bench.close());
+    bench.run(20s);
+    CAPTURE(period_ms);
+    CHECK(bench.core().sequence().phase == Phase::closed);
+  }
+}
+
+TEST_CASE("a module that says done and does nothing keeps the pack open", "[unit][core][BMS_F.3]") {
+  CoreBench bench(small_pack());
+  bench.modules[1].only_says_done = true;
+  CHECK_FALSE(bench.close());
+  CHECK(has_blocker(bench, Blocker::modules_not_set_up));
+}
+
+TEST_CASE("one open wire seen once and one damaged frame after it do not open, lasting ones do", "[unit][core][F10]") {
+  CoreBench bench(small_pack());
+  REQUIRE(bench.close());
+  bench.run(1s);
+  int polls = 0;
+  bench.before_poll = [&] { bench.modules[0].open_wire_cells = ++polls == 1 ? 1 : 0; };
+  bench.is_lost = [&](const CanFrame& frame) { return polls == 2 && frame.id == 0x2C1; };
+  bench.run(2s);
+  CHECK(bench.core().sequence().phase == Phase::closed);
+  bench.before_poll = [&] { bench.modules[0].open_wire_cells = 1; };
+  CHECK(bench.run_until([&] { return is_open(bench); }, 500ms));
+}
+
+TEST_CASE("a jump of the unit's counter is a restart, but not after frames were lost here", "[unit][core][F33][F53]") {
+  for (const bool were_lost_here : {false, true}) {
+    CoreBench bench(small_pack());
+    REQUIRE(bench.close());
+    bench.run(520ms);
+    bench.is_lost = [](const CanFrame& frame) { return frame.id == internal_bus::pdu_status.base_id; };
+    for (int word = 0; word < 5; ++word) bench.tell_pdu_status();
+    bench.is_lost = {};
+    if (were_lost_here) bench.observe(FramesLost{Port::internal, 5});
+    bench.tell_pdu_status();
+    bench.run(1s);
+    CHECK(is_open(bench) == !were_lost_here);
+  }
+}
+
+TEST_CASE("a clear is over when it was given, on a stuck bus too", "[unit][faults][I10]") {
+  CoreBench bench(small_pack());
+  REQUIRE(bench.close());
+  bench.modules[0].cell_voltage_uV[0] = known(2'800'000);
+  bench.run(1s);
+  bench.modules[0].cell_voltage_uV[0] = known(3'700'000);
+  bench.run(500ms);
+  bench.bus_is_stuck = true;
+  bench.run(100ms);
+  bench.give(Command::clear_faults);  // the cause is gone, but not for long enough
+  REQUIRE(bench.is_active(FaultId::cell_undervoltage));
+  bench.run(600ms);
+  bench.free_bus();
+  bench.run(3s);
+  CHECK(bench.is_active(FaultId::cell_undervoltage));
+}
