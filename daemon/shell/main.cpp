@@ -28,8 +28,8 @@ constexpr int exit_system = 71;
 constexpr int exit_config = 78;
 
 constexpr const char* footer = R"(Examples:
-  bmud --config packs/demo-48s.json --check-config
-  bmud --config packs/demo-48s.json --bus-internal unix:demo --socket /tmp/bmud.sock
+  bmud --check-config config/packs/demo-48s.json
+  bmud --config config/packs/demo-48s.json --bus-internal unix:demo --socket /tmp/bmud.sock
   bmud --config /etc/bmud/pack.json --bus-internal can0 --bus-vehicle can1
 
 A bus is the name of a CAN interface, or unix:NAME for the bus between programs of this machine.
@@ -51,7 +51,9 @@ struct Options {
 };
 
 void add_options(CLI::App& app, Options& options) {
-  app.add_option("--config", options.config, "the pack's file")->required()->type_name("PACK.json");
+  // Not "required": an option nobody knows would be answered with the one that is missing.
+  app.add_option("--config,config", options.config, "the pack's file, with or without the option's name")
+      ->type_name("PACK.json");
   app.add_option("--bus-internal", options.bus_internal, "internal bus, instead of the pack file's")->type_name("BUS");
   app.add_option("--bus-vehicle", options.bus_vehicle,
                  "vehicle bus, instead of the pack file's; where that has one bus for both, it follows --bus-internal")
@@ -160,6 +162,10 @@ int parse_and_run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
     std::fprintf(stderr, "bmud: %s (see bmud --help)\n", error.what());
+    return exit_command_line;
+  }
+  if (options.config.empty()) {
+    std::fprintf(stderr, "bmud: no pack file given, wanted --config PACK.json (see bmud --help)\n");
     return exit_command_line;
   }
   return check_or_run(options);

@@ -197,6 +197,7 @@ TEST_CASE("a good pack file is told so, a bad one with every problem, a wrong co
   const Finished good = run_program({program("bmud"), "--config", pack_file, "--check-config"});
   CHECK(good.status == 0);
   CHECK(good.out == pack_file + ": ok: demo 48s, 4 modules, 48 cells\n");
+  CHECK(run_program({program("bmud"), "--check-config", pack_file}).out == good.out);
 
   const TemporaryFolder folder;
   std::ofstream(folder / "bad.json") << R"({"nmae": "x", "modules": []})";
@@ -213,6 +214,8 @@ TEST_CASE("a good pack file is told so, a bad one with every problem, a wrong co
   const Finished wrong = run_program({program("bmud"), "--no-such-option"});
   CHECK(wrong.status == 2);
   CHECK(std::count(wrong.err.begin(), wrong.err.end(), '\n') == 1);
+  CHECK(wrong.err.find("--no-such-option") != std::string::npos);
+  CHECK(run_program({program("bmud")}).status == 2);
   CHECK(run_program({program("bmud"), "--help"}).status == 0);
 }
 
