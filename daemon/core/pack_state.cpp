@@ -92,10 +92,10 @@ Measured<std::int32_t> module_sum(const ModuleTable& modules, const AgeConfig& a
 
 /// Twice what the model's resistance makes of the swing: cold cells have more than their data sheet says.
 std::int64_t voltage_swing_mV(const PackState& pack, const SensorTable& sensors, const CoreConfig& config) {
-  constexpr std::int64_t mA_uOhm_per_mV = 1'000'000;
+  constexpr std::int64_t products_per_mV = 1'000'000;  // of mA and uOhm
   const TimePoint since =
       std::min({pack.cell_voltage_sum_mV.taken_at, pack.pack_voltage_mV.taken_at, pack.link_voltage_mV.taken_at});
-  return 2 * sensors.current_window.swing_mA(since) * pack_resistance_uOhm(config) / mA_uOhm_per_mV;
+  return 2 * sensors.current_window.swing_mA(since) * pack_resistance_uOhm(config) / products_per_mV;
 }
 
 }  // namespace
