@@ -10,7 +10,7 @@
 // the contactors open first.
 //
 // No I/O, no clock, no log, no thread, no allocation. Identical observations and ticks give identical decisions.
-// Cost on a laptop core: observe about 0.1 us a frame, decide about 5 us for 192 cells (docs/performance.md).
+// Cost: observe about 0.04 us a frame, decide about 2 us for 192 cells (docs/performance.md).
 #pragma once
 
 #include <array>
