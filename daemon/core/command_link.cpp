@@ -11,14 +11,21 @@ bool CommandLink::is_due(TimePoint now, bool has_changed) const {
 }
 
 void CommandLink::note_sent(std::uint8_t counter, TimePoint now) {
-  // The first one may bear the counter that the last one of another life had, and be ignored as repeated.
-  const Duration next = sent_count_ == 0 ? Duration{10ms} : internal_bus::contactor_command.period;
+  constexpr Duration period = internal_bus::contactor_command.period;
+  constexpr Duration tick = 10ms;
+  if (sent_count_ == 0) {
+    // The first one may bear the counter that the last one of another life had, and be ignored as repeated.
+    due_at_ = now + tick;
+  } else if (now >= due_at_ && now < due_at_ + period) {
+    due_at_ += period;  // from the due time, so that a decision between two ticks makes no interval longer
+  } else {
+    due_at_ = now + period - tick;  // served with the tick after it, at the latest
+  }
   if (unconfirmed_since_ == TimePoint{}) unconfirmed_since_ = now;
   waiting_ = waiting_ < commands_waiting_max ? static_cast<std::uint8_t>(waiting_ + 1) : commands_waiting_max;
   has_failed_ = false;
   counter_ = counter;
   sent_at_ = now;
-  due_at_ = now + next;
   ++sent_count_;
 }
 

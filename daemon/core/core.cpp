@@ -258,9 +258,9 @@ Decisions Core::decide(TimePoint now) {
   send_contactor_command(now, out);
   send_polls(now, out);
   send_report(now, out);
+  out.is_shut_down = end_shut_down(now);
   events_.move_to(out);
   out.outputs = outputs_;
-  out.is_shut_down = is_shut_down(now);
   out.wake_at = advance_tick(now);
   return out;
 }
@@ -305,19 +305,19 @@ void Core::evaluate_faults(TimePoint now) {
 }
 
 void Core::grant_permission(TimePoint now) {
-  permission_ = evaluate_permission(
-      {.now = now,
-       .is_shutting_down = shutting_down_,
-       .internal_bus_up = flags_.internal_bus_up,
-       .pdu_fresh = pdu_fresh(now),
-       .inputs_healthy = inputs_healthy(now),
-       .modules_set_up = setup_.is_complete(),
-       .commands_are_on_bus = command_link_.is_on_bus(now),
-       .contacts_settled = contactor_watch_.is_settled(),
-       .contactor_closed_though_open = !outputs_.any_contactor() && sensors_.pdu.value.any_contactor_closed(),
-       .complete_cycles = modules_.complete_cycles(),
-       .locked_out_until = locked_out_until_},
-      pack_, faults_);
+  permission_ = evaluate_permission({.now = now,
+                                     .is_shutting_down = shutting_down_,
+                                     .internal_bus_up = flags_.internal_bus_up,
+                                     .pdu_fresh = pdu_fresh(now),
+                                     .inputs_healthy = inputs_healthy(now),
+                                     .modules_set_up = setup_.is_complete(),
+                                     .commands_are_on_bus = command_link_.is_on_bus(now),
+                                     .contacts_settled = contactor_watch_.is_settled(),
+                                     .contactor_closed_though_open = pdu_fresh(now) && !outputs_.any_contactor() &&
+                                                                     sensors_.pdu.value.any_contactor_closed(),
+                                     .complete_cycles = modules_.complete_cycles(),
+                                     .locked_out_until = locked_out_until_},
+                                    pack_, faults_);
 }
 
 void Core::refuse_vain_request(TimePoint now) {
@@ -379,7 +379,7 @@ void Core::record_precharge(TimePoint now, TimePoint began_at, bool was_successf
 }
 
 void Core::record_opening(TimePoint now, Phase from, bool precharge_failed) {
-  OpeningRecord record{.at = now, .from = from, .current_mA = pack_.current_mA.value};
+  OpeningRecord record{.at = now, .from = from, .current_mA = pack_.current_mA};
   const FaultRow* fault = nullptr;
   for (const FaultRow& row : fault_table()) {
     const FaultState& state = faults_.state(row.id);
@@ -536,11 +536,13 @@ bool Core::identities_known() const {
 }
 
 /// Leaves when the contacts have confirmed, in a word younger than the command; or when patience is over.
-bool Core::is_shut_down(TimePoint now) const {
+bool Core::end_shut_down(TimePoint now) {
   if (!shutting_down_) return false;
-  const bool confirmed_open = sensors_.pdu.is_usable(now, config_.ages.pdu_status) &&
-                              sensors_.pdu.taken_at > shut_down_at_ && !sensors_.pdu.value.any_contactor_closed();
-  return confirmed_open || now - shut_down_at_ >= shut_down_patience;
+  const Measured<PduState>& pdu = sensors_.pdu;
+  const bool is_confirmed = pdu_fresh(now) && pdu.taken_at > shut_down_at_ && !pdu.value.any_contactor_closed();
+  if (is_confirmed || now - shut_down_at_ < shut_down_patience) return is_confirmed;
+  if (!std::exchange(shut_down_told_, true)) events_.push({.id = EventId::shut_down_unconfirmed, .at = now});
+  return true;
 }
 
 }  // namespace bmu

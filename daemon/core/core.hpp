@@ -65,7 +65,7 @@ struct OpeningRecord {
   std::int64_t threshold = 0;
   TimePoint suspected_since{};  // first sample beyond the threshold
   TimePoint confirmed_at{};
-  std::int32_t current_mA = 0;  // at opening
+  Measured<std::int32_t> current_mA;  // at opening; not known if it was not
 };
 
 /// The last wish to close that came to nothing.
@@ -162,6 +162,7 @@ class Core {
 
   void start_over(TimePoint at);
   TimePoint advance_tick(TimePoint now);
+  [[nodiscard]] bool end_shut_down(TimePoint now);
   void update_bus_state(TimePoint at);
   void note_fault_changes(const FaultChanges& changes, TimePoint now);
   void record_opening(TimePoint now, Phase from, bool precharge_failed);
@@ -173,7 +174,6 @@ class Core {
   [[nodiscard]] bool pdu_fresh(TimePoint now) const;
   [[nodiscard]] bool inputs_healthy(TimePoint now) const;
   [[nodiscard]] bool has_started(TimePoint now) const;
-  [[nodiscard]] bool is_shut_down(TimePoint now) const;
   [[nodiscard]] bool identities_known() const;
 
   CoreConfig config_;
@@ -211,6 +211,7 @@ class Core {
   bool is_bus_off_ = false;
   bool shutting_down_ = false;
   TimePoint shut_down_at_{};
+  bool shut_down_told_ = false;
   TimePoint locked_out_until_{};
   TimePoint outputs_changed_at_{};
   CommandLink command_link_;

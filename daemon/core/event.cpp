@@ -47,6 +47,7 @@ constexpr std::array<EventRow, event_count> table{{
     {EventId::loop_gap, "loop_gap", Severity::error},
     {EventId::gate_refused, "gate_refused", Severity::error},
     {EventId::shutting_down, "shutting_down", Severity::info},
+    {EventId::shut_down_unconfirmed, "shut_down_unconfirmed", Severity::error},
 }};
 
 consteval bool rows_are_in_order() {
@@ -145,6 +146,8 @@ std::string to_text(const Event& event) {
     case EventId::loop_gap: return "stopped or starved for " + number + " ms: opened, everything known is forgotten";
     case EventId::gate_refused: return "frame " + hex_id(event.number) + " refused by the output gate";
     case EventId::shutting_down: return "shutting down: opening";
+    case EventId::shut_down_unconfirmed:
+      return "nobody has confirmed that the contactors are open; ending all the same";
   }
   return "?";
 }

@@ -34,8 +34,9 @@ enum class EventId : std::uint8_t {
   loop_gap,
   gate_refused,
   shutting_down,
+  shut_down_unconfirmed,
 };
-inline constexpr std::size_t event_count = 21;
+inline constexpr std::size_t event_count = 22;
 
 enum class Severity : std::uint8_t { debug, info, warning, error };
 

@@ -34,7 +34,8 @@ constexpr const char* footer = R"(Examples:
 
 A bus is the name of a CAN interface, or unix:NAME for the bus between programs of this machine.
 
-Exit codes: 0 ended by SIGTERM or SIGINT with the pack open; 2 command line; 70 an error of our own;
+Exit codes: 0 ended by SIGTERM, SIGINT or SIGHUP with all contactors commanded open (the log says if nobody
+confirmed it); 2 command line; 70 an error of our own;
 71 the system refused something at start, as a bus, or the status socket because its directory is missing;
 78 the configuration is wrong.)";
 

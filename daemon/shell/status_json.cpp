@@ -230,7 +230,14 @@ Json port_json(Port port, const StatusView& view) {
           {"last_error", bus.last_error()}};
 }
 
-Json most_rejected_json(const ReceiveCheck& check) {
+/// The reports' identifiers are ours, too: where both buses are one, somebody else may send them there.
+MessageMatch find_message(std::uint32_t id, const CoreConfig& config) {
+  const MessageMatch match = internal_bus::catalogue.find(id);
+  if (match.message != nullptr) return match;
+  return vehicle_bus::catalogue.find(id - config.vehicle.base_id + vehicle_bus::default_base_id);
+}
+
+Json most_rejected_json(const ReceiveCheck& check, const CoreConfig& config) {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> ids;  // count, identifier
   for (std::uint32_t id = 0; id < Catalogue::id_count; ++id) {
     if (const std::uint32_t count = check.rejected_under(id); count > 0) ids.emplace_back(count, id);
@@ -239,7 +246,7 @@ Json most_rejected_json(const ReceiveCheck& check) {
   if (ids.size() > rejected_ids_shown) ids.resize(rejected_ids_shown);
   Json json = Json::array();
   for (const auto& [count, id] : ids) {
-    const MessageMatch match = internal_bus::catalogue.find(id);
+    const MessageMatch match = find_message(id, config);
     json.push_back({{"id", id_text(id)},
                     {"message", match.message != nullptr ? Json(match.message->name) : Json(nullptr)},
                     {"node", match.node},
@@ -258,7 +265,7 @@ Json receive_json(const Core& core) {
   return {{"accepted", counts.accepted},
           {"rejected", counts.rejected_total()},
           {"rejected_by_reason", std::move(by_reason)},
-          {"most_rejected", most_rejected_json(core.receive_check())},
+          {"most_rejected", most_rejected_json(core.receive_check(), core.config())},
           {"sensor_results_refused", refused.count},
           {"sensor_result_refused_last", or_null(refused.count > 0, to_text(refused.why))}};
 }

@@ -112,12 +112,20 @@ Json fault_step(const OpeningRecord& opening, const FaultRow& row, const StatusV
   return json;
 }
 
+std::string current_text(const OpeningRecord& opening) {
+  return opening.current_mA.is_valid() ? value_text(Unit::mA, opening.current_mA.value) : "an unknown current";
+}
+
+Json current_json(const OpeningRecord& opening) {
+  return opening.current_mA.is_valid() ? Json(opening.current_mA.value) : Json(nullptr);
+}
+
 Json decision_step(const OpeningRecord& opening, const StatusView& view) {
   Json json = step("decision", "opened " + ago_text(view, opening.at) + " from " + text(to_text(opening.from)) +
-                                   " at " + value_text(Unit::mA, opening.current_mA));
+                                   " at " + current_text(opening));
   json["opened_ago_ms"] = ago_ms(view, opening.at);
   json["from"] = to_text(opening.from);
-  json["current_mA"] = opening.current_mA;
+  json["current_mA"] = current_json(opening);
   return json;
 }
 
@@ -280,7 +288,9 @@ std::string state_sentence(const StatusView& view) {
   const std::string now = "the pack has been in phase \"" + text(to_text(sequence.phase)) + "\" for " + since;
   if (sequence.phase != Phase::open) return now + ": somebody asks for it and nothing speaks against it";
   if (!view.core.permission().may_close) return now + " and may not close";
-  return now + (view.core.is_close_requested() ? " and may close" : ": nobody has asked for a closed pack yet");
+  return now + (view.core.is_close_requested()
+                    ? " and may close"
+                    : ": nobody asks for a closed pack; vehicle-on or charger-connected has to come on for that");
 }
 
 Json state_chain(const StatusView& view) {
@@ -373,7 +383,7 @@ Json opening_json(const StatusView& view) {
   Json json{{"cause", to_text(opening.cause)},
             {"opened_ago_ms", ago_ms(view, opening.at)},
             {"from", to_text(opening.from)},
-            {"current_mA", opening.current_mA},
+            {"current_mA", current_json(opening)},
             {"fault", opening.cause == OpeningCause::fault ? Json(row_of(opening.fault).name) : Json(nullptr)},
             {"reason", opening_reason(opening, view)},
             {"text", "Opened " + ago_text(view, opening.at) + ": " + opening_reason(opening, view) + "."},

@@ -437,6 +437,7 @@ TEST_CASE("shutting down opens, waits for the contacts, and then says so", "[uni
   CHECK(is_open(bench));
   CHECK_FALSE(bench.last().is_shut_down);
   CHECK(bench.run_until([&] { return bench.last().is_shut_down; }, 300ms));
+  CHECK_FALSE(bench.has_event(EventId::shut_down_unconfirmed));
   CHECK(bench.core().last_opening().cause == OpeningCause::shut_down);
 }
 
@@ -447,6 +448,7 @@ TEST_CASE("shutting down does not wait for ever for contacts that do not open", 
   bench.give(Command::shut_down);
   CHECK(is_open(bench));
   CHECK(bench.run_until([&] { return bench.last().is_shut_down; }, 600ms));
+  CHECK(bench.has_event(EventId::shut_down_unconfirmed));
 }
 
 TEST_CASE("vehicle off opens and vehicle on closes again", "[unit][core]") {
@@ -474,6 +476,34 @@ TEST_CASE("the contactor command goes out every 50 ms, at once on a change, and 
     last_at = bench.sent_at()[index];
     last_counter = frame.data[6];
   }
+}
+
+TEST_CASE("decisions between two ticks do not stretch the contactor command's period", "[unit][core][I6]") {
+  CoreBench bench(small_pack());
+  bench.answer_delay = 7ms;  // a complete answer brings a decision forward, off the ticks
+  REQUIRE(bench.close());
+  const std::size_t before = bench.sent().size();
+  bench.run(5s);
+  int commands = 0;
+  std::optional<TimePoint> last_at;
+  for (std::size_t index = before; index < bench.sent().size(); ++index) {
+    if (bench.sent()[index].frame.id != internal_bus::contactor_command.base_id) continue;
+    ++commands;
+    if (last_at.has_value()) CHECK(bench.sent_at()[index] - *last_at <= 54ms);
+    last_at = bench.sent_at()[index];
+  }
+  CHECK(commands >= 99);
+  CHECK(commands <= 101);
+}
+
+TEST_CASE("an opening whose current nobody knew does not tell one", "[unit][core][I7]") {
+  CoreBench bench(small_pack());
+  REQUIRE(bench.close());
+  bench.current_mA = 20'000;
+  bench.run(300ms);
+  bench.sensor_talks = false;
+  REQUIRE(bench.run_until([&] { return is_open(bench); }, 400ms));
+  CHECK_FALSE(bench.core().last_opening().current_mA.is_valid());
 }
 
 TEST_CASE("620h to 628h go out once a second, 10 ms apart", "[unit][core][BMS_F.8]") {

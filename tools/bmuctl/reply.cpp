@@ -21,6 +21,13 @@ std::size_t Reply::size() const {
   return json_ != nullptr && json_->is_array() ? json_->size() : 0;
 }
 
+std::vector<std::string> Reply::keys() const {
+  std::vector<std::string> keys;
+  if (json_ == nullptr || !json_->is_object()) return keys;
+  for (const auto& [key, value] : json_->items()) keys.push_back(key);
+  return keys;
+}
+
 std::optional<std::int64_t> Reply::number() const {
   if (json_ == nullptr || !json_->is_number_integer()) return std::nullopt;
   return json_->get<std::int64_t>();
@@ -33,6 +40,15 @@ std::string Reply::text() const {
 std::string shown(const Reply& value, Unit unit) {
   const std::optional<std::int64_t> number = value.number();
   return number ? value_text(unit, *number) : "--";
+}
+
+std::string shown_counts(const Reply& object) {
+  std::string text;
+  for (const std::string& key : object.keys()) {
+    const std::int64_t count = object[key].number_or(0);
+    if (count != 0) text += (text.empty() ? "" : ", ") + key + " " + std::to_string(count);
+  }
+  return text;
 }
 
 std::string shown_short(std::optional<std::int64_t> value, Unit unit, int decimals) {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -20,6 +21,7 @@ class Reply {
   [[nodiscard]] Reply operator[](std::string_view key) const;
   [[nodiscard]] Reply at(std::size_t index) const;
   [[nodiscard]] std::size_t size() const;
+  [[nodiscard]] std::vector<std::string> keys() const;
   [[nodiscard]] bool is_known() const { return json_ != nullptr && !json_->is_null(); }
   [[nodiscard]] bool is_true() const { return json_ != nullptr && json_->is_boolean() && json_->get<bool>(); }
   [[nodiscard]] std::optional<std::int64_t> number() const;
@@ -38,6 +40,8 @@ class Reply {
 [[nodiscard]] std::string shown_energy(const Reply& mWh);
 /// "350 ms", "3.2 s", "2 min 5 s", "1 h 20 min".
 [[nodiscard]] std::string shown_span(const Reply& ms);
+/// "wrong crc 30, late 2": the numbers of an object that are not 0, with their names.
+[[nodiscard]] std::string shown_counts(const Reply& object);
 /// All texts of a list with a comma between.
 [[nodiscard]] std::string shown_list(const Reply& list);
 

@@ -116,6 +116,9 @@ void add_buses(Page& page, const Reply& reply) {
   const Reply receive = reply["receive"];
   Line line{plain(shown(receive["accepted"], Unit::none) + " accepted, " + shown(receive["rejected"], Unit::none) +
                   " rejected")};
+  if (const std::string reasons = shown_counts(receive["rejected_by_reason"]); !reasons.empty()) {
+    line.push_back(plain(" (" + reasons + ")"));
+  }
   for (std::size_t i = 0; i < receive["most_rejected"].size(); ++i) {
     const Reply id = receive["most_rejected"].at(i);
     line.push_back({(i == 0 ? "; most under " : ", ") + id["id"].text() + " " + id["message"].text() + " (" +
