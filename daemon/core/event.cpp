@@ -92,7 +92,8 @@ const EventRow& row_of(EventId id) {
 std::string to_text(const Element& element) {
   if (element.module_node == 0) return "";
   if (element.number == 0) return "module " + std::to_string(element.module_node);
-  std::string text = "cell " + std::to_string(element.module_node) + "." + std::to_string(element.number);
+  const char* const kind = element.is_temperature_sensor ? "temperature sensor " : "cell ";
+  std::string text = kind + std::to_string(element.module_node) + "." + std::to_string(element.number);
   if (element.pack_number != 0) text += " (no. " + std::to_string(element.pack_number) + ")";
   return text;
 }

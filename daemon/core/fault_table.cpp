@@ -121,8 +121,9 @@ Reading read_cell_not_measured(const FaultInputs& in) {
 Reading read_temperature_not_measured(const FaultInputs& in) {
   if (!in.has_started) return unknown_reading;
   for (const ModuleRecord& module : in.modules->modules()) {
-    const Reading reading = first_invalid(module, module.cell_temperature_dC, module.config.temperature_sensor_count,
-                                          in.config->ages.temperature, in.now);
+    Reading reading = first_invalid(module, module.cell_temperature_dC, module.config.temperature_sensor_count,
+                                    in.config->ages.temperature, in.now);
+    reading.element.is_temperature_sensor = true;
     if (reading.value != 0) return reading;
   }
   return condition(false, in.now);

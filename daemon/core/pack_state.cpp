@@ -60,13 +60,13 @@ void add_module(Builders& builders, const ModuleRecord& module, const AgeConfig&
   for (std::uint8_t index = 0; index < module.config.temperature_sensor_count; ++index) {
     builders.temperatures.expect();
     const auto number = static_cast<std::uint16_t>(builders.sensors_before + index + 1);
-    const Element element{module.config.node, static_cast<std::uint8_t>(index + 1), number};
+    const Element element{module.config.node, static_cast<std::uint8_t>(index + 1), number, true};
     const Measured<std::int32_t>& temperature = module.cell_temperature_dC[index];
     if (temperature.is_usable(now, ages.temperature)) builders.temperatures.add(temperature, element);
   }
   for (std::uint8_t index = 0; index < internal_bus::board_temperatures_per_module; ++index) {
     const Measured<std::int32_t>& temperature = module.board_temperature_dC[index];
-    const Element element{module.config.node, static_cast<std::uint8_t>(index + 1), 0};
+    const Element element{module.config.node, static_cast<std::uint8_t>(index + 1), 0, true};
     if (temperature.is_usable(now, ages.temperature)) builders.boards.add(temperature, element);
   }
   builders.cells_before = static_cast<std::uint16_t>(builders.cells_before + module.config.cell_count);

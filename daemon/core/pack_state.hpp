@@ -14,6 +14,7 @@ struct Element {
   std::uint8_t module_node = 0;   // 1 to 63
   std::uint8_t number = 0;        // cell or sensor within the module, from 1
   std::uint16_t pack_number = 0;  // counted through the whole pack, from 1
+  bool is_temperature_sensor = false;
 
   friend constexpr bool operator==(const Element&, const Element&) = default;
 };
