@@ -1,5 +1,6 @@
 #include "daemon/core/command_link.hpp"
 
+#include "daemon/core/core_config.hpp"
 #include "protocol/tables/internal_bus.hpp"
 
 namespace bmu {
@@ -12,25 +13,24 @@ bool CommandLink::is_due(TimePoint now, bool has_changed) const {
 
 void CommandLink::note_sent(std::uint8_t counter, TimePoint now) {
   constexpr Duration period = internal_bus::contactor_command.period;
-  constexpr Duration tick = 10ms;
-  if (sent_count_ == 0) {
+  if (!has_sent_) {
     // The first one may bear the counter that the last one of another life had, and be ignored as repeated.
-    due_at_ = now + tick;
+    due_at_ = now + tick_period;
   } else if (now >= due_at_ && now < due_at_ + period) {
     due_at_ += period;  // from the due time, so that a decision between two ticks makes no interval longer
   } else {
-    due_at_ = now + period - tick;  // served with the tick after it, at the latest
+    due_at_ = now + period - tick_period;  // served with the tick after it, at the latest
   }
   if (unconfirmed_since_ == TimePoint{}) unconfirmed_since_ = now;
   waiting_ = waiting_ < commands_waiting_max ? static_cast<std::uint8_t>(waiting_ + 1) : commands_waiting_max;
   has_failed_ = false;
   counter_ = counter;
   sent_at_ = now;
-  ++sent_count_;
+  has_sent_ = true;
 }
 
 void CommandLink::note_echo(std::uint8_t counter) {
-  if (counter != counter_ || sent_count_ == 0) return;  // an older one: what counts is behind it
+  if (counter != counter_ || !has_sent_) return;  // an older one: what counts is behind it
   has_echoed_ = true;
   waiting_ = 0;
   unconfirmed_since_ = {};

@@ -42,6 +42,7 @@ class CommandLink {
   [[nodiscard]] bool is_stuck(TimePoint now) const;
 
  private:
+  bool has_sent_ = false;
   bool has_echoed_ = false;  // ever since the bus came up
   bool has_failed_ = false;
   std::uint8_t waiting_ = 0;  // commands sent since the last echo
@@ -49,7 +50,6 @@ class CommandLink {
   TimePoint due_at_{};
   TimePoint sent_at_{};
   TimePoint unconfirmed_since_{};  // zero: nothing is on its way
-  std::uint32_t sent_count_ = 0;
 };
 
 }  // namespace bmu

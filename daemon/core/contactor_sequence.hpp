@@ -102,9 +102,8 @@ struct SequenceStep {
   return pack_mV > 0 && apart_mV <= allowed_mV && apart_mV >= -allowed_mV;
 }
 
-/// The link follows and the current has fallen, all
-/// seen after the precharge contactor had its time to close: what was measured before says nothing about this
-/// precharge.
+/// The link follows and the current has fallen, all seen after the precharge contactor had its time to close: what was
+/// measured before says nothing about this precharge.
 [[nodiscard]] constexpr bool is_precharged(const SequenceState& state, const SequenceInputs& in,
                                            const ContactorConfig& config) {
   const std::int64_t magnitude_mA = in.current_mA < 0 ? -std::int64_t{in.current_mA} : in.current_mA;

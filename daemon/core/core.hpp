@@ -37,7 +37,6 @@
 
 namespace bmu {
 
-inline constexpr Duration tick_period = 10ms;
 /// Silence from ourselves: longer, and nothing known may count as fresh. Together with the 50 ms between two contactor
 /// commands it stays below the 200 ms after which the power distribution unit opens by itself: we are never the one who
 /// closes again what it has opened.

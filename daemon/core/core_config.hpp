@@ -13,6 +13,9 @@
 
 namespace bmu {
 
+/// A decision is due every so often; the worst that an observation waits for one.
+inline constexpr Duration tick_period = 10ms;
+
 inline constexpr std::size_t modules_max = internal_bus::node_count_max;
 inline constexpr std::size_t cells_max = modules_max * internal_bus::cells_per_module_max;
 
@@ -122,18 +125,16 @@ struct CoreConfig {
   std::uint64_t hash = 0;  // of the file's bytes: in the log, the status and every recording
 };
 
-/// What a change of current shows at once, over all cells.
-[[nodiscard]] inline std::int64_t pack_resistance_uOhm(const CoreConfig& config) {
-  std::int64_t cells = 0;
-  for (const ModuleConfig& module : config.modules) cells += module.cell_count;
-  return std::llround(config.cell.series_resistance_Ohm * 1e6) * cells;
-}
-
 /// Cells of the whole pack.
 [[nodiscard]] constexpr std::size_t cell_count(const CoreConfig& config) {
   std::size_t count = 0;
   for (const ModuleConfig& module : config.modules) count += module.cell_count;
   return count;
+}
+
+/// What a change of current shows at once, over all cells.
+[[nodiscard]] inline std::int64_t pack_resistance_uOhm(const CoreConfig& config) {
+  return std::llround(config.cell.series_resistance_Ohm * 1e6) * static_cast<std::int64_t>(cell_count(config));
 }
 
 }  // namespace bmu

@@ -1,5 +1,6 @@
 #include "daemon/core/fault_table.hpp"
 
+#include <algorithm>
 #include <cstdlib>
 
 #include "daemon/core/contactor_sequence.hpp"
@@ -62,13 +63,23 @@ Reading read_charge_current(const FaultInputs& in) {
   return {current.is_valid(), -std::int64_t{current.value}, {}, current.taken_at};
 }
 
+/// How far apart two voltages are that were not taken at the same moment, less what the current explains: twice what
+/// the model's resistance makes of its swing since the older one. Cold cells have more than their data sheet says.
+std::int64_t unexplained_mV(const FaultInputs& in, const Measured<std::int32_t>& one,
+                            const Measured<std::int32_t>& other) {
+  constexpr std::int64_t products_per_mV = 1'000'000;  // of mA and uOhm
+  const TimePoint since = one.taken_at < other.taken_at ? one.taken_at : other.taken_at;
+  const std::int64_t swing_mA = in.sensors->current_window.swing_mA(since);
+  const std::int64_t explained_mV = 2 * swing_mA * pack_resistance_uOhm(*in.config) / products_per_mV;
+  return std::max<std::int64_t>(std::llabs(std::int64_t{one.value} - other.value) - explained_mV, 0);
+}
+
 Reading read_voltage_mismatch(const FaultInputs& in) {
   const Measured<std::int32_t>& sum = in.pack->cell_voltage_sum_mV;
   const Measured<std::int32_t>& pack = in.pack->pack_voltage_mV;
   if (!sum.is_valid() || !pack.is_valid()) return unknown_reading;
   const TimePoint taken_at = sum.taken_at > pack.taken_at ? sum.taken_at : pack.taken_at;
-  const std::int64_t unexplained_mV = std::llabs(std::int64_t{sum.value} - pack.value) - in.pack->voltage_swing_mV;
-  return {true, unexplained_mV > 0 ? unexplained_mV : 0, {}, taken_at};
+  return {true, unexplained_mV(in, sum, pack), {}, taken_at};
 }
 
 /// First module for which `is_bad` holds. `seen_at` tells when that was last heard of.
@@ -156,10 +167,6 @@ Reading read_module_warning(const FaultInputs& in) {
       [](const ModuleRecord& module) { return module.status.taken_at; });
 }
 
-/// Longer than the ten seconds between two questions for the identity, so that two modules which take turns under one
-/// node number are one lasting fault.
-constexpr Duration rival_memory = 15s;
-
 Reading read_module_mismatch(const FaultInputs& in) {
   return first_module(
       in,
@@ -170,7 +177,7 @@ Reading read_module_mismatch(const FaultInputs& in) {
             module.identity.is_valid() && (identity.protocol_version != internal_bus::protocol_version ||
                                            identity.cell_count != module.config.cell_count ||
                                            identity.temperature_sensor_count < module.config.temperature_sensor_count);
-        const bool has_rival = module.rival_seen_at != TimePoint{} && in.now - module.rival_seen_at <= rival_memory;
+        const bool has_rival = module.rival_seen_at != TimePoint{} && in.now - module.rival_seen_at <= conflict_memory;
         return wrong_count || wrong_identity || has_rival;
       },
       [](const ModuleRecord& module) { return module.status.taken_at; });
@@ -236,8 +243,8 @@ Reading read_link_not_following(const FaultInputs& in) {
   const bool is_known =
       pack.is_valid() && link.is_valid() && pack.taken_at > closed_since && link.taken_at > closed_since;
   if (!is_known) return unknown_reading;
-  const std::int64_t apart_mV = std::llabs(std::int64_t{pack.value} - link.value) - in.pack->voltage_swing_mV;
-  return condition(apart_mV > link_apart_max_mV(pack.value, in.config->contactors), link.taken_at);
+  const bool is_apart = unexplained_mV(in, pack, link) > link_apart_max_mV(pack.value, in.config->contactors);
+  return condition(is_apart, link.taken_at);
 }
 
 Reading read_foreign_master(const FaultInputs& in) {
@@ -404,7 +411,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .name = "contactor_feedback",
      .meaning = "an auxiliary contact does not follow its command",
      .read = read_contactor_feedback,
-     .confirm = 10ms,  // a tick: one flicker of an auxiliary contact is none of the contactor
+     .confirm = tick_period,  // one flicker of an auxiliary contact is none of the contactor
      .latch = Latch::until_cleared},
     {.id = FaultId::link_not_following,
      .name = "link_not_following",

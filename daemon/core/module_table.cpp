@@ -10,8 +10,6 @@ namespace {
 
 /// Frames this close together belong to one answer.
 constexpr Duration same_answer = 50ms;
-/// Longer than the ten seconds between two questions for the identity.
-constexpr Duration conflict_memory = 15s;
 
 // One bit for each frame of an answer.
 constexpr std::uint32_t status_bit = 1U << 0;

@@ -73,6 +73,10 @@ struct PollWants {
   bool identity = false;
 };
 
+/// Longer than the ten seconds between two questions for the identity, so that two modules which take turns under one
+/// node number are one lasting conflict.
+inline constexpr Duration conflict_memory = 15s;
+
 class ModuleTable {
  public:
   /// Keeps no reference to the configuration.

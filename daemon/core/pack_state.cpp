@@ -1,7 +1,5 @@
 #include "daemon/core/pack_state.hpp"
 
-#include <algorithm>
-
 namespace bmu {
 
 namespace {
@@ -90,14 +88,6 @@ Measured<std::int32_t> module_sum(const ModuleTable& modules, const AgeConfig& a
   return sum;
 }
 
-/// Twice what the model's resistance makes of the swing: cold cells have more than their data sheet says.
-std::int64_t voltage_swing_mV(const PackState& pack, const SensorTable& sensors, const CoreConfig& config) {
-  constexpr std::int64_t products_per_mV = 1'000'000;  // of mA and uOhm
-  const TimePoint since =
-      std::min({pack.cell_voltage_sum_mV.taken_at, pack.pack_voltage_mV.taken_at, pack.link_voltage_mV.taken_at});
-  return 2 * sensors.current_window.swing_mA(since) * pack_resistance_uOhm(config) / products_per_mV;
-}
-
 }  // namespace
 
 bool is_answering(const ModuleRecord& module, const AgeConfig& ages, TimePoint now) {
@@ -127,7 +117,6 @@ PackState summarise(const ModuleTable& modules, const SensorTable& sensors, cons
   pack.pack_voltage_mV = only_if_usable(sensors.pack_voltage_mV, now, config.ages.pack_voltage);
   pack.link_voltage_mV = only_if_usable(sensors.link_voltage_mV, now, config.ages.pack_voltage);
   pack.current_mA = only_if_usable(sensors.current_mA, now, config.ages.pack_current);
-  pack.voltage_swing_mV = voltage_swing_mV(pack, sensors, config);
   return pack;
 }
 

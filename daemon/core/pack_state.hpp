@@ -48,8 +48,6 @@ struct PackState {
   Measured<std::int32_t> pack_voltage_mV;
   Measured<std::int32_t> link_voltage_mV;
   Measured<std::int32_t> current_mA;
-  // How far the pack voltage may have moved with the current between the samples above: they are not of one moment.
-  std::int64_t voltage_swing_mV = 0;
   std::uint16_t modules_answering = 0;  // status, module voltage and every cell voltage fresh
   std::uint16_t modules_expected = 0;
 

@@ -197,10 +197,12 @@ void Loop::drain_port(Port port, bool discards) {
   for (int i = 0; i < backlog_max; ++i) {
     ReceivedFrame received;
     const ReadStatus status = bus.read(received);
-    was_down = status == ReadStatus::down;
-    if (status != ReadStatus::frame) break;
+    if (status == ReadStatus::empty) break;
+    was_down = was_down || status == ReadStatus::down;  // what waits behind the loss is as old as the rest
+    if (status == ReadStatus::down) continue;
     received.received_at = latest_time_;
-    if (discards) {
+    // What the controller says of itself is no measurement: a bus-off of then is one until somebody is heard again.
+    if (discards && !received.frame.is_error) {
       ++discarded;
     } else {
       take_frame(port, received);
