@@ -1,0 +1,140 @@
+// The catalogue of failures as tests: what goes wrong, what has to happen, how long it may take, and how long it takes.
+//
+// A row has the catalogue's number and one or more cases. Each case is put on two packs, one small and one of 16 modules
+// of 12 cells, at every few milliseconds of more than a poll period, and the worst of these is its time: from the
+// fault at the module or the line until the word "open" is through on a bus of 500 kbit/s. A case that opens is then
+// followed on its way back: nothing clears it while its cause is there, nothing closes before it was cleared and the
+// key turned anew, and after that the pack closes.
+//
+// What comes out stands in docs/reaction-times.md. A test fails if its lines there are not what it measured.
+// BMUD_REWRITE=1 test_catalogue "[docs]" writes the page anew.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "daemon/core/fault_table.hpp"
+#include "tests/support/wired_pack.hpp"
+
+namespace bmu::test {
+
+enum class Outcome : std::uint8_t {
+  opens,
+  stays_closed,
+  never_closes,  // it is there from the beginning
+};
+
+/// Where the time ends.
+enum class Until : std::uint8_t {
+  command,   // CONTACTOR_COMMAND with everything open is through on the bus
+  decision,  // of the core; where the bus can carry nothing any more
+  coils,     // the power distribution unit has let go by itself
+};
+
+using Act = std::function<void(WiredPack&)>;
+/// What the configuration allows a row's reaction to take: how long it may go unseen, and what is added to that.
+using Configured = Duration (*)(const CoreConfig&, const FaultRow&);
+
+/// Events of the script language as an act.
+[[nodiscard]] Act script(std::string_view events);
+
+struct Case {
+  std::string_view what;
+  Act inject;
+  Act repair{};            // none: what happened is over by itself
+  std::string_view fault;  // the row of the fault table that must be present afterwards; empty: none may be that opens
+  Configured configured = nullptr;
+  Outcome outcome = Outcome::opens;
+  Until until = Until::command;
+  Phase in_phase = Phase::closed;    // where the sequence stands when it happens
+  Act prepare{};                     // before the vehicle is switched on
+  Duration span = 150ms;             // over which the moment is varied
+  Duration step = 3ms;
+  bool has_way_back = true;          // of its own: a fault of the closing has to be repaired before there is one
+  std::function<bool(const WiredPack&)> holds{};  // whatever else must be so, some time after it
+};
+
+struct Row {
+  int number = 0;
+  std::string_view title;
+  Duration allowed{};
+  std::vector<Case> cases;
+  std::string_view state{};  // empty: held; else why it is not run, as the page says it
+};
+
+struct Pack {
+  std::string_view name;
+  CoreConfig config;
+};
+
+/// Every case of the row on every pack; and its lines on the page.
+void check_row(const Row& row);
+
+/// The longest reaction of a case on one pack, all of whose trials must be as the case says; none if it never opens.
+[[nodiscard]] std::optional<Duration> worst_time(const Case& one, const Pack& pack);
+
+/// Rows in the order of their numbers, those not run included.
+[[nodiscard]] const std::vector<const Row*>& all_rows();
+/// A row's lines as measured now.
+[[nodiscard]] std::vector<std::string> measured_lines(const Row& row);
+
+struct Registered {
+  explicit Registered(Row wanted);
+  Row row;
+};
+
+/// The small one and the large one.
+[[nodiscard]] const std::vector<Pack>& packs();
+/// Closed, half a second later; a copy of one that was closed once.
+[[nodiscard]] WiredPack closed_pack(const Pack& pack);
+
+[[nodiscard]] const FaultRow* find_fault(std::string_view name);
+[[nodiscard]] bool is_present(const WiredPack& pack, std::string_view fault);
+[[nodiscard]] bool is_open(const WiredPack& pack, Until until);
+/// Milliseconds, rounded up.
+[[nodiscard]] std::string ms_text(Duration duration);
+
+// How long what may go unseen: the periods on its way, the age at which it counts as lost, its confirm time, a tick, and
+// the command behind a frame that is just on the wire.
+namespace seen {
+Duration in_cells(const CoreConfig& config, const FaultRow& row);
+Duration in_temperatures(const CoreConfig& config, const FaultRow& row);
+Duration in_module_status(const CoreConfig& config, const FaultRow& row);
+Duration in_module_limits(const CoreConfig& config, const FaultRow& row);
+Duration in_current(const CoreConfig& config, const FaultRow& row);
+Duration in_pack_voltage(const CoreConfig& config, const FaultRow& row);
+Duration in_a_line(const CoreConfig& config, const FaultRow& row);
+Duration in_the_next_word(const CoreConfig& config, const FaultRow& row);
+Duration in_a_contact(const CoreConfig& config, const FaultRow& row);
+Duration in_module_silence(const CoreConfig& config, const FaultRow& row);
+Duration in_temperature_silence(const CoreConfig& config, const FaultRow& row);
+Duration in_current_silence(const CoreConfig& config, const FaultRow& row);
+Duration in_voltage_silence(const CoreConfig& config, const FaultRow& row);
+Duration in_pdu_silence(const CoreConfig& config, const FaultRow& row);
+Duration in_missing_echoes(const CoreConfig& config, const FaultRow& row);
+Duration in_two_answers(const CoreConfig& config, const FaultRow& row);
+Duration in_the_next_tick(const CoreConfig& config, const FaultRow& row);
+Duration in_a_contact_that_stays(const CoreConfig& config, const FaultRow& row);
+Duration in_the_precharge_time_out(const CoreConfig& config, const FaultRow& row);
+Duration in_the_unit_alone(const CoreConfig& config, const FaultRow& row);
+}  // namespace seen
+
+}  // namespace bmu::test
+
+#define BMUD_JOIN_AGAIN(one, other) one##other
+#define BMUD_JOIN(one, other) BMUD_JOIN_AGAIN(one, other)
+#define BMUD_CATALOGUE_ROW(number, title, tags, ...)                                                                  \
+  static const ::bmu::test::Registered BMUD_JOIN(row_in_line_, __LINE__){                                             \
+      ::bmu::test::Row{number, title, __VA_ARGS__}};                                                                  \
+  TEST_CASE("F" #number ": " title, "[catalogue][F" #number "]" tags) {                                               \
+    ::bmu::test::check_row(BMUD_JOIN(row_in_line_, __LINE__).row);                                                    \
+  }
+/// A row of the catalogue, as a test.
+#define FAULT(number, title, ...) BMUD_CATALOGUE_ROW(number, title, "", __VA_ARGS__)
+/// One the daemon cannot pass yet, because what it takes is not built; not run. `test_catalogue "[.later]"` tries.
+#define LATER_FAULT(number, title, allowed, ...) BMUD_CATALOGUE_ROW(number, title, "[.later]", allowed, __VA_ARGS__, "not built")
+/// One that should pass and does not; not run. `test_catalogue "[.defect]"` shows.
+#define DEFECT_FAULT(number, title, allowed, ...) BMUD_CATALOGUE_ROW(number, title, "[.defect]", allowed, __VA_ARGS__, "not met")

@@ -1,0 +1,125 @@
+// Rows 82 to 103 of the catalogue: contactors, precharge, hard wires.
+#include "protocol/tables/internal_bus.hpp"
+#include "tests/catalogue/catalogue.hpp"
+#include "tests/catalogue/frames.hpp"
+#include "tests/support/catch.hpp"
+
+namespace bmu::test {
+namespace {
+
+/// On and off again, as often as it takes.
+Act flickering(std::string_view on, std::string_view off, int on_ms, int off_ms) {
+  return [=](WiredPack& pack) {
+    pack.each_ms = [=, ms = 0](WiredPack& now) mutable {
+      const int moment = ms++ % (on_ms + off_ms);
+      if (moment == 0) now.apply(on);
+      if (moment == on_ms) now.apply(off);
+    };
+  };
+}
+
+}  // namespace
+
+FAULT(83, "a contactor does not close", 400ms,
+      {{.what = "main negative does not close",
+        .inject = {},
+        .repair = script("contactor main_negative ok"),
+        .fault = "contactor_feedback",
+        .configured = seen::in_a_contact_that_stays,
+        .in_phase = Phase::main_negative,
+        .prepare = script("contactor main_negative stuck_open")},
+       {.what = "main positive does not close",
+        .inject = {},
+        .repair = script("contactor main_positive ok"),
+        .fault = "contactor_feedback",
+        .configured = seen::in_a_contact_that_stays,
+        .in_phase = Phase::main_positive,
+        .prepare = script("contactor main_positive stuck_open")}})
+
+FAULT(84, "an auxiliary contact flickers", 300ms,
+      {{.what = "an auxiliary contact of a closed contactor opens for 5 ms",
+        .inject = for_a_while("contactor main_positive feedback open", 5ms, "contactor main_positive feedback auto"),
+        .outcome = Outcome::stays_closed},
+       {.what = "an auxiliary contact of a closed contactor says open",
+        .inject = script("contactor main_positive feedback open"),
+        .repair = script("contactor main_positive feedback auto"),
+        .fault = "contactor_feedback",
+        .configured = seen::in_a_contact},
+       {.what = "an auxiliary contact opens for 20 ms of each 25",
+        .inject = flickering("contactor main_positive feedback open", "contactor main_positive feedback auto", 20, 5),
+        .repair = all({heal, script("contactor main_positive feedback auto")}),
+        .fault = "contactor_feedback",
+        .configured = seen::in_a_contact}})
+
+FAULT(89, "the link voltage is not known during the precharge", 400ms,
+      {{.what = "no link voltage from the sensor during the precharge",
+        .inject = script("sensor link_voltage silent"),
+        .repair = script("sensor link_voltage talking"),
+        .fault = "voltage_sensor_lost",
+        .configured = seen::in_voltage_silence,
+        .in_phase = Phase::precharge}})
+
+FAULT(90, "closing is asked for while a fault is present", 0ms,
+      {{.what = "a cell is too high, and the key is turned",
+        .inject = script("cell $C voltage_mV 4300"),
+        .fault = "cell_overvoltage",
+        .outcome = Outcome::never_closes,
+        .holds =
+            [](const WiredPack& pack) {
+              const RefusalRecord& refusal = pack.core().last_refusal();
+              return refusal.has_happened && refusal.blocker == Blocker::fault;
+            }},
+       {.what = "the pack is too cold, and the key is turned",
+        .inject = script("pack temperature_dC -250"),
+        .fault = "cell_undertemperature",
+        .outcome = Outcome::never_closes,
+        .holds = [](const WiredPack& pack) { return pack.core().last_refusal().has_happened; }}})
+
+FAULT(93, "an emergency stop is pressed", 20ms,
+      {{.what = "emergency stop 1 is pressed",
+        .inject = script("estop 1 pressed"),
+        .repair = script("estop 1 released"),
+        .fault = "emergency_stop",
+        .configured = seen::in_a_line},
+       {.what = "emergency stop 2 is pressed",
+        .inject = script("estop 2 pressed"),
+        .repair = script("estop 2 released"),
+        .fault = "emergency_stop",
+        .configured = seen::in_a_line}})
+
+FAULT(94, "an emergency stop bounces", 20ms,
+      {{.what = "an emergency stop is pressed for 2 ms",
+        .inject = for_a_while("estop 1 pressed", 2ms, "estop 1 released"),
+        .fault = "emergency_stop",
+        .configured = seen::in_a_line},
+       {.what = "an emergency stop bounces, 1 ms on and 1 ms off",
+        .inject = flickering("estop 1 pressed", "estop 1 released", 1, 1),
+        .repair = all({heal, script("estop 1 released")}),
+        .fault = "emergency_stop",
+        .configured = seen::in_a_line}})
+
+FAULT(100, "the interlock opens", 100ms,
+      {{.what = "the interlock opens",
+        .inject = script("interlock open"),
+        .repair = script("interlock closed"),
+        .fault = "interlock_open",
+        .configured = seen::in_a_line}})
+
+FAULT(101, "the power distribution unit is silent or contradicts its command", 300ms,
+      {{.what = "the power distribution unit is silent",
+        .inject = script("pdu silent"),
+        .repair = script("pdu talking"),
+        .fault = "pdu_lost",
+        .configured = seen::in_pdu_silence},
+       {.what = "a closed contactor opens by itself",
+        .inject = script("contactor main_negative stuck_open"),
+        .repair = script("contactor main_negative ok"),
+        .fault = "contactor_feedback",
+        .configured = seen::in_a_contact},
+       {.what = "the precharge contactor is closed in a closed pack",
+        .inject = script("contactor precharge welded"),
+        .repair = script("contactor precharge ok"),
+        .fault = "contactor_feedback",
+        .configured = seen::in_a_contact}})
+
+}  // namespace bmu::test

@@ -1,0 +1,351 @@
+// Rows 21 to 37 of the catalogue: what becomes of the modules' answers on their way.
+#include <map>
+#include <string>
+
+#include "protocol/tables/internal_bus.hpp"
+#include "tests/catalogue/catalogue.hpp"
+#include "tests/catalogue/frames.hpp"
+#include "tests/support/catch.hpp"
+
+namespace bmu::test {
+namespace {
+
+constexpr Duration budget = 400ms;
+
+std::function<bool(const WiredPack&)> counts(RejectReason reason, std::uint64_t at_least = 1) {
+  return [=](const WiredPack& pack) {
+    return pack.core().receive_counts().rejected[static_cast<std::size_t>(reason)] >= at_least;
+  };
+}
+
+std::uint8_t counter_of(const CanFrame& frame) {
+  const bool is_of_sensor = station_of(frame) == Station::sensor;
+  return is_of_sensor ? static_cast<std::uint8_t>(frame.data[1] & 0x0FU) : frame.data[6];
+}
+
+FrameTest is_from(Station station) {
+  return [station](const CanFrame& frame, const WiredPack&) { return station_of(frame) == station; };
+}
+
+/// The last module's whole answer to the next POLL, and no other.
+Act on_next_answer(FrameChange change) {
+  return [=](WiredPack& pack) {
+    const auto counter = static_cast<std::uint8_t>(pack.poll_counter() + 1);
+    changing([=](const CanFrame& frame,
+                 const WiredPack& now) { return is_of_last_module(frame, now) && frame.data[6] == counter; },
+             change)(pack);
+  };
+}
+
+FrameChange count_on(int steps) {
+  return [steps](CanFrame& frame, const WiredPack&) {
+    reseal(frame, static_cast<std::uint8_t>(counter_of(frame) + steps));
+  };
+}
+
+FrameChange damage() {
+  return [](CanFrame& frame, const WiredPack&) { frame.data[2] ^= 0x10U; };
+}
+
+/// What was sent last before now is sent again and again, in place of what is new.
+Act repeating(FrameTest test) {
+  return [test](WiredPack& pack) {
+    changing(test, [old = pack.last_sent()](CanFrame& frame, const WiredPack&) {
+      const auto known = old.find(frame.id);
+      if (known != old.end()) frame = known->second;
+    })(pack);
+  };
+}
+
+/// From now on the counter stands at what it last was; the rest goes on.
+Act freezing_counter(FrameTest test) {
+  return [test](WiredPack& pack) {
+    changing(test, [old = pack.last_sent()](CanFrame& frame, const WiredPack&) {
+      const auto known = old.find(frame.id);
+      if (known != old.end()) reseal(frame, counter_of(known->second));
+    })(pack);
+  };
+}
+
+/// A second module under the last one's number: it says everything behind the first, and something else.
+Act twin_of_last_module() {
+  return [](WiredPack& pack) {
+    pack.on_sent = [](CanFrame& frame, const WiredPack& now) {
+      if (!is_of_last_module(frame, now)) return Fate{};
+      CanFrame twin = frame;
+      twin.data[1] ^= 0x04U;
+      reseal(twin, twin.data[6]);
+      return Fate{.twin = twin};
+    };
+  };
+}
+
+/// An answer nobody asked for, each 10 ms: of the last module, `steps` behind what was asked last.
+Act answers_without_question(int steps) {
+  return [steps](WiredPack& pack) {
+    pack.each_ms = [steps, ms = 0](WiredPack& now) mutable {
+      if (++ms % 10 != 0) return;
+      for (const MessageSpec* row : {&internal_bus::status, &internal_bus::cells_1}) {
+        CanFrame frame = now.last_sent().at(row->base_id + now.last_node());
+        reseal(frame, static_cast<std::uint8_t>(now.poll_counter() + steps));
+        now.send_as_stranger(frame);
+      }
+    };
+  };
+}
+
+/// Every identifier that is listened to, with each wrong length, as remote frame and as its extended twin.
+Act malformed_frames() {
+  return [](WiredPack& pack) {
+    pack.each_ms = [ms = 0U](WiredPack& now) mutable {
+      ++ms;
+      const std::uint32_t node = now.last_node();
+      const std::array<std::uint32_t, 8> ids{0x040, 0x041, 0x080, 0x100 + node, 0x140 + node, 0x240 + node, 0x521, 0x522};
+      CanFrame frame = data_frame(ids[ms % ids.size()], 8);
+      const std::size_t form = ms / ids.size() % 11;
+      if (form < 8) frame.length = static_cast<std::uint8_t>(form == frame.length ? 0 : form);
+      frame.is_remote = form == 8;
+      frame.is_extended = form >= 9;
+      if (station_of(frame) == Station::sensor && frame.length == 6) return;  // that is its length
+      now.send_as_stranger(frame);
+    };
+  };
+}
+
+Act masquerade_as_first() {
+  return changing(is_of_last_module,
+                  [](CanFrame& frame, const WiredPack& pack) { frame.id = frame.id - pack.last_node() + 1; });
+}
+
+}  // namespace
+
+FAULT(21, "a module falls silent", budget,
+      {{.what = "a module falls silent",
+        .inject = script("module $N silent"),
+        .repair = script("module $N talking"),
+        .fault = "module_lost",
+        .configured = seen::in_module_silence}})
+
+FAULT(22, "all modules fall silent", budget,
+      {{.what = "all modules fall silent",
+        .inject = losing(is_of_a_module),
+        .repair = heal,
+        .fault = "module_lost",
+        .configured = seen::in_module_silence},
+       {.what = "everybody but the master falls silent",
+        .inject = losing(is_of_anybody),
+        .repair = heal,
+        .fault = "pdu_lost",
+        .configured = seen::in_pdu_silence}})
+
+FAULT(23, "a module answers with a part of its frames", budget,
+      {{.what = "a module's STATUS does not come",
+        .inject = losing(is_message(internal_bus::status)),
+        .repair = heal,
+        .fault = "module_lost",
+        .configured = seen::in_module_silence},
+       {.what = "three of a module's cells do not come",
+        .inject = losing(is_message(internal_bus::cells_1)),
+        .repair = heal,
+        .fault = "module_lost",
+        .configured = seen::in_module_silence},
+       {.what = "the last frame of a module's answer does not come",
+        .inject = losing(is_message(internal_bus::module)),
+        .repair = heal,
+        .fault = "module_lost",
+        .configured = seen::in_module_silence}})
+
+DEFECT_FAULT(23, "a module answers without its temperatures", budget,
+             {{.what = "a module's temperatures do not come",
+               .inject = losing(is_message(internal_bus::temp_1)),
+               .repair = heal,
+               .fault = "temperature_not_measured",
+               .configured = seen::in_temperature_silence}})
+
+FAULT(24, "a module answers slower than it is asked", budget,
+      {{.what = "a module answers 120 ms late",
+        .inject = delaying(is_of_last_module, 120ms),
+        .repair = heal,
+        .fault = "module_lost",
+        .configured = seen::in_module_silence,
+        .holds = counts(RejectReason::late, 10)},
+       {.what = "a module answers 40 ms late, before it is asked again",
+        .inject = delaying(is_of_last_module, 40ms),
+        .outcome = Outcome::stays_closed}})
+
+FAULT(25, "a counter stands still while the data goes on", budget,
+      {{.what = "a module's counter stands still",
+        .inject = freezing_counter(is_of_last_module),
+        .repair = heal,
+        .fault = "module_lost",
+        .configured = seen::in_module_silence,
+        .holds = counts(RejectReason::late, 10)},
+       {.what = "the counter of the power distribution unit stands still",
+        .inject = freezing_counter(is_from(Station::pdu)),
+        .repair = heal,
+        .fault = "pdu_lost",
+        .configured = seen::in_pdu_silence,
+        .holds = counts(RejectReason::repeated_counter)},
+       {.what = "the current sensor's counter stands still",
+        .inject = freezing_counter(is_from(Station::sensor)),
+        .repair = heal,
+        .fault = "current_sensor_lost",
+        .configured = seen::in_current_silence,
+        .holds = counts(RejectReason::repeated_counter)}})
+
+FAULT(26, "a counter jumps", budget,
+      {{.what = "one answer of a module with a counter two ahead",
+        .inject = on_next_answer(count_on(2)),
+        .outcome = Outcome::stays_closed,
+        .holds = counts(RejectReason::late)},
+       {.what = "one answer of a module with a counter seven back",
+        .inject = on_next_answer(count_on(-7)),
+        .outcome = Outcome::stays_closed,
+        .holds = counts(RejectReason::late)},
+       {.what = "all answers of a module with a counter two ahead",
+        .inject = changing(is_of_last_module, count_on(2)),
+        .repair = heal,
+        .fault = "module_lost",
+        .configured = seen::in_module_silence},
+       {.what = "the counter of the power distribution unit jumps by three, as if two words were lost",
+        .inject = changing(is_from(Station::pdu), count_on(2)),
+        .outcome = Outcome::stays_closed},
+       {.what = "the counter of the power distribution unit jumps by eight",
+        .inject = changing(is_from(Station::pdu), count_on(7)),
+        .fault = "pdu_opened_by_itself",
+        .configured = seen::in_the_next_word},
+       {.what = "the counter of the power distribution unit jumps back by two",
+        .inject = changing(is_from(Station::pdu), count_on(-3)),
+        .fault = "pdu_opened_by_itself",
+        .configured = seen::in_the_next_word}})
+
+FAULT(27, "old frames again", budget,
+      {{.what = "a module's old answers instead of new ones",
+        .inject = repeating(is_of_last_module),
+        .repair = heal,
+        .fault = "module_lost",
+        .configured = seen::in_module_silence,
+        .holds = counts(RejectReason::late, 10)},
+       {.what = "an old word of the power distribution unit instead of new ones",
+        .inject = repeating(is_from(Station::pdu)),
+        .repair = heal,
+        .fault = "pdu_lost",
+        .configured = seen::in_pdu_silence,
+        .holds = counts(RejectReason::repeated_counter)}})
+
+FAULT(28, "damaged frames", budget,
+      {{.what = "one damaged answer of a module",
+        .inject = on_next_answer(damage()),
+        .outcome = Outcome::stays_closed,
+        .holds = counts(RejectReason::wrong_crc)},
+       {.what = "all frames of a module damaged",
+        .inject = script("module $N damaged_frames on"),
+        .repair = script("module $N damaged_frames off"),
+        .fault = "module_lost",
+        .configured = seen::in_module_silence,
+        .holds = counts(RejectReason::wrong_crc, 10)},
+       {.what = "all frames of the power distribution unit damaged",
+        .inject = script("pdu damaged_frames on"),
+        .repair = script("pdu damaged_frames off"),
+        .fault = "pdu_lost",
+        .configured = seen::in_pdu_silence,
+        .holds = counts(RejectReason::wrong_crc)}})
+
+FAULT(29, "a module's frames under another module's identifiers", budget,
+      {{.what = "the last module's frames under the first one's identifiers",
+        .inject = masquerade_as_first(),
+        .repair = heal,
+        .fault = "module_lost",
+        .configured = seen::in_module_silence,
+        .holds =
+            [](const WiredPack& pack) {
+              const ReceiveCheck& check = pack.core().receive_check();
+              const Element& lost = pack.core().last_opening().reading.element;
+              return check.rejected_under(0x101) > 0 && lost.module_node == pack.last_node();
+            }}})
+
+FAULT(30, "two modules under one node number", budget,
+      {{.what = "a second module answers under a node number",
+        .inject = twin_of_last_module(),
+        .repair = heal,
+        .fault = "module_mismatch",
+        .configured = seen::in_two_answers,
+        .holds = counts(RejectReason::conflicting)}})
+
+FAULT(32, "a module is missing at start", 0ms,
+      {{.what = "a module is missing at start",
+        .inject = script("module $N silent"),
+        .fault = "module_lost",
+        .outcome = Outcome::never_closes}})
+
+FAULT(33, "a module starts anew", budget,
+      {{.what = "a module starts anew and answers the next POLL",
+        .inject = script("module $N restart"),
+        .outcome = Outcome::stays_closed},
+       {.what = "a module starts anew and is away for 600 ms",
+        .inject = for_a_while("module $N silent; module $N restart", 600ms, "module $N talking"),
+        .fault = "module_lost",
+        .configured = seen::in_module_silence}})
+
+FAULT(34, "frames of a wrong form under our identifiers", 0ms,
+      {{.what = "wrong lengths, remote frames, extended twins",
+        .inject = malformed_frames(),
+        .outcome = Outcome::stays_closed,
+        .holds =
+            [](const WiredPack& pack) {
+              return counts(RejectReason::wrong_length, 100)(pack) && counts(RejectReason::wrong_form, 100)(pack);
+            }}})
+
+FAULT(35, "answers nobody asked for", budget,
+      {{.what = "a silent module, and a stranger who answers for it unasked",
+        .inject = all({script("module $N silent"), answers_without_question(-3)}),
+        .repair = all({script("module $N talking"), heal}),
+        .fault = "module_lost",
+        .configured = seen::in_module_silence,
+        .holds = counts(RejectReason::late, 10)},
+       {.what = "answers nobody asked for, beside the right ones",
+        .inject = answers_without_question(-3),
+        .outcome = Outcome::stays_closed,
+        .holds = counts(RejectReason::late, 10)}})
+
+FAULT(36, "a module reports a fault of its own", 450ms,
+      {{.what = "a module's front end fails its self-test",
+        .inject = script("module $N self_test failed"),
+        .repair = script("module $N self_test ok"),
+        .fault = "module_reports_fault",
+        .configured = seen::in_module_status},
+       {.what = "a module says that a cell is beyond its limit",
+        .inject = forging(is_message(internal_bus::status),
+                          [](CanFrame& frame, const WiredPack&) {
+                            write<internal_bus::status, "overvoltage_cells">(frame, 1);
+                          }),
+        .repair = heal,
+        .fault = "module_reports_fault",
+        .configured = seen::in_module_status},
+       {.what = "a module says that a measuring wire is off",
+        .inject = forging(is_message(internal_bus::status),
+                          [](CanFrame& frame, const WiredPack&) {
+                            write<internal_bus::status, "open_cell_wire">(frame, 1);
+                          }),
+        .repair = heal,
+        .fault = "module_reports_fault",
+        .configured = seen::in_module_status}})
+
+FAULT(37, "a module that is not the one configured", 0ms,
+      {{.what = "a module speaks another version of the protocol",
+        .inject = forging(is_message(internal_bus::ident),
+                          [](CanFrame& frame, const WiredPack&) {
+                            write<internal_bus::ident, "protocol_version">(frame, 2);
+                          }),
+        .fault = "module_mismatch",
+        .outcome = Outcome::never_closes},
+       {.what = "a module has one cell less",
+        .inject = forging(is_message(internal_bus::status),
+                          [](CanFrame& frame, const WiredPack& pack) {
+                            const auto& last = pack.config().modules[pack.config().modules.size() - 1];
+                            write<internal_bus::status, "cell_count">(frame, last.cell_count - 1);
+                          }),
+        .fault = "module_mismatch",
+        .outcome = Outcome::never_closes}})
+
+}  // namespace bmu::test

@@ -1,0 +1,16 @@
+// docs/reaction-times.md: what the catalogue's runs gave, committed and held against every run.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace bmu::test {
+
+/// "| 21 | a module falls silent | ", by which a line of the page is known.
+[[nodiscard]] std::string page_line_begin(int number, std::string_view what);
+/// The line of a case as committed; empty if there is none.
+[[nodiscard]] std::string committed_line(int number, std::string_view what);
+/// BMUD_REWRITE is set: the page is to be written, not compared.
+[[nodiscard]] bool is_rewriting();
+
+}  // namespace bmu::test

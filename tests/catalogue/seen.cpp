@@ -1,0 +1,111 @@
+// What the configuration lets each way of noticing take.
+#include <algorithm>
+
+#include "daemon/core/command_link.hpp"
+#include "daemon/core/fault_evaluate.hpp"
+#include "protocol/tables/internal_bus.hpp"
+#include "tests/catalogue/catalogue.hpp"
+
+namespace bmu::test::seen {
+
+namespace {
+
+constexpr Duration frame_time = time_on_wire({.length = 8});
+/// What is on the wire has to end, then comes the word "open".
+constexpr Duration command_time = 2 * frame_time;
+/// Of the emulated devices: a module's cells, its temperatures, the sensor's results, a look at the inputs.
+constexpr Duration cell_sampling = 10ms;
+constexpr Duration temperature_sampling = 500ms;
+constexpr Duration current_period = 20ms;
+constexpr Duration voltage_period = 60ms;
+constexpr Duration device_tick = 1ms;
+
+/// From the POLL to the last frame of the last module, with everybody else's frames in between.
+Duration answer_time(const CoreConfig& config) {
+  constexpr std::int64_t frames_of_others = 12;
+  std::int64_t frames = 1 + frames_of_others;
+  for (const ModuleConfig& module : config.modules) {
+    const std::int64_t blocks = (module.cell_count + internal_bus::cells_per_frame - 1) / internal_bus::cells_per_frame;
+    frames += blocks + 5;  // STATUS, TEMP_1, TEMP_2, MODULE, and IDENT now and then
+  }
+  return frames * frame_time + device_tick;
+}
+
+Duration confirmed(const CoreConfig& config, const FaultRow& row, Duration sample_period) {
+  const Duration confirm = thresholds_of(row, config.limits).confirm;
+  const Duration samples = (row.samples - 1) * sample_period;
+  return std::max(confirm, samples) + row.grace + tick_period + command_time;
+}
+
+}  // namespace
+
+Duration in_cells(const CoreConfig& config, const FaultRow& row) {
+  return cell_sampling + config.poll.period + answer_time(config) + confirmed(config, row, config.poll.period);
+}
+Duration in_temperatures(const CoreConfig& config, const FaultRow& row) {
+  const Duration asked = config.poll.period * config.poll.temperature_every;
+  return temperature_sampling + asked + answer_time(config) + confirmed(config, row, asked);
+}
+Duration in_module_status(const CoreConfig& config, const FaultRow& row) {
+  return in_cells(config, row);
+}
+/// The module averages its cells over 100 ms before it judges them.
+Duration in_module_limits(const CoreConfig& config, const FaultRow& row) {
+  return 200ms + in_cells(config, row);
+}
+/// The sensor tells means, so the first after a step may be half of it; and its identifiers wait for all modules.
+Duration in_current(const CoreConfig& config, const FaultRow& row) {
+  return 2 * current_period + answer_time(config) + confirmed(config, row, current_period);
+}
+Duration in_pack_voltage(const CoreConfig& config, const FaultRow& row) {
+  return voltage_period + answer_time(config) + confirmed(config, row, config.poll.period);
+}
+Duration in_a_line(const CoreConfig& config, const FaultRow& row) {
+  return device_tick + command_time + confirmed(config, row, 0ms);
+}
+/// Of the power distribution unit, where nothing changes that it would tell at once.
+Duration in_the_next_word(const CoreConfig& config, const FaultRow& row) {
+  return internal_bus::pdu_status.period + in_a_line(config, row);
+}
+Duration in_a_contact(const CoreConfig& config, const FaultRow& row) {
+  return device_tick + command_time + confirmed(config, row, 0ms) + tick_period;
+}
+Duration in_module_silence(const CoreConfig& config, const FaultRow& row) {
+  return std::max(config.ages.module_status, config.ages.cell_voltage) + confirmed(config, row, 0ms);
+}
+Duration in_temperature_silence(const CoreConfig& config, const FaultRow& row) {
+  return config.ages.temperature + confirmed(config, row, 0ms);
+}
+/// The last result may have waited for all modules, and counts from when it came.
+Duration in_current_silence(const CoreConfig& config, const FaultRow& row) {
+  return answer_time(config) + config.ages.pack_current + confirmed(config, row, 0ms);
+}
+Duration in_voltage_silence(const CoreConfig& config, const FaultRow& row) {
+  return answer_time(config) + config.ages.pack_voltage + confirmed(config, row, 0ms);
+}
+Duration in_pdu_silence(const CoreConfig& config, const FaultRow& row) {
+  return config.ages.pdu_status + confirmed(config, row, 0ms);
+}
+Duration in_missing_echoes(const CoreConfig& config, const FaultRow& row) {
+  return internal_bus::contactor_command.period + command_wait_max + confirmed(config, row, 0ms);
+}
+/// Two modules under one number are believed after their second answer.
+Duration in_two_answers(const CoreConfig& config, const FaultRow& row) {
+  return 2 * config.poll.period + answer_time(config) + confirmed(config, row, 0ms);
+}
+Duration in_the_next_tick(const CoreConfig& config, const FaultRow& row) {
+  return confirmed(config, row, 0ms);
+}
+Duration in_a_contact_that_stays(const CoreConfig& config, const FaultRow& row) {
+  return config.contactors.feedback_timeout + internal_bus::pdu_status.period + command_time +
+         confirmed(config, row, 0ms);
+}
+Duration in_the_precharge_time_out(const CoreConfig& config, const FaultRow& row) {
+  return config.contactors.precharge_timeout + confirmed(config, row, 0ms);
+}
+/// The power distribution unit takes the last command for so long, and opens with its next look.
+Duration in_the_unit_alone(const CoreConfig&, const FaultRow&) {
+  return internal_bus::contactor_command_life + internal_bus::contactor_command.period + device_tick;
+}
+
+}  // namespace bmu::test::seen

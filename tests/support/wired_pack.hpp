@@ -1,0 +1,113 @@
+// A core and the emulated pack with a bus between them that takes time, in virtual time: who wants to know how long a
+// reaction takes measures it here. A value: a copy goes on by itself, so one closed pack serves many trials.
+//
+// A fault is a change of the world (`apply`, the scripts' language), of what devices send (`on_sent`), of the wire, or
+// of what the master's interface tells. Whatever a hook remembers it must hold by value.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "daemon/core/core.hpp"
+#include "mmu/simulator.hpp"
+#include "tests/support/can_wire.hpp"
+
+namespace bmu::test {
+
+/// What becomes of a frame that a device sends.
+struct Fate {
+  bool is_lost = false;
+  Duration delay{};
+  std::optional<CanFrame> twin{};  // goes out behind it
+};
+
+class WiredPack {
+ public:
+  explicit WiredPack(const CoreConfig& config);
+
+  // What can be wrong with everything between the devices and the core.
+  std::function<Fate(CanFrame&, const WiredPack&)> on_sent;  // by a device; may change the frame
+  std::function<void(WiredPack&)> each_ms;
+  bool is_cut = false;         // the master's wire: it hears nobody, nobody hears it, its own frames are acknowledged
+  bool is_swallowing = false;  // the master's frames vanish, told as sent; it hears nobody
+  bool sends_fail = false;     // the system takes no frame of the master
+  std::optional<CanFrame> flood;  // a stranger sends it all the time
+  Duration latency{};             // of everything the core is told, echoes included
+  std::size_t queue_length = 10;  // the kernel's send queue
+
+  /// Until `duration` has passed; `run_until` also until the condition holds, and says whether it does.
+  void run(Duration duration);
+  [[nodiscard]] bool run_until(const std::function<bool(const WiredPack&)>& condition, Duration at_most);
+  /// Events of the script language, separated by semicolons, now. "$N" is the last module's node, "$C" its last cell,
+  /// "$T" its last temperature sensor: what arbitration sends last.
+  void apply(std::string_view events);
+  void observe(const ObservedThing& what);
+  void give(Command command) { observe(CommandGiven{command}); }
+  void send_as_stranger(const CanFrame& frame) { wire_.put(Station::stranger, frame); }
+  /// The interface goes, and its send queue with it; or comes back.
+  void set_port(bool is_up);
+  /// Nobody acknowledges what the master sends.
+  void set_acknowledged(bool is_acknowledged) { wire_.set_silent(Station::master, !is_acknowledged); }
+  /// The core does nothing for so long; what arrives meanwhile does not fit the receive queue.
+  void stall(Duration duration);
+
+  /// Vehicle on, and run until closed. Returns whether it got there.
+  [[nodiscard]] bool close();
+
+  [[nodiscard]] TimePoint now() const { return now_; }
+  [[nodiscard]] const CoreConfig& config() const { return core_.config(); }
+  [[nodiscard]] const Core& core() const { return core_; }
+  [[nodiscard]] const Simulator& simulator() const { return simulator_; }
+  [[nodiscard]] Phase phase() const { return core_.sequence().phase; }
+  [[nodiscard]] std::uint8_t last_node() const;
+  /// The contactors asked for in the last CONTACTOR_COMMAND that was on the bus.
+  [[nodiscard]] const ContactorOutputs& commanded() const { return commanded_; }
+  [[nodiscard]] bool coils_are_driven() const;
+  [[nodiscard]] std::uint8_t poll_counter() const { return poll_counter_; }  // of the last POLL on the bus
+  /// What each identifier carried last, as its device sent it.
+  [[nodiscard]] const std::map<std::uint32_t, CanFrame>& last_sent() const { return last_sent_; }
+  [[nodiscard]] std::uint64_t phases_entered(Phase phase) const { return entered_[static_cast<std::size_t>(phase)]; }
+
+  static constexpr TimePoint start{1s};
+
+ private:
+  struct Due {
+    TimePoint at;
+    CanFrame frame;
+  };
+  struct Told {
+    TimePoint at;
+    ObservedThing what;
+  };
+
+  void advance_to(TimePoint now);
+  void take_from_wire();
+  void tell(const ObservedThing& what);
+  void tell_due();
+  void tick_devices();
+  void decide();
+
+  TimePoint now_ = start;
+  TimePoint devices_tick_at_ = start + Plant::step_length;
+  TimePoint wake_at_ = start;
+  TimePoint stalled_until_{};
+  std::uint64_t lost_while_stalled_ = 0;
+  Core core_;
+  Simulator simulator_;
+  CanWire wire_;
+  std::vector<Due> late_;   // held back by `on_sent`
+  std::vector<Told> told_;  // on their way to the core
+  ContactorOutputs commanded_;
+  std::uint8_t poll_counter_ = 0;
+  std::map<std::uint32_t, CanFrame> last_sent_;
+  std::array<std::uint64_t, all_phases.size()> entered_{};
+};
+
+[[nodiscard]] Station station_of(const CanFrame& frame);
+
+}  // namespace bmu::test
