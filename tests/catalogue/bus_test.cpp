@@ -126,7 +126,7 @@ FAULT(39, "somebody else sends what only the master may send", link_budget,
        {.what = "a COMMAND of a second master",
         .inject = strange(command_of_a_stranger()),
         .fault = "foreign_master",
-        .configured = seen::in_module_status}})
+        .configured = seen::in_a_frame_behind_all}})
 
 FAULT(40, "the interface goes down", link_budget,
       {{.what = "the interface goes down",
@@ -176,7 +176,7 @@ FAULT(46, "bus-off, and every send succeeds", communication_budget,
       {{.what = "sends succeed and nothing is on the bus",
         .inject = swallows,
         .repair = heal,
-        .fault = "command_not_on_bus",
+        .fault = "pdu_lost",
         .configured = seen::in_missing_echoes,
         .until = Until::decision}})
 
@@ -189,7 +189,7 @@ FAULT(48, "nobody acknowledges", communication_budget,
       {{.what = "alone on the bus: nothing comes, nobody acknowledges",
         .inject = is_alone,
         .repair = heal,
-        .fault = "command_not_on_bus",
+        .fault = "pdu_lost",
         .configured = seen::in_missing_echoes,
         .until = Until::decision}})
 
@@ -199,7 +199,8 @@ FAULT(49, "the send queue stays full", communication_budget,
         .repair = heal,
         .fault = "command_not_on_bus",
         .configured = seen::in_missing_echoes,
-        .until = Until::decision}})
+        .until = Until::decision,
+        .is_seen_open = false}})
 
 FAULT(50, "sends fail for moments", 0ms,
       {{.what = "the system takes no frame for 60 ms of each 300",
@@ -211,7 +212,7 @@ FAULT(51, "a babbling idiot", communication_budget,
       {{.what = "identifier 0 fills the bus",
         .inject = flooded_with(0x000),
         .repair = heal,
-        .fault = "command_not_on_bus",
+        .fault = "pdu_lost",
         .configured = seen::in_missing_echoes,
         .until = Until::decision}})
 
@@ -220,9 +221,15 @@ FAULT(52, "a flood of identifiers that are listened to", communication_budget,
         .inject = flooded_with(0x041),
         .repair = heal,
         .fault = "current_sensor_lost",
-        .configured = seen::in_current_silence},
+        .configured = seen::in_current_silence,
+        .until = Until::decision},
        {.what = "damaged answers of a module nobody has fill what is left of the bus",
         .inject = flooded_with(0x3BF),
+        .repair = heal,
+        .fault = "current_sensor_lost",
+        .configured = seen::in_current_silence},
+       {.what = "wrong results under the sensor's last identifier fill what is left of the bus",
+        .inject = flooded_with(0x528),
         .outcome = Outcome::stays_closed}})
 
 FAULT(53, "received frames are lost on this machine", communication_budget,
@@ -238,7 +245,7 @@ FAULT(54, "a flood of error frames", 0ms,
       {{.what = "five error frames a millisecond",
         .inject = errors(protocol_violation, 1, 5),
         .outcome = Outcome::stays_closed,
-        .holds = [](const WiredPack& pack) { return pack.core().port(Port::internal).error_frames > 10'000; }}})
+        .holds = [](const WiredPack& pack) { return pack.core().port(Port::internal).error_frames > 5'000; }}})
 
 FAULT(55, "a wrong bit rate", 0ms,
       {{.what = "nothing but errors from the start",
@@ -272,7 +279,8 @@ FAULT(58, "frames are delayed", communication_budget,
       {{.what = "everything comes 300 ms late",
         .inject = [](WiredPack& pack) { pack.latency = 300ms; },
         .repair = heal,
-        .fault = "command_not_on_bus",
-        .configured = seen::in_missing_echoes}})
+        .fault = "pdu_lost",
+        .configured = seen::in_missing_echoes,
+        .is_seen_open = false}})
 
 }  // namespace bmu::test

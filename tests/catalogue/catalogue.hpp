@@ -1,10 +1,10 @@
 // The catalogue of failures as tests: what goes wrong, what has to happen, how long it may take, and how long it takes.
 //
-// A row has the catalogue's number and one or more cases. Each case is put on two packs, one small and one of 16 modules
-// of 12 cells, at every few milliseconds of more than a poll period, and the worst of these is its time: from the
-// fault at the module or the line until the word "open" is through on a bus of 500 kbit/s. A case that opens is then
-// followed on its way back: nothing clears it while its cause is there, nothing closes before it was cleared and the
-// key turned anew, and after that the pack closes.
+// A row has the catalogue's number and one or more cases. Each case is put on two packs, one small and one of 16
+// modules of 12 cells, at every few milliseconds of more than a poll period, with the devices' periods standing to the
+// master's in three ways; and the worst of these is its time: from the fault at the module or the line until the word
+// "open" is through on a bus of 500 kbit/s. A case that opens is then followed on its way back: nothing clears it while
+// its cause is there, nothing closes before it was cleared and the key turned anew, and after that the pack closes.
 //
 // What comes out stands in docs/reaction-times.md. A test fails if its lines there are not what it measured.
 // BMUD_REWRITE=1 test_catalogue "[docs]" writes the page anew.
@@ -49,11 +49,12 @@ struct Case {
   Configured configured = nullptr;
   Outcome outcome = Outcome::opens;
   Until until = Until::command;
-  Phase in_phase = Phase::closed;    // where the sequence stands when it happens
-  Act prepare{};                     // before the vehicle is switched on
-  Duration span = 150ms;             // over which the moment is varied
-  Duration step = 3ms;
-  bool has_way_back = true;          // of its own: a fault of the closing has to be repaired before there is one
+  Phase in_phase = Phase::closed;  // where the sequence stands when it happens
+  Act prepare{};                   // before the vehicle is switched on
+  Duration span = 150ms;           // over which the moment is varied
+  Duration step = 7ms;
+  bool is_seen_open = true;  // an open pack still shows the cause; else it may be cleared and tried again
+  bool has_way_back = true;  // to be followed here; false: another case's is the same
   std::function<bool(const WiredPack&)> holds{};  // whatever else must be so, some time after it
 };
 
@@ -91,14 +92,17 @@ struct Registered {
 /// Closed, half a second later; a copy of one that was closed once.
 [[nodiscard]] WiredPack closed_pack(const Pack& pack);
 
+/// Just where the case wants it to happen, but nothing has happened yet; none if the pack does not get there.
+[[nodiscard]] std::optional<WiredPack> pack_in(const Case& one, const Pack& pack);
+
 [[nodiscard]] const FaultRow* find_fault(std::string_view name);
 [[nodiscard]] bool is_present(const WiredPack& pack, std::string_view fault);
 [[nodiscard]] bool is_open(const WiredPack& pack, Until until);
 /// Milliseconds, rounded up.
 [[nodiscard]] std::string ms_text(Duration duration);
 
-// How long what may go unseen: the periods on its way, the age at which it counts as lost, its confirm time, a tick, and
-// the command behind a frame that is just on the wire.
+// How long what may go unseen: the periods on its way, the age at which it counts as lost, its confirm time, a tick,
+// and the command behind a frame that is just on the wire.
 namespace seen {
 Duration in_cells(const CoreConfig& config, const FaultRow& row);
 Duration in_temperatures(const CoreConfig& config, const FaultRow& row);
@@ -107,6 +111,7 @@ Duration in_module_limits(const CoreConfig& config, const FaultRow& row);
 Duration in_current(const CoreConfig& config, const FaultRow& row);
 Duration in_pack_voltage(const CoreConfig& config, const FaultRow& row);
 Duration in_a_line(const CoreConfig& config, const FaultRow& row);
+Duration in_a_frame_behind_all(const CoreConfig& config, const FaultRow& row);
 Duration in_the_next_word(const CoreConfig& config, const FaultRow& row);
 Duration in_a_contact(const CoreConfig& config, const FaultRow& row);
 Duration in_module_silence(const CoreConfig& config, const FaultRow& row);
@@ -126,15 +131,17 @@ Duration in_the_unit_alone(const CoreConfig& config, const FaultRow& row);
 
 #define BMUD_JOIN_AGAIN(one, other) one##other
 #define BMUD_JOIN(one, other) BMUD_JOIN_AGAIN(one, other)
-#define BMUD_CATALOGUE_ROW(number, title, tags, ...)                                                                  \
-  static const ::bmu::test::Registered BMUD_JOIN(row_in_line_, __LINE__){                                             \
-      ::bmu::test::Row{number, title, __VA_ARGS__}};                                                                  \
-  TEST_CASE("F" #number ": " title, "[catalogue][F" #number "]" tags) {                                               \
-    ::bmu::test::check_row(BMUD_JOIN(row_in_line_, __LINE__).row);                                                    \
+#define BMUD_CATALOGUE_ROW(number, title, tags, ...)                                                      \
+  static const ::bmu::test::Registered BMUD_JOIN(row_in_line_,                                            \
+                                                 __LINE__){::bmu::test::Row{number, title, __VA_ARGS__}}; \
+  TEST_CASE("F" #number ": " title, "[catalogue][F" #number "]" tags) {                                   \
+    ::bmu::test::check_row(BMUD_JOIN(row_in_line_, __LINE__).row);                                        \
   }
 /// A row of the catalogue, as a test.
 #define FAULT(number, title, ...) BMUD_CATALOGUE_ROW(number, title, "", __VA_ARGS__)
 /// One the daemon cannot pass yet, because what it takes is not built; not run. `test_catalogue "[.later]"` tries.
-#define LATER_FAULT(number, title, allowed, ...) BMUD_CATALOGUE_ROW(number, title, "[.later]", allowed, __VA_ARGS__, "not built")
+#define LATER_FAULT(number, title, allowed, ...) \
+  BMUD_CATALOGUE_ROW(number, title, "[.later]", allowed, __VA_ARGS__, "not built")
 /// One that should pass and does not; not run. `test_catalogue "[.defect]"` shows.
-#define DEFECT_FAULT(number, title, allowed, ...) BMUD_CATALOGUE_ROW(number, title, "[.defect]", allowed, __VA_ARGS__, "not met")
+#define DEFECT_FAULT(number, title, allowed, ...) \
+  BMUD_CATALOGUE_ROW(number, title, "[.defect]", allowed, __VA_ARGS__, "not met")

@@ -27,14 +27,16 @@ FAULT(83, "a contactor does not close", 400ms,
         .fault = "contactor_feedback",
         .configured = seen::in_a_contact_that_stays,
         .in_phase = Phase::main_negative,
-        .prepare = script("contactor main_negative stuck_open")},
+        .prepare = script("contactor main_negative stuck_open"),
+        .is_seen_open = false},
        {.what = "main positive does not close",
         .inject = {},
         .repair = script("contactor main_positive ok"),
         .fault = "contactor_feedback",
         .configured = seen::in_a_contact_that_stays,
         .in_phase = Phase::main_positive,
-        .prepare = script("contactor main_positive stuck_open")}})
+        .prepare = script("contactor main_positive stuck_open"),
+        .is_seen_open = false}})
 
 FAULT(84, "an auxiliary contact flickers", 300ms,
       {{.what = "an auxiliary contact of a closed contactor opens for 5 ms",
@@ -44,12 +46,24 @@ FAULT(84, "an auxiliary contact flickers", 300ms,
         .inject = script("contactor main_positive feedback open"),
         .repair = script("contactor main_positive feedback auto"),
         .fault = "contactor_feedback",
-        .configured = seen::in_a_contact},
+        .configured = seen::in_a_contact,
+        .is_seen_open = false},
        {.what = "an auxiliary contact opens for 20 ms of each 25",
         .inject = flickering("contactor main_positive feedback open", "contactor main_positive feedback auto", 20, 5),
         .repair = all({heal, script("contactor main_positive feedback auto")}),
         .fault = "contactor_feedback",
-        .configured = seen::in_a_contact}})
+        .configured = seen::in_a_contact,
+        .is_seen_open = false}})
+
+FAULT(85, "auxiliary contact and voltage contradict each other", 500ms,
+      {{.what = "main positive is open, its auxiliary contact says closed",
+        .inject = script("contactor main_positive feedback closed; contactor main_positive stuck_open; "
+                         "link bleed_Ohm 1"),
+        .repair = script("contactor main_positive feedback auto; contactor main_positive ok; "
+                         "link bleed_Ohm 10000"),
+        .fault = "link_not_following",
+        .configured = seen::in_pack_voltage,
+        .is_seen_open = false}})
 
 FAULT(89, "the link voltage is not known during the precharge", 400ms,
       {{.what = "no link voltage from the sensor during the precharge",
@@ -115,7 +129,8 @@ FAULT(101, "the power distribution unit is silent or contradicts its command", 3
         .inject = script("contactor main_negative stuck_open"),
         .repair = script("contactor main_negative ok"),
         .fault = "contactor_feedback",
-        .configured = seen::in_a_contact},
+        .configured = seen::in_a_contact,
+        .is_seen_open = false},
        {.what = "the precharge contactor is closed in a closed pack",
         .inject = script("contactor precharge welded"),
         .repair = script("contactor precharge ok"),

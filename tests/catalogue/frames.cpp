@@ -42,7 +42,8 @@ bool is_of_anybody(const CanFrame&, const WiredPack&) {
 FrameTest is_message(const MessageSpec& row) {
   return [&row](const CanFrame& frame, const WiredPack& pack) {
     const bool is_from_module = row.sender == Sender::mmu;
-    return internal_bus::catalogue.find(frame.id).message == &row && (!is_from_module || is_of_last_module(frame, pack));
+    return internal_bus::catalogue.find(frame.id).message == &row &&
+           (!is_from_module || is_of_last_module(frame, pack));
   };
 }
 

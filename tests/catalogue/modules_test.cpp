@@ -100,7 +100,8 @@ Act malformed_frames() {
     pack.each_ms = [ms = 0U](WiredPack& now) mutable {
       ++ms;
       const std::uint32_t node = now.last_node();
-      const std::array<std::uint32_t, 8> ids{0x040, 0x041, 0x080, 0x100 + node, 0x140 + node, 0x240 + node, 0x521, 0x522};
+      const std::array<std::uint32_t, 8> ids{0x040,        0x041,        0x080, 0x100 + node,
+                                             0x140 + node, 0x240 + node, 0x521, 0x522};
       CanFrame frame = data_frame(ids[ms % ids.size()], 8);
       const std::size_t form = ms / ids.size() % 11;
       if (form < 8) frame.length = static_cast<std::uint8_t>(form == frame.length ? 0 : form);
@@ -257,12 +258,11 @@ FAULT(29, "a module's frames under another module's identifiers", budget,
         .repair = heal,
         .fault = "module_lost",
         .configured = seen::in_module_silence,
-        .holds =
-            [](const WiredPack& pack) {
-              const ReceiveCheck& check = pack.core().receive_check();
-              const Element& lost = pack.core().last_opening().reading.element;
-              return check.rejected_under(0x101) > 0 && lost.module_node == pack.last_node();
-            }}})
+        .holds = [](const WiredPack& pack) {
+          const ReceiveCheck& check = pack.core().receive_check();
+          const Element& lost = pack.core().last_opening().reading.element;
+          return check.rejected_under(0x101) > 0 && lost.module_node == pack.last_node();
+        }}})
 
 FAULT(30, "two modules under one node number", budget,
       {{.what = "a second module answers under a node number",
@@ -291,10 +291,9 @@ FAULT(34, "frames of a wrong form under our identifiers", 0ms,
       {{.what = "wrong lengths, remote frames, extended twins",
         .inject = malformed_frames(),
         .outcome = Outcome::stays_closed,
-        .holds =
-            [](const WiredPack& pack) {
-              return counts(RejectReason::wrong_length, 100)(pack) && counts(RejectReason::wrong_form, 100)(pack);
-            }}})
+        .holds = [](const WiredPack& pack) {
+          return counts(RejectReason::wrong_length, 100)(pack) && counts(RejectReason::wrong_form, 100)(pack);
+        }}})
 
 FAULT(35, "answers nobody asked for", budget,
       {{.what = "a silent module, and a stranger who answers for it unasked",

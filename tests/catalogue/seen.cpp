@@ -63,6 +63,10 @@ Duration in_pack_voltage(const CoreConfig& config, const FaultRow& row) {
 Duration in_a_line(const CoreConfig& config, const FaultRow& row) {
   return device_tick + command_time + confirmed(config, row, 0ms);
 }
+/// One that all modules' answers go before.
+Duration in_a_frame_behind_all(const CoreConfig& config, const FaultRow& row) {
+  return answer_time(config) + confirmed(config, row, 0ms);
+}
 /// Of the power distribution unit, where nothing changes that it would tell at once.
 Duration in_the_next_word(const CoreConfig& config, const FaultRow& row) {
   return internal_bus::pdu_status.period + in_a_line(config, row);

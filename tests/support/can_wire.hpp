@@ -1,14 +1,14 @@
-// A classic CAN bus as time: one frame after the other, the lowest identifier of those that wait first, each for as long
-// as its bits take. No errors, no bus-off; what a fault does to a frame is done before it gets here.
+// A classic CAN bus as time: one frame after the other, the lowest identifier of those that wait first, each for as
+// long as its bits take. No errors, no bus-off; what a fault does to a frame is done before it gets here.
 //
 //   put(station, frame)   the frame waits in its station's queue; only the head of a queue takes part in arbitration,
 //                         as in a controller with one transmit buffer behind the kernel's queue
 //   start_if_idle(now)    arbitration: the winner is on the wire until `done_at`
 //   take_done(now)        the frame whose last bit has passed by then
 //
-// A frame takes the longest that bit stuffing can make of it: 135 bits with eight bytes (ISO 11898-1: 44 bits around the
-// data, 3 between frames, a stuff bit after every four of the 34 + 8n bits that can be stuffed). So no answer of a real
-// bus comes later than here.
+// A frame takes the longest that bit stuffing can make of it: 135 bits with eight bytes (ISO 11898-1: 44 bits around
+// the data, 3 between frames, a stuff bit after every four of the 34 + 8n bits that can be stuffed). So no answer of a
+// real bus comes later than here.
 #pragma once
 
 #include <cstdint>

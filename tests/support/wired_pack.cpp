@@ -15,8 +15,11 @@ Station station_of(const CanFrame& frame) {
   return match.message->base_id == internal_bus::pdu_status.base_id ? Station::pdu : Station::sensor;
 }
 
-WiredPack::WiredPack(const CoreConfig& config)
-    : core_(config, start), simulator_(simulator_config(config), {}, start) {
+WiredPack::WiredPack(const CoreConfig& config, Duration devices_ahead)
+    : devices_tick_at_(start - devices_ahead % Plant::step_length + Plant::step_length),
+      core_(config, start),
+      simulator_(simulator_config(config), {}, start - devices_ahead) {
+  static_cast<void>(simulator_.advance(start));  // nobody heard that
   observe(PortChanged{Port::internal, true});
   observe(PortChanged{Port::vehicle, true});
 }

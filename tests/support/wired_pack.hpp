@@ -28,7 +28,9 @@ struct Fate {
 
 class WiredPack {
  public:
-  explicit WiredPack(const CoreConfig& config);
+  /// `devices_ahead`: how long the devices have been running when the core starts, so that their periods stand to its
+  /// ticks and POLLs in another way; less than a second.
+  explicit WiredPack(const CoreConfig& config, Duration devices_ahead = {});
 
   // What can be wrong with everything between the devices and the core.
   std::function<Fate(CanFrame&, const WiredPack&)> on_sent;  // by a device; may change the frame
@@ -93,7 +95,7 @@ class WiredPack {
   void decide();
 
   TimePoint now_ = start;
-  TimePoint devices_tick_at_ = start + Plant::step_length;
+  TimePoint devices_tick_at_;
   TimePoint wake_at_ = start;
   TimePoint stalled_until_{};
   std::uint64_t lost_while_stalled_ = 0;

@@ -1,0 +1,116 @@
+// What rules and requirements promise in numbers of their own, held against the longest reactions of the catalogue.
+#include <algorithm>
+
+#include "tests/catalogue/catalogue.hpp"
+#include "tests/catalogue/frames.hpp"
+#include "tests/support/catch.hpp"
+
+namespace bmu::test {
+namespace {
+
+/// From the command on the bus to open contacts, at most.
+constexpr Duration contactor_time = 50ms;
+
+/// The longest of a row's openings, on all packs.
+Duration longest(int number) {
+  Duration worst{};
+  for (const Row* row : all_rows()) {
+    if (row->number != number || !row->state.empty()) continue;
+    for (const Case& one : row->cases) {
+      if (one.outcome != Outcome::opens) continue;
+      for (const Pack& pack : packs()) worst = std::max(worst, worst_time(one, pack).value_or(Duration{1h}));
+    }
+  }
+  REQUIRE(worst > Duration{});
+  return worst;
+}
+
+/// What the configuration lets them take: the number that holds for every order of things, not only for those tried.
+/// Also where the catalogue's own, shorter time is not met.
+Duration longest_configured(int number) {
+  Duration worst{};
+  for (const Row* row : all_rows()) {
+    if (row->number != number || row->state == "not built") continue;
+    for (const Case& one : row->cases) {
+      if (one.outcome != Outcome::opens) continue;
+      for (const Pack& pack : packs()) worst = std::max(worst, one.configured(pack.config, *find_fault(one.fault)));
+    }
+  }
+  REQUIRE(worst > Duration{});
+  return worst;
+}
+
+}  // namespace
+
+// Formula Student 2024, EV 5.8.7.
+TEST_CASE("voltage and current open the pack within 500 ms, contactors included", "[catalogue][formula_student]") {
+  for (const int number : {1, 3, 4, 16}) {
+    INFO("F" << number);
+    CHECK(longest(number) + contactor_time <= 500ms);
+    CHECK(longest_configured(number) + contactor_time <= 500ms);
+  }
+}
+
+TEST_CASE("a hot cell and a lost temperature open the pack within 1 s, contactors included",
+          "[catalogue][formula_student]") {
+  for (const int number : {6, 9}) {
+    INFO("F" << number);
+    CHECK(longest(number) + contactor_time <= 1s);
+  }
+}
+
+TEST_CASE("temperatures open the pack within 1 s in every order of things", "[catalogue][formula_student][.defect]") {
+  for (const int number : {6, 9}) {
+    INFO("F" << number << ": configured " << ms_text(longest_configured(number)) << " ms");
+    CHECK(longest_configured(number) + contactor_time <= 1s);
+  }
+}
+
+// The same rules, T 11.9: a lost, delayed or damaged message leads to the safe state.
+TEST_CASE("lost, delayed and damaged messages open the pack within 500 ms", "[catalogue][formula_student]") {
+  for (const int number : {21, 22, 24, 25, 27, 29}) {
+    INFO("F" << number);
+    CHECK(longest(number) + contactor_time <= 500ms);
+    CHECK(longest_configured(number) + contactor_time <= 500ms);
+  }
+}
+
+// Of the 30 s the monitor itself needs nearly all; what is ours begins with its word.
+TEST_CASE("a low insulation opens the pack within 1 s of the monitor's word, of 30 s in all",
+          "[catalogue][formula_student]") {
+  const Case low{.what = "the insulation is low",
+                 .inject = script("insulation resistance_kOhm 10"),
+                 .fault = "insulation_fault",
+                 .configured = seen::in_a_line};
+  for (const Pack& pack : packs()) {
+    const std::optional<Duration> worst = worst_time(low, pack);
+    REQUIRE(worst);
+    CHECK(*worst <= 1s);
+  }
+}
+
+TEST_CASE("emergency stop and interlock open within one tick", "[catalogue]") {
+  for (const int number : {93, 94, 100}) {
+    INFO("F" << number);
+    CHECK(longest(number) <= tick_period);
+  }
+}
+
+// A module in doubt would have to be asked again at once.
+TEST_CASE("a cell beyond its limit opens the pack within 100 ms", "[catalogue][.later]") {
+  for (const int number : {1, 3, 4, 16}) {
+    const Duration worst = longest(number);
+    INFO("F" << number << ": " << ms_text(worst) << " ms");
+    CHECK(worst <= 100ms);
+  }
+}
+
+TEST_CASE("a lost module opens the pack within 300 ms", "[catalogue][.defect]") {
+  for (const int number : {21, 22}) {
+    const Duration worst = longest(number);
+    INFO("F" << number << ": " << ms_text(worst) << " ms");
+    CHECK(worst <= 300ms);
+  }
+}
+
+}  // namespace bmu::test
