@@ -3,7 +3,6 @@
 #include <cstdlib>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "mmu/random.hpp"
@@ -33,32 +32,13 @@ std::vector<Opening> openings() {
   return cases;
 }
 
-/// Both hooks, the first one's first.
-void inject_both(const Case& one, const Case& other, WiredPack& pack) {
-  one.inject(pack);
-  const auto first_sent = std::exchange(pack.on_sent, {});
-  const auto first_ms = std::exchange(pack.each_ms, {});
-  other.inject(pack);
-  if (first_sent && pack.on_sent) {
-    pack.on_sent = [first = first_sent, second = pack.on_sent](CanFrame& frame, const WiredPack& now) {
-      Fate fate = first(frame, now);
-      if (!fate.is_lost) {
-        const Fate more = second(frame, now);
-        fate = {more.is_lost, fate.delay + more.delay, more.twin ? more.twin : fate.twin};
-      }
-      return fate;
-    };
-  } else if (first_sent) {
-    pack.on_sent = first_sent;
-  }
-  if (first_ms && pack.each_ms) {
-    pack.each_ms = [first = first_ms, second = pack.each_ms](WiredPack& now) {
-      first(now);
-      second(now);
-    };
-  } else if (first_ms) {
-    pack.each_ms = first_ms;
-  }
+/// The second does not undo the first: both forging the same frames may make right ones of them.
+bool can_be_together(const Case& one, const Case& other, const WiredPack& pack) {
+  WiredPack with_one = pack;
+  WiredPack with_other = pack;
+  one.inject(with_one);
+  other.inject(with_other);
+  return !(with_one.on_sent && with_other.on_sent) && !(with_one.each_ms && with_other.each_ms);
 }
 
 Duration configured(const Case& one, const Pack& pack) {
@@ -77,7 +57,7 @@ TEST_CASE("F104: two faults at once open within the shorter of their times", "[c
   REQUIRE(cases.size() > 25);
   const std::uint64_t used = seed();
   RandomSource random(used);
-  for (int round = 0; round < pairs_a_run; ++round) {
+  for (int round = 0; round < pairs_a_run;) {
     const Pack& config = packs()[random.next() % packs().size()];
     const Opening& first = cases[random.next() % cases.size()];
     const Opening& second = cases[random.next() % cases.size()];
@@ -88,11 +68,14 @@ TEST_CASE("F104: two faults at once open within the shorter of their times", "[c
       if (each->prepare) each->prepare(pack);
     }
     pack.run(Duration{1ms} * static_cast<std::int64_t>(random.next() % 500));
+    if (!can_be_together(one, other, pack)) continue;
+    ++round;
     const Duration allowed = std::min(first.allowed, second.allowed);
     INFO("pair " << round << ": " << one.what << "; " << other.what << "; pack of " << config.name);
     INFO("to repeat: BMUD_SEED=" << used << " test_catalogue \"[F104]\"");
     const TimePoint broken_at = pack.now();
-    inject_both(one, other, pack);
+    one.inject(pack);
+    other.inject(pack);
     const bool is_opened = pack.run_until([](const WiredPack& now) { return is_open(now, Until::command); }, 2s);
     REQUIRE(is_opened);
     CHECK(pack.now() - broken_at <= allowed);
