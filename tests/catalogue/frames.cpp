@@ -1,7 +1,8 @@
 #include "tests/catalogue/frames.hpp"
 
 #include <string>
-#include <utility>
+
+#include "protocol/assert.hpp"
 
 namespace bmu::test {
 
@@ -47,13 +48,13 @@ FrameTest is_message(const MessageSpec& row) {
   };
 }
 
-Act losing(FrameTest test) {
+Act losing(const FrameTest& test) {
   return [test](WiredPack& pack) {
     pack.on_sent = [test](CanFrame& frame, const WiredPack& now) { return Fate{.is_lost = test(frame, now)}; };
   };
 }
 
-Act delaying(FrameTest test, Duration delay) {
+Act delaying(const FrameTest& test, Duration delay) {
   return [=](WiredPack& pack) {
     pack.on_sent = [=](CanFrame& frame, const WiredPack& now) {
       return Fate{.delay = test(frame, now) ? delay : Duration{}};
@@ -61,7 +62,7 @@ Act delaying(FrameTest test, Duration delay) {
   };
 }
 
-Act changing(FrameTest test, FrameChange change) {
+Act changing(const FrameTest& test, const FrameChange& change) {
   return [=](WiredPack& pack) {
     pack.on_sent = [=](CanFrame& frame, const WiredPack& now) {
       if (test(frame, now)) change(frame, now);
@@ -70,8 +71,8 @@ Act changing(FrameTest test, FrameChange change) {
   };
 }
 
-Act forging(FrameTest test, FrameChange change) {
-  return changing(std::move(test), [change](CanFrame& frame, const WiredPack& now) {
+Act forging(const FrameTest& test, const FrameChange& change) {
+  return changing(test, [change](CanFrame& frame, const WiredPack& now) {
     change(frame, now);
     reseal(frame, frame.data[6]);
   });
@@ -91,7 +92,9 @@ void heal(WiredPack& pack) {
 }
 
 void reseal(CanFrame& frame, std::uint8_t counter) {
-  seal(*internal_bus::catalogue.find(frame.id).message, counter, frame);
+  const MessageSpec* const message = internal_bus::catalogue.find(frame.id).message;
+  BMU_ASSERT(message != nullptr);
+  seal(*message, counter, frame);
 }
 
 FrameChange cells_as(std::uint16_t raw) {
@@ -103,7 +106,7 @@ FrameChange cells_as(std::uint16_t raw) {
   };
 }
 
-Act all(std::vector<Act> acts) {
+Act all(const std::vector<Act>& acts) {
   return [acts](WiredPack& pack) {
     for (const Act& act : acts) act(pack);
   };

@@ -25,11 +25,11 @@ using FrameChange = std::function<void(CanFrame&, const WiredPack&)>;
 [[nodiscard]] FrameTest is_message(const MessageSpec& row);
 
 /// Frames that pass the test do not get onto the bus, come late, or come changed; the others do not care.
-[[nodiscard]] Act losing(FrameTest test);
-[[nodiscard]] Act delaying(FrameTest test, Duration delay);
-[[nodiscard]] Act changing(FrameTest test, FrameChange change);
+[[nodiscard]] Act losing(const FrameTest& test);
+[[nodiscard]] Act delaying(const FrameTest& test, Duration delay);
+[[nodiscard]] Act changing(const FrameTest& test, const FrameChange& change);
 /// The same with a checksum that fits again.
-[[nodiscard]] Act forging(FrameTest test, FrameChange change);
+[[nodiscard]] Act forging(const FrameTest& test, const FrameChange& change);
 /// A frame of a stranger, once.
 [[nodiscard]] Act strange(CanFrame frame);
 /// Everything between devices and core as it should be.
@@ -40,6 +40,6 @@ void reseal(CanFrame& frame, std::uint8_t counter);
 /// All values of a CELLS frame as this raw number.
 [[nodiscard]] FrameChange cells_as(std::uint16_t raw);
 
-[[nodiscard]] Act all(std::vector<Act> acts);
+[[nodiscard]] Act all(const std::vector<Act>& acts);
 
 }  // namespace bmu::test

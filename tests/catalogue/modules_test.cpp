@@ -1,6 +1,5 @@
 // Rows 21 to 37 of the catalogue: what becomes of the modules' answers on their way.
-#include <map>
-#include <string>
+#include <array>
 
 #include "protocol/tables/internal_bus.hpp"
 #include "tests/catalogue/catalogue.hpp"
@@ -28,7 +27,7 @@ FrameTest is_from(Station station) {
 }
 
 /// The last module's whole answer to the next POLL, and no other.
-Act on_next_answer(FrameChange change) {
+Act on_next_answer(const FrameChange& change) {
   return [=](WiredPack& pack) {
     const auto counter = static_cast<std::uint8_t>(pack.poll_counter() + 1);
     changing([=](const CanFrame& frame,
@@ -48,7 +47,7 @@ FrameChange damage() {
 }
 
 /// What was sent last before now is sent again and again, in place of what is new.
-Act repeating(FrameTest test) {
+Act repeating(const FrameTest& test) {
   return [test](WiredPack& pack) {
     changing(test, [old = pack.last_sent()](CanFrame& frame, const WiredPack&) {
       const auto known = old.find(frame.id);
@@ -58,7 +57,7 @@ Act repeating(FrameTest test) {
 }
 
 /// From now on the counter stands at what it last was; the rest goes on.
-Act freezing_counter(FrameTest test) {
+Act freezing_counter(const FrameTest& test) {
   return [test](WiredPack& pack) {
     changing(test, [old = pack.last_sent()](CanFrame& frame, const WiredPack&) {
       const auto known = old.find(frame.id);
