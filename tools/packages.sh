@@ -9,7 +9,8 @@ packages_of_group() {
     build) echo g++ cmake ninja-build ccache pkg-config libsystemd-dev libspdlog-dev nlohmann-json3-dev libexpected-dev libcli11-dev ;;
     test) echo catch2 libbenchmark-dev can-utils ;;
     # xz-utils and zstd: newer kernels pack their modules. iproute2 and jq are for the scripts inside the guest.
-    rig) echo qemu-system-x86 busybox-static cpio gzip kmod iproute2 can-utils jq xz-utils zstd ;;
+    # make, gcc and libelf-dev (for objtool) build the module of the GPIO chip.
+    rig) echo qemu-system-x86 busybox-static cpio gzip kmod iproute2 can-utils jq xz-utils zstd make gcc libelf-dev ;;
     # libclang-rt-dev holds the sanitizers' runtime, python3 runs run-clang-tidy.
     lint) echo git shellcheck clang clang-format clang-tidy libclang-rt-dev python3 ;;
     *) return 1 ;;
