@@ -8,6 +8,7 @@
 #include <optional>
 #include <system_error>
 
+#include "config/gpio_section.hpp"
 #include "config/json_reader.hpp"
 #include "config/pack_checks.hpp"
 #include "config/pack_fields.hpp"
@@ -291,6 +292,7 @@ void read_pack(const JsonValue& root, const Place& place, PackConfig& pack, Prob
   read_fields(root, place, pack_fields(), pack, problems);
   read_modules(root, place, pack.core, problems);
   read_limits(root, place, pack.core.limits, problems);
+  read_gpio(root, place, pack, problems);
 }
 
 }  // namespace

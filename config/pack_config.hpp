@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "config/gpio_config.hpp"
 #include "daemon/core/core_config.hpp"
 #include "protocol/result.hpp"
 
@@ -26,6 +27,7 @@ struct PackConfig {
   std::string name;  // for people: status, log, picture
   std::string cell_name;
   BusNames buses;
+  std::optional<GpioConfig> gpio;  // lines of this machine; without it all goes over the bus
   CoreConfig core;
 };
 

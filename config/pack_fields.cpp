@@ -271,6 +271,60 @@ constexpr std::array vehicle_table{
                                    .form = "1 to 8 ASCII characters"}),
 };
 
+bool is_chip_file(std::string_view text) {
+  return is_printable_ascii(text) && text.substr(0, 5) == "/dev/";
+}
+
+constexpr std::array gpio_table{
+    required(text<&GpioConfig::chip>({.key = "chip",
+                                      .min = 6,
+                                      .max = 255,
+                                      .meaning = "the chip's device file; udev can give it a name that stays",
+                                      .is_well_formed = is_chip_file,
+                                      .form = "a file such as /dev/gpiochip0"})),
+};
+
+constexpr std::array gpio_line_table{
+    required(number<&GpioLine::line>(
+        {.key = "line", .min = 0, .max = gpio_line_max, .meaning = "number of the line on its chip, from 0"})),
+    boolean<&GpioLine::active_low>({.key = "active_low", .meaning = "the wire is at 0 V when active"}),
+};
+
+constexpr FieldInfo debounce_info{.key = "debounce_ms",
+                                  .min = 0,
+                                  .max = static_cast<double>(to_ms(gpio_debounce_max)),
+                                  .meaning = "how long a level stands still before it counts",
+                                  .because = "as long as PDU_STATUS may take to tell the same"};
+constexpr std::array gpio_feedback_table{number<&GpioFeedback::debounce>(debounce_info)};
+
+std::optional<GpioInputKind> gpio_input_kind(std::string_view name) {
+  const auto* const found = std::find(gpio_input_kind_names.begin(), gpio_input_kind_names.end(), name);
+  if (found == gpio_input_kind_names.end()) return std::nullopt;
+  return static_cast<GpioInputKind>(found - gpio_input_kind_names.begin());
+}
+
+constexpr std::array gpio_input_table{
+    required(text<&GpioInput::name>({.key = "name",
+                                     .min = 1,
+                                     .max = 32,
+                                     .meaning = "for people, and no other input's: `cockpit`",
+                                     .is_well_formed = is_printable_ascii,
+                                     .form = "1 to 32 ASCII characters"})),
+    required(Field<GpioInput>{
+        {.key = "kind",
+         .min = 5,
+         .max = 17,
+         .meaning = "what it tells",
+         .is_well_formed = [](std::string_view name) { return gpio_input_kind(name).has_value(); },
+         .form = "vehicle_on, charger_connected, estop, interlock, insulation_ok, supply_ok or resume_button",
+         .type = FieldType::text},
+        [](const GpioInput& input) -> FieldValue { return std::string(to_text(input.kind)); },
+        [](GpioInput& input, const FieldValue& value) {
+          input.kind = gpio_input_kind(std::get<std::string>(value)).value_or(GpioInputKind{});
+        }}),
+    number<&GpioInput::debounce>(debounce_info),
+};
+
 constexpr std::array limit_row_table{
     LimitRow{"cell_undervoltage", &LimitsConfig::cell_undervoltage, false, voltage_limit_table, "mV", 1'000,
              "cell_voltage_ms", &AgeConfig::cell_voltage, electrical_reaction_max, "The lowest cell."},
@@ -399,6 +453,19 @@ std::span<const Field<VehicleConfig>> vehicle_fields() {
   return vehicle_table;
 }
 
+std::span<const Field<GpioConfig>> gpio_fields() {
+  return gpio_table;
+}
+std::span<const Field<GpioLine>> gpio_line_fields() {
+  return gpio_line_table;
+}
+std::span<const Field<GpioFeedback>> gpio_feedback_fields() {
+  return gpio_feedback_table;
+}
+std::span<const Field<GpioInput>> gpio_input_fields() {
+  return gpio_input_table;
+}
+
 std::vector<KeyDescription> describe_keys() {
   std::vector<KeyDescription> keys;
   describe<PackConfig>("", pack_fields(), keys);
@@ -412,6 +479,12 @@ std::vector<KeyDescription> describe_keys() {
   visit_sections(fresh, [&keys](const SectionInfo& section, auto fields, const auto&) {
     describe("/" + std::string(section.key), fields, keys);
   });
+  describe<GpioConfig>("/gpio", gpio_fields(), keys);
+  describe<GpioLine>("/gpio/outputs/*", gpio_line_fields(), keys);
+  describe<GpioLine>("/gpio/feedback/*", gpio_line_fields(), keys);
+  describe<GpioFeedback>("/gpio/feedback/*", gpio_feedback_fields(), keys);
+  describe<GpioInput>("/gpio/inputs/*", gpio_input_fields(), keys);
+  describe<GpioLine>("/gpio/inputs/*", gpio_line_fields(), keys);
   describe<CellFile>("/cell", cell_name_fields(), keys);
   describe<CellModel>("/cell", cell_model_fields(), keys);
   return keys;
@@ -419,7 +492,11 @@ std::vector<KeyDescription> describe_keys() {
 
 std::vector<SectionDescription> describe_sections() {
   std::vector<SectionDescription> sections{{"/modules/*", "A module, or several that are alike."},
-                                           {"/cell", "The cell, in its own file or in place; and `ocv`, see above."}};
+                                           {"/cell", "The cell, in its own file or in place; and `ocv`, see above."},
+                                           {"/gpio", "Lines of this machine; and `outputs`, `feedback`, `inputs`."},
+                                           {"/gpio/outputs/*", "The line of an output, see above for their names."},
+                                           {"/gpio/feedback/*", "The auxiliary contact of the output of that name."},
+                                           {"/gpio/inputs/*", "An input of this machine."}};
   for (const LimitRow& row : limit_rows()) sections.push_back({"/limits/" + std::string(row.key), row.meaning});
   PackConfig fresh;
   visit_sections(fresh, [&sections](const SectionInfo& section, auto, const auto&) {

@@ -47,6 +47,9 @@ inline constexpr Duration temperature_lost_confirm = 150ms;
 inline constexpr Duration electrical_reaction_max = 450ms;
 inline constexpr Duration temperature_reaction_max = 950ms;
 inline constexpr Duration plausibility_reaction_max = 1s;
+// A line that is read may be as late as PDU_STATUS, which it stands for: the budgets above hold for both.
+inline constexpr Duration gpio_debounce_max = internal_bus::pdu_status.period;
+inline constexpr int gpio_line_max = 65'534;  // the kernel counts a chip's lines in 16 bits
 
 /// One of the seven limits: which keys it has, and how fast it has to react.
 struct LimitRow {
@@ -90,6 +93,11 @@ struct AgeRow {
 [[nodiscard]] std::span<const Field<SocConfig>> soc_fields();
 [[nodiscard]] std::span<const Field<VehicleConfig>> vehicle_fields();
 
+[[nodiscard]] std::span<const Field<GpioConfig>> gpio_fields();  // the plain keys of the section
+[[nodiscard]] std::span<const Field<GpioLine>> gpio_line_fields();
+[[nodiscard]] std::span<const Field<GpioFeedback>> gpio_feedback_fields();  // besides those of a line
+[[nodiscard]] std::span<const Field<GpioInput>> gpio_input_fields();        // the same
+
 struct SectionInfo {
   std::string_view key;
   bool is_required = false;
@@ -114,7 +122,7 @@ void visit_sections(PackConfig& pack, Visitor visit) {
 }
 
 /// Keys of the top that are neither plain fields nor sections of visit_sections.
-inline constexpr std::string_view composite_keys[] = {"cell", "modules", "limits"};
+inline constexpr std::string_view composite_keys[] = {"cell", "modules", "limits", "gpio"};
 
 /// A key for the documentation and for the test that compares the schema.
 struct KeyDescription {

@@ -7,6 +7,7 @@
 #include <sstream>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -46,8 +47,10 @@ std::string unit_of(const KeyDescription& key) {
 }
 
 TEST_CASE("every number carries its unit in its key, unless it counts", "[unit][config]") {
-  constexpr std::array<std::string_view, 4> counts{"/modules/*/node", "/modules/*/cells",
-                                                   "/modules/*/temperature_sensors", "/poll/temperature_every"};
+  constexpr std::array<std::string_view, 7> counts{
+      "/modules/*/node",         "/modules/*/cells",     "/modules/*/temperature_sensors",
+      "/poll/temperature_every", "/gpio/outputs/*/line", "/gpio/feedback/*/line",
+      "/gpio/inputs/*/line"};
   for (const KeyDescription& key : describe_keys()) {
     CAPTURE(key.path);
     const bool is_number = key.info.type == FieldType::integer || key.info.type == FieldType::real;
@@ -125,7 +128,7 @@ TEST_CASE("docs/configuration.md lists every key as the parser knows it", "[unit
 
 TEST_CASE("docs/configuration.md names the keys that are no plain fields", "[unit][config][docs]") {
   const std::string page = bytes_of(page_file);
-  for (const std::string key : {"cell", "modules", "limits", "nodes", "ocv"}) {
+  for (const std::string key : {"cell", "modules", "limits", "nodes", "ocv", "gpio", "outputs", "feedback", "inputs"}) {
     CAPTURE(key);
     CHECK(page.find("`" + key + "`") != std::string::npos);
   }
@@ -151,16 +154,32 @@ void collect(const JsonValue& object, const std::string& path, SchemaKeys& keys)
   }
 }
 
+/// The names of outputs under an object, each of which is described elsewhere.
+void erase_references(const std::string& object, std::size_t count, const std::string& definition, SchemaKeys& keys) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::string path = object + "/" + std::string(gpio_output_names.at(i));
+    CAPTURE(path);
+    REQUIRE(keys.count(path) == 1);
+    CHECK(keys.at(path).first.at("$ref") == "#/definitions/" + definition);
+    keys.erase(path);
+  }
+}
+
 SchemaKeys schema_keys() {
   const JsonValue schema = JsonValue::parse(bytes_of(schema_file));
   SchemaKeys keys;
   collect(schema, "", keys);
   collect(schema.at("definitions").at("module"), "/modules/*", keys);
   collect(schema.at("definitions").at("cell"), "/cell", keys);
-  for (const char* composite : {"/cell", "/modules", "/modules/*/nodes", "/cell/ocv"}) {
+  collect(schema.at("definitions").at("gpio_line"), "/gpio/outputs/*", keys);
+  collect(schema.at("definitions").at("gpio_feedback"), "/gpio/feedback/*", keys);
+  collect(schema.at("definitions").at("gpio_input"), "/gpio/inputs/*", keys);
+  for (const char* composite : {"/cell", "/modules", "/modules/*/nodes", "/cell/ocv", "/gpio/inputs"}) {
     CAPTURE(composite);
     CHECK(keys.erase(composite) == 1);
   }
+  erase_references("/gpio/outputs", gpio_output_count, "gpio_line", keys);
+  erase_references("/gpio/feedback", gpio_feedback_count, "gpio_feedback", keys);
   return keys;
 }
 
@@ -188,7 +207,16 @@ TEST_CASE("the schema agrees with the parser on types, ranges and defaults", "[u
       CHECK(schema.at(is_text ? "maxLength" : "maximum").get<double>() == key.info.max);
     }
     if (schema.contains("default")) CHECK(schema.at("default") == JsonValue::parse(key.fallback));
+    for (const JsonValue& choice : schema.value("enum", JsonValue::array())) {
+      CHECK(key.info.is_well_formed(choice.get<std::string>()));
+    }
   }
+}
+
+TEST_CASE("the schema offers every kind of input", "[unit][config][docs]") {
+  const SchemaKeys keys = schema_keys();
+  const std::vector<std::string> offered = keys.at("/gpio/inputs/*/kind").first.at("enum");
+  CHECK(std::equal(offered.begin(), offered.end(), gpio_input_kind_names.begin(), gpio_input_kind_names.end()));
 }
 
 }  // namespace

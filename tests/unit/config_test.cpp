@@ -608,6 +608,153 @@ TEST_CASE("the hash changes with any byte of the pack file and of the cell file"
   }
 }
 
+// --- lines of this machine ------------------------------------------------------------------------------------------
+
+Json gpio_section() {
+  return Json::parse(R"({
+    "chip": "/dev/gpiochip0",
+    "outputs": {"main_positive": {"line": 3, "active_low": true}, "main_negative": {"line": 4}, "precharge": {"line": 5},
+                "fan": {"line": 6}, "watchdog": {"line": 2}},
+    "feedback": {"main_positive": {"line": 13, "active_low": true}, "main_negative": {"line": 14, "debounce_ms": 0}},
+    "inputs": [{"name": "cockpit", "kind": "estop", "line": 7, "active_low": true, "debounce_ms": 20},
+               {"name": "rear", "kind": "estop", "line": 8}, {"name": "key", "kind": "vehicle_on", "line": 9}]})");
+}
+
+/// The section with these changes, paths relative to it.
+Json with_gpio(const std::vector<Change>& changes) {
+  Json gpio = gpio_section();
+  for (const auto& [pointer, value] : changes) gpio[Json::json_pointer(pointer)] = value;
+  return changed({{"/gpio", gpio}});
+}
+
+Json with_gpio_without(const std::string& parent, const std::vector<std::string>& keys) {
+  Json pack = with_gpio({});
+  for (const std::string& key : keys) pack[Json::json_pointer("/gpio" + parent)].erase(key);
+  return pack;
+}
+
+std::size_t number_of(GpioOutput output) {
+  return static_cast<std::size_t>(output);
+}
+
+TEST_CASE("a pack without lines has none", "[unit][config][gpio]") {
+  const auto pack = parse(valid_pack().dump());
+  REQUIRE(pack);
+  CHECK_FALSE(pack->gpio);
+}
+
+TEST_CASE("lines of outputs, feedback and inputs arrive as they are written", "[unit][config][gpio]") {
+  const auto pack = parse(with_gpio({}).dump());
+  INFO((pack ? "" : all_text(pack.error())));
+  REQUIRE(pack);
+  REQUIRE(pack->gpio);
+  const GpioConfig& gpio = *pack->gpio;
+  CHECK(gpio.chip == "/dev/gpiochip0");
+  REQUIRE(gpio.outputs.at(number_of(GpioOutput::main_positive)));
+  CHECK(gpio.outputs.at(number_of(GpioOutput::main_positive))->line == 3);
+  CHECK(gpio.outputs.at(number_of(GpioOutput::main_positive))->active_low);
+  CHECK_FALSE(gpio.outputs.at(number_of(GpioOutput::main_negative))->active_low);
+  CHECK_FALSE(gpio.outputs.at(number_of(GpioOutput::charge)));
+  CHECK(gpio.outputs.at(number_of(GpioOutput::watchdog))->line == 2);
+  CHECK(gpio.feedback.at(number_of(GpioOutput::main_positive))->at.line == 13);
+  CHECK(gpio.feedback.at(number_of(GpioOutput::main_positive))->at.active_low);
+  CHECK(gpio.feedback.at(number_of(GpioOutput::main_positive))->debounce == 5ms);
+  CHECK(gpio.feedback.at(number_of(GpioOutput::main_negative))->debounce == 0ms);
+  REQUIRE(gpio.inputs.size() == 3);
+  CHECK(gpio.inputs[0].name == "cockpit");
+  CHECK(gpio.inputs[0].kind == GpioInputKind::estop);
+  CHECK(gpio.inputs[0].at.line == 7);
+  CHECK(gpio.inputs[0].at.active_low);
+  CHECK(gpio.inputs[0].debounce == 20ms);
+  CHECK(gpio.inputs[2].kind == GpioInputKind::vehicle_on);
+  CHECK_FALSE(gpio.inputs[2].at.active_low);
+  CHECK(gpio.inputs[2].debounce == 5ms);
+}
+
+TEST_CASE("inputs alone, and outputs alone, are enough", "[unit][config][gpio]") {
+  for (const auto& keys : std::vector<std::vector<std::string>>{{"outputs", "feedback"}, {"feedback", "inputs"}}) {
+    const ConfigProblems problems = problems_of(with_gpio_without("", keys).dump());
+    INFO(all_text(problems));
+    CHECK(problems.empty());
+  }
+  refuses({{"/gpio", {{"chip", "/dev/gpiochip0"}}}}, "/gpio", "outputs or inputs");
+}
+
+TEST_CASE("each key of a line has its form and range", "[unit][config][gpio]") {
+  const auto refuses_gpio = [](const std::vector<Change>& changes, const std::string& path, const std::string& words) {
+    refuses_text(with_gpio(changes).dump(), "/gpio" + path, words);
+  };
+  refuses_gpio({{"/chip", "gpiochip0"}}, "/chip", "/dev/gpiochip0");
+  refuses_gpio({{"/outputs/fan/line", 65'535}}, "/outputs/fan/line", "0 to 65534");
+  refuses_gpio({{"/outputs/fan/line", -1}}, "/outputs/fan/line", "0 to 65534");
+  refuses_gpio({{"/outputs/fan/active_low", 1}}, "/outputs/fan/active_low", "true or false");
+  refuses_gpio({{"/outputs/fan/debounce_ms", 5}}, "/outputs/fan/debounce_ms", "unknown key");
+  refuses_gpio({{"/outputs/fan", 6}}, "/outputs/fan", "an object");
+  refuses_gpio({{"/outputs/horn", {{"line", 9}}}}, "/outputs/horn", "unknown key");
+  refuses_gpio({{"/feedback/watchdog", {{"line", 19}}}}, "/feedback/watchdog", "unknown key");
+  refuses_gpio({{"/feedback/main_positive/debounce_ms", 51}}, "/feedback/main_positive/debounce_ms", "0 to 50");
+  refuses_gpio({{"/inputs/1/kind", "stop"}}, "/inputs/1/kind", "vehicle_on, charger_connected, estop");
+  refuses_gpio({{"/inputs/1/name", ""}}, "/inputs/1/name", "1 to 32");
+  refuses_gpio({{"/inputs", {{"line", 3}}}}, "/inputs", "a list");
+  refuses_text(with_gpio_without("", {"chip"}).dump(), "/gpio/chip", "required");
+  refuses_text(with_gpio_without("/outputs/fan", {"line"}).dump(), "/gpio/outputs/fan/line", "required");
+  refuses_text(with_gpio_without("/inputs/0", {"kind"}).dump(), "/gpio/inputs/0/kind", "required");
+}
+
+TEST_CASE("a line and a name belong to one only, and the problem says to whom", "[unit][config][gpio]") {
+  refuses_text(with_gpio({{"/outputs/precharge/line", 3}}).dump(), "/gpio/outputs/precharge/line",
+               "taken by /gpio/outputs/main_positive");
+  refuses_text(with_gpio({{"/feedback/main_negative/line", 4}}).dump(), "/gpio/feedback/main_negative/line",
+               "taken by /gpio/outputs/main_negative");
+  refuses_text(with_gpio({{"/inputs/1/line", 14}}).dump(), "/gpio/inputs/1/line",
+               "taken by /gpio/feedback/main_negative");
+  refuses_text(with_gpio({{"/inputs/2/name", "rear"}}).dump(), "/gpio/inputs/2/name", "taken by /gpio/inputs/1");
+}
+
+TEST_CASE("contactors on lines are complete, and have a watchdog", "[unit][config][gpio]") {
+  refuses_text(with_gpio_without("/outputs", {"precharge"}).dump(), "/gpio/outputs/precharge",
+               "all there, or none of them");
+  refuses_text(with_gpio_without("/outputs", {"watchdog"}).dump(), "/gpio/outputs/watchdog", "as main_positive has");
+  Json fan_only = with_gpio_without("", {"feedback"});
+  fan_only["gpio"]["outputs"] = {{"fan", {{"line", 6}}}};
+  CHECK(problems_of(fan_only.dump()).empty());
+  fan_only["gpio"]["outputs"]["charge"] = {{"line", 5}};
+  refuses_text(fan_only.dump(), "/gpio/outputs/watchdog", "as charge has");
+}
+
+TEST_CASE("there is no feedback of an output that has no line", "[unit][config][gpio]") {
+  refuses_text(with_gpio({{"/feedback/heater", {{"line", 20}}}}).dump(), "/gpio/feedback/heater",
+               "/gpio/outputs/heater");
+}
+
+TEST_CASE("sixteen inputs with nine debounce times are accepted, and no more of either", "[unit][config][gpio]") {
+  Json pack = with_gpio_without("", {"outputs", "feedback"});
+  Json& inputs = pack["gpio"]["inputs"] = Json::array();
+  for (int i = 0; i < 16; ++i) {
+    inputs.push_back(
+        {{"name", "input " + std::to_string(i)}, {"kind", "interlock"}, {"line", i}, {"debounce_ms", i % 10}});
+  }
+  CHECK(problems_of(pack.dump()).empty());  // 0 is none
+  inputs[0]["debounce_ms"] = 10;
+  refuses_text(pack.dump(), "/gpio", "found 10 different debounce_ms, wanted at most 9");
+  inputs.push_back({{"name", "one more"}, {"kind", "interlock"}, {"line", 16}});
+  refuses_text(pack.dump(), "/gpio/inputs", "at most 16");
+}
+
+TEST_CASE("everything wrong with the lines is said in one go", "[unit][config][gpio]") {
+  Json pack = with_gpio({{"/outputs/fan/line", "six"}, {"/inputs/0/kind", "button"}, {"/inputs/1/line", 9}});
+  pack["gpio"]["outputs"].erase("watchdog");
+  pack["gpio"]["outputs"].erase("main_negative");
+  const ConfigProblems problems = problems_of(pack.dump());
+  INFO(all_text(problems));
+  std::vector<std::string> paths;
+  for (const ConfigProblem& problem : problems) paths.push_back(problem.path);
+  std::sort(paths.begin(), paths.end());
+  CHECK(paths == std::vector<std::string>{"/gpio/feedback/main_negative", "/gpio/inputs/0/kind", "/gpio/inputs/2/line",
+                                          "/gpio/outputs/fan/line", "/gpio/outputs/main_negative",
+                                          "/gpio/outputs/watchdog"});
+}
+
 // --- damage ---------------------------------------------------------------------------------------------------------
 
 /// SplitMix64: the same numbers with every library.
@@ -647,7 +794,7 @@ TEST_CASE("a damaged file is refused or harmless, and never a crash", "[unit][co
   const char* wanted_seed = std::getenv("BMUD_SEED");  // NOLINT(concurrency-mt-unsafe)
   const std::uint64_t first = wanted_seed != nullptr ? std::strtoull(wanted_seed, nullptr, 10) : 1;
   const std::uint64_t last = wanted_seed != nullptr ? first : 2'000;
-  const std::string good = valid_pack().dump(1);
+  const std::string good = with_gpio({}).dump(1);
   for (std::uint64_t seed = first; seed <= last; ++seed) {
     INFO("repeat with BMUD_SEED=" << seed << " test_unit \"a damaged file*\"");
     Random random(seed);
