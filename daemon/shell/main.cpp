@@ -4,12 +4,14 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <unistd.h>
 
 #include "config/pack_config.hpp"
 #include "daemon/shell/buses.hpp"
+#include "daemon/shell/gpio_lines.hpp"
 #include "daemon/shell/journal.hpp"
 #include "daemon/shell/loop.hpp"
 #include "daemon/shell/service_notify.hpp"
@@ -31,13 +33,17 @@ constexpr const char* footer = R"(Examples:
   bmud --check-config config/packs/demo-48s.json
   bmud --config config/packs/demo-48s.json --bus-internal unix:demo --socket /tmp/bmud.sock
   bmud --config /etc/bmud/pack.json --bus-internal can0 --bus-vehicle can1
+  bmud --open-gpio --config /etc/bmud/pack.json
 
 A bus is the name of a CAN interface, or unix:NAME for the bus between programs of this machine.
 
 Exit codes: 0 ended by SIGTERM, SIGINT or SIGHUP with all contactors commanded open (the log says if nobody
 confirmed it); 2 command line; 70 an error of our own;
 71 the system refused something at start, as a bus, or the status socket because its directory is missing;
-78 the configuration is wrong.)";
+78 the configuration is wrong.
+
+With --open-gpio: 0 all outputs have been driven open, or the pack has none; 71 the chip, or a line of it, could not be had
+(the others have been opened), as one that is in use by a daemon that still runs; 2, 70 and 78 as above.)";
 
 // A blocked log must not hold up the end; this is well within the service manager's patience.
 constexpr Duration log_flush_max = 300ms;
@@ -49,6 +55,7 @@ struct Options {
   std::string socket = "/run/bmud/bmud.sock";
   std::string log_level = "info";
   bool check_config = false;
+  bool open_gpio = false;
 };
 
 void add_options(CLI::App& app, Options& options) {
@@ -60,7 +67,11 @@ void add_options(CLI::App& app, Options& options) {
                  "vehicle bus, instead of the pack file's; where that has one bus for both, it follows --bus-internal")
       ->type_name("BUS");
   app.add_option("--socket", options.socket, "status socket for bmuctl")->type_name("PATH")->capture_default_str();
-  app.add_flag("--check-config", options.check_config, "say whether the pack file is good, and end");
+  CLI::Option* check =
+      app.add_flag("--check-config", options.check_config, "say whether the pack file is good, and end");
+  app.add_flag("--open-gpio", options.open_gpio,
+               "drive all outputs that are GPIO lines open, and end: after a daemon that is gone, as in a stop hook")
+      ->excludes(check);
   app.add_option("--log-level", options.log_level, "least severity to log: debug, info, warning, error")
       ->check(CLI::IsMember({"debug", "info", "warning", "error"}))
       ->capture_default_str();
@@ -135,6 +146,18 @@ int run_daemon(const PackConfig& pack, const Options& options, Journal& journal)
   return exit_ok;
 }
 
+int open_gpio(const PackConfig& pack) {
+  if (!pack.gpio) {
+    std::printf("no outputs on GPIO lines in this pack\n");
+    return exit_ok;
+  }
+  const std::vector<OsError> errors = open_gpio_outputs(*pack.gpio);
+  for (const OsError& error : errors) std::fprintf(stderr, "bmud: not opened: %s\n", to_text(error).c_str());
+  if (!errors.empty()) return exit_system;
+  std::printf("%s: all outputs open\n", pack.gpio->chip.c_str());
+  return exit_ok;
+}
+
 int check_or_run(const Options& options) {
   const auto pack = load_pack_config(options.config);
   if (!pack) {
@@ -146,6 +169,7 @@ int check_or_run(const Options& options) {
                 pack->core.modules.size(), cell_count(pack->core));
     return exit_ok;
   }
+  if (options.open_gpio) return open_gpio(*pack);
   prepare_signals();
   Journal journal(*severity_from_text(options.log_level));
   const int code = run_daemon(*pack, options, journal);

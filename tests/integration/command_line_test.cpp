@@ -1,9 +1,12 @@
 // All programs answer a wrong command line alike: a single line that begins with their name and tells the mistake and
 // what would be right; exit code 2.
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <string>
 #include <vector>
+
+#include <nlohmann/json.hpp>
 
 #include "tests/support/process.hpp"
 
@@ -90,6 +93,32 @@ TEST_CASE("what is no socket of a daemon is told with the reason", "[integration
         "bmuctl: no daemon answers at '" + (folder / "file") + "': it is no socket\n");
   CHECK(run_program({program("bmuctl"), "--socket", "", "status"})
             .err.starts_with("bmuctl: no daemon answers at '': there is no such socket"));
+}
+
+TEST_CASE("opening GPIO outputs ends with a status that tells how it went", "[integration][command_line][gpio]") {
+  const std::string packs = std::string(BMUD_SOURCE_DIR) + "/config/packs/";
+  const Finished without = run_program({program("bmud"), "--open-gpio", "--config", packs + "demo-48s.json"});
+  CHECK(without.status == 0);
+  CHECK(without.out == "no outputs on GPIO lines in this pack\n");
+
+  const TemporaryFolder folder;
+  nlohmann::json pack = nlohmann::json::parse(std::ifstream(packs + "demo-48s.json"), nullptr, true, true);
+  pack["cell"] = std::filesystem::path(packs) / pack["cell"].get<std::string>();
+  const auto open_on = [&](const std::string& chip) {
+    pack["gpio"] = {{"chip", chip}, {"outputs", {{"fan", {{"line", 6}}}}}};
+    std::ofstream(folder / "pack.json") << pack;
+    return run_program({program("bmud"), "--open-gpio", "--config", folder / "pack.json"});
+  };
+  const Finished absent = open_on("/dev/no-such-chip");
+  CHECK(absent.status == 71);
+  CHECK(absent.out.empty());
+  CHECK(absent.err.starts_with("bmud: not opened: /dev/no-such-chip: found no way to open it, wanted a GPIO chip"));
+  CHECK(open_on("/dev/null").status == 71);
+  CHECK(open_on("/dev/null").err.find("found something that is no GPIO chip") != std::string::npos);
+
+  CHECK(open_on("gpiochip0").status == 78);
+  CHECK(run_program({program("bmud"), "--open-gpio", "--check-config", "--config", packs + "demo-48s.json"}).status ==
+        2);
 }
 
 }  // namespace bmu

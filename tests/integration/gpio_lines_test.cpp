@@ -1,0 +1,724 @@
+// GPIO lines on a chip that is played here, with calls that fail, lines that are busy and chips that go; the same class
+// on a chip of the kernel is tests/rig/gpio/gpio_on_chip_test.cpp.
+#include "daemon/shell/gpio_lines.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include "tests/support/catch.hpp"
+
+namespace bmu {
+namespace {
+
+/// A kernel with one chip. Levels of wires are electrical, those of requests logical, as in the kernel.
+class FakeChip final : public GpioSystem {
+ public:
+  struct Wire {
+    bool is_high = false;
+    bool is_output = false;
+    std::string owner;             // empty: free
+    std::vector<bool> was_driven;  // every level since the start
+  };
+  struct Request {
+    OwnedFd fd;
+    gpio_v2_line_request asked{};
+    std::deque<gpio_v2_line_event> edges;
+  };
+
+  // What happens to the chip.
+
+  static constexpr std::uint32_t line_count = 32;
+  bool is_there = true;
+  bool debounces = true;
+  bool interrupts = true;
+  std::array<Wire, line_count> wires{};
+
+  void set_wire(std::uint32_t line, bool is_high) {
+    wires.at(line).is_high = is_high;
+    for (auto& [fd, request] : requests_) {
+      for (std::uint32_t i = 0; i < request.asked.num_lines; ++i) {
+        if (request.asked.offsets[i] == line) queue_edge(request, i);
+      }
+    }
+  }
+
+  // What goes wrong in the calls.
+
+  /// The nth call from now on (0 is the next) fails with this error instead of doing anything.
+  void fail_call(int n, int error) {
+    calls_until_failure_ = n;
+    failure_ = error;
+  }
+  [[nodiscard]] bool is_failure_pending() const { return calls_until_failure_ >= 0; }
+  int set_error = 0;  // of every set_values
+
+  // What can be seen.
+
+  int set_calls = 0;
+  std::vector<gpio_v2_line_request> asked;  // every request, granted or not
+  [[nodiscard]] std::size_t open_descriptors() const { return requests_.size() + chips_.size(); }
+
+  // The calls.
+
+  int open_chip(const std::string& file) override {
+    if (const int error = failing(); error != 0) return -error;
+    if (!is_there || file != "/dev/gpiochip0") return -ENOENT;
+    OwnedFd fd(::eventfd(0, EFD_CLOEXEC));
+    const int number = fd.get();
+    chips_.emplace(number, std::move(fd));
+    return number;
+  }
+  int chip_info(int chip, gpiochip_info& out) override {
+    if (const int error = failing(); error != 0) return -error;
+    REQUIRE(chips_.count(chip) == 1);
+    out.lines = line_count;
+    std::strncpy(out.label, "fake", sizeof(out.label));
+    return 0;
+  }
+  int line_info(int chip, gpio_v2_line_info& in_out) override {
+    if (const int error = failing(); error != 0) return -error;
+    REQUIRE(chips_.count(chip) == 1);
+    const Wire& wire = wires.at(in_out.offset);
+    in_out.flags = wire.owner.empty() ? 0 : static_cast<std::uint64_t>(GPIO_V2_LINE_FLAG_USED);
+    std::strncpy(in_out.consumer, wire.owner.c_str(), sizeof(in_out.consumer) - 1);
+    return 0;
+  }
+  int request_lines(int chip, gpio_v2_line_request& request) override {
+    if (const int error = failing(); error != 0) return -error;
+    REQUIRE(chips_.count(chip) == 1);
+    asked.push_back(request);
+    if (const int error = refusal_of(request); error != 0) return -error;
+    OwnedFd fd(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC));
+    const int number = fd.get();
+    requests_[number] = {.fd = std::move(fd), .asked = request, .edges = {}};
+    for (std::uint32_t i = 0; i < request.num_lines; ++i) {
+      Wire& wire = wires.at(request.offsets[i]);
+      wire.owner = request.consumer;
+      wire.is_output = (flags_of(request, i) & GPIO_V2_LINE_FLAG_OUTPUT) != 0;
+      if (wire.is_output) drive_wire(request, i, (initial_values_of(request) & (std::uint64_t{1} << i)) != 0);
+    }
+    return number;
+  }
+  int get_values(int lines, gpio_v2_line_values& in_out) override {
+    if (const int error = failing(); error != 0) return -error;
+    const Request& request = requests_.at(lines);
+    if (!is_there) return -ENODEV;
+    in_out.bits = 0;
+    for (std::uint32_t i = 0; i < request.asked.num_lines; ++i) {
+      if (is_active(request.asked, i)) in_out.bits |= std::uint64_t{1} << i;
+    }
+    in_out.bits &= in_out.mask;
+    return 0;
+  }
+  int set_values(int lines, const gpio_v2_line_values& values) override {
+    ++set_calls;
+    if (const int error = failing(); error != 0) return -error;
+    const Request& request = requests_.at(lines);
+    if (!is_there) return -ENODEV;
+    if (set_error != 0) return -set_error;
+    for (std::uint32_t i = 0; i < request.asked.num_lines; ++i) {
+      const std::uint64_t bit = std::uint64_t{1} << i;
+      if ((values.mask & bit) != 0) drive_wire(request.asked, i, (values.bits & bit) != 0);
+    }
+    return 0;
+  }
+  int read_edges(int lines, std::span<gpio_v2_line_event> out) override {
+    if (const int error = failing(); error != 0) return -error;
+    Request& request = requests_.at(lines);
+    if (!is_there) return -ENODEV;
+    if (request.edges.empty()) return -EAGAIN;
+    std::size_t count = 0;
+    for (; count < out.size() && !request.edges.empty(); ++count) {
+      out[count] = request.edges.front();
+      request.edges.pop_front();
+    }
+    if (request.edges.empty()) {
+      eventfd_t ignored = 0;
+      ::eventfd_read(lines, &ignored);
+    }
+    return static_cast<int>(count);
+  }
+  /// Levels stay: that is what some boards do.
+  void close_fd(int fd) override {
+    if (const auto found = requests_.find(fd); found != requests_.end()) {
+      const gpio_v2_line_request& request = found->second.asked;
+      for (std::uint32_t i = 0; i < request.num_lines; ++i) wires.at(request.offsets[i]).owner.clear();
+      requests_.erase(found);
+      return;
+    }
+    REQUIRE(chips_.erase(fd) == 1);
+  }
+
+ private:
+  [[nodiscard]] static std::uint64_t flags_of(const gpio_v2_line_request& request, std::uint32_t index) {
+    for (std::uint32_t i = 0; i < request.config.num_attrs; ++i) {
+      const auto& attribute = request.config.attrs[i];
+      const bool is_its = (attribute.mask & (std::uint64_t{1} << index)) != 0;
+      if (is_its && attribute.attr.id == GPIO_V2_LINE_ATTR_ID_FLAGS) return attribute.attr.flags;
+    }
+    return request.config.flags;
+  }
+  [[nodiscard]] static bool has_attribute(const gpio_v2_line_request& request, std::uint32_t id) {
+    const auto* const end = std::begin(request.config.attrs) + request.config.num_attrs;
+    return std::any_of(std::begin(request.config.attrs), end, [id](const auto& a) { return a.attr.id == id; });
+  }
+  [[nodiscard]] static std::uint64_t initial_values_of(const gpio_v2_line_request& request) {
+    for (std::uint32_t i = 0; i < request.config.num_attrs; ++i) {
+      const auto& attribute = request.config.attrs[i];
+      if (attribute.attr.id == GPIO_V2_LINE_ATTR_ID_OUTPUT_VALUES) return attribute.attr.values & attribute.mask;
+    }
+    return 0;
+  }
+  [[nodiscard]] static bool is_active_low(const gpio_v2_line_request& request, std::uint32_t index) {
+    return (flags_of(request, index) & GPIO_V2_LINE_FLAG_ACTIVE_LOW) != 0;
+  }
+  [[nodiscard]] bool is_active(const gpio_v2_line_request& request, std::uint32_t index) const {
+    return wires.at(request.offsets[index]).is_high != is_active_low(request, index);
+  }
+  void drive_wire(const gpio_v2_line_request& request, std::uint32_t index, bool is_active) {
+    Wire& wire = wires.at(request.offsets[index]);
+    REQUIRE(wire.is_output);
+    wire.is_high = is_active != is_active_low(request, index);
+    wire.was_driven.push_back(wire.is_high);
+  }
+  [[nodiscard]] int refusal_of(const gpio_v2_line_request& request) const {
+    if (!is_there) return ENODEV;
+    const bool wants_edges = (request.config.flags & GPIO_V2_LINE_FLAG_EDGE_RISING) != 0;
+    if (wants_edges && !interrupts) return ENXIO;
+    if (has_attribute(request, GPIO_V2_LINE_ATTR_ID_DEBOUNCE) && !debounces) return 524;  // the kernel's ENOTSUPP
+    for (std::uint32_t i = 0; i < request.num_lines; ++i) {
+      if (request.offsets[i] >= line_count) return EINVAL;
+      if (!wires.at(request.offsets[i]).owner.empty()) return EBUSY;
+    }
+    return 0;
+  }
+  void queue_edge(Request& request, std::uint32_t index) {
+    if ((flags_of(request.asked, index) & GPIO_V2_LINE_FLAG_EDGE_RISING) == 0) return;
+    gpio_v2_line_event edge{};
+    edge.offset = request.asked.offsets[index];
+    edge.id = is_active(request.asked, index) ? GPIO_V2_LINE_EVENT_RISING_EDGE : GPIO_V2_LINE_EVENT_FALLING_EDGE;
+    request.edges.push_back(edge);
+    ::eventfd_write(request.fd.get(), 1);
+  }
+  [[nodiscard]] int failing() {
+    if (calls_until_failure_ < 0 || calls_until_failure_-- > 0) return 0;
+    return failure_;
+  }
+
+  std::map<int, OwnedFd> chips_;
+  std::map<int, Request> requests_;
+  int calls_until_failure_ = -1;
+  int failure_ = 0;
+};
+
+// --- a pack's lines -------------------------------------------------------------------------------------------------
+
+constexpr std::uint32_t positive_line = 3;  // active low
+constexpr std::uint32_t negative_line = 4;
+constexpr std::uint32_t precharge_line = 5;
+constexpr std::uint32_t watchdog_line = 2;
+constexpr std::uint32_t positive_contact_line = 13;  // active low
+constexpr std::uint32_t estop_line = 7;              // active low
+constexpr std::uint32_t key_line = 9;
+
+[[nodiscard]] std::size_t number_of(GpioOutput output) {
+  return static_cast<std::size_t>(output);
+}
+
+[[nodiscard]] GpioConfig pack_lines() {
+  GpioConfig config{.chip = "/dev/gpiochip0", .outputs = {}, .feedback = {}, .inputs = {}};
+  config.outputs.at(number_of(GpioOutput::main_positive)) = {.line = positive_line, .active_low = true};
+  config.outputs.at(number_of(GpioOutput::main_negative)) = {.line = negative_line};
+  config.outputs.at(number_of(GpioOutput::precharge)) = {.line = precharge_line};
+  config.outputs.at(number_of(GpioOutput::watchdog)) = {.line = watchdog_line};
+  config.feedback.at(number_of(GpioOutput::main_positive)) = {.at = {.line = positive_contact_line, .active_low = true},
+                                                              .debounce = 5ms};
+  config.inputs = {{.name = "cockpit",
+                    .kind = GpioInputKind::estop,
+                    .at = {.line = estop_line, .active_low = true},
+                    .debounce = 20ms},
+                   {.name = "key", .kind = GpioInputKind::vehicle_on, .at = {.line = key_line}, .debounce = 5ms}};
+  return config;
+}
+
+constexpr ContactorOutputs all_open{};
+constexpr ContactorOutputs driving{.main_positive = true, .main_negative = true};
+
+/// Open, and told once that nothing is to be closed.
+struct Ready {
+  FakeChip chip;
+  GpioLines lines{pack_lines(), chip};
+
+  Ready() {
+    const auto opened = lines.open();
+    INFO((opened ? "" : to_text(opened.error())));
+    REQUIRE(opened);
+    REQUIRE(lines.drive(all_open));
+  }
+};
+
+[[nodiscard]] bool is_closed_on(const FakeChip& chip) {
+  return !chip.wires[positive_line].is_high || chip.wires[negative_line].is_high || chip.wires[precharge_line].is_high;
+}
+
+[[nodiscard]] bool is_readable(const GpioLines& lines) {
+  pollfd entry{.fd = lines.fd(), .events = POLLIN, .revents = 0};
+  return ::poll(&entry, 1, 0) == 1;
+}
+
+[[nodiscard]] GpioLevel level_of(GpioLines& lines, std::string_view name) {
+  const auto levels = lines.read();
+  INFO((levels ? "" : to_text(levels.error())));
+  REQUIRE(levels);
+  const auto found =
+      std::find_if(levels->begin(), levels->end(), [&](const auto& level) { return level.name == name; });
+  REQUIRE(found != levels->end());
+  return *found;
+}
+
+void check_text(const OsError& error, int code, const std::vector<std::string>& words) {
+  INFO(to_text(error));
+  CHECK(error.code == code);
+  for (const std::string& word : words) {
+    CAPTURE(word);
+    CHECK(to_text(error).find(word) != std::string::npos);
+  }
+}
+
+// --- requests -------------------------------------------------------------------------------------------------------
+
+TEST_CASE("all outputs are one request that makes them open before they are outputs", "[integration][gpio]") {
+  FakeChip chip;
+  GpioLines lines(pack_lines(), chip);
+  REQUIRE(lines.open());
+  REQUIRE(chip.asked.size() == 2);
+  const gpio_v2_line_request& request = chip.asked[0];
+  CHECK(std::string(request.consumer) == "bmud");
+  REQUIRE(request.num_lines == 4);
+  CHECK(std::vector<std::uint32_t>(request.offsets, request.offsets + 4) ==
+        std::vector<std::uint32_t>{positive_line, negative_line, precharge_line, watchdog_line});
+  CHECK(request.config.flags == GPIO_V2_LINE_FLAG_OUTPUT);
+  REQUIRE(request.config.num_attrs == 2);
+  CHECK(request.config.attrs[0].attr.id == GPIO_V2_LINE_ATTR_ID_FLAGS);
+  CHECK(request.config.attrs[0].attr.flags == (GPIO_V2_LINE_FLAG_OUTPUT | GPIO_V2_LINE_FLAG_ACTIVE_LOW));
+  CHECK(request.config.attrs[0].mask == 0b0001);
+  CHECK(request.config.attrs[1].attr.id == GPIO_V2_LINE_ATTR_ID_OUTPUT_VALUES);
+  CHECK(request.config.attrs[1].attr.values == 0);
+  CHECK(request.config.attrs[1].mask == 0b1111);
+  // One level each, the inactive one: no glitch.
+  CHECK(chip.wires[positive_line].was_driven == std::vector<bool>{true});
+  CHECK(chip.wires[negative_line].was_driven == std::vector<bool>{false});
+  CHECK(chip.wires[precharge_line].was_driven == std::vector<bool>{false});
+  CHECK(chip.set_calls == 0);
+}
+
+TEST_CASE("all lines that are read are one request with both edges and each its debounce time", "[integration][gpio]") {
+  FakeChip chip;
+  GpioLines lines(pack_lines(), chip);
+  REQUIRE(lines.open());
+  REQUIRE(chip.asked.size() == 2);
+  const gpio_v2_line_request& request = chip.asked[1];
+  constexpr std::uint64_t both_edges =
+      GPIO_V2_LINE_FLAG_INPUT | GPIO_V2_LINE_FLAG_EDGE_RISING | GPIO_V2_LINE_FLAG_EDGE_FALLING;
+  REQUIRE(request.num_lines == 3);
+  CHECK(std::vector<std::uint32_t>(request.offsets, request.offsets + 3) ==
+        std::vector<std::uint32_t>{positive_contact_line, estop_line, key_line});
+  CHECK(request.config.flags == both_edges);
+  REQUIRE(request.config.num_attrs == 3);
+  CHECK(request.config.attrs[0].attr.flags == (both_edges | GPIO_V2_LINE_FLAG_ACTIVE_LOW));
+  CHECK(request.config.attrs[0].mask == 0b011);
+  CHECK(request.config.attrs[1].attr.id == GPIO_V2_LINE_ATTR_ID_DEBOUNCE);
+  CHECK(request.config.attrs[1].attr.debounce_period_us == 5'000);
+  CHECK(request.config.attrs[1].mask == 0b101);
+  CHECK(request.config.attrs[2].attr.debounce_period_us == 20'000);
+  CHECK(request.config.attrs[2].mask == 0b010);
+}
+
+TEST_CASE("a debounce time of 0 asks for none", "[integration][gpio]") {
+  GpioConfig config = pack_lines();
+  config.feedback = {};
+  for (GpioInput& input : config.inputs) input.debounce = 0ms;
+  FakeChip chip;
+  chip.debounces = false;
+  GpioLines lines(config, chip);
+  REQUIRE(lines.open());
+  CHECK(chip.asked[1].config.num_attrs == 1);
+}
+
+TEST_CASE("inputs alone, and outputs alone, make one request", "[integration][gpio]") {
+  GpioConfig inputs = pack_lines();
+  inputs.outputs = {};
+  inputs.feedback = {};
+  FakeChip chip;
+  {
+    GpioLines lines(inputs, chip);
+    REQUIRE(lines.open());
+    CHECK(lines.drive(driving));
+    CHECK(lines.read()->size() == 2);
+    CHECK(chip.set_calls == 0);
+  }
+  GpioConfig outputs = pack_lines();
+  outputs.feedback = {};
+  outputs.inputs = {};
+  GpioLines lines(outputs, chip);
+  REQUIRE(lines.open());
+  CHECK(lines.read()->empty());
+  CHECK(chip.asked.size() == 2);
+}
+
+// --- outputs --------------------------------------------------------------------------------------------------------
+
+TEST_CASE("outputs have their levels, each with its polarity, by one call", "[integration][gpio]") {
+  Ready pack;
+  const int calls = pack.chip.set_calls;
+  REQUIRE(pack.lines.drive({.main_positive = true, .precharge = true, .fan = true}));
+  CHECK(pack.chip.set_calls == calls + 1);
+  CHECK_FALSE(pack.chip.wires[positive_line].is_high);
+  CHECK_FALSE(pack.chip.wires[negative_line].is_high);
+  CHECK(pack.chip.wires[precharge_line].is_high);
+  REQUIRE(pack.lines.drive({.main_negative = true}));
+  CHECK(pack.chip.wires[positive_line].is_high);
+  CHECK(pack.chip.wires[negative_line].is_high);
+  CHECK_FALSE(pack.chip.wires[precharge_line].is_high);
+}
+
+TEST_CASE("every output of the core has the line of its own name", "[integration][gpio]") {
+  constexpr std::array<ContactorOutputs, gpio_feedback_count> one_each{{{.main_positive = true},
+                                                                        {.main_negative = true},
+                                                                        {.precharge = true},
+                                                                        {.charge = true},
+                                                                        {.auxiliary = true},
+                                                                        {.fan = true},
+                                                                        {.heater = true}}};
+  GpioConfig config{.chip = "/dev/gpiochip0", .outputs = {}, .feedback = {}, .inputs = {}};
+  for (std::uint32_t i = 0; i < gpio_output_count; ++i) config.outputs.at(i) = {.line = i};
+  FakeChip chip;
+  GpioLines lines(config, chip);
+  REQUIRE(lines.open());
+  REQUIRE(lines.drive(all_open));
+  for (std::size_t i = 0; i < one_each.size(); ++i) {
+    REQUIRE(lines.drive(one_each.at(i)));
+    for (std::size_t line = 0; line < one_each.size(); ++line) CHECK(chip.wires.at(line).is_high == (line == i));
+  }
+}
+
+TEST_CASE("the watchdog changes with every drive, whatever is driven", "[integration][gpio]") {
+  Ready pack;
+  auto& driven = pack.chip.wires[watchdog_line].was_driven;
+  driven.clear();
+  bool last = pack.chip.wires[watchdog_line].is_high;
+  for (int i = 0; i < 10; ++i) {
+    REQUIRE(pack.lines.drive(i % 3 == 0 ? all_open : driving));
+    REQUIRE(pack.chip.wires[watchdog_line].is_high != last);
+    last = pack.chip.wires[watchdog_line].is_high;
+  }
+  CHECK(driven.size() == 10);
+}
+
+TEST_CASE("contactors stay open until they have been wanted open once", "[integration][gpio]") {
+  FakeChip chip;
+  GpioLines lines(pack_lines(), chip);
+  REQUIRE(lines.open());
+  CHECK(lines.state() == GpioState::held_open);
+  REQUIRE(lines.drive(driving));
+  CHECK(lines.state() == GpioState::held_open);
+  CHECK_FALSE(is_closed_on(chip));
+  REQUIRE(lines.drive({.fan = true}));
+  CHECK(lines.state() == GpioState::driving);
+  REQUIRE(lines.drive(driving));
+  CHECK(is_closed_on(chip));
+}
+
+TEST_CASE("lines that are given back are open", "[integration][gpio]") {
+  FakeChip chip;
+  {
+    GpioLines lines(pack_lines(), chip);
+    REQUIRE(lines.open());
+    REQUIRE(lines.drive(all_open));
+    REQUIRE(lines.drive(driving));
+    REQUIRE(is_closed_on(chip));
+    chip.wires[watchdog_line].was_driven.clear();
+  }
+  CHECK_FALSE(is_closed_on(chip));
+  CHECK(chip.wires[watchdog_line].was_driven.empty());
+  CHECK(chip.open_descriptors() == 0);
+}
+
+// --- inputs ---------------------------------------------------------------------------------------------------------
+
+TEST_CASE("levels come with names, feedbacks first, active as the polarity says", "[integration][gpio]") {
+  Ready pack;
+  pack.chip.set_wire(positive_contact_line, true);
+  pack.chip.set_wire(key_line, true);
+  const auto levels = pack.lines.read();
+  REQUIRE(levels);
+  REQUIRE(levels->size() == 3);
+  CHECK((*levels)[0].name == "main_positive");
+  CHECK((*levels)[0].feedback_of == GpioOutput::main_positive);
+  CHECK_FALSE((*levels)[0].is_active);
+  CHECK((*levels)[1].name == "cockpit");
+  CHECK_FALSE((*levels)[1].feedback_of);
+  CHECK((*levels)[1].kind == GpioInputKind::estop);
+  CHECK((*levels)[1].is_active);  // 0 V, active low
+  CHECK((*levels)[2].kind == GpioInputKind::vehicle_on);
+  CHECK((*levels)[2].is_active);
+}
+
+TEST_CASE("an edge makes the descriptor readable, and reading takes it", "[integration][gpio]") {
+  Ready pack;
+  CHECK_FALSE(is_readable(pack.lines));
+  pack.chip.set_wire(estop_line, true);
+  CHECK(is_readable(pack.lines));
+  CHECK_FALSE(level_of(pack.lines, "cockpit").is_active);
+  CHECK_FALSE(is_readable(pack.lines));
+}
+
+TEST_CASE("a stop that was let go again is still told, once", "[integration][gpio]") {
+  Ready pack;
+  CHECK_FALSE(level_of(pack.lines, "cockpit").was_inactive);
+  pack.chip.set_wire(estop_line, true);
+  pack.chip.set_wire(estop_line, false);
+  GpioLevel stop = level_of(pack.lines, "cockpit");
+  CHECK(stop.is_active);
+  CHECK(stop.was_inactive);
+  stop = level_of(pack.lines, "cockpit");
+  CHECK(stop.is_active);
+  CHECK_FALSE(stop.was_inactive);
+  pack.chip.set_wire(estop_line, true);
+  CHECK(level_of(pack.lines, "cockpit").was_inactive);
+  CHECK(level_of(pack.lines, "cockpit").was_inactive);  // it stays so, as long as it is
+}
+
+TEST_CASE("more edges than one read takes are all taken", "[integration][gpio]") {
+  Ready pack;
+  for (int i = 0; i < 100; ++i) pack.chip.set_wire(key_line, i % 2 == 0);
+  pack.chip.set_wire(estop_line, true);
+  pack.chip.set_wire(estop_line, false);
+  CHECK(level_of(pack.lines, "cockpit").was_inactive);
+  CHECK_FALSE(is_readable(pack.lines));
+}
+
+// --- what is refused ------------------------------------------------------------------------------------------------
+
+TEST_CASE("a busy line is named, and its owner", "[integration][gpio]") {
+  FakeChip chip;
+  chip.wires[precharge_line].owner = "spi0 CS1";
+  GpioLines lines(pack_lines(), chip);
+  const auto opened = lines.open();
+  REQUIRE_FALSE(opened);
+  check_text(opened.error(), EBUSY,
+             {"/dev/gpiochip0 line 5 (precharge)", "found it in use by \"spi0 CS1\", wanted it free", "busy"});
+  CHECK(lines.state() == GpioState::failed);
+  CHECK(lines.last_error() == to_text(opened.error()));
+  CHECK(chip.open_descriptors() == 0);
+}
+
+TEST_CASE("a busy input gives the outputs back, open", "[integration][gpio]") {
+  FakeChip chip;
+  chip.wires[estop_line].owner = "gpio-keys";
+  GpioLines lines(pack_lines(), chip);
+  const auto opened = lines.open();
+  REQUIRE_FALSE(opened);
+  check_text(opened.error(), EBUSY, {"line 7 (cockpit)", "\"gpio-keys\""});
+  CHECK_FALSE(is_closed_on(chip));
+  CHECK(chip.open_descriptors() == 0);
+}
+
+TEST_CASE("a line the chip does not have is named", "[integration][gpio]") {
+  GpioConfig config = pack_lines();
+  config.outputs.at(number_of(GpioOutput::fan)) = {.line = 32};
+  FakeChip chip;
+  GpioLines lines(config, chip);
+  const auto opened = lines.open();
+  REQUIRE_FALSE(opened);
+  check_text(opened.error(), 0, {"/dev/gpiochip0 line 32 (fan)", "a chip of 32 lines, fake"});
+}
+
+TEST_CASE("what a driver cannot do with its lines is named: debouncing, edges", "[integration][gpio]") {
+  FakeChip chip;
+  chip.debounces = false;
+  GpioLines lines(pack_lines(), chip);
+  auto opened = lines.open();
+  REQUIRE_FALSE(opened);
+  check_text(opened.error(), 524, {"13 (feedback of main_positive)", "7 (cockpit)", "debouncing refused"});
+  chip.interrupts = false;
+  opened = lines.open();
+  REQUIRE_FALSE(opened);
+  check_text(opened.error(), ENXIO, {"edges refused", "a line that can interrupt"});
+  CHECK(chip.open_descriptors() == 0);
+}
+
+TEST_CASE("a chip that is not there is waited for", "[integration][gpio]") {
+  FakeChip chip;
+  chip.is_there = false;
+  GpioLines lines(pack_lines(), chip);
+  const auto opened = lines.open();
+  REQUIRE_FALSE(opened);
+  check_text(opened.error(), ENOENT, {"/dev/gpiochip0", "wanted a GPIO chip"});
+  CHECK_FALSE(lines.drive(all_open));
+  CHECK_FALSE(lines.read());
+  lines.maintain();
+  CHECK(lines.state() == GpioState::failed);
+  chip.is_there = true;
+  lines.maintain();
+  CHECK(lines.state() == GpioState::held_open);
+}
+
+TEST_CASE("a file that is no chip is called one", "[integration][gpio]") {
+  FakeChip chip;
+  chip.fail_call(1, ENOTTY);
+  GpioLines lines(pack_lines(), chip);
+  const auto opened = lines.open();
+  REQUIRE_FALSE(opened);
+  check_text(opened.error(), ENOTTY, {"something that is no GPIO chip"});
+}
+
+// --- what fails later -----------------------------------------------------------------------------------------------
+
+TEST_CASE("a set that fails opens what it can, and stops the watchdog until all was wanted open",
+          "[integration][gpio]") {
+  Ready pack;
+  REQUIRE(pack.lines.drive(driving));
+  pack.chip.wires[watchdog_line].was_driven.clear();
+  pack.chip.fail_call(0, EIO);
+  const auto driven = pack.lines.drive(driving);
+  REQUIRE_FALSE(driven);
+  check_text(driven.error(), EIO,
+             {"/dev/gpiochip0 lines 3 (main_positive)", "no way to set them",
+              "these driven and the others open: main_positive, main_negative"});
+  CHECK(pack.lines.state() == GpioState::failed);
+  CHECK_FALSE(is_closed_on(pack.chip));
+  CHECK(pack.chip.open_descriptors() == 0);
+  const int calls = pack.chip.set_calls;
+  CHECK_FALSE(pack.lines.drive(driving));
+  CHECK(pack.chip.set_calls == calls);
+  CHECK(pack.chip.wires[watchdog_line].was_driven.empty());
+
+  pack.lines.maintain();
+  CHECK(pack.lines.state() == GpioState::held_open);
+  REQUIRE(pack.lines.drive(driving));
+  CHECK_FALSE(is_closed_on(pack.chip));
+  REQUIRE(pack.lines.drive(all_open));
+  REQUIRE(pack.lines.drive(driving));
+  CHECK(is_closed_on(pack.chip));
+}
+
+TEST_CASE("outputs that cannot even be opened are said to be so", "[integration][gpio]") {
+  Ready pack;
+  REQUIRE(pack.lines.drive(driving));
+  pack.chip.set_error = EIO;
+  const auto driven = pack.lines.drive(all_open);
+  REQUIRE_FALSE(driven);
+  check_text(driven.error(), EIO, {"wanted all open", "and no way to open the outputs"});
+}
+
+TEST_CASE("levels that cannot be read open the contactors", "[integration][gpio]") {
+  for (const int call : {0, 1}) {  // the edges, the levels
+    Ready pack;
+    REQUIRE(pack.lines.drive(driving));
+    pack.chip.fail_call(call, EIO);
+    const auto levels = pack.lines.read();
+    REQUIRE_FALSE(levels);
+    check_text(levels.error(), EIO, {"7 (cockpit)", "no way to read"});
+    CHECK(pack.lines.state() == GpioState::failed);
+    CHECK_FALSE(is_closed_on(pack.chip));
+  }
+}
+
+TEST_CASE("a chip that vanishes is told by the next call, and found again", "[integration][gpio]") {
+  Ready pack;
+  const int fd = pack.lines.fd();
+  REQUIRE(pack.lines.drive(driving));
+  pack.chip.is_there = false;
+  const auto levels = pack.lines.read();
+  REQUIRE_FALSE(levels);
+  CHECK(levels.error().code == ENODEV);
+  CHECK(pack.lines.state() == GpioState::failed);
+  CHECK(pack.chip.open_descriptors() == 0);
+  pack.lines.maintain();
+  CHECK(pack.lines.state() == GpioState::failed);
+  pack.chip.is_there = true;
+  pack.lines.maintain();
+  CHECK(pack.lines.state() == GpioState::held_open);
+  CHECK_FALSE(is_closed_on(pack.chip));
+  CHECK(pack.lines.fd() == fd);
+  pack.chip.set_wire(estop_line, true);
+  CHECK(is_readable(pack.lines));
+  CHECK_FALSE(level_of(pack.lines, "cockpit").is_active);
+}
+
+TEST_CASE("whichever call fails, no contactor stays closed, nothing leaks, and it works again", "[integration][gpio]") {
+  for (int call = 0;; ++call) {
+    CAPTURE(call);
+    FakeChip chip;
+    GpioLines lines(pack_lines(), chip);
+    chip.fail_call(call, EIO);
+    bool has_failed = !lines.open();
+    for (const ContactorOutputs& outputs : {all_open, driving}) {
+      if (has_failed) break;
+      has_failed = !lines.read() || !lines.drive(outputs);
+    }
+    const bool was_reached = !chip.is_failure_pending();
+    CHECK(has_failed == was_reached);
+    if (!was_reached) break;
+    CHECK(lines.state() == GpioState::failed);
+    CHECK(chip.open_descriptors() == 0);
+    CHECK((chip.wires[positive_line].was_driven.empty() || !is_closed_on(chip)));
+    lines.maintain();
+    CHECK(lines.state() == GpioState::held_open);
+    CHECK(lines.drive(all_open));
+    CHECK(lines.read());
+    REQUIRE(call < 20);
+  }
+}
+
+// --- opening without a daemon ---------------------------------------------------------------------------------------
+
+TEST_CASE("all outputs are driven open where a daemon left them closed", "[integration][gpio]") {
+  FakeChip chip;
+  chip.wires[negative_line].is_high = true;
+  chip.wires[positive_line].is_high = false;
+  REQUIRE(is_closed_on(chip));
+  CHECK(open_gpio_outputs(pack_lines(), chip).empty());
+  CHECK_FALSE(is_closed_on(chip));
+  CHECK(chip.asked.size() == 1);  // inputs are nobody's business here
+  CHECK(chip.open_descriptors() == 0);
+}
+
+TEST_CASE("a busy line is told, and the others are opened nevertheless", "[integration][gpio]") {
+  FakeChip chip;
+  chip.wires[positive_line].is_high = false;
+  chip.wires[precharge_line].is_high = true;
+  chip.wires[negative_line].owner = "bmud";
+  const auto errors = open_gpio_outputs(pack_lines(), chip);
+  REQUIRE(errors.size() == 1);
+  check_text(errors[0], EBUSY, {"/dev/gpiochip0 line 4 (main_negative)", "in use by \"bmud\""});
+  CHECK(chip.wires[positive_line].is_high);
+  CHECK_FALSE(chip.wires[precharge_line].is_high);
+  CHECK(chip.open_descriptors() == 0);
+}
+
+TEST_CASE("a chip that is not there opens nothing, and says so", "[integration][gpio]") {
+  FakeChip chip;
+  chip.is_there = false;
+  REQUIRE(open_gpio_outputs(pack_lines(), chip).size() == 1);
+  GpioConfig inputs_only = pack_lines();
+  inputs_only.outputs = {};
+  CHECK(open_gpio_outputs(inputs_only, chip).empty());
+}
+
+}  // namespace
+}  // namespace bmu
