@@ -1,0 +1,408 @@
+// GpioLines and bmud --open-gpio on a chip of the kernel, in the emulated machine: rig_gpio.c beside this file is its
+// driver, whose debugfs shows every level a wire ever had. Started by tests/rig/gpio_guest.sh.
+#include <algorithm>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+#include <poll.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "config/pack_config.hpp"
+#include "daemon/shell/bus_port.hpp"
+#include "daemon/shell/gpio_lines.hpp"
+#include "tests/support/process.hpp"
+
+namespace bmu {
+namespace {
+
+constexpr unsigned positive_line = 3;  // active low
+constexpr unsigned negative_line = 4;
+constexpr unsigned precharge_line = 5;
+constexpr unsigned watchdog_line = 2;
+constexpr unsigned positive_contact_line = 13;  // active low
+constexpr unsigned estop_line = 7;
+constexpr unsigned key_line = 9;
+
+constexpr ContactorOutputs all_open{};
+constexpr ContactorOutputs driving{.main_positive = true, .main_negative = true};
+
+const std::string chip_folder = "/sys/kernel/debug/rig_gpio/";
+const std::string driver_folder = "/sys/bus/platform/drivers/rig_gpio/";
+// Far more than anything here takes, even in an emulated machine on a busy host.
+constexpr int patience_ms = 20'000;
+
+// --- the chip's file ------------------------------------------------------------------------------------------------
+
+/// A chip whose lines were in use when it vanished comes back by another number: the kernel keeps the old one. So it is
+/// used by a name that stays, which a rule for udev makes elsewhere.
+const std::string chip_file = "/dev/bmud-gpio";
+
+void name_chip() {
+  std::filesystem::remove(chip_file);
+  for (const auto& entry : std::filesystem::directory_iterator("/dev")) {
+    if (entry.path().filename().string().rfind("gpiochip", 0) != 0) continue;
+    std::filesystem::create_symlink(entry.path(), chip_file);
+    return;
+  }
+  FAIL("there is no /dev/gpiochip*");
+}
+
+// --- the wires ------------------------------------------------------------------------------------------------------
+
+void write_file(const std::string& path, const std::string& text) {
+  std::ofstream file(path);
+  file << text;
+  file.close();
+  INFO(path);
+  REQUIRE(file);
+}
+
+void set_wire(unsigned line, bool is_high) {
+  write_file(chip_folder + "line" + std::to_string(line), is_high ? "1" : "0");
+}
+
+bool is_high(unsigned line) {
+  const std::string text = read_file(chip_folder + "line" + std::to_string(line));
+  REQUIRE((text == "0\n" || text == "1\n"));
+  return text == "1\n";
+}
+
+bool is_closed() {
+  return !is_high(positive_line) || is_high(negative_line) || is_high(precharge_line);
+}
+
+struct Driven {
+  unsigned line = 0;
+  int level = 0;
+  friend bool operator==(const Driven&, const Driven&) = default;
+};
+
+/// What wires have been driven to since this object was made.
+class Log {
+ public:
+  [[nodiscard]] std::vector<Driven> news() const {
+    std::vector<Driven> rows = all();
+    rows.erase(rows.begin(), rows.begin() + static_cast<std::ptrdiff_t>(start_));
+    return rows;
+  }
+  [[nodiscard]] std::vector<int> levels_of(unsigned line) const {
+    std::vector<int> levels;
+    for (const Driven& row : news()) {
+      if (row.line == line) levels.push_back(row.level);
+    }
+    return levels;
+  }
+
+ private:
+  [[nodiscard]] static std::vector<Driven> all() {
+    std::vector<Driven> rows;
+    std::ifstream file(chip_folder + "log");
+    REQUIRE(file);
+    for (Driven row; file >> row.line >> row.level;) rows.push_back(row);
+    return rows;
+  }
+  std::size_t start_ = all().size();
+};
+
+// --- the pack -------------------------------------------------------------------------------------------------------
+
+/// A pack file with lines, as a user would write it.
+class PackFile {
+ public:
+  PackFile() {
+    name_chip();
+    const std::string packs = std::string(BMUD_SOURCE_DIR) + "/config/packs/";
+    nlohmann::json pack = nlohmann::json::parse(std::ifstream(packs + "demo-48s.json"), nullptr, true, true);
+    pack["cell"] = std::filesystem::path(packs) / pack["cell"].get<std::string>();
+    pack["gpio"] = nlohmann::json::parse(R"({
+      "chip": "/dev/bmud-gpio",
+      "outputs": {"main_positive": {"line": 3, "active_low": true}, "main_negative": {"line": 4},
+                  "precharge": {"line": 5}, "watchdog": {"line": 2}},
+      "feedback": {"main_positive": {"line": 13, "active_low": true}},
+      "inputs": [{"name": "cockpit", "kind": "estop", "line": 7, "debounce_ms": 0},
+                 {"name": "key", "kind": "vehicle_on", "line": 9, "debounce_ms": 0}]})");
+    std::ofstream(path()) << pack;
+  }
+  [[nodiscard]] std::string path() const { return folder_ / "pack.json"; }
+  [[nodiscard]] GpioConfig lines() const {
+    const auto pack = load_pack_config(path());
+    REQUIRE(pack);
+    return *pack->gpio;
+  }
+
+ private:
+  TemporaryFolder folder_;
+};
+
+void require_open(GpioLines& lines) {
+  const auto opened = lines.open();
+  INFO((opened ? "" : to_text(opened.error())));
+  REQUIRE(opened);
+}
+
+bool is_readable(const GpioLines& lines, int within_ms) {
+  pollfd entry{.fd = lines.fd(), .events = POLLIN, .revents = 0};
+  return ::poll(&entry, 1, within_ms) == 1;
+}
+
+GpioLevel level_of(GpioLines& lines, std::string_view name) {
+  const auto levels = lines.read();
+  INFO((levels ? "" : to_text(levels.error())));
+  REQUIRE(levels);
+  const auto found =
+      std::find_if(levels->begin(), levels->end(), [&](const auto& level) { return level.name == name; });
+  REQUIRE(found != levels->end());
+  return *found;
+}
+
+/// Another process that has the lines, and drives once for every byte it is sent.
+class Owner {
+ public:
+  explicit Owner(const GpioConfig& config) {
+    REQUIRE(::pipe(ticks_) == 0);
+    REQUIRE(::pipe(done_) == 0);
+    pid_ = ::fork();
+    REQUIRE(pid_ >= 0);
+    if (pid_ == 0) live(config);
+  }
+  Owner(const Owner&) = delete;
+  Owner& operator=(const Owner&) = delete;
+  ~Owner() {
+    if (pid_ > 0) end(SIGKILL);
+    for (const int fd : {ticks_[0], ticks_[1], done_[0], done_[1]}) ::close(fd);
+  }
+
+  /// The first tick wants all open, the others a pack that is closed.
+  void tick() {
+    send_tick();
+    pollfd answer{.fd = done_[0], .events = POLLIN, .revents = 0};
+    REQUIRE(::poll(&answer, 1, patience_ms) == 1);
+    char byte = 0;
+    REQUIRE(::read(done_[0], &byte, 1) == 1);
+    REQUIRE(byte == 'd');
+  }
+  void send_tick() const { REQUIRE(::write(ticks_[1], "t", 1) == 1); }
+  void stop() const {
+    REQUIRE(::kill(pid_, SIGSTOP) == 0);
+    int status = 0;
+    REQUIRE(::waitpid(pid_, &status, WUNTRACED) == pid_);
+    REQUIRE(WIFSTOPPED(status));
+  }
+  void end(int signal) {
+    REQUIRE(::kill(pid_, signal) == 0);
+    REQUIRE(::waitpid(std::exchange(pid_, -1), nullptr, 0) >= 0);
+  }
+
+ private:
+  [[noreturn]] void live(const GpioConfig& config) {
+    GpioLines lines(config);
+    bool works = lines.open().has_value();
+    char byte = 0;
+    for (bool is_first = true; ::read(ticks_[0], &byte, 1) == 1; is_first = false) {
+      works = works && lines.drive(is_first ? all_open : driving).has_value();
+      if (::write(done_[1], works ? "d" : "f", 1) != 1) break;
+    }
+    ::_exit(1);
+  }
+
+  int ticks_[2]{};
+  int done_[2]{};
+  pid_t pid_ = -1;
+};
+
+// --- outputs --------------------------------------------------------------------------------------------------------
+
+TEST_CASE("outputs begin open: each wire is driven once, to its inactive level") {
+  const PackFile pack;
+  const Log log;
+  GpioLines lines(pack.lines());
+  require_open(lines);
+  std::vector<Driven> driven = log.news();
+  std::sort(driven.begin(), driven.end(), [](const Driven& a, const Driven& b) { return a.line < b.line; });
+  CHECK(driven == std::vector<Driven>{{watchdog_line, 0}, {positive_line, 1}, {negative_line, 0}, {precharge_line, 0}});
+}
+
+TEST_CASE("outputs are driven with their polarity, and open again when the lines are given back") {
+  const PackFile pack;
+  {
+    GpioLines lines(pack.lines());
+    require_open(lines);
+    REQUIRE(lines.drive(driving));
+    CHECK_FALSE(is_closed());  // held open until all have been wanted open
+    REQUIRE(lines.drive(all_open));
+    REQUIRE(lines.drive({.main_negative = true, .precharge = true}));
+    CHECK(is_high(positive_line));
+    CHECK(is_high(negative_line));
+    CHECK(is_high(precharge_line));
+    REQUIRE(lines.drive(driving));
+    CHECK_FALSE(is_high(positive_line));
+    CHECK(is_high(negative_line));
+    CHECK_FALSE(is_high(precharge_line));
+  }
+  CHECK_FALSE(is_closed());
+}
+
+TEST_CASE("the watchdog's wire changes with every drive") {
+  const PackFile pack;
+  GpioLines lines(pack.lines());
+  require_open(lines);
+  const Log log;
+  for (int i = 0; i < 6; ++i) REQUIRE(lines.drive(all_open));
+  CHECK(log.levels_of(watchdog_line) == std::vector<int>{1, 0, 1, 0, 1, 0});
+}
+
+// --- inputs ---------------------------------------------------------------------------------------------------------
+
+TEST_CASE("levels are those of the wires, and an edge wakes whoever waits") {
+  const PackFile pack;
+  set_wire(estop_line, true);
+  set_wire(key_line, false);
+  GpioLines lines(pack.lines());
+  require_open(lines);
+  CHECK(level_of(lines, "cockpit").is_active);
+  CHECK_FALSE(level_of(lines, "key").is_active);
+  CHECK_FALSE(is_readable(lines, 0));
+  set_wire(estop_line, false);
+  REQUIRE(is_readable(lines, patience_ms));
+  CHECK_FALSE(level_of(lines, "cockpit").is_active);
+  CHECK_FALSE(is_readable(lines, 0));
+}
+
+TEST_CASE("a stop that was let go before anybody read is told by its edge") {
+  const PackFile pack;
+  set_wire(estop_line, true);
+  GpioLines lines(pack.lines());
+  require_open(lines);
+  CHECK_FALSE(level_of(lines, "cockpit").was_inactive);
+  // The kernel takes an edge's level when its thread runs: one after the other, as it may be late here.
+  set_wire(estop_line, false);
+  REQUIRE(is_readable(lines, patience_ms));
+  set_wire(estop_line, true);
+  GpioLevel stop = level_of(lines, "cockpit");
+  CHECK(stop.is_active);
+  CHECK(stop.was_inactive);
+}
+
+TEST_CASE("feedback follows its contact once that has stopped bouncing, with its polarity") {
+  constexpr int debounce_ms = 300;  // longer than this machine is ever away for, between two writes
+  const PackFile pack;
+  GpioConfig config = pack.lines();
+  config.feedback.at(static_cast<std::size_t>(GpioOutput::main_positive))->debounce =
+      std::chrono::milliseconds(debounce_ms);
+  set_wire(positive_contact_line, true);
+  GpioLines lines(config);
+  require_open(lines);
+  CHECK_FALSE(level_of(lines, "main_positive").is_active);
+
+  for (int i = 0; i < 4; ++i) set_wire(positive_contact_line, i % 2 == 1);  // and it is back where it was
+  CHECK_FALSE(level_of(lines, "main_positive").is_active);
+  // That nothing comes takes its time to be seen.
+  CHECK_FALSE(is_readable(lines, 3 * debounce_ms));
+
+  const TimePoint closed_at = monotonic_now();
+  set_wire(positive_contact_line, false);
+  CHECK_FALSE(level_of(lines, "main_positive").is_active);
+  REQUIRE(is_readable(lines, patience_ms));
+  CHECK(monotonic_now() - closed_at >= std::chrono::milliseconds(debounce_ms));
+  CHECK(level_of(lines, "main_positive").is_active);
+}
+
+// --- what goes wrong ------------------------------------------------------------------------------------------------
+
+TEST_CASE("lines that are another's are refused by name") {
+  const PackFile pack;
+  GpioLines first(pack.lines());
+  require_open(first);
+  GpioLines second(pack.lines());
+  const auto opened = second.open();
+  REQUIRE_FALSE(opened);
+  CHECK(opened.error().code == EBUSY);
+  CHECK(to_text(opened.error()).find("/dev/bmud-gpio line 3 (main_positive): found it in use by \"bmud\"") == 0);
+}
+
+TEST_CASE("a line that the chip does not have is refused by name") {
+  const PackFile pack;
+  GpioConfig config = pack.lines();
+  config.inputs.back().at.line = 32;
+  GpioLines lines(config);
+  const auto opened = lines.open();
+  REQUIRE_FALSE(opened);
+  CHECK(to_text(opened.error()) ==
+        "/dev/bmud-gpio line 32 (key): found a chip of 32 lines, rig_gpio, wanted one that has this line");
+}
+
+TEST_CASE("a chip that vanishes is told by the next call, and taken again when it is back") {
+  const PackFile pack;
+  for (const bool by_read : {true, false}) {
+    CAPTURE(by_read);
+    GpioLines lines(pack.lines());
+    require_open(lines);
+    REQUIRE(lines.drive(all_open));
+    REQUIRE(lines.drive(driving));
+    write_file(driver_folder + "unbind", "rig_gpio");
+    const OsError error = by_read ? lines.read().error() : lines.drive(driving).error();
+    INFO(to_text(error));
+    CHECK(error.code == ENODEV);
+    CHECK(lines.state() == GpioState::failed);
+    lines.maintain();
+    CHECK(lines.state() == GpioState::failed);
+    write_file(driver_folder + "bind", "rig_gpio");
+    name_chip();
+    lines.maintain();
+    INFO(lines.last_error());
+    REQUIRE(lines.state() == GpioState::held_open);
+    CHECK_FALSE(is_closed());
+    CHECK(lines.read());
+    CHECK(lines.drive(all_open));
+  }
+}
+
+// --- a process that ends or hangs -----------------------------------------------------------------------------------
+
+TEST_CASE("a stopped process keeps its levels, its watchdog stands still, and its lines are not to be had") {
+  const PackFile pack;
+  Owner owner(pack.lines());
+  const Log log;
+  for (int i = 0; i < 5; ++i) owner.tick();
+  CHECK(log.levels_of(watchdog_line).size() >= 5);
+  CHECK(is_closed());
+  owner.stop();
+  const Log later;
+  for (int i = 0; i < 5; ++i) owner.send_tick();
+  CHECK(later.news().empty());
+  CHECK(is_closed());
+
+  const Finished refused = run_program({program("bmud"), "--open-gpio", "--config", pack.path()});
+  CHECK(refused.status == 71);
+  for (const char* line : {"3 (main_positive)", "4 (main_negative)", "5 (precharge)", "2 (watchdog)"}) {
+    CHECK(refused.err.find(std::string("line ") + line + ": found it in use by \"bmud\"") != std::string::npos);
+  }
+  CHECK(is_closed());
+}
+
+TEST_CASE("a killed process leaves its levels behind, until bmud --open-gpio opens them") {
+  const PackFile pack;
+  Owner owner(pack.lines());
+  for (int i = 0; i < 5; ++i) owner.tick();
+  REQUIRE(is_closed());
+  const Log log;
+  owner.end(SIGKILL);
+  CHECK(log.news().empty());
+  // The fact that the watchdog line and the stop hook are there for.
+  CHECK(is_closed());
+
+  const Finished opened = run_program({program("bmud"), "--open-gpio", "--config", pack.path()});
+  INFO(opened.err);
+  CHECK(opened.status == 0);
+  CHECK(opened.out == "/dev/bmud-gpio: all outputs open\n");
+  CHECK_FALSE(is_closed());
+}
+
+}  // namespace
+}  // namespace bmu
