@@ -72,6 +72,8 @@ constexpr std::uint64_t all_bits(std::size_t count) {
 static_assert(gpio_feedback_count + gpio_inputs_max < GPIO_V2_LINES_MAX);
 static_assert(gpio_debounce_times_max + 1 == GPIO_V2_LINE_NUM_ATTRS_MAX);
 
+/// The watchdog is the last: a chip that sets one line at a time has moved the contactors before its edge.
+static_assert(static_cast<std::size_t>(GpioOutput::watchdog) + 1 == gpio_output_count);
 std::vector<GpioOutput> outputs_of(const GpioConfig& config) {
   std::vector<GpioOutput> outputs;
   for (std::size_t i = 0; i < gpio_output_count; ++i) {
