@@ -77,9 +77,12 @@ double Plant::path_siemens(double source_Ohm) const {
 }
 
 double Plant::charger_now_A(double source_Ohm) const {
+  if (!is_charger_connected()) return 0.0;
+  const double demand_A = std::max(charger_demand_A_, 0.0);
+  if (is_charger_runaway_) return demand_A;
   const double stop_V = config_.cell.voltage_max_V * static_cast<double>(cells_.size());
   const double taper_siemens = charger_loop_gain / (source_Ohm + config_.path_resistance_Ohm);
-  return std::clamp((stop_V - link_V_) * taper_siemens, 0.0, std::max(charger_demand_A_, 0.0));
+  return std::clamp((stop_V - link_V_) * taper_siemens, 0.0, demand_A);
 }
 
 /// C dV/dt = (E - V) G - V Gb + Iin, with everything but V constant over the step: V goes exponentially to where the
@@ -89,7 +92,7 @@ void Plant::step_link(const Source& source) {
   const double bleed_siemens = 1.0 / link_bleed_Ohm_;
   const bool is_live = is_connected();
   load_A_ = is_live && (load_demand_A_ <= 0.0 || link_V_ > 0.0) ? load_demand_A_ : 0.0;
-  charger_A_ = is_live ? charger_now_A(source.resistance_Ohm) : 0.0;
+  charger_A_ = charger_now_A(source.resistance_Ohm);
 
   const double total_siemens = pack_siemens + bleed_siemens;
   const double final_V = (source.open_V * pack_siemens + charger_A_ - load_A_) / total_siemens;
@@ -179,6 +182,10 @@ ContactorFlags Plant::feedback() const {
 
 bool Plant::is_connected() const {
   return is_closed(ContactorName::main_positive) && is_closed(ContactorName::main_negative);
+}
+
+bool Plant::is_charger_connected() const {
+  return is_connected() && (!config_.has_charge_contactor || is_closed(ContactorName::charge));
 }
 
 }  // namespace bmu

@@ -2,10 +2,10 @@
 // precharge resistor, link capacitor, load, charger.
 //
 //      cells        main_positive (closed: path resistance)
-//    +--||||--+-----o/ o-----------------+----------+--------+---------+
-//    |        +-----o/ o--[precharge]----+          |        |         |
-//    |                                            [C]     [bleed]   load, charger
-//    +--------------o/ o-----------------+----------+--------+---------+
+//    +--||||--+-----o/ o-----------------+----------+--------+---------+----o/ o----+
+//    |        +-----o/ o--[precharge]----+          |        |         |   charge   |
+//    |                                            [C]     [bleed]    load        charger
+//    +--------------o/ o-----------------+----------+--------+---------+------------+
 //                main_negative
 //
 //   cell      voltage = OCV(soc) - current * R0 - voltage of one RC pair; it heats by both and cools to the air.
@@ -14,8 +14,8 @@
 //             time constant far below the step is no trouble and charge is conserved exactly.
 //   load      a demanded current, positive out of the pack; flows only while both main contactors are closed.
 //   charger   a constant current towards the pack under the same condition, tapering off where the cells' voltages
-//             are all at their maximum on average. It hangs on the link; the charge contactor moves and reports, but
-//             nothing is behind it yet.
+//             are all at their maximum on average; a runaway one goes on. It is behind the charge contactor where the
+//             pack has one, else on the link: then that contactor moves and reports and switches nothing.
 //
 // Deterministic: fixed steps of 1 ms in doubles, no randomness in here. No heap; the object is large (cells inside), so
 // do not put it on a small stack. Cost: about 15 ns a cell and step: 756 cells run 80 times faster than they live.
@@ -60,6 +60,7 @@ struct PlantConfig {
   double precharge_resistance_Ohm = 100.0;
   double link_capacitance_F = 2000e-6;
   double link_bleed_Ohm = 10e3;
+  bool has_charge_contactor = false;  // between link and charger; without it the charger is on the link
   Contactor::Mechanics contactor;
 };
 
@@ -103,6 +104,7 @@ class Plant {
   void set_balancing(std::size_t module, CellMask switches);
   void set_load_A(double current_A) { load_demand_A_ = current_A; }
   void set_charger_A(double current_A) { charger_demand_A_ = current_A; }
+  void set_charger_runaway(bool is_runaway) { is_charger_runaway_ = is_runaway; }
   void set_ambient_C(double temperature_C) { ambient_C_ = temperature_C; }
   void set_link_capacitance_F(double capacitance_F) { link_capacitance_F_ = capacitance_F; }
   void set_link_bleed_Ohm(double resistance_Ohm) { link_bleed_Ohm_ = resistance_Ohm; }
@@ -126,8 +128,10 @@ class Plant {
     return contactors_[static_cast<std::size_t>(name)].is_closed();
   }
   [[nodiscard]] ContactorFlags feedback() const;
-  /// Both main contactors closed: load and charger are on the pack.
+  /// Both main contactors closed, commanded or welded: the load is on the pack.
   [[nodiscard]] bool is_connected() const;
+  /// And the charge contactor, where there is one: so is the charger.
+  [[nodiscard]] bool is_charger_connected() const;
   [[nodiscard]] double load_A() const { return load_A_; }
   [[nodiscard]] double charger_A() const { return charger_A_; }
   [[nodiscard]] double link_capacitance_F() const { return link_capacitance_F_; }
@@ -167,6 +171,7 @@ class Plant {
   double ambient_C_;
   double load_demand_A_ = 0.0;
   double charger_demand_A_ = 0.0;
+  bool is_charger_runaway_ = false;
   double load_A_ = 0.0;
   double charger_A_ = 0.0;
   double current_A_ = 0.0;

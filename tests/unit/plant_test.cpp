@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <initializer_list>
 #include <memory>
 
 #include "mmu/load_profile.hpp"
@@ -128,6 +129,71 @@ TEST_CASE("a welded contactor keeps the path closed", "[unit][plant]") {
   CHECK(plant.current_A() == 0.0);
 }
 
+constexpr ContactorFlags positive_only{true, false, false, false};
+
+/// A pack that was closed and carried nothing, with these contactors welded, its coils then released.
+Plant opened_with_welded(std::initializer_list<ContactorName> welded) {
+  Plant plant(pack_config());
+  settle_with(plant, closed);
+  for (const ContactorName name : welded) plant.contactor(name).set_fault(ContactorFault::welded);
+  settle_with(plant, all_open);
+  return plant;
+}
+
+TEST_CASE("one welded main alone carries nothing: the link falls as if both were open", "[unit][plant]") {
+  for (const ContactorName welded : {ContactorName::main_positive, ContactorName::main_negative}) {
+    Plant plant = opened_with_welded({welded});
+    plant.set_load_A(10.0);
+    const double before_V = plant.link_V();
+    run(plant, 20s);
+    CHECK(plant.link_V() == Approx(before_V * std::exp(-1.0)).epsilon(1e-3));
+    CHECK(plant.current_A() == 0.0);
+    CHECK(plant.load_A() == 0.0);
+    CHECK(plant.feedback()[static_cast<std::size_t>(welded)]);
+  }
+}
+
+TEST_CASE("both mains welded: with every coil off the link stays up and the current goes on", "[unit][plant]") {
+  Plant plant = opened_with_welded({ContactorName::main_positive, ContactorName::main_negative});
+  run(plant, 20s);
+  CHECK(plant.link_V() == Approx(42.0).epsilon(1e-3));
+  plant.set_load_A(10.0);
+  run(plant, 100ms);
+  CHECK(plant.current_A() == Approx(10.0).margin(0.01));
+}
+
+TEST_CASE("a welded main shows with the first contact that closes the loop", "[unit][plant]") {
+  SECTION("positive: negative alone brings the link up at once, without precharge") {
+    Plant plant(pack_config());
+    plant.contactor(ContactorName::main_positive).set_fault(ContactorFault::welded);
+    plant.drive(negative_only);
+    run(plant, 21ms);
+    CHECK(plant.link_V() > 30.0);
+  }
+  SECTION("negative: positive alone does") {
+    Plant plant(pack_config());
+    plant.contactor(ContactorName::main_negative).set_fault(ContactorFault::welded);
+    plant.drive(positive_only);
+    run(plant, 21ms);
+    CHECK(plant.link_V() > 30.0);
+  }
+  SECTION("precharge: negative alone charges the link slowly") {
+    Plant plant(pack_config());
+    plant.contactor(ContactorName::precharge).set_fault(ContactorFault::welded);
+    plant.drive(negative_only);
+    run(plant, 21ms);
+    CHECK(plant.link_V() < 5.0);
+    run(plant, 2s);
+    CHECK(plant.link_V() > 40.0);
+  }
+  SECTION("negative and precharge: the link stays up behind open coils, through the resistor") {
+    Plant plant = opened_with_welded({ContactorName::main_negative, ContactorName::precharge});
+    run(plant, 60s);
+    CHECK(plant.link_V() == Approx(42.0 * 10'000.0 / 10'100.0).epsilon(1e-3));
+    CHECK(plant.current_A() == Approx(plant.link_V() / 10'000.0).epsilon(1e-3));
+  }
+}
+
 TEST_CASE("charge is conserved: what leaves the cells is in the load, the bleed resistor or the link",
           "[unit][plant]") {
   Plant plant(pack_config());
@@ -245,6 +311,59 @@ TEST_CASE("the charger fills up to the cells' maximum voltage without swinging",
   CHECK(plant.link_V() <= 12 * 3.9 + 1e-6);
   CHECK(last_A < 2.0);
   CHECK(swings < 10);
+}
+
+TEST_CASE("a charger behind the charge contactor needs it closed, one on the link does not", "[unit][plant]") {
+  constexpr ContactorFlags charging{true, true, false, true};
+  constexpr ContactorFlags charge_only{false, false, false, true};
+  PlantConfig config = pack_config();
+  for (const bool has_charge_contactor : {false, true}) {
+    config.has_charge_contactor = has_charge_contactor;
+    Plant plant(config);
+    plant.set_charger_A(10.0);
+    settle_with(plant, charge_only);
+    CHECK(plant.charger_A() == 0.0);
+    settle_with(plant, closed);
+    CHECK(plant.charger_A() == (has_charge_contactor ? 0.0 : 10.0));
+    settle_with(plant, charging);
+    CHECK(plant.charger_A() == 10.0);
+    CHECK(plant.current_A() == Approx(-10.0).margin(0.01));
+    plant.set_load_A(4.0);
+    run(plant, 10ms);
+    CHECK(plant.current_A() == Approx(-6.0).margin(0.01));
+    settle_with(plant, closed);
+    CHECK(plant.current_A() == Approx(has_charge_contactor ? 4.0 : -6.0).margin(0.01));
+  }
+  Plant welded(config);
+  welded.set_charger_A(10.0);
+  welded.contactor(ContactorName::charge).set_fault(ContactorFault::welded);
+  settle_with(welded, closed);
+  CHECK(welded.charger_A() == 10.0);
+  CHECK(welded.feedback()[3]);
+  for (const ContactorName name : {ContactorName::main_positive, ContactorName::main_negative}) {
+    welded.contactor(name).set_fault(ContactorFault::welded);
+  }
+  settle_with(welded, all_open);
+  CHECK(welded.current_A() == Approx(-10.0).margin(0.01));
+}
+
+TEST_CASE("a runaway charger does not stop where the cells are full", "[unit][plant]") {
+  PlantConfig config = pack_config();
+  config.cell.capacity_As = 360.0;
+  config.cell.voltage_max_V = 3.6;
+  Plant plant(config);
+  settle_with(plant, closed);
+  plant.set_charger_A(10.0);
+  plant.set_charger_runaway(true);
+  run(plant, 10s);
+  CHECK(plant.charger_A() == 10.0);
+  CHECK(plant.link_V() > 12 * 3.7);
+  plant.set_charger_runaway(false);
+  run(plant, 1s);
+  CHECK(plant.charger_A() == 0.0);
+  plant.set_charger_runaway(true);
+  settle_with(plant, all_open);
+  CHECK(plant.charger_A() == 0.0);
 }
 
 TEST_CASE("beyond full and empty the open-circuit voltage goes on", "[unit][plant]") {
