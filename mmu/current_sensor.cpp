@@ -20,6 +20,7 @@ constexpr std::array<ChannelRows, sensor_channel_count> channel_rows{{
     {&internal_bus::sensor_charge, &internal_bus::sensor_charge_le},
     {&internal_bus::sensor_energy, &internal_bus::sensor_energy_le},
 }};
+constexpr ChannelRows second_current_rows{&internal_bus::sensor_current_2, &internal_bus::sensor_current_2_le};
 
 // Every result row has its signals in the same places.
 constexpr std::size_t value_signal = 0;
@@ -34,8 +35,9 @@ Periodic periodic_from(TimePoint powered_at, Duration period) {
 
 }  // namespace
 
-CurrentSensor::CurrentSensor(const CurrentSensorConfig& config, TimePoint powered_at)
+CurrentSensor::CurrentSensor(const CurrentSensorConfig& config, TimePoint powered_at, SensorUnit unit)
     : config_(config),
+      unit_(unit),
       accumulated_at_(powered_at),
       due_{periodic_from(powered_at, config.periods[0]), periodic_from(powered_at, config.periods[1]),
            periodic_from(powered_at, config.periods[2]), periodic_from(powered_at, config.periods[3]),
@@ -44,12 +46,22 @@ CurrentSensor::CurrentSensor(const CurrentSensorConfig& config, TimePoint powere
 SensorFrames CurrentSensor::tick(TimePoint now, const SensorMeasurements& measured) {
   accumulate(now, measured);
   SensorFrames out;
-  for (std::size_t channel = 0; channel < sensor_channel_count; ++channel) {
-    const bool is_enabled = config_.periods[channel] > Duration::zero();
-    if (is_enabled && due_[channel].take(now))
-      out.push_back(make_result(static_cast<SensorChannel>(channel), measured));
+  for (std::size_t index = 0; index < sensor_channel_count; ++index) {
+    const auto channel = static_cast<SensorChannel>(index);
+    if (is_sent(channel) && due_[index].take(now)) out.push_back(make_result(channel, measured));
   }
   return out;
+}
+
+bool CurrentSensor::is_sent(SensorChannel channel) const {
+  const bool is_switched_on = config_.periods[static_cast<std::size_t>(channel)] > Duration::zero();
+  return is_switched_on && (unit_ == SensorUnit::first || channel == SensorChannel::current);
+}
+
+const MessageSpec& CurrentSensor::row_of(SensorChannel channel) const {
+  const ChannelRows& rows =
+      unit_ == SensorUnit::first ? channel_rows[static_cast<std::size_t>(channel)] : second_current_rows;
+  return config_.little_endian ? *rows.little_endian : *rows.big_endian;
 }
 
 void CurrentSensor::accumulate(TimePoint now, const SensorMeasurements& measured) {
@@ -80,7 +92,7 @@ std::int64_t CurrentSensor::value_of(SensorChannel channel, const SensorMeasurem
 
 CanFrame CurrentSensor::make_result(SensorChannel channel, const SensorMeasurements& measured) {
   const auto index = static_cast<std::size_t>(channel);
-  const MessageSpec& row = config_.little_endian ? *channel_rows[index].little_endian : *channel_rows[index].big_endian;
+  const MessageSpec& row = row_of(channel);
   const bool any_error =
       std::find(measured.has_error.begin(), measured.has_error.end(), true) != measured.has_error.end();
   CanFrame frame = make_frame(row);

@@ -4,6 +4,9 @@
 //   tick(now, measurements)   every 1 ms or so; returns the results that are due. Current is the mean since the last
 //                             result, as the sensor's integrating converter gives it; voltages are momentary.
 //
+// A second sensor beside the first is another device of this kind that measures the same current and sends that alone,
+// at an identifier of its own.
+//
 // Charge and energy counters count from power-up and are sent only where a period is set, as in a sensor from stock.
 #pragma once
 
@@ -23,9 +26,12 @@ inline constexpr std::size_t sensor_channel_count = 5;
 inline constexpr std::array<std::string_view, sensor_channel_count> sensor_channel_names{
     "current", "pack_voltage", "link_voltage", "charge", "energy"};
 
+enum class SensorUnit : std::uint8_t { first, second };
+
 struct CurrentSensorConfig {
   bool little_endian = false;
   bool invert_current = false;  // count charging as positive
+  bool has_second = false;      // a second sensor; byte order, sign and period of the current as the first
   // 0: this result is switched off.
   std::array<Duration, sensor_channel_count> periods{20ms, 60ms, 60ms, 0ms, 0ms};
 };
@@ -43,16 +49,19 @@ using SensorFrames = FixedVector<CanFrame, sensor_channel_count>;
 
 class CurrentSensor {
  public:
-  CurrentSensor(const CurrentSensorConfig& config, TimePoint powered_at);
+  CurrentSensor(const CurrentSensorConfig& config, TimePoint powered_at, SensorUnit unit = SensorUnit::first);
 
   [[nodiscard]] SensorFrames tick(TimePoint now, const SensorMeasurements& measured);
 
  private:
+  [[nodiscard]] bool is_sent(SensorChannel channel) const;
+  [[nodiscard]] const MessageSpec& row_of(SensorChannel channel) const;
   void accumulate(TimePoint now, const SensorMeasurements& measured);
   [[nodiscard]] std::int64_t value_of(SensorChannel channel, const SensorMeasurements& measured);
   [[nodiscard]] CanFrame make_result(SensorChannel channel, const SensorMeasurements& measured);
 
   CurrentSensorConfig config_;
+  SensorUnit unit_;
   TimePoint accumulated_at_;
   std::array<Periodic, sensor_channel_count> due_;
   std::array<std::uint8_t, sensor_channel_count> counters_{};

@@ -390,6 +390,8 @@ consteval MessageSpec sensor_result(std::string_view name, std::uint16_t id, std
 }  // namespace detail
 
 inline constexpr auto sensor_current_signals = detail::sensor_signals("pack_current_mA", Unit::mA, 1, ByteOrder::big);
+inline constexpr auto sensor_current_2_signals =
+    detail::sensor_signals("pack_current_2_mA", Unit::mA, 1, ByteOrder::big);
 inline constexpr auto sensor_u1_signals = detail::sensor_signals("pack_voltage_mV", Unit::mV, 1, ByteOrder::big);
 inline constexpr auto sensor_u2_signals = detail::sensor_signals("link_voltage_mV", Unit::mV, 1, ByteOrder::big);
 inline constexpr auto sensor_charge_signals =
@@ -402,14 +404,18 @@ inline constexpr MessageSpec sensor_u1 =
     detail::sensor_result("SENSOR_U1", 0x522, 1, 60ms, sensor_u1_signals, "voltage on the pack side of the contactors");
 inline constexpr MessageSpec sensor_u2 =
     detail::sensor_result("SENSOR_U2", 0x523, 2, 60ms, sensor_u2_signals, "voltage on the load side: the link");
+inline constexpr MessageSpec sensor_current_2 = detail::sensor_result(
+    "SENSOR_CURRENT_2", 0x531, 0, 20ms, sensor_current_2_signals, "the same current from a second sensor, when fitted");
 inline constexpr MessageSpec sensor_charge =
     detail::sensor_result("SENSOR_CHARGE", 0x527, 6, 0ms, sensor_charge_signals, "charge counter, when enabled");
 inline constexpr MessageSpec sensor_energy =
     detail::sensor_result("SENSOR_ENERGY", 0x528, 7, 0ms, sensor_energy_signals, "energy counter, when enabled");
 
-// The same five results from a sensor configured for little-endian values.
+// The same six results from sensors configured for little-endian values.
 inline constexpr auto sensor_current_le_signals =
     detail::sensor_signals("pack_current_mA", Unit::mA, 1, ByteOrder::little);
+inline constexpr auto sensor_current_2_le_signals =
+    detail::sensor_signals("pack_current_2_mA", Unit::mA, 1, ByteOrder::little);
 inline constexpr auto sensor_u1_le_signals = detail::sensor_signals("pack_voltage_mV", Unit::mV, 1, ByteOrder::little);
 inline constexpr auto sensor_u2_le_signals = detail::sensor_signals("link_voltage_mV", Unit::mV, 1, ByteOrder::little);
 inline constexpr auto sensor_charge_le_signals =
@@ -422,6 +428,9 @@ inline constexpr MessageSpec sensor_u1_le = detail::sensor_result("SENSOR_U1", 0
                                                                   "voltage on the pack side of the contactors");
 inline constexpr MessageSpec sensor_u2_le =
     detail::sensor_result("SENSOR_U2", 0x523, 2, 60ms, sensor_u2_le_signals, "voltage on the load side: the link");
+inline constexpr MessageSpec sensor_current_2_le =
+    detail::sensor_result("SENSOR_CURRENT_2", 0x531, 0, 20ms, sensor_current_2_le_signals,
+                          "the same current from a second sensor, when fitted");
 inline constexpr MessageSpec sensor_charge_le =
     detail::sensor_result("SENSOR_CHARGE", 0x527, 6, 0ms, sensor_charge_le_signals, "charge counter, when enabled");
 inline constexpr MessageSpec sensor_energy_le =
@@ -431,13 +440,29 @@ inline constexpr MessageSpec sensor_energy_le =
 // ----------------------------------------------------------------------------------------------------------
 
 inline constexpr const MessageSpec* rows[] = {
-    &contactor_command, &pdu_status, &poll,      &status,        &cells_1,      &cells_2, &cells_3,
-    &cells_4,           &temp_1,     &temp_2,    &module,        &ident,        &command, &response,
-    &sensor_current,    &sensor_u1,  &sensor_u2, &sensor_charge, &sensor_energy};
-inline constexpr const MessageSpec* rows_little_endian_sensor[] = {
-    &contactor_command, &pdu_status,   &poll,         &status,           &cells_1,         &cells_2, &cells_3,
-    &cells_4,           &temp_1,       &temp_2,       &module,           &ident,           &command, &response,
-    &sensor_current_le, &sensor_u1_le, &sensor_u2_le, &sensor_charge_le, &sensor_energy_le};
+    &contactor_command, &pdu_status, &poll,      &status,        &cells_1,       &cells_2,         &cells_3,
+    &cells_4,           &temp_1,     &temp_2,    &module,        &ident,         &command,         &response,
+    &sensor_current,    &sensor_u1,  &sensor_u2, &sensor_charge, &sensor_energy, &sensor_current_2};
+inline constexpr const MessageSpec* rows_little_endian_sensor[] = {&contactor_command,
+                                                                   &pdu_status,
+                                                                   &poll,
+                                                                   &status,
+                                                                   &cells_1,
+                                                                   &cells_2,
+                                                                   &cells_3,
+                                                                   &cells_4,
+                                                                   &temp_1,
+                                                                   &temp_2,
+                                                                   &module,
+                                                                   &ident,
+                                                                   &command,
+                                                                   &response,
+                                                                   &sensor_current_le,
+                                                                   &sensor_u1_le,
+                                                                   &sensor_u2_le,
+                                                                   &sensor_charge_le,
+                                                                   &sensor_energy_le,
+                                                                   &sensor_current_2_le};
 
 inline constexpr Catalogue catalogue{"internal", rows};
 inline constexpr Catalogue catalogue_little_endian_sensor{"internal", rows_little_endian_sensor};

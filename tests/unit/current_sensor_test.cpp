@@ -113,10 +113,30 @@ TEST_CASE("charge and energy counters are sent when they are switched on, and ar
   CHECK(read<sensor_energy, "energy_counter_mWh">(*energy) == known(100'000));
 }
 
-TEST_CASE("what the sensor sends passes the receive check", "[unit][sensor]") {
-  CurrentSensor sensor({}, power_up);
+TEST_CASE("a second sensor sends the current alone, at 531h, each 20 ms, in either byte order", "[unit][sensor]") {
+  CurrentSensor big({}, power_up, SensorUnit::second);
+  auto sent = run(big, {.current_mA = -15'000, .pack_mV = 400'000}, power_up, 1200ms);
+  REQUIRE(sent.size() == 60);
+  CHECK(sent[0].second.id == 0x531);
+  CHECK(sent[0].second.data == FrameBytes{0x00, 0x00, 0xFF, 0xFF, 0xC5, 0x68, 0, 0});
+  for (std::size_t index = 1; index < sent.size(); ++index) {
+    CHECK(sent[index].second.id == 0x531);
+    CHECK(sent[index].first - sent[index - 1].first == 20ms);
+    CHECK(sent[index].second.data[1] == (sent[index - 1].second.data[1] + 1) % 16);
+  }
+  CurrentSensor little({.little_endian = true}, power_up, SensorUnit::second);
+  sent = run(little, {.current_mA = -15'000}, power_up, 20ms);
+  REQUIRE(sent.size() == 1);
+  CHECK(sent[0].second.id == 0x531);
+  CHECK(read<sensor_current_2_le, "pack_current_2_mA">(sent[0].second) == known(-15'000));
+}
+
+TEST_CASE("what the sensors send passes the receive check", "[unit][sensor]") {
   ReceiveCheck check(catalogue, ReceiveCheck::Role::master);
-  for (const auto& [at, frame] : run(sensor, {}, power_up, 2s)) CHECK(check.check(frame).is_accepted);
+  for (const SensorUnit unit : {SensorUnit::first, SensorUnit::second}) {
+    CurrentSensor sensor({}, power_up, unit);
+    for (const auto& [at, frame] : run(sensor, {}, power_up, 2s)) CHECK(check.check(frame).is_accepted);
+  }
 }
 
 }  // namespace
