@@ -13,6 +13,7 @@ namespace {
 constexpr Duration temperature_period = 500ms;
 constexpr Duration master_silence_max = 1s;
 constexpr Duration wake_up_time = 50ms;
+constexpr Duration listening_time = 1s;
 constexpr Duration announcement_spacing = 10ms;
 // Long enough to answer the command and for the master to see the mode in a STATUS it had already asked for.
 constexpr Duration falling_asleep_time = 10ms;
@@ -53,6 +54,7 @@ void Mmu::observe(const CanFrame& frame, TimePoint now) {
   if (!concerns_us) return;
   const CheckedFrame checked = check_.check(frame);
   if (!checked.is_accepted) return;
+  note_master(now);
   if (checked.message == &internal_bus::poll) {
     observe_poll(frame, now);
   } else {
@@ -60,9 +62,12 @@ void Mmu::observe(const CanFrame& frame, TimePoint now) {
   }
 }
 
-/// Sleep keeps limits, node number and failures; it is no restart. Measuring begins again.
+/// Sleep keeps limits, node number and failures; it is no restart. Measuring begins again, talking does not: traffic
+/// alone is no master, and modules that announce themselves on any traffic would wake each other for ever.
 void Mmu::wake(TimePoint now) {
   is_asleep_ = false;
+  is_listening_ = true;
+  listens_until_ = now + listening_time;
   mode_ = Mode::starting;
   answers_from_ = now + wake_up_time;
   polled_at_ = now;
@@ -70,9 +75,15 @@ void Mmu::wake(TimePoint now) {
   temperatures_ = Periodic(now, temperature_period);
   sampler_ = {};
   balancing_ = CommandedBalancing(now);
+  check_.forget_counters();
+}
+
+/// A valid POLL, to whomever, or a COMMAND to this module or to all.
+void Mmu::note_master(TimePoint now) {
+  if (!is_listening_) return;
+  is_listening_ = false;
   announces_at_ = now + announcement_spacing * config_.node;
   is_announcement_due_ = true;
-  check_.forget_counters();
 }
 
 void Mmu::observe_poll(const CanFrame& frame, TimePoint now) {
@@ -223,7 +234,7 @@ MmuFrames Mmu::tick(TimePoint now, const MmuMeasurements& measured) {
   send_responses(out);
   send_announcement(now, out);
   send_answer(now, out);
-  fall_asleep_if_due(now);
+  if (out.empty()) fall_asleep_if_due(now);  // its own last frame must not wake it
   return out;
 }
 
@@ -264,8 +275,9 @@ void Mmu::update_balancing(TimePoint now) {
 }
 
 void Mmu::fall_asleep_if_due(TimePoint now) {
-  const bool has_more_to_say = answer_.left != 0 || !responses_.empty();
-  if (mode_ != Mode::going_to_sleep || now < sleeps_at_ || has_more_to_say) return;
+  const bool is_obeying = mode_ == Mode::going_to_sleep && now >= sleeps_at_ && answer_.left == 0;
+  const bool is_alone = is_listening_ && now >= listens_until_;
+  if (!is_obeying && !is_alone) return;
   is_asleep_ = true;
   is_announcement_due_ = false;
 }
@@ -284,7 +296,7 @@ void Mmu::send_responses(MmuFrames& out) {
 }
 
 void Mmu::send_announcement(TimePoint now, MmuFrames& out) {
-  if (!is_announcement_due_ || now < announces_at_) return;
+  if (!is_announcement_due_ || now < announces_at_ || mode_ == Mode::going_to_sleep) return;
   is_announcement_due_ = false;
   CanFrame frame = make_ident();
   seal(internal_bus::ident, 0, frame);

@@ -2,7 +2,9 @@
 // with the master. It is the other side of the bus protocol, written from it alone, and small enough for a
 // microcontroller: no I/O, clock, heap, thread or exception (about 13 kB of state, nearly all of it the receive check).
 //
-//   observe(frame, now)          at once, for every frame on the bus. Asleep, any frame wakes.
+//   observe(frame, now)          at once, for every frame on the bus. Asleep, any frame wakes; it then listens for 1 s,
+//                                silently, and sleeps again unless a valid POLL or COMMAND shows that a master is
+//                                there.
 //   tick(now, measurements)      every 1 ms or so. A second holds 100 samples of the cells, 10 protection checks,
 //                                2 samples of temperatures, 1 balancing setting. Returns what is to be sent now, in
 //                                order. Measurements are looked at only when `is_sample_due(now)`.
@@ -104,6 +106,7 @@ class Mmu {
   static constexpr std::size_t responses_max = 4;
 
   void wake(TimePoint now);
+  void note_master(TimePoint now);
   void observe_poll(const CanFrame& frame, TimePoint now);
   void observe_command(const CanFrame& frame, std::uint8_t node, TimePoint now);
   [[nodiscard]] std::uint16_t parts_wanted(const CanFrame& poll) const;
@@ -143,6 +146,8 @@ class Mmu {
 
   internal_bus::Mode mode_ = internal_bus::Mode::starting;
   bool is_asleep_ = false;
+  bool is_listening_ = false;  // woken by traffic, no master heard yet
+  TimePoint listens_until_{};
   bool autonomous_balancing_allowed_ = false;  // kept for the autonomous mode
   TimePoint answers_from_;                     // after waking, POLLs are answered from here on
   TimePoint sleeps_at_{};                      // while going to sleep

@@ -533,18 +533,94 @@ TEST_CASE("a module sent to sleep answers, then sleeps, and any frame wakes it",
 
   bench.mmu.observe(data_frame(0x123, 0), bench.now);
   CHECK_FALSE(bench.mmu.is_asleep());
-  bench.run(10ms);
-  CHECK(bench.ask(want_status).empty());  // too early
-  const auto announced = bench.run(29ms);
+  CHECK(bench.run(49ms).empty());
+  CHECK(bench.ask(want_status).empty());  // too early, but somebody is there
+  const auto announced = bench.run(30ms);
   REQUIRE(announced.size() == 1);
   CHECK(announced[0].frame.id == 0x303);
-  bench.run(1ms);
   const auto answer = bench.ask(want_status);
   REQUIRE(answer.size() == 1);
   CHECK(read_raw<status, "restarted">(answer[0].frame) == 0);
   CHECK(read_raw<status, "limits_not_set">(answer[0].frame) == 0);
   bench.run(100ms);
   CHECK(read_raw<status, "mode">(bench.status()) == static_cast<std::int64_t>(Mode::normal));
+  bench.run(10s);
+  CHECK_FALSE(bench.mmu.is_asleep());  // a master that falls silent later is no reason to sleep
+}
+
+/// A module put to sleep and woken by a frame that means nothing to it.
+MmuBench woken_bench() {
+  MmuBench bench;
+  bench.settle();
+  bench.mmu.observe(command_frame(0, bench.next_command(), {1, 3, 0}), bench.now);
+  bench.run(20ms);
+  REQUIRE(bench.mmu.is_asleep());
+  bench.run(1s);
+  bench.mmu.observe(data_frame(0x041, 8), bench.now);
+  return bench;
+}
+
+TEST_CASE("woken by mere traffic a module says nothing and sleeps again after 1 s", "[unit][mmu][MMU_S]") {
+  MmuBench bench = woken_bench();
+  std::vector<TimedFrame> sent;
+  for (int frame = 0; frame < 10; ++frame) {
+    bench.mmu.observe(data_frame(0x041, 8), bench.now);
+    CanFrame damaged = poll_frame(0, want_all, 77);
+    damaged.data[7] ^= 0x01;
+    bench.mmu.observe(damaged, bench.now);
+    bench.mmu.observe(command_frame(4, bench.next_command(), {1, 1, 0}), bench.now);  // to another module
+    for (const TimedFrame& one : bench.run(99ms)) sent.push_back(one);
+  }
+  CHECK_FALSE(bench.mmu.is_asleep());
+  for (const TimedFrame& one : bench.run(9ms)) sent.push_back(one);
+  CHECK_FALSE(bench.mmu.is_asleep());  // 999 ms
+  for (const TimedFrame& one : bench.run(1ms)) sent.push_back(one);
+  CHECK(bench.mmu.is_asleep());
+  CHECK(sent.empty());
+
+  bench.mmu.observe(data_frame(0x041, 8), bench.now);
+  CHECK_FALSE(bench.mmu.is_asleep());
+}
+
+TEST_CASE("10 ms times its node number after the first valid POLL or COMMAND a woken module says who it is",
+          "[unit][mmu][MMU_S]") {
+  MmuBench bench = woken_bench();
+  bench.run(999ms);
+  REQUIRE_FALSE(bench.mmu.is_asleep());
+  const TimePoint heard_at = bench.now;
+  SECTION("a POLL to all") {
+    bench.poll(0);
+  }
+  SECTION("a POLL to another module") {
+    bench.poll(want_all, 9);
+  }
+  SECTION("a COMMAND to all") {
+    bench.mmu.observe(command_frame(0, bench.next_command(), {1, 1, 0}), bench.now);
+  }
+  const auto sent = bench.run(3s);
+  REQUIRE(sent.size() == 1);
+  CHECK(sent[0].at == heard_at + 30ms);
+  CHECK(sent[0].frame.id == 0x303);
+  CHECK(sent[0].frame.data[6] == 0);
+  CHECK_FALSE(bench.mmu.is_asleep());
+}
+
+TEST_CASE("a module sent to sleep before it has announced itself keeps silent", "[unit][mmu][MMU_S]") {
+  MmuBench bench = woken_bench();
+  bench.run(100ms);
+  bench.mmu.observe(command_frame(0, bench.next_command(), {1, 3, 0}), bench.now);
+  CHECK(bench.run(1s).empty());
+  CHECK(bench.mmu.is_asleep());
+}
+
+TEST_CASE("a woken module answers from 50 ms on, not before", "[unit][mmu][MMU_S]") {
+  MmuBench early = woken_bench();
+  early.run(49ms);
+  early.poll(want_status);
+  CHECK(early.run(10ms).empty());
+  MmuBench late = woken_bench();
+  late.run(50ms);
+  CHECK(late.ask(want_status).size() == 1);
 }
 
 TEST_CASE("going to sleep can be called off", "[unit][mmu][MMU_S]") {
