@@ -1,6 +1,22 @@
 #include "mmu/pdu.hpp"
 
+#include <array>
+
 namespace bmu {
+
+namespace {
+
+/// One row a state, in the order of ir155::State.
+constexpr std::array<InsulationMonitor, 9> told_states{
+    InsulationMonitor::no_signal,    InsulationMonitor::no_signal,   InsulationMonitor::normal,
+    InsulationMonitor::undervoltage, InsulationMonitor::speed_start, InsulationMonitor::speed_start,
+    InsulationMonitor::device_error, InsulationMonitor::earth_fault, InsulationMonitor::no_signal};
+
+}  // namespace
+
+InsulationMonitor told_state(ir155::State state) {
+  return told_states[static_cast<std::size_t>(state)];
+}
 
 void Pdu::observe(const CanFrame& frame, TimePoint now) {
   if (frame.id != internal_bus::contactor_command.base_id) return;
@@ -20,16 +36,17 @@ void Pdu::observe(const CanFrame& frame, TimePoint now) {
 
 PduFrames Pdu::tick(TimePoint now, const PduMeasurements& measured) {
   open_if_expired(now);
+  const ir155::Reading insulation = ir155::decode(measured.insulation);
   const Told current{.feedback = measured.feedback,
                      .outputs = outputs_,
                      .inputs = measured.inputs,
-                     .insulation_monitor = measured.insulation_monitor,
+                     .insulation_monitor = told_state(insulation.state),
                      .opened_by_timeout = opened_by_timeout_};
   PduFrames out;
   const bool is_periodic = periodic_.take(now);
   if (is_periodic || current != told_) {
     told_ = current;
-    out.push_back(make_status(measured));
+    out.push_back(make_status(measured, insulation));
   }
   return out;
 }
@@ -42,7 +59,7 @@ void Pdu::open_if_expired(TimePoint now) {
   ++counts_.timeouts;
 }
 
-CanFrame Pdu::make_status(const PduMeasurements& measured) {
+CanFrame Pdu::make_status(const PduMeasurements& measured, const ir155::Reading& insulation) {
   using internal_bus::pdu_status;
   const PduInputs& inputs = measured.inputs;
   CanFrame frame = make_frame(pdu_status);
@@ -61,8 +78,8 @@ CanFrame Pdu::make_status(const PduMeasurements& measured) {
   write<pdu_status, "estop_1_released">(frame, inputs.estop_1_released);
   write<pdu_status, "charger_connected">(frame, inputs.charger_connected);
   write<pdu_status, "vehicle_on">(frame, inputs.vehicle_on);
-  write<pdu_status, "insulation_resistance_Ohm">(frame, measured.insulation_resistance_Ohm);
-  write<pdu_status, "insulation_monitor_state">(frame, static_cast<std::int64_t>(measured.insulation_monitor));
+  write<pdu_status, "insulation_resistance_Ohm">(frame, insulation.resistance_Ohm);
+  write<pdu_status, "insulation_monitor_state">(frame, static_cast<std::int64_t>(told_state(insulation.state)));
   write<pdu_status, "throttle_permille">(frame, measured.throttle_permille);
   seal(pdu_status, counter_++, frame);
   return frame;

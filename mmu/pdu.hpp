@@ -6,6 +6,10 @@
 //                             once when a contact, an output, an input or the insulation monitor's state has changed.
 //                             Insulation resistance and throttle alone wait for their period: they never stand still.
 //
+// The insulation monitor's status line is an input like the others; its pulse-width signal is read by protocol/ir155.
+// PDU_STATUS has one code for speed start, good or bad, and none for a signal without meaning: that is told as no
+// signal.
+//
 // That the unit opens everything by itself is what makes a dead daemon an open pack. Pure, as the module unit.
 #pragma once
 
@@ -14,6 +18,7 @@
 #include "mmu/contactor.hpp"
 #include "mmu/periodic.hpp"
 #include "protocol/fixed_vector.hpp"
+#include "protocol/ir155.hpp"
 #include "protocol/receive_check.hpp"
 #include "protocol/tables/internal_bus.hpp"
 
@@ -46,13 +51,14 @@ struct PduInputs {
   friend constexpr bool operator==(const PduInputs&, const PduInputs&) = default;
 };
 
+/// State of the monitor as PDU_STATUS tells it.
 enum class InsulationMonitor : std::uint8_t { no_signal, normal, undervoltage, speed_start, device_error, earth_fault };
+[[nodiscard]] InsulationMonitor told_state(ir155::State state);
 
 struct PduMeasurements {
   ContactorFlags feedback{};  // auxiliary contacts
   PduInputs inputs{};
-  InsulationMonitor insulation_monitor = InsulationMonitor::normal;
-  SignalValue insulation_resistance_Ohm{};
+  ir155::Pwm insulation{};
   SignalValue throttle_permille{};
 };
 
@@ -89,7 +95,7 @@ class Pdu {
   };
 
   void open_if_expired(TimePoint now);
-  [[nodiscard]] CanFrame make_status(const PduMeasurements& measured);
+  [[nodiscard]] CanFrame make_status(const PduMeasurements& measured, const ir155::Reading& insulation);
 
   ReceiveCheck check_{internal_bus::catalogue, ReceiveCheck::Role::listener};
   Periodic periodic_;

@@ -16,12 +16,14 @@ using scenario_text::number_text;
 namespace {
 
 constexpr std::string_view on_off_words[] = {"off", "on"};
-constexpr std::string_view wire_words[] = {"closed", "open"};
+constexpr std::string_view wire_words[] = {"closed", "open", "open_silent"};
+constexpr std::string_view signal_wire_words[] = {"closed", "open", "shorted"};
+constexpr std::string_view omitted_words[] = {"nothing", "status", "cells", "temperatures", "module", "ident"};
 constexpr std::string_view self_test_words[] = {"ok", "failed"};
 constexpr std::string_view thermistor_words[] = {"ok", "open", "shorted"};
 constexpr std::string_view feedback_words[] = {"auto", "open", "closed"};
 constexpr std::string_view estop_words[] = {"1", "2"};
-constexpr std::string_view sensor_words[] = {"current", "pack_voltage", "link_voltage"};
+constexpr std::string_view sensor_words[] = {"current", "pack_voltage", "link_voltage", "current_2"};
 constexpr std::string_view monitor_words[] = {"no_signal",   "normal",       "undervoltage",
                                               "speed_start", "device_error", "earth_fault"};
 
@@ -32,6 +34,7 @@ constexpr TargetSpec targets[] = {
     {TargetKind::pack, "pack"},
     {TargetKind::cell, "cell", Address::node_cell},
     {TargetKind::module, "module", Address::node},
+    {TargetKind::stranger, "stranger", Address::node},
     {TargetKind::thermistor, "thermistor", Address::node_slot},
     {TargetKind::sensor, "sensor", Address::word, sensor_words},
     {TargetKind::pdu, "pdu"},
@@ -60,12 +63,14 @@ constexpr PropertySpec make(Property property, TargetKind target, std::string_vi
           .meaning = meaning};
 }
 constexpr PropertySpec make(Property property, TargetKind target, std::string_view name,
-                            std::span<const std::string_view> words, std::string_view meaning) {
+                            std::span<const std::string_view> words, std::string_view meaning,
+                            std::string_view only_for = {}) {
   return {.property = property,
           .target = target,
           .name = name,
           .kind = ValueKind::word,
           .words = words,
+          .only_for = only_for,
           .meaning = meaning};
 }
 
@@ -77,7 +82,12 @@ constexpr std::array<PropertySpec, property_count> properties{
     make(Property::charger_connected, TargetKind::charger, "connected", "input \"charger connected\""),
     make(Property::charger_disconnected, TargetKind::charger, "disconnected", "and away again; its current stops"),
     make(Property::charger_current, TargetKind::charger, "current_A", 0, 1000,
-         "what it delivers while connected and the contactors are closed, up to the cells' maximum voltage"),
+         "what it delivers while connected and the contactors are closed (the charge contactor too, where the pack has "
+         "one), up to the cells' maximum voltage"),
+    make(Property::charger_runaway, TargetKind::charger, "runaway", on_off_words,
+         "delivers its current at whatever voltage the cells have"),
+    make(Property::charger_unstoppable, TargetKind::charger, "unstoppable", on_off_words,
+         "goes on with its current when told less or disconnected, while the contactors let it"),
     make(Property::load_current, TargetKind::load, "current_A", -1000, 1000,
          "demand, positive out of the pack; flows while the contactors are closed; ends a profile"),
     make(Property::load_profile, TargetKind::load, "profile", load_profile_names,
@@ -97,7 +107,11 @@ constexpr std::array<PropertySpec, property_count> properties{
     make(Property::cell_temperature, TargetKind::cell, "temperature_dC", -500, 2000,
          "held there; auto lets it heat and cool", automatic),
     make(Property::cell_wire, TargetKind::cell, "wire", wire_words,
-         "measuring wire off: reported open, this cell and the next are not measured"),
+         "measuring wire at its upper end off. open: reported, this cell and the next are not measured; open_silent: "
+         "not "
+         "noticed, this cell reads less and less and the next as much more"),
+    make(Property::cell_stuck, TargetKind::cell, "stuck", on_off_words,
+         "its channel says for ever what it said last, to the last bit"),
     make(Property::module_silent, TargetKind::module, "silent", "sends nothing; goes on working"),
     make(Property::module_talking, TargetKind::module, "talking", "and sends again"),
     make(Property::module_restart, TargetKind::module, "restart", "loses power for a moment"),
@@ -105,20 +119,45 @@ constexpr std::array<PropertySpec, property_count> properties{
          "every transfer from its front end is damaged: voltages age, STATUS says so"),
     make(Property::module_damaged_frames, TargetKind::module, "damaged_frames", on_off_words,
          "its frames have a wrong checksum"),
+    make(Property::module_stuck, TargetKind::module, "stuck", on_off_words,
+         "answers each POLL, for ever with the data it sent last"),
+    make(Property::module_frozen_counter, TargetKind::module, "frozen_counter", on_off_words,
+         "new data, for ever under the counter it sent last"),
+    make(Property::module_replay, TargetKind::module, "replay", on_off_words,
+         "answers with the frames it sent last, counter and checksum included"),
+    make(Property::module_omits, TargetKind::module, "omits", omitted_words, "leaves these frames out of its answers"),
+    make(Property::module_delay, TargetKind::module, "delay_ms", 0, 500, "its frames leave so much later"),
+    make(Property::module_sends_as_node, TargetKind::module, "sends_as_node", 1, 63,
+         "its frames carry this node's identifiers; it goes on listening to its own", automatic),
+    make(Property::module_cell_count, TargetKind::module, "cell_count", 0, 15, "number of cells it says it has",
+         automatic),
+    make(Property::module_protocol_version, TargetKind::module, "protocol_version", 0, 255,
+         "of the protocol it says it speaks", automatic),
+    make(Property::module_serial_number, TargetKind::module, "serial_number", 0, 4294967295.0,
+         "says it is this one: exchanged", automatic),
     make(Property::module_self_test, TargetKind::module, "self_test", self_test_words, "of the front end"),
     make(Property::module_board_temperature, TargetKind::module, "board_temperature_dC", -1000, 1250,
          "all board sensors", automatic),
+    make(
+        Property::stranger_connected, TargetKind::stranger, "connected",
+        "a module that is not of this pack comes to the bus with this node number, its own cells at 3.6 V; if the pack "
+        "has that node, both answer"),
+    make(Property::stranger_disconnected, TargetKind::stranger, "disconnected", "and goes again"),
     make(Property::thermistor_state, TargetKind::thermistor, "state", thermistor_words, "of a cell sensor"),
     make(Property::sensor_silent, TargetKind::sensor, "silent", "this result is no longer sent"),
     make(Property::sensor_talking, TargetKind::sensor, "talking", "and is sent again"),
     make(Property::sensor_offset_current, TargetKind::sensor, "offset_mA", -1e6, 1e6, "error of the measurement",
-         ValueKind::number, "current"),
+         ValueKind::number, "current current_2"),
     make(Property::sensor_value_current, TargetKind::sensor, "value_mA", -1e6, 1e6, "what it says, whatever flows",
-         automatic, "current"),
+         automatic, "current current_2"),
     make(Property::sensor_offset_voltage, TargetKind::sensor, "offset_mV", -1e6, 1e6, "error of the measurement",
          ValueKind::number, "pack_voltage link_voltage"),
     make(Property::sensor_value_voltage, TargetKind::sensor, "value_mV", -1e6, 1e6, "what it says, whatever is there",
          automatic, "pack_voltage link_voltage"),
+    make(Property::sensor_stuck, TargetKind::sensor, "stuck", on_off_words,
+         "for ever the value sent last, to the last digit; its counter goes on"),
+    make(Property::sensor_inverted, TargetKind::sensor, "inverted", on_off_words, "connected the wrong way round",
+         "current current_2"),
     make(Property::sensor_error, TargetKind::sensor, "error", on_off_words, "its measurement-error flag"),
     make(Property::pdu_silent, TargetKind::pdu, "silent", "sends nothing; still obeys"),
     make(Property::pdu_talking, TargetKind::pdu, "talking", "and sends again"),
@@ -138,7 +177,13 @@ constexpr std::array<PropertySpec, property_count> properties{
     make(Property::insulation_resistance, TargetKind::insulation, "resistance_kOhm", 0, 65533,
          "to the chassis; below 500 Ohm for each volt of the full pack the monitor is not OK"),
     make(Property::insulation_monitor, TargetKind::insulation, "monitor", monitor_words,
-         "state of the monitor itself; only normal can be OK"),
+         "state of the monitor itself; normal begins with 2 s of speed start; only these two can be OK"),
+    make(Property::insulation_frequency, TargetKind::insulation, "pwm_frequency_Hz", 0, 100,
+         "of its signal, whatever its state; 0: no pulses", automatic),
+    make(Property::insulation_duty, TargetKind::insulation, "pwm_duty_permille", 0, 1000,
+         "of its signal, whatever it measures; 0 and 1000: no pulses, low and high", automatic),
+    make(Property::insulation_wire, TargetKind::insulation, "wire", signal_wire_words,
+         "of its signal; open: low, shorted: to supply, high"),
     make(Property::link_capacitance, TargetKind::link, "capacitance_uF", 1, 1e6, "behind the contactors"),
     make(Property::link_bleed, TargetKind::link, "bleed_Ohm", 0.1, 1e9,
          "what discharges the link; small: a short or load that spoils the precharge"),

@@ -15,17 +15,42 @@ void sort_by_identifier(std::span<SentFrame> frames) {
   }
 }
 
+constexpr std::uint32_t stranger_serial_base = 900'000;
+
+/// What a module that is not of the pack has on its own cells.
+constexpr MmuMeasurements stranger_measurements() {
+  MmuMeasurements measured;
+  measured.cell_voltage_uV.fill(3'600'000);
+  measured.measured_cells = first_cells(mmu_cells_max);
+  measured.module_mV = 3'600 * static_cast<std::int32_t>(mmu_cells_max);
+  measured.cell_temperature_dC.fill(known(250));
+  measured.board_temperature_dC.fill(known(250));
+  return measured;
+}
+
+/// The results a script can change, by identifier: those of the first sensor lie side by side.
+std::optional<ScriptedResult> scripted_result(std::uint32_t id) {
+  if (id == internal_bus::sensor_current.base_id) return ScriptedResult::current;
+  if (id == internal_bus::sensor_u1.base_id) return ScriptedResult::pack_voltage;
+  if (id == internal_bus::sensor_u2.base_id) return ScriptedResult::link_voltage;
+  if (id == internal_bus::sensor_current_2.base_id) return ScriptedResult::current_2;
+  return std::nullopt;
+}
+
 }  // namespace
 
 Simulator::Simulator(const SimulatorConfig& config, Scenario scenario, TimePoint started_at)
-    : world_(config),
+    : world_(config, started_at),
       scenario_(std::move(scenario)),
       started_at_(started_at),
       now_(started_at),
       pdu_(started_at),
-      sensor_(config.sensor, started_at) {
+      sensor_(config.sensor, started_at),
+      second_sensor_(config.sensor, started_at, SensorUnit::second) {
   mmus_.reserve(config.modules.size());
   for (const MmuConfig& module : config.modules) mmus_.emplace_back(module, started_at);
+  wires_.resize(config.modules.size());
+  strangers_.resize(internal_bus::node_count_max + 1U);
   sent_.reserve(4096);
   applied_.reserve(64);
 }
@@ -34,6 +59,9 @@ void Simulator::observe(const CanFrame& frame, TimePoint now) {
   ++frames_observed_;
   pdu_.observe(frame, now);
   for (Mmu& mmu : mmus_) mmu.observe(frame, now);
+  for (std::optional<Mmu>& stranger : strangers_) {
+    if (stranger) stranger->observe(frame, now);
+  }
 }
 
 std::span<const SentFrame> Simulator::advance(TimePoint now) {
@@ -51,8 +79,10 @@ void Simulator::step() {
   const std::size_t first = sent_.size();
   tick_pdu();
   tick_modules();
-  tick_sensor();
+  tick_strangers();
+  tick_sensors();
   sort_by_identifier(std::span(sent_).subspan(first));
+  if (sent_.size() > first) wake_sleepers(sent_[first].frame);
 }
 
 void Simulator::apply_due_events() {
@@ -72,8 +102,34 @@ void Simulator::tick_modules() {
     const bool is_due = mmu.is_sample_due(now_);
     const MmuFrames frames = mmu.tick(now_, is_due ? world_.measure_module(module) : nothing_due);
     world_.plant.set_balancing(module, mmu.balancing_cells());
-    if (sense.is_silent) continue;
-    for (const CanFrame& frame : frames) send(frame, sense.has_damaged_frames);
+    ModuleWire& wire = wires_[module];
+    wire.push(frames, sense.wire, now_);
+    while (const std::optional<CanFrame> frame = wire.pop(now_)) send(*frame);
+  }
+}
+
+/// Powered when it is connected. On a node of the pack both answer.
+void Simulator::tick_strangers() {
+  static constexpr MmuMeasurements measured = stranger_measurements();
+  for (std::size_t node = 1; node < strangers_.size(); ++node) {
+    std::optional<Mmu>& stranger = strangers_[node];
+    if (!world_.has_stranger[node]) {
+      stranger.reset();
+      continue;
+    }
+    const auto number = static_cast<std::uint8_t>(node);
+    if (!stranger) stranger.emplace(MmuConfig{.node = number, .serial_number = stranger_serial_base + number}, now_);
+    for (const CanFrame& frame : stranger->tick(now_, measured)) send(frame);
+  }
+}
+
+/// All that wakes is that something is on the bus; awake, a module listens to its master alone.
+void Simulator::wake_sleepers(const CanFrame& frame) {
+  for (Mmu& mmu : mmus_) {
+    if (mmu.is_asleep()) mmu.observe(frame, now_);
+  }
+  for (std::optional<Mmu>& stranger : strangers_) {
+    if (stranger && stranger->is_asleep()) stranger->observe(frame, now_);
   }
 }
 
@@ -81,21 +137,40 @@ void Simulator::tick_pdu() {
   const PduFrames frames = pdu_.tick(now_, world_.measure_pdu());
   world_.plant.drive(pdu_.outputs().contactors);
   if (world_.is_pdu_silent) return;
-  for (const CanFrame& frame : frames) send(frame, world_.has_pdu_damaged_frames);
-}
-
-void Simulator::tick_sensor() {
-  const SensorFrames frames = sensor_.tick(now_, world_.measure_sensor());
-  for (const CanFrame& frame : frames) {
-    const std::size_t channel = frame.id - internal_bus::sensor_current.base_id;
-    const bool is_silent = channel < scripted_sensor_channels && world_.sensor_senses[channel].is_silent;
-    if (!is_silent) send(frame, false);
+  for (CanFrame frame : frames) {
+    if (world_.has_pdu_damaged_frames) frame.data[7] ^= 0x55U;
+    send(frame);
   }
 }
 
-void Simulator::send(const CanFrame& frame, bool is_damaged) {
+void Simulator::tick_sensors() {
+  for (const CanFrame& frame : sensor_.tick(now_, world_.measure_sensor())) {
+    const std::optional<ScriptedResult> result = scripted_result(frame.id);
+    result ? send_result(frame, *result) : send(frame);
+  }
+  if (!world_.has_second_sensor) return;
+  for (const CanFrame& frame : second_sensor_.tick(now_, world_.measure_second_sensor())) {
+    send_result(frame, ScriptedResult::current_2);
+  }
+}
+
+/// A stuck result keeps its value to the last bit; flags and counter go on.
+void Simulator::send_result(const CanFrame& frame, ScriptedResult result) {
+  constexpr std::size_t value_at = 2;
+  constexpr std::size_t value_bytes = 4;
+  const SensorSense& sense = world_.sense_of(result);
+  FrameBytes& last = last_results_[static_cast<std::size_t>(result)];
+  CanFrame sent = frame;
+  if (sense.is_stuck) {
+    std::copy_n(last.begin() + value_at, value_bytes, sent.data.begin() + value_at);
+  } else {
+    last = frame.data;
+  }
+  if (!sense.is_silent) send(sent);
+}
+
+void Simulator::send(const CanFrame& frame) {
   sent_.push_back({now_, frame});
-  if (is_damaged) sent_.back().frame.data[7] ^= 0x55U;
 }
 
 Result<void, ScenarioProblem> Simulator::apply(std::string_view text) {
@@ -105,6 +180,7 @@ Result<void, ScenarioProblem> Simulator::apply(std::string_view text) {
   alone.events.push_back(std::move(*event));
   SimulatorConfig pack;
   pack.modules = world_.modules;
+  pack.sensor.has_second = world_.has_second_sensor;
   const ScenarioProblems problems = check_against(alone, pack);
   if (!problems.empty()) return failure(problems.front());
   world_.apply(alone.events.front(), now_);
@@ -168,19 +244,22 @@ SimulatorConfig simulator_config(const CoreConfig& pack) {
 ScenarioProblems check_against(const Scenario& scenario, const SimulatorConfig& config) {
   ScenarioProblems problems;
   for (const ScenarioEvent& event : scenario.events) {
-    if (event.place.node == 0) continue;
-    const auto module = std::find_if(config.modules.begin(), config.modules.end(),
-                                     [&event](const MmuConfig& one) { return one.node == event.place.node; });
-    const bool is_cell = spec_of(event.property).target == TargetKind::cell;
+    const TargetKind target = spec_of(event.property).target;
     const auto add = [&](std::string wanted) {
       problems.push_back({event.line, event.target_column, "'" + event.text + "'", std::move(wanted)});
     };
+    const bool is_second_sensor =
+        target == TargetKind::sensor && event.place.index == static_cast<std::uint8_t>(ScriptedResult::current_2);
+    if (is_second_sensor && !config.sensor.has_second) add("a sensor this pack has: it has no second current sensor");
+    if (event.place.node == 0 || target == TargetKind::stranger) continue;
+    const auto module = std::find_if(config.modules.begin(), config.modules.end(),
+                                     [&event](const MmuConfig& one) { return one.node == event.place.node; });
+    const bool is_cell = target == TargetKind::cell;
     if (module == config.modules.end()) {
       add("a module this pack has: it has no node " + std::to_string(event.place.node));
     } else if (is_cell && event.place.index >= module->cell_count) {
       add("cell 1 to " + std::to_string(module->cell_count) + " of that module");
-    } else if (spec_of(event.property).target == TargetKind::thermistor &&
-               event.place.index >= module->temperature_sensor_count) {
+    } else if (target == TargetKind::thermistor && event.place.index >= module->temperature_sensor_count) {
       add("sensor 1 to " + std::to_string(module->temperature_sensor_count) + " of that module");
     }
   }

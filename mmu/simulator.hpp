@@ -9,11 +9,14 @@
 //
 // The same configuration, script and calls give the same frames, bit for bit. mmusim drives this with the real clock,
 // the scenario tests with their own. Devices tick at every whole millisecond since the start, so an answer leaves at
-// most 1 ms after its POLL if you advance that often. Frames of the same millisecond come in the order of their
-// identifiers, as arbitration would have it; there is no bit time, and no limit to what the bus carries.
+// most 1 ms after its POLL if you advance that often. What one device sends wakes modules that sleep. Frames of the
+// same millisecond come in the order of their identifiers, as arbitration would have it; there is no bit time, and no
+// limit to what the bus carries.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -64,9 +67,12 @@ class Simulator {
   void step();
   void apply_due_events();
   void tick_modules();
+  void tick_strangers();
+  void wake_sleepers(const CanFrame& frame);
   void tick_pdu();
-  void tick_sensor();
-  void send(const CanFrame& frame, bool is_damaged);
+  void tick_sensors();
+  void send_result(const CanFrame& frame, ScriptedResult result);
+  void send(const CanFrame& frame);
 
   World world_;
   Scenario scenario_;
@@ -74,8 +80,12 @@ class Simulator {
   TimePoint started_at_;
   TimePoint now_;
   std::vector<Mmu> mmus_;
+  std::vector<ModuleWire> wires_;
+  std::vector<std::optional<Mmu>> strangers_;  // by node
   Pdu pdu_;
   CurrentSensor sensor_;
+  CurrentSensor second_sensor_;
+  std::array<FrameBytes, scripted_results> last_results_{};
   std::vector<SentFrame> sent_;
   std::vector<const ScenarioEvent*> applied_;
   std::uint64_t frames_observed_ = 0;
@@ -83,7 +93,7 @@ class Simulator {
 };
 
 /// The emulated counterpart of a pack: its modules (serial numbers 1000 + node), its kind of cell, its sensor's byte
-/// order and sign. No noise; the caller sets it.
+/// order and sign. No noise, no charge contactor and no second current sensor; the caller sets them.
 [[nodiscard]] SimulatorConfig simulator_config(const CoreConfig& pack);
 
 /// What in a script does not exist in this pack.

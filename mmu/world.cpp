@@ -14,14 +14,24 @@ std::int32_t rounded(double value) {
 constexpr double kelvin_to_tenths = 10.0;
 // The monitor's response value, as the rules for competition vehicles have it.
 constexpr double insulation_kOhm_per_V = 0.5;
+// An input without its wire floats; what the converter draws pulls it down to the wire below.
+constexpr double open_wire_time_constant_s = 1.0;
+constexpr double front_end_max_mV = 5000.0;
+
+double full_pack_V(const Plant& plant) {
+  return plant.config().cell.voltage_max_V * static_cast<double>(plant.cell_count());
+}
 
 }  // namespace
 
-World::World(const SimulatorConfig& config)
+World::World(const SimulatorConfig& config, TimePoint started_at)
     : plant(config.plant),
       modules(config.modules),
       cell_senses(plant.cell_count()),
       module_senses(config.modules.size()),
+      has_second_sensor(config.sensor.has_second),
+      insulation(started_at, full_pack_V(plant) * insulation_kOhm_per_V),
+      now(started_at),
       random_(config.seed),
       cell_noise_uV_(config.cell_noise_uV),
       current_noise_mA_(config.current_noise_mA) {
@@ -35,8 +45,16 @@ void World::step(TimePoint time) {
   now = time;
   step_ramps();
   plant.set_load_A(profile == LoadProfile::none ? load_A : load_at(profile, now - profile_began_at));
-  plant.set_charger_A(inputs.charger_connected ? charger_A : 0.0);
+  step_charger();
   plant.step();
+  insulation.step(now);
+}
+
+void World::step_charger() {
+  const double wanted_A = inputs.charger_connected ? charger_A : 0.0;
+  charger_delivered_A_ = is_charger_unstoppable ? std::max(wanted_A, charger_delivered_A_) : wanted_A;
+  plant.set_charger_A(charger_delivered_A_);
+  plant.set_charger_runaway(is_charger_runaway);
 }
 
 // --- what the devices see -------------------------------------------------------------------------------------------
@@ -53,16 +71,18 @@ MmuMeasurements World::measure_module(std::size_t module) {
   measured.self_test_ok = !sense.is_self_test_failed;
   double module_mV = 0.0;
   bool is_wire_below_open = false;
+  double wire_below_mV = 0.0;  // how far it has drifted down
   for (std::size_t cell = 0; cell < modules[module].cell_count; ++cell) {
-    const CellSense& channel = cell_senses[first + cell];
     const double cell_mV = sensed_mV(first + cell);
+    const double wire_above_mV = drift_mV(first + cell);
     module_mV += cell_mV;
-    measured.cell_voltage_uV[cell] = rounded((cell_mV + channel.offset_mV) * 1e3) + random_.within(cell_noise_uV_);
-    // A wire is the upper end of its cell and the lower end of the next.
-    const bool is_measured = !channel.is_wire_open && !is_wire_below_open;
-    is_wire_below_open = channel.is_wire_open;
+    measured.cell_voltage_uV[cell] = measure_cell_uV(first + cell, wire_below_mV - wire_above_mV);
+    wire_below_mV = wire_above_mV;
+    const bool is_wire_open = cell_senses[first + cell].wire == SenseWire::open;
+    const bool is_measured = !is_wire_open && !is_wire_below_open;
+    is_wire_below_open = is_wire_open;
     if (is_measured) measured.measured_cells = static_cast<CellMask>(measured.measured_cells | cell_bit(cell));
-    if (channel.is_wire_open) measured.open_wires = static_cast<CellMask>(measured.open_wires | cell_bit(cell));
+    if (is_wire_open) measured.open_wires = static_cast<CellMask>(measured.open_wires | cell_bit(cell));
   }
   measured.module_mV = rounded(module_mV);
   for (std::size_t sensor = 0; sensor < mmu_cell_temperatures; ++sensor) {
@@ -71,6 +91,23 @@ MmuMeasurements World::measure_module(std::size_t module) {
   const double board_dC = sense.board_temperature_dC.value_or(plant.board_C(module) * kelvin_to_tenths);
   measured.board_temperature_dC.fill(known(rounded(board_dC)));
   return measured;
+}
+
+/// How far the wire above a cell has come down since it is open and nobody has noticed: this cell reads so much less
+/// and the next so much more, until the front end can read no more.
+double World::drift_mV(std::size_t cell) const {
+  const CellSense& channel = cell_senses[cell];
+  if (channel.wire != SenseWire::open_silent) return 0.0;
+  return sensed_mV(cell) * -std::expm1(-to_s(now - channel.opened_at) / open_wire_time_constant_s);
+}
+
+std::int32_t World::measure_cell_uV(std::size_t cell, double drifted_mV) {
+  CellSense& channel = cell_senses[cell];
+  double read_mV = sensed_mV(cell);
+  if (drifted_mV != 0.0) read_mV = std::clamp(read_mV + drifted_mV, 0.0, front_end_max_mV);
+  const std::int32_t measured_uV = rounded((read_mV + channel.offset_mV) * 1e3) + random_.within(cell_noise_uV_);
+  if (!channel.is_stuck) channel.last_uV = measured_uV;
+  return channel.last_uV;
 }
 
 /// Each sensor sits among its share of the module's cells and feels the warmest of them.
@@ -90,240 +127,39 @@ SignalValue World::measure_thermistor(std::size_t module, std::size_t sensor) co
 }
 
 PduMeasurements World::measure_pdu() const {
-  const double full_V = plant.config().cell.voltage_max_V * static_cast<double>(plant.cell_count());
-  const bool has_signal = insulation_monitor != InsulationMonitor::no_signal;
   PduMeasurements measured;
   measured.feedback = plant.feedback();
   measured.inputs = inputs;
-  measured.inputs.insulation_monitor_ok =
-      insulation_monitor == InsulationMonitor::normal && insulation_kOhm >= full_V * insulation_kOhm_per_V;
-  measured.insulation_monitor = insulation_monitor;
-  measured.insulation_resistance_Ohm = has_signal ? known(std::lround(insulation_kOhm) * 1000) : not_known();
+  measured.inputs.insulation_monitor_ok = insulation.is_status_ok;
+  measured.insulation = insulation.pwm;
   measured.throttle_permille = throttle_permille ? known(std::lround(*throttle_permille)) : not_known();
   return measured;
 }
 
+std::int32_t World::sense_result(ScriptedResult result, double real) const {
+  const SensorSense& sense = sense_of(result);
+  const double wired = sense.is_inverted ? -real : real;
+  return rounded(sense.value.value_or(wired + sense.offset));
+}
+
 SensorMeasurements World::measure_sensor() {
-  const auto sensed = [this](SensorChannel channel, double real) {
-    const SensorSense& sense = sensor_senses[static_cast<std::size_t>(channel)];
-    return rounded(sense.value.value_or(real + sense.offset));
-  };
+  using enum ScriptedResult;
   SensorMeasurements measured;
-  measured.current_mA = sensed(SensorChannel::current, plant.current_A() * 1e3 + random_.within(current_noise_mA_));
-  measured.pack_mV = sensed(SensorChannel::pack_voltage, plant.pack_V() * 1e3);
-  measured.link_mV = sensed(SensorChannel::link_voltage, plant.link_V() * 1e3);
-  for (std::size_t channel = 0; channel < scripted_sensor_channels; ++channel) {
-    measured.has_error[channel] = sensor_senses[channel].has_error;
-  }
+  measured.current_mA = sense_result(current, plant.current_A() * 1e3 + random_.within(current_noise_mA_));
+  measured.pack_mV = sense_result(pack_voltage, plant.pack_V() * 1e3);
+  measured.link_mV = sense_result(link_voltage, plant.link_V() * 1e3);
+  measured.has_error[static_cast<std::size_t>(SensorChannel::current)] = sense_of(current).has_error;
+  measured.has_error[static_cast<std::size_t>(SensorChannel::pack_voltage)] = sense_of(pack_voltage).has_error;
+  measured.has_error[static_cast<std::size_t>(SensorChannel::link_voltage)] = sense_of(link_voltage).has_error;
   return measured;
 }
 
-// --- what the script does -------------------------------------------------------------------------------------------
-
-namespace {
-
-/// How a property takes a value. `set` gets the number, the word's index, or nothing of meaning (0); `release` is
-/// `auto`; `get` is where a ramp without a beginning starts.
-struct Handler {
-  Property property;
-  void (*set)(World&, ScenarioPlace, double);
-  double (*get)(const World&, ScenarioPlace) = nullptr;
-  void (*release)(World&, ScenarioPlace) = nullptr;
-};
-
-template <class Change>
-void for_all_cells(World& world, Change change) {
-  for (std::size_t cell = 0; cell < world.plant.cell_count(); ++cell) change(cell);
-}
-
-CellSense& cell_sense(World& world, ScenarioPlace place) {
-  return world.cell_senses[world.cell_of(place)];
-}
-const CellSense& cell_sense(const World& world, ScenarioPlace place) {
-  return world.cell_senses[world.cell_of(place)];
-}
-ModuleSense& module_sense(World& world, ScenarioPlace place) {
-  return world.module_senses[world.module_of(place)];
-}
-const PlantCell& plant_cell(const World& world, ScenarioPlace place) {
-  return world.plant.cell(world.cell_of(place));
-}
-Contactor& contactor(World& world, ScenarioPlace place) {
-  return world.plant.contactor(static_cast<ContactorName>(place.index));
-}
-
-void set_estop(World& world, ScenarioPlace place, bool is_released) {
-  (place.index == 0 ? world.inputs.estop_1_released : world.inputs.estop_2_released) = is_released;
-}
-
-double sensor_real(const World& world, ScenarioPlace place) {
-  const std::array<double, scripted_sensor_channels> real{world.plant.current_A(), world.plant.pack_V(),
-                                                          world.plant.link_V()};
-  return world.sensor_senses[place.index].value.value_or(real[place.index] * 1e3);
-}
-void set_sensor_value(World& world, ScenarioPlace place, double value) {
-  world.sensor_senses[place.index].value = value;
-}
-void release_sensor_value(World& world, ScenarioPlace place) {
-  world.sensor_senses[place.index].value.reset();
-}
-void set_sensor_offset(World& world, ScenarioPlace place, double value) {
-  world.sensor_senses[place.index].offset = value;
-}
-double sensor_offset(const World& world, ScenarioPlace place) {
-  return world.sensor_senses[place.index].offset;
-}
-
-constexpr std::array<Validity, 3> thermistor_states{Validity::valid, Validity::open_circuit, Validity::short_circuit};
-constexpr std::array<AuxiliaryContact, 3> auxiliary_states{AuxiliaryContact::follows, AuxiliaryContact::stays_open,
-                                                           AuxiliaryContact::stays_closed};
-
-using W = World;
-using P = ScenarioPlace;
-constexpr std::array<Handler, property_count> handlers{{
-    {Property::vehicle_on, [](W& w, P, double) { w.inputs.vehicle_on = true; }},
-    {Property::vehicle_off, [](W& w, P, double) { w.inputs.vehicle_on = false; }},
-    {Property::charger_connected, [](W& w, P, double) { w.inputs.charger_connected = true; }},
-    {Property::charger_disconnected, [](W& w, P, double) { w.inputs.charger_connected = false; }},
-    {Property::charger_current, [](W& w, P, double v) { w.charger_A = v; }, [](const W& w, P) { return w.charger_A; }},
-    {Property::load_current,
-     [](W& w, P, double v) {
-       w.load_A = v;
-       w.profile = LoadProfile::none;
-     },
-     [](const W& w, P) { return w.load_A; }},
-    {Property::load_profile,
-     [](W& w, P place, double v) {
-       w.cancel_ramps(Property::load_current, place);
-       w.load_A = 0.0;
-       w.profile = static_cast<LoadProfile>(v);
-       w.profile_began_at = w.now;
-     }},
-    {Property::pack_soc,
-     [](W& w, P, double v) { for_all_cells(w, [&](std::size_t cell) { w.plant.set_cell_soc(cell, v / 1e3); }); },
-     [](const W& w, P) { return w.plant.cell(0).soc * 1e3; }},
-    {Property::pack_ambient, [](W& w, P, double v) { w.plant.set_ambient_C(v / kelvin_to_tenths); },
-     [](const W& w, P) { return w.plant.ambient_C() * kelvin_to_tenths; }},
-    {Property::pack_temperature,
-     [](W& w, P, double v) {
-       for_all_cells(w, [&](std::size_t cell) {
-         w.plant.hold_cell_temperature_C(cell, v / kelvin_to_tenths);
-         w.plant.release_cell_temperature(cell);
-       });
-     },
-     [](const W& w, P) { return w.plant.cell(0).temperature_C * kelvin_to_tenths; }},
-    {Property::cell_voltage, [](W& w, P p, double v) { cell_sense(w, p).voltage_mV = v; },
-     [](const W& w, P p) { return w.sensed_mV(w.cell_of(p)); }, [](W& w, P p) { cell_sense(w, p).voltage_mV.reset(); }},
-    {Property::cell_offset, [](W& w, P p, double v) { cell_sense(w, p).offset_mV = v; },
-     [](const W& w, P p) { return cell_sense(w, p).offset_mV; }},
-    {Property::cell_soc, [](W& w, P p, double v) { w.plant.set_cell_soc(w.cell_of(p), v / 1e3); },
-     [](const W& w, P p) { return plant_cell(w, p).soc * 1e3; }},
-    {Property::cell_resistance, [](W& w, P p, double v) { w.plant.set_cell_resistance_Ohm(w.cell_of(p), v / 1e3); },
-     [](const W& w, P p) { return plant_cell(w, p).series_resistance_Ohm * 1e3; },
-     [](W& w, P p) { w.plant.set_cell_resistance_Ohm(w.cell_of(p), w.plant.config().cell.series_resistance_Ohm); }},
-    {Property::cell_leak, [](W& w, P p, double v) { w.plant.set_cell_leak_siemens(w.cell_of(p), 1.0 / v); },
-     [](const W& w, P p) { return 1.0 / std::max(plant_cell(w, p).leak_siemens, 1e-9); },
-     [](W& w, P p) { w.plant.set_cell_leak_siemens(w.cell_of(p), 0.0); }},
-    {Property::cell_temperature,
-     [](W& w, P p, double v) { w.plant.hold_cell_temperature_C(w.cell_of(p), v / kelvin_to_tenths); },
-     [](const W& w, P p) { return plant_cell(w, p).temperature_C * kelvin_to_tenths; },
-     [](W& w, P p) { w.plant.release_cell_temperature(w.cell_of(p)); }},
-    {Property::cell_wire, [](W& w, P p, double v) { cell_sense(w, p).is_wire_open = v > 0.0; }},
-    {Property::module_silent, [](W& w, P p, double) { module_sense(w, p).is_silent = true; }},
-    {Property::module_talking, [](W& w, P p, double) { module_sense(w, p).is_silent = false; }},
-    {Property::module_restart, [](W& w, P p, double) { module_sense(w, p).is_restart_wanted = true; }},
-    {Property::module_crc_errors, [](W& w, P p, double v) { module_sense(w, p).has_crc_errors = v > 0.0; }},
-    {Property::module_damaged_frames, [](W& w, P p, double v) { module_sense(w, p).has_damaged_frames = v > 0.0; }},
-    {Property::module_self_test, [](W& w, P p, double v) { module_sense(w, p).is_self_test_failed = v > 0.0; }},
-    {Property::module_board_temperature, [](W& w, P p, double v) { module_sense(w, p).board_temperature_dC = v; },
-     [](const W& w, P p) {
-       return w.module_senses[w.module_of(p)].board_temperature_dC.value_or(w.plant.board_C(w.module_of(p)) *
-                                                                            kelvin_to_tenths);
-     },
-     [](W& w, P p) { module_sense(w, p).board_temperature_dC.reset(); }},
-    {Property::thermistor_state,
-     [](W& w, P p, double v) {
-       module_sense(w, p).thermistors[p.index] = thermistor_states[static_cast<std::size_t>(v)];
-     }},
-    {Property::sensor_silent, [](W& w, P p, double) { w.sensor_senses[p.index].is_silent = true; }},
-    {Property::sensor_talking, [](W& w, P p, double) { w.sensor_senses[p.index].is_silent = false; }},
-    {Property::sensor_offset_current, set_sensor_offset, sensor_offset},
-    {Property::sensor_value_current, set_sensor_value, sensor_real, release_sensor_value},
-    {Property::sensor_offset_voltage, set_sensor_offset, sensor_offset},
-    {Property::sensor_value_voltage, set_sensor_value, sensor_real, release_sensor_value},
-    {Property::sensor_error, [](W& w, P p, double v) { w.sensor_senses[p.index].has_error = v > 0.0; }},
-    {Property::pdu_silent, [](W& w, P, double) { w.is_pdu_silent = true; }},
-    {Property::pdu_talking, [](W& w, P, double) { w.is_pdu_silent = false; }},
-    {Property::pdu_damaged_frames, [](W& w, P, double v) { w.has_pdu_damaged_frames = v > 0.0; }},
-    {Property::pdu_throttle, [](W& w, P, double v) { w.throttle_permille = v; },
-     [](const W& w, P) { return w.throttle_permille.value_or(0.0); }, [](W& w, P) { w.throttle_permille.reset(); }},
-    {Property::contactor_welded, [](W& w, P p, double) { contactor(w, p).set_fault(ContactorFault::welded); }},
-    {Property::contactor_stuck_open, [](W& w, P p, double) { contactor(w, p).set_fault(ContactorFault::stuck_open); }},
-    {Property::contactor_ok, [](W& w, P p, double) { contactor(w, p).set_fault(ContactorFault::none); }},
-    {Property::contactor_feedback,
-     [](W& w, P p, double v) { contactor(w, p).set_auxiliary(auxiliary_states[static_cast<std::size_t>(v)]); }},
-    {Property::estop_pressed, [](W& w, P p, double) { set_estop(w, p, false); }},
-    {Property::estop_released, [](W& w, P p, double) { set_estop(w, p, true); }},
-    {Property::interlock_open, [](W& w, P, double) { w.inputs.interlock_closed = false; }},
-    {Property::interlock_closed, [](W& w, P, double) { w.inputs.interlock_closed = true; }},
-    {Property::insulation_resistance, [](W& w, P, double v) { w.insulation_kOhm = v; },
-     [](const W& w, P) { return w.insulation_kOhm; }},
-    {Property::insulation_monitor, [](W& w, P, double v) { w.insulation_monitor = static_cast<InsulationMonitor>(v); }},
-    {Property::link_capacitance, [](W& w, P, double v) { w.plant.set_link_capacitance_F(v / 1e6); },
-     [](const W& w, P) { return w.plant.link_capacitance_F() * 1e6; }},
-    {Property::link_bleed, [](W& w, P, double v) { w.plant.set_link_bleed_Ohm(v); },
-     [](const W& w, P) { return w.plant.link_bleed_Ohm(); }},
-    {Property::precharge_resistance, [](W& w, P, double v) { w.plant.set_precharge_resistance_Ohm(v); },
-     [](const W& w, P) { return w.plant.precharge_resistance_Ohm(); }},
-    {Property::resume_button_pressed, [](W& w, P, double) { w.inputs.resume_button = true; }},
-    {Property::resume_button_released, [](W& w, P, double) { w.inputs.resume_button = false; }},
-}};
-
-constexpr bool handlers_stand_in_order() {
-  for (std::size_t row = 0; row < property_count; ++row) {
-    if (static_cast<std::size_t>(handlers[row].property) != row) return false;
-  }
-  return true;
-}
-static_assert(handlers_stand_in_order(), "handlers[] is indexed by Property");
-
-const Handler& handler_of(Property property) {
-  return handlers[static_cast<std::size_t>(property)];
-}
-
-}  // namespace
-
-void World::apply(const ScenarioEvent& event, TimePoint time) {
-  now = time;
-  const Handler& handler = handler_of(event.property);
-  const ScenarioValue& value = event.value;
-  cancel_ramps(event.property, event.place);
-  switch (value.kind) {
-    case ScenarioValue::Kind::none: handler.set(*this, event.place, 0.0); break;
-    case ScenarioValue::Kind::number: handler.set(*this, event.place, value.number); break;
-    case ScenarioValue::Kind::word: handler.set(*this, event.place, value.word); break;
-    case ScenarioValue::Kind::automatic: handler.release(*this, event.place); break;
-    case ScenarioValue::Kind::ramp:
-    case ScenarioValue::Kind::ramp_from_present: {
-      const bool has_start = value.kind == ScenarioValue::Kind::ramp;
-      const double from = has_start ? value.from : handler.get(*this, event.place);
-      ramps_.push_back({event.property, event.place, from, value.number, time, value.over});
-      handler.set(*this, event.place, from);
-      break;
-    }
-  }
-}
-
-void World::cancel_ramps(Property property, ScenarioPlace place) {
-  std::erase_if(ramps_, [&](const Ramp& ramp) { return ramp.property == property && ramp.place == place; });
-}
-
-void World::step_ramps() {
-  for (const Ramp& ramp : ramps_) {
-    const double share = std::min(to_s(now - ramp.began_at) / to_s(ramp.over), 1.0);
-    handler_of(ramp.property).set(*this, ramp.place, ramp.from + (ramp.to - ramp.from) * share);
-  }
-  std::erase_if(ramps_, [this](const Ramp& ramp) { return now - ramp.began_at >= ramp.over; });
+SensorMeasurements World::measure_second_sensor() {
+  using enum ScriptedResult;
+  SensorMeasurements measured;
+  measured.current_mA = sense_result(current_2, plant.current_A() * 1e3 + random_.within(current_noise_mA_));
+  measured.has_error[static_cast<std::size_t>(SensorChannel::current)] = sense_of(current_2).has_error;
+  return measured;
 }
 
 }  // namespace bmu

@@ -73,6 +73,8 @@ class SmallWorld {
     full.seed = config.seed;
     full.cell_noise_uV = config.cell_noise_uV;
     full.current_noise_mA = config.current_noise_mA;
+    full.sensor.has_second = config.sensor.has_second;
+    full.plant.has_charge_contactor = config.plant.has_charge_contactor;
     return full;
   }
 };
@@ -228,11 +230,426 @@ TEST_CASE("sensor and insulation do as they are told", "[scenario][simulator]") 
   CHECK(read<sensor_current, "pack_current_mA">(*world.last(0x521)).value == Approx(713).margin(5));  // and the bleed
   CHECK(read<sensor_u1, "pack_voltage_mV">(*world.last(0x522)).value == 12'345);
   CHECK(world.count(0x523) == 0);
-  CHECK(read<pdu_status, "insulation_resistance_Ohm">(*world.last(0x041)).value == 40'000);
-  CHECK(read_raw<pdu_status, "insulation_monitor_ok">(*world.last(0x041)) == 0);
-  REQUIRE(world.simulator.apply("insulation monitor no_signal"));
+}
+
+std::int64_t insulation_state(const SmallWorld& world) {
+  return read_raw<pdu_status, "insulation_monitor_state">(*world.last(0x041));
+}
+SignalValue insulation_Ohm(const SmallWorld& world) {
+  return read<pdu_status, "insulation_resistance_Ohm">(*world.last(0x041));
+}
+bool is_insulation_ok(const SmallWorld& world) {
+  return read_raw<pdu_status, "insulation_monitor_ok">(*world.last(0x041)) != 0;
+}
+
+TEST_CASE("the insulation monitor starts with 2 s of speed start, then has a value", "[scenario][simulator][FS_3]") {
+  SmallWorld good;
+  good.run(1'999ms);
+  CHECK(insulation_state(good) == 3);
+  CHECK(is_insulation_ok(good));
+  CHECK(insulation_Ohm(good) == not_known());
+  good.run(51ms);
+  CHECK(insulation_state(good) == 1);
+  CHECK(insulation_Ohm(good) == known(1'200'000));
+  CHECK(is_insulation_ok(good));
+  SmallWorld bad("0 insulation resistance_kOhm 40");
+  bad.run(1s);
+  CHECK(insulation_state(bad) == 3);
+  CHECK_FALSE(is_insulation_ok(bad));
+  bad.run(2s);
+  CHECK(insulation_Ohm(bad) == known(40'000));
+  CHECK_FALSE(is_insulation_ok(bad));
+}
+
+TEST_CASE("the status line falls below 500 Ohm for each volt of the full pack", "[scenario][simulator][FS_3]") {
+  SmallWorld world;  // 36 cells of 4.25 V: 153 V, 76.5 kOhm
+  world.run(3s);
+  REQUIRE(world.simulator.apply("insulation resistance_kOhm 76.5"));
+  world.run(50ms);
+  CHECK(is_insulation_ok(world));
+  REQUIRE(world.simulator.apply("insulation resistance_kOhm 76.4"));
+  world.run(50ms);
+  CHECK_FALSE(is_insulation_ok(world));
+}
+
+TEST_CASE("the states of the insulation monitor and faults of its signal arrive in PDU_STATUS",
+          "[scenario][simulator][FS_3]") {
+  struct Case {
+    const char* event;
+    std::int64_t state;
+    SignalValue resistance_Ohm;
+    bool is_ok;
+  };
+  const Case cases[] = {
+      {"insulation monitor normal", 1, known(1'200'000), true},
+      {"insulation monitor undervoltage", 2, known(1'200'000), false},
+      {"insulation monitor speed_start", 3, not_known(), true},
+      {"insulation monitor device_error", 4, not_known(), false},
+      {"insulation monitor earth_fault", 5, not_known(), false},
+      {"insulation monitor no_signal", 0, not_known(), false},
+      {"insulation wire open", 0, not_known(), true},
+      {"insulation wire shorted", 0, not_known(), true},
+      {"insulation resistance_kOhm 60000", 1, not_known(Validity::above_range), true},
+      {"insulation pwm_frequency_Hz 11", 1, known(1'200'000), true},
+      {"insulation pwm_frequency_Hz 11.1", 0, not_known(), true},
+      {"insulation pwm_frequency_Hz 20", 2, known(1'200'000), true},
+      {"insulation pwm_frequency_Hz 0", 0, not_known(), true},
+      {"insulation pwm_duty_permille 770", 1, known(300'000), true},
+      {"insulation pwm_duty_permille 970", 0, not_known(), true},
+      {"insulation pwm_duty_permille 0", 0, not_known(), true},
+      {"insulation pwm_duty_permille 1000", 0, not_known(), true},
+  };
+  for (const Case& one : cases) {
+    INFO(one.event);
+    SmallWorld world;
+    world.run(3s);
+    REQUIRE(world.simulator.apply(one.event));
+    world.run(260ms);
+    CHECK(insulation_state(world) == one.state);
+    CHECK(insulation_Ohm(world) == one.resistance_Ohm);
+    CHECK(is_insulation_ok(world) == one.is_ok);
+  }
+}
+
+TEST_CASE("a lost signal is told 200 ms after its last edge, with the level it was lost at", "[scenario][simulator]") {
+  SmallWorld world;
+  world.run(3s);
+  REQUIRE(world.simulator.apply("insulation wire shorted"));
+  world.run(200ms);
+  CHECK(insulation_state(world) == 1);
   world.run(1ms);
-  CHECK_FALSE(read<pdu_status, "insulation_resistance_Ohm">(*world.last(0x041)).is_valid());
+  CHECK(insulation_state(world) == 0);
+  CHECK(world.simulator.world().insulation.pwm.is_high);
+  REQUIRE(world.simulator.apply("insulation wire open"));
+  world.run(1ms);
+  CHECK_FALSE(world.simulator.world().insulation.pwm.is_high);
+  REQUIRE(world.simulator.apply("insulation wire closed"));
+  world.run(1ms);
+  CHECK(insulation_state(world) == 1);
+}
+
+std::int64_t current_mA(const SmallWorld& world) {
+  return read<sensor_current, "pack_current_mA">(*world.last(0x521)).value;
+}
+std::int64_t second_current_mA(const SmallWorld& world) {
+  return read<sensor_current_2, "pack_current_2_mA">(*world.last(0x531)).value;
+}
+
+TEST_CASE("a second current sensor measures the same and fails on its own", "[scenario][simulator]") {
+  SimulatorConfig config;
+  config.sensor.has_second = true;
+  SmallWorld world("0 load current_A 20", 3, config);
+  world.run_with_master(500ms, 0x03);
+  CHECK(current_mA(world) == Approx(20'013).margin(5));
+  CHECK(second_current_mA(world) == current_mA(world));
+  REQUIRE(world.simulator.apply("sensor current_2 offset_mA 300"));
+  REQUIRE(world.simulator.apply("sensor current_2 error on"));
+  world.run_with_master(100ms, 0x03);
+  CHECK(second_current_mA(world) == current_mA(world) + 300);
+  CHECK(read_raw<sensor_current_2, "measurement_error">(*world.last(0x531)) == 1);
+  CHECK(read_raw<sensor_current, "any_measurement_error">(*world.last(0x521)) == 0);
+  REQUIRE(world.simulator.apply("sensor current_2 value_mA -5"));
+  world.run_with_master(100ms, 0x03);
+  CHECK(second_current_mA(world) == -5);
+  REQUIRE(world.simulator.apply("sensor current_2 silent"));
+  world.heard.clear();
+  world.run_with_master(200ms, 0x03);
+  CHECK(world.count(0x531) == 0);
+  CHECK(world.count(0x521) == 10);
+}
+
+TEST_CASE("without a second current sensor there is nothing at 531h and nothing to script", "[scenario][simulator]") {
+  SmallWorld world;
+  world.run(1s);
+  CHECK(world.count(0x531) == 0);
+  const auto refused = world.simulator.apply("sensor current_2 stuck on");
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().wanted.find("no second current sensor") != std::string::npos);
+}
+
+TEST_CASE("a stuck result repeats its value to the last digit while its counter goes on", "[scenario][simulator]") {
+  SimulatorConfig config;
+  config.current_noise_mA = 40;
+  SmallWorld world("0 load current_A 20", 3, config);
+  world.run_with_master(500ms, 0x03);
+  const CanFrame current = *world.last(0x521);
+  const CanFrame pack = *world.last(0x522);
+  REQUIRE(world.simulator.apply("sensor current stuck on"));
+  REQUIRE(world.simulator.apply("sensor pack_voltage stuck on"));
+  REQUIRE(world.simulator.apply("load current_A 0"));
+  world.heard.clear();
+  world.run_with_master(400ms, 0x03);
+  REQUIRE(world.count(0x521) == 20);
+  std::uint8_t counter = current.data[1];
+  for (const SentFrame& sent : world.heard) {
+    if (sent.frame.id != 0x521) continue;
+    counter = static_cast<std::uint8_t>((counter + 1) & 0x0F);
+    CHECK(sent.frame.data[1] == counter);
+    CHECK(std::equal(sent.frame.data.begin() + 2, sent.frame.data.begin() + 6, current.data.begin() + 2));
+  }
+  CHECK(std::equal(pack.data.begin() + 2, pack.data.begin() + 6, world.last(0x522)->data.begin() + 2));
+  REQUIRE(world.simulator.apply("sensor current stuck off"));
+  world.run_with_master(100ms, 0x03);
+  CHECK(current_mA(world) == Approx(13).margin(45));
+}
+
+TEST_CASE("an inverted sensor counts the other way", "[scenario][simulator]") {
+  SmallWorld world("0 load current_A 20");
+  world.run_with_master(500ms, 0x03);
+  REQUIRE(world.simulator.apply("sensor current inverted on"));
+  world.run_with_master(100ms, 0x03);
+  CHECK(current_mA(world) == Approx(-20'013).margin(5));
+  REQUIRE(world.simulator.apply("sensor current offset_mA 100"));
+  world.run_with_master(100ms, 0x03);
+  CHECK(current_mA(world) == Approx(-19'913).margin(5));
+}
+
+TEST_CASE("the charger of a pack with a charge contactor waits for it", "[scenario][simulator]") {
+  SimulatorConfig config;
+  config.plant.has_charge_contactor = true;
+  SmallWorld world("0 charger connected\n0 charger current_A 8", 3, config);
+  world.run_with_master(500ms, 0x03);
+  CHECK(current_mA(world) == Approx(13).margin(5));
+  world.run_with_master(500ms, 0x0B);
+  CHECK(current_mA(world) == Approx(-7'987).margin(5));
+  world.run_with_master(100ms, 0x03);
+  CHECK(current_mA(world) == Approx(13).margin(5));
+  REQUIRE(world.simulator.apply("contactor charge welded"));
+  world.run_with_master(100ms, 0x03);
+  CHECK(current_mA(world) == Approx(-7'987).margin(5));
+  world.run_with_master(100ms, 0x00);
+  CHECK(current_mA(world) == 0);
+}
+
+TEST_CASE("a charger that cannot be stopped goes on until a contactor opens", "[scenario][simulator]") {
+  SmallWorld world("0 charger connected\n0 charger current_A 8");
+  world.run_with_master(500ms, 0x03);
+  REQUIRE(world.simulator.apply("charger unstoppable on"));
+  REQUIRE(world.simulator.apply("charger current_A 2"));
+  world.run_with_master(100ms, 0x03);
+  CHECK(current_mA(world) == Approx(-7'987).margin(5));
+  REQUIRE(world.simulator.apply("charger disconnected"));
+  world.run_with_master(100ms, 0x03);
+  CHECK(current_mA(world) == Approx(-7'987).margin(5));
+  CHECK(read_raw<pdu_status, "charger_connected">(*world.last(0x041)) == 0);
+  world.run_with_master(100ms, 0x00);
+  CHECK(current_mA(world) == 0);
+  REQUIRE(world.simulator.apply("charger unstoppable off"));
+  world.run_with_master(100ms, 0x03);
+  CHECK(current_mA(world) >= 0);
+}
+
+TEST_CASE("a runaway charger fills the cells beyond their maximum", "[scenario][simulator]") {
+  SmallWorld world(
+      "0 pack soc_permille 1000\n0 cell 1.1 soc_permille 1000\n0 charger connected\n0 charger current_A 900");
+  const auto pack_mV = [&world] { return read<sensor_u1, "pack_voltage_mV">(*world.last(0x522)).value; };
+  world.run_with_master(10s, 0x03);
+  CHECK(pack_mV() <= 153'000);  // 36 cells of 4.25 V
+  REQUIRE(world.simulator.apply("charger runaway on"));
+  world.run_with_master(10s, 0x03);
+  CHECK(current_mA(world) < -899'000);
+  CHECK(pack_mV() > 160'000);
+}
+
+TEST_CASE("a stuck cell says for ever the same, whatever it does and however noisy the rest is",
+          "[scenario][simulator]") {
+  SimulatorConfig config;
+  config.cell_noise_uV = 500;
+  SmallWorld world("", 3, config);
+  world.run_with_master(1s, 0x03);
+  const auto voltages = [&world] {
+    world.run_with_master(200ms, 0x03);
+    return std::pair{read<cells_3, "cell_voltage_7_uV">(*world.last(0x1C2)).value,
+                     read<cells_3, "cell_voltage_8_uV">(*world.last(0x1C2)).value};
+  };
+  REQUIRE(world.simulator.apply("cell 2.7 stuck on"));
+  const auto [stuck_uV, free_uV] = voltages();
+  REQUIRE(world.simulator.apply("pack soc_permille 100"));
+  for (int again = 0; again < 5; ++again) {
+    const auto [seven_uV, eight_uV] = voltages();
+    CHECK(seven_uV == stuck_uV);
+    CHECK(eight_uV < free_uV - 100'000);
+  }
+  REQUIRE(world.simulator.apply("cell 2.7 stuck off"));
+  CHECK(voltages().first < stuck_uV - 100'000);
+}
+
+TEST_CASE("an open wire nobody notices: one cell reads low, its neighbour as much high, nothing is flagged",
+          "[scenario][simulator]") {
+  SmallWorld world;
+  const auto read_uV = [&world] {
+    world.run_with_master(100ms, 0);
+    return std::array{read<cells_2, "cell_voltage_6_uV">(*world.last(0x182)).value,
+                      read<cells_3, "cell_voltage_7_uV">(*world.last(0x1C2)).value,
+                      read<cells_3, "cell_voltage_8_uV">(*world.last(0x1C2)).value,
+                      read<cells_3, "cell_voltage_9_uV">(*world.last(0x1C2)).value,
+                      read<module, "module_voltage_mV">(*world.last(0x2C2)).value};
+  };
+  world.run_with_master(1s, 0);
+  const auto before = read_uV();
+  REQUIRE(world.simulator.apply("cell 2.7 wire open_silent"));
+  world.run_with_master(200ms, 0);
+  const auto drifting = read_uV();
+  CHECK(drifting[1] < before[1] - 500'000);
+  CHECK(drifting[1] + drifting[2] == Approx(before[1] + before[2]).margin(400));
+  CHECK(drifting[0] == before[0]);
+  CHECK(drifting[3] == before[3]);
+  CHECK(drifting[4] == before[4]);
+  world.run_with_master(10s, 0);
+  const auto open = read_uV();
+  CHECK(open[1] < 2'000);
+  CHECK(open[2] == 5'000'000);  // the end of what the front end reads
+  CHECK(read_raw<status, "open_cell_wire">(*world.last(0x102)) == 0);
+  CHECK(read_raw<module, "open_wire_cells">(*world.last(0x2C2)) == 0);
+  REQUIRE(world.simulator.apply("cell 2.7 wire closed"));
+  world.run_with_master(200ms, 0);
+  CHECK(read_uV() == before);
+  REQUIRE(world.simulator.apply("cell 2.12 wire open_silent"));  // the top wire has no cell above
+  world.run_with_master(10s, 0);
+  (void)read_uV();
+  CHECK(read<cells_4, "cell_voltage_12_uV">(*world.last(0x202)).value < 2'000);
+  CHECK(read<cells_1, "cell_voltage_1_uV">(*world.last(0x143)).value == before[0]);
+}
+
+TEST_CASE("faults of a module's transmitter can be scripted", "[scenario][simulator]") {
+  SmallWorld world;
+  world.run_with_master(1s, 0);
+  const auto apply = [&world](std::string_view event) {
+    REQUIRE(world.simulator.apply(event));
+    world.heard.clear();
+    world.run_with_master(1s, 0);
+  };
+  apply("module 3 sends_as_node 2");
+  CHECK(world.count(0x103) == 0);
+  CHECK(world.count(0x102) == 20);
+  apply("module 3 sends_as_node auto");
+  CHECK(world.count(0x103) == 10);
+  CHECK(world.count(0x102) == 10);
+  apply("module 3 omits cells");
+  CHECK(world.count(0x143) == 0);
+  CHECK(world.count(0x103) == 10);
+  apply("module 3 omits nothing");
+  CHECK(world.count(0x143) == 10);
+  apply("module 3 cell_count 11");
+  CHECK(read_raw<status, "cell_count">(*world.last(0x103)) == 11);
+  apply("module 3 cell_count auto");
+  CHECK(read_raw<status, "cell_count">(*world.last(0x103)) == 12);
+  apply("module 3 protocol_version 2");
+  CHECK(read_raw<ident, "protocol_version">(*world.last(0x303)) == 2);
+  apply("module 3 serial_number 4294967295");
+  CHECK(read_raw<ident, "serial_number">(*world.last(0x303)) == 4'294'967'295);
+  CHECK(read_raw<ident, "serial_number">(*world.last(0x302)) == 1002);
+  apply("module 3 frozen_counter on");
+  CHECK(world.last(0x103)->data[6] != world.poll_counter);
+  CHECK(world.last(0x102)->data[6] == world.poll_counter);
+  apply("module 3 frozen_counter off");
+  CHECK(world.last(0x103)->data[6] == world.poll_counter);
+  REQUIRE(world.simulator.apply("module 3 stuck on"));
+  REQUIRE(world.simulator.apply("module 2 replay on"));
+  apply("pack soc_permille 100");
+  const auto first_cell_uV = [&world](std::uint32_t id) {
+    return read<cells_1, "cell_voltage_1_uV">(*world.last(id)).value;
+  };
+  CHECK(first_cell_uV(0x143) > first_cell_uV(0x141) + 100'000);
+  CHECK(first_cell_uV(0x142) > first_cell_uV(0x141) + 100'000);
+  CHECK(world.last(0x103)->data[6] == world.poll_counter);
+  CHECK(world.last(0x102)->data[6] != world.poll_counter);
+}
+
+TEST_CASE("a slow module answers late by its delay", "[scenario][simulator]") {
+  SmallWorld world;
+  world.run(1s);
+  const auto answer_after = [&world](std::uint8_t counter) {
+    const TimePoint polled_at = world.simulator.now();
+    world.heard.clear();
+    world.simulator.observe(poll_frame(0, want_status, counter), polled_at);
+    world.run(400ms);
+    const auto answer = std::find_if(world.heard.begin(), world.heard.end(),
+                                     [](const SentFrame& sent) { return sent.frame.id == 0x103; });
+    REQUIRE(answer != world.heard.end());
+    return answer->at - polled_at;
+  };
+  CHECK(answer_after(1) == 1ms);
+  REQUIRE(world.simulator.apply("module 3 delay_ms 250"));
+  CHECK(answer_after(2) == 251ms);
+}
+
+TEST_CASE("a stranger answers beside the module whose node it took, or where nobody is", "[scenario][simulator]") {
+  SmallWorld world("1 stranger 3 connected\n1 stranger 9 connected");
+  world.run_with_master(1s, 0);
+  CHECK(world.count(0x109) == 0);
+  world.heard.clear();
+  world.run(1ms);
+  world.run_with_master(1s, 0);
+  CHECK(world.count(0x109) == 10);
+  CHECK(world.count(0x103) == 20);
+  CHECK(read_raw<ident, "serial_number">(*world.last(0x309)) == 900'009);
+  CHECK(read<cells_1, "cell_voltage_1_uV">(*world.last(0x149)).value == 3'600'000);
+  bool is_interleaved = false;
+  std::vector<std::int64_t> serials;
+  for (std::size_t index = 1; index < world.heard.size(); ++index) {
+    const CanFrame& frame = world.heard[index].frame;
+    is_interleaved = is_interleaved || (frame.id == 0x143 && world.heard[index - 1].frame.id == 0x143);
+    if (frame.id == 0x303) serials.push_back(read_raw<ident, "serial_number">(frame));
+  }
+  CHECK(is_interleaved);
+  CHECK(std::count(serials.begin(), serials.end(), 1003) == 10);
+  CHECK(std::count(serials.begin(), serials.end(), 900'003) == 11);  // and the one nobody asked for
+
+  ReceiveCheck check(catalogue, ReceiveCheck::Role::listener);
+  std::size_t conflicting = 0;
+  for (const SentFrame& sent : world.heard) {
+    const CheckedFrame checked = check.check(sent.frame);
+    if (!checked.is_accepted && checked.reason == RejectReason::conflicting) ++conflicting;
+  }
+  CHECK(conflicting > 20);
+
+  REQUIRE(world.simulator.apply("stranger 3 disconnected"));
+  REQUIRE(world.simulator.apply("stranger 9 disconnected"));
+  world.heard.clear();
+  world.run_with_master(1s, 0);
+  CHECK(world.count(0x109) == 0);
+  CHECK(world.count(0x103) == 10);
+}
+
+TEST_CASE("sleeping modules rest on a quiet bus, wake by any frame, and do not keep each other awake",
+          "[scenario][simulator][MMU_S]") {
+  SmallWorld world("0 pdu silent\n0 sensor current silent\n0 sensor pack_voltage silent\n0 sensor link_voltage silent");
+  const auto asleep = [&world] {
+    int count = 0;
+    for (std::size_t module = 0; module < 3; ++module) count += world.simulator.mmu(module).is_asleep() ? 1 : 0;
+    return count;
+  };
+  world.run(1s);
+  world.simulator.observe(command_frame(0, 1, {1, 3, 0}), world.simulator.now());
+  world.run(20ms);
+  REQUIRE(asleep() == 3);
+  world.heard.clear();
+  world.run(5s);
+  CHECK(asleep() == 3);
+  CHECK(world.heard.empty());
+
+  REQUIRE(world.simulator.apply("pdu talking"));
+  world.run(60ms);
+  REQUIRE(asleep() == 0);
+  REQUIRE(world.simulator.apply("pdu silent"));
+  world.heard.clear();
+  world.run(1s);
+  CHECK(asleep() == 3);
+  world.run(5s);
+  CHECK(asleep() == 3);
+  CHECK(world.heard.empty());
+
+  world.simulator.observe(poll_frame(0, want_status, 200), world.simulator.now());
+  world.run(100ms);
+  CHECK(asleep() == 0);
+  CHECK(world.heard.empty());  // the frame that wakes is lost
+  world.simulator.observe(poll_frame(0, want_status, 201), world.simulator.now());
+  world.run(100ms);
+  for (std::uint32_t node = 1; node <= 3; ++node) {
+    CHECK(world.count(0x100 + node) == 1);
+    CHECK(world.count(0x300 + node) == 1);
+  }
 }
 
 TEST_CASE("every property can be applied, ramped from the present, and released", "[scenario][simulator]") {

@@ -19,10 +19,14 @@ CanFrame command_of(std::uint8_t outputs, std::uint8_t counter) {
   return frame;
 }
 
+ir155::Pwm insulation_of(ir155::State state, std::int64_t resistance_Ohm = 0) {
+  return ir155::encode({state, known(resistance_Ohm)});
+}
+
 class PduBench {
  public:
   PduBench() {
-    measured.insulation_resistance_Ohm = known(1'200'000);
+    measured.insulation = insulation_of(ir155::State::normal, 1'200'000);
     (void)pdu.tick(now, measured);
   }
   Pdu pdu{power_up};
@@ -163,7 +167,7 @@ TEST_CASE("PDU_STATUS comes at once when a contact, an output or an input change
     bench.measured.inputs.estop_2_released = false;
   }
   SECTION("insulation monitor") {
-    bench.measured.insulation_monitor = InsulationMonitor::earth_fault;
+    bench.measured.insulation = insulation_of(ir155::State::earth_fault);
   }
   CHECK(bench.run(1ms).size() == 1);
   CHECK(bench.run(35ms).empty());
@@ -172,13 +176,42 @@ TEST_CASE("PDU_STATUS comes at once when a contact, an output or an input change
 TEST_CASE("a value that never stands still waits for its period", "[unit][pdu]") {
   PduBench bench;
   bench.run(60ms);
-  bench.measured.insulation_resistance_Ohm = known(900'000);
+  bench.measured.insulation = insulation_of(ir155::State::normal, 300'000);
   bench.measured.throttle_permille = known(500);
   CHECK(bench.run(35ms).empty());
   const auto sent = bench.run(10ms);
   REQUIRE(sent.size() == 1);
-  CHECK(read<pdu_status, "insulation_resistance_Ohm">(sent[0].second) == known(900'000));
+  CHECK(read<pdu_status, "insulation_resistance_Ohm">(sent[0].second) == known(300'000));
   CHECK(read<pdu_status, "throttle_permille">(sent[0].second) == known(500));
+}
+
+TEST_CASE("PDU_STATUS tells what the insulation monitor's signal means", "[unit][pdu][FS_3]") {
+  struct Case {
+    ir155::State state;
+    std::int64_t told;
+    SignalValue told_Ohm;
+  };
+  const Case cases[] = {
+      {ir155::State::no_signal_low, 0, not_known()},    {ir155::State::no_signal_high, 0, not_known()},
+      {ir155::State::normal, 1, known(300'000)},        {ir155::State::undervoltage, 2, known(300'000)},
+      {ir155::State::speed_start_good, 3, not_known()}, {ir155::State::speed_start_bad, 3, not_known()},
+      {ir155::State::device_error, 4, not_known()},     {ir155::State::earth_fault, 5, not_known()},
+      {ir155::State::undefined, 0, not_known()},
+  };
+  for (const Case& one : cases) {
+    INFO(ir155::to_text(one.state));
+    PduBench bench;
+    bench.measured.insulation = insulation_of(one.state, 300'000);
+    const auto sent = bench.run(50ms);
+    REQUIRE(!sent.empty());
+    CHECK(read_raw<pdu_status, "insulation_monitor_state">(sent.back().second) == one.told);
+    CHECK(read<pdu_status, "insulation_resistance_Ohm">(sent.back().second) == one.told_Ohm);
+  }
+  PduBench bench;
+  bench.measured.insulation = insulation_of(ir155::State::normal, 80'000'000);
+  const auto sent = bench.run(50ms);
+  REQUIRE(!sent.empty());
+  CHECK(read<pdu_status, "insulation_resistance_Ohm">(sent.back().second) == not_known(Validity::above_range));
 }
 
 TEST_CASE("PDU_STATUS is what the worked frame of the protocol is", "[unit][pdu]") {

@@ -1,0 +1,89 @@
+#include "mmu/module_wire.hpp"
+
+#include <algorithm>
+
+namespace bmu {
+
+namespace {
+
+constexpr std::uint32_t ids_per_kind = 64;
+constexpr std::size_t data_bytes = 6;  // counter and checksum follow
+
+constexpr std::size_t kind_of(const CanFrame& frame) {
+  return frame.id / ids_per_kind;
+}
+constexpr std::size_t kind_of(const MessageSpec& message) {
+  return message.base_id / ids_per_kind;
+}
+
+constexpr OmittedFrames group_of(std::size_t kind) {
+  if (kind == kind_of(internal_bus::status)) return OmittedFrames::status;
+  if (kind >= kind_of(internal_bus::cells_1) && kind <= kind_of(internal_bus::cells_4)) return OmittedFrames::cells;
+  if (kind == kind_of(internal_bus::temp_1) || kind == kind_of(internal_bus::temp_2)) {
+    return OmittedFrames::temperatures;
+  }
+  if (kind == kind_of(internal_bus::module)) return OmittedFrames::module;
+  if (kind == kind_of(internal_bus::ident)) return OmittedFrames::ident;
+  return OmittedFrames::nothing;
+}
+
+/// What it says of itself.
+void change_identity(std::size_t kind, const ModuleWireFaults& faults, CanFrame& frame) {
+  if (kind == kind_of(internal_bus::status) && faults.cell_count) {
+    write<internal_bus::status, "cell_count">(frame, *faults.cell_count);
+  }
+  if (kind != kind_of(internal_bus::ident)) return;
+  if (faults.cell_count) write<internal_bus::ident, "cell_count">(frame, *faults.cell_count);
+  if (faults.protocol_version) write<internal_bus::ident, "protocol_version">(frame, *faults.protocol_version);
+  if (faults.serial_number) write<internal_bus::ident, "serial_number">(frame, *faults.serial_number);
+}
+
+}  // namespace
+
+void ModuleWire::push(const MmuFrames& frames, const ModuleWireFaults& faults, TimePoint now) {
+  if (faults.is_silent) {
+    count_ = 0;
+    return;
+  }
+  for (const CanFrame& frame : frames) {
+    const OmittedFrames group = group_of(kind_of(frame));
+    const bool is_omitted = group != OmittedFrames::nothing && group == faults.omitted;
+    if (is_omitted || count_ == frames_max) continue;
+    queue_[(first_ + count_) % frames_max] = {now + faults.delay, changed(frame, faults)};
+    ++count_;
+  }
+}
+
+std::optional<CanFrame> ModuleWire::pop(TimePoint now) {
+  if (count_ == 0 || queue_[first_].leaves_at > now) return std::nullopt;
+  const CanFrame frame = queue_[first_].frame;
+  first_ = (first_ + 1) % frames_max;
+  --count_;
+  return frame;
+}
+
+CanFrame ModuleWire::changed(CanFrame frame, const ModuleWireFaults& faults) {
+  const std::size_t kind = kind_of(frame);
+  change_identity(kind, faults, frame);
+  if (kind != kind_of(internal_bus::response)) change_answer(kind, faults, frame);
+  if (faults.node) frame.id = static_cast<std::uint32_t>(kind * ids_per_kind) + *faults.node;
+  frame.data[7] = frame_crc(frame);
+  if (faults.has_damaged_frames) frame.data[7] ^= 0x55U;
+  return frame;
+}
+
+void ModuleWire::change_answer(std::size_t kind, const ModuleWireFaults& faults, CanFrame& frame) {
+  Kept& kept = kept_[kind];
+  if ((faults.is_stuck || faults.is_replaying) && kept.exists) {
+    std::copy_n(kept.data.begin(), data_bytes, frame.data.begin());
+  } else {
+    kept = {frame.data, true};
+  }
+  if (faults.has_frozen_counter || faults.is_replaying) {
+    frame.data[data_bytes] = counter_;
+  } else {
+    counter_ = frame.data[data_bytes];
+  }
+}
+
+}  // namespace bmu

@@ -1,0 +1,273 @@
+// What every property of the script language does to the world: a row each, in the order of the enumerators.
+#include <algorithm>
+#include <cmath>
+
+#include "mmu/world.hpp"
+
+namespace bmu {
+
+namespace {
+
+constexpr double kelvin_to_tenths = 10.0;
+
+/// How a property takes a value. `set` gets the number, the word's index, or nothing of meaning (0); `release` is
+/// `auto`; `get` is where a ramp without a beginning starts.
+struct Handler {
+  Property property;
+  void (*set)(World&, ScenarioPlace, double);
+  double (*get)(const World&, ScenarioPlace) = nullptr;
+  void (*release)(World&, ScenarioPlace) = nullptr;
+};
+
+template <class Change>
+void for_all_cells(World& world, Change change) {
+  for (std::size_t cell = 0; cell < world.plant.cell_count(); ++cell) change(cell);
+}
+
+CellSense& cell_sense(World& world, ScenarioPlace place) {
+  return world.cell_senses[world.cell_of(place)];
+}
+const CellSense& cell_sense(const World& world, ScenarioPlace place) {
+  return world.cell_senses[world.cell_of(place)];
+}
+ModuleSense& module_sense(World& world, ScenarioPlace place) {
+  return world.module_senses[world.module_of(place)];
+}
+const PlantCell& plant_cell(const World& world, ScenarioPlace place) {
+  return world.plant.cell(world.cell_of(place));
+}
+Contactor& contactor(World& world, ScenarioPlace place) {
+  return world.plant.contactor(static_cast<ContactorName>(place.index));
+}
+
+void set_estop(World& world, ScenarioPlace place, bool is_released) {
+  (place.index == 0 ? world.inputs.estop_1_released : world.inputs.estop_2_released) = is_released;
+}
+
+double sensor_real(const World& world, ScenarioPlace place) {
+  const std::array<double, scripted_results> real{world.plant.current_A(), world.plant.pack_V(), world.plant.link_V(),
+                                                  world.plant.current_A()};
+  return world.sensor_senses[place.index].value.value_or(real[place.index] * 1e3);
+}
+void set_sensor_value(World& world, ScenarioPlace place, double value) {
+  world.sensor_senses[place.index].value = value;
+}
+void release_sensor_value(World& world, ScenarioPlace place) {
+  world.sensor_senses[place.index].value.reset();
+}
+void set_sensor_offset(World& world, ScenarioPlace place, double value) {
+  world.sensor_senses[place.index].offset = value;
+}
+double sensor_offset(const World& world, ScenarioPlace place) {
+  return world.sensor_senses[place.index].offset;
+}
+
+ModuleWireFaults& module_wire(World& world, ScenarioPlace place) {
+  return module_sense(world, place).wire;
+}
+const ModuleWireFaults& module_wire(const World& world, ScenarioPlace place) {
+  return world.module_senses[world.module_of(place)].wire;
+}
+const MmuConfig& module_config(const World& world, ScenarioPlace place) {
+  return world.modules[world.module_of(place)];
+}
+void set_wire(World& world, ScenarioPlace place, SenseWire wire) {
+  CellSense& sense = cell_sense(world, place);
+  if (wire != sense.wire) sense.opened_at = world.now;
+  sense.wire = wire;
+}
+std::uint8_t small_number(double value) {
+  return static_cast<std::uint8_t>(std::lround(value));
+}
+
+constexpr std::array<Validity, 3> thermistor_states{Validity::valid, Validity::open_circuit, Validity::short_circuit};
+constexpr std::array<AuxiliaryContact, 3> auxiliary_states{AuxiliaryContact::follows, AuxiliaryContact::stays_open,
+                                                           AuxiliaryContact::stays_closed};
+
+using W = World;
+using P = ScenarioPlace;
+constexpr std::array<Handler, property_count> handlers{{
+    {Property::vehicle_on, [](W& w, P, double) { w.inputs.vehicle_on = true; }},
+    {Property::vehicle_off, [](W& w, P, double) { w.inputs.vehicle_on = false; }},
+    {Property::charger_connected, [](W& w, P, double) { w.inputs.charger_connected = true; }},
+    {Property::charger_disconnected, [](W& w, P, double) { w.inputs.charger_connected = false; }},
+    {Property::charger_current, [](W& w, P, double v) { w.charger_A = v; }, [](const W& w, P) { return w.charger_A; }},
+    {Property::charger_runaway, [](W& w, P, double v) { w.is_charger_runaway = v > 0.0; }},
+    {Property::charger_unstoppable, [](W& w, P, double v) { w.is_charger_unstoppable = v > 0.0; }},
+    {Property::load_current,
+     [](W& w, P, double v) {
+       w.load_A = v;
+       w.profile = LoadProfile::none;
+     },
+     [](const W& w, P) { return w.load_A; }},
+    {Property::load_profile,
+     [](W& w, P place, double v) {
+       w.cancel_ramps(Property::load_current, place);
+       w.load_A = 0.0;
+       w.profile = static_cast<LoadProfile>(v);
+       w.profile_began_at = w.now;
+     }},
+    {Property::pack_soc,
+     [](W& w, P, double v) { for_all_cells(w, [&](std::size_t cell) { w.plant.set_cell_soc(cell, v / 1e3); }); },
+     [](const W& w, P) { return w.plant.cell(0).soc * 1e3; }},
+    {Property::pack_ambient, [](W& w, P, double v) { w.plant.set_ambient_C(v / kelvin_to_tenths); },
+     [](const W& w, P) { return w.plant.ambient_C() * kelvin_to_tenths; }},
+    {Property::pack_temperature,
+     [](W& w, P, double v) {
+       for_all_cells(w, [&](std::size_t cell) {
+         w.plant.hold_cell_temperature_C(cell, v / kelvin_to_tenths);
+         w.plant.release_cell_temperature(cell);
+       });
+     },
+     [](const W& w, P) { return w.plant.cell(0).temperature_C * kelvin_to_tenths; }},
+    {Property::cell_voltage, [](W& w, P p, double v) { cell_sense(w, p).voltage_mV = v; },
+     [](const W& w, P p) { return w.sensed_mV(w.cell_of(p)); }, [](W& w, P p) { cell_sense(w, p).voltage_mV.reset(); }},
+    {Property::cell_offset, [](W& w, P p, double v) { cell_sense(w, p).offset_mV = v; },
+     [](const W& w, P p) { return cell_sense(w, p).offset_mV; }},
+    {Property::cell_soc, [](W& w, P p, double v) { w.plant.set_cell_soc(w.cell_of(p), v / 1e3); },
+     [](const W& w, P p) { return plant_cell(w, p).soc * 1e3; }},
+    {Property::cell_resistance, [](W& w, P p, double v) { w.plant.set_cell_resistance_Ohm(w.cell_of(p), v / 1e3); },
+     [](const W& w, P p) { return plant_cell(w, p).series_resistance_Ohm * 1e3; },
+     [](W& w, P p) { w.plant.set_cell_resistance_Ohm(w.cell_of(p), w.plant.config().cell.series_resistance_Ohm); }},
+    {Property::cell_leak, [](W& w, P p, double v) { w.plant.set_cell_leak_siemens(w.cell_of(p), 1.0 / v); },
+     [](const W& w, P p) { return 1.0 / std::max(plant_cell(w, p).leak_siemens, 1e-9); },
+     [](W& w, P p) { w.plant.set_cell_leak_siemens(w.cell_of(p), 0.0); }},
+    {Property::cell_temperature,
+     [](W& w, P p, double v) { w.plant.hold_cell_temperature_C(w.cell_of(p), v / kelvin_to_tenths); },
+     [](const W& w, P p) { return plant_cell(w, p).temperature_C * kelvin_to_tenths; },
+     [](W& w, P p) { w.plant.release_cell_temperature(w.cell_of(p)); }},
+    {Property::cell_wire, [](W& w, P p, double v) { set_wire(w, p, static_cast<SenseWire>(v)); }},
+    {Property::cell_stuck, [](W& w, P p, double v) { cell_sense(w, p).is_stuck = v > 0.0; }},
+    {Property::module_silent, [](W& w, P p, double) { module_wire(w, p).is_silent = true; }},
+    {Property::module_talking, [](W& w, P p, double) { module_wire(w, p).is_silent = false; }},
+    {Property::module_restart, [](W& w, P p, double) { module_sense(w, p).is_restart_wanted = true; }},
+    {Property::module_crc_errors, [](W& w, P p, double v) { module_sense(w, p).has_crc_errors = v > 0.0; }},
+    {Property::module_damaged_frames, [](W& w, P p, double v) { module_wire(w, p).has_damaged_frames = v > 0.0; }},
+    {Property::module_stuck, [](W& w, P p, double v) { module_wire(w, p).is_stuck = v > 0.0; }},
+    {Property::module_frozen_counter, [](W& w, P p, double v) { module_wire(w, p).has_frozen_counter = v > 0.0; }},
+    {Property::module_replay, [](W& w, P p, double v) { module_wire(w, p).is_replaying = v > 0.0; }},
+    {Property::module_omits, [](W& w, P p, double v) { module_wire(w, p).omitted = static_cast<OmittedFrames>(v); }},
+    {Property::module_delay,
+     [](W& w, P p, double v) { module_wire(w, p).delay = std::chrono::milliseconds(std::lround(v)); },
+     [](const W& w, P p) { return static_cast<double>(to_ms(module_wire(w, p).delay)); }},
+    {Property::module_sends_as_node, [](W& w, P p, double v) { module_wire(w, p).node = small_number(v); },
+     [](const W& w, P p) -> double { return module_wire(w, p).node.value_or(p.node); },
+     [](W& w, P p) { module_wire(w, p).node.reset(); }},
+    {Property::module_cell_count, [](W& w, P p, double v) { module_wire(w, p).cell_count = small_number(v); },
+     [](const W& w, P p) -> double { return module_wire(w, p).cell_count.value_or(module_config(w, p).cell_count); },
+     [](W& w, P p) { module_wire(w, p).cell_count.reset(); }},
+    {Property::module_protocol_version,
+     [](W& w, P p, double v) { module_wire(w, p).protocol_version = small_number(v); },
+     [](const W& w, P p) -> double {
+       return module_wire(w, p).protocol_version.value_or(internal_bus::protocol_version);
+     },
+     [](W& w, P p) { module_wire(w, p).protocol_version.reset(); }},
+    {Property::module_serial_number,
+     [](W& w, P p, double v) { module_wire(w, p).serial_number = static_cast<std::uint32_t>(std::llround(v)); },
+     [](const W& w, P p) -> double {
+       return module_wire(w, p).serial_number.value_or(module_config(w, p).serial_number);
+     },
+     [](W& w, P p) { module_wire(w, p).serial_number.reset(); }},
+    {Property::module_self_test, [](W& w, P p, double v) { module_sense(w, p).is_self_test_failed = v > 0.0; }},
+    {Property::module_board_temperature, [](W& w, P p, double v) { module_sense(w, p).board_temperature_dC = v; },
+     [](const W& w, P p) {
+       return w.module_senses[w.module_of(p)].board_temperature_dC.value_or(w.plant.board_C(w.module_of(p)) *
+                                                                            kelvin_to_tenths);
+     },
+     [](W& w, P p) { module_sense(w, p).board_temperature_dC.reset(); }},
+    {Property::stranger_connected, [](W& w, P p, double) { w.has_stranger[p.node] = true; }},
+    {Property::stranger_disconnected, [](W& w, P p, double) { w.has_stranger[p.node] = false; }},
+    {Property::thermistor_state,
+     [](W& w, P p,
+        double v) { module_sense(w, p).thermistors[p.index] = thermistor_states[static_cast<std::size_t>(v)]; }},
+    {Property::sensor_silent, [](W& w, P p, double) { w.sensor_senses[p.index].is_silent = true; }},
+    {Property::sensor_talking, [](W& w, P p, double) { w.sensor_senses[p.index].is_silent = false; }},
+    {Property::sensor_offset_current, set_sensor_offset, sensor_offset},
+    {Property::sensor_value_current, set_sensor_value, sensor_real, release_sensor_value},
+    {Property::sensor_offset_voltage, set_sensor_offset, sensor_offset},
+    {Property::sensor_value_voltage, set_sensor_value, sensor_real, release_sensor_value},
+    {Property::sensor_stuck, [](W& w, P p, double v) { w.sensor_senses[p.index].is_stuck = v > 0.0; }},
+    {Property::sensor_inverted, [](W& w, P p, double v) { w.sensor_senses[p.index].is_inverted = v > 0.0; }},
+    {Property::sensor_error, [](W& w, P p, double v) { w.sensor_senses[p.index].has_error = v > 0.0; }},
+    {Property::pdu_silent, [](W& w, P, double) { w.is_pdu_silent = true; }},
+    {Property::pdu_talking, [](W& w, P, double) { w.is_pdu_silent = false; }},
+    {Property::pdu_damaged_frames, [](W& w, P, double v) { w.has_pdu_damaged_frames = v > 0.0; }},
+    {Property::pdu_throttle, [](W& w, P, double v) { w.throttle_permille = v; },
+     [](const W& w, P) { return w.throttle_permille.value_or(0.0); }, [](W& w, P) { w.throttle_permille.reset(); }},
+    {Property::contactor_welded, [](W& w, P p, double) { contactor(w, p).set_fault(ContactorFault::welded); }},
+    {Property::contactor_stuck_open, [](W& w, P p, double) { contactor(w, p).set_fault(ContactorFault::stuck_open); }},
+    {Property::contactor_ok, [](W& w, P p, double) { contactor(w, p).set_fault(ContactorFault::none); }},
+    {Property::contactor_feedback,
+     [](W& w, P p, double v) { contactor(w, p).set_auxiliary(auxiliary_states[static_cast<std::size_t>(v)]); }},
+    {Property::estop_pressed, [](W& w, P p, double) { set_estop(w, p, false); }},
+    {Property::estop_released, [](W& w, P p, double) { set_estop(w, p, true); }},
+    {Property::interlock_open, [](W& w, P, double) { w.inputs.interlock_closed = false; }},
+    {Property::interlock_closed, [](W& w, P, double) { w.inputs.interlock_closed = true; }},
+    {Property::insulation_resistance, [](W& w, P, double v) { w.insulation.resistance_kOhm = v; },
+     [](const W& w, P) { return w.insulation.resistance_kOhm; }},
+    {Property::insulation_monitor, [](W& w, P, double v) { w.insulation.state = static_cast<InsulationMonitor>(v); }},
+    {Property::insulation_frequency, [](W& w, P, double v) { w.insulation.frequency_Hz = v; },
+     [](const W& w, P) { return w.insulation.pwm.frequency_mHz / 1e3; },
+     [](W& w, P) { w.insulation.frequency_Hz.reset(); }},
+    {Property::insulation_duty, [](W& w, P, double v) { w.insulation.duty_permille = v; },
+     [](const W& w, P) { return static_cast<double>(w.insulation.pwm.duty_permille); },
+     [](W& w, P) { w.insulation.duty_permille.reset(); }},
+    {Property::insulation_wire, [](W& w, P, double v) { w.insulation.wire = static_cast<SignalWire>(v); }},
+    {Property::link_capacitance, [](W& w, P, double v) { w.plant.set_link_capacitance_F(v / 1e6); },
+     [](const W& w, P) { return w.plant.link_capacitance_F() * 1e6; }},
+    {Property::link_bleed, [](W& w, P, double v) { w.plant.set_link_bleed_Ohm(v); },
+     [](const W& w, P) { return w.plant.link_bleed_Ohm(); }},
+    {Property::precharge_resistance, [](W& w, P, double v) { w.plant.set_precharge_resistance_Ohm(v); },
+     [](const W& w, P) { return w.plant.precharge_resistance_Ohm(); }},
+    {Property::resume_button_pressed, [](W& w, P, double) { w.inputs.resume_button = true; }},
+    {Property::resume_button_released, [](W& w, P, double) { w.inputs.resume_button = false; }},
+}};
+
+constexpr bool handlers_stand_in_order() {
+  for (std::size_t row = 0; row < property_count; ++row) {
+    if (static_cast<std::size_t>(handlers[row].property) != row) return false;
+  }
+  return true;
+}
+static_assert(handlers_stand_in_order(), "handlers[] is indexed by Property");
+
+const Handler& handler_of(Property property) {
+  return handlers[static_cast<std::size_t>(property)];
+}
+
+}  // namespace
+
+void World::apply(const ScenarioEvent& event, TimePoint time) {
+  now = time;
+  const Handler& handler = handler_of(event.property);
+  const ScenarioValue& value = event.value;
+  cancel_ramps(event.property, event.place);
+  switch (value.kind) {
+    case ScenarioValue::Kind::none: handler.set(*this, event.place, 0.0); break;
+    case ScenarioValue::Kind::number: handler.set(*this, event.place, value.number); break;
+    case ScenarioValue::Kind::word: handler.set(*this, event.place, value.word); break;
+    case ScenarioValue::Kind::automatic: handler.release(*this, event.place); break;
+    case ScenarioValue::Kind::ramp:
+    case ScenarioValue::Kind::ramp_from_present: {
+      const bool has_start = value.kind == ScenarioValue::Kind::ramp;
+      const double from = has_start ? value.from : handler.get(*this, event.place);
+      ramps_.push_back({event.property, event.place, from, value.number, time, value.over});
+      handler.set(*this, event.place, from);
+      break;
+    }
+  }
+}
+
+void World::cancel_ramps(Property property, ScenarioPlace place) {
+  std::erase_if(ramps_, [&](const Ramp& ramp) { return ramp.property == property && ramp.place == place; });
+}
+
+void World::step_ramps() {
+  for (const Ramp& ramp : ramps_) {
+    const double share = std::min(to_s(now - ramp.began_at) / to_s(ramp.over), 1.0);
+    handler_of(ramp.property).set(*this, ramp.place, ramp.from + (ramp.to - ramp.from) * share);
+  }
+  std::erase_if(ramps_, [this](const Ramp& ramp) { return now - ramp.began_at >= ramp.over; });
+}
+
+}  // namespace bmu
