@@ -10,6 +10,7 @@
 
 namespace bmu {
 
+using scenario_text::has_word;
 using scenario_text::listed;
 using scenario_text::number_text;
 
@@ -139,7 +140,7 @@ Problem parse_address(const TargetSpec& target, Words& words, ScenarioPlace& pla
 
 bool exists_for(const PropertySpec& property, const TargetSpec& target, const ScenarioPlace& place) {
   if (property.target != target.kind) return false;
-  return property.only_for.empty() || property.only_for.find(target.words[place.index]) != std::string_view::npos;
+  return property.only_for.empty() || has_word(property.only_for, target.words[place.index]);
 }
 
 Problem parse_property(const TargetSpec& target, Words& words, ScenarioEvent& event) {

@@ -8,6 +8,7 @@
 
 namespace bmu {
 
+using scenario_text::has_word;
 using scenario_text::listed;
 using scenario_text::number_text;
 
@@ -228,7 +229,7 @@ std::string target_form(const TargetSpec& target, const PropertySpec& property) 
   }
   std::string words;
   for (const std::string_view word : target.words) {
-    if (!property.only_for.empty() && property.only_for.find(word) == std::string_view::npos) continue;
+    if (!property.only_for.empty() && !has_word(property.only_for, word)) continue;
     words += (words.empty() ? "" : "\\|") + std::string(word);
   }
   return name + " " + words;

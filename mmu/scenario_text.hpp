@@ -1,6 +1,7 @@
 // Words shared by the scenario parser's messages and the generated documentation. Internal to the two.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <span>
@@ -13,6 +14,16 @@ namespace bmu::scenario_text {
   std::string text;
   for (const std::string_view word : words) text += (text.empty() ? "" : ", ") + std::string(word);
   return text;
+}
+
+/// In a list of words separated by spaces, whole: "current" is not in "current_2".
+[[nodiscard]] inline bool has_word(std::string_view list, std::string_view word) {
+  while (!list.empty()) {
+    const std::size_t end = std::min(list.find(' '), list.size());
+    if (list.substr(0, end) == word) return true;
+    list.remove_prefix(std::min(end + 1, list.size()));
+  }
+  return false;
 }
 
 [[nodiscard]] inline std::string number_text(double value) {

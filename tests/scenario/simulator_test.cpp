@@ -2,6 +2,8 @@
 #include "mmu/simulator.hpp"
 
 #include <algorithm>
+#include <chrono>
+#include <cstdio>
 
 #include "protocol/receive_check.hpp"
 #include "tests/support/catch.hpp"
@@ -679,6 +681,20 @@ TEST_CASE("every property can be applied, ramped from the present, and released"
   }
   world.run_with_master(1s, 0x03);
   CHECK(std::isfinite(world.simulator.plant().link_V()));
+}
+
+TEST_CASE("63 modules of 12 cells with a master are simulated faster than real time",
+          "[scenario][simulator][performance]") {
+  SimulatorConfig config;
+  config.cell_noise_uV = 200;
+  SmallWorld world("0 stranger 5 connected\n0 module 7 delay_ms 500\n0 cell 9.3 wire open_silent", 63, config);
+  world.heard.reserve(30'000);
+  const auto began = std::chrono::steady_clock::now();
+  world.run_with_master(2s, 0x03);
+  const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  std::printf("simulator: 63 modules, 2 s in %.1f ms: %.0f times real time\n", took_s * 1e3, 2.0 / took_s);
+  CHECK(took_s < 2.0);
+  CHECK(world.heard.size() > 10'000);
 }
 
 TEST_CASE("an event for what this pack does not have is refused with its place", "[scenario][simulator]") {
