@@ -1,9 +1,9 @@
 // The insulation monitor beside the PDU: an IR155 with its two outputs, the pulse-width signal and the status line, as
 // the PDU's inputs see them.
 //
-//   after power-on   2 s of speed start: good or bad, no value; from then on the value of the moment. A real one needs
-//   up
-//                    to 17.5 s to its first value and up to 20 s to follow a change.
+//   power-on         at the start, and when it was off ("no signal"): 2 s of speed start, good or bad, without a value;
+//                    then the value of the moment. A real one needs up to 17.5 s to its first value and up to 20 s to
+//                    follow a change.
 //   status line      high while the insulation is at or above the response value, in normal measurement and by a good
 //                    speed start; low in every other state. No document tells its level in the first 2 s for certain.
 //   signal lost      the PDU's input goes on with the last period and the time since its last edge.
@@ -28,14 +28,17 @@ class InsulationUnit {
       : powered_at_(powered_at), response_kOhm_(response_kOhm), edge_at_(powered_at) {}
 
   double resistance_kOhm = 1200.0;
-  InsulationMonitor state = InsulationMonitor::normal;  // normal after its speed start
-  std::optional<double> frequency_Hz;                   // what the signal is instead, whatever the monitor wants to say
+  std::optional<double> frequency_Hz;  // what the signal is instead, whatever the monitor wants to say
   std::optional<double> duty_permille;
   SignalWire wire = SignalWire::closed;
 
   ir155::Pwm pwm;  // at the PDU's input
   bool is_status_ok = false;
 
+  void set_state(InsulationMonitor state, TimePoint now) {
+    if (state_ == InsulationMonitor::no_signal) powered_at_ = now;
+    state_ = state;
+  }
   void step(TimePoint now) {
     const ir155::State real = state_at(now);
     is_status_ok = is_good() && (real == ir155::State::normal || real == ir155::State::speed_start_good);
@@ -56,7 +59,7 @@ class InsulationUnit {
   [[nodiscard]] bool is_good() const { return resistance_kOhm >= response_kOhm_; }
   [[nodiscard]] ir155::State state_at(TimePoint now) const {
     const bool is_starting = now - powered_at_ < ir155::speed_start_time;
-    switch (state) {
+    switch (state_) {
       case InsulationMonitor::no_signal: return ir155::State::no_signal_low;
       case InsulationMonitor::normal:
         if (!is_starting) return ir155::State::normal;
@@ -70,6 +73,7 @@ class InsulationUnit {
     return ir155::State::undefined;
   }
 
+  InsulationMonitor state_ = InsulationMonitor::normal;  // normal once its speed start is over
   TimePoint powered_at_;
   double response_kOhm_;
   TimePoint edge_at_;

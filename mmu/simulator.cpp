@@ -145,8 +145,11 @@ void Simulator::tick_pdu() {
 
 void Simulator::tick_sensors() {
   for (const CanFrame& frame : sensor_.tick(now_, world_.measure_sensor())) {
-    const std::optional<ScriptedResult> result = scripted_result(frame.id);
-    result ? send_result(frame, *result) : send(frame);
+    if (const std::optional<ScriptedResult> result = scripted_result(frame.id)) {
+      send_result(frame, *result);
+    } else {
+      send(frame);
+    }
   }
   if (!world_.has_second_sensor) return;
   for (const CanFrame& frame : second_sensor_.tick(now_, world_.measure_second_sensor())) {

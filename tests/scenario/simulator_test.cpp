@@ -261,6 +261,14 @@ TEST_CASE("the insulation monitor starts with 2 s of speed start, then has a val
   bad.run(2s);
   CHECK(insulation_Ohm(bad) == known(40'000));
   CHECK_FALSE(is_insulation_ok(bad));
+
+  REQUIRE(good.simulator.apply("insulation monitor no_signal"));
+  good.run(1s);
+  REQUIRE(good.simulator.apply("insulation monitor normal"));
+  good.run(1s);
+  CHECK(insulation_state(good) == 3);
+  good.run(1'050ms);
+  CHECK(insulation_state(good) == 1);
 }
 
 TEST_CASE("the status line falls below 500 Ohm for each volt of the full pack", "[scenario][simulator][FS_3]") {
