@@ -11,7 +11,7 @@
 
 namespace bmu {
 
-enum class Unit : std::uint8_t { none, uV, mV, mA, dC, Ohm, uOhm, uAs, mWh, permille, ms, s, text };
+enum class Unit : std::uint8_t { none, uV, mV, mA, dC, Ohm, uOhm, uAs, mWh, permille, ms, s, mK_per_s, text };
 
 struct UnitSpec {
   std::string_view token;   // last token of every name that carries this unit
@@ -21,7 +21,7 @@ struct UnitSpec {
 };
 
 /// One row a unit, in the order of the enumerators.
-inline constexpr std::array<UnitSpec, 13> unit_table{{
+inline constexpr std::array<UnitSpec, 14> unit_table{{
     {"", "", 1, 0},
     {"uV", "V", 100, 4},  // on the bus: 0.1 mV
     {"mV", "V", 1, 3},
@@ -34,6 +34,7 @@ inline constexpr std::array<UnitSpec, 13> unit_table{{
     {"permille", "%", 1, 1},
     {"ms", "ms", 1, 0},
     {"s", "s", 1, 0},
+    {"mK_per_s", "K/s", 10, 2},
     {"", "", 1, 0},
 }};
 

@@ -19,6 +19,8 @@ class CloseRequest {
   void drop();
 
   [[nodiscard]] bool is_present() const { return vehicle_.is_wished || charger_.is_wished; }
+  [[nodiscard]] bool is_by_vehicle() const { return vehicle_.is_wished; }
+  [[nodiscard]] bool is_by_charger() const { return charger_.is_wished; }
   [[nodiscard]] TimePoint since() const { return since_; }
 
  private:

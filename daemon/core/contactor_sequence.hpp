@@ -1,20 +1,31 @@
-// Negative, precharge, positive; and the way back, which needs nothing.
+// Negative, precharge, positive; and the two ways back: the orderly one, and the one that needs nothing.
 //
 //        wish, may close      contact there        link at the pack's        contact there
 //   open ------------> main_negative -----> precharge -----------> main_positive -----> closed
 //    ^                      |                   |    voltage, current     |                |
-//    |                      |                   |    has fallen           |                |
-//    +----------------------+-------------------+-------------------------+----------------+
-//                from any phase, in the very tick in which the wish or the permission ends
+//    |                      |                   |    has fallen           |                | wish over
+//    |                      |                   |                         |                v
+//    +----------------------+-------------------+-------------------------+---------- ramp_down --grace--> breaking
+//    |                                                                                     |                  |
+//    +-------------------------------------------------------------- current is small -----+------- gap ------+
 //
-// Each step waits for the contacts' own word, not for a time: the next contactor moves when all stand where they were
-// told to. And each step needs everything that closing needs, not only what a closed pack may stay closed with.
+// Without permission every phase ends in open, in the very tick in which the permission ends.
 //
-// Precharge is measured: the link must follow the pack and the current must have fallen, or there is a short or a load
-// behind it. A phase that does not get on within the time-out opens; in precharge that is a fault, and the step says
-// so. A link that falls off again while the main contact is on its way to it is one, too.
+// Closing: each step waits for the contacts' own word, not for a time, and needs everything that closing needs, not
+// only what a closed pack may stay closed with. Precharge is measured, in a window of time: the link must follow the
+// pack and the current must have fallen; a link that follows at once is no link, one that never does hides a short or a
+// load. A phase that does not get on within the time-out opens.
 //
-// Everything here is constexpr; what must never happen is asserted over all phases at the end of this file.
+// Opening because nobody asks any more: the current is asked to zero and has `zero_current_grace` for it. If it still
+// flows then, one contactor breaks it, the one whose arc chute is built for that direction: main positive while
+// discharging, while charging the charge contactor where it is closed, else main negative. The others follow without
+// load, one gap later.
+//
+// The charge contactor sits between link and charger. It closes behind a closed pack for a charger that is there and
+// may charge, and opens in the tick in which either ends.
+//
+// Everything here is constexpr; what must never happen is asserted over all phases at the end of this file, and a test
+// walks through every combination of phases, inputs and times.
 #pragma once
 
 #include <array>
@@ -22,6 +33,7 @@
 #include <string_view>
 
 #include "daemon/core/core_config.hpp"
+#include "daemon/core/fault_table.hpp"
 #include "protocol/time.hpp"
 
 namespace bmu {
@@ -40,9 +52,9 @@ struct ContactorOutputs {
   friend constexpr bool operator==(const ContactorOutputs&, const ContactorOutputs&) = default;
 };
 
-enum class Phase : std::uint8_t { open, main_negative, precharge, main_positive, closed };
-inline constexpr std::array all_phases{Phase::open, Phase::main_negative, Phase::precharge, Phase::main_positive,
-                                       Phase::closed};
+enum class Phase : std::uint8_t { open, main_negative, precharge, main_positive, closed, ramp_down, breaking };
+inline constexpr std::array all_phases{Phase::open,   Phase::main_negative, Phase::precharge, Phase::main_positive,
+                                       Phase::closed, Phase::ramp_down,     Phase::breaking};
 
 [[nodiscard]] constexpr std::string_view to_text(Phase phase) {
   switch (phase) {
@@ -51,13 +63,26 @@ inline constexpr std::array all_phases{Phase::open, Phase::main_negative, Phase:
     case Phase::precharge: return "precharge";
     case Phase::main_positive: return "main positive";
     case Phase::closed: return "closed";
+    case Phase::ramp_down: return "ramp down";
+    case Phase::breaking: return "breaking";
   }
   return "?";
+}
+
+/// What contactors break without wear, and what counts as no current where none may flow.
+inline constexpr std::int32_t small_current_mA = 1'000;
+
+[[nodiscard]] constexpr bool is_small_current(std::int32_t current_mA) {
+  return current_mA <= small_current_mA && current_mA >= -small_current_mA;
 }
 
 struct SequenceState {
   Phase phase = Phase::open;
   TimePoint entered_at{};
+  bool is_charge_closed = false;                          // commanded
+  ContactorId breaks_first = ContactorId::main_positive;  // meaningful while breaking
+  std::int32_t link_at_start_mV = 0;                      // when the precharge began
+  TimePoint overcurrent_at{};                             // sample in this precharge; zero: none
 };
 
 struct SequenceInputs {
@@ -66,26 +91,43 @@ struct SequenceInputs {
   bool close_permitted = false;   // to begin, from open; to stay, from everywhere else
   bool may_advance = false;       // nothing speaks against closing right now
   bool contacts_settled = false;  // all stand where they were told to
-  bool is_measured = false;  // pack, link and current are known and plausible; the four below mean nothing otherwise
+  bool charge_wanted = false;     // a charger is there and asks
+  bool charge_permitted = false;
+  bool resistor_is_hot = false;  // the precharge resistor has had more than it bears
+  bool is_current_known = false;
+  std::int32_t current_mA = 0;
+  TimePoint current_at{};
+  bool is_measured = false;  // pack, link and current are known and plausible; the three below mean nothing otherwise
   TimePoint measured_at{};   // the oldest of them
   std::int32_t pack_mV = 0;
   std::int32_t link_mV = 0;
-  std::int32_t current_mA = 0;
 };
 
 struct SequenceStep {
   SequenceState state;
   ContactorOutputs outputs;
-  bool precharge_failed = false;  // this step gave up because the link does not follow, or no longer
+  PrechargeFailure precharge_failure = PrechargeFailure::none;  // this step gave up, and why
 };
 
-[[nodiscard]] constexpr ContactorOutputs outputs_for(Phase phase) {
-  switch (phase) {
+[[nodiscard]] constexpr ContactorOutputs breaking_outputs(const SequenceState& state) {
+  switch (state.breaks_first) {
+    case ContactorId::main_negative: return {.main_positive = true};
+    case ContactorId::charge: return {.main_positive = true, .main_negative = true};
+    case ContactorId::main_positive:
+    case ContactorId::precharge: return {.main_negative = true};
+  }
+  return {};
+}
+
+[[nodiscard]] constexpr ContactorOutputs outputs_for(const SequenceState& state) {
+  switch (state.phase) {
     case Phase::open: return {};
     case Phase::main_negative: return {.main_negative = true};
     case Phase::precharge: return {.main_negative = true, .precharge = true};
     case Phase::main_positive: return {.main_positive = true, .main_negative = true, .precharge = true};
-    case Phase::closed: return {.main_positive = true, .main_negative = true};
+    case Phase::closed:
+    case Phase::ramp_down: return {.main_positive = true, .main_negative = true, .charge = state.is_charge_closed};
+    case Phase::breaking: return breaking_outputs(state);
   }
   return {};
 }
@@ -116,37 +158,107 @@ struct SequenceStep {
   return in.is_measured && !link_follows(in.pack_mV, in.link_mV, config);
 }
 
+/// The least time this precharge may take: less for a link that still held a part of the voltage.
+[[nodiscard]] constexpr Duration precharge_min(const SequenceState& state, std::int32_t pack_mV,
+                                               const ContactorConfig& config) {
+  const std::int64_t done_mV = std::int64_t{pack_mV} - link_apart_max_mV(pack_mV, config);
+  const std::int64_t missing_mV = done_mV - state.link_at_start_mV;
+  if (done_mV <= 0 || missing_mV <= 0) return Duration{};
+  return missing_mV >= done_mV ? config.precharge_min : Duration{config.precharge_min.count() / done_mV * missing_mV};
+}
+
+/// The link followed before the resistor can have charged it: a contactor is welded, or there is no link.
+[[nodiscard]] constexpr bool is_too_fast(const SequenceState& state, const SequenceInputs& in,
+                                         const ContactorConfig& config) {
+  const bool is_of_this_precharge = in.measured_at > state.entered_at;
+  const bool is_early = in.measured_at < state.entered_at + precharge_min(state, in.pack_mV, config);
+  return in.is_measured && is_of_this_precharge && is_early && link_follows(in.pack_mV, in.link_mV, config);
+}
+
+/// More current than the resistor lets through into anything but a short.
+[[nodiscard]] constexpr bool is_overcurrent(const SequenceState& state, const SequenceInputs& in,
+                                            const ContactorConfig& config) {
+  const std::int64_t magnitude_mA = in.current_mA < 0 ? -std::int64_t{in.current_mA} : in.current_mA;
+  return config.precharge_overcurrent_mA > 0 && in.is_current_known && in.current_at > state.entered_at &&
+         magnitude_mA > config.precharge_overcurrent_mA;
+}
+
+/// What ends a precharge badly. One sample beyond the current is a suspicion, a second one a fact.
+[[nodiscard]] constexpr PrechargeFailure precharge_failure(const SequenceState& state, const SequenceInputs& in,
+                                                           const ContactorConfig& config) {
+  const bool is_second = state.overcurrent_at != TimePoint{} && in.current_at > state.overcurrent_at;
+  if (is_second && is_overcurrent(state, in, config)) return PrechargeFailure::overcurrent;
+  if (is_too_fast(state, in, config)) return PrechargeFailure::too_fast;
+  const bool gives_up = in.resistor_is_hot || in.now - state.entered_at >= config.precharge_timeout;
+  return gives_up ? PrechargeFailure::too_slow : PrechargeFailure::none;
+}
+
+/// Who breaks the current when it does not end by itself.
+[[nodiscard]] constexpr ContactorId breaker_of(const SequenceState& state, std::int32_t current_mA) {
+  if (current_mA >= 0) return ContactorId::main_positive;
+  return state.is_charge_closed ? ContactorId::charge : ContactorId::main_negative;
+}
+
 [[nodiscard]] constexpr Phase next_phase(const SequenceState& state, const SequenceInputs& in,
                                          const ContactorConfig& config) {
-  if (!in.close_wanted || !in.close_permitted) return Phase::open;
+  if (!in.close_permitted) return Phase::open;
   const Duration since = in.now - state.entered_at;
   const bool gives_up = since >= config.precharge_timeout;
   const bool is_ready = since >= config.settle && in.may_advance && in.contacts_settled;
+  const bool is_without_load = !in.is_current_known || is_small_current(in.current_mA);
   switch (state.phase) {
-    case Phase::open: return Phase::main_negative;
+    case Phase::open: return in.close_wanted ? Phase::main_negative : Phase::open;
     case Phase::main_negative:
-      if (gives_up) return Phase::open;
+      if (!in.close_wanted || gives_up) return Phase::open;
       return is_ready ? Phase::precharge : Phase::main_negative;
     case Phase::precharge:
-      if (gives_up) return Phase::open;
+      if (!in.close_wanted || precharge_failure(state, in, config) != PrechargeFailure::none) return Phase::open;
       return is_ready && is_precharged(state, in, config) ? Phase::main_positive : Phase::precharge;
     case Phase::main_positive:
-      if (gives_up || has_lost_link(in, config)) return Phase::open;
+      if (!in.close_wanted || gives_up || has_lost_link(in, config)) return Phase::open;
       return is_ready ? Phase::closed : Phase::main_positive;
-    case Phase::closed: return Phase::closed;
+    case Phase::closed:
+      if (in.close_wanted) return Phase::closed;
+      return is_without_load ? Phase::open : Phase::ramp_down;
+    case Phase::ramp_down:
+      if (is_without_load) return Phase::open;
+      return since >= config.zero_current_grace ? Phase::breaking : Phase::ramp_down;
+    case Phase::breaking: return since >= config.break_gap ? Phase::open : Phase::breaking;
   }
   return Phase::open;
 }
 
-/// One tick. Without permission or wish the outputs are all open in the same tick, from every phase.
+[[nodiscard]] constexpr bool next_charge(const SequenceState& state, Phase phase, const SequenceInputs& in,
+                                         const ContactorConfig& config) {
+  if (!config.has_charge_contactor || !in.charge_permitted) return false;
+  if (phase == Phase::ramp_down) return state.is_charge_closed;
+  if (phase != Phase::closed || !in.charge_wanted) return false;
+  const bool is_ready = state.phase == Phase::closed && in.now - state.entered_at >= config.settle && in.may_advance &&
+                        in.contacts_settled;
+  return state.is_charge_closed || is_ready;
+}
+
+/// One tick. Without permission the outputs are all open in the same tick, from every phase.
 [[nodiscard]] constexpr SequenceStep step(const SequenceState& state, const SequenceInputs& in,
                                           const ContactorConfig& config) {
   const Phase phase = next_phase(state, in, config);
-  SequenceStep result{.state = state, .outputs = outputs_for(phase)};
-  if (phase != state.phase) result.state = {.phase = phase, .entered_at = in.now};
-  const bool gave_up = phase == Phase::open && in.close_wanted && in.close_permitted;
+  SequenceStep result{.state = state};
+  SequenceState& next = result.state;
+  next.phase = phase;
+  next.is_charge_closed = next_charge(state, phase, in, config);
+  if (phase != state.phase) {
+    next.entered_at = in.now;
+    next.overcurrent_at = {};
+    if (phase == Phase::precharge) next.link_at_start_mV = in.is_measured ? in.link_mV : 0;
+    if (phase == Phase::breaking) next.breaks_first = breaker_of(state, in.current_mA);
+  } else if (phase == Phase::precharge && state.overcurrent_at == TimePoint{} && is_overcurrent(state, in, config)) {
+    next.overcurrent_at = in.current_at;
+  }
+  result.outputs = outputs_for(next);
+  if (phase != Phase::open || !in.close_wanted || !in.close_permitted) return result;
+  if (state.phase == Phase::precharge) result.precharge_failure = precharge_failure(state, in, config);
   const bool lost_link = state.phase == Phase::main_positive && has_lost_link(in, config);
-  result.precharge_failed = gave_up && (state.phase == Phase::precharge || lost_link);
+  if (lost_link) result.precharge_failure = PrechargeFailure::too_slow;
   return result;
 }
 
@@ -154,19 +266,19 @@ namespace detail {
 
 [[nodiscard]] consteval bool positive_never_without_negative() {
   for (const Phase phase : all_phases) {
-    if (outputs_for(phase).main_positive && !outputs_for(phase).main_negative) return false;
+    if (phase == Phase::breaking) continue;  // there one of the two is on its way out
+    const ContactorOutputs outputs = outputs_for({.phase = phase});
+    if (outputs.main_positive && !outputs.main_negative) return false;
   }
   return true;
 }
 
-[[nodiscard]] consteval bool opens_at_once_from_every_phase() {
+[[nodiscard]] consteval bool opens_at_once_without_permission() {
   for (const Phase phase : all_phases) {
     for (const bool wanted : {false, true}) {
-      for (const bool permitted : {false, true}) {
-        const SequenceInputs in{.close_wanted = wanted, .close_permitted = permitted};
-        const bool may_stay = wanted && permitted;
-        if (!may_stay && step({.phase = phase}, in, {}).outputs.any_contactor()) return false;
-      }
+      const SequenceInputs in{.close_wanted = wanted, .charge_wanted = true, .charge_permitted = true};
+      const SequenceState state{.phase = phase, .is_charge_closed = true};
+      if (step(state, in, {.has_charge_contactor = true}).outputs.any_contactor()) return false;
     }
   }
   return true;
@@ -179,7 +291,7 @@ namespace detail {
                                     .close_permitted = true,
                                     .may_advance = true,
                                     .contacts_settled = true};
-    const bool was_closed = outputs_for(phase).main_positive;
+    const bool was_closed = outputs_for({.phase = phase}).main_positive;
     if (!was_closed && step({.phase = phase}, unmeasured, {}).outputs.main_positive) return false;
   }
   return true;
@@ -207,7 +319,7 @@ namespace detail {
 
 static_assert(detail::no_step_without_contacts_or_reason());
 static_assert(detail::positive_never_without_negative());
-static_assert(detail::opens_at_once_from_every_phase());
+static_assert(detail::opens_at_once_without_permission());
 static_assert(detail::positive_only_after_precharge());
 
 }  // namespace bmu

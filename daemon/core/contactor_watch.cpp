@@ -10,21 +10,24 @@ void ContactorWatch::init(TimePoint started_at) {
 
 void ContactorWatch::command(const ContactorOutputs& outputs, TimePoint now) {
   const std::array commanded{outputs.main_positive, outputs.main_negative, outputs.precharge, outputs.charge};
-  for (std::size_t index = 0; index < contact_count; ++index) {
+  for (std::size_t index = 0; index < contactor_id_count; ++index) {
     if (contacts_[index].is_commanded == commanded[index]) continue;
     contacts_[index] = {.is_commanded = commanded[index], .commanded_at = now};
   }
 }
 
-bool ContactorWatch::disobeys(const Measured<PduState>& pdu, const ContactorConfig& config, TimePoint now) {
+Disobedience ContactorWatch::disobeys(const Measured<PduState>& pdu, const ContactorConfig& config, TimePoint now) {
   const std::array closed{pdu.value.main_positive_closed, pdu.value.main_negative_closed, pdu.value.precharge_closed,
                           pdu.value.charge_closed};
-  bool any = false;
-  for (std::size_t index = 0; index < contact_count; ++index) {
+  Disobedience found;
+  for (std::size_t index = 0; index < contactor_id_count; ++index) {
     Contact& contact = contacts_[index];
-    if (pdu.taken_at > contact.commanded_at) any = judge(contact, closed[index], pdu.taken_at, config, now) || any;
+    if (pdu.taken_at <= contact.commanded_at) continue;
+    if (!judge(contact, closed[index], pdu.taken_at, config, now)) continue;
+    std::uint8_t& kind = closed[index] ? found.welded : found.not_following;
+    if (kind == 0) kind = static_cast<std::uint8_t>(index + 1);
   }
-  return any;
+  return found;
 }
 
 bool ContactorWatch::is_settled() const {

@@ -13,6 +13,14 @@
 
 namespace bmu {
 
+/// The first contactor of each kind that disobeys: 1 + ContactorId, 0 for none.
+struct Disobedience {
+  std::uint8_t not_following = 0;  // open, and should be closed
+  std::uint8_t welded = 0;         // closed, and should be open
+
+  explicit constexpr operator bool() const { return not_following != 0 || welded != 0; }
+};
+
 class ContactorWatch {
  public:
   /// Everything is commanded open from `started_at` on: contacts that another life left closed have their time, too.
@@ -20,7 +28,7 @@ class ContactorWatch {
   /// What is commanded from `now` on; called every tick, whether it has changed or not.
   void command(const ContactorOutputs& outputs, TimePoint now);
   /// Judges the unit's latest word, which the caller found to be fresh.
-  [[nodiscard]] bool disobeys(const Measured<PduState>& pdu, const ContactorConfig& config, TimePoint now);
+  [[nodiscard]] Disobedience disobeys(const Measured<PduState>& pdu, const ContactorConfig& config, TimePoint now);
   /// Every contactor has followed its command, and has done so for `settle`.
   [[nodiscard]] bool is_settled() const;
 
@@ -32,12 +40,10 @@ class ContactorWatch {
     bool has_settled = false;
   };
 
-  static constexpr std::size_t contact_count = 4;
-
   [[nodiscard]] static bool judge(Contact& contact, bool is_closed, TimePoint seen_at, const ContactorConfig& config,
                                   TimePoint now);
 
-  std::array<Contact, contact_count> contacts_{};
+  std::array<Contact, contactor_id_count> contacts_{};
 };
 
 }  // namespace bmu

@@ -9,14 +9,19 @@
 // more than `loop_gap_max` after the last one means that we were stopped or starved: everything known is forgotten and
 // the contactors open first.
 //
+// The daemon's shell also tells the wall clock and how its own disk and memory are; nothing but records and warnings
+// depends on them.
+//
 // No I/O, no clock, no log, no thread, no allocation. Identical observations and ticks give identical decisions.
 // Cost: observe about 0.04 us a frame, decide about 2 us for 192 cells (docs/performance.md).
 #pragma once
 
 #include <array>
 
+#include "daemon/core/auxiliary.hpp"
 #include "daemon/core/close_request.hpp"
 #include "daemon/core/command_link.hpp"
+#include "daemon/core/contactor_ledger.hpp"
 #include "daemon/core/contactor_watch.hpp"
 #include "daemon/core/core_config.hpp"
 #include "daemon/core/decisions.hpp"
@@ -30,9 +35,14 @@
 #include "daemon/core/output_gate.hpp"
 #include "daemon/core/pack_state.hpp"
 #include "daemon/core/permission.hpp"
+#include "daemon/core/persistent_state.hpp"
 #include "daemon/core/poll_schedule.hpp"
+#include "daemon/core/precharge_guard.hpp"
 #include "daemon/core/report_vehicle.hpp"
+#include "daemon/core/rest_mode.hpp"
 #include "daemon/core/sensor_table.hpp"
+#include "daemon/core/vehicle_state.hpp"
+#include "daemon/core/watchers.hpp"
 #include "protocol/receive_check.hpp"
 
 namespace bmu {
@@ -48,6 +58,12 @@ inline constexpr Duration reclose_lockout = 10s;
 /// And after any other opening: the precharge resistor has to cool, and a key that is played with must not wear
 /// contacts.
 inline constexpr Duration reclose_pause = 2s;
+/// A tick that came later than this is told as a warning; loop_gap_max is where it opens.
+inline constexpr Duration tick_late = 50ms;
+/// A suspicious module is asked again this long after its last sample: sooner it would tell the same one.
+inline constexpr Duration ask_again_after = 15ms;
+/// The wall clock has jumped when it is this much off what it was going to be.
+inline constexpr Duration clock_jump_min = 2s;
 
 /// A wish to close waits this long for the pack to become ready. With a fault present it does not wait at all: what was
 /// wished before a fault was cleared must not close a pack that somebody may have his hands in.
@@ -78,6 +94,7 @@ struct RefusalRecord {
 struct PrechargeRecord {
   bool has_run = false;
   bool was_successful = false;
+  PrechargeFailure failure = PrechargeFailure::none;
   TimePoint ended_at{};
   Duration took{};
   std::int32_t pack_mV = 0;
@@ -99,6 +116,12 @@ class Core {
  public:
   /// `started_at`: the first instant of this life. The ports count as down until told otherwise.
   Core(const CoreConfig& config, TimePoint started_at);
+
+  /// What former lives remembered. Before the first observation; locks hold from the first decision on.
+  void restore(const PersistentState& state);
+  /// What is to be remembered now. It has changed when `persistent_generation` has.
+  [[nodiscard]] const PersistentState& persistent() const { return persistent_; }
+  [[nodiscard]] std::uint32_t persistent_generation() const { return persistent_generation_; }
 
   Urgency observe(const Observation& observation);
   Decisions decide(TimePoint now);
@@ -130,7 +153,14 @@ class Core {
   [[nodiscard]] const ModuleSetup& module_setup() const { return setup_; }
   /// Somebody asks for a closed pack: an edge of vehicle-on or charger-connected since start or the last opening.
   [[nodiscard]] bool is_close_requested() const { return request_.is_present(); }
-  [[nodiscard]] vehicle_bus::State vehicle_state() const;
+  [[nodiscard]] Wish wish() const { return {request_.is_by_vehicle(), request_.is_by_charger()}; }
+  [[nodiscard]] ModeInputs mode_inputs() const;
+  [[nodiscard]] PackMode mode() const { return pack_mode(mode_inputs()); }
+  [[nodiscard]] const Watchers& watchers() const { return watchers_; }
+  [[nodiscard]] const PrechargeGuard& precharge_guard() const { return guard_; }
+  [[nodiscard]] const RestMode& rest() const { return rest_; }
+  /// ms since 1970 at `at`; 0 while nobody has told the time.
+  [[nodiscard]] std::int64_t unix_time_ms(TimePoint at) const;
   [[nodiscard]] std::uint64_t gate_refusals() const { return gate_refusals_; }
 
  private:
@@ -142,21 +172,28 @@ class Core {
   Urgency take(TimePoint at, const FramesLost& what);
   Urgency take(TimePoint at, const BusErrorSeen& what);
   Urgency take(TimePoint at, const CommandGiven& what);
+  Urgency take(TimePoint at, const WallClockSeen& what);
+  Urgency take(TimePoint at, const HealthSeen& what);
   Urgency take_rejected(const CheckedFrame& checked, TimePoint at);
   Urgency take_module_frame(const CheckedFrame& checked, const CanFrame& frame, TimePoint at);
   Urgency take_sensor_frame(const CheckedFrame& checked, const CanFrame& frame, TimePoint at);
 
   // decide, in this order
   void check_loop_gap(TimePoint now);
+  void estimate(TimePoint now);
   void follow_request(TimePoint now);
+  void follow_rest(TimePoint now);
   void watch_contactors(TimePoint now);
   void note_pdu_counter(std::uint8_t counter);
   void evaluate_faults(TimePoint now);
   void grant_permission(TimePoint now);
   void refuse_vain_request(TimePoint now);
   void step_contactors(TimePoint now);
+  void step_auxiliary(TimePoint now);
+  void set_limits();
   void send_contactor_command(TimePoint now, Decisions& out);
   void send_polls(TimePoint now, Decisions& out);
+  void ask_again(TimePoint now, Decisions& out);
   void send_report(TimePoint now, Decisions& out);
 
   void start_over(TimePoint at);
@@ -164,14 +201,21 @@ class Core {
   [[nodiscard]] bool end_shut_down(TimePoint now);
   void update_bus_state(TimePoint at);
   void note_fault_changes(const FaultChanges& changes, TimePoint now);
-  void record_opening(TimePoint now, Phase from, bool precharge_failed);
-  void record_precharge(TimePoint now, TimePoint began_at, bool was_successful);
+  void record_opening(TimePoint now, Phase from, PrechargeFailure failure);
+  [[nodiscard]] OpeningRecord opening_record(TimePoint now, Phase from, PrechargeFailure failure) const;
+  void record_precharge(TimePoint now, TimePoint began_at, PrechargeFailure failure);
+  void record_confirmed(FaultId id, TimePoint now);
+  void record_cleared(FaultId id, TimePoint now);
+  [[nodiscard]] FreezeFrame freeze(const FaultState& state, TimePoint now) const;
+  void touch_persistent() { ++persistent_generation_; }
   void send(Port port, const CanFrame& frame, Decisions& out);
   [[nodiscard]] FaultInputs fault_inputs(TimePoint now) const;
   [[nodiscard]] VehicleView vehicle_view(TimePoint now) const;
   [[nodiscard]] SequenceInputs sequence_inputs(TimePoint now) const;
   [[nodiscard]] bool pdu_fresh(TimePoint now) const;
   [[nodiscard]] bool inputs_healthy(TimePoint now) const;
+  [[nodiscard]] bool insulation_known(TimePoint now) const;
+  [[nodiscard]] bool wants_close() const { return request_.is_present() && !shutting_down_; }
   [[nodiscard]] bool has_started(TimePoint now) const;
   [[nodiscard]] bool identities_known() const;
 
@@ -189,10 +233,16 @@ class Core {
   PackState pack_;
   FaultMemory faults_;
   CoreFlags flags_;
+  Watchers watchers_;
   Permission permission_;
   SequenceState sequence_;
   ContactorWatch contactor_watch_;
+  PrechargeGuard guard_;
+  ContactorLedger ledger_;
+  RestMode rest_;
+  Auxiliary auxiliary_;
   ContactorOutputs outputs_;
+  ContactorOutputs commanded_before_;  // with the last tick, auxiliary outputs included
   CurrentLimits limits_;
   PollSchedule poll_;
   ModuleSetup setup_;
@@ -206,6 +256,8 @@ class Core {
   bool seen_complete_ = false;
   CloseRequest request_;
   bool clear_ours_ = false;     // latched faults, with the next decision
+  CommandGiven clear_given_;    // and who asked for it
+  bool sleep_modules_ = false;  // by COMMAND, when it can be sent
   bool clear_modules_ = false;  // what the modules have latched, by COMMAND, when it can be sent
   bool is_bus_off_ = false;
   bool shutting_down_ = false;
@@ -219,6 +271,10 @@ class Core {
   bool pdu_words_lost_ = false;   // perhaps, on this machine, since the last one
   bool ports_share_bus_ = false;  // reports come back as the internal port's frames
   std::uint64_t gate_refusals_ = 0;
+  bool is_clock_known_ = false;
+  Duration clock_offset_{};  // wall clock less monotonic clock
+  PersistentState persistent_;
+  std::uint32_t persistent_generation_ = 0;
 };
 
 }  // namespace bmu

@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
+#include <optional>
 
 #include "protocol/fixed_vector.hpp"
 #include "protocol/tables/internal_bus.hpp"
@@ -46,24 +48,49 @@ struct CellModel {
   std::int32_t temperature_max_dC = 0;
 };
 
-/// One watched limit. `warn` is reported and derates; `open` is the fault. Reaching a threshold counts as exceeding it.
-/// For lower limits warn > open, for upper limits warn < open. The unit is the one of the fault's row.
+/// One watched limit in three tiers: from `warn` it is reported, from `limit` on the allowed current falls, at `open`
+/// it is the fault. Reaching a threshold counts as exceeding it. For lower limits warn >= limit > open, for upper
+/// limits warn <= limit < open. The unit is the one of the fault's row.
 struct LimitConfig {
   std::int32_t warn = 0;
+  std::optional<std::int32_t> limit{};  // not given: from the warning on
   std::int32_t open = 0;
   std::int32_t hysteresis = 0;  // how far back behind a threshold a value must be before it counts as good again
   Duration confirm = 150ms;     // how long, and over at least two samples, before the fault is believed
   Duration clear = 1s;          // how long good, before the cause counts as gone
+
+  /// Where the allowed current begins to fall; it is gone at `open`.
+  [[nodiscard]] constexpr std::int32_t derates_from() const { return limit.value_or(warn); }
 };
 
+/// Limits that no value reaches: what a pack file does not ask for is not watched.
+inline constexpr LimitConfig never_above{.warn = std::numeric_limits<std::int32_t>::max(),
+                                         .open = std::numeric_limits<std::int32_t>::max()};
+inline constexpr LimitConfig never_below{.warn = std::numeric_limits<std::int32_t>::min(),
+                                         .open = std::numeric_limits<std::int32_t>::min()};
+
+/// Those with a value here may be left out of the pack file; those that are never reached get theirs there, from the
+/// cell or from the limits beside them (config/pack_defaults.hpp).
 struct LimitsConfig {
-  LimitConfig cell_undervoltage;      // uV
-  LimitConfig cell_overvoltage;       // uV
-  LimitConfig cell_overtemperature;   // dC
-  LimitConfig cell_undertemperature;  // dC
+  LimitConfig cell_undervoltage;                      // uV
+  LimitConfig cell_overvoltage;                       // uV
+  LimitConfig cell_deep_discharge = never_below;      // uV
+  LimitConfig cell_imbalance = never_above;           // uV, highest less lowest cell
+  LimitConfig cell_overtemperature;                   // dC
+  LimitConfig cell_undertemperature;                  // dC
+  LimitConfig charge_overtemperature = never_above;   // dC, of the cells, while charging
+  LimitConfig charge_undertemperature = never_below;  // dC
+  LimitConfig board_overtemperature{.warn = 850, .open = 1'000, .hysteresis = 50, .confirm = 500ms, .clear = 10s};
+  LimitConfig board_undertemperature{.warn = -350, .open = -400, .hysteresis = 20, .confirm = 500ms, .clear = 10s};
+  LimitConfig temperature_rise{.warn = 500, .open = 1'000, .hysteresis = 200, .confirm = 200ms, .clear = 10s};  // mK/s
+  LimitConfig temperature_spread{.warn = 150, .open = 300, .hysteresis = 20, .confirm = 500ms, .clear = 10s};   // dC
   LimitConfig discharge_overcurrent;  // mA out of the pack
   LimitConfig charge_overcurrent;     // mA into the pack, as a positive number
   LimitConfig pack_voltage_mismatch;  // mV between the sum of cells and the pack voltage
+  LimitConfig module_voltage_mismatch{.warn = 100, .open = 300, .hysteresis = 50, .confirm = 500ms, .clear = 2s};  // mV
+  LimitConfig current_sensors_disagree = never_above;  // mA between the two current sensors
+  LimitConfig stuck_values{.warn = 3'000, .open = 8'000, .hysteresis = 1, .confirm = 200ms, .clear = 2s};  // ms
+  LimitConfig insulation_low = never_below;                                                                // Ohm
 };
 
 /// How old each signal may be. Older is stale, and stale is never good. Nominal periods stand in the rows of
@@ -77,9 +104,15 @@ struct AgeConfig {
   Duration pdu_status = 200ms;
 };
 
+/// What the pack can carry for ever, and more for a while: the excess over the continuous value is counted as heat,
+/// (I^2 - continuous^2) * t, and `peak` for `peak_for` fills the count. A peak of 0 is no peak: nothing is counted.
 struct CurrentLimitConfig {
   std::int32_t discharge_continuous_mA = 0;
+  std::int32_t discharge_peak_mA = 0;
+  Duration discharge_peak_for = 10s;
   std::int32_t charge_continuous_mA = 0;
+  std::int32_t charge_peak_mA = 0;
+  Duration charge_peak_for = 10s;
 };
 
 struct PollConfig {
@@ -90,14 +123,58 @@ struct PollConfig {
 struct ContactorConfig {
   Duration settle = 100ms;            // after a contactor was commanded, before the next step
   Duration feedback_timeout = 300ms;  // auxiliary contact against command
+  // Precharge: the link must follow the pack and the current must fall, not before `min` and not after `timeout`.
+  Duration precharge_min{};  // from an empty link; less if it starts charged
   Duration precharge_timeout = 3s;
   std::int32_t precharge_done_permille = 950;   // link voltage of pack voltage
   std::int32_t precharge_current_max_mA = 500;  // and the current has fallen to this
+  std::int32_t precharge_overcurrent_mA = 0;    // a current beyond this is a short behind the resistor; 0: not watched
+  std::uint8_t precharge_tries = 3;             // before the fault; each waits for `cool_down`
+  Duration precharge_cool_down = 10s;           // also the time in which the resistor gives off precharge_energy_J
+  std::int32_t precharge_resistance_Ohm = 0;    // of the resistor, for its heat; 0: not watched
+  std::int32_t precharge_energy_J = 0;          // what it bears at once; 0: not watched
+  Duration zero_current_grace = 200ms;          // opening under load: the current may fall for this long first
+  Duration break_gap = 40ms;                    // then one main contactor breaks it, and the other follows after this
+  Duration link_decay = 5s;                     // after opening, before a link that still follows the pack means a weld
+  bool has_charge_contactor = false;            // between the link and the charger
+};
+
+/// How much of an insulation monitor there is.
+enum class InsulationMonitoring : std::uint8_t {
+  ok_line,   // its OK line alone
+  measured,  // resistance and state too: a monitor that says nothing is a fault
+};
+
+struct InsulationConfig {
+  InsulationMonitoring monitoring = InsulationMonitoring::ok_line;
+  bool opens_while_driving = true;  // else a low resistance only warns until the pack is open
+};
+
+/// After an undervoltage: modules asleep, and only a look now and then.
+struct RestConfig {
+  Duration after = 60s;  // of an open pack with the fault and nobody there
+  Duration look_every = 300s;
+};
+
+/// Cooling, heating, and the line that lets the motor controller work. Thresholds that are never reached: no such
+/// thing.
+struct AuxiliaryConfig {
+  std::int32_t fan_on_dC = std::numeric_limits<std::int32_t>::max();  // hottest cell
+  std::int32_t fan_off_dC = std::numeric_limits<std::int32_t>::max() - 1;
+  Duration fan_run_max = 3'600s;
+  std::int32_t heater_on_dC = std::numeric_limits<std::int32_t>::min();  // coldest cell
+  std::int32_t heater_off_dC = std::numeric_limits<std::int32_t>::min() + 1;
+  std::int32_t heater_hot_dC = 300;  // hottest cell: no heating from here on
+  Duration heater_run_max = 3'600s;
+  Duration pause = 600s;                   // after a run that took too long
+  std::int32_t throttle_on_permille = 0;   // motor controller enabled from here on ...
+  std::int32_t throttle_off_permille = 0;  // ... and no longer below this; 0: always
 };
 
 struct SensorConfig {
   bool little_endian = false;
-  bool invert_current = false;  // when the sensor counts charging as positive
+  bool invert_current = false;      // when the sensor counts charging as positive
+  bool has_second_current = false;  // at 531h, mounted the same way round
 };
 
 struct SocConfig {
@@ -120,6 +197,9 @@ struct CoreConfig {
   PollConfig poll;
   ContactorConfig contactors;
   SensorConfig sensor;
+  InsulationConfig insulation;
+  RestConfig rest;
+  AuxiliaryConfig auxiliary;
   SocConfig soc;
   VehicleConfig vehicle;
   std::uint64_t hash = 0;  // of the file's bytes: in the log, the status and every recording
@@ -132,9 +212,12 @@ struct CoreConfig {
   return count;
 }
 
-/// What a change of current shows at once, over all cells.
+/// What a change of current shows at once: of one cell by the model, and over all cells.
+[[nodiscard]] inline std::int64_t cell_resistance_uOhm(const CoreConfig& config) {
+  return std::llround(config.cell.series_resistance_Ohm * 1e6);
+}
 [[nodiscard]] inline std::int64_t pack_resistance_uOhm(const CoreConfig& config) {
-  return std::llround(config.cell.series_resistance_Ohm * 1e6) * static_cast<std::int64_t>(cell_count(config));
+  return cell_resistance_uOhm(config) * static_cast<std::int64_t>(cell_count(config));
 }
 
 }  // namespace bmu

@@ -10,6 +10,12 @@
 
 namespace bmu {
 
+struct CurrentRange {
+  bool is_known = false;
+  std::int32_t min_mA = 0;
+  std::int32_t max_mA = 0;
+};
+
 class CurrentWindow {
  public:
   void add(std::int32_t current_mA, TimePoint at) {
@@ -21,6 +27,20 @@ class CurrentWindow {
     }
     head_ = (head_ + 1) % buckets_.size();
     buckets_[head_] = {true, at, current_mA, current_mA};
+  }
+
+  /// Lowest and highest of the buckets that reach into the time from `from` to `to`. Not known without any.
+  [[nodiscard]] CurrentRange range(TimePoint from, TimePoint to) const {
+    CurrentRange found;
+    for (std::size_t back = 0; back < buckets_.size(); ++back) {
+      const Bucket& bucket = buckets_[(head_ + buckets_.size() - back) % buckets_.size()];
+      if (!bucket.is_used || bucket.began_at + bucket_length < from) break;
+      if (bucket.began_at > to) continue;
+      found.min_mA = found.is_known ? std::min(found.min_mA, bucket.min_mA) : bucket.min_mA;
+      found.max_mA = found.is_known ? std::max(found.max_mA, bucket.max_mA) : bucket.max_mA;
+      found.is_known = true;
+    }
+    return found;
   }
 
   /// Highest less lowest sample from `since` on, and from the last moment before it. 0 without samples.

@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "daemon/core/permission.hpp"
+#include "daemon/core/rest_mode.hpp"
 
 namespace bmu {
 
@@ -18,6 +19,7 @@ std::string_view to_text(OpeningCause cause) {
     case OpeningCause::fault: return "fault";
     case OpeningCause::request_over: return "request over";
     case OpeningCause::shut_down: return "shut down";
+    case OpeningCause::precharge_retry: return "precharge to be tried again";
     case OpeningCause::permission: return "permission withdrawn";
   }
   return "?";
@@ -33,10 +35,12 @@ constexpr std::array<EventRow, event_count> table{{
     {EventId::fault_cleared, "fault_cleared", Severity::info},
     {EventId::phase_changed, "phase_changed", Severity::info},
     {EventId::precharge_done, "precharge_done", Severity::info},
+    {EventId::precharge_gave_up, "precharge_gave_up", Severity::warning},
     {EventId::opened, "opened", Severity::warning},
     {EventId::close_requested, "close_requested", Severity::info},
     {EventId::close_request_over, "close_request_over", Severity::info},
     {EventId::close_refused, "close_refused", Severity::warning},
+    {EventId::rest_changed, "rest_changed", Severity::info},
     {EventId::soc_started, "soc_started", Severity::info},
     {EventId::module_identified, "module_identified", Severity::info},
     {EventId::module_restarted, "module_restarted", Severity::warning},
@@ -63,7 +67,7 @@ std::string text_of_fault(const Event& event) {
   std::string text(row.meaning);
   const std::string where = to_text(event.reading.element);
   if (!where.empty()) text += ": " + where;
-  if (row.limit != nullptr) {
+  if (row.has_limit()) {
     text += (where.empty() ? ": " : " ") + value_text(row.unit, event.reading.value) + ", limit " +
             value_text(row.unit, event.threshold);
   }
@@ -90,6 +94,9 @@ const EventRow& row_of(EventId id) {
 }
 
 std::string to_text(const Element& element) {
+  constexpr std::array contactors{"", "main positive", "main negative", "precharge", "charge"};
+  if (element.contactor != 0) return contactors.at(element.contactor);
+  if (element.input != 0) return "no. " + std::to_string(element.input);
   if (element.module_node == 0) return "";
   if (element.number == 0) return "module " + std::to_string(element.module_node);
   const char* const kind = element.is_temperature_sensor ? "temperature sensor " : "cell ";
@@ -130,12 +137,15 @@ std::string to_text(const Event& event) {
     case EventId::phase_changed:
       return "contactors: " + std::string(to_text(event.phase_from)) + " -> " + std::string(to_text(event.phase_to));
     case EventId::precharge_done: return "precharged in " + number + " ms";
+    case EventId::precharge_gave_up: return "precharge given up after " + number + " ms";
     case EventId::opened: return text_of_opening(event);
     case EventId::close_requested: return "close requested";
     case EventId::close_request_over: return "close request over";
     case EventId::close_refused:
       return "close request refused, ask again when this is over: " +
              std::string(to_text(static_cast<Blocker>(event.number)));
+    case EventId::rest_changed:
+      return "modules after an undervoltage: " + std::string(to_text(static_cast<RestPhase>(event.number)));
     case EventId::soc_started: return "state of charge starts at " + value_text(Unit::permille, event.number);
     case EventId::module_identified:
       return "module " + std::to_string(event.reading.element.module_node) + " is serial number " + number;

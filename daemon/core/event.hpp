@@ -20,10 +20,12 @@ enum class EventId : std::uint8_t {
   fault_cleared,
   phase_changed,
   precharge_done,
+  precharge_gave_up,
   opened,
   close_requested,
   close_request_over,
   close_refused,
+  rest_changed,
   soc_started,
   module_identified,
   module_restarted,
@@ -36,7 +38,7 @@ enum class EventId : std::uint8_t {
   shutting_down,
   shut_down_unconfirmed,
 };
-inline constexpr std::size_t event_count = 22;
+inline constexpr std::size_t event_count = 24;
 
 enum class Severity : std::uint8_t { debug, info, warning, error };
 
@@ -54,7 +56,8 @@ enum class OpeningCause : std::uint8_t {
   fault,
   request_over,  // vehicle off and charger gone
   shut_down,
-  permission,  // withdrawn for a reason that is not (yet) a fault: see the blocker
+  precharge_retry,  // too slow, but there is another try
+  permission,       // withdrawn for a reason that is not (yet) a fault: see the blocker
 };
 
 [[nodiscard]] std::string_view to_text(OpeningCause cause);

@@ -129,7 +129,7 @@ class RowUpdate {
     }
     if (state_.good_since == TimePoint{}) state_.good_since = now_;
     if (now_ - state_.good_since < thresholds_.clear) return;
-    const bool latches = row_.latch == Latch::until_cleared;
+    const bool latches = row_.latch != Latch::none;
     state_.stage = latches ? FaultStage::latched : FaultStage::good;
     note(latches ? Kind::cause_gone : Kind::cleared);
   }
@@ -155,18 +155,29 @@ class RowUpdate {
 FaultChanges FaultMemory::update(const FaultInputs& inputs) {
   FaultChanges changes;
   for (const FaultRow& row : fault_table()) {
-    const Thresholds thresholds = thresholds_of(row, inputs.config->limits);
-    FaultState& state = states_[static_cast<std::size_t>(row.id)];
-    RowUpdate(row, thresholds, inputs.now, state, changes).run(row.read(inputs));
+    judge(row, row.read(inputs), inputs.config->limits, inputs.now, changes);
   }
   return changes;
 }
 
-FaultChanges FaultMemory::clear_latched() {
+void FaultMemory::judge(const FaultRow& row, const Reading& reading, const LimitsConfig& limits, TimePoint now,
+                        FaultChanges& changes) {
+  const Thresholds thresholds = thresholds_of(row, limits);
+  RowUpdate(row, thresholds, now, states_[static_cast<std::size_t>(row.id)], changes).run(reading);
+}
+
+void FaultMemory::restore_lock(FaultId id, TimePoint at) {
+  FaultState& state = states_[static_cast<std::size_t>(id)];
+  state.stage = FaultStage::latched;
+  state.confirmed_at = state.last_at = at;
+}
+
+FaultChanges FaultMemory::clear_latched(Authority authority) {
   FaultChanges changes;
   for (const FaultRow& row : fault_table()) {
     FaultState& state = states_[static_cast<std::size_t>(row.id)];
-    if (state.stage != FaultStage::latched || state.judged != Verdict::good) continue;
+    const bool may_clear = row.latch == Latch::until_cleared || authority == Authority::service;
+    if (state.stage != FaultStage::latched || state.judged != Verdict::good || !may_clear) continue;
     state.stage = FaultStage::good;
     changes.push_back({row.id, Kind::cleared});
   }

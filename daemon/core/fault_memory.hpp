@@ -16,6 +16,7 @@
 
 #include "daemon/core/fault_evaluate.hpp"
 #include "daemon/core/fault_table.hpp"
+#include "daemon/core/observation.hpp"
 #include "protocol/fixed_vector.hpp"
 
 namespace bmu {
@@ -67,8 +68,14 @@ class FaultMemory {
  public:
   /// One tick: every row judged once. Returns what changed.
   FaultChanges update(const FaultInputs& inputs);
-  /// Clears what is latched and whose cause is known to be gone; what is still there, or not known, stays.
-  FaultChanges clear_latched();
+  /// One row by itself, with a reading made elsewhere.
+  void judge(const FaultRow& row, const Reading& reading, const LimitsConfig& limits, TimePoint now,
+             FaultChanges& changes);
+  /// Clears what is latched, whose cause is known to be gone, and which this authority may clear; the rest stays.
+  FaultChanges clear_latched(Authority authority);
+
+  /// A lock of a former life: latched, until its cause is seen to be gone and somebody with authority clears it.
+  void restore_lock(FaultId id, TimePoint at);
 
   [[nodiscard]] const FaultState& state(FaultId id) const { return states_[static_cast<std::size_t>(id)]; }
   [[nodiscard]] const std::array<FaultState, fault_count>& states() const { return states_; }

@@ -1,9 +1,6 @@
 #include "daemon/core/fault_table.hpp"
 
-#include <algorithm>
-#include <cstdlib>
-
-#include "daemon/core/contactor_sequence.hpp"
+#include "daemon/core/fault_readers.hpp"
 #include "protocol/assert.hpp"
 
 namespace bmu {
@@ -11,6 +8,7 @@ namespace bmu {
 std::string_view to_text(Reaction reaction) {
   switch (reaction) {
     case Reaction::warn: return "warn";
+    case Reaction::refuse_close: return "refuse to close";
     case Reaction::open_after_grace: return "open after grace";
     case Reaction::open_now: return "open now";
   }
@@ -21,250 +19,31 @@ std::string_view to_text(Latch latch) {
   switch (latch) {
     case Latch::none: return "none";
     case Latch::until_cleared: return "until cleared";
+    case Latch::until_authorised: return "until cleared with authority";
+  }
+  return "?";
+}
+
+std::string_view to_text(Concerns concerns) {
+  switch (concerns) {
+    case Concerns::all: return "all";
+    case Concerns::charge: return "charging";
+    case Concerns::discharge: return "discharging";
   }
   return "?";
 }
 
 namespace {
 
-// --- what the rows read
-// -----------------------------------------------------------------------------------------------
-
-Reading lowest(const Spread& spread) {
-  return {spread.is_known(), spread.min, spread.min_at, spread.min_taken_at, !spread.is_complete()};
-}
-Reading highest(const Spread& spread) {
-  return {spread.is_known(), spread.max, spread.max_at, spread.max_taken_at, !spread.is_complete()};
-}
-Reading condition(bool is_true, TimePoint seen_at, const Element& element = {}) {
-  return {true, is_true ? 1 : 0, element, seen_at};
-}
-constexpr Reading unknown_reading{};
-
-Reading read_cell_voltage_min(const FaultInputs& in) {
-  return lowest(in.pack->cell_voltage_uV);
-}
-Reading read_cell_voltage_max(const FaultInputs& in) {
-  return highest(in.pack->cell_voltage_uV);
-}
-Reading read_cell_temperature_max(const FaultInputs& in) {
-  return highest(in.pack->cell_temperature_dC);
-}
-Reading read_cell_temperature_min(const FaultInputs& in) {
-  return lowest(in.pack->cell_temperature_dC);
-}
-
-Reading read_discharge_current(const FaultInputs& in) {
-  const Measured<std::int32_t>& current = in.pack->current_mA;
-  return {current.is_valid(), current.value, {}, current.taken_at};
-}
-Reading read_charge_current(const FaultInputs& in) {
-  const Measured<std::int32_t>& current = in.pack->current_mA;
-  return {current.is_valid(), -std::int64_t{current.value}, {}, current.taken_at};
-}
-
-/// How far apart two voltages are that were not taken at the same moment, less what the current explains: twice what
-/// the model's resistance makes of its swing since the older one. Cold cells have more than their data sheet says.
-std::int64_t unexplained_mV(const FaultInputs& in, const Measured<std::int32_t>& one,
-                            const Measured<std::int32_t>& other) {
-  constexpr std::int64_t products_per_mV = 1'000'000;  // of mA and uOhm
-  const TimePoint since = one.taken_at < other.taken_at ? one.taken_at : other.taken_at;
-  const std::int64_t swing_mA = in.sensors->current_window.swing_mA(since);
-  const std::int64_t explained_mV = 2 * swing_mA * pack_resistance_uOhm(*in.config) / products_per_mV;
-  return std::max<std::int64_t>(std::llabs(std::int64_t{one.value} - other.value) - explained_mV, 0);
-}
-
-Reading read_voltage_mismatch(const FaultInputs& in) {
-  const Measured<std::int32_t>& sum = in.pack->cell_voltage_sum_mV;
-  const Measured<std::int32_t>& pack = in.pack->pack_voltage_mV;
-  if (!sum.is_valid() || !pack.is_valid()) return unknown_reading;
-  const TimePoint taken_at = sum.taken_at > pack.taken_at ? sum.taken_at : pack.taken_at;
-  return {true, unexplained_mV(in, sum, pack), {}, taken_at};
-}
-
-/// First module for which `is_bad` holds. `seen_at` tells when that was last heard of.
-template <class IsBad, class SeenAt>
-Reading first_module(const FaultInputs& in, IsBad is_bad, SeenAt seen_at) {
-  for (const ModuleRecord& module : in.modules->modules()) {
-    if (is_bad(module)) return condition(true, seen_at(module), {.module_node = module.config.node});
-  }
-  return condition(false, in.now);
-}
-
-Reading read_module_lost(const FaultInputs& in) {
-  if (!in.has_started) return unknown_reading;
-  return first_module(
-      in, [&in](const ModuleRecord& module) { return !is_answering(module, in.config->ages, in.now); },
-      [](const ModuleRecord& module) { return module.last_answer_at; });
-}
-
-/// First value of a group that is no number, or did not come.
-template <class Values>
-Reading first_invalid(const ModuleRecord& module, const Values& values, std::uint8_t count, Duration age_max,
-                      TimePoint now) {
-  for (std::uint8_t index = 0; index < count; ++index) {
-    const Measured<std::int32_t>& value = values[index];
-    const bool is_fresh = value.is_fresh(now, age_max);
-    if (!value.is_valid() || !is_fresh) {
-      // What does not come at all has no samples to count; there every look is one.
-      return condition(true, is_fresh ? value.taken_at : now,
-                       {.module_node = module.config.node, .number = static_cast<std::uint8_t>(index + 1)});
-    }
-  }
-  return condition(false, now);
-}
-
-Reading read_cell_not_measured(const FaultInputs& in) {
-  if (!in.has_started) return unknown_reading;
-  Reading good = condition(false, in.now);
-  for (const ModuleRecord& module : in.modules->modules()) {
-    if (!is_answering(module, in.config->ages, in.now)) {  // that is module_lost
-      good.is_partial = true;
-      continue;
-    }
-    const Reading reading =
-        first_invalid(module, module.cell_voltage_uV, module.config.cell_count, in.config->ages.cell_voltage, in.now);
-    if (reading.value != 0) return reading;
-  }
-  return good;
-}
-
-Reading read_temperature_not_measured(const FaultInputs& in) {
-  if (!in.has_started) return unknown_reading;
-  for (const ModuleRecord& module : in.modules->modules()) {
-    Reading reading = first_invalid(module, module.cell_temperature_dC, module.config.temperature_sensor_count,
-                                    in.config->ages.temperature, in.now);
-    reading.element.is_temperature_sensor = true;
-    if (reading.value != 0) return reading;
-  }
-  return condition(false, in.now);
-}
-
-bool says_failed(const ModuleRecord& module) {
-  const ModuleStatus& said = module.status.value;
-  return module.status.is_valid() &&
-         (said.undervoltage_cells != 0 || said.overvoltage_cells != 0 || said.open_cell_wire || said.self_test_failed);
-}
-
-Reading read_module_reports_fault(const FaultInputs& in) {
-  return first_module(
-      in, [](const ModuleRecord& module) { return says_failed(module) || module.open_wire_cells != 0; },
-      // The mask of open wires comes with the module voltage.
-      [](const ModuleRecord& module) {
-        return says_failed(module) ? module.status.taken_at : module.module_voltage_mV.taken_at;
-      });
-}
-
-/// What wears or misleads but endangers nothing yet; a value that is missing because of it has a fault of its own.
-Reading read_module_warning(const FaultInputs& in) {
-  return first_module(
-      in,
-      [](const ModuleRecord& module) {
-        const ModuleStatus& said = module.status.value;
-        return module.status.is_valid() && (said.board_too_hot || said.external_supply_low ||
-                                            said.temperature_sensor_fault || said.front_end_crc_errors);
-      },
-      [](const ModuleRecord& module) { return module.status.taken_at; });
-}
-
-Reading read_module_mismatch(const FaultInputs& in) {
-  return first_module(
-      in,
-      [&in](const ModuleRecord& module) {
-        const bool wrong_count = module.status.is_valid() && module.status.value.cell_count != module.config.cell_count;
-        const ModuleIdentity& identity = module.identity.value;
-        const bool wrong_identity =
-            module.identity.is_valid() && (identity.protocol_version != internal_bus::protocol_version ||
-                                           identity.cell_count != module.config.cell_count ||
-                                           identity.temperature_sensor_count < module.config.temperature_sensor_count);
-        const bool has_rival = module.rival_seen_at != TimePoint{} && in.now - module.rival_seen_at <= conflict_memory;
-        return wrong_count || wrong_identity || has_rival;
-      },
-      [](const ModuleRecord& module) { return module.status.taken_at; });
-}
-
-/// A sensor that has no usable word within its age; before it was ever heard that counts once starting is over.
-Reading lost(const FaultInputs& in, const Measured<std::int32_t>& value, Duration age_max) {
-  if (!in.has_started) return unknown_reading;
-  return condition(!value.is_usable(in.now, age_max), value.taken_at);
-}
-
-Reading read_current_sensor_lost(const FaultInputs& in) {
-  return lost(in, in.sensors->current_mA, in.config->ages.pack_current);
-}
-Reading read_voltage_sensor_lost(const FaultInputs& in) {
-  const Reading pack = lost(in, in.sensors->pack_voltage_mV, in.config->ages.pack_voltage);
-  return pack.is_known && pack.value != 0 ? pack : lost(in, in.sensors->link_voltage_mV, in.config->ages.pack_voltage);
-}
-Reading read_pdu_lost(const FaultInputs& in) {
-  if (!in.has_started) return unknown_reading;
-  return condition(!in.sensors->pdu.is_usable(in.now, in.config->ages.pdu_status), in.sensors->pdu.taken_at);
-}
-
-/// An input of a PDU that was heard. Its loss is a fault of its own.
-template <class IsBad>
-Reading input(const FaultInputs& in, IsBad is_bad) {
-  const Measured<PduState>& pdu = in.sensors->pdu;
-  if (!pdu.is_usable(in.now, in.config->ages.pdu_status)) return unknown_reading;
-  return condition(is_bad(pdu.value), pdu.taken_at);
-}
-
-Reading read_emergency_stop(const FaultInputs& in) {
-  return input(in, [](const PduState& pdu) { return !pdu.estop_1_released || !pdu.estop_2_released; });
-}
-Reading read_interlock(const FaultInputs& in) {
-  return input(in, [](const PduState& pdu) { return !pdu.interlock_closed; });
-}
-Reading read_insulation(const FaultInputs& in) {
-  return input(in, [](const PduState& pdu) { return !pdu.insulation_monitor_ok; });
-}
-
-Reading read_pdu_opened_by_itself(const FaultInputs& in) {
-  return input(in, [&in](const PduState& pdu) {
-    return in.flags.closing_is_commanded && (pdu.opened_by_timeout || in.flags.pdu_restarted);
-  });
-}
-Reading read_command_not_on_bus(const FaultInputs& in) {
-  return condition(in.flags.closing_is_commanded && in.flags.command_not_on_bus, in.now);
-}
-
-Reading read_precharge_failed(const FaultInputs& in) {
-  return condition(in.flags.precharge_failed, in.now);
-}
-Reading read_contactor_feedback(const FaultInputs& in) {
-  return condition(in.flags.contactors_disobey, in.now);
-}
-/// Contacts that say closed and a link that says otherwise: believed is the link. An open pack has nothing to follow.
-Reading read_link_not_following(const FaultInputs& in) {
-  const Measured<std::int32_t>& pack = in.pack->pack_voltage_mV;
-  const Measured<std::int32_t>& link = in.pack->link_voltage_mV;
-  const TimePoint closed_since = in.flags.closed_since;
-  if (closed_since == TimePoint{}) return condition(false, in.now);
-  const bool is_known =
-      pack.is_valid() && link.is_valid() && pack.taken_at > closed_since && link.taken_at > closed_since;
-  if (!is_known) return unknown_reading;
-  const bool is_apart = unexplained_mV(in, pack, link) > link_apart_max_mV(pack.value, in.config->contactors);
-  return condition(is_apart, link.taken_at);
-}
-
-Reading read_foreign_master(const FaultInputs& in) {
-  return condition(in.flags.foreign_master_seen, in.now);
-}
-Reading read_internal_bus_down(const FaultInputs& in) {
-  return condition(!in.flags.internal_bus_up, in.now);
-}
-Reading read_loop_gap(const FaultInputs& in) {
-  return condition(in.flags.loop_gap_seen, in.now);
-}
-Reading read_frames_lost(const FaultInputs& in) {
-  return condition(in.flags.frames_lost_seen, in.now);
-}
-
-// --- the table
-// --------------------------------------------------------------------------------------------------------
-
 using enum Reaction;
 using enum Sense;
+
+// BMS_F.7: a cell with more than twice the average resistance is poor. The same factor for the whole pack.
+constexpr LimitConfig poor_cell{.warn = 1'500, .open = 2'001, .hysteresis = 200, .confirm = 0ms, .clear = 1s};
+constexpr LimitConfig poor_battery{.warn = 1'500, .open = 2'000, .hysteresis = 200, .confirm = 0ms, .clear = 1s};
+// Shares of what a peak may use up. The count itself took seconds: it needs no time to be believed.
+constexpr LimitConfig overload{
+    .warn = 800, .limit = 500, .open = 1'000, .hysteresis = 150, .confirm = 20ms, .clear = 1s};
 
 // Longest reactions by the project's budgets: voltage and current 450 ms, temperature 950 ms, a silent module 400 ms,
 // a silent sensor or PDU 300 ms, inputs at once. Ages and confirm times add up to less.
@@ -272,175 +51,586 @@ constexpr std::array<FaultRow, fault_count> table{{
     {.id = FaultId::cell_undervoltage,
      .name = "cell_undervoltage",
      .meaning = "a cell's voltage is too low",
+     .remedy = "charge the pack; a single low cell: balance or replace it",
      .unit = Unit::uV,
      .sense = at_or_below,
-     .read = read_cell_voltage_min,
+     .read = fault_readers::cell_voltage_min_uV,
      .limit = &LimitsConfig::cell_undervoltage,
      .samples = 2,
-     .latch = Latch::until_cleared},
+     .ask_again = AskAgain::cells,
+     .latch = Latch::until_cleared,
+     .concerns = Concerns::discharge,
+     .lithiumate_code = 7},
     {.id = FaultId::cell_overvoltage,
      .name = "cell_overvoltage",
      .meaning = "a cell's voltage is too high",
+     .remedy = "stop charging, let the pack rest, look at the charger's settings and the balance of the cells",
      .unit = Unit::uV,
-     .read = read_cell_voltage_max,
+     .read = fault_readers::cell_voltage_max_uV,
      .limit = &LimitsConfig::cell_overvoltage,
      .samples = 2,
-     .latch = Latch::until_cleared},
-    {.id = FaultId::cell_overtemperature,
-     .name = "cell_overtemperature",
-     .meaning = "a cell is too hot",
-     .unit = Unit::dC,
-     .read = read_cell_temperature_max,
-     .limit = &LimitsConfig::cell_overtemperature,
-     .samples = 2,
-     .latch = Latch::until_cleared},
-    {.id = FaultId::cell_undertemperature,
-     .name = "cell_undertemperature",
-     .meaning = "a cell is too cold",
-     .unit = Unit::dC,
+     .ask_again = AskAgain::cells,
+     .latch = Latch::until_cleared,
+     .lithiumate_code = 8},
+    {.id = FaultId::cell_deep_discharge,
+     .name = "cell_deep_discharge",
+     .meaning = "a cell is below its maker's absolute minimum",
+     .remedy = "do not charge: have the cell judged or replaced, then clear with authority",
+     .unit = Unit::uV,
      .sense = at_or_below,
-     .read = read_cell_temperature_min,
-     .limit = &LimitsConfig::cell_undertemperature,
+     .read = fault_readers::cell_voltage_min_uV,
+     .limit = &LimitsConfig::cell_deep_discharge,
+     .samples = 2,
+     .ask_again = AskAgain::cells,
+     .latch = Latch::until_authorised,
+     .lithiumate_code = 7},
+    {.id = FaultId::cell_imbalance,
+     .name = "cell_imbalance",
+     .meaning = "the cells' voltages are too far apart",
+     .remedy = "balance the pack, or replace the cell that is named",
+     .unit = Unit::uV,
+     .read = fault_readers::cell_voltage_spread_uV,
+     .limit = &LimitsConfig::cell_imbalance,
      .samples = 2,
      .reaction = open_after_grace,
      .grace = 250ms,
+     .latch = Latch::until_cleared},
+    {.id = FaultId::cell_resistance,
+     .name = "cell_resistance",
+     .meaning = "a cell's resistance is more than twice the average",
+     .remedy = "check the cell's connections; replace the cell if they are sound",
+     .unit = Unit::permille,
+     .read = fault_readers::cell_resistance_permille,
+     .fixed = &poor_cell,
+     .reaction = warn,
+     .dtc = 1},
+    {.id = FaultId::pack_resistance,
+     .name = "pack_resistance",
+     .meaning = "the cells' resistance is twice what the cell file says",
+     .remedy = "the pack is worn or cold, or the cell file is another cell's",
+     .unit = Unit::permille,
+     .read = fault_readers::pack_resistance_permille,
+     .fixed = &poor_battery,
+     .reaction = warn,
+     .dtc = 2},
+    {.id = FaultId::cell_overtemperature,
+     .name = "cell_overtemperature",
+     .meaning = "a cell is too hot",
+     .remedy = "let the pack cool; check cooling and the cell's connections",
+     .unit = Unit::dC,
+     .read = fault_readers::cell_temperature_max_dC,
+     .limit = &LimitsConfig::cell_overtemperature,
+     .samples = 2,
+     .ask_again = AskAgain::temperatures,
+     .latch = Latch::until_cleared,
+     .lithiumate_code = 6},
+    {.id = FaultId::cell_undertemperature,
+     .name = "cell_undertemperature",
+     .meaning = "a cell is too cold",
+     .remedy = "let the pack warm up",
+     .unit = Unit::dC,
+     .sense = at_or_below,
+     .read = fault_readers::cell_temperature_min_dC,
+     .limit = &LimitsConfig::cell_undertemperature,
+     .samples = 2,
+     .reaction = open_after_grace,
+     .grace = 250ms},
+    {.id = FaultId::charge_overtemperature,
+     .name = "charge_overtemperature",
+     .meaning = "a cell is too hot to be charged",
+     .remedy = "let the pack cool",
+     .unit = Unit::dC,
+     .read = fault_readers::cell_temperature_max_dC,
+     .limit = &LimitsConfig::charge_overtemperature,
+     .samples = 2,
+     .reaction = open_after_grace,
+     .grace = 250ms,
+     .concerns = Concerns::charge,
+     .lithiumate_code = 6},
+    {.id = FaultId::charge_undertemperature,
+     .name = "charge_undertemperature",
+     .meaning = "a cell is too cold to be charged",
+     .remedy = "let the pack warm up, or heat it",
+     .unit = Unit::dC,
+     .sense = at_or_below,
+     .read = fault_readers::cell_temperature_min_dC,
+     .limit = &LimitsConfig::charge_undertemperature,
+     .samples = 2,
+     .reaction = open_after_grace,
+     .grace = 250ms,
+     .concerns = Concerns::charge,
      .dtc = 3},
+    {.id = FaultId::board_overtemperature,
+     .name = "board_overtemperature",
+     .meaning = "a module's board is too hot",
+     .remedy = "stop balancing; check the module and its cooling",
+     .unit = Unit::dC,
+     .read = fault_readers::board_temperature_max_dC,
+     .limit = &LimitsConfig::board_overtemperature,
+     .samples = 2,
+     .reaction = open_after_grace,
+     .grace = 250ms,
+     .lithiumate_code = 6},
+    {.id = FaultId::board_undertemperature,
+     .name = "board_undertemperature",
+     .meaning = "a module's board is too cold to measure well",
+     .remedy = "let the pack warm up",
+     .unit = Unit::dC,
+     .sense = at_or_below,
+     .read = fault_readers::board_temperature_min_dC,
+     .limit = &LimitsConfig::board_undertemperature,
+     .samples = 2,
+     .reaction = open_after_grace,
+     .grace = 250ms},
+    {.id = FaultId::temperature_rise,
+     .name = "temperature_rise",
+     .meaning = "a cell warms up too fast",
+     .remedy = "keep away and let it cool: a cell may be running away; have it judged, then clear with authority",
+     .unit = Unit::mK_per_s,
+     .read = fault_readers::temperature_rise_mK_per_s,
+     .limit = &LimitsConfig::temperature_rise,
+     .samples = 2,
+     .ask_again = AskAgain::temperatures,
+     .latch = Latch::until_authorised,
+     .lithiumate_code = 6},
+    {.id = FaultId::temperature_spread,
+     .name = "temperature_spread",
+     .meaning = "the cells' temperatures are too far apart",
+     .remedy = "check cooling, sensors and the connections of the cell that is named",
+     .unit = Unit::dC,
+     .read = fault_readers::temperature_spread_dC,
+     .limit = &LimitsConfig::temperature_spread,
+     .samples = 2,
+     .reaction = open_after_grace,
+     .grace = 250ms,
+     .latch = Latch::until_cleared,
+     .lithiumate_code = 6},
     {.id = FaultId::discharge_overcurrent,
      .name = "discharge_overcurrent",
      .meaning = "too much current out of the pack",
+     .remedy = "look for a short; lower what the load may draw",
      .unit = Unit::mA,
-     .read = read_discharge_current,
+     .read = fault_readers::discharge_current_mA,
      .limit = &LimitsConfig::discharge_overcurrent,
      .samples = 2,
-     .latch = Latch::until_cleared},
+     .latch = Latch::until_cleared,
+     .lithiumate_code = 5},
     {.id = FaultId::charge_overcurrent,
      .name = "charge_overcurrent",
      .meaning = "too much current into the pack",
+     .remedy = "lower what charger or regeneration may give",
      .unit = Unit::mA,
-     .read = read_charge_current,
+     .read = fault_readers::charge_current_mA,
      .limit = &LimitsConfig::charge_overcurrent,
      .samples = 2,
-     .latch = Latch::until_cleared},
+     .latch = Latch::until_cleared,
+     .lithiumate_code = 4},
+    {.id = FaultId::discharge_overload,
+     .name = "discharge_overload",
+     .meaning = "too much current out of the pack for too long",
+     .remedy = "let the pack rest; lower what the load may draw",
+     .unit = Unit::permille,
+     .read = fault_readers::discharge_overload_permille,
+     .fixed = &overload,
+     .samples = 2,
+     .reaction = open_after_grace,
+     .grace = 250ms,
+     .latch = Latch::until_cleared,
+     .lithiumate_code = 5},
+    {.id = FaultId::charge_overload,
+     .name = "charge_overload",
+     .meaning = "too much current into the pack for too long",
+     .remedy = "lower what charger or regeneration may give",
+     .unit = Unit::permille,
+     .read = fault_readers::charge_overload_permille,
+     .fixed = &overload,
+     .samples = 2,
+     .reaction = open_after_grace,
+     .grace = 250ms,
+     .latch = Latch::until_cleared,
+     .lithiumate_code = 4},
+    {.id = FaultId::discharge_not_allowed,
+     .name = "discharge_not_allowed",
+     .meaning = "current is drawn although discharging is forbidden",
+     .remedy = "switch the load off while the pack is charged after an undervoltage",
+     .read = fault_readers::discharge_not_allowed,
+     .confirm = 20ms,
+     .samples = 2,
+     .latch = Latch::until_cleared,
+     .lithiumate_code = 5},
+    {.id = FaultId::charge_not_allowed,
+     .name = "charge_not_allowed",
+     .meaning = "the pack is charged although charging is forbidden",
+     .remedy = "check why charger or regeneration does not stop",
+     .read = fault_readers::charge_not_allowed,
+     .confirm = 20ms,
+     .samples = 2,
+     .latch = Latch::until_cleared,
+     .lithiumate_code = 4},
+    {.id = FaultId::current_while_open,
+     .name = "current_while_open",
+     .meaning = "current flows although every contactor is open",
+     .remedy = "a contactor is welded, or something is connected past them: isolate by hand, then clear with authority",
+     .read = fault_readers::current_while_open,
+     .confirm = 100ms,
+     .samples = 3,
+     .latch = Latch::until_authorised,
+     .lithiumate_code = 12},
     {.id = FaultId::pack_voltage_mismatch,
      .name = "pack_voltage_mismatch",
      .meaning = "the sum of the cells is not the pack voltage",
+     .remedy = "check the sensor's voltage wires and the cells of every module",
      .unit = Unit::mV,
-     .read = read_voltage_mismatch,
+     .read = fault_readers::pack_voltage_mismatch_mV,
      .limit = &LimitsConfig::pack_voltage_mismatch,
+     .samples = 2,
+     .latch = Latch::until_cleared,
+     .lithiumate_code = 9},
+    {.id = FaultId::module_voltage_mismatch,
+     .name = "module_voltage_mismatch",
+     .meaning = "a module's voltage is not the sum of its cells",
+     .remedy = "check the module's sense wires and its front end",
+     .unit = Unit::mV,
+     .read = fault_readers::module_voltage_mismatch_mV,
+     .limit = &LimitsConfig::module_voltage_mismatch,
+     .samples = 2,
+     .latch = Latch::until_cleared,
+     .lithiumate_code = 3},
+    {.id = FaultId::stuck_values,
+     .name = "stuck_values",
+     .meaning = "a cell's voltage stands still although the current moves",
+     .remedy = "the module repeats itself: restart or replace it",
+     .unit = Unit::ms,
+     .read = fault_readers::stuck_values_ms,
+     .limit = &LimitsConfig::stuck_values,
+     .samples = 2,
+     .latch = Latch::until_cleared,
+     .lithiumate_code = 3},
+    {.id = FaultId::current_contradicts_voltage,
+     .name = "current_contradicts_voltage",
+     .meaning = "the cells answer a step of the current the wrong way round",
+     .remedy = "the current sensor is mounted or configured the wrong way round",
+     .read = fault_readers::current_contradicts_voltage,
+     .confirm = 100ms,
+     .samples = 3,
+     .latch = Latch::until_cleared},
+    {.id = FaultId::current_sensors_disagree,
+     .name = "current_sensors_disagree",
+     .meaning = "the two current sensors are too far apart",
+     .remedy = "check both sensors and their mounting",
+     .unit = Unit::mA,
+     .read = fault_readers::current_sensors_apart_mA,
+     .limit = &LimitsConfig::current_sensors_disagree,
      .samples = 2,
      .latch = Latch::until_cleared},
     {.id = FaultId::module_lost,
      .name = "module_lost",
      .meaning = "a module does not answer, or not completely",
-     .read = read_module_lost,
-     .latch = Latch::until_cleared},
+     .remedy = "check the module's supply, its bus wires and its node number",
+     .read = fault_readers::module_lost,
+     .latch = Latch::until_cleared,
+     .lithiumate_code = 3},
     {.id = FaultId::cell_not_measured,
      .name = "cell_not_measured",
      .meaning = "a module answers but does not know a cell's voltage",
-     .read = read_cell_not_measured,
+     .remedy = "check the sense wire of the cell",
+     .read = fault_readers::cell_not_measured,
      .confirm = 150ms,
      .samples = 2,
-     .latch = Latch::until_cleared},
+     .latch = Latch::until_cleared,
+     .lithiumate_code = 3},
     {.id = FaultId::temperature_not_measured,
      .name = "temperature_not_measured",
      .meaning = "a temperature is missing, or its sensor open or shorted",
-     .read = read_temperature_not_measured,
+     .remedy = "check the sensor that is named and its wires",
+     .read = fault_readers::temperature_not_measured,
      .confirm = 150ms,
      .samples = 2,
-     .latch = Latch::until_cleared},
+     .latch = Latch::until_cleared,
+     .lithiumate_code = 3},
+    {.id = FaultId::open_wire,
+     .name = "open_wire",
+     .meaning = "a sense wire is open",
+     .remedy = "check the wire between the cell that is named and its neighbour",
+     .read = fault_readers::open_wire,
+     .confirm = 150ms,
+     .samples = 2,
+     .ask_again = AskAgain::cells,
+     .latch = Latch::until_cleared,
+     .lithiumate_code = 3},
+    // The module latches it itself, until our clear command reaches it.
     {.id = FaultId::module_reports_fault,
      .name = "module_reports_fault",
-     .meaning = "a module reports a failed cell, an open wire or a failed self-test",
-     .read = read_module_reports_fault,
+     .meaning = "a module reports a failed cell or a failed self-test",
+     .remedy = "look at the cell that the module names; `bmuctl clear` reaches the module too",
+     .read = fault_readers::module_reports_fault,
      .confirm = 150ms,
-     .samples = 2},  // the module latches it itself, until our clear command reaches it
+     .samples = 2},
     {.id = FaultId::module_warning,
      .name = "module_warning",
      .meaning = "a module warns of its board, supply, temperature sensors or front end",
-     .read = read_module_warning,
+     .remedy = "look at the module when there is time",
+     .read = fault_readers::module_warning,
      .confirm = 150ms,
      .samples = 2,
      .reaction = warn},
     {.id = FaultId::module_mismatch,
      .name = "module_mismatch",
-     .meaning = "a module is not the one the configuration describes, or two share a node number",
-     .read = read_module_mismatch,
+     .meaning = "a module is not the one the configuration describes",
+     .remedy = "use the module the pack file describes, or describe this one",
+     .read = fault_readers::module_mismatch,
      .latch = Latch::until_cleared},
+    {.id = FaultId::wrong_cell_count,
+     .name = "wrong_cell_count",
+     .meaning = "a module has another number of cells than the configuration says",
+     .remedy = "check the module's cell wires and the pack file",
+     .read = fault_readers::wrong_cell_count,
+     .latch = Latch::until_cleared},
+    {.id = FaultId::duplicate_node,
+     .name = "duplicate_node",
+     .meaning = "two modules share a node number, or one was swapped while in use",
+     .remedy = "give each module a node number of its own",
+     .read = fault_readers::duplicate_node,
+     .latch = Latch::until_cleared,
+     .lithiumate_code = 3},
+    {.id = FaultId::unknown_module,
+     .name = "unknown_module",
+     .meaning = "a module answers that the configuration does not have",
+     .remedy = "describe it in the pack file, or take it off the bus",
+     .read = fault_readers::unknown_module,
+     .reaction = refuse_close},
     {.id = FaultId::current_sensor_lost,
      .name = "current_sensor_lost",
      .meaning = "no usable current from the sensor",
-     .read = read_current_sensor_lost,
-     .latch = Latch::until_cleared},
+     .remedy = "check the current sensor's supply and bus wires",
+     .read = fault_readers::current_sensor_lost,
+     .latch = Latch::until_cleared,
+     .lithiumate_code = 19},
     {.id = FaultId::voltage_sensor_lost,
      .name = "voltage_sensor_lost",
      .meaning = "no usable pack or link voltage from the sensor",
-     .read = read_voltage_sensor_lost,
-     .latch = Latch::until_cleared},
+     .remedy = "check the sensor's voltage wires",
+     .read = fault_readers::voltage_sensor_lost,
+     .latch = Latch::until_cleared,
+     .lithiumate_code = 19},
     {.id = FaultId::pdu_lost,
      .name = "pdu_lost",
      .meaning = "no word from the power distribution unit",
-     .read = read_pdu_lost,
-     .latch = Latch::until_cleared},
+     .remedy = "check the unit's supply and bus wires",
+     .read = fault_readers::pdu_lost,
+     .latch = Latch::until_cleared,
+     .lithiumate_code = 3},
     {.id = FaultId::pdu_opened_by_itself,
      .name = "pdu_opened_by_itself",
      .meaning = "the power distribution unit missed commands or restarted, and opened by itself",
-     .read = read_pdu_opened_by_itself,
-     .latch = Latch::until_cleared},
+     .remedy = "check the unit's supply and the bus; then clear",
+     .read = fault_readers::pdu_opened_by_itself,
+     .latch = Latch::until_cleared,
+     .lithiumate_code = 3},
     {.id = FaultId::emergency_stop,
      .name = "emergency_stop",
      .meaning = "an emergency stop is pressed",
-     .read = read_emergency_stop,
-     .latch = Latch::until_cleared},
+     .remedy = "find out why, release it, then clear",
+     .read = fault_readers::emergency_stop,
+     .latch = Latch::until_cleared,
+     .lithiumate_code = 2},
     {.id = FaultId::interlock_open,
      .name = "interlock_open",
      .meaning = "the interlock loop is open",
-     .read = read_interlock,
+     .remedy = "close covers and plugs, then clear",
+     .read = fault_readers::interlock_open,
+     .latch = Latch::until_cleared,
+     .lithiumate_code = 2},
+    {.id = FaultId::supply_low,
+     .name = "supply_low",
+     .meaning = "the low-voltage supply is too low",
+     .remedy = "check the auxiliary battery",
+     .read = fault_readers::supply_low,
+     .reaction = refuse_close},
+    {.id = FaultId::lines_failed,
+     .name = "lines_failed",
+     .meaning = "the contactor lines of this machine cannot be driven",
+     .remedy = "check the pack file's GPIO section and who else uses the lines",
+     .read = fault_readers::lines_failed,
      .latch = Latch::until_cleared},
     {.id = FaultId::insulation_fault,
      .name = "insulation_fault",
      .meaning = "the insulation monitor does not say OK",
-     .read = read_insulation,
+     .remedy = "find the insulation fault before anybody touches the pack",
+     .read = fault_readers::insulation_not_ok,
      .confirm = 500ms,
-     .latch = Latch::until_cleared},
+     .latch = Latch::until_cleared,
+     .lithiumate_code = 10},
+    {.id = FaultId::insulation_low,
+     .name = "insulation_low",
+     .meaning = "the insulation resistance is too low",
+     .remedy = "find the insulation fault before anybody touches the pack",
+     .unit = Unit::Ohm,
+     .sense = at_or_below,
+     .read = fault_readers::insulation_Ohm,
+     .limit = &LimitsConfig::insulation_low,
+     .samples = 2,
+     .latch = Latch::until_cleared,
+     .lithiumate_code = 10},
+    {.id = FaultId::insulation_low_driving,
+     .name = "insulation_low_driving",
+     .meaning = "the insulation resistance is too low; the pack stays closed while driving",
+     .remedy = "stop when it is safe; the pack will not close again",
+     .unit = Unit::Ohm,
+     .sense = at_or_below,
+     .read = fault_readers::insulation_driving_Ohm,
+     .limit = &LimitsConfig::insulation_low,
+     .samples = 2,
+     .reaction = warn},
+    {.id = FaultId::insulation_monitor_lost,
+     .name = "insulation_monitor_lost",
+     .meaning = "the insulation monitor does not measure",
+     .remedy = "check the monitor's supply, its earth and its wires",
+     .read = fault_readers::insulation_monitor_lost,
+     .confirm = 1500ms,
+     .latch = Latch::until_cleared,
+     .lithiumate_code = 10},
     {.id = FaultId::precharge_failed,
      .name = "precharge_failed",
      .meaning = "the link did not follow the pack in time",
-     .read = read_precharge_failed,
-     .latch = Latch::until_cleared},
+     .remedy = "look for a load or a short on the link, and at the precharge resistor",
+     .read = fault_readers::precharge_too_slow,
+     .latch = Latch::until_cleared,
+     .lithiumate_code = 17},
+    {.id = FaultId::precharge_too_fast,
+     .name = "precharge_too_fast",
+     .meaning = "the link followed the pack at once",
+     .remedy = "a main contactor may be welded, or nothing is connected to the link",
+     .read = fault_readers::precharge_too_fast,
+     .latch = Latch::until_cleared,
+     .lithiumate_code = 15},
+    {.id = FaultId::precharge_overcurrent,
+     .name = "precharge_overcurrent",
+     .meaning = "too much current during precharge",
+     .remedy = "look for a short on the link",
+     .read = fault_readers::precharge_overcurrent,
+     .latch = Latch::until_cleared,
+     .lithiumate_code = 15},
+    // One flicker of an auxiliary contact is none of the contactor.
     {.id = FaultId::contactor_feedback,
      .name = "contactor_feedback",
      .meaning = "an auxiliary contact does not follow its command",
-     .read = read_contactor_feedback,
-     .confirm = tick_period,  // one flicker of an auxiliary contact is none of the contactor
-     .latch = Latch::until_cleared},
+     .remedy = "check the contactor that is named, its coil and its auxiliary contact",
+     .read = fault_readers::contactor_not_following,
+     .confirm = tick_period,
+     .latch = Latch::until_cleared,
+     .lithiumate_code = 16},
+    {.id = FaultId::contactor_welded,
+     .name = "contactor_welded",
+     .meaning = "a contactor stays closed after it was opened",
+     .remedy = "isolate the pack by hand, replace the contactor, then clear with authority",
+     .read = fault_readers::contactor_welded,
+     .confirm = tick_period,
+     .latch = Latch::until_authorised,
+     .lithiumate_code = 12},
     {.id = FaultId::link_not_following,
      .name = "link_not_following",
      .meaning = "the contactors are closed, but the link voltage is not the pack voltage",
-     .read = read_link_not_following,
+     .remedy = "check the contactors and the sensor's link wires",
+     .read = fault_readers::link_not_following,
      .confirm = 150ms,
      .samples = 2,
-     .latch = Latch::until_cleared},
+     .latch = Latch::until_cleared,
+     .lithiumate_code = 16},
+    {.id = FaultId::link_not_discharging,
+     .name = "link_not_discharging",
+     .meaning = "the contactors are open, but the link keeps the pack's voltage",
+     .remedy = "a contactor is welded, or the link cannot discharge: measure by hand, then clear with authority",
+     .read = fault_readers::link_not_discharging,
+     .confirm = 150ms,
+     .samples = 2,
+     .latch = Latch::until_authorised,
+     .lithiumate_code = 12},
     {.id = FaultId::foreign_master,
      .name = "foreign_master",
      .meaning = "somebody else sends what only the master may send",
-     .read = read_foreign_master,
+     .remedy = "take the other master off the bus",
+     .read = fault_readers::foreign_master,
      .latch = Latch::until_cleared},
+    {.id = FaultId::foreign_reporter,
+     .name = "foreign_reporter",
+     .meaning = "somebody else sends this pack's messages to the vehicle",
+     .remedy = "give one of the two another base identifier",
+     .read = fault_readers::foreign_reporter,
+     .reaction = refuse_close},
     {.id = FaultId::internal_bus_down,
      .name = "internal_bus_down",
      .meaning = "the internal bus is down or gone",
-     .read = read_internal_bus_down},
+     .remedy = "check the interface and its wires",
+     .read = fault_readers::internal_bus_down,
+     .lithiumate_code = 3},
+    {.id = FaultId::bus_off_storm,
+     .name = "bus_off_storm",
+     .meaning = "the bus controller went off the bus three times in a minute",
+     .remedy = "check wires, termination and bit rate, then clear",
+     .read = fault_readers::bus_off_storm,
+     .latch = Latch::until_cleared,
+     .lithiumate_code = 3},
+    {.id = FaultId::bus_error_passive,
+     .name = "bus_error_passive",
+     .meaning = "the bus controller sees many errors",
+     .remedy = "check wires, termination and bit rate",
+     .read = fault_readers::bus_error_passive,
+     .reaction = warn},
     {.id = FaultId::command_not_on_bus,
      .name = "command_not_on_bus",
      .meaning = "the contactor commands do not get onto the bus",
-     .read = read_command_not_on_bus},
-    {.id = FaultId::control_loop_gap,
-     .name = "control_loop_gap",
-     .meaning = "the daemon was stopped or starved",
-     .read = read_loop_gap},
+     .remedy = "check wires, termination and who floods the bus",
+     .read = fault_readers::command_not_on_bus,
+     .lithiumate_code = 3},
     {.id = FaultId::frames_lost,
      .name = "frames_lost",
      .meaning = "received frames were lost on this machine",
-     .read = read_frames_lost,
+     .remedy = "give the daemon more of the processor, or a larger receive buffer",
+     .read = fault_readers::frames_lost,
+     .reaction = warn},
+    {.id = FaultId::control_loop_gap,
+     .name = "control_loop_gap",
+     .meaning = "the daemon was stopped or starved",
+     .remedy = "give the daemon real-time priority; look at what else runs here",
+     .read = fault_readers::loop_gap},
+    {.id = FaultId::tick_overrun,
+     .name = "tick_overrun",
+     .meaning = "a decision came too late",
+     .remedy = "give the daemon real-time priority; look at what else runs here",
+     .read = fault_readers::tick_overrun,
+     .reaction = warn},
+    {.id = FaultId::store_unreadable,
+     .name = "store_unreadable",
+     .meaning = "what was remembered over the last end cannot be read",
+     .remedy = "check the disk; locks of the past may be lost: look at the pack, then clear with authority",
+     .read = fault_readers::store_unreadable,
+     .reaction = refuse_close,
+     .latch = Latch::until_authorised,
+     .lithiumate_code = 18},
+    {.id = FaultId::store_write_failed,
+     .name = "store_write_failed",
+     .meaning = "what is to be remembered cannot be written",
+     .remedy = "check the disk: faults and wear will be forgotten at the next end",
+     .read = fault_readers::store_write_failed,
+     .reaction = warn},
+    {.id = FaultId::clock_jump,
+     .name = "clock_jump",
+     .meaning = "the wall clock jumped",
+     .remedy = "nothing but the times shown depends on it",
+     .read = fault_readers::clock_jump,
+     .reaction = warn},
+    {.id = FaultId::memory_low,
+     .name = "memory_low",
+     .meaning = "the daemon's memory has grown too large",
+     .remedy = "report this: it should not happen",
+     .read = fault_readers::memory_low,
+     .reaction = warn},
+    {.id = FaultId::disk_low,
+     .name = "disk_low",
+     .meaning = "the disk is nearly full",
+     .remedy = "make room",
+     .read = fault_readers::disk_low,
      .reaction = warn},
 }};
 
@@ -459,20 +649,35 @@ consteval bool grace_where_it_is_used() {
 /// One bad sample alone never trips a limit.
 consteval bool limits_take_two_samples() {
   for (const FaultRow& row : table) {
-    if (row.limit != nullptr && row.samples < 2) return false;
+    if (row.has_limit() && row.reaction != warn && row.samples < 2) return false;
+  }
+  return true;
+}
+consteval bool one_source_of_thresholds() {
+  for (const FaultRow& row : table) {
+    if (row.limit != nullptr && row.fixed != nullptr) return false;
   }
   return true;
 }
 consteval bool every_row_reads() {
   for (const FaultRow& row : table) {
-    if (row.read == nullptr || row.name.empty() || row.meaning.empty()) return false;
+    if (row.read == nullptr || row.name.empty() || row.meaning.empty() || row.remedy.empty()) return false;
+  }
+  return true;
+}
+/// What a warning does goes with its cause: there is nothing to clear.
+consteval bool warnings_do_not_latch() {
+  for (const FaultRow& row : table) {
+    if (row.reaction == warn && row.latch != Latch::none) return false;
   }
   return true;
 }
 static_assert(rows_are_in_order());
 static_assert(grace_where_it_is_used());
 static_assert(limits_take_two_samples());
+static_assert(one_source_of_thresholds());
 static_assert(every_row_reads());
+static_assert(warnings_do_not_latch());
 
 }  // namespace
 

@@ -1,12 +1,19 @@
 // Every fault the daemon knows: what it watches, how long it must last, what it does, how it goes away. Rows, no code.
 //
-// A row's `read` gives the one number it judges and where it comes from; the threshold is in the configuration, or 1
-// for rows that are simply true or not. The same table prints the faults page and drives the tests all faults inherit.
+// A row's `read` (fault_readers.hpp) gives the one number it judges and where it comes from; the threshold is in the
+// configuration, or fixed here, or 1 for rows that are simply true or not. The same table prints the faults page
+// (docs/faults.md) and drives the tests all faults inherit.
 //
-//   reaction            what a confirmed fault does
+//   reaction            how bad it is, and so what a confirmed fault does
 //   warn                nothing but being told
+//   refuse_close        a closed pack stays closed, an open one stays open
 //   open_after_grace    limits go to zero at once; permission goes when the current has fallen or the grace is over
 //   open_now            permission goes in the same tick
+//
+//   concerns            which current it forbids
+//   all                 any: the main contactors open
+//   charge              charging: the charge contactor opens; the main contactors too when nothing but a charger asks
+//   discharge           discharging: the main contactors open, but a charger may close them again (BMS_F.10)
 #pragma once
 
 #include <array>
@@ -14,73 +21,135 @@
 #include <string_view>
 
 #include "daemon/core/core_config.hpp"
+#include "daemon/core/fault_reading.hpp"
+#include "daemon/core/observation.hpp"
 #include "daemon/core/pack_state.hpp"
+#include "daemon/core/watchers.hpp"
 
 namespace bmu {
 
 enum class FaultId : std::uint8_t {
+  // cells
   cell_undervoltage,
   cell_overvoltage,
+  cell_deep_discharge,
+  cell_imbalance,
+  cell_resistance,
+  pack_resistance,
+  // temperatures
   cell_overtemperature,
   cell_undertemperature,
+  charge_overtemperature,
+  charge_undertemperature,
+  board_overtemperature,
+  board_undertemperature,
+  temperature_rise,
+  temperature_spread,
+  // current
   discharge_overcurrent,
   charge_overcurrent,
+  discharge_overload,
+  charge_overload,
+  discharge_not_allowed,
+  charge_not_allowed,
+  current_while_open,
+  // one measurement against another
   pack_voltage_mismatch,
+  module_voltage_mismatch,
+  stuck_values,
+  current_contradicts_voltage,
+  current_sensors_disagree,
+  // modules
   module_lost,
   cell_not_measured,
   temperature_not_measured,
+  open_wire,
   module_reports_fault,
   module_warning,
   module_mismatch,
+  wrong_cell_count,
+  duplicate_node,
+  unknown_module,
+  // sensor, power distribution unit, inputs
   current_sensor_lost,
   voltage_sensor_lost,
   pdu_lost,
   pdu_opened_by_itself,
   emergency_stop,
   interlock_open,
+  supply_low,
+  lines_failed,
+  // insulation
   insulation_fault,
+  insulation_low,
+  insulation_low_driving,
+  insulation_monitor_lost,
+  // contactors
   precharge_failed,
+  precharge_too_fast,
+  precharge_overcurrent,
   contactor_feedback,
+  contactor_welded,
   link_not_following,
+  link_not_discharging,
+  // buses
   foreign_master,
+  foreign_reporter,
   internal_bus_down,
+  bus_off_storm,
+  bus_error_passive,
   command_not_on_bus,
-  control_loop_gap,
   frames_lost,
+  // the daemon itself
+  control_loop_gap,
+  tick_overrun,
+  store_unreadable,
+  store_write_failed,
+  clock_jump,
+  memory_low,
+  disk_low,
 };
-inline constexpr std::size_t fault_count = 28;
+inline constexpr std::size_t fault_count = 69;
 
-enum class Reaction : std::uint8_t { warn, open_after_grace, open_now };
+enum class Reaction : std::uint8_t { warn, refuse_close, open_after_grace, open_now };
 enum class Latch : std::uint8_t {
-  none,           // gone when its cause has been gone long enough
-  until_cleared,  // needs a clear command on top, and only then
+  none,              // gone when its cause has been gone long enough
+  until_cleared,     // needs a clear command on top, and only then
+  until_authorised,  // needs the clear command of somebody who may: the pack has to be looked at first
 };
+enum class Concerns : std::uint8_t { all, charge, discharge };
 enum class Sense : std::uint8_t { at_or_above, at_or_below };
+/// What a module is asked again for, at once and alone, while a value of it is suspected.
+enum class AskAgain : std::uint8_t { no, cells, temperatures };
 
 [[nodiscard]] std::string_view to_text(Reaction reaction);
 [[nodiscard]] std::string_view to_text(Latch latch);
+[[nodiscard]] std::string_view to_text(Concerns concerns);
 
-/// What a row judges: one number, where it comes from, how old it is.
-struct Reading {
-  bool is_known = false;  // unknown neither raises nor clears
-  std::int64_t value = 0;
-  Element element;
-  TimePoint taken_at{};
-  bool is_partial = false;  // something this row watches is missing: bad news counts, good news does not
-};
+/// How a precharge ended that did not succeed.
+enum class PrechargeFailure : std::uint8_t { none, too_slow, too_fast, overcurrent };
 
 /// Conditions that are not measurements, kept by the core between ticks.
 struct CoreFlags {
-  bool precharge_failed = false;
+  PrechargeFailure precharge_failure = PrechargeFailure::none;
   bool foreign_master_seen = false;
   bool internal_bus_up = false;
   bool loop_gap_seen = false;
+  bool tick_was_late = false;
   bool frames_lost_seen = false;
-  bool contactors_disobey = false;    // contactor_watch
-  bool closing_is_commanded = false;  // some contactor, in the last command
-  bool pdu_restarted = false;         // its counter does not go on where it was
-  TimePoint closed_since{};           // the sequence stands at closed; zero: it does not
-  bool command_not_on_bus = false;    // our own commands have not been seen on the bus for too long
+  std::uint8_t contactor_not_following = 0;  // 1 + ContactorId; contactor_watch
+  std::uint8_t contactor_welded = 0;         // 1 + ContactorId
+  bool closing_is_commanded = false;         // some contactor, in the last command
+  bool pdu_restarted = false;                // its counter does not go on where it was
+  TimePoint closed_since{};                  // the sequence stands at closed; zero: it does not
+  TimePoint open_since{};                    // nothing is commanded closed; zero: something is
+  TimePoint charge_forbidden_since{};        // while closed; zero: it is allowed
+  TimePoint discharge_forbidden_since{};
+  bool is_driving = false;          // closed for the vehicle
+  bool command_not_on_bus = false;  // our own commands have not been seen on the bus for too long
+  bool lines_failed = false;        // the GPIO lines of this machine
+  bool clock_jumped = false;        // the wall clock against the monotonic one, since the last tick
+  OwnHealth health;
 };
 
 /// All that rows may look at.
@@ -90,6 +159,7 @@ struct FaultInputs {
   const PackState* pack = nullptr;
   const ModuleTable* modules = nullptr;
   const SensorTable* sensors = nullptr;
+  const Watchers* watchers = nullptr;
   CoreFlags flags;
   bool has_started = false;  // first complete view seen, or the time to get one is over: "not yet" is not "lost"
 };
@@ -98,17 +168,25 @@ struct FaultRow {
   FaultId id;
   std::string_view name;     // stable, for machines
   std::string_view meaning;  // for people
+  std::string_view remedy;   // what they may do
   Unit unit = Unit::none;
   Sense sense = Sense::at_or_above;
   Reading (*read)(const FaultInputs&) = nullptr;
-  LimitConfig LimitsConfig::*limit = nullptr;  // null: true or not, threshold 1
-  Duration confirm{};                          // where there is no limit in the configuration
+  LimitConfig LimitsConfig::*limit = nullptr;  // from the configuration ...
+  const LimitConfig* fixed = nullptr;          // ... or the same for every pack; neither: true or not, threshold 1
+  Duration confirm{};                          // where there is no limit
   Duration clear = 1s;
   std::uint8_t samples = 1;  // distinct samples beyond the threshold that it takes; 1: time alone decides
+  AskAgain ask_again = AskAgain::no;
   Reaction reaction = Reaction::open_now;
   Duration grace{};  // exactly for open_after_grace
   Latch latch = Latch::none;
-  std::uint8_t dtc = 0;  // trouble code in 622h, 0 none
+  Concerns concerns = Concerns::all;
+  std::uint8_t dtc = 0;  // trouble code in 622h, dialect iha: 1 poor cell, 2 poor battery, 3 too cold to charge
+  std::uint8_t lithiumate_code = 0;  // stored fault code of the dialect elithion, 0 none
+
+  /// Judges a number against thresholds, not a mere condition.
+  [[nodiscard]] constexpr bool has_limit() const { return limit != nullptr || fixed != nullptr; }
 };
 
 /// In the order of FaultId.

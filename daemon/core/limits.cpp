@@ -1,5 +1,6 @@
 #include "daemon/core/limits.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 
@@ -8,57 +9,107 @@ namespace bmu {
 std::string_view to_text(LimitCause cause) {
   switch (cause) {
     case LimitCause::continuous: return "continuous limit";
+    case LimitCause::peak: return "peak";
+    case LimitCause::overload: return "peak used up";
     case LimitCause::not_connected: return "not connected";
     case LimitCause::fault: return "fault";
     case LimitCause::cell_voltage_low: return "cell voltage low";
     case LimitCause::cell_voltage_high: return "cell voltage high";
+    case LimitCause::cell_imbalance: return "cells out of balance";
     case LimitCause::cell_hot: return "cell hot";
     case LimitCause::cell_cold: return "cell cold";
+    case LimitCause::too_hot_to_charge: return "too hot to charge";
+    case LimitCause::too_cold_to_charge: return "too cold to charge";
+    case LimitCause::temperature_spread: return "temperatures too far apart";
+    case LimitCause::board_hot: return "module board hot";
   }
   return "?";
 }
 
 namespace {
 
+enum class Watched : std::uint8_t { min, max, width };
+enum class Direction : std::uint8_t { discharge, charge, both };
+
 /// One reason to lower a current limit: what it watches, and which directions it concerns.
 struct DeratingRow {
   LimitCause cause;
   LimitConfig LimitsConfig::*limit;
   Spread PackState::*spread;
-  bool watches_min;
-  bool limits_discharge;
-  bool limits_charge;
+  Watched watched;
+  Direction direction;
 };
 
-constexpr std::array<DeratingRow, 4> derating_table{{
-    {LimitCause::cell_voltage_low, &LimitsConfig::cell_undervoltage, &PackState::cell_voltage_uV, true, true, false},
-    {LimitCause::cell_voltage_high, &LimitsConfig::cell_overvoltage, &PackState::cell_voltage_uV, false, false, true},
-    {LimitCause::cell_hot, &LimitsConfig::cell_overtemperature, &PackState::cell_temperature_dC, false, true, true},
-    {LimitCause::cell_cold, &LimitsConfig::cell_undertemperature, &PackState::cell_temperature_dC, true, true, true},
+constexpr std::array<DeratingRow, 9> derating_table{{
+    {LimitCause::cell_voltage_low, &LimitsConfig::cell_undervoltage, &PackState::cell_voltage_uV, Watched::min,
+     Direction::discharge},
+    {LimitCause::cell_voltage_high, &LimitsConfig::cell_overvoltage, &PackState::cell_voltage_uV, Watched::max,
+     Direction::charge},
+    {LimitCause::cell_imbalance, &LimitsConfig::cell_imbalance, &PackState::cell_voltage_uV, Watched::width,
+     Direction::both},
+    {LimitCause::cell_hot, &LimitsConfig::cell_overtemperature, &PackState::cell_temperature_dC, Watched::max,
+     Direction::both},
+    {LimitCause::cell_cold, &LimitsConfig::cell_undertemperature, &PackState::cell_temperature_dC, Watched::min,
+     Direction::both},
+    {LimitCause::too_hot_to_charge, &LimitsConfig::charge_overtemperature, &PackState::cell_temperature_dC,
+     Watched::max, Direction::charge},
+    {LimitCause::too_cold_to_charge, &LimitsConfig::charge_undertemperature, &PackState::cell_temperature_dC,
+     Watched::min, Direction::charge},
+    {LimitCause::temperature_spread, &LimitsConfig::temperature_spread, &PackState::cell_temperature_dC, Watched::width,
+     Direction::both},
+    {LimitCause::board_hot, &LimitsConfig::board_overtemperature, &PackState::board_temperature_dC, Watched::max,
+     Direction::both},
 }};
 
-/// 1000 at the warning threshold and before, 0 at the opening threshold and beyond, a straight line between.
-std::int64_t share_permille(std::int64_t value, const LimitConfig& limit) {
-  const std::int64_t span = std::llabs(std::int64_t{limit.warn} - limit.open);
-  const std::int64_t room = limit.warn > limit.open ? value - limit.open : limit.open - value;
+constexpr std::int64_t all_permille = 1'000;
+/// Half of the peak may be used at full height; the other half is the slope down to the continuous current.
+constexpr std::int64_t full_peak_until_permille = 500;
+
+/// 1000 where the derating begins and before, 0 at the opening threshold and beyond, a straight line between.
+std::int64_t share_permille(std::int64_t value, const LimitConfig& limit, bool is_lower_limit) {
+  const std::int64_t span = std::llabs(std::int64_t{limit.derates_from()} - limit.open);
+  const std::int64_t room = is_lower_limit ? value - limit.open : limit.open - value;
   if (room <= 0) return 0;
-  return room >= span ? 1000 : room * 1000 / span;
+  return room >= span ? all_permille : room * all_permille / span;
+}
+
+std::int32_t value_of(const DeratingRow& row, const Spread& spread) {
+  switch (row.watched) {
+    case Watched::min: return spread.min;
+    case Watched::max: return spread.max;
+    case Watched::width: return spread.max - spread.min;
+  }
+  return 0;
 }
 
 CurrentLimit zero(LimitCause cause) {
   return {.limit_mA = 0, .cause = cause};
 }
 
+/// What the pack gives if nothing speaks against it: the peak, and less of it the more is used up.
+CurrentLimit unhindered(std::int32_t continuous_mA, std::int32_t peak_mA, std::int64_t used_permille) {
+  if (peak_mA <= continuous_mA) return {.limit_mA = continuous_mA, .cause = LimitCause::continuous};
+  if (used_permille <= full_peak_until_permille) return {.limit_mA = peak_mA, .cause = LimitCause::peak};
+  const std::int64_t left = std::max<std::int64_t>(all_permille - used_permille, 0);
+  const std::int64_t above_mA =
+      (std::int64_t{peak_mA} - continuous_mA) * left / (all_permille - full_peak_until_permille);
+  return {.limit_mA = static_cast<std::int32_t>(continuous_mA + above_mA),
+          .cause = LimitCause::overload,
+          .value = static_cast<std::int32_t>(used_permille),
+          .threshold = static_cast<std::int32_t>(all_permille)};
+}
+
 void lower(CurrentLimit& limit, const DeratingRow& row, const LimitConfig& config, const Spread& spread,
-           std::int32_t continuous_mA) {
-  const std::int32_t value = row.watches_min ? spread.min : spread.max;
-  const std::int64_t allowed_mA = share_permille(value, config) * continuous_mA / 1000;
+           std::int32_t unhindered_mA) {
+  const std::int32_t value = value_of(row, spread);
+  const std::int64_t allowed_mA =
+      share_permille(value, config, row.watched == Watched::min) * unhindered_mA / all_permille;
   if (allowed_mA >= limit.limit_mA) return;
   limit = {.limit_mA = static_cast<std::int32_t>(allowed_mA),
            .cause = row.cause,
            .value = value,
            .threshold = config.open,
-           .element = row.watches_min ? spread.min_at : spread.max_at};
+           .element = row.watched == Watched::min ? spread.min_at : spread.max_at};
 }
 
 void keep_down(CurrentLimit& limit, const CurrentLimit& before) {
@@ -69,22 +120,25 @@ void keep_down(CurrentLimit& limit, const CurrentLimit& before) {
 
 CurrentLimits evaluate_limits(const PackState& pack, const CoreConfig& config, const LimitInputs& inputs) {
   if (!inputs.is_connected) return {zero(LimitCause::not_connected), zero(LimitCause::not_connected)};
-  if (inputs.zero_is_demanded) return {zero(LimitCause::fault), zero(LimitCause::fault)};
-  CurrentLimits limits{
-      .discharge = {.limit_mA = config.current.discharge_continuous_mA, .cause = LimitCause::continuous},
-      .charge = {.limit_mA = config.current.charge_continuous_mA, .cause = LimitCause::continuous}};
+  const CurrentLimitConfig& current = config.current;
+  const CurrentLimits top{
+      unhindered(current.discharge_continuous_mA, current.discharge_peak_mA, inputs.discharge_used_permille),
+      unhindered(current.charge_continuous_mA, current.charge_peak_mA, inputs.charge_used_permille)};
+  CurrentLimits limits = top;
   for (const DeratingRow& row : derating_table) {
     const LimitConfig& limit = config.limits.*row.limit;
     const Spread& spread = pack.*row.spread;
     if (!spread.is_known()) continue;
-    if (row.limits_discharge) lower(limits.discharge, row, limit, spread, config.current.discharge_continuous_mA);
-    if (row.limits_charge) lower(limits.charge, row, limit, spread, config.current.charge_continuous_mA);
+    if (row.direction != Direction::charge) lower(limits.discharge, row, limit, spread, top.discharge.limit_mA);
+    if (row.direction != Direction::discharge) lower(limits.charge, row, limit, spread, top.charge.limit_mA);
   }
   // The missing value may be the one that limits.
   if (!pack.cell_voltage_uV.is_complete() || !pack.cell_temperature_dC.is_complete()) {
     keep_down(limits.discharge, inputs.before.discharge);
     keep_down(limits.charge, inputs.before.charge);
   }
+  if (!inputs.may_discharge) limits.discharge = zero(LimitCause::fault);
+  if (!inputs.may_charge) limits.charge = zero(LimitCause::fault);
   return limits;
 }
 

@@ -1,8 +1,8 @@
 // How much current the pack may give and take now, and why not more. What the vehicle is told in 624h.
 //
-// Between a limit's warning and its opening threshold the current limit falls in a straight line from the continuous
-// value to zero (BMU_13: limit before opening). Without permission both limits are zero. The smallest wins and is the
-// cause that is reported.
+// Above stands the peak current, which sinks to the continuous one as the excess heat is used up. From a limit's middle
+// tier to its opening threshold the allowed current falls in a straight line to zero (BMU_13: limit before opening).
+// Without permission it is zero. The smallest wins and is the cause that is reported.
 #pragma once
 
 #include <cstdint>
@@ -14,13 +14,20 @@
 namespace bmu {
 
 enum class LimitCause : std::uint8_t {
-  continuous,     // nothing special: the configured continuous current
+  continuous,     // nothing special: what the pack carries for ever
+  peak,           // or more, for a while
+  overload,       // the peak is being used up
   not_connected,  // contactors are not closed, or may not stay so
-  fault,          // a fault asks for zero current before it opens
+  fault,          // a fault asks for zero current
   cell_voltage_low,
   cell_voltage_high,
+  cell_imbalance,
   cell_hot,
   cell_cold,
+  too_hot_to_charge,
+  too_cold_to_charge,
+  temperature_spread,
+  board_hot,
 };
 
 [[nodiscard]] std::string_view to_text(LimitCause cause);
@@ -39,9 +46,12 @@ struct CurrentLimits {
 };
 
 struct LimitInputs {
-  bool is_connected = false;      // closed and permitted to stay so
-  bool zero_is_demanded = false;  // by a fault with a grace
-  CurrentLimits before{};         // of the last tick: while a cell or temperature is missing, limits do not rise
+  bool is_connected = false;  // closed and permitted to stay so
+  bool may_discharge = false;
+  bool may_charge = false;
+  std::int64_t discharge_used_permille = 0;  // of the peak
+  std::int64_t charge_used_permille = 0;
+  CurrentLimits before{};  // of the last tick: while a cell or temperature is missing, limits do not rise
 };
 
 [[nodiscard]] CurrentLimits evaluate_limits(const PackState& pack, const CoreConfig& config, const LimitInputs& inputs);

@@ -71,6 +71,14 @@ CanFrame ModuleSetup::clear_faults() {
   return frame;
 }
 
+CanFrame ModuleSetup::sleep() {
+  CanFrame frame = make_frame(internal_bus::command, 0);
+  write<internal_bus::command, "operation">(frame, static_cast<std::int64_t>(internal_bus::Operation::set_mode));
+  write<internal_bus::command, "mode">(frame, static_cast<std::int64_t>(internal_bus::Mode::going_to_sleep));
+  seal(internal_bus::command, broadcast_counter_++, frame);
+  return frame;
+}
+
 bool ModuleSetup::is_complete() const {
   for (std::size_t index = 0; index < module_count_; ++index) {
     if (slots_[index].stage != SetupStage::done) return false;

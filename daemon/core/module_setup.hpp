@@ -38,8 +38,9 @@ class ModuleSetup {
   SetupStage observe_response(std::size_t module_index, const CanFrame& frame);
   /// COMMANDs that are due.
   [[nodiscard]] FixedVector<CanFrame, setup_commands_per_tick> step(TimePoint now, const ModuleTable& modules);
-  /// The broadcast COMMAND that makes all modules forget the failures they latched. Nobody answers a broadcast.
+  /// Broadcast COMMANDs, which nobody answers: that all modules forget the failures they latched, and that all sleep.
   [[nodiscard]] CanFrame clear_faults();
+  [[nodiscard]] CanFrame sleep();
   /// Every module has been told, and says so itself.
   [[nodiscard]] bool is_complete() const;
   [[nodiscard]] SetupStage stage(std::size_t module_index) const { return slots_[module_index].stage; }

@@ -87,7 +87,7 @@ void ModuleTable::observe(const MessageSpec& message, std::uint8_t node, const C
     case internal_bus::cells_4.base_id: {
       const unsigned block = (unsigned{message.base_id} - internal_bus::cells_1.base_id) /
                              (internal_bus::cells_2.base_id - internal_bus::cells_1.base_id);
-      take_cells(module, block, frame);
+      take_cells(module, block, frame, polled_at_[index]);
       answered = first_cells_bit << block;
       break;
     }
@@ -97,7 +97,7 @@ void ModuleTable::observe(const MessageSpec& message, std::uint8_t node, const C
       answered = message.base_id == internal_bus::temp_1.base_id ? temp_1_bit : temp_2_bit;
       break;
     case internal_bus::module.base_id:
-      module.module_voltage_mV = measured(read<internal_bus::module, "module_voltage_mV">(frame), polled_at_);
+      module.module_voltage_mV = measured(read<internal_bus::module, "module_voltage_mV">(frame), polled_at_[index]);
       module.balancing_cells = static_cast<std::uint16_t>(read_raw<internal_bus::module, "balancing_cells">(frame));
       module.open_wire_cells = static_cast<std::uint16_t>(read_raw<internal_bus::module, "open_wire_cells">(frame));
       answered = module_bit;
@@ -115,13 +115,13 @@ void ModuleTable::take_status(ModuleRecord& module, const CanFrame& frame, TimeP
   module.status = {status_of(frame), at, Validity::valid};
 }
 
-void ModuleTable::take_cells(ModuleRecord& module, std::size_t block, const CanFrame& frame) const {
+void ModuleTable::take_cells(ModuleRecord& module, std::size_t block, const CanFrame& frame, TimePoint polled_at) {
   const MessageSpec& row = *internal_bus::cells_rows[block];
   // STATUS comes first in an answer; what it says of the voltages' age holds for the cells behind it.
   const Measured<ModuleStatus>& said = module.status;
-  if (!said.is_valid() || said.taken_at < polled_at_) return;
+  if (!said.is_valid() || said.taken_at < polled_at) return;
   const SignalValue age_ms = said.value.voltage_age_ms;
-  TimePoint taken_at = polled_at_;
+  TimePoint taken_at = polled_at;
   if (age_ms.is_valid()) taken_at = std::min(taken_at, said.taken_at - std::chrono::milliseconds(age_ms.value));
   for (std::size_t slot = 0; slot < internal_bus::cells_per_frame; ++slot) {
     const std::size_t cell = block * internal_bus::cells_per_frame + slot;
@@ -166,8 +166,10 @@ void ModuleTable::note_answer(std::size_t index, std::uint32_t answer_bit, TimeP
   if (expected_[index] != 0) return;
   ModuleRecord& module = modules_[index];
   ++module.answers_complete;
-  module.answer_latency = at - polled_at_;
-  if (--modules_incomplete_ == 0) ++complete_cycles_;
+  module.answer_latency = at - cycle_began_at_;
+  if (--modules_incomplete_ > 0) return;
+  ++complete_cycles_;
+  completed_at_ = cycle_began_at_;
 }
 
 void ModuleTable::begin_cycle(TimePoint at, const PollWants& wants) {
@@ -177,7 +179,22 @@ void ModuleTable::begin_cycle(TimePoint at, const PollWants& wants) {
     expected_[index] = answer_bits(modules_[index].config, wants);
   }
   modules_incomplete_ = modules_.size();
-  polled_at_ = at;
+  polled_at_.fill(at);
+  cycle_began_at_ = at;
+}
+
+void ModuleTable::begin_single(std::uint8_t node, TimePoint at) {
+  if (find(node) != nullptr) polled_at_[index_of_node_[node]] = at;
+}
+
+PollWants ModuleTable::outstanding(std::uint8_t node) const {
+  const std::uint32_t bits = find(node) == nullptr ? 0 : expected_[index_of_node_[node]];
+  constexpr std::uint32_t cells_bits = 0xFU * first_cells_bit;
+  return {.status = (bits & status_bit) != 0,
+          .cells = (bits & cells_bits) != 0,
+          .temperatures = (bits & (temp_1_bit | temp_2_bit)) != 0,
+          .module = (bits & module_bit) != 0,
+          .identity = (bits & ident_bit) != 0};
 }
 
 void ModuleTable::note_conflict(std::uint8_t node, TimePoint at) {
@@ -200,6 +217,7 @@ void ModuleTable::forget_values() {
   }
   expected_.fill(0);
   complete_cycles_ = 0;
+  completed_at_ = {};
   modules_incomplete_ = 0;
 }
 

@@ -3,7 +3,7 @@
 // Fed with frames that passed the receive check, one at a time; a frame changes its own values and no others. Nothing
 // here judges: age is asked by who uses a value, faults are raised elsewhere.
 //
-// When a voltage was taken: with SYNC all modules sample as the POLL arrives, so the POLL's time is the sample's time,
+// When a voltage was taken: with SYNC a module samples as its POLL arrives, so the POLL's time is the sample's time,
 // unless the module's STATUS admits that its voltages are older, or of unknown age: then they count as such. Voltages
 // whose STATUS did not arrive say nothing about their age and are not taken over; what was known before grows old.
 #pragma once
@@ -91,6 +91,13 @@ class ModuleTable {
   void observe(const MessageSpec& message, std::uint8_t node, const CanFrame& frame, TimePoint at);
   /// A POLL to everybody went out: counts what the last one left unanswered and expects `wants` from now on.
   void begin_cycle(TimePoint at, const PollWants& wants);
+  /// A POLL to one module went out, beside the cycle: what it brings is of `at`. It ends an answer that was still under
+  /// way, so it has to want what that had still to bring.
+  void begin_single(std::uint8_t node, TimePoint at);
+  /// What a module still owes from the last cycle.
+  [[nodiscard]] PollWants outstanding(std::uint8_t node) const;
+  /// When this node was polled last.
+  [[nodiscard]] TimePoint polled_at(std::uint8_t node) const { return polled_at_[index_of_node_[node]]; }
   /// A frame under this node's identifiers contradicts the one already accepted for the same POLL. One answer like that
   /// is what a module leaves that was away for a whole circle of the counter; a second one means that there are two.
   void note_conflict(std::uint8_t node, TimePoint at);
@@ -101,12 +108,14 @@ class ModuleTable {
   [[nodiscard]] bool any_beyond(const CheckedFrame& checked, const LimitsConfig& limits) const;
   /// Complete cycles in a row, without a missed one between.
   [[nodiscard]] std::uint32_t complete_cycles() const { return complete_cycles_; }
+  /// The POLL time of the last cycle that everybody answered; zero while there was none.
+  [[nodiscard]] TimePoint completed_at() const { return completed_at_; }
 
   [[nodiscard]] const FixedVector<ModuleRecord, modules_max>& modules() const { return modules_; }
 
  private:
   void take_status(ModuleRecord& module, const CanFrame& frame, TimePoint at);
-  void take_cells(ModuleRecord& module, std::size_t block, const CanFrame& frame) const;
+  static void take_cells(ModuleRecord& module, std::size_t block, const CanFrame& frame, TimePoint polled_at);
   void take_temperatures(ModuleRecord& module, const MessageSpec& message, const CanFrame& frame, TimePoint at) const;
   void take_identity(ModuleRecord& module, const CanFrame& frame, TimePoint at) const;
   void note_answer(std::size_t index, std::uint32_t answer_bit, TimePoint at);
@@ -116,7 +125,9 @@ class ModuleTable {
   FixedVector<ModuleRecord, modules_max> modules_;
   std::array<std::uint8_t, internal_bus::node_count_max + 1> index_of_node_{};
   std::array<std::uint32_t, modules_max> expected_{};  // answer bits still missing in this cycle, by module
-  TimePoint polled_at_{};
+  std::array<TimePoint, modules_max> polled_at_{};
+  TimePoint cycle_began_at_{};
+  TimePoint completed_at_{};
   std::uint32_t complete_cycles_ = 0;
   std::size_t modules_incomplete_ = 0;
 };

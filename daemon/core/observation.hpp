@@ -10,6 +10,10 @@
 
 namespace bmu {
 
+/// Who gives a command: anybody who can reach the control socket, or somebody who may unlock a pack that had to be
+/// looked at first.
+enum class Authority : std::uint8_t { user, service };
+
 /// The buses of the daemon. One interface may serve both; the shell then tells each frame once, to `internal`.
 enum class Port : std::uint8_t { internal, vehicle };
 inline constexpr std::size_t port_count = 2;
@@ -40,22 +44,42 @@ struct FramesLost {
   Port port = Port::internal;
   std::uint64_t count = 0;
 };
-/// An error frame of the controller; `classes` are the kernel's CAN_ERR_* bits.
+/// An error frame of the controller; `classes` are the kernel's CAN_ERR_* bits, `controller` its byte 1.
 struct BusErrorSeen {
   Port port = Port::internal;
   std::uint32_t classes = 0;
+  std::uint8_t controller = 0;
 };
 
 enum class Command : std::uint8_t {
-  clear_faults,  // latched faults whose cause is gone
+  clear_faults,  // latched faults whose cause is gone, and which this authority may clear
+  wake,          // modules that rest after an undervoltage
   shut_down,     // open, for good: this process is ending
 };
 struct CommandGiven {
   Command command = Command::clear_faults;
+  Authority authority = Authority::user;
+  std::uint32_t user_id = 0;  // who gave it, for the record
 };
 
-using ObservedThing =
-    std::variant<FrameReceived, FrameEchoed, SendFailed, PortChanged, FramesLost, BusErrorSeen, CommandGiven>;
+/// The wall clock, told at start and about once a second: for records, never for decisions.
+struct WallClockSeen {
+  std::int64_t unix_time_ms = 0;
+};
+
+/// How the daemon's own store, memory and disk are. Told when it changes.
+struct OwnHealth {
+  bool store_unreadable = false;
+  bool store_write_failed = false;
+  bool memory_low = false;
+  bool disk_low = false;
+};
+struct HealthSeen {
+  OwnHealth health;
+};
+
+using ObservedThing = std::variant<FrameReceived, FrameEchoed, SendFailed, PortChanged, FramesLost, BusErrorSeen,
+                                   CommandGiven, WallClockSeen, HealthSeen>;
 
 struct Observation {
   TimePoint at;

@@ -9,12 +9,18 @@
 
 namespace bmu {
 
-/// Which cell, sensor or module a value belongs to. Zeros: the pack itself.
+/// The contactors, as the bits of CONTACTOR_COMMAND count them.
+enum class ContactorId : std::uint8_t { main_positive, main_negative, precharge, charge };
+inline constexpr std::size_t contactor_id_count = 4;
+
+/// Which cell, sensor, module, contactor or input a value belongs to. Zeros: the pack itself.
 struct Element {
   std::uint8_t module_node = 0;   // 1 to 63
   std::uint8_t number = 0;        // cell or sensor within the module, from 1
   std::uint16_t pack_number = 0;  // counted through the whole pack, from 1
   bool is_temperature_sensor = false;
+  std::uint8_t contactor = 0;  // 1 + ContactorId
+  std::uint8_t input = 0;      // number of an emergency stop, interlock or other line, from 1
 
   friend constexpr bool operator==(const Element&, const Element&) = default;
 };

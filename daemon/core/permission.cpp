@@ -8,9 +8,12 @@ std::string_view to_text(Blocker blocker) {
   switch (blocker) {
     case Blocker::shutting_down: return "the daemon is shutting down";
     case Blocker::fault: return "a fault is present";
+    case Blocker::resting:
+      return "the modules are asleep after an undervoltage: the resume button, a charger or `bmuctl wake` ends that";
     case Blocker::internal_bus_down: return "the internal bus is down";
     case Blocker::pdu_unknown: return "no fresh word from the power distribution unit";
     case Blocker::inputs_unhealthy: return "an emergency stop, the interlock or the insulation monitor says no";
+    case Blocker::insulation_unknown: return "the insulation resistance is not known";
     case Blocker::modules_incomplete: return "not every module, cell and temperature is known and fresh";
     case Blocker::sensors_incomplete: return "current, pack voltage or link voltage is not known or not fresh";
     case Blocker::not_qualified: return "too few complete poll cycles yet";
@@ -19,74 +22,105 @@ std::string_view to_text(Blocker blocker) {
     case Blocker::commands_not_on_bus: return "the contactor commands are not seen on the bus";
     case Blocker::contacts_unsettled: return "the contactors have not settled where they were told to";
     case Blocker::contactor_closed: return "a contactor is closed although all should be open";
+    case Blocker::precharge_hot: return "the precharge resistor has to cool";
     case Blocker::locked_out: return "waiting after the last opening";
   }
   return "?";
 }
 
-bool demands_opening(const FaultRow& row, const FaultState& state, const PackState& pack, TimePoint now) {
-  if (!state.is_present() || row.reaction == Reaction::warn) return false;
-  if (row.reaction == Reaction::open_now) return true;
-  const bool grace_is_over = now - state.confirmed_at >= row.grace;
-  const bool current_has_fallen = pack.current_mA.is_valid() && pack.current_mA.value <= small_current_mA &&
-                                  pack.current_mA.value >= -small_current_mA;
-  const bool current_is_unknown = !pack.current_mA.is_valid();
-  return grace_is_over || current_has_fallen || current_is_unknown;
+bool speaks_against(Concerns concerns, const Wish& wish) {
+  switch (concerns) {
+    case Concerns::all: return true;
+    case Concerns::charge: return wish.by_charger && !wish.by_vehicle;
+    case Concerns::discharge: return !wish.by_charger;
+  }
+  return true;
 }
 
-bool demands_zero_current(const FaultMemory& faults) {
-  return std::any_of(fault_table().begin(), fault_table().end(), [&faults](const FaultRow& row) {
-    return row.reaction == Reaction::open_after_grace && faults.state(row.id).is_present();
+bool demands_opening(const FaultRow& row, const FaultState& state, const PackState& pack, TimePoint now) {
+  if (!state.is_present() || row.reaction < Reaction::open_after_grace) return false;
+  if (row.reaction == Reaction::open_now) return true;
+  const bool grace_is_over = now - state.confirmed_at >= row.grace;
+  return grace_is_over || !pack.current_mA.is_valid() || is_small_current(pack.current_mA.value);
+}
+
+bool demands_zero_current(const FaultMemory& faults, Concerns direction) {
+  return std::any_of(fault_table().begin(), fault_table().end(), [&](const FaultRow& row) {
+    const bool is_concerned = row.concerns == Concerns::all || row.concerns == direction;
+    return is_concerned && row.reaction == Reaction::open_after_grace && faults.state(row.id).is_present();
   });
 }
 
 namespace {
 
-bool any_present(const FaultMemory& faults) {
-  return std::any_of(fault_table().begin(), fault_table().end(), [&faults](const FaultRow& row) {
-    return row.reaction != Reaction::warn && faults.state(row.id).is_present();
+/// Any row that holds.
+template <class Holds>
+bool any_row(Holds holds) {
+  return std::any_of(fault_table().begin(), fault_table().end(), holds);
+}
+
+bool any_present(const FaultMemory& faults, const Wish& wish) {
+  return any_row([&](const FaultRow& row) {
+    return row.reaction != Reaction::warn && faults.state(row.id).is_present() && speaks_against(row.concerns, wish);
   });
 }
 
-bool any_suspected(const FaultMemory& faults) {
-  return std::any_of(fault_table().begin(), fault_table().end(), [&faults](const FaultRow& row) {
-    return row.reaction != Reaction::warn && faults.state(row.id).stage == FaultStage::suspected;
+bool any_suspected(const FaultMemory& faults, const Wish& wish) {
+  return any_row([&](const FaultRow& row) {
+    return row.reaction != Reaction::warn && faults.state(row.id).stage == FaultStage::suspected &&
+           speaks_against(row.concerns, wish);
   });
 }
 
-bool any_demands_opening(const FaultMemory& faults, const PackState& pack, TimePoint now) {
-  return std::any_of(fault_table().begin(), fault_table().end(),
-                     [&](const FaultRow& row) { return demands_opening(row, faults.state(row.id), pack, now); });
+bool any_demands_opening(const FaultMemory& faults, const PackState& pack, const PermissionInputs& inputs) {
+  return any_row([&](const FaultRow& row) {
+    return speaks_against(row.concerns, inputs.wish) && demands_opening(row, faults.state(row.id), pack, inputs.now);
+  });
+}
+
+bool forbids_current(const FaultMemory& faults, const PackState& pack, TimePoint now, Concerns direction) {
+  return any_row([&](const FaultRow& row) {
+    const bool is_concerned = row.concerns == Concerns::all || row.concerns == direction;
+    return is_concerned && demands_opening(row, faults.state(row.id), pack, now);
+  });
 }
 
 }  // namespace
 
 Permission evaluate_permission(const PermissionInputs& inputs, const PackState& pack, const FaultMemory& faults) {
   Permission permission;
-  const auto block_if = [&permission](bool is_so, Blocker blocker) {
-    if (is_so) permission.blockers.push_back(blocker);
+  const auto block_if = [&permission](bool blocks, Blocker blocker) {
+    if (blocks) permission.blockers.push_back(blocker);
   };
   block_if(inputs.is_shutting_down, Blocker::shutting_down);
-  block_if(any_present(faults), Blocker::fault);
+  block_if(any_present(faults, inputs.wish), Blocker::fault);
+  block_if(inputs.is_resting, Blocker::resting);
   block_if(!inputs.internal_bus_up, Blocker::internal_bus_down);
   block_if(!inputs.pdu_fresh, Blocker::pdu_unknown);
   block_if(inputs.pdu_fresh && !inputs.inputs_healthy, Blocker::inputs_unhealthy);
+  block_if(inputs.pdu_fresh && !inputs.insulation_known, Blocker::insulation_unknown);
   block_if(!pack.is_complete(), Blocker::modules_incomplete);
   block_if(!pack.is_sensed(), Blocker::sensors_incomplete);
   block_if(inputs.complete_cycles < qualifying_cycles, Blocker::not_qualified);
   block_if(!inputs.modules_set_up, Blocker::modules_not_set_up);
-  block_if(any_suspected(faults), Blocker::suspicion);
+  block_if(any_suspected(faults, inputs.wish), Blocker::suspicion);
   block_if(!inputs.commands_are_on_bus, Blocker::commands_not_on_bus);
   block_if(inputs.pdu_fresh && !inputs.contacts_settled, Blocker::contacts_unsettled);
   block_if(inputs.contactor_closed_though_open, Blocker::contactor_closed);
+  block_if(!inputs.precharge_is_cool, Blocker::precharge_hot);
   block_if(inputs.now < inputs.locked_out_until, Blocker::locked_out);
   permission.may_close = permission.blockers.empty();
-  permission.may_advance = std::all_of(permission.blockers.begin(), permission.blockers.end(),
-                                       [](Blocker blocker) { return blocker == Blocker::not_qualified; });
+  // The resistor warms up while it is used: what it may bear is watched by its own guard then.
+  permission.may_advance = std::all_of(permission.blockers.begin(), permission.blockers.end(), [](Blocker blocker) {
+    return blocker == Blocker::not_qualified || blocker == Blocker::precharge_hot;
+  });
   // A closed pack rides through what a fault's confirm time allows: one missed poll, one bad sample. The faults that
   // watch those have their own clocks; what is left here has none.
-  permission.may_stay_closed = !inputs.is_shutting_down && inputs.internal_bus_up && inputs.pdu_fresh &&
-                               !any_demands_opening(faults, pack, inputs.now);
+  permission.may_stay_closed =
+      inputs.internal_bus_up && inputs.pdu_fresh && !inputs.is_resting && !any_demands_opening(faults, pack, inputs);
+  permission.may_charge = permission.may_stay_closed && !forbids_current(faults, pack, inputs.now, Concerns::charge);
+  permission.may_discharge =
+      permission.may_stay_closed && !forbids_current(faults, pack, inputs.now, Concerns::discharge);
   return permission;
 }
 

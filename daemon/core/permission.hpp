@@ -1,11 +1,16 @@
-// Whether the contactors may close, and whether they may stay closed. Starts false, is granted here and nowhere else,
-// anew in every tick, and any one reason below takes it away.
+// Whether the contactors may close, whether they may stay closed, and which current may flow then. Starts false, is
+// granted here and nowhere else, anew in every tick, and any one reason below takes it away.
+//
+// What a fault forbids depends on what it concerns and on who asks. A fault that concerns discharging forbids a closed
+// pack to a vehicle, not to a charger (BMS_F.10: charged after an undervoltage, and nothing else); one that concerns
+// charging forbids it to a charger alone, and the charge contactor to everybody.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <string_view>
 
+#include "daemon/core/contactor_sequence.hpp"
 #include "daemon/core/fault_memory.hpp"
 #include "daemon/core/pack_state.hpp"
 #include "protocol/fixed_vector.hpp"
@@ -14,10 +19,12 @@ namespace bmu {
 
 enum class Blocker : std::uint8_t {
   shutting_down,
-  fault,  // a present fault that opens; which ones: fault memory
+  fault,    // a present fault that speaks against closing; which ones: fault memory
+  resting,  // the modules are asleep after an undervoltage
   internal_bus_down,
   pdu_unknown,          // no fresh PDU_STATUS: nobody would obey
   inputs_unhealthy,     // an emergency stop, interlock or insulation input says no, confirmed as a fault or not
+  insulation_unknown,   // the insulation monitor has not told a resistance
   modules_incomplete,   // not every module, cell and temperature is fresh and valid
   sensors_incomplete,   // current, pack or link voltage is not fresh
   not_qualified,        // fewer than the needed complete poll cycles in a row since start, gap or bus loss
@@ -26,22 +33,33 @@ enum class Blocker : std::uint8_t {
   commands_not_on_bus,  // our own contactor commands were not seen on the bus just now
   contacts_unsettled,   // the auxiliary contacts have not yet stood where they were told to for long enough
   contactor_closed,     // an auxiliary contact is closed although everything is commanded open
+  precharge_hot,        // the precharge resistor has to cool before it may be used again
   locked_out,           // a wait after an opening by fault or a failed precharge
 };
-inline constexpr std::size_t blocker_count = 14;
+inline constexpr std::size_t blocker_count = 17;
 
 [[nodiscard]] std::string_view to_text(Blocker blocker);
 
+/// Who asks for a closed pack. Nobody: judged as if the vehicle did.
+struct Wish {
+  bool by_vehicle = false;
+  bool by_charger = false;
+};
+
 struct PermissionInputs {
   TimePoint now{};
+  Wish wish;
   bool is_shutting_down = false;
+  bool is_resting = false;
   bool internal_bus_up = false;
   bool pdu_fresh = false;
   bool inputs_healthy = false;
+  bool insulation_known = false;
   bool modules_set_up = false;
   bool commands_are_on_bus = false;
   bool contacts_settled = false;
   bool contactor_closed_though_open = false;
+  bool precharge_is_cool = false;
   std::uint32_t complete_cycles = 0;
   TimePoint locked_out_until{};
 };
@@ -53,16 +71,17 @@ struct Permission {
   bool may_close = false;        // every reason below is absent
   bool may_advance = false;      // the same for a closing under way, which a lost frame may not break off
   bool may_stay_closed = false;  // those that matter to a closed pack are absent
+  bool may_charge = false;       // within a closed pack
+  bool may_discharge = false;
   FixedVector<Blocker, blocker_count> blockers;  // reasons against closing, most important first
 };
 
-/// The largest current at which a fault with a grace opens early: what contactors break without wear.
-inline constexpr std::int32_t small_current_mA = 1'000;
-
+/// Whether the fault, once it is present, forbids a closed pack to who asks.
+[[nodiscard]] bool speaks_against(Concerns concerns, const Wish& wish);
 /// A fault with a grace takes the permission when its grace is over or the current has fallen.
 [[nodiscard]] bool demands_opening(const FaultRow& row, const FaultState& state, const PackState& pack, TimePoint now);
-/// A fault with a grace, present: limits must be zero already.
-[[nodiscard]] bool demands_zero_current(const FaultMemory& faults);
+/// A fault with a grace, present, that concerns this current: its limit must be zero already.
+[[nodiscard]] bool demands_zero_current(const FaultMemory& faults, Concerns direction);
 
 [[nodiscard]] Permission evaluate_permission(const PermissionInputs& inputs, const PackState& pack,
                                              const FaultMemory& faults);

@@ -22,6 +22,10 @@ class PollSchedule {
   /// The POLL of this tick, if one is due. Deadlines advance by the period; after a gap they start anew.
   /// `identities_known`: every module has said who it is; until then each POLL asks, later one in a hundred.
   [[nodiscard]] Poll step(TimePoint now, bool identities_known);
+  /// A POLL to one module, beside the schedule.
+  [[nodiscard]] CanFrame single(std::uint8_t node, const PollWants& wants);
+  /// When the next broadcast is due.
+  [[nodiscard]] TimePoint next_at() const { return next_at_; }
 
  private:
   PollConfig config_;

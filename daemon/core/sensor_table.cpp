@@ -76,7 +76,10 @@ void SensorTable::observe(const MessageSpec& message, const CanFrame& frame, Tim
     }
     case sensor_u1.base_id: take(sensor_value(message, frame, at), pack_voltage_mV, refused); break;
     case sensor_u2.base_id: take(sensor_value(message, frame, at), link_voltage_mV, refused); break;
-    case pdu_status.base_id: pdu = {pdu_state(frame), at, Validity::valid}; break;
+    case pdu_status.base_id:
+      pdu = {pdu_state(frame), at, Validity::valid};
+      if (knows_insulation(pdu.value)) insulation_known_at = at;
+      break;
     default: break;  // the sensor's own counters are taken as a second opinion by a later stage
   }
 }

@@ -38,14 +38,27 @@ struct PduState {
   bool interlock_closed = false;
   bool insulation_monitor_ok = false;
   bool resume_button = false;
+  bool supply_ok = true;  // the unit has no word for it; a line of this machine may have
   InsulationState insulation_state = InsulationState::no_signal;
   SignalValue insulation_resistance_Ohm;
   SignalValue throttle_permille;
 
+  /// No input that can withdraw permission says no.
+  [[nodiscard]] constexpr bool is_healthy() const {
+    return estop_1_released && estop_2_released && interlock_closed && insulation_monitor_ok && !opened_by_timeout;
+  }
   [[nodiscard]] constexpr bool any_contactor_closed() const {
     return main_positive_closed || main_negative_closed || precharge_closed || charge_closed;
   }
 };
+
+/// The monitor measures, and has told a resistance or that there is more of it than it can tell.
+[[nodiscard]] constexpr bool knows_insulation(const PduState& pdu) {
+  const bool measures =
+      pdu.insulation_state == InsulationState::normal || pdu.insulation_state == InsulationState::undervoltage;
+  const Validity validity = pdu.insulation_resistance_Ohm.validity;
+  return measures && (validity == Validity::valid || validity == Validity::above_range);
+}
 
 /// A result that the sensor marked as wrong, or that no sensor can have measured.
 struct RefusedResult {
@@ -55,12 +68,14 @@ struct RefusedResult {
 };
 
 struct SensorTable {
-  Measured<std::int32_t> current_mA;  // positive out of the pack, whatever way round the sensor sits
+  Measured<std::int32_t> current_mA;    // positive out of the pack, whatever way round the sensor sits
+  Measured<std::int32_t> current_2_mA;  // of the second sensor, where there is one
   Measured<std::int32_t> pack_voltage_mV;
   Measured<std::int32_t> link_voltage_mV;
   Measured<PduState> pdu;
   RefusedResult refused;  // the last of any channel
   CurrentWindow current_window;
+  TimePoint insulation_known_at{};  // when the monitor last told a resistance
 
   /// Takes over a checked frame of the sensor or the PDU. A result that is none counts like a frame that did not come:
   /// the last one grows old, and with it goes the channel, but a single one does not open a pack.

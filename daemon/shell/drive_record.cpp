@@ -3,7 +3,8 @@
 namespace bmu {
 
 void DriveRecorder::update(const Core& core) {
-  const bool is_closed = core.sequence().phase == Phase::closed;
+  const Phase phase = core.sequence().phase;
+  const bool is_closed = phase == Phase::closed || phase == Phase::ramp_down || phase == Phase::breaking;
   const ChargeState& charge = core.charge();
   if (is_closed && !record_.is_running) {
     record_ = {.has_run = true, .is_charge_known = charge.is_started, .closed_at = core.sequence().entered_at};

@@ -132,7 +132,8 @@ Json state_json(const StatusView& view) {
   const bool is_heard = pdu.is_usable(view.now, core.config().ages.pdu_status);
   return {{"phase", to_text(core.sequence().phase)},
           {"phase_for_ms", to_ms(view.now - std::max(core.sequence().entered_at, core.started_at()))},
-          {"vehicle_state", vehicle_state_text(core.vehicle_state())},
+          {"vehicle_state", vehicle_state_text(static_cast<vehicle_bus::State>(iha_state(core.mode())))},
+          {"mode", to_text(core.mode())},
           {"close_requested", core.is_close_requested()},
           {"outputs", outputs_json(core.outputs())},
           {"feedback", is_heard ? feedback_json(pdu.value) : Json(nullptr)},
@@ -186,10 +187,11 @@ Json fault_json(const FaultRow& row, const FaultState& state, const StatusView& 
             {"is_present", state.is_present()},
             {"is_warning", state.is_warning},
             {"reaction", to_text(row.reaction)},
+            {"concerns", to_text(row.concerns)},
             {"latch", to_text(row.latch)},
             {"count", state.count}};
   // Rows that are simply true or not have no threshold worth showing.
-  if (row.limit != nullptr) {
+  if (row.has_limit()) {
     json[key_with_unit("threshold", row.unit)] = thresholds.open;
     json["threshold_text"] = value_text(row.unit, thresholds.open);
     if (thresholds.has_warning) json[key_with_unit("warning", row.unit)] = thresholds.warn;

@@ -48,7 +48,7 @@ Json step(std::string_view kind, std::string sentence) {
 }
 
 bool has_limit(const FaultRow& row) {
-  return row.limit != nullptr;
+  return row.has_limit();
 }
 
 /// "040 CONTACTOR_COMMAND, 083 COMMAND": under which identifiers somebody else has sent what only the master may.
@@ -147,12 +147,17 @@ std::string opening_reason(const OpeningRecord& opening, const StatusView& view)
     case OpeningCause::fault: return fault_sentence(opening, row_of(opening.fault), view);
     case OpeningCause::request_over: return "nobody asks for a closed pack any more (vehicle off, no charger)";
     case OpeningCause::shut_down: return "the daemon was told to end";
+    case OpeningCause::precharge_retry: return "the precharge was too slow; it is tried again after a cool-down";
     case OpeningCause::permission: return "permission was withdrawn: " + text(to_text(opening.blocker));
   }
   return "?";
 }
 
 // --- the present state ---
+
+std::string clearing_command(const FaultRow& row) {
+  return row.latch == Latch::until_authorised ? "`bmuctl clear --authorised`" : "`bmuctl clear`";
+}
 
 /// What an enumerated blocker means right now: the faults, modules, sensors or inputs behind it.
 Texts present_faults(const StatusView& view) {
@@ -162,7 +167,7 @@ Texts present_faults(const StatusView& view) {
     if (!state.is_present() || row.reaction == Reaction::warn) continue;
     const std::string what = reading_text(row, state.confirmed, view);
     std::string line = text(row.meaning) + (what.empty() ? "" : " (" + what + ")");
-    if (state.stage == FaultStage::latched) line += ", cause gone, waiting for `bmuctl clear`";
+    if (state.stage == FaultStage::latched) line += ", cause gone, waiting for " + clearing_command(row);
     texts.push_back(line);
   }
   return texts;
@@ -171,6 +176,9 @@ Texts present_faults(const StatusView& view) {
 /// What keeps a fault that a clear command did not end.
 std::string staying_reason(const FaultRow& row, const FaultState& state, const StatusView& view) {
   const std::string clear = span_text(thresholds_of(row, view.core.config().limits).clear);
+  if (state.stage == FaultStage::latched && row.latch == Latch::until_authorised) {
+    return "it stays until somebody with authority has looked at the pack: " + clearing_command(row);
+  }
   if (state.good_since != TimePoint{}) {
     return "its cause has been gone for " + span_text(view.now - state.good_since) + ", wanted " + clear;
   }
@@ -248,6 +256,10 @@ Texts suspected_faults(const StatusView& view) {
   return texts;
 }
 
+Texts insulation_state(const StatusView& view) {
+  return {"the monitor says \"" + text(to_text(view.core.sensors().pdu.value.insulation_state)) + "\""};
+}
+
 Texts no_details(const StatusView&) {
   return {};
 }
@@ -260,9 +272,11 @@ struct BlockerRow {
 constexpr BlockerRow blocker_table[] = {
     {Blocker::shutting_down, no_details},
     {Blocker::fault, present_faults},
+    {Blocker::resting, no_details},
     {Blocker::internal_bus_down, no_details},
     {Blocker::pdu_unknown, no_details},
     {Blocker::inputs_unhealthy, unhealthy_inputs},
+    {Blocker::insulation_unknown, insulation_state},
     {Blocker::modules_incomplete, incomplete_modules},
     {Blocker::sensors_incomplete, missing_sensors},
     {Blocker::not_qualified, no_details},
@@ -271,6 +285,7 @@ constexpr BlockerRow blocker_table[] = {
     {Blocker::commands_not_on_bus, no_details},
     {Blocker::contacts_unsettled, no_details},
     {Blocker::contactor_closed, no_details},
+    {Blocker::precharge_hot, no_details},
     {Blocker::locked_out, lockout_left},
 };
 static_assert(std::size(blocker_table) == blocker_count);
@@ -357,9 +372,16 @@ Json limit_chain(std::string_view direction, const CurrentLimit& limit) {
 Unit unit_of(LimitCause cause) {
   switch (cause) {
     case LimitCause::cell_voltage_low:
-    case LimitCause::cell_voltage_high: return Unit::uV;
+    case LimitCause::cell_voltage_high:
+    case LimitCause::cell_imbalance: return Unit::uV;
     case LimitCause::cell_hot:
-    case LimitCause::cell_cold: return Unit::dC;
+    case LimitCause::cell_cold:
+    case LimitCause::too_hot_to_charge:
+    case LimitCause::too_cold_to_charge:
+    case LimitCause::temperature_spread:
+    case LimitCause::board_hot: return Unit::dC;
+    case LimitCause::overload: return Unit::permille;
+    case LimitCause::peak:
     case LimitCause::continuous:
     case LimitCause::not_connected:
     case LimitCause::fault: return Unit::none;

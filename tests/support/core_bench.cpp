@@ -18,6 +18,9 @@ void fill_limits(CoreConfig& config) {
   config.limits.cell_undertemperature = {.warn = -50, .open = -200, .hysteresis = 20};
   config.limits.discharge_overcurrent = {.warn = 90'000, .open = 100'000, .hysteresis = 5'000, .confirm = 100ms};
   config.limits.charge_overcurrent = {.warn = 25'000, .open = 30'000, .hysteresis = 2'000, .confirm = 100ms};
+  // Values jump here; who wants to be told asks for it.
+  config.limits.temperature_rise = never_above;
+  config.limits.temperature_spread = never_above;
   config.limits.pack_voltage_mismatch = {.warn = 500, .open = 1'000, .hysteresis = 200, .confirm = 300ms};
 }
 
@@ -33,6 +36,7 @@ CoreConfig pack_with(std::size_t modules, std::uint8_t cells, std::uint8_t senso
   config.cell.ocv.push_back({1000, 4'200'000});
   config.current = {.discharge_continuous_mA = 80'000, .charge_continuous_mA = 20'000};
   fill_limits(config);
+  config.contactors.precharge_tries = 1;  // the first failure is the fault
   return config;
 }
 

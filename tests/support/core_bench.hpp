@@ -72,7 +72,7 @@ class CoreBench {
   bool main_positive_held_open = false;
   bool feedback_lies = false;            // auxiliary contacts say what was commanded
   bool pdu_tells_changes = false;        // of contacts at once, not only every 50 ms
-  std::int32_t link_fall_mV_per_ms = 0;  // a load on the link, when nothing feeds it
+  std::int32_t link_fall_mV_per_ms = 1;  // what discharges the link when nothing feeds it
   bool bus_is_stuck = false;             // nobody acknowledges: what we send waits in the queue
   std::size_t queue_length = 10;
   std::function<void(std::int32_t link_mV, std::int32_t pack_mV)> on_mains_made;

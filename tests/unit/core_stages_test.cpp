@@ -21,11 +21,13 @@ SequenceInputs precharging(TimePoint now, std::int32_t link_mV, std::int32_t cur
           .close_permitted = true,
           .may_advance = true,
           .contacts_settled = true,
+          .is_current_known = true,
+          .current_mA = current_mA,
+          .current_at = now,
           .is_measured = true,
           .measured_at = now,
           .pack_mV = 100'000,
-          .link_mV = link_mV,
-          .current_mA = current_mA};
+          .link_mV = link_mV};
 }
 
 }  // namespace
@@ -72,10 +74,10 @@ TEST_CASE("precharge gives up at its time-out, even if the link arrives in that 
   const SequenceState state{Phase::precharge, start};
   const SequenceStep before = step(state, precharging(start + 3s - 1ns, 0, 0), config);
   CHECK(before.state.phase == Phase::precharge);
-  CHECK_FALSE(before.precharge_failed);
+  CHECK(before.precharge_failure == PrechargeFailure::none);
   const SequenceStep at = step(state, precharging(start + 3s, 99'000, 0), config);
   CHECK(at.state.phase == Phase::open);
-  CHECK(at.precharge_failed);
+  CHECK(at.precharge_failure == PrechargeFailure::too_slow);
   CHECK_FALSE(at.outputs.any_contactor());
 }
 
@@ -235,7 +237,9 @@ TEST_CASE("current limits reach zero at the opening threshold, from every side",
   PackState pack;
   pack.cell_voltage_uV = {.min = 3'700'000, .max = 3'700'000, .count = 8, .expected = 8};
   pack.cell_temperature_dC = {.min = 250, .max = 250, .count = 4, .expected = 4};
-  const auto limits = [&] { return evaluate_limits(pack, config, {.is_connected = true}); };
+  const auto limits = [&] {
+    return evaluate_limits(pack, config, {.is_connected = true, .may_discharge = true, .may_charge = true});
+  };
   CHECK(limits().discharge.limit_mA == 80'000);
   CHECK(limits().charge.limit_mA == 20'000);
   pack.cell_voltage_uV.max = 4'175'000;
@@ -254,12 +258,15 @@ TEST_CASE("current limits reach zero at the opening threshold, from every side",
   pack.cell_temperature_dC.min = 250;
   pack.cell_voltage_uV.max = 3'700'000;
   const CurrentLimits low{.discharge = {.limit_mA = 1'000}, .charge = {.limit_mA = 2'000}};
-  CHECK(evaluate_limits(pack, config, {.is_connected = true, .before = low}).discharge.limit_mA == 80'000);
+  CHECK(evaluate_limits(pack, config, {.is_connected = true, .may_discharge = true, .may_charge = true, .before = low})
+            .discharge.limit_mA == 80'000);
   pack.cell_voltage_uV.count = 7;  // the one that is missing may be the one that limits
-  CHECK(evaluate_limits(pack, config, {.is_connected = true, .before = low}).discharge.limit_mA == 1'000);
-  CHECK(evaluate_limits(pack, config, {.is_connected = true, .before = low}).charge.limit_mA == 2'000);
+  CHECK(evaluate_limits(pack, config, {.is_connected = true, .may_discharge = true, .may_charge = true, .before = low})
+            .discharge.limit_mA == 1'000);
+  CHECK(evaluate_limits(pack, config, {.is_connected = true, .may_discharge = true, .may_charge = true, .before = low})
+            .charge.limit_mA == 2'000);
   CHECK(evaluate_limits(pack, config, {}).charge.cause == LimitCause::not_connected);
-  CHECK(evaluate_limits(pack, config, {.is_connected = true, .zero_is_demanded = true}).charge.limit_mA == 0);
+  CHECK(evaluate_limits(pack, config, {.is_connected = true, .may_discharge = true}).charge.limit_mA == 0);
 }
 
 TEST_CASE("a cell number that does not fit a byte is unknown, not another cell's", "[unit][reports]") {

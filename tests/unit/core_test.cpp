@@ -25,7 +25,7 @@ TEST_CASE("a healthy pack closes in the order negative, precharge, positive", "[
   CoreBench bench(small_pack());
   REQUIRE(bench.close());
   bench.run(200ms);
-  CHECK(bench.commanded() == ContactorOutputs{.main_positive = true, .main_negative = true});
+  CHECK(bench.commanded() == ContactorOutputs{.main_positive = true, .main_negative = true, .auxiliary = true});
   CHECK(bench.core().last_precharge().was_successful);
   std::vector<ContactorOutputs> steps;
   for (const OutgoingFrame& out : bench.sent()) {
@@ -37,7 +37,7 @@ TEST_CASE("a healthy pack closes in the order negative, precharge, positive", "[
                                                {.main_negative = true},
                                                {.main_negative = true, .precharge = true},
                                                {.main_positive = true, .main_negative = true, .precharge = true},
-                                               {.main_positive = true, .main_negative = true}});
+                                               {.main_positive = true, .main_negative = true, .auxiliary = true}});
 }
 
 TEST_CASE("nothing closes while the vehicle was on already when the daemon started", "[unit][core][F64]") {
@@ -136,7 +136,7 @@ TEST_CASE("each condition opens a closed pack within its budget", "[unit][core][
          seal(internal_bus::ident, 0, who);
          b.observe(FrameReceived{Port::internal, who});
        },
-       FaultId::module_mismatch, 100ms},
+       FaultId::duplicate_node, 100ms},
       {"second master",
        [](CoreBench& b) {
          b.observe(FrameReceived{Port::internal, contactor_command_frame({}, 77)});
@@ -391,16 +391,16 @@ TEST_CASE("two modules under one node number are found, named, and keep the pack
   twin.cell_voltage_uV.fill(known(2'000'000));
   bench.modules.push_back(twin);
   CHECK_FALSE(bench.close());
-  CHECK(bench.is_active(FaultId::module_mismatch));
-  CHECK(bench.core().faults().state(FaultId::module_mismatch).confirmed.element.module_node == 1);
+  CHECK(bench.is_active(FaultId::duplicate_node));
+  CHECK(bench.core().faults().state(FaultId::duplicate_node).confirmed.element.module_node == 1);
   CHECK(bench.core().receive_counts().rejected[static_cast<std::size_t>(RejectReason::conflicting)] > 10);
   bench.run(30s);
-  CHECK(bench.core().faults().state(FaultId::module_mismatch).stage == FaultStage::active);
+  CHECK(bench.core().faults().state(FaultId::duplicate_node).stage == FaultStage::active);
   bench.modules.pop_back();
   bench.run(20s);
   bench.give(Command::clear_faults);
   bench.run(100ms);
-  CHECK_FALSE(bench.is_active(FaultId::module_mismatch));
+  CHECK_FALSE(bench.is_active(FaultId::duplicate_node));
 }
 
 TEST_CASE("a key that is turned on and off again does not rattle the contactors", "[unit][contactors][F90]") {
@@ -903,12 +903,12 @@ TEST_CASE("a module that was swapped while the bus was away is named, and gets o
   bench.modules[1].ignores_commands = true;
   bench.observe(PortChanged{Port::internal, true});
   bench.run(2s);
-  CHECK(bench.is_active(FaultId::module_mismatch));
+  CHECK(bench.is_active(FaultId::duplicate_node));
   CHECK(has_blocker(bench, Blocker::modules_not_set_up));
   bench.run(20s);
   bench.give(Command::clear_faults);
   bench.run(1s);
-  CHECK_FALSE(bench.is_active(FaultId::module_mismatch));
+  CHECK_FALSE(bench.is_active(FaultId::duplicate_node));
   CHECK(has_blocker(bench, Blocker::modules_not_set_up));
   bench.modules[1].ignores_commands = false;
   bench.run(1s);
@@ -1034,7 +1034,7 @@ TEST_CASE("a module that was away for a whole circle of the counter is not taken
   bench.modules[0].talks = true;
   bench.run(300ms);
   CHECK(bench.core().receive_counts().rejected[static_cast<std::size_t>(RejectReason::conflicting)] > 0);
-  CHECK_FALSE(bench.is_active(FaultId::module_mismatch));
+  CHECK_FALSE(bench.is_active(FaultId::duplicate_node));
 }
 
 TEST_CASE("an answer without its last frame is no answer", "[unit][core][F23]") {
@@ -1057,10 +1057,14 @@ TEST_CASE("a stall that leaves 130 ms between two decisions at most is ridden th
   }
 }
 
-TEST_CASE("with a healthy open pack every fault row knows that all is good", "[unit][faults][contract]") {
+TEST_CASE("with a healthy open pack every fault row that can latch knows that all is good",
+          "[unit][faults][contract]") {
   CoreBench bench(small_pack());
-  bench.run(3s);
+  bench.run(10s);
   for (const FaultRow& row : fault_table()) {
+    // Only with a second sensor, or with a monitor that measures, can these be raised at all.
+    if (row.id == FaultId::current_sensors_disagree || row.id == FaultId::insulation_low) continue;
+    if (row.latch == Latch::none) continue;
     CAPTURE(row.name);
     CHECK(bench.core().faults().state(row.id).judged == Verdict::good);
   }

@@ -1,0 +1,46 @@
+// What the buses tell about themselves and about people who should not be on them.
+//
+// A controller that goes off the bus again and again is repaired, not restarted: three times within a minute is a fault
+// of its own. What was seen is remembered for as long as it speaks for the present.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "protocol/time.hpp"
+
+namespace bmu {
+
+class BusWatch {
+ public:
+  static constexpr std::size_t storm_count = 3;
+  static constexpr Duration storm_span = 60s;
+  /// A frame of a module that the pack does not have is chance once; twice within this is a module.
+  static constexpr Duration stranger_memory = 5s;
+  static constexpr Duration reporter_memory = 5s;
+
+  void note_bus_off(TimePoint at);
+  void note_error_passive(bool is_passive) { is_error_passive_ = is_passive; }
+  void note_unknown_module(std::uint8_t node, TimePoint at);
+  /// Somebody else sends the messages of 620h to 628h.
+  void note_foreign_report(TimePoint at) { foreign_report_at_ = at; }
+
+  [[nodiscard]] bool is_storm(TimePoint now) const;
+  [[nodiscard]] bool is_error_passive() const { return is_error_passive_; }
+  /// Its node number, or 0.
+  [[nodiscard]] std::uint8_t unknown_module(TimePoint now) const;
+  [[nodiscard]] bool has_foreign_report(TimePoint now) const;
+  [[nodiscard]] TimePoint unknown_module_at() const { return unknown_at_; }
+  [[nodiscard]] TimePoint foreign_report_at() const { return foreign_report_at_; }
+
+ private:
+  std::array<TimePoint, storm_count> bus_off_at_{};  // a ring
+  std::size_t head_ = 0;
+  bool is_error_passive_ = false;
+  std::uint8_t unknown_node_ = 0;
+  TimePoint unknown_at_{};            // its latest frame
+  TimePoint unknown_confirmed_at_{};  // when it had spoken twice
+  TimePoint foreign_report_at_{};
+};
+
+}  // namespace bmu

@@ -1,0 +1,39 @@
+// What each contactor has been through: the wear that decides when it is replaced. Counted when commanded; current as
+// known at that moment.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "daemon/core/contactor_sequence.hpp"
+#include "daemon/core/measured.hpp"
+
+namespace bmu {
+
+struct ContactorWear {
+  std::uint32_t closings = 0;
+  std::uint32_t openings = 0;
+  std::uint32_t openings_under_load = 0;   // more than a small current, or one nobody knew
+  std::int32_t current_broken_max_mA = 0;  // the largest of those, as a magnitude
+  std::int64_t current_broken_sum_mA = 0;
+
+  friend constexpr bool operator==(const ContactorWear&, const ContactorWear&) = default;
+};
+
+using ContactorLedgerEntries = std::array<ContactorWear, contactor_id_count>;
+
+class ContactorLedger {
+ public:
+  /// Before the first command: what a former life has counted.
+  void restore(const ContactorLedgerEntries& entries) { entries_ = entries; }
+  /// What is commanded from now on. True if anything was counted.
+  bool command(const ContactorOutputs& outputs, const Measured<std::int32_t>& current_mA);
+
+  [[nodiscard]] const ContactorLedgerEntries& entries() const { return entries_; }
+
+ private:
+  ContactorLedgerEntries entries_{};
+  std::array<bool, contactor_id_count> is_closed_{};
+};
+
+}  // namespace bmu

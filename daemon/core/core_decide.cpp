@@ -1,0 +1,526 @@
+// What the core decides once a tick, in one fixed order, and what it remembers of it.
+#include <algorithm>
+#include <utility>
+
+#include "daemon/core/core.hpp"
+
+namespace bmu {
+
+namespace {
+
+/// How long after a shut-down command, and after everything was commanded open, we wait for the contacts' word before
+/// leaving anyway.
+constexpr Duration shut_down_patience = 500ms;
+
+}  // namespace
+
+Decisions Core::decide(TimePoint now) {
+  Decisions out;
+  ++ticks_;
+  check_loop_gap(now);
+  decided_at_ = now;
+  pack_ = summarise(modules_, sensors_, config_, now);
+  seen_complete_ = seen_complete_ || (pack_.is_complete() && pack_.is_sensed() && pdu_fresh(now));
+  estimate(now);
+  follow_request(now);
+  follow_rest(now);
+  watch_contactors(now);
+  evaluate_faults(now);
+  grant_permission(now);
+  refuse_vain_request(now);
+  step_contactors(now);
+  set_limits();
+  step_auxiliary(now);
+  send_contactor_command(now, out);
+  send_polls(now, out);
+  send_report(now, out);
+  out.is_shut_down = end_shut_down(now);
+  events_.move_to(out);
+  out.outputs = outputs_;
+  out.wake_at = advance_tick(now);
+  return out;
+}
+
+/// Deadlines advance by the period, so an early tick between two of them moves nothing.
+TimePoint Core::advance_tick(TimePoint now) {
+  if (next_tick_ <= now) next_tick_ += tick_period;
+  if (next_tick_ <= now) next_tick_ = now + tick_period;  // we were late by more than one; no burst to catch up
+  return next_tick_;
+}
+
+void Core::check_loop_gap(TimePoint now) {
+  flags_.tick_was_late = decided_at_ != TimePoint{} && now - next_tick_ > tick_late;
+  const bool is_gap = decided_at_ != TimePoint{} && now - decided_at_ > loop_gap_max;
+  if (!is_gap) return;
+  events_.push({.id = EventId::loop_gap, .at = now, .number = to_ms(now - decided_at_)});
+  flags_.loop_gap_seen = true;
+  start_over(now);
+}
+
+void Core::estimate(TimePoint now) {
+  const Measured<std::int32_t> average_uV{pack_.cell_voltage_uV.average, now,
+                                          pack_.cell_voltage_uV.is_complete() ? Validity::valid : Validity::unknown};
+  if (counter_.update(now, !outputs_.any_contactor(), pack_.current_mA, average_uV)) {
+    events_.push({.id = EventId::soc_started, .at = now, .number = counter_.state().soc_permille});
+  }
+  watchers_.trend.update(modules_);
+  watchers_.stuck.update(modules_, pack_.current_mA);
+  watchers_.steps.update(modules_, sensors_, pack_);
+}
+
+void Core::follow_rest(TimePoint now) {
+  const PduState& pdu = sensors_.pdu.value;
+  const bool knows_lines = pdu_fresh(now);
+  const bool has_changed = rest_.step({.now = now,
+                                       .is_undervoltage = faults_.state(FaultId::cell_undervoltage).is_present() ||
+                                                          faults_.state(FaultId::cell_deep_discharge).is_present(),
+                                       .is_open = !outputs_.any_contactor(),
+                                       .has_complete_view = pack_.is_complete(),
+                                       .resume_button = knows_lines && pdu.resume_button,
+                                       .charger_connected = knows_lines && pdu.charger_connected,
+                                       .vehicle_on = knows_lines && pdu.vehicle_on});
+  if (!has_changed) return;
+  events_.push({.id = EventId::rest_changed, .at = now, .number = static_cast<std::int64_t>(rest_.phase())});
+  if (rest_.is_resting()) sleep_modules_ = true;
+  // Asleep nothing is known, awake nothing yet. The unit goes on talking in between.
+  const Measured<PduState> pdu_word = sensors_.pdu;
+  start_over(now);
+  sensors_.pdu = pdu_word;
+}
+
+void Core::follow_request(TimePoint now) {
+  if (!pdu_fresh(now)) return request_.lose_sight();
+  if (!request_.follow(sensors_.pdu.value, !outputs_.any_contactor(), now)) return;
+  events_.push({.id = request_.is_present() ? EventId::close_requested : EventId::close_request_over, .at = now});
+}
+
+void Core::watch_contactors(TimePoint now) {
+  const Disobedience disobedience =
+      pdu_fresh(now) ? contactor_watch_.disobeys(sensors_.pdu, config_.contactors, now) : Disobedience{};
+  flags_.contactor_not_following = disobedience.not_following;
+  flags_.contactor_welded = disobedience.welded;
+  flags_.closing_is_commanded = outputs_.any_contactor();
+  flags_.command_not_on_bus = !command_link_.is_on_bus(now);
+  const bool is_closed = sequence_.phase == Phase::closed;
+  flags_.closed_since = is_closed ? sequence_.entered_at : TimePoint{};
+  const auto keep_since = [now](TimePoint& since, bool holds) {
+    if (!holds) since = {};
+    if (holds && since == TimePoint{}) since = now;
+  };
+  keep_since(flags_.open_since, !outputs_.any_contactor());
+  keep_since(flags_.charge_forbidden_since, is_closed && limits_.charge.cause == LimitCause::fault);
+  keep_since(flags_.discharge_forbidden_since, is_closed && limits_.discharge.cause == LimitCause::fault);
+  flags_.is_driving = is_closed && request_.is_by_vehicle();
+}
+
+void Core::evaluate_faults(TimePoint now) {
+  if (std::exchange(clear_ours_, false)) note_fault_changes(faults_.clear_latched(clear_given_.authority), now);
+  note_fault_changes(faults_.update(fault_inputs(now)), now);
+  // Seen once is enough; the fault memory remembers from here.
+  flags_.precharge_failure = PrechargeFailure::none;
+  flags_.clock_jumped = false;
+  flags_.foreign_master_seen = false;
+  flags_.loop_gap_seen = false;
+  flags_.frames_lost_seen = false;
+  flags_.pdu_restarted = false;
+}
+
+void Core::grant_permission(TimePoint now) {
+  permission_ = evaluate_permission({.now = now,
+                                     .wish = wish(),
+                                     .is_shutting_down = shutting_down_,
+                                     .is_resting = rest_.is_resting(),
+                                     .internal_bus_up = flags_.internal_bus_up,
+                                     .pdu_fresh = pdu_fresh(now),
+                                     .inputs_healthy = inputs_healthy(now),
+                                     .insulation_known = insulation_known(now),
+                                     .modules_set_up = setup_.is_complete(),
+                                     .commands_are_on_bus = command_link_.is_on_bus(now),
+                                     .contacts_settled = contactor_watch_.is_settled(),
+                                     .contactor_closed_though_open = pdu_fresh(now) && !outputs_.any_contactor() &&
+                                                                     sensors_.pdu.value.any_contactor_closed(),
+                                     .precharge_is_cool = guard_.is_cool(),
+                                     .complete_cycles = modules_.complete_cycles(),
+                                     .locked_out_until = locked_out_until_},
+                                    pack_, faults_);
+}
+
+void Core::refuse_vain_request(TimePoint now) {
+  const bool is_waiting = request_.is_present() && sequence_.phase == Phase::open && !permission_.may_close;
+  if (!is_waiting) return;
+  const auto& blockers = permission_.blockers;
+  const bool has_fault = std::find(blockers.begin(), blockers.end(), Blocker::fault) != blockers.end();
+  // Between two tries of a precharge the wish waits for the next.
+  const bool may_wait = guard_.is_retrying() || now - request_.since() < close_patience;
+  if (!has_fault && may_wait) return;
+  request_.drop();
+  last_refusal_ = {.has_happened = true, .at = now, .blocker = has_fault ? Blocker::fault : blockers[0]};
+  events_.push({.id = EventId::close_refused, .at = now, .number = static_cast<std::int64_t>(last_refusal_.blocker)});
+}
+
+/// The pack voltage of a precharge is the higher one of the sensor's and the sum of the cells, and only while they
+/// agree: a sensor that has lost its ground shows two voltages that agree with each other.
+SequenceInputs Core::sequence_inputs(TimePoint now) const {
+  const Measured<std::int32_t>& sum = pack_.cell_voltage_sum_mV;
+  const Measured<std::int32_t>& pack = pack_.pack_voltage_mV;
+  const std::int64_t apart_mV = std::int64_t{sum.value} - pack.value;
+  const std::int64_t allowed_mV = config_.limits.pack_voltage_mismatch.open;
+  const bool voltages_agree = sum.is_valid() && apart_mV < allowed_mV && apart_mV > -allowed_mV;
+  const bool is_open = sequence_.phase == Phase::open;
+  return {.now = now,
+          .close_wanted = wants_close(),
+          .close_permitted = is_open ? permission_.may_close : permission_.may_stay_closed,
+          .may_advance = permission_.may_advance,
+          .contacts_settled = contactor_watch_.is_settled(),
+          .charge_wanted = request_.is_by_charger(),
+          .charge_permitted = permission_.may_charge,
+          .resistor_is_hot = guard_.is_overheated(),
+          .is_current_known = pack_.current_mA.is_valid(),
+          .current_mA = pack_.current_mA.value,
+          .current_at = pack_.current_mA.taken_at,
+          .is_measured = pack_.is_sensed() && voltages_agree,
+          .measured_at = std::min({pack.taken_at, pack_.link_voltage_mV.taken_at, pack_.current_mA.taken_at}),
+          .pack_mV = std::max(pack.value, sum.value),
+          .link_mV = pack_.link_voltage_mV.value};
+}
+
+void Core::step_contactors(TimePoint now) {
+  const SequenceState before = sequence_;
+  const SequenceInputs inputs = sequence_inputs(now);
+  guard_.update(now, before.phase == Phase::precharge, inputs.is_measured, inputs.pack_mV, inputs.link_mV);
+  const SequenceStep result = step(before, inputs, config_.contactors);
+  sequence_ = result.state;
+  contactor_watch_.command(result.outputs, now);
+  if (ledger_.command(result.outputs, pack_.current_mA)) {
+    persistent_.contactors = ledger_.entries();
+    touch_persistent();
+  }
+  outputs_ = result.outputs;
+  if (sequence_.phase == before.phase) return;
+  events_.push({.id = EventId::phase_changed, .at = now, .phase_from = before.phase, .phase_to = sequence_.phase});
+  const bool has_ended_precharge =
+      before.phase == Phase::precharge || result.precharge_failure != PrechargeFailure::none;
+  PrechargeFailure failure = result.precharge_failure;
+  if (has_ended_precharge && (failure != PrechargeFailure::none || sequence_.phase == Phase::main_positive)) {
+    record_precharge(now, before.entered_at, failure);
+    failure = guard_.note_end(failure);
+  }
+  if (sequence_.phase == Phase::open) record_opening(now, before.phase, failure);
+}
+
+void Core::step_auxiliary(TimePoint now) {
+  const AuxiliaryOutputs auxiliary =
+      auxiliary_.step({.now = now,
+                       .may_drive = sequence_.phase == Phase::closed && permission_.may_discharge && wants_close() &&
+                                    limits_.discharge.limit_mA > 0,
+                       .may_run = !shutting_down_ && !rest_.is_resting(),
+                       .cell_temperature_dC = pack_.cell_temperature_dC,
+                       .throttle_permille = pdu_fresh(now) ? sensors_.pdu.value.throttle_permille : not_known()});
+  ContactorOutputs outputs = outputs_;
+  outputs.auxiliary = auxiliary.motor_enable;
+  outputs.fan = auxiliary.fan;
+  outputs.heater = auxiliary.heater;
+  if (outputs != commanded_before_) outputs_changed_at_ = now;
+  outputs_ = commanded_before_ = outputs;
+}
+
+void Core::set_limits() {
+  const bool is_connected = sequence_.phase == Phase::closed && permission_.may_stay_closed;
+  limits_ = evaluate_limits(
+      pack_, config_,
+      {.is_connected = is_connected,
+       .may_discharge = permission_.may_discharge && !demands_zero_current(faults_, Concerns::discharge),
+       .may_charge = permission_.may_charge && !demands_zero_current(faults_, Concerns::charge),
+       .discharge_used_permille = watchers_.overload.discharge_used_permille(),
+       .charge_used_permille = watchers_.overload.charge_used_permille(),
+       .before = limits_});
+}
+
+void Core::record_precharge(TimePoint now, TimePoint began_at, PrechargeFailure failure) {
+  const bool was_successful = failure == PrechargeFailure::none;
+  last_precharge_ = {.has_run = true,
+                     .was_successful = was_successful,
+                     .failure = failure,
+                     .ended_at = now,
+                     .took = now - began_at,
+                     .pack_mV = pack_.pack_voltage_mV.value,
+                     .link_mV = pack_.link_voltage_mV.value,
+                     .current_mA = pack_.current_mA.value};
+  events_.push({.id = was_successful ? EventId::precharge_done : EventId::precharge_gave_up,
+                .at = now,
+                .number = to_ms(now - began_at)});
+}
+
+/// The fault that opened: of those that demand it, the one whose first bad sample came first.
+OpeningRecord Core::opening_record(TimePoint now, Phase from, PrechargeFailure failure) const {
+  constexpr std::array precharge_faults{FaultId::precharge_failed, FaultId::precharge_failed,
+                                        FaultId::precharge_too_fast, FaultId::precharge_overcurrent};
+  OpeningRecord record{.at = now, .from = from, .current_mA = pack_.current_mA};
+  const FaultRow* fault = nullptr;
+  for (const FaultRow& row : fault_table()) {
+    const FaultState& state = faults_.state(row.id);
+    if (!speaks_against(row.concerns, wish()) || !demands_opening(row, state, pack_, now)) continue;
+    if (fault == nullptr || state.suspected_since < faults_.state(fault->id).suspected_since) fault = &row;
+  }
+  if (fault != nullptr) {
+    const FaultState& state = faults_.state(fault->id);
+    record.cause = OpeningCause::fault;
+    record.fault = fault->id;
+    record.reading = state.confirmed;
+    record.threshold = state.threshold;
+    record.suspected_since = state.suspected_since;
+    record.confirmed_at = state.confirmed_at;
+  } else if (failure != PrechargeFailure::none) {
+    record.cause = OpeningCause::fault;
+    record.fault = precharge_faults[static_cast<std::size_t>(failure)];
+    record.reading = {true, pack_.link_voltage_mV.value, {}, pack_.link_voltage_mV.taken_at};
+    record.suspected_since = record.confirmed_at = now;
+  } else if (shutting_down_) {
+    record.cause = OpeningCause::shut_down;
+  } else if (guard_.is_retrying() && request_.is_present()) {
+    record.cause = OpeningCause::precharge_retry;
+  } else if (!request_.is_present()) {
+    record.cause = OpeningCause::request_over;
+  } else {
+    record.cause = OpeningCause::permission;
+    record.blocker = permission_.blockers.empty() ? Blocker::fault : permission_.blockers[0];
+  }
+  return record;
+}
+
+void Core::record_opening(TimePoint now, Phase from, PrechargeFailure failure) {
+  const OpeningRecord record = opening_record(now, from, failure);
+  flags_.precharge_failure = failure;  // a fault from the next tick on
+  last_opening_ = record;
+  const bool keeps_wish = record.cause == OpeningCause::request_over || record.cause == OpeningCause::precharge_retry;
+  if (!keeps_wish) request_.drop();  // what opened for a reason closes for a new wish only
+  Duration wait = reclose_lockout;
+  if (record.cause == OpeningCause::request_over) wait = reclose_pause;
+  if (record.cause == OpeningCause::precharge_retry) wait = config_.contactors.precharge_cool_down;
+  locked_out_until_ = now + wait;
+  events_.push({.id = EventId::opened,
+                .at = now,
+                .fault = record.fault,
+                .reading = record.reading,
+                .threshold = record.threshold,
+                .phase_from = from,
+                .cause = record.cause});
+}
+
+/// A resting pack has nothing to command: it is open, and the unit keeps it so by itself.
+void Core::send_contactor_command(TimePoint now, Decisions& out) {
+  if (rest_.is_resting() && !outputs_.any_contactor()) return;
+  if (!command_link_.is_due(now, outputs_changed_at_ == now)) return;
+  command_link_.note_sent(command_counter_, now);
+  send(Port::internal, contactor_command_frame(outputs_, command_counter_), out);
+  ++command_counter_;
+}
+
+void Core::send_polls(TimePoint now, Decisions& out) {
+  if (command_link_.is_stuck(now)) return;
+  if (std::exchange(sleep_modules_, false)) send(Port::internal, setup_.sleep(), out);
+  if (rest_.is_resting()) return;
+  if (std::exchange(clear_modules_, false)) send(Port::internal, setup_.clear_faults(), out);
+  const Poll poll = poll_.step(now, identities_known());
+  if (poll.is_due) {
+    modules_.begin_cycle(now, poll.wants);
+    check_.note_sent(poll.frame);
+    send(Port::internal, poll.frame, out);
+  } else {
+    ask_again(now, out);
+  }
+  for (const CanFrame& command : setup_.step(now, modules_)) {
+    check_.note_sent(command);
+    send(Port::internal, command, out);
+  }
+}
+
+/// A value that is suspected is asked for again at once, from its module alone: two samples confirm, and nobody has to
+/// wait for the next round. What the module still owed of its last answer it is asked for, too.
+void Core::ask_again(TimePoint now, Decisions& out) {
+  for (const FaultRow& row : fault_table()) {
+    const FaultState& state = faults_.state(row.id);
+    const std::uint8_t node = state.latest.element.module_node;
+    const bool is_asked = row.ask_again != AskAgain::no && state.stage == FaultStage::suspected &&
+                          state.latest.is_known && modules_.find(node) != nullptr;
+    if (!is_asked || now - modules_.polled_at(node) < ask_again_after) continue;
+    PollWants wants = modules_.outstanding(node);
+    wants.status = true;
+    wants.cells = wants.cells || row.ask_again == AskAgain::cells;
+    wants.temperatures = wants.temperatures || row.ask_again == AskAgain::temperatures;
+    const CanFrame frame = poll_.single(node, wants);
+    modules_.begin_single(node, now);
+    check_.note_sent(frame);
+    send(Port::internal, frame, out);
+    return;  // one a tick
+  }
+}
+
+void Core::send_report(TimePoint now, Decisions& out) {
+  if (rest_.is_resting() || (ports_share_bus_ && command_link_.is_stuck(now))) return;
+  const std::optional<CanFrame> frame = reporter_.step(now, vehicle_view(now), config_.vehicle);
+  if (frame.has_value()) send(Port::vehicle, *frame, out);
+}
+
+void Core::send(Port port, const CanFrame& frame, Decisions& out) {
+  const GateVerdict verdict = judge_output(port, frame,
+                                           {.vehicle_base_id = config_.vehicle.base_id,
+                                            .may_stay_closed = permission_.may_stay_closed,
+                                            .decided = outputs_});
+  if (verdict != GateVerdict::pass) {
+    ++gate_refusals_;
+    events_.push({.id = EventId::gate_refused, .at = decided_at_, .port = port, .number = frame.id});
+    return;
+  }
+  if (!ports_[static_cast<std::size_t>(port)].is_up) return;
+  ++ports_[static_cast<std::size_t>(port)].frames_sent;
+  out.frames.push_back({port, frame});
+}
+
+// --- what they ask
+// ----------------------------------------------------------------------------------------------------
+
+void Core::note_fault_changes(const FaultChanges& changes, TimePoint now) {
+  using Kind = FaultChange::Kind;
+  constexpr std::array event_of{EventId::fault_warned, EventId::fault_warning_over, EventId::fault_confirmed,
+                                EventId::fault_cause_gone, EventId::fault_cleared};
+  for (const FaultChange& change : changes) {
+    const FaultState& state = faults_.state(change.id);
+    if (change.kind == Kind::confirmed) record_confirmed(change.id, now);
+    if (change.kind == Kind::cleared) record_cleared(change.id, now);
+    const bool is_warning = change.kind == Kind::warned || change.kind == Kind::warning_over;
+    const Thresholds thresholds = thresholds_of(row_of(change.id), config_.limits);
+    events_.push({.id = event_of[static_cast<std::size_t>(change.kind)],
+                  .at = now,
+                  .fault = change.id,
+                  .reading = is_warning ? state.warning : state.confirmed,
+                  .threshold = is_warning ? thresholds.warn : thresholds.open});
+  }
+}
+
+void Core::record_confirmed(FaultId id, TimePoint now) {
+  FaultRecord& record = persistent_.faults[static_cast<std::size_t>(id)];
+  const std::int64_t unix_ms = unix_time_ms(now);
+  if (record.count == 0) record.first_unix_time_ms = unix_ms;
+  record.last_unix_time_ms = unix_ms;
+  ++record.count;
+  record.is_locked = row_of(id).latch == Latch::until_authorised;
+  record.frame = freeze(faults_.state(id), now);
+  touch_persistent();
+}
+
+void Core::record_cleared(FaultId id, TimePoint now) {
+  if (row_of(id).latch == Latch::none) return;
+  FaultRecord& record = persistent_.faults[static_cast<std::size_t>(id)];
+  record.is_locked = false;
+  record.cleared = {
+      .unix_time_ms = unix_time_ms(now), .user_id = clear_given_.user_id, .authority = clear_given_.authority};
+  guard_.forget_tries();
+  touch_persistent();
+}
+
+FreezeFrame Core::freeze(const FaultState& state, TimePoint now) const {
+  const auto known = [](bool is_known, std::int32_t value) {
+    return is_known ? std::optional<std::int32_t>(value) : std::nullopt;
+  };
+  const auto measured = [&known](const Measured<std::int32_t>& value) { return known(value.is_valid(), value.value); };
+  const Spread& cells = pack_.cell_voltage_uV;
+  const Spread& temperatures = pack_.cell_temperature_dC;
+  const bool knows_pdu = pdu_fresh(now) && knows_insulation(sensors_.pdu.value);
+  const SignalValue& insulation = sensors_.pdu.value.insulation_resistance_Ohm;
+  return {.unix_time_ms = unix_time_ms(now),
+          .value = state.confirmed.value,
+          .threshold = state.threshold,
+          .element = state.confirmed.element,
+          .phase = sequence_.phase,
+          .cell_voltage_min_uV = known(cells.is_known(), cells.min),
+          .cell_voltage_max_uV = known(cells.is_known(), cells.max),
+          .cell_voltage_average_uV = known(cells.is_known(), cells.average),
+          .cell_voltage_min_at = cells.min_at,
+          .cell_voltage_max_at = cells.max_at,
+          .cell_temperature_min_dC = known(temperatures.is_known(), temperatures.min),
+          .cell_temperature_max_dC = known(temperatures.is_known(), temperatures.max),
+          .cell_temperature_average_dC = known(temperatures.is_known(), temperatures.average),
+          .board_temperature_max_dC = known(pack_.board_temperature_dC.is_known(), pack_.board_temperature_dC.max),
+          .pack_voltage_mV = measured(pack_.pack_voltage_mV),
+          .link_voltage_mV = measured(pack_.link_voltage_mV),
+          .current_mA = measured(pack_.current_mA),
+          .soc_permille = known(charge().is_started, charge().soc_permille),
+          .insulation_Ohm = known(knows_pdu && insulation.is_valid(), static_cast<std::int32_t>(insulation.value)),
+          .discharge_limit_mA = limits_.discharge.limit_mA,
+          .charge_limit_mA = limits_.charge.limit_mA};
+}
+
+FaultInputs Core::fault_inputs(TimePoint now) const {
+  return {.now = now,
+          .config = &config_,
+          .pack = &pack_,
+          .modules = &modules_,
+          .sensors = &sensors_,
+          .watchers = &watchers_,
+          .flags = flags_,
+          .has_started = has_started(now)};
+}
+
+VehicleView Core::vehicle_view(TimePoint now) const {
+  const TroubleCodes codes = trouble_codes(faults_);
+  return {.state = static_cast<vehicle_bus::State>(iha_state(mode())),
+          .uptime = now - started_at_,
+          .dtc_1 = codes.first,
+          .dtc_2 = codes.second,
+          .pack = &pack_,
+          .limits = &limits_,
+          .charge = &charge(),
+          .capacity_uAs = config_.cell.capacity_uAs};
+}
+
+ModeInputs Core::mode_inputs() const {
+  const bool has_fault = std::any_of(fault_table().begin(), fault_table().end(), [this](const FaultRow& row) {
+    return row.reaction >= Reaction::open_after_grace && faults_.state(row.id).is_present();
+  });
+  const PduState& pdu = sensors_.pdu.value;
+  return {.phase = sequence_.phase,
+          .rest = rest_.phase(),
+          .has_fault = has_fault,
+          .may_discharge = permission_.may_discharge,
+          .vehicle_on = pdu.vehicle_on,
+          .charger_connected = pdu.charger_connected,
+          .current_mA = pack_.current_mA.is_valid() ? pack_.current_mA.value : 0};
+}
+
+bool Core::pdu_fresh(TimePoint now) const {
+  return sensors_.pdu.is_usable(now, config_.ages.pdu_status);
+}
+
+bool Core::inputs_healthy(TimePoint now) const {
+  return pdu_fresh(now) && sensors_.pdu.value.is_healthy();
+}
+
+bool Core::insulation_known(TimePoint now) const {
+  const bool is_asked_for = config_.insulation.monitoring == InsulationMonitoring::measured;
+  return !is_asked_for || (pdu_fresh(now) && knows_insulation(sensors_.pdu.value));
+}
+
+bool Core::has_started(TimePoint now) const {
+  if (rest_.is_resting()) return false;  // nobody is asked, nobody answers
+  return seen_complete_ || (flags_.internal_bus_up && now - view_began_at_ >= start_grace);
+}
+
+bool Core::identities_known() const {
+  return std::all_of(modules_.modules().begin(), modules_.modules().end(),
+                     [](const ModuleRecord& module) { return module.identity.is_valid(); });
+}
+
+/// Leaves when the contacts have confirmed, in a word younger than the command; or when patience is over.
+bool Core::end_shut_down(TimePoint now) {
+  if (!shutting_down_) return false;
+  const Measured<PduState>& pdu = sensors_.pdu;
+  if (outputs_.any_contactor()) return false;  // the current is asked to zero first
+  const TimePoint waiting_since = std::max(shut_down_at_, flags_.open_since);
+  const bool is_confirmed = pdu_fresh(now) && pdu.taken_at > waiting_since && !pdu.value.any_contactor_closed();
+  if (is_confirmed || now - waiting_since < shut_down_patience) return is_confirmed;
+  if (!std::exchange(shut_down_told_, true)) events_.push({.id = EventId::shut_down_unconfirmed, .at = now});
+  return true;
+}
+
+}  // namespace bmu

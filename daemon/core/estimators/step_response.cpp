@@ -1,0 +1,133 @@
+#include "daemon/core/estimators/step_response.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+
+namespace bmu {
+
+namespace {
+
+/// The current must stand still for as long before and after the instant.
+constexpr Duration steady_around = 15ms;
+constexpr Duration neighbours_max = 600ms;
+constexpr std::int32_t step_floor_mA = 1'000;
+/// More than this share of the continuous current is a step.
+constexpr std::int32_t step_share = 10;
+/// Less than this of a whole cell's answer is noise.
+constexpr std::int64_t answer_min_uV = 5'000;
+/// A cell with twenty times the model's resistance is a loose bolt, not a measurement.
+constexpr std::int64_t absurd_factor = 20;
+constexpr std::int32_t average_over = 4;
+
+}  // namespace
+
+void StepResponse::init(const CoreConfig& config) {
+  *this = {};
+  cell_count_ = cell_count(config);
+  model_uOhm_ = std::llround(config.cell.series_resistance_Ohm * 1e6);
+  step_min_mA_ = std::max(step_floor_mA, config.current.discharge_continuous_mA / step_share);
+  std::size_t cell = 0;
+  for (const ModuleConfig& module : config.modules) {
+    for (std::uint8_t number = 1; number <= module.cell_count; ++number, ++cell) {
+      elements_[cell] = {
+          .module_node = module.node, .number = number, .pack_number = static_cast<std::uint16_t>(cell + 1)};
+    }
+  }
+}
+
+void StepResponse::forget() {
+  last_steady_ = {};
+  pictures_ = {};
+  contradiction_ = {};
+  taken_at_ = {};
+}
+
+void StepResponse::update(const ModuleTable& modules, const SensorTable& sensors, const PackState& pack) {
+  const bool is_new = modules.completed_at() != TimePoint{} && modules.completed_at() != taken_at_;
+  if (model_uOhm_ == 0 || !is_new || !pack.cell_voltage_uV.is_complete()) return;
+  const Picture now = picture_of(modules, sensors, pack);
+  taken_at_ = now.taken_at;
+  contradiction_ = {};
+  if (!now.is_steady) return;
+  compare_cells(modules, now);
+  judge_direction(now);
+  pictures_[head_] = now;
+  head_ = (head_ + 1) % pictures_.size();
+}
+
+StepResponse::Picture StepResponse::picture_of(const ModuleTable& modules, const SensorTable& sensors,
+                                               const PackState& pack) const {
+  Picture picture{.taken_at = modules.completed_at()};
+  const CurrentRange range =
+      sensors.current_window.range(picture.taken_at - steady_around, picture.taken_at + steady_around);
+  picture.is_steady = range.is_known && range.max_mA - range.min_mA < step_min_mA_ / 10;
+  picture.current_mA = static_cast<std::int32_t>((range.min_mA + range.max_mA) / 2);
+  picture.sum_uV = std::int64_t{pack.cell_voltage_sum_mV.value} * 1'000;
+  return picture;
+}
+
+void StepResponse::compare_cells(const ModuleTable& modules, const Picture& now) {
+  const std::int64_t step_mA = std::int64_t{now.current_mA} - last_steady_.current_mA;
+  const bool is_step = last_steady_.is_steady && std::llabs(step_mA) >= step_min_mA_ &&
+                       now.taken_at - last_steady_.taken_at <= neighbours_max;
+  std::size_t index = 0;
+  for (const ModuleRecord& module : modules.modules()) {
+    for (std::size_t number = 0; number < module.config.cell_count; ++number, ++index) {
+      Cell& cell = cells_[index];
+      const std::int32_t voltage_uV = module.cell_voltage_uV[number].value;
+      const std::int64_t drop_uV = std::int64_t{cell.voltage_uV} - voltage_uV;
+      cell.voltage_uV = voltage_uV;
+      if (!is_step) continue;
+      const std::int64_t resistance_uOhm = drop_uV * 1'000 / step_mA;
+      if (resistance_uOhm <= 0 || resistance_uOhm > absurd_factor * model_uOhm_) continue;
+      const auto sample_uOhm = static_cast<std::int32_t>(resistance_uOhm);
+      cell.resistance_uOhm =
+          cell.steps == 0 ? sample_uOhm : cell.resistance_uOhm + (sample_uOhm - cell.resistance_uOhm) / average_over;
+      if (cell.steps < resistance_steps_min) ++cell.steps;
+    }
+  }
+  last_steady_ = now;
+  if (is_step) refresh(now.taken_at);
+}
+
+/// What the steps so far add up to; nothing before every cell has seen enough of them.
+void StepResponse::refresh(TimePoint at) {
+  const auto cells = static_cast<std::ptrdiff_t>(cell_count_);
+  const bool knows_all = std::all_of(cells_.begin(), cells_.begin() + cells,
+                                     [](const Cell& cell) { return cell.steps >= resistance_steps_min; });
+  if (!knows_all) return;
+  std::int64_t sum_uOhm = 0;
+  std::size_t worst = 0;
+  for (std::size_t cell = 0; cell < cell_count_; ++cell) {
+    sum_uOhm += cells_[cell].resistance_uOhm;
+    if (cells_[cell].resistance_uOhm > cells_[worst].resistance_uOhm) worst = cell;
+  }
+  average_uOhm_ = static_cast<std::int32_t>(divide_to_nearest(sum_uOhm, cells));
+  worst_cell_permille_ = {.is_known = true,
+                          .value = std::int64_t{cells_[worst].resistance_uOhm} * 1'000 / average_uOhm_,
+                          .element = elements_[worst],
+                          .taken_at = at};
+  average_permille_ = {.is_known = true, .value = average_uOhm_ * std::int64_t{1'000} / model_uOhm_, .taken_at = at};
+}
+
+void StepResponse::judge_direction(const Picture& now) {
+  const auto cells = static_cast<std::int64_t>(cell_count_);
+  for (const Picture& before : pictures_) {
+    const std::int64_t step_mA = std::int64_t{now.current_mA} - before.current_mA;
+    const std::int64_t expected_uV = -step_mA * model_uOhm_ / 1'000 * cells;
+    const bool is_step = before.is_steady && std::llabs(step_mA) >= step_min_mA_ &&
+                         now.taken_at - before.taken_at <= neighbours_max &&
+                         std::llabs(expected_uV) >= answer_min_uV * cells;
+    if (!is_step) continue;
+    const std::int64_t seen_uV = now.sum_uV - before.sum_uV;
+    const bool is_against = (seen_uV > 0) != (expected_uV > 0) && 2 * std::llabs(seen_uV) >= std::llabs(expected_uV);
+    contradiction_ = {.is_known = true, .value = is_against ? 1 : 0, .taken_at = now.taken_at};
+    if (is_against) return;
+  }
+}
+
+std::int32_t StepResponse::cell_resistance_uOhm(std::size_t cell) const {
+  return cells_[cell].steps >= resistance_steps_min ? cells_[cell].resistance_uOhm : 0;
+}
+
+}  // namespace bmu

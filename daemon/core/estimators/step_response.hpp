@@ -1,0 +1,75 @@
+// What a step of the current does to the cells: their resistance, and whether the current points the way it says.
+//
+// With SYNC all cells are sampled as the POLL arrives, so that a complete poll cycle is a picture of one instant. Where
+// the current stood still around two such instants and differs between them, dV/dI of a cell is its resistance (the
+// 2013 method, BMS_F.6), averaged over steps; and voltages that rise when more current is said to leave the pack prove
+// that the sensor counts the wrong way round, or is another one.
+//
+// Cost: a look at one time a tick; a pass over the cells a poll cycle.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "daemon/core/fault_reading.hpp"
+#include "daemon/core/module_table.hpp"
+#include "daemon/core/sensor_table.hpp"
+
+namespace bmu {
+
+/// Steps a resistance is averaged over before it is told.
+inline constexpr std::uint8_t resistance_steps_min = 3;
+
+class StepResponse {
+ public:
+  void init(const CoreConfig& config);
+  /// Once a tick: takes the last complete poll cycle in, if it is a new one.
+  void update(const ModuleTable& modules, const SensorTable& sensors, const PackState& pack);
+  /// Pictures from before a gap are no neighbours of those after it. Resistances stay: cells do not change that fast.
+  void forget();
+
+  /// Highest resistance of a cell in permille of the average; not known before every cell has seen enough steps.
+  [[nodiscard]] const Reading& worst_cell_permille() const { return worst_cell_permille_; }
+  /// Average resistance in permille of the cell model's.
+  [[nodiscard]] const Reading& average_permille() const { return average_permille_; }
+  /// 1 while voltages move against the current; known only just after a step.
+  [[nodiscard]] const Reading& contradiction() const { return contradiction_; }
+
+  /// By number through the pack, from 0; 0 while not known.
+  [[nodiscard]] std::int32_t cell_resistance_uOhm(std::size_t cell) const;
+  [[nodiscard]] std::int32_t average_uOhm() const { return average_uOhm_; }
+
+ private:
+  struct Picture {
+    TimePoint taken_at{};
+    bool is_steady = false;
+    std::int32_t current_mA = 0;
+    std::int64_t sum_uV = 0;
+  };
+  struct Cell {
+    std::int32_t voltage_uV = 0;  // in the last steady picture
+    std::int32_t resistance_uOhm = 0;
+    std::uint8_t steps = 0;
+  };
+
+  [[nodiscard]] Picture picture_of(const ModuleTable& modules, const SensorTable& sensors, const PackState& pack) const;
+  void compare_cells(const ModuleTable& modules, const Picture& now);
+  void judge_direction(const Picture& now);
+  void refresh(TimePoint at);
+
+  std::size_t cell_count_ = 0;
+  std::int64_t model_uOhm_ = 0;  // of a cell, at once
+  std::int64_t step_min_mA_ = 0;
+  Picture last_steady_;
+  std::array<Picture, 4> pictures_{};  // a ring, for the direction
+  std::size_t head_ = 0;
+  TimePoint taken_at_{};
+  Reading contradiction_;
+  Reading worst_cell_permille_;
+  Reading average_permille_;
+  std::int32_t average_uOhm_ = 0;
+  std::array<Cell, cells_max> cells_{};
+  std::array<Element, cells_max> elements_{};
+};
+
+}  // namespace bmu

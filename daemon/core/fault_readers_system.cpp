@@ -1,0 +1,201 @@
+// The sensor, the power distribution unit and its inputs, insulation, contactors, buses, and the daemon itself.
+#include <algorithm>
+#include <cstdlib>
+#include <limits>
+
+#include "daemon/core/contactor_sequence.hpp"
+#include "daemon/core/fault_reader_parts.hpp"
+
+namespace bmu::fault_readers {
+
+namespace {
+
+/// A sensor that has no usable word within its age; before it was ever heard that counts once starting is over.
+Reading lost(const FaultInputs& in, const Measured<std::int32_t>& value, Duration age_max) {
+  if (!in.has_started) return unknown_reading;
+  return condition(!value.is_usable(in.now, age_max), value.taken_at);
+}
+
+/// The first that is bad, or the last.
+Reading worse_of(const Reading& one, const Reading& other) {
+  return one.is_known && one.value != 0 ? one : other;
+}
+
+/// The unit's word, if it is one. Its loss is a fault of its own.
+const PduState* pdu_of(const FaultInputs& in) {
+  const Measured<PduState>& pdu = in.sensors->pdu;
+  return pdu.is_usable(in.now, in.config->ages.pdu_status) ? &pdu.value : nullptr;
+}
+Reading input(const FaultInputs& in, bool PduState::*healthy) {
+  const PduState* pdu = pdu_of(in);
+  return pdu == nullptr ? unknown_reading : condition(!(pdu->*healthy), in.sensors->pdu.taken_at);
+}
+
+/// The monitor's resistance; more than it can tell counts as the most there is.
+Reading insulation(const FaultInputs& in) {
+  const PduState* pdu = pdu_of(in);
+  if (pdu == nullptr || !knows_insulation(*pdu)) return unknown_reading;
+  const SignalValue& resistance = pdu->insulation_resistance_Ohm;
+  const std::int64_t value_Ohm = resistance.is_valid() ? resistance.value : std::numeric_limits<std::int32_t>::max();
+  return {true, value_Ohm, {}, in.sensors->pdu.taken_at};
+}
+
+bool is_for_driving(const FaultInputs& in) {
+  return in.flags.is_driving && !in.config->insulation.opens_while_driving;
+}
+
+}  // namespace
+
+// --- sensor, power distribution unit, inputs ------------------------------------------------------------------------
+
+Reading current_sensor_lost(const FaultInputs& in) {
+  const Duration age_max = in.config->ages.pack_current;
+  const Reading first = lost(in, in.sensors->current_mA, age_max);
+  if (!in.config->sensor.has_second_current) return first;
+  return worse_of(first, lost(in, in.sensors->current_2_mA, age_max));
+}
+Reading voltage_sensor_lost(const FaultInputs& in) {
+  const Duration age_max = in.config->ages.pack_voltage;
+  return worse_of(lost(in, in.sensors->pack_voltage_mV, age_max), lost(in, in.sensors->link_voltage_mV, age_max));
+}
+Reading pdu_lost(const FaultInputs& in) {
+  if (!in.has_started) return unknown_reading;
+  return condition(pdu_of(in) == nullptr, in.sensors->pdu.taken_at);
+}
+Reading pdu_opened_by_itself(const FaultInputs& in) {
+  const PduState* pdu = pdu_of(in);
+  if (pdu == nullptr) return unknown_reading;
+  return condition(in.flags.closing_is_commanded && (pdu->opened_by_timeout || in.flags.pdu_restarted),
+                   in.sensors->pdu.taken_at);
+}
+Reading emergency_stop(const FaultInputs& in) {
+  Reading first = input(in, &PduState::estop_1_released);
+  first.element.input = 1;
+  Reading second = input(in, &PduState::estop_2_released);
+  second.element.input = 2;
+  return worse_of(first, second);
+}
+Reading interlock_open(const FaultInputs& in) {
+  return input(in, &PduState::interlock_closed);
+}
+Reading supply_low(const FaultInputs& in) {
+  return input(in, &PduState::supply_ok);
+}
+Reading lines_failed(const FaultInputs& in) {
+  return condition(in.flags.lines_failed, in.now);
+}
+
+// --- insulation -----------------------------------------------------------------------------------------------------
+
+Reading insulation_not_ok(const FaultInputs& in) {
+  return input(in, &PduState::insulation_monitor_ok);
+}
+Reading insulation_Ohm(const FaultInputs& in) {
+  return is_for_driving(in) ? unknown_reading : insulation(in);
+}
+Reading insulation_driving_Ohm(const FaultInputs& in) {
+  if (is_for_driving(in)) return insulation(in);
+  return {true, std::numeric_limits<std::int32_t>::max(), {}, in.now};
+}
+
+/// A monitor that measures says so, again and again; after its start it may take this long to its first value.
+Reading insulation_monitor_lost(const FaultInputs& in) {
+  constexpr Duration silent_max = 20s;
+  if (in.config->insulation.monitoring != InsulationMonitoring::measured) return condition(false, in.now);
+  const PduState* pdu = pdu_of(in);
+  if (pdu == nullptr) return unknown_reading;
+  const InsulationState state = pdu->insulation_state;
+  const bool says_bad = state == InsulationState::no_signal || state == InsulationState::device_error ||
+                        state == InsulationState::earth_fault || state == InsulationState::undefined;
+  const bool is_silent = !knows_insulation(*pdu) && in.now - in.sensors->insulation_known_at > silent_max;
+  return condition(says_bad || is_silent, in.sensors->pdu.taken_at);
+}
+
+// --- contactors -----------------------------------------------------------------------------------------------------
+
+Reading precharge_too_slow(const FaultInputs& in) {
+  return condition(in.flags.precharge_failure == PrechargeFailure::too_slow, in.now);
+}
+Reading precharge_too_fast(const FaultInputs& in) {
+  return condition(in.flags.precharge_failure == PrechargeFailure::too_fast, in.now);
+}
+Reading precharge_overcurrent(const FaultInputs& in) {
+  return condition(in.flags.precharge_failure == PrechargeFailure::overcurrent, in.now);
+}
+Reading contactor_not_following(const FaultInputs& in) {
+  return condition(in.flags.contactor_not_following != 0, in.now, {.contactor = in.flags.contactor_not_following});
+}
+Reading contactor_welded(const FaultInputs& in) {
+  return condition(in.flags.contactor_welded != 0, in.now, {.contactor = in.flags.contactor_welded});
+}
+
+/// Contacts that say closed and a link that says otherwise: believed is the link. An open pack has nothing to follow.
+Reading link_not_following(const FaultInputs& in) {
+  const Measured<std::int32_t>& pack = in.pack->pack_voltage_mV;
+  const Measured<std::int32_t>& link = in.pack->link_voltage_mV;
+  const TimePoint closed_since = in.flags.closed_since;
+  if (closed_since == TimePoint{}) return condition(false, in.now);
+  const bool is_known =
+      pack.is_valid() && link.is_valid() && pack.taken_at > closed_since && link.taken_at > closed_since;
+  if (!is_known) return unknown_reading;
+  const std::int64_t apart_mV = unexplained_mV(in, pack, link, pack_resistance_uOhm(*in.config));
+  return condition(apart_mV > link_apart_max_mV(pack.value, in.config->contactors), link.taken_at);
+}
+
+/// The other way round: everything is open, and the link stays where the pack is. No capacitor does that for long.
+Reading link_not_discharging(const FaultInputs& in) {
+  const Measured<std::int32_t>& pack = in.pack->pack_voltage_mV;
+  const Measured<std::int32_t>& link = in.pack->link_voltage_mV;
+  if (in.flags.open_since == TimePoint{}) return condition(false, in.now);
+  const TimePoint judged_from = in.flags.open_since + in.config->contactors.link_decay;
+  const bool is_known = pack.is_valid() && link.is_valid() && link.taken_at > judged_from;
+  if (!is_known) return unknown_reading;
+  return condition(link_follows(pack.value, link.value, in.config->contactors), link.taken_at);
+}
+
+// --- buses and the daemon itself ------------------------------------------------------------------------------------
+
+Reading foreign_master(const FaultInputs& in) {
+  return condition(in.flags.foreign_master_seen, in.now);
+}
+Reading foreign_reporter(const FaultInputs& in) {
+  return condition(in.watchers->bus.has_foreign_report(in.now), in.watchers->bus.foreign_report_at());
+}
+Reading internal_bus_down(const FaultInputs& in) {
+  return condition(!in.flags.internal_bus_up, in.now);
+}
+Reading bus_off_storm(const FaultInputs& in) {
+  return condition(in.watchers->bus.is_storm(in.now), in.now);
+}
+Reading bus_error_passive(const FaultInputs& in) {
+  return condition(in.watchers->bus.is_error_passive(), in.now);
+}
+Reading command_not_on_bus(const FaultInputs& in) {
+  return condition(in.flags.closing_is_commanded && in.flags.command_not_on_bus, in.now);
+}
+Reading frames_lost(const FaultInputs& in) {
+  return condition(in.flags.frames_lost_seen, in.now);
+}
+Reading loop_gap(const FaultInputs& in) {
+  return condition(in.flags.loop_gap_seen, in.now);
+}
+Reading tick_overrun(const FaultInputs& in) {
+  return condition(in.flags.tick_was_late, in.now);
+}
+Reading store_unreadable(const FaultInputs& in) {
+  return condition(in.flags.health.store_unreadable, in.now);
+}
+Reading store_write_failed(const FaultInputs& in) {
+  return condition(in.flags.health.store_write_failed, in.now);
+}
+Reading clock_jump(const FaultInputs& in) {
+  return condition(in.flags.clock_jumped, in.now);
+}
+Reading memory_low(const FaultInputs& in) {
+  return condition(in.flags.health.memory_low, in.now);
+}
+Reading disk_low(const FaultInputs& in) {
+  return condition(in.flags.health.disk_low, in.now);
+}
+
+}  // namespace bmu::fault_readers

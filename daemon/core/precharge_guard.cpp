@@ -1,0 +1,62 @@
+#include "daemon/core/precharge_guard.hpp"
+
+#include <algorithm>
+
+namespace bmu {
+
+namespace {
+
+constexpr std::int64_t us_per_s = 1'000'000;
+
+std::int64_t to_us(Duration span) {
+  return std::chrono::duration_cast<std::chrono::microseconds>(span).count();
+}
+
+/// mV * mV / Ohm is uW.
+std::int64_t energy_uJ(std::int64_t across_mV, std::int64_t resistance_Ohm, Duration span) {
+  return across_mV * across_mV / resistance_Ohm * to_us(span) / us_per_s;
+}
+
+}  // namespace
+
+void PrechargeGuard::init(const ContactorConfig& config) {
+  *this = {};
+  config_ = config;
+  const bool is_watched = config.precharge_resistance_Ohm > 0 && config.precharge_energy_J > 0;
+  budget_uJ_ = is_watched ? std::int64_t{config.precharge_energy_J} * 1'000'000 : 0;
+}
+
+void PrechargeGuard::update(TimePoint now, bool is_precharging, bool is_measured, std::int32_t pack_mV,
+                            std::int32_t link_mV) {
+  const Duration span = updated_at_ == TimePoint{} ? Duration{} : std::min<Duration>(now - updated_at_, 1s);
+  updated_at_ = now;
+  if (budget_uJ_ == 0) return;
+  if (is_precharging && !was_precharging_) this_try_uJ_ = 0;
+  if (was_precharging_ && !is_precharging) last_try_uJ_ = this_try_uJ_;
+  was_precharging_ = is_precharging;
+  // Rounded down it would never cool within short ticks; the cool-down is seconds, the budget joules.
+  const std::int64_t cooled_uJ =
+      budget_uJ_ / std::max<std::int64_t>(to_ms(config_.precharge_cool_down), 1) * to_ms(span);
+  heat_uJ_ = std::max<std::int64_t>(heat_uJ_ - cooled_uJ, 0);
+  if (!is_precharging) return;
+  // A voltage that is not known counts as all of it: the resistor may be warmer than anybody sees.
+  const std::int64_t across_mV = is_measured ? std::int64_t{pack_mV} - link_mV : pack_mV;
+  const std::int64_t heated_uJ = energy_uJ(across_mV, config_.precharge_resistance_Ohm, span);
+  this_try_uJ_ += heated_uJ;
+  heat_uJ_ += heated_uJ;
+}
+
+PrechargeFailure PrechargeGuard::note_end(PrechargeFailure failure) {
+  if (failure == PrechargeFailure::none) tries_failed_ = 0;
+  if (failure != PrechargeFailure::too_slow) return failure;
+  ++tries_failed_;
+  if (tries_failed_ < config_.precharge_tries) return PrechargeFailure::none;
+  tries_failed_ = 0;
+  return failure;
+}
+
+bool PrechargeGuard::is_cool() const {
+  return budget_uJ_ == 0 || heat_uJ_ + last_try_uJ_ <= budget_uJ_;
+}
+
+}  // namespace bmu

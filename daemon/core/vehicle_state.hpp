@@ -1,0 +1,71 @@
+// The one state the pack is in for those outside, and what each dialect of the traction-pack messages calls it.
+//
+// Everything is derived here, from what was decided; nobody else translates states.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+#include "daemon/core/contactor_sequence.hpp"
+#include "daemon/core/fault_memory.hpp"
+#include "daemon/core/permission.hpp"
+#include "daemon/core/rest_mode.hpp"
+
+namespace bmu {
+
+enum class PackMode : std::uint8_t {
+  fault,        // open, or opening, because something is wrong
+  resting,      // asleep after an undervoltage
+  open,         // and well
+  closing,      // on the way to closed
+  driving,      // closed for the vehicle
+  charging,     // closed for a charger
+  charge_only,  // closed for a charger although discharging is forbidden
+  opening,      // the current is asked to zero
+  closed,       // neither vehicle nor charger asks any more, not yet opening
+};
+inline constexpr std::size_t pack_mode_count = 9;
+
+[[nodiscard]] std::string_view to_text(PackMode mode);
+
+struct ModeInputs {
+  Phase phase = Phase::open;
+  RestPhase rest = RestPhase::awake;
+  bool has_fault = false;  // one that opens is present
+  bool may_discharge = false;
+  bool vehicle_on = false;
+  bool charger_connected = false;
+  std::int32_t current_mA = 0;  // 0 if not known
+  bool wants_close = false;
+};
+
+[[nodiscard]] PackMode pack_mode(const ModeInputs& in);
+
+/// 622h b0 of the dialect `iha`: 0 fault; 1 charger connected, closed; 2 vehicle on, closed; 3 vehicle off, closed; 4
+/// vehicle off, open.
+[[nodiscard]] std::uint8_t iha_state(PackMode mode);
+/// Of the dialect `original`: 0 to 15, 8 and above while plugged in.
+[[nodiscard]] std::uint8_t original_state(PackMode mode, const ModeInputs& in);
+/// Of the dialect `elithion`: bits. .0 fault, .1 to .3 contactors K1 (main positive), K2 (precharge), K3 (main
+/// negative) on, .4 relay fault: the tests of the last closing failed.
+[[nodiscard]] std::uint8_t elithion_state(const ModeInputs& in, const ContactorOutputs& outputs,
+                                          const FaultMemory& faults);
+
+/// What 622h carries beside the state in the dialect `elithion`.
+struct ElithionFaults {
+  std::uint8_t stored_code = 0;   // 0 none, 1 to 19: of the latest fault that has one
+  std::uint8_t level_faults = 0;  // present, codes 1 to 8 as bits 0 to 7
+  std::uint8_t warnings =
+      0;  // .0 low voltage .1 high voltage .2 charge .3 discharge current .4 cold .5 hot .6 SOH .7 isolation
+};
+[[nodiscard]] ElithionFaults elithion_faults(const FaultMemory& faults);
+
+/// Up to two trouble codes of the dialect `iha`.
+struct TroubleCodes {
+  std::uint8_t first = 0;
+  std::uint8_t second = 0;
+};
+[[nodiscard]] TroubleCodes trouble_codes(const FaultMemory& faults);
+
+}  // namespace bmu
