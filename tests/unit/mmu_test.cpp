@@ -549,8 +549,8 @@ TEST_CASE("a module sent to sleep answers, then sleeps, and any frame wakes it",
 }
 
 /// A module put to sleep and woken by a frame that means nothing to it.
-MmuBench woken_bench() {
-  MmuBench bench;
+MmuBench woken_bench(std::uint8_t node = 3) {
+  MmuBench bench({.node = node});
   bench.settle();
   bench.mmu.observe(command_frame(0, bench.next_command(), {1, 3, 0}), bench.now);
   bench.run(20ms);
@@ -606,10 +606,30 @@ TEST_CASE("10 ms times its node number after the first valid POLL or COMMAND a w
 }
 
 TEST_CASE("a module sent to sleep before it has announced itself keeps silent", "[unit][mmu][MMU_S]") {
-  MmuBench bench = woken_bench();
-  bench.run(100ms);
+  for (const std::uint8_t node :
+       {std::uint8_t{1}, std::uint8_t{2},
+        std::uint8_t{63}}) {  // the first would announce itself in the millisecond it falls asleep
+    MmuBench bench = woken_bench(node);
+    bench.run(100ms);
+    bench.mmu.observe(command_frame(0, bench.next_command(), {1, 3, 0}), bench.now);
+    CHECK(bench.run(1s).empty());
+    CHECK(bench.mmu.is_asleep());
+  }
+}
+
+TEST_CASE("a module falls asleep after its last frame, never with it", "[unit][mmu][MMU_S]") {
+  MmuBench bench;
+  bench.settle();
   bench.mmu.observe(command_frame(0, bench.next_command(), {1, 3, 0}), bench.now);
-  CHECK(bench.run(1s).empty());
+  bench.run(9ms);
+  bench.poll(want_all);
+  std::size_t sent = 0;
+  for (int tick = 0; tick < 20; ++tick) {
+    const std::size_t sent_now = bench.run(1ms).size();
+    sent += sent_now;
+    CHECK_FALSE((sent_now > 0 && bench.mmu.is_asleep()));
+  }
+  CHECK(sent == 9);
   CHECK(bench.mmu.is_asleep());
 }
 
