@@ -500,6 +500,8 @@ TEST_CASE("a stop that was let go again is still told, once", "[integration][gpi
   pack.chip.set_wire(estop_line, true);
   CHECK(level_of(pack.lines, "cockpit").was_inactive);
   CHECK(level_of(pack.lines, "cockpit").was_inactive);  // it stays so, as long as it is
+  pack.chip.set_wire(estop_line, false);
+  CHECK_FALSE(level_of(pack.lines, "cockpit").was_inactive);  // that it was before the last read is old
 }
 
 TEST_CASE("more edges than one read takes are all taken", "[integration][gpio]") {
