@@ -45,7 +45,25 @@ std::string ms_text(Duration value) {
   return std::to_string(to_ms(value)) + " ms";
 }
 
+/// The pack file leaves it to its default, which is good by itself or made so from others.
+bool is_default(const Check& check, const LimitRow& row) {
+  return !row.is_required && check.core().limits.*row.member == LimitsConfig{}.*row.member;
+}
+
 // --- each limit by itself -------------------------------------------------------------------------------------------
+
+/// From the warning on, and before the fault.
+void check_middle_tier(const Check& check, const LimitRow& row, const LimitConfig& limit) {
+  const Place place = check.limit_quantity(row, "limit");
+  if (!limit.limit.has_value() || !check.are_good({place})) return;
+  const std::int32_t from = *limit.limit;
+  const bool is_between =
+      row.is_upper ? from >= limit.warn && from < limit.open : from <= limit.warn && from > limit.open;
+  if (is_between) return;
+  check.problems.add(place, digits_of(from / row.scale),
+                     "from " + row.key_of("warn") + ", " + digits_of(limit.warn / row.scale) + ", to before " +
+                         row.key_of("open") + ", " + digits_of(limit.open / row.scale));
+}
 
 void check_limit_order(const Check& check, const LimitRow& row) {
   const Place warn_place = check.limit_quantity(row, "warn");
@@ -53,7 +71,7 @@ void check_limit_order(const Check& check, const LimitRow& row) {
   if (!check.are_good({warn_place, open_place})) return;
   const LimitConfig& limit = check.core().limits.*row.member;
   const bool is_in_order = row.is_upper ? limit.warn < limit.open : limit.warn > limit.open;
-  if (is_in_order) return;
+  if (is_in_order) return check_middle_tier(check, row, limit);
   check.problems.add(warn_place, digits_of(limit.warn / row.scale),
                      std::string(row.is_upper ? "less" : "more") + " than " + row.key_of("open") + ", " +
                          digits_of(limit.open / row.scale) + ", so that the warning comes first");
@@ -194,6 +212,107 @@ void check_continuous(const Check& check, const ContinuousRow& continuous_row) {
                          " the pack may always carry");
 }
 
+// --- two numbers that must stand in an order ------------------------------------------------------------------------
+
+/// `key` must be more (or at least as much) than `than`, where it applies at all.
+struct OrderRow {
+  std::string_view path;  // of the key, below the root
+  std::string_view than;
+  bool may_be_equal = false;
+  std::int64_t (*value)(const CoreConfig&);
+  std::int64_t (*other)(const CoreConfig&);
+  bool (*applies)(const CoreConfig&) = nullptr;  // null: always
+};
+
+template <auto Section, auto Member>
+std::int64_t number_in(const CoreConfig& core) {
+  return static_cast<std::int64_t>(core.*Section.*Member);
+}
+template <auto Section, auto Member>
+std::int64_t ms_in(const CoreConfig& core) {
+  return to_ms(core.*Section.*Member);
+}
+template <auto Limit, auto Member, int Scale = 1>
+std::int64_t limit_in(const CoreConfig& core) {
+  return core.limits.*Limit.*Member / Scale;
+}
+template <auto Section, auto Member>
+bool is_set(const CoreConfig& core) {
+  return core.*Section.*Member != 0;
+}
+template <auto Limit>
+bool is_given(const CoreConfig& core) {
+  const std::int32_t open = (core.limits.*Limit).open;
+  return open != never_above.open && open != never_below.open;
+}
+bool has_fan(const CoreConfig& core) {
+  return core.auxiliary.fan_on_dC != AuxiliaryConfig{}.fan_on_dC;
+}
+bool has_heater(const CoreConfig& core) {
+  return core.auxiliary.heater_on_dC != AuxiliaryConfig{}.heater_on_dC;
+}
+
+using Core = CoreConfig;
+using Limits = LimitsConfig;
+constexpr OrderRow order_rows[] = {
+    {"current/discharge_peak_mA", "discharge_continuous_mA", true,
+     number_in<&Core::current, &CurrentLimitConfig::discharge_peak_mA>,
+     number_in<&Core::current, &CurrentLimitConfig::discharge_continuous_mA>,
+     is_set<&Core::current, &CurrentLimitConfig::discharge_peak_mA>},
+    {"current/charge_peak_mA", "charge_continuous_mA", true,
+     number_in<&Core::current, &CurrentLimitConfig::charge_peak_mA>,
+     number_in<&Core::current, &CurrentLimitConfig::charge_continuous_mA>,
+     is_set<&Core::current, &CurrentLimitConfig::charge_peak_mA>},
+    {"limits/discharge_overcurrent/open_mA", "discharge_peak_mA", false,
+     limit_in<&Limits::discharge_overcurrent, &LimitConfig::open>,
+     number_in<&Core::current, &CurrentLimitConfig::discharge_peak_mA>},
+    {"limits/charge_overcurrent/open_mA", "charge_peak_mA", false,
+     limit_in<&Limits::charge_overcurrent, &LimitConfig::open>,
+     number_in<&Core::current, &CurrentLimitConfig::charge_peak_mA>},
+    {"limits/cell_undervoltage/open_mV", "open_mV of cell_deep_discharge", false,
+     limit_in<&Limits::cell_undervoltage, &LimitConfig::open, 1'000>,
+     limit_in<&Limits::cell_deep_discharge, &LimitConfig::open, 1'000>, is_given<&Limits::cell_deep_discharge>},
+    {"limits/cell_overtemperature/open_dC", "open_dC of charge_overtemperature", true,
+     limit_in<&Limits::cell_overtemperature, &LimitConfig::open>,
+     limit_in<&Limits::charge_overtemperature, &LimitConfig::open>, is_given<&Limits::charge_overtemperature>},
+    {"limits/charge_undertemperature/open_dC", "open_dC of cell_undertemperature", true,
+     limit_in<&Limits::charge_undertemperature, &LimitConfig::open>,
+     limit_in<&Limits::cell_undertemperature, &LimitConfig::open>, is_given<&Limits::charge_undertemperature>},
+    {"contactors/precharge_timeout_ms", "precharge_min_ms", false,
+     ms_in<&Core::contactors, &ContactorConfig::precharge_timeout>,
+     ms_in<&Core::contactors, &ContactorConfig::precharge_min>},
+    {"contactors/precharge_overcurrent_mA", "precharge_current_max_mA", false,
+     number_in<&Core::contactors, &ContactorConfig::precharge_overcurrent_mA>,
+     number_in<&Core::contactors, &ContactorConfig::precharge_current_max_mA>,
+     is_set<&Core::contactors, &ContactorConfig::precharge_overcurrent_mA>},
+    {"contactors/precharge_resistance_Ohm", "0, so that precharge_energy_J can be watched", false,
+     number_in<&Core::contactors, &ContactorConfig::precharge_resistance_Ohm>,
+     [](const Core&) { return std::int64_t{0}; }, is_set<&Core::contactors, &ContactorConfig::precharge_energy_J>},
+    {"insulation/warn_Ohm_per_V", "open_Ohm_per_V", false,
+     number_in<&Core::insulation, &InsulationConfig::warn_Ohm_per_V>,
+     number_in<&Core::insulation, &InsulationConfig::open_Ohm_per_V>},
+    {"auxiliary/fan_on_dC", "fan_off_dC", false, number_in<&Core::auxiliary, &AuxiliaryConfig::fan_on_dC>,
+     number_in<&Core::auxiliary, &AuxiliaryConfig::fan_off_dC>, has_fan},
+    {"auxiliary/heater_off_dC", "heater_on_dC", false, number_in<&Core::auxiliary, &AuxiliaryConfig::heater_off_dC>,
+     number_in<&Core::auxiliary, &AuxiliaryConfig::heater_on_dC>, has_heater},
+    {"auxiliary/heater_hot_dC", "heater_off_dC", false, number_in<&Core::auxiliary, &AuxiliaryConfig::heater_hot_dC>,
+     number_in<&Core::auxiliary, &AuxiliaryConfig::heater_off_dC>, has_heater},
+    {"auxiliary/throttle_on_permille", "throttle_off_permille", true,
+     number_in<&Core::auxiliary, &AuxiliaryConfig::throttle_on_permille>,
+     number_in<&Core::auxiliary, &AuxiliaryConfig::throttle_off_permille>},
+};
+
+void check_order(const Check& check, const OrderRow& row) {
+  const Place place{check.root.file, check.root.path + "/" + std::string(row.path)};
+  if (!check.problems.is_good(place) || (row.applies != nullptr && !row.applies(check.core()))) return;
+  const std::int64_t value = row.value(check.core());
+  const std::int64_t other = row.other(check.core());
+  if (value > other || (row.may_be_equal && value == other)) return;
+  check.problems.add(place, digits_of(value),
+                     (row.may_be_equal ? "at least " : "more than ") + std::string(row.than) +
+                         (row.than.front() == '0' ? "" : ", " + digits_of(other)));
+}
+
 // --- times ----------------------------------------------------------------------------------------------------------
 
 void check_age(const Check& check, const AgeRow& row) {
@@ -294,6 +413,7 @@ void check_pack(const PackConfig& pack, const Place& pack_place, const Place& ce
   check_sensors(check);
   for (const AgeRow& row : age_rows()) check_age(check, row);
   for (const LimitRow& row : limit_rows()) {
+    if (is_default(check, row)) continue;
     check_limit_order(check, row);
     check_hysteresis(check, row);
     check_reaction(check, row);
@@ -301,6 +421,7 @@ void check_pack(const PackConfig& pack, const Place& pack_place, const Place& ce
   for (const WindowRow& row : window_rows) check_window(check, row);
   for (const AbsoluteRow& row : absolute_rows) check_absolute(check, row);
   for (const ContinuousRow& row : continuous_rows) check_continuous(check, row);
+  for (const OrderRow& row : order_rows) check_order(check, row);
   check_precharge(check);
   check_base_id(check);
 }

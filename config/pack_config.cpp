@@ -11,6 +11,7 @@
 #include "config/gpio_section.hpp"
 #include "config/json_reader.hpp"
 #include "config/pack_checks.hpp"
+#include "config/pack_defaults.hpp"
 #include "config/pack_fields.hpp"
 
 namespace bmu {
@@ -274,8 +275,8 @@ void read_limits(const JsonValue& root, const Place& root_place, LimitsConfig& l
   std::vector<std::string_view> keys;
   for (const LimitRow& row : limit_rows()) {
     keys.push_back(row.key);
-    read_section(*object, place, SectionInfo{.key = row.key, .is_required = true, .meaning = row.meaning}, row.fields,
-                 limits.*row.member, problems);
+    read_section(*object, place, SectionInfo{.key = row.key, .is_required = row.is_required, .meaning = row.meaning},
+                 row.fields, limits.*row.member, problems);
   }
   check_keys(*object, place, keys, problems);
 }
@@ -317,6 +318,7 @@ Result<PackConfig, ConfigProblems> parse_pack_config(std::string_view text, std:
   pack.cell_name = source.cell.name;
   pack.core.cell = source.cell.model;
   check_pack(pack, place, source.place, problems);
+  complete_defaults(pack.core);
   if (!problems.empty()) return failure(problems.take());
   pack.core.hash = continue_hash(continue_hash(hash_start, text), source.bytes);
   return pack;

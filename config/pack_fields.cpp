@@ -112,20 +112,35 @@ constexpr double current_max_mA = 1'500'000;
 
 struct LimitKeys {
   std::string_view warn;
+  std::string_view limit;
   std::string_view open;
   std::string_view hysteresis;
 };
-constexpr LimitKeys keys_mV{"warn_mV", "open_mV", "hysteresis_mV"};
-constexpr LimitKeys keys_mA{"warn_mA", "open_mA", "hysteresis_mA"};
-constexpr LimitKeys keys_dC{"warn_dC", "open_dC", "hysteresis_dC"};
+constexpr LimitKeys keys_mV{"warn_mV", "limit_mV", "open_mV", "hysteresis_mV"};
+constexpr LimitKeys keys_mA{"warn_mA", "limit_mA", "open_mA", "hysteresis_mA"};
+constexpr LimitKeys keys_dC{"warn_dC", "limit_dC", "open_dC", "hysteresis_dC"};
+constexpr LimitKeys keys_mK_per_s{"warn_mK_per_s", "limit_mK_per_s", "open_mK_per_s", "hysteresis_mK_per_s"};
+constexpr LimitKeys keys_ms{"warn_ms", "limit_ms", "open_ms", "hysteresis_ms"};
 
+constexpr std::string_view limit_meaning = "from here the allowed current falls; not given: from the warning on";
+
+/// The middle tier. It has no default of its own.
+template <std::int64_t Scale>
+constexpr Field<LimitConfig> limit_tier(std::string_view key, double min, double max) {
+  return {{.key = key, .min = min, .max = max, .meaning = limit_meaning},
+          nullptr,
+          [](LimitConfig& limit, const FieldValue& value) {
+            limit.limit = static_cast<std::int32_t>(std::llround(std::get<double>(value) * static_cast<double>(Scale)));
+          }};
+}
+
+/// A limit that may be left out needs all its keys once it is there, like any other.
 template <std::int64_t Scale>
 constexpr std::array<Field<LimitConfig>, 5> limit_table(LimitKeys keys, double min, double max, double hysteresis_max) {
   return {
-      required(number<&LimitConfig::warn, Scale>(
-          {.key = keys.warn, .min = min, .max = max, .meaning = "reported, and the allowed current falls"})),
+      required(number<&LimitConfig::warn, Scale>({.key = keys.warn, .min = min, .max = max, .meaning = "reported"})),
       required(number<&LimitConfig::open, Scale>(
-          {.key = keys.open, .min = min, .max = max, .meaning = "the contactors open; reaching it is enough"})),
+          {.key = keys.open, .min = min, .max = max, .meaning = "the fault; reaching it is enough"})),
       required(number<&LimitConfig::hysteresis, Scale>({.key = keys.hysteresis,
                                                         .min = 1,
                                                         .max = hysteresis_max,
@@ -139,18 +154,46 @@ constexpr std::array<Field<LimitConfig>, 5> limit_table(LimitKeys keys, double m
           {.key = "clear_ms", .min = 100, .max = 600'000, .meaning = "how long good before it counts as gone"})),
   };
 }
-constexpr auto voltage_limit_table = limit_table<1'000>(keys_mV, ocv_min_mV, ocv_max_mV, 1'000);
-constexpr auto temperature_limit_table = limit_table<1>(keys_dC, -400, 1'200, 300);
+
+/// With the middle tier: those that lower the allowed current before they open.
+template <std::int64_t Scale>
+constexpr std::array<Field<LimitConfig>, 6> derating_table(LimitKeys keys, double min, double max,
+                                                           double hysteresis_max) {
+  const auto plain = limit_table<Scale>(keys, min, max, hysteresis_max);
+  return {plain[0], limit_tier<Scale>(keys.limit, min, max), plain[1], plain[2], plain[3], plain[4]};
+}
+constexpr auto voltage_limit_table = derating_table<1'000>(keys_mV, ocv_min_mV, ocv_max_mV, 1'000);
+constexpr auto deep_limit_table = limit_table<1'000>(keys_mV, ocv_min_mV, ocv_max_mV, 1'000);
+constexpr auto imbalance_limit_table = derating_table<1'000>(keys_mV, 10, ocv_max_mV, 1'000);
+constexpr auto temperature_limit_table = derating_table<1>(keys_dC, -400, 1'200, 300);
+constexpr auto cold_board_limit_table = limit_table<1>(keys_dC, -600, 300, 300);
+constexpr auto spread_limit_table = derating_table<1>(keys_dC, 10, 1'000, 300);
+constexpr auto rise_limit_table = limit_table<1>(keys_mK_per_s, 50, 50'000, 10'000);
 constexpr auto current_limit_table = limit_table<1>(keys_mA, 10, current_max_mA, 200'000);
 constexpr auto mismatch_limit_table = limit_table<1>(keys_mV, 10, 100'000, 50'000);
+constexpr auto stuck_limit_table = limit_table<1>(keys_ms, 500, 60'000, 10'000);
 
 constexpr std::array current_table{
     required(number<&CurrentLimitConfig::discharge_continuous_mA>(
-        {.key = "discharge_continuous_mA", .min = 1, .max = current_max_mA, .meaning = "out of the pack"})),
+        {.key = "discharge_continuous_mA", .min = 1, .max = current_max_mA, .meaning = "out of the pack, for ever"})),
+    number<&CurrentLimitConfig::discharge_peak_mA>(
+        {.key = "discharge_peak_mA",
+         .min = 0,
+         .max = current_max_mA,
+         .meaning = "out of the pack, for a while; 0: the warning of `discharge_overcurrent`"}),
+    number<&CurrentLimitConfig::discharge_peak_for>(
+        {.key = "discharge_peak_for_ms", .min = 100, .max = 120'000, .meaning = "how long that may last from rest"}),
     required(number<&CurrentLimitConfig::charge_continuous_mA>({.key = "charge_continuous_mA",
                                                                 .min = 1,
                                                                 .max = current_max_mA,
                                                                 .meaning = "into the pack, as a positive number"})),
+    number<&CurrentLimitConfig::charge_peak_mA>(
+        {.key = "charge_peak_mA",
+         .min = 0,
+         .max = current_max_mA,
+         .meaning = "into the pack, for a while; 0: the warning of `charge_overcurrent`"}),
+    number<&CurrentLimitConfig::charge_peak_for>(
+        {.key = "charge_peak_for_ms", .min = 100, .max = 120'000, .meaning = "how long that may last from rest"}),
 };
 
 constexpr std::string_view because_module = "so that a silent module opens the pack within 400 ms";
@@ -226,6 +269,126 @@ constexpr std::array contactor_table{
          .max = 5'000,
          .meaning = "and the current has fallen to this",
          .because = "as more than that is a load or a short behind the resistor"}),
+    number<&ContactorConfig::precharge_min>(
+        {.key = "precharge_min_ms",
+         .min = 0,
+         .max = 1'000,
+         .meaning = "a link that follows sooner, from empty, is no link: a contactor is welded"}),
+    number<&ContactorConfig::precharge_overcurrent_mA>(
+        {.key = "precharge_overcurrent_mA",
+         .min = 0,
+         .max = current_max_mA,
+         .meaning = "more than this during precharge is a short; 0: not watched"}),
+    number<&ContactorConfig::precharge_tries>(
+        {.key = "precharge_tries", .min = 1, .max = 3, .meaning = "that were too slow, before it is a fault"}),
+    number<&ContactorConfig::precharge_cool_down>(
+        {.key = "precharge_cool_down_ms",
+         .min = 2'000,
+         .max = 600'000,
+         .meaning = "between two tries; the resistor gives off all its heat"}),
+    number<&ContactorConfig::precharge_resistance_Ohm>({.key = "precharge_resistance_Ohm",
+                                                        .min = 0,
+                                                        .max = 1'000'000,
+                                                        .meaning = "of the resistor, for its heat; 0: not watched"}),
+    number<&ContactorConfig::precharge_energy_J>({.key = "precharge_energy_J",
+                                                  .min = 0,
+                                                  .max = 1'000'000,
+                                                  .meaning = "what the resistor bears at once; 0: not watched"}),
+    number<&ContactorConfig::zero_current_grace>(
+        {.key = "zero_current_grace_ms",
+         .min = 0,
+         .max = 210,
+         .meaning = "how long the current may take to zero before it is broken",
+         .because = "so that with the gap behind it nobody waits longer than 250 ms for an open pack"}),
+    number<&ContactorConfig::break_gap>({.key = "break_gap_ms",
+                                         .min = 10,
+                                         .max = 40,
+                                         .meaning = "from the contactor that breaks the current to the others"}),
+    number<&ContactorConfig::link_decay>(
+        {.key = "link_decay_ms",
+         .min = 1'000,
+         .max = 60'000,
+         .meaning = "after opening, before a link that still follows the pack means a welded contactor"}),
+    boolean<&ContactorConfig::has_charge_contactor>(
+        {.key = "has_charge_contactor", .meaning = "one of its own, between the link and the charger"}),
+};
+
+constexpr std::string_view monitoring_form = "\"ok_line\" or \"measured\"";
+bool is_monitoring(std::string_view text) {
+  return text == "ok_line" || text == "measured";
+}
+
+constexpr std::array insulation_table{
+    Field<InsulationConfig>{
+        {.key = "monitoring",
+         .min = 1,
+         .max = 16,
+         .meaning = "`ok_line`: its OK line alone; `measured`: its resistance and state, too",
+         .is_well_formed = is_monitoring,
+         .form = monitoring_form,
+         .type = FieldType::text},
+        [](const InsulationConfig& insulation) -> FieldValue {
+          return std::string(insulation.monitoring == InsulationMonitoring::measured ? "measured" : "ok_line");
+        },
+        [](InsulationConfig& insulation, const FieldValue& value) {
+          const bool is_measured = std::get<std::string>(value) == "measured";
+          insulation.monitoring = is_measured ? InsulationMonitoring::measured : InsulationMonitoring::ok_line;
+        }},
+    number<&InsulationConfig::warn_Ohm_per_V>(
+        {.key = "warn_Ohm_per_V", .min = 100, .max = 100'000, .meaning = "reported; of each volt of the full pack"}),
+    number<&InsulationConfig::open_Ohm_per_V>(
+        {.key = "open_Ohm_per_V", .min = 100, .max = 100'000, .meaning = "the fault; of each volt of the full pack"}),
+    number<&InsulationConfig::open_min_Ohm>(
+        {.key = "open_min_Ohm", .min = 0, .max = 10'000'000, .meaning = "the fault, however low the pack's voltage"}),
+    number<&InsulationConfig::confirm>({.key = "confirm_ms",
+                                        .min = 0,
+                                        .max = 900,
+                                        .meaning = "how long before it is believed",
+                                        .because = "so that what the monitor says opens the pack within 1 s"}),
+    boolean<&InsulationConfig::opens_while_driving>(
+        {.key = "opens_while_driving", .meaning = "false: while driving a low resistance only warns"}),
+};
+
+constexpr std::array rest_table{
+    number<&RestConfig::after>({.key = "after_ms",
+                                .min = 1'000,
+                                .max = 86'400'000,
+                                .meaning = "of an open pack with the fault and nobody there"}),
+    number<&RestConfig::look_every>(
+        {.key = "look_every_ms", .min = 5'000, .max = 86'400'000, .meaning = "the modules are woken for a look"}),
+};
+
+/// A threshold that may be absent: no such device.
+template <auto Member>
+constexpr Field<AuxiliaryConfig> device(FieldInfo info) {
+  Field<AuxiliaryConfig> field = number<Member>(info);
+  field.read = nullptr;
+  return field;
+}
+
+constexpr std::array auxiliary_table{
+    device<&AuxiliaryConfig::fan_on_dC>(
+        {.key = "fan_on_dC", .min = -400, .max = 1'200, .meaning = "hottest cell; not given: there is no fan"}),
+    device<&AuxiliaryConfig::fan_off_dC>(
+        {.key = "fan_off_dC", .min = -400, .max = 1'200, .meaning = "hottest cell, when it stops again"}),
+    number<&AuxiliaryConfig::fan_run_max>(
+        {.key = "fan_run_max_ms", .min = 1'000, .max = 86'400'000, .meaning = "its longest run"}),
+    device<&AuxiliaryConfig::heater_on_dC>(
+        {.key = "heater_on_dC", .min = -400, .max = 1'200, .meaning = "coldest cell; not given: there is no heater"}),
+    device<&AuxiliaryConfig::heater_off_dC>(
+        {.key = "heater_off_dC", .min = -400, .max = 1'200, .meaning = "coldest cell, when it stops again"}),
+    number<&AuxiliaryConfig::heater_hot_dC>(
+        {.key = "heater_hot_dC", .min = -400, .max = 1'200, .meaning = "hottest cell, from which nothing is heated"}),
+    number<&AuxiliaryConfig::heater_run_max>(
+        {.key = "heater_run_max_ms", .min = 1'000, .max = 86'400'000, .meaning = "its longest run"}),
+    number<&AuxiliaryConfig::pause>(
+        {.key = "pause_ms", .min = 1'000, .max = 86'400'000, .meaning = "after a run that took too long"}),
+    number<&AuxiliaryConfig::throttle_on_permille>({.key = "throttle_on_permille",
+                                                    .min = 0,
+                                                    .max = 1'000,
+                                                    .meaning = "the motor controller works from here on; 0: always"}),
+    number<&AuxiliaryConfig::throttle_off_permille>(
+        {.key = "throttle_off_permille", .min = 0, .max = 1'000, .meaning = "and no longer below this"}),
 };
 
 constexpr std::array sensor_table{
@@ -233,6 +396,8 @@ constexpr std::array sensor_table{
         {.key = "little_endian", .meaning = "the sensor was configured for little-endian values"}),
     boolean<&SensorConfig::invert_current>(
         {.key = "invert_current", .meaning = "it counts charging as positive; here positive leaves the pack"}),
+    boolean<&SensorConfig::has_second_current>(
+        {.key = "has_second_current", .meaning = "a second one at 531h, mounted the same way round"}),
 };
 
 constexpr std::array soc_table{
@@ -326,22 +491,58 @@ constexpr std::array gpio_input_table{
 };
 
 constexpr std::array limit_row_table{
-    LimitRow{"cell_undervoltage", &LimitsConfig::cell_undervoltage, false, voltage_limit_table, "mV", 1'000,
+    LimitRow{"cell_undervoltage", &LimitsConfig::cell_undervoltage, false, true, voltage_limit_table, "mV", 1'000,
              "cell_voltage_ms", &AgeConfig::cell_voltage, electrical_reaction_max, "The lowest cell."},
-    LimitRow{"cell_overvoltage", &LimitsConfig::cell_overvoltage, true, voltage_limit_table, "mV", 1'000,
+    LimitRow{"cell_overvoltage", &LimitsConfig::cell_overvoltage, true, true, voltage_limit_table, "mV", 1'000,
              "cell_voltage_ms", &AgeConfig::cell_voltage, electrical_reaction_max, "The highest cell."},
-    LimitRow{"cell_overtemperature", &LimitsConfig::cell_overtemperature, true, temperature_limit_table, "dC", 1,
+    LimitRow{"cell_deep_discharge", &LimitsConfig::cell_deep_discharge, false, false, deep_limit_table, "mV", 1'000,
+             "cell_voltage_ms", &AgeConfig::cell_voltage, electrical_reaction_max,
+             "The lowest cell, where it must not be charged again before somebody has looked. Left out: the cell's "
+             "absolute minimum."},
+    LimitRow{"cell_imbalance", &LimitsConfig::cell_imbalance, true, false, imbalance_limit_table, "mV", 1'000,
+             "cell_voltage_ms", &AgeConfig::cell_voltage, plausibility_reaction_max,
+             "Highest less lowest cell. Left out: a fifth of the window between `cell_undervoltage` and "
+             "`cell_overvoltage` warns, half of it opens."},
+    LimitRow{"cell_overtemperature", &LimitsConfig::cell_overtemperature, true, true, temperature_limit_table, "dC", 1,
              "temperature_ms", &AgeConfig::temperature, temperature_reaction_max, "The hottest sensor."},
-    LimitRow{"cell_undertemperature", &LimitsConfig::cell_undertemperature, false, temperature_limit_table, "dC", 1,
-             "temperature_ms", &AgeConfig::temperature, temperature_reaction_max, "The coldest sensor."},
-    LimitRow{"discharge_overcurrent", &LimitsConfig::discharge_overcurrent, true, current_limit_table, "mA", 1,
+    LimitRow{"cell_undertemperature", &LimitsConfig::cell_undertemperature, false, true, temperature_limit_table, "dC",
+             1, "temperature_ms", &AgeConfig::temperature, temperature_reaction_max, "The coldest sensor."},
+    LimitRow{"charge_overtemperature", &LimitsConfig::charge_overtemperature, true, false, temperature_limit_table,
+             "dC", 1, "temperature_ms", &AgeConfig::temperature, temperature_reaction_max,
+             "The hottest sensor, for charging. Left out: as `cell_overtemperature`."},
+    LimitRow{"charge_undertemperature", &LimitsConfig::charge_undertemperature, false, false, temperature_limit_table,
+             "dC", 1, "temperature_ms", &AgeConfig::temperature, temperature_reaction_max,
+             "The coldest sensor, for charging. Left out: as `cell_undertemperature`, but not below 0 C."},
+    LimitRow{"board_overtemperature", &LimitsConfig::board_overtemperature, true, false, temperature_limit_table, "dC",
+             1, "temperature_ms", &AgeConfig::temperature, temperature_reaction_max,
+             "The hottest board of a module. Left out: 85 and 100 C."},
+    LimitRow{"board_undertemperature", &LimitsConfig::board_undertemperature, false, false, cold_board_limit_table,
+             "dC", 1, "temperature_ms", &AgeConfig::temperature, temperature_reaction_max,
+             "The coldest board of a module. Left out: -35 and -40 C."},
+    LimitRow{"temperature_rise", &LimitsConfig::temperature_rise, true, false, rise_limit_table, "mK_per_s", 1,
+             "temperature_ms", &AgeConfig::temperature, temperature_reaction_max,
+             "The sensor that warms up fastest, over two seconds. Left out: 0.5 and 1 K/s."},
+    LimitRow{"temperature_spread", &LimitsConfig::temperature_spread, true, false, spread_limit_table, "dC", 1,
+             "temperature_ms", &AgeConfig::temperature, plausibility_reaction_max,
+             "Hottest less coldest sensor. Left out: 15 and 30 K."},
+    LimitRow{"discharge_overcurrent", &LimitsConfig::discharge_overcurrent, true, true, current_limit_table, "mA", 1,
              "pack_current_ms", &AgeConfig::pack_current, electrical_reaction_max, "Current out of the pack."},
-    LimitRow{"charge_overcurrent", &LimitsConfig::charge_overcurrent, true, current_limit_table, "mA", 1,
+    LimitRow{"charge_overcurrent", &LimitsConfig::charge_overcurrent, true, true, current_limit_table, "mA", 1,
              "pack_current_ms", &AgeConfig::pack_current, electrical_reaction_max,
              "Current into the pack, as a positive number."},
-    LimitRow{"pack_voltage_mismatch", &LimitsConfig::pack_voltage_mismatch, true, mismatch_limit_table, "mV", 1,
+    LimitRow{"pack_voltage_mismatch", &LimitsConfig::pack_voltage_mismatch, true, true, mismatch_limit_table, "mV", 1,
              "pack_voltage_ms", &AgeConfig::pack_voltage, plausibility_reaction_max,
              "Difference between the sum of the cells and the pack voltage."},
+    LimitRow{"module_voltage_mismatch", &LimitsConfig::module_voltage_mismatch, true, false, mismatch_limit_table, "mV",
+             1, "cell_voltage_ms", &AgeConfig::cell_voltage, plausibility_reaction_max,
+             "Difference between a module's voltage and the sum of its cells. Left out: 100 and 300 mV."},
+    LimitRow{"current_sensors_disagree", &LimitsConfig::current_sensors_disagree, true, false, current_limit_table,
+             "mA", 1, "pack_current_ms", &AgeConfig::pack_current, plausibility_reaction_max,
+             "Difference between the two current sensors. Left out: 1 A and 5 % of the continuous current."},
+    LimitRow{"stuck_values", &LimitsConfig::stuck_values, true, false, stuck_limit_table, "ms", 1, "cell_voltage_ms",
+             &AgeConfig::cell_voltage, stuck_reaction_max,
+             "How long a cell's voltage stands still, to the last digit, while the current is another. Left out: 3 and "
+             "8 s."},
 };
 
 constexpr std::array age_row_table{
@@ -445,6 +646,15 @@ std::span<const Field<ContactorConfig>> contactor_fields() {
 }
 std::span<const Field<SensorConfig>> sensor_fields() {
   return sensor_table;
+}
+std::span<const Field<InsulationConfig>> insulation_fields() {
+  return insulation_table;
+}
+std::span<const Field<RestConfig>> rest_fields() {
+  return rest_table;
+}
+std::span<const Field<AuxiliaryConfig>> auxiliary_fields() {
+  return auxiliary_table;
 }
 std::span<const Field<SocConfig>> soc_fields() {
   return soc_table;

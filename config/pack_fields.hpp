@@ -47,19 +47,21 @@ inline constexpr Duration temperature_lost_confirm = 150ms;
 inline constexpr Duration electrical_reaction_max = 450ms;
 inline constexpr Duration temperature_reaction_max = 950ms;
 inline constexpr Duration plausibility_reaction_max = 1s;
+inline constexpr Duration stuck_reaction_max = 2s;  // on top of the time that is watched
 // A line that is read may be as late as PDU_STATUS, which it stands for: the budgets above hold for both.
 inline constexpr Duration gpio_debounce_max = internal_bus::pdu_status.period;
 inline constexpr int gpio_line_max = 65'534;  // the kernel counts a chip's lines in 16 bits
 
-/// One of the seven limits: which keys it has, and how fast it has to react.
+/// One of the limits: which keys it has, and how fast it has to react.
 struct LimitRow {
   std::string_view key;
   LimitConfig LimitsConfig::*member;
   bool is_upper = true;
+  bool is_required = true;  // else the pack file may leave it out: the default of LimitsConfig, or pack_defaults.hpp
   std::span<const Field<LimitConfig>> fields;
-  std::string_view unit;   // of its keys
-  std::int32_t scale = 1;  // carried counts in one of that unit
-  std::string_view age_key;
+  std::string_view unit;     // of its keys
+  std::int32_t scale = 1;    // carried counts in one of that unit
+  std::string_view age_key;  // empty: its signal has no age of its own
   Duration AgeConfig::*age;
   Duration reaction_max;
   std::string_view meaning;
@@ -90,6 +92,9 @@ struct AgeRow {
 [[nodiscard]] std::span<const Field<PollConfig>> poll_fields();
 [[nodiscard]] std::span<const Field<ContactorConfig>> contactor_fields();
 [[nodiscard]] std::span<const Field<SensorConfig>> sensor_fields();
+[[nodiscard]] std::span<const Field<InsulationConfig>> insulation_fields();
+[[nodiscard]] std::span<const Field<RestConfig>> rest_fields();
+[[nodiscard]] std::span<const Field<AuxiliaryConfig>> auxiliary_fields();
 [[nodiscard]] std::span<const Field<SocConfig>> soc_fields();
 [[nodiscard]] std::span<const Field<VehicleConfig>> vehicle_fields();
 
@@ -110,12 +115,19 @@ void visit_sections(PackConfig& pack, Visitor visit) {
   CoreConfig& core = pack.core;
   visit(SectionInfo{"buses", true, "Where the frames come from: `can0` is SocketCAN, `unix:NAME` the embedded bus."},
         bus_fields(), pack.buses);
-  visit(SectionInfo{"current", true, "What the pack can carry for ever."}, current_fields(), core.current);
+  visit(SectionInfo{"current", true, "What the pack can carry for ever, and for a while."}, current_fields(),
+        core.current);
   visit(SectionInfo{"ages", false, "How old a signal may be. Older counts as missing, and missing is never good."},
         age_fields(), core.ages);
   visit(SectionInfo{"poll", false, "How often the modules are asked."}, poll_fields(), core.poll);
   visit(SectionInfo{"contactors", false, "The way from open to closed."}, contactor_fields(), core.contactors);
   visit(SectionInfo{"sensor", false, "How the current sensor was set up."}, sensor_fields(), core.sensor);
+  visit(SectionInfo{"insulation", false, "How the insulation of the pack is watched."}, insulation_fields(),
+        core.insulation);
+  visit(SectionInfo{"rest", false, "After an undervoltage: the modules asleep, and a look now and then."},
+        rest_fields(), core.rest);
+  visit(SectionInfo{"auxiliary", false, "Fan, heater, and the line that lets the motor controller work."},
+        auxiliary_fields(), core.auxiliary);
   visit(SectionInfo{"soc", false, "When the open-circuit voltage may start the state of charge."}, soc_fields(),
         core.soc);
   visit(SectionInfo{"vehicle", false, "The messages to the vehicle."}, vehicle_fields(), core.vehicle);

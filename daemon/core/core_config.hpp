@@ -61,6 +61,7 @@ struct LimitConfig {
 
   /// Where the allowed current begins to fall; it is gone at `open`.
   [[nodiscard]] constexpr std::int32_t derates_from() const { return limit.value_or(warn); }
+  friend constexpr bool operator==(const LimitConfig&, const LimitConfig&) = default;
 };
 
 /// Limits that no value reaches: what a pack file does not ask for is not watched.
@@ -80,10 +81,10 @@ struct LimitsConfig {
   LimitConfig cell_undertemperature;                  // dC
   LimitConfig charge_overtemperature = never_above;   // dC, of the cells, while charging
   LimitConfig charge_undertemperature = never_below;  // dC
-  LimitConfig board_overtemperature{.warn = 850, .open = 1'000, .hysteresis = 50, .confirm = 500ms, .clear = 10s};
-  LimitConfig board_undertemperature{.warn = -350, .open = -400, .hysteresis = 20, .confirm = 500ms, .clear = 10s};
+  LimitConfig board_overtemperature{.warn = 850, .open = 1'000, .hysteresis = 50, .confirm = 100ms, .clear = 10s};
+  LimitConfig board_undertemperature{.warn = -350, .open = -400, .hysteresis = 20, .confirm = 100ms, .clear = 10s};
   LimitConfig temperature_rise{.warn = 500, .open = 1'000, .hysteresis = 200, .confirm = 200ms, .clear = 10s};  // mK/s
-  LimitConfig temperature_spread{.warn = 150, .open = 300, .hysteresis = 20, .confirm = 500ms, .clear = 10s};   // dC
+  LimitConfig temperature_spread{.warn = 150, .open = 300, .hysteresis = 20, .confirm = 100ms, .clear = 10s};   // dC
   LimitConfig discharge_overcurrent;  // mA out of the pack
   LimitConfig charge_overcurrent;     // mA into the pack, as a positive number
   LimitConfig pack_voltage_mismatch;  // mV between the sum of cells and the pack voltage
@@ -147,6 +148,11 @@ enum class InsulationMonitoring : std::uint8_t {
 
 struct InsulationConfig {
   InsulationMonitoring monitoring = InsulationMonitoring::ok_line;
+  // Of each volt of the full pack; limits.insulation_low is made of these.
+  std::int32_t warn_Ohm_per_V = 1'000;
+  std::int32_t open_Ohm_per_V = 500;
+  std::int32_t open_min_Ohm = 0;
+  Duration confirm = 500ms;
   bool opens_while_driving = true;  // else a low resistance only warns until the pack is open
 };
 
