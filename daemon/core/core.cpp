@@ -129,19 +129,14 @@ Urgency Core::take_module_frame(const CheckedFrame& checked, const CanFrame& fra
 }
 
 Urgency Core::take_sensor_frame(const CheckedFrame& checked, const CanFrame& frame, TimePoint at) {
-  const Measured<PduState> pdu_before = sensors_.pdu;
-  sensors_.observe(*checked.message, frame, at, config_.sensor);
+  const bool had_word = sensors_.pdu_word.is_valid();
+  const PduState before = sensors_.pdu.value;
+  sensors_.observe(*checked.message, frame, at, config_);
   if (checked.message->base_id == internal_bus::pdu_status.base_id) {
-    if (pdu_before.is_valid()) note_pdu_counter(frame.data[6]);
+    if (had_word) note_pdu_counter(frame.data[6]);
     pdu_counter_ = frame.data[6];
     pdu_words_lost_ = false;
-    const PduState& before = pdu_before.value;
-    const PduState& now = sensors_.pdu.value;
-    const bool request_fell =
-        (before.vehicle_on && !now.vehicle_on) || (before.charger_connected && !now.charger_connected);
-    const bool contact_moved = contacts_of(before) != contacts_of(now);
-    return !now.is_healthy() || request_fell || contact_moved || flags_.pdu_restarted ? Urgency::decide_now
-                                                                                      : Urgency::can_wait;
+    return flags_.pdu_restarted ? Urgency::decide_now : urgency_of(before, sensors_.pdu.value);
   }
   if (checked.message->base_id != internal_bus::sensor_current.base_id) return Urgency::can_wait;
   const Measured<std::int32_t>& current = sensors_.current_mA;
@@ -151,6 +146,14 @@ Urgency Core::take_sensor_frame(const CheckedFrame& checked, const CanFrame& fra
   const bool crosses = current.value >= config_.limits.discharge_overcurrent.open ||
                        -std::int64_t{current.value} >= config_.limits.charge_overcurrent.open;
   return crosses ? Urgency::decide_now : Urgency::can_wait;
+}
+
+/// An input says no, a wish ended, or a contact moved.
+Urgency Core::urgency_of(const PduState& before, const PduState& now) {
+  const bool request_fell =
+      (before.vehicle_on && !now.vehicle_on) || (before.charger_connected && !now.charger_connected);
+  const bool contact_moved = contacts_of(before) != contacts_of(now);
+  return !now.is_healthy() || request_fell || contact_moved ? Urgency::decide_now : Urgency::can_wait;
 }
 
 /// A unit that started anew counts from somewhere else. A few words may be lost in between, at 50 ms each.
@@ -251,6 +254,14 @@ Urgency Core::take(TimePoint at, const WallClockSeen& what) {
 Urgency Core::take(TimePoint, const HealthSeen& what) {
   flags_.health = what.health;
   return Urgency::can_wait;
+}
+
+Urgency Core::take(TimePoint at, const LinesSeen& what) {
+  const PduState before = sensors_.pdu.value;
+  const bool fails = what.image.is_failed && !flags_.lines_failed;
+  flags_.lines_failed = what.image.is_failed;
+  sensors_.observe(what.image, at, config_);
+  return fails ? Urgency::decide_now : urgency_of(before, sensors_.pdu.value);
 }
 
 /// Whenever the bus was away, what was known before says nothing about now.

@@ -174,6 +174,8 @@ class Core {
   Urgency take(TimePoint at, const CommandGiven& what);
   Urgency take(TimePoint at, const WallClockSeen& what);
   Urgency take(TimePoint at, const HealthSeen& what);
+  Urgency take(TimePoint at, const LinesSeen& what);
+  [[nodiscard]] static Urgency urgency_of(const PduState& before, const PduState& now);
   Urgency take_rejected(const CheckedFrame& checked, TimePoint at);
   Urgency take_module_frame(const CheckedFrame& checked, const CanFrame& frame, TimePoint at);
   Urgency take_sensor_frame(const CheckedFrame& checked, const CanFrame& frame, TimePoint at);

@@ -138,6 +138,19 @@ struct ContactorConfig {
   Duration break_gap = 40ms;                    // then one main contactor breaks it, and the other follows after this
   Duration link_decay = 5s;                     // after opening, before a link that still follows the pack means a weld
   bool has_charge_contactor = false;            // between the link and the charger
+  bool has_pdu = true;                          // a power distribution unit on the internal bus; else only lines
+};
+
+/// Which contacts and inputs come over lines of this machine; the rest is the power distribution unit's word.
+struct LinesConfig {
+  bool are_used = false;
+  bool drive_contactors = false;
+  std::uint8_t feedback = 0;  // bit by ContactorId
+  bool has_vehicle_on = false;
+  bool has_charger_connected = false;
+  bool has_resume_button = false;
+  bool has_insulation_ok = false;
+  bool has_supply_ok = false;
 };
 
 /// How much of an insulation monitor there is.
@@ -203,6 +216,7 @@ struct CoreConfig {
   PollConfig poll;
   ContactorConfig contactors;
   SensorConfig sensor;
+  LinesConfig lines;
   InsulationConfig insulation;
   RestConfig rest;
   AuxiliaryConfig auxiliary;

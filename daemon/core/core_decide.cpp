@@ -83,9 +83,11 @@ void Core::follow_rest(TimePoint now) {
   events_.push({.id = EventId::rest_changed, .at = now, .number = static_cast<std::int64_t>(rest_.phase())});
   if (rest_.is_resting()) sleep_modules_ = true;
   // Asleep nothing is known, awake nothing yet. The unit goes on talking in between.
-  const Measured<PduState> pdu_word = sensors_.pdu;
+  const SensorTable kept = sensors_;
   start_over(now);
-  sensors_.pdu = pdu_word;
+  sensors_.pdu = kept.pdu;
+  sensors_.pdu_word = kept.pdu_word;
+  sensors_.lines = kept.lines;
 }
 
 void Core::follow_request(TimePoint now) {
@@ -100,7 +102,7 @@ void Core::watch_contactors(TimePoint now) {
   flags_.contactor_not_following = disobedience.not_following;
   flags_.contactor_welded = disobedience.welded;
   flags_.closing_is_commanded = outputs_.any_contactor();
-  flags_.command_not_on_bus = !command_link_.is_on_bus(now);
+  flags_.command_not_on_bus = config_.contactors.has_pdu && !command_link_.is_on_bus(now);
   const bool is_closed = sequence_.phase == Phase::closed;
   flags_.closed_since = is_closed ? sequence_.entered_at : TimePoint{};
   const auto keep_since = [now](TimePoint& since, bool holds) {
@@ -135,7 +137,7 @@ void Core::grant_permission(TimePoint now) {
                                      .inputs_healthy = inputs_healthy(now),
                                      .insulation_known = insulation_known(now),
                                      .modules_set_up = setup_.is_complete(),
-                                     .commands_are_on_bus = command_link_.is_on_bus(now),
+                                     .commands_are_on_bus = !flags_.command_not_on_bus,
                                      .contacts_settled = contactor_watch_.is_settled(),
                                      .contactor_closed_though_open = pdu_fresh(now) && !outputs_.any_contactor() &&
                                                                      sensors_.pdu.value.any_contactor_closed(),
@@ -309,7 +311,7 @@ void Core::record_opening(TimePoint now, Phase from, PrechargeFailure failure) {
 
 /// A resting pack has nothing to command: it is open, and the unit keeps it so by itself.
 void Core::send_contactor_command(TimePoint now, Decisions& out) {
-  if (rest_.is_resting() && !outputs_.any_contactor()) return;
+  if (!config_.contactors.has_pdu || (rest_.is_resting() && !outputs_.any_contactor())) return;
   if (!command_link_.is_due(now, outputs_changed_at_ == now)) return;
   command_link_.note_sent(command_counter_, now);
   send(Port::internal, contactor_command_frame(outputs_, command_counter_), out);

@@ -1,5 +1,6 @@
 // The sensor, the power distribution unit and its inputs, insulation, contactors, buses, and the daemon itself.
 #include <algorithm>
+#include <bit>
 #include <cstdlib>
 #include <limits>
 
@@ -29,6 +30,15 @@ const PduState* pdu_of(const FaultInputs& in) {
 Reading input(const FaultInputs& in, bool PduState::*healthy) {
   const PduState* pdu = pdu_of(in);
   return pdu == nullptr ? unknown_reading : condition(!(pdu->*healthy), in.sensors->pdu.taken_at);
+}
+
+/// The first bit that is set, as an input with a number.
+Reading lines(const FaultInputs& in, std::uint16_t PduState::*bad, std::uint8_t first_number) {
+  const PduState* pdu = pdu_of(in);
+  if (pdu == nullptr) return unknown_reading;
+  const std::uint16_t mask = pdu->*bad;
+  const auto number = static_cast<std::uint8_t>(first_number + std::countr_zero(mask));
+  return condition(mask != 0, in.sensors->pdu.taken_at, {.input = mask != 0 ? number : std::uint8_t{0}});
 }
 
 /// The monitor's resistance; more than it can tell counts as the most there is.
@@ -73,10 +83,13 @@ Reading emergency_stop(const FaultInputs& in) {
   first.element.input = 1;
   Reading second = input(in, &PduState::estop_2_released);
   second.element.input = 2;
-  return worse_of(first, second);
+  // Those on lines of this machine are numbered behind the unit's two.
+  return worse_of(worse_of(first, second), lines(in, &PduState::estops_pressed, 3));
 }
 Reading interlock_open(const FaultInputs& in) {
-  return input(in, &PduState::interlock_closed);
+  Reading unit = input(in, &PduState::interlock_closed);
+  unit.element.input = 1;
+  return worse_of(unit, lines(in, &PduState::interlocks_open, 2));
 }
 Reading supply_low(const FaultInputs& in) {
   return input(in, &PduState::supply_ok);

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <variant>
 
+#include "daemon/core/line_image.hpp"
 #include "protocol/frame.hpp"
 #include "protocol/time.hpp"
 
@@ -78,8 +79,13 @@ struct HealthSeen {
   OwnHealth health;
 };
 
+/// The lines of this machine: after every edge, and once a tick.
+struct LinesSeen {
+  LineImage image;
+};
+
 using ObservedThing = std::variant<FrameReceived, FrameEchoed, SendFailed, PortChanged, FramesLost, BusErrorSeen,
-                                   CommandGiven, WallClockSeen, HealthSeen>;
+                                   CommandGiven, WallClockSeen, HealthSeen, LinesSeen>;
 
 struct Observation {
   TimePoint at;

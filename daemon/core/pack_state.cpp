@@ -1,5 +1,7 @@
 #include "daemon/core/pack_state.hpp"
 
+#include <cstdlib>
+
 namespace bmu {
 
 namespace {
@@ -76,6 +78,14 @@ Measured<std::int32_t> only_if_usable(const Measured<std::int32_t>& value, TimeP
   return value.is_usable(now, age_max) ? value : Measured<std::int32_t>{};
 }
 
+/// Of two sensors the one that shows more counts, whichever way it flows; one that is silent is a fault of its own.
+Measured<std::int32_t> worse_current(const Measured<std::int32_t>& one, const Measured<std::int32_t>& other,
+                                     const SensorConfig& config) {
+  if (!config.has_second_current || !other.is_valid()) return one;
+  if (!one.is_valid()) return other;
+  return std::llabs(std::int64_t{other.value}) > std::llabs(std::int64_t{one.value}) ? other : one;
+}
+
 /// Sum of the voltages the modules measured over their whole stacks; unknown if one is missing.
 Measured<std::int32_t> module_sum(const ModuleTable& modules, const AgeConfig& ages, TimePoint now) {
   Measured<std::int32_t> sum{0, now, Validity::valid};
@@ -116,7 +126,8 @@ PackState summarise(const ModuleTable& modules, const SensorTable& sensors, cons
   pack.module_voltage_sum_mV = module_sum(modules, config.ages, now);
   pack.pack_voltage_mV = only_if_usable(sensors.pack_voltage_mV, now, config.ages.pack_voltage);
   pack.link_voltage_mV = only_if_usable(sensors.link_voltage_mV, now, config.ages.pack_voltage);
-  pack.current_mA = only_if_usable(sensors.current_mA, now, config.ages.pack_current);
+  pack.current_mA = worse_current(only_if_usable(sensors.current_mA, now, config.ages.pack_current),
+                                  only_if_usable(sensors.current_2_mA, now, config.ages.pack_current), config.sensor);
   return pack;
 }
 

@@ -3,15 +3,12 @@
 
 #include <cstdint>
 
+#include "daemon/core/contactor_id.hpp"
 #include "daemon/core/core_config.hpp"
 #include "daemon/core/module_table.hpp"
 #include "daemon/core/sensor_table.hpp"
 
 namespace bmu {
-
-/// The contactors, as the bits of CONTACTOR_COMMAND count them.
-enum class ContactorId : std::uint8_t { main_positive, main_negative, precharge, charge };
-inline constexpr std::size_t contactor_id_count = 4;
 
 /// Which cell, sensor, module, contactor or input a value belongs to. Zeros: the pack itself.
 struct Element {

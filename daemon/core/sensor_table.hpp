@@ -4,8 +4,10 @@
 #include <array>
 #include <cstdint>
 
+#include "daemon/core/contactor_id.hpp"
 #include "daemon/core/core_config.hpp"
 #include "daemon/core/current_window.hpp"
+#include "daemon/core/line_image.hpp"
 #include "daemon/core/measured.hpp"
 #include "protocol/message.hpp"
 
@@ -39,13 +41,17 @@ struct PduState {
   bool insulation_monitor_ok = false;
   bool resume_button = false;
   bool supply_ok = true;  // the unit has no word for it; a line of this machine may have
+  // Further ones, of this machine: bit by their order in the pack file.
+  std::uint16_t estops_pressed = 0;
+  std::uint16_t interlocks_open = 0;
   InsulationState insulation_state = InsulationState::no_signal;
   SignalValue insulation_resistance_Ohm;
   SignalValue throttle_permille;
 
   /// No input that can withdraw permission says no.
   [[nodiscard]] constexpr bool is_healthy() const {
-    return estop_1_released && estop_2_released && interlock_closed && insulation_monitor_ok && !opened_by_timeout;
+    return estop_1_released && estop_2_released && estops_pressed == 0 && interlock_closed && interlocks_open == 0 &&
+           insulation_monitor_ok && !opened_by_timeout;
   }
   [[nodiscard]] constexpr bool any_contactor_closed() const {
     return main_positive_closed || main_negative_closed || precharge_closed || charge_closed;
@@ -67,19 +73,32 @@ struct RefusedResult {
   std::uint64_t count = 0;
 };
 
+/// The two sources of contacts and inputs as one. A "no" of either holds; a wish of either counts; a contact counts as
+/// closed if either says so.
+[[nodiscard]] Measured<PduState> merge_inputs(const Measured<PduState>& unit, const Measured<LineImage>& lines,
+                                              const CoreConfig& config);
+
 struct SensorTable {
   Measured<std::int32_t> current_mA;    // positive out of the pack, whatever way round the sensor sits
   Measured<std::int32_t> current_2_mA;  // of the second sensor, where there is one
   Measured<std::int32_t> pack_voltage_mV;
   Measured<std::int32_t> link_voltage_mV;
+  // Contacts and inputs from wherever the pack has them: the unit's word, the lines of this machine, or both together.
+  // As old as the older of its sources; unknown while one of them is.
   Measured<PduState> pdu;
   RefusedResult refused;  // the last of any channel
   CurrentWindow current_window;
   TimePoint insulation_known_at{};  // when the monitor last told a resistance
 
+  // The two sources by themselves.
+  Measured<PduState> pdu_word;
+  Measured<LineImage> lines;
+
   /// Takes over a checked frame of the sensor or the PDU. A result that is none counts like a frame that did not come:
   /// the last one grows old, and with it goes the channel, but a single one does not open a pack.
-  void observe(const MessageSpec& message, const CanFrame& frame, TimePoint at, const SensorConfig& config);
+  void observe(const MessageSpec& message, const CanFrame& frame, TimePoint at, const CoreConfig& config);
+  /// Takes over what the lines say.
+  void observe(const LineImage& image, TimePoint at, const CoreConfig& config);
 };
 
 }  // namespace bmu
