@@ -203,7 +203,7 @@ TEST_CASE("the largest and smallest numbers a sensor frame can carry are not mea
         CanFrame frame = make_frame(*row);
         insert_bits(frame.data, 16, 32, static_cast<std::uint64_t>(raw), ByteOrder::big);
         seal(*row, sample, frame);
-        sensors.observe(*row, frame, at, config.sensor);
+        sensors.observe(*row, frame, at, config);
       }
       counter.observe(sensors.current_mA, sensors.pack_voltage_mV);
     }
