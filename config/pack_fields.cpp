@@ -196,7 +196,7 @@ constexpr std::array current_table{
         {.key = "charge_peak_for_ms", .min = 100, .max = 120'000, .meaning = "how long that may last from rest"}),
 };
 
-constexpr std::string_view because_module = "so that a silent module opens the pack within 400 ms";
+constexpr std::string_view because_module = "so that a silent module opens the pack within 300 ms";
 constexpr std::string_view because_sensor = "so that a silent sensor or unit opens the pack within 300 ms";
 constexpr double module_age_max = static_cast<double>(to_ms(module_silence_max - tick_allowance));
 constexpr double sensor_age_max = static_cast<double>(to_ms(sensor_silence_max - tick_allowance));
@@ -241,7 +241,7 @@ constexpr std::array age_table{
 };
 
 constexpr std::array poll_table{
-    number<&PollConfig::period>({.key = "period_ms", .min = 20, .max = 150, .meaning = "from one poll to the next"}),
+    number<&PollConfig::period>({.key = "period_ms", .min = 20, .max = 120, .meaning = "from one poll to the next"}),
     number<&PollConfig::temperature_every>(
         {.key = "temperature_every", .min = 1, .max = 10, .meaning = "temperatures in every n-th poll"}),
 };

@@ -37,13 +37,13 @@ inline constexpr double ocv_min_mV = 500;
 inline constexpr double ocv_max_mV = 6'000;
 
 // What a silence may last at most, and the time from a dangerous value to the open command.
-inline constexpr Duration module_silence_max = 400ms;
+inline constexpr Duration module_silence_max = 300ms;
 inline constexpr Duration sensor_silence_max = 300ms;
 inline constexpr Duration feedback_reaction_max = 500ms;
 // The end of an age or of a confirm time is noticed on the next tick, which is up to this much later.
 inline constexpr Duration tick_allowance = tick_period;
 // A temperature that is too old opens the pack after this; the core's table of faults has the same (a test compares).
-inline constexpr Duration temperature_lost_confirm = 150ms;
+inline constexpr Duration temperature_lost_confirm = 100ms;
 inline constexpr Duration electrical_reaction_max = 450ms;
 inline constexpr Duration temperature_reaction_max = 950ms;
 inline constexpr Duration plausibility_reaction_max = 1s;

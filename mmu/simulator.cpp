@@ -241,6 +241,8 @@ SimulatorConfig simulator_config(const CoreConfig& pack) {
   }
   config.sensor.little_endian = pack.sensor.little_endian;
   config.sensor.invert_current = pack.sensor.invert_current;
+  config.sensor.has_second = pack.sensor.has_second_current;
+  config.plant.has_charge_contactor = pack.contactors.has_charge_contactor;
   return config;
 }
 

@@ -81,6 +81,8 @@ Urgency Core::take_rejected(const CheckedFrame& checked, TimePoint at) {
     flags_.foreign_master_seen = true;
     return Urgency::decide_now;
   }
+  const bool is_damaged = checked.reason == RejectReason::wrong_crc || checked.reason == RejectReason::wrong_length;
+  if (is_damaged && checked.message->sender == Sender::mmu) modules_.note_damaged(checked.node, at);
   const bool is_conflict = checked.reason == RejectReason::conflicting;
   if (is_conflict && checked.message->base_id == internal_bus::pdu_status.base_id) flags_.pdu_restarted = true;
   const bool is_rival = is_conflict && checked.message->sender == Sender::mmu;

@@ -58,6 +58,8 @@ inline constexpr Duration reclose_lockout = 10s;
 /// And after any other opening: the precharge resistor has to cool, and a key that is played with must not wear
 /// contacts.
 inline constexpr Duration reclose_pause = 2s;
+/// Two openings by request within this, and the next closing waits as long as after a fault: a key that is played with.
+inline constexpr Duration oscillation_window = 20s;
 /// A tick that came later than this is told as a warning; loop_gap_max is where it opens.
 inline constexpr Duration tick_late = 50ms;
 /// A suspicious module is asked again this long after its last sample: sooner it would tell the same one.
@@ -266,6 +268,7 @@ class Core {
   TimePoint shut_down_at_{};
   bool shut_down_told_ = false;
   TimePoint locked_out_until_{};
+  TimePoint request_over_at_{};  // the last opening because nobody asked any more
   TimePoint outputs_changed_at_{};
   CommandLink command_link_;
   std::uint8_t command_counter_ = 0;

@@ -97,9 +97,9 @@ struct LimitsConfig {
 /// How old each signal may be. Older is stale, and stale is never good. Nominal periods stand in the rows of
 /// protocol/tables/internal_bus.hpp.
 struct AgeConfig {
-  Duration cell_voltage = 300ms;
-  Duration temperature = 350ms;
-  Duration module_status = 300ms;
+  Duration cell_voltage = 250ms;
+  Duration temperature = 250ms;
+  Duration module_status = 250ms;
   Duration pack_current = 200ms;
   Duration pack_voltage = 250ms;  // and the link voltage
   Duration pdu_status = 200ms;
@@ -123,10 +123,10 @@ struct PollConfig {
 
 struct ContactorConfig {
   Duration settle = 100ms;            // after a contactor was commanded, before the next step
-  Duration feedback_timeout = 300ms;  // auxiliary contact against command
+  Duration feedback_timeout = 200ms;  // auxiliary contact against command
   // Precharge: the link must follow the pack and the current must fall, not before `min` and not after `timeout`.
   Duration precharge_min{};  // from an empty link; less if it starts charged
-  Duration precharge_timeout = 3s;
+  Duration precharge_timeout = 2s;
   std::int32_t precharge_done_permille = 950;   // link voltage of pack voltage
   std::int32_t precharge_current_max_mA = 500;  // and the current has fallen to this
   std::int32_t precharge_overcurrent_mA = 0;    // a current beyond this is a short behind the resistor; 0: not watched

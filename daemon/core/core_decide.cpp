@@ -297,7 +297,11 @@ void Core::record_opening(TimePoint now, Phase from, PrechargeFailure failure) {
   const bool keeps_wish = record.cause == OpeningCause::request_over || record.cause == OpeningCause::precharge_retry;
   if (!keeps_wish) request_.drop();  // what opened for a reason closes for a new wish only
   Duration wait = reclose_lockout;
-  if (record.cause == OpeningCause::request_over) wait = reclose_pause;
+  if (record.cause == OpeningCause::request_over) {
+    const bool is_played_with = request_over_at_ != TimePoint{} && now - request_over_at_ <= oscillation_window;
+    wait = is_played_with ? reclose_lockout : reclose_pause;
+    request_over_at_ = now;
+  }
   if (record.cause == OpeningCause::precharge_retry) wait = config_.contactors.precharge_cool_down;
   locked_out_until_ = now + wait;
   events_.push({.id = EventId::opened,

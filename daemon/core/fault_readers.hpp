@@ -42,6 +42,7 @@ Reading module_lost(const FaultInputs& in);
 Reading cell_not_measured(const FaultInputs& in);
 Reading temperature_not_measured(const FaultInputs& in);
 Reading open_wire(const FaultInputs& in);
+Reading module_disturbed(const FaultInputs& in);
 Reading module_reports_fault(const FaultInputs& in);
 Reading module_warning(const FaultInputs& in);
 Reading module_mismatch(const FaultInputs& in);

@@ -1,5 +1,6 @@
 // Cells, temperatures, current, one measurement against another, and the modules that bring them.
 #include <algorithm>
+#include <bit>
 #include <cstdlib>
 
 #include "daemon/core/fault_reader_parts.hpp"
@@ -260,6 +261,18 @@ Reading open_wire(const FaultInputs& in) {
     return condition(true, module.cell_voltage_uV[cell].taken_at, {.module_node = module.config.node, .number = cell});
   }
   return condition(false, in.now);
+}
+
+/// Bad from the third damaged frame among ten on, good again after ten sound ones in a row.
+Reading module_disturbed(const FaultInputs& in) {
+  constexpr int damaged_max = 3;
+  Reading good = condition(false, in.now);
+  for (const ModuleRecord& module : in.modules->modules()) {
+    const int damaged = std::popcount(module.damaged_frames);
+    if (damaged >= damaged_max) return condition(true, module.damaged_at, {.module_node = module.config.node});
+    good.is_partial = good.is_partial || damaged > 0;
+  }
+  return good;
 }
 
 Reading module_reports_fault(const FaultInputs& in) {

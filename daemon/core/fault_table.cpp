@@ -45,8 +45,9 @@ constexpr LimitConfig poor_battery{.warn = 1'500, .open = 2'000, .hysteresis = 2
 constexpr LimitConfig overload{
     .warn = 800, .limit = 500, .open = 1'000, .hysteresis = 150, .confirm = 20ms, .clear = 1s};
 
-// Longest reactions by the project's budgets: voltage and current 450 ms, temperature 950 ms, a silent module 400 ms,
-// a silent sensor or PDU 300 ms, inputs at once. Ages and confirm times add up to less.
+// Longest reactions by the project's budgets: voltage and current 450 ms, temperature 950 ms, a silent module 300 ms,
+// a silent sensor or PDU 300 ms, inputs at once. Ages and confirm times add up to less; temperatures also have to wait
+// for the half second in which a module samples them.
 constexpr std::array<FaultRow, fault_count> table{{
     {.id = FaultId::cell_undervoltage,
      .name = "cell_undervoltage",
@@ -134,7 +135,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .limit = &LimitsConfig::cell_undertemperature,
      .samples = 2,
      .reaction = open_after_grace,
-     .grace = 250ms},
+     .grace = 150ms},
     {.id = FaultId::charge_overtemperature,
      .name = "charge_overtemperature",
      .meaning = "a cell is too hot to be charged",
@@ -144,7 +145,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .limit = &LimitsConfig::charge_overtemperature,
      .samples = 2,
      .reaction = open_after_grace,
-     .grace = 250ms,
+     .grace = 150ms,
      .concerns = Concerns::charge,
      .lithiumate_code = 6},
     {.id = FaultId::charge_undertemperature,
@@ -157,7 +158,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .limit = &LimitsConfig::charge_undertemperature,
      .samples = 2,
      .reaction = open_after_grace,
-     .grace = 250ms,
+     .grace = 150ms,
      .concerns = Concerns::charge,
      .dtc = 3},
     {.id = FaultId::board_overtemperature,
@@ -169,7 +170,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .limit = &LimitsConfig::board_overtemperature,
      .samples = 2,
      .reaction = open_after_grace,
-     .grace = 250ms,
+     .grace = 150ms,
      .lithiumate_code = 6},
     {.id = FaultId::board_undertemperature,
      .name = "board_undertemperature",
@@ -181,7 +182,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .limit = &LimitsConfig::board_undertemperature,
      .samples = 2,
      .reaction = open_after_grace,
-     .grace = 250ms},
+     .grace = 150ms},
     {.id = FaultId::temperature_rise,
      .name = "temperature_rise",
      .meaning = "a cell warms up too fast",
@@ -202,7 +203,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .limit = &LimitsConfig::temperature_spread,
      .samples = 2,
      .reaction = open_after_grace,
-     .grace = 250ms,
+     .grace = 150ms,
      .latch = Latch::until_cleared,
      .lithiumate_code = 6},
     {.id = FaultId::discharge_overcurrent,
@@ -344,7 +345,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .meaning = "a temperature is missing, or its sensor open or shorted",
      .remedy = "check the sensor that is named and its wires",
      .read = fault_readers::temperature_not_measured,
-     .confirm = 150ms,
+     .confirm = 100ms,
      .samples = 2,
      .latch = Latch::until_cleared,
      .lithiumate_code = 3},
@@ -356,6 +357,13 @@ constexpr std::array<FaultRow, fault_count> table{{
      .confirm = 150ms,
      .samples = 2,
      .ask_again = AskAgain::cells,
+     .latch = Latch::until_cleared,
+     .lithiumate_code = 3},
+    {.id = FaultId::module_disturbed,
+     .name = "module_disturbed",
+     .meaning = "three of the last ten frames of a module were damaged",
+     .remedy = "check the module's bus wires, its termination and its firmware",
+     .read = fault_readers::module_disturbed,
      .latch = Latch::until_cleared,
      .lithiumate_code = 3},
     // The module latches it itself, until our clear command reaches it.

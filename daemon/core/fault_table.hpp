@@ -64,6 +64,7 @@ enum class FaultId : std::uint8_t {
   cell_not_measured,
   temperature_not_measured,
   open_wire,
+  module_disturbed,
   module_reports_fault,
   module_warning,
   module_mismatch,
@@ -109,7 +110,7 @@ enum class FaultId : std::uint8_t {
   memory_low,
   disk_low,
 };
-inline constexpr std::size_t fault_count = 69;
+inline constexpr std::size_t fault_count = 70;
 
 enum class Reaction : std::uint8_t { warn, refuse_close, open_after_grace, open_now };
 enum class Latch : std::uint8_t {

@@ -32,6 +32,11 @@ std::uint32_t answer_bits(const ModuleConfig& module, const PollWants& wants) {
   return bits;
 }
 
+std::uint16_t next_of_ten(std::uint16_t frames, bool is_damaged) {
+  constexpr unsigned last_ten = 0x3FF;
+  return static_cast<std::uint16_t>(((unsigned{frames} << 1U) | (is_damaged ? 1U : 0U)) & last_ten);
+}
+
 ModuleStatus status_of(const CanFrame& frame) {
   return {
       .mode = static_cast<internal_bus::Mode>(read_raw<internal_bus::status, "mode">(frame)),
@@ -75,6 +80,7 @@ void ModuleTable::observe(const MessageSpec& message, std::uint8_t node, const C
   const std::uint8_t index = index_of_node_[node];
   ModuleRecord& module = modules_[index];
   module.last_answer_at = at;
+  module.damaged_frames = next_of_ten(module.damaged_frames, false);
   std::uint32_t answered = 0;
   switch (message.base_id) {
     case internal_bus::status.base_id:
@@ -206,6 +212,13 @@ void ModuleTable::note_conflict(std::uint8_t node, TimePoint at) {
   module.conflict_seen_at = at;
 }
 
+void ModuleTable::note_damaged(std::uint8_t node, TimePoint at) {
+  if (find(node) == nullptr) return;
+  ModuleRecord& module = modules_[index_of_node_[node]];
+  module.damaged_frames = next_of_ten(module.damaged_frames, true);
+  module.damaged_at = at;
+}
+
 void ModuleTable::forget_values() {
   for (ModuleRecord& module : modules_) {
     module.cell_voltage_uV.fill({});
@@ -214,6 +227,7 @@ void ModuleTable::forget_values() {
     module.module_voltage_mV = {};
     module.status = {};
     module.identity = {};
+    module.damaged_frames = 0;
   }
   expected_.fill(0);
   complete_cycles_ = 0;

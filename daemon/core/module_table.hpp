@@ -59,6 +59,8 @@ struct ModuleRecord {
   TimePoint conflict_seen_at{};  // last answer that contradicts one already accepted; once may be chance
   TimePoint rival_seen_at{};     // when two modules last spoke under this node number, or one was swapped while live
   TimePoint last_answer_at{};
+  std::uint16_t damaged_frames = 0;  // of its last ten under its identifiers: one bit each, the latest lowest
+  TimePoint damaged_at{};
   Duration answer_latency{};  // POLL to the last frame of the last complete answer
   std::uint64_t answers_complete = 0;
   std::uint64_t answers_missed = 0;
@@ -101,6 +103,8 @@ class ModuleTable {
   /// A frame under this node's identifiers contradicts the one already accepted for the same POLL. One answer like that
   /// is what a module leaves that was away for a whole circle of the counter; a second one means that there are two.
   void note_conflict(std::uint8_t node, TimePoint at);
+  /// A frame under this node's identifiers that failed its checks.
+  void note_damaged(std::uint8_t node, TimePoint at);
   /// All values become unknown: after a gap in our own life nothing seen before may count as fresh.
   void forget_values();
 

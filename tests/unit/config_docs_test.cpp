@@ -1,6 +1,7 @@
 // The parser's tables of fields are the truth; the page for people and the schema for editors are held against them.
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <map>
@@ -34,23 +35,25 @@ std::string last_token(const std::string& path) {
 
 // --- units ----------------------------------------------------------------------------------------------------------
 
-constexpr std::array<std::string_view, 15> unit_tokens{"uV",  "mV",  "V",  "mA",  "A",  "dC", "uOhm",    "mOhm",
-                                                       "Ohm", "uAs", "Ah", "mWh", "ms", "s",  "permille"};
+constexpr std::array<std::string_view, 16> unit_tokens{"uV",  "mV",  "V",  "mA",  "A",  "dC", "uOhm",     "mOhm",
+                                                       "Ohm", "uAs", "Ah", "mWh", "ms", "s",  "permille", "J"};
 
 std::string unit_of(const KeyDescription& key) {
-  std::string token = last_token(key.path);
-  if (std::find(unit_tokens.begin(), unit_tokens.end(), token) != unit_tokens.end()) return token;
-  for (const char* pair : {"J_per_K", "W_per_K"}) {
-    if (key.path.size() > 7 && key.path.substr(key.path.size() - 7) == pair) return std::string(pair, 1) + "/K";
+  const std::string token = last_token(key.path);
+  const bool is_pair = key.path.find("_per_") != std::string::npos && !key.path.ends_with("_permille");
+  if (!is_pair && std::find(unit_tokens.begin(), unit_tokens.end(), token) != unit_tokens.end()) return token;
+  constexpr std::array<std::pair<std::string_view, const char*>, 4> pairs{
+      {{"J_per_K", "J/K"}, {"W_per_K", "W/K"}, {"mK_per_s", "mK/s"}, {"Ohm_per_V", "Ohm/V"}}};
+  for (const auto& [ending, unit] : pairs) {
+    if (key.path.ends_with(ending)) return unit;
   }
   return "";
 }
 
 TEST_CASE("every number carries its unit in its key, unless it counts", "[unit][config]") {
-  constexpr std::array<std::string_view, 7> counts{
-      "/modules/*/node",         "/modules/*/cells",     "/modules/*/temperature_sensors",
-      "/poll/temperature_every", "/gpio/outputs/*/line", "/gpio/feedback/*/line",
-      "/gpio/inputs/*/line"};
+  constexpr std::array<std::string_view, 8> counts{
+      "/contactors/precharge_tries", "/modules/*/node",      "/modules/*/cells",      "/modules/*/temperature_sensors",
+      "/poll/temperature_every",     "/gpio/outputs/*/line", "/gpio/feedback/*/line", "/gpio/inputs/*/line"};
   for (const KeyDescription& key : describe_keys()) {
     CAPTURE(key.path);
     const bool is_number = key.info.type == FieldType::integer || key.info.type == FieldType::real;
@@ -183,7 +186,62 @@ SchemaKeys schema_keys() {
   return keys;
 }
 
+using OrderedJson = nlohmann::ordered_json;
+
+/// What editors are told of one key. What the rows cannot say, such as a pattern, stays.
+void describe_in_schema(OrderedJson& schema, const KeyDescription& key) {
+  constexpr std::array<const char*, 4> types{"integer", "number", "boolean", "string"};
+  const bool is_text = key.info.type == FieldType::text;
+  schema["description"] = key.info.meaning;
+  schema["type"] = types.at(static_cast<std::size_t>(key.info.type));
+  if (key.info.type != FieldType::boolean) {
+    schema[is_text ? "minLength" : "minimum"] = key.info.min;
+    schema[is_text ? "maxLength" : "maximum"] = key.info.max;
+    for (const char* bound : {"minimum", "maximum", "minLength", "maxLength"}) {
+      if (!schema.contains(bound)) continue;
+      const auto value = schema[bound].get<double>();
+      if (value == std::floor(value)) schema[bound] = static_cast<std::int64_t>(value);
+    }
+  }
+  schema.erase("default");
+  if (!key.fallback.empty()) schema["default"] = OrderedJson::parse(key.fallback);
+}
+
+/// The object that holds the key, made if it is new.
+OrderedJson& object_of(OrderedJson& schema, const std::string& path) {
+  OrderedJson* object = &schema;
+  std::istringstream parts(path.substr(1));
+  for (std::string part; std::getline(parts, part, '/');) {
+    OrderedJson& next = (*object)["properties"][part];
+    if (next.is_null())
+      next = {{"type", "object"}, {"additionalProperties", false}, {"properties", OrderedJson::object()}};
+    object = &next;
+  }
+  return *object;
+}
+
+void rewrite_schema() {
+  OrderedJson schema = OrderedJson::parse(bytes_of(schema_file));
+  for (const KeyDescription& key : describe_keys()) {
+    const std::size_t slash = key.path.rfind('/');
+    // Modules, cells and lines are definitions, written by hand.
+    const bool is_elsewhere = slash == 0 || key.path.starts_with("/modules") || key.path.starts_with("/cell/") ||
+                              key.path.starts_with("/gpio");
+    if (is_elsewhere) continue;
+    OrderedJson& object = object_of(schema, key.path.substr(0, slash));
+    const std::string name = key.path.substr(slash + 1);
+    describe_in_schema(object["properties"][name], key);
+    OrderedJson required = object.value("required", OrderedJson::array());
+    const bool is_listed = std::find(required.begin(), required.end(), name) != required.end();
+    if (key.info.is_required && !is_listed) required.push_back(name);
+    if (!required.empty()) object["required"] = required;
+  }
+  std::ofstream(schema_file, std::ios::binary) << schema.dump(2) << "\n";
+}
+
 TEST_CASE("the schema knows the keys of the parser, and no others", "[unit][config][docs]") {
+  if (std::getenv("BMUD_REWRITE") != nullptr) rewrite_schema();
+  INFO("to write it anew: BMUD_REWRITE=1 test_unit \"[docs]\"");
   SchemaKeys keys = schema_keys();
   for (const KeyDescription& key : describe_keys()) {
     CAPTURE(key.path);

@@ -1,0 +1,104 @@
+#include "daemon/shell/fault_page.hpp"
+
+#include <algorithm>
+
+#include "config/pack_fields.hpp"
+#include "daemon/core/event.hpp"
+#include "daemon/core/fault_evaluate.hpp"
+#include "daemon/core/fault_table.hpp"
+
+namespace bmu {
+
+namespace {
+
+std::string ms_text(Duration span) {
+  return std::to_string(to_ms(span)) + " ms";
+}
+
+std::string code(std::string_view text) {
+  return "`" + std::string(text) + "`";
+}
+
+/// Where its thresholds stand in a pack file; empty for those that are not there.
+std::string key_of(const FaultRow& row) {
+  if (row.limit == nullptr) return "";
+  const auto rows = limit_rows();
+  const auto found =
+      std::find_if(rows.begin(), rows.end(), [&](const LimitRow& one) { return one.member == row.limit; });
+  return found == rows.end() ? "insulation" : "limits/" + std::string(found->key);
+}
+
+std::string watched(const FaultRow& row) {
+  const std::string times = row.samples > 1 ? ", in at least " + std::to_string(row.samples) + " samples" : "";
+  if (!row.has_limit()) {
+    return row.confirm > 0ns ? "believed after " + ms_text(row.confirm) + times : "believed at once" + times;
+  }
+  const std::string side = row.sense == Sense::at_or_above ? "at or above" : "at or below";
+  if (row.limit != nullptr) return side + " " + code(key_of(row)) + " of the pack file" + times;
+  const LimitConfig& fixed = *row.fixed;
+  return side + " " + value_text(row.unit, fixed.open) + " (warns at " + value_text(row.unit, fixed.warn) +
+         "), believed after " + ms_text(fixed.confirm) + times;
+}
+
+std::string reaction(const FaultRow& row) {
+  std::string text(to_text(row.reaction));
+  if (row.grace > 0ns) text += " of " + ms_text(row.grace) + ", sooner when the current has fallen";
+  if (row.concerns != Concerns::all) text += "; concerns " + std::string(to_text(row.concerns)) + " only";
+  return text;
+}
+
+std::string end(const FaultRow& row) {
+  const std::string after =
+      row.limit != nullptr ? "its `clear_ms`" : ms_text(row.fixed != nullptr ? row.fixed->clear : row.clear);
+  const std::string gone = "its cause has been gone for " + after;
+  switch (row.latch) {
+    case Latch::none: return "by itself when " + gone;
+    case Latch::until_cleared: return "by `bmuctl clear`, once " + gone;
+    case Latch::until_authorised: return "by `bmuctl clear --authorised`, once " + gone;
+  }
+  return "?";
+}
+
+std::string codes(const FaultRow& row) {
+  std::string text;
+  if (row.dtc != 0) text += "622h trouble code " + std::to_string(row.dtc);
+  if (row.lithiumate_code != 0) {
+    text += (text.empty() ? "" : ", ") + std::string("Lithiumate fault ") + std::to_string(row.lithiumate_code);
+  }
+  return text;
+}
+
+std::string section(const FaultRow& row) {
+  std::string meaning(row.meaning);
+  meaning.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(meaning.front())));
+  std::string text = "### " + std::string(row.name) + "\n\n" + meaning + ".\n\n";
+  text += "- Watched: " + watched(row) + "\n";
+  text += "- Reaction: " + reaction(row) + "\n";
+  text += "- Ends: " + end(row) + "\n";
+  if (const std::string numbers = codes(row); !numbers.empty()) text += "- Codes: " + numbers + "\n";
+  return text + "- What to do: " + std::string(row.remedy) + "\n\n";
+}
+
+}  // namespace
+
+std::string fault_page_markdown() {
+  std::string page =
+      "# Every fault\n\n"
+      "Made from the fault table by `BMUD_REWRITE=1 test_unit \"[docs]\"`; `bmuctl faults` says which of them are "
+      "present,\n"
+      "`bmuctl why` what they do. How bad a fault is shows in its reaction:\n\n"
+      "| reaction | means |\n|---|---|\n"
+      "| warn | it is told, nothing else |\n"
+      "| refuse to close | a closed pack stays closed, an open one stays open |\n"
+      "| open after grace | the allowed current is zero at once; the pack opens when it has fallen, or the grace is "
+      "over |\n"
+      "| open now | the contactors are commanded open in the same tick |\n\n"
+      "Evidence is weighed: a value beyond its limit is believed after its confirm time and in two samples at least; "
+      "one bad\n"
+      "sample alone opens nothing. Of how long a reaction takes at most see [reaction times](reaction-times.md).\n\n";
+  for (const FaultRow& row : fault_table()) page += section(row);
+  page.pop_back();
+  return page;
+}
+
+}  // namespace bmu
