@@ -254,7 +254,7 @@ constexpr std::array contactor_table{
                                                 .max = feedback_timeout_max,
                                                 .meaning = "until the auxiliary contact must have followed",
                                                 .because = "so that a contact that does not follow opens the pack "
-                                                           "within 500 ms"}),
+                                                           "within 300 ms"}),
     number<&ContactorConfig::precharge_timeout>(
         {.key = "precharge_timeout_ms", .min = 100, .max = 30'000, .meaning = "until the link must have followed"}),
     number<&ContactorConfig::precharge_done_permille>(

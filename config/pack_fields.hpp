@@ -39,7 +39,7 @@ inline constexpr double ocv_max_mV = 6'000;
 // What a silence may last at most, and the time from a dangerous value to the open command.
 inline constexpr Duration module_silence_max = 300ms;
 inline constexpr Duration sensor_silence_max = 300ms;
-inline constexpr Duration feedback_reaction_max = 500ms;
+inline constexpr Duration feedback_reaction_max = 300ms;
 // The end of an age or of a confirm time is noticed on the next tick, which is up to this much later.
 inline constexpr Duration tick_allowance = tick_period;
 // A temperature that is too old opens the pack after this; the core's table of faults has the same (a test compares).

@@ -110,8 +110,8 @@ void Core::watch_contactors(TimePoint now) {
     if (holds && since == TimePoint{}) since = now;
   };
   keep_since(flags_.open_since, !outputs_.any_contactor());
-  keep_since(flags_.charge_forbidden_since, is_closed && limits_.charge.cause == LimitCause::fault);
-  keep_since(flags_.discharge_forbidden_since, is_closed && limits_.discharge.cause == LimitCause::fault);
+  keep_since(flags_.charge_forbidden_since, is_closed && forbids(faults_, Concerns::charge));
+  keep_since(flags_.discharge_forbidden_since, is_closed && forbids(faults_, Concerns::discharge));
   flags_.is_driving = is_closed && request_.is_by_vehicle();
 }
 

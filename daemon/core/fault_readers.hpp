@@ -44,6 +44,7 @@ Reading temperature_not_measured(const FaultInputs& in);
 Reading open_wire(const FaultInputs& in);
 Reading module_disturbed(const FaultInputs& in);
 Reading module_reports_fault(const FaultInputs& in);
+Reading module_reports_undervoltage(const FaultInputs& in);
 Reading module_warning(const FaultInputs& in);
 Reading module_mismatch(const FaultInputs& in);
 Reading wrong_cell_count(const FaultInputs& in);

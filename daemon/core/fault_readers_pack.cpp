@@ -92,8 +92,10 @@ std::uint8_t open_wire_pair(const ModuleRecord& module, const AgeConfig& ages, T
 
 bool says_failed(const ModuleRecord& module) {
   const ModuleStatus& said = module.status.value;
-  return module.status.is_valid() &&
-         (said.undervoltage_cells != 0 || said.overvoltage_cells != 0 || said.self_test_failed);
+  return module.status.is_valid() && (said.overvoltage_cells != 0 || said.self_test_failed);
+}
+bool says_empty(const ModuleRecord& module) {
+  return module.status.is_valid() && module.status.value.undervoltage_cells != 0;
 }
 
 }  // namespace
@@ -277,6 +279,10 @@ Reading module_disturbed(const FaultInputs& in) {
 
 Reading module_reports_fault(const FaultInputs& in) {
   return first_module(in, says_failed, status_seen_at);
+}
+
+Reading module_reports_undervoltage(const FaultInputs& in) {
+  return first_module(in, says_empty, status_seen_at);
 }
 
 /// What wears or misleads but endangers nothing yet; a value that is missing because of it has a fault of its own.

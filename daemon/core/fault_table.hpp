@@ -66,6 +66,7 @@ enum class FaultId : std::uint8_t {
   open_wire,
   module_disturbed,
   module_reports_fault,
+  module_reports_undervoltage,
   module_warning,
   module_mismatch,
   wrong_cell_count,
@@ -110,7 +111,7 @@ enum class FaultId : std::uint8_t {
   memory_low,
   disk_low,
 };
-inline constexpr std::size_t fault_count = 70;
+inline constexpr std::size_t fault_count = 71;
 
 enum class Reaction : std::uint8_t { warn, refuse_close, open_after_grace, open_now };
 enum class Latch : std::uint8_t {

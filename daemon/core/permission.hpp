@@ -83,6 +83,9 @@ struct Permission {
 /// A fault with a grace, present, that concerns this current: its limit must be zero already.
 [[nodiscard]] bool demands_zero_current(const FaultMemory& faults, Concerns direction);
 
+/// A present fault forbids this current, and this one only, while the pack may stay closed for the other.
+[[nodiscard]] bool forbids(const FaultMemory& faults, Concerns direction);
+
 [[nodiscard]] Permission evaluate_permission(const PermissionInputs& inputs, const PackState& pack,
                                              const FaultMemory& faults);
 

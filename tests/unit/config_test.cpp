@@ -263,7 +263,7 @@ TEST_CASE("a value of the wrong type is refused", "[unit][config]") {
   refuses({{"/name", 5}}, "/name", "found 5, wanted a text");
   refuses({{"/buses", "can0"}}, "/buses", "found \"can0\", wanted an object");
   refuses({{"/limits/cell_overvoltage", 4'200}}, "/limits/cell_overvoltage", "an object");
-  refuses({{"/poll/period_ms", "100"}}, "/poll/period_ms", "found \"100\", wanted a whole number from 20 to 150");
+  refuses({{"/poll/period_ms", "100"}}, "/poll/period_ms", "found \"100\", wanted a whole number from 20 to 120");
   refuses({{"/poll/period_ms", nullptr}}, "/poll/period_ms", "found null");
   refuses({{"/sensor/invert_current", 1}}, "/sensor/invert_current", "true or false");
   refuses({{"/cell", 3}}, "/cell", "cell file");
@@ -348,17 +348,18 @@ TEST_CASE("undervoltage lies below overvoltage with room between", "[unit][confi
 }
 
 TEST_CASE("overcurrent opens above the continuous current, reaching it being enough to open", "[unit][config]") {
-  accepts({{"/current/discharge_continuous_mA", 89'999}});
-  refuses({{"/current/discharge_continuous_mA", 90'000}}, "/limits/discharge_overcurrent/open_mA", "more than 90000");
+  accepts({{"/current/discharge_peak_mA", 0}, {"/current/discharge_continuous_mA", 89'999}});
+  refuses({{"/current/discharge_peak_mA", 0}, {"/current/discharge_continuous_mA", 90'000}},
+          "/limits/discharge_overcurrent/open_mA", "more than 90000");
   refuses({{"/current/charge_continuous_mA", 30'000}}, "/limits/charge_overcurrent/open_mA", "more than 30000");
 }
 
 TEST_CASE("ages leave room for one lost answer and for safety's reaction", "[unit][config][FS_1][BMS_F.3]") {
   accepts({{"/ages/module_status_ms", 250}});
   refuses({{"/ages/module_status_ms", 249}}, "/ages/module_status_ms", "at least 250: twice the poll period");
-  accepts({{"/ages/module_status_ms", 390}});
-  refuses({{"/ages/module_status_ms", 391}}, "/ages/module_status_ms", "opens the pack within 400 ms");
-  refuses({{"/ages/cell_voltage_ms", 391}}, "/ages/cell_voltage_ms", "from 50 to 390");
+  accepts({{"/ages/module_status_ms", 290}});
+  refuses({{"/ages/module_status_ms", 291}}, "/ages/module_status_ms", "opens the pack within 300 ms");
+  refuses({{"/ages/cell_voltage_ms", 291}}, "/ages/cell_voltage_ms", "from 50 to 290");
   accepts({{"/ages/pdu_status_ms", 150}});
   refuses({{"/ages/pdu_status_ms", 149}}, "/ages/pdu_status_ms", "at least 150");
   accepts({{"/ages/pdu_status_ms", 290}});
@@ -377,24 +378,26 @@ TEST_CASE("ages of temperatures follow how often they are asked for", "[unit][co
   // Every third poll there is a sample each 300 ms: no age can both be met by that and let cold open in 950 ms.
   refuses(
       {{"/poll/temperature_every", 3}, {"/ages/temperature_ms", 650}, {"/limits/cell_overtemperature/confirm_ms", 290}},
-      "/ages/temperature_ms", "at most 400 where a sample comes every 300 ms");
+      "/ages/temperature_ms", "at most 500 where a sample comes every 300 ms");
 }
 
 TEST_CASE("a temperature that is no longer told opens the pack in time", "[unit][config][FS_1]") {
   CHECK(row_of(FaultId::temperature_not_measured).confirm == temperature_lost_confirm);
   accepts({{"/ages/temperature_ms", 590},
            {"/limits/cell_overtemperature/confirm_ms", 350},
-           {"/limits/cell_undertemperature/confirm_ms", 100}});
-  refuses({{"/ages/temperature_ms", 791}}, "/ages/temperature_ms", "from 50 to 790");
+           {"/limits/charge_overtemperature/confirm_ms", 200},
+           {"/limits/charge_undertemperature/confirm_ms", 200},
+           {"/limits/cell_undertemperature/confirm_ms", 200}});
+  refuses({{"/ages/temperature_ms", 841}}, "/ages/temperature_ms", "from 50 to 840");
 }
 
 TEST_CASE("confirming takes no longer than the reaction allows", "[unit][config][FS_2]") {
-  accepts({{"/limits/cell_overvoltage/confirm_ms", 140}});
+  accepts({{"/limits/cell_overvoltage/confirm_ms", 190}});
   refuses(
-      {{"/limits/cell_overvoltage/confirm_ms", 141}}, "/limits/cell_overvoltage/confirm_ms",
-      "found 141, wanted at most 140 with cell_voltage_ms 300, so that cell_overvoltage opens the pack within 450 ms");
-  accepts({{"/limits/cell_overtemperature/confirm_ms", 590}});
-  refuses({{"/limits/cell_overtemperature/confirm_ms", 591}}, "/limits/cell_overtemperature/confirm_ms", "at most 590");
+      {{"/limits/cell_overvoltage/confirm_ms", 191}}, "/limits/cell_overvoltage/confirm_ms",
+      "found 191, wanted at most 190 with cell_voltage_ms 250, so that cell_overvoltage opens the pack within 450 ms");
+  accepts({{"/limits/cell_overtemperature/confirm_ms", 690}});
+  refuses({{"/limits/cell_overtemperature/confirm_ms", 691}}, "/limits/cell_overtemperature/confirm_ms", "at most 690");
   accepts({{"/limits/charge_overcurrent/confirm_ms", 240}});
   refuses({{"/limits/charge_overcurrent/confirm_ms", 241}}, "/limits/charge_overcurrent/confirm_ms", "at most 240");
   accepts({{"/limits/pack_voltage_mismatch/confirm_ms", 740}});
@@ -403,20 +406,20 @@ TEST_CASE("confirming takes no longer than the reaction allows", "[unit][config]
 }
 
 TEST_CASE("a limit that lets the current fall first has that much less to confirm", "[unit][config][FS_2]") {
-  REQUIRE(row_of(FaultId::cell_undertemperature).grace == 250ms);
-  accepts({{"/limits/cell_undertemperature/confirm_ms", 340}});
+  REQUIRE(row_of(FaultId::cell_undertemperature).grace == 150ms);
+  accepts({{"/limits/cell_undertemperature/confirm_ms", 540}});
   refuses(
-      {{"/limits/cell_undertemperature/confirm_ms", 341}}, "/limits/cell_undertemperature/confirm_ms",
-      "at most 340 with temperature_ms 350, so that cell_undertemperature opens the pack within 950 ms, its grace of "
-      "250 ms included");
+      {{"/limits/cell_undertemperature/confirm_ms", 541}}, "/limits/cell_undertemperature/confirm_ms",
+      "at most 540 with temperature_ms 250, so that cell_undertemperature opens the pack within 950 ms, its grace of "
+      "150 ms included");
 }
 
 TEST_CASE("what no pack needs is refused", "[unit][config]") {
-  accepts({{"/contactors/precharge_current_max_mA", 5'000}});
+  accepts({{"/contactors/precharge_current_max_mA", 5'000}, {"/contactors/precharge_overcurrent_mA", 5'001}});
   refuses({{"/contactors/precharge_current_max_mA", 100'000}}, "/contactors/precharge_current_max_mA",
           "found 100000, wanted a whole number from 1 to 5000, as more than that is a load or a short");
-  accepts({{"/contactors/feedback_timeout_ms", 440}});
-  refuses({{"/contactors/feedback_timeout_ms", 441}}, "/contactors/feedback_timeout_ms", "within 500 ms");
+  accepts({{"/contactors/feedback_timeout_ms", 240}});
+  refuses({{"/contactors/feedback_timeout_ms", 241}}, "/contactors/feedback_timeout_ms", "within 300 ms");
   accepts({{"/limits/discharge_overcurrent/open_mA", 1'500'000}});
   refuses({{"/limits/discharge_overcurrent/open_mA", 2'000'000}}, "/limits/discharge_overcurrent/open_mA",
           "from 10 to 1500000");
@@ -426,7 +429,53 @@ TEST_CASE("what no pack needs is refused", "[unit][config]") {
 
 TEST_CASE("precharge may last longer than a contactor needs to settle", "[unit][config]") {
   accepts({{"/contactors/precharge_timeout_ms", 101}});
-  refuses({{"/contactors/precharge_timeout_ms", 100}}, "/contactors/precharge_timeout_ms", "more than settle_ms, 100");
+  refuses({{"/contactors/precharge_timeout_ms", 100}, {"/contactors/precharge_min_ms", 50}},
+          "/contactors/precharge_timeout_ms", "more than settle_ms, 100");
+}
+
+TEST_CASE("two numbers that contradict each other are both named", "[unit][config]") {
+  refuses({{"/current/discharge_peak_mA", 59'999}}, "/current/discharge_peak_mA",
+          "found 59999, wanted at least discharge_continuous_mA, 60000");
+  refuses({{"/current/discharge_peak_mA", 90'000}}, "/limits/discharge_overcurrent/open_mA",
+          "found 90000, wanted more than discharge_peak_mA, 90000");
+  refuses({{"/contactors/precharge_min_ms", 900}, {"/contactors/precharge_timeout_ms", 900}},
+          "/contactors/precharge_timeout_ms", "more than precharge_min_ms, 900");
+  refuses({{"/contactors/precharge_overcurrent_mA", 500}}, "/contactors/precharge_overcurrent_mA",
+          "more than precharge_current_max_mA, 500");
+  refuses({{"/contactors/precharge_resistance_Ohm", 0}}, "/contactors/precharge_resistance_Ohm",
+          "found 0, wanted more than 0, so that precharge_energy_J can be watched");
+  refuses({{"/insulation/warn_Ohm_per_V", 500}}, "/insulation/warn_Ohm_per_V", "more than open_Ohm_per_V, 500");
+  refuses({{"/auxiliary/fan_on_dC", 300}, {"/auxiliary/fan_off_dC", 300}}, "/auxiliary/fan_on_dC",
+          "more than fan_off_dC, 300");
+  refuses({{"/auxiliary/heater_on_dC", 50}, {"/auxiliary/heater_off_dC", 50}}, "/auxiliary/heater_off_dC",
+          "more than heater_on_dC, 50");
+  refuses({{"/auxiliary/throttle_off_permille", 1}}, "/auxiliary/throttle_on_permille",
+          "at least throttle_off_permille, 1");
+  refuses({{"/limits/charge_overtemperature/open_dC", 581}}, "/limits/cell_overtemperature/open_dC",
+          "found 580, wanted at least open_dC of charge_overtemperature, 581");
+  refuses({{"/limits/charge_undertemperature/limit_dC", 51}}, "/limits/charge_undertemperature/limit_dC",
+          "found 51, wanted from warn_dC, 50, to before open_dC, 0");
+  refuses({{"/insulation/monitoring", "perhaps"}}, "/insulation/monitoring", "\"ok_line\" or \"measured\"");
+}
+
+TEST_CASE("what a pack file leaves out follows from the cell and from the limits beside it", "[unit][config]") {
+  Json given = valid_pack();
+  given["limits"].erase("cell_imbalance");
+  given["limits"].erase("charge_overtemperature");
+  given["limits"].erase("charge_undertemperature");
+  given["current"].erase("discharge_peak_mA");
+  const auto pack = parse_pack_config(given.dump(), "pack.json", "");
+  REQUIRE(pack.has_value());
+  const LimitsConfig& limits = pack->core.limits;
+  CHECK(limits.charge_overtemperature == limits.cell_overtemperature);
+  CHECK(limits.charge_undertemperature.open == 0);  // cells may be discharged below, but not charged
+  CHECK(limits.cell_deep_discharge.open == pack->core.cell.voltage_min_uV);
+  CHECK(limits.cell_deep_discharge.warn < limits.cell_undervoltage.open);
+  CHECK(limits.cell_imbalance.open == (limits.cell_overvoltage.open - limits.cell_undervoltage.open) / 2);
+  CHECK(limits.insulation_low.open == 500 * 4'230 / 1'000 * 48);
+  CHECK(limits.current_sensors_disagree == never_above);
+  CHECK(pack->core.current.discharge_peak_mA == limits.discharge_overcurrent.warn);
+  CHECK(pack->core.current.charge_peak_mA == limits.charge_overcurrent.warn);
 }
 
 TEST_CASE("every module has a node number of its own", "[unit][config]") {

@@ -72,10 +72,10 @@ TEST_CASE("a pack of no volts is never precharged", "[unit][contactors]") {
 TEST_CASE("precharge gives up at its time-out, even if the link arrives in that tick", "[unit][contactors][F86]") {
   const ContactorConfig config;
   const SequenceState state{Phase::precharge, start};
-  const SequenceStep before = step(state, precharging(start + 3s - 1ns, 0, 0), config);
+  const SequenceStep before = step(state, precharging(start + 2s - 1ns, 0, 0), config);
   CHECK(before.state.phase == Phase::precharge);
   CHECK(before.precharge_failure == PrechargeFailure::none);
-  const SequenceStep at = step(state, precharging(start + 3s, 99'000, 0), config);
+  const SequenceStep at = step(state, precharging(start + 2s, 99'000, 0), config);
   CHECK(at.state.phase == Phase::open);
   CHECK(at.precharge_failure == PrechargeFailure::too_slow);
   CHECK_FALSE(at.outputs.any_contactor());

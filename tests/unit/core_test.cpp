@@ -408,7 +408,7 @@ TEST_CASE("a key that is turned on and off again does not rattle the contactors"
   REQUIRE(bench.close());
   std::vector<TimePoint> closed_at;
   bool was_closed = true;
-  for (int ms = 0; ms < 10'000; ++ms) {
+  for (int ms = 0; ms < 30'000; ++ms) {
     bench.inputs.vehicle_on = ms % 1'000 >= 500;
     bench.run(1ms);
     const bool is_closed = bench.commanded().any_contactor();
@@ -416,6 +416,7 @@ TEST_CASE("a key that is turned on and off again does not rattle the contactors"
     was_closed = is_closed;
   }
   CHECK(closed_at.size() >= 2);
+  CHECK(closed_at.size() <= 3);  // from the second on within a while, a key is played with
   for (std::size_t index = 1; index < closed_at.size(); ++index) CHECK(closed_at[index] - closed_at[index - 1] >= 2s);
 }
 
@@ -714,7 +715,7 @@ bool has_blocker(const CoreBench& bench, Blocker blocker) {
 TEST_CASE("contactors of any speed within the allowance: the mains meet a charged link, and limits come after",
           "[unit][contactors][F83][I4]") {
   for (const std::size_t slow : {0U, 1U, 2U}) {
-    for (const Duration delay : {Duration{15ms}, Duration{120ms}, Duration{280ms}}) {
+    for (const Duration delay : {Duration{15ms}, Duration{120ms}, Duration{180ms}}) {
       CoreBench bench(small_pack());
       bench.pdu_tells_changes = true;
       bench.contact_delays[slow] = delay;

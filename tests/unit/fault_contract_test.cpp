@@ -46,6 +46,8 @@ CoreConfig watchful_pack() {
   limits.charge_overtemperature = {.warn = 400, .open = 450, .hysteresis = 20, .confirm = 300ms};
   limits.charge_undertemperature = {.warn = 50, .open = 0, .hysteresis = 20, .confirm = 300ms};
   limits.current_sensors_disagree = {.warn = 2'000, .open = 5'000, .hysteresis = 1'000, .confirm = 500ms};
+  limits.temperature_rise = LimitsConfig{}.temperature_rise;
+  limits.temperature_spread = LimitsConfig{}.temperature_spread;
   limits.insulation_low = {.warn = 100'000, .open = 42'000, .hysteresis = 5'000, .confirm = 500ms};
   return config;
 }
