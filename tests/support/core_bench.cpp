@@ -147,6 +147,7 @@ void CoreBench::answer_poll(const CanFrame& request) {
     write<status, "limits_not_set">(said, module.limits_not_set ? 1 : 0);
     write<status, "restarted">(said, module.restarted ? 1 : 0);
     write<status, "undervoltage_cells">(said, module.undervoltage_cells);
+    write<status, "overvoltage_cells">(said, module.overvoltage_cells);
     write<status, "cell_voltage_age_ms">(said, module.voltage_age_ms);
     write<status, "board_too_hot">(said, module.board_too_hot ? 1 : 0);
     module.restarted = false;

@@ -33,6 +33,7 @@ struct BenchModule {
   bool limits_not_set = true;
   bool restarted = true;
   std::uint16_t undervoltage_cells = 0;
+  std::uint16_t overvoltage_cells = 0;
   SignalValue voltage_age_ms = known(5);
   bool sends_temperatures = true;
   bool sends_status = true;

@@ -124,8 +124,10 @@ TEST_CASE("each condition opens a closed pack within its budget", "[unit][core][
       {"emergency stop", [](CoreBench& b) { b.inputs.estop_1_released = false; }, FaultId::emergency_stop, 70ms},
       {"interlock", [](CoreBench& b) { b.inputs.interlock_closed = false; }, FaultId::interlock_open, 70ms},
       {"insulation", [](CoreBench& b) { b.inputs.insulation_monitor_ok = false; }, FaultId::insulation_fault, 1s},
-      {"module flags a cell", [](CoreBench& b) { b.modules[0].undervoltage_cells = 1; }, FaultId::module_reports_fault,
-       450ms},
+      {"module flags an empty cell", [](CoreBench& b) { b.modules[0].undervoltage_cells = 1; },
+       FaultId::module_reports_undervoltage, 450ms},
+      {"module flags a full cell", [](CoreBench& b) { b.modules[0].overvoltage_cells = 1; },
+       FaultId::module_reports_fault, 450ms},
       {"two serial numbers on one node",
        [](CoreBench& b) {
          CanFrame who = make_frame(internal_bus::ident, 1);
