@@ -1,0 +1,105 @@
+"""Writes sources in which every mutant is there at once and selected at run time; see mutant.hpp."""
+
+from __future__ import annotations
+
+from mutants import Constant, Place, Source
+
+# Text to write at an offset instead of what stands until `end`. At one offset endings come before beginnings, the inner
+# ending before the outer and the outer beginning before the inner: `rank` says which is which.
+Edit = tuple[int, int, tuple[int, int], str]
+
+
+def _edits_of(place: Place, value: str = "value") -> list[Edit]:
+    ident = place.first_id
+    start, end, token_start, token_end = place.start, place.end, place.token_start, place.token_end
+    length = end - start
+
+    def around(before: str, after: str) -> list[Edit]:
+        return [(start, start, (1, -length), before), (end, end, (0, length), after)]
+
+    def instead(text: str) -> Edit:
+        return (token_start, token_end, (2, 0), text)
+
+    on = f"bmu_mutant::on({ident})"
+    match place.kind:
+        case "binary":
+            return around(f"bmu_mutant::{place.name}({ident}, ", ")") + [instead(",")]
+        case "unary":
+            # The operator itself begins the expression.
+            return [instead(f"bmu_mutant::{place.name}({ident}, "), (end, end, (0, length), ")")]
+        case "not":
+            return [instead(f"({on} == bool("), (end, end, (0, length), "))")]
+        case "and" | "or":
+            without_right = f"bmu_mutant::on({ident + 1})"
+            without_left = f"bmu_mutant::on({ident + 2})" if len(place.changes) > 2 else "false"
+            if place.kind == "and":
+                middle = f") || {without_left}) != {on} ? (bool("
+                return around("((bool(", f") || {without_right}) : {on})") + [instead(middle)]
+            middle = f") && !{without_left}) != {on} ? !{on} : (bool("
+            return around("((bool(", f") && !{without_right}))") + [instead(middle)]
+        case "guard":
+            # Around whatever else has the same reach.
+            return [(start, start, (1, -length - 1), f"!{on} && bool("), (end, end, (0, length + 1), ")")]
+        case "flip":
+            return around("(bool(", f") != {on})")
+        case "value":
+            original = "{original}"
+            others = ", ".join(place.others)
+            return [(token_start, token_end, (2, 0), f"bmu_mutant::{value}({ident}, {original}, {others})")]
+    raise AssertionError(place.kind)
+
+
+def _apply(text: bytes, edits: list[Edit], start: int = 0, end: int | None = None) -> bytes:
+    """`text[start:end]` with the edits that lie in it."""
+    end = len(text) if end is None else end
+    result = []
+    at = start
+    for first, last, _, new in sorted(edits, key=lambda edit: (edit[0], edit[2])):
+        result.append(text[at:first])
+        result.append(new.replace("{original}", text[first:last].decode()).encode())
+        at = last
+    result.append(text[at:end])
+    return b"".join(result)
+
+
+def twin_name(constant: Constant) -> str:
+    return f"{constant.name}_twin"
+
+
+def _twin_of(source: Source, constant: Constant) -> str:
+    """The declaration again, with another name, not constexpr, and with literals that can be exchanged."""
+    value = "value" if constant.is_local else "twin_value"
+    edits = [edit for place in constant.places for edit in _edits_of(place, value)]
+    name_end = constant.name_start + len(constant.name)
+    specifiers = source.text[constant.start : constant.name_start].decode().split()
+    type_text = " ".join(word for word in specifiers if word not in ("constexpr", "inline", "static", "const"))
+    if type_text == "std::array":  # with arguments deduced; the twin's would be, too
+        type_text = "auto"
+    initialiser = _apply(source.text, edits, name_end, constant.end).decode()
+    if type_text == "auto" and initialiser.startswith("{"):
+        initialiser = f" = std::array{initialiser}"
+    kept = "[[maybe_unused]] " if constant.is_local else "inline static const " if constant.is_member else "static const "
+    return f" {kept}{type_text} {twin_name(constant)}{initialiser};"
+
+
+def instrumented(source: Source, constants: list[Constant]) -> bytes:
+    """The source's new text; `constants` are those of all sources."""
+    edits = [edit for place in source.places for edit in _edits_of(place)]
+    for constant in constants:
+        first = min(place.first_id for place in constant.places)
+        last = max(place.first_id + len(place.changes) - 1 for place in constant.places)
+        for file, start, end in constant.uses:
+            if file == source.file:
+                name = source.text[start:end].decode()
+                use = (
+                    f"(std::is_constant_evaluated() ? {name} : "
+                    f"(bmu_mutant::use({first}, {last}), {name}_twin))"
+                )
+                edits.append((start, end, (2, 0), use))
+    for constant in source.constants:
+        behind = source.text.index(b";", constant.end) + 1
+        edits.append((behind, behind, (3, 0), _twin_of(source, constant)))
+    text = _apply(source.text, edits)
+    head = b'#include "tests/mutation/mutant.hpp"\n'
+    pragma = b"#pragma once\n"
+    return text.replace(pragma, pragma + head, 1) if pragma in text else head + text

@@ -1,0 +1,163 @@
+#!/usr/bin/python3
+"""Changes the safety files in every small way that a slip could, and sees whether some test notices.
+
+Exit status: 0 if at least 95 % of the mutants are killed and every other is listed in survivors.txt with its reason, 1 if
+not, or if a listed one is killed or gone, 2 if something is wrong with the run itself. docs/decisions/0006 says more.
+
+  tests/mutation/mutate.py                                    all of files.txt
+  tests/mutation/mutate.py --file daemon/core/permission.cpp  one file, or several
+  tests/mutation/mutate.py --since HEAD~1                     lines changed since then, in the working tree
+  tests/mutation/mutate.py --list                             names the mutants and tries none
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+try:
+    import clang.cindex  # noqa: F401
+except ModuleNotFoundError:
+    sys.exit("mutate.py: needs libclang for Debian's own Python 3: tools/packages.sh mutation")
+
+import blocks
+import instrument
+import mutants
+import safety_files
+import survivors
+import trial
+from mutants import Mutant
+from survivors import Survivor
+
+SCORE_MIN_PERMILLE = 950
+
+
+def parse_arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--file", action="append", default=[], help="only mutants of this file")
+    parser.add_argument("--since", metavar="REV", help="only mutants of lines changed since this revision")
+    parser.add_argument("--list", action="store_true", help="print the mutants and stop")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the results there, too")
+    parser.add_argument("--work", type=Path, default=safety_files.ROOT / "build-mutation", help="folder for copy and build")
+    parser.add_argument("--jobs", type=int, default=2)
+    return parser.parse_args()
+
+
+def changed_lines(root: Path, revision: str) -> dict[str, set[int]]:
+    """By file: lines of the working tree that the revision has not, or has otherwise."""
+    command = ["git", "diff", "-U0", "--no-color", "--no-ext-diff", "--relative", revision, "--", "."]
+    done = subprocess.run(command, cwd=root, stdout=subprocess.PIPE, text=True, check=True)
+    result: dict[str, set[int]] = {}
+    lines: set[int] = set()
+    for line in done.stdout.splitlines():
+        if line.startswith("+++ "):
+            lines = result.setdefault(line.removeprefix("+++ ").removeprefix("b/"), set())
+        elif match := re.match(r"@@ -\S+ \+(\d+)(?:,(\d+))? @@", line):
+            first, count = int(match[1]), int(match[2] or 1)
+            lines.update(range(first, first + count))
+    return result
+
+
+def chosen(found: list[Mutant], arguments: argparse.Namespace) -> list[Mutant]:
+    if arguments.file:
+        unknown = set(arguments.file) - {each.file for each in found}
+        if unknown:
+            raise safety_files.WrongList(f"--file {', '.join(sorted(unknown))}: not in files.txt, or nothing to mutate in it")
+        found = [each for each in found if each.file in arguments.file]
+    if arguments.since:
+        changed = changed_lines(safety_files.ROOT, arguments.since)
+        found = [each for each in found if each.line in changed.get(each.file, set())]
+    return found
+
+
+def text_of(mutant: Mutant) -> str:
+    return f"{mutant.file}:{mutant.line}:{mutant.column}: {mutant.source}  [{mutant.change}]"
+
+
+def try_all(work: Path, wanted: list[Mutant], jobs: int) -> tuple[set[int], set[int]]:
+    """The numbers of the killed ones, and of those that no test reaches."""
+    reach = trial.learn_reach(work / "build")
+    trial.check_selection(work / "build", reach)
+    unreached = {each.id for each in wanted if not reach.cases_for(each.id)}
+    with ThreadPoolExecutor(max_workers=jobs) as pool:
+        outcomes = pool.map(lambda each: trial.is_killed(work / "build", reach, each.id), wanted)
+        return {each.id for each, killed in zip(wanted, outcomes) if killed}, unreached
+
+
+def print_summary(wanted: list[Mutant], killed: set[int]) -> None:
+    print(f"{'mutants':>8}{'killed':>8}{'survived':>10}{'score':>8}  file")
+    files = list(dict.fromkeys(each.file for each in wanted))
+    for name in [*files, "all"]:
+        own = [each for each in wanted if name in (each.file, "all")]
+        count = sum(each.id in killed for each in own)
+        print(f"{len(own):8}{count:8}{len(own) - count:10}{100 * count / max(len(own), 1):7.1f}%  {name}")
+
+
+def complaints(wanted: list[Mutant], killed: set[int], unreached: set[int], listed: list[Survivor], is_whole: bool) -> list[str]:
+    result = []
+    for mutant in wanted:
+        entries = [each for each in listed if each.is_about(mutant)]
+        if mutant.id in killed and entries:
+            result.append(f"survivors.txt lists a mutant that is killed: {text_of(mutant)}")
+        elif mutant.id not in killed and not entries:
+            why = "reached by no test" if mutant.id in unreached else "survived"
+            result.append(f"{why}: {text_of(mutant)}")
+    if is_whole:
+        for entry in listed:
+            if not any(entry.is_about(mutant) for mutant in wanted):
+                result.append(f"survivors.txt lists a mutant that is not there: {entry}")
+    if len(killed) * 1000 < SCORE_MIN_PERMILLE * len(wanted):
+        result.append(f"killed {len(killed)} of {len(wanted)}, wanted at least {SCORE_MIN_PERMILLE / 10:g} %")
+    return result
+
+
+def write_json(path: Path, wanted: list[Mutant], killed: set[int], unreached: set[int]) -> None:
+    def outcome(mutant: Mutant) -> str:
+        return "killed" if mutant.id in killed else "unreached" if mutant.id in unreached else "survived"
+
+    rows = [dict(vars(each), outcome=outcome(each)) for each in wanted]
+    path.write_text(json.dumps({"mutants": len(wanted), "killed": len(killed), "rows": rows}, indent=1) + "\n")
+
+
+def main() -> int:
+    arguments = parse_arguments()
+    watch = trial.Stopwatch()
+    sources, found = mutants.find(safety_files.ROOT, safety_files.safety_files())
+    wanted = chosen(found, arguments)
+    if arguments.list:
+        print("\n".join(text_of(each) for each in wanted))
+        return 0
+    listed = survivors.read(safety_files.HERE / "survivors.txt")
+    if not wanted:
+        print("mutate: nothing to mutate")
+        return 0
+    constants = [constant for source in sources for constant in source.constants]
+    instead = {source.file: instrument.instrumented(source, constants) for source in sources}
+    main_file = "tests/support/catch_main.cpp"
+    instead[main_file] = (safety_files.ROOT / main_file).read_bytes() + b'#include "tests/mutation/reach_listener.hpp"\n'
+    trial.copy_project(safety_files.ROOT, arguments.work / "tree", instead)
+    trial.build(arguments.work / "tree", arguments.work / "build", arguments.jobs)
+    print(f"mutate: {len(wanted)} mutants, built after {watch}", flush=True)
+    killed, unreached = try_all(arguments.work, wanted, arguments.jobs)
+    print_summary(wanted, killed)
+    if arguments.json:
+        write_json(arguments.json, wanted, killed, unreached)
+    is_whole = len(wanted) == len(found)
+    wrong = complaints(wanted, killed, unreached, listed, is_whole)
+    for line in wrong:
+        print(line)
+    print(f"mutate: {'FAILED, ' if wrong else ''}{len(killed)} of {len(wanted)} killed, {len(listed)} listed, {watch}")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main())
+    except (trial.TrialError, mutants.CannotRead, safety_files.WrongList, blocks.WrongBlock) as error:
+        print(f"mutate: {error}", file=sys.stderr)
+        sys.exit(2)

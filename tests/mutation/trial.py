@@ -1,0 +1,158 @@
+"""Builds a copy of the project with all mutants in it, learns which tests reach which, and tries each on those."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+PROGRAMS = ("test_unit", "test_scenario")
+FIRST_BATCH_S = 0.1
+TIMEOUT_MIN_S = 5.0
+TIMEOUT_FACTOR = 10.0
+
+
+class TrialError(Exception):
+    """The copy does not build, or its tests fail without a mutant."""
+
+
+@dataclass
+class TestCase:
+    program: str
+    name: str
+    took_s: float
+    reaches: set[int]
+
+
+@dataclass
+class Reach:
+    """What each test case reaches. What was reached before the first one belongs to all of its program."""
+
+    cases: list[TestCase] = field(default_factory=list)
+    before: dict[str, set[int]] = field(default_factory=dict)
+
+    def cases_for(self, mutant: int) -> list[TestCase]:
+        """The quick ones first."""
+        found = [each for each in self.cases if mutant in each.reaches or mutant in self.before[each.program]]
+        return sorted(found, key=lambda each: each.took_s)
+
+
+def run(command: list[str], what: str) -> None:
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    if done.returncode != 0:
+        raise TrialError(f"{what} failed with {done.returncode}:\n{done.stdout[-6000:]}")
+
+
+def copy_project(root: Path, tree: Path, instead: dict[str, bytes]) -> None:
+    """All files of the project, those in `instead` with that content. What is the same already keeps its time, so that
+    the next build is a short one."""
+    listed = subprocess.run(
+        ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
+        cwd=root,
+        stdout=subprocess.PIPE,
+        check=True,
+    )
+    wanted = [name for name in listed.stdout.decode().split("\0") if name and (root / name).is_file()]
+    for name in wanted:
+        content = instead.get(name) or (root / name).read_bytes()
+        target = tree / name
+        if target.is_file() and target.read_bytes() == content:
+            continue
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_bytes(content)
+        target.chmod((root / name).stat().st_mode)
+    for path in tree.rglob("*"):
+        if path.is_file() and str(path.relative_to(tree)) not in wanted:
+            path.unlink()
+
+
+def build(tree: Path, folder: Path, jobs: int) -> None:
+    # Warnings would be about what the mutants make of the sources. An index out of range must not go unnoticed.
+    flags = "-O1 -g0 -w -Wno-narrowing -D_GLIBCXX_ASSERTIONS"
+    configure = ["cmake", "-S", str(tree), "-B", str(folder), "-G", "Ninja", "-DCMAKE_BUILD_TYPE=None"]
+    run(configure + ["-DCMAKE_CXX_COMPILER=clang++", f"-DCMAKE_CXX_FLAGS={flags}"], "configuring the copy")
+    command = ["cmake", "--build", str(folder), "--parallel", str(jobs), "--target", *PROGRAMS]
+    run(command, "building the copy with all mutants in it")
+
+
+def learn_reach(folder: Path) -> Reach:
+    reach = Reach()
+    for program in PROGRAMS:
+        record = folder / f"{program}.reach"
+        environment = dict(os.environ, BMU_MUTANT_RECORD=str(record))
+        done = subprocess.run(
+            [str(folder / "bin" / program)], env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+        )
+        if done.returncode != 0:
+            raise TrialError(f"{program} fails without any mutant:\n{done.stdout[-6000:]}")
+        for line in record.read_text().splitlines():
+            name, took_s, ids = line.split("\t")
+            reaches = {int(number) for number in ids.split()}
+            if name:
+                reach.cases.append(TestCase(program, name, float(took_s), reaches))
+            else:
+                reach.before[program] = reaches
+    return reach
+
+
+def _batches(cases: list[TestCase]) -> list[list[TestCase]]:
+    """Programs apart; of each at first what takes next to no time, for that is what most mutants fail at."""
+    batches = []
+    for program in PROGRAMS:
+        own = [each for each in cases if each.program == program]
+        quick: list[TestCase] = []
+        while own and sum(each.took_s for each in quick) + own[0].took_s <= FIRST_BATCH_S:
+            quick.append(own.pop(0))
+        batches += [batch for batch in (quick, own) if batch]
+    return batches
+
+
+def _quoted(name: str) -> str:
+    return '"' + name.replace("\\", "\\\\").replace('"', '\\"') + '"'
+
+
+def _fails(folder: Path, batch: list[TestCase], mutant: int) -> bool:
+    """Also if it crashes, or does not come to an end."""
+    command = [str(folder / "bin" / batch[0].program), "--abort", *(_quoted(each.name) for each in batch)]
+    limit_s = max(TIMEOUT_MIN_S, TIMEOUT_FACTOR * sum(each.took_s for each in batch))
+    try:
+        done = subprocess.run(
+            command,
+            env=dict(os.environ, BMU_MUTANT=str(mutant)),
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            timeout=limit_s,
+        )
+    except subprocess.TimeoutExpired:
+        return True
+    return done.returncode != 0
+
+
+def is_killed(folder: Path, reach: Reach, mutant: int) -> bool:
+    return any(_fails(folder, batch, mutant) for batch in _batches(reach.cases_for(mutant)))
+
+
+def check_selection(folder: Path, reach: Reach) -> None:
+    """Every test case can be chosen by its name, and passes by itself: otherwise a mutant might seem killed by what is
+    none of its doing, or survive because nothing ran."""
+    for program in PROGRAMS:
+        own = [each for each in reach.cases if each.program == program]
+        record = folder / f"{program}.chosen"
+        command = [str(folder / "bin" / program), *(_quoted(each.name) for each in own)]
+        done = subprocess.run(
+            command, env=dict(os.environ, BMU_MUTANT_RECORD=str(record)), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
+        ran = {line.split("\t")[0] for line in record.read_text().splitlines()} - {""}
+        missing = [each.name for each in own if each.name not in ran]
+        if done.returncode != 0 or missing:
+            raise TrialError(f"{program}: chosen by name, these do not run: {missing} (exit {done.returncode})")
+
+
+class Stopwatch:
+    def __init__(self) -> None:
+        self._started_at = time.monotonic()
+
+    def __str__(self) -> str:
+        return f"{time.monotonic() - self._started_at:.0f} s"

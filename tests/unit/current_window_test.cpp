@@ -1,0 +1,65 @@
+// How much the current has swung since a moment: which samples count at the edges of that time.
+#include "daemon/core/current_window.hpp"
+#include "tests/support/catch.hpp"
+
+using namespace bmu;
+
+namespace {
+
+constexpr TimePoint start{10s};
+
+}  // namespace
+
+TEST_CASE("without samples, or with one, nothing has swung", "[unit][current]") {
+  CurrentWindow window;
+  CHECK(window.swing_mA(start) == 0);
+  window.add(-5'000, start);
+  CHECK(window.swing_mA(start) == 0);
+}
+
+TEST_CASE("a swing is from the lowest to the highest sample, however close they are", "[unit][current]") {
+  CurrentWindow window;
+  window.add(1'000, start);
+  window.add(-2'000, start + 4ms);
+  window.add(5'000, start + 10ms - 1ns);
+  CHECK(window.swing_mA(start) == 7'000);
+  CHECK(window.swing_mA(start + 1h) == 7'000);  // the last moment that is known counts
+}
+
+TEST_CASE("a swing does not overflow", "[unit][current]") {
+  CurrentWindow window;
+  window.add(INT32_MIN, start);
+  window.add(INT32_MAX, start + 10ms);
+  CHECK(window.swing_mA(start) == std::int64_t{INT32_MAX} - INT32_MIN);
+}
+
+TEST_CASE("the moment before the asked-for time still counts, the one before that does not", "[unit][current]") {
+  CurrentWindow window;
+  window.add(100'000, start);
+  window.add(10'000, start + 10ms);
+  window.add(0, start + 20ms);
+  CHECK(window.swing_mA(start + 20ms + 1ns) == 0);
+  CHECK(window.swing_mA(start + 20ms) == 10'000);
+  CHECK(window.swing_mA(start + 10ms + 1ns) == 10'000);
+  CHECK(window.swing_mA(start + 10ms) == 100'000);
+}
+
+TEST_CASE("samples of 10 ms are kept together", "[unit][current]") {
+  CurrentWindow window;
+  window.add(100'000, start);
+  window.add(0, start + 10ms - 1ns);
+  CHECK(window.swing_mA(start + 1ns) == 100'000);
+  CurrentWindow apart;
+  apart.add(100'000, start);
+  apart.add(0, start + 10ms);
+  CHECK(apart.swing_mA(start + 10ms + 1ns) == 0);
+}
+
+TEST_CASE("the window reaches back 640 ms", "[unit][current]") {
+  CurrentWindow window;
+  window.add(100'000, start);
+  for (int count = 1; count < 64; ++count) window.add(0, start + count * 10ms);
+  CHECK(window.swing_mA(start) == 100'000);
+  window.add(0, start + 640ms);
+  CHECK(window.swing_mA(start) == 0);
+}

@@ -1,0 +1,404 @@
+// How a fault comes to be believed and goes away again: evidence, samples, warnings and what is remembered, to the
+// nanosecond. What every row of the table inherits is in fault_contract_test.cpp.
+#include "daemon/core/fault_memory.hpp"
+
+#include <set>
+#include <vector>
+
+#include "tests/support/catch.hpp"
+#include "tests/support/core_bench.hpp"
+
+using namespace bmu;
+
+namespace {
+
+using Kind = FaultChange::Kind;
+
+constexpr Element cell_1{.module_node = 1, .number = 1, .pack_number = 1};
+constexpr Element cell_2{.module_node = 1, .number = 2, .pack_number = 2};
+constexpr std::int32_t open_uV = 4'200'000;
+constexpr std::int32_t warn_uV = 4'150'000;
+constexpr std::int32_t good_uV = 3'700'000;
+constexpr std::int32_t between_uV = 4'190'000;  // no longer at the limit, not yet behind the hysteresis of 20 mV
+
+/// A memory that is shown the highest cell, and everything else as good. Confirms in 150 ms, clears in 1 s.
+class CellBench {
+ public:
+  CellBench() { modules_.init(config_); }
+
+  /// Time passes, then a sample is judged: value, of which cell, taken when (default: now).
+  FaultChanges see(Duration later, std::int32_t max_uV, const Element& cell = cell_1, Duration age = {}) {
+    now_ += later;
+    pack_.cell_voltage_uV = spread(max_uV, cell, now_ - age);
+    return update();
+  }
+  /// The value is there, but no cell is known to have it.
+  FaultChanges see_unknown(Duration later, std::int32_t max_uV = 0) {
+    now_ += later;
+    pack_.cell_voltage_uV = spread(max_uV, cell_1, now_);
+    pack_.cell_voltage_uV.count = 0;
+    return update();
+  }
+  FaultChanges see_partial(Duration later, std::int32_t max_uV) {
+    now_ += later;
+    pack_.cell_voltage_uV = spread(max_uV, cell_1, now_);
+    pack_.cell_voltage_uV.count = 7;
+    return update();
+  }
+  FaultChanges clear() { return memory_.clear_latched(); }
+  void confirm() {
+    (void)see(10ms, open_uV);
+    (void)see(150ms, open_uV);
+  }
+  void latch() {
+    (void)see(10ms, good_uV);
+    (void)see(1s, good_uV);
+  }
+  CoreFlags& flags() { return flags_; }
+  [[nodiscard]] const FaultState& state() const { return memory_.state(FaultId::cell_overvoltage); }
+  [[nodiscard]] const FaultMemory& memory() const { return memory_; }
+  [[nodiscard]] FaultStage stage() const { return state().stage; }
+  [[nodiscard]] TimePoint now() const { return now_; }
+
+ private:
+  static Spread spread(std::int32_t max_uV, const Element& cell, TimePoint taken_at) {
+    return {.min = good_uV,
+            .max = max_uV,
+            .min_at = cell,
+            .max_at = cell,
+            .min_taken_at = taken_at,
+            .max_taken_at = taken_at,
+            .count = 8,
+            .expected = 8};
+  }
+  FaultChanges update() {
+    return memory_.update(
+        {.now = now_, .config = &config_, .pack = &pack_, .modules = &modules_, .sensors = &sensors_, .flags = flags_});
+  }
+
+  CoreConfig config_ = test::small_pack();
+  ModuleTable modules_;
+  SensorTable sensors_;
+  PackState pack_{.modules_answering = 2, .modules_expected = 2};
+  CoreFlags flags_{.internal_bus_up = true};
+  FaultMemory memory_;
+  TimePoint now_{100s};
+};
+
+std::vector<Kind> kinds_of(const FaultChanges& changes, FaultId id = FaultId::cell_overvoltage) {
+  std::vector<Kind> kinds;
+  for (const FaultChange& change : changes) {
+    if (change.id == id) kinds.push_back(change.kind);
+  }
+  return kinds;
+}
+
+}  // namespace
+
+TEST_CASE("the stages of a fault have names of their own, and no other number has one", "[unit][faults]") {
+  std::set<std::string_view> names;
+  for (const FaultStage stage : {FaultStage::good, FaultStage::suspected, FaultStage::active, FaultStage::latched}) {
+    names.insert(to_text(stage));
+  }
+  CHECK(names == std::set<std::string_view>{"good", "suspected", "active", "latched"});
+  CHECK(to_text(static_cast<FaultStage>(99)) == "?");
+}
+
+TEST_CASE("before anything was judged no fault is there, nor known not to be", "[unit][faults]") {
+  const FaultMemory memory;
+  for (const FaultState& state : memory.states()) {
+    CHECK(state.stage == FaultStage::good);
+    CHECK_FALSE(state.is_present());
+    CHECK_FALSE(state.is_warning);
+    CHECK(state.judged == Verdict::unknown);
+    CHECK(state.count == 0);
+    CHECK(state.samples == 0);
+    CHECK(state.threshold == 0);
+  }
+}
+
+TEST_CASE("the same sample seen again is no second one, the next one of that cell is", "[unit][faults][F2]") {
+  CellBench bench;
+  (void)bench.see(0ms, open_uV);
+  (void)bench.see(200ms, open_uV, cell_1, 200ms);
+  CHECK(bench.stage() == FaultStage::suspected);
+  CHECK(bench.state().samples == 1);
+  (void)bench.see(0ms, open_uV, cell_1, 200ms - 1ns);
+  CHECK(bench.stage() == FaultStage::active);
+  CHECK(bench.state().samples == 2);
+}
+
+TEST_CASE("a sample that was taken before the first one is no second one", "[unit][faults][F2]") {
+  CellBench bench;
+  (void)bench.see(0ms, open_uV);
+  (void)bench.see(200ms, open_uV, cell_1, 201ms);
+  (void)bench.see(0ms, open_uV, cell_2, 300ms);
+  CHECK(bench.stage() == FaultStage::suspected);
+}
+
+TEST_CASE("another cell's sample counts if it comes 50 ms later, and not from the same poll", "[unit][faults][F2]") {
+  CellBench bench;
+  (void)bench.see(0ms, open_uV, cell_1);
+  (void)bench.see(150ms, open_uV, cell_2, 100ms + 1ns);
+  CHECK(bench.stage() == FaultStage::suspected);
+  (void)bench.see(0ms, open_uV, cell_2, 100ms);
+  CHECK(bench.stage() == FaultStage::active);
+}
+
+TEST_CASE("a second sample is compared with the last one that counted", "[unit][faults][F2]") {
+  CellBench bench;
+  (void)bench.see(0ms, open_uV, cell_1);
+  (void)bench.see(60ms, open_uV, cell_2);
+  CHECK(bench.state().samples == 2);
+  (void)bench.see(40ms, open_uV, cell_1);
+  CHECK(bench.state().samples == 2);
+  (void)bench.see(10ms, open_uV, cell_1);
+  CHECK(bench.state().samples == 3);
+}
+
+TEST_CASE("a good sample in between is not counted", "[unit][faults][F2]") {
+  CellBench bench;
+  (void)bench.see(0ms, open_uV);
+  (void)bench.see(100ms, good_uV);
+  CHECK(bench.state().samples == 1);
+}
+
+TEST_CASE("evidence grows while the value is beyond, shrinks half as fast while it is not, and waits while unknown",
+          "[unit][faults][F2][F9]") {
+  for (const std::int32_t not_beyond_uV : {good_uV, between_uV}) {
+    CellBench bench;
+    (void)bench.see(0ms, open_uV);
+    CHECK(bench.state().evidence == 0ms);
+    (void)bench.see(100ms, not_beyond_uV);
+    CHECK(bench.state().evidence == 100ms);
+    (void)bench.see_unknown(60ms);
+    CHECK(bench.state().evidence == 70ms);
+    (void)bench.see(1h, open_uV);
+    CHECK(bench.state().evidence == 70ms);
+    (void)bench.see(80ms - 1ns, open_uV);
+    CHECK(bench.stage() == FaultStage::suspected);
+    (void)bench.see(1ns, open_uV);
+    CHECK(bench.stage() == FaultStage::active);
+  }
+}
+
+TEST_CASE("more evidence than confirms is not kept, so a lone bad sample is forgotten after twice the confirm time",
+          "[unit][faults][F2]") {
+  CellBench bench;
+  (void)bench.see(0ms, open_uV);
+  (void)bench.see(1h, good_uV);
+  CHECK(bench.state().evidence == 150ms);
+  (void)bench.see(300ms - 2ns, good_uV);
+  CHECK(bench.stage() == FaultStage::suspected);
+  (void)bench.see(2ns, good_uV);
+  CHECK(bench.stage() == FaultStage::good);
+  CHECK(bench.state().evidence == 0ms);
+}
+
+TEST_CASE("an unknown value ends no suspicion, even one without evidence", "[unit][faults][F9]") {
+  CellBench bench;
+  (void)bench.see(0ms, open_uV);
+  (void)bench.see_unknown(0ms);
+  CHECK(bench.stage() == FaultStage::suspected);
+  (void)bench.see(0ms, good_uV);
+  CHECK(bench.stage() == FaultStage::good);
+}
+
+TEST_CASE("a new suspicion starts without evidence and with its first sample", "[unit][faults]") {
+  CellBench bench;
+  bench.confirm();
+  bench.latch();
+  (void)bench.clear();
+  REQUIRE(bench.stage() == FaultStage::good);
+  (void)bench.see(10ms, open_uV);
+  CHECK(bench.state().suspected_since == bench.now());
+  CHECK(bench.state().evidence == 0ms);
+  CHECK(bench.state().samples == 1);
+  CHECK(bench.stage() == FaultStage::suspected);
+}
+
+TEST_CASE("what was seen when a fault was confirmed is kept, and the first time it was", "[unit][faults][I7]") {
+  CellBench bench;
+  (void)bench.see(0ms, open_uV);
+  CHECK(bench.state().count == 0);
+  CHECK(kinds_of(bench.see(150ms, open_uV + 7'000, cell_1)) == std::vector{Kind::confirmed});
+  const TimePoint first_at = bench.now();
+  CHECK(bench.state().first_at == first_at);
+  CHECK(bench.state().last_at == first_at);
+  CHECK(bench.state().confirmed_at == first_at);
+  CHECK(bench.state().confirmed.value == open_uV + 7'000);
+  CHECK(bench.state().confirmed.element == cell_1);
+  CHECK(bench.state().threshold == open_uV);
+  CHECK(bench.state().count == 1);
+  CHECK(bench.see(10ms, open_uV + 9'000).empty());
+  CHECK(bench.state().confirmed.value == open_uV + 7'000);
+  CHECK(bench.state().latest.value == open_uV + 9'000);
+  CHECK(bench.state().last_at == bench.now());
+  const TimePoint last_at = bench.now();
+  bench.latch();
+  CHECK(bench.state().last_at == last_at);
+  (void)bench.clear();
+  bench.confirm();
+  CHECK(bench.state().count == 2);
+  CHECK(bench.state().first_at == first_at);
+  CHECK(bench.state().last_at == bench.now());
+  CHECK(bench.state().confirmed_at == bench.now());
+}
+
+TEST_CASE("a cause is gone after 1 s of good values without a break", "[unit][faults][I10]") {
+  CellBench bench;
+  bench.confirm();
+  (void)bench.see(10ms, good_uV);
+  CHECK(bench.state().good_since == bench.now());
+  CHECK(bench.see(999ms, good_uV).empty());
+  CHECK(bench.stage() == FaultStage::active);
+  SECTION("a value within the hysteresis is a break") { (void)bench.see(1ms - 1ns, between_uV); }
+  SECTION("an unknown value is a break") { (void)bench.see_unknown(1ms - 1ns); }
+  SECTION("a value that does not speak for every cell is a break") { (void)bench.see_partial(1ms - 1ns, good_uV); }
+  CHECK(bench.state().good_since == TimePoint{});
+  (void)bench.see(10ms, good_uV);
+  CHECK(bench.see(1s - 1ns, good_uV).empty());
+  CHECK(bench.stage() == FaultStage::active);
+  CHECK(kinds_of(bench.see(1ns, good_uV)) == std::vector{Kind::cause_gone});
+  CHECK(bench.stage() == FaultStage::latched);
+}
+
+TEST_CASE("a latched fault stays while its value is good or unknown, and is back with any other",
+          "[unit][faults][I10]") {
+  for (const std::int32_t back_uV : {open_uV, between_uV}) {
+    CellBench bench;
+    bench.confirm();
+    bench.latch();
+    REQUIRE(bench.stage() == FaultStage::latched);
+    CHECK(bench.state().is_present());
+    (void)bench.see_unknown(10ms);
+    CHECK(bench.stage() == FaultStage::latched);
+    (void)bench.see(10ms, good_uV);
+    CHECK(bench.stage() == FaultStage::latched);
+    (void)bench.see(10ms, back_uV);
+    CHECK(bench.stage() == FaultStage::active);
+    CHECK(bench.state().last_at == bench.now());
+    CHECK(bench.state().count == 1);
+    (void)bench.see(10ms, good_uV);
+    (void)bench.see(1s - 1ns, good_uV);  // the whole time anew
+    CHECK(bench.stage() == FaultStage::active);
+  }
+}
+
+TEST_CASE("a clear takes what is latched and known to be good, and nothing else", "[unit][faults][I10]") {
+  CellBench bench;
+  CHECK(bench.clear().empty());
+  bench.confirm();
+  (void)bench.see(10ms, good_uV);
+  CHECK(bench.clear().empty());
+  CHECK(bench.stage() == FaultStage::active);
+  bench.latch();
+  (void)bench.see_unknown(10ms);
+  CHECK(bench.clear().empty());
+  CHECK(bench.stage() == FaultStage::latched);
+  (void)bench.see(10ms, good_uV);
+  CHECK(kinds_of(bench.clear()) == std::vector{Kind::cleared});
+  CHECK(bench.stage() == FaultStage::good);
+  CHECK_FALSE(bench.state().is_present());
+}
+
+TEST_CASE("a row without confirm time is believed at once, and one that does not latch clears by itself",
+          "[unit][faults]") {
+  CellBench bench;
+  bench.flags().internal_bus_up = false;
+  CHECK(kinds_of(bench.see(0ms, good_uV), FaultId::internal_bus_down) == std::vector{Kind::confirmed});
+  bench.flags().internal_bus_up = true;
+  (void)bench.see(10ms, good_uV);
+  CHECK(kinds_of(bench.see(1s - 1ns, good_uV), FaultId::internal_bus_down).empty());
+  CHECK(kinds_of(bench.see(1ns, good_uV), FaultId::internal_bus_down) == std::vector{Kind::cleared});
+  CHECK(bench.memory().state(FaultId::internal_bus_down).stage == FaultStage::good);
+  CHECK_FALSE(bench.memory().state(FaultId::internal_bus_down).is_warning);
+}
+
+TEST_CASE("a warning is told once, and once that it is over", "[unit][faults]") {
+  CellBench bench;
+  CHECK(bench.see(0ms, warn_uV - 1).empty());
+  CHECK(kinds_of(bench.see(10ms, warn_uV)) == std::vector{Kind::warned});
+  CHECK(bench.state().warning_since == bench.now());
+  CHECK(bench.see(10ms, warn_uV + 1'000).empty());
+  CHECK(bench.see(10ms, warn_uV - 1).empty());
+  CHECK(bench.see_unknown(10ms).empty());
+  CHECK(bench.state().is_warning);
+  CHECK(kinds_of(bench.see(10ms, good_uV)) == std::vector{Kind::warning_over});
+  CHECK(bench.see(10ms, good_uV).empty());
+}
+
+TEST_CASE("of a warning the worst value is kept, and of equal ones the first", "[unit][faults]") {
+  CellBench bench;
+  (void)bench.see(0ms, warn_uV + 1'000);
+  const TimePoint first_at = bench.now();
+  (void)bench.see(10ms, warn_uV + 1'000, cell_2);
+  CHECK(bench.state().warning.taken_at == first_at);
+  CHECK(bench.state().warning.element == cell_1);
+  (void)bench.see(10ms, warn_uV);
+  CHECK(bench.state().warning.value == warn_uV + 1'000);
+  (void)bench.see_unknown(10ms, warn_uV + 9'000);
+  CHECK(bench.state().warning.value == warn_uV + 1'000);
+  (void)bench.see(10ms, warn_uV + 2'000, cell_2);
+  CHECK(bench.state().warning.value == warn_uV + 2'000);
+  CHECK(bench.state().warning.element == cell_2);
+}
+
+TEST_CASE("of a warning of a lower limit the lowest value is kept", "[unit][faults]") {
+  const CoreConfig config = test::small_pack();
+  ModuleTable modules;
+  modules.init(config);
+  const SensorTable sensors;
+  FaultMemory memory;
+  PackState pack;
+  const auto see = [&](std::int32_t min_uV, const Element& cell) {
+    pack.cell_voltage_uV = {.min = min_uV, .max = good_uV, .min_at = cell, .count = 8, .expected = 8};
+    (void)memory.update(
+        {.now = TimePoint{1s}, .config = &config, .pack = &pack, .modules = &modules, .sensors = &sensors});
+    return memory.state(FaultId::cell_undervoltage).warning;
+  };
+  CHECK(see(3'100'000, cell_1).value == 3'100'000);
+  CHECK(see(3'100'000, cell_2).element == cell_1);
+  CHECK(see(3'099'999, cell_2).value == 3'099'999);
+  CHECK(see(3'100'000, cell_1).value == 3'099'999);
+}
+
+TEST_CASE("a reading against a threshold: at it is beyond, behind the hysteresis is good", "[unit][faults]") {
+  const auto upper = [](std::int64_t value) {
+    return evaluate({.is_known = true, .value = value}, Sense::at_or_above, 100, 10);
+  };
+  CHECK(upper(101) == Verdict::beyond);
+  CHECK(upper(100) == Verdict::beyond);
+  CHECK(upper(99) == Verdict::between);
+  CHECK(upper(91) == Verdict::between);
+  CHECK(upper(90) == Verdict::good);
+  const auto lower = [](std::int64_t value) {
+    return evaluate({.is_known = true, .value = value}, Sense::at_or_below, 100, 10);
+  };
+  CHECK(lower(99) == Verdict::beyond);
+  CHECK(lower(100) == Verdict::beyond);
+  CHECK(lower(101) == Verdict::between);
+  CHECK(lower(109) == Verdict::between);
+  CHECK(lower(110) == Verdict::good);
+  CHECK(evaluate({.value = 1'000}, Sense::at_or_above, 100, 10) == Verdict::unknown);
+  CHECK(evaluate({.value = 1'000}, Sense::at_or_below, 100, 10) == Verdict::unknown);
+}
+
+TEST_CASE("a row has its thresholds from the configuration, or is true or not", "[unit][faults]") {
+  LimitsConfig limits;
+  limits.cell_overvoltage = {.warn = 1, .open = 2, .hysteresis = 3, .confirm = 4ms, .clear = 5ms};
+  const Thresholds configured = thresholds_of({.limit = &LimitsConfig::cell_overvoltage}, limits);
+  CHECK(configured.warn == 1);
+  CHECK(configured.open == 2);
+  CHECK(configured.hysteresis == 3);
+  CHECK(configured.has_warning);
+  CHECK(configured.confirm == 4ms);
+  CHECK(configured.clear == 5ms);
+  const Thresholds simple = thresholds_of({.confirm = 6ms, .clear = 7ms}, limits);
+  CHECK(simple.warn == 1);
+  CHECK(simple.open == 1);
+  CHECK(simple.hysteresis == 0);
+  CHECK_FALSE(simple.has_warning);
+  CHECK(simple.confirm == 6ms);
+  CHECK(simple.clear == 7ms);
+}

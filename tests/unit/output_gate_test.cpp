@@ -1,0 +1,116 @@
+// What may leave, and the contactor command bit by bit.
+#include "daemon/core/output_gate.hpp"
+
+#include <set>
+
+#include "protocol/message.hpp"
+#include "protocol/tables/internal_bus.hpp"
+#include "protocol/tables/vehicle_bus.hpp"
+#include "tests/support/catch.hpp"
+
+using namespace bmu;
+
+namespace {
+
+constexpr bool ContactorOutputs::*all_outputs[] = {
+    &ContactorOutputs::main_positive, &ContactorOutputs::main_negative, &ContactorOutputs::precharge,
+    &ContactorOutputs::charge,        &ContactorOutputs::auxiliary,     &ContactorOutputs::fan,
+    &ContactorOutputs::heater};
+
+}  // namespace
+
+TEST_CASE("each output has its own bit in the command, and comes back out of it", "[unit][gate]") {
+  std::set<std::uint8_t> bits;
+  for (const auto output : all_outputs) {
+    ContactorOutputs outputs;
+    outputs.*output = true;
+    const CanFrame frame = contactor_command_frame(outputs, 77);
+    CHECK(outputs_of(frame) == outputs);
+    bits.insert(frame.data[0]);
+    CHECK(frame.id == 0x040);
+    CHECK(frame.length == 8);
+    CHECK((frame.data[0] ^ frame.data[1]) == 0xFF);
+    CHECK(frame.data[6] == 77);
+  }
+  CHECK(bits == std::set<std::uint8_t>{0x01, 0x02, 0x04, 0x08, 0x10, 0x20, 0x40});
+  CHECK(contactor_command_frame({}, 0).data[0] == 0);
+  CHECK(outputs_of(contactor_command_frame({}, 0)) == ContactorOutputs{});
+}
+
+TEST_CASE("no contactor leaves without the permission to stay closed, other outputs need none",
+          "[unit][gate]") {
+  for (const auto output : all_outputs) {
+    ContactorOutputs outputs;
+    outputs.*output = true;
+    const CanFrame frame = contactor_command_frame(outputs, 1);
+    CHECK(judge_output(Port::internal, frame, {.may_stay_closed = true, .decided = outputs}) == GateVerdict::pass);
+    const GateVerdict forbidden = outputs.any_contactor() ? GateVerdict::not_permitted : GateVerdict::pass;
+    CHECK(judge_output(Port::internal, frame, {.may_stay_closed = false, .decided = outputs}) == forbidden);
+    CHECK(judge_output(Port::internal, frame, {.may_stay_closed = true}) == GateVerdict::not_permitted);
+    CHECK(judge_output(Port::internal, contactor_command_frame({}, 1), {.may_stay_closed = true, .decided = outputs}) ==
+          GateVerdict::not_permitted);
+  }
+  CHECK(judge_output(Port::internal, contactor_command_frame({.main_negative = true}, 1), {}) ==
+        GateVerdict::not_permitted);
+}
+
+TEST_CASE("rules that nobody filled in let no contactor close", "[unit][gate]") {
+  const GateRules rules;
+  CHECK_FALSE(rules.may_stay_closed);
+  CHECK(rules.decided == ContactorOutputs{});
+  CHECK_FALSE(rules.decided.any_contactor());
+  CHECK(judge_output(Port::vehicle, make_frame(vehicle_bus::pack_current), rules) == GateVerdict::pass);
+}
+
+TEST_CASE("each way in which a frame can have the wrong form is found", "[unit][gate]") {
+  CanFrame good = make_frame(internal_bus::poll);
+  seal(internal_bus::poll, 1, good);
+  REQUIRE(judge_output(Port::internal, good, {}) == GateVerdict::pass);
+  const auto malformed = [&good](void (*spoil)(CanFrame& frame)) {
+    CanFrame frame = good;
+    spoil(frame);
+    return judge_output(Port::internal, frame, {}) == GateVerdict::malformed;
+  };
+  CHECK(malformed([](CanFrame& frame) { frame.is_extended = true; }));
+  CHECK(malformed([](CanFrame& frame) { frame.is_remote = true; }));
+  CHECK(malformed([](CanFrame& frame) { frame.is_error = true; }));
+  CHECK(malformed([](CanFrame& frame) { frame.length = 7; }));
+  CHECK(malformed([](CanFrame& frame) { frame.data[7] ^= 1; }));
+  CHECK(malformed([](CanFrame& frame) { frame.data[6] ^= 1; }));
+}
+
+TEST_CASE("a complement is asked for exactly where the message has one", "[unit][gate]") {
+  CanFrame poll = make_frame(internal_bus::poll);
+  poll.data[0] = 0x0F;
+  poll.data[1] = 0x0F;
+  seal(internal_bus::poll, 1, poll);
+  CHECK(judge_output(Port::internal, poll, {}) == GateVerdict::pass);
+  CanFrame command = contactor_command_frame({}, 1);
+  for (const std::uint8_t complement : {0x00, 0xFE, 0x7F}) {
+    command.data[1] = complement;
+    command.data[7] = frame_crc(command);
+    CHECK(judge_output(Port::internal, command, {}) == GateVerdict::malformed);
+  }
+}
+
+TEST_CASE("the vehicle's messages need no checksum, and leave at the configured identifiers only", "[unit][gate]") {
+  CanFrame frame = make_frame(vehicle_bus::pack_current);
+  frame.data[7] = 0x5A;
+  CHECK(judge_output(Port::vehicle, frame, {}) == GateVerdict::pass);
+  CHECK(judge_output(Port::internal, frame, {}) == GateVerdict::not_ours);
+  const std::uint32_t offset = frame.id - 0x620;
+  frame.id = 0x100 + offset;
+  CHECK(judge_output(Port::vehicle, frame, {.vehicle_base_id = 0x100}) == GateVerdict::pass);
+  CHECK(judge_output(Port::vehicle, frame, {.vehicle_base_id = 0x101}) != GateVerdict::pass);
+  CHECK(judge_output(Port::vehicle, frame, {}) == GateVerdict::not_ours);
+}
+
+TEST_CASE("the gate's verdicts have names of their own, and no other number has one", "[unit][gate]") {
+  std::set<std::string_view> names;
+  for (const GateVerdict verdict :
+       {GateVerdict::pass, GateVerdict::not_ours, GateVerdict::malformed, GateVerdict::not_permitted}) {
+    names.insert(to_text(verdict));
+  }
+  CHECK(names == std::set<std::string_view>{"pass", "not ours to send", "malformed", "not permitted"});
+  CHECK(to_text(static_cast<GateVerdict>(99)) == "?");
+}
