@@ -13,6 +13,8 @@ packages_of_group() {
     rig) echo qemu-system-x86 busybox-static cpio gzip kmod iproute2 can-utils jq xz-utils zstd make gcc libelf-dev ;;
     # libclang-rt-dev holds the sanitizers' runtime, python3 runs run-clang-tidy.
     lint) echo git shellcheck clang clang-format clang-tidy libclang-rt-dev python3 ;;
+    # llvm holds llvm-cov and llvm-profdata; python3-clang is for Debian's own /usr/bin/python3.
+    mutation) echo git clang llvm libclang-rt-dev python3 python3-clang ;;
     *) return 1 ;;
   esac
 }
@@ -21,7 +23,7 @@ packages_usage() {
   cat <<'TEXT'
 usage: tools/packages.sh [--list] GROUP...
 
-Installs what is missing of the groups build, test, rig and lint; "all" means every group.
+Installs what is missing of the groups build, test, rig, lint and mutation; "all" means every group.
 --list prints the missing packages, one a line, and installs nothing.
 
   tools/packages.sh build test     to build and to run the fast tests
@@ -54,7 +56,7 @@ package_is_installed() {
 packages_missing() {
   local group package packages
   for group in "$@"; do
-    packages=$(packages_of_group "$group") || packages_fail "unknown group '$group' (build, test, rig, lint)" || return
+    packages=$(packages_of_group "$group") || packages_fail "unknown group '$group' (build, test, rig, lint, mutation)" || return
     for package in $packages; do
       package_is_installed "$package" || echo "$package"
     done
@@ -87,7 +89,7 @@ packages_main() {
   case ${1:-} in
     '') packages_usage >&2; return 2 ;;
     -h | --help) packages_usage; return 0 ;;
-    all) set -- build test rig lint ;;
+    all) set -- build test rig lint mutation ;;
   esac
   if [[ $list == yes ]]; then packages_missing "$@"; else packages_install "$@"; fi
 }

@@ -28,9 +28,7 @@ MessageMatch find_row(Port port, const CanFrame& frame, std::uint16_t vehicle_ba
 
 bool is_well_formed(const MessageSpec& row, const CanFrame& frame) {
   if (frame.is_extended || frame.is_remote || frame.is_error || frame.length != row.length) return false;
-  const bool has_crc =
-      row.protection == Protection::counter_crc || row.protection == Protection::counter_crc_complement;
-  if (has_crc && frame.data[7] != frame_crc(frame)) return false;
+  if (has_crc(row) && frame.data[7] != frame_crc(frame)) return false;
   return row.protection != Protection::counter_crc_complement || (frame.data[0] ^ frame.data[1]) == 0xFF;
 }
 
@@ -40,7 +38,7 @@ GateVerdict judge_output(Port port, const CanFrame& frame, const GateRules& rule
   const MessageMatch match = find_row(port, frame, rules.vehicle_base_id);
   if (match.message == nullptr || match.message->sender != Sender::bmu) return GateVerdict::not_ours;
   if (!is_well_formed(*match.message, frame)) return GateVerdict::malformed;
-  if (match.message->base_id == contactor_command.base_id && port == Port::internal) {
+  if (match.message == &contactor_command) {
     const ContactorOutputs asked = outputs_of(frame);
     const bool closes_without_permission = asked.any_contactor() && !rules.may_stay_closed;
     if (asked != rules.decided || closes_without_permission) return GateVerdict::not_permitted;

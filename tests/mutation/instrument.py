@@ -62,8 +62,8 @@ def _apply(text: bytes, edits: list[Edit], start: int = 0, end: int | None = Non
     return b"".join(result)
 
 
-def twin_name(constant: Constant) -> str:
-    return f"{constant.name}_twin"
+def twin_name(name: str) -> str:
+    return f"{name}_twin"
 
 
 def _twin_of(source: Source, constant: Constant) -> str:
@@ -79,7 +79,7 @@ def _twin_of(source: Source, constant: Constant) -> str:
     if type_text == "auto" and initialiser.startswith("{"):
         initialiser = f" = std::array{initialiser}"
     kept = "[[maybe_unused]] " if constant.is_local else "inline static const " if constant.is_member else "static const "
-    return f" {kept}{type_text} {twin_name(constant)}{initialiser};"
+    return f" {kept}{type_text} {twin_name(constant.name)}{initialiser};"
 
 
 def instrumented(source: Source, constants: list[Constant]) -> bytes:
@@ -88,14 +88,14 @@ def instrumented(source: Source, constants: list[Constant]) -> bytes:
     for constant in constants:
         first = min(place.first_id for place in constant.places)
         last = max(place.first_id + len(place.changes) - 1 for place in constant.places)
-        for file, start, end in constant.uses:
-            if file == source.file:
-                name = source.text[start:end].decode()
-                use = (
-                    f"(std::is_constant_evaluated() ? {name} : "
-                    f"(bmu_mutant::use({first}, {last}), {name}_twin))"
-                )
-                edits.append((start, end, (2, 0), use))
+        for use in constant.uses:
+            if use.file != source.file:
+                continue
+            name = source.text[use.start : use.end].decode()
+            text = f"(bmu_mutant::use({first}, {last}), {twin_name(name)})"
+            if use.may_be_constant:
+                text = f"(std::is_constant_evaluated() ? {name} : {text})"
+            edits.append((use.start, use.end, (2, 0), text))
     for constant in source.constants:
         behind = source.text.index(b";", constant.end) + 1
         edits.append((behind, behind, (3, 0), _twin_of(source, constant)))

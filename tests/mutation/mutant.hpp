@@ -1,5 +1,5 @@
-// What instrumented sources call: each place asks whether its mutant is the selected one. Compile-time evaluation always
-// gets the original, so that constant tables and static_asserts hold.
+// What instrumented sources call: each place asks whether its mutant is the selected one. Compile-time evaluation
+// always gets the original, so that constant tables and static_asserts hold.
 //
 //   BMU_MUTANT=17          selects mutant 17; without it the program is the original
 //   BMU_MUTANT_RECORD=FILE writes which mutants each test case reaches
@@ -13,7 +13,11 @@
 
 namespace bmu_mutant {
 
-inline const int selected = std::getenv("BMU_MUTANT") != nullptr ? std::atoi(std::getenv("BMU_MUTANT")) : 0;
+inline int read_selected() {
+  const char* const id = std::getenv("BMU_MUTANT");
+  return id != nullptr ? std::atoi(id) : 0;
+}
+inline const int selected = read_selected();
 inline const bool is_recording = std::getenv("BMU_MUTANT_RECORD") != nullptr;
 
 /// By mutant: reached since the last test case began.
@@ -53,11 +57,11 @@ constexpr std::common_type_t<Original, Others...> value(int first, Original orig
 }
 
 /// The same for the second self of a constant, which must not be computed at compile time, or it could not differ, and
-/// which nobody has reached before somebody uses it.
+/// which nobody has reached before somebody uses it. Called before main, maybe before `selected` has its value.
 template <class Original, class... Others>
 std::common_type_t<Original, Others...> twin_value(int first, Original original, Others... others) {
   std::common_type_t<Original, Others...> result = original;
-  ((first == selected ? void(result = others) : void(), ++first), ...);
+  ((first == read_selected() ? void(result = others) : void(), ++first), ...);
   return result;
 }
 

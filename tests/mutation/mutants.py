@@ -66,6 +66,16 @@ class Place:
     others: list[str] = field(default_factory=list)  # literals in place of the original one
 
 
+@dataclass(frozen=True, order=True)
+class Use:
+    """Where a constant's name stands in code that may run."""
+
+    file: str
+    start: int
+    end: int
+    may_be_constant: bool  # in a constexpr function
+
+
 @dataclass
 class Constant:
     """A constexpr variable with literals in it. At run time a second self, its twin, stands for it."""
@@ -78,7 +88,7 @@ class Constant:
     places: list[Place]
     is_local: bool
     is_member: bool
-    uses: list[tuple[str, int, int]] = field(default_factory=list)  # file, start and end of each name at run time
+    uses: list[Use] = field(default_factory=list)
 
 
 @dataclass
@@ -121,6 +131,7 @@ class _Finder:
         self.excluded: list[tuple[int, int]] = []
         self.subscripts: list[tuple[int, int]] = []
         self.loop_heads: list[tuple[int, int]] = []
+        self.constexpr_functions: list[tuple[int, int]] = []
         self.constants_at: dict[tuple[str, int], Constant] = {}
         self.references: list[tuple[Cursor, int, int]] = []
         self.tokens = [
@@ -144,8 +155,11 @@ class _Finder:
         if kind == CursorKind.STATIC_ASSERT:
             self.excluded.append((start, end))
         if kind in FUNCTIONS or kind == CursorKind.LAMBDA_EXPR:
-            if b"consteval" in self.source.text[start:end].split(b"(", 1)[0].split():
+            specifiers = self.source.text[start:end].split(b"(", 1)[0].split()
+            if b"consteval" in specifiers:
                 self.excluded.append((start, end))
+            if b"constexpr" in specifiers:
+                self.constexpr_functions.append((start, end))
             for child in cursor.get_children():
                 if child.kind == CursorKind.COMPOUND_STMT:
                     self.bodies.append(reach_of(child))
@@ -249,6 +263,11 @@ class _Finder:
         if any(start <= offset < end for start, end in self.excluded):
             return True
         return not any(start <= offset < end for start, end in self.bodies + self.initialisers)
+
+    def is_at_run_time(self, start: int, end: int) -> bool:
+        """A name: not in what is computed while compiling, and no template argument either."""
+        is_argument = self.source.text[start - 1 : start] == b"<" or self.source.text[end : end + 1] == b">"
+        return not is_argument and not self._is_at_compile_time(start)
 
     def _is_spaced(self, start: int, end: int) -> bool:
         return self.source.text[start - 1 : start].isspace() and self.source.text[end : end + 1].isspace()
@@ -356,8 +375,9 @@ def _note_uses(finders: list[_Finder]) -> None:
         for declared, start, end in finder.references:
             place = declared.location
             constant = constants.get((place.file.name, place.offset)) if place.file is not None else None
-            if constant is not None and not finder._is_at_compile_time(start):
-                constant.uses.append((finder.source.file, start, end))
+            if constant is not None and finder.is_at_run_time(start, end):
+                may_be_constant = any(first <= start < last for first, last in finder.constexpr_functions)
+                constant.uses.append(Use(finder.source.file, start, end, may_be_constant))
 
 
 def find(root: Path, files: list[str]) -> tuple[list[Source], list[Mutant]]:

@@ -1,6 +1,6 @@
-// Writes, for each test case, how long it took and which mutants it reached: name, seconds and numbers between tabs. What
-// was reached before the first one belongs to all, and has no name. Included at the end of tests/support/catch_main.cpp
-// in the instrumented copy of the sources.
+// Writes, for each test case, how long it took and which mutants it reached: name, seconds and numbers between tabs.
+// What was reached before the first one belongs to all, and has no name. Included at the end of
+// tests/support/catch_main.cpp in the instrumented copy of the sources.
 #pragma once
 
 #include <chrono>

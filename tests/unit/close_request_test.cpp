@@ -1,5 +1,6 @@
 // Who asks for a closed pack: edges of two lines, and when a wish ends.
 #include "daemon/core/close_request.hpp"
+
 #include "tests/support/catch.hpp"
 
 using namespace bmu;
@@ -70,7 +71,8 @@ TEST_CASE("a wish that was dealt with needs a new edge, whichever line it came f
   }
 }
 
-TEST_CASE("lines nobody saw for a while: a closed pack keeps its wish, an open one forgets it", "[unit][request][F64]") {
+TEST_CASE("lines nobody saw for a while: a closed pack keeps its wish, an open one forgets it",
+          "[unit][request][F64]") {
   for (const PduState& line : {vehicle, charger}) {
     CloseRequest closed = seen_off();
     (void)closed.follow(line, true, start + 1s);

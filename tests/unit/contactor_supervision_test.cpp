@@ -123,10 +123,18 @@ TEST_CASE("a command is stuck after more than 20 ms", "[unit][command_link]") {
   link.note_sent(7, start);
   CHECK_FALSE(link.is_stuck(start + 20ms));
   CHECK(link.is_stuck(start + 20ms + 1ns));
-  SECTION("until its echo") { link.note_echo(7); }
-  SECTION("not when it was not taken") { link.note_failed(); }
-  SECTION("not when echoes were lost here") { link.note_echoes_lost(); }
-  SECTION("not when the bus and its queue are gone") { link.forget(); }
+  SECTION("until its echo") {
+    link.note_echo(7);
+  }
+  SECTION("not when it was not taken") {
+    link.note_failed();
+  }
+  SECTION("not when echoes were lost here") {
+    link.note_echoes_lost();
+  }
+  SECTION("not when the bus and its queue are gone") {
+    link.forget();
+  }
   CHECK_FALSE(link.is_stuck(start + 1h));
 }
 

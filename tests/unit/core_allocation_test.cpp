@@ -69,7 +69,6 @@ TEST_CASE("observe and decide never touch the heap, from start to fault to shutd
 
 TEST_CASE("the counter of this test does count", "[unit][allocation]") {
   const std::uint64_t before = allocation_count();
-  const std::vector<int> one(10);
-  CHECK(one.size() == 10);
-  CHECK(allocation_count() > before);
+  ::operator delete(::operator new(10));  // not a vector: the compiler may leave out one that nobody needs
+  CHECK(allocation_count() == before + 1);
 }

@@ -1,5 +1,6 @@
 // How much the current has swung since a moment: which samples count at the edges of that time.
 #include "daemon/core/current_window.hpp"
+
 #include "tests/support/catch.hpp"
 
 using namespace bmu;

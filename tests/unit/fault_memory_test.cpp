@@ -252,9 +252,15 @@ TEST_CASE("a cause is gone after 1 s of good values without a break", "[unit][fa
   CHECK(bench.state().good_since == bench.now());
   CHECK(bench.see(999ms, good_uV).empty());
   CHECK(bench.stage() == FaultStage::active);
-  SECTION("a value within the hysteresis is a break") { (void)bench.see(1ms - 1ns, between_uV); }
-  SECTION("an unknown value is a break") { (void)bench.see_unknown(1ms - 1ns); }
-  SECTION("a value that does not speak for every cell is a break") { (void)bench.see_partial(1ms - 1ns, good_uV); }
+  SECTION("a value within the hysteresis is a break") {
+    (void)bench.see(1ms - 1ns, between_uV);
+  }
+  SECTION("an unknown value is a break") {
+    (void)bench.see_unknown(1ms - 1ns);
+  }
+  SECTION("a value that does not speak for every cell is a break") {
+    (void)bench.see_partial(1ms - 1ns, good_uV);
+  }
   CHECK(bench.state().good_since == TimePoint{});
   (void)bench.see(10ms, good_uV);
   CHECK(bench.see(1s - 1ns, good_uV).empty());

@@ -1,6 +1,7 @@
 // What may leave, and the contactor command bit by bit.
 #include "daemon/core/output_gate.hpp"
 
+#include <array>
 #include <set>
 
 #include "protocol/message.hpp"
@@ -12,10 +13,10 @@ using namespace bmu;
 
 namespace {
 
-constexpr bool ContactorOutputs::*all_outputs[] = {
-    &ContactorOutputs::main_positive, &ContactorOutputs::main_negative, &ContactorOutputs::precharge,
-    &ContactorOutputs::charge,        &ContactorOutputs::auxiliary,     &ContactorOutputs::fan,
-    &ContactorOutputs::heater};
+constexpr std::array all_outputs = {&ContactorOutputs::main_positive, &ContactorOutputs::main_negative,
+                                    &ContactorOutputs::precharge,     &ContactorOutputs::charge,
+                                    &ContactorOutputs::auxiliary,     &ContactorOutputs::fan,
+                                    &ContactorOutputs::heater};
 
 }  // namespace
 
@@ -37,8 +38,7 @@ TEST_CASE("each output has its own bit in the command, and comes back out of it"
   CHECK(outputs_of(contactor_command_frame({}, 0)) == ContactorOutputs{});
 }
 
-TEST_CASE("no contactor leaves without the permission to stay closed, other outputs need none",
-          "[unit][gate]") {
+TEST_CASE("no contactor leaves without the permission to stay closed, other outputs need none", "[unit][gate]") {
   for (const auto output : all_outputs) {
     ContactorOutputs outputs;
     outputs.*output = true;
@@ -66,7 +66,7 @@ TEST_CASE("each way in which a frame can have the wrong form is found", "[unit][
   CanFrame good = make_frame(internal_bus::poll);
   seal(internal_bus::poll, 1, good);
   REQUIRE(judge_output(Port::internal, good, {}) == GateVerdict::pass);
-  const auto malformed = [&good](void (*spoil)(CanFrame& frame)) {
+  const auto malformed = [&good](void (*spoil)(CanFrame & frame)) {
     CanFrame frame = good;
     spoil(frame);
     return judge_output(Port::internal, frame, {}) == GateVerdict::malformed;
@@ -86,7 +86,7 @@ TEST_CASE("a complement is asked for exactly where the message has one", "[unit]
   seal(internal_bus::poll, 1, poll);
   CHECK(judge_output(Port::internal, poll, {}) == GateVerdict::pass);
   CanFrame command = contactor_command_frame({}, 1);
-  for (const std::uint8_t complement : {0x00, 0xFE, 0x7F}) {
+  for (const auto complement : std::to_array<std::uint8_t>({0x00, 0xFE, 0x7F})) {
     command.data[1] = complement;
     command.data[7] = frame_crc(command);
     CHECK(judge_output(Port::internal, command, {}) == GateVerdict::malformed);
@@ -101,8 +101,11 @@ TEST_CASE("the vehicle's messages need no checksum, and leave at the configured 
   const std::uint32_t offset = frame.id - 0x620;
   frame.id = 0x100 + offset;
   CHECK(judge_output(Port::vehicle, frame, {.vehicle_base_id = 0x100}) == GateVerdict::pass);
-  CHECK(judge_output(Port::vehicle, frame, {.vehicle_base_id = 0x101}) != GateVerdict::pass);
   CHECK(judge_output(Port::vehicle, frame, {}) == GateVerdict::not_ours);
+  for (const std::uint32_t outside : {0x0FFU, 0x109U}) {  // the nine messages are 100h to 108h
+    frame.id = outside;
+    CHECK(judge_output(Port::vehicle, frame, {.vehicle_base_id = 0x100}) == GateVerdict::not_ours);
+  }
 }
 
 TEST_CASE("the gate's verdicts have names of their own, and no other number has one", "[unit][gate]") {

@@ -82,10 +82,9 @@ TEST_CASE("permission is not there before it was granted", "[unit][permission]")
   CHECK_FALSE(nothing_known.may_close);
   CHECK_FALSE(nothing_known.may_advance);
   CHECK_FALSE(nothing_known.may_stay_closed);
-  const std::vector<Blocker> wanted{
-      Blocker::internal_bus_down,  Blocker::pdu_unknown,   Blocker::modules_incomplete,
-      Blocker::sensors_incomplete, Blocker::not_qualified, Blocker::modules_not_set_up,
-      Blocker::commands_not_on_bus};
+  const std::vector<Blocker> wanted{Blocker::internal_bus_down,  Blocker::pdu_unknown,   Blocker::modules_incomplete,
+                                    Blocker::sensors_incomplete, Blocker::not_qualified, Blocker::modules_not_set_up,
+                                    Blocker::commands_not_on_bus};
   CHECK(std::vector<Blocker>(nothing_known.blockers.begin(), nothing_known.blockers.end()) == wanted);
 }
 

@@ -1,0 +1,198 @@
+#!/usr/bin/python3
+"""The mutation and coverage tools are tried on toy sources: every mutant is there that should be, the checks kill exactly
+those that they can tell, and wrong lists are refused. Status 77 (skipped) where libclang for Python is not installed."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+try:
+    import clang.cindex  # noqa: F401
+except ModuleNotFoundError:
+    print("self_test.py: skipped, there is no libclang for Debian's own Python 3: tools/packages.sh mutation")
+    sys.exit(77)
+
+import blocks
+import coverage_report
+import instrument
+import mutants
+import safety_files
+from mutants import Mutant
+
+# Line of toy.cpp: every change there, in order.
+EXPECTED = {
+    "int limit = 0;": ["0 -> 1"],
+    "bool counts = true;": ["true -> false"],
+    "Duration wait = 10ms;": ["10ms -> 20ms", "10ms -> 5ms"],
+    "constexpr std::array<Row, 2> rows{{{.limit = 5}, {.limit = 7, .counts = false, .wait = 20ms}}};": [
+        "5 -> 6",
+        "5 -> 4",
+        "7 -> 8",
+        "7 -> 6",
+        "false -> true",
+        "20ms -> 40ms",
+        "20ms -> 10ms",
+    ],
+    "constexpr int step_length = 3;": ["3 -> 4", "3 -> 2"],
+    "constexpr int limit_min = 1;": ["1 -> 2", "1 -> 0"],
+    "return value >= limit && limit >= limit_min;": [
+        ">= -> >",
+        ">= -> <",
+        "&& -> ||",
+        "limit >= limit_min dropped",
+        "value >= limit dropped",
+        ">= -> > (number 2)",
+        ">= -> < (number 2)",
+    ],
+    "int count = 0;": ["0 -> 1"],
+    "if (!row.counts) continue;": ["if (...) -> if (false)", "! dropped"],
+    "if (is_beyond(value, row.limit)) ++count;": [
+        "is_beyond(value, row.limit) -> !(is_beyond(value, row.limit))",
+        "++ -> --",
+    ],
+    "const Duration waited = now - since;": ["- -> +"],
+    "return waited > rows[row].wait || since == TimePoint{};": [
+        "> -> >=",
+        "> -> <=",
+        "|| -> &&",
+        "since == TimePoint{} dropped",
+        "waited > rows[row].wait dropped",
+        "== -> !=",
+    ],
+    "int at = 0;": ["0 -> 1"],
+    "for (int done = 0; done < steps; done += 1) at += back ? -step_length : step_length;": [
+        "0 -> 1",
+        "< -> <=",
+        "< -> >=",
+        "+= -> -=",
+        "1 -> 2",
+        "1 -> 0",
+        "+= -> -= (number 2)",
+        "back -> !(back)",
+        "- dropped",
+    ],
+}
+# What the checks cannot tell from the original.
+SURVIVORS = {
+    ("int limit = 0;", "0 -> 1"),  # every row has a limit of its own
+    # A row that does not count has no limit that matters.
+    ("constexpr std::array<Row, 2> rows{{{.limit = 5}, {.limit = 7, .counts = false, .wait = 20ms}}};", "7 -> 8"),
+    ("constexpr std::array<Row, 2> rows{{{.limit = 5}, {.limit = 7, .counts = false, .wait = 20ms}}};", "7 -> 6"),
+    ("constexpr std::array<Row, 2> rows{{{.limit = 5}, {.limit = 7, .counts = false, .wait = 20ms}}};", "20ms -> 40ms"),
+}
+
+
+def find_in_toy() -> tuple[list[mutants.Source], list[Mutant]]:
+    return mutants.find(safety_files.HERE, ["toy.cpp"])
+
+
+class Mutation(unittest.TestCase):
+    def test_finds_what_there_is_and_nothing_else(self) -> None:
+        found: dict[str, list[str]] = {}
+        for mutant in find_in_toy()[1]:
+            found.setdefault(mutant.source, []).append(mutant.change)
+        self.assertEqual(found, EXPECTED)
+
+    def test_kills_what_the_checks_can_tell(self) -> None:
+        sources, found = find_in_toy()
+        with tempfile.TemporaryDirectory() as folder:
+            program = self._build(Path(folder), instrument.instrumented(sources[0], sources[0].constants))
+            self.assertEqual(self._status(program, 0), 0)
+            survived = {(each.source, each.change) for each in found if self._status(program, each.id) == 0}
+        self.assertEqual(survived, SURVIVORS)
+
+    def _build(self, folder: Path, toy: bytes) -> Path:
+        (folder / "toy.cpp").write_bytes(toy)
+        (folder / "toy_checks.cpp").write_bytes((safety_files.HERE / "toy_checks.cpp").read_bytes())
+        program = folder / "toy"
+        flags = ["-std=c++20", "-O1", "-w", "-Wno-narrowing", f"-I{safety_files.ROOT}"]
+        subprocess.run(["clang++", *flags, str(folder / "toy_checks.cpp"), "-o", str(program)], check=True)
+        return program
+
+    def _status(self, program: Path, mutant: int) -> int | None:
+        try:
+            return subprocess.run([str(program)], env=dict(os.environ, BMU_MUTANT=str(mutant)), timeout=2).returncode
+        except subprocess.TimeoutExpired:
+            return None
+
+    def test_literals_have_neighbours_and_durations_something_different(self) -> None:
+        cases = {
+            "0": ["1"],
+            "1": ["2", "0"],
+            "28": ["29", "27"],
+            "0xFF": ["256", "254"],
+            "1U": ["2U", "0U"],
+            "1'000": ["1001", "999"],
+            "1'000'000": ["2000000", "500000"],
+            "50ms": ["100ms", "25ms"],
+            "15s": ["30s", "7500ms"],
+            "0ns": ["1ms"],
+            "1.5": [],
+        }
+        for text, others in cases.items():
+            self.assertEqual(mutants.other_literals(text, is_subscript=False), others, text)
+        self.assertEqual(mutants.other_literals("7", is_subscript=True), ["6"])
+        self.assertEqual(mutants.other_literals("0", is_subscript=True), ["1"])
+
+
+class Coverage(unittest.TestCase):
+    def test_counts_lines_by_what_begins_in_them_or_reaches_over_them(self) -> None:
+        # line, column, count, has count, begins a region, is a gap
+        segments = [
+            [1, 10, 4, True, True, False],
+            [2, 7, 0, True, True, False],
+            [2, 20, 4, True, False, False],
+            [5, 1, 0, False, False, False],
+        ]
+        self.assertEqual(coverage_report.counts_of_lines(segments), {1: 4, 2: 4, 3: 4, 4: 4, 5: 4})
+        never = [[1, 1, 3, True, True, False], [2, 1, 0, True, True, False], [4, 1, 3, True, False, False]]
+        self.assertEqual(coverage_report.counts_of_lines(never)[3], 0)
+
+    def test_says_which_side_of_which_branch_never_was(self) -> None:
+        covered = coverage_report.Covered(lines={36: 2}, branches={(36, 10, 36, 24): (2, 0), (36, 28, 36, 46): (1, 1)})
+        file = "tests/mutation/toy.cpp"
+        gaps = coverage_report.gaps_of(file, covered)
+        line = safety_files.ROOT.joinpath(file).read_text().splitlines()[35].strip()
+        self.assertEqual(gaps, [coverage_report.Gap(file, 36, line, "never false: value >= limit")])
+
+    def test_programs_add_up(self) -> None:
+        covered = coverage_report.Covered()
+        for is_true, is_false in ((3, 0), (0, 2)):
+            covered.add({"segments": [], "branches": [[1, 2, 1, 9, is_true, is_false, 0, 0, 4]]})
+        self.assertEqual(covered.branches, {(1, 2, 1, 9): (3, 2)})
+
+
+class Lists(unittest.TestCase):
+    def test_every_file_of_the_core_is_on_one_list(self) -> None:
+        safety, others = set(safety_files.safety_files()), set(safety_files.other_files())
+        there = {str(path.relative_to(safety_files.ROOT)) for path in safety_files.ROOT.glob("daemon/core/**/*") if path.is_file()}
+        self.assertEqual(there - safety - others, set(), "name these in files.txt, or in other_files.txt with a reason")
+        self.assertEqual(safety & others, set(), "these are on both lists")
+
+    def test_the_lists_of_exceptions_can_be_read(self) -> None:
+        blocks.read(safety_files.HERE / "survivors.txt", ("file", "line", "change", "reason"))
+        blocks.read(safety_files.HERE / "coverage_exceptions.txt", ("file", "line", "missing", "reason"))
+
+    def test_a_wrong_block_is_refused_with_its_line(self) -> None:
+        cases = {
+            "file: a\nreason: b\n": "list.txt:3: the block above has no line",
+            "file: a\nfile: b\n": "list.txt:2: found 'file: b'",
+            "file: a\nline:\n": "list.txt:2: found 'line:'",
+            "color: red\n": "list.txt:1: found 'color: red'",
+        }
+        for text, message in cases.items():
+            with tempfile.TemporaryDirectory() as folder:
+                path = Path(folder) / "list.txt"
+                path.write_text(text)
+                with self.assertRaises(blocks.WrongBlock) as raised:
+                    blocks.read(path, ("file", "line", "reason"))
+                self.assertIn(message, str(raised.exception))
+
+
+if __name__ == "__main__":
+    unittest.main()

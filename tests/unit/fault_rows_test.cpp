@@ -1,0 +1,545 @@
+// What each row of the fault table reads: which word of whom makes it true, how old that may be, and when it says
+// nothing.
+#include <array>
+#include <set>
+
+#include "daemon/core/fault_table.hpp"
+#include "protocol/tables/internal_bus.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/core_bench.hpp"
+
+using namespace bmu;
+
+namespace {
+
+constexpr TimePoint start{100s};
+
+/// Two modules of 4 cells and 2 sensors, a sensor and a unit: all have just said that all is well.
+class World {
+ public:
+  World() {
+    modules_.init(config);
+    modules_.begin_cycle(start, {});
+    answer(1);
+    answer(2);
+    sensors.current_mA = sensors.pack_voltage_mV = sensors.link_voltage_mV = {0, start, Validity::valid};
+    sensors.pdu = {.value = {.estop_1_released = true,
+                             .estop_2_released = true,
+                             .interlock_closed = true,
+                             .insulation_monitor_ok = true},
+                   .taken_at = start,
+                   .validity = Validity::valid};
+  }
+
+  CoreConfig config = test::small_pack();
+  SensorTable sensors;
+  PackState pack;
+  CoreFlags flags{.internal_bus_up = true};
+  bool has_started = true;
+  TimePoint now = start;
+
+  [[nodiscard]] Reading read(FaultId id) const {
+    return row_of(id).read({.now = now,
+                            .config = &config,
+                            .pack = &pack,
+                            .modules = &modules_,
+                            .sensors = &sensors,
+                            .flags = flags,
+                            .has_started = has_started});
+  }
+  [[nodiscard]] bool is_true(FaultId id) const {
+    const Reading reading = read(id);
+    REQUIRE(reading.is_known);
+    return reading.value == 1;
+  }
+  [[nodiscard]] ModuleTable& modules() { return modules_; }
+
+  /// Everything a module has to say, at `now`.
+  void answer(std::uint8_t node) {
+    say_status(node, [](CanFrame&) {});
+    say_cells(node, 4);
+    say_temperatures(node, 2);
+    say_module(node, 0);
+    say_identity(node, 1, 4, 2);
+  }
+  template <class Change>
+  void say_status(std::uint8_t node, Change change) {
+    CanFrame frame = make_frame(internal_bus::status, node);
+    write<internal_bus::status, "cell_count">(frame, 4);
+    write<internal_bus::status, "cell_voltage_age_ms">(frame, 0);
+    change(frame);
+    modules_.observe(internal_bus::status, node, frame, now);
+  }
+  void say_cells(std::uint8_t node, std::size_t count) {
+    tell(internal_bus::cells_1, node, count, 3, 3'700'000);
+    tell(internal_bus::cells_2, node, count > 3 ? count - 3 : 0, 3, 3'700'000);
+  }
+  void say_temperatures(std::uint8_t node, std::size_t count) { tell(internal_bus::temp_1, node, count, 3, 250); }
+  void say_module(std::uint8_t node, std::int64_t open_wire_cells) {
+    CanFrame frame = make_frame(internal_bus::module, node);
+    write<internal_bus::module, "open_wire_cells">(frame, open_wire_cells);
+    modules_.observe(internal_bus::module, node, frame, now);
+  }
+  void say_identity(std::uint8_t node, std::int64_t protocol_version, std::int64_t cells, std::int64_t temperatures) {
+    CanFrame frame = make_frame(internal_bus::ident, node);
+    write<internal_bus::ident, "protocol_version">(frame, protocol_version);
+    write<internal_bus::ident, "cell_count">(frame, cells);
+    write<internal_bus::ident, "temperature_sensor_count">(frame, temperatures);
+    modules_.observe(internal_bus::ident, node, frame, now);
+  }
+  /// A new poll, a while later.
+  void poll_after(Duration later) {
+    now += later;
+    modules_.begin_cycle(now, {});
+  }
+
+ private:
+  /// The first `count` values of a frame are this, the others are none.
+  void tell(const MessageSpec& message, std::uint8_t node, std::size_t count, std::size_t room, std::int64_t value) {
+    CanFrame frame = make_frame(message, node);
+    for (std::size_t slot = 0; slot < room; ++slot) {
+      encode_signal(message.signals[slot], slot < count ? known(value) : not_known(Validity::not_fitted), frame.data);
+    }
+    modules_.observe(message, node, frame, now);
+  }
+
+  ModuleTable modules_;
+};
+
+void expect_only_if_started(World& world, FaultId id) {
+  world.has_started = false;
+  CHECK_FALSE(world.read(id).is_known);
+  world.has_started = true;
+  CHECK(world.read(id).is_known);
+}
+
+}  // namespace
+
+TEST_CASE("in a world where all is well every row that is true or not knows so", "[unit][faults]") {
+  const World world;
+  for (const FaultRow& row : fault_table()) {
+    if (row.limit != nullptr) continue;
+    INFO(row.name);
+    CHECK(world.read(row.id).is_known);
+    CHECK(world.read(row.id).value == 0);
+    CHECK_FALSE(world.read(row.id).is_partial);
+    CHECK(world.read(row.id).element == Element{});
+  }
+}
+
+TEST_CASE("a module is lost when any part of its answer is too old", "[unit][faults][F20]") {
+  World world;
+  world.now = start + 300ms;
+  CHECK_FALSE(world.is_true(FaultId::module_lost));
+  world.now = start + 300ms + 1ns;
+  CHECK(world.is_true(FaultId::module_lost));
+  CHECK(world.read(FaultId::module_lost).element == Element{.module_node = 1});
+  CHECK(world.read(FaultId::module_lost).taken_at == start);
+  world.poll_after(0ms);
+  world.answer(1);
+  CHECK(world.read(FaultId::module_lost).element == Element{.module_node = 2});
+  world.answer(2);
+  CHECK_FALSE(world.is_true(FaultId::module_lost));
+  expect_only_if_started(world, FaultId::module_lost);
+}
+
+TEST_CASE("a cell that an answering module does not know is named", "[unit][faults][F10]") {
+  World world;
+  world.poll_after(100ms);
+  world.say_status(2, [](CanFrame&) {});
+  world.say_cells(2, 3);
+  const Reading reading = world.read(FaultId::cell_not_measured);
+  CHECK(reading.value == 1);
+  CHECK(reading.element == Element{.module_node = 2, .number = 4});
+  CHECK(reading.taken_at == start + 100ms);
+  world.say_cells(2, 4);
+  CHECK_FALSE(world.is_true(FaultId::cell_not_measured));
+  CHECK_FALSE(world.read(FaultId::cell_not_measured).is_partial);
+  expect_only_if_started(world, FaultId::cell_not_measured);
+}
+
+TEST_CASE("cells of a module that does not answer are its loss, and the others speak in part only",
+          "[unit][faults][F10][F20]") {
+  World world;
+  world.poll_after(301ms);
+  world.answer(2);
+  CHECK_FALSE(world.is_true(FaultId::cell_not_measured));
+  CHECK(world.read(FaultId::cell_not_measured).is_partial);
+  world.say_cells(2, 2);
+  CHECK(world.read(FaultId::cell_not_measured).element == Element{.module_node = 2, .number = 3});
+}
+
+TEST_CASE("a temperature that is none, or does not come, is missing", "[unit][faults][F11]") {
+  World world;
+  world.poll_after(100ms);
+  world.say_temperatures(2, 1);
+  Reading reading = world.read(FaultId::temperature_not_measured);
+  CHECK(reading.value == 1);
+  CHECK(reading.element == Element{.module_node = 2, .number = 2, .is_temperature_sensor = true});
+  CHECK(reading.taken_at == start + 100ms);
+  world.say_temperatures(2, 2);
+  world.now = start + 350ms;
+  CHECK_FALSE(world.is_true(FaultId::temperature_not_measured));
+  world.now = start + 350ms + 1ns;
+  reading = world.read(FaultId::temperature_not_measured);
+  CHECK(reading.value == 1);
+  CHECK(reading.element == Element{.module_node = 1, .number = 1, .is_temperature_sensor = true});
+  CHECK(reading.taken_at == world.now);  // what does not come is seen anew with every look
+  expect_only_if_started(world, FaultId::temperature_not_measured);
+}
+
+TEST_CASE("each failure that a module can report is one", "[unit][faults][F10]") {
+  using namespace internal_bus;
+  const std::array<void (*)(CanFrame&), 4> reports{
+      [](CanFrame& frame) { write<status, "undervoltage_cells">(frame, 1); },
+      [](CanFrame& frame) { write<status, "overvoltage_cells">(frame, 1); },
+      [](CanFrame& frame) { write<status, "open_cell_wire">(frame, 1); },
+      [](CanFrame& frame) { write<status, "self_test_failed">(frame, 1); }};
+  for (const auto report : reports) {
+    World world;
+    world.now = start + 20ms;
+    world.say_status(2, report);
+    CHECK(world.is_true(FaultId::module_reports_fault));
+    CHECK(world.read(FaultId::module_reports_fault).element == Element{.module_node = 2});
+    CHECK(world.read(FaultId::module_reports_fault).taken_at == start + 20ms);  // of the status
+    CHECK_FALSE(world.is_true(FaultId::module_warning));
+    world.modules().forget_values();
+    CHECK_FALSE(world.is_true(FaultId::module_reports_fault));
+  }
+}
+
+TEST_CASE("an open wire that comes with the module's voltage is a failure, as old as that voltage",
+          "[unit][faults][F10]") {
+  World world;
+  world.poll_after(100ms);
+  world.say_module(1, 0b100);
+  world.now = start + 120ms;
+  world.say_status(1, [](CanFrame&) {});
+  CHECK(world.is_true(FaultId::module_reports_fault));
+  CHECK(world.read(FaultId::module_reports_fault).taken_at == start + 100ms);
+}
+
+TEST_CASE("each thing that a module can warn of is a warning and no failure", "[unit][faults]") {
+  using namespace internal_bus;
+  const std::array<void (*)(CanFrame&), 4> warnings{
+      [](CanFrame& frame) { write<status, "board_too_hot">(frame, 1); },
+      [](CanFrame& frame) { write<status, "external_supply_low">(frame, 1); },
+      [](CanFrame& frame) { write<status, "temperature_sensor_fault">(frame, 1); },
+      [](CanFrame& frame) { write<status, "front_end_crc_errors">(frame, 1); }};
+  for (const auto warning : warnings) {
+    World world;
+    world.now = start + 20ms;
+    world.say_status(1, warning);
+    CHECK(world.is_true(FaultId::module_warning));
+    CHECK(world.read(FaultId::module_warning).element == Element{.module_node = 1});
+    CHECK(world.read(FaultId::module_warning).taken_at == start + 20ms);
+    CHECK_FALSE(world.is_true(FaultId::module_reports_fault));
+    world.modules().forget_values();
+    CHECK_FALSE(world.is_true(FaultId::module_warning));
+  }
+}
+
+TEST_CASE("a module that is not the configured one is found by its status or by its identity", "[unit][faults][F44]") {
+  World world;
+  for (const std::int64_t cells : {3, 5}) {
+    world.say_status(1, [cells](CanFrame& frame) { write<internal_bus::status, "cell_count">(frame, cells); });
+    CHECK(world.is_true(FaultId::module_mismatch));
+    CHECK(world.read(FaultId::module_mismatch).element == Element{.module_node = 1});
+    CHECK(world.read(FaultId::module_mismatch).taken_at == start);
+  }
+  world.answer(1);
+  CHECK_FALSE(world.is_true(FaultId::module_mismatch));
+  const auto is_mismatch = [&world](std::int64_t version, std::int64_t cells, std::int64_t temperatures) {
+    world.say_identity(2, version, cells, temperatures);
+    return world.is_true(FaultId::module_mismatch);
+  };
+  CHECK(is_mismatch(2, 4, 2));
+  CHECK(is_mismatch(0, 4, 2));
+  CHECK(is_mismatch(1, 3, 2));
+  CHECK(is_mismatch(1, 5, 2));
+  CHECK(is_mismatch(1, 4, 1));
+  CHECK_FALSE(is_mismatch(1, 4, 2));
+  CHECK_FALSE(is_mismatch(1, 4, 3));  // sensors that the pack makes no use of
+}
+
+TEST_CASE("a module that has said nothing yet is no other module", "[unit][faults][F44]") {
+  World world;
+  world.say_identity(1, 2, 5, 1);
+  world.say_status(2, [](CanFrame& frame) { write<internal_bus::status, "cell_count">(frame, 5); });
+  world.modules().forget_values();
+  CHECK_FALSE(world.is_true(FaultId::module_mismatch));
+}
+
+TEST_CASE("two modules under one number are remembered for 15 s", "[unit][faults][F45]") {
+  World world;
+  world.modules().note_conflict(2, start);
+  world.modules().note_conflict(2, start + 1s);
+  world.now = start + 16s;
+  CHECK(world.is_true(FaultId::module_mismatch));
+  CHECK(world.read(FaultId::module_mismatch).element == Element{.module_node = 2});
+  world.now = start + 16s + 1ns;
+  CHECK_FALSE(world.is_true(FaultId::module_mismatch));
+}
+
+TEST_CASE("a memory of no rival at all is none, however early it is", "[unit][faults][F45]") {
+  World world;
+  world.now = TimePoint{1s};
+  CHECK_FALSE(world.is_true(FaultId::module_mismatch));
+}
+
+TEST_CASE("each of the sensor's three values is missed after its own time", "[unit][faults][F17]") {
+  World world;
+  world.now = start + 200ms;
+  CHECK_FALSE(world.is_true(FaultId::current_sensor_lost));
+  CHECK_FALSE(world.is_true(FaultId::pdu_lost));
+  world.now = start + 200ms + 1ns;
+  CHECK(world.is_true(FaultId::current_sensor_lost));
+  CHECK(world.is_true(FaultId::pdu_lost));
+  CHECK(world.read(FaultId::current_sensor_lost).taken_at == start);
+  CHECK(world.read(FaultId::pdu_lost).taken_at == start);
+  world.now = start + 250ms;
+  CHECK_FALSE(world.is_true(FaultId::voltage_sensor_lost));
+  world.now = start + 250ms + 1ns;
+  CHECK(world.is_true(FaultId::voltage_sensor_lost));
+  world.sensors.link_voltage_mV.taken_at = world.now;
+  CHECK(world.is_true(FaultId::voltage_sensor_lost));
+  CHECK(world.read(FaultId::voltage_sensor_lost).taken_at == start);
+  world.sensors.pack_voltage_mV.taken_at = world.now;
+  CHECK_FALSE(world.is_true(FaultId::voltage_sensor_lost));
+  world.sensors.link_voltage_mV.validity = Validity::sensor_fault;
+  CHECK(world.is_true(FaultId::voltage_sensor_lost));
+  CHECK(world.read(FaultId::voltage_sensor_lost).taken_at == world.now);
+  expect_only_if_started(world, FaultId::current_sensor_lost);
+  expect_only_if_started(world, FaultId::voltage_sensor_lost);
+  expect_only_if_started(world, FaultId::pdu_lost);
+}
+
+TEST_CASE("each input of the unit speaks for itself, as long as the unit is heard", "[unit][faults][F80]") {
+  struct Case {
+    FaultId id;
+    bool PduState::*input;
+  };
+  const Case cases[] = {{FaultId::emergency_stop, &PduState::estop_1_released},
+                        {FaultId::emergency_stop, &PduState::estop_2_released},
+                        {FaultId::interlock_open, &PduState::interlock_closed},
+                        {FaultId::insulation_fault, &PduState::insulation_monitor_ok}};
+  for (const Case& one : cases) {
+    World world;
+    world.sensors.pdu.value.*one.input = false;
+    for (const Case& other : cases) CHECK(world.is_true(other.id) == (other.id == one.id));
+    CHECK(world.read(one.id).taken_at == start);
+    world.now = start + 200ms;
+    CHECK(world.is_true(one.id));
+    world.now = start + 200ms + 1ns;
+    CHECK_FALSE(world.read(one.id).is_known);
+  }
+}
+
+TEST_CASE("a unit that missed commands or restarted has opened by itself, if something was to be closed",
+          "[unit][faults][F36]") {
+  World world;
+  for (const bool by_timeout : {false, true}) {
+    for (const bool by_restart : {false, true}) {
+      world.sensors.pdu.value.opened_by_timeout = by_timeout;
+      world.flags.pdu_restarted = by_restart;
+      world.flags.closing_is_commanded = false;
+      CHECK_FALSE(world.is_true(FaultId::pdu_opened_by_itself));
+      world.flags.closing_is_commanded = true;
+      CHECK(world.is_true(FaultId::pdu_opened_by_itself) == (by_timeout || by_restart));
+    }
+  }
+}
+
+TEST_CASE("commands that are not on the bus matter while something is to be closed", "[unit][faults][F35]") {
+  World world;
+  world.flags.command_not_on_bus = true;
+  CHECK_FALSE(world.is_true(FaultId::command_not_on_bus));
+  world.flags.closing_is_commanded = true;
+  CHECK(world.is_true(FaultId::command_not_on_bus));
+  world.flags.command_not_on_bus = false;
+  CHECK_FALSE(world.is_true(FaultId::command_not_on_bus));
+}
+
+TEST_CASE("each condition of the core has the row of its name", "[unit][faults]") {
+  struct Case {
+    FaultId id;
+    bool CoreFlags::*flag;
+    bool is_bad;
+  };
+  const Case cases[] = {{FaultId::precharge_failed, &CoreFlags::precharge_failed, true},
+                        {FaultId::contactor_feedback, &CoreFlags::contactors_disobey, true},
+                        {FaultId::foreign_master, &CoreFlags::foreign_master_seen, true},
+                        {FaultId::internal_bus_down, &CoreFlags::internal_bus_up, false},
+                        {FaultId::control_loop_gap, &CoreFlags::loop_gap_seen, true},
+                        {FaultId::frames_lost, &CoreFlags::frames_lost_seen, true}};
+  for (const Case& one : cases) {
+    World world;
+    world.flags.*one.flag = one.is_bad;
+    for (const Case& other : cases) CHECK(world.is_true(other.id) == (other.id == one.id));
+    CHECK(world.read(one.id).taken_at == start);
+  }
+}
+
+TEST_CASE("extremes of cells and temperatures are read with their cell and time, and unknown without any",
+          "[unit][faults]") {
+  World world;
+  const Element low{.module_node = 1, .number = 2, .pack_number = 2};
+  const Element high{.module_node = 2, .number = 1, .pack_number = 5};
+  const Spread spread{.min = 10,
+                      .max = 20,
+                      .min_at = low,
+                      .max_at = high,
+                      .min_taken_at = start - 2ms,
+                      .max_taken_at = start - 1ms,
+                      .count = 8,
+                      .expected = 8};
+  struct Case {
+    FaultId id;
+    Spread PackState::*spread;
+    bool is_min;
+  };
+  const Case cases[] = {{FaultId::cell_undervoltage, &PackState::cell_voltage_uV, true},
+                        {FaultId::cell_overvoltage, &PackState::cell_voltage_uV, false},
+                        {FaultId::cell_undertemperature, &PackState::cell_temperature_dC, true},
+                        {FaultId::cell_overtemperature, &PackState::cell_temperature_dC, false}};
+  for (const Case& one : cases) {
+    world.pack = {};
+    CHECK_FALSE(world.read(one.id).is_known);
+    world.pack.*one.spread = spread;
+    CHECK(world.read(one.id).is_known);
+    CHECK_FALSE(world.read(one.id).is_partial);
+    CHECK(world.read(one.id).value == (one.is_min ? 10 : 20));
+    CHECK(world.read(one.id).element == (one.is_min ? low : high));
+    CHECK(world.read(one.id).taken_at == (one.is_min ? start - 2ms : start - 1ms));
+    (world.pack.*one.spread).count = 7;
+    CHECK(world.read(one.id).is_known);
+    CHECK(world.read(one.id).is_partial);
+  }
+}
+
+TEST_CASE("a current is judged in both directions", "[unit][faults][BMU_14]") {
+  World world;
+  CHECK_FALSE(world.read(FaultId::discharge_overcurrent).is_known);
+  CHECK_FALSE(world.read(FaultId::charge_overcurrent).is_known);
+  world.pack.current_mA = {INT32_MIN, start, Validity::valid};
+  CHECK(world.read(FaultId::discharge_overcurrent).value == INT32_MIN);
+  CHECK(world.read(FaultId::charge_overcurrent).value == -std::int64_t{INT32_MIN});
+  CHECK(world.read(FaultId::discharge_overcurrent).taken_at == start);
+  CHECK(world.read(FaultId::charge_overcurrent).taken_at == start);
+}
+
+TEST_CASE("the sum of the cells against the pack voltage: both are needed, and the later one dates it",
+          "[unit][faults][F14]") {
+  World world;
+  const FaultId id = FaultId::pack_voltage_mismatch;
+  CHECK_FALSE(world.read(id).is_known);
+  world.pack.cell_voltage_sum_mV = {30'000, start, Validity::valid};
+  CHECK_FALSE(world.read(id).is_known);
+  world.pack.pack_voltage_mV = {29'000, start - 5ms, Validity::valid};
+  CHECK(world.read(id).is_known);
+  CHECK(world.read(id).value == 1'000);
+  CHECK(world.read(id).taken_at == start);
+  world.pack.pack_voltage_mV = {31'000, start + 5ms, Validity::valid};
+  CHECK(world.read(id).value == 1'000);
+  CHECK(world.read(id).taken_at == start + 5ms);
+  world.pack.cell_voltage_sum_mV = {};
+  CHECK_FALSE(world.read(id).is_known);
+}
+
+TEST_CASE("what a swing of the current explains is taken off a difference of voltages, twice the model's resistance",
+          "[unit][faults][F14]") {
+  World world;
+  world.config.cell.series_resistance_Ohm = 0.001;  // 8 cells: 8 mOhm
+  const auto mismatch_mV = [&world](std::int32_t apart_mV, TimePoint sum_at, TimePoint pack_at) {
+    world.pack.cell_voltage_sum_mV = {30'000, sum_at, Validity::valid};
+    world.pack.pack_voltage_mV = {30'000 - apart_mV, pack_at, Validity::valid};
+    return world.read(FaultId::pack_voltage_mismatch).value;
+  };
+  world.sensors.current_window.add(100'000, start - 100ms);
+  world.sensors.current_window.add(0, start - 60ms);
+  world.sensors.current_window.add(0, start - 20ms);
+  CHECK(mismatch_mV(2'000, start - 100ms, start) == 400);  // 2 * 100 A * 8 mOhm = 1.6 V
+  CHECK(mismatch_mV(2'000, start, start - 100ms) == 400);  // the older one counts, whichever it is
+  CHECK(mismatch_mV(-2'000, start, start - 100ms) == 400);
+  CHECK(mismatch_mV(1'600, start - 100ms, start) == 0);
+  CHECK(mismatch_mV(1'601, start - 100ms, start) == 1);
+  CHECK(mismatch_mV(1'000, start - 100ms, start) == 0);  // never below
+  CHECK(mismatch_mV(2'000, start, start) == 2'000);
+}
+
+TEST_CASE("a link is compared with the pack while closed, by what was measured since", "[unit][faults][F85]") {
+  World world;
+  const FaultId id = FaultId::link_not_following;
+  world.flags.closed_since = start;
+  const auto shown = [&world](const Measured<std::int32_t>& pack, const Measured<std::int32_t>& link) {
+    world.pack.pack_voltage_mV = pack;
+    world.pack.link_voltage_mV = link;
+    return world.read(id);
+  };
+  const Measured<std::int32_t> pack{100'000, start + 1ns, Validity::valid};
+  const Measured<std::int32_t> apart{94'999, start + 2ns, Validity::valid};
+  CHECK(shown(pack, apart).value == 1);
+  CHECK(shown(pack, apart).taken_at == start + 2ns);
+  CHECK(shown(pack, {95'000, start + 2ns, Validity::valid}).is_known);
+  CHECK(shown(pack, {95'000, start + 2ns, Validity::valid}).value == 0);
+  CHECK(shown(pack, {105'001, start + 2ns, Validity::valid}).value == 1);
+  CHECK_FALSE(shown({}, apart).is_known);
+  CHECK_FALSE(shown(pack, {}).is_known);
+  CHECK_FALSE(shown({100'000, start + 1ns, Validity::unknown}, apart).is_known);
+  CHECK_FALSE(shown(pack, {0, start + 2ns, Validity::unknown}).is_known);
+  CHECK_FALSE(shown({100'000, start, Validity::valid}, apart).is_known);
+  CHECK_FALSE(shown(pack, {94'999, start, Validity::valid}).is_known);
+  world.flags.closed_since = {};
+  CHECK(shown(pack, apart).is_known);
+  CHECK(shown(pack, apart).value == 0);
+}
+
+TEST_CASE("the times, samples and codes of the rows are those of the catalogue of failures", "[unit][faults]") {
+  const std::set<FaultId> two_samples{
+      FaultId::cell_undervoltage,     FaultId::cell_overvoltage,      FaultId::cell_overtemperature,
+      FaultId::cell_undertemperature, FaultId::discharge_overcurrent, FaultId::charge_overcurrent,
+      FaultId::pack_voltage_mismatch, FaultId::cell_not_measured,     FaultId::temperature_not_measured,
+      FaultId::module_reports_fault,  FaultId::module_warning,        FaultId::link_not_following};
+  const std::set<FaultId> lasting_150ms{FaultId::cell_not_measured, FaultId::temperature_not_measured,
+                                        FaultId::module_reports_fault, FaultId::module_warning,
+                                        FaultId::link_not_following};
+  for (const FaultRow& row : fault_table()) {
+    INFO(row.name);
+    const Duration confirm = lasting_150ms.contains(row.id)          ? Duration{150ms}
+                             : row.id == FaultId::insulation_fault   ? Duration{500ms}
+                             : row.id == FaultId::contactor_feedback ? Duration{10ms}
+                                                                     : Duration{};
+    CHECK(row.confirm == confirm);
+    CHECK(row.clear == 1s);
+    CHECK(row.samples == (two_samples.contains(row.id) ? 2 : 1));
+    CHECK(row.grace == (row.id == FaultId::cell_undertemperature ? 250ms : 0ms));
+    CHECK(row.dtc == (row.id == FaultId::cell_undertemperature ? 3 : 0));
+  }
+  const FaultRow unfilled{};
+  CHECK(unfilled.samples == 1);
+  CHECK(unfilled.clear == 1s);
+  CHECK(unfilled.reaction == Reaction::open_now);
+}
+
+TEST_CASE("reactions and latches have names of their own, and no other number has one", "[unit][faults]") {
+  CHECK(to_text(Reaction::warn) == "warn");
+  CHECK(to_text(Reaction::open_after_grace) == "open after grace");
+  CHECK(to_text(Reaction::open_now) == "open now");
+  CHECK(to_text(static_cast<Reaction>(99)) == "?");
+  CHECK(to_text(Latch::none) == "none");
+  CHECK(to_text(Latch::until_cleared) == "until cleared");
+  CHECK(to_text(static_cast<Latch>(99)) == "?");
+}
+
+TEST_CASE("what nobody filled in is not known, not seen and not up", "[unit][faults]") {
+  const Reading reading;
+  CHECK_FALSE(reading.is_known);
+  CHECK_FALSE(reading.is_partial);
+  CHECK(reading.value == 0);
+  const CoreFlags flags;
+  for (const bool flag : {flags.precharge_failed, flags.foreign_master_seen, flags.internal_bus_up, flags.loop_gap_seen,
+                          flags.frames_lost_seen, flags.contactors_disobey, flags.closing_is_commanded,
+                          flags.pdu_restarted, flags.command_not_on_bus, FaultInputs{}.has_started}) {
+    CHECK_FALSE(flag);
+  }
+}
