@@ -3,8 +3,7 @@
 namespace bmu {
 
 void CloseRequest::Line::follow(bool is_on) {
-  if (is_on && !was_on) is_wished = true;
-  if (!is_on) is_wished = false;
+  is_wished = is_on && (is_wished || !was_on);
   was_on = is_on;
 }
 

@@ -1,5 +1,7 @@
 #include "daemon/core/command_link.hpp"
 
+#include <algorithm>
+
 #include "daemon/core/core_config.hpp"
 #include "protocol/tables/internal_bus.hpp"
 
@@ -22,7 +24,7 @@ void CommandLink::note_sent(std::uint8_t counter, TimePoint now) {
     due_at_ = now + period - tick_period;  // served with the tick after it, at the latest
   }
   if (unconfirmed_since_ == TimePoint{}) unconfirmed_since_ = now;
-  waiting_ = waiting_ < commands_waiting_max ? static_cast<std::uint8_t>(waiting_ + 1) : commands_waiting_max;
+  waiting_ = static_cast<std::uint8_t>(std::min(waiting_ + 1, int{commands_waiting_max}));
   has_failed_ = false;
   counter_ = counter;
   sent_at_ = now;

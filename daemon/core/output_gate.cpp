@@ -48,13 +48,13 @@ GateVerdict judge_output(Port port, const CanFrame& frame, const GateRules& rule
 
 CanFrame contactor_command_frame(const ContactorOutputs& outputs, std::uint8_t counter) {
   CanFrame frame = make_frame(contactor_command);
-  write<contactor_command, "main_positive">(frame, outputs.main_positive ? 1 : 0);
-  write<contactor_command, "main_negative">(frame, outputs.main_negative ? 1 : 0);
-  write<contactor_command, "precharge">(frame, outputs.precharge ? 1 : 0);
-  write<contactor_command, "charge">(frame, outputs.charge ? 1 : 0);
-  write<contactor_command, "auxiliary">(frame, outputs.auxiliary ? 1 : 0);
-  write<contactor_command, "fan">(frame, outputs.fan ? 1 : 0);
-  write<contactor_command, "heater">(frame, outputs.heater ? 1 : 0);
+  write<contactor_command, "main_positive">(frame, outputs.main_positive);
+  write<contactor_command, "main_negative">(frame, outputs.main_negative);
+  write<contactor_command, "precharge">(frame, outputs.precharge);
+  write<contactor_command, "charge">(frame, outputs.charge);
+  write<contactor_command, "auxiliary">(frame, outputs.auxiliary);
+  write<contactor_command, "fan">(frame, outputs.fan);
+  write<contactor_command, "heater">(frame, outputs.heater);
   seal(contactor_command, counter, frame);
   return frame;
 }

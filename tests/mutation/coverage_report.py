@@ -6,7 +6,7 @@ Exit status: 0 if everything has run or stands in coverage_exceptions.txt with i
 no longer needed, 2 if something is wrong with the input.
 
 A line counts like in llvm-cov: by the regions that begin in it or reach over it. A branch is a condition, or part of one,
-that was never true or never false; the condition of a switch is "true" when no case fits. What exists only at compile time
+that was never true or never false; for a switch it is whether some case fits. What exists only at compile time
 (consteval functions, static_assert) has no counters, and what the compiler writes itself (= default) no conditions of ours.
 """
 
@@ -87,7 +87,9 @@ def gaps_of(file: str, covered: Covered) -> list[Gap]:
         if "= default;" in source or covered.lines.get(line) == 0:
             continue
         condition = source[column - 1 : last_column - 1] if line == last_line else source[column - 1 :]
-        for count, side in ((is_true, "true"), (is_false, "false")):
+        is_switch = source[: column - 1].endswith("switch (")
+        sides = ("without a case that fits", "with a case that fits") if is_switch else ("true", "false")
+        for count, side in zip((is_true, is_false), sides):
             if count == 0:
                 result.append(Gap(file, line, source.strip(), f"never {side}: {condition}"))
     return sorted(result, key=lambda gap: gap.line)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import os
+import re
 import subprocess
 import time
 from dataclasses import dataclass, field
@@ -10,8 +12,9 @@ from pathlib import Path
 
 PROGRAMS = ("test_unit", "test_scenario")
 FIRST_BATCH_S = 0.1
-TIMEOUT_MIN_S = 5.0
-TIMEOUT_FACTOR = 10.0
+CPU_MIN_S = 3  # seconds of computing time that a run of some test cases may take, or so many times the usual
+CPU_FACTOR = 10
+WAIT_MAX_S = 600
 
 
 class TrialError(Exception):
@@ -109,24 +112,25 @@ def _batches(cases: list[TestCase]) -> list[list[TestCase]]:
     return batches
 
 
-def _quoted(name: str) -> str:
-    return '"' + name.replace("\\", "\\\\").replace('"', '\\"') + '"'
+def _chosen(cases: list[TestCase]) -> str:
+    """What Catch2 takes for "these test cases"."""
+    return ",".join(re.sub(r'([\\,\["*~])', r"\\\1", each.name) for each in cases)
 
 
 def _fails(folder: Path, batch: list[TestCase], mutant: int) -> bool:
-    """Also if it crashes, or does not come to an end."""
-    command = [str(folder / "bin" / batch[0].program), "--abort", *(_quoted(each.name) for each in batch)]
-    limit_s = max(TIMEOUT_MIN_S, TIMEOUT_FACTOR * sum(each.took_s for each in batch))
+    """Also if it crashes, or computes without end: what counts is its own time, however busy the machine is."""
+    limit_s = max(CPU_MIN_S, math.ceil(CPU_FACTOR * sum(each.took_s for each in batch)))
+    program = str(folder / "bin" / batch[0].program)
     try:
         done = subprocess.run(
-            command,
+            ["prlimit", f"--cpu={limit_s}", program, "--abort", _chosen(batch)],
             env=dict(os.environ, BMU_MUTANT=str(mutant)),
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
-            timeout=limit_s,
+            timeout=WAIT_MAX_S,
         )
-    except subprocess.TimeoutExpired:
-        return True
+    except subprocess.TimeoutExpired as waited:
+        raise TrialError(f"mutant {mutant}: {program} neither ends nor computes within {WAIT_MAX_S} s") from waited
     return done.returncode != 0
 
 
@@ -140,14 +144,17 @@ def check_selection(folder: Path, reach: Reach) -> None:
     for program in PROGRAMS:
         own = [each for each in reach.cases if each.program == program]
         record = folder / f"{program}.chosen"
-        command = [str(folder / "bin" / program), *(_quoted(each.name) for each in own)]
+        record.unlink(missing_ok=True)
+        command = [str(folder / "bin" / program), _chosen(own)]
         done = subprocess.run(
             command, env=dict(os.environ, BMU_MUTANT_RECORD=str(record)), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
         )
+        if done.returncode != 0 or not record.is_file():
+            raise TrialError(f"{program} with all its test cases chosen by name: status {done.returncode}")
         ran = {line.split("\t")[0] for line in record.read_text().splitlines()} - {""}
         missing = [each.name for each in own if each.name not in ran]
-        if done.returncode != 0 or missing:
-            raise TrialError(f"{program}: chosen by name, these do not run: {missing} (exit {done.returncode})")
+        if missing:
+            raise TrialError(f"{program}: chosen by name, these do not run: {missing}")
 
 
 class Stopwatch:

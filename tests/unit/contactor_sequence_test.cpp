@@ -78,6 +78,12 @@ TEST_CASE("a phase that does not get on opens after 3 s, and only the precharge 
     CHECK_FALSE(result.outputs.any_contactor());
     CHECK(result.precharge_failed == (phase == Phase::precharge));
   }
+  SequenceInputs before_precharge = ready(3s);
+  before_precharge.contacts_settled = false;
+  before_precharge.link_mV = 0;  // nobody has charged it yet
+  const SequenceStep result = step({Phase::main_negative, start}, before_precharge, config);
+  CHECK(result.state.phase == Phase::open);
+  CHECK_FALSE(result.precharge_failed);
 }
 
 TEST_CASE("a closed pack stays closed, an open one begins with the negative contactor", "[unit][contactors]") {

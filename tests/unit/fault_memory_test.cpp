@@ -324,6 +324,7 @@ TEST_CASE("a row without confirm time is believed at once, and one that does not
 TEST_CASE("a warning is told once, and once that it is over", "[unit][faults]") {
   CellBench bench;
   CHECK(bench.see(0ms, warn_uV - 1).empty());
+  CHECK_FALSE(bench.state().warning.is_known);
   CHECK(kinds_of(bench.see(10ms, warn_uV)) == std::vector{Kind::warned});
   CHECK(bench.state().warning_since == bench.now());
   CHECK(bench.see(10ms, warn_uV + 1'000).empty());
@@ -400,6 +401,11 @@ TEST_CASE("a row has its thresholds from the configuration, or is true or not", 
   CHECK(configured.has_warning);
   CHECK(configured.confirm == 4ms);
   CHECK(configured.clear == 5ms);
+  const Thresholds unfilled;
+  CHECK(unfilled.warn == 0);
+  CHECK(unfilled.open == 1);
+  CHECK(unfilled.hysteresis == 0);
+  CHECK_FALSE(unfilled.has_warning);
   const Thresholds simple = thresholds_of({.confirm = 6ms, .clear = 7ms}, limits);
   CHECK(simple.warn == 1);
   CHECK(simple.open == 1);

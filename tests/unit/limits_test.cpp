@@ -93,6 +93,14 @@ TEST_CASE("between warning and opening threshold the limit falls in a straight l
   CHECK(charge_at_uV(4'300'000) == 0);
 }
 
+TEST_CASE("the last count before an opening threshold still leaves its share", "[unit][limits][BMU_13]") {
+  Bench bench;
+  bench.pack.cell_temperature_dC.max = 599;  // warns at 50 C, opens at 60 C
+  CHECK(bench.discharge().limit_mA == 800);
+  bench.pack.cell_temperature_dC.max = 600;
+  CHECK(bench.discharge().limit_mA == 0);
+}
+
 TEST_CASE("each value limits the directions it is endangered by, and names itself", "[unit][limits][BMU_13]") {
   struct Case {
     LimitCause cause;

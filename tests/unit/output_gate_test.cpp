@@ -59,7 +59,8 @@ TEST_CASE("rules that nobody filled in let no contactor close", "[unit][gate]") 
   CHECK_FALSE(rules.may_stay_closed);
   CHECK(rules.decided == ContactorOutputs{});
   CHECK_FALSE(rules.decided.any_contactor());
-  CHECK(judge_output(Port::vehicle, make_frame(vehicle_bus::pack_current), rules) == GateVerdict::pass);
+  CHECK(judge_output(Port::vehicle, make_frame(vehicle_bus::pack_name), rules) == GateVerdict::pass);
+  CHECK(judge_output(Port::vehicle, make_frame(vehicle_bus::pack_resistance), rules) == GateVerdict::pass);
 }
 
 TEST_CASE("each way in which a frame can have the wrong form is found", "[unit][gate]") {

@@ -86,6 +86,12 @@ TEST_CASE("permission is not there before it was granted", "[unit][permission]")
                                     Blocker::sensors_incomplete, Blocker::not_qualified, Blocker::modules_not_set_up,
                                     Blocker::commands_not_on_bus};
   CHECK(std::vector<Blocker>(nothing_known.blockers.begin(), nothing_known.blockers.end()) == wanted);
+  Situation only_heard;
+  only_heard.inputs = {.now = start, .pdu_fresh = true};
+  CHECK(only_heard.inputs.complete_cycles == 0);
+  CHECK(only_heard.blockers() == std::vector{Blocker::internal_bus_down, Blocker::inputs_unhealthy,
+                                             Blocker::not_qualified, Blocker::modules_not_set_up,
+                                             Blocker::commands_not_on_bus, Blocker::contacts_unsettled});
 }
 
 TEST_CASE("each single reason keeps an open pack open and is named, and some open a closed one",
@@ -190,7 +196,7 @@ TEST_CASE("a fault with a grace asks for zero current while it is present, other
 TEST_CASE("a present fault opens at once, after its grace, or not at all, as its row says", "[unit][permission]") {
   PackState pack;
   pack.current_mA = {5'000, start, Validity::valid};
-  const FaultRow now_row{.reaction = Reaction::open_now};
+  const FaultRow now_row{.reaction = Reaction::open_now, .grace = 250ms};  // means nothing there
   const FaultRow grace_row{.reaction = Reaction::open_after_grace, .grace = 250ms};
   const FaultRow warn_row{.reaction = Reaction::warn};
   for (const FaultStage stage : {FaultStage::active, FaultStage::latched}) {
