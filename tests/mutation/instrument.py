@@ -70,6 +70,9 @@ def _twin_of(source: Source, constant: Constant) -> str:
     """The declaration again, with another name, not constexpr, and with literals that can be exchanged."""
     value = "value" if constant.is_local else "twin_value"
     edits = [edit for place in constant.places for edit in _edits_of(place, value)]
+    for start, end, part in constant.parts:
+        if part.can_change():
+            edits.append((start, end, (2, 0), twin_name(source.text[start:end].decode())))
     name_end = constant.name_start + len(constant.name)
     specifiers = source.text[constant.start : constant.name_start].decode().split()
     type_text = " ".join(word for word in specifiers if word not in ("constexpr", "inline", "static", "const"))
@@ -86,13 +89,12 @@ def instrumented(source: Source, constants: list[Constant]) -> bytes:
     """The source's new text; `constants` are those of all sources."""
     edits = [edit for place in source.places for edit in _edits_of(place)]
     for constant in constants:
-        first = min(place.first_id for place in constant.places)
-        last = max(place.first_id + len(place.changes) - 1 for place in constant.places)
+        reached = ", ".join(f"bmu_mutant::use({first}, {last})" for first, last in sorted(set(constant.ranges())))
         for use in constant.uses:
             if use.file != source.file:
                 continue
             name = source.text[use.start : use.end].decode()
-            text = f"(bmu_mutant::use({first}, {last}), {twin_name(name)})"
+            text = f"({reached}, {twin_name(name)})"
             if use.may_be_constant:
                 text = f"(std::is_constant_evaluated() ? {name} : {text})"
             edits.append((use.start, use.end, (2, 0), text))

@@ -76,7 +76,7 @@ class Use:
     may_be_constant: bool  # in a constexpr function
 
 
-@dataclass
+@dataclass(eq=False)
 class Constant:
     """A constexpr variable with literals in it. At run time a second self, its twin, stands for it."""
 
@@ -89,6 +89,19 @@ class Constant:
     is_local: bool
     is_member: bool
     uses: list[Use] = field(default_factory=list)
+    parts: list[tuple[int, int, Constant]] = field(default_factory=list)  # other constants by name in the initialiser
+    wholes: list[Constant] = field(default_factory=list)  # constants with this one in theirs
+
+    def ranges(self) -> list[tuple[int, int]]:
+        """First and last number of the mutants that a use of this constant reaches, those of its parts, too."""
+        own = [(place.first_id, place.first_id + len(place.changes) - 1) for place in self.places]
+        return own + [reached for _, _, part in self.parts for reached in part.ranges()]
+
+    def can_change(self) -> bool:
+        return bool(self.places) or any(part.can_change() for _, _, part in self.parts)
+
+    def is_used(self) -> bool:
+        return bool(self.uses) or any(whole.is_used() for whole in self.wholes)
 
 
 @dataclass
@@ -375,7 +388,13 @@ def _note_uses(finders: list[_Finder]) -> None:
         for declared, start, end in finder.references:
             place = declared.location
             constant = constants.get((place.file.name, place.offset)) if place.file is not None else None
-            if constant is not None and finder.is_at_run_time(start, end):
+            if constant is None:
+                continue
+            for whole in finder.source.constants:
+                if whole.name_start + len(whole.name) <= start < whole.end and (start, end, constant) not in whole.parts:
+                    whole.parts.append((start, end, constant))
+                    constant.wholes.append(whole)
+            if finder.is_at_run_time(start, end):
                 may_be_constant = any(first <= start < last for first, last in finder.constexpr_functions)
                 constant.uses.append(Use(finder.source.file, start, end, may_be_constant))
 
@@ -394,7 +413,7 @@ def find(root: Path, files: list[str]) -> tuple[list[Source], list[Mutant]]:
         # A template is seen once for itself; a place must be there once.
         source.places = list({(p.kind, p.start, p.end, p.token_start): p for p in source.places}.values())
         source.places = [p for p in source.places if not finder._is_at_compile_time(p.start)]
-        source.constants = [each for each in source.constants if each.places and each.uses]
+        source.constants = [each for each in source.constants if each.can_change() and each.is_used()]
         for constant in source.constants:
             constant.uses = sorted(set(constant.uses))
         all_places = source.places + [place for constant in source.constants for place in constant.places]

@@ -38,7 +38,7 @@ EXPECTED = {
         "20ms -> 40ms",
         "20ms -> 10ms",
     ],
-    "constexpr int step_length = 3;": ["3 -> 4", "3 -> 2"],
+    "constexpr int half_step = 2;": ["2 -> 3", "2 -> 1"],
     "constexpr int limit_min = 1;": ["1 -> 2", "1 -> 0"],
     "return value >= limit && limit >= limit_min;": [
         ">= -> >",
@@ -154,11 +154,11 @@ class Coverage(unittest.TestCase):
         self.assertEqual(coverage_report.counts_of_lines(never)[3], 0)
 
     def test_says_which_side_of_which_branch_never_was(self) -> None:
-        covered = coverage_report.Covered(lines={36: 2}, branches={(36, 10, 36, 24): (2, 0), (36, 28, 36, 46): (1, 1)})
+        covered = coverage_report.Covered(lines={37: 2}, branches={(37, 10, 37, 24): (2, 0), (37, 28, 37, 46): (1, 1)})
         file = "tests/mutation/toy.cpp"
         gaps = coverage_report.gaps_of(file, covered)
-        line = safety_files.ROOT.joinpath(file).read_text().splitlines()[35].strip()
-        self.assertEqual(gaps, [coverage_report.Gap(file, 36, line, "never false: value >= limit")])
+        line = safety_files.ROOT.joinpath(file).read_text().splitlines()[36].strip()
+        self.assertEqual(gaps, [coverage_report.Gap(file, 37, line, "never false: value >= limit")])
 
     def test_programs_add_up(self) -> None:
         covered = coverage_report.Covered()

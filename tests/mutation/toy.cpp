@@ -21,7 +21,8 @@ struct Row {
   Duration wait = 10ms;
 };
 constexpr std::array<Row, 2> rows{{{.limit = 5}, {.limit = 7, .counts = false, .wait = 20ms}}};
-constexpr int step_length = 3;
+constexpr int half_step = 2;
+constexpr int step_length = half_step + half_step;
 constexpr int limit_min = 1;
 
 consteval bool limits_rise() {

@@ -10,7 +10,7 @@ import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
-PROGRAMS = ("test_unit", "test_scenario")
+PROGRAMS = ("test_unit", "test_scenario", "test_catalogue")
 FIRST_BATCH_S = 0.1
 CPU_MIN_S = 3  # seconds of computing time that a run of some test cases may take, or so many times the usual
 CPU_FACTOR = 10

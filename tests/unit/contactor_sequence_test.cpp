@@ -1,6 +1,7 @@
 // The contactor sequence, one step at a time: what each condition alone holds up, and each time to the nanosecond.
 #include "daemon/core/contactor_sequence.hpp"
 
+#include <array>
 #include <set>
 
 #include "tests/support/catch.hpp"
@@ -12,7 +13,7 @@ namespace {
 constexpr TimePoint start{10s};
 constexpr ContactorConfig config{
     .settle = 100ms, .precharge_timeout = 3s, .precharge_done_permille = 950, .precharge_current_max_mA = 500};
-constexpr Phase closing[] = {Phase::main_negative, Phase::precharge, Phase::main_positive};
+constexpr std::array closing{Phase::main_negative, Phase::precharge, Phase::main_positive};
 
 /// Everything as it takes to go on, `since` after the phase began at `start`.
 SequenceInputs ready(Duration since) {
@@ -21,6 +22,8 @@ SequenceInputs ready(Duration since) {
           .close_permitted = true,
           .may_advance = true,
           .contacts_settled = true,
+          .is_current_known = true,
+          .current_at = start + since,
           .is_measured = true,
           .measured_at = start + since,
           .pack_mV = 100'000,
@@ -49,20 +52,38 @@ TEST_CASE("each condition alone holds up every step", "[unit][contactors][I4]") 
   }
 }
 
-TEST_CASE("without the wish or the permission every phase ends at once, and that is no failed precharge",
+TEST_CASE("without the permission every phase ends at once, and that is no failed precharge",
           "[unit][contactors][I4]") {
   for (const Phase phase : all_phases) {
     for (const bool wanted : {false, true}) {
       SequenceInputs in = ready(200ms);
       in.close_wanted = wanted;
-      in.close_permitted = !wanted;
+      in.close_permitted = false;
+      in.charge_wanted = in.charge_permitted = true;
       in.link_mV = 0;
-      const SequenceStep result = step({phase, start}, in, config);
+      in.current_mA = 50'000;
+      const SequenceStep result = step({.phase = phase, .entered_at = start, .is_charge_closed = true}, in, config);
       CHECK(result.state.phase == Phase::open);
       CHECK(result.outputs == ContactorOutputs{});
-      CHECK_FALSE(result.precharge_failed);
+      CHECK_FALSE(result.state.is_charge_closed);
+      CHECK(result.precharge_failure == PrechargeFailure::none);
     }
   }
+}
+
+TEST_CASE("without the wish a closing is broken off at once, and that is no failed precharge", "[unit][contactors]") {
+  for (const Phase phase : closing) {
+    SequenceInputs in = ready(1h);
+    in.close_wanted = false;
+    in.link_mV = 0;
+    const SequenceStep result = step({phase, start}, in, config);
+    CHECK(result.state.phase == Phase::open);
+    CHECK_FALSE(result.outputs.any_contactor());
+    CHECK(result.precharge_failure == PrechargeFailure::none);
+  }
+  SequenceInputs in = ready(1h);
+  in.close_wanted = false;
+  CHECK(after(Phase::open, in) == Phase::open);
 }
 
 TEST_CASE("a phase that does not get on opens after 3 s, and only the precharge calls that a failed one",
@@ -76,14 +97,15 @@ TEST_CASE("a phase that does not get on opens after 3 s, and only the precharge 
     CHECK(result.state.phase == Phase::open);
     CHECK(result.state.entered_at == start + 3s);
     CHECK_FALSE(result.outputs.any_contactor());
-    CHECK(result.precharge_failed == (phase == Phase::precharge));
+    CHECK(result.precharge_failure ==
+          (phase == Phase::precharge ? PrechargeFailure::too_slow : PrechargeFailure::none));
   }
   SequenceInputs before_precharge = ready(3s);
   before_precharge.contacts_settled = false;
   before_precharge.link_mV = 0;  // nobody has charged it yet
   const SequenceStep result = step({Phase::main_negative, start}, before_precharge, config);
   CHECK(result.state.phase == Phase::open);
-  CHECK_FALSE(result.precharge_failed);
+  CHECK(result.precharge_failure == PrechargeFailure::none);
 }
 
 TEST_CASE("a closed pack stays closed, an open one begins with the negative contactor", "[unit][contactors]") {
@@ -94,7 +116,7 @@ TEST_CASE("a closed pack stays closed, an open one begins with the negative cont
   const SequenceStep closed = step({Phase::closed, start}, in, config);
   CHECK(closed.state.phase == Phase::closed);
   CHECK(closed.state.entered_at == start);
-  CHECK_FALSE(closed.precharge_failed);
+  CHECK(closed.precharge_failure == PrechargeFailure::none);
   const SequenceStep begun = step({Phase::open, start}, ready(1h), config);
   CHECK(begun.state.phase == Phase::main_negative);
   CHECK(begun.state.entered_at == start + 1h);
@@ -120,16 +142,16 @@ TEST_CASE("a link that falls off on the way to the main contact is a failed prec
   in.link_mV = 94'999;
   const SequenceStep lost = step({Phase::main_positive, start}, in, config);
   CHECK(lost.state.phase == Phase::open);
-  CHECK(lost.precharge_failed);
+  CHECK(lost.precharge_failure == PrechargeFailure::too_slow);
   in.link_mV = 95'000;
   const SequenceStep kept = step({Phase::main_positive, start}, in, config);
   CHECK(kept.state.phase == Phase::main_positive);
-  CHECK_FALSE(kept.precharge_failed);
+  CHECK(kept.precharge_failure == PrechargeFailure::none);
   in.link_mV = 0;
   in.is_measured = false;
   const SequenceStep unknown = step({Phase::main_positive, start}, in, config);
   CHECK(unknown.state.phase == Phase::main_positive);
-  CHECK_FALSE(unknown.precharge_failed);
+  CHECK(unknown.precharge_failure == PrechargeFailure::none);
 }
 
 TEST_CASE("a link follows within 5 % of the pack, either way, and only a pack that has a voltage",
@@ -148,14 +170,217 @@ TEST_CASE("a link follows within 5 % of the pack, either way, and only a pack th
 }
 
 TEST_CASE("each phase has its contactors, and another number has none", "[unit][contactors][I4]") {
-  CHECK(outputs_for(Phase::open) == ContactorOutputs{});
-  CHECK(outputs_for(Phase::main_negative) == ContactorOutputs{.main_negative = true});
-  CHECK(outputs_for(Phase::precharge) == ContactorOutputs{.main_negative = true, .precharge = true});
-  CHECK(outputs_for(Phase::main_positive) ==
+  const auto outputs = [](Phase phase, bool charge = false) {
+    return outputs_for({.phase = phase, .is_charge_closed = charge});
+  };
+  const ContactorOutputs mains{.main_positive = true, .main_negative = true};
+  const ContactorOutputs all_three{.main_positive = true, .main_negative = true, .charge = true};
+  CHECK(outputs(Phase::open, true) == ContactorOutputs{});
+  CHECK(outputs(Phase::main_negative, true) == ContactorOutputs{.main_negative = true});
+  CHECK(outputs(Phase::precharge, true) == ContactorOutputs{.main_negative = true, .precharge = true});
+  CHECK(outputs(Phase::main_positive, true) ==
         ContactorOutputs{.main_positive = true, .main_negative = true, .precharge = true});
-  CHECK(outputs_for(Phase::closed) == ContactorOutputs{.main_positive = true, .main_negative = true});
-  CHECK(outputs_for(no_phase) == ContactorOutputs{});
+  for (const Phase phase : {Phase::closed, Phase::ramp_down}) {
+    CHECK(outputs(phase) == mains);
+    CHECK(outputs(phase, true) == all_three);
+  }
+  CHECK(outputs(no_phase, true) == ContactorOutputs{});
   CHECK(after(no_phase, ready(200ms)) == Phase::open);
+}
+
+TEST_CASE("while breaking one contactor is open and the others still closed", "[unit][contactors]") {
+  const auto breaking = [](ContactorId first) {
+    return outputs_for({.phase = Phase::breaking, .is_charge_closed = true, .breaks_first = first});
+  };
+  CHECK(breaking(ContactorId::main_positive) == ContactorOutputs{.main_negative = true});
+  CHECK(breaking(ContactorId::precharge) == ContactorOutputs{.main_negative = true});
+  CHECK(breaking(ContactorId::main_negative) == ContactorOutputs{.main_positive = true});
+  CHECK(breaking(ContactorId::charge) == ContactorOutputs{.main_positive = true, .main_negative = true});
+  CHECK(breaking(static_cast<ContactorId>(99)) == ContactorOutputs{});
+}
+
+TEST_CASE("an opening that nobody hurries waits for the current, and without one opens at once", "[unit][contactors]") {
+  const auto opened = [](std::int32_t current_mA, bool is_known = true) {
+    SequenceInputs in = ready(1h);
+    in.close_wanted = false;
+    in.current_mA = current_mA;
+    in.is_current_known = is_known;
+    return after(Phase::closed, in);
+  };
+  CHECK(opened(0) == Phase::open);
+  CHECK(opened(1'000) == Phase::open);
+  CHECK(opened(-1'000) == Phase::open);
+  CHECK(opened(1'001) == Phase::ramp_down);
+  CHECK(opened(-1'001) == Phase::ramp_down);
+  CHECK(opened(50'000, false) == Phase::open);
+}
+
+TEST_CASE("the current has 200 ms to end, then one contactor breaks it, and 40 ms later the others open",
+          "[unit][contactors]") {
+  SequenceInputs in = ready(200ms - 1ns);
+  in.close_wanted = false;
+  in.current_mA = 50'000;
+  CHECK(after(Phase::ramp_down, in) == Phase::ramp_down);
+  in.now = start + 200ms;
+  CHECK(after(Phase::ramp_down, in) == Phase::breaking);
+  in.close_wanted = true;  // too late: what has begun to open opens
+  CHECK(after(Phase::ramp_down, in) == Phase::breaking);
+  in.current_mA = 1'000;
+  CHECK(after(Phase::ramp_down, in) == Phase::open);
+  in.current_mA = 50'000;
+  in.is_current_known = false;
+  CHECK(after(Phase::ramp_down, in) == Phase::open);
+  CHECK(after(Phase::breaking, ready(40ms - 1ns)) == Phase::breaking);
+  CHECK(after(Phase::breaking, ready(40ms)) == Phase::open);
+}
+
+TEST_CASE("the contactor built for the current's direction breaks it", "[unit][contactors]") {
+  const auto breaker = [](std::int32_t current_mA, bool charge) {
+    SequenceInputs in = ready(200ms);
+    in.close_wanted = false;
+    in.charge_permitted = true;
+    in.current_mA = current_mA;
+    const SequenceStep result =
+        step({.phase = Phase::ramp_down, .entered_at = start, .is_charge_closed = charge}, in, config);
+    REQUIRE(result.state.phase == Phase::breaking);
+    CHECK(result.state.entered_at == start + 200ms);
+    CHECK_FALSE(result.state.is_charge_closed);
+    return result.state.breaks_first;
+  };
+  CHECK(breaker(50'000, false) == ContactorId::main_positive);
+  CHECK(breaker(50'000, true) == ContactorId::main_positive);
+  CHECK(breaker(-50'000, true) == ContactorId::charge);
+  CHECK(breaker(-50'000, false) == ContactorId::main_negative);
+  CHECK(breaker_of({.is_charge_closed = true}, 0) == ContactorId::main_positive);
+  CHECK(breaker_of({.is_charge_closed = true}, -1) == ContactorId::charge);
+}
+
+TEST_CASE("the charge contactor closes behind a settled pack, for a charger that is there and may charge",
+          "[unit][contactors]") {
+  struct Bench {
+    SequenceInputs in = ready(100ms);
+    SequenceState state{.phase = Phase::closed, .entered_at = start};
+    ContactorConfig contactors = config;
+
+    [[nodiscard]] bool closes() const { return step(state, in, contactors).outputs.charge; }
+  };
+  Bench good;
+  good.in.charge_wanted = good.in.charge_permitted = true;
+  CHECK(good.closes());
+  const std::array<void (*)(Bench&), 6> spoilers{[](Bench& it) { it.in.charge_wanted = false; },
+                                                 [](Bench& it) { it.in.charge_permitted = false; },
+                                                 [](Bench& it) { it.in.now = start + 100ms - 1ns; },
+                                                 [](Bench& it) { it.in.may_advance = false; },
+                                                 [](Bench& it) { it.in.contacts_settled = false; },
+                                                 [](Bench& it) { it.contactors.has_charge_contactor = false; }};
+  for (std::size_t index = 0; index < spoilers.size(); ++index) {
+    Bench spoiled = good;
+    spoilers[index](spoiled);
+    CHECK_FALSE(spoiled.closes());
+    // Closed already it stays so unless the charger or the permission is gone, or there is no such contactor.
+    spoiled.state.is_charge_closed = true;
+    CHECK(spoiled.closes() == (index >= 2 && index <= 4));
+  }
+  Bench arriving = good;
+  arriving.state.phase = Phase::main_positive;
+  arriving.in.now = start + 1s;
+  REQUIRE(step(arriving.state, arriving.in, config).state.phase == Phase::closed);
+  CHECK_FALSE(arriving.closes());  // first the mains have to settle
+}
+
+TEST_CASE("while the current ramps down the charge contactor stays as it is, as long as charging is allowed",
+          "[unit][contactors]") {
+  for (const bool was_closed : {false, true}) {
+    SequenceInputs in = ready(10ms);
+    in.close_wanted = false;
+    in.current_mA = -50'000;
+    in.charge_permitted = true;
+    const SequenceState state{.phase = Phase::ramp_down, .entered_at = start, .is_charge_closed = was_closed};
+    CHECK(step(state, in, config).outputs.charge == was_closed);
+    in.charge_permitted = false;
+    CHECK_FALSE(step(state, in, config).outputs.charge);
+  }
+}
+
+TEST_CASE("a link that follows before the resistor can have charged it fails the precharge", "[unit][contactors]") {
+  ContactorConfig with_min = config;
+  with_min.precharge_min = 400ms;
+  const auto failure = [&with_min](Duration measured, std::int32_t link_mV, std::int32_t link_at_start_mV = 0) {
+    const SequenceState state{.phase = Phase::precharge, .entered_at = start, .link_at_start_mV = link_at_start_mV};
+    SequenceInputs in = ready(1s);
+    in.contacts_settled = false;
+    in.link_mV = link_mV;
+    in.measured_at = start + measured;
+    const SequenceStep result = step(state, in, with_min);
+    CHECK((result.state.phase == Phase::open) == (result.precharge_failure != PrechargeFailure::none));
+    return result.precharge_failure;
+  };
+  CHECK(failure(400ms - 1ns, 95'000) == PrechargeFailure::too_fast);
+  CHECK(failure(400ms, 95'000) == PrechargeFailure::none);
+  CHECK(failure(1ns, 95'000) == PrechargeFailure::too_fast);
+  CHECK(failure(0ns, 95'000) == PrechargeFailure::none);  // seen before this precharge
+  CHECK(failure(200ms, 94'999) == PrechargeFailure::none);
+  // Half of what it takes was there already, so half of the time is enough.
+  CHECK(failure(200ms - 1ns, 95'000, 47'500) == PrechargeFailure::too_fast);
+  CHECK(failure(200ms, 95'000, 47'500) == PrechargeFailure::none);
+  CHECK(failure(1ns, 95'000, 95'000) == PrechargeFailure::none);
+  CHECK(failure(1ns, 95'000, 99'000) == PrechargeFailure::none);
+  CHECK(failure(400ms - 1ns, 95'000, -10'000) == PrechargeFailure::too_fast);  // never more than the whole time
+  CHECK(failure(400ms, 95'000, -10'000) == PrechargeFailure::none);
+  CHECK(precharge_min({}, 0, with_min) == 0ms);
+}
+
+TEST_CASE("the link at the start of a precharge is the measured one, or none", "[unit][contactors]") {
+  SequenceInputs in = ready(200ms);
+  in.link_mV = 12'345;
+  const SequenceState state{.phase = Phase::main_negative, .entered_at = start, .link_at_start_mV = 7};
+  CHECK(step(state, in, config).state.link_at_start_mV == 12'345);
+  in.is_measured = false;
+  CHECK(step(state, in, config).state.link_at_start_mV == 0);
+}
+
+TEST_CASE("a second sample beyond the precharge current is a short, one alone is not", "[unit][contactors]") {
+  ContactorConfig watched = config;
+  watched.precharge_overcurrent_mA = 10'000;
+  SequenceState state{.phase = Phase::precharge, .entered_at = start};
+  const auto show = [&](Duration at, std::int32_t current_mA, bool is_known = true) {
+    SequenceInputs in = ready(at);
+    in.link_mV = 50'000;
+    in.current_mA = current_mA;
+    in.is_current_known = is_known;
+    const SequenceStep result = step(state, in, watched);
+    state = result.state;
+    return result.precharge_failure;
+  };
+  for (const std::int32_t sign : {1, -1}) {
+    state = {.phase = Phase::precharge, .entered_at = start};
+    CHECK(show(0ms, sign * 10'001) == PrechargeFailure::none);  // of the moment before it began
+    CHECK(state.overcurrent_at == TimePoint{});
+    CHECK(show(10ms, sign * 10'000) == PrechargeFailure::none);
+    CHECK(state.overcurrent_at == TimePoint{});
+    CHECK(show(20ms, sign * 10'001, false) == PrechargeFailure::none);
+    CHECK(state.overcurrent_at == TimePoint{});
+    CHECK(show(30ms, sign * 10'001) == PrechargeFailure::none);
+    CHECK(state.overcurrent_at == start + 30ms);
+    CHECK(show(30ms, sign * 10'001) == PrechargeFailure::none);  // the same sample
+    CHECK(show(40ms, sign * 10'000) == PrechargeFailure::none);
+    CHECK(state.overcurrent_at == start + 30ms);
+    CHECK(show(50ms, sign * 10'001) == PrechargeFailure::overcurrent);
+    CHECK(state.phase == Phase::open);
+    CHECK(state.overcurrent_at == TimePoint{});
+  }
+  watched.precharge_overcurrent_mA = 0;  // not watched
+  state = {.phase = Phase::precharge, .entered_at = start, .overcurrent_at = start + 1ms};
+  CHECK(show(10ms, INT32_MIN) == PrechargeFailure::none);
+}
+
+TEST_CASE("a precharge whose resistor is hot has been too slow", "[unit][contactors]") {
+  SequenceInputs in = ready(10ms);
+  in.link_mV = 0;
+  in.resistor_is_hot = true;
+  const SequenceStep result = step({Phase::precharge, start}, in, config);
+  CHECK(result.state.phase == Phase::open);
+  CHECK(result.precharge_failure == PrechargeFailure::too_slow);
 }
 
 TEST_CASE("contactors are those that switch the pack's current, and nothing else is one", "[unit][contactors]") {
@@ -173,19 +398,23 @@ TEST_CASE("what nobody filled in is open, not wanted and not permitted", "[unit]
     CHECK_FALSE(output);
   }
   const SequenceInputs in;
-  for (const bool input : {in.close_wanted, in.close_permitted, in.may_advance, in.contacts_settled, in.is_measured}) {
+  for (const bool input : {in.close_wanted, in.close_permitted, in.may_advance, in.contacts_settled, in.is_measured,
+                           in.charge_wanted, in.charge_permitted, in.resistor_is_hot, in.is_current_known}) {
     CHECK_FALSE(input);
   }
   CHECK(in.pack_mV == 0);
   CHECK(in.link_mV == 0);
   CHECK(in.current_mA == 0);
   CHECK(SequenceState{}.phase == Phase::open);
-  CHECK_FALSE(SequenceStep{}.precharge_failed);
+  CHECK(SequenceStep{}.precharge_failure == PrechargeFailure::none);
+  CHECK_FALSE(SequenceState{}.is_charge_closed);
+  CHECK(SequenceState{}.link_at_start_mV == 0);
 }
 
 TEST_CASE("the phases have names of their own, and no other number has one", "[unit][contactors]") {
   std::set<std::string_view> names;
   for (const Phase phase : all_phases) names.insert(to_text(phase));
-  CHECK(names == std::set<std::string_view>{"open", "main negative", "precharge", "main positive", "closed"});
+  CHECK(names == std::set<std::string_view>{"open", "main negative", "precharge", "main positive", "closed",
+                                            "ramp down", "breaking"});
   CHECK(to_text(no_phase) == "?");
 }

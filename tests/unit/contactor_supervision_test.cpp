@@ -44,7 +44,7 @@ class WatchBench {
   }
   /// Does a word that says this disobey? Seen and judged at once.
   [[nodiscard]] bool word_at(TimePoint at, bool is_closed) {
-    return watch_.disobeys(word(is_closed ? only(contactor_) : ContactorOutputs{}, at), config_, at);
+    return static_cast<bool>(watch_.disobeys(word(is_closed ? only(contactor_) : ContactorOutputs{}, at), config_, at));
   }
   [[nodiscard]] ContactorWatch& watch() { return watch_; }
 
@@ -275,4 +275,27 @@ TEST_CASE("contacts that another life left closed have their time to open", "[un
   const ContactorOutputs left_closed{.main_negative = true};
   CHECK_FALSE(watch.disobeys(word(left_closed, start + 300ms - 1ns), config, start + 300ms - 1ns));
   CHECK(watch.disobeys(word(left_closed, start + 300ms), config, start + 300ms));
+}
+
+TEST_CASE("the first contactor of each kind that disobeys is told: open against its command, or closed",
+          "[unit][contactors]") {
+  const ContactorConfig config{.settle = 100ms, .feedback_timeout = 300ms};
+  const auto found = [&config](const ContactorOutputs& commanded, const ContactorOutputs& closed) {
+    ContactorWatch watch;
+    watch.init(start);
+    watch.command(commanded, start);
+    return watch.disobeys(word(closed, start + 300ms), config, start + 300ms);
+  };
+  for (std::size_t contactor = 0; contactor < 4; ++contactor) {
+    CHECK(found(only(contactor), {}).not_following == contactor + 1);
+    CHECK(found(only(contactor), {}).welded == 0);
+    CHECK(found({}, only(contactor)).welded == contactor + 1);
+    CHECK(found({}, only(contactor)).not_following == 0);
+    CHECK(found({}, only(contactor)));
+  }
+  const ContactorOutputs mains{.main_positive = true, .main_negative = true};
+  const ContactorOutputs others{.precharge = true, .charge = true};
+  CHECK(found(mains, others).not_following == 1);
+  CHECK(found(mains, others).welded == 3);
+  CHECK_FALSE(found(mains, mains));
 }

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "tests/support/catch.hpp"
-#include "tests/support/core_bench.hpp"
 
 using namespace bmu;
 
@@ -21,31 +20,30 @@ constexpr std::int32_t warn_uV = 4'150'000;
 constexpr std::int32_t good_uV = 3'700'000;
 constexpr std::int32_t between_uV = 4'190'000;  // no longer at the limit, not yet behind the hysteresis of 20 mV
 
-/// A memory that is shown the highest cell, and everything else as good. Confirms in 150 ms, clears in 1 s.
+/// A memory that is shown the highest cell. Confirms in 150 ms, clears in 1 s.
 class CellBench {
  public:
-  CellBench() { modules_.init(config_); }
-
-  /// Time passes, then a sample is judged: value, of which cell, taken when (default: now).
+  /// Time passes, then a sample is judged: value, of which cell, taken how long ago.
   FaultChanges see(Duration later, std::int32_t max_uV, const Element& cell = cell_1, Duration age = {}) {
     now_ += later;
-    pack_.cell_voltage_uV = spread(max_uV, cell, now_ - age);
-    return update();
+    return judge({.is_known = true, .value = max_uV, .element = cell, .taken_at = now_ - age});
   }
   /// The value is there, but no cell is known to have it.
   FaultChanges see_unknown(Duration later, std::int32_t max_uV = 0) {
     now_ += later;
-    pack_.cell_voltage_uV = spread(max_uV, cell_1, now_);
-    pack_.cell_voltage_uV.count = 0;
-    return update();
+    return judge({.value = max_uV, .element = cell_1, .taken_at = now_});
   }
   FaultChanges see_partial(Duration later, std::int32_t max_uV) {
     now_ += later;
-    pack_.cell_voltage_uV = spread(max_uV, cell_1, now_);
-    pack_.cell_voltage_uV.count = 7;
-    return update();
+    return judge({.is_known = true, .value = max_uV, .element = cell_1, .taken_at = now_, .is_partial = true});
   }
-  FaultChanges clear() { return memory_.clear_latched(); }
+  FaultChanges judge(const Reading& reading, FaultId id = FaultId::cell_overvoltage) {
+    FaultChanges changes;
+    memory_.judge(row_of(id), reading, limits_, now_, changes);
+    return changes;
+  }
+  FaultChanges clear(Authority authority = Authority::service) { return memory_.clear_latched(authority); }
+  void pass(Duration later) { now_ += later; }
   void confirm() {
     (void)see(10ms, open_uV);
     (void)see(150ms, open_uV);
@@ -54,36 +52,20 @@ class CellBench {
     (void)see(10ms, good_uV);
     (void)see(1s, good_uV);
   }
-  CoreFlags& flags() { return flags_; }
-  [[nodiscard]] const FaultState& state() const { return memory_.state(FaultId::cell_overvoltage); }
-  [[nodiscard]] const FaultMemory& memory() const { return memory_; }
+  [[nodiscard]] FaultMemory& memory() { return memory_; }
+  [[nodiscard]] const FaultState& state(FaultId id = FaultId::cell_overvoltage) const { return memory_.state(id); }
   [[nodiscard]] FaultStage stage() const { return state().stage; }
   [[nodiscard]] TimePoint now() const { return now_; }
 
  private:
-  static Spread spread(std::int32_t max_uV, const Element& cell, TimePoint taken_at) {
-    return {.min = good_uV,
-            .max = max_uV,
-            .min_at = cell,
-            .max_at = cell,
-            .min_taken_at = taken_at,
-            .max_taken_at = taken_at,
-            .count = 8,
-            .expected = 8};
-  }
-  FaultChanges update() {
-    return memory_.update(
-        {.now = now_, .config = &config_, .pack = &pack_, .modules = &modules_, .sensors = &sensors_, .flags = flags_});
-  }
-
-  CoreConfig config_ = test::small_pack();
-  ModuleTable modules_;
-  SensorTable sensors_;
-  PackState pack_{.modules_answering = 2, .modules_expected = 2};
-  CoreFlags flags_{.internal_bus_up = true};
+  LimitsConfig limits_{.cell_undervoltage = {.warn = 3'100'000, .open = 2'900'000, .hysteresis = 50'000},
+                       .cell_overvoltage = {.warn = warn_uV, .open = open_uV, .hysteresis = 20'000}};
   FaultMemory memory_;
   TimePoint now_{100s};
 };
+
+constexpr Reading bad{.is_known = true, .value = 1};
+constexpr Reading good{.is_known = true, .value = 0};
 
 std::vector<Kind> kinds_of(const FaultChanges& changes, FaultId id = FaultId::cell_overvoltage) {
   std::vector<Kind> kinds;
@@ -311,14 +293,42 @@ TEST_CASE("a clear takes what is latched and known to be good, and nothing else"
 TEST_CASE("a row without confirm time is believed at once, and one that does not latch clears by itself",
           "[unit][faults]") {
   CellBench bench;
-  bench.flags().internal_bus_up = false;
-  CHECK(kinds_of(bench.see(0ms, good_uV), FaultId::internal_bus_down) == std::vector{Kind::confirmed});
-  bench.flags().internal_bus_up = true;
-  (void)bench.see(10ms, good_uV);
-  CHECK(kinds_of(bench.see(1s - 1ns, good_uV), FaultId::internal_bus_down).empty());
-  CHECK(kinds_of(bench.see(1ns, good_uV), FaultId::internal_bus_down) == std::vector{Kind::cleared});
-  CHECK(bench.memory().state(FaultId::internal_bus_down).stage == FaultStage::good);
-  CHECK_FALSE(bench.memory().state(FaultId::internal_bus_down).is_warning);
+  const FaultId id = FaultId::internal_bus_down;
+  CHECK(kinds_of(bench.judge(bad, id), id) == std::vector{Kind::confirmed});
+  bench.pass(10ms);
+  CHECK(bench.judge(good, id).empty());
+  bench.pass(1s - 1ns);
+  CHECK(bench.judge(good, id).empty());
+  bench.pass(1ns);
+  CHECK(kinds_of(bench.judge(good, id), id) == std::vector{Kind::cleared});
+  CHECK(bench.state(id).stage == FaultStage::good);
+  CHECK_FALSE(bench.state(id).is_warning);
+}
+
+TEST_CASE("a lock that takes authority is not cleared without", "[unit][faults][I10]") {
+  for (const FaultRow& row : fault_table()) {
+    if (row.latch == Latch::none) continue;
+    FaultMemory memory;
+    memory.restore_lock(row.id, TimePoint{7s});
+    CHECK(memory.state(row.id).stage == FaultStage::latched);
+    CHECK(memory.state(row.id).confirmed_at == TimePoint{7s});
+    CHECK(memory.state(row.id).last_at == TimePoint{7s});
+    CHECK(memory.clear_latched(Authority::service).empty());  // its cause has not been looked at yet
+    FaultChanges changes;
+    const LimitsConfig nothing_asked_for;
+    Reading harmless{.is_known = true, .value = row.sense == Sense::at_or_above ? -1'000'000'000 : 1'000'000'000};
+    if (row.has_limit()) {
+      memory.judge(row, harmless, nothing_asked_for, TimePoint{8s}, changes);
+    } else {
+      memory.judge(row, good, nothing_asked_for, TimePoint{8s}, changes);
+    }
+    REQUIRE(memory.state(row.id).judged == Verdict::good);
+    const bool anybody = row.latch == Latch::until_cleared;
+    CHECK(memory.clear_latched(Authority::user).size() == (anybody ? 1 : 0));
+    CHECK(memory.state(row.id).stage == (anybody ? FaultStage::good : FaultStage::latched));
+    CHECK(memory.clear_latched(Authority::service).size() == (anybody ? 0 : 1));
+    CHECK(memory.state(row.id).stage == FaultStage::good);
+  }
 }
 
 TEST_CASE("a warning is told once, and once that it is over", "[unit][faults]") {
@@ -352,17 +362,10 @@ TEST_CASE("of a warning the worst value is kept, and of equal ones the first", "
 }
 
 TEST_CASE("of a warning of a lower limit the lowest value is kept", "[unit][faults]") {
-  const CoreConfig config = test::small_pack();
-  ModuleTable modules;
-  modules.init(config);
-  const SensorTable sensors;
-  FaultMemory memory;
-  PackState pack;
-  const auto see = [&](std::int32_t min_uV, const Element& cell) {
-    pack.cell_voltage_uV = {.min = min_uV, .max = good_uV, .min_at = cell, .count = 8, .expected = 8};
-    (void)memory.update(
-        {.now = TimePoint{1s}, .config = &config, .pack = &pack, .modules = &modules, .sensors = &sensors});
-    return memory.state(FaultId::cell_undervoltage).warning;
+  CellBench bench;
+  const auto see = [&bench](std::int32_t min_uV, const Element& cell) {
+    (void)bench.judge({.is_known = true, .value = min_uV, .element = cell}, FaultId::cell_undervoltage);
+    return bench.state(FaultId::cell_undervoltage).warning;
   };
   CHECK(see(3'100'000, cell_1).value == 3'100'000);
   CHECK(see(3'100'000, cell_2).element == cell_1);
@@ -401,6 +404,12 @@ TEST_CASE("a row has its thresholds from the configuration, or is true or not", 
   CHECK(configured.has_warning);
   CHECK(configured.confirm == 4ms);
   CHECK(configured.clear == 5ms);
+  static constexpr LimitConfig fixed{.warn = 11, .open = 12, .hysteresis = 13, .confirm = 14ms, .clear = 15ms};
+  const Thresholds same_for_all = thresholds_of({.fixed = &fixed}, limits);
+  CHECK(same_for_all.warn == 11);
+  CHECK(same_for_all.open == 12);
+  CHECK(same_for_all.has_warning);
+  CHECK(same_for_all.confirm == 14ms);
   const Thresholds unfilled;
   CHECK(unfilled.warn == 0);
   CHECK(unfilled.open == 1);

@@ -23,7 +23,7 @@ struct Bench {
       .cell_voltage_uV =
           {.min = 3'700'000, .max = 3'700'000, .min_at = lowest, .max_at = highest, .count = 8, .expected = 8},
       .cell_temperature_dC = {.min = 250, .max = 250, .min_at = coldest, .max_at = hottest, .count = 4, .expected = 4}};
-  LimitInputs inputs{.is_connected = true};
+  LimitInputs inputs{.is_connected = true, .may_discharge = true, .may_charge = true};
 
   [[nodiscard]] CurrentLimit discharge() const { return evaluate_limits(pack, config, inputs).discharge; }
   [[nodiscard]] CurrentLimit charge() const { return evaluate_limits(pack, config, inputs).charge; }
@@ -54,12 +54,15 @@ TEST_CASE("limits that nobody evaluated are zero, and inputs that nobody filled 
 
 TEST_CASE("not connected, and a fault that asks for it, leave no current, and say which", "[unit][limits]") {
   Bench bench;
-  bench.inputs = {.is_connected = true, .zero_is_demanded = true};
-  for (const CurrentLimit& limit : {bench.discharge(), bench.charge()}) {
-    CHECK(limit.limit_mA == 0);
-    CHECK(limit.cause == LimitCause::fault);
-  }
-  bench.inputs = {.is_connected = false, .zero_is_demanded = true};
+  bench.inputs.may_charge = false;
+  CHECK(bench.charge().limit_mA == 0);
+  CHECK(bench.charge().cause == LimitCause::fault);
+  CHECK(bench.discharge().limit_mA == 80'000);
+  bench.inputs = {.is_connected = true, .may_discharge = false, .may_charge = true};
+  CHECK(bench.discharge().limit_mA == 0);
+  CHECK(bench.discharge().cause == LimitCause::fault);
+  CHECK(bench.charge().limit_mA == 20'000);
+  bench.inputs = {.is_connected = false};
   for (const CurrentLimit& limit : {bench.discharge(), bench.charge()}) {
     CHECK(limit.limit_mA == 0);
     CHECK(limit.cause == LimitCause::not_connected);
@@ -152,6 +155,94 @@ TEST_CASE("of several reasons the smallest limit wins, and of equal ones the fir
   CHECK(bench.discharge().cause == LimitCause::cell_voltage_low);
 }
 
+TEST_CASE("a value that is the highest less the lowest limits both directions, and so does a hot board",
+          "[unit][limits][BMU_13]") {
+  Bench bench;
+  bench.config.limits.cell_imbalance = {.warn = 300'000, .open = 800'000};
+  bench.config.limits.temperature_spread = {.warn = 150, .open = 300};
+  bench.pack.cell_voltage_uV.min = 3'300'000;
+  bench.pack.cell_voltage_uV.max = 3'850'000;
+  for (const CurrentLimit& limit : {bench.discharge(), bench.charge()}) {
+    CHECK(limit.cause == LimitCause::cell_imbalance);
+    CHECK(limit.value == 550'000);
+    CHECK(limit.threshold == 800'000);
+    CHECK(limit.element == highest);
+  }
+  CHECK(bench.discharge().limit_mA == 40'000);
+  CHECK(bench.charge().limit_mA == 10'000);
+  bench.pack.cell_temperature_dC.min = 25;
+  bench.pack.cell_temperature_dC.max = 295;  // 27 K apart, of 15 K to 30 K
+  CHECK(bench.discharge().limit_mA == 16'000);
+  CHECK(bench.discharge().cause == LimitCause::temperature_spread);
+  CHECK(bench.charge().limit_mA == 4'000);
+  bench.config.limits.board_overtemperature = {.warn = 850, .open = 1'000};
+  bench.pack.board_temperature_dC = {.min = 200, .max = 985, .max_at = hottest, .count = 1, .expected = 8};
+  CHECK(bench.discharge().limit_mA == 8'000);
+  CHECK(bench.discharge().cause == LimitCause::board_hot);
+  CHECK(bench.discharge().value == 985);
+  CHECK(bench.charge().limit_mA == 2'000);
+}
+
+TEST_CASE("too hot or too cold to charge says nothing against discharging", "[unit][limits][BMU_13]") {
+  Bench bench;
+  bench.config.limits.charge_overtemperature = {.warn = 400, .open = 450};
+  bench.config.limits.charge_undertemperature = {.warn = 50, .open = 0};
+  bench.pack.cell_temperature_dC.max = 425;
+  CHECK(bench.charge().limit_mA == 10'000);
+  CHECK(bench.charge().cause == LimitCause::too_hot_to_charge);
+  CHECK(bench.discharge().limit_mA == 80'000);
+  bench.pack.cell_temperature_dC.max = 250;
+  bench.pack.cell_temperature_dC.min = 10;
+  CHECK(bench.charge().limit_mA == 4'000);
+  CHECK(bench.charge().cause == LimitCause::too_cold_to_charge);
+  CHECK(bench.charge().element == coldest);
+  CHECK(bench.discharge().limit_mA == 80'000);
+}
+
+TEST_CASE("derating begins at the middle tier where there is one", "[unit][limits][BMU_13]") {
+  Bench bench;
+  bench.config.limits.cell_overtemperature = {.warn = 450, .limit = 550, .open = 600};
+  bench.pack.cell_temperature_dC.max = 550;
+  CHECK(bench.discharge().limit_mA == 80'000);
+  bench.pack.cell_temperature_dC.max = 551;
+  CHECK(bench.discharge().limit_mA == 78'400);
+}
+
+TEST_CASE("a peak is there until half of it is used, and sinks to the continuous current until all is",
+          "[unit][limits][BMS_NF.7]") {
+  Bench bench;
+  bench.config.current.discharge_peak_mA = 180'000;
+  bench.config.current.charge_peak_mA = 30'000;
+  const auto discharge_at = [&bench](std::int64_t used_permille) {
+    bench.inputs.discharge_used_permille = used_permille;
+    return bench.discharge();
+  };
+  CHECK(discharge_at(0).limit_mA == 180'000);
+  CHECK(discharge_at(500).limit_mA == 180'000);
+  CHECK(discharge_at(500).cause == LimitCause::peak);
+  CHECK(discharge_at(501).limit_mA == 179'800);
+  CHECK(discharge_at(501).cause == LimitCause::overload);
+  CHECK(discharge_at(501).value == 501);
+  CHECK(discharge_at(501).threshold == 1'000);
+  CHECK(discharge_at(750).limit_mA == 130'000);
+  CHECK(discharge_at(1'000).limit_mA == 80'000);
+  CHECK(discharge_at(1'500).limit_mA == 80'000);
+  CHECK(bench.charge().limit_mA == 30'000);
+  bench.inputs.charge_used_permille = 750;
+  CHECK(bench.charge().limit_mA == 25'000);
+  CHECK(bench.charge().cause == LimitCause::overload);
+  bench.config.current.discharge_peak_mA = 80'000;
+  CHECK(discharge_at(750).limit_mA == 80'000);
+  CHECK(discharge_at(750).cause == LimitCause::continuous);
+}
+
+TEST_CASE("a derating takes its share of the peak, too", "[unit][limits]") {
+  Bench bench;
+  bench.config.current.discharge_peak_mA = 180'000;
+  bench.pack.cell_temperature_dC.max = 550;
+  CHECK(bench.discharge().limit_mA == 90'000);
+}
+
 TEST_CASE("without a single value of a kind nothing is derived from it", "[unit][limits]") {
   Bench bench;
   bench.inputs.before = {.discharge = {.limit_mA = 80'000}, .charge = {.limit_mA = 20'000}};
@@ -191,10 +282,10 @@ TEST_CASE("an equal limit of before does not take the place of the present one",
 
 TEST_CASE("every cause of a limit has a text of its own, and no other number has one", "[unit][limits]") {
   std::set<std::string_view> texts;
-  for (int cause = 0; cause <= static_cast<int>(LimitCause::cell_cold); ++cause) {
+  for (int cause = 0; cause <= static_cast<int>(LimitCause::board_hot); ++cause) {
     texts.insert(to_text(static_cast<LimitCause>(cause)));
   }
-  CHECK(texts.size() == 7);
+  CHECK(texts.size() == 14);
   CHECK_FALSE(texts.contains("?"));
   CHECK(to_text(static_cast<LimitCause>(99)) == "?");
 }
