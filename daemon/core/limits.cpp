@@ -62,8 +62,10 @@ constexpr std::array<DeratingRow, 9> derating_table{{
 }};
 
 constexpr std::int64_t all_permille = 1'000;
-/// Half of the peak may be used at full height; the other half is the slope down to the continuous current.
+/// Half of the peak may be used at full height, then comes the slope down to the continuous current. It ends before
+/// everything is used up: who draws exactly what is allowed comes to rest there, and never reaches the fault.
 constexpr std::int64_t full_peak_until_permille = 500;
+constexpr std::int64_t no_peak_from_permille = 900;
 
 /// 1000 where the derating begins and before, 0 at the opening threshold and beyond, a straight line between.
 std::int64_t share_permille(std::int64_t value, const LimitConfig& limit, bool is_lower_limit) {
@@ -90,9 +92,9 @@ CurrentLimit zero(LimitCause cause) {
 CurrentLimit unhindered(std::int32_t continuous_mA, std::int32_t peak_mA, std::int64_t used_permille) {
   if (peak_mA <= continuous_mA) return {.limit_mA = continuous_mA, .cause = LimitCause::continuous};
   if (used_permille <= full_peak_until_permille) return {.limit_mA = peak_mA, .cause = LimitCause::peak};
-  const std::int64_t left = std::max<std::int64_t>(all_permille - used_permille, 0);
+  const std::int64_t left = std::max<std::int64_t>(no_peak_from_permille - used_permille, 0);
   const std::int64_t above_mA =
-      (std::int64_t{peak_mA} - continuous_mA) * left / (all_permille - full_peak_until_permille);
+      (std::int64_t{peak_mA} - continuous_mA) * left / (no_peak_from_permille - full_peak_until_permille);
   return {.limit_mA = static_cast<std::int32_t>(continuous_mA + above_mA),
           .cause = LimitCause::overload,
           .value = static_cast<std::int32_t>(used_permille),
