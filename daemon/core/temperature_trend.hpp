@@ -1,7 +1,8 @@
 // How fast each cell temperature rises: the newest value of a sensor against the one it had about two seconds before.
 // A cell that runs away warms by kelvins a second; load and weather by kelvins an hour.
 //
-// A sensor that was not measured begins anew, and says nothing before a second of its values is there.
+// A sensor that was not measured, or not heard for a second, begins anew, and says nothing before a second of its
+// values is there.
 // Cost: a comparison a module while nothing new has come.
 #pragma once
 

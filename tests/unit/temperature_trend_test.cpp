@@ -1,0 +1,129 @@
+// How fast cells warm up: exact rates, edges of the times, and the fault that a runaway becomes.
+#include "daemon/core/temperature_trend.hpp"
+
+#include "tests/support/catch.hpp"
+#include "tests/support/core_bench.hpp"
+#include "tests/support/module_feed.hpp"
+
+using namespace bmu;
+using test::ModuleFeed;
+
+namespace {
+
+/// A sensor's temperatures, one each 100 ms unless said otherwise.
+class Warming {
+ public:
+  explicit Warming(const CoreConfig& config = test::small_pack()) : feed_(config) {}
+
+  void sample(std::int32_t temperature_dC, Duration later = 100ms) {
+    feed_.pass(later);
+    feed_.temperatures(2, {known(250), known(temperature_dC)});
+    trend_.update(feed_.modules());
+  }
+  void sample_unknown() {
+    feed_.pass(100ms);
+    feed_.temperatures(2, {known(250), not_known(Validity::open_circuit)});
+    trend_.update(feed_.modules());
+  }
+  [[nodiscard]] Reading fastest() const { return trend_.fastest_mK_per_s(feed_.modules()); }
+  [[nodiscard]] TimePoint now() const { return feed_.now(); }
+  void forget() { trend_.forget(); }
+
+ private:
+  ModuleFeed feed_;
+  TemperatureTrend trend_;
+};
+
+}  // namespace
+
+TEST_CASE("a rise is known after a second of samples, and not before", "[unit][temperature][F12]") {
+  Warming warming;
+  CHECK_FALSE(warming.fastest().is_known);
+  warming.sample(250, 1ms);
+  for (int sample = 0; sample < 9; ++sample) warming.sample(250);
+  CHECK_FALSE(warming.fastest().is_known);
+  warming.sample(251);
+  REQUIRE(warming.fastest().is_known);
+  CHECK(warming.fastest().value == 100);  // 0.1 K in exactly a second
+  CHECK(warming.fastest().taken_at == warming.now());
+  CHECK(warming.fastest().element == Element{.module_node = 2, .number = 2, .is_temperature_sensor = true});
+}
+
+TEST_CASE("a steady rise is read as what it is, within a step of the sensor over the window", "[unit][temperature]") {
+  for (const std::int32_t rate_dC_per_s : {-20, 0, 1, 5, 10, 50}) {
+    Warming warming;
+    for (int sample = 0; sample <= 60; ++sample) {
+      warming.sample(250 + rate_dC_per_s * sample / 10);
+      if (sample < 30) continue;
+      // The other sensor stands still, so that the fastest is at least 0.
+      const std::int64_t expected_mK_per_s = std::max(rate_dC_per_s, 0) * 100;
+      CHECK(warming.fastest().value >= expected_mK_per_s - 50);
+      CHECK(warming.fastest().value <= expected_mK_per_s + 50);
+    }
+  }
+}
+
+TEST_CASE("one wrong sample is gone from the rise when the next one comes", "[unit][temperature]") {
+  Warming warming;
+  for (int sample = 0; sample < 30; ++sample) warming.sample(250);
+  warming.sample(400);
+  CHECK(warming.fastest().value > 5'000);
+  warming.sample(250);
+  CHECK(warming.fastest().value == 0);
+}
+
+TEST_CASE("a sensor that was not measured begins anew", "[unit][temperature]") {
+  Warming warming;
+  for (int sample = 0; sample < 30; ++sample) warming.sample(250);
+  warming.sample_unknown();
+  warming.sample(300);
+  CHECK(warming.fastest().value == 0);  // of the sensors that stayed
+  for (int sample = 0; sample < 20; ++sample) warming.sample(300);
+  CHECK(warming.fastest().value == 0);
+}
+
+TEST_CASE("nothing new changes nothing, and forgetting forgets everything", "[unit][temperature]") {
+  Warming warming;
+  for (int sample = 0; sample < 30; ++sample) warming.sample(250 + sample);
+  const Reading before = warming.fastest();
+  CHECK(before.value == 1'000);
+  warming.forget();
+  CHECK_FALSE(warming.fastest().is_known);
+  for (int sample = 0; sample < 9; ++sample) warming.sample(500);
+  CHECK_FALSE(warming.fastest().is_known);
+}
+
+TEST_CASE("a sensor silent for a minute does not hide a fast rise behind the minute", "[unit][temperature]") {
+  Warming warming;
+  for (int sample = 0; sample < 30; ++sample) warming.sample(250);
+  warming.sample(250, 60s);
+  for (int sample = 0; sample < 12; ++sample) warming.sample(250 + 2 * (sample + 1));  // 2 K/s
+  CHECK(warming.fastest().value >= 1'800);
+}
+
+TEST_CASE("a runaway cell opens the pack; sun and load do not", "[unit][core][temperature]") {
+  CoreConfig config = test::small_pack();
+  config.limits.temperature_rise = LimitsConfig{}.temperature_rise;
+  const auto warm = [](test::CoreBench& bench, std::int64_t rate_dC_per_s, Duration duration) {
+    const TimePoint from = bench.now();
+    bench.before_poll = [&bench, from, rate_dC_per_s] {
+      const std::int64_t passed_ms = to_ms(bench.now() - from);
+      bench.modules[1].cell_temperature_dC[1] = known(250 + rate_dC_per_s * passed_ms / 1'000);
+    };
+    return bench.run_until([&bench] { return bench.is_active(FaultId::temperature_rise); }, duration);
+  };
+  test::CoreBench hot(config);
+  REQUIRE(hot.close());
+  hot.run(3s);
+  const TimePoint from = hot.now();
+  REQUIRE(warm(hot, 12, 5s));
+  CHECK(hot.now() - from <= 3'500ms);
+  CHECK_FALSE(hot.commanded().any_contactor());
+  CHECK(hot.core().last_opening().fault == FaultId::temperature_rise);
+  CHECK(hot.core().last_opening().reading.element ==
+        Element{.module_node = 2, .number = 2, .is_temperature_sensor = true});
+  test::CoreBench warm_only(config);
+  REQUIRE(warm_only.close());
+  CHECK_FALSE(warm(warm_only, 1, 20s));  // a kelvin in ten seconds, far more than any load
+  CHECK(warm_only.commanded().main_positive);
+}
