@@ -1,0 +1,200 @@
+// Tries of a precharge, and the heat in its resistor.
+#include "daemon/core/precharge_guard.hpp"
+
+#include "tests/support/catch.hpp"
+#include "tests/support/core_bench.hpp"
+
+using namespace bmu;
+
+namespace {
+
+constexpr TimePoint start{10s};
+
+/// 100 Ohm that bear 100 J and give them off in 10 s: at 100 V they take 100 W.
+constexpr ContactorConfig resistor{
+    .precharge_tries = 3, .precharge_cool_down = 10s, .precharge_resistance_Ohm = 100, .precharge_energy_J = 100};
+
+class Guarded {
+ public:
+  explicit Guarded(const ContactorConfig& config = resistor) {
+    guard.init(config);
+    tick(false, 0);
+  }
+  void tick(bool is_precharging, std::int32_t across_mV, bool is_measured = true) {
+    guard.update(now, is_precharging, is_measured, 100'000, 100'000 - across_mV);
+    now += 10ms;
+  }
+  void run(Duration duration, bool is_precharging, std::int32_t across_mV = 100'000) {
+    for (Duration passed{}; passed < duration; passed += 10ms) tick(is_precharging, across_mV);
+  }
+
+  PrechargeGuard guard;
+  TimePoint now = start;
+};
+
+}  // namespace
+
+TEST_CASE("a precharge that was too slow has its tries, one that failed otherwise has none",
+          "[unit][contactors][F86]") {
+  PrechargeGuard guard;
+  guard.init(resistor);
+  CHECK_FALSE(guard.is_retrying());
+  CHECK(guard.note_end(PrechargeFailure::too_slow) == PrechargeFailure::none);
+  CHECK(guard.is_retrying());
+  CHECK(guard.tries_failed() == 1);
+  CHECK(guard.note_end(PrechargeFailure::too_slow) == PrechargeFailure::none);
+  CHECK(guard.note_end(PrechargeFailure::too_slow) == PrechargeFailure::too_slow);
+  CHECK_FALSE(guard.is_retrying());  // it is a fault now, and the next wish begins anew
+  CHECK(guard.note_end(PrechargeFailure::too_fast) == PrechargeFailure::too_fast);
+  CHECK(guard.note_end(PrechargeFailure::overcurrent) == PrechargeFailure::overcurrent);
+  CHECK(guard.note_end(PrechargeFailure::too_slow) == PrechargeFailure::none);
+  CHECK(guard.note_end(PrechargeFailure::none) == PrechargeFailure::none);
+  CHECK(guard.tries_failed() == 0);
+  (void)guard.note_end(PrechargeFailure::too_slow);
+  guard.forget_tries();
+  CHECK_FALSE(guard.is_retrying());
+}
+
+TEST_CASE("a single try is a fault when it fails", "[unit][contactors][F86]") {
+  PrechargeGuard guard;
+  guard.init({.precharge_tries = 1});
+  CHECK(guard.note_end(PrechargeFailure::too_slow) == PrechargeFailure::too_slow);
+}
+
+TEST_CASE("heat is the square of the voltage over the resistor, for as long as it lasts, less what it gives off",
+          "[unit][contactors][F86]") {
+  Guarded guarded;
+  guarded.run(500ms, true);
+  CHECK(guarded.guard.heat_mJ() == 50'000 - 5'000);
+  guarded.run(500ms, true, 50'000);  // half the voltage, a quarter of the power
+  CHECK(guarded.guard.heat_mJ() == 45'000 + 12'500 - 5'000);
+  guarded.run(1s, true, 0);
+  CHECK(guarded.guard.heat_mJ() == 42'500);
+  guarded.run(4'240ms, false);
+  CHECK(guarded.guard.heat_mJ() == 100);
+  guarded.run(1s, false);
+  CHECK(guarded.guard.heat_mJ() == 0);
+}
+
+TEST_CASE("a voltage nobody knows counts as all of it", "[unit][contactors][F86]") {
+  Guarded guarded;
+  for (int tick = 0; tick < 50; ++tick) guarded.tick(true, 0, false);
+  CHECK(guarded.guard.heat_mJ() == 45'000);
+}
+
+TEST_CASE("a stopped process heats and cools the resistor for a second at most", "[unit][contactors][F86]") {
+  Guarded guarded;
+  guarded.now += 1min;
+  guarded.tick(true, 100'000);
+  CHECK(guarded.guard.heat_mJ() == 100'000);  // as if all of the second had been spent at full voltage
+}
+
+TEST_CASE("too hot is more than the resistor bears", "[unit][contactors][F86]") {
+  Guarded guarded;
+  guarded.run(1'110ms, true);
+  CHECK(guarded.guard.heat_mJ() == 99'900);
+  CHECK_FALSE(guarded.guard.is_overheated());
+  guarded.tick(true, 100'000);
+  CHECK(guarded.guard.is_overheated());
+}
+
+TEST_CASE("the next try waits until the resistor bears another one like the last", "[unit][contactors][F86]") {
+  Guarded guarded;
+  CHECK(guarded.guard.is_cool());
+  guarded.run(600ms, true);
+  guarded.tick(false, 0);
+  CHECK_FALSE(guarded.guard.is_cool());  // 53 J are left of 60
+  guarded.run(1'290ms, false);
+  CHECK_FALSE(guarded.guard.is_cool());
+  guarded.run(20ms, false);
+  CHECK(guarded.guard.is_cool());  // 40 and 60 J
+}
+
+TEST_CASE("after a try that used up all the resistor bears there is a next one, when it is cold",
+          "[unit][contactors][F86]") {
+  Guarded guarded;
+  while (!guarded.guard.is_overheated()) guarded.tick(true, 100'000);
+  guarded.run(9s, false);
+  CHECK_FALSE(guarded.guard.is_cool());
+  guarded.run(2s, false);
+  CHECK(guarded.guard.is_cool());
+}
+
+TEST_CASE("a resistor of which nothing is known is not watched", "[unit][contactors][F86]") {
+  for (const ContactorConfig& config : {ContactorConfig{.precharge_resistance_Ohm = 100},
+                                        ContactorConfig{.precharge_energy_J = 100}, ContactorConfig{}}) {
+    Guarded guarded(config);
+    guarded.run(10s, true);
+    CHECK(guarded.guard.heat_mJ() == 0);
+    CHECK(guarded.guard.is_cool());
+    CHECK_FALSE(guarded.guard.is_overheated());
+  }
+}
+
+TEST_CASE("the largest pack and the smallest resistor do not overflow", "[unit][contactors]") {
+  ContactorConfig config = resistor;
+  config.precharge_resistance_Ohm = 1;
+  config.precharge_energy_J = 1'000'000;
+  PrechargeGuard guard;
+  guard.init(config);
+  guard.update(start, true, false, 2'000'000, 0);
+  guard.update(start + 1s, true, false, 2'000'000, 0);
+  CHECK(guard.heat_mJ() == 4'000'000'000);
+}
+
+// --- in the core ----------------------------------------------------------------------------------------------------
+
+namespace {
+
+CoreConfig pack_with_tries(std::uint8_t tries) {
+  CoreConfig config = test::small_pack();
+  config.contactors.precharge_tries = tries;
+  config.contactors.precharge_cool_down = 2s;
+  return config;
+}
+
+int closings_begun(const test::CoreBench& bench) {
+  return static_cast<int>(std::count_if(bench.events().begin(), bench.events().end(), [](const Event& event) {
+    return event.id == EventId::phase_changed && event.phase_to == Phase::precharge;
+  }));
+}
+
+}  // namespace
+
+TEST_CASE("a link that never follows is tried as often as configured, then it is a fault", "[unit][core][F86]") {
+  test::CoreBench bench(pack_with_tries(3));
+  bench.link_rise_mV_per_ms = 0;
+  bench.run(1500ms);
+  bench.inputs.vehicle_on = true;
+  REQUIRE(bench.run_until([&] { return bench.is_active(FaultId::precharge_failed); }, 30s));
+  CHECK(closings_begun(bench) == 3);
+  bench.run(30s);
+  CHECK(closings_begun(bench) == 3);
+  CHECK_FALSE(bench.commanded().any_contactor());
+}
+
+TEST_CASE("a link that follows at the second try is closed, without a fault", "[unit][core][F86]") {
+  test::CoreBench bench(pack_with_tries(3));
+  bench.link_rise_mV_per_ms = 0;
+  bench.run(1500ms);
+  bench.inputs.vehicle_on = true;
+  REQUIRE(bench.run_until([&] { return bench.core().last_opening().cause == OpeningCause::precharge_retry; }, 5s));
+  bench.link_rise_mV_per_ms = 200;
+  REQUIRE(bench.run_until([&] { return bench.core().sequence().phase == Phase::closed; }, 5s));
+  CHECK(closings_begun(bench) == 2);
+  CHECK_FALSE(bench.is_active(FaultId::precharge_failed));
+  CHECK_FALSE(bench.core().precharge_guard().is_retrying());
+}
+
+TEST_CASE("a link that falls again under the closed main is tried as often as configured, too", "[unit][core][F86]") {
+  test::CoreBench bench(pack_with_tries(3));
+  bench.main_positive_held_open = true;
+  bench.feedback_lies = true;
+  bench.each_ms = [&bench] {  // what is behind the precharge resistor begins to draw
+    if (bench.commanded().main_positive) bench.link_voltage_mV = 10'000;
+  };
+  bench.run(1500ms);
+  bench.inputs.vehicle_on = true;
+  CHECK(bench.run_until([&] { return bench.is_active(FaultId::precharge_failed); }, 60s));
+  CHECK(closings_begun(bench) == 3);
+}

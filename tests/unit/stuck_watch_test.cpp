@@ -1,0 +1,175 @@
+// Values that stand still although the current moves, and those that may.
+#include "daemon/core/stuck_watch.hpp"
+
+#include "tests/support/catch.hpp"
+#include "tests/support/core_bench.hpp"
+#include "tests/support/module_feed.hpp"
+
+using namespace bmu;
+using test::ModuleFeed;
+
+namespace {
+
+CoreConfig pack_of_2_mOhm() {
+  CoreConfig config = test::small_pack();
+  config.cell.series_resistance_Ohm = 0.002;  // 5 mV at 2.5 A
+  return config;
+}
+constexpr std::int32_t shows_mA = 2'500;
+
+/// Two modules of four cells that are polled every 100 ms; each cell as it is told to be.
+class Watched {
+ public:
+  explicit Watched(const CoreConfig& config = pack_of_2_mOhm()) : feed_(config) { watch_.init(config.cell); }
+
+  void poll(std::int32_t current_mA, Duration later = 100ms) {
+    feed_.pass(later);
+    feed_.poll();
+    for (std::uint8_t node = 1; node <= 2; ++node) {
+      std::vector<SignalValue> cells;
+      for (const std::int32_t value_uV : cells_uV[node - 1U]) {
+        cells.push_back(value_uV == not_measured ? not_known(Validity::open_circuit) : known(value_uV));
+      }
+      feed_.cells(node, cells, known(14'800));
+    }
+    watch_.update(feed_.modules(), {current_mA, feed_.now(), Validity::valid});
+  }
+  /// Polls that move the cells as any real cell moves, except those that are kept.
+  void wiggle(int polls, std::int32_t current_mA) {
+    for (int count = 0; count < polls; ++count) {
+      for (auto& module : cells_uV) {
+        for (std::int32_t& value_uV : module) value_uV += value_uV == kept_uV ? 0 : (count % 2 == 0 ? 100 : -100);
+      }
+      poll(current_mA);
+    }
+  }
+  [[nodiscard]] Reading longest() const { return watch_.longest_ms(feed_.modules()); }
+  void update_unknown() { watch_.update(feed_.modules(), {}); }
+  void forget() { watch_.forget(); }
+
+  static constexpr std::int32_t not_measured = -1;
+  static constexpr std::int32_t kept_uV = 3'700'000;
+  std::array<std::array<std::int32_t, 4>, 2> cells_uV{
+      {{3'700'100, 3'700'100, 3'700'100, 3'700'100}, {3'700'100, 3'700'100, 3'700'100, 3'700'100}}};
+
+ private:
+  ModuleFeed feed_;
+  StuckWatch watch_;
+};
+
+}  // namespace
+
+TEST_CASE("at a steady current, or in a rest, a cell may stand still for as long as it likes",
+          "[unit][plausibility][F17]") {
+  for (const std::int32_t current_mA : {0, 50'000, -20'000}) {
+    Watched watched;
+    for (int count = 0; count < 6'000; ++count) watched.poll(current_mA);
+    CHECK(watched.longest().is_known);
+    CHECK(watched.longest().value == 0);
+  }
+}
+
+TEST_CASE("time counts from the change of current that a cell must show, and exactly from there",
+          "[unit][plausibility][F17]") {
+  for (const std::int32_t change_mA : {shows_mA - 1, shows_mA, -shows_mA + 1, -shows_mA}) {
+    Watched watched;
+    watched.poll(10'000);
+    for (int count = 0; count < 20; ++count) watched.poll(10'000 + change_mA);
+    CHECK(watched.longest().value == (std::abs(change_mA) >= shows_mA ? 2'000 : 0));
+  }
+}
+
+TEST_CASE("a single cell that stands still is named, its neighbours are not", "[unit][plausibility][F17]") {
+  Watched watched;
+  watched.cells_uV[1][2] = Watched::kept_uV;
+  watched.wiggle(1, 0);
+  watched.wiggle(30, 20'000);
+  CHECK(watched.longest().value == 3'000);
+  CHECK(watched.longest().element == Element{.module_node = 2, .number = 3, .pack_number = 7});
+}
+
+TEST_CASE("the first other digit ends it", "[unit][plausibility][F17]") {
+  Watched watched;
+  watched.cells_uV[0][0] = Watched::kept_uV;
+  watched.wiggle(1, 0);
+  watched.wiggle(79, 20'000);
+  CHECK(watched.longest().value == 7'900);
+  watched.cells_uV[0][0] += 100;  // a step of the wire
+  watched.poll(20'000);
+  CHECK(watched.longest().value == 0);
+}
+
+TEST_CASE("a current that comes back to where it was stops the clock, and does not turn it back",
+          "[unit][plausibility][F17]") {
+  Watched watched;
+  watched.cells_uV[0][0] = Watched::kept_uV;
+  watched.wiggle(1, 0);
+  watched.wiggle(10, 20'000);
+  watched.wiggle(50, 0);
+  CHECK(watched.longest().value == 1'000);
+  watched.wiggle(10, -20'000);
+  CHECK(watched.longest().value == 2'000);
+}
+
+TEST_CASE("what was not measured, a hole and an unknown current prove nothing", "[unit][plausibility][F17]") {
+  Watched invalid;
+  invalid.cells_uV[0][0] = Watched::kept_uV;
+  invalid.wiggle(1, 0);
+  invalid.wiggle(10, 20'000);
+  invalid.cells_uV[0][0] = Watched::not_measured;
+  invalid.poll(20'000);
+  CHECK(invalid.longest().value == 0);
+  for (const auto& [hole, counted_ms] : {std::pair{Duration{1s}, 1'000}, std::pair{1s + 1ns, 0}}) {
+    Watched silent;
+    silent.poll(0);
+    silent.poll(20'000, hole);
+    CHECK(silent.longest().value == counted_ms);
+  }
+  Watched blind;
+  blind.poll(0);
+  blind.update_unknown();
+  CHECK(blind.longest().value == 0);
+  Watched forgotten;
+  forgotten.poll(0);
+  forgotten.poll(20'000);
+  CHECK(forgotten.longest().value == 100);
+  forgotten.forget();
+  CHECK(forgotten.longest().value == 0);
+}
+
+TEST_CASE("a pack whose cell file has no resistance is not watched", "[unit][plausibility][F17]") {
+  Watched watched(test::small_pack());
+  watched.poll(0);
+  for (int count = 0; count < 200; ++count) watched.poll(50'000);
+  CHECK(watched.longest().is_known);
+  CHECK(watched.longest().value == 0);
+}
+
+namespace {
+
+/// Drives with a current that changes all the time; the cells follow by their resistance, except in `stuck_modules`.
+bool becomes_a_fault(std::size_t stuck_module, Duration at_most, std::int32_t swing_mA = 10'000) {
+  test::CoreBench bench(pack_of_2_mOhm());
+  REQUIRE(bench.close());
+  std::int64_t polls = 0;
+  bench.before_poll = [&bench, &polls, stuck_module, swing_mA] {
+    ++polls;
+    bench.current_mA = 10'000 + static_cast<std::int32_t>(polls / 5 % 2) * swing_mA;
+    for (std::size_t index = 0; index < bench.modules.size(); ++index) {
+      if (index == stuck_module) continue;
+      for (auto& cell : bench.modules[index].cell_voltage_uV) cell = known(3'700'000 - bench.current_mA * 2);
+    }
+    bench.pack_voltage_mV = 29'600;
+  };
+  return bench.run_until([&] { return bench.is_active(FaultId::stuck_values); }, at_most);
+}
+
+}  // namespace
+
+TEST_CASE("a module that repeats itself while driving opens the pack; one at a steady current does not",
+          "[unit][core][plausibility][F17]") {
+  constexpr std::size_t none = 9;
+  CHECK(becomes_a_fault(1, 20s));
+  CHECK_FALSE(becomes_a_fault(none, 60s));
+  CHECK_FALSE(becomes_a_fault(1, 60s, 0));
+}
