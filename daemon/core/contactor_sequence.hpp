@@ -164,7 +164,7 @@ struct SequenceStep {
   const std::int64_t done_mV = std::int64_t{pack_mV} - link_apart_max_mV(pack_mV, config);
   const std::int64_t missing_mV = done_mV - state.link_at_start_mV;
   if (done_mV <= 0 || missing_mV <= 0) return Duration{};
-  return missing_mV >= done_mV ? config.precharge_min : Duration{config.precharge_min.count() / done_mV * missing_mV};
+  return missing_mV >= done_mV ? config.precharge_min : config.precharge_min * missing_mV / done_mV;
 }
 
 /// The link followed before the resistor can have charged it: a contactor is welded, or there is no link.

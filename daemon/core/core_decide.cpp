@@ -200,13 +200,11 @@ void Core::step_contactors(TimePoint now) {
   outputs_ = result.outputs;
   if (sequence_.phase == before.phase) return;
   events_.push({.id = EventId::phase_changed, .at = now, .phase_from = before.phase, .phase_to = sequence_.phase});
-  const bool has_ended_precharge =
-      before.phase == Phase::precharge || result.precharge_failure != PrechargeFailure::none;
   PrechargeFailure failure = result.precharge_failure;
-  if (has_ended_precharge && (failure != PrechargeFailure::none || sequence_.phase == Phase::main_positive)) {
-    record_precharge(now, before.entered_at, failure);
-    failure = guard_.note_end(failure);
-  }
+  const bool has_failed = failure != PrechargeFailure::none;
+  if (has_failed || sequence_.phase == Phase::main_positive) record_precharge(now, before.entered_at, failure);
+  // Only a link that stays with the pack under the closed main was a good try.
+  if (has_failed || sequence_.phase == Phase::closed) failure = guard_.note_end(failure);
   if (sequence_.phase == Phase::open) record_opening(now, before.phase, failure);
 }
 

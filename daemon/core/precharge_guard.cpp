@@ -37,13 +37,12 @@ void PrechargeGuard::update(TimePoint now, bool is_precharging, bool is_measured
   // Rounded down it would never cool within short ticks; the cool-down is seconds, the budget joules.
   const std::int64_t cooled_uJ =
       budget_uJ_ / std::max<std::int64_t>(to_ms(config_.precharge_cool_down), 1) * to_ms(span);
-  heat_uJ_ = std::max<std::int64_t>(heat_uJ_ - cooled_uJ, 0);
-  if (!is_precharging) return;
   // A voltage that is not known counts as all of it: the resistor may be warmer than anybody sees.
   const std::int64_t across_mV = is_measured ? std::int64_t{pack_mV} - link_mV : pack_mV;
-  const std::int64_t heated_uJ = energy_uJ(across_mV, config_.precharge_resistance_Ohm, span);
+  const std::int64_t heated_uJ =
+      is_precharging ? energy_uJ(across_mV, config_.precharge_resistance_Ohm, span) : std::int64_t{0};
   this_try_uJ_ += heated_uJ;
-  heat_uJ_ += heated_uJ;
+  heat_uJ_ = std::max<std::int64_t>(heat_uJ_ + heated_uJ - cooled_uJ, 0);
 }
 
 PrechargeFailure PrechargeGuard::note_end(PrechargeFailure failure) {
@@ -56,7 +55,8 @@ PrechargeFailure PrechargeGuard::note_end(PrechargeFailure failure) {
 }
 
 bool PrechargeGuard::is_cool() const {
-  return budget_uJ_ == 0 || heat_uJ_ + last_try_uJ_ <= budget_uJ_;
+  // A try that took all it bears, and more, may be repeated from cold: it ends where the budget does.
+  return budget_uJ_ == 0 || heat_uJ_ + std::min(last_try_uJ_, budget_uJ_) <= budget_uJ_;
 }
 
 }  // namespace bmu

@@ -11,8 +11,11 @@ using namespace bmu;
 namespace {
 
 constexpr TimePoint start{10s};
-constexpr ContactorConfig config{
-    .settle = 100ms, .precharge_timeout = 3s, .precharge_done_permille = 950, .precharge_current_max_mA = 500};
+constexpr ContactorConfig config{.settle = 100ms,
+                                 .precharge_timeout = 3s,
+                                 .precharge_done_permille = 950,
+                                 .precharge_current_max_mA = 500,
+                                 .has_charge_contactor = true};
 constexpr std::array closing{Phase::main_negative, Phase::precharge, Phase::main_positive};
 
 /// Everything as it takes to go on, `since` after the phase began at `start`.

@@ -208,7 +208,7 @@ TEST_CASE("derating begins at the middle tier where there is one", "[unit][limit
   CHECK(bench.discharge().limit_mA == 78'400);
 }
 
-TEST_CASE("a peak is there until half of it is used, and sinks to the continuous current until all is",
+TEST_CASE("a peak is there until half of it is used, and sinks to the continuous current before all is",
           "[unit][limits][BMS_NF.7]") {
   Bench bench;
   bench.config.current.discharge_peak_mA = 180'000;
@@ -220,16 +220,18 @@ TEST_CASE("a peak is there until half of it is used, and sinks to the continuous
   CHECK(discharge_at(0).limit_mA == 180'000);
   CHECK(discharge_at(500).limit_mA == 180'000);
   CHECK(discharge_at(500).cause == LimitCause::peak);
-  CHECK(discharge_at(501).limit_mA == 179'800);
+  CHECK(discharge_at(501).limit_mA == 179'750);
   CHECK(discharge_at(501).cause == LimitCause::overload);
   CHECK(discharge_at(501).value == 501);
   CHECK(discharge_at(501).threshold == 1'000);
-  CHECK(discharge_at(750).limit_mA == 130'000);
+  CHECK(discharge_at(750).limit_mA == 117'500);
+  CHECK(discharge_at(899).limit_mA == 80'250);
+  CHECK(discharge_at(900).limit_mA == 80'000);
   CHECK(discharge_at(1'000).limit_mA == 80'000);
   CHECK(discharge_at(1'500).limit_mA == 80'000);
   CHECK(bench.charge().limit_mA == 30'000);
   bench.inputs.charge_used_permille = 750;
-  CHECK(bench.charge().limit_mA == 25'000);
+  CHECK(bench.charge().limit_mA == 23'750);
   CHECK(bench.charge().cause == LimitCause::overload);
   bench.config.current.discharge_peak_mA = 80'000;
   CHECK(discharge_at(750).limit_mA == 80'000);
