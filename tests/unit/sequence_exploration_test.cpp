@@ -348,7 +348,6 @@ struct Reached {
   int suspected_age = no_age;   // of the first sample beyond the precharge current
   bool has_precharged = false;  // this closing has seen its precharge succeed
   int unwished = 0;             // ticks since the wish ended, while not open
-  friend bool operator==(const Reached&, const Reached&) = default;
 };
 
 constexpr std::array<std::int32_t, 4> explored_links_mV{0, 50'000, 96'000, 110'000};
