@@ -82,12 +82,16 @@ void Core::follow_rest(TimePoint now) {
   if (!has_changed) return;
   events_.push({.id = EventId::rest_changed, .at = now, .number = static_cast<std::int64_t>(rest_.phase())});
   if (rest_.is_resting()) sleep_modules_ = true;
-  // Asleep nothing is known, awake nothing yet. The unit goes on talking in between.
+  // Asleep nothing is known, awake nothing yet. The unit goes on talking in between, and who woke the pack by asking to
+  // close has asked.
   const SensorTable kept = sensors_;
+  const CloseRequest asked = request_;
   start_over(now);
+  request_ = asked;
   sensors_.pdu = kept.pdu;
   sensors_.pdu_word = kept.pdu_word;
   sensors_.lines = kept.lines;
+  sensors_.insulation_known_at = kept.insulation_known_at;
 }
 
 void Core::follow_request(TimePoint now) {

@@ -688,6 +688,13 @@ consteval bool warnings_do_not_latch() {
   }
   return true;
 }
+/// What concerns one direction of current only forbids it: permission.cpp counts on that.
+constexpr bool one_direction_is_forbidden() {
+  return std::all_of(table.begin(), table.end(), [](const FaultRow& row) {
+    return row.concerns == Concerns::all || row.reaction >= Reaction::open_after_grace;
+  });
+}
+static_assert(one_direction_is_forbidden());
 static_assert(rows_are_in_order());
 static_assert(grace_where_it_is_used());
 static_assert(limits_take_two_samples());

@@ -76,12 +76,8 @@ std::int64_t share_permille(std::int64_t value, const LimitConfig& limit, bool i
 }
 
 std::int32_t value_of(const DeratingRow& row, const Spread& spread) {
-  switch (row.watched) {
-    case Watched::min: return spread.min;
-    case Watched::max: return spread.max;
-    case Watched::width: return spread.max - spread.min;
-  }
-  return 0;
+  if (row.watched == Watched::min) return spread.min;
+  return row.watched == Watched::max ? spread.max : spread.max - spread.min;
 }
 
 CurrentLimit zero(LimitCause cause) {

@@ -1,9 +1,9 @@
 // How much current the pack may give and take now, and why not more. What the vehicle is told in 624h.
 //
-// Above stands the peak current, which sinks to the continuous one while the excess heat is used up, and is there before
-// all of it is: who draws what is allowed is never opened for it. From a limit's middle tier to its opening threshold
-// the allowed current falls in a straight line to zero (BMU_13: limit before opening). Without permission it is zero.
-// The smallest wins and is the cause that is reported.
+// Above stands the peak current, which sinks to the continuous one while the excess heat is used up, and is there
+// before all of it is: who draws what is allowed is never opened for it. From a limit's middle tier to its opening
+// threshold the allowed current falls in a straight line to zero (BMU_13: limit before opening). Without permission it
+// is zero. The smallest wins and is the cause that is reported.
 #pragma once
 
 #include <cstdint>

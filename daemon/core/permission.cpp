@@ -53,7 +53,7 @@ bool demands_zero_current(const FaultMemory& faults, Concerns direction) {
 
 bool forbids(const FaultMemory& faults, Concerns direction) {
   return std::any_of(fault_table().begin(), fault_table().end(), [&](const FaultRow& row) {
-    return row.concerns == direction && row.reaction >= Reaction::open_after_grace && faults.state(row.id).is_present();
+    return row.concerns == direction && faults.state(row.id).is_present();
   });
 }
 

@@ -34,15 +34,11 @@ RestPhase RestMode::next(const RestInputs& in, bool is_woken) const {
   // Charged and cleared while looking, or never in need of rest: awake.
   if (is_woken || !in.is_undervoltage) return RestPhase::awake;
   const Duration since = in.now - since_;
-  switch (phase_) {
-    case RestPhase::awake: {
-      const bool is_due = alone_since_ != TimePoint{} && in.now - alone_since_ >= config_.after;
-      return is_due ? RestPhase::resting : RestPhase::awake;
-    }
-    case RestPhase::resting: return since >= config_.look_every ? RestPhase::looking : RestPhase::resting;
-    case RestPhase::looking: return in.has_complete_view || since >= look_max ? RestPhase::resting : RestPhase::looking;
-  }
-  return RestPhase::awake;
+  if (phase_ == RestPhase::resting) return since >= config_.look_every ? RestPhase::looking : RestPhase::resting;
+  const bool has_looked = in.has_complete_view || since >= look_max;
+  if (phase_ == RestPhase::looking) return has_looked ? RestPhase::resting : RestPhase::looking;
+  const bool is_due = alone_since_ != TimePoint{} && in.now - alone_since_ >= config_.after;
+  return is_due ? RestPhase::resting : RestPhase::awake;
 }
 
 }  // namespace bmu
