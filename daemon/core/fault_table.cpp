@@ -689,7 +689,7 @@ consteval bool warnings_do_not_latch() {
   return true;
 }
 /// What concerns one direction of current only forbids it: permission.cpp counts on that.
-constexpr bool one_direction_is_forbidden() {
+consteval bool one_direction_is_forbidden() {
   return std::all_of(table.begin(), table.end(), [](const FaultRow& row) {
     return row.concerns == Concerns::all || row.reaction >= Reaction::open_after_grace;
   });
