@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "config/pack_fields.hpp"
+#include "daemon/core/contactor_id.hpp"
 
 namespace bmu {
 namespace {
@@ -179,6 +180,27 @@ class GpioReader {
   std::map<std::string, std::string> owner_of_name_;
 };
 
+/// What the core is told of the lines.
+LinesConfig lines_config(const GpioConfig& gpio) {
+  const auto has_input = [&](GpioInputKind kind) {
+    return std::any_of(gpio.inputs.begin(), gpio.inputs.end(),
+                       [kind](const auto& input) { return input.kind == kind; });
+  };
+  LinesConfig lines{
+      .are_used = true,
+      .drive_contactors = gpio.outputs.at(static_cast<std::size_t>(GpioOutput::main_positive)).has_value(),
+      .has_vehicle_on = has_input(GpioInputKind::vehicle_on),
+      .has_charger_connected = has_input(GpioInputKind::charger_connected),
+      .has_resume_button = has_input(GpioInputKind::resume_button),
+      .has_insulation_ok = has_input(GpioInputKind::insulation_ok),
+      .has_supply_ok = has_input(GpioInputKind::supply_ok)};
+  // The contactors are the first outputs, in the order of ContactorId.
+  for (std::size_t i = 0; i < contactor_id_count; ++i) {
+    if (gpio.feedback.at(i)) lines.feedback |= static_cast<std::uint8_t>(1U << i);
+  }
+  return lines;
+}
+
 }  // namespace
 
 void read_gpio(const JsonValue& root, const Place& root_place, PackConfig& pack, ProblemList& problems) {
@@ -188,6 +210,7 @@ void read_gpio(const JsonValue& root, const Place& root_place, PackConfig& pack,
   GpioReader reader(pack.gpio.emplace(), place, problems);
   reader.read(*object);
   reader.check();
+  pack.core.lines = lines_config(*pack.gpio);
 }
 
 }  // namespace bmu

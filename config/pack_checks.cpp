@@ -337,6 +337,62 @@ void check_precharge(const Check& check) {
                      "more than settle_ms, " + digits_of(to_ms(contactors.settle)) + ", or precharge always gives up");
 }
 
+// --- contactors without a power distribution unit -------------------------------------------------------------------
+
+bool has_output(const PackConfig& pack, GpioOutput output) {
+  return pack.gpio && pack.gpio->outputs.at(static_cast<std::size_t>(output));
+}
+bool has_feedback(const PackConfig& pack, GpioOutput output) {
+  return pack.gpio && pack.gpio->feedback.at(static_cast<std::size_t>(output));
+}
+
+/// Nobody else moves the contactors then, and nobody else says that they have moved.
+void check_contactor_lines(const Check& check) {
+  const bool has_charge = check.core().contactors.has_charge_contactor;
+  for (const GpioOutput output :
+       {GpioOutput::main_positive, GpioOutput::main_negative, GpioOutput::precharge, GpioOutput::charge}) {
+    if (output == GpioOutput::charge && !has_charge) continue;
+    const std::string because = ", as contactors/pdu is false" +
+                                std::string(output == GpioOutput::charge ? " and has_charge_contactor true" : "");
+    const Place gpio = check.root.at("gpio");
+    if (!has_output(check.pack, output)) {
+      check.problems.add(gpio.at("outputs").at(to_text(output)), "nothing", "a line" + because);
+    }
+    if (!has_feedback(check.pack, output)) {
+      check.problems.add(gpio.at("feedback").at(to_text(output)), "nothing",
+                         "a line of its auxiliary contact" + because);
+    }
+  }
+}
+
+/// What only the unit can tell.
+void check_unit_is_needed(const Check& check) {
+  const Place monitoring = check.root.at("insulation").at("monitoring");
+  if (check.problems.is_good(monitoring) && check.core().insulation.monitoring == InsulationMonitoring::measured) {
+    check.problems.add(monitoring, "\"measured\"",
+                       "\"ok_line\", as no unit tells a resistance with contactors/pdu false");
+  }
+  const Place throttle = check.root.at("auxiliary").at("throttle_on_permille");
+  const std::int32_t throttle_on_permille = check.core().auxiliary.throttle_on_permille;
+  if (check.problems.is_good(throttle) && throttle_on_permille > 0) {
+    check.problems.add(throttle, digits_of(throttle_on_permille),
+                       "0, as no unit tells the throttle with contactors/pdu false");
+  }
+}
+
+void check_without_unit(const Check& check) {
+  const Place place = check.root.at("contactors").at("pdu");
+  const bool is_asked_for = check.problems.is_good(place) && !check.core().contactors.has_pdu;
+  if (!is_asked_for || !check.problems.is_good_throughout(check.root.at("gpio"))) return;
+  check_contactor_lines(check);
+  const LinesConfig& lines = check.core().lines;
+  if (!lines.has_vehicle_on && !lines.has_charger_connected) {
+    check.problems.add(check.root.at("gpio").at("inputs"), "neither vehicle_on nor charger_connected",
+                       "an input of either kind, as contactors/pdu is false: nobody else asks for a closed pack");
+  }
+  check_unit_is_needed(check);
+}
+
 // --- modules, cell, vehicle -----------------------------------------------------------------------------------------
 
 void check_sensors(const Check& check) {
@@ -423,6 +479,7 @@ void check_pack(const PackConfig& pack, const Place& pack_place, const Place& ce
   for (const ContinuousRow& row : continuous_rows) check_continuous(check, row);
   for (const OrderRow& row : order_rows) check_order(check, row);
   check_precharge(check);
+  check_without_unit(check);
   check_base_id(check);
 }
 

@@ -13,6 +13,7 @@
 #include "config/pack_checks.hpp"
 #include "config/pack_defaults.hpp"
 #include "config/pack_fields.hpp"
+#include "protocol/fnv.hpp"
 
 namespace bmu {
 namespace {
@@ -40,18 +41,6 @@ Result<std::string, std::string> read_file(const std::filesystem::path& file) {
   if (bytes.size() > file_size_max) return failure(std::string("more than 1 MiB"));
   return bytes;
 }
-
-/// FNV-1a, 64 bits: not against an attacker, but for telling two configurations apart in logs and recordings.
-constexpr std::uint64_t hash_start = 0xCBF2'9CE4'8422'2325;
-
-constexpr std::uint64_t continue_hash(std::uint64_t hash, std::string_view bytes) {
-  for (const char c : bytes) {
-    hash ^= static_cast<std::uint8_t>(c);
-    hash *= 0x0000'0100'0000'01B3;
-  }
-  return hash;
-}
-static_assert(continue_hash(hash_start, "foobar") == 0x85944171F73967E8);
 
 // --- cell -----------------------------------------------------------------------------------------------------------
 
@@ -320,7 +309,7 @@ Result<PackConfig, ConfigProblems> parse_pack_config(std::string_view text, std:
   check_pack(pack, place, source.place, problems);
   complete_defaults(pack.core);
   if (!problems.empty()) return failure(problems.take());
-  pack.core.hash = continue_hash(continue_hash(hash_start, text), source.bytes);
+  pack.core.hash = continue_fnv(continue_fnv(fnv_start, text), source.bytes);
   return pack;
 }
 

@@ -311,6 +311,10 @@ constexpr std::array contactor_table{
          .meaning = "after opening, before a link that still follows the pack means a welded contactor"}),
     boolean<&ContactorConfig::has_charge_contactor>(
         {.key = "has_charge_contactor", .meaning = "one of its own, between the link and the charger"}),
+    boolean<&ContactorConfig::has_pdu>(
+        {.key = "pdu",
+         .meaning =
+             "a power distribution unit on the internal bus; without it contactors and inputs are `gpio` lines"}),
 };
 
 constexpr std::string_view monitoring_form = "\"ok_line\" or \"measured\"";

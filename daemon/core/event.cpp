@@ -13,6 +13,14 @@ std::string_view to_text(Port port) {
   return port == Port::internal ? "internal" : "vehicle";
 }
 
+std::string_view to_text(Authority authority) {
+  switch (authority) {
+    case Authority::user: return "user";
+    case Authority::service: return "service";
+  }
+  return "?";
+}
+
 std::string_view to_text(OpeningCause cause) {
   switch (cause) {
     case OpeningCause::none: return "none";

@@ -15,6 +15,8 @@ namespace bmu {
 /// looked at first.
 enum class Authority : std::uint8_t { user, service };
 
+[[nodiscard]] std::string_view to_text(Authority authority);
+
 /// The buses of the daemon. One interface may serve both; the shell then tells each frame once, to `internal`.
 enum class Port : std::uint8_t { internal, vehicle };
 inline constexpr std::size_t port_count = 2;
@@ -74,6 +76,8 @@ struct OwnHealth {
   bool store_write_failed = false;
   bool memory_low = false;
   bool disk_low = false;
+
+  friend constexpr bool operator==(const OwnHealth&, const OwnHealth&) = default;
 };
 struct HealthSeen {
   OwnHealth health;

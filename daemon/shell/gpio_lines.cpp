@@ -424,6 +424,12 @@ void GpioLines::maintain() {
   if (state_ == GpioState::failed) static_cast<void>(open());  // what it refused is in last_error()
 }
 
+std::size_t GpioLines::count_of(GpioInputKind kind) const {
+  return static_cast<std::size_t>(std::count_if(levels_.begin(), levels_.end(), [kind](const GpioLevel& level) {
+    return !level.feedback_of && level.kind == kind;
+  }));
+}
+
 std::string GpioLines::last_error() const {
   return last_failure_.what.empty() ? "" : to_text(last_failure_);
 }

@@ -21,6 +21,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -132,6 +133,9 @@ class GpioLines {
   [[nodiscard]] int fd() const { return poll_.get(); }
   [[nodiscard]] GpioState state() const { return state_; }
   [[nodiscard]] std::string last_error() const;
+  [[nodiscard]] const std::string& chip() const { return chip_; }
+  /// Inputs of a kind in the pack file.
+  [[nodiscard]] std::size_t count_of(GpioInputKind kind) const;
 
  private:
   [[nodiscard]] Result<void, OsError> watch(int lines);

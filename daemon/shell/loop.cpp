@@ -22,6 +22,8 @@ constexpr Duration lateness_max = 20ms;
 constexpr int backlog_max = 100'000;
 constexpr Duration maintain_period = 100ms;
 constexpr Duration tell_people_period = 1s;
+// That the state could not be read is told for so long; the fault stays by itself until somebody has cleared it.
+constexpr std::uint64_t unreadable_told_ticks = 10;
 // The core waits for open contacts within its own bound; this is for the case that it does not keep it.
 constexpr Duration shut_down_max = 1500ms;
 constexpr int epoll_events = 8;
@@ -30,6 +32,7 @@ constexpr int epoll_events = 8;
 constexpr std::uint32_t tag_timer = 10;
 constexpr std::uint32_t tag_signals = 11;
 constexpr std::uint32_t tag_status_socket = 12;
+constexpr std::uint32_t tag_lines = 13;
 
 constexpr std::array all_ports{Port::internal, Port::vehicle};
 
@@ -49,6 +52,8 @@ OsError os_error(const char* what) {
 }
 
 }  // namespace
+
+Loop::Loop(const LoopParts& parts) : parts_(parts), kept_generation_(parts.core.persistent_generation()) {}
 
 void Loop::set_answers(Answer answer, Picture picture) {
   answer_ = std::move(answer);
@@ -76,12 +81,15 @@ Result<void, OsError> Loop::init() {
     if (port == Port::vehicle && parts_.buses.is_shared()) continue;
     is_watching = is_watching && watch(parts_.buses.serving(port).fd(), static_cast<std::uint32_t>(port));
   }
+  if (parts_.lines != nullptr) is_watching = is_watching && watch(parts_.lines->lines().fd(), tag_lines);
   if (!is_watching) return failure(os_error("epoll_ctl"));
   return {};
 }
 
 Result<void, OsError> Loop::run() {
   for (const Port port : all_ports) tell_port_state(port, false);
+  tell_wall_clock();
+  tell_health();
   wake_at_ = now();
   decide_if_due();
   while (!is_over()) {
@@ -110,6 +118,7 @@ Result<void, OsError> Loop::run() {
 void Loop::wake(std::uint32_t tag) {
   if (tag == tag_signals) return read_signals();
   if (tag == tag_status_socket) return parts_.status_socket.serve(answer_);
+  if (tag == tag_lines) return look_at_lines();
   if (tag == tag_timer) {
     std::uint64_t expirations = 0;
     static_cast<void>(::read(timer_.get(), &expirations, sizeof(expirations)));
@@ -128,12 +137,8 @@ void Loop::observe(TimePoint at, const ObservedThing& what) {
   if (parts_.core.observe({.at = latest_time_, .what = what}) == Urgency::decide_now) decide_now_ = true;
 }
 
-void Loop::give(Command command) {
-  observe(now(), CommandGiven{.command = command});
-}
-
-void Loop::carry_out(Command command) {
-  give(command);
+void Loop::carry_out(const CommandGiven& command) {
+  observe(now(), command);
   decide();
 }
 
@@ -150,7 +155,7 @@ void Loop::shut_down() {
   is_shutting_down_ = true;
   shut_down_at_ = now();
   parts_.notify.stopping();
-  give(Command::shut_down);
+  observe(shut_down_at_, CommandGiven{.command = Command::shut_down});
   decide_now_ = true;
 }
 
@@ -247,6 +252,55 @@ void Loop::maintain_ports() {
   parts_.buses.internal->maintain();
   if (!parts_.buses.is_shared()) parts_.buses.vehicle->maintain();
   for (const Port port : all_ports) tell_port_state(port, false);
+  maintain_lines();
+}
+
+// --- lines, clock, store --------------------------------------------------------------------------------------------
+
+void Loop::look_at_lines() {
+  if (parts_.lines == nullptr) return;
+  const LineImage image = parts_.lines->look();
+  observe(now(), LinesSeen{.image = image});
+}
+
+void Loop::drive_lines(const ContactorOutputs& outputs) {
+  if (parts_.lines == nullptr) return;
+  const std::optional<LineImage> failed = parts_.lines->drive(outputs);
+  if (failed) observe(now(), LinesSeen{.image = *failed});
+}
+
+void Loop::maintain_lines() {
+  if (parts_.lines == nullptr) return;
+  GpioLines& lines = parts_.lines->lines();
+  lines.maintain();
+  const std::string error = lines.state() == GpioState::failed ? lines.last_error() : "";
+  if (std::exchange(told_lines_, lines.state()) == lines.state() && error == told_lines_error_) return;
+  told_lines_error_ = error;
+  if (error.empty()) return parts_.journal.log(Severity::info, "GPIO lines: " + std::string(to_text(lines.state())));
+  parts_.journal.log(Severity::error, "GPIO lines: " + error);
+}
+
+void Loop::tell_wall_clock() {
+  const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
+  observe(now(), WallClockSeen{.unix_time_ms = to_ms(since_1970)});
+}
+
+void Loop::tell_health() {
+  OwnHealth health = parts_.store.health();
+  health.store_unreadable =
+      parts_.store.found().found == FileFound::unreadable && parts_.core.ticks() < unreadable_told_ticks;
+  if (health == told_health_) return;
+  if (health.store_write_failed && !told_health_.store_write_failed) {
+    parts_.journal.log(Severity::warning, "what is to be remembered is not kept: " + parts_.store.last_error());
+  }
+  told_health_ = health;
+  observe(now(), HealthSeen{.health = health});
+}
+
+/// A store that is busy for the moment is asked again with the next decision.
+void Loop::keep_state() {
+  const std::uint32_t generation = parts_.core.persistent_generation();
+  if (generation != kept_generation_ && parts_.store.offer(parts_.core.persistent())) kept_generation_ = generation;
 }
 
 // --- decisions ------------------------------------------------------------------------------------------------------
@@ -258,6 +312,7 @@ void Loop::decide_if_due() {
 }
 
 void Loop::decide() {
+  look_at_lines();
   const TimePoint at = now();
   if (at >= wake_at_) {
     is_tick_unfinished_ = true;
@@ -266,11 +321,14 @@ void Loop::decide() {
   }
   decide_now_ = false;
   const Decisions decisions = parts_.core.decide(at);
+  if (parts_.lines != nullptr) parts_.lines->decided();
+  drive_lines(decisions.outputs);
   send(decisions);
   for (const Event& event : decisions.events) parts_.journal.log(row_of(event.id).severity, to_text(event));
   wake_at_ = decisions.wake_at;
   is_shut_down_ = decisions.is_shut_down;
   drive_.update(parts_.core);
+  keep_state();
   arm_timer();
   if (!is_ready_ && !is_shutting_down_ && !decisions.outputs.any_contactor()) {
     is_ready_ = true;
@@ -291,9 +349,11 @@ void Loop::send(const Decisions& decisions) {
 void Loop::after_tick() {
   parts_.notify.tick_decided(latest_time_);
   maintain_ports();
+  tell_health();
   parts_.status_socket.publish(latest_time_, picture_);
   if (latest_time_ - told_people_at_ < tell_people_period) return;
   told_people_at_ = latest_time_;
+  tell_wall_clock();
   parts_.notify.status(latest_time_, summary_line(parts_.core));
   parts_.journal.tell_lost();
 }

@@ -1,7 +1,9 @@
 // The control loop: one thread, one epoll, nothing in it that waits.
 //
-//   bus frames, port changes, signals, commands  ->  observations  ->  Core::observe
-//   the tick's timer, or an observation that cannot wait  ->  Core::decide  ->  frames, log lines, one timer
+//   bus frames, line levels, port changes, signals, commands, the wall clock  ->  observations  ->  Core::observe
+//   the tick's timer, or an observation that cannot wait  ->  Core::decide  ->  lines, frames, log lines, one timer
+//
+// What is to be remembered goes to the store after the decision that changed it, whose thread writes it.
 //
 // Each wake-up reads a bounded number of frames and answers at most one client, so neither a flooded bus nor a busy
 // client can hold up the tick. Being alive is told only after a tick has been decided in full.
@@ -9,13 +11,16 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 
 #include "daemon/core/core.hpp"
 #include "daemon/shell/buses.hpp"
 #include "daemon/shell/drive_record.hpp"
 #include "daemon/shell/journal.hpp"
+#include "daemon/shell/line_feeder.hpp"
 #include "daemon/shell/owned_fd.hpp"
 #include "daemon/shell/service_notify.hpp"
+#include "daemon/shell/state_store.hpp"
 #include "daemon/shell/status_socket.hpp"
 
 namespace bmu {
@@ -33,6 +38,8 @@ struct LoopParts {
   StatusSocket& status_socket;
   Journal& journal;
   ServiceNotify& notify;
+  StateStore& store;
+  LineFeeder* lines = nullptr;  // none: the pack file has no lines of this machine
 };
 
 class Loop {
@@ -40,7 +47,7 @@ class Loop {
   using Answer = StatusSocket::Answer;
   using Picture = StatusSocket::Picture;
 
-  explicit Loop(const LoopParts& parts) : parts_(parts) {}
+  explicit Loop(const LoopParts& parts);
 
   /// What clients are answered with; both read the core between two decisions.
   void set_answers(Answer answer, Picture picture);
@@ -51,7 +58,7 @@ class Loop {
   [[nodiscard]] Result<void, OsError> run();
 
   /// An order from a client: taken in and decided on when this returns, so that what it did can be told.
-  void carry_out(Command command);
+  void carry_out(const CommandGiven& command);
   [[nodiscard]] const LoopCounters& counters() const { return counters_; }
   [[nodiscard]] const DriveRecord& drive() const { return drive_.record(); }
 
@@ -63,7 +70,6 @@ class Loop {
   };
 
   void observe(TimePoint at, const ObservedThing& what);
-  void give(Command command);
   void read_signals();
   void read_port(Port port);
   void catch_up(TimePoint woke_at);
@@ -71,6 +77,12 @@ class Loop {
   void take_frame(Port port, const ReceivedFrame& received);
   void tell_port_state(Port port, bool was_down);
   void maintain_ports();
+  void look_at_lines();
+  void drive_lines(const ContactorOutputs& outputs);
+  void maintain_lines();
+  void tell_wall_clock();
+  void tell_health();
+  void keep_state();
   void decide_if_due();
   void decide();
   void send(const Decisions& decisions);
@@ -89,6 +101,10 @@ class Loop {
   OwnedFd timer_;
   OwnedFd signals_;
   std::array<Told, port_count> told_{};
+  GpioState told_lines_ = GpioState::failed;
+  std::string told_lines_error_;
+  OwnHealth told_health_;
+  std::uint32_t kept_generation_ = 0;
   LoopCounters counters_;
   DriveRecorder drive_;
   TimePoint latest_time_{};  // what the core was told last: its time never goes back

@@ -1,8 +1,10 @@
 // bmud: reads the command line and the pack, opens what the loop needs, runs it.
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,10 +15,13 @@
 #include "daemon/shell/buses.hpp"
 #include "daemon/shell/gpio_lines.hpp"
 #include "daemon/shell/journal.hpp"
+#include "daemon/shell/line_feeder.hpp"
 #include "daemon/shell/loop.hpp"
 #include "daemon/shell/service_notify.hpp"
+#include "daemon/shell/state_store.hpp"
 #include "daemon/shell/status_requests.hpp"
 #include "daemon/shell/status_socket.hpp"
+#include "daemon/shell/user_names.hpp"
 
 namespace {
 
@@ -33,13 +38,18 @@ constexpr const char* footer = R"(Examples:
   bmud --check-config config/packs/demo-48s.json
   bmud --config config/packs/demo-48s.json --bus-internal unix:demo --socket /tmp/bmud.sock
   bmud --config /etc/bmud/pack.json --bus-internal can0 --bus-vehicle can1
+  bmud --config config/packs/demo-48s.json --bus-internal unix:demo --socket /tmp/bmud.sock --state /tmp/bmud-state.json
   bmud --open-gpio --config /etc/bmud/pack.json
+
+What has to outlive the daemon (how often each fault came, who cleared it, locks, the wear of contactors) is kept in
+--state FILE; without the option in state.json where systemd's STATE_DIRECTORY points, and else nowhere.
 
 A bus is the name of a CAN interface, or unix:NAME for the bus between programs of this machine.
 
 Exit codes: 0 ended by SIGTERM, SIGINT or SIGHUP with all contactors commanded open (the log says if nobody
 confirmed it); 2 command line; 70 an error of our own;
-71 the system refused something at start, as a bus, or the status socket because its directory is missing;
+71 the system refused something at start, as a bus, or the status socket or the state file because its directory is
+missing;
 78 the configuration is wrong.
 
 With --open-gpio: 0 all outputs have been driven open, or the pack has none; 71 the chip, or a line of it, could not be had
@@ -47,12 +57,15 @@ With --open-gpio: 0 all outputs have been driven open, or the pack has none; 71 
 
 // A blocked log must not hold up the end; this is well within the service manager's patience.
 constexpr Duration log_flush_max = 300ms;
+// And nor may a disk.
+constexpr Duration state_flush_max = 500ms;
 
 struct Options {
   std::string config;
   std::string bus_internal;
   std::string bus_vehicle;
   std::string socket = "/run/bmud/bmud.sock";
+  std::string state;
   std::string log_level = "info";
   bool check_config = false;
   bool open_gpio = false;
@@ -67,6 +80,7 @@ void add_options(CLI::App& app, Options& options) {
                  "vehicle bus, instead of the pack file's; where that has one bus for both, it follows --bus-internal")
       ->type_name("BUS");
   app.add_option("--socket", options.socket, "status socket for bmuctl")->type_name("PATH")->capture_default_str();
+  app.add_option("--state", options.state, "file for what outlives the daemon (see below)")->type_name("FILE");
   CLI::Option* check =
       app.add_flag("--check-config", options.check_config, "say whether the pack file is good, and end");
   app.add_flag("--open-gpio", options.open_gpio,
@@ -110,6 +124,33 @@ void log_start(Journal& journal, const PackConfig& pack, const BusNames& names, 
               "buses: internal " + names.internal + ", vehicle " + names.vehicle + "; status socket " + options.socket);
 }
 
+/// The option, else the folder the service manager made for us (the first, if it made several), else nowhere.
+std::string state_path(const Options& options) {
+  if (!options.state.empty()) return options.state;
+  const char* folders = std::getenv("STATE_DIRECTORY");  // NOLINT(concurrency-mt-unsafe): nobody sets it
+  if (folders == nullptr || *folders == '\0') return "";
+  const std::string first(folders);
+  return first.substr(0, first.find(':')) + "/state.json";
+}
+
+void log_state(Journal& journal, const StateStore& store) {
+  const StateFound& found = store.found();
+  if (store.path().empty()) {
+    return journal.log(Severity::warning,
+                       "no state file (--state): faults, locks and wear will be forgotten at the end");
+  }
+  if (found.found == FileFound::unreadable) {
+    journal.log(Severity::error, "the state cannot be read: " + found.problems);
+  } else if (!found.problems.empty()) {
+    journal.log(Severity::warning, "the state is an older one: " + found.problems);
+  }
+  if (found.unknown_names > 0) {
+    journal.log(Severity::warning, std::to_string(found.unknown_names) +
+                                       " faults or contactors of the state file are unknown here and left out");
+  }
+  journal.log(Severity::info, "state file " + store.path() + ": " + std::string(to_text(found.found)) + " found");
+}
+
 int run_daemon(const PackConfig& pack, const Options& options, Journal& journal) {
   const auto fail = [&](const OsError& error) {
     journal.log(Severity::error, to_text(error));
@@ -118,18 +159,38 @@ int run_daemon(const PackConfig& pack, const Options& options, Journal& journal)
   const BusNames names = bus_names(options, pack);
   auto socket = StatusSocket::open({.path = options.socket});
   if (!socket) return fail(socket.error());
+  auto store = StateStore::open({.path = state_path(options)});
+  if (!store) return fail(store.error());
   auto buses = open_buses(names, pack.core);
   if (!buses) return fail(buses.error());
   log_start(journal, pack, names, options);
+  log_state(journal, **store);
+  const UserNames users;
+  std::optional<GpioLines> gpio;
+  if (pack.gpio) gpio.emplace(*pack.gpio);
+  std::optional<LineFeeder> lines;
+  if (gpio) lines.emplace(*gpio);
 
   ServiceNotify notify;
   const auto core = std::make_unique<Core>(pack.core, monotonic_now());
-  Loop loop({.core = *core, .buses = *buses, .status_socket = **socket, .journal = journal, .notify = notify});
+  if ((*store)->found().state) core->restore(*(*store)->found().state);
+  (*store)->start();
+  LineFeeder* const used_lines = lines ? &*lines : nullptr;
+  Loop loop({.core = *core,
+             .buses = *buses,
+             .status_socket = **socket,
+             .journal = journal,
+             .notify = notify,
+             .store = **store,
+             .lines = used_lines});
   const auto make_view = [&]() -> StatusView {
     return {.core = *core,
             .buses = *buses,
             .loop = loop.counters(),
             .drive = loop.drive(),
+            .store = **store,
+            .users = users,
+            .lines = used_lines,
             .pack_name = pack.name,
             .cell_name = pack.cell_name,
             .log_lines_lost = journal.lines_lost(),
@@ -137,11 +198,19 @@ int run_daemon(const PackConfig& pack, const Options& options, Journal& journal)
             .clients_dropped = (*socket)->clients_dropped(),
             .now = monotonic_now()};
   };
-  const StatusRequests requests(make_view, [&] { loop.carry_out(Command::clear_faults); });
-  loop.set_answers([&](std::string_view line) { return requests.answer(line); }, [&] { return requests.picture(); });
+  const StatusRequests requests({.make_view = make_view,
+                                 .carry_out = [&](const CommandGiven& command) { loop.carry_out(command); },
+                                 .log = [&](std::string_view line) { journal.log(Severity::info, line); },
+                                 .own_user_id = ::geteuid()});
+  loop.set_answers([&](std::string_view line, const Peer& peer) { return requests.answer(line, peer); },
+                   [&] { return requests.picture(); });
 
   if (auto ready = loop.init(); !ready) return fail(ready.error());
-  if (auto ended = loop.run(); !ended) return fail(ended.error());
+  // What cannot be had now is tried again while running: without it nothing closes, and the reason is told.
+  if (gpio) static_cast<void>(gpio->open());
+  const auto ended = loop.run();
+  if (!(*store)->flush(state_flush_max)) journal.log(Severity::warning, "the end did not wait for the state file");
+  if (!ended) return fail(ended.error());
   journal.log(Severity::info, "ended");
   return exit_ok;
 }

@@ -135,6 +135,9 @@ Json state_json(const StatusView& view) {
           {"vehicle_state", vehicle_state_text(static_cast<vehicle_bus::State>(iha_state(core.mode())))},
           {"mode", to_text(core.mode())},
           {"close_requested", core.is_close_requested()},
+          {"wish", {{"by_vehicle", core.wish().by_vehicle}, {"by_charger", core.wish().by_charger}}},
+          {"rest", to_text(core.rest().phase())},
+          {"rest_for_ms", ago_ms(view, core.rest().since())},
           {"outputs", outputs_json(core.outputs())},
           {"feedback", is_heard ? feedback_json(pdu.value) : Json(nullptr)},
           {"inputs", is_heard ? inputs_json(pdu.value) : Json(nullptr)},
@@ -152,10 +155,9 @@ Json permission_json(const StatusView& view) {
   const Duration locked_out = std::max(view.core.locked_out_until() - view.now, Duration{});
   Json blockers = Json::array();
   for (const Blocker blocker : permission.blockers) blockers.push_back(to_text(blocker));
-  return {{"may_close", permission.may_close},
-          {"may_stay_closed", permission.may_stay_closed},
-          {"locked_out_for_ms", to_ms(locked_out)},
-          {"blockers", std::move(blockers)},
+  return {{"may_close", permission.may_close},      {"may_stay_closed", permission.may_stay_closed},
+          {"may_charge", permission.may_charge},    {"may_discharge", permission.may_discharge},
+          {"locked_out_for_ms", to_ms(locked_out)}, {"blockers", std::move(blockers)},
           {"last_refusal", refusal_json(view)}};
 }
 
@@ -169,42 +171,88 @@ Json limit_json(const CurrentLimit& limit) {
   return json;
 }
 
-// --- faults ---------------------------------------------------------------------------------------------------------
-
-Json reading_json(const Reading& reading, Unit unit, const StatusView& view) {
-  if (!reading.is_known) return nullptr;
-  return {{key_with_unit("value", unit), reading.value},
-          {"value_text", value_text(unit, reading.value)},
-          {"element", element_json(reading.element, unit)},
-          {"age_ms", ago_ms(view, reading.taken_at)}};
+Json overload_json(const Core& core) {
+  const OverloadCounter& overload = core.watchers().overload;
+  return {{"discharge_used_permille", overload.discharge_used_permille()},
+          {"charge_used_permille", overload.charge_used_permille()}};
 }
 
-Json fault_json(const FaultRow& row, const FaultState& state, const StatusView& view) {
-  const Thresholds thresholds = thresholds_of(row, view.core.config().limits);
-  Json json{{"name", row.name},
-            {"meaning", row.meaning},
-            {"stage", to_text(state.stage)},
-            {"is_present", state.is_present()},
-            {"is_warning", state.is_warning},
-            {"reaction", to_text(row.reaction)},
-            {"concerns", to_text(row.concerns)},
-            {"latch", to_text(row.latch)},
-            {"count", state.count}};
-  // Rows that are simply true or not have no threshold worth showing.
-  if (row.has_limit()) {
-    json[key_with_unit("threshold", row.unit)] = thresholds.open;
-    json["threshold_text"] = value_text(row.unit, thresholds.open);
-    if (thresholds.has_warning) json[key_with_unit("warning", row.unit)] = thresholds.warn;
+// --- contactors, lines, store ---------------------------------------------------------------------------------------
+
+Json precharge_guard_json(const Core& core) {
+  const PrechargeGuard& guard = core.precharge_guard();
+  const ContactorConfig& config = core.config().contactors;
+  const std::int64_t heat_max_mJ = std::int64_t{config.precharge_energy_J} * 1'000;
+  return {{"tries_failed", guard.tries_failed()},
+          {"tries_max", config.precharge_tries},
+          {"is_cool", guard.is_cool()},
+          {"heat_mJ", guard.heat_mJ()},
+          {"heat_max_mJ", or_null(heat_max_mJ > 0, heat_max_mJ)}};
+}
+
+Json wear_json(const Core& core) {
+  Json json = Json::object();
+  for (std::size_t i = 0; i < contactor_id_count; ++i) {
+    const ContactorWear& wear = core.persistent().contactors[i];
+    json[std::string(gpio_output_names[i])] = {{"closings", wear.closings},
+                                               {"openings", wear.openings},
+                                               {"openings_under_load", wear.openings_under_load},
+                                               {"current_broken_max_mA", wear.current_broken_max_mA},
+                                               {"current_broken_sum_mA", wear.current_broken_sum_mA}};
   }
-  const bool is_suspected = state.stage != FaultStage::good;
-  json["latest"] = reading_json(state.latest, row.unit, view);
-  json["confirmed"] = state.count > 0 ? reading_json(state.confirmed, row.unit, view) : Json(nullptr);
-  json["worst_warning"] = state.is_warning ? reading_json(state.warning, row.unit, view) : Json(nullptr);
-  json["warning_for_ms"] = state.is_warning ? ago_ms(view, state.warning_since) : Json(nullptr);
-  json["suspected_for_ms"] = is_suspected ? ago_ms(view, state.suspected_since) : Json(nullptr);
-  json["confirmed_ago_ms"] = ago_ms(view, state.confirmed_at);
   return json;
 }
+
+/// Bits as a list of booleans, in the order of the pack file.
+Json bits_json(unsigned bits, std::size_t count) {
+  Json json = Json::array();
+  for (std::size_t i = 0; i < count; ++i) json.push_back(((bits >> i) & 1U) != 0);
+  return json;
+}
+
+/// The lines of this machine; null where the pack file has none. Levels are those of the last look, null if it failed.
+Json lines_json(const StatusView& view) {
+  if (view.lines == nullptr) return nullptr;
+  const GpioLines& lines = view.lines->lines();
+  const LineImage& image = view.lines->last();
+  Json json{{"chip", lines.chip()},
+            {"state", to_text(lines.state())},
+            {"last_error", lines.state() == GpioState::failed ? Json(lines.last_error()) : Json(nullptr)},
+            {"levels", nullptr}};
+  if (image.is_failed) return json;
+  const LinesConfig& used = view.core.config().lines;
+  Json contacts = Json::object();
+  for (std::size_t i = 0; i < contactor_id_count; ++i) {
+    if (((used.feedback >> i) & 1U) == 0) continue;
+    contacts[std::string(gpio_output_names[i])] = ((image.closed_contacts >> i) & 1U) != 0;
+  }
+  json["levels"] = {{"closed_contacts", std::move(contacts)},
+                    {"estops_pressed", bits_json(image.estops_pressed, lines.count_of(GpioInputKind::estop))},
+                    {"interlocks_open", bits_json(image.interlocks_open, lines.count_of(GpioInputKind::interlock))},
+                    {"vehicle_on", or_null(used.has_vehicle_on, image.vehicle_on)},
+                    {"charger_connected", or_null(used.has_charger_connected, image.charger_connected)},
+                    {"resume_button", or_null(used.has_resume_button, image.resume_button)},
+                    {"insulation_ok", or_null(used.has_insulation_ok, image.insulation_ok)},
+                    {"supply_ok", or_null(used.has_supply_ok, image.supply_ok)}};
+  return json;
+}
+
+/// The file the state is kept in; null where there is none.
+Json store_json(const StatusView& view) {
+  const StateStore& store = view.store;
+  if (store.path().empty()) return nullptr;
+  const OwnHealth health = store.health();
+  const std::string error = store.last_error();
+  return {{"path", store.path()},
+          {"found_at_start", to_text(store.found().found)},
+          {"unknown_names", store.found().unknown_names},
+          {"writes", store.writes()},
+          {"write_failed", health.store_write_failed},
+          {"last_error", or_null(!error.empty(), error)},
+          {"disk_low", health.disk_low}};
+}
+
+// --- faults ---------------------------------------------------------------------------------------------------------
 
 Json fault_names_json(const FaultMemory& faults, bool (*is_wanted)(const FaultState&)) {
   Json names = Json::array();
@@ -396,6 +444,11 @@ Json status_json(const StatusView& view) {
       {"charge", charge_json(view)},
       {"limits", {{"discharge", limit_json(core.limits().discharge)}, {"charge", limit_json(core.limits().charge)}}},
       {"permission", permission_json(view)},
+      {"overload", overload_json(core)},
+      {"precharge_guard", precharge_guard_json(core)},
+      {"contactors", wear_json(core)},
+      {"lines", lines_json(view)},
+      {"store", store_json(view)},
       {"faults_present", fault_names_json(core.faults(), [](const FaultState& s) { return s.is_present(); })},
       {"warnings", fault_names_json(core.faults(), [](const FaultState& s) { return s.is_warning; })},
       {"modules_answering", core.pack().modules_answering},
@@ -423,12 +476,6 @@ Json cells_json(const StatusView& view) {
           {"cell_voltage", spread_json(pack.cell_voltage_uV, Unit::uV, view)},
           {"cell_temperature", spread_json(pack.cell_temperature_dC, Unit::dC, view)},
           {"modules", std::move(modules)}};
-}
-
-Json faults_json(const StatusView& view) {
-  Json rows = Json::array();
-  for (const FaultRow& row : fault_table()) rows.push_back(fault_json(row, view.core.faults().state(row.id), view));
-  return {{"faults", std::move(rows)}};
 }
 
 }  // namespace bmu

@@ -10,7 +10,8 @@ namespace bmu {
 [[nodiscard]] Json status_json(const StatusView& view);
 /// Every cell: voltages, temperatures, balancing and ages by module, with the limits they are judged by.
 [[nodiscard]] Json cells_json(const StatusView& view);
-/// Every row of the fault table with what was seen.
+/// Every row of the fault table with what was seen and what is remembered; times of the wall clock are ms since 1970,
+/// null where nobody had told it. In faults_json.cpp.
 [[nodiscard]] Json faults_json(const StatusView& view);
 
 }  // namespace bmu

@@ -23,27 +23,34 @@ std::string line_of(std::string_view command, const Json& content) {
   return line.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-StatusReply answer_version(const StatusRequests&, const Json&) {
+StatusReply answer_version(const StatusRequests&, const Json&, const Peer&) {
   return {.line = line_of("version", {{"version", BMUD_VERSION}})};
 }
 
 template <Json (*Make)(const StatusView&)>
-StatusReply answer_with(const StatusRequests& requests, const Json& request) {
+StatusReply answer_with(const StatusRequests& requests, const Json& request, const Peer&) {
   return {.line = line_of(request["cmd"].get<std::string>(), Make(requests.view()))};
 }
 
 struct CommandRow {
   std::string_view name;
-  StatusReply (*answer)(const StatusRequests&, const Json& request);
+  StatusReply (*answer)(const StatusRequests&, const Json& request, const Peer& peer);
+  std::string_view key = {};  // besides "cmd"; empty: none
 };
 
-constexpr std::array<CommandRow, 7> command_table{{
+constexpr std::array<CommandRow, 8> command_table{{
     {"status", answer_with<status_json>},
     {"cells", answer_with<cells_json>},
     {"faults", answer_with<faults_json>},
     {"why", answer_with<why_json>},
-    {"clear", [](const StatusRequests& requests, const Json&) { return requests.clear(); }},
-    {"watch", [](const StatusRequests& requests, const Json& request) { return requests.watch(request); }},
+    {"clear",
+     [](const StatusRequests& requests, const Json& request, const Peer& peer) {
+       return requests.clear(request, peer);
+     },
+     "authorised"},
+    {"wake", [](const StatusRequests& requests, const Json&, const Peer& peer) { return requests.wake(peer); }},
+    {"watch", [](const StatusRequests& requests, const Json& request, const Peer&) { return requests.watch(request); },
+     "period_ms"},
     {"version", answer_version},
 }};
 
@@ -51,6 +58,22 @@ std::string known_commands() {
   std::string names;
   for (const CommandRow& row : command_table) names += (names.empty() ? "" : ", ") + std::string(row.name);
   return names;
+}
+
+/// The keys of a request that its command does not know, for people; "" if there are none.
+std::string unknown_keys(const Json& request, const CommandRow& row) {
+  std::string names;
+  for (const auto& [key, value] : request.items()) {
+    if (key == "cmd" || (!row.key.empty() && key == row.key)) continue;
+    names += (names.empty() ? "\"" : ", \"") + key + "\"";
+  }
+  return names;
+}
+
+StatusReply unknown_key_reply(const std::string& names, const CommandRow& row) {
+  const std::string known = row.key.empty() ? "no key" : "no key but \"" + std::string(row.key) + "\"";
+  return {.line =
+              error_line("unknown_key", names + ": besides \"cmd\", \"" + std::string(row.name) + "\" takes " + known)};
 }
 
 Json present_faults(const StatusView& view) {
@@ -61,12 +84,17 @@ Json present_faults(const StatusView& view) {
   return names;
 }
 
+std::string list_text(const Json& names) {
+  std::string text;
+  for (const Json& name : names) text += (text.empty() ? "" : ", ") + name.get<std::string>();
+  return text.empty() ? "nothing" : text;
+}
+
 }  // namespace
 
-StatusRequests::StatusRequests(MakeView make_view, ClearFaults clear_faults)
-    : make_view_(std::move(make_view)), clear_faults_(std::move(clear_faults)) {}
+StatusRequests::StatusRequests(StatusActions actions) : actions_(std::move(actions)) {}
 
-StatusReply StatusRequests::answer(std::string_view request) const {
+StatusReply StatusRequests::answer(std::string_view request, const Peer& peer) const {
   try {
     const Json json = Json::parse(request, nullptr, false);
     if (json.is_discarded()) return {.line = error_line("malformed", "not JSON; try {\"cmd\":\"status\"}")};
@@ -77,25 +105,61 @@ StatusReply StatusRequests::answer(std::string_view request) const {
     const auto name = json["cmd"].get<std::string>();
     const auto* row = std::find_if(command_table.begin(), command_table.end(),
                                    [&](const CommandRow& one) { return one.name == name; });
-    if (row != command_table.end()) return row->answer(*this, json);
-    return {.line = error_line("unknown_command", "\"" + name + "\" is none of " + known_commands())};
+    if (row == command_table.end()) {
+      return {.line = error_line("unknown_command", "\"" + name + "\" is none of " + known_commands())};
+    }
+    const std::string unknown = unknown_keys(json, *row);
+    return unknown.empty() ? row->answer(*this, json, peer) : unknown_key_reply(unknown, *row);
   } catch (const Json::exception& error) {
     return {.line = error_line("internal", error.what())};
   }
 }
 
-StatusReply StatusRequests::clear() const {
-  const Json before = present_faults(view());
-  clear_faults_();
+bool StatusRequests::has_authority(const Peer& peer) const {
+  return peer.user_id == 0 || peer.user_id == actions_.own_user_id;
+}
+
+StatusReply StatusRequests::clear(const Json& request, const Peer& peer) const {
+  const bool wants_authority = request.contains("authorised") && request["authorised"] == true;
+  if (request.contains("authorised") && !request["authorised"].is_boolean()) {
+    return {.line = error_line("bad_argument", "\"authorised\" is true or false")};
+  }
+  const StatusView before_view = view();
+  if (wants_authority && !has_authority(peer)) {
+    return {.line =
+                error_line("not_allowed",
+                           before_view.users.text_of(peer.user_id) + " may not clear with authority; root may, and " +
+                               before_view.users.text_of(actions_.own_user_id) + ", whom the daemon runs as")};
+  }
+  const Authority authority = wants_authority ? Authority::service : Authority::user;
+  const Json before = present_faults(before_view);
+  actions_.carry_out({.command = Command::clear_faults, .authority = authority, .user_id = peer.user_id});
   const StatusView now = view();
   const Json after = present_faults(now);
   Json cleared = Json::array();
   std::copy_if(before.begin(), before.end(), std::back_inserter(cleared),
                [&](const Json& name) { return std::find(after.begin(), after.end(), name) == after.end(); });
-  return {.line = line_of("clear", {{"present_before", before},
+  log_clear(peer, authority, cleared, after);
+  return {.line = line_of("clear", {{"authority", to_text(authority)},
+                                    {"present_before", before},
                                     {"cleared", std::move(cleared)},
                                     {"still_present", after},
                                     {"reasons", staying_faults_json(now)}})};
+}
+
+void StatusRequests::log_clear(const Peer& peer, Authority authority, const Json& cleared,
+                               const Json& still_present) const {
+  actions_.log("clear by " + view().users.text_of(peer.user_id) +
+               (authority == Authority::service ? " with authority: " : ": ") + list_text(cleared) +
+               " cleared, still present " + list_text(still_present));
+}
+
+StatusReply StatusRequests::wake(const Peer& peer) const {
+  const std::string_view before = to_text(view().core.rest().phase());
+  actions_.carry_out({.command = Command::wake, .user_id = peer.user_id});
+  const StatusView now = view();
+  actions_.log("wake by " + now.users.text_of(peer.user_id));
+  return {.line = line_of("wake", {{"rest_before", before}, {"rest", to_text(now.core.rest().phase())}})};
 }
 
 StatusReply StatusRequests::watch(const Json& request) const {

@@ -1,6 +1,7 @@
 // The commands a client of the status socket may give, one row each, and what they are answered with.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <string_view>
@@ -10,27 +11,37 @@
 
 namespace bmu {
 
+/// What the commands need of the daemon.
+struct StatusActions {
+  std::function<StatusView()> make_view;
+  /// Returns when the command has been decided on: the reply tells what it did.
+  std::function<void(const CommandGiven&)> carry_out;
+  /// Who did what, for the log.
+  std::function<void(std::string_view)> log;
+  /// The user the daemon runs as: besides root the only one whose clear may have authority.
+  std::uint32_t own_user_id = 0;
+};
+
 class StatusRequests {
  public:
-  using MakeView = std::function<StatusView()>;
-  using ClearFaults = std::function<void()>;
-
-  /// `clear_faults` returns when the command has been decided on: the reply tells what it did.
-  StatusRequests(MakeView make_view, ClearFaults clear_faults);
+  explicit StatusRequests(StatusActions actions);
 
   /// One request line in, one reply line out; never throws.
-  [[nodiscard]] StatusReply answer(std::string_view request) const;
+  [[nodiscard]] StatusReply answer(std::string_view request, const Peer& peer) const;
   /// What watching clients get each period: status, cells, faults and why of one instant, as one line.
   [[nodiscard]] std::string picture() const;
 
   // The rows' functions.
-  [[nodiscard]] StatusReply clear() const;
+  [[nodiscard]] StatusReply clear(const Json& request, const Peer& peer) const;
+  [[nodiscard]] StatusReply wake(const Peer& peer) const;
   [[nodiscard]] StatusReply watch(const Json& request) const;
-  [[nodiscard]] StatusView view() const { return make_view_(); }
+  [[nodiscard]] StatusView view() const { return actions_.make_view(); }
 
  private:
-  MakeView make_view_;
-  ClearFaults clear_faults_;
+  [[nodiscard]] bool has_authority(const Peer& peer) const;
+  void log_clear(const Peer& peer, Authority authority, const Json& cleared, const Json& still_present) const;
+
+  StatusActions actions_;
 };
 
 }  // namespace bmu

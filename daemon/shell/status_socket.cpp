@@ -16,6 +16,7 @@ namespace bmu {
 
 struct StatusSocket::Client {
   OwnedFd socket;
+  Peer peer;
   std::string input;
   std::string output;
   std::size_t output_sent = 0;  // of `output`
@@ -91,6 +92,13 @@ Result<void, OsError> remove_stale(const std::string& path, const sockaddr_un& a
   return {};
 }
 
+Peer peer_of(int socket) {
+  ucred credentials{};
+  socklen_t size = sizeof(credentials);
+  if (::getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0) return {};
+  return {.user_id = credentials.uid};
+}
+
 bool add_to_poll(int poll, int fd, std::uint32_t events) {
   epoll_event event{};
   event.events = events;
@@ -157,6 +165,7 @@ void StatusSocket::accept_clients() {
   if (!socket.is_open()) return;
   auto client = std::make_unique<Client>();
   client->socket = std::move(socket);
+  client->peer = peer_of(client->socket.get());
   if (clients_.size() >= options_.clients_max) {
     const std::string line = error_line("too_many_clients", "all connections are taken; try again later") + "\n";
     static_cast<void>(::send(client->socket.get(), line.data(), line.size(), MSG_NOSIGNAL | MSG_DONTWAIT));
@@ -220,7 +229,7 @@ void StatusSocket::answer_line(Client& client, const Answer& answer) {
   }
   const std::string line = client.input.substr(0, end);
   client.input.erase(0, end + 1);
-  const StatusReply reply = answer(line);
+  const StatusReply reply = answer(line, client.peer);
   if (reply.picture_period) {
     client.picture_period = reply.picture_period;
     client.picture_at = {};

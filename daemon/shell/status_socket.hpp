@@ -25,6 +25,14 @@ struct StatusReply {
   std::optional<Duration> picture_period;  // from now on this client gets the picture that often
 };
 
+/// Who asks, by the kernel's word at the time it connected.
+struct Peer {
+  /// What nobody has, for a peer the kernel says nothing of.
+  static constexpr std::uint32_t nobody = 0xFFFF'FFFF;
+
+  std::uint32_t user_id = nobody;
+};
+
 struct StatusSocketOptions {
   std::string path;
   std::string own_directory = "/run/bmud";  // made if it is missing; no other is
@@ -35,7 +43,7 @@ struct StatusSocketOptions {
 
 class StatusSocket {
  public:
-  using Answer = std::function<StatusReply(std::string_view request)>;
+  using Answer = std::function<StatusReply(std::string_view request, const Peer& peer)>;
   using Picture = std::function<std::string()>;
 
   /// Takes the place of a dead daemon's socket file, never of a living one's. Makes its own directory if need be.

@@ -12,7 +12,10 @@
 #include "daemon/core/core.hpp"
 #include "daemon/shell/buses.hpp"
 #include "daemon/shell/drive_record.hpp"
+#include "daemon/shell/line_feeder.hpp"
 #include "daemon/shell/loop.hpp"
+#include "daemon/shell/state_store.hpp"
+#include "daemon/shell/user_names.hpp"
 
 namespace bmu {
 
@@ -24,6 +27,9 @@ struct StatusView {
   const Buses& buses;
   const LoopCounters& loop;
   const DriveRecord& drive;
+  const StateStore& store;
+  const UserNames& users;
+  const LineFeeder* lines = nullptr;  // none: no lines of this machine
   std::string_view pack_name;
   std::string_view cell_name;
   std::uint64_t log_lines_lost = 0;

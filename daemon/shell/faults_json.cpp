@@ -1,0 +1,121 @@
+// Every row of the fault table as JSON: what it is, what is seen now, and what is remembered of it.
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "daemon/shell/status_json.hpp"
+
+namespace bmu {
+
+namespace {
+
+template <class T>
+Json or_null(const std::optional<T>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+
+/// 0 is what a time is called that nobody has told.
+Json time_json(std::int64_t unix_time_ms) {
+  return unix_time_ms == 0 ? Json(nullptr) : Json(unix_time_ms);
+}
+
+Json reading_json(const Reading& reading, Unit unit, const StatusView& view) {
+  if (!reading.is_known) return nullptr;
+  return {{key_with_unit("value", unit), reading.value},
+          {"value_text", value_text(unit, reading.value)},
+          {"element", element_json(reading.element, unit)},
+          {"age_ms", ago_ms(view, reading.taken_at)}};
+}
+
+Json frame_json(const std::optional<FreezeFrame>& frame, const FaultRow& row) {
+  if (!frame) return nullptr;
+  Json json{{"unix_time_ms", time_json(frame->unix_time_ms)},
+            {key_with_unit("value", row.unit), frame->value},
+            {"value_text", value_text(row.unit, frame->value)},
+            {key_with_unit("threshold", row.unit), frame->threshold},
+            {"threshold_text", row.has_limit() ? Json(value_text(row.unit, frame->threshold)) : Json(nullptr)},
+            {"element", element_json(frame->element, row.unit)},
+            {"phase", to_text(frame->phase)}};
+  json["cell_voltage_min_uV"] = or_null(frame->cell_voltage_min_uV);
+  json["cell_voltage_min_at"] = element_json(frame->cell_voltage_min_at, Unit::uV);
+  json["cell_voltage_max_uV"] = or_null(frame->cell_voltage_max_uV);
+  json["cell_voltage_max_at"] = element_json(frame->cell_voltage_max_at, Unit::uV);
+  json["cell_voltage_average_uV"] = or_null(frame->cell_voltage_average_uV);
+  json["cell_temperature_min_dC"] = or_null(frame->cell_temperature_min_dC);
+  json["cell_temperature_max_dC"] = or_null(frame->cell_temperature_max_dC);
+  json["cell_temperature_average_dC"] = or_null(frame->cell_temperature_average_dC);
+  json["board_temperature_max_dC"] = or_null(frame->board_temperature_max_dC);
+  json["pack_voltage_mV"] = or_null(frame->pack_voltage_mV);
+  json["link_voltage_mV"] = or_null(frame->link_voltage_mV);
+  json["current_mA"] = or_null(frame->current_mA);
+  json["soc_permille"] = or_null(frame->soc_permille);
+  json["insulation_Ohm"] = or_null(frame->insulation_Ohm);
+  json["discharge_limit_mA"] = frame->discharge_limit_mA;
+  json["charge_limit_mA"] = frame->charge_limit_mA;
+  return json;
+}
+
+Json cleared_json(const std::optional<ClearRecord>& cleared, const StatusView& view) {
+  if (!cleared) return nullptr;
+  const std::string name = view.users.name_of(cleared->user_id);
+  return {{"unix_time_ms", time_json(cleared->unix_time_ms)},
+          {"user_id", cleared->user_id},
+          {"user_name", name.empty() ? Json(nullptr) : Json(name)},
+          {"authority", to_text(cleared->authority)}};
+}
+
+/// What the row says of itself, whatever happens.
+Json row_json(const FaultRow& row, const Thresholds& thresholds) {
+  Json json{{"name", row.name},
+            {"meaning", row.meaning},
+            {"remedy", row.remedy},
+            {"reaction", to_text(row.reaction)},
+            {"concerns", to_text(row.concerns)},
+            {"latch", to_text(row.latch)},
+            {"dtc", row.dtc == 0 ? Json(nullptr) : Json(row.dtc)},
+            {"lithiumate_code", row.lithiumate_code == 0 ? Json(nullptr) : Json(row.lithiumate_code)}};
+  // Rows that are simply true or not have no threshold worth showing.
+  if (!row.has_limit()) return json;
+  json[key_with_unit("threshold", row.unit)] = thresholds.open;
+  json["threshold_text"] = value_text(row.unit, thresholds.open);
+  if (thresholds.has_warning) json[key_with_unit("warning", row.unit)] = thresholds.warn;
+  return json;
+}
+
+void put_state(Json& json, const FaultRow& row, const FaultState& state, const StatusView& view) {
+  const bool is_suspected = state.stage != FaultStage::good;
+  json["stage"] = to_text(state.stage);
+  json["is_present"] = state.is_present();
+  json["is_warning"] = state.is_warning;
+  json["count_since_start"] = state.count;
+  json["latest"] = reading_json(state.latest, row.unit, view);
+  json["confirmed"] = state.count > 0 ? reading_json(state.confirmed, row.unit, view) : Json(nullptr);
+  json["worst_warning"] = state.is_warning ? reading_json(state.warning, row.unit, view) : Json(nullptr);
+  json["warning_for_ms"] = state.is_warning ? ago_ms(view, state.warning_since) : Json(nullptr);
+  json["suspected_for_ms"] = is_suspected ? ago_ms(view, state.suspected_since) : Json(nullptr);
+  json["confirmed_ago_ms"] = state.count > 0 ? ago_ms(view, state.confirmed_at) : Json(nullptr);
+}
+
+void put_record(Json& json, const FaultRow& row, const FaultRecord& record, const StatusView& view) {
+  json["count"] = record.count;
+  json["first_unix_time_ms"] = time_json(record.first_unix_time_ms);
+  json["last_unix_time_ms"] = time_json(record.last_unix_time_ms);
+  json["is_locked"] = record.is_locked;
+  json["cleared"] = cleared_json(record.cleared, view);
+  json["freeze_frame"] = frame_json(record.frame, row);
+}
+
+}  // namespace
+
+Json faults_json(const StatusView& view) {
+  Json rows = Json::array();
+  for (const FaultRow& row : fault_table()) {
+    Json json = row_json(row, thresholds_of(row, view.core.config().limits));
+    put_state(json, row, view.core.faults().state(row.id), view);
+    put_record(json, row, view.core.persistent().faults[static_cast<std::size_t>(row.id)], view);
+    rows.push_back(std::move(json));
+  }
+  return {{"faults", std::move(rows)}};
+}
+
+}  // namespace bmu

@@ -1,0 +1,286 @@
+#include "daemon/shell/state_text.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstdio>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "protocol/fnv.hpp"
+
+namespace bmu {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::int64_t format = 1;
+constexpr int depth_max = 8;  // writing it again for the checksum recurses
+
+/// By ContactorId.
+constexpr std::array<std::string_view, contactor_id_count> contactor_names{"main_positive", "main_negative",
+                                                                           "precharge", "charge"};
+
+struct Damage : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+// --- one description of each record, for writing and for reading ---
+
+class Writer {
+ public:
+  template <class Number>
+  void number(const char* key, const Number& value) {
+    json[key] = value;
+  }
+  void number(const char* key, const std::optional<std::int32_t>& value) {
+    json[key] = value ? Json(*value) : Json(nullptr);
+  }
+  void boolean(const char* key, bool value) { json[key] = value; }
+  template <class Enum>
+  void name(const char* key, Enum value) {
+    json[key] = to_text(value);
+  }
+  template <class Part>
+  void part(const char* key, const Part& value) {
+    Writer inner;
+    describe(inner, value);
+    json[key] = std::move(inner.json);
+  }
+  template <class Part>
+  void part(const char* key, const std::optional<Part>& value) {
+    if (value) return part(key, *value);
+    json[key] = nullptr;
+  }
+
+  Json json = Json::object();
+};
+
+class Reader {
+ public:
+  explicit Reader(const Json& json) : json_(json) {
+    if (!json.is_object()) throw Damage("an object is wanted, found " + json.dump());
+  }
+
+  template <class Number>
+  void number(const char* key, Number& to) const {
+    const Json& value = at(key);
+    // An unsigned number above what a signed one holds would come out negative.
+    const bool fits = value.is_number_integer() &&
+                      (!value.is_number_unsigned() || value.get<std::uint64_t>() <= std::uint64_t{INT64_MAX}) &&
+                      value.get<std::int64_t>() >= std::int64_t{std::numeric_limits<Number>::min()} &&
+                      value.get<std::int64_t>() <= std::int64_t{std::numeric_limits<Number>::max()};
+    if (!fits) throw Damage(std::string(key) + " is " + value.dump());
+    to = static_cast<Number>(value.get<std::int64_t>());
+  }
+  void number(const char* key, std::optional<std::int32_t>& to) const {
+    to.reset();
+    if (!at(key).is_null()) number(key, to.emplace());
+  }
+  void boolean(const char* key, bool& to) const {
+    if (!at(key).is_boolean()) throw Damage(std::string(key) + " is " + at(key).dump());
+    to = at(key).get<bool>();
+  }
+  /// The enumerators are few and count from 0; "?" is what none of them is called.
+  template <class Enum>
+  void name(const char* key, Enum& to) const {
+    for (std::uint8_t number = 0; to_text(static_cast<Enum>(number)) != "?"; ++number) {
+      to = static_cast<Enum>(number);
+      if (at(key) == to_text(to)) return;
+    }
+    throw Damage(std::string(key) + " is " + at(key).dump());
+  }
+  template <class Part>
+  void part(const char* key, Part& to) const {
+    const Reader inner(at(key));
+    describe(inner, to);
+  }
+  template <class Part>
+  void part(const char* key, std::optional<Part>& to) const {
+    to.reset();
+    if (!at(key).is_null()) part(key, to.emplace());
+  }
+
+ private:
+  [[nodiscard]] const Json& at(const char* key) const {
+    const auto found = json_.find(key);
+    if (found == json_.end()) throw Damage(std::string(key) + " is missing");
+    return *found;
+  }
+
+  const Json& json_;
+};
+
+template <class Visitor, class Record>
+void describe_element(Visitor& visit, Record& element) {
+  visit.number("module", element.module_node);
+  visit.number("number", element.number);
+  visit.number("pack_number", element.pack_number);
+}
+template <class Visitor, class Record>
+void describe_frame(Visitor& visit, Record& frame) {
+  visit.number("unix_time_ms", frame.unix_time_ms);
+  visit.number("value", frame.value);
+  visit.number("threshold", frame.threshold);
+  visit.part("element", frame.element);
+  visit.name("phase", frame.phase);
+  visit.number("cell_voltage_min_uV", frame.cell_voltage_min_uV);
+  visit.number("cell_voltage_max_uV", frame.cell_voltage_max_uV);
+  visit.number("cell_voltage_average_uV", frame.cell_voltage_average_uV);
+  visit.part("cell_voltage_min_at", frame.cell_voltage_min_at);
+  visit.part("cell_voltage_max_at", frame.cell_voltage_max_at);
+  visit.number("cell_temperature_min_dC", frame.cell_temperature_min_dC);
+  visit.number("cell_temperature_max_dC", frame.cell_temperature_max_dC);
+  visit.number("cell_temperature_average_dC", frame.cell_temperature_average_dC);
+  visit.number("board_temperature_max_dC", frame.board_temperature_max_dC);
+  visit.number("pack_voltage_mV", frame.pack_voltage_mV);
+  visit.number("link_voltage_mV", frame.link_voltage_mV);
+  visit.number("current_mA", frame.current_mA);
+  visit.number("soc_permille", frame.soc_permille);
+  visit.number("insulation_Ohm", frame.insulation_Ohm);
+  visit.number("discharge_limit_mA", frame.discharge_limit_mA);
+  visit.number("charge_limit_mA", frame.charge_limit_mA);
+}
+template <class Visitor, class Record>
+void describe_clear(Visitor& visit, Record& clear) {
+  visit.number("unix_time_ms", clear.unix_time_ms);
+  visit.number("user_id", clear.user_id);
+  visit.name("authority", clear.authority);
+}
+template <class Visitor, class Record>
+void describe_fault(Visitor& visit, Record& fault) {
+  visit.number("count", fault.count);
+  visit.number("first_unix_time_ms", fault.first_unix_time_ms);
+  visit.number("last_unix_time_ms", fault.last_unix_time_ms);
+  visit.boolean("is_locked", fault.is_locked);
+  visit.part("cleared", fault.cleared);
+  visit.part("frame", fault.frame);
+}
+template <class Visitor, class Record>
+void describe_wear(Visitor& visit, Record& wear) {
+  visit.number("closings", wear.closings);
+  visit.number("openings", wear.openings);
+  visit.number("openings_under_load", wear.openings_under_load);
+  visit.number("current_broken_max_mA", wear.current_broken_max_mA);
+  visit.number("current_broken_sum_mA", wear.current_broken_sum_mA);
+}
+
+void describe(Writer& visit, const Element& element) {
+  describe_element(visit, element);
+}
+void describe(const Reader& visit, Element& element) {
+  describe_element(visit, element);
+}
+void describe(Writer& visit, const FreezeFrame& frame) {
+  describe_frame(visit, frame);
+}
+void describe(const Reader& visit, FreezeFrame& frame) {
+  describe_frame(visit, frame);
+}
+void describe(Writer& visit, const ClearRecord& clear) {
+  describe_clear(visit, clear);
+}
+void describe(const Reader& visit, ClearRecord& clear) {
+  describe_clear(visit, clear);
+}
+void describe(Writer& visit, const FaultRecord& fault) {
+  describe_fault(visit, fault);
+}
+void describe(const Reader& visit, FaultRecord& fault) {
+  describe_fault(visit, fault);
+}
+void describe(Writer& visit, const ContactorWear& wear) {
+  describe_wear(visit, wear);
+}
+void describe(const Reader& visit, ContactorWear& wear) {
+  describe_wear(visit, wear);
+}
+
+// --- the whole ---
+
+std::string checksum_of(const std::string& content) {
+  std::array<char, 20> hex{};
+  std::snprintf(hex.data(), hex.size(), "%016llx", static_cast<unsigned long long>(continue_fnv(fnv_start, content)));
+  return hex.data();
+}
+
+/// Records under their names into an array; what has no place in it is counted.
+template <class Records, class Find>
+std::size_t read_named(const Json& parent, const char* key, Records& records, Find find) {
+  if (!parent.contains(key) || !parent[key].is_object()) throw Damage(std::string(key) + " is missing");
+  std::size_t unknown = 0;
+  for (const auto& [name, json] : parent[key].items()) {
+    const std::optional<std::size_t> index = find(name);
+    if (!index) {
+      ++unknown;
+      continue;
+    }
+    const Reader reader(json);
+    describe(reader, records.at(*index));
+  }
+  return unknown;
+}
+
+template <class Names, class NameOf>
+std::optional<std::size_t> index_of(const Names& names, std::string_view name, NameOf name_of) {
+  const auto found = std::find_if(names.begin(), names.end(), [&](const auto& one) { return name_of(one) == name; });
+  if (found == names.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - names.begin());
+}
+
+StateRead read_content(const Json& content) {
+  if (!content.is_object()) throw Damage("content is no object");
+  StateRead read;
+  read.unknown_names += read_named(content, "faults", read.state.faults, [](std::string_view name) {
+    return index_of(fault_table(), name, [](const FaultRow& row) { return row.name; });
+  });
+  read.unknown_names += read_named(content, "contactors", read.state.contactors, [](std::string_view name) {
+    return index_of(contactor_names, name, [](std::string_view one) { return one; });
+  });
+  return read;
+}
+
+}  // namespace
+
+std::string state_text(const PersistentState& state) {
+  Writer faults;
+  for (const FaultRow& row : fault_table()) {
+    const FaultRecord& record = state.faults[static_cast<std::size_t>(row.id)];
+    if (record != FaultRecord{}) faults.part(std::string(row.name).c_str(), record);  // most have never been seen
+  }
+  Writer contactors;
+  for (std::size_t i = 0; i < contactor_id_count; ++i) {
+    contactors.part(std::string(contactor_names[i]).c_str(), state.contactors[i]);
+  }
+  const Json content{{"faults", std::move(faults.json)}, {"contactors", std::move(contactors.json)}};
+  return Json{{"format", format}, {"checksum", checksum_of(content.dump())}, {"content", content}}.dump() + "\n";
+}
+
+Result<StateRead, std::string> parse_state(std::string_view text) {
+  try {
+    const Json file = Json::parse(text, [](int depth, Json::parse_event_t, const Json&) {
+      if (depth > depth_max) throw Damage("nested more than " + std::to_string(depth_max) + " deep");
+      return true;
+    });
+    if (!file.is_object() || !file.contains("format") || !file.contains("checksum") || !file.contains("content")) {
+      return failure(std::string("format, checksum and content are wanted"));
+    }
+    if (file["format"] != format) {
+      return failure("format " + file["format"].dump() + " is none this program knows, only " + std::to_string(format));
+    }
+    const std::string checksum = checksum_of(file["content"].dump());
+    if (file["checksum"] != checksum) {
+      return failure("the checksum is " + file["checksum"].dump() + ", of the content it is " + checksum);
+    }
+    return read_content(file["content"]);
+  } catch (const std::exception& error) {
+    return failure(std::string(error.what()));
+  }
+}
+
+}  // namespace bmu
