@@ -121,6 +121,9 @@ void describe_element(Visitor& visit, Record& element) {
   visit.number("module", element.module_node);
   visit.number("number", element.number);
   visit.number("pack_number", element.pack_number);
+  visit.boolean("is_temperature_sensor", element.is_temperature_sensor);
+  visit.number("contactor", element.contactor);
+  visit.number("input", element.input);
 }
 template <class Visitor, class Record>
 void describe_frame(Visitor& visit, Record& frame) {

@@ -38,6 +38,7 @@ struct Bench {
   TemporaryFolder folder;
   std::string path = folder / "bmud.sock";
   std::vector<std::string> asked;
+  std::vector<std::uint32_t> peers;  // who asked
   std::unique_ptr<StatusSocket> socket;
 
   explicit Bench(StatusSocketOptions options = {}) {
@@ -53,7 +54,8 @@ struct Bench {
   /// As the loop does, until there is nothing left to do.
   void serve() {
     for (int i = 0; i < 10'000 && is_busy(); ++i) {
-      socket->serve([this](std::string_view request) {
+      socket->serve([this](std::string_view request, const Peer& peer) {
+        peers.push_back(peer.user_id);
         asked.emplace_back(request);
         return StatusReply{.line = "said " + std::string(request)};
       });
@@ -90,10 +92,18 @@ TEST_CASE("each request line is answered by one line, in order", "[integration][
   CHECK(hear(client) == "said three\n");
 }
 
+TEST_CASE("who asks is what the kernel says of the other end", "[integration][status]") {
+  Bench bench;
+  const OwnedFd client = connect_to(bench.path);
+  say(client, "one\ntwo\n");
+  bench.serve();
+  CHECK(bench.peers == std::vector<std::uint32_t>(2, ::geteuid()));
+}
+
 TEST_CASE("one call answers one request, so that a busy client cannot hold the loop", "[integration][status]") {
   Bench bench;
   const OwnedFd client = connect_to(bench.path);
-  const auto answer = [](std::string_view) { return StatusReply{.line = "x"}; };
+  const auto answer = [](std::string_view, const Peer&) { return StatusReply{.line = "x"}; };
   bench.socket->serve(answer);
   say(client, "1\n2\n3\n");
   bench.socket->serve(answer);

@@ -27,10 +27,16 @@ constexpr const char* footer = R"(Examples:
   bmuctl watch                     the live picture; q or Ctrl-C ends it
   bmuctl watch --seconds 60 >log   a line a second for a minute, the picture at the end
   bmuctl why                       why it opened, why it does not close, why it is limited
+  bmuctl clear                     end faults that wait for it and whose cause is gone
+  bmuctl clear --authorised        those, too, that need somebody who has looked at the pack
+  bmuctl wake                      wake the modules of a pack that rests after an undervoltage
   bmuctl --json cells | jq .modules[0]
   bmuctl --json drive | jq .drive  the answer to "status", in which the drive is
 
-Exit codes: 0 answered; 1 no daemon answers, it went away, or it refused; 2 command line.)";
+With --authorised the daemon obeys root and the user it runs as, nobody else; who cleared what is in the log and in
+"bmuctl faults".
+
+Exit codes: 0 answered, whatever the answer is; 1 no daemon answers, it went away, or it refused; 2 command line.)";
 
 /// A command that is one question and one answer.
 struct CommandRow {
@@ -48,6 +54,7 @@ constexpr std::array command_table{
     CommandRow{"why", "why", "why the pack is in its state, why it opened, why it is limited", why_page},
     CommandRow{"drive", "status", "how the pack closed last, what went through it, why it opened", drive_page},
     CommandRow{"clear", "clear", "clear latched faults whose cause is gone", clear_page},
+    CommandRow{"wake", "wake", "wake the modules of a pack that rests after an undervoltage", wake_page},
 };
 
 struct Options {
@@ -57,6 +64,7 @@ struct Options {
   double seconds = 0;
   double period_s = 0;
   bool reconnect = false;
+  bool authorised = false;
 };
 
 int fail(const char* what) {
@@ -74,15 +82,17 @@ bool wants_colour(const Options& options) {
   return ::isatty(STDOUT_FILENO) != 0 && std::getenv("NO_COLOR") == nullptr;
 }
 
-Result<std::string, std::string> answer_to(const char* question, Client& client) {
-  if (auto sent = client.send_line(nlohmann::json{{"cmd", question}}.dump()); !sent) return failure(sent.error());
+Result<std::string, std::string> answer_to(const nlohmann::json& question, Client& client) {
+  if (auto sent = client.send_line(question.dump()); !sent) return failure(sent.error());
   return client.read_line(answer_max);
 }
 
 int ask(const CommandRow& row, const Options& options) {
   auto client = Client::connect(options.socket);
   if (!client) return fail(client.error());
-  const auto line = answer_to(row.asks, *client);
+  nlohmann::json question{{"cmd", row.asks}};
+  if (options.authorised) question["authorised"] = true;
+  const auto line = answer_to(question, *client);
   if (!line) return fail(line.error());
   nlohmann::json json = nlohmann::json::parse(*line, nullptr, false);
   const Reply reply(json);
@@ -93,7 +103,7 @@ int ask(const CommandRow& row, const Options& options) {
   }
   if (options.json) return exit_ok;
   if (row.page_also_asks != nullptr) {
-    const auto more = answer_to(row.page_also_asks, *client);
+    const auto more = answer_to({{"cmd", row.page_also_asks}}, *client);
     if (!more) return fail(more.error());
     json[row.page_also_asks] = nlohmann::json::parse(*more, nullptr, false);
   }
@@ -136,6 +146,8 @@ const CLI::App* add_options(CLI::App& app, Options& options) {
   app.fallthrough();
   app.footer(footer);
   for (const CommandRow& row : command_table) app.add_subcommand(row.name, row.help);
+  app.get_subcommand("clear")->add_flag("--authorised", options.authorised,
+                                        "those, too, that need somebody who has looked at the pack");
   return add_watch(app, options);
 }
 

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdio>
+#include <ctime>
 
 #include "daemon/core/event.hpp"
 
@@ -78,6 +79,18 @@ std::string shown_span(const Reply& value) {
   if (s < 60) return std::to_string(s) + "." + std::to_string(*ms % 1'000 / 100) + " s";
   if (s < 3'600) return std::to_string(s / 60) + " min " + std::to_string(s % 60) + " s";
   return std::to_string(s / 3'600) + " h " + std::to_string(s % 3'600 / 60) + " min";
+}
+
+std::string shown_time(const Reply& value) {
+  const std::optional<std::int64_t> ms = value.number();
+  const std::time_t seconds = ms.value_or(0) / 1'000;
+  std::tm parts{};
+  std::array<char, 32> text{};
+  if (!ms || ::localtime_r(&seconds, &parts) == nullptr ||
+      std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M:%S", &parts) == 0) {
+    return "at a time nobody knew";
+  }
+  return text.data();
 }
 
 std::string shown_list(const Reply& list) {

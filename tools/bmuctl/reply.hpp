@@ -40,6 +40,8 @@ class Reply {
 [[nodiscard]] std::string shown_energy(const Reply& mWh);
 /// "350 ms", "3.2 s", "2 min 5 s", "1 h 20 min".
 [[nodiscard]] std::string shown_span(const Reply& ms);
+/// "2026-03-01 17:05:09", of this machine's time zone; "at a time nobody knew".
+[[nodiscard]] std::string shown_time(const Reply& unix_ms);
 /// "wrong crc 30, late 2": the numbers of an object that are not 0, with their names.
 [[nodiscard]] std::string shown_counts(const Reply& object);
 /// All texts of a list with a comma between.

@@ -35,6 +35,11 @@ Line spread_line(const Reply& spread, Unit unit) {
 constexpr std::array<std::pair<std::string_view, std::string_view>, 3> contactor_names{
     {{"main_negative", "main negative"}, {"precharge", "precharge"}, {"main_positive", "main positive"}}};
 
+constexpr std::array<std::pair<std::string_view, std::string_view>, 4> wear_names{{{"main_negative", "main negative"},
+                                                                                    {"precharge", "precharge"},
+                                                                                    {"main_positive", "main positive"},
+                                                                                    {"charge", "charge"}}};
+
 Line contactor_line(const Reply& state) {
   Line line;
   const Reply feedback = state["feedback"];
@@ -59,6 +64,92 @@ Line limit_line(const Reply& limit) {
                     Style::dim});
   }
   return line;
+}
+
+/// What the contactors have been through, over all lives of the daemon.
+void add_wear(Page& page, const Reply& contactors) {
+  std::vector<Line> rows{{{"Contactor", Style::dim},
+                          {"closed", Style::dim},
+                          {"opened", Style::dim},
+                          {"under load", Style::dim},
+                          {"most broken", Style::dim},
+                          {"all broken", Style::dim}}};
+  for (const auto& [key, label] : wear_names) {
+    const Reply wear = contactors[key];
+    if (wear["closings"].number_or(0) == 0 && wear["openings"].number_or(0) == 0) continue;
+    rows.push_back({plain(std::string(label)), plain(shown(wear["closings"], Unit::none)),
+                    plain(shown(wear["openings"], Unit::none)), plain(shown(wear["openings_under_load"], Unit::none)),
+                    plain(shown(wear["current_broken_max_mA"], Unit::mA)),
+                    plain(shown(wear["current_broken_sum_mA"], Unit::mA))});
+  }
+  if (rows.size() > 1) page.add_table(rows, {1, 2, 3, 4, 5});
+}
+
+/// "vehicle", "charger", both or nobody.
+std::string wish_text(const Reply& wish) {
+  std::string text = wish["by_vehicle"].is_true() ? "vehicle" : "";
+  if (wish["by_charger"].is_true()) text += text.empty() ? "charger" : " and charger";
+  return text.empty() ? "nobody" : text;
+}
+
+Line state_line(const Reply& state) {
+  Line line{{state["phase"].text(), style_of_phase(state["phase"].text())},
+            plain(" for " + shown_span(state["phase_for_ms"]) + "   mode " + state["mode"].text() + "   wanted by " +
+                  wish_text(state["wish"]))};
+  if (state["rest"].text() == "resting" || state["rest"].text() == "looking") {
+    line.push_back({"   " + state["rest"].text() + " for " + shown_span(state["rest_for_ms"]), Style::warning});
+  }
+  line.push_back({"   told to the vehicle: " + state["vehicle_state"].text(), Style::dim});
+  return line;
+}
+
+/// What has been used of the peaks, and of the precharge resistor; nothing while nothing has.
+void add_used(Page& page, const Reply& reply) {
+  const Reply overload = reply["overload"];
+  if (overload["discharge_used_permille"].number_or(0) > 0 || overload["charge_used_permille"].number_or(0) > 0) {
+    page.add_field("Peak used", {plain("discharge " + shown(overload["discharge_used_permille"], Unit::permille) +
+                                       "   charge " + shown(overload["charge_used_permille"], Unit::permille))});
+  }
+  const Reply guard = reply["precharge_guard"];
+  if (guard["tries_failed"].number_or(0) == 0 && guard["is_cool"].is_true()) return;
+  std::string text = shown(guard["tries_failed"], Unit::none) + " of " + shown(guard["tries_max"], Unit::none) +
+                     " tries failed, heat " + std::to_string(guard["heat_mJ"].number_or(0) / 1'000) + " J";
+  if (guard["heat_max_mJ"].is_known()) {
+    text += " of " + std::to_string(guard["heat_max_mJ"].number_or(0) / 1'000) + " J";
+  }
+  page.add_field("Resistor", {{text + (guard["is_cool"].is_true() ? "" : ", has to cool"), Style::warning}});
+}
+
+std::string numbers_set(const Reply& bits) {
+  std::string text;
+  for (std::size_t i = 0; i < bits.size(); ++i) {
+    if (bits.at(i).is_true()) text += (text.empty() ? "" : ", ") + std::to_string(i + 1);
+  }
+  return text;
+}
+
+void add_lines(Page& page, const Reply& lines) {
+  if (!lines.is_known()) return;
+  const bool is_failed = lines["state"].text() == "failed";
+  Line line{{lines["chip"].text() + " " + lines["state"].text(), is_failed ? Style::bad : Style::good}};
+  if (is_failed) line.push_back(plain(": " + lines["last_error"].text()));
+  const Reply levels = lines["levels"];
+  for (const auto& [key, what] : {std::pair{"estops_pressed", "emergency stop pressed: "},
+                                  std::pair{"interlocks_open", "interlock open: "}}) {
+    const std::string numbers = numbers_set(levels[key]);
+    if (!numbers.empty()) line.push_back({"   " + std::string(what) + numbers, Style::bad});
+  }
+  page.add_field("Lines", std::move(line));
+}
+
+void add_store(Page& page, const Reply& store) {
+  if (!store.is_known()) {
+    page.add_field("Kept", {{"nothing: no state file", Style::dim}});
+    return;
+  }
+  Line line{{"in " + store["path"].text() + ", written " + shown(store["writes"], Unit::none) + " times", Style::dim}};
+  if (store["last_error"].is_known()) line.push_back({": " + store["last_error"].text(), Style::bad});
+  page.add_field("Kept", std::move(line));
 }
 
 void add_faults(Page& page, const Reply& reply) {
@@ -212,9 +303,7 @@ Page status_page(const Reply& reply) {
                   plain(", " + shown(reply["pack"]["cell_count"], Unit::none) + " cells " +
                         reply["pack"]["cell_name"].text() + ", " + shown(reply["pack"]["module_count"], Unit::none) +
                         " modules, configuration " + reply["pack"]["config_hash"].text())});
-  page.add_field("State", {{state["phase"].text(), style_of_phase(state["phase"].text())},
-                           plain(" for " + shown_span(state["phase_for_ms"])),
-                           {"   told to the vehicle: " + state["vehicle_state"].text(), Style::dim}});
+  page.add_field("State", state_line(state));
   page.add_field("Contactors", contactor_line(state));
   page.add_field("Voltage", {plain("pack " + shown(values["pack_voltage_mV"], Unit::mV) + "   link " +
                                    shown(values["link_voltage_mV"], Unit::mV) + "   sum of cells " +
@@ -229,8 +318,11 @@ Page status_page(const Reply& reply) {
   page.add_field("Temperature", spread_line(values["cell_temperature"], Unit::dC));
   page.add_field("Discharge", limit_line(reply["limits"]["discharge"]));
   page.add_field("Charging", limit_line(reply["limits"]["charge"]));
+  add_used(page, reply);
   add_faults(page, reply);
   add_history(page, reply);
+  add_lines(page, reply["lines"]);
+  add_wear(page, reply["contactors"]);
   add_modules(page, reply["modules"]);
   add_buses(page, reply);
   const Reply daemon = reply["daemon"];
@@ -239,6 +331,7 @@ Page status_page(const Reply& reply) {
                        shown(daemon["ticks"], Unit::none) + " ticks, " + shown(daemon["ticks_late"], Unit::none) +
                        " late, log lines lost " + shown(daemon["log_lines_lost"], Unit::none),
                    Style::dim}});
+  add_store(page, reply["store"]);
   return page;
 }
 
@@ -288,29 +381,6 @@ Page cells_page(const Reply& reply) {
   return page;
 }
 
-Page faults_page(const Reply& reply) {
-  std::vector<Line> rows{{{"Fault", Style::dim},
-                          {"stage", Style::dim},
-                          {"count", Style::dim},
-                          {"reaction", Style::dim},
-                          {"what was seen", Style::dim}}};
-  for (std::size_t i = 0; i < reply["faults"].size(); ++i) {
-    const Reply fault = reply["faults"].at(i);
-    const bool is_present = fault["is_present"].is_true();
-    const bool is_warning = fault["is_warning"].is_true();
-    const Style style = is_present ? Style::bad : is_warning ? Style::warning : Style::normal;
-    const std::string stage = fault["stage"].text() + (is_warning && !is_present ? ", warning" : "");
-    rows.push_back({{fault["name"].text(), style},
-                    {stage, style},
-                    plain(shown(fault["count"], Unit::none)),
-                    {fault["reaction"].text(), Style::dim},
-                    plain(fault_details(fault, reply["status"]["modules"]))});
-  }
-  Page page;
-  page.add_table(rows, {2});
-  return page;
-}
-
 Page why_page(const Reply& reply) {
   Page page;
   for (std::size_t i = 0; i < reply["text"].size(); ++i) page.add({plain(reply["text"].at(i).text())});
@@ -335,6 +405,13 @@ Page clear_page(const Reply& reply) {
     const std::string name = still.at(i).text();
     page.add({{"Still present: " + name + ".", Style::warning}, plain(" " + reason_text(name, reply["reasons"]))});
   }
+  return page;
+}
+
+Page wake_page(const Reply& reply) {
+  Page page;
+  const bool was_resting = reply["rest_before"].text() == "resting";
+  page.add({plain(was_resting ? "The modules are woken." : "The modules are not resting: nothing to wake.")});
   return page;
 }
 

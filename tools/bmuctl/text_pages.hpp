@@ -8,10 +8,11 @@ namespace bmu {
 
 [[nodiscard]] Page status_page(const Reply& reply);
 [[nodiscard]] Page cells_page(const Reply& reply);
-/// Wants the "status" reply as well, under that key.
+/// Wants the "status" reply as well, under that key. In faults_text.cpp.
 [[nodiscard]] Page faults_page(const Reply& reply);
 [[nodiscard]] Page why_page(const Reply& reply);
 [[nodiscard]] Page clear_page(const Reply& reply);
+[[nodiscard]] Page wake_page(const Reply& reply);
 /// What went through the pack while it was last closed, how it closed and why it opened.
 [[nodiscard]] Page drive_page(const Reply& reply);
 

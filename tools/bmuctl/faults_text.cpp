@@ -1,0 +1,149 @@
+// The page of "bmuctl faults": what is wrong and what was, then for each of these what is remembered and what to do.
+#include <array>
+#include <utility>
+
+#include "tools/bmuctl/text_pages.hpp"
+
+namespace bmu {
+
+namespace {
+
+Span plain(std::string text) {
+  return {std::move(text), Style::normal};
+}
+
+/// Confirmed in this life or a former one, or on its way to it.
+bool has_something(const Reply& fault) {
+  return fault["count"].number_or(0) > 0 || fault["is_present"].is_true() || fault["is_warning"].is_true() ||
+         fault["stage"].text() != "good";
+}
+
+Style style_of(const Reply& fault) {
+  if (fault["is_present"].is_true()) return Style::bad;
+  return fault["is_warning"].is_true() ? Style::warning : Style::normal;
+}
+
+Line row_line(const Reply& fault, const Reply& modules) {
+  const Style style = style_of(fault);
+  const bool is_mere_warning = fault["is_warning"].is_true() && !fault["is_present"].is_true();
+  return {{fault["name"].text(), style},
+          {fault["stage"].text() + (is_mere_warning ? ", warning" : ""), style},
+          plain(shown(fault["count"], Unit::none)),
+          {fault["reaction"].text(), Style::dim},
+          plain(fault_details(fault, modules))};
+}
+
+/// "; " between what is there.
+void add_part(std::string& text, const std::string& part) {
+  if (!part.empty()) text += (text.empty() ? "" : "; ") + part;
+}
+
+struct FrameRow {
+  std::string_view label;
+  std::string_view key;  // with its unit
+  Unit unit;
+};
+constexpr std::array frame_table{
+    FrameRow{"pack", "pack_voltage_mV", Unit::mV},
+    FrameRow{"link", "link_voltage_mV", Unit::mV},
+    FrameRow{"current", "current_mA", Unit::mA},
+    FrameRow{"SOC", "soc_permille", Unit::permille},
+    FrameRow{"cells from", "cell_voltage_min_uV", Unit::uV},
+    FrameRow{"to", "cell_voltage_max_uV", Unit::uV},
+    FrameRow{"temperatures from", "cell_temperature_min_dC", Unit::dC},
+    FrameRow{"to", "cell_temperature_max_dC", Unit::dC},
+    FrameRow{"boards to", "board_temperature_max_dC", Unit::dC},
+    FrameRow{"insulation", "insulation_Ohm", Unit::Ohm},
+    FrameRow{"limits: out", "discharge_limit_mA", Unit::mA},
+    FrameRow{"in", "charge_limit_mA", Unit::mA},
+};
+
+std::string seen_text(const Reply& fault) {
+  const std::int64_t count = fault["count"].number_or(0);
+  if (count == 0) return "not confirmed yet";
+  const std::string last = shown_time(fault["last_unix_time_ms"]);
+  if (count == 1) return "once, " + last;
+  return std::to_string(count) + " times, first " + shown_time(fault["first_unix_time_ms"]) + ", last " + last;
+}
+
+/// What stood in the pack's values when the fault was last believed.
+std::string frame_text(const Reply& frame) {
+  std::string text;
+  for (const FrameRow& row : frame_table) {
+    if (!frame[row.key].is_known()) continue;
+    text += (text.empty() ? "" : row.label == "to" ? " " : ", ") + std::string(row.label) + " " +
+            shown(frame[row.key], row.unit);
+  }
+  return text;
+}
+
+std::string trigger_text(const Reply& frame) {
+  std::string text = frame["element"]["text"].text();
+  if (frame["threshold_text"].is_known()) {
+    text += (text.empty() ? "" : ": ") + frame["value_text"].text() + ", limit " + frame["threshold_text"].text();
+  }
+  add_part(text, "contactors " + frame["phase"].text());
+  return text;
+}
+
+std::string cleared_text(const Reply& cleared) {
+  const std::string name = cleared["user_name"].text();
+  return shown_time(cleared["unix_time_ms"]) + " by " +
+         (name.empty() ? "user " + shown(cleared["user_id"], Unit::none) : name) +
+         (cleared["authority"].text() == "service" ? ", with authority" : "");
+}
+
+std::string kind_text(const Reply& fault) {
+  std::string text = fault["reaction"].text();
+  add_part(text, "concerns " + fault["concerns"].text());
+  add_part(text, "latch " + fault["latch"].text());
+  if (fault["dtc"].is_known()) add_part(text, "DTC " + shown(fault["dtc"], Unit::none));
+  if (fault["lithiumate_code"].is_known()) {
+    add_part(text, "Lithiumate code " + shown(fault["lithiumate_code"], Unit::none));
+  }
+  return text;
+}
+
+void add_details(Page& page, const Reply& fault) {
+  page.add({});
+  page.add({{fault["name"].text(), style_of(fault)}, plain(": " + fault["meaning"].text())});
+  page.add_field("  seen", {plain(seen_text(fault))});
+  if (const Reply frame = fault["freeze_frame"]; frame.is_known()) {
+    page.add_field("  then", {plain(trigger_text(frame))});
+    page.add_field("", {{frame_text(frame), Style::dim}});
+  }
+  if (fault["cleared"].is_known()) page.add_field("  cleared", {plain(cleared_text(fault["cleared"]))});
+  if (fault["is_locked"].is_true()) {
+    page.add_field("  locked", {{"until somebody with authority clears it, over restarts, too", Style::warning}});
+  }
+  page.add_field("  does", {{kind_text(fault), Style::dim}});
+  if (!fault["remedy"].text().empty()) page.add_field("  to do", {plain(fault["remedy"].text())});
+}
+
+}  // namespace
+
+Page faults_page(const Reply& reply) {
+  Page page;
+  std::vector<Line> rows{{{"Fault", Style::dim},
+                          {"stage", Style::dim},
+                          {"count", Style::dim},
+                          {"reaction", Style::dim},
+                          {"what was seen", Style::dim}}};
+  const Reply faults = reply["faults"];
+  std::vector<Reply> told;
+  for (std::size_t i = 0; i < faults.size(); ++i) {
+    if (!has_something(faults.at(i))) continue;
+    told.push_back(faults.at(i));
+    rows.push_back(row_line(told.back(), reply["status"]["modules"]));
+  }
+  if (!told.empty()) page.add_table(rows, {2});
+  for (const Reply& fault : told) add_details(page, fault);
+  if (!told.empty()) page.add({});
+  page.add({{(told.empty() ? "No fault has ever been seen; " : "") + std::to_string(faults.size() - told.size()) +
+                 (told.empty() ? " are watched for" : " others have never been seen") +
+                 " (all of them: bmuctl --json faults).",
+             Style::dim}});
+  return page;
+}
+
+}  // namespace bmu
