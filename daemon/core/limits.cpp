@@ -94,7 +94,9 @@ CurrentLimit unhindered(std::int32_t continuous_mA, std::int32_t peak_mA, std::i
   return {.limit_mA = static_cast<std::int32_t>(continuous_mA + above_mA),
           .cause = LimitCause::overload,
           .value = static_cast<std::int32_t>(used_permille),
-          .threshold = static_cast<std::int32_t>(all_permille)};
+          .derates_from = static_cast<std::int32_t>(full_peak_until_permille),
+          .threshold = static_cast<std::int32_t>(all_permille),
+          .unhindered_mA = peak_mA};
 }
 
 void lower(CurrentLimit& limit, const DeratingRow& row, const LimitConfig& config, const Spread& spread,
@@ -106,8 +108,10 @@ void lower(CurrentLimit& limit, const DeratingRow& row, const LimitConfig& confi
   limit = {.limit_mA = static_cast<std::int32_t>(allowed_mA),
            .cause = row.cause,
            .value = value,
+           .derates_from = config.derates_from(),
            .threshold = config.open,
-           .element = row.watched == Watched::min ? spread.min_at : spread.max_at};
+           .element = row.watched == Watched::min ? spread.min_at : spread.max_at,
+           .unhindered_mA = unhindered_mA};
 }
 
 void keep_down(CurrentLimit& limit, const CurrentLimit& before) {

@@ -36,9 +36,11 @@ enum class LimitCause : std::uint8_t {
 struct CurrentLimit {
   std::int32_t limit_mA = 0;  // a magnitude, in the direction of its name
   LimitCause cause = LimitCause::not_connected;
-  std::int32_t value = 0;      // what caused it, in the unit of the watched limit
-  std::int32_t threshold = 0;  // at which the limit reaches zero
+  std::int32_t value = 0;         // what caused it, in the unit of the watched limit
+  std::int32_t derates_from = 0;  // where the line begins along which the limit falls
+  std::int32_t threshold = 0;     // at which it reaches zero; of a peak: at which all of it is used up, and it opens
   Element element;
+  std::int32_t unhindered_mA = 0;  // what the line begins with: the limit without this cause
 };
 
 struct CurrentLimits {

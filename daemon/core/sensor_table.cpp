@@ -65,17 +65,11 @@ bool take(const Measured<std::int32_t>& sample, Measured<std::int32_t>& slot, Re
   return sample.is_valid();
 }
 
-}  // namespace
-
-namespace {
-
-/// A contact of which both tell is closed if either says so, and open if either says so: one that contradicts the
-/// command is seen in either direction by the source that does.
+/// A contact of which both tell is closed if either says so: an open pack whose contact may be closed is never open.
 void merge_contact(bool& contact, ContactorId id, const LineImage& image, const LinesConfig& config, bool has_unit) {
   const auto bit = static_cast<std::uint8_t>(1U << static_cast<unsigned>(id));
   if ((config.feedback & bit) == 0) return;
   const bool is_closed = (image.closed_contacts & bit) != 0;
-  // With both, the unit's word is kept while they agree; a contradiction shows as "closed", which nothing open may be.
   contact = has_unit ? contact || is_closed : is_closed;
 }
 

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "daemon/shell/status_json.hpp"
+#include "daemon/shell/why_words.hpp"
 
 namespace bmu {
 
@@ -19,22 +20,22 @@ Json time_json(std::int64_t unix_time_ms) {
   return unix_time_ms == 0 ? Json(nullptr) : Json(unix_time_ms);
 }
 
-Json reading_json(const Reading& reading, Unit unit, const StatusView& view) {
+Json reading_json(const Reading& reading, const FaultRow& row, const StatusView& view) {
   if (!reading.is_known) return nullptr;
-  return {{key_with_unit("value", unit), reading.value},
-          {"value_text", value_text(unit, reading.value)},
-          {"element", element_json(reading.element, unit)},
+  return {{key_with_unit("value", row.unit), reading.value},
+          {"value_text", value_text(row.unit, reading.value)},
+          {"element", place_json(row, reading.element, view)},
           {"age_ms", ago_ms(view, reading.taken_at)}};
 }
 
-Json frame_json(const std::optional<FreezeFrame>& frame, const FaultRow& row) {
+Json frame_json(const std::optional<FreezeFrame>& frame, const FaultRow& row, const StatusView& view) {
   if (!frame) return nullptr;
   Json json{{"unix_time_ms", time_json(frame->unix_time_ms)},
             {key_with_unit("value", row.unit), frame->value},
             {"value_text", value_text(row.unit, frame->value)},
             {key_with_unit("threshold", row.unit), frame->threshold},
             {"threshold_text", row.has_limit() ? Json(value_text(row.unit, frame->threshold)) : Json(nullptr)},
-            {"element", element_json(frame->element, row.unit)},
+            {"element", place_json(row, frame->element, view)},
             {"phase", to_text(frame->phase)}};
   json["cell_voltage_min_uV"] = or_null(frame->cell_voltage_min_uV);
   json["cell_voltage_min_at"] = element_json(frame->cell_voltage_min_at, Unit::uV);
@@ -88,9 +89,9 @@ void put_state(Json& json, const FaultRow& row, const FaultState& state, const S
   json["is_present"] = state.is_present();
   json["is_warning"] = state.is_warning;
   json["count_since_start"] = state.count;
-  json["latest"] = reading_json(state.latest, row.unit, view);
-  json["confirmed"] = state.count > 0 ? reading_json(state.confirmed, row.unit, view) : Json(nullptr);
-  json["worst_warning"] = state.is_warning ? reading_json(state.warning, row.unit, view) : Json(nullptr);
+  json["latest"] = reading_json(state.latest, row, view);
+  json["confirmed"] = state.count > 0 ? reading_json(state.confirmed, row, view) : Json(nullptr);
+  json["worst_warning"] = state.is_warning ? reading_json(state.warning, row, view) : Json(nullptr);
   json["warning_for_ms"] = state.is_warning ? ago_ms(view, state.warning_since) : Json(nullptr);
   json["suspected_for_ms"] = is_suspected ? ago_ms(view, state.suspected_since) : Json(nullptr);
   json["confirmed_ago_ms"] = state.count > 0 ? ago_ms(view, state.confirmed_at) : Json(nullptr);
@@ -102,7 +103,7 @@ void put_record(Json& json, const FaultRow& row, const FaultRecord& record, cons
   json["last_unix_time_ms"] = time_json(record.last_unix_time_ms);
   json["is_locked"] = record.is_locked;
   json["cleared"] = cleared_json(record.cleared, view);
-  json["freeze_frame"] = frame_json(record.frame, row);
+  json["freeze_frame"] = frame_json(record.frame, row, view);
 }
 
 }  // namespace

@@ -424,10 +424,12 @@ void GpioLines::maintain() {
   if (state_ == GpioState::failed) static_cast<void>(open());  // what it refused is in last_error()
 }
 
-std::size_t GpioLines::count_of(GpioInputKind kind) const {
-  return static_cast<std::size_t>(std::count_if(levels_.begin(), levels_.end(), [kind](const GpioLevel& level) {
-    return !level.feedback_of && level.kind == kind;
-  }));
+std::vector<std::string_view> GpioLines::names_of(GpioInputKind kind) const {
+  std::vector<std::string_view> names;
+  for (const GpioLevel& level : levels_) {
+    if (!level.feedback_of && level.kind == kind) names.push_back(level.name);
+  }
+  return names;
 }
 
 std::string GpioLines::last_error() const {

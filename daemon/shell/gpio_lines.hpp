@@ -134,8 +134,8 @@ class GpioLines {
   [[nodiscard]] GpioState state() const { return state_; }
   [[nodiscard]] std::string last_error() const;
   [[nodiscard]] const std::string& chip() const { return chip_; }
-  /// Inputs of a kind in the pack file.
-  [[nodiscard]] std::size_t count_of(GpioInputKind kind) const;
+  /// What the inputs of a kind are called, in the order of the pack file. Valid as long as this object.
+  [[nodiscard]] std::vector<std::string_view> names_of(GpioInputKind kind) const;
 
  private:
   [[nodiscard]] Result<void, OsError> watch(int lines);

@@ -19,8 +19,8 @@ namespace {
 
 using std::chrono::steady_clock;
 
-/// What a destructor may wait for a thread that has nothing left to do.
-constexpr Duration end_max = 100ms;
+/// What a destructor may wait for a write that is under way.
+constexpr Duration end_max = 500ms;
 
 }  // namespace
 
@@ -130,14 +130,21 @@ void StateStore::read() {
 
 void StateStore::start() {
   shared_->is_running = true;
-  std::thread([shared = shared_] { shared->run(); }).detach();
+  thread_ = std::thread([shared = shared_] { shared->run(); });
 }
 
 StateStore::~StateStore() {
+  if (!thread_.joinable()) return;
   std::unique_lock lock(shared_->mutex);
   shared_->has_to_end = true;
   shared_->changed.notify_all();
-  shared_->changed.wait_for(lock, end_max, [this] { return !shared_->is_running; });
+  const bool has_ended = shared_->changed.wait_for(lock, end_max, [this] { return !shared_->is_running; });
+  lock.unlock();
+  if (has_ended) {
+    thread_.join();
+  } else {
+    thread_.detach();  // it hangs in a disk, and shares what it needs
+  }
 }
 
 bool StateStore::offer(const PersistentState& state) {

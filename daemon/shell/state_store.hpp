@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <thread>
 
 #include "daemon/core/observation.hpp"
 #include "daemon/core/persistent_state.hpp"
@@ -40,7 +41,7 @@ class StateStore {
   [[nodiscard]] static Result<std::unique_ptr<StateStore>, OsError> open(const StateStoreOptions& options);
   StateStore(const StateStore&) = delete;
   StateStore& operator=(const StateStore&) = delete;
-  /// Gives a thread up that hangs in a disk instead of waiting for it.
+  /// Ends the thread; one that hangs in a disk is given up after half a second.
   ~StateStore();
 
   [[nodiscard]] const StateFound& found() const { return found_; }
@@ -69,6 +70,7 @@ class StateStore {
   std::string path_;
   StateFound found_;
   std::shared_ptr<Shared> shared_;  // the thread's, too: it may outlive us
+  std::thread thread_;
   mutable std::string last_error_;
 };
 

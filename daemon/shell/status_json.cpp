@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "daemon/shell/why_json.hpp"
+#include "daemon/shell/why_limits.hpp"
 
 namespace bmu {
 
@@ -166,8 +167,11 @@ Json limit_json(const CurrentLimit& limit) {
   Json json{{"limit_mA", limit.limit_mA}, {"cause", to_text(limit.cause)}};
   if (unit == Unit::none) return json;
   json[key_with_unit("value", unit)] = limit.value;
+  json["input"] = input_of(limit.cause);
+  json[key_with_unit("derates_from", unit)] = limit.derates_from;
   json[key_with_unit("threshold", unit)] = limit.threshold;
   json["element"] = element_json(limit.element, unit);
+  json["unhindered_mA"] = limit.unhindered_mA;
   return json;
 }
 
@@ -203,10 +207,10 @@ Json wear_json(const Core& core) {
   return json;
 }
 
-/// Bits as a list of booleans, in the order of the pack file.
-Json bits_json(unsigned bits, std::size_t count) {
-  Json json = Json::array();
-  for (std::size_t i = 0; i < count; ++i) json.push_back(((bits >> i) & 1U) != 0);
+/// Bits by the names of the inputs they stand for.
+Json bits_json(unsigned bits, const std::vector<std::string_view>& names) {
+  Json json = Json::object();
+  for (std::size_t i = 0; i < names.size(); ++i) json[std::string(names[i])] = ((bits >> i) & 1U) != 0;
   return json;
 }
 
@@ -227,8 +231,8 @@ Json lines_json(const StatusView& view) {
     contacts[std::string(gpio_output_names[i])] = ((image.closed_contacts >> i) & 1U) != 0;
   }
   json["levels"] = {{"closed_contacts", std::move(contacts)},
-                    {"estops_pressed", bits_json(image.estops_pressed, lines.count_of(GpioInputKind::estop))},
-                    {"interlocks_open", bits_json(image.interlocks_open, lines.count_of(GpioInputKind::interlock))},
+                    {"estops_pressed", bits_json(image.estops_pressed, lines.names_of(GpioInputKind::estop))},
+                    {"interlocks_open", bits_json(image.interlocks_open, lines.names_of(GpioInputKind::interlock))},
                     {"vehicle_on", or_null(used.has_vehicle_on, image.vehicle_on)},
                     {"charger_connected", or_null(used.has_charger_connected, image.charger_connected)},
                     {"resume_button", or_null(used.has_resume_button, image.resume_button)},

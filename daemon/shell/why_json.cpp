@@ -2,80 +2,13 @@
 
 #include <algorithm>
 #include <utility>
-#include <vector>
+
+#include "daemon/shell/why_limits.hpp"
+#include "daemon/shell/why_words.hpp"
 
 namespace bmu {
 
 namespace {
-
-using Texts = std::vector<std::string>;
-
-std::string text(std::string_view view) {
-  return std::string(view);
-}
-
-// --- words ----------------------------------------------------------------------------------------------------------
-
-/// "3.2 s", "2 min 5 s", "1 h 20 min": as exact as a reader needs.
-std::string span_text(Duration span) {
-  const std::int64_t ms = std::max<std::int64_t>(to_ms(span), 0);
-  const std::int64_t s = ms / 1000;
-  if (ms < 1'000) return std::to_string(ms) + " ms";
-  if (s < 60) return std::to_string(s) + "." + std::to_string(ms % 1'000 / 100) + " s";
-  if (s < 3'600) return std::to_string(s / 60) + " min " + std::to_string(s % 60) + " s";
-  return std::to_string(s / 3'600) + " h " + std::to_string(s % 3'600 / 60) + " min";
-}
-
-std::string ago_text(const StatusView& view, TimePoint at) {
-  return at == TimePoint{} ? "never" : span_text(view.now - at) + " ago";
-}
-
-std::string capitalised(std::string sentence) {
-  if (!sentence.empty() && sentence.front() >= 'a' && sentence.front() <= 'z') {
-    sentence.front() = static_cast<char>(sentence.front() - 'a' + 'A');
-  }
-  return sentence;
-}
-
-std::string joined(const Texts& texts) {
-  std::string all;
-  for (const std::string& one : texts) all += (all.empty() ? "" : ", ") + one;
-  return all;
-}
-
-Json step(std::string_view kind, std::string sentence) {
-  return {{"kind", kind}, {"text", std::move(sentence)}};
-}
-
-bool has_limit(const FaultRow& row) {
-  return row.has_limit();
-}
-
-/// "040 CONTACTOR_COMMAND, 083 COMMAND": under which identifiers somebody else has sent what only the master may.
-std::string foreign_frames(const StatusView& view) {
-  constexpr std::size_t shown_max = 5;
-  Texts ids;
-  for (const MessageSpec* message : internal_bus::catalogue.messages()) {
-    if (message->sender != Sender::bmu) continue;
-    for (std::uint32_t node = message->node_min; node <= message->node_max; ++node) {
-      const std::uint32_t id = message->base_id + node;
-      if (view.core.receive_check().rejected_under(id) > 0) ids.push_back(id_text(id) + " " + text(message->name));
-    }
-  }
-  if (ids.size() <= shown_max) return joined(ids);
-  const std::string more = " and " + std::to_string(ids.size() - shown_max) + " more";
-  ids.resize(shown_max);
-  return joined(ids) + more;
-}
-
-/// "cell 2.7 (no. 19): 2.8512 V", "module 3", or what the row says when there is nothing to point at.
-std::string reading_text(const FaultRow& row, const Reading& reading, const StatusView& view) {
-  if (row.id == FaultId::foreign_master) return foreign_frames(view);
-  std::string place = element_text(reading.element, row.unit);
-  if (!has_limit(row)) return place;
-  const std::string value = value_text(row.unit, reading.value);
-  return place.empty() ? value : place + ": " + value;
-}
 
 // --- the last opening -----------------------------------------------------------------------------------------------
 
@@ -84,8 +17,8 @@ Json signal_step(const OpeningRecord& opening, const FaultRow& row, const Status
   const std::string what = reading_text(row, reading, view);
   const std::string age = span_text(opening.at - reading.taken_at) + " before opening";
   Json json = step("signal", text(row.meaning) + (what.empty() ? "" : ": " + what) + ", seen " + age);
-  if (has_limit(row)) json[key_with_unit("value", row.unit)] = reading.value;
-  json["element"] = element_json(reading.element, row.unit);
+  if (row.has_limit()) json[key_with_unit("value", row.unit)] = reading.value;
+  json["element"] = place_json(row, reading.element, view);
   json["taken_ago_ms"] = ago_ms(view, reading.taken_at);
   json["taken_before_opening_ms"] = to_ms(opening.at - reading.taken_at);
   return json;
@@ -133,7 +66,7 @@ Json decision_step(const OpeningRecord& opening, const StatusView& view) {
 std::string fault_sentence(const OpeningRecord& opening, const FaultRow& row, const StatusView& view) {
   const std::string what = reading_text(row, opening.reading, view);
   std::string sentence = text(row.meaning) + (what.empty() ? "" : ": " + what);
-  if (has_limit(row)) {
+  if (row.has_limit()) {
     sentence += ", limit " + value_text(row.unit, opening.threshold) + ", beyond it for " +
                 span_text(opening.confirmed_at - opening.suspected_since);
   }
@@ -219,14 +152,20 @@ Texts missing_sensors(const StatusView& view) {
 
 Texts unhealthy_inputs(const StatusView& view) {
   const PduState& pdu = view.core.sensors().pdu.value;
-  const std::pair<bool, const char*> inputs[] = {{pdu.estop_1_released, "emergency stop 1 is pressed"},
-                                                 {pdu.estop_2_released, "emergency stop 2 is pressed"},
+  const std::pair<bool, const char*> inputs[] = {{pdu.estop_1_released, "emergency stop 1 of the unit is pressed"},
+                                                 {pdu.estop_2_released, "emergency stop 2 of the unit is pressed"},
                                                  {pdu.interlock_closed, "the interlock loop is open"},
                                                  {pdu.insulation_monitor_ok, "the insulation monitor does not say OK"},
                                                  {!pdu.opened_by_timeout, "the unit has opened by time-out"}};
   Texts texts;
   for (const auto& [is_healthy, meaning] : inputs) {
     if (!is_healthy) texts.emplace_back(meaning);
+  }
+  for (const std::string& stop : line_texts("emergency stop", GpioInputKind::estop, pdu.estops_pressed, view)) {
+    texts.push_back(stop + " is pressed");
+  }
+  for (const std::string& loop : line_texts("interlock", GpioInputKind::interlock, pdu.interlocks_open, view)) {
+    texts.push_back(loop + " is open");
   }
   return texts;
 }
@@ -330,7 +269,7 @@ Json state_chain(const StatusView& view) {
           {"steps", std::move(steps)}};
 }
 
-// --- closing and limits ---
+// --- closing ---
 
 std::string precharge_sentence(const PrechargeRecord& record, const StatusView& view) {
   const std::string numbers = "link " + value_text(Unit::mV, record.link_mV) + " of " +
@@ -339,55 +278,7 @@ std::string precharge_sentence(const PrechargeRecord& record, const StatusView& 
          ", " + ago_text(view, record.ended_at) + " (" + numbers + ").";
 }
 
-std::string limit_sentence(std::string_view direction, const CurrentLimit& limit) {
-  std::string sentence =
-      text(direction) + " limit " + value_text(Unit::mA, limit.limit_mA) + ": " + text(to_text(limit.cause));
-  const Unit unit = unit_of(limit.cause);
-  if (unit == Unit::none) return sentence + ".";
-  return sentence + ": " + element_text(limit.element, unit) + " at " + value_text(unit, limit.value) +
-         ", limited to zero at " + value_text(unit, limit.threshold) + ".";
-}
-
-Json limit_chain(std::string_view direction, const CurrentLimit& limit) {
-  Json steps = Json::array();
-  const Unit unit = unit_of(limit.cause);
-  if (unit != Unit::none) {
-    Json signal = step("signal", element_text(limit.element, unit) + ": " + value_text(unit, limit.value));
-    signal[key_with_unit("value", unit)] = limit.value;
-    signal["element"] = element_json(limit.element, unit);
-    steps.push_back(std::move(signal));
-    Json threshold = step("limit", "zero at " + value_text(unit, limit.threshold));
-    threshold[key_with_unit("threshold", unit)] = limit.threshold;
-    steps.push_back(std::move(threshold));
-  }
-  Json decision = step("decision", value_text(Unit::mA, limit.limit_mA) + ": " + text(to_text(limit.cause)));
-  decision["limit_mA"] = limit.limit_mA;
-  decision["cause"] = to_text(limit.cause);
-  steps.push_back(std::move(decision));
-  return {{"text", limit_sentence(direction, limit)}, {"steps", std::move(steps)}};
-}
-
 }  // namespace
-
-Unit unit_of(LimitCause cause) {
-  switch (cause) {
-    case LimitCause::cell_voltage_low:
-    case LimitCause::cell_voltage_high:
-    case LimitCause::cell_imbalance: return Unit::uV;
-    case LimitCause::cell_hot:
-    case LimitCause::cell_cold:
-    case LimitCause::too_hot_to_charge:
-    case LimitCause::too_cold_to_charge:
-    case LimitCause::temperature_spread:
-    case LimitCause::board_hot: return Unit::dC;
-    case LimitCause::overload: return Unit::permille;
-    case LimitCause::peak:
-    case LimitCause::continuous:
-    case LimitCause::not_connected:
-    case LimitCause::fault: return Unit::none;
-  }
-  return Unit::none;
-}
 
 Json opening_json(const StatusView& view) {
   const OpeningRecord& opening = view.core.last_opening();
@@ -396,7 +287,7 @@ Json opening_json(const StatusView& view) {
   if (opening.cause == OpeningCause::fault) {
     const FaultRow& row = row_of(opening.fault);
     steps.push_back(signal_step(opening, row, view));
-    if (has_limit(row)) steps.push_back(limit_step(opening, row));
+    if (row.has_limit()) steps.push_back(limit_step(opening, row));
     steps.push_back(fault_step(opening, row, view));
   } else {
     steps.push_back(step("cause", opening_reason(opening, view)));
@@ -426,12 +317,11 @@ Json staying_faults_json(const StatusView& view) {
 }
 
 Json why_json(const StatusView& view) {
-  const CurrentLimits& limits = view.core.limits();
   const PrechargeRecord& precharge = view.core.last_precharge();
   Json state = state_chain(view);
   Json opening = opening_json(view);
-  Json discharge = limit_chain("Discharge", limits.discharge);
-  Json charge = limit_chain("Charge", limits.charge);
+  Json discharge = limit_chain(Concerns::discharge, view);
+  Json charge = limit_chain(Concerns::charge, view);
 
   Json sentences = Json::array({state["text"]});
   for (const Blocker blocker : view.core.permission().blockers) {

@@ -2,7 +2,6 @@
 // programs, and as sentences for people.
 #pragma once
 
-#include "daemon/core/limits.hpp"
 #include "daemon/shell/status_view.hpp"
 
 namespace bmu {
@@ -14,8 +13,5 @@ namespace bmu {
 [[nodiscard]] Json opening_json(const StatusView& view);
 /// The faults that are present, [{"name":..., "reason":..., "text":...}]: why a clear command did not end them.
 [[nodiscard]] Json staying_faults_json(const StatusView& view);
-
-/// Unit of what caused a limit; none for causes that are not measurements.
-[[nodiscard]] Unit unit_of(LimitCause cause);
 
 }  // namespace bmu

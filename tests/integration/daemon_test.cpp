@@ -14,117 +14,19 @@
 #include "daemon/core/output_gate.hpp"
 #include "daemon/shell/bus_port.hpp"
 #include "protocol/tables/internal_bus.hpp"
-#include "tests/support/process.hpp"
+#include "tests/support/daemon_bench.hpp"
 
 namespace bmu {
+
+using test::Bench;
+using test::is_closed;
+using test::is_open;
+using test::pack_file;
 
 namespace {
 
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
-
-const std::string pack_file = std::string(BMUD_SOURCE_DIR) + "/config/packs/demo-48s.json";
-
-/// Somebody on the bus who hears the contactor commands and nothing else.
-class Listener {
- public:
-  explicit Listener(const std::string& bus) {
-    auto port = open_bus(bus, {.receive_ids = {internal_bus::contactor_command.base_id}});
-    REQUIRE(port);
-    port_ = std::move(*port);
-  }
-
-  /// The next command, at most so much later; none if none came.
-  [[nodiscard]] std::optional<ContactorOutputs> next(milliseconds at_most) {
-    const auto deadline = steady_clock::now() + at_most;
-    while (true) {
-      ReceivedFrame received;
-      if (port_->read(received) == ReadStatus::frame) return last_ = outputs_of(received.frame);
-      const auto left = std::chrono::duration_cast<milliseconds>(deadline - steady_clock::now());
-      pollfd wait{.fd = port_->fd(), .events = POLLIN, .revents = 0};
-      if (left.count() <= 0 || ::poll(&wait, 1, static_cast<int>(left.count())) <= 0) return std::nullopt;
-    }
-  }
-  /// True once a command as wanted is heard.
-  template <class IsWanted>
-  [[nodiscard]] bool hears(IsWanted is_wanted, milliseconds at_most) {
-    const auto deadline = steady_clock::now() + at_most;
-    while (steady_clock::now() < deadline) {
-      const auto command = next(milliseconds(500));
-      if (command && is_wanted(*command)) return true;
-    }
-    return false;
-  }
-  /// How many commands are heard in a time; they come every 50 ms.
-  [[nodiscard]] int count_within(milliseconds time) {
-    const auto deadline = steady_clock::now() + time;
-    int count = 0;
-    while (steady_clock::now() < deadline) {
-      if (next(std::chrono::duration_cast<milliseconds>(deadline - steady_clock::now()))) ++count;
-    }
-    return count;
-  }
-  /// The last command of all, after everything that was sent has been read.
-  [[nodiscard]] ContactorOutputs last() {
-    while (next(milliseconds(0))) {
-    }
-    return last_;
-  }
-
- private:
-  std::unique_ptr<BusPort> port_;
-  ContactorOutputs last_;
-};
-
-bool is_closed(const ContactorOutputs& outputs) {
-  return outputs.main_positive && outputs.main_negative && !outputs.precharge;
-}
-bool is_open(const ContactorOutputs& outputs) {
-  return !outputs.any_contactor();
-}
-
-/// A bus of its own, a folder, and the programs on it.
-struct Bench {
-  TemporaryFolder folder;
-  std::string bus = "unix:test-daemon-" + std::to_string(::getpid()) + "-" + std::to_string(next_number++);
-  std::string socket = folder / "bmud.sock";
-  std::string log = folder / "bmud.log";
-  Listener listener{bus};
-  std::unique_ptr<Process> emulator;
-  std::unique_ptr<Process> daemon;
-
-  Bench() = default;
-  Bench(const Bench&) = delete;
-  Bench& operator=(const Bench&) = delete;
-  ~Bench() {
-    emulator.reset();
-    daemon.reset();
-    std::filesystem::remove("/dev/shm/bmud-bus." + bus.substr(5));
-  }
-
-  void start_emulator(const std::string& scenario) {
-    std::ofstream(folder / "test.scn") << "0 pack soc_permille 800\n0 link capacitance_uF 200\n" << scenario;
-    emulator = std::make_unique<Process>(std::vector<std::string>{program("mmusim"), "--bus", bus, "--pack", pack_file,
-                                                                  "--scenario", folder / "test.scn"},
-                                         ProcessOptions{.err_file = folder / "mmusim.log"});
-  }
-  void start_daemon(ProcessOptions options = {}) {
-    if (options.err_fd < 0) options.err_file = log;
-    daemon = std::make_unique<Process>(daemon_command(), options);
-  }
-  [[nodiscard]] std::vector<std::string> daemon_command() const {
-    return {program("bmud"), "--config", pack_file, "--bus-internal", bus, "--socket", socket, "--log-level", "debug"};
-  }
-  [[nodiscard]] Finished ask(std::vector<std::string> words) const {
-    words.insert(words.begin(), {program("bmuctl"), "--socket", socket});
-    return run_program(words);
-  }
-  [[nodiscard]] nlohmann::json ask_json(const std::string& command) const {
-    return nlohmann::json::parse(ask({"--json", command}).out, nullptr, false);
-  }
-
-  static inline int next_number = 0;
-};
 
 /// The service manager's side of its socket.
 class NotifySocket {

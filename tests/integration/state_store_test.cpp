@@ -1,4 +1,5 @@
-// What outlives the daemon, on a real disk: torn, cut off, bit-flipped, of an older and a newer program, on a full disk.
+// What outlives the daemon, on a real disk: torn, cut off, bit-flipped, of an older and a newer program, on a full
+// disk.
 #include "daemon/shell/state_store.hpp"
 
 #include <cerrno>
@@ -245,8 +246,12 @@ TEST_CASE("a power loss at any step of writing leaves the old text or the new on
   const TemporaryFolder folder;
   const std::string path = folder / "state";
   put_text(path, "good old");
-  SECTION("the new text is half written") { put_text(path + ".new", "go"); }
-  SECTION("the new text is written, nothing renamed") { put_text(path + ".new", "good new"); }
+  SECTION("the new text is half written") {
+    put_text(path + ".new", "go");
+  }
+  SECTION("the new text is written, nothing renamed") {
+    put_text(path + ".new", "good new");
+  }
   SECTION("between the two renames") {
     std::filesystem::rename(path, path + ".previous");
     put_text(path + ".new", "good new");
@@ -284,11 +289,21 @@ TEST_CASE("two damaged files, or one that is no file, are unreadable and no firs
     put_text(path + ".previous", "rubbish");
     CHECK(read(path).problems == path + ": not good; " + path + ".previous: not good");
   }
-  SECTION("only one, and it is empty") { put_text(path, ""); }
-  SECTION("only the previous one") { put_text(path + ".previous", "rubbish"); }
-  SECTION("a folder") { std::filesystem::create_directory(path); }
-  SECTION("a pipe") { REQUIRE(::mkfifo(path.c_str(), 0600) == 0); }
-  SECTION("too large") { put_text(path, "good" + std::string(StateFile::size_max, ' ')); }
+  SECTION("only one, and it is empty") {
+    put_text(path, "");
+  }
+  SECTION("only the previous one") {
+    put_text(path + ".previous", "rubbish");
+  }
+  SECTION("a folder") {
+    std::filesystem::create_directory(path);
+  }
+  SECTION("a pipe") {
+    REQUIRE(::mkfifo(path.c_str(), 0600) == 0);
+  }
+  SECTION("too large") {
+    put_text(path, "good" + std::string(StateFile::size_max, ' '));
+  }
   CHECK(read(path).found == FileFound::unreadable);
 }
 

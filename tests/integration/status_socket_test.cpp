@@ -141,7 +141,7 @@ TEST_CASE("a client that asks and does not read is dropped, others are served", 
   const OwnedFd deaf = connect_to(bench.path);
   const OwnedFd good = connect_to(bench.path);
   const std::string picture(std::size_t{32} * 1024, 'p');
-  const auto watch = [](std::string_view) { return StatusReply{.line = "", .picture_period = 1ms}; };
+  const auto watch = [](std::string_view, const Peer&) { return StatusReply{.line = "", .picture_period = 1ms}; };
   say(deaf, "watch\n");
   for (int i = 0; i < 10 && bench.is_busy(); ++i) bench.socket->serve(watch);
   TimePoint now{1s};
@@ -161,7 +161,7 @@ TEST_CASE("a watching client gets a picture each period, made once for all", "[i
   Bench bench;
   const OwnedFd one = connect_to(bench.path);
   const OwnedFd two = connect_to(bench.path);
-  const auto watch = [](std::string_view) { return StatusReply{.line = "", .picture_period = 100ms}; };
+  const auto watch = [](std::string_view, const Peer&) { return StatusReply{.line = "", .picture_period = 100ms}; };
   say(one, "watch\n");
   say(two, "watch\n");
   while (bench.is_busy()) bench.socket->serve(watch);

@@ -223,7 +223,9 @@ TEST_CASE("a peak is there until half of it is used, and sinks to the continuous
   CHECK(discharge_at(501).limit_mA == 179'750);
   CHECK(discharge_at(501).cause == LimitCause::overload);
   CHECK(discharge_at(501).value == 501);
+  CHECK(discharge_at(501).derates_from == 500);
   CHECK(discharge_at(501).threshold == 1'000);
+  CHECK(discharge_at(501).unhindered_mA == 180'000);
   CHECK(discharge_at(750).limit_mA == 117'500);
   CHECK(discharge_at(899).limit_mA == 80'250);
   CHECK(discharge_at(900).limit_mA == 80'000);
@@ -243,6 +245,8 @@ TEST_CASE("a derating takes its share of the peak, too", "[unit][limits]") {
   bench.config.current.discharge_peak_mA = 180'000;
   bench.pack.cell_temperature_dC.max = 550;
   CHECK(bench.discharge().limit_mA == 90'000);
+  CHECK(bench.discharge().derates_from == bench.config.limits.cell_overtemperature.derates_from());
+  CHECK(bench.discharge().unhindered_mA == 180'000);
 }
 
 TEST_CASE("without a single value of a kind nothing is derived from it", "[unit][limits]") {

@@ -71,8 +71,10 @@ std::string frame_text(const Reply& frame) {
   std::string text;
   for (const FrameRow& row : frame_table) {
     if (!frame[row.key].is_known()) continue;
-    text += (text.empty() ? "" : row.label == "to" ? " " : ", ") + std::string(row.label) + " " +
-            shown(frame[row.key], row.unit);
+    text += (text.empty()        ? ""
+             : row.label == "to" ? " "
+                                 : ", ") +
+            std::string(row.label) + " " + shown(frame[row.key], row.unit);
   }
   return text;
 }

@@ -36,9 +36,9 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 3> contactor
     {{"main_negative", "main negative"}, {"precharge", "precharge"}, {"main_positive", "main positive"}}};
 
 constexpr std::array<std::pair<std::string_view, std::string_view>, 4> wear_names{{{"main_negative", "main negative"},
-                                                                                    {"precharge", "precharge"},
-                                                                                    {"main_positive", "main positive"},
-                                                                                    {"charge", "charge"}}};
+                                                                                   {"precharge", "precharge"},
+                                                                                   {"main_positive", "main positive"},
+                                                                                   {"charge", "charge"}}};
 
 Line contactor_line(const Reply& state) {
   Line line;
@@ -120,10 +120,11 @@ void add_used(Page& page, const Reply& reply) {
   page.add_field("Resistor", {{text + (guard["is_cool"].is_true() ? "" : ", has to cool"), Style::warning}});
 }
 
-std::string numbers_set(const Reply& bits) {
+/// Names of what is true.
+std::string names_set(const Reply& flags) {
   std::string text;
-  for (std::size_t i = 0; i < bits.size(); ++i) {
-    if (bits.at(i).is_true()) text += (text.empty() ? "" : ", ") + std::to_string(i + 1);
+  for (const std::string& name : flags.keys()) {
+    if (flags[name].is_true()) text += (text.empty() ? "" : ", ") + name;
   }
   return text;
 }
@@ -134,10 +135,10 @@ void add_lines(Page& page, const Reply& lines) {
   Line line{{lines["chip"].text() + " " + lines["state"].text(), is_failed ? Style::bad : Style::good}};
   if (is_failed) line.push_back(plain(": " + lines["last_error"].text()));
   const Reply levels = lines["levels"];
-  for (const auto& [key, what] : {std::pair{"estops_pressed", "emergency stop pressed: "},
-                                  std::pair{"interlocks_open", "interlock open: "}}) {
-    const std::string numbers = numbers_set(levels[key]);
-    if (!numbers.empty()) line.push_back({"   " + std::string(what) + numbers, Style::bad});
+  for (const auto& [key, what] :
+       {std::pair{"estops_pressed", "emergency stop pressed: "}, std::pair{"interlocks_open", "interlock open: "}}) {
+    const std::string names = names_set(levels[key]);
+    if (!names.empty()) line.push_back({"   " + std::string(what) + names, Style::bad});
   }
   page.add_field("Lines", std::move(line));
 }
@@ -252,6 +253,17 @@ std::string reason_text(const std::string& fault, const Reply& reasons) {
     if (reasons.at(i)["name"].text() == fault) return reasons.at(i)["text"].text();
   }
   return "";
+}
+
+/// The chain from what was seen to what was decided.
+void add_steps(Page& page, const std::string& title, const Reply& chain) {
+  if (chain["steps"].size() == 0) return;
+  page.add({});
+  page.add({{title + ", step by step:", Style::dim}});
+  for (std::size_t i = 0; i < chain["steps"].size(); ++i) {
+    const Reply step = chain["steps"].at(i);
+    page.add_field("  " + step["kind"].text(), {plain(step["text"].text())});
+  }
 }
 
 }  // namespace
@@ -384,14 +396,9 @@ Page cells_page(const Reply& reply) {
 Page why_page(const Reply& reply) {
   Page page;
   for (std::size_t i = 0; i < reply["text"].size(); ++i) page.add({plain(reply["text"].at(i).text())});
-  const Reply opening = reply["last_opening"];
-  if (!opening.is_known()) return page;
-  page.add({});
-  page.add({{"The last opening, step by step:", Style::dim}});
-  for (std::size_t i = 0; i < opening["steps"].size(); ++i) {
-    const Reply step = opening["steps"].at(i);
-    page.add_field("  " + step["kind"].text(), {plain(step["text"].text())});
-  }
+  add_steps(page, "The last opening", reply["last_opening"]);
+  add_steps(page, "The discharge limit", reply["limits"]["discharge"]);
+  add_steps(page, "The charge limit", reply["limits"]["charge"]);
   return page;
 }
 

@@ -1,0 +1,112 @@
+#include "daemon/shell/why_words.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace bmu {
+
+namespace {
+
+/// "040 CONTACTOR_COMMAND, 083 COMMAND": under which identifiers somebody else has sent what only the master may.
+std::string foreign_frames(const StatusView& view) {
+  constexpr std::size_t shown_max = 5;
+  Texts ids;
+  for (const MessageSpec* message : internal_bus::catalogue.messages()) {
+    if (message->sender != Sender::bmu) continue;
+    for (std::uint32_t node = message->node_min; node <= message->node_max; ++node) {
+      const std::uint32_t id = message->base_id + node;
+      if (view.core.receive_check().rejected_under(id) > 0) ids.push_back(id_text(id) + " " + text(message->name));
+    }
+  }
+  if (ids.size() <= shown_max) return joined(ids);
+  const std::string more = " and " + std::to_string(ids.size() - shown_max) + " more";
+  ids.resize(shown_max);
+  return joined(ids) + more;
+}
+
+/// Faults of inputs: those of the unit come first, the lines of this machine are numbered behind them.
+struct InputRow {
+  FaultId fault;
+  std::string_view what;
+  GpioInputKind kind;
+  unsigned of_unit;
+};
+constexpr InputRow input_table[] = {
+    {FaultId::emergency_stop, "emergency stop", GpioInputKind::estop, 2},
+    {FaultId::interlock_open, "interlock", GpioInputKind::interlock, 1},
+};
+
+std::string line_text(std::string_view what, GpioInputKind kind, std::size_t index, const StatusView& view) {
+  const std::vector<std::string_view> names =
+      view.lines != nullptr ? view.lines->lines().names_of(kind) : std::vector<std::string_view>{};
+  const std::string name = index < names.size() ? "\"" + text(names[index]) + "\"" : std::to_string(index + 1);
+  return text(what) + " " + name + " of this machine";
+}
+
+std::string input_text(const InputRow& row, unsigned number, const StatusView& view) {
+  if (number > row.of_unit) return line_text(row.what, row.kind, number - row.of_unit - 1, view);
+  return text(row.what) + (row.of_unit > 1 ? " " + std::to_string(number) : "") + " of the unit";
+}
+
+}  // namespace
+
+std::string span_text(Duration span) {
+  const std::int64_t ms = std::max<std::int64_t>(to_ms(span), 0);
+  const std::int64_t s = ms / 1000;
+  if (ms < 1'000) return std::to_string(ms) + " ms";
+  if (s < 60) return std::to_string(s) + "." + std::to_string(ms % 1'000 / 100) + " s";
+  if (s < 3'600) return std::to_string(s / 60) + " min " + std::to_string(s % 60) + " s";
+  return std::to_string(s / 3'600) + " h " + std::to_string(s % 3'600 / 60) + " min";
+}
+
+std::string ago_text(const StatusView& view, TimePoint at) {
+  return at == TimePoint{} ? "never" : span_text(view.now - at) + " ago";
+}
+
+std::string capitalised(std::string sentence) {
+  if (!sentence.empty() && sentence.front() >= 'a' && sentence.front() <= 'z') {
+    sentence.front() = static_cast<char>(sentence.front() - 'a' + 'A');
+  }
+  return sentence;
+}
+
+std::string joined(const Texts& texts) {
+  std::string all;
+  for (const std::string& one : texts) all += (all.empty() ? "" : ", ") + one;
+  return all;
+}
+
+Json step(std::string_view kind, std::string sentence) {
+  return {{"kind", kind}, {"text", std::move(sentence)}};
+}
+
+std::string place_text(const FaultRow& row, const Element& element, const StatusView& view) {
+  const auto* input = std::find_if(std::begin(input_table), std::end(input_table),
+                                   [&row](const InputRow& one) { return one.fault == row.id; });
+  if (input == std::end(input_table) || element.input == 0) return element_text(element, row.unit);
+  return input_text(*input, element.input, view);
+}
+
+Json place_json(const FaultRow& row, const Element& element, const StatusView& view) {
+  Json json = element_json(element, row.unit);
+  if (!json.is_null()) json["text"] = place_text(row, element, view);
+  return json;
+}
+
+std::string reading_text(const FaultRow& row, const Reading& reading, const StatusView& view) {
+  if (row.id == FaultId::foreign_master) return foreign_frames(view);
+  std::string place = place_text(row, reading.element, view);
+  if (!row.has_limit()) return place;
+  const std::string value = value_text(row.unit, reading.value);
+  return place.empty() ? value : place + ": " + value;
+}
+
+Texts line_texts(std::string_view what, GpioInputKind kind, unsigned bits, const StatusView& view) {
+  Texts texts;
+  for (std::size_t i = 0; i < gpio_inputs_max; ++i) {
+    if (((bits >> i) & 1U) != 0) texts.push_back(line_text(what, kind, i, view));
+  }
+  return texts;
+}
+
+}  // namespace bmu
