@@ -28,6 +28,7 @@ Core::Core(const CoreConfig& config, TimePoint started_at)
       next_tick_(started_at),
       check_(config.sensor.little_endian ? internal_bus::catalogue_little_endian_sensor : internal_bus::catalogue,
              ReceiveCheck::Role::master) {
+  sensors_.insulation_known_at = started_at;
   modules_.init(config_);
   counter_.init(config_);
   contactor_watch_.init(started_at);
@@ -280,7 +281,7 @@ void Core::start_over(TimePoint at) {
   view_began_at_ = at;
   seen_complete_ = false;
   modules_.forget_values();
-  sensors_ = {};
+  sensors_ = {.insulation_known_at = at};
   watchers_.trend.forget();
   watchers_.stuck.forget();
   watchers_.steps.forget();

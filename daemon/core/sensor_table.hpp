@@ -88,8 +88,7 @@ struct SensorTable {
   Measured<PduState> pdu;
   RefusedResult refused;  // the last of any channel
   CurrentWindow current_window;
-  TimePoint
-      insulation_known_at{};  // when the monitor last told a resistance; before that, when the unit was first heard
+  TimePoint insulation_known_at{};  // when the monitor last told a resistance; before, when it could begin to
 
   // The two sources by themselves.
   Measured<PduState> pdu_word;

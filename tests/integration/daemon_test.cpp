@@ -277,7 +277,7 @@ TEST_CASE("the answer to clear tells what went and what stays, and why", "[integ
   CHECK(early.at("still_present") == nlohmann::json{"emergency_stop"});
   REQUIRE(early.at("reasons").size() == 1);
   CHECK(early.at("reasons").at(0).at("name") == "emergency_stop");
-  CHECK(early.at("reasons").at(0).at("reason") == "its cause is still there");
+  CHECK(early.at("reasons").at(0).at("reason") == "its cause is still there (emergency stop 1 of the unit)");
   CHECK(bench.ask({"clear"}).out.starts_with("Still present: emergency_stop. "));
 
   REQUIRE(becomes("latched"));
@@ -366,7 +366,7 @@ TEST_CASE("every command of bmuctl answers a running daemon, as text and as JSON
   bench.start_emulator("");
   bench.start_daemon();
   REQUIRE(bench.listener.next(milliseconds(5000)));
-  for (const std::string command : {"status", "cells", "faults", "why", "clear", "drive"}) {
+  for (const std::string command : {"status", "cells", "faults", "why", "clear", "wake", "drive"}) {
     CAPTURE(command);
     const Finished text = bench.ask({command});
     CHECK(text.status == 0);

@@ -861,5 +861,80 @@ TEST_CASE("a damaged file is refused or harmless, and never a crash", "[unit][co
   }
 }
 
+// --- no power distribution unit -------------------------------------------------------------------------------------
+
+/// A pack whose three contactors and their contacts are lines, with these changes, paths from the root.
+Json without_unit(const std::vector<Change>& changes) {
+  Json pack = with_gpio({{"/feedback/precharge", {{"line", 15}}}});
+  pack["contactors"]["pdu"] = false;
+  pack["insulation"]["monitoring"] = "ok_line";
+  for (const auto& [pointer, value] : changes) pack[Json::json_pointer(pointer)] = value;
+  return pack;
+}
+
+TEST_CASE("what the core is told of lines is what the pack file has", "[unit][config][gpio]") {
+  const auto none = parse(valid_pack().dump());
+  REQUIRE(none);
+  CHECK_FALSE(none->core.lines.are_used);
+  const auto pack = parse(with_gpio({}).dump());
+  REQUIRE(pack);
+  const LinesConfig& lines = pack->core.lines;
+  CHECK(lines.are_used);
+  CHECK(lines.drive_contactors);
+  CHECK(lines.feedback == 0b0011);  // main positive and main negative
+  CHECK(lines.has_vehicle_on);
+  CHECK_FALSE(lines.has_charger_connected);
+  CHECK_FALSE(lines.has_resume_button);
+  CHECK_FALSE(lines.has_insulation_ok);
+  CHECK_FALSE(lines.has_supply_ok);
+  const auto inputs = parse(with_gpio({{"/inputs/0/kind", "charger_connected"},
+                                       {"/inputs/1/kind", "resume_button"},
+                                       {"/inputs/2/kind", "insulation_ok"},
+                                       {"/inputs/3", {{"name", "24 V"}, {"kind", "supply_ok"}, {"line", 10}}}})
+                                .dump());
+  REQUIRE(inputs);
+  CHECK_FALSE(inputs->core.lines.has_vehicle_on);
+  CHECK(inputs->core.lines.has_charger_connected);
+  CHECK(inputs->core.lines.has_resume_button);
+  CHECK(inputs->core.lines.has_insulation_ok);
+  CHECK(inputs->core.lines.has_supply_ok);
+}
+
+TEST_CASE("without a power distribution unit everything it does is a line", "[unit][config][gpio]") {
+  const auto pack = parse(without_unit({}).dump());
+  INFO((pack ? "" : all_text(pack.error())));
+  REQUIRE(pack);
+  CHECK_FALSE(pack->core.contactors.has_pdu);
+  CHECK(parse(valid_pack().dump())->core.contactors.has_pdu);
+
+  // Nothing of it: contactors, contacts and a wish are missing, each is named.
+  const std::string all = all_text(problems_of(changed({{"/contactors/pdu", false}}).dump()));
+  for (const std::string path :
+       {"/gpio/outputs/main_positive", "/gpio/outputs/main_negative", "/gpio/outputs/precharge",
+        "/gpio/feedback/main_positive", "/gpio/feedback/main_negative", "/gpio/feedback/precharge", "/gpio/inputs"}) {
+    CAPTURE(path, all);
+    CHECK(all.find(path) != std::string::npos);
+  }
+  Json no_contact = without_unit({});
+  no_contact["gpio"]["feedback"].erase("main_negative");
+  refuses_text(no_contact.dump(), "/gpio/feedback/main_negative", "its auxiliary contact, as contactors/pdu is false");
+  refuses_text(without_unit({{"/gpio/inputs/2/kind", "resume_button"}}).dump(), "/gpio/inputs",
+               "nobody else asks for a closed pack");
+  CHECK(problems_of(without_unit({{"/gpio/inputs/2/kind", "charger_connected"}}).dump()).empty());
+  refuses_text(without_unit({{"/insulation/monitoring", "measured"}}).dump(), "/insulation/monitoring",
+               "no unit tells a resistance");
+}
+
+TEST_CASE("a charge contactor without a unit is a line with a contact, too", "[unit][config][gpio]") {
+  Json pack = without_unit({{"/contactors/has_charge_contactor", true}});
+  const std::string all = all_text(problems_of(pack.dump()));
+  INFO(all);
+  CHECK(all.find("/gpio/outputs/charge") != std::string::npos);
+  CHECK(all.find("/gpio/feedback/charge") != std::string::npos);
+  pack["gpio"]["outputs"]["charge"] = {{"line", 20}};
+  pack["gpio"]["feedback"]["charge"] = {{"line", 21}};
+  CHECK(problems_of(pack.dump()).empty());
+}
+
 }  // namespace
 }  // namespace bmu

@@ -51,6 +51,12 @@ TEST_CASE("nothing closes while the vehicle was on already when the daemon start
   CHECK(bench.run_until([&] { return bench.core().sequence().phase == Phase::closed; }, 3s));
 }
 
+TEST_CASE("an insulation monitor has its time from the start of the daemon, however long the machine has been on",
+          "[unit][core]") {
+  const Core core(small_pack(), TimePoint{1'000s});
+  CHECK(core.sensors().insulation_known_at == TimePoint{1'000s});
+}
+
 TEST_CASE("every single missing thing keeps the pack open and is named", "[unit][core][F32][F42]") {
   struct Case {
     const char* what;
