@@ -104,7 +104,7 @@ struct Bench {
   }
 
   void start_emulator(const std::string& scenario) {
-    std::ofstream(folder / "test.scn") << "0 pack soc_permille 800\n0 link capacitance_uF 200\n" << scenario;
+    std::ofstream(folder / "test.scn") << "0 pack soc_permille 800\n0 link capacitance_uF 600\n" << scenario;
     emulator = std::make_unique<Process>(std::vector<std::string>{program("mmusim"), "--bus", bus, "--pack", pack_file,
                                                                   "--scenario", folder / "test.scn"},
                                          ProcessOptions{.err_file = folder / "mmusim.log"});
