@@ -1,5 +1,5 @@
-// A GPIO chip that is played: for tests on machines without one, with calls that fail, lines that are busy and chips that
-// go.
+// A GPIO chip that is played: for tests on machines without one, with calls that fail, lines that are busy and chips
+// that go.
 #pragma once
 
 #include <algorithm>
