@@ -91,7 +91,6 @@ void Core::follow_rest(TimePoint now) {
   sensors_.pdu = kept.pdu;
   sensors_.pdu_word = kept.pdu_word;
   sensors_.lines = kept.lines;
-  sensors_.insulation_known_at = kept.insulation_known_at;
 }
 
 void Core::follow_request(TimePoint now) {

@@ -131,8 +131,7 @@ void SensorTable::observe(const MessageSpec& message, const CanFrame& frame, Tim
     case sensor_u2.base_id: take(sensor_value(message, frame, at), link_voltage_mV, refused); break;
     case pdu_status.base_id:
       pdu_word = {pdu_state(frame), at, Validity::valid};
-      // The first word of all begins the time that a monitor has to its first value.
-      if (knows_insulation(pdu_word.value) || insulation_known_at == TimePoint{}) insulation_known_at = at;
+      if (knows_insulation(pdu_word.value)) insulation_known_at = at;
       pdu = merge_inputs(pdu_word, lines, config);
       break;
     default: break;  // the sensor's own counters are taken as a second opinion by a later stage

@@ -107,17 +107,6 @@ TEST_CASE("a monitor that says that it does not measure is lost, and one that do
   CHECK_FALSE(world.read(id).is_known);
 }
 
-TEST_CASE("a monitor has its time to the first value from the unit's first word on", "[unit][sensors][F92]") {
-  SensorTable sensors;
-  const CoreConfig config = test::small_pack();
-  CanFrame word = make_frame(internal_bus::pdu_status);
-  write<internal_bus::pdu_status, "insulation_resistance_Ohm">(word, not_known());
-  sensors.observe(internal_bus::pdu_status, word, start, config);
-  CHECK(sensors.insulation_known_at == start);
-  sensors.observe(internal_bus::pdu_status, word, start + 1s, config);
-  CHECK(sensors.insulation_known_at == start);  // nothing told since
-}
-
 TEST_CASE("a second current sensor is missed like the first, and compared with it", "[unit][faults][F13]") {
   World world;
   world.config.sensor.has_second_current = true;
