@@ -82,7 +82,9 @@ Urgency Core::take_rejected(const CheckedFrame& checked, TimePoint at) {
     flags_.foreign_master_seen = true;
     return Urgency::decide_now;
   }
-  const bool is_damaged = checked.reason == RejectReason::wrong_crc || checked.reason == RejectReason::wrong_length;
+  // A wrong length is no noise, which the bus itself would have caught, but a stranger or another firmware; what the
+  // module owes is then missing, and that has a fault of its own.
+  const bool is_damaged = checked.reason == RejectReason::wrong_crc;
   if (is_damaged && checked.message->sender == Sender::mmu) modules_.note_damaged(checked.node, at);
   const bool is_conflict = checked.reason == RejectReason::conflicting;
   if (is_conflict && checked.message->base_id == internal_bus::pdu_status.base_id) flags_.pdu_restarted = true;

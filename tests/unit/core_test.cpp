@@ -597,6 +597,17 @@ TEST_CASE("damaged, late, repeated and foreign frames change nothing and are cou
   CHECK(bench.core().sequence().phase == Phase::closed);
 }
 
+TEST_CASE("frames of a wrong length under a module's identifiers are counted and nothing else", "[unit][core][F34]") {
+  CoreBench bench(small_pack());
+  REQUIRE(bench.close());
+  CanFrame shorter = make_frame(internal_bus::cells_1, 1);
+  shorter.length = 7;
+  for (int count = 0; count < 10; ++count) bench.observe(FrameReceived{Port::internal, shorter});
+  bench.run(20ms);
+  CHECK_FALSE(bench.is_active(FaultId::module_disturbed));
+  CHECK(bench.core().sequence().phase == Phase::closed);
+}
+
 TEST_CASE("the state of charge starts from a rest and is counted from there", "[unit][estimators][FS_4][BMS_F.6]") {
   CoreBench bench(small_pack());
   bench.run(3s);
