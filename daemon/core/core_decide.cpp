@@ -171,10 +171,12 @@ SequenceInputs Core::sequence_inputs(TimePoint now) const {
   const std::int64_t apart_mV = std::int64_t{sum.value} - pack.value;
   const std::int64_t allowed_mV = config_.limits.pack_voltage_mismatch.open;
   const bool voltages_agree = sum.is_valid() && apart_mV < allowed_mV && apart_mV > -allowed_mV;
-  const bool is_open = sequence_.phase == Phase::open;
+  const Phase phase = sequence_.phase;
+  const bool is_closing = phase == Phase::main_negative || phase == Phase::precharge || phase == Phase::main_positive;
+  const bool may_be_closed = is_closing ? permission_.may_go_on : permission_.may_stay_closed;
   return {.now = now,
           .close_wanted = wants_close(),
-          .close_permitted = is_open ? permission_.may_close : permission_.may_stay_closed,
+          .close_permitted = phase == Phase::open ? permission_.may_close : may_be_closed,
           .may_advance = permission_.may_advance,
           .contacts_settled = contactor_watch_.is_settled(),
           .charge_wanted = request_.is_by_charger(),

@@ -124,6 +124,8 @@ Permission evaluate_permission(const PermissionInputs& inputs, const PackState& 
   // watch those have their own clocks; what is left here has none.
   permission.may_stay_closed =
       inputs.internal_bus_up && inputs.pdu_fresh && !inputs.is_resting && !any_demands_opening(faults, pack, inputs);
+  // What only refuses to close leaves a closed pack alone. One that is half closed is not: it opens, and does not wait.
+  permission.may_go_on = permission.may_stay_closed && !any_present(faults, inputs.wish);
   permission.may_charge = permission.may_stay_closed && !forbids_current(faults, pack, inputs.now, Concerns::charge);
   permission.may_discharge =
       permission.may_stay_closed && !forbids_current(faults, pack, inputs.now, Concerns::discharge);

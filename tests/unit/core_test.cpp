@@ -597,6 +597,28 @@ TEST_CASE("damaged, late, repeated and foreign frames change nothing and are cou
   CHECK(bench.core().sequence().phase == Phase::closed);
 }
 
+TEST_CASE("a fault that refuses to close breaks off a closing at once and leaves a closed pack alone",
+          "[unit][core][F102]") {
+  CoreBench bench(small_pack());
+  bench.run(1500ms);
+  bench.inputs.vehicle_on = true;
+  const auto somebody_reports = [&bench] { bench.observe(FrameReceived{Port::vehicle, data_frame(0x622, 8)}); };
+  SECTION("half closed") {
+    REQUIRE(bench.run_until([&] { return bench.core().sequence().phase == Phase::precharge; }, 3s));
+    somebody_reports();
+    bench.run(tick_period);
+    CHECK(bench.is_active(FaultId::foreign_reporter));
+    CHECK_FALSE(bench.core().outputs().any_contactor());
+  }
+  SECTION("closed") {
+    REQUIRE(bench.run_until([&] { return bench.core().sequence().phase == Phase::closed; }, 3s));
+    somebody_reports();
+    bench.run(1s);
+    CHECK(bench.is_active(FaultId::foreign_reporter));
+    CHECK(bench.core().sequence().phase == Phase::closed);
+  }
+}
+
 TEST_CASE("frames of a wrong length under a module's identifiers are counted and nothing else", "[unit][core][F34]") {
   CoreBench bench(small_pack());
   REQUIRE(bench.close());
