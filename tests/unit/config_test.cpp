@@ -123,7 +123,7 @@ TEST_CASE("every pack that is shipped loads", "[unit][config][BMS_NF.1][FS_8][RR
     CHECK(cell_count(pack->core) >= 6);
     ++count;
   }
-  CHECK(count == 5);
+  CHECK(count == 6);
 }
 
 TEST_CASE("every cell that is shipped is complete and says where its numbers come from", "[unit][config][BMS_NF.1]") {
