@@ -1,4 +1,5 @@
 // Rows 38 to 58 of the catalogue: the bus and the interface to it, as far as the core can tell.
+#include "daemon/core/bus_watch.hpp"
 #include "daemon/core/output_gate.hpp"
 #include "protocol/tables/internal_bus.hpp"
 #include "tests/catalogue/catalogue.hpp"
@@ -99,6 +100,20 @@ CanFrame command_of_a_stranger() {
   return frame;
 }
 
+/// 620h to 628h, from somebody else on the vehicle's bus.
+void foreign_report(WiredPack& pack) {
+  pack.observe(FrameReceived{Port::vehicle, data_frame(0x622, 8)});
+}
+
+void has_been_bus_off_twice(WiredPack& pack) {
+  for (int time = 0; time < 2; ++time) {
+    goes_bus_off(pack);
+    pack.run(100ms);
+    comes_back(pack);
+    pack.run(2500ms);
+  }
+}
+
 /// Everything sent within so long is lost for the core, and it is told.
 Act loses_frames_for(Duration duration) {
   return [duration](WiredPack& pack) {
@@ -109,6 +124,18 @@ Act loses_frames_for(Duration duration) {
 }
 
 }  // namespace
+
+FAULT(38, "somebody else sends the pack's reports", link_budget,
+      {{.what = "a stranger sends 622h on the vehicle's bus: told",
+        .inject = foreign_report,
+        .fault = "foreign_reporter",
+        .configured = seen::in_the_next_tick,
+        .until = Until::told,
+        .has_way_back = false},
+       {.what = "a stranger sends 622h on the vehicle's bus: a closed pack",
+        .inject = foreign_report,
+        .fault = "foreign_reporter",
+        .outcome = Outcome::stays_closed}})
 
 FAULT(39, "somebody else sends what only the master may send", link_budget,
       {{.what = "a contactor command of a second master: open",
@@ -172,13 +199,38 @@ FAULT(44, "bus-off", link_budget,
         .configured = seen::in_the_next_tick,
         .until = Until::decision}})
 
+FAULT(45, "bus-off again and again", link_budget,
+      {{.what = "bus-off for the third time in a minute",
+        .inject = goes_bus_off,
+        .repair =
+            [](WiredPack& pack) {
+              comes_back(pack);
+              pack.run(BusWatch::storm_span);
+            },
+        .fault = "bus_off_storm",
+        .configured = seen::in_the_next_tick,
+        .until = Until::decision,
+        .prepare = has_been_bus_off_twice}})
+
 FAULT(46, "bus-off, and every send succeeds", communication_budget,
       {{.what = "sends succeed and nothing is on the bus",
         .inject = swallows,
         .repair = heal,
         .fault = "pdu_lost",
+        .or_any_silence = true,
         .configured = seen::in_missing_echoes,
         .until = Until::decision}})
+
+FAULT(47, "error passive is told", 1s,
+      {{.what = "the controller becomes error passive",
+        .inject =
+            [](WiredPack& pack) {
+              pack.observe(BusErrorSeen{Port::internal, controller_problem, 0x20});
+            },
+        .fault = "bus_error_passive",
+        .configured = seen::in_the_next_tick,
+        .until = Until::told,
+        .has_way_back = false}})
 
 FAULT(47, "error passive", 0ms,
       {{.what = "the controller tells of error passive every 100 ms",
@@ -190,6 +242,7 @@ FAULT(48, "nobody acknowledges", communication_budget,
         .inject = is_alone,
         .repair = heal,
         .fault = "pdu_lost",
+        .or_any_silence = true,
         .configured = seen::in_missing_echoes,
         .until = Until::decision}})
 
@@ -198,6 +251,7 @@ FAULT(49, "the send queue stays full", communication_budget,
         .inject = fails_to_send,
         .repair = heal,
         .fault = "command_not_on_bus",
+        .or_any_silence = true,
         .configured = seen::in_missing_echoes,
         .until = Until::decision,
         .is_seen_open = false}})
@@ -213,6 +267,7 @@ FAULT(51, "a babbling idiot", communication_budget,
         .inject = flooded_with(0x000),
         .repair = heal,
         .fault = "pdu_lost",
+        .or_any_silence = true,
         .configured = seen::in_missing_echoes,
         .until = Until::decision}})
 
@@ -265,6 +320,7 @@ FAULT(57, "the wire is cut behind an interface that knows nothing of it", commun
         .inject = loses_its_wire,
         .repair = heal,
         .fault = "pdu_lost",
+        .or_any_silence = true,
         .configured = seen::in_pdu_silence,
         .until = Until::decision},
        {.what = "own frames come back, and nobody else's: the contactors",
@@ -280,6 +336,7 @@ FAULT(58, "frames are delayed", communication_budget,
         .inject = [](WiredPack& pack) { pack.latency = 300ms; },
         .repair = heal,
         .fault = "pdu_lost",
+        .or_any_silence = true,
         .configured = seen::in_missing_echoes,
         .is_seen_open = false}})
 

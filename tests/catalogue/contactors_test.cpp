@@ -20,7 +20,7 @@ Act flickering(std::string_view on, std::string_view off, int on_ms, int off_ms)
 
 }  // namespace
 
-FAULT(83, "a contactor does not close", 400ms,
+FAULT(83, "a contactor does not close", 300ms,
       {{.what = "main negative does not close",
         .inject = {},
         .repair = script("contactor main_negative ok"),
@@ -134,7 +134,7 @@ FAULT(101, "the power distribution unit is silent or contradicts its command", 3
        {.what = "the precharge contactor is closed in a closed pack",
         .inject = script("contactor precharge welded"),
         .repair = script("contactor precharge ok"),
-        .fault = "contactor_feedback",
+        .fault = "contactor_welded",
         .configured = seen::in_a_contact}})
 
 }  // namespace bmu::test

@@ -134,15 +134,15 @@ FAULT(6, "a cell is too hot", temperature_budget,
         .span = 620ms,
         .step = 23ms}})
 
-DEFECT_FAULT(6, "a cell is too cold", temperature_budget,
-             {{.what = "a cell at -25 C under load",
-               .inject = script("cell $C temperature_dC -250; pack temperature_dC -250"),
-               .repair = script("cell $C temperature_dC 250; pack temperature_dC 250"),
-               .fault = "cell_undertemperature",
-               .configured = seen::in_temperatures,
-               .prepare = script("load current_A 40"),
-               .span = 620ms,
-               .step = 23ms}})
+FAULT(6, "a cell is too cold", temperature_budget,
+      {{.what = "a cell at -25 C under load",
+        .inject = script("cell $C temperature_dC -250; pack temperature_dC -250"),
+        .repair = script("cell $C temperature_dC 250; pack temperature_dC 250"),
+        .fault = "cell_undertemperature",
+        .configured = seen::in_temperatures,
+        .prepare = script("load current_A 40"),
+        .span = 620ms,
+        .step = 23ms}})
 
 FAULT(9, "a temperature sensor is open or shorted", temperature_budget,
       {{.what = "a temperature sensor is open",

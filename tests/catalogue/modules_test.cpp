@@ -36,6 +36,29 @@ Act on_next_answer(const FrameChange& change) {
   };
 }
 
+/// Three of every ten frames of the last module, evenly.
+Act damaging_three_in_ten() {
+  return [](WiredPack& pack) {
+    pack.on_sent = [count = 0](CanFrame& frame, const WiredPack& now) mutable {
+      if (is_of_last_module(frame, now) && ++count * 3 % 10 < 3) frame.data[2] ^= 0x10U;
+      return Fate{};
+    };
+  };
+}
+
+/// Only the last module's next frame.
+Act on_next_frame(const FrameChange& change) {
+  return [change](WiredPack& pack) {
+    pack.on_sent = [change, is_done = false](CanFrame& frame, const WiredPack& now) mutable {
+      if (!is_done && is_of_last_module(frame, now)) {
+        is_done = true;
+        change(frame, now);
+      }
+      return Fate{};
+    };
+  };
+}
+
 FrameChange count_on(int steps) {
   return [steps](CanFrame& frame, const WiredPack&) {
     reseal(frame, static_cast<std::uint8_t>(counter_of(frame) + steps));
@@ -112,6 +135,19 @@ Act malformed_frames() {
   };
 }
 
+/// A module nobody configured answers each POLL.
+Act unknown_module() {
+  return [](WiredPack& pack) {
+    pack.on_sent = [](CanFrame& frame, const WiredPack& now) {
+      if (!is_of_last_module(frame, now)) return Fate{};
+      CanFrame other = frame;
+      other.id += 1;
+      reseal(other, other.data[6]);
+      return Fate{.twin = other};
+    };
+  };
+}
+
 Act masquerade_as_first() {
   return changing(is_of_last_module,
                   [](CanFrame& frame, const WiredPack& pack) { frame.id = frame.id - pack.last_node() + 1; });
@@ -155,12 +191,12 @@ FAULT(23, "a module answers with a part of its frames", budget,
         .fault = "module_lost",
         .configured = seen::in_module_silence}})
 
-DEFECT_FAULT(23, "a module answers without its temperatures", budget,
-             {{.what = "a module's temperatures do not come",
-               .inject = losing(is_message(internal_bus::temp_1)),
-               .repair = heal,
-               .fault = "temperature_not_measured",
-               .configured = seen::in_temperature_silence}})
+FAULT(23, "a module answers without its temperatures", budget,
+      {{.what = "a module's temperatures do not come",
+        .inject = losing(is_message(internal_bus::temp_1)),
+        .repair = heal,
+        .fault = "temperature_not_measured",
+        .configured = seen::in_temperature_silence}})
 
 FAULT(24, "a module answers slower than it is asked", budget,
       {{.what = "a module answers 120 ms late",
@@ -168,7 +204,7 @@ FAULT(24, "a module answers slower than it is asked", budget,
         .repair = heal,
         .fault = "module_lost",
         .configured = seen::in_module_silence,
-        .holds = counts(RejectReason::late, 10)},
+        .holds = counts(RejectReason::late, 3)},
        {.what = "a module answers 40 ms late, before it is asked again",
         .inject = delaying(is_of_last_module, 40ms),
         .outcome = Outcome::stays_closed}})
@@ -234,16 +270,26 @@ FAULT(27, "old frames again", budget,
         .holds = counts(RejectReason::repeated_counter)}})
 
 FAULT(28, "damaged frames", budget,
-      {{.what = "one damaged answer of a module",
-        .inject = on_next_answer(damage()),
+      {{.what = "one damaged frame of a module",
+        .inject = on_next_frame(damage()),
         .outcome = Outcome::stays_closed,
         .holds = counts(RejectReason::wrong_crc)},
+       {.what = "one whole answer of a module damaged",
+        .inject = on_next_answer(damage()),
+        .fault = "module_disturbed",
+        .configured = seen::in_damaged_frames,
+        .holds = counts(RejectReason::wrong_crc, 3)},
+       {.what = "three of ten frames of a module damaged",
+        .inject = damaging_three_in_ten(),
+        .repair = heal,
+        .fault = "module_disturbed",
+        .configured = seen::in_damaged_frames},
        {.what = "all frames of a module damaged",
         .inject = script("module $N damaged_frames on"),
         .repair = script("module $N damaged_frames off"),
-        .fault = "module_lost",
-        .configured = seen::in_module_silence,
-        .holds = counts(RejectReason::wrong_crc, 10)},
+        .fault = "module_disturbed",
+        .configured = seen::in_damaged_frames,
+        .holds = counts(RejectReason::wrong_crc, 3)},
        {.what = "all frames of the power distribution unit damaged",
         .inject = script("pdu damaged_frames on"),
         .repair = script("pdu damaged_frames off"),
@@ -255,21 +301,36 @@ FAULT(29, "a module's frames under another module's identifiers", budget,
       {{.what = "the last module's frames under the first one's identifiers",
         .inject = masquerade_as_first(),
         .repair = heal,
-        .fault = "module_lost",
-        .configured = seen::in_module_silence,
+        .fault = "module_disturbed",
+        .configured = seen::in_damaged_frames,
         .holds = [](const WiredPack& pack) {
-          const ReceiveCheck& check = pack.core().receive_check();
-          const Element& lost = pack.core().last_opening().reading.element;
-          return check.rejected_under(0x101) > 0 && lost.module_node == pack.last_node();
+          const FaultState& disturbed = pack.core().faults().state(find_fault("module_disturbed")->id);
+          return counts(RejectReason::wrong_crc, 3)(pack) && disturbed.confirmed.element.module_node == 1;
         }}})
 
 FAULT(30, "two modules under one node number", budget,
       {{.what = "a second module answers under a node number",
         .inject = twin_of_last_module(),
         .repair = heal,
-        .fault = "module_mismatch",
+        .fault = "duplicate_node",
         .configured = seen::in_two_answers,
         .holds = counts(RejectReason::conflicting)}})
+
+FAULT(31, "a module nobody configured", 1s,
+      {{.what = "a module nobody configured begins to answer: told",
+        .inject = unknown_module(),
+        .fault = "unknown_module",
+        .configured = seen::in_two_answers,
+        .until = Until::told,
+        .has_way_back = false},
+       {.what = "a module nobody configured begins to answer: a closed pack",
+        .inject = unknown_module(),
+        .fault = "unknown_module",
+        .outcome = Outcome::stays_closed},
+       {.what = "a module nobody configured answers from the start",
+        .inject = unknown_module(),
+        .fault = "unknown_module",
+        .outcome = Outcome::never_closes}})
 
 FAULT(32, "a module is missing at start", 0ms,
       {{.what = "a module is missing at start",
@@ -326,7 +387,7 @@ FAULT(36, "a module reports a fault of its own", 450ms,
                             write<internal_bus::status, "open_cell_wire">(frame, 1);
                           }),
         .repair = heal,
-        .fault = "module_reports_fault",
+        .fault = "open_wire",
         .configured = seen::in_module_status}})
 
 FAULT(37, "a module that is not the one configured", 0ms,
@@ -343,7 +404,7 @@ FAULT(37, "a module that is not the one configured", 0ms,
                             const auto& last = pack.config().modules[pack.config().modules.size() - 1];
                             write<internal_bus::status, "cell_count">(frame, last.cell_count - 1);
                           }),
-        .fault = "module_mismatch",
+        .fault = "wrong_cell_count",
         .outcome = Outcome::never_closes}})
 
 }  // namespace bmu::test

@@ -26,7 +26,8 @@ std::vector<Opening> openings() {
   for (const Row* row : all_rows()) {
     if (row->number > 30 || !row->state.empty()) continue;
     for (const Case& one : row->cases) {
-      if (one.outcome == Outcome::opens && one.in_phase == Phase::closed) cases.push_back({&one, row->allowed});
+      if (one.outcome == Outcome::opens && one.in_phase == Phase::closed && one.fit == nullptr)
+        cases.push_back({&one, row->allowed});
     }
   }
   return cases;

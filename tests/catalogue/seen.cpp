@@ -46,6 +46,10 @@ Duration in_temperatures(const CoreConfig& config, const FaultRow& row) {
   const Duration asked = config.poll.period * config.poll.temperature_every;
   return temperature_sampling + asked + answer_time(config) + confirmed(config, row, asked);
 }
+/// The first sample after the beginning may still be too near to it.
+Duration in_temperature_trend(const CoreConfig& config, const FaultRow& row) {
+  return 125ms + in_temperatures(config, row);
+}
 Duration in_module_status(const CoreConfig& config, const FaultRow& row) {
   return in_cells(config, row);
 }
@@ -77,8 +81,13 @@ Duration in_a_contact(const CoreConfig& config, const FaultRow& row) {
 Duration in_module_silence(const CoreConfig& config, const FaultRow& row) {
   return std::max(config.ages.module_status, config.ages.cell_voltage) + confirmed(config, row, 0ms);
 }
+/// Three frames of the next answer, or of the next but one where not all are damaged.
+Duration in_damaged_frames(const CoreConfig& config, const FaultRow& row) {
+  return 2 * config.poll.period + answer_time(config) + confirmed(config, row, 0ms);
+}
+/// A temperature counts from when it came, which was when all modules had been heard.
 Duration in_temperature_silence(const CoreConfig& config, const FaultRow& row) {
-  return config.ages.temperature + confirmed(config, row, 0ms);
+  return answer_time(config) + config.ages.temperature + confirmed(config, row, 0ms);
 }
 /// The last result may have waited for all modules, and counts from when it came.
 Duration in_current_silence(const CoreConfig& config, const FaultRow& row) {
@@ -105,7 +114,7 @@ Duration in_a_contact_that_stays(const CoreConfig& config, const FaultRow& row) 
          confirmed(config, row, 0ms);
 }
 Duration in_the_precharge_time_out(const CoreConfig& config, const FaultRow& row) {
-  return config.contactors.precharge_timeout + confirmed(config, row, 0ms);
+  return config.contactors.precharge_timeout + tick_period + confirmed(config, row, 0ms);
 }
 /// The power distribution unit takes the last command for so long, and opens with its next look.
 Duration in_the_unit_alone(const CoreConfig&, const FaultRow&) {
