@@ -92,6 +92,7 @@ void check_hysteresis(const Check& check, const LimitRow& row) {
 
 struct Interval {
   Duration value;
+  Duration sampled_every;
   bool is_good;
 };
 
@@ -101,7 +102,8 @@ Interval interval_of(const Check& check, const LimitRow& row) {
   const auto found = std::find_if(rows.begin(), rows.end(), [&](const AgeRow& age) { return age.key == row.age_key; });
   BMU_ASSERT(found != rows.end());
   const Place poll = check.root.at("poll");
-  return {found->interval(check.core()), check.are_good({poll.at("period_ms"), poll.at("temperature_every")})};
+  return {found->interval(check.core()), found->sampled_every,
+          check.are_good({poll.at("period_ms"), poll.at("temperature_every")})};
 }
 
 /// How long the limit's fault lets the current fall before it opens.
@@ -114,7 +116,8 @@ Duration grace_of(const LimitRow& row) {
   return found->grace;
 }
 
-/// The worst case: the value crosses the limit just as its signal is lost, and is confirmed when that is back.
+/// The worst cases: the value crosses the limit just as its signal is lost, and is confirmed when that is back; or just
+/// after it was sampled, and is told with the next sample.
 void check_reaction(const Check& check, const LimitRow& row) {
   const Place confirm_place = check.limit(row, "confirm_ms");
   const Place age_place = check.root.at("ages").at(row.age_key);
@@ -131,11 +134,16 @@ void check_reaction(const Check& check, const LimitRow& row) {
     check.problems.add(age_place, digits_of(to_ms(age)),
                        "at most " + digits_of(to_ms(confirmed_max - interval.value)) + " where a sample comes every " +
                            ms_text(interval.value) + budget);
-  } else if (age + confirm + tick_allowance > confirmed_max) {
-    check.problems.add(confirm_place, digits_of(to_ms(confirm)),
-                       "at most " + digits_of(to_ms(confirmed_max - age - tick_allowance)) + " with " +
-                           std::string(row.age_key) + " " + digits_of(to_ms(age)) + budget);
+    return;
   }
+  const Duration unseen = interval.sampled_every + interval.value;
+  const Duration confirm_max = confirmed_max - std::max(age, unseen) - tick_allowance;
+  if (confirm <= confirm_max) return;
+  const std::string reason = unseen > age ? "where modules sample every " + ms_text(interval.sampled_every) +
+                                                " and are asked every " + ms_text(interval.value)
+                                          : "with " + std::string(row.age_key) + " " + digits_of(to_ms(age));
+  check.problems.add(confirm_place, digits_of(to_ms(confirm)),
+                     "at most " + digits_of(std::max<std::int64_t>(to_ms(confirm_max), 0)) + " " + reason + budget);
 }
 
 // --- limits against each other and against the cell -----------------------------------------------------------------

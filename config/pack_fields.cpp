@@ -551,10 +551,10 @@ constexpr std::array limit_row_table{
 
 constexpr std::array age_row_table{
     AgeRow{"cell_voltage_ms", &AgeConfig::cell_voltage, [](const CoreConfig& core) { return core.poll.period; },
-           "the poll period"},
+           "the poll period", internal_bus::cell_sampling_period},
     AgeRow{"temperature_ms", &AgeConfig::temperature,
            [](const CoreConfig& core) { return core.poll.period * core.poll.temperature_every; },
-           "the poll period times temperature_every"},
+           "the poll period times temperature_every", internal_bus::temperature_sampling_period},
     AgeRow{"module_status_ms", &AgeConfig::module_status, [](const CoreConfig& core) { return core.poll.period; },
            "the poll period"},
     AgeRow{"pack_current_ms", &AgeConfig::pack_current,

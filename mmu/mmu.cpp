@@ -10,7 +10,6 @@ using internal_bus::Mode;
 
 namespace {
 
-constexpr Duration temperature_period = 500ms;
 constexpr Duration master_silence_max = 1s;
 constexpr Duration wake_up_time = 50ms;
 constexpr Duration listening_time = 1s;
@@ -31,7 +30,7 @@ Mmu::Mmu(const MmuConfig& config, TimePoint powered_at)
       answers_from_(powered_at),
       polled_at_(powered_at),
       sampling_(powered_at, CellSampler::period),
-      temperatures_(powered_at, temperature_period),
+      temperatures_(powered_at, internal_bus::temperature_sampling_period),
       balancing_(powered_at),
       announces_at_(powered_at + announcement_spacing * config.node) {}
 
@@ -72,7 +71,7 @@ void Mmu::wake(TimePoint now) {
   answers_from_ = now + wake_up_time;
   polled_at_ = now;
   sampling_ = Periodic(now, CellSampler::period);
-  temperatures_ = Periodic(now, temperature_period);
+  temperatures_ = Periodic(now, internal_bus::temperature_sampling_period);
   sampler_ = {};
   balancing_ = CommandedBalancing(now);
   check_.forget_counters();

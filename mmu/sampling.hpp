@@ -40,7 +40,7 @@ struct CellReading {
 
 class CellSampler {
  public:
-  static constexpr Duration period = 10ms;
+  static constexpr Duration period = internal_bus::cell_sampling_period;
   static constexpr int samples_per_average = 10;
 
   enum class Step : std::uint8_t { sampled, average_complete };

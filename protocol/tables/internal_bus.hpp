@@ -276,6 +276,10 @@ inline constexpr MessageSpec response =
 /// How long a PDU goes on with a command: after that without a new valid one it opens everything.
 inline constexpr Duration contactor_command_life = 200ms;
 
+/// How often a module measures, at the least.
+inline constexpr Duration cell_sampling_period = 10ms;
+inline constexpr Duration temperature_sampling_period = 500ms;
+
 inline constexpr SignalSpec contactor_command_signals[] = {
     {.name = "heater", .first_bit = bit(0, 6), .bit_count = 1},
     {.name = "fan", .first_bit = bit(0, 5), .bit_count = 1},

@@ -181,7 +181,7 @@ TEST_CASE("inputs alone, and outputs alone, make one request", "[integration][gp
 
 // --- outputs --------------------------------------------------------------------------------------------------------
 
-TEST_CASE("outputs have their levels, each with its polarity, by one call", "[integration][gpio]") {
+TEST_CASE("outputs have their levels, each with its polarity, by one call", "[integration][gpio][RR_3]") {
   Ready pack;
   const int calls = pack.chip.set_calls;
   REQUIRE(pack.lines.drive({.main_positive = true, .precharge = true, .fan = true}));
@@ -259,7 +259,7 @@ TEST_CASE("lines that are given back are open", "[integration][gpio]") {
 
 // --- inputs ---------------------------------------------------------------------------------------------------------
 
-TEST_CASE("levels come with names, feedbacks first, active as the polarity says", "[integration][gpio]") {
+TEST_CASE("levels come with names, feedbacks first, active as the polarity says", "[integration][gpio][RR_3]") {
   Ready pack;
   pack.chip.set_wire(positive_contact_line, true);
   pack.chip.set_wire(key_line, true);

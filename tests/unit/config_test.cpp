@@ -373,21 +373,23 @@ TEST_CASE("ages of temperatures follow how often they are asked for", "[unit][co
   refuses({{"/poll/temperature_every", 2}}, "/ages/temperature_ms", "at least 450");
   accepts({{"/poll/temperature_every", 2},
            {"/ages/temperature_ms", 450},
-           {"/limits/cell_overtemperature/confirm_ms", 490},
-           {"/limits/cell_undertemperature/confirm_ms", 240}});
+           {"/limits/cell_overtemperature/confirm_ms", 240},
+           {"/limits/charge_overtemperature/confirm_ms", 90},
+           {"/limits/charge_undertemperature/confirm_ms", 90},
+           {"/limits/cell_undertemperature/confirm_ms", 90}});
   // Every third poll there is a sample each 300 ms: no age can both be met by that and let cold open in 950 ms.
   refuses(
-      {{"/poll/temperature_every", 3}, {"/ages/temperature_ms", 650}, {"/limits/cell_overtemperature/confirm_ms", 290}},
+      {{"/poll/temperature_every", 3}, {"/ages/temperature_ms", 650}, {"/limits/cell_overtemperature/confirm_ms", 140}},
       "/ages/temperature_ms", "at most 500 where a sample comes every 300 ms");
 }
 
 TEST_CASE("a temperature that is no longer told opens the pack in time", "[unit][config][FS_1]") {
   CHECK(row_of(FaultId::temperature_not_measured).confirm == temperature_lost_confirm);
   accepts({{"/ages/temperature_ms", 590},
-           {"/limits/cell_overtemperature/confirm_ms", 350},
-           {"/limits/charge_overtemperature/confirm_ms", 200},
-           {"/limits/charge_undertemperature/confirm_ms", 200},
-           {"/limits/cell_undertemperature/confirm_ms", 200}});
+           {"/limits/cell_overtemperature/confirm_ms", 340},
+           {"/limits/charge_overtemperature/confirm_ms", 190},
+           {"/limits/charge_undertemperature/confirm_ms", 190},
+           {"/limits/cell_undertemperature/confirm_ms", 190}});
   refuses({{"/ages/temperature_ms", 841}}, "/ages/temperature_ms", "from 50 to 840");
 }
 
@@ -396,8 +398,13 @@ TEST_CASE("confirming takes no longer than the reaction allows", "[unit][config]
   refuses(
       {{"/limits/cell_overvoltage/confirm_ms", 191}}, "/limits/cell_overvoltage/confirm_ms",
       "found 191, wanted at most 190 with cell_voltage_ms 250, so that cell_overvoltage opens the pack within 450 ms");
-  accepts({{"/limits/cell_overtemperature/confirm_ms", 690}});
-  refuses({{"/limits/cell_overtemperature/confirm_ms", 691}}, "/limits/cell_overtemperature/confirm_ms", "at most 690");
+  // A temperature that crosses its limit just behind the module's sample waits for the next one, and for the poll.
+  accepts({{"/limits/cell_overtemperature/confirm_ms", 340}});
+  refuses({{"/limits/cell_overtemperature/confirm_ms", 341}}, "/limits/cell_overtemperature/confirm_ms",
+          "at most 340 where modules sample every 500 ms and are asked every 100 ms, so that cell_overtemperature opens "
+          "the pack within 950 ms");
+  refuses({{"/ages/temperature_ms", 640}, {"/limits/cell_overtemperature/confirm_ms", 301}},
+          "/limits/cell_overtemperature/confirm_ms", "at most 300 with temperature_ms 640");
   accepts({{"/limits/charge_overcurrent/confirm_ms", 240}});
   refuses({{"/limits/charge_overcurrent/confirm_ms", 241}}, "/limits/charge_overcurrent/confirm_ms", "at most 240");
   accepts({{"/limits/pack_voltage_mismatch/confirm_ms", 740}});
@@ -407,11 +414,10 @@ TEST_CASE("confirming takes no longer than the reaction allows", "[unit][config]
 
 TEST_CASE("a limit that lets the current fall first has that much less to confirm", "[unit][config][FS_2]") {
   REQUIRE(row_of(FaultId::cell_undertemperature).grace == 150ms);
-  accepts({{"/limits/cell_undertemperature/confirm_ms", 540}});
-  refuses(
-      {{"/limits/cell_undertemperature/confirm_ms", 541}}, "/limits/cell_undertemperature/confirm_ms",
-      "at most 540 with temperature_ms 250, so that cell_undertemperature opens the pack within 950 ms, its grace of "
-      "150 ms included");
+  accepts({{"/limits/cell_undertemperature/confirm_ms", 190}});
+  refuses({{"/limits/cell_undertemperature/confirm_ms", 191}}, "/limits/cell_undertemperature/confirm_ms",
+          "at most 190 where modules sample every 500 ms and are asked every 100 ms, so that cell_undertemperature opens "
+          "the pack within 950 ms, its grace of 150 ms included");
 }
 
 TEST_CASE("what no pack needs is refused", "[unit][config]") {

@@ -46,7 +46,8 @@ TEST_CASE("emergency stops and interlocks on lines are numbered behind the unit'
   CHECK_FALSE(world.read(FaultId::interlock_open).is_known);
 }
 
-TEST_CASE("the resistance counts while the monitor measures; more than it can tell is plenty", "[unit][faults][F93]") {
+TEST_CASE("the resistance counts while the monitor measures; more than it can tell is plenty",
+          "[unit][faults][F93][BMU_5]") {
   World world = world_that_measures();
   PduState& pdu = world.sensors.pdu.value;
   CHECK(world.read(FaultId::insulation_low).value == 100'000);
@@ -68,7 +69,7 @@ TEST_CASE("the resistance counts while the monitor measures; more than it can te
 }
 
 TEST_CASE("a low resistance opens while driving, too, unless the pack file says that it only warns there",
-          "[unit][faults][F93]") {
+          "[unit][faults][F93][BMU_5]") {
   for (const bool opens_while_driving : {false, true}) {
     for (const bool is_driving : {false, true}) {
       World world = world_that_measures();

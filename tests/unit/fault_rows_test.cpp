@@ -98,7 +98,7 @@ TEST_CASE("a temperature that is none, or does not come, is missing", "[unit][fa
   expect_only_if_started(world, FaultId::temperature_not_measured);
 }
 
-TEST_CASE("each failure that a module can report is one", "[unit][faults][F10]") {
+TEST_CASE("each failure that a module can report is one", "[unit][faults][F10][RR_7]") {
   using namespace internal_bus;
   struct Report {
     FaultId fault;

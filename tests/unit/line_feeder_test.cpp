@@ -39,7 +39,7 @@ PduState merged(const PduState& unit, const LineImage& lines, const CoreConfig& 
 
 }  // namespace
 
-TEST_CASE("stops and interlocks are counted by their order, each kind by itself", "[unit][gpio]") {
+TEST_CASE("stops and interlocks are counted by their order, each kind by itself", "[unit][gpio][FS_7]") {
   const std::vector<GpioLevel> levels{contact(GpioOutput::main_positive, true),
                                       contact(GpioOutput::precharge, false),
                                       contact(GpioOutput::charge, true),
@@ -57,14 +57,14 @@ TEST_CASE("stops and interlocks are counted by their order, each kind by itself"
                            .interlocks_open = 0b01});
 }
 
-TEST_CASE("a level that was bad for a moment counts as bad", "[unit][gpio]") {
+TEST_CASE("a level that was bad for a moment counts as bad", "[unit][gpio][FS_7]") {
   CHECK(line_image(std::vector{input(GpioInputKind::estop, true, true)}).estops_pressed == 1);
   CHECK(line_image(std::vector{input(GpioInputKind::interlock, true, true)}).interlocks_open == 1);
   CHECK_FALSE(line_image(std::vector{input(GpioInputKind::insulation_ok, true, true)}).insulation_ok);
   CHECK_FALSE(line_image(std::vector{input(GpioInputKind::supply_ok, true, true)}).supply_ok);
 }
 
-TEST_CASE("every no between two decisions reaches the next one, and none after it", "[unit][gpio]") {
+TEST_CASE("every no between two decisions reaches the next one, and none after it", "[unit][gpio][FS_7]") {
   FakeChip chip;
   for (const std::uint32_t line : {stop_line, 8U, 9U}) chip.set_wire(line, true);
   GpioLines lines(stop_and_key(), chip);
@@ -82,7 +82,7 @@ TEST_CASE("every no between two decisions reaches the next one, and none after i
   CHECK(feeder.look().estops_pressed == 0);
 }
 
-TEST_CASE("lines that cannot be read or driven are one image that says so", "[unit][gpio]") {
+TEST_CASE("lines that cannot be read or driven are one image that says so", "[unit][gpio][FS_7]") {
   FakeChip chip;
   GpioLines lines(stop_and_key(), chip);
   LineFeeder feeder(lines);
@@ -102,7 +102,7 @@ TEST_CASE("lines that cannot be read or driven are one image that says so", "[un
   CHECK_FALSE(feeder.look().is_failed);
 }
 
-TEST_CASE("a contact is closed if the unit or its line says so", "[unit][gpio]") {
+TEST_CASE("a contact is closed if the unit or its line says so", "[unit][gpio][FS_7]") {
   CoreConfig config;
   config.lines = {.are_used = true, .feedback = 0b0001};  // main positive alone
   for (const bool unit_says : {false, true}) {
