@@ -27,7 +27,7 @@ StatusReply answer_version(const StatusRequests&, const Json&, const Peer&) {
   return {.line = line_of("version", {{"version", BMUD_VERSION}})};
 }
 
-template <Json (*Make)(const StatusView&)>
+template <auto Make>
 StatusReply answer_with(const StatusRequests& requests, const Json& request, const Peer&) {
   return {.line = line_of(request["cmd"].get<std::string>(), Make(requests.view()))};
 }

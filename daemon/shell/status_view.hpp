@@ -1,16 +1,11 @@
 // What there is to tell about a running daemon: everything the status texts may look at, at one instant.
 #pragma once
 
-#include <array>
 #include <cstdint>
-#include <cstdio>
-#include <string>
 #include <string_view>
 
-#include <nlohmann/json.hpp>
-
-#include "daemon/core/core.hpp"
 #include "daemon/shell/buses.hpp"
+#include "daemon/shell/core_view.hpp"
 #include "daemon/shell/drive_record.hpp"
 #include "daemon/shell/line_feeder.hpp"
 #include "daemon/shell/loop.hpp"
@@ -18,9 +13,6 @@
 #include "daemon/shell/user_names.hpp"
 
 namespace bmu {
-
-/// Keys stay in the order they are written: people read these lines too.
-using Json = nlohmann::ordered_json;
 
 struct StatusView {
   const Core& core;
@@ -36,42 +28,11 @@ struct StatusView {
   std::uint64_t notify_sends_failed = 0;
   std::uint64_t clients_dropped = 0;
   TimePoint now{};
-};
 
-/// How long ago, in whole milliseconds; null for "never".
-[[nodiscard]] inline Json ago_ms(const StatusView& view, TimePoint at) {
-  if (at == TimePoint{}) return nullptr;
-  return to_ms(view.now - at);
-}
-
-/// "cell 2.7 (no. 19)", "module 3", "" for the pack. A temperature comes from a sensor, which has a number of its own.
-[[nodiscard]] inline std::string element_text(const Element& element, Unit unit) {
-  if (unit == Unit::dC && element.number != 0) {
-    return "temperature sensor " + std::to_string(element.module_node) + "." + std::to_string(element.number);
+  /// What is asked of the core alone.
+  operator CoreView() const {  // NOLINT(google-explicit-constructor): a part of it, without loss
+    return {.core = core, .now = now, .lines = lines};
   }
-  return to_text(element);
-}
-
-/// {"module":2,"number":7,"pack_number":19,"text":"cell 2.7 (no. 19)"}; null for the pack itself.
-[[nodiscard]] inline Json element_json(const Element& element, Unit unit) {
-  if (element == Element{}) return nullptr;
-  return {{"module", element.module_node},
-          {"number", element.number},
-          {"pack_number", element.pack_number},
-          {"text", element_text(element, unit)}};
-}
-
-/// "03F": an identifier as on a candump line.
-[[nodiscard]] inline std::string id_text(std::uint32_t id) {
-  std::array<char, 12> hex{};
-  std::snprintf(hex.data(), hex.size(), "%03X", id);
-  return hex.data();
-}
-
-/// "value" and "uV" make "value_uV": one grep finds a quantity from the code to the screen.
-[[nodiscard]] inline std::string key_with_unit(std::string_view stem, Unit unit) {
-  const std::string_view token = spec_of(unit).token;
-  return std::string(stem) + (token.empty() ? "" : "_") + std::string(token);
-}
+};
 
 }  // namespace bmu

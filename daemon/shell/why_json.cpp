@@ -12,7 +12,7 @@ namespace {
 
 // --- the last opening -----------------------------------------------------------------------------------------------
 
-Json signal_step(const OpeningRecord& opening, const FaultRow& row, const StatusView& view) {
+Json signal_step(const OpeningRecord& opening, const FaultRow& row, const CoreView& view) {
   const Reading& reading = opening.reading;
   const std::string what = reading_text(row, reading, view);
   const std::string age = span_text(opening.at - reading.taken_at) + " before opening";
@@ -33,7 +33,7 @@ Json limit_step(const OpeningRecord& opening, const FaultRow& row) {
   return json;
 }
 
-Json fault_step(const OpeningRecord& opening, const FaultRow& row, const StatusView& view) {
+Json fault_step(const OpeningRecord& opening, const FaultRow& row, const CoreView& view) {
   const Duration confirm = thresholds_of(row, view.core.config().limits).confirm;
   Json json = step("fault", "fault " + text(row.name) + ", believed after " + span_text(confirm) +
                                 ", reaction: " + text(to_text(row.reaction)));
@@ -53,7 +53,7 @@ Json current_json(const OpeningRecord& opening) {
   return opening.current_mA.is_valid() ? Json(opening.current_mA.value) : Json(nullptr);
 }
 
-Json decision_step(const OpeningRecord& opening, const StatusView& view) {
+Json decision_step(const OpeningRecord& opening, const CoreView& view) {
   Json json = step("decision", "opened " + ago_text(view, opening.at) + " from " + text(to_text(opening.from)) +
                                    " at " + current_text(opening));
   json["opened_ago_ms"] = ago_ms(view, opening.at);
@@ -63,7 +63,7 @@ Json decision_step(const OpeningRecord& opening, const StatusView& view) {
 }
 
 /// "cell 2.7 (no. 19): 2.8512 V, limit 2.9000 V, beyond it for 0.21 s; sample taken 8 ms before."
-std::string fault_sentence(const OpeningRecord& opening, const FaultRow& row, const StatusView& view) {
+std::string fault_sentence(const OpeningRecord& opening, const FaultRow& row, const CoreView& view) {
   const std::string what = reading_text(row, opening.reading, view);
   std::string sentence = text(row.meaning) + (what.empty() ? "" : ": " + what);
   if (row.has_limit()) {
@@ -74,7 +74,7 @@ std::string fault_sentence(const OpeningRecord& opening, const FaultRow& row, co
   return sentence + "; sample taken " + span_text(opening.at - opening.reading.taken_at) + " before";
 }
 
-std::string opening_reason(const OpeningRecord& opening, const StatusView& view) {
+std::string opening_reason(const OpeningRecord& opening, const CoreView& view) {
   switch (opening.cause) {
     case OpeningCause::none: return "nothing";
     case OpeningCause::fault: return fault_sentence(opening, row_of(opening.fault), view);
@@ -93,7 +93,7 @@ std::string clearing_command(const FaultRow& row) {
 }
 
 /// What an enumerated blocker means right now: the faults, modules, sensors or inputs behind it.
-Texts present_faults(const StatusView& view) {
+Texts present_faults(const CoreView& view) {
   Texts texts;
   for (const FaultRow& row : fault_table()) {
     const FaultState& state = view.core.faults().state(row.id);
@@ -107,7 +107,7 @@ Texts present_faults(const StatusView& view) {
 }
 
 /// What keeps a fault that a clear command did not end.
-std::string staying_reason(const FaultRow& row, const FaultState& state, const StatusView& view) {
+std::string staying_reason(const FaultRow& row, const FaultState& state, const CoreView& view) {
   const std::string clear = span_text(thresholds_of(row, view.core.config().limits).clear);
   if (state.stage == FaultStage::latched && row.latch == Latch::until_authorised) {
     return "it stays until somebody with authority has looked at the pack: " + clearing_command(row);
@@ -120,7 +120,7 @@ std::string staying_reason(const FaultRow& row, const FaultState& state, const S
   return row.latch == Latch::none ? cause + "; it goes by itself " + clear + " after it" : cause;
 }
 
-Texts incomplete_modules(const StatusView& view) {
+Texts incomplete_modules(const CoreView& view) {
   const AgeConfig& ages = view.core.config().ages;
   Texts texts;
   for (const ModuleRecord& module : view.core.modules().modules()) {
@@ -137,7 +137,7 @@ Texts incomplete_modules(const StatusView& view) {
   return texts;
 }
 
-Texts missing_sensors(const StatusView& view) {
+Texts missing_sensors(const CoreView& view) {
   const SensorTable& sensors = view.core.sensors();
   const AgeConfig& ages = view.core.config().ages;
   Texts texts;
@@ -150,7 +150,7 @@ Texts missing_sensors(const StatusView& view) {
   return texts;
 }
 
-Texts unhealthy_inputs(const StatusView& view) {
+Texts unhealthy_inputs(const CoreView& view) {
   const PduState& pdu = view.core.sensors().pdu.value;
   const std::pair<bool, const char*> inputs[] = {{pdu.estop_1_released, "emergency stop 1 of the unit is pressed"},
                                                  {pdu.estop_2_released, "emergency stop 2 of the unit is pressed"},
@@ -170,7 +170,7 @@ Texts unhealthy_inputs(const StatusView& view) {
   return texts;
 }
 
-Texts modules_without_limits(const StatusView& view) {
+Texts modules_without_limits(const CoreView& view) {
   Texts texts;
   for (const ModuleRecord& module : view.core.modules().modules()) {
     if (!module.status.is_valid() || module.status.value.limits_not_set) {
@@ -180,11 +180,11 @@ Texts modules_without_limits(const StatusView& view) {
   return texts;
 }
 
-Texts lockout_left(const StatusView& view) {
+Texts lockout_left(const CoreView& view) {
   return {span_text(view.core.locked_out_until() - view.now) + " more"};
 }
 
-Texts suspected_faults(const StatusView& view) {
+Texts suspected_faults(const CoreView& view) {
   Texts texts;
   for (const FaultRow& row : fault_table()) {
     const FaultState& state = view.core.faults().state(row.id);
@@ -195,17 +195,17 @@ Texts suspected_faults(const StatusView& view) {
   return texts;
 }
 
-Texts insulation_state(const StatusView& view) {
+Texts insulation_state(const CoreView& view) {
   return {"the monitor says \"" + text(to_text(view.core.sensors().pdu.value.insulation_state)) + "\""};
 }
 
-Texts no_details(const StatusView&) {
+Texts no_details(const CoreView&) {
   return {};
 }
 
 struct BlockerRow {
   Blocker blocker;
-  Texts (*details)(const StatusView&);
+  Texts (*details)(const CoreView&);
 };
 
 constexpr BlockerRow blocker_table[] = {
@@ -229,14 +229,14 @@ constexpr BlockerRow blocker_table[] = {
 };
 static_assert(std::size(blocker_table) == blocker_count);
 
-std::string blocker_text(Blocker blocker, const StatusView& view) {
+std::string blocker_text(Blocker blocker, const CoreView& view) {
   const auto* row = std::find_if(std::begin(blocker_table), std::end(blocker_table),
                                  [&](const BlockerRow& one) { return one.blocker == blocker; });
   const std::string details = row == std::end(blocker_table) ? "" : joined(row->details(view));
   return text(to_text(blocker)) + (details.empty() ? "" : ": " + details);
 }
 
-std::string state_sentence(const StatusView& view) {
+std::string state_sentence(const CoreView& view) {
   const SequenceState& sequence = view.core.sequence();
   const std::string since = span_text(view.now - std::max(sequence.entered_at, view.core.started_at()));
   const std::string now = "the pack has been in phase \"" + text(to_text(sequence.phase)) + "\" for " + since;
@@ -247,7 +247,7 @@ std::string state_sentence(const StatusView& view) {
                     : ": nobody asks for a closed pack; vehicle-on or charger-connected has to come on for that");
 }
 
-Json state_chain(const StatusView& view) {
+Json state_chain(const CoreView& view) {
   Json steps = Json::array();
   const bool is_requested = view.core.is_close_requested();
   Json request = step("request", is_requested ? "a closed pack is asked for" : "nobody asks for a closed pack");
@@ -271,7 +271,7 @@ Json state_chain(const StatusView& view) {
 
 // --- closing ---
 
-std::string precharge_sentence(const PrechargeRecord& record, const StatusView& view) {
+std::string precharge_sentence(const PrechargeRecord& record, const CoreView& view) {
   const std::string numbers = "link " + value_text(Unit::mV, record.link_mV) + " of " +
                               value_text(Unit::mV, record.pack_mV) + ", " + value_text(Unit::mA, record.current_mA);
   return text(record.was_successful ? "Precharged in " : "Precharge broken off after ") + span_text(record.took) +
@@ -280,7 +280,7 @@ std::string precharge_sentence(const PrechargeRecord& record, const StatusView& 
 
 }  // namespace
 
-Json opening_json(const StatusView& view) {
+Json opening_json(const CoreView& view) {
   const OpeningRecord& opening = view.core.last_opening();
   if (opening.cause == OpeningCause::none) return nullptr;
   Json steps = Json::array();
@@ -304,7 +304,7 @@ Json opening_json(const StatusView& view) {
   return json;
 }
 
-Json staying_faults_json(const StatusView& view) {
+Json staying_faults_json(const CoreView& view) {
   Json rows = Json::array();
   for (const FaultRow& row : fault_table()) {
     const FaultState& state = view.core.faults().state(row.id);
@@ -316,7 +316,7 @@ Json staying_faults_json(const StatusView& view) {
   return rows;
 }
 
-Json why_json(const StatusView& view) {
+Json why_json(const CoreView& view) {
   const PrechargeRecord& precharge = view.core.last_precharge();
   Json state = state_chain(view);
   Json opening = opening_json(view);

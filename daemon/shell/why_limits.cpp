@@ -89,7 +89,7 @@ Json measured_limit(const CauseRow& row, const CurrentLimit& limit, const Direct
 // --- the others -----------------------------------------------------------------------------------------------------
 
 /// Each fault that asks for zero current in this direction; one would do.
-Json fault_steps(Concerns direction, const StatusView& view) {
+Json fault_steps(Concerns direction, const CoreView& view) {
   Json steps = Json::array();
   for (const FaultRow& row : fault_table()) {
     const FaultState& state = view.core.faults().state(row.id);
@@ -106,7 +106,7 @@ Json fault_steps(Concerns direction, const StatusView& view) {
   return steps;
 }
 
-Json phase_step(const StatusView& view) {
+Json phase_step(const CoreView& view) {
   const std::string_view phase = to_text(view.core.sequence().phase);
   const bool may_stay = view.core.permission().may_stay_closed;
   Json json = step("state", "the contactors are in phase \"" + text(phase) + "\"" +
@@ -140,7 +140,7 @@ Json decision_step(const CurrentLimit& limit) {
   return json;
 }
 
-Json steps_before(Concerns direction, const CurrentLimit& limit, const StatusView& view) {
+Json steps_before(Concerns direction, const CurrentLimit& limit, const CoreView& view) {
   const DirectionConfig config = config_of(direction, view.core.config().current);
   if (const CauseRow* row = find_row(limit.cause); row != nullptr) {
     return Json::array({measured_signal(*row, limit), measured_limit(*row, limit, config)});
@@ -162,7 +162,7 @@ std::string_view input_of(LimitCause cause) {
   return row == nullptr ? std::string_view{} : row->input;
 }
 
-Json limit_chain(Concerns direction, const StatusView& view) {
+Json limit_chain(Concerns direction, const CoreView& view) {
   const CurrentLimits& limits = view.core.limits();
   const CurrentLimit& limit = direction == Concerns::charge ? limits.charge : limits.discharge;
   Json steps = steps_before(direction, limit, view);

@@ -5,7 +5,7 @@
 
 #include "daemon/core/fault_table.hpp"
 #include "daemon/core/limits.hpp"
-#include "daemon/shell/status_view.hpp"
+#include "daemon/shell/core_view.hpp"
 
 namespace bmu {
 
@@ -15,6 +15,6 @@ namespace bmu {
 [[nodiscard]] std::string_view input_of(LimitCause cause);
 
 /// {"text": a sentence, "steps": [signal, limit, decision]}. `direction` is charge or discharge.
-[[nodiscard]] Json limit_chain(Concerns direction, const StatusView& view);
+[[nodiscard]] Json limit_chain(Concerns direction, const CoreView& view);
 
 }  // namespace bmu

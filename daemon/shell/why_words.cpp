@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <utility>
 
+#include "daemon/shell/line_feeder.hpp"
+
 namespace bmu {
 
 namespace {
 
 /// "040 CONTACTOR_COMMAND, 083 COMMAND": under which identifiers somebody else has sent what only the master may.
-std::string foreign_frames(const StatusView& view) {
+std::string foreign_frames(const CoreView& view) {
   constexpr std::size_t shown_max = 5;
   Texts ids;
   for (const MessageSpec* message : internal_bus::catalogue.messages()) {
@@ -36,14 +38,14 @@ constexpr InputRow input_table[] = {
     {FaultId::interlock_open, "interlock", GpioInputKind::interlock, 1},
 };
 
-std::string line_text(std::string_view what, GpioInputKind kind, std::size_t index, const StatusView& view) {
+std::string line_text(std::string_view what, GpioInputKind kind, std::size_t index, const CoreView& view) {
   const std::vector<std::string_view> names =
       view.lines != nullptr ? view.lines->lines().names_of(kind) : std::vector<std::string_view>{};
   const std::string name = index < names.size() ? "\"" + text(names[index]) + "\"" : std::to_string(index + 1);
   return text(what) + " " + name + " of this machine";
 }
 
-std::string input_text(const InputRow& row, unsigned number, const StatusView& view) {
+std::string input_text(const InputRow& row, unsigned number, const CoreView& view) {
   if (number > row.of_unit) return line_text(row.what, row.kind, number - row.of_unit - 1, view);
   return text(row.what) + (row.of_unit > 1 ? " " + std::to_string(number) : "") + " of the unit";
 }
@@ -59,7 +61,7 @@ std::string span_text(Duration span) {
   return std::to_string(s / 3'600) + " h " + std::to_string(s % 3'600 / 60) + " min";
 }
 
-std::string ago_text(const StatusView& view, TimePoint at) {
+std::string ago_text(const CoreView& view, TimePoint at) {
   return at == TimePoint{} ? "never" : span_text(view.now - at) + " ago";
 }
 
@@ -80,20 +82,20 @@ Json step(std::string_view kind, std::string sentence) {
   return {{"kind", kind}, {"text", std::move(sentence)}};
 }
 
-std::string place_text(const FaultRow& row, const Element& element, const StatusView& view) {
+std::string place_text(const FaultRow& row, const Element& element, const CoreView& view) {
   const auto* input = std::find_if(std::begin(input_table), std::end(input_table),
                                    [&row](const InputRow& one) { return one.fault == row.id; });
   if (input == std::end(input_table) || element.input == 0) return element_text(element, row.unit);
   return input_text(*input, element.input, view);
 }
 
-Json place_json(const FaultRow& row, const Element& element, const StatusView& view) {
+Json place_json(const FaultRow& row, const Element& element, const CoreView& view) {
   Json json = element_json(element, row.unit);
   if (!json.is_null()) json["text"] = place_text(row, element, view);
   return json;
 }
 
-std::string reading_text(const FaultRow& row, const Reading& reading, const StatusView& view) {
+std::string reading_text(const FaultRow& row, const Reading& reading, const CoreView& view) {
   if (row.id == FaultId::foreign_master) return foreign_frames(view);
   std::string place = place_text(row, reading.element, view);
   if (!row.has_limit()) return place;
@@ -101,7 +103,7 @@ std::string reading_text(const FaultRow& row, const Reading& reading, const Stat
   return place.empty() ? value : place + ": " + value;
 }
 
-Texts line_texts(std::string_view what, GpioInputKind kind, unsigned bits, const StatusView& view) {
+Texts line_texts(std::string_view what, GpioInputKind kind, unsigned bits, const CoreView& view) {
   Texts texts;
   for (std::size_t i = 0; i < gpio_inputs_max; ++i) {
     if (((bits >> i) & 1U) != 0) texts.push_back(line_text(what, kind, i, view));

@@ -5,8 +5,9 @@
 #include <string_view>
 #include <vector>
 
+#include "config/gpio_config.hpp"
 #include "daemon/core/fault_memory.hpp"
-#include "daemon/shell/status_view.hpp"
+#include "daemon/shell/core_view.hpp"
 
 namespace bmu {
 
@@ -19,7 +20,7 @@ using Texts = std::vector<std::string>;
 /// "350 ms", "3.2 s", "2 min 5 s", "1 h 20 min": as exact as a reader needs.
 [[nodiscard]] std::string span_text(Duration span);
 /// "3.2 s ago", "never".
-[[nodiscard]] std::string ago_text(const StatusView& view, TimePoint at);
+[[nodiscard]] std::string ago_text(const CoreView& view, TimePoint at);
 [[nodiscard]] std::string capitalised(std::string sentence);
 /// All with a comma between.
 [[nodiscard]] std::string joined(const Texts& texts);
@@ -29,13 +30,13 @@ using Texts = std::vector<std::string>;
 
 /// Where a fault was seen: "cell 2.7 (no. 19)", "emergency stop 1 of the unit", "emergency stop \"cockpit\" of this
 /// machine"; "" for the pack.
-[[nodiscard]] std::string place_text(const FaultRow& row, const Element& element, const StatusView& view);
+[[nodiscard]] std::string place_text(const FaultRow& row, const Element& element, const CoreView& view);
 /// As element_json(), with the place in these words.
-[[nodiscard]] Json place_json(const FaultRow& row, const Element& element, const StatusView& view);
+[[nodiscard]] Json place_json(const FaultRow& row, const Element& element, const CoreView& view);
 /// "cell 2.7 (no. 19): 2.8512 V", "module 3", or what the row says when there is nothing to point at.
-[[nodiscard]] std::string reading_text(const FaultRow& row, const Reading& reading, const StatusView& view);
+[[nodiscard]] std::string reading_text(const FaultRow& row, const Reading& reading, const CoreView& view);
 
 /// What the lines of this machine are called whose bits are set, `what` before each: "emergency stop \"cockpit\"".
-[[nodiscard]] Texts line_texts(std::string_view what, GpioInputKind kind, unsigned bits, const StatusView& view);
+[[nodiscard]] Texts line_texts(std::string_view what, GpioInputKind kind, unsigned bits, const CoreView& view);
 
 }  // namespace bmu
