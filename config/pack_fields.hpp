@@ -77,7 +77,7 @@ struct AgeRow {
   std::string_view key;
   Duration AgeConfig::*member;
   Duration (*interval)(const CoreConfig&);
-  std::string_view source;  // "poll", "PDU_STATUS"
+  std::string_view source;   // "poll", "PDU_STATUS"
   Duration sampled_every{};  // by who tells it, where that is not done for each telling
 };
 [[nodiscard]] std::span<const AgeRow> age_rows();

@@ -400,9 +400,10 @@ TEST_CASE("confirming takes no longer than the reaction allows", "[unit][config]
       "found 191, wanted at most 190 with cell_voltage_ms 250, so that cell_overvoltage opens the pack within 450 ms");
   // A temperature that crosses its limit just behind the module's sample waits for the next one, and for the poll.
   accepts({{"/limits/cell_overtemperature/confirm_ms", 340}});
-  refuses({{"/limits/cell_overtemperature/confirm_ms", 341}}, "/limits/cell_overtemperature/confirm_ms",
-          "at most 340 where modules sample every 500 ms and are asked every 100 ms, so that cell_overtemperature opens "
-          "the pack within 950 ms");
+  refuses(
+      {{"/limits/cell_overtemperature/confirm_ms", 341}}, "/limits/cell_overtemperature/confirm_ms",
+      "at most 340 where modules sample every 500 ms and are asked every 100 ms, so that cell_overtemperature opens "
+      "the pack within 950 ms");
   refuses({{"/ages/temperature_ms", 640}, {"/limits/cell_overtemperature/confirm_ms", 301}},
           "/limits/cell_overtemperature/confirm_ms", "at most 300 with temperature_ms 640");
   accepts({{"/limits/charge_overcurrent/confirm_ms", 240}});
@@ -415,9 +416,10 @@ TEST_CASE("confirming takes no longer than the reaction allows", "[unit][config]
 TEST_CASE("a limit that lets the current fall first has that much less to confirm", "[unit][config][FS_2]") {
   REQUIRE(row_of(FaultId::cell_undertemperature).grace == 150ms);
   accepts({{"/limits/cell_undertemperature/confirm_ms", 190}});
-  refuses({{"/limits/cell_undertemperature/confirm_ms", 191}}, "/limits/cell_undertemperature/confirm_ms",
-          "at most 190 where modules sample every 500 ms and are asked every 100 ms, so that cell_undertemperature opens "
-          "the pack within 950 ms, its grace of 150 ms included");
+  refuses(
+      {{"/limits/cell_undertemperature/confirm_ms", 191}}, "/limits/cell_undertemperature/confirm_ms",
+      "at most 190 where modules sample every 500 ms and are asked every 100 ms, so that cell_undertemperature opens "
+      "the pack within 950 ms, its grace of 150 ms included");
 }
 
 TEST_CASE("what no pack needs is refused", "[unit][config]") {
