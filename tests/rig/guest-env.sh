@@ -94,7 +94,8 @@ stop() {
 # The kernel's list of receivers of everything tells when candump has begun: frames sent from then on are recorded.
 listens_to() { grep -Eq "^ *$1 .*raw" /proc/net/can/rcvlist_all; }
 
-record_to_file() { exec candump -r 1000000 -L "$2" >"$RIG_OUT/$1.can.log"; }
+# With -D it goes on listening when its bus goes down and comes up again.
+record_to_file() { exec candump -D -r 1000000 -L "$2" >"$RIG_OUT/$1.can.log"; }
 
 record() {
   # A receiver of the frames of a moment ago must not pass for the new one.
