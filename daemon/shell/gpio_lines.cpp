@@ -362,16 +362,24 @@ Result<void, OsError> GpioLines::drive(const ContactorOutputs& outputs) {
   return set_levels(state_ == GpioState::driving ? outputs : ContactorOutputs{});
 }
 
+/// The watchdog in a call of its own: the kernel sets the lines of one call in the order of their numbers.
 Result<void, OsError> GpioLines::set_levels(const ContactorOutputs& outputs) {
-  gpio_v2_line_values values{.bits = 0, .mask = all_bits(outputs_.size())};
+  gpio_v2_line_values levels{.bits = 0, .mask = 0};
+  gpio_v2_line_values watchdog{.bits = 0, .mask = 0};
   for (std::size_t i = 0; i < outputs_.size(); ++i) {
     const bool is_watchdog = outputs_[i] == GpioOutput::watchdog;
     const bool level = is_watchdog ? is_watchdog_high_ : outputs.*commanded.at(static_cast<std::size_t>(outputs_[i]));
+    gpio_v2_line_values& values = is_watchdog ? watchdog : levels;
+    values.mask |= bit_of(i);
     if (level) values.bits |= bit_of(i);
   }
-  const int result = system_.set_values(output_fd_.get(), values);
-  if (result >= 0) return {};
-  return fail(refusal(-result, place_text(chip_, output_lines_), "no way to set them", driven_text(outputs)));
+  for (gpio_v2_line_values* values : {&levels, &watchdog}) {
+    const int result = values->mask == 0 ? 0 : system_.set_values(output_fd_.get(), *values);
+    if (result < 0) {
+      return fail(refusal(-result, place_text(chip_, output_lines_), "no way to set them", driven_text(outputs)));
+    }
+  }
+  return {};
 }
 
 /// "all open", or what else is wanted of the outputs.

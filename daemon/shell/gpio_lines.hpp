@@ -120,8 +120,8 @@ class GpioLines {
 
   /// All lines, or none. The error names chip, line, found and wanted.
   [[nodiscard]] Result<void, OsError> open();
-  /// Sets all outputs in one call and changes the watchdog's level. In state `held_open` they all stay open, which is
-  /// no failure.
+  /// Sets all outputs in one call, and only then changes the watchdog's level in another. In state `held_open` they all
+  /// stay open, which is no failure.
   [[nodiscard]] Result<void, OsError> drive(const ContactorOutputs& outputs);
   /// All levels, taken in one call: first the feedbacks, then the inputs in the order of the pack file. Takes the edges
   /// out of the descriptor. Valid until the next read(); `name` as long as this object.

@@ -181,11 +181,12 @@ TEST_CASE("inputs alone, and outputs alone, make one request", "[integration][gp
 
 // --- outputs --------------------------------------------------------------------------------------------------------
 
-TEST_CASE("outputs have their levels, each with its polarity, by one call", "[integration][gpio][RR_3]") {
+TEST_CASE("outputs have their levels, each with its polarity, by one call and one for the watchdog",
+          "[integration][gpio][RR_3]") {
   Ready pack;
   const int calls = pack.chip.set_calls;
   REQUIRE(pack.lines.drive({.main_positive = true, .precharge = true, .fan = true}));
-  CHECK(pack.chip.set_calls == calls + 1);
+  CHECK(pack.chip.set_calls == calls + 2);
   CHECK_FALSE(pack.chip.wires[positive_line].is_high);
   CHECK_FALSE(pack.chip.wires[negative_line].is_high);
   CHECK(pack.chip.wires[precharge_line].is_high);
@@ -226,6 +227,23 @@ TEST_CASE("the watchdog changes with every drive, whatever is driven", "[integra
     last = pack.chip.wires[watchdog_line].is_high;
   }
   CHECK(driven.size() == 10);
+}
+
+TEST_CASE("the watchdog changes behind all contactors, though its line has the lowest number", "[integration][gpio]") {
+  Ready pack;
+  pack.chip.driven_lines.clear();
+  REQUIRE(pack.lines.drive(driving));
+  CHECK(pack.chip.driven_lines ==
+        std::vector<std::uint32_t>{positive_line, negative_line, precharge_line, watchdog_line});
+}
+
+TEST_CASE("a watchdog that cannot be set opens the contactors that could", "[integration][gpio]") {
+  Ready pack;
+  pack.chip.fail_call(1, EIO);
+  CHECK_FALSE(pack.lines.drive(driving));
+  CHECK_FALSE(pack.chip.is_failure_pending());
+  CHECK(pack.lines.state() == GpioState::failed);
+  CHECK_FALSE(is_closed_on(pack.chip));
 }
 
 TEST_CASE("contactors stay open until they have been wanted open once", "[integration][gpio]") {

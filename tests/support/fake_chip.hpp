@@ -67,6 +67,7 @@ class FakeChip final : public GpioSystem {
   // What can be seen.
 
   int set_calls = 0;
+  std::vector<std::uint32_t> driven_lines;  // one after the other
   std::vector<gpio_v2_line_request> asked;  // every request, granted or not
   [[nodiscard]] std::size_t open_descriptors() const { return requests_.size() + chips_.size(); }
 
@@ -128,9 +129,13 @@ class FakeChip final : public GpioSystem {
     const Request& request = requests_.at(lines);
     if (!is_there) return -ENODEV;
     if (set_error != 0) return -set_error;
-    for (std::uint32_t i = 0; i < request.asked.num_lines; ++i) {
-      const std::uint64_t bit = std::uint64_t{1} << i;
-      if ((values.mask & bit) != 0) drive_wire(request.asked, i, (values.bits & bit) != 0);
+    // The kernel goes by the lines' numbers, whatever their order in the request.
+    for (std::uint32_t line = 0; line < line_count; ++line) {
+      for (std::uint32_t i = 0; i < request.asked.num_lines; ++i) {
+        const std::uint64_t bit = std::uint64_t{1} << i;
+        const bool is_meant = request.asked.offsets[i] == line && (values.mask & bit) != 0;
+        if (is_meant) drive_wire(request.asked, i, (values.bits & bit) != 0);
+      }
     }
     return 0;
   }
@@ -192,6 +197,7 @@ class FakeChip final : public GpioSystem {
     REQUIRE(wire.is_output);
     wire.is_high = is_active != is_active_low(request, index);
     wire.was_driven.push_back(wire.is_high);
+    driven_lines.push_back(request.offsets[index]);
   }
   [[nodiscard]] int refusal_of(const gpio_v2_line_request& request) const {
     if (!is_there) return ENODEV;

@@ -1,144 +1,27 @@
-// GpioLines and bmud --open-gpio on a chip of the kernel, in the emulated machine: rig_gpio.c beside this file is its
-// driver, whose debugfs shows every level a wire ever had. Started by tests/rig/gpio_guest.sh.
+// GpioLines and bmud --open-gpio on a chip of the kernel, in the emulated machine. Started by tests/rig/gpio_guest.sh.
 #include <algorithm>
 #include <csignal>
-#include <filesystem>
-#include <fstream>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include <nlohmann/json.hpp>
 #include <poll.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "config/pack_config.hpp"
 #include "daemon/shell/bus_port.hpp"
 #include "daemon/shell/gpio_lines.hpp"
+#include "tests/rig/gpio/chip.hpp"
 #include "tests/support/process.hpp"
 
 namespace bmu {
-namespace {
 
-constexpr unsigned positive_line = 3;  // active low
-constexpr unsigned negative_line = 4;
-constexpr unsigned precharge_line = 5;
-constexpr unsigned watchdog_line = 2;
-constexpr unsigned positive_contact_line = 13;  // active low
-constexpr unsigned estop_line = 7;
-constexpr unsigned key_line = 9;
+using namespace test;
+
+namespace {
 
 constexpr ContactorOutputs all_open{};
 constexpr ContactorOutputs driving{.main_positive = true, .main_negative = true};
-
-const std::string chip_folder = "/sys/kernel/debug/rig_gpio/";
-const std::string driver_folder = "/sys/bus/platform/drivers/rig_gpio/";
-// Far more than anything here takes, even in an emulated machine on a busy host.
-constexpr int patience_ms = 20'000;
-
-// --- the chip's file ------------------------------------------------------------------------------------------------
-
-/// A chip whose lines were in use when it vanished comes back by another number: the kernel keeps the old one. So it is
-/// used by a name that stays, which a rule for udev makes elsewhere.
-const std::string chip_file = "/dev/bmud-gpio";
-
-void name_chip() {
-  std::filesystem::remove(chip_file);
-  for (const auto& entry : std::filesystem::directory_iterator("/dev")) {
-    if (entry.path().filename().string().rfind("gpiochip", 0) != 0) continue;
-    std::filesystem::create_symlink(entry.path(), chip_file);
-    return;
-  }
-  FAIL("there is no /dev/gpiochip*");
-}
-
-// --- the wires ------------------------------------------------------------------------------------------------------
-
-void write_file(const std::string& path, const std::string& text) {
-  std::ofstream file(path);
-  file << text;
-  file.close();
-  INFO(path);
-  REQUIRE(file);
-}
-
-void set_wire(unsigned line, bool is_high) {
-  write_file(chip_folder + "line" + std::to_string(line), is_high ? "1" : "0");
-}
-
-bool is_high(unsigned line) {
-  const std::string text = read_file(chip_folder + "line" + std::to_string(line));
-  REQUIRE((text == "0\n" || text == "1\n"));
-  return text == "1\n";
-}
-
-bool is_closed() {
-  return !is_high(positive_line) || is_high(negative_line) || is_high(precharge_line);
-}
-
-struct Driven {
-  unsigned line = 0;
-  int level = 0;
-  friend bool operator==(const Driven&, const Driven&) = default;
-};
-
-/// What wires have been driven to since this object was made.
-class Log {
- public:
-  [[nodiscard]] std::vector<Driven> news() const {
-    std::vector<Driven> rows = all();
-    rows.erase(rows.begin(), rows.begin() + static_cast<std::ptrdiff_t>(start_));
-    return rows;
-  }
-  [[nodiscard]] std::vector<int> levels_of(unsigned line) const {
-    std::vector<int> levels;
-    for (const Driven& row : news()) {
-      if (row.line == line) levels.push_back(row.level);
-    }
-    return levels;
-  }
-
- private:
-  [[nodiscard]] static std::vector<Driven> all() {
-    std::vector<Driven> rows;
-    std::ifstream file(chip_folder + "log");
-    REQUIRE(file);
-    for (Driven row; file >> row.line >> row.level;) rows.push_back(row);
-    return rows;
-  }
-  std::size_t start_ = all().size();
-};
-
-// --- the pack -------------------------------------------------------------------------------------------------------
-
-/// A pack file with lines, as a user would write it.
-class PackFile {
- public:
-  PackFile() {
-    name_chip();
-    const std::string packs = std::string(BMUD_SOURCE_DIR) + "/config/packs/";
-    nlohmann::json pack = nlohmann::json::parse(std::ifstream(packs + "demo-48s.json"), nullptr, true, true);
-    pack["cell"] = std::filesystem::path(packs) / pack["cell"].get<std::string>();
-    pack["gpio"] = nlohmann::json::parse(R"({
-      "chip": "/dev/bmud-gpio",
-      "outputs": {"main_positive": {"line": 3, "active_low": true}, "main_negative": {"line": 4},
-                  "precharge": {"line": 5}, "watchdog": {"line": 2}},
-      "feedback": {"main_positive": {"line": 13, "active_low": true}},
-      "inputs": [{"name": "cockpit", "kind": "estop", "line": 7, "debounce_ms": 0},
-                 {"name": "key", "kind": "vehicle_on", "line": 9, "debounce_ms": 0}]})");
-    std::ofstream(path()) << pack;
-  }
-  [[nodiscard]] std::string path() const { return folder_ / "pack.json"; }
-  [[nodiscard]] GpioConfig lines() const {
-    const auto pack = load_pack_config(path());
-    REQUIRE(pack);
-    return *pack->gpio;
-  }
-
- private:
-  TemporaryFolder folder_;
-};
 
 void require_open(GpioLines& lines) {
   const auto opened = lines.open();

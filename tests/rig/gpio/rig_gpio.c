@@ -2,7 +2,8 @@
 // A GPIO chip without hardware, for the emulated machine: Debian's kernel has none that a test could use.
 //
 //   /sys/kernel/debug/rig_gpio/line0 ...   reading tells the level of the pin, writing sets it as the outside world would
-//   /sys/kernel/debug/rig_gpio/log         every level that a pin got as an output, oldest first: "LINE LEVEL" in each row
+//   /sys/kernel/debug/rig_gpio/log         every level that a pin got, oldest first, "LINE LEVEL TIME" in each row: when it became an
+//                                          output, and whenever it changed. TIME in us of CLOCK_MONOTONIC
 //
 // Levels are electrical ones. There is deliberately no free() in this driver: like on many a board, a line that is released keeps its level.
 #include <linux/debugfs.h>
@@ -20,17 +21,20 @@ static struct dentry *folder;
 static struct gpio_chip chip;
 static bool level[LINES], is_output[LINES];
 static u8 log_line[LOG_MAX], log_level[LOG_MAX];
+static u64 log_time_us[LOG_MAX];
 static unsigned int log_count;
 static DEFINE_SPINLOCK(lock);
 
-static void drive(unsigned int line, int value)
+static void change(unsigned int line, int value, bool is_news)
 {
 	unsigned long flags;
 
 	spin_lock_irqsave(&lock, flags);
+	is_news |= level[line] != !!value;
 	level[line] = !!value;
-	if (log_count < LOG_MAX) {
+	if (is_news && log_count < LOG_MAX) {
 		log_line[log_count] = line;
+		log_time_us[log_count] = ktime_to_us(ktime_get());
 		log_level[log_count++] = !!value;
 	}
 	spin_unlock_irqrestore(&lock, flags);
@@ -39,13 +43,13 @@ static void drive(unsigned int line, int value)
 #if LINUX_VERSION_CODE >= KERNEL_VERSION(6, 17, 0)
 static int rig_set(struct gpio_chip *gc, unsigned int line, int value)
 {
-	drive(line, value);
+	change(line, value, false);
 	return 0;
 }
 #else
 static void rig_set(struct gpio_chip *gc, unsigned int line, int value)
 {
-	drive(line, value);
+	change(line, value, false);
 }
 #endif
 
@@ -57,7 +61,7 @@ static int rig_get(struct gpio_chip *gc, unsigned int line)
 static int rig_direction_output(struct gpio_chip *gc, unsigned int line, int value)
 {
 	is_output[line] = true;
-	drive(line, value);
+	change(line, value, true);
 	return 0;
 }
 
@@ -111,7 +115,7 @@ static int line_set(void *data, u64 value)
 		return -EPERM;
 	if (level[line] == !!value)
 		return 0;
-	level[line] = !!value;
+	change(line, value, false);
 	return gpiochip_line_is_irq(&chip, line) ? generic_handle_domain_irq_safe(chip.irq.domain, line) : 0;
 }
 DEFINE_DEBUGFS_ATTRIBUTE(line_fops, line_get, line_set, "%llu\n");
@@ -121,7 +125,7 @@ static int log_show(struct seq_file *file, void *unused)
 	unsigned int i;
 
 	for (i = 0; i < log_count; ++i)
-		seq_printf(file, "%u %u\n", log_line[i], log_level[i]);
+		seq_printf(file, "%u %u %llu\n", log_line[i], log_level[i], log_time_us[i]);
 	return 0;
 }
 DEFINE_SHOW_ATTRIBUTE(log);
