@@ -21,7 +21,7 @@ scenario=$RIG_OUT/keys.scn
 key_period_s=20
 key_on_s=18
 lock_out_s=10
-keys=7
+keys=9
 # The command's life at the power distribution unit, and what its contactors take to open (docs/scenarios.md).
 command_life_ms=200
 contactor_opening_ms=10
@@ -51,6 +51,10 @@ ask_recording() {
     is_status { key = substr(data, 4, 1) ~ /[13579BDF]/; by_timeout = substr(data, 1, 1) ~ /[89A-F]/ }
     '"$question" "$recording"
 }
+
+# Only what is asked for: the recording is read again and again.
+record_words() { exec candump -D -r 1000000 -L "$bus,040:7FF,041:7FF" >"$recording"; }
+hears_words() { grep -Eq "^ *$bus +041 .*raw" /proc/net/can/rcvlist_sff; }
 
 # The first word "open" of the power distribution unit after AFTER: its time, that of the last command before it, "timeout" or "command".
 first_opening() {
@@ -109,7 +113,8 @@ expect_gap_told() {
 clear_faults() { bmuctl --socket "$socket" clear >>"$RIG_OUT/clear.txt"; }
 
 start_daemon() {
-  start bmud bmud --config "$pack" --bus-internal "$bus" --bus-vehicle "$bus" --socket "$socket" --log-level info
+  local daemon_bus=${1:-$bus}
+  start bmud bmud --config "$pack" --bus-internal "$daemon_bus" --bus-vehicle "$daemon_bus" --socket "$socket" --log-level info
   daemon=${started_pids[bmud]}
 }
 
@@ -168,7 +173,8 @@ mkdir -p "$(dirname "$socket")"
 write_scenario
 # The hog must have the processor to itself, and who measures must not wait for anybody.
 echo -1 >/proc/sys/kernel/sched_rt_runtime_us
-record lost "$bus"
+start lost record_words
+wait_for 10 "candump listens" hears_words
 chrt -f -p 50 "${started_pids[lost]}"
 start mmusim mmusim --bus "$bus" --pack "$pack" --scenario "$scenario"
 chrt -f -p 60 "${started_pids[mmusim]}"
@@ -206,6 +212,30 @@ wait_for 10 "everything is known anew" view_is_complete
 expect "it is the same daemon" running bmud
 clear_faults
 lost_at=$up_at
+expect_open_until_key
+wait_until_closed
+expect "bmud exits with 0" stop bmud TERM
+
+step "its interface down"
+# Two interfaces of one bus, joined by the kernel: the others go on hearing each other, and can be heard.
+own_bus=vcan1
+ip link add "$own_bus" type vcan && ip link set "$own_bus" mtu 16 up
+cangw -A -s "$bus" -d "$own_bus" -e
+cangw -A -s "$own_bus" -d "$bus" -e
+start_daemon "$own_bus"
+wait_for "$start_limit_s" "bmud answers" daemon_answers
+clear_faults
+wait_until_closed
+downs_before=$(fault_count internal_bus_down)
+down_at=$EPOCHREALTIME
+ip link set "$own_bus" down
+expect_opened_by_itself "its interface down" "$down_at"
+wait_for 5 "bmud has opened" phase_is open
+expect "and says why" fault_came internal_bus_down "$downs_before"
+ip link set "$own_bus" up
+wait_for 10 "everything is known anew" view_is_complete
+expect "it is the same daemon" running bmud
+clear_faults
 expect_open_until_key
 wait_until_closed
 
