@@ -54,7 +54,7 @@ ask_recording() {
 
 # Only what is asked for: the recording is read again and again.
 record_words() { exec candump -D -r 1000000 -L "$bus,040:7FF,041:7FF" >"$recording"; }
-hears_words() { grep -Eq "^ *$bus +041 .*raw" /proc/net/can/rcvlist_sff; }
+hears_words() { grep -Eqh "^ *$bus +041 .*raw" /proc/net/can/rcvlist_{sff,fil}; }
 
 # The first word "open" of the power distribution unit after AFTER: its time, that of the last command before it, "timeout" or "command".
 first_opening() {
