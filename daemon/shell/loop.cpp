@@ -219,9 +219,10 @@ void Loop::drain_port(Port port, bool discards) {
 }
 
 void Loop::take_frame(Port port, const ReceivedFrame& received) {
-  if (received.frame.is_error)
+  if (received.frame.is_error) {
     return observe(received.received_at,
                    BusErrorSeen{.port = port, .classes = received.frame.id, .controller = received.frame.data[1]});
+  }
   if (received.is_own) return observe(received.received_at, FrameEchoed{.port = port, .frame = received.frame});
   observe(received.received_at, FrameReceived{.port = port, .frame = received.frame});
 }
