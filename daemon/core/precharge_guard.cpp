@@ -22,8 +22,7 @@ std::int64_t energy_uJ(std::int64_t across_mV, std::int64_t resistance_Ohm, Dura
 void PrechargeGuard::init(const ContactorConfig& config) {
   *this = {};
   config_ = config;
-  const bool is_watched = config.precharge_resistance_Ohm > 0 && config.precharge_energy_J > 0;
-  budget_uJ_ = is_watched ? std::int64_t{config.precharge_energy_J} * 1'000'000 : 0;
+  budget_uJ_ = config.precharge_resistance_Ohm > 0 ? std::int64_t{config.precharge_energy_J} * 1'000'000 : 0;
 }
 
 void PrechargeGuard::update(TimePoint now, bool is_precharging, bool is_measured, std::int32_t pack_mV,
@@ -56,7 +55,7 @@ PrechargeFailure PrechargeGuard::note_end(PrechargeFailure failure) {
 
 bool PrechargeGuard::is_cool() const {
   // A try that took all it bears, and more, may be repeated from cold: it ends where the budget does.
-  return budget_uJ_ == 0 || heat_uJ_ + std::min(last_try_uJ_, budget_uJ_) <= budget_uJ_;
+  return heat_uJ_ + std::min(last_try_uJ_, budget_uJ_) <= budget_uJ_;
 }
 
 }  // namespace bmu

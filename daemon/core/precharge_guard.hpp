@@ -26,7 +26,7 @@ class PrechargeGuard {
   /// The resistor bears another try like the last one.
   [[nodiscard]] bool is_cool() const;
   /// More heat than the resistor bears, right now.
-  [[nodiscard]] bool is_overheated() const { return budget_uJ_ > 0 && heat_uJ_ > budget_uJ_; }
+  [[nodiscard]] bool is_overheated() const { return heat_uJ_ > budget_uJ_; }
   /// Waiting for the next of several tries; the wish to close waits with it.
   [[nodiscard]] bool is_retrying() const { return tries_failed_ > 0; }
   [[nodiscard]] std::uint8_t tries_failed() const { return tries_failed_; }
@@ -34,7 +34,7 @@ class PrechargeGuard {
 
  private:
   ContactorConfig config_;
-  std::int64_t budget_uJ_ = 0;  // 0: not watched
+  std::int64_t budget_uJ_ = 0;  // 0: not watched, and no heat is counted
   std::int64_t heat_uJ_ = 0;
   std::int64_t this_try_uJ_ = 0;
   std::int64_t last_try_uJ_ = 0;

@@ -120,6 +120,44 @@ TEST_CASE("after a try that used up all the resistor bears there is a next one, 
   CHECK(guarded.guard.is_cool());
 }
 
+TEST_CASE("a try is judged by the last one that ended, not by itself", "[unit][contactors][F86]") {
+  Guarded guarded;
+  guarded.run(100ms, true);
+  guarded.run(1s, false);
+  guarded.run(600ms, true);
+  CHECK(guarded.guard.is_cool());  // 54 J, and the last one took 10
+  guarded.tick(false, 0);
+  CHECK_FALSE(guarded.guard.is_cool());
+  guarded.run(10s, false);
+  guarded.run(10ms, true);
+  guarded.run(5s, false);
+  guarded.run(650ms, true);
+  guarded.tick(false, 0);
+  guarded.run(2'300ms, false);
+  CHECK_FALSE(guarded.guard.is_cool());
+  guarded.run(200ms, false);
+  CHECK(guarded.guard.is_cool());  // 33.4 and 65 J; those of the tries before are none of it
+}
+
+TEST_CASE("the first tick has no time behind it, and a resistor that cools at once is cold a moment later",
+          "[unit][contactors][F86]") {
+  PrechargeGuard guard;
+  guard.init(resistor);
+  guard.update(start, true, true, 100'000, 0);
+  CHECK(guard.heat_mJ() == 0);
+  ContactorConfig quick = resistor;
+  quick.precharge_cool_down = 0ms;
+  guard.init(quick);
+  TimePoint now = start;
+  for (int tick = 0; tick <= 600; ++tick) {
+    guard.update(now, true, true, 100'000, 0);
+    now += 999us;  // less than it cools in
+  }
+  CHECK(guard.heat_mJ() == 59'940);
+  guard.update(now + 1us, false, true, 100'000, 0);
+  CHECK(guard.heat_mJ() == 0);
+}
+
 TEST_CASE("a resistor of which nothing is known is not watched", "[unit][contactors][F86]") {
   for (const ContactorConfig& config : {ContactorConfig{.precharge_resistance_Ohm = 100},
                                         ContactorConfig{.precharge_energy_J = 100}, ContactorConfig{}}) {
