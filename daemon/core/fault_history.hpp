@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "daemon/core/contactor_sequence.hpp"
 #include "daemon/core/fault_memory.hpp"
 #include "daemon/core/limits.hpp"
 

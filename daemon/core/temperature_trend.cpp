@@ -18,7 +18,7 @@ void TemperatureTrend::Track::add(const Measured<std::int32_t>& temperature_dC) 
     newest.taken_at = temperature_dC.taken_at;
     return;
   }
-  if (count > 0 && temperature_dC.taken_at - newest.taken_at > gap_max) *this = {};
+  if (temperature_dC.taken_at - newest.taken_at > gap_max) *this = {};
   const bool is_due =
       count == 0 || temperature_dC.taken_at - older[(head + samples_max - 1) % samples_max].taken_at >= spacing;
   newest = {temperature_dC.value, temperature_dC.taken_at};

@@ -29,6 +29,15 @@ TEST_CASE("each contactor has its own closings and openings, and what does not c
   for (const ContactorWear& wear : ledger.entries()) CHECK(wear == ContactorWear{.closings = 1, .openings = 1});
 }
 
+TEST_CASE("before it switches a contactor has no wear", "[unit][contactors]") {
+  const ContactorWear wear;
+  CHECK(wear.closings == 0);
+  CHECK(wear.openings == 0);
+  CHECK(wear.openings_under_load == 0);
+  CHECK(wear.current_broken_max_mA == 0);
+  CHECK(wear.current_broken_sum_mA == 0);
+}
+
 TEST_CASE("an opening is under load from more than a small current on, either way, and when nobody knows",
           "[unit][contactors]") {
   struct Row {
@@ -37,7 +46,8 @@ TEST_CASE("an opening is under load from more than a small current on, either wa
     std::int32_t broken_mA;
   };
   for (const Row& row : {Row{measured_mA(1'000), 0, 0}, Row{measured_mA(1'001), 1, 1'001},
-                         Row{measured_mA(-1'000), 0, 0}, Row{measured_mA(-1'001), 1, 1'001}, Row{{}, 1, 0}}) {
+                         Row{measured_mA(-1'000), 0, 0}, Row{measured_mA(-1'001), 1, 1'001}, Row{{}, 1, 0},
+                         Row{{50'000, TimePoint{1s}, Validity::out_of_range}, 1, 0}}) {
     ContactorLedger ledger;
     (void)ledger.command({.main_positive = true}, measured_mA(0));
     (void)ledger.command({}, row.current_mA);

@@ -175,6 +175,48 @@ TEST_CASE("without a peak nothing is counted, and the largest configuration does
   CHECK(large.discharge_permille() == 2'000);
 }
 
+TEST_CASE("a peak below the continuous current is none, and neither is one too small to share", "[unit][current]") {
+  Counted below(CurrentLimitConfig{.discharge_continuous_mA = 25'000, .discharge_peak_mA = 24'000});
+  below.flow(5'000'000, 1s);
+  CHECK(below.discharge_permille() == 0);
+  // 0.01 A * 0.01 A for 1 ms are 1000 of the counter's units: one a permille. One less is nothing that can be shared.
+  for (const auto& [peak_for, used_permille] : {std::pair{Duration{1ms}, 2'000}, std::pair{Duration{999us}, 0}}) {
+    Counted smallest(CurrentLimitConfig{.discharge_peak_mA = 10, .discharge_peak_for = peak_for});
+    CHECK(smallest.discharge_permille() == 0);
+    smallest.sample(10);
+    smallest.sample(10, 20ms);
+    CHECK(smallest.discharge_permille() == used_permille);
+  }
+}
+
+TEST_CASE("a current is rounded up to a centiampere, so that heat is never counted short", "[unit][current]") {
+  const auto used_permille = [](std::int32_t current_mA) {
+    Counted counted(CurrentLimitConfig{
+        .discharge_peak_mA = 100, .discharge_peak_for = 1s, .charge_peak_mA = 100, .charge_peak_for = 1s});
+    counted.sample(current_mA);
+    counted.sample(current_mA, 1s);
+    return current_mA > 0 ? counted.discharge_permille() : counted.charge_permille();
+  };
+  CHECK(used_permille(1) == 10);
+  CHECK(used_permille(10) == 10);
+  CHECK(used_permille(11) == 40);
+  CHECK(used_permille(20) == 40);
+  CHECK(used_permille(-11) == 40);
+}
+
+TEST_CASE("a count cools while the current flows the other way, even of the smallest peak", "[unit][current]") {
+  const CurrentLimitConfig tiny{
+      .discharge_continuous_mA = 10, .discharge_peak_mA = 20, .charge_continuous_mA = 10, .charge_peak_mA = 20};
+  for (const std::int32_t sign : {1, -1}) {
+    Counted counted(tiny);
+    const auto used_permille = [&] { return sign > 0 ? counted.discharge_permille() : counted.charge_permille(); };
+    (void)counted.until_used_up(sign * 20);
+    counted.sample(-sign * 20);
+    counted.sample(-sign * 20, 1s);
+    CHECK(used_permille() == 966);  // of 30 cA^2 s one a second, for 1.02 s
+  }
+}
+
 TEST_CASE("the published limit stays at the peak for half of it and sinks to the continuous current",
           "[unit][limits][BMS_NF.7][BMU_13]") {
   CoreConfig config = test::small_pack();

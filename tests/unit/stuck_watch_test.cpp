@@ -23,16 +23,13 @@ class Watched {
   explicit Watched(const CoreConfig& config = pack_of_2_mOhm()) : feed_(config) { watch_.init(config.cell); }
 
   void poll(std::int32_t current_mA, Duration later = 100ms) {
-    feed_.pass(later);
-    feed_.poll();
-    for (std::uint8_t node = 1; node <= 2; ++node) {
-      std::vector<SignalValue> cells;
-      for (const std::int32_t value_uV : cells_uV[node - 1U]) {
-        cells.push_back(value_uV == not_measured ? not_known(Validity::open_circuit) : known(value_uV));
-      }
-      feed_.cells(node, cells, known(14'800));
-    }
+    tell(later);
     watch_.update(feed_.modules(), {current_mA, feed_.now(), Validity::valid});
+  }
+  /// The cells come, and the current does not.
+  void poll_blind() {
+    tell(100ms);
+    watch_.update(feed_.modules(), {});
   }
   /// Polls that move the cells as any real cell moves, except those that are kept.
   void wiggle(int polls, std::int32_t current_mA) {
@@ -44,7 +41,6 @@ class Watched {
     }
   }
   [[nodiscard]] Reading longest() const { return watch_.longest_ms(feed_.modules()); }
-  void update_unknown() { watch_.update(feed_.modules(), {}); }
   void forget() { watch_.forget(); }
 
   static constexpr std::int32_t not_measured = -1;
@@ -53,6 +49,18 @@ class Watched {
       {{3'700'100, 3'700'100, 3'700'100, 3'700'100}, {3'700'100, 3'700'100, 3'700'100, 3'700'100}}};
 
  private:
+  void tell(Duration later) {
+    feed_.pass(later);
+    feed_.poll();
+    for (std::uint8_t node = 1; node <= 2; ++node) {
+      std::vector<SignalValue> cells;
+      for (const std::int32_t value_uV : cells_uV[node - 1U]) {
+        cells.push_back(value_uV == not_measured ? not_known(Validity::open_circuit) : known(value_uV));
+      }
+      feed_.cells(node, cells, known(14'800));
+    }
+  }
+
   ModuleFeed feed_;
   StuckWatch watch_;
 };
@@ -127,7 +135,7 @@ TEST_CASE("what was not measured, a hole and an unknown current prove nothing", 
   }
   Watched blind;
   blind.poll(0);
-  blind.update_unknown();
+  blind.poll_blind();
   CHECK(blind.longest().value == 0);
   Watched forgotten;
   forgotten.poll(0);
@@ -135,6 +143,27 @@ TEST_CASE("what was not measured, a hole and an unknown current prove nothing", 
   CHECK(forgotten.longest().value == 100);
   forgotten.forget();
   CHECK(forgotten.longest().value == 0);
+}
+
+TEST_CASE("of cells that stand still as long the first is named", "[unit][plausibility][F17]") {
+  Watched watched;
+  watched.poll(0);
+  watched.poll(20'000);
+  CHECK(watched.longest().element == Element{.module_node = 1, .number = 1, .pack_number = 1});
+}
+
+TEST_CASE("a cell of no volts stands still like any other, and not when it comes first or is not measured",
+          "[unit][plausibility][F17]") {
+  Watched shorted;
+  for (auto& module : shorted.cells_uV) module.fill(0);
+  shorted.poll(20'000);
+  shorted.poll(20'000);
+  CHECK(shorted.longest().value == 0);
+  shorted.poll(0);
+  CHECK(shorted.longest().value == 100);
+  for (auto& module : shorted.cells_uV) module.fill(Watched::not_measured);
+  shorted.poll(0);
+  CHECK(shorted.longest().value == 0);
 }
 
 TEST_CASE("a pack whose cell file has no resistance is not watched", "[unit][plausibility][F17]") {

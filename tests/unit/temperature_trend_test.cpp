@@ -20,9 +20,20 @@ class Warming {
     feed_.temperatures(2, {known(250), known(temperature_dC)});
     trend_.update(feed_.modules());
   }
+  /// Both sensors at the same temperature.
+  void sample_both(std::int32_t temperature_dC, Duration later = 100ms) {
+    feed_.pass(later);
+    feed_.temperatures(2, {known(temperature_dC), known(temperature_dC)});
+    trend_.update(feed_.modules());
+  }
   void sample_unknown() {
     feed_.pass(100ms);
     feed_.temperatures(2, {known(250), not_known(Validity::open_circuit)});
+    trend_.update(feed_.modules());
+  }
+  void sample_none() {
+    feed_.pass(100ms);
+    feed_.temperatures(2, {not_known(Validity::open_circuit), not_known(Validity::open_circuit)});
     trend_.update(feed_.modules());
   }
   [[nodiscard]] Reading fastest() const { return trend_.fastest_mK_per_s(feed_.modules()); }
@@ -80,6 +91,46 @@ TEST_CASE("a sensor that was not measured begins anew", "[unit][temperature]") {
   CHECK(warming.fastest().value == 0);  // of the sensors that stayed
   for (int sample = 0; sample < 20; ++sample) warming.sample(300);
   CHECK(warming.fastest().value == 0);
+}
+
+TEST_CASE("a rise is that of the last two seconds, however often a sensor speaks", "[unit][temperature]") {
+  for (const Duration period : {Duration{250ms}, Duration{125ms}, Duration{50ms}}) {
+    Warming warming;
+    for (Duration passed{}; passed < 10s; passed += period) warming.sample(250, period);
+    warming.sample(300, period);
+    REQUIRE(warming.fastest().is_known);
+    // 5 K within the window: eight spaces of 250 ms, and the samples since the last of them.
+    CHECK(warming.fastest().value <= 2'500);
+    CHECK(warming.fastest().value > 5'000 * 1'000 / 2'250);
+    warming.sample(300, period);
+    warming.sample(300, 1s);
+    CHECK(warming.fastest().value >= 5'000 * 1'000 / 3'250);
+    for (int sample = 0; sample < 3; ++sample) warming.sample(300, 1s);
+    CHECK(warming.fastest().value > 0);  // nine values reach back further where they come slowly
+    for (Duration passed{}; passed < 10s; passed += period) warming.sample(300, period);
+    CHECK(warming.fastest().value == 0);
+  }
+}
+
+TEST_CASE("a sensor not heard for more than a second begins anew", "[unit][temperature]") {
+  for (const auto& [hole, is_known] : {std::pair{Duration{1s}, true}, std::pair{1s + 1ns, false}}) {
+    Warming warming;
+    warming.sample_both(250);
+    warming.sample_both(260, hole);
+    CHECK(warming.fastest().is_known == is_known);
+    if (is_known) CHECK(warming.fastest().value == 1'000);
+  }
+}
+
+TEST_CASE("of sensors that cool the one that does so slowest is told, and of equal ones the first",
+          "[unit][temperature]") {
+  Warming warming;
+  for (int sample = 0; sample < 30; ++sample) warming.sample_both(250 - sample);
+  REQUIRE(warming.fastest().is_known);
+  CHECK(warming.fastest().value == -1'000);
+  CHECK(warming.fastest().element == Element{.module_node = 2, .number = 1, .is_temperature_sensor = true});
+  warming.sample_none();
+  CHECK_FALSE(warming.fastest().is_known);
 }
 
 TEST_CASE("nothing new changes nothing, and forgetting forgets everything", "[unit][temperature]") {
