@@ -45,7 +45,11 @@ TEST_CASE("limits that nobody evaluated are zero, and inputs that nobody filled 
   CHECK(limit.limit_mA == 0);
   CHECK(limit.cause == LimitCause::not_connected);
   CHECK(limit.value == 0);
+  CHECK(limit.derates_from == 0);
   CHECK(limit.threshold == 0);
+  CHECK(limit.unhindered_mA == 0);
+  CHECK(LimitInputs{}.discharge_used_permille == 0);
+  CHECK(LimitInputs{}.charge_used_permille == 0);
   Bench bench;
   bench.inputs = {};
   CHECK(bench.discharge().limit_mA == 0);

@@ -82,6 +82,7 @@ TEST_CASE("with nothing against it a pack may close, close on, stay closed and b
     const Permission permission = situation.judge();
     CHECK(permission.may_close);
     CHECK(permission.may_advance);
+    CHECK(permission.may_go_on);
     CHECK(permission.may_stay_closed);
     CHECK(permission.may_charge);
     CHECK(permission.may_discharge);
@@ -93,6 +94,7 @@ TEST_CASE("permission is not there before it was granted", "[unit][permission]")
   for (const Permission& permission : {Permission{}, evaluate_permission({}, {}, {})}) {
     CHECK_FALSE(permission.may_close);
     CHECK_FALSE(permission.may_advance);
+    CHECK_FALSE(permission.may_go_on);
     CHECK_FALSE(permission.may_stay_closed);
     CHECK_FALSE(permission.may_charge);
     CHECK_FALSE(permission.may_discharge);
@@ -150,6 +152,7 @@ TEST_CASE("each single reason keeps an open pack open and is named, and some ope
       CHECK_FALSE(permission.may_close);
       const bool may_advance = one.blocker == Blocker::not_qualified || one.blocker == Blocker::precharge_hot;
       CHECK(permission.may_advance == may_advance);
+      CHECK(permission.may_go_on == !one.opens);
       CHECK(permission.may_stay_closed == !one.opens);
       CHECK(permission.may_charge == !one.opens);
       CHECK(permission.may_discharge == !one.opens);
@@ -190,6 +193,7 @@ TEST_CASE("every fault: what it forbids follows from its reaction, what it conce
       const bool is_bad = row.reaction == Reaction::open_now || row.reaction == Reaction::open_after_grace;
       const bool opens = is_bad && forbids(row.concerns, wish);
       const Permission permission = situation.judge();
+      CHECK(permission.may_go_on == !is_named);
       CHECK(permission.may_stay_closed == !opens);
       CHECK(permission.may_charge == !(opens || (is_bad && row.concerns != Concerns::discharge)));
       CHECK(permission.may_discharge == !(opens || (is_bad && row.concerns != Concerns::charge)));
@@ -208,6 +212,7 @@ TEST_CASE("every fault: a suspicion stops a closing whose wish it concerns, and 
       look(situation.faults, row, 0s);
       const bool is_named = row.reaction != Reaction::warn && forbids(row.concerns, wish);
       CHECK(situation.blockers() == (is_named ? std::vector{Blocker::suspicion} : std::vector<Blocker>{}));
+      CHECK(situation.judge().may_go_on);
       CHECK(situation.judge().may_stay_closed);
       CHECK(situation.judge().may_charge);
       CHECK(situation.judge().may_discharge);
@@ -227,6 +232,20 @@ TEST_CASE("every fault: asks for zero current while it is present and has a grac
     const bool has_grace = row.reaction == Reaction::open_after_grace;
     CHECK(demands_zero_current(faults, Concerns::charge) == (has_grace && row.concerns != Concerns::discharge));
     CHECK(demands_zero_current(faults, Concerns::discharge) == (has_grace && row.concerns != Concerns::charge));
+  }
+}
+
+TEST_CASE("every fault: forbids one direction of current while it is present and concerns that one alone",
+          "[unit][permission][contract][BMS_F.10]") {
+  for (const FaultRow& row : fault_table()) {
+    INFO(row.name);
+    FaultMemory faults;
+    if (can_be_suspected(row)) look(faults, row, 30s);
+    CHECK_FALSE(forbids(faults, Concerns::charge));
+    CHECK_FALSE(forbids(faults, Concerns::discharge));
+    believe(faults, row);
+    CHECK(forbids(faults, Concerns::charge) == (row.concerns == Concerns::charge));
+    CHECK(forbids(faults, Concerns::discharge) == (row.concerns == Concerns::discharge));
   }
 }
 

@@ -64,6 +64,7 @@ TEST_CASE("a vehicle that was left on does not keep an empty pack awake", "[unit
   in.vehicle_on = true;
   left_on.at(0s, in);  // its edge wakes, its level does not
   left_on.at(1s, in);
+  CHECK(left_on.at(11s - 1ns, in) == RestPhase::awake);
   CHECK(left_on.at(11s, in) == RestPhase::resting);
 }
 
@@ -103,6 +104,7 @@ TEST_CASE("button, charger, vehicle and command wake, each by its edge, and the 
   in.resume_button = true;
   held.at(0s, in);
   held.at(1s, in);
+  CHECK(held.at(11s - 1ns, in) == RestPhase::awake);
   CHECK(held.at(11s, in) == RestPhase::resting);  // somebody leans on the button: it has been heard
   held.mode.wake();
   CHECK(held.at(12s, in) == RestPhase::awake);
@@ -116,6 +118,17 @@ TEST_CASE("without the undervoltage there is nothing to rest for", "[unit][rest]
   RestInputs in = alone;
   in.is_undervoltage = false;
   CHECK(rested.at(11s, in) == RestPhase::awake);
+}
+
+TEST_CASE("what nobody filled in is a pack in no need of rest", "[unit][rest]") {
+  const RestInputs in;
+  for (const bool input :
+       {in.is_undervoltage, in.is_open, in.has_complete_view, in.resume_button, in.charger_connected, in.vehicle_on}) {
+    CHECK_FALSE(input);
+  }
+  const RestMode mode;
+  CHECK(mode.phase() == RestPhase::awake);
+  CHECK(mode.since() == TimePoint{});
 }
 
 TEST_CASE("each phase of the rest has its name", "[unit][rest]") {
