@@ -14,13 +14,11 @@ std::string_view to_text(RestPhase phase) {
 }
 
 bool RestMode::step(const RestInputs& in) {
-  const bool line_rose =
-      (in.resume_button && !was_button_) || (in.charger_connected && !was_charger_) || (in.vehicle_on && !was_vehicle_);
+  const bool line_rose = (in.resume_button && !was_button_) || (in.vehicle_on && !was_vehicle_);
   was_button_ = in.resume_button;
-  was_charger_ = in.charger_connected;
   was_vehicle_ = in.vehicle_on;
-  const bool is_woken = std::exchange(is_wake_wanted_, false) || line_rose;
-  const bool is_alone = in.is_undervoltage && in.is_open && !in.charger_connected && !is_woken;
+  const bool is_woken = std::exchange(is_wake_wanted_, false) || line_rose || in.charger_connected;
+  const bool is_alone = in.is_undervoltage && in.is_open && !is_woken;
   if (!is_alone) alone_since_ = {};
   if (is_alone && alone_since_ == TimePoint{}) alone_since_ = in.now;
   const RestPhase phase = next(in, is_woken);

@@ -27,7 +27,7 @@ struct RestInputs {
   bool is_undervoltage = false;  // the fault is present
   bool is_open = false;          // everything commanded open
   bool has_complete_view = false;
-  // Lines as they stand; their rising edges wake.
+  // Lines as they stand. Button and vehicle wake by their rising edge, a charger by being there.
   bool resume_button = false;
   bool charger_connected = false;
   bool vehicle_on = false;
@@ -56,7 +56,6 @@ class RestMode {
   TimePoint alone_since_{};  // zero: not alone, or nothing to rest for
   bool is_wake_wanted_ = false;
   bool was_button_ = false;
-  bool was_charger_ = false;
   bool was_vehicle_ = false;
 };
 

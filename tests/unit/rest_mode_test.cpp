@@ -83,8 +83,7 @@ TEST_CASE("a look comes now and then, and ends with a complete view or after two
   CHECK(rested.at(192s + 10ms, seen) == RestPhase::looking);
 }
 
-TEST_CASE("button, charger, vehicle and command wake, each by its edge, and the time to the rest begins anew",
-          "[unit][rest][BMS_F.9]") {
+TEST_CASE("button, charger, vehicle and command wake, and the time to the rest begins anew", "[unit][rest][BMS_F.9]") {
   const std::array<bool RestInputs::*, 3> wakers{&RestInputs::resume_button, &RestInputs::charger_connected,
                                                  &RestInputs::vehicle_on};
   for (const auto waker : wakers) {
