@@ -30,7 +30,7 @@ void PrechargeGuard::update(TimePoint now, bool is_precharging, bool is_measured
   const Duration span = updated_at_ == TimePoint{} ? Duration{} : std::min<Duration>(now - updated_at_, 1s);
   updated_at_ = now;
   if (budget_uJ_ == 0) return;
-  if (is_precharging && !was_precharging_) this_try_uJ_ = 0;
+  if (!was_precharging_) this_try_uJ_ = 0;
   if (was_precharging_ && !is_precharging) last_try_uJ_ = this_try_uJ_;
   was_precharging_ = is_precharging;
   // Rounded down it would never cool within short ticks; the cool-down is seconds, the budget joules.

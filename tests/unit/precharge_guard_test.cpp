@@ -98,6 +98,18 @@ TEST_CASE("too hot is more than the resistor bears", "[unit][contactors][F86]") 
   CHECK(guarded.guard.is_overheated());
 }
 
+TEST_CASE("exactly what the resistor bears is not too much", "[unit][contactors][F86]") {
+  ContactorConfig slow = resistor;
+  slow.precharge_cool_down = 200'000s;  // less than a microjoule a millisecond
+  Guarded guarded(slow);
+  guarded.run(1s, true);
+  CHECK(guarded.guard.heat_mJ() == 100'000);
+  CHECK(guarded.guard.is_cool());
+  CHECK_FALSE(guarded.guard.is_overheated());
+  guarded.tick(true, 1'000);  // 1 V: 0.1 mJ more
+  CHECK(guarded.guard.is_overheated());
+}
+
 TEST_CASE("the next try waits until the resistor bears another one like the last", "[unit][contactors][F86]") {
   Guarded guarded;
   CHECK(guarded.guard.is_cool());
@@ -106,8 +118,8 @@ TEST_CASE("the next try waits until the resistor bears another one like the last
   CHECK_FALSE(guarded.guard.is_cool());  // 54 J are left of 60
   guarded.run(1'380ms, false);
   CHECK_FALSE(guarded.guard.is_cool());
-  guarded.run(20ms, false);
-  CHECK(guarded.guard.is_cool());  // 40 and 60 J
+  guarded.run(10ms, false);
+  CHECK(guarded.guard.is_cool());  // 40 and 60 J, to the microjoule
 }
 
 TEST_CASE("after a try that used up all the resistor bears there is a next one, when it is cold",
