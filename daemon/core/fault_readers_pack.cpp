@@ -81,9 +81,9 @@ std::uint8_t open_wire_pair(const ModuleRecord& module, const AgeConfig& ages, T
   for (std::uint8_t cell = 0; cell + 1 < module.config.cell_count; ++cell) {
     const std::int64_t one_uV = module.cell_voltage_uV[cell].value - average_uV;
     const std::int64_t next_uV = module.cell_voltage_uV[cell + 1U].value - average_uV;
-    const bool is_opposite = (one_uV > 0) != (next_uV > 0);
     const std::int64_t smaller_uV = std::min(std::llabs(one_uV), std::llabs(next_uV));
-    if (is_opposite && smaller_uV >= apart_min_uV && 4 * std::llabs(one_uV + next_uV) <= smaller_uV) {
+    // On the same side of the average their sum is twice the smaller one and more.
+    if (smaller_uV >= apart_min_uV && 4 * std::llabs(one_uV + next_uV) <= smaller_uV) {
       return static_cast<std::uint8_t>(cell + 1);
     }
   }

@@ -44,10 +44,17 @@ bool demands_opening(const FaultRow& row, const FaultState& state, const PackSta
   return grace_is_over || !pack.current_mA.is_valid() || is_small_current(pack.current_mA.value);
 }
 
+namespace {
+
+bool is_about(const FaultRow& row, Concerns direction) {
+  return row.concerns == Concerns::all || row.concerns == direction;
+}
+
+}  // namespace
+
 bool demands_zero_current(const FaultMemory& faults, Concerns direction) {
   return std::any_of(fault_table().begin(), fault_table().end(), [&](const FaultRow& row) {
-    const bool is_concerned = row.concerns == Concerns::all || row.concerns == direction;
-    return is_concerned && row.reaction == Reaction::open_after_grace && faults.state(row.id).is_present();
+    return is_about(row, direction) && row.reaction == Reaction::open_after_grace && faults.state(row.id).is_present();
   });
 }
 
@@ -86,8 +93,7 @@ bool any_demands_opening(const FaultMemory& faults, const PackState& pack, const
 
 bool forbids_current(const FaultMemory& faults, const PackState& pack, TimePoint now, Concerns direction) {
   return any_row([&](const FaultRow& row) {
-    const bool is_concerned = row.concerns == Concerns::all || row.concerns == direction;
-    return is_concerned && demands_opening(row, faults.state(row.id), pack, now);
+    return is_about(row, direction) && demands_opening(row, faults.state(row.id), pack, now);
   });
 }
 
