@@ -330,7 +330,16 @@ TEST_CASE("a link that follows before the resistor can have charged it fails the
   CHECK(failure(1ns, 95'000, 99'000) == PrechargeFailure::none);
   CHECK(failure(400ms - 1ns, 95'000, -10'000) == PrechargeFailure::too_fast);  // never more than the whole time
   CHECK(failure(400ms, 95'000, -10'000) == PrechargeFailure::none);
+  const SequenceState begun{.phase = Phase::precharge, .entered_at = start};
+  SequenceInputs early = ready(1ms);
+  CHECK(is_too_fast(begun, early, with_min));
+  early.is_measured = false;
+  CHECK_FALSE(is_too_fast(begun, early, with_min));
   CHECK(precharge_min({}, 0, with_min) == 0ms);
+  CHECK(precharge_min({.link_at_start_mV = -10'000}, 0, with_min) == 0ms);
+  CHECK(precharge_min({}, 1, with_min) == 400ms);
+  CHECK(precharge_min({.link_at_start_mV = 99'000}, 100'000, with_min) == 0ms);
+  CHECK(precharge_min({.link_at_start_mV = 94'999}, 100'000, with_min) == 4'210ns);  // a millivolt of 95 V
 }
 
 TEST_CASE("the link at the start of a precharge is the measured one, or none", "[unit][contactors]") {

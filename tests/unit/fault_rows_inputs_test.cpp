@@ -117,6 +117,7 @@ TEST_CASE("a second current sensor is missed like the first, and compared with i
   world.now = start + 5ms;
   world.sensors.current_2_mA = {47'000, start + 5ms, Validity::valid};
   CHECK_FALSE(world.is_true(FaultId::current_sensor_lost));
+  CHECK(world.read(FaultId::current_sensors_disagree).is_known);
   CHECK(world.read(FaultId::current_sensors_disagree).value == 3'000);
   CHECK(world.read(FaultId::current_sensors_disagree).taken_at == start + 5ms);
   world.sensors.current_2_mA.value = 53'000;

@@ -13,6 +13,8 @@ using World = bmu::test::FaultWorld;
 
 namespace {
 
+constexpr std::array<std::uint8_t, 2> nodes{1, 2};
+
 CoreConfig pack_of_threes() {
   CoreConfig config = test::small_pack();
   for (ModuleConfig& module : config.modules) module.cell_count = 3;
@@ -80,7 +82,7 @@ TEST_CASE("a module's voltage against the sum of its cells: the worst module, in
   World world;
   const FaultId id = FaultId::module_voltage_mismatch;
   world.poll_after(100ms);
-  for (const std::uint8_t node : std::array<std::uint8_t, 2>{1, 2}) {
+  for (const std::uint8_t node : nodes) {
     world.say_status(node, [](CanFrame&) {});
     world.tell_cells(node, {3'700'000, 3'700'000, 3'700'000, 3'700'000});
     say_module_mV(world, node, 14'800);
@@ -104,6 +106,18 @@ TEST_CASE("a module's voltage against the sum of its cells: the worst module, in
   world.now += 1ns;
   CHECK(world.read(id).value == 0);
   CHECK(world.read(id).is_partial);
+}
+
+TEST_CASE("a module's voltage that is too old is compared with nothing, however fresh its cells are",
+          "[unit][faults][F14]") {
+  World world;
+  world.poll_after(250ms + 1ns);
+  for (const std::uint8_t node : nodes) {
+    world.say_status(node, [](CanFrame&) {});
+    world.tell_cells(node, {3'700'000, 3'700'000, 3'700'000, 3'700'000});
+  }
+  CHECK(world.read(FaultId::module_voltage_mismatch).value == 0);
+  CHECK(world.read(FaultId::module_voltage_mismatch).is_partial);
 }
 
 TEST_CASE("a swing of the current explains as much between a module and its cells as its cells have resistance",

@@ -48,8 +48,11 @@ TEST_CASE("limits that nobody evaluated are zero, and inputs that nobody filled 
   CHECK(limit.derates_from == 0);
   CHECK(limit.threshold == 0);
   CHECK(limit.unhindered_mA == 0);
-  CHECK(LimitInputs{}.discharge_used_permille == 0);
-  CHECK(LimitInputs{}.charge_used_permille == 0);
+  const LimitInputs unfilled;
+  CHECK_FALSE(unfilled.may_discharge);
+  CHECK_FALSE(unfilled.may_charge);
+  CHECK(unfilled.discharge_used_permille == 0);
+  CHECK(unfilled.charge_used_permille == 0);
   Bench bench;
   bench.inputs = {};
   CHECK(bench.discharge().limit_mA == 0);

@@ -99,6 +99,9 @@ TEST_CASE("permission is not there before it was granted", "[unit][permission]")
     CHECK_FALSE(permission.may_charge);
     CHECK_FALSE(permission.may_discharge);
   }
+  const Wish unfilled;
+  CHECK_FALSE(unfilled.by_vehicle);
+  CHECK_FALSE(unfilled.by_charger);
   Situation nothing_known;
   nothing_known.inputs = {};
   nothing_known.pack = {};
