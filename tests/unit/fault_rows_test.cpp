@@ -529,7 +529,7 @@ TEST_CASE("what nobody filled in is not known, not seen and not up", "[unit][fau
   const CoreFlags flags;
   for (const bool flag : {flags.foreign_master_seen, flags.internal_bus_up, flags.loop_gap_seen, flags.frames_lost_seen,
                           flags.contactor_not_following != 0, flags.contactor_welded != 0, flags.closing_is_commanded,
-                          flags.pdu_restarted, flags.command_not_on_bus, FaultInputs{}.has_started}) {
+                          flags.pdu_restarted, flags.command_not_on_bus, flags.is_driving, FaultInputs{}.has_started}) {
     CHECK_FALSE(flag);
   }
 }

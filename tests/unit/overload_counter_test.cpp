@@ -141,6 +141,8 @@ TEST_CASE("a sample told twice or out of order counts for nothing", "[unit][curr
   observe(start + 1s);
   CHECK(counter.discharge_used_permille() == 100);
   CHECK(counter.counted_at() == start + 1s);
+  observe(start);  // time that runs back takes nothing away either
+  CHECK(counter.discharge_used_permille() == 100);
 }
 
 TEST_CASE("each direction has a count of its own", "[unit][current][BMS_NF.7]") {
