@@ -112,6 +112,19 @@ TEST_CASE("a rise is that of the last two seconds, however often a sensor speaks
   }
 }
 
+TEST_CASE("the first sensor of the first module is watched like any other", "[unit][temperature]") {
+  ModuleFeed feed(test::small_pack());
+  TemperatureTrend trend;
+  for (int sample = 0; sample <= 20; ++sample) {
+    feed.pass(100ms);
+    feed.temperatures(1, {known(250 + sample), known(250)});
+    trend.update(feed.modules());
+  }
+  CHECK(trend.fastest_mK_per_s(feed.modules()).value == 1'000);
+  CHECK(trend.fastest_mK_per_s(feed.modules()).element ==
+        Element{.module_node = 1, .number = 1, .is_temperature_sensor = true});
+}
+
 TEST_CASE("a sensor not heard for more than a second begins anew", "[unit][temperature]") {
   for (const auto& [hole, is_known] : {std::pair{Duration{1s}, true}, std::pair{1s + 1ns, false}}) {
     Warming warming;
