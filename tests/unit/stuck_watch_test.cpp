@@ -134,7 +134,7 @@ TEST_CASE("what was not measured, a hole and an unknown current prove nothing", 
     CHECK(silent.longest().value == counted_ms);
   }
   Watched blind;
-  blind.poll(0);
+  blind.poll(20'000);
   blind.poll_blind();
   CHECK(blind.longest().value == 0);
   Watched forgotten;
