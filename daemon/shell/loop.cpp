@@ -10,6 +10,8 @@
 #include <sys/timerfd.h>
 #include <unistd.h>
 
+#include "daemon/shell/late_decision.hpp"
+
 namespace bmu {
 
 namespace {
@@ -264,8 +266,13 @@ void Loop::look_at_lines() {
   observe(now(), LinesSeen{.image = image});
 }
 
-void Loop::drive_lines(const ContactorOutputs& outputs) {
+void Loop::drive_lines(const ContactorOutputs& outputs, TimePoint decided_at) {
   if (parts_.lines == nullptr) return;
+  // The lines stay as they are, and the watchdog's stands still, until the next decision, which comes at once.
+  if (is_too_late(outputs, now() - decided_at)) {
+    decide_now_ = true;
+    return;
+  }
   const std::optional<LineImage> failed = parts_.lines->drive(outputs);
   if (failed) observe(now(), LinesSeen{.image = *failed});
 }
@@ -323,8 +330,8 @@ void Loop::decide() {
   decide_now_ = false;
   const Decisions decisions = parts_.core.decide(at);
   if (parts_.lines != nullptr) parts_.lines->decided();
-  drive_lines(decisions.outputs);
-  send(decisions);
+  drive_lines(decisions.outputs, at);
+  send(decisions, at);
   for (const Event& event : decisions.events) parts_.journal.log(row_of(event.id).severity, to_text(event));
   wake_at_ = decisions.wake_at;
   is_shut_down_ = decisions.is_shut_down;
@@ -337,11 +344,13 @@ void Loop::decide() {
   }
 }
 
-void Loop::send(const Decisions& decisions) {
+void Loop::send(const Decisions& decisions, TimePoint decided_at) {
   for (const OutgoingFrame& outgoing : decisions.frames) {
-    if (parts_.buses.serving(outgoing.port).send(outgoing.frame)) continue;
-    // Whatever the core makes of it can wait for the next tick; a bus that takes nothing must not make us spin.
-    const bool decide_now_before = decide_now_;
+    const bool is_late = is_too_late(outgoing, now() - decided_at);
+    if (!is_late && parts_.buses.serving(outgoing.port).send(outgoing.frame)) continue;
+    // Whatever the core makes of it can wait for the next tick; a bus that takes nothing must not make us spin. We, if
+    // we were away, have to decide anew at once.
+    const bool decide_now_before = decide_now_ || is_late;
     observe(now(), SendFailed{.port = outgoing.port, .frame = outgoing.frame});
     decide_now_ = decide_now_before;
   }

@@ -78,14 +78,14 @@ class Loop {
   void tell_port_state(Port port, bool was_down);
   void maintain_ports();
   void look_at_lines();
-  void drive_lines(const ContactorOutputs& outputs);
+  void drive_lines(const ContactorOutputs& outputs, TimePoint decided_at);
   void maintain_lines();
   void tell_wall_clock();
   void tell_health();
   void keep_state();
   void decide_if_due();
   void decide();
-  void send(const Decisions& decisions);
+  void send(const Decisions& decisions, TimePoint decided_at);
   void after_tick();
   void arm_timer();
   void shut_down();
