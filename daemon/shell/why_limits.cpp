@@ -51,7 +51,7 @@ DirectionConfig config_of(Concerns direction, const CurrentLimitConfig& current)
   return {"discharge", current.discharge_continuous_mA, current.discharge_peak_mA, current.discharge_peak_for};
 }
 
-std::string mA_text(std::int64_t value_mA) {
+std::string current_text(std::int64_t value_mA) {
   return value_text(Unit::mA, value_mA);
 }
 
@@ -70,11 +70,11 @@ Json measured_signal(const CauseRow& row, const CurrentLimit& limit) {
 /// "from 3.0000 V on the limit falls from 80.0 A to zero at 2.8000 V", of a peak to what stands for ever.
 std::string line_text(const CauseRow& row, const CurrentLimit& limit, const DirectionConfig& config) {
   const bool is_peak = row.cause == LimitCause::overload;
-  const std::string ends = is_peak ? mA_text(config.continuous_mA) + ", which stand for ever; with " +
+  const std::string ends = is_peak ? current_text(config.continuous_mA) + ", which stand for ever; with " +
                                          value_text(row.unit, limit.threshold) + " it opens"
                                    : "zero at " + value_text(row.unit, limit.threshold);
   return "from " + value_text(row.unit, limit.derates_from) + " on the limit falls from " +
-         mA_text(limit.unhindered_mA) + " to " + ends;
+         current_text(limit.unhindered_mA) + " to " + ends;
 }
 
 Json measured_limit(const CauseRow& row, const CurrentLimit& limit, const DirectionConfig& config) {
@@ -120,10 +120,10 @@ Json phase_step(const CoreView& view) {
 Json configured_step(const CurrentLimit& limit, const DirectionConfig& config) {
   const bool is_peak = limit.cause == LimitCause::peak;
   Json json =
-      step("limit",
-           is_peak ? "current/" + text(config.name) + "_peak_mA: " + mA_text(config.peak_mA) + " for " +
-                         span_text(config.peak_for) + ", then " + mA_text(config.continuous_mA)
-                   : "current/" + text(config.name) + "_continuous_mA: " + mA_text(config.continuous_mA) + " for ever");
+      step("limit", is_peak ? "current/" + text(config.name) + "_peak_mA: " + current_text(config.peak_mA) + " for " +
+                                  span_text(config.peak_for) + ", then " + current_text(config.continuous_mA)
+                            : "current/" + text(config.name) + "_continuous_mA: " + current_text(config.continuous_mA) +
+                                  " for ever");
   json["row"] = "current/" + text(config.name) + (is_peak ? "_peak_mA" : "_continuous_mA");
   json["continuous_mA"] = config.continuous_mA;
   if (is_peak) json["peak_for_ms"] = to_ms(config.peak_for);
@@ -132,8 +132,8 @@ Json configured_step(const CurrentLimit& limit, const DirectionConfig& config) {
 
 Json decision_step(const CurrentLimit& limit) {
   const bool is_derated = find_row(limit.cause) != nullptr;
-  Json json = step("decision", "at most " + mA_text(limit.limit_mA) +
-                                   (is_derated ? " of " + mA_text(limit.unhindered_mA) : "") + ": " +
+  Json json = step("decision", "at most " + current_text(limit.limit_mA) +
+                                   (is_derated ? " of " + current_text(limit.unhindered_mA) : "") + ": " +
                                    text(to_text(limit.cause)));
   json["limit_mA"] = limit.limit_mA;
   json["cause"] = to_text(limit.cause);
@@ -167,7 +167,7 @@ Json limit_chain(Concerns direction, const CoreView& view) {
   const CurrentLimit& limit = direction == Concerns::charge ? limits.charge : limits.discharge;
   Json steps = steps_before(direction, limit, view);
   std::string sentence = capitalised(text(config_of(direction, view.core.config().current).name)) + " limit " +
-                         mA_text(limit.limit_mA) + ": " + text(to_text(limit.cause));
+                         current_text(limit.limit_mA) + ": " + text(to_text(limit.cause));
   for (const Json& one : steps) sentence += "; " + one["text"].get<std::string>();
   steps.push_back(decision_step(limit));
   return {{"text", sentence + "."}, {"steps", std::move(steps)}};

@@ -39,7 +39,7 @@ constexpr std::array<std::string_view, 16> unit_tokens{"uV",  "mV",  "V",  "mA",
                                                        "Ohm", "uAs", "Ah", "mWh", "ms", "s",  "permille", "J"};
 
 std::string unit_of(const KeyDescription& key) {
-  const std::string token = last_token(key.path);
+  std::string token = last_token(key.path);
   const bool is_pair = key.path.find("_per_") != std::string::npos && !key.path.ends_with("_permille");
   if (!is_pair && std::find(unit_tokens.begin(), unit_tokens.end(), token) != unit_tokens.end()) return token;
   constexpr std::array<std::pair<std::string_view, const char*>, 4> pairs{

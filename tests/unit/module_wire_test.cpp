@@ -171,7 +171,7 @@ TEST_CASE("frames of a slow module leave later, complete and in their order", "[
   SECTION("as many as a POLL each 100 ms brings") {
     std::size_t sent = 0;
     for (int poll = 0; poll < 20; ++poll) sent += bench.ask(100ms).size();
-    CHECK(sent + bench.run(1s).size() == 20 * 9);
+    CHECK(sent + bench.run(1s).size() == std::size_t{20} * 9);
   }
   SECTION("more than there is room for is lost, the rest comes") {
     std::size_t sent = 0;

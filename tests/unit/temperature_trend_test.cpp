@@ -67,7 +67,7 @@ TEST_CASE("a steady rise is read as what it is, within a step of the sensor over
       warming.sample(250 + rate_dC_per_s * sample / 10);
       if (sample < 30) continue;
       // The other sensor stands still, so that the fastest is at least 0.
-      const std::int64_t expected_mK_per_s = std::max(rate_dC_per_s, 0) * 100;
+      const std::int64_t expected_mK_per_s = std::int64_t{std::max(rate_dC_per_s, 0)} * 100;
       CHECK(warming.fastest().value >= expected_mK_per_s - 50);
       CHECK(warming.fastest().value <= expected_mK_per_s + 50);
     }

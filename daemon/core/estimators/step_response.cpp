@@ -93,8 +93,8 @@ void StepResponse::compare_cells(const ModuleTable& modules, const Picture& now)
 /// What the steps so far add up to; nothing before every cell has seen enough of them.
 void StepResponse::refresh(TimePoint at) {
   const auto cells = static_cast<std::ptrdiff_t>(cell_count_);
-  const bool knows_all = std::all_of(cells_.begin(), cells_.begin() + cells,
-                                     [](const Cell& cell) { return cell.steps >= resistance_steps_min; });
+  const bool knows_all = cells > 0 && std::all_of(cells_.begin(), cells_.begin() + cells,
+                                                  [](const Cell& cell) { return cell.steps >= resistance_steps_min; });
   if (!knows_all) return;
   std::int64_t sum_uOhm = 0;
   std::size_t worst = 0;
