@@ -35,6 +35,7 @@ from mutants import Mutant
 from survivors import Survivor
 
 SCORE_MIN_PERMILLE = 950
+PROGRESS_EVERY = 100
 
 
 def parse_arguments() -> argparse.Namespace:
@@ -84,9 +85,15 @@ def try_all(work: Path, wanted: list[Mutant], jobs: int) -> tuple[set[int], set[
     reach = trial.learn_reach(work / "build")
     trial.check_selection(work / "build", reach)
     unreached = {each.id for each in wanted if not reach.cases_for(each.id)}
+    killed: set[int] = set()
     with ThreadPoolExecutor(max_workers=jobs) as pool:
         outcomes = pool.map(lambda each: trial.is_killed(work / "build", reach, each.id), wanted)
-        return {each.id for each, killed in zip(wanted, outcomes) if killed}, unreached
+        for tried, (each, is_killed) in enumerate(zip(wanted, outcomes), start=1):
+            if is_killed:
+                killed.add(each.id)
+            if tried % PROGRESS_EVERY == 0:
+                print(f"mutate: {tried} of {len(wanted)} tried, {len(killed)} killed", file=sys.stderr, flush=True)
+    return killed, unreached
 
 
 def print_summary(wanted: list[Mutant], killed: set[int]) -> None:
