@@ -18,7 +18,7 @@ namespace {
 
 // About 60 ms of a full 500 kbit/s bus; then timers and the other ports have their turn.
 constexpr int frames_per_wake_up = 256;
-// A tick this late: we were stopped or starved, and nobody knows when the frames came that wait now.
+// So long after we should have been there: we were stopped or starved, and nobody knows when the frames came that wait.
 constexpr Duration lateness_max = 20ms;
 // More than any receive queue holds.
 constexpr int backlog_max = 100'000;
@@ -89,14 +89,16 @@ Result<void, OsError> Loop::init() {
 }
 
 Result<void, OsError> Loop::run() {
+  expected_at_ = monotonic_now();
+  wake_at_ = expected_at_;
   for (const Port port : all_ports) tell_port_state(port, false);
   tell_wall_clock();
   tell_health();
-  wake_at_ = now();
   decide_if_due();
   while (!is_over()) {
     std::array<epoll_event, epoll_events> events{};
     const bool must_not_wait = decide_now_ || parts_.status_socket.has_waiting_requests();
+    if (!must_not_wait) expected_at_ = wake_at_;
     const int count = ::epoll_wait(epoll_.get(), events.data(), epoll_events, must_not_wait ? 0 : -1);
     if (count < 0 && errno != EINTR) {
       const OsError error = os_error("epoll_wait");
@@ -130,8 +132,9 @@ void Loop::wake(std::uint32_t tag) {
 }
 
 TimePoint Loop::now() {
-  latest_time_ = std::max(latest_time_, monotonic_now());
-  return latest_time_;
+  const TimePoint at = monotonic_now();
+  catch_up(at);
+  return std::max(latest_time_, at);
 }
 
 void Loop::observe(TimePoint at, const ObservedThing& what) {
@@ -180,24 +183,50 @@ void Loop::read_port(Port port) {
       was_down = true;
       break;
     }
+    const TimePoint read_at = received.received_at;
+    if (is_late(read_at)) {
+      if (!take_old_frame(port, received, must_discard(read_at))) {
+        observe(latest_time_, FramesLost{.port = port, .count = 1});
+      }
+      catch_up(read_at);
+      break;
+    }
+    expected_at_ = read_at;
     take_frame(port, received);
   }
   tell_port_state(port, was_down);
   if (port == Port::internal && parts_.buses.is_shared()) tell_port_state(Port::vehicle, was_down);
 }
 
-/// Frames are as old as the time we have been away for, at most; that is what they are taken for, and nothing is
-/// decided before all are in. After a time longer than the core bridges they are not taken at all: it forgets
-/// everything then, and must not learn it anew from frames of long ago.
-void Loop::catch_up(TimePoint woke_at) {
-  if (woke_at - wake_at_ <= lateness_max) return;
-  const bool discards = woke_at - parts_.core.decided_at() > loop_gap_max;
-  for (const Port port : all_ports) {
-    if (port == Port::internal || !parts_.buses.is_shared()) drain_port(port, discards);
-  }
+bool Loop::is_late(TimePoint at) const {
+  return at - expected_at_ > lateness_max;
 }
 
-void Loop::drain_port(Port port, bool discards) {
+bool Loop::must_discard(TimePoint at) const {
+  return at - parts_.core.decided_at() > loop_gap_max;
+}
+
+/// Asked on waking, with each frame, and whenever the clock is read to tell the core something or to decide, because a
+/// process can be stopped anywhere. Frames are as old as the time we have been away for, at most; that is what they are
+/// taken for, and nothing is decided before all are in. After a time longer than the core bridges they are not taken at
+/// all: it forgets everything then, and must not learn it anew from frames of long ago.
+void Loop::catch_up(TimePoint at) {
+  if (is_late(at)) {
+    std::array<bool, port_count> was_down{};
+    const bool discards = must_discard(at);
+    for (const Port port : all_ports) {
+      const bool is_drained = port == Port::vehicle && parts_.buses.is_shared();
+      was_down[index_of(port)] = is_drained ? was_down[index_of(Port::internal)] : drain_port(port, discards);
+    }
+    expected_at_ = at;
+    // After the frames, because this is told with the time of now.
+    for (const Port port : all_ports) tell_port_state(port, was_down[index_of(port)]);
+  }
+  expected_at_ = at;
+}
+
+/// True: it was down meanwhile.
+bool Loop::drain_port(Port port, bool discards) {
   BusPort& bus = parts_.buses.serving(port);
   std::uint64_t discarded = 0;
   bool was_down = false;
@@ -206,18 +235,19 @@ void Loop::drain_port(Port port, bool discards) {
     const ReadStatus status = bus.read(received);
     if (status == ReadStatus::empty) break;
     was_down = was_down || status == ReadStatus::down;  // what waits behind the loss is as old as the rest
-    if (status == ReadStatus::down) continue;
-    received.received_at = latest_time_;
-    // What the controller says of itself is no measurement: a bus-off of then is one until somebody is heard again.
-    if (discards && !received.frame.is_error) {
-      ++discarded;
-    } else {
-      take_frame(port, received);
-    }
+    if (status == ReadStatus::frame && !take_old_frame(port, received, discards)) ++discarded;
   }
   if (discarded > 0) observe(latest_time_, FramesLost{.port = port, .count = discarded});
-  tell_port_state(port, was_down);
-  if (port == Port::internal && parts_.buses.is_shared()) tell_port_state(Port::vehicle, was_down);
+  return was_down;
+}
+
+/// False: it was discarded. What the controller says of itself is no measurement and is always taken: a bus-off of then
+/// is one until somebody is heard again.
+bool Loop::take_old_frame(Port port, ReceivedFrame received, bool discards) {
+  if (discards && !received.frame.is_error) return false;
+  received.received_at = latest_time_;
+  take_frame(port, received);
+  return true;
 }
 
 void Loop::take_frame(Port port, const ReceivedFrame& received) {
@@ -269,7 +299,7 @@ void Loop::look_at_lines() {
 void Loop::drive_lines(const ContactorOutputs& outputs, TimePoint decided_at) {
   if (parts_.lines == nullptr) return;
   // The lines stay as they are, and the watchdog's stands still, until the next decision, which comes at once.
-  if (is_too_late(outputs, now() - decided_at)) {
+  if (is_too_late(outputs, monotonic_now() - decided_at)) {
     decide_now_ = true;
     return;
   }
@@ -328,6 +358,7 @@ void Loop::decide() {
     counters_.latest = std::max(counters_.latest, at - wake_at_);
   }
   decide_now_ = false;
+  latest_time_ = at;
   const Decisions decisions = parts_.core.decide(at);
   if (parts_.lines != nullptr) parts_.lines->decided();
   drive_lines(decisions.outputs, at);
@@ -346,12 +377,13 @@ void Loop::decide() {
 
 void Loop::send(const Decisions& decisions, TimePoint decided_at) {
   for (const OutgoingFrame& outgoing : decisions.frames) {
-    const bool is_late = is_too_late(outgoing, now() - decided_at);
-    if (!is_late && parts_.buses.serving(outgoing.port).send(outgoing.frame)) continue;
+    const bool was_away = is_too_late(outgoing, monotonic_now() - decided_at);
+    if (!was_away && parts_.buses.serving(outgoing.port).send(outgoing.frame)) continue;
     // Whatever the core makes of it can wait for the next tick; a bus that takes nothing must not make us spin. We, if
     // we were away, have to decide anew at once.
-    const bool decide_now_before = decide_now_ || is_late;
-    observe(now(), SendFailed{.port = outgoing.port, .frame = outgoing.frame});
+    const bool decide_now_before = decide_now_ || was_away;
+    // At the time of the decision: what waits to be read, if we were away, is no younger.
+    observe(decided_at, SendFailed{.port = outgoing.port, .frame = outgoing.frame});
     decide_now_ = decide_now_before;
   }
 }

@@ -72,8 +72,11 @@ class Loop {
   void observe(TimePoint at, const ObservedThing& what);
   void read_signals();
   void read_port(Port port);
-  void catch_up(TimePoint woke_at);
-  void drain_port(Port port, bool discards);
+  [[nodiscard]] bool is_late(TimePoint at) const;
+  [[nodiscard]] bool must_discard(TimePoint at) const;
+  void catch_up(TimePoint at);
+  [[nodiscard]] bool drain_port(Port port, bool discards);
+  bool take_old_frame(Port port, ReceivedFrame received, bool discards);
   void take_frame(Port port, const ReceivedFrame& received);
   void tell_port_state(Port port, bool was_down);
   void maintain_ports();
@@ -90,6 +93,7 @@ class Loop {
   void arm_timer();
   void shut_down();
   [[nodiscard]] bool is_over() const;
+  /// What waits from a time when we were away has been taken when this returns.
   [[nodiscard]] TimePoint now();
   [[nodiscard]] bool watch(int fd, std::uint32_t tag);
   void wake(std::uint32_t tag);
@@ -109,6 +113,7 @@ class Loop {
   DriveRecorder drive_;
   TimePoint latest_time_{};  // what the core was told last: its time never goes back
   TimePoint wake_at_{};
+  TimePoint expected_at_{};  // when we were there last, or sleep until by right: what is much later was an absence
   TimePoint maintained_at_{};
   TimePoint told_people_at_{};
   TimePoint shut_down_at_{};

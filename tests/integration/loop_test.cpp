@@ -1,0 +1,182 @@
+// The loop of the daemon on a bus of this test: what it makes of frames that waited while the process did not run.
+#include "daemon/shell/loop.hpp"
+
+#include <array>
+#include <csignal>
+#include <ctime>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <utility>
+
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include "config/pack_config.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/process.hpp"
+
+namespace bmu {
+
+namespace {
+
+/// Stands for SIGSTOP and SIGCONT, or for a processor that others have: for so long this process does nothing.
+void be_stopped(Duration how_long) {
+  const timespec span{.tv_sec = 0, .tv_nsec = static_cast<long>(how_long.count())};
+  REQUIRE(::nanosleep(&span, nullptr) == 0);
+}
+
+/// A bus that somebody else fills, and that stops the process where the test wants it.
+struct ScriptedPort : BusPort {
+  std::deque<CanFrame> waiting;
+  std::function<void(const CanFrame&)> on_send;
+  std::function<void()> on_read;  // before a frame is handed over
+
+  [[nodiscard]] int fd() const override { return event_.get(); }
+  [[nodiscard]] ReadStatus read(ReceivedFrame& out) override {
+    if (waiting.empty()) {
+      std::uint64_t count = 0;
+      static_cast<void>(::read(event_.get(), &count, sizeof(count)));
+      return ReadStatus::empty;
+    }
+    if (on_read) on_read();
+    out = {.frame = waiting.front(), .received_at = monotonic_now()};
+    waiting.pop_front();
+    return ReadStatus::frame;
+  }
+  [[nodiscard]] Result<void, SendError> send(const CanFrame& frame) override {
+    on_send(frame);
+    return {};
+  }
+  void maintain() override {}
+  [[nodiscard]] BusState state() const override { return BusState::up; }
+  [[nodiscard]] std::uint64_t frames_lost() const override { return 0; }
+  [[nodiscard]] const std::string& name() const override { return name_; }
+  [[nodiscard]] std::string last_error() const override { return {}; }
+
+  void arrive(const CanFrame& frame) {
+    waiting.push_back(frame);
+    const std::uint64_t one = 1;
+    REQUIRE(::write(event_.get(), &one, sizeof(one)) == sizeof(one));
+  }
+
+ private:
+  OwnedFd event_{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
+  std::string name_ = "scripted";
+};
+
+CanFrame current_frame() {
+  CanFrame frame = make_frame(internal_bus::sensor_current);
+  seal(internal_bus::sensor_current, 7, frame);
+  return frame;
+}
+
+/// Both emergency stops are pressed in it: the loop decides on it at once, before it reads on.
+CanFrame urgent_frame() {
+  CanFrame frame = make_frame(internal_bus::pdu_status);
+  seal(internal_bus::pdu_status, 7, frame);
+  return frame;
+}
+
+struct LoopBench {
+  static constexpr int frame_number = 20;  // where things happen: in the midst of work
+  static constexpr int frames_after = 10;  // and these are sent after it, within less than what makes a value old
+
+  TemporaryFolder folder;
+  PackConfig pack = *load_pack_config(std::string(BMUD_SOURCE_DIR) + "/config/packs/demo-48s.json");
+  Journal journal{Severity::error};
+  ServiceNotify notify;
+  std::unique_ptr<StatusSocket> socket = *StatusSocket::open({.path = folder / "bmud.sock"});
+  std::unique_ptr<StateStore> store = *StateStore::open({});
+  Buses buses{.internal = std::make_unique<ScriptedPort>(), .vehicle = nullptr};
+  ScriptedPort& port = static_cast<ScriptedPort&>(*buses.internal);
+  std::unique_ptr<Core> core = std::make_unique<Core>(pack.core, monotonic_now());
+  int frames_sent = 0;
+  TimePoint stopped_at{};
+
+  /// Until some frames after the one at which `happens` is called.
+  void run(const std::function<void()>& happens) {
+    port.on_send = [&](const CanFrame&) {
+      ++frames_sent;
+      if (frames_sent == frame_number) happens();
+      if (frames_sent == frame_number + frames_after) end();
+    };
+    Loop loop({.core = *core,
+               .buses = buses,
+               .status_socket = *socket,
+               .journal = journal,
+               .notify = notify,
+               .store = *store});
+    loop.set_answers([](std::string_view, const Peer&) { return StatusReply{}; }, [] { return std::string(); });
+    sigset_t ends;
+    sigset_t before;
+    sigemptyset(&ends);
+    for (const int signal : {SIGTERM, SIGINT}) sigaddset(&ends, signal);
+    REQUIRE(::pthread_sigmask(SIG_BLOCK, &ends, &before) == 0);
+    REQUIRE(loop.init());
+    REQUIRE(loop.run());
+    REQUIRE(::pthread_sigmask(SIG_SETMASK, &before, nullptr) == 0);
+  }
+  /// The second one does not wait for contacts that nobody here reports.
+  static void end() {
+    REQUIRE(::raise(SIGTERM) == 0);
+    REQUIRE(::raise(SIGINT) == 0);
+  }
+  void stop_for(Duration how_long) {
+    stopped_at = monotonic_now();
+    be_stopped(how_long);
+  }
+  void arrive_three() {
+    port.arrive(current_frame());
+    port.arrive(urgent_frame());
+    port.arrive(current_frame());
+  }
+};
+
+}  // namespace
+
+TEST_CASE("frames that waited while a decision was stopped on its way are not taken", "[integration][loop][F53][F60]") {
+  LoopBench bench;
+  bench.run([&] {
+    bench.arrive_three();
+    bench.stop_for(loop_gap_max + 70ms);
+  });
+  CHECK(bench.port.waiting.empty());
+  CHECK(bench.core->sensors().current_mA.taken_at == TimePoint{});
+  CHECK(bench.core->sensors().pdu.taken_at == TimePoint{});
+}
+
+TEST_CASE("frames that waited while the reading was stopped half-way are not taken", "[integration][loop][F53][F60]") {
+  LoopBench bench;
+  bench.run([&] {
+    bench.arrive_three();
+    bench.port.on_read = [&] {
+      bench.port.on_read = nullptr;
+      bench.stop_for(loop_gap_max + 70ms);
+    };
+  });
+  CHECK(bench.port.waiting.empty());
+  CHECK(bench.core->sensors().current_mA.taken_at == TimePoint{});
+  CHECK(bench.core->sensors().pdu.taken_at == TimePoint{});
+}
+
+TEST_CASE("frames that waited for a time that is bridged are as old as it is long", "[integration][loop][F53][F60]") {
+  LoopBench bench;
+  const bool is_reading = GENERATE(false, true);
+  bench.run([&] {
+    bench.arrive_three();
+    if (!is_reading) return bench.stop_for(60ms);
+    bench.port.on_read = [&] {
+      bench.port.on_read = nullptr;
+      bench.stop_for(60ms);
+    };
+  });
+  CHECK(bench.port.waiting.empty());
+  for (const TimePoint taken_at : {bench.core->sensors().current_mA.taken_at, bench.core->sensors().pdu.taken_at}) {
+    CHECK(taken_at != TimePoint{});
+    INFO("stopped " << (is_reading ? "reading" : "deciding"));
+    CHECK(taken_at <= bench.stopped_at);
+  }
+}
+
+}  // namespace bmu
