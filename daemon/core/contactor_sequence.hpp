@@ -255,7 +255,7 @@ struct SequenceStep {
     next.overcurrent_at = in.current_at;
   }
   result.outputs = outputs_for(next);
-  if (phase != Phase::open || !in.close_wanted || !in.close_permitted) return result;
+  if (!in.close_wanted || !in.close_permitted) return result;
   if (state.phase == Phase::precharge) result.precharge_failure = precharge_failure(state, in, config);
   const bool lost_link = state.phase == Phase::main_positive && has_lost_link(in, config);
   if (lost_link) result.precharge_failure = PrechargeFailure::too_slow;

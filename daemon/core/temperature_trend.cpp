@@ -19,8 +19,8 @@ void TemperatureTrend::Track::add(const Measured<std::int32_t>& temperature_dC) 
     return;
   }
   if (temperature_dC.taken_at - newest.taken_at > gap_max) *this = {};
-  const bool is_due =
-      count == 0 || temperature_dC.taken_at - older[(head + samples_max - 1) % samples_max].taken_at >= spacing;
+  // The samples of an empty ring are of the beginning of time.
+  const bool is_due = temperature_dC.taken_at - older[(head + samples_max - 1) % samples_max].taken_at >= spacing;
   newest = {temperature_dC.value, temperature_dC.taken_at};
   if (!is_due) return;
   older[head] = newest;

@@ -384,6 +384,18 @@ TEST_CASE("a second sample beyond the precharge current is a short, one alone is
   watched.precharge_overcurrent_mA = 0;  // not watched
   state = {.phase = Phase::precharge, .entered_at = start, .overcurrent_at = start + 1ms};
   CHECK(show(10ms, INT32_MIN) == PrechargeFailure::none);
+  watched.precharge_overcurrent_mA = 1;  // watched, and narrowly
+  CHECK(show(20ms, 2) == PrechargeFailure::overcurrent);
+}
+
+TEST_CASE("a large current of a closed pack is no suspicion of a short", "[unit][contactors]") {
+  ContactorConfig watched = config;
+  watched.precharge_overcurrent_mA = 10'000;
+  SequenceInputs in = ready(10ms);
+  in.current_mA = 80'000;
+  const SequenceStep result = step({.phase = Phase::closed, .entered_at = start}, in, watched);
+  CHECK(result.state.phase == Phase::closed);
+  CHECK(result.state.overcurrent_at == TimePoint{});
 }
 
 TEST_CASE("a precharge whose resistor is hot has been too slow", "[unit][contactors]") {
