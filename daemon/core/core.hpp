@@ -80,6 +80,7 @@ struct OpeningRecord {
   Blocker blocker{};  // for cause permission
   Reading reading;    // what was seen: value, element, when it was taken
   std::int64_t threshold = 0;
+  bool is_restored = false;     // the fault is a former life's: reading and confirmation have no time
   TimePoint suspected_since{};  // first sample beyond the threshold
   TimePoint confirmed_at{};
   Measured<std::int32_t> current_mA;  // at opening; not known if it was not

@@ -273,6 +273,7 @@ OpeningRecord Core::opening_record(TimePoint now, Phase from, PrechargeFailure f
     record.fault = fault->id;
     record.reading = state.confirmed;
     record.threshold = state.threshold;
+    record.is_restored = state.is_restored;
     record.suspected_since = state.suspected_since;
     record.confirmed_at = state.confirmed_at;
   } else if (failure != PrechargeFailure::none) {
@@ -350,8 +351,8 @@ void Core::ask_again(TimePoint now, Decisions& out) {
   for (const FaultRow& row : fault_table()) {
     const FaultState& state = faults_.state(row.id);
     const std::uint8_t node = state.latest.element.module_node;
-    const bool is_asked = row.ask_again != AskAgain::no && state.stage == FaultStage::suspected &&
-                          state.latest.is_known && modules_.find(node) != nullptr;
+    const bool is_asked =
+        row.ask_again != AskAgain::no && state.is_doubtful() && state.latest.is_known && modules_.find(node) != nullptr;
     if (!is_asked || now - modules_.polled_at(node) < ask_again_after) continue;
     PollWants wants = modules_.outstanding(node);
     wants.status = true;
@@ -413,7 +414,7 @@ void Core::record_confirmed(FaultId id, TimePoint now) {
   if (record.count == 0) record.first_unix_time_ms = unix_ms;
   record.last_unix_time_ms = unix_ms;
   ++record.count;
-  record.is_locked = row_of(id).latch == Latch::until_authorised;
+  record.is_locked = record.is_locked || locks(row_of(id), outputs_.any_contactor() && !shutting_down_);
   record.frame = freeze(faults_.state(id), now);
   touch_persistent();
 }

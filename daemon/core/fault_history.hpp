@@ -55,12 +55,18 @@ struct FaultRecord {
   std::uint32_t count = 0;  // confirmations, over all lives
   std::int64_t first_unix_time_ms = 0;
   std::int64_t last_unix_time_ms = 0;
-  bool is_locked = false;  // waits for somebody with authority: holds over a restart
+  bool is_locked = false;  // latched, over a restart too, until it is cleared
   std::optional<ClearRecord> cleared;
   std::optional<FreezeFrame> frame;  // of the last confirmation
 
   friend bool operator==(const FaultRecord&, const FaultRecord&) = default;
 };
+
+/// Whether a fault that is confirmed now stays latched over a restart. `is_in_use`: contactors are commanded closed,
+/// and nobody has told the daemon to end.
+[[nodiscard]] constexpr bool locks(const FaultRow& row, bool is_in_use) {
+  return row.latch != Latch::none && (row.outlives == Outlives::always || is_in_use);
+}
 
 using FaultRecords = std::array<FaultRecord, fault_count>;
 

@@ -330,6 +330,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .remedy = "check the module's supply, its bus wires and its node number",
      .read = fault_readers::module_lost,
      .latch = Latch::until_cleared,
+     .outlives = Outlives::if_closed,
      .lithiumate_code = 3},
     {.id = FaultId::cell_not_measured,
      .name = "cell_not_measured",
@@ -339,6 +340,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .confirm = 150ms,
      .samples = 2,
      .latch = Latch::until_cleared,
+     .outlives = Outlives::if_closed,
      .lithiumate_code = 3},
     {.id = FaultId::temperature_not_measured,
      .name = "temperature_not_measured",
@@ -348,6 +350,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .confirm = 100ms,
      .samples = 2,
      .latch = Latch::until_cleared,
+     .outlives = Outlives::if_closed,
      .lithiumate_code = 3},
     {.id = FaultId::open_wire,
      .name = "open_wire",
@@ -365,6 +368,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .remedy = "check the module's bus wires, its termination and its firmware",
      .read = fault_readers::module_disturbed,
      .latch = Latch::until_cleared,
+     .outlives = Outlives::if_closed,
      .lithiumate_code = 3},
     // The module latches it itself, until our clear command reaches it.
     {.id = FaultId::module_reports_fault,
@@ -421,6 +425,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .remedy = "check the current sensor's supply and bus wires",
      .read = fault_readers::current_sensor_lost,
      .latch = Latch::until_cleared,
+     .outlives = Outlives::if_closed,
      .lithiumate_code = 19},
     {.id = FaultId::voltage_sensor_lost,
      .name = "voltage_sensor_lost",
@@ -428,6 +433,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .remedy = "check the sensor's voltage wires",
      .read = fault_readers::voltage_sensor_lost,
      .latch = Latch::until_cleared,
+     .outlives = Outlives::if_closed,
      .lithiumate_code = 19},
     {.id = FaultId::pdu_lost,
      .name = "pdu_lost",
@@ -435,6 +441,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .remedy = "check the unit's supply and bus wires",
      .read = fault_readers::pdu_lost,
      .latch = Latch::until_cleared,
+     .outlives = Outlives::if_closed,
      .lithiumate_code = 3},
     {.id = FaultId::pdu_opened_by_itself,
      .name = "pdu_opened_by_itself",
@@ -505,6 +512,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .read = fault_readers::insulation_monitor_lost,
      .confirm = 1500ms,
      .latch = Latch::until_cleared,
+     .outlives = Outlives::if_closed,
      .lithiumate_code = 10},
     {.id = FaultId::precharge_failed,
      .name = "precharge_failed",
@@ -586,6 +594,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .remedy = "check wires, termination and bit rate, then clear",
      .read = fault_readers::bus_off_storm,
      .latch = Latch::until_cleared,
+     .outlives = Outlives::if_closed,
      .lithiumate_code = 3},
     {.id = FaultId::bus_error_passive,
      .name = "bus_error_passive",
@@ -694,7 +703,13 @@ consteval bool one_direction_is_forbidden() {
     return row.concerns == Concerns::all || row.reaction >= Reaction::open_after_grace;
   });
 }
+consteval bool only_latches_outlive() {
+  return std::all_of(table.begin(), table.end(), [](const FaultRow& row) {
+    return row.outlives == Outlives::always || row.latch == Latch::until_cleared;
+  });
+}
 static_assert(one_direction_is_forbidden());
+static_assert(only_latches_outlive());
 static_assert(rows_are_in_order());
 static_assert(grace_where_it_is_used());
 static_assert(limits_take_two_samples());

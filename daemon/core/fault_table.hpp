@@ -119,6 +119,12 @@ enum class Latch : std::uint8_t {
   until_cleared,     // needs a clear command on top, and only then
   until_authorised,  // needs the clear command of somebody who may: the pack has to be looked at first
 };
+/// Whether a latch outlives the daemon.
+enum class Outlives : std::uint8_t {
+  always,
+  if_closed,  // what is also seen when modules, sensors and monitor lose their supply: only if the pack was closed and
+              // nobody had told the daemon to end. What lasts is found again after a start.
+};
 enum class Concerns : std::uint8_t { all, charge, discharge };
 enum class Sense : std::uint8_t { at_or_above, at_or_below };
 /// What a module is asked again for, at once and alone, while a value of it is suspected.
@@ -183,6 +189,7 @@ struct FaultRow {
   Reaction reaction = Reaction::open_now;
   Duration grace{};  // exactly for open_after_grace
   Latch latch = Latch::none;
+  Outlives outlives = Outlives::always;  // for what latches
   Concerns concerns = Concerns::all;
   std::uint8_t dtc = 0;  // trouble code in 622h, dialect iha: 1 poor cell, 2 poor battery, 3 too cold to charge
   std::uint8_t lithiumate_code = 0;  // stored fault code of the dialect elithion, 0 none

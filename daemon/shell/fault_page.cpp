@@ -51,9 +51,10 @@ std::string end(const FaultRow& row) {
   const std::string after =
       row.limit != nullptr ? "its `clear_ms`" : ms_text(row.fixed != nullptr ? row.fixed->clear : row.clear);
   const std::string gone = "its cause has been gone for " + after;
+  const std::string kept = row.outlives == Outlives::if_closed ? "; over a restart if the pack was closed then" : "";
   switch (row.latch) {
     case Latch::none: return "by itself when " + gone;
-    case Latch::until_cleared: return "by `bmuctl clear`, once " + gone;
+    case Latch::until_cleared: return "by `bmuctl clear`, once " + gone + kept;
     case Latch::until_authorised: return "by `bmuctl clear --authorised`, once " + gone;
   }
   return "?";
@@ -95,7 +96,12 @@ std::string fault_page_markdown() {
       "| open now | the contactors are commanded open in the same tick |\n\n"
       "Evidence is weighed: a value beyond its limit is believed after its confirm time and in two samples at least; "
       "one bad\n"
-      "sample alone opens nothing. Of how long a reaction takes at most see [reaction times](reaction-times.md).\n\n";
+      "sample alone opens nothing. Of how long a reaction takes at most see [reaction times](reaction-times.md).\n\n"
+      "What ends by a clear command stays over a restart of the daemon, too. What is also seen when modules, sensors "
+      "or\n"
+      "monitor are switched off does so only if it came to a closed pack, and not while the daemon was ending; if it "
+      "lasts, it\n"
+      "is found again.\n\n";
   for (const FaultRow& row : fault_table()) page += section(row);
   page.pop_back();
   return page;

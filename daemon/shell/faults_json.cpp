@@ -90,7 +90,8 @@ void put_state(Json& json, const FaultRow& row, const FaultState& state, const S
   json["is_warning"] = state.is_warning;
   json["count_since_start"] = state.count;
   json["latest"] = reading_json(state.latest, row, view);
-  json["confirmed"] = state.count > 0 ? reading_json(state.confirmed, row, view) : Json(nullptr);
+  json["is_restored"] = state.is_restored;
+  json["confirmed"] = state.count > 0 || state.is_restored ? reading_json(state.confirmed, row, view) : Json(nullptr);
   json["worst_warning"] = state.is_warning ? reading_json(state.warning, row, view) : Json(nullptr);
   json["warning_for_ms"] = state.is_warning ? ago_ms(view, state.warning_since) : Json(nullptr);
   json["suspected_for_ms"] = is_suspected ? ago_ms(view, state.suspected_since) : Json(nullptr);

@@ -95,7 +95,7 @@ Json fault_steps(Concerns direction, const CoreView& view) {
     const FaultState& state = view.core.faults().state(row.id);
     const bool is_concerned = row.concerns == Concerns::all || row.concerns == direction;
     if (!is_concerned || !state.is_present() || row.reaction < Reaction::open_after_grace) continue;
-    const std::string what = reading_text(row, state.confirmed, view);
+    const std::string what = confirmed_text(row, state, view);
     Json json =
         step("fault", "fault " + text(row.name) + ": " + text(row.meaning) + (what.empty() ? "" : " (" + what + ")") +
                           ", reaction: " + text(to_text(row.reaction)));

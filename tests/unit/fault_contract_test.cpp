@@ -366,7 +366,7 @@ TEST_CASE("a lock of a former life holds until its cause is seen to be gone and 
           "[unit][faults][F5]") {
   const CoreConfig config = watchful_pack();
   FaultMemory memory;
-  memory.restore_lock(FaultId::cell_deep_discharge, TimePoint{1s});
+  memory.restore_lock(FaultId::cell_deep_discharge, {}, 0, TimePoint{1s});
   const FaultState& state = memory.state(FaultId::cell_deep_discharge);
   CHECK(state.is_present());
   CHECK(memory.clear_latched(Authority::service).empty());  // nobody has looked yet

@@ -116,7 +116,9 @@ void add_details(Page& page, const Reply& fault) {
   }
   if (fault["cleared"].is_known()) page.add_field("  cleared", {plain(cleared_text(fault["cleared"]))});
   if (fault["is_locked"].is_true()) {
-    page.add_field("  locked", {{"until somebody with authority clears it, over restarts, too", Style::warning}});
+    const bool needs_authority = fault["latch"].text() == "until cleared with authority";
+    const std::string who = needs_authority ? "somebody with authority" : "somebody";
+    page.add_field("  locked", {{"until " + who + " clears it, over restarts, too", Style::warning}});
   }
   page.add_field("  does", {{kind_text(fault), Style::dim}});
   if (!fault["remedy"].text().empty()) page.add_field("  to do", {plain(fault["remedy"].text())});

@@ -302,6 +302,7 @@ std::string fault_details(const Reply& fault, const Reply& modules) {
   if (fault["confirmed_ago_ms"].is_known()) {
     text += (text.empty() ? "" : ", ") + shown_span(fault["confirmed_ago_ms"]) + " ago";
   }
+  if (fault["is_restored"].is_true()) text += (text.empty() ? "" : ", ") + std::string("before the daemon started");
   return text;
 }
 
