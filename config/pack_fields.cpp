@@ -171,7 +171,7 @@ constexpr auto spread_limit_table = derating_table<1>(keys_dC, 10, 1'000, 300);
 constexpr auto rise_limit_table = limit_table<1>(keys_mK_per_s, 50, 50'000, 10'000);
 constexpr auto current_limit_table = limit_table<1>(keys_mA, 10, current_max_mA, 200'000);
 constexpr auto mismatch_limit_table = limit_table<1>(keys_mV, 10, 100'000, 50'000);
-constexpr auto stuck_limit_table = limit_table<1>(keys_ms, 500, 60'000, 10'000);
+constexpr auto stuck_limit_table = limit_table<1>(keys_ms, 500, static_cast<double>(to_ms(stuck_time_max)), 10'000);
 
 constexpr std::array current_table{
     required(number<&CurrentLimitConfig::discharge_continuous_mA>(

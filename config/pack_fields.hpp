@@ -47,7 +47,8 @@ inline constexpr Duration temperature_lost_confirm = 100ms;
 inline constexpr Duration electrical_reaction_max = 450ms;
 inline constexpr Duration temperature_reaction_max = 950ms;
 inline constexpr Duration plausibility_reaction_max = 1s;
-inline constexpr Duration stuck_reaction_max = 2s;  // on top of the time that is watched
+inline constexpr Duration stuck_reaction_max = 2s;                    // on top of the time that is watched
+inline constexpr Duration stuck_time_max = 10s - stuck_reaction_max;  // so that both are 10 s at most
 // A line that is read may be as late as PDU_STATUS, which it stands for: the budgets above hold for both.
 inline constexpr Duration gpio_debounce_max = internal_bus::pdu_status.period;
 inline constexpr int gpio_line_max = 65'534;  // the kernel counts a chip's lines in 16 bits
