@@ -211,7 +211,6 @@ class Core {
   void record_precharge(TimePoint now, TimePoint began_at, PrechargeFailure failure);
   void record_confirmed(FaultId id, TimePoint now);
   void record_cleared(FaultId id, TimePoint now);
-  [[nodiscard]] FreezeFrame freeze(const FaultState& state, TimePoint now) const;
   void touch_persistent() { ++persistent_generation_; }
   void send(Port port, const CanFrame& frame, Decisions& out);
   [[nodiscard]] FaultInputs fault_inputs(TimePoint now) const;

@@ -415,7 +415,18 @@ void Core::record_confirmed(FaultId id, TimePoint now) {
   record.last_unix_time_ms = unix_ms;
   ++record.count;
   record.is_locked = record.is_locked || locks(row_of(id), outputs_.any_contactor() && !shutting_down_);
-  record.frame = freeze(faults_.state(id), now);
+  record.frame = freeze({.now = now,
+                         .unix_time_ms = unix_ms,
+                         .config = config_,
+                         .fault = faults_.state(id),
+                         .pack = pack_,
+                         .sensors = sensors_,
+                         .limits = limits_,
+                         .charge = charge(),
+                         .overload = watchers_.overload,
+                         .outputs = outputs_,
+                         .phase = sequence_.phase,
+                         .mode = mode()});
   touch_persistent();
 }
 
@@ -427,38 +438,6 @@ void Core::record_cleared(FaultId id, TimePoint now) {
       .unix_time_ms = unix_time_ms(now), .user_id = clear_given_.user_id, .authority = clear_given_.authority};
   guard_.forget_tries();
   touch_persistent();
-}
-
-FreezeFrame Core::freeze(const FaultState& state, TimePoint now) const {
-  const auto known = [](bool is_known, std::int32_t value) {
-    return is_known ? std::optional<std::int32_t>(value) : std::nullopt;
-  };
-  const auto measured = [&known](const Measured<std::int32_t>& value) { return known(value.is_valid(), value.value); };
-  const Spread& cells = pack_.cell_voltage_uV;
-  const Spread& temperatures = pack_.cell_temperature_dC;
-  const bool knows_pdu = pdu_fresh(now) && knows_insulation(sensors_.pdu.value);
-  const SignalValue& insulation = sensors_.pdu.value.insulation_resistance_Ohm;
-  return {.unix_time_ms = unix_time_ms(now),
-          .value = state.confirmed.value,
-          .threshold = state.threshold,
-          .element = state.confirmed.element,
-          .phase = sequence_.phase,
-          .cell_voltage_min_uV = known(cells.is_known(), cells.min),
-          .cell_voltage_max_uV = known(cells.is_known(), cells.max),
-          .cell_voltage_average_uV = known(cells.is_known(), cells.average),
-          .cell_voltage_min_at = cells.min_at,
-          .cell_voltage_max_at = cells.max_at,
-          .cell_temperature_min_dC = known(temperatures.is_known(), temperatures.min),
-          .cell_temperature_max_dC = known(temperatures.is_known(), temperatures.max),
-          .cell_temperature_average_dC = known(temperatures.is_known(), temperatures.average),
-          .board_temperature_max_dC = known(pack_.board_temperature_dC.is_known(), pack_.board_temperature_dC.max),
-          .pack_voltage_mV = measured(pack_.pack_voltage_mV),
-          .link_voltage_mV = measured(pack_.link_voltage_mV),
-          .current_mA = measured(pack_.current_mA),
-          .soc_permille = known(charge().is_started, charge().soc_permille),
-          .insulation_Ohm = known(knows_pdu && insulation.is_valid(), static_cast<std::int32_t>(insulation.value)),
-          .discharge_limit_mA = limits_.discharge.limit_mA,
-          .charge_limit_mA = limits_.charge.limit_mA};
 }
 
 FaultInputs Core::fault_inputs(TimePoint now) const {

@@ -323,8 +323,10 @@ Json staying_faults_json(const CoreView& view) {
     const FaultState& state = view.core.faults().state(row.id);
     if (!state.is_present()) continue;
     const std::string reason = staying_reason(row, state, view);
-    rows.push_back(
-        {{"name", row.name}, {"reason", reason}, {"text", capitalised(text(row.meaning) + ": " + reason) + "."}});
+    rows.push_back({{"name", row.name},
+                    {"reason", reason},
+                    {"text", capitalised(text(row.meaning) + ": " + reason) + "."},
+                    {"only_warns", row.reaction == Reaction::warn}});
   }
   return rows;
 }

@@ -416,6 +416,14 @@ Page clear_page(const Reply& reply) {
   return page;
 }
 
+bool leaves_faults(const Reply& reply) {
+  const Reply still = reply["still_present"];
+  const Reply reasons = reply["reasons"];
+  std::size_t warnings = 0;
+  for (std::size_t i = 0; i < reasons.size(); ++i) warnings += reasons.at(i)["only_warns"].is_true() ? 1 : 0;
+  return still.size() > warnings;
+}
+
 Page wake_page(const Reply& reply) {
   Page page;
   const bool was_resting = reply["rest_before"].text() == "resting";
