@@ -306,6 +306,11 @@ constexpr OrderRow order_rows[] = {
     {"limits/charge_undertemperature/open_dC", "open_dC of cell_undertemperature", true,
      limit_in<&Limits::charge_undertemperature, &LimitConfig::open>,
      limit_in<&Limits::cell_undertemperature, &LimitConfig::open>, is_given<&Limits::charge_undertemperature>},
+    // From there on the allowed current has no peak left: who keeps to it must not be opened for it.
+    {"limits/discharge_overload/open_permille", "900", false, limit_in<&Limits::discharge_overload, &LimitConfig::open>,
+     [](const Core&) { return std::int64_t{900}; }},
+    {"limits/charge_overload/open_permille", "900", false, limit_in<&Limits::charge_overload, &LimitConfig::open>,
+     [](const Core&) { return std::int64_t{900}; }},
     {"contactors/precharge_timeout_ms", "precharge_min_ms", false,
      ms_in<&Core::contactors, &ContactorConfig::precharge_timeout>,
      ms_in<&Core::contactors, &ContactorConfig::precharge_min>},
@@ -340,7 +345,7 @@ void check_order(const Check& check, const OrderRow& row) {
   if (value > other || (row.may_be_equal && value == other)) return;
   check.problems.add(place, digits_of(value),
                      (row.may_be_equal ? "at least " : "more than ") + std::string(row.than) +
-                         (row.than.front() == '0' ? "" : ", " + digits_of(other)));
+                         (row.than.front() <= '9' ? "" : ", " + digits_of(other)));
 }
 
 // --- times ----------------------------------------------------------------------------------------------------------
@@ -502,7 +507,7 @@ void check_pack(const PackConfig& pack, const Place& pack_place, const Place& ce
     if (is_default(check, row)) continue;
     check_limit_order(check, row);
     check_hysteresis(check, row);
-    check_reaction(check, row);
+    if (!row.age_key.empty()) check_reaction(check, row);
   }
   for (const WindowRow& row : window_rows) check_window(check, row);
   for (const AbsoluteRow& row : absolute_rows) check_absolute(check, row);

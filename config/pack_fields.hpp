@@ -62,7 +62,7 @@ struct LimitRow {
   std::span<const Field<LimitConfig>> fields;
   std::string_view unit;     // of its keys
   std::int32_t scale = 1;    // carried counts in one of that unit
-  std::string_view age_key;  // empty: its signal has no age of its own
+  std::string_view age_key;  // empty: its signal has no age, and its fault no budget, of its own
   Duration AgeConfig::*age;
   Duration reaction_max;
   std::string_view meaning;
@@ -89,6 +89,7 @@ struct AgeRow {
 [[nodiscard]] std::span<const Field<CellModel>> cell_model_fields();
 
 [[nodiscard]] std::span<const Field<BusNames>> bus_fields();
+[[nodiscard]] std::span<const Field<ConfirmTimes>> confirm_fields();
 [[nodiscard]] std::span<const Field<CurrentLimitConfig>> current_fields();
 [[nodiscard]] std::span<const Field<AgeConfig>> age_fields();
 [[nodiscard]] std::span<const Field<PollConfig>> poll_fields();
@@ -119,6 +120,10 @@ void visit_sections(PackConfig& pack, Visitor visit) {
         bus_fields(), pack.buses);
   visit(SectionInfo{"current", true, "What the pack can carry for ever, and for a while."}, current_fields(),
         core.current);
+  visit(SectionInfo{"confirm", false,
+                    "How long what is simply there or not must last before the fault of that name is believed; a limit "
+                    "has its own `confirm_ms`."},
+        confirm_fields(), core.limits.confirm);
   visit(SectionInfo{"ages", false, "How old a signal may be. Older counts as missing, and missing is never good."},
         age_fields(), core.ages);
   visit(SectionInfo{"poll", false, "How often the modules are asked."}, poll_fields(), core.poll);

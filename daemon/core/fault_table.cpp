@@ -38,13 +38,6 @@ namespace {
 using enum Reaction;
 using enum Sense;
 
-// BMS_F.7: a cell with more than twice the average resistance is poor. The same factor for the whole pack.
-constexpr LimitConfig poor_cell{.warn = 1'500, .open = 2'001, .hysteresis = 200, .confirm = 0ms, .clear = 1s};
-constexpr LimitConfig poor_battery{.warn = 1'500, .open = 2'000, .hysteresis = 200, .confirm = 0ms, .clear = 1s};
-// Shares of what a peak may use up. The count itself took seconds: it needs no time to be believed.
-constexpr LimitConfig overload{
-    .warn = 800, .limit = 500, .open = 1'000, .hysteresis = 150, .confirm = 20ms, .clear = 1s};
-
 // Longest reactions by the project's budgets: voltage and current 450 ms, temperature 950 ms, a silent module 300 ms,
 // a silent sensor or PDU 300 ms, inputs at once. Ages and confirm times add up to less; temperatures also have to wait
 // for the half second in which a module samples them.
@@ -102,7 +95,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .remedy = "check the cell's connections; replace the cell if they are sound",
      .unit = Unit::permille,
      .read = fault_readers::cell_resistance_permille,
-     .fixed = &poor_cell,
+     .limit = &LimitsConfig::cell_resistance,
      .reaction = warn,
      .dtc = 1},
     {.id = FaultId::pack_resistance,
@@ -111,7 +104,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .remedy = "the pack is worn or cold, or the cell file is another cell's",
      .unit = Unit::permille,
      .read = fault_readers::pack_resistance_permille,
-     .fixed = &poor_battery,
+     .limit = &LimitsConfig::pack_resistance,
      .reaction = warn,
      .dtc = 2},
     {.id = FaultId::cell_overtemperature,
@@ -232,7 +225,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .remedy = "let the pack rest; lower what the load may draw",
      .unit = Unit::permille,
      .read = fault_readers::discharge_overload_permille,
-     .fixed = &overload,
+     .limit = &LimitsConfig::discharge_overload,
      .samples = 2,
      .reaction = open_after_grace,
      .grace = 250ms,
@@ -244,7 +237,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .remedy = "lower what charger or regeneration may give",
      .unit = Unit::permille,
      .read = fault_readers::charge_overload_permille,
-     .fixed = &overload,
+     .limit = &LimitsConfig::charge_overload,
      .samples = 2,
      .reaction = open_after_grace,
      .grace = 250ms,
@@ -255,7 +248,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .meaning = "current is drawn although discharging is forbidden",
      .remedy = "switch the load off while the pack is charged after an undervoltage",
      .read = fault_readers::discharge_not_allowed,
-     .confirm = 20ms,
+     .confirm_time = &ConfirmTimes::discharge_not_allowed,
      .samples = 2,
      .latch = Latch::until_cleared,
      .lithiumate_code = 5},
@@ -264,7 +257,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .meaning = "the pack is charged although charging is forbidden",
      .remedy = "check why charger or regeneration does not stop",
      .read = fault_readers::charge_not_allowed,
-     .confirm = 20ms,
+     .confirm_time = &ConfirmTimes::charge_not_allowed,
      .samples = 2,
      .latch = Latch::until_cleared,
      .lithiumate_code = 4},
@@ -273,7 +266,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .meaning = "current flows although every contactor is open",
      .remedy = "a contactor is welded, or something is connected past them: isolate by hand, then clear with authority",
      .read = fault_readers::current_while_open,
-     .confirm = 100ms,
+     .confirm_time = &ConfirmTimes::current_while_open,
      .samples = 3,
      .latch = Latch::until_authorised,
      .lithiumate_code = 12},
@@ -312,7 +305,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .meaning = "the cells answer a step of the current the wrong way round",
      .remedy = "the current sensor is mounted or configured the wrong way round",
      .read = fault_readers::current_contradicts_voltage,
-     .confirm = 100ms,
+     .confirm_time = &ConfirmTimes::current_contradicts_voltage,
      .samples = 3,
      .latch = Latch::until_cleared},
     {.id = FaultId::current_sensors_disagree,
@@ -337,7 +330,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .meaning = "a module answers but does not know a cell's voltage",
      .remedy = "check the sense wire of the cell",
      .read = fault_readers::cell_not_measured,
-     .confirm = 150ms,
+     .confirm_time = &ConfirmTimes::cell_not_measured,
      .samples = 2,
      .latch = Latch::until_cleared,
      .outlives = Outlives::if_closed,
@@ -347,7 +340,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .meaning = "a temperature is missing, or its sensor open or shorted",
      .remedy = "check the sensor that is named and its wires",
      .read = fault_readers::temperature_not_measured,
-     .confirm = 100ms,
+     .confirm_time = &ConfirmTimes::temperature_not_measured,
      .samples = 2,
      .latch = Latch::until_cleared,
      .outlives = Outlives::if_closed,
@@ -357,7 +350,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .meaning = "a sense wire is open",
      .remedy = "check the wire between the cell that is named and its neighbour",
      .read = fault_readers::open_wire,
-     .confirm = 150ms,
+     .confirm_time = &ConfirmTimes::open_wire,
      .samples = 2,
      .ask_again = AskAgain::cells,
      .latch = Latch::until_cleared,
@@ -376,14 +369,14 @@ constexpr std::array<FaultRow, fault_count> table{{
      .meaning = "a module reports an overcharged cell or a failed self-test",
      .remedy = "look at the cell that the module names; `bmuctl clear` reaches the module too",
      .read = fault_readers::module_reports_fault,
-     .confirm = 150ms,
+     .confirm_time = &ConfirmTimes::module_reports_fault,
      .samples = 2},
     {.id = FaultId::module_reports_undervoltage,
      .name = "module_reports_undervoltage",
      .meaning = "a module reports a cell that is empty",
      .remedy = "charge the pack; `bmuctl clear` reaches the module too",
      .read = fault_readers::module_reports_undervoltage,
-     .confirm = 150ms,
+     .confirm_time = &ConfirmTimes::module_reports_undervoltage,
      .samples = 2,
      .concerns = Concerns::discharge},
     {.id = FaultId::module_warning,
@@ -391,7 +384,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .meaning = "a module warns of its board, supply, temperature sensors or front end",
      .remedy = "look at the module when there is time",
      .read = fault_readers::module_warning,
-     .confirm = 150ms,
+     .confirm_time = &ConfirmTimes::module_warning,
      .samples = 2,
      .reaction = warn},
     {.id = FaultId::module_mismatch,
@@ -481,7 +474,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .meaning = "the insulation monitor does not say OK",
      .remedy = "find the insulation fault before anybody touches the pack",
      .read = fault_readers::insulation_not_ok,
-     .confirm = 500ms,
+     .confirm_time = &ConfirmTimes::insulation_fault,
      .latch = Latch::until_cleared,
      .lithiumate_code = 10},
     {.id = FaultId::insulation_low,
@@ -510,7 +503,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .meaning = "the insulation monitor does not measure",
      .remedy = "check the monitor's supply, its earth and its wires",
      .read = fault_readers::insulation_monitor_lost,
-     .confirm = 1500ms,
+     .confirm_time = &ConfirmTimes::insulation_monitor_lost,
      .latch = Latch::until_cleared,
      .outlives = Outlives::if_closed,
      .lithiumate_code = 10},
@@ -557,7 +550,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .meaning = "the contactors are closed, but the link voltage is not the pack voltage",
      .remedy = "check the contactors and the sensor's link wires",
      .read = fault_readers::link_not_following,
-     .confirm = 150ms,
+     .confirm_time = &ConfirmTimes::link_not_following,
      .samples = 2,
      .latch = Latch::until_cleared,
      .lithiumate_code = 16},
@@ -566,7 +559,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .meaning = "the contactors are open, but the link keeps the pack's voltage",
      .remedy = "a contactor is welded, or the link cannot discharge: measure by hand, then clear with authority",
      .read = fault_readers::link_not_discharging,
-     .confirm = 150ms,
+     .confirm_time = &ConfirmTimes::link_not_discharging,
      .samples = 2,
      .latch = Latch::until_authorised,
      .lithiumate_code = 12},
@@ -678,9 +671,10 @@ consteval bool limits_take_two_samples() {
   }
   return true;
 }
-consteval bool one_source_of_thresholds() {
+consteval bool one_source_of_times() {
   for (const FaultRow& row : table) {
-    if (row.limit != nullptr && row.fixed != nullptr) return false;
+    const int sources = (row.has_limit() ? 1 : 0) + (row.confirm_time != nullptr ? 1 : 0) + (row.confirm > 0ns ? 1 : 0);
+    if (sources > 1) return false;
   }
   return true;
 }
@@ -713,7 +707,7 @@ static_assert(only_latches_outlive());
 static_assert(rows_are_in_order());
 static_assert(grace_where_it_is_used());
 static_assert(limits_take_two_samples());
-static_assert(one_source_of_thresholds());
+static_assert(one_source_of_times());
 static_assert(every_row_reads());
 static_assert(warnings_do_not_latch());
 

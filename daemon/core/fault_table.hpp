@@ -1,7 +1,7 @@
 // Every fault the daemon knows: what it watches, how long it must last, what it does, how it goes away. Rows, no code.
 //
 // A row's `read` (fault_readers.hpp) gives the one number it judges and where it comes from; the threshold is in the
-// configuration, or fixed here, or 1 for rows that are simply true or not. The same table prints the faults page
+// configuration, or 1 for rows that are simply true or not. The same table prints the faults page
 // (docs/faults.md) and drives the tests all faults inherit.
 //
 //   reaction            how bad it is, and so what a confirmed fault does
@@ -180,9 +180,9 @@ struct FaultRow {
   Unit unit = Unit::none;
   Sense sense = Sense::at_or_above;
   Reading (*read)(const FaultInputs&) = nullptr;
-  LimitConfig LimitsConfig::*limit = nullptr;  // from the configuration ...
-  const LimitConfig* fixed = nullptr;          // ... or the same for every pack; neither: true or not, threshold 1
-  Duration confirm{};                          // where there is no limit
+  LimitConfig LimitsConfig::*limit = nullptr;      // from the configuration; without: true or not, threshold 1
+  Duration ConfirmTimes::*confirm_time = nullptr;  // where there is no limit, from the configuration ...
+  Duration confirm{};                              // ... or the same for every pack
   Duration clear = 1s;
   std::uint8_t samples = 1;  // distinct samples beyond the threshold that it takes; 1: time alone decides
   AskAgain ask_again = AskAgain::no;
@@ -195,7 +195,7 @@ struct FaultRow {
   std::uint8_t lithiumate_code = 0;  // stored fault code of the dialect elithion, 0 none
 
   /// Judges a number against thresholds, not a mere condition.
-  [[nodiscard]] constexpr bool has_limit() const { return limit != nullptr || fixed != nullptr; }
+  [[nodiscard]] constexpr bool has_limit() const { return limit != nullptr; }
 };
 
 /// In the order of FaultId.

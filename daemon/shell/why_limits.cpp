@@ -27,6 +27,8 @@ constexpr CauseRow cause_table[] = {
     {LimitCause::too_cold_to_charge, Unit::dC, "lowest cell temperature", "limits/charge_undertemperature"},
     {LimitCause::temperature_spread, Unit::dC, "highest less lowest cell temperature", "limits/temperature_spread"},
     {LimitCause::board_hot, Unit::dC, "highest module board temperature", "limits/board_overtemperature"},
+    {LimitCause::drawn_too_much, Unit::mA, "current out of the pack", "limits/discharge_overcurrent"},
+    {LimitCause::charged_too_much, Unit::mA, "current into the pack", "limits/charge_overcurrent"},
     {LimitCause::overload, Unit::permille, "share of the peak that is used up", "current"},
 };
 

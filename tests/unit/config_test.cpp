@@ -279,7 +279,10 @@ TEST_CASE("a number that is not whole is refused where a whole one is wanted", "
 }
 
 TEST_CASE("a number out of its range is refused, the ends of the range are not", "[unit][config]") {
-  accepts({{"/modules/0/cells", 1}});
+  accepts({{"/modules/0/cells", 1},
+           {"/limits/pack_voltage_mismatch/warn_mV", 500},
+           {"/limits/pack_voltage_mismatch/open_mV", 1'000},
+           {"/limits/pack_voltage_mismatch/hysteresis_mV", 100}});
   refuses({{"/modules/0/cells", 0}}, "/modules/0/cells", "from 1 to 12");
   refuses({{"/modules/0/cells", 13}}, "/modules/0/cells", "from 1 to 12");
   refuses({{"/modules/0/temperature_sensors", 5}}, "/modules/0/temperature_sensors", "from 0 to 4");
@@ -384,7 +387,8 @@ TEST_CASE("ages of temperatures follow how often they are asked for", "[unit][co
 }
 
 TEST_CASE("a temperature that is no longer told opens the pack in time", "[unit][config][FS_1]") {
-  CHECK(row_of(FaultId::temperature_not_measured).confirm == temperature_lost_confirm);
+  CHECK(ConfirmTimes{}.temperature_not_measured == temperature_lost_confirm);
+  refuses({{"/confirm", {{"temperature_not_measured_ms", 101}}}}, "/confirm/temperature_not_measured_ms", "0 to 100");
   accepts({{"/ages/temperature_ms", 590},
            {"/limits/cell_overtemperature/confirm_ms", 340},
            {"/limits/charge_overtemperature/confirm_ms", 190},
@@ -529,6 +533,48 @@ TEST_CASE("a limit between two current sensors wants two", "[unit][config]") {
   accepts({{"/limits/current_sensors_disagree", apart}, {"/sensor/has_second_current", true}});
   refuses({{"/limits/current_sensors_disagree", apart}}, "/limits/current_sensors_disagree",
           "found a limit, wanted nothing, as sensor/has_second_current is false");
+}
+
+TEST_CASE("every fault of the table with a confirm time of its own has a key for it", "[unit][config]") {
+  std::size_t count = 0;
+  for (const FaultRow& row : fault_table()) {
+    if (row.confirm_time == nullptr) continue;
+    ++count;
+    CAPTURE(row.name);
+    const auto parsed = parse(changed({{"/confirm", {{std::string(row.name) + "_ms", 13}}}}).dump());
+    REQUIRE(parsed);
+    CHECK(parsed->core.limits.confirm.*row.confirm_time == 13ms);
+  }
+  CHECK(count == confirm_fields().size());
+  refuses({{"/confirm", {{"emergency_stop_ms", 0}}}}, "/confirm/emergency_stop_ms", "unknown key");
+}
+
+TEST_CASE("resistances and overloads have limits of the pack file's own, within what makes sense", "[unit][config]") {
+  const auto limit = [](int warn, int open) {
+    return Json{{"warn_permille", warn},
+                {"open_permille", open},
+                {"hysteresis_permille", 50},
+                {"confirm_ms", 0},
+                {"clear_ms", 1'000}};
+  };
+  const auto parsed = parse(
+      changed({{"/limits/cell_resistance", limit(1'300, 1'600)}, {"/limits/charge_overload", limit(700, 950)}}).dump());
+  REQUIRE(parsed);
+  CHECK(parsed->core.limits.cell_resistance.open == 1'600);
+  CHECK(parsed->core.limits.charge_overload.open == 950);
+  CHECK(parsed->core.limits.charge_overload.confirm == 0ms);
+  refuses({{"/limits/pack_resistance", limit(1'000, 1'600)}}, "/limits/pack_resistance/warn_permille", "from 1050");
+  refuses({{"/limits/discharge_overload", limit(800, 1'001)}}, "/limits/discharge_overload/open_permille", "to 1000");
+  refuses({{"/limits/discharge_overload", limit(800, 900)}}, "/limits/discharge_overload/open_permille",
+          "found 900, wanted more than 900");
+}
+
+TEST_CASE("a limit of current may take from the allowed current before it opens", "[unit][config][BMU_13]") {
+  const auto parsed = parse(changed({{"/limits/discharge_overcurrent/limit_mA", 85'000}}).dump());
+  REQUIRE(parsed);
+  CHECK(parsed->core.limits.discharge_overcurrent.limit == 85'000);
+  refuses({{"/limits/charge_overcurrent/limit_mA", 30'000}}, "/limits/charge_overcurrent/limit_mA",
+          "from warn_mA, 25000, to before open_mA, 30000");
 }
 
 TEST_CASE("a value that stands still opens the pack within 10 s", "[unit][config][F12]") {
