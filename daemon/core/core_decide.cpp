@@ -119,6 +119,7 @@ void Core::watch_contactors(TimePoint now) {
 }
 
 void Core::evaluate_faults(TimePoint now) {
+  mode_before_ = mode();
   if (std::exchange(clear_ours_, false)) note_fault_changes(faults_.clear_latched(clear_given_.authority), now);
   note_fault_changes(faults_.update(fault_inputs(now)), now);
   // Seen once is enough; the fault memory remembers from here.
@@ -154,29 +155,20 @@ void Core::refuse_vain_request(TimePoint now) {
   const bool is_waiting = request_.is_present() && sequence_.phase == Phase::open && !permission_.may_close;
   if (!is_waiting) return;
   const auto& blockers = permission_.blockers;
-  const bool has_fault = std::find(blockers.begin(), blockers.end(), Blocker::fault) != blockers.end();
-  // Between two tries of a precharge the wish waits for the next.
-  const bool may_wait = guard_.is_retrying() || now - request_.since() < close_patience;
-  if (!has_fault && may_wait) return;
+  if (!is_vain(blockers, now - request_.since(), guard_.is_retrying())) return;
   request_.drop();
-  last_refusal_ = {.has_happened = true, .at = now, .blocker = has_fault ? Blocker::fault : blockers[0]};
+  last_refusal_ = {.has_happened = true, .at = now, .blocker = has_fault(blockers) ? Blocker::fault : blockers[0]};
   events_.push({.id = EventId::close_refused, .at = now, .number = static_cast<std::int64_t>(last_refusal_.blocker)});
 }
 
 /// The pack voltage of a precharge is the higher one of the sensor's and the sum of the cells, and only while they
-/// agree: a sensor that has lost its ground shows two voltages that agree with each other.
+/// agree.
 SequenceInputs Core::sequence_inputs(TimePoint now) const {
   const Measured<std::int32_t>& sum = pack_.cell_voltage_sum_mV;
   const Measured<std::int32_t>& pack = pack_.pack_voltage_mV;
-  const std::int64_t apart_mV = std::int64_t{sum.value} - pack.value;
-  const std::int64_t allowed_mV = config_.limits.pack_voltage_mismatch.open;
-  const bool voltages_agree = sum.is_valid() && apart_mV < allowed_mV && apart_mV > -allowed_mV;
-  const Phase phase = sequence_.phase;
-  const bool is_closing = phase == Phase::main_negative || phase == Phase::precharge || phase == Phase::main_positive;
-  const bool may_be_closed = is_closing ? permission_.may_go_on : permission_.may_stay_closed;
   return {.now = now,
           .close_wanted = wants_close(),
-          .close_permitted = phase == Phase::open ? permission_.may_close : may_be_closed,
+          .close_permitted = is_permitted(permission_, sequence_.phase),
           .may_advance = permission_.may_advance,
           .contacts_settled = contactor_watch_.is_settled(),
           .charge_wanted = request_.is_by_charger(),
@@ -185,7 +177,7 @@ SequenceInputs Core::sequence_inputs(TimePoint now) const {
           .is_current_known = pack_.current_mA.is_valid(),
           .current_mA = pack_.current_mA.value,
           .current_at = pack_.current_mA.taken_at,
-          .is_measured = pack_.is_sensed() && voltages_agree,
+          .is_measured = pack_.is_sensed() && voltages_agree(sum, pack, config_.limits.pack_voltage_mismatch.open),
           .measured_at = std::min({pack.taken_at, pack_.link_voltage_mV.taken_at, pack_.current_mA.taken_at}),
           .pack_mV = std::max(pack.value, sum.value),
           .link_mV = pack_.link_voltage_mV.value};
@@ -298,15 +290,9 @@ void Core::record_opening(TimePoint now, Phase from, PrechargeFailure failure) {
   const OpeningRecord record = opening_record(now, from, failure);
   flags_.precharge_failure = failure;  // a fault from the next tick on
   last_opening_ = record;
-  const bool keeps_wish = record.cause == OpeningCause::request_over || record.cause == OpeningCause::precharge_retry;
-  if (!keeps_wish) request_.drop();  // what opened for a reason closes for a new wish only
-  Duration wait = reclose_lockout;
-  if (record.cause == OpeningCause::request_over) {
-    const bool is_played_with = request_over_at_ != TimePoint{} && now - request_over_at_ <= oscillation_window;
-    wait = is_played_with ? reclose_lockout : reclose_pause;
-    request_over_at_ = now;
-  }
-  if (record.cause == OpeningCause::precharge_retry) wait = config_.contactors.precharge_cool_down;
+  if (!keeps_wish(record.cause)) request_.drop();
+  const Duration wait = reclose_wait(record.cause, now, request_over_at_, config_.contactors.precharge_cool_down);
+  if (record.cause == OpeningCause::request_over) request_over_at_ = now;
   locked_out_until_ = now + wait;
   events_.push({.id = EventId::opened,
                 .at = now,
@@ -426,7 +412,7 @@ void Core::record_confirmed(FaultId id, TimePoint now) {
                          .overload = watchers_.overload,
                          .outputs = outputs_,
                          .phase = sequence_.phase,
-                         .mode = mode()});
+                         .mode = mode_before_});
   touch_persistent();
 }
 
