@@ -24,7 +24,7 @@ bool has_any_lock(const CoreBench& bench) {
   return std::any_of(faults.begin(), faults.end(), [](const FaultRecord& record) { return record.is_locked; });
 }
 
-/// A deep discharge that was remembered with what was seen, or without.
+/// An overvoltage that was remembered with what was seen, or without.
 PersistentState remembered(bool has_frame) {
   PersistentState state;
   FaultRecord& record = state.faults[static_cast<std::size_t>(FaultId::cell_overvoltage)];
@@ -140,16 +140,18 @@ TEST_CASE("a row that no longer latches has no lock, whatever the state says", "
 }
 
 TEST_CASE("of a lock of a former life it is told what was seen, or that it is not known", "[unit][core][why]") {
-  CoreBench bench(small_pack());
   const bool has_frame = GENERATE(true, false);
-  bench.restore(remembered(has_frame));
-  bench.run(10ms);
-  const std::string early = why_text(bench);
+  Core core(small_pack(), TimePoint{1s});
+  core.restore(remembered(has_frame));
+  static_cast<void>(core.decide(TimePoint{1s}));  // no module has answered yet
+  const std::string early = why_json({.core = core, .now = TimePoint{1s}}).dump();
   INFO(early);
   const std::string seen = has_frame ? "cell 2.3 (no. 7): 4.3210 V" : "value not known";
   CHECK(early.find("(" + seen + ", from before the daemon started), whether the cause is gone is not known") !=
         std::string::npos);
   CHECK(early.find("0.0000 V") == std::string::npos);
+  CoreBench bench(small_pack());
+  bench.restore(remembered(has_frame));
   bench.run(3s);
   CHECK(why_text(bench).find(", cause gone, waiting for `bmuctl clear`") != std::string::npos);
 }

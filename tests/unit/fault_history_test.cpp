@@ -25,11 +25,16 @@ TEST_CASE("a pack of which nothing was known is open, at no time, and allowed no
   CHECK(frame.phase == Phase::open);
   CHECK(frame.discharge_limit_mA == 0);
   CHECK(frame.charge_limit_mA == 0);
+  CHECK_FALSE(frame.mode.has_value());
+  CHECK_FALSE(frame.outputs.has_value());
+  CHECK_FALSE(frame.inputs.has_value());
   for (const std::optional<std::int32_t>& value :
        {frame.cell_voltage_min_uV, frame.cell_voltage_max_uV, frame.cell_voltage_average_uV,
         frame.cell_temperature_min_dC, frame.cell_temperature_max_dC, frame.cell_temperature_average_dC,
         frame.board_temperature_max_dC, frame.pack_voltage_mV, frame.link_voltage_mV, frame.current_mA,
-        frame.soc_permille, frame.insulation_Ohm}) {
+        frame.soc_permille, frame.insulation_Ohm, frame.cell_voltage_sum_mV, frame.module_voltage_sum_mV,
+        frame.board_temperature_min_dC, frame.current_2_mA, frame.discharge_overload_permille,
+        frame.charge_overload_permille}) {
     CHECK_FALSE(value.has_value());
   }
 }

@@ -420,7 +420,7 @@ bool leaves_faults(const Reply& reply) {
   const Reply still = reply["still_present"];
   const Reply reasons = reply["reasons"];
   std::size_t warnings = 0;
-  for (std::size_t i = 0; i < reasons.size(); ++i) warnings += reasons.at(i)["only_warns"].is_true() ? 1 : 0;
+  for (std::size_t i = 0; i < reasons.size(); ++i) warnings += reasons.at(i)["only_warns"].is_true() ? 1U : 0U;
   return still.size() > warnings;
 }
 
