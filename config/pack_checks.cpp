@@ -4,6 +4,8 @@
 #include <array>
 #include <string>
 
+#include "config/limit_bounds.hpp"
+#include "config/pack_defaults.hpp"
 #include "config/pack_fields.hpp"
 #include "daemon/core/fault_table.hpp"
 
@@ -153,24 +155,38 @@ struct WindowRow {
   std::string_view upper;
 };
 constexpr std::array window_rows{WindowRow{"cell_undervoltage", "cell_overvoltage"},
-                                 WindowRow{"cell_undertemperature", "cell_overtemperature"}};
+                                 WindowRow{"cell_undertemperature", "cell_overtemperature"},
+                                 WindowRow{"charge_undertemperature", "charge_overtemperature"},
+                                 WindowRow{"board_undertemperature", "board_overtemperature"}};
 
-/// Between the warnings, behind both hystereses, there must be values that are good.
+/// Between the warnings, behind both hystereses, there must be values that are good. Told of the lower limit, or of the
+/// upper one where the file leaves the lower to its default.
 void check_window(const Check& check, const WindowRow& window) {
   const LimitRow& lower_row = limit_row(window.lower);
   const LimitRow& upper_row = limit_row(window.upper);
-  const Place place = check.limit_quantity(lower_row, "warn");
-  if (!check.are_good({place, check.limit_quantity(upper_row, "warn"), check.limit_quantity(lower_row, "hysteresis"),
+  const bool is_lower_left_out = is_default(check, lower_row);
+  const Place lower_place = check.limit_quantity(lower_row, "warn");
+  const Place upper_place = check.limit_quantity(upper_row, "warn");
+  if ((is_lower_left_out && is_default(check, upper_row)) ||
+      !check.are_good({lower_place, upper_place, check.limit_quantity(lower_row, "hysteresis"),
                        check.limit_quantity(upper_row, "hysteresis")})) {
     return;
   }
-  const LimitConfig& lower = check.core().limits.*lower_row.member;
-  const LimitConfig& upper = check.core().limits.*upper_row.member;
-  const std::int32_t end = upper.warn - upper.hysteresis - lower.hysteresis;
-  if (lower.warn < end) return;
-  check.problems.add(place, digits_of(lower.warn / lower_row.scale),
-                     "less than " + digits_of(end / lower_row.scale) + ", which is " + upper_row.key_of("warn") +
-                         " of " + std::string(window.upper) + " less both hystereses");
+  CoreConfig completed = check.core();
+  complete_defaults(completed);
+  const LimitConfig& lower = completed.limits.*lower_row.member;
+  const LimitConfig& upper = completed.limits.*upper_row.member;
+  const std::int32_t distance_min = upper.hysteresis + lower.hysteresis;
+  if (lower.warn < upper.warn - distance_min) return;
+  if (is_lower_left_out) {
+    check.problems.add(upper_place, digits_of(upper.warn / upper_row.scale),
+                       "more than " + digits_of((lower.warn + distance_min) / upper_row.scale) + ", which is " +
+                           lower_row.key_of("warn") + " of " + std::string(window.lower) + " and both hystereses");
+    return;
+  }
+  check.problems.add(lower_place, digits_of(lower.warn / lower_row.scale),
+                     "less than " + digits_of((upper.warn - distance_min) / lower_row.scale) + ", which is " +
+                         upper_row.key_of("warn") + " of " + std::string(window.upper) + " less both hystereses");
 }
 
 struct AbsoluteRow {
@@ -180,6 +196,7 @@ struct AbsoluteRow {
 };
 constexpr std::array absolute_rows{
     AbsoluteRow{"cell_undervoltage", "voltage_min_mV", &CellModel::voltage_min_uV},
+    AbsoluteRow{"cell_deep_discharge", "voltage_min_mV", &CellModel::voltage_min_uV},
     AbsoluteRow{"cell_overvoltage", "voltage_max_mV", &CellModel::voltage_max_uV},
     AbsoluteRow{"cell_overtemperature", "temperature_max_dC", &CellModel::temperature_max_dC},
     AbsoluteRow{"cell_undertemperature", "temperature_min_dC", &CellModel::temperature_min_dC},
@@ -188,7 +205,7 @@ constexpr std::array absolute_rows{
 void check_absolute(const Check& check, const AbsoluteRow& absolute_row) {
   const LimitRow& row = limit_row(absolute_row.limit);
   const Place place = check.limit_quantity(row, "open");
-  if (!check.are_good({place, check.cell.at(absolute_row.cell_key)})) return;
+  if (is_default(check, row) || !check.are_good({place, check.cell.at(absolute_row.cell_key)})) return;
   const std::int32_t open = (check.core().limits.*row.member).open;
   const std::int32_t absolute = check.core().cell.*absolute_row.absolute;
   const bool is_within = row.is_upper ? open <= absolute : open >= absolute;
@@ -259,6 +276,9 @@ bool has_fan(const CoreConfig& core) {
 bool has_heater(const CoreConfig& core) {
   return core.auxiliary.heater_on_dC != AuxiliaryConfig{}.heater_on_dC;
 }
+bool has_fan_and_heater(const CoreConfig& core) {
+  return has_fan(core) && has_heater(core);
+}
 
 using Core = CoreConfig;
 using Limits = LimitsConfig;
@@ -286,6 +306,11 @@ constexpr OrderRow order_rows[] = {
     {"limits/charge_undertemperature/open_dC", "open_dC of cell_undertemperature", true,
      limit_in<&Limits::charge_undertemperature, &LimitConfig::open>,
      limit_in<&Limits::cell_undertemperature, &LimitConfig::open>, is_given<&Limits::charge_undertemperature>},
+    // From there on the allowed current has no peak left: who keeps to it must not be opened for it.
+    {"limits/discharge_overload/open_permille", "900", false, limit_in<&Limits::discharge_overload, &LimitConfig::open>,
+     [](const Core&) { return std::int64_t{900}; }},
+    {"limits/charge_overload/open_permille", "900", false, limit_in<&Limits::charge_overload, &LimitConfig::open>,
+     [](const Core&) { return std::int64_t{900}; }},
     {"contactors/precharge_timeout_ms", "precharge_min_ms", false,
      ms_in<&Core::contactors, &ContactorConfig::precharge_timeout>,
      ms_in<&Core::contactors, &ContactorConfig::precharge_min>},
@@ -305,6 +330,8 @@ constexpr OrderRow order_rows[] = {
      number_in<&Core::auxiliary, &AuxiliaryConfig::heater_on_dC>, has_heater},
     {"auxiliary/heater_hot_dC", "heater_off_dC", false, number_in<&Core::auxiliary, &AuxiliaryConfig::heater_hot_dC>,
      number_in<&Core::auxiliary, &AuxiliaryConfig::heater_off_dC>, has_heater},
+    {"auxiliary/fan_off_dC", "heater_off_dC", false, number_in<&Core::auxiliary, &AuxiliaryConfig::fan_off_dC>,
+     number_in<&Core::auxiliary, &AuxiliaryConfig::heater_off_dC>, has_fan_and_heater},
     {"auxiliary/throttle_on_permille", "throttle_off_permille", true,
      number_in<&Core::auxiliary, &AuxiliaryConfig::throttle_on_permille>,
      number_in<&Core::auxiliary, &AuxiliaryConfig::throttle_off_permille>},
@@ -318,7 +345,7 @@ void check_order(const Check& check, const OrderRow& row) {
   if (value > other || (row.may_be_equal && value == other)) return;
   check.problems.add(place, digits_of(value),
                      (row.may_be_equal ? "at least " : "more than ") + std::string(row.than) +
-                         (row.than.front() == '0' ? "" : ", " + digits_of(other)));
+                         (row.than.front() <= '9' ? "" : ", " + digits_of(other)));
 }
 
 // --- times ----------------------------------------------------------------------------------------------------------
@@ -480,12 +507,13 @@ void check_pack(const PackConfig& pack, const Place& pack_place, const Place& ce
     if (is_default(check, row)) continue;
     check_limit_order(check, row);
     check_hysteresis(check, row);
-    check_reaction(check, row);
+    if (!row.age_key.empty()) check_reaction(check, row);
   }
   for (const WindowRow& row : window_rows) check_window(check, row);
   for (const AbsoluteRow& row : absolute_rows) check_absolute(check, row);
   for (const ContinuousRow& row : continuous_rows) check_continuous(check, row);
   for (const OrderRow& row : order_rows) check_order(check, row);
+  check_limit_bounds(pack, pack_place, problems);
   check_precharge(check);
   check_without_unit(check);
   check_base_id(check);

@@ -120,6 +120,7 @@ constexpr LimitKeys keys_mV{"warn_mV", "limit_mV", "open_mV", "hysteresis_mV"};
 constexpr LimitKeys keys_mA{"warn_mA", "limit_mA", "open_mA", "hysteresis_mA"};
 constexpr LimitKeys keys_dC{"warn_dC", "limit_dC", "open_dC", "hysteresis_dC"};
 constexpr LimitKeys keys_mK_per_s{"warn_mK_per_s", "limit_mK_per_s", "open_mK_per_s", "hysteresis_mK_per_s"};
+constexpr LimitKeys keys_permille{"warn_permille", "limit_permille", "open_permille", "hysteresis_permille"};
 constexpr LimitKeys keys_ms{"warn_ms", "limit_ms", "open_ms", "hysteresis_ms"};
 
 constexpr std::string_view limit_meaning = "from here the allowed current falls; not given: from the warning on";
@@ -171,7 +172,44 @@ constexpr auto spread_limit_table = derating_table<1>(keys_dC, 10, 1'000, 300);
 constexpr auto rise_limit_table = limit_table<1>(keys_mK_per_s, 50, 50'000, 10'000);
 constexpr auto current_limit_table = limit_table<1>(keys_mA, 10, current_max_mA, 200'000);
 constexpr auto mismatch_limit_table = limit_table<1>(keys_mV, 10, 100'000, 50'000);
-constexpr auto stuck_limit_table = limit_table<1>(keys_ms, 500, 60'000, 10'000);
+constexpr auto stuck_limit_table = limit_table<1>(keys_ms, 500, static_cast<double>(to_ms(stuck_time_max)), 10'000);
+
+constexpr auto resistance_limit_table = limit_table<1>(keys_permille, 1'050, 10'000, 5'000);
+// Where the peak is gone from the allowed current is 900: opening comes behind it.
+constexpr auto overload_limit_table = limit_table<1>(keys_permille, 100, 1'000, 500);
+constexpr auto overcurrent_limit_table = derating_table<1>(keys_mA, 10, current_max_mA, 200'000);
+
+/// A time that may be shorter than the default, and longer only where the reaction stays within its budget.
+template <auto Member>
+constexpr auto confirm_time(std::string_view key, double max, std::string_view meaning) {
+  return number<Member>({.key = key, .min = 0, .max = max, .meaning = meaning});
+}
+constexpr std::array confirm_table{
+    confirm_time<&ConfirmTimes::discharge_not_allowed>("discharge_not_allowed_ms", 100,
+                                                       "current out of the pack while that is forbidden"),
+    confirm_time<&ConfirmTimes::charge_not_allowed>("charge_not_allowed_ms", 100,
+                                                    "current into the pack while that is forbidden"),
+    confirm_time<&ConfirmTimes::current_while_open>("current_while_open_ms", 100,
+                                                    "current although everything is open"),
+    confirm_time<&ConfirmTimes::current_contradicts_voltage>(
+        "current_contradicts_voltage_ms", 500, "cells that answer a step of the current the wrong way round"),
+    confirm_time<&ConfirmTimes::cell_not_measured>("cell_not_measured_ms", 150, "a cell that a module does not know"),
+    confirm_time<&ConfirmTimes::temperature_not_measured>("temperature_not_measured_ms", 100,
+                                                          "a temperature that is missing"),
+    confirm_time<&ConfirmTimes::open_wire>("open_wire_ms", 150, "an open sense wire"),
+    confirm_time<&ConfirmTimes::module_reports_fault>("module_reports_fault_ms", 150,
+                                                      "a failed cell or self-test that a module reports"),
+    confirm_time<&ConfirmTimes::module_reports_undervoltage>("module_reports_undervoltage_ms", 150,
+                                                             "an empty cell that a module reports"),
+    confirm_time<&ConfirmTimes::module_warning>("module_warning_ms", 10'000, "what a module warns of"),
+    confirm_time<&ConfirmTimes::insulation_fault>("insulation_fault_ms", 1'000, "a monitor that does not say OK"),
+    confirm_time<&ConfirmTimes::insulation_monitor_lost>("insulation_monitor_lost_ms", 1'750,
+                                                         "a monitor that does not measure"),
+    confirm_time<&ConfirmTimes::link_not_following>("link_not_following_ms", 200,
+                                                    "a link that is not the pack although the contactors are closed"),
+    confirm_time<&ConfirmTimes::link_not_discharging>("link_not_discharging_ms", 1'000,
+                                                      "a link that stays with the pack although they are open"),
+};
 
 constexpr std::array current_table{
     required(number<&CurrentLimitConfig::discharge_continuous_mA>(
@@ -529,11 +567,12 @@ constexpr std::array limit_row_table{
     LimitRow{"temperature_spread", &LimitsConfig::temperature_spread, true, false, spread_limit_table, "dC", 1,
              "temperature_ms", &AgeConfig::temperature, plausibility_reaction_max,
              "Hottest less coldest sensor. Left out: 15 and 30 K."},
-    LimitRow{"discharge_overcurrent", &LimitsConfig::discharge_overcurrent, true, true, current_limit_table, "mA", 1,
-             "pack_current_ms", &AgeConfig::pack_current, electrical_reaction_max, "Current out of the pack."},
-    LimitRow{"charge_overcurrent", &LimitsConfig::charge_overcurrent, true, true, current_limit_table, "mA", 1,
+    LimitRow{"discharge_overcurrent", &LimitsConfig::discharge_overcurrent, true, true, overcurrent_limit_table, "mA",
+             1, "pack_current_ms", &AgeConfig::pack_current, electrical_reaction_max,
+             "Current out of the pack. Without `limit_mA` it takes nothing from the allowed current before it opens."},
+    LimitRow{"charge_overcurrent", &LimitsConfig::charge_overcurrent, true, true, overcurrent_limit_table, "mA", 1,
              "pack_current_ms", &AgeConfig::pack_current, electrical_reaction_max,
-             "Current into the pack, as a positive number."},
+             "Current into the pack, as a positive number. Without `limit_mA` as above."},
     LimitRow{"pack_voltage_mismatch", &LimitsConfig::pack_voltage_mismatch, true, true, mismatch_limit_table, "mV", 1,
              "pack_voltage_ms", &AgeConfig::pack_voltage, plausibility_reaction_max,
              "Difference between the sum of the cells and the pack voltage."},
@@ -547,6 +586,52 @@ constexpr std::array limit_row_table{
              &AgeConfig::cell_voltage, stuck_reaction_max,
              "How long a cell's voltage stands still, to the last digit, while the current is another. Left out: 3 and "
              "8 s."},
+    LimitRow{"cell_resistance",
+             &LimitsConfig::cell_resistance,
+             true,
+             false,
+             resistance_limit_table,
+             "permille",
+             1,
+             "",
+             nullptr,
+             {},
+             "A cell's resistance, of the average of all. Only warns. Left out: 1500, and from more than twice the "
+             "average on trouble code 1."},
+    LimitRow{"pack_resistance",
+             &LimitsConfig::pack_resistance,
+             true,
+             false,
+             resistance_limit_table,
+             "permille",
+             1,
+             "",
+             nullptr,
+             {},
+             "The average resistance, of what the cell file says. Only warns. Left out: 1500, and from twice that on "
+             "trouble code 2."},
+    LimitRow{"discharge_overload",
+             &LimitsConfig::discharge_overload,
+             true,
+             false,
+             overload_limit_table,
+             "permille",
+             1,
+             "",
+             nullptr,
+             {},
+             "How much of `discharge_peak_mA` is used up. Left out: 800 and 1000, which is all."},
+    LimitRow{"charge_overload",
+             &LimitsConfig::charge_overload,
+             true,
+             false,
+             overload_limit_table,
+             "permille",
+             1,
+             "",
+             nullptr,
+             {},
+             "How much of `charge_peak_mA` is used up. Left out: 800 and 1000, which is all."},
 };
 
 constexpr std::array age_row_table{
@@ -632,6 +717,9 @@ std::span<const Field<CellFile>> cell_name_fields() {
 }
 std::span<const Field<CellModel>> cell_model_fields() {
   return cell_model_table;
+}
+std::span<const Field<ConfirmTimes>> confirm_fields() {
+  return confirm_table;
 }
 std::span<const Field<BusNames>> bus_fields() {
   return bus_table;

@@ -47,7 +47,8 @@ inline constexpr Duration temperature_lost_confirm = 100ms;
 inline constexpr Duration electrical_reaction_max = 450ms;
 inline constexpr Duration temperature_reaction_max = 950ms;
 inline constexpr Duration plausibility_reaction_max = 1s;
-inline constexpr Duration stuck_reaction_max = 2s;  // on top of the time that is watched
+inline constexpr Duration stuck_reaction_max = 2s;                    // on top of the time that is watched
+inline constexpr Duration stuck_time_max = 10s - stuck_reaction_max;  // so that both are 10 s at most
 // A line that is read may be as late as PDU_STATUS, which it stands for: the budgets above hold for both.
 inline constexpr Duration gpio_debounce_max = internal_bus::pdu_status.period;
 inline constexpr int gpio_line_max = 65'534;  // the kernel counts a chip's lines in 16 bits
@@ -61,7 +62,7 @@ struct LimitRow {
   std::span<const Field<LimitConfig>> fields;
   std::string_view unit;     // of its keys
   std::int32_t scale = 1;    // carried counts in one of that unit
-  std::string_view age_key;  // empty: its signal has no age of its own
+  std::string_view age_key;  // empty: its signal has no age, and its fault no budget, of its own
   Duration AgeConfig::*age;
   Duration reaction_max;
   std::string_view meaning;
@@ -88,6 +89,7 @@ struct AgeRow {
 [[nodiscard]] std::span<const Field<CellModel>> cell_model_fields();
 
 [[nodiscard]] std::span<const Field<BusNames>> bus_fields();
+[[nodiscard]] std::span<const Field<ConfirmTimes>> confirm_fields();
 [[nodiscard]] std::span<const Field<CurrentLimitConfig>> current_fields();
 [[nodiscard]] std::span<const Field<AgeConfig>> age_fields();
 [[nodiscard]] std::span<const Field<PollConfig>> poll_fields();
@@ -118,6 +120,10 @@ void visit_sections(PackConfig& pack, Visitor visit) {
         bus_fields(), pack.buses);
   visit(SectionInfo{"current", true, "What the pack can carry for ever, and for a while."}, current_fields(),
         core.current);
+  visit(SectionInfo{"confirm", false,
+                    "How long what is simply there or not must last before the fault of that name is believed; a limit "
+                    "has its own `confirm_ms`."},
+        confirm_fields(), core.limits.confirm);
   visit(SectionInfo{"ages", false, "How old a signal may be. Older counts as missing, and missing is never good."},
         age_fields(), core.ages);
   visit(SectionInfo{"poll", false, "How often the modules are asked."}, poll_fields(), core.poll);

@@ -47,7 +47,10 @@ void Core::restore(const PersistentState& state) {
   persistent_ = state;
   ledger_.restore(state.contactors);
   for (const FaultRow& row : fault_table()) {
-    if (state.faults[static_cast<std::size_t>(row.id)].is_locked) faults_.restore_lock(row.id, started_at_);
+    const FaultRecord& record = state.faults[static_cast<std::size_t>(row.id)];
+    if (!record.is_locked || row.latch == Latch::none) continue;
+    const FreezeFrame frame = record.frame.value_or(FreezeFrame{});
+    faults_.restore_lock(row.id, {record.frame.has_value(), frame.value, frame.element}, frame.threshold, started_at_);
   }
 }
 

@@ -38,6 +38,7 @@
 #include "daemon/core/persistent_state.hpp"
 #include "daemon/core/poll_schedule.hpp"
 #include "daemon/core/precharge_guard.hpp"
+#include "daemon/core/reclosing.hpp"
 #include "daemon/core/report_vehicle.hpp"
 #include "daemon/core/rest_mode.hpp"
 #include "daemon/core/sensor_table.hpp"
@@ -53,23 +54,12 @@ namespace bmu {
 inline constexpr Duration loop_gap_max = 130ms;
 /// A module, sensor or PDU that has not been heard this long after start is lost, not late.
 inline constexpr Duration start_grace = 2s;
-/// After an opening by fault or a failed precharge nothing closes for this long.
-inline constexpr Duration reclose_lockout = 10s;
-/// And after any other opening: the precharge resistor has to cool, and a key that is played with must not wear
-/// contacts.
-inline constexpr Duration reclose_pause = 2s;
-/// Two openings by request within this, and the next closing waits as long as after a fault: a key that is played with.
-inline constexpr Duration oscillation_window = 20s;
 /// A tick that came later than this is told as a warning; loop_gap_max is where it opens.
 inline constexpr Duration tick_late = 50ms;
 /// A suspicious module is asked again this long after its last sample: sooner it would tell the same one.
 inline constexpr Duration ask_again_after = 15ms;
 /// The wall clock has jumped when it is this much off what it was going to be.
 inline constexpr Duration clock_jump_min = 2s;
-
-/// A wish to close waits this long for the pack to become ready. With a fault present it does not wait at all: what was
-/// wished before a fault was cleared must not close a pack that somebody may have his hands in.
-inline constexpr Duration close_patience = 5s;
 
 /// The last time closed contactors were opened (or a closing was broken off), and the chain that led there.
 struct OpeningRecord {
@@ -80,6 +70,7 @@ struct OpeningRecord {
   Blocker blocker{};  // for cause permission
   Reading reading;    // what was seen: value, element, when it was taken
   std::int64_t threshold = 0;
+  bool is_restored = false;     // the fault is a former life's: reading and confirmation have no time
   TimePoint suspected_since{};  // first sample beyond the threshold
   TimePoint confirmed_at{};
   Measured<std::int32_t> current_mA;  // at opening; not known if it was not
@@ -210,7 +201,6 @@ class Core {
   void record_precharge(TimePoint now, TimePoint began_at, PrechargeFailure failure);
   void record_confirmed(FaultId id, TimePoint now);
   void record_cleared(FaultId id, TimePoint now);
-  [[nodiscard]] FreezeFrame freeze(const FaultState& state, TimePoint now) const;
   void touch_persistent() { ++persistent_generation_; }
   void send(Port port, const CanFrame& frame, Decisions& out);
   [[nodiscard]] FaultInputs fault_inputs(TimePoint now) const;
@@ -236,6 +226,7 @@ class Core {
   CoulombCounter counter_;
   PackState pack_;
   FaultMemory faults_;
+  PackMode mode_before_ = PackMode::open;  // before the faults of this tick
   CoreFlags flags_;
   Watchers watchers_;
   Permission permission_;

@@ -70,6 +70,25 @@ inline constexpr LimitConfig never_above{.warn = std::numeric_limits<std::int32_
 inline constexpr LimitConfig never_below{.warn = std::numeric_limits<std::int32_t>::min(),
                                          .open = std::numeric_limits<std::int32_t>::min()};
 
+/// How long what is simply there or not must last before it is believed, by the names of the faults. What has no place
+/// here is believed at once, or after a time that belongs to how it is found out.
+struct ConfirmTimes {
+  Duration discharge_not_allowed = 20ms;
+  Duration charge_not_allowed = 20ms;
+  Duration current_while_open = 100ms;
+  Duration current_contradicts_voltage = 100ms;
+  Duration cell_not_measured = 150ms;
+  Duration temperature_not_measured = 100ms;
+  Duration open_wire = 150ms;
+  Duration module_reports_fault = 150ms;
+  Duration module_reports_undervoltage = 150ms;
+  Duration module_warning = 150ms;
+  Duration insulation_fault = 500ms;
+  Duration insulation_monitor_lost = 1500ms;
+  Duration link_not_following = 150ms;
+  Duration link_not_discharging = 150ms;
+};
+
 /// Those with a value here may be left out of the pack file; those that are never reached get theirs there, from the
 /// cell or from the limits beside them (config/pack_defaults.hpp).
 struct LimitsConfig {
@@ -92,6 +111,14 @@ struct LimitsConfig {
   LimitConfig current_sensors_disagree = never_above;  // mA between the two current sensors
   LimitConfig stuck_values{.warn = 3'000, .open = 8'000, .hysteresis = 1, .confirm = 200ms, .clear = 2s};  // ms
   LimitConfig insulation_low = never_below;                                                                // Ohm
+  // A cell with more than twice the average resistance is poor (BMS_F.7). The same factor for the whole pack, of what
+  // the cell file says. permille
+  LimitConfig cell_resistance{.warn = 1'500, .open = 2'001, .hysteresis = 200, .confirm = 0ms, .clear = 1s};
+  LimitConfig pack_resistance{.warn = 1'500, .open = 2'000, .hysteresis = 200, .confirm = 0ms, .clear = 1s};
+  // Shares of what a peak may use up, permille. The count itself took seconds: it needs no time to be believed.
+  LimitConfig discharge_overload{.warn = 800, .open = 1'000, .hysteresis = 150, .confirm = 20ms, .clear = 1s};
+  LimitConfig charge_overload{.warn = 800, .open = 1'000, .hysteresis = 150, .confirm = 20ms, .clear = 1s};
+  ConfirmTimes confirm;
 };
 
 /// How old each signal may be. Older is stale, and stale is never good. Nominal periods stand in the rows of

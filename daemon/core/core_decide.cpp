@@ -119,6 +119,7 @@ void Core::watch_contactors(TimePoint now) {
 }
 
 void Core::evaluate_faults(TimePoint now) {
+  mode_before_ = mode();
   if (std::exchange(clear_ours_, false)) note_fault_changes(faults_.clear_latched(clear_given_.authority), now);
   note_fault_changes(faults_.update(fault_inputs(now)), now);
   // Seen once is enough; the fault memory remembers from here.
@@ -154,29 +155,20 @@ void Core::refuse_vain_request(TimePoint now) {
   const bool is_waiting = request_.is_present() && sequence_.phase == Phase::open && !permission_.may_close;
   if (!is_waiting) return;
   const auto& blockers = permission_.blockers;
-  const bool has_fault = std::find(blockers.begin(), blockers.end(), Blocker::fault) != blockers.end();
-  // Between two tries of a precharge the wish waits for the next.
-  const bool may_wait = guard_.is_retrying() || now - request_.since() < close_patience;
-  if (!has_fault && may_wait) return;
+  if (!is_vain(blockers, now - request_.since(), guard_.is_retrying())) return;
   request_.drop();
-  last_refusal_ = {.has_happened = true, .at = now, .blocker = has_fault ? Blocker::fault : blockers[0]};
+  last_refusal_ = {.has_happened = true, .at = now, .blocker = has_fault(blockers) ? Blocker::fault : blockers[0]};
   events_.push({.id = EventId::close_refused, .at = now, .number = static_cast<std::int64_t>(last_refusal_.blocker)});
 }
 
 /// The pack voltage of a precharge is the higher one of the sensor's and the sum of the cells, and only while they
-/// agree: a sensor that has lost its ground shows two voltages that agree with each other.
+/// agree.
 SequenceInputs Core::sequence_inputs(TimePoint now) const {
   const Measured<std::int32_t>& sum = pack_.cell_voltage_sum_mV;
   const Measured<std::int32_t>& pack = pack_.pack_voltage_mV;
-  const std::int64_t apart_mV = std::int64_t{sum.value} - pack.value;
-  const std::int64_t allowed_mV = config_.limits.pack_voltage_mismatch.open;
-  const bool voltages_agree = sum.is_valid() && apart_mV < allowed_mV && apart_mV > -allowed_mV;
-  const Phase phase = sequence_.phase;
-  const bool is_closing = phase == Phase::main_negative || phase == Phase::precharge || phase == Phase::main_positive;
-  const bool may_be_closed = is_closing ? permission_.may_go_on : permission_.may_stay_closed;
   return {.now = now,
           .close_wanted = wants_close(),
-          .close_permitted = phase == Phase::open ? permission_.may_close : may_be_closed,
+          .close_permitted = is_permitted(permission_, sequence_.phase),
           .may_advance = permission_.may_advance,
           .contacts_settled = contactor_watch_.is_settled(),
           .charge_wanted = request_.is_by_charger(),
@@ -185,7 +177,7 @@ SequenceInputs Core::sequence_inputs(TimePoint now) const {
           .is_current_known = pack_.current_mA.is_valid(),
           .current_mA = pack_.current_mA.value,
           .current_at = pack_.current_mA.taken_at,
-          .is_measured = pack_.is_sensed() && voltages_agree,
+          .is_measured = pack_.is_sensed() && voltages_agree(sum, pack, config_.limits.pack_voltage_mismatch.open),
           .measured_at = std::min({pack.taken_at, pack_.link_voltage_mV.taken_at, pack_.current_mA.taken_at}),
           .pack_mV = std::max(pack.value, sum.value),
           .link_mV = pack_.link_voltage_mV.value};
@@ -273,6 +265,7 @@ OpeningRecord Core::opening_record(TimePoint now, Phase from, PrechargeFailure f
     record.fault = fault->id;
     record.reading = state.confirmed;
     record.threshold = state.threshold;
+    record.is_restored = state.is_restored;
     record.suspected_since = state.suspected_since;
     record.confirmed_at = state.confirmed_at;
   } else if (failure != PrechargeFailure::none) {
@@ -297,15 +290,9 @@ void Core::record_opening(TimePoint now, Phase from, PrechargeFailure failure) {
   const OpeningRecord record = opening_record(now, from, failure);
   flags_.precharge_failure = failure;  // a fault from the next tick on
   last_opening_ = record;
-  const bool keeps_wish = record.cause == OpeningCause::request_over || record.cause == OpeningCause::precharge_retry;
-  if (!keeps_wish) request_.drop();  // what opened for a reason closes for a new wish only
-  Duration wait = reclose_lockout;
-  if (record.cause == OpeningCause::request_over) {
-    const bool is_played_with = request_over_at_ != TimePoint{} && now - request_over_at_ <= oscillation_window;
-    wait = is_played_with ? reclose_lockout : reclose_pause;
-    request_over_at_ = now;
-  }
-  if (record.cause == OpeningCause::precharge_retry) wait = config_.contactors.precharge_cool_down;
+  if (!keeps_wish(record.cause)) request_.drop();
+  const Duration wait = reclose_wait(record.cause, now, request_over_at_, config_.contactors.precharge_cool_down);
+  if (record.cause == OpeningCause::request_over) request_over_at_ = now;
   locked_out_until_ = now + wait;
   events_.push({.id = EventId::opened,
                 .at = now,
@@ -350,8 +337,8 @@ void Core::ask_again(TimePoint now, Decisions& out) {
   for (const FaultRow& row : fault_table()) {
     const FaultState& state = faults_.state(row.id);
     const std::uint8_t node = state.latest.element.module_node;
-    const bool is_asked = row.ask_again != AskAgain::no && state.stage == FaultStage::suspected &&
-                          state.latest.is_known && modules_.find(node) != nullptr;
+    const bool is_asked =
+        row.ask_again != AskAgain::no && state.is_doubtful() && state.latest.is_known && modules_.find(node) != nullptr;
     if (!is_asked || now - modules_.polled_at(node) < ask_again_after) continue;
     PollWants wants = modules_.outstanding(node);
     wants.status = true;
@@ -413,8 +400,19 @@ void Core::record_confirmed(FaultId id, TimePoint now) {
   if (record.count == 0) record.first_unix_time_ms = unix_ms;
   record.last_unix_time_ms = unix_ms;
   ++record.count;
-  record.is_locked = row_of(id).latch == Latch::until_authorised;
-  record.frame = freeze(faults_.state(id), now);
+  record.is_locked = record.is_locked || locks(row_of(id), outputs_.any_contactor() && !shutting_down_);
+  record.frame = freeze({.now = now,
+                         .unix_time_ms = unix_ms,
+                         .config = config_,
+                         .fault = faults_.state(id),
+                         .pack = pack_,
+                         .sensors = sensors_,
+                         .limits = limits_,
+                         .charge = charge(),
+                         .overload = watchers_.overload,
+                         .outputs = outputs_,
+                         .phase = sequence_.phase,
+                         .mode = mode_before_});
   touch_persistent();
 }
 
@@ -426,38 +424,6 @@ void Core::record_cleared(FaultId id, TimePoint now) {
       .unix_time_ms = unix_time_ms(now), .user_id = clear_given_.user_id, .authority = clear_given_.authority};
   guard_.forget_tries();
   touch_persistent();
-}
-
-FreezeFrame Core::freeze(const FaultState& state, TimePoint now) const {
-  const auto known = [](bool is_known, std::int32_t value) {
-    return is_known ? std::optional<std::int32_t>(value) : std::nullopt;
-  };
-  const auto measured = [&known](const Measured<std::int32_t>& value) { return known(value.is_valid(), value.value); };
-  const Spread& cells = pack_.cell_voltage_uV;
-  const Spread& temperatures = pack_.cell_temperature_dC;
-  const bool knows_pdu = pdu_fresh(now) && knows_insulation(sensors_.pdu.value);
-  const SignalValue& insulation = sensors_.pdu.value.insulation_resistance_Ohm;
-  return {.unix_time_ms = unix_time_ms(now),
-          .value = state.confirmed.value,
-          .threshold = state.threshold,
-          .element = state.confirmed.element,
-          .phase = sequence_.phase,
-          .cell_voltage_min_uV = known(cells.is_known(), cells.min),
-          .cell_voltage_max_uV = known(cells.is_known(), cells.max),
-          .cell_voltage_average_uV = known(cells.is_known(), cells.average),
-          .cell_voltage_min_at = cells.min_at,
-          .cell_voltage_max_at = cells.max_at,
-          .cell_temperature_min_dC = known(temperatures.is_known(), temperatures.min),
-          .cell_temperature_max_dC = known(temperatures.is_known(), temperatures.max),
-          .cell_temperature_average_dC = known(temperatures.is_known(), temperatures.average),
-          .board_temperature_max_dC = known(pack_.board_temperature_dC.is_known(), pack_.board_temperature_dC.max),
-          .pack_voltage_mV = measured(pack_.pack_voltage_mV),
-          .link_voltage_mV = measured(pack_.link_voltage_mV),
-          .current_mA = measured(pack_.current_mA),
-          .soc_permille = known(charge().is_started, charge().soc_permille),
-          .insulation_Ohm = known(knows_pdu && insulation.is_valid(), static_cast<std::int32_t>(insulation.value)),
-          .discharge_limit_mA = limits_.discharge.limit_mA,
-          .charge_limit_mA = limits_.charge.limit_mA};
 }
 
 FaultInputs Core::fault_inputs(TimePoint now) const {

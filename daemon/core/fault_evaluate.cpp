@@ -4,9 +4,10 @@ namespace bmu {
 
 Thresholds thresholds_of(const FaultRow& row, const LimitsConfig& limits) {
   if (!row.has_limit()) {
-    return {.warn = 1, .open = 1, .has_warning = false, .confirm = row.confirm, .clear = row.clear};
+    const Duration confirm = row.confirm_time != nullptr ? limits.confirm.*row.confirm_time : row.confirm;
+    return {.warn = 1, .open = 1, .has_warning = false, .confirm = confirm, .clear = row.clear};
   }
-  const LimitConfig& limit = row.limit != nullptr ? limits.*row.limit : *row.fixed;
+  const LimitConfig& limit = limits.*row.limit;
   return {.warn = limit.warn,
           .open = limit.open,
           .hysteresis = limit.hysteresis,

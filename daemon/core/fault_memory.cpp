@@ -39,11 +39,15 @@ class RowUpdate {
     state_.judged = verdict;
     state_.judged_at = now_;
     switch (state_.stage) {
-      case FaultStage::good: if_beyond_suspect(reading, verdict); break;
-      case FaultStage::suspected: while_suspected(reading, verdict); break;
       case FaultStage::active: while_active(verdict); break;
+      case FaultStage::good:
+      case FaultStage::suspected:
       case FaultStage::latched:
-        if (verdict == Verdict::beyond || verdict == Verdict::between) reactivate();
+        if (state_.is_doubtful()) {
+          while_doubtful(reading, verdict);
+        } else {
+          if_beyond_suspect(reading, verdict);
+        }
         break;
     }
   }
@@ -66,7 +70,7 @@ class RowUpdate {
 
   /// The last verdict has stood until now.
   void weigh() {
-    if (state_.stage != FaultStage::suspected) return;
+    if (!state_.is_doubtful()) return;
     const Duration stood = now_ - state_.judged_at;
     if (state_.judged == Verdict::beyond) state_.evidence += stood;
     if (state_.judged == Verdict::good || state_.judged == Verdict::between) state_.evidence -= stood / 2;
@@ -74,10 +78,15 @@ class RowUpdate {
     state_.evidence = std::clamp(state_.evidence, Duration{}, thresholds_.confirm);
   }
 
+  /// What is latched stays so meanwhile: the cause is back once it is believed, as the first time.
   void if_beyond_suspect(const Reading& reading, Verdict verdict) {
     if (verdict != Verdict::beyond) return;
-    state_.stage = FaultStage::suspected;
-    state_.suspected_since = now_;
+    if (state_.stage == FaultStage::latched) {
+      state_.returning_since = now_;
+    } else {
+      state_.stage = FaultStage::suspected;
+      state_.suspected_since = now_;
+    }
     state_.evidence = {};
     state_.samples = 1;
     take_sample(reading);
@@ -95,10 +104,10 @@ class RowUpdate {
     return later > Duration{} && (reading.element == state_.sample_element || later >= poll_apart_min);
   }
 
-  void while_suspected(const Reading& reading, Verdict verdict) {
+  void while_doubtful(const Reading& reading, Verdict verdict) {
     if (verdict == Verdict::unknown) return;
     if (verdict != Verdict::beyond) {
-      if (state_.evidence <= Duration{}) state_.stage = FaultStage::good;
+      if (state_.evidence <= Duration{}) forget_doubt();
       return;
     }
     if (is_another_sample(reading)) {
@@ -108,9 +117,17 @@ class RowUpdate {
     confirm_if_due(reading);
   }
 
+  void forget_doubt() {
+    if (state_.stage == FaultStage::suspected) state_.stage = FaultStage::good;
+    state_.returning_since = {};
+  }
+
   void confirm_if_due(const Reading& reading) {
     if (state_.evidence < thresholds_.confirm || state_.samples < row_.samples) return;
+    if (state_.stage == FaultStage::latched) state_.suspected_since = state_.returning_since;
+    state_.returning_since = {};
     state_.stage = FaultStage::active;
+    state_.is_restored = false;
     state_.confirmed_at = now_;
     state_.confirmed = reading;
     state_.threshold = thresholds_.open;
@@ -132,13 +149,6 @@ class RowUpdate {
     const bool latches = row_.latch != Latch::none;
     state_.stage = latches ? FaultStage::latched : FaultStage::good;
     note(latches ? Kind::cause_gone : Kind::cleared);
-  }
-
-  /// The cause is back before anybody cleared it: still the same fault, at once.
-  void reactivate() {
-    state_.stage = FaultStage::active;
-    state_.last_at = now_;
-    state_.good_since = {};
   }
 
   void note(Kind kind) { changes_.push_back({row_.id, kind}); }
@@ -166,9 +176,12 @@ void FaultMemory::judge(const FaultRow& row, const Reading& reading, const Limit
   RowUpdate(row, thresholds, now, states_[static_cast<std::size_t>(row.id)], changes).run(reading);
 }
 
-void FaultMemory::restore_lock(FaultId id, TimePoint at) {
+void FaultMemory::restore_lock(FaultId id, const Reading& confirmed, std::int64_t threshold, TimePoint at) {
   FaultState& state = states_[static_cast<std::size_t>(id)];
   state.stage = FaultStage::latched;
+  state.is_restored = true;
+  state.confirmed = confirmed;
+  state.threshold = threshold;
   state.confirmed_at = state.last_at = at;
 }
 
@@ -177,7 +190,8 @@ FaultChanges FaultMemory::clear_latched(Authority authority) {
   for (const FaultRow& row : fault_table()) {
     FaultState& state = states_[static_cast<std::size_t>(row.id)];
     const bool may_clear = row.latch == Latch::until_cleared || authority == Authority::service;
-    if (state.stage != FaultStage::latched || state.judged != Verdict::good || !may_clear) continue;
+    const bool is_gone = state.judged == Verdict::good && !state.is_doubtful();
+    if (state.stage != FaultStage::latched || !is_gone || !may_clear) continue;
     state.stage = FaultStage::good;
     changes.push_back({row.id, Kind::cleared});
   }

@@ -7,7 +7,8 @@
 // Evidence is time: it grows while the value is beyond the threshold, shrinks half as fast while it is not, and stands
 // still while the value is not known. It confirms at the confirm time. So a lasting fault takes exactly that time, a
 // lone bad sample is forgotten after twice its length, and a value that keeps coming back, or hides behind missing
-// ones, is believed in the end: anything beyond the threshold for more than a third of the time.
+// ones, is believed in the end: anything beyond the threshold for more than a third of the time. A cause that comes
+// back to a latched fault takes the same evidence to count as another occurrence.
 #pragma once
 
 #include <array>
@@ -36,7 +37,8 @@ struct FaultState {
   TimePoint warning_since{};
   Reading warning;  // worst while warning
   TimePoint suspected_since{};
-  Duration evidence{};                // while suspected
+  TimePoint returning_since{};        // while latched: since when the cause seems to be back, zero if it does not
+  Duration evidence{};                // while suspected or returning
   Verdict judged = Verdict::unknown;  // of the last update, standing until the next
   TimePoint judged_at{};
   TimePoint confirmed_at{};  // of the present or last occurrence
@@ -46,13 +48,18 @@ struct FaultState {
   Reading confirmed;           // what was seen at confirmation
   Reading latest;              // what is seen now
   std::int64_t threshold = 0;  // at confirmation
-  std::uint32_t count = 0;     // confirmations since start
-  std::uint32_t samples = 0;   // distinct samples beyond the threshold while suspected
+  bool is_restored = false;  // confirmed in a former life: `confirmed` has no time, and is not known if it was not kept
+  std::uint32_t count = 0;   // confirmations since start
+  std::uint32_t samples = 0;  // distinct samples beyond the threshold while suspected
   TimePoint sample_taken_at{};
   Element sample_element;
 
   [[nodiscard]] constexpr bool is_present() const {
     return stage == FaultStage::active || stage == FaultStage::latched;
+  }
+  /// Beyond the threshold, not yet for long enough to be believed, or believed anew.
+  [[nodiscard]] constexpr bool is_doubtful() const {
+    return stage == FaultStage::suspected || returning_since != TimePoint{};
   }
 };
 
@@ -74,8 +81,9 @@ class FaultMemory {
   /// Clears what is latched, whose cause is known to be gone, and which this authority may clear; the rest stays.
   FaultChanges clear_latched(Authority authority);
 
-  /// A lock of a former life: latched, until its cause is seen to be gone and somebody with authority clears it.
-  void restore_lock(FaultId id, TimePoint at);
+  /// A lock of a former life: latched, until its cause is seen to be gone and who may clears it. `confirmed` is what
+  /// was seen then, not known if that was not kept.
+  void restore_lock(FaultId id, const Reading& confirmed, std::int64_t threshold, TimePoint at);
 
   [[nodiscard]] const FaultState& state(FaultId id) const { return states_[static_cast<std::size_t>(id)]; }
   [[nodiscard]] const std::array<FaultState, fault_count>& states() const { return states_; }

@@ -208,6 +208,8 @@ Reading current_contradicts_voltage(const FaultInputs& in) {
   return in.watchers->steps.contradiction();
 }
 Reading current_sensors_apart_mA(const FaultInputs& in) {
+  // A lock of a time when there were two can be cleared.
+  if (!in.config->sensor.has_second_current) return {true, 0, {}, in.now};
   const Measured<std::int32_t>& one = in.sensors->current_mA;
   const Measured<std::int32_t>& other = in.sensors->current_2_mA;
   const Duration age_max = in.config->ages.pack_current;

@@ -11,6 +11,8 @@ namespace bmu::fault_readers {
 
 namespace {
 
+constexpr std::int64_t insulation_max_Ohm = std::numeric_limits<std::int32_t>::max();
+
 /// A sensor that has no usable word within its age; before it was ever heard that counts once starting is over.
 Reading lost(const FaultInputs& in, const Measured<std::int32_t>& value, Duration age_max) {
   if (!in.has_started) return unknown_reading;
@@ -41,12 +43,14 @@ Reading lines(const FaultInputs& in, std::uint16_t PduState::*bad, std::uint8_t 
   return condition(mask != 0, in.sensors->pdu.taken_at, {.input = mask != 0 ? number : std::uint8_t{0}});
 }
 
-/// The monitor's resistance; more than it can tell counts as the most there is.
+/// The monitor's resistance; more than it can tell counts as the most there is, and so does what nobody measures.
 Reading insulation(const FaultInputs& in) {
   const PduState* pdu = pdu_of(in);
+  const bool is_measured = in.config->insulation.monitoring == InsulationMonitoring::measured;
+  if (!is_measured && pdu != nullptr && !knows_insulation(*pdu)) return {true, insulation_max_Ohm, {}, in.now};
   if (pdu == nullptr || !knows_insulation(*pdu)) return unknown_reading;
   const SignalValue& resistance = pdu->insulation_resistance_Ohm;
-  const std::int64_t value_Ohm = resistance.is_valid() ? resistance.value : std::numeric_limits<std::int32_t>::max();
+  const std::int64_t value_Ohm = resistance.is_valid() ? resistance.value : insulation_max_Ohm;
   return {true, value_Ohm, {}, in.sensors->pdu.taken_at};
 }
 
@@ -108,7 +112,7 @@ Reading insulation_Ohm(const FaultInputs& in) {
 }
 Reading insulation_driving_Ohm(const FaultInputs& in) {
   if (is_for_driving(in)) return insulation(in);
-  return {true, std::numeric_limits<std::int32_t>::max(), {}, in.now};
+  return {true, insulation_max_Ohm, {}, in.now};
 }
 
 /// A monitor that measures says so, again and again; after its start it may take this long to its first value.

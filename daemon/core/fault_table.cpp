@@ -38,13 +38,6 @@ namespace {
 using enum Reaction;
 using enum Sense;
 
-// BMS_F.7: a cell with more than twice the average resistance is poor. The same factor for the whole pack.
-constexpr LimitConfig poor_cell{.warn = 1'500, .open = 2'001, .hysteresis = 200, .confirm = 0ms, .clear = 1s};
-constexpr LimitConfig poor_battery{.warn = 1'500, .open = 2'000, .hysteresis = 200, .confirm = 0ms, .clear = 1s};
-// Shares of what a peak may use up. The count itself took seconds: it needs no time to be believed.
-constexpr LimitConfig overload{
-    .warn = 800, .limit = 500, .open = 1'000, .hysteresis = 150, .confirm = 20ms, .clear = 1s};
-
 // Longest reactions by the project's budgets: voltage and current 450 ms, temperature 950 ms, a silent module 300 ms,
 // a silent sensor or PDU 300 ms, inputs at once. Ages and confirm times add up to less; temperatures also have to wait
 // for the half second in which a module samples them.
@@ -102,7 +95,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .remedy = "check the cell's connections; replace the cell if they are sound",
      .unit = Unit::permille,
      .read = fault_readers::cell_resistance_permille,
-     .fixed = &poor_cell,
+     .limit = &LimitsConfig::cell_resistance,
      .reaction = warn,
      .dtc = 1},
     {.id = FaultId::pack_resistance,
@@ -111,7 +104,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .remedy = "the pack is worn or cold, or the cell file is another cell's",
      .unit = Unit::permille,
      .read = fault_readers::pack_resistance_permille,
-     .fixed = &poor_battery,
+     .limit = &LimitsConfig::pack_resistance,
      .reaction = warn,
      .dtc = 2},
     {.id = FaultId::cell_overtemperature,
@@ -232,7 +225,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .remedy = "let the pack rest; lower what the load may draw",
      .unit = Unit::permille,
      .read = fault_readers::discharge_overload_permille,
-     .fixed = &overload,
+     .limit = &LimitsConfig::discharge_overload,
      .samples = 2,
      .reaction = open_after_grace,
      .grace = 250ms,
@@ -244,7 +237,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .remedy = "lower what charger or regeneration may give",
      .unit = Unit::permille,
      .read = fault_readers::charge_overload_permille,
-     .fixed = &overload,
+     .limit = &LimitsConfig::charge_overload,
      .samples = 2,
      .reaction = open_after_grace,
      .grace = 250ms,
@@ -255,7 +248,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .meaning = "current is drawn although discharging is forbidden",
      .remedy = "switch the load off while the pack is charged after an undervoltage",
      .read = fault_readers::discharge_not_allowed,
-     .confirm = 20ms,
+     .confirm_time = &ConfirmTimes::discharge_not_allowed,
      .samples = 2,
      .latch = Latch::until_cleared,
      .lithiumate_code = 5},
@@ -264,7 +257,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .meaning = "the pack is charged although charging is forbidden",
      .remedy = "check why charger or regeneration does not stop",
      .read = fault_readers::charge_not_allowed,
-     .confirm = 20ms,
+     .confirm_time = &ConfirmTimes::charge_not_allowed,
      .samples = 2,
      .latch = Latch::until_cleared,
      .lithiumate_code = 4},
@@ -273,7 +266,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .meaning = "current flows although every contactor is open",
      .remedy = "a contactor is welded, or something is connected past them: isolate by hand, then clear with authority",
      .read = fault_readers::current_while_open,
-     .confirm = 100ms,
+     .confirm_time = &ConfirmTimes::current_while_open,
      .samples = 3,
      .latch = Latch::until_authorised,
      .lithiumate_code = 12},
@@ -312,7 +305,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .meaning = "the cells answer a step of the current the wrong way round",
      .remedy = "the current sensor is mounted or configured the wrong way round",
      .read = fault_readers::current_contradicts_voltage,
-     .confirm = 100ms,
+     .confirm_time = &ConfirmTimes::current_contradicts_voltage,
      .samples = 3,
      .latch = Latch::until_cleared},
     {.id = FaultId::current_sensors_disagree,
@@ -330,31 +323,34 @@ constexpr std::array<FaultRow, fault_count> table{{
      .remedy = "check the module's supply, its bus wires and its node number",
      .read = fault_readers::module_lost,
      .latch = Latch::until_cleared,
+     .outlives = Outlives::if_closed,
      .lithiumate_code = 3},
     {.id = FaultId::cell_not_measured,
      .name = "cell_not_measured",
      .meaning = "a module answers but does not know a cell's voltage",
      .remedy = "check the sense wire of the cell",
      .read = fault_readers::cell_not_measured,
-     .confirm = 150ms,
+     .confirm_time = &ConfirmTimes::cell_not_measured,
      .samples = 2,
      .latch = Latch::until_cleared,
+     .outlives = Outlives::if_closed,
      .lithiumate_code = 3},
     {.id = FaultId::temperature_not_measured,
      .name = "temperature_not_measured",
      .meaning = "a temperature is missing, or its sensor open or shorted",
      .remedy = "check the sensor that is named and its wires",
      .read = fault_readers::temperature_not_measured,
-     .confirm = 100ms,
+     .confirm_time = &ConfirmTimes::temperature_not_measured,
      .samples = 2,
      .latch = Latch::until_cleared,
+     .outlives = Outlives::if_closed,
      .lithiumate_code = 3},
     {.id = FaultId::open_wire,
      .name = "open_wire",
      .meaning = "a sense wire is open",
      .remedy = "check the wire between the cell that is named and its neighbour",
      .read = fault_readers::open_wire,
-     .confirm = 150ms,
+     .confirm_time = &ConfirmTimes::open_wire,
      .samples = 2,
      .ask_again = AskAgain::cells,
      .latch = Latch::until_cleared,
@@ -365,6 +361,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .remedy = "check the module's bus wires, its termination and its firmware",
      .read = fault_readers::module_disturbed,
      .latch = Latch::until_cleared,
+     .outlives = Outlives::if_closed,
      .lithiumate_code = 3},
     // The module latches it itself, until our clear command reaches it.
     {.id = FaultId::module_reports_fault,
@@ -372,14 +369,14 @@ constexpr std::array<FaultRow, fault_count> table{{
      .meaning = "a module reports an overcharged cell or a failed self-test",
      .remedy = "look at the cell that the module names; `bmuctl clear` reaches the module too",
      .read = fault_readers::module_reports_fault,
-     .confirm = 150ms,
+     .confirm_time = &ConfirmTimes::module_reports_fault,
      .samples = 2},
     {.id = FaultId::module_reports_undervoltage,
      .name = "module_reports_undervoltage",
      .meaning = "a module reports a cell that is empty",
      .remedy = "charge the pack; `bmuctl clear` reaches the module too",
      .read = fault_readers::module_reports_undervoltage,
-     .confirm = 150ms,
+     .confirm_time = &ConfirmTimes::module_reports_undervoltage,
      .samples = 2,
      .concerns = Concerns::discharge},
     {.id = FaultId::module_warning,
@@ -387,7 +384,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .meaning = "a module warns of its board, supply, temperature sensors or front end",
      .remedy = "look at the module when there is time",
      .read = fault_readers::module_warning,
-     .confirm = 150ms,
+     .confirm_time = &ConfirmTimes::module_warning,
      .samples = 2,
      .reaction = warn},
     {.id = FaultId::module_mismatch,
@@ -421,6 +418,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .remedy = "check the current sensor's supply and bus wires",
      .read = fault_readers::current_sensor_lost,
      .latch = Latch::until_cleared,
+     .outlives = Outlives::if_closed,
      .lithiumate_code = 19},
     {.id = FaultId::voltage_sensor_lost,
      .name = "voltage_sensor_lost",
@@ -428,6 +426,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .remedy = "check the sensor's voltage wires",
      .read = fault_readers::voltage_sensor_lost,
      .latch = Latch::until_cleared,
+     .outlives = Outlives::if_closed,
      .lithiumate_code = 19},
     {.id = FaultId::pdu_lost,
      .name = "pdu_lost",
@@ -435,6 +434,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .remedy = "check the unit's supply and bus wires",
      .read = fault_readers::pdu_lost,
      .latch = Latch::until_cleared,
+     .outlives = Outlives::if_closed,
      .lithiumate_code = 3},
     {.id = FaultId::pdu_opened_by_itself,
      .name = "pdu_opened_by_itself",
@@ -474,7 +474,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .meaning = "the insulation monitor does not say OK",
      .remedy = "find the insulation fault before anybody touches the pack",
      .read = fault_readers::insulation_not_ok,
-     .confirm = 500ms,
+     .confirm_time = &ConfirmTimes::insulation_fault,
      .latch = Latch::until_cleared,
      .lithiumate_code = 10},
     {.id = FaultId::insulation_low,
@@ -503,8 +503,9 @@ constexpr std::array<FaultRow, fault_count> table{{
      .meaning = "the insulation monitor does not measure",
      .remedy = "check the monitor's supply, its earth and its wires",
      .read = fault_readers::insulation_monitor_lost,
-     .confirm = 1500ms,
+     .confirm_time = &ConfirmTimes::insulation_monitor_lost,
      .latch = Latch::until_cleared,
+     .outlives = Outlives::if_closed,
      .lithiumate_code = 10},
     {.id = FaultId::precharge_failed,
      .name = "precharge_failed",
@@ -549,7 +550,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .meaning = "the contactors are closed, but the link voltage is not the pack voltage",
      .remedy = "check the contactors and the sensor's link wires",
      .read = fault_readers::link_not_following,
-     .confirm = 150ms,
+     .confirm_time = &ConfirmTimes::link_not_following,
      .samples = 2,
      .latch = Latch::until_cleared,
      .lithiumate_code = 16},
@@ -558,7 +559,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .meaning = "the contactors are open, but the link keeps the pack's voltage",
      .remedy = "a contactor is welded, or the link cannot discharge: measure by hand, then clear with authority",
      .read = fault_readers::link_not_discharging,
-     .confirm = 150ms,
+     .confirm_time = &ConfirmTimes::link_not_discharging,
      .samples = 2,
      .latch = Latch::until_authorised,
      .lithiumate_code = 12},
@@ -586,6 +587,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .remedy = "check wires, termination and bit rate, then clear",
      .read = fault_readers::bus_off_storm,
      .latch = Latch::until_cleared,
+     .outlives = Outlives::if_closed,
      .lithiumate_code = 3},
     {.id = FaultId::bus_error_passive,
      .name = "bus_error_passive",
@@ -669,9 +671,10 @@ consteval bool limits_take_two_samples() {
   }
   return true;
 }
-consteval bool one_source_of_thresholds() {
+consteval bool one_source_of_times() {
   for (const FaultRow& row : table) {
-    if (row.limit != nullptr && row.fixed != nullptr) return false;
+    const int sources = (row.has_limit() ? 1 : 0) + (row.confirm_time != nullptr ? 1 : 0) + (row.confirm > 0ns ? 1 : 0);
+    if (sources > 1) return false;
   }
   return true;
 }
@@ -694,11 +697,17 @@ consteval bool one_direction_is_forbidden() {
     return row.concerns == Concerns::all || row.reaction >= Reaction::open_after_grace;
   });
 }
+consteval bool only_latches_outlive() {
+  return std::all_of(table.begin(), table.end(), [](const FaultRow& row) {
+    return row.outlives == Outlives::always || row.latch == Latch::until_cleared;
+  });
+}
 static_assert(one_direction_is_forbidden());
+static_assert(only_latches_outlive());
 static_assert(rows_are_in_order());
 static_assert(grace_where_it_is_used());
 static_assert(limits_take_two_samples());
-static_assert(one_source_of_thresholds());
+static_assert(one_source_of_times());
 static_assert(every_row_reads());
 static_assert(warnings_do_not_latch());
 

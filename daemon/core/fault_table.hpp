@@ -1,7 +1,7 @@
 // Every fault the daemon knows: what it watches, how long it must last, what it does, how it goes away. Rows, no code.
 //
 // A row's `read` (fault_readers.hpp) gives the one number it judges and where it comes from; the threshold is in the
-// configuration, or fixed here, or 1 for rows that are simply true or not. The same table prints the faults page
+// configuration, or 1 for rows that are simply true or not. The same table prints the faults page
 // (docs/faults.md) and drives the tests all faults inherit.
 //
 //   reaction            how bad it is, and so what a confirmed fault does
@@ -119,6 +119,12 @@ enum class Latch : std::uint8_t {
   until_cleared,     // needs a clear command on top, and only then
   until_authorised,  // needs the clear command of somebody who may: the pack has to be looked at first
 };
+/// Whether a latch outlives the daemon.
+enum class Outlives : std::uint8_t {
+  always,
+  if_closed,  // what is also seen when modules, sensors and monitor lose their supply: only if the pack was closed and
+              // nobody had told the daemon to end. What lasts is found again after a start.
+};
 enum class Concerns : std::uint8_t { all, charge, discharge };
 enum class Sense : std::uint8_t { at_or_above, at_or_below };
 /// What a module is asked again for, at once and alone, while a value of it is suspected.
@@ -174,21 +180,22 @@ struct FaultRow {
   Unit unit = Unit::none;
   Sense sense = Sense::at_or_above;
   Reading (*read)(const FaultInputs&) = nullptr;
-  LimitConfig LimitsConfig::*limit = nullptr;  // from the configuration ...
-  const LimitConfig* fixed = nullptr;          // ... or the same for every pack; neither: true or not, threshold 1
-  Duration confirm{};                          // where there is no limit
+  LimitConfig LimitsConfig::*limit = nullptr;      // from the configuration; without: true or not, threshold 1
+  Duration ConfirmTimes::*confirm_time = nullptr;  // where there is no limit, from the configuration ...
+  Duration confirm{};                              // ... or the same for every pack
   Duration clear = 1s;
   std::uint8_t samples = 1;  // distinct samples beyond the threshold that it takes; 1: time alone decides
   AskAgain ask_again = AskAgain::no;
   Reaction reaction = Reaction::open_now;
   Duration grace{};  // exactly for open_after_grace
   Latch latch = Latch::none;
+  Outlives outlives = Outlives::always;  // for what latches
   Concerns concerns = Concerns::all;
   std::uint8_t dtc = 0;  // trouble code in 622h, dialect iha: 1 poor cell, 2 poor battery, 3 too cold to charge
   std::uint8_t lithiumate_code = 0;  // stored fault code of the dialect elithion, 0 none
 
   /// Judges a number against thresholds, not a mere condition.
-  [[nodiscard]] constexpr bool has_limit() const { return limit != nullptr || fixed != nullptr; }
+  [[nodiscard]] constexpr bool has_limit() const { return limit != nullptr; }
 };
 
 /// In the order of FaultId.

@@ -11,6 +11,8 @@ std::string_view to_text(LimitCause cause) {
     case LimitCause::continuous: return "continuous limit";
     case LimitCause::peak: return "peak";
     case LimitCause::overload: return "peak used up";
+    case LimitCause::drawn_too_much: return "too much is drawn";
+    case LimitCause::charged_too_much: return "too much is charged";
     case LimitCause::not_connected: return "not connected";
     case LimitCause::fault: return "fault";
     case LimitCause::cell_voltage_low: return "cell voltage low";
@@ -114,6 +116,22 @@ void lower(CurrentLimit& limit, const DeratingRow& row, const LimitConfig& confi
            .unhindered_mA = unhindered_mA};
 }
 
+/// More current than is good asks for less. Without a tier of its own the limit of a current says nothing before it
+/// opens: its warning lies above what is allowed anyway.
+void lower_for_current(CurrentLimit& limit, const LimitConfig& config, const Measured<std::int32_t>& current_mA,
+                       std::int32_t sign, std::int32_t unhindered_mA) {
+  if (!config.limit.has_value() || !current_mA.is_valid()) return;
+  const std::int32_t value_mA = sign * current_mA.value;
+  const std::int64_t allowed_mA = share_permille(value_mA, config, false) * unhindered_mA / all_permille;
+  if (allowed_mA >= limit.limit_mA) return;
+  limit = {.limit_mA = static_cast<std::int32_t>(allowed_mA),
+           .cause = sign > 0 ? LimitCause::drawn_too_much : LimitCause::charged_too_much,
+           .value = value_mA,
+           .derates_from = config.derates_from(),
+           .threshold = config.open,
+           .unhindered_mA = unhindered_mA};
+}
+
 void keep_down(CurrentLimit& limit, const CurrentLimit& before) {
   if (before.limit_mA < limit.limit_mA) limit = before;
 }
@@ -134,6 +152,8 @@ CurrentLimits evaluate_limits(const PackState& pack, const CoreConfig& config, c
     if (row.direction != Direction::charge) lower(limits.discharge, row, limit, spread, top.discharge.limit_mA);
     if (row.direction != Direction::discharge) lower(limits.charge, row, limit, spread, top.charge.limit_mA);
   }
+  lower_for_current(limits.discharge, config.limits.discharge_overcurrent, pack.current_mA, 1, top.discharge.limit_mA);
+  lower_for_current(limits.charge, config.limits.charge_overcurrent, pack.current_mA, -1, top.charge.limit_mA);
   // The missing value may be the one that limits.
   if (!pack.cell_voltage_uV.is_complete() || !pack.cell_temperature_dC.is_complete()) {
     keep_down(limits.discharge, inputs.before.discharge);

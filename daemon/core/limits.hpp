@@ -1,7 +1,8 @@
 // How much current the pack may give and take now, and why not more. What the vehicle is told in 624h.
 //
 // Above stands the peak current, which sinks to the continuous one while the excess heat is used up, and is there
-// before all of it is: who draws what is allowed is never opened for it. From a limit's middle tier to its opening
+// before all of it is: who draws what is allowed is never opened for it. A current beyond the middle tier of its own
+// limit, where that has one, is answered with less. From a limit's middle tier to its opening
 // threshold the allowed current falls in a straight line to zero (BMU_13: limit before opening). Without permission it
 // is zero. The smallest wins and is the cause that is reported.
 #pragma once
@@ -15,9 +16,11 @@
 namespace bmu {
 
 enum class LimitCause : std::uint8_t {
-  continuous,     // nothing special: what the pack carries for ever
-  peak,           // or more, for a while
-  overload,       // the peak is being used up
+  continuous,      // nothing special: what the pack carries for ever
+  peak,            // or more, for a while
+  overload,        // the peak is being used up
+  drawn_too_much,  // beyond the middle tier of the current's own limit
+  charged_too_much,
   not_connected,  // contactors are not closed, or may not stay so
   fault,          // a fault asks for zero current
   cell_voltage_low,

@@ -56,6 +56,7 @@ struct PduState {
   [[nodiscard]] constexpr bool any_contactor_closed() const {
     return main_positive_closed || main_negative_closed || precharge_closed || charge_closed;
   }
+  friend bool operator==(const PduState&, const PduState&) = default;
 };
 
 /// The monitor measures, and has told a resistance or that there is more of it than it can tell.

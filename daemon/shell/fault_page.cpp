@@ -30,14 +30,15 @@ std::string key_of(const FaultRow& row) {
 
 std::string watched(const FaultRow& row) {
   const std::string times = row.samples > 1 ? ", in at least " + std::to_string(row.samples) + " samples" : "";
+  if (row.confirm_time != nullptr) {
+    return "believed after " + code("confirm/" + std::string(row.name) + "_ms") + " of the pack file, " +
+           ms_text(ConfirmTimes{}.*row.confirm_time) + times;
+  }
   if (!row.has_limit()) {
     return row.confirm > 0ns ? "believed after " + ms_text(row.confirm) + times : "believed at once" + times;
   }
   const std::string side = row.sense == Sense::at_or_above ? "at or above" : "at or below";
-  if (row.limit != nullptr) return side + " " + code(key_of(row)) + " of the pack file" + times;
-  const LimitConfig& fixed = *row.fixed;
-  return side + " " + value_text(row.unit, fixed.open) + " (warns at " + value_text(row.unit, fixed.warn) +
-         "), believed after " + ms_text(fixed.confirm) + times;
+  return side + " " + code(key_of(row)) + " of the pack file" + times;
 }
 
 std::string reaction(const FaultRow& row) {
@@ -48,12 +49,12 @@ std::string reaction(const FaultRow& row) {
 }
 
 std::string end(const FaultRow& row) {
-  const std::string after =
-      row.limit != nullptr ? "its `clear_ms`" : ms_text(row.fixed != nullptr ? row.fixed->clear : row.clear);
+  const std::string after = row.has_limit() ? "its `clear_ms`" : ms_text(row.clear);
   const std::string gone = "its cause has been gone for " + after;
+  const std::string kept = row.outlives == Outlives::if_closed ? "; over a restart if the pack was closed then" : "";
   switch (row.latch) {
     case Latch::none: return "by itself when " + gone;
-    case Latch::until_cleared: return "by `bmuctl clear`, once " + gone;
+    case Latch::until_cleared: return "by `bmuctl clear`, once " + gone + kept;
     case Latch::until_authorised: return "by `bmuctl clear --authorised`, once " + gone;
   }
   return "?";
@@ -95,7 +96,12 @@ std::string fault_page_markdown() {
       "| open now | the contactors are commanded open in the same tick |\n\n"
       "Evidence is weighed: a value beyond its limit is believed after its confirm time and in two samples at least; "
       "one bad\n"
-      "sample alone opens nothing. Of how long a reaction takes at most see [reaction times](reaction-times.md).\n\n";
+      "sample alone opens nothing. Of how long a reaction takes at most see [reaction times](reaction-times.md).\n\n"
+      "What ends by a clear command stays over a restart of the daemon, too. What is also seen when modules, sensors "
+      "or\n"
+      "monitor are switched off does so only if it came to a closed pack, and not while the daemon was ending; if it "
+      "lasts, it\n"
+      "is found again.\n\n";
   for (const FaultRow& row : fault_table()) page += section(row);
   page.pop_back();
   return page;

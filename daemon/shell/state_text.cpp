@@ -46,6 +46,10 @@ class Writer {
   void name(const char* key, Enum value) {
     json[key] = to_text(value);
   }
+  template <class Enum>
+  void name(const char* key, const std::optional<Enum>& value) {
+    json[key] = value ? Json(to_text(*value)) : Json(nullptr);
+  }
   template <class Part>
   void part(const char* key, const Part& value) {
     Writer inner;
@@ -57,6 +61,8 @@ class Writer {
     if (value) return part(key, *value);
     json[key] = nullptr;
   }
+  /// Whether the record has what came later than its first keys: written, always.
+  [[nodiscard]] bool has(const char*) const { return true; }
 
   Json json = Json::object();
 };
@@ -95,6 +101,11 @@ class Reader {
     }
     throw Damage(std::string(key) + " is " + at(key).dump());
   }
+  template <class Enum>
+  void name(const char* key, std::optional<Enum>& to) const {
+    to.reset();
+    if (!at(key).is_null()) name(key, to.emplace());
+  }
   template <class Part>
   void part(const char* key, Part& to) const {
     const Reader inner(at(key));
@@ -105,6 +116,8 @@ class Reader {
     to.reset();
     if (!at(key).is_null()) part(key, to.emplace());
   }
+  /// A file of a version before has the first keys of a record only.
+  [[nodiscard]] bool has(const char* key) const { return json_.contains(key); }
 
  private:
   [[nodiscard]] const Json& at(const char* key) const {
@@ -124,6 +137,59 @@ void describe_element(Visitor& visit, Record& element) {
   visit.boolean("is_temperature_sensor", element.is_temperature_sensor);
   visit.number("contactor", element.contactor);
   visit.number("input", element.input);
+}
+template <class Visitor, class Record>
+void describe_value(Visitor& visit, Record& value) {
+  visit.number("value", value.value);
+  visit.name("validity", value.validity);
+}
+template <class Visitor, class Record>
+void describe_outputs(Visitor& visit, Record& outputs) {
+  visit.boolean("main_positive", outputs.main_positive);
+  visit.boolean("main_negative", outputs.main_negative);
+  visit.boolean("precharge", outputs.precharge);
+  visit.boolean("charge", outputs.charge);
+  visit.boolean("auxiliary", outputs.auxiliary);
+  visit.boolean("fan", outputs.fan);
+  visit.boolean("heater", outputs.heater);
+}
+template <class Visitor, class Record>
+void describe_inputs(Visitor& visit, Record& inputs) {
+  visit.boolean("main_positive_closed", inputs.main_positive_closed);
+  visit.boolean("main_negative_closed", inputs.main_negative_closed);
+  visit.boolean("precharge_closed", inputs.precharge_closed);
+  visit.boolean("charge_closed", inputs.charge_closed);
+  visit.boolean("opened_by_timeout", inputs.opened_by_timeout);
+  visit.boolean("vehicle_on", inputs.vehicle_on);
+  visit.boolean("charger_connected", inputs.charger_connected);
+  visit.boolean("estop_1_released", inputs.estop_1_released);
+  visit.boolean("estop_2_released", inputs.estop_2_released);
+  visit.boolean("interlock_closed", inputs.interlock_closed);
+  visit.boolean("insulation_monitor_ok", inputs.insulation_monitor_ok);
+  visit.boolean("resume_button", inputs.resume_button);
+  visit.boolean("supply_ok", inputs.supply_ok);
+  visit.number("estops_pressed", inputs.estops_pressed);
+  visit.number("interlocks_open", inputs.interlocks_open);
+  visit.name("insulation_state", inputs.insulation_state);
+  visit.part("insulation_resistance_Ohm", inputs.insulation_resistance_Ohm);
+  visit.part("throttle_permille", inputs.throttle_permille);
+}
+/// What frames did not have at first.
+template <class Visitor, class Record>
+void describe_rest_of_frame(Visitor& visit, Record& frame) {
+  visit.name("mode", frame.mode);
+  visit.number("cell_voltage_sum_mV", frame.cell_voltage_sum_mV);
+  visit.number("module_voltage_sum_mV", frame.module_voltage_sum_mV);
+  visit.part("cell_temperature_min_at", frame.cell_temperature_min_at);
+  visit.part("cell_temperature_max_at", frame.cell_temperature_max_at);
+  visit.number("board_temperature_min_dC", frame.board_temperature_min_dC);
+  visit.part("board_temperature_min_at", frame.board_temperature_min_at);
+  visit.part("board_temperature_max_at", frame.board_temperature_max_at);
+  visit.number("current_2_mA", frame.current_2_mA);
+  visit.number("discharge_overload_permille", frame.discharge_overload_permille);
+  visit.number("charge_overload_permille", frame.charge_overload_permille);
+  visit.part("outputs", frame.outputs);
+  visit.part("inputs", frame.inputs);
 }
 template <class Visitor, class Record>
 void describe_frame(Visitor& visit, Record& frame) {
@@ -148,6 +214,7 @@ void describe_frame(Visitor& visit, Record& frame) {
   visit.number("insulation_Ohm", frame.insulation_Ohm);
   visit.number("discharge_limit_mA", frame.discharge_limit_mA);
   visit.number("charge_limit_mA", frame.charge_limit_mA);
+  if (visit.has("mode")) describe_rest_of_frame(visit, frame);
 }
 template <class Visitor, class Record>
 void describe_clear(Visitor& visit, Record& clear) {
@@ -178,6 +245,24 @@ void describe(Writer& visit, const Element& element) {
 }
 void describe(const Reader& visit, Element& element) {
   describe_element(visit, element);
+}
+void describe(Writer& visit, const SignalValue& value) {
+  describe_value(visit, value);
+}
+void describe(const Reader& visit, SignalValue& value) {
+  describe_value(visit, value);
+}
+void describe(Writer& visit, const ContactorOutputs& outputs) {
+  describe_outputs(visit, outputs);
+}
+void describe(const Reader& visit, ContactorOutputs& outputs) {
+  describe_outputs(visit, outputs);
+}
+void describe(Writer& visit, const PduState& inputs) {
+  describe_inputs(visit, inputs);
+}
+void describe(const Reader& visit, PduState& inputs) {
+  describe_inputs(visit, inputs);
 }
 void describe(Writer& visit, const FreezeFrame& frame) {
   describe_frame(visit, frame);

@@ -90,9 +90,20 @@ std::string_view vehicle_state_text(vehicle_bus::State state) {
   return name_of(vehicle_bus::state_names, static_cast<std::int64_t>(state));
 }
 
+/// Which bits are set, counted from 1.
+Json numbers_of(unsigned bits) {
+  Json numbers = Json::array();
+  for (unsigned number = 1; bits != 0; ++number, bits >>= 1U) {
+    if ((bits & 1U) != 0) numbers.push_back(number);
+  }
+  return numbers;
+}
+
 std::string_view mode_text(internal_bus::Mode mode) {
   return name_of(internal_bus::mode_names, static_cast<std::int64_t>(mode));
 }
+
+}  // namespace
 
 Json outputs_json(const ContactorOutputs& outputs) {
   return {{"main_positive", outputs.main_positive},
@@ -104,7 +115,6 @@ Json outputs_json(const ContactorOutputs& outputs) {
           {"heater", outputs.heater}};
 }
 
-/// What the power distribution unit says; null once it is no longer fresh.
 Json feedback_json(const PduState& pdu) {
   return {{"main_positive", pdu.main_positive_closed},
           {"main_negative", pdu.main_negative_closed},
@@ -122,10 +132,16 @@ Json inputs_json(const PduState& pdu) {
           {"interlock_closed", pdu.interlock_closed},
           {"insulation_monitor_ok", pdu.insulation_monitor_ok},
           {"resume_button", pdu.resume_button},
+          {"supply_ok", pdu.supply_ok},
+          {"estops_pressed", numbers_of(pdu.estops_pressed)},
+          {"interlocks_open", numbers_of(pdu.interlocks_open)},
+          {"throttle_permille", or_null(pdu.throttle_permille.is_valid(), pdu.throttle_permille.value)},
           {"insulation_state", to_text(pdu.insulation_state)},
           {"insulation_resistance_Ohm", or_null(resistance.is_valid(), resistance.value)},
           {"insulation_resistance_validity", to_text(resistance.validity)}};
 }
+
+namespace {
 
 Json state_json(const StatusView& view) {
   const Core& core = view.core;

@@ -15,12 +15,14 @@ namespace {
 Json signal_step(const OpeningRecord& opening, const FaultRow& row, const CoreView& view) {
   const Reading& reading = opening.reading;
   const std::string what = reading_text(row, reading, view);
-  const std::string age = span_text(opening.at - reading.taken_at) + " before opening";
-  Json json = step("signal", text(row.meaning) + (what.empty() ? "" : ": " + what) + ", seen " + age);
-  if (row.has_limit()) json[key_with_unit("value", row.unit)] = reading.value;
+  const Duration age = opening.at - reading.taken_at;
+  Json json =
+      step("signal", text(row.meaning) + (what.empty() ? "" : ": " + what) + ", seen " +
+                         (opening.is_restored ? "before the daemon started" : span_text(age) + " before opening"));
+  if (row.has_limit()) json[key_with_unit("value", row.unit)] = reading.is_known ? Json(reading.value) : Json(nullptr);
   json["element"] = place_json(row, reading.element, view);
-  json["taken_ago_ms"] = ago_ms(view, reading.taken_at);
-  json["taken_before_opening_ms"] = to_ms(opening.at - reading.taken_at);
+  json["taken_ago_ms"] = opening.is_restored ? Json(nullptr) : ago_ms(view, reading.taken_at);
+  json["taken_before_opening_ms"] = opening.is_restored ? Json(nullptr) : Json(to_ms(age));
   return json;
 }
 
@@ -41,7 +43,8 @@ Json fault_step(const OpeningRecord& opening, const FaultRow& row, const CoreVie
   json["reaction"] = to_text(row.reaction);
   json["confirm_ms"] = to_ms(confirm);
   json["grace_ms"] = to_ms(row.grace);
-  json["confirmed_before_opening_ms"] = to_ms(opening.at - opening.confirmed_at);
+  json["confirmed_before_opening_ms"] =
+      opening.is_restored ? Json(nullptr) : Json(to_ms(opening.at - opening.confirmed_at));
   return json;
 }
 
@@ -66,6 +69,7 @@ Json decision_step(const OpeningRecord& opening, const CoreView& view) {
 std::string fault_sentence(const OpeningRecord& opening, const FaultRow& row, const CoreView& view) {
   const std::string what = reading_text(row, opening.reading, view);
   std::string sentence = text(row.meaning) + (what.empty() ? "" : ": " + what);
+  if (opening.is_restored) return sentence + ", seen before the daemon started and not cleared since";
   if (row.has_limit()) {
     sentence += ", limit " + value_text(row.unit, opening.threshold) + ", beyond it for " +
                 span_text(opening.confirmed_at - opening.suspected_since);
@@ -92,15 +96,22 @@ std::string clearing_command(const FaultRow& row) {
   return row.latch == Latch::until_authorised ? "`bmuctl clear --authorised`" : "`bmuctl clear`";
 }
 
+/// What a fault that has latched waits for.
+std::string latched_text(const FaultRow& row, const FaultState& state) {
+  if (state.judged == Verdict::unknown) return "whether the cause is gone is not known";
+  if (state.judged != Verdict::good || state.is_doubtful()) return "the cause seems to be back";
+  return "cause gone, waiting for " + clearing_command(row);
+}
+
 /// What an enumerated blocker means right now: the faults, modules, sensors or inputs behind it.
 Texts present_faults(const CoreView& view) {
   Texts texts;
   for (const FaultRow& row : fault_table()) {
     const FaultState& state = view.core.faults().state(row.id);
     if (!state.is_present() || row.reaction == Reaction::warn) continue;
-    const std::string what = reading_text(row, state.confirmed, view);
+    const std::string what = confirmed_text(row, state, view);
     std::string line = text(row.meaning) + (what.empty() ? "" : " (" + what + ")");
-    if (state.stage == FaultStage::latched) line += ", cause gone, waiting for " + clearing_command(row);
+    if (state.stage == FaultStage::latched) line += ", " + latched_text(row, state);
     texts.push_back(line);
   }
   return texts;
@@ -109,8 +120,10 @@ Texts present_faults(const CoreView& view) {
 /// What keeps a fault that a clear command did not end.
 std::string staying_reason(const FaultRow& row, const FaultState& state, const CoreView& view) {
   const std::string clear = span_text(thresholds_of(row, view.core.config().limits).clear);
-  if (state.stage == FaultStage::latched && row.latch == Latch::until_authorised) {
-    return "it stays until somebody with authority has looked at the pack: " + clearing_command(row);
+  if (state.stage == FaultStage::latched) {
+    const bool is_gone = state.judged == Verdict::good && !state.is_doubtful();
+    return is_gone ? "it stays until somebody with authority has looked at the pack: " + clearing_command(row)
+                   : latched_text(row, state);
   }
   if (state.good_since != TimePoint{}) {
     return "its cause has been gone for " + span_text(view.now - state.good_since) + ", wanted " + clear;
@@ -287,7 +300,7 @@ Json opening_json(const CoreView& view) {
   if (opening.cause == OpeningCause::fault) {
     const FaultRow& row = row_of(opening.fault);
     steps.push_back(signal_step(opening, row, view));
-    if (row.has_limit()) steps.push_back(limit_step(opening, row));
+    if (row.has_limit() && !opening.is_restored) steps.push_back(limit_step(opening, row));
     steps.push_back(fault_step(opening, row, view));
   } else {
     steps.push_back(step("cause", opening_reason(opening, view)));
@@ -310,8 +323,10 @@ Json staying_faults_json(const CoreView& view) {
     const FaultState& state = view.core.faults().state(row.id);
     if (!state.is_present()) continue;
     const std::string reason = staying_reason(row, state, view);
-    rows.push_back(
-        {{"name", row.name}, {"reason", reason}, {"text", capitalised(text(row.meaning) + ": " + reason) + "."}});
+    rows.push_back({{"name", row.name},
+                    {"reason", reason},
+                    {"text", capitalised(text(row.meaning) + ": " + reason) + "."},
+                    {"only_warns", row.reaction == Reaction::warn}});
   }
   return rows;
 }

@@ -27,6 +27,8 @@ constexpr CauseRow cause_table[] = {
     {LimitCause::too_cold_to_charge, Unit::dC, "lowest cell temperature", "limits/charge_undertemperature"},
     {LimitCause::temperature_spread, Unit::dC, "highest less lowest cell temperature", "limits/temperature_spread"},
     {LimitCause::board_hot, Unit::dC, "highest module board temperature", "limits/board_overtemperature"},
+    {LimitCause::drawn_too_much, Unit::mA, "current out of the pack", "limits/discharge_overcurrent"},
+    {LimitCause::charged_too_much, Unit::mA, "current into the pack", "limits/charge_overcurrent"},
     {LimitCause::overload, Unit::permille, "share of the peak that is used up", "current"},
 };
 
@@ -95,7 +97,7 @@ Json fault_steps(Concerns direction, const CoreView& view) {
     const FaultState& state = view.core.faults().state(row.id);
     const bool is_concerned = row.concerns == Concerns::all || row.concerns == direction;
     if (!is_concerned || !state.is_present() || row.reaction < Reaction::open_after_grace) continue;
-    const std::string what = reading_text(row, state.confirmed, view);
+    const std::string what = confirmed_text(row, state, view);
     Json json =
         step("fault", "fault " + text(row.name) + ": " + text(row.meaning) + (what.empty() ? "" : " (" + what + ")") +
                           ", reaction: " + text(to_text(row.reaction)));

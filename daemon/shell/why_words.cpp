@@ -99,8 +99,15 @@ std::string reading_text(const FaultRow& row, const Reading& reading, const Core
   if (row.id == FaultId::foreign_master) return foreign_frames(view);
   std::string place = place_text(row, reading.element, view);
   if (!row.has_limit()) return place;
+  if (!reading.is_known) return "value not known";
   const std::string value = value_text(row.unit, reading.value);
   return place.empty() ? value : place + ": " + value;
+}
+
+std::string confirmed_text(const FaultRow& row, const FaultState& state, const CoreView& view) {
+  const std::string what = reading_text(row, state.confirmed, view);
+  if (!state.is_restored) return what;
+  return (what.empty() ? "" : what + ", ") + "from before the daemon started";
 }
 
 Texts line_texts(std::string_view what, GpioInputKind kind, unsigned bits, const CoreView& view) {

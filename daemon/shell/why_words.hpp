@@ -36,6 +36,9 @@ using Texts = std::vector<std::string>;
 /// "cell 2.7 (no. 19): 2.8512 V", "module 3", or what the row says when there is nothing to point at.
 [[nodiscard]] std::string reading_text(const FaultRow& row, const Reading& reading, const CoreView& view);
 
+/// What was seen when the fault was believed, as reading_text(); of a former life it says so, and what is not known.
+[[nodiscard]] std::string confirmed_text(const FaultRow& row, const FaultState& state, const CoreView& view);
+
 /// What the lines of this machine are called whose bits are set, `what` before each: "emergency stop \"cockpit\"".
 [[nodiscard]] Texts line_texts(std::string_view what, GpioInputKind kind, unsigned bits, const CoreView& view);
 

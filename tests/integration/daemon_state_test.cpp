@@ -23,6 +23,7 @@
 namespace bmu {
 
 using test::Bench;
+using test::is_open;
 using test::milliseconds;
 
 namespace {
@@ -150,6 +151,76 @@ TEST_CASE("killed and started again, counts and a lock are still there, and it i
   INFO(page);
   CHECK(page.find("with authority") != std::string::npos);
   CHECK(page.find("once, 20") != std::string::npos);
+}
+
+TEST_CASE("what latched until it is cleared holds over a crash, refuses to close, and is cleared by command alone",
+          "[integration][daemon][state][RL]") {
+  StateBench bench;
+  bench.start_emulator(
+      "1 estop 1 pressed\n2 estop 1 released\n"
+      "1 cell 2.7 voltage_mV 4300\n3 cell 2.7 voltage_mV auto\n"
+      "1 cell 1.3 voltage_mV 2700\n3 cell 1.3 voltage_mV auto\n"
+      "10 vehicle on\n");
+  bench.start();
+  const std::array names{"cell_overvoltage", "cell_undervoltage", "emergency_stop"};
+  for (const char* name : names) REQUIRE(bench.has_stage(name, "latched"));
+  REQUIRE(bench.has_written("cell_undervoltage"));
+  REQUIRE(bench.has_written("cell_overvoltage"));
+  bench.kill();
+
+  bench.start();
+  for (const char* name : names) {
+    CAPTURE(name);
+    const nlohmann::json restored = bench.fault(name);
+    CHECK(restored.at("stage") == "latched");
+    CHECK(restored.at("is_present") == true);
+    CHECK(restored.at("is_locked") == true);
+    CHECK(restored.at("is_restored") == true);
+    CHECK(restored.at("confirmed_ago_ms").is_null());
+    CHECK(restored.at("confirmed").at("age_ms").is_null());
+    CHECK(restored.at("count") == 1);
+  }
+  REQUIRE(bench.becomes(
+      [&] { return bench.ask_json("why").dump().find("the last request to close") != std::string::npos; }));
+  const std::string why = bench.ask({"why"}).out;
+  INFO(why);
+  CHECK(why.find("cell 2.7 (no. 19): 4.30") != std::string::npos);
+  CHECK(why.find("emergency stop 1 of the unit, from before the daemon started") != std::string::npos);
+  CHECK(why.find("0.0000 V") == std::string::npos);
+  CHECK(is_open(bench.listener.last()));
+  const nlohmann::json cleared = bench.ask_json("clear");
+  for (const char* name : names) {
+    CHECK(cleared.at("cleared").dump().find(name) != std::string::npos);
+    const nlohmann::json after = bench.fault(name);
+    CHECK(after.at("is_present") == false);
+    CHECK(after.at("is_locked") == false);
+    CHECK(after.at("cleared").at("user_id") == ::geteuid());
+    CHECK(after.at("cleared").at("authority") == "user");
+  }
+}
+
+TEST_CASE("a healthy pack that is switched off and on again has no lock of it", "[integration][daemon][state]") {
+  StateBench bench;
+  bench.start_emulator("");
+  bench.start();
+  REQUIRE(bench.becomes([&] { return bench.ask_json("status").at("permission").at("may_close") == true; }));
+  bench.emulator.reset();  // modules, sensors and unit fall silent first
+  REQUIRE(bench.has_stage("module_lost", "active"));
+  REQUIRE(bench.has_written("module_lost"));
+  bench.daemon->signal(SIGTERM);
+  REQUIRE(bench.daemon->wait(milliseconds(5000)) == 0);
+  static_cast<void>(bench.listener.last());
+
+  bench.start();  // and come up last
+  REQUIRE(bench.has_stage("module_lost", "active"));
+  bench.daemon->signal(SIGTERM);
+  REQUIRE(bench.daemon->wait(milliseconds(5000)) == 0);
+  static_cast<void>(bench.listener.last());
+  bench.start_emulator("");
+  bench.start();
+  REQUIRE(bench.becomes([&] { return bench.ask_json("status").at("permission").at("may_close") == true; }));
+  CHECK(bench.ask_json("status").at("faults_present").empty());
+  CHECK(bench.fault("module_lost").at("count") == 2);
 }
 
 TEST_CASE("a state that cannot be read keeps the pack open until somebody with authority has cleared it",

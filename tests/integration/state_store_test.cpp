@@ -51,22 +51,46 @@ PersistentState full_state() {
                                             .contactor = 4,
                                             .input = 3},
                                 .phase = Phase::breaking,
+                                .mode = PackMode::charge_only,
                                 .cell_voltage_min_uV = 1,
                                 .cell_voltage_max_uV = 2,
                                 .cell_voltage_average_uV = 3,
                                 .cell_voltage_min_at = {.module_node = 1},
                                 .cell_voltage_max_at = {.module_node = 2},
+                                .cell_voltage_sum_mV = 17,
+                                .module_voltage_sum_mV = 18,
                                 .cell_temperature_min_dC = -400,
                                 .cell_temperature_max_dC = 5,
                                 .cell_temperature_average_dC = 6,
+                                .cell_temperature_min_at = {.module_node = 3},
+                                .cell_temperature_max_at = {.module_node = 4},
+                                .board_temperature_min_dC = 19,
                                 .board_temperature_max_dC = 7,
+                                .board_temperature_min_at = {.module_node = 5},
+                                .board_temperature_max_at = {.module_node = 6},
                                 .pack_voltage_mV = 8,
                                 .link_voltage_mV = 9,
                                 .current_mA = -10,
+                                .current_2_mA = 20,
                                 .soc_permille = 11,
                                 .insulation_Ohm = 12,
                                 .discharge_limit_mA = 13,
-                                .charge_limit_mA = 14}};
+                                .charge_limit_mA = 14,
+                                .discharge_overload_permille = 15,
+                                .charge_overload_permille = 16,
+                                .outputs = ContactorOutputs{.main_negative = true, .charge = true, .heater = true},
+                                .inputs = PduState{.main_negative_closed = true,
+                                                   .opened_by_timeout = true,
+                                                   .vehicle_on = true,
+                                                   .estop_1_released = true,
+                                                   .interlock_closed = true,
+                                                   .resume_button = true,
+                                                   .supply_ok = false,
+                                                   .estops_pressed = 0b101,
+                                                   .interlocks_open = 0b10,
+                                                   .insulation_state = InsulationState::earth_fault,
+                                                   .insulation_resistance_Ohm = known(1'000'000'007),
+                                                   .throttle_permille = not_known(Validity::above_range)}}};
   state.faults[index_of(FaultId::module_lost)] = {.count = 1, .frame = FreezeFrame{.current_mA = std::nullopt}};
   state.contactors[0] = {.closings = 1,
                          .openings = 2,
@@ -195,6 +219,47 @@ TEST_CASE("names a program does not know are left out and counted, the others ar
   const auto less = parse_state(changed(state, [](Json& file) { file["content"]["faults"].erase("module_lost"); }));
   REQUIRE(less);
   CHECK(less->state.faults[index_of(FaultId::module_lost)] == FaultRecord{});
+}
+
+TEST_CASE("a file of the version before, whose frames had less, is read, and the rest is not known",
+          "[integration][state]") {
+  constexpr std::array later{"mode",
+                             "cell_voltage_sum_mV",
+                             "module_voltage_sum_mV",
+                             "cell_temperature_min_at",
+                             "cell_temperature_max_at",
+                             "board_temperature_min_dC",
+                             "board_temperature_min_at",
+                             "board_temperature_max_at",
+                             "current_2_mA",
+                             "discharge_overload_permille",
+                             "charge_overload_permille",
+                             "outputs",
+                             "inputs"};
+  const auto read = parse_state(changed(full_state(), [&](Json& file) {
+    Json& frame = file["content"]["faults"]["cell_deep_discharge"]["frame"];
+    for (const char* key : later) REQUIRE(frame.erase(key) == 1);
+  }));
+  INFO((read ? "" : read.error()));
+  REQUIRE(read);
+  PersistentState wanted = full_state();
+  FreezeFrame& frame = *wanted.faults[index_of(FaultId::cell_deep_discharge)].frame;
+  frame.mode.reset();
+  frame.cell_voltage_sum_mV.reset();
+  frame.module_voltage_sum_mV.reset();
+  frame.cell_temperature_min_at = frame.cell_temperature_max_at = {};
+  frame.board_temperature_min_dC.reset();
+  frame.board_temperature_min_at = frame.board_temperature_max_at = {};
+  frame.current_2_mA.reset();
+  frame.discharge_overload_permille.reset();
+  frame.charge_overload_permille.reset();
+  frame.outputs.reset();
+  frame.inputs.reset();
+  CHECK(read->state == wanted);
+  // One that has some of it only is damaged.
+  CHECK(problem_of(changed(full_state(), [](Json& file) {
+          file["content"]["faults"]["cell_deep_discharge"]["frame"].erase("inputs");
+        })) == "inputs is missing");
 }
 
 TEST_CASE("a state whose content makes no sense is refused, and the problem is named", "[integration][state]") {

@@ -92,6 +92,8 @@ class CoreBench {
   void deliver(const CanFrame& frame);
   void tell_pdu_status();
   void give(Command command) { observe(CommandGiven{command}); }
+  /// What a former life remembered; before anything else.
+  void restore(const PersistentState& state) { core_.restore(state); }
   /// Contacts fall open without a command. With contactors_stuck they stay so.
   void drop_contacts() { contacts_ = {}; }
   /// The unit starts anew: everything open, counting from 0.

@@ -279,7 +279,10 @@ TEST_CASE("a number that is not whole is refused where a whole one is wanted", "
 }
 
 TEST_CASE("a number out of its range is refused, the ends of the range are not", "[unit][config]") {
-  accepts({{"/modules/0/cells", 1}});
+  accepts({{"/modules/0/cells", 1},
+           {"/limits/pack_voltage_mismatch/warn_mV", 500},
+           {"/limits/pack_voltage_mismatch/open_mV", 1'000},
+           {"/limits/pack_voltage_mismatch/hysteresis_mV", 100}});
   refuses({{"/modules/0/cells", 0}}, "/modules/0/cells", "from 1 to 12");
   refuses({{"/modules/0/cells", 13}}, "/modules/0/cells", "from 1 to 12");
   refuses({{"/modules/0/temperature_sensors", 5}}, "/modules/0/temperature_sensors", "from 0 to 4");
@@ -384,7 +387,8 @@ TEST_CASE("ages of temperatures follow how often they are asked for", "[unit][co
 }
 
 TEST_CASE("a temperature that is no longer told opens the pack in time", "[unit][config][FS_1]") {
-  CHECK(row_of(FaultId::temperature_not_measured).confirm == temperature_lost_confirm);
+  CHECK(ConfirmTimes{}.temperature_not_measured == temperature_lost_confirm);
+  refuses({{"/confirm", {{"temperature_not_measured_ms", 101}}}}, "/confirm/temperature_not_measured_ms", "0 to 100");
   accepts({{"/ages/temperature_ms", 590},
            {"/limits/cell_overtemperature/confirm_ms", 340},
            {"/limits/charge_overtemperature/confirm_ms", 190},
@@ -464,6 +468,131 @@ TEST_CASE("two numbers that contradict each other are both named", "[unit][confi
   refuses({{"/limits/charge_undertemperature/limit_dC", 51}}, "/limits/charge_undertemperature/limit_dC",
           "found 51, wanted from warn_dC, 50, to before open_dC, 0");
   refuses({{"/insulation/monitoring", "perhaps"}}, "/insulation/monitoring", "\"ok_line\" or \"measured\"");
+}
+
+TEST_CASE("limits that guard nothing, or cross each other, are refused with what would do", "[unit][config][F79]") {
+  const auto limit = [](const char* text) { return Json::parse(text); };
+  const Json deep = limit(R"({"warn_mV":2600,"open_mV":2500,"hysteresis_mV":50,"confirm_ms":100,"clear_ms":1000})");
+  accepts({{"/limits/cell_deep_discharge", deep}});
+  refuses({{"/limits/cell_deep_discharge", deep}, {"/limits/cell_deep_discharge/open_mV", 2'499}},
+          "/limits/cell_deep_discharge/open_mV",
+          "found 2499, wanted at least 2500, the cell's absolute voltage_min_mV");
+  // 420 - 20 - 10 = 390: there the two meet.
+  accepts({{"/limits/charge_undertemperature/limit_dC", 389}, {"/limits/charge_undertemperature/warn_dC", 389}});
+  refuses({{"/limits/charge_undertemperature/limit_dC", 390}, {"/limits/charge_undertemperature/warn_dC", 390}},
+          "/limits/charge_undertemperature/warn_dC",
+          "found 390, wanted less than 390, which is warn_dC of charge_overtemperature less both hystereses");
+  const Json board = limit(R"({"warn_dC":-309,"open_dC":-200,"hysteresis_dC":20,"confirm_ms":100,"clear_ms":1000})");
+  accepts({{"/limits/board_overtemperature", board}});
+  refuses({{"/limits/board_overtemperature", board}, {"/limits/board_overtemperature/warn_dC", -310}},
+          "/limits/board_overtemperature/warn_dC",
+          "found -310, wanted more than -310, which is warn_dC of board_undertemperature and both hystereses");
+  accepts({{"/auxiliary", limit(R"({"fan_on_dC":300,"fan_off_dC":251,"heater_on_dC":200,"heater_off_dC":250})")}});
+  refuses({{"/auxiliary", limit(R"({"fan_on_dC":300,"fan_off_dC":250,"heater_on_dC":200,"heater_off_dC":250})")}},
+          "/auxiliary/fan_off_dC", "found 250, wanted more than heater_off_dC, 250");
+}
+
+TEST_CASE("a difference that opens is less than what it is a difference of", "[unit][config][F79]") {
+  // 48 cells of 4.23 V.
+  accepts({{"/limits/pack_voltage_mismatch/open_mV", 20'304}});
+  refuses({{"/limits/pack_voltage_mismatch/open_mV", 20'305}}, "/limits/pack_voltage_mismatch/open_mV",
+          "found 20305, wanted at most 20304, a tenth of the full pack");
+  const Json module =
+      Json::parse(R"({"warn_mV":100,"open_mV":5076,"hysteresis_mV":50,"confirm_ms":100,"clear_ms":1000})");
+  accepts({{"/limits/module_voltage_mismatch", module}});
+  refuses({{"/limits/module_voltage_mismatch", module}, {"/limits/module_voltage_mismatch/open_mV", 5'077}},
+          "/limits/module_voltage_mismatch/open_mV", "at most 5076, a tenth of the smallest module when it is full");
+  refuses({{"/limits/module_voltage_mismatch", module},
+           {"/modules/1", {{"node", 9}, {"cells", 2}, {"temperature_sensors", 0}}}},
+          "/limits/module_voltage_mismatch/open_mV", "at most 846");
+  accepts({{"/limits/cell_imbalance/open_mV", 1'429}});
+  refuses({{"/limits/cell_imbalance/open_mV", 1'430}}, "/limits/cell_imbalance/open_mV",
+          "found 1430, wanted at most 1429, less than the distance from cell_undervoltage to cell_overvoltage");
+  const Json spread =
+      Json::parse(R"({"warn_dC":100,"open_dC":679,"hysteresis_dC":20,"confirm_ms":100,"clear_ms":1000})");
+  accepts({{"/limits/temperature_spread", spread}});
+  refuses({{"/limits/temperature_spread", spread}, {"/limits/temperature_spread/open_dC", 680}},
+          "/limits/temperature_spread/open_dC", "at most 679, less than the distance from cell_undertemperature");
+}
+
+TEST_CASE("a pack whose file leaves a difference to its default is not blamed for it", "[unit][config]") {
+  // A tenth of one cell of 2.5 V would be less than the 300 mV of module_voltage_mismatch.
+  accepts({{"/modules/1", {{"node", 9}, {"cells", 1}, {"temperature_sensors", 0}}},
+           {"/limits/cell_undervoltage/warn_mV", 2'600},
+           {"/limits/cell_undervoltage/open_mV", 2'500},
+           {"/limits/cell_overvoltage/warn_mV", 2'900},
+           {"/limits/cell_overvoltage/open_mV", 2'950},
+           {"/limits/cell_imbalance/warn_mV", 100},
+           {"/limits/cell_imbalance/limit_mV", 150},
+           {"/limits/cell_imbalance/open_mV", 300}});
+}
+
+TEST_CASE("a limit between two current sensors wants two", "[unit][config]") {
+  const Json apart =
+      Json::parse(R"({"warn_mA":1000,"open_mA":2000,"hysteresis_mA":100,"confirm_ms":100,"clear_ms":1000})");
+  accepts({{"/limits/current_sensors_disagree", apart}, {"/sensor/has_second_current", true}});
+  refuses({{"/limits/current_sensors_disagree", apart}}, "/limits/current_sensors_disagree",
+          "found a limit, wanted nothing, as sensor/has_second_current is false");
+}
+
+TEST_CASE("every fault of the table with a confirm time of its own has a key for it", "[unit][config]") {
+  std::size_t count = 0;
+  for (const FaultRow& row : fault_table()) {
+    if (row.confirm_time == nullptr) continue;
+    ++count;
+    CAPTURE(row.name);
+    const auto parsed = parse(changed({{"/confirm", {{std::string(row.name) + "_ms", 13}}}}).dump());
+    REQUIRE(parsed);
+    CHECK(parsed->core.limits.confirm.*row.confirm_time == 13ms);
+  }
+  CHECK(count == confirm_fields().size());
+  refuses({{"/confirm", {{"emergency_stop_ms", 0}}}}, "/confirm/emergency_stop_ms", "unknown key");
+}
+
+TEST_CASE("resistances and overloads have limits of the pack file's own, within what makes sense", "[unit][config]") {
+  const auto limit = [](int warn, int open) {
+    return Json{{"warn_permille", warn},
+                {"open_permille", open},
+                {"hysteresis_permille", 50},
+                {"confirm_ms", 0},
+                {"clear_ms", 1'000}};
+  };
+  const auto parsed = parse(
+      changed({{"/limits/cell_resistance", limit(1'300, 1'600)}, {"/limits/charge_overload", limit(700, 950)}}).dump());
+  REQUIRE(parsed);
+  CHECK(parsed->core.limits.cell_resistance.open == 1'600);
+  CHECK(parsed->core.limits.charge_overload.open == 950);
+  CHECK(parsed->core.limits.charge_overload.confirm == 0ms);
+  refuses({{"/limits/pack_resistance", limit(1'000, 1'600)}}, "/limits/pack_resistance/warn_permille", "from 1050");
+  refuses({{"/limits/discharge_overload", limit(800, 1'001)}}, "/limits/discharge_overload/open_permille", "to 1000");
+  refuses({{"/limits/discharge_overload", limit(800, 900)}}, "/limits/discharge_overload/open_permille",
+          "found 900, wanted more than 900");
+}
+
+TEST_CASE("a limit of current may take from the allowed current before it opens", "[unit][config][BMU_13]") {
+  const auto parsed = parse(changed({{"/limits/discharge_overcurrent/limit_mA", 85'000}}).dump());
+  REQUIRE(parsed);
+  CHECK(parsed->core.limits.discharge_overcurrent.limit == 85'000);
+  refuses({{"/limits/charge_overcurrent/limit_mA", 30'000}}, "/limits/charge_overcurrent/limit_mA",
+          "from warn_mA, 25000, to before open_mA, 30000");
+}
+
+TEST_CASE("a value that stands still opens the pack within 10 s", "[unit][config][F12]") {
+  const Json stuck =
+      Json::parse(R"({"warn_ms":3000,"open_ms":8000,"hysteresis_ms":1,"confirm_ms":200,"clear_ms":1000})");
+  accepts({{"/limits/stuck_values", stuck}});
+  refuses({{"/limits/stuck_values", stuck}, {"/limits/stuck_values/open_ms", 8'001}}, "/limits/stuck_values/open_ms",
+          "from 500 to 8000");
+}
+
+TEST_CASE("all contradictions are told at once", "[unit][config][F79]") {
+  const ConfigProblems problems = problems_of(changed({{"/limits/pack_voltage_mismatch/open_mV", 100'000},
+                                                       {"/limits/cell_imbalance/open_mV", 6'000},
+                                                       {"/limits/charge_undertemperature/warn_dC", 450},
+                                                       {"/limits/cell_overvoltage/warn_mV", 4'230}})
+                                                  .dump());
+  INFO(all_text(problems));
+  CHECK(problems.size() == 4);
 }
 
 TEST_CASE("what a pack file leaves out follows from the cell and from the limits beside it", "[unit][config]") {

@@ -59,7 +59,7 @@ struct LimitCase {
 };
 
 const LimitConfig& limit_of(const FaultRow& row, const LimitsConfig& limits) {
-  return row.limit != nullptr ? limits.*row.limit : *row.fixed;
+  return limits.*row.limit;
 }
 
 std::vector<LimitCase> all_limits(const CoreConfig& config) {
@@ -263,7 +263,8 @@ TEST_CASE("every limit: an unknown value neither raises nor clears", "[unit][fau
   }
 }
 
-TEST_CASE("every limit: a latched fault whose cause comes back is active again at once", "[unit][faults][contract]") {
+TEST_CASE("every limit: a latched fault whose cause comes back stays, and is confirmed and counted anew",
+          "[unit][faults][contract]") {
   const CoreConfig config = watchful_pack();
   for (const LimitCase& one : limit_cases(config)) {
     if (one.row.latch == Latch::none) continue;
@@ -277,7 +278,11 @@ TEST_CASE("every limit: a latched fault whose cause comes back is active again a
       REQUIRE(bench.state().stage == FaultStage::latched);
       bench.pass(10ms);
       bench.feed(one.limit.open);
+      CHECK(bench.state().is_present());
+      CHECK(bench.state().count == 1);
+      confirm(bench, one, one.limit.open);
       CHECK(bench.state().stage == FaultStage::active);
+      CHECK(bench.state().count == 2);
     }
   }
 }
@@ -305,6 +310,7 @@ TEST_CASE("every condition: false never confirms; true does after its time and s
   const CoreConfig config = watchful_pack();
   for (const FaultRow& row : fault_table()) {
     if (row.has_limit()) continue;
+    const Duration confirm = thresholds_of(row, config.limits).confirm;
     DYNAMIC_SECTION(row.name) {
       RowBench bench(row.id, config);
       for (int repeat = 0; repeat < 100; ++repeat) {
@@ -315,11 +321,11 @@ TEST_CASE("every condition: false never confirms; true does after its time and s
       bench.feed(1);
       for (std::uint8_t sample = 1; sample < row.samples; ++sample) {
         CHECK(bench.state().stage == FaultStage::suspected);
-        bench.pass(row.confirm);
+        bench.pass(confirm);
         bench.feed(1);
       }
-      if (row.samples == 1 && row.confirm > 0ns) {
-        bench.pass(row.confirm - 1ns);
+      if (row.samples == 1 && confirm > 0ns) {
+        bench.pass(confirm - 1ns);
         bench.feed(1);
         CHECK(bench.state().stage == FaultStage::suspected);
         bench.pass(1ns);
@@ -366,7 +372,7 @@ TEST_CASE("a lock of a former life holds until its cause is seen to be gone and 
           "[unit][faults][F5]") {
   const CoreConfig config = watchful_pack();
   FaultMemory memory;
-  memory.restore_lock(FaultId::cell_deep_discharge, TimePoint{1s});
+  memory.restore_lock(FaultId::cell_deep_discharge, {}, 0, TimePoint{1s});
   const FaultState& state = memory.state(FaultId::cell_deep_discharge);
   CHECK(state.is_present());
   CHECK(memory.clear_latched(Authority::service).empty());  // nobody has looked yet

@@ -251,26 +251,87 @@ TEST_CASE("a cause is gone after 1 s of good values without a break", "[unit][fa
   CHECK(bench.stage() == FaultStage::latched);
 }
 
-TEST_CASE("a latched fault stays while its value is good or unknown, and is back with any other",
+TEST_CASE("a latched fault whose cause is back is confirmed anew, as the first time, and counted",
           "[unit][faults][I10]") {
-  for (const std::int32_t back_uV : {open_uV, between_uV}) {
-    CellBench bench;
-    bench.confirm();
-    bench.latch();
-    REQUIRE(bench.stage() == FaultStage::latched);
-    CHECK(bench.state().is_present());
-    (void)bench.see_unknown(10ms);
-    CHECK(bench.stage() == FaultStage::latched);
-    (void)bench.see(10ms, good_uV);
-    CHECK(bench.stage() == FaultStage::latched);
-    (void)bench.see(10ms, back_uV);
-    CHECK(bench.stage() == FaultStage::active);
-    CHECK(bench.state().last_at == bench.now());
-    CHECK(bench.state().count == 1);
-    (void)bench.see(10ms, good_uV);
-    (void)bench.see(1s - 1ns, good_uV);  // the whole time anew
-    CHECK(bench.stage() == FaultStage::active);
-  }
+  CellBench bench;
+  bench.confirm();
+  bench.latch();
+  REQUIRE(bench.stage() == FaultStage::latched);
+  const FaultState before = bench.state();
+  (void)bench.see_unknown(10ms);
+  (void)bench.see(10ms, good_uV);
+  CHECK_FALSE(bench.state().is_doubtful());
+  CHECK(kinds_of(bench.see(10ms, open_uV)) == std::vector{Kind::warned});
+  const TimePoint back_at = bench.now();
+  CHECK(bench.stage() == FaultStage::latched);
+  CHECK(bench.state().is_present());
+  CHECK(bench.state().is_doubtful());
+  CHECK(bench.state().returning_since == back_at);
+  CHECK(bench.state().suspected_since == before.suspected_since);
+  CHECK(bench.state().samples == 1);
+  CHECK(bench.see(150ms - 1ns, open_uV, cell_2).empty());
+  CHECK(bench.state().confirmed_at == before.confirmed_at);
+  CHECK(bench.state().count == 1);
+  CHECK(kinds_of(bench.see(1ns, open_uV, cell_2)) == std::vector{Kind::confirmed});
+  CHECK(bench.stage() == FaultStage::active);
+  CHECK_FALSE(bench.state().is_doubtful());
+  CHECK(bench.state().suspected_since == back_at);
+  CHECK(bench.state().confirmed_at == bench.now());
+  CHECK(bench.state().confirmed.element == cell_2);
+  CHECK(bench.state().last_at == bench.now());
+  CHECK(bench.state().count == 2);
+  CHECK(bench.state().first_at == before.first_at);
+  (void)bench.see(10ms, good_uV);
+  (void)bench.see(1s - 1ns, good_uV);  // the whole time anew
+  CHECK(bench.stage() == FaultStage::active);
+}
+
+TEST_CASE("a latched fault that seems to be back is not cleared, one that only seemed so stays latched and can be",
+          "[unit][faults][I10]") {
+  CellBench bench;
+  bench.confirm();
+  bench.latch();
+  (void)bench.see(10ms, open_uV);
+  (void)bench.see(100ms, open_uV, cell_1, 100ms);  // the same sample for 100 ms
+  CHECK(bench.clear().empty());
+  (void)bench.see(10ms, good_uV);
+  CHECK(bench.state().judged == Verdict::good);
+  CHECK(bench.clear().empty());  // what is good must outweigh it first, half as fast
+  (void)bench.see(219ms, good_uV);
+  CHECK(bench.state().is_doubtful());
+  (void)bench.see(1ms, good_uV);
+  CHECK_FALSE(bench.state().is_doubtful());
+  CHECK(bench.stage() == FaultStage::latched);
+  CHECK(bench.state().count == 1);
+  CHECK(kinds_of(bench.clear()) == std::vector{Kind::cleared});
+  CHECK(bench.stage() == FaultStage::good);
+}
+
+TEST_CASE("a latched fault within the hysteresis is neither back nor to be cleared", "[unit][faults][I10]") {
+  CellBench bench;
+  bench.confirm();
+  bench.latch();
+  CHECK(kinds_of(bench.see(10ms, between_uV)) == std::vector{Kind::warned});
+  CHECK(bench.stage() == FaultStage::latched);
+  CHECK_FALSE(bench.state().is_doubtful());
+  CHECK(bench.clear().empty());
+}
+
+TEST_CASE("a lock of a former life has what was seen then, and loses it to what is confirmed now", "[unit][faults]") {
+  CellBench bench;
+  const Reading then{.is_known = true, .value = 4'321'000, .element = cell_2};
+  bench.memory().restore_lock(FaultId::cell_overvoltage, then, open_uV, TimePoint{7s});
+  CHECK(bench.state().is_restored);
+  CHECK(bench.state().confirmed.is_known);
+  CHECK(bench.state().confirmed.value == 4'321'000);
+  CHECK(bench.state().confirmed.element == cell_2);
+  CHECK(bench.state().threshold == open_uV);
+  CHECK(bench.state().count == 0);
+  bench.confirm();
+  CHECK_FALSE(bench.state().is_restored);
+  CHECK(bench.state().confirmed.value == open_uV);
+  CHECK(bench.state().count == 1);
+  CHECK(bench.state().first_at == bench.now());
 }
 
 TEST_CASE("a clear takes what is latched and known to be good, and nothing else", "[unit][faults][I10]") {
@@ -309,7 +370,9 @@ TEST_CASE("a lock that takes authority is not cleared without", "[unit][faults][
   for (const FaultRow& row : fault_table()) {
     if (row.latch == Latch::none) continue;
     FaultMemory memory;
-    memory.restore_lock(row.id, TimePoint{7s});
+    memory.restore_lock(row.id, {}, 0, TimePoint{7s});
+    CHECK(memory.state(row.id).is_restored);
+    CHECK_FALSE(memory.state(row.id).confirmed.is_known);
     CHECK(memory.state(row.id).stage == FaultStage::latched);
     CHECK(memory.state(row.id).confirmed_at == TimePoint{7s});
     CHECK(memory.state(row.id).last_at == TimePoint{7s});
@@ -404,12 +467,12 @@ TEST_CASE("a row has its thresholds from the configuration, or is true or not", 
   CHECK(configured.has_warning);
   CHECK(configured.confirm == 4ms);
   CHECK(configured.clear == 5ms);
-  static constexpr LimitConfig fixed{.warn = 11, .open = 12, .hysteresis = 13, .confirm = 14ms, .clear = 15ms};
-  const Thresholds same_for_all = thresholds_of({.fixed = &fixed}, limits);
-  CHECK(same_for_all.warn == 11);
-  CHECK(same_for_all.open == 12);
-  CHECK(same_for_all.has_warning);
-  CHECK(same_for_all.confirm == 14ms);
+  limits.confirm.open_wire = 14ms;
+  const Thresholds timed = thresholds_of({.confirm_time = &ConfirmTimes::open_wire, .clear = 7ms}, limits);
+  CHECK(timed.open == 1);
+  CHECK_FALSE(timed.has_warning);
+  CHECK(timed.confirm == 14ms);
+  CHECK(timed.clear == 7ms);
   const Thresholds unfilled;
   CHECK(unfilled.warn == 0);
   CHECK(unfilled.open == 1);

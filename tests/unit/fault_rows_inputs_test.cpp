@@ -108,6 +108,20 @@ TEST_CASE("a monitor that says that it does not measure is lost, and one that do
   CHECK_FALSE(world.read(id).is_known);
 }
 
+TEST_CASE("what nobody measures any more is good, so that a lock of a time when it was measured can be cleared",
+          "[unit][faults]") {
+  World world;
+  world.now = start + 5ms;
+  CHECK(world.read(FaultId::current_sensors_disagree).is_known);
+  CHECK(world.read(FaultId::current_sensors_disagree).value == 0);
+  CHECK(world.read(FaultId::current_sensors_disagree).taken_at == world.now);
+  CHECK(world.read(FaultId::insulation_low).is_known);
+  CHECK(world.read(FaultId::insulation_low).value == INT32_MAX);
+  CHECK(world.read(FaultId::insulation_low).taken_at == world.now);
+  world.sensors.pdu = {};
+  CHECK_FALSE(world.read(FaultId::insulation_low).is_known);
+}
+
 TEST_CASE("a second current sensor is missed like the first, and compared with it", "[unit][faults][F13]") {
   World world;
   world.config.sensor.has_second_current = true;

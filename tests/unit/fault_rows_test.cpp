@@ -470,24 +470,23 @@ TEST_CASE("a link is compared with the pack while closed, by what was measured s
   CHECK(shown(pack, apart).value == 0);
 }
 
-TEST_CASE("limits that no pack file sets are these", "[unit][faults][BMS_F.7][BMS_NF.7]") {
+TEST_CASE("limits that a pack file leaves out are these", "[unit][faults][BMS_F.7][BMS_NF.7]") {
   struct Case {
     FaultId id;
     std::int32_t warn;
-    std::int32_t derates_from;
     std::int32_t open;
     std::int32_t hysteresis;
     Duration confirm;
   };
-  for (const Case& one : {Case{FaultId::cell_resistance, 1'500, 1'500, 2'001, 200, 0ms},
-                          Case{FaultId::pack_resistance, 1'500, 1'500, 2'000, 200, 0ms},
-                          Case{FaultId::discharge_overload, 800, 500, 1'000, 150, 20ms},
-                          Case{FaultId::charge_overload, 800, 500, 1'000, 150, 20ms}}) {
+  for (const Case& one :
+       {Case{FaultId::cell_resistance, 1'500, 2'001, 200, 0ms}, Case{FaultId::pack_resistance, 1'500, 2'000, 200, 0ms},
+        Case{FaultId::discharge_overload, 800, 1'000, 150, 20ms},
+        Case{FaultId::charge_overload, 800, 1'000, 150, 20ms}}) {
     INFO(row_of(one.id).name);
-    REQUIRE(row_of(one.id).fixed != nullptr);
-    const LimitConfig& limit = *row_of(one.id).fixed;
+    REQUIRE(row_of(one.id).limit != nullptr);
+    const LimitConfig limit = LimitsConfig{}.*row_of(one.id).limit;
     CHECK(limit.warn == one.warn);
-    CHECK(limit.derates_from() == one.derates_from);
+    CHECK_FALSE(limit.limit.has_value());
     CHECK(limit.open == one.open);
     CHECK(limit.hysteresis == one.hysteresis);
     CHECK(limit.confirm == one.confirm);

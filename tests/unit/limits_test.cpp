@@ -293,12 +293,43 @@ TEST_CASE("an equal limit of before does not take the place of the present one",
   CHECK(bench.discharge().cause == LimitCause::continuous);
 }
 
+TEST_CASE("a current beyond the middle tier of its own limit is answered with less, and with nothing where it opens",
+          "[unit][limits][BMU_13]") {
+  Bench bench;
+  LimitConfig& out = bench.config.limits.discharge_overcurrent;
+  LimitConfig& in = bench.config.limits.charge_overcurrent;
+  out = {.warn = 90'000, .open = 110'000, .hysteresis = 1'000};
+  in = {.warn = 25'000, .open = 30'000, .hysteresis = 1'000};
+  bench.pack.current_mA = {105'000, TimePoint{1s}, Validity::valid};
+  CHECK(bench.discharge().limit_mA == 80'000);  // no tier of its own: the warning changes nothing
+  out.limit = 100'000;
+  CHECK(bench.discharge().limit_mA == 40'000);
+  CHECK(bench.discharge().cause == LimitCause::drawn_too_much);
+  CHECK(bench.discharge().value == 105'000);
+  CHECK(bench.discharge().derates_from == 100'000);
+  CHECK(bench.discharge().threshold == 110'000);
+  CHECK(bench.discharge().unhindered_mA == 80'000);
+  CHECK(bench.charge().limit_mA == 20'000);
+  bench.pack.current_mA.value = 100'000;
+  CHECK(bench.discharge().cause == LimitCause::continuous);
+  bench.pack.current_mA.value = 110'000;
+  CHECK(bench.discharge().limit_mA == 0);
+  bench.pack.current_mA.validity = Validity::unknown;
+  CHECK(bench.discharge().limit_mA == 80'000);
+  in.limit = 26'000;
+  bench.pack.current_mA = {-29'000, TimePoint{1s}, Validity::valid};
+  CHECK(bench.charge().limit_mA == 5'000);
+  CHECK(bench.charge().cause == LimitCause::charged_too_much);
+  CHECK(bench.charge().value == 29'000);
+  CHECK(bench.discharge().limit_mA == 80'000);
+}
+
 TEST_CASE("every cause of a limit has a text of its own, and no other number has one", "[unit][limits]") {
   std::set<std::string_view> texts;
   for (int cause = 0; cause <= static_cast<int>(LimitCause::board_hot); ++cause) {
     texts.insert(to_text(static_cast<LimitCause>(cause)));
   }
-  CHECK(texts.size() == 14);
+  CHECK(texts.size() == 16);
   CHECK_FALSE(texts.contains("?"));
   CHECK(to_text(static_cast<LimitCause>(99)) == "?");
 }

@@ -44,6 +44,20 @@ TEST_CASE("clear names each fault that stays, with its own reason", "[unit][bmuc
         "Cleared: module_lost.\n" + both);
 }
 
+TEST_CASE("a clear falls short while a fault stays that does more than warn", "[unit][bmuctl]") {
+  const auto falls_short = [](const Json& still_present, const Json& reasons) {
+    const Json reply{{"cleared", {"module_lost"}}, {"still_present", still_present}, {"reasons", reasons}};
+    return leaves_faults(Reply(reply));
+  };
+  Json disk_stays{{"name", "disk_low"}, {"only_warns", true}};
+  Json stop{{"name", "emergency_stop"}, {"only_warns", false}};
+  CHECK_FALSE(falls_short(Json::array(), Json::array()));
+  CHECK(falls_short({"emergency_stop"}, Json::array({stop})));
+  CHECK(falls_short({"emergency_stop"}, nullptr));
+  CHECK_FALSE(falls_short({"disk_low"}, Json::array({disk_stays})));
+  CHECK(falls_short({"disk_low", "emergency_stop"}, Json::array({disk_stays, stop})));
+}
+
 TEST_CASE("a fault that stays is named even if the daemon gives no reason", "[unit][bmuctl]") {
   CHECK(clear_text(Json::array(), Json::array({"emergency_stop"}), nullptr) == "Still present: emergency_stop.\n");
 }

@@ -42,20 +42,27 @@ struct FrameRow {
   std::string_view label;
   std::string_view key;  // with its unit
   Unit unit;
+  std::string_view place = {};  // the key of where that was
 };
 constexpr std::array frame_table{
     FrameRow{"pack", "pack_voltage_mV", Unit::mV},
     FrameRow{"link", "link_voltage_mV", Unit::mV},
+    FrameRow{"sum of the cells", "cell_voltage_sum_mV", Unit::mV},
+    FrameRow{"of the modules", "module_voltage_sum_mV", Unit::mV},
     FrameRow{"current", "current_mA", Unit::mA},
+    FrameRow{"second sensor", "current_2_mA", Unit::mA},
     FrameRow{"SOC", "soc_permille", Unit::permille},
-    FrameRow{"cells from", "cell_voltage_min_uV", Unit::uV},
-    FrameRow{"to", "cell_voltage_max_uV", Unit::uV},
-    FrameRow{"temperatures from", "cell_temperature_min_dC", Unit::dC},
-    FrameRow{"to", "cell_temperature_max_dC", Unit::dC},
-    FrameRow{"boards to", "board_temperature_max_dC", Unit::dC},
+    FrameRow{"cells from", "cell_voltage_min_uV", Unit::uV, "cell_voltage_min_at"},
+    FrameRow{"to", "cell_voltage_max_uV", Unit::uV, "cell_voltage_max_at"},
+    FrameRow{"temperatures from", "cell_temperature_min_dC", Unit::dC, "cell_temperature_min_at"},
+    FrameRow{"to", "cell_temperature_max_dC", Unit::dC, "cell_temperature_max_at"},
+    FrameRow{"boards from", "board_temperature_min_dC", Unit::dC, "board_temperature_min_at"},
+    FrameRow{"to", "board_temperature_max_dC", Unit::dC, "board_temperature_max_at"},
     FrameRow{"insulation", "insulation_Ohm", Unit::Ohm},
     FrameRow{"limits: out", "discharge_limit_mA", Unit::mA},
     FrameRow{"in", "charge_limit_mA", Unit::mA},
+    FrameRow{"used of the peak: out", "discharge_overload_permille", Unit::permille},
+    FrameRow{"in", "charge_overload_permille", Unit::permille},
 };
 
 std::string seen_text(const Reply& fault) {
@@ -75,7 +82,31 @@ std::string frame_text(const Reply& frame) {
              : row.label == "to" ? " "
                                  : ", ") +
             std::string(row.label) + " " + shown(frame[row.key], row.unit);
+    const std::string place = row.place.empty() ? "" : frame[row.place]["text"].text();
+    if (!place.empty()) text += " (" + place + ")";
   }
+  return text;
+}
+
+/// "main_positive, main_negative"; "none".
+std::string names_that_are(const Reply& object, bool wanted) {
+  std::string names;
+  for (const std::string& key : object.keys()) {
+    if (object[key].is_boolean() && object[key].is_true() == wanted) names += (names.empty() ? "" : ", ") + key;
+  }
+  return names.empty() ? "none" : names;
+}
+
+/// How contactors and inputs stood.
+std::string switches_text(const Reply& frame) {
+  std::string text;
+  if (frame["outputs"].is_known()) add_part(text, "commanded on: " + names_that_are(frame["outputs"], true));
+  if (frame["feedback"].is_known()) add_part(text, "contacts closed: " + names_that_are(frame["feedback"], true));
+  const Reply inputs = frame["inputs"];
+  if (!inputs.is_known()) return text;
+  add_part(text, "inputs on: " + names_that_are(inputs, true));
+  add_part(text, "off: " + names_that_are(inputs, false));
+  add_part(text, "insulation monitor: " + inputs["insulation_state"].text());
   return text;
 }
 
@@ -85,6 +116,7 @@ std::string trigger_text(const Reply& frame) {
     text += (text.empty() ? "" : ": ") + frame["value_text"].text() + ", limit " + frame["threshold_text"].text();
   }
   add_part(text, "contactors " + frame["phase"].text());
+  if (frame["mode"].is_known()) add_part(text, "pack " + frame["mode"].text());
   return text;
 }
 
@@ -113,10 +145,15 @@ void add_details(Page& page, const Reply& fault) {
   if (const Reply frame = fault["freeze_frame"]; frame.is_known()) {
     page.add_field("  then", {plain(trigger_text(frame))});
     page.add_field("", {{frame_text(frame), Style::dim}});
+    if (const std::string switches = switches_text(frame); !switches.empty()) {
+      page.add_field("", {{switches, Style::dim}});
+    }
   }
   if (fault["cleared"].is_known()) page.add_field("  cleared", {plain(cleared_text(fault["cleared"]))});
   if (fault["is_locked"].is_true()) {
-    page.add_field("  locked", {{"until somebody with authority clears it, over restarts, too", Style::warning}});
+    const bool needs_authority = fault["latch"].text() == "until cleared with authority";
+    const std::string who = needs_authority ? "somebody with authority" : "somebody";
+    page.add_field("  locked", {{"until " + who + " clears it, over restarts, too", Style::warning}});
   }
   page.add_field("  does", {{kind_text(fault), Style::dim}});
   if (!fault["remedy"].text().empty()) page.add_field("  to do", {plain(fault["remedy"].text())});

@@ -20,6 +20,7 @@ using namespace bmu;
 
 constexpr int exit_ok = 0;
 constexpr int exit_no_answer = 1;
+constexpr int exit_still_present = 3;
 constexpr std::chrono::milliseconds answer_max{2000};
 
 constexpr const char* footer = R"(Examples:
@@ -36,7 +37,8 @@ constexpr const char* footer = R"(Examples:
 With --authorised the daemon obeys root and the user it runs as, nobody else; who cleared what is in the log and in
 "bmuctl faults".
 
-Exit codes: 0 answered, whatever the answer is; 1 no daemon answers, it went away, or it refused; 2 command line.)";
+Exit codes: 0 answered; 1 no daemon answers, it went away, or it refused; 2 command line; 3 answered, but "clear" left a
+fault that does more than warn: what it prints, or "still_present" and "reasons" of --json, say which and why.)";
 
 /// A command that is one question and one answer.
 struct CommandRow {
@@ -44,7 +46,8 @@ struct CommandRow {
   const char* asks;  // the daemon's command
   const char* help;
   Page (*page)(const Reply&);
-  const char* page_also_asks = nullptr;  // a second question, whose answer the page finds under its name
+  const char* page_also_asks = nullptr;         // a second question, whose answer the page finds under its name
+  bool (*falls_short)(const Reply&) = nullptr;  // was answered, and did not do all that was asked for
 };
 
 constexpr std::array command_table{
@@ -53,7 +56,7 @@ constexpr std::array command_table{
     CommandRow{"faults", "faults", "every fault the daemon knows, and what was seen", faults_page, "status"},
     CommandRow{"why", "why", "why the pack is in its state, why it opened, why it is limited", why_page},
     CommandRow{"drive", "status", "how the pack closed last, what went through it, why it opened", drive_page},
-    CommandRow{"clear", "clear", "clear latched faults whose cause is gone", clear_page},
+    CommandRow{"clear", "clear", "clear latched faults whose cause is gone", clear_page, nullptr, leaves_faults},
     CommandRow{"wake", "wake", "wake the modules of a pack that rests after an undervoltage", wake_page},
 };
 
@@ -101,14 +104,15 @@ int ask(const CommandRow& row, const Options& options) {
     const std::string message = reply["error"]["message"].text();
     return fail(message.empty() ? "the daemon's answer makes no sense" : "the daemon refuses: " + message);
   }
-  if (options.json) return exit_ok;
+  const int status = row.falls_short != nullptr && row.falls_short(reply) ? exit_still_present : exit_ok;
+  if (options.json) return status;
   if (row.page_also_asks != nullptr) {
     const auto more = answer_to({{"cmd", row.page_also_asks}}, *client);
     if (!more) return fail(more.error());
     json[row.page_also_asks] = nlohmann::json::parse(*more, nullptr, false);
   }
   write_out(row.page(reply).text(wants_colour(options)));
-  return exit_ok;
+  return status;
 }
 
 std::optional<std::chrono::milliseconds> milliseconds_of(double seconds) {

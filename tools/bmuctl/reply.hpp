@@ -24,6 +24,7 @@ class Reply {
   [[nodiscard]] std::vector<std::string> keys() const;
   [[nodiscard]] bool is_known() const { return json_ != nullptr && !json_->is_null(); }
   [[nodiscard]] bool is_true() const { return json_ != nullptr && json_->is_boolean() && json_->get<bool>(); }
+  [[nodiscard]] bool is_boolean() const { return json_ != nullptr && json_->is_boolean(); }
   [[nodiscard]] std::optional<std::int64_t> number() const;
   [[nodiscard]] std::int64_t number_or(std::int64_t otherwise) const { return number().value_or(otherwise); }
   [[nodiscard]] std::string text() const;  // "" if it is none

@@ -302,6 +302,7 @@ std::string fault_details(const Reply& fault, const Reply& modules) {
   if (fault["confirmed_ago_ms"].is_known()) {
     text += (text.empty() ? "" : ", ") + shown_span(fault["confirmed_ago_ms"]) + " ago";
   }
+  if (fault["is_restored"].is_true()) text += (text.empty() ? "" : ", ") + std::string("before the daemon started");
   return text;
 }
 
@@ -413,6 +414,14 @@ Page clear_page(const Reply& reply) {
     page.add({{"Still present: " + name + ".", Style::warning}, plain(" " + reason_text(name, reply["reasons"]))});
   }
   return page;
+}
+
+bool leaves_faults(const Reply& reply) {
+  const Reply still = reply["still_present"];
+  const Reply reasons = reply["reasons"];
+  std::size_t warnings = 0;
+  for (std::size_t i = 0; i < reasons.size(); ++i) warnings += reasons.at(i)["only_warns"].is_true() ? 1U : 0U;
+  return still.size() > warnings;
 }
 
 Page wake_page(const Reply& reply) {

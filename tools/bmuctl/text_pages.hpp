@@ -12,6 +12,8 @@ namespace bmu {
 [[nodiscard]] Page faults_page(const Reply& reply);
 [[nodiscard]] Page why_page(const Reply& reply);
 [[nodiscard]] Page clear_page(const Reply& reply);
+/// Whether a fault that does more than warn was not ended by the clear this is the answer to.
+[[nodiscard]] bool leaves_faults(const Reply& reply);
 [[nodiscard]] Page wake_page(const Reply& reply);
 /// What went through the pack while it was last closed, how it closed and why it opened.
 [[nodiscard]] Page drive_page(const Reply& reply);
