@@ -29,6 +29,7 @@ Core::Core(const CoreConfig& config, TimePoint started_at)
       check_(config.sensor.little_endian ? internal_bus::catalogue_little_endian_sensor : internal_bus::catalogue,
              ReceiveCheck::Role::master) {
   sensors_.insulation_known_at = started_at;
+  sequence_.entered_at = started_at;  // open since then, as far as anybody knows
   modules_.init(config_);
   counter_.init(config_);
   contactor_watch_.init(started_at);

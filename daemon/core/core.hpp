@@ -216,6 +216,7 @@ class Core {
   [[nodiscard]] FaultInputs fault_inputs(TimePoint now) const;
   [[nodiscard]] VehicleView vehicle_view(TimePoint now) const;
   [[nodiscard]] SequenceInputs sequence_inputs(TimePoint now) const;
+  [[nodiscard]] bool link_follows_though_open() const;
   [[nodiscard]] bool pdu_fresh(TimePoint now) const;
   [[nodiscard]] bool inputs_healthy(TimePoint now) const;
   [[nodiscard]] bool insulation_known(TimePoint now) const;
@@ -268,7 +269,8 @@ class Core {
   TimePoint shut_down_at_{};
   bool shut_down_told_ = false;
   TimePoint locked_out_until_{};
-  TimePoint request_over_at_{};  // the last opening because nobody asked any more
+  bool link_shows_weld_ = false;  // until the fault is there
+  TimePoint request_over_at_{};   // the last opening because nobody asked any more
   TimePoint outputs_changed_at_{};
   CommandLink command_link_;
   std::uint8_t command_counter_ = 0;
