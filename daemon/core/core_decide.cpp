@@ -208,9 +208,12 @@ void Core::step_contactors(TimePoint now) {
     touch_persistent();
   }
   outputs_ = result.outputs;
-  if (sequence_.phase == before.phase) return;
+  if (sequence_.phase != before.phase) note_phase(now, before, result.precharge_failure);
+  remember_closing(now, sequence_.phase != before.phase);
+}
+
+void Core::note_phase(TimePoint now, const SequenceState& before, PrechargeFailure failure) {
   events_.push({.id = EventId::phase_changed, .at = now, .phase_from = before.phase, .phase_to = sequence_.phase});
-  PrechargeFailure failure = result.precharge_failure;
   const bool has_failed = failure != PrechargeFailure::none;
   const bool has_precharged = before.phase == Phase::precharge || before.phase == Phase::main_positive;
   if ((has_failed && has_precharged) || sequence_.phase == Phase::main_positive) {
@@ -219,6 +222,19 @@ void Core::step_contactors(TimePoint now) {
   // Only a link that stays with the pack under the closed main was a good try.
   if (has_failed || sequence_.phase == Phase::closed) failure = guard_.note_end(failure);
   if (sequence_.phase == Phase::open) record_opening(now, before.phase, failure);
+}
+
+/// What a life that begins now would have to know. While contactors are commanded it has to take the end of this one
+/// for an opening for a reason, and while the resistor is in use for a try that failed and took all it bears.
+void Core::remember_closing(TimePoint now, bool has_moved) {
+  ClosingMemory memory = persistent_.closing;
+  const Duration wait = outputs_.any_contactor() ? reclose_lockout : now < locked_out_until_ ? lockout_ : Duration{};
+  memory.lockout_ms = to_ms(wait);
+  const bool is_precharging = sequence_.phase == Phase::precharge;
+  if (has_moved || guard_.is_cold()) memory.precharge = guard_.memory(is_precharging);
+  if (memory == persistent_.closing) return;
+  persistent_.closing = memory;
+  touch_persistent();
 }
 
 void Core::step_auxiliary(TimePoint now) {
@@ -318,6 +334,7 @@ void Core::record_opening(TimePoint now, Phase from, PrechargeFailure failure) {
     request_over_at_ = now;
   }
   if (record.cause == OpeningCause::precharge_retry) wait = config_.contactors.precharge_cool_down;
+  lockout_ = wait;
   locked_out_until_ = now + wait;
   events_.push({.id = EventId::opened,
                 .at = now,
@@ -499,14 +516,16 @@ ModeInputs Core::mode_inputs() const {
   const bool has_fault = std::any_of(fault_table().begin(), fault_table().end(), [this](const FaultRow& row) {
     return row.reaction >= Reaction::open_after_grace && faults_.state(row.id).is_present();
   });
-  const PduState& pdu = sensors_.pdu.value;
+  const PduState pdu = pdu_fresh(decided_at_) ? sensors_.pdu.value : PduState{};  // a line nobody tells is off
   return {.phase = sequence_.phase,
           .rest = rest_.phase(),
           .has_fault = has_fault,
           .may_discharge = permission_.may_discharge,
           .vehicle_on = pdu.vehicle_on,
           .charger_connected = pdu.charger_connected,
-          .current_mA = pack_.current_mA.is_valid() ? pack_.current_mA.value : 0};
+          .current_mA = pack_.current_mA.is_valid() ? pack_.current_mA.value : 0,
+          .outputs = outputs_,
+          .has_relay_fault = has_relay_fault(faults_)};
 }
 
 /// Before the precharge contactor is commanded nothing may bring the link to the pack's voltage.
