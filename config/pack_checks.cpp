@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <optional>
 #include <string>
 
 #include "config/limit_bounds.hpp"
@@ -270,11 +272,22 @@ bool is_given(const CoreConfig& core) {
   const std::int32_t open = (core.limits.*Limit).open;
   return open != never_above.open && open != never_below.open;
 }
+template <auto Member>
+bool is_given_for_auxiliary(const CoreConfig& core) {
+  return core.auxiliary.*Member != AuxiliaryConfig{}.*Member;
+}
+constexpr auto has_fan_on = is_given_for_auxiliary<&AuxiliaryConfig::fan_on_dC>;
+constexpr auto has_fan_off = is_given_for_auxiliary<&AuxiliaryConfig::fan_off_dC>;
+constexpr auto has_heater_on = is_given_for_auxiliary<&AuxiliaryConfig::heater_on_dC>;
+constexpr auto has_heater_off = is_given_for_auxiliary<&AuxiliaryConfig::heater_off_dC>;
 bool has_fan(const CoreConfig& core) {
-  return core.auxiliary.fan_on_dC != AuxiliaryConfig{}.fan_on_dC;
+  return has_fan_on(core) && has_fan_off(core);
 }
 bool has_heater(const CoreConfig& core) {
-  return core.auxiliary.heater_on_dC != AuxiliaryConfig{}.heater_on_dC;
+  return has_heater_on(core) && has_heater_off(core);
+}
+std::int64_t nothing_in(const CoreConfig&) {
+  return 0;
 }
 bool has_fan_and_heater(const CoreConfig& core) {
   return has_fan(core) && has_heater(core);
@@ -311,16 +324,13 @@ constexpr OrderRow order_rows[] = {
      [](const Core&) { return std::int64_t{900}; }},
     {"limits/charge_overload/open_permille", "900", false, limit_in<&Limits::charge_overload, &LimitConfig::open>,
      [](const Core&) { return std::int64_t{900}; }},
-    {"contactors/precharge_timeout_ms", "precharge_min_ms", false,
-     ms_in<&Core::contactors, &ContactorConfig::precharge_timeout>,
-     ms_in<&Core::contactors, &ContactorConfig::precharge_min>},
     {"contactors/precharge_overcurrent_mA", "precharge_current_max_mA", false,
      number_in<&Core::contactors, &ContactorConfig::precharge_overcurrent_mA>,
      number_in<&Core::contactors, &ContactorConfig::precharge_current_max_mA>,
      is_set<&Core::contactors, &ContactorConfig::precharge_overcurrent_mA>},
     {"contactors/precharge_resistance_Ohm", "0, so that precharge_energy_J can be watched", false,
-     number_in<&Core::contactors, &ContactorConfig::precharge_resistance_Ohm>,
-     [](const Core&) { return std::int64_t{0}; }, is_set<&Core::contactors, &ContactorConfig::precharge_energy_J>},
+     number_in<&Core::contactors, &ContactorConfig::precharge_resistance_Ohm>, nothing_in,
+     is_set<&Core::contactors, &ContactorConfig::precharge_energy_J>},
     {"insulation/warn_Ohm_per_V", "open_Ohm_per_V", false,
      number_in<&Core::insulation, &InsulationConfig::warn_Ohm_per_V>,
      number_in<&Core::insulation, &InsulationConfig::open_Ohm_per_V>},
@@ -335,6 +345,9 @@ constexpr OrderRow order_rows[] = {
     {"auxiliary/throttle_on_permille", "throttle_off_permille", true,
      number_in<&Core::auxiliary, &AuxiliaryConfig::throttle_on_permille>,
      number_in<&Core::auxiliary, &AuxiliaryConfig::throttle_off_permille>},
+    {"auxiliary/throttle_off_permille", "0, or what throttle_on_permille has switched on stays on", false,
+     number_in<&Core::auxiliary, &AuxiliaryConfig::throttle_off_permille>, nothing_in,
+     is_set<&Core::auxiliary, &AuxiliaryConfig::throttle_on_permille>},
 };
 
 void check_order(const Check& check, const OrderRow& row) {
@@ -346,6 +359,28 @@ void check_order(const Check& check, const OrderRow& row) {
   check.problems.add(place, digits_of(value),
                      (row.may_be_equal ? "at least " : "more than ") + std::string(row.than) +
                          (row.than.front() <= '9' ? "" : ", " + digits_of(other)));
+}
+
+// --- two keys of which neither means anything alone ----------------------------------------------------------------
+
+struct PairRow {
+  std::string_view one;  // in `auxiliary`
+  std::string_view other;
+  bool (*has_one)(const CoreConfig&);
+  bool (*has_other)(const CoreConfig&);
+};
+constexpr PairRow pair_rows[] = {
+    {"fan_on_dC", "fan_off_dC", has_fan_on, has_fan_off},
+    {"fan_off_dC", "fan_on_dC", has_fan_off, has_fan_on},
+    {"heater_on_dC", "heater_off_dC", has_heater_on, has_heater_off},
+    {"heater_off_dC", "heater_on_dC", has_heater_off, has_heater_on},
+};
+
+void check_pair(const Check& check, const PairRow& row) {
+  const Place section = check.root.at("auxiliary");
+  if (!check.are_good({section.at(row.one), section.at(row.other)})) return;
+  if (!row.has_one(check.core()) || row.has_other(check.core())) return;
+  check.problems.add(section.at(row.other), "nothing", "this key, as " + std::string(row.one) + " is given");
 }
 
 // --- times ----------------------------------------------------------------------------------------------------------
@@ -362,14 +397,82 @@ void check_age(const Check& check, const AgeRow& row) {
                          ms_text(answer_margin));
 }
 
-void check_precharge(const Check& check) {
+/// A contact that is as slow as it may be, and a link that is as fast, must make it.
+void check_precharge_time(const Check& check) {
   const Place section = check.root.at("contactors");
   const Place place = section.at("precharge_timeout_ms");
-  if (!check.are_good({place, section.at("settle_ms")})) return;
+  if (!check.are_good({place, section.at("settle_ms"), section.at("feedback_timeout_ms")})) return;
   const ContactorConfig& contactors = check.core().contactors;
-  if (contactors.precharge_timeout > contactors.settle) return;
-  check.problems.add(place, digits_of(to_ms(contactors.precharge_timeout)),
-                     "more than settle_ms, " + digits_of(to_ms(contactors.settle)) + ", or precharge always gives up");
+  const std::string found = digits_of(to_ms(contactors.precharge_timeout));
+  const Duration slowest = contactors.settle + contactors.feedback_timeout;
+  if (contactors.precharge_timeout <= slowest) {
+    check.problems.add(place, found,
+                       "more than settle_ms and feedback_timeout_ms, " + digits_of(to_ms(slowest)) +
+                           ", or a contact that takes its time makes every precharge give up");
+  }
+  constexpr Duration two_results = 2 * internal_bus::sensor_u2.period;
+  if (!check.problems.is_good(section.at("precharge_min_ms"))) return;
+  if (contactors.precharge_timeout >= contactors.precharge_min + two_results) return;
+  check.problems.add(place, found,
+                     "precharge_min_ms, " + digits_of(to_ms(contactors.precharge_min)) + ", and " +
+                         ms_text(two_results) + " at least, for two results of the sensor in between");
+}
+
+/// The resistor's own numbers, at the voltage of a full pack.
+struct Resistor {
+  std::int64_t full_mV;
+  std::int64_t resistance_Ohm;
+};
+
+std::optional<Resistor> resistor_of(const Check& check) {
+  const LimitRow& full = limit_row("cell_overvoltage");
+  const bool are_known = check.are_good({check.limit_quantity(full, "open"),
+                                         check.root.at("contactors").at("precharge_resistance_Ohm")}) &&
+                         check.problems.is_good_throughout(check.root.at("modules"));
+  const CoreConfig& core = check.core();
+  if (!are_known || core.contactors.precharge_resistance_Ohm == 0) return std::nullopt;
+  const auto cells = static_cast<std::int64_t>(cell_count(core));
+  return Resistor{std::int64_t{core.limits.cell_overvoltage.open} * cells / 1'000,
+                  core.contactors.precharge_resistance_Ohm};
+}
+
+void check_precharge_current(const Check& check) {
+  const Place place = check.root.at("contactors").at("precharge_overcurrent_mA");
+  const std::optional<Resistor> resistor = resistor_of(check);
+  const std::int32_t found_mA = check.core().contactors.precharge_overcurrent_mA;
+  if (!check.problems.is_good(place) || !resistor || found_mA == 0) return;
+  const std::int64_t begins_at_mA = resistor->full_mV / resistor->resistance_Ohm;
+  if (found_mA > begins_at_mA) return;
+  check.problems.add(place, digits_of(found_mA),
+                     "more than " + digits_of(begins_at_mA) + ", with which the precharge of a full pack of " +
+                         digits_of(resistor->full_mV) + " mV begins");
+}
+
+/// What a link that is charged from empty to `done` within `precharge_min` or longer leaves in the resistor at least:
+/// E = C U^2 / 2 * (1 - rest^2), t = R C ln(1 / rest), rest = 1 - done. A link that has to reach all of the voltage
+/// takes for ever, and nothing is known of it.
+double precharge_energy_min_J(const ContactorConfig& contactors, const Resistor& resistor) {
+  const double rest = 1.0 - contactors.precharge_done_permille / 1'000.0;
+  if (rest <= 0.0) return 0.0;
+  const double full_V = static_cast<double>(resistor.full_mV) / 1'000.0;
+  const double power_W = full_V * full_V / static_cast<double>(resistor.resistance_Ohm);
+  const double least_s = static_cast<double>(to_ms(contactors.precharge_min)) / 1'000.0;
+  return power_W * least_s * (1.0 - rest * rest) / (2.0 * std::log(1.0 / rest));
+}
+
+void check_precharge_energy(const Check& check) {
+  const Place section = check.root.at("contactors");
+  const Place place = section.at("precharge_energy_J");
+  const std::optional<Resistor> resistor = resistor_of(check);
+  const ContactorConfig& contactors = check.core().contactors;
+  const bool are_known = check.are_good({place, section.at("precharge_min_ms"), section.at("precharge_done_permille")});
+  if (!are_known || !resistor || contactors.precharge_energy_J == 0) return;
+  const auto least_J = static_cast<std::int64_t>(std::ceil(precharge_energy_min_J(contactors, *resistor)));
+  if (contactors.precharge_energy_J >= least_J) return;
+  check.problems.add(place, digits_of(contactors.precharge_energy_J),
+                     "at least " + digits_of(least_J) +
+                         ", what charging any link in precharge_min_ms or longer from a " + "full pack of " +
+                         digits_of(resistor->full_mV) + " mV leaves in the resistor");
 }
 
 // --- contactors without a power distribution unit -------------------------------------------------------------------
@@ -514,7 +617,10 @@ void check_pack(const PackConfig& pack, const Place& pack_place, const Place& ce
   for (const ContinuousRow& row : continuous_rows) check_continuous(check, row);
   for (const OrderRow& row : order_rows) check_order(check, row);
   check_limit_bounds(pack, pack_place, problems);
-  check_precharge(check);
+  for (const PairRow& row : pair_rows) check_pair(check, row);
+  check_precharge_time(check);
+  check_precharge_current(check);
+  check_precharge_energy(check);
   check_without_unit(check);
   check_base_id(check);
 }

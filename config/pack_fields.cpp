@@ -5,6 +5,8 @@
 #include <charconv>
 #include <type_traits>
 
+#include "daemon/core/contactor_sequence.hpp"
+
 namespace bmu {
 namespace {
 
@@ -294,7 +296,11 @@ constexpr std::array contactor_table{
                                                 .because = "so that a contact that does not follow opens the pack "
                                                            "within 300 ms"}),
     number<&ContactorConfig::precharge_timeout>(
-        {.key = "precharge_timeout_ms", .min = 100, .max = 30'000, .meaning = "until the link must have followed"}),
+        {.key = "precharge_timeout_ms",
+         .min = 100,
+         .max = 10'000,
+         .meaning = "until the link must have followed",
+         .because = "as a resistor that takes longer is the wrong one for its link"}),
     number<&ContactorConfig::precharge_done_permille>(
         {.key = "precharge_done_permille",
          .min = 900,
@@ -307,11 +313,12 @@ constexpr std::array contactor_table{
          .max = 5'000,
          .meaning = "and the current has fallen to this",
          .because = "as more than that is a load or a short behind the resistor"}),
-    number<&ContactorConfig::precharge_min>(
+    required(number<&ContactorConfig::precharge_min>(
         {.key = "precharge_min_ms",
-         .min = 0,
+         .min = 80,
          .max = 1'000,
-         .meaning = "a link that follows sooner, from empty, is no link: a contactor is welded"}),
+         .meaning = "a link that follows sooner, from empty, is no link: the resistor is shorted, or nothing is there",
+         .because = "as the link voltage comes every 60 ms, and once at least between the contact and this"})),
     number<&ContactorConfig::precharge_overcurrent_mA>(
         {.key = "precharge_overcurrent_mA",
          .min = 0,
@@ -332,6 +339,12 @@ constexpr std::array contactor_table{
                                                   .min = 0,
                                                   .max = 1'000'000,
                                                   .meaning = "what the resistor bears at once; 0: not watched"}),
+    number<&ContactorConfig::charge_only_discharge_mA>(
+        {.key = "charge_only_discharge_mA",
+         .min = 100,
+         .max = small_current_mA,
+         .meaning = "more than this out of an empty pack that is closed for charging only opens it",
+         .because = "as sensors are no more accurate than the one, and more than the other empties a small pack"}),
     number<&ContactorConfig::zero_current_grace>(
         {.key = "zero_current_grace_ms",
          .min = 0,

@@ -127,7 +127,7 @@ void visit_sections(PackConfig& pack, Visitor visit) {
   visit(SectionInfo{"ages", false, "How old a signal may be. Older counts as missing, and missing is never good."},
         age_fields(), core.ages);
   visit(SectionInfo{"poll", false, "How often the modules are asked."}, poll_fields(), core.poll);
-  visit(SectionInfo{"contactors", false, "The way from open to closed."}, contactor_fields(), core.contactors);
+  visit(SectionInfo{"contactors", true, "The way from open to closed."}, contactor_fields(), core.contactors);
   visit(SectionInfo{"sensor", false, "How the current sensor was set up."}, sensor_fields(), core.sensor);
   visit(SectionInfo{"insulation", false, "How the insulation of the pack is watched."}, insulation_fields(),
         core.insulation);

@@ -1,15 +1,31 @@
 #include "daemon/core/auxiliary.hpp"
 
+#include <algorithm>
+
 namespace bmu {
 
+void Auxiliary::Runner::count(Duration span, Duration run_max, Duration pause) {
+  if (is_on) {
+    has_run += span;
+    return;
+  }
+  const double share = span < pause ? static_cast<double>(span.count()) / static_cast<double>(pause.count()) : 1.0;
+  const auto given_back = Duration{static_cast<Duration::rep>(share * static_cast<double>(run_max.count()))};
+  has_run = std::max(has_run - given_back, Duration{});
+}
+
 void Auxiliary::Runner::step(bool wants, TimePoint now, Duration run_max, Duration pause) {
-  if (is_pausing && now - changed_at >= pause) is_pausing = false;
-  const bool is_too_long = is_on && now - changed_at >= run_max;
-  const bool next = wants && !is_pausing && !is_too_long;
-  if (next == is_on) return;
-  is_pausing = is_pausing || is_too_long;
-  is_on = next;
-  changed_at = now;
+  count(now - stepped_at, run_max, pause);
+  stepped_at = now;
+  if (is_pausing && now - paused_at >= pause) {
+    is_pausing = false;
+    has_run = {};
+  }
+  if (!is_pausing && has_run >= run_max) {
+    is_pausing = true;
+    paused_at = now;
+  }
+  is_on = wants && !is_pausing;
 }
 
 AuxiliaryOutputs Auxiliary::step(const AuxiliaryInputs& in) {

@@ -2,7 +2,8 @@
 //
 // Fan: from `fan_on` at the hottest cell until it is back at `fan_off`. Heater: from `heater_on` at the coldest cell
 // until `heater_off`; never with a cell that is hot, and never a pack whose temperatures are not all known. Either
-// stops after its longest run and stays off for a pause: what has not helped by then is broken.
+// stops after its longest run and stays off for a pause: what has not helped by then is broken. Runs with gaps between
+// them count together; a gap gives back its share of the pause, so that one as long as the pause gives back all.
 //
 // Motor controller: on while the pack is closed and may be discharged, and, where there is a throttle, from its "on"
 // share until it is below its "off" share.
@@ -39,9 +40,12 @@ class Auxiliary {
   /// Something that may run for so long at once.
   struct Runner {
     bool is_on = false;
-    TimePoint changed_at{};
     bool is_pausing = false;
+    Duration has_run{};
+    TimePoint stepped_at{};
+    TimePoint paused_at{};
 
+    void count(Duration span, Duration run_max, Duration pause);
     void step(bool wants, TimePoint now, Duration run_max, Duration pause);
   };
 

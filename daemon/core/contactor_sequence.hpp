@@ -1,9 +1,9 @@
 // Negative, precharge, positive; and the two ways back: the orderly one, and the one that needs nothing.
 //
-//        wish, may close      contact there        link at the pack's        contact there
+//        wish, may close      contact there,       link at the pack's        contact there
 //   open ------------> main_negative -----> precharge -----------> main_positive -----> closed
-//    ^                      |                   |    voltage, current     |                |
-//    |                      |                   |    has fallen           |                | wish over
+//    ^                      |    link is not    |    voltage, current     |                |
+//    |                      |    at the pack's  |    has fallen           |                | wish over
 //    |                      |                   |                         |                v
 //    +----------------------+-------------------+-------------------------+---------- ramp_down --grace--> breaking
 //    |                                                                                     |                  |
@@ -15,6 +15,11 @@
 // only what a closed pack may stay closed with. Precharge is measured, in a window of time: the link must follow the
 // pack and the current must have fallen; a link that follows at once is no link, one that never does hides a short or a
 // load. A phase that does not get on within the time-out opens.
+//
+// With main negative alone nothing may reach the link: one that follows the pack is charged through a welded main
+// positive, whatever its auxiliary contact says. A rest of charge shows there, too, where the sensor measures against
+// the pack's minus and sees the link with main negative only: it is less than the pack's voltage, and soon after an
+// opening, where it need not be, is waited for.
 //
 // Opening because nobody asks any more: the current is asked to zero and has `zero_current_grace` for it. If it still
 // flows then, one contactor breaks it, the one whose arc chute is built for that direction: main positive while
@@ -82,7 +87,8 @@ struct SequenceState {
   bool is_charge_closed = false;                          // commanded
   ContactorId breaks_first = ContactorId::main_positive;  // meaningful while breaking
   std::int32_t link_at_start_mV = 0;                      // when the precharge began
-  TimePoint overcurrent_at{};                             // sample in this precharge; zero: none
+  TimePoint suspected_at{};                               // first bad sample of this phase; zero: none
+  bool must_be_discharged = false;  // this closing began `link_decay` after the last opening, or later
 };
 
 struct SequenceInputs {
@@ -144,6 +150,26 @@ struct SequenceStep {
   return pack_mV > 0 && apart_mV <= allowed_mV && apart_mV >= -allowed_mV;
 }
 
+/// Seen with main negative alone commanded: something else connects the link, or it is charged still.
+[[nodiscard]] constexpr bool follows_through_nothing(const SequenceState& state, const SequenceInputs& in,
+                                                     const ContactorConfig& config) {
+  return in.is_measured && in.measured_at > state.entered_at && link_follows(in.pack_mV, in.link_mV, config);
+}
+
+/// Two samples of it, of a link that has had its time to discharge.
+[[nodiscard]] constexpr bool is_welded(const SequenceState& state, const SequenceInputs& in,
+                                       const ContactorConfig& config) {
+  const bool is_second = state.suspected_at != TimePoint{} && in.measured_at > state.suspected_at;
+  return state.must_be_discharged && is_second && follows_through_nothing(state, in, config);
+}
+
+/// Seen after main negative had its time to close: the link is by itself.
+[[nodiscard]] constexpr bool is_by_itself(const SequenceState& state, const SequenceInputs& in,
+                                          const ContactorConfig& config) {
+  return in.is_measured && in.measured_at >= state.entered_at + config.settle &&
+         !link_follows(in.pack_mV, in.link_mV, config);
+}
+
 /// The link follows and the current has fallen, all seen after the precharge contactor had its time to close: what was
 /// measured before says nothing about this precharge.
 [[nodiscard]] constexpr bool is_precharged(const SequenceState& state, const SequenceInputs& in,
@@ -186,7 +212,7 @@ struct SequenceStep {
 /// What ends a precharge badly. One sample beyond the current is a suspicion, a second one a fact.
 [[nodiscard]] constexpr PrechargeFailure precharge_failure(const SequenceState& state, const SequenceInputs& in,
                                                            const ContactorConfig& config) {
-  const bool is_second = state.overcurrent_at != TimePoint{} && in.current_at > state.overcurrent_at;
+  const bool is_second = state.suspected_at != TimePoint{} && in.current_at > state.suspected_at;
   if (is_second && is_overcurrent(state, in, config)) return PrechargeFailure::overcurrent;
   if (is_too_fast(state, in, config)) return PrechargeFailure::too_fast;
   const bool gives_up = in.resistor_is_hot || in.now - state.entered_at >= config.precharge_timeout;
@@ -209,8 +235,8 @@ struct SequenceStep {
   switch (state.phase) {
     case Phase::open: return in.close_wanted ? Phase::main_negative : Phase::open;
     case Phase::main_negative:
-      if (!in.close_wanted || gives_up) return Phase::open;
-      return is_ready ? Phase::precharge : Phase::main_negative;
+      if (!in.close_wanted || gives_up || is_welded(state, in, config)) return Phase::open;
+      return is_ready && is_by_itself(state, in, config) ? Phase::precharge : Phase::main_negative;
     case Phase::precharge:
       if (!in.close_wanted || precharge_failure(state, in, config) != PrechargeFailure::none) return Phase::open;
       return is_ready && is_precharged(state, in, config) ? Phase::main_positive : Phase::precharge;
@@ -238,6 +264,30 @@ struct SequenceStep {
   return state.is_charge_closed || is_ready;
 }
 
+/// When the sample was taken that makes a suspicion in this phase; zero: there is none.
+[[nodiscard]] constexpr TimePoint suspicion_at(const SequenceState& state, const SequenceInputs& in,
+                                               const ContactorConfig& config) {
+  const bool follows = state.phase == Phase::main_negative && follows_through_nothing(state, in, config);
+  if (follows) return in.measured_at;
+  return state.phase == Phase::precharge && is_overcurrent(state, in, config) ? in.current_at : TimePoint{};
+}
+
+/// Why a closing that was wanted and permitted is given up with this step.
+[[nodiscard]] constexpr PrechargeFailure failure_of(const SequenceState& state, const SequenceInputs& in,
+                                                    const ContactorConfig& config) {
+  if (!in.close_wanted || !in.close_permitted) return PrechargeFailure::none;
+  switch (state.phase) {
+    case Phase::main_negative: return is_welded(state, in, config) ? PrechargeFailure::welded : PrechargeFailure::none;
+    case Phase::precharge: return precharge_failure(state, in, config);
+    case Phase::main_positive: return has_lost_link(in, config) ? PrechargeFailure::too_slow : PrechargeFailure::none;
+    case Phase::open:
+    case Phase::closed:
+    case Phase::ramp_down:
+    case Phase::breaking: return PrechargeFailure::none;
+  }
+  return PrechargeFailure::none;
+}
+
 /// One tick. Without permission the outputs are all open in the same tick, from every phase.
 [[nodiscard]] constexpr SequenceStep step(const SequenceState& state, const SequenceInputs& in,
                                           const ContactorConfig& config) {
@@ -248,17 +298,15 @@ struct SequenceStep {
   next.is_charge_closed = next_charge(state, phase, in, config);
   if (phase != state.phase) {
     next.entered_at = in.now;
-    next.overcurrent_at = {};
-    if (phase == Phase::precharge) next.link_at_start_mV = in.is_measured ? in.link_mV : 0;
+    next.suspected_at = {};
+    if (state.phase == Phase::open) next.must_be_discharged = in.now - state.entered_at >= config.link_decay;
+    if (phase == Phase::precharge) next.link_at_start_mV = in.link_mV;
     if (phase == Phase::breaking) next.breaks_first = breaker_of(state, in.current_mA);
-  } else if (phase == Phase::precharge && state.overcurrent_at == TimePoint{} && is_overcurrent(state, in, config)) {
-    next.overcurrent_at = in.current_at;
+  } else if (state.suspected_at == TimePoint{}) {
+    next.suspected_at = suspicion_at(state, in, config);
   }
   result.outputs = outputs_for(next);
-  if (!in.close_wanted || !in.close_permitted) return result;
-  if (state.phase == Phase::precharge) result.precharge_failure = precharge_failure(state, in, config);
-  const bool lost_link = state.phase == Phase::main_positive && has_lost_link(in, config);
-  if (lost_link) result.precharge_failure = PrechargeFailure::too_slow;
+  result.precharge_failure = failure_of(state, in, config);
   return result;
 }
 
@@ -297,6 +345,23 @@ namespace detail {
   return true;
 }
 
+[[nodiscard]] consteval bool no_precharge_of_a_link_that_follows() {
+  for (const bool must_be_discharged : {false, true}) {
+    const SequenceInputs in{.now = TimePoint{1s},
+                            .close_wanted = true,
+                            .close_permitted = true,
+                            .may_advance = true,
+                            .contacts_settled = true,
+                            .is_measured = true,
+                            .measured_at = TimePoint{1s},
+                            .pack_mV = 1,
+                            .link_mV = 1};
+    const SequenceState state{.phase = Phase::main_negative, .must_be_discharged = must_be_discharged};
+    if (step(state, in, {}).outputs.precharge) return false;
+  }
+  return true;
+}
+
 [[nodiscard]] consteval bool no_step_without_contacts_or_reason() {
   for (const Phase phase : {Phase::main_negative, Phase::precharge, Phase::main_positive}) {
     for (const bool settled : {false, true}) {
@@ -308,7 +373,7 @@ namespace detail {
                               .is_measured = true,
                               .measured_at = TimePoint{1s},
                               .pack_mV = 1,
-                              .link_mV = 1};
+                              .link_mV = phase == Phase::main_negative ? 0 : 1};
       if (step({.phase = phase}, in, {}).state.phase != phase) return false;
     }
   }
@@ -317,6 +382,7 @@ namespace detail {
 
 }  // namespace detail
 
+static_assert(detail::no_precharge_of_a_link_that_follows());
 static_assert(detail::no_step_without_contacts_or_reason());
 static_assert(detail::positive_never_without_negative());
 static_assert(detail::opens_at_once_without_permission());

@@ -15,6 +15,9 @@ constexpr std::uint32_t error_class_controller = 0x004;
 constexpr std::uint8_t controller_passive = 0x30;
 constexpr std::uint8_t controller_active = 0x40;
 
+/// Of any configuration: what a state file asks for beyond is none of ours.
+constexpr Duration lockout_max = 600s;
+
 std::array<bool, 4> contacts_of(const PduState& pdu) {
   return {pdu.main_positive_closed, pdu.main_negative_closed, pdu.precharge_closed, pdu.charge_closed};
 }
@@ -29,6 +32,7 @@ Core::Core(const CoreConfig& config, TimePoint started_at)
       check_(config.sensor.little_endian ? internal_bus::catalogue_little_endian_sensor : internal_bus::catalogue,
              ReceiveCheck::Role::master) {
   sensors_.insulation_known_at = started_at;
+  sequence_.entered_at = started_at;  // open since then, as far as anybody knows
   modules_.init(config_);
   counter_.init(config_);
   contactor_watch_.init(started_at);
@@ -46,6 +50,10 @@ Core::Core(const CoreConfig& config, TimePoint started_at)
 void Core::restore(const PersistentState& state) {
   persistent_ = state;
   ledger_.restore(state.contactors);
+  guard_.restore(state.closing.precharge);
+  // How much of it has passed nobody knows.
+  lockout_ = std::chrono::milliseconds{std::clamp<std::int64_t>(state.closing.lockout_ms, 0, to_ms(lockout_max))};
+  locked_out_until_ = started_at_ + lockout_;
   for (const FaultRow& row : fault_table()) {
     const FaultRecord& record = state.faults[static_cast<std::size_t>(row.id)];
     if (!record.is_locked || row.latch == Latch::none) continue;

@@ -196,6 +196,8 @@ class Core {
   [[nodiscard]] bool end_shut_down(TimePoint now);
   void update_bus_state(TimePoint at);
   void note_fault_changes(const FaultChanges& changes, TimePoint now);
+  void note_phase(TimePoint now, const SequenceState& before, PrechargeFailure failure);
+  void remember_closing(TimePoint now, bool has_moved);
   void record_opening(TimePoint now, Phase from, PrechargeFailure failure);
   [[nodiscard]] OpeningRecord opening_record(TimePoint now, Phase from, PrechargeFailure failure) const;
   void record_precharge(TimePoint now, TimePoint began_at, PrechargeFailure failure);
@@ -206,6 +208,7 @@ class Core {
   [[nodiscard]] FaultInputs fault_inputs(TimePoint now) const;
   [[nodiscard]] VehicleView vehicle_view(TimePoint now) const;
   [[nodiscard]] SequenceInputs sequence_inputs(TimePoint now) const;
+  [[nodiscard]] bool link_follows_though_open() const;
   [[nodiscard]] bool pdu_fresh(TimePoint now) const;
   [[nodiscard]] bool inputs_healthy(TimePoint now) const;
   [[nodiscard]] bool insulation_known(TimePoint now) const;
@@ -259,7 +262,9 @@ class Core {
   TimePoint shut_down_at_{};
   bool shut_down_told_ = false;
   TimePoint locked_out_until_{};
-  TimePoint request_over_at_{};  // the last opening because nobody asked any more
+  Duration lockout_{};            // how long that was when it began
+  bool link_shows_weld_ = false;  // until the fault is there
+  TimePoint request_over_at_{};   // the last opening because nobody asked any more
   TimePoint outputs_changed_at_{};
   CommandLink command_link_;
   std::uint8_t command_counter_ = 0;

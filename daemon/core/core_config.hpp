@@ -161,6 +161,7 @@ struct ContactorConfig {
   Duration precharge_cool_down = 10s;           // also the time in which the resistor gives off precharge_energy_J
   std::int32_t precharge_resistance_Ohm = 0;    // of the resistor, for its heat; 0: not watched
   std::int32_t precharge_energy_J = 0;          // what it bears at once; 0: not watched
+  std::int32_t charge_only_discharge_mA = 200;  // out of a pack closed for charging only: more than this opens it
   Duration zero_current_grace = 200ms;          // opening under load: the current may fall for this long first
   Duration break_gap = 40ms;                    // then one main contactor breaks it, and the other follows after this
   Duration link_decay = 5s;                     // after opening, before a link that still follows the pack means a weld

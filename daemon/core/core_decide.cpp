@@ -12,6 +12,9 @@ namespace {
 /// leaving anyway.
 constexpr Duration shut_down_patience = 500ms;
 
+/// As elements count contactors.
+constexpr std::uint8_t main_positive_number = 1 + static_cast<std::uint8_t>(ContactorId::main_positive);
+
 }  // namespace
 
 Decisions Core::decide(TimePoint now) {
@@ -103,7 +106,8 @@ void Core::watch_contactors(TimePoint now) {
   const Disobedience disobedience =
       pdu_fresh(now) ? contactor_watch_.disobeys(sensors_.pdu, config_.contactors, now) : Disobedience{};
   flags_.contactor_not_following = disobedience.not_following;
-  flags_.contactor_welded = disobedience.welded;
+  link_shows_weld_ = link_shows_weld_ && !faults_.state(FaultId::contactor_welded).is_present();
+  flags_.contactor_welded = link_shows_weld_ ? main_positive_number : disobedience.welded;
   flags_.closing_is_commanded = outputs_.any_contactor();
   flags_.command_not_on_bus = config_.contactors.has_pdu && !command_link_.is_on_bus(now);
   const bool is_closed = sequence_.phase == Phase::closed;
@@ -145,6 +149,7 @@ void Core::grant_permission(TimePoint now) {
                                      .contacts_settled = contactor_watch_.is_settled(),
                                      .contactor_closed_though_open = pdu_fresh(now) && !outputs_.any_contactor() &&
                                                                      sensors_.pdu.value.any_contactor_closed(),
+                                     .link_follows_though_open = link_follows_though_open(),
                                      .precharge_is_cool = guard_.is_cool(),
                                      .complete_cycles = modules_.complete_cycles(),
                                      .locked_out_until = locked_out_until_},
@@ -195,14 +200,33 @@ void Core::step_contactors(TimePoint now) {
     touch_persistent();
   }
   outputs_ = result.outputs;
-  if (sequence_.phase == before.phase) return;
+  if (sequence_.phase != before.phase) note_phase(now, before, result.precharge_failure);
+  remember_closing(now, sequence_.phase != before.phase);
+}
+
+void Core::note_phase(TimePoint now, const SequenceState& before, PrechargeFailure failure) {
   events_.push({.id = EventId::phase_changed, .at = now, .phase_from = before.phase, .phase_to = sequence_.phase});
-  PrechargeFailure failure = result.precharge_failure;
   const bool has_failed = failure != PrechargeFailure::none;
-  if (has_failed || sequence_.phase == Phase::main_positive) record_precharge(now, before.entered_at, failure);
+  const bool has_precharged = before.phase == Phase::precharge || before.phase == Phase::main_positive;
+  if ((has_failed && has_precharged) || sequence_.phase == Phase::main_positive) {
+    record_precharge(now, before.entered_at, failure);
+  }
   // Only a link that stays with the pack under the closed main was a good try.
   if (has_failed || sequence_.phase == Phase::closed) failure = guard_.note_end(failure);
   if (sequence_.phase == Phase::open) record_opening(now, before.phase, failure);
+}
+
+/// What a life that begins now would have to know. While contactors are commanded it has to take the end of this one
+/// for an opening for a reason, and while the resistor is in use for a try that failed and took all it bears.
+void Core::remember_closing(TimePoint now, bool has_moved) {
+  ClosingMemory memory = persistent_.closing;
+  const Duration wait = outputs_.any_contactor() ? reclose_lockout : now < locked_out_until_ ? lockout_ : Duration{};
+  memory.lockout_ms = to_ms(wait);
+  const bool is_precharging = sequence_.phase == Phase::precharge;
+  if (has_moved || guard_.is_cold()) memory.precharge = guard_.memory(is_precharging);
+  if (memory == persistent_.closing) return;
+  persistent_.closing = memory;
+  touch_persistent();
 }
 
 void Core::step_auxiliary(TimePoint now) {
@@ -251,7 +275,8 @@ void Core::record_precharge(TimePoint now, TimePoint began_at, PrechargeFailure 
 /// The fault that opened: of those that demand it, the one whose first bad sample came first.
 OpeningRecord Core::opening_record(TimePoint now, Phase from, PrechargeFailure failure) const {
   constexpr std::array precharge_faults{FaultId::precharge_failed, FaultId::precharge_failed,
-                                        FaultId::precharge_too_fast, FaultId::precharge_overcurrent};
+                                        FaultId::precharge_too_fast, FaultId::precharge_overcurrent,
+                                        FaultId::contactor_welded};
   OpeningRecord record{.at = now, .from = from, .current_mA = pack_.current_mA};
   const FaultRow* fault = nullptr;
   for (const FaultRow& row : fault_table()) {
@@ -271,7 +296,9 @@ OpeningRecord Core::opening_record(TimePoint now, Phase from, PrechargeFailure f
   } else if (failure != PrechargeFailure::none) {
     record.cause = OpeningCause::fault;
     record.fault = precharge_faults[static_cast<std::size_t>(failure)];
-    record.reading = {true, pack_.link_voltage_mV.value, {}, pack_.link_voltage_mV.taken_at};
+    const std::uint8_t contactor = failure == PrechargeFailure::welded ? main_positive_number : std::uint8_t{0};
+    const Measured<std::int32_t>& link = pack_.link_voltage_mV;
+    record.reading = {true, link.value, {.contactor = contactor}, link.taken_at};
     record.suspected_since = record.confirmed_at = now;
   } else if (shutting_down_) {
     record.cause = OpeningCause::shut_down;
@@ -289,10 +316,12 @@ OpeningRecord Core::opening_record(TimePoint now, Phase from, PrechargeFailure f
 void Core::record_opening(TimePoint now, Phase from, PrechargeFailure failure) {
   const OpeningRecord record = opening_record(now, from, failure);
   flags_.precharge_failure = failure;  // a fault from the next tick on
+  link_shows_weld_ = link_shows_weld_ || failure == PrechargeFailure::welded;
   last_opening_ = record;
   if (!keeps_wish(record.cause)) request_.drop();
   const Duration wait = reclose_wait(record.cause, now, request_over_at_, config_.contactors.precharge_cool_down);
   if (record.cause == OpeningCause::request_over) request_over_at_ = now;
+  lockout_ = wait;
   locked_out_until_ = now + wait;
   events_.push({.id = EventId::opened,
                 .at = now,
@@ -453,14 +482,23 @@ ModeInputs Core::mode_inputs() const {
   const bool has_fault = std::any_of(fault_table().begin(), fault_table().end(), [this](const FaultRow& row) {
     return row.reaction >= Reaction::open_after_grace && faults_.state(row.id).is_present();
   });
-  const PduState& pdu = sensors_.pdu.value;
+  const PduState pdu = pdu_fresh(decided_at_) ? sensors_.pdu.value : PduState{};  // a line nobody tells is off
   return {.phase = sequence_.phase,
           .rest = rest_.phase(),
           .has_fault = has_fault,
           .may_discharge = permission_.may_discharge,
           .vehicle_on = pdu.vehicle_on,
           .charger_connected = pdu.charger_connected,
-          .current_mA = pack_.current_mA.is_valid() ? pack_.current_mA.value : 0};
+          .current_mA = pack_.current_mA.is_valid() ? pack_.current_mA.value : 0,
+          .outputs = outputs_,
+          .has_relay_fault = has_relay_fault(faults_)};
+}
+
+/// Before the precharge contactor is commanded nothing may bring the link to the pack's voltage.
+bool Core::link_follows_though_open() const {
+  const bool is_open = sequence_.phase == Phase::open || sequence_.phase == Phase::main_negative;
+  return is_open && pack_.is_sensed() &&
+         link_follows(pack_.pack_voltage_mV.value, pack_.link_voltage_mV.value, config_.contactors);
 }
 
 bool Core::pdu_fresh(TimePoint now) const {

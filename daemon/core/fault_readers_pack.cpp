@@ -64,12 +64,13 @@ Reading first_invalid(const ModuleRecord& module, const Values& values, std::uin
 }
 
 /// A current that flows although it was forbidden, seen after it had its time to end.
-Reading forbidden_current(const FaultInputs& in, TimePoint forbidden_since, std::int64_t current_mA) {
+Reading forbidden_current(const FaultInputs& in, TimePoint forbidden_since, std::int64_t current_mA,
+                          std::int32_t tolerated_mA) {
   const Measured<std::int32_t>& current = in.pack->current_mA;
   if (forbidden_since == TimePoint{}) return condition(false, in.now);
   if (!current.is_valid()) return unknown_reading;
   const bool had_its_time = current.taken_at > forbidden_since + in.config->contactors.zero_current_grace;
-  return condition(had_its_time && current_mA > small_current_mA, current.taken_at);
+  return condition(had_its_time && current_mA > tolerated_mA, current.taken_at);
 }
 
 /// An open sense wire moves two neighbours the same way apart: what one cell seems to lose, the next seems to gain.
@@ -157,10 +158,12 @@ Reading charge_overload_permille(const FaultInputs& in) {
   return {in.pack->current_mA.is_valid(), overload.charge_used_permille(), {}, overload.counted_at()};
 }
 Reading discharge_not_allowed(const FaultInputs& in) {
-  return forbidden_current(in, in.flags.discharge_forbidden_since, in.pack->current_mA.value);
+  return forbidden_current(in, in.flags.discharge_forbidden_since, in.pack->current_mA.value,
+                           in.config->contactors.charge_only_discharge_mA);
 }
 Reading charge_not_allowed(const FaultInputs& in) {
-  return forbidden_current(in, in.flags.charge_forbidden_since, -std::int64_t{in.pack->current_mA.value});
+  return forbidden_current(in, in.flags.charge_forbidden_since, -std::int64_t{in.pack->current_mA.value},
+                           small_current_mA);
 }
 Reading current_while_open(const FaultInputs& in) {
   const Measured<std::int32_t>& current = in.pack->current_mA;

@@ -539,7 +539,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .lithiumate_code = 16},
     {.id = FaultId::contactor_welded,
      .name = "contactor_welded",
-     .meaning = "a contactor stays closed after it was opened",
+     .meaning = "a contactor is closed that should be open, as its contact says or the link's voltage",
      .remedy = "isolate the pack by hand, replace the contactor, then clear with authority",
      .read = fault_readers::contactor_welded,
      .confirm = tick_period,

@@ -134,8 +134,14 @@ enum class AskAgain : std::uint8_t { no, cells, temperatures };
 [[nodiscard]] std::string_view to_text(Latch latch);
 [[nodiscard]] std::string_view to_text(Concerns concerns);
 
-/// How a precharge ended that did not succeed.
-enum class PrechargeFailure : std::uint8_t { none, too_slow, too_fast, overcurrent };
+/// How a closing ended that did not succeed.
+enum class PrechargeFailure : std::uint8_t {
+  none,
+  too_slow,
+  too_fast,
+  overcurrent,
+  welded,  // before the precharge: the link follows with main negative alone
+};
 
 /// Conditions that are not measurements, kept by the core between ticks.
 struct CoreFlags {

@@ -22,6 +22,7 @@ std::string_view to_text(Blocker blocker) {
     case Blocker::commands_not_on_bus: return "the contactor commands are not seen on the bus";
     case Blocker::contacts_unsettled: return "the contactors have not settled where they were told to";
     case Blocker::contactor_closed: return "a contactor is closed although all should be open";
+    case Blocker::link_follows: return "the link is still at the pack's voltage: not yet shown that nothing is welded";
     case Blocker::precharge_hot: return "the precharge resistor has to cool";
     case Blocker::locked_out: return "waiting after the last opening";
   }
@@ -119,6 +120,7 @@ Permission evaluate_permission(const PermissionInputs& inputs, const PackState& 
   block_if(!inputs.commands_are_on_bus, Blocker::commands_not_on_bus);
   block_if(inputs.pdu_fresh && !inputs.contacts_settled, Blocker::contacts_unsettled);
   block_if(inputs.contactor_closed_though_open, Blocker::contactor_closed);
+  block_if(inputs.link_follows_though_open, Blocker::link_follows);
   block_if(!inputs.precharge_is_cool, Blocker::precharge_hot);
   block_if(inputs.now < inputs.locked_out_until, Blocker::locked_out);
   permission.may_close = permission.blockers.empty();

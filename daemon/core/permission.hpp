@@ -33,10 +33,11 @@ enum class Blocker : std::uint8_t {
   commands_not_on_bus,  // our own contactor commands were not seen on the bus just now
   contacts_unsettled,   // the auxiliary contacts have not yet stood where they were told to for long enough
   contactor_closed,     // an auxiliary contact is closed although everything is commanded open
+  link_follows,         // the link is at the pack's voltage before any precharge
   precharge_hot,        // the precharge resistor has to cool before it may be used again
   locked_out,           // a wait after an opening by fault or a failed precharge
 };
-inline constexpr std::size_t blocker_count = 17;
+inline constexpr std::size_t blocker_count = 18;
 
 [[nodiscard]] std::string_view to_text(Blocker blocker);
 
@@ -59,6 +60,7 @@ struct PermissionInputs {
   bool commands_are_on_bus = false;
   bool contacts_settled = false;
   bool contactor_closed_though_open = false;
+  bool link_follows_though_open = false;
   bool precharge_is_cool = false;
   std::uint32_t complete_cycles = 0;
   TimePoint locked_out_until{};

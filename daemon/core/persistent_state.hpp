@@ -5,12 +5,22 @@
 
 #include "daemon/core/contactor_ledger.hpp"
 #include "daemon/core/fault_history.hpp"
+#include "daemon/core/precharge_guard.hpp"
 
 namespace bmu {
+
+/// So that a life that ends again and again closes no sooner, and heats no more, than one that goes on.
+struct ClosingMemory {
+  PrechargeMemory precharge{};
+  std::int64_t lockout_ms = 0;  // a wait that is to begin anew at the start; 0: none
+
+  friend bool operator==(const ClosingMemory&, const ClosingMemory&) = default;
+};
 
 struct PersistentState {
   FaultRecords faults{};
   ContactorLedgerEntries contactors{};
+  ClosingMemory closing{};
 
   friend bool operator==(const PersistentState&, const PersistentState&) = default;
 };

@@ -44,13 +44,33 @@ void PrechargeGuard::update(TimePoint now, bool is_precharging, bool is_measured
   heat_uJ_ = std::max<std::int64_t>(heat_uJ_ + heated_uJ - cooled_uJ, 0);
 }
 
+void PrechargeGuard::restore(const PrechargeMemory& memory) {
+  tries_failed_ = memory.tries_failed;
+  if (budget_uJ_ == 0) return;
+  heat_uJ_ = std::max<std::int64_t>(memory.heat_uJ, 0);
+  last_try_uJ_ = std::max<std::int64_t>(memory.last_try_uJ, 0);
+}
+
+PrechargeMemory PrechargeGuard::memory(bool is_precharging) const {
+  if (!is_precharging) return {heat_uJ_, last_try_uJ_, tries_failed_};
+  const auto tries = static_cast<std::uint8_t>(std::min(tries_failed_ + 1, int{config_.precharge_tries}));
+  return {std::max(heat_uJ_, budget_uJ_), budget_uJ_, tries};
+}
+
 PrechargeFailure PrechargeGuard::note_end(PrechargeFailure failure) {
+  is_retrying_ = false;
   if (failure == PrechargeFailure::none) tries_failed_ = 0;
   if (failure != PrechargeFailure::too_slow) return failure;
   ++tries_failed_;
-  if (tries_failed_ < config_.precharge_tries) return PrechargeFailure::none;
+  is_retrying_ = tries_failed_ < config_.precharge_tries;
+  if (is_retrying_) return PrechargeFailure::none;
   tries_failed_ = 0;
   return failure;
+}
+
+void PrechargeGuard::forget_tries() {
+  tries_failed_ = 0;
+  is_retrying_ = false;
 }
 
 bool PrechargeGuard::is_cool() const {

@@ -13,23 +13,38 @@
 
 namespace bmu {
 
+/// What outlives a process. Nobody knows how long it was away, so none of the heat counts as given off.
+struct PrechargeMemory {
+  std::int64_t heat_uJ = 0;
+  std::int64_t last_try_uJ = 0;
+  std::uint8_t tries_failed = 0;
+
+  friend bool operator==(const PrechargeMemory&, const PrechargeMemory&) = default;
+};
+
 class PrechargeGuard {
  public:
   void init(const ContactorConfig& config);
+  /// Behind init(). Tries of a former life count; its wish does not wait for the next one.
+  void restore(const PrechargeMemory& memory);
+  /// To be remembered now; while it precharges, as if that were a try that failed and took all the resistor bears.
+  [[nodiscard]] PrechargeMemory memory(bool is_precharging) const;
   /// Once a tick, with the voltages if they are known: heats while the precharge contactor is commanded, cools always.
   void update(TimePoint now, bool is_precharging, bool is_measured, std::int32_t pack_mV, std::int32_t link_mV);
   /// A precharge ended. Returns the failure that is a fault now; none while there is another try.
   PrechargeFailure note_end(PrechargeFailure failure);
   /// Somebody has cleared the fault: the tries begin anew. The heat does not.
-  void forget_tries() { tries_failed_ = 0; }
+  void forget_tries();
 
   /// The resistor bears another try like the last one.
   [[nodiscard]] bool is_cool() const;
   /// More heat than the resistor bears, right now.
   [[nodiscard]] bool is_overheated() const { return heat_uJ_ > budget_uJ_; }
   /// Waiting for the next of several tries; the wish to close waits with it.
-  [[nodiscard]] bool is_retrying() const { return tries_failed_ > 0; }
+  [[nodiscard]] bool is_retrying() const { return is_retrying_; }
   [[nodiscard]] std::uint8_t tries_failed() const { return tries_failed_; }
+  /// Nothing is left to give off.
+  [[nodiscard]] bool is_cold() const { return heat_uJ_ == 0; }
   [[nodiscard]] std::int64_t heat_mJ() const { return heat_uJ_ / 1'000; }
 
  private:
@@ -39,6 +54,7 @@ class PrechargeGuard {
   std::int64_t this_try_uJ_ = 0;
   std::int64_t last_try_uJ_ = 0;
   std::uint8_t tries_failed_ = 0;
+  bool is_retrying_ = false;
   bool was_precharging_ = false;
   TimePoint updated_at_{};
 };

@@ -1,5 +1,8 @@
 #include "daemon/core/vehicle_state.hpp"
 
+#include <algorithm>
+#include <iterator>
+
 namespace bmu {
 
 std::string_view to_text(PackMode mode) {
@@ -116,16 +119,19 @@ std::uint8_t original_state(PackMode mode, const ModeInputs& in) {
   return is_closed && in.current_mA < -small_current_mA ? unplugged_off_charging : unplugged_off;
 }
 
-std::uint8_t elithion_state(const ModeInputs& in, const ContactorOutputs& outputs, const FaultMemory& faults) {
+std::uint8_t elithion_state(const ModeInputs& in) {
   std::uint8_t state = 0;
   if (in.has_fault) state |= bit(0);
-  if (outputs.main_positive) state |= bit(1);
-  if (outputs.precharge) state |= bit(2);
-  if (outputs.main_negative) state |= bit(3);
-  for (const FaultId id : closing_tests) {
-    if (faults.state(id).is_present()) state |= bit(4);
-  }
+  if (in.outputs.main_positive) state |= bit(1);
+  if (in.outputs.precharge) state |= bit(2);
+  if (in.outputs.main_negative) state |= bit(3);
+  if (in.has_relay_fault) state |= bit(4);
   return state;
+}
+
+bool has_relay_fault(const FaultMemory& faults) {
+  return std::any_of(std::begin(closing_tests), std::end(closing_tests),
+                     [&faults](FaultId id) { return faults.state(id).is_present(); });
 }
 
 ElithionFaults elithion_faults(const FaultMemory& faults) {

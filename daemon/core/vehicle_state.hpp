@@ -29,6 +29,7 @@ inline constexpr std::size_t pack_mode_count = 9;
 
 [[nodiscard]] std::string_view to_text(PackMode mode);
 
+/// All that the states of every dialect are made of.
 struct ModeInputs {
   Phase phase = Phase::open;
   RestPhase rest = RestPhase::awake;
@@ -37,7 +38,8 @@ struct ModeInputs {
   bool vehicle_on = false;
   bool charger_connected = false;
   std::int32_t current_mA = 0;  // 0 if not known
-  bool wants_close = false;
+  ContactorOutputs outputs;
+  bool has_relay_fault = false;  // the tests of the last closing, or of the last opening, failed
 };
 
 [[nodiscard]] PackMode pack_mode(const ModeInputs& in);
@@ -48,9 +50,10 @@ struct ModeInputs {
 /// Of the dialect `original`: 0 to 15, 8 and above while plugged in.
 [[nodiscard]] std::uint8_t original_state(PackMode mode, const ModeInputs& in);
 /// Of the dialect `elithion`: bits. .0 fault, .1 to .3 contactors K1 (main positive), K2 (precharge), K3 (main
-/// negative) on, .4 relay fault: the tests of the last closing failed.
-[[nodiscard]] std::uint8_t elithion_state(const ModeInputs& in, const ContactorOutputs& outputs,
-                                          const FaultMemory& faults);
+/// negative) on, .4 relay fault. It tells contactors and no modes, so its bits follow from what modes are made of.
+[[nodiscard]] std::uint8_t elithion_state(const ModeInputs& in);
+/// A fault of the contactors is present: what `has_relay_fault` means.
+[[nodiscard]] bool has_relay_fault(const FaultMemory& faults);
 
 /// What 622h carries beside the state in the dialect `elithion`.
 struct ElithionFaults {
@@ -61,7 +64,8 @@ struct ElithionFaults {
 };
 [[nodiscard]] ElithionFaults elithion_faults(const FaultMemory& faults);
 
-/// Up to two trouble codes of the dialect `iha`.
+/// Up to two trouble codes of the dialect `iha`, the lowest first. 622h has room for two of three: with all of them 2
+/// is left out, as a pack that is too cold has more resistance than it should and says so with 3.
 struct TroubleCodes {
   std::uint8_t first = 0;
   std::uint8_t second = 0;

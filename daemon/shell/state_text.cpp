@@ -240,6 +240,18 @@ void describe_wear(Visitor& visit, Record& wear) {
   visit.number("current_broken_sum_mA", wear.current_broken_sum_mA);
 }
 
+template <class Visitor, class Record>
+void describe_precharge(Visitor& visit, Record& precharge) {
+  visit.number("heat_uJ", precharge.heat_uJ);
+  visit.number("last_try_uJ", precharge.last_try_uJ);
+  visit.number("tries_failed", precharge.tries_failed);
+}
+template <class Visitor, class Record>
+void describe_closing(Visitor& visit, Record& closing) {
+  visit.part("precharge", closing.precharge);
+  visit.number("lockout_ms", closing.lockout_ms);
+}
+
 void describe(Writer& visit, const Element& element) {
   describe_element(visit, element);
 }
@@ -288,6 +300,18 @@ void describe(Writer& visit, const ContactorWear& wear) {
 void describe(const Reader& visit, ContactorWear& wear) {
   describe_wear(visit, wear);
 }
+void describe(Writer& visit, const PrechargeMemory& precharge) {
+  describe_precharge(visit, precharge);
+}
+void describe(const Reader& visit, PrechargeMemory& precharge) {
+  describe_precharge(visit, precharge);
+}
+void describe(Writer& visit, const ClosingMemory& closing) {
+  describe_closing(visit, closing);
+}
+void describe(const Reader& visit, ClosingMemory& closing) {
+  describe_closing(visit, closing);
+}
 
 // --- the whole ---
 
@@ -330,6 +354,9 @@ StateRead read_content(const Json& content) {
   read.unknown_names += read_named(content, "contactors", read.state.contactors, [](std::string_view name) {
     return index_of(contactor_names, name, [](std::string_view one) { return one; });
   });
+  // Files of before there was one are read all the same: nothing is pending then.
+  const Reader whole(content);
+  if (content.contains("closing")) whole.part("closing", read.state.closing);
   return read;
 }
 
@@ -345,7 +372,11 @@ std::string state_text(const PersistentState& state) {
   for (std::size_t i = 0; i < contactor_id_count; ++i) {
     contactors.part(std::string(contactor_names[i]).c_str(), state.contactors[i]);
   }
-  const Json content{{"faults", std::move(faults.json)}, {"contactors", std::move(contactors.json)}};
+  Writer closing;
+  describe(closing, state.closing);
+  const Json content{{"faults", std::move(faults.json)},
+                     {"contactors", std::move(contactors.json)},
+                     {"closing", std::move(closing.json)}};
   return Json{{"format", format}, {"checksum", checksum_of(content.dump())}, {"content", content}}.dump() + "\n";
 }
 

@@ -1,7 +1,8 @@
 // The core's persistent state as text: JSON that a person can read, with a format number and a checksum, so that a file
 // that lost or changed a single bit is noticed.
 //
-//   {"format":1,"checksum":"85944171f73967e8","content":{"faults":{"cell_overvoltage":{...}},"contactors":{...}}}
+//   {"format":1,"checksum":"85944171f73967e8","content":{"faults":{"cell_overvoltage":{...}},"contactors":{...},
+//                                                      "closing":{...}}}
 //
 // Faults and contactors stand under their names: a table that grew, or was put in another order, still finds its own.
 // The checksum is FNV-1a over `content` as it is written here, without spaces.

@@ -197,6 +197,11 @@ Texts lockout_left(const CoreView& view) {
   return {span_text(view.core.locked_out_until() - view.now) + " more"};
 }
 
+Texts link_and_pack(const CoreView& view) {
+  const PackState& pack = view.core.pack();
+  return {value_text(Unit::mV, pack.link_voltage_mV.value) + " of " + value_text(Unit::mV, pack.pack_voltage_mV.value)};
+}
+
 Texts suspected_faults(const CoreView& view) {
   Texts texts;
   for (const FaultRow& row : fault_table()) {
@@ -237,6 +242,7 @@ constexpr BlockerRow blocker_table[] = {
     {Blocker::commands_not_on_bus, no_details},
     {Blocker::contacts_unsettled, no_details},
     {Blocker::contactor_closed, no_details},
+    {Blocker::link_follows, link_and_pack},
     {Blocker::precharge_hot, no_details},
     {Blocker::locked_out, lockout_left},
 };

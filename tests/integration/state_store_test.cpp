@@ -98,6 +98,7 @@ PersistentState full_state() {
                          .current_broken_max_mA = 4,
                          .current_broken_sum_mA = 5'000'000'000};
   state.contactors[3] = {.closings = 7};
+  state.closing = {.precharge = {.heat_uJ = 6'000'000'000, .last_try_uJ = 7, .tries_failed = 2}, .lockout_ms = 10'000};
   return state;
 }
 
@@ -262,6 +263,16 @@ TEST_CASE("a file of the version before, whose frames had less, is read, and the
         })) == "inputs is missing");
 }
 
+TEST_CASE("a file of before precharge and lock-outs were remembered is read, and none of them is pending",
+          "[integration][state]") {
+  const auto read = parse_state(changed(full_state(), [](Json& file) { file["content"].erase("closing"); }));
+  REQUIRE(read);
+  CHECK(read->unknown_names == 0);
+  PersistentState expected = full_state();
+  expected.closing = {};
+  CHECK(read->state == expected);
+}
+
 TEST_CASE("a state whose content makes no sense is refused, and the problem is named", "[integration][state]") {
   const auto problem = [](const std::string& pointer, const Json& value) {
     return problem_of(changed(full_state(), [&](Json& file) {
@@ -281,6 +292,10 @@ TEST_CASE("a state whose content makes no sense is refused, and the problem is n
   CHECK(problem("", Json::object()) == "count is missing");
   CHECK(problem_of(changed({}, [](Json& file) { file["content"].erase("contactors"); })) == "contactors is missing");
   CHECK(problem_of(changed({}, [](Json& file) { file["content"] = 3; })) == "content is no object");
+  CHECK(problem_of(changed({}, [](Json& file) { file["content"]["closing"].erase("lockout_ms"); })) ==
+        "lockout_ms is missing");
+  CHECK(problem_of(changed({}, [](Json& file) { file["content"]["closing"]["precharge"]["tries_failed"] = 256; })) ==
+        "tries_failed is 256");
   CHECK(problem_of(changed({}, [](Json& file) { file["format"] = 2; })) ==
         "format 2 is none this program knows, only 1");
   CHECK(problem_of("") != "");

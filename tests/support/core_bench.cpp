@@ -49,7 +49,8 @@ CoreConfig pack_of(std::size_t modules) {
   return pack_with(modules, 12, 4);
 }
 
-CoreBench::CoreBench(const CoreConfig& config) : core_(config, now_), wake_at_(now_) {
+CoreBench::CoreBench(const CoreConfig& config, const PersistentState& state) : core_(config, now_), wake_at_(now_) {
+  core_.restore(state);
   for (const ModuleConfig& module : config.modules) {
     BenchModule one{
         .node = module.node, .cell_count = module.cell_count, .sensor_count = module.temperature_sensor_count};

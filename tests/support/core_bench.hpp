@@ -45,7 +45,8 @@ struct BenchModule {
 
 class CoreBench {
  public:
-  explicit CoreBench(const CoreConfig& config);
+  /// `state`: what a life before this one had to remember.
+  explicit CoreBench(const CoreConfig& config, const PersistentState& state = {});
 
   // The world, free to change between steps.
   std::vector<BenchModule> modules;

@@ -94,6 +94,42 @@ TEST_CASE("what has run for its longest time stays off for a pause", "[unit][aux
   CHECK(done.at(200, 400, 11s).fan);
 }
 
+TEST_CASE("a run that is interrupted again and again counts as one, and a gap gives back its share of the pause",
+          "[unit][auxiliary][BMU_15]") {
+  // A module's temperatures are missing for 400 ms of every 5 s: 30 s are used up in the eighth run.
+  Runs flickering;
+  const auto heats_at = [&flickering](Duration since) {
+    flickering.in.cell_temperature_dC.count = since % 5s < 4'600ms ? 8 : 7;
+    return flickering.at(0, 100, since).heater;
+  };
+  Duration ran{};
+  Duration stopped_at{};
+  for (Duration since{}; since < 60s; since += 100ms) {
+    const bool heats = heats_at(since);
+    if (heats && stopped_at == Duration{}) ran += 100ms;
+    if (!heats && since % 5s < 4'600ms && stopped_at == Duration{}) stopped_at = since;
+    if (stopped_at != Duration{}) CHECK(heats == (since >= stopped_at + 20s && since % 5s < 4'600ms));
+  }
+  // Each gap of 0.4 s gives back 0.6 s: the pause of 20 s gives back 30.
+  CHECK(stopped_at > 30s);
+  CHECK(stopped_at < 40s);
+  CHECK(ran >= 30s);
+  // Half on and half off gives back more than it takes, and goes on for ever.
+  Runs resting;
+  for (Duration since{}; since < 600s; since += 1s) {
+    const bool is_wanted = since % 40s < 20s;
+    CHECK(resting.at(is_wanted ? 0 : 100, 110, since).heater == is_wanted);
+  }
+  // What was left off for as long as a pause has all its time again.
+  Runs rested;
+  CHECK(rested.at(0, 100).heater);
+  CHECK(rested.at(0, 100, 29s).heater);
+  CHECK_FALSE(rested.at(100, 110, 29s).heater);
+  CHECK(rested.at(0, 100, 49s).heater);
+  CHECK(rested.at(0, 100, 79s - 1ns).heater);
+  CHECK_FALSE(rested.at(0, 100, 79s).heater);
+}
+
 TEST_CASE("nothing runs while the daemon ends, rests, or does not know its lines", "[unit][auxiliary][BMU_15]") {
   Runs runs;
   CHECK(runs.at(0, 100).heater);

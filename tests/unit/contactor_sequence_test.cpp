@@ -33,6 +33,13 @@ SequenceInputs ready(Duration since) {
           .link_mV = 100'000};
 }
 
+/// With main negative alone the link is by itself.
+SequenceInputs ready_in(Phase phase, Duration since) {
+  SequenceInputs in = ready(since);
+  if (phase == Phase::main_negative) in.link_mV = 0;
+  return in;
+}
+
 Phase after(Phase phase, const SequenceInputs& in) {
   return step({phase, start}, in, config).state.phase;
 }
@@ -43,15 +50,94 @@ constexpr auto no_phase = static_cast<Phase>(99);
 
 TEST_CASE("each condition alone holds up every step", "[unit][contactors][I4]") {
   for (const Phase phase : closing) {
-    SequenceInputs in = ready(200ms);
+    SequenceInputs in = ready_in(phase, 200ms);
     REQUIRE(after(phase, in) != phase);
     in.may_advance = false;
     CHECK(after(phase, in) == phase);
-    in = ready(200ms);
+    in = ready_in(phase, 200ms);
     in.contacts_settled = false;
     CHECK(after(phase, in) == phase);
-    CHECK(after(phase, ready(100ms - 1ns)) == phase);
-    CHECK(after(phase, ready(100ms)) != phase);
+    CHECK(after(phase, ready_in(phase, 100ms - 1ns)) == phase);
+    CHECK(after(phase, ready_in(phase, 100ms)) != phase);
+  }
+}
+
+TEST_CASE("a precharge begins when a sample of main negative alone shows a link that does not follow the pack",
+          "[unit][contactors][I4]") {
+  const auto next = [](std::int32_t link_mV, Duration measured, bool is_measured = true) {
+    SequenceInputs in = ready(200ms);
+    in.link_mV = link_mV;
+    in.measured_at = start + measured;
+    in.is_measured = is_measured;
+    return after(Phase::main_negative, in);
+  };
+  CHECK(next(0, 100ms) == Phase::precharge);
+  CHECK(next(94'999, 100ms) == Phase::precharge);  // a rest of charge
+  CHECK(next(95'000, 100ms) == Phase::main_negative);
+  CHECK(next(105'000, 100ms) == Phase::main_negative);
+  CHECK(next(105'001, 100ms) == Phase::precharge);      // charged by another source: the precharge judges it
+  CHECK(next(0, 100ms - 1ns) == Phase::main_negative);  // the contact may not have been there yet
+  CHECK(next(0, 100ms, false) == Phase::main_negative);
+}
+
+TEST_CASE("a link that follows with main negative alone, in two samples, shows a weld and opens",
+          "[unit][contactors][I4]") {
+  SequenceState state{.phase = Phase::main_negative, .entered_at = start, .must_be_discharged = true};
+  const auto show = [&state](Duration at, std::int32_t link_mV, bool is_measured = true) {
+    SequenceInputs in = ready(at);
+    in.now = start + 150ms;
+    in.may_advance = false;
+    in.link_mV = link_mV;
+    in.is_measured = is_measured;
+    const SequenceStep result = step(state, in, config);
+    CHECK((result.state.phase == Phase::open) == (result.precharge_failure != PrechargeFailure::none));
+    state = result.state;
+    return result.precharge_failure;
+  };
+  CHECK(show(0ms, 95'000) == PrechargeFailure::none);  // of the moment before it began
+  CHECK(state.suspected_at == TimePoint{});
+  CHECK(show(10ms, 94'999) == PrechargeFailure::none);
+  CHECK(state.suspected_at == TimePoint{});
+  CHECK(show(20ms, 95'000, false) == PrechargeFailure::none);
+  CHECK(state.suspected_at == TimePoint{});
+  CHECK(show(30ms, 95'000) == PrechargeFailure::none);
+  CHECK(state.suspected_at == start + 30ms);
+  CHECK(show(30ms, 95'000) == PrechargeFailure::none);  // the same sample
+  CHECK(show(40ms, 94'999) == PrechargeFailure::none);
+  CHECK(show(50ms, 95'000, false) == PrechargeFailure::none);
+  CHECK(state.suspected_at == start + 30ms);
+  SECTION("and is told") {
+    CHECK(show(60ms, 95'000) == PrechargeFailure::welded);
+    CHECK(state.phase == Phase::open);
+    CHECK(state.suspected_at == TimePoint{});
+  }
+  SECTION("but soon after an opening it may be the charge of before, and is waited for") {
+    state.must_be_discharged = false;
+    CHECK(show(60ms, 95'000) == PrechargeFailure::none);
+    CHECK(state.phase == Phase::main_negative);
+  }
+  SECTION("of a closing that nobody wants any more it is not told") {
+    SequenceInputs in = ready(60ms);
+    in.close_wanted = false;
+    const SequenceStep result = step(state, in, config);
+    CHECK(result.state.phase == Phase::open);
+    CHECK(result.precharge_failure == PrechargeFailure::none);
+  }
+}
+
+TEST_CASE("a link must have discharged when the pack has been open for as long as that takes", "[unit][contactors]") {
+  ContactorConfig slow = config;
+  slow.link_decay = 7s;
+  const auto must_be_discharged = [&slow](Duration open_for) {
+    return step({Phase::open, start}, ready(open_for), slow).state.must_be_discharged;
+  };
+  CHECK_FALSE(must_be_discharged(7s - 1ns));
+  CHECK(must_be_discharged(7s));
+  // It stays so for the whole of the closing.
+  for (const bool was : {false, true}) {
+    const SequenceState state{.phase = Phase::main_negative, .entered_at = start, .must_be_discharged = was};
+    CHECK(step(state, ready_in(Phase::main_negative, 200ms), slow).state.must_be_discharged == was);
+    CHECK(step(state, ready(50ms), slow).state.must_be_discharged == was);
   }
 }
 
@@ -342,13 +428,11 @@ TEST_CASE("a link that follows before the resistor can have charged it fails the
   CHECK(precharge_min({.link_at_start_mV = 94'999}, 100'000, with_min) == 4'210ns);  // a millivolt of 95 V
 }
 
-TEST_CASE("the link at the start of a precharge is the measured one, or none", "[unit][contactors]") {
+TEST_CASE("the link at the start of a precharge is the measured one", "[unit][contactors]") {
   SequenceInputs in = ready(200ms);
   in.link_mV = 12'345;
   const SequenceState state{.phase = Phase::main_negative, .entered_at = start, .link_at_start_mV = 7};
   CHECK(step(state, in, config).state.link_at_start_mV == 12'345);
-  in.is_measured = false;
-  CHECK(step(state, in, config).state.link_at_start_mV == 0);
 }
 
 TEST_CASE("a second sample beyond the precharge current is a short, one alone is not", "[unit][contactors]") {
@@ -367,22 +451,22 @@ TEST_CASE("a second sample beyond the precharge current is a short, one alone is
   for (const std::int32_t sign : {1, -1}) {
     state = {.phase = Phase::precharge, .entered_at = start};
     CHECK(show(0ms, sign * 10'001) == PrechargeFailure::none);  // of the moment before it began
-    CHECK(state.overcurrent_at == TimePoint{});
+    CHECK(state.suspected_at == TimePoint{});
     CHECK(show(10ms, sign * 10'000) == PrechargeFailure::none);
-    CHECK(state.overcurrent_at == TimePoint{});
+    CHECK(state.suspected_at == TimePoint{});
     CHECK(show(20ms, sign * 10'001, false) == PrechargeFailure::none);
-    CHECK(state.overcurrent_at == TimePoint{});
+    CHECK(state.suspected_at == TimePoint{});
     CHECK(show(30ms, sign * 10'001) == PrechargeFailure::none);
-    CHECK(state.overcurrent_at == start + 30ms);
+    CHECK(state.suspected_at == start + 30ms);
     CHECK(show(30ms, sign * 10'001) == PrechargeFailure::none);  // the same sample
     CHECK(show(40ms, sign * 10'000) == PrechargeFailure::none);
-    CHECK(state.overcurrent_at == start + 30ms);
+    CHECK(state.suspected_at == start + 30ms);
     CHECK(show(50ms, sign * 10'001) == PrechargeFailure::overcurrent);
     CHECK(state.phase == Phase::open);
-    CHECK(state.overcurrent_at == TimePoint{});
+    CHECK(state.suspected_at == TimePoint{});
   }
   watched.precharge_overcurrent_mA = 0;  // not watched
-  state = {.phase = Phase::precharge, .entered_at = start, .overcurrent_at = start + 1ms};
+  state = {.phase = Phase::precharge, .entered_at = start, .suspected_at = start + 1ms};
   CHECK(show(10ms, INT32_MIN) == PrechargeFailure::none);
   watched.precharge_overcurrent_mA = 1;  // watched, and narrowly
   CHECK(show(20ms, 2) == PrechargeFailure::overcurrent);
@@ -395,7 +479,7 @@ TEST_CASE("a large current of a closed pack is no suspicion of a short", "[unit]
   in.current_mA = 80'000;
   const SequenceStep result = step({.phase = Phase::closed, .entered_at = start}, in, watched);
   CHECK(result.state.phase == Phase::closed);
-  CHECK(result.state.overcurrent_at == TimePoint{});
+  CHECK(result.state.suspected_at == TimePoint{});
 }
 
 TEST_CASE("a precharge whose resistor is hot has been too slow", "[unit][contactors]") {
@@ -433,6 +517,7 @@ TEST_CASE("what nobody filled in is open, not wanted and not permitted", "[unit]
   CHECK(SequenceStep{}.precharge_failure == PrechargeFailure::none);
   CHECK_FALSE(SequenceState{}.is_charge_closed);
   CHECK(SequenceState{}.link_at_start_mV == 0);
+  CHECK_FALSE(SequenceState{}.must_be_discharged);
 }
 
 TEST_CASE("the phases have names of their own, and no other number has one", "[unit][contactors]") {

@@ -86,8 +86,9 @@ TEST_CASE("every phase waits its settling time and not longer", "[unit][contacto
   for (const auto& [from, to] :
        {std::pair{Phase::main_negative, Phase::precharge}, std::pair{Phase::precharge, Phase::main_positive},
         std::pair{Phase::main_positive, Phase::closed}}) {
-    CHECK(step({from, start}, precharging(start + config.settle - 1ns, 99'000, 0), config).state.phase == from);
-    CHECK(step({from, start}, precharging(start + config.settle, 99'000, 0), config).state.phase == to);
+    const std::int32_t link_mV = from == Phase::main_negative ? 0 : 99'000;
+    CHECK(step({from, start}, precharging(start + config.settle - 1ns, link_mV, 0), config).state.phase == from);
+    CHECK(step({from, start}, precharging(start + config.settle, link_mV, 0), config).state.phase == to);
   }
 }
 

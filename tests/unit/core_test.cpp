@@ -701,6 +701,125 @@ TEST_CASE("contacts that say closed while the link has no voltage are not believ
   CHECK(bench.now() - broken_at <= 500ms);
 }
 
+TEST_CASE("a main positive that is welded shows with main negative alone, whatever its contact says",
+          "[unit][contactors][F82][I4]") {
+  CoreBench bench(small_pack());
+  bool is_welded = true;
+  bench.link_voltage_mV = 0;
+  bench.each_ms = [&] {
+    if (is_welded && bench.contacts().main_negative) bench.link_voltage_mV = 29'600;
+  };
+  bench.run(6s);
+  bench.inputs.vehicle_on = true;
+  bench.run(3s);
+  CHECK_FALSE(bench.has_event(EventId::precharge_done));
+  CHECK_FALSE(bench.core().last_precharge().has_run);
+  CHECK_FALSE(bench.commanded().any_contactor());
+  const OpeningRecord& opening = bench.core().last_opening();
+  CHECK(opening.from == Phase::main_negative);
+  CHECK(opening.fault == FaultId::contactor_welded);
+  CHECK(opening.reading.value >= 29'599);
+  CHECK(opening.reading.element == Element{.contactor = 1});
+  REQUIRE(bench.is_active(FaultId::contactor_welded));
+  CHECK(bench.core().faults().state(FaultId::contactor_welded).confirmed.element == Element{.contactor = 1});
+  bench.inputs.vehicle_on = false;
+  bench.run(40s);
+  CHECK(bench.is_active(FaultId::contactor_welded));  // until somebody has looked
+  bench.give(Command::clear_faults);
+  bench.run(1s);
+  CHECK(bench.is_active(FaultId::contactor_welded));
+  bench.observe(CommandGiven{.command = Command::clear_faults, .authority = Authority::service});
+  bench.run(1s);
+  CHECK_FALSE(bench.is_active(FaultId::contactor_welded));
+  is_welded = false;
+  CHECK(bench.close());
+}
+
+TEST_CASE("a rest of charge that shows only with main negative is none of a weld", "[unit][contactors][I4]") {
+  const std::int32_t pack_mV = 29'600;
+  struct Case {
+    std::int32_t rest_permille;
+    Duration open_for;
+    bool closes;
+  };
+  // Soon after an opening a link at the pack's voltage is waited for, and told as no weld.
+  for (const Case& one : {Case{900, 15s, true}, Case{1000, 3s, false}}) {
+    CoreBench bench(small_pack());
+    REQUIRE(bench.close());
+    bench.inputs.vehicle_on = false;
+    bool is_shown = false;
+    bench.each_ms = [&] {
+      const ContactorOutputs contacts = bench.contacts();
+      const bool is_fed = contacts.precharge || contacts.main_positive;
+      if (!contacts.main_negative) bench.link_voltage_mV = 0;
+      if (contacts.main_negative && !is_fed) bench.link_voltage_mV = pack_mV * one.rest_permille / 1000;
+      is_shown = is_shown || (contacts.main_negative && !is_fed);
+    };
+    bench.run(one.open_for);
+    is_shown = false;
+    bench.inputs.vehicle_on = true;
+    CHECK(bench.run_until([&] { return bench.core().sequence().phase == Phase::closed; }, 4s) == one.closes);
+    CHECK(is_shown);
+    CHECK_FALSE(bench.is_active(FaultId::contactor_welded));
+    if (one.closes) continue;
+    CHECK(bench.core().last_opening().cause == OpeningCause::permission);
+    CHECK(bench.core().last_opening().blocker == Blocker::link_follows);
+  }
+}
+
+TEST_CASE("while everything is open and the link is at the pack's voltage nothing closes", "[unit][contactors][I4]") {
+  CoreBench bench(small_pack());
+  const auto has_blocker = [&bench](Blocker blocker) {
+    const auto& blockers = bench.core().permission().blockers;
+    return std::find(blockers.begin(), blockers.end(), blocker) != blockers.end();
+  };
+  const std::int32_t pack_mV = 29'600;
+  std::int32_t held_mV = pack_mV;
+  bench.each_ms = [&] { bench.link_voltage_mV = held_mV; };
+  bench.run(1500ms);
+  bench.inputs.vehicle_on = true;
+  bench.run(1s);
+  CHECK(has_blocker(Blocker::link_follows));
+  CHECK(bench.core().sequence().phase == Phase::open);
+  SECTION("until it has left the pack") {
+    held_mV = pack_mV * 95 / 100 - 1;
+    bench.run(500ms);
+    CHECK_FALSE(has_blocker(Blocker::link_follows));
+    CHECK(bench.core().sequence().phase != Phase::open);
+  }
+  SECTION("and after the time it has it is a fault") {
+    bench.run(4s);
+    CHECK(bench.is_active(FaultId::link_not_discharging));
+    CHECK(bench.core().last_refusal().has_happened);
+    CHECK_FALSE(bench.has_event(EventId::phase_changed));
+  }
+  SECTION("and a link that nobody measures is no better") {
+    bench.voltage_talks = false;
+    bench.run(1s);
+    CHECK(has_blocker(Blocker::sensors_incomplete));
+    CHECK_FALSE(bench.has_event(EventId::phase_changed));
+  }
+}
+
+TEST_CASE("a line that nobody tells any more is off for those outside, too", "[unit][core]") {
+  for (bool PduState::*line : {&PduState::vehicle_on, &PduState::charger_connected}) {
+    CoreBench bench(small_pack());
+    bench.inputs.*line = true;
+    bench.run(1500ms);
+    const auto is_told_on = [&bench, line] {
+      const ModeInputs in = bench.core().mode_inputs();
+      return line == &PduState::vehicle_on ? in.vehicle_on : in.charger_connected;
+    };
+    CHECK(is_told_on());
+    bench.pdu_talks = false;
+    bench.run(300ms);
+    CHECK_FALSE(is_told_on());
+    bench.pdu_talks = true;
+    bench.run(300ms);
+    CHECK(is_told_on());
+  }
+}
+
 TEST_CASE("a wish ends with the line it came from", "[unit][core][I3][F64]") {
   CoreBench bench(small_pack());
   REQUIRE(bench.close());

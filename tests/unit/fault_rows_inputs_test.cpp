@@ -154,9 +154,8 @@ TEST_CASE("a forbidden current that nobody measures is not known", "[unit][fault
     TimePoint CoreFlags::*since;
     std::int32_t current_mA;
   };
-  const std::array cases{
-      Case{FaultId::discharge_not_allowed, &CoreFlags::discharge_forbidden_since, small_current_mA + 1},
-      Case{FaultId::charge_not_allowed, &CoreFlags::charge_forbidden_since, -small_current_mA - 1}};
+  const std::array cases{Case{FaultId::discharge_not_allowed, &CoreFlags::discharge_forbidden_since, 201},
+                         Case{FaultId::charge_not_allowed, &CoreFlags::charge_forbidden_since, -small_current_mA - 1}};
   for (const Case& one : cases) {
     World world;
     CHECK_FALSE(world.is_true(one.fault));

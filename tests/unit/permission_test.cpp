@@ -143,6 +143,7 @@ TEST_CASE("each single reason keeps an open pack open and is named, and some ope
       {Blocker::commands_not_on_bus, false, [](Situation& it) { it.inputs.commands_are_on_bus = false; }},
       {Blocker::contacts_unsettled, false, [](Situation& it) { it.inputs.contacts_settled = false; }},
       {Blocker::contactor_closed, false, [](Situation& it) { it.inputs.contactor_closed_though_open = true; }},
+      {Blocker::link_follows, false, [](Situation& it) { it.inputs.link_follows_though_open = true; }},
       {Blocker::precharge_hot, false, [](Situation& it) { it.inputs.precharge_is_cool = false; }},
       {Blocker::locked_out, false, [](Situation& it) { it.inputs.locked_out_until = start + 1ns; }},
   };
@@ -309,8 +310,8 @@ TEST_CASE("within the grace a current of up to 1 A, either way, or an unknown on
 
 TEST_CASE("every reason has a text of its own, and no other number has one", "[unit][permission]") {
   std::set<std::string_view> texts;
-  for (std::size_t index = 0; index < 17; ++index) texts.insert(to_text(static_cast<Blocker>(index)));
-  CHECK(texts.size() == 17);
+  for (std::size_t index = 0; index < 18; ++index) texts.insert(to_text(static_cast<Blocker>(index)));
+  CHECK(texts.size() == 18);
   CHECK_FALSE(texts.contains("?"));
-  CHECK(to_text(static_cast<Blocker>(17)) == "?");
+  CHECK(to_text(static_cast<Blocker>(18)) == "?");
 }

@@ -192,6 +192,53 @@ TEST_CASE("the largest pack and the smallest resistor do not overflow", "[unit][
   CHECK(guard.heat_mJ() == 3'900'000'000);
 }
 
+TEST_CASE("heat, the last try and the tries outlive a process, and nothing of the heat is taken for given off",
+          "[unit][contactors][F86]") {
+  Guarded before;
+  before.run(600ms, true);
+  before.tick(false, 0);
+  CHECK(before.guard.note_end(PrechargeFailure::too_slow) == PrechargeFailure::none);
+  CHECK(before.guard.note_end(PrechargeFailure::too_slow) == PrechargeFailure::none);
+  const PrechargeMemory memory = before.guard.memory(false);
+  CHECK(memory == PrechargeMemory{.heat_uJ = 53'900'000, .last_try_uJ = 60'000'000, .tries_failed = 2});
+  PrechargeGuard after;
+  after.init(resistor);
+  after.restore(memory);
+  CHECK(after.memory(false) == memory);
+  CHECK(after.heat_mJ() == 53'900);
+  CHECK_FALSE(after.is_cool());
+  CHECK_FALSE(after.is_cold());
+  CHECK_FALSE(after.is_retrying());                                                 // nobody's wish waits
+  CHECK(after.note_end(PrechargeFailure::too_slow) == PrechargeFailure::too_slow);  // the third
+  SECTION("a try under way is remembered as one that failed and took all") {
+    CHECK(before.guard.memory(true) ==
+          PrechargeMemory{.heat_uJ = 100'000'000, .last_try_uJ = 100'000'000, .tries_failed = 3});
+    PrechargeGuard fresh;
+    fresh.init(resistor);
+    CHECK(fresh.memory(true).tries_failed == 1);
+    CHECK(fresh.memory(false) == PrechargeMemory{});
+    Guarded hot;
+    while (hot.guard.heat_mJ() <= 150'000) hot.tick(true, 100'000);
+    CHECK(hot.guard.memory(true).heat_uJ > 150'000'000);
+    after.restore({.tries_failed = 3});  // all of them, and the last one did not come to its end
+    CHECK(after.note_end(PrechargeFailure::too_slow) == PrechargeFailure::too_slow);
+    before.guard.restore({.tries_failed = 3});
+    CHECK(before.guard.memory(true).tries_failed == 3);
+  }
+  SECTION("of a resistor that is not watched only the tries") {
+    PrechargeGuard unwatched;
+    unwatched.init({.precharge_tries = 3});
+    unwatched.restore(memory);
+    CHECK(unwatched.memory(false) == PrechargeMemory{.tries_failed = 2});
+    CHECK(unwatched.is_cool());
+  }
+  SECTION("a heat below nothing is none") {
+    after.restore({.heat_uJ = -1, .last_try_uJ = -1});
+    CHECK(after.is_cold());
+    CHECK(after.memory(false) == PrechargeMemory{});
+  }
+}
+
 // --- in the core ----------------------------------------------------------------------------------------------------
 
 namespace {
@@ -247,4 +294,84 @@ TEST_CASE("a link that falls again under the closed main is tried as often as co
   bench.inputs.vehicle_on = true;
   CHECK(bench.run_until([&] { return bench.is_active(FaultId::precharge_failed); }, 60s));
   CHECK(closings_begun(bench) == 3);
+}
+
+// --- over a restart -------------------------------------------------------------------------------------------------
+
+namespace {
+
+CoreConfig pack_with_resistor() {
+  CoreConfig config = test::small_pack();  // 29.6 V
+  config.contactors.precharge_resistance_Ohm = 10;
+  config.contactors.precharge_energy_J = 200;
+  config.contactors.precharge_tries = 3;
+  config.contactors.precharge_cool_down = 60s;
+  return config;
+}
+
+/// A daemon that knows what an earlier one had to remember, its key turned as soon as it is ready.
+struct NextLife {
+  explicit NextLife(const CoreConfig& config, const PersistentState& state) : bench(config, state) {
+    bench.link_rise_mV_per_ms = 0;
+    bench.run(1500ms);
+    bench.inputs.vehicle_on = true;
+  }
+  [[nodiscard]] bool blocks(Blocker blocker) const {
+    const auto& blockers = bench.core().permission().blockers;
+    return std::find(blockers.begin(), blockers.end(), blocker) != blockers.end();
+  }
+
+  test::CoreBench bench;
+};
+
+}  // namespace
+
+TEST_CASE("a daemon that ends again and again in a precharge heats the resistor no more than one that goes on",
+          "[unit][core][state][F86]") {
+  const CoreConfig config = pack_with_resistor();
+  PersistentState state;
+  int tries = 0;
+  for (int life = 0; life < 20; ++life) {
+    NextLife now(config, state);
+    if (now.bench.run_until([&] { return now.bench.core().sequence().phase == Phase::precharge; }, 3s)) ++tries;
+    now.bench.run(100ms);
+    state = now.bench.core().persistent();  // and killed
+  }
+  CHECK(tries == 1);
+  NextLife last(config, state);
+  CHECK(last.blocks(Blocker::precharge_hot));
+  CHECK(last.bench.core().precharge_guard().tries_failed() == 1);
+  last.bench.inputs.vehicle_on = false;
+  last.bench.run(60s);
+  CHECK_FALSE(last.blocks(Blocker::precharge_hot));
+  CHECK(last.bench.core().persistent().closing.precharge.heat_uJ == 0);
+  last.bench.inputs.vehicle_on = true;
+  CHECK(last.bench.run_until([&] { return last.bench.core().sequence().phase == Phase::precharge; }, 3s));
+}
+
+TEST_CASE("a wait after an opening begins anew with the next life, and one that is over does not",
+          "[unit][core][state]") {
+  test::CoreBench bench(test::small_pack());
+  REQUIRE(bench.close());
+  CHECK(bench.core().persistent().closing.lockout_ms == 10'000);  // an end of this life would open it for a reason
+  bench.inputs.estop_1_released = false;
+  bench.run(9s);
+  CHECK(bench.core().persistent().closing.lockout_ms == 10'000);
+  const PersistentState within = bench.core().persistent();
+  bench.run(2s);
+  CHECK(bench.core().persistent().closing.lockout_ms == 0);
+  const PersistentState after = bench.core().persistent();
+
+  NextLife early(test::small_pack(), within);
+  early.bench.link_rise_mV_per_ms = 200;
+  CHECK(early.blocks(Blocker::locked_out));
+  CHECK(early.bench.core().locked_out_until() == early.bench.core().started_at() + 10s);
+  NextLife late(test::small_pack(), after);
+  late.bench.link_rise_mV_per_ms = 200;
+  CHECK_FALSE(late.blocks(Blocker::locked_out));
+  CHECK(late.bench.run_until([&] { return late.bench.core().sequence().phase == Phase::closed; }, 3s));
+  PersistentState absurd = within;
+  absurd.closing.lockout_ms = INT64_MAX;
+  NextLife patient(test::small_pack(), absurd);
+  CHECK(patient.bench.core().locked_out_until() == patient.bench.core().started_at() + 600s);
 }

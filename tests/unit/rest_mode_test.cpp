@@ -196,6 +196,24 @@ TEST_CASE("a charger wakes a resting pack and closes it to be charged; current d
   CHECK(bench.core().last_opening().fault == FaultId::discharge_not_allowed);
 }
 
+TEST_CASE("an empty pack that is closed for charging is not emptied further by a small current",
+          "[unit][core][rest][BMS_F.10]") {
+  for (const std::int32_t tolerated_mA : {200, 500}) {
+    CoreConfig config = pack_that_rests();
+    config.contactors.charge_only_discharge_mA = tolerated_mA;
+    CoreBench bench(config);
+    empty_and_rest(bench);
+    bench.inputs.charger_connected = true;
+    REQUIRE(bench.run_until([&] { return bench.core().sequence().phase == Phase::closed; }, 10s));
+    bench.current_mA = tolerated_mA;
+    bench.run(60s);
+    CHECK(bench.core().sequence().phase == Phase::closed);
+    bench.current_mA = tolerated_mA + 1;
+    REQUIRE(bench.run_until([&] { return !bench.commanded().any_contactor(); }, 500ms));
+    CHECK(bench.core().last_opening().fault == FaultId::discharge_not_allowed);
+  }
+}
+
 TEST_CASE("a key, a button or a command wakes a resting pack, and none of them closes it",
           "[unit][core][rest][BMS_F.10]") {
   const std::array<void (*)(CoreBench&), 2> wakers{[](CoreBench& bench) { bench.inputs.vehicle_on = true; },

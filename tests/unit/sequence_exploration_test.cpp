@@ -69,6 +69,12 @@ bool has_reason_to_finish(const SequenceState& state, const SequenceInputs& in, 
          since < config.precharge_timeout;
 }
 
+/// The link is by itself with main negative alone, seen after that had its time to close.
+bool is_seen_apart(const SequenceState& state, const SequenceInputs& in, const ContactorConfig& config) {
+  return in.is_measured && 20 * std::abs(in.pack_mV - in.link_mV) > in.pack_mV &&
+         in.measured_at - state.entered_at >= config.settle;
+}
+
 void check_closing(Findings& found, const SequenceState& state, const SequenceInputs& in, const ContactorConfig& config,
                    const SequenceStep& result) {
   const ContactorOutputs before = outputs_for(state);
@@ -83,7 +89,8 @@ void check_closing(Findings& found, const SequenceState& state, const SequenceIn
   const bool begins = state.phase == Phase::open && in.close_wanted && in.close_permitted;
   demand(!newly(before.main_negative, after.main_negative) || begins, "main negative closed in between");
   const bool goes_on = state.phase == Phase::main_negative && in.close_wanted && in.may_advance &&
-                       in.contacts_settled && since >= config.settle && since < config.precharge_timeout;
+                       in.contacts_settled && since >= config.settle && since < config.precharge_timeout &&
+                       is_seen_apart(state, in, config);
   demand(!newly(before.precharge, after.precharge) || goes_on, "precharge closed out of order");
   const bool may_charge = state.phase == Phase::closed && to == Phase::closed && in.charge_wanted && in.may_advance &&
                           in.contacts_settled && since >= config.settle;
@@ -131,9 +138,17 @@ void check_opening(Findings& found, const SequenceState& state, const SequenceIn
 void check_failure(Findings& found, const SequenceState& state, const SequenceInputs& in, const SequenceStep& result) {
   const Phase to = result.state.phase;
   const bool is_told = result.precharge_failure != PrechargeFailure::none;
-  const bool may_tell = (state.phase == Phase::precharge || state.phase == Phase::main_positive) && to == Phase::open &&
-                        in.close_wanted && in.close_permitted;
+  const bool is_closing =
+      state.phase == Phase::main_negative || state.phase == Phase::precharge || state.phase == Phase::main_positive;
+  const bool may_tell = is_closing && to == Phase::open && in.close_wanted && in.close_permitted;
   found.demand(!is_told || may_tell, "a failure out of nothing", state.phase, to);
+  const bool is_weld_told = result.precharge_failure == PrechargeFailure::welded;
+  const bool follows =
+      in.is_measured && 20 * std::abs(in.pack_mV - in.link_mV) <= in.pack_mV && in.measured_at > state.entered_at;
+  const bool is_second = state.suspected_at != TimePoint{} && in.measured_at > state.suspected_at;
+  const bool is_weld = state.phase == Phase::main_negative && state.must_be_discharged && follows && is_second &&
+                       in.close_wanted && in.close_permitted;
+  found.demand(is_weld_told == is_weld, "a weld told without two samples, or not told", state.phase, to);
   // Given up although it was wanted and permitted: that is a failure, and it has a name.
   const bool gave_up = state.phase == Phase::precharge && to == Phase::open && in.close_wanted && in.close_permitted;
   found.demand(!gave_up || is_told, "a precharge given up in silence", state.phase, to);
@@ -195,10 +210,10 @@ void for_each_input(Visit visit) {
 /// What means nothing in this phase, and so must not matter, set to something absurd.
 SequenceState with_leftovers(SequenceState state) {
   if (state.phase != Phase::breaking) state.breaks_first = ContactorId::charge;
-  if (state.phase != Phase::precharge) {
-    state.link_at_start_mV = 95'000;
-    state.overcurrent_at = start + 10ms;
-  }
+  if (state.phase != Phase::precharge) state.link_at_start_mV = 95'000;
+  if (state.phase != Phase::main_negative) state.must_be_discharged = !state.must_be_discharged;
+  const bool has_suspicions = state.phase == Phase::main_negative || state.phase == Phase::precharge;
+  if (!has_suspicions) state.suspected_at = start + 10ms;
   return state;
 }
 
@@ -247,27 +262,25 @@ TEST_CASE("a precharge with every combination of samples, suspicions and startin
   constexpr std::array<TimePoint, 3> suspected{TimePoint{}, start + 10ms, start + 100ms};
   const ContactorConfig config = config_with(true);
   Findings found;
-  std::uint64_t failures[4] = {};
+  std::array<std::uint64_t, 4> failures{};  // a weld is told before it
   const auto look = [&](const SequenceState& state, const SequenceInputs& in) {
     check_step(found, state, in, config);
     const SequenceStep result = step(state, in, config);
-    ++failures[static_cast<std::size_t>(result.precharge_failure)];
+    ++failures.at(static_cast<std::size_t>(result.precharge_failure));
     const bool is_beyond = in.is_current_known && std::abs(in.current_mA) > 20'000 && in.current_at > state.entered_at;
-    const bool is_second = state.overcurrent_at != TimePoint{} && in.current_at > state.overcurrent_at;
+    const bool is_second = state.suspected_at != TimePoint{} && in.current_at > state.suspected_at;
     const bool may_tell = in.close_wanted && in.close_permitted;
     found.demand((result.precharge_failure == PrechargeFailure::overcurrent) == (is_beyond && is_second && may_tell),
                  "overcurrent without two samples of it", state.phase, result.state.phase);
-    const bool is_suspicion =
-        result.state.phase == Phase::precharge && state.overcurrent_at == TimePoint{} && is_beyond;
+    const bool is_suspicion = result.state.phase == Phase::precharge && state.suspected_at == TimePoint{} && is_beyond;
     const TimePoint expected = result.state.phase != Phase::precharge ? TimePoint{}
                                : is_suspicion                         ? in.current_at
-                                                                      : state.overcurrent_at;
-    found.demand(result.state.overcurrent_at == expected, "a suspicion of another time", state.phase,
-                 result.state.phase);
+                                                                      : state.suspected_at;
+    found.demand(result.state.suspected_at == expected, "a suspicion of another time", state.phase, result.state.phase);
   };
-  for (const TimePoint overcurrent_at : suspected) {
+  for (const TimePoint suspected_at : suspected) {
     for (const std::int32_t link_at_start_mV : {0, 47'500, 95'000}) {
-      const SequenceState state{Phase::precharge, start, false, {}, link_at_start_mV, overcurrent_at};
+      const SequenceState state{Phase::precharge, start, false, {}, link_at_start_mV, suspected_at};
       for (unsigned bits = 0; bits < flag_combinations; ++bits) {
         SequenceInputs in = flags_of(bits);
         if (in.charge_wanted != in.charge_permitted) continue;  // neither has a say here
@@ -296,6 +309,32 @@ TEST_CASE("a precharge with every combination of samples, suspicions and startin
   CHECK(found.violations == 0);
   CHECK(found.tried >= 9'000'000);
   for (const std::uint64_t count : failures) CHECK(count > 0);
+}
+
+TEST_CASE("main negative alone with every combination of samples and suspicions keeps the rules",
+          "[unit][contactors][exhaustive]") {
+  const ContactorConfig config = config_with(true);
+  Findings found;
+  std::uint64_t welds = 0;
+  for (const bool must_be_discharged : {false, true}) {
+    for (const TimePoint suspected_at : {TimePoint{}, start + 10ms, start + 100ms}) {
+      const SequenceState state{.phase = Phase::main_negative,
+                                .entered_at = start,
+                                .suspected_at = suspected_at,
+                                .must_be_discharged = must_be_discharged};
+      for_each_input([&](const SequenceInputs& in) {
+        check_step(found, state, in, config);
+        const SequenceStep result = step(state, in, config);
+        welds += result.precharge_failure == PrechargeFailure::welded ? 1 : 0;
+        found.demand(result.state.phase == Phase::open || result.state.must_be_discharged == must_be_discharged,
+                     "forgot how long it had been open", state.phase, result.state.phase);
+      });
+    }
+  }
+  INFO(found.first);
+  CHECK(found.violations == 0);
+  CHECK(found.tried >= 1'000'000);
+  CHECK(welds > 0);
 }
 
 TEST_CASE("a precharge from a charged link may end sooner, in proportion, and exactly then", "[unit][contactors]") {
@@ -334,6 +373,7 @@ constexpr ContactorConfig short_config(bool has_charge_contactor) {
   config.precharge_timeout = 8 * tick;
   config.zero_current_grace = 4 * tick;
   config.break_gap = 2 * tick;
+  config.link_decay = 5 * tick;
   return config;
 }
 constexpr int unwished_max = 4 + 2 + 1;  // grace, gap and a tick
@@ -344,8 +384,9 @@ struct Reached {
   bool is_charge_closed = false;
   ContactorId breaks_first = ContactorId::main_positive;
   int age = age_max;
-  int link_at_start = 0;        // index into explored_links_mV
-  int suspected_age = no_age;   // of the first sample beyond the precharge current
+  int link_at_start = 0;       // index into explored_links_mV
+  int suspected_age = no_age;  // of the first sample that made a suspicion in this phase
+  bool must_be_discharged = false;
   bool has_precharged = false;  // this closing has seen its precharge succeed
   int unwished = 0;             // ticks since the wish ended, while not open
 };
@@ -362,11 +403,12 @@ std::size_t index_of(const Reached& at) {
   append(at.age, 16);
   append(at.link_at_start, 4);
   append(at.suspected_age, 16);
+  append(at.must_be_discharged ? 1 : 0, 2);
   append(at.has_precharged ? 1 : 0, 2);
   append(at.unwished, 16);
   return index;
 }
-constexpr std::size_t index_count = all_phases.size() * 2 * 4 * 16 * 4 * 16 * 2 * 16;
+constexpr std::size_t index_count = all_phases.size() * 2 * 4 * 16 * 4 * 16 * 2 * 2 * 16;
 
 SequenceState state_of(const Reached& at) {
   return {.phase = at.phase,
@@ -374,7 +416,8 @@ SequenceState state_of(const Reached& at) {
           .is_charge_closed = at.is_charge_closed,
           .breaks_first = at.breaks_first,
           .link_at_start_mV = explored_links_mV[static_cast<std::size_t>(at.link_at_start)],
-          .overcurrent_at = at.suspected_age == no_age ? TimePoint{} : start - at.suspected_age * tick};
+          .suspected_at = at.suspected_age == no_age ? TimePoint{} : start - at.suspected_age * tick,
+          .must_be_discharged = at.must_be_discharged};
 }
 
 int age_of(TimePoint at) {
@@ -389,8 +432,9 @@ Reached reached_by(const Reached& from, const SequenceInputs& in, const Sequence
   if (to.phase == Phase::breaking) to.breaks_first = state.breaks_first;
   if (to.phase == Phase::precharge) {
     while (explored_links_mV[static_cast<std::size_t>(to.link_at_start)] != state.link_at_start_mV) ++to.link_at_start;
-    if (state.overcurrent_at != TimePoint{}) to.suspected_age = std::min(age_of(state.overcurrent_at) + 1, age_max);
   }
+  if (to.phase == Phase::main_negative) to.must_be_discharged = state.must_be_discharged;
+  if (state.suspected_at != TimePoint{}) to.suspected_age = std::min(age_of(state.suspected_at) + 1, age_max);
   if (to.phase == Phase::open) return to;
   to.has_precharged = from.has_precharged || (from.phase == Phase::precharge && to.phase == Phase::main_positive);
   to.unwished = in.close_wanted && from.unwished == 0 ? 0 : std::min(from.unwished + 1, 15);
@@ -425,8 +469,13 @@ std::vector<SequenceInputs> explored_inputs(TimePoint before) {
 }
 
 /// What an onlooker demands of a state that was reached.
-void check_reached(Findings& found, const Reached& from, const Reached& to, const SequenceStep& result) {
+void check_reached(Findings& found, const Reached& from, const SequenceInputs& in, const Reached& to,
+                   const SequenceStep& result) {
   const auto demand = [&](bool holds, const char* what) { found.demand(holds, what, from.phase, to.phase); };
+  const bool is_before = from.phase == Phase::open || from.phase == Phase::main_negative;
+  const bool is_apart = in.is_measured && 20 * std::abs(in.pack_mV - in.link_mV) > in.pack_mV;
+  demand(!is_before || is_apart || !(result.outputs.precharge || result.outputs.main_positive),
+         "went on although the link follows before the precharge");
   demand(!result.outputs.main_positive || to.has_precharged, "main positive without this closing's precharge");
   demand(to.unwished < unwished_max, "still not open although nobody asks");
   const bool is_told = result.precharge_failure != PrechargeFailure::none;
@@ -477,7 +526,7 @@ TEST_CASE("every state that can be reached from open keeps the rules, whatever t
     const std::vector<Reached> states = explore(
         config, [&](const Reached& from, const SequenceInputs& in, const Reached& to, const SequenceStep& result) {
           check_step(found, state_of(from), in, config);
-          check_reached(found, from, to, result);
+          check_reached(found, from, in, to, result);
         });
     states_reached += states.size();
     for (const Phase phase : all_phases) {

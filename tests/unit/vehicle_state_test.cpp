@@ -3,6 +3,7 @@
 
 #include <set>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "tests/support/catch.hpp"
@@ -98,12 +99,14 @@ TEST_CASE("modes have names of their own, and no other number has one", "[unit][
 
 TEST_CASE("elithion's state has a bit for a fault and one for each contactor", "[unit][vehicle][BMS_F.8]") {
   const FaultMemory none;
-  CHECK(elithion_state({}, {}, none) == 0);
-  CHECK(elithion_state({.has_fault = true}, {}, none) == 0b00001);
-  CHECK(elithion_state({}, {.main_positive = true}, none) == 0b00010);
-  CHECK(elithion_state({}, {.precharge = true}, none) == 0b00100);
-  CHECK(elithion_state({}, {.main_negative = true}, none) == 0b01000);
-  CHECK(elithion_state({}, {.charge = true, .auxiliary = true, .fan = true, .heater = true}, none) == 0);
+  CHECK(elithion_state({}) == 0);
+  CHECK(elithion_state({.has_fault = true}) == 0b00001);
+  CHECK(elithion_state({.outputs = {.main_positive = true}}) == 0b00010);
+  CHECK(elithion_state({.outputs = {.precharge = true}}) == 0b00100);
+  CHECK(elithion_state({.outputs = {.main_negative = true}}) == 0b01000);
+  CHECK(elithion_state({.outputs = {.charge = true, .auxiliary = true, .fan = true, .heater = true}}) == 0);
+  CHECK(elithion_state({.has_relay_fault = true}) == 0b10000);
+  CHECK_FALSE(has_relay_fault(none));
   CHECK(elithion_faults(none).stored_code == 0);
   CHECK(elithion_faults(none).level_faults == 0);
   CHECK(elithion_faults(none).warnings == 0);
@@ -117,7 +120,7 @@ TEST_CASE("a failed precharge is elithion's relay fault, with its code", "[unit]
   bench.run(1500ms);
   bench.inputs.vehicle_on = true;
   REQUIRE(bench.run_until([&] { return bench.is_active(FaultId::precharge_failed); }, 10s));
-  CHECK(elithion_state({.has_fault = true}, {}, bench.core().faults()) == 0b10001);
+  CHECK(elithion_state(bench.core().mode_inputs()) == 0b10001);
   CHECK(elithion_faults(bench.core().faults()).stored_code == 17);
   CHECK(elithion_faults(bench.core().faults()).level_faults == 0);  // only codes 1 to 8 have bits
 }
@@ -184,4 +187,19 @@ TEST_CASE("a pack too cold to charge tells trouble code 3, and the latest fault'
   bench.run(500ms);
   REQUIRE(bench.is_active(FaultId::emergency_stop));
   CHECK(elithion_faults(bench.core().faults()).stored_code == 2);
+}
+
+TEST_CASE("of three trouble codes the two that say most are told, the lowest first", "[unit][vehicle][BMS_F.8]") {
+  const auto told = [](std::vector<FaultId> present) {
+    FaultMemory faults;
+    for (const FaultId id : present) faults.restore_lock(id, TimePoint{1s});
+    const TroubleCodes codes = trouble_codes(faults);
+    return std::pair<int, int>{codes.first, codes.second};
+  };
+  CHECK(told({FaultId::cell_resistance}) == std::pair{1, 0});
+  CHECK(told({FaultId::pack_resistance}) == std::pair{2, 0});
+  CHECK(told({FaultId::pack_resistance, FaultId::cell_resistance}) == std::pair{1, 2});
+  CHECK(told({FaultId::charge_undertemperature, FaultId::pack_resistance}) == std::pair{2, 3});
+  CHECK(told({FaultId::cell_resistance, FaultId::pack_resistance, FaultId::charge_undertemperature}) ==
+        std::pair{1, 3});
 }
