@@ -95,7 +95,10 @@ std::string fault_page_markdown() {
       "| open now | the contactors are commanded open in the same tick |\n\n"
       "Evidence is weighed: a value beyond its limit is believed after its confirm time and in two samples at least; "
       "one bad\n"
-      "sample alone opens nothing. Of how long a reaction takes at most see [reaction times](reaction-times.md).\n\n";
+      "sample alone opens nothing. A temperature that jumps further than a cell can counts from the module's next "
+      "sample "
+      "on.\n"
+      "Of how long a reaction takes at most see [reaction times](reaction-times.md).\n\n";
   for (const FaultRow& row : fault_table()) page += section(row);
   page.pop_back();
   return page;
