@@ -115,7 +115,9 @@ void Core::watch_contactors(TimePoint now) {
   keep_since(flags_.open_since, !outputs_.any_contactor());
   keep_since(flags_.charge_forbidden_since, is_closed && forbids(faults_, Concerns::charge));
   keep_since(flags_.discharge_forbidden_since, is_closed && forbids(faults_, Concerns::discharge));
-  flags_.is_driving = is_closed && request_.is_by_vehicle();
+  // A pack at a charger stands, whether or not its key is on.
+  const bool is_at_charger = !pdu_fresh(now) || sensors_.pdu.value.charger_connected;
+  flags_.is_driving = is_closed && request_.is_by_vehicle() && !is_at_charger;
 }
 
 void Core::evaluate_faults(TimePoint now) {
