@@ -26,7 +26,7 @@ class JumpWatch {
   /// A value of the sensor, in dC, as it came (taken_at: when), and when the POLL that it answers was sent. As it may
   /// be used: itself, or `doubtful`; `unknown` once it has been doubtful too often.
   [[nodiscard]] Measured<std::int32_t> take(const Measured<std::int32_t>& told_dC, TimePoint polled_at);
-  /// Asked now, the module tells a sample that ends the doubt.
+  /// Asked now, the module tells a sample that ends the doubt; one that does not answer is not asked for ever.
   [[nodiscard]] bool is_worth_asking(TimePoint now) const;
 
  private:

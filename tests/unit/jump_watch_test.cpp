@@ -63,6 +63,14 @@ TEST_CASE("a jump is believed from the first answer on that can only hold anothe
   }
 }
 
+TEST_CASE("a module that does not answer is asked for half a second", "[unit][temperature][F2]") {
+  Told sensor;
+  static_cast<void>(sensor.tell(250, 0ms));
+  static_cast<void>(sensor.tell(700, 100ms));
+  CHECK(sensor.is_worth_asking(1'104ms - 1ns));
+  CHECK_FALSE(sensor.is_worth_asking(1'104ms));
+}
+
 TEST_CASE("one wild sample is never believed, whenever it is told", "[unit][temperature][F2]") {
   for (Duration shift{}; shift < 100ms; shift += 1ms) {
     Told sensor;

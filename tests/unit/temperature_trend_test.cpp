@@ -77,8 +77,8 @@ TEST_CASE("a steady rise is read as what it is, within a step of the sensor over
 TEST_CASE("one wrong sample is gone from the rise when the next one comes", "[unit][temperature]") {
   Warming warming;
   for (int sample = 0; sample < 30; ++sample) warming.sample(250);
-  warming.sample(400);
-  CHECK(warming.fastest().value > 5'000);
+  warming.sample(300);  // as far as is no jump yet
+  CHECK(warming.fastest().value > 2'000);
   warming.sample(250);
   CHECK(warming.fastest().value == 0);
 }
