@@ -15,6 +15,7 @@ std::string_view to_text(Validity validity) {
     case Validity::above_range: return "above range";
     case Validity::unchanged: return "unchanged";
     case Validity::out_of_range: return "out of range";
+    case Validity::doubtful: return "doubtful";
   }
   return "?";
 }

@@ -27,6 +27,7 @@ enum class Validity : std::uint8_t {
   above_range,    // this much or more than the field can carry
   unchanged,      // a command that leaves the value as it is
   out_of_range,   // a number the field must not hold
+  doubtful,       // a number that was told and that nobody believes yet; never on the wire
 };
 
 [[nodiscard]] std::string_view to_text(Validity validity);

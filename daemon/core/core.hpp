@@ -189,6 +189,7 @@ class Core {
   void send_contactor_command(TimePoint now, Decisions& out);
   void send_polls(TimePoint now, Decisions& out);
   void ask_again(TimePoint now, Decisions& out);
+  void ask_alone(std::uint8_t node, AskAgain what, TimePoint now, Decisions& out);
   void send_report(TimePoint now, Decisions& out);
 
   void start_over(TimePoint at);

@@ -119,7 +119,9 @@ void Core::watch_contactors(TimePoint now) {
   keep_since(flags_.open_since, !outputs_.any_contactor());
   keep_since(flags_.charge_forbidden_since, is_closed && forbids(faults_, Concerns::charge));
   keep_since(flags_.discharge_forbidden_since, is_closed && forbids(faults_, Concerns::discharge));
-  flags_.is_driving = is_closed && request_.is_by_vehicle();
+  // A pack at a charger stands, whether or not its key is on.
+  const bool is_at_charger = !pdu_fresh(now) || sensors_.pdu.value.charger_connected;
+  flags_.is_driving = is_closed && request_.is_by_vehicle() && !is_at_charger;
 }
 
 void Core::evaluate_faults(TimePoint now) {
@@ -361,7 +363,7 @@ void Core::send_polls(TimePoint now, Decisions& out) {
 }
 
 /// A value that is suspected is asked for again at once, from its module alone: two samples confirm, and nobody has to
-/// wait for the next round. What the module still owed of its last answer it is asked for, too.
+/// wait for the next round. So is a temperature in doubt, as soon as its module has taken another sample.
 void Core::ask_again(TimePoint now, Decisions& out) {
   for (const FaultRow& row : fault_table()) {
     const FaultState& state = faults_.state(row.id);
@@ -369,16 +371,23 @@ void Core::ask_again(TimePoint now, Decisions& out) {
     const bool is_asked =
         row.ask_again != AskAgain::no && state.is_doubtful() && state.latest.is_known && modules_.find(node) != nullptr;
     if (!is_asked || now - modules_.polled_at(node) < ask_again_after) continue;
-    PollWants wants = modules_.outstanding(node);
-    wants.status = true;
-    wants.cells = wants.cells || row.ask_again == AskAgain::cells;
-    wants.temperatures = wants.temperatures || row.ask_again == AskAgain::temperatures;
-    const CanFrame frame = poll_.single(node, wants);
-    modules_.begin_single(node, now);
-    check_.note_sent(frame);
-    send(Port::internal, frame, out);
-    return;  // one a tick
+    return ask_alone(node, row.ask_again, now, out);  // one a tick
   }
+  const std::uint8_t node = modules_.node_in_doubt(now);
+  if (node == 0 || now - modules_.polled_at(node) < ask_again_after) return;
+  ask_alone(node, AskAgain::temperatures, now, out);
+}
+
+/// What the module still owed of its last answer it is asked for, too.
+void Core::ask_alone(std::uint8_t node, AskAgain what, TimePoint now, Decisions& out) {
+  PollWants wants = modules_.outstanding(node);
+  wants.status = true;
+  wants.cells = wants.cells || what == AskAgain::cells;
+  wants.temperatures = wants.temperatures || what == AskAgain::temperatures;
+  const CanFrame frame = poll_.single(node, wants);
+  modules_.begin_single(node, now);
+  check_.note_sent(frame);
+  send(Port::internal, frame, out);
 }
 
 void Core::send_report(TimePoint now, Decisions& out) {

@@ -107,8 +107,11 @@ std::string to_text(const Element& element) {
   if (element.input != 0) return "no. " + std::to_string(element.input);
   if (element.module_node == 0) return "";
   if (element.number == 0) return "module " + std::to_string(element.module_node);
-  const char* const kind = element.is_temperature_sensor ? "temperature sensor " : "cell ";
-  std::string text = kind + std::to_string(element.module_node) + "." + std::to_string(element.number);
+  constexpr int cell_sensors = internal_bus::cell_temperatures_per_module_max;
+  const bool is_board = element.is_temperature_sensor && element.number > cell_sensors;
+  const char* const kind = is_board ? "board sensor " : element.is_temperature_sensor ? "temperature sensor " : "cell ";
+  const int number = is_board ? element.number - cell_sensors : element.number;
+  std::string text = kind + std::to_string(element.module_node) + "." + std::to_string(number);
   if (element.pack_number != 0) text += " (no. " + std::to_string(element.pack_number) + ")";
   return text;
 }

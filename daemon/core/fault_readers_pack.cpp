@@ -244,15 +244,32 @@ Reading cell_not_measured(const FaultInputs& in) {
   return good;
 }
 
+/// Sensors of the cells by the pack file, those of the boards by what the modules have. One in doubt is measured, or
+/// not: the others may be bad news meanwhile, and there is no good.
 Reading temperature_not_measured(const FaultInputs& in) {
   if (!in.has_started) return unknown_reading;
+  Reading good = condition(false, in.now);
+  const auto is_bad = [&in, &good](const Measured<std::int32_t>& value) {
+    const bool is_fresh = value.is_fresh(in.now, in.config->ages.temperature);
+    const bool is_doubtful = is_fresh && value.validity == Validity::doubtful;
+    good.is_partial = good.is_partial || is_doubtful;
+    return !is_doubtful && !(is_fresh && value.is_valid());
+  };
+  const auto missing = [&in](const ModuleRecord& module, const Measured<std::int32_t>& value, std::uint8_t number) {
+    const Element element{.module_node = module.config.node, .number = number, .is_temperature_sensor = true};
+    return condition(true, value.is_fresh(in.now, in.config->ages.temperature) ? value.taken_at : in.now, element);
+  };
   for (const ModuleRecord& module : in.modules->modules()) {
-    Reading reading = first_invalid(module, module.cell_temperature_dC, module.config.temperature_sensor_count,
-                                    in.config->ages.temperature, in.now);
-    reading.element.is_temperature_sensor = true;
-    if (reading.value != 0) return reading;
+    for (std::uint8_t index = 0; index < module.config.temperature_sensor_count; ++index) {
+      const Measured<std::int32_t>& value = module.cell_temperature_dC[index];
+      if (is_bad(value)) return missing(module, value, static_cast<std::uint8_t>(index + 1));
+    }
+    for (std::uint8_t index = 0; index < internal_bus::board_temperatures_per_module; ++index) {
+      const Measured<std::int32_t>& value = module.board_temperature_dC[index];
+      if (has_board_sensor(module, index) && is_bad(value)) return missing(module, value, board_sensor_number(index));
+    }
   }
-  return condition(false, in.now);
+  return good;
 }
 
 Reading open_wire(const FaultInputs& in) {

@@ -54,6 +54,15 @@ Reading insulation(const FaultInputs& in) {
   return {true, value_Ohm, {}, in.sensors->pdu.taken_at};
 }
 
+/// It says that it sees too little voltage to measure, in a closed pack whose cells are not empty.
+bool denies_the_voltage(const FaultInputs& in, const PduState& pdu) {
+  const Measured<std::int32_t>& pack = in.pack->pack_voltage_mV;
+  const std::int64_t empty_mV = mV_from_uV(std::int64_t{in.config->limits.cell_undervoltage.open} *
+                                           static_cast<std::int64_t>(cell_count(*in.config)));
+  return pdu.insulation_state == InsulationState::undervoltage && in.flags.closed_since != TimePoint{} &&
+         pack.is_valid() && pack.value > empty_mV;
+}
+
 bool is_for_driving(const FaultInputs& in) {
   return in.flags.is_driving && !in.config->insulation.opens_while_driving;
 }
@@ -115,17 +124,20 @@ Reading insulation_driving_Ohm(const FaultInputs& in) {
   return {true, insulation_max_Ohm, {}, in.now};
 }
 
-/// A monitor that measures says so, again and again; after its start it may take this long to its first value.
+/// A monitor that measures says so, again and again. After its start, or ours, it may take long to its first value;
+/// after that its silence is no start. The row's confirm time bears with a word or two.
 Reading insulation_monitor_lost(const FaultInputs& in) {
-  constexpr Duration silent_max = 20s;
+  constexpr Duration first_value_max = 20s;
   if (in.config->insulation.monitoring != InsulationMonitoring::measured) return condition(false, in.now);
   const PduState* pdu = pdu_of(in);
   if (pdu == nullptr) return unknown_reading;
   const InsulationState state = pdu->insulation_state;
   const bool says_bad = state == InsulationState::no_signal || state == InsulationState::device_error ||
                         state == InsulationState::earth_fault || state == InsulationState::undefined;
-  const bool is_silent = !knows_insulation(*pdu) && in.now - in.sensors->insulation_known_at > silent_max;
-  return condition(says_bad || is_silent, in.sensors->pdu.taken_at);
+  const bool may_be_starting =
+      !in.sensors->insulation_told && in.now - in.sensors->insulation_known_at <= first_value_max;
+  const bool is_silent = !knows_insulation(*pdu) && !may_be_starting;
+  return condition(says_bad || is_silent || denies_the_voltage(in, *pdu), in.sensors->pdu.taken_at);
 }
 
 // --- contactors -----------------------------------------------------------------------------------------------------

@@ -99,7 +99,7 @@ void ModuleTable::observe(const MessageSpec& message, std::uint8_t node, const C
     }
     case internal_bus::temp_1.base_id:
     case internal_bus::temp_2.base_id:
-      take_temperatures(module, message, frame, at);
+      take_temperatures(index, message, frame, at);
       answered = message.base_id == internal_bus::temp_1.base_id ? temp_1_bit : temp_2_bit;
       break;
     case internal_bus::module.base_id:
@@ -137,18 +137,26 @@ void ModuleTable::take_cells(ModuleRecord& module, std::size_t block, const CanF
   }
 }
 
-void ModuleTable::take_temperatures(ModuleRecord& module, const MessageSpec& message, const CanFrame& frame,
-                                    TimePoint at) const {
+void ModuleTable::take_temperatures(std::size_t index, const MessageSpec& message, const CanFrame& frame,
+                                    TimePoint at) {
+  ModuleRecord& module = modules_[index];
+  std::array<JumpWatch, temperatures_per_module>& jumps = jumps_[index];
   // TEMP_1 holds cell sensors 1 to 3; TEMP_2 holds cell sensor 4, then the board sensors.
   const bool is_first = message.base_id == internal_bus::temp_1.base_id;
   const std::size_t cell_sensors = is_first ? 3 : 1;
   for (std::size_t slot = 0; slot < cell_sensors; ++slot) {
-    module.cell_temperature_dC[(is_first ? 0 : 3) + slot] =
-        measured(decode_signal(message.signals[slot], frame.data), at);
+    const std::size_t sensor = (is_first ? 0 : 3) + slot;
+    module.cell_temperature_dC[sensor] =
+        jumps[sensor].take(measured(decode_signal(message.signals[slot], frame.data), at), polled_at_[index]);
   }
   if (is_first) return;
   for (std::size_t slot = 0; slot < internal_bus::board_temperatures_per_module; ++slot) {
-    module.board_temperature_dC[slot] = measured(decode_signal(message.signals[1 + slot], frame.data), at);
+    const Measured<std::int32_t> told = measured(decode_signal(message.signals[1 + slot], frame.data), at);
+    module.board_temperature_dC[slot] =
+        jumps[internal_bus::cell_temperatures_per_module_max + slot].take(told, polled_at_[index]);
+    if (told.validity != Validity::not_fitted) {
+      module.fitted_boards = static_cast<std::uint8_t>(module.fitted_boards | (1U << slot));
+    }
   }
 }
 
@@ -193,6 +201,15 @@ void ModuleTable::begin_single(std::uint8_t node, TimePoint at) {
   if (find(node) != nullptr) polled_at_[index_of_node_[node]] = at;
 }
 
+std::uint8_t ModuleTable::node_in_doubt(TimePoint now) const {
+  for (std::size_t index = 0; index < modules_.size(); ++index) {
+    const auto& jumps = jumps_[index];
+    const auto is_worth_it = [now](const JumpWatch& jump) { return jump.is_worth_asking(now); };
+    if (std::any_of(jumps.begin(), jumps.end(), is_worth_it)) return modules_[index].config.node;
+  }
+  return 0;
+}
+
 PollWants ModuleTable::outstanding(std::uint8_t node) const {
   const std::uint32_t bits = find(node) == nullptr ? 0 : expected_[index_of_node_[node]];
   constexpr std::uint32_t cells_bits = 0xFU * first_cells_bit;
@@ -229,6 +246,7 @@ void ModuleTable::forget_values() {
     module.identity = {};
     module.damaged_frames = 0;
   }
+  jumps_ = {};
   expected_.fill(0);
   complete_cycles_ = 0;
   completed_at_ = {};

@@ -6,12 +6,16 @@
 // When a voltage was taken: with SYNC a module samples as its POLL arrives, so the POLL's time is the sample's time,
 // unless the module's STATUS admits that its voltages are older, or of unknown age: then they count as such. Voltages
 // whose STATUS did not arrive say nothing about their age and are not taken over; what was known before grows old.
+//
+// A temperature that jumps is `doubtful` until a later sample says so, too (jump_watch.hpp). Which board sensors a
+// module has is learned from itself: one that was ever anything but "not fitted" is expected from then on.
 #pragma once
 
 #include <array>
 #include <cstdint>
 
 #include "daemon/core/core_config.hpp"
+#include "daemon/core/jump_watch.hpp"
 #include "daemon/core/measured.hpp"
 #include "protocol/message.hpp"
 #include "protocol/receive_check.hpp"
@@ -49,6 +53,7 @@ struct ModuleRecord {
   std::array<Measured<std::int32_t>, internal_bus::cells_per_module_max> cell_voltage_uV{};
   std::array<Measured<std::int32_t>, internal_bus::cell_temperatures_per_module_max> cell_temperature_dC{};
   std::array<Measured<std::int32_t>, internal_bus::board_temperatures_per_module> board_temperature_dC{};
+  std::uint8_t fitted_boards = 0;  // sensors, the first lowest; kept when all else is forgotten
   Measured<std::int32_t> module_voltage_mV;
   Measured<ModuleStatus> status;
   Measured<ModuleIdentity> identity;
@@ -100,6 +105,8 @@ class ModuleTable {
   [[nodiscard]] PollWants outstanding(std::uint8_t node) const;
   /// When this node was polled last.
   [[nodiscard]] TimePoint polled_at(std::uint8_t node) const { return polled_at_[index_of_node_[node]]; }
+  /// A module with a doubtful temperature that it would confirm or take back if asked now; 0: none.
+  [[nodiscard]] std::uint8_t node_in_doubt(TimePoint now) const;
   /// A frame under this node's identifiers contradicts the one already accepted for the same POLL. One answer like that
   /// is what a module leaves that was away for a whole circle of the counter; a second one means that there are two.
   void note_conflict(std::uint8_t node, TimePoint at);
@@ -120,16 +127,19 @@ class ModuleTable {
  private:
   void take_status(ModuleRecord& module, const CanFrame& frame, TimePoint at);
   static void take_cells(ModuleRecord& module, std::size_t block, const CanFrame& frame, TimePoint polled_at);
-  void take_temperatures(ModuleRecord& module, const MessageSpec& message, const CanFrame& frame, TimePoint at) const;
+  void take_temperatures(std::size_t index, const MessageSpec& message, const CanFrame& frame, TimePoint at);
   void take_identity(ModuleRecord& module, const CanFrame& frame, TimePoint at) const;
   void note_answer(std::size_t index, std::uint32_t answer_bit, TimePoint at);
 
   static constexpr std::uint8_t no_module = 0xFF;
+  static constexpr std::size_t temperatures_per_module =
+      internal_bus::cell_temperatures_per_module_max + internal_bus::board_temperatures_per_module;
 
   FixedVector<ModuleRecord, modules_max> modules_;
   std::array<std::uint8_t, internal_bus::node_count_max + 1> index_of_node_{};
   std::array<std::uint32_t, modules_max> expected_{};  // answer bits still missing in this cycle, by module
   std::array<TimePoint, modules_max> polled_at_{};
+  std::array<std::array<JumpWatch, temperatures_per_module>, modules_max> jumps_{};  // cell sensors, then the board's
   TimePoint cycle_began_at_{};
   TimePoint completed_at_{};
   std::uint32_t complete_cycles_ = 0;

@@ -65,8 +65,10 @@ void add_module(Builders& builders, const ModuleRecord& module, const AgeConfig&
     if (temperature.is_usable(now, ages.temperature)) builders.temperatures.add(temperature, element);
   }
   for (std::uint8_t index = 0; index < internal_bus::board_temperatures_per_module; ++index) {
+    if (!has_board_sensor(module, index)) continue;
+    builders.boards.expect();
     const Measured<std::int32_t>& temperature = module.board_temperature_dC[index];
-    const Element element{module.config.node, static_cast<std::uint8_t>(index + 1), 0, true};
+    const Element element{module.config.node, board_sensor_number(index), 0, true};
     if (temperature.is_usable(now, ages.temperature)) builders.boards.add(temperature, element);
   }
   builders.cells_before = static_cast<std::uint16_t>(builders.cells_before + module.config.cell_count);

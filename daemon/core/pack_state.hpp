@@ -13,7 +13,7 @@ namespace bmu {
 /// Which cell, sensor, module, contactor or input a value belongs to. Zeros: the pack itself.
 struct Element {
   std::uint8_t module_node = 0;   // 1 to 63
-  std::uint8_t number = 0;        // cell or sensor within the module, from 1
+  std::uint8_t number = 0;        // cell or sensor within the module, from 1; board sensors follow those of the cells
   std::uint16_t pack_number = 0;  // counted through the whole pack, from 1
   bool is_temperature_sensor = false;
   std::uint8_t contactor = 0;  // 1 + ContactorId
@@ -54,9 +54,10 @@ struct PackState {
   std::uint16_t modules_answering = 0;  // status, module voltage and every cell voltage fresh
   std::uint16_t modules_expected = 0;
 
-  /// Every module, cell and temperature there should be.
+  /// Every module, cell and temperature there should be; boards without sensors have none.
   [[nodiscard]] constexpr bool is_complete() const {
-    return cell_voltage_uV.is_complete() && cell_temperature_dC.is_complete() && modules_answering == modules_expected;
+    return cell_voltage_uV.is_complete() && cell_temperature_dC.is_complete() &&
+           board_temperature_dC.count == board_temperature_dC.expected && modules_answering == modules_expected;
   }
   /// All three that the sensor measures.
   [[nodiscard]] constexpr bool is_sensed() const {
@@ -67,6 +68,14 @@ struct PackState {
 /// Adds up what is fresh at `now`. Stale, missing and invalid values are left out, and the counts say so.
 [[nodiscard]] PackState summarise(const ModuleTable& modules, const SensorTable& sensors, const CoreConfig& config,
                                   TimePoint now);
+
+/// The number of a board sensor within its module, by its place from 0.
+[[nodiscard]] constexpr std::uint8_t board_sensor_number(std::size_t index) {
+  return static_cast<std::uint8_t>(internal_bus::cell_temperatures_per_module_max + index + 1);
+}
+[[nodiscard]] constexpr bool has_board_sensor(const ModuleRecord& module, std::size_t index) {
+  return (module.fitted_boards >> index & 1U) != 0;
+}
 
 /// All that is needed from a module for it to count as answering: status, module voltage and every cell fresh.
 [[nodiscard]] bool is_answering(const ModuleRecord& module, const AgeConfig& ages, TimePoint now);

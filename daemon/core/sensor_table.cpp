@@ -131,7 +131,10 @@ void SensorTable::observe(const MessageSpec& message, const CanFrame& frame, Tim
     case sensor_u2.base_id: take(sensor_value(message, frame, at), link_voltage_mV, refused); break;
     case pdu_status.base_id:
       pdu_word = {pdu_state(frame), at, Validity::valid};
-      if (knows_insulation(pdu_word.value)) insulation_known_at = at;
+      if (knows_insulation(pdu_word.value)) {
+        insulation_known_at = at;
+        insulation_told = true;
+      }
       pdu = merge_inputs(pdu_word, lines, config);
       break;
     default: break;  // the sensor's own counters are taken as a second opinion by a later stage

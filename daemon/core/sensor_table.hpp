@@ -90,6 +90,7 @@ struct SensorTable {
   RefusedResult refused;  // the last of any channel
   CurrentWindow current_window;
   TimePoint insulation_known_at{};  // when the monitor last told a resistance; before, when it could begin to
+  bool insulation_told = false;     // it has told one
 
   // The two sources by themselves.
   Measured<PduState> pdu_word;

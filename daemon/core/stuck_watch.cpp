@@ -1,6 +1,9 @@
 #include "daemon/core/stuck_watch.hpp"
 
+#include <cmath>
 #include <cstdlib>
+
+#include "daemon/core/estimators/ocv_shift.hpp"
 
 namespace bmu {
 
@@ -9,29 +12,66 @@ namespace {
 constexpr double shows_at_least_uV = 5'000.0;
 /// Samples further apart than this do not prove what was between them.
 constexpr Duration sample_gap_max = 1s;
+/// No module bleeds a cell with more, so that all of it may go past a cell that is balanced.
+constexpr std::int32_t bleed_max_mA = 500;
+/// Cold or worn cells have more resistance than their data sheet says.
+constexpr double resistance_factor = 2.0;
 
 }  // namespace
 
 void StuckWatch::init(const CellModel& cell) {
   const double resistance_mOhm = cell.series_resistance_Ohm * 1e3;
+  model_ = cell;
   moved_min_mA_ = resistance_mOhm > 0.0 ? std::llround(shows_at_least_uV / resistance_mOhm) : 0;
+  flowed_min_uAs_ = charge_for_shift_uAs(cell, shows_at_least_uV);
+  forget();
+}
+
+void StuckWatch::forget() {
   cells_ = {};
+  counted_at_ = {};
+}
+
+void StuckWatch::count(const Measured<std::int32_t>& current_mA) {
+  constexpr std::int64_t products_per_uAs = 1'000'000;  // of mA and ns
+  const Duration since = current_mA.taken_at - counted_at_;
+  counted_at_ = current_mA.taken_at;
+  if (since > sample_gap_max || std::abs(current_mA.value) <= bleed_max_mA) return;
+  charge_uAs_ += current_mA.value * since.count() / products_per_uAs;
+}
+
+bool StuckWatch::must_have_moved(const Cell& cell, std::int32_t current_mA) const {
+  const std::int64_t step_mA = std::int64_t{current_mA} - cell.current_mA;
+  const std::int64_t flowed_uAs = charge_uAs_ - cell.charge_uAs;
+  const bool by_current = moved_min_mA_ > 0 && std::llabs(step_mA) >= moved_min_mA_;
+  const bool by_charge = flowed_min_uAs_ > 0 && std::llabs(flowed_uAs) >= flowed_min_uAs_;
+  const bool are_opposed = (step_mA < 0 && flowed_uAs > 0) || (step_mA > 0 && flowed_uAs < 0);
+  if (!are_opposed || !(by_current || by_charge)) return by_current || by_charge;
+  const OcvShift by_flow = ocv_shift(model_, std::llabs(flowed_uAs));
+  const double step_A = static_cast<double>(std::llabs(step_mA)) * 1e-3;
+  const double step_least_uV = step_A * model_.series_resistance_Ohm * 1e6;
+  const double step_most_uV =
+      resistance_factor * step_A * (model_.series_resistance_Ohm + model_.rc_resistance_Ohm) * 1e6;
+  return step_least_uV - by_flow.most_uV >= shows_at_least_uV || by_flow.least_uV - step_most_uV >= shows_at_least_uV;
 }
 
 void StuckWatch::take(Cell& cell, const Measured<std::int32_t>& voltage_uV, std::int32_t current_mA) const {
   if (voltage_uV.taken_at == cell.taken_at) return;
   if (!voltage_uV.is_valid() || cell.taken_at == TimePoint{} || voltage_uV.value != cell.voltage_uV) {
-    cell = {.voltage_uV = voltage_uV.value, .current_mA = current_mA, .taken_at = voltage_uV.taken_at};
+    cell = {.voltage_uV = voltage_uV.value,
+            .current_mA = current_mA,
+            .charge_uAs = charge_uAs_,
+            .taken_at = voltage_uV.taken_at};
     return;
   }
   const Duration since = voltage_uV.taken_at - cell.taken_at;
-  const bool has_moved = std::llabs(std::int64_t{current_mA} - cell.current_mA) >= moved_min_mA_;
-  if (has_moved && since <= sample_gap_max) cell.stuck_for += since;
+  if (since <= sample_gap_max && must_have_moved(cell, current_mA)) cell.stuck_for += since;
   cell.taken_at = voltage_uV.taken_at;
 }
 
 void StuckWatch::update(const ModuleTable& modules, const Measured<std::int32_t>& current_mA) {
-  if (moved_min_mA_ == 0 || !current_mA.is_valid()) return;
+  if (!current_mA.is_valid()) return;
+  count(current_mA);
   for (std::size_t index = 0; index < modules.modules().size(); ++index) {
     const ModuleRecord& module = modules.modules()[index];
     for (std::size_t cell = 0; cell < module.config.cell_count; ++cell) {

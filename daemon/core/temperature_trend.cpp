@@ -12,7 +12,8 @@ constexpr Duration gap_max = 1s;
 }  // namespace
 
 void TemperatureTrend::Track::add(const Measured<std::int32_t>& temperature_dC) {
-  if (temperature_dC.taken_at == newest.taken_at) return;
+  // A doubtful one may still be true: what was before it is kept to be compared with.
+  if (temperature_dC.taken_at == newest.taken_at || temperature_dC.validity == Validity::doubtful) return;
   if (!temperature_dC.is_valid()) {
     *this = {};
     newest.taken_at = temperature_dC.taken_at;

@@ -128,7 +128,7 @@ WiredPack closed_pack(const Pack& pack) {
 namespace {
 
 /// Long enough to see by how much a reaction comes too late.
-constexpr Duration patience = 12s;
+constexpr Duration patience = 80s;
 /// What stays closed stays so for this long: longer than any age, confirm time and grace together.
 constexpr Duration watched_closed = 1500ms;
 /// What may not close does not within this: a healthy pack would have.

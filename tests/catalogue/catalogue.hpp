@@ -117,6 +117,7 @@ struct Registered {
 namespace seen {
 Duration in_cells(const CoreConfig& config, const FaultRow& row);
 Duration in_temperatures(const CoreConfig& config, const FaultRow& row);
+Duration in_a_jump(const CoreConfig& config, const FaultRow& row);
 Duration in_temperature_trend(const CoreConfig& config, const FaultRow& row);
 Duration in_module_status(const CoreConfig& config, const FaultRow& row);
 Duration in_module_limits(const CoreConfig& config, const FaultRow& row);

@@ -254,7 +254,59 @@ FAULT(96, "the insulation monitor does not work", 2s,
         .inject = script("insulation wire open"),
         .repair = script("insulation wire closed"),
         .fault = "insulation_monitor_lost",
-        .fit = with_insulation}})
+        .fit = with_insulation},
+       {.what = "the insulation monitor starts anew and comes to no value, its line says good",
+        .inject = forging(is_message(internal_bus::pdu_status),
+                          [](CanFrame& frame, const WiredPack&) {
+                            write<internal_bus::pdu_status, "insulation_monitor_state">(
+                                frame, static_cast<std::int64_t>(InsulationState::speed_start));
+                            write<internal_bus::pdu_status, "insulation_resistance_Ohm">(frame, not_known());
+                          }),
+        .repair = heal,
+        .fault = "insulation_monitor_lost",
+        .configured = seen::in_the_next_word,
+        .fit = with_insulation},
+       {.what = "the insulation monitor says normal and no resistance",
+        .inject = forging(is_message(internal_bus::pdu_status),
+                          [](CanFrame& frame, const WiredPack&) {
+                            write<internal_bus::pdu_status, "insulation_resistance_Ohm">(frame, not_known());
+                          }),
+        .repair = heal,
+        .fault = "insulation_monitor_lost",
+        .configured = seen::in_the_next_word,
+        .fit = with_insulation},
+       {.what = "the insulation monitor says that the pack has no voltage",
+        .inject = forging(is_message(internal_bus::pdu_status),
+                          [](CanFrame& frame, const WiredPack&) {
+                            write<internal_bus::pdu_status, "insulation_monitor_state">(
+                                frame, static_cast<std::int64_t>(InsulationState::undervoltage));
+                          }),
+        .repair = heal,
+        .fault = "insulation_monitor_lost",
+        .configured = seen::in_the_next_word,
+        .fit = with_insulation,
+        .is_seen_open = false}})
+
+TEST_CASE("F95: a low insulation that only warns while driving opens a pack whose key is on at a charger",
+          "[catalogue][F95]") {
+  for (const bool is_charging : {false, true}) {
+    CoreConfig config = packs().front().config;
+    with_insulation(config);
+    config.insulation.opens_while_driving = false;
+    WiredPack pack(config);
+    pack.run(2500ms);
+    pack.apply("vehicle on");
+    if (is_charging) pack.apply("charger connected");
+    REQUIRE(pack.run_until([](const WiredPack& now) { return now.phase() == Phase::closed; }, 5s));
+    pack.run(500ms);
+    pack.apply("insulation resistance_kOhm 450");
+    CHECK(pack.run_until([](const WiredPack& now) { return is_open(now, Until::command); }, 3s) == is_charging);
+    CHECK(is_present(pack, is_charging ? "insulation_low" : "insulation_low_driving"));
+    if (is_charging) continue;
+    pack.apply("charger connected");  // the drive is over
+    CHECK(pack.run_until([](const WiredPack& now) { return is_open(now, Until::command); }, 3s));
+  }
+}
 
 FAULT(97, "the charger gives more than it was asked for", voltage_budget,
       {{.what = "the charger gives 40 A, the pack takes 30",
@@ -286,9 +338,9 @@ FAULT(99, "the charger goes on although it may not", voltage_budget,
 
 FAULT(99, "the charger goes on after it was stopped", temperature_budget + voltage_budget,
       {{.what = "a cell gets too hot to be charged, and 5 A go on flowing: its time and 450 ms",
-        .inject = script("cell $C temperature_dC 500"),
+        .inject = script("cell $C temperature_dC ..500 over 0.63"),
         .fault = "charge_not_allowed",
-        .prepare = script("load current_A -5"),
+        .prepare = script("cell $C temperature_dC 449.4; load current_A -5"),
         .fit = with_charge_temperatures,
         .span = 620ms,
         .step = 23ms,

@@ -13,6 +13,8 @@ namespace {
 constexpr Duration voltage_budget = 450ms;
 constexpr Duration temperature_budget = 950ms;
 constexpr Duration communication_budget = 400ms;
+/// What a jump takes longer: until the module has sampled anew, and is asked again.
+constexpr Duration jump_doubt = internal_bus::temperature_sampling_period + 20ms;
 
 bool is_any_cells(const CanFrame& frame, const WiredPack& pack) {
   const MessageSpec* const row = internal_bus::catalogue.find(frame.id).message;
@@ -29,6 +31,11 @@ Act a_cell_really_at(const char* voltage_mV) {
     pack.apply("cell $C voltage_mV " + std::string(voltage_mV) + "; sensor pack_voltage offset_mV " + offset_mV +
                "; sensor link_voltage offset_mV " + offset_mV);
   };
+}
+
+/// The second sensor of the last module's board, in whole degrees or as a code.
+Act board_sensor_as(std::uint8_t raw) {
+  return forging(is_message(internal_bus::temp_2), [raw](CanFrame& frame, const WiredPack&) { frame.data[3] = raw; });
 }
 
 /// By a share of what there is.
@@ -125,22 +132,59 @@ FAULT(4, "a cell's voltage is too low under load", voltage_budget,
           return limit.cause == LimitCause::cell_voltage_low && limit.limit_mA == 40'000;
         }}})
 
+// From just below the limit on, by 8 C a second: faster than any cell, and no jump.
 FAULT(6, "a cell is too hot", temperature_budget,
-      {{.what = "a cell at 65 C",
-        .inject = script("cell $C temperature_dC 650"),
+      {{.what = "a cell gets hotter than 60 C",
+        .inject = script("cell $C temperature_dC ..650 over 0.63"),
         .repair = script("cell $C temperature_dC 250"),
         .fault = "cell_overtemperature",
         .configured = seen::in_temperatures,
+        .prepare = script("cell $C temperature_dC 599.4"),
+        .span = 620ms,
+        .step = 23ms}})
+
+// Not believed before the module has taken another sample.
+FAULT(6, "a temperature jumps further than a cell can", temperature_budget + jump_doubt,
+      {{.what = "a cell at 65 C from one moment to the next",
+        .inject = script("cell $C temperature_dC 650"),
+        .repair = script("cell $C temperature_dC 250"),
+        .fault = "cell_overtemperature",
+        .configured = seen::in_a_jump,
+        .span = 620ms,
+        .step = 23ms},
+       {.what = "a board at 105 C from one moment to the next",
+        .inject = script("module $N board_temperature_dC 1050"),
+        .repair = script("module $N board_temperature_dC 250"),
+        .fault = "board_overtemperature",
+        .configured = seen::in_a_jump,
+        .span = 620ms,
+        .step = 23ms},
+       {.what = "a cell at 65 C in one sample of its module",
+        .inject = for_a_while("cell $C temperature_dC 650", internal_bus::temperature_sampling_period,
+                              "cell $C temperature_dC 250"),
+        .outcome = Outcome::stays_closed,
+        .span = 620ms,
+        .step = 23ms},
+       {.what = "a cell at -50 C in one sample of its module",
+        .inject = for_a_while("cell $C temperature_dC -500", internal_bus::temperature_sampling_period,
+                              "cell $C temperature_dC 250"),
+        .outcome = Outcome::stays_closed,
+        .span = 620ms,
+        .step = 23ms},
+       {.what = "a board at 120 C in one sample of its module",
+        .inject = for_a_while("module $N board_temperature_dC 1200", internal_bus::temperature_sampling_period,
+                              "module $N board_temperature_dC 250"),
+        .outcome = Outcome::stays_closed,
         .span = 620ms,
         .step = 23ms}})
 
 FAULT(6, "a cell is too cold", temperature_budget,
-      {{.what = "a cell at -25 C under load",
-        .inject = script("cell $C temperature_dC -250; pack temperature_dC -250"),
-        .repair = script("cell $C temperature_dC 250; pack temperature_dC 250"),
+      {{.what = "the pack gets colder than -20 C under load",
+        .inject = script("pack temperature_dC ..-250 over 0.63"),
+        .repair = script("pack temperature_dC 250; pack ambient_dC 250"),
         .fault = "cell_undertemperature",
         .configured = seen::in_temperatures,
-        .prepare = script("load current_A 40"),
+        .prepare = script("pack temperature_dC -199.4; pack ambient_dC -199.4; load current_A 40"),
         .span = 620ms,
         .step = 23ms}})
 
@@ -165,6 +209,23 @@ FAULT(9, "a temperature sensor is open or shorted", temperature_budget,
         .repair = heal,
         .fault = "temperature_not_measured",
         .configured = seen::in_cells}})
+
+FAULT(9, "a module's board sensor is open, shorted or gone", temperature_budget,
+      {{.what = "a board sensor is open or shorted",
+        .inject = board_sensor_as(0x7F),
+        .repair = heal,
+        .fault = "temperature_not_measured",
+        .configured = seen::in_cells},
+       {.what = "a fitted board sensor told as not fitted",
+        .inject = board_sensor_as(0x80),
+        .repair = heal,
+        .fault = "temperature_not_measured",
+        .configured = seen::in_cells},
+       {.what = "a module's board temperatures do not come",
+        .inject = losing(is_message(internal_bus::temp_2)),
+        .repair = heal,
+        .fault = "temperature_not_measured",
+        .configured = seen::in_temperature_silence}})
 
 FAULT(11, "a fitted cell is told as not fitted", communication_budget,
       {{.what = "three fitted cells told as not fitted",

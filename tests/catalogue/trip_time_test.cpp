@@ -84,6 +84,23 @@ TEST_CASE("16 modules of 12 cells: one bad sample of a cell never trips", "[cata
   CHECK_FALSE(worst_time(spike, fast_pack()));
 }
 
+TEST_CASE("the shipped packs: one wild temperature of a module never trips", "[catalogue][trip][F2]") {
+  for (const char* const file : {"demo-48s.json", "lipo-6s-24v.json", "traction-16x12.json"}) {
+    const Pack pack = shipped(file);
+    for (const auto& [wild, back] :
+         {std::pair{"cell $C temperature_dC 900", "cell $C temperature_dC 250"},
+          std::pair{"cell $C temperature_dC -400", "cell $C temperature_dC 250"},
+          std::pair{"module $N board_temperature_dC 1200", "module $N board_temperature_dC 250"}}) {
+      const Case spike{.what = wild,
+                       .inject = for_a_while(wild, internal_bus::temperature_sampling_period, back),
+                       .outcome = Outcome::stays_closed,
+                       .span = 600ms,
+                       .step = 60ms};
+      CHECK_FALSE(worst_time(spike, pack));
+    }
+  }
+}
+
 TEST_CASE("16 modules of 12 cells: a lost module opens within 300 ms", "[catalogue][trip][F21]") {
   const Case one_lost{.what = "a module is silent", .inject = script("module $N silent"), .fault = "module_lost"};
   const Case all_lost{.what = "all modules are silent", .inject = losing(is_of_a_module), .fault = "module_lost"};
@@ -113,7 +130,10 @@ TEST_CASE("the racing accumulator as shipped opens on temperatures within 1 s",
   const std::int32_t cold_dC = limits.cell_undertemperature.open - 20;
   Case cold = of_last_cell("a cell is too cold", "temperature_dC", cold_dC, "cell_undertemperature");
   cold.inject = [cold_dC](WiredPack& pack) { pack.apply(beyond("pack temperature_dC", cold_dC)); };
-  cold.prepare = script("load current_A 40");
+  cold.prepare = [cold_dC](WiredPack& pack) {
+    pack.apply(beyond("pack temperature_dC", cold_dC + 30) + "; " + beyond("pack ambient_dC", cold_dC + 30) +
+               "; load current_A 40");
+  };
   // By a little, from a little below: a jump would open for its rise or its distance from the others.
   const std::int32_t hot_dC = limits.cell_overtemperature.open;
   Case hot = of_last_cell("a cell is too hot", "temperature_dC", hot_dC + 5, "cell_overtemperature");
@@ -132,16 +152,63 @@ TEST_CASE("the racing accumulator as shipped opens on temperatures within 1 s",
   }
 }
 
-// EV 6.3: within 30 s of the fault. The monitor itself may need 20 s of them to follow.
-TEST_CASE("the racing accumulator as shipped opens on a low insulation within 10 s of the monitor's word",
+// Bounded by the cell's curve: 5 mV are due after 0.36 Ah, wherever it stands, and then the limit's 8 s begin.
+TEST_CASE("a module of the shipped packs that repeats itself at a steady current opens after 0.36 Ah",
+          "[catalogue][trip][F12]") {
+  struct Steady {
+    const char* switch_on;
+    const char* current;
+    Duration within;
+  };
+  for (const char* const file : {"demo-48s.json", "traction-16x12.json"}) {
+    for (const Steady& one : {Steady{"vehicle on", "load current_A 40", 32'400ms + 8s + 500ms},
+                              Steady{"charger connected", "charger current_A 19", 68'300ms + 8s + 500ms}}) {
+      WiredPack pack(shipped(file).config);
+      pack.run(2500ms);
+      pack.apply(one.switch_on);
+      REQUIRE(pack.run_until([](const WiredPack& now) { return now.phase() == Phase::closed; }, 5s));
+      pack.apply(one.current);
+      pack.run(5s);
+      const TimePoint began_at = pack.now();
+      pack.apply("module $N stuck on");
+      CHECK(pack.run_until([](const WiredPack& now) { return is_open(now, Until::command); }, 100s));
+      UNSCOPED_INFO(file << ": " << one.current << ": " << ms_text(pack.now() - began_at) << " ms");
+      CHECK(pack.now() - began_at <= one.within);
+      CHECK(is_present(pack, "stuck_values"));
+    }
+  }
+}
+
+TEST_CASE("a current sensor of the shipped packs that stands still is noticed with the next large step",
+          "[catalogue][trip][F18]") {
+  for (const char* const file : {"demo-48s.json", "traction-16x12.json"}) {
+    WiredPack base(shipped(file).config);
+    base.run(2500ms);
+    REQUIRE(base.close());
+    base.apply("load current_A 5");
+    base.run(5s);
+    base.apply("sensor current value_mA 5000");
+    for (Duration shift{}; shift < 110ms; shift += 7ms, base.run(7ms)) {
+      WiredPack pack = base;
+      const TimePoint began_at = pack.now();
+      pack.apply("load current_A 200");
+      REQUIRE(pack.run_until([](const WiredPack& now) { return is_open(now, Until::command); }, 5s));
+      CHECK(pack.now() - began_at <= 600ms);
+      CHECK(is_present(pack, "current_contradicts_voltage"));
+    }
+  }
+}
+
+// EV 6.3: within 30 s of the fault. The monitor's own time to follow a resistance is its maker's number, 20 s at most
+// for the usual ones; the emulated one follows at once, so what is measured here is ours.
+TEST_CASE("the racing accumulator as shipped opens on a low insulation within 2 s of the monitor's word",
           "[catalogue][formula_student][FS_3]") {
   const Case half{.what = "21 kOhm, half of what the rules ask for",
                   .inject = script("insulation resistance_kOhm 21"),
                   .fault = "insulation_low"};
   const Case silent{
       .what = "the monitor is off", .inject = script("insulation monitor no_signal"), .fault = "insulation_fault"};
-  constexpr Duration monitor_time = 20s;
-  CHECK(longest(half, racing_pack(), 150ms, 7ms) + contactor_time + monitor_time <= 30s);
+  CHECK(longest(half, racing_pack(), 150ms, 7ms) + contactor_time <= 2s);
   CHECK(longest(silent, racing_pack(), 150ms, 7ms) + contactor_time <= 2s);
 }
 

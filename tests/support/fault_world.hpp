@@ -78,6 +78,23 @@ class FaultWorld {
     tell(internal_bus::cells_2, node, count > 3 ? count - 3 : 0, 3, 3'700'000);
   }
   void say_temperatures(std::uint8_t node, std::size_t count) { tell(internal_bus::temp_1, node, count, 3, 250); }
+  /// TEMP_2 of a module without a fourth cell sensor: the board's, 1 to 4.
+  void say_boards(std::uint8_t node, const std::array<SignalValue, 4>& boards_dC) {
+    CanFrame frame = make_frame(internal_bus::temp_2, node);
+    encode_signal(internal_bus::temp_2.signals[0], not_known(Validity::not_fitted), frame.data);
+    for (std::size_t slot = 0; slot < boards_dC.size(); ++slot) {
+      encode_signal(internal_bus::temp_2.signals[1 + slot], boards_dC[slot], frame.data);
+    }
+    modules_.observe(internal_bus::temp_2, node, frame, now);
+  }
+  /// The first temperature of a module; its second stays what it always is.
+  void say_first_temperature(std::uint8_t node, SignalValue temperature_dC) {
+    CanFrame frame = make_frame(internal_bus::temp_1, node);
+    encode_signal(internal_bus::temp_1.signals[0], temperature_dC, frame.data);
+    encode_signal(internal_bus::temp_1.signals[1], known(250), frame.data);
+    encode_signal(internal_bus::temp_1.signals[2], not_known(Validity::not_fitted), frame.data);
+    modules_.observe(internal_bus::temp_1, node, frame, now);
+  }
   void say_module(std::uint8_t node, std::int64_t open_wire_cells) {
     CanFrame frame = make_frame(internal_bus::module, node);
     write<internal_bus::module, "open_wire_cells">(frame, open_wire_cells);

@@ -176,7 +176,7 @@ TEST_CASE("each condition opens a closed pack within its budget", "[unit][core][
            b.modules[0].cell_temperature_dC[1] = odd ? known(1'200) : not_known(Validity::open_circuit);
          };
        },
-       FaultId::cell_overtemperature, 950ms},
+       FaultId::temperature_not_measured, 550ms},
       {"a cell that is not measured every second time",
        [](CoreBench& b) {
          b.before_poll = [&b, odd = false]() mutable {

@@ -122,6 +122,35 @@ TEST_CASE("what nobody measures any more is good, so that a lock of a time when 
   CHECK_FALSE(world.read(FaultId::insulation_low).is_known);
 }
 
+TEST_CASE("a monitor that has told a value once may no longer take its time", "[unit][faults][F92]") {
+  const FaultId id = FaultId::insulation_monitor_lost;
+  World world = world_that_measures();
+  world.sensors.insulation_told = true;
+  CHECK_FALSE(world.is_true(id));
+  fall_silent(world);
+  CHECK(world.is_true(id));
+  world.sensors.pdu.value.insulation_state = InsulationState::normal;
+  world.sensors.pdu.value.insulation_resistance_Ohm = not_known();
+  CHECK(world.is_true(id));
+}
+
+TEST_CASE("a monitor that sees no voltage at a closed pack that has one is lost", "[unit][faults][F92]") {
+  const FaultId id = FaultId::insulation_monitor_lost;
+  World world = world_that_measures();  // eight cells, empty at 2.9 V
+  world.sensors.pdu.value.insulation_state = InsulationState::undervoltage;
+  world.pack.pack_voltage_mV = {23'201, start, Validity::valid};
+  CHECK_FALSE(world.is_true(id));  // open, and the monitor may sit on the link
+  world.flags.closed_since = start;
+  CHECK(world.is_true(id));
+  world.pack.pack_voltage_mV.value = 23'200;
+  CHECK_FALSE(world.is_true(id));
+  world.pack.pack_voltage_mV = {23'201, start, Validity::unknown};
+  CHECK_FALSE(world.is_true(id));
+  world.pack.pack_voltage_mV.validity = Validity::valid;
+  world.sensors.pdu.value.insulation_state = InsulationState::normal;
+  CHECK_FALSE(world.is_true(id));
+}
+
 TEST_CASE("a second current sensor is missed like the first, and compared with it", "[unit][faults][F13]") {
   World world;
   world.config.sensor.has_second_current = true;

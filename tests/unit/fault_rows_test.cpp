@@ -4,6 +4,7 @@
 #include <set>
 #include <utility>
 
+#include "daemon/core/event.hpp"
 #include "daemon/core/fault_table.hpp"
 #include "protocol/tables/internal_bus.hpp"
 #include "tests/support/catch.hpp"
@@ -96,6 +97,63 @@ TEST_CASE("a temperature that is none, or does not come, is missing", "[unit][fa
   CHECK(reading.element == Element{.module_node = 1, .number = 1, .is_temperature_sensor = true});
   CHECK(reading.taken_at == world.now);  // what does not come is seen anew with every look
   expect_only_if_started(world, FaultId::temperature_not_measured);
+}
+
+TEST_CASE("a board sensor that a module has once shown is expected of it, whatever it says later",
+          "[unit][faults][F11]") {
+  const FaultId id = FaultId::temperature_not_measured;
+  const SignalValue none = not_known(Validity::not_fitted);
+  World world;
+  world.say_boards(2, {known(300), none, known(310), none});
+  CHECK_FALSE(world.is_true(id));
+  for (const SignalValue& bad : {not_known(Validity::sensor_fault), none}) {
+    world.say_boards(2, {known(300), none, bad, none});
+    CHECK(world.is_true(id));
+    CHECK(world.read(id).element == Element{.module_node = 2, .number = 7, .is_temperature_sensor = true});
+    CHECK(to_text(world.read(id).element) == "board sensor 2.3");
+  }
+  world.say_boards(2, {known(300), none, known(310), none});
+  CHECK_FALSE(world.is_true(id));
+  world.modules().forget_values();
+  world.poll_after(1s);
+  world.answer(1);
+  world.answer(2);
+  CHECK(world.read(id).element == Element{.module_node = 2, .number = 5, .is_temperature_sensor = true});
+  world.say_boards(2, {known(300), none, known(310), none});
+  CHECK_FALSE(world.is_true(id));
+  world.poll_after(250ms + 1ns);
+  world.answer(1);
+  world.answer(2);
+  CHECK(world.is_true(id));  // TEMP_2 does not come any more
+  CHECK(world.read(id).taken_at == world.now);
+}
+
+TEST_CASE("a board sensor that is broken from the start is fitted", "[unit][faults][F11]") {
+  World world;
+  world.say_boards(1, {not_known(Validity::not_fitted), not_known(Validity::sensor_fault),
+                       not_known(Validity::not_fitted), not_known(Validity::not_fitted)});
+  CHECK(world.read(FaultId::temperature_not_measured).element ==
+        Element{.module_node = 1, .number = 6, .is_temperature_sensor = true});
+}
+
+TEST_CASE("a temperature in doubt is not missing, and nothing is good meanwhile", "[unit][faults][F2][F11]") {
+  const FaultId id = FaultId::temperature_not_measured;
+  World world;
+  world.poll_after(100ms);
+  world.say_first_temperature(1, known(800));
+  CHECK_FALSE(world.is_true(id));
+  CHECK(world.read(id).is_partial);
+  world.now += 250ms;
+  world.say_first_temperature(2, known(250));
+  CHECK_FALSE(world.is_true(id));
+  world.now += 1ns;
+  CHECK(world.is_true(id));  // too old to be in doubt
+  world.say_first_temperature(1, known(250));
+  CHECK_FALSE(world.is_true(id));
+  CHECK_FALSE(world.read(id).is_partial);
+  world.say_first_temperature(1, known(800));
+  world.say_temperatures(2, 1);
+  CHECK(world.is_true(id));  // another one is missing
 }
 
 TEST_CASE("each failure that a module can report is one", "[unit][faults][F10][RR_7]") {

@@ -115,3 +115,93 @@ TEST_CASE("voltages that rise when more current is said to flow out show a senso
   REQUIRE(drive.bench.run_until([&] { return drive.bench.is_active(FaultId::current_contradicts_voltage); }, 20s));
   CHECK_FALSE(drive.bench.core().outputs().any_contactor());
 }
+
+namespace {
+
+/// A sensor that goes on telling what it told last, while the load behind it changes.
+struct Standstill {
+  explicit Standstill(const CoreConfig& config = pack_of_2_mOhm()) : bench(config) {
+    REQUIRE(bench.close());
+    bench.before_poll = [this] {
+      for (BenchModule& module : bench.modules) {
+        for (SignalValue& cell : module.cell_voltage_uV) cell = known(3'700'000 - real_mA * model_uOhm / 1'000);
+      }
+    };
+    bench.current_mA = 5'000;
+    real_mA = 5'000;
+  }
+  [[nodiscard]] bool opens_within(Duration duration) {
+    return bench.run_until([this] { return bench.is_active(FaultId::current_contradicts_voltage); }, duration);
+  }
+
+  using BenchModule = test::BenchModule;
+  CoreBench bench;
+  std::int64_t real_mA = 0;
+};
+
+constexpr std::int64_t unseen_step_mA = 16'000;  // a fifth of 80 A
+
+}  // namespace
+
+TEST_CASE("voltages that step while the current is said to stand still show a sensor that stands still",
+          "[unit][core][estimators][F12]") {
+  for (const std::int64_t step_mA : {unseen_step_mA, -unseen_step_mA, std::int64_t{90'000}}) {
+    Standstill pack;
+    pack.bench.run(4s);
+    pack.real_mA += step_mA;
+    CHECK(pack.opens_within(600ms));
+    CHECK_FALSE(pack.bench.core().outputs().any_contactor());
+  }
+  Standstill small;
+  small.bench.run(4s);
+  small.real_mA += unseen_step_mA - 100;
+  CHECK_FALSE(small.opens_within(5s));
+}
+
+TEST_CASE("a step soon after the current has moved may be an echo of that, later it is none",
+          "[unit][core][estimators][F12]") {
+  for (const auto& [after, opens] : {std::pair{Duration{2s}, false}, std::pair{Duration{3500ms}, true}}) {
+    Standstill pack;
+    pack.bench.run(4s);
+    pack.bench.current_mA = 30'000;
+    pack.real_mA = 30'000;
+    pack.bench.run(after);
+    pack.real_mA = 60'000;
+    CHECK(pack.opens_within(800ms) == opens);
+  }
+}
+
+TEST_CASE("a step of the cells that the pack voltage does not have is no step of the current",
+          "[unit][core][estimators][F12]") {
+  for (const std::int32_t follows_mV : {0, 60}) {  // the cells' sum steps by 8 x 20 mV
+    CoreConfig config = pack_of_2_mOhm();
+    Standstill pack(config);
+    pack.bench.pack_voltage_mV = 29'520;
+    pack.bench.run(4s);
+    pack.real_mA += 10'000;
+    pack.bench.pack_voltage_mV = 29'520 - follows_mV;
+    CHECK_FALSE(pack.opens_within(2s));
+  }
+  Standstill away;
+  away.bench.pack_voltage_mV = 29'520;
+  away.bench.run(4s);
+  away.real_mA += 20'000;  // 320 mV down
+  away.bench.pack_voltage_mV = 29'520 + 320;
+  CHECK_FALSE(away.opens_within(2s));
+}
+
+TEST_CASE("a wobble that is over within two polls is no step", "[unit][core][estimators][F12]") {
+  Standstill pack;
+  pack.bench.run(4s);
+  pack.real_mA += 90'000;
+  pack.bench.run(150ms);
+  pack.real_mA -= 90'000;
+  CHECK_FALSE(pack.opens_within(3s));
+}
+
+TEST_CASE("a closed pack whose current is really steady goes on", "[unit][core][estimators][F12]") {
+  Standstill pack;
+  pack.bench.current_mA = 60'000;
+  pack.real_mA = 60'000;
+  CHECK_FALSE(pack.opens_within(60s));
+}

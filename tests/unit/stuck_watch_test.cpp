@@ -1,6 +1,7 @@
-// Values that stand still although the current moves, and those that may.
+// Values that stand still although the current moves or charge flows, and those that may.
 #include "daemon/core/stuck_watch.hpp"
 
+#include "daemon/core/estimators/ocv_shift.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/core_bench.hpp"
 #include "tests/support/module_feed.hpp"
@@ -41,6 +42,7 @@ class Watched {
     }
   }
   [[nodiscard]] Reading longest() const { return watch_.longest_ms(feed_.modules()); }
+  [[nodiscard]] std::int64_t charge_shown_uAs() const { return watch_.charge_shown_uAs(); }
   void forget() { watch_.forget(); }
 
   static constexpr std::int32_t not_measured = -1;
@@ -67,22 +69,101 @@ class Watched {
 
 }  // namespace
 
-TEST_CASE("at a steady current, or in a rest, a cell may stand still for as long as it likes",
+TEST_CASE("in a rest, or while no more flows than balances a cell, a cell may stand still for as long as it likes",
           "[unit][plausibility][F17]") {
-  for (const std::int32_t current_mA : {0, 50'000, -20'000}) {
+  for (const std::int32_t current_mA : {0, 500, -500}) {
     Watched watched;
-    for (int count = 0; count < 6'000; ++count) watched.poll(current_mA);
+    for (int count = 0; count < 60'000; ++count) watched.poll(current_mA);
     CHECK(watched.longest().is_known);
     CHECK(watched.longest().value == 0);
   }
+}
+
+TEST_CASE("at a steady current time counts from when the charge must show, and exactly from there",
+          "[unit][plausibility][F17]") {
+  for (const std::int32_t current_mA : {501, 50'000, -20'000}) {
+    Watched watched;
+    const std::int64_t uAs_a_poll = std::abs(current_mA) * 100;
+    const std::int64_t polls = (watched.charge_shown_uAs() + uAs_a_poll - 1) / uAs_a_poll;
+    watched.poll(current_mA);
+    for (std::int64_t count = 1; count < polls; ++count) watched.poll(current_mA);
+    CHECK(watched.longest().value == 0);
+    watched.poll(current_mA);
+    CHECK(watched.longest().value == 100);
+    for (int count = 0; count < 30; ++count) watched.poll(current_mA);
+    CHECK(watched.longest().value == 3'100);
+  }
+}
+
+TEST_CASE("charge that has flowed back proves nothing", "[unit][plausibility][F17]") {
+  Watched watched;
+  const std::int32_t current_mA = shows_mA / 2 - 1;  // there and back is no step that shows
+  const std::int64_t polls = watched.charge_shown_uAs() / (current_mA * 100);
+  for (const std::int32_t way_mA : {current_mA, -current_mA, current_mA}) {
+    for (std::int64_t count = 0; count < polls; ++count) watched.poll(way_mA);
+  }
+  CHECK(watched.longest().value == 0);
+}
+
+TEST_CASE("a hole in the current is no charge", "[unit][plausibility][F17]") {
+  Watched watched;
+  watched.poll(50'000);
+  for (int count = 0; count < 100; ++count) watched.poll(50'000, 1'001ms);
+  CHECK(watched.longest().value == 0);
+}
+
+TEST_CASE("a charger that holds its voltage holds the cells, too, while its current falls",
+          "[unit][plausibility][F17]") {
+  Watched watched;  // 2 mOhm, 1 V over half of 50 Ah
+  double current_A = 20.0;
+  for (int count = 0; count < 72'000; ++count) {
+    watched.poll(static_cast<std::int32_t>(-current_A * 1e3));
+    // As much less by resistance as the charge is more: 14 uV each As, at 2 mOhm.
+    current_A -= current_A * 0.1 * 1e6 / (50.0 * 3'600.0) * 1e-6 * 1.0 / 0.002;
+    CHECK(watched.longest().value == 0);
+  }
+}
+
+TEST_CASE("of current and charge that work against each other the stronger one counts by what is left of it",
+          "[unit][plausibility][F17]") {
+  // After a little charge at 50 A the load goes: 100 mV up by resistance, and next to nothing down.
+  Watched step;
+  for (int count = 0; count < 20; ++count) step.poll(50'000);
+  for (int count = 0; count < 10; ++count) step.poll(0);
+  CHECK(step.longest().value == 1'000);
+  // After half the capacity a hundredth of the current is gone: the charge counts.
+  Watched flow;
+  for (int count = 0; count < 100; ++count) flow.poll(900'000, 1s);
+  const std::int64_t before = flow.longest().value;
+  flow.poll(890'000, 1s);
+  CHECK(flow.longest().value == before + 1'000);
+}
+
+TEST_CASE("the least a charge moves a cell is on the flattest stretch, the most on the steepest",
+          "[unit][plausibility][F17]") {
+  CellModel cell;
+  cell.capacity_uAs = 1'000'000;
+  cell.ocv.push_back({0, 3'000'000});
+  cell.ocv.push_back({200, 3'200'000});   // 1 mV each permille
+  cell.ocv.push_back({300, 3'204'000});   // 0.04 mV
+  cell.ocv.push_back({1000, 3'554'000});  // 0.5 mV
+  CHECK(ocv_shift(cell, 100'000).least_uV == Approx(4'000));
+  CHECK(ocv_shift(cell, 100'000).most_uV == Approx(100'000));
+  CHECK(ocv_shift(cell, 110'000).least_uV == Approx(9'000));
+  CHECK(ocv_shift(cell, 0).most_uV == Approx(0).margin(1e-6));
+  CHECK(ocv_shift(cell, 2'000'000).least_uV == Approx(554'000));
+  CHECK(ocv_shift(cell, 2'000'000).most_uV == Approx(554'000));
+  CHECK(charge_for_shift_uAs(cell, 5'000) == 102'000);
+  CHECK(charge_for_shift_uAs(cell, 555'000) == 0);
+  CHECK(charge_for_shift_uAs({}, 5'000) == 0);
 }
 
 TEST_CASE("time counts from the change of current that a cell must show, and exactly from there",
           "[unit][plausibility][F17]") {
   for (const std::int32_t change_mA : {shows_mA - 1, shows_mA, -shows_mA + 1, -shows_mA}) {
     Watched watched;
-    watched.poll(10'000);
-    for (int count = 0; count < 20; ++count) watched.poll(10'000 + change_mA);
+    watched.poll(0);
+    for (int count = 0; count < 20; ++count) watched.poll(change_mA);
     CHECK(watched.longest().value == (std::abs(change_mA) >= shows_mA ? 2'000 : 0));
   }
 }
@@ -166,10 +247,10 @@ TEST_CASE("a cell of no volts stands still like any other, and not when it comes
   CHECK(shorted.longest().value == 0);
 }
 
-TEST_CASE("a pack whose cell file has no resistance is not watched", "[unit][plausibility][F17]") {
+TEST_CASE("a pack whose cell file has no resistance is watched by charge alone", "[unit][plausibility][F17]") {
   Watched watched(test::small_pack());
   watched.poll(0);
-  for (int count = 0; count < 200; ++count) watched.poll(50'000);
+  for (int count = 0; count < 100; ++count) watched.poll(50'000);
   CHECK(watched.longest().is_known);
   CHECK(watched.longest().value == 0);
 }

@@ -18,6 +18,11 @@ constexpr std::int64_t answer_min_uV = 5'000;
 /// A cell with twenty times the model's resistance is a loose bolt, not a measurement.
 constexpr std::int64_t absurd_factor = 20;
 constexpr std::int32_t average_over = 4;
+/// The current has stood still for as long when a step of the voltages proves anything, and the step must be one of
+/// this many of the least steps, and of this much a cell.
+constexpr Duration still_min = 3s;
+constexpr std::int64_t steps_unseen_min = 2;
+constexpr std::int64_t unseen_min_uV = 10'000;
 
 }  // namespace
 
@@ -40,17 +45,21 @@ void StepResponse::forget() {
   pictures_ = {};
   contradiction_ = {};
   taken_at_ = {};
+  still_since_ = {};
 }
 
 void StepResponse::update(const ModuleTable& modules, const SensorTable& sensors, const PackState& pack) {
   const bool is_new = modules.completed_at() != TimePoint{} && modules.completed_at() != taken_at_;
   if (model_uOhm_ == 0 || !is_new || !pack.cell_voltage_uV.is_complete()) return;
   const Picture now = picture_of(modules, sensors, pack);
+  const bool is_still = still_since_ != TimePoint{} && sensors.current_window.swing_mA(taken_at_) < step_min_mA_ / 10;
+  if (!is_still) still_since_ = now.taken_at;
   taken_at_ = now.taken_at;
   contradiction_ = {};
   if (!now.is_steady) return;
   compare_cells(modules, now);
   judge_direction(now);
+  judge_stillness(now);
   pictures_[head_] = now;
   head_ = (head_ + 1) % pictures_.size();
 }
@@ -63,6 +72,7 @@ StepResponse::Picture StepResponse::picture_of(const ModuleTable& modules, const
   picture.is_steady = range.is_known && range.max_mA - range.min_mA < step_min_mA_ / 10;
   picture.current_mA = static_cast<std::int32_t>((range.min_mA + range.max_mA) / 2);
   picture.sum_uV = std::int64_t{pack.cell_voltage_sum_mV.value} * 1'000;
+  picture.pack_mV = pack.pack_voltage_mV;
   return picture;
 }
 
@@ -124,6 +134,25 @@ void StepResponse::judge_direction(const Picture& now) {
     contradiction_ = {.is_known = true, .value = is_against ? 1 : 0, .taken_at = now.taken_at};
     if (is_against) return;
   }
+}
+
+/// A current that is said to stand still while all voltages step, and stay: the sensor repeats itself. Compared is with
+/// the oldest picture, so that a wobble in between is none.
+void StepResponse::judge_stillness(const Picture& now) {
+  if (now.taken_at - still_since_ < still_min || !now.pack_mV.is_valid()) return;
+  const Picture* before = nullptr;
+  for (const Picture& one : pictures_) {
+    const bool is_near = one.is_steady && one.pack_mV.is_valid() && now.taken_at - one.taken_at <= neighbours_max;
+    if (is_near && (before == nullptr || one.taken_at < before->taken_at)) before = &one;
+  }
+  if (before == nullptr) return;
+  const auto cells = static_cast<std::int64_t>(cell_count_);
+  const std::int64_t least_uV = std::max(unseen_min_uV, steps_unseen_min * step_min_mA_ * model_uOhm_ / 1'000) * cells;
+  const std::int64_t seen_uV = now.sum_uV - before->sum_uV;
+  const std::int64_t pack_uV = (std::int64_t{now.pack_mV.value} - before->pack_mV.value) * 1'000;
+  const bool is_of_pack = (pack_uV > 0) == (seen_uV > 0) && 2 * std::llabs(pack_uV) >= std::llabs(seen_uV);
+  const bool is_unseen = std::llabs(seen_uV) >= least_uV && is_of_pack;
+  contradiction_ = {.is_known = true, .value = is_unseen ? 1 : 0, .taken_at = now.taken_at};
 }
 
 std::int32_t StepResponse::cell_resistance_uOhm(std::size_t cell) const {

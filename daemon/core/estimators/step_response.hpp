@@ -5,6 +5,12 @@
 // 2013 method, BMS_F.6), averaged over steps; and voltages that rise when more current is said to leave the pack prove
 // that the sensor counts the wrong way round, or is another one.
 //
+// The mirror image proves that it stands still: cells and pack voltage that step and stay, within 600 ms, by what only
+// a step of the current can make of them, while the current is said to have stood still for three seconds. By then
+// what a former load leaves behind moves a cell by a millivolt or two in that time; asked for are 10 mV, and what the
+// model's resistance makes of a fifth of the continuous current. That a module's bleeding moves cells as far as its
+// wires is no step of the pack, so the pack voltage has to say the same.
+//
 // Cost: a look at one time a tick; a pass over the cells a poll cycle.
 #pragma once
 
@@ -32,7 +38,7 @@ class StepResponse {
   [[nodiscard]] const Reading& worst_cell_permille() const { return worst_cell_permille_; }
   /// Average resistance in permille of the cell model's.
   [[nodiscard]] const Reading& average_permille() const { return average_permille_; }
-  /// 1 while voltages move against the current; known only just after a step.
+  /// 1 while voltages move against the current, or without it; known only just after a step.
   [[nodiscard]] const Reading& contradiction() const { return contradiction_; }
 
   /// By number through the pack, from 0; 0 while not known.
@@ -45,6 +51,7 @@ class StepResponse {
     bool is_steady = false;
     std::int32_t current_mA = 0;
     std::int64_t sum_uV = 0;
+    Measured<std::int32_t> pack_mV{};
   };
   struct Cell {
     std::int32_t voltage_uV = 0;  // in the last steady picture
@@ -55,6 +62,7 @@ class StepResponse {
   [[nodiscard]] Picture picture_of(const ModuleTable& modules, const SensorTable& sensors, const PackState& pack) const;
   void compare_cells(const ModuleTable& modules, const Picture& now);
   void judge_direction(const Picture& now);
+  void judge_stillness(const Picture& now);
   void refresh(TimePoint at);
 
   std::size_t cell_count_ = 0;
@@ -64,6 +72,7 @@ class StepResponse {
   std::array<Picture, 4> pictures_{};  // a ring, for the direction
   std::size_t head_ = 0;
   TimePoint taken_at_{};
+  TimePoint still_since_{};  // of the current, as told
   Reading contradiction_;
   Reading worst_cell_permille_;
   Reading average_permille_;
