@@ -1,5 +1,9 @@
 // Rows 82 to 103 of the catalogue again: what needs a history, a charger, an insulation monitor or lines of this
 // machine. A charger has no protocol yet: that it gives too much, or goes on, is seen in the current.
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "tests/catalogue/catalogue.hpp"
 #include "tests/catalogue/frames.hpp"
 #include "tests/support/catch.hpp"
@@ -64,11 +68,6 @@ Act weld_that_lies(std::vector<std::string_view> contactors) {
   };
 }
 
-/// Neither the precharge nor a main contactor onto the link.
-bool never_went_on(const WiredPack& pack) {
-  return pack.phases_entered(Phase::precharge) == 0 && pack.phases_entered(Phase::main_positive) == 0;
-}
-
 std::function<bool(const WiredPack&)> has_broken_current() {
   return [](const WiredPack& pack) { return pack.phases_entered(Phase::breaking) == 1; };
 }
@@ -80,17 +79,41 @@ FAULT(82, "a contactor is welded", 300ms,
         .inject = script("contactor main_positive welded"),
         .fault = "contactor_welded",
         .outcome = Outcome::never_closes},
-       {.what = "main positive is welded, its auxiliary contact follows its coil",
-        .inject = weld_that_lies({"main_positive"}),
-        .fault = "contactor_welded",
-        .outcome = Outcome::never_closes,
-        .holds = never_went_on},
        {.what = "main positive stays closed when the key is turned off",
         .inject = script("contactor main_positive welded; vehicle off"),
         .repair = script("contactor main_positive ok"),
         .fault = "contactor_welded",
         .until = Until::told,
         .is_seen_open = false}})
+
+FAULT_TESTED_IN(
+    82, "held",
+    {.what = "main positive is welded, its auxiliary contact follows its coil: no precharge, nothing closes",
+     .fault = "contactor_welded",
+     .outcome = Outcome::never_closes})
+
+TEST_CASE("F82: a main positive that is welded shows with main negative alone, whatever its auxiliary contact says",
+          "[catalogue][F82]") {
+  for (const Pack& config : packs()) {
+    INFO("pack of " << config.name);
+    for (const Duration key_after : {Duration{2500ms}, Duration{6s}}) {
+      WiredPack pack(config.config);
+      weld_that_lies({"main_positive"})(pack);
+      pack.run(key_after);
+      // Turned within the time a link has to discharge it is only held up; the next time it is a weld.
+      for (int turn = 0; turn < 3; ++turn) {
+        pack.apply("vehicle on");
+        pack.run(4s);
+        pack.apply("vehicle off");
+        pack.run(12s);
+      }
+      CHECK(pack.phases_entered(Phase::main_negative) > 0);
+      CHECK(pack.phases_entered(Phase::precharge) == 0);
+      CHECK(pack.phases_entered(Phase::main_positive) == 0);
+      CHECK(is_present(pack, "contactor_welded"));
+    }
+  }
+}
 
 FAULT(82, "the link stays where the pack is", 5s + voltage_budget,
       {{.what = "both main contactors are welded, their auxiliary contacts say open",
