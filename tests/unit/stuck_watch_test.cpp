@@ -226,6 +226,17 @@ TEST_CASE("what was not measured, a hole and an unknown current prove nothing", 
   CHECK(forgotten.longest().value == 0);
 }
 
+TEST_CASE("a pack whose cell file has no curve is watched by current alone", "[unit][plausibility][F17]") {
+  CoreConfig config = pack_of_2_mOhm();
+  config.cell.ocv.clear();
+  Watched watched(config);
+  CHECK(watched.charge_shown_uAs() == 0);
+  for (int count = 0; count < 6'000; ++count) watched.poll(50'000);
+  CHECK(watched.longest().value == 0);
+  watched.poll(50'000 + shows_mA);
+  CHECK(watched.longest().value == 100);
+}
+
 TEST_CASE("of cells that stand still as long the first is named", "[unit][plausibility][F17]") {
   Watched watched;
   watched.poll(0);
