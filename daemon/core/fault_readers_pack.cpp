@@ -47,22 +47,6 @@ TimePoint status_seen_at(const ModuleRecord& module) {
   return module.status.taken_at;
 }
 
-/// First value of a group that is no number, or did not come.
-template <class Values>
-Reading first_invalid(const ModuleRecord& module, const Values& values, std::uint8_t count, Duration age_max,
-                      TimePoint now) {
-  for (std::uint8_t index = 0; index < count; ++index) {
-    const Measured<std::int32_t>& value = values[index];
-    const bool is_fresh = value.is_fresh(now, age_max);
-    if (!value.is_valid() || !is_fresh) {
-      // What does not come at all has no samples to count; there every look is one.
-      return condition(true, is_fresh ? value.taken_at : now,
-                       {.module_node = module.config.node, .number = static_cast<std::uint8_t>(index + 1)});
-    }
-  }
-  return condition(false, now);
-}
-
 /// A current that flows although it was forbidden, seen after it had its time to end.
 Reading forbidden_current(const FaultInputs& in, TimePoint forbidden_since, std::int64_t current_mA,
                           std::int32_t tolerated_mA) {
@@ -237,9 +221,12 @@ Reading cell_not_measured(const FaultInputs& in) {
       good.is_partial = true;
       continue;
     }
-    const Reading reading =
-        first_invalid(module, module.cell_voltage_uV, module.config.cell_count, in.config->ages.cell_voltage, in.now);
-    if (reading.value != 0) return reading;
+    for (std::uint8_t index = 0; index < module.config.cell_count; ++index) {
+      const Measured<std::int32_t>& voltage = module.cell_voltage_uV[index];
+      if (voltage.is_valid()) continue;
+      return condition(true, voltage.taken_at,
+                       {.module_node = module.config.node, .number = static_cast<std::uint8_t>(index + 1)});
+    }
   }
   return good;
 }

@@ -131,12 +131,14 @@ TEST_CASE("of current and charge that work against each other the stronger one c
   for (int count = 0; count < 20; ++count) step.poll(50'000);
   for (int count = 0; count < 10; ++count) step.poll(0);
   CHECK(step.longest().value == 1'000);
-  // After half the capacity a hundredth of the current is gone: the charge counts.
-  Watched flow;
-  for (int count = 0; count < 100; ++count) flow.poll(900'000, 1s);
-  const std::int64_t before = flow.longest().value;
-  flow.poll(890'000, 1s);
-  CHECK(flow.longest().value == before + 1'000);
+  // After half the capacity a little of the current is gone, be it a step that shows or not: the charge counts.
+  for (const std::int32_t less_mA : {10'000, 1'000}) {
+    Watched flow;
+    for (int count = 0; count < 100; ++count) flow.poll(900'000, 1s);
+    const std::int64_t before = flow.longest().value;
+    flow.poll(900'000 - less_mA, 1s);
+    CHECK(flow.longest().value == before + 1'000);
+  }
 }
 
 TEST_CASE("the least a charge moves a cell is on the flattest stretch, the most on the steepest",
@@ -224,6 +226,17 @@ TEST_CASE("what was not measured, a hole and an unknown current prove nothing", 
   CHECK(forgotten.longest().value == 100);
   forgotten.forget();
   CHECK(forgotten.longest().value == 0);
+}
+
+TEST_CASE("a pack whose cell file has no curve is watched by current alone", "[unit][plausibility][F17]") {
+  CoreConfig config = pack_of_2_mOhm();
+  config.cell.ocv.clear();
+  Watched watched(config);
+  CHECK(watched.charge_shown_uAs() == 0);
+  for (int count = 0; count < 6'000; ++count) watched.poll(50'000);
+  CHECK(watched.longest().value == 0);
+  watched.poll(50'000 + shows_mA);
+  CHECK(watched.longest().value == 100);
 }
 
 TEST_CASE("of cells that stand still as long the first is named", "[unit][plausibility][F17]") {
