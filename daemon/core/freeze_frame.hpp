@@ -58,7 +58,7 @@ struct FreezeFrame {
 /// What is known and decided at that instant.
 struct FreezeSources {
   TimePoint now{};
-  std::int64_t unix_time_ms = 0;
+  std::int64_t unix_time_ms{};
   const CoreConfig& config;
   const FaultState& fault;
   const PackState& pack;

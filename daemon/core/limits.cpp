@@ -118,14 +118,13 @@ void lower(CurrentLimit& limit, const DeratingRow& row, const LimitConfig& confi
 
 /// More current than is good asks for less. Without a tier of its own the limit of a current says nothing before it
 /// opens: its warning lies above what is allowed anyway.
-void lower_for_current(CurrentLimit& limit, const LimitConfig& config, const Measured<std::int32_t>& current_mA,
-                       std::int32_t sign, std::int32_t unhindered_mA) {
-  if (!config.limit.has_value() || !current_mA.is_valid()) return;
-  const std::int32_t value_mA = sign * current_mA.value;
+void lower_for_current(CurrentLimit& limit, const LimitConfig& config, std::int32_t value_mA, LimitCause cause,
+                       std::int32_t unhindered_mA) {
+  if (!config.limit.has_value()) return;
   const std::int64_t allowed_mA = share_permille(value_mA, config, false) * unhindered_mA / all_permille;
   if (allowed_mA >= limit.limit_mA) return;
   limit = {.limit_mA = static_cast<std::int32_t>(allowed_mA),
-           .cause = sign > 0 ? LimitCause::drawn_too_much : LimitCause::charged_too_much,
+           .cause = cause,
            .value = value_mA,
            .derates_from = config.derates_from(),
            .threshold = config.open,
@@ -152,8 +151,13 @@ CurrentLimits evaluate_limits(const PackState& pack, const CoreConfig& config, c
     if (row.direction != Direction::charge) lower(limits.discharge, row, limit, spread, top.discharge.limit_mA);
     if (row.direction != Direction::discharge) lower(limits.charge, row, limit, spread, top.charge.limit_mA);
   }
-  lower_for_current(limits.discharge, config.limits.discharge_overcurrent, pack.current_mA, 1, top.discharge.limit_mA);
-  lower_for_current(limits.charge, config.limits.charge_overcurrent, pack.current_mA, -1, top.charge.limit_mA);
+  if (pack.current_mA.is_valid()) {
+    const std::int32_t drawn_mA = pack.current_mA.value;
+    lower_for_current(limits.discharge, config.limits.discharge_overcurrent, drawn_mA, LimitCause::drawn_too_much,
+                      top.discharge.limit_mA);
+    lower_for_current(limits.charge, config.limits.charge_overcurrent, -drawn_mA, LimitCause::charged_too_much,
+                      top.charge.limit_mA);
+  }
   // The missing value may be the one that limits.
   if (!pack.cell_voltage_uV.is_complete() || !pack.cell_temperature_dC.is_complete()) {
     keep_down(limits.discharge, inputs.before.discharge);

@@ -176,3 +176,38 @@ TEST_CASE("a cause that is there again after a restart takes its confirm time an
   CHECK_FALSE(state_of(bench, FaultId::cell_overvoltage).is_restored);
   CHECK_FALSE(bench.close());
 }
+
+TEST_CASE("an opening for a lock of a former life says so, with no times it cannot know",
+          "[unit][core][why][BMS_F.10]") {
+  PersistentState state;
+  const bool has_frame = GENERATE(true, false);
+  FaultRecord& record = state.faults[static_cast<std::size_t>(FaultId::cell_undervoltage)];
+  record = {.count = 1, .is_locked = true};
+  if (has_frame) record.frame = FreezeFrame{.value = 2'700'000, .threshold = 2'900'000, .element = {.module_node = 1}};
+  CoreBench bench(small_pack());
+  bench.restore(state);
+  bench.run(1s);
+  bench.inputs.charger_connected = true;
+  REQUIRE(bench.run_until([&] { return bench.core().sequence().phase == Phase::closed; }, 3s));
+  bench.inputs.vehicle_on = true;
+  bench.run(200ms);
+  REQUIRE(bench.core().sequence().phase == Phase::closed);
+  bench.inputs.charger_connected = false;
+  REQUIRE(bench.run_until([&] { return bench.core().sequence().phase == Phase::open; }, 1s));
+  const OpeningRecord& opening = bench.core().last_opening();
+  CHECK(opening.cause == OpeningCause::fault);
+  CHECK(opening.fault == FaultId::cell_undervoltage);
+  CHECK(opening.is_restored);
+  const Json why = opening_json({.core = bench.core(), .now = bench.now()});
+  INFO(why.dump(2));
+  const std::string seen = has_frame ? "module 1: 2.7000 V" : "value not known";
+  CHECK(why.at("reason") ==
+        "a cell's voltage is too low: " + seen + ", seen before the daemon started and not cleared since");
+  REQUIRE(why.at("steps").size() == 3);
+  const Json& signal = why.at("steps").at(0);
+  CHECK(signal.at("text") == "a cell's voltage is too low: " + seen + ", seen before the daemon started");
+  CHECK(signal.at("value_uV") == (has_frame ? Json(2'700'000) : Json(nullptr)));
+  CHECK(signal.at("taken_ago_ms").is_null());
+  CHECK(signal.at("taken_before_opening_ms").is_null());
+  CHECK(why.at("steps").at(1).at("confirmed_before_opening_ms").is_null());
+}

@@ -96,6 +96,8 @@ TEST_CASE("before anything was judged no fault is there, nor known not to be", "
     CHECK(state.count == 0);
     CHECK(state.samples == 0);
     CHECK(state.threshold == 0);
+    CHECK_FALSE(state.is_restored);
+    CHECK_FALSE(state.is_doubtful());
   }
 }
 

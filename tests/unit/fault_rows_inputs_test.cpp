@@ -118,6 +118,9 @@ TEST_CASE("what nobody measures any more is good, so that a lock of a time when 
   CHECK(world.read(FaultId::insulation_low).is_known);
   CHECK(world.read(FaultId::insulation_low).value == INT32_MAX);
   CHECK(world.read(FaultId::insulation_low).taken_at == world.now);
+  world.sensors.pdu.value.insulation_state = InsulationState::normal;
+  world.sensors.pdu.value.insulation_resistance_Ohm = known(70'000);
+  CHECK(world.read(FaultId::insulation_low).value == 70'000);  // nobody asked for it, and it is there
   world.sensors.pdu = {};
   CHECK_FALSE(world.read(FaultId::insulation_low).is_known);
 }

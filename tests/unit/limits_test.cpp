@@ -314,6 +314,11 @@ TEST_CASE("a current beyond the middle tier of its own limit is answered with le
   CHECK(bench.discharge().cause == LimitCause::continuous);
   bench.pack.current_mA.value = 110'000;
   CHECK(bench.discharge().limit_mA == 0);
+  bench.pack.current_mA.value = 105'000;
+  bench.pack.cell_temperature_dC.max = bench.config.limits.cell_overtemperature.open;
+  CHECK(bench.discharge().limit_mA == 0);  // what allows less wins
+  CHECK(bench.discharge().cause == LimitCause::cell_hot);
+  bench.pack.cell_temperature_dC.max = 250;
   bench.pack.current_mA.validity = Validity::unknown;
   CHECK(bench.discharge().limit_mA == 80'000);
   in.limit = 26'000;
