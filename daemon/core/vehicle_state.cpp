@@ -1,7 +1,7 @@
 #include "daemon/core/vehicle_state.hpp"
 
 #include <algorithm>
-#include <iterator>
+#include <array>
 
 namespace bmu {
 
@@ -101,7 +101,7 @@ constexpr WarningRow warning_rows[] = {
     {FaultId::insulation_low_driving, 7},
 };
 
-constexpr FaultId closing_tests[] = {
+constexpr std::array closing_tests{
     FaultId::precharge_failed, FaultId::precharge_too_fast, FaultId::precharge_overcurrent, FaultId::contactor_feedback,
     FaultId::contactor_welded, FaultId::link_not_following, FaultId::link_not_discharging};
 
@@ -130,7 +130,7 @@ std::uint8_t elithion_state(const ModeInputs& in) {
 }
 
 bool has_relay_fault(const FaultMemory& faults) {
-  return std::any_of(std::begin(closing_tests), std::end(closing_tests),
+  return std::any_of(closing_tests.begin(), closing_tests.end(),
                      [&faults](FaultId id) { return faults.state(id).is_present(); });
 }
 
