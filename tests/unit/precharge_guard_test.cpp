@@ -45,6 +45,7 @@ TEST_CASE("a precharge that was too slow has its tries, one that failed otherwis
   CHECK(guard.note_end(PrechargeFailure::too_slow) == PrechargeFailure::none);
   CHECK(guard.note_end(PrechargeFailure::too_slow) == PrechargeFailure::too_slow);
   CHECK_FALSE(guard.is_retrying());  // it is a fault now, and the next wish begins anew
+  CHECK(guard.tries_failed() == 0);
   CHECK(guard.note_end(PrechargeFailure::too_fast) == PrechargeFailure::too_fast);
   CHECK(guard.note_end(PrechargeFailure::overcurrent) == PrechargeFailure::overcurrent);
   CHECK(guard.note_end(PrechargeFailure::too_slow) == PrechargeFailure::none);
@@ -53,6 +54,7 @@ TEST_CASE("a precharge that was too slow has its tries, one that failed otherwis
   (void)guard.note_end(PrechargeFailure::too_slow);
   guard.forget_tries();
   CHECK_FALSE(guard.is_retrying());
+  CHECK(guard.tries_failed() == 0);
 }
 
 TEST_CASE("a single try is a fault when it fails", "[unit][contactors][F86]") {
