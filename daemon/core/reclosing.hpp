@@ -1,6 +1,6 @@
-// What an opening means for the next closing: how long nothing closes, whether the wish outlives it, and how long a wish
-// waits for a pack that may not close. Also which permission each phase needs, and which pack voltage a precharge may be
-// measured against.
+// What an opening means for the next closing: how long nothing closes, whether the wish outlives it, and how long a
+// wish waits for a pack that may not close. Also which permission each phase needs, and which pack voltage a precharge
+// may be measured against.
 #pragma once
 
 #include <algorithm>

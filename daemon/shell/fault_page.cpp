@@ -51,7 +51,8 @@ std::string reaction(const FaultRow& row) {
 std::string end(const FaultRow& row) {
   const std::string after = row.has_limit() ? "its `clear_ms`" : ms_text(row.clear);
   const std::string gone = "its cause has been gone for " + after;
-  const std::string kept = row.outlives == Outlives::if_closed ? "; kept over a restart if the pack was closed then" : "";
+  const std::string kept =
+      row.outlives == Outlives::if_closed ? "; kept over a restart if the pack was closed then" : "";
   switch (row.latch) {
     case Latch::none: return "by itself when " + gone;
     case Latch::until_cleared: return "by `bmuctl clear`, once " + gone + kept;

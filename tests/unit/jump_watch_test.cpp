@@ -52,7 +52,8 @@ TEST_CASE("a value keeps its number and its time in doubt", "[unit][temperature]
 
 TEST_CASE("a jump is believed from the first answer on that can only hold another sample", "[unit][temperature][F2]") {
   // First told at 104 ms; the next sample is taken up to 500 ms later, by a clock that may be 1 % slow.
-  for (const auto& [asked_at, is_believed] : {std::pair{Duration{609ms - 1ns}, false}, std::pair{Duration{609ms}, true}}) {
+  for (const auto& [asked_at, is_believed] :
+       {std::pair{Duration{609ms - 1ns}, false}, std::pair{Duration{609ms}, true}}) {
     Told sensor;
     static_cast<void>(sensor.tell(250, 0ms));
     CHECK(sensor.validity(700, 100ms) == Validity::doubtful);

@@ -362,6 +362,9 @@ TEST_CASE("a wait after an opening begins anew with the next life, and one that 
   const PersistentState within = bench.core().persistent();
   bench.run(2s);
   CHECK(bench.core().persistent().closing.lockout_ms == 0);
+  bench.inputs.estop_1_released = true;
+  bench.run(1500ms);
+  bench.give(Command::clear_faults);  // else the stop holds in the next life, too
   const PersistentState after = bench.core().persistent();
 
   NextLife early(test::small_pack(), within);
