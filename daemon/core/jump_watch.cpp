@@ -37,18 +37,19 @@ Measured<std::int32_t> JumpWatch::take(const Measured<std::int32_t>& told_dC, Ti
 void JumpWatch::judge(const Measured<std::int32_t>& told_dC, TimePoint polled_at) {
   const std::int32_t jump_dC = told_dC.value - believed_dC_.value;
   const bool is_jump = believed_dC_.is_fresh(told_dC.taken_at, former_max) && std::abs(jump_dC) > temperature_jump_dC;
-  const bool is_other_way = doubted_since_ == TimePoint{} || (jump_dC > 0) != is_upwards_;
+  const bool is_upwards = jump_dC > 0;
+  const bool is_other_way = doubted_since_ == TimePoint{} || is_upwards != is_upwards_;
   if (!is_jump || (!is_other_way && polled_at - doubted_since_ >= next_sample_after)) {
     doubted_since_ = {};
   } else if (is_other_way) {
     doubted_since_ = told_dC.taken_at;
-    is_upwards_ = jump_dC > 0;
+    is_upwards_ = is_upwards;
   }
 }
 
 bool JumpWatch::is_worth_asking(TimePoint now) const {
-  const Duration in_doubt = now - doubted_since_;
-  return doubted_since_ != TimePoint{} && in_doubt >= next_sample_after && in_doubt < former_max;
+  const Duration in_doubt = now - doubted_since_;  // without a doubt since the beginning of time
+  return in_doubt >= next_sample_after && in_doubt < former_max;
 }
 
 }  // namespace bmu

@@ -1,5 +1,6 @@
 #include "daemon/core/pack_state.hpp"
 
+#include <algorithm>
 #include <cstdlib>
 
 namespace bmu {
@@ -23,7 +24,7 @@ class SpreadBuilder {
       spread_.max_taken_at = value.taken_at;
     }
     sum_ += value.value;
-    oldest_ = spread_.count == 0 || value.taken_at < oldest_ ? value.taken_at : oldest_;
+    oldest_ = std::min(oldest_, value.taken_at);
     ++spread_.count;
   }
 
@@ -38,7 +39,7 @@ class SpreadBuilder {
  private:
   Spread spread_;
   std::int64_t sum_ = 0;
-  TimePoint oldest_{};
+  TimePoint oldest_ = TimePoint::max();
 };
 
 struct Builders {
@@ -83,7 +84,7 @@ Measured<std::int32_t> only_if_usable(const Measured<std::int32_t>& value, TimeP
 /// Of two sensors the one that shows more counts, whichever way it flows; one that is silent is a fault of its own.
 Measured<std::int32_t> worse_current(const Measured<std::int32_t>& one, const Measured<std::int32_t>& other,
                                      const SensorConfig& config) {
-  if (!config.has_second_current || !other.is_valid()) return one;
+  if (!config.has_second_current) return one;
   if (!one.is_valid()) return other;
   return std::llabs(std::int64_t{other.value}) > std::llabs(std::int64_t{one.value}) ? other : one;
 }
@@ -95,7 +96,7 @@ Measured<std::int32_t> module_sum(const ModuleTable& modules, const AgeConfig& a
     const Measured<std::int32_t>& voltage = module.module_voltage_mV;
     if (!voltage.is_usable(now, ages.cell_voltage)) return {};
     sum.value += voltage.value;
-    sum.taken_at = voltage.taken_at < sum.taken_at ? voltage.taken_at : sum.taken_at;
+    sum.taken_at = std::min(sum.taken_at, voltage.taken_at);
   }
   return sum;
 }

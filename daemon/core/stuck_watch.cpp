@@ -9,20 +9,21 @@ namespace bmu {
 
 namespace {
 
-constexpr double shows_at_least_uV = 5'000.0;
+constexpr std::int64_t shows_at_least_uV = 5'000;
 /// Samples further apart than this do not prove what was between them.
 constexpr Duration sample_gap_max = 1s;
 /// No module bleeds a cell with more, so that all of it may go past a cell that is balanced.
 constexpr std::int32_t bleed_max_mA = 500;
+constexpr std::int64_t nV_per_uV = 1'000;
 /// Cold or worn cells have more resistance than their data sheet says.
-constexpr double resistance_factor = 2.0;
+constexpr std::int64_t resistance_factor = 2;
 
 }  // namespace
 
 void StuckWatch::init(const CellModel& cell) {
-  const double resistance_mOhm = cell.series_resistance_Ohm * 1e3;
   model_ = cell;
-  moved_min_mA_ = resistance_mOhm > 0.0 ? std::llround(shows_at_least_uV / resistance_mOhm) : 0;
+  resistance_uOhm_ = std::llround(cell.series_resistance_Ohm * 1e6);
+  resistance_max_uOhm_ = resistance_factor * (resistance_uOhm_ + std::llround(cell.rc_resistance_Ohm * 1e6));
   flowed_min_uAs_ = charge_for_shift_uAs(cell, shows_at_least_uV);
   forget();
 }
@@ -43,16 +44,16 @@ void StuckWatch::count(const Measured<std::int32_t>& current_mA) {
 bool StuckWatch::must_have_moved(const Cell& cell, std::int32_t current_mA) const {
   const std::int64_t step_mA = std::int64_t{current_mA} - cell.current_mA;
   const std::int64_t flowed_uAs = charge_uAs_ - cell.charge_uAs;
-  const bool by_current = moved_min_mA_ > 0 && std::llabs(step_mA) >= moved_min_mA_;
+  const std::int64_t step_least_uV = std::llabs(step_mA) * resistance_uOhm_ / nV_per_uV;
+  const bool by_current = step_least_uV >= shows_at_least_uV;
   const bool by_charge = flowed_min_uAs_ > 0 && std::llabs(flowed_uAs) >= flowed_min_uAs_;
-  const bool are_opposed = (step_mA < 0 && flowed_uAs > 0) || (step_mA > 0 && flowed_uAs < 0);
-  if (!are_opposed || !(by_current || by_charge)) return by_current || by_charge;
+  const bool is_due = by_current || by_charge;
+  const bool is_same_way = (step_mA < 0) == (flowed_uAs < 0);
+  if (!is_due || is_same_way) return is_due;
   const OcvShift by_flow = ocv_shift(model_, std::llabs(flowed_uAs));
-  const double step_A = static_cast<double>(std::llabs(step_mA)) * 1e-3;
-  const double step_least_uV = step_A * model_.series_resistance_Ohm * 1e6;
-  const double step_most_uV =
-      resistance_factor * step_A * (model_.series_resistance_Ohm + model_.rc_resistance_Ohm) * 1e6;
-  return step_least_uV - by_flow.most_uV >= shows_at_least_uV || by_flow.least_uV - step_most_uV >= shows_at_least_uV;
+  const std::int64_t step_most_uV = std::llabs(step_mA) * resistance_max_uOhm_ / nV_per_uV;
+  return step_least_uV - std::llround(by_flow.most_uV) >= shows_at_least_uV ||
+         std::llround(by_flow.least_uV) - step_most_uV >= shows_at_least_uV;
 }
 
 void StuckWatch::take(Cell& cell, const Measured<std::int32_t>& voltage_uV, std::int32_t current_mA) const {

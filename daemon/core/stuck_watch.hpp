@@ -53,9 +53,10 @@ class StuckWatch {
 
   std::array<std::array<Cell, internal_bus::cells_per_module_max>, modules_max> cells_{};
   CellModel model_;
-  std::int64_t moved_min_mA_ = 0;    // 0: the cell's resistance is not known
-  std::int64_t flowed_min_uAs_ = 0;  // 0: nothing is due by charge
-  std::int64_t charge_uAs_ = 0;      // out of the pack, in all
+  std::int64_t resistance_uOhm_ = 0;      // 0: not known, and no step shows
+  std::int64_t resistance_max_uOhm_ = 0;  // of a cold or worn cell, relaxed
+  std::int64_t flowed_min_uAs_ = 0;       // 0: nothing is due by charge
+  std::int64_t charge_uAs_ = 0;           // out of the pack, in all
   TimePoint counted_at_{};
 };
 

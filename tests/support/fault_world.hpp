@@ -77,7 +77,9 @@ class FaultWorld {
     tell(internal_bus::cells_1, node, count, 3, 3'700'000);
     tell(internal_bus::cells_2, node, count > 3 ? count - 3 : 0, 3, 3'700'000);
   }
-  void say_temperatures(std::uint8_t node, std::size_t count) { tell(internal_bus::temp_1, node, count, 3, 250); }
+  void say_temperatures(std::uint8_t node, std::size_t count, std::int64_t temperature_dC = 250) {
+    tell(internal_bus::temp_1, node, count, 3, temperature_dC);
+  }
   /// TEMP_2 of a module without a fourth cell sensor: the board's, 1 to 4.
   void say_boards(std::uint8_t node, const std::array<SignalValue, 4>& boards_dC) {
     CanFrame frame = make_frame(internal_bus::temp_2, node);

@@ -63,6 +63,10 @@ TEST_CASE("a cell that an answering module does not know is named", "[unit][faul
   CHECK(reading.value == 1);
   CHECK(reading.element == Element{.module_node = 2, .number = 4});
   CHECK(reading.taken_at == start + 100ms);
+  world.tell_cells(2, {0, 3'700'000, 3'700'000, 3'700'000});
+  CHECK_FALSE(world.is_true(FaultId::cell_not_measured));
+  world.say_cells(2, 0);
+  CHECK(world.read(FaultId::cell_not_measured).element == Element{.module_node = 2, .number = 1});
   world.say_cells(2, 4);
   CHECK_FALSE(world.is_true(FaultId::cell_not_measured));
   CHECK_FALSE(world.read(FaultId::cell_not_measured).is_partial);
@@ -154,6 +158,13 @@ TEST_CASE("a temperature in doubt is not missing, and nothing is good meanwhile"
   world.say_first_temperature(1, known(800));
   world.say_temperatures(2, 1);
   CHECK(world.is_true(id));  // another one is missing
+  World silent;
+  silent.poll_after(100ms);
+  silent.say_temperatures(1, 2, 800);
+  CHECK_FALSE(silent.is_true(id));
+  silent.poll_after(250ms + 1ns);
+  silent.say_temperatures(2, 2);
+  CHECK(silent.is_true(id));  // all that were in doubt are too old
 }
 
 TEST_CASE("each failure that a module can report is one", "[unit][faults][F10][RR_7]") {

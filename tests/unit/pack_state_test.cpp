@@ -76,6 +76,20 @@ TEST_CASE("values of minus 10 and 20 degrees: signs and places of temperatures",
         Element{.module_node = 2, .number = 2, .pack_number = 4, .is_temperature_sensor = true});
 }
 
+TEST_CASE("a set of one value, and one of none above zero", "[unit][pack_state]") {
+  Summed world;
+  world.feed.pass(1100ms);
+  world.feed.poll();
+  world.feed.temperatures(1, {known(-50), not_known()});
+  const Spread one = world.pack().cell_temperature_dC;
+  CHECK(one.count == 1);
+  CHECK(one.average == -50);
+  CHECK(one.max == -50);
+  world.feed.temperatures(2, {known(-60), known(-70)});
+  CHECK(world.pack().cell_temperature_dC.max == -50);
+  CHECK(Spread{.count = 1, .expected = 1}.is_complete());
+}
+
 TEST_CASE("what is not measured, in doubt or too old is missing, and makes the set incomplete", "[unit][pack_state]") {
   Summed world;
   CHECK(world.pack().is_complete());
@@ -206,6 +220,8 @@ TEST_CASE("of two current sensors the one that shows more counts, and one alone 
   world.sensors.current_2_mA.validity = Validity::valid;
   world.sensors.current_mA.taken_at = now - 200ms - 1ns;
   CHECK(world.pack().current_mA.value == 9'999);
+  world.sensors.current_2_mA.value = 0;
+  CHECK(world.pack().current_mA.is_valid());
   world.sensors.current_2_mA.taken_at = now - 200ms - 1ns;
   CHECK_FALSE(world.pack().current_mA.is_valid());
 }

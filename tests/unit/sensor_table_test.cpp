@@ -318,6 +318,9 @@ TEST_CASE("a pack is healthy while no input says no", "[unit][sensor_table][F89]
   const PduState healthy{
       .estop_1_released = true, .estop_2_released = true, .interlock_closed = true, .insulation_monitor_ok = true};
   CHECK(healthy.is_healthy());
+  const PduState silent;
+  CHECK_FALSE(silent.insulation_monitor_ok);
+  CHECK_FALSE(silent.resume_button);
   const auto is_healthy_with = [&healthy](auto change) {
     PduState state = healthy;
     change(state);

@@ -141,6 +141,73 @@ TEST_CASE("of current and charge that work against each other the stronger one c
   }
 }
 
+TEST_CASE("what is left of current and charge that work against each other counts from 5 mV on, exactly",
+          "[unit][plausibility][F17]") {
+  const CoreConfig config = pack_of_2_mOhm();
+  int exactly = 0;
+  for (int polls = 1; polls <= 9; ++polls) {
+    for (std::int32_t less_mA = 2'500; less_mA < 2'900; ++less_mA) {
+      Watched step;
+      for (int count = 0; count <= polls; ++count) step.poll(50'000);
+      step.poll(50'000 - less_mA);
+      const std::int64_t flowed_uAs = polls * 5'000'000 + (50'000 - less_mA) * 100;
+      const std::int64_t left_uV = less_mA * 2 - std::llround(ocv_shift(config.cell, flowed_uAs).most_uV);
+      CHECK(step.longest().value == (left_uV >= 5'000 ? 100 : 0));
+      exactly += left_uV == 5'000 ? 1 : 0;
+    }
+  }
+  CHECK(exactly > 0);
+  exactly = 0;
+  for (std::int32_t current_mA = 900'000; current_mA < 908'000; current_mA += 1'000) {
+    for (std::int32_t less_mA = 2'450; less_mA < 2'550; ++less_mA) {
+      Watched flow;
+      for (int count = 0; count <= 2; ++count) flow.poll(current_mA, 1s);
+      const std::int64_t before = flow.longest().value;
+      flow.poll(current_mA - less_mA, 1s);
+      const std::int64_t flowed_uAs = (std::int64_t{3} * current_mA - less_mA) * 1'000;
+      const std::int64_t left_uV = std::llround(ocv_shift(config.cell, flowed_uAs).least_uV) - less_mA * 4;
+      CHECK(flow.longest().value == before + (left_uV >= 5'000 ? 1'000 : 0));
+      exactly += left_uV == 5'000 ? 1 : 0;
+    }
+  }
+  CHECK(exactly > 0);
+}
+
+TEST_CASE("a slow part of the resistance counts where it works against the charge", "[unit][plausibility][F17]") {
+  for (const auto& [rc_resistance_Ohm, counts] : {std::pair{0.0, true}, std::pair{0.002, false}}) {
+    CoreConfig config = pack_of_2_mOhm();
+    config.cell.rc_resistance_Ohm = rc_resistance_Ohm;
+    Watched flow(config);
+    for (int count = 0; count < 100; ++count) flow.poll(900'000, 1s);  // half the capacity: at least 0.5 V
+    const std::int64_t before = flow.longest().value;
+    flow.poll(800'000, 1s);  // 0.4 V, or 0.8 V
+    CHECK(flow.longest().value == before + (counts ? 1'000 : 0));
+  }
+}
+
+TEST_CASE("what flowed while the current was not known is not counted", "[unit][plausibility][F17]") {
+  Watched watched;
+  watched.poll(50'000);
+  const std::int64_t polls = watched.charge_shown_uAs() / 5'000'000 + 11;
+  for (std::int64_t count = 0; count < polls; ++count) watched.poll_blind();
+  for (int count = 0; count < 5; ++count) watched.poll(50'000);
+  CHECK(watched.longest().value == 0);
+}
+
+TEST_CASE("the smallest charge that shows counts like any other", "[unit][plausibility][F17]") {
+  CoreConfig config = test::small_pack();
+  config.cell.series_resistance_Ohm = 0.0;
+  config.cell.capacity_uAs = 1'000;
+  config.cell.ocv.clear();
+  config.cell.ocv.push_back({0, 0});
+  config.cell.ocv.push_back({1000, 5'000'000});  // 5 mV for each uAs
+  Watched watched(config);
+  CHECK(watched.charge_shown_uAs() == 1);
+  watched.poll(50'000);
+  watched.poll(50'000);
+  CHECK(watched.longest().value == 100);
+}
+
 TEST_CASE("the least a charge moves a cell is on the flattest stretch, the most on the steepest",
           "[unit][plausibility][F17]") {
   CellModel cell;
