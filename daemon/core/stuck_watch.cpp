@@ -14,7 +14,7 @@ constexpr std::int64_t shows_at_least_uV = 5'000;
 constexpr Duration sample_gap_max = 1s;
 /// No module bleeds a cell with more, so that all of it may go past a cell that is balanced.
 constexpr std::int32_t bleed_max_mA = 500;
-constexpr std::int64_t nV_per_uV = 1'000;
+constexpr std::int64_t nanovolts_per_uV = 1'000;
 /// Cold or worn cells have more resistance than their data sheet says.
 constexpr std::int64_t resistance_factor = 2;
 
@@ -44,14 +44,14 @@ void StuckWatch::count(const Measured<std::int32_t>& current_mA) {
 bool StuckWatch::must_have_moved(const Cell& cell, std::int32_t current_mA) const {
   const std::int64_t step_mA = std::int64_t{current_mA} - cell.current_mA;
   const std::int64_t flowed_uAs = charge_uAs_ - cell.charge_uAs;
-  const std::int64_t step_least_uV = std::llabs(step_mA) * resistance_uOhm_ / nV_per_uV;
+  const std::int64_t step_least_uV = std::llabs(step_mA) * resistance_uOhm_ / nanovolts_per_uV;
   const bool by_current = step_least_uV >= shows_at_least_uV;
   const bool by_charge = flowed_min_uAs_ > 0 && std::llabs(flowed_uAs) >= flowed_min_uAs_;
   const bool is_due = by_current || by_charge;
   const bool is_same_way = (step_mA < 0) == (flowed_uAs < 0);
   if (!is_due || is_same_way) return is_due;
   const OcvShift by_flow = ocv_shift(model_, std::llabs(flowed_uAs));
-  const std::int64_t step_most_uV = std::llabs(step_mA) * resistance_max_uOhm_ / nV_per_uV;
+  const std::int64_t step_most_uV = std::llabs(step_mA) * resistance_max_uOhm_ / nanovolts_per_uV;
   return step_least_uV - std::llround(by_flow.most_uV) >= shows_at_least_uV ||
          std::llround(by_flow.least_uV) - step_most_uV >= shows_at_least_uV;
 }

@@ -105,7 +105,7 @@ std::string reading_text(const FaultRow& row, const Reading& reading, const Core
 }
 
 std::string confirmed_text(const FaultRow& row, const FaultState& state, const CoreView& view) {
-  const std::string what = reading_text(row, state.confirmed, view);
+  std::string what = reading_text(row, state.confirmed, view);
   if (!state.is_restored) return what;
   return (what.empty() ? "" : what + ", ") + "from before the daemon started";
 }
