@@ -597,8 +597,8 @@ constexpr std::array limit_row_table{
              "Difference between the two current sensors. Left out: 1 A and 5 % of the continuous current."},
     LimitRow{"stuck_values", &LimitsConfig::stuck_values, true, false, stuck_limit_table, "ms", 1, "cell_voltage_ms",
              &AgeConfig::cell_voltage, stuck_reaction_max,
-             "How long a cell's voltage stands still, to the last digit, while the current is another. Left out: 3 and "
-             "8 s."},
+             "How long a cell's voltage stands still, to the last digit, although current or charge must move it. Left "
+             "out: 3 and 8 s."},
     LimitRow{"cell_resistance",
              &LimitsConfig::cell_resistance,
              true,

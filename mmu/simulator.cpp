@@ -208,13 +208,8 @@ namespace {
 
 CellPhysics physics_of(const CellModel& model) {
   CellPhysics physics;
-  std::size_t next = 1;
   for (std::size_t permille = 0; permille < CellPhysics::ocv_points; ++permille) {
-    while (next + 1 < model.ocv.size() && model.ocv[next].soc_permille < static_cast<std::int32_t>(permille)) ++next;
-    const OcvPoint& from = model.ocv[next - 1];
-    const OcvPoint& to = model.ocv[next];
-    const double share = (static_cast<double>(permille) - from.soc_permille) / (to.soc_permille - from.soc_permille);
-    physics.ocv_V[permille] = V_from_uV(from.ocv_uV) + (V_from_uV(to.ocv_uV) - V_from_uV(from.ocv_uV)) * share;
+    physics.ocv_V[permille] = ocv_uV(model, static_cast<double>(permille)) * 1e-6;
   }
   physics.capacity_As = static_cast<double>(model.capacity_uAs) * 1e-6;
   physics.series_resistance_Ohm = model.series_resistance_Ohm;

@@ -260,6 +260,17 @@ struct CoreConfig {
   return count;
 }
 
+/// The open-circuit voltage at a state of charge, between the points of its table by straight lines; beyond them the
+/// first and the last line go on. The table must have two points.
+[[nodiscard]] constexpr double ocv_uV(const CellModel& cell, double soc_permille) {
+  std::size_t next = 1;
+  while (next + 1 < cell.ocv.size() && cell.ocv[next].soc_permille < soc_permille) ++next;
+  const OcvPoint& from = cell.ocv[next - 1];
+  const OcvPoint& to = cell.ocv[next];
+  const double share = (soc_permille - from.soc_permille) / static_cast<double>(to.soc_permille - from.soc_permille);
+  return from.ocv_uV + (to.ocv_uV - from.ocv_uV) * share;
+}
+
 /// What a change of current shows at once: of one cell by the model, and over all cells.
 [[nodiscard]] inline std::int64_t cell_resistance_uOhm(const CoreConfig& config) {
   return std::llround(config.cell.series_resistance_Ohm * 1e6);

@@ -204,6 +204,11 @@ struct FaultRow {
   [[nodiscard]] constexpr bool has_limit() const { return limit != nullptr; }
 };
 
+/// Whether a fault concerns this direction of current, alone or with everything.
+[[nodiscard]] constexpr bool is_about(const FaultRow& row, Concerns direction) {
+  return row.concerns == Concerns::all || row.concerns == direction;
+}
+
 /// In the order of FaultId.
 [[nodiscard]] const std::array<FaultRow, fault_count>& fault_table();
 [[nodiscard]] const FaultRow& row_of(FaultId id);

@@ -2,9 +2,9 @@
 //
 // Above stands the peak current, which sinks to the continuous one while the excess heat is used up, and is there
 // before all of it is: who draws what is allowed is never opened for it. A current beyond the middle tier of its own
-// limit, where that has one, is answered with less. From a limit's middle tier to its opening
-// threshold the allowed current falls in a straight line to zero (BMU_13: limit before opening). Without permission it
-// is zero. The smallest wins and is the cause that is reported.
+// limit, where that has one, is answered with less. From a limit's middle tier to its opening threshold the allowed
+// current falls in a straight line to zero (BMU_13: limit before opening). Without permission it is zero. The smallest
+// wins and is the cause that is reported.
 #pragma once
 
 #include <cstdint>

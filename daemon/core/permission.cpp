@@ -45,14 +45,6 @@ bool demands_opening(const FaultRow& row, const FaultState& state, const PackSta
   return grace_is_over || !pack.current_mA.is_valid() || is_small_current(pack.current_mA.value);
 }
 
-namespace {
-
-bool is_about(const FaultRow& row, Concerns direction) {
-  return row.concerns == Concerns::all || row.concerns == direction;
-}
-
-}  // namespace
-
 bool demands_zero_current(const FaultMemory& faults, Concerns direction) {
   return std::any_of(fault_table().begin(), fault_table().end(), [&](const FaultRow& row) {
     return is_about(row, direction) && row.reaction == Reaction::open_after_grace && faults.state(row.id).is_present();

@@ -95,8 +95,7 @@ Json fault_steps(Concerns direction, const CoreView& view) {
   Json steps = Json::array();
   for (const FaultRow& row : fault_table()) {
     const FaultState& state = view.core.faults().state(row.id);
-    const bool is_concerned = row.concerns == Concerns::all || row.concerns == direction;
-    if (!is_concerned || !state.is_present() || row.reaction < Reaction::open_after_grace) continue;
+    if (!is_about(row, direction) || !state.is_present() || row.reaction < Reaction::open_after_grace) continue;
     const std::string what = confirmed_text(row, state, view);
     Json json =
         step("fault", "fault " + text(row.name) + ": " + text(row.meaning) + (what.empty() ? "" : " (" + what + ")") +

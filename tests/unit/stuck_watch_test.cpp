@@ -165,7 +165,8 @@ TEST_CASE("what is left of current and charge that work against each other count
       const std::int64_t before = flow.longest().value;
       flow.poll(current_mA - less_mA, 1s);
       const std::int64_t flowed_uAs = (std::int64_t{3} * current_mA - less_mA) * 1'000;
-      const std::int64_t left_uV = std::llround(ocv_shift(config.cell, flowed_uAs).least_uV) - less_mA * 4;
+      const std::int64_t left_uV =
+          std::llround(ocv_shift(config.cell, flowed_uAs).least_uV) - std::int64_t{less_mA} * 4;
       CHECK(flow.longest().value == before + (left_uV >= 5'000 ? 1'000 : 0));
       exactly += left_uV == 5'000 ? 1 : 0;
     }

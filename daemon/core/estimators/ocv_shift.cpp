@@ -8,15 +8,6 @@ namespace {
 
 constexpr double all_permille = 1'000.0;
 
-double ocv_uV(const CellModel& cell, double soc_permille) {
-  std::size_t next = 1;
-  while (next + 1 < cell.ocv.size() && cell.ocv[next].soc_permille < soc_permille) ++next;
-  const OcvPoint& from = cell.ocv[next - 1];
-  const OcvPoint& to = cell.ocv[next];
-  return from.ocv_uV + (to.ocv_uV - from.ocv_uV) * (soc_permille - from.soc_permille) /
-                           static_cast<double>(to.soc_permille - from.soc_permille);
-}
-
 }  // namespace
 
 /// Between straight lines the extremes are where one end of the stretch is at a point of the curve.
