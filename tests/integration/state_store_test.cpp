@@ -298,7 +298,7 @@ TEST_CASE("a state whose content makes no sense is refused, and the problem is n
         "tries_failed is 256");
   CHECK(problem_of(changed({}, [](Json& file) { file["format"] = 2; })) ==
         "format 2 is none this program knows, only 1");
-  CHECK(problem_of("") != "");
+  CHECK_FALSE(problem_of("").empty());
   CHECK(problem_of("[]") == "format, checksum and content are wanted");
   CHECK(problem_of(std::string(100'000, '[')) == "nested more than 8 deep");
 }

@@ -70,8 +70,8 @@ TEST_CASE("cells that a charger holds at its voltage are not stuck", "[scenario]
   run.apply("charger connected");
   run.run_to(9);
   REQUIRE(run.core().sequence().phase == Phase::closed);
-  for (double at = 9; at < 400; at += 1) {
-    run.run_to(at);
+  for (int second = 9; second < 400; ++second) {
+    run.run_to(second);
     REQUIRE(is_quiet(run.core()));
   }
 }

@@ -83,8 +83,8 @@ TEST_CASE("at a steady current time counts from when the charge must show, and e
           "[unit][plausibility][F17]") {
   for (const std::int32_t current_mA : {501, 50'000, -20'000}) {
     Watched watched;
-    const std::int64_t uAs_a_poll = std::abs(current_mA) * 100;
-    const std::int64_t polls = (watched.charge_shown_uAs() + uAs_a_poll - 1) / uAs_a_poll;
+    const std::int64_t a_poll_uAs = std::int64_t{std::abs(current_mA)} * 100;
+    const std::int64_t polls = (watched.charge_shown_uAs() + a_poll_uAs - 1) / a_poll_uAs;
     watched.poll(current_mA);
     for (std::int64_t count = 1; count < polls; ++count) watched.poll(current_mA);
     CHECK(watched.longest().value == 0);
@@ -98,7 +98,7 @@ TEST_CASE("at a steady current time counts from when the charge must show, and e
 TEST_CASE("charge that has flowed back proves nothing", "[unit][plausibility][F17]") {
   Watched watched;
   const std::int32_t current_mA = shows_mA / 2 - 1;  // there and back is no step that shows
-  const std::int64_t polls = watched.charge_shown_uAs() / (current_mA * 100);
+  const std::int64_t polls = watched.charge_shown_uAs() / (std::int64_t{current_mA} * 100);
   for (const std::int32_t way_mA : {current_mA, -current_mA, current_mA}) {
     for (std::int64_t count = 0; count < polls; ++count) watched.poll(way_mA);
   }
@@ -150,8 +150,8 @@ TEST_CASE("what is left of current and charge that work against each other count
       Watched step;
       for (int count = 0; count <= polls; ++count) step.poll(50'000);
       step.poll(50'000 - less_mA);
-      const std::int64_t flowed_uAs = polls * 5'000'000 + (50'000 - less_mA) * 100;
-      const std::int64_t left_uV = less_mA * 2 - std::llround(ocv_shift(config.cell, flowed_uAs).most_uV);
+      const std::int64_t flowed_uAs = std::int64_t{polls} * 5'000'000 + std::int64_t{50'000 - less_mA} * 100;
+      const std::int64_t left_uV = std::int64_t{less_mA} * 2 - std::llround(ocv_shift(config.cell, flowed_uAs).most_uV);
       CHECK(step.longest().value == (left_uV >= 5'000 ? 100 : 0));
       exactly += left_uV == 5'000 ? 1 : 0;
     }

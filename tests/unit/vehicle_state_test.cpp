@@ -190,7 +190,7 @@ TEST_CASE("a pack too cold to charge tells trouble code 3, and the latest fault'
 }
 
 TEST_CASE("of three trouble codes the two that say most are told, the lowest first", "[unit][vehicle][BMS_F.8]") {
-  const auto told = [](std::vector<FaultId> present) {
+  const auto told = [](const std::vector<FaultId>& present) {
     FaultMemory faults;
     for (const FaultId id : present) faults.restore_lock(id, {}, 0, TimePoint{1s});
     const TroubleCodes codes = trouble_codes(faults);
