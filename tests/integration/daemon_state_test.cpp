@@ -158,7 +158,7 @@ TEST_CASE("what latched until it is cleared holds over a crash, refuses to close
   StateBench bench;
   bench.start_emulator(
       "1 estop 1 pressed\n2 estop 1 released\n"
-      "1 cell 2.7 voltage_mV 4300\n3 cell 2.7 voltage_mV auto\n"
+      "1 cell 2.7 voltage_mV 4305\n3 cell 2.7 voltage_mV auto\n"
       "1 cell 1.3 voltage_mV 2700\n3 cell 1.3 voltage_mV auto\n"
       "10 vehicle on\n");
   bench.start();
