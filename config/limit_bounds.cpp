@@ -75,7 +75,8 @@ void check_bound(const PackConfig& pack, const Place& root, const BoundRow& row,
                            return problems.is_good_throughout(place_of(root, use));
                          });
   const std::int64_t bound = is_judged ? row.bound(pack.core) : 0;
-  if (!is_judged || limit.open / row.scale <= bound) return;
+  // Limits that stand the wrong way round are told of where they stand.
+  if (!is_judged || bound < 0 || limit.open / row.scale <= bound) return;
   problems.add(place, std::to_string(limit.open / row.scale),
                "at most " + std::to_string(bound) + ", " + std::string(row.reason));
 }

@@ -571,6 +571,13 @@ TEST_CASE("a difference that opens is less than what it is a difference of", "[u
           "/limits/temperature_spread/open_dC", "at most 679, less than the distance from cell_undertemperature");
 }
 
+TEST_CASE("limits the wrong way round are told of where they stand, not in what follows from them", "[unit][config]") {
+  const ConfigProblems problems = problems_of(changed({{"/limits/cell_undervoltage/open_mV", 4'300}}).dump());
+  INFO(all_text(problems));
+  CHECK_FALSE(problems.empty());
+  for (const ConfigProblem& problem : problems) CHECK(problem.path.find("cell_imbalance") == std::string::npos);
+}
+
 TEST_CASE("a pack whose file leaves a difference to its default is not blamed for it", "[unit][config]") {
   // A tenth of one cell of 2.5 V would be less than the 300 mV of module_voltage_mismatch.
   accepts({{"/modules/1", {{"node", 9}, {"cells", 1}, {"temperature_sensors", 0}}},
