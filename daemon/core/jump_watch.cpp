@@ -48,8 +48,8 @@ void JumpWatch::judge(const Measured<std::int32_t>& told_dC, TimePoint polled_at
 }
 
 bool JumpWatch::is_worth_asking(TimePoint now) const {
-  const Duration in_doubt = now - doubted_since_;  // without a doubt since the beginning of time
-  return in_doubt >= next_sample_after && in_doubt < former_max;
+  const Duration in_doubt = now - doubted_since_;
+  return doubted_since_ != TimePoint{} && in_doubt >= next_sample_after && in_doubt < former_max;
 }
 
 }  // namespace bmu

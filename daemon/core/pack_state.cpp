@@ -82,6 +82,7 @@ Measured<std::int32_t> only_if_usable(const Measured<std::int32_t>& value, TimeP
 }
 
 /// Of two sensors the one that shows more counts, whichever way it flows; one that is silent is a fault of its own.
+/// Both come through only_if_usable: one that is not usable shows 0, which is never more.
 Measured<std::int32_t> worse_current(const Measured<std::int32_t>& one, const Measured<std::int32_t>& other,
                                      const SensorConfig& config) {
   if (!config.has_second_current) return one;

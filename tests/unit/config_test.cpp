@@ -572,10 +572,21 @@ TEST_CASE("a difference that opens is less than what it is a difference of", "[u
 }
 
 TEST_CASE("limits the wrong way round are told of where they stand, not in what follows from them", "[unit][config]") {
-  const ConfigProblems problems = problems_of(changed({{"/limits/cell_undervoltage/open_mV", 4'300}}).dump());
-  INFO(all_text(problems));
-  CHECK_FALSE(problems.empty());
-  for (const ConfigProblem& problem : problems) CHECK(problem.path.find("cell_imbalance") == std::string::npos);
+  const Json spread =
+      Json::parse(R"({"warn_dC":100,"open_dC":200,"hysteresis_dC":20,"confirm_ms":100,"clear_ms":1000})");
+  const std::vector<Change> wrong_ways_round[] = {
+      {{"/limits/cell_undervoltage/open_mV", 4'300}},
+      {{"/limits/cell_undertemperature/open_dC", 900}, {"/limits/temperature_spread", spread}},
+  };
+  for (const std::vector<Change>& changes : wrong_ways_round) {
+    const ConfigProblems problems = problems_of(changed(changes).dump());
+    INFO(all_text(problems));
+    CHECK_FALSE(problems.empty());
+    for (const ConfigProblem& problem : problems) {
+      CHECK(problem.path.find("cell_imbalance") == std::string::npos);
+      CHECK(problem.path.find("temperature_spread") == std::string::npos);
+    }
+  }
 }
 
 TEST_CASE("a pack whose file leaves a difference to its default is not blamed for it", "[unit][config]") {

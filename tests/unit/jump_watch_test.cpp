@@ -102,6 +102,13 @@ TEST_CASE("without a former value there is no jump", "[unit][temperature][F2]") 
   CHECK_FALSE(silent.is_worth_asking(10s));
 }
 
+TEST_CASE("without a doubt nobody is asked, whatever the clock says", "[unit][temperature][F2]") {
+  const JumpWatch fresh;
+  for (const Duration since_boot : {0ms, 300ms, 504ms, 505ms, 700ms, 999ms, 1'000ms}) {
+    CHECK_FALSE(fresh.is_worth_asking(TimePoint{since_boot}));
+  }
+}
+
 TEST_CASE("behind a hole of a moment a jump is one, and its doubt begins anew", "[unit][temperature][F2]") {
   Told sensor;
   static_cast<void>(sensor.tell(250, 0ms));

@@ -217,7 +217,13 @@ TEST_CASE("of two current sensors the one that shows more counts, and one alone 
   CHECK(world.pack().current_mA.value == 10'000);
   world.sensors.current_2_mA.validity = Validity::unknown;
   CHECK(world.pack().current_mA.value == 10'000);
-  world.sensors.current_2_mA.validity = Validity::valid;
+  for (const Measured<std::int32_t>& useless :
+       {Measured<std::int32_t>{90'000, now, Validity::unknown}, {90'000, now - 200ms - 1ns, Validity::valid}}) {
+    world.sensors.current_2_mA = useless;  // shows more, and is no measurement
+    CHECK(world.pack().current_mA.value == 10'000);
+    CHECK(world.pack().current_mA.is_valid());
+  }
+  world.sensors.current_2_mA = {9'999, now, Validity::valid};
   world.sensors.current_mA.taken_at = now - 200ms - 1ns;
   CHECK(world.pack().current_mA.value == 9'999);
   world.sensors.current_2_mA.value = 0;
