@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "config/bus_checks.hpp"
 #include "config/limit_bounds.hpp"
 #include "config/pack_defaults.hpp"
 #include "config/pack_fields.hpp"
@@ -14,8 +15,8 @@
 namespace bmu {
 namespace {
 
-/// A signal may be lost once: two intervals and the time an answer takes.
-constexpr Duration answer_margin = 50ms;
+/// A signal may be lost once: two intervals and the time an answer takes, or this where that is shorter.
+constexpr Duration answer_margin_min = 50ms;
 
 struct Check {
   const PackConfig& pack;
@@ -293,6 +294,21 @@ bool has_fan_and_heater(const CoreConfig& core) {
   return has_fan(core) && has_heater(core);
 }
 
+template <auto Member>
+std::int64_t number_of_uV(const CoreConfig& core) {
+  return core.balancing.*Member / 1'000;
+}
+bool is_balancing(const CoreConfig& core) {
+  return core.balancing.is_enabled;
+}
+bool has_balancing_min(const CoreConfig& core) {
+  return is_balancing(core) && core.balancing.voltage_min_uV != 0;
+}
+bool has_balancing_top(const CoreConfig& core) {
+  const BalancingConfig& balancing = core.balancing;
+  return is_balancing(core) && balancing.method == BalancingMethod::terminal_voltage && balancing.top_uV != 0;
+}
+
 using Core = CoreConfig;
 using Limits = LimitsConfig;
 constexpr OrderRow order_rows[] = {
@@ -342,6 +358,19 @@ constexpr OrderRow order_rows[] = {
      number_in<&Core::auxiliary, &AuxiliaryConfig::heater_off_dC>, has_heater},
     {"auxiliary/fan_off_dC", "heater_off_dC", false, number_in<&Core::auxiliary, &AuxiliaryConfig::fan_off_dC>,
      number_in<&Core::auxiliary, &AuxiliaryConfig::heater_off_dC>, has_fan_and_heater},
+    {"balancing/voltage_min_mV", "warn_mV of cell_undervoltage", false, number_of_uV<&BalancingConfig::voltage_min_uV>,
+     limit_in<&Limits::cell_undervoltage, &LimitConfig::warn, 1'000>, has_balancing_min},
+    {"limits/cell_overvoltage/warn_mV", "voltage_min_mV of balancing", false,
+     limit_in<&Limits::cell_overvoltage, &LimitConfig::warn, 1'000>, number_of_uV<&BalancingConfig::voltage_min_uV>,
+     has_balancing_min},
+    {"balancing/top_mV", "voltage_min_mV", false, number_of_uV<&BalancingConfig::top_uV>,
+     number_of_uV<&BalancingConfig::voltage_min_uV>, has_balancing_top},
+    {"limits/cell_overvoltage/warn_mV", "top_mV of balancing", true,
+     limit_in<&Limits::cell_overvoltage, &LimitConfig::warn, 1'000>, number_of_uV<&BalancingConfig::top_uV>,
+     has_balancing_top},
+    {"balancing/board_max_dC", "board_min_dC and the 10 C in which both count as bad", false,
+     number_in<&Core::balancing, &BalancingConfig::board_max_dC>,
+     [](const Core& core) { return std::int64_t{core.balancing.board_min_dC} + 100; }, is_balancing},
     {"auxiliary/throttle_on_permille", "throttle_off_permille", true,
      number_in<&Core::auxiliary, &AuxiliaryConfig::throttle_on_permille>,
      number_in<&Core::auxiliary, &AuxiliaryConfig::throttle_off_permille>},
@@ -390,11 +419,30 @@ void check_age(const Check& check, const AgeRow& row) {
   const Place poll = check.root.at("poll");
   if (!check.are_good({place, poll.at("period_ms"), poll.at("temperature_every")})) return;
   const Duration age = check.core().ages.*row.member;
-  const Duration age_min = 2 * row.interval(check.core()) + answer_margin;
+  const bool waits = row.takes_a_cycle && check.problems.is_good_throughout(check.root.at("modules")) &&
+                     check.are_good({check.root.at("buses").at("internal_kbit_per_s")});
+  const Duration margin = waits ? answer_margin(check.pack, answer_margin_min) : answer_margin_min;
+  const Duration age_min = 2 * row.interval(check.core()) + margin;
   if (age >= age_min) return;
   check.problems.add(place, digits_of(to_ms(age)),
                      "at least " + digits_of(to_ms(age_min)) + ": twice " + std::string(row.source) + " and " +
-                         ms_text(answer_margin));
+                         ms_text(margin) + (margin > answer_margin_min ? ", which all answers may take" : ""));
+}
+
+/// A faster pace is not slower, and a slower one not faster. Ages and reaction times are checked for `period_ms`.
+void check_paces(const Check& check) {
+  const Place section = check.root.at("poll");
+  const PollConfig& poll = check.core().poll;
+  if (!check.are_good({section.at("period_ms")})) return;
+  const std::string period = "period_ms, " + digits_of(to_ms(poll.period));
+  const bool has_fast = poll.fast_period > 0ns && check.problems.is_good(section.at("fast_period_ms"));
+  if (has_fast && poll.fast_period > poll.period) {
+    check.problems.add(section.at("fast_period_ms"), digits_of(to_ms(poll.fast_period)), "at most " + period);
+  }
+  const bool has_parked = poll.parked_period > 0ns && check.problems.is_good(section.at("parked_period_ms"));
+  if (has_parked && poll.parked_period < poll.period) {
+    check.problems.add(section.at("parked_period_ms"), digits_of(to_ms(poll.parked_period)), "at least " + period);
+  }
 }
 
 /// A contact that is as slow as it may be, and a link that is as fast, must make it.
@@ -583,6 +631,30 @@ void check_ocv_range(const Check& check) {
                          digits_of(mV_from_uV(cell.voltage_max_uV)));
 }
 
+/// Two pairs of which the slow one is the faster have been mixed up.
+void check_rc_pairs(const Check& check) {
+  const CellModel& cell = check.core().cell;
+  const Place place = check.cell.at("slow_rc_time_constant_s");
+  if (cell.slow_rc_resistance_Ohm == 0.0 || !check.are_good({place, check.cell.at("rc_time_constant_s")})) return;
+  if (cell.slow_rc_time_constant_s > cell.rc_time_constant_s) return;
+  check.problems.add(place, number_text(cell.slow_rc_time_constant_s),
+                     "more than rc_time_constant_s, " + number_text(cell.rc_time_constant_s));
+}
+
+/// What a module's switch carries at most, of a cell as full as may be.
+void check_bleed_current(const Check& check) {
+  constexpr std::int32_t bleed_max_mA = 250;
+  const Place place = check.root.at("balancing").at("bleed_resistance_Ohm");
+  const std::int32_t full_uV = check.core().limits.cell_overvoltage.open;
+  const bool is_asked_for = check.core().balancing.is_enabled;
+  if (!is_asked_for || !check.are_good({place, check.limit(limit_row("cell_overvoltage"), "open_mV")})) return;
+  const std::int32_t least_Ohm = (full_uV / 1'000 + bleed_max_mA - 1) / bleed_max_mA;
+  if (check.core().balancing.bleed_resistance_Ohm >= least_Ohm) return;
+  check.problems.add(place, digits_of(check.core().balancing.bleed_resistance_Ohm),
+                     "at least " + digits_of(least_Ohm) + ", so that a cell at open_mV of cell_overvoltage, " +
+                         digits_of(full_uV / 1'000) + ", is bled with no more than " + digits_of(bleed_max_mA) + " mA");
+}
+
 /// Also where the buses are two: someone will join them on one adapter, and a wrong plug must not command contactors.
 void check_base_id(const Check& check) {
   const Place place = check.root.at("vehicle").at("base_id");
@@ -600,12 +672,19 @@ void check_base_id(const Check& check) {
 
 }  // namespace
 
+void check_bus_times(const PackConfig& pack, const Place& pack_place, ProblemList& problems) {
+  check_cycle(pack, pack_place, problems);
+  const Check check{pack, pack_place, pack_place, problems};
+  for (const AgeRow& row : age_rows()) check_age(check, row);
+}
+
 void check_pack(const PackConfig& pack, const Place& pack_place, const Place& cell_place, ProblemList& problems) {
   const Check check{pack, pack_place, cell_place, problems};
   for (const AbsolutePair& pair : absolute_pairs) check_absolute_pair(check, pair);
   check_ocv_range(check);
+  check_rc_pairs(check);
   check_sensors(check);
-  for (const AgeRow& row : age_rows()) check_age(check, row);
+  check_bus_times(pack, pack_place, problems);
   for (const LimitRow& row : limit_rows()) {
     if (is_default(check, row)) continue;
     check_limit_order(check, row);
@@ -618,10 +697,12 @@ void check_pack(const PackConfig& pack, const Place& pack_place, const Place& ce
   for (const OrderRow& row : order_rows) check_order(check, row);
   check_limit_bounds(pack, pack_place, problems);
   for (const PairRow& row : pair_rows) check_pair(check, row);
+  check_paces(check);
   check_precharge_time(check);
   check_precharge_current(check);
   check_precharge_energy(check);
   check_without_unit(check);
+  check_bleed_current(check);
   check_base_id(check);
 }
 

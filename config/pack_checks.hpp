@@ -10,4 +10,8 @@ namespace bmu {
 /// `pack_place` is the root of the pack file, `cell_place` that of the cell's object, in its own file or in the pack's.
 void check_pack(const PackConfig& pack, const Place& pack_place, const Place& cell_place, ProblemList& problems);
 
+/// Of these, what follows from the bit rate of the internal bus: whether the answers fit between two polls at each
+/// pace, and the ages.
+void check_bus_times(const PackConfig& pack, const Place& pack_place, ProblemList& problems);
+
 }  // namespace bmu

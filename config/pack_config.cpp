@@ -175,31 +175,65 @@ class ModuleReader {
     if (!is_object(value, place, problems_)) return;
     std::vector<std::string_view> keys = keys_of(module_fields());
     keys.emplace_back("nodes");
+    keys.emplace_back("serial_numbers");
     check_keys(value, place, keys, problems_);
     ModuleEntry entry;
     read_fields(value, place, module_fields(), entry, problems_);
     if (value.contains("node") == value.contains("nodes")) {
       problems_.add(place, shown(value), "either \"node\" or \"nodes\"");
     } else if (value.contains("node")) {
+      if (value.contains("serial_numbers")) {
+        problems_.add(place.at("serial_numbers"), shown(value.at("serial_numbers")),
+                      "\"serial_number\" beside \"node\"");
+      }
       add(value.at("node"), entry, place.at("node"));
     } else {
-      read_nodes(value.at("nodes"), entry, place.at("nodes"));
+      if (value.contains("serial_number")) {
+        problems_.add(place.at("serial_number"), shown(value.at("serial_number")),
+                      "\"serial_numbers\" beside \"nodes\", one for each");
+      }
+      read_nodes(value, entry, place);
     }
   }
 
  private:
-  void read_nodes(const JsonValue& nodes, ModuleEntry entry, const Place& place) {
+  void read_nodes(const JsonValue& value, ModuleEntry entry, const Place& value_place) {
+    const JsonValue& nodes = value.at("nodes");
+    const Place place = value_place.at("nodes");
     if (!nodes.is_array() || nodes.empty()) {
       problems_.add(place, shown(nodes), "a list of node numbers, [1, 2, 3]");
       return;
     }
+    const std::vector<std::optional<std::uint32_t>> serials = read_serials(value, nodes.size(), value_place);
     for (std::size_t index = 0; index < nodes.size(); ++index) {
       const FieldInfo node{.key = "node", .min = 1, .max = node_max};
       const auto read = read_value(nodes[index], node, place.at(index), problems_);
       if (!read) continue;
       entry.node = static_cast<std::uint8_t>(std::get<double>(*read));
+      entry.serial_number = serials[index];
       add(nodes[index], entry, place.at(index));
     }
+  }
+
+  /// One for each node, in their order; null where it is to be remembered.
+  std::vector<std::optional<std::uint32_t>> read_serials(const JsonValue& value, std::size_t count,
+                                                         const Place& value_place) {
+    std::vector<std::optional<std::uint32_t>> serials(count);
+    if (!value.contains("serial_numbers")) return serials;
+    const JsonValue& list = value.at("serial_numbers");
+    const Place place = value_place.at("serial_numbers");
+    if (!list.is_array() || list.size() != count) {
+      problems_.add(place, list.is_array() ? std::to_string(list.size()) + " serial numbers" : shown(list),
+                    "as many as \"nodes\" has, " + std::to_string(count) + ", null for one that is to be remembered");
+      return serials;
+    }
+    for (std::size_t index = 0; index < count; ++index) {
+      if (list[index].is_null()) continue;
+      const FieldInfo info{.key = "serial_number", .min = 0, .max = serial_number_max};
+      const auto read = read_value(list[index], info, place.at(index), problems_);
+      if (read) serials[index] = static_cast<std::uint32_t>(std::get<double>(*read));
+    }
+    return serials;
   }
 
   /// Once each node is taken there is no room either: more than 63 modules cannot have different nodes.
@@ -211,7 +245,15 @@ class ModuleReader {
       return;
     }
     owner = place.path;
-    modules_.push_back({entry.node, entry.cell_count, entry.temperature_sensor_count});
+    const auto has_serial = [&entry](const ModuleConfig& other) {
+      return entry.serial_number && other.serial_number == entry.serial_number;
+    };
+    if (const auto* const other = std::find_if(modules_.begin(), modules_.end(), has_serial); other != modules_.end()) {
+      problems_.add(place, "serial number " + std::to_string(*entry.serial_number),
+                    "one that no other module has; node " + std::to_string(other->node) + " has it");
+      return;
+    }
+    modules_.push_back({entry.node, entry.cell_count, entry.temperature_sensor_count, entry.serial_number});
   }
 
   FixedVector<ModuleConfig, modules_max>& modules_;
@@ -308,6 +350,8 @@ Result<PackConfig, ConfigProblems> parse_pack_config(std::string_view text, std:
   pack.core.cell = source.cell.model;
   check_pack(pack, place, source.place, problems);
   complete_defaults(pack.core);
+  pack.poll_in_file = pack.core.poll;
+  complete_paces(pack);
   if (!problems.empty()) return failure(problems.take());
   pack.core.hash = continue_fnv(continue_fnv(fnv_start, text), source.bytes);
   return pack;

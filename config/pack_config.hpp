@@ -21,6 +21,7 @@ namespace bmu {
 struct BusNames {
   std::string internal;  // "can0", "unix:demo"
   std::string vehicle;   // may be the same
+  std::int32_t internal_kbit_per_s = 500;
 };
 
 struct PackConfig {
@@ -29,6 +30,7 @@ struct PackConfig {
   BusNames buses;
   std::optional<GpioConfig> gpio;  // lines of this machine; without it all goes over the bus
   CoreConfig core;
+  PollConfig poll_in_file;  // as `core.poll`, but 0 where a pace was left out
 };
 
 /// Where in a text, counted from 1; a column is a byte.

@@ -1,6 +1,10 @@
 #include "config/pack_defaults.hpp"
 
 #include <algorithm>
+#include <cmath>
+
+#include "config/bus_checks.hpp"
+#include "config/pack_fields.hpp"
 
 namespace bmu {
 namespace {
@@ -57,16 +61,39 @@ void complete_peak(std::int32_t& peak_mA, std::int32_t continuous_mA, const Limi
   if (peak_mA == 0) peak_mA = std::max(overcurrent.warn, continuous_mA);
 }
 
+/// A board limit that the pack file names is the modules' own, too: from its warning on they shall not bleed.
+void complete_board_limit(CoreConfig& config) {
+  const LimitConfig& board = config.limits.board_overtemperature;
+  constexpr std::int32_t dC_per_C = 10;
+  constexpr std::int32_t most_dC = 1'250;  // what modules take
+  if (board == LimitsConfig{}.board_overtemperature) return;
+  config.module_board_limit_dC = std::clamp(board.warn / dC_per_C * dC_per_C, dC_per_C, most_dC);
+}
+
+/// Well above an empty cell, and where a full one begins.
+void complete_balancing(BalancingConfig& balancing, const CoreConfig& config) {
+  constexpr double near_full_permille = 900.0;
+  constexpr double full_permille = 1'000.0;
+  const std::int32_t low_uV = config.limits.cell_undervoltage.warn;
+  const std::int32_t high_uV = config.limits.cell_overvoltage.warn;
+  if (balancing.voltage_min_uV == 0) balancing.voltage_min_uV = low_uV + (high_uV - low_uV) / 10;
+  if (balancing.top_uV != 0 || config.cell.ocv.size() < 2) return;
+  const double halfway_uV = (ocv_uV(config.cell, near_full_permille) + ocv_uV(config.cell, full_permille)) / 2.0;
+  balancing.top_uV = std::min(static_cast<std::int32_t>(std::lround(halfway_uV)), high_uV);
+}
+
 }  // namespace
 
 void complete_defaults(CoreConfig& config) {
   LimitsConfig& limits = config.limits;
+  complete_balancing(config.balancing, config);
   if (!is_given(limits.cell_deep_discharge)) limits.cell_deep_discharge = deep_discharge(config);
   if (!is_given(limits.cell_imbalance)) limits.cell_imbalance = imbalance(limits);
   if (!is_given(limits.charge_overtemperature)) limits.charge_overtemperature = limits.cell_overtemperature;
   if (!is_given(limits.charge_undertemperature)) {
     limits.charge_undertemperature = charge_undertemperature(limits.cell_undertemperature);
   }
+  complete_board_limit(config);
   const bool has_pair = config.sensor.has_second_current;
   if (has_pair && !is_given(limits.current_sensors_disagree)) {
     limits.current_sensors_disagree = sensors_disagree(config.current);
@@ -74,6 +101,12 @@ void complete_defaults(CoreConfig& config) {
   if (config.insulation.monitoring == InsulationMonitoring::measured) limits.insulation_low = insulation_low(config);
   complete_peak(config.current.discharge_peak_mA, config.current.discharge_continuous_mA, limits.discharge_overcurrent);
   complete_peak(config.current.charge_peak_mA, config.current.charge_continuous_mA, limits.charge_overcurrent);
+}
+
+void complete_paces(PackConfig& pack) {
+  PollConfig& poll = pack.core.poll;
+  if (poll.fast_period == 0ns) poll.fast_period = fast_period_left_out(pack);
+  if (poll.parked_period == 0ns) poll.parked_period = parked_period_max;
 }
 
 }  // namespace bmu

@@ -2,11 +2,15 @@
 // docs/configuration.md says of each what it follows from.
 #pragma once
 
+#include "config/pack_config.hpp"
 #include "daemon/core/core_config.hpp"
 
 namespace bmu {
 
 /// Fills in what was not given. The configuration must be valid.
 void complete_defaults(CoreConfig& config);
+
+/// The same of the paces of polling, which follow from the bit rate of the internal bus, too.
+void complete_paces(PackConfig& pack);
 
 }  // namespace bmu

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <type_traits>
 
+#include "daemon/core/balancing_plan.hpp"
 #include "daemon/core/contactor_sequence.hpp"
 
 namespace bmu {
@@ -51,6 +52,14 @@ constexpr std::array bus_table{
                                        .meaning = "the vehicle; may be the same as `internal`",
                                        .is_well_formed = is_bus_name,
                                        .form = bus_form})),
+    number<&BusNames::internal_kbit_per_s>(
+        {.key = "internal_kbit_per_s",
+         .min = 125,
+         .max = 1'000,
+         .meaning =
+             "bit rate of `internal`: what the answers of all modules are reckoned with; the interface is set to it "
+             "elsewhere, and compared with it",
+         .because = "as the modules know no other"}),
 };
 
 constexpr std::array pack_table{
@@ -76,7 +85,16 @@ constexpr std::array module_table{
         {.key = "temperature_sensors",
          .min = 0,
          .max = internal_bus::cell_temperatures_per_module_max,
-         .meaning = "sensors at cells; at least one in the whole pack"})),
+         .meaning = "sensors at cells, as many as the module says it has; at least one in the whole pack"})),
+    // Without a default of its own: which module is expected is then remembered.
+    Field<ModuleEntry>{{.key = "serial_number",
+                        .min = 0,
+                        .max = serial_number_max,
+                        .meaning = "which module has this node; left out: the one first seen there"},
+                       nullptr,
+                       [](ModuleEntry& entry, const FieldValue& value) {
+                         entry.serial_number = static_cast<std::uint32_t>(std::get<double>(value));
+                       }},
 };
 
 constexpr std::array cell_name_table{
@@ -95,6 +113,35 @@ constexpr std::array cell_model_table{
         {.key = "rc_resistance_mOhm", .min = 0, .max = 10'000, .meaning = "what it shows later, when settled"})),
     required(real<&CellModel::rc_time_constant_s>(
         {.key = "rc_time_constant_s", .min = 0.1, .max = 10'000, .meaning = "how fast it settles"})),
+    real<&CellModel::slow_rc_resistance_Ohm, 1, 1'000>(
+        {.key = "slow_rc_resistance_mOhm",
+         .min = 0,
+         .max = 10'000,
+         .meaning = "what it shows much later: diffusion; 0: not known"}),
+    real<&CellModel::slow_rc_time_constant_s>({.key = "slow_rc_time_constant_s",
+                                               .min = 1,
+                                               .max = 100'000,
+                                               .meaning = "how fast that settles: slower than rc_time_constant_s"}),
+    real<&CellModel::resistance_activation_K>(
+        {.key = "resistance_activation_K",
+         .min = 0,
+         .max = 10'000,
+         .meaning = "all resistances are those at 25 C times exp(this * (1/T - 1/298.15 K)); 0: the same when cold"}),
+    real<&CellModel::hysteresis_V, 1, 1'000>(
+        {.key = "hysteresis_mV",
+         .min = 0,
+         .max = 200,
+         .meaning = "half of what lies between the open-circuit voltages after charging and after discharging"}),
+    real<&CellModel::hysteresis_charge_permille>(
+        {.key = "hysteresis_charge_permille",
+         .min = 1,
+         .max = 1'000,
+         .meaning = "of the capacity: so much has to flow back for two thirds of the way from one to the other"}),
+    real<&CellModel::self_discharge_permille_per_month>(
+        {.key = "self_discharge_permille_per_month",
+         .min = 0,
+         .max = 1'000,
+         .meaning = "of the capacity, in 30 days at 25 C; twice as much every 10 K"}),
     required(real<&CellModel::heat_capacity_J_per_K>(
         {.key = "heat_capacity_J_per_K", .min = 0.1, .max = 1'000'000, .meaning = "about 1 J/K for each gram"})),
     required(real<&CellModel::heat_transfer_W_per_K>(
@@ -280,10 +327,27 @@ constexpr std::array age_table{
                                     .because = because_sensor}),
 };
 
+/// A pace that has no default of its own.
+template <Duration PollConfig::*Member>
+constexpr Field<PollConfig> poll_period(std::string_view key, double min, double max, std::string_view meaning) {
+  return {
+      {.key = key, .min = min, .max = max, .meaning = meaning}, nullptr, [](PollConfig& poll, const FieldValue& value) {
+        poll.*Member = std::chrono::milliseconds(static_cast<std::int64_t>(std::get<double>(value)));
+      }};
+}
+
 constexpr std::array poll_table{
-    number<&PollConfig::period>({.key = "period_ms", .min = 20, .max = 120, .meaning = "from one poll to the next"}),
+    number<&PollConfig::period>({.key = "period_ms",
+                                 .min = to_ms(poll_period_min),
+                                 .max = to_ms(poll_period_max),
+                                 .meaning = "from one poll to the next"}),
     number<&PollConfig::temperature_every>(
-        {.key = "temperature_every", .min = 1, .max = 10, .meaning = "temperatures in every n-th poll"}),
+        {.key = "temperature_every", .min = 1, .max = 10, .meaning = "temperatures once in so many periods"}),
+    poll_period<&PollConfig::fast_period>("fast_period_ms", to_ms(poll_period_min), to_ms(poll_period_max),
+                                          "the same near a limit, and while the current changes quickly; left out: "
+                                          "half of it, or as much more as the bus needs"),
+    poll_period<&PollConfig::parked_period>("parked_period_ms", to_ms(poll_period_min), to_ms(parked_period_max),
+                                            "the same while the pack is open and nobody wants it; left out: 500"),
 };
 
 constexpr std::array contactor_table{
@@ -421,6 +485,14 @@ constexpr Field<AuxiliaryConfig> device(FieldInfo info) {
   return field;
 }
 
+/// A voltage that is made of others where it is left out.
+template <auto Member>
+constexpr Field<BalancingConfig> from_others(FieldInfo info) {
+  Field<BalancingConfig> field = number<Member, 1'000>(info);
+  field.read = nullptr;
+  return field;
+}
+
 constexpr std::array auxiliary_table{
     device<&AuxiliaryConfig::fan_on_dC>(
         {.key = "fan_on_dC", .min = -400, .max = 1'200, .meaning = "hottest cell; not given: there is no fan"}),
@@ -462,6 +534,76 @@ constexpr std::array soc_table{
                                          .meaning = "below this, with the contactors open, the pack rests"}),
     number<&SocConfig::rest>(
         {.key = "rest_ms", .min = 100, .max = 86'400'000, .meaning = "for how long before its voltage is believed"}),
+};
+
+std::optional<BalancingMethod> balancing_method(std::string_view text) {
+  for (const BalancingMethod method :
+       {BalancingMethod::terminal_voltage, BalancingMethod::ocv, BalancingMethod::charge}) {
+    if (text == to_text(method)) return method;
+  }
+  return std::nullopt;
+}
+
+constexpr std::array balancing_table{
+    boolean<&BalancingConfig::is_enabled>({.key = "enabled", .meaning = "cells are balanced at all"}),
+    Field<BalancingConfig>{
+        {.key = "method",
+         .min = 3,
+         .max = 16,
+         .meaning = "what a plan goes by: `terminal_voltage` near the top of a charge, `ocv` the voltage without the "
+                    "current's share, `charge` what is missing in each cell until it is full",
+         .is_well_formed = [](std::string_view text) { return balancing_method(text).has_value(); },
+         .form = "terminal_voltage, ocv or charge",
+         .type = FieldType::text},
+        [](const BalancingConfig& balancing) -> FieldValue { return std::string(to_text(balancing.method)); },
+        [](BalancingConfig& balancing, const FieldValue& value) {
+          balancing.method = balancing_method(std::get<std::string>(value)).value_or(BalancingMethod{});
+        }},
+    boolean<&BalancingConfig::requires_closed>(
+        {.key = "requires_closed", .meaning = "nothing is bled while the contactors are open"}),
+    number<&BalancingConfig::bleed_resistance_Ohm>(
+        {.key = "bleed_resistance_Ohm", .min = 1, .max = 1'000, .meaning = "of the resistor that bleeds a cell"}),
+    number<&BalancingConfig::dead_band_uV, 1'000>(
+        {.key = "dead_band_mV", .min = 1, .max = 100, .meaning = "`terminal_voltage` and `ocv` leave so much"}),
+    number<&BalancingConfig::dead_band_permille>(
+        {.key = "dead_band_permille", .min = 0, .max = 100, .meaning = "of the capacity: `charge` leaves so much"}),
+    number<&BalancingConfig::capacity_tolerance_permille>(
+        {.key = "capacity_tolerance_permille",
+         .min = 0,
+         .max = 500,
+         .meaning =
+             "by how much a cell's capacity may differ from its file's: `charge` counts with it until it has seen "
+             "the cell at rest near empty and near full"}),
+    from_others<&BalancingConfig::voltage_min_uV>(
+        {.key = "voltage_min_mV",
+         .min = ocv_min_mV,
+         .max = ocv_max_mV,
+         .meaning = "nothing is bled while a cell is below. Left out: a tenth of the way from `warn_mV` of "
+                    "`cell_undervoltage` to that of `cell_overvoltage`"}),
+    from_others<&BalancingConfig::top_uV>(
+        {.key = "top_mV",
+         .min = ocv_min_mV,
+         .max = ocv_max_mV,
+         .meaning = "`terminal_voltage` plans while a cell is at or above. Left out: halfway from the open-circuit "
+                    "voltage at 900 permille to that of a full cell, if `cell_overvoltage` warns above that"}),
+    number<&BalancingConfig::discharge_max_mA>({.key = "discharge_max_mA",
+                                                .min = 10,
+                                                .max = 100'000,
+                                                .meaning = "nothing is bled while more current leaves the pack"}),
+    number<&BalancingConfig::board_min_dC>(
+        {.key = "board_min_dC", .min = -400, .max = 500, .meaning = "nothing is bled while a board is colder"}),
+    number<&BalancingConfig::board_max_dC>(
+        {.key = "board_max_dC", .min = 0, .max = 1'200, .meaning = "nothing is bled while a board is hotter"}),
+    boolean<&BalancingConfig::without_board_sensor>(
+        {.key = "without_board_sensor",
+         .meaning = "cells are bled also where a module has no sensor on its board: its resistors cannot overheat"}),
+    number<&BalancingConfig::settle>(
+        {.key = "settle_ms", .min = 1'000, .max = 600'000, .meaning = "without bleeding, before cells are compared"}),
+    boolean<&BalancingConfig::is_autonomous_allowed>(
+        {.key = "autonomous",
+         .meaning =
+             "modules that are left alone on their own supply may balance by themselves; told to each while every "
+             "module is the one that belongs on its node"}),
 };
 
 constexpr std::array vehicle_table{
@@ -649,16 +791,24 @@ constexpr std::array limit_row_table{
 
 constexpr std::array age_row_table{
     AgeRow{"cell_voltage_ms", &AgeConfig::cell_voltage, [](const CoreConfig& core) { return core.poll.period; },
-           "the poll period", internal_bus::cell_sampling_period},
+           "the poll period", internal_bus::cell_sampling_period, true},
     AgeRow{"temperature_ms", &AgeConfig::temperature,
            [](const CoreConfig& core) { return core.poll.period * core.poll.temperature_every; },
            "the poll period times temperature_every", internal_bus::temperature_sampling_period},
     AgeRow{"module_status_ms", &AgeConfig::module_status, [](const CoreConfig& core) { return core.poll.period; },
            "the poll period"},
-    AgeRow{"pack_current_ms", &AgeConfig::pack_current,
-           [](const CoreConfig&) { return internal_bus::sensor_current.period; }, "the sensor's period"},
-    AgeRow{"pack_voltage_ms", &AgeConfig::pack_voltage,
-           [](const CoreConfig&) { return internal_bus::sensor_u1.period; }, "the sensor's period"},
+    AgeRow{"pack_current_ms",
+           &AgeConfig::pack_current,
+           [](const CoreConfig&) { return internal_bus::sensor_current.period; },
+           "the sensor's period",
+           {},
+           true},
+    AgeRow{"pack_voltage_ms",
+           &AgeConfig::pack_voltage,
+           [](const CoreConfig&) { return internal_bus::sensor_u1.period; },
+           "the sensor's period",
+           {},
+           true},
     AgeRow{"pdu_status_ms", &AgeConfig::pdu_status, [](const CoreConfig&) { return internal_bus::pdu_status.period; },
            "the period of PDU_STATUS"},
 };
@@ -763,6 +913,9 @@ std::span<const Field<AuxiliaryConfig>> auxiliary_fields() {
 }
 std::span<const Field<SocConfig>> soc_fields() {
   return soc_table;
+}
+std::span<const Field<BalancingConfig>> balancing_fields() {
+  return balancing_table;
 }
 std::span<const Field<VehicleConfig>> vehicle_fields() {
   return vehicle_table;

@@ -22,7 +22,10 @@ struct ModuleEntry {
   std::uint8_t node = 0;
   std::uint8_t cell_count = 0;
   std::uint8_t temperature_sensor_count = 0;
+  std::optional<std::uint32_t> serial_number{};  // of the one node
 };
+
+inline constexpr double serial_number_max = 4'294'967'295;  // u32 in IDENT and COMMAND
 
 /// A cell file: the model, and what is only for people.
 struct CellFile {
@@ -34,6 +37,9 @@ struct CellFile {
 inline constexpr int node_max = internal_bus::node_count_max;
 inline constexpr int ocv_points_max = 64;
 inline constexpr double ocv_min_mV = 500;
+inline constexpr Duration poll_period_min = 20ms;
+inline constexpr Duration poll_period_max = 120ms;
+inline constexpr Duration parked_period_max = 500ms;
 inline constexpr double ocv_max_mV = 6'000;
 
 // What a silence may last at most, and the time from a dangerous value to the open command.
@@ -78,8 +84,9 @@ struct AgeRow {
   std::string_view key;
   Duration AgeConfig::*member;
   Duration (*interval)(const CoreConfig&);
-  std::string_view source;   // "poll", "PDU_STATUS"
-  Duration sampled_every{};  // by who tells it, where that is not done for each telling
+  std::string_view source;     // "poll", "PDU_STATUS"
+  Duration sampled_every{};    // by who tells it, where that is not done for each telling
+  bool takes_a_cycle = false;  // it waits for all answers, or counts from the POLL
 };
 [[nodiscard]] std::span<const AgeRow> age_rows();
 
@@ -99,6 +106,7 @@ struct AgeRow {
 [[nodiscard]] std::span<const Field<RestConfig>> rest_fields();
 [[nodiscard]] std::span<const Field<AuxiliaryConfig>> auxiliary_fields();
 [[nodiscard]] std::span<const Field<SocConfig>> soc_fields();
+[[nodiscard]] std::span<const Field<BalancingConfig>> balancing_fields();
 [[nodiscard]] std::span<const Field<VehicleConfig>> vehicle_fields();
 
 [[nodiscard]] std::span<const Field<GpioConfig>> gpio_fields();  // the plain keys of the section
@@ -137,6 +145,8 @@ void visit_sections(PackConfig& pack, Visitor visit) {
         auxiliary_fields(), core.auxiliary);
   visit(SectionInfo{"soc", false, "When the open-circuit voltage may start the state of charge."}, soc_fields(),
         core.soc);
+  visit(SectionInfo{"balancing", false, "Which cells the modules' resistors bleed, and when."}, balancing_fields(),
+        core.balancing);
   visit(SectionInfo{"vehicle", false, "The messages to the vehicle."}, vehicle_fields(), core.vehicle);
 }
 

@@ -34,8 +34,17 @@ void change_identity(std::size_t kind, const ModuleWireFaults& faults, CanFrame&
   }
   if (kind != kind_of(internal_bus::ident)) return;
   if (faults.cell_count) write<internal_bus::ident, "cell_count">(frame, *faults.cell_count);
+  if (faults.temperature_sensor_count) {
+    write<internal_bus::ident, "temperature_sensor_count">(frame, *faults.temperature_sensor_count);
+  }
   if (faults.protocol_version) write<internal_bus::ident, "protocol_version">(frame, *faults.protocol_version);
   if (faults.serial_number) write<internal_bus::ident, "serial_number">(frame, *faults.serial_number);
+}
+
+/// What it reads back of its switches.
+void change_switches(std::size_t kind, CellMask on, CanFrame& frame) {
+  if (kind == kind_of(internal_bus::status)) write<internal_bus::status, "balancing">(frame, on != 0);
+  if (kind == kind_of(internal_bus::module)) write<internal_bus::module, "balancing_cells">(frame, on);
 }
 
 }  // namespace
@@ -65,6 +74,7 @@ std::optional<CanFrame> ModuleWire::pop(TimePoint now) {
 CanFrame ModuleWire::changed(CanFrame frame, const ModuleWireFaults& faults) {
   const std::size_t kind = kind_of(frame);
   change_identity(kind, faults, frame);
+  if (faults.balancing_cells) change_switches(kind, *faults.balancing_cells, frame);
   if (kind != kind_of(internal_bus::response)) change_answer(kind, faults, frame);
   if (faults.node) frame.id = static_cast<std::uint32_t>(kind * ids_per_kind) + *faults.node;
   frame.data[7] = frame_crc(frame);

@@ -28,8 +28,10 @@ struct ModuleWireFaults {
   OmittedFrames omitted = OmittedFrames::nothing;
   std::optional<std::uint8_t> node;  // in its identifiers; it goes on listening to its own
   std::optional<std::uint8_t> cell_count;
+  std::optional<std::uint8_t> temperature_sensor_count;
   std::optional<std::uint8_t> protocol_version;
   std::optional<std::uint32_t> serial_number;
+  std::optional<CellMask> balancing_cells;  // switches as they stand, where they do not do what the unit wants
   Duration delay{};
 };
 

@@ -4,6 +4,8 @@
 #include <bit>
 #include <cmath>
 
+#include "daemon/core/cell_model.hpp"
+
 namespace bmu {
 
 namespace {
@@ -15,6 +17,14 @@ constexpr double charger_loop_gain = 0.5;
 // A balancing resistor warms its board by so much, and the board takes about a minute to follow.
 constexpr double board_heating_K_per_cell = 4.0;
 constexpr double board_time_constant_s = 60.0;
+// Cells warm slowly: each has its resistance looked up again every so many steps, a part of them in each.
+constexpr std::size_t temperature_groups = 64;
+constexpr double self_discharge_doubles_every_K = 10.0;
+constexpr double self_discharge_known_to_C = 150.0;
+// Where a cell that is abused for ever comes to a halt.
+constexpr double soc_beyond_max = 0.5;
+constexpr double temperature_min_C = -100.0;
+constexpr double temperature_max_C = 1'000.0;
 
 }  // namespace
 
@@ -22,15 +32,23 @@ Plant::Plant(const PlantConfig& config)
     : config_(config),
       contactors_{Contactor(config.contactor), Contactor(config.contactor), Contactor(config.contactor),
                   Contactor(config.contactor)},
-      rc_fraction_(1.0 - std::exp(-step_s / config.cell.rc_time_constant_s)),
+      turns_over_per_soc_(1.0 / config.cell.hysteresis_charge),
+      kelvin_per_W_(step_s / config.cell.heat_capacity_J_per_K),
       link_capacitance_F_(config.link_capacitance_F),
       link_bleed_Ohm_(config.link_bleed_Ohm),
       precharge_resistance_Ohm_(config.precharge_resistance_Ohm),
       ambient_C_(config.ambient_C) {
+  for (std::size_t pair = 0; pair < rc_pairs; ++pair) {
+    const RcPair& one = config.cell.rc[pair];
+    rc_fraction_[pair] = -std::expm1(-step_s / one.time_constant_s);
+    rc_siemens_[pair] = one.resistance_Ohm > 0.0 ? 1.0 / one.resistance_Ohm : 0.0;
+  }
   PlantCell fresh{.soc = config.initial_soc,
                   .temperature_C = config.ambient_C,
+                  .soc_per_As = 1.0 / config.cell.capacity_As,
                   .series_resistance_Ohm = config.cell.series_resistance_Ohm};
   fresh.voltage_V = ocv_V(fresh.soc);
+  follow_temperature(fresh);
   for (std::size_t module = 0; module < config_.cells_of_module.size(); ++module) {
     first_cell_[module] = static_cast<std::uint16_t>(cells_.size());
     board_C_[module] = config.ambient_C;
@@ -42,6 +60,7 @@ Plant::Plant(const PlantConfig& config)
 void Plant::step() {
   now_ += step_length;
   for (std::size_t index = 0; index < contactor_count; ++index) contactors_[index].update(coils_[index], now_);
+  follow_temperatures();
   step_link(sum_cells());
   step_cells();
   step_boards();
@@ -60,8 +79,9 @@ Plant::Source Plant::sum_cells() {
   for (std::size_t index = 0; index < cells_.size(); ++index) {
     const PlantCell& cell = cells_[index];
     ocv_V_[index] = ocv_V(cell.soc);
-    source.open_V += (ocv_V_[index] - cell.rc_V) * cell.share;
-    source.resistance_Ohm += cell.series_resistance_Ohm * cell.share;
+    behind_R0_V_[index] = ocv_V_[index] + cell.hysteresis * config_.cell.hysteresis_V - cell.rc_V[0] - cell.rc_V[1];
+    source.open_V += behind_R0_V_[index] * cell.share;
+    source.resistance_Ohm += cell.resistance_Ohm * cell.share;
   }
   return source;
 }
@@ -111,31 +131,61 @@ void Plant::step_link(const Source& source) {
 }
 
 void Plant::step_cells() {
-  const CellPhysics& kind = config_.cell;
-  const double soc_per_A = step_s / kind.capacity_As;
-  const double rc_siemens = kind.rc_resistance_Ohm > 0.0 ? 1.0 / kind.rc_resistance_Ohm : 0.0;
-  const double kelvin_per_W = step_s / kind.heat_capacity_J_per_K;
   double chemical_W = 0.0;
   double heat_W = 0.0;
   double shunt_W = 0.0;
   for (std::size_t index = 0; index < cells_.size(); ++index) {
     PlantCell& cell = cells_[index];
     const double shunt_siemens = cell.leak_siemens + cell.balancing_siemens;
-    cell.voltage_V = (ocv_V_[index] - cell.rc_V - current_A_ * cell.series_resistance_Ohm) * cell.share;
+    cell.voltage_V = (behind_R0_V_[index] - current_A_ * cell.resistance_Ohm) * cell.share;
     const double cell_A = current_A_ + cell.voltage_V * shunt_siemens;
-    const double lost_W = cell_A * cell_A * cell.series_resistance_Ohm + cell.rc_V * cell.rc_V * rc_siemens;
-    cell.soc -= cell_A * soc_per_A;
-    cell.rc_V += (cell_A * kind.rc_resistance_Ohm - cell.rc_V) * rc_fraction_;
-    if (!cell.is_temperature_held) {
-      cell.temperature_C += (lost_W - kind.heat_transfer_W_per_K * (cell.temperature_C - ambient_C_)) * kelvin_per_W;
-    }
     chemical_W += ocv_V_[index] * cell_A;
-    heat_W += lost_W;
+    heat_W += step_cell(cell, cell_A);
     shunt_W += cell.voltage_V * cell.voltage_V * shunt_siemens;
   }
   totals_.chemical_J += chemical_W * step_s;
   totals_.cell_heat_J += heat_W * step_s;
   totals_.shunt_J += shunt_W * step_s;
+}
+
+/// Returns the power it loses. What the hysteresis takes is lost, too: it comes back nowhere, whichever way one goes.
+/// Multiplies by what could be divided by: this is most of what a step costs.
+double Plant::step_cell(PlantCell& cell, double cell_A) const {
+  const CellPhysics& kind = config_.cell;
+  double lost_W = cell_A * cell_A * cell.resistance_Ohm - cell.hysteresis * kind.hysteresis_V * cell_A;
+  const double siemens_factor = 1.0 / cell.resistance_factor;
+  for (std::size_t pair = 0; pair < rc_pairs; ++pair) {
+    double& rc_V = cell.rc_V[pair];
+    lost_W += rc_V * rc_V * rc_siemens_[pair] * siemens_factor;
+    rc_V += (cell_A * kind.rc[pair].resistance_Ohm * cell.resistance_factor - rc_V) * rc_fraction_[pair];
+  }
+  const double moved = cell_A * step_s * cell.soc_per_As;
+  cell.soc -= moved + cell.self_discharge_per_s * step_s;
+  if (kind.hysteresis_V > 0.0) {
+    cell.hysteresis -= (std::abs(moved) * cell.hysteresis + moved) * turns_over_per_soc_;
+  }
+  if (!cell.is_temperature_held) {
+    const double cooling_W = kind.heat_transfer_W_per_K * (cell.temperature_C - ambient_C_);
+    cell.temperature_C += (lost_W - cooling_W) * kelvin_per_W_;
+  }
+  return lost_W;
+}
+
+void Plant::follow_temperatures() {
+  for (std::size_t cell = follows_temperature_; cell < cells_.size(); cell += temperature_groups) {
+    follow_temperature(cells_[cell]);
+  }
+  follows_temperature_ = (follows_temperature_ + 1) % temperature_groups;
+}
+
+void Plant::follow_temperature(PlantCell& cell) const {
+  const CellPhysics& kind = config_.cell;
+  cell.soc = std::clamp(cell.soc, -soc_beyond_max, 1.0 + soc_beyond_max);
+  cell.temperature_C = std::clamp(cell.temperature_C, temperature_min_C, temperature_max_C);
+  cell.resistance_factor = resistance_factor(kind.resistance_activation_K, cell.temperature_C);
+  const double warmer_K = std::min(cell.temperature_C, self_discharge_known_to_C) - 25.0;
+  cell.self_discharge_per_s = kind.self_discharge_per_s * std::exp2(warmer_K / self_discharge_doubles_every_K);
+  refresh_share(cell);
 }
 
 void Plant::step_boards() {
@@ -165,13 +215,15 @@ void Plant::set_cell_leak_siemens(std::size_t cell, double conductance_siemens) 
   refresh_share(cells_[cell]);
 }
 
-void Plant::refresh_share(PlantCell& cell) const {
-  cell.share = 1.0 / (1.0 + cell.series_resistance_Ohm * (cell.leak_siemens + cell.balancing_siemens));
+void Plant::refresh_share(PlantCell& cell) {
+  cell.resistance_Ohm = cell.series_resistance_Ohm * cell.resistance_factor;
+  cell.share = 1.0 / (1.0 + cell.resistance_Ohm * (cell.leak_siemens + cell.balancing_siemens));
 }
 
 void Plant::hold_cell_temperature_C(std::size_t cell, double temperature_C) {
   cells_[cell].temperature_C = temperature_C;
   cells_[cell].is_temperature_held = true;
+  follow_temperature(cells_[cell]);
 }
 
 ContactorFlags Plant::feedback() const {

@@ -5,6 +5,7 @@
 //   100 ms             average of these ^
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -32,10 +33,37 @@ using CellVoltages = std::array<std::int32_t, mmu_cells_max>;  // uV
 
 struct CellReading {
   CellVoltages cell_voltage_uV{};
-  CellMask measured = 0;  // a cell that is not in here has no voltage, whatever stands above
-  TimePoint taken_at{};   // of the newest sample in it; meaningless while nothing is measured
+  CellMask measured = 0;                            // a cell that is not in here has no voltage, whatever stands above
+  std::array<TimePoint, mmu_cells_max> taken_at{};  // of each cell's oldest sample in it
 
   [[nodiscard]] constexpr bool exists() const { return measured != 0; }
+  /// Of the oldest voltage; meaningless while nothing is measured.
+  [[nodiscard]] constexpr TimePoint oldest() const {
+    TimePoint oldest = TimePoint::max();
+    for (std::size_t cell = 0; cell < mmu_cells_max; ++cell) {
+      if (has_cell(measured, cell)) oldest = std::min(oldest, taken_at[cell]);
+    }
+    return oldest;
+  }
+  [[nodiscard]] constexpr CellReading only(CellMask cells) const {
+    CellReading reading = *this;
+    reading.measured = static_cast<CellMask>(measured & cells);
+    return reading;
+  }
+  [[nodiscard]] constexpr CellMask taken_since(TimePoint time) const {
+    CellMask cells = 0;
+    for (std::size_t cell = 0; cell < mmu_cells_max; ++cell) {
+      if (taken_at[cell] >= time) cells = static_cast<CellMask>(cells | cell_bit(cell));
+    }
+    return cells;
+  }
+};
+
+/// One transfer's cells: which of them arrived undamaged, and which of those hold a voltage to be trusted.
+struct CellSample {
+  CellVoltages cell_voltage_uV{};
+  CellMask arrived = 0;
+  CellMask measured = 0;
 };
 
 class CellSampler {
@@ -45,42 +73,57 @@ class CellSampler {
 
   enum class Step : std::uint8_t { sampled, average_complete };
 
-  /// A sample that came over from the front end undamaged.
-  constexpr Step add(const CellVoltages& cell_voltage_uV, CellMask measured, TimePoint now) {
-    latest_ = {cell_voltage_uV, measured, now};
-    for (std::size_t cell = 0; cell < mmu_cells_max; ++cell) sum_uV_[cell] += cell_voltage_uV[cell];
-    measured_in_all_ = good_samples_ == 0 ? measured : static_cast<CellMask>(measured_in_all_ & measured);
-    ++good_samples_;
-    return count();
+  /// A cell that did not arrive whole is left out: the window goes on, its values age. One that arrived without a
+  /// voltage (an open wire) has none from now on, and not in this window's average.
+  constexpr Step add(const CellSample& sample, TimePoint now) {
+    const auto with_voltage = static_cast<CellMask>(sample.arrived & sample.measured);
+    const auto without = static_cast<CellMask>(sample.arrived & ~sample.measured);
+    latest_.measured = static_cast<CellMask>((latest_.measured & ~without) | with_voltage);
+    without_voltage_ = static_cast<CellMask>(without_voltage_ | without);
+    for (std::size_t cell = 0; cell < mmu_cells_max; ++cell) {
+      if (!has_cell(with_voltage, cell)) continue;
+      latest_.cell_voltage_uV[cell] = sample.cell_voltage_uV[cell];
+      latest_.taken_at[cell] = now;
+      if (good_samples_[cell] == 0) first_at_[cell] = now;
+      sum_uV_[cell] += sample.cell_voltage_uV[cell];
+      ++good_samples_[cell];
+    }
+    if (++samples_ < samples_per_average) return Step::sampled;
+    complete_average();
+    return Step::average_complete;
   }
-  /// A sample whose checksum was wrong. It is dropped: the window goes on, the values it would have renewed age.
-  constexpr Step add_damaged() { return count(); }
 
   [[nodiscard]] constexpr const CellReading& latest() const { return latest_; }
   [[nodiscard]] constexpr const CellReading& average() const { return average_; }
+  /// The average without the cells of which the last window brought nothing.
+  [[nodiscard]] constexpr CellReading renewed_average() const { return average_.only(renewed_); }
 
  private:
-  constexpr Step count() {
-    if (++samples_ < samples_per_average) return Step::sampled;
-    if (good_samples_ > 0) {
-      average_.measured = measured_in_all_;
-      average_.taken_at = latest_.taken_at;
-      for (std::size_t cell = 0; cell < mmu_cells_max; ++cell) {
-        average_.cell_voltage_uV[cell] = static_cast<std::int32_t>(divide_to_nearest(sum_uV_[cell], good_samples_));
-      }
+  constexpr void complete_average() {
+    renewed_ = 0;
+    average_.measured = static_cast<CellMask>(average_.measured & ~without_voltage_);
+    for (std::size_t cell = 0; cell < mmu_cells_max; ++cell) {
+      if (good_samples_[cell] == 0 || has_cell(without_voltage_, cell)) continue;
+      average_.cell_voltage_uV[cell] = static_cast<std::int32_t>(divide_to_nearest(sum_uV_[cell], good_samples_[cell]));
+      average_.taken_at[cell] = first_at_[cell];
+      renewed_ = static_cast<CellMask>(renewed_ | cell_bit(cell));
     }
+    average_.measured = static_cast<CellMask>(average_.measured | renewed_);
     sum_uV_ = {};
+    good_samples_ = {};
+    without_voltage_ = 0;
     samples_ = 0;
-    good_samples_ = 0;
-    return Step::average_complete;
   }
 
   CellReading latest_;
   CellReading average_;
+  CellMask renewed_ = 0;
+  // Of the window under way.
   std::array<std::int64_t, mmu_cells_max> sum_uV_{};
-  CellMask measured_in_all_ = 0;
+  std::array<std::uint8_t, mmu_cells_max> good_samples_{};
+  std::array<TimePoint, mmu_cells_max> first_at_{};  // of these
+  CellMask without_voltage_ = 0;
   int samples_ = 0;
-  int good_samples_ = 0;
 };
 
 }  // namespace bmu

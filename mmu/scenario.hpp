@@ -1,29 +1,47 @@
-// The script language of the emulated world: one event a line.
+// The script language of the emulated world: one line an event, a condition, or a frame for a block.
 //
 //   # comment, to the end of the line
-//   TIME_S TARGET PROPERTY [VALUE]
 //
-//   1       vehicle on
-//   3       load profile drive
-//   12.3    cell 2.7 voltage_mV 2700              module 2 (its node number), cell 7
-//   14      cell 2.7 voltage_mV auto              back to what the plant says
-//   20      load current_A 0..40 over 2           a ramp
-//   25      cell 2.7 voltage_mV ..2500 over 3     a ramp from what it is then
+//   [WHEN] TARGET PROPERTY [VALUE]                an event; it needs its WHEN
+//   [WHEN] wait CONDITION within SECONDS          the run fails if it does not come; what follows counts from there
+//   [WHEN] expect CONDITION                       must be true at that moment
+//   [WHEN] always|never CONDITION [for SECONDS]   from then on, to the end of the run or for so long
+//   [WHEN] pass | fail ["TEXT"]                   ends the run
+//   [WHEN] repeat COUNT [every SECONDS]           the lines up to `end`, so often
+//          end
 //
-// Targets and properties are rows of two tables below: name, where it may stand, kind of value, range, meaning. The
-// parser, its error messages, `mmusim --properties` and docs/scenarios.md all come from these rows.
+//   WHEN       12.3      seconds from the start; after a wait, from the moment it was met; in a repeat, from the
+//                        beginning of the turn. Such lines may stand in any order.
+//              +2.5      seconds after the line before
+//              random 10..20, +random 1..5
+//                        drawn from the seed of the run, in whole milliseconds
+//              nothing   at the time of the line before; not for events
+//   VALUE      2700 | auto | on | 0..40 over 2 (a ramp) | ..2500 over 3 (a ramp from the present) | random 2700..3600
+//   CONDITION  TARGET STATE                       contactor main_positive closed
+//              TARGET STATE COMPARISON NUMBER     cell 2.7 soc_permille < 300
+//              TARGET STATE = or != WORD          module 3 mode = asleep
+//              frame NAME [NODE] [SIGNAL COMPARISON VALUE]
+//                                                 frame CONTACTOR_COMMAND main_positive = 0; not after expect, always
 //
-// A line starts with a number today. Words there are reserved for later (repeat, wait, conditions).
+// Comparisons are = != < <= > >=. Numbers have the unit the name ends with, everywhere. Targets, properties and states
+// are rows of tables, frames and signals those of protocol/tables; parser, error messages, `mmusim --properties` and
+// docs/scenarios.md come from these rows.
+//
+// parse_scenario() takes a whole text or says everything that is wrong with it; plan_scenario() (scenario_plan.hpp)
+// draws what is random and lays repeats out; ScenarioPlayer (scenario_player.hpp) lets it happen. A line that cannot be
+// understood costs its problem and nothing else: the lines around it are judged as if it were right.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "protocol/message.hpp"
 #include "protocol/result.hpp"
 #include "protocol/time.hpp"
 
@@ -38,6 +56,7 @@ enum class TargetKind : std::uint8_t {
   module,
   stranger,
   thermistor,
+  board_thermistor,
   sensor,
   pdu,
   contactor,
@@ -47,6 +66,7 @@ enum class TargetKind : std::uint8_t {
   link,
   precharge,
   resume_button,
+  master,
 };
 
 /// What follows the target's name.
@@ -69,8 +89,17 @@ enum class ValueKind : std::uint8_t {
   none,            // the property says it all
   number,          // 3, 2.5, or a ramp: 0..40 over 2
   number_or_auto,  // the same, or `auto`: what the plant says
+  count,           // a whole number, no ramp: of things, or one that stands for a thing
+  count_or_auto,   // the same, or `auto`
   word,            // one of `words`
 };
+
+[[nodiscard]] constexpr bool is_count(ValueKind kind) {
+  return kind == ValueKind::count || kind == ValueKind::count_or_auto;
+}
+[[nodiscard]] constexpr bool may_be_auto(ValueKind kind) {
+  return kind == ValueKind::number_or_auto || kind == ValueKind::count_or_auto;
+}
 
 /// One enumerator a row of the property table, in its order.
 enum class Property : std::uint8_t {
@@ -81,6 +110,7 @@ enum class Property : std::uint8_t {
   charger_current,
   charger_runaway,
   charger_unstoppable,
+  charger_obeys,
   load_current,
   load_profile,
   pack_soc,
@@ -89,15 +119,19 @@ enum class Property : std::uint8_t {
   cell_voltage,
   cell_offset,
   cell_soc,
+  cell_capacity,
   cell_resistance,
   cell_leak,
   cell_temperature,
   cell_wire,
   cell_stuck,
+  cell_balancing_switch,
   module_silent,
   module_talking,
   module_restart,
   module_crc_errors,
+  module_crc_error_rate,
+  module_crc_wrong_bits,
   module_damaged_frames,
   module_stuck,
   module_frozen_counter,
@@ -106,19 +140,28 @@ enum class Property : std::uint8_t {
   module_delay,
   module_sends_as_node,
   module_cell_count,
+  module_temperature_sensor_count,
   module_protocol_version,
   module_serial_number,
+  module_commands,
   module_self_test,
   module_board_temperature,
+  module_external_supply,
+  module_converts,
+  module_thermistor_curve,
   stranger_connected,
   stranger_disconnected,
   thermistor_state,
+  thermistor_stuck,
+  board_thermistor_state,
+  board_thermistor_stuck,
   sensor_silent,
   sensor_talking,
   sensor_offset_current,
   sensor_value_current,
   sensor_offset_voltage,
   sensor_value_voltage,
+  sensor_gain,
   sensor_stuck,
   sensor_inverted,
   sensor_error,
@@ -144,8 +187,13 @@ enum class Property : std::uint8_t {
   precharge_resistance,
   resume_button_pressed,
   resume_button_released,
+  master_clear,
+  master_clear_authorised,
+  master_wake,
+  master_balancing,
+  master_accept_modules,
 };
-inline constexpr std::size_t property_count = 70;
+inline constexpr std::size_t property_count = 89;
 
 struct PropertySpec {
   Property property;
@@ -166,8 +214,9 @@ struct PropertySpec {
 struct ScenarioValue {
   enum class Kind : std::uint8_t { none, number, ramp, ramp_from_present, automatic, word };
   Kind kind = Kind::none;
-  double number = 0.0;  // the number, or where a ramp ends
-  double from = 0.0;    // where a ramp starts
+  bool is_random = false;  // number: still to be drawn, from `from` to `number`
+  double number = 0.0;     // the number, or where a ramp ends
+  double from = 0.0;       // where a ramp starts
   Duration over{};
   std::uint8_t word = 0;  // index in the property's words
 };
@@ -181,17 +230,67 @@ struct ScenarioPlace {
 };
 
 struct ScenarioEvent {
-  Duration at{};  // from the start
   Property property{};
   ScenarioPlace place{};
   ScenarioValue value{};
-  std::uint32_t line = 0;
-  std::uint32_t target_column = 0;  // for problems found later, against a pack
-  std::string text{};               // "cell 2.7 voltage_mV 2700": the line without time and comment
+  std::string text{};  // "cell 2.7 voltage_mV 2700": the line without time and comment
+};
+
+enum class Comparison : std::uint8_t { none, equal, not_equal, less, less_or_equal, greater, greater_or_equal };
+[[nodiscard]] bool holds(Comparison comparison, double found, double wanted);
+
+struct StateSpec;  // a row of what can be asked of the world: scenario_state.hpp
+
+struct ScenarioCondition {
+  Comparison comparison = Comparison::none;
+  double wanted = 0.0;               // number in the unit of the name, or index of a word
+  bool wants_not_known = false;      // instead: the sender has no number; only with = and !=
+  const StateSpec* state = nullptr;  // null: it is about frames
+  ScenarioPlace place{};
+  std::span<const std::string_view> words{};  // what the state's indices mean, where it is a word
+  std::uint32_t frame_id = 0;
+  bool is_any_node = false;              // every node's frame of this message; frame_id is the first one's
+  const MessageSpec* message = nullptr;  // null: an identifier without a row
+  std::optional<std::uint8_t> signal{};  // none: the frame itself is what is wanted
+  std::string text{};                    // as it stands in the line
+};
+
+enum class ScenarioVerb : std::uint8_t { event, wait, expect, always, never, pass, fail, repeat, end };
+
+/// When a line takes place, see above. `from` and `to` are the same unless it is to be drawn.
+struct ScenarioTime {
+  enum class Kind : std::uint8_t { as_before, absolute, relative };
+  Kind kind = Kind::as_before;
+  Duration from{};
+  Duration to{};
+};
+
+struct ScenarioLine {
+  std::uint32_t line = 0;    // both from 1
+  std::uint32_t column = 0;  // of the target or verb, behind the time
+  ScenarioVerb verb = ScenarioVerb::event;
+  ScenarioTime time{};
+  ScenarioEvent event{};          // event
+  ScenarioCondition condition{};  // wait, expect, always, never
+  Duration limit{};               // wait: within; always, never: for, 0 to the end of the run
+  std::uint32_t count = 0;        // repeat
+  Duration every{};               // repeat; 0: a turn begins with the last line of the one before
+  std::size_t partner = 0;        // repeat: index of its end; end: of its repeat
+  std::string text{};             // without time and comment; fail: what stands in the quotes
 };
 
 struct Scenario {
-  std::vector<ScenarioEvent> events;  // by time; those of the same time in the order of the file
+  std::vector<ScenarioLine> lines;  // as in the file
+
+  /// Whether anything in it can fail or end the run: whether it is a test.
+  [[nodiscard]] bool is_test() const;
+};
+
+/// What a script may ask a master that runs beside the emulated pack, in its words. Empty: there is none to be asked,
+/// and none to be told anything.
+struct MasterVocabulary {
+  std::span<const std::string_view> phases{};
+  std::span<const std::string_view> opening_causes{};
 };
 
 struct ScenarioProblem {
@@ -205,13 +304,23 @@ using ScenarioProblems = std::vector<ScenarioProblem>;
 /// "demo.scn:12:9: found 'cel', wanted a target: vehicle, charger, ..."
 [[nodiscard]] std::string to_text(const ScenarioProblem& problem, std::string_view file_name);
 
-/// A whole scenario, or what is wrong: the first problem of every line that has one.
-[[nodiscard]] Result<Scenario, ScenarioProblems> parse_scenario(std::string_view text);
+/// What could be read: the lines that are right, and the first problem of every line that has one, by line.
+struct ScenarioReading {
+  Scenario scenario;
+  ScenarioProblems problems;
+};
+[[nodiscard]] ScenarioReading read_scenario(std::string_view text, const MasterVocabulary& master = {});
+
+/// A whole scenario, or what is wrong.
+[[nodiscard]] Result<Scenario, ScenarioProblems> parse_scenario(std::string_view text,
+                                                                const MasterVocabulary& master = {});
 
 /// One event without its time: "cell 2.7 voltage_mV 2700".
-[[nodiscard]] Result<ScenarioEvent, ScenarioProblem> parse_event(std::string_view text);
+[[nodiscard]] Result<ScenarioEvent, ScenarioProblem> parse_event(std::string_view text,
+                                                                 const MasterVocabulary& master = {});
 
-/// The table of docs/scenarios.md.
+/// The tables of docs/scenarios.md: what can be done, and what can be asked.
 [[nodiscard]] std::string property_table_markdown();
+[[nodiscard]] std::string state_table_markdown();
 
 }  // namespace bmu

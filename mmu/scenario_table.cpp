@@ -3,7 +3,9 @@
 
 #include "mmu/contactor.hpp"
 #include "mmu/load_profile.hpp"
+#include "mmu/mode.hpp"
 #include "mmu/scenario.hpp"
+#include "mmu/scenario_state.hpp"
 #include "mmu/scenario_text.hpp"
 
 namespace bmu {
@@ -20,8 +22,12 @@ constexpr std::string_view on_off_words[] = {"off", "on"};
 constexpr std::string_view wire_words[] = {"closed", "open", "open_silent"};
 constexpr std::string_view signal_wire_words[] = {"closed", "open", "shorted"};
 constexpr std::string_view omitted_words[] = {"nothing", "status", "cells", "temperatures", "module", "ident"};
+constexpr std::string_view obeys_words[] = {"master", "nobody"};
+constexpr std::string_view switch_words[] = {"auto", "stays_off", "stays_on"};
+constexpr std::string_view command_words[] = {"obeyed", "ignored"};
 constexpr std::string_view self_test_words[] = {"ok", "failed"};
 constexpr std::string_view thermistor_words[] = {"ok", "open", "shorted"};
+constexpr std::string_view thermistor_curve_words[] = {"table", "steinhart_hart"};
 constexpr std::string_view feedback_words[] = {"auto", "open", "closed"};
 constexpr std::string_view estop_words[] = {"1", "2"};
 constexpr std::string_view sensor_words[] = {"current", "pack_voltage", "link_voltage", "current_2"};
@@ -37,6 +43,7 @@ constexpr TargetSpec targets[] = {
     {TargetKind::module, "module", Address::node},
     {TargetKind::stranger, "stranger", Address::node},
     {TargetKind::thermistor, "thermistor", Address::node_slot},
+    {TargetKind::board_thermistor, "board_thermistor", Address::node_slot},
     {TargetKind::sensor, "sensor", Address::word, sensor_words},
     {TargetKind::pdu, "pdu"},
     {TargetKind::contactor, "contactor", Address::word, contactor_names},
@@ -46,7 +53,16 @@ constexpr TargetSpec targets[] = {
     {TargetKind::link, "link"},
     {TargetKind::precharge, "precharge"},
     {TargetKind::resume_button, "resume_button"},
+    {TargetKind::master, "master"},
 };
+
+constexpr bool targets_stand_in_order() {
+  for (std::size_t row = 0; row < std::size(targets); ++row) {
+    if (static_cast<std::size_t>(targets[row].kind) != row) return false;
+  }
+  return true;
+}
+static_assert(targets_stand_in_order(), "targets[] is indexed by TargetKind");
 
 constexpr PropertySpec make(Property property, TargetKind target, std::string_view name, std::string_view meaning) {
   return {.property = property, .target = target, .name = name, .meaning = meaning};
@@ -76,6 +92,8 @@ constexpr PropertySpec make(Property property, TargetKind target, std::string_vi
 }
 
 constexpr auto automatic = ValueKind::number_or_auto;
+constexpr auto count = ValueKind::count;
+constexpr auto automatic_count = ValueKind::count_or_auto;
 
 constexpr std::array<PropertySpec, property_count> properties{
     make(Property::vehicle_on, TargetKind::vehicle, "on", "the key is turned: input \"vehicle on\""),
@@ -83,12 +101,16 @@ constexpr std::array<PropertySpec, property_count> properties{
     make(Property::charger_connected, TargetKind::charger, "connected", "input \"charger connected\""),
     make(Property::charger_disconnected, TargetKind::charger, "disconnected", "and away again; its current stops"),
     make(Property::charger_current, TargetKind::charger, "current_A", 0, 1000,
-         "what it delivers while connected and the contactors are closed (the charge contactor too, where the pack has "
-         "one), up to the cells' maximum voltage"),
+         "what it delivers at most while connected and the contactors are closed (the charge contactor too, where the "
+         "pack has one), up to the cells' maximum voltage"),
     make(Property::charger_runaway, TargetKind::charger, "runaway", on_off_words,
-         "delivers its current at whatever voltage the cells have"),
+         "delivers its current at whatever voltage the cells have, and whatever the master allows"),
     make(Property::charger_unstoppable, TargetKind::charger, "unstoppable", on_off_words,
          "goes on with its current when told less or disconnected, while the contactors let it"),
+    make(Property::charger_obeys, TargetKind::charger, "obeys", obeys_words,
+         "master: never more than the charge limit the vehicle is told, nothing where none has come for 3 s; nobody: "
+         "its "
+         "own current"),
     make(Property::load_current, TargetKind::load, "current_A", -1000, 1000,
          "demand, positive out of the pack; flows while the contactors are closed; ends a profile"),
     make(Property::load_profile, TargetKind::load, "profile", load_profile_names,
@@ -101,8 +123,10 @@ constexpr std::array<PropertySpec, property_count> properties{
          "what its module measures, whatever the cell does", automatic),
     make(Property::cell_offset, TargetKind::cell, "offset_mV", -1000, 1000, "error of the measurement"),
     make(Property::cell_soc, TargetKind::cell, "soc_permille", 0, 1000, "its charge"),
+    make(Property::cell_capacity, TargetKind::cell, "capacity_permille", 10, 2000,
+         "of what the cell file says: a worn cell; its state of charge stays", automatic),
     make(Property::cell_resistance, TargetKind::cell, "resistance_mOhm", 0, 10000,
-         "series resistance: a poor cell or joint", automatic),
+         "series resistance at 25 C: a poor cell or joint", automatic),
     make(Property::cell_leak, TargetKind::cell, "leak_Ohm", 0.01, 1e9, "a resistance in parallel: an inner short",
          automatic),
     make(Property::cell_temperature, TargetKind::cell, "temperature_dC", -500, 2000,
@@ -113,11 +137,17 @@ constexpr std::array<PropertySpec, property_count> properties{
          "noticed, this cell reads less and less and the next as much more"),
     make(Property::cell_stuck, TargetKind::cell, "stuck", on_off_words,
          "its channel says for ever what it said last, to the last bit"),
+    make(Property::cell_balancing_switch, TargetKind::cell, "balancing_switch", switch_words,
+         "of its balancing resistor, whatever its module wants; the module sees how it stands"),
     make(Property::module_silent, TargetKind::module, "silent", "sends nothing; goes on working"),
     make(Property::module_talking, TargetKind::module, "talking", "and sends again"),
     make(Property::module_restart, TargetKind::module, "restart", "loses power for a moment"),
     make(Property::module_crc_errors, TargetKind::module, "crc_errors", on_off_words,
          "every transfer from its front end is damaged: voltages age, STATUS says so"),
+    make(Property::module_crc_error_rate, TargetKind::module, "crc_error_permille", 0, 1000,
+         "so many of the register groups its front end sends arrive damaged: what they would have renewed ages"),
+    make(Property::module_crc_wrong_bits, TargetKind::module, "crc_wrong_bits", 1, 64,
+         "in each damaged group; up to five are always found, of more about one in 33000 passes for good", count),
     make(Property::module_damaged_frames, TargetKind::module, "damaged_frames", on_off_words,
          "its frames have a wrong checksum"),
     make(Property::module_stuck, TargetKind::module, "stuck", on_off_words,
@@ -129,22 +159,39 @@ constexpr std::array<PropertySpec, property_count> properties{
     make(Property::module_omits, TargetKind::module, "omits", omitted_words, "leaves these frames out of its answers"),
     make(Property::module_delay, TargetKind::module, "delay_ms", 0, 500, "its frames leave so much later"),
     make(Property::module_sends_as_node, TargetKind::module, "sends_as_node", 1, 63,
-         "its frames carry this node's identifiers; it goes on listening to its own", automatic),
+         "its frames carry this node's identifiers; it goes on listening to its own", automatic_count),
     make(Property::module_cell_count, TargetKind::module, "cell_count", 0, 15, "number of cells it says it has",
-         automatic),
+         automatic_count),
+    make(Property::module_temperature_sensor_count, TargetKind::module, "temperature_sensor_count", 0, 15,
+         "number of cell temperature sensors it says it has", automatic_count),
     make(Property::module_protocol_version, TargetKind::module, "protocol_version", 0, 255,
-         "of the protocol it says it speaks", automatic),
+         "of the protocol it says it speaks", automatic_count),
     make(Property::module_serial_number, TargetKind::module, "serial_number", 0, 4294967295.0,
-         "says it is this one: exchanged", automatic),
+         "says it is this one: exchanged", automatic_count),
+    make(Property::module_commands, TargetKind::module, "commands", command_words,
+         "ignored: no COMMAND reaches it, to it alone or to all; none is done, none answered"),
     make(Property::module_self_test, TargetKind::module, "self_test", self_test_words, "of the front end"),
     make(Property::module_board_temperature, TargetKind::module, "board_temperature_dC", -1000, 1250,
          "all board sensors", automatic),
+    make(Property::module_external_supply, TargetKind::module, "external_supply_mV", 0, 60000,
+         "what feeds it; below 5000 it lives on its own cells"),
+    make(Property::module_converts, TargetKind::module, "converts", thermistor_curve_words,
+         "by which curve the unit itself makes temperatures of resistances; what is fitted follows, unless "
+         "thermistor_curve says otherwise"),
+    make(Property::module_thermistor_curve, TargetKind::module, "thermistor_curve", thermistor_curve_words,
+         "of the thermistors fitted, cell and board, whatever the unit takes them for"),
     make(
         Property::stranger_connected, TargetKind::stranger, "connected",
         "a module that is not of this pack comes to the bus with this node number, its own cells at 3.6 V; if the pack "
         "has that node, both answer"),
     make(Property::stranger_disconnected, TargetKind::stranger, "disconnected", "and goes again"),
     make(Property::thermistor_state, TargetKind::thermistor, "state", thermistor_words, "of a cell sensor"),
+    make(Property::thermistor_stuck, TargetKind::thermistor, "stuck", on_off_words,
+         "it stands still at the temperature it had, whatever its cells do"),
+    make(Property::board_thermistor_state, TargetKind::board_thermistor, "state", thermistor_words,
+         "of a sensor on the board; a unit that cannot see its board does not balance"),
+    make(Property::board_thermistor_stuck, TargetKind::board_thermistor, "stuck", on_off_words,
+         "it stands still at the temperature it had, whatever its board does"),
     make(Property::sensor_silent, TargetKind::sensor, "silent", "this result is no longer sent"),
     make(Property::sensor_talking, TargetKind::sensor, "talking", "and is sent again"),
     make(Property::sensor_offset_current, TargetKind::sensor, "offset_mA", -1e6, 1e6, "error of the measurement",
@@ -155,6 +202,8 @@ constexpr std::array<PropertySpec, property_count> properties{
          ValueKind::number, "pack_voltage link_voltage"),
     make(Property::sensor_value_voltage, TargetKind::sensor, "value_mV", -1e6, 1e6, "what it says, whatever is there",
          automatic, "pack_voltage link_voltage"),
+    make(Property::sensor_gain, TargetKind::sensor, "gain_permille", 500, 1500,
+         "of what it measures: a shunt or a divider that drifts, over time with a ramp"),
     make(Property::sensor_stuck, TargetKind::sensor, "stuck", on_off_words,
          "for ever the value sent last, to the last digit; its counter goes on"),
     make(Property::sensor_inverted, TargetKind::sensor, "inverted", on_off_words, "connected the wrong way round",
@@ -192,6 +241,16 @@ constexpr std::array<PropertySpec, property_count> properties{
          "of the precharge resistor; very large: burnt out"),
     make(Property::resume_button_pressed, TargetKind::resume_button, "pressed", "input \"resume\""),
     make(Property::resume_button_released, TargetKind::resume_button, "released", "and let go"),
+    make(Property::master_clear, TargetKind::master, "clear",
+         "`bmuctl clear`: ends faults that wait for it and whose cause is gone; with `--with-master` only"),
+    make(Property::master_clear_authorised, TargetKind::master, "clear_authorised",
+         "`bmuctl clear --authorised`: those, too, that need somebody who has looked at the pack"),
+    make(Property::master_wake, TargetKind::master, "wake",
+         "`bmuctl wake`: wakes the modules of a pack that rests after an undervoltage"),
+    make(Property::master_balancing, TargetKind::master, "balancing", on_off_words,
+         "`bmuctl balance --off` and `--on`: stops all bleeding; as the pack file says, again"),
+    make(Property::master_accept_modules, TargetKind::master, "accept_modules",
+         "`bmuctl modules accept`: the modules found on their nodes belong there; while open and not asked to close"),
 };
 
 constexpr bool rows_stand_in_order() {
@@ -218,7 +277,7 @@ const PropertySpec& spec_of(Property property) {
 
 namespace {
 
-std::string target_form(const TargetSpec& target, const PropertySpec& property) {
+std::string target_form(const TargetSpec& target, std::string_view only_for) {
   std::string name(target.name);
   switch (target.address) {
     case Address::none: return name;
@@ -229,7 +288,7 @@ std::string target_form(const TargetSpec& target, const PropertySpec& property) 
   }
   std::string words;
   for (const std::string_view word : target.words) {
-    if (!property.only_for.empty() && !has_word(property.only_for, word)) continue;
+    if (!only_for.empty() && !has_word(only_for, word)) continue;
     words += (words.empty() ? "" : "\\|") + std::string(word);
   }
   return name + " " + words;
@@ -241,6 +300,8 @@ std::string value_form(const PropertySpec& property) {
     case ValueKind::none: return "";
     case ValueKind::number: return range;
     case ValueKind::number_or_auto: return range + ", auto";
+    case ValueKind::count: return range + ", whole";
+    case ValueKind::count_or_auto: return range + ", whole; auto";
     case ValueKind::word: return listed(property.words);
   }
   return "";
@@ -252,8 +313,19 @@ std::string property_table_markdown() {
   std::string text = "| target | property | value | meaning |\n|---|---|---|---|\n";
   for (const PropertySpec& property : properties) {
     const TargetSpec& target = targets[static_cast<std::size_t>(property.target)];
-    text += "| `" + target_form(target, property) + "` | `" + std::string(property.name) + "` | " +
+    text += "| `" + target_form(target, property.only_for) + "` | `" + std::string(property.name) + "` | " +
             value_form(property) + " | " + std::string(property.meaning) + " |\n";
+  }
+  return text;
+}
+
+std::string state_table_markdown() {
+  const std::array<std::string, 5> asked{"", "a number", "a phase", "a cause", listed(unit_mode_names)};
+  std::string text = "| target | state | compared with | meaning |\n|---|---|---|---|\n";
+  for (const StateSpec& state : state_table()) {
+    const TargetSpec& target = targets[static_cast<std::size_t>(state.target)];
+    text += "| `" + target_form(target, "") + "` | `" + std::string(state.name) + "` | " +
+            asked[static_cast<std::size_t>(state.kind)] + " | " + std::string(state.meaning) + " |\n";
   }
   return text;
 }

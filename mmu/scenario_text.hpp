@@ -1,4 +1,4 @@
-// Words shared by the scenario parser's messages and the generated documentation. Internal to the two.
+// Words shared by the scenario parser's messages, the player's and the generated documentation. Internal to these.
 #pragma once
 
 #include <algorithm>
@@ -13,6 +13,22 @@ namespace bmu::scenario_text {
 [[nodiscard]] inline std::string listed(std::span<const std::string_view> words) {
   std::string text;
   for (const std::string_view word : words) text += (text.empty() ? "" : ", ") + std::string(word);
+  return text;
+}
+
+/// Whether a word of a script is this name; where the name has blanks, the script has underscores.
+[[nodiscard]] inline bool is_same_word(std::string_view word, std::string_view name) {
+  return std::equal(word.begin(), word.end(), name.begin(), name.end(),
+                    [](char one, char other) { return one == (other == ' ' ? '_' : other); });
+}
+
+/// Names as a script has to say them, with commas between.
+[[nodiscard]] inline std::string said(std::span<const std::string_view> names) {
+  std::string text = listed(names);
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    const bool is_between_names = at > 0 && text[at - 1] == ',';
+    if (text[at] == ' ' && !is_between_names) text[at] = '_';
+  }
   return text;
 }
 

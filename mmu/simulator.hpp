@@ -7,7 +7,8 @@
 //     core.observe({sent.at, FrameReceived{Port::internal, sent.frame}});
 //   simulator.apply("cell 2.7 voltage_mV 2700");           what a script can, at once
 //
-// The same configuration, script and calls give the same frames, bit for bit. mmusim drives this with the real clock,
+// The same configuration (its seed draws the script's random numbers too), script and calls give the same frames, bit
+// for bit. mmusim drives this with the real clock,
 // the scenario tests with their own. Devices tick at every whole millisecond since the start, so an answer leaves at
 // most 1 ms after its POLL if you advance that often. What one device sends wakes modules that sleep. Frames of the
 // same millisecond come in the order of their identifiers, as arbitration would have it; there is no bit time, and no
@@ -22,6 +23,7 @@
 #include <vector>
 
 #include "daemon/core/core_config.hpp"
+#include "mmu/scenario_player.hpp"
 #include "mmu/world.hpp"
 
 namespace bmu {
@@ -46,16 +48,18 @@ class Simulator {
 
   /// A frame from somebody else. `now` may be between two milliseconds; never before the last one.
   void observe(const CanFrame& frame, TimePoint now);
-  /// Runs up to `now`. What is returned, and `applied_events()`, holds until the next call.
+  /// A frame on the vehicle's bus, where that is another: the charger and the script's conditions look at it.
+  void observe_elsewhere(const CanFrame& frame, TimePoint now);
+  /// Runs up to `now`. What is returned, and the script's news, holds until the next call.
   std::span<const SentFrame> advance(TimePoint now);
-  /// Events of the script that happened in the last advance.
-  [[nodiscard]] std::span<const ScenarioEvent* const> applied_events() const { return applied_; }
 
   /// One event of the script language without its time, now. A problem changes nothing.
   Result<void, ScenarioProblem> apply(std::string_view event);
 
   [[nodiscard]] TimePoint now() const { return now_; }
-  [[nodiscard]] bool is_script_over() const { return next_event_ == scenario_.events.size(); }
+  /// The script: what has happened of it, and how it ended.
+  [[nodiscard]] const ScenarioPlayer& script() const { return player_; }
+  [[nodiscard]] ScenarioPlayer& script() { return player_; }
   [[nodiscard]] const World& world() const { return world_; }
   [[nodiscard]] World& world() { return world_; }
   [[nodiscard]] const Plant& plant() const { return world_.plant; }
@@ -65,7 +69,6 @@ class Simulator {
 
  private:
   void step();
-  void apply_due_events();
   void tick_modules();
   void tick_strangers();
   void wake_sleepers(const CanFrame& frame);
@@ -75,9 +78,8 @@ class Simulator {
   void send(const CanFrame& frame);
 
   World world_;
-  Scenario scenario_;
-  std::size_t next_event_ = 0;
-  TimePoint started_at_;
+  ScenarioPlayer player_;
+  RandomSource random_;  // for events that are applied at once
   TimePoint now_;
   std::vector<Mmu> mmus_;
   std::vector<ModuleWire> wires_;
@@ -87,7 +89,6 @@ class Simulator {
   CurrentSensor second_sensor_;
   std::array<FrameBytes, scripted_results> last_results_{};
   std::vector<SentFrame> sent_;
-  std::vector<const ScenarioEvent*> applied_;
   std::uint64_t frames_observed_ = 0;
   std::uint64_t frames_sent_ = 0;
 };

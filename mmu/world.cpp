@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace bmu {
 
@@ -18,6 +19,15 @@ constexpr double insulation_kOhm_per_V = 0.5;
 constexpr double open_wire_time_constant_s = 1.0;
 constexpr double front_end_max_mV = 5000.0;
 
+/// A stuck one keeps what it showed when that began; a broken wire shows all the same.
+double read_Ohm(ThermistorSense& sense, double measured_Ohm) {
+  if (sense.state == Validity::open_circuit) return std::numeric_limits<double>::infinity();
+  if (sense.state == Validity::short_circuit) return 0.0;
+  if (!sense.is_stuck) return measured_Ohm;
+  if (!sense.held_Ohm) sense.held_Ohm = measured_Ohm;
+  return *sense.held_Ohm;
+}
+
 double full_pack_V(const Plant& plant) {
   return plant.config().cell.voltage_max_V * static_cast<double>(plant.cell_count());
 }
@@ -29,16 +39,20 @@ World::World(const SimulatorConfig& config, TimePoint started_at)
       modules(config.modules),
       cell_senses(plant.cell_count()),
       module_senses(config.modules.size()),
+      module_modes(config.modules.size(), UnitMode::starting),
       has_second_sensor(config.sensor.has_second),
       insulation(started_at, full_pack_V(plant) * insulation_kOhm_per_V),
+      charger(config.report_base_id),
       now(started_at),
       random_(config.seed),
+      damage_random_(~config.seed),
       cell_noise_uV_(config.cell_noise_uV),
       current_noise_mA_(config.current_noise_mA) {
   for (std::size_t module = 0; module < modules.size(); ++module) {
     module_of_node[modules[module].node] = static_cast<std::uint8_t>(module);
   }
   ramps_.reserve(32);
+  orders.reserve(8);
 }
 
 void World::step(TimePoint time) {
@@ -51,7 +65,10 @@ void World::step(TimePoint time) {
 }
 
 void World::step_charger() {
-  const double wanted_A = inputs.charger_connected ? charger_A : 0.0;
+  double wanted_A = inputs.charger_connected ? charger_A : 0.0;
+  if (const std::optional<double> limit_A = charger.limit_A(now); limit_A && obeys_master && !is_charger_runaway) {
+    wanted_A = std::min(wanted_A, *limit_A);
+  }
   charger_delivered_A_ = is_charger_unstoppable ? std::max(wanted_A, charger_delivered_A_) : wanted_A;
   plant.set_charger_A(charger_delivered_A_);
   plant.set_charger_runaway(is_charger_runaway);
@@ -63,34 +80,78 @@ double World::sensed_mV(std::size_t cell) const {
   return cell_senses[cell].voltage_mV.value_or(plant.cell(cell).voltage_V * 1e3);
 }
 
-MmuMeasurements World::measure_module(std::size_t module) {
+CellMask World::bled_cells(std::size_t module, CellMask switches) const {
+  if (switches == 0) return 0;
+  CellMask bled = 0;
+  CellMask between_wires = 0;  // cells since the last whole wire
+  for (std::size_t cell = 0; cell < modules[module].cell_count; ++cell) {
+    between_wires = static_cast<CellMask>(between_wires | cell_bit(cell));
+    if (cell_senses[plant.first_cell(module) + cell].wire != SenseWire::closed) continue;
+    if ((between_wires & ~switches) == 0) bled = static_cast<CellMask>(bled | between_wires);
+    between_wires = 0;
+  }
+  return bled;
+}
+
+FrontEndTransfer World::measure_module(std::size_t module, TransferWanted wanted) {
+  if (wanted == TransferWanted::nothing) return {};
   const ModuleSense& sense = module_senses[module];
+  FrontEndInputs chip;
+  chip.external_supply_mV = rounded(sense.external_supply_mV);
+  chip.self_test_ok = !sense.is_self_test_failed;
+  measure_cells(module, chip);
+  if (wanted == TransferWanted::everything) measure_thermistors(module, chip);
+  FrontEndTransfer transfer = convert(chip, wanted);
+  damage_transfer(sense, transfer);
+  return transfer;
+}
+
+void World::measure_cells(std::size_t module, FrontEndInputs& chip) {
   const std::size_t first = plant.first_cell(module);
-  MmuMeasurements measured;
-  measured.front_end_crc_ok = !sense.has_crc_errors;
-  measured.self_test_ok = !sense.is_self_test_failed;
   double module_mV = 0.0;
-  bool is_wire_below_open = false;
   double wire_below_mV = 0.0;  // how far it has drifted down
   for (std::size_t cell = 0; cell < modules[module].cell_count; ++cell) {
-    const double cell_mV = sensed_mV(first + cell);
     const double wire_above_mV = drift_mV(first + cell);
-    module_mV += cell_mV;
-    measured.cell_voltage_uV[cell] = measure_cell_uV(first + cell, wire_below_mV - wire_above_mV);
+    module_mV += sensed_mV(first + cell);
+    chip.cell_voltage_uV[cell] = measure_cell_uV(first + cell, wire_below_mV - wire_above_mV);
     wire_below_mV = wire_above_mV;
     const bool is_wire_open = cell_senses[first + cell].wire == SenseWire::open;
-    const bool is_measured = !is_wire_open && !is_wire_below_open;
-    is_wire_below_open = is_wire_open;
-    if (is_measured) measured.measured_cells = static_cast<CellMask>(measured.measured_cells | cell_bit(cell));
-    if (is_wire_open) measured.open_wires = static_cast<CellMask>(measured.open_wires | cell_bit(cell));
+    if (is_wire_open) chip.open_wires = static_cast<CellMask>(chip.open_wires | cell_bit(cell));
   }
-  measured.module_mV = rounded(module_mV);
-  for (std::size_t sensor = 0; sensor < mmu_cell_temperatures; ++sensor) {
-    measured.cell_temperature_dC[sensor] = measure_thermistor(module, sensor);
+  chip.module_mV = rounded(module_mV);
+}
+
+/// Of everything that comes over, so many groups in a thousand arrive with so many wrong bits.
+void World::damage_transfer(const ModuleSense& sense, FrontEndTransfer& transfer) {
+  constexpr double always_permille = 1000.0;
+  const double rate_permille = sense.has_crc_errors ? always_permille : sense.crc_error_permille;
+  if (rate_permille <= 0.0) return;
+  constexpr std::uint64_t draws = 1'000'000;
+  const auto below = static_cast<std::uint64_t>(std::llround(rate_permille * 1e3));
+  for (std::size_t group = 0; group < groups_in(transfer.contents); ++group) {
+    if (damage_random_.next() % draws < below) damage(transfer.groups[group], sense.wrong_bits, damage_random_);
   }
-  const double board_dC = sense.board_temperature_dC.value_or(plant.board_C(module) * kelvin_to_tenths);
-  measured.board_temperature_dC.fill(known(rounded(board_dC)));
-  return measured;
+}
+
+bool World::has_switch_fault(std::size_t module) const {
+  const std::size_t first = plant.first_cell(module);
+  const auto is_faulty = [this, first](std::size_t cell) {
+    return cell_senses[first + cell].balancing_switch != BalancingSwitch::automatic;
+  };
+  for (std::size_t cell = 0; cell < modules[module].cell_count; ++cell) {
+    if (is_faulty(cell)) return true;
+  }
+  return false;
+}
+
+CellMask World::switches_on(std::size_t module, CellMask wanted) const {
+  CellMask on = wanted;
+  for (std::size_t cell = 0; cell < modules[module].cell_count; ++cell) {
+    const BalancingSwitch fault = cell_senses[plant.first_cell(module) + cell].balancing_switch;
+    if (fault == BalancingSwitch::stays_on) on = static_cast<CellMask>(on | cell_bit(cell));
+    if (fault == BalancingSwitch::stays_off) on = static_cast<CellMask>(on & ~cell_bit(cell));
+  }
+  return on;
 }
 
 /// How far the wire above a cell has come down since it is open and nobody has noticed: this cell reads so much less
@@ -111,19 +172,30 @@ std::int32_t World::measure_cell_uV(std::size_t cell, double drifted_mV) {
 }
 
 /// Each sensor sits among its share of the module's cells and feels the warmest of them.
-SignalValue World::measure_thermistor(std::size_t module, std::size_t sensor) const {
+double World::felt_by_C(std::size_t module, std::size_t sensor) const {
   const std::size_t sensors = modules[module].temperature_sensor_count;
   const std::size_t cells = modules[module].cell_count;
-  if (sensor >= sensors) return not_known(Validity::not_fitted);
-  const Validity state = module_senses[module].thermistors[sensor];
-  if (state != Validity::valid) return not_known(state);
   const std::size_t first = sensor * cells / sensors;
   const std::size_t last = std::max((sensor + 1) * cells / sensors, first + 1);
   double warmest_C = plant.cell(plant.first_cell(module) + first).temperature_C;
   for (std::size_t cell = first; cell < last; ++cell) {
     warmest_C = std::max(warmest_C, plant.cell(plant.first_cell(module) + cell).temperature_C);
   }
-  return known(rounded(warmest_C * kelvin_to_tenths));
+  return warmest_C;
+}
+
+void World::measure_thermistors(std::size_t module, FrontEndInputs& chip) {
+  ModuleSense& sense = module_senses[module];
+  const ThermistorCurve curve = sense.thermistor_curve.value_or(modules[module].thermistor_curve);
+  for (std::size_t sensor = 0; sensor < modules[module].temperature_sensor_count; ++sensor) {
+    chip.cell_sensor_Ohm[sensor] =
+        read_Ohm(sense.thermistors[sensor], thermistor_Ohm(curve, felt_by_C(module, sensor)));
+  }
+  const double board_dC = sense.board_temperature_dC.value_or(plant.board_C(module) * kelvin_to_tenths);
+  for (std::size_t sensor = 0; sensor < mmu_board_temperatures; ++sensor) {
+    chip.board_sensor_Ohm[sensor] =
+        read_Ohm(sense.board_thermistors[sensor], thermistor_Ohm(curve, board_dC / kelvin_to_tenths));
+  }
 }
 
 PduMeasurements World::measure_pdu() const {
@@ -139,7 +211,7 @@ PduMeasurements World::measure_pdu() const {
 std::int32_t World::sense_result(ScriptedResult result, double real) const {
   const SensorSense& sense = sense_of(result);
   const double wired = sense.is_inverted ? -real : real;
-  return rounded(sense.value.value_or(wired + sense.offset));
+  return rounded(sense.value.value_or(wired * sense.gain + sense.offset));
 }
 
 SensorMeasurements World::measure_sensor() {

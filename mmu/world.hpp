@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "mmu/charger.hpp"
 #include "mmu/current_sensor.hpp"
 #include "mmu/insulation_unit.hpp"
 #include "mmu/load_profile.hpp"
@@ -25,6 +26,7 @@ struct SimulatorConfig {
   std::vector<MmuConfig> modules;  // in the order of their cells in the pack
   PlantConfig plant;               // its cells_of_module as in `modules`
   CurrentSensorConfig sensor;
+  std::uint16_t report_base_id = vehicle_bus::default_base_id;  // where the charger hears the master
   std::uint64_t seed = 1;
   std::int32_t cell_noise_uV = 0;  // of every sample, even over plus and minus this
   std::int32_t current_noise_mA = 0;
@@ -33,7 +35,10 @@ struct SimulatorConfig {
 /// The wire at a cell's upper end, which is the lower end of the next.
 enum class SenseWire : std::uint8_t { closed, open, open_silent };
 
-/// A cell's measuring channel.
+/// A balancing switch: as its module wants it, or as it got stuck.
+enum class BalancingSwitch : std::uint8_t { automatic, stays_off, stays_on };
+
+/// A cell's measuring channel, and its balancing switch.
 struct CellSense {
   std::optional<double> voltage_mV;  // what the script says instead of the plant
   double offset_mV = 0.0;
@@ -41,15 +46,29 @@ struct CellSense {
   TimePoint opened_at{};
   bool is_stuck = false;
   std::int32_t last_uV = 0;
+  BalancingSwitch balancing_switch = BalancingSwitch::automatic;
+};
+
+/// A thermistor: its state (valid: it measures), and whether it stands still at the resistance it had.
+struct ThermistorSense {
+  Validity state = Validity::valid;
+  bool is_stuck = false;
+  std::optional<double> held_Ohm;  // since it is stuck
 };
 
 struct ModuleSense {
   ModuleWireFaults wire;
-  bool has_crc_errors = false;
+  bool has_crc_errors = false;      // every group from the front end is damaged
+  double crc_error_permille = 0.0;  // or so many of them
+  unsigned wrong_bits = 1;          // in each damaged one
+  double external_supply_mV = 12'000.0;
+  std::optional<ThermistorCurve> thermistor_curve;  // of the parts fitted; without, what the unit takes them for
   bool is_self_test_failed = false;
   bool is_restart_wanted = false;  // taken by the simulator
   std::optional<double> board_temperature_dC;
-  std::array<Validity, mmu_cell_temperatures> thermistors{};  // valid: it measures
+  bool ignores_commands = false;
+  std::array<ThermistorSense, mmu_cell_temperatures> thermistors{};
+  std::array<ThermistorSense, mmu_board_temperatures> board_thermistors{};
 };
 
 /// The results a script can change, in the order of its words.
@@ -61,8 +80,15 @@ struct SensorSense {
   bool is_stuck = false;
   bool is_inverted = false;
   bool has_error = false;
+  double gain = 1.0;
   double offset = 0.0;  // mA or mV
   std::optional<double> value;
+};
+
+/// What an operator beside the pack tells its master: the property of the script that says it, and its word.
+struct MasterOrder {
+  Property property{};
+  std::uint8_t word = 0;
 };
 
 struct World {
@@ -73,7 +99,8 @@ struct World {
   /// One millisecond, ending at `now`.
   void step(TimePoint now);
 
-  [[nodiscard]] MmuMeasurements measure_module(std::size_t module);
+  /// What the module's front end sends, damage included.
+  [[nodiscard]] FrontEndTransfer measure_module(std::size_t module, TransferWanted wanted);
   [[nodiscard]] PduMeasurements measure_pdu() const;
   [[nodiscard]] SensorMeasurements measure_sensor();
   [[nodiscard]] SensorMeasurements measure_second_sensor();
@@ -84,9 +111,15 @@ struct World {
   }
   /// What the cell's channel sees, before noise, offset and what an open wire does to it.
   [[nodiscard]] double sensed_mV(std::size_t cell) const;
+  /// The cells whose resistors carry current when these switches of a module are on: none through an open wire. Between
+  /// two wires that are whole, all switches must be on; then their resistors are in series and carry what each would.
+  [[nodiscard]] CellMask bled_cells(std::size_t module, CellMask switches) const;
   [[nodiscard]] const SensorSense& sense_of(ScriptedResult result) const {
     return sensor_senses[static_cast<std::size_t>(result)];
   }
+  /// The switches that are really on when the module wants these.
+  [[nodiscard]] CellMask switches_on(std::size_t module, CellMask wanted) const;
+  [[nodiscard]] bool has_switch_fault(std::size_t module) const;
   void cancel_ramps(Property property, ScenarioPlace place);
 
   Plant plant;
@@ -94,6 +127,7 @@ struct World {
   std::array<std::uint8_t, internal_bus::node_count_max + 1U> module_of_node{};
   std::vector<CellSense> cell_senses;
   std::vector<ModuleSense> module_senses;
+  std::vector<UnitMode> module_modes;  // what the units are doing; noted by the simulator after each of their steps
   std::array<SensorSense, scripted_results> sensor_senses{};
   bool has_second_sensor;
   std::array<bool, internal_bus::node_count_max + 1U> has_stranger{};  // by node
@@ -104,13 +138,16 @@ struct World {
   InsulationUnit insulation;
   std::optional<double> throttle_permille;
 
-  double charger_A = 0.0;
+  double charger_A = 0.0;  // what it is set to
+  ChargerControl charger;
+  bool obeys_master = true;  // the charger
   bool is_charger_runaway = false;
   bool is_charger_unstoppable = false;
   double load_A = 0.0;
   LoadProfile profile = LoadProfile::none;
   TimePoint profile_began_at{};
   TimePoint now{};
+  std::vector<MasterOrder> orders;  // taken by whoever runs a master beside this
 
  private:
   struct Ramp {
@@ -126,11 +163,15 @@ struct World {
   [[nodiscard]] double drift_mV(std::size_t cell) const;
   [[nodiscard]] std::int32_t measure_cell_uV(std::size_t cell, double drifted_mV);
   [[nodiscard]] std::int32_t sense_result(ScriptedResult result, double real) const;
-  [[nodiscard]] SignalValue measure_thermistor(std::size_t module, std::size_t sensor) const;
+  void measure_cells(std::size_t module, FrontEndInputs& chip);
+  void measure_thermistors(std::size_t module, FrontEndInputs& chip);
+  [[nodiscard]] double felt_by_C(std::size_t module, std::size_t sensor) const;
+  void damage_transfer(const ModuleSense& sense, FrontEndTransfer& transfer);
 
   double charger_delivered_A_ = 0.0;
   std::vector<Ramp> ramps_;
   RandomSource random_;
+  RandomSource damage_random_;  // its own, so that damage changes no noise
   std::int32_t cell_noise_uV_;
   std::int32_t current_noise_mA_;
 };

@@ -33,6 +33,9 @@ const CellSense& cell_sense(const World& world, ScenarioPlace place) {
 ModuleSense& module_sense(World& world, ScenarioPlace place) {
   return world.module_senses[world.module_of(place)];
 }
+const ModuleSense& module_sense(const World& world, ScenarioPlace place) {
+  return world.module_senses[world.module_of(place)];
+}
 const PlantCell& plant_cell(const World& world, ScenarioPlace place) {
   return world.plant.cell(world.cell_of(place));
 }
@@ -42,6 +45,16 @@ Contactor& contactor(World& world, ScenarioPlace place) {
 
 void set_estop(World& world, ScenarioPlace place, bool is_released) {
   (place.index == 0 ? world.inputs.estop_1_released : world.inputs.estop_2_released) = is_released;
+}
+
+void set_stuck(ThermistorSense& sense, bool is_stuck) {
+  sense.is_stuck = is_stuck;
+  if (!is_stuck) sense.held_Ohm.reset();
+}
+
+template <Property property>
+void order(World& world, ScenarioPlace, double word) {
+  world.orders.push_back({property, static_cast<std::uint8_t>(word)});
 }
 
 double sensor_real(const World& world, ScenarioPlace place) {
@@ -66,7 +79,7 @@ ModuleWireFaults& module_wire(World& world, ScenarioPlace place) {
   return module_sense(world, place).wire;
 }
 const ModuleWireFaults& module_wire(const World& world, ScenarioPlace place) {
-  return world.module_senses[world.module_of(place)].wire;
+  return module_sense(world, place).wire;
 }
 const MmuConfig& module_config(const World& world, ScenarioPlace place) {
   return world.modules[world.module_of(place)];
@@ -94,6 +107,7 @@ constexpr std::array<Handler, property_count> handlers{{
     {Property::charger_current, [](W& w, P, double v) { w.charger_A = v; }, [](const W& w, P) { return w.charger_A; }},
     {Property::charger_runaway, [](W& w, P, double v) { w.is_charger_runaway = v > 0.0; }},
     {Property::charger_unstoppable, [](W& w, P, double v) { w.is_charger_unstoppable = v > 0.0; }},
+    {Property::charger_obeys, [](W& w, P, double v) { w.obeys_master = v == 0.0; }},
     {Property::load_current,
      [](W& w, P, double v) {
        w.load_A = v;
@@ -126,6 +140,12 @@ constexpr std::array<Handler, property_count> handlers{{
      [](const W& w, P p) { return cell_sense(w, p).offset_mV; }},
     {Property::cell_soc, [](W& w, P p, double v) { w.plant.set_cell_soc(w.cell_of(p), v / 1e3); },
      [](const W& w, P p) { return plant_cell(w, p).soc * 1e3; }},
+    {Property::cell_capacity,
+     [](W& w, P p, double v) {
+       w.plant.set_cell_capacity_As(w.cell_of(p), w.plant.config().cell.capacity_As * v / 1e3);
+     },
+     [](const W& w, P p) { return 1e3 / (plant_cell(w, p).soc_per_As * w.plant.config().cell.capacity_As); },
+     [](W& w, P p) { w.plant.set_cell_capacity_As(w.cell_of(p), w.plant.config().cell.capacity_As); }},
     {Property::cell_resistance, [](W& w, P p, double v) { w.plant.set_cell_resistance_Ohm(w.cell_of(p), v / 1e3); },
      [](const W& w, P p) { return plant_cell(w, p).series_resistance_Ohm * 1e3; },
      [](W& w, P p) { w.plant.set_cell_resistance_Ohm(w.cell_of(p), w.plant.config().cell.series_resistance_Ohm); }},
@@ -138,10 +158,17 @@ constexpr std::array<Handler, property_count> handlers{{
      [](W& w, P p) { w.plant.release_cell_temperature(w.cell_of(p)); }},
     {Property::cell_wire, [](W& w, P p, double v) { set_wire(w, p, static_cast<SenseWire>(v)); }},
     {Property::cell_stuck, [](W& w, P p, double v) { cell_sense(w, p).is_stuck = v > 0.0; }},
+    {Property::cell_balancing_switch,
+     [](W& w, P p, double v) { cell_sense(w, p).balancing_switch = static_cast<BalancingSwitch>(v); }},
     {Property::module_silent, [](W& w, P p, double) { module_wire(w, p).is_silent = true; }},
     {Property::module_talking, [](W& w, P p, double) { module_wire(w, p).is_silent = false; }},
     {Property::module_restart, [](W& w, P p, double) { module_sense(w, p).is_restart_wanted = true; }},
     {Property::module_crc_errors, [](W& w, P p, double v) { module_sense(w, p).has_crc_errors = v > 0.0; }},
+    {Property::module_crc_error_rate, [](W& w, P p, double v) { module_sense(w, p).crc_error_permille = v; },
+     [](const W& w, P p) { return module_sense(w, p).crc_error_permille; }},
+    {Property::module_crc_wrong_bits,
+     [](W& w, P p, double v) { module_sense(w, p).wrong_bits = static_cast<unsigned>(std::lround(v)); },
+     [](const W& w, P p) -> double { return module_sense(w, p).wrong_bits; }},
     {Property::module_damaged_frames, [](W& w, P p, double v) { module_wire(w, p).has_damaged_frames = v > 0.0; }},
     {Property::module_stuck, [](W& w, P p, double v) { module_wire(w, p).is_stuck = v > 0.0; }},
     {Property::module_frozen_counter, [](W& w, P p, double v) { module_wire(w, p).has_frozen_counter = v > 0.0; }},
@@ -156,6 +183,12 @@ constexpr std::array<Handler, property_count> handlers{{
     {Property::module_cell_count, [](W& w, P p, double v) { module_wire(w, p).cell_count = small_number(v); },
      [](const W& w, P p) -> double { return module_wire(w, p).cell_count.value_or(module_config(w, p).cell_count); },
      [](W& w, P p) { module_wire(w, p).cell_count.reset(); }},
+    {Property::module_temperature_sensor_count,
+     [](W& w, P p, double v) { module_wire(w, p).temperature_sensor_count = small_number(v); },
+     [](const W& w, P p) -> double {
+       return module_wire(w, p).temperature_sensor_count.value_or(module_config(w, p).temperature_sensor_count);
+     },
+     [](W& w, P p) { module_wire(w, p).temperature_sensor_count.reset(); }},
     {Property::module_protocol_version,
      [](W& w, P p, double v) { module_wire(w, p).protocol_version = small_number(v); },
      [](const W& w, P p) -> double {
@@ -168,24 +201,40 @@ constexpr std::array<Handler, property_count> handlers{{
        return module_wire(w, p).serial_number.value_or(module_config(w, p).serial_number);
      },
      [](W& w, P p) { module_wire(w, p).serial_number.reset(); }},
+    {Property::module_commands, [](W& w, P p, double v) { module_sense(w, p).ignores_commands = v > 0.0; }},
     {Property::module_self_test, [](W& w, P p, double v) { module_sense(w, p).is_self_test_failed = v > 0.0; }},
     {Property::module_board_temperature, [](W& w, P p, double v) { module_sense(w, p).board_temperature_dC = v; },
      [](const W& w, P p) {
-       return w.module_senses[w.module_of(p)].board_temperature_dC.value_or(w.plant.board_C(w.module_of(p)) *
-                                                                            kelvin_to_tenths);
+       return module_sense(w, p).board_temperature_dC.value_or(w.plant.board_C(w.module_of(p)) * kelvin_to_tenths);
      },
      [](W& w, P p) { module_sense(w, p).board_temperature_dC.reset(); }},
+    {Property::module_external_supply, [](W& w, P p, double v) { module_sense(w, p).external_supply_mV = v; },
+     [](const W& w, P p) { return module_sense(w, p).external_supply_mV; }},
+    {Property::module_converts,
+     [](W& w, P p, double v) { w.modules[w.module_of(p)].thermistor_curve = static_cast<ThermistorCurve>(v); }},
+    {Property::module_thermistor_curve,
+     [](W& w, P p, double v) { module_sense(w, p).thermistor_curve = static_cast<ThermistorCurve>(v); }},
     {Property::stranger_connected, [](W& w, P p, double) { w.has_stranger[p.node] = true; }},
     {Property::stranger_disconnected, [](W& w, P p, double) { w.has_stranger[p.node] = false; }},
     {Property::thermistor_state,
      [](W& w, P p,
-        double v) { module_sense(w, p).thermistors[p.index] = thermistor_states[static_cast<std::size_t>(v)]; }},
+        double v) { module_sense(w, p).thermistors[p.index].state = thermistor_states[static_cast<std::size_t>(v)]; }},
+    {Property::thermistor_stuck,
+     [](W& w, P p, double v) { set_stuck(module_sense(w, p).thermistors[p.index], v > 0.0); }},
+    {Property::board_thermistor_state,
+     [](W& w, P p,
+        double
+            v) { module_sense(w, p).board_thermistors[p.index].state = thermistor_states[static_cast<std::size_t>(v)]; }},
+    {Property::board_thermistor_stuck,
+     [](W& w, P p, double v) { set_stuck(module_sense(w, p).board_thermistors[p.index], v > 0.0); }},
     {Property::sensor_silent, [](W& w, P p, double) { w.sensor_senses[p.index].is_silent = true; }},
     {Property::sensor_talking, [](W& w, P p, double) { w.sensor_senses[p.index].is_silent = false; }},
     {Property::sensor_offset_current, set_sensor_offset, sensor_offset},
     {Property::sensor_value_current, set_sensor_value, sensor_real, release_sensor_value},
     {Property::sensor_offset_voltage, set_sensor_offset, sensor_offset},
     {Property::sensor_value_voltage, set_sensor_value, sensor_real, release_sensor_value},
+    {Property::sensor_gain, [](W& w, P p, double v) { w.sensor_senses[p.index].gain = v / 1e3; },
+     [](const W& w, P p) { return w.sensor_senses[p.index].gain * 1e3; }},
     {Property::sensor_stuck, [](W& w, P p, double v) { w.sensor_senses[p.index].is_stuck = v > 0.0; }},
     {Property::sensor_inverted, [](W& w, P p, double v) { w.sensor_senses[p.index].is_inverted = v > 0.0; }},
     {Property::sensor_error, [](W& w, P p, double v) { w.sensor_senses[p.index].has_error = v > 0.0; }},
@@ -222,6 +271,11 @@ constexpr std::array<Handler, property_count> handlers{{
      [](const W& w, P) { return w.plant.precharge_resistance_Ohm(); }},
     {Property::resume_button_pressed, [](W& w, P, double) { w.inputs.resume_button = true; }},
     {Property::resume_button_released, [](W& w, P, double) { w.inputs.resume_button = false; }},
+    {Property::master_clear, order<Property::master_clear>},
+    {Property::master_clear_authorised, order<Property::master_clear_authorised>},
+    {Property::master_wake, order<Property::master_wake>},
+    {Property::master_balancing, order<Property::master_balancing>},
+    {Property::master_accept_modules, order<Property::master_accept_modules>},
 }};
 
 constexpr bool handlers_stand_in_order() {

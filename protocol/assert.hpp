@@ -2,15 +2,11 @@
 // expires at the receiver within 200 ms and the pack is open, which beats going on with a state nobody understands.
 #pragma once
 
-#include <cstdio>
-#include <cstdlib>
-
 namespace bmu {
 
-[[noreturn]] inline void assertion_failed(const char* expression, const char* file, int line) {
-  std::fprintf(stderr, "bmud: bug: %s does not hold (%s:%d)\n", expression, file, line);
-  std::abort();
-}
+/// Says what does not hold on stderr and aborts. Who links these parts into something without either defines it
+/// himself, before the library; it must not return.
+[[noreturn]] void assertion_failed(const char* expression, const char* file, int line);
 
 }  // namespace bmu
 

@@ -34,6 +34,23 @@ bool is_unsolicited_ident(const MessageSpec& message, std::uint8_t counter) {
 
 }  // namespace
 
+std::optional<RejectReason> form_fault(const CanFrame& frame) {
+  if (frame.is_extended || frame.is_remote || frame.is_error) return RejectReason::wrong_form;
+  return std::nullopt;
+}
+
+std::optional<RejectReason> content_fault(const MessageSpec& message, const CanFrame& frame) {
+  if (frame.length != message.length) return RejectReason::wrong_length;
+  if (has_crc(message) && frame.data[7] != frame_crc(frame)) return RejectReason::wrong_crc;
+  if (message.protection == Protection::counter_crc_complement && (frame.data[0] ^ frame.data[1]) != 0xFF) {
+    return RejectReason::wrong_complement;
+  }
+  if (message.protection == Protection::channel_counter && frame.data[0] != message.channel) {
+    return RejectReason::wrong_channel;
+  }
+  return std::nullopt;
+}
+
 CheckedFrame ReceiveCheck::check(const CanFrame& frame) {
   const CheckedFrame verdict = judge(frame);
   if (!verdict.is_accepted) {
@@ -55,20 +72,13 @@ CheckedFrame ReceiveCheck::judge(const CanFrame& frame) const {
     verdict.reason = reason;
     return verdict;
   };
-  if (frame.is_extended || frame.is_remote || frame.is_error) return rejected(RejectReason::wrong_form);
+  if (const auto fault = form_fault(frame)) return rejected(*fault);
   const MessageMatch match = catalogue_->find(frame.id);
   if (match.message == nullptr) return rejected(RejectReason::unknown_id);
   const MessageSpec& message = *match.message;
   verdict.message = match.message;
   verdict.node = match.node;
-  if (frame.length != message.length) return rejected(RejectReason::wrong_length);
-  if (has_crc(message) && frame.data[7] != frame_crc(frame)) return rejected(RejectReason::wrong_crc);
-  if (message.protection == Protection::counter_crc_complement && (frame.data[0] ^ frame.data[1]) != 0xFF) {
-    return rejected(RejectReason::wrong_complement);
-  }
-  if (message.protection == Protection::channel_counter && frame.data[0] != message.channel) {
-    return rejected(RejectReason::wrong_channel);
-  }
+  if (const auto fault = content_fault(message, frame)) return rejected(*fault);
   if (role_ == Role::master && message.sender == Sender::bmu) return rejected(RejectReason::foreign_master);
   if (message.protection != Protection::none) {
     const std::uint8_t counter = counter_of(message, frame);

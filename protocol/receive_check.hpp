@@ -17,6 +17,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string_view>
 
 #include "protocol/message.hpp"
@@ -39,6 +40,11 @@ enum class RejectReason : std::uint8_t {
 inline constexpr std::size_t reject_reason_count = 11;
 
 [[nodiscard]] std::string_view to_text(RejectReason reason);
+
+/// What is wrong with a frame by itself, whatever came before: its form; against the row of its identifier, its length,
+/// checksum, complement and channel.
+[[nodiscard]] std::optional<RejectReason> form_fault(const CanFrame& frame);
+[[nodiscard]] std::optional<RejectReason> content_fault(const MessageSpec& message, const CanFrame& frame);
 
 struct CheckedFrame {
   const MessageSpec* message = nullptr;  // known also for most rejected frames

@@ -19,6 +19,12 @@ void BusWatch::note_unknown_module(std::uint8_t node, TimePoint at) {
   unknown_at_ = at;
 }
 
+void BusWatch::forget_unknown_module(std::uint8_t node) {
+  if (node != unknown_node_) return;
+  unknown_node_ = 0;
+  unknown_at_ = unknown_confirmed_at_ = {};
+}
+
 std::uint8_t BusWatch::unknown_module(TimePoint now) const {
   const bool is_there = unknown_confirmed_at_ != TimePoint{} && now - unknown_confirmed_at_ <= stranger_memory;
   return is_there ? unknown_node_ : std::uint8_t{0};

@@ -22,6 +22,8 @@ class BusWatch {
   void note_bus_off(TimePoint at);
   void note_error_passive(bool is_passive) { is_error_passive_ = is_passive; }
   void note_unknown_module(std::uint8_t node, TimePoint at);
+  /// It has another node now.
+  void forget_unknown_module(std::uint8_t node);
   /// Somebody else sends the messages of 620h to 628h.
   void note_foreign_report(TimePoint at) { foreign_report_at_ = at; }
 

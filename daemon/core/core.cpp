@@ -24,24 +24,31 @@ std::array<bool, 4> contacts_of(const PduState& pdu) {
 
 }  // namespace
 
-Core::Core(const CoreConfig& config, TimePoint started_at)
+Core::Core(const CoreConfig& config, TimePoint started_at, std::uint8_t first_counter)
     : config_(config),
       started_at_(started_at),
       view_began_at_(started_at),
       next_tick_(started_at),
       check_(config.sensor.little_endian ? internal_bus::catalogue_little_endian_sensor : internal_bus::catalogue,
-             ReceiveCheck::Role::master) {
+             ReceiveCheck::Role::master),
+      command_counter_(first_counter) {
   sensors_.insulation_known_at = started_at;
   sequence_.entered_at = started_at;  // open since then, as far as anybody knows
   modules_.init(config_);
   counter_.init(config_);
   contactor_watch_.init(started_at);
-  poll_.init(config_.poll, started_at);
-  setup_.init(config_);
+  poll_.init(config_.poll, started_at, first_counter);
+  pace_.init(config_.poll, started_at);
+  configured_ages_ = config_.ages;
+  setup_.init(config_, first_counter);
+  balancing_.init(config_);
+  cell_charges_.init(config_);
   reporter_.init(started_at);
   watchers_.overload.init(config_.current);
   watchers_.stuck.init(config_.cell);
   watchers_.steps.init(config_);
+  watchers_.roster.init(config_);
+  watchers_.switches.init(config_);
   guard_.init(config_.contactors);
   rest_.init(config_.rest);
   auxiliary_.init(config_.auxiliary);
@@ -51,6 +58,12 @@ void Core::restore(const PersistentState& state) {
   persistent_ = state;
   ledger_.restore(state.contactors);
   guard_.restore(state.closing.precharge);
+  watchers_.roster.restore(state.modules);
+  cell_charges_.restore(state.cell_charges);
+  const FormerBook former = cell_charges_.former();
+  if (former != FormerBook::none) {
+    events_.push({.id = EventId::former_charges, .at = started_at_, .number = static_cast<std::int64_t>(former)});
+  }
   // How much of it has passed nobody knows.
   lockout_ = std::chrono::milliseconds{std::clamp<std::int64_t>(state.closing.lockout_ms, 0, to_ms(lockout_max))};
   locked_out_until_ = started_at_ + lockout_;
@@ -93,14 +106,21 @@ Urgency Core::take_rejected(const CheckedFrame& checked, TimePoint at) {
     flags_.foreign_master_seen = true;
     return Urgency::decide_now;
   }
+  if (checked.message == nullptr) return Urgency::can_wait;
+  const bool is_module = checked.message->sender == Sender::mmu;
+  if (is_module) modules_.note_rejected(checked.node, checked.reason);
   // A wrong length is no noise, which the bus itself would have caught, but a stranger or another firmware; what the
   // module owes is then missing, and that has a fault of its own.
   const bool is_damaged = checked.reason == RejectReason::wrong_crc;
-  if (is_damaged && checked.message->sender == Sender::mmu) modules_.note_damaged(checked.node, at);
+  if (is_damaged && is_module) modules_.note_damaged(checked.node, at);
   const bool is_conflict = checked.reason == RejectReason::conflicting;
   if (is_conflict && checked.message->base_id == internal_bus::pdu_status.base_id) flags_.pdu_restarted = true;
-  const bool is_rival = is_conflict && checked.message->sender == Sender::mmu;
-  if (is_rival) modules_.note_conflict(checked.node, at);
+  if (is_conflict && is_module) {
+    modules_.note_conflict(checked.node, at);
+    const ModuleRecord* module = modules_.find(checked.node);
+    const bool has_rival = module != nullptr && module->rival_seen_at == at;  // once may be chance
+    if (has_rival) forget_cells_of(checked.node);
+  }
   return is_conflict ? Urgency::decide_now : Urgency::can_wait;
 }
 
@@ -108,40 +128,96 @@ Urgency Core::take_module_frame(const CheckedFrame& checked, const CanFrame& fra
   const std::uint32_t cycles_before = modules_.complete_cycles();
   const ModuleRecord* known = modules_.find(checked.node);
   if (known == nullptr) {
-    check_.reject(frame, RejectReason::not_configured);
-    watchers_.bus.note_unknown_module(checked.node, at);
+    take_stranger(checked, frame, at);
     return Urgency::can_wait;
   }
-  const bool was_identified = known->identity.is_valid();
+  const Measured<ModuleIdentity> identity_before = known->identity;
   const std::size_t index = modules_.index_of(checked.node);
+  if (checked.message->base_id == internal_bus::status.base_id) broadcasts_.note_answer();
   if (checked.message->base_id == internal_bus::response.base_id) {
+    turns_.note_response(index);
     const SetupStage before = setup_.stage(index);
-    const bool refuses = setup_.observe_response(index, frame) == SetupStage::refused;
-    if (refuses && before != SetupStage::refused) {
+    if (setup_.observe_response(index, frame)) {
       events_.push({.id = EventId::module_refused_limits, .at = at, .number = checked.node});
+    }
+    note_set_up(before, index, checked.node, at);
+    const bool had_failed = balancing_.has_failed(index);
+    const bool refuses_minutes =
+        balancing_.observe_response(index, frame, at, watchers_.switches) == OrderStage::refused;
+    if (refuses_minutes && !had_failed) {
+      events_.push({.id = EventId::module_refused_balancing, .at = at, .number = checked.node});
     }
     return Urgency::can_wait;
   }
   modules_.observe(*checked.message, checked.node, frame, at);
-  if (checked.message->base_id == internal_bus::status.base_id) {
-    const SetupStage before = setup_.stage(index);
-    const bool has_taken = setup_.observe_status(index, known->status.value.limits_not_set) == SetupStage::done;
-    if (has_taken && before != SetupStage::done) {
-      events_.push({.id = EventId::module_limits_set, .at = at, .number = checked.node});
-    }
-    if (known->status.value.restarted && seen_complete_) {
-      events_.push({.id = EventId::module_restarted, .at = at, .number = checked.node});
-    }
-  }
-  if (!was_identified && known->identity.is_valid()) {
-    events_.push({.id = EventId::module_identified,
-                  .at = at,
-                  .reading = {.element = {.module_node = checked.node}},
-                  .number = known->identity.value.serial_number});
-  }
+  if (checked.message->base_id == internal_bus::status.base_id) note_status(index, *known, at);
+  if (checked.message->base_id == internal_bus::ident.base_id) note_identity(*known, identity_before, at);
   const bool crosses = modules_.any_beyond(checked, config_.limits);
   const bool cycle_completed = modules_.complete_cycles() != cycles_before;
   return crosses || cycle_completed ? Urgency::decide_now : Urgency::can_wait;
+}
+
+/// What a module of another pack says is no measurement of ours; who it is helps to find out why it is here.
+void Core::take_stranger(const CheckedFrame& checked, const CanFrame& frame, TimePoint at) {
+  check_.reject(frame, RejectReason::not_configured);
+  watchers_.bus.note_unknown_module(checked.node, at);
+  watchers_.roster.observe_stranger(*checked.message, checked.node, frame, at);
+  const StrangerRecord& stranger = watchers_.roster.stranger(checked.node);
+  if (checked.message->base_id != internal_bus::ident.base_id) return;
+  note_identity_for_assignment(checked.node, stranger.serial_number, at);
+}
+
+/// Whatever was learned of a module's cells, where they may be others now.
+void Core::forget_cells_of(std::uint8_t node) {
+  if (modules_.find(node) == nullptr) return;
+  cell_charges_.forget_module(modules_.index_of(node));
+  watchers_.steps.forget_module(node);
+}
+
+void Core::note_status(std::size_t index, const ModuleRecord& module, TimePoint at) {
+  const SetupStage before = setup_.stage(index);
+  static_cast<void>(setup_.observe_status(index, module.status.value, at));
+  note_set_up(before, index, module.config.node, at);
+  if (module.status.value.restarted && seen_complete_) {
+    events_.push({.id = EventId::module_restarted, .at = at, .number = module.config.node});
+  }
+}
+
+void Core::note_set_up(SetupStage before, std::size_t index, std::uint8_t node, TimePoint at) {
+  if (before == SetupStage::done || setup_.stage(index) != SetupStage::done) return;
+  events_.push({.id = EventId::module_limits_set, .at = at, .number = node});
+}
+
+void Core::note_identity(const ModuleRecord& module, const Measured<ModuleIdentity>& before, TimePoint at) {
+  const std::uint32_t serial_number = module.identity.value.serial_number;
+  const bool is_news = !before.is_valid() || before.value.serial_number != serial_number;
+  note_identity_for_assignment(module.config.node, serial_number, at);
+  if (!is_news) return;
+  if (before.is_valid()) forget_cells_of(module.config.node);
+  const Reading where{.element = {.module_node = module.config.node}};
+  events_.push({.id = EventId::module_identified, .at = at, .reading = where, .number = serial_number});
+  const KnownModule expected = watchers_.roster.finding(module, modules_, at).expected;
+  if (!expected.is_known || expected.serial_number == serial_number) return;
+  events_.push({.id = EventId::module_out_of_place,
+                .at = at,
+                .reading = where,
+                .threshold = expected.serial_number,
+                .number = serial_number});
+}
+
+/// From here on the module belongs on its new node, and on no other.
+void Core::note_identity_for_assignment(std::uint8_t node, std::uint32_t serial_number, TimePoint at) {
+  if (!assignment_.observe_identity(node, serial_number, at)) return;
+  watchers_.bus.forget_unknown_module(watchers_.roster.assign(node, serial_number));
+  keep_roster();
+  forget_cells_of(assignment_.node_before());
+  forget_cells_of(node);
+  modules_.forget_identity(assignment_.node_before());
+  if (modules_.find(node) != nullptr) setup_.start_over(modules_.index_of(node));
+  events_.push({.id = EventId::module_given_node,
+                .at = at,
+                .reading = {.element = {.module_node = node}},
+                .number = serial_number});
 }
 
 Urgency Core::take_sensor_frame(const CheckedFrame& checked, const CanFrame& frame, TimePoint at) {
@@ -243,10 +319,15 @@ Urgency Core::take(TimePoint at, const BusErrorSeen& what) {
 Urgency Core::take(TimePoint at, const CommandGiven& what) {
   switch (what.command) {
     case Command::clear_faults:
-      clear_ours_ = clear_modules_ = true;
+      clear_ours_ = true;
+      broadcasts_.clear();
       clear_given_ = what;
       break;
     case Command::wake: rest_.wake(); break;
+    case Command::accept_modules: accept_given_ = what; break;
+    case Command::assign_node: assign_given_ = what; break;
+    case Command::balancing_off: balancing_off_ = true; break;
+    case Command::balancing_on: balancing_off_ = false; break;
     case Command::shut_down:
       if (!shutting_down_) {
         shutting_down_ = true;
@@ -298,7 +379,12 @@ void Core::start_over(TimePoint at) {
   watchers_.trend.forget();
   watchers_.stuck.forget();
   watchers_.steps.forget();
+  watchers_.switches.forget();
+  balancing_.forget(at);
+  waiting_orders_ = {};
   setup_.start_over();
+  pace_.start_over(at);
+  ages_slow_until_ = {};
   check_.forget_counters();
   request_.lose_sight();
 }

@@ -17,18 +17,25 @@
 #pragma once
 
 #include <array>
+#include <optional>
 
 #include "daemon/core/auxiliary.hpp"
+#include "daemon/core/balancing_control.hpp"
 #include "daemon/core/close_request.hpp"
 #include "daemon/core/command_link.hpp"
+#include "daemon/core/command_turns.hpp"
 #include "daemon/core/contactor_ledger.hpp"
 #include "daemon/core/contactor_watch.hpp"
 #include "daemon/core/core_config.hpp"
 #include "daemon/core/decisions.hpp"
+#include "daemon/core/estimators/cell_charge.hpp"
 #include "daemon/core/estimators/coulomb_counter.hpp"
 #include "daemon/core/event_queue.hpp"
 #include "daemon/core/fault_memory.hpp"
 #include "daemon/core/limits.hpp"
+#include "daemon/core/module_assignment.hpp"
+#include "daemon/core/module_broadcasts.hpp"
+#include "daemon/core/module_roster.hpp"
 #include "daemon/core/module_setup.hpp"
 #include "daemon/core/module_table.hpp"
 #include "daemon/core/observation.hpp"
@@ -36,6 +43,7 @@
 #include "daemon/core/pack_state.hpp"
 #include "daemon/core/permission.hpp"
 #include "daemon/core/persistent_state.hpp"
+#include "daemon/core/poll_pace.hpp"
 #include "daemon/core/poll_schedule.hpp"
 #include "daemon/core/precharge_guard.hpp"
 #include "daemon/core/reclosing.hpp"
@@ -58,6 +66,8 @@ inline constexpr Duration start_grace = 2s;
 inline constexpr Duration tick_late = 50ms;
 /// A suspicious module is asked again this long after its last sample: sooner it would tell the same one.
 inline constexpr Duration ask_again_after = 15ms;
+/// A stranger on the bus is asked who it is this often, until it says so.
+inline constexpr Duration ask_stranger_every = 1s;
 /// The wall clock has jumped when it is this much off what it was going to be.
 inline constexpr Duration clock_jump_min = 2s;
 
@@ -68,7 +78,7 @@ struct OpeningRecord {
   Phase from = Phase::open;
   FaultId fault{};    // for cause fault
   Blocker blocker{};  // for cause permission
-  Reading reading;    // what was seen: value, element, when it was taken
+  Reading reading;    // what was seen: value, element, when it was taken; of a permission the element, if there is one
   std::int64_t threshold = 0;
   bool is_restored = false;     // the fault is a former life's: reading and confirmation have no time
   TimePoint suspected_since{};  // first sample beyond the threshold
@@ -107,8 +117,10 @@ struct PortStatus {
 
 class Core {
  public:
-  /// `started_at`: the first instant of this life. The ports count as down until told otherwise.
-  Core(const CoreConfig& config, TimePoint started_at);
+  /// `started_at`: the first instant of this life. The ports count as down until told otherwise. `first_counter`: where
+  /// the counters of all we send begin. A receiver that heard a life before this one takes no frame with the counter it
+  /// took last, so each life begins somewhere else: a random number does.
+  Core(const CoreConfig& config, TimePoint started_at, std::uint8_t first_counter = 0);
 
   /// What former lives remembered. Before the first observation; locks hold from the first decision on.
   void restore(const PersistentState& state);
@@ -121,6 +133,7 @@ class Core {
 
   // What is known and decided, for the status socket and for tests. References stay valid; contents change with the
   // next observe or decide.
+  /// As it was given, but for `ages` of what modules say: those that hold at the present pace.
   [[nodiscard]] const CoreConfig& config() const { return config_; }
   [[nodiscard]] TimePoint started_at() const { return started_at_; }
   [[nodiscard]] TimePoint decided_at() const { return decided_at_; }
@@ -144,6 +157,16 @@ class Core {
   [[nodiscard]] const PortStatus& port(Port port) const { return ports_[static_cast<std::size_t>(port)]; }
   [[nodiscard]] std::uint64_t events_dropped() const { return events_.dropped(); }
   [[nodiscard]] const ModuleSetup& module_setup() const { return setup_; }
+  [[nodiscard]] const ModuleAssignment& assignment() const { return assignment_; }
+  [[nodiscard]] const PollPacer& pace() const { return pace_; }
+  [[nodiscard]] ModuleFinding finding(const ModuleRecord& module) const {
+    return watchers_.roster.finding(module, modules_, decided_at_);
+  }
+  /// Everything is commanded open, nobody wants it otherwise, and nobody is about to leave: who belongs on which node
+  /// may be changed.
+  [[nodiscard]] bool may_change_modules() const {
+    return !outputs_.any_contactor() && !request_.is_present() && !shutting_down_;
+  }
   /// Somebody asks for a closed pack: an edge of vehicle-on or charger-connected since start or the last opening.
   [[nodiscard]] bool is_close_requested() const { return request_.is_present(); }
   [[nodiscard]] Wish wish() const { return {request_.is_by_vehicle(), request_.is_by_charger()}; }
@@ -152,6 +175,9 @@ class Core {
   [[nodiscard]] const Watchers& watchers() const { return watchers_; }
   [[nodiscard]] const PrechargeGuard& precharge_guard() const { return guard_; }
   [[nodiscard]] const RestMode& rest() const { return rest_; }
+  [[nodiscard]] const BalancingControl& balancing() const { return balancing_; }
+  [[nodiscard]] const CellChargeBook& cell_charges() const { return cell_charges_; }
+  [[nodiscard]] bool is_balancing_switched_off() const { return balancing_off_; }
   /// ms since 1970 at `at`; 0 while nobody has told the time.
   [[nodiscard]] std::int64_t unix_time_ms(TimePoint at) const;
   [[nodiscard]] std::uint64_t gate_refusals() const { return gate_refusals_; }
@@ -171,12 +197,25 @@ class Core {
   [[nodiscard]] static Urgency urgency_of(const PduState& before, const PduState& now);
   Urgency take_rejected(const CheckedFrame& checked, TimePoint at);
   Urgency take_module_frame(const CheckedFrame& checked, const CanFrame& frame, TimePoint at);
+  void take_stranger(const CheckedFrame& checked, const CanFrame& frame, TimePoint at);
+  void note_set_up(SetupStage before, std::size_t index, std::uint8_t node, TimePoint at);
+  void note_status(std::size_t index, const ModuleRecord& module, TimePoint at);
+  void note_identity(const ModuleRecord& module, const Measured<ModuleIdentity>& before, TimePoint at);
+  void note_identity_for_assignment(std::uint8_t node, std::uint32_t serial_number, TimePoint at);
   Urgency take_sensor_frame(const CheckedFrame& checked, const CanFrame& frame, TimePoint at);
 
   // decide, in this order
   void check_loop_gap(TimePoint now);
   void estimate(TimePoint now);
+  void follow_charges(TimePoint now);
+  void keep_charges(TimePoint now);
   void follow_request(TimePoint now);
+  void follow_pace(TimePoint now);
+  void follow_modules(TimePoint now);
+  void accept_modules(TimePoint now);
+  void forget_cells_of(std::uint8_t node);
+  void begin_assignment(TimePoint now);
+  void keep_roster();
   void follow_rest(TimePoint now);
   void watch_contactors(TimePoint now);
   void note_pdu_counter(std::uint8_t counter);
@@ -188,7 +227,14 @@ class Core {
   void set_limits();
   void send_contactor_command(TimePoint now, Decisions& out);
   void send_polls(TimePoint now, Decisions& out);
-  void ask_again(TimePoint now, Decisions& out);
+  void assign_node(TimePoint now, Decisions& out);
+  [[nodiscard]] bool ask_again(TimePoint now, Decisions& out);
+  void ask_missing(TimePoint now, Decisions& out);
+  void ask_identity(std::uint8_t node, TimePoint now, Decisions& out);
+  void balance(TimePoint now, Decisions& out);
+  void order(const BalancingOrder& order, TimePoint now, Decisions& out);
+  void send_waiting_orders(TimePoint now, Decisions& out);
+  void send_broadcasts(TimePoint now, Decisions& out);
   void ask_alone(std::uint8_t node, AskAgain what, TimePoint now, Decisions& out);
   void send_report(TimePoint now, Decisions& out);
 
@@ -215,7 +261,11 @@ class Core {
   [[nodiscard]] bool insulation_known(TimePoint now) const;
   [[nodiscard]] bool wants_close() const { return request_.is_present() && !shutting_down_; }
   [[nodiscard]] bool has_started(TimePoint now) const;
+  [[nodiscard]] bool could_ask(TimePoint now) const;
   [[nodiscard]] bool identities_known() const;
+  [[nodiscard]] bool is_roster_in_order(TimePoint now) const;
+  [[nodiscard]] ModeWish mode_wish(TimePoint now) const;
+  [[nodiscard]] BalancingConditions balancing_conditions() const;
 
   CoreConfig config_;
   TimePoint started_at_;
@@ -228,6 +278,9 @@ class Core {
   ModuleTable modules_;
   SensorTable sensors_;
   CoulombCounter counter_;
+  CellChargeBook cell_charges_;
+  TimePoint charges_looked_at_{};  // whether they are worth keeping
+  TimePoint charges_kept_at_{};    // zero: not yet in this life
   PackState pack_;
   FaultMemory faults_;
   PackMode mode_before_ = PackMode::open;  // before the faults of this tick
@@ -244,7 +297,15 @@ class Core {
   ContactorOutputs commanded_before_;  // with the last tick, auxiliary outputs included
   CurrentLimits limits_;
   PollSchedule poll_;
+  PollPacer pace_;
+  AgeConfig configured_ages_;
+  TimePoint ages_slow_until_{};  // what was asked at the parked pace is not yet replaced
   ModuleSetup setup_;
+  CommandTurns turns_;
+  ModuleBroadcasts broadcasts_;
+  ModuleAssignment assignment_;
+  BalancingControl balancing_;
+  std::array<std::optional<BalancingOrder>, modules_max> waiting_orders_{};  // for the module's turn
   VehicleReporter reporter_;
   OpeningRecord last_opening_;
   RefusalRecord last_refusal_;
@@ -254,10 +315,12 @@ class Core {
 
   bool seen_complete_ = false;
   CloseRequest request_;
-  bool clear_ours_ = false;     // latched faults, with the next decision
-  CommandGiven clear_given_;    // and who asked for it
-  bool sleep_modules_ = false;  // by COMMAND, when it can be sent
-  bool clear_modules_ = false;  // what the modules have latched, by COMMAND, when it can be sent
+  bool clear_ours_ = false;                     // latched faults, with the next decision
+  CommandGiven clear_given_;                    // and who asked for it
+  std::optional<CommandGiven> accept_given_{};  // with the next decision
+  std::optional<CommandGiven> assign_given_{};
+  TimePoint stranger_asked_at_{};
+  bool balancing_off_ = false;  // by command
   bool is_bus_off_ = false;
   bool shutting_down_ = false;
   TimePoint shut_down_at_{};

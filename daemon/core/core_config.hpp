@@ -8,6 +8,7 @@
 #include <limits>
 #include <optional>
 
+#include "daemon/core/cell_model.hpp"
 #include "protocol/fixed_vector.hpp"
 #include "protocol/tables/internal_bus.hpp"
 #include "protocol/tables/vehicle_bus.hpp"
@@ -22,30 +23,10 @@ inline constexpr std::size_t modules_max = internal_bus::node_count_max;
 inline constexpr std::size_t cells_max = modules_max * internal_bus::cells_per_module_max;
 
 struct ModuleConfig {
-  std::uint8_t node = 1;                      // 1 to 63, unique
-  std::uint8_t cell_count = 12;               // 1 to 12
-  std::uint8_t temperature_sensor_count = 4;  // cell sensors, 0 to 4; at least one in the whole pack
-};
-
-struct OcvPoint {
-  std::int32_t soc_permille = 0;
-  std::int32_t ocv_uV = 0;
-};
-
-/// A cell (or parallel block of cells): what the maker's data and our measurements say about it.
-struct CellModel {
-  FixedVector<OcvPoint, 64> ocv;  // at least two points from 0 to 1000 permille, both columns strictly rising
-  std::int64_t capacity_uAs = 0;
-  double series_resistance_Ohm = 0.0;  // what a current step shows at once
-  double rc_resistance_Ohm = 0.0;      // one relaxation pair behind it
-  double rc_time_constant_s = 0.0;
-  double heat_capacity_J_per_K = 0.0;
-  double heat_transfer_W_per_K = 0.0;  // to the surrounding air
-  // The maker's absolute limits. Limits of the pack outside these are refused when the file is read.
-  std::int32_t voltage_min_uV = 0;
-  std::int32_t voltage_max_uV = 0;
-  std::int32_t temperature_min_dC = 0;
-  std::int32_t temperature_max_dC = 0;
+  std::uint8_t node = 1;                         // 1 to 63, unique
+  std::uint8_t cell_count = 12;                  // 1 to 12
+  std::uint8_t temperature_sensor_count = 4;     // cell sensors, 0 to 4; at least one in the whole pack
+  std::optional<std::uint32_t> serial_number{};  // which module it is; not given: the one first seen there
 };
 
 /// One watched limit in three tiers: from `warn` it is reported, from `limit` on the allowed current falls, at `open`
@@ -145,7 +126,9 @@ struct CurrentLimitConfig {
 
 struct PollConfig {
   Duration period = 100ms;
-  std::uint8_t temperature_every = 1;  // temperatures in every n-th poll
+  std::uint8_t temperature_every = 1;  // temperatures once in so many periods, whatever the pace
+  Duration fast_period{};              // near limits, and while the current changes quickly; 0: never
+  Duration parked_period{};            // while the pack is open and nobody wants it; 0: never
 };
 
 struct ContactorConfig {
@@ -229,6 +212,28 @@ struct SocConfig {
   Duration rest = 1s;                  // for this long
 };
 
+/// What a balancing plan goes by (balancing_plan.hpp).
+enum class BalancingMethod : std::uint8_t { terminal_voltage, ocv, charge };
+
+/// Which cells the modules' resistors bleed, when, and how much a resistor takes.
+struct BalancingConfig {
+  bool is_enabled = false;
+  BalancingMethod method = BalancingMethod::ocv;
+  bool requires_closed = true;             // nothing is bled from an open pack, which nobody may charge again for long
+  std::int32_t bleed_resistance_Ohm = 40;  // beside each cell: 75 mA from 3.0 V on
+  std::int32_t dead_band_uV = 5'000;       // the methods that go by voltage leave so much
+  std::int32_t dead_band_permille = 5;     // of the capacity: `charge` leaves so much
+  std::int32_t capacity_tolerance_permille = 100;  // of the cell file's: a cell may have so much more or less
+  std::int32_t voltage_min_uV = 0;                 // nothing is bled while a cell is below; 0: from the limits
+  std::int32_t top_uV = 0;                         // `terminal_voltage` plans from here on; 0: from the cell's curve
+  std::int32_t discharge_max_mA = 500;             // out of the pack; nothing is bled while it is more
+  std::int32_t board_min_dC = 0;
+  std::int32_t board_max_dC = 650;
+  bool without_board_sensor = false;   // bled is also where nobody sees how hot the resistors make their board
+  Duration settle = 10s;               // without bleeding, before voltages are taken for a plan
+  bool is_autonomous_allowed = false;  // by modules that are left alone on their own supply
+};
+
 struct VehicleConfig {
   std::uint16_t base_id = vehicle_bus::default_base_id;
   std::array<char, 8> name{'B', 'M', 'U', 'D', ' ', ' ', ' ', ' '};     // 620h
@@ -248,7 +253,9 @@ struct CoreConfig {
   InsulationConfig insulation;
   RestConfig rest;
   AuxiliaryConfig auxiliary;
+  std::optional<std::int32_t> module_board_limit_dC{};  // what modules are told to pause balancing at; whole degrees
   SocConfig soc;
+  BalancingConfig balancing;
   VehicleConfig vehicle;
   std::uint64_t hash = 0;  // of the file's bytes: in the log, the status and every recording
 };
@@ -258,17 +265,6 @@ struct CoreConfig {
   std::size_t count = 0;
   for (const ModuleConfig& module : config.modules) count += module.cell_count;
   return count;
-}
-
-/// The open-circuit voltage at a state of charge, between the points of its table by straight lines; beyond them the
-/// first and the last line go on. The table must have two points.
-[[nodiscard]] constexpr double ocv_uV(const CellModel& cell, double soc_permille) {
-  std::size_t next = 1;
-  while (next + 1 < cell.ocv.size() && cell.ocv[next].soc_permille < soc_permille) ++next;
-  const OcvPoint& from = cell.ocv[next - 1];
-  const OcvPoint& to = cell.ocv[next];
-  const double share = (soc_permille - from.soc_permille) / static_cast<double>(to.soc_permille - from.soc_permille);
-  return from.ocv_uV + (to.ocv_uV - from.ocv_uV) * share;
 }
 
 /// What a change of current shows at once: of one cell by the model, and over all cells.

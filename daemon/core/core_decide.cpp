@@ -26,6 +26,8 @@ Decisions Core::decide(TimePoint now) {
   seen_complete_ = seen_complete_ || (pack_.is_complete() && pack_.is_sensed() && pdu_fresh(now));
   estimate(now);
   follow_request(now);
+  follow_pace(now);
+  follow_modules(now);
   follow_rest(now);
   watch_contactors(now);
   evaluate_faults(now);
@@ -36,6 +38,8 @@ Decisions Core::decide(TimePoint now) {
   step_auxiliary(now);
   send_contactor_command(now, out);
   send_polls(now, out);
+  balance(now, out);
+  send_broadcasts(now, out);
   send_report(now, out);
   out.is_shut_down = end_shut_down(now);
   events_.move_to(out);
@@ -69,6 +73,39 @@ void Core::estimate(TimePoint now) {
   watchers_.trend.update(modules_);
   watchers_.stuck.update(modules_, pack_.current_mA);
   watchers_.steps.update(modules_, sensors_, pack_);
+  watchers_.switches.update(modules_);
+  follow_charges(now);
+  keep_charges(now);
+}
+
+void Core::follow_charges(TimePoint now) {
+  const FormerBook before = cell_charges_.former();
+  cell_charges_.update({.now = now,
+                        .unix_time_ms = unix_time_ms(now),
+                        .is_open = !outputs_.any_contactor(),
+                        .is_bleeding = watchers_.switches.is_any_on() || watchers_.switches.is_any_told(),
+                        .modules = &modules_,
+                        .pack = &pack_,
+                        .charge = &counter_.state(),
+                        .bled_uAs = watchers_.switches.bled_uAs()});
+  const FormerBook former = cell_charges_.former();
+  if (former == before) return;
+  events_.push({.id = EventId::former_charges, .at = now, .number = static_cast<std::int64_t>(former)});
+}
+
+/// At most every `record_every`, and once more at the end: a file is written for it.
+void Core::keep_charges(TimePoint now) {
+  constexpr Duration look_every = 1s;
+  const bool is_first = charges_kept_at_ == TimePoint{};
+  const bool is_last = shutting_down_ && charges_kept_at_ < shut_down_at_;
+  const bool is_due = (is_first || now - charges_kept_at_ >= record_every) && now - charges_looked_at_ >= look_every;
+  if (!is_due && !is_last) return;
+  charges_looked_at_ = now;
+  CellChargeRecords records;
+  if (!cell_charges_.record(records) || !is_worth_recording(persistent_.cell_charges, records)) return;
+  charges_kept_at_ = now;
+  persistent_.cell_charges = records;
+  touch_persistent();
 }
 
 void Core::follow_rest(TimePoint now) {
@@ -84,7 +121,8 @@ void Core::follow_rest(TimePoint now) {
                                        .vehicle_on = knows_lines && pdu.vehicle_on});
   if (!has_changed) return;
   events_.push({.id = EventId::rest_changed, .at = now, .number = static_cast<std::int64_t>(rest_.phase())});
-  if (rest_.is_resting()) sleep_modules_ = true;
+  if (rest_.is_resting()) broadcasts_.sleep();
+  if (!rest_.is_resting()) broadcasts_.end_sleep();
   // Asleep nothing is known, awake nothing yet. The unit goes on talking in between, and who woke the pack by asking to
   // close has asked.
   const SensorTable kept = sensors_;
@@ -311,6 +349,11 @@ OpeningRecord Core::opening_record(TimePoint now, Phase from, PrechargeFailure f
   } else {
     record.cause = OpeningCause::permission;
     record.blocker = permission_.blockers.empty() ? Blocker::fault : permission_.blockers[0];
+    const bool is_restart = is_closing(from) && !setup_.is_complete() && !has_fault(permission_.blockers);
+    if (is_restart) {
+      record.blocker = Blocker::modules_not_set_up;
+      record.reading = {.is_known = true, .element = {.module_node = flags_.module_not_set_up}, .taken_at = now};
+    }
   }
   return record;
 }
@@ -331,7 +374,8 @@ void Core::record_opening(TimePoint now, Phase from, PrechargeFailure failure) {
                 .reading = record.reading,
                 .threshold = record.threshold,
                 .phase_from = from,
-                .cause = record.cause});
+                .cause = record.cause,
+                .number = static_cast<std::int64_t>(record.blocker)});
 }
 
 /// A resting pack has nothing to command: it is open, and the unit keeps it so by itself.
@@ -341,53 +385,6 @@ void Core::send_contactor_command(TimePoint now, Decisions& out) {
   command_link_.note_sent(command_counter_, now);
   send(Port::internal, contactor_command_frame(outputs_, command_counter_), out);
   ++command_counter_;
-}
-
-void Core::send_polls(TimePoint now, Decisions& out) {
-  if (command_link_.is_stuck(now)) return;
-  if (std::exchange(sleep_modules_, false)) send(Port::internal, setup_.sleep(), out);
-  if (rest_.is_resting()) return;
-  if (std::exchange(clear_modules_, false)) send(Port::internal, setup_.clear_faults(), out);
-  const Poll poll = poll_.step(now, identities_known());
-  if (poll.is_due) {
-    modules_.begin_cycle(now, poll.wants);
-    check_.note_sent(poll.frame);
-    send(Port::internal, poll.frame, out);
-  } else {
-    ask_again(now, out);
-  }
-  for (const CanFrame& command : setup_.step(now, modules_)) {
-    check_.note_sent(command);
-    send(Port::internal, command, out);
-  }
-}
-
-/// A value that is suspected is asked for again at once, from its module alone: two samples confirm, and nobody has to
-/// wait for the next round. So is a temperature in doubt, as soon as its module has taken another sample.
-void Core::ask_again(TimePoint now, Decisions& out) {
-  for (const FaultRow& row : fault_table()) {
-    const FaultState& state = faults_.state(row.id);
-    const std::uint8_t node = state.latest.element.module_node;
-    const bool is_asked =
-        row.ask_again != AskAgain::no && state.is_doubtful() && state.latest.is_known && modules_.find(node) != nullptr;
-    if (!is_asked || now - modules_.polled_at(node) < ask_again_after) continue;
-    return ask_alone(node, row.ask_again, now, out);  // one a tick
-  }
-  const std::uint8_t node = modules_.node_in_doubt(now);
-  if (node == 0 || now - modules_.polled_at(node) < ask_again_after) return;
-  ask_alone(node, AskAgain::temperatures, now, out);
-}
-
-/// What the module still owed of its last answer it is asked for, too.
-void Core::ask_alone(std::uint8_t node, AskAgain what, TimePoint now, Decisions& out) {
-  PollWants wants = modules_.outstanding(node);
-  wants.status = true;
-  wants.cells = wants.cells || what == AskAgain::cells;
-  wants.temperatures = wants.temperatures || what == AskAgain::temperatures;
-  const CanFrame frame = poll_.single(node, wants);
-  modules_.begin_single(node, now);
-  check_.note_sent(frame);
-  send(Port::internal, frame, out);
 }
 
 void Core::send_report(TimePoint now, Decisions& out) {
@@ -411,8 +408,7 @@ void Core::send(Port port, const CanFrame& frame, Decisions& out) {
   out.frames.push_back({port, frame});
 }
 
-// --- what they ask
-// ----------------------------------------------------------------------------------------------------
+// --- what they ask ---------------------------------------------------------------------------------------------------
 
 void Core::note_fault_changes(const FaultChanges& changes, TimePoint now) {
   using Kind = FaultChange::Kind;
@@ -528,9 +524,10 @@ bool Core::has_started(TimePoint now) const {
   return seen_complete_ || (flags_.internal_bus_up && now - view_began_at_ >= start_grace);
 }
 
-bool Core::identities_known() const {
-  return std::all_of(modules_.modules().begin(), modules_.modules().end(),
-                     [](const ModuleRecord& module) { return module.identity.is_valid(); });
+/// A key or a charger is there, whether or not what it asked for was refused.
+bool Core::could_ask(TimePoint now) const {
+  const PduState& pdu = sensors_.pdu.value;
+  return pdu_fresh(now) && (pdu.vehicle_on || pdu.charger_connected);
 }
 
 /// Leaves when the contacts have confirmed, in a word younger than the command; or when patience is over.

@@ -1,10 +1,12 @@
 // How much the current has changed lately: what a difference between two voltages that were not taken at the same
-// moment may come from. Lowest and highest sample of each 10 ms, for the last 640 ms.
+// moment may come from, and which current belongs to a voltage: that of the same moment. Lowest and highest sample of
+// each 10 ms, and the last of them with its time, for the last 640 ms and more.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "protocol/time.hpp"
 
@@ -23,10 +25,34 @@ class CurrentWindow {
     if (latest.is_used && at - latest.began_at < bucket_length) {
       latest.min_mA = std::min(latest.min_mA, current_mA);
       latest.max_mA = std::max(latest.max_mA, current_mA);
+      latest.last_mA = current_mA;
+      latest.last_at = at;
       return;
     }
     head_ = (head_ + 1) % buckets_.size();
-    buckets_[head_] = {true, at, current_mA, current_mA};
+    buckets_[head_] = {true, at, current_mA, current_mA, current_mA, at};
+  }
+
+  /// The current at a moment: on the straight line between the samples on either side of it. Not known without both, or
+  /// if either is further away than `apart_max`.
+  [[nodiscard]] std::optional<std::int32_t> at(TimePoint moment, Duration apart_max) const {
+    const Bucket* after = nullptr;
+    for (std::size_t back = 0; back < buckets_.size(); ++back) {
+      const Bucket& bucket = buckets_[(head_ + buckets_.size() - back) % buckets_.size()];
+      if (!bucket.is_used) break;
+      if (bucket.last_at == moment) return bucket.last_mA;
+      if (bucket.last_at > moment) {
+        after = &bucket;
+        continue;
+      }
+      const bool is_between =
+          after != nullptr && after->last_at - moment <= apart_max && moment - bucket.last_at <= apart_max;
+      if (!is_between) break;
+      const std::int64_t step_mA = std::int64_t{after->last_mA} - bucket.last_mA;
+      return static_cast<std::int32_t>(bucket.last_mA + step_mA * ((moment - bucket.last_at) / 1us) /
+                                                            ((after->last_at - bucket.last_at) / 1us));
+    }
+    return std::nullopt;
   }
 
   /// Lowest and highest of the buckets that reach into the time from `from` to `to`. Not known without any.
@@ -63,6 +89,8 @@ class CurrentWindow {
     TimePoint began_at{};
     std::int32_t min_mA = 0;
     std::int32_t max_mA = 0;
+    std::int32_t last_mA = 0;
+    TimePoint last_at{};
   };
 
   static constexpr Duration bucket_length = 10ms;

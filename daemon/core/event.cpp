@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "daemon/core/balancing_conditions.hpp"
+#include "daemon/core/estimators/cell_charge.hpp"
 #include "daemon/core/permission.hpp"
 #include "daemon/core/rest_mode.hpp"
 
@@ -50,10 +52,20 @@ constexpr std::array<EventRow, event_count> table{{
     {EventId::close_refused, "close_refused", Severity::warning},
     {EventId::rest_changed, "rest_changed", Severity::info},
     {EventId::soc_started, "soc_started", Severity::info},
+    {EventId::former_charges, "former_charges", Severity::info},
     {EventId::module_identified, "module_identified", Severity::info},
+    {EventId::module_out_of_place, "module_out_of_place", Severity::warning},
+    {EventId::module_accepted, "module_accepted", Severity::info},
+    {EventId::module_given_node, "module_given_node", Severity::info},
+    {EventId::module_node_not_taken, "module_node_not_taken", Severity::warning},
     {EventId::module_restarted, "module_restarted", Severity::warning},
     {EventId::module_limits_set, "module_limits_set", Severity::info},
     {EventId::module_refused_limits, "module_refused_limits", Severity::error},
+    {EventId::balancing_began, "balancing_began", Severity::debug},
+    {EventId::balancing_stopped, "balancing_stopped", Severity::info},
+    {EventId::module_refused_balancing, "module_refused_balancing", Severity::warning},
+    {EventId::module_ignores_balancing, "module_ignores_balancing", Severity::warning},
+    {EventId::modules_stay_awake, "modules_stay_awake", Severity::warning},
     {EventId::port_up, "port_up", Severity::info},
     {EventId::port_down, "port_down", Severity::error},
     {EventId::loop_gap, "loop_gap", Severity::error},
@@ -85,7 +97,11 @@ std::string text_of_fault(const Event& event) {
 std::string text_of_opening(const Event& event) {
   const std::string from = std::string(to_text(event.phase_from));
   if (event.cause == OpeningCause::fault) return "contactors opened from " + from + ": " + text_of_fault(event);
-  return "contactors opened from " + from + ": " + std::string(to_text(event.cause));
+  std::string line = "contactors opened from " + from + ": " + std::string(to_text(event.cause));
+  if (event.cause != OpeningCause::permission) return line;
+  line += ": " + std::string(to_text(static_cast<Blocker>(event.number)));
+  const std::string where = to_text(event.reading.element);
+  return where.empty() ? line : line + ": " + where;
 }
 
 std::string hex_id(std::int64_t id) {
@@ -158,11 +174,30 @@ std::string to_text(const Event& event) {
     case EventId::rest_changed:
       return "modules after an undervoltage: " + std::string(to_text(static_cast<RestPhase>(event.number)));
     case EventId::soc_started: return "state of charge starts at " + value_text(Unit::permille, event.number);
+    case EventId::former_charges:
+      return "what the cells missed before the start: " + std::string(to_text(static_cast<FormerBook>(event.number)));
     case EventId::module_identified:
       return "module " + std::to_string(event.reading.element.module_node) + " is serial number " + number;
+    case EventId::module_out_of_place:
+      return "module " + std::to_string(event.reading.element.module_node) + " is serial number " + number + ", not " +
+             std::to_string(event.threshold);
+    case EventId::module_accepted:
+      return "module " + std::to_string(event.reading.element.module_node) + " is serial number " + number +
+             " from now on";
+    case EventId::module_given_node:
+      return "serial number " + number + " has taken node " + std::to_string(event.reading.element.module_node);
+    case EventId::module_node_not_taken:
+      return "serial number " + number + " was not seen on node " + std::to_string(event.reading.element.module_node) +
+             " after it was given this number";
     case EventId::module_restarted: return "module " + number + " restarted";
     case EventId::module_limits_set: return "module " + number + " has taken over the cell limits";
     case EventId::module_refused_limits: return "module " + number + " refused the cell limits";
+    case EventId::balancing_began: return "balancing: cells that bleed: " + number;
+    case EventId::balancing_stopped:
+      return "balancing stopped: " + std::string(row_of(static_cast<BalancingBlocker>(event.number)).meaning);
+    case EventId::module_refused_balancing: return "module " + number + " refused to balance its cells";
+    case EventId::module_ignores_balancing: return "module " + number + " does not answer when told to balance";
+    case EventId::modules_stay_awake: return "told to sleep again and again, some module goes on answering";
     case EventId::port_up: return std::string(to_text(event.port)) + " bus is up";
     case EventId::port_down: return std::string(to_text(event.port)) + " bus is down";
     case EventId::loop_gap: return "stopped or starved for " + number + " ms: opened, everything known is forgotten";

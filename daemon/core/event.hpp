@@ -27,10 +27,20 @@ enum class EventId : std::uint8_t {
   close_refused,
   rest_changed,
   soc_started,
+  former_charges,
   module_identified,
+  module_out_of_place,
+  module_accepted,
+  module_given_node,
+  module_node_not_taken,
   module_restarted,
   module_limits_set,
   module_refused_limits,
+  balancing_began,
+  balancing_stopped,
+  module_refused_balancing,
+  module_ignores_balancing,
+  modules_stay_awake,
   port_up,
   port_down,
   loop_gap,
@@ -38,7 +48,7 @@ enum class EventId : std::uint8_t {
   shutting_down,
   shut_down_unconfirmed,
 };
-inline constexpr std::size_t event_count = 24;
+inline constexpr std::size_t event_count = 34;
 
 enum class Severity : std::uint8_t { debug, info, warning, error };
 
@@ -72,7 +82,8 @@ struct Event {
   Phase phase_to{};
   OpeningCause cause = OpeningCause::none;
   Port port{};
-  std::int64_t number = 0;  // node, milliseconds, permille, identifier or Blocker, as the event says
+  // Node, serial number, milliseconds, permille, identifier, Blocker or the like, as the event says.
+  std::int64_t number = 0;
 };
 
 /// One line for people, without time and severity.

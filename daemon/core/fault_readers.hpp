@@ -46,8 +46,17 @@ Reading module_disturbed(const FaultInputs& in);
 Reading module_reports_fault(const FaultInputs& in);
 Reading module_reports_undervoltage(const FaultInputs& in);
 Reading module_warning(const FaultInputs& in);
+Reading module_starting(const FaultInputs& in);
+Reading module_going_to_sleep(const FaultInputs& in);
+Reading module_alone(const FaultInputs& in);
+Reading balancing_stays_on(const FaultInputs& in);
+Reading balancing_stays_off(const FaultInputs& in);
+Reading balancing_refused(const FaultInputs& in);
 Reading module_mismatch(const FaultInputs& in);
 Reading wrong_cell_count(const FaultInputs& in);
+Reading module_exchanged(const FaultInputs& in);
+Reading modules_swapped(const FaultInputs& in);
+Reading module_not_set_up(const FaultInputs& in);
 Reading duplicate_node(const FaultInputs& in);
 Reading unknown_module(const FaultInputs& in);
 

@@ -47,6 +47,15 @@ TimePoint status_seen_at(const ModuleRecord& module) {
   return module.status.taken_at;
 }
 
+Reading module_in_mode(const FaultInputs& in, internal_bus::Mode mode) {
+  return first_module(
+      in,
+      [&in, mode](const ModuleRecord& module) {
+        return module.status.is_usable(in.now, in.config->ages.module_status) && module.status.value.mode == mode;
+      },
+      status_seen_at);
+}
+
 /// A current that flows although it was forbidden, seen after it had its time to end.
 Reading forbidden_current(const FaultInputs& in, TimePoint forbidden_since, std::int64_t current_mA,
                           std::int32_t tolerated_mA) {
@@ -73,6 +82,15 @@ std::uint8_t open_wire_pair(const ModuleRecord& module, const AgeConfig& ages, T
     }
   }
   return 0;
+}
+
+/// Good only once everybody has said who he is.
+Reading out_of_place(const FaultInputs& in, const ModuleRecord* module) {
+  if (module != nullptr) return condition(true, module->identity.taken_at, {.module_node = module->config.node});
+  Reading good = condition(false, in.now);
+  good.is_partial = std::any_of(in.modules->modules().begin(), in.modules->modules().end(),
+                                [](const ModuleRecord& one) { return !one.identity.is_valid(); });
+  return good;
 }
 
 bool says_failed(const ModuleRecord& module) {
@@ -306,6 +324,36 @@ Reading module_warning(const FaultInputs& in) {
       status_seen_at);
 }
 
+/// The mode in a STATUS that counts; an old one is `module_lost`. While nobody is asked nobody is starting or going to
+/// sleep against anybody's will.
+Reading module_starting(const FaultInputs& in) {
+  return in.has_started ? module_in_mode(in, internal_bus::Mode::starting) : unknown_reading;
+}
+Reading module_going_to_sleep(const FaultInputs& in) {
+  return in.has_started ? module_in_mode(in, internal_bus::Mode::going_to_sleep) : unknown_reading;
+}
+Reading module_alone(const FaultInputs& in) {
+  return first_module(
+      in,
+      [&in](const ModuleRecord& module) {
+        const ModuleStatus& said = module.status.value;
+        return module.status.is_usable(in.now, in.config->ages.module_status) &&
+               (said.on_module_supply || said.mode == internal_bus::Mode::autonomous);
+      },
+      status_seen_at);
+}
+
+Reading balancing_stays_on(const FaultInputs& in) {
+  return in.watchers->switches.stays_on();
+}
+Reading balancing_stays_off(const FaultInputs& in) {
+  return in.watchers->switches.stays_off();
+}
+Reading balancing_refused(const FaultInputs& in) {
+  const std::uint8_t node = in.flags.balancing_refused;
+  return condition(node != 0, in.now, {.module_node = node});
+}
+
 Reading module_mismatch(const FaultInputs& in) {
   return first_module(
       in,
@@ -313,7 +361,7 @@ Reading module_mismatch(const FaultInputs& in) {
         const ModuleIdentity& identity = module.identity.value;
         return module.identity.is_valid() &&
                (identity.protocol_version != internal_bus::protocol_version ||
-                identity.temperature_sensor_count < module.config.temperature_sensor_count);
+                identity.temperature_sensor_count != module.config.temperature_sensor_count);
       },
       status_seen_at);
 }
@@ -329,13 +377,25 @@ Reading wrong_cell_count(const FaultInputs& in) {
       status_seen_at);
 }
 
+Reading module_exchanged(const FaultInputs& in) {
+  const ModuleRecord* module = in.watchers->roster.first_with(ModulePlace::exchanged, *in.modules, in.now);
+  if (module == nullptr) module = in.watchers->roster.first_with(ModulePlace::misplaced, *in.modules, in.now);
+  return out_of_place(in, module);
+}
+
+Reading modules_swapped(const FaultInputs& in) {
+  return out_of_place(in, in.watchers->roster.first_with(ModulePlace::swapped, *in.modules, in.now));
+}
+
+Reading module_not_set_up(const FaultInputs& in) {
+  if (!in.has_started) return unknown_reading;
+  const std::uint8_t node = in.flags.module_not_set_up;
+  return condition(node != 0, in.now, {.module_node = node});
+}
+
 Reading duplicate_node(const FaultInputs& in) {
   return first_module(
-      in,
-      [&in](const ModuleRecord& module) {
-        return module.rival_seen_at != TimePoint{} && in.now - module.rival_seen_at <= conflict_memory;
-      },
-      status_seen_at);
+      in, [&in](const ModuleRecord& module) { return has_rival(module, in.now); }, status_seen_at);
 }
 
 Reading unknown_module(const FaultInputs& in) {

@@ -68,8 +68,17 @@ enum class FaultId : std::uint8_t {
   module_reports_fault,
   module_reports_undervoltage,
   module_warning,
+  module_starting,
+  module_going_to_sleep,
+  module_alone,
+  balancing_stays_on,
+  balancing_stays_off,
+  balancing_refused,
   module_mismatch,
   wrong_cell_count,
+  module_exchanged,
+  modules_swapped,
+  module_not_set_up,
   duplicate_node,
   unknown_module,
   // sensor, power distribution unit, inputs
@@ -111,7 +120,7 @@ enum class FaultId : std::uint8_t {
   memory_low,
   disk_low,
 };
-inline constexpr std::size_t fault_count = 71;
+inline constexpr std::size_t fault_count = 80;
 
 enum class Reaction : std::uint8_t { warn, refuse_close, open_after_grace, open_now };
 enum class Latch : std::uint8_t {
@@ -159,10 +168,12 @@ struct CoreFlags {
   TimePoint open_since{};                    // nothing is commanded closed; zero: something is
   TimePoint charge_forbidden_since{};        // while closed; zero: it is allowed
   TimePoint discharge_forbidden_since{};
-  bool is_driving = false;          // closed for the vehicle
-  bool command_not_on_bus = false;  // our own commands have not been seen on the bus for too long
-  bool lines_failed = false;        // the GPIO lines of this machine
-  bool clock_jumped = false;        // the wall clock against the monotonic one, since the last tick
+  bool is_driving = false;             // closed for the vehicle
+  bool command_not_on_bus = false;     // our own commands have not been seen on the bus for too long
+  bool lines_failed = false;           // the GPIO lines of this machine
+  std::uint8_t module_not_set_up = 0;  // node of the first that has not taken our limits
+  std::uint8_t balancing_refused = 0;  // node of the first that refused its minutes or did not answer
+  bool clock_jumped = false;           // the wall clock against the monotonic one, since the last tick
   OwnHealth health;
 };
 

@@ -10,6 +10,8 @@ namespace {
 
 /// Frames this close together belong to one answer.
 constexpr Duration same_answer = 50ms;
+/// Frames of answers follow each other at once; after so long without one nobody is still speaking.
+constexpr Duration quiet_min = 5ms;
 
 // One bit for each frame of an answer.
 constexpr std::uint32_t status_bit = 1U << 0;
@@ -119,6 +121,7 @@ void ModuleTable::observe(const MessageSpec& message, std::uint8_t node, const C
 
 void ModuleTable::take_status(ModuleRecord& module, const CanFrame& frame, TimePoint at) {
   module.status = {status_of(frame), at, Validity::valid};
+  if (module.status.value.restarted && module.answers_complete > 0) ++module.restarts;
 }
 
 void ModuleTable::take_cells(ModuleRecord& module, std::size_t block, const CanFrame& frame, TimePoint polled_at) {
@@ -168,21 +171,25 @@ void ModuleTable::take_identity(ModuleRecord& module, const CanFrame& frame, Tim
           static_cast<std::uint8_t>(read_raw<internal_bus::ident, "temperature_sensor_count">(frame)),
       .serial_number = static_cast<std::uint32_t>(read_raw<internal_bus::ident, "serial_number">(frame)),
   };
-  if (module.serial_number_known && module.serial_number != seen.serial_number) module.rival_seen_at = at;
+  if (module.serial_number_known && module.serial_number != seen.serial_number) {
+    module.rival_seen_at = at;
+    module.rival_serial_number = module.serial_number;
+  }
   module.serial_number_known = true;
   module.serial_number = seen.serial_number;
   module.identity = {seen, at, Validity::valid};
 }
 
 void ModuleTable::note_answer(std::size_t index, std::uint32_t answer_bit, TimePoint at) {
+  heard_at_ = at;
   if ((expected_[index] & answer_bit) == 0) return;
   expected_[index] &= ~answer_bit;
   if (expected_[index] != 0) return;
   ModuleRecord& module = modules_[index];
   ++module.answers_complete;
-  module.answer_latency = at - cycle_began_at_;
+  module.answer_times.add(at - cycle_began_at_);
   if (--modules_incomplete_ > 0) return;
-  ++complete_cycles_;
+  if (is_counted_) ++complete_cycles_;
   completed_at_ = cycle_began_at_;
 }
 
@@ -193,12 +200,49 @@ void ModuleTable::begin_cycle(TimePoint at, const PollWants& wants) {
     expected_[index] = answer_bits(modules_[index].config, wants);
   }
   modules_incomplete_ = modules_.size();
+  asked_alone_.fill(false);
+  heard_at_ = {};
+  is_counted_ = true;
   polled_at_.fill(at);
   cycle_began_at_ = at;
 }
 
 void ModuleTable::begin_single(std::uint8_t node, TimePoint at) {
   if (find(node) != nullptr) polled_at_[index_of_node_[node]] = at;
+}
+
+const ModuleRecord* ModuleTable::next_silent(TimePoint now) const {
+  if (heard_at_ == TimePoint{} || now - heard_at_ < quiet_min) return nullptr;
+  for (std::size_t step = 0; step < modules_.size(); ++step) {
+    const std::size_t index = (next_turn_ + step) % modules_.size();
+    if (expected_[index] != 0 && !asked_alone_[index]) return &modules_[index];
+  }
+  return nullptr;
+}
+
+void ModuleTable::note_asked_alone(std::uint8_t node) {
+  if (find(node) == nullptr) return;
+  const std::size_t index = index_of_node_[node];
+  asked_alone_[index] = true;
+  next_turn_ = index + 1;
+  ++modules_[index].asked_alone;
+}
+
+void ModuleTable::requalify() {
+  complete_cycles_ = 0;
+  is_counted_ = false;
+}
+
+void ModuleTable::note_rejected(std::uint8_t node, RejectReason reason) {
+  if (find(node) != nullptr) ++modules_[index_of_node_[node]].rejected[static_cast<std::size_t>(reason)];
+}
+
+void ModuleTable::forget_identity(std::uint8_t node) {
+  if (find(node) == nullptr) return;
+  ModuleRecord& module = modules_[index_of_node_[node]];
+  module.identity = {};
+  module.serial_number_known = false;
+  module.last_answer_at = {};  // whoever is there will say so
 }
 
 std::uint8_t ModuleTable::node_in_doubt(TimePoint now) const {

@@ -14,6 +14,7 @@
 #include <array>
 #include <cstdint>
 
+#include "daemon/core/answer_times.hpp"
 #include "daemon/core/core_config.hpp"
 #include "daemon/core/jump_watch.hpp"
 #include "daemon/core/measured.hpp"
@@ -61,14 +62,18 @@ struct ModuleRecord {
   std::uint16_t open_wire_cells = 0;
   bool serial_number_known = false;  // kept when all else is forgotten: a module swapped meanwhile is noticed
   std::uint32_t serial_number = 0;
-  TimePoint conflict_seen_at{};  // last answer that contradicts one already accepted; once may be chance
-  TimePoint rival_seen_at{};     // when two modules last spoke under this node number, or one was swapped while live
+  std::uint32_t rival_serial_number = 0;  // the other one of rival_seen_at, if it came with an IDENT; else 0
+  TimePoint conflict_seen_at{};           // last answer that contradicts one already accepted; once may be chance
+  TimePoint rival_seen_at{};  // when two modules last spoke under this node number, or one was swapped while live
   TimePoint last_answer_at{};
   std::uint16_t damaged_frames = 0;  // of its last ten under its identifiers: one bit each, the latest lowest
   TimePoint damaged_at{};
-  Duration answer_latency{};  // POLL to the last frame of the last complete answer
+  AnswerTimes answer_times;  // POLL to everybody, to the last frame of the complete answer
   std::uint64_t answers_complete = 0;
   std::uint64_t answers_missed = 0;
+  std::uint32_t restarts = 0;                                 // since it first answered in full
+  std::uint32_t asked_alone = 0;                              // because something of its answer was missing
+  std::array<std::uint32_t, reject_reason_count> rejected{};  // frames under its identifiers, by RejectReason
 };
 
 /// Bits of what a POLL asks for, as in its b1.
@@ -101,6 +106,13 @@ class ModuleTable {
   /// A POLL to one module went out, beside the cycle: what it brings is of `at`. It ends an answer that was still under
   /// way, so it has to want what that had still to bring.
   void begin_single(std::uint8_t node, TimePoint at);
+  /// The next module that owes something of this cycle, now that nobody speaks any more, and was not asked alone in it;
+  /// null: there is none, answers still come, or nobody has answered at all, which is no module's fault.
+  [[nodiscard]] const ModuleRecord* next_silent(TimePoint now) const;
+  /// Nobody has said a word since the last POLL to everybody.
+  [[nodiscard]] bool is_silent() const { return heard_at_ == TimePoint{}; }
+  /// It is asked alone, with begin_single. Modules take turns over the cycles.
+  void note_asked_alone(std::uint8_t node);
   /// What a module still owes from the last cycle.
   [[nodiscard]] PollWants outstanding(std::uint8_t node) const;
   /// When this node was polled last.
@@ -110,6 +122,10 @@ class ModuleTable {
   /// A frame under this node's identifiers contradicts the one already accepted for the same POLL. One answer like that
   /// is what a module leaves that was away for a whole circle of the counter; a second one means that there are two.
   void note_conflict(std::uint8_t node, TimePoint at);
+  /// A frame under this node's identifiers was refused.
+  void note_rejected(std::uint8_t node, RejectReason reason);
+  /// Who is on the node may be another one from now on, and need not be the same as before.
+  void forget_identity(std::uint8_t node);
   /// A frame under this node's identifiers that failed its checks.
   void note_damaged(std::uint8_t node, TimePoint at);
   /// All values become unknown: after a gap in our own life nothing seen before may count as fresh.
@@ -119,6 +135,8 @@ class ModuleTable {
   [[nodiscard]] bool any_beyond(const CheckedFrame& checked, const LimitsConfig& limits) const;
   /// Complete cycles in a row, without a missed one between.
   [[nodiscard]] std::uint32_t complete_cycles() const { return complete_cycles_; }
+  /// The cycles so far prove nothing: counting starts again with the next one that begins.
+  void requalify();
   /// The POLL time of the last cycle that everybody answered; zero while there was none.
   [[nodiscard]] TimePoint completed_at() const { return completed_at_; }
 
@@ -140,6 +158,10 @@ class ModuleTable {
   std::array<std::uint32_t, modules_max> expected_{};  // answer bits still missing in this cycle, by module
   std::array<TimePoint, modules_max> polled_at_{};
   std::array<std::array<JumpWatch, temperatures_per_module>, modules_max> jumps_{};  // cell sensors, then the board's
+  std::array<bool, modules_max> asked_alone_{};                                      // in this cycle
+  std::size_t next_turn_ = 0;  // the module that is first looked at when somebody is silent
+  TimePoint heard_at_{};       // the last frame of an answer in this cycle; zero: none yet
+  bool is_counted_ = true;     // this cycle, when it is complete
   TimePoint cycle_began_at_{};
   TimePoint completed_at_{};
   std::uint32_t complete_cycles_ = 0;

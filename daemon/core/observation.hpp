@@ -55,14 +55,21 @@ struct BusErrorSeen {
 };
 
 enum class Command : std::uint8_t {
-  clear_faults,  // latched faults whose cause is gone, and which this authority may clear
-  wake,          // modules that rest after an undervoltage
-  shut_down,     // open, for good: this process is ending
+  clear_faults,   // latched faults whose cause is gone, and which this authority may clear
+  wake,           // modules that rest after an undervoltage
+  balancing_off,  // no cell is bled until balancing_on, or a new start
+  balancing_on,
+  shut_down,       // open, for good: this process is ending
+  accept_modules,  // those found on their nodes belong there from now on; with authority
+  assign_node,     // give a module another node number; with authority
 };
 struct CommandGiven {
   Command command = Command::clear_faults;
   Authority authority = Authority::user;
-  std::uint32_t user_id = 0;  // who gave it, for the record
+  std::uint32_t user_id = 0;        // who gave it, for the record
+  std::uint8_t node = 0;            // accept_modules: of this one, 0 of all; assign_node: the new number
+  std::uint32_t serial_number = 0;  // assign_node: of the module that is meant
+  bool is_unheard_allowed = false;  // assign_node: see AssignmentRequest
 };
 
 /// The wall clock, told at start and about once a second: for records, never for decisions.

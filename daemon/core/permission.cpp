@@ -125,7 +125,9 @@ Permission evaluate_permission(const PermissionInputs& inputs, const PackState& 
   permission.may_stay_closed =
       inputs.internal_bus_up && inputs.pdu_fresh && !inputs.is_resting && !any_demands_opening(faults, pack, inputs);
   // What only refuses to close leaves a closed pack alone. One that is half closed is not: it opens, and does not wait.
-  permission.may_go_on = permission.may_stay_closed && !any_present(faults, inputs.wish);
+  // Nor for a module that has just forgotten our limits: it has restarted, and the time-out of the precharge would only
+  // tell of a precharge that was too slow.
+  permission.may_go_on = permission.may_stay_closed && !any_present(faults, inputs.wish) && inputs.modules_set_up;
   permission.may_charge = permission.may_stay_closed && !forbids_current(faults, pack, inputs.now, Concerns::charge);
   permission.may_discharge =
       permission.may_stay_closed && !forbids_current(faults, pack, inputs.now, Concerns::discharge);

@@ -72,7 +72,8 @@ inline constexpr std::uint32_t qualifying_cycles = 3;
 struct Permission {
   bool may_close = false;        // every reason below is absent
   bool may_advance = false;      // the same for a closing under way, which a lost frame may not break off
-  bool may_go_on = false;        // with a closing under way: as a closed pack, and no fault is present at all
+  bool may_go_on = false;        // with a closing under way: as a closed pack, no fault is present at all, and every
+                                 // module still has our limits
   bool may_stay_closed = false;  // those that matter to a closed pack are absent
   bool may_charge = false;       // within a closed pack
   bool may_discharge = false;

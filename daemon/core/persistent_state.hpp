@@ -4,7 +4,9 @@
 #include <cstdint>
 
 #include "daemon/core/contactor_ledger.hpp"
+#include "daemon/core/estimators/cell_charge_record.hpp"
 #include "daemon/core/fault_history.hpp"
+#include "daemon/core/module_roster.hpp"
 #include "daemon/core/precharge_guard.hpp"
 
 namespace bmu {
@@ -21,6 +23,8 @@ struct PersistentState {
   FaultRecords faults{};
   ContactorLedgerEntries contactors{};
   ClosingMemory closing{};
+  KnownModules modules{};  // who was seen on which node, where the pack file does not say it
+  CellChargeRecords cell_charges{};
 
   friend bool operator==(const PersistentState&, const PersistentState&) = default;
 };

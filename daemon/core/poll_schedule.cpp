@@ -1,13 +1,27 @@
 #include "daemon/core/poll_schedule.hpp"
 
+#include <algorithm>
+
 #include "protocol/tables/internal_bus.hpp"
 
 namespace bmu {
 
 namespace {
 
-/// Once known, identities are asked again in every n-th poll: a module swapped while live gives itself away.
-constexpr std::uint64_t identity_every = 100;
+/// Behind a POLL, before who is missing is asked alone: by then everybody else has answered.
+constexpr Duration silence_max = 100ms;
+/// Before the next broadcast: room for an answer.
+constexpr Duration single_takes = 20ms;
+/// What a deadline may be early by, as ticks fall: a tenth of the shortest period.
+constexpr Duration early_max = 2ms;
+
+/// Deadlines of what is not asked in every poll advance by their own period; true if this poll is the one.
+bool is_turn(TimePoint now, Duration period, TimePoint& due_at) {
+  if (now + early_max < due_at) return false;
+  due_at += period;
+  if (due_at <= now) due_at = now + period;
+  return true;
+}
 
 CanFrame poll_frame(std::uint8_t node, const PollWants& wants, std::uint8_t counter) {
   using namespace internal_bus;
@@ -25,19 +39,40 @@ CanFrame poll_frame(std::uint8_t node, const PollWants& wants, std::uint8_t coun
 
 }  // namespace
 
-void PollSchedule::init(const PollConfig& config, TimePoint started_at) {
+void PollSchedule::init(const PollConfig& config, TimePoint started_at, std::uint8_t first_counter) {
+  *this = {};
+  counter_ = first_counter;
   config_ = config;
-  next_at_ = started_at;
+  next_at_ = temperatures_at_ = identities_at_ = started_at;
 }
 
-Poll PollSchedule::step(TimePoint now, bool identities_known) {
+Poll PollSchedule::step(TimePoint now, Duration period, bool identities_known) {
+  if (is_hurried_) {
+    next_at_ = std::min(next_at_, now);
+  } else if (last_at_ != TimePoint{}) {
+    next_at_ = std::min(next_at_, last_at_ + period);
+  }
   if (now < next_at_) return {};
-  next_at_ += config_.period;
-  if (next_at_ <= now) next_at_ = now + config_.period;  // after a gap; no burst to catch up
-  const PollWants wants{.temperatures = cycle_ % config_.temperature_every == 0,
-                        .identity = !identities_known || cycle_ % identity_every == 0};
-  ++cycle_;
+  is_hurried_ = false;
+  last_at_ = now;
+  next_at_ += period;
+  if (next_at_ <= now) next_at_ = now + period;  // after a gap; no burst to catch up
+  singles_ = 0;
+  const bool wants_identity = is_turn(now, identity_period, identities_at_);
+  const PollWants wants{.temperatures = is_turn(now, config_.period * config_.temperature_every, temperatures_at_),
+                        .identity = !identities_known || wants_identity};
   return {.is_due = true, .frame = poll_frame(0, wants, counter_++), .wants = wants};
+}
+
+bool PollSchedule::may_ask_silent(TimePoint now, Duration period) {
+  const Duration after = std::min(silence_max, std::max(period / 2, period - single_takes));
+  if (singles_ >= singles_per_cycle || now - last_at_ < after) return false;
+  ++singles_;
+  return true;
+}
+
+bool PollSchedule::is_answer_over(TimePoint now) const {
+  return last_at_ != TimePoint{} && now - last_at_ >= silence_max;
 }
 
 CanFrame PollSchedule::single(std::uint8_t node, const PollWants& wants) {

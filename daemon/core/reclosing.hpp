@@ -25,12 +25,16 @@ inline constexpr Duration oscillation_window = 20s;
 /// wished before a fault was cleared must not close a pack that somebody may have his hands in.
 inline constexpr Duration close_patience = 5s;
 
+/// The contactors close one by one.
+[[nodiscard]] constexpr bool is_closing(Phase phase) {
+  return phase == Phase::main_negative || phase == Phase::precharge || phase == Phase::main_positive;
+}
+
 /// The permission that a phase needs: all of it to begin, less while the contactors close one by one, least once they
 /// are closed.
 [[nodiscard]] constexpr bool is_permitted(const Permission& permission, Phase phase) {
-  const bool is_closing = phase == Phase::main_negative || phase == Phase::precharge || phase == Phase::main_positive;
   if (phase == Phase::open) return permission.may_close;
-  return is_closing ? permission.may_go_on : permission.may_stay_closed;
+  return is_closing(phase) ? permission.may_go_on : permission.may_stay_closed;
 }
 
 /// What opened for a reason closes for a new wish only.

@@ -15,15 +15,21 @@ constexpr Duration sample_gap_max = 1s;
 /// No module bleeds a cell with more, so that all of it may go past a cell that is balanced.
 constexpr std::int32_t bleed_max_mA = 500;
 constexpr std::int64_t nanovolts_per_uV = 1'000;
-/// Cold or worn cells have more resistance than their data sheet says.
-constexpr std::int64_t resistance_factor = 2;
+/// Worn cells have more resistance than their data sheet says, warm ones less and cold ones more: what a step shows at
+/// least is that of a hot cell, and at most that of a worn one in the cold.
+constexpr double worn_factor = 2.0;
+constexpr double hot_C = 60.0;
+constexpr double cold_C = -20.0;
 
 }  // namespace
 
 void StuckWatch::init(const CellModel& cell) {
   model_ = cell;
-  resistance_uOhm_ = std::llround(cell.series_resistance_Ohm * 1e6);
-  resistance_max_uOhm_ = resistance_factor * (resistance_uOhm_ + std::llround(cell.rc_resistance_Ohm * 1e6));
+  const double settled_Ohm = cell.series_resistance_Ohm + cell.rc_resistance_Ohm + cell.slow_rc_resistance_Ohm;
+  resistance_uOhm_ =
+      std::llround(cell.series_resistance_Ohm * resistance_factor(cell.resistance_activation_K, hot_C) * 1e6);
+  resistance_max_uOhm_ =
+      std::llround(worn_factor * settled_Ohm * resistance_factor(cell.resistance_activation_K, cold_C) * 1e6);
   flowed_min_uAs_ = charge_for_shift_uAs(cell, shows_at_least_uV);
   forget();
 }

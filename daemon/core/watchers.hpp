@@ -1,8 +1,10 @@
 // Everything that remembers measurements over time to judge the present ones: one member a question, each its own file.
 #pragma once
 
+#include "daemon/core/balancing_switches.hpp"
 #include "daemon/core/bus_watch.hpp"
 #include "daemon/core/estimators/step_response.hpp"
+#include "daemon/core/module_roster.hpp"
 #include "daemon/core/overload_counter.hpp"
 #include "daemon/core/stuck_watch.hpp"
 #include "daemon/core/temperature_trend.hpp"
@@ -15,6 +17,8 @@ struct Watchers {
   StuckWatch stuck;
   StepResponse steps;
   BusWatch bus;
+  ModuleRoster roster;
+  BalancingSwitches switches;
 };
 
 }  // namespace bmu

@@ -84,6 +84,9 @@ class BusPort {
   /// Frames this port missed because it was read too slowly, since it was opened. Any increase makes what was
   /// received in the meantime suspect.
   [[nodiscard]] virtual std::uint64_t frames_lost() const = 0;
+  /// What the interface was set to when it was last seen to come up; 0 if it has no bit rate (vcan, unix:NAME), if the
+  /// system does not say (last_error() then has why), or if the interface is absent.
+  [[nodiscard]] virtual std::uint32_t rate_bit_per_s() const { return 0; }
   [[nodiscard]] virtual const std::string& name() const = 0;
   [[nodiscard]] virtual std::string last_error() const = 0;
 };

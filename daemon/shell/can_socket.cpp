@@ -15,6 +15,7 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include "daemon/shell/link_bit_rate.hpp"
 #include "daemon/shell/owned_fd.hpp"
 #include "daemon/shell/port_rules.hpp"
 
@@ -65,6 +66,9 @@ class KernelCanSystem final : public CanSystem {
     constexpr int running = IFF_UP | IFF_RUNNING;
     out.is_running = (request.ifr_flags & running) == running;
     return 0;
+  }
+  int bit_rate(int interface_index, std::uint32_t& out_bit_per_s) override {
+    return ask_bit_rate(interface_index, out_bit_per_s);
   }
 
  private:
@@ -213,6 +217,7 @@ class CanSocketPort final : public BusPort {
 
   [[nodiscard]] BusState state() const override { return state_; }
   [[nodiscard]] std::uint64_t frames_lost() const override { return frames_lost_; }
+  [[nodiscard]] std::uint32_t rate_bit_per_s() const override { return rate_bit_per_s_; }
   [[nodiscard]] const std::string& name() const override { return name_; }
   [[nodiscard]] std::string last_error() const override;
   [[nodiscard]] const OsError& last_failure() const { return last_failure_; }
@@ -228,6 +233,7 @@ class CanSocketPort final : public BusPort {
   [[nodiscard]] bool open_sockets(int interface_index);
   [[nodiscard]] bool open_one(RawSocket& out, int interface_index, bool is_for_errors);
   [[nodiscard]] bool discard_socket_errors();
+  void come_up();
   void leave_up(BusState state);
   void observe_error(int code, const char* doing);
   bool fail(int code, const char* doing);
@@ -243,6 +249,7 @@ class CanSocketPort final : public BusPort {
   RawSocket error_socket_;
   int interface_index_ = 0;
   BusState state_ = BusState::absent;
+  std::uint32_t rate_bit_per_s_ = 0;
   bool is_loss_untold_ = false;
   bool is_error_turn_ = false;
   std::uint64_t frames_lost_ = 0;
@@ -334,7 +341,8 @@ void CanSocketPort::maintain() {
   // only a look that is taken after this one may say that the interface is up.
   if (!discard_socket_errors() || !look_up(found)) return;
   if (found.index != interface_index_) return observe_error(ENODEV, "keep");
-  state_ = found.is_running ? BusState::up : BusState::down;
+  state_ = BusState::down;
+  if (found.is_running) come_up();
 }
 
 /// False if there is no such interface, or nobody can tell at the moment; then all stays as it is.
@@ -381,6 +389,12 @@ bool CanSocketPort::discard_socket_errors() {
   return true;
 }
 
+void CanSocketPort::come_up() {
+  const int result = system_.bit_rate(interface_index_, rate_bit_per_s_);
+  if (result < 0) fail(-result, "ask for the bit rate of");
+  state_ = BusState::up;
+}
+
 void CanSocketPort::leave_up(BusState state) {
   if (state_ == BusState::up) {
     is_loss_untold_ = true;
@@ -390,6 +404,7 @@ void CanSocketPort::leave_up(BusState state) {
   if (state == BusState::absent) {  // closing also takes them out of the epoll instance
     data_socket_.close();
     error_socket_.close();
+    rate_bit_per_s_ = 0;
   }
 }
 

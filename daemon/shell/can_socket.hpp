@@ -5,6 +5,8 @@
 // once. maintain() therefore also looks at the interface itself, and whoever uses the port still judges a bus by the
 // age of its data: a controller in bus-off takes frames without a word, and transmits none.
 //
+// A bit rate can only be changed while an interface is down, so it is asked for whenever one has come up.
+//
 // A state other than `up` refuses to send until maintain() has seen the interface running again. A port that is opened
 // on a missing interface, or one that is down, starts in that state without `ReadStatus::down`: nothing was lost.
 #pragma once
@@ -42,6 +44,8 @@ class CanSystem {
   [[nodiscard]] virtual int send(int fd, const can_frame& frame) = 0;
   /// 0, or -ENODEV if there is no interface of this name.
   [[nodiscard]] virtual int look_up(const std::string& name, CanInterface& out) = 0;
+  /// What the interface is set to, 0 if it has no bit rate.
+  [[nodiscard]] virtual int bit_rate(int interface_index, std::uint32_t& out_bit_per_s) = 0;
 };
 
 /// The running kernel.

@@ -3,6 +3,7 @@
 #include <string>
 #include <utility>
 
+#include "daemon/shell/modules_json.hpp"
 #include "daemon/shell/status_json.hpp"
 #include "daemon/shell/why_words.hpp"
 
@@ -128,6 +129,8 @@ Json faults_json(const StatusView& view) {
   for (const FaultRow& row : fault_table()) {
     Json json = row_json(row, thresholds_of(row, view.core.config().limits));
     put_state(json, row, view.core.faults().state(row.id), view);
+    const bool is_present = view.core.faults().state(row.id).is_present();
+    json["modules"] = is_present ? Json(problems_of(row.id, view)) : Json::array();
     put_record(json, row, view.core.persistent().faults[static_cast<std::size_t>(row.id)], view);
     rows.push_back(std::move(json));
   }

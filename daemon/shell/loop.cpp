@@ -285,7 +285,14 @@ void Loop::maintain_ports() {
   parts_.buses.internal->maintain();
   if (!parts_.buses.is_shared()) parts_.buses.vehicle->maintain();
   for (const Port port : all_ports) tell_port_state(port, false);
+  look_at_rate();
   maintain_lines();
+}
+
+/// No more than told: modules that cannot be heard go stale by themselves.
+void Loop::look_at_rate() {
+  if (!parts_.rate.update(*parts_.buses.internal)) return;
+  parts_.journal.log(parts_.rate.severity(false), parts_.rate.finding().text);
 }
 
 // --- lines, clock, store --------------------------------------------------------------------------------------------

@@ -19,6 +19,7 @@
 #include "daemon/shell/journal.hpp"
 #include "daemon/shell/line_feeder.hpp"
 #include "daemon/shell/owned_fd.hpp"
+#include "daemon/shell/rate_watch.hpp"
 #include "daemon/shell/service_notify.hpp"
 #include "daemon/shell/state_store.hpp"
 #include "daemon/shell/status_socket.hpp"
@@ -39,6 +40,7 @@ struct LoopParts {
   Journal& journal;
   ServiceNotify& notify;
   StateStore& store;
+  RateWatch& rate;
   LineFeeder* lines = nullptr;  // none: the pack file has no lines of this machine
 };
 
@@ -80,6 +82,7 @@ class Loop {
   void take_frame(Port port, const ReceivedFrame& received);
   void tell_port_state(Port port, bool was_down);
   void maintain_ports();
+  void look_at_rate();
   void look_at_lines();
   void drive_lines(const ContactorOutputs& outputs, TimePoint decided_at);
   void maintain_lines();

@@ -5,18 +5,21 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <random>
 #include <string>
 #include <vector>
 
 #include <CLI/CLI.hpp>
 #include <unistd.h>
 
+#include "config/bus_checks.hpp"
 #include "config/pack_config.hpp"
 #include "daemon/shell/buses.hpp"
 #include "daemon/shell/gpio_lines.hpp"
 #include "daemon/shell/journal.hpp"
 #include "daemon/shell/line_feeder.hpp"
 #include "daemon/shell/loop.hpp"
+#include "daemon/shell/rate_watch.hpp"
 #include "daemon/shell/service_notify.hpp"
 #include "daemon/shell/state_store.hpp"
 #include "daemon/shell/status_requests.hpp"
@@ -50,7 +53,7 @@ Exit codes: 0 ended by SIGTERM, SIGINT or SIGHUP with all contactors commanded o
 confirmed it); 2 command line; 70 an error of our own;
 71 the system refused something at start, as a bus, or the status socket or the state file because its directory is
 missing;
-78 the configuration is wrong.
+78 the configuration is wrong, or the interface of the internal bus is set to a bit rate that it does not work with.
 
 With --open-gpio: 0 all outputs have been driven open, or the pack has none; 71 the chip, or a line of it, could not be had
 (the others have been opened), as one that is in use by a daemon that still runs; 2, 70 and 78 as above.)";
@@ -114,14 +117,15 @@ void prepare_signals() {
   static_cast<void>(std::signal(SIGPIPE, SIG_IGN));
 }
 
-void log_start(Journal& journal, const PackConfig& pack, const BusNames& names, const Options& options) {
+void log_start(Journal& journal, const PackConfig& pack, const Options& options) {
   char hash[20];
   std::snprintf(hash, sizeof(hash), "%016llx", static_cast<unsigned long long>(pack.core.hash));
   journal.log(Severity::info, "bmud " BMUD_VERSION ": " + pack.name + ", " + std::to_string(pack.core.modules.size()) +
                                   " modules, " + std::to_string(cell_count(pack.core)) + " cells, configuration " +
                                   hash);
-  journal.log(Severity::info,
-              "buses: internal " + names.internal + ", vehicle " + names.vehicle + "; status socket " + options.socket);
+  journal.log(Severity::info, "buses: internal " + pack.buses.internal + ", vehicle " + pack.buses.vehicle +
+                                  "; status socket " + options.socket);
+  journal.log(Severity::info, bus_use_text(pack));
 }
 
 /// The option, else the folder the service manager made for us (the first, if it made several), else nowhere.
@@ -148,22 +152,38 @@ void log_state(Journal& journal, const StateStore& store) {
     journal.log(Severity::warning, std::to_string(found.unknown_names) +
                                        " faults or contactors of the state file are unknown here and left out");
   }
+  if (!found.charges_problem.empty()) {
+    journal.log(Severity::warning, "what the cells missed is left out of the state: " + found.charges_problem);
+  }
   journal.log(Severity::info, "state file " + store.path() + ": " + std::string(to_text(found.found)) + " found");
 }
 
-int run_daemon(const PackConfig& pack, const Options& options, Journal& journal) {
+/// False: with this bit rate the pack file would have been refused.
+bool may_run_at(const RateWatch& rate, Journal& journal) {
+  journal.log(rate.severity(true), rate.finding().text);
+  if (rate.finding().verdict != RateVerdict::too_slow) return true;
+  journal.log(Severity::error, "not started: set the interface to the bit rate of the pack file, or mend the file");
+  return false;
+}
+
+int run_daemon(const PackConfig& file_pack, const Options& options, Journal& journal) {
   const auto fail = [&](const OsError& error) {
     journal.log(Severity::error, to_text(error));
     return exit_system;
   };
-  const BusNames names = bus_names(options, pack);
+  PackConfig wanted = file_pack;
+  wanted.buses = bus_names(options, file_pack);
   auto socket = StatusSocket::open({.path = options.socket});
   if (!socket) return fail(socket.error());
   auto store = StateStore::open({.path = state_path(options)});
   if (!store) return fail(store.error());
-  auto buses = open_buses(names, pack.core);
+  auto buses = open_buses(wanted.buses, wanted.core);
   if (!buses) return fail(buses.error());
-  log_start(journal, pack, names, options);
+  log_start(journal, wanted, options);
+  RateWatch rate(wanted, options.config);
+  if (rate.update(*buses->internal) && !may_run_at(rate, journal)) return exit_config;
+  const bool differs = rate.finding().verdict == RateVerdict::differs;
+  const PackConfig pack = differs ? at_rate(wanted, rate.finding().found_bit_per_s) : wanted;
   log_state(journal, **store);
   const UserNames users;
   std::optional<GpioLines> gpio;
@@ -172,7 +192,9 @@ int run_daemon(const PackConfig& pack, const Options& options, Journal& journal)
   if (gpio) lines.emplace(*gpio);
 
   ServiceNotify notify;
-  const auto core = std::make_unique<Core>(pack.core, monotonic_now());
+  // Not the counters of the life before: whoever heard its last frame would take the first of this one for it.
+  const auto first_counter = static_cast<std::uint8_t>(std::random_device{}());
+  const auto core = std::make_unique<Core>(pack.core, monotonic_now(), first_counter);
   if ((*store)->found().state) core->restore(*(*store)->found().state);
   (*store)->start();
   LineFeeder* const used_lines = lines ? &*lines : nullptr;
@@ -182,6 +204,7 @@ int run_daemon(const PackConfig& pack, const Options& options, Journal& journal)
              .journal = journal,
              .notify = notify,
              .store = **store,
+             .rate = rate,
              .lines = used_lines});
   const auto make_view = [&]() -> StatusView {
     return {.core = *core,
@@ -189,6 +212,7 @@ int run_daemon(const PackConfig& pack, const Options& options, Journal& journal)
             .loop = loop.counters(),
             .drive = loop.drive(),
             .store = **store,
+            .rate = rate.finding(),
             .users = users,
             .lines = used_lines,
             .pack_name = pack.name,
@@ -233,14 +257,17 @@ int check_or_run(const Options& options) {
     for (const ConfigProblem& problem : pack.error()) std::fprintf(stderr, "%s\n", to_text(problem).c_str());
     return exit_config;
   }
+  const ConfigProblems warnings = bus_warnings(*pack, options.config);
   if (options.check_config) {
-    std::printf("%s: ok: %s, %zu modules, %zu cells\n", options.config.c_str(), pack->name.c_str(),
-                pack->core.modules.size(), cell_count(pack->core));
+    for (const ConfigProblem& warning : warnings) std::printf("warning: %s\n", to_text(warning).c_str());
+    std::printf("%s: ok: %s, %zu modules, %zu cells\n%s\n", options.config.c_str(), pack->name.c_str(),
+                pack->core.modules.size(), cell_count(pack->core), bus_use_text(*pack).c_str());
     return exit_ok;
   }
   if (options.open_gpio) return open_gpio(*pack);
   prepare_signals();
   Journal journal(*severity_from_text(options.log_level));
+  for (const ConfigProblem& warning : warnings) journal.log(Severity::warning, to_text(warning));
   const int code = run_daemon(*pack, options, journal);
   // With a sink that is blocked an orderly exit() might wait for it; there is nothing left that needs one.
   if (!journal.flush(log_flush_max)) ::_exit(code);

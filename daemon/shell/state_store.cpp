@@ -123,6 +123,7 @@ void StateStore::read() {
     if (!read) return failure(read.error());
     found_.state = read->state;
     found_.unknown_names = read->unknown_names;
+    found_.charges_problem = read->charges_problem;
     return {};
   };
   found_.found = shared_->file.read(take, found_.problems);

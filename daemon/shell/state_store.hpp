@@ -32,6 +32,7 @@ struct StateFound {
   FileFound found = FileFound::nothing;
   std::optional<PersistentState> state;  // for Core::restore
   std::size_t unknown_names = 0;
+  std::string charges_problem;
   std::string problems;  // of files that were refused
 };
 

@@ -11,6 +11,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "daemon/shell/state_charges.hpp"
 #include "protocol/fnv.hpp"
 
 namespace bmu {
@@ -252,6 +253,18 @@ void describe_closing(Visitor& visit, Record& closing) {
   visit.number("lockout_ms", closing.lockout_ms);
 }
 
+template <class Visitor, class Record>
+void describe_known_module(Visitor& visit, Record& module) {
+  visit.number("serial_number", module.serial_number);
+}
+
+void describe(Writer& visit, const KnownModule& module) {
+  describe_known_module(visit, module);
+}
+void describe(const Reader& visit, KnownModule& module) {
+  describe_known_module(visit, module);
+  module.is_known = true;
+}
 void describe(Writer& visit, const Element& element) {
   describe_element(visit, element);
 }
@@ -354,9 +367,17 @@ StateRead read_content(const Json& content) {
   read.unknown_names += read_named(content, "contactors", read.state.contactors, [](std::string_view name) {
     return index_of(contactor_names, name, [](std::string_view one) { return one; });
   });
-  // Files of before there was one are read all the same: nothing is pending then.
+  // Files of before there was one are read all the same: nothing is pending then, and no module known.
   const Reader whole(content);
   if (content.contains("closing")) whole.part("closing", read.state.closing);
+  if (content.contains("modules")) {
+    read.unknown_names += read_named(content, "modules", read.state.modules, node_from_text);
+  }
+  if (content.contains("cell_charges")) {
+    const Result<CellChargeRecords, std::string> charges = parse_charges(content["cell_charges"]);
+    if (charges) read.state.cell_charges = *charges;
+    if (!charges) read.charges_problem = charges.error();
+  }
   return read;
 }
 
@@ -374,9 +395,15 @@ std::string state_text(const PersistentState& state) {
   }
   Writer closing;
   describe(closing, state.closing);
+  Writer modules;
+  for (std::size_t node = 1; node < state.modules.size(); ++node) {
+    if (state.modules[node].is_known) modules.part(std::to_string(node).c_str(), state.modules[node]);
+  }
   const Json content{{"faults", std::move(faults.json)},
                      {"contactors", std::move(contactors.json)},
-                     {"closing", std::move(closing.json)}};
+                     {"closing", std::move(closing.json)},
+                     {"modules", std::move(modules.json)},
+                     {"cell_charges", charges_json(state.cell_charges)}};
   return Json{{"format", format}, {"checksum", checksum_of(content.dump())}, {"content", content}}.dump() + "\n";
 }
 

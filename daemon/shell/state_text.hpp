@@ -2,10 +2,14 @@
 // that lost or changed a single bit is noticed.
 //
 //   {"format":1,"checksum":"85944171f73967e8","content":{"faults":{"cell_overvoltage":{...}},"contactors":{...},
-//                                                      "closing":{...}}}
+//                                                      "closing":{...},"modules":{"1":{"serial_number":4711}},
+//                                                      "cell_charges":{...}}}
 //
 // Faults and contactors stand under their names: a table that grew, or was put in another order, still finds its own.
-// The checksum is FNV-1a over `content` as it is written here, without spaces.
+// Modules stand under their node numbers. A file from before they were kept knows none, and none is made up.
+// What was missing in the cells (state_charges.hpp) is left out when it is not right, and the rest is read all the
+// same: without it balancing waits for a rest, without the rest nothing closes. The checksum is FNV-1a over `content`
+// as it is written here, without spaces.
 #pragma once
 
 #include <cstddef>
@@ -20,9 +24,10 @@ namespace bmu {
 struct StateRead {
   PersistentState state;
   std::size_t unknown_names = 0;  // faults and contactors of the file that this program does not know: left out
+  std::string charges_problem;    // why the cells' charges were left out; empty: they were not
 };
 
-/// At most about 80 kB, ends with a line feed.
+/// At most about 120 kB, ends with a line feed.
 [[nodiscard]] std::string state_text(const PersistentState& state);
 /// The error says what is wrong, for people: "the checksum is ..., of the content it is ...". Never throws; a state
 /// that is not wholly right is none at all.

@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "daemon/shell/balance_json.hpp"
+#include "daemon/shell/modules_json.hpp"
 #include "daemon/shell/why_json.hpp"
 #include "daemon/shell/why_limits.hpp"
 
@@ -287,10 +289,15 @@ Json fault_names_json(const FaultMemory& faults, bool (*is_wanted)(const FaultSt
 Json port_json(Port port, const StatusView& view) {
   const BusPort& bus = view.buses.serving(port);
   const PortStatus& counts = view.core.port(port);
+  const bool is_judged = &bus == view.buses.internal.get();  // the pack file says nothing of the other's
+  const std::uint32_t rate_bit_per_s = bus.rate_bit_per_s();
   return {{"port", to_text(port)},
           {"bus", bus.name()},
           {"state", to_text(bus.state())},
           {"is_shared", view.buses.is_shared()},
+          {"rate_bit_per_s", or_null(rate_bit_per_s > 0, rate_bit_per_s)},
+          {"rate_wanted_bit_per_s", or_null(is_judged && rate_bit_per_s > 0, view.rate.wanted_bit_per_s)},
+          {"rate_verdict", to_text(is_judged ? view.rate.verdict : RateVerdict::unknown)},
           {"frames_sent", counts.frames_sent},
           {"frames_echoed", counts.frames_echoed},
           {"sends_failed", counts.sends_failed},
@@ -349,8 +356,9 @@ Json module_summary_json(std::size_t index, const StatusView& view) {
           {"mode", has_status ? Json(mode_text(module.status.value.mode)) : Json(nullptr)},
           {"serial_number", or_null(module.identity.is_valid(), module.identity.value.serial_number)},
           {"limits_set", or_null(has_status, !module.status.value.limits_not_set)},
-          {"limits_refused", view.core.module_setup().stage(index) == SetupStage::refused},
-          {"answer_latency_ms", to_ms(module.answer_latency)},
+          {"limits_refused", view.core.module_setup().is_refused(index)},
+          {"place", to_text(view.core.finding(module).place)},
+          {"answer_latency_ms", to_ms(module.answer_times.last())},
           {"answers_complete", module.answers_complete},
           {"answers_missed", module.answers_missed},
           {"last_answer_age_ms", ago_ms(view, module.last_answer_at)}};
@@ -464,6 +472,7 @@ Json status_json(const StatusView& view) {
       {"charge", charge_json(view)},
       {"limits", {{"discharge", limit_json(core.limits().discharge)}, {"charge", limit_json(core.limits().charge)}}},
       {"permission", permission_json(view)},
+      {"balancing", balancing_state_json(view)},
       {"overload", overload_json(core)},
       {"precharge_guard", precharge_guard_json(core)},
       {"contactors", wear_json(core)},
@@ -474,6 +483,8 @@ Json status_json(const StatusView& view) {
       {"modules_answering", core.pack().modules_answering},
       {"modules_expected", core.pack().modules_expected},
       {"complete_cycles", core.modules().complete_cycles()},
+      {"poll", poll_json(view)},
+      {"assignment", assignment_json(view)},
       {"modules", std::move(modules)},
       {"ports", std::move(ports)},
       {"receive", receive_json(core)},

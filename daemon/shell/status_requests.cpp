@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <iterator>
+#include <optional>
 #include <utility>
 
+#include "daemon/shell/balance_json.hpp"
+#include "daemon/shell/modules_json.hpp"
 #include "daemon/shell/status_json.hpp"
 #include "daemon/shell/why_json.hpp"
 
@@ -35,10 +38,10 @@ StatusReply answer_with(const StatusRequests& requests, const Json& request, con
 struct CommandRow {
   std::string_view name;
   StatusReply (*answer)(const StatusRequests&, const Json& request, const Peer& peer);
-  std::string_view key = {};  // besides "cmd"; empty: none
+  std::array<std::string_view, 3> keys{};  // besides "cmd"; those left are empty
 };
 
-constexpr std::array<CommandRow, 8> command_table{{
+constexpr std::array<CommandRow, 12> command_table{{
     {"status", answer_with<status_json>},
     {"cells", answer_with<cells_json>},
     {"faults", answer_with<faults_json>},
@@ -47,10 +50,27 @@ constexpr std::array<CommandRow, 8> command_table{{
      [](const StatusRequests& requests, const Json& request, const Peer& peer) {
        return requests.clear(request, peer);
      },
-     "authorised"},
+     {"authorised"}},
     {"wake", [](const StatusRequests& requests, const Json&, const Peer& peer) { return requests.wake(peer); }},
-    {"watch", [](const StatusRequests& requests, const Json& request, const Peer&) { return requests.watch(request); },
-     "period_ms"},
+    {"watch",
+     [](const StatusRequests& requests, const Json& request, const Peer&) { return requests.watch(request); },
+     {"period_ms"}},
+    {"modules", answer_with<modules_json>},
+    {"accept_modules",
+     [](const StatusRequests& requests, const Json& request, const Peer& peer) {
+       return requests.accept_modules(request, peer);
+     },
+     {"node"}},
+    {"assign_module",
+     [](const StatusRequests& requests, const Json& request, const Peer& peer) {
+       return requests.assign_module(request, peer);
+     },
+     {"serial_number", "node", "unheard"}},
+    {"balance",
+     [](const StatusRequests& requests, const Json& request, const Peer& peer) {
+       return requests.balance(request, peer);
+     },
+     {"switch"}},
     {"version", answer_version},
 }};
 
@@ -64,14 +84,18 @@ std::string known_commands() {
 std::string unknown_keys(const Json& request, const CommandRow& row) {
   std::string names;
   for (const auto& [key, value] : request.items()) {
-    if (key == "cmd" || (!row.key.empty() && key == row.key)) continue;
+    const bool is_known = !key.empty() && std::find(row.keys.begin(), row.keys.end(), key) != row.keys.end();
+    if (key == "cmd" || is_known) continue;
     names += (names.empty() ? "\"" : ", \"") + key + "\"";
   }
   return names;
 }
 
 StatusReply unknown_key_reply(const std::string& names, const CommandRow& row) {
-  const std::string known = row.key.empty() ? "no key" : "no key but \"" + std::string(row.key) + "\"";
+  std::string known = "no key";
+  for (const std::string_view key : row.keys) {
+    if (!key.empty()) known += (key == row.keys[0] ? " but \"" : ", \"") + std::string(key) + "\"";
+  }
   return {.line =
               error_line("unknown_key", names + ": besides \"cmd\", \"" + std::string(row.name) + "\" takes " + known)};
 }
@@ -82,6 +106,16 @@ Json present_faults(const StatusView& view) {
     if (view.core.faults().state(row.id).is_present()) names.push_back(row.name);
   }
   return names;
+}
+
+/// A whole number within these bounds; nothing if it is missing or anything else.
+std::optional<std::int64_t> number_of(const Json& request, const char* key, std::int64_t min, std::int64_t max) {
+  if (!request.contains(key) || !request[key].is_number_integer()) return std::nullopt;
+  if (request[key].is_number_unsigned() && request[key].get<std::uint64_t>() > std::uint64_t{INT64_MAX}) {
+    return std::nullopt;
+  }
+  const auto value = request[key].get<std::int64_t>();
+  return value >= min && value <= max ? std::optional(value) : std::nullopt;
 }
 
 std::string list_text(const Json& names) {
@@ -119,18 +153,20 @@ bool StatusRequests::has_authority(const Peer& peer) const {
   return peer.user_id == 0 || peer.user_id == actions_.own_user_id;
 }
 
+StatusReply StatusRequests::not_allowed(const Peer& peer, std::string_view what) const {
+  const UserNames& users = view().users;
+  return {.line = error_line("not_allowed", users.text_of(peer.user_id) + " may not " + std::string(what) +
+                                                "; root may, and " + users.text_of(actions_.own_user_id) +
+                                                ", whom the daemon runs as")};
+}
+
 StatusReply StatusRequests::clear(const Json& request, const Peer& peer) const {
   const bool wants_authority = request.contains("authorised") && request["authorised"] == true;
   if (request.contains("authorised") && !request["authorised"].is_boolean()) {
     return {.line = error_line("bad_argument", "\"authorised\" is true or false")};
   }
   const StatusView before_view = view();
-  if (wants_authority && !has_authority(peer)) {
-    return {.line =
-                error_line("not_allowed",
-                           before_view.users.text_of(peer.user_id) + " may not clear with authority; root may, and " +
-                               before_view.users.text_of(actions_.own_user_id) + ", whom the daemon runs as")};
-  }
+  if (wants_authority && !has_authority(peer)) return not_allowed(peer, "clear with authority");
   const Authority authority = wants_authority ? Authority::service : Authority::user;
   const Json before = present_faults(before_view);
   actions_.carry_out({.command = Command::clear_faults, .authority = authority, .user_id = peer.user_id});
@@ -160,6 +196,77 @@ StatusReply StatusRequests::wake(const Peer& peer) const {
   const StatusView now = view();
   actions_.log("wake by " + now.users.text_of(peer.user_id));
   return {.line = line_of("wake", {{"rest_before", before}, {"rest", to_text(now.core.rest().phase())}})};
+}
+
+StatusReply StatusRequests::accept_modules(const Json& request, const Peer& peer) const {
+  if (!has_authority(peer)) return not_allowed(peer, "accept modules");
+  const auto node = number_of(request, "node", 1, internal_bus::node_count_max);
+  if (request.contains("node") && !node) {
+    return {.line = error_line("bad_argument", "\"node\" is a number from 1 to 63; without it all are meant")};
+  }
+  const StatusView before = view();
+  if (node && before.core.modules().find(static_cast<std::uint8_t>(*node)) == nullptr) {
+    return {.line = error_line("bad_argument", "the pack has no node " + std::to_string(*node))};
+  }
+  if (!before.core.may_change_modules()) {
+    return {.line = error_line("refused", "the pack is not open, or a closed one is asked for")};
+  }
+  const KnownModules known_before = before.core.watchers().roster.known();
+  actions_.carry_out({.command = Command::accept_modules,
+                      .authority = Authority::service,
+                      .user_id = peer.user_id,
+                      .node = static_cast<std::uint8_t>(node.value_or(0))});
+  const StatusView now = view();
+  const Json outcome = acceptance_json(static_cast<std::uint8_t>(node.value_or(0)), known_before, now);
+  actions_.log("modules accepted by " + now.users.text_of(peer.user_id) + ": " + outcome["accepted"].dump());
+  return {.line = line_of("accept_modules", outcome)};
+}
+
+StatusReply StatusRequests::assign_module(const Json& request, const Peer& peer) const {
+  if (!has_authority(peer)) return not_allowed(peer, "give node numbers");
+  const auto node = number_of(request, "node", 1, internal_bus::node_count_max);
+  const auto serial_number = number_of(request, "serial_number", 0, UINT32_MAX);
+  const bool is_flag = !request.contains("unheard") || request["unheard"].is_boolean();
+  if (!node || !serial_number || !is_flag) {
+    return {.line = error_line("bad_argument",
+                               "\"serial_number\" is a number up to 4294967295, \"node\" one from 1 to 63, "
+                               "\"unheard\" true or false")};
+  }
+  actions_.carry_out({.command = Command::assign_node,
+                      .authority = Authority::service,
+                      .user_id = peer.user_id,
+                      .node = static_cast<std::uint8_t>(*node),
+                      .serial_number = static_cast<std::uint32_t>(*serial_number),
+                      .is_unheard_allowed = request.contains("unheard") && request["unheard"] == true});
+  const StatusView now = view();
+  const ModuleAssignment& assignment = now.core.assignment();
+  const bool is_ours = assignment.request().serial_number == *serial_number && assignment.request().node == *node;
+  if (!is_ours) return {.line = error_line("refused", to_text(AssignmentRefusal::busy))};
+  if (assignment.refusal() == AssignmentRefusal::already_there) {
+    return {.line = line_of("assign_module", {{"assignment", assignment_json(now)}})};
+  }
+  if (assignment.stage() == AssignmentStage::refused) {
+    return {.line = error_line("refused", to_text(assignment.refusal()))};
+  }
+  actions_.log("node " + std::to_string(*node) + " given to serial number " + std::to_string(*serial_number) + " by " +
+               now.users.text_of(peer.user_id));
+  return {.line = line_of("assign_module", {{"assignment", assignment_json(now)}})};
+}
+
+/// Anybody may stop it, and anybody may let the pack file have its way again.
+StatusReply StatusRequests::balance(const Json& request, const Peer& peer) const {
+  const Json wanted = request.contains("switch") ? request["switch"] : Json("as it is");
+  const bool is_off = wanted == "off";
+  const bool is_on = wanted == "on";
+  if (request.contains("switch") && !is_off && !is_on) {
+    return {.line = error_line("bad_argument", "\"switch\" is \"on\" or \"off\"")};
+  }
+  if (is_off || is_on) {
+    const Command command = is_off ? Command::balancing_off : Command::balancing_on;
+    actions_.carry_out({.command = command, .user_id = peer.user_id});
+    actions_.log("balancing switched " + wanted.get<std::string>() + " by " + view().users.text_of(peer.user_id));
+  }
+  return {.line = line_of("balance", balance_json(view()))};
 }
 
 StatusReply StatusRequests::watch(const Json& request) const {

@@ -34,11 +34,15 @@ class StatusRequests {
   // The rows' functions.
   [[nodiscard]] StatusReply clear(const Json& request, const Peer& peer) const;
   [[nodiscard]] StatusReply wake(const Peer& peer) const;
+  [[nodiscard]] StatusReply accept_modules(const Json& request, const Peer& peer) const;
+  [[nodiscard]] StatusReply assign_module(const Json& request, const Peer& peer) const;
+  [[nodiscard]] StatusReply balance(const Json& request, const Peer& peer) const;
   [[nodiscard]] StatusReply watch(const Json& request) const;
   [[nodiscard]] StatusView view() const { return actions_.make_view(); }
 
  private:
   [[nodiscard]] bool has_authority(const Peer& peer) const;
+  [[nodiscard]] StatusReply not_allowed(const Peer& peer, std::string_view what) const;
   void log_clear(const Peer& peer, Authority authority, const Json& cleared, const Json& still_present) const;
 
   StatusActions actions_;

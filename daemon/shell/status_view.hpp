@@ -9,6 +9,7 @@
 #include "daemon/shell/drive_record.hpp"
 #include "daemon/shell/line_feeder.hpp"
 #include "daemon/shell/loop.hpp"
+#include "daemon/shell/rate_watch.hpp"
 #include "daemon/shell/state_store.hpp"
 #include "daemon/shell/user_names.hpp"
 
@@ -20,6 +21,7 @@ struct StatusView {
   const LoopCounters& loop;
   const DriveRecord& drive;
   const StateStore& store;
+  const RateFinding& rate;
   const UserNames& users;
   const LineFeeder* lines = nullptr;  // none: no lines of this machine
   std::string_view pack_name;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "daemon/shell/modules_json.hpp"
 #include "daemon/shell/why_limits.hpp"
 #include "daemon/shell/why_words.hpp"
 
@@ -85,7 +86,10 @@ std::string opening_reason(const OpeningRecord& opening, const CoreView& view) {
     case OpeningCause::request_over: return "nobody asks for a closed pack any more (vehicle off, no charger)";
     case OpeningCause::shut_down: return "the daemon was told to end";
     case OpeningCause::precharge_retry: return "the precharge was too slow; it is tried again after a cool-down";
-    case OpeningCause::permission: return "permission was withdrawn: " + text(to_text(opening.blocker));
+    case OpeningCause::permission: {
+      const std::string where = to_text(opening.reading.element);
+      return "permission was withdrawn: " + text(to_text(opening.blocker)) + (where.empty() ? "" : ": " + where);
+    }
   }
   return "?";
 }
@@ -109,7 +113,8 @@ Texts present_faults(const CoreView& view) {
   for (const FaultRow& row : fault_table()) {
     const FaultState& state = view.core.faults().state(row.id);
     if (!state.is_present() || row.reaction == Reaction::warn) continue;
-    const std::string what = confirmed_text(row, state, view);
+    const Texts modules = problems_of(row.id, view);  // with nodes and serial numbers, where it is about who is there
+    const std::string what = modules.empty() ? confirmed_text(row, state, view) : joined(modules);
     std::string line = text(row.meaning) + (what.empty() ? "" : " (" + what + ")");
     if (state.stage == FaultStage::latched) line += ", " + latched_text(row, state);
     texts.push_back(line);
@@ -139,7 +144,7 @@ Texts incomplete_modules(const CoreView& view) {
   for (const ModuleRecord& module : view.core.modules().modules()) {
     const std::string name = "module " + std::to_string(module.config.node);
     if (!is_answering(module, ages, view.now)) {
-      texts.push_back(name + " (last answer " + ago_text(view, module.last_answer_at) + ")");
+      texts.push_back(name + " (" + silence_text(module, view) + ")");
       continue;
     }
     for (unsigned i = 0; i < module.config.temperature_sensor_count; ++i) {
@@ -185,10 +190,11 @@ Texts unhealthy_inputs(const CoreView& view) {
 
 Texts modules_without_limits(const CoreView& view) {
   Texts texts;
-  for (const ModuleRecord& module : view.core.modules().modules()) {
-    if (!module.status.is_valid() || module.status.value.limits_not_set) {
-      texts.push_back("module " + std::to_string(module.config.node));
-    }
+  const auto& modules = view.core.modules().modules();
+  for (std::size_t index = 0; index < modules.size(); ++index) {
+    if (view.core.module_setup().stage(index) == SetupStage::done) continue;
+    const char* refuses = view.core.module_setup().is_refused(index) ? " (refuses them)" : "";
+    texts.push_back("module " + std::to_string(modules[index].config.node) + refuses);
   }
   return texts;
 }
@@ -352,6 +358,10 @@ Json why_json(const CoreView& view) {
   if (precharge.has_run) sentences.push_back(precharge_sentence(precharge, view));
   sentences.push_back(discharge["text"]);
   sentences.push_back(charge["text"]);
+  const BalancingBlockers against = view.core.balancing().blockers();
+  if (view.core.config().balancing.is_enabled && against != 0) {
+    sentences.push_back("Against balancing: " + std::string(row_of(first_of(against)).meaning) + ".");
+  }
   return {{"text", std::move(sentences)},
           {"state", std::move(state)},
           {"last_opening", std::move(opening)},

@@ -16,6 +16,7 @@ inline constexpr std::uint8_t protocol_version = 1;
 // --- special codes and names ----------------------------------------------------------------------------------------
 
 inline constexpr SpecialCode cell_voltage_codes[] = {{0xFFFF, Validity::not_fitted}};
+inline constexpr SpecialCode module_voltage_codes[] = {{0xFFFF, Validity::unknown}};
 inline constexpr SpecialCode cell_temperature_codes[] = {
     {-0x8000, Validity::not_fitted}, {-0x7FFF, Validity::open_circuit}, {0x7FFF, Validity::short_circuit}};
 inline constexpr SpecialCode board_temperature_codes[] = {{-0x80, Validity::not_fitted},
@@ -183,7 +184,12 @@ inline constexpr MessageSpec temp_2 =
     detail::module_answer("TEMP_2", 0x280, temp_2_signals, "cell sensor 4 and the board sensors");
 
 inline constexpr SignalSpec module_signals[] = {
-    {.name = "module_voltage_mV", .first_bit = byte(0), .bit_count = 16, .unit = Unit::mV, .scale = 2},
+    {.name = "module_voltage_mV",
+     .first_bit = byte(0),
+     .bit_count = 16,
+     .unit = Unit::mV,
+     .scale = 2,
+     .special = module_voltage_codes},
     {.name = "balancing_cells", .first_bit = byte(2), .bit_count = 12},
     {.name = "open_wire_cells", .first_bit = bit(3, 3), .bit_count = 12},
     {.name = "balancing_time_left_s", .first_bit = byte(5), .bit_count = 8, .unit = Unit::s, .scale = 60},

@@ -1,5 +1,7 @@
-// Rows 21 to 37 of the catalogue: what becomes of the modules' answers on their way.
+// Rows 21 to 37 of the catalogue: what becomes of the modules' answers on their way. Behind them 108 to 111: modules
+// that do not do what they are told, or live on their own cells.
 #include <array>
+#include <stdexcept>
 
 #include "protocol/tables/internal_bus.hpp"
 #include "tests/catalogue/catalogue.hpp"
@@ -146,6 +148,41 @@ Act unknown_module() {
       return Fate{.twin = other};
     };
   };
+}
+
+/// The pack file names each module.
+void name_modules(CoreConfig& config) {
+  constexpr std::uint32_t emulated_serial_base = 1000;
+  for (ModuleConfig& module : config.modules) module.serial_number = emulated_serial_base + module.node;
+}
+
+/// Bled whenever there is a reason to, open or closed, after a short look.
+void balance_at_rest(CoreConfig& config) {
+  config.balancing.is_enabled = true;
+  config.balancing.method = BalancingMethod::ocv;
+  config.balancing.requires_closed = false;
+  config.balancing.settle = 2s;
+}
+
+/// The last cell is bled.
+void bleed_last_cell(WiredPack& pack) {
+  pack.apply("pack soc_permille 500; cell $C soc_permille 520");
+  const auto is_bled = [](const WiredPack& now) {
+    return now.core().watchers().switches.on(now.config().modules.size() - 1) != 0;
+  };
+  if (!pack.run_until(is_bled, 60s)) throw std::runtime_error("no cell is bled");
+}
+
+/// It has been so for this long when the rest begins.
+Act lasting(Duration duration, std::string_view events) {
+  return [=](WiredPack& pack) {
+    pack.apply(events);
+    pack.run(duration);
+  };
+}
+
+std::function<bool(const WiredPack&)> is_still_closed() {
+  return [](const WiredPack& pack) { return pack.phase() == Phase::closed; };
 }
 
 Act masquerade_as_first() {
@@ -390,21 +427,100 @@ FAULT(36, "a module reports a fault of its own", 450ms,
         .fault = "open_wire",
         .configured = seen::in_module_status}})
 
-FAULT(37, "a module that is not the one configured", 0ms,
-      {{.what = "a module speaks another version of the protocol",
-        .inject = forging(is_message(internal_bus::ident),
-                          [](CanFrame& frame, const WiredPack&) {
-                            write<internal_bus::ident, "protocol_version">(frame, 2);
-                          }),
-        .fault = "module_mismatch",
+FAULT(
+    37, "a module that is not the one configured", 400ms,
+    {{.what = "a module speaks another version of the protocol",
+      .inject = forging(is_message(internal_bus::ident),
+                        [](CanFrame& frame, const WiredPack&) {
+                          write<internal_bus::ident, "protocol_version">(frame, 2);
+                        }),
+      .fault = "module_mismatch",
+      .outcome = Outcome::never_closes},
+     {.what = "a module has one cell less",
+      .inject = forging(is_message(internal_bus::status),
+                        [](CanFrame& frame, const WiredPack& pack) {
+                          const auto& last = pack.config().modules[pack.config().modules.size() - 1];
+                          write<internal_bus::status, "cell_count">(frame, last.cell_count - 1);
+                        }),
+      .fault = "wrong_cell_count",
+      .outcome = Outcome::never_closes},
+     {.what = "a module has one temperature sensor more",
+      .inject = script("module $N temperature_sensor_count 5"),
+      .fault = "module_mismatch",
+      .outcome = Outcome::never_closes},
+     {.what = "a module has another serial number than the pack file names",
+      .inject = script("module $N serial_number 5555"),
+      .fault = "module_exchanged",
+      .outcome = Outcome::never_closes,
+      .fit = name_modules},
+     {.what = "a module is exchanged in an open pack",
+      .inject = script("module $N serial_number 5555; module $N restart"),
+      .fault = "module_exchanged",
+      .configured = seen::in_an_identity,
+      .until = Until::told,
+      .in_phase = Phase::open,
+      .has_way_back = false},
+     {.what = "a module is exchanged in a closed pack",
+      .inject = script("module $N serial_number 5555; module $N restart"),
+      .fault = "duplicate_node",
+      .configured = seen::in_an_identity,
+      .has_way_back = false},
+     {.what = "two modules have each other's serial numbers",
+      .inject = script("module 1 serial_number 1002; module 2 serial_number 1001"),
+      .fault = "modules_swapped",
+      .outcome = Outcome::never_closes,
+      .fit = name_modules},
+     {.what = "two modules change places in an open pack",
+      .inject = script("module 1 serial_number 1002; module 2 serial_number 1001; module 1 restart; module 2 restart"),
+      .fault = "modules_swapped",
+      .configured = seen::in_an_identity,
+      .until = Until::told,
+      .in_phase = Phase::open,
+      .has_way_back = false}})
+
+FAULT(108, "a module never takes its limits", 2500ms,
+      {{.what = "a module obeys no command from the start",
+        .inject = script("module $N commands ignored"),
+        .fault = "module_not_set_up",
         .outcome = Outcome::never_closes},
-       {.what = "a module has one cell less",
-        .inject = forging(is_message(internal_bus::status),
-                          [](CanFrame& frame, const WiredPack& pack) {
-                            const auto& last = pack.config().modules[pack.config().modules.size() - 1];
-                            write<internal_bus::status, "cell_count">(frame, last.cell_count - 1);
-                          }),
-        .fault = "wrong_cell_count",
-        .outcome = Outcome::never_closes}})
+       {.what = "a module of a closed pack starts anew and obeys no command",
+        .inject = script("module $N commands ignored; module $N restart"),
+        .fault = "module_not_set_up",
+        .configured = seen::in_limits_not_taken,
+        .until = Until::told,
+        .has_way_back = false,
+        .holds = is_still_closed()}})
+
+FAULT(109, "a balancing switch stays on", 3500ms,
+      {{.what = "a balancing switch has been on for 4 s when the key is turned",
+        .inject = lasting(1500ms, "cell $C balancing_switch stays_on"),
+        .fault = "balancing_stays_on",
+        .outcome = Outcome::never_closes},
+       {.what = "a balancing switch of a closed pack goes on by itself and stays on",
+        .inject = script("cell $C balancing_switch stays_on"),
+        .fault = "balancing_stays_on",
+        .configured = seen::in_a_balancing_switch,
+        .until = Until::told,
+        .has_way_back = false,
+        .holds = is_still_closed()}})
+
+FAULT(110, "a balancing switch stays off", 3500ms,
+      {{.what = "the switch of a cell that is bled goes off and stays off",
+        .inject = script("cell $C balancing_switch stays_off"),
+        .fault = "balancing_stays_off",
+        .configured = seen::in_a_balancing_switch,
+        .until = Until::told,
+        .in_phase = Phase::open,
+        .prepare = bleed_last_cell,
+        .fit = balance_at_rest,
+        .has_way_back = false}})
+
+FAULT(111, "a module is left to its own cells", 1500ms,
+      {{.what = "the external supply of a module of a closed pack fails",
+        .inject = script("module $N external_supply_mV 0"),
+        .fault = "module_alone",
+        .until = Until::told,
+        .has_way_back = false,
+        .holds = is_still_closed()}})
 
 }  // namespace bmu::test

@@ -1,6 +1,7 @@
 // What the configuration lets each way of noticing take.
 #include <algorithm>
 
+#include "daemon/core/balancing_switches.hpp"
 #include "daemon/core/command_link.hpp"
 #include "daemon/core/fault_evaluate.hpp"
 #include "protocol/tables/internal_bus.hpp"
@@ -109,6 +110,19 @@ Duration in_missing_echoes(const CoreConfig& config, const FaultRow& row) {
 /// Two modules under one number are believed after their second answer.
 Duration in_two_answers(const CoreConfig& config, const FaultRow& row) {
   return 2 * config.poll.period + answer_time(config) + confirmed(config, row, 0ms);
+}
+/// A module that starts anew tells who it is by itself, 10 ms times its number later.
+Duration in_an_identity(const CoreConfig& config, const FaultRow& row) {
+  const std::uint8_t last_node = config.modules[config.modules.size() - 1].node;
+  return last_node * 10ms + answer_time(config) + confirmed(config, row, 0ms);
+}
+/// Its STATUS says that it has none.
+Duration in_limits_not_taken(const CoreConfig& config, const FaultRow& row) {
+  return config.poll.period + answer_time(config) + confirmed(config, row, 0ms);
+}
+/// Judged by what the module says of it: for `obey_max`, seen with the next answers at both ends.
+Duration in_a_balancing_switch(const CoreConfig& config, const FaultRow& row) {
+  return 2 * config.poll.period + answer_time(config) + obey_max + confirmed(config, row, 0ms);
 }
 Duration in_the_next_tick(const CoreConfig& config, const FaultRow& row) {
   return confirmed(config, row, 0ms);

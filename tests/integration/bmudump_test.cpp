@@ -101,7 +101,37 @@ std::string times(int count, std::string_view text) {
   return all;
 }
 
+/// What the second frame of a log makes of a millisecond, in kbit/s and so in bits. The first was over when the time
+/// began.
+std::string load_of(const std::string& frame) {
+  const Run result = run("-r - --summary", "(1.000000) vcan0 080#008F000000002A1F\n(1.001000) vcan0 " + frame + "\n");
+  const std::string before = ", load at least ";
+  const auto at = result.out.find(before);
+  REQUIRE(at != std::string::npos);
+  return result.out.substr(at + before.size(), result.out.find('\n') - at - before.size());
+}
+
 }  // namespace
+
+TEST_CASE("the load counts each frame's own bits", "[integration][bmudump]") {
+  // Start, identifier, three bits, length, data, CRC, a stuff bit in brackets behind each five that are equal:
+  //   0 00100100011 000 00[1]10 01010101 10101010 001000010010101
+  // 50 bits and one, 10 behind the CRC, 3 between frames.
+  CHECK(load_of("123#55AA") == "64.0 kbit/s (12.8 % of 500 kbit/s)");
+  // Of the recordings, whose loads are in their .expected files: CELLS_1, with one stuff bit,
+  //   0 00101000011 000 1000 10001110 10100000 [1]10001110 10010010 10001110 10110010 00101010 10110010 CRC
+  CHECK(load_of("143#8EA08E928EB22AB2") == "112.0 kbit/s (22.4 % of 500 kbit/s)");
+  // PDU_STATUS, with nine,
+  //   0 0000[1]1000001 000[1] 1000 00[1]000110 00111101 00000[1]100 10110000 0[1]0000 0[1]001 11111[0]111 ...
+  CHECK(load_of("041#063D04B001FF052E") == "120.0 kbit/s (24.0 % of 500 kbit/s)");
+  // and PACK_NAME, with three.
+  CHECK(load_of("620#49484120424D5331") == "114.0 kbit/s (22.8 % of 500 kbit/s)");
+}
+
+TEST_CASE("the load has nothing of frames whose bits a log does not have", "[integration][bmudump]") {
+  CHECK(load_of("123##155AA") == "0.0 kbit/s (0.0 % of 500 kbit/s)");                 // CAN FD
+  CHECK(load_of("20000004#0000000000000000") == "0.0 kbit/s (0.0 % of 500 kbit/s)");  // an error frame
+}
 
 TEST_CASE("bmudump names and scales every signal of the worked frames", "[integration][bmudump]") {
   const Run result = run("-r " + fixture);

@@ -98,8 +98,9 @@ class FakeKernel final : public CanSystem {
     failure_ = error;
   }
   [[nodiscard]] bool is_failure_pending() const { return calls_until_failure_ >= 0; }
-  int open_error = 0;  // of every open_socket
-  int send_error = 0;  // of every send
+  std::map<std::string, std::uint32_t> bit_rates;  // by interface; others have none
+  int open_error = 0;                              // of every open_socket
+  int send_error = 0;                              // of every send
 
   // What can be seen.
 
@@ -191,6 +192,15 @@ class FakeKernel final : public CanSystem {
     const auto found = interfaces_.find(name);
     if (found == interfaces_.end()) return -ENODEV;
     out = found->second;
+    return 0;
+  }
+  int bit_rate(int interface_index, std::uint32_t& out_bit_per_s) override {
+    out_bit_per_s = 0;
+    if (const int error = failing(); error != 0) return -error;
+    const auto is_it = [&](const auto& entry) { return entry.second.index == interface_index; };
+    const auto found = std::find_if(interfaces_.begin(), interfaces_.end(), is_it);
+    if (found == interfaces_.end()) return -ENODEV;
+    if (const auto rate = bit_rates.find(found->first); rate != bit_rates.end()) out_bit_per_s = rate->second;
     return 0;
   }
 
@@ -662,6 +672,54 @@ TEST_CASE("a lost carrier, which no socket reports, is noticed by maintain", "[i
   CHECK(read(*port) == ReadStatus::frame);  // what the controller has to say is heard all the same
   kernel.set_up("can0");
   port->maintain();
+  check_working(kernel, *port);
+}
+
+TEST_CASE("the bit rate is asked for whenever the interface has come up", "[integration][can_socket]") {
+  FakeKernel kernel;
+  kernel.add("can0");
+  kernel.bit_rates["can0"] = 500'000;
+  const auto port = open_port(kernel, patient);
+  CHECK(port->rate_bit_per_s() == 500'000);
+  // It can be changed while the interface is down.
+  kernel.set_down("can0");
+  port->maintain();
+  CHECK(port->state() == BusState::down);
+  CHECK(port->rate_bit_per_s() == 500'000);
+  kernel.bit_rates["can0"] = 250'000;
+  kernel.set_up("can0");
+  port->maintain();
+  CHECK(port->rate_bit_per_s() == 250'000);
+  // Gone, there is none; back, there is another.
+  kernel.remove("can0");
+  port->maintain();
+  CHECK(port->rate_bit_per_s() == 0);
+  kernel.bit_rates["can0"] = 125'000;
+  kernel.add("can0", false);
+  port->maintain();
+  CHECK(port->rate_bit_per_s() == 0);  // not before it is up
+  kernel.set_up("can0");
+  port->maintain();
+  CHECK(port->rate_bit_per_s() == 125'000);
+  CHECK(read(*port) == ReadStatus::down);
+  check_working(kernel, *port);
+}
+
+TEST_CASE("a bus without a bit rate, or of which none can be had, works all the same", "[integration][can_socket]") {
+  FakeKernel kernel;
+  kernel.add("can0");
+  const auto port = open_port(kernel, everything);
+  CHECK(port->rate_bit_per_s() == 0);
+  CHECK(port->last_error().empty());
+  kernel.bit_rates["can0"] = 500'000;
+  kernel.set_down("can0");
+  CHECK(read(*port) == ReadStatus::down);
+  kernel.set_up("can0");
+  kernel.fail_call(2, EAFNOSUPPORT);  // two looks at the interface come first
+  port->maintain();
+  CHECK_FALSE(kernel.is_failure_pending());
+  CHECK(port->rate_bit_per_s() == 0);
+  CHECK(port->last_error() == "ask for the bit rate of can0: Address family not supported by protocol");
   check_working(kernel, *port);
 }
 

@@ -18,6 +18,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include "daemon/shell/state_text.hpp"
 #include "tests/support/daemon_bench.hpp"
 
 namespace bmu {
@@ -153,6 +154,63 @@ TEST_CASE("killed and started again, counts and a lock are still there, and it i
   CHECK(page.find("once, 20") != std::string::npos);
 }
 
+TEST_CASE("a module is given another node and its own again; who belongs where outlives the daemon",
+          "[integration][daemon][state][MMU_N][BMS_F.2]") {
+  StateBench bench;
+  bench.start_emulator("");
+  bench.start();
+  REQUIRE(bench.has_written(R"("modules":{"1":{"serial_number":1001})"));
+  const auto module_2 = [&] { return bench.ask_json("modules").at("modules").at(1); };
+  REQUIRE(bench.becomes([&] { return module_2().at("limits") == "set"; }));
+  CHECK(module_2().at("place") == "expected");
+  CHECK(module_2().at("answer_times").at("worst_us") > 0);
+
+  CHECK(bench.ask({"modules", "assign", "1002", "1"}).err.find("another module is there") != std::string::npos);
+  CHECK(bench.ask({"modules", "assign", "4711", "40"}).err.find("no module with this serial number") !=
+        std::string::npos);
+  CHECK(bench.ask({"modules", "assign", "1002", "64"}).status == 2);
+  const auto already = bench.ask({"modules", "assign", "1002", "2"});
+  CHECK(already.status == 0);
+  CHECK(already.out == "Serial number 1002 has node 2 already.\n");
+  const auto moved = bench.ask({"modules", "assign", "1002", "40"});
+  CHECK(moved.out == "Serial number 1002 has taken node 40 and said so, it was node 2.\n");
+  CHECK(moved.status == 0);
+  REQUIRE(bench.has_stage("module_lost", "active"));
+  REQUIRE(bench.has_stage("unknown_module", "active"));
+  CHECK(bench.ask({"modules"}).out.find("extra module at node 40: serial number 1002") != std::string::npos);
+  bench.kill();
+
+  bench.start();
+  // The node expects nobody since its module was given another one, and nobody is there.
+  REQUIRE(bench.becomes(
+      [&] { return bench.ask({"modules"}).out.find("node 40: serial number 1002") != std::string::npos; }));
+  REQUIRE(bench.becomes([&] { return bench.ask({"modules", "assign", "1002", "2"}).status == 0; }));
+  CHECK(bench.has_logged("serial number 1002 has taken node 2"));
+  REQUIRE(bench.becomes([&] { return module_2().at("limits") == "set"; }));
+  CHECK(module_2().at("place") == "expected");
+  CHECK(bench.has_written(R"("2":{"serial_number":1002})"));
+  CHECK(bench.ask({"modules", "accept"}).out == "Nothing to accept: the 4 modules found belong where they are.\n");
+}
+
+TEST_CASE("only root and the daemon's own user give node numbers and accept modules",
+          "[integration][daemon][MMU_N][BMS_F.2]") {
+  if (::geteuid() != 0) {
+    WARN("only root can ask as somebody else");
+    return;
+  }
+  StateBench bench;
+  bench.start_emulator("");
+  bench.start();
+  REQUIRE(::chmod((bench.folder / "").c_str(), 0755) == 0);
+  REQUIRE(::chmod(bench.socket.c_str(), 0666) == 0);
+  for (const char* question :
+       {R"({"cmd":"assign_module","serial_number":1002,"node":40})", R"({"cmd":"accept_modules"})"}) {
+    const nlohmann::json refused = ask_as(nobody, bench.socket, question);
+    CHECK(refused.at("error").at("code") == "not_allowed");
+  }
+  CHECK(bench.ask_json("modules").at("assignment").is_null());
+}
+
 TEST_CASE("what latched until it is cleared holds over a crash, refuses to close, and is cleared by command alone",
           "[integration][daemon][state][RL]") {
   StateBench bench;
@@ -221,6 +279,75 @@ TEST_CASE("a healthy pack that is switched off and on again has no lock of it", 
   REQUIRE(bench.becomes([&] { return bench.ask_json("status").at("permission").at("may_close") == true; }));
   CHECK(bench.ask_json("status").at("faults_present").empty());
   CHECK(bench.fault("module_lost").at("count") == 2);
+}
+
+namespace {
+
+/// With one thing in it said otherwise, which must be there.
+std::string with(std::string text, const std::string& said, const std::string& instead) {
+  const std::size_t at = text.find(said);
+  REQUIRE(at != std::string::npos);
+  return text.replace(at, said.size(), instead);
+}
+
+/// The demonstration's pack with cells that come to rest in a second, and balanced by their charge; rests count after
+/// so many milliseconds.
+std::string charge_pack(const StateBench& bench, int rest_ms) {
+  const std::string config = std::string(BMUD_SOURCE_DIR) + "/config/";
+  std::string cell = read_file(config + "cells/nmc-30ah-10p.json");
+  cell = with(cell, "\"slow_rc_time_constant_s\": 600", "\"slow_rc_time_constant_s\": 1");
+  cell = with(cell, "\"rc_time_constant_s\": 30", "\"rc_time_constant_s\": 0.2");
+  std::ofstream(bench.folder / "cell.json") << cell;
+  std::string pack = read_file(config + "packs/demo-48s.json");
+  pack = with(pack, "../cells/nmc-30ah-10p.json", "cell.json");
+  pack = with(pack, "\"rest_ms\": 1000", "\"rest_ms\": " + std::to_string(rest_ms));
+  pack = with(pack, "\"method\": \"ocv\"", "\"method\": \"charge\"");
+  std::string file = bench.folder / ("pack-" + std::to_string(rest_ms) + ".json");
+  std::ofstream(file) << pack;
+  return file;
+}
+
+}  // namespace
+
+TEST_CASE("what is missing in each cell outlives a killed daemon; of another pack it is not believed, and the rest is",
+          "[integration][daemon][state][BMS_F.4]") {
+  StateBench bench;
+  bench.pack = charge_pack(bench, 1'000);
+  bench.start_emulator("0 cell 2.7 soc_permille 830\n");
+  bench.start();
+  const auto book = [&bench] { return bench.ask_json("balance"); };
+  const auto above_uAs = [](const nlohmann::json& balance) {
+    const nlohmann::json& missing = balance.at("modules").at(1).at("missing_uAs");
+    return missing.at(0).get<double>() - missing.at(6).get<double>();
+  };
+  REQUIRE(bench.becomes([&] { return book().at("cells_with_known_charge") == 48; }));
+  REQUIRE(bench.has_written("\"cell_charges\":{\"unix_time_ms\""));
+  const double learned_uAs = above_uAs(book());
+  CHECK(learned_uAs == Approx(0.030 * 30.0 * 3'600e6).epsilon(0.2));
+  bench.kill();
+
+  // The next life has no rest that counts: what it knows it was told.
+  bench.pack = charge_pack(bench, 600'000);
+  bench.start();
+  REQUIRE(bench.becomes([&] { return book().at("former_charges") == "in use"; }));
+  CHECK(bench.has_logged("what the cells missed before the start: in use"));
+  CHECK(book().at("cells_with_known_charge") == 48);
+  CHECK(above_uAs(book()) == Approx(learned_uAs).epsilon(0.1));
+  bench.kill();
+
+  const auto kept = parse_state(read_file(bench.state));
+  REQUIRE(kept);
+  CHECK(kept->charges_problem.empty());
+  PersistentState other = kept->state;
+  other.cell_charges.capacity_uAs *= 2;
+  std::ofstream(bench.state) << state_text(other);
+  bench.start();
+  CHECK(bench.has_logged("what the cells missed before the start: of another pack or other modules, not used"));
+  const nlohmann::json status = bench.ask_json("status");
+  CHECK(status.at("store").at("found_at_start") == "newest");
+  CHECK(book().at("cells_with_known_charge") == 0);
+  CHECK(bench.becomes(
+      [&] { return bench.ask_json("modules").at("modules").at(1).at("place") == "expected"; }));  // the rest was read
 }
 
 TEST_CASE("a state that cannot be read keeps the pack open until somebody with authority has cleared it",
@@ -305,6 +432,7 @@ TEST_CASE("a request with a key nobody knows, or one of the wrong kind, is refus
   CHECK(error(R"({"cmd":"status","verbose":true})").at("message").get<std::string>().starts_with("\"verbose\": "));
   CHECK(error(R"({"cmd":"clear","authorized":true})").at("code") == "unknown_key");
   CHECK(error(R"({"cmd":"clear","authorised":"yes"})").at("code") == "bad_argument");
+  CHECK(error(R"({"cmd":"balance","switch":"maybe"})").at("code") == "bad_argument");
 }
 
 }  // namespace bmu

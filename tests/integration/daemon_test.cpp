@@ -2,6 +2,8 @@
 // for an event (a frame, a datagram, the end of a process) and bounded.
 #include <algorithm>
 #include <chrono>
+#include <fstream>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <string>
@@ -98,7 +100,10 @@ TEST_CASE("a good pack file is told so, a bad one with every problem, a wrong co
           "[integration][daemon]") {
   const Finished good = run_program({program("bmud"), "--config", pack_file, "--check-config"});
   CHECK(good.status == 0);
-  CHECK(good.out == pack_file + ": ok: demo 48s, 4 modules, 48 cells\n");
+  CHECK(good.out ==
+        pack_file +
+            ": ok: demo 48s, 4 modules, 48 cells\n"
+            "internal bus at 500 kbit/s: in use for up to 13 % of the time, a poll cycle takes up to 14 ms\n");
   CHECK(run_program({program("bmud"), "--check-config", pack_file}).out == good.out);
 
   const TemporaryFolder folder;
@@ -119,6 +124,30 @@ TEST_CASE("a good pack file is told so, a bad one with every problem, a wrong co
   CHECK(wrong.err.find("--no-such-option") != std::string::npos);
   CHECK(run_program({program("bmud")}).status == 2);
   CHECK(run_program({program("bmud"), "--help"}).status == 0);
+}
+
+TEST_CASE("a pack file that leaves the bus too little is told so, and is good all the same", "[integration][daemon]") {
+  std::ifstream stream(BMUD_SOURCE_DIR "/config/packs/traction-16x12.json");
+  std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+  const auto replace = [&text](const std::string& what, const std::string& with) {
+    const auto at = text.find(what);
+    REQUIRE(at != std::string::npos);
+    text.replace(at, what.size(), with);
+  };
+  replace("\"../cells/", "\"" BMUD_SOURCE_DIR "/config/cells/");
+  replace("\"period_ms\": 50, \"temperature_every\": 4", "\"period_ms\": 100, \"temperature_every\": 1");
+  replace("\"vehicle\": \"can1\"}", "\"vehicle\": \"can1\", \"internal_kbit_per_s\": 250}");
+  replace("\"cell_voltage_ms\": 200", "\"cell_voltage_ms\": 285");
+  replace("\"module_status_ms\": 200", "\"module_status_ms\": 250");
+  replace("\"pack_current_ms\": 100", "\"pack_current_ms\": 125");
+  replace("\"pack_voltage_ms\": 200", "\"pack_voltage_ms\": 205");
+  const TemporaryFolder folder;
+  std::ofstream(folder / "busy.json") << text;
+  const Finished busy = run_program({program("bmud"), "--config", folder / "busy.json", "--check-config"});
+  CHECK(busy.status == 0);
+  CHECK(busy.out.find("warning: ") == 0);
+  CHECK(busy.out.find("/poll/period_ms: found 100, which fills the internal bus to up to ") != std::string::npos);
+  CHECK(busy.out.find(": ok: traction 16x12") != std::string::npos);
 }
 
 TEST_CASE("a drive: the pack closes, a cell sags, it opens and says which cell, value and limit",
@@ -405,7 +434,7 @@ TEST_CASE("every command of bmuctl answers a running daemon, as text and as JSON
   bench.start_emulator("");
   bench.start_daemon();
   REQUIRE(bench.listener.next(milliseconds(5000)));
-  for (const std::string command : {"status", "cells", "faults", "why", "clear", "wake", "drive"}) {
+  for (const std::string command : {"status", "cells", "faults", "why", "clear", "balance", "wake", "drive"}) {
     CAPTURE(command);
     const Finished text = bench.ask({command});
     CHECK((text.status == 0 || (command == "clear" && text.status == 3)));  // the bus came up just now
@@ -415,6 +444,22 @@ TEST_CASE("every command of bmuctl answers a running daemon, as text and as JSON
     CHECK(json.value("ok", false));
   }
   CHECK(bench.ask({"--color", "always", "status"}).out.find('\033') != std::string::npos);
+}
+
+TEST_CASE("balancing is switched off and on by anybody, and says so", "[integration][bmuctl][balancing]") {
+  Bench bench;
+  bench.start_emulator("");
+  bench.start_daemon();
+  REQUIRE(bench.listener.next(milliseconds(5000)));
+  const nlohmann::json before = bench.ask_json("balance");
+  CHECK(before.at("is_switched_off") == false);
+  CHECK(before.at("modules").size() == 4);
+  CHECK(before.at("modules").at(0).at("to_go_uAs").size() == 12);
+  CHECK(bench.ask({"balance", "--off"}).out.find("switched off") != std::string::npos);
+  CHECK(bench.ask_json("balance").at("is_switched_off") == true);
+  CHECK(bench.ask({"balance", "--on", "--off"}).status == 2);
+  CHECK(bench.ask({"balance", "--on"}).status == 0);
+  CHECK(bench.ask_json("balance").at("is_switched_off") == false);
 }
 
 TEST_CASE("without a daemon bmuctl says so in one line, and a wrong command line too", "[integration][bmuctl]") {

@@ -31,6 +31,7 @@ struct ScriptedPort : BusPort {
   std::deque<CanFrame> waiting;
   std::function<void(const CanFrame&)> on_send;
   std::function<void()> on_read;  // before a frame is handed over
+  std::uint32_t rate = 0;
 
   [[nodiscard]] int fd() const override { return event_.get(); }
   [[nodiscard]] ReadStatus read(ReceivedFrame& out) override {
@@ -53,6 +54,7 @@ struct ScriptedPort : BusPort {
   [[nodiscard]] std::uint64_t frames_lost() const override { return 0; }
   [[nodiscard]] const std::string& name() const override { return name_; }
   [[nodiscard]] std::string last_error() const override { return {}; }
+  [[nodiscard]] std::uint32_t rate_bit_per_s() const override { return rate; }
 
   void arrive(const CanFrame& frame) {
     waiting.push_back(frame);
@@ -88,6 +90,7 @@ struct LoopBench {
   ServiceNotify notify;
   std::unique_ptr<StatusSocket> socket = *StatusSocket::open({.path = folder / "bmud.sock"});
   std::unique_ptr<StateStore> store = *StateStore::open({});
+  RateWatch rate{pack, "pack.json"};
   Buses buses{.internal = std::make_unique<ScriptedPort>(), .vehicle = nullptr};
   ScriptedPort& port = static_cast<ScriptedPort&>(*buses.internal);
   std::unique_ptr<Core> core = std::make_unique<Core>(pack.core, monotonic_now());
@@ -106,7 +109,8 @@ struct LoopBench {
                .status_socket = *socket,
                .journal = journal,
                .notify = notify,
-               .store = *store});
+               .store = *store,
+               .rate = rate});
     loop.set_answers([](std::string_view, const Peer&) { return StatusReply{}; }, [] { return std::string(); });
     sigset_t ends;
     sigset_t before;
@@ -134,6 +138,14 @@ struct LoopBench {
 };
 
 }  // namespace
+
+TEST_CASE("a bit rate that an interface comes back with is judged, and the loop goes on", "[integration][loop]") {
+  LoopBench bench;
+  bench.run([&] { bench.port.rate = 10'000; });  // ten frames more, in which ports are looked after
+  CHECK(bench.rate.finding().verdict == RateVerdict::too_slow);
+  CHECK(bench.rate.finding().found_bit_per_s == 10'000);
+  CHECK(bench.frames_sent >= LoopBench::frame_number + LoopBench::frames_after);
+}
 
 TEST_CASE("frames that waited while a decision was stopped on its way are not taken", "[integration][loop][F53][F60]") {
   LoopBench bench;

@@ -99,6 +99,11 @@ PersistentState full_state() {
                          .current_broken_sum_mA = 5'000'000'000};
   state.contactors[3] = {.closings = 7};
   state.closing = {.precharge = {.heat_uJ = 6'000'000'000, .last_try_uJ = 7, .tries_failed = 2}, .lockout_ms = 10'000};
+  state.modules[1] = {.is_known = true, .serial_number = 0};
+  state.modules[63] = {.is_known = true, .serial_number = 0xFFFF'FFFF};
+  state.cell_charges = {.unix_time_ms = 1'700'000'300'000, .capacity_uAs = 360'000'000'000};
+  state.cell_charges.modules[1] = {.cell_count = 2, .serial_number = 0, .cells = {{{-8, 9}, {10'000'000'000, 0}}}};
+  state.cell_charges.modules[63] = {.cell_count = 1, .serial_number = 0xFFFF'FFFF, .cells = {{{11, 12}}}};
   return state;
 }
 
@@ -220,6 +225,58 @@ TEST_CASE("names a program does not know are left out and counted, the others ar
   const auto less = parse_state(changed(state, [](Json& file) { file["content"]["faults"].erase("module_lost"); }));
   REQUIRE(less);
   CHECK(less->state.faults[index_of(FaultId::module_lost)] == FaultRecord{});
+}
+
+TEST_CASE("a file of before modules were kept knows none, and a node that is none is left out",
+          "[integration][state]") {
+  const PersistentState state = full_state();
+  const auto before = parse_state(changed(state, [](Json& file) { file["content"].erase("modules"); }));
+  REQUIRE(before);
+  CHECK(before->state.modules == KnownModules{});
+  const auto strange = parse_state(changed(state, [](Json& file) {
+    for (const char* node : {"0", "64", "x", "1x", ""}) file["content"]["modules"][node] = {{"serial_number", 1}};
+  }));
+  REQUIRE(strange);
+  CHECK(strange->unknown_names == 5);
+  CHECK(strange->state == state);
+  CHECK_FALSE(parse_state(changed(state, [](Json& file) {
+    file["content"]["modules"]["1"] = {{"serial_number", -1}};
+  })));
+  CHECK_FALSE(parse_state(changed(state, [](Json& file) { file["content"]["modules"]["1"] = Json::object(); })));
+}
+
+TEST_CASE("a file of before the cells' charges were kept has none; charges that are not right are left out alone",
+          "[integration][state]") {
+  const PersistentState state = full_state();
+  PersistentState without = state;
+  without.cell_charges = {};
+  const auto before = parse_state(changed(state, [](Json& file) { file["content"].erase("cell_charges"); }));
+  REQUIRE(before);
+  CHECK(before->state == without);
+  CHECK(before->charges_problem.empty());
+  const auto problem = [&](const std::string& pointer, const Json& value) {
+    const auto read = parse_state(
+        changed(state, [&](Json& file) { file[Json::json_pointer("/content/cell_charges" + pointer)] = value; }));
+    REQUIRE(read);
+    CHECK(read->state == without);
+    return read->charges_problem;
+  };
+  CHECK(problem("", 5) == "cell_charges/unix_time_ms is null, wanted milliseconds since 1970");
+  CHECK(problem("/unix_time_ms", 0) == "cell_charges/unix_time_ms is 0, wanted milliseconds since 1970");
+  CHECK(problem("/capacity_uAs", -1) == "cell_charges/capacity_uAs is -1, wanted a charge above 0");
+  CHECK(problem("/modules", Json::array()) == "cell_charges/modules is [], wanted modules by their node numbers");
+  CHECK(problem("/modules/64", Json::object()) == "cell_charges/modules/64 is no node number, wanted 1 to 63");
+  CHECK(problem("/modules/1/serial_number", 4'294'967'296) ==
+        "cell_charges/modules/1/serial_number is 4294967296, wanted 0 to 4294967295");
+  CHECK(problem("/modules/1/cells_uAs", Json::array()) ==
+        "cell_charges/modules/1/cells_uAs is [], wanted 1 to 12 cells");
+  const char* const pair = ", wanted two charges, the second not below 0";
+  CHECK(problem("/modules/1/cells_uAs/1", {1, -1}) ==
+        std::string("cell_charges/modules/1/cells_uAs/1 is [1,-1]") + pair);
+  CHECK(problem("/modules/1/cells_uAs/0", {1.5, 1}) ==
+        std::string("cell_charges/modules/1/cells_uAs/0 is [1.5,1]") + pair);
+  CHECK(problem("/modules/1/cells_uAs/0", {1, 18'446'744'073'709'551'615U}) ==
+        std::string("cell_charges/modules/1/cells_uAs/0 is [1,18446744073709551615]") + pair);
 }
 
 TEST_CASE("a file of the version before, whose frames had less, is read, and the rest is not known",

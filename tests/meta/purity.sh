@@ -12,7 +12,7 @@ text_files='daemon/core/event\.(hpp|cpp)|protocol/dbc\.(hpp|cpp)|mmu/scenario.*|
 
 declare -A may_include=(
   [protocol]='protocol/'
-  [mmu]='protocol/|mmu/|daemon/core/core_config\.hpp'
+  [mmu]='protocol/|mmu/|daemon/core/(core_config|cell_model)\.hpp'
   [daemon/core]='protocol/|daemon/core/'
 )
 

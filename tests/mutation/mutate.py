@@ -7,6 +7,7 @@ not, or if a listed one is killed or gone, 2 if something is wrong with the run 
   tests/mutation/mutate.py                                    all of files.txt
   tests/mutation/mutate.py --file daemon/core/permission.cpp  one file, or several
   tests/mutation/mutate.py --since HEAD~1                     lines changed since then, in the working tree
+  tests/mutation/mutate.py --part 2/3                         every third mutant, beginning with the second
   tests/mutation/mutate.py --list                             names the mutants and tries none
 """
 
@@ -38,10 +39,18 @@ SCORE_MIN_PERMILLE = 950
 PROGRESS_EVERY = 100
 
 
+def part(text: str) -> slice:
+    match = re.fullmatch(r"([1-9]\d*)/([1-9]\d*)", text)
+    if not match or int(match[1]) > int(match[2]):
+        raise argparse.ArgumentTypeError(f"found '{text}', wanted K/N with K from 1 to N, as in 2/3")
+    return slice(int(match[1]) - 1, None, int(match[2]))
+
+
 def parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--file", action="append", default=[], help="only mutants of this file")
     parser.add_argument("--since", metavar="REV", help="only mutants of lines changed since this revision")
+    parser.add_argument("--part", type=part, metavar="K/N", help="only every Nth mutant, beginning with the Kth")
     parser.add_argument("--list", action="store_true", help="print the mutants and stop")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the results there, too")
     parser.add_argument("--work", type=Path, default=safety_files.ROOT / "build-mutation", help="folder for copy and build")
@@ -73,7 +82,7 @@ def chosen(found: list[Mutant], arguments: argparse.Namespace) -> list[Mutant]:
     if arguments.since:
         changed = changed_lines(safety_files.ROOT, arguments.since)
         found = [each for each in found if each.line in changed.get(each.file, set())]
-    return found
+    return found[arguments.part] if arguments.part else found
 
 
 def text_of(mutant: Mutant) -> str:

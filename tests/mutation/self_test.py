@@ -4,6 +4,7 @@ those that they can tell, and wrong lists are refused. Status 77 (skipped) where
 
 from __future__ import annotations
 
+import argparse
 import os
 import subprocess
 import sys
@@ -21,6 +22,7 @@ import blocks
 import coverage_report
 import instrument
 import mutants
+import mutate
 import safety_files
 from mutants import Mutant
 
@@ -192,6 +194,18 @@ class Lists(unittest.TestCase):
                 with self.assertRaises(blocks.WrongBlock) as raised:
                     blocks.read(path, ("file", "line", "reason"))
                 self.assertIn(message, str(raised.exception))
+
+
+class Parts(unittest.TestCase):
+    def test_the_parts_are_all_there_is_and_no_two_share_one(self) -> None:
+        everything = list(range(11))
+        parts = [everything[mutate.part(f"{number}/3")] for number in (1, 2, 3)]
+        self.assertEqual(sorted(sum(parts, [])), everything)
+
+    def test_a_part_that_is_none_is_refused(self) -> None:
+        for text in ("0/3", "4/3", "1/0", "1", "a/b", "-1/3", "1/3/2"):
+            with self.assertRaises(argparse.ArgumentTypeError, msg=text):
+                mutate.part(text)
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ import os
 import re
 import subprocess
 import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -81,16 +82,26 @@ def build(tree: Path, folder: Path, jobs: int) -> None:
     run(command, "building the copy with all mutants in it")
 
 
+def _learn_of(folder: Path, program: str) -> Path:
+    """A run of everything but what takes minutes; it reaches nothing that the others do not."""
+    record = folder / f"{program}.reach"
+    done = subprocess.run(
+        [str(folder / "bin" / program), "~[slow]"],
+        env=dict(os.environ, BMU_MUTANT_RECORD=str(record)),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    if done.returncode != 0:
+        raise TrialError(f"{program} fails without any mutant:\n{done.stdout[-6000:]}")
+    return record
+
+
 def learn_reach(folder: Path) -> Reach:
     reach = Reach()
-    for program in PROGRAMS:
-        record = folder / f"{program}.reach"
-        environment = dict(os.environ, BMU_MUTANT_RECORD=str(record))
-        done = subprocess.run(
-            [str(folder / "bin" / program)], env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
-        )
-        if done.returncode != 0:
-            raise TrialError(f"{program} fails without any mutant:\n{done.stdout[-6000:]}")
+    with ThreadPoolExecutor(max_workers=len(PROGRAMS)) as pool:
+        records = list(pool.map(lambda program: _learn_of(folder, program), PROGRAMS))
+    for program, record in zip(PROGRAMS, records):
         for line in record.read_text().splitlines():
             name, took_s, ids = line.split("\t")
             reaches = {int(number) for number in ids.split()}
@@ -139,23 +150,27 @@ def is_killed(folder: Path, reach: Reach, mutant: int) -> bool:
     return any(_fails(folder, batch, mutant) for batch in _batches(reach.cases_for(mutant)))
 
 
+def _check_selection_of(folder: Path, reach: Reach, program: str) -> None:
+    own = [each for each in reach.cases if each.program == program]
+    record = folder / f"{program}.chosen"
+    record.unlink(missing_ok=True)
+    command = [str(folder / "bin" / program), _chosen(own)]
+    done = subprocess.run(
+        command, env=dict(os.environ, BMU_MUTANT_RECORD=str(record)), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
+    if done.returncode != 0 or not record.is_file():
+        raise TrialError(f"{program} with all its test cases chosen by name: status {done.returncode}")
+    ran = {line.split("\t")[0] for line in record.read_text().splitlines()} - {""}
+    missing = [each.name for each in own if each.name not in ran]
+    if missing:
+        raise TrialError(f"{program}: chosen by name, these do not run: {missing}")
+
+
 def check_selection(folder: Path, reach: Reach) -> None:
     """Every test case can be chosen by its name, and passes by itself: otherwise a mutant might seem killed by what is
     none of its doing, or survive because nothing ran."""
-    for program in PROGRAMS:
-        own = [each for each in reach.cases if each.program == program]
-        record = folder / f"{program}.chosen"
-        record.unlink(missing_ok=True)
-        command = [str(folder / "bin" / program), _chosen(own)]
-        done = subprocess.run(
-            command, env=dict(os.environ, BMU_MUTANT_RECORD=str(record)), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        )
-        if done.returncode != 0 or not record.is_file():
-            raise TrialError(f"{program} with all its test cases chosen by name: status {done.returncode}")
-        ran = {line.split("\t")[0] for line in record.read_text().splitlines()} - {""}
-        missing = [each.name for each in own if each.name not in ran]
-        if missing:
-            raise TrialError(f"{program}: chosen by name, these do not run: {missing}")
+    with ThreadPoolExecutor(max_workers=len(PROGRAMS)) as pool:
+        list(pool.map(lambda program: _check_selection_of(folder, reach, program), PROGRAMS))
 
 
 class Stopwatch:

@@ -47,7 +47,7 @@ TEST_CASE("devices and plant never touch the heap", "[scenario][mmu][pdu][sensor
       mmu->observe(poll_frame(0, want_all | want_sync, counter), now);
       mmu->observe(balance_frame(3, counter, {1, 2, 3}), now);
     }
-    (void)mmu->tick(now, MmuMeasurements{.measured_cells = first_cells(12)});
+    (void)mmu->tick(now, convert(FrontEndInputs{}, mmu->wants(now)));
     (void)pdu->tick(now, PduMeasurements{.feedback = plant->feedback()});
     (void)sensor->tick(now, SensorMeasurements{.current_mA = 1});
     plant->drive(pdu->outputs().contactors);
@@ -55,6 +55,29 @@ TEST_CASE("devices and plant never touch the heap", "[scenario][mmu][pdu][sensor
   }
   mmu->restart(now);
   CHECK(allocation_count() == before);
+}
+
+TEST_CASE("a module on its own never touches the heap, with a damaged front end neither", "[scenario][mmu][MMU_A]") {
+  const auto mmu = std::make_unique<Mmu>(MmuConfig{.node = 3}, power_up);
+  FrontEndInputs inputs;
+  inputs.external_supply_mV = 0;
+  inputs.module_mV = 43'000;
+  inputs.cell_voltage_uV.fill(3'600'000);
+  inputs.cell_voltage_uV[4] = 3'620'000;
+  inputs.board_sensor_Ohm.fill(10e3);
+  RandomSource random(3);
+  bool has_balanced = false;
+  const std::uint64_t before = allocation_count();
+  mmu->observe(command_frame(3, 1, {1, 1, 1}), power_up);
+  for (TimePoint now = power_up + 1ms; now < power_up + 100s; now += 1ms) {
+    FrontEndTransfer transfer = convert(inputs, mmu->wants(now));
+    if (random.next() % 8 == 0) damage(transfer.groups[random.next() % register_group_count], 1, random);
+    (void)mmu->tick(now, transfer);
+    has_balanced = has_balanced || mmu->balancing_cells() == cell_bit(4);
+  }
+  CHECK(allocation_count() == before);
+  CHECK(has_balanced);
+  CHECK(mmu->counts().damaged_groups > 500);
 }
 
 /// Allocations while the script runs for 5 s with a master; at least `frames_min` frames must come of it.
@@ -83,7 +106,11 @@ TEST_CASE("nor does it with everything at fault that a script can break", "[scen
   CHECK(allocations_of("0.2 cell 2.7 stuck on\n0.2 cell 2.8 wire open_silent\n0.3 module 1 stuck on\n"
                        "0.3 module 1 delay_ms 500\n0.3 module 2 replay on\n0.3 module 3 sends_as_node 4\n"
                        "0.3 module 4 omits cells\n0.4 stranger 2 connected\n0.4 stranger 63 connected\n"
-                       "1 stranger 2 disconnected\n2 stranger 2 connected\n0.5 sensor current stuck on\n"
+                       "0.3 module 1 external_supply_mV 0\n0.3 module 2 crc_error_permille 500\n"
+                       "0.3 module 2 crc_wrong_bits 64\n0.3 module 3 thermistor_curve steinhart_hart\n0.3 module 2 "
+                       "converts steinhart_hart\n"
+                       "0.3 board_thermistor 4.1 state open\n1 stranger 2 disconnected\n2 stranger 2 connected\n0.5 "
+                       "sensor current stuck on\n"
                        "0.5 sensor current_2 inverted on\n0.6 charger runaway on\n0.7 insulation wire open",
                        3'000) == 0);
 }

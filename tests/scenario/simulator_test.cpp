@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "protocol/receive_check.hpp"
+#include "protocol/tables/vehicle_bus.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/mmu_bench.hpp"
 
@@ -77,6 +78,7 @@ class SmallWorld {
     full.current_noise_mA = config.current_noise_mA;
     full.sensor.has_second = config.sensor.has_second;
     full.plant.has_charge_contactor = config.plant.has_charge_contactor;
+    full.report_base_id = config.report_base_id;
     return full;
   }
 };
@@ -161,7 +163,7 @@ TEST_CASE("events happen at their time and once", "[scenario][simulator]") {
   CHECK(read_raw<pdu_status, "estop_2_released">(*world.last(0x041)) == 1);
   world.run(200ms);
   CHECK(read_raw<pdu_status, "vehicle_on">(*world.last(0x041)) == 0);
-  CHECK(world.simulator.is_script_over());
+  CHECK(world.simulator.script().is_over());
 }
 
 TEST_CASE("a cell's voltage can be said, ramped, and given back to the plant", "[scenario][simulator]") {
@@ -449,6 +451,63 @@ TEST_CASE("a charger that cannot be stopped goes on until a contactor opens", "[
   CHECK(current_mA(world) >= 0);
 }
 
+CanFrame charge_limit(std::int64_t limit_A, std::uint32_t base_id = vehicle_bus::default_base_id) {
+  CanFrame frame = make_frame(vehicle_bus::pack_current);
+  frame.id += base_id - vehicle_bus::default_base_id;
+  write<vehicle_bus::pack_current, "charge_limit_mA">(frame, limit_A * 1'000);
+  return frame;
+}
+
+TEST_CASE("a charger gives no more than the vehicle is told, and nothing when nobody says so any more",
+          "[scenario][simulator][charger]") {
+  SmallWorld world("0 charger connected\n0 charger current_A 8");
+  const auto charged_A = [&world](Duration duration) {
+    world.run_with_master(duration, 0x03);
+    return world.simulator.plant().charger_A();
+  };
+  CHECK(charged_A(500ms) == 8.0);  // nobody has said anything: set by hand
+  world.simulator.observe_elsewhere(charge_limit(5), world.simulator.now());
+  CHECK(charged_A(50ms) == 5.0);
+  world.simulator.observe(charge_limit(20), world.simulator.now());  // the buses may share one interface
+  CHECK(charged_A(50ms) == 8.0);
+  CanFrame damaged = charge_limit(1);
+  damaged.length = 5;
+  world.simulator.observe_elsewhere(damaged, world.simulator.now());
+  CHECK(charged_A(2'900ms) == 8.0);
+  CHECK(charged_A(100ms) == 0.0);
+  world.simulator.observe_elsewhere(charge_limit(0), world.simulator.now());
+  CHECK(charged_A(50ms) == 0.0);
+  SECTION("unless it obeys nobody") {
+    REQUIRE(world.simulator.apply("charger obeys nobody"));
+    CHECK(charged_A(50ms) == 8.0);
+    REQUIRE(world.simulator.apply("charger obeys master"));
+    CHECK(charged_A(50ms) == 0.0);
+  }
+  SECTION("or has run away") {
+    REQUIRE(world.simulator.apply("charger runaway on"));
+    CHECK(charged_A(50ms) == 8.0);
+  }
+  SECTION("or cannot be stopped") {
+    world.simulator.observe_elsewhere(charge_limit(6), world.simulator.now());
+    CHECK(charged_A(50ms) == 6.0);
+    REQUIRE(world.simulator.apply("charger unstoppable on"));
+    world.simulator.observe_elsewhere(charge_limit(0), world.simulator.now());
+    CHECK(charged_A(50ms) == 6.0);
+  }
+}
+
+TEST_CASE("a charger hears the master where that reports to", "[scenario][simulator][charger]") {
+  SimulatorConfig config;
+  config.report_base_id = 0x640;
+  SmallWorld world("0 charger connected\n0 charger current_A 8", 3, config);
+  world.simulator.observe_elsewhere(charge_limit(5), world.simulator.now());
+  world.run_with_master(100ms, 0x03);
+  CHECK(world.simulator.plant().charger_A() == 8.0);
+  world.simulator.observe_elsewhere(charge_limit(5, 0x640), world.simulator.now());
+  world.run_with_master(50ms, 0x03);
+  CHECK(world.simulator.plant().charger_A() == 5.0);
+}
+
 TEST_CASE("a runaway charger fills the cells beyond their maximum", "[scenario][simulator]") {
   SmallWorld world(
       "0 pack soc_permille 1000\n0 cell 1.1 soc_permille 1000\n0 charger connected\n0 charger current_A 900");
@@ -459,6 +518,108 @@ TEST_CASE("a runaway charger fills the cells beyond their maximum", "[scenario][
   world.run_with_master(10s, 0x03);
   CHECK(current_mA(world) < -899'000);
   CHECK(pack_mV() > 160'000);
+}
+
+TEST_CASE("a stuck temperature sensor stands still while its cells warm", "[scenario][simulator]") {
+  SmallWorld world("", 3);
+  world.run_with_master(1s, 0x03);
+  const auto sensor_1_dC = [&world](std::uint8_t node) {
+    return read<temp_1, "cell_temperature_1_dC">(*world.last(temp_1.base_id + node)).value;
+  };
+  const std::int64_t before_dC = sensor_1_dC(2);
+  REQUIRE(world.simulator.apply("thermistor 2.1 stuck on"));
+  world.run_with_master(1s, 0x03);
+  REQUIRE(world.simulator.apply("pack temperature_dC 450"));
+  world.run_with_master(1s, 0x03);
+  CHECK(sensor_1_dC(2) == before_dC);
+  CHECK(sensor_1_dC(3) > before_dC + 150);
+  REQUIRE(world.simulator.apply("thermistor 2.1 state open"));  // its wire breaks all the same
+  world.run_with_master(1s, 0x03);
+  CHECK(read<temp_1, "cell_temperature_1_dC">(*world.last(temp_1.base_id + 2)).validity == Validity::open_circuit);
+  REQUIRE(world.simulator.apply("thermistor 2.1 state ok"));
+  world.run_with_master(1s, 0x03);
+  CHECK(sensor_1_dC(2) == before_dC);
+  REQUIRE(world.simulator.apply("thermistor 2.1 stuck off"));
+  world.run_with_master(1s, 0x03);
+  CHECK(sensor_1_dC(2) == sensor_1_dC(3));
+}
+
+TEST_CASE("a stuck board sensor stands still while its board warms", "[scenario][simulator]") {
+  SmallWorld world("1 board_thermistor 2.4 stuck on\n2 module 2 board_temperature_dC 700");
+  world.run_with_master(1s, 0x03);
+  const auto frame = [&world] { return *world.last(temp_2.base_id + 2); };
+  const std::int64_t before_dC = read<temp_2, "board_temperature_4_dC">(frame()).value;
+  world.run_with_master(3s, 0x03);
+  CHECK(read<temp_2, "board_temperature_4_dC">(frame()).value == before_dC);
+  CHECK(read<temp_2, "board_temperature_3_dC">(frame()).value >= 690);
+}
+
+TEST_CASE("a balancing switch that is stuck does what it likes, and its module says so", "[scenario][simulator]") {
+  SmallWorld world("0.5 cell 2.3 balancing_switch stays_on");
+  const auto told = [&world] { return read_raw<module, "balancing_cells">(*world.last(module.base_id + 2)); };
+  const auto is_on = [&world](std::size_t cell) { return world.simulator.plant().cell(cell).balancing_siemens > 0.0; };
+  world.run_with_master(400ms, 0x03);
+  CHECK(told() == 0);
+  world.run_with_master(400ms, 0x03);
+  CHECK(told() == 0b100);
+  CHECK(read_raw<status, "balancing">(*world.last(status.base_id + 2)) == 1);
+  CHECK(is_on(14));  // the third of the second module
+  REQUIRE(world.simulator.apply("cell 2.3 balancing_switch stays_off"));
+  CanFrame frame = make_frame(command, 2);
+  write<command, "operation">(frame, static_cast<std::int64_t>(Operation::balance));
+  write<command, "balancing_time_3_s">(frame, 60);
+  write<command, "balancing_time_5_s">(frame, 60);
+  seal(command, 1, frame);
+  world.simulator.observe(frame, world.simulator.now());
+  world.run_with_master(2s, 0x03);
+  CHECK(told() == 0b10000);
+  CHECK_FALSE(is_on(14));
+  CHECK(is_on(16));
+  REQUIRE(world.simulator.apply("cell 2.3 balancing_switch auto"));
+  world.run_with_master(200ms, 0x03);
+  CHECK(told() == 0b10100);
+  CHECK(is_on(14));
+}
+
+TEST_CASE("a module that ignores COMMANDs does none and answers none", "[scenario][simulator]") {
+  SmallWorld world("0 module 2 commands ignored");
+  const auto give = [&world](std::uint8_t node) {
+    CanFrame frame = make_frame(command, node);
+    write<command, "operation">(frame, static_cast<std::int64_t>(Operation::set_limits));
+    write<command, "undervoltage_limit_uV">(frame, 2'800'000);
+    write<command, "overvoltage_limit_uV">(frame, 4'200'000);
+    seal(command, ++world.counter, frame);
+    world.simulator.observe(frame, world.simulator.now());
+    world.run_with_master(200ms, 0);
+  };
+  const auto has_limits = [&world](std::uint8_t node) {
+    return read_raw<status, "limits_not_set">(*world.last(status.base_id + node)) == 0;
+  };
+  world.run_with_master(100ms, 0);
+  give(2);
+  CHECK_FALSE(has_limits(2));
+  CHECK(world.count(response.base_id + 2) == 0);
+  CHECK(world.count(status.base_id + 2) > 0);  // it answers POLLs
+  give(0);
+  CHECK_FALSE(has_limits(2));
+  CHECK(has_limits(3));
+  REQUIRE(world.simulator.apply("module 2 commands obeyed"));
+  give(2);
+  CHECK(has_limits(2));
+  CHECK(world.count(response.base_id + 2) == 1);
+}
+
+TEST_CASE("a module says how many temperature sensors the script wants it to have", "[scenario][simulator]") {
+  SmallWorld world("0 module 2 temperature_sensor_count 5");
+  world.run_with_master(200ms, 0);
+  const auto told = [&world](std::uint8_t node) {
+    return read_raw<ident, "temperature_sensor_count">(*world.last(ident.base_id + node));
+  };
+  const auto real = told(3);
+  CHECK(told(2) == 5);
+  REQUIRE(world.simulator.apply("module 2 temperature_sensor_count auto"));
+  world.run_with_master(200ms, 0);
+  CHECK(told(2) == real);
 }
 
 TEST_CASE("a stuck cell says for ever the same, whatever it does and however noisy the rest is",
@@ -643,6 +804,8 @@ TEST_CASE("sleeping modules rest on a quiet bus, wake by any frame, and do not k
   world.run(60ms);
   REQUIRE(asleep() == 0);
   REQUIRE(world.simulator.apply("pdu silent"));
+  world.run(100ms);
+  for (std::uint32_t node = 1; node <= 3; ++node) CHECK(world.count(0x300 + node) == 1);
   world.heard.clear();
   world.run(1s);
   CHECK(asleep() == 3);
@@ -653,7 +816,7 @@ TEST_CASE("sleeping modules rest on a quiet bus, wake by any frame, and do not k
   world.simulator.observe(poll_frame(0, want_status, 200), world.simulator.now());
   world.run(100ms);
   CHECK(asleep() == 0);
-  CHECK(world.heard.empty());  // the frame that wakes is lost
+  CHECK(world.heard.size() == 3);  // the frame that wakes is lost; each says who it is
   world.simulator.observe(poll_frame(0, want_status, 201), world.simulator.now());
   world.run(100ms);
   for (std::uint32_t node = 1; node <= 3; ++node) {
@@ -667,6 +830,7 @@ TEST_CASE("every property can be applied, ramped from the present, and released"
   SmallWorld world;
   world.run(100ms);
   for (const PropertySpec& row : property_table()) {
+    if (row.target == TargetKind::master) continue;  // there is none
     const TargetSpec& target = target_table()[static_cast<std::size_t>(row.target)];
     std::string start = std::string(target.name) + address_of[static_cast<std::size_t>(target.address)];
     if (target.address == Address::word) {
@@ -679,7 +843,8 @@ TEST_CASE("every property can be applied, ramped from the present, and released"
     if (row.kind == ValueKind::number || row.kind == ValueKind::number_or_auto) {
       values = {" " + std::to_string(row.min), " .." + std::to_string(row.max) + " over 0.01"};
     }
-    if (row.kind == ValueKind::number_or_auto) values.emplace_back(" auto");
+    if (is_count(row.kind)) values = {" " + std::to_string(row.min), " " + std::to_string(row.max)};
+    if (may_be_auto(row.kind)) values.emplace_back(" auto");
     for (const std::string_view word : row.words) values.push_back(" " + std::string(word));
     for (const std::string& value : values) {
       INFO(start + value);

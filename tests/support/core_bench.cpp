@@ -49,7 +49,8 @@ CoreConfig pack_of(std::size_t modules) {
   return pack_with(modules, 12, 4);
 }
 
-CoreBench::CoreBench(const CoreConfig& config, const PersistentState& state) : core_(config, now_), wake_at_(now_) {
+CoreBench::CoreBench(const CoreConfig& config, const PersistentState& state, std::uint8_t first_counter)
+    : core_(config, now_, first_counter), wake_at_(now_) {
   core_.restore(state);
   for (const ModuleConfig& module : config.modules) {
     BenchModule one{
@@ -140,10 +141,12 @@ void CoreBench::answer_poll(const CanFrame& request) {
     seal(row, counter, frame);
     due_.push_back({now_ + answer_delay, frame});
   };
+  const std::int64_t target = read_raw<poll, "target_node">(request);
   for (BenchModule& module : modules) {
-    if (!module.talks) continue;
+    if (!module.talks || (target != 0 && target != module.node)) continue;
     CanFrame said = make_frame(status, module.node);
-    write<status, "mode">(said, static_cast<std::int64_t>(Mode::normal));
+    write<status, "mode">(said, static_cast<std::int64_t>(module.mode));
+    write<status, "supply">(said, module.on_module_supply ? 1 : 0);
     write<status, "cell_count">(said, module.cell_count);
     write<status, "limits_not_set">(said, module.limits_not_set ? 1 : 0);
     write<status, "restarted">(said, module.restarted ? 1 : 0);
@@ -183,6 +186,7 @@ void CoreBench::answer_poll(const CanFrame& request) {
     CanFrame stack = make_frame(internal_bus::module, module.node);
     write<internal_bus::module, "module_voltage_mV">(stack, sum_uV / 1000);
     write<internal_bus::module, "open_wire_cells">(stack, module.open_wire_cells);
+    write<internal_bus::module, "balancing_cells">(stack, module.balancing_cells);
     put(internal_bus::module, stack);
     if (read_raw<poll, "want_ident">(request) != 0) {
       CanFrame who = make_frame(ident, module.node);
@@ -196,12 +200,20 @@ void CoreBench::answer_poll(const CanFrame& request) {
 }
 
 void CoreBench::answer_command(const CanFrame& request, std::uint8_t node) {
+  const std::int64_t operation = read_raw<internal_bus::command, "operation">(request);
+  const bool sets_node = operation == static_cast<std::int64_t>(Operation::set_node);
   for (BenchModule& module : modules) {
+    const bool is_meant = read_raw<internal_bus::command, "serial_number">(request) == module.serial_number;
+    if (sets_node && is_meant && module.talks && !module.ignores_commands) {
+      module.node = static_cast<std::uint8_t>(read_raw<internal_bus::command, "new_node">(request));
+    }
     if (module.node != node || !module.talks || module.ignores_commands) continue;
-    if (!module.only_says_done) module.limits_not_set = false;
+    const bool sets_limits = operation == static_cast<std::int64_t>(Operation::set_limits);
+    if (sets_limits && !module.only_says_done && !module.refuses_limits) module.limits_not_set = false;
     CanFrame answer = make_frame(response, node);
     write<response, "operation">(answer, request.data[0]);
-    write<response, "result">(answer, 0);
+    const bool is_balance = operation == static_cast<std::int64_t>(Operation::balance);
+    write<response, "result">(answer, module.refuses_limits || (is_balance && module.refuses_balancing) ? 3 : 0);
     seal(response, request.data[6], answer);
     due_.push_back({now_ + 2ms, answer});
   }

@@ -39,14 +39,19 @@ struct BenchModule {
   bool sends_status = true;
   bool board_too_hot = false;
   bool ignores_commands = false;
-  bool only_says_done = false;  // answers a COMMAND and does not do it
+  bool only_says_done = false;     // answers a COMMAND and does not do it
+  bool refuses_limits = false;     // answers every COMMAND with "refused in this mode"
+  bool refuses_balancing = false;  // the same to minutes only
+  internal_bus::Mode mode = internal_bus::Mode::normal;
+  bool on_module_supply = false;
   std::uint16_t open_wire_cells = 0;
+  std::uint16_t balancing_cells = 0;  // what it says is on
 };
 
 class CoreBench {
  public:
   /// `state`: what a life before this one had to remember.
-  explicit CoreBench(const CoreConfig& config, const PersistentState& state = {});
+  explicit CoreBench(const CoreConfig& config, const PersistentState& state = {}, std::uint8_t first_counter = 0);
 
   // The world, free to change between steps.
   std::vector<BenchModule> modules;

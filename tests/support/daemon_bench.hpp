@@ -90,6 +90,7 @@ struct Bench {
   std::string bus = "unix:test-daemon-" + std::to_string(::getpid()) + "-" + std::to_string(next_number++);
   std::string socket = folder / "bmud.sock";
   std::string log = folder / "bmud.log";
+  std::string pack = pack_file;
   Listener listener{bus};
   std::unique_ptr<Process> emulator;
   std::unique_ptr<Process> daemon;
@@ -105,16 +106,16 @@ struct Bench {
 
   void start_emulator(const std::string& scenario) {
     std::ofstream(folder / "test.scn") << "0 pack soc_permille 800\n0 link capacitance_uF 600\n" << scenario;
-    emulator = std::make_unique<Process>(std::vector<std::string>{program("mmusim"), "--bus", bus, "--pack", pack_file,
-                                                                  "--scenario", folder / "test.scn"},
-                                         ProcessOptions{.err_file = folder / "mmusim.log"});
+    emulator = std::make_unique<Process>(
+        std::vector<std::string>{program("mmusim"), "--bus", bus, "--pack", pack, "--scenario", folder / "test.scn"},
+        ProcessOptions{.err_file = folder / "mmusim.log"});
   }
   void start_daemon(ProcessOptions options = {}) {
     if (options.err_fd < 0) options.err_file = log;
     daemon = std::make_unique<Process>(daemon_command(), options);
   }
   [[nodiscard]] std::vector<std::string> daemon_command() const {
-    return {program("bmud"), "--config", pack_file, "--bus-internal", bus, "--socket", socket, "--log-level", "debug"};
+    return {program("bmud"), "--config", pack, "--bus-internal", bus, "--socket", socket, "--log-level", "debug"};
   }
   [[nodiscard]] Finished ask(std::vector<std::string> words) const {
     words.insert(words.begin(), {program("bmuctl"), "--socket", socket});

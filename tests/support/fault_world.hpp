@@ -23,6 +23,8 @@ class FaultWorld {
     modules_.begin_cycle(start, {});
     answer(1);
     answer(2);
+    watchers.switches.init(config);
+    watchers.switches.update(modules_);
     sensors.current_mA = sensors.pack_voltage_mV = sensors.link_voltage_mV = {0, start, Validity::valid};
     sensors.pdu = {.value = {.estop_1_released = true,
                              .estop_2_released = true,
@@ -68,6 +70,7 @@ class FaultWorld {
   template <class Change>
   void say_status(std::uint8_t node, Change change) {
     CanFrame frame = make_frame(internal_bus::status, node);
+    write<internal_bus::status, "mode">(frame, static_cast<std::int64_t>(internal_bus::Mode::normal));
     write<internal_bus::status, "cell_count">(frame, 4);
     write<internal_bus::status, "cell_voltage_age_ms">(frame, 0);
     change(frame);

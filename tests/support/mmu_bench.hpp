@@ -3,7 +3,9 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <initializer_list>
+#include <limits>
 #include <vector>
 
 #include "mmu/mmu.hpp"
@@ -60,11 +62,24 @@ struct TimedFrame {
   CanFrame frame;
 };
 
+[[nodiscard]] inline double thermistor_resistance_Ohm(ThermistorCurve curve, const SignalValue& temperature_dC) {
+  if (temperature_dC.validity == Validity::open_circuit) return std::numeric_limits<double>::infinity();
+  return temperature_dC.is_valid() ? thermistor_Ohm(curve, static_cast<double>(temperature_dC.value) / 10.0) : 0.0;
+}
+
+/// What is at the front end's inputs, thermistors as temperatures; anything that is no temperature and not open is
+/// shorted.
+struct BenchInputs : FrontEndInputs {
+  std::array<SignalValue, mmu_cell_temperatures> cell_temperature_dC{};
+  std::array<SignalValue, mmu_board_temperatures> board_temperature_dC{};
+  bool front_end_crc_ok = true;
+};
+
 /// A module unit, measurements a test can set, and a clock that ticks it every millisecond.
 class MmuBench {
  public:
-  explicit MmuBench(const MmuConfig& config = {.node = 3, .serial_number = 1234567}) : mmu(config, power_up) {
-    measured.measured_cells = first_cells(config.cell_count);
+  explicit MmuBench(const MmuConfig& config = {.node = 3, .serial_number = 1234567})
+      : mmu(config, power_up), curve(config.thermistor_curve) {
     measured.cell_voltage_uV.fill(3'700'000);
     measured.module_mV = 3'700 * config.cell_count;
     measured.cell_temperature_dC.fill(known(250));
@@ -72,7 +87,9 @@ class MmuBench {
   }
 
   Mmu mmu;
-  MmuMeasurements measured;
+  ThermistorCurve curve;
+  BenchInputs measured;
+  std::function<void(FrontEndTransfer&)> on_transfer;  // what happens to it on its way
   TimePoint now = power_up;
 
   /// Ticks until `duration` has passed; what was sent in it.
@@ -80,9 +97,21 @@ class MmuBench {
     std::vector<TimedFrame> sent;
     for (const TimePoint end = now + duration; now < end;) {
       now += 1ms;
-      for (const CanFrame& frame : mmu.tick(now, measured)) sent.push_back({now, frame});
+      for (const CanFrame& frame : mmu.tick(now, transfer())) sent.push_back({now, frame});
     }
     return sent;
+  }
+  [[nodiscard]] FrontEndTransfer transfer() {
+    for (std::size_t sensor = 0; sensor < mmu_cell_temperatures; ++sensor) {
+      measured.cell_sensor_Ohm[sensor] = thermistor_resistance_Ohm(curve, measured.cell_temperature_dC[sensor]);
+      measured.board_sensor_Ohm[sensor] = thermistor_resistance_Ohm(curve, measured.board_temperature_dC[sensor]);
+    }
+    FrontEndTransfer transfer = convert(measured, mmu.wants(now));
+    if (!measured.front_end_crc_ok) {
+      for (GroupBytes& group : transfer.groups) group[7] ^= 0x02;
+    }
+    if (on_transfer && transfer.contents != TransferWanted::nothing) on_transfer(transfer);
+    return transfer;
   }
   /// Past the first average and the unsolicited IDENT: a module at work.
   void settle() { run(800ms); }

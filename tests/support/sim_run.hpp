@@ -1,11 +1,10 @@
-// A core and the emulated pack around it in virtual time, without any bus: what one sends the other observes.
+// A core and the emulated pack around it in virtual time, as tests drive it.
 #pragma once
 
 #include <string_view>
 #include <vector>
 
-#include "daemon/core/core.hpp"
-#include "mmu/simulator.hpp"
+#include "tools/common/virtual_run.hpp"
 
 namespace bmu::test {
 
@@ -17,27 +16,19 @@ class SimRun {
   void run_to(double seconds);
   /// An event of the script language, now.
   void apply(std::string_view event);
-  void give(Command command);
+  void give(Command command, Authority authority = Authority::user);
 
-  [[nodiscard]] double seconds() const { return to_s(now_ - start); }
-  [[nodiscard]] const Core& core() const { return core_; }
-  [[nodiscard]] const Simulator& simulator() const { return simulator_; }
-  [[nodiscard]] const std::vector<Event>& events() const { return events_; }
+  [[nodiscard]] double seconds() const { return to_s(run_.elapsed()); }
+  [[nodiscard]] const Core& core() const { return run_.core(); }
+  [[nodiscard]] const Simulator& simulator() const { return run_.simulator(); }
+  [[nodiscard]] const std::vector<Event>& events() const { return run_.events(); }
   /// Seconds since the start of the first event of this kind; negative if there was none.
   [[nodiscard]] double first(EventId id) const;
 
-  static constexpr TimePoint start{1s};
+  static constexpr TimePoint start = VirtualRun::start;
 
  private:
-  void observe(const ObservedThing& what);
-  void decide();
-
-  TimePoint now_ = start;
-  Core core_;
-  Simulator simulator_;
-  TimePoint wake_at_ = start;
-  std::vector<CanFrame> echoes_;  // of what the core sent last
-  std::vector<Event> events_;
+  VirtualRun run_;
 };
 
 }  // namespace bmu::test

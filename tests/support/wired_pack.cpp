@@ -15,10 +15,49 @@ Station station_of(const CanFrame& frame) {
   return match.message->base_id == internal_bus::pdu_status.base_id ? Station::pdu : Station::sensor;
 }
 
-WiredPack::WiredPack(const CoreConfig& config, Duration devices_ahead)
+namespace {
+
+// The kernel's CAN_ERR_* classes and the bits of the controller's byte.
+constexpr std::uint32_t class_controller = 0x004;
+constexpr std::uint32_t class_bus_off = 0x040;
+constexpr std::uint32_t class_restarted = 0x100;
+constexpr std::uint8_t receive_warning = 0x04;
+constexpr std::uint8_t transmit_warning = 0x08;
+constexpr std::uint8_t receive_passive = 0x10;
+constexpr std::uint8_t transmit_passive = 0x20;
+constexpr std::uint8_t active_again = 0x40;
+
+/// The daemon's port looks at its interface so often; an interface whose controller is off the bus has no carrier.
+constexpr Duration look_period = 100ms;
+
+/// What a kernel's error frame says of a controller: whose counter it was, and how bad.
+std::uint8_t controller_byte(const BusEvent& event) {
+  const bool is_of_transmitter = event.counters.transmit >= event.counters.receive;
+  if (event.state == ErrorState::passive) return is_of_transmitter ? transmit_passive : receive_passive;
+  if (event.state == ErrorState::warning) return is_of_transmitter ? transmit_warning : receive_warning;
+  return active_again;
+}
+
+FrontEndTransfer twin_transfer() {
+  FrontEndInputs inputs;
+  inputs.cell_voltage_uV.fill(3'600'000);
+  inputs.module_mV = 3'600 * static_cast<std::int32_t>(mmu_cells_max);
+  inputs.cell_sensor_Ohm.fill(thermistor_Ohm(ThermistorCurve::table, 25.0));
+  inputs.board_sensor_Ohm.fill(thermistor_Ohm(ThermistorCurve::table, 25.0));
+  return convert(inputs, TransferWanted::everything);
+}
+
+}  // namespace
+
+WiredPack::WiredPack(const CoreConfig& config, Duration devices_ahead, const BusConfig& bus)
     : devices_tick_at_(start - devices_ahead % Plant::step_length + Plant::step_length),
       core_(config, start),
-      simulator_(simulator_config(config), {}, start - devices_ahead) {
+      simulator_(simulator_config(config), {}, start - devices_ahead),
+      bus_(bus) {
+  for (const Station station : {Station::master, Station::pdu, Station::sensor, Station::stranger}) {
+    bus_.connect(station);
+  }
+  for (const ModuleConfig& module : config.modules) bus_.connect(static_cast<Station>(module.node));
   static_cast<void>(simulator_.advance(start));  // nobody heard that
   observe(PortChanged{Port::internal, true});
   observe(PortChanged{Port::vehicle, true});
@@ -49,9 +88,12 @@ bool WiredPack::run_until(const std::function<bool(const WiredPack&)>& condition
 /// To whatever happens next, at most to `end`.
 void WiredPack::advance_to(TimePoint end) {
   const TimePoint wakes_at = std::max(wake_at_, stalled_until_);
-  now_ = std::min({end, devices_tick_at_, wire_.done_at(), wakes_at});
-  for (const Told& one : told_) now_ = std::min(now_, one.at);
-  take_from_wire();
+  const TimePoint bus_at = bus_.next_at() > now_ ? bus_.next_at() : end;  // what came from outside joins what is next
+  TimePoint next = std::min({end, devices_tick_at_, bus_at, wakes_at, carrier_told_at_.value_or(end)});
+  for (const Told& one : told_) next = std::min(next, one.at);
+  now_ = next;
+  take_from_bus();
+  tell_carrier();
   tell_due();
   if (now_ >= devices_tick_at_) tick_devices();
   if (now_ >= wakes_at) {
@@ -60,8 +102,8 @@ void WiredPack::advance_to(TimePoint end) {
     }
     decide();
   }
-  if (flood && wire_.waiting(Station::stranger) == 0) wire_.put(Station::stranger, *flood);
-  wire_.start_if_idle(now_);
+  if (flood && bus_.waiting(Station::stranger) == 0) bus_.put(Station::stranger, *flood);
+  bus_.start_if_idle(now_);
 }
 
 void WiredPack::tick_devices() {
@@ -69,7 +111,7 @@ void WiredPack::tick_devices() {
   if (each_ms) each_ms(*this);
   std::erase_if(late_, [this](const Due& due) {
     if (due.at > now_) return false;
-    wire_.put(station_of(due.frame), due.frame);
+    bus_.put(station_of(due.frame), due.frame);
     return true;
   });
   for (const SentFrame& sent : simulator_.advance(now_)) {
@@ -81,10 +123,18 @@ void WiredPack::tick_devices() {
     if (fate.delay > Duration{}) {
       late_.push_back({now_ + fate.delay, frame});
     } else {
-      wire_.put(station, frame);
+      bus_.put(station, frame);
     }
-    if (fate.twin) wire_.put(station, *fate.twin);
+    if (fate.twin) bus_.put(station, *fate.twin);
   }
+  if (!twin_) return;
+  static const FrontEndTransfer transfer = twin_transfer();
+  for (const CanFrame& frame : twin_->tick(now_, transfer)) bus_.put(Station::twin, frame);
+}
+
+void WiredPack::connect_twin(const MmuConfig& module) {
+  twin_.emplace(module, now_);
+  bus_.connect(Station::twin);
 }
 
 void WiredPack::stall(Duration duration) {
@@ -94,20 +144,48 @@ void WiredPack::stall(Duration duration) {
 
 // --- frames ---------------------------------------------------------------------------------------------------------
 
-void WiredPack::take_from_wire() {
-  const std::optional<CanWire::Carried> carried = wire_.take_done(now_);
-  if (!carried) return;
-  const CanFrame& frame = carried->frame;
-  const bool is_ours = carried->from == Station::master;
-  if (is_ours && !is_cut) simulator_.observe(frame, now_);
-  if (carried->from == Station::stranger) simulator_.observe(frame, now_);
+void WiredPack::take_from_bus() {
+  for (const BusEvent& event : bus_.take_due(now_)) {
+    if (event.kind == BusEvent::Kind::heard) take_heard(event);
+    if (event.kind == BusEvent::Kind::state && event.station == Station::master) take_master_state(event);
+  }
+}
+
+void WiredPack::take_heard(const BusEvent& event) {
+  const CanFrame& frame = event.frame;
+  const bool is_ours = event.station == Station::master;
+  const bool is_for_devices = (is_ours && !is_cut) || event.station == Station::stranger;
+  if (is_for_devices) simulator_.observe(frame, now_);
+  if (is_for_devices && twin_) twin_->observe(frame, now_);
   if (is_ours && frame.id == internal_bus::contactor_command.base_id) commanded_ = outputs_of(frame);
   if (is_ours && frame.id == internal_bus::poll.base_id) poll_counter_ = frame.data[6];
+  const bool is_deaf = is_cut || is_swallowing || event.missed_by == Station::master;
   if (is_ours) {
     tell(FrameEchoed{Port::internal, frame});
-  } else if (!is_cut && !is_swallowing && core_.port(Port::internal).is_up) {
+  } else if (!is_deaf && core_.port(Port::internal).is_up) {
     tell(FrameReceived{Port::internal, frame});
   }
+}
+
+/// As the kernel tells it: an error frame for each change, and a carrier that goes and comes. The error frame of a
+/// restart is told when the controller is back on the bus, not when it was told to.
+void WiredPack::take_master_state(const BusEvent& event) {
+  if (event.state == ErrorState::bus_off) {
+    is_off_ = true;
+    tell(BusErrorSeen{.port = Port::internal, .classes = class_bus_off});
+    carrier_told_at_ = now_ + look_period;
+  } else if (std::exchange(is_off_, false)) {
+    tell(BusErrorSeen{.port = Port::internal, .classes = class_restarted});
+    carrier_told_at_ = now_ + look_period;
+  } else {
+    tell(BusErrorSeen{.port = Port::internal, .classes = class_controller, .controller = controller_byte(event)});
+  }
+}
+
+void WiredPack::tell_carrier() {
+  if (!carrier_told_at_ || *carrier_told_at_ > now_) return;
+  carrier_told_at_.reset();
+  tell(PortChanged{Port::internal, !is_off_});
 }
 
 void WiredPack::tell(const ObservedThing& what) {
@@ -139,16 +217,16 @@ void WiredPack::decide() {
   if (phase() != before) ++entered_[static_cast<std::size_t>(phase())];
   for (const OutgoingFrame& out : decisions.frames) {
     if (out.port != Port::internal || is_swallowing) continue;
-    if (sends_fail || wire_.waiting(Station::master) >= queue_length) {
+    if (sends_fail || bus_.waiting(Station::master) >= queue_length) {
       static_cast<void>(core_.observe({now_, SendFailed{out.port, out.frame}}));
     } else {
-      wire_.put(Station::master, out.frame);
+      bus_.put(Station::master, out.frame);
     }
   }
 }
 
 void WiredPack::set_port(bool is_up) {
-  if (!is_up) wire_.drop_queue(Station::master);
+  if (!is_up) bus_.drop_queue(Station::master);
   observe(PortChanged{Port::internal, is_up});
 }
 

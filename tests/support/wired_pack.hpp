@@ -14,8 +14,9 @@
 #include <vector>
 
 #include "daemon/core/core.hpp"
+#include "mmu/mmu.hpp"
 #include "mmu/simulator.hpp"
-#include "tests/support/can_wire.hpp"
+#include "tests/support/can_bus.hpp"
 
 namespace bmu::test {
 
@@ -30,7 +31,7 @@ class WiredPack {
  public:
   /// `devices_ahead`: how long the devices have been running when the core starts, so that their periods stand to its
   /// ticks and POLLs in another way; less than a second.
-  explicit WiredPack(const CoreConfig& config, Duration devices_ahead = {});
+  explicit WiredPack(const CoreConfig& config, Duration devices_ahead = {}, const BusConfig& bus = slowest_bus);
 
   // What can be wrong with everything between the devices and the core.
   std::function<Fate(CanFrame&, const WiredPack&)> on_sent;  // by a device; may change the frame
@@ -50,11 +51,20 @@ class WiredPack {
   void apply(std::string_view events);
   void observe(const ObservedThing& what);
   void give(Command command) { observe(CommandGiven{command}); }
-  void send_as_stranger(const CanFrame& frame) { wire_.put(Station::stranger, frame); }
+  void send_as_stranger(const CanFrame& frame) { bus_.put(Station::stranger, frame); }
+  /// Another module is plugged in and powered; its cells have 3.6 V. With a node number of the pack it is on the bus
+  /// what such a module is: two controllers that send the same identifiers at the same time.
+  void connect_twin(const MmuConfig& module);
+  /// Errors on the wire, restarts, plugs: see there. What the master's controller becomes, the core is told as the
+  /// kernel and the daemon's port tell it.
+  [[nodiscard]] CanBus& bus() { return bus_; }
+  [[nodiscard]] const CanBus& bus() const { return bus_; }
   /// The interface goes, and its send queue with it; or comes back.
   void set_port(bool is_up);
   /// Nobody acknowledges what the master sends.
-  void set_acknowledged(bool is_acknowledged) { wire_.set_silent(Station::master, !is_acknowledged); }
+  void set_acknowledged(bool is_acknowledged) {
+    is_acknowledged ? bus_.connect(Station::master) : bus_.disconnect(Station::master);
+  }
   /// The core does nothing for so long; what arrives meanwhile does not fit the receive queue.
   void stall(Duration duration);
 
@@ -88,7 +98,10 @@ class WiredPack {
   };
 
   void advance_to(TimePoint now);
-  void take_from_wire();
+  void take_from_bus();
+  void take_heard(const BusEvent& event);
+  void take_master_state(const BusEvent& event);
+  void tell_carrier();
   void tell(const ObservedThing& what);
   void tell_due();
   void tick_devices();
@@ -101,9 +114,12 @@ class WiredPack {
   std::uint64_t lost_while_stalled_ = 0;
   Core core_;
   Simulator simulator_;
-  CanWire wire_;
-  std::vector<Due> late_;   // held back by `on_sent`
-  std::vector<Told> told_;  // on their way to the core
+  CanBus bus_;
+  bool is_off_ = false;  // the master's controller
+  std::optional<Mmu> twin_;
+  std::optional<TimePoint> carrier_told_at_;  // when the daemon's port looks at its interface the next time
+  std::vector<Due> late_;                     // held back by `on_sent`
+  std::vector<Told> told_;                    // on their way to the core
   ContactorOutputs commanded_;
   std::uint8_t poll_counter_ = 0;
   std::map<std::uint32_t, CanFrame> last_sent_;

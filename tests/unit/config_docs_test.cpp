@@ -35,15 +35,19 @@ std::string last_token(const std::string& path) {
 
 // --- units ----------------------------------------------------------------------------------------------------------
 
-constexpr std::array<std::string_view, 16> unit_tokens{"uV",  "mV",  "V",  "mA",  "A",  "dC", "uOhm",     "mOhm",
-                                                       "Ohm", "uAs", "Ah", "mWh", "ms", "s",  "permille", "J"};
+constexpr std::array<std::string_view, 17> unit_tokens{"K",   "uV",  "mV", "V",   "mA", "A", "dC",       "uOhm", "mOhm",
+                                                       "Ohm", "uAs", "Ah", "mWh", "ms", "s", "permille", "J"};
 
 std::string unit_of(const KeyDescription& key) {
   std::string token = last_token(key.path);
   const bool is_pair = key.path.find("_per_") != std::string::npos && !key.path.ends_with("_permille");
   if (!is_pair && std::find(unit_tokens.begin(), unit_tokens.end(), token) != unit_tokens.end()) return token;
-  constexpr std::array<std::pair<std::string_view, const char*>, 4> pairs{
-      {{"J_per_K", "J/K"}, {"W_per_K", "W/K"}, {"mK_per_s", "mK/s"}, {"Ohm_per_V", "Ohm/V"}}};
+  constexpr std::array<std::pair<std::string_view, const char*>, 6> pairs{{{"J_per_K", "J/K"},
+                                                                           {"W_per_K", "W/K"},
+                                                                           {"mK_per_s", "mK/s"},
+                                                                           {"Ohm_per_V", "Ohm/V"},
+                                                                           {"kbit_per_s", "kbit/s"},
+                                                                           {"permille_per_month", "permille/month"}}};
   for (const auto& [ending, unit] : pairs) {
     if (key.path.ends_with(ending)) return unit;
   }
@@ -51,9 +55,10 @@ std::string unit_of(const KeyDescription& key) {
 }
 
 TEST_CASE("every number carries its unit in its key, unless it counts", "[unit][config]") {
-  constexpr std::array<std::string_view, 8> counts{
-      "/contactors/precharge_tries", "/modules/*/node",      "/modules/*/cells",      "/modules/*/temperature_sensors",
-      "/poll/temperature_every",     "/gpio/outputs/*/line", "/gpio/feedback/*/line", "/gpio/inputs/*/line"};
+  constexpr std::array<std::string_view, 9> counts{
+      "/modules/*/serial_number", "/contactors/precharge_tries",    "/modules/*/node",
+      "/modules/*/cells",         "/modules/*/temperature_sensors", "/poll/temperature_every",
+      "/gpio/outputs/*/line",     "/gpio/feedback/*/line",          "/gpio/inputs/*/line"};
   for (const KeyDescription& key : describe_keys()) {
     CAPTURE(key.path);
     const bool is_number = key.info.type == FieldType::integer || key.info.type == FieldType::real;
@@ -131,7 +136,8 @@ TEST_CASE("docs/configuration.md lists every key as the parser knows it", "[unit
 
 TEST_CASE("docs/configuration.md names the keys that are no plain fields", "[unit][config][docs]") {
   const std::string page = bytes_of(page_file);
-  for (const std::string key : {"cell", "modules", "limits", "nodes", "ocv", "gpio", "outputs", "feedback", "inputs"}) {
+  for (const std::string key :
+       {"cell", "modules", "limits", "nodes", "serial_numbers", "ocv", "gpio", "outputs", "feedback", "inputs"}) {
     CAPTURE(key);
     CHECK(page.find("`" + key + "`") != std::string::npos);
   }
@@ -177,7 +183,8 @@ SchemaKeys schema_keys() {
   collect(schema.at("definitions").at("gpio_line"), "/gpio/outputs/*", keys);
   collect(schema.at("definitions").at("gpio_feedback"), "/gpio/feedback/*", keys);
   collect(schema.at("definitions").at("gpio_input"), "/gpio/inputs/*", keys);
-  for (const char* composite : {"/cell", "/modules", "/modules/*/nodes", "/cell/ocv", "/gpio/inputs"}) {
+  for (const char* composite :
+       {"/cell", "/modules", "/modules/*/nodes", "/modules/*/serial_numbers", "/cell/ocv", "/gpio/inputs"}) {
     CAPTURE(composite);
     CHECK(keys.erase(composite) == 1);
   }
@@ -209,6 +216,7 @@ void describe_in_schema(OrderedJson& schema, const KeyDescription& key) {
 
 /// The object that holds the key, made if it is new.
 OrderedJson& object_of(OrderedJson& schema, const std::string& path) {
+  if (path == "/cell") return schema["definitions"]["cell"];
   OrderedJson* object = &schema;
   std::istringstream parts(path.substr(1));
   for (std::string part; std::getline(parts, part, '/');) {
@@ -224,9 +232,8 @@ void rewrite_schema() {
   OrderedJson schema = OrderedJson::parse(bytes_of(schema_file));
   for (const KeyDescription& key : describe_keys()) {
     const std::size_t slash = key.path.rfind('/');
-    // Modules, cells and lines are definitions, written by hand.
-    const bool is_elsewhere = slash == 0 || key.path.starts_with("/modules") || key.path.starts_with("/cell/") ||
-                              key.path.starts_with("/gpio");
+    // Modules and lines are definitions, written by hand.
+    const bool is_elsewhere = slash == 0 || key.path.starts_with("/modules") || key.path.starts_with("/gpio");
     if (is_elsewhere) continue;
     OrderedJson& object = object_of(schema, key.path.substr(0, slash));
     const std::string name = key.path.substr(slash + 1);

@@ -11,6 +11,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "config/bus_checks.hpp"
 #include "config/pack_config.hpp"
 #include "config/pack_fields.hpp"
 #include "daemon/core/fault_table.hpp"
@@ -124,6 +125,13 @@ TEST_CASE("every pack that is shipped loads", "[unit][config][BMS_NF.1][FS_8][RR
     ++count;
   }
   CHECK(count == 6);
+}
+
+TEST_CASE("the pack that speeds are measured with loads", "[unit][config]") {
+  const auto pack = load_pack_config(std::filesystem::path(BMUD_SOURCE_DIR) / "tests/bench/largest.json");
+  INFO((pack ? "" : all_text(pack.error())));
+  REQUIRE(pack);
+  CHECK(cell_count(pack->core) == 756);
 }
 
 TEST_CASE("every cell that is shipped is complete and says where its numbers come from", "[unit][config][BMS_NF.1]") {
@@ -372,6 +380,161 @@ TEST_CASE("ages leave room for one lost answer and for safety's reaction", "[uni
   refuses({{"/ages/pack_current_ms", 89}}, "/ages/pack_current_ms", "at least 90");
   refuses({{"/ages/pack_current_ms", 291}}, "/ages/pack_current_ms", "within 300 ms");
   refuses({{"/ages/pack_voltage_ms", 169}}, "/ages/pack_voltage_ms", "at least 170");
+}
+
+namespace {
+
+Json modules_of_12(int count) {
+  Json nodes = Json::array();
+  for (int node = 1; node <= count; ++node) nodes.push_back(node);
+  return Json::array({{{"nodes", nodes}, {"cells", 12}, {"temperature_sensors", 4}}});
+}
+
+std::vector<Change> large(int modules, int rate_kbit_per_s, int age_ms) {
+  return {{"/modules", modules_of_12(modules)},
+          {"/buses/internal_kbit_per_s", rate_kbit_per_s},
+          {"/ages/cell_voltage_ms", age_ms},
+          {"/contactors/precharge_resistance_Ohm", 0},
+          {"/contactors/precharge_energy_J", 0},
+          {"/contactors/precharge_overcurrent_mA", 0},
+          {"/limits/cell_undervoltage/confirm_ms", 100},
+          {"/limits/cell_overvoltage/confirm_ms", 100}};
+}
+
+}  // namespace
+
+TEST_CASE("a cycle that does not fit between two polls is refused, with what would do", "[unit][config][BMS_F.2]") {
+  // 35 modules take 89.2 ms, and 94.6 with two asked alone; 38 take 96.5 and 102.4.
+  std::vector<Change> tight = large(35, 500, 290);
+  tight.push_back({"/poll/period_ms", 94});
+  refuses(tight, "/poll/period_ms", "at least 95 at 500 kbit/s, or buses/internal_kbit_per_s 1000");
+  tight.back() = {"/poll/period_ms", 95};
+  accepts(tight);
+  tight.back() = {"/poll/period_ms", 96};
+  accepts(tight);
+  refuses(
+      large(38, 500, 290), "/poll/period_ms",
+      "at least 103 at 500 kbit/s, or buses/internal_kbit_per_s 1000: all answers of 38 modules take up to 97 ms at "
+      "500 kbit/s, with those of modules asked alone up to 103 ms");
+  refuses(large(63, 500, 290), "/poll/period_ms", "buses/internal_kbit_per_s 1000: all answers of 63 modules take up");
+  refuses(large(8, 125, 290), "/poll/period_ms", "at least 113 at 125 kbit/s, or buses/internal_kbit_per_s 250");
+  refuses({{"/buses/internal_kbit_per_s", 124}}, "/buses/internal_kbit_per_s", "from 125 to 1000");
+  refuses({{"/buses/internal_kbit_per_s", 1001}}, "/buses/internal_kbit_per_s", "from 125 to 1000");
+}
+
+TEST_CASE("a fast pace whose answers do not fit is refused, with what would do", "[unit][config][BMS_F.2]") {
+  // 16 modules take 42.5 ms at 500 kbit/s, 47.9 with two asked alone.
+  const auto with_fast = [](int fast_ms, int rate_kbit_per_s) {
+    std::vector<Change> changes = large(16, rate_kbit_per_s, 290);
+    changes.push_back({"/poll/fast_period_ms", fast_ms});
+    return changes;
+  };
+  refuses(with_fast(47, 500), "/poll/fast_period_ms",
+          "at least 48 at 500 kbit/s, or buses/internal_kbit_per_s 1000: all answers of 16 modules take up to 43 ms at "
+          "500 kbit/s, with those of modules asked alone up to 48 ms");
+  accepts(with_fast(48, 500));
+  accepts(with_fast(49, 500));
+  accepts(with_fast(47, 1'000));
+  // Where the normal period is too short for the answers, both are said, and each with its own way out.
+  std::vector<Change> both = large(38, 500, 290);
+  both.push_back({"/poll/fast_period_ms", 60});
+  const auto parsed = parse(changed(both).dump());
+  REQUIRE_FALSE(parsed);
+  REQUIRE(parsed.error().size() >= 2);
+  CHECK(parsed.error()[0].path == "/poll/period_ms");
+  CHECK(parsed.error()[1].path == "/poll/fast_period_ms");
+  CHECK(parsed.error()[1].wanted.find("buses/internal_kbit_per_s 1000: ") == 0);
+}
+
+TEST_CASE("a parked pace is held against the bus, too", "[unit][config][BMS_F.2]") {
+  std::vector<Change> changes = large(38, 500, 290);
+  for (const int parked_ms : {102, 103}) {
+    changes.push_back({"/poll/parked_period_ms", parked_ms});
+    const auto parsed = parse(changed(changes).dump());
+    REQUIRE_FALSE(parsed);
+    const bool is_named = std::any_of(parsed.error().begin(), parsed.error().end(), [](const ConfigProblem& problem) {
+      return problem.path == "/poll/parked_period_ms" && problem.wanted.find("at least 103 at 500 kbit/s") == 0;
+    });
+    CHECK(is_named == (parked_ms < 103));
+  }
+}
+
+TEST_CASE("a fast pace that is left out fits, and leaves room on the bus", "[unit][config][BMS_F.2]") {
+  const auto fast_of = [](int modules, int rate_kbit_per_s) {
+    const auto parsed = parse(changed(large(modules, rate_kbit_per_s, 290)).dump());
+    REQUIRE(parsed);
+    CHECK(parsed->poll_in_file.fast_period == 0ms);
+    CHECK(bus_warnings(*parsed, "pack.json").empty());
+    return parsed->core.poll.fast_period;
+  };
+  CHECK(fast_of(4, 500) == 50ms);
+  CHECK(fast_of(16, 500) == 50ms);  // 47.9 ms
+  CHECK(fast_of(16, 1'000) == 50ms);
+  CHECK(fast_of(20, 500) == 60ms);   // 58.2 ms
+  CHECK(fast_of(30, 500) == 100ms);  // 82.7 ms, but below 97 the load is more than 70 %
+}
+
+TEST_CASE("an age must have room for a lost answer and the longest cycle", "[unit][config][BMS_F.2]") {
+  accepts(large(19, 500, 250));  // 49.8 ms
+  refuses(large(20, 500, 252), "/ages/cell_voltage_ms",
+          "at least 253: twice the poll period and 53 ms, which all answers may take");
+  accepts(large(20, 500, 253));
+  accepts(large(63, 1'000, 280));  // 79.6 ms
+  // Results of the sensor wait for the answers; the word of the unit goes ahead of them.
+  std::vector<Change> changes = large(20, 500, 253);
+  changes.push_back({"/ages/pack_current_ms", 92});
+  refuses(changes, "/ages/pack_current_ms", "at least 93");
+  changes.back() = {"/ages/pdu_status_ms", 150};
+  accepts(changes);
+}
+
+TEST_CASE("a bus that is in use for more than 70 % of the time is warned of", "[unit][config][BMS_F.2]") {
+  const auto warnings_of = [](const std::vector<Change>& changes) {
+    const auto parsed = parse(changed(changes).dump());
+    REQUIRE(parsed);
+    return bus_warnings(*parsed, "pack.json");
+  };
+  CHECK(warnings_of({}).empty());
+  CHECK(warnings_of(large(30, 500, 280)).empty());  // 68.5 %, the messages to the vehicle included
+  CHECK(warnings_of(large(16, 250, 290)).size() == 1);
+  const ConfigProblems warnings = warnings_of(large(32, 500, 290));
+  REQUIRE(warnings.size() == 1);
+  CHECK(to_text(warnings[0]) ==
+        "pack.json: /poll/period_ms: found 100, which fills the internal bus to up to 73 %, wanted at least 105 at 500 "
+        "kbit/s, or buses/internal_kbit_per_s 1000, for at most 70 %");
+}
+
+TEST_CASE("a fast pace that fills the bus is warned of by its own key", "[unit][config][BMS_F.2]") {
+  const auto warnings_at = [](int fast_ms) {
+    std::vector<Change> changes = large(30, 500, 290);
+    changes.push_back({"/poll/fast_period_ms", fast_ms});
+    const auto parsed = parse(changed(changes).dump());
+    REQUIRE(parsed);
+    return bus_warnings(*parsed, "pack.json");
+  };
+  const ConfigProblems warnings = warnings_at(90);
+  REQUIRE(warnings.size() == 1);
+  CHECK(warnings[0].path == "/poll/fast_period_ms");
+  const std::string wanted = warnings[0].wanted;
+  REQUIRE(wanted.find("at least ") == 0);
+  const int least_ms = std::stoi(wanted.substr(9));
+  CHECK(warnings_at(least_ms - 1).size() == 1);
+  CHECK(warnings_at(least_ms).empty());
+  CHECK(warnings_at(100).empty());
+  CHECK(to_text(warnings[0]) ==
+        "pack.json: /poll/fast_period_ms: found 90, which fills the internal bus to up to 74 %, wanted at least " +
+            std::to_string(least_ms) + " at 500 kbit/s, or buses/internal_kbit_per_s 1000, for at most 70 %");
+  CHECK(least_ms == 97);
+}
+
+TEST_CASE("no shipped pack is warned of", "[unit][config]") {
+  for (const auto& file : std::filesystem::directory_iterator(packs_directory)) {
+    if (file.path().extension() != ".json") continue;
+    const auto pack = load_pack_config(file.path());
+    INFO(file.path().string());
+    REQUIRE(pack);
+    CHECK(bus_warnings(*pack, "pack.json").empty());
+  }
 }
 
 TEST_CASE("ages of temperatures follow how often they are asked for", "[unit][config][FS_1]") {
@@ -689,6 +852,52 @@ TEST_CASE("what a pack file leaves out follows from the cell and from the limits
   CHECK(pack->core.current.charge_peak_mA == limits.charge_overcurrent.warn);
 }
 
+TEST_CASE("a section balancing that contradicts itself or the limits is refused", "[unit][config][balancing][MMU_3]") {
+  const Json on = {{"enabled", true}};
+  const auto with = [&on](const std::string& key, const Json& value) {
+    Json section = on;
+    section[key] = value;
+    return std::vector<Change>{{"/balancing", section}};
+  };
+  accepts({{"/balancing", on}});
+  accepts(with("voltage_min_mV", 3'001));
+  refuses(with("voltage_min_mV", 3'000), "/balancing/voltage_min_mV",
+          "found 3000, wanted more than warn_mV of cell_undervoltage, 3000");
+  accepts(with("voltage_min_mV", 4'199));
+  refuses(with("voltage_min_mV", 4'200), "/limits/cell_overvoltage/warn_mV", "more than voltage_min_mV of balancing");
+  refuses(with("method", "ocv2"), "/balancing/method", "terminal_voltage, ocv or charge");
+  // A cell of 4.23 V and no more than 250 mA.
+  accepts(with("bleed_resistance_Ohm", 17));
+  refuses(with("bleed_resistance_Ohm", 16), "/balancing/bleed_resistance_Ohm", "at least 17");
+  accepts(with("board_max_dC", 101));
+  refuses(with("board_max_dC", 100), "/balancing/board_max_dC", "found 100, wanted more than board_min_dC");
+  Json by_terminals = on;
+  by_terminals["method"] = "terminal_voltage";
+  by_terminals["top_mV"] = 4'200;
+  accepts({{"/balancing", by_terminals}});
+  by_terminals["top_mV"] = 4'201;
+  refuses({{"/balancing", by_terminals}}, "/limits/cell_overvoltage/warn_mV", "at least top_mV of balancing");
+  by_terminals["top_mV"] = 4'100;
+  by_terminals["voltage_min_mV"] = 4'100;
+  refuses({{"/balancing", by_terminals}}, "/balancing/top_mV", "more than voltage_min_mV");
+}
+
+TEST_CASE("what balancing leaves out follows from the limits and the cell's curve", "[unit][config][balancing]") {
+  const auto pack = parse_pack_config(changed({{"/balancing", {{"enabled", true}}}}).dump(), "pack.json", "");
+  REQUIRE(pack.has_value());
+  const BalancingConfig& balancing = pack->core.balancing;
+  CHECK(balancing.is_enabled);
+  CHECK(balancing.method == BalancingMethod::ocv);
+  CHECK(balancing.requires_closed);
+  CHECK_FALSE(balancing.without_board_sensor);
+  CHECK(balancing.voltage_min_uV == 3'120'000);
+  CHECK(balancing.top_uV > balancing.voltage_min_uV);
+  CHECK(balancing.top_uV <= pack->core.limits.cell_overvoltage.warn);
+  const auto silent = parse_pack_config(without("", "balancing").dump(), "pack.json", "");
+  REQUIRE(silent.has_value());
+  CHECK_FALSE(silent->core.balancing.is_enabled);
+}
+
 TEST_CASE("every module has a node number of its own", "[unit][config]") {
   refuses({{"/modules/0/nodes", {1, 2, 2}}}, "/modules/0/nodes/2", "taken by /modules/0/nodes/1");
   refuses({{"/modules/1", {{"node", 3}, {"cells", 2}, {"temperature_sensors", 0}}}}, "/modules/1/node",
@@ -700,14 +909,65 @@ TEST_CASE("every module has a node number of its own", "[unit][config]") {
   refuses({{"/modules", Json::array()}}, "/modules", "a list of modules");
 }
 
+TEST_CASE("a module's serial number is its own, one for each node", "[unit][config][BMS_F.2]") {
+  Json pack = changed({{"/modules/0",
+                        {{"nodes", {1, 2, 3}},
+                         {"serial_numbers", {4711, nullptr, 4294967295U}},
+                         {"cells", 12},
+                         {"temperature_sensors", 4}}},
+                       {"/modules/1", {{"node", 4}, {"serial_number", 0}, {"cells", 12}, {"temperature_sensors", 4}}}});
+  const auto parsed = parse(pack.dump());
+  REQUIRE(parsed);
+  const auto& modules = parsed->core.modules;
+  CHECK(modules[0].serial_number == 4711U);
+  CHECK_FALSE(modules[1].serial_number.has_value());
+  CHECK(modules[2].serial_number == 4294967295U);
+  CHECK(modules[3].serial_number == 0U);
+  const auto in = [&](const std::string& pointer, const Json& value) {
+    return Change{"/modules", [&] {
+                    Json list = pack["modules"];
+                    list[Json::json_pointer(pointer)] = value;
+                    return list;
+                  }()};
+  };
+  refuses({in("/0/serial_numbers", {4711, 4712})}, "/modules/0/serial_numbers", "as many as \"nodes\" has, 3");
+  refuses({in("/0/serial_numbers", 4711)}, "/modules/0/serial_numbers", "as many as \"nodes\" has, 3");
+  refuses({in("/0/serial_numbers/1", -1)}, "/modules/0/serial_numbers/1", "from 0 to 4294967295");
+  refuses({in("/0/serial_numbers/1", 4711)}, "/modules/0/nodes/1", "node 1 has it");
+  refuses({in("/0/serial_number", 5)}, "/modules/0/serial_number", "\"serial_numbers\" beside \"nodes\"");
+  refuses({in("/1/serial_number", 4711)}, "/modules/1/node", "one that no other module has; node 1 has it");
+  refuses({in("/1/serial_numbers", {5})}, "/modules/1/serial_numbers", "\"serial_number\" beside \"node\"");
+}
+
+TEST_CASE("a fast pace is not slower, a parked one not faster; left out they follow", "[unit][config]") {
+  accepts({{"/poll/fast_period_ms", 100}, {"/poll/parked_period_ms", 100}});
+  refuses({{"/poll/fast_period_ms", 101}}, "/poll/fast_period_ms", "found 101, wanted at most period_ms, 100");
+  refuses({{"/poll/parked_period_ms", 99}}, "/poll/parked_period_ms", "found 99, wanted at least period_ms, 100");
+  refuses({{"/poll/parked_period_ms", 501}}, "/poll/parked_period_ms",
+          "found 501, wanted a whole number from 20 to 500");
+  const auto pack = parse(valid_pack().dump());
+  REQUIRE(pack);
+  CHECK(pack->core.poll.fast_period == 50ms);
+  CHECK(pack->core.poll.parked_period == 500ms);
+  const auto large = load_pack_config(packs_directory / "traction-16x12.json");
+  REQUIRE(large);
+  CHECK(large->core.poll.period == 50ms);
+  CHECK(large->core.poll.fast_period == 50ms);  // 16 modules need nearly all of it, should two be asked alone
+}
+
+TEST_CASE("a board limit that the pack file names is the modules' own, too", "[unit][config][MMU_2]") {
+  const auto left_out = parse(without("/limits", "board_overtemperature").dump());
+  REQUIRE(left_out);
+  CHECK_FALSE(left_out->core.module_board_limit_dC.has_value());
+  const Json board{{"warn_dC", 758}, {"open_dC", 950}, {"hysteresis_dC", 50}, {"confirm_ms", 100}, {"clear_ms", 1'000}};
+  const auto named = parse(changed({{"/limits/board_overtemperature", board}}).dump());
+  REQUIRE(named);
+  CHECK(named->core.module_board_limit_dC == 750);
+}
+
 TEST_CASE("there are at most 63 modules", "[unit][config][BMS_F.2]") {
-  std::vector<int> nodes;
-  for (int node = 1; node <= 63; ++node) nodes.push_back(node);
-  accepts({{"/modules/0/nodes", nodes},
-           {"/contactors/precharge_resistance_Ohm", 0},
-           {"/contactors/precharge_energy_J", 0}});
-  nodes.push_back(1);
-  refuses({{"/modules/0/nodes", nodes}}, "/modules", "found 64 modules, wanted at most 63");
+  accepts(large(63, 1'000, 280));
+  refuses({{"/modules", modules_of_12(64)}}, "/modules", "found 64 modules, wanted at most 63");
 }
 
 TEST_CASE("a pack without any temperature sensor is refused", "[unit][config]") {
@@ -723,6 +983,30 @@ TEST_CASE("the OCV table rises from 0 to 1000 permille", "[unit][config]") {
   refuses({{"/cell/ocv", {{0, 3'000}}}}, "/cell/ocv", "found 1 pairs, wanted a list of 2 to 64 pairs");
   accepts({{"/cell/ocv", {{0, 3'000}, {1'000, 4'100}}}});
   accepts({{"/cell/ocv/4/1", 3'430.001}});
+}
+
+TEST_CASE("what a cell does slowly, when cold, and after a turn may be left out, and is checked", "[unit][config]") {
+  const auto read = parse(changed({{"/cell/slow_rc_resistance_mOhm", 0.7},
+                                   {"/cell/slow_rc_time_constant_s", 31},
+                                   {"/cell/resistance_activation_K", 2'500},
+                                   {"/cell/hysteresis_mV", 12.5},
+                                   {"/cell/hysteresis_charge_permille", 50},
+                                   {"/cell/self_discharge_permille_per_month", 20}})
+                              .dump());
+  REQUIRE(read);
+  const CellModel& cell = read->core.cell;
+  CHECK(cell.slow_rc_resistance_Ohm == Approx(0.0007));
+  CHECK(cell.slow_rc_time_constant_s == 31.0);
+  CHECK(cell.resistance_activation_K == 2'500.0);
+  CHECK(cell.hysteresis_V == Approx(0.0125));
+  CHECK(cell.hysteresis_charge_permille == 50.0);
+  CHECK(cell.self_discharge_permille_per_month == 20.0);
+  refuses({{"/cell/slow_rc_time_constant_s", 30}}, "/cell/slow_rc_time_constant_s",
+          "found 30, wanted more than rc_time_constant_s, 30");
+  accepts({{"/cell/slow_rc_time_constant_s", 30}, {"/cell/slow_rc_resistance_mOhm", 0}});
+  refuses({{"/cell/hysteresis_mV", 200.1}}, "/cell/hysteresis_mV", "200");
+  refuses({{"/cell/hysteresis_charge_permille", 0.9}}, "/cell/hysteresis_charge_permille", "1");
+  refuses({{"/cell/resistance_activation_K", -1}}, "/cell/resistance_activation_K", "0");
 }
 
 TEST_CASE("the OCV table lies within the cell's absolute limits", "[unit][config][BMS_NF.1]") {

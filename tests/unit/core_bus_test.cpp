@@ -254,6 +254,10 @@ TEST_CASE("a module that was swapped while the bus was away is named, and gets o
   CHECK(has_blocker(bench, Blocker::modules_not_set_up));
   bench.modules[1].ignores_commands = false;
   bench.run(1s);
+  CHECK_FALSE(has_blocker(bench, Blocker::modules_not_set_up));
+  CHECK(bench.is_active(FaultId::module_exchanged));  // until somebody who may has accepted it
+  bench.observe(CommandGiven{.command = Command::accept_modules, .authority = Authority::service});
+  bench.run(2s);
   CHECK(bench.core().permission().may_close);
 }
 
@@ -282,7 +286,14 @@ TEST_CASE("a module that was away for a whole circle of the counter is not taken
   bench.run(1500ms);
   while (to_ms(bench.now().time_since_epoch()) % 100 != 50) bench.run(1ms);
   bench.modules[0].talks = false;
-  bench.run(25'500ms);
+  // It is asked alone meanwhile, too: the circle is shorter than 256 cycles.
+  const auto polls_since = [&, from = bench.sent().size()] {
+    return std::count_if(bench.sent().begin() + static_cast<std::ptrdiff_t>(from), bench.sent().end(),
+                         [](const OutgoingFrame& out) {
+                           return out.frame.id == internal_bus::poll.base_id && out.port == Port::internal;
+                         });
+  };
+  REQUIRE(bench.run_until([&] { return polls_since() == 255; }, 30s));
   bench.modules[0].cell_voltage_uV[0] = known(3'701'000);
   bench.modules[0].talks = true;
   bench.run(300ms);

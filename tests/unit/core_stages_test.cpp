@@ -132,7 +132,7 @@ TEST_CASE("polls keep their period, carry a rising counter and ask for identitie
   std::vector<Poll> polls;
   std::vector<TimePoint> at;
   for (TimePoint now = start; now < start + 2s; now += 7ms) {
-    const Poll poll = schedule.step(now, now > start + 500ms);
+    const Poll poll = schedule.step(now, 100ms, now > start + 500ms);
     if (!poll.is_due) continue;
     polls.push_back(poll);
     at.push_back(now);
@@ -151,10 +151,10 @@ TEST_CASE("polls keep their period, carry a rising counter and ask for identitie
 TEST_CASE("after a gap polls go on without a burst", "[unit][polling]") {
   PollSchedule schedule;
   schedule.init({.period = 100ms}, start);
-  CHECK(schedule.step(start, true).is_due);
-  CHECK(schedule.step(start + 5s, true).is_due);
-  CHECK_FALSE(schedule.step(start + 5s + 99ms, true).is_due);
-  CHECK(schedule.step(start + 5s + 100ms, true).is_due);
+  CHECK(schedule.step(start, 100ms, true).is_due);
+  CHECK(schedule.step(start + 5s, 100ms, true).is_due);
+  CHECK_FALSE(schedule.step(start + 5s + 99ms, 100ms, true).is_due);
+  CHECK(schedule.step(start + 5s + 100ms, 100ms, true).is_due);
 }
 
 TEST_CASE("open-circuit voltage to state of charge: at the points, between, and beyond the ends",

@@ -64,3 +64,28 @@ TEST_CASE("the window reaches back 640 ms", "[unit][current]") {
   window.add(0, start + 640ms);
   CHECK(window.swing_mA(start) == 0);
 }
+
+TEST_CASE("the current at a moment lies between the samples on either side of it", "[unit][current][BMS_F.6]") {
+  CurrentWindow window;
+  CHECK_FALSE(window.at(start, 40ms).has_value());
+  window.add(1'000, start);
+  CHECK(window.at(start, 40ms) == 1'000);
+  CHECK_FALSE(window.at(start + 1ms, 40ms).has_value());  // the next is not there yet
+  CHECK_FALSE(window.at(start - 1ms, 40ms).has_value());
+  window.add(3'000, start + 20ms);
+  CHECK(window.at(start + 5ms, 40ms) == 1'500);
+  CHECK(window.at(start + 10ms, 40ms) == 2'000);
+  CHECK(window.at(start + 20ms, 40ms) == 3'000);
+  window.add(-1'000, start + 40ms);
+  CHECK(window.at(start + 30ms, 40ms) == 1'000);
+  CHECK(window.at(start + 5ms, 40ms) == 1'500);  // neighbours, not the latest two
+}
+
+TEST_CASE("samples that are too far away say nothing of the moment", "[unit][current]") {
+  CurrentWindow window;
+  window.add(1'000, start);
+  window.add(3'000, start + 60ms);
+  CHECK(window.at(start + 30ms, 30ms) == 2'000);
+  CHECK_FALSE(window.at(start + 29ms, 30ms).has_value());
+  CHECK_FALSE(window.at(start + 31ms, 30ms).has_value());
+}

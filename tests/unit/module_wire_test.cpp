@@ -31,7 +31,7 @@ class WireBench {
     std::vector<TimedFrame> sent;
     for (const TimePoint end = unit.now + duration; unit.now < end;) {
       unit.now += 1ms;
-      wire.push(unit.mmu.tick(unit.now, unit.measured), faults, unit.now);
+      wire.push(unit.mmu.tick(unit.now, unit.transfer()), faults, unit.now);
       while (const auto frame = wire.pop(unit.now)) sent.push_back({unit.now, *frame});
     }
     return sent;

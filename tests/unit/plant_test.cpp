@@ -27,8 +27,7 @@ CellPhysics straight_cell() {
   }
   cell.capacity_As = 36'000.0;
   cell.series_resistance_Ohm = 0.002;
-  cell.rc_resistance_Ohm = 0.003;
-  cell.rc_time_constant_s = 20.0;
+  cell.rc[0] = {.resistance_Ohm = 0.003, .time_constant_s = 20.0};
   cell.heat_capacity_J_per_K = 400.0;
   cell.heat_transfer_W_per_K = 0.5;
   return cell;
@@ -222,7 +221,7 @@ TEST_CASE("energy is conserved: chemistry gives what terminals, heat and RC pair
   double stored_J = 0.0;
   for (std::size_t cell = 0; cell < plant.cell_count(); ++cell) {
     const double capacitance_F = 20.0 / 0.003;
-    stored_J += 0.5 * capacitance_F * plant.cell(cell).rc_V * plant.cell(cell).rc_V;
+    stored_J += 0.5 * capacitance_F * plant.cell(cell).rc_V[0] * plant.cell(cell).rc_V[0];
   }
   CHECK(totals.chemical_J == Approx(totals.pack_J + totals.cell_heat_J + totals.shunt_J + stored_J).epsilon(1e-4));
 }
@@ -237,7 +236,7 @@ TEST_CASE("after a current step the RC pair goes to its end as exp(-t / tau) say
     Plant fresh = plant;
     for (int step = 0; step < static_cast<int>(time_s / step_s); ++step) fresh.step();
     const double end_V = 20.0 * 0.003;
-    CHECK(fresh.cell(0).rc_V == Approx(end_V * (1.0 - std::exp(-time_s / 20.0))).epsilon(1e-3));
+    CHECK(fresh.cell(0).rc_V[0] == Approx(end_V * (1.0 - std::exp(-time_s / 20.0))).epsilon(1e-3));
   }
   run(plant, 100s);
   const double loaded_V = plant.cell(0).voltage_V;
@@ -245,7 +244,121 @@ TEST_CASE("after a current step the RC pair goes to its end as exp(-t / tau) say
   run(plant, 20ms);
   CHECK(plant.cell(0).voltage_V - loaded_V == Approx(20.0 * 0.002).epsilon(0.02));  // R0 at once
   run(plant, 20s);
-  CHECK(plant.cell(0).rc_V == Approx(20.0 * 0.003 * std::exp(-1.0)).epsilon(0.01));
+  CHECK(plant.cell(0).rc_V[0] == Approx(20.0 * 0.003 * std::exp(-1.0)).epsilon(0.01));
+}
+
+TEST_CASE("of two pairs each goes to its end in its own time", "[unit][plant]") {
+  PlantConfig config = pack_config(1, 1);
+  config.link_bleed_Ohm = 1e12;
+  config.cell.rc[1] = {.resistance_Ohm = 0.004, .time_constant_s = 300.0};
+  Plant plant(config);
+  settle_with(plant, closed);
+  plant.set_load_A(10.0);
+  run(plant, 60s);
+  const PlantCell& cell = plant.cell(0);
+  CHECK(cell.rc_V[0] == Approx(10.0 * 0.003 * (1.0 - std::exp(-60.0 / 20.0))).epsilon(1e-3));
+  CHECK(cell.rc_V[1] == Approx(10.0 * 0.004 * (1.0 - std::exp(-60.0 / 300.0))).epsilon(1e-3));
+  const double expected_V = plant.ocv_V(cell.soc) - cell.rc_V[0] - cell.rc_V[1] - 10.0 * 0.002;
+  CHECK(cell.voltage_V == Approx(expected_V).epsilon(1e-6));
+}
+
+TEST_CASE("all resistances are larger in the cold, as Arrhenius says", "[unit][plant]") {
+  PlantConfig config = pack_config(1, 2);
+  config.cell.resistance_activation_K = 2'500.0;
+  Plant plant(config);
+  plant.hold_cell_temperature_C(0, 25.0);
+  plant.hold_cell_temperature_C(1, -10.0);
+  settle_with(plant, closed);
+  plant.set_load_A(10.0);
+  run(plant, 120s);
+  const double factor = std::exp(2'500.0 * (1.0 / 263.15 - 1.0 / 298.15));
+  CHECK(factor == Approx(3.05).epsilon(0.01));
+  const PlantCell& warm = plant.cell(0);
+  const PlantCell& cold = plant.cell(1);
+  CHECK(cold.resistance_Ohm == Approx(0.002 * factor));
+  CHECK(cold.rc_V[0] == Approx(warm.rc_V[0] * factor).epsilon(1e-6));
+  CHECK(warm.voltage_V - cold.voltage_V == Approx(10.0 * 0.005 * (factor - 1.0)).epsilon(0.01));
+}
+
+TEST_CASE("a cell that warms up follows within a tenth of a second", "[unit][plant]") {
+  PlantConfig config = pack_config();
+  config.cell.resistance_activation_K = 2'500.0;
+  config.ambient_C = 0.0;
+  Plant plant(config);
+  CHECK(plant.cell(3).resistance_factor == Approx(std::exp(2'500.0 * (1.0 / 273.15 - 1.0 / 298.15))));
+  plant.set_ambient_C(1'000.0);
+  run(plant, 60s);
+  const double before_C = plant.cell(3).temperature_C;
+  run(plant, 100ms);
+  REQUIRE(before_C > 20.0);
+  const double at_most = std::exp(2'500.0 * (1.0 / (before_C + 273.15) - 1.0 / 298.15));
+  CHECK(plant.cell(3).resistance_factor <= at_most);
+  CHECK(plant.cell(3).resistance_factor > at_most * 0.98);
+}
+
+TEST_CASE("a cell rests higher after charging than after discharging, and turns over with the charge that flows",
+          "[unit][plant]") {
+  PlantConfig config = pack_config(1, 1);
+  config.link_bleed_Ohm = 1e12;
+  config.cell.hysteresis_V = 0.020;
+  config.cell.hysteresis_charge = 0.05;
+  config.cell.rc = {};
+  config.cell.capacity_As = 3'600.0;
+  Plant plant(config);
+  settle_with(plant, closed);
+  const auto rests_above_ocv_V = [&plant] {
+    plant.set_load_A(0.0);
+    run(plant, 1s);
+    return plant.cell(0).voltage_V - plant.ocv_V(plant.cell(0).soc);
+  };
+  CHECK(rests_above_ocv_V() == Approx(0.0).margin(1e-6));
+  plant.set_load_A(36.0);
+  run(plant, 20s);  // a fifth of the capacity
+  CHECK(rests_above_ocv_V() == Approx(-0.020 * (1.0 - std::exp(-4.0))).epsilon(0.01));
+  const double turned_V = rests_above_ocv_V();
+  plant.set_load_A(-36.0);
+  run(plant, 5s);  // back by the charge it turns over with
+  CHECK(rests_above_ocv_V() == Approx(0.020 + (turned_V - 0.020) * std::exp(-1.0)).epsilon(0.01));
+  plant.set_load_A(-36.0);
+  run(plant, 25s);
+  CHECK(rests_above_ocv_V() == Approx(0.020).epsilon(0.02));
+}
+
+TEST_CASE("a full turn with hysteresis loses energy, and the books agree", "[unit][plant]") {
+  PlantConfig config = pack_config(1, 2);
+  config.cell.hysteresis_V = 0.020;
+  config.cell.series_resistance_Ohm = 0.0;
+  config.cell.rc = {};
+  config.cell.capacity_As = 3'600.0;
+  Plant plant(config);
+  settle_with(plant, closed);
+  for (int turn = 0; turn < 4; ++turn) {
+    plant.set_load_A(turn % 2 == 0 ? 36.0 : -36.0);
+    run(plant, 20s);
+  }
+  const PlantTotals& totals = plant.totals();
+  CHECK(totals.chemical_J == Approx(totals.pack_J + totals.cell_heat_J).epsilon(1e-6));
+  CHECK(totals.cell_heat_J > 0.5 * 4 * 720.0 * 2 * 0.020);
+}
+
+TEST_CASE("a cell discharges itself, twice as fast ten kelvin warmer", "[unit][plant]") {
+  PlantConfig config = pack_config(1, 2);
+  config.cell.self_discharge_per_s = 1e-5;
+  Plant plant(config);
+  plant.hold_cell_temperature_C(0, 25.0);
+  plant.hold_cell_temperature_C(1, 35.0);
+  run(plant, 100s);
+  CHECK(0.5 - plant.cell(0).soc == Approx(1e-3).epsilon(1e-6));
+  CHECK(0.5 - plant.cell(1).soc == Approx(2e-3).epsilon(1e-6));
+}
+
+TEST_CASE("a worn cell with half the capacity is emptied twice as fast", "[unit][plant]") {
+  Plant plant(pack_config());
+  plant.set_cell_capacity_As(4, 18'000.0);
+  settle_with(plant, closed);
+  plant.set_load_A(20.0);
+  run(plant, 60s);
+  CHECK(0.5 - plant.cell(4).soc == Approx(2.0 * (0.5 - plant.cell(5).soc)).epsilon(1e-9));
 }
 
 TEST_CASE("balancing draws its current from its own cell only", "[unit][plant][MMU_3][BMS_NF.3]") {
@@ -371,6 +484,28 @@ TEST_CASE("beyond full and empty the open-circuit voltage goes on", "[unit][plan
   CHECK(plant.ocv_V(1.1) == Approx(4.1));
   CHECK(plant.ocv_V(-0.1) == Approx(2.9));
   CHECK(plant.ocv_V(0.0005) == Approx(3.0005));
+}
+
+TEST_CASE("a cell that is abused for ever stays finite", "[unit][plant]") {
+  PlantConfig config = pack_config();
+  config.cell.heat_capacity_J_per_K = 45.0;
+  config.cell.heat_transfer_W_per_K = 0.15;
+  config.cell.capacity_As = 360.0;
+  config.cell.self_discharge_per_s = 1e-8;
+  const double current_A = GENERATE(-400.0, 400.0);
+  Plant plant(config);
+  settle_with(plant, closed);
+  plant.set_cell_resistance_Ohm(3, 0.3);
+  plant.set_load_A(current_A);
+  run(plant, 600s);
+  INFO(current_A);
+  for (std::size_t index = 0; index < plant.cell_count(); ++index) {
+    INFO(index);
+    CHECK(std::isfinite(plant.cell(index).voltage_V));
+    CHECK(std::abs(plant.cell(index).soc - 0.5) <= 1.1);
+    CHECK(std::abs(plant.cell(index).temperature_C) < 1'200.0);
+  }
+  CHECK(std::isfinite(plant.current_A()));
 }
 
 TEST_CASE("the drive profile stays within 50 A, regenerates, and repeats", "[unit][plant]") {

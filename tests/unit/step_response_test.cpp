@@ -12,15 +12,16 @@ namespace {
 
 constexpr std::int32_t model_uOhm = 2'000;
 
-CoreConfig pack_of_2_mOhm() {
+CoreConfig pack_of_2_mOhm(double activation_K = 0.0) {
   CoreConfig config = test::small_pack();
   config.cell.series_resistance_Ohm = model_uOhm * 1e-6;
+  config.cell.resistance_activation_K = activation_K;
   return config;
 }
 
 /// A closed pack whose load goes up and down, and whose cells follow by resistances of their own.
 struct Drive {
-  Drive() {
+  explicit Drive(const CoreConfig& config = pack_of_2_mOhm()) : bench(config) {
     for (auto& module : resistance_uOhm) module.fill(model_uOhm);
     REQUIRE(bench.close());
     bench.before_poll = [this] {
@@ -37,7 +38,7 @@ struct Drive {
 
   [[nodiscard]] const StepResponse& steps() const { return bench.core().watchers().steps; }
 
-  CoreBench bench{pack_of_2_mOhm()};
+  CoreBench bench;
   std::array<std::array<std::int32_t, 4>, 2> resistance_uOhm{};
   std::int32_t low_mA = 5'000;
   std::int32_t high_mA = 45'000;
@@ -74,6 +75,45 @@ TEST_CASE("each cell's resistance is what a step of the current does to its volt
   CHECK(drive.steps().contradiction().value == 0);
 }
 
+TEST_CASE("cells that are exchanged are measured anew; the others' resistances stay", "[unit][estimators][BMS_F.6]") {
+  Drive drive;
+  drive.bench.run(10s);
+  StepResponse steps = drive.steps();
+  REQUIRE(steps.average_uOhm() == model_uOhm);
+  steps.forget_module(1);
+  CHECK(steps.average_uOhm() == 0);
+  CHECK_FALSE(steps.worst_cell_permille().is_known);
+  for (std::size_t cell = 0; cell < 4; ++cell) CHECK(steps.cell_resistance_uOhm(cell) == 0);
+  for (std::size_t cell = 4; cell < 8; ++cell) CHECK(steps.cell_resistance_uOhm(cell) == model_uOhm);
+}
+
+TEST_CASE("a current that rises and falls slowly does not shift a resistance: it is that of the POLL",
+          "[unit][estimators][BMS_F.6]") {
+  Drive drive;
+  // High and rising, then low and falling; no sample falls on a POLL. Taken 10 ms beside it, each would be 150 mA off.
+  drive.bench.each_ms = [&] {
+    const std::int64_t ms = (to_ms(drive.bench.now().time_since_epoch()) + 950) % 1'000;
+    drive.bench.current_mA = static_cast<std::int32_t>(ms < 500 ? 45'000 + 15 * (ms - 250) : 5'000 - 15 * (ms - 750));
+  };
+  drive.bench.is_lost = [&](const CanFrame& frame) {
+    return frame.id == internal_bus::sensor_current.base_id && to_ms(drive.bench.now().time_since_epoch()) % 100 == 0;
+  };
+  drive.bench.run(20s);
+  CHECK(std::abs(drive.steps().cell_resistance_uOhm(0) - model_uOhm) <= 2);
+}
+
+TEST_CASE("a module that told another moment's voltages is no part of a picture", "[unit][estimators][BMS_F.6]") {
+  Drive drive;
+  // Of module 2 nothing is heard before it is asked alone, when the current has long changed.
+  drive.bench.is_lost = [&](const CanFrame& frame) {
+    const bool is_of_2 = (frame.id & 0x3FU) == 2 && frame.id >= 0x100 && frame.id < 0x300;
+    return is_of_2 && to_ms(drive.bench.now().time_since_epoch()) % 100 < 50;
+  };
+  drive.bench.run(20s);
+  CHECK(drive.bench.core().modules().find(2)->answers_missed < 3);
+  CHECK(drive.steps().average_uOhm() == 0);
+}
+
 TEST_CASE("steps that are too small say nothing", "[unit][estimators][BMS_F.6]") {
   Drive drive;
   drive.high_mA = drive.low_mA + 7'900;  // a tenth of the continuous current is a step
@@ -108,12 +148,82 @@ TEST_CASE("cells that have all become poor are a poor battery", "[unit][core][es
   CHECK(told_trouble_codes(drive.bench) == std::pair<std::int64_t, std::int64_t>{2, 0});
 }
 
+TEST_CASE("a pack in the cold is no poor battery: its resistance is compared with the model's at its temperature",
+          "[unit][core][estimators][BMS_F.7]") {
+  constexpr double activation_K = 2'500.0;
+  const auto cold_uOhm = static_cast<std::int32_t>(model_uOhm * resistance_factor(activation_K, 2.0));
+  REQUIRE(cold_uOhm > 2 * model_uOhm);
+  for (const double known_K : {activation_K, 0.0}) {
+    Drive drive(pack_of_2_mOhm(known_K));
+    for (auto& module : drive.bench.modules) module.cell_temperature_dC.fill(known(20));
+    for (auto& module : drive.resistance_uOhm) module.fill(cold_uOhm);
+    drive.bench.run(60s);
+    REQUIRE(drive.steps().average_permille().is_known);
+    CHECK(drive.bench.is_active(FaultId::pack_resistance) == (known_K == 0.0));
+    if (known_K != 0.0) CHECK(std::abs(drive.steps().average_permille().value - 1'000) <= 2);
+  }
+}
+
 TEST_CASE("voltages that rise when more current is said to flow out show a sensor the wrong way round",
           "[unit][core][estimators][F12]") {
   Drive drive;
   drive.is_reversed = true;
   REQUIRE(drive.bench.run_until([&] { return drive.bench.is_active(FaultId::current_contradicts_voltage); }, 20s));
   CHECK_FALSE(drive.bench.core().outputs().any_contactor());
+}
+
+namespace {
+
+/// Cells that bleed while the current is low: their voltages fall by what their wires take.
+struct BleedingDrive : Drive {
+  explicit BleedingDrive(std::uint16_t cells, std::int64_t wire_drop_uV, std::int64_t told_ahead) {
+    const auto before = bench.before_poll;
+    bench.before_poll = [this, before, cells, wire_drop_uV, told_ahead] {
+      before();
+      if (!bleeds) return;
+      const auto is_low = [](std::int64_t poll) { return poll / 5 % 2 == 0; };
+      for (test::BenchModule& module : bench.modules) {
+        // What is told may be a switch's state behind the sample.
+        module.balancing_cells = is_low(polls - 1 + told_ahead) ? cells : std::uint16_t{0};
+        for (std::size_t cell = 0; cell < 4; ++cell) {
+          const bool is_on = (cells >> cell & 1U) != 0 && is_low(polls - 1);
+          if (is_on) module.cell_voltage_uV[cell] = known(module.cell_voltage_uV[cell].value - wire_drop_uV);
+        }
+      }
+    };
+  }
+
+  bool bleeds = false;
+};
+
+}  // namespace
+
+TEST_CASE("a cell that begins or ceases to bleed with a step of the current shows no resistance by it",
+          "[unit][estimators][balancing][BMS_F.6]") {
+  for (const std::int64_t told_ahead : {0, 1}) {
+    CAPTURE(told_ahead);
+    BleedingDrive drive(0b0010, 30'000, told_ahead);
+    drive.bench.run(20s);
+    REQUIRE(drive.steps().cell_resistance_uOhm(1) == model_uOhm);
+    drive.bleeds = true;
+    drive.bench.run(60s);
+    CHECK(drive.steps().cell_resistance_uOhm(1) == model_uOhm);  // 30 mV by 40 A would be as much as a third of it
+    CHECK(drive.steps().cell_resistance_uOhm(0) == model_uOhm);
+    CHECK(drive.bench.core().sequence().phase == Phase::closed);
+  }
+}
+
+TEST_CASE("all cells beginning to bleed with a step of the current do not contradict it",
+          "[unit][core][estimators][balancing][F12]") {
+  for (const std::int64_t told_ahead : {0, 1}) {
+    CAPTURE(told_ahead);
+    BleedingDrive drive(0b1111, 150'000, told_ahead);
+    drive.bench.run(20s);
+    drive.bleeds = true;
+    drive.bench.run(60s);
+    CHECK(drive.bench.core().faults().state(FaultId::current_contradicts_voltage).count == 0);
+    CHECK(drive.bench.core().sequence().phase == Phase::closed);
+  }
 }
 
 namespace {

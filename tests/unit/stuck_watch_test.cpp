@@ -186,6 +186,32 @@ TEST_CASE("a slow part of the resistance counts where it works against the charg
   }
 }
 
+TEST_CASE("the slowest part counts as well, and what the cold makes of it all", "[unit][plausibility][F17]") {
+  for (const auto& [slow_Ohm, activation_K, counts] :
+       {std::tuple{0.0, 0.0, true}, std::tuple{0.002, 0.0, false}, std::tuple{0.0, 1'400.0, false}}) {
+    CoreConfig config = pack_of_2_mOhm();
+    config.cell.slow_rc_resistance_Ohm = slow_Ohm;
+    config.cell.resistance_activation_K = activation_K;
+    Watched flow(config);
+    for (int count = 0; count < 100; ++count) flow.poll(900'000, 1s);
+    const std::int64_t before = flow.longest().value;
+    flow.poll(800'000, 1s);
+    CHECK(flow.longest().value == before + (counts ? 1'000 : 0));
+  }
+}
+
+TEST_CASE("a step has to show in a hot cell, too, whose resistance is less", "[unit][plausibility][F17]") {
+  CoreConfig config = pack_of_2_mOhm();
+  config.cell.resistance_activation_K = 2'500.0;  // at 60 C 0.414 of it: 5 mV at 6.04 A
+  for (const auto& [step_mA, counts] : {std::pair{6'000, false}, std::pair{6'100, true}}) {
+    Watched step(config);
+    step.poll(0);
+    step.poll(step_mA);
+    step.poll(step_mA);
+    CHECK((step.longest().value > 0) == counts);
+  }
+}
+
 TEST_CASE("what flowed while the current was not known is not counted", "[unit][plausibility][F17]") {
   Watched watched;
   watched.poll(50'000);

@@ -62,4 +62,78 @@ TEST_CASE("a fault that stays is named even if the daemon gives no reason", "[un
   CHECK(clear_text(Json::array(), Json::array({"emergency_stop"}), nullptr) == "Still present: emergency_stop.\n");
 }
 
+namespace {
+
+Json balance_reply() {
+  return {{"method", "ocv"},
+          {"state", "bleeding"},
+          {"state_for_ms", 12'000},
+          {"reasons", Json::array()},
+          {"plan", "some cells have too much"},
+          {"planned_ago_ms", 12'000},
+          {"cells_told", 1},
+          {"cells_on", 1},
+          {"modules", Json::array({{{"node", 3},
+                                    {"first_pack_number", 25},
+                                    {"command", "done"},
+                                    {"to_go_uAs", {0, 36'000'000}},
+                                    {"minutes_told", {0, 5}},
+                                    {"is_on", {false, true}},
+                                    {"bled_uAs", {0, 3'600'000}},
+                                    {"missing_uAs", {nullptr, nullptr}}}})}};
+}
+
+}  // namespace
+
+TEST_CASE("balance shows the cells that have a part in it", "[unit][bmuctl][balancing]") {
+  const Json reply = balance_reply();
+  const std::string text = balance_page(Reply(reply)).text(false);
+  CHECK(text.find("bleeding 1 cells, 1 switches on") != std::string::npos);
+  CHECK(text.find("some cells have too much") != std::string::npos);
+  CHECK(text.find("0.0100 Ah") != std::string::npos);
+  CHECK(text.find("5 min") != std::string::npos);
+  CHECK(text.find(" 26 ") != std::string::npos);
+  CHECK(text.find(" 25 ") == std::string::npos);  // nothing of the other
+  CHECK(text.find("Against it") == std::string::npos);
+}
+
+TEST_CASE("balance says first what speaks against it, and lists it all", "[unit][bmuctl][balancing]") {
+  Json reply = balance_reply();
+  reply["state"] = "idle";
+  reply["modules"] = Json::array();
+  reply["reasons"] = Json::array({{{"name", "discharging"}, {"text", "the pack is discharged"}},
+                                  {{"name", "cell_too_low"}, {"text", "a cell is too low"}}});
+  const std::string text = balance_page(Reply(reply)).text(false);
+  CHECK(text.find("idle: the pack is discharged") != std::string::npos);
+  CHECK(text.find("a cell is too low") != std::string::npos);
+  CHECK(text.find("Module  Cell") == std::string::npos);
+}
+
+TEST_CASE("balance names modules that do not take part", "[unit][bmuctl][balancing]") {
+  for (const std::string command : {"refused", "no answer"}) {
+    Json reply = balance_reply();
+    reply["modules"][0]["command"] = command;
+    CHECK(balance_page(Reply(reply)).text(false).find(command) != std::string::npos);
+  }
+}
+
+TEST_CASE("status shows what an interface is set to beside its bus, and what it should be", "[unit][bmuctl]") {
+  const auto row_of = [](const Json& rate, const Json& wanted, const char* verdict) {
+    const Json port{{"port", "internal"},     {"bus", "can0"},          {"state", "up"},
+                    {"times_down", 3},        {"rate_bit_per_s", rate}, {"rate_wanted_bit_per_s", wanted},
+                    {"rate_verdict", verdict}};
+    const std::string text = status_page(Reply(Json{{"ports", {port}}})).text(false);
+    const auto at = text.find("internal");
+    REQUIRE(at != std::string::npos);
+    const bool has_column = text.find("kbit/s") != std::string::npos;
+    const std::string row = text.substr(at, text.find('\n', at) - at);
+    return (has_column ? "kbit/s:" : "") + row.substr(row.find('3') + 1);
+  };
+  CHECK(row_of(500'000, 500'000, "as wanted") == "kbit/s:     500");
+  CHECK(row_of(83'333, nullptr, "unknown") == "kbit/s:  83.333");
+  CHECK(row_of(250'000, 500'000, "differs") == "kbit/s:  250, not 500");
+  CHECK(row_of(125'000, 500'000, "too slow") == "kbit/s:  125, not 500");
+  CHECK(row_of(nullptr, nullptr, "unknown").empty());
+}
+
 }  // namespace bmu

@@ -142,6 +142,9 @@ void add_details(Page& page, const Reply& fault) {
   page.add({});
   page.add({{fault["name"].text(), style_of(fault)}, plain(": " + fault["meaning"].text())});
   page.add_field("  seen", {plain(seen_text(fault))});
+  for (std::size_t i = 0; i < fault["modules"].size(); ++i) {
+    page.add_field(i == 0 ? "  now" : "", {{fault["modules"].at(i).text(), style_of(fault)}});
+  }
   if (const Reply frame = fault["freeze_frame"]; frame.is_known()) {
     page.add_field("  then", {plain(trigger_text(frame))});
     page.add_field("", {{frame_text(frame), Style::dim}});

@@ -1,4 +1,5 @@
 // bmuctl: asks the daemon, and shows the answer.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -22,6 +23,9 @@ constexpr int exit_ok = 0;
 constexpr int exit_no_answer = 1;
 constexpr int exit_still_present = 3;
 constexpr std::chrono::milliseconds answer_max{2000};
+/// Pictures of an assignment under way, 50 ms apart: more than twice what it may take.
+constexpr int assignment_period_ms = 50;
+constexpr int assignment_pictures_max = 80;
 
 constexpr const char* footer = R"(Examples:
   bmuctl status                    the whole pack at a glance
@@ -30,6 +34,8 @@ constexpr const char* footer = R"(Examples:
   bmuctl why                       why it opened, why it does not close, why it is limited
   bmuctl clear                     end faults that wait for it and whose cause is gone
   bmuctl clear --authorised        those, too, that need somebody who has looked at the pack
+  bmuctl modules                   who is on which node, who should be, how they answer (bmuctl modules --help)
+  bmuctl balance --off             stop bleeding cells, until --on or a new start of the daemon
   bmuctl wake                      wake the modules of a pack that rests after an undervoltage
   bmuctl --json cells | jq .modules[0]
   bmuctl --json drive | jq .drive  the answer to "status", in which the drive is
@@ -38,7 +44,30 @@ With --authorised the daemon obeys root and the user it runs as, nobody else; wh
 "bmuctl faults".
 
 Exit codes: 0 answered; 1 no daemon answers, it went away, or it refused; 2 command line; 3 answered, but "clear" left a
-fault that does more than warn: what it prints, or "still_present" and "reasons" of --json, say which and why.)";
+fault that does more than warn (what it prints, or "still_present" and "reasons" of --json, say which and why), "modules
+accept" could not accept a module that is there, or the one it was asked for (it says why), or "modules assign" was not
+obeyed.)";
+
+constexpr const char* modules_footer = R"(Examples:
+  bmuctl modules                         both tables, and what is not as expected
+  bmuctl --json modules | jq '.modules[] | {node, serial_number, problems}'
+  bmuctl modules accept 3                the module found at node 3 belongs there from now on
+  bmuctl modules accept                  the same for all nodes
+  bmuctl modules assign 4711 3           give node 3 to the module with serial number 4711, and see that it has it
+  bmuctl modules assign 4711 3 --unheard the same for one that shares its node number with others and so is not heard
+
+The first table says who is there: the serial number found and, where it is another, the expected one; what that means
+(expected, exchanged, misplaced, swapped, unheard); mode, supply, cells, sensors, and whether the pack's limits are set.
+The second says how they answer: times from POLL to the end of the answer, jitter, complete and missed answers, how often
+a module was asked alone because something was missing, frames refused by reason, restarts.
+
+"accept" and "assign" obey root and the user the daemon runs as, while the pack is open and nobody wants it closed.
+
+Exit codes of "accept": 0 whoever is there belongs there now, and who is not heard is told; 3 somebody who is there could
+not be accepted (two speak under one number, the pack file names another one), or nobody is heard at the NODE given; 1
+refused, or no answer. Of "assign": 0 the module has said that it has the number, or had it already; 3 it did not; 1
+refused (the text says why), or no answer.
+Two modules that have to change places go by way of a third, free number.)";
 
 /// A command that is one question and one answer.
 struct CommandRow {
@@ -57,6 +86,8 @@ constexpr std::array command_table{
     CommandRow{"why", "why", "why the pack is in its state, why it opened, why it is limited", why_page},
     CommandRow{"drive", "status", "how the pack closed last, what went through it, why it opened", drive_page},
     CommandRow{"clear", "clear", "clear latched faults whose cause is gone", clear_page, nullptr, leaves_faults},
+    CommandRow{"modules", "modules", "who is on which node, who should be, and how they answer", modules_page},
+    CommandRow{"balance", "balance", "what is bled from which cell, and what speaks against it", balance_page},
     CommandRow{"wake", "wake", "wake the modules of a pack that rests after an undervoltage", wake_page},
 };
 
@@ -68,7 +99,16 @@ struct Options {
   double period_s = 0;
   bool reconnect = false;
   bool authorised = false;
+  std::uint64_t serial_number = 0;
+  std::uint64_t node = 0;  // 0: none given
+  bool unheard = false;
+  bool balancing_on = false;
+  bool balancing_off = false;
 };
+
+constexpr CommandRow accept_row{
+    "accept",    "accept_modules", "the modules found on their nodes belong there from now on",
+    accept_page, nullptr,          leaves_unaccepted};
 
 int fail(const char* what) {
   std::fprintf(stderr, "bmuctl: %s\n", what);
@@ -90,20 +130,25 @@ Result<std::string, std::string> answer_to(const nlohmann::json& question, Clien
   return client.read_line(answer_max);
 }
 
+int refused(const Reply& reply) {
+  const std::string message = reply["error"]["message"].text();
+  return fail(message.empty() ? "the daemon's answer makes no sense" : "the daemon refuses: " + message);
+}
+
 int ask(const CommandRow& row, const Options& options) {
   auto client = Client::connect(options.socket);
   if (!client) return fail(client.error());
   nlohmann::json question{{"cmd", row.asks}};
   if (options.authorised) question["authorised"] = true;
+  if (options.node != 0) question["node"] = options.node;
+  if (options.balancing_on) question["switch"] = "on";
+  if (options.balancing_off) question["switch"] = "off";
   const auto line = answer_to(question, *client);
   if (!line) return fail(line.error());
   nlohmann::json json = nlohmann::json::parse(*line, nullptr, false);
   const Reply reply(json);
   if (options.json) write_out(*line + "\n");
-  if (!reply["ok"].is_true()) {
-    const std::string message = reply["error"]["message"].text();
-    return fail(message.empty() ? "the daemon's answer makes no sense" : "the daemon refuses: " + message);
-  }
+  if (!reply["ok"].is_true()) return refused(reply);
   const int status = row.falls_short != nullptr && row.falls_short(reply) ? exit_still_present : exit_ok;
   if (options.json) return status;
   if (row.page_also_asks != nullptr) {
@@ -113,6 +158,43 @@ int ask(const CommandRow& row, const Options& options) {
   }
   write_out(row.page(reply).text(wants_colour(options)));
   return status;
+}
+
+/// The assignment this connection asked for, once it is over; null if the daemon had another to tell of, or none.
+Result<nlohmann::json, std::string> assignment_end(std::int64_t number, Client& client) {
+  if (auto sent = client.send_line(nlohmann::json{{"cmd", "watch"}, {"period_ms", assignment_period_ms}}.dump());
+      !sent) {
+    return failure(sent.error());
+  }
+  for (int picture = 0; picture < assignment_pictures_max; ++picture) {
+    const auto line = client.read_line(answer_max);
+    if (!line) return failure(line.error());
+    nlohmann::json json = nlohmann::json::parse(*line, nullptr, false);
+    const Reply assignment = Reply(json)["status"]["assignment"];
+    if (assignment["number"].number() != number) return failure(std::string("somebody else gave a node number"));
+    if (assignment["is_over"].is_true()) return json["status"]["assignment"];
+  }
+  return failure(std::string("the daemon does not tell how it ended: see bmuctl modules"));
+}
+
+int assign(const Options& options) {
+  auto client = Client::connect(options.socket);
+  if (!client) return fail(client.error());
+  nlohmann::json question{{"cmd", "assign_module"}, {"serial_number", options.serial_number}, {"node", options.node}};
+  if (options.unheard) question["unheard"] = true;
+  const auto line = answer_to(question, *client);
+  if (!line) return fail(line.error());
+  const nlohmann::json json = nlohmann::json::parse(*line, nullptr, false);
+  const Reply reply(json);
+  if (!reply["ok"].is_true()) {
+    if (options.json) write_out(*line + "\n");
+    return refused(reply);
+  }
+  const auto end = assignment_end(reply["assignment"]["number"].number_or(0), *client);
+  if (!end) return fail(end.error());
+  const Reply assignment(*end);
+  write_out(options.json ? end->dump() + "\n" : assignment_page(assignment).text(wants_colour(options)));
+  return assignment["is_done"].is_true() ? exit_ok : exit_still_present;
 }
 
 std::optional<std::chrono::milliseconds> milliseconds_of(double seconds) {
@@ -138,6 +220,23 @@ CLI::App* add_watch(CLI::App& app, Options& options) {
   return watch;
 }
 
+void add_modules(CLI::App& modules, Options& options) {
+  constexpr std::uint64_t node_max = 63;
+  modules.footer(modules_footer);
+  modules.require_subcommand(0, 1);
+  CLI::App* accept = modules.add_subcommand(accept_row.name, accept_row.help);
+  accept->add_option("NODE", options.node, "of this node; without it of all")
+      ->check(command_line::whole_number(1, node_max));
+  CLI::App* assign = modules.add_subcommand("assign", "give a node number to the module with this serial number");
+  assign->add_option("SERIAL", options.serial_number, "the module's serial number")
+      ->required()
+      ->check(command_line::whole_number(0, UINT32_MAX));
+  assign->add_option("NODE", options.node, "its new node number")
+      ->required()
+      ->check(command_line::whole_number(1, node_max));
+  assign->add_flag("--unheard", options.unheard, "although nobody with this serial number has been heard");
+}
+
 /// Returns the watch command, which has options of its own.
 const CLI::App* add_options(CLI::App& app, Options& options) {
   app.add_option("--socket", options.socket, "the daemon's socket")->type_name("PATH")->capture_default_str();
@@ -152,7 +251,19 @@ const CLI::App* add_options(CLI::App& app, Options& options) {
   for (const CommandRow& row : command_table) app.add_subcommand(row.name, row.help);
   app.get_subcommand("clear")->add_flag("--authorised", options.authorised,
                                         "those, too, that need somebody who has looked at the pack");
+  add_modules(*app.get_subcommand("modules"), options);
+  CLI::App* balance = app.get_subcommand("balance");
+  CLI::Option* off = balance->add_flag("--off", options.balancing_off, "stop, until --on or a new start of the daemon");
+  balance->add_flag("--on", options.balancing_on, "as the pack file says, again")->excludes(off);
   return add_watch(app, options);
+}
+
+int ask_modules(const CLI::App& modules, const Options& options) {
+  if (modules.got_subcommand("assign")) return assign(options);
+  if (modules.got_subcommand(accept_row.name)) return ask(accept_row, options);
+  const auto* row = std::find_if(command_table.begin(), command_table.end(),
+                                 [](const CommandRow& one) { return one.page == modules_page; });
+  return ask(*row, options);
 }
 
 int parse_and_ask(int argc, char** argv) {
@@ -165,6 +276,7 @@ int parse_and_ask(int argc, char** argv) {
     return command_line::report(app, error);
   }
   if (watch->parsed()) return watch_pack(options);
+  if (const CLI::App* modules = app.get_subcommand("modules"); modules->parsed()) return ask_modules(*modules, options);
   for (const CommandRow& row : command_table) {
     if (app.got_subcommand(row.name)) return ask(row, options);
   }

@@ -1,6 +1,7 @@
 #include "tools/bmuctl/text_pages.hpp"
 
 #include <array>
+#include <cstdio>
 #include <utility>
 
 namespace bmu {
@@ -182,6 +183,21 @@ void add_modules(Page& page, const Reply& modules) {
   page.add_table(rows, {0, 2, 3, 4, 5});
 }
 
+std::string kbit_text(const Reply& bit_per_s) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%g", static_cast<double>(bit_per_s.number_or(0)) / 1000);
+  return text.data();
+}
+
+/// "500", "125, not 500"; nothing where there is no bit rate.
+Span rate_span(const Reply& port) {
+  if (!port["rate_bit_per_s"].is_known()) return plain("");
+  const std::string found = kbit_text(port["rate_bit_per_s"]);
+  const std::string verdict = port["rate_verdict"].text();
+  if (verdict != "differs" && verdict != "too slow") return plain(found);
+  return {found + ", not " + kbit_text(port["rate_wanted_bit_per_s"]), Style::bad};
+}
+
 void add_buses(Page& page, const Reply& reply) {
   std::vector<Line> rows{{{"Bus", Style::dim},
                           {"", Style::dim},
@@ -191,9 +207,12 @@ void add_buses(Page& page, const Reply& reply) {
                           {"failed", Style::dim},
                           {"lost", Style::dim},
                           {"errors", Style::dim},
-                          {"times down", Style::dim}}};
+                          {"times down", Style::dim},
+                          {"kbit/s", Style::dim}}};
+  bool has_rate = false;
   for (std::size_t i = 0; i < reply["ports"].size(); ++i) {
     const Reply port = reply["ports"].at(i);
+    has_rate = has_rate || port["rate_bit_per_s"].is_known();
     const bool is_up = port["state"].text() == "up";
     Line row{plain(port["port"].text()),
              plain(port["bus"].text()),
@@ -202,9 +221,13 @@ void add_buses(Page& page, const Reply& reply) {
          {"frames_sent", "frames_echoed", "sends_failed", "frames_lost", "error_frames", "times_down"}) {
       row.push_back(plain(shown(port[key], Unit::none)));
     }
+    row.push_back(rate_span(port));
     rows.push_back(std::move(row));
   }
-  page.add_table(rows, {3, 4, 5, 6, 7, 8});
+  if (!has_rate) {
+    for (Line& row : rows) row.pop_back();
+  }
+  page.add_table(rows, {3, 4, 5, 6, 7, 8, 9});
   const Reply receive = reply["receive"];
   Line line{plain(shown(receive["accepted"], Unit::none) + " accepted, " + shown(receive["rejected"], Unit::none) +
                   " rejected")};
@@ -331,6 +354,9 @@ Page status_page(const Reply& reply) {
   page.add_field("Temperature", spread_line(values["cell_temperature"], Unit::dC));
   page.add_field("Discharge", limit_line(reply["limits"]["discharge"]));
   page.add_field("Charging", limit_line(reply["limits"]["charge"]));
+  if (reply["balancing"]["is_enabled"].is_true()) {
+    page.add_field("Balancing", {plain(balancing_text(reply["balancing"]))});
+  }
   add_used(page, reply);
   add_faults(page, reply);
   add_history(page, reply);

@@ -14,7 +14,18 @@ namespace bmu {
 [[nodiscard]] Page clear_page(const Reply& reply);
 /// Whether a fault that does more than warn was not ended by the clear this is the answer to.
 [[nodiscard]] bool leaves_faults(const Reply& reply);
+/// In modules_text.cpp: who the modules are, how they answer, what is wrong with that.
+[[nodiscard]] Page modules_page(const Reply& reply);
+[[nodiscard]] Page accept_page(const Reply& reply);
+/// Whether a module that is there could not be accepted, or, of one node, none is there.
+[[nodiscard]] bool leaves_unaccepted(const Reply& reply);
+/// Of an assignment that is over, as "modules" and "status" tell it.
+[[nodiscard]] Page assignment_page(const Reply& assignment);
 [[nodiscard]] Page wake_page(const Reply& reply);
+/// What balancing does, why not, and each cell's part in it. In balance_text.cpp.
+[[nodiscard]] Page balance_page(const Reply& reply);
+/// "bleeding 3 cells", "idle: the pack file does not ask for balancing": of a "status" or "balance" reply.
+[[nodiscard]] std::string balancing_text(const Reply& balancing);
 /// What went through the pack while it was last closed, how it closed and why it opened.
 [[nodiscard]] Page drive_page(const Reply& reply);
 

@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <numeric>
 
+#include "protocol/can_bits.hpp"
+
 namespace bmu::dump {
 namespace {
 
@@ -36,11 +38,6 @@ std::string fixed(double value, int decimals) {
   return text.data();
 }
 
-/// Start bit to interframe space, without stuff bits: what the frame takes at least.
-std::uint64_t bits_of(const CanFrame& frame) {
-  return (frame.is_extended ? 67U : 47U) + (frame.is_remote ? 0U : 8U * frame.length);
-}
-
 }  // namespace
 
 Summary::BusCounts& Summary::counts_of(const Bus& bus) {
@@ -57,11 +54,12 @@ void Summary::count(const Bus& bus, const SeenFrame& seen) {
   if (counts.frames == 0) {
     counts.name = bus.name;
     counts.first_us = counts.last_us = time_us;
+  } else if (seen.line.kind == LogLineKind::frame) {
+    counts.bits += bits_on_wire(seen.line.frame);
   }
   counts.first_us = std::min(counts.first_us, time_us);
   counts.last_us = std::max(counts.last_us, time_us);
   ++counts.frames;
-  if (seen.line.kind == LogLineKind::frame) counts.bits += bits_of(seen.line.frame);
   if (seen.verdict.message == nullptr) return count_unjudged(counts, seen);
   MessageCounts& message = counts.messages[catalogue_->row_of(seen.line.frame.id)];
   message.nodes.set(seen.verdict.node);

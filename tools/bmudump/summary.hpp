@@ -1,4 +1,8 @@
 // Counts instead of lines: what was on each bus, what failed and why, and how busy the bus was.
+//
+// The load is what the frames shown took, each with its own bits (protocol/can_bits.hpp), over the time from the first
+// to the last. It is the least there was: frames that were not received whole, and those of CAN FD, whose bits a log
+// does not have, come on top.
 #pragma once
 
 #include <array>
@@ -38,7 +42,7 @@ class Summary {
     std::uint64_t remote = 0;
     std::uint64_t error = 0;
     std::uint64_t fd = 0;
-    std::uint64_t bits = 0;  // of classic frames, stuff bits left out
+    std::int64_t bits = 0;  // of classic frames, but for the first, which was over when the time began
     std::int64_t first_us = 0;
     std::int64_t last_us = 0;
     std::vector<std::uint64_t> unknown_ids = std::vector<std::uint64_t>(Catalogue::id_count);  // 11-bit ones

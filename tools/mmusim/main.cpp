@@ -7,13 +7,14 @@
 #include <cstring>
 #include <fstream>
 #include <optional>
-#include <sstream>
 #include <string>
 
 #include "config/pack_config.hpp"
 #include "tools/common/bus_text.hpp"
+#include "tools/common/virtual_run.hpp"
 #include "tools/mmusim/options.hpp"
 #include "tools/mmusim/run.hpp"
+#include "tools/mmusim/virtual.hpp"
 
 namespace {
 
@@ -38,43 +39,18 @@ std::optional<std::string> read_file(const std::string& name) {
   return stream.bad() ? std::nullopt : std::optional(std::move(text));
 }
 
-struct Script {
-  Scenario scenario;          // of the lines that are right
-  ScenarioProblems problems;  // of the others
-};
-
-/// The text with these lines empty, so that all others keep their numbers. `problems` are in the order of the lines.
-std::string without_lines(const std::string& text, const ScenarioProblems& problems) {
-  std::string rest;
-  std::istringstream lines(text);
-  std::uint32_t number = 0;
-  auto problem = problems.begin();
-  for (std::string line; std::getline(lines, line);) {
-    ++number;
-    const bool is_wrong = problem != problems.end() && problem->line == number;
-    if (is_wrong) ++problem;
-    rest += (is_wrong ? "" : line) + "\n";
-  }
-  return rest;
-}
-
-Script parse_script(const std::string& text) {
-  Result<Scenario, ScenarioProblems> whole = parse_scenario(text);
-  if (whole) return {.scenario = std::move(*whole)};
-  // The lines that are right may still ask for what the pack does not have; whoever mends a script wants to know all.
-  Result<Scenario, ScenarioProblems> rest = parse_scenario(without_lines(text, whole.error()));
-  return {.scenario = rest ? std::move(*rest) : Scenario{}, .problems = std::move(whole.error())};
-}
-
-std::optional<Script> load_script(const std::string& file) {
-  if (file.empty()) return Script{};
-  const std::optional<std::string> text = read_file(file);
-  if (text) return parse_script(*text);
-  complain(file + ": cannot be read: " + std::strerror(errno));
+/// The lines that are right may still ask for what the pack does not have; whoever mends a script wants to know all.
+std::optional<ScenarioReading> load_script(const Options& options) {
+  if (options.scenario.empty()) return ScenarioReading{};
+  const std::optional<std::string> text = read_file(options.scenario);
+  // On a bus the master is somebody else's: there is nobody to be asked.
+  const bool has_vocabulary = options.has_master || options.only_check;
+  if (text) return read_scenario(*text, has_vocabulary ? core_vocabulary() : MasterVocabulary{});
+  complain(options.scenario + ": cannot be read: " + std::strerror(errno));
   return std::nullopt;
 }
 
-void add_problems_with_pack(Script& script, const SimulatorConfig& config) {
+void add_problems_with_pack(ScenarioReading& script, const SimulatorConfig& config) {
   const ScenarioProblems more = check_against(script.scenario, config);
   script.problems.insert(script.problems.end(), more.begin(), more.end());
   std::stable_sort(script.problems.begin(), script.problems.end(),
@@ -93,6 +69,7 @@ std::optional<PackConfig> load_pack(const std::string& file) {
 SimulatorConfig config_for(const Options& options, const PackConfig& pack) {
   SimulatorConfig config = simulator_config(pack.core);
   config.seed = options.seed;
+  for (MmuConfig& module : config.modules) module.frame_spacing = std::chrono::microseconds{options.frame_spacing_us};
   config.cell_noise_uV = options.seed == 0 ? 0 : noise_of_cells_uV;
   config.current_noise_mA = options.seed == 0 ? 0 : noise_of_current_mA;
   return config;
@@ -100,7 +77,7 @@ SimulatorConfig config_for(const Options& options, const PackConfig& pack) {
 
 int tell_check(const Options& options, const Scenario& scenario, const std::optional<PackConfig>& pack) {
   std::printf(
-      "%s: ok, %zu events%s\n", options.scenario.c_str(), scenario.events.size(),
+      "%s: ok, %zu lines%s\n", options.scenario.c_str(), scenario.lines.size(),
       pack ? (" for " + pack->name).c_str() : "; without --pack, whether a pack has these cells is not checked");
   return exit_ok;
 }
@@ -117,19 +94,20 @@ int run_on_bus(const Options& options, const PackConfig& pack, const SimulatorCo
   Run run(options, simulator, std::move(*port), now);
   const Result<void, OsError> ended = run.run();
   if (!ended) complain(to_text(ended.error()));
-  if (!options.is_quiet) run.print_summary();
-  return ended ? exit_ok : exit_system;
+  simulator.script().conclude(simulator.now());
+  const int code = tell_result(options, run.result());
+  return ended ? code : exit_system;
 }
 
 int run(const Options& options) {
   if (options.only_properties) {
-    std::fputs(property_table_markdown().c_str(), stdout);
+    std::printf("%s\n%s", property_table_markdown().c_str(), state_table_markdown().c_str());
     return exit_ok;
   }
   // Pack before scenario: both are reported when both are wrong, and the code is the pack's.
   std::optional<PackConfig> pack;
   if (!options.pack.empty()) pack = load_pack(options.pack);
-  std::optional<Script> script = load_script(options.scenario);
+  std::optional<ScenarioReading> script = load_script(options);
   const SimulatorConfig config = pack ? config_for(options, *pack) : SimulatorConfig{};
   if (script && pack) add_problems_with_pack(*script, config);
   if (script) {
@@ -138,6 +116,7 @@ int run(const Options& options) {
   if (!options.pack.empty() && !pack) return exit_pack;
   if (!script || !script->problems.empty()) return exit_scenario;
   if (options.only_check) return tell_check(options, script->scenario, pack);
+  if (options.is_virtual) return run_virtual(options, *pack, config, std::move(script->scenario));
   return run_on_bus(options, *pack, config, std::move(script->scenario));
 }
 

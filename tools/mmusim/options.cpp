@@ -13,18 +13,27 @@ constexpr const char* footer = R"(
 Examples:
   mmusim --pack config/packs/demo-48s.json                              at rest on the pack's own bus, until Ctrl-C
   mmusim --pack config/packs/demo-48s.json --bus vcan0 --scenario vcan-fixtures/demo.scn --seconds 20
+  mmusim --pack config/packs/demo-48s.json --with-master --scenario vcan-fixtures/undervoltage.scn
+                                                                        a test: no bus, no daemon, in milliseconds
   mmusim --check --scenario my.scn --pack my.json                       is the script right for this pack?
   mmusim --properties                                                   what a script can say
 
-A script has one event a line, TIME_S TARGET PROPERTY [VALUE], as in "12.3 cell 2.7 voltage_mV 2700";
-docs/scenarios.md explains it. Events are told on standard error as they happen, a summary on standard output at the end.
+A script has one event a line, TIME_S TARGET PROPERTY [VALUE], as in "12.3 cell 2.7 voltage_mV 2700", or a condition, as in
+"wait contactor main_positive open within 0.3"; docs/scenarios.md explains it. Events are told on standard error as they
+happen, a summary on standard output at the end. A script that ends the run, or fails, ends this program.
 
 Exit codes:
-  0   ended by --seconds, SIGINT or SIGTERM; or the check found nothing
+  0   the script's conditions held; or there are none, and --seconds, SIGINT or SIGTERM ended the run; or the check
+      found nothing
   1   the bus or another part of the system refused
   2   the command line is wrong
+  3   a condition of the script did not hold, or the run ended, by --seconds or a signal, too, before it was decided: line, what
+      was wanted, what was there
   65  the scenario is wrong or cannot be read: every problem is reported with line and column
   78  the pack file is wrong: every problem is reported)";
+
+/// Nine frames of each module are still a fifth of the default poll period.
+constexpr std::uint64_t frame_spacing_max_us = 2'000;
 
 void declare(CLI::App& app, Options& options) {
   app.set_version_flag("--version", "mmusim " BMUD_VERSION);
@@ -33,9 +42,20 @@ void declare(CLI::App& app, Options& options) {
   app.add_option("--bus", options.bus, "can0, vcan0 or unix:NAME; default: the pack's internal bus")->type_name("BUS");
   app.add_option("--scenario", options.scenario, "the script; without it nothing happens")->type_name("FILE");
   app.add_option("--seconds", options.seconds, "end after this time")->check(command_line::number(0.001, 1e6));
-  app.add_option("--seed", options.seed, "of the measuring noise (0.2 mV, 20 mA); 0: none")
+  app.add_option("--seed", options.seed,
+                 "of what a script leaves to chance and of the measuring noise (0.2 mV, 20 mA); "
+                 "0: no noise")
       ->check(command_line::whole_number(0))
       ->capture_default_str();
+  app.add_option("--frame-spacing-us", options.frame_spacing_us,
+                 "from one frame of a module's answer to its next, as small controllers need it; "
+                 "0: all of them with the next millisecond")
+      ->check(command_line::whole_number(0, frame_spacing_max_us))
+      ->capture_default_str();
+  app.add_flag("--with-master", options.has_master,
+               "run the daemon's core beside the pack, without a bus, as fast as possible");
+  app.add_flag("--virtual-time", options.is_virtual, "the same without a master: the emulated pack alone");
+  app.add_flag("--json", options.is_json, "the result as JSON on standard output");
   app.add_flag("--quiet", options.is_quiet, "tell only errors");
   app.add_flag("--check", options.only_check, "check the scenario, and against the pack if one is given; then end");
   app.add_flag("--properties", options.only_properties, "print what a script can say, as a table; then end");
@@ -50,6 +70,12 @@ void conclude(const Options& options) {
   if (!options.only_check && options.pack.empty()) {
     throw CLI::ValidationError("--pack", "is missing: which pack shall be emulated?");
   }
+  if (options.is_virtual && !options.bus.empty()) {
+    throw CLI::ValidationError("--bus", "has no place in a run without a bus");
+  }
+  if (options.is_virtual && !options.only_check && options.scenario.empty() && !options.seconds) {
+    throw CLI::ValidationError("--seconds", "is missing: without a scenario, when shall it end?");
+  }
 }
 
 }  // namespace
@@ -60,6 +86,7 @@ ParsedOptions parse_options(int argc, const char* const* argv) {
   try {
     declare(app, options);
     app.parse(argc, argv);
+    options.is_virtual = options.is_virtual || options.has_master;
     conclude(options);
     return {options, exit_ok};
   } catch (const CLI::ParseError& error) {

@@ -11,6 +11,7 @@ namespace bmu::sim {
 inline constexpr int exit_ok = 0;
 inline constexpr int exit_system = 1;
 inline constexpr int exit_usage = 2;
+inline constexpr int exit_failed = 3;
 inline constexpr int exit_scenario = 65;
 inline constexpr int exit_pack = 78;
 
@@ -20,6 +21,10 @@ struct Options {
   std::string scenario;  // empty: at rest, vehicle off
   std::optional<double> seconds;
   std::uint64_t seed = 1;  // 0: no measuring noise
+  std::uint32_t frame_spacing_us = 250;
+  bool has_master = false;  // beside the pack in this process; implies virtual time
+  bool is_virtual = false;
+  bool is_json = false;
   bool is_quiet = false;
   bool only_check = false;
   bool only_properties = false;

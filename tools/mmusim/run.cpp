@@ -42,6 +42,12 @@ void drain(const OwnedFd& timer) {
   (void)!::read(timer.get(), &expirations, sizeof expirations);
 }
 
+std::string ms_text(Duration duration) {
+  std::array<char, 32> text{};
+  (void)std::snprintf(text.data(), text.size(), "%.3f ms", to_s(duration) * 1e3);
+  return text.data();
+}
+
 bool is_module_answer(std::uint32_t id) {
   return id > internal_bus::status.base_id && id < internal_bus::command.base_id;
 }
@@ -72,20 +78,27 @@ Result<void, OsError> Run::init() {
 
 Result<void, OsError> Run::run() {
   if (auto ready = init(); !ready) return ready;
-  while (!is_over(simulator_->now())) {
+  while (!is_over()) {
     std::array<epoll_event, 4> events{};
     const int count = ::epoll_wait(epoll_.get(), events.data(), static_cast<int>(events.size()), -1);
     if (count < 0 && errno != EINTR) return failure(os_error("epoll_wait"));
     for (int index = 0; index < count; ++index) {
       const int fd = events[static_cast<std::size_t>(index)].data.fd;
-      if (fd == signals_.get()) return {};
+      if (fd == signals_.get()) take_signal();
       if (fd == timer_.get()) drain(timer_);
     }
+    if (ended_by_signal_) return {};
     read_frames();
     advance();
     tell_port();
   }
   return {};
+}
+
+void Run::take_signal() {
+  signalfd_siginfo signal{};
+  const auto length = ::read(signals_.get(), &signal, sizeof signal);
+  if (length == sizeof signal) ended_by_signal_ = stop_signal_name(static_cast<int>(signal.ssi_signo));
 }
 
 TimePoint Run::virtual_now() {
@@ -97,8 +110,11 @@ TimePoint Run::virtual_now() {
   return now;
 }
 
-bool Run::is_over(TimePoint now) const {
-  return options_->seconds && to_s(now - started_at_) >= *options_->seconds;
+bool Run::is_over() const {
+  const ScenarioPlayer& script = simulator_->script();
+  if (script.verdict() != ScriptVerdict::open) return true;
+  if (options_->seconds) return to_s(simulator_->now() - started_at_) >= *options_->seconds;
+  return script.scenario().is_test() && script.is_over();
 }
 
 void Run::read_frames() {
@@ -122,7 +138,7 @@ void Run::observe(const ReceivedFrame& received) {
 
 void Run::advance() {
   for (const SentFrame& sent : simulator_->advance(virtual_now())) send(sent);
-  tell_events();
+  tell_news();
 }
 
 void Run::send(const SentFrame& sent) {
@@ -137,10 +153,10 @@ void Run::send(const SentFrame& sent) {
   }
 }
 
-void Run::tell_events() const {
+void Run::tell_news() const {
   if (options_->is_quiet) return;
-  for (const ScenarioEvent* event : simulator_->applied_events()) {
-    std::fprintf(stderr, "%8.3f s  %s\n", to_s(event->at), event->text.c_str());
+  for (const ScenarioNews& news : simulator_->script().news()) {
+    std::fprintf(stderr, "%8.3f s  %s\n", to_s(news.at - started_at_), news_text(simulator_->script(), news).c_str());
   }
 }
 
@@ -155,21 +171,25 @@ void Run::tell_port() {
   std::fprintf(stderr, "mmusim: %s is %s\n", port_->name().c_str(), std::string(to_text(told_state_)).c_str());
 }
 
-void Run::print_summary() const {
-  const auto number = [](std::uint64_t value) { return static_cast<unsigned long long>(value); };
+RunResult Run::result() const {
+  const auto number = [](std::uint64_t value) { return std::to_string(value); };
   const SimulatorCounts counts = simulator_->counts();
-  std::printf("ran %.3f s on %s\n", to_s(simulator_->now() - started_at_), port_->name().c_str());
-  std::printf("frames: %llu sent, %llu not taken by the bus, %llu received, %llu missed\n", number(counts_.frames_sent),
-              number(counts_.sends_failed), number(counts_.frames_received), number(port_->frames_lost()));
-  std::printf("polls: %llu seen, %llu answers of modules, %llu cut short by the next, slowest start %.3f ms\n",
-              number(counts_.polls), number(counts.polls_answered), number(counts.answers_cut_short),
-              to_s(counts_.worst_answer) * 1e3);
-  std::printf("contactors: %llu commands, %llu time-outs\n", number(counts.contactor_commands),
-              number(counts.contactor_timeouts));
+  RunResult result{.script = &simulator_->script(),
+                   .ran_s = to_s(simulator_->now() - started_at_),
+                   .ended_by_signal = ended_by_signal_};
+  result.lines = {
+      "bus: " + port_->name(),
+      "frames: " + number(counts_.frames_sent) + " sent, " + number(counts_.sends_failed) + " not taken by the bus, " +
+          number(counts_.frames_received) + " received, " + number(port_->frames_lost()) + " missed",
+      "polls: " + number(counts_.polls) + " seen, " + number(counts.polls_answered) + " answers of modules, " +
+          number(counts.answers_cut_short) + " cut short by the next, slowest start " + ms_text(counts_.worst_answer),
+      "contactors: " + number(counts.contactor_commands) + " commands, " + number(counts.contactor_timeouts) +
+          " time-outs",
+  };
   if (counts_.left_out > Duration::zero()) {
-    std::printf("time: %.3f s left out because this program was held up\n", to_s(counts_.left_out));
+    result.lines.push_back("time: " + ms_text(counts_.left_out) + " left out because this program was held up");
   }
-  std::fflush(stdout);
+  return result;
 }
 
 }  // namespace bmu::sim

@@ -6,11 +6,14 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <string>
 
 #include "daemon/shell/bus_port.hpp"
 #include "daemon/shell/owned_fd.hpp"
 #include "mmu/simulator.hpp"
 #include "tools/mmusim/options.hpp"
+#include "tools/mmusim/result.hpp"
 
 namespace bmu::sim {
 
@@ -30,20 +33,23 @@ class Run {
   Run(const Options& options, Simulator& simulator, std::unique_ptr<BusPort> port, TimePoint started_at)
       : options_(&options), simulator_(&simulator), port_(std::move(port)), started_at_(started_at) {}
 
-  /// Until a stop signal or the end of --seconds. SIGINT and SIGTERM must be blocked.
+  /// Until a stop signal, the end of --seconds or the script's verdict; without --seconds also until a script that is a
+  /// test is over. SIGINT and SIGTERM must be blocked.
   [[nodiscard]] Result<void, OsError> run();
-  void print_summary() const;
+  /// The script must have been concluded.
+  [[nodiscard]] RunResult result() const;
 
  private:
   [[nodiscard]] Result<void, OsError> init();
   [[nodiscard]] TimePoint virtual_now();
-  [[nodiscard]] bool is_over(TimePoint now) const;
+  [[nodiscard]] bool is_over() const;
   void read_frames();
   void observe(const ReceivedFrame& received);
   void advance();
   void send(const SentFrame& sent);
-  void tell_events() const;
+  void tell_news() const;
   void tell_port();
+  void take_signal();
 
   const Options* options_;
   Simulator* simulator_;
@@ -56,6 +62,7 @@ class Run {
   TimePoint maintain_at_{};
   TimePoint polled_at_{};
   bool is_answer_awaited_ = false;
+  std::optional<std::string> ended_by_signal_;
   RunCounts counts_;
 };
 

@@ -49,13 +49,15 @@ void CoulombCounter::observe(const Measured<std::int32_t>& current_mA, const Mea
     return;
   }
   const std::int64_t mean_mA = divide_to_nearest(std::int64_t{previous.value} + current_mA.value, 2);
-  if (state_.is_started) count(mean_mA, span);
+  count(mean_mA, span);
   if (pack_voltage_mV.is_usable(current_mA.taken_at, gap_max_)) count_energy(mean_mA, pack_voltage_mV.value, span);
 }
 
 void CoulombCounter::count(std::int64_t mean_mA, Duration span) {
   charge_rest_ += mean_mA * span.count();
-  state_.depth_of_discharge_uAs += carry(charge_rest_, products_per_uAs);
+  state_.flowed_uAs += carry(charge_rest_, products_per_uAs);
+  if (!state_.is_started) return;
+  state_.depth_of_discharge_uAs = state_.flowed_uAs - started_at_uAs_;
   const std::int64_t left_uAs = cell_.capacity_uAs - state_.depth_of_discharge_uAs;
   const std::int64_t left_permille = divide_to_nearest(left_uAs * 1000, cell_.capacity_uAs);
   state_.soc_permille = static_cast<std::int32_t>(std::clamp<std::int64_t>(left_permille, 0, 1000));
@@ -87,6 +89,7 @@ bool CoulombCounter::update(TimePoint now, bool contactors_open, const Measured<
   state_.is_started = true;
   state_.soc_permille = soc_permille_from_ocv(cell_, cell_voltage_average_uV.value);
   state_.depth_of_discharge_uAs = cell_.capacity_uAs / 1000 * (1000 - state_.soc_permille);
+  started_at_uAs_ = state_.flowed_uAs - state_.depth_of_discharge_uAs;
   return true;
 }
 

@@ -15,6 +15,7 @@
 namespace bmu {
 
 struct ChargeState {
+  std::int64_t flowed_uAs = 0;              // out of the pack since the first sample, whether or not SOC is known
   bool is_started = false;                  // false: every number of charge below is meaningless
   std::int64_t depth_of_discharge_uAs = 0;  // may exceed the capacity, and be negative after overcharge
   std::int32_t soc_permille = 0;            // 0 to 1000
@@ -48,6 +49,7 @@ class CoulombCounter {
   ChargeState state_;
   Measured<std::int32_t> last_mA_;
   std::int64_t charge_rest_ = 0;     // mA * ns, not yet a whole uAs
+  std::int64_t started_at_uAs_ = 0;  // what had flowed when depth_of_discharge_uAs was nothing
   std::int64_t energy_in_rest_ = 0;  // mV * mA * us, not yet a whole mWh
   std::int64_t energy_out_rest_ = 0;
   TimePoint resting_since_{};

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <optional>
+
+#include "protocol/tables/internal_bus.hpp"
 
 namespace bmu {
 
@@ -10,6 +13,8 @@ namespace {
 /// The current must stand still for as long before and after the instant.
 constexpr Duration steady_around = 15ms;
 constexpr Duration neighbours_max = 600ms;
+/// A sample of the current may be so far from the instant: the sensor's period, and as much for its way.
+constexpr Duration current_apart_max = 2 * internal_bus::sensor_current.period;
 constexpr std::int32_t step_floor_mA = 1'000;
 /// More than this share of the continuous current is a step.
 constexpr std::int32_t step_share = 10;
@@ -24,12 +29,24 @@ constexpr Duration still_min = 3s;
 constexpr std::int64_t steps_unseen_min = 2;
 constexpr std::int64_t unseen_min_uV = 10'000;
 
+/// Every cell was sampled with the POLL to all. A module that was asked again, alone, has told another moment's.
+bool is_of_one_instant(const ModuleTable& modules, TimePoint instant) {
+  return std::all_of(modules.modules().begin(), modules.modules().end(), [instant](const ModuleRecord& module) {
+    const auto cells = static_cast<std::ptrdiff_t>(module.config.cell_count);
+    return std::all_of(module.cell_voltage_uV.begin(), module.cell_voltage_uV.begin() + cells,
+                       [instant](const Measured<std::int32_t>& voltage) {
+                         return voltage.taken_at <= instant && instant - voltage.taken_at <= steady_around;
+                       });
+  });
+}
+
 }  // namespace
 
 void StepResponse::init(const CoreConfig& config) {
   *this = {};
   cell_count_ = cell_count(config);
-  model_uOhm_ = std::llround(config.cell.series_resistance_Ohm * 1e6);
+  series_resistance_Ohm_ = config.cell.series_resistance_Ohm;
+  resistance_activation_K_ = config.cell.resistance_activation_K;
   step_min_mA_ = std::max(step_floor_mA, config.current.discharge_continuous_mA / step_share);
   std::size_t cell = 0;
   for (const ModuleConfig& module : config.modules) {
@@ -48,20 +65,57 @@ void StepResponse::forget() {
   still_since_ = {};
 }
 
+void StepResponse::forget_module(std::uint8_t node) {
+  forget();
+  worst_cell_permille_ = {};
+  average_permille_ = {};
+  average_uOhm_ = 0;
+  for (std::size_t cell = 0; cell < cell_count_; ++cell) {
+    if (elements_[cell].module_node == node) cells_[cell] = {};
+  }
+}
+
 void StepResponse::update(const ModuleTable& modules, const SensorTable& sensors, const PackState& pack) {
-  const bool is_new = modules.completed_at() != TimePoint{} && modules.completed_at() != taken_at_;
-  if (model_uOhm_ == 0 || !is_new || !pack.cell_voltage_uV.is_complete()) return;
+  const TimePoint instant = modules.completed_at();
+  const bool is_new = instant != TimePoint{} && instant != taken_at_;
+  // The sample behind the instant says what the current was then as much as the one before it.
+  const bool has_current = sensors.current_mA.taken_at >= instant;
+  if (!is_new || !has_current || !pack.cell_voltage_uV.is_complete()) return;
+  model_uOhm_ = model_at(pack.cell_temperature_dC);
+  if (model_uOhm_ == 0) return;
   const Picture now = picture_of(modules, sensors, pack);
   const bool is_still = still_since_ != TimePoint{} && sensors.current_window.swing_mA(taken_at_) < step_min_mA_ / 10;
   if (!is_still) still_since_ = now.taken_at;
   taken_at_ = now.taken_at;
   contradiction_ = {};
+  const bool has_switched = take_switches(modules);
+  if (has_switched) pictures_ = {};
   if (!now.is_steady) return;
   compare_cells(modules, now);
+  if (has_switched) return;
   judge_direction(now);
   judge_stillness(now);
   pictures_[head_] = now;
   head_ = (head_ + 1) % pictures_.size();
+}
+
+/// Whether a cell of some module began or ceased to bleed with this poll cycle.
+bool StepResponse::take_switches(const ModuleTable& modules) {
+  bool has_switched = false;
+  for (std::size_t index = 0; index < modules.modules().size(); ++index) {
+    const std::uint16_t bleeding = modules.modules()[index].balancing_cells;
+    has_switched = has_switched || bleeding != bleeding_[index];
+    bleeding_[index] = bleeding;
+  }
+  return has_switched;
+}
+
+std::int64_t StepResponse::model_at(const Spread& temperature_dC) const {
+  constexpr double tenths = 10.0;
+  if (resistance_activation_K_ == 0.0) return std::llround(series_resistance_Ohm_ * 1e6);
+  if (!temperature_dC.is_complete()) return 0;
+  return std::llround(series_resistance_Ohm_ *
+                      resistance_factor(resistance_activation_K_, temperature_dC.average / tenths) * 1e6);
 }
 
 StepResponse::Picture StepResponse::picture_of(const ModuleTable& modules, const SensorTable& sensors,
@@ -69,8 +123,10 @@ StepResponse::Picture StepResponse::picture_of(const ModuleTable& modules, const
   Picture picture{.taken_at = modules.completed_at()};
   const CurrentRange range =
       sensors.current_window.range(picture.taken_at - steady_around, picture.taken_at + steady_around);
-  picture.is_steady = range.is_known && range.max_mA - range.min_mA < step_min_mA_ / 10;
-  picture.current_mA = static_cast<std::int32_t>((range.min_mA + range.max_mA) / 2);
+  const std::optional<std::int32_t> current_mA = sensors.current_window.at(picture.taken_at, current_apart_max);
+  picture.is_steady = range.is_known && range.max_mA - range.min_mA < step_min_mA_ / 10 && current_mA.has_value() &&
+                      is_of_one_instant(modules, picture.taken_at);
+  picture.current_mA = current_mA.value_or(0);
   picture.sum_uV = std::int64_t{pack.cell_voltage_sum_mV.value} * 1'000;
   picture.pack_mV = pack.pack_voltage_mV;
   return picture;
@@ -87,7 +143,11 @@ void StepResponse::compare_cells(const ModuleTable& modules, const Picture& now)
       const std::int32_t voltage_uV = module.cell_voltage_uV[number].value;
       const std::int64_t drop_uV = std::int64_t{cell.voltage_uV} - voltage_uV;
       cell.voltage_uV = voltage_uV;
-      if (!is_step) continue;
+      const bool is_bleeding = (module.balancing_cells >> number & 1U) != 0;
+      const bool is_comparable = is_bleeding == cell.is_bleeding && !cell.has_just_switched;
+      cell.has_just_switched = is_bleeding != cell.is_bleeding;
+      cell.is_bleeding = is_bleeding;
+      if (!is_step || !is_comparable) continue;
       const std::int64_t resistance_uOhm = drop_uV * 1'000 / step_mA;
       if (resistance_uOhm <= 0 || resistance_uOhm > absurd_factor * model_uOhm_) continue;
       const auto sample_uOhm = static_cast<std::int32_t>(resistance_uOhm);

@@ -2,14 +2,17 @@
 //
 // With SYNC all cells are sampled as the POLL arrives, so that a complete poll cycle is a picture of one instant. Where
 // the current stood still around two such instants and differs between them, dV/dI of a cell is its resistance (the
-// 2013 method, BMS_F.6), averaged over steps; and voltages that rise when more current is said to leave the pack prove
-// that the sensor counts the wrong way round, or is another one.
+// 2013 method, BMS_F.6), averaged over steps. The current is that of the same instant, between the sensor's samples on
+// either side of it: one that rises or falls slowly does not shift the resistance. And voltages that rise when more
+// current is said to leave the pack prove that the sensor counts the wrong way round, or is another one.
 //
 // The mirror image proves that it stands still: cells and pack voltage that step and stay, within 600 ms, by what only
 // a step of the current can make of them, while the current is said to have stood still for three seconds. By then
 // what a former load leaves behind moves a cell by a millivolt or two in that time; asked for are 10 mV, and what the
 // model's resistance makes of a fifth of the continuous current. That a module's bleeding moves cells as far as its
-// wires is no step of the pack, so the pack voltage has to say the same.
+// wires is no step of the pack, so the pack voltage has to say the same. For the same reason a cell whose balancing
+// switch was seen to change is compared with nothing before its next picture but one, and a poll cycle that brings such
+// a change says nothing about the direction, nor is it compared with.
 //
 // Cost: a look at one time a tick; a pass over the cells a poll cycle.
 #pragma once
@@ -33,10 +36,12 @@ class StepResponse {
   void update(const ModuleTable& modules, const SensorTable& sensors, const PackState& pack);
   /// Pictures from before a gap are no neighbours of those after it. Resistances stay: cells do not change that fast.
   void forget();
+  /// Other cells sit there now: what was measured of those before says nothing about them.
+  void forget_module(std::uint8_t node);
 
   /// Highest resistance of a cell in permille of the average; not known before every cell has seen enough steps.
   [[nodiscard]] const Reading& worst_cell_permille() const { return worst_cell_permille_; }
-  /// Average resistance in permille of the cell model's.
+  /// Average resistance in permille of the cell model's at the cells' average temperature.
   [[nodiscard]] const Reading& average_permille() const { return average_permille_; }
   /// 1 while voltages move against the current, or without it; known only just after a step.
   [[nodiscard]] const Reading& contradiction() const { return contradiction_; }
@@ -57,8 +62,12 @@ class StepResponse {
     std::int32_t voltage_uV = 0;  // in the last steady picture
     std::int32_t resistance_uOhm = 0;
     std::uint8_t steps = 0;
+    bool is_bleeding = false;        // as its module said with the last picture
+    bool has_just_switched = false;  // then: before or after its sample nobody knows
   };
 
+  bool take_switches(const ModuleTable& modules);
+  [[nodiscard]] std::int64_t model_at(const Spread& temperature_dC) const;
   [[nodiscard]] Picture picture_of(const ModuleTable& modules, const SensorTable& sensors, const PackState& pack) const;
   void compare_cells(const ModuleTable& modules, const Picture& now);
   void judge_direction(const Picture& now);
@@ -66,10 +75,13 @@ class StepResponse {
   void refresh(TimePoint at);
 
   std::size_t cell_count_ = 0;
-  std::int64_t model_uOhm_ = 0;  // of a cell, at once
+  double series_resistance_Ohm_ = 0.0;
+  double resistance_activation_K_ = 0.0;
+  std::int64_t model_uOhm_ = 0;  // of a cell, at once, at the pack's temperature; 0: not known
   std::int64_t step_min_mA_ = 0;
   Picture last_steady_;
   std::array<Picture, 4> pictures_{};  // a ring, for the direction
+  std::array<std::uint16_t, modules_max> bleeding_{};
   std::size_t head_ = 0;
   TimePoint taken_at_{};
   TimePoint still_since_{};  // of the current, as told

@@ -1,0 +1,107 @@
+#include "config/bus_budget.hpp"
+
+#include <algorithm>
+#include <iterator>
+
+#include "daemon/core/poll_schedule.hpp"
+#include "protocol/can_bits.hpp"
+
+namespace bmu {
+
+namespace {
+
+constexpr std::int64_t frame_bits = bits_on_wire_max(8);
+
+Duration time_of(std::int64_t bits, std::int32_t rate_kbit_per_s) {
+  constexpr std::int64_t ns_and_kbit = 1'000'000;
+  return Duration{(bits * ns_and_kbit + rate_kbit_per_s - 1) / rate_kbit_per_s};
+}
+
+std::int64_t answer_frames(const CoreConfig& core, const PollWants& wants) {
+  std::int64_t frames = 0;
+  for (const ModuleConfig& module : core.modules) frames += bmu::answer_frames(module, wants);
+  return frames;
+}
+
+std::int64_t bits_per_s(std::int64_t bits, Duration period) {
+  return bits * std::int64_t{1'000'000'000} / period.count();
+}
+/// Of a message that comes by itself.
+std::int64_t bits_per_s(const MessageSpec& message) {
+  return bits_per_s(bits_on_wire_max(message.length), message.period);
+}
+
+/// In a time, at worst: the periods that begin in it, one that began before, and a change.
+std::int64_t stronger_bits(const CoreConfig& core, Duration within) {
+  if (!core.contactors.has_pdu) return 0;
+  std::int64_t bits = 0;
+  for (const MessageSpec* message : {&internal_bus::contactor_command, &internal_bus::pdu_status}) {
+    bits += bits_on_wire_max(message->length) * (within / message->period + 2);
+  }
+  return bits;
+}
+
+/// Turnaround and so many bits, with what goes ahead of them meanwhile.
+std::optional<Duration> time_with_stronger(const CoreConfig& core, std::int64_t own_bits,
+                                           std::int32_t rate_kbit_per_s) {
+  constexpr Duration unending = 60s;
+  Duration time = answer_delay_max;
+  while (time < unending) {
+    const Duration longer = answer_delay_max + time_of(own_bits + stronger_bits(core, time), rate_kbit_per_s);
+    if (longer == time) return time;
+    time = longer;
+  }
+  return std::nullopt;
+}
+
+/// A frame on the wire, the POLL, all answers.
+std::int64_t cycle_bits(const CoreConfig& core, const PollWants& wants) {
+  return frame_bits * (2 + answer_frames(core, wants));
+}
+
+/// The longest answers, each with its POLL, of as many modules as may be asked alone in a cycle.
+std::int64_t single_bits(const CoreConfig& core) {
+  std::int64_t answer_max = 0;
+  for (const ModuleConfig& module : core.modules) {
+    answer_max = std::max(answer_max, bmu::answer_frames(module, all_wants));
+  }
+  const std::int64_t singles = std::min<std::int64_t>(singles_per_cycle, std::ssize(core.modules));
+  return frame_bits * singles * (1 + answer_max);
+}
+
+}  // namespace
+
+std::int64_t answer_frames(const ModuleConfig& module, const PollWants& wants) {
+  const std::int64_t cells =
+      (module.cell_count + internal_bus::cells_per_frame - 1) / std::int64_t{internal_bus::cells_per_frame};
+  return (wants.status ? 1 : 0) + (wants.cells ? cells : 0) + (wants.temperatures ? 2 : 0) + (wants.module ? 1 : 0) +
+         (wants.identity ? 1 : 0);
+}
+
+std::optional<Duration> cycle_time_max(const CoreConfig& core, const PollWants& wants, std::int32_t rate_kbit_per_s) {
+  return time_with_stronger(core, cycle_bits(core, wants), rate_kbit_per_s);
+}
+
+std::optional<Duration> period_min(const CoreConfig& core, std::int32_t rate_kbit_per_s) {
+  return time_with_stronger(core, cycle_bits(core, all_wants) + single_bits(core), rate_kbit_per_s);
+}
+
+std::int64_t bus_load_permille(const CoreConfig& core, Duration period, bool is_shared, std::int32_t rate_kbit_per_s) {
+  const PollWants always{.temperatures = false};
+  const PollWants now_and_then{.status = false, .cells = false, .temperatures = true, .module = false};
+  const PollWants seldom{.status = false, .cells = false, .temperatures = false, .module = false, .identity = true};
+  const Duration temperature_period = std::max(period, core.poll.period * core.poll.temperature_every);
+  std::int64_t bits = bits_per_s(frame_bits * (1 + answer_frames(core, always)), period) +
+                      bits_per_s(frame_bits * answer_frames(core, now_and_then), temperature_period) +
+                      bits_per_s(frame_bits * answer_frames(core, seldom), std::max(period, identity_period));
+  using namespace internal_bus;
+  if (core.contactors.has_pdu) bits += bits_per_s(contactor_command) + bits_per_s(pdu_status);
+  bits += bits_per_s(sensor_current) + bits_per_s(sensor_u1) + bits_per_s(sensor_u2);
+  if (core.sensor.has_second_current) bits += bits_per_s(sensor_current_2);
+  if (is_shared) {
+    for (const MessageSpec* message : vehicle_bus::rows) bits += bits_per_s(*message);
+  }
+  return (bits + rate_kbit_per_s - 1) / rate_kbit_per_s;
+}
+
+}  // namespace bmu

@@ -1,0 +1,70 @@
+// How long a module takes from the POLL to the last frame of its answer, over the daemon's life: numbers of fixed size,
+// so that a module that becomes slow or unsteady is seen before it is lost.
+//
+//   last, worst, mean    of all complete answers
+//   jitter               how far one answer is from the one before it, smoothed: j += (|difference| - j) / 16, the
+//                        interarrival jitter of RFC 3550, section 6.4.1
+//   within               how many answers took no longer than each of `bounds`; percentiles are read from it
+//
+// Cost: a few compares an answer, about 100 bytes a module.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+
+#include "protocol/time.hpp"
+
+namespace bmu {
+
+class AnswerTimes {
+ public:
+  /// An answer belongs to the first bound that it does not pass; beyond the last there is one more place.
+  static constexpr std::array<Duration, 8> bounds{2ms, 5ms, 10ms, 20ms, 30ms, 50ms, 100ms, 200ms};
+  using Counts = std::array<std::uint32_t, bounds.size() + 1>;
+
+  constexpr void add(Duration took) {
+    if (count_ > 0) {
+      const Duration apart = took > last_ ? took - last_ : last_ - took;
+      jitter_ += (apart - jitter_) / smoothing;
+    }
+    last_ = took;
+    worst_ = std::max(worst_, took);
+    sum_ += took;
+    ++count_;
+    const auto* const bound = std::lower_bound(bounds.begin(), bounds.end(), took);
+    ++counts_[static_cast<std::size_t>(bound - bounds.begin())];
+  }
+
+  [[nodiscard]] constexpr std::uint64_t count() const { return count_; }
+  [[nodiscard]] constexpr Duration last() const { return last_; }
+  [[nodiscard]] constexpr Duration worst() const { return worst_; }
+  [[nodiscard]] constexpr Duration jitter() const { return jitter_; }
+  /// Zero without an answer.
+  [[nodiscard]] constexpr Duration mean() const {
+    return count_ == 0 ? Duration{} : sum_ / static_cast<std::int64_t>(count_);
+  }
+  /// The least bound that at least so many of a thousand answers kept, or the worst answer if that is less: 950 is the
+  /// time that 95 % of them took no longer than. Zero without an answer.
+  [[nodiscard]] constexpr Duration within(std::uint64_t permille) const {
+    std::uint64_t kept = 0;
+    for (std::size_t place = 0; place < bounds.size(); ++place) {
+      kept += counts_[place];
+      if (kept * 1'000 >= permille * count_) return std::min(bounds[place], worst_);
+    }
+    return worst_;
+  }
+  [[nodiscard]] constexpr const Counts& counts() const { return counts_; }
+
+ private:
+  static constexpr std::int64_t smoothing = 16;
+
+  std::uint64_t count_ = 0;
+  Duration last_{};
+  Duration worst_{};
+  Duration sum_{};
+  Duration jitter_{};
+  Counts counts_{};
+};
+
+}  // namespace bmu

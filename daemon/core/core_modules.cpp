@@ -1,0 +1,294 @@
+// Who the modules are, how fast and what they are asked, and what they are told: a core's stages about them.
+#include <algorithm>
+#include <utility>
+
+#include "daemon/core/core.hpp"
+#include "protocol/tables/internal_bus.hpp"
+
+namespace bmu {
+
+namespace {
+
+/// A current that moves by this much within this time is changing quickly: a tenth of what flows for ever, as for a
+/// step that shows resistances.
+constexpr Duration current_change_within = 200ms;
+std::int64_t current_change_mA(const CoreConfig& config) {
+  return std::max(1'000, config.current.discharge_continuous_mA / 10);
+}
+
+}  // namespace
+
+/// Faults are those of the last tick, which is soon enough: a suspicion asks by itself.
+void Core::follow_pace(TimePoint now) {
+  const auto any_fault = [this](auto holds) {
+    return std::any_of(faults_.states().begin(), faults_.states().end(), holds);
+  };
+  const PollPace before = pace_.pace();
+  const PollPace pace = pace_.step(
+      {.now = now,
+       .is_open = !outputs_.any_contactor(),
+       .is_wanted = request_.is_present() || could_ask(now) || assignment_.is_asking(),
+       .is_bleeding = watchers_.switches.is_any_told() || watchers_.switches.is_any_on(),
+       .is_settled = seen_complete_ && pack_.is_complete() && identities_known() && setup_.is_complete(),
+       .is_suspected = any_fault([](const FaultState& state) { return state.is_doubtful(); }),
+       .is_near_limit = any_fault([](const FaultState& state) { return state.is_warning; }),
+       .changes_current = sensors_.current_window.swing_mA(now - current_change_within) >= current_change_mA(config_)});
+  if (before == PollPace::parked && pace != PollPace::parked) {
+    modules_.requalify();
+    poll_.hurry();
+    ages_slow_until_ = now + std::max(configured_ages_.cell_voltage, configured_ages_.module_status);
+  }
+  const bool is_slow = now < ages_slow_until_;
+  config_.ages = ages_at(is_slow ? PollPace::parked : pace, configured_ages_, config_.poll);
+}
+
+void Core::follow_modules(TimePoint now) {
+  if (accept_given_) accept_modules(now);
+  if (assign_given_) begin_assignment(now);
+  // Who may have been known once is not replaced by who happens to be there.
+  const bool may_remember = !flags_.health.store_unreadable && !assignment_.is_asking() &&
+                            !faults_.state(FaultId::store_unreadable).is_present();
+  if (may_remember && watchers_.roster.remember(modules_, now)) keep_roster();
+  flags_.module_not_set_up = flags_.balancing_refused = 0;
+  for (std::size_t index = modules_.modules().size(); index-- > 0;) {
+    const std::uint8_t node = modules_.modules()[index].config.node;
+    if (setup_.stage(index) != SetupStage::done) flags_.module_not_set_up = node;
+    if (balancing_.has_failed(index)) flags_.balancing_refused = node;
+  }
+}
+
+void Core::accept_modules(TimePoint now) {
+  const CommandGiven given = *std::exchange(accept_given_, std::nullopt);
+  if (given.authority != Authority::service || !may_change_modules()) return;
+  for (const ModuleRecord& module : modules_.modules()) {
+    const bool is_meant = given.node == 0 || given.node == module.config.node;
+    if (!is_meant || finding(module).place == ModulePlace::expected) continue;
+    if (!watchers_.roster.accept(module, now)) continue;
+    forget_cells_of(module.config.node);
+    events_.push({.id = EventId::module_accepted,
+                  .at = now,
+                  .reading = {.element = {.module_node = module.config.node}},
+                  .number = module.identity.value.serial_number});
+  }
+  keep_roster();
+}
+
+void Core::begin_assignment(TimePoint now) {
+  const CommandGiven given = *std::exchange(assign_given_, std::nullopt);
+  if (given.authority != Authority::service) return;
+  const ModuleRoster& roster = watchers_.roster;
+  const std::uint8_t node = given.node;
+  const ModuleRecord* there = modules_.find(node);
+  const bool is_module_there =
+      there != nullptr && there->last_answer_at != TimePoint{} && now - there->last_answer_at <= stranger_memory;
+  const KnownModule named = node <= internal_bus::node_count_max ? roster.named_by_file(node) : KnownModule{};
+  const AssignmentRefusal refusal = assignment_.ask(
+      {.serial_number = given.serial_number, .node = node, .is_unheard_allowed = given.is_unheard_allowed},
+      {.is_shutting_down = shutting_down_,
+       .is_open = !outputs_.any_contactor(),
+       .is_close_requested = request_.is_present() || could_ask(now),
+       .is_bus_up = flags_.internal_bus_up,
+       .is_resting = rest_.is_resting(),
+       .node_now = roster.node_of(given.serial_number, modules_, now),
+       .is_node_taken = is_module_there || (node <= internal_bus::node_count_max && roster.is_stranger(node, now)),
+       .is_named_otherwise = named.is_known && named.serial_number != given.serial_number},
+      now);
+  if (refusal == AssignmentRefusal::none) modules_.forget_identity(node);
+}
+
+void Core::keep_roster() {
+  if (persistent_.modules == watchers_.roster.known()) return;
+  persistent_.modules = watchers_.roster.known();
+  touch_persistent();
+}
+
+void Core::send_polls(TimePoint now, Decisions& out) {
+  if (command_link_.is_stuck(now)) return;
+  if (rest_.is_resting()) return;
+  assign_node(now, out);
+  const Poll poll = poll_.step(now, pace_.period(), identities_known());
+  if (poll.is_due) {
+    modules_.begin_cycle(now, poll.wants);
+    check_.note_sent(poll.frame);
+    send(Port::internal, poll.frame, out);
+  } else if (!ask_again(now, out)) {
+    ask_missing(now, out);
+  }
+  send_waiting_orders(now, out);
+  for (const CanFrame& command : setup_.step(now, modules_, mode_wish(now), turns_)) {
+    check_.note_sent(command);
+    send(Port::internal, command, out);
+  }
+}
+
+BalancingConditions Core::balancing_conditions() const {
+  const bool has_fault = std::any_of(fault_table().begin(), fault_table().end(), [this](const FaultRow& row) {
+    return row.reaction != Reaction::warn && faults_.state(row.id).is_present();
+  });
+  return {.config = &config_,
+          .pack = &pack_,
+          .modules = &modules_,
+          .phase = sequence_.phase,
+          .is_switched_off = balancing_off_,
+          .is_shutting_down = shutting_down_,
+          .is_resting = rest_.is_resting(),
+          .internal_bus_up = flags_.internal_bus_up,
+          .has_fault = has_fault,
+          .modules_set_up = setup_.is_complete()};
+}
+
+/// Behind contactors and polls, and only when a COMMAND can go out: without one nothing that was told may change.
+void Core::balance(TimePoint now, Decisions& out) {
+  const BalancingBlockers blockers = balancing_blockers(balancing_conditions(), balancing_.blockers());
+  if (command_link_.is_stuck(now) || rest_.is_resting()) return;
+  const BalancingStep step = balancing_.step({.now = now,
+                                              .modules = &modules_,
+                                              .pack = &pack_,
+                                              .steps = &watchers_.steps,
+                                              .charges = &cell_charges_,
+                                              .blockers = blockers},
+                                             watchers_.switches);
+  for (const BalancingOrder& wanted : step.orders) order(wanted, now, out);
+  if (step.has_begun) {
+    events_.push({.id = EventId::balancing_began, .at = now, .number = balancing_.cells_told()});
+  }
+  if (step.was_stopped) {
+    events_.push({.id = EventId::balancing_stopped,
+                  .at = now,
+                  .number = static_cast<std::int64_t>(first_of(balancing_.blockers()))});
+  }
+  if (step.unanswered_node != 0) {
+    events_.push({.id = EventId::module_ignores_balancing, .at = now, .number = step.unanswered_node});
+  }
+}
+
+/// One COMMAND to a module at a time: an order waits for the RESPONSE to what was sent before it.
+void Core::order(const BalancingOrder& order, TimePoint now, Decisions& out) {
+  if (order.module_index == BalancingOrder::to_all) {
+    waiting_orders_ = {};
+    return broadcasts_.stop();
+  }
+  std::optional<BalancingOrder>& waiting = waiting_orders_[order.module_index];
+  waiting.reset();
+  if (!turns_.is_free(order.module_index, now)) {
+    waiting = order;
+    return;
+  }
+  turns_.note_sent(order.module_index, now);
+  const CanFrame frame = balancing_frame(order, modules_.modules()[order.module_index].config.node,
+                                         setup_.next_counter(order.module_index));
+  check_.note_sent(frame);
+  send(Port::internal, frame, out);
+}
+
+/// Before the set-up goes on: a stop waits for one RESPONSE and no more.
+void Core::send_waiting_orders(TimePoint now, Decisions& out) {
+  for (const std::optional<BalancingOrder>& waiting : waiting_orders_) {
+    if (!waiting || !turns_.is_free(waiting->module_index, now)) continue;
+    const BalancingOrder due = *waiting;
+    order(due, now, out);
+  }
+}
+
+void Core::send_broadcasts(TimePoint now, Decisions& out) {
+  if (command_link_.is_stuck(now) || !flags_.internal_bus_up) return;
+  const ModuleBroadcasts::Step step = broadcasts_.step(now);
+  if (step.says_stop) send(Port::internal, setup_.stop_balancing(), out);
+  if (step.says_clear) send(Port::internal, setup_.clear_faults(), out);
+  if (step.says_sleep) send(Port::internal, setup_.sleep(), out);
+  if (step.stays_awake) events_.push({.id = EventId::modules_stay_awake, .at = now});
+  if (!step.asks) return;
+  const CanFrame frame =
+      poll_.single(0, {.status = true, .cells = false, .temperatures = false, .module = false, .identity = false});
+  check_.note_sent(frame);
+  send(Port::internal, frame, out);
+}
+
+/// A value that is suspected is asked for again at once, from its module alone: two samples confirm, and nobody has to
+/// wait for the next round. So is a temperature in doubt, as soon as its module has taken another sample.
+bool Core::ask_again(TimePoint now, Decisions& out) {
+  for (const FaultRow& row : fault_table()) {
+    const FaultState& state = faults_.state(row.id);
+    const std::uint8_t node = state.latest.element.module_node;
+    const bool is_asked =
+        row.ask_again != AskAgain::no && state.is_doubtful() && state.latest.is_known && modules_.find(node) != nullptr;
+    if (!is_asked || now - modules_.polled_at(node) < ask_again_after) continue;
+    ask_alone(node, row.ask_again, now, out);
+    return true;  // one a tick
+  }
+  const std::uint8_t node = modules_.node_in_doubt(now);
+  if (node == 0 || now - modules_.polled_at(node) < ask_again_after) return false;
+  ask_alone(node, AskAgain::temperatures, now, out);
+  return true;
+}
+
+/// A module whose answer is missing when all others have answered is asked alone, so that one lost frame is no lost
+/// cycle. A stranger is asked who it is.
+void Core::ask_missing(TimePoint now, Decisions& out) {
+  const ModuleRecord* silent = modules_.next_silent(now);
+  if (silent != nullptr && poll_.may_ask_silent(now, pace_.period())) {
+    modules_.note_asked_alone(silent->config.node);
+    return ask_alone(silent->config.node, AskAgain::no, now, out);
+  }
+  if (modules_.is_silent() && poll_.is_answer_over(now)) poll_.hurry();
+  const std::uint8_t stranger = watchers_.roster.unidentified_stranger(now);
+  // Once it is told of: a question ends the answer that is under way, and that is what it is found out by.
+  const bool is_told = faults_.state(FaultId::unknown_module).is_present();
+  if (stranger == 0 || !is_told || now - stranger_asked_at_ < ask_stranger_every) return;
+  stranger_asked_at_ = now;
+  ask_identity(stranger, now, out);
+}
+
+void Core::assign_node(TimePoint now, Decisions& out) {
+  const AssignmentRequest& request = assignment_.request();
+  const ModuleAssignment::Step step = assignment_.step(now);
+  if (step.sends_command) send(Port::internal, setup_.set_node(request.serial_number, request.node), out);
+  if (step.asks_node) ask_identity(request.node, now, out);
+  if (!step.has_ended) return;
+  events_.push({.id = EventId::module_node_not_taken,
+                .at = now,
+                .reading = {.element = {.module_node = request.node}},
+                .number = request.serial_number});
+}
+
+void Core::ask_identity(std::uint8_t node, TimePoint now, Decisions& out) {
+  PollWants wants = modules_.outstanding(node);
+  wants.identity = true;
+  const CanFrame frame = poll_.single(node, wants);
+  modules_.begin_single(node, now);
+  check_.note_sent(frame);
+  send(Port::internal, frame, out);
+}
+
+/// What the module still owed of its last answer it is asked for, too.
+void Core::ask_alone(std::uint8_t node, AskAgain what, TimePoint now, Decisions& out) {
+  PollWants wants = modules_.outstanding(node);
+  wants.status = true;
+  wants.cells = wants.cells || what == AskAgain::cells;
+  wants.temperatures = wants.temperatures || what == AskAgain::temperatures;
+  const CanFrame frame = poll_.single(node, wants);
+  modules_.begin_single(node, now);
+  check_.note_sent(frame);
+  send(Port::internal, frame, out);
+}
+
+bool Core::identities_known() const {
+  return std::all_of(modules_.modules().begin(), modules_.modules().end(),
+                     [](const ModuleRecord& module) { return module.identity.is_valid(); });
+}
+
+/// Each module is who belongs on its node, by its own word, and alone there.
+bool Core::is_roster_in_order(TimePoint now) const {
+  return std::all_of(modules_.modules().begin(), modules_.modules().end(), [&](const ModuleRecord& module) {
+    return watchers_.roster.finding(module, modules_, now).place == ModulePlace::expected && !has_rival(module, now);
+  });
+}
+
+/// A module left alone goes by what it was told last: nobody is allowed anything before it is known who they are.
+ModeWish Core::mode_wish(TimePoint now) const {
+  const bool is_wanted = config_.balancing.is_autonomous_allowed;
+  return {.may_tell = !is_wanted || identities_known(),
+          .is_autonomous_balancing_allowed = is_wanted && is_roster_in_order(now)};
+}
+
+}  // namespace bmu

@@ -1,0 +1,29 @@
+// What was missing in each cell (daemon/core/estimators/cell_charge_record.hpp) as JSON, for the state file:
+//
+//   {"unix_time_ms":1700000000000,"capacity_uAs":360000000000,
+//    "modules":{"1":{"serial_number":4711,"cells_uAs":[[missing,uncertainty],...]}}}
+//
+// null: no book is kept. Of a file from before there was one, the key is missing.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/core/estimators/cell_charge_record.hpp"
+#include "protocol/result.hpp"
+
+namespace bmu {
+
+/// "1" to "63"; nothing else is a node.
+[[nodiscard]] std::optional<std::size_t> node_from_text(std::string_view text);
+
+[[nodiscard]] nlohmann::ordered_json charges_json(const CellChargeRecords& records);
+/// The error names the key, what was found and what was wanted. Never throws. Whether the numbers can be this pack's
+/// is for the book to say.
+[[nodiscard]] Result<CellChargeRecords, std::string> parse_charges(const nlohmann::ordered_json& json);
+
+}  // namespace bmu

@@ -1,0 +1,48 @@
+// The controller of the emulated charger: how much of what it is set to it delivers.
+//
+// It listens to the vehicle's bus for the charge limit in PACK_CURRENT, which comes once a second and is 0 when
+// charging is forbidden, and never gives more. Silence for longer than `limit_life` is no permission, as with a real
+// charger. One that has never heard a report is not on the vehicle's bus, or there is no master: it is set by hand and
+// knows no limit.
+#pragma once
+
+#include <optional>
+
+#include "protocol/frame.hpp"
+#include "protocol/tables/vehicle_bus.hpp"
+#include "protocol/time.hpp"
+
+namespace bmu {
+
+class ChargerControl {
+ public:
+  /// Three of the master's reports.
+  static constexpr Duration limit_life = 3 * vehicle_bus::pack_current.period;
+
+  /// `report_base_id`: of the vehicle's messages, usually 620h.
+  explicit ChargerControl(std::uint16_t report_base_id)
+      : limit_id_(report_base_id + std::uint32_t{vehicle_bus::pack_current.base_id - vehicle_bus::default_base_id}) {}
+
+  /// Any frame on the vehicle's bus. A limit that is not known is none.
+  void observe(const CanFrame& frame, TimePoint now) {
+    const bool is_limit = frame.id == limit_id_ && frame.length == vehicle_bus::pack_current.length &&
+                          !frame.is_extended && !frame.is_remote && !frame.is_error;
+    if (!is_limit) return;
+    const SignalValue limit = read<vehicle_bus::pack_current, "charge_limit_mA">(frame);
+    limit_A_ = limit.is_valid() ? static_cast<double>(limit.value) * 1e-3 : 0.0;
+    heard_at_ = now;
+  }
+
+  /// Not more than this; nothing: it has never heard of a limit.
+  [[nodiscard]] std::optional<double> limit_A(TimePoint now) const {
+    if (!limit_A_) return std::nullopt;
+    return now - heard_at_ <= limit_life ? limit_A_ : 0.0;
+  }
+
+ private:
+  std::uint32_t limit_id_;
+  std::optional<double> limit_A_;
+  TimePoint heard_at_{};
+};
+
+}  // namespace bmu

@@ -1,0 +1,13 @@
+// Who puts the module unit on a microcontroller brings the end of a violated BMU_ASSERT himself. microcontroller.sh
+// links the unit with this one in place of the library's, which prints.
+#include "protocol/assert.hpp"
+
+namespace bmu {
+
+void assertion_failed(const char* /*expression*/, const char* /*file*/, int /*line*/) {
+  for (volatile bool is_stuck = true; is_stuck;) {
+  }
+  __builtin_unreachable();
+}
+
+}  // namespace bmu

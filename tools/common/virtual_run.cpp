@@ -1,0 +1,111 @@
+#include "tools/common/virtual_run.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+namespace bmu {
+
+// --- the core in the words of a script ------------------------------------------------------------------------------
+
+namespace {
+
+/// Why a pack opens other than by a fault; a fault has its own name.
+constexpr OpeningCause other_causes[] = {OpeningCause::none, OpeningCause::request_over, OpeningCause::shut_down,
+                                         OpeningCause::precharge_retry, OpeningCause::permission};
+
+std::vector<std::string_view> phase_words() {
+  std::vector<std::string_view> words;
+  words.reserve(all_phases.size());
+  for (const Phase phase : all_phases) words.push_back(to_text(phase));
+  return words;
+}
+
+std::vector<std::string_view> cause_words() {
+  std::vector<std::string_view> words;
+  words.reserve(std::size(other_causes) + fault_table().size());
+  for (const OpeningCause cause : other_causes) words.push_back(to_text(cause));
+  for (const FaultRow& row : fault_table()) words.push_back(row.name);
+  return words;
+}
+
+std::uint16_t cause_index(const OpeningRecord& opening) {
+  if (opening.cause == OpeningCause::fault) {
+    return static_cast<std::uint16_t>(std::size(other_causes) + static_cast<std::size_t>(opening.fault));
+  }
+  const auto* const cause = std::find(std::begin(other_causes), std::end(other_causes), opening.cause);
+  return static_cast<std::uint16_t>(cause - std::begin(other_causes));
+}
+
+CommandGiven command_of(const MasterOrder& order) {
+  switch (order.property) {
+    case Property::master_clear: return {.command = Command::clear_faults};
+    case Property::master_clear_authorised: return {.command = Command::clear_faults, .authority = Authority::service};
+    case Property::master_wake: return {.command = Command::wake};
+    case Property::master_balancing:
+      return {.command = order.word == 0 ? Command::balancing_off : Command::balancing_on};
+    case Property::master_accept_modules: return {.command = Command::accept_modules, .authority = Authority::service};
+    default: break;
+  }
+  BMU_ASSERT(false);
+  return {};
+}
+
+}  // namespace
+
+MasterVocabulary core_vocabulary() {
+  static const std::vector<std::string_view> phases = phase_words();
+  static const std::vector<std::string_view> causes = cause_words();
+  return {phases, causes};
+}
+
+MasterReport report_of(const Core& core) {
+  return {.phase = static_cast<std::uint16_t>(core.sequence().phase), .opened_by = cause_index(core.last_opening())};
+}
+
+// --- the run --------------------------------------------------------------------------------------------------------
+
+VirtualRun::VirtualRun(const SimulatorConfig& pack, Scenario scenario) : simulator_(pack, std::move(scenario), start) {}
+
+VirtualRun::VirtualRun(const CoreConfig& master, const SimulatorConfig& pack, Scenario scenario)
+    : VirtualRun(pack, std::move(scenario)) {
+  core_.emplace(master, start);
+  observe(PortChanged{Port::internal, true});
+  observe(PortChanged{Port::vehicle, true});
+}
+
+void VirtualRun::observe(const ObservedThing& what) {
+  if (core_->observe({now_, what}) == Urgency::decide_now) decide();
+}
+
+void VirtualRun::give_orders() {
+  for (const MasterOrder& order : simulator_.world().orders) observe(command_of(order));
+  simulator_.world().orders.clear();
+}
+
+void VirtualRun::decide() {
+  const Decisions decisions = core_->decide(now_);
+  wake_at_ = decisions.wake_at;
+  for (const Event& event : decisions.events) events_.push_back(event);
+  for (const OutgoingFrame& out : decisions.frames) {
+    if (out.port == Port::internal) {
+      simulator_.observe(out.frame, now_);
+      echoes_.push_back(out.frame);
+    } else {
+      simulator_.observe_elsewhere(out.frame, now_);
+    }
+  }
+  simulator_.script().note_master(report_of(*core_));
+}
+
+void VirtualRun::step() {
+  now_ += Plant::step_length;
+  for (const CanFrame& frame : std::exchange(echoes_, {})) observe(FrameEchoed{Port::internal, frame});
+  const std::span<const SentFrame> sent = simulator_.advance(now_);
+  if (!core_) return;
+  give_orders();
+  for (const SentFrame& one : sent) observe(FrameReceived{Port::internal, one.frame});
+  if (now_ >= wake_at_) decide();
+}
+
+}  // namespace bmu
