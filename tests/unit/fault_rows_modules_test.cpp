@@ -270,3 +270,40 @@ TEST_CASE("what is used of a peak is known while the current is", "[unit][faults
   CHECK(world.read(FaultId::charge_overload).value == 100);
   CHECK(world.read(FaultId::charge_overload).taken_at == start + 2s);
 }
+
+TEST_CASE("the mode and the supply that a module told of count as long as its status may be old, and no longer",
+          "[unit][faults][MMU_A][MMU_S]") {
+  using internal_bus::Mode;
+  struct Case {
+    FaultId id;
+    Mode mode;
+    bool on_module_supply;
+  };
+  const auto one =
+      GENERATE(Case{FaultId::module_starting, Mode::starting, false},
+               Case{FaultId::module_going_to_sleep, Mode::going_to_sleep, false},
+               Case{FaultId::module_alone, Mode::autonomous, false}, Case{FaultId::module_alone, Mode::normal, true});
+  World world;
+  CHECK_FALSE(world.is_true(one.id));
+  world.say_status(2, [&one](CanFrame& frame) {
+    write<internal_bus::status, "mode">(frame, static_cast<std::int64_t>(one.mode));
+    write<internal_bus::status, "supply">(frame, one.on_module_supply ? 1 : 0);
+  });
+  world.now = start + world.config.ages.module_status;
+  CHECK(world.is_true(one.id));
+  CHECK(world.read(one.id).element == Element{.module_node = 2});
+  CHECK(world.read(one.id).taken_at == start);
+  world.now += 1ns;
+  CHECK_FALSE(world.is_true(one.id));
+}
+
+TEST_CASE("a module that is not set up is named; before anybody is asked nothing is known of it",
+          "[unit][faults][MMU_UV]") {
+  World world;
+  CHECK_FALSE(world.is_true(FaultId::module_not_set_up));
+  world.flags.module_not_set_up = 2;
+  CHECK(world.is_true(FaultId::module_not_set_up));
+  CHECK(world.read(FaultId::module_not_set_up).element == Element{.module_node = 2});
+  world.has_started = false;
+  CHECK_FALSE(world.read(FaultId::module_not_set_up).is_known);
+}
