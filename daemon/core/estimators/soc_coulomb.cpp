@@ -1,0 +1,55 @@
+#include "daemon/core/estimators/soc_coulomb.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace bmu {
+
+namespace {
+
+constexpr double sigma_max = 1.0;  // more than this nobody can be unsure of it
+
+}  // namespace
+
+void SocCoulomb::begin(const CellDynamics& cell, const CurrentSensorError& sensor, const SocBegin& from,
+                       double temperature_C) {
+  *this = {};
+  cell_ = &cell;
+  sensor_ = sensor;
+  if (is_measured(temperature_C)) temperature_C_ = temperature_C;
+  set(from.soc, from.sigma);
+}
+
+void SocCoulomb::set(double soc, double sigma) {
+  soc_ = std::clamp(soc, 0.0, 1.0);
+  begin_sigma_ = sigma;
+  net_charge_As_ = 0.0;
+  passed_s_ = 0.0;
+  uncounted_s_ = 0.0;
+}
+
+void SocCoulomb::update(const CellSample& sample) {
+  if (cell_ == nullptr || !sample.has_passed()) return;
+  if (is_measured(sample.temperature_C)) temperature_C_ = sample.temperature_C;
+  double current_A = self_discharge_A(*cell_, temperature_C_);
+  passed_s_ += sample.passed_s;
+  if (is_measured(sample.mean_current_A)) {
+    const double told_A = sample.mean_current_A;
+    current_A += told_A < 0.0 ? told_A * cell_->charge_efficiency : told_A;
+    net_charge_As_ += told_A * sample.passed_s;
+  } else {
+    uncounted_s_ += sample.passed_s;
+  }
+  soc_ = std::clamp(soc_ - current_A * sample.passed_s / cell_->capacity_As, 0.0, 1.0);
+}
+
+SocEstimate SocCoulomb::estimate() const {
+  if (cell_ == nullptr) return {};
+  const double by_gain_As = sensor_.gain * net_charge_As_;
+  const double by_offset_As = sensor_.offset_A * passed_s_;
+  const double by_silence_As = sensor_.unknown_current_A * uncounted_s_;
+  const double counted = std::hypot(by_gain_As, by_offset_As, by_silence_As) / cell_->capacity_As;
+  return {.is_known = true, .soc = soc_, .sigma = std::min(std::hypot(begin_sigma_, counted), sigma_max)};
+}
+
+}  // namespace bmu

@@ -1,0 +1,39 @@
+// State of charge by counting alone, with the losses that counting does not see: of a charging current not all arrives,
+// and a cell discharges by itself.
+//
+//   SOC(t) = SOC(0) - 1/C * integral of (efficiency * I + loss) dt               (FS_4)
+//
+// It never looks at the voltage, so its doubt only grows: by the sensor's gain with the charge that flowed, by its
+// offset with time, and, while the sensor is silent, by what may flow.
+//
+// Cost: some ten multiplications and one exponential.
+#pragma once
+
+#include "daemon/core/cell_dynamics.hpp"
+#include "daemon/core/estimators/soc_estimate.hpp"
+
+namespace bmu {
+
+class SocCoulomb {
+ public:
+  /// `cell` must outlive the estimator.
+  void begin(const CellDynamics& cell, const CurrentSensorError& sensor, const SocBegin& from, double temperature_C);
+  void update(const CellSample& sample);
+  [[nodiscard]] SocEstimate estimate() const;
+
+  /// From now on it is this, and so sure: an anchor of another method.
+  void set(double soc, double sigma);
+
+ private:
+  const CellDynamics* cell_ = nullptr;
+  CurrentSensorError sensor_;
+  double temperature_C_ = 25.0;
+  double soc_ = 0.0;
+  // Since soc_ was set:
+  double begin_sigma_ = 1.0;
+  double net_charge_As_ = 0.0;
+  double passed_s_ = 0.0;
+  double uncounted_s_ = 0.0;
+};
+
+}  // namespace bmu

@@ -1,0 +1,68 @@
+// What an estimator of the state of charge is given, and what it says: the same for each, so that they run beside each
+// other and can be compared. An estimator is a class with
+//
+//   void begin(const CellDynamics&, const CurrentSensorError&, const SocBegin&, double temperature_C);
+//   void update(const CellSample&);
+//   SocEstimate estimate() const;
+//
+// Pure: no clock, no allocation; the same samples give the same estimates. Before begin() samples are passed over and
+// nothing is known.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <string_view>
+
+namespace bmu {
+
+/// Stands for what was not measured. Estimators never take a guess for it.
+inline constexpr double not_measured = std::numeric_limits<double>::quiet_NaN();
+
+/// No current, voltage or temperature is that large, and no time between two samples that long: whose square still is
+/// a number.
+inline constexpr double measured_most = 1e6;
+inline constexpr double passed_most_s = 1e10;
+
+[[nodiscard]] inline bool is_measured(double value) {
+  return std::abs(value) < measured_most;  // not so if it is not a number
+}
+
+/// One cell at one instant.
+struct CellSample {
+  double passed_s = 0.0;  // since the sample before; not above 0 (time ran backwards) or beyond all bounds: no sample
+  double mean_current_A = not_measured;  // over that time, out of the cell: what was counted, divided by it
+  double current_A = not_measured;       // when the voltage was taken
+  double voltage_V = not_measured;
+  double temperature_C = not_measured;
+
+  [[nodiscard]] bool has_passed() const { return passed_s > 0.0 && passed_s < passed_most_s; }
+};
+
+/// Where an estimator starts: what is believed, and how well.
+struct SocBegin {
+  double soc = 0.5;         // 0 to 1; beyond counts as the end
+  double sigma = 0.3;       // one standard deviation, above 0
+  bool is_rested = true;    // false: what flowed before is not known, and the voltage still follows it
+  double hysteresis = 0.0;  // -1: discharged last, 1: charged last
+};
+
+/// What the current sensor may do wrong, one standard deviation.
+struct CurrentSensorError {
+  double gain = 0.01;
+  double offset_A = 0.01;
+  double unknown_current_A = 1.0;  // what may flow while it says nothing
+};
+
+struct SocEstimate {
+  bool is_known = false;
+  double soc = 0.0;    // 0 to 1
+  double sigma = 1.0;  // the truth lies within two of these in some 95 of 100 cases
+};
+
+enum class SocMethod : unsigned char { ekf, mixed, coulomb };
+inline constexpr std::size_t soc_methods = 3;
+inline constexpr std::array<std::string_view, soc_methods> soc_method_names{"ekf", "mixed", "coulomb"};
+
+}  // namespace bmu

@@ -1,0 +1,220 @@
+#include "daemon/core/estimators/soc_filter.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace bmu {
+
+namespace {
+
+constexpr double square(double value) {
+  return value * value;
+}
+
+// What a measurement of the voltage is off by itself: noise and resolution, and, as a share of what the resistance
+// takes, what the current does between its own instant and the voltage's.
+constexpr double voltage_noise_V = 0.003;
+constexpr double resistance_noise_share = 0.03;
+// What a cell differs by from its model, one standard deviation, and how long it takes to become another.
+constexpr double capacity_share = 0.02;
+constexpr double resistance_share_sigma = 0.10;
+constexpr double resistance_time_s = 5000.0;
+constexpr double offset_time_s = 36000.0;
+/// Of the pairs' voltages under the current of one hour, while what flowed before is not known.
+constexpr double pair_share = 0.7;
+/// The state of charge is not let further than this beyond empty and full.
+constexpr double soc_beyond = 0.05;
+/// More than this nobody can be unsure of it.
+constexpr double soc_sigma_max = 1.0;
+/// Beyond these a cell is broken or a measurement is: half or twice the capacity, a fifth or five times the resistance.
+/// What is beyond is not learned, lest the model be turned round.
+constexpr double counting_share_most = 0.5;
+constexpr double resistance_share_least = -0.8;
+constexpr double resistance_share_most = 4.0;
+/// The chord reaches at least so far: the tables of resistances have a step of this.
+constexpr double chord_min = 0.05;
+/// Of what the chord is off by, so much counts: over what is possible it is off by less than in the middle.
+constexpr double bend_share = 0.7;
+constexpr double pair_ratio_max = 4.0;
+/// An innovation of more than so many standard deviations counts as if it were one of these: the model has a hole
+/// there, or the sample is a mistake.
+constexpr double surprise_sigmas = 3.0;
+/// Without a temperature the model may be off by so much more.
+constexpr double unknown_temperature_factor = 3.0;
+/// The filter takes its model for right up to errors that it knows. On recorded cells the truth is off by half as much
+/// again: docs/accuracy.md.
+constexpr double told_sigma_factor = 1.5;
+
+}  // namespace
+
+void SocFilter::begin(const CellDynamics& cell, const CurrentSensorError& sensor, const SocBegin& from,
+                      double temperature_C) {
+  *this = {};
+  cell_ = &cell;
+  sensor_ = sensor;
+  hysteresis_ = std::clamp(from.hysteresis, -1.0, 1.0);
+  if (is_measured(temperature_C)) temperature_C_ = temperature_C;
+  const CellPoint point = at(cell, from.soc, temperature_C_);
+  const double hour_rate_A = cell.capacity_As / 3600.0;
+  x_[soc_at] = std::clamp(from.soc, 0.0, 1.0);
+  p_[soc_at][soc_at] = square(std::min(from.sigma, soc_sigma_max));
+  for (std::size_t pair = 0; pair < CellDynamics::pairs && !from.is_rested; ++pair) {
+    p_[pair_at + pair][pair_at + pair] = square(pair_share * point.pair_Ohm[pair] * hour_rate_A);
+  }
+  p_[error_at][error_at] = square(point.slow_error_V);
+  p_[offset_at][offset_at] = square(sensor.offset_A);
+  p_[counting_at][counting_at] = square(sensor.gain) + square(capacity_share);
+  p_[resistance_at][resistance_at] = square(resistance_share_sigma);
+}
+
+void SocFilter::follow_hysteresis(double charge_As) {
+  const double share = std::abs(charge_As) / (cell_->hysteresis_charge * cell_->capacity_As);
+  const double towards = charge_As > 0.0 ? -1.0 : 1.0;
+  hysteresis_ = towards + (hysteresis_ - towards) * std::exp(-share);
+}
+
+void SocFilter::count(const CellSample& sample) {
+  const bool is_counted = is_measured(sample.mean_current_A);
+  const double told_A = is_counted ? sample.mean_current_A : 0.0;
+  // A sensor that says nothing adds nothing.
+  true_current_A_ = is_counted ? told_A - x_[offset_at] - told_A * x_[counting_at] : 0.0;
+  const double efficiency = true_current_A_ < 0.0 ? cell_->charge_efficiency : 1.0;
+  const double per_A = -sample.passed_s / cell_->capacity_As * efficiency;
+  const double lost = self_discharge_A(*cell_, temperature_C_) * sample.passed_s / cell_->capacity_As;
+  x_[soc_at] = std::clamp(x_[soc_at] + per_A * true_current_A_ - lost, -soc_beyond, 1.0 + soc_beyond);
+  // The state of charge takes over what the offset and the share do to it: its row, then its column.
+  const double by_offset = is_counted ? -per_A : 0.0;
+  const double by_share = -per_A * told_A;
+  for (std::size_t k = 0; k < size; ++k) p_[soc_at][k] += by_offset * p_[offset_at][k] + by_share * p_[counting_at][k];
+  for (std::size_t k = 0; k < size; ++k) p_[k][soc_at] += by_offset * p_[k][offset_at] + by_share * p_[k][counting_at];
+  // A current that nobody sees may flow the same way all the time.
+  if (!is_counted) {
+    p_[soc_at][soc_at] = square(std::sqrt(p_[soc_at][soc_at]) + std::abs(per_A) * sensor_.unknown_current_A);
+  }
+  bound_doubt();
+  follow_hysteresis(told_A * sample.passed_s);
+}
+
+/// The state of charge with all that it has to do with the other states: a covariance stays one.
+void SocFilter::bound_doubt() {
+  const double sigma = std::sqrt(p_[soc_at][soc_at]);
+  if (sigma <= soc_sigma_max) return;
+  const double factor = soc_sigma_max / sigma;
+  for (std::size_t k = 0; k < size; ++k) p_[soc_at][k] *= factor;
+  for (std::size_t k = 0; k < size; ++k) p_[k][soc_at] *= factor;
+}
+
+void SocFilter::fade(const CellSample& sample, const CellPoint& point) {
+  const double passed_s = sample.passed_s;
+  const double unseen_A = is_measured(sample.mean_current_A) ? 0.0 : sensor_.unknown_current_A;
+  Vector keeps{};
+  Vector added{};
+  keeps.fill(1.0);
+  for (std::size_t pair = 0; pair < CellDynamics::pairs; ++pair) {
+    const double keep = std::exp(-passed_s / cell_->pair_time_constant_s[pair]);
+    const double settled_V = point.pair_Ohm[pair] * true_current_A_;
+    x_[pair_at + pair] = settled_V + (x_[pair_at + pair] - settled_V) * keep;
+    keeps[pair_at + pair] = keep;
+    added[pair_at + pair] = square(point.pair_Ohm[pair] * unseen_A) * (1.0 - square(keep));
+  }
+  const auto wander = [&](At which, double sigma, double time_s) {
+    const double keep = std::exp(-passed_s / time_s);
+    x_[which] *= keep;
+    keeps[which] = keep;
+    added[which] = square(sigma) * (1.0 - square(keep));
+  };
+  wander(error_at, point.slow_error_V, point.slow_error_time_s);
+  wander(offset_at, sensor_.offset_A, offset_time_s);
+  wander(resistance_at, resistance_share_sigma, resistance_time_s);
+  for (std::size_t row = 0; row < size; ++row) {
+    for (std::size_t column = 0; column < size; ++column) p_[row][column] *= keeps[row] * keeps[column];
+    p_[row][row] += added[row];
+  }
+}
+
+/// The terminal voltage without the model's error, were the state of charge that of `there`. A pair would have been
+/// charged through the resistance there, so its voltage is the more by as much.
+double SocFilter::voltage_V(const CellPoint& here, const CellPoint& there, double current_A) const {
+  double drop_V = there.series_Ohm * current_A + kinetic_V(there, current_A);
+  for (std::size_t pair = 0; pair < CellDynamics::pairs; ++pair) {
+    const double ratio = here.pair_Ohm[pair] > 0.0 ? there.pair_Ohm[pair] / here.pair_Ohm[pair] : 1.0;
+    drop_V += x_[pair_at + pair] * std::clamp(ratio, 0.0, pair_ratio_max);
+  }
+  return there.ocv_V + hysteresis_ * there.hysteresis_V - (1.0 + x_[resistance_at]) * drop_V;
+}
+
+SocFilter::Chord SocFilter::chord(const CellPoint& here, const RowPlace& place, double current_A) const {
+  const double reach = std::max(std::sqrt(p_[soc_at][soc_at]), chord_min);
+  const double from = std::max(x_[soc_at] - reach, -soc_beyond);
+  const double to = std::min(x_[soc_at] + reach, 1.0 + soc_beyond);
+  const double from_V = voltage_V(here, at(*cell_, place, from), current_A);
+  const double to_V = voltage_V(here, at(*cell_, place, to), current_A);
+  const double slope_V = (to_V - from_V) / (to - from);
+  const double on_line_V = from_V + slope_V * (x_[soc_at] - from);
+  return {.slope_V = slope_V, .bend_V = on_line_V - voltage_V(here, here, current_A)};
+}
+
+double SocFilter::variance_V2(const CellSample& sample, const CellPoint& point, double current_A, double bend_V) const {
+  // An error that lasts for some seconds counts for as many samples as fit into them.
+  const double model_V = point.fast_error_V * (is_measured(sample.temperature_C) ? 1.0 : unknown_temperature_factor);
+  return square(voltage_noise_V) + square(resistance_noise_share * point.series_Ohm * current_A) +
+         (square(model_V) + square(bend_share * bend_V)) * (1.0 + 2.0 * point.fast_error_time_s / sample.passed_s);
+}
+
+void SocFilter::correct(const CellSample& sample, const RowPlace& place) {
+  const CellPoint point = at(*cell_, place, x_[soc_at]);
+  const double current_A = sample.current_A - x_[offset_at];
+  double drop_V = point.series_Ohm * current_A + kinetic_V(point, current_A);
+  for (std::size_t pair = 0; pair < CellDynamics::pairs; ++pair) drop_V += x_[pair_at + pair];
+  const double share = 1.0 + x_[resistance_at];
+  const double expected_V = point.ocv_V + hysteresis_ * point.hysteresis_V + x_[error_at] - share * drop_V;
+
+  Vector by{};  // what the voltage changes by with each state
+  const Chord line = chord(point, place, current_A);
+  by[soc_at] = line.slope_V;
+  for (std::size_t pair = 0; pair < CellDynamics::pairs; ++pair) by[pair_at + pair] = -share;
+  by[error_at] = 1.0;
+  by[offset_at] = share * point.series_Ohm;
+  by[resistance_at] = -drop_V;
+  innovation_V_ = sample.voltage_V - expected_V;
+  innovation_variance_V2_ = variance_V2(sample, point, current_A, line.bend_V);
+  learn(by);
+}
+
+void SocFilter::learn(const Vector& by) {
+  Vector covariance{};  // of each state with the voltage
+  for (std::size_t row = 0; row < size; ++row) {
+    for (std::size_t column = 0; column < size; ++column) covariance[row] += p_[row][column] * by[column];
+  }
+  for (std::size_t row = 0; row < size; ++row) innovation_variance_V2_ += by[row] * covariance[row];
+  const double surprise = square(innovation_V_) / (square(surprise_sigmas) * innovation_variance_V2_);
+  const double weight = 1.0 / (innovation_variance_V2_ * std::max(surprise, 1.0));
+  for (std::size_t row = 0; row < size; ++row) {
+    x_[row] += covariance[row] * weight * innovation_V_;
+    for (std::size_t column = 0; column <= row; ++column) {
+      p_[row][column] -= covariance[row] * covariance[column] * weight;
+      p_[column][row] = p_[row][column];
+    }
+  }
+  x_[soc_at] = std::clamp(x_[soc_at], -soc_beyond, 1.0 + soc_beyond);
+  x_[counting_at] = std::clamp(x_[counting_at], -counting_share_most, counting_share_most);
+  x_[resistance_at] = std::clamp(x_[resistance_at], resistance_share_least, resistance_share_most);
+}
+
+void SocFilter::update(const CellSample& sample) {
+  if (cell_ == nullptr || !sample.has_passed()) return;
+  if (is_measured(sample.temperature_C)) temperature_C_ = sample.temperature_C;
+  count(sample);
+  const RowPlace place = row_place(*cell_, temperature_C_);
+  fade(sample, at(*cell_, place, x_[soc_at]));
+  if (is_measured(sample.voltage_V) && is_measured(sample.current_A)) correct(sample, place);
+}
+
+SocEstimate SocFilter::estimate() const {
+  if (cell_ == nullptr) return {};
+  return {.is_known = true,
+          .soc = std::clamp(x_[soc_at], 0.0, 1.0),
+          .sigma = std::min(told_sigma_factor * std::sqrt(p_[soc_at][soc_at]), soc_sigma_max)};
+}
+
+}  // namespace bmu

@@ -1,0 +1,90 @@
+// State of charge of one cell by an extended Kalman filter: counting says how it changes, the voltage where it is, and
+// both are believed as far as they deserve.
+//
+// The filter carries eight things that are not known: the state of charge; the three pairs' voltages; what the model is
+// off by at the moment, which comes and goes (an Ornstein-Uhlenbeck process with the strength and the time that the fit
+// left over); the offset of the current sensor; the share by which the counting is off, be it the sensor's gain or the
+// cell's capacity; and the share by which this cell's resistances differ from its model's. That the model's error lasts
+// is what keeps a filter from believing it: without it ten thousand samples with the same error count as ten thousand
+// witnesses. The hysteresis is followed, not estimated.
+//
+// What a voltage says of the charge is taken from a chord over the states of charge that are possible, not from a
+// tangent at one of them (statistical linearisation; A. Gelb, Applied Optimal Estimation, MIT Press 1974, section 6.2),
+// and the resistances change along it, too: in the cold, near full and near empty, they say more than the open-circuit
+// voltage. What the line is off by, where the curve bends, is an error of the model as long as the charge is there: at
+// a knee the voltage says on which side of it the cell is, not where.
+//
+// A voltage that the model finds hard to believe counts as one that is just hard to believe (P. Huber, Robust
+// Statistics, Wiley 1981, chapter 7).
+//
+// Cost: four looks at the model and some 400 multiplications; docs/performance.md has the figure.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "daemon/core/cell_dynamics.hpp"
+#include "daemon/core/estimators/soc_estimate.hpp"
+
+namespace bmu {
+
+class SocFilter {
+ public:
+  /// `cell` must outlive the filter.
+  void begin(const CellDynamics& cell, const CurrentSensorError& sensor, const SocBegin& from, double temperature_C);
+  /// Before begin(): nothing happens.
+  void update(const CellSample& sample);
+
+  [[nodiscard]] SocEstimate estimate() const;
+  /// How far this cell's resistances are above its model's: 0.4 is 40 % more.
+  [[nodiscard]] double resistance_share() const { return x_[resistance_at]; }
+  /// By how much too much is counted: the sensor's gain, or a capacity that is larger than the model's.
+  [[nodiscard]] double counting_share() const { return x_[counting_at]; }
+  /// What the sensor adds to every current.
+  [[nodiscard]] double offset_A() const { return x_[offset_at]; }
+  [[nodiscard]] double hysteresis() const { return hysteresis_; }
+  /// The last voltage less what the model expected before it was told, and what had to be expected of that, squared.
+  [[nodiscard]] double innovation_V() const { return innovation_V_; }
+  [[nodiscard]] double innovation_variance_V2() const { return innovation_variance_V2_; }
+
+ private:
+  enum At : std::size_t {
+    soc_at,
+    pair_at,
+    error_at = pair_at + CellDynamics::pairs,
+    offset_at,
+    counting_at,
+    resistance_at,
+    size
+  };
+  using Vector = std::array<double, size>;
+
+  /// The straight line that stands for the voltage over the states of charge that are possible, and what it is off by.
+  struct Chord {
+    double slope_V = 0.0;
+    double bend_V = 0.0;
+  };
+
+  void count(const CellSample& sample);
+  void bound_doubt();
+  void follow_hysteresis(double charge_As);
+  void fade(const CellSample& sample, const CellPoint& point);
+  void correct(const CellSample& sample, const RowPlace& place);
+  void learn(const Vector& by);
+  [[nodiscard]] double voltage_V(const CellPoint& here, const CellPoint& there, double current_A) const;
+  [[nodiscard]] Chord chord(const CellPoint& here, const RowPlace& place, double current_A) const;
+  [[nodiscard]] double variance_V2(const CellSample& sample, const CellPoint& point, double current_A,
+                                   double bend_V) const;
+
+  const CellDynamics* cell_ = nullptr;
+  CurrentSensorError sensor_;
+  Vector x_{};                    // the states
+  std::array<Vector, size> p_{};  // their covariance, symmetric
+  double hysteresis_ = 0.0;
+  double temperature_C_ = 25.0;
+  double true_current_A_ = 0.0;  // the mean of the last sample without what the sensor is thought to add
+  double innovation_V_ = 0.0;
+  double innovation_variance_V2_ = 0.0;
+};
+
+}  // namespace bmu

@@ -1,0 +1,54 @@
+#include "daemon/core/estimators/soc_mixed.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace bmu {
+
+namespace {
+
+constexpr double high_soc = 0.85;      // from here on the voltage is listened to
+constexpr double pull_time_s = 120.0;  // as long as it takes to follow it, without a current
+constexpr double resistance_doubt = 0.2;
+constexpr double voltage_doubt_V = 0.010;
+constexpr double empty_sigma = 0.03;
+constexpr double slope_min_V = 0.2;
+
+}  // namespace
+
+void SocMixed::begin(const CellDynamics& cell, const CurrentSensorError& sensor, const SocBegin& from,
+                     double temperature_C) {
+  *this = {};
+  cell_ = &cell;
+  if (is_measured(temperature_C)) temperature_C_ = temperature_C;
+  counting_.begin(cell, sensor, from, temperature_C);
+}
+
+void SocMixed::update(const CellSample& sample) {
+  if (cell_ == nullptr || !sample.has_passed()) return;
+  if (is_measured(sample.temperature_C)) temperature_C_ = sample.temperature_C;
+  counting_.update(sample);
+  if (is_measured(sample.voltage_V) && is_measured(sample.current_A)) listen(sample);
+}
+
+void SocMixed::listen(const CellSample& sample) {
+  const SocEstimate now = counting_.estimate();
+  const CellPoint here = at(*cell_, now.soc, temperature_C_);
+  const double resistance_Ohm = std::accumulate(here.pair_Ohm.begin(), here.pair_Ohm.end(), here.series_Ohm);
+  const double taken_V = resistance_Ohm * sample.current_A + kinetic_V(here, sample.current_A);
+  const double open_V = sample.voltage_V + taken_V;
+  const double told = soc_from_ocv(*cell_, open_V, temperature_C_, 0.0);
+  if (sample.current_A > 0.0 && told <= 0.0) {
+    counting_.set(0.0, empty_sigma);
+    return;
+  }
+  if (told < high_soc) return;
+  const double slope_V = std::max(at(*cell_, told, temperature_C_).ocv_slope_V, slope_min_V);
+  const double told_sigma = std::hypot(voltage_doubt_V, resistance_doubt * taken_V) / slope_V;
+  if (told_sigma >= now.sigma) return;
+  const double pull = std::min(sample.passed_s / pull_time_s, 1.0) * (1.0 - told_sigma / now.sigma);
+  counting_.set(now.soc + (told - now.soc) * pull, now.sigma + (told_sigma - now.sigma) * pull);
+}
+
+}  // namespace bmu

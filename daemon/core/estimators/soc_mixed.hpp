@@ -1,0 +1,32 @@
+// State of charge as small battery computers did it for years, and as this system's ancestor of 2013 did: counting
+// where the open-circuit voltage says little, and where it says much the voltage, with what the current takes added
+// back; and empty is where the voltage ends.
+//
+// High, where the curve is steep again, the compensated voltage pulls the count towards it, the more quickly the
+// smaller the current is: what the resistance takes is known to a fifth or so. Low, a voltage that, compensated, is
+// below that of an empty cell sets it to empty. In between it is counting. It is here to be compared with, and for whom
+// a Kalman filter is too much to believe.
+//
+// Cost: one look at the model.
+#pragma once
+
+#include "daemon/core/estimators/soc_coulomb.hpp"
+
+namespace bmu {
+
+class SocMixed {
+ public:
+  /// `cell` must outlive the estimator.
+  void begin(const CellDynamics& cell, const CurrentSensorError& sensor, const SocBegin& from, double temperature_C);
+  void update(const CellSample& sample);
+  [[nodiscard]] SocEstimate estimate() const { return counting_.estimate(); }
+
+ private:
+  void listen(const CellSample& sample);
+
+  const CellDynamics* cell_ = nullptr;
+  SocCoulomb counting_;
+  double temperature_C_ = 25.0;
+};
+
+}  // namespace bmu

@@ -1,0 +1,42 @@
+// What an estimator of the state of charge costs for one sample of one cell, against the plain counting beside it.
+#include <vector>
+
+#include <benchmark/benchmark.h>
+
+#include "daemon/core/estimators/soc_coulomb.hpp"
+#include "daemon/core/estimators/soc_filter.hpp"
+#include "daemon/core/estimators/soc_mixed.hpp"
+#include "tests/support/simulated_cell.hpp"
+
+namespace {
+
+using namespace bmu;
+
+std::vector<CellSample> drive_of(const CellDynamics& cell) {
+  constexpr double passed_s = 0.1;
+  test::SimulatedCell truth(cell, {.soc = 0.9, .voltage_noise_V = 0.001});
+  test::SimulatedDrive drive(cell, 1);
+  std::vector<CellSample> samples;
+  for (int k = 0; k < 20'000; ++k) samples.push_back(truth.run(passed_s, drive.current_A(passed_s, truth.soc()), 12.0));
+  return samples;
+}
+
+template <class Estimator>
+void sample_of_one_cell(benchmark::State& state) {
+  const CellDynamics cell = test::sloped_cell();
+  const std::vector<CellSample> samples = drive_of(cell);
+  Estimator estimator;
+  estimator.begin(cell, {}, {.soc = 0.8, .sigma = 0.1}, 12.0);
+  std::size_t next = 0;
+  for ([[maybe_unused]] auto _ : state) {
+    estimator.update(samples[next]);
+    next = next + 1 == samples.size() ? 0 : next + 1;
+  }
+  benchmark::DoNotOptimize(estimator.estimate());
+}
+
+}  // namespace
+
+BENCHMARK(sample_of_one_cell<SocFilter>);
+BENCHMARK(sample_of_one_cell<SocMixed>);
+BENCHMARK(sample_of_one_cell<SocCoulomb>);
