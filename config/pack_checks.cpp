@@ -579,7 +579,7 @@ void check_without_unit(const Check& check) {
   check_unit_is_needed(check);
 }
 
-// --- modules, cell, vehicle -----------------------------------------------------------------------------------------
+// --- modules, vehicle ------------------------------------------------------------------------------------------------
 
 void check_sensors(const Check& check) {
   const Place place = check.root.at("modules");
@@ -590,55 +590,6 @@ void check_sensors(const Check& check) {
   if (has_sensor || modules.empty() || !check.problems.is_good_throughout(place)) return;
   check.problems.add(place, "no temperature sensor in the whole pack",
                      "temperature_sensors above 0 in one module or more");
-}
-
-struct AbsolutePair {
-  std::string_view lower_key;
-  std::string_view upper_key;
-  std::int32_t CellModel::*lower;
-  std::int32_t CellModel::*upper;
-  std::int32_t scale;
-};
-constexpr std::array absolute_pairs{
-    AbsolutePair{"voltage_min_mV", "voltage_max_mV", &CellModel::voltage_min_uV, &CellModel::voltage_max_uV, 1'000},
-    AbsolutePair{"temperature_min_dC", "temperature_max_dC", &CellModel::temperature_min_dC,
-                 &CellModel::temperature_max_dC, 1},
-};
-
-void check_absolute_pair(const Check& check, const AbsolutePair& pair) {
-  const Place place = check.cell.at(pair.lower_key);
-  if (!check.are_good({place, check.cell.at(pair.upper_key)})) return;
-  const std::int32_t lower = check.core().cell.*pair.lower;
-  const std::int32_t upper = check.core().cell.*pair.upper;
-  if (lower < upper) return;
-  check.problems.add(place, digits_of(lower / pair.scale),
-                     "less than " + std::string(pair.upper_key) + ", " + digits_of(upper / pair.scale));
-}
-
-/// An empty or full cell that rests must lie within what its maker allows.
-void check_ocv_range(const Check& check) {
-  const CellModel& cell = check.core().cell;
-  const Place place = check.cell.at("ocv");
-  if (!check.problems.is_good_throughout(place) ||
-      !check.are_good({check.cell.at("voltage_min_mV"), check.cell.at("voltage_max_mV")})) {
-    return;
-  }
-  const std::int32_t empty_uV = cell.ocv[0].ocv_uV;
-  const std::int32_t full_uV = cell.ocv.back().ocv_uV;
-  if (empty_uV >= cell.voltage_min_uV && full_uV <= cell.voltage_max_uV) return;
-  check.problems.add(place, digits_of(mV_from_uV(empty_uV)) + " to " + digits_of(mV_from_uV(full_uV)) + " mV",
-                     "from voltage_min_mV, " + digits_of(mV_from_uV(cell.voltage_min_uV)) + ", to voltage_max_mV, " +
-                         digits_of(mV_from_uV(cell.voltage_max_uV)));
-}
-
-/// Two pairs of which the slow one is the faster have been mixed up.
-void check_rc_pairs(const Check& check) {
-  const CellModel& cell = check.core().cell;
-  const Place place = check.cell.at("slow_rc_time_constant_s");
-  if (cell.slow_rc_resistance_Ohm == 0.0 || !check.are_good({place, check.cell.at("rc_time_constant_s")})) return;
-  if (cell.slow_rc_time_constant_s > cell.rc_time_constant_s) return;
-  check.problems.add(place, number_text(cell.slow_rc_time_constant_s),
-                     "more than rc_time_constant_s, " + number_text(cell.rc_time_constant_s));
 }
 
 /// What a module's switch carries at most, of a cell as full as may be.
@@ -680,9 +631,6 @@ void check_bus_times(const PackConfig& pack, const Place& pack_place, ProblemLis
 
 void check_pack(const PackConfig& pack, const Place& pack_place, const Place& cell_place, ProblemList& problems) {
   const Check check{pack, pack_place, cell_place, problems};
-  for (const AbsolutePair& pair : absolute_pairs) check_absolute_pair(check, pair);
-  check_ocv_range(check);
-  check_rc_pairs(check);
   check_sensors(check);
   check_bus_times(pack, pack_place, problems);
   for (const LimitRow& row : limit_rows()) {

@@ -1,123 +1,23 @@
 #include "config/pack_config.hpp"
 
 #include <array>
-#include <cerrno>
-#include <cmath>
 #include <cstdint>
-#include <fstream>
 #include <optional>
 #include <system_error>
 
+#include "config/cell_config.hpp"
 #include "config/gpio_section.hpp"
 #include "config/json_reader.hpp"
 #include "config/pack_checks.hpp"
 #include "config/pack_defaults.hpp"
 #include "config/pack_fields.hpp"
+#include "config/read_file.hpp"
 #include "protocol/fnv.hpp"
 
 namespace bmu {
 namespace {
 
-// --- files ----------------------------------------------------------------------------------------------------------
-
-constexpr std::size_t file_size_max = std::size_t{1} << 20;
-
-constexpr const char* wanted_file = "a readable file of at most 1 MiB";
-
-/// The file's bytes, or what was found instead. Only regular files: a pipe or a device could block for ever or never
-/// end.
-Result<std::string, std::string> read_file(const std::filesystem::path& file) {
-  std::error_code error;
-  const std::filesystem::file_status status = std::filesystem::status(file, error);
-  if (error) return failure(error.message());
-  if (std::filesystem::is_directory(status)) return failure(std::string("a directory"));
-  if (!std::filesystem::is_regular_file(status)) return failure(std::string("something that is no regular file"));
-  errno = 0;
-  std::ifstream stream(file, std::ios::binary);
-  std::string bytes(file_size_max + 1, '\0');
-  stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  if (stream.gcount() == 0 && (!stream.eof() || stream.bad())) return failure(std::generic_category().message(errno));
-  bytes.resize(static_cast<std::size_t>(stream.gcount()));
-  if (bytes.size() > file_size_max) return failure(std::string("more than 1 MiB"));
-  return bytes;
-}
-
 // --- cell -----------------------------------------------------------------------------------------------------------
-
-/// Half a microvolt is below anything that is measured; a double carries a decimal fraction that well.
-std::optional<std::int32_t> whole_uV(double value_mV) {
-  const double value_uV = value_mV * 1'000;
-  const double whole = std::nearbyint(value_uV);
-  if (std::abs(value_uV - whole) > 1e-3) return std::nullopt;
-  return static_cast<std::int32_t>(whole);
-}
-
-std::optional<OcvPoint> read_ocv_point(const JsonValue& value, const Place& place, ProblemList& problems) {
-  if (!value.is_array() || value.size() != 2) {
-    problems.add(place, shown(value), "a pair, [soc_permille, ocv_mV]");
-    return std::nullopt;
-  }
-  const FieldInfo soc{.key = "soc_permille", .min = 0, .max = 1'000};
-  const FieldInfo ocv{.key = "ocv_mV", .min = ocv_min_mV, .max = ocv_max_mV, .type = FieldType::real};
-  const auto soc_read = read_value(value[0], soc, place.at(0), problems);
-  const auto ocv_read = read_value(value[1], ocv, place.at(1), problems);
-  if (!soc_read || !ocv_read) return std::nullopt;
-  const auto ocv_uV = whole_uV(std::get<double>(*ocv_read));
-  if (!ocv_uV) {
-    problems.add(place.at(1), shown(value[1]), "at most three digits behind the point: microvolts");
-    return std::nullopt;
-  }
-  return OcvPoint{static_cast<std::int32_t>(std::get<double>(*soc_read)), *ocv_uV};
-}
-
-/// The point must lie above the one before, in both columns; the table must begin at 0 and end at 1000.
-void check_ocv_point(const CellModel& cell, std::size_t index, std::size_t count, const JsonValue& value,
-                     const Place& place, ProblemList& problems) {
-  const OcvPoint& point = cell.ocv[index];
-  const bool is_last = index + 1 == count;
-  if (index == 0 && point.soc_permille != 0) problems.add(place.at(0), shown(value[0]), "0 in the first pair");
-  if (is_last && point.soc_permille != 1'000) problems.add(place.at(0), shown(value[0]), "1000 in the last pair");
-  if (index == 0) return;
-  const OcvPoint& before = cell.ocv[index - 1];
-  if (point.soc_permille <= before.soc_permille) {
-    problems.add(place.at(0), shown(value[0]), "more than in the pair before, " + std::to_string(before.soc_permille));
-  }
-  if (point.ocv_uV <= before.ocv_uV) {
-    problems.add(place.at(1), shown(value[1]),
-                 "more than in the pair before, " + number_text(static_cast<double>(before.ocv_uV) / 1'000));
-  }
-}
-
-void read_ocv(const JsonValue& object, const Place& cell_place, CellModel& cell, ProblemList& problems) {
-  const JsonValue* table = find_value(object, cell_place, "ocv", true, problems);
-  if (table == nullptr) return;
-  const Place place = cell_place.at("ocv");
-  if (!table->is_array() || table->size() < 2 || table->size() > ocv_points_max) {
-    const std::string found = table->is_array() ? std::to_string(table->size()) + " pairs" : shown(*table);
-    problems.add(place, found, "a list of 2 to 64 pairs, [soc_permille, ocv_mV]");
-    return;
-  }
-  for (std::size_t index = 0; index < table->size(); ++index) {
-    const auto point = read_ocv_point((*table)[index], place.at(index), problems);
-    if (point) cell.ocv.push_back(*point);
-  }
-  if (cell.ocv.size() != table->size()) return;  // a hole would make its neighbours look wrong
-  for (std::size_t index = 0; index < table->size(); ++index) {
-    check_ocv_point(cell, index, table->size(), (*table)[index], place.at(index), problems);
-  }
-}
-
-void read_cell(const JsonValue& object, const Place& place, CellFile& cell, ProblemList& problems) {
-  if (!is_object(object, place, problems)) return;
-  std::vector<std::string_view> keys = keys_of(cell_name_fields());
-  const auto model_keys = keys_of(cell_model_fields());
-  keys.insert(keys.end(), model_keys.begin(), model_keys.end());
-  keys.emplace_back("ocv");
-  check_keys(object, place, keys, problems);
-  read_fields(object, place, cell_name_fields(), cell, problems);
-  read_fields(object, place, cell_model_fields(), cell.model, problems);
-  read_ocv(object, place, cell.model, problems);
-}
 
 /// What the key "cell" names or holds, and where its keys are to be reported.
 struct CellSource {
@@ -348,6 +248,7 @@ Result<PackConfig, ConfigProblems> parse_pack_config(std::string_view text, std:
   const CellSource source = read_cell_source(*root, place, directory, problems);
   pack.cell_name = source.cell.name;
   pack.core.cell = source.cell.model;
+  check_cell(pack.core.cell, source.place, problems);
   check_pack(pack, place, source.place, problems);
   complete_defaults(pack.core);
   pack.poll_in_file = pack.core.poll;

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <type_traits>
 
+#include "config/cell_dynamics_reader.hpp"
 #include "daemon/core/balancing_plan.hpp"
 #include "daemon/core/contactor_sequence.hpp"
 
@@ -839,6 +840,14 @@ void describe(const std::string& path, std::span<const Field<Target>> fields, st
   }
 }
 
+template <class Target>
+void describe(const std::string& path, std::span<const ListField<Target>> lists, std::vector<KeyDescription>& keys) {
+  for (const ListField<Target>& field : lists) {
+    const FieldInfo& number = field.info.number;
+    keys.push_back({path + "/" + std::string(number.key), number, "", field.info});
+  }
+}
+
 }  // namespace
 
 std::string hex_text(unsigned id) {
@@ -955,16 +964,23 @@ std::vector<KeyDescription> describe_keys() {
   describe<GpioLine>("/gpio/inputs/*", gpio_line_fields(), keys);
   describe<CellFile>("/cell", cell_name_fields(), keys);
   describe<CellModel>("/cell", cell_model_fields(), keys);
+  describe<CellDynamics>("/cell/dynamics", dynamics_fields(), keys);
+  describe<CellDynamics>("/cell/dynamics", dynamics_lists(), keys);
+  describe<CellDynamics::Row>("/cell/dynamics/rows/*", dynamics_row_fields(), keys);
+  describe<CellDynamics::Row>("/cell/dynamics/rows/*", dynamics_row_lists(), keys);
   return keys;
 }
 
 std::vector<SectionDescription> describe_sections() {
-  std::vector<SectionDescription> sections{{"/modules/*", "A module, or several that are alike."},
-                                           {"/cell", "The cell, in its own file or in place; and `ocv`, see above."},
-                                           {"/gpio", "Lines of this machine; and `outputs`, `feedback`, `inputs`."},
-                                           {"/gpio/outputs/*", "The line of an output, see above for their names."},
-                                           {"/gpio/feedback/*", "The auxiliary contact of the output of that name."},
-                                           {"/gpio/inputs/*", "An input of this machine."}};
+  std::vector<SectionDescription> sections{
+      {"/modules/*", "A module, or several that are alike."},
+      {"/cell", "The cell, in its own file or in place; and `ocv`, `dynamics`, see above."},
+      {"/cell/dynamics", "What was measured of the cell; and `rows`."},
+      {"/cell/dynamics/rows/*", "The cell at one temperature."},
+      {"/gpio", "Lines of this machine; and `outputs`, `feedback`, `inputs`."},
+      {"/gpio/outputs/*", "The line of an output, see above for their names."},
+      {"/gpio/feedback/*", "The auxiliary contact of the output of that name."},
+      {"/gpio/inputs/*", "An input of this machine."}};
   for (const LimitRow& row : limit_rows()) sections.push_back({"/limits/" + std::string(row.key), row.meaning});
   PackConfig fresh;
   visit_sections(fresh, [&sections](const SectionInfo& section, auto, const auto&) {

@@ -6,7 +6,9 @@
 #include <string_view>
 #include <vector>
 
+#include "config/cell_config.hpp"
 #include "config/fields.hpp"
+#include "config/list_fields.hpp"
 #include "config/pack_config.hpp"
 
 namespace bmu {
@@ -26,13 +28,6 @@ struct ModuleEntry {
 };
 
 inline constexpr double serial_number_max = 4'294'967'295;  // u32 in IDENT and COMMAND
-
-/// A cell file: the model, and what is only for people.
-struct CellFile {
-  std::string name;
-  std::string origin;
-  CellModel model;
-};
 
 inline constexpr int node_max = internal_bus::node_count_max;
 inline constexpr int ocv_points_max = 64;
@@ -157,7 +152,8 @@ inline constexpr std::string_view composite_keys[] = {"cell", "modules", "limits
 struct KeyDescription {
   std::string path;  // "/limits/cell_overvoltage/open_mV", "/modules/*/cells", "/cell/name"
   FieldInfo info;
-  std::string fallback;  // the default as JSON; empty if there is none
+  std::string fallback;            // the default as JSON; empty if there is none
+  std::optional<ListInfo> list{};  // if it is a list of numbers; `info` is then what each of them may be
 };
 [[nodiscard]] std::vector<KeyDescription> describe_keys();
 

@@ -35,8 +35,8 @@ std::string last_token(const std::string& path) {
 
 // --- units ----------------------------------------------------------------------------------------------------------
 
-constexpr std::array<std::string_view, 17> unit_tokens{"K",   "uV",  "mV", "V",   "mA", "A", "dC",       "uOhm", "mOhm",
-                                                       "Ohm", "uAs", "Ah", "mWh", "ms", "s", "permille", "J"};
+constexpr std::array<std::string_view, 18> unit_tokens{"K",    "uV",  "mV",  "V",  "mA",  "A",  "C", "dC",       "uOhm",
+                                                       "mOhm", "Ohm", "uAs", "Ah", "mWh", "ms", "s", "permille", "J"};
 
 std::string unit_of(const KeyDescription& key) {
   std::string token = last_token(key.path);
@@ -55,10 +55,16 @@ std::string unit_of(const KeyDescription& key) {
 }
 
 TEST_CASE("every number carries its unit in its key, unless it counts", "[unit][config]") {
-  constexpr std::array<std::string_view, 9> counts{
-      "/modules/*/serial_number", "/contactors/precharge_tries",    "/modules/*/node",
-      "/modules/*/cells",         "/modules/*/temperature_sensors", "/poll/temperature_every",
-      "/gpio/outputs/*/line",     "/gpio/feedback/*/line",          "/gpio/inputs/*/line"};
+  constexpr std::array<std::string_view, 10> counts{"/modules/*/serial_number",
+                                                    "/contactors/precharge_tries",
+                                                    "/modules/*/node",
+                                                    "/modules/*/cells",
+                                                    "/modules/*/temperature_sensors",
+                                                    "/poll/temperature_every",
+                                                    "/gpio/outputs/*/line",
+                                                    "/gpio/feedback/*/line",
+                                                    "/gpio/inputs/*/line",
+                                                    "/cell/dynamics/charge_efficiency"};
   for (const KeyDescription& key : describe_keys()) {
     CAPTURE(key.path);
     const bool is_number = key.info.type == FieldType::integer || key.info.type == FieldType::real;
@@ -78,8 +84,16 @@ TEST_CASE("every default lies in its own range", "[unit][config]") {
 
 // --- the page -------------------------------------------------------------------------------------------------------
 
-std::string range_of(const FieldInfo& info) {
+std::string range_of_list(const ListInfo& list, const std::string& range) {
+  const std::string numbers = std::to_string(list.number_count) + " numbers";
+  const std::string lists = list.list_count == 0 ? numbers : std::to_string(list.list_count) + " lists of " + numbers;
+  return lists + ", " + range + (list.is_rising ? ", rising" : "");
+}
+
+std::string range_of(const KeyDescription& key) {
+  const FieldInfo& info = key.info;
   std::string range = number_text(info.min) + " to " + number_text(info.max);
+  if (key.list) return range_of_list(*key.list, range);
   switch (info.type) {
     case FieldType::integer: return range;
     case FieldType::real: return range + ", may have a fraction";
@@ -113,8 +127,8 @@ std::string tables() {
     }
     std::string fallback = code(key.fallback);
     if (key.info.is_required) fallback = "required";
-    page += "| " + code(key.path.substr(parent.size() + 1)) + " | " + unit_of(key) + " | " + range_of(key.info) +
-            " | " + fallback + " | " + std::string(key.info.meaning) + " |\n";
+    page += "| " + code(key.path.substr(parent.size() + 1)) + " | " + unit_of(key) + " | " + range_of(key) + " | " +
+            fallback + " | " + std::string(key.info.meaning) + " |\n";
   }
   return page + "\n";
 }
@@ -136,8 +150,8 @@ TEST_CASE("docs/configuration.md lists every key as the parser knows it", "[unit
 
 TEST_CASE("docs/configuration.md names the keys that are no plain fields", "[unit][config][docs]") {
   const std::string page = bytes_of(page_file);
-  for (const std::string key :
-       {"cell", "modules", "limits", "nodes", "serial_numbers", "ocv", "gpio", "outputs", "feedback", "inputs"}) {
+  for (const std::string key : {"cell", "modules", "limits", "nodes", "serial_numbers", "ocv", "dynamics", "rows",
+                                "gpio", "outputs", "feedback", "inputs"}) {
     CAPTURE(key);
     CHECK(page.find("`" + key + "`") != std::string::npos);
   }
@@ -180,11 +194,12 @@ SchemaKeys schema_keys() {
   collect(schema, "", keys);
   collect(schema.at("definitions").at("module"), "/modules/*", keys);
   collect(schema.at("definitions").at("cell"), "/cell", keys);
+  collect(schema.at("definitions").at("cell_at_temperature"), "/cell/dynamics/rows/*", keys);
   collect(schema.at("definitions").at("gpio_line"), "/gpio/outputs/*", keys);
   collect(schema.at("definitions").at("gpio_feedback"), "/gpio/feedback/*", keys);
   collect(schema.at("definitions").at("gpio_input"), "/gpio/inputs/*", keys);
-  for (const char* composite :
-       {"/cell", "/modules", "/modules/*/nodes", "/modules/*/serial_numbers", "/cell/ocv", "/gpio/inputs"}) {
+  for (const char* composite : {"/cell", "/modules", "/modules/*/nodes", "/modules/*/serial_numbers", "/cell/ocv",
+                                "/cell/dynamics/rows", "/gpio/inputs"}) {
     CAPTURE(composite);
     CHECK(keys.erase(composite) == 1);
   }
@@ -195,20 +210,42 @@ SchemaKeys schema_keys() {
 
 using OrderedJson = nlohmann::ordered_json;
 
+/// Type and range of one value.
+void describe_value(OrderedJson& schema, const FieldInfo& info) {
+  constexpr std::array<const char*, 4> types{"integer", "number", "boolean", "string"};
+  const bool is_text = info.type == FieldType::text;
+  schema["type"] = types.at(static_cast<std::size_t>(info.type));
+  if (info.type == FieldType::boolean) return;
+  schema[is_text ? "minLength" : "minimum"] = info.min;
+  schema[is_text ? "maxLength" : "maximum"] = info.max;
+  for (const char* bound : {"minimum", "maximum", "minLength", "maxLength"}) {
+    if (!schema.contains(bound)) continue;
+    const auto value = schema[bound].get<double>();
+    if (value == std::floor(value)) schema[bound] = static_cast<std::int64_t>(value);
+  }
+}
+
+void describe_list(OrderedJson& schema, std::size_t count, const OrderedJson& items) {
+  schema["type"] = "array";
+  schema["minItems"] = count;
+  schema["maxItems"] = count;
+  schema["items"] = items;
+}
+
 /// What editors are told of one key. What the rows cannot say, such as a pattern, stays.
 void describe_in_schema(OrderedJson& schema, const KeyDescription& key) {
-  constexpr std::array<const char*, 4> types{"integer", "number", "boolean", "string"};
-  const bool is_text = key.info.type == FieldType::text;
   schema["description"] = key.info.meaning;
-  schema["type"] = types.at(static_cast<std::size_t>(key.info.type));
-  if (key.info.type != FieldType::boolean) {
-    schema[is_text ? "minLength" : "minimum"] = key.info.min;
-    schema[is_text ? "maxLength" : "maximum"] = key.info.max;
-    for (const char* bound : {"minimum", "maximum", "minLength", "maxLength"}) {
-      if (!schema.contains(bound)) continue;
-      const auto value = schema[bound].get<double>();
-      if (value == std::floor(value)) schema[bound] = static_cast<std::int64_t>(value);
+  if (key.list) {
+    OrderedJson items;
+    describe_value(items, key.info);
+    if (key.list->list_count > 0) {
+      OrderedJson numbers;
+      describe_list(numbers, key.list->number_count, items);
+      items = numbers;
     }
+    describe_list(schema, key.list->list_count > 0 ? key.list->list_count : key.list->number_count, items);
+  } else {
+    describe_value(schema, key.info);
   }
   schema.erase("default");
   if (!key.fallback.empty()) schema["default"] = OrderedJson::parse(key.fallback);
@@ -216,9 +253,11 @@ void describe_in_schema(OrderedJson& schema, const KeyDescription& key) {
 
 /// The object that holds the key, made if it is new.
 OrderedJson& object_of(OrderedJson& schema, const std::string& path) {
-  if (path == "/cell") return schema["definitions"]["cell"];
-  OrderedJson* object = &schema;
-  std::istringstream parts(path.substr(1));
+  constexpr std::string_view cell = "/cell";
+  if (path == "/cell/dynamics/rows/*") return schema["definitions"]["cell_at_temperature"];
+  const bool is_of_cell = path.starts_with(cell);
+  OrderedJson* object = is_of_cell ? &schema["definitions"]["cell"] : &schema;
+  std::istringstream parts(path.substr(is_of_cell ? std::min(cell.size() + 1, path.size()) : 1));
   for (std::string part; std::getline(parts, part, '/');) {
     OrderedJson& next = (*object)["properties"][part];
     if (next.is_null())
@@ -257,13 +296,28 @@ TEST_CASE("the schema knows the keys of the parser, and no others", "[unit][conf
   for (const auto& [path, schema] : keys) FAIL_CHECK(path << " is in the schema only");
 }
 
+/// What the schema says of one value: of a list, after its length was compared, what it says of the numbers.
+const JsonValue& value_schema(const JsonValue& schema, const KeyDescription& key) {
+  if (!key.list) return schema;
+  const JsonValue* list = &schema;
+  for (const std::size_t count : {key.list->list_count, key.list->number_count}) {
+    if (count == 0) continue;
+    CHECK(list->at("type") == "array");
+    CHECK(list->at("minItems") == count);
+    CHECK(list->at("maxItems") == count);
+    list = &list->at("items");
+  }
+  return *list;
+}
+
 TEST_CASE("the schema agrees with the parser on types, ranges and defaults", "[unit][config][docs]") {
   constexpr std::array<const char*, 4> types{"integer", "number", "boolean", "string"};
   const SchemaKeys keys = schema_keys();
   for (const KeyDescription& key : describe_keys()) {
     CAPTURE(key.path);
     REQUIRE(keys.count(key.path) == 1);
-    const auto& [schema, is_required] = keys.at(key.path);
+    const auto& [key_schema, is_required] = keys.at(key.path);
+    const JsonValue& schema = value_schema(key_schema, key);
     CHECK(schema.at("type") == types.at(static_cast<std::size_t>(key.info.type)));
     CHECK(is_required == key.info.is_required);
     const bool is_text = key.info.type == FieldType::text;
