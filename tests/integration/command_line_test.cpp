@@ -44,6 +44,21 @@ const std::vector<Mistake> mistakes{
     {{"bmuctl", "--nope"}, "--nope: there is no such option"},
     {{"bmuctl", "status", "--nope"}, "--nope: there is no such option"},
     {{"bmuctl", "status", "nope"}, "'nope' is one word too many"},
+    {{"bmucell"}, "a command is missing"},
+    {{"bmucell", "eval", "--cell", "c.json", "--from-soc", "101", "f.csv"},
+     "--from-soc: 101 is not a number from 0 to 100"},
+    {{"bmucell", "eval", "--cell", "c.json", "--estimator", "guess", "f.csv"},
+     "--estimator: 'guess' is none of ekf, mixed, coulomb"},
+    {{"bmucell", "eval", "--cell", "c.json", "--csv", "t.csv", "f.csv", "g.csv"},
+     "--csv: is the trace of one recording, and there are several"},
+    {{"bmucell", "fit", "--base", "c.json"}, "files: are missing: fit to what?"},
+    {{"bmucell", "fit", "--base", "c.json", "--temperatures", "0,25,0", "f.csv"}, "--temperatures: has one twice"},
+    {{"bmucell", "fit", "--base", "c.json", "--pair-times-s", "6,60,60", "f.csv"}, "--pair-times-s: do not rise"},
+    {{"bmucell", "fit", "--base", "c.json", "--pair-times-s", "6,60", "f.csv"}, "--pair-times-s: wants three numbers"},
+    {{"bmucell", "eval", "f.csv"}, "--cell is required"},
+    {{"bmucell", "eval", "--cell", "c.json"}, "files is required"},
+    {{"bmucell", "guess"}, "'guess' is no command; there are fit, eval"},
+    {{"bmucell", "fit", "--base", "c.json", "--json", "f.csv"}, "--json: and the cell file would both go to"},
     {{"bmud", "--no-such-option"}, ""},
 };
 
@@ -66,7 +81,7 @@ TEST_CASE("a mistake in a command line is told in one line, with what was found 
 }
 
 TEST_CASE("every program tells its version and its options on standard output", "[integration][command_line]") {
-  for (const std::string name : {"bmud", "bmuctl", "bmudump", "mmusim"}) {
+  for (const std::string name : {"bmud", "bmucell", "bmuctl", "bmudump", "mmusim"}) {
     CAPTURE(name);
     CHECK(run_program({program(name), "--version"}).out == name + " " BMUD_VERSION "\n");
     const Finished help = run_program({program(name), "--help"});

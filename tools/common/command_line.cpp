@@ -56,7 +56,7 @@ std::string text_of(const CLI::App& app, const CLI::ParseError& error) {
   const bool is_stray = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr;
   const std::vector<std::string> strays = app.remaining(true);
   if ((is_required || is_stray) && !strays.empty()) return stray_text(app, strays.front());
-  const bool wants_command = app.get_require_subcommand_min() > 0;
+  const bool wants_command = app.get_require_subcommand_min() > 0 && app.get_subcommands().empty();
   if (is_required && wants_command) return "a command is missing; there are " + known_commands(app);
   if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) == nullptr) return text;
   return text.substr(0, text.find(':')) + ": wants one value";

@@ -1,0 +1,110 @@
+// bmucell as its user has it: cell files made and scored from the command line, and what it says of what is wrong.
+#include <algorithm>
+#include <filesystem>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/support/catch.hpp"
+#include "tests/support/process.hpp"
+
+namespace bmu {
+
+namespace {
+
+const std::string source_folder = BMUD_SOURCE_DIR;
+const std::string recording = source_folder + "/tests/recordings/lfp_1200_T25.csv.gz";
+const std::string shipped_cell = source_folder + "/config/cells/lfp-1200.json";
+
+Finished bmucell(std::vector<std::string> words) {
+  words.insert(words.begin(), program("bmucell"));
+  return run_program(words);
+}
+
+/// With a current sensor 2 % and half a percent of the one-hour current off, begun 10 % low.
+std::vector<std::string> scored_as_usual(const std::string& cell) {
+  return {"eval",  "--cell",      cell,  "--sensor-gain", "1.02", "--sensor-offset-A",
+          "0.006", "--soc-error", "-10", "--json"};
+}
+
+}  // namespace
+
+TEST_CASE("the shipped cell file of a recorded cell estimates it as well as it is said to", "[integration][bmucell]") {
+  for (const std::string estimator : {"ekf", "mixed", "coulomb"}) {
+    std::vector<std::string> words = scored_as_usual(shipped_cell);
+    words.insert(words.end(), {"--estimator", estimator, recording});
+    const Finished finished = bmucell(words);
+    INFO(finished.err);
+    REQUIRE(finished.status == 0);
+    const auto json = nlohmann::json::parse(finished.out);
+    REQUIRE(json.at("files").size() == 1);
+    const auto& file = json.at("files")[0];
+    CHECK(file.at("file") == recording);
+    CHECK(file.at("estimator") == estimator);
+    CHECK(file.at("rows") == 17663);
+    CHECK(json.at("mean").at("rmse_pct") == file.at("rmse_pct"));
+    const double after_20min_pct = file.at("rmse_after_20min_pct");
+    if (estimator == "ekf") {
+      CHECK(after_20min_pct < 1.0);
+      CHECK(file.at("max_after_20min_pct") < 2.5);
+      CHECK(file.at("settle_3pct_s") < 1200);
+      CHECK(file.at("inside_uncertainty_pct") > 90.0);
+    } else {
+      CHECK(after_20min_pct > 3.0);  // what the filter is for
+    }
+  }
+}
+
+TEST_CASE("a fit writes a cell file that can be scored at once, and a picture", "[integration][bmucell]") {
+  const TemporaryFolder folder;
+  const std::string cell = folder / "cell.json";
+  const Finished fitted =
+      bmucell({"fit", "--base", source_folder + "/config/cells/lfp-100ah.json", "--name", "a cell", "--capacity-Ah",
+               "1.2", "--out", cell, "--svg", folder / "cell.svg", "--json", recording});
+  INFO(fitted.err);
+  REQUIRE(fitted.status == 0);
+  const auto quality = nlohmann::json::parse(fitted.out);
+  CHECK(quality.at("files")[0].at("rows") == 17663);
+  CHECK(quality.at("files")[0].at("rmse_mV") < 3.0);
+  CHECK(quality.at("temperatures_C") == std::vector<double>{25.0});
+  const auto file = nlohmann::json::parse(read_file(cell));
+  CHECK(file.at("name") == "a cell");
+  CHECK(file.at("capacity_Ah") == 1.2);
+  CHECK(file.at("origin") == "fitted to lfp_1200_T25.csv.gz");
+  CHECK(read_file(folder / "cell.svg").find("Open-circuit voltage") != std::string::npos);
+  std::vector<std::string> words = scored_as_usual(cell);
+  words.insert(words.end(), {"--csv", folder / "trace.csv", "--svg", folder / "trace.svg", recording});
+  const Finished scored = bmucell(words);
+  INFO(scored.err);
+  REQUIRE(scored.status == 0);
+  CHECK(nlohmann::json::parse(scored.out).at("mean").at("rmse_after_20min_pct") < 1.0);
+  const std::string trace = read_file(folder / "trace.csv");
+  CHECK(trace.starts_with("time_s,current_A,voltage_V,temp_C,ref_soc_pct,soc_pct,sigma_pct\n"));
+  CHECK(std::count(trace.begin(), trace.end(), '\n') == 17664);
+  CHECK(read_file(folder / "trace.svg").find("told less reference") != std::string::npos);
+}
+
+TEST_CASE("without --out the cell file goes to standard output and the summary does not", "[integration][bmucell]") {
+  const Finished finished = bmucell({"fit", "--base", shipped_cell, recording});
+  REQUIRE(finished.status == 0);
+  CHECK(nlohmann::json::parse(finished.out).contains("dynamics"));
+  CHECK(finished.err.find("what the model is off by") != std::string::npos);
+}
+
+TEST_CASE("what is wrong has an exit code of its own, and nothing is written", "[integration][bmucell]") {
+  const TemporaryFolder folder;
+  const Finished no_cell = bmucell({"eval", "--cell", "/nonexistent.json", recording});
+  CHECK(no_cell.status == 78);
+  CHECK(no_cell.err.find("/nonexistent.json") != std::string::npos);
+  const Finished no_recording = bmucell({"eval", "--cell", shipped_cell, "/nonexistent.csv"});
+  CHECK(no_recording.status == 65);
+  CHECK(no_recording.err == "bmucell: /nonexistent.csv: cannot be opened: No such file or directory\n");
+  const Finished no_reference = bmucell({"fit", "--base", shipped_cell, "--out", folder / "out.json", shipped_cell});
+  CHECK(no_reference.status == 65);
+  CHECK(std::filesystem::is_empty(folder / ""));
+  const Finished no_place = bmucell({"fit", "--base", shipped_cell, "--out", folder / "nowhere/out.json", recording});
+  CHECK(no_place.status == 1);
+  CHECK(no_place.err.find("nowhere/out.json: cannot be written: No such file or directory") != std::string::npos);
+}
+
+}  // namespace bmu

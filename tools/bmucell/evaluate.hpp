@@ -1,0 +1,70 @@
+// Scores an estimator on a recorded test: the recording goes through it sample by sample, as the daemon would feed it,
+// with what a real sensor and a wrong start add, and what it says is compared with what the bench counted.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/core/cell_dynamics.hpp"
+#include "daemon/core/estimators/soc_estimate.hpp"
+#include "protocol/result.hpp"
+#include "tools/bmucell/series.hpp"
+
+namespace bmu::cell {
+
+struct EvaluationPlan {
+  SocMethod method = SocMethod::ekf;
+  // What is added to the recording.
+  double sensor_gain = 1.0;
+  double sensor_offset_A = 0.0;
+  double soc_error = 0.0;  // of the start, as a share: -0.1 starts 10 % low
+  double from_soc = 1.0;   // begins at the first row at or below; below 1: in the midst of things, not after a rest
+  double voltage_noise_V = 0.0;
+  double current_noise_A = 0.0;
+  std::uint64_t seed = 1;  // of the noise
+  // What the estimator is told of the sensor, one standard deviation, as shares: of the current, and of the current of
+  // one hour.
+  double gain_sigma = 0.02;
+  double offset_sigma_C = 0.005;
+};
+
+/// One row, as it was told.
+struct TraceRow {
+  double time_s = 0.0;
+  double current_A = 0.0;  // as the estimator saw it
+  double voltage_V = 0.0;
+  double temperature_C = 0.0;
+  double true_soc = 0.0;
+  double soc = 0.0;
+  double sigma = 0.0;
+};
+
+/// In percent and seconds. What the recording is too short for is not there.
+struct Score {
+  std::string file;
+  SocMethod method = SocMethod::ekf;
+  std::size_t rows = 0;
+  double rmse_pct = 0.0;
+  double max_pct = 0.0;
+  std::optional<double> rmse_after_20min_pct{};
+  std::optional<double> max_after_20min_pct{};
+  std::optional<double> settle_3pct_s{};  // from then on always within 3 %; none: not at the end either
+  double inside_uncertainty_pct = 0.0;    // rows with the truth within two of the told standard deviations
+};
+
+struct Evaluation {
+  Score score;
+  std::vector<TraceRow> trace;  // the rows that were scored
+};
+
+/// The series needs ref_soc_pct; without temperatures the estimator is told none. The error says what is missing.
+[[nodiscard]] Result<Evaluation, std::string> evaluate(const EvaluationPlan& plan, const CellDynamics& cell,
+                                                       const Series& series);
+
+/// The mean of each figure over the files that have it.
+[[nodiscard]] Score mean_of(const std::vector<Score>& scores);
+
+}  // namespace bmu::cell

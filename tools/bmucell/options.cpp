@@ -1,0 +1,191 @@
+#include "tools/bmucell/options.hpp"
+
+#include <algorithm>
+#include <functional>
+#include <iterator>
+
+#include "tools/common/command_line.hpp"
+
+namespace bmu::cell {
+namespace {
+
+constexpr const char* description =
+    "Fits a cell file to recorded tests of a cell, and scores the estimators of the state of charge on recordings.";
+
+constexpr const char* footer = R"(
+Recordings are CSV, packed with gzip or not; the first line names the columns: time_s, current_A (out of the cell),
+voltage_V, temp_C, ref_soc_pct (what the charge really was). See bmucell fit --help and bmucell eval --help.
+
+Examples:
+  bmucell fit --base config/cells/nmc-3000.json --out my.json drive_25C.csv drive_0C.csv.gz
+  bmucell eval --cell my.json --sensor-gain 1.02 --sensor-offset-A 0.015 --soc-error -10 drive_10C.csv
+
+Exit codes:
+  0   done
+  1   a file could not be written
+  2   the command line is wrong
+  65  a recording is wrong or cannot be read: file, line and column are told
+  78  the cell file is wrong: every problem is reported)";
+
+constexpr const char* fit_footer = R"(
+Examples:
+  bmucell fit --base config/cells/nmc-3000.json --out my.json --svg my.svg drive_25C.csv drive_0C.csv
+  bmucell fit --base my.json --slow ocv_c20_25C.csv --temperatures -10,0,25 --out my.json drive_*.csv.gz
+
+A recording without ref_soc_pct begins at --begin-soc and is counted. Rests and currents both ways tell more than steady
+currents; what no recording reached is carried on smoothly, and the picture shows where that is.)";
+
+constexpr const char* eval_footer = R"(
+Examples:
+  bmucell eval --cell my.json drive.csv.gz
+  bmucell eval --cell my.json --sensor-gain 1.02 --sensor-offset-A 0.015 --soc-error -10 --json drive_*.csv.gz
+  bmucell eval --cell my.json --from-soc 60 --soc-error 20 --estimator mixed --csv trace.csv --svg trace.svg drive.csv
+
+The charge is compared with ref_soc_pct row by row. JSON is {"files": [...], "mean": {...}}; a figure that a recording is
+too short for is null.)";
+
+constexpr double temperature_min_C = -60.0;
+constexpr double temperature_max_C = 150.0;
+
+void declare_fit(CLI::App& app, FitOptions& options) {
+  app.footer(fit_footer);
+  app.add_option("files", options.files, "recordings")->type_name("FILE.csv[.gz]");
+  app.add_option("--slow", options.slow_files, "slow discharge and charge, for the ends of the open-circuit curve")
+      ->type_name("FILE");
+  app.add_option("--base", options.base, "cell file for everything that is not fitted: limits, heat")
+      ->required()
+      ->type_name("CELL.json");
+  app.add_option("--out", options.out, "the cell file that is written; default: standard output")
+      ->type_name("CELL.json");
+  app.add_option("--svg", options.svg, "a picture of what was fitted")->type_name("FILE");
+  app.add_option("--name", options.name, "name of the cell; default: the base's");
+  app.add_option("--origin", options.origin, "where the numbers come from; default: the names of the recordings");
+  app.add_option("--temperatures", options.temperatures_C,
+                 "of the tables, C, as -10,0,25; default: where the recordings are")
+      ->allow_extra_args(false)
+      ->delimiter(',')
+      ->check(command_line::number(temperature_min_C, temperature_max_C));
+  app.add_option("--capacity-Ah", options.capacity_Ah, "default: the base's")->check(command_line::number(0.01, 1e4));
+  app.add_option("--charge-efficiency", options.charge_efficiency, "what of a charging current arrives; default: 1")
+      ->check(command_line::number(0.5, 1.0));
+  app.add_option("--pair-times-s", options.pair_times_s,
+                 "time constants of the three pairs; default: the base's, or 6,60,350")
+      ->allow_extra_args(false)
+      ->delimiter(',')
+      ->check(command_line::number(0.1, 1e5));
+  app.add_option("--activation-K", options.activation_K, "of the resistances; default: the base's tables', or 4000")
+      ->check(command_line::number(0, 10000));
+  app.add_option("--begin-soc", options.begin_soc_pct, "percent, of recordings without ref_soc_pct")
+      ->check(command_line::number(0, 100))
+      ->capture_default_str();
+  app.add_flag("--json", options.is_json, "how well it fits, as JSON on standard output");
+  app.add_flag("--quiet", options.is_quiet, "tell only errors");
+}
+
+/// As typed, in percent.
+struct EvalPercent {
+  double soc_error = 0.0;
+  double from_soc = 100.0;
+  double voltage_noise_mV = 0.0;
+  std::string estimator{soc_method_names[0]};
+};
+
+void declare_eval(CLI::App& app, EvalOptions& options, EvalPercent& typed) {
+  EvaluationPlan& plan = options.plan;
+  app.footer(eval_footer);
+  app.add_option("files", options.files, "recordings with ref_soc_pct")->required()->type_name("FILE.csv[.gz]");
+  app.add_option("--cell", options.cell, "the cell file")->required()->type_name("CELL.json");
+  app.add_option("--sensor-gain", plan.sensor_gain, "what the current is multiplied with")
+      ->check(command_line::number(-2, 2))
+      ->capture_default_str();
+  app.add_option("--sensor-offset-A", plan.sensor_offset_A, "what is added to it")
+      ->check(command_line::number(-1e5, 1e5))
+      ->capture_default_str();
+  app.add_option("--soc-error", typed.soc_error, "percent, by which the start is wrong")
+      ->check(command_line::number(-100, 100))
+      ->capture_default_str();
+  app.add_option("--from-soc", typed.from_soc, "percent; switched on when the charge has come down to this")
+      ->check(command_line::number(0, 100))
+      ->capture_default_str();
+  app.add_option("--voltage-noise-mV", typed.voltage_noise_mV, "one standard deviation")
+      ->check(command_line::number(0, 1000))
+      ->capture_default_str();
+  app.add_option("--current-noise-A", plan.current_noise_A, "one standard deviation")
+      ->check(command_line::number(0, 1e5))
+      ->capture_default_str();
+  app.add_option("--seed", plan.seed, "of the noise")->check(command_line::whole_number(0))->capture_default_str();
+  std::vector<std::string> names;
+  for (const std::string_view name : soc_method_names) names.emplace_back(name);
+  app.add_option("--estimator", typed.estimator, "which one")
+      ->check(command_line::one_of(names))
+      ->capture_default_str();
+  app.add_option("--csv", options.csv, "row by row what it said, of one recording")->type_name("FILE");
+  app.add_option("--svg", options.svg, "a picture of it, of one recording")->type_name("FILE");
+  app.add_flag("--json", options.is_json, "the figures as JSON on standard output");
+}
+
+/// What CLI11 cannot check.
+void conclude(EvalOptions& options, const EvalPercent& typed) {
+  constexpr double percent = 0.01;
+  options.plan.soc_error = typed.soc_error * percent;
+  options.plan.from_soc = typed.from_soc * percent;
+  options.plan.voltage_noise_V = typed.voltage_noise_mV * 1e-3;
+  const auto* const name = std::find(soc_method_names.begin(), soc_method_names.end(), typed.estimator);
+  options.plan.method = static_cast<SocMethod>(std::distance(soc_method_names.begin(), name));
+  if (options.files.size() == 1) return;
+  if (!options.csv.empty()) throw CLI::ValidationError("--csv", "is the trace of one recording, and there are several");
+  if (!options.svg.empty())
+    throw CLI::ValidationError("--svg", "is the picture of one recording, and there are several");
+}
+
+void conclude(FitOptions& options) {
+  if (options.files.empty() && options.slow_files.empty())
+    throw CLI::ValidationError("files", "are missing: fit to what?");
+  if (!options.pair_times_s.empty() && options.pair_times_s.size() != CellDynamics::pairs) {
+    throw CLI::ValidationError("--pair-times-s", "wants three numbers, as 6,60,350");
+  }
+  if (!std::is_sorted(options.pair_times_s.begin(), options.pair_times_s.end(), std::less_equal<>())) {
+    throw CLI::ValidationError("--pair-times-s", "do not rise");
+  }
+  std::sort(options.temperatures_C.begin(), options.temperatures_C.end());
+  const auto same = std::adjacent_find(options.temperatures_C.begin(), options.temperatures_C.end());
+  if (same != options.temperatures_C.end()) throw CLI::ValidationError("--temperatures", "has one twice");
+  if (options.temperatures_C.size() > CellDynamics::temperatures_max) {
+    throw CLI::ValidationError("--temperatures", "has more than " + std::to_string(CellDynamics::temperatures_max));
+  }
+  if (options.out.empty() && options.is_json) {
+    throw CLI::ValidationError("--json", "and the cell file would both go to standard output: give --out");
+  }
+}
+
+}  // namespace
+
+ParsedOptions parse_options(int argc, const char* const* argv) {
+  CLI::App app(description, "bmucell");
+  app.set_version_flag("--version", "bmucell " BMUD_VERSION);
+  app.footer(footer);
+  app.require_subcommand(1);
+  FitOptions fit;
+  EvalOptions eval;
+  EvalPercent typed;
+  CLI::App* const fit_app = app.add_subcommand("fit", "make a cell file from recorded tests");
+  CLI::App* const eval_app = app.add_subcommand("eval", "score an estimator of the state of charge on recordings");
+  declare_fit(*fit_app, fit);
+  declare_eval(*eval_app, eval, typed);
+  Options options;
+  try {
+    app.parse(argc, argv);
+    if (fit_app->parsed()) {
+      conclude(fit);
+      options.fit = std::move(fit);
+    } else {
+      conclude(eval, typed);
+      options.eval = std::move(eval);
+    }
+  } catch (const CLI::ParseError& error) {
+    return {.exit_code = command_line::report(app, error)};
+  }
+  return {.options = std::move(options)};
+}
+
+}  // namespace bmu::cell

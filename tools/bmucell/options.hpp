@@ -1,0 +1,59 @@
+// The command line of bmucell.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/bmucell/evaluate.hpp"
+#include "tools/bmucell/fit_plan.hpp"
+
+namespace bmu::cell {
+
+// Exit codes, as --help lists them.
+inline constexpr int exit_ok = 0;
+inline constexpr int exit_system = 1;
+inline constexpr int exit_usage = 2;
+inline constexpr int exit_data = 65;
+inline constexpr int exit_cell = 78;
+
+struct FitOptions {
+  std::vector<std::string> files;
+  std::vector<std::string> slow_files;
+  std::string base;  // the cell file that everything not fitted is taken from
+  std::string out;   // empty: standard output
+  std::string svg;
+  std::string name;    // empty: the base's
+  std::string origin;  // empty: says which files it was fitted to
+  std::vector<double> temperatures_C;
+  std::optional<double> capacity_Ah;
+  std::optional<double> charge_efficiency;
+  std::vector<double> pair_times_s;  // none, or one for each pair
+  std::optional<double> activation_K;
+  double begin_soc_pct = 100.0;  // of series without ref_soc_pct
+  bool is_json = false;
+  bool is_quiet = false;
+};
+
+struct EvalOptions {
+  std::vector<std::string> files;
+  std::string cell;
+  EvaluationPlan plan;
+  std::string csv;
+  std::string svg;
+  bool is_json = false;
+};
+
+struct Options {
+  std::optional<FitOptions> fit;  // one of the two
+  std::optional<EvalOptions> eval;
+};
+
+struct ParsedOptions {
+  std::optional<Options> options;
+  int exit_code = exit_ok;  // when there are none: help was asked for, or the line is wrong
+};
+
+[[nodiscard]] ParsedOptions parse_options(int argc, const char* const* argv);
+
+}  // namespace bmu::cell

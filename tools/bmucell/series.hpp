@@ -1,0 +1,38 @@
+// A recorded test of a cell: CSV as test benches export it, packed with gzip or not.
+//
+// The first line names the columns, in any order; others than these are passed over:
+//   time_s       needed; need not be even, and where it does not rise the row is kept (the estimators see it as it is)
+//   current_A    needed; positive out of the cell, the mean since the row before
+//   voltage_V    needed; at the cell's terminals
+//   temp_C       of the cell
+//   ref_soc_pct  what the state of charge really was, by the bench's own counting
+// An empty field, or "nan", was not measured.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "protocol/result.hpp"
+
+namespace bmu::cell {
+
+struct SeriesRow {
+  double time_s = 0.0;
+  double current_A = 0.0;
+  double voltage_V = 0.0;
+  double temperature_C = 0.0;
+  double soc = 0.0;  // 0 to 1
+};
+
+struct Series {
+  std::string name;  // as it was given
+  std::vector<SeriesRow> rows;
+  bool has_temperature = false;
+  bool has_soc = false;
+};
+
+/// The error is one line: file, line, column, what was found and what wanted.
+[[nodiscard]] Result<Series, std::string> read_series(const std::filesystem::path& file);
+
+}  // namespace bmu::cell
