@@ -77,8 +77,6 @@ def build(tree: Path, folder: Path, jobs: int) -> None:
     # Warnings would be about what the mutants make of the sources. An index out of range must not go unnoticed.
     flags = "-O1 -g0 -w -Wno-narrowing -D_GLIBCXX_ASSERTIONS"
     configure = ["cmake", "-S", str(tree), "-B", str(folder), "-G", "Ninja", "-DCMAKE_BUILD_TYPE=None"]
-    # A mutant in a header is asked for its number in the tests, too: unoptimised, each time by a chain of calls.
-    configure += ["-DBMUD_TEST_OPTIMIZATION=-O1"]
     run(configure + ["-DCMAKE_CXX_COMPILER=clang++", f"-DCMAKE_CXX_FLAGS={flags}"], "configuring the copy")
     command = ["cmake", "--build", str(folder), "--parallel", str(jobs), "--target", *PROGRAMS]
     run(command, "building the copy with all mutants in it")
