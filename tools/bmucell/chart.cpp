@@ -64,6 +64,15 @@ double tick_step(const Range& range) {
   return 10.0 * power;
 }
 
+std::vector<double> ticks_of(const Range& range, double step) {
+  constexpr double slack = 1e-9;  // for an end that is a tick itself
+  const auto first = std::llround(std::ceil(range.low / step - slack));
+  const auto last = std::llround(std::floor(range.high / step + slack));
+  std::vector<double> ticks;
+  for (auto k = first; k <= last; ++k) ticks.push_back(static_cast<double>(k) * step);
+  return ticks;
+}
+
 int digits_for(double step) {
   return std::max(0, static_cast<int>(std::ceil(-std::log10(step) - 1e-9)));
 }
@@ -119,6 +128,9 @@ class PanelDrawing {
     const double share = std::clamp((y - y_range_.low) / (y_range_.high - y_range_.low), -0.02, 1.02);
     return y_ + panel_height - bottom - share * (panel_height - top - bottom);
   }
+  [[nodiscard]] std::string at_text(const ChartPoint& point) const {
+    return number(at_x(point.x)) + "," + number(at_y(point.y)) + " ";
+  }
   void write(double x, double y, const std::string& what, const std::string& how) {
     out_ += "<text x=\"" + number(x) + "\" y=\"" + number(y) + "\" " + how + ">" + escaped(what) + "</text>\n";
   }
@@ -130,12 +142,12 @@ class PanelDrawing {
   void axes() {
     write(left, y_ + 20, panel_.title, "font-weight=\"bold\"");
     const double x_step = tick_step(x_range_);
-    for (double x = std::ceil(x_range_.low / x_step) * x_step; x <= x_range_.high + 1e-9 * x_step; x += x_step) {
+    for (const double x : ticks_of(x_range_, x_step)) {
       rule(at_x(x), y_ + top, at_x(x), y_ + panel_height - bottom);
       write(at_x(x), y_ + panel_height - bottom + 16, number(x, digits_for(x_step)), "text-anchor=\"middle\"");
     }
     const double y_step = tick_step(y_range_);
-    for (double y = std::ceil(y_range_.low / y_step) * y_step; y <= y_range_.high + 1e-9 * y_step; y += y_step) {
+    for (const double y : ticks_of(y_range_, y_step)) {
       rule(left, at_y(y), width - right, at_y(y));
       write(left - 6, at_y(y) + 4, number(y, digits_for(y_step)), "text-anchor=\"end\"");
     }
@@ -160,20 +172,20 @@ class PanelDrawing {
   void draw_piece(const std::vector<ChartPoint>& piece, const std::string& color) {
     if (piece.empty()) return;
     out_ += "<polyline fill=\"none\" stroke-width=\"1.5\" stroke=\"" + color + "\" points=\"";
-    for (const ChartPoint& point : thinned(piece)) out_ += number(at_x(point.x)) + "," + number(at_y(point.y)) + " ";
+    for (const ChartPoint& point : thinned(piece)) out_ += at_text(point);
     out_ += "\"/>\n";
   }
 
   void draw(const ChartBand& band) {
     const std::size_t stride = std::max<std::size_t>(1, band.low.size() / points_shown);
     std::string there;
-    std::string back;
+    std::vector<std::string> back;
     for (std::size_t k = 0; k < band.low.size(); k += stride) {
-      there += number(at_x(band.high[k].x)) + "," + number(at_y(band.high[k].y)) + " ";
-      back = number(at_x(band.low[k].x)) + "," + number(at_y(band.low[k].y)) + " " + back;
+      there += at_text(band.high[k]);
+      back.push_back(at_text(band.low[k]));
     }
-    out_ += "<polygon stroke=\"none\" fill-opacity=\"0.18\" fill=\"" + band.color + "\" points=\"" + there + back +
-            "\"/>\n";
+    for (auto point = back.rbegin(); point != back.rend(); ++point) there += *point;
+    out_ += "<polygon stroke=\"none\" fill-opacity=\"0.18\" fill=\"" + band.color + "\" points=\"" + there + "\"/>\n";
   }
 
   void legend() {

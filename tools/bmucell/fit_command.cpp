@@ -40,11 +40,11 @@ FitPlan plan_for(const FitOptions& options, const CellFile& base, const std::vec
   return plan;
 }
 
-/// Resistances scale with the size of a cell: this is what 3 Ah of a usual one have.
+/// Resistances fall as cells get larger.
 FitWishes wishes_for(const FitPlan& plan) {
-  constexpr double usual_Ohm_Ah = 0.060;
+  constexpr double usual_of_one_ampere_hour_Ohm = 0.060;
   FitWishes wishes;
-  wishes.typical_Ohm = usual_Ohm_Ah / plan.capacity_Ah;
+  wishes.typical_Ohm = usual_of_one_ampere_hour_Ohm / plan.capacity_Ah;
   return wishes;
 }
 

@@ -114,8 +114,7 @@ void declare_eval(CLI::App& app, EvalOptions& options, EvalPercent& typed) {
       ->check(command_line::number(0, 1e5))
       ->capture_default_str();
   app.add_option("--seed", plan.seed, "of the noise")->check(command_line::whole_number(0))->capture_default_str();
-  std::vector<std::string> names;
-  for (const std::string_view name : soc_method_names) names.emplace_back(name);
+  const std::vector<std::string> names(soc_method_names.begin(), soc_method_names.end());
   app.add_option("--estimator", typed.estimator, "which one")
       ->check(command_line::one_of(names))
       ->capture_default_str();
