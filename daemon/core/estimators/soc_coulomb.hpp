@@ -3,8 +3,8 @@
 //
 //   SOC(t) = SOC(0) - 1/C * integral of (efficiency * I + loss) dt               (FS_4)
 //
-// It never looks at the voltage, so its doubt only grows: by the sensor's gain with the charge that flowed, by its
-// offset with time, and, while the sensor is silent, by what may flow.
+// It never looks at the voltage, so nothing takes its doubt away: by the sensor's gain it has some for the charge that
+// flowed on balance, by its offset more with time, and, while the sensor is silent, as much as may flow.
 //
 // Cost: some ten multiplications and one exponential.
 #pragma once
