@@ -1,7 +1,6 @@
 // bmudump as a user runs it: the program, its output, its complaints and its exit codes.
 #include <chrono>
 #include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <sstream>
@@ -18,6 +17,7 @@
 #include "daemon/shell/bus_port.hpp"
 #include "daemon/shell/embedded_bus.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/temporary_folder.hpp"
 #include "tests/support/worked_frames.hpp"
 
 namespace {
@@ -27,28 +27,6 @@ using namespace bmu::test;
 
 const std::string program = BMUD_BUILD_DIR "/bin/bmudump";
 const std::string fixture = BMUD_SOURCE_DIR "/vcan-fixtures/worked-frames.log";
-
-/// A folder that goes away with the test.
-class Folder {
- public:
-  Folder() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "bmudump-XXXXXX").string();
-    REQUIRE(::mkdtemp(pattern.data()) != nullptr);
-    path_ = pattern;
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  ~Folder() { std::filesystem::remove_all(path_); }
-
-  [[nodiscard]] std::string file(const std::string& name, std::string_view content) const {
-    std::ofstream(path_ / name, std::ios::binary) << content;
-    return (path_ / name).string();
-  }
-  [[nodiscard]] std::string path(const std::string& name) const { return (path_ / name).string(); }
-
- private:
-  std::filesystem::path path_;
-};
 
 std::string content_of(const std::string& path) {
   std::ostringstream text;
@@ -76,11 +54,11 @@ struct Run {
 
 /// Runs bmudump with shell words as arguments, `input` at its standard input.
 Run run(const std::string& arguments, std::string_view input = "") {
-  const Folder folder;
-  const std::string command = program + " " + arguments + " <" + folder.file("in", input) + " >" + folder.path("out") +
-                              " 2>" + folder.path("err");
+  const TemporaryFolder folder;
+  const std::string command =
+      program + " " + arguments + " <" + folder.file("in", input) + " >" + folder / "out" + " 2>" + folder / "err";
   const int status = std::system(command.c_str());  // NOLINT(cert-env33-c,concurrency-mt-unsafe): our own words
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content_of(folder.path("out")), content_of(folder.path("err"))};
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content_of(folder / "out"), content_of(folder / "err")};
 }
 
 std::vector<std::string> lines_of(const std::string& text) {
@@ -230,7 +208,7 @@ TEST_CASE("a seventeenth bus is refused line by line, the others go on", "[integ
 }
 
 TEST_CASE("damaged lines are reported with place, found and wanted, and the run goes on", "[integration][bmudump]") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string log = folder.file("drive.log", std::string(good_line) + "vcan0  143  [8]  8E\n\n# comment\n" +
                                                        "(1700000000.123) vcan0 143#\n" +
                                                        "(1700000000.123456) vcan0 143#112233445566778899\n" +
@@ -265,8 +243,8 @@ TEST_CASE("CRLF, time going back and a last line without newline are fine", "[in
 }
 
 TEST_CASE("a line of 100 MB is skipped in little memory", "[integration][bmudump]") {
-  const Folder folder;
-  const std::string path = folder.path("huge.log");
+  const TemporaryFolder folder;
+  const std::string path = folder / "huge.log";
   {
     std::ofstream huge(path, std::ios::binary);
     huge << good_line;
@@ -276,9 +254,9 @@ TEST_CASE("a line of 100 MB is skipped in little memory", "[integration][bmudump
   }
   const pid_t child = ::fork();
   if (child == 0) {
-    const int out = ::open(folder.path("out").c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
+    const int out = ::open((folder / "out").c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
     ::dup2(out, STDOUT_FILENO);
-    ::dup2(::open(folder.path("err").c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600), STDERR_FILENO);
+    ::dup2(::open((folder / "err").c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600), STDERR_FILENO);
     ::execl(program.c_str(), program.c_str(), "-r", path.c_str(), nullptr);
     ::_exit(127);
   }
@@ -287,31 +265,31 @@ TEST_CASE("a line of 100 MB is skipped in little memory", "[integration][bmudump
   REQUIRE(::wait4(child, &status, 0, &usage) == child);
   CHECK(WEXITSTATUS(status) == 3);
   CHECK(usage.ru_maxrss < 32'768);
-  CHECK(lines_of(content_of(folder.path("out"))).size() == 2);
-  CHECK(content_of(folder.path("err")) ==
+  CHECK(lines_of(content_of(folder / "out")).size() == 2);
+  CHECK(content_of(folder / "err") ==
         "bmudump: " + path + ":2:262145: found more than 262144 characters, wanted a newline; line skipped\n");
 }
 
 TEST_CASE("a reader that goes away ends bmudump without complaint", "[integration][bmudump]") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string log = folder.file("long.log", times(200'000, good_line));
-  const std::string command = "bash -c '" + program + " -r " + log + " 2>" + folder.path("err") + " | head -n 1 >" +
-                              folder.path("out") + "; exit ${PIPESTATUS[0]}'";
+  const std::string command = "bash -c '" + program + " -r " + log + " 2>" + folder / "err" + " | head -n 1 >" +
+                              folder / "out" + "; exit ${PIPESTATUS[0]}'";
   const int status = std::system(command.c_str());  // NOLINT(cert-env33-c,concurrency-mt-unsafe): our own words
   CHECK(WEXITSTATUS(status) == 0);
-  CHECK(content_of(folder.path("out")) == good_text);
-  CHECK(content_of(folder.path("err")).empty());
+  CHECK(content_of(folder / "out") == good_text);
+  CHECK(content_of(folder / "err").empty());
 }
 
 TEST_CASE("tables are printed like frames: a reader may go away, a full disk is told", "[integration][bmudump]") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string to_true =
-      "bash -c '" + program + " --protocol-doc 2>" + folder.path("err") + " | true; exit ${PIPESTATUS[0]}'";
+      "bash -c '" + program + " --protocol-doc 2>" + folder / "err" + " | true; exit ${PIPESTATUS[0]}'";
   CHECK(WEXITSTATUS(std::system(to_true.c_str())) == 0);  // NOLINT(cert-env33-c,concurrency-mt-unsafe): our own words
-  CHECK(content_of(folder.path("err")).empty());
-  const std::string to_full = program + " --dbc internal >/dev/full 2>" + folder.path("err");
+  CHECK(content_of(folder / "err").empty());
+  const std::string to_full = program + " --dbc internal >/dev/full 2>" + folder / "err";
   CHECK(WEXITSTATUS(std::system(to_full.c_str())) == 1);  // NOLINT(cert-env33-c,concurrency-mt-unsafe): our own words
-  CHECK(content_of(folder.path("err")) == "bmudump: cannot write: No space left on device\n");
+  CHECK(content_of(folder / "err") == "bmudump: cannot write: No space left on device\n");
 }
 
 TEST_CASE("output that cannot be written and files that cannot be read exit with 1", "[integration][bmudump]") {
@@ -385,12 +363,12 @@ TEST_CASE("the generated part of the protocol's documentation is current", "[int
 }
 
 TEST_CASE("live, frames are shown as they come and an interrupt ends in order", "[integration][bmudump]") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const TestBus test_bus("live");
   const std::string bus = test_bus.name();
   const pid_t child = ::fork();
   if (child == 0) {
-    ::dup2(::open(folder.path("out").c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600), STDOUT_FILENO);
+    ::dup2(::open((folder / "out").c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600), STDOUT_FILENO);
     ::execl(program.c_str(), program.c_str(), "--json", bus.c_str(), nullptr);
     ::_exit(127);
   }
@@ -402,14 +380,14 @@ TEST_CASE("live, frames are shown as they come and an interrupt ends in order", 
   for (int attempt = 0; attempt < 500 && lines_of(out).empty(); ++attempt) {
     REQUIRE((*port)->send(frame).has_value());
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    out = content_of(folder.path("out"));
+    out = content_of(folder / "out");
   }
   ::kill(child, SIGINT);
   int status = 0;
   REQUIRE(::waitpid(child, &status, 0) == child);
   CHECK(WIFEXITED(status));
   CHECK(WEXITSTATUS(status) == 0);
-  const std::vector<std::string> lines = lines_of(content_of(folder.path("out")));
+  const std::vector<std::string> lines = lines_of(content_of(folder / "out"));
   REQUIRE_FALSE(lines.empty());
   const nlohmann::json first = nlohmann::json::parse(lines.front());
   CHECK(first.at("bus") == bus);

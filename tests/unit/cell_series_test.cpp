@@ -7,6 +7,7 @@
 #include <zlib.h>
 
 #include "tests/support/catch.hpp"
+#include "tests/support/temporary_folder.hpp"
 #include "tools/bmucell/series.hpp"
 
 using namespace bmu::cell;
@@ -17,21 +18,13 @@ namespace {
 class Recording {
  public:
   explicit Recording(const std::string& text, const std::string& name = "recording.csv")
-      : file_(std::filesystem::temp_directory_path() / ("bmu_series_" + std::to_string(counter()++) + "_" + name)) {
-    std::ofstream(file_, std::ios::binary) << text;
-  }
-  ~Recording() { std::filesystem::remove(file_); }
-  Recording(const Recording&) = delete;
-  Recording& operator=(const Recording&) = delete;
+      : file_(folder_.file(name, text)) {}
 
   [[nodiscard]] std::string path() const { return file_.string(); }
   [[nodiscard]] bmu::Result<Series, std::string> read() const { return read_series(file_); }
 
  private:
-  static int& counter() {
-    static int count = 0;
-    return count;
-  }
+  bmu::TemporaryFolder folder_;
   std::filesystem::path file_;
 };
 

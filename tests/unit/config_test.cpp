@@ -16,6 +16,7 @@
 #include "config/pack_fields.hpp"
 #include "daemon/core/fault_table.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace bmu {
 namespace {
@@ -87,31 +88,6 @@ void refuses_text(const std::string& text, const std::string& path, const std::s
 void refuses(const std::vector<Change>& changes, const std::string& path, const std::string& words) {
   refuses_text(changed(changes).dump(), path, words);
 }
-
-/// A directory of this test's own, gone with it.
-class TemporaryDirectory {
- public:
-  TemporaryDirectory() {
-    std::string name = (std::filesystem::temp_directory_path() / "bmud-config-XXXXXX").string();
-    REQUIRE(mkdtemp(name.data()) != nullptr);
-    path_ = name;
-  }
-  TemporaryDirectory(const TemporaryDirectory&) = delete;
-  TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
-  ~TemporaryDirectory() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-
-  std::filesystem::path write(const std::string& name, const std::string& text) const {
-    std::ofstream(path_ / name, std::ios::binary) << text;
-    return path_ / name;
-  }
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 // --- what is accepted -----------------------------------------------------------------------------------------------
 
@@ -1074,7 +1050,7 @@ TEST_CASE("what a file holds cannot disturb the terminal that shows its problems
 // --- files ----------------------------------------------------------------------------------------------------------
 
 TEST_CASE("a file that cannot be read is a problem that names it", "[unit][config]") {
-  const TemporaryDirectory directory;
+  const TemporaryFolder directory;
   const auto refuses_file = [](const std::filesystem::path& file, const std::string& words) {
     const auto result = load_pack_config(file);
     REQUIRE_FALSE(result);
@@ -1087,18 +1063,18 @@ TEST_CASE("a file that cannot be read is a problem that names it", "[unit][confi
   refuses_file(directory.path() / "missing.json", "No such file");
   refuses_file(directory.path(), "a directory");
   refuses_file("/dev/null", "no regular file");
-  refuses_file(directory.write("huge.json", std::string((1U << 20U) + 1, ' ')), "more than 1 MiB");
-  refuses_file(directory.write("empty.json", ""), "empty.json:1:1: ");
+  refuses_file(directory.file("huge.json", std::string((1U << 20U) + 1, ' ')), "more than 1 MiB");
+  refuses_file(directory.file("empty.json", ""), "empty.json:1:1: ");
 }
 
 TEST_CASE("problems of a cell file name that file", "[unit][config]") {
-  const TemporaryDirectory directory;
+  const TemporaryFolder directory;
   Json pack = valid_pack();
   Json cell = pack.at("cell");
   cell["capacity_Ah"] = -1;
   pack["cell"] = "cell.json";
-  directory.write("cell.json", cell.dump());
-  const auto result = load_pack_config(directory.write("pack.json", pack.dump()));
+  directory.file("cell.json", cell.dump());
+  const auto result = load_pack_config(directory.file("pack.json", pack.dump()));
   REQUIRE_FALSE(result);
   REQUIRE(result.error().size() == 1);
   CHECK(result.error().front().file == (directory.path() / "cell.json").string());
@@ -1106,8 +1082,8 @@ TEST_CASE("problems of a cell file name that file", "[unit][config]") {
 }
 
 TEST_CASE("a missing or broken cell file is one problem", "[unit][config]") {
-  const TemporaryDirectory directory;
-  directory.write("broken.json", "{\n\"name\": \n}");
+  const TemporaryFolder directory;
+  directory.file("broken.json", "{\n\"name\": \n}");
   const std::string folder = directory.path().string();
   const auto refuses_cell = [&directory](const std::string& name, const std::string& wanted) {
     Json pack = valid_pack();
@@ -1127,14 +1103,14 @@ TEST_CASE("a missing or broken cell file is one problem", "[unit][config]") {
 }
 
 TEST_CASE("the hash changes with any byte of the pack file and of the cell file", "[unit][config]") {
-  const TemporaryDirectory directory;
+  const TemporaryFolder directory;
   const std::string cell = bytes_of(cells_directory / "nmc-30ah-10p.json");
   Json tree = valid_pack();
   tree["cell"] = "cell.json";
   const std::string pack = tree.dump();
   const auto hash_of = [&directory](const std::string& pack_text, const std::string& cell_text) {
-    directory.write("cell.json", cell_text);
-    const auto result = load_pack_config(directory.write("pack.json", pack_text));
+    directory.file("cell.json", cell_text);
+    const auto result = load_pack_config(directory.file("pack.json", pack_text));
     REQUIRE(result);
     return result->core.hash;
   };
