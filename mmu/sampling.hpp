@@ -60,7 +60,7 @@ struct CellReading {
 };
 
 /// One transfer's cells: which of them arrived undamaged, and which of those hold a voltage to be trusted.
-struct CellSample {
+struct CellTransfer {
   CellVoltages cell_voltage_uV{};
   CellMask arrived = 0;
   CellMask measured = 0;
@@ -75,7 +75,7 @@ class CellSampler {
 
   /// A cell that did not arrive whole is left out: the window goes on, its values age. One that arrived without a
   /// voltage (an open wire) has none from now on, and not in this window's average.
-  constexpr Step add(const CellSample& sample, TimePoint now) {
+  constexpr Step add(const CellTransfer& sample, TimePoint now) {
     const auto with_voltage = static_cast<CellMask>(sample.arrived & sample.measured);
     const auto without = static_cast<CellMask>(sample.arrived & ~sample.measured);
     latest_.measured = static_cast<CellMask>((latest_.measured & ~without) | with_voltage);

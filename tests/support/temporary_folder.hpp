@@ -30,10 +30,12 @@ class TemporaryFolder {
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
   [[nodiscard]] std::string operator/(const std::string& name) const { return (path_ / name).string(); }
 
-  /// Writes a file of these bytes into the folder and returns its path.
+  /// Writes a file of these bytes into the folder and returns its path; what could not be written ends the test.
   // NOLINTNEXTLINE(modernize-use-nodiscard): some write a file that another one names
   std::string file(const std::string& name, std::string_view content) const {
-    std::ofstream(path_ / name, std::ios::binary) << content;
+    std::ofstream out(path_ / name, std::ios::binary);
+    out << content << std::flush;
+    REQUIRE(out.good());
     return (path_ / name).string();
   }
 
