@@ -1,8 +1,9 @@
-// What an estimator of the state of charge costs for one sample of one cell, against the plain counting beside it.
+// What an estimator of charge or resistance costs for one sample of one cell, against the plain counting beside it.
 #include <vector>
 
 #include <benchmark/benchmark.h>
 
+#include "daemon/core/estimators/resistance_tracker.hpp"
 #include "daemon/core/estimators/soc_coulomb.hpp"
 #include "daemon/core/estimators/soc_filter.hpp"
 #include "daemon/core/estimators/soc_mixed.hpp"
@@ -35,8 +36,23 @@ void sample_of_one_cell(benchmark::State& state) {
   benchmark::DoNotOptimize(estimator.estimate());
 }
 
+void sample_of_one_cells_resistance(benchmark::State& state) {
+  const CellDynamics cell = test::sloped_cell();
+  const std::vector<CellSample> samples = drive_of(cell);
+  const ExpectedResistance expected(cell);
+  ResistanceTracker tracker;
+  tracker.begin(expected);
+  std::size_t next = 0;
+  for ([[maybe_unused]] auto _ : state) {
+    tracker.update(samples[next]);
+    next = next + 1 == samples.size() ? 0 : next + 1;
+  }
+  benchmark::DoNotOptimize(tracker.estimate(resistance_reference_C));
+}
+
 }  // namespace
 
 BENCHMARK(sample_of_one_cell<SocFilter>);
 BENCHMARK(sample_of_one_cell<SocMixed>);
 BENCHMARK(sample_of_one_cell<SocCoulomb>);
+BENCHMARK(sample_of_one_cells_resistance);

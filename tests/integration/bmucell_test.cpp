@@ -91,6 +91,109 @@ TEST_CASE("without --out the cell file goes to standard output and the summary d
   CHECK(finished.err.find("what the model is off by") != std::string::npos);
 }
 
+namespace {
+
+/// Charges with a plateau of a cell that loses a percent each time, and what tests found: as much as flowed, two times.
+void write_ageing_cell(const TemporaryFolder& folder) {
+  std::string charges = "cycle,time_s,current_A,voltage_V,temp_C\n";
+  std::string tests = "cycle,capacity_Ah,charges_before\n";
+  for (int cycle = 1; cycle <= 12; ++cycle) {
+    const double share = 1.0 - 0.01 * cycle;
+    double voltage_V = 3.6;
+    double charged_Ah = 0.0;
+    int time_s = 0;
+    const auto add = [&](double current_A, double rise_V) {
+      time_s += 30;
+      voltage_V += rise_V;
+      charged_Ah += current_A * 30.0 / 3600.0;
+      charges += std::to_string(cycle) + "," + std::to_string(time_s) + "," + std::to_string(-current_A) + "," +
+                 std::to_string(voltage_V) + ",25\n";
+    };
+    for (int step = 0; step < 7; ++step) add(1.5, 0.0);
+    while (voltage_V < 3.8) add(1.5, 0.01 / share);
+    while (voltage_V < 3.9) add(1.5, 0.0041 / share);
+    while (voltage_V < 4.19) add(1.5, 0.009 / share);
+    for (const double current_A : {1.0, 0.5, 0.2, 0.05}) add(current_A, 0.0);
+    tests += std::to_string(cycle) + "," + std::to_string(charged_Ah) + "," + std::to_string(cycle) + "\n";
+  }
+  static_cast<void>(folder.file("charges.csv", charges));
+  static_cast<void>(folder.file("tests.csv", tests));
+}
+
+std::vector<std::string> health_of(const TemporaryFolder& folder, const std::vector<std::string>& more) {
+  std::vector<std::string> words{"health", "--rated-Ah",      "1",  "--current-A", "1.5", "--full-voltage",
+                                 "4.2",    "--end-current-A", "0.1"};
+  words.insert(words.end(), more.begin(), more.end());
+  words.insert(words.end(), {folder / "charges.csv", folder / "tests.csv"});
+  return words;
+}
+
+}  // namespace
+
+TEST_CASE("the capacity of an ageing cell is fitted, scored and drawn", "[integration][bmucell][FS_5]") {
+  const TemporaryFolder folder;
+  write_ageing_cell(folder);
+  const std::vector<std::string> fitted{"--fit", folder / "charges.csv", "--fit-tests", folder / "tests.csv"};
+  std::vector<std::string> more = fitted;
+  more.insert(more.end(), {"--json", "--csv", folder / "trace.csv", "--svg", folder / "trace.svg"});
+  const Finished finished = bmucell(health_of(folder, more));
+  INFO(finished.err);
+  REQUIRE(finished.status == 0);
+  const auto json = nlohmann::json::parse(finished.out);
+  CHECK(json.at("file") == folder / "charges.csv");
+  CHECK(json.at("tests") == 12);
+  CHECK(json.at("fit").at("charges") == 12);
+  CHECK(json.at("single").at("tests") == 12);
+  CHECK(json.at("single").at("rmse_pct") < 1.0);
+  CHECK(json.at("all").at("rmse_pct") < 2.0);
+  const std::string trace = read_file(folder / "trace.csv");
+  CHECK(trace.starts_with("cycle,capacity_Ah,single_Ah,single_sigma_Ah,all_Ah,all_sigma_Ah\n"));
+  CHECK(std::count(trace.begin(), trace.end(), '\n') == 13);
+  CHECK(read_file(folder / "trace.svg").find("one charge") != std::string::npos);
+  // The same weights given say the same.
+  const auto& model = json.at("model");
+  const Finished given = bmucell(
+      health_of(folder, {"--plateau-weight", model.at("plateau_weight").dump(), "--above-weight",
+                         model.at("above_weight").dump(), "--sigma-Ah", model.at("sigma_Ah").dump(), "--json"}));
+  INFO(given.err);
+  REQUIRE(given.status == 0);
+  CHECK(nlohmann::json::parse(given.out).at("single") == json.at("single"));
+  CHECK(nlohmann::json::parse(given.out).at("fit").is_null());
+  more = fitted;
+  more.insert(more.end(), {"--from-voltage", "4.1"});
+  const Finished late = bmucell(health_of(folder, more));
+  CHECK(late.status == 0);
+  CHECK(late.out.find("no charge showed all that is needed") != std::string::npos);
+}
+
+TEST_CASE("health tells what is wrong with its options and files", "[integration][bmucell]") {
+  const TemporaryFolder folder;
+  write_ageing_cell(folder);
+  const Finished without = bmucell(health_of(folder, {}));
+  CHECK(without.status == 2);
+  CHECK(without.err.find("--plateau-weight") != std::string::npos);
+  CHECK(bmucell(health_of(folder, {"--plateau-weight", "2", "--above-weight", "1"})).status == 2);
+  CHECK(bmucell(health_of(folder, {"--fit", folder / "charges.csv"})).status == 2);
+  const std::vector<std::string> fitted{"--fit", folder / "charges.csv", "--fit-tests", folder / "tests.csv"};
+  std::vector<std::string> both = fitted;
+  both.insert(both.end(), {"--sigma-Ah", "0.03"});
+  CHECK(bmucell(health_of(folder, both)).status == 2);
+  std::vector<std::string> few = fitted;
+  few.insert(few.end(), {"--fit-until-cycle", "7"});
+  const Finished too_few = bmucell(health_of(folder, few));
+  CHECK(too_few.status == 65);
+  CHECK(too_few.err.find("found 7 charges") != std::string::npos);
+  const Finished missing = bmucell(health_of(folder, {"--fit", "/nonexistent.csv", "--fit-tests", "/nonexistent.csv"}));
+  CHECK(missing.status == 65);
+  CHECK(missing.err == "bmucell: /nonexistent.csv: cannot be opened: No such file or directory\n");
+  std::vector<std::string> nowhere = fitted;
+  nowhere.insert(nowhere.end(), {"--svg", folder / "nowhere/out.svg"});
+  CHECK(bmucell(health_of(folder, nowhere)).status == 1);
+  const Finished help = bmucell({"health", "--help"});
+  CHECK(help.status == 0);
+  CHECK(help.out.find("bmucell health --rated-Ah 2") != std::string::npos);
+}
+
 TEST_CASE("what is wrong has an exit code of its own, and nothing is written", "[integration][bmucell]") {
   const TemporaryFolder folder;
   const Finished no_cell = bmucell({"eval", "--cell", "/nonexistent.json", recording});

@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
 """Fits the cell files of measured cells and scores the estimators on them: config/cells/ and docs/accuracy.md.
 
-Takes the folder with the recordings, one folder a cell as cells.json names them. What is missing is said, and nothing is
-written. Exit status: 0 if every figure is within its limit, 1 if one is not, 2 if data are missing or a program fails.
+Takes the folder with the recordings, one folder a cell as cells.json and ageing.json name them. What is missing is said, and
+nothing is written. Exit status: 0 if every figure is within its limit, 1 if one is not, 2 if data are missing or a program
+fails.
 
   tools/accuracy/accuracy.py DATA                      fit, score, cross-validate, write
   tools/accuracy/accuracy.py --only lg-hg2 DATA        one cell, and print instead of writing the page
+  tools/accuracy/accuracy.py --section health DATA     only that section of the page; no cell file is fitted
   tools/accuracy/accuracy.py --bmucell build/bin/bmucell DATA
 """
 
@@ -14,9 +16,11 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import re
 import subprocess
 import sys
 import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -27,6 +31,8 @@ OFFSET_C = 0.005
 SOC_ERROR_PCT = -10
 SWITCH_ON_SOC_PCT = 60
 SWITCH_ON_ERROR_PCT = 20
+# Those of the page that can be written by themselves, as they follow each other.
+SECTIONS = ("resistance", "health")
 
 
 class Failed(Exception):
@@ -49,6 +55,9 @@ class Cell:
     slow: list[str]
     limits: dict[str, list[float]]
     switched_on_within_s: dict[str, float]
+    # Of what bmucell resistance takes: the recording and the table of its pulses; and what their RMS must not exceed.
+    pulses: dict[str, list[str]] = field(default_factory=dict)
+    resistance_limits: dict[str, float] = field(default_factory=dict)
     file: Path = field(init=False)
 
     def __post_init__(self) -> None:
@@ -56,6 +65,9 @@ class Cell:
 
     def path(self, data: Path, name: str) -> Path:
         return data / self.folder / f"{name}.csv.gz"
+
+    def table(self, data: Path, name: str) -> Path:
+        return data / self.folder / f"{name}.csv"
 
     def all_drives(self) -> list[str]:
         return [name for names in self.drives.values() for name in names]
@@ -93,6 +105,11 @@ class Bench:
         files = [str(cell.path(self.data, name)) for name in names]
         return json.loads(self.run("eval", "--cell", str(file), "--json", *sensor, *more, *files))["files"]
 
+    def resistance(self, cell: Cell, pulses: list[str]) -> list[dict]:
+        series, table = cell.path(self.data, pulses[0]), cell.table(self.data, pulses[1])
+        arguments = ["resistance", "--cell", str(cell.file), "--table", str(table), "--json", str(series)]
+        return json.loads(self.run(*arguments))["scores"]
+
 
 def rms(values: list[float]) -> float:
     return math.sqrt(sum(value * value for value in values) / len(values))
@@ -102,9 +119,13 @@ def after_20min(scores: list[dict]) -> float:
     return rms([score["rmse_after_20min_pct"] for score in scores])
 
 
-def missing_files(cells: list[Cell], data: Path) -> list[Path]:
-    wanted = [cell.path(data, name) for cell in cells for name in cell.all_drives() + cell.slow]
-    return [path for path in wanted if not path.is_file()]
+def drive_files(cells: list[Cell], data: Path) -> list[Path]:
+    return [cell.path(data, name) for cell in cells for name in cell.all_drives() + cell.slow]
+
+
+def pulse_files(cells: list[Cell], data: Path) -> list[Path]:
+    pairs = [(cell, pulses) for cell in cells for pulses in cell.pulses.values()]
+    return [path for cell, (series, table) in pairs for path in (cell.path(data, series), cell.table(data, table))]
 
 
 @dataclass
@@ -207,11 +228,199 @@ def table_of(rows: list[Row]) -> str:
     return text
 
 
+RESISTANCE_HEAD = """\
+| at | charge | pulses | recursive | wanted | at most | mean | within 5 % | table within 2 sigma | steps | at most | mean | \
+within 5 % |
+|---|---|---|---|---|---|---|---|---|---|---|---|---|
+"""
+
+
+def figures_of(score: dict) -> list[str]:
+    return [
+        shown(score["max_pct"]),
+        shown(score["mean_pct"], "{:+.2f}"),
+        f"{score['within_5_pct']} of {score['told']}",
+    ]
+
+
+def resistance_row(temperature: str, scores: list[dict], charge: str, limit: float | None) -> str:
+    recursive, steps = (
+        next(each for each in scores if each["method"] == method and each["charge"] == charge)
+        for method in ("recursive", "steps")
+    )
+    cells = [f"{temperature} C", charge, str(recursive["pulses"])]
+    cells += [f"**{shown(recursive['rms_pct'])}**", shown(limit, "{:g}") if charge == "all" else "-"]
+    cells += [*figures_of(recursive), shown(recursive["inside_uncertainty_pct"], "{:.0f} %")]
+    cells += [shown(steps["rms_pct"]), *figures_of(steps)]
+    return "| " + " | ".join(cells) + " |\n"
+
+
+def resistance_of(bench: Bench, cell: Cell) -> tuple[str, bool]:
+    """The table of one cell, and whether its resistances are within their limits."""
+    text = RESISTANCE_HEAD
+    is_good = True
+    for temperature, pulses in cell.pulses.items():
+        print(f"accuracy: resistance of {cell.key} at {temperature} C", file=sys.stderr)
+        scores = bench.resistance(cell, pulses)
+        limit = cell.resistance_limits.get(temperature)
+        text += resistance_row(temperature, scores, "all", limit)
+        if scores[0]["pulses"] != scores[1]["pulses"]:
+            text += resistance_row(temperature, scores, "above 10 %", limit)
+        rms_pct = scores[0]["rms_pct"]
+        is_good = is_good and (limit is None or (rms_pct is not None and rms_pct <= limit))
+    return text, is_good
+
+
+def resistance_section(bench: Bench, cells: list[Cell]) -> tuple[str, bool]:
+    """The text, and whether all that is limited is within its limit."""
+    tables = []
+    is_good = True
+    for cell in cells:
+        if not cell.pulses:
+            continue
+        table, is_cell_good = resistance_of(bench, cell)
+        tables.append(f"### {cell.name}\n\n{table}")
+        is_good = is_good and is_cell_good
+    head = (Path(__file__).parent / "resistance.md").read_text()
+    return head.replace("@TABLES@", "\n".join(tables)), is_good
+
+
+class Ageing:
+    """ageing.json: cells that were charged and tested until they were worn."""
+
+    def __init__(self, bench: Bench) -> None:
+        self.bench = bench
+        self.plan = json.loads((Path(__file__).parent / "ageing.json").read_text())
+
+    def files(self, cell: str) -> list[str]:
+        folder = self.bench.data / self.plan["folder"]
+        return [str(folder / self.plan[which].format(cell)) for which in ("charges", "tests")]
+
+    def all_files(self) -> list[Path]:
+        return [Path(name) for cell in self.plan["cells"] for name in self.files(cell)]
+
+    def score(self, fitted_to: str, scored_on: str, *more: str) -> dict:
+        arguments = ["health", "--json", "--rated-Ah", f"{self.plan['rated_Ah']}"]
+        arguments += ["--current-A", f"{self.plan['current_A']}", "--full-voltage", f"{self.plan['full_voltage_V']}"]
+        arguments += ["--end-current-A", f"{self.plan['end_current_A']}"]
+        arguments += ["--loss-per-cycle", f"{self.plan['loss_per_cycle_pct']}"]
+        charges, tests = self.files(fitted_to)
+        arguments += ["--fit", charges, "--fit-tests", tests, *more, *self.files(scored_on)]
+        return json.loads(self.bench.run(*arguments))
+
+
+@dataclass
+class HealthCase:
+    """A row of the table."""
+
+    name: str
+    options: list[str]
+    is_limited: bool = False
+
+
+def health_cases(plan: dict) -> list[HealthCase]:
+    cases = [HealthCase("the whole charge", [], True)]
+    for voltage in plan["from_voltages_V"]:
+        is_limited = voltage <= plan["limited_up_to_V"]
+        cases.append(HealthCase(f"from {voltage:g} V", ["--from-voltage", f"{voltage}"], is_limited))
+    cases += [HealthCase(f"from {soc:g} %", ["--from-soc", f"{soc}"]) for soc in plan["from_soc_pct"]]
+    cases.append(HealthCase("first tests only", ["--fit-until-cycle", f"{plan['early_until_cycle']}"]))
+    cases.append(HealthCase("every test", ["--all-tests"]))
+    return cases
+
+
+def health_columns(score: dict) -> str:
+    single, told = score["single"], score["all"]
+    if single is None:
+        return "0 | - | - | - | -"
+    return (
+        f"{single['tests']} | **{single['rmse_pct']:.2f}** | {single['max_pct']:.1f} | "
+        f"{single['inside_uncertainty_pct']:.0f} % | {told['rmse_pct']:.2f}, {told['inside_uncertainty_pct']:.0f} %"
+    )
+
+
+def health_section(ageing: Ageing) -> tuple[str, bool]:
+    """The text, and whether all that is limited is within its limit."""
+    plan = ageing.plan
+    first, second = plan["cells"]
+    ways = [(first, second), (second, first)]
+    text = "| |" + "".join(f" charges | {b} by {a}: RMSE | at most | inside | all so far, inside |" for a, b in ways)
+    text += "\n|---|" + "---|---|---|---|---|" * len(ways) + "\n"
+    is_good = True
+    for case in health_cases(plan):
+        scores = [ageing.score(*way, *case.options) for way in ways]
+        text += f"| {case.name} | " + " | ".join(health_columns(score) for score in scores) + " |\n"
+        if case.is_limited:
+            is_good = is_good and all(score["single"]["rmse_pct"] <= plan["limit_pct"] for score in scores)
+    pictures = ""
+    weights = ""
+    for fitted_to, scored_on in ways:
+        name = f"health-{scored_on.lower()}.svg"
+        score = ageing.score(fitted_to, scored_on, "--svg", str(ROOT / "docs" / "pictures" / name))
+        model = score["model"]
+        weights += (
+            f"Fitted to {fitted_to}: {model['plateau_weight']:.3f} of the plateau, {model['above_weight']:.3f} of what is above "
+            f"it, sigma {model['sigma_Ah']:.4f} Ah. "
+        )
+        pictures += f"![{scored_on}, estimated by what was fitted to {fitted_to}](pictures/{name})\n\n"
+    page = (Path(__file__).parent / "health.md").read_text()
+    values = {
+        "KIND": plan["kind"],
+        "ORIGIN": plan["origin"],
+        "CURRENT": f"{plan['current_A']:g}",
+        "VOLTAGE": f"{plan['full_voltage_V']:g}",
+        "LIMIT": f"{plan['limit_pct']:g}",
+        "BETTER": f"{plan['better_pct']:g}",
+        "TESTS": f"{score['tests']}",
+        "EARLY": f"{plan['early_until_cycle']}",
+        "LOSS": f"{plan['loss_per_cycle_pct']:g}",
+        "TABLE": text,
+        "PICTURES": f"{weights.strip()}\n\n{pictures.rstrip()}\n",
+    }
+    for key, value in values.items():
+        page = page.replace(f"@{key}@", value)
+    return page, is_good
+
+
+@dataclass
+class Section:
+    """A section of the page that can be written by itself: from which recordings, and what makes it.
+
+    `write` gives the text, from the heading to the last line, and whether all that is limited is within its limit.
+    """
+
+    files: list[Path]
+    write: Callable[[], tuple[str, bool]]
+
+
+def sections_of(bench: Bench, cells: list[Cell]) -> dict[str, Section]:
+    """By the names in SECTIONS."""
+    ageing = Ageing(bench)
+    return {
+        "resistance": Section(pulse_files(cells, bench.data), lambda: resistance_section(bench, cells)),
+        "health": Section(ageing.all_files(), lambda: health_section(ageing)),
+    }
+
+
+def with_section(page: str, section: str) -> str:
+    """The page with this section in the place of the one with the same heading, or before the last one."""
+    parts = re.split(r"^(?=## )", page, flags=re.MULTILINE)
+    heading = section.splitlines()[0]
+    places = [place for place, text in enumerate(parts) if text.splitlines()[0] == heading]
+    if places:
+        parts[places[0]] = f"{section}\n"
+    else:
+        parts.insert(len(parts) - 1, f"{section}\n")
+    return "".join(parts)
+
+
 def parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("data", type=Path, help="folder with one folder of recordings a cell")
     parser.add_argument("--bmucell", type=Path, default=ROOT / "build" / "bin" / "bmucell")
-    parser.add_argument("--only", metavar="KEY", help="one cell of cells.json; nothing but its cell file is written")
+    part = parser.add_mutually_exclusive_group()
+    part.add_argument("--only", metavar="KEY", help="one cell of cells.json; nothing but its cell file is written")
+    part.add_argument("--section", choices=SECTIONS, help="only this section of the page is written anew")
     return parser.parse_args()
 
 
@@ -225,18 +434,13 @@ def read_cells(only: str | None) -> list[Cell]:
     return chosen
 
 
-def page_of(parts: list[str]) -> str:
+def page_of(parts: list[str], sections: list[str]) -> str:
     head = (Path(__file__).parent / "page.md").read_text()
-    return head.replace("@TABLES@", "\n".join(parts))
+    return head.replace("@TABLES@", "\n".join(parts)).replace("@SECTIONS@", "\n".join(sections))
 
 
-def main() -> int:
-    arguments = parse_arguments()
-    cells = read_cells(arguments.only)
-    missing = missing_files(cells, arguments.data)
-    if missing:
-        raise Failed("these recordings are missing, nothing was done:\n  " + "\n  ".join(str(path) for path in missing))
-    bench = Bench(arguments.bmucell, arguments.data)
+def charge_parts(bench: Bench, cells: list[Cell], is_shown: bool) -> tuple[list[str], bool]:
+    """A part of the page for each cell, and whether every figure is within its limit."""
     parts = []
     is_good = True
     with tempfile.TemporaryDirectory() as folder:
@@ -250,10 +454,36 @@ def main() -> int:
                 rows.append(row_of(bench, cell, temperature, Path(folder) / "cell.json"))
             is_good = is_good and all(row.is_good() for row in rows)
             parts.append(f"## {cell.name} ({cell.kind})\n\n![The tables of this cell](pictures/{cell.key}.svg)\n\n{table_of(rows)}")
-            if arguments.only:
+            if is_shown:
                 print(parts[-1])
-    if not arguments.only:
-        (ROOT / "docs" / "accuracy.md").write_text(page_of(parts))
+    return parts, is_good
+
+
+def demand(files: list[Path]) -> None:
+    missing = [path for path in files if not path.is_file()]
+    if missing:
+        raise Failed("these recordings are missing, nothing was done:\n  " + "\n  ".join(str(path) for path in missing))
+
+
+def main() -> int:
+    arguments = parse_arguments()
+    bench = Bench(arguments.bmucell, arguments.data)
+    cells = read_cells(arguments.only)
+    sections = sections_of(bench, cells)
+    chosen = [] if arguments.only else [sections[name] for name in SECTIONS if arguments.section in (None, name)]
+    wanted = [] if arguments.section else drive_files(cells, bench.data)
+    demand(wanted + [path for section in chosen for path in section.files])
+    parts, is_good = ([], True) if arguments.section else charge_parts(bench, cells, arguments.only is not None)
+    texts = []
+    for section in chosen:
+        text, is_within = section.write()
+        texts.append(text)
+        is_good = is_good and is_within
+    page = ROOT / "docs" / "accuracy.md"
+    if arguments.section:
+        page.write_text(with_section(page.read_text(), texts[0]))
+    elif not arguments.only:
+        page.write_text(page_of(parts, texts))
     return 0 if is_good else 1
 
 

@@ -1,10 +1,15 @@
 // bmucell: cell files from recorded tests, and estimators scored on recordings.
 #include "tools/bmucell/eval_command.hpp"
 #include "tools/bmucell/fit_command.hpp"
+#include "tools/bmucell/health_command.hpp"
 #include "tools/bmucell/options.hpp"
+#include "tools/bmucell/resistance_command.hpp"
 
 int main(int argc, char** argv) {
   const bmu::cell::ParsedOptions parsed = bmu::cell::parse_options(argc, argv);
   if (!parsed.options) return parsed.exit_code;
-  return parsed.options->fit ? run_fit(*parsed.options->fit) : run_eval(*parsed.options->eval);
+  if (parsed.options->fit) return run_fit(*parsed.options->fit);
+  if (parsed.options->eval) return run_eval(*parsed.options->eval);
+  if (parsed.options->resistance) return run_resistance(*parsed.options->resistance);
+  return run_health(*parsed.options->health);
 }

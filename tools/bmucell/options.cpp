@@ -10,21 +10,26 @@ namespace bmu::cell {
 namespace {
 
 constexpr const char* description =
-    "Fits a cell file to recorded tests of a cell, and scores the estimators of the state of charge on recordings.";
+    "Fits a cell file to recorded tests of a cell, and scores the estimators of charge, resistance and capacity on "
+    "recordings.";
 
 constexpr const char* footer = R"(
 Recordings are CSV, packed with gzip or not; the first line names the columns: time_s, current_A (out of the cell),
-voltage_V, temp_C, ref_soc_pct (what the charge really was). See bmucell fit --help and bmucell eval --help.
+voltage_V, temp_C, ref_soc_pct (what the charge really was). See bmucell fit --help, eval --help, resistance --help and
+health --help.
 
 Examples:
   bmucell fit --base config/cells/nmc-3000.json --out my.json drive_25C.csv drive_0C.csv.gz
   bmucell eval --cell my.json --sensor-gain 1.02 --sensor-offset-A 0.015 --soc-error -10 drive_10C.csv
+  bmucell resistance --cell my.json --table hppc_table_25C.csv hppc_25C.csv.gz
+  bmucell health --rated-Ah 2 --current-A 1.5 --full-voltage 4.2 --end-current-A 0.1 \
+          --fit one_charges.csv.gz --fit-tests one_tests.csv other_charges.csv.gz other_tests.csv
 
 Exit codes:
   0   done
   1   a file could not be written
   2   the command line is wrong
-  65  a recording is wrong or cannot be read: file, line and column are told
+  65  a recording or table is wrong or cannot be read: file, line and column are told
   78  the cell file is wrong: every problem is reported)";
 
 constexpr const char* fit_footer = R"(
@@ -43,6 +48,28 @@ Examples:
 
 The charge is compared with ref_soc_pct row by row. JSON is {"files": [...], "mean": {...}}; a figure that a recording is
 too short for is null.)";
+
+constexpr const char* resistance_footer = R"(
+Examples:
+  bmucell resistance --cell my.json --table hppc_table_25C.csv hppc_25C.csv.gz
+  bmucell resistance --cell my.json --table hppc_table_25C.csv --column r_10s_mohm --svg r.svg --csv r.csv hppc_25C.csv
+
+The table is CSV with the columns ref_soc_pct and pulse_A, the resistance in mOhm that --column names and, if known,
+temp_C, a row a pulse. The recording needs temp_C and ref_soc_pct and must have every pulse of the table, in its order;
+it may have more. JSON is {"file": ..., "table": ..., "column": ..., "scores": [...]}; a figure of a method that never
+told a resistance is null.)";
+
+constexpr const char* health_footer = R"(
+Examples:
+  bmucell health --rated-Ah 2 --current-A 1.5 --full-voltage 4.2 --end-current-A 0.1 \
+          --fit one_charges.csv.gz --fit-tests one_tests.csv other_charges.csv.gz other_tests.csv
+  bmucell health --rated-Ah 2 --current-A 1.5 --full-voltage 4.2 --end-current-A 0.1 \
+          --plateau-weight 2.4 --above-weight 1.1 --sigma-Ah 0.03 --from-soc 10 --svg health.svg charges.csv tests.csv
+
+CHARGES is a recording with a column 'cycle', the number of the charge, in each of which time_s begins anew. TESTS is
+CSV with the columns cycle, capacity_Ah, charges_before: what a test of the capacity found, and the number of the charge
+that precedes it. Each charge is estimated before its test. 'single' is what one charge says, 'all' what all charges so
+far say together; figures in percent of the rated capacity. JSON is {"model", "fit", "single", "all", "tests"}.)";
 
 constexpr double temperature_min_C = -60.0;
 constexpr double temperature_max_C = 150.0;
@@ -123,7 +150,95 @@ void declare_eval(CLI::App& app, EvalOptions& options, EvalPercent& typed) {
   app.add_flag("--json", options.is_json, "the figures as JSON on standard output");
 }
 
+void declare_resistance(CLI::App& app, ResistanceOptions& options) {
+  app.footer(resistance_footer);
+  app.add_option("file", options.file, "recording with pulses")->required()->type_name("FILE.csv[.gz]");
+  app.add_option("--cell", options.cell, "the cell file")->required()->type_name("CELL.json");
+  app.add_option("--table", options.table, "what the bench made of the pulses")
+      ->required()
+      ->type_name("TABLE.csv[.gz]");
+  app.add_option("--column", options.column, "the table's resistance to compare with, in mOhm")->capture_default_str();
+  app.add_option("--csv", options.csv, "pulse by pulse what was told")->type_name("FILE");
+  app.add_option("--svg", options.svg, "a picture of it")->type_name("FILE");
+  app.add_flag("--json", options.is_json, "the figures as JSON on standard output");
+}
+
+/// As typed, in percent and Ah.
+struct HealthTyped {
+  double rated_Ah = 0.0;
+  double from_soc = 0.0;
+  double loss_per_cycle = 1.0;
+  std::optional<double> plateau_weight;
+  std::optional<double> above_weight;
+  std::optional<double> sigma_Ah;
+};
+
+void declare_health_model(CLI::App& app, HealthOptions& options, HealthTyped& typed) {
+  ChargePlateauModel& model = options.plan.model;
+  app.add_option("--rated-Ah", typed.rated_Ah, "capacity that the figures are a share of")
+      ->required()
+      ->check(command_line::number(0.01, 1e4));
+  app.add_option("--current-A", model.current_A, "of the charges")->required()->check(command_line::number(0.001, 1e4));
+  app.add_option("--full-voltage", model.full_voltage_V, "V, at which they are held")
+      ->required()
+      ->check(command_line::number(1, 6));
+  app.add_option("--end-current-A", model.end_current_A, "at which they are full")
+      ->required()
+      ->check(command_line::number(0.001, 1e4));
+  app.add_option("--fit", options.fit_charges, "charges that the weights are fitted to: of another cell")
+      ->type_name("CHARGES");
+  app.add_option("--fit-tests", options.fit_tests, "and the tests behind them")->type_name("TESTS");
+  app.add_option("--fit-until-cycle", options.fit_until_cycle, "to no later tests than this one; default: all")
+      ->check(command_line::number(0, 1e9));
+  app.add_option("--plateau-weight", typed.plateau_weight, "instead of --fit, with the next two")
+      ->check(command_line::number(0, 100));
+  app.add_option("--above-weight", typed.above_weight, "of the charge above the plateau")
+      ->check(command_line::number(0, 100));
+  app.add_option("--sigma-Ah", typed.sigma_Ah, "of a capacity from one charge")->check(command_line::number(1e-6, 1e4));
+}
+
+void declare_health(CLI::App& app, HealthOptions& options, HealthTyped& typed) {
+  app.footer(health_footer);
+  app.add_option("charges", options.charges, "recorded charges of a cell")->required()->type_name("CHARGES");
+  app.add_option("tests", options.tests, "what its capacity was found to be")->required()->type_name("TESTS");
+  declare_health_model(app, options, typed);
+  app.add_option("--from-soc", typed.from_soc, "percent; plugged in when the charge has come to this")
+      ->check(command_line::number(0, 100))
+      ->capture_default_str();
+  app.add_option("--from-voltage", options.plan.when.from_voltage_V, "V; plugged in when the voltage has come to this")
+      ->check(command_line::number(0, 6))
+      ->capture_default_str();
+  app.add_option("--loss-per-cycle", typed.loss_per_cycle, "percent of the rated capacity that a cycle may cost")
+      ->check(command_line::number(0, 100))
+      ->capture_default_str();
+  app.add_flag("--all-tests", options.plan.scores_all_tests,
+               "also tests that follow another one without a recorded charge between them");
+  app.add_option("--csv", options.csv, "test by test what was estimated")->type_name("FILE");
+  app.add_option("--svg", options.svg, "a picture of it")->type_name("FILE");
+  app.add_flag("--json", options.is_json, "the figures as JSON on standard output");
+}
+
 /// What CLI11 cannot check.
+void conclude(HealthOptions& options, const HealthTyped& typed) {
+  constexpr double hour_s = 3600.0;
+  constexpr double percent = 0.01;
+  options.plan.rated_As = typed.rated_Ah * hour_s;
+  options.plan.when.from_soc = typed.from_soc * percent;
+  options.plan.loss_share_per_cycle = typed.loss_per_cycle * percent;
+  if (options.fit_charges.empty() != options.fit_tests.empty()) {
+    throw CLI::ValidationError("--fit", "and --fit-tests want each other");
+  }
+  const int given =
+      int{typed.plateau_weight.has_value()} + int{typed.above_weight.has_value()} + int{typed.sigma_Ah.has_value()};
+  if (given == (options.fit_charges.empty() ? 3 : 0)) {
+    options.plan.model.plateau_weight = typed.plateau_weight.value_or(0.0);
+    options.plan.model.above_weight = typed.above_weight.value_or(0.0);
+    options.plan.model.sigma_As = typed.sigma_Ah.value_or(0.0) * hour_s;
+    return;
+  }
+  throw CLI::ValidationError("--fit", "or all of --plateau-weight, --above-weight, --sigma-Ah are wanted, not both");
+}
+
 void conclude(EvalOptions& options, const EvalPercent& typed) {
   constexpr double percent = 0.01;
   options.plan.soc_error = typed.soc_error * percent;
@@ -166,20 +281,33 @@ ParsedOptions parse_options(int argc, const char* const* argv) {
   app.require_subcommand(1);
   FitOptions fit;
   EvalOptions eval;
-  EvalPercent typed;
+  EvalPercent eval_typed;
+  ResistanceOptions resistance;
+  HealthOptions health;
+  HealthTyped health_typed;
   CLI::App* const fit_app = app.add_subcommand("fit", "make a cell file from recorded tests");
   CLI::App* const eval_app = app.add_subcommand("eval", "score an estimator of the state of charge on recordings");
+  CLI::App* const resistance_app =
+      app.add_subcommand("resistance", "score the estimators of resistance on a recording with pulses");
+  CLI::App* const health_app = app.add_subcommand("health", "score the estimate of the capacity on recorded charges");
   declare_fit(*fit_app, fit);
-  declare_eval(*eval_app, eval, typed);
+  declare_eval(*eval_app, eval, eval_typed);
+  declare_resistance(*resistance_app, resistance);
+  declare_health(*health_app, health, health_typed);
   Options options;
   try {
     app.parse(argc, argv);
     if (fit_app->parsed()) {
       conclude(fit);
       options.fit = std::move(fit);
-    } else {
-      conclude(eval, typed);
+    } else if (eval_app->parsed()) {
+      conclude(eval, eval_typed);
       options.eval = std::move(eval);
+    } else if (resistance_app->parsed()) {
+      options.resistance = std::move(resistance);
+    } else {
+      conclude(health, health_typed);
+      options.health = std::move(health);
     }
   } catch (const CLI::ParseError& error) {
     return {.exit_code = command_line::report(app, error)};

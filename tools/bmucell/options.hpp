@@ -1,12 +1,14 @@
 // The command line of bmucell.
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "tools/bmucell/evaluate.hpp"
 #include "tools/bmucell/fit_plan.hpp"
+#include "tools/bmucell/health.hpp"
 
 namespace bmu::cell {
 
@@ -44,9 +46,33 @@ struct EvalOptions {
   bool is_json = false;
 };
 
+struct ResistanceOptions {
+  std::string file;
+  std::string cell;
+  std::string table;
+  std::string column = "r_1s_mohm";
+  std::string csv;
+  std::string svg;
+  bool is_json = false;
+};
+
+struct HealthOptions {
+  std::string charges;
+  std::string tests;
+  std::string fit_charges;  // empty: the weights are given
+  std::string fit_tests;
+  double fit_until_cycle = std::numeric_limits<double>::infinity();
+  HealthPlan plan;
+  std::string csv;
+  std::string svg;
+  bool is_json = false;
+};
+
 struct Options {
-  std::optional<FitOptions> fit;  // one of the two
+  std::optional<FitOptions> fit;  // one of the four
   std::optional<EvalOptions> eval;
+  std::optional<ResistanceOptions> resistance;
+  std::optional<HealthOptions> health;
 };
 
 struct ParsedOptions {

@@ -6,6 +6,7 @@
 //   voltage_V    needed; at the cell's terminals
 //   temp_C       of the cell
 //   ref_soc_pct  what the state of charge really was, by the bench's own counting
+//   cycle        the number of the charge or discharge, where a file holds many: time_s begins anew in each
 // An empty field, or "nan", was not measured.
 #pragma once
 
@@ -23,6 +24,7 @@ struct SeriesRow {
   double voltage_V = 0.0;
   double temperature_C = 0.0;
   double soc = 0.0;  // 0 to 1
+  double cycle = 0.0;
 };
 
 struct Series {
@@ -30,6 +32,7 @@ struct Series {
   std::vector<SeriesRow> rows;
   bool has_temperature = false;
   bool has_soc = false;
+  bool has_cycle = false;
 };
 
 /// The error is one line: file, line, column, what was found and what wanted.

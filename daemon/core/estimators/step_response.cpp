@@ -20,9 +20,6 @@ constexpr std::int32_t step_floor_mA = 1'000;
 constexpr std::int32_t step_share = 10;
 /// Less than this of a whole cell's answer is noise.
 constexpr std::int64_t answer_min_uV = 5'000;
-/// A cell with twenty times the model's resistance is a loose bolt, not a measurement.
-constexpr std::int64_t absurd_factor = 20;
-constexpr std::int32_t average_over = 4;
 /// The current has stood still for as long when a step of the voltages proves anything, and the step must be one of
 /// this many of the least steps, and of this much a cell.
 constexpr Duration still_min = 3s;
@@ -147,13 +144,7 @@ void StepResponse::compare_cells(const ModuleTable& modules, const Picture& now)
       const bool is_comparable = is_bleeding == cell.is_bleeding && !cell.has_just_switched;
       cell.has_just_switched = is_bleeding != cell.is_bleeding;
       cell.is_bleeding = is_bleeding;
-      if (!is_step || !is_comparable) continue;
-      const std::int64_t resistance_uOhm = drop_uV * 1'000 / step_mA;
-      if (resistance_uOhm <= 0 || resistance_uOhm > absurd_factor * model_uOhm_) continue;
-      const auto sample_uOhm = static_cast<std::int32_t>(resistance_uOhm);
-      cell.resistance_uOhm =
-          cell.steps == 0 ? sample_uOhm : cell.resistance_uOhm + (sample_uOhm - cell.resistance_uOhm) / average_over;
-      if (cell.steps < resistance_steps_min) ++cell.steps;
+      if (is_step && is_comparable) cell.average.take(drop_uV, step_mA, model_uOhm_);
     }
   }
   last_steady_ = now;
@@ -164,17 +155,17 @@ void StepResponse::compare_cells(const ModuleTable& modules, const Picture& now)
 void StepResponse::refresh(TimePoint at) {
   const auto cells = static_cast<std::ptrdiff_t>(cell_count_);
   const bool knows_all = cells > 0 && std::all_of(cells_.begin(), cells_.begin() + cells,
-                                                  [](const Cell& cell) { return cell.steps >= resistance_steps_min; });
+                                                  [](const Cell& cell) { return cell.average.is_known(); });
   if (!knows_all) return;
   std::int64_t sum_uOhm = 0;
   std::size_t worst = 0;
   for (std::size_t cell = 0; cell < cell_count_; ++cell) {
-    sum_uOhm += cells_[cell].resistance_uOhm;
-    if (cells_[cell].resistance_uOhm > cells_[worst].resistance_uOhm) worst = cell;
+    sum_uOhm += cells_[cell].average.resistance_uOhm;
+    if (cells_[cell].average.resistance_uOhm > cells_[worst].average.resistance_uOhm) worst = cell;
   }
   average_uOhm_ = static_cast<std::int32_t>(divide_to_nearest(sum_uOhm, cells));
   worst_cell_permille_ = {.is_known = true,
-                          .value = std::int64_t{cells_[worst].resistance_uOhm} * 1'000 / average_uOhm_,
+                          .value = std::int64_t{cells_[worst].average.resistance_uOhm} * 1'000 / average_uOhm_,
                           .element = elements_[worst],
                           .taken_at = at};
   average_permille_ = {.is_known = true, .value = average_uOhm_ * std::int64_t{1'000} / model_uOhm_, .taken_at = at};
@@ -216,7 +207,7 @@ void StepResponse::judge_stillness(const Picture& now) {
 }
 
 std::int32_t StepResponse::cell_resistance_uOhm(std::size_t cell) const {
-  return cells_[cell].steps >= resistance_steps_min ? cells_[cell].resistance_uOhm : 0;
+  return cells_[cell].average.is_known() ? cells_[cell].average.resistance_uOhm : 0;
 }
 
 }  // namespace bmu

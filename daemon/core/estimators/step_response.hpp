@@ -20,14 +20,12 @@
 #include <array>
 #include <cstdint>
 
+#include "daemon/core/estimators/step_average.hpp"
 #include "daemon/core/fault_reading.hpp"
 #include "daemon/core/module_table.hpp"
 #include "daemon/core/sensor_table.hpp"
 
 namespace bmu {
-
-/// Steps a resistance is averaged over before it is told.
-inline constexpr std::uint8_t resistance_steps_min = 3;
 
 class StepResponse {
  public:
@@ -60,8 +58,7 @@ class StepResponse {
   };
   struct Cell {
     std::int32_t voltage_uV = 0;  // in the last steady picture
-    std::int32_t resistance_uOhm = 0;
-    std::uint8_t steps = 0;
+    StepAverage average;
     bool is_bleeding = false;        // as its module said with the last picture
     bool has_just_switched = false;  // then: before or after its sample nobody knows
   };

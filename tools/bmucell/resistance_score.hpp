@@ -1,0 +1,65 @@
+// Scores both ways of telling a cell's resistance on a recording with pulses: the recording goes through them row by
+// row, and what they say soon after each pulse is compared with what the bench's table says of it, at the temperature
+// that the table names.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "daemon/core/cell_dynamics.hpp"
+#include "protocol/result.hpp"
+#include "tools/bmucell/pulse_table.hpp"
+#include "tools/bmucell/series.hpp"
+
+namespace bmu::cell {
+
+enum class ResistanceMethod : unsigned char { recursive, steps };
+inline constexpr std::size_t resistance_methods = 2;
+inline constexpr std::array<std::string_view, resistance_methods> resistance_method_names{"recursive", "steps"};
+
+/// What one method said of one pulse.
+struct ToldResistance {
+  double resistance_Ohm = 0.0;
+  std::optional<double> sigma_Ohm{};  // of a method that tells it
+};
+
+struct PulseResult {
+  double time_s = 0.0;  // of the first row with current
+  PulseRow reference;
+  std::array<std::optional<ToldResistance>, resistance_methods> told;  // none: not known yet
+};
+
+/// Over the pulses that a method said something of; without one there are no figures.
+struct ResistanceScore {
+  ResistanceMethod method = ResistanceMethod::recursive;
+  bool is_all = true;  // false: only pulses above 10 % of charge
+  std::size_t pulses = 0;
+  std::size_t told = 0;
+  std::size_t within_5_pct = 0;
+  std::optional<double> rms_pct{};
+  std::optional<double> max_pct{};
+  std::optional<double> mean_pct{};                // above 0: tells too much
+  std::optional<double> inside_uncertainty_pct{};  // with the table within two of the told standard deviations
+};
+
+/// Near empty a cell's resistance doubles within a few percent of charge.
+inline constexpr double nearly_empty_soc = 0.10;
+
+struct ResistanceEvaluation {
+  std::vector<PulseResult> pulses;
+  std::vector<ResistanceScore> scores;  // by method, first of all pulses, then without the nearly empty
+};
+
+/// The series needs ref_soc_pct and temp_C. `recursive` is ResistanceTracker. `steps` is what the daemon does between
+/// two pictures of the pack (StepResponse): rows stand for pictures, those whose current is that of the row before or
+/// behind for steady ones, 2.5 s for the longest time between two, and a step is an ampere or a tenth of the one-hour
+/// current, whichever is more. Read is what they say ten seconds after the pulse.
+[[nodiscard]] Result<ResistanceEvaluation, std::string> evaluate_resistance(const CellDynamics& cell,
+                                                                            const Series& series,
+                                                                            const PulseTable& table);
+
+}  // namespace bmu::cell
