@@ -9,6 +9,7 @@
 #include "config/json_reader.hpp"
 #include "daemon/core/cell_dynamics.hpp"
 #include "daemon/core/cell_model.hpp"
+#include "daemon/core/derating.hpp"
 
 namespace bmu {
 
@@ -18,6 +19,7 @@ struct CellFile {
   std::string origin;
   CellModel model;
   std::optional<CellDynamics> dynamics;  // measured tables; without them the few numbers of `model` stand for the cell
+  DeratingTables derating;               // those that are given
 };
 
 /// Reads and checks a cell file by itself. Never throws; reports all problems, not the first.

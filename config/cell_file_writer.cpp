@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "config/cell_dynamics_reader.hpp"
+#include "config/derating_reader.hpp"
 #include "config/pack_fields.hpp"
 
 namespace bmu {
@@ -108,6 +109,21 @@ std::string ocv_text(const CellModel& cell) {
   return block('[', pairs, ']');
 }
 
+/// Empty without any table.
+std::vector<std::string> derating_members(const DeratingTables& derating) {
+  std::vector<std::string> members;
+  for (const DeratingField& field : derating_fields) {
+    const DeratingTable& table = derating.*field.table;
+    if (!table.is_given()) continue;
+    std::vector<std::string> pairs;
+    for (const DeratingPoint& point : table.points) {
+      pairs.push_back(line_of({std::to_string(point.at), std::to_string(point.share_permille)}));
+    }
+    members.push_back(member(field.key, line_of(pairs)));
+  }
+  return members;
+}
+
 std::string dynamics_text(const CellDynamics& cell) {
   std::vector<std::string> members;
   write_fields(dynamics_fields(), cell, members);
@@ -130,6 +146,8 @@ std::string cell_file_text(const CellFile& cell) {
   write_fields(cell_name_fields(), cell, members);
   write_fields(cell_model_fields(), cell.model, members);
   members.push_back(member("ocv", ocv_text(cell.model)));
+  const std::vector<std::string> derating = derating_members(cell.derating);
+  if (!derating.empty()) members.push_back(member("derating", block('{', derating, '}')));
   if (cell.dynamics) members.push_back(member("dynamics", dynamics_text(*cell.dynamics)));
   return block('{', members, '}') + "\n";
 }

@@ -10,6 +10,7 @@
 #include "config/limit_bounds.hpp"
 #include "config/pack_defaults.hpp"
 #include "config/pack_fields.hpp"
+#include "config/part_reader.hpp"
 #include "daemon/core/fault_table.hpp"
 
 namespace bmu {
@@ -644,6 +645,7 @@ void check_pack(const PackConfig& pack, const Place& pack_place, const Place& ce
   for (const ContinuousRow& row : continuous_rows) check_continuous(check, row);
   for (const OrderRow& row : order_rows) check_order(check, row);
   check_limit_bounds(pack, pack_place, problems);
+  check_bounds(pack.core, pack_place, problems);
   for (const PairRow& row : pair_rows) check_pair(check, row);
   check_paces(check);
   check_precharge_time(check);

@@ -11,6 +11,7 @@
 #include "config/pack_checks.hpp"
 #include "config/pack_defaults.hpp"
 #include "config/pack_fields.hpp"
+#include "config/part_reader.hpp"
 #include "config/read_file.hpp"
 #include "protocol/fnv.hpp"
 
@@ -224,6 +225,7 @@ void read_pack(const JsonValue& root, const Place& place, PackConfig& pack, Prob
   read_fields(root, place, pack_fields(), pack, problems);
   read_modules(root, place, pack.core, problems);
   read_limits(root, place, pack.core.limits, problems);
+  read_parts(root, place, pack.core, problems);
   read_gpio(root, place, pack, problems);
 }
 
@@ -248,6 +250,8 @@ Result<PackConfig, ConfigProblems> parse_pack_config(std::string_view text, std:
   const CellSource source = read_cell_source(*root, place, directory, problems);
   pack.cell_name = source.cell.name;
   pack.core.cell = source.cell.model;
+  pack.core.dynamics = source.cell.dynamics;
+  pack.core.derating = source.cell.derating;
   check_cell(pack.core.cell, source.place, problems);
   check_pack(pack, place, source.place, problems);
   complete_defaults(pack.core);

@@ -5,6 +5,7 @@
 
 #include "config/bus_checks.hpp"
 #include "config/pack_fields.hpp"
+#include "config/part_reader.hpp"
 
 namespace bmu {
 namespace {
@@ -61,6 +62,15 @@ void complete_peak(std::int32_t& peak_mA, std::int32_t continuous_mA, const Limi
   if (peak_mA == 0) peak_mA = std::max(overcurrent.warn, continuous_mA);
 }
 
+/// A limit falls from all to nothing within a quarter of a second, which a motor controller follows without a jerk, and
+/// rises within ten seconds: one that comes back as fast as it went swings.
+void complete_ramp(std::int32_t& fall_mA_per_s, std::int32_t& rise_mA_per_s, std::int32_t most_mA) {
+  constexpr std::int32_t falls_per_s = 4;
+  constexpr std::int32_t rise_s = 10;
+  if (fall_mA_per_s == 0) fall_mA_per_s = falls_per_s * most_mA;
+  if (rise_mA_per_s == 0) rise_mA_per_s = std::max(most_mA / rise_s, 1);
+}
+
 /// A board limit that the pack file names is the modules' own, too: from its warning on they shall not bleed.
 void complete_board_limit(CoreConfig& config) {
   const LimitConfig& board = config.limits.board_overtemperature;
@@ -101,6 +111,10 @@ void complete_defaults(CoreConfig& config) {
   if (config.insulation.monitoring == InsulationMonitoring::measured) limits.insulation_low = insulation_low(config);
   complete_peak(config.current.discharge_peak_mA, config.current.discharge_continuous_mA, limits.discharge_overcurrent);
   complete_peak(config.current.charge_peak_mA, config.current.charge_continuous_mA, limits.charge_overcurrent);
+  LimitRampConfig& ramp = config.limit_ramp;
+  complete_ramp(ramp.discharge_fall_mA_per_s, ramp.discharge_rise_mA_per_s, config.current.discharge_peak_mA);
+  complete_ramp(ramp.charge_fall_mA_per_s, ramp.charge_rise_mA_per_s, config.current.charge_peak_mA);
+  complete_bounds(config);
 }
 
 void complete_paces(PackConfig& pack) {

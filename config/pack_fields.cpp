@@ -282,6 +282,50 @@ constexpr std::array current_table{
          .meaning = "into the pack, for a while; 0: the warning of `charge_overcurrent`"}),
     number<&CurrentLimitConfig::charge_peak_for>(
         {.key = "charge_peak_for_ms", .min = 100, .max = 120'000, .meaning = "how long that may last from rest"}),
+    number<&CurrentLimitConfig::limp_home_discharge_mA>(
+        {.key = "limp_home_discharge_mA",
+         .min = 0,
+         .max = current_max_mA,
+         .meaning = "so much may be drawn although tables and lines would allow less, until a threshold is reached, a "
+                    "voltage would fall too low, or a fault forbids it; 0: no such floor"}),
+};
+
+constexpr FieldInfo bound_info(std::string_view key, std::string_view meaning) {
+  return {.key = key, .min = 0, .max = current_max_mA, .meaning = meaning};
+}
+constexpr std::array bound_table{
+    number<&CurrentBounds::discharge_continuous_mA>(
+        bound_info("discharge_continuous_mA", "out of the pack, for ever; 0: nothing is said of it")),
+    number<&CurrentBounds::discharge_peak_mA>(
+        bound_info("discharge_peak_mA", "the same for as long as the pack's peak; 0: the continuous one")),
+    number<&CurrentBounds::charge_continuous_mA>(
+        bound_info("charge_continuous_mA", "into the pack, as a positive number; 0: nothing is said of it")),
+    number<&CurrentBounds::charge_peak_mA>(
+        bound_info("charge_peak_mA", "the same for as long as the pack's peak; 0: the continuous one")),
+};
+
+constexpr std::array part_table{
+    required(text<&PartConfig::name>({.key = "name",
+                                      .min = 1,
+                                      .max = std::tuple_size_v<decltype(PartConfig::name)>,
+                                      .meaning = "what it is called where it binds: `main fuse`",
+                                      .is_well_formed = is_printable_ascii,
+                                      .form = "1 to 24 printable ASCII characters"})),
+};
+
+constexpr double ramp_max_A_per_s = 1'000'000;
+constexpr FieldInfo ramp_info(std::string_view key, std::string_view meaning) {
+  return {.key = key, .min = 0, .max = ramp_max_A_per_s, .meaning = meaning};
+}
+constexpr std::array ramp_table{
+    real<&LimitRampConfig::discharge_fall_mA_per_s, 1'000>(
+        ramp_info("discharge_fall_A_per_s", "of what may be drawn; 0: all of it in a quarter of a second")),
+    real<&LimitRampConfig::discharge_rise_mA_per_s, 1'000>(
+        ramp_info("discharge_rise_A_per_s", "of what may be drawn; 0: all of it in ten seconds")),
+    real<&LimitRampConfig::charge_fall_mA_per_s, 1'000>(
+        ramp_info("charge_fall_A_per_s", "of what may be charged; 0: all of it in a quarter of a second")),
+    real<&LimitRampConfig::charge_rise_mA_per_s, 1'000>(
+        ramp_info("charge_rise_A_per_s", "of what may be charged; 0: all of it in ten seconds")),
 };
 
 constexpr std::string_view because_module = "so that a silent module opens the pack within 300 ms";
@@ -528,6 +572,13 @@ constexpr std::array sensor_table{
         {.key = "has_second_current", .meaning = "a second one at 531h, mounted the same way round"}),
 };
 
+std::optional<SocMethod> soc_method(std::string_view text) {
+  for (const SocMethod method : {SocMethod::ekf, SocMethod::mixed, SocMethod::coulomb}) {
+    if (text == to_text(method)) return method;
+  }
+  return std::nullopt;
+}
+
 constexpr std::array soc_table{
     number<&SocConfig::rest_current_mA>({.key = "rest_current_mA",
                                          .min = 1,
@@ -535,6 +586,30 @@ constexpr std::array soc_table{
                                          .meaning = "below this, with the contactors open, the pack rests"}),
     number<&SocConfig::rest>(
         {.key = "rest_ms", .min = 100, .max = 86'400'000, .meaning = "for how long before its voltage is believed"}),
+    Field<SocConfig>{
+        {.key = "method",
+         .min = 3,
+         .max = 16,
+         .meaning = "whose state of charge is told: `ekf` a Kalman filter, `mixed` counting and, where the curve is "
+                    "steep, the voltage, `coulomb` counting alone. The others run beside it, to be compared",
+         .is_well_formed = [](std::string_view text) { return soc_method(text).has_value(); },
+         .form = "ekf, mixed or coulomb",
+         .type = FieldType::text},
+        [](const SocConfig& soc) -> FieldValue { return std::string(to_text(soc.method)); },
+        [](SocConfig& soc, const FieldValue& value) {
+          soc.method = soc_method(std::get<std::string>(value)).value_or(SocMethod{});
+        }},
+    number<&SocConfig::current_gain_error_permille>(
+        {.key = "current_gain_error_permille",
+         .min = 1,
+         .max = 200,
+         .meaning =
+             "how well the current sensor counts, one standard deviation: what it may tell too much or too little"}),
+    number<&SocConfig::current_offset_error_mA>(
+        {.key = "current_offset_error_mA",
+         .min = 1,
+         .max = 10'000,
+         .meaning = "and what it may tell without a current, one standard deviation"}),
 };
 
 std::optional<BalancingMethod> balancing_method(std::string_view text) {
@@ -899,6 +974,15 @@ std::span<const Field<BusNames>> bus_fields() {
 std::span<const Field<CurrentLimitConfig>> current_fields() {
   return current_table;
 }
+std::span<const Field<PartConfig>> part_fields() {
+  return part_table;
+}
+std::span<const Field<CurrentBounds>> bound_fields() {
+  return bound_table;
+}
+std::span<const Field<LimitRampConfig>> ramp_fields() {
+  return ramp_table;
+}
 std::span<const Field<AgeConfig>> age_fields() {
   return age_table;
 }
@@ -956,6 +1040,8 @@ std::vector<KeyDescription> describe_keys() {
   visit_sections(fresh, [&keys](const SectionInfo& section, auto fields, const auto&) {
     describe("/" + std::string(section.key), fields, keys);
   });
+  describe<PartConfig>("/component_limits/*", part_fields(), keys);
+  describe<CurrentBounds>("/component_limits/*", bound_fields(), keys);
   describe<GpioConfig>("/gpio", gpio_fields(), keys);
   describe<GpioLine>("/gpio/outputs/*", gpio_line_fields(), keys);
   describe<GpioLine>("/gpio/feedback/*", gpio_line_fields(), keys);
@@ -974,7 +1060,8 @@ std::vector<KeyDescription> describe_keys() {
 std::vector<SectionDescription> describe_sections() {
   std::vector<SectionDescription> sections{
       {"/modules/*", "A module, or several that are alike."},
-      {"/cell", "The cell, in its own file or in place; and `ocv`, `dynamics`, see above."},
+      {"/component_limits/*", "Something that the whole current flows through; with at least one current."},
+      {"/cell", "The cell, in its own file or in place; and `ocv`, `derating`, `dynamics`, see above."},
       {"/cell/dynamics", "What was measured of the cell; and `rows`."},
       {"/cell/dynamics/rows/*", "The cell at one temperature."},
       {"/gpio", "Lines of this machine; and `outputs`, `feedback`, `inputs`."},

@@ -93,6 +93,9 @@ struct AgeRow {
 [[nodiscard]] std::span<const Field<BusNames>> bus_fields();
 [[nodiscard]] std::span<const Field<ConfirmTimes>> confirm_fields();
 [[nodiscard]] std::span<const Field<CurrentLimitConfig>> current_fields();
+[[nodiscard]] std::span<const Field<PartConfig>> part_fields();  // besides those of bound_fields
+[[nodiscard]] std::span<const Field<CurrentBounds>> bound_fields();
+[[nodiscard]] std::span<const Field<LimitRampConfig>> ramp_fields();
 [[nodiscard]] std::span<const Field<AgeConfig>> age_fields();
 [[nodiscard]] std::span<const Field<PollConfig>> poll_fields();
 [[nodiscard]] std::span<const Field<ContactorConfig>> contactor_fields();
@@ -123,6 +126,11 @@ void visit_sections(PackConfig& pack, Visitor visit) {
         bus_fields(), pack.buses);
   visit(SectionInfo{"current", true, "What the pack can carry for ever, and for a while."}, current_fields(),
         core.current);
+  visit(SectionInfo{"user_limits", false, "Less than the pack carries, because somebody wants it so."}, bound_fields(),
+        core.user_limits);
+  visit(SectionInfo{"limit_ramp", false,
+                    "How fast the allowed current falls and rises where nothing demands it at once."},
+        ramp_fields(), core.limit_ramp);
   visit(SectionInfo{"confirm", false,
                     "How long what is simply there or not must last before the fault of that name is believed; a limit "
                     "has its own `confirm_ms`."},
@@ -146,7 +154,7 @@ void visit_sections(PackConfig& pack, Visitor visit) {
 }
 
 /// Keys of the top that are neither plain fields nor sections of visit_sections.
-inline constexpr std::string_view composite_keys[] = {"cell", "modules", "limits", "gpio"};
+inline constexpr std::string_view composite_keys[] = {"cell", "modules", "limits", "component_limits", "gpio"};
 
 /// A key for the documentation and for the test that compares the schema.
 struct KeyDescription {

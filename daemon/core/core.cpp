@@ -42,9 +42,10 @@ Core::Core(const CoreConfig& config, TimePoint started_at, std::uint8_t first_co
   configured_ages_ = config_.ages;
   setup_.init(config_, first_counter);
   balancing_.init(config_);
+  estimate_.init(config_);
   cell_charges_.init(config_);
   reporter_.init(started_at);
-  watchers_.overload.init(config_.current);
+  watchers_.overload.init(carried(config_));
   watchers_.stuck.init(config_.cell);
   watchers_.steps.init(config_);
   watchers_.roster.init(config_);
@@ -59,6 +60,7 @@ void Core::restore(const PersistentState& state) {
   ledger_.restore(state.contactors);
   guard_.restore(state.closing.precharge);
   watchers_.roster.restore(state.modules);
+  estimate_.restore(state.soc);
   cell_charges_.restore(state.cell_charges);
   const FormerBook former = cell_charges_.former();
   if (former != FormerBook::none) {
@@ -171,6 +173,7 @@ void Core::take_stranger(const CheckedFrame& checked, const CanFrame& frame, Tim
 void Core::forget_cells_of(std::uint8_t node) {
   if (modules_.find(node) == nullptr) return;
   cell_charges_.forget_module(modules_.index_of(node));
+  estimate_.forget_module(modules_.index_of(node));
   watchers_.steps.forget_module(node);
 }
 

@@ -21,6 +21,7 @@
 
 #include "daemon/core/auxiliary.hpp"
 #include "daemon/core/balancing_control.hpp"
+#include "daemon/core/cell_dynamics.hpp"
 #include "daemon/core/close_request.hpp"
 #include "daemon/core/command_link.hpp"
 #include "daemon/core/command_turns.hpp"
@@ -30,8 +31,10 @@
 #include "daemon/core/decisions.hpp"
 #include "daemon/core/estimators/cell_charge.hpp"
 #include "daemon/core/estimators/coulomb_counter.hpp"
+#include "daemon/core/estimators/pack_estimate.hpp"
 #include "daemon/core/event_queue.hpp"
 #include "daemon/core/fault_memory.hpp"
+#include "daemon/core/limit_ramp.hpp"
 #include "daemon/core/limits.hpp"
 #include "daemon/core/module_assignment.hpp"
 #include "daemon/core/module_broadcasts.hpp"
@@ -147,6 +150,9 @@ class Core {
   [[nodiscard]] const ContactorOutputs& outputs() const { return outputs_; }
   [[nodiscard]] const CurrentLimits& limits() const { return limits_; }
   [[nodiscard]] const ChargeState& charge() const { return counter_.state(); }
+  [[nodiscard]] const PackEstimate& estimate() const { return estimate_; }
+  /// As it is told; nothing while it is not known.
+  [[nodiscard]] std::optional<std::int32_t> soc_permille() const;
   [[nodiscard]] const OpeningRecord& last_opening() const { return last_opening_; }
   /// Nothing closes before this.
   [[nodiscard]] TimePoint locked_out_until() const { return locked_out_until_; }
@@ -207,6 +213,8 @@ class Core {
   // decide, in this order
   void check_loop_gap(TimePoint now);
   void estimate(TimePoint now);
+  void follow_estimate(TimePoint now);
+  void keep_estimate(TimePoint now);
   void follow_charges(TimePoint now);
   void keep_charges(TimePoint now);
   void follow_request(TimePoint now);
@@ -224,7 +232,9 @@ class Core {
   void refuse_vain_request(TimePoint now);
   void step_contactors(TimePoint now);
   void step_auxiliary(TimePoint now);
-  void set_limits();
+  void forecast(TimePoint now);
+  void forecast_measured(TimePoint now);
+  void set_limits(TimePoint now);
   void send_contactor_command(TimePoint now, Decisions& out);
   void send_polls(TimePoint now, Decisions& out);
   void assign_node(TimePoint now, Decisions& out);
@@ -278,6 +288,8 @@ class Core {
   ModuleTable modules_;
   SensorTable sensors_;
   CoulombCounter counter_;
+  PackEstimate estimate_;
+  TimePoint estimate_kept_at_{};  // zero: not yet in this life
   CellChargeBook cell_charges_;
   TimePoint charges_looked_at_{};  // whether they are worth keeping
   TimePoint charges_kept_at_{};    // zero: not yet in this life
@@ -295,6 +307,10 @@ class Core {
   Auxiliary auxiliary_;
   ContactorOutputs outputs_;
   ContactorOutputs commanded_before_;  // with the last tick, auxiliary outputs included
+  PredictedLimits predicted_;
+  TimePoint predicted_at_{};
+  std::array<TimePoint, 2> predicted_for_{};  // when its lowest and highest cell were measured
+  LimitRamps limit_ramps_;
   CurrentLimits limits_;
   PollSchedule poll_;
   PollPacer pace_;

@@ -8,7 +8,10 @@
 #include <limits>
 #include <optional>
 
+#include "daemon/core/cell_dynamics.hpp"
 #include "daemon/core/cell_model.hpp"
+#include "daemon/core/derating.hpp"
+#include "daemon/core/estimators/soc_estimate.hpp"
 #include "protocol/fixed_vector.hpp"
 #include "protocol/tables/internal_bus.hpp"
 #include "protocol/tables/vehicle_bus.hpp"
@@ -122,6 +125,31 @@ struct CurrentLimitConfig {
   std::int32_t charge_continuous_mA = 0;
   std::int32_t charge_peak_mA = 0;
   Duration charge_peak_for = 10s;
+  // So much may be drawn although tables and lines would allow less, as long as no threshold is reached; 0: never.
+  std::int32_t limp_home_discharge_mA = 0;
+};
+
+/// What may flow for ever, and for the peaks' time. 0: nothing is said of it.
+struct CurrentBounds {
+  std::int32_t discharge_continuous_mA = 0;
+  std::int32_t discharge_peak_mA = 0;
+  std::int32_t charge_continuous_mA = 0;
+  std::int32_t charge_peak_mA = 0;
+};
+
+/// Something that the whole current flows through: a fuse, a contactor, a cable, a connector.
+struct PartConfig {
+  std::array<char, 24> name{};  // padded with spaces
+  CurrentBounds most;
+};
+inline constexpr std::size_t parts_max = 16;
+
+/// How fast a limit moves. 0: at once.
+struct LimitRampConfig {
+  std::int32_t discharge_fall_mA_per_s = 0;
+  std::int32_t discharge_rise_mA_per_s = 0;
+  std::int32_t charge_fall_mA_per_s = 0;
+  std::int32_t charge_rise_mA_per_s = 0;
 };
 
 struct PollConfig {
@@ -210,6 +238,10 @@ struct SensorConfig {
 struct SocConfig {
   std::int32_t rest_current_mA = 200;  // below this, contactors open, the open-circuit voltage may start the SOC
   Duration rest = 1s;                  // for this long
+  SocMethod method = SocMethod::ekf;   // whose state of charge is told; the others run beside it
+  // What the current sensor may do wrong, one standard deviation.
+  std::int32_t current_gain_error_permille = 20;
+  std::int32_t current_offset_error_mA = 50;
 };
 
 /// What a balancing plan goes by (balancing_plan.hpp).
@@ -243,9 +275,14 @@ struct VehicleConfig {
 struct CoreConfig {
   FixedVector<ModuleConfig, modules_max> modules;  // in the order of their cells' numbers in the pack
   CellModel cell;
+  std::optional<CellDynamics> dynamics{};  // measured tables; without them those that follow from `cell`
   LimitsConfig limits;
   AgeConfig ages;
   CurrentLimitConfig current;
+  FixedVector<PartConfig, parts_max> component_limits;
+  CurrentBounds user_limits;
+  LimitRampConfig limit_ramp;
+  DeratingTables derating;
   PollConfig poll;
   ContactorConfig contactors;
   SensorConfig sensor;

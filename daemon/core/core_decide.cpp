@@ -1,8 +1,11 @@
 // What the core decides once a tick, in one fixed order, and what it remembers of it.
 #include <algorithm>
+#include <array>
+#include <optional>
 #include <utility>
 
 #include "daemon/core/core.hpp"
+#include "daemon/core/pack_forecast.hpp"
 
 namespace bmu {
 
@@ -34,7 +37,7 @@ Decisions Core::decide(TimePoint now) {
   grant_permission(now);
   refuse_vain_request(now);
   step_contactors(now);
-  set_limits();
+  set_limits(now);
   step_auxiliary(now);
   send_contactor_command(now, out);
   send_polls(now, out);
@@ -65,17 +68,39 @@ void Core::check_loop_gap(TimePoint now) {
 }
 
 void Core::estimate(TimePoint now) {
-  const Measured<std::int32_t> average_uV{pack_.cell_voltage_uV.average, now,
-                                          pack_.cell_voltage_uV.is_complete() ? Validity::valid : Validity::unknown};
-  if (counter_.update(now, !outputs_.any_contactor(), pack_.current_mA, average_uV)) {
-    events_.push({.id = EventId::soc_started, .at = now, .number = counter_.state().soc_permille});
-  }
   watchers_.trend.update(modules_);
   watchers_.stuck.update(modules_, pack_.current_mA);
   watchers_.steps.update(modules_, sensors_, pack_);
   watchers_.switches.update(modules_);
+  follow_estimate(now);
+  keep_estimate(now);
   follow_charges(now);
   keep_charges(now);
+}
+
+void Core::follow_estimate(TimePoint now) {
+  const bool has_begun = estimate_.update({.now = now,
+                                           .unix_time_ms = unix_time_ms(now),
+                                           .is_open = !outputs_.any_contactor(),
+                                           .modules = &modules_,
+                                           .sensors = &sensors_,
+                                           .pack = &pack_,
+                                           .charge = &counter_.state(),
+                                           .bled_uAs = watchers_.switches.bled_uAs()});
+  if (has_begun) events_.push({.id = EventId::soc_started, .at = now, .number = estimate_.told_permille()});
+}
+
+/// When a cell has moved far enough, at most every few seconds: a file is written for it. And once more at the end.
+void Core::keep_estimate(TimePoint now) {
+  constexpr Duration look_every = 5s;
+  const bool is_last = shutting_down_ && estimate_kept_at_ < shut_down_at_;
+  if (now - estimate_kept_at_ < look_every && !is_last) return;
+  estimate_kept_at_ = now;
+  SocRecords records;
+  if (!estimate_.record(records) || (!is_last && !is_worth_recording(persistent_.soc, records))) return;
+  records.unix_time_ms = unix_time_ms(now);
+  persistent_.soc = records;
+  touch_persistent();
 }
 
 void Core::follow_charges(TimePoint now) {
@@ -285,16 +310,67 @@ void Core::step_auxiliary(TimePoint now) {
   outputs_ = commanded_before_ = outputs;
 }
 
-void Core::set_limits() {
+/// What the voltages will bear, anew with each picture of them.
+void Core::forecast(TimePoint now) {
+  if (!estimate_.pack().is_known) return forecast_measured(now);
+  const TimePoint pictured_at = estimate_.pictured_at();
+  const bool is_fresh = now - pictured_at <= config_.ages.cell_voltage;
+  if (is_fresh && predicted_for_ == std::array{pictured_at, pictured_at}) return;
+  PackForecast forecast(estimate_.model(), config_);
+  for (std::size_t cell = 0; cell < estimate_.size(); ++cell) {
+    forecast.add(is_fresh ? estimate_.forecast_input(cell) : CellForecastInput{}, estimate_.element(cell));
+  }
+  predicted_ = forecast.limits();
+  predicted_at_ = now;
+  predicted_for_ = {pictured_at, pictured_at};
+}
+
+/// While nobody estimates each cell they count as alike: then the lowest is the first that would fall too low, and the
+/// highest the first that would rise too high. The current of a picture is known a sample of the sensor later; until
+/// then the forecast before it holds.
+void Core::forecast_measured(TimePoint now) {
+  constexpr Duration apart_max = 100ms;  // of a sample of the current from the picture
+  const Spread& cells = pack_.cell_voltage_uV;
+  const Spread& sensors = pack_.cell_temperature_dC;
+  const CellDynamics& model = estimate_.model();
+  const std::array measured_at{cells.min_taken_at, cells.max_taken_at};
+  if (model.rows.empty() || (measured_at == predicted_for_ && predicted_.is_complete)) return;
+  const double coldest_C = sensors.is_known() ? sensors.min / 10.0 : not_measured;
+  PackForecast forecast(model, config_);
+  const auto add = [&](std::int32_t voltage_uV, TimePoint taken_at, const Element& element) {
+    const auto current_mA = sensors_.current_window.at(taken_at, apart_max);
+    const double current_A = cells.is_known() && current_mA.has_value() ? *current_mA / 1e3 : not_measured;
+    forecast.add(measured_only(model, voltage_uV / 1e6, current_A, coldest_C), element);
+  };
+  add(cells.min, cells.min_taken_at, cells.min_at);
+  add(cells.max, cells.max_taken_at, cells.max_at);
+  if (!forecast.limits().is_complete && now - predicted_at_ <= config_.ages.cell_voltage) return;
+  predicted_ = forecast.limits();
+  predicted_at_ = now;
+  predicted_for_ = measured_at;
+}
+
+void Core::set_limits(TimePoint now) {
+  forecast(now);
+  const PackSoc& charge = estimate_.pack();
+  // As believed: the tables are for a long life. What protects are the voltages, whose forecast takes the doubt in.
+  const auto soc_of = [this, &charge](std::size_t cell) {
+    if (!charge.is_known) return std::optional<std::int32_t>{};
+    return std::optional(static_cast<std::int32_t>(std::lround(estimate_.cell_soc(cell).soc * 1e3)));
+  };
   const bool is_connected = sequence_.phase == Phase::closed && permission_.may_stay_closed;
-  limits_ = evaluate_limits(
+  const CurrentLimits targets = evaluate_limits(
       pack_, config_,
       {.is_connected = is_connected,
        .may_discharge = permission_.may_discharge && !demands_zero_current(faults_, Concerns::discharge),
        .may_charge = permission_.may_charge && !demands_zero_current(faults_, Concerns::charge),
        .discharge_used_permille = watchers_.overload.discharge_used_permille(),
        .charge_used_permille = watchers_.overload.charge_used_permille(),
-       .before = limits_});
+       .before = limits_,
+       .soc_min_permille = soc_of(charge.emptiest),
+       .soc_max_permille = soc_of(charge.fullest),
+       .predicted = predicted_});
+  limits_ = limit_ramps_.follow(targets, now, config_.limit_ramp);
 }
 
 void Core::record_precharge(TimePoint now, TimePoint began_at, PrechargeFailure failure) {
@@ -442,7 +518,7 @@ void Core::record_confirmed(FaultId id, TimePoint now) {
                          .pack = pack_,
                          .sensors = sensors_,
                          .limits = limits_,
-                         .charge = charge(),
+                         .soc_permille = soc_permille(),
                          .overload = watchers_.overload,
                          .outputs = outputs_,
                          .phase = sequence_.phase,
@@ -460,6 +536,11 @@ void Core::record_cleared(FaultId id, TimePoint now) {
   touch_persistent();
 }
 
+std::optional<std::int32_t> Core::soc_permille() const {
+  if (!estimate_.pack().is_known) return std::nullopt;
+  return estimate_.told_permille();
+}
+
 FaultInputs Core::fault_inputs(TimePoint now) const {
   return {.now = now,
           .config = &config_,
@@ -467,6 +548,8 @@ FaultInputs Core::fault_inputs(TimePoint now) const {
           .modules = &modules_,
           .sensors = &sensors_,
           .watchers = &watchers_,
+          .soc_disagreement_permille = estimate_.disagreement_permille(),
+          .cell_misfit_permille = estimate_.misfit_permille(),
           .flags = flags_,
           .has_started = has_started(now)};
 }
@@ -479,7 +562,9 @@ VehicleView Core::vehicle_view(TimePoint now) const {
           .dtc_2 = codes.second,
           .pack = &pack_,
           .limits = &limits_,
-          .charge = &charge(),
+          .soc_permille = soc_permille(),
+          .depth_of_discharge_uAs =
+              estimate_.pack().is_known ? std::optional(estimate_.depth_of_discharge_uAs()) : std::nullopt,
           .capacity_uAs = config_.cell.capacity_uAs};
 }
 

@@ -36,6 +36,8 @@ Reading module_voltage_mismatch_mV(const FaultInputs& in);
 Reading stuck_values_ms(const FaultInputs& in);
 Reading current_contradicts_voltage(const FaultInputs& in);
 Reading current_sensors_apart_mA(const FaultInputs& in);
+Reading soc_methods_disagree(const FaultInputs& in);
+Reading cell_model_mismatch(const FaultInputs& in);
 
 // modules
 Reading module_lost(const FaultInputs& in);

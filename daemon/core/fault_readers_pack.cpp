@@ -35,6 +35,13 @@ Measured<std::int32_t> sum_of_cells_mV(const ModuleRecord& module, const AgeConf
   return {mV_from_uV(sum_uV), oldest, Validity::valid};
 }
 
+/// Whether a share of what is allowed is all of it.
+Reading beyond_permille(const Reading& share) {
+  constexpr std::int64_t all_permille = 1'000;
+  if (!share.is_known) return unknown_reading;
+  return condition(share.value >= all_permille, share.taken_at, share.element);
+}
+
 /// First module for which `is_bad` holds. `seen_at` tells when that was last heard of.
 template <class IsBad, class SeenAt>
 Reading first_module(const FaultInputs& in, IsBad is_bad, SeenAt seen_at) {
@@ -220,6 +227,12 @@ Reading current_sensors_apart_mA(const FaultInputs& in) {
   const Duration age_max = in.config->ages.pack_current;
   if (!one.is_usable(in.now, age_max) || !other.is_usable(in.now, age_max)) return unknown_reading;
   return {true, std::llabs(std::int64_t{one.value} - other.value), {}, std::max(one.taken_at, other.taken_at)};
+}
+Reading soc_methods_disagree(const FaultInputs& in) {
+  return beyond_permille(in.soc_disagreement_permille);
+}
+Reading cell_model_mismatch(const FaultInputs& in) {
+  return beyond_permille(in.cell_misfit_permille);
 }
 
 // --- modules --------------------------------------------------------------------------------------------------------

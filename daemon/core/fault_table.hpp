@@ -59,6 +59,8 @@ enum class FaultId : std::uint8_t {
   stuck_values,
   current_contradicts_voltage,
   current_sensors_disagree,
+  soc_methods_disagree,
+  cell_model_mismatch,
   // modules
   module_lost,
   cell_not_measured,
@@ -120,7 +122,7 @@ enum class FaultId : std::uint8_t {
   memory_low,
   disk_low,
 };
-inline constexpr std::size_t fault_count = 80;
+inline constexpr std::size_t fault_count = 82;
 
 enum class Reaction : std::uint8_t { warn, refuse_close, open_after_grace, open_now };
 enum class Latch : std::uint8_t {
@@ -185,6 +187,8 @@ struct FaultInputs {
   const ModuleTable* modules = nullptr;
   const SensorTable* sensors = nullptr;
   const Watchers* watchers = nullptr;
+  Reading soc_disagreement_permille;  // of the cell with most of it; 1000: as far as the methods allow (PackEstimate)
+  Reading cell_misfit_permille;       // 1000: it is none of its model's
   CoreFlags flags;
   bool has_started = false;  // first complete view seen, or the time to get one is over: "not yet" is not "lost"
 };

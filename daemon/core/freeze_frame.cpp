@@ -60,7 +60,7 @@ FreezeFrame freeze(const FreezeSources& from) {
                     .element = from.fault.confirmed.element,
                     .phase = from.phase,
                     .mode = from.mode,
-                    .soc_permille = known(from.charge.is_started, from.charge.soc_permille),
+                    .soc_permille = from.soc_permille,
                     .discharge_limit_mA = from.limits.discharge.limit_mA,
                     .charge_limit_mA = from.limits.charge.limit_mA,
                     .discharge_overload_permille = known(true, from.overload.discharge_used_permille()),

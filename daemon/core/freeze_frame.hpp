@@ -8,7 +8,6 @@
 #include <optional>
 
 #include "daemon/core/contactor_sequence.hpp"
-#include "daemon/core/estimators/coulomb_counter.hpp"
 #include "daemon/core/fault_memory.hpp"
 #include "daemon/core/limits.hpp"
 #include "daemon/core/vehicle_state.hpp"
@@ -64,7 +63,7 @@ struct FreezeSources {
   const PackState& pack;
   const SensorTable& sensors;
   const CurrentLimits& limits;
-  const ChargeState& charge;
+  std::optional<std::int32_t> soc_permille;
   const OverloadCounter& overload;
   ContactorOutputs outputs;
   Phase phase = Phase::open;

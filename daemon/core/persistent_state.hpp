@@ -5,6 +5,7 @@
 
 #include "daemon/core/contactor_ledger.hpp"
 #include "daemon/core/estimators/cell_charge_record.hpp"
+#include "daemon/core/estimators/soc_record.hpp"
 #include "daemon/core/fault_history.hpp"
 #include "daemon/core/module_roster.hpp"
 #include "daemon/core/precharge_guard.hpp"
@@ -25,6 +26,7 @@ struct PersistentState {
   ClosingMemory closing{};
   KnownModules modules{};  // who was seen on which node, where the pack file does not say it
   CellChargeRecords cell_charges{};
+  SocRecords soc{};
 
   friend bool operator==(const PersistentState&, const PersistentState&) = default;
 };

@@ -14,6 +14,10 @@ constexpr std::int32_t flowing_current_mA = 200;
 SignalValue value_of(const Measured<std::int32_t>& measured) {
   return measured.is_valid() ? known(measured.value) : not_known();
 }
+template <class Number>
+SignalValue if_known(const std::optional<Number>& value) {
+  return value ? known(*value) : not_known();
+}
 SignalValue if_complete(const Spread& spread, std::int32_t value) {
   return spread.is_complete() ? known(value) : not_known();
 }
@@ -78,11 +82,9 @@ CanFrame energy_frame(const VehicleView&, const VehicleConfig&) {
 }
 
 CanFrame charge_frame(const VehicleView& view, const VehicleConfig&) {
-  const ChargeState& charge = *view.charge;
   CanFrame frame = make_frame(pack_charge);
-  write<pack_charge, "soc_permille">(frame, charge.is_started ? known(charge.soc_permille) : not_known());
-  write<pack_charge, "depth_of_discharge_uAs">(frame,
-                                               charge.is_started ? known(charge.depth_of_discharge_uAs) : not_known());
+  write<pack_charge, "soc_permille">(frame, if_known(view.soc_permille));
+  write<pack_charge, "depth_of_discharge_uAs">(frame, if_known(view.depth_of_discharge_uAs));
   write<pack_charge, "capacity_uAs">(frame, view.capacity_uAs);
   write<pack_charge, "soc_2_permille">(frame, not_known());
   write<pack_charge, "soh_permille">(frame, not_known());

@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "daemon/core/core_config.hpp"
-#include "daemon/core/estimators/coulomb_counter.hpp"
 #include "daemon/core/limits.hpp"
 #include "daemon/core/pack_state.hpp"
 #include "protocol/frame.hpp"
@@ -20,7 +19,8 @@ struct VehicleView {
   std::uint8_t dtc_2 = 0;
   const PackState* pack = nullptr;
   const CurrentLimits* limits = nullptr;
-  const ChargeState* charge = nullptr;
+  std::optional<std::int32_t> soc_permille{};
+  std::optional<std::int64_t> depth_of_discharge_uAs{};
   std::int64_t capacity_uAs = 0;
 };
 

@@ -10,7 +10,6 @@ namespace bmu {
 struct DriveRecord {
   bool has_run = false;
   bool is_running = false;
-  bool is_charge_known = false;  // SOC was started before the pack closed
   TimePoint closed_at{};
   Duration lasted{};
   std::int64_t charge_used_uAs = 0;  // negative: charged

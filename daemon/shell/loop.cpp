@@ -424,7 +424,7 @@ std::string summary_line(const Core& core) {
   };
   add(Unit::mV, core.pack().pack_voltage_mV);
   add(Unit::mA, core.pack().current_mA);
-  if (core.charge().is_started) line += ", SOC " + value_text(Unit::permille, core.charge().soc_permille);
+  if (core.soc_permille()) line += ", SOC " + value_text(Unit::permille, *core.soc_permille());
   for (const FaultRow& row : fault_table()) {
     if (core.faults().state(row.id).is_present()) line += ", fault " + std::string(row.name);
   }

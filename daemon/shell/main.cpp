@@ -155,6 +155,9 @@ void log_state(Journal& journal, const StateStore& store) {
   if (!found.charges_problem.empty()) {
     journal.log(Severity::warning, "what the cells missed is left out of the state: " + found.charges_problem);
   }
+  if (!found.soc_problem.empty()) {
+    journal.log(Severity::warning, "the states of charge are left out of the state: " + found.soc_problem);
+  }
   journal.log(Severity::info, "state file " + store.path() + ": " + std::string(to_text(found.found)) + " found");
 }
 

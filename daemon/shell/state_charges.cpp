@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <utility>
 
+#include "daemon/shell/state_parts.hpp"
+
 namespace bmu {
 
 namespace {
@@ -12,42 +14,24 @@ using Json = nlohmann::ordered_json;
 
 /// Far above any capacity, and far below what a sum could overflow with.
 constexpr std::int64_t charge_max_uAs = std::int64_t{1} << 60;
-constexpr std::int64_t time_max_ms = std::int64_t{1} << 52;
-
-std::string wrong(const std::string& place, const Json& found, const char* wanted) {
-  return place + " is " + found.dump() + ", wanted " + wanted;
-}
-
-/// At this place, from least to most; or none. Unsigned numbers beyond what is signed are none.
-std::optional<std::int64_t> number_from(const Json& json, std::int64_t least, std::int64_t most) {
-  if (!json.is_number_integer()) return std::nullopt;
-  const bool is_too_large = json.is_number_unsigned() && json.get<std::uint64_t>() > std::uint64_t{INT64_MAX};
-  const std::int64_t value = is_too_large ? INT64_MAX : json.get<std::int64_t>();
-  return value >= least && value <= most ? std::optional(value) : std::nullopt;
-}
-
-/// The value under a key, or null: which no rule accepts.
-const Json& at(const Json& json, const char* key) {
-  static const Json none;
-  const auto found = json.is_object() ? json.find(key) : json.end();
-  return found == json.end() ? none : *found;
-}
 
 std::string parse_cell(const Json& json, const std::string& place, CellChargeRecord& cell) {
   const bool is_pair = json.is_array() && json.size() == 2;
   const auto missing = is_pair ? number_from(json[0], -charge_max_uAs, charge_max_uAs) : std::nullopt;
   const auto uncertainty = is_pair ? number_from(json[1], 0, charge_max_uAs) : std::nullopt;
-  if (!missing || !uncertainty) return wrong(place, json, "two charges, the second not below 0");
+  if (!missing || !uncertainty) return wrong_in_state(place, json, "two charges, the second not below 0");
   cell = {.missing_uAs = *missing, .uncertainty_uAs = *uncertainty};
   return {};
 }
 
 std::string parse_module(const Json& json, const std::string& place, ModuleChargeRecord& module) {
-  const auto serial_number = number_from(at(json, "serial_number"), 0, UINT32_MAX);
-  if (!serial_number) return wrong(place + "/serial_number", at(json, "serial_number"), "0 to 4294967295");
-  const Json& cells = at(json, "cells_uAs");
+  const auto serial_number = number_from(value_at(json, "serial_number"), 0, UINT32_MAX);
+  if (!serial_number) {
+    return wrong_in_state(place + "/serial_number", value_at(json, "serial_number"), "0 to 4294967295");
+  }
+  const Json& cells = value_at(json, "cells_uAs");
   if (!cells.is_array() || cells.empty() || cells.size() > module.cells.size()) {
-    return wrong(place + "/cells_uAs", cells, "1 to 12 cells");
+    return wrong_in_state(place + "/cells_uAs", cells, "1 to 12 cells");
   }
   module.serial_number = static_cast<std::uint32_t>(*serial_number);
   for (const Json& cell : cells) {
@@ -60,12 +44,16 @@ std::string parse_module(const Json& json, const std::string& place, ModuleCharg
 }
 
 std::string parse_all(const Json& json, CellChargeRecords& records) {
-  const auto unix_time_ms = number_from(at(json, "unix_time_ms"), 1, time_max_ms);
-  if (!unix_time_ms) return wrong("cell_charges/unix_time_ms", at(json, "unix_time_ms"), "milliseconds since 1970");
-  const auto capacity_uAs = number_from(at(json, "capacity_uAs"), 1, charge_max_uAs);
-  if (!capacity_uAs) return wrong("cell_charges/capacity_uAs", at(json, "capacity_uAs"), "a charge above 0");
-  const Json& modules = at(json, "modules");
-  if (!modules.is_object()) return wrong("cell_charges/modules", modules, "modules by their node numbers");
+  const auto unix_time_ms = number_from(value_at(json, "unix_time_ms"), 1, unix_time_max_ms);
+  if (!unix_time_ms) {
+    return wrong_in_state("cell_charges/unix_time_ms", value_at(json, "unix_time_ms"), "milliseconds since 1970");
+  }
+  const auto capacity_uAs = number_from(value_at(json, "capacity_uAs"), 1, charge_max_uAs);
+  if (!capacity_uAs) {
+    return wrong_in_state("cell_charges/capacity_uAs", value_at(json, "capacity_uAs"), "a charge above 0");
+  }
+  const Json& modules = value_at(json, "modules");
+  if (!modules.is_object()) return wrong_in_state("cell_charges/modules", modules, "modules by their node numbers");
   records.unix_time_ms = *unix_time_ms;
   records.capacity_uAs = *capacity_uAs;
   for (const auto& [name, module] : modules.items()) {

@@ -124,6 +124,7 @@ void StateStore::read() {
     found_.state = read->state;
     found_.unknown_names = read->unknown_names;
     found_.charges_problem = read->charges_problem;
+    found_.soc_problem = read->soc_problem;
     return {};
   };
   found_.found = shared_->file.read(take, found_.problems);

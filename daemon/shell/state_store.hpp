@@ -33,6 +33,7 @@ struct StateFound {
   std::optional<PersistentState> state;  // for Core::restore
   std::size_t unknown_names = 0;
   std::string charges_problem;
+  std::string soc_problem;
   std::string problems;  // of files that were refused
 };
 

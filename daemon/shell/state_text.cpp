@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/shell/state_charges.hpp"
+#include "daemon/shell/state_soc.hpp"
 #include "protocol/fnv.hpp"
 
 namespace bmu {
@@ -378,6 +379,11 @@ StateRead read_content(const Json& content) {
     if (charges) read.state.cell_charges = *charges;
     if (!charges) read.charges_problem = charges.error();
   }
+  if (content.contains("soc")) {
+    const Result<SocRecords, std::string> soc = parse_soc(content["soc"]);
+    if (soc) read.state.soc = *soc;
+    if (!soc) read.soc_problem = soc.error();
+  }
   return read;
 }
 
@@ -403,7 +409,8 @@ std::string state_text(const PersistentState& state) {
                      {"contactors", std::move(contactors.json)},
                      {"closing", std::move(closing.json)},
                      {"modules", std::move(modules.json)},
-                     {"cell_charges", charges_json(state.cell_charges)}};
+                     {"cell_charges", charges_json(state.cell_charges)},
+                     {"soc", soc_json(state.soc)}};
   return Json{{"format", format}, {"checksum", checksum_of(content.dump())}, {"content", content}}.dump() + "\n";
 }
 

@@ -3,13 +3,13 @@
 //
 //   {"format":1,"checksum":"85944171f73967e8","content":{"faults":{"cell_overvoltage":{...}},"contactors":{...},
 //                                                      "closing":{...},"modules":{"1":{"serial_number":4711}},
-//                                                      "cell_charges":{...}}}
+//                                                      "cell_charges":{...},"soc":{...}}}
 //
 // Faults and contactors stand under their names: a table that grew, or was put in another order, still finds its own.
 // Modules stand under their node numbers. A file from before they were kept knows none, and none is made up.
-// What was missing in the cells (state_charges.hpp) is left out when it is not right, and the rest is read all the
-// same: without it balancing waits for a rest, without the rest nothing closes. The checksum is FNV-1a over `content`
-// as it is written here, without spaces.
+// What was missing in the cells (state_charges.hpp) and their states of charge (state_soc.hpp) are left out when they
+// are not right, and the rest is read all the same: without them balancing and the state of charge begin from a rest,
+// without the rest nothing closes. The checksum is FNV-1a over `content` as it is written here, without spaces.
 #pragma once
 
 #include <cstddef>
@@ -25,6 +25,7 @@ struct StateRead {
   PersistentState state;
   std::size_t unknown_names = 0;  // faults and contactors of the file that this program does not know: left out
   std::string charges_problem;    // why the cells' charges were left out; empty: they were not
+  std::string soc_problem;        // and their states of charge
 };
 
 /// At most about 120 kB, ends with a line feed.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <span>
 #include <utility>
@@ -70,11 +71,29 @@ Json pack_values_json(const StatusView& view) {
   return values;
 }
 
+std::int64_t in_permille(double share) {
+  return std::llround(share * 1e3);
+}
+std::int64_t in_uAs(double charge_As) {
+  return std::llround(charge_As * 1e6);
+}
+
+/// What each method says of the pack's emptiest and fullest cell is in `cells`; here the chosen one's.
 Json charge_json(const StatusView& view) {
   const ChargeState& charge = view.core.charge();
-  return {{"is_started", charge.is_started},
-          {"soc_permille", or_null(charge.is_started, charge.soc_permille)},
-          {"depth_of_discharge_uAs", or_null(charge.is_started, charge.depth_of_discharge_uAs)},
+  const PackEstimate& estimate = view.core.estimate();
+  const bool is_known = estimate.pack().is_known;
+  return {{"is_known", is_known},
+          {"soc_permille", or_null(is_known, estimate.told_permille())},
+          {"soc_sigma_permille", or_null(is_known, in_permille(estimate.pack().sigma))},
+          {"estimated_soc_permille", or_null(is_known, in_permille(estimate.pack().soc))},
+          {"method", to_text(estimate.method())},
+          {"origin", to_text(estimate.origin())},
+          {"record_age_ms", estimate.record_age() ? Json(to_ms(*estimate.record_age())) : Json()},
+          {"emptiest_cell", or_null(is_known, estimate.pack().emptiest + 1)},
+          {"fullest_cell", or_null(is_known, estimate.pack().fullest + 1)},
+          {"depth_of_discharge_uAs", or_null(is_known, estimate.depth_of_discharge_uAs())},
+          {"usable_capacity_uAs", or_null(is_known, in_uAs(estimate.pack().capacity_As()))},
           {"capacity_uAs", view.core.config().cell.capacity_uAs},
           {"energy_out_mWh", charge.energy_out_mWh},
           {"energy_in_mWh", charge.energy_in_mWh},
@@ -180,17 +199,12 @@ Json permission_json(const StatusView& view) {
           {"last_refusal", refusal_json(view)}};
 }
 
-Json limit_json(const CurrentLimit& limit) {
-  const Unit unit = unit_of(limit.cause);
-  Json json{{"limit_mA", limit.limit_mA}, {"cause", to_text(limit.cause)}};
-  if (unit == Unit::none) return json;
-  json[key_with_unit("value", unit)] = limit.value;
-  json["input"] = input_of(limit.cause);
-  json[key_with_unit("derates_from", unit)] = limit.derates_from;
-  json[key_with_unit("threshold", unit)] = limit.threshold;
-  json["element"] = element_json(limit.element, unit);
-  json["unhindered_mA"] = limit.unhindered_mA;
-  return json;
+Json limits_json(const Core& core) {
+  const CurrentLimits& limits = core.limits();
+  return {{"discharge", limit_json(limits.discharge, core.config())},
+          {"charge", limit_json(limits.charge, core.config())},
+          {"discharge_continuous", limit_json(limits.discharge_continuous, core.config())},
+          {"charge_continuous", limit_json(limits.charge_continuous, core.config())}};
 }
 
 Json overload_json(const Core& core) {
@@ -377,12 +391,9 @@ Json precharge_json(const StatusView& view) {
 Json drive_json(const StatusView& view) {
   const DriveRecord& drive = view.drive;
   if (!drive.has_run) return nullptr;
-  return {{"is_running", drive.is_running},
-          {"closed_ago_ms", ago_ms(view, drive.closed_at)},
-          {"lasted_ms", to_ms(drive.lasted)},
-          {"charge_used_uAs", or_null(drive.is_charge_known, drive.charge_used_uAs)},
-          {"energy_out_mWh", drive.energy_out_mWh},
-          {"energy_in_mWh", drive.energy_in_mWh}};
+  return {{"is_running", drive.is_running},         {"closed_ago_ms", ago_ms(view, drive.closed_at)},
+          {"lasted_ms", to_ms(drive.lasted)},       {"charge_used_uAs", drive.charge_used_uAs},
+          {"energy_out_mWh", drive.energy_out_mWh}, {"energy_in_mWh", drive.energy_in_mWh}};
 }
 
 Json daemon_json(const StatusView& view) {
@@ -427,6 +438,25 @@ void put_column(Json& to, std::string_view key, Unit unit, const std::array<Meas
   to[std::string(key) + "_age_ms"] = std::move(ages_ms);
 }
 
+/// Columns of what the chosen method says of each cell, how sure it is, and what the others say.
+void put_estimates(Json& to, std::size_t first_cell, std::size_t count, const PackEstimate& estimate) {
+  Json chosen = Json::array();
+  Json sigma = Json::array();
+  Json by_method = Json::object();
+  for (std::size_t cell = first_cell; cell < first_cell + count; ++cell) {
+    const SocEstimate soc = estimate.cell_soc(cell);
+    chosen.push_back(or_null(soc.is_known, in_permille(soc.soc)));
+    sigma.push_back(or_null(soc.is_known, in_permille(soc.sigma)));
+    for (const SocMethod method : {SocMethod::ekf, SocMethod::mixed, SocMethod::coulomb}) {
+      const SocEstimate one = estimate.cell(cell).estimate(method);
+      by_method[std::string(to_text(method))].push_back(or_null(one.is_known, in_permille(one.soc)));
+    }
+  }
+  to["soc_permille"] = std::move(chosen);
+  to["soc_sigma_permille"] = std::move(sigma);
+  to["soc_by_method_permille"] = std::move(by_method);
+}
+
 Json module_cells_json(const ModuleRecord& module, std::size_t first_pack_number, const StatusView& view) {
   const AgeConfig& ages = view.core.config().ages;
   Json balancing = Json::array();
@@ -443,6 +473,7 @@ Json module_cells_json(const ModuleRecord& module, std::size_t first_pack_number
              ages.temperature);
   put(json, "module_voltage", Unit::mV, module.module_voltage_mV, view, ages.cell_voltage);
   json["balancing"] = std::move(balancing);
+  put_estimates(json, first_pack_number - 1, module.config.cell_count, view.core.estimate());
   json["last_answer_age_ms"] = ago_ms(view, module.last_answer_at);
   return json;
 }
@@ -464,33 +495,32 @@ Json status_json(const StatusView& view) {
   }
   Json ports = Json::array();
   for (const Port port : {Port::internal, Port::vehicle}) ports.push_back(port_json(port, view));
-  return {
-      {"pack", pack_json(view)},
-      {"daemon", daemon_json(view)},
-      {"state", state_json(view)},
-      {"values", pack_values_json(view)},
-      {"charge", charge_json(view)},
-      {"limits", {{"discharge", limit_json(core.limits().discharge)}, {"charge", limit_json(core.limits().charge)}}},
-      {"permission", permission_json(view)},
-      {"balancing", balancing_state_json(view)},
-      {"overload", overload_json(core)},
-      {"precharge_guard", precharge_guard_json(core)},
-      {"contactors", wear_json(core)},
-      {"lines", lines_json(view)},
-      {"store", store_json(view)},
-      {"faults_present", fault_names_json(core.faults(), [](const FaultState& s) { return s.is_present(); })},
-      {"warnings", fault_names_json(core.faults(), [](const FaultState& s) { return s.is_warning; })},
-      {"modules_answering", core.pack().modules_answering},
-      {"modules_expected", core.pack().modules_expected},
-      {"complete_cycles", core.modules().complete_cycles()},
-      {"poll", poll_json(view)},
-      {"assignment", assignment_json(view)},
-      {"modules", std::move(modules)},
-      {"ports", std::move(ports)},
-      {"receive", receive_json(core)},
-      {"last_precharge", precharge_json(view)},
-      {"drive", drive_json(view)},
-      {"last_opening", opening_json(view)}};
+  return {{"pack", pack_json(view)},
+          {"daemon", daemon_json(view)},
+          {"state", state_json(view)},
+          {"values", pack_values_json(view)},
+          {"charge", charge_json(view)},
+          {"limits", limits_json(core)},
+          {"permission", permission_json(view)},
+          {"balancing", balancing_state_json(view)},
+          {"overload", overload_json(core)},
+          {"precharge_guard", precharge_guard_json(core)},
+          {"contactors", wear_json(core)},
+          {"lines", lines_json(view)},
+          {"store", store_json(view)},
+          {"faults_present", fault_names_json(core.faults(), [](const FaultState& s) { return s.is_present(); })},
+          {"warnings", fault_names_json(core.faults(), [](const FaultState& s) { return s.is_warning; })},
+          {"modules_answering", core.pack().modules_answering},
+          {"modules_expected", core.pack().modules_expected},
+          {"complete_cycles", core.modules().complete_cycles()},
+          {"poll", poll_json(view)},
+          {"assignment", assignment_json(view)},
+          {"modules", std::move(modules)},
+          {"ports", std::move(ports)},
+          {"receive", receive_json(core)},
+          {"last_precharge", precharge_json(view)},
+          {"drive", drive_json(view)},
+          {"last_opening", opening_json(view)}};
 }
 
 Json cells_json(const StatusView& view) {

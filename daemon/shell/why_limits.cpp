@@ -1,21 +1,33 @@
 #include "daemon/shell/why_limits.hpp"
 
 #include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <string>
 #include <utility>
 
+#include "daemon/core/current_prediction.hpp"
 #include "daemon/shell/why_words.hpp"
 
 namespace bmu {
 
 namespace {
 
-/// A reason that is measured: in which unit, what is looked at, and where in the pack file its limits stand.
+/// How a measured reason takes from the current.
+enum class Way : std::uint8_t {
+  line,   // from one value on, down to nothing at another
+  table,  // a share of it
+  held,   // as much as leaves a voltage where it is held
+};
+
+/// A reason that is measured: in which unit, what is looked at, and where in the pack file its limits stand, or in the
+/// cell file, behind the direction.
 struct CauseRow {
   LimitCause cause;
   Unit unit;
   std::string_view input;
   std::string_view place;
+  Way way = Way::line;
 };
 constexpr CauseRow cause_table[] = {
     {LimitCause::cell_voltage_low, Unit::uV, "lowest cell voltage", "limits/cell_undervoltage"},
@@ -30,6 +42,12 @@ constexpr CauseRow cause_table[] = {
     {LimitCause::drawn_too_much, Unit::mA, "current out of the pack", "limits/discharge_overcurrent"},
     {LimitCause::charged_too_much, Unit::mA, "current into the pack", "limits/charge_overcurrent"},
     {LimitCause::overload, Unit::permille, "share of the peak that is used up", "current"},
+    {LimitCause::voltage_would_fall, Unit::uV, "cell voltage", "limits/cell_undervoltage", Way::held},
+    {LimitCause::voltage_would_rise, Unit::uV, "cell voltage", "limits/cell_overvoltage", Way::held},
+    {LimitCause::cold, Unit::dC, "lowest cell temperature", "over_temperature", Way::table},
+    {LimitCause::hot, Unit::dC, "highest cell temperature", "over_temperature", Way::table},
+    {LimitCause::empty, Unit::permille, "state of charge", "over_soc", Way::table},
+    {LimitCause::full, Unit::permille, "state of charge", "over_soc", Way::table},
 };
 
 const CauseRow* find_row(LimitCause cause) {
@@ -57,6 +75,10 @@ std::string current_text(std::int64_t value_mA) {
   return value_text(Unit::mA, value_mA);
 }
 
+Duration forecast_span(double span_s) {
+  return std::chrono::milliseconds(std::llround(span_s * 1'000));
+}
+
 // --- a measured reason ----------------------------------------------------------------------------------------------
 
 Json measured_signal(const CauseRow& row, const CurrentLimit& limit) {
@@ -79,7 +101,30 @@ std::string line_text(const CauseRow& row, const CurrentLimit& limit, const Dire
          current_text(limit.unhindered_mA) + " to " + ends;
 }
 
+/// "cell/derating/charge_over_temperature: 250 permille of 20.0 A".
+Json table_limit(const CauseRow& row, const CurrentLimit& limit, const DirectionConfig& config) {
+  const std::string place = "cell/derating/" + text(config.name) + "_" + text(row.place);
+  Json json = step("limit", place + ": leaves " + value_text(Unit::permille, limit.derates_from) + " of " +
+                                current_text(limit.unhindered_mA));
+  json["row"] = place;
+  json["share_permille"] = limit.derates_from;
+  json["unhindered_mA"] = limit.unhindered_mA;
+  return json;
+}
+
+/// "limits/cell_overvoltage: with more current the cell would pass 4.2225 V within 10 s".
+Json held_limit(const CauseRow& row, const CurrentLimit& limit, Duration within) {
+  Json json = step("limit", text(row.place) + ": with more current the cell would pass " +
+                                value_text(row.unit, limit.threshold) + " within " + span_text(within));
+  json["row"] = row.place;
+  json[key_with_unit("holds", row.unit)] = limit.threshold;
+  json["unhindered_mA"] = limit.unhindered_mA;
+  return json;
+}
+
 Json measured_limit(const CauseRow& row, const CurrentLimit& limit, const DirectionConfig& config) {
+  if (row.way == Way::table) return table_limit(row, limit, config);
+  if (row.way == Way::held) return held_limit(row, limit, forecast_span(forecast_peak_s));
   Json json = step("limit", text(row.place) + ": " + line_text(row, limit, config));
   json["row"] = row.place;
   json[key_with_unit("derates_from", row.unit)] = limit.derates_from;
@@ -131,6 +176,36 @@ Json configured_step(const CurrentLimit& limit, const DirectionConfig& config) {
   return json;
 }
 
+/// "component_limits: main fuse bears 100 A": what it bears is the limit.
+Json part_step(const CurrentLimit& limit, const CoreConfig& config) {
+  const std::string name = part_text(limit, config);
+  Json json = step("limit", "component_limits: " + name + " bears " + current_text(limit.limit_mA));
+  json["row"] = "component_limits/" + std::to_string(limit.part);
+  json["part"] = name;
+  return json;
+}
+
+/// Reasons that are a word of the pack file, or the limit's own past.
+Json plain_step(Concerns direction, const CurrentLimit& limit, const CoreConfig& config) {
+  const DirectionConfig names = config_of(direction, config.current);
+  if (limit.cause == LimitCause::component) return part_step(limit, config);
+  if (limit.cause == LimitCause::rising) {
+    Json json = step("limit", "limit_ramp: on its way to " + current_text(limit.unhindered_mA));
+    json["row"] = "limit_ramp";
+    json["target_mA"] = limit.unhindered_mA;
+    return json;
+  }
+  const bool is_user = limit.cause == LimitCause::user;
+  const bool is_soc = limit.cause == LimitCause::charge_not_known;
+  const std::string place = is_user  ? "user_limits"
+                            : is_soc ? "cell/derating/" + text(names.name) + "_over_soc"
+                                     : "current/limp_home_discharge_mA";
+  Json json =
+      step("limit", place + ": " + current_text(limit.limit_mA) + (is_soc ? ", the least it leaves anywhere" : ""));
+  json["row"] = place;
+  return json;
+}
+
 Json decision_step(const CurrentLimit& limit) {
   const bool is_derated = find_row(limit.cause) != nullptr;
   Json json = step("decision", "at most " + current_text(limit.limit_mA) +
@@ -148,19 +223,38 @@ Json steps_before(Concerns direction, const CurrentLimit& limit, const CoreView&
   }
   if (limit.cause == LimitCause::fault) return fault_steps(direction, view);
   if (limit.cause == LimitCause::not_connected) return Json::array({phase_step(view)});
+  const bool is_plain = limit.cause == LimitCause::peak || limit.cause == LimitCause::continuous;
+  if (!is_plain) return Json::array({plain_step(direction, limit, view.core.config())});
   return Json::array({configured_step(limit, config)});
 }
 
 }  // namespace
 
-Unit unit_of(LimitCause cause) {
-  const CauseRow* row = find_row(cause);
-  return row == nullptr ? Unit::none : row->unit;
+std::string part_text(const CurrentLimit& limit, const CoreConfig& config) {
+  const auto& name = config.component_limits[limit.part].name;
+  const std::string padded(name.begin(), name.end());
+  return padded.substr(0, padded.find_last_not_of(' ') + 1);
 }
 
-std::string_view input_of(LimitCause cause) {
-  const CauseRow* row = find_row(cause);
-  return row == nullptr ? std::string_view{} : row->input;
+Json limit_json(const CurrentLimit& limit, const CoreConfig& config) {
+  Json json{{"limit_mA", limit.limit_mA}, {"cause", to_text(limit.cause)}};
+  if (limit.cause == LimitCause::component) json["part"] = part_text(limit, config);
+  if (limit.cause == LimitCause::rising) json["target_mA"] = limit.unhindered_mA;
+  const CauseRow* row = find_row(limit.cause);
+  if (row == nullptr) return json;
+  json[key_with_unit("value", row->unit)] = limit.value;
+  json["input"] = row->input;
+  if (row->way == Way::line) {
+    json[key_with_unit("derates_from", row->unit)] = limit.derates_from;
+    json[key_with_unit("threshold", row->unit)] = limit.threshold;
+  } else if (row->way == Way::table) {
+    json["share_permille"] = limit.derates_from;
+  } else {
+    json[key_with_unit("holds", row->unit)] = limit.threshold;
+  }
+  json["element"] = element_json(limit.element, row->unit);
+  json["unhindered_mA"] = limit.unhindered_mA;
+  return json;
 }
 
 Json limit_chain(Concerns direction, const CoreView& view) {

@@ -1,6 +1,7 @@
 // Why no more current: each limit as a chain from the signal over the row that limits to the current that is left.
 #pragma once
 
+#include <string>
 #include <string_view>
 
 #include "daemon/core/fault_table.hpp"
@@ -9,10 +10,12 @@
 
 namespace bmu {
 
-/// Unit of what caused a limit; none for causes that are not measurements.
-[[nodiscard]] Unit unit_of(LimitCause cause);
-/// What is looked at, in words: "lowest cell voltage"; "" for causes that are not measurements.
-[[nodiscard]] std::string_view input_of(LimitCause cause);
+/// Of the cause `component`: its name in the pack file.
+[[nodiscard]] std::string part_text(const CurrentLimit& limit, const CoreConfig& config);
+
+/// {"limit_mA", "cause"} and, by the cause: "part"; "target_mA"; or value, input, element, "unhindered_mA" and what it
+/// does with the current: "derates_from" and "threshold" of a line, "share_permille" of a table, "holds" of a voltage.
+[[nodiscard]] Json limit_json(const CurrentLimit& limit, const CoreConfig& config);
 
 /// {"text": a sentence, "steps": [signal, limit, decision]}. `direction` is charge or discharge.
 [[nodiscard]] Json limit_chain(Concerns direction, const CoreView& view);

@@ -177,16 +177,27 @@ TEST_CASE("a drive: the pack closes, a cell sags, it opens and says which cell, 
   CHECK(text.out.find("cell 2.7 (no. 19)") != std::string::npos);
 }
 
+namespace {
+
+/// A straight line: 80 A at 3.0 V, nothing at 2.8 V; the share is cut to permille. On its way there a limit is above.
+bool is_settled(const nlohmann::json& steps) {
+  const std::int64_t share_permille = (steps.at(0).at("value_uV").get<std::int64_t>() - 2'800'000) / 200;
+  return steps.at(2).at("limit_mA") == 80 * share_permille;
+}
+
+}  // namespace
+
 TEST_CASE("a limit is told as a chain from the signal over the row that limits to the current that is left",
           "[integration][daemon][BMU_13]") {
   Bench bench;
-  bench.start_emulator("1 vehicle on\n1.5 cell 2.7 voltage_mV ..2900 over 0.1\n");
+  // With a current that flows already the line is what binds: at rest the voltage would not bear as much.
+  bench.start_emulator("1 vehicle on\n4 load current_A 39\n5 cell 2.7 voltage_mV ..2900 over 0.1\n");
   bench.start_daemon();
   REQUIRE(bench.listener.hears(is_closed, milliseconds(8000)));
   nlohmann::json chain;
   for (int i = 0; i < 100; ++i) {
     chain = bench.ask_json("why").at("limits").at("discharge");
-    if (chain.at("steps").back().at("cause") == "cell voltage low") break;
+    if (chain.at("steps").back().at("cause") == "cell voltage low" && is_settled(chain.at("steps"))) break;
     REQUIRE(bench.listener.next(milliseconds(5000)));
   }
   INFO(chain.dump(1));
@@ -202,9 +213,7 @@ TEST_CASE("a limit is told as a chain from the signal over the row that limits t
   CHECK(steps[1].at("threshold_uV") == 2'800'000);
   CHECK(steps[1].at("unhindered_mA") == 80'000);
   CHECK(steps[2].at("kind") == "decision");
-  // A straight line: 80 A at 3.0 V, nothing at 2.8 V; the share is cut to permille.
-  const std::int64_t share_permille = (steps[0].at("value_uV").get<std::int64_t>() - 2'800'000) / 200;
-  CHECK(steps[2].at("limit_mA") == 80 * share_permille);
+  CHECK(is_settled(steps));
   const std::string page = bench.ask({"why"}).out;
   CHECK(page.find("The discharge limit, step by step:") != std::string::npos);
   CHECK(page.find("limits/cell_undervoltage: from 3.0000 V on the limit falls from 80.000 A to zero at 2.8000 V") !=

@@ -104,6 +104,13 @@ PersistentState full_state() {
   state.cell_charges = {.unix_time_ms = 1'700'000'300'000, .capacity_uAs = 360'000'000'000};
   state.cell_charges.modules[1] = {.cell_count = 2, .serial_number = 0, .cells = {{{-8, 9}, {10'000'000'000, 0}}}};
   state.cell_charges.modules[63] = {.cell_count = 1, .serial_number = 0xFFFF'FFFF, .cells = {{{11, 12}}}};
+  state.soc = {
+      .is_kept = true, .unix_time_ms = 1'700'000'300'001, .capacity_uAs = 360'000'000'000, .told_ppm = 612'345};
+  ModuleSocRecord& soc = state.soc.modules[63];
+  soc.cell_count = 2;
+  soc.serial_number = 4'294'967'295;
+  soc.cells[0] = {.soc_ppm = 1'000'000, .sigma_ppm = 1, .hysteresis_permille = -1'000};
+  soc.cells[1] = {.soc_ppm = 0, .sigma_ppm = 1'000'000, .hysteresis_permille = 1'000};
   return state;
 }
 
@@ -277,6 +284,46 @@ TEST_CASE("a file of before the cells' charges were kept has none; charges that 
         std::string("cell_charges/modules/1/cells_uAs/0 is [1.5,1]") + pair);
   CHECK(problem("/modules/1/cells_uAs/0", {1, 18'446'744'073'709'551'615U}) ==
         std::string("cell_charges/modules/1/cells_uAs/0 is [1,18446744073709551615]") + pair);
+}
+
+TEST_CASE("states of charge that are not right are left out alone", "[integration][state]") {
+  const PersistentState state = full_state();
+  PersistentState without = state;
+  without.soc = {};
+  const auto before = parse_state(changed(state, [](Json& file) { file["content"].erase("soc"); }));
+  REQUIRE(before);
+  CHECK(before->state == without);
+  CHECK(before->soc_problem.empty());
+  const auto read_with = [&](const std::string& pointer, const Json& value) {
+    return parse_state(changed(state, [&](Json& file) { file[Json::json_pointer("/content/soc" + pointer)] = value; }));
+  };
+  const auto problem = [&](const std::string& pointer, const Json& value) {
+    const auto read = read_with(pointer, value);
+    REQUIRE(read);
+    CHECK(read->state == without);
+    CHECK(read->charges_problem.empty());
+    return read->soc_problem;
+  };
+  CHECK(problem("", 5) == "soc/unix_time_ms is null, wanted milliseconds since 1970, or 0");
+  CHECK(problem("/unix_time_ms", -1) == "soc/unix_time_ms is -1, wanted milliseconds since 1970, or 0");
+  CHECK(problem("/capacity_uAs", 0) == "soc/capacity_uAs is 0, wanted a charge above 0");
+  CHECK(problem("/told_ppm", 1'000'001) == "soc/told_ppm is 1000001, wanted 0 to 1000000");
+  CHECK(problem("/told_ppm", 0.5) == "soc/told_ppm is 0.5, wanted 0 to 1000000");
+  CHECK(problem("/modules", Json::array()) == "soc/modules is [], wanted modules by their node numbers");
+  CHECK(problem("/modules/64", Json::object()) == "soc/modules/64 is no node number, wanted 1 to 63");
+  CHECK(problem("/modules/63/serial_number", 4'294'967'296) ==
+        "soc/modules/63/serial_number is 4294967296, wanted 0 to 4294967295");
+  CHECK(problem("/modules/63/cells", Json::array()) == "soc/modules/63/cells is [], wanted 1 to 12 cells");
+  CHECK(problem("/modules/63/cells", Json(std::vector<int>(13, 0))) ==
+        "soc/modules/63/cells is [0,0,0,0,0,0,0,0,0,0,0,0,0], wanted 1 to 12 cells");
+  const char* const triple = ", wanted two numbers from 0 to 1000000 and one from -1000 to 1000";
+  for (const Json& cell : {Json{1, 2}, Json{-1, 2, 3}, Json{1'000'001, 2, 3}, Json{1, -1, 3}, Json{1, 1'000'001, 3},
+                           Json{1, 2, -1'001}, Json{1, 2, 1'001}, Json{1, 2, "3"}, Json{1, 2, 3, 4}}) {
+    CHECK(problem("/modules/63/cells/1", cell) == "soc/modules/63/cells/1 is " + cell.dump() + triple);
+  }
+  const auto unknown_time = read_with("/unix_time_ms", 0);
+  REQUIRE(unknown_time);
+  CHECK(unknown_time->state.soc.is_kept);
 }
 
 TEST_CASE("a file of the version before, whose frames had less, is read, and the rest is not known",

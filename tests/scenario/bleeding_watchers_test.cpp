@@ -65,8 +65,7 @@ std::int64_t count_of(const WiredPack& pack, FaultId id) {
 }
 
 /// Closed at a charger's small current, five cells bleeding.
-WiredPack bleeding_pack(const CoreConfig& config, const char* more = "") {
-  WiredPack pack(config);
+void make_bleed(WiredPack& pack, const char* more = "") {
   pack.on_sent = through_wires;
   pack.apply("pack soc_permille 500; cell 1.3 soc_permille 300");
   pack.run(2s);
@@ -75,7 +74,6 @@ WiredPack bleeding_pack(const CoreConfig& config, const char* more = "") {
   if (*more != '\0') pack.apply(more);
   REQUIRE(pack.run_until(is_bleeding, 30s));
   pack.run(3s);
-  return pack;
 }
 
 /// As the core has read them.
@@ -87,7 +85,8 @@ std::int32_t read_uV(const WiredPack& pack, std::size_t cell) {
 
 TEST_CASE("cells that bleed through their wires raise no alarm, at rest or while the current changes",
           "[scenario][balancing][faults]") {
-  WiredPack pack = bleeding_pack(small_cells());
+  WiredPack pack(small_cells());
+  make_bleed(pack);
   const double wrong_uV = drop_uV(pack, 1);
   REQUIRE(drop_uV(pack, 2) < -15'000.0);  // between two that bleed
   REQUIRE(wrong_uV > 5'000.0);
@@ -153,7 +152,8 @@ TEST_CASE("a cell far below the others is seen while they bleed", "[scenario][ba
   CoreConfig config = small_cells();
   config.limits.cell_imbalance = {
       .warn = 300'000, .limit = 400'000, .open = 500'000, .hysteresis = 50'000, .confirm = 300ms, .clear = 5s};
-  WiredPack pack = bleeding_pack(config);
+  WiredPack pack(config);
+  make_bleed(pack);
   REQUIRE(count_of(pack, FaultId::cell_imbalance) == 0);
   pack.apply("cell 1.3 voltage_mV 3150");
   pack.run(1s);
@@ -162,7 +162,8 @@ TEST_CASE("a cell far below the others is seen while they bleed", "[scenario][ba
 
 TEST_CASE("a bleeding cell's overvoltage is seen as soon as it stands above its limit by the drop of its wires",
           "[scenario][balancing][faults]") {
-  WiredPack pack = bleeding_pack(small_cells());
+  WiredPack pack(small_cells());
+  make_bleed(pack);
   const double wires_uV = 2.0 * wire_Ohm * 0.1 * 1e6;
   REQUIRE((pack.simulator().mmu(0).balancing_cells() & 0b10'0000U) != 0);
   const std::int32_t open_uV = static_cast<std::int32_t>(pack.config().limits.cell_overvoltage.open);
@@ -174,7 +175,8 @@ TEST_CASE("a bleeding cell's overvoltage is seen as soon as it stands above its 
 
 TEST_CASE("what the wires hide of an overvoltage comes out when the switches go off, in five minutes at most",
           "[scenario][balancing][faults]") {
-  WiredPack pack = bleeding_pack(small_cells());
+  WiredPack pack(small_cells());
+  make_bleed(pack);
   const std::int32_t open_uV = static_cast<std::int32_t>(pack.config().limits.cell_overvoltage.open);
   pack.apply("cell 1.6 voltage_mV " + std::to_string(open_uV / 1'000 + 3));
   const TimePoint began_at = pack.now();

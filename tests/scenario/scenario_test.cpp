@@ -81,7 +81,7 @@ std::string check(const SimRun& run, const std::string& expectation) {
   if (starts("opened by ")) return check_opening(core, expectation.substr(10));
   if (starts("discharge limit ")) return check_range(core.limits().discharge.limit_mA / 1000, words[2]);
   if (starts("charge limit ")) return check_range(core.limits().charge.limit_mA / 1000, words[2]);
-  if (starts("soc ")) return core.charge().is_started ? check_range(core.charge().soc_permille, words[1]) : "not known";
+  if (starts("soc ")) return core.estimate().pack().is_known ? check_range(core.estimate().told_permille(), words[1]) : "not known";
   if (starts("contacts ")) {
     const PduState& pdu = core.sensors().pdu.value;
     const bool closed = pdu.main_positive_closed && pdu.main_negative_closed;
@@ -161,7 +161,7 @@ TEST_CASE("the demonstration does what it says it does", "[scenario][demo]") {
   CHECK(run.core().sequence().phase == Phase::closed);
   CHECK(run.core().last_precharge().was_successful);
   CHECK(run.core().last_precharge().took > 300ms);
-  CHECK(run.core().charge().is_started);
+  CHECK(run.core().estimate().pack().is_known);
   run.run_to(20);
   CHECK(run.core().sequence().phase == Phase::open);
   const OpeningRecord& opening = run.core().last_opening();

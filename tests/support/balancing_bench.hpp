@@ -271,7 +271,7 @@ class BalancingBench {
   BalancingControl control_;
   CellChargeBook book_;
   StepResponse steps_;
-  ChargeState charge_{.is_started = true};
+  ChargeState charge_;
   std::vector<Balancing> units_;
   std::vector<BalancingMinutes> kept_minutes_;
   std::vector<BalancingOrder> orders_;

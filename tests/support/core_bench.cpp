@@ -50,8 +50,8 @@ CoreConfig pack_of(std::size_t modules) {
 }
 
 CoreBench::CoreBench(const CoreConfig& config, const PersistentState& state, std::uint8_t first_counter)
-    : core_(config, now_, first_counter), wake_at_(now_) {
-  core_.restore(state);
+    : core_(std::in_place, config, now_, first_counter), wake_at_(now_) {
+  core_->restore(state);
   for (const ModuleConfig& module : config.modules) {
     BenchModule one{
         .node = module.node, .cell_count = module.cell_count, .sensor_count = module.temperature_sensor_count};
@@ -72,7 +72,7 @@ CoreBench::CoreBench(const CoreConfig& config, const PersistentState& state, std
 
 void CoreBench::observe(const ObservedThing& what) {
   if (on_observe) on_observe({now_, what});
-  if (core_.observe({now_, what}) == Urgency::decide_now) decide();
+  if (core_->observe({now_, what}) == Urgency::decide_now) decide();
 }
 
 void CoreBench::deliver(const CanFrame& frame) {
@@ -82,7 +82,7 @@ void CoreBench::deliver(const CanFrame& frame) {
 
 void CoreBench::decide() {
   if (on_decide) on_decide(now_);
-  last_ = core_.decide(now_);
+  last_ = core_->decide(now_);
   wake_at_ = last_.wake_at;
   for (const Event& event : last_.events) events_.push_back(event);
   for (const OutgoingFrame& frame : last_.frames) {
@@ -94,7 +94,7 @@ void CoreBench::decide() {
     } else if (queue_.size() < queue_length) {
       queue_.push_back(frame);
     } else {
-      static_cast<void>(core_.observe({now_, SendFailed{frame.port, frame.frame}}));
+      static_cast<void>(core_->observe({now_, SendFailed{frame.port, frame.frame}}));
     }
   }
 }
@@ -329,7 +329,7 @@ bool CoreBench::run_until(const std::function<bool()>& condition, Duration at_mo
 bool CoreBench::close() {
   run(1500ms);
   inputs.vehicle_on = true;
-  return run_until([this] { return core_.sequence().phase == Phase::closed; }, 3s);
+  return run_until([this] { return core_->sequence().phase == Phase::closed; }, 3s);
 }
 
 void CoreBench::stall(Duration duration) {

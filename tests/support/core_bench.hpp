@@ -14,6 +14,7 @@
 
 #include "daemon/core/core.hpp"
 #include "protocol/tables/internal_bus.hpp"
+#include "tests/support/boxed.hpp"
 
 namespace bmu::test {
 
@@ -99,7 +100,7 @@ class CoreBench {
   void tell_pdu_status();
   void give(Command command) { observe(CommandGiven{command}); }
   /// What a former life remembered; before anything else.
-  void restore(const PersistentState& state) { core_.restore(state); }
+  void restore(const PersistentState& state) { core_->restore(state); }
   /// Contacts fall open without a command. With contactors_stuck they stay so.
   void drop_contacts() { contacts_ = {}; }
   /// The unit starts anew: everything open, counting from 0.
@@ -110,7 +111,7 @@ class CoreBench {
   void stall(Duration duration);
 
   [[nodiscard]] TimePoint now() const { return now_; }
-  [[nodiscard]] const Core& core() const { return core_; }
+  [[nodiscard]] const Core& core() const { return *core_; }
   [[nodiscard]] ContactorOutputs commanded() const { return commanded_; }  // in the last CONTACTOR_COMMAND sent
   [[nodiscard]] ContactorOutputs contacts() const { return contacts_; }    // what really is closed
   [[nodiscard]] TimePoint opened_at() const { return opened_at_; }         // of the last all-open after a closed one
@@ -119,7 +120,7 @@ class CoreBench {
   [[nodiscard]] const std::vector<Event>& events() const { return events_; }
   [[nodiscard]] const Decisions& last() const { return last_; }
   [[nodiscard]] bool has_event(EventId id) const;
-  [[nodiscard]] bool is_active(FaultId id) const { return core_.faults().state(id).is_present(); }
+  [[nodiscard]] bool is_active(FaultId id) const { return core_->faults().state(id).is_present(); }
 
  private:
   struct Due {
@@ -138,7 +139,7 @@ class CoreBench {
   [[nodiscard]] std::int32_t cell_sum_mV() const;
 
   TimePoint now_{1s};
-  Core core_;
+  Boxed<Core> core_;  // large
   Decisions last_;
   TimePoint wake_at_{};
   ContactorOutputs commanded_;

@@ -38,6 +38,8 @@ class FaultWorld {
   SensorTable sensors;
   PackState pack;
   Watchers watchers;
+  Reading soc_disagreement_permille{.is_known = true, .taken_at = start};
+  Reading cell_misfit_permille{.is_known = true, .taken_at = start};
   CoreFlags flags{.internal_bus_up = true};
   bool has_started = true;
   TimePoint now = start;
@@ -49,6 +51,8 @@ class FaultWorld {
                             .modules = &modules_,
                             .sensors = &sensors,
                             .watchers = &watchers,
+                            .soc_disagreement_permille = soc_disagreement_permille,
+                            .cell_misfit_permille = cell_misfit_permille,
                             .flags = flags,
                             .has_started = has_started});
   }

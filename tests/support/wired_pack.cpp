@@ -51,7 +51,7 @@ FrontEndTransfer twin_transfer() {
 
 WiredPack::WiredPack(const CoreConfig& config, Duration devices_ahead, const BusConfig& bus)
     : devices_tick_at_(start - devices_ahead % Plant::step_length + Plant::step_length),
-      core_(config, start),
+      core_(std::in_place, config, start),
       simulator_(simulator_config(config), {}, start - devices_ahead),
       bus_(bus) {
   for (const Station station : {Station::master, Station::pdu, Station::sensor, Station::stranger}) {
@@ -162,7 +162,7 @@ void WiredPack::take_heard(const BusEvent& event) {
   const bool is_deaf = is_cut || is_swallowing || event.missed_by == Station::master;
   if (is_ours) {
     tell(FrameEchoed{Port::internal, frame});
-  } else if (!is_deaf && core_.port(Port::internal).is_up) {
+  } else if (!is_deaf && core_->port(Port::internal).is_up) {
     tell(FrameReceived{Port::internal, frame});
   }
 }
@@ -207,18 +207,18 @@ void WiredPack::tell_due() {
 }
 
 void WiredPack::observe(const ObservedThing& what) {
-  if (core_.observe({now_, what}) == Urgency::decide_now) decide();
+  if (core_->observe({now_, what}) == Urgency::decide_now) decide();
 }
 
 void WiredPack::decide() {
   const Phase before = phase();
-  const Decisions decisions = core_.decide(now_);
+  const Decisions decisions = core_->decide(now_);
   wake_at_ = decisions.wake_at;
   if (phase() != before) ++entered_[static_cast<std::size_t>(phase())];
   for (const OutgoingFrame& out : decisions.frames) {
     if (out.port != Port::internal || is_swallowing) continue;
     if (sends_fail || bus_.waiting(Station::master) >= queue_length) {
-      static_cast<void>(core_.observe({now_, SendFailed{out.port, out.frame}}));
+      static_cast<void>(core_->observe({now_, SendFailed{out.port, out.frame}}));
     } else {
       bus_.put(Station::master, out.frame);
     }

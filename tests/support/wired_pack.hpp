@@ -16,6 +16,7 @@
 #include "daemon/core/core.hpp"
 #include "mmu/mmu.hpp"
 #include "mmu/simulator.hpp"
+#include "tests/support/boxed.hpp"
 #include "tests/support/can_bus.hpp"
 
 namespace bmu::test {
@@ -72,10 +73,10 @@ class WiredPack {
   [[nodiscard]] bool close();
 
   [[nodiscard]] TimePoint now() const { return now_; }
-  [[nodiscard]] const CoreConfig& config() const { return core_.config(); }
-  [[nodiscard]] const Core& core() const { return core_; }
+  [[nodiscard]] const CoreConfig& config() const { return core_->config(); }
+  [[nodiscard]] const Core& core() const { return *core_; }
   [[nodiscard]] const Simulator& simulator() const { return simulator_; }
-  [[nodiscard]] Phase phase() const { return core_.sequence().phase; }
+  [[nodiscard]] Phase phase() const { return core_->sequence().phase; }
   [[nodiscard]] std::uint8_t last_node() const;
   /// The contactors asked for in the last CONTACTOR_COMMAND that was on the bus.
   [[nodiscard]] const ContactorOutputs& commanded() const { return commanded_; }
@@ -112,7 +113,7 @@ class WiredPack {
   TimePoint wake_at_ = start;
   TimePoint stalled_until_{};
   std::uint64_t lost_while_stalled_ = 0;
-  Core core_;
+  Boxed<Core> core_;  // large
   Simulator simulator_;
   CanBus bus_;
   bool is_off_ = false;  // the master's controller

@@ -42,11 +42,12 @@ std::string unit_of(const KeyDescription& key) {
   std::string token = last_token(key.path);
   const bool is_pair = key.path.find("_per_") != std::string::npos && !key.path.ends_with("_permille");
   if (!is_pair && std::find(unit_tokens.begin(), unit_tokens.end(), token) != unit_tokens.end()) return token;
-  constexpr std::array<std::pair<std::string_view, const char*>, 6> pairs{{{"J_per_K", "J/K"},
+  constexpr std::array<std::pair<std::string_view, const char*>, 7> pairs{{{"J_per_K", "J/K"},
                                                                            {"W_per_K", "W/K"},
                                                                            {"mK_per_s", "mK/s"},
                                                                            {"Ohm_per_V", "Ohm/V"},
                                                                            {"kbit_per_s", "kbit/s"},
+                                                                           {"A_per_s", "A/s"},
                                                                            {"permille_per_month", "permille/month"}}};
   for (const auto& [ending, unit] : pairs) {
     if (key.path.ends_with(ending)) return unit;
@@ -150,8 +151,8 @@ TEST_CASE("docs/configuration.md lists every key as the parser knows it", "[unit
 
 TEST_CASE("docs/configuration.md names the keys that are no plain fields", "[unit][config][docs]") {
   const std::string page = bytes_of(page_file);
-  for (const std::string key : {"cell", "modules", "limits", "nodes", "serial_numbers", "ocv", "dynamics", "rows",
-                                "gpio", "outputs", "feedback", "inputs"}) {
+  for (const std::string key : {"cell", "modules", "limits", "nodes", "serial_numbers", "ocv", "derating", "dynamics",
+                                "rows", "component_limits", "gpio", "outputs", "feedback", "inputs"}) {
     CAPTURE(key);
     CHECK(page.find("`" + key + "`") != std::string::npos);
   }
@@ -195,11 +196,14 @@ SchemaKeys schema_keys() {
   collect(schema.at("definitions").at("module"), "/modules/*", keys);
   collect(schema.at("definitions").at("cell"), "/cell", keys);
   collect(schema.at("definitions").at("cell_at_temperature"), "/cell/dynamics/rows/*", keys);
+  collect(schema.at("definitions").at("component_limit"), "/component_limits/*", keys);
   collect(schema.at("definitions").at("gpio_line"), "/gpio/outputs/*", keys);
   collect(schema.at("definitions").at("gpio_feedback"), "/gpio/feedback/*", keys);
   collect(schema.at("definitions").at("gpio_input"), "/gpio/inputs/*", keys);
   for (const char* composite : {"/cell", "/modules", "/modules/*/nodes", "/modules/*/serial_numbers", "/cell/ocv",
-                                "/cell/dynamics/rows", "/gpio/inputs"}) {
+                                "/cell/dynamics/rows", "/component_limits", "/gpio/inputs",
+                                "/cell/derating/charge_over_temperature", "/cell/derating/discharge_over_temperature",
+                                "/cell/derating/charge_over_soc", "/cell/derating/discharge_over_soc"}) {
     CAPTURE(composite);
     CHECK(keys.erase(composite) == 1);
   }
@@ -254,6 +258,7 @@ void describe_in_schema(OrderedJson& schema, const KeyDescription& key) {
 /// The object that holds the key, made if it is new.
 OrderedJson& object_of(OrderedJson& schema, const std::string& path) {
   constexpr std::string_view cell = "/cell";
+  if (path == "/component_limits/*") return schema["definitions"]["component_limit"];
   if (path == "/cell/dynamics/rows/*") return schema["definitions"]["cell_at_temperature"];
   const bool is_of_cell = path.starts_with(cell);
   OrderedJson* object = is_of_cell ? &schema["definitions"]["cell"] : &schema;

@@ -157,38 +157,21 @@ TEST_CASE("after a gap polls go on without a burst", "[unit][polling]") {
   CHECK(schedule.step(start + 5s + 100ms, 100ms, true).is_due);
 }
 
-TEST_CASE("open-circuit voltage to state of charge: at the points, between, and beyond the ends",
-          "[unit][estimators]") {
-  const CellModel cell = test::small_pack().cell;
-  CHECK(soc_permille_from_ocv(cell, 2'000'000) == 0);
-  CHECK(soc_permille_from_ocv(cell, 3'000'000) == 0);
-  CHECK(soc_permille_from_ocv(cell, 3'350'000) == 250);
-  CHECK(soc_permille_from_ocv(cell, 3'700'000) == 500);
-  CHECK(soc_permille_from_ocv(cell, 3'950'000) == 750);
-  CHECK(soc_permille_from_ocv(cell, 4'200'000) == 1000);
-  CHECK(soc_permille_from_ocv(cell, 4'500'000) == 1000);
-}
-
 TEST_CASE("charge is counted exactly, and a hole in the current is not bridged", "[unit][estimators][FS_4]") {
   CoulombCounter counter;
   counter.init(test::small_pack());
-  const Measured<std::int32_t> rest_mA{0, start, Validity::valid};
-  const Measured<std::int32_t> cells_uV{3'700'000, start, Validity::valid};
-  CHECK_FALSE(counter.update(start, true, rest_mA, cells_uV));
-  CHECK_FALSE(counter.update(start + 999ms, true, rest_mA, cells_uV));
-  REQUIRE(counter.update(start + 1s, true, rest_mA, cells_uV));
-  const std::int64_t before_uAs = counter.state().depth_of_discharge_uAs;
-  CHECK(before_uAs == 25 * uAs_per_Ah);
   const Measured<std::int32_t> pack_mV{100'000, start + 2s, Validity::valid};
   for (int sample = 0; sample <= 1000; ++sample) {  // 12.345 A for exactly 10 s
     const TimePoint at = start + 2s + sample * 10ms;
     counter.observe({12'345, at, Validity::valid}, {100'000, at, Validity::valid});
   }
-  CHECK(counter.state().depth_of_discharge_uAs - before_uAs == 123'450'000);
+  CHECK(counter.state().flowed_uAs == 123'450'000);
   CHECK(counter.state().energy_out_mWh == 3429);  // 12.345 A * 100 V * 10 s = 3.429 Wh
   counter.observe({12'345, start + 20s, Validity::valid}, pack_mV);
-  CHECK(counter.state().depth_of_discharge_uAs - before_uAs == 123'450'000);
+  CHECK(counter.state().flowed_uAs == 123'450'000);
   CHECK(counter.state().uncounted == 8s);
+  CHECK(counter.state().counted == 10s);
+  CHECK(counter.state().counted_until == start + 20s);
 }
 
 TEST_CASE("the largest and smallest numbers a sensor frame can carry are not measurements and are not counted",
@@ -215,22 +198,6 @@ TEST_CASE("the largest and smallest numbers a sensor frame can carry are not mea
     CHECK(counter.state().energy_out_mWh == 0);
     CHECK(counter.state().energy_in_mWh == 0);
   }
-}
-
-TEST_CASE("no rest, no start: current, closed contactors and unknown cells each forbid it", "[unit][estimators]") {
-  const Measured<std::int32_t> cells_uV{3'700'000, start, Validity::valid};
-  const auto starts = [&](bool open, const Measured<std::int32_t>& current, const Measured<std::int32_t>& cells) {
-    CoulombCounter counter;
-    counter.init(test::small_pack());
-    (void)counter.update(start, open, current, cells);
-    return counter.update(start + 1min, open, current, cells);
-  };
-  CHECK(starts(true, {200, start, Validity::valid}, cells_uV));
-  CHECK_FALSE(starts(true, {201, start, Validity::valid}, cells_uV));
-  CHECK_FALSE(starts(true, {-201, start, Validity::valid}, cells_uV));
-  CHECK_FALSE(starts(false, {0, start, Validity::valid}, cells_uV));
-  CHECK_FALSE(starts(true, {0, start, Validity::unknown}, cells_uV));
-  CHECK_FALSE(starts(true, {0, start, Validity::valid}, {3'700'000, start, Validity::unknown}));
 }
 
 TEST_CASE("current limits reach zero at the opening threshold, from every side", "[unit][limits][BMU_13]") {
@@ -279,8 +246,7 @@ TEST_CASE("a cell number that does not fit a byte is unknown, not another cell's
                           .count = 300,
                           .expected = 300};
   const CurrentLimits limits;
-  const ChargeState charge;
-  const VehicleView view{.pack = &pack, .limits = &limits, .charge = &charge, .capacity_uAs = uAs_per_Ah};
+  const VehicleView view{.pack = &pack, .limits = &limits, .capacity_uAs = uAs_per_Ah};
   const CanFrame frame = vehicle_frame(3, view, {});
   CHECK(read<vehicle_bus::pack_voltage, "cell_voltage_min_cell">(frame) == known(254));
   CHECK(read<vehicle_bus::pack_voltage, "cell_voltage_max_cell">(frame) == not_known());

@@ -35,7 +35,7 @@ struct World {
                  .current_mA = just_now(14)};
   SensorTable sensors;
   CurrentLimits limits{.discharge = {.limit_mA = 15}, .charge = {.limit_mA = 16}};
-  ChargeState charge;
+  std::optional<std::int32_t> soc_permille = 21;
   OverloadCounter overload;
 
   World() {
@@ -48,8 +48,6 @@ struct World {
                     .insulation_resistance_Ohm = known(20)},
                    now,
                    Validity::valid};
-    charge.is_started = true;
-    charge.soc_permille = 21;
     config.current = {.discharge_continuous_mA = 1'000,
                       .discharge_peak_mA = 2'000,
                       .charge_continuous_mA = 1'000,
@@ -66,7 +64,7 @@ struct World {
                    .pack = pack,
                    .sensors = sensors,
                    .limits = limits,
-                   .charge = charge,
+                   .soc_permille = soc_permille,
                    .overload = overload,
                    .outputs = {.main_negative = true, .fan = true},
                    .phase = Phase::precharge,
@@ -140,7 +138,7 @@ TEST_CASE("an insulation of which the monitor tells no number is none, and its s
 TEST_CASE("what is not measured has no value", "[unit][faults]") {
   World world;
   world.pack = {};
-  world.charge.is_started = false;
+  world.soc_permille = std::nullopt;
   const FreezeFrame frame = world.frozen();
   for (const std::optional<std::int32_t>& value :
        {frame.cell_voltage_min_uV, frame.cell_voltage_max_uV, frame.cell_voltage_average_uV, frame.cell_voltage_sum_mV,

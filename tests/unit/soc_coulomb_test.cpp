@@ -169,3 +169,17 @@ TEST_CASE("a current that cannot be one is not counted", "[unit][estimators][FS_
   book.count.update(flowing(1.0, -1e12));
   CHECK(book.soc() == 0.5);
 }
+
+TEST_CASE("what may have flowed while nobody counted is the sample's word, or the sensor's",
+          "[unit][estimators][FS_4]") {
+  const auto doubt_after = [](double unseen_A) {
+    Counting book;
+    CellSample sample{.passed_s = 3600.0};
+    sample.unseen_current_A = unseen_A;
+    book.count.update(sample);
+    return book.count.estimate().sigma;
+  };
+  CHECK(doubt_after(0.0) < doubt_after(0.5));
+  CHECK(doubt_after(0.5) == doubt_after(-0.5));
+  CHECK(doubt_after(0.5) < doubt_after(5.0));
+}

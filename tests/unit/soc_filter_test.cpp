@@ -409,9 +409,8 @@ TEST_CASE("what is not seen makes a voltage count for less", "[unit][estimators]
       .passed_s = 10.0, .mean_current_A = 0.0, .current_A = 0.0, .voltage_V = 3.65, .temperature_C = 25.0};
   CellSample warmth_unknown = seen;
   warmth_unknown.temperature_C = not_measured;
-  // Three times 4 mV instead of once, as often as its 20 s fit in.
-  CHECK(expected_V2(100.0, warmth_unknown) - expected_V2(100.0, seen) ==
-        Approx(8.0 * 0.004 * 0.004 * 5.0).epsilon(1e-3));
+  // Three times 4 mV instead of once.
+  CHECK(expected_V2(100.0, warmth_unknown) - expected_V2(100.0, seen) == Approx(8.0 * 0.004 * 0.004).epsilon(1e-3));
   CellSample current_unknown = seen;
   current_unknown.mean_current_A = not_measured;
   CHECK(expected_V2(0.0, current_unknown) == Approx(expected_V2(0.0, seen)));
@@ -568,4 +567,75 @@ TEST_CASE("whatever comes, a filter knows a charge and how sure it is", "[unit][
     race.run(10.0 * 3600.0 * (seed > 2 ? 0.1 : 1.0));
     CHECK(is_sound(race.filter.estimate()));
   }
+}
+
+TEST_CASE("an anchor is believed as far as it is sure, and what is no anchor not at all", "[unit][estimators][FS_4]") {
+  const CellDynamics cell = test::sloped_cell();
+  SocFilter filter;
+  filter.anchor(0.9, 0.01);
+  CHECK_FALSE(filter.estimate().is_known);
+  filter.begin(cell, sensor, {.soc = 0.5, .sigma = 0.1}, 25.0);
+  const double told_factor = filter.estimate().sigma / 0.1;
+  filter.anchor(0.6, 0.1);
+  // Two that are equally sure meet in the middle.
+  CHECK(filter.estimate().soc == Approx(0.55));
+  CHECK(filter.estimate().sigma == Approx(0.1 / std::sqrt(2.0) * told_factor));
+  filter.anchor(0.56, 1e-6);
+  CHECK(filter.estimate().soc == Approx(0.56));
+  CHECK(filter.estimate().sigma < 1e-5);
+  const SocEstimate before = filter.estimate();
+  for (const double soc : {-0.01, 1.01, not_measured, infinite}) filter.anchor(soc, 0.01);
+  for (const double sigma : {0.0, -0.1, not_measured, infinite}) filter.anchor(0.2, sigma);
+  CHECK(filter.estimate().soc == before.soc);
+  CHECK(filter.estimate().sigma == before.sigma);
+}
+
+TEST_CASE("a cell that is its model's fits it, one that differs fits it the less", "[unit][estimators][FS_4]") {
+  const CellDynamics cell = test::sloped_cell();
+  Race right(cell, {.soc = 0.7, .voltage_noise_V = 0.003}, {.soc = 0.7, .sigma = 0.05}, {.drive = 3});
+  right.run(3600.0);
+  CHECK(right.filter.misfit() < 0.4);
+  Race worn(cell, {.soc = 0.7, .resistance_share = 1.0}, {.soc = 0.7, .sigma = 0.05}, {.drive = 3});
+  worn.run(3600.0);
+  CHECK(worn.filter.misfit() >= worn.filter.resistance_share() / 4.0);
+  CHECK(worn.filter.misfit() < 1.0);
+}
+
+TEST_CASE("a sensor the wrong way round makes a cell that is none of its model's", "[unit][estimators][FS_4]") {
+  const CellDynamics cell = test::sloped_cell();
+  Race race(cell, {.soc = 0.7, .sensor_gain = -2.0}, {.soc = 0.7, .sigma = 0.05}, {.drive = 3});
+  race.run(3600.0);
+  CHECK(race.filter.misfit() >= 1.0);
+}
+
+TEST_CASE("voltages that are no cell's make a misfit within minutes, a single one none", "[unit][estimators][FS_4]") {
+  const CellDynamics cell = test::sloped_cell();
+  Race race(cell, {.soc = 0.7}, {.soc = 0.7, .sigma = 0.05}, {.drive = 3});
+  race.run(600.0);
+  CellSample sample = race.next();
+  sample.voltage_V = 60.0;
+  race.take(sample);
+  CHECK(race.filter.misfit() < 0.5);
+  for (int second = 0; second < 120; ++second) {
+    sample.voltage_V = 5.0;
+    race.take(sample);
+  }
+  CHECK(race.filter.misfit() >= 1.0);
+}
+
+TEST_CASE("what may have flowed unseen is the sample's word, or the sensor's", "[unit][estimators][FS_4]") {
+  const CellDynamics cell = test::sloped_cell();
+  const auto doubt_after = [&cell](double unseen_A) {
+    SocFilter filter;
+    filter.begin(cell, sensor, {.soc = 0.5, .sigma = 0.01}, 25.0);
+    CellSample sample = nothing(3600.0);
+    sample.unseen_current_A = unseen_A;
+    filter.update(sample);
+    return filter.estimate().sigma;
+  };
+  // 1 A of the sensor's error for an hour is a tenth of 10 Ah.
+  const double by_sensor = doubt_after(not_measured);
+  CHECK(doubt_after(1.0) == by_sensor);
+  CHECK(doubt_after(-1.0) == by_sensor);
+  CHECK(by_sensor - doubt_after(0.0) == Approx(0.1 * 1.5).epsilon(0.02));
 }

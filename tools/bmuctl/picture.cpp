@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "tools/bmuctl/limit_text.hpp"
 #include "tools/bmuctl/text_pages.hpp"
 
 namespace bmu {
@@ -151,15 +152,7 @@ Line limit_line(std::string_view name, const Reply& limit) {
   const std::string cause = limit["cause"].text();
   const bool is_reduced = cause != "continuous";
   Line line{{std::string(name), Style::dim}, {shown(limit["limit_mA"], Unit::mA), Style::strong}};
-  std::string why = "  " + cause;
-  for (const Unit unit : {Unit::uV, Unit::dC}) {
-    const std::string token(spec_of(unit).token);
-    if (limit["value_" + token].is_known()) {
-      why += ": " + limit["element"]["text"].text() + " " + shown(limit["value_" + token], unit) + ", zero at " +
-             shown(limit["threshold_" + token], unit);
-    }
-  }
-  line.push_back({why, is_reduced ? Style::warning : Style::dim});
+  line.push_back({"  " + limit_reason(limit), is_reduced ? Style::warning : Style::dim});
   return line;
 }
 

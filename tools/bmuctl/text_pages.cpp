@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <utility>
 
+#include "tools/bmuctl/limit_text.hpp"
+
 namespace bmu {
 
 namespace {
@@ -55,14 +57,12 @@ Line contactor_line(const Reply& state) {
   return line;
 }
 
-Line limit_line(const Reply& limit) {
-  Line line{plain(shown(limit["limit_mA"], Unit::mA)), {"   " + limit["cause"].text(), Style::dim}};
-  for (const Unit unit : {Unit::uV, Unit::dC}) {
-    const std::string token(spec_of(unit).token);
-    if (!limit["value_" + token].is_known()) continue;
-    line.push_back({":" + place(limit["element"]) + " at " + shown(limit["value_" + token], unit) + ", zero at " +
-                        shown(limit["threshold_" + token], unit),
-                    Style::dim});
+/// What may flow now, why no more, and what may flow for long where that is less.
+Line limit_line(const Reply& limit, const Reply& for_long) {
+  Line line{plain(shown(limit["limit_mA"], Unit::mA)), {"   " + limit_reason(limit), Style::dim}};
+  if (for_long["limit_mA"].number_or(0) < limit["limit_mA"].number_or(0)) {
+    line.push_back(
+        {"   for long " + shown(for_long["limit_mA"], Unit::mA) + ", " + limit_reason(for_long), Style::dim});
   }
   return line;
 }
@@ -329,6 +329,22 @@ std::string fault_details(const Reply& fault, const Reply& modules) {
   return text;
 }
 
+/// The truth lies within two standard deviations in some 95 of 100 cases.
+std::string doubt_text(const Reply& sigma_permille) {
+  const auto sigma = sigma_permille.number();
+  return sigma ? shown_short(2 * *sigma, Unit::permille, 1) + " %" : std::string{};
+}
+
+/// Within which the truth lies in some 95 of 100 cases, and how old it was when it was kept from before.
+std::string doubt_of(const Reply& charge) {
+  const std::string doubt = doubt_text(charge["soc_sigma_permille"]);
+  if (doubt.empty()) return {};
+  const std::string kept = charge["record_age_ms"].is_known()
+                               ? ", kept from before, " + shown_span(charge["record_age_ms"]) + " old then"
+                               : "";
+  return " (+- " + doubt + kept + ")";
+}
+
 Page status_page(const Reply& reply) {
   Page page;
   const Reply state = reply["state"];
@@ -346,14 +362,14 @@ Page status_page(const Reply& reply) {
                                    shown(values["cell_voltage_sum_mV"], Unit::mV))});
   page.add_field("Current", {plain(shown(values["current_mA"], Unit::mA))});
   page.add_field("Charge",
-                 {plain("SOC " + shown(charge["soc_permille"], Unit::permille) + "   used " +
+                 {plain("SOC " + shown(charge["soc_permille"], Unit::permille) + doubt_of(charge) + "   used " +
                         shown(charge["depth_of_discharge_uAs"], Unit::uAs) + " of " +
-                        shown(charge["capacity_uAs"], Unit::uAs) + "   energy out " +
+                        shown(charge["usable_capacity_uAs"], Unit::uAs) + "   energy out " +
                         shown_energy(charge["energy_out_mWh"]) + ", in " + shown_energy(charge["energy_in_mWh"]))});
   page.add_field("Cells", spread_line(values["cell_voltage"], Unit::uV));
   page.add_field("Temperature", spread_line(values["cell_temperature"], Unit::dC));
-  page.add_field("Discharge", limit_line(reply["limits"]["discharge"]));
-  page.add_field("Charging", limit_line(reply["limits"]["charge"]));
+  page.add_field("Discharge", limit_line(reply["limits"]["discharge"], reply["limits"]["discharge_continuous"]));
+  page.add_field("Charging", limit_line(reply["limits"]["charge"], reply["limits"]["charge_continuous"]));
   if (reply["balancing"]["is_enabled"].is_true()) {
     page.add_field("Balancing", {plain(balancing_text(reply["balancing"]))});
   }
@@ -379,6 +395,8 @@ Page cells_page(const Reply& reply) {
                           {"Cell", Style::dim},
                           {"No.", Style::dim},
                           {"Voltage", Style::dim},
+                          {"SOC", Style::dim},
+                          {"+-", Style::dim},
                           {"Age", Style::dim},
                           {"", Style::dim}}};
   Page page;
@@ -394,11 +412,13 @@ Page cells_page(const Reply& reply) {
                       plain(std::to_string(i + 1)),
                       plain(std::to_string(module["first_pack_number"].number_or(1) + static_cast<std::int64_t>(i))),
                       {shown(voltages.at(i), Unit::uV), style_within(value, reply["cell_voltage_limits"], Unit::uV)},
+                      plain(shown(module["soc_permille"].at(i), Unit::permille)),
+                      {doubt_text(module["soc_sigma_permille"].at(i)), Style::dim},
                       {shown(module["cell_voltage_age_ms"].at(i), Unit::ms), Style::dim},
                       plain(notes)});
     }
   }
-  page.add_table(rows, {0, 1, 2, 3, 4});
+  page.add_table(rows, {0, 1, 2, 3, 4, 5, 6});
   for (std::size_t m = 0; m < reply["modules"].size(); ++m) {
     const Reply module = reply["modules"].at(m);
     Line line{plain("cells")};

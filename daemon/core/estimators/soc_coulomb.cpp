@@ -25,7 +25,7 @@ void SocCoulomb::set(double soc, double sigma) {
   begin_sigma_ = sigma;
   net_charge_As_ = 0.0;
   passed_s_ = 0.0;
-  uncounted_s_ = 0.0;
+  unseen_As_ = 0.0;
 }
 
 void SocCoulomb::update(const CellSample& sample) {
@@ -37,9 +37,8 @@ void SocCoulomb::update(const CellSample& sample) {
     const double told_A = sample.mean_current_A;
     current_A += told_A < 0.0 ? told_A * cell_->charge_efficiency : told_A;
     net_charge_As_ += told_A * sample.passed_s;
-  } else {
-    uncounted_s_ += sample.passed_s;
   }
+  unseen_As_ += sensor_.unseen_A(sample) * sample.passed_s;
   soc_ = std::clamp(soc_ - current_A * sample.passed_s / cell_->capacity_As, 0.0, 1.0);
 }
 
@@ -47,8 +46,7 @@ SocEstimate SocCoulomb::estimate() const {
   if (cell_ == nullptr) return {};
   const double by_gain_As = sensor_.gain * net_charge_As_;
   const double by_offset_As = sensor_.offset_A * passed_s_;
-  const double by_silence_As = sensor_.unknown_current_A * uncounted_s_;
-  const double counted = std::hypot(by_gain_As, by_offset_As, by_silence_As) / cell_->capacity_As;
+  const double counted = std::hypot(by_gain_As, by_offset_As, unseen_As_) / cell_->capacity_As;
   return {.is_known = true, .soc = soc_, .sigma = std::min(std::hypot(begin_sigma_, counted), sigma_max)};
 }
 

@@ -18,6 +18,10 @@ class SocCoulomb {
  public:
   /// `cell` must outlive the estimator.
   void begin(const CellDynamics& cell, const CurrentSensorError& sensor, const SocBegin& from, double temperature_C);
+  /// The same tables, where they lie now. Before begin(): nothing.
+  void move_to(const CellDynamics& cell) {
+    if (cell_ != nullptr) cell_ = &cell;
+  }
   void update(const CellSample& sample);
   [[nodiscard]] SocEstimate estimate() const;
 
@@ -33,7 +37,7 @@ class SocCoulomb {
   double begin_sigma_ = 1.0;
   double net_charge_As_ = 0.0;
   double passed_s_ = 0.0;
-  double uncounted_s_ = 0.0;
+  double unseen_As_ = 0.0;  // what may have flowed while nobody counted
 };
 
 }  // namespace bmu

@@ -36,6 +36,7 @@ struct CellSample {
   double current_A = not_measured;       // when the voltage was taken
   double voltage_V = not_measured;
   double temperature_C = not_measured;
+  double unseen_current_A = not_measured;  // what may have flowed uncounted; not given: what the sensor's error says
 
   [[nodiscard]] bool has_passed() const { return passed_s > 0.0 && passed_s < passed_most_s; }
 };
@@ -53,6 +54,12 @@ struct CurrentSensorError {
   double gain = 0.01;
   double offset_A = 0.01;
   double unknown_current_A = 1.0;  // what may flow while it says nothing
+
+  /// What may have flowed unseen during a sample: nothing if it was counted.
+  [[nodiscard]] double unseen_A(const CellSample& sample) const {
+    if (is_measured(sample.mean_current_A)) return 0.0;
+    return is_measured(sample.unseen_current_A) ? std::abs(sample.unseen_current_A) : unknown_current_A;
+  }
 };
 
 struct SocEstimate {
@@ -64,5 +71,8 @@ struct SocEstimate {
 enum class SocMethod : unsigned char { ekf, mixed, coulomb };
 inline constexpr std::size_t soc_methods = 3;
 inline constexpr std::array<std::string_view, soc_methods> soc_method_names{"ekf", "mixed", "coulomb"};
+[[nodiscard]] constexpr std::string_view to_text(SocMethod method) {
+  return soc_method_names[static_cast<std::size_t>(method)];
+}
 
 }  // namespace bmu

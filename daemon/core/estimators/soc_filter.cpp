@@ -39,6 +39,10 @@ constexpr double pair_ratio_max = 4.0;
 /// An innovation of more than so many standard deviations counts as if it were one of these: the model has a hole
 /// there, or the sample is a mistake.
 constexpr double surprise_sigmas = 3.0;
+/// Voltages that are hard to believe count towards the misfit by this much at the most, and over this time: a cell that
+/// is none of its model's surprises always, a damaged sample once.
+constexpr double surprise_most_sigmas = 10.0;
+constexpr double surprise_time_s = 120.0;
 /// Without a temperature the model may be off by so much more.
 constexpr double unknown_temperature_factor = 3.0;
 /// The filter takes its model for right up to errors that it knows. On recorded cells the truth is off by half as much
@@ -88,9 +92,8 @@ void SocFilter::count(const CellSample& sample) {
   for (std::size_t k = 0; k < size; ++k) p_[soc_at][k] += by_offset * p_[offset_at][k] + by_share * p_[counting_at][k];
   for (std::size_t k = 0; k < size; ++k) p_[k][soc_at] += by_offset * p_[k][offset_at] + by_share * p_[k][counting_at];
   // A current that nobody sees may flow the same way all the time.
-  if (!is_counted) {
-    p_[soc_at][soc_at] = square(std::sqrt(p_[soc_at][soc_at]) + std::abs(per_A) * sensor_.unknown_current_A);
-  }
+  const double unseen_A = sensor_.unseen_A(sample);
+  if (unseen_A > 0.0) p_[soc_at][soc_at] = square(std::sqrt(p_[soc_at][soc_at]) + std::abs(per_A) * unseen_A);
   bound_doubt();
   follow_hysteresis(told_A * sample.passed_s);
 }
@@ -106,7 +109,7 @@ void SocFilter::bound_doubt() {
 
 void SocFilter::fade(const CellSample& sample, const CellPoint& point) {
   const double passed_s = sample.passed_s;
-  const double unseen_A = is_measured(sample.mean_current_A) ? 0.0 : sensor_.unknown_current_A;
+  const double unseen_A = sensor_.unseen_A(sample);
   Vector keeps{};
   Vector added{};
   keeps.fill(1.0);
@@ -154,11 +157,11 @@ SocFilter::Chord SocFilter::chord(const CellPoint& here, const RowPlace& place, 
   return {.slope_V = slope_V, .bend_V = on_line_V - voltage_V(here, here, current_A)};
 }
 
-double SocFilter::variance_V2(const CellSample& sample, const CellPoint& point, double current_A, double bend_V) const {
-  // An error that lasts for some seconds counts for as many samples as fit into them.
+SocFilter::Errors SocFilter::errors(const CellSample& sample, const CellPoint& point, double current_A,
+                                    double bend_V) const {
   const double model_V = point.fast_error_V * (is_measured(sample.temperature_C) ? 1.0 : unknown_temperature_factor);
-  return square(voltage_noise_V) + square(resistance_noise_share * point.series_Ohm * current_A) +
-         (square(model_V) + square(bend_share * bend_V)) * (1.0 + 2.0 * point.fast_error_time_s / sample.passed_s);
+  return {.sample_V2 = square(voltage_noise_V) + square(resistance_noise_share * point.series_Ohm * current_A),
+          .model_V2 = square(model_V) + square(bend_share * bend_V)};
 }
 
 void SocFilter::correct(const CellSample& sample, const RowPlace& place) {
@@ -177,20 +180,27 @@ void SocFilter::correct(const CellSample& sample, const RowPlace& place) {
   by[offset_at] = share * point.series_Ohm;
   by[resistance_at] = -drop_V;
   innovation_V_ = sample.voltage_V - expected_V;
-  innovation_variance_V2_ = variance_V2(sample, point, current_A, line.bend_V);
-  learn(by);
+  const Errors off = errors(sample, point, current_A, line.bend_V);
+  // An error that lasts for some seconds counts for as many samples as fit into them.
+  const double counted_V2 = off.sample_V2 + off.model_V2 * (1.0 + 2.0 * point.fast_error_time_s / sample.passed_s);
+  const double by_states_V2 = learn(by, innovation_V_, counted_V2);
+  innovation_variance_V2_ = by_states_V2 + off.sample_V2 + off.model_V2;
+  const double news = std::min(square(innovation_V_) / innovation_variance_V2_, square(surprise_most_sigmas));
+  surprise_ += (news - surprise_) * (1.0 - std::exp(-sample.passed_s / surprise_time_s));
 }
 
-void SocFilter::learn(const Vector& by) {
+double SocFilter::learn(const Vector& by, double innovation, double variance) {
   Vector covariance{};  // of each state with the voltage
   for (std::size_t row = 0; row < size; ++row) {
     for (std::size_t column = 0; column < size; ++column) covariance[row] += p_[row][column] * by[column];
   }
-  for (std::size_t row = 0; row < size; ++row) innovation_variance_V2_ += by[row] * covariance[row];
-  const double surprise = square(innovation_V_) / (square(surprise_sigmas) * innovation_variance_V2_);
-  const double weight = 1.0 / (innovation_variance_V2_ * std::max(surprise, 1.0));
+  double by_states = 0.0;
+  for (std::size_t row = 0; row < size; ++row) by_states += by[row] * covariance[row];
+  variance += by_states;
+  const double surprise = square(innovation) / (square(surprise_sigmas) * variance);
+  const double weight = 1.0 / (variance * std::max(surprise, 1.0));
   for (std::size_t row = 0; row < size; ++row) {
-    x_[row] += covariance[row] * weight * innovation_V_;
+    x_[row] += covariance[row] * weight * innovation;
     for (std::size_t column = 0; column <= row; ++column) {
       p_[row][column] -= covariance[row] * covariance[column] * weight;
       p_[column][row] = p_[row][column];
@@ -199,6 +209,21 @@ void SocFilter::learn(const Vector& by) {
   x_[soc_at] = std::clamp(x_[soc_at], -soc_beyond, 1.0 + soc_beyond);
   x_[counting_at] = std::clamp(x_[counting_at], -counting_share_most, counting_share_most);
   x_[resistance_at] = std::clamp(x_[resistance_at], resistance_share_least, resistance_share_most);
+  return by_states;
+}
+
+void SocFilter::anchor(double soc, double sigma) {
+  if (cell_ == nullptr || !(soc >= 0.0 && soc <= 1.0) || !(sigma > 0.0) || !std::isfinite(sigma)) return;
+  Vector by{};
+  by[soc_at] = 1.0;
+  learn(by, soc - x_[soc_at], square(sigma));
+}
+
+double SocFilter::misfit() const {
+  const double by_counting = std::abs(x_[counting_at]) / counting_share_most;
+  const double share = x_[resistance_at];
+  const double by_resistance = share / (share > 0.0 ? resistance_share_most : resistance_share_least);
+  return std::max({by_counting, by_resistance, std::sqrt(surprise_) / surprise_sigmas});
 }
 
 void SocFilter::update(const CellSample& sample) {

@@ -21,6 +21,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 
 #include "daemon/core/cell_dynamics.hpp"
@@ -32,20 +33,38 @@ class SocFilter {
  public:
   /// `cell` must outlive the filter.
   void begin(const CellDynamics& cell, const CurrentSensorError& sensor, const SocBegin& from, double temperature_C);
+  /// The same tables, where they lie now. Before begin(): nothing.
+  void move_to(const CellDynamics& cell) {
+    if (cell_ != nullptr) cell_ = &cell;
+  }
   /// Before begin(): nothing happens.
   void update(const CellSample& sample);
+  /// Somebody else knows the state of charge this well, one standard deviation above 0: the end of a charge does. What
+  /// is not a number says nothing.
+  void anchor(double soc, double sigma);
 
   [[nodiscard]] SocEstimate estimate() const;
   /// How far this cell's resistances are above its model's: 0.4 is 40 % more.
   [[nodiscard]] double resistance_share() const { return x_[resistance_at]; }
+  /// How sure that is, one standard deviation.
+  [[nodiscard]] double resistance_sigma() const { return std::sqrt(p_[resistance_at][resistance_at]); }
+  /// What the model's pairs hold back at the moment, of a cell with the model's resistances.
+  [[nodiscard]] std::array<double, CellDynamics::pairs> pair_V() const {
+    return {x_[pair_at], x_[pair_at + 1], x_[pair_at + 2]};
+  }
   /// By how much too much is counted: the sensor's gain, or a capacity that is larger than the model's.
   [[nodiscard]] double counting_share() const { return x_[counting_at]; }
   /// What the sensor adds to every current.
   [[nodiscard]] double offset_A() const { return x_[offset_at]; }
   [[nodiscard]] double hysteresis() const { return hysteresis_; }
-  /// The last voltage less what the model expected before it was told, and what had to be expected of that, squared.
+  /// The last voltage less what the model expected before it was told, and what had to be expected of that, squared: of
+  /// this one voltage, not of all that share its error.
   [[nodiscard]] double innovation_V() const { return innovation_V_; }
   [[nodiscard]] double innovation_variance_V2() const { return innovation_variance_V2_; }
+  /// How far this cell is from being one of its model, 0 or more: from 1 on it is none. The farthest of three: what the
+  /// counting and the resistances are off by, as a share of the most that is learned; and the voltages of the last
+  /// minutes, in threes of standard deviations.
+  [[nodiscard]] double misfit() const;
 
  private:
   enum At : std::size_t {
@@ -65,16 +84,23 @@ class SocFilter {
     double bend_V = 0.0;
   };
 
+  /// What a voltage may be off by itself, and what the model is for seconds, squared.
+  struct Errors {
+    double sample_V2 = 0.0;
+    double model_V2 = 0.0;
+  };
+
   void count(const CellSample& sample);
   void bound_doubt();
   void follow_hysteresis(double charge_As);
   void fade(const CellSample& sample, const CellPoint& point);
   void correct(const CellSample& sample, const RowPlace& place);
-  void learn(const Vector& by);
+  /// Takes in a number that is `innovation` more than expected, has this variance of its own and changes `by` so much
+  /// with each state; returns what had to be expected because of the states, squared.
+  double learn(const Vector& by, double innovation, double variance);
   [[nodiscard]] double voltage_V(const CellPoint& here, const CellPoint& there, double current_A) const;
   [[nodiscard]] Chord chord(const CellPoint& here, const RowPlace& place, double current_A) const;
-  [[nodiscard]] double variance_V2(const CellSample& sample, const CellPoint& point, double current_A,
-                                   double bend_V) const;
+  [[nodiscard]] Errors errors(const CellSample& sample, const CellPoint& point, double current_A, double bend_V) const;
 
   const CellDynamics* cell_ = nullptr;
   CurrentSensorError sensor_;
@@ -85,6 +111,7 @@ class SocFilter {
   double true_current_A_ = 0.0;  // the mean of the last sample without what the sensor is thought to add
   double innovation_V_ = 0.0;
   double innovation_variance_V2_ = 0.0;
+  double surprise_ = 0.0;  // squares of innovations against their variances, over some minutes
 };
 
 }  // namespace bmu

@@ -18,8 +18,15 @@ class SocMixed {
  public:
   /// `cell` must outlive the estimator.
   void begin(const CellDynamics& cell, const CurrentSensorError& sensor, const SocBegin& from, double temperature_C);
+  /// The same tables, where they lie now. Before begin(): nothing.
+  void move_to(const CellDynamics& cell) {
+    if (cell_ != nullptr) cell_ = &cell;
+    counting_.move_to(cell);
+  }
   void update(const CellSample& sample);
   [[nodiscard]] SocEstimate estimate() const { return counting_.estimate(); }
+  /// From now on it is this, and so sure: the end of a charge.
+  void set(double soc, double sigma) { counting_.set(soc, sigma); }
 
  private:
   void listen(const CellSample& sample);

@@ -1,0 +1,91 @@
+// The state of charge of one cell by every method, beside each other: fed with the same samples and told of the same
+// ends of a charge, so that they can be compared. Which one counts is for the caller to say.
+//
+// Methods that contradict each other by more than they say they may be wrong are a sign that something is not as the
+// pack file says: disagreement().
+//
+// Cost: that of SocFilter, SocMixed and SocCoulomb together; docs/performance.md.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "daemon/core/estimators/charge_ends.hpp"
+#include "daemon/core/estimators/soc_coulomb.hpp"
+#include "daemon/core/estimators/soc_filter.hpp"
+#include "daemon/core/estimators/soc_mixed.hpp"
+
+namespace bmu {
+
+class CellEstimate {
+ public:
+  /// `cell` must outlive this.
+  void begin(const CellDynamics& cell, const CurrentSensorError& sensor, const SocBegin& from, double temperature_C) {
+    ends_ = {};
+    filter_.begin(cell, sensor, from, temperature_C);
+    mixed_.begin(cell, sensor, from, temperature_C);
+    coulomb_.begin(cell, sensor, from, temperature_C);
+    cell_ = &cell;
+  }
+  void forget() { *this = {}; }
+  /// The same tables, where they lie now. Before begin(): nothing.
+  void move_to(const CellDynamics& cell) {
+    if (cell_ != nullptr) cell_ = &cell;
+    filter_.move_to(cell);
+    mixed_.move_to(cell);
+    coulomb_.move_to(cell);
+  }
+  [[nodiscard]] bool is_begun() const { return cell_ != nullptr; }
+
+  /// Before begin(): nothing happens. True if the cell has reached an end of its charge with this sample.
+  bool update(const CellSample& sample, const ChargeEndConfig& ends) {
+    if (!is_begun()) return false;
+    filter_.update(sample);
+    mixed_.update(sample);
+    coulomb_.update(sample);
+    const std::optional<ChargeAnchor> anchor = ends_.update(*cell_, ends, sample);
+    if (!anchor) return false;
+    filter_.anchor(anchor->soc, anchor->sigma);
+    mixed_.set(anchor->soc, anchor->sigma);
+    coulomb_.set(anchor->soc, anchor->sigma);
+    return true;
+  }
+
+  [[nodiscard]] SocEstimate estimate(SocMethod method) const {
+    switch (method) {
+      case SocMethod::ekf: return filter_.estimate();
+      case SocMethod::mixed: return mixed_.estimate();
+      case SocMethod::coulomb: return coulomb_.estimate();
+    }
+    return {};
+  }
+  [[nodiscard]] const SocFilter& filter() const { return filter_; }
+
+  /// The two methods that are furthest apart: by how much, against what both together say they may be wrong (two
+  /// standard deviations). Above 1 they contradict each other; 0 while nothing is known.
+  [[nodiscard]] double disagreement() const {
+    double most = 0.0;
+    for (std::size_t one = 0; one < soc_methods; ++one) {
+      for (std::size_t other = one + 1; other < soc_methods; ++other) {
+        most = std::max(most, disagreement(estimate(SocMethod{static_cast<unsigned char>(one)}),
+                                           estimate(SocMethod{static_cast<unsigned char>(other)})));
+      }
+    }
+    return most;
+  }
+
+ private:
+  static double disagreement(const SocEstimate& one, const SocEstimate& other) {
+    constexpr double told_sigmas = 2.0;
+    if (!one.is_known || !other.is_known) return 0.0;
+    return std::abs(one.soc - other.soc) / (told_sigmas * std::hypot(one.sigma, other.sigma));
+  }
+
+  const CellDynamics* cell_ = nullptr;
+  SocFilter filter_;
+  SocMixed mixed_;
+  SocCoulomb coulomb_;
+  ChargeEnds ends_;
+};
+
+}  // namespace bmu

@@ -1,0 +1,105 @@
+#include "daemon/shell/state_soc.hpp"
+
+#include <utility>
+
+#include "daemon/shell/state_charges.hpp"
+#include "daemon/shell/state_parts.hpp"
+
+namespace bmu {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::int64_t all_ppm = 1'000'000;
+constexpr std::int64_t all_permille = 1'000;
+constexpr std::int64_t capacity_max_uAs = std::int64_t{1} << 60;
+
+std::string parse_cell(const Json& json, const std::string& place, CellSocRecord& cell) {
+  const bool is_triple = json.is_array() && json.size() == 3;
+  const auto soc = is_triple ? number_from(json[0], 0, all_ppm) : std::nullopt;
+  const auto sigma = is_triple ? number_from(json[1], 0, all_ppm) : std::nullopt;
+  const auto hysteresis = is_triple ? number_from(json[2], -all_permille, all_permille) : std::nullopt;
+  if (!soc || !sigma || !hysteresis) {
+    return wrong_in_state(place, json, "two numbers from 0 to 1000000 and one from -1000 to 1000");
+  }
+  cell = {.soc_ppm = static_cast<std::int32_t>(*soc),
+          .sigma_ppm = static_cast<std::int32_t>(*sigma),
+          .hysteresis_permille = static_cast<std::int32_t>(*hysteresis)};
+  return {};
+}
+
+std::string parse_module(const Json& json, const std::string& place, ModuleSocRecord& module) {
+  const auto serial_number = number_from(value_at(json, "serial_number"), 0, UINT32_MAX);
+  if (!serial_number) {
+    return wrong_in_state(place + "/serial_number", value_at(json, "serial_number"), "0 to 4294967295");
+  }
+  const Json& cells = value_at(json, "cells");
+  if (!cells.is_array() || cells.empty() || cells.size() > module.cells.size()) {
+    return wrong_in_state(place + "/cells", cells, "1 to 12 cells");
+  }
+  module.serial_number = static_cast<std::uint32_t>(*serial_number);
+  for (const Json& cell : cells) {
+    const std::string cell_place = place + "/cells/" + std::to_string(module.cell_count);
+    std::string problem = parse_cell(cell, cell_place, module.cells[module.cell_count]);
+    if (!problem.empty()) return problem;
+    ++module.cell_count;
+  }
+  return {};
+}
+
+std::string parse_all(const Json& json, SocRecords& records) {
+  const auto unix_time_ms = number_from(value_at(json, "unix_time_ms"), 0, unix_time_max_ms);
+  if (!unix_time_ms) {
+    return wrong_in_state("soc/unix_time_ms", value_at(json, "unix_time_ms"), "milliseconds since 1970, or 0");
+  }
+  const auto capacity_uAs = number_from(value_at(json, "capacity_uAs"), 1, capacity_max_uAs);
+  if (!capacity_uAs) return wrong_in_state("soc/capacity_uAs", value_at(json, "capacity_uAs"), "a charge above 0");
+  const auto told_ppm = number_from(value_at(json, "told_ppm"), 0, all_ppm);
+  if (!told_ppm) return wrong_in_state("soc/told_ppm", value_at(json, "told_ppm"), "0 to 1000000");
+  const Json& modules = value_at(json, "modules");
+  if (!modules.is_object()) return wrong_in_state("soc/modules", modules, "modules by their node numbers");
+  records.unix_time_ms = *unix_time_ms;
+  records.capacity_uAs = *capacity_uAs;
+  records.told_ppm = static_cast<std::int32_t>(*told_ppm);
+  for (const auto& [name, module] : modules.items()) {
+    const std::string place = "soc/modules/" + name;
+    const std::optional<std::size_t> node = node_from_text(name);
+    if (!node) return place + " is no node number, wanted 1 to 63";
+    std::string problem = parse_module(module, place, records.modules[*node]);
+    if (!problem.empty()) return problem;
+  }
+  records.is_kept = true;
+  return {};
+}
+
+}  // namespace
+
+Json soc_json(const SocRecords& records) {
+  if (!records.is_kept) return nullptr;
+  Json modules = Json::object();
+  for (std::size_t node = 1; node < records.modules.size(); ++node) {
+    const ModuleSocRecord& module = records.modules[node];
+    if (module.cell_count == 0) continue;
+    Json cells = Json::array();
+    for (std::size_t number = 0; number < module.cell_count; ++number) {
+      const CellSocRecord& cell = module.cells[number];
+      cells.push_back(Json::array({cell.soc_ppm, cell.sigma_ppm, cell.hysteresis_permille}));
+    }
+    modules[std::to_string(node)] = {{"serial_number", module.serial_number}, {"cells", std::move(cells)}};
+  }
+  return {{"unix_time_ms", records.unix_time_ms},
+          {"capacity_uAs", records.capacity_uAs},
+          {"told_ppm", records.told_ppm},
+          {"modules", std::move(modules)}};
+}
+
+Result<SocRecords, std::string> parse_soc(const Json& json) {
+  SocRecords records;
+  if (json.is_null()) return records;
+  std::string problem = parse_all(json, records);
+  if (!problem.empty()) return failure(std::move(problem));
+  return records;
+}
+
+}  // namespace bmu

@@ -1,0 +1,108 @@
+// When a cell says by itself that it is full or empty.
+#include "daemon/core/estimators/charge_ends.hpp"
+
+#include <optional>
+
+#include "tests/support/catch.hpp"
+
+using namespace bmu;
+
+namespace {
+
+CellDynamics dynamics() {
+  CellModel model;
+  model.ocv.push_back({0, 3'000'000});
+  model.ocv.push_back({1000, 4'000'000});
+  model.capacity_uAs = 3'600'000'000;  // 1 Ah
+  model.series_resistance_Ohm = 0.05;
+  return dynamics_of(model);
+}
+
+constexpr ChargeEndConfig ends{.full_V = 3.995, .full_current_A = 0.05, .empty_V = 3.005, .empty_current_A = 0.2};
+
+CellSample sample(double voltage_V, double current_A, double passed_s = 1.0) {
+  return {.passed_s = passed_s,
+          .mean_current_A = current_A,
+          .current_A = current_A,
+          .voltage_V = voltage_V,
+          .temperature_C = 25.0};
+}
+
+struct Bench {
+  CellDynamics cell = dynamics();
+  ChargeEnds watch;
+
+  std::optional<ChargeAnchor> hold(double voltage_V, double current_A, int seconds) {
+    std::optional<ChargeAnchor> found;
+    for (int second = 0; second < seconds; ++second) {
+      const auto anchor = watch.update(cell, ends, sample(voltage_V, current_A));
+      CHECK_FALSE((anchor && found));  // told once
+      if (anchor) found = anchor;
+    }
+    return found;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a cell that takes hardly any current at the voltage of a full one is full", "[unit][estimators]") {
+  Bench bench;
+  CHECK_FALSE(bench.hold(3.995, -0.05, 19));
+  const auto anchor = bench.hold(3.995, -0.05, 1);
+  REQUIRE(anchor);
+  CHECK(anchor->soc == 1.0);
+  // 0.3 of 50 mOhm times 50 mA, where the curve rises by 1 V.
+  CHECK(anchor->sigma == Approx(std::hypot(0.01, 0.3 * 0.05 * 0.05)));
+  CHECK_FALSE(bench.hold(3.995, -0.05, 100));
+}
+
+TEST_CASE("it is told again only after the cell has left its end", "[unit][estimators]") {
+  Bench bench;
+  REQUIRE(bench.hold(4.0, -0.01, 20));
+  CHECK_FALSE(bench.hold(3.9, 0.5, 1));
+  CHECK(bench.hold(4.0, -0.01, 20));
+}
+
+TEST_CASE("neither a large current nor a rest nor a lower voltage makes a full cell", "[unit][estimators]") {
+  CHECK_FALSE(Bench().hold(4.0, -0.0501, 100));
+  CHECK_FALSE(Bench().hold(3.9949, -0.05, 100));
+  CHECK_FALSE(Bench().hold(4.0, 0.0, 100));
+  CHECK_FALSE(Bench().hold(4.0, 0.01, 100));
+}
+
+TEST_CASE("a cell that has sunk to its end though it gives but little is empty", "[unit][estimators]") {
+  Bench bench;
+  CHECK_FALSE(bench.hold(3.005, 0.2, 19));
+  const auto anchor = bench.hold(3.005, 0.2, 1);
+  REQUIRE(anchor);
+  CHECK(anchor->soc == 0.0);
+  CHECK(anchor->sigma == Approx(std::hypot(0.02, 0.3 * 0.05 * 0.2)));
+  CHECK(Bench().hold(3.0, 0.0, 20));  // at rest all the more
+}
+
+TEST_CASE("neither a large current nor charging nor a higher voltage makes an empty cell", "[unit][estimators]") {
+  CHECK_FALSE(Bench().hold(3.0, 0.201, 100));
+  CHECK_FALSE(Bench().hold(3.0051, 0.2, 100));
+  CHECK_FALSE(Bench().hold(3.0, -0.01, 100));
+}
+
+TEST_CASE("what was not measured holds no end, and what is no time is no sample", "[unit][estimators]") {
+  Bench bench;
+  CHECK_FALSE(bench.hold(4.0, -0.01, 19));
+  CHECK_FALSE(bench.watch.update(bench.cell, ends, sample(4.0, -0.01, 0.0)));
+  CHECK_FALSE(bench.watch.update(bench.cell, ends, sample(4.0, -0.01, -5.0)));
+  CHECK_FALSE(bench.watch.update(bench.cell, ends, sample(not_measured, -0.01)));
+  CHECK_FALSE(bench.hold(4.0, -0.01, 19));
+  CHECK_FALSE(bench.watch.update(bench.cell, ends, sample(4.0, not_measured)));
+  CHECK_FALSE(bench.hold(4.0, -0.01, 19));
+  CHECK(bench.hold(4.0, -0.01, 1));
+}
+
+TEST_CASE("without a temperature an end is told all the same", "[unit][estimators]") {
+  Bench bench;
+  CellSample cold = sample(4.0, -0.05, 20.0);
+  cold.temperature_C = not_measured;
+  const auto anchor = bench.watch.update(bench.cell, ends, cold);
+  REQUIRE(anchor);
+  CHECK(anchor->sigma == Approx(std::hypot(0.01, 0.3 * 0.05 * 0.05)));
+}
