@@ -32,7 +32,7 @@ SOC_ERROR_PCT = -10
 SWITCH_ON_SOC_PCT = 60
 SWITCH_ON_ERROR_PCT = 20
 # Those of the page that can be written by themselves, as they follow each other.
-SECTIONS = ("resistance", "health")
+SECTIONS = ("drives", "resistance", "health")
 
 
 class Failed(Exception):
@@ -235,6 +235,21 @@ within 5 % |
 """
 
 
+def drives_section(bench: Bench, cells: list[Cell]) -> tuple[str, bool]:
+    """A picture for each cell: the first recording at its first temperature and at its coldest."""
+    text = (Path(__file__).parent / "drives.md").read_text().rstrip() + "\n"
+    for cell in cells:
+        text += f"\n**{cell.name}**\n"
+        coldest = min(cell.drives, key=float)
+        for temperature in dict.fromkeys((next(iter(cell.drives)), coldest)):
+            picture = f"drive-{cell.key}-{temperature.replace('-', 'minus-')}.svg"
+            svg = ("--svg", str(ROOT / "docs" / "pictures" / picture))
+            (score,) = bench.score(cell, cell.file, cell.drives[temperature][:1], *start(SOC_ERROR_PCT), *svg)
+            figure = f"{score['rmse_after_20min_pct']:.2f} % after 20 minutes, at most {score['max_after_20min_pct']:.2f} %"
+            text += f"\n![{cell.name} at {temperature} C](pictures/{picture})\n\nAt {temperature} C: {figure}.\n"
+    return text, True
+
+
 def figures_of(score: dict) -> list[str]:
     return [
         shown(score["max_pct"]),
@@ -397,6 +412,7 @@ def sections_of(bench: Bench, cells: list[Cell]) -> dict[str, Section]:
     """By the names in SECTIONS."""
     ageing = Ageing(bench)
     return {
+        "drives": Section(drive_files(cells, bench.data), lambda: drives_section(bench, cells)),
         "resistance": Section(pulse_files(cells, bench.data), lambda: resistance_section(bench, cells)),
         "health": Section(ageing.all_files(), lambda: health_section(ageing)),
     }

@@ -17,7 +17,7 @@ constexpr double right = 20.0;
 constexpr double top = 34.0;
 constexpr double bottom = 46.0;
 constexpr double title_height = 34.0;
-constexpr std::size_t points_shown = 1200;
+constexpr std::size_t points_shown = 600;
 
 std::string number(double value, int digits = 1) {
   std::array<char, 40> text{};

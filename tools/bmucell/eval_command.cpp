@@ -1,6 +1,7 @@
 #include "tools/bmucell/eval_command.hpp"
 
 #include <cstdio>
+#include <filesystem>
 
 #include <nlohmann/json.hpp>
 
@@ -105,7 +106,8 @@ std::string svg_of_trace(const Evaluation& evaluation) {
   off.lines = {std::move(error)};
   off.y_range = {-5.0, 5.0};  // a wrong start reaches beyond; what matters is what is left of it
   voltage.lines = {std::move(volts)};
-  return svg_of(evaluation.score.file, {std::move(charge), std::move(off), std::move(voltage)});
+  const std::string name = std::filesystem::path(evaluation.score.file).filename().string();
+  return svg_of(name, {std::move(charge), std::move(off), std::move(voltage)});
 }
 
 bool write_trace(const EvalOptions& options, const Evaluation& evaluation) {
