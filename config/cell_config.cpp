@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "config/cell_dynamics_reader.hpp"
+#include "config/charge_plateau_reader.hpp"
 #include "config/derating_reader.hpp"
 #include "config/pack_fields.hpp"
 #include "config/read_file.hpp"
@@ -133,13 +134,15 @@ void read_cell(const JsonValue& object, const Place& place, CellFile& cell, Prob
   std::vector<std::string_view> keys = keys_of(cell_name_fields());
   const auto model_keys = keys_of(cell_model_fields());
   keys.insert(keys.end(), model_keys.begin(), model_keys.end());
-  keys.insert(keys.end(), {"ocv", "derating", "dynamics"});
+  keys.insert(keys.end(), {"ocv", "derating", "charge_plateau", "dynamics"});
   check_keys(object, place, keys, problems);
   read_fields(object, place, cell_name_fields(), cell, problems);
   read_fields(object, place, cell_model_fields(), cell.model, problems);
   read_ocv(object, place, cell.model, problems);
   const JsonValue* derating = find_value(object, place, "derating", false, problems);
   if (derating != nullptr) cell.derating = read_derating(*derating, place.at("derating"), problems);
+  const JsonValue* plateau = find_value(object, place, "charge_plateau", false, problems);
+  if (plateau != nullptr) cell.charge_plateau = read_charge_plateau(*plateau, place.at("charge_plateau"), problems);
   const JsonValue* dynamics = find_value(object, place, "dynamics", false, problems);
   if (dynamics != nullptr) cell.dynamics = read_dynamics(*dynamics, place.at("dynamics"), cell.model, problems);
 }

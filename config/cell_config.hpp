@@ -10,6 +10,7 @@
 #include "daemon/core/cell_dynamics.hpp"
 #include "daemon/core/cell_model.hpp"
 #include "daemon/core/derating.hpp"
+#include "daemon/core/estimators/charge_plateau.hpp"
 
 namespace bmu {
 
@@ -20,6 +21,7 @@ struct CellFile {
   CellModel model;
   std::optional<CellDynamics> dynamics;  // measured tables; without them the few numbers of `model` stand for the cell
   DeratingTables derating;               // those that are given
+  std::optional<ChargePlateauModel> charge_plateau{};  // what a whole charge says of the capacity
 };
 
 /// Reads and checks a cell file by itself. Never throws; reports all problems, not the first.

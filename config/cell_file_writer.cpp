@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "config/cell_dynamics_reader.hpp"
+#include "config/charge_plateau_reader.hpp"
 #include "config/derating_reader.hpp"
 #include "config/pack_fields.hpp"
 
@@ -141,6 +142,12 @@ std::string dynamics_text(const CellDynamics& cell) {
 
 }  // namespace
 
+std::string charge_plateau_text(const ChargePlateauModel& model) {
+  std::vector<std::string> members;
+  write_fields(charge_plateau_fields(), model, members);
+  return member("charge_plateau", block('{', members, '}'));
+}
+
 std::string cell_file_text(const CellFile& cell) {
   std::vector<std::string> members;
   write_fields(cell_name_fields(), cell, members);
@@ -148,6 +155,7 @@ std::string cell_file_text(const CellFile& cell) {
   members.push_back(member("ocv", ocv_text(cell.model)));
   const std::vector<std::string> derating = derating_members(cell.derating);
   if (!derating.empty()) members.push_back(member("derating", block('{', derating, '}')));
+  if (cell.charge_plateau) members.push_back(charge_plateau_text(*cell.charge_plateau));
   if (cell.dynamics) members.push_back(member("dynamics", dynamics_text(*cell.dynamics)));
   return block('{', members, '}') + "\n";
 }

@@ -252,6 +252,7 @@ Result<PackConfig, ConfigProblems> parse_pack_config(std::string_view text, std:
   pack.core.cell = source.cell.model;
   pack.core.dynamics = source.cell.dynamics;
   pack.core.derating = source.cell.derating;
+  pack.core.charge_plateau = source.cell.charge_plateau;
   check_cell(pack.core.cell, source.place, problems);
   check_pack(pack, place, source.place, problems);
   complete_defaults(pack.core);

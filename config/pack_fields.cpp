@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "config/cell_dynamics_reader.hpp"
+#include "config/charge_plateau_reader.hpp"
 #include "daemon/core/balancing_plan.hpp"
 #include "daemon/core/contactor_sequence.hpp"
 
@@ -610,6 +611,14 @@ constexpr std::array soc_table{
          .min = 1,
          .max = 10'000,
          .meaning = "and what it may tell without a current, one standard deviation"}),
+    number<&SocConfig::resistance_pause_permille>(
+        {.key = "resistance_pause_permille",
+         .min = 0,
+         .max = 950,
+         .meaning =
+             "a charger is paused once at this state of charge: the step shows the cells' resistances; 0: never"}),
+    number<&SocConfig::resistance_pause>(
+        {.key = "resistance_pause_ms", .min = 2'000, .max = 60'000, .meaning = "for how long"}),
 };
 
 std::optional<BalancingMethod> balancing_method(std::string_view text) {
@@ -1050,6 +1059,7 @@ std::vector<KeyDescription> describe_keys() {
   describe<GpioLine>("/gpio/inputs/*", gpio_line_fields(), keys);
   describe<CellFile>("/cell", cell_name_fields(), keys);
   describe<CellModel>("/cell", cell_model_fields(), keys);
+  describe<ChargePlateauModel>("/cell/charge_plateau", charge_plateau_fields(), keys);
   describe<CellDynamics>("/cell/dynamics", dynamics_fields(), keys);
   describe<CellDynamics>("/cell/dynamics", dynamics_lists(), keys);
   describe<CellDynamics::Row>("/cell/dynamics/rows/*", dynamics_row_fields(), keys);
@@ -1061,7 +1071,9 @@ std::vector<SectionDescription> describe_sections() {
   std::vector<SectionDescription> sections{
       {"/modules/*", "A module, or several that are alike."},
       {"/component_limits/*", "Something that the whole current flows through; with at least one current."},
-      {"/cell", "The cell, in its own file or in place; and `ocv`, `derating`, `dynamics`, see above."},
+      {"/cell",
+       "The cell, in its own file or in place; and `ocv`, `derating`, `charge_plateau`, `dynamics`, see above."},
+      {"/cell/charge_plateau", "What a whole charge with a steady current says of the capacity; may be left out."},
       {"/cell/dynamics", "What was measured of the cell; and `rows`."},
       {"/cell/dynamics/rows/*", "The cell at one temperature."},
       {"/gpio", "Lines of this machine; and `outputs`, `feedback`, `inputs`."},

@@ -92,11 +92,19 @@ double kinetic_V(const CellPoint& point, double current_A) {
   return point.kinetic_Ohm * point.exchange_current_A * std::asinh(current_A / point.exchange_current_A);
 }
 
+double ocv_V(const CellDynamics& cell, const RowPlace& place, double soc) {
+  const CellDynamics::Row& warm = cell.rows[std::min(place.from + 1, cell.rows.size() - 1)];
+  return ocv_at(cell.rows[place.from], warm, place.share, soc).value;
+}
+
 double soc_from_ocv(const CellDynamics& cell, double ocv_V, double temperature_C, double hysteresis) {
   const RowPlace place = row_place(cell, temperature_C);
+  const CellDynamics::Row& cold = cell.rows[place.from];
+  const CellDynamics::Row& warm = cell.rows[std::min(place.from + 1, cell.rows.size() - 1)];
   const auto is_above = [&](double soc) {
-    const CellPoint point = at(cell, place, soc);
-    return point.ocv_V + hysteresis * point.hysteresis_V < ocv_V;
+    const TablePlace step = table_place(CellDynamics::resistance_points, soc);
+    const double shift_V = hysteresis * blend(cold.hysteresis_V, warm.hysteresis_V, place.share, step);
+    return ocv_at(cold, warm, place.share, soc).value + shift_V < ocv_V;
   };
   if (!is_above(0.0)) return 0.0;
   if (is_above(1.0)) return 1.0;

@@ -118,6 +118,9 @@ inline constexpr double ocv_slope_beyond_min_V = 0.8;
 /// (last discharged) to 1.
 [[nodiscard]] double soc_from_ocv(const CellDynamics& cell, double ocv_V, double temperature_C, double hysteresis);
 
+/// The open-circuit voltage alone. Cost: some 15 multiplications.
+[[nodiscard]] double ocv_V(const CellDynamics& cell, const RowPlace& place, double soc);
+
 /// The same cell from the few numbers that a maker's sheet gives: resistances by Arrhenius' law, no kinetics, an error
 /// of the model as large as its ignorance.
 [[nodiscard]] CellDynamics dynamics_of(const CellModel& model);

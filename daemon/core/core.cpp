@@ -43,6 +43,7 @@ Core::Core(const CoreConfig& config, TimePoint started_at, std::uint8_t first_co
   setup_.init(config_, first_counter);
   balancing_.init(config_);
   estimate_.init(config_);
+  charge_pause_.init(config_);
   cell_charges_.init(config_);
   reporter_.init(started_at);
   watchers_.overload.init(carried(config_));
@@ -61,6 +62,8 @@ void Core::restore(const PersistentState& state) {
   guard_.restore(state.closing.precharge);
   watchers_.roster.restore(state.modules);
   estimate_.restore(state.soc);
+  has_memory_ = true;
+  former_totals_ = state.totals;
   cell_charges_.restore(state.cell_charges);
   const FormerBook former = cell_charges_.former();
   if (former != FormerBook::none) {

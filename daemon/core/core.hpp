@@ -22,6 +22,7 @@
 #include "daemon/core/auxiliary.hpp"
 #include "daemon/core/balancing_control.hpp"
 #include "daemon/core/cell_dynamics.hpp"
+#include "daemon/core/charge_pause.hpp"
 #include "daemon/core/close_request.hpp"
 #include "daemon/core/command_link.hpp"
 #include "daemon/core/command_turns.hpp"
@@ -44,6 +45,7 @@
 #include "daemon/core/observation.hpp"
 #include "daemon/core/output_gate.hpp"
 #include "daemon/core/pack_state.hpp"
+#include "daemon/core/pack_totals.hpp"
 #include "daemon/core/permission.hpp"
 #include "daemon/core/persistent_state.hpp"
 #include "daemon/core/poll_pace.hpp"
@@ -125,7 +127,8 @@ class Core {
   /// took last, so each life begins somewhere else: a random number does.
   Core(const CoreConfig& config, TimePoint started_at, std::uint8_t first_counter = 0);
 
-  /// What former lives remembered. Before the first observation; locks hold from the first decision on.
+  /// What former lives remembered, if anything: somebody keeps what this one will. Before the first observation; locks
+  /// hold from the first decision on.
   void restore(const PersistentState& state);
   /// What is to be remembered now. It has changed when `persistent_generation` has.
   [[nodiscard]] const PersistentState& persistent() const { return persistent_; }
@@ -151,6 +154,11 @@ class Core {
   [[nodiscard]] const CurrentLimits& limits() const { return limits_; }
   [[nodiscard]] const ChargeState& charge() const { return counter_.state(); }
   [[nodiscard]] const PackEstimate& estimate() const { return estimate_; }
+  /// Over all lives; nothing if nobody keeps them.
+  [[nodiscard]] std::optional<PackTotals> totals() const {
+    return has_memory_ ? std::optional(totals_with(former_totals_, counter_.state())) : std::nullopt;
+  }
+  [[nodiscard]] const ChargePause& charge_pause() const { return charge_pause_; }
   /// As it is told; nothing while it is not known.
   [[nodiscard]] std::optional<std::int32_t> soc_permille() const;
   [[nodiscard]] const OpeningRecord& last_opening() const { return last_opening_; }
@@ -215,6 +223,7 @@ class Core {
   void estimate(TimePoint now);
   void follow_estimate(TimePoint now);
   void keep_estimate(TimePoint now);
+  void keep_totals(bool is_last);
   void follow_charges(TimePoint now);
   void keep_charges(TimePoint now);
   void follow_request(TimePoint now);
@@ -290,6 +299,9 @@ class Core {
   CoulombCounter counter_;
   PackEstimate estimate_;
   TimePoint estimate_kept_at_{};  // zero: not yet in this life
+  bool has_memory_ = false;       // somebody keeps what outlives this
+  PackTotals former_totals_;
+  ChargePause charge_pause_;
   CellChargeBook cell_charges_;
   TimePoint charges_looked_at_{};  // whether they are worth keeping
   TimePoint charges_kept_at_{};    // zero: not yet in this life

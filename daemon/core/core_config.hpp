@@ -11,6 +11,7 @@
 #include "daemon/core/cell_dynamics.hpp"
 #include "daemon/core/cell_model.hpp"
 #include "daemon/core/derating.hpp"
+#include "daemon/core/estimators/charge_plateau.hpp"
 #include "daemon/core/estimators/soc_estimate.hpp"
 #include "protocol/fixed_vector.hpp"
 #include "protocol/tables/internal_bus.hpp"
@@ -242,6 +243,9 @@ struct SocConfig {
   // What the current sensor may do wrong, one standard deviation.
   std::int32_t current_gain_error_permille = 20;
   std::int32_t current_offset_error_mA = 50;
+  // A charger is paused there, for so long, to see what the step does to the cells (charge_pause.hpp); 0: never.
+  std::int32_t resistance_pause_permille = 0;
+  Duration resistance_pause = 5s;
 };
 
 /// What a balancing plan goes by (balancing_plan.hpp).
@@ -275,7 +279,8 @@ struct VehicleConfig {
 struct CoreConfig {
   FixedVector<ModuleConfig, modules_max> modules;  // in the order of their cells' numbers in the pack
   CellModel cell;
-  std::optional<CellDynamics> dynamics{};  // measured tables; without them those that follow from `cell`
+  std::optional<CellDynamics> dynamics{};              // measured tables; without them those that follow from `cell`
+  std::optional<ChargePlateauModel> charge_plateau{};  // what a whole charge says of the capacity
   LimitsConfig limits;
   AgeConfig ages;
   CurrentLimitConfig current;

@@ -96,10 +96,19 @@ void Core::keep_estimate(TimePoint now) {
   const bool is_last = shutting_down_ && estimate_kept_at_ < shut_down_at_;
   if (now - estimate_kept_at_ < look_every && !is_last) return;
   estimate_kept_at_ = now;
+  keep_totals(is_last);
   SocRecords records;
   if (!estimate_.record(records) || (!is_last && !is_worth_recording(persistent_.soc, records))) return;
   records.unix_time_ms = unix_time_ms(now);
   persistent_.soc = records;
+  touch_persistent();
+}
+
+void Core::keep_totals(bool is_last) {
+  const std::optional<PackTotals> all = totals();
+  if (!all || *all == persistent_.totals) return;
+  if (!is_last && !is_worth_recording(persistent_.totals, *all, config_.cell.capacity_uAs)) return;
+  persistent_.totals = *all;
   touch_persistent();
 }
 
@@ -359,6 +368,8 @@ void Core::set_limits(TimePoint now) {
     return std::optional(static_cast<std::int32_t>(std::lround(estimate_.cell_soc(cell).soc * 1e3)));
   };
   const bool is_connected = sequence_.phase == Phase::closed && permission_.may_stay_closed;
+  charge_pause_.update(
+      {.now = now, .is_closed = is_connected, .soc_permille = soc_permille(), .current_mA = pack_.current_mA});
   const CurrentLimits targets = evaluate_limits(
       pack_, config_,
       {.is_connected = is_connected,
@@ -369,6 +380,7 @@ void Core::set_limits(TimePoint now) {
        .before = limits_,
        .soc_min_permille = soc_of(charge.emptiest),
        .soc_max_permille = soc_of(charge.fullest),
+       .is_charge_paused = charge_pause_.is_pausing(),
        .predicted = predicted_});
   limits_ = limit_ramps_.follow(targets, now, config_.limit_ramp);
 }
@@ -565,7 +577,9 @@ VehicleView Core::vehicle_view(TimePoint now) const {
           .soc_permille = soc_permille(),
           .depth_of_discharge_uAs =
               estimate_.pack().is_known ? std::optional(estimate_.depth_of_discharge_uAs()) : std::nullopt,
-          .capacity_uAs = config_.cell.capacity_uAs};
+          .capacity_uAs = config_.cell.capacity_uAs,
+          .totals = totals(),
+          .estimate = &estimate_};
 }
 
 ModeInputs Core::mode_inputs() const {

@@ -35,6 +35,7 @@ std::string_view to_text(LimitCause cause) {
     case LimitCause::component: return "component";
     case LimitCause::user: return "user";
     case LimitCause::limp_home: return "limp home";
+    case LimitCause::measuring: return "paused to measure resistances";
     case LimitCause::rising: return "rising slowly";
   }
   return "?";
@@ -373,6 +374,7 @@ CurrentLimits evaluate_limits(const PackState& pack, const CoreConfig& config, c
   if (!pack.cell_voltage_uV.is_complete() || !pack.cell_temperature_dC.is_complete() || !predicted.is_complete) {
     for (const auto one : all_limits) lower_to(limits.*one, inputs.before.*one);
   }
+  if (inputs.is_charge_paused) lower_to(limits.charge, zero(LimitCause::measuring));
   lower_to(limits.discharge_continuous, limits.discharge);
   lower_to(limits.charge_continuous, limits.charge);
   if (!inputs.may_discharge) limits.discharge = limits.discharge_continuous = zero(LimitCause::fault);

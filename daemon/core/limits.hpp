@@ -53,6 +53,7 @@ enum class LimitCause : std::uint8_t {
   component,           // a part that the current flows through
   user,                // less is wanted
   limp_home,           // would be less, but for the floor in the pack file
+  measuring,           // a charger is paused to see the cells' resistances (charge_pause.hpp)
   rising,              // could be more, and is on its way there (limit_ramp.hpp)
 };
 
@@ -109,6 +110,7 @@ struct LimitInputs {
   CurrentLimits before{};  // of the last tick: while a cell or temperature is missing, limits do not rise
   std::optional<std::int32_t> soc_min_permille{};  // of the emptiest cell; not given: not known
   std::optional<std::int32_t> soc_max_permille{};  // of the fullest
+  bool is_charge_paused = false;                   // to measure
   PredictedLimits predicted{};                     // not known: nothing is said of the voltages to come
 };
 

@@ -8,6 +8,7 @@
 #include "daemon/core/estimators/soc_record.hpp"
 #include "daemon/core/fault_history.hpp"
 #include "daemon/core/module_roster.hpp"
+#include "daemon/core/pack_totals.hpp"
 #include "daemon/core/precharge_guard.hpp"
 
 namespace bmu {
@@ -27,6 +28,7 @@ struct PersistentState {
   KnownModules modules{};  // who was seen on which node, where the pack file does not say it
   CellChargeRecords cell_charges{};
   SocRecords soc{};
+  PackTotals totals{};
 
   friend bool operator==(const PersistentState&, const PersistentState&) = default;
 };

@@ -1,5 +1,8 @@
 #include "daemon/core/report_vehicle.hpp"
 
+#include <cmath>
+
+#include "daemon/core/estimators/pack_health.hpp"
 #include "protocol/tables/vehicle_bus.hpp"
 
 namespace bmu {
@@ -73,11 +76,11 @@ CanFrame current_frame(const VehicleView& view, const VehicleConfig&) {
   return frame;
 }
 
-/// Since manufacture, says the message; what we count begins with this process, so it is not known.
-CanFrame energy_frame(const VehicleView&, const VehicleConfig&) {
+/// Since manufacture, says the message: since this pack was first given to the daemon, if somebody keeps that.
+CanFrame energy_frame(const VehicleView& view, const VehicleConfig&) {
   CanFrame frame = make_frame(pack_energy);
-  write<pack_energy, "energy_in_mWh">(frame, not_known());
-  write<pack_energy, "energy_out_mWh">(frame, not_known());
+  write<pack_energy, "energy_in_mWh">(frame, view.totals ? known(view.totals->energy_in_mWh) : not_known());
+  write<pack_energy, "energy_out_mWh">(frame, view.totals ? known(view.totals->energy_out_mWh) : not_known());
   return frame;
 }
 
@@ -87,7 +90,8 @@ CanFrame charge_frame(const VehicleView& view, const VehicleConfig&) {
   write<pack_charge, "depth_of_discharge_uAs">(frame, if_known(view.depth_of_discharge_uAs));
   write<pack_charge, "capacity_uAs">(frame, view.capacity_uAs);
   write<pack_charge, "soc_2_permille">(frame, not_known());
-  write<pack_charge, "soh_permille">(frame, not_known());
+  const HealthFigure health = view.estimate != nullptr ? pack_health(*view.estimate).by_capacity : HealthFigure{};
+  write<pack_charge, "soh_permille">(frame, health.is_known ? known(health.permille) : not_known());
   return frame;
 }
 
@@ -103,10 +107,28 @@ CanFrame temperature_frame(const VehicleView& view, const VehicleConfig&) {
   return frame;
 }
 
-/// Resistances come with the estimator that measures them; until then they are not known.
-CanFrame resistance_frame(const VehicleView&, const VehicleConfig&) {
-  CanFrame frame = make_frame(pack_resistance);
-  for (const SignalSpec& signal : pack_resistance.signals) encode_signal(signal, not_known(), frame.data);
+SignalValue resistance_of(bool is_known, double resistance_Ohm) {
+  return is_known ? known(std::llround(resistance_Ohm * 1e6)) : not_known();
+}
+SignalValue number_of(bool is_known, std::size_t cell) {
+  return is_known && cell + 1 <= 254 ? known(static_cast<std::int64_t>(cell + 1)) : not_known();
+}
+
+/// The signals' scales are the message's: a cell of less than 100 uOhm is told as 0 or 100.
+CanFrame resistance_frame(const VehicleView& view, const VehicleConfig&) {
+  const PackHealth health = view.estimate != nullptr ? pack_health(*view.estimate) : PackHealth{};
+  const bool is_known = health.resistance.is_known;
+  CanFrame frame = make_frame(vehicle_bus::pack_resistance);
+  write<vehicle_bus::pack_resistance, "pack_resistance_uOhm">(
+      frame, resistance_of(is_known, health.resistance.resistance_Ohm));
+  write<vehicle_bus::pack_resistance, "cell_resistance_min_uOhm">(
+      frame, resistance_of(is_known, health.cell_resistance_min_Ohm));
+  write<vehicle_bus::pack_resistance, "cell_resistance_min_cell">(frame,
+                                                                  number_of(is_known, health.cell_resistance_min_cell));
+  write<vehicle_bus::pack_resistance, "cell_resistance_max_uOhm">(
+      frame, resistance_of(is_known, health.cell_resistance_max_Ohm));
+  write<vehicle_bus::pack_resistance, "cell_resistance_max_cell">(frame,
+                                                                  number_of(is_known, health.cell_resistance_max_cell));
   return frame;
 }
 

@@ -6,8 +6,10 @@
 #include <optional>
 
 #include "daemon/core/core_config.hpp"
+#include "daemon/core/estimators/pack_estimate.hpp"
 #include "daemon/core/limits.hpp"
 #include "daemon/core/pack_state.hpp"
+#include "daemon/core/pack_totals.hpp"
 #include "protocol/frame.hpp"
 
 namespace bmu {
@@ -21,7 +23,9 @@ struct VehicleView {
   const CurrentLimits* limits = nullptr;
   std::optional<std::int32_t> soc_permille{};
   std::optional<std::int64_t> depth_of_discharge_uAs{};
-  std::int64_t capacity_uAs = 0;
+  std::int64_t capacity_uAs = 0;           // as the cell file has it
+  std::optional<PackTotals> totals{};      // not given: nobody keeps them
+  const PackEstimate* estimate = nullptr;  // not given: nothing is known of the cells' health
 };
 
 inline constexpr std::size_t vehicle_message_count = 9;

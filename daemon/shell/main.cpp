@@ -198,7 +198,7 @@ int run_daemon(const PackConfig& file_pack, const Options& options, Journal& jou
   // Not the counters of the life before: whoever heard its last frame would take the first of this one for it.
   const auto first_counter = static_cast<std::uint8_t>(std::random_device{}());
   const auto core = std::make_unique<Core>(pack.core, monotonic_now(), first_counter);
-  if ((*store)->found().state) core->restore(*(*store)->found().state);
+  if (!(*store)->path().empty()) core->restore((*store)->found().state.value_or(PersistentState{}));
   (*store)->start();
   LineFeeder* const used_lines = lines ? &*lines : nullptr;
   Loop loop({.core = *core,

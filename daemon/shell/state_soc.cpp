@@ -1,5 +1,6 @@
 #include "daemon/shell/state_soc.hpp"
 
+#include <array>
 #include <utility>
 
 #include "daemon/shell/state_charges.hpp"
@@ -13,19 +14,34 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::int64_t all_ppm = 1'000'000;
 constexpr std::int64_t all_permille = 1'000;
+constexpr std::int64_t health_most_ppm = 100'000'000;
+constexpr std::size_t numbers_at_first = 3;  // of a cell, in files of before its health was kept
+constexpr std::size_t numbers = 7;
 constexpr std::int64_t capacity_max_uAs = std::int64_t{1} << 60;
 
 std::string parse_cell(const Json& json, const std::string& place, CellSocRecord& cell) {
-  const bool is_triple = json.is_array() && json.size() == 3;
-  const auto soc = is_triple ? number_from(json[0], 0, all_ppm) : std::nullopt;
-  const auto sigma = is_triple ? number_from(json[1], 0, all_ppm) : std::nullopt;
-  const auto hysteresis = is_triple ? number_from(json[2], -all_permille, all_permille) : std::nullopt;
+  const bool is_whole = json.is_array() && (json.size() == numbers_at_first || json.size() == numbers);
+  const auto number = [&](std::size_t at, std::int64_t least, std::int64_t most) {
+    return is_whole && at < json.size() ? number_from(json[at], least, most) : std::nullopt;
+  };
+  const auto soc = number(0, 0, all_ppm);
+  const auto sigma = number(1, 0, all_ppm);
+  const auto hysteresis = number(2, -all_permille, all_permille);
   if (!soc || !sigma || !hysteresis) {
-    return wrong_in_state(place, json, "two numbers from 0 to 1000000 and one from -1000 to 1000");
+    return wrong_in_state(place, json, "two numbers from 0 to 1000000, one from -1000 to 1000, and the health's");
   }
   cell = {.soc_ppm = static_cast<std::int32_t>(*soc),
           .sigma_ppm = static_cast<std::int32_t>(*sigma),
           .hysteresis_permille = static_cast<std::int32_t>(*hysteresis)};
+  if (json.size() == numbers_at_first) return {};
+  std::array<std::int32_t*, numbers - numbers_at_first> health{
+      &cell.health.capacity_ppm, &cell.health.capacity_sigma_ppm, &cell.health.resistance_ppm,
+      &cell.health.resistance_sigma_ppm};
+  for (std::size_t at = 0; at < health.size(); ++at) {
+    const auto one = number(numbers_at_first + at, 0, health_most_ppm);
+    if (!one) return wrong_in_state(place, json, "the health's four numbers from 0 to 100000000");
+    *health[at] = static_cast<std::int32_t>(*one);
+  }
   return {};
 }
 
@@ -84,7 +100,9 @@ Json soc_json(const SocRecords& records) {
     Json cells = Json::array();
     for (std::size_t number = 0; number < module.cell_count; ++number) {
       const CellSocRecord& cell = module.cells[number];
-      cells.push_back(Json::array({cell.soc_ppm, cell.sigma_ppm, cell.hysteresis_permille}));
+      const CellHealthRecord& health = cell.health;
+      cells.push_back(Json::array({cell.soc_ppm, cell.sigma_ppm, cell.hysteresis_permille, health.capacity_ppm,
+                                   health.capacity_sigma_ppm, health.resistance_ppm, health.resistance_sigma_ppm}));
     }
     modules[std::to_string(node)] = {{"serial_number", module.serial_number}, {"cells", std::move(cells)}};
   }

@@ -22,7 +22,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::int64_t format = 1;
-constexpr int depth_max = 8;  // writing it again for the checksum recurses
+constexpr std::int64_t totals_max = std::int64_t{1} << 60;  // more no pack has carried, and a life adds to it
+constexpr int depth_max = 8;                                // writing it again for the checksum recurses
 
 /// By ContactorId.
 constexpr std::array<std::string_view, contactor_id_count> contactor_names{"main_positive", "main_negative",
@@ -255,6 +256,14 @@ void describe_closing(Visitor& visit, Record& closing) {
 }
 
 template <class Visitor, class Record>
+void describe_totals(Visitor& visit, Record& totals) {
+  visit.number("charge_out_uAs", totals.charge_out_uAs);
+  visit.number("charge_in_uAs", totals.charge_in_uAs);
+  visit.number("energy_out_mWh", totals.energy_out_mWh);
+  visit.number("energy_in_mWh", totals.energy_in_mWh);
+}
+
+template <class Visitor, class Record>
 void describe_known_module(Visitor& visit, Record& module) {
   visit.number("serial_number", module.serial_number);
 }
@@ -327,6 +336,17 @@ void describe(const Reader& visit, ClosingMemory& closing) {
   describe_closing(visit, closing);
 }
 
+void describe(Writer& visit, const PackTotals& totals) {
+  describe_totals(visit, totals);
+}
+void describe(const Reader& visit, PackTotals& totals) {
+  describe_totals(visit, totals);
+  for (const std::int64_t one :
+       {totals.charge_out_uAs, totals.charge_in_uAs, totals.energy_out_mWh, totals.energy_in_mWh}) {
+    if (one < 0 || one > totals_max) throw Damage("a total is " + std::to_string(one));
+  }
+}
+
 // --- the whole ---
 
 std::string checksum_of(const std::string& content) {
@@ -371,6 +391,7 @@ StateRead read_content(const Json& content) {
   // Files of before there was one are read all the same: nothing is pending then, and no module known.
   const Reader whole(content);
   if (content.contains("closing")) whole.part("closing", read.state.closing);
+  if (content.contains("totals")) whole.part("totals", read.state.totals);
   if (content.contains("modules")) {
     read.unknown_names += read_named(content, "modules", read.state.modules, node_from_text);
   }
@@ -401,6 +422,8 @@ std::string state_text(const PersistentState& state) {
   }
   Writer closing;
   describe(closing, state.closing);
+  Writer totals;
+  describe(totals, state.totals);
   Writer modules;
   for (std::size_t node = 1; node < state.modules.size(); ++node) {
     if (state.modules[node].is_known) modules.part(std::to_string(node).c_str(), state.modules[node]);
@@ -410,7 +433,8 @@ std::string state_text(const PersistentState& state) {
                      {"closing", std::move(closing.json)},
                      {"modules", std::move(modules.json)},
                      {"cell_charges", charges_json(state.cell_charges)},
-                     {"soc", soc_json(state.soc)}};
+                     {"soc", soc_json(state.soc)},
+                     {"totals", std::move(totals.json)}};
   return Json{{"format", format}, {"checksum", checksum_of(content.dump())}, {"content", content}}.dump() + "\n";
 }
 

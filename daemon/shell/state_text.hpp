@@ -28,7 +28,7 @@ struct StateRead {
   std::string soc_problem;        // and their states of charge
 };
 
-/// At most about 120 kB, ends with a line feed.
+/// At most about 160 kB, ends with a line feed.
 [[nodiscard]] std::string state_text(const PersistentState& state);
 /// The error says what is wrong, for people: "the checksum is ..., of the content it is ...". Never throws; a state
 /// that is not wholly right is none at all.

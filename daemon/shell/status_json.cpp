@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "daemon/shell/balance_json.hpp"
+#include "daemon/shell/health_json.hpp"
 #include "daemon/shell/modules_json.hpp"
 #include "daemon/shell/why_json.hpp"
 #include "daemon/shell/why_limits.hpp"
@@ -78,6 +79,10 @@ std::int64_t in_uAs(double charge_As) {
   return std::llround(charge_As * 1e6);
 }
 
+Json in_ms(const std::optional<Duration>& span) {
+  return span ? Json(to_ms(*span)) : Json();
+}
+
 /// What each method says of the pack's emptiest and fullest cell is in `cells`; here the chosen one's.
 Json charge_json(const StatusView& view) {
   const ChargeState& charge = view.core.charge();
@@ -95,6 +100,8 @@ Json charge_json(const StatusView& view) {
           {"depth_of_discharge_uAs", or_null(is_known, estimate.depth_of_discharge_uAs())},
           {"usable_capacity_uAs", or_null(is_known, in_uAs(estimate.pack().capacity_As()))},
           {"capacity_uAs", view.core.config().cell.capacity_uAs},
+          {"empty_in_ms", in_ms(estimate.empty_in())},
+          {"full_in_ms", in_ms(estimate.full_in())},
           {"energy_out_mWh", charge.energy_out_mWh},
           {"energy_in_mWh", charge.energy_in_mWh},
           {"uncounted_ms", to_ms(charge.uncounted)}};
@@ -500,6 +507,7 @@ Json status_json(const StatusView& view) {
           {"state", state_json(view)},
           {"values", pack_values_json(view)},
           {"charge", charge_json(view)},
+          {"health", pack_health_json(view)},
           {"limits", limits_json(core)},
           {"permission", permission_json(view)},
           {"balancing", balancing_state_json(view)},

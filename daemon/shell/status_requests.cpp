@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "daemon/shell/balance_json.hpp"
+#include "daemon/shell/health_json.hpp"
 #include "daemon/shell/modules_json.hpp"
 #include "daemon/shell/status_json.hpp"
 #include "daemon/shell/why_json.hpp"
@@ -41,7 +42,7 @@ struct CommandRow {
   std::array<std::string_view, 3> keys{};  // besides "cmd"; those left are empty
 };
 
-constexpr std::array<CommandRow, 12> command_table{{
+constexpr std::array<CommandRow, 13> command_table{{
     {"status", answer_with<status_json>},
     {"cells", answer_with<cells_json>},
     {"faults", answer_with<faults_json>},
@@ -71,6 +72,7 @@ constexpr std::array<CommandRow, 12> command_table{{
        return requests.balance(request, peer);
      },
      {"switch"}},
+    {"health", answer_with<health_json>},
     {"version", answer_version},
 }};
 

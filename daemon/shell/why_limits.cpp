@@ -185,6 +185,17 @@ Json part_step(const CurrentLimit& limit, const CoreConfig& config) {
   return json;
 }
 
+/// "soc/resistance_pause_permille: at 50.0 % the charger is paused for 5.0 s, to see what the step shows".
+Json pause_step(const SocConfig& soc) {
+  constexpr const char* place = "soc/resistance_pause_permille";
+  Json json = step("limit", std::string(place) + ": at " + value_text(Unit::permille, soc.resistance_pause_permille) +
+                                " the charger is paused for " + span_text(soc.resistance_pause) +
+                                ", to see what the step shows");
+  json["row"] = place;
+  json["pause_ms"] = to_ms(soc.resistance_pause);
+  return json;
+}
+
 /// Reasons that are a word of the pack file, or the limit's own past.
 Json plain_step(Concerns direction, const CurrentLimit& limit, const CoreConfig& config) {
   const DirectionConfig names = config_of(direction, config.current);
@@ -195,6 +206,7 @@ Json plain_step(Concerns direction, const CurrentLimit& limit, const CoreConfig&
     json["target_mA"] = limit.unhindered_mA;
     return json;
   }
+  if (limit.cause == LimitCause::measuring) return pause_step(config.soc);
   const bool is_user = limit.cause == LimitCause::user;
   const bool is_soc = limit.cause == LimitCause::charge_not_known;
   const std::string place = is_user  ? "user_limits"

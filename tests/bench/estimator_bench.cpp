@@ -3,6 +3,8 @@
 
 #include <benchmark/benchmark.h>
 
+#include "daemon/core/estimators/cell_estimate.hpp"
+#include "daemon/core/estimators/cell_health.hpp"
 #include "daemon/core/estimators/resistance_tracker.hpp"
 #include "daemon/core/estimators/soc_coulomb.hpp"
 #include "daemon/core/estimators/soc_filter.hpp"
@@ -50,9 +52,29 @@ void sample_of_one_cells_resistance(benchmark::State& state) {
   benchmark::DoNotOptimize(tracker.estimate(resistance_reference_C));
 }
 
+/// All that the daemon follows of a cell: every method beside each other, and its health.
+void sample_of_one_cells_whole(benchmark::State& state) {
+  const CellDynamics cell = test::sloped_cell();
+  const std::vector<CellSample> samples = drive_of(cell);
+  const HealthModel model{.expected = ExpectedResistance(cell), .rated_As = cell.capacity_As};
+  const ChargeEndConfig ends{.full_V = 4.095, .full_current_A = 0.5, .empty_V = 3.205, .empty_current_A = 2.0};
+  CellEstimate estimate;
+  CellHealth health;
+  estimate.begin(cell, {}, {.soc = 0.8, .sigma = 0.1}, 12.0);
+  health.begin(model);
+  std::size_t next = 0;
+  for ([[maybe_unused]] auto _ : state) {
+    health.take(samples[next], estimate.update(samples[next], ends));
+    next = next + 1 == samples.size() ? 0 : next + 1;
+  }
+  benchmark::DoNotOptimize(estimate.estimate(SocMethod::ekf));
+  benchmark::DoNotOptimize(health.capacity_As());
+}
+
 }  // namespace
 
 BENCHMARK(sample_of_one_cell<SocFilter>);
 BENCHMARK(sample_of_one_cell<SocMixed>);
 BENCHMARK(sample_of_one_cell<SocCoulomb>);
 BENCHMARK(sample_of_one_cells_resistance);
+BENCHMARK(sample_of_one_cells_whole);

@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "config/cell_config.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/process.hpp"
 
@@ -159,6 +160,19 @@ TEST_CASE("the capacity of an ageing cell is fitted, scored and drawn", "[integr
   REQUIRE(given.status == 0);
   CHECK(nlohmann::json::parse(given.out).at("single") == json.at("single"));
   CHECK(nlohmann::json::parse(given.out).at("fit").is_null());
+  // In the text there is what a cell file takes.
+  const Finished text = bmucell(health_of(folder, fitted));
+  REQUIRE(text.status == 0);
+  const std::size_t at = text.out.find("\"charge_plateau\": {");
+  REQUIRE(at != std::string::npos);
+  nlohmann::json cell = nlohmann::json::parse(read_file(std::string(BMUD_SOURCE_DIR) + "/config/cells/nmc-3000.json"),
+                                              nullptr, true, true);
+  cell.update(nlohmann::json::parse("{" + text.out.substr(at) + "}"));
+  const auto file = parse_cell_file(cell.dump(), "cell.json");
+  REQUIRE(file);
+  REQUIRE(file->charge_plateau);
+  CHECK(file->charge_plateau->plateau_weight == Approx(model.at("plateau_weight").get<double>()).margin(1e-5));
+  CHECK(file->charge_plateau->sigma_As == Approx(3'600.0 * model.at("sigma_Ah").get<double>()).margin(0.1));
   more = fitted;
   more.insert(more.end(), {"--from-voltage", "4.1"});
   const Finished late = bmucell(health_of(folder, more));

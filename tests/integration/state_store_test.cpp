@@ -104,12 +104,17 @@ PersistentState full_state() {
   state.cell_charges = {.unix_time_ms = 1'700'000'300'000, .capacity_uAs = 360'000'000'000};
   state.cell_charges.modules[1] = {.cell_count = 2, .serial_number = 0, .cells = {{{-8, 9}, {10'000'000'000, 0}}}};
   state.cell_charges.modules[63] = {.cell_count = 1, .serial_number = 0xFFFF'FFFF, .cells = {{{11, 12}}}};
+  state.totals = {
+      .charge_out_uAs = 11, .charge_in_uAs = 12, .energy_out_mWh = 13, .energy_in_mWh = std::int64_t{1} << 60};
   state.soc = {
       .is_kept = true, .unix_time_ms = 1'700'000'300'001, .capacity_uAs = 360'000'000'000, .told_ppm = 612'345};
   ModuleSocRecord& soc = state.soc.modules[63];
   soc.cell_count = 2;
   soc.serial_number = 4'294'967'295;
-  soc.cells[0] = {.soc_ppm = 1'000'000, .sigma_ppm = 1, .hysteresis_permille = -1'000};
+  soc.cells[0] = {.soc_ppm = 1'000'000,
+                  .sigma_ppm = 1,
+                  .hysteresis_permille = -1'000,
+                  .health = {900'000, 5'000, 1'300'000, 40'000}};
   soc.cells[1] = {.soc_ppm = 0, .sigma_ppm = 1'000'000, .hysteresis_permille = 1'000};
   return state;
 }
@@ -316,14 +321,38 @@ TEST_CASE("states of charge that are not right are left out alone", "[integratio
   CHECK(problem("/modules/63/cells", Json::array()) == "soc/modules/63/cells is [], wanted 1 to 12 cells");
   CHECK(problem("/modules/63/cells", Json(std::vector<int>(13, 0))) ==
         "soc/modules/63/cells is [0,0,0,0,0,0,0,0,0,0,0,0,0], wanted 1 to 12 cells");
-  const char* const triple = ", wanted two numbers from 0 to 1000000 and one from -1000 to 1000";
+  const char* const triple = ", wanted two numbers from 0 to 1000000, one from -1000 to 1000, and the health's";
   for (const Json& cell : {Json{1, 2}, Json{-1, 2, 3}, Json{1'000'001, 2, 3}, Json{1, -1, 3}, Json{1, 1'000'001, 3},
                            Json{1, 2, -1'001}, Json{1, 2, 1'001}, Json{1, 2, "3"}, Json{1, 2, 3, 4}}) {
     CHECK(problem("/modules/63/cells/1", cell) == "soc/modules/63/cells/1 is " + cell.dump() + triple);
   }
+  const char* const health = ", wanted the health's four numbers from 0 to 100000000";
+  for (const Json& cell : {Json{1, 2, 3, -1, 0, 0, 0}, Json{1, 2, 3, 0, 100'000'001, 0, 0}, Json{1, 2, 3, 0, 0, 0.5, 0},
+                           Json{1, 2, 3, 0, 0, 0, "1"}}) {
+    CHECK(problem("/modules/63/cells/1", cell) == "soc/modules/63/cells/1 is " + cell.dump() + health);
+  }
+  const auto unknown_health = read_with("/modules/63/cells/0", Json{1, 2, 3});
+  REQUIRE(unknown_health);
+  CHECK(unknown_health->state.soc.modules[63].cells[0] ==
+        CellSocRecord{.soc_ppm = 1, .sigma_ppm = 2, .hysteresis_permille = 3});
   const auto unknown_time = read_with("/unix_time_ms", 0);
   REQUIRE(unknown_time);
   CHECK(unknown_time->state.soc.is_kept);
+}
+
+TEST_CASE("a file of before totals were kept begins at nothing, and one below that is refused",
+          "[integration][state]") {
+  const PersistentState state = full_state();
+  PersistentState without = state;
+  without.totals = {};
+  const auto before = parse_state(changed(state, [](Json& file) { file["content"].erase("totals"); }));
+  REQUIRE(before);
+  CHECK(before->state == without);
+  for (const char* key : {"charge_out_uAs", "charge_in_uAs", "energy_out_mWh", "energy_in_mWh"}) {
+    const auto below = parse_state(changed(state, [key](Json& file) { file["content"]["totals"][key] = -1; }));
+    REQUIRE_FALSE(below);
+    CHECK(below.error().find("a total is -1") != std::string::npos);
+  }
 }
 
 TEST_CASE("a file of the version before, whose frames had less, is read, and the rest is not known",

@@ -1,247 +1,226 @@
-// Charges and capacity tests as they come from files, and scores and fits whose outcome can be worked out.
+// How one cell has aged: what its capacity and its resistance are learned from, and what outlives a process.
+#include "daemon/core/estimators/cell_health.hpp"
+
 #include <cmath>
-#include <string>
 
 #include "tests/support/catch.hpp"
-#include "tests/support/temporary_folder.hpp"
-#include "tools/bmucell/health.hpp"
+#include "tests/support/simulated_cell.hpp"
 
 using namespace bmu;
-using namespace bmu::cell;
 
 namespace {
 
-const std::string head = "cycle,time_s,current_A,voltage_V,temp_C\n";
-const std::string tests_head = "cycle,capacity_Ah,charges_before\n";
+constexpr double warm_C = 25.0;
+constexpr double capacity_As = 36'000.0;  // of the sloped cell
 
-class Files {
- public:
-  [[nodiscard]] Result<AgeingData, std::string> read(const std::string& charges, const std::string& tests) {
-    charges_ = folder_.file("charges.csv", charges);
-    tests_ = folder_.file("tests.csv", tests);
-    return read_ageing(charges_, tests_);
-  }
-  /// Behind the folder.
-  [[nodiscard]] std::string problem_of(const std::string& charges, const std::string& tests) {
-    const auto data = read(charges, tests);
-    REQUIRE_FALSE(data);
-    const std::string where = charges_.parent_path().string() + "/";
-    std::string text = data.error();
-    for (auto at = text.find(where); at != std::string::npos; at = text.find(where)) text.erase(at, where.size());
-    return text;
-  }
-
- private:
-  TemporaryFolder folder_;
-  std::filesystem::path charges_;
-  std::filesystem::path tests_;
-};
-
-constexpr double rated_As = 3'600.0;
-
-/// A charge with a plateau (ChargePlateau's own tests count it out): steps of 30 s with 1.5 A; then the taper. How long
-/// it takes over the plateau, and above it.
-Charge plateau_charge(double number, double plateau_share, double above_share) {
-  Charge charge{.number = number};
-  double voltage_V = 3.6;
-  const auto add = [&](double current_A, double rise_V) {
-    voltage_V += rise_V;
-    charge.samples.push_back({.passed_s = 30.0,
-                              .mean_current_A = -current_A,
-                              .current_A = -current_A,
-                              .voltage_V = voltage_V,
-                              .temperature_C = 25.0});
-  };
-  for (int step = 0; step < 7; ++step) add(1.5, 0.0);
-  while (voltage_V < 3.8) add(1.5, 0.01 / plateau_share);
-  while (voltage_V < 3.9) add(1.5, 0.0041 / plateau_share);
-  while (voltage_V < 4.19) add(1.5, 0.009 / above_share);
-  for (const double current_A : {1.0, 0.5, 0.2, 0.05}) add(current_A, 0.0);
-  return charge;
+HealthModel model() {
+  static const CellDynamics cell = test::sloped_cell();
+  return {.expected = ExpectedResistance(cell),
+          .sensor = {.gain = 0.01, .offset_A = 0.01, .unknown_current_A = 10.0},
+          .rated_As = cell.capacity_As,
+          .charge_efficiency = 1.0};
 }
 
-constexpr ChargePlateauModel model{.plateau_weight = 2.0,
-                                   .above_weight = 1.1,
-                                   .sigma_As = 0.02 * rated_As,
-                                   .current_A = 1.5,
-                                   .full_voltage_V = 4.2,
-                                   .end_current_A = 0.1};
-
-double capacity_by_model(const Charge& charge) {
-  ChargePlateau plateau;
-  plateau.begin(model);
-  std::optional<PlateauCharge> shown;
-  for (const CellSample& sample : charge.samples) {
-    const auto now = plateau.take(sample);
-    if (now) shown = now;
+/// So much out of the cell (negative: into it) within an hour, one sample a second.
+void flow(CellHealth& health, double charge_As) {
+  constexpr int hour_s = 3'600;
+  for (int second = 0; second < hour_s; ++second) {
+    health.take({.passed_s = 1.0, .mean_current_A = charge_As / hour_s, .temperature_C = warm_C});
   }
-  REQUIRE(shown);
-  return capacity_pair(model, *shown, {.offset_A = 0.0}).charge_As;
 }
-
-/// A cell whose plateau loses 2 % with each of so many charges, and what is above it half a percent. Its capacities are
-/// those of the model, times a factor.
-AgeingData ageing(int charges, double factor = 1.0) {
-  AgeingData data{.name = "cell"};
-  for (int k = 1; k <= charges; ++k) {
-    data.charges.push_back(plateau_charge(k, 1.0 - 0.02 * k, 1.0 - 0.005 * k));
-    data.tests.push_back({.cycle = 100.0 + k,
-                          .capacity_As = factor * capacity_by_model(data.charges.back()),
-                          .charge_number = static_cast<double>(k)});
-  }
-  return data;
+void anchor(CellHealth& health, double soc, double sigma = 0.01) {
+  health.take({.passed_s = 1.0, .mean_current_A = 0.0, .temperature_C = warm_C}, ChargeAnchor{soc, sigma});
 }
 
 }  // namespace
 
-TEST_CASE("charges are cut apart by their numbers, and tests find theirs", "[unit][bmucell]") {
-  Files files;
-  const auto data =
-      files.read(head + "2,60,-1.5,3.6,24\n2,120,-1.4,3.7,25\n5,30,-1.5,3.5,26\n", tests_head + "7,1.8,5\n");
-  REQUIRE(data);
-  REQUIRE(data->charges.size() == 2);
-  CHECK(data->charges[0].number == 2.0);
-  REQUIRE(data->charges[0].samples.size() == 2);
-  CHECK(data->charges[0].samples[0].passed_s == 60.0);
-  CHECK(data->charges[0].samples[1].passed_s == 60.0);
-  CHECK(data->charges[0].samples[1].mean_current_A == -1.4);
-  CHECK(data->charges[0].samples[1].voltage_V == 3.7);
-  CHECK(data->charges[0].samples[1].temperature_C == 25.0);
-  CHECK(data->charges[1].samples[0].passed_s == 30.0);
-  REQUIRE(data->tests.size() == 1);
-  CHECK(data->tests[0].cycle == 7.0);
-  CHECK(data->tests[0].capacity_As == Approx(6'480.0));
-  CHECK(data->tests[0].has_own_charge);
-  CHECK(data->charge_before(data->tests[0]).number == 5.0);
+TEST_CASE("a new cell has the capacity of its file, and no health is told", "[unit][estimators][FS_5]") {
+  const HealthModel kind = model();
+  CellHealth health;
+  CHECK_FALSE(health.is_begun());
+  CHECK_FALSE(health.health().by_capacity.is_known);
+  CHECK(health.record() == CellHealthRecord{});
+  health.begin(kind);
+  CHECK(health.is_begun());
+  CHECK(health.capacity_As() == capacity_As);
+  CHECK_FALSE(health.is_capacity_known());
+  CHECK_FALSE(health.health().by_capacity.is_known);
+  CHECK_FALSE(health.health().by_resistance.is_known);
+  CHECK_FALSE(health.resistance(warm_C).is_known);
+  CHECK(health.record() == CellHealthRecord{});
 }
 
-TEST_CASE("a second test behind one charge has none of its own", "[unit][bmucell]") {
-  Files files;
-  const auto data = files.read(head + "2,60,-1.5,3.6,24\n", tests_head + "7,1.8,2\n8,1.9,2\n");
-  REQUIRE(data);
-  CHECK(data->tests[0].has_own_charge);
-  CHECK_FALSE(data->tests[1].has_own_charge);
-}
-
-TEST_CASE("charges and tests that are wrong are refused with what was found and what wanted", "[unit][bmucell]") {
-  Files files;
-  const std::string charges = head + "2,60,-1.5,3.6,24\n";
-  CHECK(files.problem_of("time_s,current_A,voltage_V,temp_C\n0,1,3,20\n", tests_head + "7,1.8,2\n") ==
-        "charges.csv: no column 'cycle', the number of the charge");
-  CHECK(files.problem_of("cycle,time_s,current_A,voltage_V\n1,0,1,3\n", tests_head + "7,1.8,2\n") ==
-        "charges.csv: no column 'temp_C'");
-  CHECK(files.problem_of(charges + "1,60,-1.5,3.6,24\n", tests_head + "7,1.8,2\n") ==
-        "charges.csv: cycle: found '1' at 60 s, wanted rising numbers, the rows of one behind each other");
-  CHECK(files.problem_of(charges + ",60,-1.5,3.6,24\n", tests_head + "7,1.8,2\n") ==
-        "charges.csv: cycle: found 'nan' at 60 s, wanted rising numbers, the rows of one behind each other");
-  CHECK(files.problem_of(charges, "cycle,charges_before\n7,2\n") ==
-        "tests.csv: no column 'capacity_Ah'; wanted a first line with cycle, capacity_Ah and charges_before");
-  CHECK(files.problem_of(charges, tests_head + "7,x,2\n") == "tests.csv:2: capacity_Ah: found 'x', wanted a number");
-  CHECK(files.problem_of(charges, tests_head + "7,,2\n") == "tests.csv:2: capacity_Ah: found '', wanted a number");
-  CHECK(files.problem_of(charges, tests_head + "7,0,2\n") ==
-        "tests.csv:2: capacity_Ah: found '0', wanted a number above 0");
-  CHECK(files.problem_of(charges, tests_head + "7,1.8,2\n8,1.8,1\n") ==
-        "tests.csv:3: charges_before: found '1' behind '2', wanted numbers that do not fall");
-  CHECK(files.problem_of(charges, tests_head + "7,1.8,3\n") ==
-        "tests.csv: charges_before: found '3', wanted a cycle of charges.csv");
-}
-
-TEST_CASE("plugged in later, what came before is not seen", "[unit][bmucell]") {
-  Charge charge{.number = 1.0};
-  for (int k = 0; k < 10; ++k) {
-    charge.samples.push_back({.passed_s = 100.0, .mean_current_A = -1.0, .voltage_V = 3.5 + 0.1 * k});
+TEST_CASE("two anchors and what flowed between them make a capacity", "[unit][estimators][FS_5]") {
+  const HealthModel kind = model();
+  CellHealth health;
+  health.begin(kind);
+  anchor(health, 0.9);
+  flow(health, 0.7 * 0.85 * capacity_As);
+  CHECK_FALSE(health.is_capacity_known());
+  anchor(health, 0.2);
+  REQUIRE(health.is_capacity_known());
+  CHECK(health.capacity_pairs() == 1);
+  // The cell file's capacity, 5 % sure, still has its word.
+  CHECK(health.capacity_As() / capacity_As == Approx(0.87).margin(0.02));
+  for (int turn = 0; turn < 4; ++turn) {
+    flow(health, -0.7 * 0.85 * capacity_As);
+    anchor(health, 0.9);
+    flow(health, 0.7 * 0.85 * capacity_As);
+    anchor(health, 0.2);
   }
-  // 1000 As of 2000 flow: it begins at a half, and each sample adds 5 %.
-  const auto left = [&](const PluggedIn& when) { return plugged_in(charge, 2'000.0, when).samples.size(); };
-  CHECK(left({}) == 10);
-  CHECK(left({.from_soc = 0.5}) == 10);
-  CHECK(left({.from_soc = 0.7}) == 7);
-  CHECK(left({.from_soc = 1.01}) == 0);
-  CHECK(left({.from_voltage_V = 3.95}) == 5);
-  CHECK(left({.from_soc = 0.7, .from_voltage_V = 3.95}) == 5);
-  CHECK(left({.from_voltage_V = 5.0}) == 0);
+  CHECK(health.capacity_As() / capacity_As == Approx(0.85).margin(0.01));
+  const HealthFigure figure = health.health().by_capacity;
+  REQUIRE(figure.is_known);
+  CHECK(std::abs(figure.permille - 850) <= 10);
+  CHECK(std::abs(figure.permille - 850) <= 2 * figure.sigma_permille);
+  CHECK(figure.sigma_permille >= 8);  // the sensor's gain is in all pairs
 }
 
-TEST_CASE("a fit finds the weights that a cell's charges were made of", "[unit][bmucell]") {
-  const auto fit = fit_plateau(ageing(20), model, rated_As, 1e9);
-  REQUIRE(fit);
-  CHECK(fit->charges == 20);
-  // Held near 1 the second weight ends a little below 1.1, and the first makes up for it.
-  CHECK(fit->model.above_weight == Approx(1.1).margin(0.05));
-  CHECK(fit->model.plateau_weight == Approx(2.0).margin(0.2));
-  CHECK(fit->rmse_As < 0.005 * rated_As);
-  CHECK(fit->model.sigma_As == Approx(0.015 * rated_As));
-  CHECK(fit->model.current_A == 1.5);
-  const auto early = fit_plateau(ageing(20), model, rated_As, 110.0);
-  REQUIRE(early);
-  CHECK(early->charges == 10);
-  // Fewer of one age tell the two apart less well: nearer to 1.
-  CHECK(early->model.above_weight < fit->model.above_weight);
-  CHECK(early->model.above_weight > 1.0);
+TEST_CASE("a charge counts as what arrives of it", "[unit][estimators][FS_5]") {
+  HealthModel kind = model();
+  kind.charge_efficiency = 0.9;
+  CellHealth health;
+  health.begin(kind);
+  anchor(health, 0.2, 0.001);
+  flow(health, -0.7 * capacity_As / 0.9);
+  anchor(health, 0.9, 0.001);
+  REQUIRE(health.is_capacity_known());
+  CHECK(health.capacity_As() / capacity_As == Approx(1.0).margin(0.002));
 }
 
-TEST_CASE("a fit to too few charges is refused", "[unit][bmucell]") {
-  CHECK(fit_plateau(ageing(8), model, rated_As, 1e9));
-  const auto fit = fit_plateau(ageing(8), model, rated_As, 107.0);
-  REQUIRE_FALSE(fit);
-  CHECK(fit.error() ==
-        "cell: found 7 charges with a test that show a plateau and are full at the end, wanted 8 to fit to");
+TEST_CASE("what flows uncounted between two anchors costs the pair", "[unit][estimators][FS_5]") {
+  const HealthModel kind = model();
+  CellHealth health;
+  health.begin(kind);
+  anchor(health, 0.9);
+  flow(health, 0.7 * 0.85 * capacity_As);
+  health.take({.passed_s = 1.0, .temperature_C = warm_C});
+  anchor(health, 0.2);
+  CHECK_FALSE(health.is_capacity_known());
+  flow(health, -0.7 * 0.85 * capacity_As);
+  anchor(health, 0.9);
+  CHECK(health.is_capacity_known());
 }
 
-TEST_CASE("each test is compared with what was known before it", "[unit][bmucell]") {
-  const AgeingData data = ageing(20, 1.02);  // 2 % more than the model says
-  const HealthResult result = score_health({.model = model, .rated_As = rated_As}, data);
-  CHECK(result.file == "cell");
-  REQUIRE(result.rows.size() == 20);
-  CHECK(result.rows[0].cycle == 101.0);
-  CHECK(result.rows[0].true_As == data.tests[0].capacity_As);
-  REQUIRE(result.rows[0].single_As);
-  CHECK(*result.rows[0].single_As == Approx(data.tests[0].capacity_As / 1.02));
-  CHECK(result.rows[0].single_sigma_As == model.sigma_As);
-  CHECK(result.single.tests == 20);
-  double squares = 0.0;
-  for (const CapacityTest& test : data.tests) {
-    const double off = test.capacity_As * (1.0 - 1.0 / 1.02) / rated_As * 100.0;
-    squares += off * off;
+TEST_CASE("an absurd pair is counted and not learned", "[unit][estimators][FS_5]") {
+  const HealthModel kind = model();
+  CellHealth health;
+  health.begin(kind);
+  anchor(health, 0.2);
+  flow(health, 0.5 * capacity_As);  // out of it, and it is fuller afterwards: the sensor points the wrong way
+  anchor(health, 0.9);
+  CHECK_FALSE(health.is_capacity_known());
+  CHECK(health.capacity_refused() == 1);
+  CHECK(health.capacity_As() == capacity_As);
+}
+
+TEST_CASE("steps of the current show a resistance, and that its health", "[unit][estimators][BMS_F.6]") {
+  const HealthModel kind = model();
+  CellHealth health;
+  health.begin(kind);
+  const double resistance_Ohm = 1.4 * kind.expected.at_reference_Ohm();
+  for (int second = 0; second < 400; ++second) {
+    const double current_A = second / 20 % 2 == 0 ? 0.0 : 10.0;
+    health.take({.passed_s = 1.0,
+                 .mean_current_A = current_A,
+                 .current_A = current_A,
+                 .voltage_V = 3.7 - resistance_Ohm * current_A,
+                 .temperature_C = warm_C});
   }
-  CHECK(result.single.rmse_pct == Approx(std::sqrt(squares / 20.0)));
-  CHECK(result.single.max_pct == Approx(data.tests[0].capacity_As * (1.0 - 1.0 / 1.02) / rated_As * 100.0));
-  CHECK(result.single.inside_uncertainty_pct == 100.0);
-  // All together begin with the rated capacity and follow.
-  CHECK(result.told.tests == 20);
-  REQUIRE(result.rows[19].told_As);
-  CHECK(*result.rows[19].told_As == Approx(*result.rows[19].single_As).epsilon(0.03));
-  CHECK(*result.rows[19].told_As > *result.rows[19].single_As);  // behind
+  const ResistanceEstimate told = health.resistance(warm_C);
+  REQUIRE(told.is_known);
+  CHECK(told.resistance_Ohm == Approx(resistance_Ohm).epsilon(0.03));
+  const HealthFigure figure = health.health().by_resistance;
+  REQUIRE(figure.is_known);
+  CHECK(std::abs(figure.permille - 600) <= 40);
+  CHECK_FALSE(health.health().by_capacity.is_known);
 }
 
-TEST_CASE("before the first charge that shows it nothing is scored, and then every test is", "[unit][bmucell]") {
-  AgeingData data = ageing(10);
-  data.charges[0].samples.resize(20);
-  data.charges[4].samples.resize(20);
-  const HealthResult result = score_health({.model = model, .rated_As = rated_As}, data);
-  CHECK(result.rows.size() == 10);
-  CHECK_FALSE(result.rows[0].single_As);
-  CHECK_FALSE(result.rows[0].told_As);
-  CHECK(result.rows[1].told_As);
-  CHECK_FALSE(result.rows[4].single_As);
-  CHECK(result.rows[4].told_As);
-  CHECK(result.single.tests == 8);
-  CHECK(result.told.tests == 9);
-  const HealthResult nothing =
-      score_health({.model = model, .rated_As = rated_As, .when = {.from_voltage_V = 4.1}}, data);
-  CHECK(nothing.rows.size() == 10);
-  CHECK(nothing.single.tests == 0);
-  CHECK(nothing.told.tests == 0);
+TEST_CASE("a record gives the next life what this one learned", "[unit][estimators][FS_5]") {
+  const HealthModel kind = model();
+  const CellHealthRecord kept{.capacity_ppm = 850'000,
+                              .capacity_sigma_ppm = 9'000,
+                              .resistance_ppm = 1'400'000,
+                              .resistance_sigma_ppm = 30'000};
+  CellHealth health;
+  health.begin(kind, kept);
+  REQUIRE(health.is_capacity_known());
+  CHECK(health.capacity_pairs() == 0);
+  CHECK(health.capacity_As() / capacity_As == Approx(0.85).margin(1e-4));
+  CHECK(health.resistance(warm_C).resistance_Ohm == Approx(1.4 * kind.expected.at_reference_Ohm()));
+  SECTION("and again the next, without losing certainty by being kept") {
+    CellHealthRecord again = health.record();
+    for (int life = 0; life < 50; ++life) {
+      health.begin(kind, again);
+      again = health.record();
+    }
+    CHECK(again.capacity_ppm == Approx(850'000).margin(200));
+    CHECK(again.capacity_sigma_ppm == Approx(9'000).margin(500));
+    CHECK(again.resistance_ppm == Approx(1'400'000).margin(100));
+    CHECK(again.resistance_sigma_ppm == Approx(30'000).margin(100));
+  }
 }
 
-TEST_CASE("a test without a charge of its own counts only if that is wanted", "[unit][bmucell]") {
-  AgeingData data = ageing(10);
-  CapacityTest again = data.tests[3];
-  again.has_own_charge = false;
-  data.tests.insert(data.tests.begin() + 4, again);
-  CHECK(score_health({.model = model, .rated_As = rated_As}, data).rows.size() == 10);
-  CHECK(score_health({.model = model, .rated_As = rated_As, .scores_all_tests = true}, data).rows.size() == 11);
-  const auto fit = fit_plateau(data, model, rated_As, 1e9);
-  REQUIRE(fit);
-  CHECK(fit->charges == 10);
+TEST_CASE("a record that no cell can have is none", "[unit][estimators][FS_5]") {
+  const HealthModel kind = model();
+  for (const CellHealthRecord& kept : {CellHealthRecord{.capacity_ppm = 850'000},
+                                       CellHealthRecord{.capacity_ppm = 250'000, .capacity_sigma_ppm = 9'000},
+                                       CellHealthRecord{.capacity_ppm = 1'400'000, .capacity_sigma_ppm = 9'000},
+                                       CellHealthRecord{.resistance_ppm = 1'400'000}}) {
+    CellHealth health;
+    health.begin(kind, kept);
+    CHECK_FALSE(health.is_capacity_known());
+    CHECK(health.capacity_As() == capacity_As);
+    CHECK_FALSE(health.resistance(warm_C).is_known);
+  }
+}
+
+TEST_CASE("a whole charge shows a capacity where the cell file says how", "[unit][estimators][FS_5]") {
+  HealthModel kind = model();
+  kind.plateau = ChargePlateauModel{.plateau_weight = 2.0,
+                                    .above_weight = 1.0,
+                                    .sigma_As = 300.0,
+                                    .current_A = 5.0,
+                                    .full_voltage_V = 4.2,
+                                    .end_current_A = 0.5};
+  // A plateau around 3.7 V, of which a smooth step in the slope is made; then the taper.
+  const auto charge = [](CellHealth& health) {
+    double voltage_V = 3.4;
+    while (voltage_V < 4.2) {
+      const double off = (voltage_V - 3.7) / 0.06;
+      voltage_V += 5.0 / (20'000.0 + 100'000.0 * std::exp(-off * off));
+      health.take({.passed_s = 1.0,
+                   .mean_current_A = -5.0,
+                   .current_A = -5.0,
+                   .voltage_V = voltage_V,
+                   .temperature_C = warm_C});
+    }
+    for (double current_A = 5.0; current_A > 0.4; current_A *= 0.999) {
+      health.take({.passed_s = 1.0,
+                   .mean_current_A = -current_A,
+                   .current_A = -current_A,
+                   .voltage_V = 4.2,
+                   .temperature_C = warm_C});
+    }
+  };
+  CellHealth with;
+  with.begin(kind);
+  charge(with);
+  CHECK(with.capacity_pairs() + with.capacity_refused() == 1);
+  HealthModel plain = kind;
+  plain.plateau.reset();
+  CellHealth without;
+  without.begin(plain);
+  charge(without);
+  CHECK(without.capacity_pairs() + without.capacity_refused() == 0);
+}
+
+TEST_CASE("samples before it is begun say nothing", "[unit][estimators]") {
+  CellHealth health;
+  anchor(health, 0.9);
+  flow(health, 20'000.0);
+  anchor(health, 0.2);
+  CHECK_FALSE(health.is_capacity_known());
+  health.move_to(model());
+  CHECK_FALSE(health.is_begun());
 }

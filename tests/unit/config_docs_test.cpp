@@ -151,8 +151,9 @@ TEST_CASE("docs/configuration.md lists every key as the parser knows it", "[unit
 
 TEST_CASE("docs/configuration.md names the keys that are no plain fields", "[unit][config][docs]") {
   const std::string page = bytes_of(page_file);
-  for (const std::string key : {"cell", "modules", "limits", "nodes", "serial_numbers", "ocv", "derating", "dynamics",
-                                "rows", "component_limits", "gpio", "outputs", "feedback", "inputs"}) {
+  for (const std::string key :
+       {"cell", "modules", "limits", "nodes", "serial_numbers", "ocv", "derating", "charge_plateau", "dynamics", "rows",
+        "component_limits", "gpio", "outputs", "feedback", "inputs"}) {
     CAPTURE(key);
     CHECK(page.find("`" + key + "`") != std::string::npos);
   }

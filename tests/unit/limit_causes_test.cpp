@@ -259,3 +259,16 @@ TEST_CASE("without a floor in the pack file there is none", "[unit][limits][limp
   bench.pack.cell_temperature_dC.min = -100;
   is(bench.limits().discharge, 0, LimitCause::cold);
 }
+
+TEST_CASE("a pause to measure takes what may be charged, and nothing else", "[unit][limits][charge_pause]") {
+  Bench bench;
+  bench.inputs.is_charge_paused = true;
+  is(bench.limits().charge, 0, LimitCause::measuring);
+  is(bench.limits().charge_continuous, 0, LimitCause::measuring);
+  is(bench.limits().discharge, 120'000, LimitCause::peak);
+  is(bench.limits().discharge_continuous, 80'000, LimitCause::continuous);
+  CHECK_FALSE(is_protection(LimitCause::measuring));
+  CHECK_FALSE(is_measured_cause(LimitCause::measuring));
+  bench.inputs.may_charge = false;  // what a fault takes is told as that
+  is(bench.limits().charge, 0, LimitCause::fault);
+}

@@ -334,7 +334,7 @@ TEST_CASE("every cause of a limit has a text of its own, and no other number has
   for (int cause = 0; cause <= static_cast<int>(LimitCause::rising); ++cause) {
     texts.insert(to_text(static_cast<LimitCause>(cause)));
   }
-  CHECK(texts.size() == 27);
+  CHECK(texts.size() == 28);
   CHECK_FALSE(texts.contains("?"));
   CHECK(to_text(static_cast<LimitCause>(99)) == "?");
 }

@@ -136,4 +136,70 @@ TEST_CASE("status shows what an interface is set to beside its bus, and what it 
   CHECK(row_of(nullptr, nullptr, "unknown").empty());
 }
 
+namespace {
+
+/// Of a module with two cells, of the second of which nothing is known.
+Json health_reply() {
+  const Json first{{"module", 1}, {"number", 1}, {"pack_number", 1}, {"text", "cell 1.1 (no. 1)"}};
+  const Json module{{"node", 1},
+                    {"first_pack_number", 1},
+                    {"capacity_uAs", {97'200'000'000, nullptr}},
+                    {"capacity_sigma_uAs", {1'080'000'000, nullptr}},
+                    {"capacity_pairs", {3, 0}},
+                    {"capacity_refused", {1, 0}},
+                    {"resistance_uOhm", {1'903, nullptr}},
+                    {"resistance_sigma_uOhm", {80, nullptr}},
+                    {"step_resistance_uOhm", {1'880, nullptr}},
+                    {"health_by_capacity_permille", {900, nullptr}},
+                    {"health_by_capacity_sigma_permille", {10, nullptr}},
+                    {"health_by_resistance_permille", {882, nullptr}},
+                    {"health_by_resistance_sigma_permille", {50, nullptr}}};
+  return {{"by_capacity_permille", 900},
+          {"by_capacity_sigma_permille", 10},
+          {"weakest_cell", first},
+          {"by_resistance_permille", nullptr},
+          {"by_resistance_sigma_permille", nullptr},
+          {"worst_cell", nullptr},
+          {"pack_resistance_uOhm", 91'450},
+          {"pack_resistance_sigma_uOhm", 4'110},
+          {"cell_resistance_min_uOhm", 1'903},
+          {"cell_resistance_min_at", first},
+          {"cell_resistance_max_uOhm", 1'903},
+          {"cell_resistance_max_at", first},
+          {"rated_capacity_uAs", 108'000'000'000},
+          {"totals",
+           {{"charge_out_uAs", 133'380'000'000},
+            {"charge_in_uAs", 3'600'000'000},
+            {"energy_out_mWh", 5'000},
+            {"energy_in_mWh", 40},
+            {"cycles_permille", 1'235}}},
+          {"is_charge_paused", false},
+          {"modules", Json::array({module})}};
+}
+
+}  // namespace
+
+TEST_CASE("health tells what is known with what it may be off by, and the rest as not known", "[unit][bmuctl][FS_5]") {
+  const Json reply = health_reply();
+  const std::string text = health_page(Reply(reply)).text(false);
+  INFO(text);
+  CHECK(text.find("Capacity    90.0 % (+- 2.0) of 30.0000 Ah, cell 1.1 (no. 1)\n") != std::string::npos);
+  CHECK(text.find("Resistance  not known\n") != std::string::npos);
+  CHECK(text.find("91.45 mOhm (+- 8.22)   lowest 1.90 mOhm, cell 1.1 (no. 1)") != std::string::npos);
+  CHECK(text.find("out 37.0500 Ah, 5.0 Wh   in 1.0000 Ah, 0.0 Wh   cycles 1.24\n") != std::string::npos);
+  CHECK(text.find("27.0000 Ah  90.0 % (+- 2.0)  3, refused 1   1.90 mOhm  88.2 % (+- 10.0)  1.88 mOhm\n") !=
+        std::string::npos);
+  CHECK(text.find("Paused") == std::string::npos);
+}
+
+TEST_CASE("health says so where nobody keeps what flowed, and while a charge is paused", "[unit][bmuctl]") {
+  Json reply = health_reply();
+  reply["totals"] = nullptr;
+  reply["is_charge_paused"] = true;
+  const std::string text = health_page(Reply(reply)).text(false);
+  INFO(text);
+  CHECK(text.find("Flowed      nobody keeps it: no state file\n") != std::string::npos);
+  CHECK(text.find("Paused      the charger") != std::string::npos);
+}
+
 }  // namespace bmu

@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "config/cell_file_writer.hpp"
 #include "tools/bmucell/chart.hpp"
 #include "tools/bmucell/output.hpp"
 
@@ -69,6 +70,7 @@ void print_table(const Told& told) {
   std::printf("            tests     RMSE      max  inside%%\n");
   print_line("single", told.result.single);
   print_line("all", told.result.told);
+  if (told.fit) std::printf("\nfor the cell file:\n%s\n", charge_plateau_text(model).c_str());
 }
 
 std::string csv_of(const HealthResult& result) {

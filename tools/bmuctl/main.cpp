@@ -36,6 +36,7 @@ constexpr const char* footer = R"(Examples:
   bmuctl clear --authorised        those, too, that need somebody who has looked at the pack
   bmuctl modules                   who is on which node, who should be, how they answer (bmuctl modules --help)
   bmuctl balance --off             stop bleeding cells, until --on or a new start of the daemon
+  bmuctl health                    capacities, resistances, energy and cycles over all lives of the daemon
   bmuctl wake                      wake the modules of a pack that rests after an undervoltage
   bmuctl --json cells | jq .modules[0]
   bmuctl --json drive | jq .drive  the answer to "status", in which the drive is
@@ -88,6 +89,7 @@ constexpr std::array command_table{
     CommandRow{"clear", "clear", "clear latched faults whose cause is gone", clear_page, nullptr, leaves_faults},
     CommandRow{"modules", "modules", "who is on which node, who should be, and how they answer", modules_page},
     CommandRow{"balance", "balance", "what is bled from which cell, and what speaks against it", balance_page},
+    CommandRow{"health", "health", "each cell's capacity and resistance, and what is left of them", health_page},
     CommandRow{"wake", "wake", "wake the modules of a pack that rests after an undervoltage", wake_page},
 };
 

@@ -345,6 +345,23 @@ std::string doubt_of(const Reply& charge) {
   return " (+- " + doubt + kept + ")";
 }
 
+namespace {
+
+/// Only what is known: a new pack has no health yet, and one that stands is neither empty nor full soon.
+void add_outlook(Page& page, const Reply& charge, const Reply& health) {
+  std::string text;
+  const auto add = [&text](const Reply& value, const std::string& shown_value) {
+    if (value.is_known()) text += (text.empty() ? "" : "   ") + shown_value;
+  };
+  add(charge["empty_in_ms"], "empty in " + shown_span(charge["empty_in_ms"]));
+  add(charge["full_in_ms"], "full in " + shown_span(charge["full_in_ms"]));
+  add(health["by_capacity_permille"], "holds " + shown(health["by_capacity_permille"], Unit::permille));
+  add(health["pack_resistance_uOhm"], "resistance " + shown(health["pack_resistance_uOhm"], Unit::uOhm));
+  if (!text.empty()) page.add_field("Outlook", {plain(text)});
+}
+
+}  // namespace
+
 Page status_page(const Reply& reply) {
   Page page;
   const Reply state = reply["state"];
@@ -366,6 +383,7 @@ Page status_page(const Reply& reply) {
                         shown(charge["depth_of_discharge_uAs"], Unit::uAs) + " of " +
                         shown(charge["usable_capacity_uAs"], Unit::uAs) + "   energy out " +
                         shown_energy(charge["energy_out_mWh"]) + ", in " + shown_energy(charge["energy_in_mWh"]))});
+  add_outlook(page, charge, reply["health"]);
   page.add_field("Cells", spread_line(values["cell_voltage"], Unit::uV));
   page.add_field("Temperature", spread_line(values["cell_temperature"], Unit::dC));
   page.add_field("Discharge", limit_line(reply["limits"]["discharge"], reply["limits"]["discharge_continuous"]));

@@ -26,6 +26,8 @@ namespace bmu {
 [[nodiscard]] Page balance_page(const Reply& reply);
 /// "bleeding 3 cells", "idle: the pack file does not ask for balancing": of a "status" or "balance" reply.
 [[nodiscard]] std::string balancing_text(const Reply& balancing);
+/// How the cells have aged, and what has flowed through the pack. In health_text.cpp.
+[[nodiscard]] Page health_page(const Reply& reply);
 /// What went through the pack while it was last closed, how it closed and why it opened.
 [[nodiscard]] Page drive_page(const Reply& reply);
 

@@ -156,8 +156,12 @@ double CapacityEstimate::seen_variance() const {
 
 double CapacityEstimate::sigma_As() const {
   if (!is_known()) return 0.0;
-  const double common_As = common_share_ * capacity_As();
-  return std::sqrt(seen_variance() + square(aged_share_ * rated_As_) + square(common_As));
+  return std::hypot(learned_sigma_As(), common_share_ * capacity_As());
+}
+
+double CapacityEstimate::learned_sigma_As() const {
+  if (!is_known()) return 0.0;
+  return std::sqrt(seen_variance() + square(aged_share_ * rated_As_));
 }
 
 std::optional<CapacityPair> CapacityAnchors::take(const CapacityAnchor& anchor, const CurrentSensorError& sensor,

@@ -73,6 +73,8 @@ class CapacityEstimate {
   [[nodiscard]] double capacity_As() const;
   /// The truth lies within two of these in some 95 of 100 cases.
   [[nodiscard]] double sigma_As() const;
+  /// The same without what all pairs have in common: what begin() of a next life is to be told.
+  [[nodiscard]] double learned_sigma_As() const;
   /// How many pairs it rests on, and how many were absurd.
   [[nodiscard]] std::uint32_t pairs() const { return pairs_; }
   [[nodiscard]] std::uint32_t refused() const { return refused_; }

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "daemon/core/estimators/charge_ends.hpp"
 #include "daemon/core/estimators/soc_coulomb.hpp"
@@ -37,18 +38,18 @@ class CellEstimate {
   }
   [[nodiscard]] bool is_begun() const { return cell_ != nullptr; }
 
-  /// Before begin(): nothing happens. True if the cell has reached an end of its charge with this sample.
-  bool update(const CellSample& sample, const ChargeEndConfig& ends) {
-    if (!is_begun()) return false;
+  /// Before begin(): nothing happens. The end of its charge that the cell has reached with this sample, if it has.
+  std::optional<ChargeAnchor> update(const CellSample& sample, const ChargeEndConfig& ends) {
+    if (!is_begun()) return std::nullopt;
     filter_.update(sample);
     mixed_.update(sample);
     coulomb_.update(sample);
     const std::optional<ChargeAnchor> anchor = ends_.update(*cell_, ends, sample);
-    if (!anchor) return false;
+    if (!anchor) return std::nullopt;
     filter_.anchor(anchor->soc, anchor->sigma);
     mixed_.set(anchor->soc, anchor->sigma);
     coulomb_.set(anchor->soc, anchor->sigma);
-    return true;
+    return anchor;
   }
 
   [[nodiscard]] SocEstimate estimate(SocMethod method) const {

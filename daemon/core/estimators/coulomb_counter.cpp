@@ -36,7 +36,15 @@ void CoulombCounter::observe(const Measured<std::int32_t>& current_mA, const Mea
 }
 
 void CoulombCounter::count(std::int64_t mean_mA, Duration span) {
-  charge_rest_ += mean_mA * span.count();
+  const std::int64_t charge = mean_mA * span.count();
+  charge_rest_ += charge;
+  if (charge >= 0) {
+    out_rest_ += charge;
+    state_.out_uAs += carry(out_rest_, products_per_uAs);
+  } else {
+    in_rest_ -= charge;
+    state_.in_uAs += carry(in_rest_, products_per_uAs);
+  }
   state_.counted += span;
   state_.flowed_uAs += carry(charge_rest_, products_per_uAs);
 }

@@ -14,6 +14,8 @@ namespace bmu {
 
 struct ChargeState {
   std::int64_t flowed_uAs = 0;     // out of the pack since the first sample
+  std::int64_t out_uAs = 0;        // of that what left it, 0 or more
+  std::int64_t in_uAs = 0;         // and what entered it, 0 or more; out less in is flowed, but for a rounded uAs
   std::int64_t energy_in_mWh = 0;  // since start
   std::int64_t energy_out_mWh = 0;
   Duration uncounted{};       // time without a usable current since the first sample
@@ -38,6 +40,8 @@ class CoulombCounter {
   ChargeState state_;
   Measured<std::int32_t> last_mA_;
   std::int64_t charge_rest_ = 0;     // mA * ns, not yet a whole uAs
+  std::int64_t out_rest_ = 0;        //
+  std::int64_t in_rest_ = 0;         //
   std::int64_t energy_in_rest_ = 0;  // mV * mA * us, not yet a whole mWh
   std::int64_t energy_out_rest_ = 0;
 };

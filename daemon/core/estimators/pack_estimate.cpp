@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <numeric>
+
+#include "daemon/core/estimators/rest_anchor.hpp"
 
 namespace bmu {
 
@@ -36,9 +39,27 @@ constexpr double least_share = 0.7;
 constexpr double most_share = 1.15;
 /// The voltages of the ends may be this far off: the modules measure to a millivolt or two.
 constexpr double end_voltage_margin_V = 0.005;
+/// Of the one-hour current: with less nobody can say when the pack is empty or full.
+constexpr double outlook_least_share = 0.01;
+/// A capacity or a resistance that has moved by so much is worth a record.
+constexpr std::int32_t health_step_ppm = 10'000;
 
 double doubt_of(const CellSocRecord& record, double lost) {
   return std::hypot(record.sigma_ppm / ppm, record_step, lost_doubt * lost);
+}
+
+/// As far as it is known how much the cell holds.
+SocBegin begin_with(const CellHealth& health, const CellDynamics& model) {
+  SocBegin from;
+  if (!health.is_capacity_known()) return from;
+  from.capacity_As = health.capacity_As();
+  from.capacity_sigma = std::max(from.capacity_sigma, health.capacity_sigma_As() / model.capacity_As);
+  return from;
+}
+
+bool has_aged(const CellHealthRecord& before, const CellHealthRecord& now) {
+  return std::abs(before.capacity_ppm - now.capacity_ppm) >= health_step_ppm ||
+         std::abs(before.resistance_ppm - now.resistance_ppm) >= health_step_ppm;
 }
 
 std::int32_t in_ppm(double share) {
@@ -75,6 +96,11 @@ void PackEstimate::init(const CoreConfig& config) {
   sensor_ = {.gain = config.soc.current_gain_error_permille / 1e3,
              .offset_A = config.soc.current_offset_error_mA / mA_per_A,
              .unknown_current_A = hour_rate_A};
+  health_.init({.expected = ExpectedResistance(model),
+                .plateau = config.charge_plateau,
+                .sensor = sensor_,
+                .rated_As = model.capacity_As,
+                .charge_efficiency = model.charge_efficiency});
   const CellDynamics::Curve& room = model.rows[row_place(model, 25.0).from].ocv_V;
   ends_ = {.full_V = room.back() - end_voltage_margin_V,
            .full_current_A = full_current_share * hour_rate_A,
@@ -96,7 +122,10 @@ void PackEstimate::init(const CoreConfig& config) {
 
 void PackEstimate::forget_module(std::size_t index) {
   const Module& module = modules_[index];
-  for (std::size_t cell = 0; cell < module.cell_count; ++cell) estimates_[module.first_cell + cell].forget();
+  for (std::size_t cell = 0; cell < module.cell_count; ++cell) {
+    estimates_[module.first_cell + cell].forget();
+    health_[module.first_cell + cell].forget();
+  }
   serial_numbers_[index] = 0;
   former_.modules[module.node] = {};
 }
@@ -174,6 +203,11 @@ std::optional<Duration> PackEstimate::age_of_former(std::int64_t unix_time_ms) c
   return std::chrono::milliseconds{unix_time_ms - former_.unix_time_ms};
 }
 
+/// Once: of a cell that is begun anew, because its voltage contradicts its record, the health stays.
+void PackEstimate::begin_health(std::size_t number, const CellHealthRecord& former) {
+  if (!health_[number].is_begun()) health_[number].begin(health_.model(), former);
+}
+
 void PackEstimate::begin_cell(std::size_t number, double voltage_V, std::int64_t unix_time_ms) {
   Cell& cell = cells_[number];
   const CellDynamics& model = estimates_.model();
@@ -181,18 +215,22 @@ void PackEstimate::begin_cell(std::size_t number, double voltage_V, std::int64_t
   const double known_C = is_measured(temperature_C) ? temperature_C : 25.0;
   const CellSocRecord* former = former_of(cell);
   cell.is_on_trial = former != nullptr;
+  begin_health(number, former != nullptr ? former->health : CellHealthRecord{});
+  SocBegin from = begin_with(health_[number], model);
   if (former == nullptr) {
-    const SocBegin from{.soc = soc_from_ocv(model, voltage_V, known_C, 0.0), .sigma = begin_sigma, .is_rested = false};
+    from.soc = soc_from_ocv(model, voltage_V, known_C, 0.0);
+    from.sigma = begin_sigma;
+    from.is_rested = false;
     estimates_[number].begin(model, sensor_, from, temperature_C);
     origin_ = SocOrigin::voltage;
     return;
   }
   const std::optional<Duration> age = age_of_former(unix_time_ms);
   const double lost = self_discharge_A(model, known_C) * to_s(age.value_or(Duration{})) / model.capacity_As;
-  const SocBegin from{.soc = former->soc_ppm / ppm - lost,
-                      .sigma = doubt_of(*former, lost),
-                      .is_rested = age.value_or(Duration{}) >= settled_after,
-                      .hysteresis = former->hysteresis_permille / 1e3};
+  from.soc = former->soc_ppm / ppm - lost;
+  from.sigma = doubt_of(*former, lost);
+  from.is_rested = age.value_or(Duration{}) >= settled_after;
+  from.hysteresis = former->hysteresis_permille / 1e3;
   estimates_[number].begin(model, sensor_, from, temperature_C);
   if (origin_ == SocOrigin::none) origin_ = SocOrigin::former;
   record_age_ = age;
@@ -215,6 +253,11 @@ CellForecastInput PackEstimate::forecast_input(std::size_t number) const {
 
 PackEstimate::Moment PackEstimate::moment_of(const PackEstimateInputs& in, TimePoint instant) {
   Moment moment{.instant = instant, .spans = spans_.next(in.now, *in.charge)};
+  const bool has_rested = resting_since_ != TimePoint{} && in.now - resting_since_ >= anchor_rest;
+  if (instant != TimePoint{} && has_rested && in.now - anchored_by_rest_at_ >= anchor_every) {
+    moment.anchors = true;
+    anchored_by_rest_at_ = in.now;
+  }
   // While everything is open, no more flows unseen than what a pack at rest may give.
   moment.unseen_current_A = in.is_open ? rest_current_A_ : sensor_.unknown_current_A;
   if (instant == TimePoint{}) return moment;
@@ -264,6 +307,9 @@ void PackEstimate::sample_cell(std::size_t number, const PackEstimateInputs& in,
   const double all_s = spans.counted_s + spans.uncounted_s;
   const double bled_As = static_cast<double>(in.bled_uAs[number] - cell.bled_uAs) / uAs_per_As;
   cell.bled_uAs = in.bled_uAs[number];
+  const bool is_bleeding = bled_As > 0.0;
+  if (is_bleeding != cell.is_bleeding) health_[number].restart_resistance();
+  cell.is_bleeding = is_bleeding;
   CellSample sample{.passed_s = spans.counted_s,
                     .mean_current_A = spans.mean_current_A + (all_s > 0.0 ? bled_As / all_s : 0.0),
                     .temperature_C = modules_[cell.module].temperature_C,
@@ -271,13 +317,28 @@ void PackEstimate::sample_cell(std::size_t number, const PackEstimateInputs& in,
   const double voltage = voltage_V(cell, *in.modules, moment.instant);
   if (moment.instant != TimePoint{}) cell.voltage_V = voltage;
   const bool has_silence = spans.uncounted_s > 0.0;
-  if (has_silence && spans.counted_s > 0.0) static_cast<void>(estimates_[number].update(sample, ends_));
+  if (has_silence && spans.counted_s > 0.0) {
+    follow_health(number, sample, estimates_[number].update(sample, ends_), {});
+  }
   if (has_silence) sample.passed_s = spans.uncounted_s;
   if (has_silence) sample.mean_current_A = not_measured;
   sample.current_A = moment.current_A;
   sample.voltage_V = voltage;
-  if (estimates_[number].update(sample, ends_)) anchored_at_ = in.now;
+  const std::optional<ChargeAnchor> end = estimates_[number].update(sample, ends_);
+  if (end) anchored_at_ = in.now;
+  follow_health(number, sample, end, moment);
   if (cell.is_on_trial && is_measured(voltage)) judge_record(number, voltage);
+}
+
+void PackEstimate::follow_health(std::size_t number, const CellSample& sample, std::optional<ChargeAnchor> end,
+                                 const Moment& moment) {
+  if (!end && moment.anchors) {
+    const SocFilter& filter = estimates_[number].filter();
+    const auto pairs_V = filter.pair_V();
+    const double held_back_V = (1.0 + filter.resistance_share()) * std::accumulate(pairs_V.begin(), pairs_V.end(), 0.0);
+    end = rest_anchor(estimates_.model(), sample.voltage_V, sample.temperature_C, filter.hysteresis(), held_back_V);
+  }
+  health_[number].take(sample, end);
 }
 
 /// With the first voltage after a record: if it says something else altogether, the record is of no use.
@@ -294,8 +355,9 @@ void PackEstimate::judge_record(std::size_t number, double voltage_V) {
 void PackEstimate::sum_up(const Moment& moment, TimePoint now) {
   std::array<CellSoc, cells_max> cells;
   for (std::size_t number = 0; number < cell_count_; ++number) {
-    cells[number] = {.estimate = cell_soc(number), .capacity_As = estimates_.model().capacity_As};
+    cells[number] = {.estimate = cell_soc(number), .capacity_As = health_[number].capacity_As()};
   }
+  follow_outlook(moment.spans);
   const bool was_known = pack_.is_known;
   pack_ = pack_soc({cells.data(), cell_count_});
   if (!pack_.is_known) return;
@@ -310,6 +372,18 @@ void PackEstimate::sum_up(const Moment& moment, TimePoint now) {
   const double all_As = pack_.capacity_As();
   const double flowed = all_As > 0.0 ? spans.mean_current_A * spans.counted_s / all_As : 0.0;
   told_.update(spans.counted_s + spans.uncounted_s, was_known ? flowed : 0.0, pack_.soc);
+}
+
+void PackEstimate::follow_outlook(const CurrentSpans& spans) {
+  if (!(spans.counted_s > 0.0)) return;
+  const double weight = -std::expm1(-spans.counted_s / outlook_time_s);
+  outlook_current_A_ += (spans.mean_current_A - outlook_current_A_) * weight;
+}
+
+std::optional<Duration> PackEstimate::outlook(double charge_As, double current_A) const {
+  const double least_A = outlook_least_share * estimates_.model().capacity_As / hour_s;
+  if (!pack_.is_known || current_A < least_A) return std::nullopt;
+  return std::chrono::seconds{std::llround(charge_As / current_A)};
 }
 
 void PackEstimate::judge(TimePoint at) {
@@ -356,7 +430,8 @@ bool PackEstimate::record(SocRecords& to) const {
       const double hysteresis = estimates_[cell].filter().hysteresis();
       kept.cells[number] = {.soc_ppm = in_ppm(estimate.soc),
                             .sigma_ppm = in_ppm(estimate.sigma),
-                            .hysteresis_permille = static_cast<std::int32_t>(std::llround(hysteresis * 1e3))};
+                            .hysteresis_permille = static_cast<std::int32_t>(std::llround(hysteresis * 1e3)),
+                            .health = health_[cell].record()};
     }
   }
   return true;
@@ -374,6 +449,7 @@ bool is_worth_recording(const SocRecords& older, const SocRecords& newer) {
     for (std::size_t cell = 0; cell < now.cell_count; ++cell) {
       if (std::abs(before.cells[cell].soc_ppm - now.cells[cell].soc_ppm) >= step_ppm) return true;
       if (std::abs(before.cells[cell].sigma_ppm - now.cells[cell].sigma_ppm) >= step_ppm) return true;
+      if (has_aged(before.cells[cell].health, now.cells[cell].health)) return true;
     }
   }
   return false;

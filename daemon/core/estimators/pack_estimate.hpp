@@ -21,6 +21,10 @@
 // While there is a record, nothing begins before all modules have said who they are; without that nothing closes,
 // either.
 //
+// A record has the cells' health (cell_health.hpp), too. Where a cell's capacity is known it counts with it, the pack
+// at once, its estimators from their beginning on; while they run they find out for themselves. Of a pack that rests,
+// open, for ten minutes the voltages anchor the capacities (rest_anchor.hpp), as the ends of a charge do.
+//
 // What is told of the pack is set directly only when it begins, and when the pack has rested for `long_rest`; otherwise
 // it follows the estimate at the bounded rate of PublishedSoc.
 //
@@ -34,9 +38,11 @@
 
 #include "daemon/core/core_config.hpp"
 #include "daemon/core/current_prediction.hpp"
+#include "daemon/core/estimators/cell_estimate.hpp"
+#include "daemon/core/estimators/cell_health.hpp"
+#include "daemon/core/estimators/cells_of_model.hpp"
 #include "daemon/core/estimators/coulomb_counter.hpp"
 #include "daemon/core/estimators/current_spans.hpp"
-#include "daemon/core/estimators/estimated_cells.hpp"
 #include "daemon/core/estimators/pack_soc.hpp"
 #include "daemon/core/estimators/published_soc.hpp"
 #include "daemon/core/estimators/soc_record.hpp"
@@ -50,6 +56,11 @@ inline constexpr Duration estimate_gap_max = 1s;
 /// So long nothing but a rest current has flowed when it begins.
 inline constexpr Duration begin_after = 1s;
 inline constexpr Duration long_rest = 2h;
+/// So long nothing but a rest current has flowed when voltages anchor capacities, and then so often.
+inline constexpr Duration anchor_rest = 10min;
+inline constexpr Duration anchor_every = 1min;
+/// The current that the times until empty and full are told by is its mean over about this time.
+inline constexpr double outlook_time_s = 60.0;
 /// Of the capacity; a record that is this far off is worth replacing.
 inline constexpr double record_step = 0.01;
 
@@ -95,6 +106,15 @@ class PackEstimate {
   /// By number through the pack, from 0.
   [[nodiscard]] const CellEstimate& cell(std::size_t number) const { return estimates_[number]; }
   [[nodiscard]] SocEstimate cell_soc(std::size_t number) const { return estimates_[number].estimate(method_); }
+  [[nodiscard]] const CellHealth& cell_health(std::size_t number) const { return health_[number]; }
+  /// At the temperature that it has; pack_health.hpp has the pack's.
+  [[nodiscard]] ResistanceEstimate cell_resistance(std::size_t number) const {
+    return health_[number].resistance(modules_[cells_[number].module].temperature_C);
+  }
+  /// If it goes on like in the last minute, by the estimate; nothing while that is unknown, or hardly any current flows
+  /// that way. A charge takes longer: in its end the current fades.
+  [[nodiscard]] std::optional<Duration> empty_in() const { return outlook(pack_.out_As, outlook_current_A_); }
+  [[nodiscard]] std::optional<Duration> full_in() const { return outlook(pack_.in_As, -outlook_current_A_); }
   [[nodiscard]] const Element& element(std::size_t number) const { return cells_[number].element; }
   [[nodiscard]] std::size_t size() const { return cell_count_; }
   /// The tables that all cells are estimated by.
@@ -124,6 +144,7 @@ class PackEstimate {
     std::uint8_t module = 0;   // index
     bool is_on_trial = false;  // from a record, and no voltage has been seen yet
     std::int64_t bled_uAs = 0;
+    bool is_bleeding = false;
     double voltage_V = not_measured;  // in the last picture
   };
   struct Module {
@@ -138,24 +159,31 @@ class PackEstimate {
     CurrentSpans spans;
     double current_A = not_measured;
     double unseen_current_A = 0.0;
+    bool anchors = false;  // the pack has rested so long that its voltages are anchors
   };
 
   void follow_rest(const PackEstimateInputs& in);
   [[nodiscard]] bool may_begin(const PackEstimateInputs& in) const;
   void begin(const PackEstimateInputs& in, const Moment& moment);
   void begin_cell(std::size_t number, double voltage_V, std::int64_t unix_time_ms);
+  void begin_health(std::size_t number, const CellHealthRecord& former);
   [[nodiscard]] const CellSocRecord* former_of(const Cell& cell) const;
   [[nodiscard]] std::optional<Duration> age_of_former(std::int64_t unix_time_ms) const;
   [[nodiscard]] Moment moment_of(const PackEstimateInputs& in, TimePoint instant);
   void read_temperatures(const PackEstimateInputs& in);
   void sample_cells(const PackEstimateInputs& in, const Moment& moment);
   void sample_cell(std::size_t number, const PackEstimateInputs& in, const Moment& moment);
+  void follow_health(std::size_t number, const CellSample& sample, std::optional<ChargeAnchor> end,
+                     const Moment& moment);
   void judge_record(std::size_t number, double voltage_V);
   [[nodiscard]] double voltage_V(const Cell& cell, const ModuleTable& modules, TimePoint instant) const;
+  [[nodiscard]] std::optional<Duration> outlook(double charge_As, double current_A) const;
+  void follow_outlook(const CurrentSpans& spans);
   void sum_up(const Moment& moment, TimePoint now);
   void judge(TimePoint at);
 
-  EstimatedCells estimates_;
+  CellsOfModel<CellDynamics, CellEstimate> estimates_;
+  CellsOfModel<HealthModel, CellHealth> health_;
   CurrentSensorError sensor_;
   ChargeEndConfig ends_;
   SocMethod method_ = SocMethod::ekf;
@@ -173,6 +201,8 @@ class PackEstimate {
   std::array<std::uint32_t, modules_max> serial_numbers_{};  // 0: has not said it
   TimePoint resting_since_{};
   bool is_rest_used_ = false;  // what is told has been set from this rest
+  TimePoint anchored_by_rest_at_{};
+  double outlook_current_A_ = 0.0;
   TimePoint pictured_at_{};
   double pictured_current_A_ = not_measured;
   TimePoint sampled_at_{};

@@ -45,6 +45,14 @@ void ResistanceTracker::begin(const ExpectedResistance& expected) {
   variance_Ohm2_ = square(resistance_Ohm_);
 }
 
+void ResistanceTracker::restore(double resistance_Ohm, double learned_sigma_Ohm) {
+  if (expected_ == nullptr || !(resistance_Ohm > 0.0) || !(learned_sigma_Ohm > 0.0)) return;
+  if (!is_measured(resistance_Ohm) || !is_measured(learned_sigma_Ohm)) return;
+  resistance_Ohm_ = resistance_Ohm;
+  variance_Ohm2_ = square(std::min(learned_sigma_Ohm, wander_share_most * resistance_Ohm));
+  is_known_ = true;
+}
+
 void ResistanceTracker::update(const CellSample& sample) {
   if (expected_ == nullptr) return;
   if (!sample.has_passed()) return restart();

@@ -26,6 +26,8 @@
 // Cost: one exponential, one root and some 40 multiplications a sample; 88 bytes a cell.
 #pragma once
 
+#include <cmath>
+
 #include "daemon/core/estimators/expected_resistance.hpp"
 #include "daemon/core/estimators/soc_estimate.hpp"
 
@@ -41,6 +43,13 @@ class ResistanceTracker {
  public:
   /// A cell of which nothing is known but its kind. `expected` must outlive the tracker.
   void begin(const ExpectedResistance& expected);
+  /// The same expectation, where it lies now. Before begin(): nothing.
+  void move_to(const ExpectedResistance& expected) {
+    if (expected_ != nullptr) expected_ = &expected;
+  }
+  /// After begin(): the cell is known from a former life, by its resistance at 25 C and learned_sigma_Ohm() of then.
+  /// What is not above 0 says nothing.
+  void restore(double resistance_Ohm, double learned_sigma_Ohm);
   /// Before begin(): nothing happens. Of the sample its time, current, voltage and temperature are used; current and
   /// voltage must be of the same instant, or means over the same time. What was not measured is passed over and the
   /// next sample is compared with the last one that was, if that is not more than 2.5 s ago; otherwise, and when time
@@ -55,6 +64,8 @@ class ResistanceTracker {
   /// from then on; not known without a temperature, unless the model does not mind it. Far from the temperatures that
   /// it was learned at it is less sure.
   [[nodiscard]] ResistanceEstimate estimate(double temperature_C) const;
+  /// At 25 C, of what more steps average out; means nothing before it is known.
+  [[nodiscard]] double learned_sigma_Ohm() const { return std::sqrt(variance_Ohm2_); }
 
  private:
   void age(double passed_s);

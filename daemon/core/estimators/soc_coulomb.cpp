@@ -16,6 +16,7 @@ void SocCoulomb::begin(const CellDynamics& cell, const CurrentSensorError& senso
   *this = {};
   cell_ = &cell;
   sensor_ = sensor;
+  capacity_As_ = from.capacity_or(cell.capacity_As);
   if (is_measured(temperature_C)) temperature_C_ = temperature_C;
   set(from.soc, from.sigma);
 }
@@ -39,14 +40,14 @@ void SocCoulomb::update(const CellSample& sample) {
     net_charge_As_ += told_A * sample.passed_s;
   }
   unseen_As_ += sensor_.unseen_A(sample) * sample.passed_s;
-  soc_ = std::clamp(soc_ - current_A * sample.passed_s / cell_->capacity_As, 0.0, 1.0);
+  soc_ = std::clamp(soc_ - current_A * sample.passed_s / capacity_As_, 0.0, 1.0);
 }
 
 SocEstimate SocCoulomb::estimate() const {
   if (cell_ == nullptr) return {};
   const double by_gain_As = sensor_.gain * net_charge_As_;
   const double by_offset_As = sensor_.offset_A * passed_s_;
-  const double counted = std::hypot(by_gain_As, by_offset_As, unseen_As_) / cell_->capacity_As;
+  const double counted = std::hypot(by_gain_As, by_offset_As, unseen_As_) / capacity_As_;
   return {.is_known = true, .soc = soc_, .sigma = std::min(std::hypot(begin_sigma_, counted), sigma_max)};
 }
 

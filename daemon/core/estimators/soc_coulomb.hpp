@@ -31,6 +31,7 @@ class SocCoulomb {
  private:
   const CellDynamics* cell_ = nullptr;
   CurrentSensorError sensor_;
+  double capacity_As_ = 1.0;
   double temperature_C_ = 25.0;
   double soc_ = 0.0;
   // Since soc_ was set:

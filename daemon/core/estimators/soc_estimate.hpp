@@ -47,6 +47,11 @@ struct SocBegin {
   double sigma = 0.3;       // one standard deviation, above 0
   bool is_rested = true;    // false: what flowed before is not known, and the voltage still follows it
   double hysteresis = 0.0;  // -1: discharged last, 1: charged last
+  /// Of this cell, where somebody has learned it, one standard deviation as a share of it; else that of the model.
+  double capacity_As = not_measured;
+  double capacity_sigma = 0.02;
+
+  [[nodiscard]] double capacity_or(double model_As) const { return capacity_As > 0.0 ? capacity_As : model_As; }
 };
 
 /// What the current sensor may do wrong, one standard deviation.

@@ -15,8 +15,8 @@ constexpr double square(double value) {
 // takes, what the current does between its own instant and the voltage's.
 constexpr double voltage_noise_V = 0.003;
 constexpr double resistance_noise_share = 0.03;
-// What a cell differs by from its model, one standard deviation, and how long it takes to become another.
-constexpr double capacity_share = 0.02;
+// What a cell differs by from its model, one standard deviation, and how long it takes to become another. (Of the
+// capacity SocBegin says it.)
 constexpr double resistance_share_sigma = 0.10;
 constexpr double resistance_time_s = 5000.0;
 constexpr double offset_time_s = 36000.0;
@@ -56,6 +56,7 @@ void SocFilter::begin(const CellDynamics& cell, const CurrentSensorError& sensor
   *this = {};
   cell_ = &cell;
   sensor_ = sensor;
+  capacity_As_ = from.capacity_or(cell.capacity_As);
   hysteresis_ = std::clamp(from.hysteresis, -1.0, 1.0);
   if (is_measured(temperature_C)) temperature_C_ = temperature_C;
   const CellPoint point = at(cell, from.soc, temperature_C_);
@@ -67,7 +68,7 @@ void SocFilter::begin(const CellDynamics& cell, const CurrentSensorError& sensor
   }
   p_[error_at][error_at] = square(point.slow_error_V);
   p_[offset_at][offset_at] = square(sensor.offset_A);
-  p_[counting_at][counting_at] = square(sensor.gain) + square(capacity_share);
+  p_[counting_at][counting_at] = square(sensor.gain) + square(from.capacity_sigma);
   p_[resistance_at][resistance_at] = square(resistance_share_sigma);
 }
 
@@ -83,8 +84,8 @@ void SocFilter::count(const CellSample& sample) {
   // A sensor that says nothing adds nothing.
   true_current_A_ = is_counted ? told_A - x_[offset_at] - told_A * x_[counting_at] : 0.0;
   const double efficiency = true_current_A_ < 0.0 ? cell_->charge_efficiency : 1.0;
-  const double per_A = -sample.passed_s / cell_->capacity_As * efficiency;
-  const double lost = self_discharge_A(*cell_, temperature_C_) * sample.passed_s / cell_->capacity_As;
+  const double per_A = -sample.passed_s / capacity_As_ * efficiency;
+  const double lost = self_discharge_A(*cell_, temperature_C_) * sample.passed_s / capacity_As_;
   x_[soc_at] = std::clamp(x_[soc_at] + per_A * true_current_A_ - lost, -soc_beyond, 1.0 + soc_beyond);
   // The state of charge takes over what the offset and the share do to it: its row, then its column.
   const double by_offset = is_counted ? -per_A : 0.0;

@@ -104,6 +104,7 @@ class SocFilter {
 
   const CellDynamics* cell_ = nullptr;
   CurrentSensorError sensor_;
+  double capacity_As_ = 1.0;
   Vector x_{};                    // the states
   std::array<Vector, size> p_{};  // their covariance, symmetric
   double hysteresis_ = 0.0;

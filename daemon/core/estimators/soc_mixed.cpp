@@ -34,17 +34,18 @@ void SocMixed::update(const CellSample& sample) {
 
 void SocMixed::listen(const CellSample& sample) {
   const SocEstimate now = counting_.estimate();
-  const CellPoint here = at(*cell_, now.soc, temperature_C_);
+  const RowPlace place = row_place(*cell_, temperature_C_);
+  const CellPoint here = at(*cell_, place, now.soc);
   const double resistance_Ohm = std::accumulate(here.pair_Ohm.begin(), here.pair_Ohm.end(), here.series_Ohm);
   const double taken_V = resistance_Ohm * sample.current_A + kinetic_V(here, sample.current_A);
   const double open_V = sample.voltage_V + taken_V;
-  const double told = soc_from_ocv(*cell_, open_V, temperature_C_, 0.0);
-  if (sample.current_A > 0.0 && told <= 0.0) {
+  if (sample.current_A > 0.0 && open_V <= ocv_V(*cell_, place, 0.0)) {
     counting_.set(0.0, empty_sigma);
     return;
   }
-  if (told < high_soc) return;
-  const double slope_V = std::max(at(*cell_, told, temperature_C_).ocv_slope_V, slope_min_V);
+  if (open_V < ocv_V(*cell_, place, high_soc)) return;
+  const double told = soc_from_ocv(*cell_, open_V, temperature_C_, 0.0);
+  const double slope_V = std::max(at(*cell_, place, told).ocv_slope_V, slope_min_V);
   const double told_sigma = std::hypot(voltage_doubt_V, resistance_doubt * taken_V) / slope_V;
   if (told_sigma >= now.sigma) return;
   const double pull = std::min(sample.passed_s / pull_time_s, 1.0) * (1.0 - told_sigma / now.sigma);

@@ -1,9 +1,10 @@
-// What of the cells' states of charge (pack_estimate.hpp) outlives a process: those of all cells, or none.
+// What of the cells' charge and health (pack_estimate.hpp) outlives a process: that of all cells, or none.
 #pragma once
 
 #include <array>
 #include <cstdint>
 
+#include "daemon/core/estimators/cell_health.hpp"
 #include "protocol/tables/internal_bus.hpp"
 
 namespace bmu {
@@ -12,6 +13,7 @@ struct CellSocRecord {
   std::int32_t soc_ppm = 0;              // 0 to 1'000'000
   std::int32_t sigma_ppm = 0;            // one standard deviation
   std::int32_t hysteresis_permille = 0;  // -1000: discharged last, 1000: charged last
+  CellHealthRecord health;
 
   friend bool operator==(const CellSocRecord&, const CellSocRecord&) = default;
 };

@@ -1,0 +1,43 @@
+#include "daemon/core/charge_pause.hpp"
+
+namespace bmu {
+
+namespace {
+
+/// A twentieth of the current that fills the cells within the hour.
+constexpr std::int64_t uAs_per_mA_of_twentieth = std::int64_t{20} * 3'600 * 1'000;
+
+}  // namespace
+
+void ChargePause::init(const CoreConfig& config) {
+  at_permille_ = config.soc.resistance_pause_permille;
+  lasts_ = config.soc.resistance_pause;
+  charging_mA_ = static_cast<std::int32_t>(config.cell.capacity_uAs / uAs_per_mA_of_twentieth);
+}
+
+bool ChargePause::is_charging(const ChargePauseInputs& in) const {
+  return in.is_closed && in.current_mA.is_valid() && -in.current_mA.value >= charging_mA_;
+}
+
+void ChargePause::update(const ChargePauseInputs& in) {
+  if (at_permille_ == 0) return;
+  if (is_pausing_) {
+    is_pausing_ = in.is_closed && in.now - paused_at_ < lasts_;
+    charging_since_ = {};
+    return;
+  }
+  if (!is_charging(in)) {
+    charging_since_ = {};
+  } else if (charging_since_ == TimePoint{}) {
+    charging_since_ = in.now;
+  }
+  if (!in.soc_permille) return;
+  if (*in.soc_permille <= at_permille_ - pause_again_permille) is_armed_ = true;
+  const bool has_charged = charging_since_ != TimePoint{} && in.now - charging_since_ >= pause_after;
+  if (!is_armed_ || !has_charged || *in.soc_permille < at_permille_) return;
+  is_armed_ = false;
+  is_pausing_ = true;
+  paused_at_ = in.now;
+}
+
+}  // namespace bmu
