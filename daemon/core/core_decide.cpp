@@ -368,8 +368,11 @@ void Core::set_limits(TimePoint now) {
     return std::optional(static_cast<std::int32_t>(std::lround(estimate_.cell_soc(cell).soc * 1e3)));
   };
   const bool is_connected = sequence_.phase == Phase::closed && permission_.may_stay_closed;
-  charge_pause_.update(
-      {.now = now, .is_closed = is_connected, .soc_permille = soc_permille(), .current_mA = pack_.current_mA});
+  // A charger is paused, not a vehicle that brakes down a long hill.
+  charge_pause_.update({.now = now,
+                        .is_closed = is_connected && request_.is_by_charger(),
+                        .soc_permille = soc_permille(),
+                        .current_mA = pack_.current_mA});
   const CurrentLimits targets = evaluate_limits(
       pack_, config_,
       {.is_connected = is_connected,

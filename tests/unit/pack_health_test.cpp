@@ -6,6 +6,8 @@
 #include <memory>
 #include <vector>
 
+#include "daemon/shell/health_json.hpp"
+#include "daemon/shell/why_limits.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/living_pack.hpp"
 
@@ -72,6 +74,13 @@ TEST_CASE("a pack that is driven from rest to rest learns how its cells have age
   rest(pack);
   CHECK_FALSE(pack_health(pack.estimate()).by_capacity.is_known);
   CHECK_FALSE(pack_health(pack.estimate()).resistance.is_known);
+  const Json unknown = health_json({.core = pack.core(), .now = pack.bench().now()});
+  for (const char* key : {"by_capacity_permille", "weakest_cell", "by_resistance_permille", "worst_cell",
+                          "pack_resistance_uOhm", "cell_resistance_max_uOhm"}) {
+    CHECK(unknown.at(key).is_null());
+  }
+  CHECK(unknown.at("modules").at(0).at("capacity_uAs").at(0).is_null());
+  CHECK(unknown.at("modules").at(0).at("resistance_uOhm").at(0).is_null());
   CHECK(read<vehicle_bus::pack_charge, "soh_permille">(last_sent(pack, 0x626)) == not_known());
   CHECK(read<vehicle_bus::pack_resistance, "pack_resistance_uOhm">(last_sent(pack, 0x628)) == not_known());
   drive(pack, 120);
@@ -109,6 +118,22 @@ TEST_CASE("a pack that is driven from rest to rest learns how its cells have age
   CHECK(read<vehicle_bus::pack_resistance, "cell_resistance_min_uOhm">(resistances).value ==
         Approx(now.cell_resistance_min_Ohm * 1e6).margin(60.0));
   CHECK(read<vehicle_bus::pack_resistance, "cell_resistance_max_cell">(resistances) == known(worn_cell + 1));
+  // What is asked over the socket is the same.
+  const Json json = health_json({.core = pack.core(), .now = pack.bench().now()});
+  CHECK(json.at("by_capacity_permille") == now.by_capacity.permille);
+  CHECK(json.at("weakest_cell").at("pack_number") == weak_cell + 1);
+  CHECK(json.at("worst_cell").at("pack_number") == worn_cell + 1);
+  CHECK(json.at("rated_capacity_uAs") == config.cell.capacity_uAs);
+  CHECK(json.at("totals").at("charge_out_uAs") == pack.core().totals()->charge_out_uAs);
+  REQUIRE(json.at("modules").size() == 2);
+  const Json& module = json.at("modules").at(1);
+  CHECK(module.at("node") == 2);
+  CHECK(module.at("first_pack_number") == 5);
+  CHECK(module.at("capacity_uAs").at(1) == std::llround(pack.estimate().cell_health(weak_cell).capacity_As() * 1e6));
+  CHECK(module.at("resistance_uOhm").at(1) ==
+        std::llround(pack.estimate().cell_resistance(weak_cell).resistance_Ohm * 1e6));
+  CHECK(module.at("capacity_pairs").at(1) == 1);
+  CHECK(module.at("health_by_capacity_permille").size() == 4);
   // What the pack can give counts with what its cells hold.
   CHECK(pack.estimate().pack().capacity_As() < 0.87 * config.dynamics->capacity_As);
 
@@ -182,8 +207,10 @@ TEST_CASE("a charge is paused where the pack file says, and the limit names it",
   CoreConfig config = sloped_pack();
   config.soc.resistance_pause_permille = 560;
   config.soc.resistance_pause = 4s;
+  const bool is_at_charger = GENERATE(true, false);
   LivingPack pack(config, 0.5);
   pack.run(3s);
+  pack.bench().inputs.charger_connected = is_at_charger;
   REQUIRE(pack.bench().close());
   bool was_paused = false;
   for (int second = 0; second < 400; ++second) {
@@ -197,7 +224,12 @@ TEST_CASE("a charge is paused where the pack file says, and the limit names it",
     CHECK(pack.core().limits().charge_continuous.limit_mA == 0);
     CHECK(pack.core().limits().discharge.limit_mA > 0);
     CHECK(std::abs(*pack.core().soc_permille() - 560) <= 3);
+    const Json chain = limit_chain(Concerns::charge, {.core = pack.core(), .now = pack.bench().now()});
+    CHECK(
+        chain.at("text").get<std::string>() ==
+        "Charge limit 0.000 A: paused to measure resistances; soc/resistance_pause_permille: at 56.0 % the charger is "
+        "paused for 4.0 s, to see what the step shows.");
   }
-  CHECK(was_paused);
+  CHECK(was_paused == is_at_charger);  // a vehicle that brakes for minutes is no charger
   CHECK(pack.core().limits().charge.limit_mA > 0);
 }
