@@ -11,6 +11,7 @@
 #include "config/pack_defaults.hpp"
 #include "config/pack_fields.hpp"
 #include "config/part_reader.hpp"
+#include "daemon/core/charge_pause.hpp"
 #include "daemon/core/fault_table.hpp"
 
 namespace bmu {
@@ -607,6 +608,16 @@ void check_bleed_current(const Check& check) {
                          digits_of(full_uV / 1'000) + ", is bled with no more than " + digits_of(bleed_max_mA) + " mA");
 }
 
+/// A pause is armed from below.
+void check_resistance_pause(const Check& check) {
+  const Place place = check.root.at("soc").at("resistance_pause_permille");
+  const std::int32_t at_permille = check.core().soc.resistance_pause_permille;
+  if (!check.are_good({place}) || at_permille == 0 || at_permille >= pause_again_permille) return;
+  check.problems.add(place, digits_of(at_permille),
+                     "0, or at least " + digits_of(pause_again_permille) +
+                         ": a pause is only made after the charge has been so far below");
+}
+
 /// Also where the buses are two: someone will join them on one adapter, and a wrong plug must not command contactors.
 void check_base_id(const Check& check) {
   const Place place = check.root.at("vehicle").at("base_id");
@@ -653,6 +664,7 @@ void check_pack(const PackConfig& pack, const Place& pack_place, const Place& ce
   check_precharge_energy(check);
   check_without_unit(check);
   check_bleed_current(check);
+  check_resistance_pause(check);
   check_base_id(check);
 }
 

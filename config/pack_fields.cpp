@@ -585,8 +585,12 @@ constexpr std::array soc_table{
                                          .min = 1,
                                          .max = 5'000,
                                          .meaning = "below this, with the contactors open, the pack rests"}),
-    number<&SocConfig::rest>(
-        {.key = "rest_ms", .min = 100, .max = 86'400'000, .meaning = "for how long before its voltage is believed"}),
+    number<&SocConfig::rest>({.key = "rest_ms",
+                              .min = 100,
+                              .max = 86'400'000,
+                              .meaning = "for how long before balancing learns from its voltages, and at least as long "
+                                         "as its cells take to settle; the "
+                                         "state of charge begins after a second of rest, and says how sure it is"}),
     Field<SocConfig>{
         {.key = "method",
          .min = 3,

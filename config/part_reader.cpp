@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "config/pack_fields.hpp"
+#include "daemon/core/current_prediction.hpp"
 
 namespace bmu {
 namespace {
@@ -93,6 +94,38 @@ void complete_peaks(CurrentBounds& bounds) {
   }
 }
 
+/// A limit that follows the voltages to come has to be there before they come. A peak that is left out is what the
+/// current's own limit warns at (pack_defaults.cpp).
+void check_ramps(const CoreConfig& core, const Place& root_place, ProblemList& problems) {
+  struct Row {
+    std::string_view key;
+    std::int32_t LimitRampConfig::*fall_mA_per_s;
+    std::int32_t CurrentLimitConfig::*continuous_mA;
+    std::int32_t CurrentLimitConfig::*peak_mA;
+    LimitConfig LimitsConfig::*overcurrent;
+  };
+  constexpr std::array rows{
+      Row{"discharge_fall_A_per_s", &LimitRampConfig::discharge_fall_mA_per_s,
+          &CurrentLimitConfig::discharge_continuous_mA, &CurrentLimitConfig::discharge_peak_mA,
+          &LimitsConfig::discharge_overcurrent},
+      Row{"charge_fall_A_per_s", &LimitRampConfig::charge_fall_mA_per_s, &CurrentLimitConfig::charge_continuous_mA,
+          &CurrentLimitConfig::charge_peak_mA, &LimitsConfig::charge_overcurrent}};
+  constexpr double mA_per_A = 1e3;
+  for (const Row& row : rows) {
+    const Place place = root_place.at("limit_ramp").at(row.key);
+    const double fall_mA_per_s = core.limit_ramp.*row.fall_mA_per_s;
+    const std::int32_t peak_mA = core.current.*row.peak_mA;
+    const std::int32_t warn_mA = (core.limits.*row.overcurrent).warn;
+    const double most_mA = peak_mA != 0 ? peak_mA : std::max(warn_mA, core.current.*row.continuous_mA);
+    const bool are_good = problems.is_good(place) && problems.is_good_throughout(root_place.at("current"));
+    if (!are_good || fall_mA_per_s == 0.0 || fall_mA_per_s * forecast_peak_s >= most_mA) continue;
+    problems.add(place, number_text(fall_mA_per_s / mA_per_A),
+                 "at least " + number_text(most_mA / forecast_peak_s / mA_per_A) +
+                     ", so that all that may flow is gone in the " + number_text(forecast_peak_s) +
+                     " s that voltages are foreseen");
+  }
+}
+
 }  // namespace
 
 void read_parts(const JsonValue& root, const Place& root_place, CoreConfig& core, ProblemList& problems) {
@@ -111,6 +144,7 @@ void read_parts(const JsonValue& root, const Place& root_place, CoreConfig& core
 
 void check_bounds(const CoreConfig& core, const Place& root_place, ProblemList& problems) {
   check_user(core, root_place, problems);
+  check_ramps(core, root_place, problems);
   check_at_most(core.current.limp_home_discharge_mA, core.current.discharge_continuous_mA,
                 root_place.at("current").at("limp_home_discharge_mA"), "discharge_continuous_mA", problems);
 }

@@ -5,14 +5,14 @@ namespace bmu {
 namespace {
 
 /// A twentieth of the current that fills the cells within the hour.
-constexpr std::int64_t uAs_per_mA_of_twentieth = std::int64_t{20} * 3'600 * 1'000;
+constexpr std::int64_t twentieth_rate_uAs_per_mA = std::int64_t{20} * 3'600 * 1'000;
 
 }  // namespace
 
 void ChargePause::init(const CoreConfig& config) {
   at_permille_ = config.soc.resistance_pause_permille;
   lasts_ = config.soc.resistance_pause;
-  charging_mA_ = static_cast<std::int32_t>(config.cell.capacity_uAs / uAs_per_mA_of_twentieth);
+  charging_mA_ = static_cast<std::int32_t>(config.cell.capacity_uAs / twentieth_rate_uAs_per_mA);
 }
 
 bool ChargePause::is_charging(const ChargePauseInputs& in) const {

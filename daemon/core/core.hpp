@@ -299,6 +299,7 @@ class Core {
   CoulombCounter counter_;
   PackEstimate estimate_;
   TimePoint estimate_kept_at_{};  // zero: not yet in this life
+  bool has_kept_last_ = false;    // the record of the end
   bool has_memory_ = false;       // somebody keeps what outlives this
   PackTotals former_totals_;
   ChargePause charge_pause_;

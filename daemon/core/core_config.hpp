@@ -238,7 +238,7 @@ struct SensorConfig {
 
 struct SocConfig {
   std::int32_t rest_current_mA = 200;  // below this, contactors open, the open-circuit voltage may start the SOC
-  Duration rest = 1s;                  // for this long
+  Duration rest = 1s;                  // for this long before balancing learns from voltages
   SocMethod method = SocMethod::ekf;   // whose state of charge is told; the others run beside it
   // What the current sensor may do wrong, one standard deviation.
   std::int32_t current_gain_error_permille = 20;

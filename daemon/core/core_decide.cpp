@@ -87,19 +87,24 @@ void Core::follow_estimate(TimePoint now) {
                                            .pack = &pack_,
                                            .charge = &counter_.state(),
                                            .bled_uAs = watchers_.switches.bled_uAs()});
-  if (has_begun) events_.push({.id = EventId::soc_started, .at = now, .number = estimate_.told_permille()});
+  if (!has_begun) return;
+  events_.push({.id = EventId::soc_started, .at = now, .number = estimate_.told_permille()});
+  estimate_kept_at_ = {};  // the record of a former life is no longer the last word
 }
 
-/// When a cell has moved far enough, at most every few seconds: a file is written for it. And once more at the end.
+/// When a cell has moved far enough, at most every few seconds: a file is written for it. And once more at the end,
+/// when nothing can flow any more.
 void Core::keep_estimate(TimePoint now) {
   constexpr Duration look_every = 5s;
-  const bool is_last = shutting_down_ && estimate_kept_at_ < shut_down_at_;
+  const bool is_last = shutting_down_ && !outputs_.any_contactor() && !has_kept_last_;
   if (now - estimate_kept_at_ < look_every && !is_last) return;
+  has_kept_last_ = has_kept_last_ || is_last;
   estimate_kept_at_ = now;
   keep_totals(is_last);
   SocRecords records;
   if (!estimate_.record(records) || (!is_last && !is_worth_recording(persistent_.soc, records))) return;
   records.unix_time_ms = unix_time_ms(now);
+  records.is_last = has_kept_last_;
   persistent_.soc = records;
   touch_persistent();
 }
@@ -564,6 +569,7 @@ FaultInputs Core::fault_inputs(TimePoint now) const {
           .sensors = &sensors_,
           .watchers = &watchers_,
           .soc_disagreement_permille = estimate_.disagreement_permille(),
+          .current_direction = estimate_.current_direction(),
           .cell_misfit_permille = estimate_.misfit_permille(),
           .flags = flags_,
           .has_started = has_started(now)};

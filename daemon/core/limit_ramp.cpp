@@ -14,9 +14,9 @@ std::int64_t way_uA(std::int32_t rate_mA_per_s, Duration passed) {
   return rate_mA_per_s * (passed / 1us) / uA_per_mA;
 }
 
-/// Not a matter of comfort: nothing may flow from this moment on.
+/// Not a matter of comfort: nothing may flow from this moment on. And what is measured by a step has to be one.
 bool falls_at_once(const CurrentLimit& target) {
-  return target.limit_mA == 0 && is_protection(target.cause);
+  return target.limit_mA == 0 && (is_protection(target.cause) || target.cause == LimitCause::measuring);
 }
 
 /// What the target must be above the limit for it to begin to rise. Of what is not measured nothing is noise.

@@ -85,6 +85,9 @@ std::string parse_all(const Json& json, SocRecords& records) {
     std::string problem = parse_module(module, place, records.modules[*node]);
     if (!problem.empty()) return problem;
   }
+  const Json& is_last = value_at(json, "is_last");  // missing in files of before it was kept: not known, so no
+  if (!is_last.is_null() && !is_last.is_boolean()) return wrong_in_state("soc/is_last", is_last, "true or false");
+  records.is_last = is_last.is_boolean() && is_last.get<bool>();
   records.is_kept = true;
   return {};
 }
@@ -107,6 +110,7 @@ Json soc_json(const SocRecords& records) {
     modules[std::to_string(node)] = {{"serial_number", module.serial_number}, {"cells", std::move(cells)}};
   }
   return {{"unix_time_ms", records.unix_time_ms},
+          {"is_last", records.is_last},
           {"capacity_uAs", records.capacity_uAs},
           {"told_ppm", records.told_ppm},
           {"modules", std::move(modules)}};

@@ -1,6 +1,6 @@
 // The cells' states of charge (daemon/core/estimators/soc_record.hpp) as JSON, for the state file:
 //
-//   {"unix_time_ms":1700000000000,"capacity_uAs":360000000000,"told_ppm":600000,
+//   {"unix_time_ms":1700000000000,"is_last":true,"capacity_uAs":360000000000,"told_ppm":600000,
 //    "modules":{"1":{"serial_number":4711,"cells":[[soc_ppm,sigma_ppm,hysteresis_permille,
 //                capacity_ppm,capacity_sigma_ppm,resistance_ppm,resistance_sigma_ppm],...]}}}
 //

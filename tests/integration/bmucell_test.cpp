@@ -1,5 +1,7 @@
 // bmucell as its user has it: cell files made and scored from the command line, and what it says of what is wrong.
 #include <algorithm>
+#include <array>
+#include <cstdio>
 #include <filesystem>
 #include <string>
 
@@ -222,6 +224,112 @@ TEST_CASE("what is wrong has an exit code of its own, and nothing is written", "
   const Finished no_place = bmucell({"fit", "--base", shipped_cell, "--out", folder / "nowhere/out.json", recording});
   CHECK(no_place.status == 1);
   CHECK(no_place.err.find("nowhere/out.json: cannot be written: No such file or directory") != std::string::npos);
+}
+
+namespace {
+
+/// A cell of 1.2 Ah that is nothing but a slope and 50 mOhm, discharged in steps for an hour, as one column each says.
+struct Bench {
+  double volts_in = 1.0;      // 1000: millivolts
+  double current_sign = 1.0;  // -1: positive into the cell
+  double percent_in = 1.0;    // 0.01: a fraction
+  bool has_temperature = true;
+  bool has_gap = false;
+
+  [[nodiscard]] std::string csv() const {
+    std::string text = "time_s,current_A,voltage_V,temp_C,ref_soc_pct\n";
+    double soc = 0.95;
+    std::array<char, 128> line{};
+    for (int second = 0; second < 3'600; ++second) {
+      const double current_A = second / 30 % 2 == 0 ? 1.5 : 0.3;
+      soc -= current_A / 4'320.0;
+      if (has_gap && second > 600 && second < 2'400) continue;
+      std::snprintf(line.data(), line.size(), "%d,%.4f,%.5f,%s,%.4f\n", second, current_sign * current_A,
+                    volts_in * (3.2 + 0.9 * soc - 0.05 * current_A), has_temperature ? "25" : "",
+                    percent_in * 100.0 * soc);
+      text += line.data();
+    }
+    return text;
+  }
+};
+
+const std::string sloped_base = source_folder + "/config/cells/nmc-3000.json";
+
+std::string complaint(const TemporaryFolder& folder, const Bench& bench, const std::string& capacity_Ah = "1.2") {
+  const std::string file = folder.file("test.csv", bench.csv());
+  const std::string out = folder / "out.json";
+  const Finished fitted = bmucell({"fit", "--base", sloped_base, "--capacity-Ah", capacity_Ah, "--out", out, file});
+  CHECK(fitted.status == (fitted.err.find("wanted") == std::string::npos ? 0 : 65));
+  CHECK(std::filesystem::exists(out) == (fitted.status == 0));
+  std::filesystem::remove(out);
+  const std::size_t at = fitted.err.find("test.csv: ");
+  return fitted.status == 0 || at == std::string::npos ? "" : fitted.err.substr(at + 10);
+}
+
+}  // namespace
+
+TEST_CASE("a fit refuses what no test of a cell can be, and writes nothing", "[integration][bmucell]") {
+  const TemporaryFolder folder;
+  CHECK(complaint(folder, {}).empty());
+  CHECK(complaint(folder, {.volts_in = 1'000.0}).find("wanted volts of one cell, 0.5 to 6") != std::string::npos);
+  CHECK(complaint(folder, {.has_temperature = false}) ==
+        "temp_C: found nothing, wanted temperatures; a fit is nothing without them\n");
+  CHECK(complaint(folder, {.current_sign = -1.0}) ==
+        "current_A: the voltage mostly rises when it does, wanted a current that is positive out of the cell\n");
+  CHECK(complaint(folder, {}, "12") ==
+        "ref_soc_pct: with the current it makes 1.2 Ah, wanted about 12, the capacity\n");
+  CHECK(complaint(folder, {}, "0.8") ==
+        "ref_soc_pct: with the current it makes 1.2 Ah, wanted about 0.8, the capacity\n");
+}
+
+TEST_CASE("a fit that the daemon would refuse is not written", "[integration][bmucell]") {
+  const TemporaryFolder folder;
+  const std::string file = folder.file("test.csv", Bench{}.csv());
+  const std::string out = folder / "out.json";
+  // An iron phosphate cell as the base: its limits are below what was measured.
+  const Finished fitted = bmucell({"fit", "--base", shipped_cell, "--capacity-Ah", "1.2", "--out", out, file});
+  CHECK(fitted.status == 65);
+  CHECK(fitted.err.find("what was fitted: /ocv: found ") != std::string::npos);
+  CHECK_FALSE(std::filesystem::exists(out));
+}
+
+TEST_CASE("eval says when a recording is none of the cell's, and doubts what nobody counted",
+          "[integration][bmucell]") {
+  const TemporaryFolder folder;
+  const std::string cell = folder / "cell.json";
+  const std::string good = folder.file("good.csv", Bench{}.csv());
+  REQUIRE(bmucell({"fit", "--base", sloped_base, "--capacity-Ah", "1.2", "--out", cell, good}).status == 0);
+  const auto scored = [&](const Bench& bench) {
+    const std::string file = folder.file("test.csv", bench.csv());
+    return bmucell({"eval", "--cell", cell, "--soc-error", "-5", "--json", file});
+  };
+  const Finished usual = scored({});
+  INFO(usual.err);
+  REQUIRE(usual.status == 0);
+  CHECK(usual.err.empty());
+  CHECK(nlohmann::json::parse(usual.out).at("mean").at("misfit") < 1.0);
+  const Finished swapped = scored({.current_sign = -1.0});
+  REQUIRE(swapped.status == 0);
+  CHECK(swapped.err.find("behaves like no cell of ") != std::string::npos);
+  CHECK(nlohmann::json::parse(swapped.out).at("mean").at("misfit") >= 1.0);
+  const Finished gap = scored({.has_gap = true});
+  REQUIRE(gap.status == 0);
+  CHECK(nlohmann::json::parse(gap.out).at("mean").at("inside_uncertainty_pct") > 90.0);
+  const Finished fraction = scored({.percent_in = 0.01});
+  CHECK(fraction.status == 65);
+  CHECK(fraction.err.find("ref_soc_pct: found nothing above 1, wanted percent, from 0 to 100") != std::string::npos);
+}
+
+TEST_CASE("a mean over files of which one never settled has no time to settle", "[integration][bmucell]") {
+  const TemporaryFolder folder;
+  const std::string good = folder.file("good.csv", Bench{}.csv());
+  const std::string short_one =
+      folder.file("short.csv", "time_s,current_A,voltage_V,ref_soc_pct\n0,0,3.29,50\n1,0,3.29,50\n2,0,3.29,50\n");
+  const Finished finished = bmucell(
+      {"eval", "--cell", shipped_cell, "--estimator", "coulomb", "--soc-error", "-20", "--json", recording, short_one});
+  INFO(finished.err);
+  REQUIRE(finished.status == 0);
+  CHECK(nlohmann::json::parse(finished.out).at("mean").at("settle_3pct_s").is_null());
 }
 
 }  // namespace bmu

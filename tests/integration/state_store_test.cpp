@@ -107,7 +107,7 @@ PersistentState full_state() {
   state.totals = {
       .charge_out_uAs = 11, .charge_in_uAs = 12, .energy_out_mWh = 13, .energy_in_mWh = std::int64_t{1} << 60};
   state.soc = {
-      .is_kept = true, .unix_time_ms = 1'700'000'300'001, .capacity_uAs = 360'000'000'000, .told_ppm = 612'345};
+      .is_kept = true, .is_last = true, .unix_time_ms = 1'700'000'300'001, .capacity_uAs = 360'000'000'000, .told_ppm = 612'345};
   ModuleSocRecord& soc = state.soc.modules[63];
   soc.cell_count = 2;
   soc.serial_number = 4'294'967'295;
@@ -312,6 +312,7 @@ TEST_CASE("states of charge that are not right are left out alone", "[integratio
   CHECK(problem("", 5) == "soc/unix_time_ms is null, wanted milliseconds since 1970, or 0");
   CHECK(problem("/unix_time_ms", -1) == "soc/unix_time_ms is -1, wanted milliseconds since 1970, or 0");
   CHECK(problem("/capacity_uAs", 0) == "soc/capacity_uAs is 0, wanted a charge above 0");
+  CHECK(problem("/is_last", 1) == "soc/is_last is 1, wanted true or false");
   CHECK(problem("/told_ppm", 1'000'001) == "soc/told_ppm is 1000001, wanted 0 to 1000000");
   CHECK(problem("/told_ppm", 0.5) == "soc/told_ppm is 0.5, wanted 0 to 1000000");
   CHECK(problem("/modules", Json::array()) == "soc/modules is [], wanted modules by their node numbers");

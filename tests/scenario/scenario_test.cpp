@@ -81,7 +81,8 @@ std::string check(const SimRun& run, const std::string& expectation) {
   if (starts("opened by ")) return check_opening(core, expectation.substr(10));
   if (starts("discharge limit ")) return check_range(core.limits().discharge.limit_mA / 1000, words[2]);
   if (starts("charge limit ")) return check_range(core.limits().charge.limit_mA / 1000, words[2]);
-  if (starts("soc ")) return core.estimate().pack().is_known ? check_range(core.estimate().told_permille(), words[1]) : "not known";
+  if (starts("soc "))
+    return core.estimate().pack().is_known ? check_range(core.estimate().told_permille(), words[1]) : "not known";
   if (starts("contacts ")) {
     const PduState& pdu = core.sensors().pdu.value;
     const bool closed = pdu.main_positive_closed && pdu.main_negative_closed;

@@ -166,7 +166,9 @@ TEST_CASE("a record that no cell can have is none", "[unit][estimators][FS_5]") 
   for (const CellHealthRecord& kept : {CellHealthRecord{.capacity_ppm = 850'000},
                                        CellHealthRecord{.capacity_ppm = 250'000, .capacity_sigma_ppm = 9'000},
                                        CellHealthRecord{.capacity_ppm = 1'400'000, .capacity_sigma_ppm = 9'000},
-                                       CellHealthRecord{.resistance_ppm = 1'400'000}}) {
+                                       CellHealthRecord{.resistance_ppm = 1'400'000},
+                                       CellHealthRecord{.resistance_ppm = 90'000'000, .resistance_sigma_ppm = 1'000},
+                                       CellHealthRecord{.resistance_ppm = 40'000, .resistance_sigma_ppm = 1'000}}) {
     CellHealth health;
     health.begin(kind, kept);
     CHECK_FALSE(health.is_capacity_known());

@@ -2,8 +2,10 @@
 #include "daemon/core/estimators/charge_ends.hpp"
 
 #include <optional>
+#include <utility>
 
 #include "tests/support/catch.hpp"
+#include "tests/support/simulated_cell.hpp"
 
 using namespace bmu;
 
@@ -98,7 +100,27 @@ TEST_CASE("what was not measured holds no end, and what is no time is no sample"
   CHECK(bench.hold(4.0, -0.01, 1));
 }
 
-TEST_CASE("without a temperature an end is told all the same", "[unit][estimators]") {
+TEST_CASE("in the cold, and without a temperature, no voltage makes an empty cell", "[unit][estimators]") {
+  for (const auto& [temperature_C, is_empty] :
+       {std::pair{25.0, true}, std::pair{15.0, true}, std::pair{14.9, false}, std::pair{not_measured, false}}) {
+    CAPTURE(temperature_C);
+    Bench bench;
+    CellSample low = sample(2.9, 0.1, 20.0);
+    low.temperature_C = temperature_C;
+    CHECK(bench.watch.update(bench.cell, ends, low).has_value() == is_empty);
+  }
+}
+
+TEST_CASE("the ends of a kind of cell are those of its curve at 25 C and of its capacity", "[unit][estimators]") {
+  CellDynamics cell = test::sloped_cell();
+  const ChargeEndConfig config = charge_ends_of(cell);
+  CHECK(config.full_V == Approx(4.1 - 0.005));
+  CHECK(config.empty_V == Approx(3.2 + 0.005));
+  CHECK(config.full_current_A == Approx(0.5));
+  CHECK(config.empty_current_A == Approx(2.0));
+}
+
+TEST_CASE("without a temperature a full cell is told all the same", "[unit][estimators]") {
   Bench bench;
   CellSample cold = sample(4.0, -0.05, 20.0);
   cold.temperature_C = not_measured;

@@ -284,13 +284,30 @@ TEST_CASE("ramps are what the file says, or all in a quarter of a second down an
   ramp = core_of({{"/limit_ramp",
                    {{"discharge_fall_A_per_s", 12.5},
                     {"discharge_rise_A_per_s", 1},
-                    {"charge_fall_A_per_s", 2},
+                    {"charge_fall_A_per_s", 2.5},
                     {"charge_rise_A_per_s", 0.125}}}})
              .limit_ramp;
   CHECK(ramp.discharge_fall_mA_per_s == 12'500);
   CHECK(ramp.discharge_rise_mA_per_s == 1'000);
-  CHECK(ramp.charge_fall_mA_per_s == 2'000);
+  CHECK(ramp.charge_fall_mA_per_s == 2'500);
   CHECK(ramp.charge_rise_mA_per_s == 125);
+}
+
+TEST_CASE("a limit that could not be gone within the foreseen time is refused", "[unit][config][ramp]") {
+  const std::string gone = ", so that all that may flow is gone in the 10 s that voltages are foreseen";
+  refuses({{"/limit_ramp", {{"charge_fall_A_per_s", 2.499}}}},
+          "/limit_ramp/charge_fall_A_per_s: found 2.499, wanted at least 2.5" + gone);
+  refuses({{"/limit_ramp", {{"discharge_fall_A_per_s", 0.001}}}},
+          "/limit_ramp/discharge_fall_A_per_s: found 0.001, wanted at least 8" + gone);
+}
+
+TEST_CASE("a pause to measure that could never come is refused", "[unit][config][charge_pause]") {
+  CHECK(core_of({{"/soc", {{"resistance_pause_permille", 0}}}}).soc.resistance_pause_permille == 0);
+  CHECK(core_of({{"/soc", {{"resistance_pause_permille", 50}}}}).soc.resistance_pause_permille == 50);
+  refuses(
+      {{"/soc", {{"resistance_pause_permille", 49}}}},
+      "/soc/resistance_pause_permille: found 49, wanted 0, or at least 50: a pause is only made after the charge has "
+      "been so far below");
 }
 
 }  // namespace

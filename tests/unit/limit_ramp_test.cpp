@@ -44,6 +44,12 @@ TEST_CASE("a limit falls and rises as fast as it may, and tells why", "[unit][li
   CHECK(now.cause == LimitCause::cell_voltage_high);
 }
 
+TEST_CASE("a pause to measure is a step, not a ramp", "[unit][limits][ramp][charge_pause]") {
+  LimitRamp ramp = at_20_A();
+  CHECK(ramp.follow(limit(0, LimitCause::full), 10ms, rates).limit_mA == 19'600);
+  CHECK(ramp.follow(limit(0, LimitCause::measuring), 10ms, rates).limit_mA == 0);
+}
+
 TEST_CASE("what a tick is too short for is not lost", "[unit][limits][ramp]") {
   LimitRamp ramp = at_20_A();
   for (int tick = 0; tick < 20'000; ++tick) static_cast<void>(ramp.follow(limit(30'000), 100us, rates));

@@ -153,6 +153,48 @@ TEST_CASE("a new life goes on with what the one before has kept, and says how ol
   CHECK(pack.estimate().told_soc() == Approx(kept).margin(0.005));
 }
 
+TEST_CASE("life after life at rest the same is known, not less and not more", "[unit][estimators][BMS_F.6]") {
+  const bool is_flat = GENERATE(false, true);
+  CAPTURE(is_flat);
+  CoreConfig config = sloped_pack();
+  if (is_flat) config.dynamics = test::flat_cell();
+  const PersistentState first = kept_after_drive(config, 0.6);
+  REQUIRE(first.soc.is_last);
+  PersistentState state = first;
+  const double soc = first.soc.told_ppm / 1e6;
+  for (int life = 0; life < 10; ++life) {
+    LivingPack pack(config, soc, {}, state);
+    pack.bench().observe(WallClockSeen{state.soc.unix_time_ms + 60'000});
+    pack.run(4s);
+    REQUIRE(pack.estimate().origin() == SocOrigin::former);
+    pack.bench().give(Command::shut_down);
+    pack.run(1s);
+    state = pack.core().persistent();
+    REQUIRE(state.soc.is_last);
+  }
+  const std::int32_t sigma_ppm = first.soc.modules[1].cells[0].sigma_ppm;
+  CHECK(state.soc.modules[1].cells[0].sigma_ppm > 0.85 * sigma_ppm);
+  CHECK(state.soc.modules[1].cells[0].sigma_ppm < 1.3 * sigma_ppm);
+}
+
+TEST_CASE("a life that was killed leaves its record's one percent in doubt, one that ended does not",
+          "[unit][estimators][BMS_F.6]") {
+  const CoreConfig config = sloped_pack();
+  PersistentState ended = kept_after_drive(config, 0.6);
+  for (CellSocRecord& cell : ended.soc.modules[1].cells) cell.sigma_ppm = 5'000;
+  for (CellSocRecord& cell : ended.soc.modules[2].cells) cell.sigma_ppm = 5'000;
+  PersistentState killed = ended;
+  killed.soc.is_last = false;
+  const auto sigma_after = [&](const PersistentState& state) {
+    LivingPack pack(config, state.soc.told_ppm / 1e6, {}, state);
+    REQUIRE(pack.bench().run_until([&] { return pack.core().soc_permille().has_value(); }, 5s));
+    CHECK_FALSE(pack.core().persistent().soc.is_last);  // from now on something may flow
+    return pack.estimate().cell(0).filter().model_sigma();
+  };
+  CHECK(sigma_after(ended) == Approx(0.005).epsilon(0.2));
+  CHECK(sigma_after(killed) == Approx(0.0112).epsilon(0.2));
+}
+
 TEST_CASE("what was told before goes on from there, however far off it was", "[unit][estimators][BMS_F.6]") {
   const CoreConfig config = sloped_pack();
   PersistentState state = kept_after_drive(config, 0.6);
@@ -298,6 +340,10 @@ TEST_CASE("records are worth replacing when they say something else", "[unit][es
   CHECK_FALSE(is_worth_recording(one, {}));
   CHECK_FALSE(is_worth_recording(one, one));
   CHECK_FALSE(changed([](SocRecords& to) { to.unix_time_ms = 77; }));
+  CHECK(changed([](SocRecords& to) { to.is_last = true; }));
+  CHECK_FALSE(changed([](SocRecords& to) { to.modules[1].cells[1].health.capacity_ppm += 9'999; }));
+  CHECK(changed([](SocRecords& to) { to.modules[1].cells[1].health.capacity_ppm += 10'000; }));
+  CHECK(changed([](SocRecords& to) { to.modules[1].cells[1].health.resistance_ppm -= 10'000; }));
   CHECK_FALSE(changed([](SocRecords& to) { to.told_ppm = 509'999; }));
   CHECK(changed([](SocRecords& to) { to.told_ppm = 510'000; }));
   CHECK(changed([](SocRecords& to) { to.told_ppm = 490'000; }));

@@ -203,6 +203,19 @@ TEST_CASE("how long it lasts follows from what flows", "[unit][estimators]") {
   CHECK_FALSE(pack.estimate().full_in());
 }
 
+TEST_CASE("a sensor that says nothing leaves no outlook", "[unit][estimators]") {
+  LivingPack pack(sloped_pack(), 0.5);
+  pack.run(3s);
+  REQUIRE(pack.bench().close());
+  pack.current_A = 10.0;
+  pack.run(60s);
+  REQUIRE(pack.estimate().empty_in());
+  pack.bench().sensor_talks = false;
+  pack.run(5s);
+  CHECK_FALSE(pack.estimate().empty_in());
+  CHECK_FALSE(pack.estimate().full_in());
+}
+
 TEST_CASE("a charge is paused where the pack file says, and the limit names it", "[unit][charge_pause][BMS_F.6]") {
   CoreConfig config = sloped_pack();
   config.soc.resistance_pause_permille = 560;

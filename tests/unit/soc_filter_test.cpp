@@ -639,3 +639,52 @@ TEST_CASE("what may have flowed unseen is the sample's word, or the sensor's", "
   CHECK(doubt_after(-1.0) == by_sensor);
   CHECK(by_sensor - doubt_after(0.0) == Approx(0.1 * 1.5).epsilon(0.02));
 }
+
+TEST_CASE("who goes on where a filter ended learns nothing from the voltage that it had seen",
+          "[unit][estimators][FS_4]") {
+  const CellDynamics cell = test::sloped_cell();
+  const double slope_V = 0.9;
+  const double model_error_V = cell.rows[0].slow_error_V;
+  // As sure as a voltage makes it, and off by as much: 8 mV on 0.9 V.
+  const double sigma = model_error_V / slope_V;
+  const auto soc_after = [&](bool has_followed, double age_s) {
+    SocFilter filter;
+    filter.begin(cell, {}, {.soc = 0.5, .sigma = sigma, .has_followed = has_followed, .age_s = age_s}, 25.0);
+    for (int second = 0; second < 5; ++second) {
+      filter.update({.passed_s = 1.0,
+                     .mean_current_A = 0.0,
+                     .current_A = 0.0,
+                     .voltage_V = 3.2 + slope_V * 0.5 + model_error_V,
+                     .temperature_C = 25.0});
+    }
+    return filter.estimate().soc;
+  };
+  CHECK(soc_after(false, not_measured) > 0.502);
+  CHECK(soc_after(true, not_measured) == Approx(0.5).margin(0.001));
+  CHECK(soc_after(true, 10.0) == Approx(0.5).margin(0.001));
+  CHECK(soc_after(true, 1e5) == Approx(soc_after(false, not_measured)).margin(0.0003));
+}
+
+TEST_CASE("a pair that nobody has seen begins with what the first current would have left in it",
+          "[unit][estimators][FS_4]") {
+  const CellDynamics cell = test::sloped_cell();
+  SocFilter filter;
+  filter.begin(cell, {}, {.soc = 0.5, .sigma = 0.001, .is_rested = false}, 25.0);
+  const double expected_V = 3.2 + 0.45;
+  filter.update({.passed_s = 1e-3,
+                 .mean_current_A = 10.0,
+                 .current_A = 10.0,
+                 .voltage_V = expected_V - 0.06,
+                 .temperature_C = 25.0});
+  CHECK(filter.pair_V()[0] > filter.pair_V()[1]);
+  CHECK(filter.pair_V()[1] > filter.pair_V()[2]);
+  CHECK(filter.pair_V()[0] > 0.002);
+  SocFilter rested;
+  rested.begin(cell, {}, {.soc = 0.5, .sigma = 0.001}, 25.0);
+  rested.update({.passed_s = 1e-3,
+                 .mean_current_A = 10.0,
+                 .current_A = 10.0,
+                 .voltage_V = expected_V - 0.06,
+                 .temperature_C = 25.0});
+  CHECK(std::abs(rested.pair_V()[0]) < 0.001);
+}

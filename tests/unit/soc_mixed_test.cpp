@@ -112,9 +112,20 @@ TEST_CASE("a voltage below that of an empty cell means empty", "[unit][estimator
   Mixed mixed(0.10, 0.08);
   mixed.run(1.0, 10.0, 3.2 - taken_V(10.0) + 0.001);
   CHECK(mixed.soc() == Approx(0.10 - 10.0 / 36'000.0));
-  mixed.run(1.0, 10.0, 3.2 - taken_V(10.0) - 0.001);
+  mixed.run(4.9, 10.0, 3.2 - taken_V(10.0) - 0.001);
+  CHECK(mixed.soc() > 0.09);
+  mixed.run(0.2, 10.0, 3.2 - taken_V(10.0) - 0.001);
   CHECK(mixed.soc() == 0.0);
   CHECK(mixed.sigma() == Approx(0.03));
+}
+
+TEST_CASE("damaged samples of a voltage empty no cell", "[unit][estimators][FS_4]") {
+  Mixed mixed(0.60, 0.08);
+  for (int turn = 0; turn < 20; ++turn) {
+    mixed.run(1.0, 1.0, 2.0);
+    mixed.run(1.0, 1.0, 3.7);
+  }
+  CHECK(mixed.soc() == Approx(0.60 - 40.0 / 36'000.0));
 }
 
 TEST_CASE("a low voltage while charging, or at rest, is no end", "[unit][estimators][FS_4]") {

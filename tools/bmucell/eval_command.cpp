@@ -31,6 +31,7 @@ Json to_json(const Score& score) {
           {"max_after_20min_pct", number_or_null(score.max_after_20min_pct)},
           {"settle_3pct_s", number_or_null(score.settle_3pct_s)},
           {"inside_uncertainty_pct", score.inside_uncertainty_pct},
+          {"misfit", score.misfit},
           {"rows", score.rows}};
 }
 
@@ -138,6 +139,10 @@ int run_eval(const EvalOptions& options) {
       return exit_data;
     }
     scores.push_back(evaluation->score);
+    if (evaluation->score.misfit >= 1.0) {
+      complain(file + ": behaves like no cell of " + options.cell +
+               ": another cell, a voltage or a resistance far off, or a current with the wrong sign");
+    }
     if (!write_trace(options, *evaluation)) return exit_system;
   }
   if (options.is_json) {

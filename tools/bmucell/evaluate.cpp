@@ -3,12 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
-#include <variant>
 
+#include "daemon/core/estimators/cell_estimate.hpp"
 #include "daemon/core/estimators/published_soc.hpp"
-#include "daemon/core/estimators/soc_coulomb.hpp"
-#include "daemon/core/estimators/soc_filter.hpp"
-#include "daemon/core/estimators/soc_mixed.hpp"
 
 namespace bmu::cell {
 
@@ -19,17 +16,6 @@ constexpr double settled_within = 0.03;
 constexpr double settling_s = 1200.0;
 constexpr double told_sigmas = 2.0;
 constexpr double percent = 100.0;
-
-using Estimator = std::variant<SocFilter, SocMixed, SocCoulomb>;  // in the order of SocMethod
-
-Estimator make_estimator(SocMethod method) {
-  switch (method) {
-    case SocMethod::ekf: return SocFilter{};
-    case SocMethod::mixed: return SocMixed{};
-    case SocMethod::coulomb: return SocCoulomb{};
-  }
-  return SocFilter{};
-}
 
 /// The recording as a daemon with a worse sensor would have seen it.
 class WorseSensor {
@@ -108,24 +94,41 @@ SocBegin begin_of(const EvaluationPlan& plan, const SeriesRow& row) {
           .hysteresis = is_at_start ? 1.0 : -1.0};  // the charge has come down to here
 }
 
-CellSample sample_of(const SeriesRow& row, double passed_s) {
+CellSample sample_of(const SeriesRow& row, double passed_s, bool is_counted) {
   return {.passed_s = passed_s,
-          .mean_current_A = row.current_A,
+          .mean_current_A = is_counted ? row.current_A : not_measured,
           .current_A = row.current_A,
           .voltage_V = row.voltage_V,
           .temperature_C = row.temperature_C};
 }
 
-template <class One>
-SocEstimate estimate_with(One& estimator, const CellSample& sample) {
-  estimator.update(sample);
-  return estimator.estimate();
+/// Rows so far apart are not neighbours: what flowed between them nobody counted.
+double gap_of(const Series& series) {
+  constexpr double usual_rows = 10.0;
+  std::vector<double> steps_s;
+  for (std::size_t k = 1; k < series.rows.size(); ++k) {
+    const double passed_s = series.rows[k].time_s - series.rows[k - 1].time_s;
+    if (passed_s > 0.0) steps_s.push_back(passed_s);
+  }
+  if (steps_s.empty()) return 0.0;
+  const auto middle = steps_s.begin() + static_cast<std::ptrdiff_t>(steps_s.size() / 2);
+  std::nth_element(steps_s.begin(), middle, steps_s.end());
+  return usual_rows * *middle;
+}
+
+/// Something that can be scored against is there. "" or what is wrong.
+std::string problem_of(const Series& series) {
+  if (!series.has_soc) return "no column 'ref_soc_pct', which says what the charge really was";
+  const bool is_fraction = std::all_of(series.rows.begin(), series.rows.end(),
+                                       [](const SeriesRow& row) { return !(row.soc * percent > 1.0); });
+  return is_fraction ? "ref_soc_pct: found nothing above 1, wanted percent, from 0 to 100" : "";
 }
 
 }  // namespace
 
 Result<Evaluation, std::string> evaluate(const EvaluationPlan& plan, const CellDynamics& cell, const Series& series) {
-  if (!series.has_soc) return failure(series.name + ": no column 'ref_soc_pct', which says what the charge really was");
+  const std::string problem = problem_of(series);
+  if (!problem.empty()) return failure(series.name + ": " + problem);
   const std::size_t first = first_row(plan, series);
   if (first == series.rows.size()) return failure(series.name + ": ref_soc_pct is never as low as --from-soc");
 
@@ -133,8 +136,10 @@ Result<Evaluation, std::string> evaluate(const EvaluationPlan& plan, const CellD
   const CurrentSensorError sensor{
       .gain = plan.gain_sigma, .offset_A = plan.offset_sigma_C * one_hour_A, .unknown_current_A = one_hour_A};
   const SocBegin begin = begin_of(plan, series.rows[first]);
-  Estimator estimator = make_estimator(plan.method);
-  std::visit([&](auto& one) { one.begin(cell, sensor, begin, series.rows[first].temperature_C); }, estimator);
+  const ChargeEndConfig ends = charge_ends_of(cell);
+  const double gap_s = gap_of(series);
+  CellEstimate estimator;
+  estimator.begin(cell, sensor, begin, series.rows[first].temperature_C);
   PublishedSoc published;
   published.begin(begin.soc);
   WorseSensor worse(plan);
@@ -150,8 +155,11 @@ Result<Evaluation, std::string> evaluate(const EvaluationPlan& plan, const CellD
     if (k > first) {
       if (!(passed_s > 0.0)) continue;
       before_s = row.time_s;
-      estimate = std::visit([&](auto& one) { return estimate_with(one, sample_of(row, passed_s)); }, estimator);
-      const double flowed_As = std::isfinite(row.current_A) ? row.current_A * passed_s : 0.0;
+      const CellSample sample = sample_of(row, passed_s, passed_s <= gap_s);
+      static_cast<void>(estimator.update(sample, ends));
+      estimate = estimator.estimate(plan.method);
+      result.score.misfit = std::max(result.score.misfit, estimator.filter().misfit());
+      const double flowed_As = is_measured(sample.mean_current_A) ? sample.mean_current_A * passed_s : 0.0;
       published.update(passed_s, flowed_As / cell.capacity_As, estimate.soc);
     }
     if (!std::isfinite(row.soc)) continue;
@@ -160,7 +168,9 @@ Result<Evaluation, std::string> evaluate(const EvaluationPlan& plan, const CellD
         {row.time_s, row.current_A, row.voltage_V, row.temperature_C, row.soc, published.soc(), estimate.sigma});
   }
   if (result.trace.empty()) return failure(series.name + ": no row with a reference from there on");
+  const double misfit = result.score.misfit;
   result.score = scorer.score();
+  result.score.misfit = misfit;
   result.score.file = series.name;
   result.score.method = plan.method;
   return result;
@@ -194,7 +204,11 @@ Score mean_of(const std::vector<Score>& scores) {
   score.max_pct = mean(&Score::max_pct).value_or(0.0);
   score.rmse_after_20min_pct = mean(&Score::rmse_after_20min_pct);
   score.max_after_20min_pct = mean(&Score::max_after_20min_pct);
-  score.settle_3pct_s = mean(&Score::settle_3pct_s);
+  // One that never settled has no time that could be averaged away.
+  const bool have_all_settled =
+      std::all_of(scores.begin(), scores.end(), [](const Score& one) { return one.settle_3pct_s.has_value(); });
+  if (have_all_settled) score.settle_3pct_s = mean(&Score::settle_3pct_s);
+  for (const Score& one : scores) score.misfit = std::max(score.misfit, one.misfit);
   score.inside_uncertainty_pct = mean(&Score::inside_uncertainty_pct).value_or(0.0);
   return score;
 }

@@ -52,6 +52,7 @@ struct Score {
   std::optional<double> rmse_after_20min_pct{};
   std::optional<double> max_after_20min_pct{};
   std::optional<double> settle_3pct_s{};  // from then on always within 3 %; none: not at the end either
+  double misfit = 0.0;                    // SocFilter::misfit(), the most: from 1 on it is no cell of the cell file
   double inside_uncertainty_pct = 0.0;    // rows with the truth within two of the told standard deviations
 };
 
@@ -60,11 +61,13 @@ struct Evaluation {
   std::vector<TraceRow> trace;  // the rows that were scored
 };
 
-/// The series needs ref_soc_pct; without temperatures the estimator is told none. The error says what is missing.
+/// As the daemon does it: every method beside each other, with the ends of charges; what flowed between rows that are
+/// far apart, ten times as far as usual, was not counted. The series needs ref_soc_pct; without temperatures the
+/// estimator is told none. The error says what is missing.
 [[nodiscard]] Result<Evaluation, std::string> evaluate(const EvaluationPlan& plan, const CellDynamics& cell,
                                                        const Series& series);
 
-/// The mean of each figure over the files that have it.
+/// The mean of each figure over the files that have it; of the time to settle only if all did; the largest misfit.
 [[nodiscard]] Score mean_of(const std::vector<Score>& scores);
 
 }  // namespace bmu::cell

@@ -172,6 +172,11 @@ int run_fit(const FitOptions& options) {
   CellFile file = with_fit(std::move(*base), found);
   if (!options.name.empty()) file.name = options.name;
   file.origin = origin_of(options);
+  // What the daemon would refuse is no cell file.
+  if (const auto read = parse_cell_file(cell_file_text(file), "what was fitted"); !read) {
+    for (const ConfigProblem& problem : read.error()) complain(to_text(problem));
+    return exit_data;
+  }
   return tell(options, plan, found, file);
 }
 

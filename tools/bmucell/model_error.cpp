@@ -14,6 +14,8 @@ constexpr double blocks_min = 5.0;
 /// One row that is off by more, as near empty, is not what the model is like.
 constexpr double most_V = 0.050;
 constexpr double slow_time_s = 1500.0;
+/// No model is better than the modules measure; a cell file takes nothing below.
+constexpr double slow_error_least_V = 1e-4;
 /// Of the error that a fit leaves in its own data. What the filter is best with, over cells and temperatures, on data
 /// that the fit had not seen: docs/accuracy.md.
 constexpr double slow_share = 0.7;
@@ -51,7 +53,7 @@ void ModelError::write_to(CellDynamics& cell) const {
     known.push_back(k);
     CellDynamics::Row& row = cell.rows[k];
     const double correlation = std::clamp(sums.lagged_V2 / sums.fast_V2, 0.05, 0.9);
-    row.slow_error_V = slow_share * std::sqrt(sums.slow_V2 / sums.blocks);
+    row.slow_error_V = std::max(slow_share * std::sqrt(sums.slow_V2 / sums.blocks), slow_error_least_V);
     row.slow_error_time_s = slow_time_s;
     row.fast_error_V = std::sqrt(sums.fast_V2 / sums.rows);
     row.fast_error_time_s = -static_cast<double>(lag_rows) / std::log(correlation);

@@ -2,7 +2,8 @@
 // the voltage of a full cell; empty, when it has sunk to the voltage of an empty one though it gives but little.
 //
 //   full    voltage >= full_V and 0 < charging current <= full_current_A, for `end_held_s`
-//   empty   voltage <= empty_V and 0 <= discharging current <= empty_current_A, for `end_held_s`
+//   empty   voltage <= empty_V and 0 <= discharging current <= empty_current_A, at empty_coldest_C or warmer, for
+//           `end_held_s`
 //
 // A charger that ends a charge holds the voltage while the current fades, so at the end the voltage is nearly that of a
 // rested cell; what the rest of the current takes makes the anchor less sure. With a large current nothing is said: a
@@ -27,7 +28,15 @@ struct ChargeEndConfig {
   double empty_current_A = 0.0;
 };
 
+/// Of a cell of this kind: a charge ends with a twentieth of an hour's rate, and one that sinks to the voltage of an
+/// empty cell at a fifth of it or less is empty. The voltages are those of the curve at 25 C, and what modules measure
+/// to.
+[[nodiscard]] ChargeEndConfig charge_ends_of(const CellDynamics& cell);
+
 inline constexpr double end_held_s = 20.0;
+/// A colder cell that was driven down sinks to the voltage of an empty one with a tenth of its charge left, and stays
+/// there for minutes with hardly a current: on the recordings of docs/accuracy.md.
+inline constexpr double empty_coldest_C = 15.0;
 /// What the voltage alone leaves open.
 inline constexpr double full_sigma = 0.01;
 inline constexpr double empty_sigma = 0.02;

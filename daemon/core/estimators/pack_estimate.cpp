@@ -30,22 +30,16 @@ constexpr double lost_doubt = 0.5;
 constexpr double contradiction_sigmas = 5.0;
 /// After a record of this age nothing of the current before it is left in the voltages.
 constexpr Duration settled_after = 1h;
-/// A charge ends with a twentieth of an hour's rate, and a cell that sinks to its end at a fifth of it or less is
-/// empty.
-constexpr double full_current_share = 0.05;
-constexpr double empty_current_share = 0.2;
 /// Of the absolute limits: a cell in the cold sinks below the lower one under load, and is still a cell.
 constexpr double least_share = 0.7;
 constexpr double most_share = 1.15;
-/// The voltages of the ends may be this far off: the modules measure to a millivolt or two.
-constexpr double end_voltage_margin_V = 0.005;
 /// Of the one-hour current: with less nobody can say when the pack is empty or full.
 constexpr double outlook_least_share = 0.01;
 /// A capacity or a resistance that has moved by so much is worth a record.
 constexpr std::int32_t health_step_ppm = 10'000;
 
-double doubt_of(const CellSocRecord& record, double lost) {
-  return std::hypot(record.sigma_ppm / ppm, record_step, lost_doubt * lost);
+double doubt_of(const CellSocRecord& record, bool is_last, double lost) {
+  return std::hypot(record.sigma_ppm / ppm, is_last ? 0.0 : record_step, lost_doubt * lost);
 }
 
 /// As far as it is known how much the cell holds.
@@ -101,11 +95,8 @@ void PackEstimate::init(const CoreConfig& config) {
                 .sensor = sensor_,
                 .rated_As = model.capacity_As,
                 .charge_efficiency = model.charge_efficiency});
-  const CellDynamics::Curve& room = model.rows[row_place(model, 25.0).from].ocv_V;
-  ends_ = {.full_V = room.back() - end_voltage_margin_V,
-           .full_current_A = full_current_share * hour_rate_A,
-           .empty_V = room.front() + end_voltage_margin_V,
-           .empty_current_A = empty_current_share * hour_rate_A};
+  direction_ = CurrentDirection(hour_rate_A, health_.model().expected.at_reference_Ohm());
+  ends_ = charge_ends_of(model);
   cell_count_ = 0;
   module_count_ = 0;
   for (const ModuleConfig& module : config.modules) {
@@ -152,6 +143,7 @@ bool PackEstimate::update(const PackEstimateInputs& in) {
   read_temperatures(in);
   sample_cells(in, moment);
   if (is_picture && may_begin(in)) begin(in, moment);
+  follow_direction(in, moment);
   sum_up(moment, in.now);
   judge(in.now);
   return pack_.is_known && !was_known;
@@ -228,7 +220,9 @@ void PackEstimate::begin_cell(std::size_t number, double voltage_V, std::int64_t
   const std::optional<Duration> age = age_of_former(unix_time_ms);
   const double lost = self_discharge_A(model, known_C) * to_s(age.value_or(Duration{})) / model.capacity_As;
   from.soc = former->soc_ppm / ppm - lost;
-  from.sigma = doubt_of(*former, lost);
+  from.sigma = doubt_of(*former, former_.is_last, lost);
+  from.has_followed = true;
+  if (age) from.age_s = to_s(*age);
   from.is_rested = age.value_or(Duration{}) >= settled_after;
   from.hysteresis = former->hysteresis_permille / 1e3;
   estimates_[number].begin(model, sensor_, from, temperature_C);
@@ -375,6 +369,8 @@ void PackEstimate::sum_up(const Moment& moment, TimePoint now) {
 }
 
 void PackEstimate::follow_outlook(const CurrentSpans& spans) {
+  // What nobody counted may have been anything.
+  if (spans.uncounted_s > 0.0) outlook_current_A_ = 0.0;
   if (!(spans.counted_s > 0.0)) return;
   const double weight = -std::expm1(-spans.counted_s / outlook_time_s);
   outlook_current_A_ += (spans.mean_current_A - outlook_current_A_) * weight;
@@ -384,6 +380,23 @@ std::optional<Duration> PackEstimate::outlook(double charge_As, double current_A
   const double least_A = outlook_least_share * estimates_.model().capacity_As / hour_s;
   if (!pack_.is_known || current_A < least_A) return std::nullopt;
   return std::chrono::seconds{std::llround(charge_As / current_A)};
+}
+
+/// With a picture of all cells: one that is missing would make the mean step.
+void PackEstimate::follow_direction(const PackEstimateInputs& in, const Moment& moment) {
+  if (in.is_open) {
+    direction_.forget();
+    current_direction_ = {};
+    return;
+  }
+  if (moment.instant == TimePoint{}) return;
+  double sum_V = 0.0;
+  for (std::size_t number = 0; number < cell_count_; ++number) sum_V += cells_[number].voltage_V;
+  const double mean_V = sum_V / static_cast<double>(cell_count_);  // not a number if one is none
+  direction_.update(to_s(moment.instant - directed_at_), moment.current_A, mean_V);
+  directed_at_ = moment.instant;
+  if (!direction_.is_known()) return;
+  current_direction_ = {.is_known = true, .value = direction_.is_contradicted() ? 1 : 0, .taken_at = moment.instant};
 }
 
 void PackEstimate::judge(TimePoint at) {
@@ -428,10 +441,11 @@ bool PackEstimate::record(SocRecords& to) const {
       const std::size_t cell = std::size_t{module.first_cell} + number;
       const SocEstimate estimate = cell_soc(cell);
       const double hysteresis = estimates_[cell].filter().hysteresis();
-      kept.cells[number] = {.soc_ppm = in_ppm(estimate.soc),
-                            .sigma_ppm = in_ppm(estimate.sigma),
-                            .hysteresis_permille = static_cast<std::int32_t>(std::llround(hysteresis * 1e3)),
-                            .health = health_[cell].record()};
+      kept.cells[number] = {
+          .soc_ppm = in_ppm(estimate.soc),
+          .sigma_ppm = in_ppm(method_ == SocMethod::ekf ? estimates_[cell].filter().model_sigma() : estimate.sigma),
+          .hysteresis_permille = static_cast<std::int32_t>(std::llround(hysteresis * 1e3)),
+          .health = health_[cell].record()};
     }
   }
   return true;
@@ -441,7 +455,9 @@ bool is_worth_recording(const SocRecords& older, const SocRecords& newer) {
   constexpr auto step_ppm = static_cast<std::int32_t>(record_step * ppm);
   if (!newer.is_kept) return false;
   const bool is_same_pack = older.is_kept && older.capacity_uAs == newer.capacity_uAs;
-  if (!is_same_pack || std::abs(older.told_ppm - newer.told_ppm) >= step_ppm) return true;
+  // The end of the life before is no longer the last that flowed.
+  if (!is_same_pack || older.is_last != newer.is_last || std::abs(older.told_ppm - newer.told_ppm) >= step_ppm)
+    return true;
   for (std::size_t node = 0; node < newer.modules.size(); ++node) {
     const ModuleSocRecord& before = older.modules[node];
     const ModuleSocRecord& now = newer.modules[node];

@@ -14,8 +14,8 @@
 //   - from the record of a former life, cell by cell, if the same modules are there (by their serial numbers), the cell
 //     file says the same capacity, and the voltages of the first picture do not contradict it. What flowed after it was
 //     written nobody has seen: a record is written before a cell has moved by more than `record_step`, and a cell that
-//     is restored is unsure of that much more. How old a record is, the clock says; meanwhile cells lost some by
-//     themselves.
+//     is restored is unsure of that much more, unless the life before ended in order. How old a record is, the clock
+//     says; meanwhile cells lost some by themselves.
 //   - else from the voltages of a pack at rest: contactors open, current within soc/rest_current_mA for a
 //     second. What flowed before that is not known, and the filter is told so.
 // While there is a record, nothing begins before all modules have said who they are; without that nothing closes,
@@ -42,6 +42,7 @@
 #include "daemon/core/estimators/cell_health.hpp"
 #include "daemon/core/estimators/cells_of_model.hpp"
 #include "daemon/core/estimators/coulomb_counter.hpp"
+#include "daemon/core/estimators/current_direction.hpp"
 #include "daemon/core/estimators/current_spans.hpp"
 #include "daemon/core/estimators/pack_soc.hpp"
 #include "daemon/core/estimators/published_soc.hpp"
@@ -53,7 +54,7 @@
 namespace bmu {
 
 inline constexpr Duration estimate_gap_max = 1s;
-/// So long nothing but a rest current has flowed when it begins.
+/// So long nothing but a rest current has flowed when it begins: what a voltage then says is for the filter to doubt.
 inline constexpr Duration begin_after = 1s;
 inline constexpr Duration long_rest = 2h;
 /// So long nothing but a rest current has flowed when voltages anchor capacities, and then so often.
@@ -131,6 +132,8 @@ class PackEstimate {
 
   /// The cell whose methods contradict each other most, permille of what they say they may be wrong by.
   [[nodiscard]] Reading disagreement_permille() const { return disagreement_permille_; }
+  /// 1 while the voltages say that the current is told the wrong way round (current_direction.hpp).
+  [[nodiscard]] Reading current_direction() const { return current_direction_; }
   /// The cell that fits its model worst, permille: from 1000 on it is another kind of cell, or measured wrongly.
   [[nodiscard]] Reading misfit_permille() const { return misfit_permille_; }
 
@@ -180,6 +183,7 @@ class PackEstimate {
   [[nodiscard]] std::optional<Duration> outlook(double charge_As, double current_A) const;
   void follow_outlook(const CurrentSpans& spans);
   void sum_up(const Moment& moment, TimePoint now);
+  void follow_direction(const PackEstimateInputs& in, const Moment& moment);
   void judge(TimePoint at);
 
   CellsOfModel<CellDynamics, CellEstimate> estimates_;
@@ -214,6 +218,9 @@ class PackEstimate {
   TimePoint anchored_at_{};
   Reading disagreement_permille_;
   Reading misfit_permille_;
+  CurrentDirection direction_;
+  TimePoint directed_at_{};
+  Reading current_direction_;
 };
 
 /// Whether the newer record says something that the older one does not.

@@ -48,6 +48,8 @@ void ResistanceTracker::begin(const ExpectedResistance& expected) {
 void ResistanceTracker::restore(double resistance_Ohm, double learned_sigma_Ohm) {
   if (expected_ == nullptr || !(resistance_Ohm > 0.0) || !(learned_sigma_Ohm > 0.0)) return;
   if (!is_measured(resistance_Ohm) || !is_measured(learned_sigma_Ohm)) return;
+  const double share = resistance_Ohm / expected_->at_reference_Ohm();
+  if (share > absurd_factor || share < 1.0 / absurd_factor) return;
   resistance_Ohm_ = resistance_Ohm;
   variance_Ohm2_ = square(std::min(learned_sigma_Ohm, wander_share_most * resistance_Ohm));
   is_known_ = true;

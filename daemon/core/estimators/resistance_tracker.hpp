@@ -48,7 +48,7 @@ class ResistanceTracker {
     if (expected_ != nullptr) expected_ = &expected;
   }
   /// After begin(): the cell is known from a former life, by its resistance at 25 C and learned_sigma_Ohm() of then.
-  /// What is not above 0 says nothing.
+  /// What is not above 0, or absurd, says nothing.
   void restore(double resistance_Ohm, double learned_sigma_Ohm);
   /// Before begin(): nothing happens. Of the sample its time, current, voltage and temperature are used; current and
   /// voltage must be of the same instant, or means over the same time. What was not measured is passed over and the

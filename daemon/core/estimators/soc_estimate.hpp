@@ -47,6 +47,9 @@ struct SocBegin {
   double sigma = 0.3;       // one standard deviation, above 0
   bool is_rested = true;    // false: what flowed before is not known, and the voltage still follows it
   double hysteresis = 0.0;  // -1: discharged last, 1: charged last
+  /// It goes on where a filter of a former life ended, with its model_sigma(), so long ago (not known: not given).
+  bool has_followed = false;
+  double age_s = not_measured;
   /// Of this cell, where somebody has learned it, one standard deviation as a share of it; else that of the model.
   double capacity_As = not_measured;
   double capacity_sigma = 0.02;

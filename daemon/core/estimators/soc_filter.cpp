@@ -20,8 +20,11 @@ constexpr double resistance_noise_share = 0.03;
 constexpr double resistance_share_sigma = 0.10;
 constexpr double resistance_time_s = 5000.0;
 constexpr double offset_time_s = 36000.0;
-/// Of the pairs' voltages under the current of one hour, while what flowed before is not known.
-constexpr double pair_share = 0.7;
+/// While what flowed before is not known: what a pair holds back, of what the present current would leave in it, and
+/// its doubt, of what the current of one hour would. The longer a pair remembers, the less the present current says of
+/// it, and the more of what flowed has cancelled out. Tried on drives that were switched on in their midst.
+constexpr std::array<double, CellDynamics::pairs> pair_begin_share{0.5, 0.3, 0.0};
+constexpr std::array<double, CellDynamics::pairs> pair_begin_doubt{0.7, 0.7, 0.3};
 /// The state of charge is not let further than this beyond empty and full.
 constexpr double soc_beyond = 0.05;
 /// More than this nobody can be unsure of it.
@@ -64,12 +67,31 @@ void SocFilter::begin(const CellDynamics& cell, const CurrentSensorError& sensor
   x_[soc_at] = std::clamp(from.soc, 0.0, 1.0);
   p_[soc_at][soc_at] = square(std::min(from.sigma, soc_sigma_max));
   for (std::size_t pair = 0; pair < CellDynamics::pairs && !from.is_rested; ++pair) {
-    p_[pair_at + pair][pair_at + pair] = square(pair_share * point.pair_Ohm[pair] * hour_rate_A);
+    p_[pair_at + pair][pair_at + pair] = square(pair_begin_doubt[pair] * point.pair_Ohm[pair] * hour_rate_A);
   }
   p_[error_at][error_at] = square(point.slow_error_V);
+  are_pairs_unknown_ = !from.is_rested;
+  if (from.has_followed) share_error(point, from.age_s);
   p_[offset_at][offset_at] = square(sensor.offset_A);
   p_[counting_at][counting_at] = square(sensor.gain) + square(from.capacity_sigma);
   p_[resistance_at][resistance_at] = square(resistance_share_sigma);
+}
+
+/// A filter that has followed a cell is off by what its model is off by: the one takes from the voltage what the other
+/// adds. So the same voltage is no news to who goes on with its word, until the model's error has become another.
+void SocFilter::share_error(const CellPoint& point, double age_s) {
+  const double sigma = std::sqrt(p_[soc_at][soc_at]);
+  const double kept = age_s > 0.0 ? std::exp(-age_s / point.slow_error_time_s) : 1.0;
+  const double shared_V = std::min(std::max(point.ocv_slope_V, 0.0) * sigma, point.slow_error_V);
+  p_[soc_at][error_at] = p_[error_at][soc_at] = -kept * sigma * shared_V;
+}
+
+/// With the first current: how it came to be nobody has seen.
+void SocFilter::begin_pairs(const CellPoint& point, double current_A) {
+  are_pairs_unknown_ = false;
+  for (std::size_t pair = 0; pair < CellDynamics::pairs; ++pair) {
+    x_[pair_at + pair] += pair_begin_share[pair] * point.pair_Ohm[pair] * current_A;
+  }
 }
 
 void SocFilter::follow_hysteresis(double charge_As) {
@@ -168,6 +190,7 @@ SocFilter::Errors SocFilter::errors(const CellSample& sample, const CellPoint& p
 void SocFilter::correct(const CellSample& sample, const RowPlace& place) {
   const CellPoint point = at(*cell_, place, x_[soc_at]);
   const double current_A = sample.current_A - x_[offset_at];
+  if (are_pairs_unknown_) begin_pairs(point, current_A);
   double drop_V = point.series_Ohm * current_A + kinetic_V(point, current_A);
   for (std::size_t pair = 0; pair < CellDynamics::pairs; ++pair) drop_V += x_[pair_at + pair];
   const double share = 1.0 + x_[resistance_at];

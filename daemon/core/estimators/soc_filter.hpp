@@ -44,6 +44,9 @@ class SocFilter {
   void anchor(double soc, double sigma);
 
   [[nodiscard]] SocEstimate estimate() const;
+  /// How sure it would be if the model were right up to the errors that it knows: less than it tells, and what a filter
+  /// that goes on from here is to begin with (SocBegin::has_followed).
+  [[nodiscard]] double model_sigma() const { return std::sqrt(p_[soc_at][soc_at]); }
   /// How far this cell's resistances are above its model's: 0.4 is 40 % more.
   [[nodiscard]] double resistance_share() const { return x_[resistance_at]; }
   /// How sure that is, one standard deviation.
@@ -90,6 +93,8 @@ class SocFilter {
     double model_V2 = 0.0;
   };
 
+  void share_error(const CellPoint& point, double age_s);
+  void begin_pairs(const CellPoint& point, double current_A);
   void count(const CellSample& sample);
   void bound_doubt();
   void follow_hysteresis(double charge_As);
@@ -112,7 +117,8 @@ class SocFilter {
   double true_current_A_ = 0.0;  // the mean of the last sample without what the sensor is thought to add
   double innovation_V_ = 0.0;
   double innovation_variance_V2_ = 0.0;
-  double surprise_ = 0.0;  // squares of innovations against their variances, over some minutes
+  bool are_pairs_unknown_ = false;  // until the first current
+  double surprise_ = 0.0;           // squares of innovations against their variances, over some minutes
 };
 
 }  // namespace bmu

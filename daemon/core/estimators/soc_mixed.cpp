@@ -13,6 +13,7 @@ constexpr double pull_time_s = 120.0;  // as long as it takes to follow it, with
 constexpr double resistance_doubt = 0.2;
 constexpr double voltage_doubt_V = 0.010;
 constexpr double empty_sigma = 0.03;
+constexpr double empty_held_s = 5.0;  // one damaged sample empties no cell
 constexpr double slope_min_V = 0.2;
 
 }  // namespace
@@ -39,10 +40,10 @@ void SocMixed::listen(const CellSample& sample) {
   const double resistance_Ohm = std::accumulate(here.pair_Ohm.begin(), here.pair_Ohm.end(), here.series_Ohm);
   const double taken_V = resistance_Ohm * sample.current_A + kinetic_V(here, sample.current_A);
   const double open_V = sample.voltage_V + taken_V;
-  if (sample.current_A > 0.0 && open_V <= ocv_V(*cell_, place, 0.0)) {
-    counting_.set(0.0, empty_sigma);
-    return;
-  }
+  const bool is_empty = sample.current_A > 0.0 && open_V <= ocv_V(*cell_, place, 0.0);
+  empty_s_ = is_empty ? empty_s_ + sample.passed_s : 0.0;
+  if (empty_s_ >= empty_held_s) counting_.set(0.0, empty_sigma);
+  if (is_empty) return;
   if (open_V < ocv_V(*cell_, place, high_soc)) return;
   const double told = soc_from_ocv(*cell_, open_V, temperature_C_, 0.0);
   const double slope_V = std::max(at(*cell_, place, told).ocv_slope_V, slope_min_V);

@@ -4,8 +4,8 @@
 //
 // High, where the curve is steep again, the compensated voltage pulls the count towards it, the more quickly the
 // smaller the current is: what the resistance takes is known to a fifth or so. Low, a voltage that, compensated, is
-// below that of an empty cell sets it to empty. In between it is counting. It is here to be compared with, and for whom
-// a Kalman filter is too much to believe.
+// below that of an empty cell for five seconds sets it to empty. In between it is counting. It is here to be compared
+// with, and for whom a Kalman filter is too much to believe.
 //
 // Cost: one look at the model.
 #pragma once
@@ -34,6 +34,7 @@ class SocMixed {
   const CellDynamics* cell_ = nullptr;
   SocCoulomb counting_;
   double temperature_C_ = 25.0;
+  double empty_s_ = 0.0;  // so long its voltage has been that of an empty cell
 };
 
 }  // namespace bmu

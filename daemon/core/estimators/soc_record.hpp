@@ -11,7 +11,7 @@ namespace bmu {
 
 struct CellSocRecord {
   std::int32_t soc_ppm = 0;              // 0 to 1'000'000
-  std::int32_t sigma_ppm = 0;            // one standard deviation
+  std::int32_t sigma_ppm = 0;            // one standard deviation, as SocBegin takes it: SocFilter::model_sigma()
   std::int32_t hysteresis_permille = 0;  // -1000: discharged last, 1000: charged last
   CellHealthRecord health;
 
@@ -28,6 +28,7 @@ struct ModuleSocRecord {
 
 struct SocRecords {
   bool is_kept = false;           // false: there is none, and the rest means nothing
+  bool is_last = false;           // of a life that ended with everything open: nothing flowed afterwards
   std::int64_t unix_time_ms = 0;  // when this was so; 0: the clock was not known
   std::int64_t capacity_uAs = 0;  // of each cell, by the cell file it was estimated with
   std::int32_t told_ppm = 0;      // of the pack, as it was told
