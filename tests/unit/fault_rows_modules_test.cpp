@@ -249,6 +249,37 @@ TEST_CASE("a current against its cells is no question while everything is open",
   CHECK_FALSE(world.is_true(FaultId::current_contradicts_voltage));
 }
 
+TEST_CASE("a current that the voltages contradict over minutes is told the wrong way round", "[unit][faults][F12]") {
+  World world;
+  world.current_direction = {.is_known = true, .value = 0, .taken_at = start};
+  CHECK(world.read(FaultId::current_contradicts_voltage).is_known);
+  CHECK_FALSE(world.is_true(FaultId::current_contradicts_voltage));
+  world.current_direction.value = 1;
+  CHECK(world.is_true(FaultId::current_contradicts_voltage));
+  CHECK(world.read(FaultId::current_contradicts_voltage).taken_at == start);
+  world.flags.open_since = start;  // then there is no current to contradict
+  CHECK_FALSE(world.is_true(FaultId::current_contradicts_voltage));
+}
+
+TEST_CASE("methods apart by more than they allow, and a cell that is none of its file's, are warned of",
+          "[unit][faults][estimators]") {
+  World world;
+  for (const auto& [id, reading] : {std::pair{FaultId::soc_methods_disagree, &World::soc_disagreement_permille},
+                                    std::pair{FaultId::cell_model_mismatch, &World::cell_misfit_permille}}) {
+    CAPTURE(row_of(id).name);
+    CHECK(row_of(id).reaction == Reaction::warn);
+    (world.*reading).value = 999;
+    CHECK_FALSE(world.is_true(id));
+    (world.*reading).value = 1'000;
+    (world.*reading).element = {.module_node = 2, .number = 1, .pack_number = 5};
+    CHECK(world.is_true(id));
+    CHECK(world.read(id).element.pack_number == 5);
+    CHECK(world.read(id).taken_at == start);
+    (world.*reading).is_known = false;
+    CHECK_FALSE(world.read(id).is_known);
+  }
+}
+
 TEST_CASE("what is used of a peak is known while the current is", "[unit][faults][BMS_NF.7]") {
   World world;
   world.config.current = {.discharge_continuous_mA = 10'000,
