@@ -15,6 +15,9 @@ namespace {
 /// leaving anyway.
 constexpr Duration shut_down_patience = 500ms;
 
+/// So often it is looked at whether the estimate is worth a record.
+constexpr Duration estimate_look_every = 5s;
+
 /// As elements count contactors.
 constexpr std::uint8_t main_positive_number = 1 + static_cast<std::uint8_t>(ContactorId::main_positive);
 
@@ -89,15 +92,14 @@ void Core::follow_estimate(TimePoint now) {
                                            .bled_uAs = watchers_.switches.bled_uAs()});
   if (!has_begun) return;
   events_.push({.id = EventId::soc_started, .at = now, .number = estimate_.told_permille()});
-  estimate_kept_at_ = {};  // the record of a former life is no longer the last word
+  estimate_kept_at_ = now - estimate_look_every;  // the record of a former life is no longer the last word
 }
 
 /// When a cell has moved far enough, at most every few seconds: a file is written for it. And once more at the end,
 /// when nothing can flow any more.
 void Core::keep_estimate(TimePoint now) {
-  constexpr Duration look_every = 5s;
   const bool is_last = shutting_down_ && !outputs_.any_contactor() && !has_kept_last_;
-  if (now - estimate_kept_at_ < look_every && !is_last) return;
+  if (now - estimate_kept_at_ < estimate_look_every && !is_last) return;
   has_kept_last_ = has_kept_last_ || is_last;
   estimate_kept_at_ = now;
   keep_totals(is_last);
@@ -569,7 +571,6 @@ FaultInputs Core::fault_inputs(TimePoint now) const {
           .sensors = &sensors_,
           .watchers = &watchers_,
           .soc_disagreement_permille = estimate_.disagreement_permille(),
-          .current_direction = estimate_.current_direction(),
           .cell_misfit_permille = estimate_.misfit_permille(),
           .flags = flags_,
           .has_started = has_started(now)};

@@ -217,9 +217,7 @@ Reading stuck_values_ms(const FaultInputs& in) {
 Reading current_contradicts_voltage(const FaultInputs& in) {
   // Without a current there is nothing to contradict: an open pack can be cleared, and tried again.
   if (in.flags.open_since != TimePoint{}) return condition(false, in.now);
-  const Reading& by_steps = in.watchers->steps.contradiction();
-  const bool do_steps_say_it = by_steps.is_known && by_steps.value != 0;
-  return do_steps_say_it || !in.current_direction.is_known ? by_steps : in.current_direction;
+  return in.watchers->steps.contradiction();
 }
 Reading current_sensors_apart_mA(const FaultInputs& in) {
   // A lock of a time when there were two can be cleared.

@@ -188,7 +188,6 @@ struct FaultInputs {
   const SensorTable* sensors = nullptr;
   const Watchers* watchers = nullptr;
   Reading soc_disagreement_permille;  // of the cell with most of it; 1000: as far as the methods allow (PackEstimate)
-  Reading current_direction;          // 1: over minutes the voltages say that it is told the wrong way round
   Reading cell_misfit_permille;       // 1000: it is none of its model's
   CoreFlags flags;
   bool has_started = false;  // first complete view seen, or the time to get one is over: "not yet" is not "lost"

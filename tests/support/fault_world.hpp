@@ -39,7 +39,6 @@ class FaultWorld {
   PackState pack;
   Watchers watchers;
   Reading soc_disagreement_permille{.is_known = true, .taken_at = start};
-  Reading current_direction;
   Reading cell_misfit_permille{.is_known = true, .taken_at = start};
   CoreFlags flags{.internal_bus_up = true};
   bool has_started = true;
@@ -53,7 +52,6 @@ class FaultWorld {
                             .sensors = &sensors,
                             .watchers = &watchers,
                             .soc_disagreement_permille = soc_disagreement_permille,
-                            .current_direction = current_direction,
                             .cell_misfit_permille = cell_misfit_permille,
                             .flags = flags,
                             .has_started = has_started});

@@ -249,18 +249,6 @@ TEST_CASE("a current against its cells is no question while everything is open",
   CHECK_FALSE(world.is_true(FaultId::current_contradicts_voltage));
 }
 
-TEST_CASE("a current that the voltages contradict over minutes is told the wrong way round", "[unit][faults][F12]") {
-  World world;
-  world.current_direction = {.is_known = true, .value = 0, .taken_at = start};
-  CHECK(world.read(FaultId::current_contradicts_voltage).is_known);
-  CHECK_FALSE(world.is_true(FaultId::current_contradicts_voltage));
-  world.current_direction.value = 1;
-  CHECK(world.is_true(FaultId::current_contradicts_voltage));
-  CHECK(world.read(FaultId::current_contradicts_voltage).taken_at == start);
-  world.flags.open_since = start;  // then there is no current to contradict
-  CHECK_FALSE(world.is_true(FaultId::current_contradicts_voltage));
-}
-
 TEST_CASE("methods apart by more than they allow, and a cell that is none of its file's, are warned of",
           "[unit][faults][estimators]") {
   World world;

@@ -95,7 +95,6 @@ void PackEstimate::init(const CoreConfig& config) {
                 .sensor = sensor_,
                 .rated_As = model.capacity_As,
                 .charge_efficiency = model.charge_efficiency});
-  direction_ = CurrentDirection(hour_rate_A, health_.model().expected.at_reference_Ohm());
   ends_ = charge_ends_of(model);
   cell_count_ = 0;
   module_count_ = 0;
@@ -143,7 +142,6 @@ bool PackEstimate::update(const PackEstimateInputs& in) {
   read_temperatures(in);
   sample_cells(in, moment);
   if (is_picture && may_begin(in)) begin(in, moment);
-  follow_direction(in, moment);
   sum_up(moment, in.now);
   judge(in.now);
   return pack_.is_known && !was_known;
@@ -380,23 +378,6 @@ std::optional<Duration> PackEstimate::outlook(double charge_As, double current_A
   const double least_A = outlook_least_share * estimates_.model().capacity_As / hour_s;
   if (!pack_.is_known || current_A < least_A) return std::nullopt;
   return std::chrono::seconds{std::llround(charge_As / current_A)};
-}
-
-/// With a picture of all cells: one that is missing would make the mean step.
-void PackEstimate::follow_direction(const PackEstimateInputs& in, const Moment& moment) {
-  if (in.is_open) {
-    direction_.forget();
-    current_direction_ = {};
-    return;
-  }
-  if (moment.instant == TimePoint{}) return;
-  double sum_V = 0.0;
-  for (std::size_t number = 0; number < cell_count_; ++number) sum_V += cells_[number].voltage_V;
-  const double mean_V = sum_V / static_cast<double>(cell_count_);  // not a number if one is none
-  direction_.update(to_s(moment.instant - directed_at_), moment.current_A, mean_V);
-  directed_at_ = moment.instant;
-  if (!direction_.is_known()) return;
-  current_direction_ = {.is_known = true, .value = direction_.is_contradicted() ? 1 : 0, .taken_at = moment.instant};
 }
 
 void PackEstimate::judge(TimePoint at) {

@@ -42,7 +42,6 @@
 #include "daemon/core/estimators/cell_health.hpp"
 #include "daemon/core/estimators/cells_of_model.hpp"
 #include "daemon/core/estimators/coulomb_counter.hpp"
-#include "daemon/core/estimators/current_direction.hpp"
 #include "daemon/core/estimators/current_spans.hpp"
 #include "daemon/core/estimators/pack_soc.hpp"
 #include "daemon/core/estimators/published_soc.hpp"
@@ -132,8 +131,6 @@ class PackEstimate {
 
   /// The cell whose methods contradict each other most, permille of what they say they may be wrong by.
   [[nodiscard]] Reading disagreement_permille() const { return disagreement_permille_; }
-  /// 1 while the voltages say that the current is told the wrong way round (current_direction.hpp).
-  [[nodiscard]] Reading current_direction() const { return current_direction_; }
   /// The cell that fits its model worst, permille: from 1000 on it is another kind of cell, or measured wrongly.
   [[nodiscard]] Reading misfit_permille() const { return misfit_permille_; }
 
@@ -183,7 +180,6 @@ class PackEstimate {
   [[nodiscard]] std::optional<Duration> outlook(double charge_As, double current_A) const;
   void follow_outlook(const CurrentSpans& spans);
   void sum_up(const Moment& moment, TimePoint now);
-  void follow_direction(const PackEstimateInputs& in, const Moment& moment);
   void judge(TimePoint at);
 
   CellsOfModel<CellDynamics, CellEstimate> estimates_;
@@ -218,9 +214,6 @@ class PackEstimate {
   TimePoint anchored_at_{};
   Reading disagreement_permille_;
   Reading misfit_permille_;
-  CurrentDirection direction_;
-  TimePoint directed_at_{};
-  Reading current_direction_;
 };
 
 /// Whether the newer record says something that the older one does not.
