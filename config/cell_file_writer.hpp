@@ -12,7 +12,8 @@ namespace bmu {
 /// with the least rise that the reader takes. The table "ocv" is written to the microvolt.
 [[nodiscard]] std::string cell_file_text(const CellFile& cell);
 
-/// Its key "charge_plateau" alone, for who adds it to a file by hand: `"charge_plateau": { ... }`, no line break behind.
+/// Its key "charge_plateau" alone, for who adds it to a file by hand: `"charge_plateau": { ... }`, no line break
+/// behind.
 [[nodiscard]] std::string charge_plateau_text(const ChargePlateauModel& model);
 
 }  // namespace bmu

@@ -443,7 +443,8 @@ TEST_CASE("every command of bmuctl answers a running daemon, as text and as JSON
   bench.start_emulator("");
   bench.start_daemon();
   REQUIRE(bench.listener.next(milliseconds(5000)));
-  for (const std::string command : {"status", "cells", "faults", "why", "clear", "modules", "balance", "health", "wake", "drive"}) {
+  for (const std::string command :
+       {"status", "cells", "faults", "why", "clear", "modules", "balance", "health", "wake", "drive"}) {
     CAPTURE(command);
     const Finished text = bench.ask({command});
     CHECK((text.status == 0 || (command == "clear" && text.status == 3)));  // the bus came up just now

@@ -106,8 +106,11 @@ PersistentState full_state() {
   state.cell_charges.modules[63] = {.cell_count = 1, .serial_number = 0xFFFF'FFFF, .cells = {{{11, 12}}}};
   state.totals = {
       .charge_out_uAs = 11, .charge_in_uAs = 12, .energy_out_mWh = 13, .energy_in_mWh = std::int64_t{1} << 60};
-  state.soc = {
-      .is_kept = true, .is_last = true, .unix_time_ms = 1'700'000'300'001, .capacity_uAs = 360'000'000'000, .told_ppm = 612'345};
+  state.soc = {.is_kept = true,
+               .is_last = true,
+               .unix_time_ms = 1'700'000'300'001,
+               .capacity_uAs = 360'000'000'000,
+               .told_ppm = 612'345};
   ModuleSocRecord& soc = state.soc.modules[63];
   soc.cell_count = 2;
   soc.serial_number = 4'294'967'295;
