@@ -44,6 +44,7 @@
 #include "daemon/core/module_table.hpp"
 #include "daemon/core/observation.hpp"
 #include "daemon/core/output_gate.hpp"
+#include "daemon/core/pack_forecaster.hpp"
 #include "daemon/core/pack_state.hpp"
 #include "daemon/core/pack_totals.hpp"
 #include "daemon/core/permission.hpp"
@@ -241,8 +242,6 @@ class Core {
   void refuse_vain_request(TimePoint now);
   void step_contactors(TimePoint now);
   void step_auxiliary(TimePoint now);
-  void forecast(TimePoint now);
-  void forecast_measured(TimePoint now);
   void set_limits(TimePoint now);
   void send_contactor_command(TimePoint now, Decisions& out);
   void send_polls(TimePoint now, Decisions& out);
@@ -320,9 +319,7 @@ class Core {
   Auxiliary auxiliary_;
   ContactorOutputs outputs_;
   ContactorOutputs commanded_before_;  // with the last tick, auxiliary outputs included
-  PredictedLimits predicted_;
-  TimePoint predicted_at_{};
-  std::array<TimePoint, 2> predicted_for_{};  // when its lowest and highest cell were measured
+  PackForecaster forecaster_;
   LimitRamps limit_ramps_;
   CurrentLimits limits_;
   PollSchedule poll_;

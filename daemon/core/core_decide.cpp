@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "daemon/core/core.hpp"
-#include "daemon/core/pack_forecast.hpp"
 
 namespace bmu {
 
@@ -326,48 +325,8 @@ void Core::step_auxiliary(TimePoint now) {
   outputs_ = commanded_before_ = outputs;
 }
 
-/// What the voltages will bear, anew with each picture of them.
-void Core::forecast(TimePoint now) {
-  if (!estimate_.pack().is_known) return forecast_measured(now);
-  const TimePoint pictured_at = estimate_.pictured_at();
-  const bool is_fresh = now - pictured_at <= config_.ages.cell_voltage;
-  if (is_fresh && predicted_for_ == std::array{pictured_at, pictured_at}) return;
-  PackForecast forecast(estimate_.model(), config_);
-  for (std::size_t cell = 0; cell < estimate_.size(); ++cell) {
-    forecast.add(is_fresh ? estimate_.forecast_input(cell) : CellForecastInput{}, estimate_.element(cell));
-  }
-  predicted_ = forecast.limits();
-  predicted_at_ = now;
-  predicted_for_ = {pictured_at, pictured_at};
-}
-
-/// While nobody estimates each cell they count as alike: then the lowest is the first that would fall too low, and the
-/// highest the first that would rise too high. The current of a picture is known a sample of the sensor later; until
-/// then the forecast before it holds.
-void Core::forecast_measured(TimePoint now) {
-  constexpr Duration apart_max = 100ms;  // of a sample of the current from the picture
-  const Spread& cells = pack_.cell_voltage_uV;
-  const Spread& sensors = pack_.cell_temperature_dC;
-  const CellDynamics& model = estimate_.model();
-  const std::array measured_at{cells.min_taken_at, cells.max_taken_at};
-  if (model.rows.empty() || (measured_at == predicted_for_ && predicted_.is_complete)) return;
-  const double coldest_C = sensors.is_known() ? sensors.min / 10.0 : not_measured;
-  PackForecast forecast(model, config_);
-  const auto add = [&](std::int32_t voltage_uV, TimePoint taken_at, const Element& element) {
-    const auto current_mA = sensors_.current_window.at(taken_at, apart_max);
-    const double current_A = cells.is_known() && current_mA.has_value() ? *current_mA / 1e3 : not_measured;
-    forecast.add(measured_only(model, voltage_uV / 1e6, current_A, coldest_C), element);
-  };
-  add(cells.min, cells.min_taken_at, cells.min_at);
-  add(cells.max, cells.max_taken_at, cells.max_at);
-  if (!forecast.limits().is_complete && now - predicted_at_ <= config_.ages.cell_voltage) return;
-  predicted_ = forecast.limits();
-  predicted_at_ = now;
-  predicted_for_ = measured_at;
-}
-
 void Core::set_limits(TimePoint now) {
-  forecast(now);
+  forecaster_.update({.now = now, .estimate = &estimate_, .pack = &pack_, .sensors = &sensors_}, config_);
   const PackSoc& charge = estimate_.pack();
   // As believed: the tables are for a long life. What protects are the voltages, whose forecast takes the doubt in.
   const auto soc_of = [this, &charge](std::size_t cell) {
@@ -391,7 +350,7 @@ void Core::set_limits(TimePoint now) {
        .soc_min_permille = soc_of(charge.emptiest),
        .soc_max_permille = soc_of(charge.fullest),
        .is_charge_paused = charge_pause_.is_pausing(),
-       .predicted = predicted_});
+       .predicted = forecaster_.limits()});
   limits_ = limit_ramps_.follow(targets, now, config_.limit_ramp);
 }
 

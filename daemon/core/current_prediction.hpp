@@ -19,8 +19,7 @@
 //
 // Whatever is not sure is taken the bad way:
 //   - the state of charge is what is believed and two standard deviations towards the bound, whichever leaves less
-//   room;
-//     one that nobody knows is anything from empty to full;
+//     room; one that nobody knows is anything from empty to full;
 //   - resistances are two standard deviations more where the voltage gets worse, and less where it recovers;
 //   - a pair may make the voltage worse, never better: it might do so late;
 //   - a pair that nobody knows is as if the present current had always flowed, if it flows the other way, else at rest;

@@ -128,7 +128,7 @@ CanFrame resistance_frame(const VehicleView& view, const VehicleConfig&) {
   write<vehicle_bus::pack_resistance, "cell_resistance_max_uOhm">(
       frame, resistance_of(is_known, health.cell_resistance_max_Ohm));
   write<vehicle_bus::pack_resistance, "cell_resistance_max_cell">(frame,
-                                                                  number_of(is_known, health.cell_resistance_max_cell));
+                                                                  number_of(is_known, health.resistance.worst_cell));
   return frame;
 }
 

@@ -82,7 +82,8 @@ Json pack_health_json(const CoreView& view) {
   json["cell_resistance_min_uOhm"] = whole(has_resistance, health.cell_resistance_min_Ohm * uOhm_per_Ohm);
   json["cell_resistance_min_at"] = cell(has_resistance, health.cell_resistance_min_cell);
   json["cell_resistance_max_uOhm"] = whole(has_resistance, health.cell_resistance_max_Ohm * uOhm_per_Ohm);
-  json["cell_resistance_max_at"] = cell(has_resistance, health.cell_resistance_max_cell);
+  json["cell_resistance_max_at"] = cell(has_resistance, health.resistance.worst_cell);
+  json["cell_resistance_max_permille"] = or_null(has_resistance, health.resistance.worst_permille);
   json["rated_capacity_uAs"] = view.core.config().cell.capacity_uAs;
   json["totals"] = totals_json(view.core);
   json["is_charge_paused"] = view.core.charge_pause().is_pausing();

@@ -5,39 +5,24 @@
 #include <utility>
 
 #include "tests/support/catch.hpp"
+#include "tests/support/plain_cell.hpp"
 #include "tests/support/simulated_cell.hpp"
 
 using namespace bmu;
+using test::plain_cell;
+using test::plain_ends;
+using test::plain_sample;
 
 namespace {
 
-CellDynamics dynamics() {
-  CellModel model;
-  model.ocv.push_back({0, 3'000'000});
-  model.ocv.push_back({1000, 4'000'000});
-  model.capacity_uAs = 3'600'000'000;  // 1 Ah
-  model.series_resistance_Ohm = 0.05;
-  return dynamics_of(model);
-}
-
-constexpr ChargeEndConfig ends{.full_V = 3.995, .full_current_A = 0.05, .empty_V = 3.005, .empty_current_A = 0.2};
-
-CellSample sample(double voltage_V, double current_A, double passed_s = 1.0) {
-  return {.passed_s = passed_s,
-          .mean_current_A = current_A,
-          .current_A = current_A,
-          .voltage_V = voltage_V,
-          .temperature_C = 25.0};
-}
-
 struct Bench {
-  CellDynamics cell = dynamics();
+  CellDynamics cell = plain_cell();
   ChargeEnds watch;
 
   std::optional<ChargeAnchor> hold(double voltage_V, double current_A, int seconds) {
     std::optional<ChargeAnchor> found;
     for (int second = 0; second < seconds; ++second) {
-      const auto anchor = watch.update(cell, ends, sample(voltage_V, current_A));
+      const auto anchor = watch.update(cell, plain_ends, plain_sample(voltage_V, current_A));
       CHECK_FALSE((anchor && found));  // told once
       if (anchor) found = anchor;
     }
@@ -91,11 +76,11 @@ TEST_CASE("neither a large current nor charging nor a higher voltage makes an em
 TEST_CASE("what was not measured holds no end, and what is no time is no sample", "[unit][estimators]") {
   Bench bench;
   CHECK_FALSE(bench.hold(4.0, -0.01, 19));
-  CHECK_FALSE(bench.watch.update(bench.cell, ends, sample(4.0, -0.01, 0.0)));
-  CHECK_FALSE(bench.watch.update(bench.cell, ends, sample(4.0, -0.01, -5.0)));
-  CHECK_FALSE(bench.watch.update(bench.cell, ends, sample(not_measured, -0.01)));
+  CHECK_FALSE(bench.watch.update(bench.cell, plain_ends, plain_sample(4.0, -0.01, 0.0)));
+  CHECK_FALSE(bench.watch.update(bench.cell, plain_ends, plain_sample(4.0, -0.01, -5.0)));
+  CHECK_FALSE(bench.watch.update(bench.cell, plain_ends, plain_sample(not_measured, -0.01)));
   CHECK_FALSE(bench.hold(4.0, -0.01, 19));
-  CHECK_FALSE(bench.watch.update(bench.cell, ends, sample(4.0, not_measured)));
+  CHECK_FALSE(bench.watch.update(bench.cell, plain_ends, plain_sample(4.0, not_measured)));
   CHECK_FALSE(bench.hold(4.0, -0.01, 19));
   CHECK(bench.hold(4.0, -0.01, 1));
 }
@@ -105,9 +90,9 @@ TEST_CASE("in the cold, and without a temperature, no voltage makes an empty cel
        {std::pair{25.0, true}, std::pair{15.0, true}, std::pair{14.9, false}, std::pair{not_measured, false}}) {
     CAPTURE(temperature_C);
     Bench bench;
-    CellSample low = sample(2.9, 0.1, 20.0);
+    CellSample low = plain_sample(2.9, 0.1, 20.0);
     low.temperature_C = temperature_C;
-    CHECK(bench.watch.update(bench.cell, ends, low).has_value() == is_empty);
+    CHECK(bench.watch.update(bench.cell, plain_ends, low).has_value() == is_empty);
   }
 }
 
@@ -122,9 +107,9 @@ TEST_CASE("the ends of a kind of cell are those of its curve at 25 C and of its 
 
 TEST_CASE("without a temperature a full cell is told all the same", "[unit][estimators]") {
   Bench bench;
-  CellSample cold = sample(4.0, -0.05, 20.0);
+  CellSample cold = plain_sample(4.0, -0.05, 20.0);
   cold.temperature_C = not_measured;
-  const auto anchor = bench.watch.update(bench.cell, ends, cold);
+  const auto anchor = bench.watch.update(bench.cell, plain_ends, cold);
   REQUIRE(anchor);
   CHECK(anchor->sigma == Approx(std::hypot(0.01, 0.3 * 0.05 * 0.05)));
 }

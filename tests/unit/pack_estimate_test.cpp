@@ -281,6 +281,21 @@ TEST_CASE("while the sensor is silent the doubt grows, little while everything i
   CHECK(grown < 0.03);
 }
 
+TEST_CASE("a cell at the end of a charge is an anchor, and when that was is told", "[unit][estimators][BMS_F.6]") {
+  LivingPack pack(sloped_pack(), 0.999);
+  pack.run(3s);
+  REQUIRE(pack.bench().close());
+  pack.run(30s);
+  CHECK(pack.estimate().anchored_at() == TimePoint{});
+  pack.current_A = -0.4;
+  pack.run(300s);
+  const TimePoint anchored_at = pack.estimate().anchored_at();
+  REQUIRE(anchored_at != TimePoint{});
+  CHECK(pack.bench().now() - anchored_at < 300s);
+  CHECK(pack.estimate().cell_soc(0).soc > 0.99);
+  CHECK(pack.estimate().cell_soc(0).sigma < 0.02);
+}
+
 TEST_CASE("modules that say nothing more leave their cells to counting", "[unit][estimators]") {
   LivingPack pack(sloped_pack(), 0.6);
   pack.run(30s);

@@ -38,10 +38,10 @@ std::vector<SimulatedCellOptions> worn(double soc) {
   return cells;
 }
 
-void rest(LivingPack& pack) {
+void rest(LivingPack& pack, Duration duration = 720s) {
   pack.current_A = 0.0;
   pack.bench().inputs.vehicle_on = false;
-  pack.run(720s);
+  pack.run(duration);
   REQUIRE(pack.core().sequence().phase == Phase::open);
 }
 
@@ -76,7 +76,7 @@ TEST_CASE("a pack that is driven from rest to rest learns how its cells have age
   CHECK_FALSE(pack_health(pack.estimate()).resistance.is_known);
   const Json unknown = health_json({.core = pack.core(), .now = pack.bench().now()});
   for (const char* key : {"by_capacity_permille", "weakest_cell", "by_resistance_permille", "worst_cell",
-                          "pack_resistance_uOhm", "cell_resistance_max_uOhm"}) {
+                          "pack_resistance_uOhm", "cell_resistance_max_uOhm", "cell_resistance_max_permille"}) {
     CHECK(unknown.at(key).is_null());
   }
   CHECK(unknown.at("modules").at(0).at("capacity_uAs").at(0).is_null());
@@ -87,14 +87,17 @@ TEST_CASE("a pack that is driven from rest to rest learns how its cells have age
   const PackHealth driven = pack_health(pack.estimate());
   REQUIRE(driven.resistance.is_known);
   const double new_Ohm = ExpectedResistance(*config.dynamics).at_reference_Ohm();
-  CHECK(driven.cell_resistance_max_cell == worn_cell);
+  CHECK(driven.resistance.worst_cell == worn_cell);
+  CHECK(static_cast<double>(driven.resistance.worst_permille) == Approx(1.4 / 1.05 * 1e3).epsilon(0.05));
   CHECK(driven.cell_resistance_max_Ohm == Approx(1.4 * new_Ohm).epsilon(0.1));
   CHECK(driven.resistance.resistance_Ohm == Approx(8.4 * new_Ohm).epsilon(0.08));
   CHECK(std::abs(driven.resistance.resistance_Ohm - 8.4 * new_Ohm) <= 2.0 * driven.resistance.sigma_Ohm);
   REQUIRE(driven.by_resistance.is_known);
   CHECK(driven.worst_cell == worn_cell);
   CHECK(std::abs(driven.by_resistance.permille - 600) <= 2 * driven.by_resistance.sigma_permille);
-  rest(pack);
+  rest(pack, anchor_rest - 5s);
+  for (std::size_t cell = 0; cell < pack.size(); ++cell) CHECK(pack.estimate().cell_health(cell).capacity_pairs() == 0);
+  rest(pack, 2 * 5s + anchor_every);
 
   const PackHealth rested = pack_health(pack.estimate());
   REQUIRE(rested.by_capacity.is_known);

@@ -166,6 +166,7 @@ Json health_reply() {
           {"cell_resistance_min_at", first},
           {"cell_resistance_max_uOhm", 1'903},
           {"cell_resistance_max_at", first},
+          {"cell_resistance_max_permille", 1'038},
           {"rated_capacity_uAs", 108'000'000'000},
           {"totals",
            {{"charge_out_uAs", 133'380'000'000},
@@ -186,6 +187,7 @@ TEST_CASE("health tells what is known with what it may be off by, and the rest a
   CHECK(text.find("Capacity    90.0 % (+- 2.0) of 30.0000 Ah, cell 1.1 (no. 1)\n") != std::string::npos);
   CHECK(text.find("Resistance  not known\n") != std::string::npos);
   CHECK(text.find("91.45 mOhm (+- 8.22)   lowest 1.90 mOhm, cell 1.1 (no. 1)") != std::string::npos);
+  CHECK(text.find("highest 1.90 mOhm, cell 1.1 (no. 1), 103.8 % of the average\n") != std::string::npos);
   CHECK(text.find("out 37.0500 Ah, 5.0 Wh   in 1.0000 Ah, 0.0 Wh   cycles 1.24\n") != std::string::npos);
   CHECK(text.find("27.0000 Ah  90.0 % (+- 2.0)  3, refused 1   1.90 mOhm  88.2 % (+- 10.0)  1.88 mOhm\n") !=
         std::string::npos);

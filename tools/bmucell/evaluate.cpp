@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <utility>
 
 #include "daemon/core/estimators/cell_estimate.hpp"
 #include "daemon/core/estimators/published_soc.hpp"
+#include "tools/bmucell/median.hpp"
 
 namespace bmu::cell {
 
@@ -110,10 +112,7 @@ double gap_of(const Series& series) {
     const double passed_s = series.rows[k].time_s - series.rows[k - 1].time_s;
     if (passed_s > 0.0) steps_s.push_back(passed_s);
   }
-  if (steps_s.empty()) return 0.0;
-  const auto middle = steps_s.begin() + static_cast<std::ptrdiff_t>(steps_s.size() / 2);
-  std::nth_element(steps_s.begin(), middle, steps_s.end());
-  return usual_rows * *middle;
+  return usual_rows * median(std::move(steps_s)).value_or(0.0);
 }
 
 /// Something that can be scored against is there. "" or what is wrong.

@@ -5,6 +5,9 @@
 #include <cmath>
 #include <cstdio>
 #include <optional>
+#include <utility>
+
+#include "tools/bmucell/median.hpp"
 
 namespace bmu::cell {
 
@@ -130,10 +133,8 @@ double median_C(const Series& series) {
   for (const SeriesRow& row : series.rows) {
     if (std::isfinite(row.temperature_C)) values.push_back(row.temperature_C);
   }
-  if (values.empty()) return 25.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  constexpr double room_C = 25.0;
+  return median(std::move(values)).value_or(room_C);
 }
 
 }  // namespace

@@ -30,6 +30,10 @@ std::string of_cell(const Reply& element) {
   return element.is_known() ? ", " + element["text"].text() : "";
 }
 
+std::string of_average(const Reply& permille) {
+  return permille.is_known() ? ", " + shown(permille, Unit::permille) + " of the average" : "";
+}
+
 Line words(std::string text, Style style = Style::normal) {
   return {{std::move(text), style}};
 }
@@ -87,7 +91,8 @@ Page health_page(const Reply& reply) {
       words(resistance(reply["pack_resistance_uOhm"]) +
             within(reply["pack_resistance_sigma_uOhm"], Unit::uOhm, resistance_decimals) + "   lowest " +
             resistance(reply["cell_resistance_min_uOhm"]) + of_cell(reply["cell_resistance_min_at"]) + "   highest " +
-            resistance(reply["cell_resistance_max_uOhm"]) + of_cell(reply["cell_resistance_max_at"])));
+            resistance(reply["cell_resistance_max_uOhm"]) + of_cell(reply["cell_resistance_max_at"]) +
+            of_average(reply["cell_resistance_max_permille"])));
   add_flowed(page, reply["totals"]);
   if (reply["is_charge_paused"].is_true()) {
     page.add_field("Paused", words("the charger, to see what a step of the current does", Style::strong));

@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "daemon/core/estimators/capacity_estimate.hpp"
+#include "daemon/core/estimators/cell_health_record.hpp"
 #include "daemon/core/estimators/charge_ends.hpp"
 #include "daemon/core/estimators/charge_plateau.hpp"
 #include "daemon/core/estimators/resistance_tracker.hpp"
@@ -26,16 +27,6 @@ struct HealthModel {
   CurrentSensorError sensor;
   double rated_As = 0.0;  // the cell file's capacity
   double charge_efficiency = 1.0;
-};
-
-/// What of it outlives a process, in millionths of what the cell file says; 0: not known.
-struct CellHealthRecord {
-  std::int32_t capacity_ppm = 0;
-  std::int32_t capacity_sigma_ppm = 0;    // one standard deviation, of the rated capacity
-  std::int32_t resistance_ppm = 0;        // of the expected one, at 25 C
-  std::int32_t resistance_sigma_ppm = 0;  //
-
-  friend bool operator==(const CellHealthRecord&, const CellHealthRecord&) = default;
 };
 
 class CellHealth {

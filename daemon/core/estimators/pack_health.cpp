@@ -34,7 +34,6 @@ PackHealth pack_health(const PackEstimate& estimate) {
   Extreme weakest(-1.0);
   Extreme worst(1.0);
   Extreme lowest(-1.0);
-  Extreme highest(1.0);
   std::array<ResistanceEstimate, cells_max> resistances;
   for (std::size_t cell = 0; cell < estimate.size(); ++cell) {
     const CellHealth& health = estimate.cell_health(cell);
@@ -43,15 +42,14 @@ PackHealth pack_health(const PackEstimate& estimate) {
     weakest.take(cell, health.is_capacity_known(), health.capacity_As());
     worst.take(cell, at_reference.is_known, at_reference.resistance_Ohm);
     lowest.take(cell, here.is_known, here.resistance_Ohm);
-    highest.take(cell, here.is_known, here.resistance_Ohm);
   }
+  const PackResistance resistance = pack_resistance({resistances.data(), estimate.size()});
   PackHealth health{.weakest_cell = weakest.cell(),
                     .worst_cell = worst.cell(),
-                    .resistance = pack_resistance({resistances.data(), estimate.size()}),
+                    .resistance = resistance,
                     .cell_resistance_min_Ohm = lowest.value(),
-                    .cell_resistance_max_Ohm = highest.value(),
-                    .cell_resistance_min_cell = lowest.cell(),
-                    .cell_resistance_max_cell = highest.cell()};
+                    .cell_resistance_max_Ohm = resistances[resistance.worst_cell].resistance_Ohm,
+                    .cell_resistance_min_cell = lowest.cell()};
   if (weakest.are_all_known()) health.by_capacity = estimate.cell_health(weakest.cell()).health().by_capacity;
   if (worst.are_all_known()) health.by_resistance = estimate.cell_health(worst.cell()).health().by_resistance;
   return health;

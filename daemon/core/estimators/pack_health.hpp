@@ -20,9 +20,8 @@ struct PackHealth {
   std::size_t worst_cell = 0;
   PackResistance resistance;  // each cell at its temperature; known once it is of every cell
   double cell_resistance_min_Ohm = 0.0;
-  double cell_resistance_max_Ohm = 0.0;
+  double cell_resistance_max_Ohm = 0.0;  // of resistance.worst_cell
   std::size_t cell_resistance_min_cell = 0;
-  std::size_t cell_resistance_max_cell = 0;
 };
 
 [[nodiscard]] PackHealth pack_health(const PackEstimate& estimate);

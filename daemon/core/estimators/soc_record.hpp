@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdint>
 
-#include "daemon/core/estimators/cell_health.hpp"
+#include "daemon/core/estimators/cell_health_record.hpp"
 #include "protocol/tables/internal_bus.hpp"
 
 namespace bmu {
