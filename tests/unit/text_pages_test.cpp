@@ -186,7 +186,7 @@ TEST_CASE("health tells what is known with what it may be off by, and the rest a
   INFO(text);
   CHECK(text.find("Capacity    90.0 % (+- 2.0) of 30.0000 Ah, cell 1.1 (no. 1)\n") != std::string::npos);
   CHECK(text.find("Resistance  not known\n") != std::string::npos);
-  CHECK(text.find("91.45 mOhm (+- 8.22)   lowest 1.90 mOhm, cell 1.1 (no. 1)") != std::string::npos);
+  CHECK(text.find("91.45 mOhm (+- 8.22)\nCells       lowest 1.90 mOhm, cell 1.1 (no. 1)") != std::string::npos);
   CHECK(text.find("highest 1.90 mOhm, cell 1.1 (no. 1), 103.8 % of the average\n") != std::string::npos);
   CHECK(text.find("out 37.0500 Ah, 5.0 Wh   in 1.0000 Ah, 0.0 Wh   cycles 1.24\n") != std::string::npos);
   CHECK(text.find("27.0000 Ah  90.0 % (+- 2.0)  3, refused 1   1.90 mOhm  88.2 % (+- 10.0)  1.88 mOhm\n") !=

@@ -86,12 +86,12 @@ Page health_page(const Reply& reply) {
   const std::string left = reply["by_resistance_permille"].is_known() ? " left until it has doubled" : "";
   page.add_field("Resistance", words(share(reply["by_resistance_permille"], reply["by_resistance_sigma_permille"]) +
                                      left + of_cell(reply["worst_cell"])));
+  page.add_field("Pack", words(resistance(reply["pack_resistance_uOhm"]) +
+                               within(reply["pack_resistance_sigma_uOhm"], Unit::uOhm, resistance_decimals)));
   page.add_field(
-      "Pack",
-      words(resistance(reply["pack_resistance_uOhm"]) +
-            within(reply["pack_resistance_sigma_uOhm"], Unit::uOhm, resistance_decimals) + "   lowest " +
-            resistance(reply["cell_resistance_min_uOhm"]) + of_cell(reply["cell_resistance_min_at"]) + "   highest " +
-            resistance(reply["cell_resistance_max_uOhm"]) + of_cell(reply["cell_resistance_max_at"]) +
+      "Cells",
+      words("lowest " + resistance(reply["cell_resistance_min_uOhm"]) + of_cell(reply["cell_resistance_min_at"]) +
+            "   highest " + resistance(reply["cell_resistance_max_uOhm"]) + of_cell(reply["cell_resistance_max_at"]) +
             of_average(reply["cell_resistance_max_permille"])));
   add_flowed(page, reply["totals"]);
   if (reply["is_charge_paused"].is_true()) {
