@@ -39,7 +39,8 @@ ChargeEnd charge(test::SimRun& run, double until_s) {
 
 }  // namespace
 
-TEST_CASE("a charge ends below the opening voltage, and the charger comes to rest", "[scenario][charger][BMU_13]") {
+TEST_CASE("a charge ends below the opening voltage, and the charger comes to rest",
+          "[scenario][charger][slow][BMU_13]") {
   const auto pack = load_pack_config(std::string(BMUD_SOURCE_DIR) + "/config/packs/demo-48s.json");
   REQUIRE(pack.has_value());
   const int temperature_dC = GENERATE(250, 120);

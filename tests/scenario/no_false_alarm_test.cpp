@@ -30,7 +30,7 @@ bool is_quiet(const Core& core) {
 
 }  // namespace
 
-TEST_CASE("steps, pauses and steady loads of every shipped pack are no contradiction", "[scenario][F12][F18]") {
+TEST_CASE("steps, pauses and steady loads of every shipped pack are no contradiction", "[scenario][slow][F12][F18]") {
   for (const char* const name : shipped) {
     DYNAMIC_SECTION(name) {
       const CoreConfig config = config_of(name);

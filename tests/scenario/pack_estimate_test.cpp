@@ -62,7 +62,7 @@ double resistance_mOhm(const WiredPack& pack) {
 }  // namespace
 
 TEST_CASE("worn cells and a sensor that drifts: bounded error, and the truth where the estimate says",
-          "[scenario][estimators][BMS_F.6]") {
+          "[scenario][estimators][slow][BMS_F.6]") {
   WiredPack pack(pack_file("lipo-6s-24v.json"));
   pack.apply("pack soc_permille 900");
   std::string wear;
@@ -89,7 +89,7 @@ TEST_CASE("worn cells and a sensor that drifts: bounded error, and the truth whe
   CHECK_FALSE(pack.core().faults().state(FaultId::cell_model_mismatch).is_present());
 }
 
-TEST_CASE("on the flat curve of LFP a wrong begin is known as one", "[scenario][estimators][BMS_F.6]") {
+TEST_CASE("on the flat curve of LFP a wrong begin is known as one", "[scenario][estimators][slow][BMS_F.6]") {
   CoreConfig config = pack_file("lfp-96s.json");
   const ModuleConfig first = config.modules[0];
   config.modules = {};
