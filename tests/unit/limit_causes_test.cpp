@@ -1,6 +1,7 @@
 // Which of all reasons binds a limit: tables, parts, the user, the voltages to come, and the floor under what may be
 // drawn. For a moment and for long.
 #include <array>
+#include <initializer_list>
 
 #include "daemon/core/limits.hpp"
 #include "tests/support/catch.hpp"
@@ -258,6 +259,36 @@ TEST_CASE("without a floor in the pack file there is none", "[unit][limits][limp
   bench.config.derating.discharge_over_temperature = table({{-100, 0}, {100, 1'000}});
   bench.pack.cell_temperature_dC.min = -100;
   is(bench.limits().discharge, 0, LimitCause::cold);
+}
+
+TEST_CASE("of each cause it is known whether it protects, and whether it was measured", "[unit][limits]") {
+  for (const LimitCause cause :
+       {LimitCause::cell_voltage_low, LimitCause::cell_voltage_high, LimitCause::cell_imbalance, LimitCause::cell_hot,
+        LimitCause::cell_cold, LimitCause::too_hot_to_charge, LimitCause::too_cold_to_charge,
+        LimitCause::temperature_spread, LimitCause::board_hot, LimitCause::drawn_too_much,
+        LimitCause::charged_too_much}) {
+    CAPTURE(to_text(cause));
+    CHECK(is_protection(cause));
+    CHECK(is_measured_cause(cause));
+  }
+  for (const LimitCause cause : {LimitCause::not_connected, LimitCause::fault}) {
+    CAPTURE(to_text(cause));
+    CHECK(is_protection(cause));
+    CHECK_FALSE(is_measured_cause(cause));
+  }
+  for (const LimitCause cause : {LimitCause::voltage_would_fall, LimitCause::voltage_would_rise, LimitCause::cold,
+                                 LimitCause::hot, LimitCause::empty, LimitCause::full}) {
+    CAPTURE(to_text(cause));
+    CHECK_FALSE(is_protection(cause));
+    CHECK(is_measured_cause(cause));
+  }
+  for (const LimitCause cause :
+       {LimitCause::continuous, LimitCause::peak, LimitCause::overload, LimitCause::charge_not_known,
+        LimitCause::component, LimitCause::user, LimitCause::limp_home, LimitCause::measuring, LimitCause::rising}) {
+    CAPTURE(to_text(cause));
+    CHECK_FALSE(is_protection(cause));
+    CHECK_FALSE(is_measured_cause(cause));
+  }
 }
 
 TEST_CASE("a pause to measure takes what may be charged, and nothing else", "[unit][limits][charge_pause]") {
