@@ -36,7 +36,7 @@ CurrentLimit LimitRamp::follow(const CurrentLimit& target, Duration since, const
   const std::int64_t target_uA = target.limit_mA * uA_per_mA;
   const bool was_begun = is_begun_;
   is_begun_ = target.cause != LimitCause::not_connected;
-  if (!was_begun || !is_begun_ || falls_at_once(target)) {
+  if (!was_begun || falls_at_once(target)) {
     worth_for_ = Duration{};
     limit_uA_ = target_uA;
     return target;

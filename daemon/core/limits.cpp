@@ -278,7 +278,6 @@ void lower_for_tables(CurrentLimit& limit, const Question& question, std::int32_
     lower_to_share(limit, share_permille(over_temperature, hottest.at), hottest, unhindered_mA);
   }
   const DeratingTable& over_soc = question.config.derating.*question.side.over_soc;
-  if (!over_soc.is_given()) return;
   const std::optional<std::int32_t>& soc_permille = question.inputs.*question.side.soc_permille;
   if (soc_permille.has_value()) {
     const Place place{*soc_permille, question.side.at_its_end};

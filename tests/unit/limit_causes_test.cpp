@@ -111,6 +111,7 @@ TEST_CASE("the emptiest and the fullest cell have the share that their table say
   bench.config.derating.charge_over_soc = table({{0, 1'000}, {800, 1'000}, {1'000, 200}});
   bench.config.derating.discharge_over_soc = table({{0, 100}, {100, 1'000}, {1'000, 1'000}});
   is(bench.limits().discharge, 12'000, LimitCause::charge_not_known);
+  CHECK(bench.limits().discharge.value == 0);
   is(bench.limits().charge, 6'000, LimitCause::charge_not_known);
   bench.inputs.soc_min_permille = 50;
   bench.inputs.soc_max_permille = 900;
@@ -177,6 +178,8 @@ TEST_CASE("a part binds with what it bears for long and for a moment", "[unit][l
   is(bench.limits().charge, 9'000, LimitCause::component);
   CHECK(bench.limits().charge.part == 2);
   is(bench.limits().charge_continuous, 8'000, LimitCause::component);
+  bench.config.component_limits.push_back(part({.charge_peak_mA = 1}));  // 0 is none; 1 mA is a bound
+  is(bench.limits().charge, 1, LimitCause::component);
 }
 
 TEST_CASE("the user's wish binds where it is less", "[unit][limits][parts]") {
@@ -204,6 +207,8 @@ TEST_CASE("the excess heat is counted from what all parts and the user leave", "
   CHECK(current.discharge_peak_mA == 60'000);
   CHECK(current.charge_continuous_mA == 4'000);
   CHECK(current.charge_peak_mA == 7'000);
+  bench.config.user_limits.charge_peak_mA = 1;
+  CHECK(carried(bench.config).charge_peak_mA == 1);
   CHECK(current.discharge_peak_for == bench.config.current.discharge_peak_for);
 }
 
@@ -236,6 +241,8 @@ TEST_CASE("a limp-home floor is no more than what parts, the user and the voltag
   bench.pack.cell_temperature_dC.min = -80;  // a tenth: 12 A
   bench.config.current.limp_home_discharge_mA = 20'000;
   is(bench.limits().discharge, 20'000, LimitCause::limp_home);
+  bench.inputs.predicted.discharge = {.is_known = true, .limit_mA = 20'000};
+  is(bench.limits().discharge, 20'000, LimitCause::limp_home);
   bench.inputs.predicted.discharge = {.is_known = true, .limit_mA = 15'000};
   is(bench.limits().discharge, 15'000, LimitCause::voltage_would_fall);
   bench.inputs.predicted.discharge.limit_mA = 12'000;  // as much as the table leaves
@@ -252,6 +259,34 @@ TEST_CASE("a limp-home floor is no more than what parts, the user and the voltag
   is(bench.limits().discharge, 0, LimitCause::fault);
   bench.inputs.is_connected = false;
   is(bench.limits().discharge, 0, LimitCause::not_connected);
+}
+
+TEST_CASE("a limp-home floor holds against a line before it has come to its threshold", "[unit][limits][limp_home]") {
+  Bench bench;
+  bench.config.limits.cell_undertemperature = {.warn = -50, .open = -200};
+  bench.pack.cell_temperature_dC.min = -190;
+  const CurrentLimit line = bench.limits().discharge;
+  CHECK(line.cause == LimitCause::cell_cold);
+  REQUIRE(line.limit_mA > 0);
+  REQUIRE(line.limit_mA < 20'000);
+  bench.config.current.limp_home_discharge_mA = 20'000;
+  is(bench.limits().discharge, 20'000, LimitCause::limp_home);
+}
+
+TEST_CASE("what nobody has worked out is nothing", "[unit][limits]") {
+  const CurrentLimit limit;
+  CHECK(limit.limit_mA == 0);
+  CHECK(limit.cause == LimitCause::not_connected);
+  CHECK(limit.value == 0);
+  CHECK(limit.part == 0);
+  const PredictedLimit predicted;
+  CHECK_FALSE(predicted.is_known);
+  CHECK(predicted.limit_mA == 0);
+  CHECK(predicted.voltage_uV == 0);
+  CHECK(predicted.holds_uV == 0);
+  const DeratingPoint point;
+  CHECK(point.at == 0);
+  CHECK(point.share_permille == 0);
 }
 
 TEST_CASE("without a floor in the pack file there is none", "[unit][limits][limp_home]") {

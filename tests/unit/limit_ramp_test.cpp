@@ -100,6 +100,30 @@ TEST_CASE("a limit begins to rise when that is worth it for a second, and then g
   }
 }
 
+TEST_CASE("the last thousandth of a milliampere is risen, too", "[unit][limits][ramp]") {
+  constexpr RampRates slow{.fall_mA_per_s = 1, .rise_mA_per_s = 1};
+  const LimitRamp below = [&] {
+    LimitRamp ramp = at_20_A();
+    CHECK(ramp.follow(limit(10'000, LimitCause::continuous), 1ms, slow).limit_mA == 19'999);  // and 999 uA
+    return ramp;
+  }();
+  SECTION("of what is not measured") {
+    LimitRamp ramp = below;
+    CHECK(ramp.follow(limit(20'000, LimitCause::continuous), 999ms, slow).limit_mA == 19'999);
+    CHECK(ramp.follow(limit(20'000, LimitCause::continuous), 1ms, slow).limit_mA == 20'000);
+  }
+  SECTION("at the end of a rise") {
+    LimitRamp ramp = below;
+    CHECK(ramp.follow(limit(20'001, LimitCause::continuous), 999ms, slow).limit_mA == 19'999);
+    CHECK(ramp.follow(limit(20'001, LimitCause::continuous), 1s, slow).limit_mA == 20'000);  // and 999 uA again
+    CHECK(ramp.follow(limit(20'001, LimitCause::continuous), 1ms, slow).limit_mA == 20'001);
+  }
+  SECTION("without a rate") {
+    LimitRamp ramp = below;
+    CHECK(ramp.follow(limit(20'000, LimitCause::continuous), 1ms, {.fall_mA_per_s = 1}).limit_mA == 20'000);
+  }
+}
+
 TEST_CASE("time that stands still or runs backwards moves nothing, and a gap no more than a second",
           "[unit][limits][ramp]") {
   LimitRamp ramp = at_20_A();
