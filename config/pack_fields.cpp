@@ -589,8 +589,8 @@ constexpr std::array soc_table{
                               .min = 100,
                               .max = 86'400'000,
                               .meaning = "for how long before balancing learns from its voltages, and at least as long "
-                                         "as its cells take to settle; the "
-                                         "state of charge begins after a second of rest, and says how sure it is"}),
+                                         "as its cells take to settle; the state of charge begins after a second of "
+                                         "rest, and says how sure it is"}),
     Field<SocConfig>{
         {.key = "method",
          .min = 3,

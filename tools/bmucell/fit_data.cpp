@@ -29,18 +29,16 @@ void count_charge(Series& series, double capacity_Ah, double begin_soc) {
   }
 }
 
-/// "3.1 to 4.2"; nothing measured: "nothing".
-std::string range_text(double least, double most) {
-  if (!(least <= most)) return "nothing";
-  std::array<char, 64> text{};
-  std::snprintf(text.data(), text.size(), "%.4g to %.4g", least, most);
-  return text.data();
-}
-
+/// As many digits as a measurement has.
 std::string number_text(double value) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.4g", value);
   return text.data();
+}
+
+/// "3.1 to 4.2"; nothing measured: "nothing".
+std::string range_text(double least, double most) {
+  return least <= most ? number_text(least) + " to " + number_text(most) : "nothing";
 }
 
 /// A voltage that falls when more flows out of the cell: how often it does, of all steps of the current that are no
