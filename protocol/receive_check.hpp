@@ -20,6 +20,7 @@
 #include <optional>
 #include <string_view>
 
+#include "protocol/fields.hpp"
 #include "protocol/message.hpp"
 
 namespace bmu {
@@ -111,6 +112,8 @@ class ReceiveCheck {
     slots.fill(none);
     return slots;
   }
+  BMU_FIELDS(skipped(catalogue_), role_, counts_, rejected_by_id_, last_counter_, last_crc_, polled_counter_,
+             commanded_counter_)
 };
 
 }  // namespace bmu

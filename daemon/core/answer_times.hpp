@@ -13,6 +13,7 @@
 #include <array>
 #include <cstdint>
 
+#include "protocol/fields.hpp"
 #include "protocol/time.hpp"
 
 namespace bmu {
@@ -65,6 +66,7 @@ class AnswerTimes {
   Duration sum_{};
   Duration jitter_{};
   Counts counts_{};
+  BMU_FIELDS(count_, last_, worst_, sum_, jitter_, counts_)
 };
 
 }  // namespace bmu

@@ -13,6 +13,7 @@
 
 #include "daemon/core/core_config.hpp"
 #include "daemon/core/pack_state.hpp"
+#include "protocol/fields.hpp"
 #include "protocol/signal.hpp"
 
 namespace bmu {
@@ -53,6 +54,7 @@ class Auxiliary {
   Runner fan_;
   Runner heater_;
   bool is_enabled_ = false;
+  BMU_FIELDS(skipped(config_), fan_, heater_, is_enabled_)
 };
 
 }  // namespace bmu

@@ -24,6 +24,7 @@
 #include "daemon/core/core_config.hpp"
 #include "daemon/core/fault_reading.hpp"
 #include "daemon/core/module_table.hpp"
+#include "protocol/fields.hpp"
 
 namespace bmu {
 
@@ -103,6 +104,7 @@ class BalancingSwitches {
   std::array<Slot, modules_max> slots_{};
   std::array<std::int64_t, cells_max> bled_uAs_{};
   std::array<std::int32_t, cells_max> rests_{};  // uV/Ohm * ns, not yet a whole uAs: below a second's uA
+  BMU_FIELDS(module_count_, resistance_Ohm_, slots_, bled_uAs_, rests_)
 };
 
 }  // namespace bmu

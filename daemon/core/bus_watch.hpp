@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 
+#include "protocol/fields.hpp"
 #include "protocol/time.hpp"
 
 namespace bmu {
@@ -43,6 +44,8 @@ class BusWatch {
   TimePoint unknown_at_{};            // its latest frame
   TimePoint unknown_confirmed_at_{};  // when it had spoken twice
   TimePoint foreign_report_at_{};
+  BMU_FIELDS(bus_off_at_, head_, is_error_passive_, unknown_node_, unknown_at_, unknown_confirmed_at_,
+             foreign_report_at_)
 };
 
 }  // namespace bmu

@@ -15,6 +15,7 @@
 
 #include "daemon/core/core_config.hpp"
 #include "daemon/core/measured.hpp"
+#include "protocol/fields.hpp"
 
 namespace bmu {
 
@@ -46,6 +47,7 @@ class ChargePause {
   bool is_pausing_ = false;
   TimePoint charging_since_{};  // zero: it does not charge
   TimePoint paused_at_{};
+  BMU_FIELDS(at_permille_, lasts_, charging_mA_, is_armed_, is_pausing_, charging_since_, paused_at_)
 };
 
 }  // namespace bmu

@@ -6,6 +6,7 @@
 #pragma once
 
 #include "daemon/core/sensor_table.hpp"
+#include "protocol/fields.hpp"
 
 namespace bmu {
 
@@ -35,6 +36,7 @@ class CloseRequest {
   Line charger_;
   bool lines_known_ = false;
   TimePoint since_{};
+  BMU_FIELDS(vehicle_, charger_, lines_known_, since_)
 };
 
 }  // namespace bmu

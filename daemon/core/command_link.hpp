@@ -13,6 +13,7 @@
 
 #include <cstdint>
 
+#include "protocol/fields.hpp"
 #include "protocol/time.hpp"
 
 namespace bmu {
@@ -50,6 +51,7 @@ class CommandLink {
   TimePoint due_at_{};
   TimePoint sent_at_{};
   TimePoint unconfirmed_since_{};  // zero: nothing is on its way
+  BMU_FIELDS(has_sent_, has_echoed_, has_failed_, waiting_, counter_, due_at_, sent_at_, unconfirmed_since_)
 };
 
 }  // namespace bmu

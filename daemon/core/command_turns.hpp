@@ -6,6 +6,7 @@
 #include <array>
 
 #include "daemon/core/core_config.hpp"
+#include "protocol/fields.hpp"
 #include "protocol/time.hpp"
 
 namespace bmu {
@@ -25,6 +26,7 @@ class CommandTurns {
 
  private:
   std::array<TimePoint, modules_max> sent_at_{};  // of a COMMAND that is not answered; zero: none
+  BMU_FIELDS(sent_at_)
 };
 
 }  // namespace bmu

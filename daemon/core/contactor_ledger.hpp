@@ -7,6 +7,7 @@
 
 #include "daemon/core/contactor_sequence.hpp"
 #include "daemon/core/measured.hpp"
+#include "protocol/fields.hpp"
 
 namespace bmu {
 
@@ -34,6 +35,7 @@ class ContactorLedger {
  private:
   ContactorLedgerEntries entries_{};
   std::array<bool, contactor_id_count> is_closed_{};
+  BMU_FIELDS(entries_, is_closed_)
 };
 
 }  // namespace bmu

@@ -10,6 +10,7 @@
 
 #include "daemon/core/contactor_sequence.hpp"
 #include "daemon/core/sensor_table.hpp"
+#include "protocol/fields.hpp"
 
 namespace bmu {
 
@@ -44,6 +45,7 @@ class ContactorWatch {
                                   TimePoint now);
 
   std::array<Contact, contactor_id_count> contacts_{};
+  BMU_FIELDS(contacts_)
 };
 
 }  // namespace bmu

@@ -58,6 +58,7 @@
 #include "daemon/core/sensor_table.hpp"
 #include "daemon/core/vehicle_state.hpp"
 #include "daemon/core/watchers.hpp"
+#include "protocol/fields.hpp"
 #include "protocol/receive_check.hpp"
 
 namespace bmu {
@@ -229,6 +230,7 @@ class Core {
   void keep_charges(TimePoint now);
   void follow_request(TimePoint now);
   void follow_pace(TimePoint now);
+  [[nodiscard]] AgeConfig ages_now(TimePoint now) const;
   void follow_modules(TimePoint now);
   void accept_modules(TimePoint now);
   void forget_cells_of(std::uint8_t node);
@@ -366,6 +368,19 @@ class Core {
   Duration clock_offset_{};  // wall clock less monotonic clock
   PersistentState persistent_;
   std::uint32_t persistent_generation_ = 0;
+  /// The configuration is given, and the ages that hold at the present pace follow from it.
+  void after_reading_fields() { config_.ages = ages_now(decided_at_); }
+  BMU_FIELDS(skipped(config_), started_at_, view_began_at_, decided_at_, next_tick_, ticks_, check_, modules_, sensors_,
+             counter_, estimate_, estimate_kept_at_, has_kept_last_, has_memory_, former_totals_, charge_pause_,
+             cell_charges_, charges_looked_at_, charges_kept_at_, pack_, faults_, mode_before_, flags_, watchers_,
+             permission_, sequence_, contactor_watch_, guard_, ledger_, rest_, auxiliary_, outputs_, commanded_before_,
+             forecaster_, limit_ramps_, limits_, poll_, pace_, skipped(configured_ages_), ages_slow_until_, setup_,
+             turns_, broadcasts_, assignment_, balancing_, waiting_orders_, reporter_, last_opening_, last_refusal_,
+             last_precharge_, ports_, events_, seen_complete_, request_, clear_ours_, clear_given_, accept_given_,
+             assign_given_, stranger_asked_at_, balancing_off_, is_bus_off_, shutting_down_, shut_down_at_,
+             shut_down_told_, locked_out_until_, lockout_, link_shows_weld_, request_over_at_, outputs_changed_at_,
+             command_link_, command_counter_, pdu_counter_, pdu_words_lost_, ports_share_bus_, gate_refusals_,
+             is_clock_known_, clock_offset_, persistent_, persistent_generation_)
 };
 
 }  // namespace bmu

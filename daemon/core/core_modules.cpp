@@ -38,8 +38,12 @@ void Core::follow_pace(TimePoint now) {
     poll_.hurry();
     ages_slow_until_ = now + std::max(configured_ages_.cell_voltage, configured_ages_.module_status);
   }
+  config_.ages = ages_now(now);
+}
+
+AgeConfig Core::ages_now(TimePoint now) const {
   const bool is_slow = now < ages_slow_until_;
-  config_.ages = ages_at(is_slow ? PollPace::parked : pace, configured_ages_, config_.poll);
+  return ages_at(is_slow ? PollPace::parked : pace_.pace(), configured_ages_, config_.poll);
 }
 
 void Core::follow_modules(TimePoint now) {

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "protocol/fields.hpp"
 #include "protocol/time.hpp"
 
 namespace bmu {
@@ -97,6 +98,7 @@ class CurrentWindow {
 
   std::array<Bucket, 64> buckets_{};
   std::size_t head_ = 0;
+  BMU_FIELDS(buckets_, head_)
 };
 
 }  // namespace bmu

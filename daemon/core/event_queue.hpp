@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "daemon/core/decisions.hpp"
+#include "protocol/fields.hpp"
 
 namespace bmu {
 
@@ -33,6 +34,7 @@ class EventQueue {
   std::size_t first_ = 0;
   std::size_t count_ = 0;
   std::uint64_t dropped_ = 0;
+  BMU_FIELDS(slots_, first_, count_, dropped_)
 };
 
 }  // namespace bmu

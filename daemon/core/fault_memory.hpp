@@ -18,6 +18,7 @@
 #include "daemon/core/fault_evaluate.hpp"
 #include "daemon/core/fault_table.hpp"
 #include "daemon/core/observation.hpp"
+#include "protocol/fields.hpp"
 #include "protocol/fixed_vector.hpp"
 
 namespace bmu {
@@ -90,6 +91,7 @@ class FaultMemory {
 
  private:
   std::array<FaultState, fault_count> states_{};
+  BMU_FIELDS(states_)
 };
 
 }  // namespace bmu

@@ -15,6 +15,7 @@
 #include <cstdint>
 
 #include "daemon/core/measured.hpp"
+#include "protocol/fields.hpp"
 
 namespace bmu {
 
@@ -37,6 +38,7 @@ class JumpWatch {
   TimePoint doubted_since_{};  // when the jump was first told; zero: no doubt
   bool is_upwards_ = false;
   Duration doubted_for_{};  // grows in doubt, shrinks half as fast without
+  BMU_FIELDS(believed_dC_, told_at_, doubted_since_, is_upwards_, doubted_for_)
 };
 
 }  // namespace bmu

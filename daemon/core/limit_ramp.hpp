@@ -17,6 +17,7 @@
 #include <cstdint>
 
 #include "daemon/core/limits.hpp"
+#include "protocol/fields.hpp"
 #include "protocol/time.hpp"
 
 namespace bmu {
@@ -41,6 +42,7 @@ class LimitRamp {
   std::int64_t limit_uA_ = 0;  // finer than what is told: a short tick moves less than 1 mA
   Duration worth_for_{};       // how long a rise has been worth it
   bool is_begun_ = false;      // contactors are closed, and somebody may obey it
+  BMU_FIELDS(limit_uA_, worth_for_, is_begun_)
 };
 
 /// The four of a pack.
@@ -55,6 +57,7 @@ class LimitRamps {
   LimitRamp discharge_continuous_;
   LimitRamp charge_continuous_;
   TimePoint followed_at_{};
+  BMU_FIELDS(discharge_, charge_, discharge_continuous_, charge_continuous_, followed_at_)
 };
 
 }  // namespace bmu

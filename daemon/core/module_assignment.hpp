@@ -19,6 +19,7 @@
 #include <cstdint>
 #include <string_view>
 
+#include "protocol/fields.hpp"
 #include "protocol/time.hpp"
 
 namespace bmu {
@@ -104,6 +105,8 @@ class ModuleAssignment {
   bool has_seen_other_ = false;
   std::uint32_t other_serial_number_ = 0;
   std::uint32_t number_ = 0;
+  BMU_FIELDS(stage_, refusal_, request_, node_before_, asked_at_, ended_at_, node_asked_at_, commands_sent_,
+             has_seen_other_, other_serial_number_, number_)
 };
 
 }  // namespace bmu

@@ -13,6 +13,7 @@
 
 #include <cstdint>
 
+#include "protocol/fields.hpp"
 #include "protocol/tables/internal_bus.hpp"
 #include "protocol/time.hpp"
 
@@ -60,6 +61,7 @@ class ModuleBroadcasts {
   bool is_asked_ = false;     // by the POLL behind the last word
   bool is_answered_ = false;  // since that POLL
   TimePoint slept_at_{};      // the last word or POLL; zero: none yet
+  BMU_FIELDS(stop_, clear_, rounds_left_, is_asked_, is_answered_, slept_at_)
 };
 
 }  // namespace bmu

@@ -26,6 +26,7 @@
 
 #include "daemon/core/core_config.hpp"
 #include "daemon/core/module_table.hpp"
+#include "protocol/fields.hpp"
 
 namespace bmu {
 
@@ -112,6 +113,7 @@ class ModuleRoster {
   KnownModules known_{};
   std::array<bool, internal_bus::node_count_max + 1> is_ours_{};
   std::array<StrangerRecord, internal_bus::node_count_max + 1> strangers_{};
+  BMU_FIELDS(named_, known_, is_ours_, strangers_)
 };
 
 /// Two modules have spoken under this node number lately.

@@ -24,6 +24,7 @@
 #include "daemon/core/command_turns.hpp"
 #include "daemon/core/core_config.hpp"
 #include "daemon/core/module_table.hpp"
+#include "protocol/fields.hpp"
 #include "protocol/fixed_vector.hpp"
 #include "protocol/frame.hpp"
 
@@ -108,6 +109,7 @@ class ModuleSetup {
   std::int32_t undervoltage_uV_ = 0;
   std::int32_t overvoltage_uV_ = 0;
   std::optional<std::int32_t> board_limit_dC_{};
+  BMU_FIELDS(slots_, broadcast_counter_, module_count_, undervoltage_uV_, overvoltage_uV_, board_limit_dC_)
 };
 
 }  // namespace bmu

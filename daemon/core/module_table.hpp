@@ -18,6 +18,7 @@
 #include "daemon/core/core_config.hpp"
 #include "daemon/core/jump_watch.hpp"
 #include "daemon/core/measured.hpp"
+#include "protocol/fields.hpp"
 #include "protocol/message.hpp"
 #include "protocol/receive_check.hpp"
 
@@ -166,6 +167,8 @@ class ModuleTable {
   TimePoint completed_at_{};
   std::uint32_t complete_cycles_ = 0;
   std::size_t modules_incomplete_ = 0;
+  BMU_FIELDS(modules_, index_of_node_, expected_, polled_at_, jumps_, asked_alone_, next_turn_, heard_at_, is_counted_,
+             cycle_began_at_, completed_at_, complete_cycles_, modules_incomplete_)
 };
 
 }  // namespace bmu

@@ -13,6 +13,7 @@
 
 #include "daemon/core/core_config.hpp"
 #include "daemon/core/measured.hpp"
+#include "protocol/fields.hpp"
 
 namespace bmu {
 
@@ -42,6 +43,7 @@ class OverloadCounter {
   Heat discharge_;
   Heat charge_;
   Measured<std::int32_t> last_mA_;
+  BMU_FIELDS(discharge_, charge_, last_mA_)
 };
 
 }  // namespace bmu

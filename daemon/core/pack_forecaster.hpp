@@ -14,6 +14,7 @@
 #include "daemon/core/limits.hpp"
 #include "daemon/core/pack_state.hpp"
 #include "daemon/core/sensor_table.hpp"
+#include "protocol/fields.hpp"
 
 namespace bmu {
 
@@ -44,6 +45,7 @@ class PackForecaster {
   PredictedLimits limits_;
   TimePoint asked_at_{};
   MeasuredAt asked_for_{};
+  BMU_FIELDS(limits_, asked_at_, asked_for_)
 };
 
 }  // namespace bmu

@@ -20,6 +20,7 @@
 #include <string_view>
 
 #include "daemon/core/core_config.hpp"
+#include "protocol/fields.hpp"
 #include "protocol/time.hpp"
 
 namespace bmu {
@@ -62,6 +63,7 @@ class PollPacer {
   TimePoint since_{};
   TimePoint hurried_at_{};  // the last reason to be fast; zero: none yet
   TimePoint busy_at_{};     // the last reason not to be parked
+  BMU_FIELDS(skipped(config_), pace_, since_, hurried_at_, busy_at_)
 };
 
 /// The ages that hold at a pace: those of the configuration, or what two of the slow periods and an answer take.

@@ -14,6 +14,7 @@
 
 #include "daemon/core/core_config.hpp"
 #include "daemon/core/module_table.hpp"
+#include "protocol/fields.hpp"
 #include "protocol/frame.hpp"
 
 namespace bmu {
@@ -55,6 +56,7 @@ class PollSchedule {
   bool is_hurried_ = false;
   std::uint8_t singles_ = 0;  // in this cycle
   std::uint8_t counter_ = 0;
+  BMU_FIELDS(skipped(config_), next_at_, last_at_, temperatures_at_, identities_at_, is_hurried_, singles_, counter_)
 };
 
 }  // namespace bmu

@@ -10,6 +10,7 @@
 
 #include "daemon/core/contactor_sequence.hpp"
 #include "daemon/core/core_config.hpp"
+#include "protocol/fields.hpp"
 
 namespace bmu {
 
@@ -57,6 +58,8 @@ class PrechargeGuard {
   bool is_retrying_ = false;
   bool was_precharging_ = false;
   TimePoint updated_at_{};
+  BMU_FIELDS(skipped(config_), budget_uJ_, heat_uJ_, this_try_uJ_, last_try_uJ_, tries_failed_, is_retrying_,
+             was_precharging_, updated_at_)
 };
 
 }  // namespace bmu

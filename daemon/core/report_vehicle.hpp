@@ -10,6 +10,7 @@
 #include "daemon/core/limits.hpp"
 #include "daemon/core/pack_state.hpp"
 #include "daemon/core/pack_totals.hpp"
+#include "protocol/fields.hpp"
 #include "protocol/frame.hpp"
 
 namespace bmu {
@@ -45,6 +46,7 @@ class VehicleReporter {
 
   TimePoint next_at_{};
   std::size_t index_ = 0;
+  BMU_FIELDS(next_at_, index_)
 };
 
 }  // namespace bmu

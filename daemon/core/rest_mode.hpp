@@ -14,6 +14,7 @@
 #include <string_view>
 
 #include "daemon/core/core_config.hpp"
+#include "protocol/fields.hpp"
 #include "protocol/time.hpp"
 
 namespace bmu {
@@ -57,6 +58,7 @@ class RestMode {
   bool is_wake_wanted_ = false;
   bool was_button_ = false;
   bool was_vehicle_ = false;
+  BMU_FIELDS(skipped(config_), phase_, since_, alone_since_, is_wake_wanted_, was_button_, was_vehicle_)
 };
 
 }  // namespace bmu

@@ -23,6 +23,7 @@
 
 #include "daemon/core/fault_reading.hpp"
 #include "daemon/core/module_table.hpp"
+#include "protocol/fields.hpp"
 
 namespace bmu {
 
@@ -58,6 +59,7 @@ class StuckWatch {
   std::int64_t flowed_min_uAs_ = 0;       // 0: nothing is due by charge
   std::int64_t charge_uAs_ = 0;           // out of the pack, in all
   TimePoint counted_at_{};
+  BMU_FIELDS(cells_, model_, resistance_uOhm_, resistance_max_uOhm_, flowed_min_uAs_, charge_uAs_, counted_at_)
 };
 
 }  // namespace bmu

@@ -11,6 +11,7 @@
 
 #include "daemon/core/fault_reading.hpp"
 #include "daemon/core/module_table.hpp"
+#include "protocol/fields.hpp"
 
 namespace bmu {
 
@@ -42,6 +43,7 @@ class TemperatureTrend {
   using ModuleTracks = std::array<Track, internal_bus::cell_temperatures_per_module_max>;
 
   std::array<ModuleTracks, modules_max> tracks_{};
+  BMU_FIELDS(tracks_)
 };
 
 }  // namespace bmu

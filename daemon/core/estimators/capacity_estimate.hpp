@@ -29,6 +29,7 @@
 #include <optional>
 
 #include "daemon/core/estimators/soc_estimate.hpp"
+#include "protocol/fields.hpp"
 
 namespace bmu {
 
@@ -99,6 +100,8 @@ class CapacityEstimate {
   std::uint32_t pairs_ = 0;
   std::uint32_t refused_ = 0;
   Costs costs_{};
+  BMU_FIELDS(rated_As_, common_share_, loss_share_per_cycle_, loss_share_per_year_, aged_share_, pairs_, refused_,
+             costs_)
 };
 
 /// An instant at which the state of charge was known apart from counting: a rest, the end of a charge.
@@ -123,6 +126,7 @@ class CapacityAnchors {
 
  private:
   CapacityAnchor waiting_;  // its soc is not a number while there is none
+  BMU_FIELDS(waiting_)
 };
 
 /// Closer anchors are worth waiting on.

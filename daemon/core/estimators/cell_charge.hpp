@@ -49,6 +49,7 @@
 #include "daemon/core/estimators/hysteresis_range.hpp"
 #include "daemon/core/module_table.hpp"
 #include "daemon/core/pack_state.hpp"
+#include "protocol/fields.hpp"
 
 namespace bmu {
 
@@ -220,6 +221,10 @@ class CellChargeBook {
   std::array<std::int64_t, cells_max> bled_uAs_{};
   std::array<Line, cells_max> lines_{};
   std::array<Capacity, cells_max> capacities_{};
+  BMU_FIELDS(cell_, capacity_tolerance_uAs_, knows_all_capacities_, moved_uAs_, youngest_at_, youngest_moved_uAs_,
+             rest_current_mA_, current_max_mA_, unrecorded_uAs_, rest_, cell_count_, known_cells_, module_count_, now_,
+             unix_time_ms_, resting_since_, learned_from_, flowed_uAs_, hysteresis_, former_, former_unix_time_ms_,
+             former_since_, modules_, bled_uAs_, lines_, capacities_)
 };
 
 /// Whether the newer record says something that the older one does not, or not so well.

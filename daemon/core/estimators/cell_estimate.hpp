@@ -12,9 +12,11 @@
 #include <optional>
 
 #include "daemon/core/estimators/charge_ends.hpp"
+#include "daemon/core/estimators/model_pointer.hpp"
 #include "daemon/core/estimators/soc_coulomb.hpp"
 #include "daemon/core/estimators/soc_filter.hpp"
 #include "daemon/core/estimators/soc_mixed.hpp"
+#include "protocol/fields.hpp"
 
 namespace bmu {
 
@@ -26,17 +28,17 @@ class CellEstimate {
     filter_.begin(cell, sensor, from, temperature_C);
     mixed_.begin(cell, sensor, from, temperature_C);
     coulomb_.begin(cell, sensor, from, temperature_C);
-    cell_ = &cell;
+    cell_.set(cell);
   }
   void forget() { *this = {}; }
   /// The same tables, where they lie now. Before begin(): nothing.
   void move_to(const CellDynamics& cell) {
-    if (cell_ != nullptr) cell_ = &cell;
+    cell_.move_to(cell);
     filter_.move_to(cell);
     mixed_.move_to(cell);
     coulomb_.move_to(cell);
   }
-  [[nodiscard]] bool is_begun() const { return cell_ != nullptr; }
+  [[nodiscard]] bool is_begun() const { return cell_.is_set(); }
 
   /// Before begin(): nothing happens. The end of its charge that the cell has reached with this sample, if it has.
   std::optional<ChargeAnchor> update(const CellSample& sample, const ChargeEndConfig& ends) {
@@ -82,11 +84,12 @@ class CellEstimate {
     return std::abs(one.soc - other.soc) / (told_sigmas * std::hypot(one.sigma, other.sigma));
   }
 
-  const CellDynamics* cell_ = nullptr;
+  ModelPointer<CellDynamics> cell_;
   SocFilter filter_;
   SocMixed mixed_;
   SocCoulomb coulomb_;
   ChargeEnds ends_;
+  BMU_FIELDS(cell_, filter_, mixed_, coulomb_, ends_)
 };
 
 }  // namespace bmu

@@ -25,7 +25,7 @@ ResistanceEstimate at_reference(const ResistanceTracker& tracker) {
 
 void CellHealth::begin(const HealthModel& model, const CellHealthRecord& former) {
   *this = {};
-  model_ = &model;
+  model_.set(model);
   resistance_.begin(model.expected);
   const double expected_Ohm = model.expected.at_reference_Ohm();
   resistance_.restore(former.resistance_ppm / ppm * expected_Ohm, former.resistance_sigma_ppm / ppm * expected_Ohm);
@@ -46,8 +46,7 @@ void CellHealth::begin(const HealthModel& model, const CellHealthRecord& former)
 }
 
 void CellHealth::move_to(const HealthModel& model) {
-  if (model_ == nullptr) return;
-  model_ = &model;
+  model_.move_to(model);
   resistance_.move_to(model.expected);
 }
 
@@ -56,7 +55,7 @@ void CellHealth::learn(const CapacityPair& pair) {
 }
 
 void CellHealth::take(const CellSample& sample, const std::optional<ChargeAnchor>& anchor) {
-  if (model_ == nullptr) return;
+  if (!model_.is_set()) return;
   resistance_.update(sample);
   if (!sample.has_passed()) return;
   passed_s_ += sample.passed_s;
@@ -80,7 +79,7 @@ void CellHealth::take(const CellSample& sample, const std::optional<ChargeAnchor
 }
 
 StateOfHealth CellHealth::health() const {
-  if (model_ == nullptr) return {};
+  if (!model_.is_set()) return {};
   StateOfHealth health;
   if (is_capacity_known()) {
     health.by_capacity = health_by_capacity(capacity_As_, capacity_sigma_As(), model_->rated_As);
@@ -95,7 +94,7 @@ StateOfHealth CellHealth::health() const {
 }
 
 CellHealthRecord CellHealth::record() const {
-  if (model_ == nullptr) return {};
+  if (!model_.is_set()) return {};
   CellHealthRecord record;
   if (is_capacity_known()) {
     record.capacity_ppm = in_ppm(capacity_As_ / model_->rated_As);

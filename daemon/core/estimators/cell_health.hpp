@@ -15,8 +15,10 @@
 #include "daemon/core/estimators/cell_health_record.hpp"
 #include "daemon/core/estimators/charge_ends.hpp"
 #include "daemon/core/estimators/charge_plateau.hpp"
+#include "daemon/core/estimators/model_pointer.hpp"
 #include "daemon/core/estimators/resistance_tracker.hpp"
 #include "daemon/core/estimators/state_of_health.hpp"
+#include "protocol/fields.hpp"
 
 namespace bmu {
 
@@ -36,7 +38,7 @@ class CellHealth {
   void forget() { *this = {}; }
   /// The same model, where it lies now. Before begin(): nothing.
   void move_to(const HealthModel& model);
-  [[nodiscard]] bool is_begun() const { return model_ != nullptr; }
+  [[nodiscard]] bool is_begun() const { return model_.is_set(); }
 
   /// Each sample of the cell; before begin(): nothing. `anchor`: its charge was known with this sample apart from
   /// counting.
@@ -62,7 +64,7 @@ class CellHealth {
  private:
   void learn(const CapacityPair& pair);
 
-  const HealthModel* model_ = nullptr;
+  ModelPointer<HealthModel> model_;
   ResistanceTracker resistance_;
   CapacityEstimate capacity_;
   CapacityAnchors anchors_;
@@ -71,6 +73,8 @@ class CellHealth {
   double capacity_As_ = 0.0;
   double counted_As_ = 0.0;  // what has left the cell
   double passed_s_ = 0.0;
+  BMU_FIELDS(model_, resistance_, capacity_, anchors_, plateau_, is_capacity_restored_, capacity_As_, counted_As_,
+             passed_s_)
 };
 
 }  // namespace bmu

@@ -6,6 +6,7 @@
 #include <cstddef>
 
 #include "daemon/core/core_config.hpp"
+#include "protocol/fields.hpp"
 
 namespace bmu {
 
@@ -39,6 +40,8 @@ class CellsOfModel {
 
   Model model_{};
   std::array<Cell, cells_max> cells_{};
+  void after_reading_fields() { move_cells(); }
+  BMU_FIELDS(skipped(model_), cells_)
 };
 
 }  // namespace bmu

@@ -17,6 +17,7 @@
 
 #include "daemon/core/cell_dynamics.hpp"
 #include "daemon/core/estimators/soc_estimate.hpp"
+#include "protocol/fields.hpp"
 
 namespace bmu {
 
@@ -63,6 +64,7 @@ class ChargeEnds {
 
   End full_;
   End empty_;
+  BMU_FIELDS(full_, empty_)
 };
 
 }  // namespace bmu

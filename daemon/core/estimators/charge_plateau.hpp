@@ -34,6 +34,7 @@
 
 #include "daemon/core/estimators/capacity_estimate.hpp"
 #include "daemon/core/estimators/soc_estimate.hpp"
+#include "protocol/fields.hpp"
 
 namespace bmu {
 
@@ -126,6 +127,8 @@ class ChargePlateau {
   double width_before_As_ = 0.0;
   double middle_before_As_ = 0.0;
   std::optional<double> end_As_{};  // counted at the end of the plateau
+  BMU_FIELDS(model_, phase_, block_, counted_As_, lasted_s_, first_current_A_, steady_s_, before_, has_begun_climbing_,
+             next_rung_, rungs_, reached_As_, flattest_As_, flattest_at_, width_before_As_, middle_before_As_, end_As_)
 };
 
 }  // namespace bmu

@@ -7,6 +7,7 @@
 
 #include "daemon/core/estimators/coulomb_counter.hpp"
 #include "daemon/core/estimators/soc_estimate.hpp"
+#include "protocol/fields.hpp"
 #include "protocol/time.hpp"
 
 namespace bmu {
@@ -54,6 +55,7 @@ class CurrentSpanMeter {
   TimePoint until_{};
   Duration counted_{};
   std::int64_t flowed_uAs_ = 0;
+  BMU_FIELDS(gap_max_, until_, counted_, flowed_uAs_)
 };
 
 }  // namespace bmu

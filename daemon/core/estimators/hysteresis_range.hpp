@@ -14,6 +14,7 @@
 #include <cstdint>
 
 #include "daemon/core/cell_model.hpp"
+#include "protocol/fields.hpp"
 
 namespace bmu {
 
@@ -40,6 +41,7 @@ class HysteresisRange {
   double charge_uAs_ = 1.0;  // q0
   double low_ = -1.0;
   double high_ = 1.0;
+  BMU_FIELDS(hysteresis_uV_, charge_uAs_, low_, high_)
 };
 
 }  // namespace bmu

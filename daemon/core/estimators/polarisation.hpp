@@ -17,6 +17,7 @@
 
 #include "daemon/core/cell_model.hpp"
 #include "daemon/core/measured.hpp"
+#include "protocol/fields.hpp"
 #include "protocol/time.hpp"
 
 namespace bmu {
@@ -61,6 +62,7 @@ class PolarisationBound {
   std::int32_t current_max_mA_ = 0;
   bool is_begun_ = false;
   TimePoint updated_at_{};
+  BMU_FIELDS(fast_, slow_, current_max_mA_, is_begun_, updated_at_)
 };
 
 }  // namespace bmu

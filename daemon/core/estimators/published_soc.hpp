@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "protocol/fields.hpp"
+
 namespace bmu {
 
 inline constexpr double published_rate_per_s = 0.0002;      // 0.02 % a second
@@ -39,6 +41,7 @@ class PublishedSoc {
  private:
   double soc_ = 0.0;
   double age_s_ = 0.0;
+  BMU_FIELDS(soc_, age_s_)
 };
 
 }  // namespace bmu

@@ -40,13 +40,13 @@ constexpr double jump_V = 0.1;
 
 void ResistanceTracker::begin(const ExpectedResistance& expected) {
   *this = {};
-  expected_ = &expected;
+  expected_.set(expected);
   resistance_Ohm_ = expected.at_reference_Ohm();
   variance_Ohm2_ = square(resistance_Ohm_);
 }
 
 void ResistanceTracker::restore(double resistance_Ohm, double learned_sigma_Ohm) {
-  if (expected_ == nullptr || !(resistance_Ohm > 0.0) || !(learned_sigma_Ohm > 0.0)) return;
+  if (!expected_.is_set() || !(resistance_Ohm > 0.0) || !(learned_sigma_Ohm > 0.0)) return;
   if (!is_measured(resistance_Ohm) || !is_measured(learned_sigma_Ohm)) return;
   const double share = resistance_Ohm / expected_->at_reference_Ohm();
   if (share > absurd_factor || share < 1.0 / absurd_factor) return;
@@ -56,7 +56,7 @@ void ResistanceTracker::restore(double resistance_Ohm, double learned_sigma_Ohm)
 }
 
 void ResistanceTracker::update(const CellSample& sample) {
-  if (expected_ == nullptr) return;
+  if (!expected_.is_set()) return;
   if (!sample.has_passed()) return restart();
   age(sample.passed_s);
   since_s_ += sample.passed_s;

@@ -29,7 +29,9 @@
 #include <cmath>
 
 #include "daemon/core/estimators/expected_resistance.hpp"
+#include "daemon/core/estimators/model_pointer.hpp"
 #include "daemon/core/estimators/soc_estimate.hpp"
+#include "protocol/fields.hpp"
 
 namespace bmu {
 
@@ -44,9 +46,7 @@ class ResistanceTracker {
   /// A cell of which nothing is known but its kind. `expected` must outlive the tracker.
   void begin(const ExpectedResistance& expected);
   /// The same expectation, where it lies now. Before begin(): nothing.
-  void move_to(const ExpectedResistance& expected) {
-    if (expected_ != nullptr) expected_ = &expected;
-  }
+  void move_to(const ExpectedResistance& expected) { expected_.move_to(expected); }
   /// After begin(): the cell is known from a former life, by its resistance at 25 C and learned_sigma_Ohm() of then.
   /// What is not above 0, or absurd, says nothing.
   void restore(double resistance_Ohm, double learned_sigma_Ohm);
@@ -72,7 +72,7 @@ class ResistanceTracker {
   void begin_with(const CellSample& sample);
   void learn(double factor, double kept_share);
 
-  const ExpectedResistance* expected_ = nullptr;
+  ModelPointer<ExpectedResistance> expected_;
   // At 25 C.
   double resistance_Ohm_ = 0.0;
   double variance_Ohm2_ = 0.0;
@@ -86,6 +86,8 @@ class ResistanceTracker {
   double swing_A_ = 0.0;
   double swing_V_ = 0.0;
   double strength_A2_ = 0.0;  // the largest swing of the last half minute or so, squared
+  BMU_FIELDS(expected_, resistance_Ohm_, variance_Ohm2_, learned_factor_, is_known_, is_running_, since_s_, current_A_,
+             voltage_V_, swing_A_, swing_V_, strength_A2_)
 };
 
 }  // namespace bmu

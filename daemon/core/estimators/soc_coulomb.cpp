@@ -14,7 +14,7 @@ constexpr double sigma_max = 1.0;  // more than this nobody can be unsure of it
 void SocCoulomb::begin(const CellDynamics& cell, const CurrentSensorError& sensor, const SocBegin& from,
                        double temperature_C) {
   *this = {};
-  cell_ = &cell;
+  cell_.set(cell);
   sensor_ = sensor;
   capacity_As_ = from.capacity_or(cell.capacity_As);
   if (is_measured(temperature_C)) temperature_C_ = temperature_C;
@@ -30,7 +30,7 @@ void SocCoulomb::set(double soc, double sigma) {
 }
 
 void SocCoulomb::update(const CellSample& sample) {
-  if (cell_ == nullptr || !sample.has_passed()) return;
+  if (!cell_.is_set() || !sample.has_passed()) return;
   if (is_measured(sample.temperature_C)) temperature_C_ = sample.temperature_C;
   double current_A = self_discharge_A(*cell_, temperature_C_);
   passed_s_ += sample.passed_s;
@@ -44,7 +44,7 @@ void SocCoulomb::update(const CellSample& sample) {
 }
 
 SocEstimate SocCoulomb::estimate() const {
-  if (cell_ == nullptr) return {};
+  if (!cell_.is_set()) return {};
   const double by_gain_As = sensor_.gain * net_charge_As_;
   const double by_offset_As = sensor_.offset_A * passed_s_;
   const double counted = std::hypot(by_gain_As, by_offset_As, unseen_As_) / capacity_As_;

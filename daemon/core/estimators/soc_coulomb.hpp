@@ -10,7 +10,9 @@
 #pragma once
 
 #include "daemon/core/cell_dynamics.hpp"
+#include "daemon/core/estimators/model_pointer.hpp"
 #include "daemon/core/estimators/soc_estimate.hpp"
+#include "protocol/fields.hpp"
 
 namespace bmu {
 
@@ -19,9 +21,7 @@ class SocCoulomb {
   /// `cell` must outlive the estimator.
   void begin(const CellDynamics& cell, const CurrentSensorError& sensor, const SocBegin& from, double temperature_C);
   /// The same tables, where they lie now. Before begin(): nothing.
-  void move_to(const CellDynamics& cell) {
-    if (cell_ != nullptr) cell_ = &cell;
-  }
+  void move_to(const CellDynamics& cell) { cell_.move_to(cell); }
   void update(const CellSample& sample);
   [[nodiscard]] SocEstimate estimate() const;
 
@@ -29,7 +29,7 @@ class SocCoulomb {
   void set(double soc, double sigma);
 
  private:
-  const CellDynamics* cell_ = nullptr;
+  ModelPointer<CellDynamics> cell_;
   CurrentSensorError sensor_;
   double capacity_As_ = 1.0;
   double temperature_C_ = 25.0;
@@ -39,6 +39,7 @@ class SocCoulomb {
   double net_charge_As_ = 0.0;
   double passed_s_ = 0.0;
   double unseen_As_ = 0.0;  // what may have flowed while nobody counted
+  BMU_FIELDS(cell_, sensor_, capacity_As_, temperature_C_, soc_, begin_sigma_, net_charge_As_, passed_s_, unseen_As_)
 };
 
 }  // namespace bmu

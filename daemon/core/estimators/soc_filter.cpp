@@ -57,7 +57,7 @@ constexpr double told_sigma_factor = 1.5;
 void SocFilter::begin(const CellDynamics& cell, const CurrentSensorError& sensor, const SocBegin& from,
                       double temperature_C) {
   *this = {};
-  cell_ = &cell;
+  cell_.set(cell);
   sensor_ = sensor;
   capacity_As_ = from.capacity_or(cell.capacity_As);
   hysteresis_ = std::clamp(from.hysteresis, -1.0, 1.0);
@@ -237,7 +237,7 @@ double SocFilter::learn(const Vector& by, double innovation, double variance) {
 }
 
 void SocFilter::anchor(double soc, double sigma) {
-  if (cell_ == nullptr || !(soc >= 0.0 && soc <= 1.0) || !(sigma > 0.0) || !std::isfinite(sigma)) return;
+  if (!cell_.is_set() || !(soc >= 0.0 && soc <= 1.0) || !(sigma > 0.0) || !std::isfinite(sigma)) return;
   Vector by{};
   by[soc_at] = 1.0;
   learn(by, soc - x_[soc_at], square(sigma));
@@ -251,7 +251,7 @@ double SocFilter::misfit() const {
 }
 
 void SocFilter::update(const CellSample& sample) {
-  if (cell_ == nullptr || !sample.has_passed()) return;
+  if (!cell_.is_set() || !sample.has_passed()) return;
   if (is_measured(sample.temperature_C)) temperature_C_ = sample.temperature_C;
   count(sample);
   const RowPlace place = row_place(*cell_, temperature_C_);
@@ -260,7 +260,7 @@ void SocFilter::update(const CellSample& sample) {
 }
 
 SocEstimate SocFilter::estimate() const {
-  if (cell_ == nullptr) return {};
+  if (!cell_.is_set()) return {};
   return {.is_known = true,
           .soc = std::clamp(x_[soc_at], 0.0, 1.0),
           .sigma = std::min(told_sigma_factor * std::sqrt(p_[soc_at][soc_at]), soc_sigma_max)};

@@ -25,7 +25,9 @@
 #include <cstddef>
 
 #include "daemon/core/cell_dynamics.hpp"
+#include "daemon/core/estimators/model_pointer.hpp"
 #include "daemon/core/estimators/soc_estimate.hpp"
+#include "protocol/fields.hpp"
 
 namespace bmu {
 
@@ -34,9 +36,7 @@ class SocFilter {
   /// `cell` must outlive the filter.
   void begin(const CellDynamics& cell, const CurrentSensorError& sensor, const SocBegin& from, double temperature_C);
   /// The same tables, where they lie now. Before begin(): nothing.
-  void move_to(const CellDynamics& cell) {
-    if (cell_ != nullptr) cell_ = &cell;
-  }
+  void move_to(const CellDynamics& cell) { cell_.move_to(cell); }
   /// Before begin(): nothing happens.
   void update(const CellSample& sample);
   /// Somebody else knows the state of charge this well, one standard deviation above 0: the end of a charge does. What
@@ -107,7 +107,7 @@ class SocFilter {
   [[nodiscard]] Chord chord(const CellPoint& here, const RowPlace& place, double current_A) const;
   [[nodiscard]] Errors errors(const CellSample& sample, const CellPoint& point, double current_A, double bend_V) const;
 
-  const CellDynamics* cell_ = nullptr;
+  ModelPointer<CellDynamics> cell_;
   CurrentSensorError sensor_;
   double capacity_As_ = 1.0;
   Vector x_{};                    // the states
@@ -119,6 +119,8 @@ class SocFilter {
   double innovation_variance_V2_ = 0.0;
   bool are_pairs_unknown_ = false;  // until the first current
   double surprise_ = 0.0;           // squares of innovations against their variances, over some minutes
+  BMU_FIELDS(cell_, sensor_, capacity_As_, x_, p_, hysteresis_, temperature_C_, true_current_A_, innovation_V_,
+             innovation_variance_V2_, are_pairs_unknown_, surprise_)
 };
 
 }  // namespace bmu

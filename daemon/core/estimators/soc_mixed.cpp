@@ -21,13 +21,13 @@ constexpr double slope_min_V = 0.2;
 void SocMixed::begin(const CellDynamics& cell, const CurrentSensorError& sensor, const SocBegin& from,
                      double temperature_C) {
   *this = {};
-  cell_ = &cell;
+  cell_.set(cell);
   if (is_measured(temperature_C)) temperature_C_ = temperature_C;
   counting_.begin(cell, sensor, from, temperature_C);
 }
 
 void SocMixed::update(const CellSample& sample) {
-  if (cell_ == nullptr || !sample.has_passed()) return;
+  if (!cell_.is_set() || !sample.has_passed()) return;
   if (is_measured(sample.temperature_C)) temperature_C_ = sample.temperature_C;
   counting_.update(sample);
   if (is_measured(sample.voltage_V) && is_measured(sample.current_A)) listen(sample);

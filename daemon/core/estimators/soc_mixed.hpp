@@ -10,7 +10,9 @@
 // Cost: one look at the model.
 #pragma once
 
+#include "daemon/core/estimators/model_pointer.hpp"
 #include "daemon/core/estimators/soc_coulomb.hpp"
+#include "protocol/fields.hpp"
 
 namespace bmu {
 
@@ -20,7 +22,7 @@ class SocMixed {
   void begin(const CellDynamics& cell, const CurrentSensorError& sensor, const SocBegin& from, double temperature_C);
   /// The same tables, where they lie now. Before begin(): nothing.
   void move_to(const CellDynamics& cell) {
-    if (cell_ != nullptr) cell_ = &cell;
+    cell_.move_to(cell);
     counting_.move_to(cell);
   }
   void update(const CellSample& sample);
@@ -31,10 +33,11 @@ class SocMixed {
  private:
   void listen(const CellSample& sample);
 
-  const CellDynamics* cell_ = nullptr;
+  ModelPointer<CellDynamics> cell_;
   SocCoulomb counting_;
   double temperature_C_ = 25.0;
   double empty_s_ = 0.0;  // so long its voltage has been that of an empty cell
+  BMU_FIELDS(cell_, counting_, temperature_C_, empty_s_)
 };
 
 }  // namespace bmu

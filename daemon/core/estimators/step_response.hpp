@@ -24,6 +24,7 @@
 #include "daemon/core/fault_reading.hpp"
 #include "daemon/core/module_table.hpp"
 #include "daemon/core/sensor_table.hpp"
+#include "protocol/fields.hpp"
 
 namespace bmu {
 
@@ -88,6 +89,9 @@ class StepResponse {
   std::int32_t average_uOhm_ = 0;
   std::array<Cell, cells_max> cells_{};
   std::array<Element, cells_max> elements_{};
+  BMU_FIELDS(cell_count_, series_resistance_Ohm_, resistance_activation_K_, model_uOhm_, step_min_mA_, last_steady_,
+             pictures_, bleeding_, head_, taken_at_, still_since_, contradiction_, worst_cell_permille_,
+             average_permille_, average_uOhm_, cells_, elements_)
 };
 
 }  // namespace bmu

@@ -1,0 +1,43 @@
+// Whether a number is one of an enumeration's: for what reads an enumeration from outside.
+//
+// Looked up among the first `enumerators_max` numbers, by the name the compiler gives each; one that has no name there
+// is none of the enumeration's. Cost: an index into a table made at compile time.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+
+namespace bmu {
+
+inline constexpr std::size_t enumerators_max = 128;
+
+namespace enumerators {
+
+template <class Enum, Enum value>
+consteval bool has_name() {
+  // GCC and clang end it alike: "... value = bmu::Port::vehicle]", and "... value = (bmu::Port)7]" for no enumerator.
+  constexpr std::string_view text = __PRETTY_FUNCTION__;
+  return text[text.rfind("= ") + 2] != '(';
+}
+
+template <class Enum, std::size_t... Number>
+consteval std::array<bool, sizeof...(Number)> named(std::index_sequence<Number...> /*numbers*/) {
+  return {has_name<Enum, static_cast<Enum>(Number)>()...};
+}
+
+}  // namespace enumerators
+
+template <class Enum>
+requires std::is_enum_v<Enum>
+[[nodiscard]] constexpr bool is_enumerator(std::underlying_type_t<Enum> number) {
+  constexpr auto named = enumerators::named<Enum>(std::make_index_sequence<enumerators_max>{});
+  if constexpr (std::is_signed_v<std::underlying_type_t<Enum>>) {
+    if (number < 0) return false;
+  }
+  return static_cast<std::size_t>(number) < named.size() && named[static_cast<std::size_t>(number)];
+}
+
+}  // namespace bmu
