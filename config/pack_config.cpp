@@ -27,15 +27,26 @@ struct CellSource {
   std::string bytes{};  // of its file, for the hash
 };
 
+/// Where the text of a cell's file comes from.
+struct CellOrigin {
+  std::filesystem::path directory;     // that its name is relative to
+  const PackSources* given = nullptr;  // instead of a file
+};
+
+Result<std::string, std::string> cell_text(const std::filesystem::path& file, const CellOrigin& origin) {
+  if (origin.given == nullptr) return read_file(file);
+  if (origin.given->cell_name.empty()) return failure(std::string("no such text was given"));
+  return origin.given->cell_text;
+}
+
 /// A cell that is a file of its own.
-CellSource load_cell(const JsonValue& name, const Place& key_place, const std::filesystem::path& directory,
-                     ProblemList& problems) {
+CellSource load_cell(const JsonValue& name, const Place& key_place, const CellOrigin& origin, ProblemList& problems) {
   const FieldInfo file_name{.key = "cell", .min = 1, .max = 4'096, .type = FieldType::text};
   CellSource source{.place = key_place};
   const auto text = read_value(name, file_name, key_place, problems);
   if (!text) return source;
-  const std::filesystem::path file = directory / std::get<std::string>(*text);
-  const auto bytes = read_file(file);
+  const std::filesystem::path file = origin.directory / std::get<std::string>(*text);
+  const auto bytes = cell_text(file, origin);
   if (!bytes) {
     std::error_code ignored;
     const std::string looked_at = std::filesystem::absolute(file, ignored).lexically_normal().string();
@@ -50,12 +61,12 @@ CellSource load_cell(const JsonValue& name, const Place& key_place, const std::f
   return source;
 }
 
-CellSource read_cell_source(const JsonValue& root, const Place& root_place, const std::filesystem::path& directory,
+CellSource read_cell_source(const JsonValue& root, const Place& root_place, const CellOrigin& origin,
                             ProblemList& problems) {
   CellSource source{.place = root_place.at("cell")};
   const JsonValue* cell = find_value(root, root_place, "cell", true, problems);
   if (cell == nullptr) return source;
-  if (cell->is_string()) return load_cell(*cell, source.place, directory, problems);
+  if (cell->is_string()) return load_cell(*cell, source.place, origin, problems);
   if (cell->is_object()) {
     read_cell(*cell, source.place, source.cell, problems);
   } else {
@@ -229,17 +240,8 @@ void read_pack(const JsonValue& root, const Place& place, PackConfig& pack, Prob
   read_gpio(root, place, pack, problems);
 }
 
-}  // namespace
-
-std::string to_text(const ConfigProblem& problem) {
-  std::string where = problem.file;
-  if (problem.at) where += ":" + std::to_string(problem.at->line) + ":" + std::to_string(problem.at->column);
-  if (!problem.path.empty()) where += ": " + problem.path;
-  return where + ": found " + problem.found + ", wanted " + problem.wanted;
-}
-
-Result<PackConfig, ConfigProblems> parse_pack_config(std::string_view text, std::string_view file_name,
-                                                     const std::filesystem::path& directory) {
+Result<PackConfig, ConfigProblems> parse_pack(std::string_view text, std::string_view file_name,
+                                              const CellOrigin& origin) {
   ProblemList problems;
   const Place place{std::string(file_name), ""};
   const auto root = parse_json(text, place.file, problems);
@@ -247,7 +249,7 @@ Result<PackConfig, ConfigProblems> parse_pack_config(std::string_view text, std:
 
   PackConfig pack;
   read_pack(*root, place, pack, problems);
-  const CellSource source = read_cell_source(*root, place, directory, problems);
+  const CellSource source = read_cell_source(*root, place, origin, problems);
   pack.cell_name = source.cell.name;
   pack.core.cell = source.cell.model;
   pack.core.dynamics = source.cell.dynamics;
@@ -260,7 +262,29 @@ Result<PackConfig, ConfigProblems> parse_pack_config(std::string_view text, std:
   complete_paces(pack);
   if (!problems.empty()) return failure(problems.take());
   pack.core.hash = continue_fnv(continue_fnv(fnv_start, text), source.bytes);
+  pack.sources = {.pack_name = place.file,
+                  .pack_text = std::string(text),
+                  .cell_name = source.place.file == place.file ? "" : source.place.file,
+                  .cell_text = source.bytes};
   return pack;
+}
+
+}  // namespace
+
+std::string to_text(const ConfigProblem& problem) {
+  std::string where = problem.file;
+  if (problem.at) where += ":" + std::to_string(problem.at->line) + ":" + std::to_string(problem.at->column);
+  if (!problem.path.empty()) where += ": " + problem.path;
+  return where + ": found " + problem.found + ", wanted " + problem.wanted;
+}
+
+Result<PackConfig, ConfigProblems> parse_pack_config(std::string_view text, std::string_view file_name,
+                                                     const std::filesystem::path& directory) {
+  return parse_pack(text, file_name, {.directory = directory});
+}
+
+Result<PackConfig, ConfigProblems> parse_pack_config(const PackSources& sources) {
+  return parse_pack(sources.pack_text, sources.pack_name, {.given = &sources});
 }
 
 Result<PackConfig, ConfigProblems> load_pack_config(const std::filesystem::path& file) {

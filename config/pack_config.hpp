@@ -24,6 +24,14 @@ struct BusNames {
   std::int32_t internal_kbit_per_s = 500;
 };
 
+/// The texts that a pack was read from: with them it can be read again elsewhere, as from a recording.
+struct PackSources {
+  std::string pack_name;  // of the file, for problems
+  std::string pack_text;
+  std::string cell_name;  // of the cell's file; empty: the pack's text has the cell itself
+  std::string cell_text;
+};
+
 struct PackConfig {
   std::string name;  // for people: status, log, picture
   std::string cell_name;
@@ -31,6 +39,7 @@ struct PackConfig {
   std::optional<GpioConfig> gpio;  // lines of this machine; without it all goes over the bus
   CoreConfig core;
   PollConfig poll_in_file;  // as `core.poll`, but 0 where a pace was left out
+  PackSources sources;
 };
 
 /// Where in a text, counted from 1; a column is a byte.
@@ -60,5 +69,8 @@ using ConfigProblems = std::vector<ConfigProblem>;
 /// The same from text; `directory` is where a cell file's name is relative to.
 [[nodiscard]] Result<PackConfig, ConfigProblems> parse_pack_config(std::string_view text, std::string_view file_name,
                                                                    const std::filesystem::path& directory);
+
+/// The same from texts alone: no file is looked at.
+[[nodiscard]] Result<PackConfig, ConfigProblems> parse_pack_config(const PackSources& sources);
 
 }  // namespace bmu

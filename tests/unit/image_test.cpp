@@ -136,7 +136,7 @@ TEST_CASE("an image that is none is refused, and the reason told", "[unit][image
   CHECK(problem_of(with(15, 1)) == ImageProblem::no_size);
   CHECK(problem_of(with(20, 2)) == ImageProblem::no_bool);
   CHECK(problem_of(with(21, 3)) == ImageProblem::no_word);
-  CHECK(problem_of(with(22, 7)) == ImageProblem::no_bool);      // whether there is a span
+  CHECK(problem_of(with(22, 7)) == ImageProblem::no_bool);     // whether there is a span
   CHECK(problem_of(with(31, 2)) == ImageProblem::no_variant);  // behind the span's 8 bytes
   for (const ImageProblem problem : {ImageProblem::too_short, ImageProblem::too_long, ImageProblem::no_bool,
                                      ImageProblem::no_word, ImageProblem::no_size, ImageProblem::no_variant}) {

@@ -37,7 +37,8 @@ std::vector<std::uint8_t> image_of(const Observation& observation) {
 
 CanFrame frame_of(std::uint32_t id, std::uint8_t length) {
   CanFrame frame{.id = id, .length = length};
-  for (std::size_t index = 0; index < length; ++index) frame.data[index] = static_cast<std::uint8_t>(0x11 * (index + 1));
+  for (std::size_t index = 0; index < length; ++index)
+    frame.data[index] = static_cast<std::uint8_t>(0x11 * (index + 1));
   return frame;
 }
 
@@ -69,7 +70,8 @@ std::vector<ObservedThing> all_kinds() {
           WallClockSeen{.unix_time_ms = 1'700'000'000'123},
           WallClockSeen{.unix_time_ms = -5},
           HealthSeen{},
-          HealthSeen{.health = {.store_unreadable = true, .store_write_failed = true, .memory_low = true, .disk_low = true}},
+          HealthSeen{
+              .health = {.store_unreadable = true, .store_write_failed = true, .memory_low = true, .disk_low = true}},
           LinesSeen{},
           LinesSeen{.image = {.is_failed = true}},
           LinesSeen{.image = {.closed_contacts = 0xa5,

@@ -75,7 +75,9 @@ VirtualRun::VirtualRun(const CoreConfig& master, const SimulatorConfig& pack, Sc
 }
 
 void VirtualRun::observe(const ObservedThing& what) {
-  if (core_->observe({now_, what}) == Urgency::decide_now) decide();
+  const Observation observation{now_, what};
+  if (tap_ != nullptr) tap_->observed(observation);
+  if (core_->observe(observation) == Urgency::decide_now) decide();
 }
 
 void VirtualRun::give_orders() {
@@ -85,6 +87,7 @@ void VirtualRun::give_orders() {
 
 void VirtualRun::decide() {
   const Decisions decisions = core_->decide(now_);
+  if (tap_ != nullptr) tap_->decided(now_, decisions);
   wake_at_ = decisions.wake_at;
   for (const Event& event : decisions.events) events_.push_back(event);
   for (const OutgoingFrame& out : decisions.frames) {

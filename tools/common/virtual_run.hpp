@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "daemon/core/core.hpp"
+#include "daemon/core/core_tap.hpp"
 #include "mmu/simulator.hpp"
 
 namespace bmu {
@@ -31,6 +32,9 @@ class VirtualRun {
   void step();
   /// Tells the core, which may decide at once. There must be one.
   void observe(const ObservedThing& what);
+
+  /// Is told, from now on, all that the core is told and decides; must outlive this. None: nobody.
+  void set_tap(CoreTap* tap) { tap_ = tap; }
 
   [[nodiscard]] TimePoint now() const { return now_; }
   [[nodiscard]] Duration elapsed() const { return now_ - start; }
@@ -54,6 +58,7 @@ class VirtualRun {
   TimePoint wake_at_ = start;
   std::vector<CanFrame> echoes_;  // of what the core sent last
   std::vector<Event> events_;
+  CoreTap* tap_ = nullptr;
 };
 
 }  // namespace bmu

@@ -1,0 +1,71 @@
+// Makes the text of a recording (record_line.hpp) out of what a core is told and decides.
+//
+//   RecordWriter writer({.version = BMUD_VERSION, .buses = {...}, .sources = pack.sources, .hash = pack.core.hash});
+//   writer.begin(core, now, wall_clock);         // head, configuration, all that the core knows
+//   ... writer.observed(...), writer.decided(...)
+//   file << writer.text(); writer.clear();
+//
+// A recording may begin at any time of a core's life and anew in the middle, as where lines were lost: begin() writes
+// all that is needed to go on from there.
+//
+//   # bmud-recording 1
+//   # version 0.1.0
+//   # bus internal can0
+//   # bus vehicle can1
+//   # ahead_us 1699987654321098             the log's clock less the core's (RecordClock)
+//   # configuration 1afe0c83d739c982        the hash of both texts
+//   # pack-file demo-48s.json
+//   # pack | {                              a line of it; + a part that the next goes on with
+//   # cell-file lg-hg2.json
+//   # cell | ...
+//   # core 3f1c...(layout) 2359296          and how many bytes, packed (image_text.hpp), in `image` lines
+//   # image ...
+//   # core-end 8f1d...                      FNV-1a over the bytes
+//
+// Not for the control loop's thread: text allocates.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "config/pack_config.hpp"
+#include "daemon/core/core.hpp"
+#include "daemon/core/core_tap.hpp"
+#include "daemon/recording/record_line.hpp"
+
+namespace bmu {
+
+inline constexpr int record_format = 1;
+
+struct RecordHead {
+  std::string version;
+  RecordBuses buses;
+  PackSources sources;
+  std::uint64_t hash = 0;
+};
+
+class RecordWriter : public CoreTap {
+ public:
+  explicit RecordWriter(RecordHead head) : head_(std::move(head)) {}
+
+  /// `unix_time_us`: the wall clock at `now`.
+  void begin(const Core& core, TimePoint now, std::int64_t unix_time_us);
+  void observed(const Observation& observation) override;
+  void decided(TimePoint at, const Decisions& decisions) override;
+  /// The wall clock has jumped: the log's times follow it from here on.
+  void set_wall_clock(TimePoint now, std::int64_t unix_time_us);
+
+  [[nodiscard]] const std::string& text() const { return text_; }
+  void clear() { text_.clear(); }
+
+ private:
+  void add_text(std::string_view word, std::string_view text);
+  void add_image(const Core& core);
+
+  RecordHead head_;
+  RecordClock clock_;
+  ContactorOutputs outputs_;
+  std::string text_;
+};
+
+}  // namespace bmu

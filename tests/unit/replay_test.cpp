@@ -1,0 +1,165 @@
+// Recordings run again: identical, or the first difference.
+#include "daemon/recording/replay.hpp"
+
+#include <string>
+#include <vector>
+
+#include "daemon/recording/base64.hpp"
+#include "daemon/recording/record_writer.hpp"
+#include "mmu/scenario.hpp"
+#include "tests/support/catch.hpp"
+#include "tools/common/virtual_run.hpp"
+
+using namespace bmu;
+
+namespace {
+
+PackConfig demo_pack() {
+  auto pack = load_pack_config(std::string(BMUD_SOURCE_DIR) + "/config/packs/demo-48s.json");
+  REQUIRE(pack);
+  return *pack;
+}
+
+constexpr std::int64_t wall_us = 1'700'000'000'000'000;
+
+/// Closes, drives, and opens because a cell is empty. Recorded from `from` on.
+std::string recorded(const PackConfig& pack, Duration from) {
+  const SimulatorConfig world = simulator_config(pack.core);
+  auto scenario = parse_scenario(
+      "0 pack soc_permille 800\n"
+      "1 vehicle on\n"
+      "+3 load current_A 20\n"
+      "+2 cell 2.7 voltage_mV 2700\n"
+      "+3 vehicle off\n",
+      core_vocabulary());
+  REQUIRE(scenario);
+  VirtualRun run(pack.core, world, *scenario);
+  RecordWriter writer({.version = "0.1.0",
+                       .buses = {.internal = "vcan0", .vehicle = "vcan0"},
+                       .sources = pack.sources,
+                       .hash = pack.core.hash});
+  while (run.elapsed() < from) run.step();
+  writer.begin(run.core(), run.now(), wall_us);
+  run.set_tap(&writer);
+  while (run.elapsed() < 10s) run.step();
+  return writer.text();
+}
+
+struct Replayed {
+  ReplayCounts counts;
+  std::vector<ReplayDifference> differences;
+  std::optional<ReplayProblem> problem;
+};
+
+Replayed replayed(std::string_view text, const ReplayOptions& options = {}) {
+  Replay replay(options);
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find('\n', at), text.size());
+    if (!replay.take(text.substr(at, end - at))) break;
+    at = end + 1;
+  }
+  replay.end();
+  return {replay.counts(), replay.differences(), replay.problem()};
+}
+
+}  // namespace
+
+TEST_CASE("a recording decides again what it decided, from whenever it began", "[unit][recording][FS_6]") {
+  const PackConfig pack = demo_pack();
+  for (const Duration from : {Duration{0ms}, Duration{2'345ms}, Duration{6'000ms}}) {
+    const Replayed run = replayed(recorded(pack, from));
+    if (run.problem) FAIL("line " << run.problem->line << ": " << run.problem->text);
+    CHECK(run.counts.ticks_different == 0);
+    CHECK(run.counts.ticks > 300);
+    CHECK(run.counts.observations > 1'000);
+    CHECK(run.counts.begun == 1);
+    CHECK(to_s(run.counts.covered) == Approx(10.0 - to_s(from)).margin(0.05));
+  }
+}
+
+TEST_CASE("a frame that was another one is found at the tick that it changes", "[unit][recording][FS_6]") {
+  std::string text = recorded(demo_pack(), 0ms);
+  const std::size_t sent = text.find("\n# > vcan0 040#", text.find(" tick ", text.size() / 2));
+  REQUIRE(sent != std::string::npos);
+  text[sent + 16] = text[sent + 16] == '0' ? '1' : '0';
+  CHECK(replayed(text).counts.ticks_different == 0);  // the lines are for people; the fingerprint is what is compared
+
+  const std::size_t tick = text.find(" tick ", text.size() / 2);
+  text[tick + 6] = text[tick + 6] == '0' ? '1' : '0';
+  const Replayed run = replayed(text);
+  CHECK(run.counts.ticks_different == 1);
+  REQUIRE(run.differences.size() == 1);
+  CHECK(run.differences[0].line > 1);
+  CHECK(run.differences[0].recorded == run.differences[0].replayed);
+}
+
+TEST_CASE("with other limits a recording tells what would have gone otherwise", "[unit][recording][FS_6]") {
+  const PackConfig pack = demo_pack();
+  CoreConfig other = pack.core;
+  other.limits.cell_undervoltage.open = 2'500'000;
+  const Replayed run = replayed(recorded(pack, 0ms), {.other = &other, .differences_max = 1'000});
+  REQUIRE_FALSE(run.problem);
+  REQUIRE(run.counts.ticks_different > 0);
+  bool opened_then = false;
+  for (const ReplayDifference& difference : run.differences) {
+    for (const std::string& line : difference.recorded) {
+      opened_then = opened_then || line.find("a cell's voltage is too low") != std::string::npos;
+    }
+    for (const std::string& line : difference.replayed) {
+      CHECK(line.find("# ! fault: a cell's voltage is too low") == std::string::npos);
+    }
+  }
+  CHECK(opened_then);
+}
+
+TEST_CASE("a recording that is damaged is run as far as it is good", "[unit][recording][F106]") {
+  const std::string text = recorded(demo_pack(), 0ms);
+  const auto problem_of = [&](std::string_view old_part, std::string_view new_part) {
+    std::string changed = text;
+    const std::size_t at = changed.find(old_part);
+    REQUIRE(at != std::string::npos);
+    changed.replace(at, old_part.size(), new_part);
+    const Replayed run = replayed(changed);
+    REQUIRE(run.problem);
+    INFO(run.problem->text);
+    CHECK(run.problem->line > 0);
+    return run.problem->text;
+  };
+  CHECK(problem_of("# bmud-recording 1", "# bmud-recording 2") == "found a recording of format '2', wanted 1");
+  CHECK(problem_of("# pack | {", "# pack | {{").find("the recorded configuration: ") == 0);
+  CHECK(problem_of("\"name\":", "\"name\" :").find("found configuration ") == 0);
+  CHECK(problem_of("# image AAAA", "# image AAA-").find("wanted base64") == 0);
+  CHECK(problem_of("# core-end ", "# core-end 0").find("the state of the core is damaged") == 0);
+  CHECK(problem_of(" tick ", " tack ").find("column ") == 0);
+  CHECK(problem_of("# ahead_us ", "# ahead_us x") == "wanted microseconds between both clocks");
+
+  // Torn in the middle of a line: all ticks before it are good.
+  const Replayed torn = replayed(std::string_view(text).substr(0, text.size() - 25));
+  CHECK(torn.counts.ticks > 900);
+  CHECK(torn.counts.ticks_different == 0);
+}
+
+TEST_CASE("a frame before the head is refused", "[unit][recording]") {
+  const Replayed run = replayed("# bus internal vcan0\n(1700000000.000000) vcan0 143#11 R\n");
+  REQUIRE(run.problem);
+  CHECK(run.problem->line == 2);
+}
+
+TEST_CASE("bytes as text of RFC 4648", "[unit][recording]") {
+  const auto bytes = [](std::string_view text) { return std::vector<std::uint8_t>(text.begin(), text.end()); };
+  const std::pair<const char*, const char*> rows[] = {{"", ""},
+                                                      {"f", "Zg=="},
+                                                      {"fo", "Zm8="},
+                                                      {"foo", "Zm9v"},
+                                                      {"foob", "Zm9vYg=="},
+                                                      {"fooba", "Zm9vYmE="},
+                                                      {"foobar", "Zm9vYmFy"}};
+  for (const auto& [plain, coded] : rows) {
+    CHECK(to_base64(bytes(plain)) == coded);
+    std::vector<std::uint8_t> back;
+    REQUIRE(append_base64(coded, back));
+    CHECK(back == bytes(plain));
+  }
+  std::vector<std::uint8_t> none;
+  for (const char* wrong : {"Zg=", "Zg==Zg==", "Z===", "Zm9-", "=Zm9"}) CHECK_FALSE(append_base64(wrong, none));
+}
