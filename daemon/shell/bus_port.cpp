@@ -13,7 +13,8 @@ namespace bmu {
 TimePoint monotonic_now() {
   timespec now{};
   clock_gettime(CLOCK_MONOTONIC, &now);
-  return TimePoint(std::chrono::seconds(now.tv_sec) + std::chrono::nanoseconds(now.tv_nsec));
+  // A recording keeps microseconds: what is finer would make its replay decide at other times than we did.
+  return TimePoint(std::chrono::seconds(now.tv_sec) + std::chrono::microseconds(now.tv_nsec / 1000));
 }
 
 std::string_view to_text(BusState state) {

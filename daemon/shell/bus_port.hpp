@@ -24,7 +24,7 @@
 
 namespace bmu {
 
-/// CLOCK_MONOTONIC, the only clock that ages are measured with.
+/// CLOCK_MONOTONIC in whole microseconds, the only clock that ages are measured with.
 [[nodiscard]] TimePoint monotonic_now();
 
 struct PortOptions {

@@ -139,7 +139,9 @@ TimePoint Loop::now() {
 
 void Loop::observe(TimePoint at, const ObservedThing& what) {
   latest_time_ = std::max(latest_time_, at);
-  if (parts_.core.observe({.at = latest_time_, .what = what}) == Urgency::decide_now) decide_now_ = true;
+  const Observation observation{.at = latest_time_, .what = what};
+  for (CoreTap* tap : parts_.taps) tap->observed(observation);
+  if (parts_.core.observe(observation) == Urgency::decide_now) decide_now_ = true;
 }
 
 void Loop::carry_out(const CommandGiven& command) {
@@ -376,6 +378,7 @@ void Loop::decide() {
   drive_.update(parts_.core);
   keep_state();
   arm_timer();
+  for (CoreTap* tap : parts_.taps) tap->decided(at, decisions);
   if (!is_ready_ && !is_shutting_down_ && !decisions.outputs.any_contactor()) {
     is_ready_ = true;
     parts_.notify.ready();

@@ -12,8 +12,10 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "daemon/core/core.hpp"
+#include "daemon/core/core_tap.hpp"
 #include "daemon/shell/buses.hpp"
 #include "daemon/shell/drive_record.hpp"
 #include "daemon/shell/journal.hpp"
@@ -42,6 +44,8 @@ struct LoopParts {
   StateStore& store;
   RateWatch& rate;
   LineFeeder* lines = nullptr;  // none: the pack file has no lines of this machine
+  std::vector<CoreTap*>
+      taps{};  // each is told what the core is told, and what it decided once that is done; never waits
 };
 
 class Loop {
