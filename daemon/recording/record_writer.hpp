@@ -13,6 +13,7 @@
 //   # bus internal can0
 //   # bus vehicle can1
 //   # ahead_us 1699987654321098             the log's clock less the core's (RecordClock)
+//   # internal_kbit_per_s 500             where it is another than the pack file's
 //   # configuration 1afe0c83d739c982        the hash of both texts
 //   # pack-file demo-48s.json
 //   # pack | {                              a line of it; + a part that the next goes on with
@@ -27,11 +28,12 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "config/pack_config.hpp"
 #include "daemon/core/core.hpp"
 #include "daemon/core/core_tap.hpp"
-#include "daemon/recording/record_line.hpp"
+#include "daemon/recording/record_lines.hpp"
 
 namespace bmu {
 
@@ -42,11 +44,19 @@ struct RecordHead {
   RecordBuses buses;
   PackSources sources;
   std::uint64_t hash = 0;
+  /// Of the internal bus, as it was found: paces follow from it. 0: as the pack file says.
+  std::int32_t internal_kbit_per_s = 0;
 };
+
+/// All that a part begins with: configuration, and what the core knows. Some milliseconds of work.
+void append_record_head(const RecordHead& head, const Core& core, const RecordClock& clock, std::string& to);
+
+/// Any text as lines "# WORD | a line", long ones in pieces ("# WORD + a piece").
+void append_record_text(std::string_view word, std::string_view text, std::string& to);
 
 class RecordWriter : public CoreTap {
  public:
-  explicit RecordWriter(RecordHead head) : head_(std::move(head)) {}
+  explicit RecordWriter(RecordHead head) : head_(std::move(head)), lines_(head_.buses) {}
 
   /// `unix_time_us`: the wall clock at `now`.
   void begin(const Core& core, TimePoint now, std::int64_t unix_time_us);
@@ -59,12 +69,8 @@ class RecordWriter : public CoreTap {
   void clear() { text_.clear(); }
 
  private:
-  void add_text(std::string_view word, std::string_view text);
-  void add_image(const Core& core);
-
   RecordHead head_;
-  RecordClock clock_;
-  ContactorOutputs outputs_;
+  RecordLines lines_;
   std::string text_;
 };
 

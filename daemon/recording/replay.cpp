@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 
+#include "config/bus_rate.hpp"
 #include "daemon/core/core_image.hpp"
 #include "daemon/recording/base64.hpp"
 #include "daemon/recording/record_writer.hpp"
@@ -133,6 +134,10 @@ bool Replay::take_note(const RecordNote& note) {
     clock_.ahead_us = *ahead_us;
   } else if (word == "configuration") {
     head_.hash = rest;
+  } else if (word == "internal_kbit_per_s") {
+    const auto rate = number<std::int32_t>(rest);
+    if (!rate || *rate < 1) return fail("wanted a bit rate in kbit/s");
+    head_.internal_kbit_per_s = *rate;
   } else if (word == "pack-file") {
     head_.sources.pack_name = rest;
   } else if (word == "cell-file") {
@@ -165,7 +170,8 @@ bool Replay::read_pack() {
   if (head_.hash != hash.data()) {
     return fail("found configuration " + std::string(hash.data()) + ", wanted " + head_.hash + " as the head says");
   }
-  pack_ = std::move(*pack);
+  const std::int64_t bit_per_s = std::int64_t{head_.internal_kbit_per_s} * 1000;
+  pack_ = bit_per_s == 0 ? std::move(*pack) : at_rate(*pack, bit_per_s);
   return true;
 }
 

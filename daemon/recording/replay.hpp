@@ -83,6 +83,7 @@ class Replay {
     RecordBuses buses;
     PackSources sources;
     std::string hash;
+    std::int32_t internal_kbit_per_s = 0;
     std::uint64_t layout = 0;
     std::size_t image_size = 0;
     std::vector<std::uint8_t> image;

@@ -369,6 +369,8 @@ void Loop::decide() {
   decide_now_ = false;
   latest_time_ = at;
   const Decisions decisions = parts_.core.decide(at);
+  // Before they are acted on: a bus that refuses a frame makes that an observation, which comes after this.
+  for (CoreTap* tap : parts_.taps) tap->decided(at, decisions);
   if (parts_.lines != nullptr) parts_.lines->decided();
   drive_lines(decisions.outputs, at);
   send(decisions, at);
@@ -378,7 +380,6 @@ void Loop::decide() {
   drive_.update(parts_.core);
   keep_state();
   arm_timer();
-  for (CoreTap* tap : parts_.taps) tap->decided(at, decisions);
   if (!is_ready_ && !is_shutting_down_ && !decisions.outputs.any_contactor()) {
     is_ready_ = true;
     parts_.notify.ready();
@@ -407,6 +408,7 @@ void Loop::after_tick() {
   told_people_at_ = latest_time_;
   tell_wall_clock();
   parts_.notify.status(latest_time_, summary_line(parts_.core));
+  for (const auto& tell : parts_.each_second) tell();
   parts_.journal.tell_lost();
 }
 

@@ -11,6 +11,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -43,9 +44,9 @@ struct LoopParts {
   ServiceNotify& notify;
   StateStore& store;
   RateWatch& rate;
-  LineFeeder* lines = nullptr;  // none: the pack file has no lines of this machine
-  std::vector<CoreTap*>
-      taps{};  // each is told what the core is told, and what it decided once that is done; never waits
+  LineFeeder* lines = nullptr;   // none: the pack file has no lines of this machine
+  std::vector<CoreTap*> taps{};  // are told all that the core is told and decides; none of them may wait
+  std::vector<std::function<void()>> each_second{};  // what people are told now and then; may not wait either
 };
 
 class Loop {

@@ -20,6 +20,8 @@
 #include "daemon/shell/line_feeder.hpp"
 #include "daemon/shell/loop.hpp"
 #include "daemon/shell/rate_watch.hpp"
+#include "daemon/shell/recorder.hpp"
+#include "daemon/shell/recorder_teller.hpp"
 #include "daemon/shell/service_notify.hpp"
 #include "daemon/shell/state_store.hpp"
 #include "daemon/shell/status_requests.hpp"
@@ -43,9 +45,14 @@ constexpr const char* footer = R"(Examples:
   bmud --config /etc/bmud/pack.json --bus-internal can0 --bus-vehicle can1
   bmud --config config/packs/demo-48s.json --bus-internal unix:demo --socket /tmp/bmud.sock --state /tmp/bmud-state.json
   bmud --open-gpio --config /etc/bmud/pack.json
+  bmud --config config/packs/demo-48s.json --bus-internal unix:demo --socket /tmp/bmud.sock --record /tmp/drive
 
 What has to outlive the daemon (how often each fault came, who cleared it, locks, the wear of contactors) is kept in
 --state FILE; without the option in state.json where systemd's STATE_DIRECTORY points, and else nowhere.
+
+The last minutes are kept in memory. When the pack opens, or a fault latches, what was before and the ten seconds after
+go to a file in the --black-box folder; without the option in black-box where STATE_DIRECTORY points, and else nowhere.
+"none" switches it off. --record writes everything. bmureplay runs both again.
 
 A bus is the name of a CAN interface, or unix:NAME for the bus between programs of this machine.
 
@@ -62,6 +69,8 @@ With --open-gpio: 0 all outputs have been driven open, or the pack has none; 71 
 constexpr Duration log_flush_max = 300ms;
 // And nor may a disk.
 constexpr Duration state_flush_max = 500ms;
+constexpr Duration recorder_end_max = 500ms;
+constexpr std::uint64_t bytes_per_MB = 1'000'000;
 
 struct Options {
   std::string config;
@@ -69,6 +78,10 @@ struct Options {
   std::string bus_vehicle;
   std::string socket = "/run/bmud/bmud.sock";
   std::string state;
+  std::string record;
+  std::uint64_t record_file_MB = 16;
+  std::uint64_t record_total_MB = 1000;
+  std::string black_box;
   std::string log_level = "info";
   bool check_config = false;
   bool open_gpio = false;
@@ -84,6 +97,15 @@ void add_options(CLI::App& app, Options& options) {
       ->type_name("BUS");
   app.add_option("--socket", options.socket, "status socket for bmuctl")->type_name("PATH")->capture_default_str();
   app.add_option("--state", options.state, "file for what outlives the daemon (see below)")->type_name("FILE");
+  app.add_option("--record", options.record, "record everything into files of this folder")->type_name("FOLDER");
+  app.add_option("--record-file-MB", options.record_file_MB, "the next file after this size")
+      ->check(CLI::Range(1, 10'000))
+      ->capture_default_str();
+  app.add_option("--record-total-MB", options.record_total_MB, "the oldest files go when all are larger")
+      ->check(CLI::Range(2, 10'000'000))
+      ->capture_default_str();
+  app.add_option("--black-box", options.black_box, "what was around an opening goes here (see below)")
+      ->type_name("FOLDER");
   CLI::Option* check =
       app.add_flag("--check-config", options.check_config, "say whether the pack file is good, and end");
   app.add_flag("--open-gpio", options.open_gpio,
@@ -128,13 +150,31 @@ void log_start(Journal& journal, const PackConfig& pack, const Options& options)
   journal.log(Severity::info, bus_use_text(pack));
 }
 
-/// The option, else the folder the service manager made for us (the first, if it made several), else nowhere.
-std::string state_path(const Options& options) {
-  if (!options.state.empty()) return options.state;
+/// "NAME" in the folder the service manager made for us (the first, if it made several); "" if it made none.
+std::string in_state_folder(const std::string& name) {
   const char* folders = std::getenv("STATE_DIRECTORY");  // NOLINT(concurrency-mt-unsafe): nobody sets it
   if (folders == nullptr || *folders == '\0') return "";
   const std::string first(folders);
-  return first.substr(0, first.find(':')) + "/state.json";
+  return first.substr(0, first.find(':')) + "/" + name;
+}
+
+std::string state_path(const Options& options) {
+  return options.state.empty() ? in_state_folder("state.json") : options.state;
+}
+
+RecorderOptions recorder_options(const Options& options, const PackConfig& pack) {
+  RecorderOptions wanted;
+  wanted.head = {.version = BMUD_VERSION,
+                 .buses = {.internal = pack.buses.internal, .vehicle = pack.buses.vehicle},
+                 .sources = pack.sources,
+                 .hash = pack.core.hash,
+                 .internal_kbit_per_s = pack.buses.internal_kbit_per_s};
+  wanted.files.folder = options.record;
+  wanted.files.file_bytes = options.record_file_MB * bytes_per_MB;
+  wanted.files.total_bytes = options.record_total_MB * bytes_per_MB;
+  wanted.black_box.folder = options.black_box.empty() ? in_state_folder("black-box") : options.black_box;
+  if (wanted.black_box.folder == "none") wanted.black_box.folder.clear();
+  return wanted;
 }
 
 void log_state(Journal& journal, const StateStore& store) {
@@ -174,6 +214,7 @@ int run_daemon(const PackConfig& file_pack, const Options& options, Journal& jou
     journal.log(Severity::error, to_text(error));
     return exit_system;
   };
+  const auto log = [&](Severity severity, std::string_view line) { journal.log(severity, line); };
   PackConfig wanted = file_pack;
   wanted.buses = bus_names(options, file_pack);
   auto socket = StatusSocket::open({.path = options.socket});
@@ -200,6 +241,16 @@ int run_daemon(const PackConfig& file_pack, const Options& options, Journal& jou
   const auto core = std::make_unique<Core>(pack.core, monotonic_now(), first_counter);
   if (!(*store)->path().empty()) core->restore((*store)->found().state.value_or(PersistentState{}));
   (*store)->start();
+  const RecorderOptions recorded = recorder_options(options, pack);
+  std::unique_ptr<Recorder> recorder;
+  if (!recorded.files.folder.empty() || !recorded.black_box.folder.empty()) {
+    auto opened = Recorder::open(recorded, *core);
+    if (!opened) return fail(opened.error());
+    recorder = std::move(*opened);
+    recorder->feed().begin(core->started_at());
+    recorder->start();
+  }
+  RecorderTeller teller;
   LineFeeder* const used_lines = lines ? &*lines : nullptr;
   Loop loop({.core = *core,
              .buses = *buses,
@@ -208,7 +259,11 @@ int run_daemon(const PackConfig& file_pack, const Options& options, Journal& jou
              .notify = notify,
              .store = **store,
              .rate = rate,
-             .lines = used_lines});
+             .lines = used_lines,
+             .taps = recorder ? std::vector<CoreTap*>{&recorder->feed()} : std::vector<CoreTap*>{},
+             .each_second = {[&] {
+               if (recorder) teller.tell(recorder->status(), recorder->lines_lost(), log);
+             }}});
   const auto make_view = [&]() -> StatusView {
     return {.core = *core,
             .buses = *buses,
@@ -218,6 +273,7 @@ int run_daemon(const PackConfig& file_pack, const Options& options, Journal& jou
             .rate = rate.finding(),
             .users = users,
             .lines = used_lines,
+            .recorder = recorder.get(),
             .pack_name = pack.name,
             .cell_name = pack.cell_name,
             .log_lines_lost = journal.lines_lost(),
@@ -236,6 +292,8 @@ int run_daemon(const PackConfig& file_pack, const Options& options, Journal& jou
   // What cannot be had now is tried again while running: without it nothing closes, and the reason is told.
   if (gpio) static_cast<void>(gpio->open());
   const auto ended = loop.run();
+  if (recorder && !recorder->end(recorder_end_max))
+    journal.log(Severity::warning, "the end did not wait for the recorder");
   if (!(*store)->flush(state_flush_max)) journal.log(Severity::warning, "the end did not wait for the state file");
   if (!ended) return fail(ended.error());
   journal.log(Severity::info, "ended");

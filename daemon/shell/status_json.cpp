@@ -296,6 +296,23 @@ Json store_json(const StatusView& view) {
           {"disk_low", health.disk_low}};
 }
 
+/// What is recorded, and where it goes; null where nothing is.
+Json recorder_json(const StatusView& view) {
+  if (view.recorder == nullptr) return nullptr;
+  const RecorderStatus status = view.recorder->status();
+  return {{"record_path", or_null(!status.record_path.empty(), status.record_path)},
+          {"recorded_bytes", status.recorded_bytes},
+          {"record_error", or_null(!status.record_error.empty(), status.record_error)},
+          {"lines_lost", view.recorder->lines_lost()},
+          {"seconds_lost", status.frames_lost},
+          {"black_boxes", status.black_boxes},
+          {"black_boxes_lost", status.black_boxes_lost},
+          {"black_box_path", or_null(!status.black_box_path.empty(), status.black_box_path)},
+          {"black_box_error", or_null(!status.black_box_error.empty(), status.black_box_error)},
+          {"memory_bytes", status.memory_bytes},
+          {"memory_ms", to_ms(status.memory_length)}};
+}
+
 // --- faults ---------------------------------------------------------------------------------------------------------
 
 Json fault_names_json(const FaultMemory& faults, bool (*is_wanted)(const FaultState&)) {
@@ -517,6 +534,7 @@ Json status_json(const StatusView& view) {
           {"contactors", wear_json(core)},
           {"lines", lines_json(view)},
           {"store", store_json(view)},
+          {"recorder", recorder_json(view)},
           {"faults_present", fault_names_json(core.faults(), [](const FaultState& s) { return s.is_present(); })},
           {"warnings", fault_names_json(core.faults(), [](const FaultState& s) { return s.is_warning; })},
           {"modules_answering", core.pack().modules_answering},

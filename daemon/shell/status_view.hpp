@@ -10,6 +10,7 @@
 #include "daemon/shell/line_feeder.hpp"
 #include "daemon/shell/loop.hpp"
 #include "daemon/shell/rate_watch.hpp"
+#include "daemon/shell/recorder.hpp"
 #include "daemon/shell/state_store.hpp"
 #include "daemon/shell/user_names.hpp"
 
@@ -23,7 +24,8 @@ struct StatusView {
   const StateStore& store;
   const RateFinding& rate;
   const UserNames& users;
-  const LineFeeder* lines = nullptr;  // none: no lines of this machine
+  const LineFeeder* lines = nullptr;   // none: no lines of this machine
+  const Recorder* recorder = nullptr;  // none: nothing is recorded
   std::string_view pack_name;
   std::string_view cell_name;
   std::uint64_t log_lines_lost = 0;

@@ -113,7 +113,7 @@ TEST_CASE("an image of a parked pack knows at which pace it is asked", "[unit][c
   bench.run(60s);
   REQUIRE(bench.core().config().ages.cell_voltage != config.ages.cell_voltage);
   Twin twin(config, bench);
-  bench.run(1ms);
+  bench.run(200ms);
   twin.check();
   bench.run(20s);
   twin.check();

@@ -154,6 +154,17 @@ void add_store(Page& page, const Reply& store) {
   page.add_field("Kept", std::move(line));
 }
 
+void add_recorder(Page& page, const Reply& recorder) {
+  if (!recorder.is_known()) return;
+  const Reply box = recorder["black_box_path"];
+  Line line{{box.is_known() ? "black box " + box.text() : "no black box yet", Style::dim}};
+  if (recorder["record_path"].is_known()) line.push_back({"   recording " + recorder["record_path"].text(), Style::dim});
+  for (const char* key : {"black_box_error", "record_error"}) {
+    if (recorder[key].is_known()) line.push_back({"   " + recorder[key].text(), Style::bad});
+  }
+  page.add_field("Recorded", std::move(line));
+}
+
 void add_faults(Page& page, const Reply& reply) {
   const std::string present = shown_list(reply["faults_present"]);
   const std::string warnings = shown_list(reply["warnings"]);
@@ -405,6 +416,7 @@ Page status_page(const Reply& reply) {
                        " late, log lines lost " + shown(daemon["log_lines_lost"], Unit::none),
                    Style::dim}});
   add_store(page, reply["store"]);
+  add_recorder(page, reply["recorder"]);
   return page;
 }
 

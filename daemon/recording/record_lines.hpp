@@ -1,0 +1,32 @@
+// One line after another of a recording: what record_line.hpp prints, with what it needs to know from the lines before.
+// Neither allocates, once the string has room, but for the text of events.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+
+#include "daemon/recording/record_line.hpp"
+
+namespace bmu {
+
+class RecordLines {
+ public:
+  explicit RecordLines(RecordBuses buses) : buses_(std::move(buses)) {}
+
+  /// A part begins: the wall clock then, and what the core commands.
+  void begin(TimePoint now, std::int64_t unix_time_us, const ContactorOutputs& outputs);
+  void observed(const Observation& observation, std::string& to) const;
+  void decided(TimePoint at, const Decisions& decisions, std::string& to);
+  /// The wall clock has jumped: times follow it from here on.
+  void set_wall_clock(TimePoint now, std::int64_t unix_time_us, std::string& to);
+
+  [[nodiscard]] const RecordClock& clock() const { return clock_; }
+
+ private:
+  RecordBuses buses_;
+  RecordClock clock_;
+  ContactorOutputs outputs_;
+};
+
+}  // namespace bmu

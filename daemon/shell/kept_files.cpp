@@ -1,0 +1,88 @@
+#include "daemon/shell/kept_files.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cerrno>
+#include <cstdio>
+#include <ctime>
+#include <filesystem>
+#include <system_error>
+
+#include <unistd.h>
+
+namespace bmu {
+
+namespace {
+
+constexpr std::string_view suffix = ".log.zst";
+
+std::string utc_text(std::int64_t unix_time_us) {
+  const auto seconds = static_cast<std::time_t>(unix_time_us / 1'000'000);
+  std::tm utc{};
+  gmtime_r(&seconds, &utc);
+  std::array<char, 40> date{};
+  const std::size_t length = std::strftime(date.data(), date.size(), "%Y%m%dT%H%M%S", &utc);
+  std::array<char, 16> fraction{};
+  std::snprintf(fraction.data(), fraction.size(), ".%03dZ", static_cast<int>(unix_time_us / 1000 % 1000));
+  return std::string(date.data(), length) + fraction.data();
+}
+
+char in_file_name(char letter) {
+  const auto byte = static_cast<unsigned char>(letter);
+  return std::isalnum(byte) != 0 && byte < 128 ? static_cast<char>(std::tolower(byte)) : '-';
+}
+
+}  // namespace
+
+std::string KeptFiles::path_for(std::int64_t unix_time_us, std::string_view word) const {
+  std::string path = folder_ + "/" + prefix_ + "-" + utc_text(std::max<std::int64_t>(unix_time_us, 0));
+  if (!word.empty()) path += '-';
+  std::transform(word.begin(), word.end(), std::back_inserter(path), in_file_name);
+  return path + std::string(suffix);
+}
+
+Result<std::vector<KeptFile>, OsError> KeptFiles::list() const {
+  std::error_code error;
+  std::vector<KeptFile> files;
+  const std::string beginning = prefix_ + "-";
+  for (std::filesystem::directory_iterator at(folder_, error), end; !error && at != end; at.increment(error)) {
+    const std::string name = at->path().filename().string();
+    const bool is_ours = name.starts_with(beginning) && name.ends_with(suffix);
+    std::error_code is_gone;  // between our reading the folder and now
+    if (!is_ours || !at->is_regular_file(is_gone)) continue;
+    const std::uintmax_t size = at->file_size(is_gone);
+    if (!is_gone) files.push_back({.name = name, .size_bytes = size});
+  }
+  if (error) return failure(OsError{.code = error.value(), .what = "read folder " + folder_});
+  std::sort(files.begin(), files.end(), [](const KeptFile& a, const KeptFile& b) { return a.name < b.name; });
+  return files;
+}
+
+Result<void, OsError> KeptFiles::make_room(const KeptFilesLimits& limits, std::uint64_t room_bytes,
+                                           std::string_view first) const {
+  auto files = list();
+  if (!files) return failure(files.error());
+  if (files->empty()) return {};
+  files->pop_back();
+  std::stable_partition(files->begin(), files->end(), [&](const KeptFile& file) {
+    return !first.empty() && file.name.find(first) != std::string::npos;
+  });
+  // Of the newest nothing is known here but that it stays: it counts as one file, and with the room asked for.
+  std::size_t count = files->size() + 2;
+  std::uint64_t total = room_bytes;
+  for (const KeptFile& file : *files) total += file.size_bytes;
+  for (const KeptFile& file : *files) {
+    const bool fits = (limits.count_max == 0 || count <= limits.count_max) &&
+                      (limits.total_bytes == 0 || total <= limits.total_bytes);
+    if (fits) break;
+    const std::string path = folder_ + "/" + file.name;
+    if (::unlink(path.c_str()) != 0 && errno != ENOENT)
+      return failure(OsError{.code = errno, .what = "remove " + path});
+    --count;
+    total -= file.size_bytes;
+  }
+  return {};
+}
+
+}  // namespace bmu

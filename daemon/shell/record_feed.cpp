@@ -1,0 +1,102 @@
+#include "daemon/shell/record_feed.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+
+namespace bmu {
+
+namespace {
+
+/// As far as the wall clock may be from what the recording's times say before they follow it.
+constexpr std::int64_t clock_step_us = 1'000'000;
+
+}  // namespace
+
+RecordFeed::RecordFeed(RecordFeedOptions options, const Core& core, RecordQueue& queue)
+    : options_(std::move(options)), core_(core), queue_(queue), lines_(options_.buses) {
+  chunk_.text.reserve(options_.chunk_max_bytes / 4);
+}
+
+void RecordFeed::begin(TimePoint now) {
+  is_part_due_ = !begin_part(now);
+}
+
+bool RecordFeed::begin_part(TimePoint now) {
+  if (!chunk_.text.empty() && !hand_over()) return false;
+  std::unique_ptr<Core> copy = queue_.spare_core();
+  if (copy == nullptr) return false;
+  *copy = core_;
+  chunk_.core = std::move(copy);
+  lines_.begin(now, options_.wall_clock(), core_.outputs());
+  chunk_.clock = lines_.clock();
+  chunk_.from = now;
+  part_began_at_ = now;
+  has_lost_ = false;
+  return true;
+}
+
+void RecordFeed::observed(const Observation& observation) {
+  // Here, since all that was recorded has been taken in and decided on, and nothing of this observation has.
+  if (is_part_due_) is_part_due_ = !begin_part(observation.at);
+  if (has_lost_ || chunk_.text.size() > options_.chunk_max_bytes) {
+    has_lost_ = is_part_due_ = true;
+    ++lines_lost_;
+    return;
+  }
+  if (const auto* const seen = std::get_if<WallClockSeen>(&observation.what)) follow_wall_clock(observation.at, *seen);
+  lines_.observed(observation, chunk_.text);
+}
+
+void RecordFeed::follow_wall_clock(TimePoint at, const WallClockSeen& seen) {
+  const std::int64_t seen_us = seen.unix_time_ms * 1000;
+  if (std::llabs(seen_us - lines_.clock().to_log_us(at)) > clock_step_us) {
+    lines_.set_wall_clock(at, seen_us, chunk_.text);
+  }
+}
+
+void RecordFeed::decided(TimePoint at, const Decisions& decisions) {
+  if (has_lost_) {
+    ++lines_lost_;
+    return;
+  }
+  lines_.decided(at, decisions, chunk_.text);
+  chunk_.until = at;
+  if (at - part_began_at_ >= options_.part_length) is_part_due_ = true;
+  look_for_trigger(at, decisions);
+  if (chunk_.trigger || at - chunk_.from >= options_.chunk_length) static_cast<void>(hand_over());
+}
+
+bool RecordFeed::hand_over() {
+  chunk_.unix_time_us = chunk_.clock.to_log_us(chunk_.from);
+  const TimePoint until = chunk_.until;
+  if (!queue_.offer(chunk_)) return false;
+  chunk_.clear();
+  chunk_.clock = lines_.clock();
+  chunk_.from = until;
+  return true;
+}
+
+bool RecordFeed::is_worth_keeping(const Event& event) {
+  if (event.id == EventId::opened) return true;
+  if (event.id != EventId::fault_confirmed || row_of(event.fault).latch == Latch::none) return false;
+  TimePoint& shown_at = shown_at_[static_cast<std::size_t>(event.fault)];
+  const bool is_shown = shown_at != TimePoint{} && event.at - shown_at < options_.again_after;
+  if (!is_shown) shown_at = event.at;
+  return !is_shown;
+}
+
+void RecordFeed::look_for_trigger(TimePoint at, const Decisions& decisions) {
+  for (const Event& event : decisions.events) {
+    // The first says why; what else comes with it stands in the lines.
+    if (!is_worth_keeping(event) || chunk_.trigger) continue;
+    const bool is_of_fault = event.id == EventId::fault_confirmed || event.cause == OpeningCause::fault;
+    chunk_.trigger = RecordTrigger{.at = at, .unix_time_us = lines_.clock().to_log_us(at), .event = event};
+    if (is_of_fault) chunk_.trigger->freeze = core_.persistent().faults[static_cast<std::size_t>(event.fault)].frame;
+  }
+}
+
+void RecordFeed::end() {
+  if (!chunk_.text.empty()) static_cast<void>(hand_over());
+}
+
+}  // namespace bmu

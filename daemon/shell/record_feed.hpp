@@ -1,0 +1,65 @@
+// The recorder's ear in the control loop: turns what the core is told and decides into the lines of a recording, sees
+// what is worth a black box, and hands both to the recorder's thread about once a second.
+//
+// A recording is made of parts, each of which begins with all that the core knows and can be run again without the
+// others. A part begins at start, then every 30 s, and where lines were lost because the thread was held up for long.
+//
+// Cost for the loop: some 0.3 us a frame, 3 us a tick, and once a part the copy of a core (docs/performance.md). It
+// neither waits nor, once its strings have grown, allocates.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+
+#include "daemon/core/core_tap.hpp"
+#include "daemon/recording/record_writer.hpp"
+#include "daemon/shell/record_queue.hpp"
+
+namespace bmu {
+
+struct RecordFeedOptions {
+  RecordBuses buses;
+  Duration part_length = 30s;
+  Duration chunk_length = 1s;
+  std::size_t chunk_max_bytes = std::size_t{1} << 20;  // what comes beyond, while the thread takes nothing, is lost
+  /// A fault that comes again within this has been shown already. An opening always is worth it.
+  Duration again_after = 600s;
+  /// Microseconds since 1970.
+  std::function<std::int64_t()> wall_clock;
+};
+
+class RecordFeed : public CoreTap {
+ public:
+  /// Both must outlive this. begin() comes before the first observation of the core's life that is to be recorded.
+  RecordFeed(RecordFeedOptions options, const Core& core, RecordQueue& queue);
+
+  void begin(TimePoint now);
+  void observed(const Observation& observation) override;
+  void decided(TimePoint at, const Decisions& decisions) override;
+  /// What is left is handed over, if the thread can take it: at the end of the loop.
+  void end();
+
+  /// Lines that no recording has, since start.
+  [[nodiscard]] std::uint64_t lines_lost() const { return lines_lost_; }
+
+ private:
+  [[nodiscard]] bool begin_part(TimePoint now);
+  [[nodiscard]] bool hand_over();
+  void follow_wall_clock(TimePoint at, const WallClockSeen& seen);
+  [[nodiscard]] bool is_worth_keeping(const Event& event);
+  void look_for_trigger(TimePoint at, const Decisions& decisions);
+
+  RecordFeedOptions options_;
+  const Core& core_;
+  RecordQueue& queue_;
+  RecordLines lines_;
+  RecordChunk chunk_;
+  std::array<TimePoint, fault_count> shown_at_{};
+  TimePoint part_began_at_{};
+  bool is_part_due_ = true;
+  bool has_lost_ = true;  // nothing is written before a part has begun
+  std::atomic<std::uint64_t> lines_lost_ = 0;
+};
+
+}  // namespace bmu

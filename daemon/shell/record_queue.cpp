@@ -1,0 +1,56 @@
+#include "daemon/shell/record_queue.hpp"
+
+#include <utility>
+
+namespace bmu {
+
+void RecordChunk::clear() {
+  text.clear();
+  core.reset();
+  trigger.reset();
+}
+
+bool RecordQueue::offer(RecordChunk& chunk) {
+  const std::unique_lock lock(mutex_, std::try_to_lock);
+  if (!lock.owns_lock() || count_ == chunks_max || waiting_bytes_ > waiting_max_bytes) return false;
+  waiting_bytes_ += chunk.text.size();
+  std::swap(ring_[(first_ + count_) % chunks_max], chunk);
+  ++count_;
+  changed_.notify_one();
+  return true;
+}
+
+std::unique_ptr<Core> RecordQueue::spare_core() {
+  const std::unique_lock lock(mutex_, std::try_to_lock);
+  return lock.owns_lock() ? std::move(spare_) : nullptr;
+}
+
+bool RecordQueue::take(RecordChunk& chunk, Duration at_most) {
+  std::unique_lock lock(mutex_);
+  changed_.wait_for(lock, at_most, [this] { return count_ > 0 || has_ended_; });
+  if (count_ == 0) return false;
+  chunk.clear();
+  std::swap(ring_[first_], chunk);
+  first_ = (first_ + 1) % chunks_max;
+  --count_;
+  waiting_bytes_ -= chunk.text.size();
+  return true;
+}
+
+void RecordQueue::give_back(std::unique_ptr<Core> core) {
+  const std::lock_guard lock(mutex_);
+  spare_ = std::move(core);
+}
+
+void RecordQueue::end() {
+  const std::lock_guard lock(mutex_);
+  has_ended_ = true;
+  changed_.notify_all();
+}
+
+bool RecordQueue::has_ended() const {
+  const std::lock_guard lock(mutex_);
+  return has_ended_ && count_ == 0;
+}
+
+}  // namespace bmu

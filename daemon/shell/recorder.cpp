@@ -1,0 +1,181 @@
+#include "daemon/shell/recorder.hpp"
+
+#include <cerrno>
+#include <condition_variable>
+#include <filesystem>
+#include <mutex>
+#include <system_error>
+#include <utility>
+
+#include <time.h>
+
+#include "daemon/shell/black_box_head.hpp"
+#include "daemon/shell/zstd_frame.hpp"
+
+namespace bmu {
+
+namespace {
+
+constexpr Duration look_every = 1s;
+
+std::int64_t unix_time_us() {
+  timespec now{};
+  clock_gettime(CLOCK_REALTIME, &now);
+  return std::int64_t{now.tv_sec} * 1'000'000 + now.tv_nsec / 1000;
+}
+
+Result<void, OsError> make_folder(const std::string& folder) {
+  std::error_code error;
+  if (!folder.empty()) std::filesystem::create_directories(folder, error);
+  if (error) return failure(OsError{.code = error.value(), .what = "make folder " + folder});
+  return {};
+}
+
+}  // namespace
+
+struct Recorder::Shared {
+  explicit Shared(const RecorderOptions& the_options)
+      : options(the_options), files(options.files), black_box(options.black_box) {}
+
+  const RecorderOptions options;
+  RecordQueue queue;
+
+  // The thread's alone.
+  RecordFiles files;
+  BlackBox black_box;
+  ZstdFrames zstd;
+  TimePoint tried_at{};
+
+  std::mutex mutex;
+  std::condition_variable changed;
+  RecorderStatus status;
+  bool is_running = false;
+
+  void run();
+  void take(RecordChunk& chunk);
+  void add(const RecordFrame& frame);
+  void tell();
+  [[nodiscard]] RecordFrame head_frame(RecordChunk& chunk);
+  [[nodiscard]] RecordFrame text_frame(const RecordChunk& chunk);
+};
+
+void Recorder::Shared::run() {
+  RecordChunk chunk;
+  while (!queue.has_ended()) {
+    if (queue.take(chunk, black_box.is_waiting() ? options.retry : look_every)) {
+      take(chunk);
+    } else if (black_box.is_waiting()) {
+      black_box.write();
+    }
+    tell();
+  }
+  files.end();
+  black_box.end();
+  tell();
+  const std::lock_guard lock(mutex);
+  is_running = false;
+  changed.notify_all();
+}
+
+RecordFrame Recorder::Shared::head_frame(RecordChunk& chunk) {
+  std::string text;
+  append_record_head(options.head, *chunk.core, chunk.clock, text);
+  queue.give_back(std::move(chunk.core));
+  return {.bytes = std::make_shared<const std::string>(zstd.compress(text)),
+          .begins_part = true,
+          .from = chunk.from,
+          .until = chunk.from,
+          .unix_time_us = chunk.unix_time_us};
+}
+
+RecordFrame Recorder::Shared::text_frame(const RecordChunk& chunk) {
+  return {.bytes = std::make_shared<const std::string>(zstd.compress(chunk.text)),
+          .begins_part = false,
+          .from = chunk.from,
+          .until = chunk.until,
+          .unix_time_us = chunk.unix_time_us};
+}
+
+void Recorder::Shared::add(const RecordFrame& frame) {
+  if (!options.files.folder.empty()) files.add(frame);
+  if (!options.black_box.folder.empty()) black_box.add(frame);
+}
+
+void Recorder::Shared::take(RecordChunk& chunk) {
+  if (chunk.core != nullptr) add(head_frame(chunk));
+  if (!chunk.text.empty()) add(text_frame(chunk));
+  if (options.black_box.folder.empty()) return;
+  if (chunk.trigger) {
+    black_box.trigger({.at = chunk.trigger->at,
+                       .unix_time_us = chunk.trigger->unix_time_us,
+                       .word = black_box_word(*chunk.trigger),
+                       .is_routine = is_routine(*chunk.trigger),
+                       .head = std::make_shared<const std::string>(zstd.compress(black_box_head(*chunk.trigger)))});
+  }
+  // After an error not with every chunk: a full disk is not emptied by trying.
+  const bool must_wait = !black_box.last_error().empty() && chunk.until - tried_at < options.retry;
+  if (!black_box.is_waiting() || must_wait) return;
+  tried_at = chunk.until;
+  black_box.write();
+}
+
+void Recorder::Shared::tell() {
+  RecorderStatus now{.record_path = files.path(),
+                     .recorded_bytes = files.bytes_written(),
+                     .frames_lost = files.frames_lost(),
+                     .record_error = files.last_error(),
+                     .black_boxes = black_box.files_written(),
+                     .black_boxes_lost = black_box.files_lost(),
+                     .black_box_path = black_box.last_path(),
+                     .black_box_error = black_box.last_error(),
+                     .memory_bytes = black_box.memory_bytes(),
+                     .memory_length = black_box.memory_length()};
+  const std::lock_guard lock(mutex);
+  status = std::move(now);
+}
+
+Recorder::Recorder(const RecorderOptions& options, const Core& core, std::shared_ptr<Shared> shared)
+    : shared_(std::move(shared)),
+      feed_({.buses = options.head.buses, .part_length = options.part_length, .wall_clock = unix_time_us}, core,
+            shared_->queue) {
+  shared_->queue.give_back(std::make_unique<Core>(core));
+}
+
+Result<std::unique_ptr<Recorder>, OsError> Recorder::open(const RecorderOptions& options, const Core& core) {
+  for (const std::string& folder : {options.files.folder, options.black_box.folder}) {
+    if (auto made = make_folder(folder); !made) return failure(made.error());
+  }
+  return std::unique_ptr<Recorder>(new Recorder(options, core, std::make_shared<Shared>(options)));
+}
+
+void Recorder::start() {
+  shared_->is_running = true;
+  thread_ = std::thread([shared = shared_] { shared->run(); });
+}
+
+bool Recorder::end(Duration at_most) {
+  if (!thread_.joinable()) return true;
+  feed_.end();
+  shared_->queue.end();
+  std::unique_lock lock(shared_->mutex);
+  const bool has_ended = shared_->changed.wait_for(lock, at_most, [this] { return !shared_->is_running; });
+  lock.unlock();
+  if (has_ended) {
+    thread_.join();
+  } else {
+    thread_.detach();  // it hangs in a disk, and shares what it needs
+  }
+  return has_ended;
+}
+
+Recorder::~Recorder() {
+  static_cast<void>(end(Duration{}));
+}
+
+RecorderStatus Recorder::status() const {
+  const std::unique_lock lock(shared_->mutex, std::try_to_lock);
+  if (lock.owns_lock()) status_ = shared_->status;
+  return status_;
+}
+
+}  // namespace bmu

@@ -1,0 +1,36 @@
+#include "daemon/shell/recorder_teller.hpp"
+
+#include <utility>
+
+namespace bmu {
+
+namespace {
+
+/// Of an error that came, changed or went; "" if neither.
+std::string change_of(std::string& told, const std::string& error, std::string_view what, std::string_view over) {
+  if (error == told) return "";
+  told = error;
+  return error.empty() ? std::string(over) : std::string(what) + error;
+}
+
+}  // namespace
+
+void RecorderTeller::tell(const RecorderStatus& status, std::uint64_t lines_lost, const Log& log) {
+  if (status.black_box_path != std::exchange(told_path_, status.black_box_path)) {
+    log(Severity::info, "black box: " + status.black_box_path);
+  }
+  const std::string box = change_of(told_box_error_, status.black_box_error,
+                                    "a black box waits for the disk: ", "the black box is written");
+  if (!box.empty()) log(status.black_box_error.empty() ? Severity::info : Severity::warning, box);
+  const std::string record =
+      change_of(told_record_error_, status.record_error, "the recording has a gap: ", "the recording goes on");
+  if (!record.empty()) log(status.record_error.empty() ? Severity::info : Severity::warning, record);
+  if (status.black_boxes_lost != std::exchange(told_boxes_lost_, status.black_boxes_lost)) {
+    log(Severity::warning, "black boxes lost, as the disk took none: " + std::to_string(status.black_boxes_lost));
+  }
+  if (lines_lost != std::exchange(told_lines_lost_, lines_lost)) {
+    log(Severity::warning, "lines that no recording has, as its thread was held up: " + std::to_string(lines_lost));
+  }
+}
+
+}  // namespace bmu
