@@ -30,6 +30,8 @@ struct PackSources {
   std::string pack_text;
   std::string cell_name;  // of the cell's file; empty: the pack's text has the cell itself
   std::string cell_text;
+
+  friend bool operator==(const PackSources&, const PackSources&) = default;
 };
 
 struct PackConfig {

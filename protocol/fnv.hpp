@@ -8,12 +8,13 @@
 namespace bmu {
 
 inline constexpr std::uint64_t fnv_start = 0xCBF2'9CE4'8422'2325;
+inline constexpr std::uint64_t fnv_prime = 0x0000'0100'0000'01B3;
 
 /// The hash of what was hashed so far and these bytes behind it.
 [[nodiscard]] constexpr std::uint64_t continue_fnv(std::uint64_t hash, std::string_view bytes) {
   for (const char c : bytes) {
     hash ^= static_cast<std::uint8_t>(c);
-    hash *= 0x0000'0100'0000'01B3;
+    hash *= fnv_prime;
   }
   return hash;
 }

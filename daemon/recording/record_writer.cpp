@@ -6,8 +6,7 @@
 #include <vector>
 
 #include "daemon/core/core_image.hpp"
-#include "daemon/recording/base64.hpp"
-#include "protocol/fnv.hpp"
+#include "daemon/recording/image_lines.hpp"
 
 namespace bmu {
 
@@ -15,8 +14,6 @@ namespace {
 
 /// Of a line, beside its word: with "# pack-file | " and the line feed it stays below record_line_max.
 constexpr std::size_t piece_max = 360;
-/// Whole groups of three, so that each line is base64 of its own.
-constexpr std::size_t image_bytes_per_line = 270;
 
 std::string hex16(std::uint64_t value) {
   std::array<char, 17> text{};
@@ -32,12 +29,8 @@ void append_image(const Core& core, std::string& to) {
   std::vector<std::uint8_t> bytes(core_image_size(core));
   write_core_image(core, bytes);
   to += "# core " + hex16(core_image_layout()) + " " + std::to_string(bytes.size()) + "\n";
-  const std::span<const std::uint8_t> all(bytes);
-  for (std::size_t at = 0; at < all.size(); at += image_bytes_per_line) {
-    to += "# image " + to_base64(all.subspan(at, std::min(image_bytes_per_line, all.size() - at))) + "\n";
-  }
-  const std::string_view as_text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  to += "# core-end " + hex16(continue_fnv(fnv_start, as_text)) + "\n";
+  append_image_lines(bytes, to);
+  to += "# core-end " + hex16(image_checksum(bytes)) + "\n";
 }
 
 }  // namespace
@@ -58,6 +51,7 @@ void append_record_head(const RecordHead& head, const Core& core, const RecordCl
         std::to_string(clock.ahead_us) + "\n# configuration " + hex16(head.hash) + "\n# pack-file " +
         file_name(head.sources.pack_name) + "\n";
   if (head.internal_kbit_per_s != 0) to += "# internal_kbit_per_s " + std::to_string(head.internal_kbit_per_s) + "\n";
+  if (head.continues) to += "# continues\n";
   append_record_text("pack", head.sources.pack_text, to);
   if (!head.sources.cell_name.empty()) {
     to += "# cell-file " + file_name(head.sources.cell_name) + "\n";
@@ -66,7 +60,8 @@ void append_record_head(const RecordHead& head, const Core& core, const RecordCl
   append_image(core, to);
 }
 
-void RecordWriter::begin(const Core& core, TimePoint now, std::int64_t unix_time_us) {
+void RecordWriter::begin(const Core& core, TimePoint now, std::int64_t unix_time_us, bool continues) {
+  head_.continues = continues;
   lines_.begin(now, unix_time_us, core.outputs());
   append_record_head(head_, core, lines_.clock(), text_);
 }

@@ -13,15 +13,16 @@
 //   # bus internal can0
 //   # bus vehicle can1
 //   # ahead_us 1699987654321098             the log's clock less the core's (RecordClock)
+//   # continues                            nothing was lost between the part before and this one
 //   # internal_kbit_per_s 500             where it is another than the pack file's
 //   # configuration 1afe0c83d739c982        the hash of both texts
 //   # pack-file demo-48s.json
 //   # pack | {                              a line of it; + a part that the next goes on with
 //   # cell-file lg-hg2.json
 //   # cell | ...
-//   # core 3f1c...(layout) 2359296          and how many bytes, packed (image_text.hpp), in `image` lines
+//   # core 3f1c...(layout) 2069328          and how many bytes, in `image` and `zeros` lines (image_lines.hpp)
 //   # image ...
-//   # core-end 8f1d...                      FNV-1a over the bytes
+//   # core-end 8f1d...                      their checksum
 //
 // Not for the control loop's thread: text allocates.
 #pragma once
@@ -46,6 +47,7 @@ struct RecordHead {
   std::uint64_t hash = 0;
   /// Of the internal bus, as it was found: paces follow from it. 0: as the pack file says.
   std::int32_t internal_kbit_per_s = 0;
+  bool continues = false;  // the part before ended where this one begins
 };
 
 /// All that a part begins with: configuration, and what the core knows. Some milliseconds of work.
@@ -58,8 +60,8 @@ class RecordWriter : public CoreTap {
  public:
   explicit RecordWriter(RecordHead head) : head_(std::move(head)), lines_(head_.buses) {}
 
-  /// `unix_time_us`: the wall clock at `now`.
-  void begin(const Core& core, TimePoint now, std::int64_t unix_time_us);
+  /// `unix_time_us`: the wall clock at `now`. `continues`: nothing was lost since what was written before.
+  void begin(const Core& core, TimePoint now, std::int64_t unix_time_us, bool continues = false);
   void observed(const Observation& observation) override;
   void decided(TimePoint at, const Decisions& decisions) override;
   /// The wall clock has jumped: the log's times follow it from here on.

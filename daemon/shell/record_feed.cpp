@@ -22,14 +22,15 @@ void RecordFeed::begin(TimePoint now) {
 }
 
 bool RecordFeed::begin_part(TimePoint now) {
-  if (!chunk_.text.empty() && !hand_over()) return false;
-  std::unique_ptr<Core> copy = queue_.spare_core();
-  if (copy == nullptr) return false;
-  *copy = core_;
-  chunk_.core = std::move(copy);
+  // First the core: while there is none the lines go on in the part that is there, in chunks of the usual length.
+  if (spare_ == nullptr) spare_ = queue_.spare_core();
+  if (spare_ == nullptr || (!chunk_.text.empty() && !hand_over())) return false;
+  *spare_ = core_;
+  chunk_.core = std::move(spare_);
   lines_.begin(now, options_.wall_clock(), core_.outputs());
   chunk_.clock = lines_.clock();
   chunk_.from = now;
+  chunk_.continues = !has_lost_;
   part_began_at_ = now;
   has_lost_ = false;
   return true;

@@ -55,6 +55,7 @@ class RecordFeed : public CoreTap {
   RecordQueue& queue_;
   RecordLines lines_;
   RecordChunk chunk_;
+  std::unique_ptr<Core> spare_;  // for the next part
   std::array<TimePoint, fault_count> shown_at_{};
   TimePoint part_began_at_{};
   bool is_part_due_ = true;

@@ -79,7 +79,9 @@ void Recorder::Shared::run() {
 
 RecordFrame Recorder::Shared::head_frame(RecordChunk& chunk) {
   std::string text;
-  append_record_head(options.head, *chunk.core, chunk.clock, text);
+  RecordHead head = options.head;
+  head.continues = chunk.continues;
+  append_record_head(head, *chunk.core, chunk.clock, text);
   queue.give_back(std::move(chunk.core));
   return {.bytes = std::make_shared<const std::string>(zstd.compress(text)),
           .begins_part = true,

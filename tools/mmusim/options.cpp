@@ -14,6 +14,7 @@ Examples:
   mmusim --pack config/packs/demo-48s.json                              at rest on the pack's own bus, until Ctrl-C
   mmusim --pack config/packs/demo-48s.json --bus vcan0 --scenario vcan-fixtures/demo.scn --seconds 20
   mmusim --pack config/packs/demo-48s.json --with-master --scenario vcan-fixtures/undervoltage.scn
+  mmusim --pack config/packs/demo-48s.json --with-master --scenario vcan-fixtures/demo.scn --record drive.log
                                                                         a test: no bus, no daemon, in milliseconds
   mmusim --check --scenario my.scn --pack my.json                       is the script right for this pack?
   mmusim --properties                                                   what a script can say
@@ -54,6 +55,8 @@ void declare(CLI::App& app, Options& options) {
       ->capture_default_str();
   app.add_flag("--with-master", options.has_master,
                "run the daemon's core beside the pack, without a bus, as fast as possible");
+  app.add_option("--record", options.record, "with --with-master: write all it is told and decides, for bmureplay")
+      ->type_name("FILE");
   app.add_flag("--virtual-time", options.is_virtual, "the same without a master: the emulated pack alone");
   app.add_flag("--json", options.is_json, "the result as JSON on standard output");
   app.add_flag("--quiet", options.is_quiet, "tell only errors");
@@ -66,6 +69,9 @@ void conclude(const Options& options) {
   if (options.only_properties) return;
   if (options.only_check && options.scenario.empty()) {
     throw CLI::ValidationError("--scenario", "is missing: what shall be checked?");
+  }
+  if (!options.record.empty() && !options.has_master) {
+    throw CLI::ValidationError("--record", "wants --with-master: on a bus, bmud records (bmud --record)");
   }
   if (!options.only_check && options.pack.empty()) {
     throw CLI::ValidationError("--pack", "is missing: which pack shall be emulated?");

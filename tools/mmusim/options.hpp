@@ -19,6 +19,7 @@ struct Options {
   std::string bus;  // empty: the pack's own
   std::string pack;
   std::string scenario;  // empty: at rest, vehicle off
+  std::string record;    // empty: nowhere
   std::optional<double> seconds;
   std::uint64_t seed = 1;  // 0: no measuring noise
   std::uint32_t frame_spacing_us = 250;

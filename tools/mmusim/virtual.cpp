@@ -1,8 +1,10 @@
 #include "tools/mmusim/virtual.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <optional>
 #include <string>
 #include <utility>
@@ -11,6 +13,7 @@
 
 #include "daemon/shell/bus_port.hpp"
 #include "tools/common/virtual_run.hpp"
+#include "tools/mmusim/recording.hpp"
 
 namespace bmu::sim {
 namespace {
@@ -119,6 +122,8 @@ VirtualRun make_run(const Options& options, const PackConfig& pack, const Simula
 int run_virtual(const Options& options, const PackConfig& pack, const SimulatorConfig& config, Scenario scenario) {
   VirtualRun run = make_run(options, pack, config, std::move(scenario));
   const TimePoint began_at = monotonic_now();
+  std::optional<Recording> recording;
+  if (!options.record.empty()) recording.emplace(options.record, pack, run);
   Progress progress(options, began_at);
   Teller teller(options, run, progress);
   std::optional<std::string> ended_by;
@@ -130,6 +135,10 @@ int run_virtual(const Options& options, const PackConfig& pack, const SimulatorC
     progress.show(to_s(run.elapsed()), monotonic_now());
   }
   progress.clear();
+  if (recording && !recording->finish()) {
+    std::fprintf(stderr, "mmusim: %s: cannot be written: %s\n", options.record.c_str(), std::strerror(errno));
+    return exit_system;
+  }
   run.simulator().script().conclude(run.now());
   RunResult result = result_of(run, monotonic_now() - began_at);
   result.ended_by_signal = std::move(ended_by);

@@ -1,0 +1,201 @@
+// What the control loop hands to the recorder: parts that can be run again, and what is worth a black box.
+#include "daemon/shell/record_feed.hpp"
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/recording/replay.hpp"
+#include "mmu/scenario.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/process.hpp"
+#include "tools/common/virtual_run.hpp"
+
+using namespace bmu;
+
+namespace {
+
+const std::string pack_file = BMUD_SOURCE_DIR "/config/packs/demo-48s.json";
+
+PackConfig demo_pack() {
+  auto pack = load_pack_config(pack_file);
+  REQUIRE(pack);
+  return *pack;
+}
+
+Scenario scenario_of(const std::string& text) {
+  auto scenario = parse_scenario("0 pack soc_permille 800\n" + text, core_vocabulary());
+  REQUIRE(scenario);
+  return *scenario;
+}
+
+/// A core, the pack around it, and the recorder's ear; what its thread would take is taken by hand.
+class Bench {
+ public:
+  explicit Bench(const std::string& scenario = "1 vehicle on\n", Duration part_length = 2s)
+      : pack_(demo_pack()),
+        run_(std::make_unique<VirtualRun>(pack_.core, simulator_config(pack_.core), scenario_of(scenario))),
+        feed_({.buses = buses,
+               .part_length = part_length,
+               .chunk_max_bytes = 100'000,
+               .wall_clock = [this] { return clock_us(); }},
+              run_->core(), queue_) {
+    queue_.give_back(std::make_unique<Core>(run_->core()));
+    feed_.begin(run_->now());
+    run_->set_tap(&feed_);
+  }
+
+  void run_to(Duration elapsed) {
+    while (run_->elapsed() < elapsed) run_->step();
+  }
+  /// As the recorder's thread does.
+  std::vector<RecordTrigger> take_all() {
+    std::vector<RecordTrigger> triggers;
+    RecordChunk chunk;
+    while (queue_.take(chunk, Duration{})) {
+      if (chunk.core) {
+        append_record_head({.version = "0.1.0",
+                            .buses = buses,
+                            .sources = pack_.sources,
+                            .hash = pack_.core.hash,
+                            .continues = chunk.continues},
+                           *chunk.core, chunk.clock, text_);
+        queue_.give_back(std::move(chunk.core));
+      }
+      text_ += chunk.text;
+      if (chunk.trigger) triggers.push_back(*chunk.trigger);
+    }
+    return triggers;
+  }
+  void take_while_running_to(Duration elapsed) {
+    for (Duration at = run_->elapsed(); at <= elapsed; at += 500ms) {
+      run_to(at);
+      static_cast<void>(take_all());
+    }
+  }
+  void end() {
+    feed_.end();
+    static_cast<void>(take_all());
+  }
+
+  [[nodiscard]] const std::string& text() const { return text_; }
+  [[nodiscard]] RecordFeed& feed() { return feed_; }
+  [[nodiscard]] VirtualRun& run() { return *run_; }
+  [[nodiscard]] std::int64_t clock_us() const {
+    return 1'700'000'000'000'000 + std::chrono::duration_cast<std::chrono::microseconds>(run_->elapsed()).count() +
+           ahead_us;
+  }
+  std::int64_t ahead_us = 0;
+
+ private:
+  const RecordBuses buses{.internal = "vcan0", .vehicle = "vcan0"};
+  PackConfig pack_;
+  std::unique_ptr<VirtualRun> run_;
+  RecordQueue queue_;
+  RecordFeed feed_;
+  std::string text_;
+};
+
+struct Replayed {
+  ReplayCounts counts;
+  std::optional<ReplayProblem> problem;
+  std::uint64_t ends_that_fit = 0;
+  std::uint64_t ends_that_do_not = 0;
+};
+
+Replayed replayed(std::string_view text) {
+  Replay replay({});
+  Replayed result;
+  std::uint64_t end = 0;
+  while (!text.empty()) {
+    const std::string_view line = text.substr(0, text.find('\n'));
+    if (line.starts_with("# bmud-recording")) end = replay.checksum();
+    if (!replay.take(line)) break;
+    if (line.starts_with("# core-end") && replay.continues()) {
+      ++(replay.checksum_at_begin() == end ? result.ends_that_fit : result.ends_that_do_not);
+    }
+    text.remove_prefix(line.size() + 1);
+  }
+  replay.end();
+  result.counts = replay.counts();
+  result.problem = replay.problem();
+  return result;
+}
+
+}  // namespace
+
+TEST_CASE("what the loop hands over decides again as it did, part by part", "[unit][recording][FS_6]") {
+  Bench bench("1 vehicle on\n+3 load current_A 20\n");
+  bench.take_while_running_to(9s);
+  bench.end();
+  const Replayed run = replayed(bench.text());
+  if (run.problem) FAIL("line " << run.problem->line << ": " << run.problem->text);
+  CHECK(run.counts.ticks > 800);
+  CHECK(run.counts.ticks_different == 0);
+  CHECK(run.counts.begun == 5);
+  // Nothing that the core remembers is left out: the state at the end of each part is that of the next one's beginning.
+  CHECK(run.ends_that_fit == 4);
+  CHECK(run.ends_that_do_not == 0);
+  CHECK(bench.feed().lines_lost() == 0);
+}
+
+TEST_CASE("where lines were lost a part begins that does not say it continues", "[unit][recording][F75]") {
+  Bench bench;
+  bench.take_while_running_to(3s);
+  bench.run_to(150s);  // nobody takes anything
+  CHECK(bench.feed().lines_lost() > 1'000);
+  const std::uint64_t lost = bench.feed().lines_lost();
+  bench.take_while_running_to(155s);
+  bench.end();
+  // What came until somebody took what was waiting, and no more.
+  CHECK(bench.feed().lines_lost() < lost + 500);
+  const Replayed run = replayed(bench.text());
+  if (run.problem) FAIL("line " << run.problem->line << ": " << run.problem->text);
+  CHECK(run.counts.ticks_different == 0);
+  CHECK(run.ends_that_do_not == 0);
+  CHECK(run.counts.begun > run.ends_that_fit + 1);
+}
+
+TEST_CASE("a fault that opens is one trigger, with its freeze frame", "[unit][recording][black_box]") {
+  Bench bench("1 vehicle on\n+4 cell 2.7 voltage_mV 2700\n");
+  bench.run_to(4'900ms);
+  CHECK(bench.take_all().empty());
+  bench.run_to(8s);
+  const auto triggers = bench.take_all();
+  REQUIRE(!triggers.empty());
+  CHECK(triggers[0].event.fault == FaultId::cell_undervoltage);
+  REQUIRE(triggers[0].freeze);
+  CHECK(triggers[0].freeze->element == triggers[0].event.reading.element);
+  CHECK(triggers[0].unix_time_us > 1'700'000'005'000'000);
+}
+
+TEST_CASE("every opening is a trigger, without a freeze frame where no fault was", "[unit][recording][black_box]") {
+  Bench bench("1 vehicle on\n+4 vehicle off\n+4 vehicle on\n+4 vehicle off\n");
+  bench.run_to(16s);
+  const auto triggers = bench.take_all();
+  REQUIRE(triggers.size() == 2);
+  for (const RecordTrigger& trigger : triggers) {
+    CHECK(trigger.event.id == EventId::opened);
+    CHECK(trigger.event.cause == OpeningCause::request_over);
+    CHECK_FALSE(trigger.freeze);
+  }
+}
+
+TEST_CASE("times follow a wall clock that jumps, and the recording still decides the same", "[unit][recording][F68]") {
+  Bench bench;
+  bench.run_to(3s);
+  bench.ahead_us = 3'600'000'000;
+  bench.run().observe(WallClockSeen{.unix_time_ms = bench.clock_us() / 1000});
+  bench.run_to(4s);
+  bench.ahead_us = -3'600'000'000;
+  bench.run().observe(WallClockSeen{.unix_time_ms = bench.clock_us() / 1000});
+  bench.run_to(5s);
+  bench.end();
+  CHECK(bench.text().find("\n(1700003603.") != std::string::npos);
+  CHECK(bench.text().find("\n(1699996404.") != std::string::npos);
+  const Replayed run = replayed(bench.text());
+  CHECK_FALSE(run.problem);
+  CHECK(run.counts.ticks > 400);
+  CHECK(run.counts.ticks_different == 0);
+}

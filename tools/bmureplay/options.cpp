@@ -1,0 +1,60 @@
+#include "tools/bmureplay/options.hpp"
+
+#include "tools/common/command_line.hpp"
+
+namespace bmu::replay {
+
+namespace {
+
+constexpr const char* description =
+    "Runs a recording or black box of bmud through the same core again, and compares every decision: the frames sent, "
+    "what the contactors were told, events, reports.";
+
+constexpr const char* footer = R"(
+A file is what bmud --record or --black-box wrote, packed with zstd or not; - is standard input. Several are one
+recording in that order.
+
+With --config the core has another pack file, and what is shown is what would have gone otherwise. The world does not
+follow: what the recording says of currents, voltages and contacts is what was. The pack must have the same modules.
+
+Examples:
+  bmureplay /var/lib/bmud/black-box/blackbox-20260301T101530.123Z-fault-cell-undervoltage.log.zst
+  bmureplay drive-*.log.zst
+  bmureplay --show-config drive-20260301T101530.123Z.log.zst > then.json
+  bmureplay --config other.json drive-20260301T101530.123Z.log.zst
+  bmureplay --json drive-*.log.zst | jq .identical
+
+Exit codes:
+  0   every decision is as it was recorded, or with --config: nothing would have gone otherwise
+  1   something differs, and is shown
+  2   the command line is wrong
+  3   a file is damaged: it was run as far as it is good, the places are named, and nothing before them differs
+  65  a file is no recording, or of another version of the core, or cannot be read
+  78  the file of --config is wrong: every problem is reported)";
+
+}  // namespace
+
+ParsedOptions parse_options(int argc, const char* const* argv) {
+  Options options;
+  CLI::App app(description, "bmureplay");
+  app.footer(footer);
+  app.set_version_flag("--version", "bmureplay " BMUD_VERSION);
+  app.add_option("file", options.files, "recordings or black boxes")->required()->type_name("FILE...");
+  auto* config = app.add_option("--config", options.config, "decide with this pack file")->type_name("PACK.json");
+  app.add_option("--differences", options.differences_max, "show so many ticks that differ; all are counted")
+      ->check(command_line::whole_number(0, 1'000'000))
+      ->capture_default_str();
+  app.add_option("--threads", options.threads, "run so many parts beside each other; default: one for each core")
+      ->check(command_line::whole_number(1, 256));
+  app.add_flag("--show-config", options.shows_config, "print the recorded pack file, and end")->excludes(config);
+  app.add_flag("--json", options.is_json, "one JSON object");
+  app.add_flag("--quiet,-q", options.is_quiet, "no progress on a terminal");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return {.options = std::nullopt, .exit_code = command_line::report(app, error)};
+  }
+  return {.options = options};
+}
+
+}  // namespace bmu::replay

@@ -1,0 +1,36 @@
+// The command line of bmureplay.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace bmu::replay {
+
+// Exit codes, as --help lists them.
+inline constexpr int exit_ok = 0;
+inline constexpr int exit_differs = 1;
+inline constexpr int exit_usage = 2;
+inline constexpr int exit_damaged = 3;
+inline constexpr int exit_not_replayable = 65;
+inline constexpr int exit_config = 78;
+
+struct Options {
+  std::vector<std::string> files;
+  std::string config;  // empty: the recording's own
+  std::size_t differences_max = 10;
+  unsigned threads = 0;  // 0: as many as the machine has cores
+  bool shows_config = false;
+  bool is_json = false;
+  bool is_quiet = false;
+};
+
+struct ParsedOptions {
+  std::optional<Options> options;
+  int exit_code = exit_ok;  // when there are none: help was asked for, or the line is wrong
+};
+
+[[nodiscard]] ParsedOptions parse_options(int argc, const char* const* argv);
+
+}  // namespace bmu::replay

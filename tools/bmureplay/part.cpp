@@ -1,0 +1,90 @@
+#include "tools/bmureplay/part.hpp"
+
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include <fcntl.h>
+#include <unistd.h>
+
+namespace bmu::replay {
+
+namespace {
+
+constexpr std::string_view part_begins = "# bmud-recording ";
+
+}  // namespace
+
+bool PartReader::open_next() {
+  while (!files_.empty()) {
+    name_ = std::move(files_.front());
+    files_.pop_front();
+    fd_ = OwnedFd(name_ == "-" ? ::dup(STDIN_FILENO) : ::open(name_.c_str(), O_RDONLY | O_CLOEXEC));
+    if (fd_.is_open()) {
+      reader_ = std::make_unique<LineReader>(fd_.get());
+      growing_ = {.file = name_};
+      return true;
+    }
+    damages_.push_back({.file = name_, .text = std::strerror(errno)});
+    has_failed_ = true;
+  }
+  return false;
+}
+
+/// Up to the head of the next part. False: there is none yet, and more has to be read.
+bool PartReader::take_lines() {
+  LineReader::Line line;
+  while (reader_->take(line)) {
+    if (line.is_too_long) {
+      damages_.push_back(
+          {.file = name_, .line = reader_->line_number(), .text = "the line is too long for a recording"});
+      continue;
+    }
+    const bool begins = line.text.starts_with(part_begins);
+    if (is_in_hole_ && !begins) continue;
+    is_in_hole_ = false;
+    if (begins && std::exchange(has_head_, true) && !growing_.text.empty()) {
+      whole_ = std::exchange(growing_, Part{.file = name_, .first_line = reader_->line_number()});
+    }
+    growing_.text.append(line.text).push_back('\n');
+    if (whole_) return true;
+  }
+  return false;
+}
+
+void PartReader::end_file() {
+  reader_ = nullptr;
+  is_in_hole_ = has_head_ = false;
+  fd_ = OwnedFd();
+  if (!growing_.text.empty()) whole_ = std::move(growing_);
+  growing_ = {};
+}
+
+std::optional<Part> PartReader::next() {
+  whole_.reset();
+  while (!whole_) {
+    if (reader_ == nullptr && !open_next()) return std::nullopt;
+    if (take_lines()) break;
+    switch (reader_->fill()) {
+      case LineReader::Filled::more:
+      case LineReader::Filled::interrupted: break;
+      case LineReader::Filled::damaged:
+        damages_.push_back(
+            {.file = name_,
+             .text = "from byte " + std::to_string(reader_->damage().begin) + " on: " + reader_->damage().what});
+        is_in_hole_ = growing_.ends_torn = true;
+        break;
+      case LineReader::Filled::error:
+        damages_.push_back({.file = name_, .text = std::strerror(errno)});
+        has_failed_ = true;
+        end_file();
+        break;
+      case LineReader::Filled::end:
+        if (!take_lines()) end_file();
+        break;
+    }
+  }
+  return std::exchange(whole_, std::nullopt);
+}
+
+}  // namespace bmu::replay

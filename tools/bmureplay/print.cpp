@@ -1,0 +1,194 @@
+#include "tools/bmureplay/print.hpp"
+
+#include <array>
+#include <cstdio>
+#include <ctime>
+
+#include <nlohmann/json.hpp>
+
+#include "tools/bmureplay/options.hpp"
+
+namespace bmu::replay {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+template <class... Values>
+std::string formatted(const char* format, Values... values) {
+  std::array<char, 160> text{};
+  std::snprintf(text.data(), text.size(), format, values...);
+  return text.data();
+}
+
+std::string utc_text(std::int64_t log_us) {
+  const auto seconds = static_cast<std::time_t>(log_us / 1'000'000);
+  std::tm utc{};
+  gmtime_r(&seconds, &utc);
+  std::array<char, 40> text{};
+  const std::size_t length = std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M:%S", &utc);
+  return std::string(text.data(), length) + formatted(".%06d UTC", static_cast<int>(log_us % 1'000'000));
+}
+
+std::string count_text(std::uint64_t count, const char* one, const char* many) {
+  return std::to_string(count) + " " + (count == 1 ? one : many);
+}
+
+std::string since_text(std::int64_t log_us, const Outcome& outcome) {
+  return formatted("%+12.6f s", static_cast<double>(log_us - outcome.first_log_us) * 1e-6);
+}
+
+void add_head(const Outcome& outcome, std::string& to) {
+  if (outcome.counts.ticks == 0) return;
+  to += outcome.pack_name + ", recorded by bmud " + outcome.version + "\n";
+  if (outcome.black_box) to += "black box: " + outcome.black_box->cause + "\n";
+  const double covered_s = to_s(outcome.counts.covered);
+  const double took_s = to_s(outcome.took);
+  to += formatted("%.1f s from ", covered_s) + utc_text(outcome.first_log_us) + ": " +
+        count_text(outcome.counts.ticks, "decision", "decisions") + ", " +
+        count_text(outcome.counts.observations, "observation", "observations") + ", " +
+        count_text(outcome.counts.begun, "part", "parts") + "\n";
+  to += formatted("run in %.3f s, %.0f times as fast as it happened\n", took_s, took_s > 0 ? covered_s / took_s : 0.0);
+}
+
+void add_lines(const char* mark, const std::vector<std::string>& lines, std::string& to) {
+  for (const std::string& line : lines) to += "    " + std::string(mark) + line.substr(2) + "\n";
+}
+
+/// The lines that only one side has.
+std::vector<std::string> only_in(const std::vector<std::string>& lines, const std::vector<std::string>& others) {
+  std::vector<std::string> own;
+  for (const std::string& line : lines) {
+    bool is_shared = false;
+    for (const std::string& other : others) is_shared = is_shared || other == line;
+    if (!is_shared) own.push_back(line);
+  }
+  return own;
+}
+
+void add_difference(const Difference& difference, std::string& to) {
+  to += "  " + utc_text(difference.log_us) + formatted(" (%+.6f s), ", to_s(difference.since_begin)) + difference.file +
+        ":" + std::to_string(difference.line) + "\n";
+  const auto recorded = only_in(difference.recorded, difference.replayed);
+  const auto replayed = only_in(difference.replayed, difference.recorded);
+  add_lines("recorded  ", recorded, to);
+  add_lines("now       ", replayed, to);
+  if (recorded.empty() && replayed.empty()) to += "    the same lines; when to decide next differs\n";
+}
+
+void add_differences(const Outcome& outcome, std::string& to) {
+  to += "DIFFERENT in " + count_text(outcome.counts.ticks_different, "decision", "decisions") + ", the first:\n";
+  for (const Difference& difference : outcome.differences) add_difference(difference, to);
+}
+
+std::string or_none(const std::string& data) {
+  return data.empty() ? "none" : data;
+}
+
+void add_changes(const Outcome& outcome, const std::string& other_name, std::string& to) {
+  to += "with " + other_name + ", " + count_text(outcome.counts.ticks_different, "decision", "decisions") +
+        " would have been another:\n";
+  for (const Change& change : outcome.changes.changes()) {
+    to +=
+        "  " + since_text(change.log_us, outcome) + (change.is_recorded ? "  not:  " : "  but:  ") + change.text + "\n";
+  }
+  if (outcome.changes.changes_left_out() > 0) {
+    to += "  and " + std::to_string(outcome.changes.changes_left_out()) + " more\n";
+  }
+  for (const auto& [key, frames] : outcome.changes.frames()) {
+    to += "  " + since_text(frames.first_log_us, outcome) + "  " + count_text(frames.count, "frame ", "frames ") + key +
+          ", the first " + or_none(frames.replayed) + " instead of " + or_none(frames.recorded) + "\n";
+  }
+}
+
+std::string place_of(const Damage& damage) {
+  return damage.file + (damage.line == 0 ? "" : ":" + std::to_string(damage.line));
+}
+
+Json difference_json(const Difference& difference) {
+  return {{"file", difference.file},
+          {"line", difference.line},
+          {"unix_time_us", difference.log_us},
+          {"recorded", difference.recorded},
+          {"replayed", difference.replayed}};
+}
+
+Json changes_json(const DecisionChanges& changes) {
+  Json list = Json::array();
+  for (const Change& change : changes.changes()) {
+    list.push_back({{"unix_time_us", change.log_us}, {"is_recorded", change.is_recorded}, {"text", change.text}});
+  }
+  Json frames = Json::array();
+  for (const auto& [key, frame] : changes.frames()) {
+    frames.push_back({{"frame", key},
+                      {"count", frame.count},
+                      {"first_unix_time_us", frame.first_log_us},
+                      {"last_unix_time_us", frame.last_log_us},
+                      {"first_recorded", frame.recorded},
+                      {"first_replayed", frame.replayed}});
+  }
+  return {{"decisions", list}, {"left_out", changes.changes_left_out()}, {"frames", frames}};
+}
+
+}  // namespace
+
+int exit_code_of(const Outcome& outcome) {
+  if (outcome.counts.ticks_different > 0 || outcome.states_different > 0) return exit_differs;
+  if (!outcome.not_replayable.empty() || outcome.counts.ticks == 0) return exit_not_replayable;
+  return outcome.damages.empty() ? exit_ok : exit_damaged;
+}
+
+std::string outcome_text(const Outcome& outcome, const std::string& other_name) {
+  std::string text;
+  add_head(outcome, text);
+  const bool is_same = outcome.counts.ticks_different == 0;
+  if (outcome.counts.ticks > 0 && is_same) {
+    text += other_name.empty() ? "identical: every decision is as it was recorded"
+                               : "nothing would have gone otherwise with " + other_name;
+    if (outcome.states_compared > outcome.states_different) {
+      text += ", and " + count_text(outcome.states_compared - outcome.states_different, "part ends", "parts end") +
+              " in the state that the next begins with";
+    }
+    text += "\n";
+  }
+  if (!is_same && other_name.empty()) add_differences(outcome, text);
+  if (!is_same && !other_name.empty()) add_changes(outcome, other_name, text);
+  if (outcome.states_different > 0) {
+    text += "DIFFERENT: " + count_text(outcome.states_different, "part does", "parts do") +
+            " not end in the state that the next begins with\n";
+  }
+  for (const std::string& reason : outcome.not_replayable) text += "cannot be run: " + reason + "\n";
+  for (const Damage& damage : outcome.damages) text += "damaged: " + place_of(damage) + ": " + damage.text + "\n";
+  const bool is_empty = outcome.counts.ticks == 0 && outcome.not_replayable.empty() && outcome.damages.empty();
+  if (is_empty) text += "no decision found: this is no recording\n";
+  return text;
+}
+
+std::string outcome_json(const Outcome& outcome, const std::string& other_name) {
+  const bool is_identical = outcome.counts.ticks_different == 0 && outcome.states_different == 0;
+  Json json{{"pack", outcome.pack_name},
+            {"version", outcome.version},
+            {"black_box", outcome.black_box ? Json(outcome.black_box->cause) : Json(nullptr)},
+            {"config", other_name.empty() ? Json(nullptr) : Json(other_name)},
+            {"first_unix_time_us", outcome.first_log_us},
+            {"covered_s", to_s(outcome.counts.covered)},
+            {"took_s", to_s(outcome.took)},
+            {"observations", outcome.counts.observations},
+            {"ticks", outcome.counts.ticks},
+            {"parts", outcome.counts.begun},
+            {"identical", is_identical && outcome.counts.ticks > 0},
+            {"ticks_different", outcome.counts.ticks_different},
+            {"states_compared", outcome.states_compared},
+            {"states_different", outcome.states_different}};
+  json["differences"] = Json::array();
+  for (const Difference& difference : outcome.differences) json["differences"].push_back(difference_json(difference));
+  json["changes"] = changes_json(outcome.changes);
+  json["not_replayable"] = outcome.not_replayable;
+  json["damages"] = Json::array();
+  for (const Damage& damage : outcome.damages) {
+    json["damages"].push_back({{"file", damage.file}, {"line", damage.line}, {"text", damage.text}});
+  }
+  return json.dump(2) + "\n";
+}
+
+}  // namespace bmu::replay

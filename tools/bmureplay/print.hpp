@@ -1,0 +1,17 @@
+// What a run came to, for people and for machines.
+#pragma once
+
+#include <string>
+
+#include "tools/bmureplay/run.hpp"
+
+namespace bmu::replay {
+
+/// `other_name`: of the pack file that decided instead of the recorded one; "" for none.
+[[nodiscard]] std::string outcome_text(const Outcome& outcome, const std::string& other_name);
+[[nodiscard]] std::string outcome_json(const Outcome& outcome, const std::string& other_name);
+
+/// The exit code, as --help lists them.
+[[nodiscard]] int exit_code_of(const Outcome& outcome);
+
+}  // namespace bmu::replay

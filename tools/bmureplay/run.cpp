@@ -1,0 +1,232 @@
+#include "tools/bmureplay/run.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <deque>
+#include <future>
+#include <utility>
+
+#include "config/bus_rate.hpp"
+
+namespace bmu::replay {
+
+namespace {
+
+/// What became of one part.
+struct PartOutcome {
+  Part part;
+  std::string version;
+  std::string pack_name;
+  std::optional<BlackBoxHead> black_box;
+  ReplayCounts counts;
+  std::int64_t first_log_us = 0;
+  std::uint64_t checksum_at_begin = 0;
+  std::uint64_t checksum_at_end = 0;  // 0: it did not come that far
+  bool continues = false;
+  std::vector<Difference> differences;
+  DecisionChanges changes;
+  std::optional<ReplayProblem> problem;
+};
+
+/// Of the lines before the first head.
+std::optional<BlackBoxHead> black_box_of(std::string_view text) {
+  constexpr std::string_view mark = "# black-box ";
+  if (!text.starts_with(mark)) return std::nullopt;
+  return BlackBoxHead{.cause = std::string(text.substr(mark.size(), text.find('\n') - mark.size()))};
+}
+
+/// Gives a replay the lines of a part, and keeps what differs.
+class PartRun {
+ public:
+  explicit PartRun(const RunOptions& options) : options_(options) {}
+
+  [[nodiscard]] PartOutcome run(Part part, Replay& replay) {
+    outcome_ = {};
+    lines_before_ = replay.counts().lines;
+    const ReplayCounts before = replay.counts();
+    const std::string text = std::move(part.text);
+    part.text.clear();
+    outcome_.part = std::move(part);
+    outcome_.black_box = black_box_of(text);
+    take_lines(text, replay);
+    outcome_.counts = difference(replay.counts(), before);
+    outcome_.problem = replay.problem();
+    if (outcome_.problem) outcome_.problem->line = line_in_file(outcome_.problem->line);
+    outcome_.first_log_us = replay.counts().first_log_us;
+    outcome_.version = replay.version();
+    outcome_.pack_name = replay.pack() ? replay.pack()->name : "";
+    outcome_.continues = replay.continues();
+    outcome_.checksum_at_begin = replay.checksum_at_begin();
+    return std::move(outcome_);
+  }
+
+  void take(const ReplayDifference& difference) {
+    outcome_.changes.take(difference);
+    if (outcome_.differences.size() == options_.differences_max) return;
+    outcome_.differences.push_back({.file = outcome_.part.file,
+                                    .line = line_in_file(difference.line),
+                                    .log_us = difference.log_us,
+                                    .recorded = difference.recorded,
+                                    .replayed = difference.replayed});
+  }
+
+ private:
+  static void take_lines(std::string_view text, Replay& replay) {
+    while (!text.empty()) {
+      const std::size_t end = text.find('\n');
+      if (!replay.take(text.substr(0, end))) break;
+      text.remove_prefix(end + 1);
+    }
+    replay.end();
+  }
+  static ReplayCounts difference(ReplayCounts now, const ReplayCounts& before) {
+    now.lines -= before.lines;
+    now.observations -= before.observations;
+    now.ticks -= before.ticks;
+    now.ticks_different -= before.ticks_different;
+    now.begun -= before.begun;
+    now.covered -= before.covered;
+    return now;
+  }
+  [[nodiscard]] std::uint64_t line_in_file(std::uint64_t line) const {
+    return outcome_.part.first_line + (line - lines_before_) - 1;
+  }
+
+  const RunOptions& options_;
+  PartOutcome outcome_;
+  std::uint64_t lines_before_ = 0;
+};
+
+PartOutcome run_alone(Part part, const RunOptions& options) {
+  PartRun run(options);
+  Replay replay({.differs = [&](const ReplayDifference& difference) { run.take(difference); }});
+  PartOutcome outcome = run.run(std::move(part), replay);
+  if (!outcome.problem && !outcome.part.ends_torn) outcome.checksum_at_end = replay.checksum();
+  return outcome;
+}
+
+void add(ReplayCounts& all, const ReplayCounts& one) {
+  all.lines += one.lines;
+  all.observations += one.observations;
+  all.ticks += one.ticks;
+  all.ticks_different += one.ticks_different;
+  all.begun += one.begun;
+  all.covered += one.covered;
+}
+
+std::string line_of(const Damage& damage) {
+  return damage.file + (damage.line == 0 ? "" : ":" + std::to_string(damage.line)) + ": " + damage.text;
+}
+
+/// Puts the parts' outcomes together, in their order.
+class Merger {
+ public:
+  Merger(Outcome& outcome, const RunOptions& options) : outcome_(outcome), options_(options) {}
+
+  void take(PartOutcome part) {
+    if (outcome_.version.empty()) outcome_.version = part.version;
+    if (outcome_.pack_name.empty()) outcome_.pack_name = part.pack_name;
+    if (outcome_.first_log_us == 0) outcome_.first_log_us = part.first_log_us;
+    if (!outcome_.black_box) outcome_.black_box = part.black_box;
+    add(outcome_.counts, part.counts);
+    take_differences(part);
+    take_problem(part);
+    const bool is_next = part.continues && checksum_before_ != 0 && part.checksum_at_begin != 0;
+    if (is_next && !options_.other) {
+      ++outcome_.states_compared;
+      if (part.checksum_at_begin != checksum_before_) ++outcome_.states_different;
+    }
+    checksum_before_ = part.checksum_at_end;
+    if (options_.progress) options_.progress(outcome_.counts.covered);
+  }
+
+ private:
+  void take_differences(PartOutcome& part) {
+    for (Difference& difference : part.differences) {
+      if (outcome_.differences.size() == options_.differences_max) break;
+      difference.since_begin = std::chrono::microseconds(difference.log_us - outcome_.first_log_us);
+      outcome_.differences.push_back(std::move(difference));
+    }
+    outcome_.changes.append(part.changes);
+  }
+  void take_problem(const PartOutcome& part) {
+    if (!part.problem) return;
+    const Damage damage{.file = part.part.file, .line = part.problem->line, .text = part.problem->text};
+    if (part.problem->kind == ReplayProblemKind::damaged) {
+      outcome_.damages.push_back(damage);
+    } else {
+      outcome_.not_replayable.push_back(line_of(damage));
+    }
+  }
+
+  Outcome& outcome_;
+  const RunOptions& options_;
+  std::uint64_t checksum_before_ = 0;
+};
+
+void run_beside_each_other(PartReader& reader, const RunOptions& options, Merger& merger) {
+  std::deque<std::future<PartOutcome>> running;
+  const auto take_first = [&] {
+    merger.take(running.front().get());
+    running.pop_front();
+  };
+  while (auto part = reader.next()) {
+    if (running.size() > options.threads) take_first();
+    running.push_back(std::async(std::launch::async, run_alone, std::move(*part), std::cref(options)));
+  }
+  while (!running.empty()) take_first();
+}
+
+/// "" if the recorded state fits the other pack, or why not.
+std::string misfit(const CoreConfig& recorded, const CoreConfig& other) {
+  const auto text = [](std::size_t modules) { return std::to_string(modules) + " modules"; };
+  if (recorded.modules.size() != other.modules.size()) {
+    return "the other pack has " + text(other.modules.size()) + ", the recorded one " + text(recorded.modules.size());
+  }
+  for (std::size_t index = 0; index < recorded.modules.size(); ++index) {
+    const ModuleConfig& then = recorded.modules[index];
+    const ModuleConfig& now = other.modules[index];
+    if (then.node != now.node || then.cell_count != now.cell_count) {
+      return "module " + std::to_string(index + 1) + " of the other pack has node " + std::to_string(now.node) +
+             " and " + std::to_string(now.cell_count) + " cells, that of the recorded one node " +
+             std::to_string(then.node) + " and " + std::to_string(then.cell_count);
+    }
+  }
+  return "";
+}
+
+/// With the recorded bit rate, which is no matter of limits.
+Result<CoreConfig, std::string> instead_of(const PackConfig& recorded, const PackConfig& other) {
+  CoreConfig config = at_rate(other, std::int64_t{recorded.buses.internal_kbit_per_s} * 1000).core;
+  std::string reason = misfit(recorded.core, config);
+  if (!reason.empty()) return failure(std::move(reason));
+  return config;
+}
+
+void run_otherwise(PartReader& reader, const RunOptions& options, Merger& merger) {
+  PartRun run(options);
+  Replay replay({.other = [&](const PackConfig& recorded) { return instead_of(recorded, *options.other); },
+                 .differs = [&](const ReplayDifference& difference) { run.take(difference); }});
+  while (auto part = reader.next()) {
+    merger.take(run.run(std::move(*part), replay));
+    if (replay.problem()) break;  // what comes has nothing to go on from
+  }
+}
+
+}  // namespace
+
+Outcome run(PartReader& reader, const RunOptions& options) {
+  Outcome outcome;
+  Merger merger(outcome, options);
+  const auto began = std::chrono::steady_clock::now();
+  if (options.other) {
+    run_otherwise(reader, options, merger);
+  } else {
+    run_beside_each_other(reader, options, merger);
+  }
+  outcome.took = std::chrono::steady_clock::now() - began;
+  outcome.damages.insert(outcome.damages.end(), reader.damages().begin(), reader.damages().end());
+  return outcome;
+}
+
+}  // namespace bmu::replay
