@@ -1,17 +1,13 @@
 // Runs a recording through a core and compares every decision with what was recorded.
 //
 //   Replay replay({.differs = [](const ReplayDifference& difference) { ... }});
-//   for each line: if (!replay.take(line)) break;        // replay.problem() says why: a damaged line, another layout
+//   for each line: if (!replay.take(line)) break;        // replay.problem() says why: a damaged line, another version
 //   replay.end();
 //   replay.counts()
 //
 // A recording brings its configuration and the state that it begins with (record_writer.hpp), each of its parts anew,
 // so that parts can be run beside each other; whether one ended in the state that the next begins with, the checksums
 // of both tell.
-//
-// With `other` the core has that configuration instead, and the differences are what would have gone otherwise. It then
-// goes on from part to part as it is, and takes the recorded state only at the start and after a hole. The world does
-// not follow: what the recording says of currents and contacts is what happened then.
 //
 // What is compared of each tick: frames, outputs, events, when to wake and whether all is over, first by their
 // fingerprint. Where that differs the lines of both are told.
@@ -26,41 +22,24 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
-#include "config/pack_config.hpp"
-#include "daemon/core/core.hpp"
-#include "daemon/recording/record_line.hpp"
-#include "protocol/result.hpp"
+#include "daemon/recording/record_reader.hpp"
 
 namespace bmu {
 
 /// A tick that went otherwise.
 struct ReplayDifference {
-  std::size_t line = 0;  // of the tick, from 1
+  std::uint64_t line = 0;  // of the tick, from 1
   TimePoint at;
   std::int64_t log_us = 0;              // the same on the recording's wall clock
-  std::vector<std::string> recorded{};  // lines "> can0 040#...", "= main_negative", "! fault: ..."
+  std::vector<std::string> recorded{};  // lines "# > can0 040#...", "# = main_negative", "# ! fault: ..."
   std::vector<std::string> replayed{};  //
 };
 
 struct ReplayOptions {
-  /// The configuration to decide with instead of the recording's, or why it cannot be that.
-  std::function<Result<CoreConfig, std::string>(const PackConfig& recorded)> other{};
   std::function<void(const ReplayDifference& difference)> differs{};
-};
-
-enum class ReplayProblemKind : std::uint8_t {
-  damaged,        // what it is is known, but not this part of it
-  no_recording,   // or one without its beginning
-  other_version,  // of the format, or of the core
-  other_pack,     // which cannot take over the recorded state
-};
-
-struct ReplayProblem {
-  ReplayProblemKind kind = ReplayProblemKind::damaged;
-  std::size_t line = 0;  // from 1
-  std::string text;      // "found ..., wanted ..."
 };
 
 struct ReplayCounts {
@@ -76,7 +55,7 @@ struct ReplayCounts {
 
 class Replay {
  public:
-  explicit Replay(const ReplayOptions& options) : options_(options) {}
+  explicit Replay(ReplayOptions options) : options_(std::move(options)) {}
 
   /// The next line, without its line feed. False: it cannot go on; problem() says why.
   [[nodiscard]] bool take(std::string_view line);
@@ -84,67 +63,38 @@ class Replay {
   void end();
 
   [[nodiscard]] const ReplayCounts& counts() const { return counts_; }
-  [[nodiscard]] const std::optional<ReplayProblem>& problem() const { return problem_; }
+  [[nodiscard]] const std::optional<RecordProblem>& problem() const { return problem_; }
   /// As the recording says; once its head has been taken.
-  [[nodiscard]] const std::optional<PackConfig>& pack() const { return pack_; }
-  [[nodiscard]] const PackSources& sources() const { return head_.origin.sources; }
-  [[nodiscard]] const std::string& version() const { return head_.version; }
-  /// The state that the last part began with; 0 before the first.
-  [[nodiscard]] std::uint64_t checksum_at_begin() const { return checksum_at_begin_; }
-  /// Nothing was lost between the part before it and that one.
-  [[nodiscard]] bool continues() const { return head_.continues; }
-  /// Of the core as it is now, to be held against the next part's. Some milliseconds; 0 before the first part.
-  [[nodiscard]] std::uint64_t checksum() const;
+  [[nodiscard]] const std::optional<PackConfig>& pack() const { return reader_.pack(); }
+  [[nodiscard]] const RecordReader& reader() const { return reader_; }
   /// Nothing before the head is whole.
   [[nodiscard]] const Core* core() const { return core_.get(); }
+  /// Of the core as it is now, to be held against the next part's. Some milliseconds; 0 before the first part.
+  [[nodiscard]] std::uint64_t checksum() const;
 
  private:
-  /// All that the configuration follows from.
-  struct Origin {
-    PackSources sources;
-    std::string hash;
-    std::int32_t internal_kbit_per_s = 0;
-
-    friend bool operator==(const Origin&, const Origin&) = default;
-  };
-  struct Head {
-    std::string version;
-    RecordBuses buses;
-    Origin origin;
-    std::uint64_t layout = 0;
-    std::size_t image_size = 0;
-    bool continues = false;
-    std::vector<std::uint8_t> image;
-  };
   struct Tick {
-    std::size_t line = 0;
+    std::uint64_t line = 0;
     RecordTick recorded;
     std::vector<std::string> recorded_lines;
     std::vector<std::string> replayed_lines;
     std::uint64_t fingerprint = 0;
   };
 
-  bool fail(std::string text, ReplayProblemKind kind = ReplayProblemKind::damaged);
-  bool fail_without_head();
-  bool take_note(const RecordNote& note);
-  bool take_head(std::string_view word, std::string_view rest);
-  bool begin_core(std::string_view checksum);
-  bool read_pack();
+  [[nodiscard]] bool begin_part();
   void decide(const RecordTick& tick);
   void compare();
 
   ReplayOptions options_;
-  Head head_;
-  RecordClock clock_;
-  std::optional<PackConfig> pack_;
+  RecordReader reader_;
   std::unique_ptr<Core> core_;
   ContactorOutputs outputs_;
   std::optional<Tick> tick_;
   ReplayCounts counts_;
-  Origin origin_of_pack_;
-  std::uint64_t checksum_at_begin_ = 0;
-  bool is_in_head_ = false;
-  std::optional<ReplayProblem> problem_;
+  std::optional<RecordProblem> problem_;
 };
+
+/// A tick has come: one more, and what it covers.
+void count_tick(ReplayCounts& counts, TimePoint at, const RecordClock& clock);
 
 }  // namespace bmu

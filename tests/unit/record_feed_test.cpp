@@ -99,7 +99,7 @@ class Bench {
 
 struct Replayed {
   ReplayCounts counts;
-  std::optional<ReplayProblem> problem;
+  std::optional<RecordProblem> problem;
   std::uint64_t ends_that_fit = 0;
   std::uint64_t ends_that_do_not = 0;
 };
@@ -112,8 +112,8 @@ Replayed replayed(std::string_view text) {
     const std::string_view line = text.substr(0, text.find('\n'));
     if (line.starts_with("# bmud-recording")) end = replay.checksum();
     if (!replay.take(line)) break;
-    if (line.starts_with("# core-end") && replay.continues()) {
-      ++(replay.checksum_at_begin() == end ? result.ends_that_fit : result.ends_that_do_not);
+    if (line.starts_with("# core-end") && replay.reader().continues()) {
+      ++(replay.reader().checksum() == end ? result.ends_that_fit : result.ends_that_do_not);
     }
     text.remove_prefix(line.size() + 1);
   }

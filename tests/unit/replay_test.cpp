@@ -48,14 +48,12 @@ std::string recorded(const PackConfig& pack, Duration from) {
 struct Replayed {
   ReplayCounts counts;
   std::vector<ReplayDifference> differences;
-  std::optional<ReplayProblem> problem;
+  std::optional<RecordProblem> problem;
 };
 
-Replayed replayed(std::string_view text, const CoreConfig* other = nullptr) {
+Replayed replayed(std::string_view text) {
   std::vector<ReplayDifference> differences;
-  ReplayOptions options{.differs = [&](const ReplayDifference& one) { differences.push_back(one); }};
-  if (other != nullptr) options.other = [other](const PackConfig&) { return *other; };
-  Replay replay(options);
+  Replay replay({.differs = [&](const ReplayDifference& one) { differences.push_back(one); }});
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t end = std::min(text.find('\n', at), text.size());
     if (!replay.take(text.substr(at, end - at))) break;
@@ -94,25 +92,6 @@ TEST_CASE("a frame that was another one is found at the tick that it changes", "
   REQUIRE(run.differences.size() == 1);
   CHECK(run.differences[0].line > 1);
   CHECK(run.differences[0].recorded == run.differences[0].replayed);
-}
-
-TEST_CASE("with other limits a recording tells what would have gone otherwise", "[unit][recording][FS_6]") {
-  const PackConfig pack = demo_pack();
-  CoreConfig other = pack.core;
-  other.limits.cell_undervoltage.open = 2'500'000;
-  const Replayed run = replayed(recorded(pack, 0ms), &other);
-  REQUIRE_FALSE(run.problem);
-  REQUIRE(run.counts.ticks_different > 0);
-  bool opened_then = false;
-  for (const ReplayDifference& difference : run.differences) {
-    for (const std::string& line : difference.recorded) {
-      opened_then = opened_then || line.find("a cell's voltage is too low") != std::string::npos;
-    }
-    for (const std::string& line : difference.replayed) {
-      CHECK(line.find("# ! fault: a cell's voltage is too low") == std::string::npos);
-    }
-  }
-  CHECK(opened_then);
 }
 
 TEST_CASE("a recording that is damaged is run as far as it is good", "[unit][recording][F106]") {

@@ -50,11 +50,11 @@ int show_config(const Options& options) {
   while (!text.empty() && replay.core() == nullptr && replay.take(text.substr(0, text.find('\n')))) {
     text.remove_prefix(text.find('\n') + 1);
   }
-  if (replay.sources().pack_text.empty()) {
+  if (replay.reader().sources().pack_text.empty()) {
     std::fprintf(stderr, "bmureplay: %s: no recording with a pack file\n", options.files.front().c_str());
     return exit_not_replayable;
   }
-  std::fputs(replay.sources().pack_text.c_str(), stdout);
+  std::fputs(replay.reader().sources().pack_text.c_str(), stdout);
   return exit_ok;
 }
 

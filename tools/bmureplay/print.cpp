@@ -81,23 +81,28 @@ void add_differences(const Outcome& outcome, std::string& to) {
   for (const Difference& difference : outcome.differences) add_difference(difference, to);
 }
 
-std::string or_none(const std::string& data) {
-  return data.empty() ? "none" : data;
+std::string hex_text(const CanFrame& frame) {
+  std::string text;
+  for (std::size_t index = 0; index < frame.length; ++index) text += formatted("%02X", frame.data[index]);
+  return text;
+}
+
+void add_moves(const Outcome& outcome, std::string& to) {
+  const DecisionChanges& changes = outcome.changes;
+  for (const WhatIfMove& move : changes.moves()) {
+    to += "  " + since_text(move.log_us, outcome) + (move.is_recorded ? "  not:  " : "  but:  ") + move.text +
+          (move.parts ? " (what would have followed is not known)" : "") + "\n";
+  }
+  if (changes.moves_left_out() > 0) to += "  and " + std::to_string(changes.moves_left_out()) + " more\n";
 }
 
 void add_changes(const Outcome& outcome, const std::string& other_name, std::string& to) {
-  to += "with " + other_name + ", " + count_text(outcome.counts.ticks_different, "decision", "decisions") +
-        " would have been another:\n";
-  for (const Change& change : outcome.changes.changes()) {
-    to +=
-        "  " + since_text(change.log_us, outcome) + (change.is_recorded ? "  not:  " : "  but:  ") + change.text + "\n";
-  }
-  if (outcome.changes.changes_left_out() > 0) {
-    to += "  and " + std::to_string(outcome.changes.changes_left_out()) + " more\n";
-  }
-  for (const auto& [key, frames] : outcome.changes.frames()) {
-    to += "  " + since_text(frames.first_log_us, outcome) + "  " + count_text(frames.count, "frame ", "frames ") + key +
-          ", the first " + or_none(frames.replayed) + " instead of " + or_none(frames.recorded) + "\n";
+  to += "with " + other_name + " this would have gone otherwise:\n";
+  add_moves(outcome, to);
+  for (const auto& [id, changes] : outcome.changes.reports()) {
+    to += "  " + since_text(changes.first.log_us, outcome) + "  " + count_text(changes.count, "report ", "reports ") +
+          formatted("%03X", id) + ", the first " + hex_text(changes.first.other) + " instead of " +
+          hex_text(changes.first.recorded) + "\n";
   }
 }
 
@@ -114,26 +119,28 @@ Json difference_json(const Difference& difference) {
 }
 
 Json changes_json(const DecisionChanges& changes) {
-  Json list = Json::array();
-  for (const Change& change : changes.changes()) {
-    list.push_back({{"unix_time_us", change.log_us}, {"is_recorded", change.is_recorded}, {"text", change.text}});
+  Json moves = Json::array();
+  for (const WhatIfMove& move : changes.moves()) {
+    moves.push_back({{"unix_time_us", move.log_us}, {"is_recorded", move.is_recorded}, {"text", move.text}});
   }
-  Json frames = Json::array();
-  for (const auto& [key, frame] : changes.frames()) {
-    frames.push_back({{"frame", key},
-                      {"count", frame.count},
-                      {"first_unix_time_us", frame.first_log_us},
-                      {"last_unix_time_us", frame.last_log_us},
-                      {"first_recorded", frame.recorded},
-                      {"first_replayed", frame.replayed}});
+  Json reports = Json::array();
+  for (const auto& [id, change] : changes.reports()) {
+    reports.push_back({{"id", id},
+                       {"count", change.count},
+                       {"first_unix_time_us", change.first.log_us},
+                       {"last_unix_time_us", change.last_log_us},
+                       {"first_recorded", hex_text(change.first.recorded)},
+                       {"first_otherwise", hex_text(change.first.other)}});
   }
-  return {{"decisions", list}, {"left_out", changes.changes_left_out()}, {"frames", frames}};
+  return {{"moves", moves}, {"moves_left_out", changes.moves_left_out()}, {"reports", reports}};
 }
 
 }  // namespace
 
 int exit_code_of(const Outcome& outcome) {
-  if (outcome.counts.ticks_different > 0 || outcome.states_different > 0) return exit_differs;
+  if (outcome.counts.ticks_different > 0 || outcome.states_different > 0 || !outcome.changes.is_empty()) {
+    return exit_differs;
+  }
   if (!outcome.not_replayable.empty() || outcome.counts.ticks == 0) return exit_not_replayable;
   return outcome.damages.empty() ? exit_ok : exit_damaged;
 }
@@ -141,7 +148,7 @@ int exit_code_of(const Outcome& outcome) {
 std::string outcome_text(const Outcome& outcome, const std::string& other_name) {
   std::string text;
   add_head(outcome, text);
-  const bool is_same = outcome.counts.ticks_different == 0;
+  const bool is_same = outcome.counts.ticks_different == 0 && outcome.changes.is_empty();
   if (outcome.counts.ticks > 0 && is_same) {
     text += other_name.empty() ? "identical: every decision is as it was recorded"
                                : "nothing would have gone otherwise with " + other_name;
@@ -165,7 +172,8 @@ std::string outcome_text(const Outcome& outcome, const std::string& other_name) 
 }
 
 std::string outcome_json(const Outcome& outcome, const std::string& other_name) {
-  const bool is_identical = outcome.counts.ticks_different == 0 && outcome.states_different == 0;
+  const bool is_identical =
+      outcome.counts.ticks_different == 0 && outcome.states_different == 0 && outcome.changes.is_empty();
   Json json{{"pack", outcome.pack_name},
             {"version", outcome.version},
             {"black_box", outcome.black_box ? Json(outcome.black_box->cause) : Json(nullptr)},

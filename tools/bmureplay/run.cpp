@@ -4,6 +4,7 @@
 #include <chrono>
 #include <deque>
 #include <future>
+#include <type_traits>
 #include <utility>
 
 #include "config/bus_rate.hpp"
@@ -24,8 +25,7 @@ struct PartOutcome {
   std::uint64_t checksum_at_end = 0;  // 0: it did not come that far
   bool continues = false;
   std::vector<Difference> differences;
-  DecisionChanges changes;
-  std::optional<ReplayProblem> problem;
+  std::optional<RecordProblem> problem;
 };
 
 /// Of the lines before the first head.
@@ -40,7 +40,8 @@ class PartRun {
  public:
   explicit PartRun(const RunOptions& options) : options_(options) {}
 
-  [[nodiscard]] PartOutcome run(Part part, Replay& replay) {
+  template <class Runner>
+  [[nodiscard]] PartOutcome run(Part part, Runner& replay) {
     outcome_ = {};
     lines_before_ = replay.counts().lines;
     const ReplayCounts before = replay.counts();
@@ -49,19 +50,20 @@ class PartRun {
     outcome_.part = std::move(part);
     outcome_.black_box = black_box_of(text);
     take_lines(text, replay);
+    if constexpr (std::is_same_v<Runner, Replay>) replay.end();
     outcome_.counts = difference(replay.counts(), before);
     outcome_.problem = replay.problem();
     if (outcome_.problem) outcome_.problem->line = line_in_file(outcome_.problem->line);
     outcome_.first_log_us = replay.counts().first_log_us;
-    outcome_.version = replay.version();
-    outcome_.pack_name = replay.pack() ? replay.pack()->name : "";
-    outcome_.continues = replay.continues();
-    outcome_.checksum_at_begin = replay.checksum_at_begin();
+    const RecordReader& reader = replay.reader();
+    outcome_.version = reader.version();
+    outcome_.pack_name = reader.pack() ? reader.pack()->name : "";
+    outcome_.continues = reader.continues();
+    outcome_.checksum_at_begin = reader.checksum();
     return std::move(outcome_);
   }
 
   void take(const ReplayDifference& difference) {
-    outcome_.changes.take(difference);
     if (outcome_.differences.size() == options_.differences_max) return;
     outcome_.differences.push_back({.file = outcome_.part.file,
                                     .line = line_in_file(difference.line),
@@ -71,13 +73,13 @@ class PartRun {
   }
 
  private:
-  static void take_lines(std::string_view text, Replay& replay) {
+  template <class Runner>
+  static void take_lines(std::string_view text, Runner& replay) {
     while (!text.empty()) {
       const std::size_t end = text.find('\n');
       if (!replay.take(text.substr(0, end))) break;
       text.remove_prefix(end + 1);
     }
-    replay.end();
   }
   static ReplayCounts difference(ReplayCounts now, const ReplayCounts& before) {
     now.lines -= before.lines;
@@ -147,12 +149,11 @@ class Merger {
       difference.since_begin = std::chrono::microseconds(difference.log_us - outcome_.first_log_us);
       outcome_.differences.push_back(std::move(difference));
     }
-    outcome_.changes.append(part.changes);
   }
   void take_problem(const PartOutcome& part) {
     if (!part.problem) return;
     const Damage damage{.file = part.part.file, .line = part.problem->line, .text = part.problem->text};
-    if (part.problem->kind == ReplayProblemKind::damaged) {
+    if (part.problem->kind == RecordProblemKind::damaged) {
       outcome_.damages.push_back(damage);
     } else {
       outcome_.not_replayable.push_back(line_of(damage));
@@ -203,14 +204,16 @@ Result<CoreConfig, std::string> instead_of(const PackConfig& recorded, const Pac
   return config;
 }
 
-void run_otherwise(PartReader& reader, const RunOptions& options, Merger& merger) {
+void run_otherwise(PartReader& reader, const RunOptions& options, Merger& merger, DecisionChanges& changes) {
+  WhatIf what_if({.other = [&](const PackConfig& recorded) { return instead_of(recorded, *options.other); },
+                  .moves = [&](const WhatIfMove& move) { changes.take(move); },
+                  .reports = [&](const WhatIfReport& report) { changes.take(report); }});
   PartRun run(options);
-  Replay replay({.other = [&](const PackConfig& recorded) { return instead_of(recorded, *options.other); },
-                 .differs = [&](const ReplayDifference& difference) { run.take(difference); }});
   while (auto part = reader.next()) {
-    merger.take(run.run(std::move(*part), replay));
-    if (replay.problem()) break;  // what comes has nothing to go on from
+    merger.take(run.run(std::move(*part), what_if));
+    if (what_if.problem()) break;  // what comes has nothing to go on from
   }
+  what_if.end();
 }
 
 }  // namespace
@@ -220,7 +223,7 @@ Outcome run(PartReader& reader, const RunOptions& options) {
   Merger merger(outcome, options);
   const auto began = std::chrono::steady_clock::now();
   if (options.other) {
-    run_otherwise(reader, options, merger);
+    run_otherwise(reader, options, merger, outcome.changes);
   } else {
     run_beside_each_other(reader, options, merger);
   }

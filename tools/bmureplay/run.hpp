@@ -39,7 +39,7 @@ struct Outcome {
   std::uint64_t states_compared = 0;  // ends of parts with beginnings of the next
   std::uint64_t states_different = 0;
   std::vector<Difference> differences;  // the first ones
-  DecisionChanges changes;              // of all of them
+  DecisionChanges changes;              // with another configuration
   std::vector<Damage> damages;
   std::vector<std::string> not_replayable;  // reasons: no recording, another version
   Duration took{};

@@ -1,0 +1,209 @@
+#include "daemon/recording/record_reader.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstdio>
+#include <utility>
+
+#include "config/bus_rate.hpp"
+#include "daemon/core/core_image.hpp"
+#include "daemon/recording/image_lines.hpp"
+#include "daemon/recording/record_writer.hpp"
+
+namespace bmu {
+
+namespace {
+
+/// Of a damaged or hostile file; ours are a tenth of it.
+constexpr std::size_t image_size_max = std::size_t{32} << 20;
+/// A core's time, and how far a clock is ahead of it: some 120 years, which in nanoseconds is still a number.
+constexpr std::int64_t time_max_us = 4'000'000'000'000'000;
+
+template <class Number>
+std::optional<Number> number(std::string_view text, int base = 10) {
+  Number value{};
+  const auto done = std::from_chars(text.data(), text.data() + text.size(), value, base);
+  const bool is_whole = !text.empty() && done.ec == std::errc{} && done.ptr == text.data() + text.size();
+  return is_whole ? std::optional(value) : std::nullopt;
+}
+
+/// "| the end of a line", or "+ a part" that the next goes on with.
+bool append_line(std::string& text, std::string_view rest) {
+  if (rest.empty() || (rest[0] != '|' && rest[0] != '+')) return false;
+  if (rest.size() > 2) text += rest.substr(2);
+  if (rest[0] == '|') text += '\n';
+  return true;
+}
+
+/// Up to the first space, and what follows it.
+std::pair<std::string_view, std::string_view> two_words(std::string_view text) {
+  const std::size_t space = std::min(text.find(' '), text.size());
+  return {text.substr(0, space), text.substr(std::min(space + 1, text.size()))};
+}
+
+}  // namespace
+
+RecordReader::Took RecordReader::fail(std::string text, RecordProblemKind kind) {
+  problem_ = RecordProblem{.kind = kind, .line = lines_, .text = std::move(text)};
+  place_ = Place::after_problem;
+  return Took::problem;
+}
+
+RecordReader::Took RecordReader::fail_without_head() {
+  return fail("found no whole head before, wanted '# bmud-recording' to '# core-end'",
+              place_ == Place::before ? RecordProblemKind::no_recording : RecordProblemKind::damaged);
+}
+
+RecordReader::Took RecordReader::take(std::string_view line) {
+  ++lines_;
+  const auto parsed = parse_record_line(line, clock_, head_.buses);
+  if (!parsed) {
+    if (place_ == Place::before) return fail_without_head();
+    return fail("column " + std::to_string(parsed.error().column + 1) + ": wanted " + parsed.error().wanted);
+  }
+  if (std::holds_alternative<RecordNothing>(*parsed)) return Took::nothing;
+  if (const auto* const note = std::get_if<RecordNote>(&*parsed)) return take_note(*note);
+  if (place_ != Place::in_part) return fail_without_head();
+  if (const auto* const tick = std::get_if<RecordTick>(&*parsed)) {
+    tick_ = *tick;
+    has_tick_ = true;
+    return take_time(tick->at, Took::tick);
+  }
+  if (const auto* const observation = std::get_if<Observation>(&*parsed)) {
+    observation_ = *observation;
+    has_tick_ = false;
+    return take_time(observation->at, Took::observation);
+  }
+  if (!has_tick_) return fail("found a part of a decision, wanted its tick before it");
+  line_ = *parsed;
+  return Took::of_tick;
+}
+
+RecordReader::Took RecordReader::take_time(TimePoint at, Took took) {
+  const bool is_possible = at >= latest_ && at <= TimePoint{std::chrono::microseconds{time_max_us}};
+  if (!is_possible)
+    return fail("found a time that no core can have had, wanted one not before that of the line before");
+  latest_ = at;
+  return took;
+}
+
+RecordReader::Took RecordReader::take_note(const RecordNote& note) {
+  has_tick_ = false;
+  if (note.word == "bmud-recording") {
+    if (number<int>(note.rest) != record_format) {
+      return fail(
+          "found a recording of format '" + std::string(note.rest) + "', wanted " + std::to_string(record_format),
+          RecordProblemKind::other_version);
+    }
+    head_ = {};
+    place_ = Place::in_head;
+    return Took::nothing;
+  }
+  if (note.word == "ahead_us") {
+    const auto ahead_us = number<std::int64_t>(note.rest);
+    if (!ahead_us || *ahead_us > time_max_us || *ahead_us < -time_max_us) {
+      return fail("wanted microseconds between both clocks");
+    }
+    clock_.ahead_us = *ahead_us;
+    return Took::nothing;
+  }
+  // What a later version adds, or what people wrote into it.
+  return place_ == Place::in_head ? take_head(note.word, note.rest) : Took::nothing;
+}
+
+RecordReader::Took RecordReader::take_head(std::string_view word, std::string_view rest) {
+  if (word == "version") {
+    head_.version = rest;
+  } else if (word == "bus") {
+    const auto [which, name] = two_words(rest);
+    if (name.empty()) return fail("wanted which bus, and its name");
+    (which == to_text(Port::vehicle) ? head_.buses.vehicle : head_.buses.internal) = name;
+  } else if (word == "continues") {
+    head_.continues = true;
+  } else if (word == "configuration") {
+    head_.origin.hash = rest;
+  } else if (word == "internal_kbit_per_s") {
+    const auto rate = number<std::int32_t>(rest);
+    if (!rate || *rate < 1) return fail("wanted a bit rate in kbit/s");
+    head_.origin.internal_kbit_per_s = *rate;
+  } else if (word == "pack-file") {
+    head_.origin.sources.pack_name = rest;
+  } else if (word == "cell-file") {
+    head_.origin.sources.cell_name = rest;
+  } else if (word == "pack" || word == "cell") {
+    PackSources& sources = head_.origin.sources;
+    if (!append_line(word == "pack" ? sources.pack_text : sources.cell_text, rest)) {
+      return fail("wanted a line of a file behind '|' or '+'");
+    }
+  } else {
+    return take_state(word, rest);
+  }
+  return Took::nothing;
+}
+
+RecordReader::Took RecordReader::take_state(std::string_view word, std::string_view rest) {
+  const auto at_most = [&] { return " at most " + std::to_string(head_.image_size) + " bytes"; };
+  if (word == "core") {
+    const auto [layout_text, size_text] = two_words(rest);
+    const auto layout = number<std::uint64_t>(layout_text, 16);
+    const auto size = number<std::size_t>(size_text);
+    if (!layout || !size || *size > image_size_max) return fail("wanted layout and size of a core");
+    head_.layout = *layout;
+    head_.image_size = *size;
+  } else if (word == "image") {
+    if (!append_image_bytes(rest, head_.image_size, head_.image)) return fail("wanted base64 of" + at_most());
+  } else if (word == "zeros") {
+    if (!append_image_zeros(rest, head_.image_size, head_.image))
+      return fail("wanted a number of zeros, and" + at_most());
+  } else if (word == "core-end") {
+    return end_head(rest);
+  }
+  return Took::nothing;
+}
+
+bool RecordReader::read_pack() {
+  if (pack_ && head_.origin == origin_of_pack_) return true;
+  auto pack = parse_pack_config(head_.origin.sources);
+  if (!pack) {
+    static_cast<void>(fail("the recorded configuration: " + to_text(pack.error().front())));
+    return false;
+  }
+  std::array<char, 17> hash{};
+  std::snprintf(hash.data(), hash.size(), "%016llx", static_cast<unsigned long long>(pack->core.hash));
+  if (head_.origin.hash != hash.data()) {
+    static_cast<void>(fail("found configuration " + std::string(hash.data()) + ", wanted " + head_.origin.hash +
+                           " as the head says"));
+    return false;
+  }
+  origin_of_pack_ = head_.origin;
+  const std::int64_t bit_per_s = std::int64_t{head_.origin.internal_kbit_per_s} * 1000;
+  pack_ = bit_per_s == 0 ? std::move(*pack) : at_rate(*pack, bit_per_s);
+  return true;
+}
+
+RecordReader::Took RecordReader::end_head(std::string_view checksum) {
+  if (!read_pack()) return Took::problem;
+  if (head_.layout != core_image_layout()) {
+    return fail("it was written by version " + head_.version + ", whose core has other members than this one's",
+                RecordProblemKind::other_version);
+  }
+  checksum_ = image_checksum(head_.image);
+  if (head_.image.size() != head_.image_size || number<std::uint64_t>(checksum, 16) != checksum_) {
+    return fail("the state of the core is damaged");
+  }
+  place_ = Place::in_part;
+  latest_ = TimePoint{};
+  return Took::part;
+}
+
+Result<std::unique_ptr<Core>, RecordProblem> RecordReader::make_core(const CoreConfig& config) {
+  auto core = std::make_unique<Core>(config, TimePoint{});
+  if (const auto problem = read_core_image(head_.image, *core)) {
+    return failure(RecordProblem{.line = lines_, .text = "the state of the core: " + std::string(to_text(*problem))});
+  }
+  latest_ = core->decided_at();
+  return core;
+}
+
+}  // namespace bmu

@@ -1,0 +1,229 @@
+#include "daemon/recording/what_if.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace bmu {
+
+namespace {
+
+/// The same event within this is the same event: one core may be a sample or two behind the other.
+constexpr std::int64_t match_us = 500'000;
+/// Contactors that move at another tick move at another time.
+constexpr std::int64_t contactors_match_us = 5'000;
+/// A tick that the recording's core had too comes within this after it is due.
+constexpr Duration tick_late_max = 20ms;
+constexpr Duration urgent_late_max = 1ms;
+/// 620h to 628h, or where the configuration moved them.
+constexpr std::uint32_t vehicle_report_count = 9;
+/// An echo that the recording has as well comes within this.
+constexpr Duration echo_late_max = 5ms;
+
+bool same_contactors(const ContactorOutputs& one, const ContactorOutputs& other) {
+  return one.main_positive == other.main_positive && one.main_negative == other.main_negative &&
+         one.precharge == other.precharge && one.charge == other.charge;
+}
+
+std::size_t index_of(Port port) {
+  return static_cast<std::size_t>(port);
+}
+
+std::string outputs_text(const ContactorOutputs& outputs) {
+  const std::pair<bool, const char*> rows[] = {{outputs.main_negative, " main_negative"},
+                                               {outputs.precharge, " precharge"},
+                                               {outputs.main_positive, " main_positive"},
+                                               {outputs.charge, " charge"},
+                                               {outputs.auxiliary, " auxiliary"},
+                                               {outputs.fan, " fan"},
+                                               {outputs.heater, " heater"}};
+  std::string text = outputs.any_contactor() ? "contactors:" : "contactors: all open";
+  for (const auto& [is_on, word] : rows) {
+    if (is_on) text += word;
+  }
+  return text;
+}
+
+}  // namespace
+
+bool WhatIf::take(std::string_view line) {
+  const RecordReader::Took took = reader_.take(line);
+  counts_.lines = reader_.lines();
+  switch (took) {
+    case RecordReader::Took::nothing: break;
+    case RecordReader::Took::part: return begin_part();
+    case RecordReader::Took::tick: take_tick(reader_.tick().at); break;
+    case RecordReader::Took::of_tick: take_of_tick(); break;
+    case RecordReader::Took::observation: take_observation(reader_.observation()); break;
+    case RecordReader::Took::problem: problem_ = reader_.problem(); return false;
+  }
+  return true;
+}
+
+bool WhatIf::begin_part() {
+  ++counts_.begun;
+  if (core_ != nullptr && reader_.continues() && !has_parted_) return true;
+  const auto config = options_.other(*reader_.pack());
+  if (!config) {
+    problem_ = {.kind = RecordProblemKind::other_pack, .line = reader_.lines(), .text = config.error()};
+    return false;
+  }
+  auto core = reader_.make_core(*config);
+  if (!core) {
+    problem_ = core.error();
+    return false;
+  }
+  core_ = std::move(*core);
+  outputs_ = recorded_outputs_ = core_->outputs();
+  has_parted_ = false;
+  unmatched_.clear();
+  wake_at_ = TimePoint{};
+  urgent_at_ = TimePoint{};
+  echoes_.clear();
+  reports_.clear();
+  takes_frames_.fill(true);
+  counts_.last = TimePoint{};
+  return true;
+}
+
+// --- what both hear -------------------------------------------------------------------------------------------------
+
+void WhatIf::take_observation(const Observation& observation) {
+  ++counts_.observations;
+  if (has_parted_) return;
+  decide_if_left_alone(observation.at);
+  give_late_echoes(observation.at);
+  if (const auto* const echo = std::get_if<FrameEchoed>(&observation.what)) {
+    return take_echo(observation, *echo);
+  }
+  if (const auto* const failed = std::get_if<SendFailed>(&observation.what)) {
+    takes_frames_[index_of(failed->port)] = false;
+    return;
+  }
+  if (const auto* const port = std::get_if<PortChanged>(&observation.what)) {
+    takes_frames_[index_of(port->port)] = port->is_up;
+  }
+  observe(observation);
+}
+
+void WhatIf::observe(const Observation& observation) {
+  if (core_->observe(observation) == Urgency::decide_now && urgent_at_ == TimePoint{}) urgent_at_ = observation.at;
+}
+
+/// One that the second core has sent as well comes when it came; of the others it knows nothing.
+void WhatIf::take_echo(const Observation& observation, const FrameEchoed& echo) {
+  takes_frames_[index_of(echo.port)] = true;
+  const auto same =
+      std::find_if(echoes_.begin(), echoes_.end(), [&](const Echo& own) { return own.sent.frame == echo.frame; });
+  if (same == echoes_.end()) return;
+  echoes_.erase(same);
+  observe(observation);
+}
+
+void WhatIf::give_late_echoes(TimePoint now) {
+  while (!echoes_.empty() && now - echoes_.front().at > echo_late_max) {
+    const OutgoingFrame sent = echoes_.front().sent;
+    echoes_.pop_front();
+    if (takes_frames_[index_of(sent.port)]) {
+      observe({.at = now, .what = FrameEchoed{.port = sent.port, .frame = sent.frame}});
+    } else {
+      observe({.at = now, .what = SendFailed{.port = sent.port, .frame = sent.frame}});
+    }
+  }
+}
+
+// --- when it decides ------------------------------------------------------------------------------------------------
+
+/// With the recording's core where both have to, so that the same observations lie before both decisions.
+void WhatIf::take_tick(TimePoint at) {
+  if (has_parted_) return;
+  decide_if_left_alone(at);
+  if (wake_at_ <= at || urgent_at_ != TimePoint{}) decide(at);
+  tell_unmatched(log_us(at) - match_us);
+}
+
+void WhatIf::decide_if_left_alone(TimePoint now) {
+  if (urgent_at_ != TimePoint{} && now - urgent_at_ > urgent_late_max) decide(urgent_at_ + urgent_late_max);
+  // At the start its first tick comes with the recording's.
+  while (wake_at_ != TimePoint{} && now - wake_at_ > tick_late_max) decide(wake_at_);
+}
+
+void WhatIf::decide(TimePoint at) {
+  at = std::max(at, core_->decided_at());
+  const Decisions decisions = core_->decide(at);
+  count_tick(counts_, at, reader_.clock());
+  urgent_at_ = TimePoint{};
+  wake_at_ = decisions.wake_at;
+  for (const OutgoingFrame& sent : decisions.frames) {
+    echoes_.push_back({.at = at, .sent = sent});
+    reports_[sent.frame.id] = sent.frame;
+  }
+  add_outputs(decisions.outputs, outputs_, {.log_us = log_us(at)});
+  for (const Event& event : decisions.events) add({.log_us = log_us(at), .text = to_text(event)});
+}
+
+// --- what differs ---------------------------------------------------------------------------------------------------
+
+void WhatIf::take_of_tick() {
+  if (has_parted_) return;
+  const std::int64_t at_us = log_us(reader_.tick().at);
+  if (const auto* const sent = std::get_if<RecordSent>(&reader_.line())) compare_report(sent->sent);
+  if (const auto* const outputs = std::get_if<RecordOutputs>(&reader_.line())) {
+    add_outputs(outputs->outputs, recorded_outputs_, {.log_us = at_us, .is_recorded = true});
+  }
+  if (const auto* const event = std::get_if<RecordEvent>(&reader_.line())) {
+    add({.log_us = at_us, .is_recorded = true, .text = std::string(event->text)});
+  }
+}
+
+void WhatIf::compare_report(const OutgoingFrame& recorded) {
+  const std::uint32_t first = core_->config().vehicle.base_id;
+  const bool is_report = recorded.frame.id >= first && recorded.frame.id < first + vehicle_report_count;
+  const auto other = reports_.find(recorded.frame.id);
+  if (!is_report || other == reports_.end() || other->second == recorded.frame || !options_.reports) return;
+  options_.reports({.log_us = log_us(reader_.tick().at), .recorded = recorded.frame, .other = other->second});
+}
+
+void WhatIf::add_outputs(const ContactorOutputs& now, ContactorOutputs& before, WhatIfMove move) {
+  if (now == before) return;
+  move.parts = !same_contactors(now, before);
+  move.text = outputs_text(now);
+  before = now;
+  add(std::move(move));
+}
+
+/// The first that waits for the same is its match.
+void WhatIf::add(WhatIfMove move) {
+  const auto match = std::find_if(unmatched_.begin(), unmatched_.end(), [&](const WhatIfMove& other) {
+    const bool is_near = !move.parts || move.log_us - other.log_us <= contactors_match_us;
+    return other.is_recorded != move.is_recorded && other.text == move.text && is_near;
+  });
+  if (match != unmatched_.end()) {
+    unmatched_.erase(match);
+  } else {
+    unmatched_.push_back(std::move(move));
+  }
+}
+
+void WhatIf::tell_unmatched(std::int64_t before_log_us) {
+  while (!unmatched_.empty() && unmatched_.front().log_us < before_log_us) {
+    const WhatIfMove move = std::move(unmatched_.front());
+    unmatched_.pop_front();
+    if (options_.moves) options_.moves(move);
+    if (move.parts) return part_from(move.log_us);
+  }
+}
+
+/// What came with it, as why it opened, is still told; what came later is of another world.
+void WhatIf::part_from(std::int64_t at_log_us) {
+  for (const WhatIfMove& move : unmatched_) {
+    if (move.log_us == at_log_us && !move.parts && options_.moves) options_.moves(move);
+  }
+  unmatched_.clear();
+  has_parted_ = true;
+}
+
+void WhatIf::end() {
+  tell_unmatched(std::numeric_limits<std::int64_t>::max());
+}
+
+}  // namespace bmu

@@ -1,0 +1,102 @@
+// What would have happened with another configuration: a second core hears what the recording's core heard, decides
+// when it wants to, and what it does otherwise is told.
+//
+// It takes the recorded state at the start, and goes on as it is from part to part. The world does not follow: what the
+// recording says of currents, voltages and contacts is what was; only the frames that the second core sends come back
+// to it as its own, while the bus took frames then. So when the contactors of both part, that is told, and what would
+// have come then nobody knows: the second core begins again with the state of the next part.
+//
+// What is told: each command of the contactors that only one of both gives, each event that only one of both has within
+// half a second, and each report to the vehicle whose bytes are others. Polls and commands on the internal bus are not
+// compared: they carry counters, and what they are for shows in the rest.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "daemon/recording/replay.hpp"
+
+namespace bmu {
+
+/// Something that only one of both courses has.
+struct WhatIfMove {
+  std::int64_t log_us = 0;
+  bool is_recorded = false;
+  bool parts = false;  // the contactors: nothing is known of what would have followed
+  std::string text;    // "fault: ...", "contactors: main_negative main_positive"
+};
+
+/// A report of an identifier, where both differ.
+struct WhatIfReport {
+  std::int64_t log_us = 0;
+  CanFrame recorded;
+  CanFrame other;
+};
+
+struct WhatIfOptions {
+  /// The configuration to decide with, or why it cannot take over the recorded state.
+  std::function<Result<CoreConfig, std::string>(const PackConfig& recorded)> other{};
+  std::function<void(const WhatIfMove& move)> moves{};
+  std::function<void(const WhatIfReport& report)> reports{};
+};
+
+class WhatIf {
+ public:
+  explicit WhatIf(WhatIfOptions options) : options_(std::move(options)) {}
+
+  /// The next line, without its line feed. False: it cannot go on; problem() says why.
+  [[nodiscard]] bool take(std::string_view line);
+  void end();
+
+  /// Ticks are those of the second core.
+  [[nodiscard]] const ReplayCounts& counts() const { return counts_; }
+  [[nodiscard]] const std::optional<RecordProblem>& problem() const { return problem_; }
+  [[nodiscard]] const RecordReader& reader() const { return reader_; }
+
+ private:
+  struct Echo {
+    TimePoint at;
+    OutgoingFrame sent;
+  };
+
+  [[nodiscard]] bool begin_part();
+  void take_observation(const Observation& observation);
+  void observe(const Observation& observation);
+  void take_echo(const Observation& observation, const FrameEchoed& echo);
+  void give_late_echoes(TimePoint now);
+  void decide_if_left_alone(TimePoint now);
+  void take_tick(TimePoint at);
+  void decide(TimePoint at);
+  void take_of_tick();
+  void part_from(std::int64_t at_log_us);
+  void compare_report(const OutgoingFrame& recorded);
+  void add(WhatIfMove move);
+  void add_outputs(const ContactorOutputs& now, ContactorOutputs& before, WhatIfMove move);
+  void tell_unmatched(std::int64_t before_log_us);
+  [[nodiscard]] std::int64_t log_us(TimePoint at) const { return reader_.clock().to_log_us(at); }
+
+  WhatIfOptions options_;
+  RecordReader reader_;
+  std::unique_ptr<Core> core_;
+  TimePoint wake_at_{};
+  ContactorOutputs outputs_;  // of the second core
+  ContactorOutputs recorded_outputs_;
+  bool has_parted_ = false;
+  TimePoint urgent_at_{};                        // zero: nothing is
+  std::deque<Echo> echoes_;                      // sent, and not yet seen back
+  std::array<bool, port_count> takes_frames_{};  // by what became of the recorded ones
+  std::deque<WhatIfMove> unmatched_;
+  std::map<std::uint32_t, CanFrame> reports_;  // of the second core, the latest of each identifier
+  ReplayCounts counts_;
+  std::optional<RecordProblem> problem_;
+};
+
+}  // namespace bmu
