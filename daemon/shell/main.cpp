@@ -15,11 +15,13 @@
 #include "config/bus_checks.hpp"
 #include "config/pack_config.hpp"
 #include "daemon/shell/buses.hpp"
+#include "daemon/shell/cell_count_setting.hpp"
 #include "daemon/shell/gpio_lines.hpp"
 #include "daemon/shell/journal.hpp"
 #include "daemon/shell/line_feeder.hpp"
 #include "daemon/shell/loop.hpp"
 #include "daemon/shell/rate_watch.hpp"
+#include "daemon/shell/serial_console.hpp"
 #include "daemon/shell/service_notify.hpp"
 #include "daemon/shell/state_store.hpp"
 #include "daemon/shell/status_requests.hpp"
@@ -47,6 +49,9 @@ constexpr const char* footer = R"(Examples:
 What has to outlive the daemon (how often each fault came, who cleared it, locks, the wear of contactors) is kept in
 --state FILE; without the option in state.json where systemd's STATE_DIRECTORY points, and else nowhere.
 
+On --serial DEVICE, or the pack file's serial/device, a serial console takes CellC:xx, LogReq and Help at 38400 Bd:
+docs/serial.md.
+
 A bus is the name of a CAN interface, or unix:NAME for the bus between programs of this machine.
 
 Exit codes: 0 ended by SIGTERM, SIGINT or SIGHUP with all contactors commanded open (the log says if nobody
@@ -69,6 +74,7 @@ struct Options {
   std::string bus_vehicle;
   std::string socket = "/run/bmud/bmud.sock";
   std::string state;
+  std::string serial;
   std::string log_level = "info";
   bool check_config = false;
   bool open_gpio = false;
@@ -84,6 +90,8 @@ void add_options(CLI::App& app, Options& options) {
       ->type_name("BUS");
   app.add_option("--socket", options.socket, "status socket for bmuctl")->type_name("PATH")->capture_default_str();
   app.add_option("--state", options.state, "file for what outlives the daemon (see below)")->type_name("FILE");
+  app.add_option("--serial", options.serial, "terminal device of the serial console, instead of the pack file's")
+      ->type_name("DEVICE");
   CLI::Option* check =
       app.add_flag("--check-config", options.check_config, "say whether the pack file is good, and end");
   app.add_flag("--open-gpio", options.open_gpio,
@@ -169,13 +177,30 @@ bool may_run_at(const RateWatch& rate, Journal& journal) {
   return false;
 }
 
+/// None if neither the pack file nor the option names a device.
+Result<std::unique_ptr<SerialConsole>, OsError> start_console(SerialConfig serial, const Options& options,
+                                                              std::shared_ptr<CellCountSetting> cell_count,
+                                                              std::shared_ptr<const OpenPack> open_pack,
+                                                              Journal& journal) {
+  if (!options.serial.empty()) serial.device = options.serial;
+  if (serial.device.empty()) return std::unique_ptr<SerialConsole>();
+  return SerialConsole::start(
+      {.device = serial.device, .bit_rate_Bd = serial.bit_rate_Bd},
+      {.set_cell_count = [cell_count = std::move(cell_count), open_pack = std::move(open_pack)](
+                             std::size_t wanted) { return cell_count->set(wanted, open_pack->is_open()); },
+       .log_source = empty_log(),
+       .log = [&journal](Severity severity, std::string_view line) { journal.log(severity, line); }});
+}
+
 int run_daemon(const PackConfig& file_pack, const Options& options, Journal& journal) {
   const auto fail = [&](const OsError& error) {
     journal.log(Severity::error, to_text(error));
     return exit_system;
   };
-  PackConfig wanted = file_pack;
-  wanted.buses = bus_names(options, file_pack);
+  const auto cell_count = std::make_shared<CellCountSetting>(file_pack, state_path(options));
+  if (!cell_count->told().empty()) journal.log(Severity::warning, cell_count->told());
+  PackConfig wanted = cell_count->pack();
+  wanted.buses = bus_names(options, wanted);
   auto socket = StatusSocket::open({.path = options.socket});
   if (!socket) return fail(socket.error());
   auto store = StateStore::open({.path = state_path(options)});
@@ -200,6 +225,9 @@ int run_daemon(const PackConfig& file_pack, const Options& options, Journal& jou
   const auto core = std::make_unique<Core>(pack.core, monotonic_now(), first_counter);
   if (!(*store)->path().empty()) core->restore((*store)->found().state.value_or(PersistentState{}));
   (*store)->start();
+  const auto open_pack = std::make_shared<OpenPack>(*core);
+  const auto console = start_console(pack.serial, options, cell_count, open_pack, journal);
+  if (!console) return fail(console.error());
   LineFeeder* const used_lines = lines ? &*lines : nullptr;
   Loop loop({.core = *core,
              .buses = *buses,
@@ -208,7 +236,8 @@ int run_daemon(const PackConfig& file_pack, const Options& options, Journal& jou
              .notify = notify,
              .store = **store,
              .rate = rate,
-             .lines = used_lines});
+             .lines = used_lines,
+             .taps = {open_pack.get()}});
   const auto make_view = [&]() -> StatusView {
     return {.core = *core,
             .buses = *buses,
