@@ -633,6 +633,17 @@ void check_base_id(const Check& check) {
   }
 }
 
+// --- the serial console ---------------------------------------------------------------------------------------------
+
+void check_serial_rate(const Check& check) {
+  const Place place = check.root.at("serial").at("bit_rate_Bd");
+  const std::int32_t bit_rate_Bd = check.pack.serial.bit_rate_Bd;
+  if (!check.problems.is_good(place) || is_serial_rate(bit_rate_Bd)) return;
+  std::string rates;
+  for (const std::int32_t rate_Bd : serial_rates_Bd) rates += (rates.empty() ? "" : ", ") + digits_of(rate_Bd);
+  check.problems.add(place, digits_of(bit_rate_Bd), "one of " + rates);
+}
+
 }  // namespace
 
 void check_bus_times(const PackConfig& pack, const Place& pack_place, ProblemList& problems) {
@@ -666,6 +677,7 @@ void check_pack(const PackConfig& pack, const Place& pack_place, const Place& ce
   check_bleed_current(check);
   check_resistance_pause(check);
   check_base_id(check);
+  check_serial_rate(check);
 }
 
 }  // namespace bmu

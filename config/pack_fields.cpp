@@ -722,7 +722,7 @@ constexpr std::array vehicle_table{
                                    .form = "1 to 8 ASCII characters"}),
 };
 
-bool is_chip_file(std::string_view text) {
+bool is_device_file(std::string_view text) {
   return is_printable_ascii(text) && text.substr(0, 5) == "/dev/";
 }
 
@@ -731,8 +731,28 @@ constexpr std::array gpio_table{
                                       .min = 6,
                                       .max = 255,
                                       .meaning = "the chip's device file; udev can give it a name that stays",
-                                      .is_well_formed = is_chip_file,
+                                      .is_well_formed = is_device_file,
                                       .form = "a file such as /dev/gpiochip0"})),
+};
+
+bool is_no_device_or_a_file(std::string_view text) {
+  return text.empty() || is_device_file(text);
+}
+
+constexpr std::array serial_table{
+    text<&SerialConfig::device>({.key = "device",
+                                 .min = 0,
+                                 .max = 255,
+                                 .meaning = "the terminal device of the console; nothing: there is none",
+                                 .is_well_formed = is_no_device_or_a_file,
+                                 .form = "a file such as /dev/ttyUSB0, or nothing"}),
+    number<&SerialConfig::bit_rate_Bd>(
+        {.key = "bit_rate_Bd",
+         .min = serial_rates_Bd.front(),
+         .max = serial_rates_Bd.back(),
+         .meaning = "1200, 2400, 4800, 9600, 19200, 38400, 57600 or 115200; 8 data bits, no parity, 1 stop bit"}),
+    boolean<&SerialConfig::may_set_cell_count>(
+        {.key = "may_set_cell_count", .meaning = "`CellC` may set the number of cells of a pack with one module"}),
 };
 
 constexpr std::array gpio_line_table{
@@ -1027,6 +1047,9 @@ std::span<const Field<VehicleConfig>> vehicle_fields() {
   return vehicle_table;
 }
 
+std::span<const Field<SerialConfig>> serial_fields() {
+  return serial_table;
+}
 std::span<const Field<GpioConfig>> gpio_fields() {
   return gpio_table;
 }

@@ -102,7 +102,7 @@ struct Journal::Parts {
   std::shared_ptr<CountingSink> sink = std::make_shared<CountingSink>(make_sink());
   std::shared_ptr<spdlog::details::thread_pool> pool;
   std::shared_ptr<spdlog::async_logger> logger;
-  std::uint64_t posted = 0;
+  std::atomic<std::uint64_t> posted = 0;
   std::uint64_t lost_told = 0;
 };
 

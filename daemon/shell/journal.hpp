@@ -27,7 +27,7 @@ class Journal {
   /// Gives the thread up instead of waiting for a sink that is blocked.
   ~Journal();
 
-  /// Never blocks.
+  /// Never blocks. From any thread; all else from one.
   void log(Severity severity, std::string_view line);
   /// Logs how many lines were lost since it last said so, if any and if there is room again. Now and then.
   void tell_lost();

@@ -15,6 +15,7 @@
 #include "config/bus_checks.hpp"
 #include "config/pack_config.hpp"
 #include "daemon/shell/buses.hpp"
+#include "daemon/shell/cell_count_setting.hpp"
 #include "daemon/shell/gpio_lines.hpp"
 #include "daemon/shell/journal.hpp"
 #include "daemon/shell/line_feeder.hpp"
@@ -22,6 +23,7 @@
 #include "daemon/shell/rate_watch.hpp"
 #include "daemon/shell/recorder.hpp"
 #include "daemon/shell/recorder_teller.hpp"
+#include "daemon/shell/serial_console.hpp"
 #include "daemon/shell/service_notify.hpp"
 #include "daemon/shell/state_store.hpp"
 #include "daemon/shell/status_requests.hpp"
@@ -54,6 +56,9 @@ The last minutes are kept in memory. When the pack opens, or a fault latches, wh
 go to a file in the --black-box folder; without the option in black-box where STATE_DIRECTORY points, and else nowhere.
 "none" switches it off. --record writes everything. bmureplay runs both again.
 
+On --serial DEVICE, or the pack file's serial/device, a serial console takes CellC:xx, LogReq and Help at 38400 Bd:
+docs/serial.md.
+
 A bus is the name of a CAN interface, or unix:NAME for the bus between programs of this machine.
 
 Exit codes: 0 ended by SIGTERM, SIGINT or SIGHUP with all contactors commanded open (the log says if nobody
@@ -82,6 +87,7 @@ struct Options {
   std::uint64_t record_file_MB = 16;
   std::uint64_t record_total_MB = 1000;
   std::string black_box;
+  std::string serial;
   std::string log_level = "info";
   bool check_config = false;
   bool open_gpio = false;
@@ -106,6 +112,8 @@ void add_options(CLI::App& app, Options& options) {
       ->capture_default_str();
   app.add_option("--black-box", options.black_box, "what was around an opening goes here (see below)")
       ->type_name("FOLDER");
+  app.add_option("--serial", options.serial, "terminal device of the serial console, instead of the pack file's")
+      ->type_name("DEVICE");
   CLI::Option* check =
       app.add_flag("--check-config", options.check_config, "say whether the pack file is good, and end");
   app.add_flag("--open-gpio", options.open_gpio,
@@ -209,14 +217,31 @@ bool may_run_at(const RateWatch& rate, Journal& journal) {
   return false;
 }
 
+/// None if neither the pack file nor the option names a device.
+Result<std::unique_ptr<SerialConsole>, OsError> start_console(SerialConfig serial, const Options& options,
+                                                              std::shared_ptr<CellCountSetting> cell_count,
+                                                              std::shared_ptr<const OpenPack> open_pack,
+                                                              Journal& journal) {
+  if (!options.serial.empty()) serial.device = options.serial;
+  if (serial.device.empty()) return std::unique_ptr<SerialConsole>();
+  return SerialConsole::start(
+      {.device = serial.device, .bit_rate_Bd = serial.bit_rate_Bd},
+      {.set_cell_count = [cell_count = std::move(cell_count), open_pack = std::move(open_pack)](
+                             std::size_t wanted) { return cell_count->set(wanted, open_pack->is_open()); },
+       .log_source = empty_log(),
+       .log = [&journal](Severity severity, std::string_view line) { journal.log(severity, line); }});
+}
+
 int run_daemon(const PackConfig& file_pack, const Options& options, Journal& journal) {
   const auto fail = [&](const OsError& error) {
     journal.log(Severity::error, to_text(error));
     return exit_system;
   };
   const auto log = [&](Severity severity, std::string_view line) { journal.log(severity, line); };
-  PackConfig wanted = file_pack;
-  wanted.buses = bus_names(options, file_pack);
+  const auto cell_count = std::make_shared<CellCountSetting>(file_pack, state_path(options));
+  if (!cell_count->told().empty()) journal.log(Severity::warning, cell_count->told());
+  PackConfig wanted = cell_count->pack();
+  wanted.buses = bus_names(options, wanted);
   auto socket = StatusSocket::open({.path = options.socket});
   if (!socket) return fail(socket.error());
   auto store = StateStore::open({.path = state_path(options)});
@@ -251,6 +276,11 @@ int run_daemon(const PackConfig& file_pack, const Options& options, Journal& jou
     recorder->start();
   }
   RecorderTeller teller;
+  const auto open_pack = std::make_shared<OpenPack>(*core);
+  const auto console = start_console(pack.serial, options, cell_count, open_pack, journal);
+  if (!console) return fail(console.error());
+  std::vector<CoreTap*> taps{open_pack.get()};
+  if (recorder) taps.push_back(&recorder->feed());
   LineFeeder* const used_lines = lines ? &*lines : nullptr;
   Loop loop({.core = *core,
              .buses = *buses,
@@ -260,7 +290,7 @@ int run_daemon(const PackConfig& file_pack, const Options& options, Journal& jou
              .store = **store,
              .rate = rate,
              .lines = used_lines,
-             .taps = recorder ? std::vector<CoreTap*>{&recorder->feed()} : std::vector<CoreTap*>{},
+             .taps = taps,
              .each_second = {[&] {
                if (recorder) teller.tell(recorder->status(), recorder->lines_lost(), log);
              }}});

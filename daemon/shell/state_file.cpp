@@ -8,9 +8,6 @@
 
 #include <fcntl.h>
 #include <sys/stat.h>
-#include <unistd.h>
-
-#include "daemon/shell/owned_fd.hpp"
 
 namespace bmu {
 
@@ -18,24 +15,35 @@ namespace {
 
 constexpr int file_mode = 0600;
 
-OsError os_error(std::string_view step, const std::string& path) {
-  return {.code = errno, .what = std::string(step) + " " + path};
+OsError os_error(const std::string& step, const std::string& path) {
+  return {.code = errno, .what = step + " " + path};
+}
+
+/// The call's answer, once no signal interrupted it.
+template <class Call>
+auto finish(Call call) {
+  auto answer = call();
+  while (answer < 0 && errno == EINTR) answer = call();
+  return answer;
+}
+
+int open_file(FileCalls& calls, const std::string& path, int flags) {
+  return finish([&] { return calls.open(path.c_str(), flags | O_CLOEXEC, file_mode); });
 }
 
 /// The text; nothing if there is no such file; or why there is none to be had.
-Result<std::optional<std::string>, std::string> read_text(const std::string& path) {
+Result<std::optional<std::string>, std::string> read_text(FileCalls& calls, const std::string& path) {
   const auto refused = [&] { return failure(std::string(std::strerror(errno))); };
   // Not to wait for the other end of a pipe that somebody put there.
-  const OwnedFd file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  const OpenFile file(calls, open_file(calls, path, O_RDONLY | O_NONBLOCK));
   if (!file.is_open() && errno == ENOENT) return std::optional<std::string>{};
   struct stat status {};
-  if (!file.is_open() || ::fstat(file.get(), &status) != 0) return refused();
+  if (!file.is_open() || calls.status(file.get(), status) != 0) return refused();
   if (!S_ISREG(status.st_mode)) return failure(std::string("no regular file"));
   std::string text;
   std::array<char, 16384> buffer{};
   while (true) {
-    const ssize_t count = ::read(file.get(), buffer.data(), buffer.size());
-    if (count < 0 && errno == EINTR) continue;
+    const ssize_t count = finish([&] { return calls.read(file.get(), buffer.data(), buffer.size()); });
     if (count < 0) return refused();
     if (count == 0) return text;
     text.append(buffer.data(), static_cast<std::size_t>(count));
@@ -43,21 +51,24 @@ Result<std::optional<std::string>, std::string> read_text(const std::string& pat
   }
 }
 
-bool write_all(int file, std::string_view text) {
+bool write_all(FileCalls& calls, int file, std::string_view text) {
   while (!text.empty()) {
-    const ssize_t count = ::write(file, text.data(), text.size());
-    if (count < 0 && errno == EINTR) continue;
+    const ssize_t count = finish([&] { return calls.write(file, text.data(), text.size()); });
+    if (count == 0) errno = EIO;  // nothing taken, nothing said
     if (count <= 0) return false;
     text.remove_prefix(static_cast<std::size_t>(count));
   }
   return true;
 }
 
-Result<void, OsError> write_new(const std::string& path, std::string_view text) {
-  const OwnedFd file(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, file_mode));
+/// A file of our own: what lies there already, left of a life that was cut or put there by somebody, is not written
+/// through.
+Result<void, OsError> write_new(FileCalls& calls, const std::string& path, std::string_view text) {
+  finish([&] { return calls.unlink(path.c_str()); });  // what cannot be removed shows at once
+  const OpenFile file(calls, open_file(calls, path, O_WRONLY | O_CREAT | O_EXCL));
   if (!file.is_open()) return failure(os_error("make", path));
-  if (!write_all(file.get(), text)) return failure(os_error("write", path));
-  if (::fsync(file.get()) != 0) return failure(os_error("sync", path));
+  if (!write_all(calls, file.get(), text)) return failure(os_error("write", path));
+  if (finish([&] { return calls.sync(file.get()); }) != 0) return failure(os_error("sync", path));
   return {};
 }
 
@@ -85,7 +96,7 @@ FileFound StateFile::read(const Take& take, std::string& problems) {
   bool is_there = false;
   for (const auto& [suffix, found] : generations) {
     const std::string path = path_ + std::string(suffix);
-    const auto text = read_text(path);
+    const auto text = read_text(calls_, path);
     if (text && !text->has_value()) continue;
     is_there = true;
     const Result<void, std::string> taken = text ? take(**text) : failure(text.error());
@@ -98,20 +109,38 @@ FileFound StateFile::read(const Take& take, std::string& problems) {
   return is_there ? FileFound::unreadable : FileFound::nothing;
 }
 
+bool StateFile::rename(const std::string& from, const std::string& to) const {
+  return finish([&] { return calls_.rename(from.c_str(), to.c_str()); }) == 0;
+}
+
 Result<void, OsError> StateFile::write(std::string_view text) {
   const std::string fresh = path_ + ".new";
-  if (auto written = write_new(fresh, text); !written) {
-    // Half a file is of no use, and on a full disk it is in the way.
-    ::unlink(fresh.c_str());
-    return written;
+  // Half a file is of no use, and on a full disk it is in the way.
+  const auto refused = [&](const OsError& error) {
+    finish([&] { return calls_.unlink(fresh.c_str()); });
+    return failure(error);
+  };
+  if (text.size() > size_max) return failure(OsError{.code = EFBIG, .what = "write " + path_});
+  if (auto written = write_new(calls_, fresh, text); !written) return refused(written.error());
+  if (auto renamed = put_in_place(fresh); !renamed) return refused(renamed.error());
+  const OpenFile folder_file(calls_, open_file(calls_, folder(), O_RDONLY | O_DIRECTORY));
+  if (!folder_file.is_open() || finish([&] { return calls_.sync(folder_file.get()); }) != 0) {
+    return failure(os_error("sync the folder of", path_));
   }
+  return {};
+}
+
+Result<void, OsError> StateFile::put_in_place(const std::string& fresh) {
   const std::string aside = path_ + (is_good_ ? ".previous" : ".damaged");
-  if (::rename(path_.c_str(), aside.c_str()) != 0 && errno != ENOENT) return failure(os_error("rename", path_));
-  is_good_ = false;
-  if (::rename(fresh.c_str(), path_.c_str()) != 0) return failure(os_error("rename", fresh));
+  const bool is_aside = rename(path_, aside);
+  if (!is_aside && errno != ENOENT) return failure(os_error("rename " + path_ + " to", aside));
+  if (!rename(fresh, path_)) {
+    const OsError error = os_error("rename " + fresh + " to", path_);
+    // Where that fails as well it is FILE.previous that counts, and no FILE.
+    if (!is_aside || !rename(aside, path_)) is_good_ = false;
+    return failure(error);
+  }
   is_good_ = true;
-  const OwnedFd folder_fd(::open(folder().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (!folder_fd.is_open() || ::fsync(folder_fd.get()) != 0) return failure(os_error("sync the folder of", path_));
   return {};
 }
 

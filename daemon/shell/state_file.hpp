@@ -17,6 +17,7 @@
 #include <string_view>
 #include <utility>
 
+#include "daemon/shell/file_calls.hpp"
 #include "daemon/shell/os_error.hpp"
 #include "protocol/result.hpp"
 
@@ -38,11 +39,14 @@ class StateFile {
 
   static constexpr std::size_t size_max = std::size_t{1} << 20;
 
-  explicit StateFile(std::string path) : path_(std::move(path)) {}
+  explicit StateFile(std::string path, FileCalls& calls = system_file_calls())
+      : path_(std::move(path)), calls_(calls) {}
 
   /// `problems`: what was wrong with each file that was refused, for a log line; empty if nothing was.
   [[nodiscard]] FileFound read(const Take& take, std::string& problems);
-  /// All of it on the disk, or the error that names file and step; then the files are as they were before.
+  /// After read(), which says whether FILE is worth keeping. All of it on the disk, or the error that names file and
+  /// step; then read() finds what it found before. Only the second rename, if it fails, costs FILE.previous; and if
+  /// the folder cannot be synced the new text is in its place, but may be lost with the power.
   [[nodiscard]] Result<void, OsError> write(std::string_view text);
 
   [[nodiscard]] const std::string& path() const { return path_; }
@@ -50,7 +54,11 @@ class StateFile {
   [[nodiscard]] std::string folder() const;
 
  private:
+  [[nodiscard]] bool rename(const std::string& from, const std::string& to) const;
+  [[nodiscard]] Result<void, OsError> put_in_place(const std::string& fresh);
+
   std::string path_;
+  FileCalls& calls_;
   bool is_good_ = false;  // FILE holds something worth keeping as the previous one
 };
 

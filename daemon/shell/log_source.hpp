@@ -1,0 +1,24 @@
+// Where the lines of the log come from that the serial console dumps: from whoever keeps a history.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "protocol/result.hpp"
+
+namespace bmu {
+
+/// The next line, without its end; nothing after the last one; or why there is no more, for people.
+using NextLogLine = std::function<Result<std::optional<std::string>, std::string>()>;
+
+/// Begins at the oldest line, once for each dump. Both are called on the console's thread, which may wait for a disk:
+/// they share nothing with the control loop, and own what they need.
+using LogSource = std::function<NextLogLine()>;
+
+/// For a daemon that keeps no history.
+[[nodiscard]] inline LogSource empty_log() {
+  return [] { return [] { return Result<std::optional<std::string>, std::string>(std::nullopt); }; };
+}
+
+}  // namespace bmu
