@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cstddef>
 
 #include "protocol/assert.hpp"
 
@@ -132,8 +133,28 @@ class Cursor {
     }
   }
 
+  /// Eight bytes, as most frames have them, without a question between the digits. Less than that, or anything else, is
+  /// left to parse_data.
+  std::size_t parse_eight_bytes(CanFrame& frame) {
+    constexpr std::size_t digits = 2 * std::tuple_size_v<decltype(CanFrame::data)>;
+    if (end_ - at_ < static_cast<std::ptrdiff_t>(digits)) return 0;
+    std::uint8_t all = 0;
+    for (std::size_t byte = 0; byte < frame.data.size(); ++byte) {
+      const std::uint8_t high = nibble_of(at_[2 * byte]);
+      const std::uint8_t low = nibble_of(at_[2 * byte + 1]);
+      all = static_cast<std::uint8_t>(all | high | low);
+      frame.data[byte] = static_cast<std::uint8_t>((high << 4) | low);
+    }
+    if (all == no_nibble) {
+      frame.data.fill(0);
+      return 0;
+    }
+    at_ += digits;
+    return frame.data.size();
+  }
+
   bool parse_data(CanFrame& frame) {
-    std::size_t count = 0;
+    std::size_t count = parse_eight_bytes(frame);
     while (end_ - at_ >= 2 && nibble_of(at_[0]) != no_nibble) {
       const std::uint8_t low = nibble_of(at_[1]);
       if (low == no_nibble) break;

@@ -1,11 +1,8 @@
-#include "tools/bmudump/line_reader.hpp"
+#include "tools/common/line_reader.hpp"
 
-#include <cerrno>
 #include <cstring>
 
-#include <unistd.h>
-
-namespace bmu::dump {
+namespace bmu {
 
 bool LineReader::take(Line& line) {
   if (is_skipping_ && !skip_rest_of_line()) return false;
@@ -39,12 +36,24 @@ LineReader::Filled LineReader::fill() {
   std::memmove(buffer_.get(), buffer_.get() + begin_, end_ - begin_);
   end_ -= begin_;
   begin_ = 0;
-  const ssize_t count = ::read(fd_, buffer_.get() + end_, buffer_size - end_);
-  if (count < 0) return errno == EINTR ? Filled::interrupted : Filled::error;
-  end_ += static_cast<std::size_t>(count);
+  const PackedText::Read read = packed_.read({buffer_.get() + end_, buffer_size - end_});
+  switch (read.status) {
+    case PackedText::Status::text: end_ += read.size; return Filled::more;
+    case PackedText::Status::interrupted: return Filled::interrupted;
+    case PackedText::Status::failed: return Filled::error;
+    case PackedText::Status::damaged: drop_torn_line(); return Filled::damaged;
+    case PackedText::Status::end: break;
+  }
   const bool was_at_end = is_at_end_;
-  is_at_end_ = count == 0;
-  return is_at_end_ && (was_at_end || end_ == 0) ? Filled::end : Filled::more;
+  is_at_end_ = true;
+  return was_at_end || end_ == 0 ? Filled::end : Filled::more;
 }
 
-}  // namespace bmu::dump
+/// What is left of a line before a damaged place could pass for a shorter one.
+void LineReader::drop_torn_line() {
+  if (end_ > 0) ++line_number_;
+  end_ = 0;
+  is_skipping_ = false;
+}
+
+}  // namespace bmu

@@ -1,0 +1,193 @@
+#include "tools/bmudump/follow.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+
+#include "tools/common/glyphs.hpp"
+
+namespace bmu::dump {
+namespace {
+
+constexpr std::int64_t window_us = 1'000'000;
+// Older than this, and than some periods, a row is greyed: nobody sends it any more, or not now.
+constexpr std::int64_t old_us = 1'000'000;
+constexpr double old_periods = 5.0;
+constexpr std::size_t name_width = 24;
+constexpr int width_of_last_table = 160;
+
+template <class... Values>
+std::string formatted(const char* format, Values... values) {
+  std::array<char, 256> text{};
+  std::snprintf(text.data(), text.size(), format, values...);
+  return text.data();
+}
+
+/// As short as it can be told: "0.04 s", "12.3 s", "3 min", "5 h".
+std::string duration_text(std::int64_t time_us) {
+  const double seconds = static_cast<double>(time_us) * 1e-6;
+  if (seconds < 1.0) return formatted("%.3f s", seconds);
+  if (seconds < 100.0) return formatted("%.1f s", seconds);
+  if (seconds < 6'000.0) return formatted("%.0f min", seconds / 60.0);
+  return formatted("%.0f h", seconds / 3'600.0);
+}
+
+std::string rate_text(double per_s) {
+  if (per_s <= 0) return "-";
+  return formatted(per_s < 100.0 ? "%.1f/s" : "%.0f/s", per_s);
+}
+
+std::string reasons_of(const IdStatistics& row) {
+  std::string text;
+  for (std::size_t reason = 0; reason < row.failed.size(); ++reason) {
+    if (row.failed[reason] == 0) continue;
+    text += (text.empty() ? "" : ", ") + std::to_string(row.failed[reason]) + " " +
+            std::string(to_text(static_cast<RejectReason>(reason)));
+  }
+  return text;
+}
+
+}  // namespace
+
+void Follow::Window::look(std::int64_t now_us, double count) {
+  if (begin_us == 0) {
+    begin_us = now_us;
+    count_at_begin = count;
+    return;
+  }
+  const std::int64_t passed_us = now_us - begin_us;
+  if (passed_us < window_us) return;
+  per_s = (count - count_at_begin) * 1e6 / static_cast<double>(passed_us);
+  begin_us = now_us;
+  count_at_begin = count;
+  is_whole = true;
+}
+
+Follow::Key Follow::key_of(const Bus& bus, const SeenFrame& seen, const IdStatistics* row) {
+  const CanFrame& frame = seen.line.frame;
+  if (frame.is_error) return {bus.index, Kind::error, 0};
+  if (row == nullptr) return {bus.index, Kind::other, 0};
+  return {bus.index, frame.is_extended ? Kind::extended : Kind::standard, frame.id};
+}
+
+void Follow::note(const Bus& bus, const SeenFrame& seen, const IdStatistics* row) {
+  newest_us_ = std::max(newest_us_, seen.line.time_us);
+  Row& known = rows_[key_of(bus, seen, row)];
+  known.bus = &bus;
+  known.statistics = row;
+  known.last_us = seen.line.time_us;
+  ++known.frames;
+  if (known.frames > 1 && known.verdict.is_accepted && !seen.verdict.is_accepted) return;
+  known.line = seen.line;
+  known.line.bus = bus.name;
+  known.verdict = seen.verdict;
+}
+
+int Follow::head_rows() const {
+  return static_cast<int>(buses_->buses().size()) + 1;
+}
+
+std::size_t Follow::rows_in(int height) const {
+  return static_cast<std::size_t>(std::max(height - head_rows() - 1, 1));
+}
+
+void Follow::draw(std::int64_t now_us, std::size_t first_row, Canvas& canvas) {
+  draw_heads(now_us, canvas);
+  const std::size_t room = rows_in(canvas.height());
+  const std::size_t end = std::min(first_row + room, rows_.size());
+  std::size_t index = 0;
+  int line = head_rows();
+  for (auto& [key, row] : rows_) {
+    // Also those outside the window: they are looked at once a second, or their rate would be one of long ago.
+    row.window.look(now_us, static_cast<double>(row.frames));
+    if (index >= first_row && index < end) draw_row(line++, key, row, now_us, canvas);
+    ++index;
+  }
+  std::string foot = "q: quit";
+  if (rows_.size() > room) {
+    foot =
+        formatted("rows %zu to %zu of %zu   arrows, page up, page down: scroll   ", first_row + 1, end, rows_.size()) +
+        foot;
+  }
+  if (!is_over_) canvas.put(canvas.height() - 1, 0, foot, Style::dim);
+}
+
+void Follow::draw_heads(std::int64_t now_us, Canvas& canvas) {
+  int line = 0;
+  heads_.resize(buses_->buses().size());
+  for (const std::unique_ptr<Bus>& bus : buses_->buses()) {
+    const BusStatistics& all = bus->statistics;
+    Head& head = heads_[bus->index];
+    head.frames.look(now_us, static_cast<double>(all.frames));
+    head.bits.look(now_us, static_cast<double>(all.bits));
+    const bool is_recent = head.frames.is_whole && !is_over_;
+    const double over_all = all.span_s() > 0 ? static_cast<double>(all.frames - 1) / all.span_s() : 0.0;
+    const double load = is_recent ? head.bits.per_s : all.load_bit_per_s();
+    std::string text = formatted("   %llu frames   ", static_cast<unsigned long long>(all.frames)) +
+                       rate_text(is_recent ? head.frames.per_s : over_all) +
+                       formatted("   load %.1f %% of %u kbit/s", 100.0 * load / static_cast<double>(bit_rate_),
+                                 static_cast<unsigned>(bit_rate_ / 1'000));
+    if (all.frames == 0) text = "   no frame yet";
+    int column = canvas.put(line, 0, bus->name, Style::strong);
+    column = canvas.put(line, column, text);
+    if (all.failed > 0)
+      column = canvas.put(line, column, formatted("   %llu failed", static_cast<unsigned long long>(all.failed)),
+                          Style::bad);
+    if (all.error > 0)
+      canvas.put(line, column, formatted("   %llu error frames", static_cast<unsigned long long>(all.error)),
+                 Style::bad);
+    ++line;
+  }
+  canvas.put(line, 0,
+             formatted("%-8s  %-*s %9s %9s %9s %9s  %s", "id", static_cast<int>(name_width), "message", "frames",
+                       "rate", "gap max", "age", "values"));
+  canvas.fill(line, Style::title);
+}
+
+void Follow::draw_row(int line, const Key& key, Row& row, std::int64_t now_us, Canvas& canvas) {
+  const auto& [bus, kind, id] = key;
+  std::string id_text = formatted(kind == Kind::extended ? "%08X" : "%03X", static_cast<unsigned>(id));
+  std::string name = row.verdict.message == nullptr ? "unknown" : std::string(row.verdict.message->name);
+  if (row.verdict.message != nullptr && row.verdict.message->has_node())
+    name += " node " + std::to_string(row.verdict.node);
+  if (kind == Kind::error) name = "error frames";
+  if (kind == Kind::other) name = "remote, FD and others";
+  if (kind == Kind::error || kind == Kind::other) id_text = "-";
+  if (buses_->buses().size() > 1) name = name.substr(0, name_width - 1);
+  const std::int64_t age_us = std::max<std::int64_t>(now_us - row.last_us, 0);
+  const double over_all = row.statistics == nullptr ? 0.0 : row.statistics->rate_per_s();
+  const bool is_old = age_us > old_us && static_cast<double>(age_us) * over_all > old_periods * 1e6;
+  const std::string rate = rate_text(row.window.is_whole && !is_over_ ? row.window.per_s : over_all);
+  const bool has_gap = row.statistics != nullptr && row.statistics->gap_max_us > 0;
+  const std::string gap = has_gap ? duration_text(row.statistics->gap_max_us) : "-";
+  int column = canvas.put(line, 0, formatted("%-8s  ", id_text.c_str()), is_old ? Style::dim : Style::normal);
+  column = canvas.put(line, column, formatted("%-*s ", static_cast<int>(name_width), name.c_str()),
+                      is_old ? Style::dim : Style::strong);
+  column = canvas.put(
+      line, column, formatted("%9llu %9s %9s ", static_cast<unsigned long long>(row.frames), rate.c_str(), gap.c_str()),
+      is_old ? Style::dim : Style::normal);
+  column = canvas.put(line, column, formatted("%9s", duration_text(age_us).c_str()),
+                      is_old ? Style::warning : Style::normal);
+  const std::string reasons = row.statistics == nullptr ? "" : reasons_of(*row.statistics);
+  if (!reasons.empty()) column = canvas.put(line, column, "  !! " + reasons, Style::bad);
+  canvas.put(line, column, values_of(row), is_old ? Style::dim : Style::normal);
+}
+
+std::string Follow::values_of(const Row& row) {
+  words_.drop_pending();
+  words_.begin_line();
+  (*formats_)[row.bus->reader].print_meaning({row.line, row.verdict}, words_);
+  return std::string(words_.pending());
+}
+
+void Follow::print_last(bool is_coloured, TextWriter& out) {
+  is_over_ = true;
+  Canvas canvas(width_of_last_table, head_rows() + static_cast<int>(rows_.size()) + 1, glyphs_for_locale().cut);
+  draw(newest_us_, 0, canvas);
+  for (int row = 0; row + 1 < canvas.height(); ++row) {
+    out.begin_line();
+    out.text(canvas.row_text(row, is_coloured) + "\n");
+  }
+}
+
+}  // namespace bmu::dump

@@ -1,0 +1,71 @@
+// Bytes of a file or pipe, unpacked where they are packed with zstd: recordings and logs, as they lie on a disk or come
+// through a pipe. Who reads does not see a difference.
+//
+//   PackedText text(fd);                       plain or zstd, told by the first four bytes, not by a name
+//   while (true) {
+//     const PackedText::Read read = text.read(buffer);
+//     ...                                      text, end, interrupted, damaged or failed: see Status
+//   }
+//
+// Frames of zstd one after another are one text: a writer may end a frame whenever it wants to be sure of what it has
+// written, and begin the next; skippable frames are skipped. A frame that was torn (power lost, disk full, bytes
+// changed) is read as far as it is good, then told as `damaged` with its place, and reading goes on with the next frame
+// that begins behind it, if there is one: a recording that was gone on with after a power loss has only the hole.
+//
+// What is damaged is found by the form of the data and, where the writer put one in (zstd does, `ZSTD_c_checksumFlag`),
+// by a checksum at the end of each frame. By then its text has been given out; `damaged` tells that it may be wrong.
+//
+// Memory is constant: about 0.6 MB, and for packed text the window of its writer, 8 MB with the highest usual level
+// (19). Frames that want more than window_max (zstd --ultra and --long) are refused as damage, not obeyed: a file of a
+// stranger must not decide how much memory is used.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+namespace bmu {
+
+class PackedText {
+ public:
+  static constexpr std::size_t window_max = std::size_t{16} << 20U;
+
+  enum class Status : std::uint8_t {
+    text,         // `size` bytes, at least one
+    end,          // no more
+    interrupted,  // a signal came; nothing is lost, read again
+    damaged,      // see damage(); what comes next, if anything, does not join what came before
+    failed,       // the system would not read; errno tells
+  };
+  struct Read {
+    Status status = Status::end;
+    std::size_t size = 0;
+  };
+  struct Damage {
+    std::uint64_t begin = 0;  // offsets in the packed file: of the frame that is damaged, or of what is no frame
+    std::uint64_t end = 0;    // where reading goes on, or the file ends
+    std::string what;
+  };
+
+  /// The descriptor stays the caller's.
+  explicit PackedText(int fd);
+  PackedText(const PackedText&) = delete;
+  PackedText& operator=(const PackedText&) = delete;
+  ~PackedText();
+
+  /// Waits as read(2) does, once at most for a plain file; packed ones until there is text. `into` must not be empty.
+  [[nodiscard]] Read read(std::span<char> into);
+  /// Of the last read that was `damaged`.
+  [[nodiscard]] const Damage& damage() const;
+  /// Known after the first read.
+  [[nodiscard]] bool is_packed() const;
+
+ private:
+  class Unpacker;
+
+  std::unique_ptr<Unpacker> unpacker_;
+};
+
+}  // namespace bmu
