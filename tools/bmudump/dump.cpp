@@ -15,8 +15,9 @@ namespace {
 volatile std::sig_atomic_t stop_requested = 0;
 
 FrameText::Style style_of(const Options& options) {
-  return {.is_coloured = options.is_coloured,
-          .is_brief = options.is_brief || options.output == Output::follow,
+  const bool is_table = options.output == Output::follow;  // which has colours of its own
+  return {.is_coloured = options.is_coloured && !is_table,
+          .is_brief = options.is_brief || is_table,
           .has_letters = options.has_letters,
           .has_direction = options.start.has_direction};
 }

@@ -4,7 +4,10 @@
 #include <array>
 #include <cstdio>
 
+#include <unistd.h>
+
 #include "tools/common/glyphs.hpp"
+#include "tools/common/terminal.hpp"
 
 namespace bmu::dump {
 namespace {
@@ -14,7 +17,10 @@ constexpr std::int64_t window_us = 1'000'000;
 constexpr std::int64_t old_us = 1'000'000;
 constexpr double old_periods = 5.0;
 constexpr std::size_t name_width = 24;
-constexpr int width_of_last_table = 160;
+// Of the last table where no window limits it.
+constexpr int width_elsewhere = 200;
+// With fewer in a window, its rate says more of when it began than of them.
+constexpr double frames_of_rate = 5.0;
 
 template <class... Values>
 std::string formatted(const char* format, Values... values) {
@@ -58,9 +64,9 @@ void Follow::Window::look(std::int64_t now_us, double count) {
   const std::int64_t passed_us = now_us - begin_us;
   if (passed_us < window_us) return;
   per_s = (count - count_at_begin) * 1e6 / static_cast<double>(passed_us);
+  is_whole = count - count_at_begin >= frames_of_rate;
   begin_us = now_us;
   count_at_begin = count;
-  is_whole = true;
 }
 
 Follow::Key Follow::key_of(const Bus& bus, const SeenFrame& seen, const IdStatistics* row) {
@@ -182,7 +188,8 @@ std::string Follow::values_of(const Row& row) {
 
 void Follow::print_last(bool is_coloured, TextWriter& out) {
   is_over_ = true;
-  Canvas canvas(width_of_last_table, head_rows() + static_cast<int>(rows_.size()) + 1, glyphs_for_locale().cut);
+  const int width = ::isatty(STDOUT_FILENO) != 0 ? window_size().width : width_elsewhere;
+  Canvas canvas(width, head_rows() + static_cast<int>(rows_.size()) + 1, glyphs_for_locale().cut);
   draw(newest_us_, 0, canvas);
   for (int row = 0; row + 1 < canvas.height(); ++row) {
     out.begin_line();

@@ -49,7 +49,7 @@ class Follow {
     std::int64_t begin_us = 0;
     double count_at_begin = 0;
     double per_s = 0;
-    bool is_whole = false;  // false: no second has passed yet
+    bool is_whole = false;  // false: no second has passed yet, or next to nothing came in it
 
     void look(std::int64_t now_us, double count);
   };

@@ -91,8 +91,8 @@ void Summary::print_bus(const Bus& bus) const {
   }
   if (!bus.dialect.sign().empty()) {
     const Dialect* const spoken = bus.dialect.spoken();
-    out_->text("\n  vehicle messages: " + bus.dialect.sign() + ", dialect " +
-               (spoken == nullptr ? "not known by that" : std::string(spoken->name)));
+    out_->text("\n  vehicle messages: " + bus.dialect.sign() +
+               (spoken == nullptr ? ", the name of no dialect" : ", dialect " + std::string(spoken->name)));
   }
   out_->text(formatted("\n  %-8s  %-*s %10s %9s %11s  %-31s %8s\n", "id", static_cast<int>(message_width), "message",
                        "frames", "failed", "rate", "longest gap, and its end", "load"));
