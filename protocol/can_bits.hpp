@@ -187,7 +187,10 @@ constexpr std::int64_t bits_on_wire(const CanFrame& frame) {
   stuff.put<8>(static_cast<std::uint32_t>(header >> 8U));
   stuff.put<8>(static_cast<std::uint32_t>(header));
   std::uint32_t crc = 0;
-  for (std::size_t place = 0; place < 5; ++place) crc ^= crc_of_place[bytes + place][(header >> (8 * place)) & 0xFFU];
+  const std::size_t header_bytes = frame.is_extended ? 5 : 3;
+  for (std::size_t place = 0; place < header_bytes; ++place) {
+    crc ^= crc_of_place[bytes + place][(header >> (8 * place)) & 0xFFU];
+  }
   for (std::size_t at = 0; at < bytes; ++at) {
     crc ^= crc_of_place[bytes - 1 - at][frame.data[at]];
     stuff.put<8>(frame.data[at]);

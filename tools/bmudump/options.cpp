@@ -33,7 +33,7 @@ Examples:
   bmudump unix:demo --filter 'CELLS_*,MODULE' two kinds of message on the embedded bus of a demonstration
   bmudump -td can0,143:7FF,#FFFFFFFF can1     filters as candump has them, times since the line before
   bmudump -r drive.log                        a log made with: candump -l can0
-  bmudump -r drive.log.zst vcan1              of a packed log, one bus
+  bmudump vcan1 -r drive.log.zst              one bus of a packed log; buses go before -r, which takes several files
   candump -L can0 | bmudump -r -              from standard input
   bmudump -r drive.log --summary              what was on the bus, how often, longest gaps, what failed and why, load
   bmudump -r drive.log --json | jq 'select(.ok == false)'
@@ -130,7 +130,7 @@ void declare_input(CLI::App& app, Options& options, Words& words) {
   app.add_option(
       "BUS", words.buses,
       "interface (can0, vcan0, any) or embedded bus (unix:NAME), with filters if wanted: BUS,FILTER,..; several "
-      "show together; with -r: only these of the log");
+      "show together; with -r, before it: only these of the log");
   app.add_option("-r,--read", options.files, "read candump logs (candump -l or -L), plain or zstd; - is standard input")
       ->type_name("FILE");
   app.add_option("--filter", options.filter,
@@ -146,22 +146,12 @@ void declare_input(CLI::App& app, Options& options, Words& words) {
 }
 
 void declare_output(CLI::App& app, Options& options, Words& words) {
-  const std::vector<CLI::Option*> forms{
-      app.add_flag("--follow", words.follow,
-                   "a table of all identifiers, updated in place (once, if this is no terminal)"),
-      app.add_flag("-L,--log", words.log, "candump log lines, as candump -L writes them"),
-      app.add_flag("-l", words.log_with_name, "the same into a file candump-DATE_TIME.log"),
-      app.add_option("-f,--log-file", options.log_file, "the same into this file")->type_name("FILE"),
-      app.add_flag("--summary", words.summary, "counts at the end instead of lines; with --json as JSON")};
-  for (CLI::Option* form : forms) {
-    for (CLI::Option* other : forms) {
-      if (form != other) form->excludes(other);
-    }
-  }
-  CLI::Option* json = app.add_flag("--json", words.json, "one JSON object a line");
-  for (CLI::Option* form : forms) {
-    if (form != forms.back()) json->excludes(form);
-  }
+  app.add_flag("--follow", words.follow, "a table of all identifiers, updated in place (once, if this is no terminal)");
+  app.add_flag("--summary", words.summary, "counts at the end instead of lines; with --json as JSON");
+  app.add_flag("--json", words.json, "one JSON object a line");
+  app.add_flag("-L,--log", words.log, "candump log lines, as candump -L writes them");
+  app.add_flag("-l", words.log_with_name, "the same into a file candump-DATE_TIME.log");
+  app.add_option("-f,--log-file", options.log_file, "the same into this file")->type_name("FILE");
   app.add_option("-t,--time", words.time,
                  "time: a absolute, d since the line before, z since the first, A with date, none")
       ->capture_default_str()
@@ -234,6 +224,25 @@ std::string log_name_of_now() {
   return text.data();
 }
 
+/// Throws if more than one form of output is asked for; JSON of a summary is one.
+void check_one_form(const Words& words, const Options& options) {
+  struct Form {
+    std::string_view name;
+    bool is_wanted;
+  };
+  const Form forms[] = {
+      {"--follow", words.follow}, {"--summary", words.summary}, {"--json", words.json && !words.summary},
+      {"--log", words.log},       {"-l", words.log_with_name},  {"--log-file", !options.log_file.empty()}};
+  std::string wanted;
+  int count = 0;
+  for (const Form& form : forms) {
+    if (!form.is_wanted) continue;
+    wanted += (wanted.empty() ? "" : " and ") + std::string(form.name);
+    ++count;
+  }
+  if (count > 1) throw CLI::ValidationError(wanted + " exclude each other");
+}
+
 Output output_of(const Words& words, const Options& options) {
   if (words.follow) return Output::follow;
   if (words.summary) return words.json ? Output::summary_json : Output::summary;
@@ -258,6 +267,7 @@ void conclude_input(Options& options, const Words& words) {
 
 /// What CLI11 cannot check. Throws its error type, to be reported in the same way.
 void conclude(Options& options, const Words& words) {
+  check_one_form(words, options);
   if (words.log_with_name) options.log_file = log_name_of_now();
   options.output = output_of(words, options);
   options.is_coloured = wants_colour(words.colours > 0 ? "always" : words.colour);
