@@ -190,7 +190,7 @@ TEST_CASE("frames that fail their check are marked and are no error", "[integrat
         "(1.000000) vcan0 143 CELLS_1 node 3     !! wrong crc  [8] 8E A0 8E 92 8E B2 2A B3\n"
         "(1.000000) vcan0 143 CELLS_1 node 3     !! wrong length  [2] 8E A0\n"
         "(1.000000) vcan0 143 CELLS_1 node 3     remote frame, asks for 8 bytes\n"
-        "(1.000000) vcan0 143 CELLS_1 node 3     not classic CAN (FD)\n"
+        "(1.000000) vcan0 143 CELLS_1 node 3     not classic CAN\n"
         "(1.000000) vcan0 00000040 unknown       error frame: bus off  [8] 00 00 00 00 00 00 00 00\n"
         "(1.000000) vcan0 18FF50E5 unknown       [1] 01\n"
         "(1.000000) vcan0 7FF unknown            [0]\n");

@@ -182,7 +182,7 @@ void FrameText::print_value(const SignalPlan& plan, std::int64_t raw, TextWriter
 void FrameText::print_raw(const SeenFrame& seen, TextWriter& out) const {
   const CanFrame& frame = seen.line.frame;
   out.text("  ");
-  if (seen.line.kind == LogLineKind::fd_frame) return out.text("not classic CAN (FD)");
+  if (seen.line.kind == LogLineKind::fd_frame) return out.text("not classic CAN");
   if (frame.is_remote) {
     out.text("remote frame, asks for ");
     out.decimal(frame.length);
