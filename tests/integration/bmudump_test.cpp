@@ -509,7 +509,9 @@ TEST_CASE("followed without a terminal, the last state of all is printed at the 
   const std::vector<std::string> lines = lines_of(result.out);
   REQUIRE(lines.size() == 2 + 1 + 21);
   CHECK(lines[0] == "vcan0   13 frames   387/s   load 9.1 % of 500 kbit/s");
-  CHECK(lines[7].starts_with("143       CELLS_1 node 3"));
+  CHECK(lines[2].starts_with("bus    id        message "));
+  CHECK(lines[7].starts_with("vcan0  143       CELLS_1 node 3"));
+  CHECK(lines.back().starts_with("vcan1  628       PACK_RESISTANCE"));
   CHECK(lines[7].ends_with("cell_voltage_1 3.6512 V  cell_voltage_2 3.6498 V  cell_voltage_3 3.6530 V"));
 }
 

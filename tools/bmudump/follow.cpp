@@ -1,11 +1,10 @@
 #include "tools/bmudump/follow.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 
 #include <unistd.h>
 
+#include "tools/bmudump/words.hpp"
 #include "tools/common/glyphs.hpp"
 #include "tools/common/terminal.hpp"
 
@@ -17,17 +16,11 @@ constexpr std::int64_t window_us = 1'000'000;
 constexpr std::int64_t old_us = 1'000'000;
 constexpr double old_periods = 5.0;
 constexpr std::size_t name_width = 24;
+constexpr std::string_view bus_column_title = "bus";
 // Of the last table where no window limits it.
 constexpr int width_elsewhere = 200;
 // With fewer in a window, its rate says more of when it began than of them.
 constexpr double frames_of_rate = 5.0;
-
-template <class... Values>
-std::string formatted(const char* format, Values... values) {
-  std::array<char, 256> text{};
-  std::snprintf(text.data(), text.size(), format, values...);
-  return text.data();
-}
 
 /// As short as it can be told: "0.04 s", "12.3 s", "3 min", "5 h".
 std::string duration_text(std::int64_t time_us) {
@@ -38,19 +31,14 @@ std::string duration_text(std::int64_t time_us) {
   return formatted("%.0f h", seconds / 3'600.0);
 }
 
+/// "   3 failed"; empty for none.
+std::string count_text(std::uint64_t count, const char* what) {
+  return count == 0 ? "" : formatted("   %llu %s", static_cast<unsigned long long>(count), what);
+}
+
 std::string rate_text(double per_s) {
   if (per_s <= 0) return "-";
   return formatted(per_s < 100.0 ? "%.1f/s" : "%.0f/s", per_s);
-}
-
-std::string reasons_of(const IdStatistics& row) {
-  std::string text;
-  for (std::size_t reason = 0; reason < row.failed.size(); ++reason) {
-    if (row.failed[reason] == 0) continue;
-    text += (text.empty() ? "" : ", ") + std::to_string(row.failed[reason]) + " " +
-            std::string(to_text(static_cast<RejectReason>(reason)));
-  }
-  return text;
 }
 
 }  // namespace
@@ -126,57 +114,72 @@ void Follow::draw_heads(std::int64_t now_us, Canvas& canvas) {
     Head& head = heads_[bus->index];
     head.frames.look(now_us, static_cast<double>(all.frames));
     head.bits.look(now_us, static_cast<double>(all.bits));
-    const bool is_recent = head.frames.is_whole && !is_over_;
-    const double over_all = all.span_s() > 0 ? static_cast<double>(all.frames - 1) / all.span_s() : 0.0;
-    const double load = is_recent ? head.bits.per_s : all.load_bit_per_s();
-    std::string text = formatted("   %llu frames   ", static_cast<unsigned long long>(all.frames)) +
-                       rate_text(is_recent ? head.frames.per_s : over_all) +
-                       formatted("   load %.1f %% of %u kbit/s", 100.0 * load / static_cast<double>(bit_rate_),
-                                 static_cast<unsigned>(bit_rate_ / 1'000));
-    if (all.frames == 0) text = "   no frame yet";
     int column = canvas.put(line, 0, bus->name, Style::strong);
-    column = canvas.put(line, column, text);
-    if (all.failed > 0)
-      column = canvas.put(line, column, formatted("   %llu failed", static_cast<unsigned long long>(all.failed)),
-                          Style::bad);
-    if (all.error > 0)
-      canvas.put(line, column, formatted("   %llu error frames", static_cast<unsigned long long>(all.error)),
-                 Style::bad);
+    column = canvas.put(line, column, head_text(all, head));
+    column = canvas.put(line, column, count_text(all.failed, "failed"), Style::bad);
+    canvas.put(line, column, count_text(all.error, "error frames"), Style::bad);
     ++line;
   }
-  canvas.put(line, 0,
-             formatted("%-8s  %-*s %9s %9s %9s %9s  %s", "id", static_cast<int>(name_width), "message", "frames",
-                       "rate", "gap max", "age", "values"));
+  canvas.put(
+      line, 0,
+      bus_column(bus_column_title) + formatted("%-8s  %-*s %9s %9s %9s %9s  %s", "id", static_cast<int>(name_width),
+                                               "message", "frames", "rate", "gap max", "age", "values"));
   canvas.fill(line, Style::title);
 }
 
-void Follow::draw_row(int line, const Key& key, Row& row, std::int64_t now_us, Canvas& canvas) {
-  const auto& [bus, kind, id] = key;
-  std::string id_text = formatted(kind == Kind::extended ? "%08X" : "%03X", static_cast<unsigned>(id));
-  std::string name = row.verdict.message == nullptr ? "unknown" : std::string(row.verdict.message->name);
-  if (row.verdict.message != nullptr && row.verdict.message->has_node())
-    name += " node " + std::to_string(row.verdict.node);
-  if (kind == Kind::error) name = "error frames";
-  if (kind == Kind::other) name = "remote, FD and others";
-  if (kind == Kind::error || kind == Kind::other) id_text = "-";
-  if (buses_->buses().size() > 1) name = name.substr(0, name_width - 1);
+std::string Follow::head_text(const BusStatistics& all, const Head& head) const {
+  if (all.frames == 0) return "   no frame yet";
+  const bool is_recent = head.frames.is_whole && !is_over_;
+  const double over_all = all.span_s() > 0 ? static_cast<double>(all.frames - 1) / all.span_s() : 0.0;
+  const double load = is_recent ? head.bits.per_s : all.load_bit_per_s();
+  return formatted("   %llu frames   ", static_cast<unsigned long long>(all.frames)) +
+         rate_text(is_recent ? head.frames.per_s : over_all) +
+         formatted("   load %.1f %% of %u kbit/s", 100.0 * load / static_cast<double>(bit_rate_),
+                   static_cast<unsigned>(bit_rate_ / 1'000));
+}
+
+void Follow::draw_row(int line, const Key& key, const Row& row, std::int64_t now_us, Canvas& canvas) {
   const std::int64_t age_us = std::max<std::int64_t>(now_us - row.last_us, 0);
   const double over_all = row.statistics == nullptr ? 0.0 : row.statistics->rate_per_s();
   const bool is_old = age_us > old_us && static_cast<double>(age_us) * over_all > old_periods * 1e6;
+  const auto style = [is_old](Style usual) { return is_old ? Style::dim : usual; };
   const std::string rate = rate_text(row.window.is_whole && !is_over_ ? row.window.per_s : over_all);
   const bool has_gap = row.statistics != nullptr && row.statistics->gap_max_us > 0;
   const std::string gap = has_gap ? duration_text(row.statistics->gap_max_us) : "-";
-  int column = canvas.put(line, 0, formatted("%-8s  ", id_text.c_str()), is_old ? Style::dim : Style::normal);
-  column = canvas.put(line, column, formatted("%-*s ", static_cast<int>(name_width), name.c_str()),
-                      is_old ? Style::dim : Style::strong);
+  int column =
+      canvas.put(line, 0, bus_column(row.bus->name) + formatted("%-8s  ", id_text(key).c_str()), style(Style::normal));
+  column = canvas.put(line, column, formatted("%-*s ", static_cast<int>(name_width), row_name(key, row).c_str()),
+                      style(Style::strong));
   column = canvas.put(
       line, column, formatted("%9llu %9s %9s ", static_cast<unsigned long long>(row.frames), rate.c_str(), gap.c_str()),
-      is_old ? Style::dim : Style::normal);
+      style(Style::normal));
   column = canvas.put(line, column, formatted("%9s", duration_text(age_us).c_str()),
                       is_old ? Style::warning : Style::normal);
-  const std::string reasons = row.statistics == nullptr ? "" : reasons_of(*row.statistics);
-  if (!reasons.empty()) column = canvas.put(line, column, "  !! " + reasons, Style::bad);
-  canvas.put(line, column, values_of(row), is_old ? Style::dim : Style::normal);
+  const std::string failures = row.statistics == nullptr ? "" : failures_text(*row.statistics);
+  if (!failures.empty()) column = canvas.put(line, column, "  !! " + failures, Style::bad);
+  canvas.put(line, column, values_of(row), style(Style::normal));
+}
+
+/// Nothing where there is only one.
+std::string Follow::bus_column(std::string_view name) const {
+  if (buses_->buses().size() < 2) return "";
+  std::size_t width = bus_column_title.size();
+  for (const std::unique_ptr<Bus>& bus : buses_->buses()) width = std::max(width, bus->name.size());
+  return std::string(name) + std::string(width - std::min(width, name.size()) + 2, ' ');
+}
+
+std::string Follow::id_text(const Key& key) {
+  const Kind kind = std::get<Kind>(key);
+  if (kind == Kind::error || kind == Kind::other) return "-";
+  return formatted(kind == Kind::extended ? "%08X" : "%03X", static_cast<unsigned>(std::get<std::uint32_t>(key)));
+}
+
+std::string Follow::row_name(const Key& key, const Row& row) {
+  switch (std::get<Kind>(key)) {
+    case Kind::error: return "error frames";
+    case Kind::other: return "remote, FD and others";
+    default: return name_text(row.verdict.message, row.verdict.node);
+  }
 }
 
 std::string Follow::values_of(const Row& row) {

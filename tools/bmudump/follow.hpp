@@ -13,6 +13,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <tuple>
 #include <vector>
 
@@ -70,7 +71,11 @@ class Follow {
 
   static Key key_of(const Bus& bus, const SeenFrame& seen, const IdStatistics* row);
   void draw_heads(std::int64_t now_us, Canvas& canvas);
-  void draw_row(int line, const Key& key, Row& row, std::int64_t now_us, Canvas& canvas);
+  [[nodiscard]] std::string head_text(const BusStatistics& all, const Head& head) const;
+  void draw_row(int line, const Key& key, const Row& row, std::int64_t now_us, Canvas& canvas);
+  [[nodiscard]] std::string bus_column(std::string_view name) const;
+  static std::string id_text(const Key& key);
+  static std::string row_name(const Key& key, const Row& row);
   [[nodiscard]] std::string values_of(const Row& row);
   [[nodiscard]] int head_rows() const;
 

@@ -1,32 +1,17 @@
 #include "tools/bmudump/summary.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <string>
+
+#include "tools/bmudump/words.hpp"
 
 namespace bmu::dump {
 namespace {
 
 constexpr std::size_t message_width = 26;  // CONTACTOR_COMMAND, CELLS_1 node 12
 
-/// As of printf, for numbers that are not written a million times a second.
-template <class... Values>
-std::string formatted(const char* format, Values... values) {
-  std::array<char, 256> text{};
-  std::snprintf(text.data(), text.size(), format, values...);
-  return text.data();
-}
-
 std::string hex(std::uint32_t id, int digits) {
   return formatted("%0*X", digits, static_cast<unsigned>(id));
-}
-
-std::string name_of(const IdStatistics& row) {
-  if (row.message == nullptr) return "unknown";
-  std::string name(row.message->name);
-  if (row.message->has_node()) name += " node " + std::to_string(row.node);
-  return name;
 }
 
 double share_percent(std::int64_t part, std::int64_t whole) {
@@ -51,16 +36,6 @@ constexpr Count counts[] = {
     {"unknown", &BusStatistics::unknown},    {"remote", &BusStatistics::remote},
     {"error_frames", &BusStatistics::error}, {"not_classic_can", &BusStatistics::fd},
 };
-
-std::string reasons_of(const IdStatistics& row) {
-  std::string text;
-  for (std::size_t reason = 0; reason < row.failed.size(); ++reason) {
-    if (row.failed[reason] == 0) continue;
-    text += (text.empty() ? "  " : ", ") + std::string(to_text(static_cast<RejectReason>(reason))) + " " +
-            std::to_string(row.failed[reason]);
-  }
-  return text;
-}
 
 }  // namespace
 
@@ -113,14 +88,16 @@ void Summary::print_load(const BusStatistics& bus) const {
 void Summary::print_row(std::string_view id, const IdStatistics& row, const BusStatistics& bus) const {
   out_->begin_line();
   out_->text(formatted("  %-8.*s  %-*s %10llu %9llu ", static_cast<int>(id.size()), id.data(),
-                       static_cast<int>(message_width), name_of(row).c_str(),
+                       static_cast<int>(message_width), name_text(row.message, row.node).c_str(),
                        static_cast<unsigned long long>(row.frames),
                        static_cast<unsigned long long>(row.failed_total())));
   out_->text(row.rate_per_s() > 0 ? formatted("%9.2f/s  ", row.rate_per_s()) : formatted("%11s  ", "-"));
   out_->text(row.gap_max_us > 0 ? formatted("%10.6f s %18.6f ", static_cast<double>(row.gap_max_us) * 1e-6,
                                             static_cast<double>(row.gap_end_us) * 1e-6)
                                 : formatted("%-31s ", "         -"));
-  out_->text(formatted("%6.1f %%", share_percent(row.bits, bus.bits)) + reasons_of(row) + "\n");
+  const std::string failures = failures_text(row);
+  out_->text(formatted("%6.1f %%", share_percent(row.bits, bus.bits)) + (failures.empty() ? "" : "  ") + failures +
+             "\n");
 }
 
 void Summary::print_json(std::span<const std::unique_ptr<Bus>> buses) const {
