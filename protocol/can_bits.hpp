@@ -8,9 +8,11 @@
 // depends on what is in a frame: 111 to 135 bits for an 11-bit identifier and eight bytes, the bits between two frames
 // included. Bits are bool, recessive true; the lower identifier therefore wins arbitration.
 //
-// Pure, no allocation; bits_on_wire() of eight bytes takes well under a microsecond.
+// Pure, no allocation. stuffed_bits() goes bit by bit, for who wants the bits; bits_on_wire() goes by tables, about 30
+// ns.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 
@@ -97,9 +99,106 @@ constexpr CanBits stuffed_bits(const CanFrame& frame) {
   return writer.bits();
 }
 
+namespace can_bits_detail {
+
+/// How a run of equal bits goes on: three bits, .2 what the last bit was, .1-.0 how many there are of it, less one.
+/// Five there never are: a stuff bit has begun a new run by then. A step also has the number of stuff bits, from bit 3
+/// on.
+constexpr std::uint8_t run_after_start_of_frame = 0b000;
+
+constexpr std::uint8_t step_bit(std::uint8_t run, bool bit) {
+  const bool is_same = ((run >> 2) & 1U) == (bit ? 1U : 0U);
+  const unsigned length = is_same ? (run & 0b11U) + 2U : 1U;
+  if (length == 5) return static_cast<std::uint8_t>((bit ? 0b000U : 0b100U) | 0b1000U);
+  return static_cast<std::uint8_t>((bit ? 0b100U : 0b000U) | (length - 1));
+}
+
+/// What so many bits at once do to each run.
+template <unsigned Width>
+inline constexpr auto steps = [] {
+  std::array<std::array<std::uint8_t, 1U << Width>, 8> table{};
+  for (std::uint8_t run = 0; run < 8; ++run) {
+    for (unsigned bits = 0; bits < (1U << Width); ++bits) {
+      unsigned now = run;
+      for (unsigned left = Width; left > 0; --left) {
+        const unsigned next = step_bit(now & 0b111U, ((bits >> (left - 1)) & 1U) != 0);
+        now = (now & ~0b111U) + next;
+      }
+      table[run][bits] = static_cast<std::uint8_t>(now);
+    }
+  }
+  return table;
+}();
+
+/// Counts stuff bits, several bits at a time.
+class StuffCount {
+ public:
+  template <unsigned Width>
+  constexpr void put(std::uint32_t bits) {
+    const std::uint8_t step = steps<Width>[run_][bits & ((1U << Width) - 1)];
+    count_ += step >> 3U;
+    run_ = step & 0b111U;
+  }
+  [[nodiscard]] constexpr std::int64_t count() const { return count_; }
+
+ private:
+  std::uint32_t run_ = run_after_start_of_frame;
+  std::int64_t count_ = 0;
+};
+
+/// A CRC is a sum over its bytes, each by its place: looked up one by one, none waits for the other. Five bytes of
+/// header at most and eight of data; zeros in front change nothing, as the CRC starts with 0.
+inline constexpr std::size_t crc_places = 13;
+inline constexpr auto crc_of_place = [] {
+  std::array<std::array<std::uint16_t, 256>, crc_places> table{};
+  for (unsigned byte = 0; byte < 256; ++byte) {
+    std::uint32_t crc = byte << 7U;
+    for (std::size_t place = 0; place < crc_places; ++place) {
+      for (unsigned bit = 0; bit < 8; ++bit) crc = ((crc << 1U) & 0x7FFFU) ^ ((crc & 0x4000U) != 0 ? 0x4599U : 0U);
+      table[place][byte] = static_cast<std::uint16_t>(crc);
+    }
+  }
+  return table;
+}();
+
+/// Identifier to length code, without the start of frame, which is a 0: 18 bits, or 38.
+constexpr std::uint64_t header_of(const CanFrame& frame) {
+  const std::uint64_t remote = frame.is_remote ? 1 : 0;
+  if (!frame.is_extended) return (std::uint64_t{frame.id} << 7U) | (remote << 6U) | frame.length;
+  return (std::uint64_t{frame.id >> 18U} << 27U) | (0b11ULL << 25U) | (std::uint64_t{frame.id & 0x3FFFFU} << 7U) |
+         (remote << 6U) | frame.length;
+}
+
+}  // namespace can_bits_detail
+
 constexpr std::int64_t bits_on_wire(const CanFrame& frame) {
+  using namespace can_bits_detail;
   if (frame.is_error) return 0;
-  return static_cast<std::int64_t>(stuffed_bits(frame).size()) + can_bits_of_trailer + can_bits_between_frames;
+  const std::size_t bytes = frame.is_remote ? 0 : frame.length;
+  const std::uint64_t header = header_of(frame);
+  StuffCount stuff;
+  if (frame.is_extended) {
+    stuff.put<6>(static_cast<std::uint32_t>(header >> 32U));
+    stuff.put<8>(static_cast<std::uint32_t>(header >> 24U));
+    stuff.put<8>(static_cast<std::uint32_t>(header >> 16U));
+  } else {
+    stuff.put<2>(static_cast<std::uint32_t>(header >> 16U));
+  }
+  stuff.put<8>(static_cast<std::uint32_t>(header >> 8U));
+  stuff.put<8>(static_cast<std::uint32_t>(header));
+  std::uint32_t crc = 0;
+  const std::size_t header_bytes = frame.is_extended ? 5 : 3;
+  for (std::size_t place = 0; place < header_bytes; ++place) {
+    crc ^= crc_of_place[bytes + place][(header >> (8 * place)) & 0xFFU];
+  }
+  for (std::size_t at = 0; at < bytes; ++at) {
+    crc ^= crc_of_place[bytes - 1 - at][frame.data[at]];
+    stuff.put<8>(frame.data[at]);
+  }
+  stuff.put<7>(crc >> 8U);
+  stuff.put<8>(crc);
+  const std::int64_t plain = 1 + (frame.is_extended ? 38 : 18) + 8 * static_cast<std::int64_t>(bytes) + 15;
+  return plain + stuff.count() + can_bits_of_trailer + can_bits_between_frames;
 }
 
 }  // namespace bmu

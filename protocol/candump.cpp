@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cstddef>
 
 #include "protocol/assert.hpp"
 
@@ -33,6 +34,7 @@ namespace {
 constexpr std::uint32_t error_frame_bit = 0x2000'0000;
 constexpr std::uint32_t extended_id_max = 0x1FFF'FFFF;
 constexpr std::uint8_t no_nibble = 0xFF;
+constexpr std::ptrdiff_t xl_digits = 5;
 
 constexpr std::array<std::uint8_t, 256> nibble_table = [] {
   std::array<std::uint8_t, 256> table{};
@@ -113,6 +115,11 @@ class Cursor {
     std::uint32_t id = 0;
     for (; at_ < end_ && at_ - first < 8 && nibble_of(*at_) != no_nibble; ++at_) id = (id << 4) | nibble_of(*at_);
     const auto digits = at_ - first;
+    if (digits == xl_digits && begins_xl_payload()) {
+      is_xl_ = true;
+      frame.id = id & 0x7FF;  // its priority; above it the number of the virtual network
+      return true;
+    }
     if (digits != 3 && digits != 8) return fail(LogLineWanted::identifier);
     frame.is_error = digits == 8 && (id & ~extended_id_max) == error_frame_bit;
     frame.is_extended = digits == 8 && !frame.is_error;
@@ -124,7 +131,11 @@ class Cursor {
     return true;
   }
 
+  /// "#81:": five digits alone are a mistake.
+  [[nodiscard]] bool begins_xl_payload() const { return end_ - at_ >= 4 && at_[0] == '#' && at_[3] == ':'; }
+
   bool parse_payload(LogLine& out) {
+    if (is_xl_) return parse_xl(out);
     switch (peek()) {
       case '#': ++at_; return parse_fd(out);
       case 'R': ++at_; return parse_remote(out.frame);
@@ -132,8 +143,28 @@ class Cursor {
     }
   }
 
+  /// Eight bytes, as most frames have them, without a question between the digits. Less than that, or anything else, is
+  /// left to parse_data.
+  std::size_t parse_eight_bytes(CanFrame& frame) {
+    constexpr std::size_t digits = 2 * std::tuple_size_v<decltype(CanFrame::data)>;
+    if (end_ - at_ < static_cast<std::ptrdiff_t>(digits)) return 0;
+    std::uint8_t all = 0;
+    for (std::size_t byte = 0; byte < frame.data.size(); ++byte) {
+      const std::uint8_t high = nibble_of(at_[2 * byte]);
+      const std::uint8_t low = nibble_of(at_[2 * byte + 1]);
+      all = static_cast<std::uint8_t>(all | high | low);
+      frame.data[byte] = static_cast<std::uint8_t>((high << 4) | low);
+    }
+    if (all == no_nibble) {
+      frame.data.fill(0);
+      return 0;
+    }
+    at_ += digits;
+    return frame.data.size();
+  }
+
   bool parse_data(CanFrame& frame) {
-    std::size_t count = 0;
+    std::size_t count = parse_eight_bytes(frame);
     while (end_ - at_ >= 2 && nibble_of(at_[0]) != no_nibble) {
       const std::uint8_t low = nibble_of(at_[1]);
       if (low == no_nibble) break;
@@ -174,6 +205,24 @@ class Cursor {
     return digits % 2 == 0 || fail(LogLineWanted::data_byte);
   }
 
+  /// CAN XL: flags, type of service unit, acceptance field, then data, with dots where somebody likes them.
+  bool parse_xl(LogLine& out) {
+    out.kind = LogLineKind::fd_frame;
+    if (!skip_digits(2) || !expect(':', LogLineWanted::data_byte) || !skip_digits(2) ||
+        !expect(':', LogLineWanted::data_byte) || !skip_digits(8) || !expect('#', LogLineWanted::hash)) {
+      return false;
+    }
+    int digits = 0;
+    for (; at_ < end_ && (nibble_of(*at_) != no_nibble || *at_ == '.'); ++at_) digits += *at_ == '.' ? 0 : 1;
+    return digits % 2 == 0 || fail(LogLineWanted::data_byte);
+  }
+  bool skip_digits(int count) {
+    for (; count > 0; --count, ++at_) {
+      if (nibble_of(peek()) == no_nibble) return fail(LogLineWanted::data_byte);
+    }
+    return true;
+  }
+
   /// " R" or " T", and for CAN FD " B" and " E"; trailing spaces are nobody's fault.
   bool parse_extras(Direction& direction) {
     for (; at_ < end_; ++at_) {
@@ -193,6 +242,7 @@ class Cursor {
   const char* begin_;
   const char* at_;
   const char* end_;
+  bool is_xl_ = false;
   LogLineWanted wanted_ = LogLineWanted::opening_parenthesis;
 };
 

@@ -5,6 +5,7 @@
 //   (1700000000.123456) vcan0 143#R4                    remote frame asking for 4 bytes; R alone asks for none
 //   (1700000000.123456) vcan0 20000040#0000000000000000 error frame of the controller (bit 29 of the identifier)
 //   (1700000000.123456) vcan0 143##1AABB                CAN FD: recognised, not decoded
+//   (1700000000.123456) can0 45123#81:00:12345678#AABB  CAN XL: the same
 //   # a comment                                         and blank lines say nothing
 //
 // Pure, no allocation: the parser's answer points into the line it was given. A line is taken whole or not at all.
@@ -23,7 +24,7 @@ namespace bmu {
 enum class LogLineKind : std::uint8_t {
   nothing,   // blank or a comment
   frame,     // classic CAN
-  fd_frame,  // CAN FD: `frame` holds the identifier only
+  fd_frame,  // CAN FD or XL: `frame` holds the identifier only
 };
 
 enum class Direction : std::uint8_t { unknown, received, sent };

@@ -60,7 +60,8 @@ BENCHMARK(parse_line);
 template <void (*Print)(dump::FrameText&, const dump::SeenFrame&, dump::TextWriter&)>
 void print_line(benchmark::State& state) {
   const dump::DumpCatalogue catalogue({});
-  dump::FrameText format(catalogue, {});
+  dump::LineStart start({});
+  dump::FrameText format(catalogue, {}, start);
   dump::TextWriter out(::open("/dev/null", O_WRONLY | O_CLOEXEC));
   const auto line = parse_log_line(cells_line);
   ReceiveCheck check(catalogue.all(), ReceiveCheck::Role::listener);

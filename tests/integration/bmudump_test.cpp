@@ -1,5 +1,7 @@
 // bmudump as a user runs it: the program, its output, its complaints and its exit codes.
+#include <array>
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <memory>
@@ -16,6 +18,8 @@
 
 #include "daemon/shell/bus_port.hpp"
 #include "daemon/shell/embedded_bus.hpp"
+#include "protocol/candump.hpp"
+#include "protocol/tables/internal_bus.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/worked_frames.hpp"
@@ -77,6 +81,15 @@ std::string times(int count, std::string_view text) {
   std::string all;
   while (count-- > 0) all += text;
   return all;
+}
+
+/// CELLS_1 of node 3 that answers POLL 17.
+std::string good_with_counter_17() {
+  CanFrame frame = internal_worked_frames()[2].frame();
+  seal(internal_bus::cells_1, 17, frame);
+  std::array<char, log_line_length_max> text{};
+  const LogLine line{.kind = LogLineKind::frame, .time_us = 1'000'000, .bus = "can0", .frame = frame};
+  return std::string(text.data(), print_log_line(line, text)) + "\n";
 }
 
 /// What the second frame of a log makes of a millisecond, in kbit/s and so in bits. The first was over when the time
@@ -177,8 +190,8 @@ TEST_CASE("frames that fail their check are marked and are no error", "[integrat
         "(1.000000) vcan0 143 CELLS_1 node 3     !! wrong crc  [8] 8E A0 8E 92 8E B2 2A B3\n"
         "(1.000000) vcan0 143 CELLS_1 node 3     !! wrong length  [2] 8E A0\n"
         "(1.000000) vcan0 143 CELLS_1 node 3     remote frame, asks for 8 bytes\n"
-        "(1.000000) vcan0 143 CELLS_1 node 3     not classic CAN (FD)\n"
-        "(1.000000) vcan0 00000040 unknown       error frame of the controller  [8] 00 00 00 00 00 00 00 00\n"
+        "(1.000000) vcan0 143 CELLS_1 node 3     not classic CAN\n"
+        "(1.000000) vcan0 00000040 unknown       error frame: bus off  [8] 00 00 00 00 00 00 00 00\n"
         "(1.000000) vcan0 18FF50E5 unknown       [1] 01\n"
         "(1.000000) vcan0 7FF unknown            [0]\n");
   CHECK(run("-r - --strict", good_line).exit_code == 0);
@@ -302,10 +315,27 @@ TEST_CASE("output that cannot be written and files that cannot be read exit with
 }
 
 TEST_CASE("a wrong command line exits with 2 and says what is wrong", "[integration][bmudump]") {
-  for (const char* arguments :
-       {"", "--no-such-option can0", "can0 -r -", "-r - --json --log", "-r - --filter NO_SUCH_MESSAGE",
-        "-r - --vehicle-base 800", "-r - --vehicle-base 0FF", "--dbc charger", "--dbc internal --nodes 0",
-        "--dbc internal --nodes 5-2", "-r - --seconds 3", "-r - --color sometimes", "-r - --count 0"}) {
+  for (const char* arguments : {"",
+                                "--no-such-option can0",
+                                "can0 --dbc internal",
+                                "-r - --json --log",
+                                "-r - --json --follow",
+                                "-r - -L --summary",
+                                "-r - -t x",
+                                "-r - -t d --json",
+                                "-r - -T 5",
+                                "-r - --dialect elithion",
+                                "can0,XYZ -r -",
+                                "-r - --filter 123:",
+                                "-r - --filter NO_SUCH_MESSAGE",
+                                "-r - --vehicle-base 800",
+                                "-r - --vehicle-base 0FF",
+                                "--dbc charger",
+                                "--dbc internal --nodes 0",
+                                "--dbc internal --nodes 5-2",
+                                "-r - --seconds 3",
+                                "-r - --color sometimes",
+                                "-r - --count 0"}) {
     INFO(arguments);
     const Run result = run(arguments);
     CHECK(result.exit_code == 2);
@@ -326,6 +356,163 @@ TEST_CASE("filter takes identifiers, names and beginnings of names", "[integrati
   CHECK(lines_of(run("-r " + fixture + " --filter PACK_STATUS --count 1").out).size() == 1);
   CHECK(lines_of(run("--filter POLL -r " + fixture).out).size() == 1);
   CHECK(lines_of(run("--filter 'cells_*',Poll -r " + fixture).out).size() == 3);
+}
+
+TEST_CASE("filters of candump's form hide frames of a log, not from the check", "[integration][bmudump]") {
+  const std::string poll_and_late_answer =
+      "(1.000000) can0 080#008F000000002A1F\n(1.000000) can0 383#0300000000001107\n"
+      "(1.000000) can1 143#8EA08E928EB22AB2\n(1.000000) can0 18FF50E5#01\n";
+  CHECK(lines_of(run("can0,383:7FF -r -", poll_and_late_answer).out).size() == 1);
+  CHECK(lines_of(run("can0,80:80000780 can1,0~0 -r -", poll_and_late_answer).out).size() == 1);
+  CHECK(lines_of(run("any,18FF50E5:DFFFFFFF -r -", poll_and_late_answer).out).size() == 1);
+  CHECK(lines_of(run("can1 -r -", poll_and_late_answer).out).size() == 1);
+  CHECK(lines_of(run("-r - --filter '100:700'", poll_and_late_answer).out).size() == 1);
+  // An answer to an older POLL than the hidden one is late all the same.
+  const std::string late = "(1.000000) can0 080#008F000000002A1F\n" + good_with_counter_17();
+  CHECK(run("-r - --filter CELLS_1", late).out.find("!! late") != std::string::npos);
+  CHECK(lines_of(run("-r - --filter CELLS_1", late).out).size() == 1);
+}
+
+TEST_CASE("times are told as candump's -t has them", "[integration][bmudump]") {
+  const std::string log =
+      "(1700000000.500000) can0 7FF#\n(1700000001.750000) can0 7FF#\n(1700000003.000000) can0 7FF#\n";
+  const auto times = [&log](const std::string& form) {
+    std::vector<std::string> starts;
+    for (const std::string& line : lines_of(run("-r - " + form, log).out))
+      starts.push_back(line.substr(0, line.find(" can0")));
+    return starts;
+  };
+  using Times = std::vector<std::string>;
+  CHECK(times("-t a") == Times{"(1700000000.500000)", "(1700000001.750000)", "(1700000003.000000)"});
+  CHECK(times("-td") == Times{"(0.000000)", "(1.250000)", "(1.250000)"});
+  CHECK(times("-tz") == Times{"(0.000000)", "(1.250000)", "(2.500000)"});
+  ::setenv("TZ", "UTC", 1);  // NOLINT(concurrency-mt-unsafe): one thread
+  CHECK(times("-tA").front() == "(2023-11-14 22:13:20.500000)");
+  CHECK(run("-r - -t none", log).out.starts_with("can0 7FF"));
+}
+
+TEST_CASE("directions and letters are shown when asked for", "[integration][bmudump]") {
+  const std::string log = "(1.000000) can0 7FF#41427F R\n(1.000000) can0 7FF#43 T\n(1.000000) can0 7FF#44\n";
+  CHECK(run("-r - -x -a -t none", log).out ==
+        "can0 RX 7FF unknown            [3] 41 42 7F  'AB.'\n"
+        "can0 TX 7FF unknown            [1] 43  'C'\n"
+        "can0  - 7FF unknown            [1] 44  'D'\n");
+  const std::vector<std::string> lines = lines_of(run("-r - -x --json", log).out);
+  REQUIRE(lines.size() == 3);
+  CHECK(nlohmann::json::parse(lines[0]).at("direction") == "received");
+  CHECK(nlohmann::json::parse(lines[1]).at("direction") == "sent");
+  CHECK_FALSE(nlohmann::json::parse(lines[2]).contains("direction"));
+}
+
+TEST_CASE("a log goes into a file with -f, and into one with the date with -l", "[integration][bmudump]") {
+  const TemporaryFolder folder;
+  const std::string line = "(1.000000) can0 18FF50E5#0102 T\n";
+  CHECK(run("-r - -f " + folder / "out.log", line).out.empty());
+  CHECK(content_of(folder / "out.log") == line);
+  const std::string log = folder.file("in.log", line);
+  const std::string command = "cd " + (folder / ".") + " && " + program + " -l -r " + log + " 2>err";
+  REQUIRE(std::system(command.c_str()) == 0);  // NOLINT(cert-env33-c,concurrency-mt-unsafe): our own words
+  const std::string told = content_of(folder / "err");
+  REQUIRE(told.starts_with("bmudump: writing candump-"));
+  const std::string name = told.substr(told.find("candump-"), told.size() - told.find("candump-") - 1);
+  CHECK(content_of(folder / name) == line);
+  CHECK(run("-r - -f /nowhere/out.log", line).exit_code == 1);
+}
+
+TEST_CASE("the summary has a line for each identifier, 29-bit ones too, and the same as JSON",
+          "[integration][bmudump]") {
+  const std::string log =
+      "(1.000000) can0 143#8EA08E928EB22AB2\n(1.500000) can0 143#8EA08E928EB22AB3\n(2.000000) can0 18FF50E5#01\n"
+      "(2.250000) can0 18FF50E5#01\n(3.250000) can0 18FF50E5#01\n(3.500000) can0 7FF#\n(3.750000) can0 "
+      "20000040#0000000000000000\n";
+  const Run text = run("-r - --summary", log);
+  CHECK(text.out.find("143       CELLS_1 node 3                      2         1      2.00/s") != std::string::npos);
+  CHECK(text.out.find("wrong crc 1\n") != std::string::npos);
+  CHECK(text.out.find(
+            "18FF50E5  unknown                             3         0      1.60/s    1.000000 s           3.250000") !=
+        std::string::npos);
+  const nlohmann::json json = nlohmann::json::parse(run("-r - --summary --json", log).out);
+  CHECK(json.at("bus") == "can0");
+  CHECK(json.at("frames") == 7);
+  CHECK(json.at("ok") == 1);
+  CHECK(json.at("failed") == 1);
+  CHECK(json.at("error_frames") == 1);
+  REQUIRE(json.at("ids").size() == 3);
+  CHECK(json.at("ids")[0].at("failed").at("wrong crc") == 1);
+  CHECK(json.at("ids")[2].at("id") == "18FF50E5");
+  CHECK(json.at("ids")[2].at("gap_max_s") == 1.0);
+  CHECK(json.at("ids")[2].at("gap_end_s") == 3.25);
+  std::int64_t bits = 0;
+  for (const nlohmann::json& id : json.at("ids")) bits += id.at("bits").get<std::int64_t>();
+  // All but the first frame in 2.75 s.
+  CHECK(json.at("load_bit_per_s") == std::llround(static_cast<double>(bits - 112) / 2.75));
+}
+
+TEST_CASE("what an unread dialect says is told, and in the summary", "[integration][bmudump]") {
+  const std::string log = "(1.000000) can0 620#456C697468696F6E\n(1.000000) can0 622#0A0E8D0A000001\n";
+  const Run result = run("-r - --summary", log);
+  CHECK(result.exit_code == 0);
+  CHECK(result.err ==
+        "bmudump: can0: 620h says \"Elithion\": that is the dialect elithion, and it is read here as iha; do not "
+        "believe what "
+        "stands in 622h, 626h and 627h\n");
+  CHECK(result.out.find("vehicle messages: 620h says \"Elithion\", dialect elithion\n") != std::string::npos);
+  CHECK(run("-r - --dialect iha", "(1.000000) can0 620#49484120424D5331\n").err.empty());
+}
+
+TEST_CASE("packed logs are read by what they are, from files and from standard input", "[integration][bmudump]") {
+  const TemporaryFolder folder;
+  const std::string packed = folder / "not-named-so";
+  const std::string command =
+      "zstd -q " + fixture + " -o " + packed + " && zstd -q -c " + folder.file("more", good_line) + " >>" + packed;
+  REQUIRE(std::system(command.c_str()) == 0);  // NOLINT(cert-env33-c,concurrency-mt-unsafe): our own words
+  const std::string expected = content_of(BMUD_SOURCE_DIR "/tests/integration/bmudump_worked_frames.txt");
+  const Run result = run("-r " + packed);
+  CHECK(result.exit_code == 0);
+  CHECK(result.out.starts_with(expected));
+  CHECK(lines_of(result.out).size() == lines_of(expected).size() + 1);
+  CHECK(run("-r -", content_of(packed)).out == result.out);
+}
+
+TEST_CASE("a packed log that is cut off is read to there, and the place is named", "[integration][bmudump]") {
+  const TemporaryFolder folder;
+  const std::string command = "zstd -q " + fixture + " -o " + folder / "whole";
+  REQUIRE(std::system(command.c_str()) == 0);  // NOLINT(cert-env33-c,concurrency-mt-unsafe): our own words
+  const std::string whole = content_of(folder / "whole");
+  const std::string cut = folder.file("cut", whole.substr(0, whole.size() - 1));
+  const Run result = run("-r " + cut);
+  CHECK(result.exit_code == 3);
+  CHECK(lines_of(result.out).size() == 25);
+  CHECK(result.err == "bmudump: " + cut + ": bytes 0 to " + std::to_string(whole.size() - 1) + ", behind line " +
+                          std::to_string(lines_of(content_of(fixture)).size()) +
+                          ": this zstd frame has no end; skipped\n");
+  const std::string more = folder.file("more", whole + "garbage");
+  CHECK(run("-r " + more)
+            .err.find(": bytes " + std::to_string(whole.size()) + " to " + std::to_string(whole.size() + 7) + ", ") !=
+        std::string::npos);
+}
+
+TEST_CASE("lines of a recording that are not frames are comments", "[integration][bmudump]") {
+  const Run result = run("-r -",
+                         "# bmud recording\n(1.000000) can0 7FF#01 R\n# (1.000000) tick 5d1f\n# > can0 040#\n"
+                         "(1.000000) can0 7FF#02 T\n");
+  CHECK(result.exit_code == 0);
+  CHECK(result.err.empty());
+  CHECK(lines_of(result.out).size() == 2);
+}
+
+TEST_CASE("followed without a terminal, the last state of all is printed at the end", "[integration][bmudump]") {
+  const Run result = run("-r " + fixture + " --follow");
+  CHECK(result.exit_code == 0);
+  CHECK(result.err.empty());
+  CHECK(result.out.find('\x1b') == std::string::npos);
+  const std::vector<std::string> lines = lines_of(result.out);
+  REQUIRE(lines.size() == 2 + 1 + 21);
+  CHECK(lines[0] == "vcan0   13 frames   387/s   load 9.1 % of 500 kbit/s");
+  CHECK(lines[2].starts_with("bus    id        message "));
+  CHECK(lines[7].starts_with("vcan0  143       CELLS_1 node 3"));
+  CHECK(lines.back().starts_with("vcan1  628       PACK_RESISTANCE"));
+  CHECK(lines[7].ends_with("cell_voltage_1 3.6512 V  cell_voltage_2 3.6498 V  cell_voltage_3 3.6530 V"));
 }
 
 TEST_CASE("brief leaves out what is not set", "[integration][bmudump]") {
@@ -403,6 +590,15 @@ TEST_CASE("live, a bus that does not exist is an error of the system", "[integra
 TEST_CASE("live, the run ends after the seconds asked for", "[integration][bmudump]") {
   const TestBus bus("idle");
   CHECK(run("--seconds 0.05 " + bus.name()).exit_code == 0);
+}
+
+TEST_CASE("live, the run ends after so long without a frame", "[integration][bmudump]") {
+  const TestBus bus("silent");
+  const auto start = std::chrono::steady_clock::now();
+  CHECK(run("-T 100 --seconds 60 " + bus.name()).exit_code == 0);
+  const auto took = std::chrono::steady_clock::now() - start;
+  CHECK(took >= std::chrono::milliseconds(100));
+  CHECK(took < std::chrono::seconds(30));
 }
 
 TEST_CASE("live, a bus on which nobody speaks is told once, one with traffic is not", "[integration][bmudump]") {

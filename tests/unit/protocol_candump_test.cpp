@@ -54,6 +54,18 @@ TEST_CASE("all forms of classic frames are read", "[unit][protocol][candump]") {
   CHECK(parsed("(1.000000) can0 143#1122334455667788_F").frame.length == 8);
 }
 
+TEST_CASE("frames of CAN XL are known as such, and five digits alone are no identifier", "[unit][protocol][candump]") {
+  const LogLine line = parsed("(1.000000) can0 45123#81:00:12345678#11223344.556677 R");
+  CHECK(line.kind == LogLineKind::fd_frame);
+  CHECK(line.frame.id == 0x123);
+  CHECK(line.direction == Direction::received);
+  CHECK(parsed("(1.000000) can0 00123#81:00:12345678#").kind == LogLineKind::fd_frame);
+  CHECK(damage("(1.000000) can0 00123#81:00:12345678#1") == "39: data bytes of two hexadecimal digits");
+  CHECK(damage("(1.000000) can0 00123#81:00:1234567#11") == "36: data bytes of two hexadecimal digits");
+  CHECK(damage("(1.000000) can0 00123#81:0") == "27: data bytes of two hexadecimal digits");
+  CHECK(damage("(1.000000) can0 00123#1122") == "22: an identifier of 3 or 8 hexadecimal digits");
+}
+
 TEST_CASE("directions, nanoseconds, carriage returns and trailing spaces are read", "[unit][protocol][candump]") {
   CHECK(parsed("(1.000000) can0 143#01 R").direction == Direction::received);
   CHECK(parsed("(1.000000) can0 143#01 T\r").direction == Direction::sent);

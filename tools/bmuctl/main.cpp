@@ -10,10 +10,10 @@
 #include <unistd.h>
 
 #include "tools/bmuctl/client.hpp"
-#include "tools/bmuctl/terminal.hpp"
 #include "tools/bmuctl/text_pages.hpp"
 #include "tools/bmuctl/watch.hpp"
 #include "tools/common/command_line.hpp"
+#include "tools/common/terminal.hpp"
 
 namespace {
 

@@ -4,9 +4,9 @@
 #include <string>
 #include <string_view>
 
-#include "tools/bmuctl/canvas.hpp"
-#include "tools/bmuctl/glyphs.hpp"
 #include "tools/bmuctl/reply.hpp"
+#include "tools/common/canvas.hpp"
+#include "tools/common/glyphs.hpp"
 
 namespace bmu {
 

@@ -1,8 +1,8 @@
 // Replies as text for people: one page a command.
 #pragma once
 
-#include "tools/bmuctl/page.hpp"
 #include "tools/bmuctl/reply.hpp"
+#include "tools/common/page.hpp"
 
 namespace bmu {
 

@@ -13,7 +13,7 @@
 
 #include "tools/bmuctl/client.hpp"
 #include "tools/bmuctl/picture.hpp"
-#include "tools/bmuctl/terminal.hpp"
+#include "tools/common/terminal.hpp"
 
 namespace bmu {
 

@@ -1,28 +1,46 @@
 // The buses of a log or of a live run: each name has a receive check of its own, as counters and polls of one bus say
-// nothing about another.
+// nothing about another, and a dialect of its own.
 #pragma once
 
 #include <cstddef>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "protocol/receive_check.hpp"
+#include "tools/bmudump/dialect.hpp"
+#include "tools/bmudump/dump_catalogue.hpp"
+#include "tools/bmudump/filter.hpp"
+#include "tools/bmudump/statistics.hpp"
 
 namespace bmu::dump {
+
+/// A bus the user named, "any" for all, with its filter.
+struct BusChoice {
+  std::string name;
+  Filter filter;
+};
 
 struct Bus {
   std::string name;
   std::size_t index;
+  std::size_t reader;  // what its frames are read by: the index of a DumpCatalogue
   ReceiveCheck check;
+  DialectWatch dialect;
+  const Filter* filter;  // null: nothing of it is shown
+  BusStatistics statistics;
 };
 
 class BusTable {
  public:
   static constexpr std::size_t bus_count_max = 16;
 
-  explicit BusTable(const Catalogue& catalogue) : catalogue_(&catalogue) {}
+  /// `choices` empty: all buses are shown. `catalogue` is what new buses are read by, the one of index `reader`.
+  BusTable(const DumpCatalogue& catalogue, std::size_t reader, std::span<const Dialect> dialects,
+           std::span<const BusChoice> choices)
+      : catalogue_(&catalogue), reader_(reader), dialects_(dialects), choices_(choices) {}
 
   /// The bus of this name, made when first seen; null if there would be more than bus_count_max.
   [[nodiscard]] Bus* find(std::string_view name) {
@@ -33,7 +51,13 @@ class BusTable {
  private:
   [[nodiscard]] Bus* find_other(std::string_view name);
 
-  const Catalogue* catalogue_;
+  [[nodiscard]] const Filter* filter_of(std::string_view name) const;
+
+  const DumpCatalogue* catalogue_;
+  std::size_t reader_;
+  std::span<const Dialect> dialects_;
+  std::span<const BusChoice> choices_;
+  Filter no_filter_;
   std::vector<std::unique_ptr<Bus>> buses_;
   Bus* last_ = nullptr;  // logs come in runs of one name
 };

@@ -1,93 +1,28 @@
 #include "tools/bmudump/dump.hpp"
 
+#include <array>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <limits>
 
-#include <fcntl.h>
-#include <unistd.h>
-
-#include "tools/bmudump/line_reader.hpp"
+#include "tools/bmudump/summary.hpp"
 
 namespace bmu::dump {
 namespace {
 
 volatile std::sig_atomic_t stop_requested = 0;
 
-/// Damage of one file beyond this many lines is counted, not told line by line.
-constexpr std::uint64_t damage_told_max = 1'000;
-
-std::string found_text(std::string_view line, std::size_t column) {
-  if (column >= line.size()) return "the end of the line";
-  const auto code = static_cast<unsigned char>(line[column]);
-  if (code > 0x20 && code < 0x7F) return std::string("'") + line[column] + "'";
-  std::array<char, 16> text{};
-  std::snprintf(text.data(), text.size(), "byte %02Xh", static_cast<unsigned>(code));
-  return code == ' ' ? "a space" : text.data();
+FrameText::Style style_of(const Options& options) {
+  const bool is_table = options.output == Output::follow;  // which has colours of its own
+  return {.is_coloured = options.is_coloured && !is_table,
+          .is_brief = options.is_brief || is_table,
+          .has_letters = options.has_letters,
+          .has_direction = options.start.has_direction};
 }
 
-/// One log: its lines, and what is wrong with them.
-class LogFile {
- public:
-  LogFile(const std::string& name, int fd) : name_(name == "-" ? "standard input" : name), reader_(fd) {}
-
-  int read(Dump& dump);
-
- private:
-  void take_lines(Dump& dump);
-  void take_line(const LineReader::Line& line, Dump& dump);
-  void tell_damage(std::size_t column, const std::string& found, std::string_view wanted);
-
-  std::string name_;
-  LineReader reader_;
-  std::uint64_t damaged_ = 0;
-};
-
-int LogFile::read(Dump& dump) {
-  while (!dump.is_done() && !is_stop_requested()) {
-    take_lines(dump);
-    dump.flush();  // before a read that may wait: the reader of a pipe sees each batch at once
-    const LineReader::Filled filled = reader_.fill();
-    if (filled == LineReader::Filled::end) break;
-    if (filled == LineReader::Filled::error) {
-      std::fprintf(stderr, "bmudump: cannot read %s: %s\n", name_.c_str(), std::strerror(errno));
-      return exit_system;
-    }
-  }
-  if (damaged_ > damage_told_max) {
-    std::fprintf(stderr, "bmudump: %s: %llu damaged lines in all, the first %llu told\n", name_.c_str(),
-                 static_cast<unsigned long long>(damaged_), static_cast<unsigned long long>(damage_told_max));
-  }
-  return damaged_ > 0 ? exit_damaged : exit_ok;
-}
-
-void LogFile::take_lines(Dump& dump) {
-  LineReader::Line line;
-  while (!dump.is_done() && reader_.take(line)) take_line(line, dump);
-}
-
-void LogFile::take_line(const LineReader::Line& line, Dump& dump) {
-  if (line.is_too_long) {
-    return tell_damage(line.text.size(), "more than " + std::to_string(line.text.size()) + " characters", "a newline");
-  }
-  const auto parsed = parse_log_line(line.text);
-  if (!parsed) {
-    const LogLineDamage& damage = parsed.error();
-    return tell_damage(damage.column, found_text(line.text, damage.column), to_text(damage.wanted));
-  }
-  if (parsed->kind == LogLineKind::nothing || dump.show(*parsed)) return;
-  tell_damage(static_cast<std::size_t>(parsed->bus.data() - line.text.data()), "one more bus name",
-              "at most " + std::to_string(BusTable::bus_count_max) + " buses in all");
-}
-
-void LogFile::tell_damage(std::size_t column, const std::string& found, std::string_view wanted) {
-  if (++damaged_ > damage_told_max) return;
-  std::fprintf(stderr, "bmudump: %s:%llu:%zu: found %s, wanted %.*s; line skipped\n", name_.c_str(),
-               static_cast<unsigned long long>(reader_.line_number()), column + 1, found.c_str(),
-               static_cast<int>(wanted.size()), wanted.data());
-}
+}  // namespace
 
 int worse(int one, int other) {
   // A run that could not be read to its end says less than one with damaged lines.
@@ -95,37 +30,63 @@ int worse(int one, int other) {
   return one == exit_ok ? other : one;
 }
 
-}  // namespace
+Catalogues::Catalogues(const DumpCatalogue::Choice& choice, std::span<const Dialect> rows, const std::string& wanted)
+    : dialects_(rows), is_auto_(find_dialect(rows, wanted) == nullptr) {
+  for (const Dialect& row : rows) {
+    if (row.rows.empty()) continue;
+    if (row.name == wanted) first_ = readers_.size();
+    readers_.push_back(std::make_unique<DumpCatalogue>(choice, row));
+  }
+}
 
-Dump::Dump(const Options& options, const DumpCatalogue& catalogue, const Filter& filter)
+std::size_t Catalogues::reader_of(const Dialect& dialect) const {
+  std::size_t reader = 0;
+  while (is_auto_ && reader < size() && &at(reader).dialect() != &dialect) ++reader;
+  return is_auto_ ? reader : size();
+}
+
+Dump::Dump(const Options& options, const Catalogues& catalogues, const Filter& filter,
+           std::span<const BusChoice> choices, int fd)
     : options_(&options),
+      catalogues_(&catalogues),
       filter_(&filter),
-      buses_(catalogue.all()),
-      summary_(catalogue, options.bit_rate),
-      format_(catalogue, {.is_coloured = options.is_coloured, .is_brief = options.is_brief}),
-      out_(STDOUT_FILENO),
+      buses_(catalogues.at(catalogues.first()), catalogues.first(), catalogues.dialects(), choices),
+      start_(options.start),
+      out_(fd),
       left_(options.count.value_or(std::numeric_limits<std::uint64_t>::max())),
-      needs_counts_(options.output == Output::summary || options.is_strict) {}
+      needs_counts_(options.output == Output::summary || options.output == Output::summary_json || options.is_strict ||
+                    options.output == Output::follow) {
+  for (std::size_t reader = 0; reader < catalogues.size(); ++reader) {
+    formats_.emplace_back(catalogues.at(reader), style_of(options), start_);
+  }
+  if (options.output == Output::follow) follow_ = std::make_unique<Follow>(buses_, formats_, options.bit_rate);
+}
 
 bool Dump::show(const LogLine& line) {
   Bus* const bus = buses_.find(line.bus);
   if (bus == nullptr) return false;
+  if (bus->filter == nullptr) return true;
+  if (line.kind == LogLineKind::frame && bus->dialect.note(line.frame)) note_dialect(*bus);
   // Every frame is judged, also those not shown: whether an answer is late depends on the POLL before it.
   const CheckedFrame verdict = line.kind == LogLineKind::frame ? bus->check.check(line.frame) : CheckedFrame{};
-  if (!filter_->passes(line.frame)) return true;
+  if (!filter_->passes(line.frame) || !bus->filter->passes(line.frame)) return true;
   const SeenFrame seen{line, verdict};
-  if (needs_counts_) summary_.count(*bus, seen);
-  print(seen);
+  IdStatistics* const row = needs_counts_ ? bus->statistics.count(line, verdict) : nullptr;
+  if (follow_) {
+    follow_->note(*bus, seen, row);
+  } else {
+    print(*bus, seen);
+  }
   --left_;
   return true;
 }
 
-void Dump::print(const SeenFrame& seen) {
+void Dump::print(const Bus& bus, const SeenFrame& seen) {
   switch (options_->output) {
-    case Output::text: return format_.print_text(seen, out_);
-    case Output::json: return format_.print_json(seen, out_);
-    case Output::summary: return;
+    case Output::text: return formats_[bus.reader].print_text(seen, out_);
+    case Output::json: return formats_[bus.reader].print_json(seen, out_);
     case Output::log: break;
+    default: return;
   }
   std::array<char, log_line_length_max> text{};
   out_.begin_line();
@@ -133,42 +94,43 @@ void Dump::print(const SeenFrame& seen) {
   out_.letter('\n');
 }
 
+/// A bus that says it speaks another dialect is read by that one from now on, or, where that cannot be, it is told.
+void Dump::note_dialect(Bus& bus) {
+  const Dialect* const spoken = bus.dialect.spoken();
+  const std::size_t reader = spoken == nullptr ? bus.reader : catalogues_->reader_of(*spoken);
+  if (reader == bus.reader) return;
+  if (reader < catalogues_->size()) {
+    bus.reader = reader;
+    bus.check = ReceiveCheck(catalogues_->at(reader).all(), ReceiveCheck::Role::listener);
+    return;
+  }
+  const DumpCatalogue& used = catalogues_->at(bus.reader);
+  if (spoken == &used.dialect()) return;
+  std::fprintf(
+      stderr,
+      "bmudump: %s: %s: that is the dialect %s, and it is read here as %s; do not believe what stands in %03Xh, "
+      "%03Xh and %03Xh\n",
+      bus.name.c_str(), bus.dialect.sign().c_str(), std::string(spoken->name).c_str(),
+      std::string(used.dialect().name).c_str(), static_cast<unsigned>(used.vehicle_base_id() + 2),
+      static_cast<unsigned>(used.vehicle_base_id() + 6), static_cast<unsigned>(used.vehicle_base_id() + 7));
+}
+
 void Dump::forget_counters(std::string_view bus) {
   if (Bus* const known = buses_.find(bus)) known->check.forget_counters();
 }
 
 int Dump::finish(int code) {
-  if (options_->output == Output::summary) {
-    const std::string text = summary_.text();
-    for (std::size_t at = 0; at < text.size(); at += TextWriter::line_room) {
-      out_.begin_line();
-      out_.text(std::string_view(text).substr(at, TextWriter::line_room));
-    }
-  }
+  const Summary summary(options_->bit_rate, out_);
+  if (options_->output == Output::summary) summary.print_text(buses_.buses());
+  if (options_->output == Output::summary_json) summary.print_json(buses_.buses());
+  if (follow_) follow_->print_last(options_->is_coloured, out_);
   out_.flush();
   if (out_.is_closed() && out_.error() != EPIPE) {
     std::fprintf(stderr, "bmudump: cannot write: %s\n", std::strerror(out_.error()));
     return exit_system;
   }
-  const bool is_suspect = options_->is_strict && summary_.suspect_count() > 0;
+  const bool is_suspect = options_->is_strict && suspect_count(buses_.buses()) > 0;
   return worse(code, is_suspect ? exit_suspect : exit_ok);
-}
-
-int dump_files(const Options& options, Dump& dump) {
-  int code = exit_ok;
-  for (const std::string& name : options.files) {
-    if (dump.is_done() || is_stop_requested()) break;
-    const bool is_standard_input = name == "-";
-    const int fd = is_standard_input ? STDIN_FILENO : ::open(name.c_str(), O_RDONLY | O_CLOEXEC);
-    if (fd < 0) {
-      std::fprintf(stderr, "bmudump: cannot open %s: %s\n", name.c_str(), std::strerror(errno));
-      code = exit_system;
-      continue;
-    }
-    code = worse(code, LogFile(name, fd).read(dump));
-    if (!is_standard_input) ::close(fd);
-  }
-  return code;
 }
 
 void catch_stop_signals() {
@@ -178,6 +140,10 @@ void catch_stop_signals() {
   ::sigaction(SIGTERM, &action, nullptr);
   action.sa_handler = SIG_IGN;  // a closed output is an answer of write(), not a death
   ::sigaction(SIGPIPE, &action, nullptr);
+}
+
+void request_stop() {
+  stop_requested = 1;
 }
 
 bool is_stop_requested() {

@@ -1,18 +1,42 @@
 // What happens to each frame, wherever it came from: judged, filtered, shown or counted.
 #pragma once
 
+#include <memory>
 #include <string>
+#include <vector>
 
 #include "tools/bmudump/bus_table.hpp"
+#include "tools/bmudump/follow.hpp"
 #include "tools/bmudump/frame_text.hpp"
 #include "tools/bmudump/options.hpp"
-#include "tools/bmudump/summary.hpp"
 
 namespace bmu::dump {
 
+/// A catalogue for each dialect that is read, and which of them a bus begins with.
+class Catalogues {
+ public:
+  /// `wanted` is one of the dialects' names, or "auto".
+  Catalogues(const DumpCatalogue::Choice& choice, std::span<const Dialect> rows, const std::string& wanted);
+
+  [[nodiscard]] const DumpCatalogue& at(std::size_t reader) const { return *readers_[reader]; }
+  [[nodiscard]] std::size_t size() const { return readers_.size(); }
+  [[nodiscard]] std::size_t first() const { return first_; }
+  [[nodiscard]] std::span<const Dialect> dialects() const { return dialects_; }
+  /// What reads this dialect, if buses may change to it; size() if nothing does.
+  [[nodiscard]] std::size_t reader_of(const Dialect& dialect) const;
+
+ private:
+  std::span<const Dialect> dialects_;
+  std::vector<std::unique_ptr<DumpCatalogue>> readers_;
+  std::size_t first_ = 0;
+  bool is_auto_ = true;
+};
+
 class Dump {
  public:
-  Dump(const Options& options, const DumpCatalogue& catalogue, const Filter& filter);
+  /// `choices`: the buses to show, empty for all. Output goes to `fd`.
+  Dump(const Options& options, const Catalogues& catalogues, const Filter& filter, std::span<const BusChoice> choices,
+       int fd);
 
   /// False if the frame has no place: there are too many buses.
   bool show(const LogLine& line);
@@ -23,15 +47,21 @@ class Dump {
   /// Prints what is due at the end. `code` is what the run came to so far; the worse of the two counts.
   [[nodiscard]] int finish(int code);
 
+  /// The table of --follow; null without.
+  [[nodiscard]] Follow* follow() { return follow_.get(); }
+
  private:
-  void print(const SeenFrame& seen);
+  void print(const Bus& bus, const SeenFrame& seen);
+  void note_dialect(Bus& bus);
 
   const Options* options_;
+  const Catalogues* catalogues_;
   const Filter* filter_;
   BusTable buses_;
-  Summary summary_;
-  FrameText format_;
+  LineStart start_;
+  std::vector<FrameText> formats_;  // by reader
   TextWriter out_;
+  std::unique_ptr<Follow> follow_;
   std::uint64_t left_;
   bool needs_counts_;
 };
@@ -41,8 +71,12 @@ class Dump {
 /// Listens on the buses until told to end.
 [[nodiscard]] int dump_live(const Options& options, Dump& dump);
 
+/// Of two exit codes the one that says more went wrong.
+[[nodiscard]] int worse(int one, int other);
+
 /// From now on SIGINT and SIGTERM end the run in order: everything shown so far reaches the output.
 void catch_stop_signals();
+void request_stop();
 [[nodiscard]] bool is_stop_requested();
 
 }  // namespace bmu::dump

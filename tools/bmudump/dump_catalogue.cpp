@@ -5,10 +5,12 @@
 
 namespace bmu::dump {
 
-DumpCatalogue::DumpCatalogue(const Choice& choice)
-    : internal_(choice.sensor_little_endian ? &internal_bus::catalogue_little_endian_sensor : &internal_bus::catalogue),
+DumpCatalogue::DumpCatalogue(const Choice& choice, const Dialect& dialect)
+    : dialect_(&dialect),
+      vehicle_base_id_(choice.vehicle_base_id),
+      internal_(choice.sensor_little_endian ? &internal_bus::catalogue_little_endian_sensor : &internal_bus::catalogue),
       row_of_id_(Catalogue::id_count, no_row) {
-  for (const MessageSpec* message : vehicle_bus::rows) {
+  for (const MessageSpec* message : dialect.rows) {
     MessageSpec moved = *message;
     moved.base_id =
         static_cast<std::uint16_t>(message->base_id - vehicle_bus::default_base_id + choice.vehicle_base_id);

@@ -1,5 +1,5 @@
 // Every message bmudump knows, internal and vehicle bus together: their identifiers do not collide, and one interface
-// may carry both.
+// may carry both. Of the vehicle bus there is one catalogue for each dialect.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "protocol/message.hpp"
+#include "tools/bmudump/dialect.hpp"
 
 namespace bmu::dump {
 
@@ -18,8 +19,10 @@ class DumpCatalogue {
   };
   static constexpr std::uint8_t no_row = 0xFF;
 
-  explicit DumpCatalogue(const Choice& choice);
+  explicit DumpCatalogue(const Choice& choice, const Dialect& dialect = dialect_table[0]);
 
+  [[nodiscard]] const Dialect& dialect() const { return *dialect_; }
+  [[nodiscard]] std::uint32_t vehicle_base_id() const { return vehicle_base_id_; }
   [[nodiscard]] const Catalogue& all() const { return *all_; }
   [[nodiscard]] const Catalogue& internal() const { return *internal_; }
   [[nodiscard]] const Catalogue& vehicle() const { return *vehicle_; }
@@ -29,6 +32,8 @@ class DumpCatalogue {
   [[nodiscard]] std::uint8_t row_of(std::uint32_t id) const { return id < row_of_id_.size() ? row_of_id_[id] : no_row; }
 
  private:
+  const Dialect* dialect_;
+  std::uint32_t vehicle_base_id_;
   std::vector<MessageSpec> vehicle_rows_;
   std::vector<const MessageSpec*> vehicle_messages_;
   std::vector<const MessageSpec*> all_messages_;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <string>
 
+#include "tools/bmudump/error_text.hpp"
+
 namespace bmu::dump {
 namespace {
 
@@ -12,7 +14,7 @@ constexpr std::string_view unknown_label = "unknown";
 
 // The longest line: every signal with its piece, a cell mask or eight escaped letters behind it, and its unit.
 constexpr std::size_t signal_room = 2 * Piece::room + 64;
-static_assert(signal_count_max * signal_room + 6 * bus_name_length_max + 512 <= TextWriter::line_room);
+static_assert(signal_count_max * signal_room + 6 * bus_name_length_max + 1'536 <= TextWriter::line_room);
 
 /// Text of a quantity that is no number: eight letters, the first in the highest byte.
 std::array<char, 8> letters_of(std::int64_t raw) {
@@ -63,8 +65,8 @@ std::string three_hex_digits(std::size_t id) {
 
 }  // namespace
 
-FrameText::FrameText(const DumpCatalogue& catalogue, const Style& style)
-    : catalogue_(&catalogue), style_(style), label_of_id_(Catalogue::id_count) {
+FrameText::FrameText(const DumpCatalogue& catalogue, const Style& style, LineStart& start)
+    : catalogue_(&catalogue), style_(style), start_(&start), label_of_id_(Catalogue::id_count) {
   if (style.is_coloured) colours_ = {"\x1b[2m", "\x1b[33m", "\x1b[1;31m", "\x1b[0m"};
   const std::string label_on(style.is_coloured ? "\x1b[1m" : "");
   for (const MessageSpec* message : catalogue.all().messages()) {
@@ -78,8 +80,8 @@ FrameText::FrameText(const DumpCatalogue& catalogue, const Style& style)
     std::string label(match.message == nullptr ? unknown_label : match.message->name);
     if (match.message != nullptr && match.message->has_node()) label += " node " + std::to_string(match.node);
     label.resize(std::max(label.size(), label_width), ' ');
-    std::string start = " " + three_hex_digits(id) + " ";
-    label_of_id_[id] = Piece(start.append(label_on).append(label).append(colours_.off));
+    std::string text = " " + three_hex_digits(id) + " ";
+    label_of_id_[id] = Piece(text.append(label_on).append(label).append(colours_.off));
   }
 }
 
@@ -107,19 +109,10 @@ FrameText::SignalPlan FrameText::plan_of(const SignalSpec& signal, const Colours
   return plan;
 }
 
-void FrameText::print_start(const LogLine& line, TextWriter& out) {
-  out.letter('(');
-  out.time(line.time_us);
-  out.text(") ");
-  out.text(line.bus);
-  bus_width_ = std::max(bus_width_, line.bus.size());
-  out.spaces(bus_width_ - line.bus.size());
-}
-
 void FrameText::print_text(const SeenFrame& seen, TextWriter& out) {
   const CanFrame& frame = seen.line.frame;
   out.begin_line();
-  print_start(seen.line, out);
+  start_->print(seen.line, out);
   if (id_digits(frame) == 3) {
     out.piece(label_of_id_[frame.id]);
   } else {
@@ -129,12 +122,13 @@ void FrameText::print_text(const SeenFrame& seen, TextWriter& out) {
     out.text(unknown_label);
     out.spaces(label_width - unknown_label.size() - 5);  // keeps the column of the data
   }
-  if (seen.verdict.is_accepted) {
-    print_signals(plans_[catalogue_->row_of(frame.id)], frame, out);
-  } else {
-    print_raw(seen, out);
-  }
+  print_meaning(seen, out);
   out.letter('\n');
+}
+
+void FrameText::print_meaning(const SeenFrame& seen, TextWriter& out) const {
+  if (!seen.verdict.is_accepted) return print_raw(seen, out);
+  print_signals(plans_[catalogue_->row_of(seen.line.frame.id)], seen.line.frame, out);
 }
 
 void FrameText::print_signals(const MessagePlan& plan, const CanFrame& frame, TextWriter& out) const {
@@ -188,14 +182,18 @@ void FrameText::print_value(const SignalPlan& plan, std::int64_t raw, TextWriter
 void FrameText::print_raw(const SeenFrame& seen, TextWriter& out) const {
   const CanFrame& frame = seen.line.frame;
   out.text("  ");
-  if (seen.line.kind == LogLineKind::fd_frame) return out.text("not classic CAN (FD)");
+  if (seen.line.kind == LogLineKind::fd_frame) return out.text("not classic CAN");
   if (frame.is_remote) {
     out.text("remote frame, asks for ");
     out.decimal(frame.length);
     return out.text(" bytes");
   }
   if (frame.is_error) {
-    out.text("error frame of the controller  ");
+    out.text(colours_.bad);
+    out.text("error frame: ");
+    print_error_frame(frame, out);
+    out.text(colours_.off);
+    out.text("  ");
   } else if (seen.verdict.message != nullptr) {
     out.text(colours_.bad);
     out.text("!! ");
@@ -204,6 +202,16 @@ void FrameText::print_raw(const SeenFrame& seen, TextWriter& out) const {
     out.text("  ");
   }
   print_spaced_bytes(frame, out);
+  if (style_.has_letters) print_letters(frame, out);
+}
+
+void FrameText::print_letters(const CanFrame& frame, TextWriter& out) {
+  out.text("  '");
+  for (std::size_t index = 0; index < frame.length; ++index) {
+    const std::uint8_t one = frame.data[index];
+    out.letter(one >= 0x20 && one < 0x7F ? static_cast<char>(one) : '.');
+  }
+  out.letter('\'');
 }
 
 void FrameText::print_json(const SeenFrame& seen, TextWriter& out) const {
@@ -217,6 +225,9 @@ void FrameText::print_json(const SeenFrame& seen, TextWriter& out) const {
   out.text(",\"id\":\"");
   out.hex(frame.id, id_digits(frame));
   out.letter('"');
+  if (style_.has_direction && seen.line.direction != Direction::unknown) {
+    out.text(seen.line.direction == Direction::sent ? ",\"direction\":\"sent\"" : ",\"direction\":\"received\"");
+  }
   if (verdict.message == nullptr) {
     out.text(",\"message\":null,\"node\":null,\"ok\":null");
     print_json_raw(seen.line, out);
@@ -245,7 +256,11 @@ void FrameText::print_json_verdict(const MessagePlan& plan, const SeenFrame& see
 void FrameText::print_json_raw(const LogLine& line, TextWriter& out) {
   if (line.kind == LogLineKind::fd_frame) out.text(",\"fd\":true");
   if (line.frame.is_remote) out.text(",\"remote\":true");
-  if (line.frame.is_error) out.text(",\"error\":true");
+  if (line.frame.is_error) {
+    out.text(",\"error\":true,\"text\":\"");
+    print_error_frame(line.frame, out);  // words of ours: nothing to escape
+    out.letter('"');
+  }
   out.text(",\"data\":\"");
   if (!line.frame.is_remote) print_hex_bytes(line.frame, out);
   out.letter('"');

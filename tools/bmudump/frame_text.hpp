@@ -9,6 +9,7 @@
 #include "protocol/candump.hpp"
 #include "protocol/receive_check.hpp"
 #include "tools/bmudump/dump_catalogue.hpp"
+#include "tools/bmudump/line_start.hpp"
 #include "tools/bmudump/text_writer.hpp"
 
 namespace bmu::dump {
@@ -23,13 +24,18 @@ class FrameText {
  public:
   struct Style {
     bool is_coloured = false;
-    bool is_brief = false;  // leave out flags that are not set, empty cell masks and counters
+    bool is_brief = false;       // leave out flags that are not set, empty cell masks and counters
+    bool has_letters = false;    // bytes that are shown, as letters too
+    bool has_direction = false;  // in JSON; LineStart has it for text
   };
 
-  FrameText(const DumpCatalogue& catalogue, const Style& style);
+  /// `start` may serve several of these: one log may need several catalogues.
+  FrameText(const DumpCatalogue& catalogue, const Style& style, LineStart& start);
 
   void print_text(const SeenFrame& seen, TextWriter& out);
   void print_json(const SeenFrame& seen, TextWriter& out) const;
+  /// The signals of a frame that passed its check, or else what it is and its bytes; two spaces before each.
+  void print_meaning(const SeenFrame& seen, TextWriter& out) const;
 
  private:
   enum class Show : std::uint8_t { number, flag, name, cells, text };
@@ -54,21 +60,21 @@ class FrameText {
   };
 
   static SignalPlan plan_of(const SignalSpec& signal, const Colours& colours);
-  void print_start(const LogLine& line, TextWriter& out);
   void print_signals(const MessagePlan& plan, const CanFrame& frame, TextWriter& out) const;
   void print_value(const SignalPlan& plan, std::int64_t raw, TextWriter& out) const;
   [[nodiscard]] bool is_left_out(const SignalPlan& plan, std::int64_t raw) const;
   static void print_json_verdict(const MessagePlan& plan, const SeenFrame& seen, TextWriter& out);
   static void print_json_raw(const LogLine& line, TextWriter& out);
+  static void print_letters(const CanFrame& frame, TextWriter& out);
   static void print_json_signals(const MessagePlan& plan, const CanFrame& frame, TextWriter& out);
   void print_raw(const SeenFrame& seen, TextWriter& out) const;
 
   const DumpCatalogue* catalogue_;
   Style style_;
+  LineStart* start_;
   Colours colours_;
   std::vector<MessagePlan> plans_;  // by row
   std::vector<Piece> label_of_id_;  // " 143 CELLS_1 node 3      "
-  std::size_t bus_width_ = 0;       // names are padded to the longest seen so far
 };
 
 }  // namespace bmu::dump

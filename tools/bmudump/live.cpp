@@ -1,12 +1,16 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
+#include <fstream>
 #include <memory>
+#include <system_error>
 
 #include <poll.h>
 
 #include "daemon/shell/bus_port.hpp"
 #include "tools/bmudump/dump.hpp"
+#include "tools/bmudump/follow_screen.hpp"
 #include "tools/common/bus_text.hpp"
 
 namespace bmu::dump {
@@ -29,15 +33,32 @@ void tell_state(const BusPort& port) {
                std::string(to_text(port.state())).c_str());
 }
 
+std::vector<std::string> can_interfaces() {
+  constexpr int can_link_type = 280;  // ARPHRD_CAN
+  std::vector<std::string> names;
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator("/sys/class/net", ignored)) {
+    int type = 0;
+    if (std::ifstream(entry.path() / "type") >> type && type == can_link_type) {
+      names.push_back(entry.path().filename());
+    }
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
 class LiveRun {
  public:
-  LiveRun(const Options& options, Dump& dump) : options_(&options), dump_(&dump) {}
+  LiveRun(const Options& options, Dump& dump)
+      : options_(&options), dump_(&dump), screen_(dump.follow(), options.is_coloured, true) {}
 
   [[nodiscard]] bool open();
   void run();
 
  private:
+  [[nodiscard]] bool find_names();
   void wait();
+  [[nodiscard]] bool is_over() const;
   void read_batch(LiveBus& bus);
   void tell_loss(LiveBus& bus);
   void tell_silence();
@@ -47,6 +68,8 @@ class LiveRun {
 
   const Options* options_;
   Dump* dump_;
+  FollowScreen screen_;
+  std::vector<std::string> names_;
   std::vector<LiveBus> buses_;
   // Shown is the wall clock as of the start, carried on by the monotonic one: setting the clock makes no gap.
   TimePoint start_ = monotonic_now();
@@ -54,13 +77,15 @@ class LiveRun {
       std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::system_clock::now().time_since_epoch())
           .count();
   TimePoint end_ = TimePoint::max();
+  TimePoint heard_ = start_;
   TimePoint tell_silence_at_ = start_ + silence_told_after;
 };
 
 bool LiveRun::open() {
+  if (!find_names()) return false;
   PortOptions port_options;
   port_options.receive_errors = true;
-  for (const std::string& name : options_->buses) {
+  for (const std::string& name : names_) {
     auto port = open_bus(name, port_options);
     if (!port) {
       std::fprintf(stderr, "bmudump: %s\n", open_failure_text(name, port.error()).c_str());
@@ -75,12 +100,33 @@ bool LiveRun::open() {
   return true;
 }
 
+/// "any" is every CAN interface there is now.
+bool LiveRun::find_names() {
+  for (const BusWord& word : options_->buses) {
+    if (word.name != "any") {
+      names_.push_back(word.name);
+      continue;
+    }
+    const std::vector<std::string> all = can_interfaces();
+    names_.insert(names_.end(), all.begin(), all.end());
+  }
+  if (names_.empty()) std::fputs("bmudump: any: there is no CAN interface\n", stderr);
+  return !names_.empty();
+}
+
+bool LiveRun::is_over() const {
+  const TimePoint now = monotonic_now();
+  const bool is_silent = options_->silence && now - heard_ >= *options_->silence;
+  return dump_->is_done() || is_stop_requested() || now >= end_ || is_silent;
+}
+
 void LiveRun::run() {
   TimePoint maintain_at = start_;
-  while (!dump_->is_done() && !is_stop_requested() && monotonic_now() < end_) {
+  while (!is_over()) {
     wait();
     for (LiveBus& bus : buses_) read_batch(bus);
     dump_->flush();
+    screen_.draw_if_due(wall_us(monotonic_now()));
     tell_silence();
     if (monotonic_now() < maintain_at) continue;
     for (LiveBus& bus : buses_) bus.port->maintain();
@@ -91,8 +137,12 @@ void LiveRun::run() {
 void LiveRun::wait() {
   std::vector<pollfd> ready;
   for (const LiveBus& bus : buses_) ready.push_back({bus.port->fd(), POLLIN, 0});
-  const std::int64_t left_ms = std::clamp<std::int64_t>(to_ms(end_ - monotonic_now()) + 1, 0, to_ms(maintain_period));
-  ::poll(ready.data(), ready.size(), static_cast<int>(left_ms));
+  ready.push_back({screen_.keys_fd(), POLLIN, 0});
+  const TimePoint end = options_->silence ? std::min(end_, heard_ + *options_->silence) : end_;
+  const std::int64_t left_ms = std::clamp<std::int64_t>(to_ms(end - monotonic_now()) + 1, 0, to_ms(maintain_period));
+  if (::poll(ready.data(), ready.size(), static_cast<int>(left_ms)) > 0 && ready.back().revents != 0) {
+    screen_.read_keys();
+  }
 }
 
 void LiveRun::read_batch(LiveBus& bus) {
@@ -106,6 +156,7 @@ void LiveRun::read_batch(LiveBus& bus) {
       break;
     }
     bus.is_silent = false;
+    heard_ = received.received_at;
     dump_->show({.kind = LogLineKind::frame,
                  .direction = received.is_own ? Direction::sent : Direction::received,
                  .time_us = wall_us(received.received_at),

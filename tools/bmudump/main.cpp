@@ -3,6 +3,9 @@
 #include <cstdio>
 #include <cstring>
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include "protocol/dbc.hpp"
 #include "tools/bmudump/dump.hpp"
 #include "tools/bmudump/protocol_doc.hpp"
@@ -18,31 +21,63 @@ int print_all(const std::string& text) {
   return exit_system;
 }
 
+/// False, with a word on standard error, if there is one that is no filter in any dialect.
+bool add_words(const std::vector<std::string>& words, const std::string& where, const Catalogues& catalogues,
+               Filter& filter) {
+  for (const std::string& word : words) {
+    bool is_known = false;
+    for (std::size_t reader = 0; reader < catalogues.size(); ++reader) {
+      is_known = filter.add(word, catalogues.at(reader).all()) || is_known;
+    }
+    if (is_known) continue;
+    std::fprintf(stderr,
+                 "bmudump: %s: '%s' is no identifier, message, ID:MASK, ID~MASK or #MASK; bmudump --protocol-doc lists "
+                 "the messages\n",
+                 where.c_str(), word.c_str());
+    return false;
+  }
+  return true;
+}
+
+/// Standard output, or the file of -f or -l; below 0 if that cannot be written.
+int open_output(const Options& options) {
+  if (options.log_file.empty()) return STDOUT_FILENO;
+  const int fd = ::open(options.log_file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (fd < 0) {
+    std::fprintf(stderr, "bmudump: cannot write %s: %s\n", options.log_file.c_str(), std::strerror(errno));
+  } else {
+    std::fprintf(stderr, "bmudump: writing %s\n", options.log_file.c_str());
+  }
+  return fd;
+}
+
+int show(const Options& options, const Catalogues& catalogues) {
+  Filter filter;
+  if (!add_words(options.filter, "--filter", catalogues, filter)) return exit_usage;
+  std::vector<BusChoice> choices;
+  for (const BusWord& word : options.buses) {
+    choices.push_back({.name = word.name, .filter = {}});
+    if (!add_words(word.filter, word.name, catalogues, choices.back().filter)) return exit_usage;
+  }
+  const int fd = open_output(options);
+  if (fd < 0) return exit_system;
+  catch_stop_signals();
+  Dump dump(options, catalogues, filter, choices, fd);
+  return dump.finish(options.files.empty() ? dump_live(options, dump) : dump_files(options, dump));
+}
+
 int run(const Options& options) {
-  const DumpCatalogue catalogue(options.catalogue);
-  if (!catalogue.ids_unique()) {
+  const Catalogues catalogues(options.catalogue, dialect_table, options.dialect);
+  const DumpCatalogue& first = catalogues.at(catalogues.first());
+  if (!first.ids_unique()) {
     std::fputs("bmudump: --vehicle-base: there the vehicle messages would collide with those of the internal bus\n",
                stderr);
     return exit_usage;
   }
-  Filter filter;
-  std::string complaint;
-  if (!filter.add(options.filter, catalogue.all(), complaint)) {
-    std::fprintf(
-        stderr,
-        "bmudump: --filter: '%s' is neither a hexadecimal identifier nor a message; bmudump --protocol-doc lists "
-        "them\n",
-        complaint.c_str());
-    return exit_usage;
-  }
-  catch_stop_signals();
-  if (options.wants_protocol_doc) return print_all(protocol_doc(catalogue));
-  if (!options.dbc.empty()) {
-    return print_all(
-        bmu::dbc_text(options.dbc == "internal" ? catalogue.internal() : catalogue.vehicle(), options.nodes));
-  }
-  Dump dump(options, catalogue, filter);
-  return dump.finish(options.files.empty() ? dump_live(options, dump) : dump_files(options, dump));
+  if (options.wants_protocol_doc || !options.dbc.empty()) catch_stop_signals();
+  if (options.wants_protocol_doc) return print_all(protocol_doc(first));
+  if (options.dbc.empty()) return show(options, catalogues);
+  return print_all(bmu::dbc_text(options.dbc == "internal" ? first.internal() : first.vehicle(), options.nodes));
 }
 
 }  // namespace

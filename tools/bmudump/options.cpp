@@ -1,14 +1,17 @@
 #include "tools/bmudump/options.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cstdlib>
+#include <ctime>
 #include <filesystem>
 #include <system_error>
 
 #include <net/if.h>
 #include <unistd.h>
 
+#include "tools/bmudump/filter.hpp"
 #include "tools/common/command_line.hpp"
 
 namespace bmu::dump {
@@ -19,38 +22,40 @@ constexpr std::uint32_t vehicle_base_max = 0x7FF - 8;
 
 constexpr const char* description =
     "Prints what each frame on the battery's buses means, signal by signal with value and unit, as it arrives on an\n"
-    "interface or out of a candump log. Frames that the daemon would reject are marked with the reason.";
+    "interface or out of a candump log, plain or packed with zstd. Frames that the daemon would reject are marked "
+    "with\n"
+    "the reason. Options of candump are those of candump where it has them, but for -r.";
 
 constexpr const char* footer = R"(
 Examples:
   bmudump can0                                live, until Ctrl-C
+  bmudump --follow can0                       a table that is kept up to date: last values, rates, gaps, failures
   bmudump unix:demo --filter 'CELLS_*,MODULE' two kinds of message on the embedded bus of a demonstration
+  bmudump -td can0,143:7FF,#FFFFFFFF can1     filters as candump has them, times since the line before
   bmudump -r drive.log                        a log made with: candump -l can0
+  bmudump vcan1 -r drive.log.zst              one bus of a packed log; buses go before -r, which takes several files
   candump -L can0 | bmudump -r -              from standard input
-  bmudump -r drive.log --summary              what was on the bus, what failed and why, how busy it was
+  bmudump -r drive.log --summary              what was on the bus, how often, longest gaps, what failed and why, load
   bmudump -r drive.log --json | jq 'select(.ok == false)'
-  bmudump can0 --log > drive.log              record as a candump log, from unix:NAME as well
+  bmudump can0 -L > drive.log                 record as a candump log, from unix:NAME as well; -l makes up a name
   bmudump --dbc internal --nodes 1-8 > internal.dbc
 
 A text line: (time) bus identifier MESSAGE node N, then each signal. "unknown", "not fitted", "open", "shorted" stand
 where the sender has no number. "!! wrong crc" and the like mark a frame that failed its check, with its bytes.
 In JSON, values are in the unit their name ends with, and null where there is no number.
 
+Filters, of a bus (BUS,FILTER,..) and of --filter: an identifier or message name, NAME*, ID:MASK (identifiers that are
+equal where the mask has ones), ID~MASK (all others), #MASK (error frames of these classes), j (all masks at once, not
+one of them). Hidden frames are still checked.
+
 Exit codes:
   0  all was read (frames that failed their check are marked, which is no error); also when the reader of our output
      goes away
   1  something could not be opened, read or written
   2  the command line is wrong
-  3  some log lines were damaged: each is reported with file, line and column, and skipped
+  3  some of a log was damaged: each line is reported with file, line and column, each place in a packed file with its
+     offset, and skipped
   4  with --strict: some frames failed their check or are unknown)";
-
-std::optional<std::uint32_t> parse_hex(std::string_view word) {
-  if (word.starts_with("0x") || word.starts_with("0X")) word.remove_prefix(2);
-  std::uint32_t number = 0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number, 16);
-  if (error != std::errc{} || end != word.data() + word.size() || word.empty()) return std::nullopt;
-  return number;
-}
 
 /// "1-4" and "7": nodes 1 to 63. Throws the library's error for what is none.
 std::vector<std::uint8_t> parse_nodes(const std::vector<std::string>& parts) {
@@ -73,15 +78,9 @@ std::vector<std::uint8_t> parse_nodes(const std::vector<std::string>& parts) {
   return nodes;
 }
 
-std::string upper(std::string_view text) {
-  std::string all(text);
-  std::transform(all.begin(), all.end(), all.begin(),
-                 [](char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c; });
-  return all;
-}
-
 /// A recording where a bus is wanted, as a newcomer writes it. An interface goes before a file of the same name.
-bool looks_like_file(const std::string& bus) {
+bool looks_like_file(const BusWord& word) {
+  const std::string& bus = word.name;
   if (bus.starts_with("unix:") || if_nametoindex(bus.c_str()) != 0) return false;
   std::error_code ignored;
   return bus.ends_with(".log") || bus.find('/') != std::string::npos || std::filesystem::is_regular_file(bus, ignored);
@@ -94,43 +93,93 @@ bool wants_colour(const std::string& when) {
 
 /// Text as CLI11 collects it, before it means something.
 struct Words {
+  std::vector<std::string> buses;
   std::string colour = "auto";
   std::vector<std::string> nodes{"1-4"};
   std::string vehicle_base = "620";
+  std::string time = "a";
+  std::uint64_t silence_ms = 0;
+  int colours = 0;  // how many -c
+  int usual = 0;    // how many of candump's options that ask for what is done anyway
   bool json = false;
   bool log = false;
+  bool log_with_name = false;
   bool summary = false;
+  bool follow = false;
 };
 
-void declare(CLI::App& app, Options& options, Words& words) {
-  app.set_version_flag("--version", "bmudump " BMUD_VERSION);
-  app.footer(footer);
-  app.add_option("BUS", options.buses, "interface (can0, vcan0) or embedded bus (unix:NAME); several show together");
-  app.add_option("-r,--read", options.files, "read a candump log (candump -l or -L) instead; - is standard input")
+struct TimeWord {
+  std::string_view word;
+  TimeForm form;
+};
+constexpr TimeWord time_words[] = {{"a", TimeForm::absolute},
+                                   {"d", TimeForm::delta},
+                                   {"z", TimeForm::zero},
+                                   {"A", TimeForm::date},
+                                   {"none", TimeForm::none}};
+
+std::vector<std::string> dialect_words() {
+  std::vector<std::string> words{"auto"};
+  for (const Dialect& row : dialect_table) {
+    if (!row.rows.empty()) words.emplace_back(row.name);
+  }
+  return words;
+}
+
+void declare_input(CLI::App& app, Options& options, Words& words) {
+  app.add_option(
+      "BUS", words.buses,
+      "interface (can0, vcan0, any) or embedded bus (unix:NAME), with filters if wanted: BUS,FILTER,..; several "
+      "show together; with -r, before it: only these of the log");
+  app.add_option("-r,--read", options.files, "read candump logs (candump -l or -L), plain or zstd; - is standard input")
       ->type_name("FILE");
-  CLI::Option* json = app.add_flag("--json", words.json, "one JSON object a line");
-  CLI::Option* log = app.add_flag("--log", words.log, "candump log lines, as candump -L writes them");
-  CLI::Option* summary = app.add_flag("--summary", words.summary, "counts at the end instead of lines");
-  json->excludes(log)->excludes(summary);
-  log->excludes(summary);
-  app.add_flag("--brief", options.is_brief, "leave out flags that are not set, empty cell masks and counters");
-  app.add_option("--filter", options.filter, "show only these: identifiers, message names in any case, or NAME*")
+  app.add_option("--filter", options.filter,
+                 "show only these: identifiers, message names, NAME*, ID:MASK, ID~MASK, #MASK, j")
       ->type_name("WHAT[,WHAT..]")
       ->delimiter(',')
       ->allow_extra_args(false);
-  app.add_option("--count", options.count, "end after this many frames shown")->check(command_line::whole_number(1));
+  app.add_option("-n,--count", options.count, "end after this many frames shown")->check(command_line::whole_number(1));
   app.add_option("--seconds", options.seconds, "live: end after this time")->check(command_line::number(0.001, 1e9));
-  app.add_flag("--strict", options.is_strict, "exit with 4 if a frame failed its check or is unknown");
-  app.add_option("--vehicle-base", words.vehicle_base, "first identifier of the vehicle messages, hexadecimal")
-      ->capture_default_str();
-  app.add_flag("--sensor-little-endian", options.catalogue.sensor_little_endian,
-               "the current sensor is configured for little-endian values");
-  app.add_option("--bitrate", options.bit_rate, "bit/s, for the load in --summary")
+  app.add_option("-T,--silence", words.silence_ms, "live: end after so many milliseconds without a frame")
+      ->type_name("MS")
+      ->check(command_line::whole_number(1, 1'000'000'000));
+}
+
+void declare_output(CLI::App& app, Options& options, Words& words) {
+  app.add_flag("--follow", words.follow, "a table of all identifiers, updated in place (once, if this is no terminal)");
+  app.add_flag("--summary", words.summary, "counts at the end instead of lines; with --json as JSON");
+  app.add_flag("--json", words.json, "one JSON object a line");
+  app.add_flag("-L,--log", words.log, "candump log lines, as candump -L writes them");
+  app.add_flag("-l", words.log_with_name, "the same into a file candump-DATE_TIME.log");
+  app.add_option("-f,--log-file", options.log_file, "the same into this file")->type_name("FILE");
+  app.add_option("-t,--time", words.time,
+                 "time: a absolute, d since the line before, z since the first, A with date, none")
       ->capture_default_str()
-      ->check(command_line::whole_number(1, bit_rate_max));
+      ->check(command_line::one_of({"a", "d", "z", "A", "none"}));
+  app.add_flag("-x", options.start.has_direction,
+               "say whether a frame was received (RX) or sent (TX), where that is known");
+  app.add_flag("-a", options.has_letters, "where bytes are shown, show them as letters, too");
+  app.add_flag("--brief", options.is_brief, "leave out flags that are not set, empty cell masks and counters");
   app.add_option("--color", words.colour, "colours: auto (on a terminal), always, never")
       ->capture_default_str()
       ->check(command_line::one_of({"auto", "always", "never"}));
+  app.add_flag("-c", words.colours, "--color always");
+  app.add_flag("-e,-d,-D", words.usual,
+               "of candump (error frames in words, losses told, stay when a bus goes): always so");
+  app.add_flag("--strict", options.is_strict, "exit with 4 if a frame failed its check or is unknown");
+}
+
+void declare_reading(CLI::App& app, Options& options, Words& words) {
+  app.add_option("--vehicle-base", words.vehicle_base, "first identifier of the vehicle messages, hexadecimal")
+      ->capture_default_str();
+  app.add_option("--dialect", options.dialect, "how the vehicle messages are read; auto: as 620h and 622h tell")
+      ->capture_default_str()
+      ->check(command_line::one_of(dialect_words()));
+  app.add_flag("--sensor-little-endian", options.catalogue.sensor_little_endian,
+               "the current sensor is configured for little-endian values");
+  app.add_option("--bitrate", options.bit_rate, "bit/s, for the load")
+      ->capture_default_str()
+      ->check(command_line::whole_number(1, bit_rate_max));
   app.add_option("--dbc", options.dbc, "print a DBC file of this bus: internal or vehicle")
       ->check(command_line::one_of({"internal", "vehicle"}));
   app.add_option("--nodes", words.nodes, "nodes in the DBC")
@@ -141,27 +190,104 @@ void declare(CLI::App& app, Options& options, Words& words) {
   app.add_flag("--protocol-doc", options.wants_protocol_doc, "print the tables of docs/bus-protocol.md");
 }
 
+void declare(CLI::App& app, Options& options, Words& words) {
+  app.set_version_flag("--version", "bmudump " BMUD_VERSION);
+  app.footer(footer);
+  declare_input(app, options, words);
+  declare_output(app, options, words);
+  declare_reading(app, options, words);
+}
+
+BusWord bus_word_of(const std::string& text) {
+  BusWord word;
+  std::size_t begin = 0;
+  while (begin <= text.size()) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    const std::string part = text.substr(begin, end - begin);
+    if (begin == 0) {
+      word.name = part;
+    } else if (!part.empty()) {
+      word.filter.push_back(part);
+    }
+    begin = end + 1;
+  }
+  return word;
+}
+
+/// As candump names its files.
+std::string log_name_of_now() {
+  const std::time_t now = std::time(nullptr);
+  std::tm parts{};
+  localtime_r(&now, &parts);
+  std::array<char, 64> text{};
+  std::strftime(text.data(), text.size(), "candump-%Y-%m-%d_%H%M%S.log", &parts);
+  return text.data();
+}
+
+/// Throws if more than one form of output is asked for; JSON of a summary is one.
+void check_one_form(const Words& words, const Options& options) {
+  struct Form {
+    std::string_view name;
+    bool is_wanted;
+  };
+  const Form forms[] = {
+      {"--follow", words.follow}, {"--summary", words.summary}, {"--json", words.json && !words.summary},
+      {"--log", words.log},       {"-l", words.log_with_name},  {"--log-file", !options.log_file.empty()}};
+  std::string wanted;
+  int count = 0;
+  for (const Form& form : forms) {
+    if (!form.is_wanted) continue;
+    wanted += (wanted.empty() ? "" : " and ") + std::string(form.name);
+    ++count;
+  }
+  if (count > 1) throw CLI::ValidationError(wanted + " exclude each other");
+}
+
+Output output_of(const Words& words, const Options& options) {
+  if (words.follow) return Output::follow;
+  if (words.summary) return words.json ? Output::summary_json : Output::summary;
+  if (words.log || !options.log_file.empty()) return Output::log;
+  return words.json ? Output::json : Output::text;
+}
+
+void conclude_input(Options& options, const Words& words) {
+  for (const std::string& text : words.buses) options.buses.push_back(bus_word_of(text));
+  const bool prints_tables = options.wants_protocol_doc || !options.dbc.empty();
+  const bool has_input = !options.files.empty() || !options.buses.empty();
+  if (!prints_tables && !has_input) {
+    throw CLI::ValidationError("what shall be shown? Wanted is a bus, or a recording with -r FILE");
+  }
+  if (prints_tables && has_input) throw CLI::ValidationError("--dbc and --protocol-doc read no bus and no log");
+  if (!options.files.empty()) return;
+  const auto file = std::find_if(options.buses.begin(), options.buses.end(), looks_like_file);
+  if (file != options.buses.end()) {
+    throw CLI::ValidationError(file->name, "this is no bus; to read a recording: bmudump -r " + file->name);
+  }
+}
+
 /// What CLI11 cannot check. Throws its error type, to be reported in the same way.
 void conclude(Options& options, const Words& words) {
-  if (words.json) options.output = Output::json;
-  if (words.log) options.output = Output::log;
-  if (words.summary) options.output = Output::summary;
-  options.is_coloured = wants_colour(words.colour);
+  check_one_form(words, options);
+  if (words.log_with_name) options.log_file = log_name_of_now();
+  options.output = output_of(words, options);
+  options.is_coloured = wants_colour(words.colours > 0 ? "always" : words.colour);
+  options.start.time = std::find_if(std::begin(time_words), std::end(time_words), [&words](const TimeWord& row) {
+                         return row.word == words.time;
+                       })->form;
+  if (options.start.time != TimeForm::absolute && options.output != Output::text) {
+    throw CLI::ValidationError("--time", "is for text lines; all else has absolute times");
+  }
   const std::optional<std::uint32_t> base = parse_hex(words.vehicle_base);
   if (!base || *base > vehicle_base_max) {
     throw CLI::ValidationError("--vehicle-base", "'" + words.vehicle_base + "' is no hexadecimal number from 0 to 7F7");
   }
   options.catalogue.vehicle_base_id = *base;
   options.nodes = parse_nodes(words.nodes);
-  const bool prints_tables = options.wants_protocol_doc || !options.dbc.empty();
-  const int inputs = (prints_tables ? 1 : 0) + (options.files.empty() ? 0 : 1) + (options.buses.empty() ? 0 : 1);
-  if (inputs == 0) throw CLI::ValidationError("what shall be shown? Wanted is a bus, or a recording with -r FILE");
-  if (inputs > 1) throw CLI::ValidationError("a bus, -r and --dbc exclude each other");
-  const auto file = std::find_if(options.buses.begin(), options.buses.end(), looks_like_file);
-  if (file != options.buses.end()) {
-    throw CLI::ValidationError(*file, "this is no bus; to read a recording: bmudump -r " + *file);
-  }
-  if (options.seconds && options.buses.empty()) throw CLI::ValidationError("--seconds", "is for live buses only");
+  conclude_input(options, words);
+  const bool is_live = options.files.empty();
+  if (options.seconds && !is_live) throw CLI::ValidationError("--seconds", "is for live buses only");
+  if (words.silence_ms > 0 && !is_live) throw CLI::ValidationError("--silence", "is for live buses only");
+  if (words.silence_ms > 0) options.silence = std::chrono::milliseconds(words.silence_ms);
 }
 
 }  // namespace
@@ -178,43 +304,6 @@ ParsedOptions parse_options(int argc, const char* const* argv) {
   } catch (const CLI::ParseError& error) {
     return {std::nullopt, command_line::report(app, error)};
   }
-}
-
-bool Filter::add(const std::vector<std::string>& words, const Catalogue& catalogue, std::string& complaint) {
-  for (const std::string& word : words) {
-    is_empty_ = false;
-    if (add_names(word, catalogue)) continue;
-    const std::optional<std::uint32_t> id = parse_hex(word);
-    if (!id || *id > 0x1FFF'FFFF) {
-      complaint = word;
-      return false;
-    }
-    if (*id < ids_.size() && word.size() < 8) {
-      ids_.set(*id);
-    } else {
-      extended_ids_.push_back(*id);
-    }
-  }
-  return true;
-}
-
-bool Filter::add_names(std::string_view word, const Catalogue& catalogue) {
-  const bool is_beginning = word.ends_with('*');
-  if (is_beginning) word.remove_suffix(1);
-  const std::string name = upper(word);  // as all names of messages are
-  bool is_found = false;
-  for (const MessageSpec* message : catalogue.messages()) {
-    if (is_beginning ? !message->name.starts_with(name) : message->name != name) continue;
-    is_found = true;
-    for (unsigned node = message->node_min; node <= message->node_max; ++node) ids_.set(message->base_id + node);
-  }
-  return is_found;
-}
-
-bool Filter::passes(const CanFrame& frame) const {
-  if (is_empty_) return true;
-  if (!frame.is_extended && !frame.is_error) return ids_.test(frame.id);
-  return std::find(extended_ids_.begin(), extended_ids_.end(), frame.id) != extended_ids_.end();
 }
 
 }  // namespace bmu::dump

@@ -1,13 +1,14 @@
 // What bmudump was asked to do, and its exit codes.
 #pragma once
 
-#include <bitset>
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "tools/bmudump/dump_catalogue.hpp"
+#include "tools/bmudump/line_start.hpp"
 
 namespace bmu::dump {
 
@@ -19,19 +20,30 @@ enum ExitCode : int {
   exit_suspect = 4,  // --strict: some frames failed their check or are unknown
 };
 
-enum class Output : std::uint8_t { text, json, log, summary };
+enum class Output : std::uint8_t { text, json, log, summary, summary_json, follow };
+
+/// "can0,123:7FF,#FFFFFFFF": a bus, and what of it is to be shown.
+struct BusWord {
+  std::string name;
+  std::vector<std::string> filter;
+};
 
 struct Options {
-  std::vector<std::string> buses;
+  std::vector<BusWord> buses;      // live: to listen on; with files: to show
   std::vector<std::string> files;  // of -r; "-" is standard input
   Output output = Output::text;
+  std::string log_file;  // instead of standard output
+  LineStart::Style start;
   bool is_brief = false;
+  bool has_letters = false;
   bool is_strict = false;
   bool is_coloured = false;
   std::optional<std::uint64_t> count;
   std::optional<double> seconds;
+  std::optional<std::chrono::milliseconds> silence;  // live: end after so long without a frame
   std::vector<std::string> filter;
   DumpCatalogue::Choice catalogue;
+  std::string dialect = "auto";
   std::uint32_t bit_rate = 500'000;
   std::string dbc;  // internal or vehicle: print it and end
   std::vector<std::uint8_t> nodes;
@@ -44,21 +56,5 @@ struct ParsedOptions {
   int exit_code = exit_ok;
 };
 [[nodiscard]] ParsedOptions parse_options(int argc, const char* const* argv);
-
-/// The frames --filter lets through. Without one it lets everything through.
-class Filter {
- public:
-  /// Each word is a hexadecimal identifier, a message name, or the beginning of names followed by '*'.
-  /// False if a word is neither; `complaint` says which.
-  [[nodiscard]] bool add(const std::vector<std::string>& words, const Catalogue& catalogue, std::string& complaint);
-  [[nodiscard]] bool passes(const CanFrame& frame) const;
-
- private:
-  bool add_names(std::string_view word, const Catalogue& catalogue);
-
-  bool is_empty_ = true;
-  std::bitset<Catalogue::id_count> ids_;
-  std::vector<std::uint32_t> extended_ids_;
-};
 
 }  // namespace bmu::dump

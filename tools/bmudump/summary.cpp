@@ -1,149 +1,168 @@
 #include "tools/bmudump/summary.hpp"
 
 #include <algorithm>
-#include <cstdio>
-#include <numeric>
+#include <string>
 
-#include "protocol/can_bits.hpp"
+#include "tools/bmudump/words.hpp"
 
 namespace bmu::dump {
 namespace {
 
-std::uint64_t total(const std::array<std::uint64_t, reject_reason_count>& counts) {
-  return std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
+constexpr std::size_t message_width = 26;  // CONTACTOR_COMMAND, CELLS_1 node 12
+
+std::string hex(std::uint32_t id, int digits) {
+  return formatted("%0*X", digits, static_cast<unsigned>(id));
 }
 
-/// "1 to 4, 7" of the bits set.
-std::string ranges_of(const std::bitset<64>& nodes) {
-  std::string text;
-  for (std::size_t first = 0; first < nodes.size(); ++first) {
-    if (!nodes[first]) continue;
-    std::size_t last = first;
-    while (last + 1 < nodes.size() && nodes[last + 1]) ++last;
-    text += (text.empty() ? "" : ", ") + std::to_string(first);
-    if (last > first) text += (last == first + 1 ? ", " : " to ") + std::to_string(last);
-    first = last;
+double share_percent(std::int64_t part, std::int64_t whole) {
+  return whole > 0 ? 100.0 * static_cast<double>(part) / static_cast<double>(whole) : 0.0;
+}
+
+/// Calls `print(id, row)` for each identifier seen, 11-bit ones first, in order.
+template <class Print>
+void for_each_id(const BusStatistics& bus, const Print& print) {
+  for (std::size_t id = 0; bus.has_standard() && id < Catalogue::id_count; ++id) {
+    if (bus.standard(id).frames > 0) print(hex(static_cast<std::uint32_t>(id), 3), bus.standard(id));
   }
-  return text;
+  for (const std::uint32_t id : bus.extended_ids()) print(hex(id, 8), bus.extended(id));
 }
 
-std::string padded(const std::string& text, std::size_t width, bool is_right) {
-  const std::string space(width - std::min(width, text.size()), ' ');
-  return is_right ? space + text : text + space;
-}
-
-std::string fixed(double value, int decimals) {
-  std::array<char, 64> text{};
-  std::snprintf(text.data(), text.size(), "%.*f", decimals, value);
-  return text.data();
-}
+struct Count {
+  std::string_view name;  // in JSON, and with spaces for a person
+  std::uint64_t BusStatistics::*number;
+};
+constexpr Count counts[] = {
+    {"ok", &BusStatistics::accepted},        {"failed", &BusStatistics::failed},
+    {"unknown", &BusStatistics::unknown},    {"remote", &BusStatistics::remote},
+    {"error_frames", &BusStatistics::error}, {"not_classic_can", &BusStatistics::fd},
+};
 
 }  // namespace
 
-Summary::BusCounts& Summary::counts_of(const Bus& bus) {
-  while (buses_.size() <= bus.index) {
-    buses_.emplace_back();
-    buses_.back().messages.resize(catalogue_->all().messages().size());
+void Summary::print_text(std::span<const std::unique_ptr<Bus>> buses) const {
+  bool is_empty = true;
+  for (const std::unique_ptr<Bus>& bus : buses) {
+    if (bus->statistics.frames == 0) continue;
+    print_bus(*bus);
+    is_empty = false;
   }
-  return buses_[bus.index];
+  out_->begin_line();
+  if (is_empty) out_->text("no frames\n");
 }
 
-void Summary::count(const Bus& bus, const SeenFrame& seen) {
-  BusCounts& counts = counts_of(bus);
-  const std::int64_t time_us = seen.line.time_us;
-  if (counts.frames == 0) {
-    counts.name = bus.name;
-    counts.first_us = counts.last_us = time_us;
-  } else if (seen.line.kind == LogLineKind::frame) {
-    counts.bits += bits_on_wire(seen.line.frame);
-  }
-  counts.first_us = std::min(counts.first_us, time_us);
-  counts.last_us = std::max(counts.last_us, time_us);
-  ++counts.frames;
-  if (seen.verdict.message == nullptr) return count_unjudged(counts, seen);
-  MessageCounts& message = counts.messages[catalogue_->row_of(seen.line.frame.id)];
-  message.nodes.set(seen.verdict.node);
-  ++(seen.verdict.is_accepted ? message.accepted : message.failed[static_cast<std::size_t>(seen.verdict.reason)]);
-}
-
-void Summary::count_unjudged(BusCounts& counts, const SeenFrame& seen) {
-  const CanFrame& frame = seen.line.frame;
-  if (seen.line.kind == LogLineKind::fd_frame) {
-    ++counts.fd;
-  } else if (frame.is_error) {
-    ++counts.error;
-  } else if (frame.is_remote) {
-    ++counts.remote;
-  } else {
-    ++counts.unknown;
-    if (!frame.is_extended) ++counts.unknown_ids[frame.id];
-  }
-}
-
-std::uint64_t Summary::suspect_count() const {
-  std::uint64_t suspect = 0;
-  for (const BusCounts& bus : buses_) {
-    suspect += bus.unknown;
-    for (const MessageCounts& message : bus.messages) suspect += total(message.failed);
-  }
-  return suspect;
-}
-
-std::string Summary::text() const {
-  std::string text;
-  for (const BusCounts& bus : buses_) {
-    if (bus.frames > 0) text += bus_text(bus);
-  }
-  return text.empty() ? "no frames\n" : text;
-}
-
-std::string Summary::bus_text(const BusCounts& bus) const {
-  std::uint64_t accepted = 0;
-  std::uint64_t failed = 0;
-  std::string lines;
-  for (std::size_t row = 0; row < bus.messages.size(); ++row) {
-    const MessageCounts& counts = bus.messages[row];
-    accepted += counts.accepted;
-    failed += total(counts.failed);
-    if (counts.nodes.any()) lines += message_line(*catalogue_->all().messages()[row], counts);
-  }
-  std::string text = bus.name + ": " + std::to_string(bus.frames) + " frames, " + load_text(bus) + "\n";
-  text += "  ok " + std::to_string(accepted) + ", failed " + std::to_string(failed) + ", unknown " +
-          std::to_string(bus.unknown) + ", remote " + std::to_string(bus.remote) + ", error frames " +
-          std::to_string(bus.error) + ", not classic CAN " + std::to_string(bus.fd) + "\n";
-  text += "  " + padded("message", 19, false) + padded("ok", 10, true) + padded("failed", 9, true) + "\n" + lines;
-  for (std::size_t id = 0; id < bus.unknown_ids.size(); ++id) {
-    if (bus.unknown_ids[id] == 0) continue;
-    std::array<char, 32> name{};
-    std::snprintf(name.data(), name.size(), "unknown %03zX", id);
-    text += "  " + padded(name.data(), 19, false) + padded(std::to_string(bus.unknown_ids[id]), 10, true) + "\n";
-  }
-  return text;
-}
-
-std::string Summary::message_line(const MessageSpec& message, const MessageCounts& counts) const {
-  std::string line = "  " + padded(std::string(message.name), 19, false) +
-                     padded(std::to_string(counts.accepted), 10, true) +
-                     padded(std::to_string(total(counts.failed)), 9, true);
-  if (message.has_node()) line += "  node " + ranges_of(counts.nodes);
-  std::string separator = "  failed: ";
-  for (std::size_t reason = 0; reason < counts.failed.size(); ++reason) {
-    if (counts.failed[reason] == 0) continue;
-    line += separator + std::string(to_text(static_cast<RejectReason>(reason))) + " " +
-            std::to_string(counts.failed[reason]);
+void Summary::print_bus(const Bus& bus) const {
+  const BusStatistics& all = bus.statistics;
+  out_->begin_line();
+  out_->text(bus.name + ": " + std::to_string(all.frames) + " frames, ");
+  print_load(all);
+  out_->text("\n ");
+  std::string_view separator = " ";
+  for (const Count& count : counts) {
+    std::string name(count.name);
+    std::replace(name.begin(), name.end(), '_', ' ');
+    if (name == "not classic can") name = "not classic CAN";
+    out_->text(std::string(separator) + name + " " + std::to_string(all.*count.number));
     separator = ", ";
   }
-  return line + "\n";
+  if (!bus.dialect.sign().empty()) {
+    const Dialect* const spoken = bus.dialect.spoken();
+    out_->text("\n  vehicle messages: " + bus.dialect.sign() +
+               (spoken == nullptr ? ", the name of no dialect" : ", dialect " + std::string(spoken->name)));
+  }
+  out_->text(formatted("\n  %-8s  %-*s %10s %9s %11s  %-31s %8s\n", "id", static_cast<int>(message_width), "message",
+                       "frames", "failed", "rate", "longest gap, and its end", "load"));
+  for_each_id(all, [&](const std::string& id, const IdStatistics& row) { print_row(id, row, all); });
+  if (all.without_row == 0) return;
+  out_->begin_line();
+  out_->text("  more 29-bit identifiers, " + std::to_string(all.without_row) + " frames\n");
 }
 
-std::string Summary::load_text(const BusCounts& bus) const {
-  const double span_s = static_cast<double>(bus.last_us - bus.first_us) * 1e-6;
-  std::string text = fixed(span_s, 6) + " s";
-  if (span_s <= 0) return text;
-  const double bits_per_s = static_cast<double>(bus.bits) / span_s;
-  return text + ", load at least " + fixed(bits_per_s * 1e-3, 1) + " kbit/s (" +
-         fixed(100.0 * bits_per_s / static_cast<double>(bit_rate_), 1) + " % of " +
-         fixed(static_cast<double>(bit_rate_) * 1e-3, 0) + " kbit/s)";
+void Summary::print_load(const BusStatistics& bus) const {
+  out_->text(formatted("%.6f s", bus.span_s()));
+  if (bus.span_s() <= 0) return;
+  const double load = bus.load_bit_per_s();
+  out_->text(formatted(", load at least %.1f kbit/s (%.1f %% of %.0f kbit/s)", load * 1e-3,
+                       100.0 * load / static_cast<double>(bit_rate_), static_cast<double>(bit_rate_) * 1e-3));
+}
+
+void Summary::print_row(std::string_view id, const IdStatistics& row, const BusStatistics& bus) const {
+  out_->begin_line();
+  out_->text(formatted("  %-8.*s  %-*s %10llu %9llu ", static_cast<int>(id.size()), id.data(),
+                       static_cast<int>(message_width), name_text(row.message, row.node).c_str(),
+                       static_cast<unsigned long long>(row.frames),
+                       static_cast<unsigned long long>(row.failed_total())));
+  out_->text(row.rate_per_s() > 0 ? formatted("%9.2f/s  ", row.rate_per_s()) : formatted("%11s  ", "-"));
+  out_->text(row.gap_max_us > 0 ? formatted("%10.6f s %18.6f ", static_cast<double>(row.gap_max_us) * 1e-6,
+                                            static_cast<double>(row.gap_end_us) * 1e-6)
+                                : formatted("%-31s ", "         -"));
+  const std::string failures = failures_text(row);
+  out_->text(formatted("%6.1f %%", share_percent(row.bits, bus.bits)) + (failures.empty() ? "" : "  ") + failures +
+             "\n");
+}
+
+void Summary::print_json(std::span<const std::unique_ptr<Bus>> buses) const {
+  for (const std::unique_ptr<Bus>& bus : buses) {
+    if (bus->statistics.frames > 0) print_bus_json(*bus);
+  }
+}
+
+void Summary::print_bus_json(const Bus& bus) const {
+  const BusStatistics& all = bus.statistics;
+  out_->begin_line();
+  out_->text("{\"bus\":");
+  out_->json_string(bus.name);
+  out_->text(",\"frames\":" + std::to_string(all.frames) + ",\"first_s\":");
+  out_->time(all.first_us);
+  out_->text(",\"last_s\":");
+  out_->time(all.last_us);
+  out_->text(formatted(",\"load_bit_per_s\":%.0f,\"load_percent\":%.2f", all.load_bit_per_s(),
+                       100.0 * all.load_bit_per_s() / static_cast<double>(bit_rate_)));
+  for (const Count& count : counts) {
+    out_->text(",\"" + std::string(count.name) + "\":" + std::to_string(all.*count.number));
+  }
+  const Dialect* const spoken = bus.dialect.spoken();
+  out_->text(",\"dialect\":" + (spoken == nullptr ? "null" : "\"" + std::string(spoken->name) + "\"") + ",\"ids\":[");
+  bool is_first = true;
+  for_each_id(all, [&](const std::string& id, const IdStatistics& row) {
+    out_->begin_line();
+    if (!is_first) out_->letter(',');
+    is_first = false;
+    print_row_json(id, row);
+  });
+  out_->text("]}\n");
+}
+
+void Summary::print_row_json(std::string_view id, const IdStatistics& row) const {
+  out_->text("{\"id\":\"" + std::string(id) + "\",\"message\":");
+  if (row.message == nullptr) {
+    out_->text("null,\"node\":null");
+  } else {
+    out_->text("\"" + std::string(row.message->name) +
+               "\",\"node\":" + (row.message->has_node() ? std::to_string(row.node) : "null"));
+  }
+  out_->text(",\"frames\":" + std::to_string(row.frames) + ",\"ok\":" + std::to_string(row.accepted));
+  out_->text(formatted(",\"rate_per_s\":%.3f,\"gap_max_s\":%.6f,\"gap_end_s\":", row.rate_per_s(),
+                       static_cast<double>(row.gap_max_us) * 1e-6));
+  if (row.gap_max_us > 0) {
+    out_->time(row.gap_end_us);
+  } else {
+    out_->text("null");
+  }
+  out_->text(",\"bits\":" + std::to_string(row.bits) + ",\"failed\":{");
+  std::string_view separator;
+  for (std::size_t reason = 0; reason < row.failed.size(); ++reason) {
+    if (row.failed[reason] == 0) continue;
+    out_->text(std::string(separator) + "\"" + std::string(to_text(static_cast<RejectReason>(reason))) +
+               "\":" + std::to_string(row.failed[reason]));
+    separator = ",";
+  }
+  out_->text("}}");
+}
+
+std::uint64_t suspect_count(std::span<const std::unique_ptr<Bus>> buses) {
+  std::uint64_t suspect = 0;
+  for (const std::unique_ptr<Bus>& bus : buses) suspect += bus->statistics.unknown + bus->statistics.failed;
+  return suspect;
 }
 
 }  // namespace bmu::dump

@@ -67,6 +67,11 @@ class TextWriter {
   void json_string(std::string_view some);
 
   void flush();
+  /// What was written and not flushed yet; for who wants text instead of a file.
+  [[nodiscard]] std::string_view pending() const {
+    return {buffer_.get(), static_cast<std::size_t>(at_ - buffer_.get())};
+  }
+  void drop_pending() { at_ = buffer_.get(); }
   /// Nobody reads any more, or the system refused to write: `error` is the errno then. What is written is dropped.
   [[nodiscard]] bool is_closed() const { return error_ != 0; }
   [[nodiscard]] int error() const { return error_; }

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "tools/bmuctl/page.hpp"
-#include "tools/bmuctl/style.hpp"
+#include "tools/common/page.hpp"
+#include "tools/common/style.hpp"
 
 namespace bmu {
 

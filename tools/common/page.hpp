@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "tools/bmuctl/style.hpp"
+#include "tools/common/style.hpp"
 
 namespace bmu {
 

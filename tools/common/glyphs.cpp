@@ -1,4 +1,4 @@
-#include "tools/bmuctl/glyphs.hpp"
+#include "tools/common/glyphs.hpp"
 
 #include <clocale>
 #include <cstring>

@@ -1,4 +1,4 @@
-#include "tools/bmuctl/canvas.hpp"
+#include "tools/common/canvas.hpp"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "tools/bmuctl/page.hpp"
+#include "tools/common/page.hpp"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "tools/bmuctl/terminal.hpp"
+#include "tools/common/terminal.hpp"
 
 #include <cerrno>
 

@@ -1,0 +1,106 @@
+// Writes a candump log with every message of our tables, from several nodes, with every value of its selector: each
+// signal at its ends, at its special codes, at the values that have names and at some between. Every frame passes its
+// receive check. The same log each time.
+//
+//   make_every_frame > FILE
+#include <array>
+#include <cstdio>
+#include <map>
+#include <set>
+#include <vector>
+
+#include "protocol/candump.hpp"
+#include "protocol/tables/internal_bus.hpp"
+#include "protocol/tables/vehicle_bus.hpp"
+
+namespace {
+
+using namespace bmu;
+
+constexpr std::uint8_t nodes[] = {1, 2, 63};
+constexpr int frames_each = 60;
+
+/// Same numbers from every standard library, unlike its distributions.
+class Random {
+ public:
+  std::uint64_t next() {
+    state_ = state_ * 6'364'136'223'846'793'005U + 1'442'695'040'888'963'407U;
+    return (state_ >> 11U) ^ (state_ << 40U);
+  }
+
+ private:
+  std::uint64_t state_ = 20'260'102;
+};
+
+class LogMaker {
+ public:
+  void run() {
+    // Answers come before the questions: then no answer can be late.
+    for (const bool is_question : {false, true}) {
+      for (const MessageSpec* message : internal_bus::catalogue.messages()) {
+        const bool asks = message == &internal_bus::poll || message == &internal_bus::command;
+        if (asks == is_question) every_node(*message);
+      }
+    }
+    for (const MessageSpec* message : vehicle_bus::catalogue.messages()) every_node(*message);
+  }
+
+ private:
+  void every_node(const MessageSpec& message) {
+    if (message.node_min == 0) every_selector(message, 0);
+    if (!message.has_node()) return;
+    for (const std::uint8_t node : nodes) every_selector(message, node);
+  }
+
+  void every_selector(const MessageSpec& message, std::uint8_t node) {
+    std::set<std::int64_t> selectors;
+    for (const SignalSpec& signal : message.signals) {
+      if (signal.selected_by >= 0) selectors.insert(signal.selected_by);
+    }
+    if (selectors.empty()) return some_frames(message, node, -1);
+    for (const std::int64_t selector : selectors) some_frames(message, node, selector);
+  }
+
+  void some_frames(const MessageSpec& message, std::uint8_t node, std::int64_t selector) {
+    for (int count = 0; count < frames_each; ++count) {
+      CanFrame frame = make_frame(message, node);
+      for (const SignalSpec& signal : message.signals) {
+        const bool is_selector = selector >= 0 && &signal == message.signals.data();
+        if (signal.selected_by >= 0 && signal.selected_by != selector) continue;
+        const std::int64_t raw = is_selector ? selector : raw_for_turn(signal, count);
+        insert_bits(frame.data, signal.first_bit, signal.bit_count, static_cast<std::uint64_t>(raw), signal.order);
+      }
+      print(message, frame);
+    }
+  }
+
+  std::int64_t raw_for_turn(const SignalSpec& signal, int turn) {
+    std::vector<std::int64_t> chosen{raw_range(signal).min, raw_range(signal).max};
+    for (const SpecialCode& code : signal.special) chosen.push_back(code.raw);
+    for (const RawName& name : signal.names) chosen.push_back(name.raw);
+    const auto index = static_cast<std::size_t>(turn);
+    return index < chosen.size() ? chosen[index] : static_cast<std::int64_t>(random_.next());
+  }
+
+  void print(const MessageSpec& message, CanFrame& frame) {
+    seal(message, ++counters_[frame.id], frame);
+    std::array<char, log_line_length_max> text{};
+    time_us_ += 1'000;
+    const LogLine line{.kind = LogLineKind::frame, .time_us = time_us_, .bus = "vcan0", .frame = frame};
+    const std::size_t length = print_log_line(line, text);
+    text[length] = '\n';
+    std::fwrite(text.data(), 1, length + 1, stdout);
+  }
+
+  std::int64_t time_us_ = 1'700'000'000'000'000;
+  std::map<std::uint32_t, std::uint8_t> counters_;
+  Random random_;
+};
+
+}  // namespace
+
+// NOLINTNEXTLINE(bugprone-exception-escape): running out of memory may end it
+int main() {
+  LogMaker().run();
+  return std::fflush(stdout) == 0 ? 0 : 1;
+}

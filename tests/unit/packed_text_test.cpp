@@ -1,0 +1,235 @@
+// Packed logs: frames one after another are one text, and what is torn, cut or no zstd at all is named with its place
+// while the rest is read.
+#include "tools/common/packed_text.hpp"
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <fcntl.h>
+#include <unistd.h>
+#include <zstd.h>
+
+#include "daemon/shell/owned_fd.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/temporary_folder.hpp"
+#include "tools/common/line_reader.hpp"
+
+namespace {
+
+using namespace bmu;
+
+struct Packing {
+  int level = 3;
+  int window_log = 0;
+  bool has_checksum = true;
+};
+
+std::string packed(std::string_view text, const Packing& how = {}) {
+  ZSTD_CCtx* const context = ZSTD_createCCtx();
+  ZSTD_CCtx_setParameter(context, ZSTD_c_compressionLevel, how.level);
+  ZSTD_CCtx_setParameter(context, ZSTD_c_checksumFlag, how.has_checksum ? 1 : 0);
+  if (how.window_log > 0) ZSTD_CCtx_setParameter(context, ZSTD_c_windowLog, how.window_log);
+  if (how.window_log > 0) ZSTD_CCtx_setParameter(context, ZSTD_c_contentSizeFlag, 0);
+  std::string out(ZSTD_compressBound(text.size()), '\0');
+  // As a writer does that does not know the end: the window is then not cut to the size of the text.
+  ZSTD_inBuffer from{text.data(), text.size(), 0};
+  ZSTD_outBuffer to{out.data(), out.size(), 0};
+  ZSTD_compressStream2(context, &to, &from, ZSTD_e_continue);
+  REQUIRE(ZSTD_compressStream2(context, &to, &from, ZSTD_e_end) == 0);
+  ZSTD_freeCCtx(context);
+  out.resize(to.pos);
+  return out;
+}
+
+/// Lines that do not pack to nothing: packed, they are several blocks.
+std::string lines(int count, unsigned seed = 1) {
+  std::string text;
+  std::uint32_t random = seed;
+  for (int line = 0; line < count; ++line) {
+    text += "line " + std::to_string(line) + ' ';
+    for (int digit = 0; digit < 40; ++digit) {
+      random = random * 1'664'525U + 1'013'904'223U;
+      text += static_cast<char>('A' + (random >> 24U) % 26);
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+struct Unpacked {
+  std::string text;
+  std::vector<PackedText::Damage> damage;
+  bool is_packed = false;
+};
+
+Unpacked unpacked_from(int fd, std::size_t room) {
+  Unpacked all;
+  PackedText text(fd);
+  std::vector<char> buffer(room);
+  while (true) {
+    const PackedText::Read read = text.read(buffer);
+    all.is_packed = text.is_packed();
+    if (read.status == PackedText::Status::damaged) {
+      all.damage.push_back(text.damage());
+    } else if (read.status == PackedText::Status::text) {
+      REQUIRE(read.size > 0);
+      all.text.append(buffer.data(), read.size);
+    } else {
+      REQUIRE(read.status == PackedText::Status::end);
+      return all;
+    }
+  }
+}
+
+Unpacked unpacked(const std::string& file, std::size_t room = 10'000) {
+  const TemporaryFolder folder;
+  const OwnedFd fd(::open(folder.file("packed", file).c_str(), O_RDONLY | O_CLOEXEC));
+  REQUIRE(fd.is_open());
+  return unpacked_from(fd.get(), room);
+}
+
+}  // namespace
+
+TEST_CASE("plain text is given out as it is, whatever its length", "[unit][packed_text]") {
+  for (const std::string& text : {std::string(), std::string("("), std::string("(1."), lines(1), lines(20'000)}) {
+    const Unpacked all = unpacked(text);
+    CHECK(all.text == text);
+    CHECK(all.damage.empty());
+    CHECK_FALSE(all.is_packed);
+  }
+}
+
+TEST_CASE("packed text is unpacked whatever the room to write to and whatever the level", "[unit][packed_text]") {
+  const std::string text = lines(20'000);
+  for (const int level : {1, 3, 19}) {
+    for (const std::size_t room : {std::size_t{1'000}, std::size_t{262'144}}) {
+      const Unpacked all = unpacked(packed(text, {.level = level}), room);
+      CHECK((all.text == text));
+      CHECK(all.damage.empty());
+      CHECK(all.is_packed);
+    }
+  }
+  CHECK(unpacked(packed("one byte at a time"), 1).text == "one byte at a time");
+}
+
+TEST_CASE("frames one after another are one text, empty and skippable ones between them are nothing",
+          "[unit][packed_text]") {
+  const std::string skippable("\x53\x2A\x4D\x18\x04\x00\x00\x00note", 12);
+  const Unpacked all = unpacked(skippable + packed("one ") + packed("") + skippable + packed("text\n"));
+  CHECK(all.text == "one text\n");
+  CHECK(all.damage.empty());
+}
+
+TEST_CASE("a pipe that gives single bytes is unpacked as a file", "[unit][packed_text]") {
+  const std::string file = packed(lines(30)) + packed("end\n");
+  std::array<int, 2> ends{};
+  REQUIRE(::pipe(ends.data()) == 0);
+  const OwnedFd from(ends[0]);
+  std::thread writer([&file, to = ends[1]] {
+    for (const char one : file) {
+      if (::write(to, &one, 1) != 1) break;
+    }
+    ::close(to);
+  });
+  const Unpacked all = unpacked_from(from.get(), 100);
+  writer.join();
+  CHECK(all.text == lines(30) + "end\n");
+  CHECK(all.damage.empty());
+}
+
+TEST_CASE("a frame that is cut off gives all its whole blocks and is named", "[unit][packed_text]") {
+  const std::string text = lines(20'000);
+  const std::string whole = packed(text);
+  for (const std::size_t length : {std::size_t{3} + 4, whole.size() / 2, whole.size() - 1}) {
+    const Unpacked all = unpacked(whole.substr(0, length));
+    CHECK(text.starts_with(all.text));
+    // A block is 128 kB of text at most.
+    const double part = static_cast<double>(length) / static_cast<double>(whole.size());
+    CHECK(static_cast<double>(all.text.size()) >= part * static_cast<double>(text.size()) - 140'000);
+    REQUIRE(all.damage.size() == 1);
+    CHECK(all.damage[0].begin == 0);
+    CHECK(all.damage[0].end == length);
+    CHECK(all.damage[0].what == "this zstd frame has no end");
+  }
+}
+
+TEST_CASE("garbage behind a good frame is named by its offset", "[unit][packed_text]") {
+  const std::string good = packed("good\n");
+  for (const std::string& garbage : {std::string("\n"), std::string("not packed at all"), std::string(500'000, 'x')}) {
+    const Unpacked all = unpacked(good + garbage);
+    CHECK(all.text == "good\n");
+    REQUIRE(all.damage.size() == 1);
+    CHECK(all.damage[0].begin == good.size());
+    CHECK(all.damage[0].end == good.size() + garbage.size());
+  }
+  CHECK(unpacked(good + "not packed at all").damage[0].what == "no zstd frame begins here");
+}
+
+TEST_CASE("behind a torn frame or garbage the next frame is found", "[unit][packed_text]") {
+  const std::string first = packed(lines(20'000));
+  const std::string second = packed(lines(50, 2));
+  const Unpacked torn = unpacked(first.substr(0, first.size() / 2) + second + packed("third\n"));
+  CHECK(torn.text.ends_with(lines(50, 2) + "third\n"));
+  CHECK(torn.text.starts_with(lines(1)));
+  REQUIRE(torn.damage.size() == 1);
+  CHECK(torn.damage[0].begin == 0);
+  CHECK(torn.damage[0].end == first.size() / 2);
+  const Unpacked between = unpacked(packed("one\n") + std::string(300'000, '?') + second);
+  CHECK(between.text == "one\n" + lines(50, 2));
+  CHECK(between.damage.size() == 1);
+}
+
+TEST_CASE("any changed byte of a packed text ends in the same text or is named", "[unit][packed_text]") {
+  const std::string text = lines(40);
+  const std::string good = packed(text);
+  for (std::size_t at = 4; at < good.size(); ++at) {
+    std::string bad = good;
+    bad[at] = static_cast<char>(bad[at] ^ 0x10);
+    const Unpacked all = unpacked(bad + packed("next\n"));
+    INFO("byte " << at);
+    CHECK((!all.damage.empty() || all.text == text + "next\n"));
+    CHECK(all.text.ends_with("next\n"));
+  }
+}
+
+TEST_CASE("a checksum that is wrong is named as such", "[unit][packed_text]") {
+  std::string bad = packed("hello\n");
+  bad.back() = static_cast<char>(bad.back() ^ 1);
+  const Unpacked all = unpacked(bad);
+  CHECK(all.text == "hello\n");
+  REQUIRE(all.damage.size() == 1);
+  CHECK(all.damage[0].what.find("checksum") != std::string::npos);
+}
+
+TEST_CASE("a frame that wants too much memory is refused with the way out, the next is read", "[unit][packed_text]") {
+  const Unpacked all = unpacked(packed(lines(10), {.window_log = 27}) + packed("next\n"));
+  CHECK(all.text == "next\n");
+  REQUIRE(all.damage.size() == 1);
+  CHECK(all.damage[0].what.find("zstd -d") != std::string::npos);
+  CHECK(unpacked(packed(lines(10), {.window_log = 24})).text == lines(10));
+}
+
+TEST_CASE("a line torn by damage is left out and counted, the next is whole", "[unit][packed_text]") {
+  const TemporaryFolder folder;
+  const std::string whole = packed("first\nsecond, which is cut", {.has_checksum = false});
+  // Without its last block header: the frame has no end, and its text is out.
+  const std::string file = folder.file("packed", packed("zero\n") + whole + "garbage" + packed("third\n"));
+  const OwnedFd fd(::open(file.c_str(), O_RDONLY | O_CLOEXEC));
+  LineReader reader(fd.get());
+  std::vector<std::string> taken;
+  std::vector<std::uint64_t> numbers;
+  int damaged = 0;
+  for (auto filled = LineReader::Filled::more; filled != LineReader::Filled::end; filled = reader.fill()) {
+    if (filled == LineReader::Filled::damaged) ++damaged;
+    for (LineReader::Line line; reader.take(line);) {
+      taken.emplace_back(line.text);
+      numbers.push_back(reader.line_number());
+    }
+  }
+  CHECK(taken == std::vector<std::string>{"zero", "first", "third"});
+  CHECK(numbers == std::vector<std::uint64_t>{1, 2, 4});
+  CHECK(damaged == 1);
+}

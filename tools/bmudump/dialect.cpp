@@ -1,0 +1,59 @@
+#include "tools/bmudump/dialect.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+
+namespace bmu::dump {
+namespace {
+
+std::string hex(std::uint32_t id) {
+  std::array<char, 16> text{};
+  std::snprintf(text.data(), text.size(), "%03Xh", static_cast<unsigned>(id));
+  return text.data();
+}
+
+std::string printable(const CanFrame& frame) {
+  std::string text(frame.data.begin(), frame.data.begin() + frame.length);
+  std::replace_if(
+      text.begin(), text.end(), [](char one) { return one < ' ' || one > '~'; }, '?');
+  return text;
+}
+
+}  // namespace
+
+const Dialect* find_dialect(std::span<const Dialect> rows, std::string_view name) {
+  const auto found = std::find_if(rows.begin(), rows.end(), [name](const Dialect& row) { return row.name == name; });
+  return found == rows.end() ? nullptr : &*found;
+}
+
+bool DialectWatch::note_own(const CanFrame& frame) {
+  if (frame.is_extended || frame.is_remote || frame.is_error) return false;
+  if (frame.id == base_id_) return note_name(frame);
+  return frame.id == base_id_ + status_offset && note_status(frame);
+}
+
+/// Another name later is another pack, and counts.
+bool DialectWatch::note_name(const CanFrame& frame) {
+  const std::string name = printable(frame);
+  const auto found = std::find_if(rows_.begin(), rows_.end(), [&name](const Dialect& row) {
+    return !row.pack_name.empty() && row.pack_name == name;
+  });
+  const std::string sign = hex(base_id_) + " says \"" + name + "\"";
+  if (sign == sign_) return false;
+  sign_ = sign;
+  if (found == rows_.end()) return false;
+  spoken_ = &*found;
+  return true;
+}
+
+bool DialectWatch::note_status(const CanFrame& frame) {
+  if (spoken_ != nullptr) return false;
+  const auto has_length = [&frame](const Dialect& row) { return row.status_length == frame.length; };
+  if (std::count_if(rows_.begin(), rows_.end(), has_length) != 1) return false;
+  spoken_ = &*std::find_if(rows_.begin(), rows_.end(), has_length);
+  sign_ = hex(frame.id) + " has " + std::to_string(frame.length) + " bytes";
+  return true;
+}
+
+}  // namespace bmu::dump

@@ -1,0 +1,59 @@
+// The dialects of the traction-pack messages 620h to 628h, and how to tell from a bus which one is spoken there.
+//
+// All dialects have the same identifiers; what differs is 622h and a byte each of 626h and 627h. Who sends says who he
+// is in 620h; where that is no name a dialect is known by, a 622h of seven bytes can only be `elithion`.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "protocol/frame.hpp"
+#include "protocol/tables/vehicle_bus.hpp"
+
+namespace bmu::dump {
+
+struct Dialect {
+  std::string_view name;
+  std::string_view pack_name;                  // what 620h says; empty: nobody is known to speak it
+  std::uint8_t status_length = 6;              // of 622h
+  std::span<const MessageSpec* const> rows{};  // empty: it is recognised, and not read
+};
+
+inline constexpr Dialect dialect_table[] = {
+    {.name = "iha", .pack_name = "IHA BMS1", .rows = vehicle_bus::rows},
+    {.name = "original"},
+    {.name = "elithion", .pack_name = "Elithion", .status_length = 7},
+};
+
+/// The row of that name; null if there is none.
+[[nodiscard]] const Dialect* find_dialect(std::span<const Dialect> rows, std::string_view name);
+
+/// Listens to one bus.
+class DialectWatch {
+ public:
+  DialectWatch(std::span<const Dialect> rows, std::uint32_t base_id) : rows_(rows), base_id_(base_id) {}
+
+  /// True if this frame has told something new. Cheap: most frames are none of these.
+  bool note(const CanFrame& frame) { return frame.id - base_id_ <= status_offset && note_own(frame); }
+
+  /// Null while nothing has told.
+  [[nodiscard]] const Dialect* spoken() const { return spoken_; }
+  /// How one knows: '620h says "Elithion"'. Empty while nothing has told.
+  [[nodiscard]] const std::string& sign() const { return sign_; }
+
+ private:
+  static constexpr std::uint32_t status_offset = 2;
+
+  bool note_own(const CanFrame& frame);
+  bool note_name(const CanFrame& frame);
+  bool note_status(const CanFrame& frame);
+
+  std::span<const Dialect> rows_;
+  std::uint32_t base_id_;
+  const Dialect* spoken_ = nullptr;
+  std::string sign_;
+};
+
+}  // namespace bmu::dump

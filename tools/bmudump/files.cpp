@@ -1,0 +1,121 @@
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include "tools/bmudump/dump.hpp"
+#include "tools/bmudump/follow_screen.hpp"
+#include "tools/common/line_reader.hpp"
+
+namespace bmu::dump {
+namespace {
+
+/// Damage of one file beyond this many lines is counted, not told line by line.
+constexpr std::uint64_t damage_told_max = 1'000;
+
+std::string found_text(std::string_view line, std::size_t column) {
+  if (column >= line.size()) return "the end of the line";
+  const auto code = static_cast<unsigned char>(line[column]);
+  if (code > 0x20 && code < 0x7F) return std::string("'") + line[column] + "'";
+  std::array<char, 16> text{};
+  std::snprintf(text.data(), text.size(), "byte %02Xh", static_cast<unsigned>(code));
+  return code == ' ' ? "a space" : text.data();
+}
+
+/// One log: its lines, and what is wrong with them.
+class LogFile {
+ public:
+  LogFile(const std::string& name, int fd) : name_(name == "-" ? "standard input" : name), reader_(fd) {}
+
+  int read(Dump& dump, FollowScreen& screen);
+
+ private:
+  void take_lines(Dump& dump);
+  void take_line(const LineReader::Line& line, Dump& dump);
+  void tell_damage(std::size_t column, const std::string& found, std::string_view wanted);
+  void tell_packed_damage();
+
+  std::string name_;
+  LineReader reader_;
+  std::uint64_t damaged_ = 0;
+};
+
+int LogFile::read(Dump& dump, FollowScreen& screen) {
+  while (!dump.is_done() && !is_stop_requested()) {
+    take_lines(dump);
+    dump.flush();  // before a read that may wait: the reader of a pipe sees each batch at once
+    if (dump.follow() != nullptr) screen.draw_if_due(dump.follow()->newest_us());
+    const LineReader::Filled filled = reader_.fill();
+    if (filled == LineReader::Filled::end) break;
+    if (filled == LineReader::Filled::damaged) tell_packed_damage();
+    if (filled == LineReader::Filled::error) {
+      std::fprintf(stderr, "bmudump: cannot read %s: %s\n", name_.c_str(), std::strerror(errno));
+      return exit_system;
+    }
+  }
+  if (damaged_ > damage_told_max) {
+    std::fprintf(stderr, "bmudump: %s: %llu damaged lines in all, the first %llu told\n", name_.c_str(),
+                 static_cast<unsigned long long>(damaged_), static_cast<unsigned long long>(damage_told_max));
+  }
+  return damaged_ > 0 ? exit_damaged : exit_ok;
+}
+
+void LogFile::take_lines(Dump& dump) {
+  LineReader::Line line;
+  while (!dump.is_done() && reader_.take(line)) take_line(line, dump);
+}
+
+void LogFile::take_line(const LineReader::Line& line, Dump& dump) {
+  if (line.is_too_long) {
+    return tell_damage(line.text.size(), "more than " + std::to_string(line.text.size()) + " characters", "a newline");
+  }
+  const auto parsed = parse_log_line(line.text);
+  if (!parsed) {
+    const LogLineDamage& damage = parsed.error();
+    return tell_damage(damage.column, found_text(line.text, damage.column), to_text(damage.wanted));
+  }
+  if (parsed->kind == LogLineKind::nothing || dump.show(*parsed)) return;
+  tell_damage(static_cast<std::size_t>(parsed->bus.data() - line.text.data()), "one more bus name",
+              "at most " + std::to_string(BusTable::bus_count_max) + " buses in all");
+}
+
+/// By offset: lines are only where something could be unpacked.
+void LogFile::tell_packed_damage() {
+  if (++damaged_ > damage_told_max) return;
+  const PackedText::Damage& damage = reader_.damage();
+  std::fprintf(stderr, "bmudump: %s: bytes %llu to %llu, behind line %llu: %s; skipped\n", name_.c_str(),
+               static_cast<unsigned long long>(damage.begin), static_cast<unsigned long long>(damage.end),
+               static_cast<unsigned long long>(reader_.line_number()), damage.what.c_str());
+}
+
+void LogFile::tell_damage(std::size_t column, const std::string& found, std::string_view wanted) {
+  if (++damaged_ > damage_told_max) return;
+  std::fprintf(stderr, "bmudump: %s:%llu:%zu: found %s, wanted %.*s; line skipped\n", name_.c_str(),
+               static_cast<unsigned long long>(reader_.line_number()), column + 1, found.c_str(),
+               static_cast<int>(wanted.size()), wanted.data());
+}
+
+}  // namespace
+
+int dump_files(const Options& options, Dump& dump) {
+  int code = exit_ok;
+  FollowScreen screen(dump.follow(), options.is_coloured, false);
+  for (const std::string& name : options.files) {
+    if (dump.is_done() || is_stop_requested()) break;
+    const bool is_standard_input = name == "-";
+    const int fd = is_standard_input ? STDIN_FILENO : ::open(name.c_str(), O_RDONLY | O_CLOEXEC);
+    if (fd < 0) {
+      std::fprintf(stderr, "bmudump: cannot open %s: %s\n", name.c_str(), std::strerror(errno));
+      code = exit_system;
+      continue;
+    }
+    code = worse(code, LogFile(name, fd).read(dump, screen));
+    if (!is_standard_input) ::close(fd);
+  }
+  return code;
+}
+
+}  // namespace bmu::dump

@@ -1,0 +1,59 @@
+// Which frames are shown: candump's filters, and message names. None of them hides a frame from the check.
+//
+//   143              a hexadecimal identifier; of eight digits: a 29-bit one
+//   CELLS_1, CELLS_* a message, or all whose names begin so; upper or lower case
+//   123:7F0          frames whose identifier is 123h where the mask has ones
+//   123~7F0          all others
+//   #FFFFFFFF        error frames of these classes
+//   j                all masks must let a frame through, not one of them
+//
+// As in candump: eight digits before ':' or '~' mean a 29-bit identifier; bit 31 of the mask then compares that, bit 30
+// whether it is a remote frame; a shorter mask compares neither. Error frames pass a filter only by '#'; with nothing
+// but
+// '#' all other frames pass.
+#pragma once
+
+#include <bitset>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocol/frame.hpp"
+#include "protocol/message.hpp"
+
+namespace bmu::dump {
+
+/// "0x1F", "1f": all of the word is a hexadecimal number of 32 bits.
+[[nodiscard]] std::optional<std::uint32_t> parse_hex(std::string_view word);
+
+/// Without a word it lets everything through.
+class Filter {
+ public:
+  /// Adds one word; false if it is none of the above.
+  [[nodiscard]] bool add(const std::string& word, const Catalogue& catalogue);
+  [[nodiscard]] bool passes(const CanFrame& frame) const { return is_empty_ || passes_words(frame); }
+
+ private:
+  struct Mask {
+    std::uint32_t id = 0;
+    std::uint32_t mask = 0;
+    bool is_inverse = false;
+  };
+
+  bool add_names(std::string_view word, const Catalogue& catalogue);
+  bool add_mask(std::string_view word);
+  bool add_id(std::string_view word);
+  [[nodiscard]] bool passes_words(const CanFrame& frame) const;
+
+  bool is_empty_ = true;
+  bool has_data_words_ = false;
+  bool has_ids_ = false;
+  bool wants_all_ = false;        // 'j'
+  std::uint32_t error_mask_ = 0;  // '#'
+  std::bitset<Catalogue::id_count> ids_;
+  std::vector<Mask> masks_;
+};
+
+}  // namespace bmu::dump

@@ -1,0 +1,92 @@
+// The table of --follow: a row for each identifier on each bus, with how many and how often, the longest gap, how old
+// the last frame is, what failed, and the values it last had.
+//
+//   vcan0   1,240 frames   412.0/s   load 10.6 % of 500 kbit/s
+//   id       message                   frames      rate    gap max       age  failed  values
+//   143      CELLS_1 node 3               120    10.0/s    0.101 s    0.04 s          cell_voltage_1 3.6512 V  ...
+//
+// Times are those of the frames; `now_us` on the same clock makes the ages. Memory is bounded as that of the
+// statistics.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <vector>
+
+#include "tools/bmudump/bus_table.hpp"
+#include "tools/bmudump/frame_text.hpp"
+#include "tools/common/canvas.hpp"
+
+namespace bmu::dump {
+
+class Follow {
+ public:
+  /// `formats` by reader. Both stay the caller's.
+  Follow(const BusTable& buses, const std::vector<FrameText>& formats, std::uint32_t bit_rate)
+      : buses_(&buses), formats_(&formats), bit_rate_(bit_rate), words_(-1) {}
+
+  /// `row` is what the statistics have of the frame's identifier; null: the bus's own counts must do.
+  void note(const Bus& bus, const SeenFrame& seen, const IdStatistics* row);
+  /// The time of the newest frame.
+  [[nodiscard]] std::int64_t newest_us() const { return newest_us_; }
+
+  /// Draws what fits: a head for each bus, then rows from `first_row` on. Rates are those of the last second or so.
+  void draw(std::int64_t now_us, std::size_t first_row, Canvas& canvas);
+  [[nodiscard]] std::size_t row_count() const { return rows_.size(); }
+  /// Rows a window of this height has room for.
+  [[nodiscard]] std::size_t rows_in(int height) const;
+  /// The whole table as text, rates over all the time.
+  void print_last(bool is_coloured, TextWriter& out);
+
+ private:
+  enum class Kind : std::uint8_t { standard, extended, error, other };
+
+  /// How many there were when it was last looked at: the difference is a rate.
+  struct Window {
+    std::int64_t begin_us = 0;
+    double count_at_begin = 0;
+    double per_s = 0;
+    bool is_whole = false;  // false: no second has passed yet, or next to nothing came in it
+
+    void look(std::int64_t now_us, double count);
+  };
+  struct Row {
+    const Bus* bus = nullptr;
+    const IdStatistics* statistics = nullptr;  // null: error frames, remote and FD frames, those beyond the rows
+    std::uint64_t frames = 0;
+    std::int64_t last_us = 0;
+    LogLine line;  // the last that passed, or else the last; its bus name is not used
+    CheckedFrame verdict;
+    Window window;
+  };
+  struct Head {
+    Window frames;
+    Window bits;
+  };
+  using Key = std::tuple<std::size_t, Kind, std::uint32_t>;
+
+  static Key key_of(const Bus& bus, const SeenFrame& seen, const IdStatistics* row);
+  void draw_heads(std::int64_t now_us, Canvas& canvas);
+  [[nodiscard]] std::string head_text(const BusStatistics& all, const Head& head) const;
+  void draw_row(int line, const Key& key, const Row& row, std::int64_t now_us, Canvas& canvas);
+  [[nodiscard]] std::string bus_column(std::string_view name) const;
+  static std::string id_text(const Key& key);
+  static std::string row_name(const Key& key, const Row& row);
+  [[nodiscard]] std::string values_of(const Row& row);
+  [[nodiscard]] int head_rows() const;
+
+  const BusTable* buses_;
+  const std::vector<FrameText>* formats_;
+  std::uint32_t bit_rate_;
+  TextWriter words_;  // never flushed
+  std::map<Key, Row> rows_;
+  std::vector<Head> heads_;  // by index of the bus
+  std::int64_t newest_us_ = 0;
+  bool is_over_ = false;  // rates are those of all the time
+};
+
+}  // namespace bmu::dump

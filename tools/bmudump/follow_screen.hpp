@@ -1,0 +1,39 @@
+// The table of --follow on a terminal: drawn in place four times a second, scrolled by keys, and the terminal given
+// back as it was, whatever ends the run. On anything else it is silent, and the table is printed at the end.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "tools/bmudump/follow.hpp"
+#include "tools/common/terminal.hpp"
+
+namespace bmu::dump {
+
+class FollowScreen {
+ public:
+  /// `follow` may be null: then nothing is ever done. `may_read_keys`: standard input is not what is followed.
+  FollowScreen(Follow* follow, bool is_coloured, bool may_read_keys);
+
+  /// Draws if it is time to, or if the window has changed. `now_us` on the clock of the frames.
+  void draw_if_due(std::int64_t now_us);
+  /// Where keys come from, to be waited for; below 0 if from nowhere.
+  [[nodiscard]] int keys_fd() const;
+  /// Takes what was typed: q ends the run.
+  void read_keys();
+
+ private:
+  void suspend();
+  void draw(std::int64_t now_us);
+  void scroll(std::int64_t rows);
+
+  Follow* follow_;
+  bool is_coloured_;
+  bool may_read_keys_;
+  std::unique_ptr<FullScreen> screen_;
+  std::int64_t drawn_at_us_ = 0;  // monotonic
+  std::size_t first_row_ = 0;
+  bool is_due_ = true;
+};
+
+}  // namespace bmu::dump

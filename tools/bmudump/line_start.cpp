@@ -1,0 +1,46 @@
+#include "tools/bmudump/line_start.hpp"
+
+#include <algorithm>
+
+namespace bmu::dump {
+
+void LineStart::print(const LogLine& line, TextWriter& out) {
+  if (style_.time != TimeForm::none) {
+    out.letter('(');
+    print_time(line.time_us, out);
+    out.text(") ");
+  }
+  out.text(line.bus);
+  bus_width_ = std::max(bus_width_, line.bus.size());
+  out.spaces(bus_width_ - line.bus.size());
+  if (!style_.has_direction) return;
+  out.text(line.direction == Direction::sent ? " TX" : line.direction == Direction::received ? " RX" : "  -");
+}
+
+void LineStart::print_time(std::int64_t time_us, TextWriter& out) {
+  if (style_.time == TimeForm::absolute) return out.time(time_us);
+  if (style_.time == TimeForm::date) return print_date(time_us, out);
+  out.time(time_us - since_us_.value_or(time_us));
+  if (style_.time == TimeForm::delta || !since_us_) since_us_ = time_us;
+}
+
+void LineStart::print_date(std::int64_t time_us, TextWriter& out) {
+  const std::int64_t seconds = time_us / 1'000'000;
+  if (seconds != date_s_) {
+    date_s_ = seconds;
+    const std::time_t at = seconds;
+    std::tm parts{};
+    const bool is_date = localtime_r(&at, &parts) != nullptr;
+    const std::size_t length = is_date ? std::strftime(date_.data(), date_.size(), "%Y-%m-%d %H:%M:%S", &parts) : 0;
+    date_[length] = '\0';
+  }
+  if (date_[0] == '\0') return out.time(time_us);  // a log may hold seconds that no calendar has
+  out.text(date_.data());
+  out.letter('.');
+  const std::int64_t below_us = time_us % 1'000'000;
+  for (std::int64_t weight = 100'000; weight > 0; weight /= 10) {
+    out.letter(static_cast<char>('0' + below_us / weight % 10));
+  }
+}
+
+}  // namespace bmu::dump

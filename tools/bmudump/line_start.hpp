@@ -1,0 +1,45 @@
+// What stands before the meaning of each line: the time in the form asked for, the bus, which way the frame went.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <ctime>
+#include <optional>
+
+#include "protocol/candump.hpp"
+#include "tools/bmudump/text_writer.hpp"
+
+namespace bmu::dump {
+
+/// candump's -t.
+enum class TimeForm : std::uint8_t {
+  absolute,  // seconds, as the log or the system has them
+  delta,     // since the line before
+  zero,      // since the first line
+  date,      // local date and time
+  none,
+};
+
+class LineStart {
+ public:
+  struct Style {
+    TimeForm time = TimeForm::absolute;
+    bool has_direction = false;
+  };
+
+  explicit LineStart(const Style& style) : style_(style) {}
+
+  void print(const LogLine& line, TextWriter& out);
+
+ private:
+  void print_time(std::int64_t time_us, TextWriter& out);
+  void print_date(std::int64_t time_us, TextWriter& out);
+
+  Style style_;
+  std::size_t bus_width_ = 0;  // names are padded to the longest seen so far
+  std::optional<std::int64_t> since_us_;
+  std::int64_t date_s_ = -1;  // of date_
+  std::array<char, 32> date_{};
+};
+
+}  // namespace bmu::dump

@@ -1,0 +1,97 @@
+#include "tools/bmudump/statistics.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include "protocol/can_bits.hpp"
+
+namespace bmu::dump {
+namespace {
+
+void count_gap(IdStatistics& row, std::int64_t time_us) {
+  const std::int64_t gap_us = time_us - row.refresh_us;
+  if (gap_us > row.gap_max_us) {
+    row.gap_max_us = gap_us;
+    row.gap_end_us = time_us;
+  }
+}
+
+/// Of unknown identifiers every frame refreshes, of others those that passed.
+void count_in_row(IdStatistics& row, std::int64_t time_us, std::int64_t bits, const CheckedFrame& verdict) {
+  const bool is_known = verdict.message != nullptr;
+  const bool has_refreshed = is_known ? row.accepted > 0 : row.frames > 0;
+  if (!is_known || verdict.is_accepted) {
+    if (has_refreshed) count_gap(row, time_us);
+    row.refresh_us = time_us;
+  }
+  if (row.frames == 0) row.first_us = row.last_us = time_us;
+  row.first_us = std::min(row.first_us, time_us);
+  row.last_us = std::max(row.last_us, time_us);
+  row.message = verdict.message;
+  row.node = verdict.node;
+  row.bits += bits;
+  ++row.frames;
+  if (verdict.is_accepted) {
+    ++row.accepted;
+  } else if (is_known) {
+    ++row.failed[static_cast<std::size_t>(verdict.reason)];
+  }
+}
+
+}  // namespace
+
+std::uint64_t IdStatistics::failed_total() const {
+  return std::accumulate(failed.begin(), failed.end(), std::uint64_t{0});
+}
+
+double IdStatistics::rate_per_s() const {
+  const std::int64_t span_us = last_us - first_us;
+  return span_us > 0 ? static_cast<double>(frames - 1) * 1e6 / static_cast<double>(span_us) : 0.0;
+}
+
+double BusStatistics::load_bit_per_s() const {
+  return last_us > first_us ? static_cast<double>(bits - bits_of_first) / span_s() : 0.0;
+}
+
+IdStatistics* BusStatistics::count(const LogLine& line, const CheckedFrame& verdict) {
+  const CanFrame& frame = line.frame;
+  count_time(line.time_us);
+  if (line.kind == LogLineKind::fd_frame) return ++fd, nullptr;
+  if (frame.is_error) return ++error, nullptr;
+  const std::int64_t frame_bits = bits_on_wire(frame);
+  bits += frame_bits;
+  if (frames == 1) bits_of_first = frame_bits;
+  if (frame.is_remote) return ++remote, nullptr;
+  const bool is_known = verdict.message != nullptr;
+  ++(!is_known ? unknown : verdict.is_accepted ? accepted : failed);
+  IdStatistics* const row = row_of(frame);
+  if (row == nullptr) return ++without_row, nullptr;
+  count_in_row(*row, line.time_us, frame_bits, verdict);
+  return row;
+}
+
+void BusStatistics::count_time(std::int64_t time_us) {
+  if (frames++ == 0) first_us = last_us = time_us;
+  first_us = std::min(first_us, time_us);
+  last_us = std::max(last_us, time_us);
+}
+
+IdStatistics* BusStatistics::row_of(const CanFrame& frame) {
+  if (!frame.is_extended) {
+    if (standard_.empty()) standard_.resize(Catalogue::id_count);
+    return &standard_[frame.id];
+  }
+  const auto known = extended_.find(frame.id);
+  if (known != extended_.end()) return &known->second;
+  return extended_.size() < extended_ids_max ? &extended_[frame.id] : nullptr;
+}
+
+std::vector<std::uint32_t> BusStatistics::extended_ids() const {
+  std::vector<std::uint32_t> ids;
+  ids.reserve(extended_.size());
+  for (const auto& [id, row] : extended_) ids.push_back(id);
+  std::sort(ids.begin(), ids.end());
+  return ids;
+}
+
+}  // namespace bmu::dump

@@ -1,0 +1,77 @@
+// Counts of what was on a bus, as a whole and for each identifier: how many, how often, the longest gap, what failed
+// and why, and how much of the bus it took.
+//
+// A gap is the time between two frames that passed their check, as those that fail refresh nothing at the daemon
+// either. Frames of unknown identifiers are not checked: there every frame counts.
+//
+// Bits are those each classic frame takes on the wire (protocol/can_bits.hpp). Memory is bounded: of 29-bit
+// identifiers, of which there are half a billion, the first 1,024 are told apart.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include "protocol/candump.hpp"
+#include "protocol/receive_check.hpp"
+
+namespace bmu::dump {
+
+struct IdStatistics {
+  const MessageSpec* message = nullptr;  // null: unknown
+  std::uint8_t node = 0;
+  std::uint64_t frames = 0;
+  std::uint64_t accepted = 0;
+  std::array<std::uint32_t, reject_reason_count> failed{};
+  std::int64_t bits = 0;
+  std::int64_t first_us = 0;
+  std::int64_t last_us = 0;     // the latest; logs may go back in time
+  std::int64_t refresh_us = 0;  // when the last gap ended
+  std::int64_t gap_max_us = 0;
+  std::int64_t gap_end_us = 0;  // of the longest
+
+  [[nodiscard]] std::uint64_t failed_total() const;
+  /// Frames a second between the first and the last; 0 if there is no time between them.
+  [[nodiscard]] double rate_per_s() const;
+};
+
+class BusStatistics {
+ public:
+  static constexpr std::size_t extended_ids_max = 1'024;
+
+  /// The row of the frame's identifier; null if it has none: remote, error and FD frames, and identifiers beyond
+  /// extended_ids_max.
+  IdStatistics* count(const LogLine& line, const CheckedFrame& verdict);
+
+  std::uint64_t frames = 0;
+  std::uint64_t accepted = 0;
+  std::uint64_t failed = 0;
+  std::uint64_t unknown = 0;
+  std::uint64_t remote = 0;
+  std::uint64_t error = 0;
+  std::uint64_t fd = 0;
+  std::uint64_t without_row = 0;   // unknown 29-bit ones beyond extended_ids_max
+  std::int64_t bits = 0;           // of all classic frames
+  std::int64_t bits_of_first = 0;  // which was over when the time began
+  std::int64_t first_us = 0;
+  std::int64_t last_us = 0;
+
+  [[nodiscard]] double span_s() const { return static_cast<double>(last_us - first_us) * 1e-6; }
+  /// What the frames took, without the first; 0 if no time passed.
+  [[nodiscard]] double load_bit_per_s() const;
+  [[nodiscard]] const IdStatistics& standard(std::size_t id) const { return standard_[id]; }
+  [[nodiscard]] bool has_standard() const { return !standard_.empty(); }
+  /// The 29-bit identifiers, sorted.
+  [[nodiscard]] std::vector<std::uint32_t> extended_ids() const;
+  [[nodiscard]] const IdStatistics& extended(std::uint32_t id) const { return extended_.at(id); }
+
+ private:
+  IdStatistics* row_of(const CanFrame& frame);
+  void count_time(std::int64_t time_us);
+
+  std::vector<IdStatistics> standard_;  // by identifier, made with the first frame
+  std::unordered_map<std::uint32_t, IdStatistics> extended_;
+};
+
+}  // namespace bmu::dump
