@@ -91,6 +91,7 @@ struct Bench {
   std::string socket = folder / "bmud.sock";
   std::string log = folder / "bmud.log";
   std::string pack = pack_file;
+  std::vector<std::string> more_options{};  // of the daemon
   Listener listener{bus};
   std::unique_ptr<Process> emulator;
   std::unique_ptr<Process> daemon;
@@ -115,7 +116,10 @@ struct Bench {
     daemon = std::make_unique<Process>(daemon_command(), options);
   }
   [[nodiscard]] std::vector<std::string> daemon_command() const {
-    return {program("bmud"), "--config", pack, "--bus-internal", bus, "--socket", socket, "--log-level", "debug"};
+    std::vector<std::string> words{program("bmud"), "--config", pack,          "--bus-internal", bus,
+                                   "--socket",      socket,     "--log-level", "debug"};
+    words.insert(words.end(), more_options.begin(), more_options.end());
+    return words;
   }
   [[nodiscard]] Finished ask(std::vector<std::string> words) const {
     words.insert(words.begin(), {program("bmuctl"), "--socket", socket});

@@ -1,0 +1,120 @@
+// What the real daemon records is run again by the real bmureplay, and decides the same.
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/support/daemon_bench.hpp"
+
+namespace bmu {
+
+using test::Bench;
+using test::is_closed;
+using test::is_open;
+
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::steady_clock;
+
+std::vector<std::string> files_in(const std::string& folder) {
+  std::vector<std::string> paths;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) paths.push_back(entry.path().string());
+  return paths;
+}
+
+nlohmann::json replayed(const std::string& path) {
+  const Finished finished = run_program({program("bmureplay"), "--json", path});
+  INFO(finished.out << finished.err);
+  return nlohmann::json::parse(finished.out);
+}
+
+/// Asks the daemon until it says so.
+template <class IsWanted>
+bool status_becomes(const Bench& bench, IsWanted is_wanted, milliseconds at_most) {
+  const auto deadline = steady_clock::now() + at_most;
+  while (steady_clock::now() < deadline) {
+    const auto status = bench.ask_json("status");
+    if (status.is_object() && is_wanted(status["recorder"])) return true;
+  }
+  return false;
+}
+
+int end(Process& process, int signal) {
+  process.signal(signal);
+  return process.wait(milliseconds(5'000));
+}
+
+bool has_black_box(const nlohmann::json& recorder) {
+  return recorder["black_box_path"].is_string();
+}
+
+}  // namespace
+
+TEST_CASE("a drive that the daemon recorded decides again as it did", "[integration][recording][FS_6]") {
+  Bench bench;
+  bench.more_options = {"--record", bench.folder / "drive", "--black-box", "none"};
+  bench.start_emulator("1 vehicle on\n+4 load current_A 15\n");
+  bench.start_daemon();
+  REQUIRE(bench.listener.hears(is_closed, milliseconds(15'000)));
+  static_cast<void>(bench.ask({"clear"}));  // a command is recorded, too
+  CHECK(bench.listener.count_within(milliseconds(2'000)) > 10);
+  CHECK(end(*bench.daemon, SIGTERM) == 0);
+
+  const auto files = files_in(bench.folder / "drive");
+  REQUIRE(files.size() == 1);
+  const auto run = replayed(files[0]);
+  INFO(run.dump(1));
+  CHECK(run["identical"] == true);
+  CHECK(run["ticks"] > 200);
+  CHECK(run["damages"].empty());
+  CHECK_FALSE(std::filesystem::exists(bench.folder / "none"));
+}
+
+TEST_CASE("an opening leaves a black box that can be run again", "[integration][recording][black_box]") {
+  Bench bench;
+  bench.more_options = {"--black-box", bench.folder / "boxes"};
+  bench.start_emulator("1 vehicle on\n+5 cell 2.7 voltage_mV 2700\n");
+  bench.start_daemon();
+  REQUIRE(bench.listener.hears(is_closed, milliseconds(15'000)));
+  REQUIRE(bench.listener.hears(is_open, milliseconds(10'000)));
+  REQUIRE(status_becomes(bench, has_black_box, milliseconds(10'000)));
+
+  SECTION("whole, when the daemon has ended in order") {
+    CHECK(end(*bench.daemon, SIGTERM) == 0);
+    const auto files = files_in(bench.folder / "boxes");
+    REQUIRE(files.size() == 1);
+    CHECK(files[0].find("-fault-cell-undervoltage.log.zst") != std::string::npos);
+    const auto run = replayed(files[0]);
+    INFO(run.dump(1));
+    CHECK(run["identical"] == true);
+    CHECK(run["black_box"].get<std::string>().find("cell 2.7 (no. 19)") != std::string::npos);
+    CHECK(run["damages"].empty());
+  }
+  SECTION("up to the opening, when the power went with it") {
+    CHECK(end(*bench.daemon, SIGKILL) == 128 + SIGKILL);
+    const auto files = files_in(bench.folder / "boxes");
+    REQUIRE(files.size() == 1);
+    const auto run = replayed(files[0]);
+    INFO(run.dump(1));
+    CHECK(run["identical"] == true);
+    CHECK(run["ticks"] > 200);
+  }
+}
+
+TEST_CASE("a folder for recordings that cannot be made is told at start", "[integration][recording]") {
+  Bench bench;
+  const std::string file = bench.folder.file("file", "not a folder");
+  bench.more_options = {"--record", file + "/drive"};
+  bench.start_daemon();
+  CHECK(bench.daemon->wait(milliseconds(5'000)) == 71);
+  std::ifstream log(bench.log);
+  const std::string text(std::istreambuf_iterator<char>(log), {});
+  CHECK(text.find("make folder " + file + "/drive: Not a directory") != std::string::npos);
+}
+
+}  // namespace bmu
