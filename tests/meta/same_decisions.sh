@@ -20,12 +20,19 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
 packs=(demo-48s lfp-96s)
+cat >"$folder/drive.scn" <<'TEXT'
+0       pack soc_permille 800
+2       vehicle on
++6      load profile drive
++30     load current_A 0
++1      vehicle off
+TEXT
 status=0
 number=0
 for bin in "$@"; do
   number=$((number + 1))
   for pack in "${packs[@]}"; do
-    "$bin/mmusim" --pack "config/packs/$pack.json" --with-master --scenario vcan-fixtures/drive.scn --seconds 60 --quiet \
+    "$bin/mmusim" --pack "config/packs/$pack.json" --with-master --scenario "$folder/drive.scn" --seconds 60 --quiet \
       --record "$folder/$pack-$number.log"
   done
 done
