@@ -47,7 +47,7 @@ Json watch_reply(int module_count) {
 
 std::vector<std::string> rows_of(const Json& json, int width, int height) {
   Canvas canvas(width, height, plain_glyphs.cut);
-  draw_picture(Reply(json), "", plain_glyphs, canvas);
+  draw_picture(Reply(json), {}, {}, "", plain_glyphs, canvas);
   std::vector<std::string> rows;
   rows.reserve(static_cast<std::size_t>(height));
   for (int row = 0; row < height; ++row) rows.push_back(canvas.row_text(row, false));
