@@ -20,6 +20,10 @@ std::int64_t answers_missed(const Reply& status) {
   return missed;
 }
 
+std::int64_t rejected(const Reply& status, std::string_view reason) {
+  return status["receive"]["rejected_by_reason"][reason].number_or(0);
+}
+
 /// What can go wrong on a bus. What is received is judged on the internal bus alone.
 struct TroubleRow {
   std::string_view label;
@@ -31,16 +35,11 @@ constexpr std::array trouble_table{
     TroubleRow{"errors", false, true,
                [](const Reply&, const Reply& port) { return port["error_frames"].number_or(0); }},
     TroubleRow{"lost", false, true, [](const Reply&, const Reply& port) { return port["frames_lost"].number_or(0); }},
+    TroubleRow{"late", true, true, [](const Reply& status, const Reply&) { return rejected(status, "late"); }},
+    TroubleRow{"missed", true, true, [](const Reply& status, const Reply&) { return answers_missed(status); }},
+    TroubleRow{"bad CRC", true, true, [](const Reply& status, const Reply&) { return rejected(status, "wrong crc"); }},
     TroubleRow{"unsent", false, false,
                [](const Reply&, const Reply& port) { return port["sends_failed"].number_or(0); }},
-    TroubleRow{
-        "late", true,
-        [](const Reply& status, const Reply&) { return status["receive"]["rejected_by_reason"]["late"].number_or(0); }},
-    TroubleRow{"missed", true, true, [](const Reply& status, const Reply&) { return answers_missed(status); }},
-    TroubleRow{"bad CRC", true, true,
-               [](const Reply& status, const Reply&) {
-                 return status["receive"]["rejected_by_reason"]["wrong crc"].number_or(0);
-               }},
     TroubleRow{"refused", true, false,
                [](const Reply& status, const Reply&) { return status["receive"]["rejected"].number_or(0); }},
 };

@@ -167,22 +167,26 @@ void draw_module_details(const CellsView& view, const Reply& module, int row, Ca
   }
 }
 
-void draw_small(const CellsView& view, const Reply& module, int row, int column, bool with_values, Canvas& canvas) {
-  canvas.put(row, column, module_label(module), module_style(module));
+void draw_small(const CellsView& view, const Reply& module, int row, int column, int rows, bool with_values,
+                Canvas& canvas) {
+  const int lowest_row = row + rows - 1;
+  canvas.put(lowest_row, column, module_label(module), module_style(module));
   const Reply voltages = module["cell_voltage_uV"];
   for (std::size_t i = 0; i < voltages.size(); ++i) {
     const int at = column + small_label_width + 2 * static_cast<int>(i);
     const Style style = style_of_bar(view, module, i);
-    canvas.put(row, at, level_of(view, voltages.at(i), 0, 1), style);
-    canvas.put(row, at + 1, small_mark(view, module, i), is_bled(module, i) ? Style::active : style);
+    for (int level = 0; level < rows; ++level) {
+      canvas.put(lowest_row - level, at, level_of(view, voltages.at(i), level, rows), style);
+    }
+    canvas.put(lowest_row, at + 1, small_mark(view, module, i), is_bled(module, i) ? Style::active : style);
   }
   if (!with_values) return;
   const auto lowest = lowest_voltage(module);
   const auto hot = hottest(module);
   int at = column + small_label_width + 24;
-  at = canvas.put(row, at, shown_short(lowest, Unit::uV, 2) + "V",
+  at = canvas.put(lowest_row, at, shown_short(lowest, Unit::uV, 2) + "V",
                   style_within(lowest, view.cells["cell_voltage_limits"], Unit::uV));
-  canvas.put(row, at + 1, shown_short(hot, Unit::dC, 0) + "C",
+  canvas.put(lowest_row, at + 1, shown_short(hot, Unit::dC, 0) + "C",
              style_within(hot, view.cells["cell_temperature_limits"], Unit::dC));
 }
 
@@ -234,20 +238,27 @@ Form numbers_form(int cells, int width) {
   return {.kind = Kind::numbers, .decimals = decimals, .rows_per_module = (cells + per_row - 1) / per_row};
 }
 
+/// With bars as high as the rows allow that are left.
+Form with_higher_bars(Form form, int count, int rows) {
+  const int lines = std::max(form.rows_for(count) / form.rows_per_module, 1);
+  const int more = std::clamp(rows / lines - form.rows_per_module, 0, bar_height_max - 1);
+  form.bar_rows += more;
+  form.rows_per_module += more;
+  return form;
+}
+
 /// The most detailed in which all of them fit; else the smallest.
 Form fitting_form(int count, int cells, int rows, int width) {
   for (const bool with_details : {true, false}) {
     for (const int decimals : {3, 2}) {
-      Form form = large_form(decimals, with_details);
-      if (!fits_across(cells, decimals, width) || form.rows_for(count) > rows) continue;
-      const int spare = rows / std::max(count, 1) - form.rows_per_module;
-      form.bar_rows = std::clamp(1 + spare, 1, bar_height_max);
-      form.rows_per_module += form.bar_rows - 1;
-      return form;
+      const Form form = large_form(decimals, with_details);
+      if (fits_across(cells, decimals, width) && form.rows_for(count) <= rows) {
+        return with_higher_bars(form, count, rows);
+      }
     }
   }
   const Form with_values = small_form(true, width);
-  return with_values.rows_for(count) <= rows ? with_values : small_form(false, width);
+  return with_higher_bars(with_values.rows_for(count) <= rows ? with_values : small_form(false, width), count, rows);
 }
 
 Form bars_form(int cells, int width) {
@@ -270,7 +281,7 @@ Form form_for(const PictureView& view, const Reply& modules, int rows, int width
 void draw_module(const CellsView& view, const Form& form, const Reply& module, int row, int column, Canvas& canvas) {
   const std::size_t cells = module["cell_voltage_uV"].size();
   switch (form.kind) {
-    case Kind::small: return draw_small(view, module, row, column, form.with_details, canvas);
+    case Kind::small: return draw_small(view, module, row, column, form.bar_rows, form.with_details, canvas);
     case Kind::large: {
       canvas.put(row, 0, module_label(module), module_style(module));
       draw_large_bars(view, module, form.decimals, row, form.bar_rows, canvas);

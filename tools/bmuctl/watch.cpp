@@ -334,9 +334,10 @@ void Watch::redraw() {
 void Watch::show_last_picture() const {
   if (!has_picture()) return;
   const WindowSize size = window_size();
-  Canvas canvas(size.width, is_terminal_ ? size.height : rows_of_last_picture, glyphs_.cut);
-  PictureView view = view_;
-  view.topic = PictureTopic::overview;
+  // It scrolls by: a window that had no room for all modules need not limit it.
+  const bool has_all = view_.topic == PictureTopic::overview && extent_.shown == extent_.total;
+  Canvas canvas(size.width, is_terminal_ && has_all ? size.height : rows_of_last_picture, glyphs_.cut);
+  const PictureView view{.bars_span_cells = view_.bars_span_cells};
   draw_picture(Reply(picture_), view, trend_, notice_, glyphs_, canvas);
   std::string text;
   for (int row = 0; row + 1 < canvas.height(); ++row) text += canvas.row_text(row, options_.with_colour) + "\n";
