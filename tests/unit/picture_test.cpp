@@ -115,8 +115,8 @@ TEST_CASE("bars go from limit to limit, or from the lowest cell to the highest",
   cells["cell_voltage_limits"] = {{"low_open_uV", 3'000'000}, {"high_open_uV", 4'600'000}};
   cells["cell_voltage"] = {{"min_uV", 3'900'000}, {"max_uV", 3'980'000}};
   cells["modules"][0]["cell_voltage_uV"] = {3'900'000, 3'940'000, 3'980'000, nullptr, 2'000'000, 9'000'000};
-  CHECK(rows_of(json, 60, 12)[9].find("M1   5555  5555  5555  ????  1111  8888") == 0);
-  CHECK(rows_of(json, 60, 12, {.bars_span_cells = true})[9].find("M1   1111  5555  8888  ????  1111  8888") == 0);
+  CHECK(rows_of(json, 60, 12)[9].find("M1   55555  55555  55555  ?????  11111  88888") == 0);
+  CHECK(rows_of(json, 60, 12, {.bars_span_cells = true})[9].find("M1   11111  55555  88888  ?????  11111  88888") == 0);
 }
 
 TEST_CASE("a page is scrolled from its first line to its last", "[unit][bmuctl]") {
