@@ -306,7 +306,7 @@ int parse_and_ask(int argc, char** argv) {
     return command_line::report(app, error);
   }
   if (watch->parsed()) return watch_pack(options);
-  if (app.got_subcommand("report")) return report(report_options);
+  if (app.got_subcommand("report")) return write_report(report_options);
   if (const CLI::App* modules = app.get_subcommand("modules"); modules->parsed()) return ask_modules(*modules, options);
   for (const CommandRow& row : command_table) {
     if (app.got_subcommand(row.name)) return ask(row, options);

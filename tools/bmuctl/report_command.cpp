@@ -94,7 +94,7 @@ bool write_page(const std::string& page, const std::string& path) {
 
 }  // namespace
 
-int report(const ReportOptions& options) {
+int write_report(const ReportOptions& options) {
   report::RecordingOptions wanted{.name = std::filesystem::path(options.file).filename().string()};
   for (const auto& [text, time] : {std::pair{&options.from, &wanted.from_us}, std::pair{&options.to, &wanted.to_us}}) {
     if (text->empty()) continue;

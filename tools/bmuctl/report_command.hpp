@@ -14,6 +14,6 @@ struct ReportOptions {
 
 /// Exit code: 0 written; 1 it could not be read or written, or nothing is in it; 2 a time that is none; 3 written, but
 /// the recording is damaged somewhere, and the page ends there.
-[[nodiscard]] int report(const ReportOptions& options);
+[[nodiscard]] int write_report(const ReportOptions& options);
 
 }  // namespace bmu

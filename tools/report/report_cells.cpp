@@ -1,7 +1,9 @@
 // The cells: their voltages over time, and what is known of each at the end.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include "tools/report/report_chart.hpp"
 #include "tools/report/report_page.hpp"

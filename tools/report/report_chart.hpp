@@ -4,7 +4,9 @@
 // In the SVG x and y go from 0 to 1000; y from the top.
 #pragma once
 
+#include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tools/common/svg_text.hpp"

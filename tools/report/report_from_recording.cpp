@@ -287,7 +287,7 @@ void RecordingReport::look_at_flow() {
   in_uAs_ += static_cast<double>(now.in_uAs - flow_.in_uAs);
   flow_ = now;
   bled_last_uAs_.resize(data_.cells.size());
-  for (std::size_t i = 0; i < bled_last_uAs_.size(); ++i) bled_last_uAs_[i] = core.balancing().switches().bled_uAs(i);
+  for (std::size_t i = 0; i < bled_last_uAs_.size(); ++i) bled_last_uAs_[i] = core.watchers().switches.bled_uAs(i);
   if (bled_begin_uAs_.empty()) bled_begin_uAs_ = bled_last_uAs_;
 }
 

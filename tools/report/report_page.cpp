@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "tools/report/report_chart.hpp"
 #include "tools/report/report_style.hpp"

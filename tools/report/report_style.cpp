@@ -15,7 +15,7 @@ h1 { font-size: 1.7rem; line-height: 1.2; margin: 0 0 .3rem; }
 h2 { font-size: 1.15rem; line-height: 1.3; margin: 0 0 .3rem; }
 .unit { color: var(--dim); font-weight: normal; }
 .lead, .nothing, .note { color: var(--dim); margin: 0 0 .4rem; }
-section { margin: 2.2rem 0 0; }
+section { margin: 1.7rem 0 0; }
 .cards { display: grid; grid-template-columns: repeat(auto-fit, minmax(12.5rem, 1fr)); gap: .7rem; margin: 1.2rem 0 0; padding: 0; }
 .cards div { background: var(--panel); border-radius: .5rem; padding: .6rem .8rem; }
 .cards dt { color: var(--dim); font-size: .85rem; }

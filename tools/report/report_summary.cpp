@@ -135,10 +135,10 @@ void add_faults(Cards& cards, const ReportData& data) {
 
 std::string summary_html(const ReportData& data) {
   Cards cards;
-  cards.add("From", time_text(data.from_us()), "UTC");
-  cards.add("To", time_text(data.to_us()), "UTC");
-  cards.add("Time covered", span_text(static_cast<std::int64_t>(data.times_us.size()) * data.sample_us),
-            "of " + span_text(data.to_us() - data.from_us()) + ", a sample each " + span_text(data.sample_us));
+  const std::int64_t span_us = data.to_us() - data.from_us();
+  const std::int64_t covered_us = static_cast<std::int64_t>(data.times_us.size()) * data.sample_us;
+  cards.add("Span", span_text(span_us), time_text(data.from_us()) + " to " + time_text(data.to_us()) + " UTC");
+  cards.add("Covered by samples", span_text(std::min(covered_us, span_us)), "one each " + span_text(data.sample_us));
   add_charge(cards, data);
   add_flow(cards, "Energy out", data.energy_out_Wh, data.charge_out_Ah);
   add_flow(cards, "Energy in", data.energy_in_Wh, data.charge_in_Ah);
