@@ -97,6 +97,9 @@ std::string cell_plot_html(const CellPlot& plot, const std::vector<Figure>& figu
     range.take(value + doubt);
   }
   if (range.is_empty()) return "";
+  if (plot.from_zero && range.low == 0.0 && range.high == 0.0) {
+    return "<section><h2>" + escaped(plot.title) + "</h2>\n<p class=\"nothing\">Nothing, of no cell.</p></section>\n";
+  }
   if (plot.from_zero) range.take(0.0);
   range.widen();
   const double room = (range.high - range.low) * 0.06;

@@ -72,6 +72,7 @@ footer { margin-top: 3rem; color: var(--dim); font-size: .85rem; }
 
 const std::string_view page_script = R"js(
 (function () {
+  window.addEventListener('beforeprint', function () { document.querySelectorAll('details').forEach(function (d) { d.open = true; }); });
   var root = document.documentElement, from = +root.dataset.from, to = +root.dataset.to;
   function value(line, x) {
     var list = line.pts || (line.pts = line.getAttribute('points').trim().split(' ').map(function (p) { return p.split(',').map(Number); }));
