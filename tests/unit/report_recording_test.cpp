@@ -83,7 +83,7 @@ TEST_CASE("a recorded drive is told with its cells, currents and flows", "[unit]
   CHECK(data.energy_out_Wh.value_or(0) == Approx(20.0 * 190 * 3.3 / 3600).epsilon(0.2));
   CHECK(data.charge_out_Ah.value_or(0) == Approx(20.0 * 3.3 / 3600).epsilon(0.2));
   CHECK(data.cells[0].soc_percent.value == Approx(80.0).margin(3.0));
-  CHECK(data.cells[0].resistance_mOhm.value > 0.5F);
+  CHECK(std::isnan(data.cells[0].resistance_mOhm.value));  // one step of the current is not enough
   CHECK(data.cells[0].bled_Ah == 0.0F);
 }
 
@@ -100,8 +100,8 @@ TEST_CASE("a recorded fault, the phases and contactors are told from when to whe
   const SpanReport* const open = find_span(data, SpanKind::phase, "open");
   REQUIRE(open != nullptr);
   CHECK(open->has_begun_before);
-  CHECK(open->from_us == recorded_from_us);
-  CHECK(seconds_at(open->to_us) == Approx(1.0).margin(0.05));
+  CHECK(seconds_at(open->from_us) == Approx(0.0).margin(0.02));
+  CHECK(seconds_at(open->to_us) == Approx(2.0).margin(0.1));  // it is asked for after one, and watched for one
   const SpanReport* const closed = find_span(data, SpanKind::phase, "closed");
   REQUIRE(closed != nullptr);
   CHECK(closed->to_us == fault->from_us);
@@ -141,8 +141,9 @@ TEST_CASE("a long recording has longer samples and no smaller peaks", "[unit][re
   CHECK(coarse.times_us.size() < 20);
   CHECK(coarse.sample_us == 800'000);
   const auto lowest = [](const ReportData& data) {
-    const auto& low = data.cells[18].voltage_V.low;
-    return *std::min_element(low.begin(), low.end());
+    float value = 5.0F;
+    for (const float low : data.cells[18].voltage_V.low) value = low < value ? low : value;
+    return value;
   };
   CHECK(lowest(coarse) == lowest(fine));
   CHECK(std::is_sorted(coarse.times_us.begin(), coarse.times_us.end()));
@@ -153,7 +154,7 @@ TEST_CASE("a long recording has longer samples and no smaller peaks", "[unit][re
 TEST_CASE("a damaged recording is told as far as it is good", "[unit][report][recording]") {
   const std::string& whole = drive();
   std::string torn = whole;
-  const std::size_t tick = torn.find(" tick ", torn.size() / 2);
+  const std::size_t tick = torn.find(" tick ", torn.find("# (1700000006."));
   torn[tick + 1] = 'x';
   const auto [data, problem] = read(torn);
   REQUIRE(problem);
