@@ -115,7 +115,7 @@ void add_faults(Cards& cards, const ReportData& data) {
     if (span.kind == SpanKind::warning) warnings.insert(span.text);
   }
   const auto list = [](const std::set<std::string>& names) {
-    constexpr std::size_t names_max = 4;
+    constexpr std::size_t names_max = 3;
     std::string text;
     std::size_t count = 0;
     for (const std::string& name : names) {

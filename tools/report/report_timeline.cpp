@@ -112,6 +112,11 @@ std::map<std::string, std::int64_t> lengths_of(const std::vector<Stretch>& stret
   return lengths;
 }
 
+std::string share_text(double percent) {
+  if (percent > 0.0 && percent < 0.1) return "&lt; 0.1";
+  return number(percent, percent < 10 ? 1 : 0);
+}
+
 std::string strip_html(const std::string& title, const std::vector<Stretch>& stretches, const Columns& columns) {
   const auto lengths = lengths_of(stretches);
   std::int64_t total_us = 0;
@@ -126,10 +131,11 @@ std::string strip_html(const std::string& title, const std::vector<Stretch>& str
   for (const auto& [length_us, name] : order) {
     const std::string ink = "c" + std::to_string(std::min(classes.size(), inks - 1));
     const double share = total_us > 0 ? -100.0 * static_cast<double>(length_us) / static_cast<double>(total_us) : 0.0;
-    if (classes.size() == names_told_max) words += " &nbsp; and others";
-    if (classes.size() < names_told_max)
-      words += (classes.empty() ? "" : " &nbsp; ") + std::string("<span class=\"share ") + ink + "\"></span>" +
-               escaped(name) + " <span class=\"unit\">" + number(share, share < 10 ? 1 : 0) + " %</span>";
+    if (classes.size() == names_told_max) words += "and others";
+    if (classes.size() < names_told_max) {
+      words += "<span class=\"pair\"><span class=\"share " + ink + "\"></span>" + escaped(name) +
+               " <span class=\"unit\">" + share_text(share) + " %</span></span>";
+    }
     classes[name] = ink;
   }
   std::string rects;
@@ -197,7 +203,7 @@ std::string events_html(const ReportData& data) {
     out += "<p class=\"note\">The last " + std::to_string(events_max) + " of " + std::to_string(data.events.size()) +
            " events.</p>\n";
   }
-  out += "<table><tr><th>Time, UTC</th><th>Event</th></tr>\n";
+  out += "<table class=\"events\"><tr><th>Time, UTC</th><th>Event</th></tr>\n";
   std::string day;
   for (std::size_t i = data.events.size() - std::min(data.events.size(), events_max); i < data.events.size(); ++i) {
     const EventReport& event = data.events[i];
