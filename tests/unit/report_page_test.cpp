@@ -274,6 +274,31 @@ TEST_CASE("what was so is drawn where it was, with how long", "[unit][report]") 
   CHECK(page.find("full <span class=\"unit\">100 %</span>") != std::string::npos);
 }
 
+TEST_CASE("each cell's figures stand in its place, and in the table", "[unit][report]") {
+  ReportData data = pack_of(2, 5, 5);
+  CHECK(page_of(data).find("Resistance of each cell") == std::string::npos);  // nothing is known of it
+  for (CellReport& cell : data.cells) {
+    cell.resistance_mOhm = {.value = 2.0F, .doubt = 0.5F};
+    cell.bled_Ah = 0;
+  }
+  CHECK(page_of(data).find("Nothing, of no cell.") != std::string::npos);
+  data.cells[3].resistance_mOhm = {.value = 3.0F, .doubt = 0.25F};
+  data.cells[6].resistance_mOhm = {};
+  data.cells[9].bled_Ah = 0.5F;
+  const std::string page = page_of(data);
+  CHECK(flaw_of(page) == "");
+  CHECK(count_of(page, "class=\"dot\"") == 9);
+  // 1.5 to 3.25 mOhm, and room above and below; the fourth of ten cells.
+  const double room = 1.75 * 0.06;
+  const std::string y = svg::number((3.25 + room - 3.0) / (1.75 + 2 * room) * 1000);
+  CHECK(page.find("<line class=\"dot\" x1=\"350.0\" x2=\"350.0\" y1=\"" + y + "\" y2=\"" + y +
+                  "\"><title>cell 1.4: 3.000 mΩ</title>") != std::string::npos);
+  CHECK(count_of(page, "class=\"amount\"") == 10);
+  CHECK(page.find("<title>cell 2.5: 0.500 Ah</title>") != std::string::npos);
+  CHECK(page.find("<tr><td>1.4</td><td class=\"n\">4</td>") != std::string::npos);
+  CHECK(page.find("<td class=\"n\">3.00</td><td class=\"n\">0.25</td><td class=\"n\">–</td>") != std::string::npos);
+}
+
 TEST_CASE("a pack without faults says so", "[unit][report]") {
   const std::string page = page_of(pack_of(1, 2, 5));
   CHECK(page.find("<dt>Faults</dt><dd>none</dd>") != std::string::npos);

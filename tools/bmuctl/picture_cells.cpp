@@ -322,8 +322,9 @@ CellsDrawn draw_cells(const Reply& cells, const PictureView& view, const Glyphs&
   const int shown = std::min(lines_shown * form.modules_per_row, count - first);
   const int width = form.with_details ? small_width_with_values : small_width;
   for (int i = 0; i < shown; ++i) {
-    draw_module(drawn, form, modules.at(static_cast<std::size_t>(first + i)),
-                first_row + i / form.modules_per_row * form.rows_per_module, i % form.modules_per_row * width, canvas);
+    const auto module = static_cast<std::size_t>(first) + static_cast<std::size_t>(i);
+    draw_module(drawn, form, modules.at(module), first_row + i / form.modules_per_row * form.rows_per_module,
+                i % form.modules_per_row * width, canvas);
   }
   return {.rows = lines_shown * form.rows_per_module,
           .extent = {.shown = lines_shown, .total = lines},

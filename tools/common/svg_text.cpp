@@ -13,6 +13,10 @@ std::string number(double value, int digits) {
   return {text.data(), std::min(static_cast<std::size_t>(std::max(length, 0)), text.size() - 1)};
 }
 
+void append(std::string& to, std::initializer_list<std::string_view> parts) {
+  for (const std::string_view part : parts) to += part;
+}
+
 namespace {
 
 /// Bytes of the character that begins here; 0 if none does.

@@ -2,6 +2,7 @@
 // numbers for its axes.
 #pragma once
 
+#include <initializer_list>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -9,6 +10,7 @@
 namespace bmu::svg {
 
 [[nodiscard]] std::string number(double value, int digits = 1);
+void append(std::string& to, std::initializer_list<std::string_view> parts);
 
 /// Fit for the text and for the attributes of SVG and HTML, whatever is in it.
 [[nodiscard]] std::string escaped(std::string_view text);

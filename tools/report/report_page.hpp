@@ -27,8 +27,9 @@ struct PageOptions {
 /// furthest from the median for the longest, if that is far. At most four. `reduced` are their voltages. In
 /// report_cells.cpp.
 [[nodiscard]] std::vector<std::size_t> outliers_of(const std::vector<Series>& reduced);
-/// Voltages over time, and what is known of each cell at the end. In report_cells.cpp.
+/// Voltages over time. In report_cells.cpp.
 [[nodiscard]] std::string voltages_html(const ReportData& data, const Columns& columns);
+/// What is known of each cell at the end. In report_cell_figures.cpp.
 [[nodiscard]] std::string cell_figures_html(const ReportData& data);
 /// Phases, contactors and faults, and what bounds the limits. In report_timeline.cpp.
 [[nodiscard]] std::string timeline_html(const ReportData& data, const Columns& columns);
