@@ -1,7 +1,6 @@
 // The page of a report: well-formed, by itself, true to the data, and not to be tricked by texts.
 #include "tools/report/report_page.hpp"
 
-#include <chrono>
 #include <cmath>
 #include <sstream>
 
@@ -307,12 +306,9 @@ TEST_CASE("a pack without faults says so", "[unit][report]") {
 
 TEST_CASE("thirty days of 96 cells are a page below two megabytes", "[unit][report]") {
   const ReportData data = pack_of(8, 12, 30 * 24 * 60, 60 * s);
-  const auto began = std::chrono::steady_clock::now();
   const std::string page = page_of(data);
-  const auto took = std::chrono::steady_clock::now() - began;
   CHECK(page.size() < 2'000'000);
   CHECK(page.size() > 100'000);
-  WARN(page.size() / 1000 << " kB in " << std::chrono::duration_cast<std::chrono::milliseconds>(took).count() << " ms");
   CHECK(flaw_of(page) == "");
 }
 

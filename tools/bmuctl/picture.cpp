@@ -292,7 +292,9 @@ PictureExtent draw_topic(const Reply& reply, const PictureView& view, const BusT
   const auto* const topic = std::find_if(topic_table.begin(), topic_table.end(),
                                          [&](const TopicRow& one) { return one.topic == view.topic; });
   if (topic != topic_table.end()) canvas.put(2, 1, topic->name, Style::strong);
-  for (int i = 0; i < shown; ++i) canvas.put(first_row + i, 1, lines[static_cast<std::size_t>(first + i)]);
+  for (int i = 0; i < shown; ++i) {
+    canvas.put(first_row + i, 1, lines[static_cast<std::size_t>(first) + static_cast<std::size_t>(i)]);
+  }
   const std::string where = shown == total ? ""
                                            : "lines " + std::to_string(first + 1) + " to " +
                                                  std::to_string(first + shown) + " of " + std::to_string(total);

@@ -104,7 +104,7 @@ class CellDrawing {
   }
 
   void axis() {
-    const double step = svg::tick_step(range_, 4.0);
+    const double step = svg::tick_step(range_, 5.0);
     for (const double value : svg::ticks_of(range_, step)) {
       const std::string y = number(y_of(value));
       append(svg_, {"<line class=\"grid\" x1=\"0\" y1=\"", y, "\" x2=\"1000\" y2=\"", y, "\"/>"});

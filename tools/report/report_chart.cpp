@@ -114,7 +114,7 @@ struct Axis {
 };
 
 Axis value_axis(const Plot& plot, const svg::Range& range) {
-  const double step = svg::tick_step(range, 5.0);
+  const double step = svg::tick_step(range, 7.0);
   Axis axis;
   for (const double value : svg::ticks_of(range, step)) {
     const double y = y_of(value, range);
