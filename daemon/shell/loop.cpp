@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "daemon/shell/late_decision.hpp"
+#include "protocol/can_bits.hpp"
 
 namespace bmu {
 
@@ -253,6 +254,7 @@ bool Loop::take_old_frame(Port port, ReceivedFrame received, bool discards) {
 }
 
 void Loop::take_frame(Port port, const ReceivedFrame& received) {
+  counters_.bits_seen[index_of(port)] += static_cast<std::uint64_t>(bits_on_wire(received.frame));
   if (received.frame.is_error) {
     return observe(received.received_at,
                    BusErrorSeen{.port = port, .classes = received.frame.id, .controller = received.frame.data[1]});

@@ -13,7 +13,8 @@ namespace bmu {
 class RateWatch {
  public:
   /// `pack` must outlive it; its `buses` are those in use. `file_name` is the pack file's, for the log.
-  RateWatch(const PackConfig& pack, std::string_view file_name) : pack_(pack), file_name_(file_name) {}
+  RateWatch(const PackConfig& pack, std::string_view file_name)
+      : pack_(pack), file_name_(file_name), finding_(judge_rate(pack, file_name, 0)) {}
 
   /// True: finding() is another one and has something to tell. Cheap while nothing changes: call it after maintain().
   [[nodiscard]] bool update(const BusPort& internal);

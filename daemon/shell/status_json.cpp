@@ -330,13 +330,16 @@ Json port_json(Port port, const StatusView& view) {
   const PortStatus& counts = view.core.port(port);
   const bool is_judged = &bus == view.buses.internal.get();  // the pack file says nothing of the other's
   const std::uint32_t rate_bit_per_s = bus.rate_bit_per_s();
+  const Port counted = view.buses.is_shared() ? Port::internal : port;
   return {{"port", to_text(port)},
           {"bus", bus.name()},
           {"state", to_text(bus.state())},
           {"is_shared", view.buses.is_shared()},
           {"rate_bit_per_s", or_null(rate_bit_per_s > 0, rate_bit_per_s)},
           {"rate_wanted_bit_per_s", or_null(is_judged && rate_bit_per_s > 0, view.rate.wanted_bit_per_s)},
+          {"rate_planned_bit_per_s", or_null(is_judged, view.rate.wanted_bit_per_s)},
           {"rate_verdict", to_text(is_judged ? view.rate.verdict : RateVerdict::unknown)},
+          {"bits_seen", view.loop.bits_seen[static_cast<std::size_t>(counted)]},
           {"frames_sent", counts.frames_sent},
           {"frames_echoed", counts.frames_echoed},
           {"sends_failed", counts.sends_failed},

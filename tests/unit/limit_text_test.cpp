@@ -47,6 +47,15 @@ TEST_CASE("a line is told with where it is zero", "[unit][limits][bmuctl]") {
   CHECK(json.at("input") == "lowest cell voltage");
 }
 
+TEST_CASE("a share is told with the state of charge that leaves it", "[unit][limits][bmuctl]") {
+  const CurrentLimit limit{
+      .limit_mA = 24'550, .cause = LimitCause::full, .value = 805, .derates_from = 985, .unhindered_mA = 25'000};
+  CHECK(reason(limit) == "full: at 80.5 %, 98.5 % are left");
+  const Json json = limit_json(limit, config_with_fuse());
+  CHECK(limit_reason(Reply(json), 32) == "full: at 80.5 %, 98.5 % are left");
+  CHECK(limit_reason(Reply(json), 31) == "full: at 80.5 %");
+}
+
 TEST_CASE("a voltage to come is told with where it is held", "[unit][limits][bmuctl]") {
   const CurrentLimit limit{.limit_mA = 4'000,
                            .cause = LimitCause::voltage_would_rise,

@@ -45,9 +45,9 @@ Json watch_reply(int module_count) {
           {"faults", {{"faults", {module_lost()}}}}};
 }
 
-std::vector<std::string> rows_of(const Json& json, int width, int height) {
+std::vector<std::string> rows_of(const Json& json, int width, int height, const PictureView& view = {}) {
   Canvas canvas(width, height, plain_glyphs.cut);
-  draw_picture(Reply(json), "", plain_glyphs, canvas);
+  draw_picture(Reply(json), view, {}, "", plain_glyphs, canvas);
   std::vector<std::string> rows;
   rows.reserve(static_cast<std::size_t>(height));
   for (int row = 0; row < height; ++row) rows.push_back(canvas.row_text(row, false));
@@ -67,27 +67,79 @@ TEST_CASE("a row that is cut ends with a mark, one that just fits does not", "[u
 }
 
 TEST_CASE("a window without room for all lines says how many are missing", "[unit][bmuctl]") {
-  // Nine rows of head, two of cells, five below them.
-  const std::vector<std::string> full = rows_of(watch_reply(4), 60, 16);
-  CHECK(full.back().find("61 ms") != std::string::npos);
-  for (const int height : {15, 12}) {
+  // Nine rows of head, two of cells, six below them, the keys.
+  const std::vector<std::string> full = rows_of(watch_reply(4), 60, 18);
+  CHECK(full[16].find("61 ms") != std::string::npos);
+  for (const int height : {17, 14}) {
     const std::vector<std::string> small = rows_of(watch_reply(4), 60, height);
-    CHECK(small.back() == " + " + std::to_string(17 - height) + " more lines (make the window larger)");
+    CHECK(small[static_cast<std::size_t>(height) - 2] ==
+          " + " + std::to_string(19 - height) + " more lines: keys f, l and u, or a larger window");
     CHECK(small[10] == full[10]);
+    CHECK(small.back().find(" q quit") == 0);
   }
 }
 
-TEST_CASE("a window without room for all cells says how many are missing", "[unit][bmuctl]") {
-  const std::vector<std::string> rows = rows_of(watch_reply(20), 60, 16);
-  bool is_told = false;
-  for (const std::string& row : rows)
-    is_told = is_told || row.find(" more cells (make the window") != std::string::npos;
-  CHECK(is_told);
+TEST_CASE("a window without room for all modules says which are there, and scrolls to the others", "[unit][bmuctl]") {
+  const Json json = watch_reply(20);
+  CHECK(rows_of(json, 60, 16).back().find("modules 1 to 4 of 20") != std::string::npos);
+  const std::vector<std::string> second = rows_of(json, 60, 16, {.first = 1});
+  CHECK(second.back().find("modules 3 to 6 of 20") != std::string::npos);
+  CHECK(second[9].find("M3 ") == 0);
+  // Beyond the end the last row is the last.
+  const std::vector<std::string> last = rows_of(json, 60, 16, {.first = 99});
+  CHECK(last.back().find("modules 17 to 20 of 20") != std::string::npos);
+  CHECK(last[10].find("M19") == 0);
+}
+
+TEST_CASE("the lowest, the highest and bled cells are marked in every form", "[unit][bmuctl]") {
+  Json json = watch_reply(4);
+  Json& cells = json["cells"];
+  cells["cell_voltage_limits"] = {{"low_open_uV", 3'000'000}, {"high_open_uV", 4'000'000}};
+  cells["cell_voltage"] = {{"min_at", {{"module", 2}, {"number", 1}}}, {"max_at", {{"module", 1}, {"number", 3}}}};
+  cells["modules"][0]["balancing"] = {false, true, true};
+  cells["modules"][1]["cell_voltage_uV"][0] = 3'100'000;
+  // Bars of 7/8, and one of 1/8.
+  CHECK(rows_of(json, 60, 18)[9].find("M1  8 8b8B8 8 ") == 0);
+  CHECK(rows_of(json, 60, 18)[9].find("M2  1v8 8 ") != std::string::npos);
+  const std::vector<std::string> large = rows_of(json, 80, 25);
+  CHECK(large[9].find("M1   8888  8888b 8888b 8888  ") == 0);
+  CHECK(large[10].find("     3.98  3.98  3.98^ 3.98  ") == 0);
+  CHECK(large[12].find("     3.10v 3.98  ") == 0);
+  const std::vector<std::string> numbers = rows_of(json, 100, 25, {.form = CellsForm::numbers});
+  CHECK(numbers[9].find("M1   3.980  3.980b 3.980B 3.980  ") == 0);
+}
+
+TEST_CASE("bars go from limit to limit, or from the lowest cell to the highest", "[unit][bmuctl]") {
+  Json json = watch_reply(1);
+  Json& cells = json["cells"];
+  cells["cell_voltage_limits"] = {{"low_open_uV", 3'000'000}, {"high_open_uV", 4'600'000}};
+  cells["cell_voltage"] = {{"min_uV", 3'900'000}, {"max_uV", 3'980'000}};
+  cells["modules"][0]["cell_voltage_uV"] = {3'900'000, 3'940'000, 3'980'000, nullptr, 2'000'000, 9'000'000};
+  CHECK(rows_of(json, 60, 12)[9].find("M1   55555  55555  55555  ?????  11111  88888") == 0);
+  CHECK(rows_of(json, 60, 12, {.bars_span_cells = true})[9].find("M1   11111  55555  88888  ?????  11111  88888") == 0);
+}
+
+TEST_CASE("a page is scrolled from its first line to its last", "[unit][bmuctl]") {
+  const Json json = watch_reply(4);
+  const std::vector<std::string> first = rows_of(json, 80, 10, {.topic = PictureTopic::help});
+  CHECK(first[2] == " Help");
+  CHECK(first[3] == " Keys");
+  CHECK(first.back().find("lines 1 to 6 of ") != std::string::npos);
+  const std::vector<std::string> last = rows_of(json, 80, 10, {.topic = PictureTopic::help, .first = 999});
+  CHECK(last[8].find("not (yet) where it shall be") != std::string::npos);
 }
 
 TEST_CASE("pictures of any size can be drawn", "[unit][bmuctl]") {
   for (const int width : {1, 2, 20, 40, 61, 79, 200}) {
-    for (const int height : {1, 2, 9, 10, 17, 50}) CHECK_FALSE(rows_of(watch_reply(63), width, height).empty());
+    for (const int height : {1, 2, 9, 10, 17, 50}) {
+      for (const PictureTopic topic : {PictureTopic::overview, PictureTopic::faults, PictureTopic::limits,
+                                       PictureTopic::buses, PictureTopic::help}) {
+        for (const CellsForm form : {CellsForm::fitting, CellsForm::bars, CellsForm::numbers}) {
+          const PictureView view{.topic = topic, .form = form, .first = 3};
+          CHECK(rows_of(watch_reply(63), width, height, view).size() == static_cast<std::size_t>(height));
+        }
+      }
+    }
   }
 }
 

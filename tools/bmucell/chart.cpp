@@ -3,12 +3,19 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
-#include <limits>
+
+#include "tools/common/svg_text.hpp"
 
 namespace bmu::cell {
 
 namespace {
+
+using svg::digits_for;
+using svg::escaped;
+using svg::number;
+using svg::Range;
+using svg::tick_step;
+using svg::ticks_of;
 
 constexpr double width = 960.0;
 constexpr double panel_height = 300.0;
@@ -18,64 +25,6 @@ constexpr double top = 34.0;
 constexpr double bottom = 46.0;
 constexpr double title_height = 34.0;
 constexpr std::size_t points_shown = 600;
-
-std::string number(double value, int digits = 1) {
-  std::array<char, 40> text{};
-  const int length = std::snprintf(text.data(), text.size(), "%.*f", digits, value);
-  return {text.data(), static_cast<std::size_t>(length)};
-}
-
-std::string escaped(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    switch (c) {
-      case '&': result += "&amp;"; break;
-      case '<': result += "&lt;"; break;
-      case '>': result += "&gt;"; break;
-      default: result += c;
-    }
-  }
-  return result;
-}
-
-struct Range {
-  double low = std::numeric_limits<double>::infinity();
-  double high = -std::numeric_limits<double>::infinity();
-
-  void take(double value) {
-    if (!std::isfinite(value)) return;
-    low = std::min(low, value);
-    high = std::max(high, value);
-  }
-  /// Never empty.
-  void widen() {
-    if (!(low <= high)) *this = {0.0, 1.0};
-    if (low == high) *this = {low - 0.5, high + 0.5};
-  }
-};
-
-/// 1, 2 or 5 times a power of ten, so that there are some six of them.
-double tick_step(const Range& range) {
-  const double rough = (range.high - range.low) / 6.0;
-  const double power = std::pow(10.0, std::floor(std::log10(rough)));
-  for (const double factor : {1.0, 2.0, 5.0}) {
-    if (factor * power >= rough) return factor * power;
-  }
-  return 10.0 * power;
-}
-
-std::vector<double> ticks_of(const Range& range, double step) {
-  constexpr double slack = 1e-9;  // for an end that is a tick itself
-  const auto first = std::llround(std::ceil(range.low / step - slack));
-  const auto last = std::llround(std::floor(range.high / step + slack));
-  std::vector<double> ticks;
-  for (auto k = first; k <= last; ++k) ticks.push_back(static_cast<double>(k) * step);
-  return ticks;
-}
-
-int digits_for(double step) {
-  return std::max(0, static_cast<int>(std::ceil(-std::log10(step) - 1e-9)));
-}
 
 /// Of each stretch the lowest and the highest, in their order.
 std::vector<ChartPoint> thinned(const std::vector<ChartPoint>& points) {

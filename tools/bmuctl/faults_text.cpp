@@ -165,18 +165,21 @@ void add_details(Page& page, const Reply& fault) {
 }  // namespace
 
 Page faults_page(const Reply& reply) {
+  return faults_page(reply["faults"], reply["status"]["modules"]);
+}
+
+Page faults_page(const Reply& faults, const Reply& modules) {
   Page page;
   std::vector<Line> rows{{{"Fault", Style::dim},
                           {"stage", Style::dim},
                           {"count", Style::dim},
                           {"reaction", Style::dim},
                           {"what was seen", Style::dim}}};
-  const Reply faults = reply["faults"];
   std::vector<Reply> told;
   for (std::size_t i = 0; i < faults.size(); ++i) {
     if (!has_something(faults.at(i))) continue;
     told.push_back(faults.at(i));
-    rows.push_back(row_line(told.back(), reply["status"]["modules"]));
+    rows.push_back(row_line(told.back(), modules));
   }
   if (!told.empty()) page.add_table(rows, {2});
   for (const Reply& fault : told) add_details(page, fault);

@@ -1,5 +1,7 @@
 #include "tools/bmuctl/limit_text.hpp"
 
+#include "tools/common/page.hpp"
+
 namespace bmu {
 
 namespace {
@@ -20,17 +22,31 @@ std::string effect(const Reply& limit, Unit unit) {
 
 }  // namespace
 
-std::string limit_reason(const Reply& limit) {
+namespace {
+
+std::string reason(const Reply& limit, bool with_effect) {
   std::string text = limit["cause"].text();
   if (limit["part"].is_known()) text += ": " + limit["part"].text();
   if (limit["target_mA"].is_known()) text += " to " + shown(limit["target_mA"], Unit::mA);
-  for (const Unit unit : {Unit::uV, Unit::dC}) {
+  for (const Unit unit : {Unit::uV, Unit::dC, Unit::permille, Unit::mA}) {
     const Reply value = limit[key("value", unit)];
     if (!value.is_known()) continue;
     const std::string place = limit["element"]["text"].text();
-    text += ":" + (place.empty() ? "" : " " + place) + " at " + shown(value, unit) + effect(limit, unit);
+    text += ":" + (place.empty() ? "" : " " + place) + " at " + shown(value, unit) +
+            (with_effect ? effect(limit, unit) : "");
   }
   return text;
+}
+
+}  // namespace
+
+std::string limit_reason(const Reply& limit) {
+  return reason(limit, true);
+}
+
+std::string limit_reason(const Reply& limit, std::size_t width) {
+  const std::string whole = reason(limit, true);
+  return width_of(whole) <= width ? whole : reason(limit, false);
 }
 
 }  // namespace bmu

@@ -11,4 +11,7 @@ namespace bmu {
 /// "cell voltage low: cell 2.7 (no. 19) at 2.9001 V, zero at 2.8000 V"; "component: main fuse"; "continuous limit"
 [[nodiscard]] std::string limit_reason(const Reply& limit);
 
+/// The same in at most `width` columns, if leaving out what the limit does with the current makes it fit.
+[[nodiscard]] std::string limit_reason(const Reply& limit, std::size_t width);
+
 }  // namespace bmu

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "tools/bmuctl/client.hpp"
+#include "tools/bmuctl/report_command.hpp"
 #include "tools/bmuctl/text_pages.hpp"
 #include "tools/bmuctl/watch.hpp"
 #include "tools/common/command_line.hpp"
@@ -37,6 +38,7 @@ constexpr const char* footer = R"(Examples:
   bmuctl modules                   who is on which node, who should be, how they answer (bmuctl modules --help)
   bmuctl balance --off             stop bleeding cells, until --on or a new start of the daemon
   bmuctl health                    capacities, resistances, energy and cycles over all lives of the daemon
+  bmuctl report drive.log          a recording as a page with pictures (bmuctl report --help)
   bmuctl wake                      wake the modules of a pack that rests after an undervoltage
   bmuctl --json cells | jq .modules[0]
   bmuctl --json drive | jq .drive  the answer to "status", in which the drive is
@@ -69,6 +71,18 @@ not be accepted (two speak under one number, the pack file names another one), o
 refused, or no answer. Of "assign": 0 the module has said that it has the number, or had it already; 3 it did not; 1
 refused (the text says why), or no answer.
 Two modules that have to change places go by way of a third, free number.)";
+
+constexpr const char* report_footer = R"(Examples:
+  bmuctl report drive.log                            writes drive.html
+  bmuctl report drive.log --out - | ssh desk 'cat >drive.html'
+  bmuctl report drive.log --from "2026-03-01 17:05" --to "2026-03-01 17:20"
+
+The page needs no network: cells over time as bands with those named that are unlike the others, state of charge with its
+uncertainty, current and limits with what bounds them, contactors and faults, temperatures, resistance and balancing of
+each cell. No daemon is asked.
+
+Exit codes: 0 written; 1 it cannot be read or written, or nothing is in it; 2 command line; 3 written, but the recording is
+damaged: the page ends there and says so.)";
 
 /// A command that is one question and one answer.
 struct CommandRow {
@@ -239,6 +253,18 @@ void add_modules(CLI::App& modules, Options& options) {
   assign->add_flag("--unheard", options.unheard, "although nobody with this serial number has been heard");
 }
 
+void add_report(CLI::App& app, ReportOptions& options) {
+  CLI::App* report = app.add_subcommand("report", "a recording or a black box as one HTML page with pictures");
+  report->footer(report_footer);
+  report->add_option("FILE", options.file, "the recording")->required();
+  report
+      ->add_option("--out", options.out,
+                   "the page; default: FILE with .html instead of its ending; - is standard output")
+      ->type_name("PATH");
+  report->add_option("--from", options.from, "from this time on, UTC, as \"2026-03-01 17:05\"")->type_name("TIME");
+  report->add_option("--to", options.to, "up to this time")->type_name("TIME");
+}
+
 /// Returns the watch command, which has options of its own.
 const CLI::App* add_options(CLI::App& app, Options& options) {
   app.add_option("--socket", options.socket, "the daemon's socket")->type_name("PATH")->capture_default_str();
@@ -270,14 +296,17 @@ int ask_modules(const CLI::App& modules, const Options& options) {
 
 int parse_and_ask(int argc, char** argv) {
   Options options;
+  ReportOptions report_options;
   CLI::App app("Shows and asks a running bmud.", "bmuctl");
   const CLI::App* watch = add_options(app, options);
+  add_report(app, report_options);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return command_line::report(app, error);
   }
   if (watch->parsed()) return watch_pack(options);
+  if (app.got_subcommand("report")) return write_report(report_options);
   if (const CLI::App* modules = app.get_subcommand("modules"); modules->parsed()) return ask_modules(*modules, options);
   for (const CommandRow& row : command_table) {
     if (app.got_subcommand(row.name)) return ask(row, options);

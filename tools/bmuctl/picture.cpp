@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string_view>
 #include <vector>
 
 #include "tools/bmuctl/limit_text.hpp"
@@ -13,8 +14,6 @@ namespace bmu {
 namespace {
 
 constexpr int contactors_width = 34;
-constexpr std::size_t faults_shown_max = 5;
-constexpr int opening_rows_max = 3;
 constexpr int cell_rows_min = 2;
 constexpr int bar_length_min = 4;  // a shorter one says nothing
 
@@ -95,7 +94,7 @@ struct BarRow {
 void draw_bar(const BarRow& bar, const Glyphs& glyphs, int row, int column, Canvas& canvas) {
   canvas.put(row, column, bar.label, Style::dim);
   canvas.put(row, column + 9, bar.value, bar.is_known ? Style::strong : Style::bad);
-  const int from = column + 22;
+  const int from = column + 24;
   const int length = canvas.width() - from - 1;
   if (length < bar_length_min) return;
   const int filled = bar.is_known ? static_cast<int>(std::lround(std::clamp(bar.share, 0.0, 1.0) * length)) : 0;
@@ -142,18 +141,45 @@ BarRow current_bar(const Reply& reply) {
 BarRow soc_bar(const Reply& reply) {
   const Reply soc = reply["status"]["charge"]["soc_permille"];
   const auto number = soc.number();
-  BarRow bar{.label = "SOC", .value = shown(soc, Unit::permille), .style = Style::good, .is_known = number.has_value()};
+  const auto sigma = reply["status"]["charge"]["soc_sigma_permille"].number();
+  // The truth lies within two standard deviations in some 95 of 100 cases.
+  const std::string doubt = sigma ? " +-" + shown_short(2 * *sigma, Unit::permille, 1) : "";
+  BarRow bar{.label = "SOC",
+             .value = shown(soc, Unit::permille) + doubt,
+             .style = Style::good,
+             .is_known = number.has_value()};
   if (number) bar.share = static_cast<double>(*number) / 1000;
   if (number && *number < 200) bar.style = Style::warning;
   return bar;
 }
 
-Line limit_line(std::string_view name, const Reply& limit) {
-  const std::string cause = limit["cause"].text();
-  const bool is_reduced = cause != "continuous";
-  Line line{{std::string(name), Style::dim}, {shown(limit["limit_mA"], Unit::mA), Style::strong}};
-  line.push_back({"  " + limit_reason(limit), is_reduced ? Style::warning : Style::dim});
-  return line;
+/// "discharge  40.000 A  cell voltage low: cell 2.7 (no. 19) at 2.9000 V, zero at 2.8000 V", as much of it as fits.
+Line limit_line(std::string_view name, const Reply& limit, const Reply& for_long, int width) {
+  const bool is_reduced = limit["cause"].text() != "continuous limit" && limit["cause"].text() != "peak";
+  const std::string value = shown(limit["limit_mA"], Unit::mA);
+  const int room = width - static_cast<int>(width_of(name) + width_of(value)) - 4;
+  std::string reason = limit_reason(limit, static_cast<std::size_t>(std::max(room, 1)));
+  if (for_long["limit_mA"].number_or(0) < limit["limit_mA"].number_or(0)) {
+    const std::string more = ";  " + shown(for_long["limit_mA"], Unit::mA) + " for long";
+    if (static_cast<int>(width_of(reason + more)) <= room) reason += more;
+  }
+  return {{std::string(name), Style::dim},
+          {value, Style::strong},
+          {"  " + reason, is_reduced ? Style::warning : Style::dim}};
+}
+
+/// What the cells' switches do, or how the last closing went.
+void draw_doing(const Reply& status, int row, Canvas& canvas) {
+  const Reply precharge = status["last_precharge"];
+  if (const auto on = status["balancing"]["cells_on"].number_or(0); on > 0) {
+    canvas.put(row, 1, "bleeding " + std::to_string(on) + (on == 1 ? " cell" : " cells"), Style::active);
+  } else if (precharge.is_known()) {
+    const bool is_good = precharge["was_successful"].is_true();
+    canvas.put(
+        row, 1,
+        std::string(is_good ? "precharged in " : "precharge broken off after ") + shown(precharge["took_ms"], Unit::ms),
+        is_good ? Style::dim : Style::warning);
+  }
 }
 
 void draw_values(const Reply& reply, const Glyphs& glyphs, int row, Canvas& canvas) {
@@ -163,147 +189,136 @@ void draw_values(const Reply& reply, const Glyphs& glyphs, int row, Canvas& canv
   const std::array bars{voltage_bar(reply, "pack", "pack_voltage_mV", false),
                         voltage_bar(reply, "link", "link_voltage_mV", true), current_bar(reply), soc_bar(reply)};
   for (std::size_t i = 0; i < bars.size(); ++i) draw_bar(bars[i], glyphs, row + static_cast<int>(i), column, canvas);
-  const Reply precharge = status["last_precharge"];
-  if (precharge.is_known()) {
-    const bool is_good = precharge["was_successful"].is_true();
-    canvas.put(
-        row + 3, 1,
-        std::string(is_good ? "precharged in " : "precharge broken off after ") + shown(precharge["took_ms"], Unit::ms),
-        is_good ? Style::dim : Style::warning);
-  }
-  canvas.put(row + 4, 1, limit_line("discharge limit  ", status["limits"]["discharge"]));
-  canvas.put(row + 5, 1, limit_line("charge limit     ", status["limits"]["charge"]));
+  draw_doing(status, row + 3, canvas);
+  const Reply limits = status["limits"];
+  canvas.put(row + 4, 1,
+             limit_line("discharge  ", limits["discharge"], limits["discharge_continuous"], canvas.width()));
+  canvas.put(row + 5, 1, limit_line("charge     ", limits["charge"], limits["charge_continuous"], canvas.width()));
+}
+
+/// "cell 2.7 (no. 19)", or "2.7" where that is too long.
+std::string place_text(const Reply& at, bool is_short) {
+  if (!is_short) return at["text"].text();
+  return std::to_string(at["module"].number_or(0)) + "." + std::to_string(at["number"].number_or(0));
+}
+
+Line spread_line(const Reply& status, const Glyphs& glyphs, bool is_short) {
+  const Reply voltage = status["values"]["cell_voltage"];
+  const Reply temperature = status["values"]["cell_temperature"];
+  Line line{{" Cells ", Style::dim}};
+  const auto add = [&](std::string_view mark, const Reply& value, const Reply& at) {
+    line.push_back({std::string(mark) + shown(value, Unit::uV), Style::strong});
+    line.push_back({" " + place_text(at, is_short) + "  ", Style::dim});
+  };
+  add(glyphs.lowest, voltage["min_uV"], voltage["min_at"]);
+  add(glyphs.highest, voltage["max_uV"], voltage["max_at"]);
+  line.push_back({" " + shown_short(temperature["min_dC"].number(), Unit::dC, 1) + " to " +
+                  shown(temperature["max_dC"], Unit::dC)});
+  return line;
 }
 
 void draw_spread(const Reply& status, const Glyphs& glyphs, int row, Canvas& canvas) {
-  const Reply voltage = status["values"]["cell_voltage"];
-  const Reply temperature = status["values"]["cell_temperature"];
-  int column = canvas.put(row, 1, "Cells ", Style::dim);
-  const auto put = [&](std::string_view mark, const Reply& value, const Reply& at) {
-    column = canvas.put(row, column, std::string(mark) + shown(value, Unit::uV), Style::strong);
-    column = canvas.put(row, column, " " + at["text"].text() + "  ", Style::dim);
+  Line line = spread_line(status, glyphs, false);
+  std::size_t width = 0;
+  for (const Span& span : line) width += width_of(span.text);
+  if (static_cast<int>(width) > canvas.width()) line = spread_line(status, glyphs, true);
+  canvas.put(row, 0, line);
+}
+
+// --- the whole ------------------------------------------------------------------------------------------------------
+
+constexpr int values_row = 2;
+constexpr int spread_row = 8;
+constexpr int cells_row = 9;
+
+struct TopicRow {
+  PictureTopic topic;
+  std::string_view name;
+};
+constexpr std::array topic_table{
+    TopicRow{PictureTopic::faults, "Faults"},
+    TopicRow{PictureTopic::limits, "Limits, and why"},
+    TopicRow{PictureTopic::buses, "Buses and modules"},
+    TopicRow{PictureTopic::help, "Help"},
+};
+
+/// The last row: the keys, and on the right where one is.
+void draw_keys(const PictureView& view, const std::string& where, Canvas& canvas) {
+  const int row = canvas.height() - 1;
+  canvas.put(row, 0, std::string(static_cast<std::size_t>(canvas.width()), ' '));
+  constexpr std::array overview{"q quit",   "? help",  "arrows scroll", "f faults",
+                                "l limits", "u buses", "b n a cells",   "z zoom"};
+  constexpr std::array page{"q quit", "? help", "arrows scroll", "o back", "Tab next page"};
+  const int end = canvas.width() - (where.empty() ? 0 : static_cast<int>(width_of(where)) + 2);
+  int column = 1;
+  const auto put = [&](std::string_view key) {
+    if (column + static_cast<int>(width_of(key)) > end) return;
+    column = canvas.put(row, column, key, Style::dim) + 2;
   };
-  put(glyphs.lowest, voltage["min_uV"], voltage["min_at"]);
-  put(glyphs.highest, voltage["max_uV"], voltage["max_at"]);
-  canvas.put(
-      row, column,
-      " " + shown_short(temperature["min_dC"].number(), Unit::dC, 1) + " to " + shown(temperature["max_dC"], Unit::dC));
+  if (view.topic == PictureTopic::overview) {
+    std::for_each(overview.begin(), overview.end(), put);
+  } else {
+    std::for_each(page.begin(), page.end(), put);
+  }
+  canvas.put(row, std::max(canvas.width() - static_cast<int>(width_of(where)) - 1, 0), where, Style::strong);
 }
 
-// --- foot -----------------------------------------------------------------------------------------------------------
+PictureExtent draw_overview(const Reply& reply, const PictureView& view, const BusTrend& trend, const Glyphs& glyphs,
+                            Canvas& canvas) {
+  draw_values(reply, glyphs, values_row, canvas);
+  draw_spread(reply["status"], glyphs, spread_row, canvas);
 
-std::vector<std::string> wrapped(std::string_view text, std::size_t width, std::size_t rows_max, std::string_view cut) {
-  std::vector<std::string> rows;
-  while (!text.empty() && rows.size() < rows_max) {
-    std::size_t length = text.size();
-    if (length > width) {
-      const std::size_t space = text.rfind(' ', width);
-      length = space == std::string_view::npos || space == 0 ? width : space;
-    }
-    rows.emplace_back(text.substr(0, length));
-    text.remove_prefix(std::min(text.find_first_not_of(' ', length), text.size()));
-  }
-  if (!text.empty() && !rows.empty()) rows.back() += cut;
-  return rows;
+  const int end = canvas.height() - 1;  // of all but the keys
+  const std::vector<Line> foot = foot_lines(reply, trend, glyphs, canvas.width());
+  const int room = end - cells_row - static_cast<int>(foot.size());
+  const CellsDrawn cells = draw_cells(reply["cells"], view, glyphs, cells_row, std::max(room, cell_rows_min), canvas);
+  // Where there is room to spare, an empty line tells the cells from the rest.
+  int row = cells_row + cells.rows + (room > cells.rows ? 1 : 0);
+  for (const Line& line : foot) canvas.put(row++, 0, line);
+  if (row > end) put_more(row - end + 1, end - 1, canvas);
+  const std::string zoom = view.bars_span_cells ? "zoomed" : "";
+  draw_keys(view, zoom + (zoom.empty() || cells.modules.empty() ? "" : ", ") + cells.modules, canvas);
+  return cells.extent;
 }
 
-std::vector<Line> fault_lines(const Reply& reply, const Glyphs& glyphs) {
-  std::vector<Line> lines;
-  const Reply rows = reply["faults"]["faults"];
-  for (const bool wants_present : {true, false}) {
-    for (std::size_t i = 0; i < rows.size() && lines.size() < faults_shown_max; ++i) {
-      const Reply fault = rows.at(i);
-      const bool is_present = fault["is_present"].is_true();
-      if (is_present != wants_present || (!is_present && !fault["is_warning"].is_true())) continue;
-      const Style style = is_present ? Style::bad : Style::warning;
-      const std::string stage = is_present ? fault["stage"].text() : "warning";
-      lines.push_back({{" " + std::string(glyphs.bullet) + " " + fault["meaning"].text(), style},
-                       {" [" + stage + "] ", style},
-                       {fault_details(fault, reply["status"]["modules"])}});
-    }
+PictureExtent draw_topic(const Reply& reply, const PictureView& view, const BusTrend& trend, const Glyphs& glyphs,
+                         Canvas& canvas) {
+  constexpr int first_row = 3;
+  const std::vector<Line> lines = topic_lines(view.topic, reply, trend, glyphs, canvas.width());
+  const int total = static_cast<int>(lines.size());
+  const int rows = std::max(canvas.height() - 1 - first_row, 1);
+  const int first = std::clamp(view.first, 0, std::max(total - rows, 0));
+  const int shown = std::min(rows, total - first);
+  const auto* const topic = std::find_if(topic_table.begin(), topic_table.end(),
+                                         [&](const TopicRow& one) { return one.topic == view.topic; });
+  if (topic != topic_table.end()) canvas.put(2, 1, topic->name, Style::strong);
+  for (int i = 0; i < shown; ++i) {
+    canvas.put(first_row + i, 1, lines[static_cast<std::size_t>(first) + static_cast<std::size_t>(i)]);
   }
-  if (lines.empty()) lines.push_back({{" no faults", Style::good}});
-  return lines;
-}
-
-std::vector<Line> blocker_lines(const Reply& status) {
-  std::vector<Line> lines;
-  const std::string blockers = shown_list(status["permission"]["blockers"]);
-  if (status["state"]["phase"].text() == "open" && !blockers.empty()) {
-    lines.push_back({{" may not close: ", Style::dim}, {blockers, Style::warning}});
-  }
-  return lines;
-}
-
-std::vector<Line> history_lines(const Reply& status, const Glyphs& glyphs, const Canvas& canvas) {
-  std::vector<Line> lines;
-  const Reply drive = status["drive"];
-  if (drive.is_known()) lines.push_back({{" drive: ", Style::dim}, {drive_text(drive)}});
-  const std::string text = status["last_opening"]["text"].text();
-  const auto width = static_cast<std::size_t>(std::max(canvas.width() - 2, 10));
-  for (const std::string& row : wrapped(text, width, opening_rows_max, glyphs.cut)) {
-    lines.push_back({{" " + row, Style::strong}});
-  }
-  return lines;
-}
-
-std::vector<Line> bus_lines(const Reply& status) {
-  std::vector<Line> lines;
-  const Reply ports = status["ports"];
-  for (std::size_t i = 0; i < ports.size(); ++i) {
-    const Reply port = ports.at(i);
-    if (i > 0 && port["is_shared"].is_true()) break;
-    const bool is_up = port["state"].text() == "up";
-    Line line{{" " + port["bus"].text() + " ", Style::dim}, {port["state"].text(), is_up ? Style::good : Style::bad}};
-    std::string counts = "  seen back " + shown(port["frames_echoed"], Unit::none);
-    if (i == 0) {
-      counts += "  heard " + shown(status["receive"]["accepted"], Unit::none) + "  rejected " +
-                shown(status["receive"]["rejected"], Unit::none);
-    }
-    counts += "  failed " + shown(port["sends_failed"], Unit::none) + "  lost " +
-              shown(port["frames_lost"], Unit::none) + "  errors " + shown(port["error_frames"], Unit::none);
-    line.push_back({counts, Style::dim});
-    lines.push_back(std::move(line));
-  }
-  return lines;
-}
-
-std::vector<Line> foot_lines(const Reply& reply, const Glyphs& glyphs, const Canvas& canvas) {
-  const Reply status = reply["status"];
-  std::vector<Line> lines = fault_lines(reply, glyphs);
-  for (auto& more : {blocker_lines(status), history_lines(status, glyphs, canvas), bus_lines(status)}) {
-    lines.insert(lines.end(), more.begin(), more.end());
-  }
-  return lines;
+  const std::string where = shown == total ? ""
+                                           : "lines " + std::to_string(first + 1) + " to " +
+                                                 std::to_string(first + shown) + " of " + std::to_string(total);
+  draw_keys(view, where, canvas);
+  return {.shown = shown, .total = total};
 }
 
 }  // namespace
 
-void put_more(int count, std::string_view things, int row, Canvas& canvas) {
-  const std::string text = " + " + std::to_string(count) + " more " + std::string(things) + " (make the window larger)";
+void put_more(int count, int row, Canvas& canvas) {
+  const std::string text = " + " + std::to_string(count) + " more lines: keys f, l and u, or a larger window";
   canvas.put(row, 0, std::string(static_cast<std::size_t>(canvas.width()), ' '));
   canvas.put(row, 0, text, Style::warning);
 }
 
-void draw_picture(const Reply& reply, std::string_view notice, const Glyphs& glyphs, Canvas& canvas) {
+PictureExtent draw_picture(const Reply& reply, const PictureView& view, const BusTrend& trend, std::string_view notice,
+                           const Glyphs& glyphs, Canvas& canvas) {
   if (!reply["status"].is_known()) {
     canvas.put(0, 0, notice.empty() ? "waiting for the daemon" : notice, Style::strong);
-    return;
+    return {};
   }
-  constexpr int values_row = 2;
-  constexpr int spread_row = 8;
-  constexpr int cells_row = 9;
   draw_title(reply["status"], notice, canvas);
-  draw_values(reply, glyphs, values_row, canvas);
-  draw_spread(reply["status"], glyphs, spread_row, canvas);
-
-  const std::vector<Line> foot = foot_lines(reply, glyphs, canvas);
-  const int room = canvas.height() - cells_row - static_cast<int>(foot.size());
-  const int used = draw_cells(reply["cells"], glyphs, cells_row, std::max(room, cell_rows_min), canvas);
-  // Where there is room to spare, an empty line tells the cells from the rest.
-  int row = cells_row + used + (room > used ? 1 : 0);
-  for (const Line& line : foot) canvas.put(row++, 0, line);
-  if (row > canvas.height()) put_more(row - canvas.height() + 1, "lines", canvas.height() - 1, canvas);
+  if (view.topic == PictureTopic::overview) return draw_overview(reply, view, trend, glyphs, canvas);
+  return draw_topic(reply, view, trend, glyphs, canvas);
 }
 
 std::string compact_line(const Reply& reply) {

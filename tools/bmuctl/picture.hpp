@@ -1,27 +1,68 @@
-// The live picture: a whole pack on one screen, drawn from one "watch" reply.
+// The live picture: a whole pack on one screen, drawn from one "watch" reply, and pages behind it for what the screen
+// has no room for.
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "tools/bmuctl/bus_trend.hpp"
 #include "tools/bmuctl/reply.hpp"
 #include "tools/common/canvas.hpp"
 #include "tools/common/glyphs.hpp"
 
 namespace bmu {
 
+enum class PictureTopic : std::uint8_t { overview, faults, limits, buses, help };
+enum class CellsForm : std::uint8_t {
+  fitting,  // the most detailed in which all modules fit
+  bars,     // large bars with numbers, as many modules as fit
+  numbers,  // three decimals
+};
+
+/// What somebody wants to see, and from where on.
+struct PictureView {
+  PictureTopic topic = PictureTopic::overview;
+  CellsForm form = CellsForm::fitting;
+  bool bars_span_cells = false;  // from the lowest cell to the highest, instead of from limit to limit
+  int first = 0;                 // line of cells or of a page
+};
+
+/// How much there is to scroll: lines that are seen of all lines.
+struct PictureExtent {
+  int shown = 0;
+  int total = 0;
+};
+
 /// Draws what fits: 100 by 30 shows 48 cells in full, smaller windows and larger packs get narrower forms of the same.
-/// What is left out is marked. `notice` is about the connection ("the daemon has gone"), "" for none.
-void draw_picture(const Reply& reply, std::string_view notice, const Glyphs& glyphs, Canvas& canvas);
+/// What is left out is marked. `notice` is about the connection ("the daemon has gone"), "" for none. `view.first` may
+/// be beyond the end: the last line is then the last.
+PictureExtent draw_picture(const Reply& reply, const PictureView& view, const BusTrend& trend, std::string_view notice,
+                           const Glyphs& glyphs, Canvas& canvas);
 
 /// The same in one line, for logs.
 [[nodiscard]] std::string compact_line(const Reply& reply);
 
-/// A row that says what the window has no room for, in the place of what stood there.
-void put_more(int count, std::string_view things, int row, Canvas& canvas);
+// --- parts of it ----------------------------------------------------------------------------------------------------
 
-/// Every cell of every module into these rows of the canvas, in the most detailed form that fits. Returns the rows
-/// used.
-int draw_cells(const Reply& cells, const Glyphs& glyphs, int first_row, int rows, Canvas& canvas);
+/// A row that says what the window has no room for, in the place of what stood there.
+void put_more(int count, int row, Canvas& canvas);
+
+struct CellsDrawn {
+  int rows = 0;  // of the canvas
+  PictureExtent extent;
+  std::string modules;  // "modules 1 to 8 of 16" where they are not all there
+};
+/// Cells into these rows of the canvas. In picture_cells.cpp.
+CellsDrawn draw_cells(const Reply& cells, const PictureView& view, const Glyphs& glyphs, int first_row, int rows,
+                      Canvas& canvas);
+
+/// Faults, what speaks against closing, buses, the drive and the last opening. In picture_foot.cpp.
+[[nodiscard]] std::vector<Line> foot_lines(const Reply& reply, const BusTrend& trend, const Glyphs& glyphs, int width);
+/// Of the pages behind the picture. In picture_foot.cpp.
+[[nodiscard]] std::vector<Line> topic_lines(PictureTopic topic, const Reply& reply, const BusTrend& trend,
+                                            const Glyphs& glyphs, int width);
 
 }  // namespace bmu

@@ -1,3 +1,7 @@
+// The cells of all modules, in the form that fits.
+//
+//   large    M1   ▅▅▅▅  ▅▅▅▅b ▅▅▅▅     numbers  M1   3.894▼ 3.897b 3.903▲     small  M1  ▅▼▅b▅▲  3.89V 25C
+//                 3.89▼ 3.90  3.90▲
 #include <algorithm>
 #include <array>
 
@@ -9,11 +13,32 @@ namespace bmu {
 namespace {
 
 constexpr int label_width = 5;
+constexpr int small_label_width = 4;
+constexpr int bar_height_max = 4;
+
+/// The voltages that a bar of no and of full height stands for.
+struct Scale {
+  std::int64_t low_uV = 0;
+  std::int64_t high_uV = 1;
+};
 
 struct CellsView {
   Reply cells;
   const Glyphs& glyphs;
+  Scale scale;
 };
+
+Scale scale_of(const Reply& cells, bool spans_cells) {
+  const Reply spread = cells["cell_voltage"];
+  const auto min_uV = spread["min_uV"].number();
+  const auto max_uV = spread["max_uV"].number();
+  if (spans_cells && min_uV && max_uV) return {*min_uV, std::max(*max_uV, *min_uV + 1)};
+  const Reply limits = cells["cell_voltage_limits"];
+  const std::int64_t low_uV = limits["low_open_uV"].number_or(0);
+  return {low_uV, std::max(limits["high_open_uV"].number_or(1), low_uV + 1)};
+}
+
+// --- one cell -------------------------------------------------------------------------------------------------------
 
 /// Whether this cell is the lowest or highest of the pack; "" for neither.
 std::string_view mark_of(const CellsView& view, const Reply& module, std::size_t cell) {
@@ -27,11 +52,44 @@ std::string_view mark_of(const CellsView& view, const Reply& module, std::size_t
   return "";
 }
 
+bool is_bled(const Reply& module, std::size_t cell) {
+  return module["balancing"].at(cell).is_true();
+}
+
+/// In the one column that a small bar has beside it.
+std::string_view small_mark(const CellsView& view, const Reply& module, std::size_t cell) {
+  const std::string_view mark = mark_of(view, module, cell);
+  if (!is_bled(module, cell)) return mark.empty() ? " " : mark;
+  return mark.empty() ? "b" : "B";
+}
+
 Style style_of_cell(const CellsView& view, const Reply& module, std::size_t cell) {
   const Reply value = module["cell_voltage_uV"].at(cell);
   const Style style = style_within(value.number(), view.cells["cell_voltage_limits"], Unit::uV);
-  return style == Style::normal && !mark_of(view, module, cell).empty() ? Style::strong : style;
+  if (style != Style::normal) return style;
+  return mark_of(view, module, cell).empty() ? Style::normal : Style::strong;
 }
+
+Style style_of_bar(const CellsView& view, const Reply& module, std::size_t cell) {
+  const Style style = style_of_cell(view, module, cell);
+  return is_bled(module, cell) && style != Style::bad && style != Style::warning ? Style::active : style;
+}
+
+/// What stands in this row of a bar of so many rows, 0 the lowest: at least an eighth of the lowest, so that a cell is
+/// seen. "" above the bar.
+std::string_view level_of(const CellsView& view, const Reply& value, int row, int rows) {
+  const auto number = value.number();
+  if (!number) return row == 0 ? "?" : "";
+  const auto eighths = static_cast<std::int64_t>(view.glyphs.levels.size());
+  const std::int64_t span_uV = view.scale.high_uV - view.scale.low_uV;
+  const std::int64_t full = eighths * rows;
+  const std::int64_t filled = std::clamp<std::int64_t>((*number - view.scale.low_uV) * full / span_uV + 1, 1, full);
+  const std::int64_t here = filled - eighths * row;
+  if (here <= 0) return "";
+  return view.glyphs.levels[static_cast<std::size_t>(std::min(here, eighths) - 1)];
+}
+
+// --- one module -----------------------------------------------------------------------------------------------------
 
 std::string module_label(const Reply& module) {
   return "M" + std::to_string(module["node"].number_or(0));
@@ -41,17 +99,56 @@ Style module_style(const Reply& module) {
   return module["is_answering"].is_true() ? Style::dim : Style::bad;
 }
 
-// --- numbers: a module a line, or two -------------------------------------------------------------------------------
+std::optional<std::int64_t> hottest(const Reply& module) {
+  std::optional<std::int64_t> highest;
+  for (std::size_t i = 0; i < module["cell_temperature_dC"].size(); ++i) {
+    const auto value = module["cell_temperature_dC"].at(i).number();
+    if (value && (!highest || *value > *highest)) highest = value;
+  }
+  return highest;
+}
 
-void draw_numbers(const CellsView& view, const Reply& module, int decimals, int row, Canvas& canvas) {
-  canvas.put(row, 0, module_label(module), module_style(module));
-  const int step = decimals + 4;  // "3.", decimals, mark, space
+std::optional<std::int64_t> lowest_voltage(const Reply& module) {
+  std::optional<std::int64_t> lowest;
   for (std::size_t i = 0; i < module["cell_voltage_uV"].size(); ++i) {
+    const auto value = module["cell_voltage_uV"].at(i).number();
+    if (value && (!lowest || *value < *lowest)) lowest = value;
+  }
+  return lowest;
+}
+
+/// "3.", decimals, mark, space.
+constexpr int cell_step(int decimals) {
+  return decimals + 4;
+}
+
+void draw_large_bars(const CellsView& view, const Reply& module, int decimals, int row, int rows, Canvas& canvas) {
+  const Reply voltages = module["cell_voltage_uV"];
+  for (std::size_t i = 0; i < voltages.size(); ++i) {
+    const int column = label_width + static_cast<int>(i) * cell_step(decimals);
+    const Style style = style_of_bar(view, module, i);
+    for (int level = 0; level < rows; ++level) {
+      const std::string_view sign = level_of(view, voltages.at(i), level, rows);
+      for (int k = 0; k < decimals + 2 && !sign.empty(); ++k)
+        canvas.put(row + rows - 1 - level, column + k, sign, style);
+    }
+    if (is_bled(module, i)) canvas.put(row + rows - 1, column + decimals + 2, "b", Style::active);
+  }
+}
+
+/// Cells `first` to `last` of it; both marks have room behind a number only without the bars above.
+void draw_numbers(const CellsView& view, const Reply& module, std::size_t first, std::size_t last, int decimals,
+                  int row, bool with_bled, Canvas& canvas) {
+  for (std::size_t i = first; i < last; ++i) {
     const std::string value = shown_short(module["cell_voltage_uV"].at(i).number(), Unit::uV, decimals);
-    const std::string_view mark = mark_of(view, module, i);
     const Style style = style_of_cell(view, module, i);
-    const int column = canvas.put(row, label_width + static_cast<int>(i) * step, value, style);
-    canvas.put(row, column, mark.empty() && module["balancing"].at(i).is_true() ? "b" : mark, style);
+    const int at = label_width + static_cast<int>(i - first) * cell_step(decimals);
+    const int column = canvas.put(row, at, value, style);
+    if (with_bled) {
+      canvas.put(row, column, small_mark(view, module, i), is_bled(module, i) ? Style::active : style);
+    } else {
+      canvas.put(row, column, mark_of(view, module, i), style);
+    }
   }
 }
 
@@ -64,111 +161,174 @@ void draw_module_details(const CellsView& view, const Reply& module, int row, Ca
   }
   column = canvas.put(row, column, "C", Style::dim);
   column = canvas.put(row, column, "   module " + shown(module["module_voltage_mV"], Unit::mV), Style::dim);
-  canvas.put(row, column, "   last answer " + shown_span(module["last_answer_age_ms"]) + " ago", module_style(module));
-}
-
-std::optional<std::int64_t> hottest(const Reply& module) {
-  std::optional<std::int64_t> highest;
-  for (std::size_t i = 0; i < module["cell_temperature_dC"].size(); ++i) {
-    const auto value = module["cell_temperature_dC"].at(i).number();
-    if (value && (!highest || *value > *highest)) highest = value;
+  const std::string answer = "   last answer " + shown_span(module["last_answer_age_ms"]) + " ago";
+  if (column + static_cast<int>(width_of(answer)) <= canvas.width()) {
+    canvas.put(row, column, answer, module_style(module));
   }
-  return highest;
 }
 
-// --- bars: a cell a column, several modules a line
-// --------------------------------------------------------------------
-
-std::string_view level_of(const CellsView& view, const Reply& value) {
-  const Reply limits = view.cells["cell_voltage_limits"];
-  const std::int64_t low = limits["low_open_uV"].number_or(0);
-  const std::int64_t span = std::max<std::int64_t>(limits["high_open_uV"].number_or(1) - low, 1);
-  const auto number = value.number();
-  if (!number) return "?";
-  const auto count = static_cast<std::int64_t>(view.glyphs.levels.size());
-  const std::int64_t level = std::clamp<std::int64_t>((*number - low) * count / span, 0, count - 1);
-  return view.glyphs.levels[static_cast<std::size_t>(level)];
-}
-
-void draw_bars(const CellsView& view, const Reply& module, int row, int column, bool with_values, Canvas& canvas) {
-  canvas.put(row, column, module_label(module), module_style(module));
-  int at = column + 4;
+void draw_small(const CellsView& view, const Reply& module, int row, int column, int rows, bool with_values,
+                Canvas& canvas) {
+  const int lowest_row = row + rows - 1;
+  canvas.put(lowest_row, column, module_label(module), module_style(module));
   const Reply voltages = module["cell_voltage_uV"];
-  std::optional<std::int64_t> lowest;
   for (std::size_t i = 0; i < voltages.size(); ++i) {
-    const auto value = voltages.at(i).number();
-    if (value && (!lowest || *value < *lowest)) lowest = value;
-    const bool is_marked = !mark_of(view, module, i).empty();
-    at = canvas.put(row, at, level_of(view, voltages.at(i)), is_marked ? Style::title : style_of_cell(view, module, i));
+    const int at = column + small_label_width + 2 * static_cast<int>(i);
+    const Style style = style_of_bar(view, module, i);
+    for (int level = 0; level < rows; ++level) {
+      canvas.put(lowest_row - level, at, level_of(view, voltages.at(i), level, rows), style);
+    }
+    canvas.put(lowest_row, at + 1, small_mark(view, module, i), is_bled(module, i) ? Style::active : style);
   }
   if (!with_values) return;
+  const auto lowest = lowest_voltage(module);
   const auto hot = hottest(module);
-  at = canvas.put(row, column + 17, shown_short(lowest, Unit::uV, 2),
+  int at = column + small_label_width + 24;
+  at = canvas.put(lowest_row, at, shown_short(lowest, Unit::uV, 2) + "V",
                   style_within(lowest, view.cells["cell_voltage_limits"], Unit::uV));
-  canvas.put(row, at + 1, shown_short(hot, Unit::dC, 0) + "C",
+  canvas.put(lowest_row, at + 1, shown_short(hot, Unit::dC, 0) + "C",
              style_within(hot, view.cells["cell_temperature_limits"], Unit::dC));
 }
 
-int draw_bar_grid(const CellsView& view, const Reply& modules, int width, bool with_values, int first_row, int rows,
-                  Canvas& canvas) {
-  const int per_line = std::max(canvas.width() / width, 1);
-  const int count = static_cast<int>(modules.size());
-  const int rows_wanted = (count + per_line - 1) / per_line;
-  const bool fits = rows_wanted <= rows;
-  const int shown = fits ? count : std::max(rows - 1, 0) * per_line;
-  for (int i = 0; i < shown; ++i) {
-    draw_bars(view, modules.at(static_cast<std::size_t>(i)), first_row + i / per_line, i % per_line * width,
-              with_values, canvas);
+// --- which form -----------------------------------------------------------------------------------------------------
+
+enum class Kind : std::uint8_t { large, numbers, small };
+
+struct Form {
+  Kind kind = Kind::small;
+  int decimals = 2;
+  bool with_details = false;  // behind the bars and numbers a row of temperatures, or beside small bars values
+  int bar_rows = 1;
+  int rows_per_module = 1;
+  int modules_per_row = 1;
+
+  /// Rows for all modules.
+  [[nodiscard]] int rows_for(int count) const {
+    return (count + modules_per_row - 1) / modules_per_row * rows_per_module;
   }
-  if (fits) return rows_wanted;
-  int cells_left = 0;
-  for (int i = shown; i < count; ++i) {
-    cells_left += static_cast<int>(modules.at(static_cast<std::size_t>(i))["cell_voltage_uV"].size());
-  }
-  put_more(cells_left, "cells", first_row + rows - 1, canvas);
-  return rows;
+};
+
+constexpr int small_width = small_label_width + 24 + 1;
+constexpr int small_width_with_values = small_width + 10;
+
+int cells_max(const Reply& modules) {
+  std::size_t most = 1;
+  for (std::size_t i = 0; i < modules.size(); ++i) most = std::max(most, modules.at(i)["cell_voltage_uV"].size());
+  return static_cast<int>(most);
 }
 
-// --- which form
-// -------------------------------------------------------------------------------------------------------
+/// The last cell needs no space behind it.
+bool fits_across(int cells, int decimals, int width) {
+  return label_width + cells * cell_step(decimals) - 1 <= width;
+}
 
-struct NumbersForm {
-  int lines_per_module;
-  int decimals;
-  int width;  // for 12 cells
-};
-constexpr std::array numbers_forms{NumbersForm{2, 3, 88}, NumbersForm{2, 2, 76}, NumbersForm{1, 3, 88},
-                                   NumbersForm{1, 2, 76}};
+Form large_form(int decimals, bool with_details) {
+  return {
+      .kind = Kind::large, .decimals = decimals, .with_details = with_details, .rows_per_module = with_details ? 3 : 2};
+}
 
-constexpr int grid_width_with_values = 28;
-constexpr int grid_width = 17;
+Form small_form(bool with_values, int width) {
+  const int each = with_values ? small_width_with_values : small_width;
+  return {.with_details = with_values, .modules_per_row = std::max((width + 1) / each, 1)};
+}
+
+Form numbers_form(int cells, int width) {
+  constexpr int decimals = 3;
+  const int per_row = std::clamp((width - label_width + 1) / cell_step(decimals), 1, cells);
+  return {.kind = Kind::numbers, .decimals = decimals, .rows_per_module = (cells + per_row - 1) / per_row};
+}
+
+/// With bars as high as the rows allow that are left.
+Form with_higher_bars(Form form, int count, int rows) {
+  const int lines = std::max(form.rows_for(count) / form.rows_per_module, 1);
+  const int more = std::clamp(rows / lines - form.rows_per_module, 0, bar_height_max - 1);
+  form.bar_rows += more;
+  form.rows_per_module += more;
+  return form;
+}
+
+/// The most detailed in which all of them fit; else the smallest.
+Form fitting_form(int count, int cells, int rows, int width) {
+  for (const bool with_details : {true, false}) {
+    for (const int decimals : {3, 2}) {
+      const Form form = large_form(decimals, with_details);
+      if (fits_across(cells, decimals, width) && form.rows_for(count) <= rows) {
+        return with_higher_bars(form, count, rows);
+      }
+    }
+  }
+  const Form with_values = small_form(true, width);
+  return with_higher_bars(with_values.rows_for(count) <= rows ? with_values : small_form(false, width), count, rows);
+}
+
+Form bars_form(int cells, int width) {
+  for (const int decimals : {3, 2}) {
+    if (fits_across(cells, decimals, width)) return large_form(decimals, true);
+  }
+  return small_form(true, width);
+}
+
+Form form_for(const PictureView& view, const Reply& modules, int rows, int width) {
+  const int cells = cells_max(modules);
+  switch (view.form) {
+    case CellsForm::fitting: break;
+    case CellsForm::bars: return bars_form(cells, width);
+    case CellsForm::numbers: return numbers_form(cells, width);
+  }
+  return fitting_form(static_cast<int>(modules.size()), cells, rows, width);
+}
+
+void draw_module(const CellsView& view, const Form& form, const Reply& module, int row, int column, Canvas& canvas) {
+  const std::size_t cells = module["cell_voltage_uV"].size();
+  switch (form.kind) {
+    case Kind::small: return draw_small(view, module, row, column, form.bar_rows, form.with_details, canvas);
+    case Kind::large: {
+      canvas.put(row, 0, module_label(module), module_style(module));
+      draw_large_bars(view, module, form.decimals, row, form.bar_rows, canvas);
+      draw_numbers(view, module, 0, cells, form.decimals, row + form.bar_rows, false, canvas);
+      if (form.with_details) draw_module_details(view, module, row + form.bar_rows + 1, canvas);
+      return;
+    }
+    case Kind::numbers: {
+      canvas.put(row, 0, module_label(module), module_style(module));
+      const auto per_row =
+          (cells + static_cast<std::size_t>(form.rows_per_module) - 1) / static_cast<std::size_t>(form.rows_per_module);
+      for (std::size_t first = 0; first < cells; first += per_row) {
+        draw_numbers(view, module, first, std::min(first + per_row, cells), form.decimals, row++, true, canvas);
+      }
+    }
+  }
+}
+
+std::string modules_text(const Reply& modules, int first, int shown) {
+  return "modules " + std::to_string(first + 1) + " to " + std::to_string(first + shown) + " of " +
+         std::to_string(modules.size());
+}
 
 }  // namespace
 
-int draw_cells(const Reply& cells, const Glyphs& glyphs, int first_row, int rows, Canvas& canvas) {
-  const CellsView view{cells, glyphs};
+CellsDrawn draw_cells(const Reply& cells, const PictureView& view, const Glyphs& glyphs, int first_row, int rows,
+                      Canvas& canvas) {
+  const CellsView drawn{cells, glyphs, scale_of(cells, view.bars_span_cells)};
   const Reply modules = cells["modules"];
   const int count = static_cast<int>(modules.size());
-  for (const NumbersForm& form : numbers_forms) {
-    if (count * form.lines_per_module > rows || form.width > canvas.width()) continue;
-    for (int i = 0; i < count; ++i) {
-      const Reply module = modules.at(static_cast<std::size_t>(i));
-      const int row = first_row + i * form.lines_per_module;
-      draw_numbers(view, module, form.decimals, row, canvas);
-      if (form.lines_per_module == 2) {
-        draw_module_details(view, module, row + 1, canvas);
-      } else {
-        const auto hot = hottest(module);
-        canvas.put(row, form.width + 2, shown_short(hot, Unit::dC, 1) + " C",
-                   style_within(hot, cells["cell_temperature_limits"], Unit::dC));
-      }
-    }
-    return count * form.lines_per_module;
+  Form form = form_for(view, modules, rows, canvas.width());
+  if (form.rows_per_module > rows) form = small_form(true, canvas.width());
+
+  const int lines = form.rows_for(count) / form.rows_per_module;
+  const int lines_shown = std::min(lines, std::max(rows / form.rows_per_module, 1));
+  const int first_line = std::clamp(view.first, 0, lines - lines_shown);
+  const int first = first_line * form.modules_per_row;
+  const int shown = std::min(lines_shown * form.modules_per_row, count - first);
+  const int width = form.with_details ? small_width_with_values : small_width;
+  for (int i = 0; i < shown; ++i) {
+    const auto module = static_cast<std::size_t>(first) + static_cast<std::size_t>(i);
+    draw_module(drawn, form, modules.at(module), first_row + i / form.modules_per_row * form.rows_per_module,
+                i % form.modules_per_row * width, canvas);
   }
-  const int per_line = std::max(canvas.width() / grid_width_with_values, 1);
-  const bool with_values = (count + per_line - 1) / per_line <= rows;
-  return draw_bar_grid(view, modules, with_values ? grid_width_with_values : grid_width, with_values, first_row, rows,
-                       canvas);
+  return {.rows = lines_shown * form.rows_per_module,
+          .extent = {.shown = lines_shown, .total = lines},
+          .modules = shown == count ? "" : modules_text(modules, first, shown)};
 }
 
 }  // namespace bmu

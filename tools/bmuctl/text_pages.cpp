@@ -373,6 +373,14 @@ void add_outlook(Page& page, const Reply& charge, const Reply& health) {
 
 }  // namespace
 
+Page buses_page(const Reply& status) {
+  Page page;
+  add_buses(page, status);
+  page.add({});
+  add_modules(page, status["modules"]);
+  return page;
+}
+
 Page status_page(const Reply& reply) {
   Page page;
   const Reply state = reply["state"];

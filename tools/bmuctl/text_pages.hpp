@@ -10,6 +10,8 @@ namespace bmu {
 [[nodiscard]] Page cells_page(const Reply& reply);
 /// Wants the "status" reply as well, under that key. In faults_text.cpp.
 [[nodiscard]] Page faults_page(const Reply& reply);
+/// The same, of the faults of a "faults" reply and the modules of a "status" reply.
+[[nodiscard]] Page faults_page(const Reply& faults, const Reply& modules);
 [[nodiscard]] Page why_page(const Reply& reply);
 [[nodiscard]] Page clear_page(const Reply& reply);
 /// Whether a fault that does more than warn was not ended by the clear this is the answer to.
@@ -28,6 +30,8 @@ namespace bmu {
 [[nodiscard]] std::string balancing_text(const Reply& balancing);
 /// How the cells have aged, and what has flowed through the pack. In health_text.cpp.
 [[nodiscard]] Page health_page(const Reply& reply);
+/// The buses, what was refused on them, and the modules: of a "status" reply.
+[[nodiscard]] Page buses_page(const Reply& status);
 /// What went through the pack while it was last closed, how it closed and why it opened.
 [[nodiscard]] Page drive_page(const Reply& reply);
 

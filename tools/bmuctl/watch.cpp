@@ -4,7 +4,10 @@
 #include <array>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <memory>
+#include <string_view>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 #include <poll.h>
@@ -12,6 +15,7 @@
 #include <unistd.h>
 
 #include "tools/bmuctl/client.hpp"
+#include "tools/bmuctl/keys.hpp"
 #include "tools/bmuctl/picture.hpp"
 #include "tools/common/terminal.hpp"
 
@@ -30,11 +34,36 @@ constexpr milliseconds reconnect_period{500};
 // Rows of the last picture where there is no window that limits it.
 constexpr int rows_of_last_picture = 60;
 
+/// One that can place its cursor; without that a line now and then is all it can show.
+bool is_full_terminal() {
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): one thread
+  const char* const terminal = std::getenv("TERM");
+  return ::isatty(STDOUT_FILENO) != 0 && terminal != nullptr && *terminal != '\0' &&
+         std::string_view(terminal) != "dumb";
+}
+
+struct LetterRow {
+  char letter;
+  PictureTopic topic;
+};
+constexpr std::array topic_keys{
+    LetterRow{'o', PictureTopic::overview}, LetterRow{'f', PictureTopic::faults}, LetterRow{'l', PictureTopic::limits},
+    LetterRow{'u', PictureTopic::buses},    LetterRow{'?', PictureTopic::help},   LetterRow{'h', PictureTopic::help},
+};
+/// What the Tab key goes through.
+constexpr std::array topic_order{PictureTopic::overview, PictureTopic::faults, PictureTopic::limits,
+                                 PictureTopic::buses};
+
+PictureTopic topic_after(PictureTopic topic) {
+  const auto* const at = std::find(topic_order.begin(), topic_order.end(), topic);
+  return at == topic_order.end() || at + 1 == topic_order.end() ? topic_order.front() : *(at + 1);
+}
+
 class Watch {
  public:
   explicit Watch(const WatchOptions& options)
       : options_(options),
-        is_terminal_(::isatty(STDOUT_FILENO) != 0 && !options.json),
+        is_terminal_(is_full_terminal() && !options.json),
         period_(options.period.value_or(is_terminal_ ? period_on_terminal : period_elsewhere)),
         glyphs_(glyphs_for_locale()),
         began_(steady_clock::now()),
@@ -50,12 +79,17 @@ class Watch {
   void wait();
   void read_signals();
   void read_keys();
+  void obey(const Key& key);
+  void obey_letter(char letter);
+  void show(PictureTopic topic);
+  void scroll(int lines);
   void read_daemon();
   void take(const std::string& line);
   void check_times();
   void lose(std::string why);
   void suspend();
   void draw();
+  void redraw();
   void show_last_picture() const;
   [[nodiscard]] bool has_picture() const { return picture_.is_object(); }
 
@@ -69,6 +103,11 @@ class Watch {
   OwnedFd signals_;
   std::unique_ptr<FullScreen> screen_;
   nlohmann::json picture_;
+  BusTrend trend_;
+  KeyReader keys_;
+  PictureView view_;
+  PictureExtent extent_;
+  std::vector<std::string> rows_drawn_;
   std::string notice_;
   std::string failure_;
   End end_ = End::none;
@@ -94,7 +133,7 @@ bool Watch::connect() {
 void Watch::open_signals() {
   sigset_t set;
   sigemptyset(&set);
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) sigaddset(&set, signal);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGQUIT}) sigaddset(&set, signal);
   if (is_terminal_) {
     for (const int signal : {SIGWINCH, SIGTSTP}) sigaddset(&set, signal);
   }
@@ -129,7 +168,11 @@ void Watch::wait() {
                                {.fd = daemon_fd, .events = POLLIN, .revents = 0},
                                {.fd = has_keys ? STDIN_FILENO : -1, .events = POLLIN, .revents = 0}}};
   constexpr milliseconds wait_max{100};
-  if (::poll(polls.data(), polls.size(), static_cast<int>(wait_max.count())) <= 0) return;
+  const int count = ::poll(polls.data(), polls.size(), static_cast<int>(wait_max.count()));
+  if (polls[2].revents == 0) {
+    for (const Key& key : keys_.pause()) obey(key);
+  }
+  if (count <= 0) return;
   if (polls[0].revents != 0) read_signals();
   if (polls[1].revents != 0) read_daemon();
   if (polls[2].revents != 0) read_keys();
@@ -139,7 +182,7 @@ void Watch::read_signals() {
   signalfd_siginfo info{};
   while (::read(signals_.get(), &info, sizeof(info)) == static_cast<ssize_t>(sizeof(info))) {
     if (info.ssi_signo == SIGWINCH) {
-      draw();
+      redraw();
     } else if (info.ssi_signo == SIGTSTP) {
       suspend();
     } else {
@@ -153,12 +196,60 @@ void Watch::suspend() {
   screen_->leave();
   ::raise(SIGSTOP);
   screen_->enter();
-  draw();
+  redraw();
 }
 
 void Watch::read_keys() {
-  char key = 0;
-  if (::read(STDIN_FILENO, &key, 1) == 1 && (key == 'q' || key == 'Q')) end_ = End::wanted;
+  std::array<char, 64> bytes{};
+  const ssize_t count = ::read(STDIN_FILENO, bytes.data(), bytes.size());
+  if (count <= 0) return;
+  for (const Key& key : keys_.take({bytes.data(), static_cast<std::size_t>(count)})) obey(key);
+}
+
+void Watch::obey(const Key& key) {
+  const int page = std::max(extent_.shown - 1, 1);
+  switch (key.kind) {
+    case KeyKind::letter: return obey_letter(key.letter);
+    case KeyKind::up: return scroll(-1);
+    case KeyKind::down: return scroll(1);
+    case KeyKind::page_up: return scroll(-page);
+    case KeyKind::page_down: return scroll(page);
+    case KeyKind::home: return scroll(-extent_.total);
+    case KeyKind::end: return scroll(extent_.total);
+    case KeyKind::escape: return show(PictureTopic::overview);
+  }
+}
+
+void Watch::obey_letter(char letter) {
+  constexpr char ctrl_l = '\f';
+  const auto* const topic =
+      std::find_if(topic_keys.begin(), topic_keys.end(), [&](const LetterRow& row) { return row.letter == letter; });
+  if (topic != topic_keys.end()) return show(topic->topic);
+  switch (letter) {
+    case 'q':
+    case 'Q': end_ = End::wanted; return;
+    case 'j': return scroll(1);
+    case 'k': return scroll(-1);
+    case ' ': return scroll(std::max(extent_.shown - 1, 1));
+    case '\t': return show(topic_after(view_.topic));
+    case 'a': view_.form = CellsForm::fitting; return show(PictureTopic::overview);
+    case 'b': view_.form = CellsForm::bars; return show(PictureTopic::overview);
+    case 'n': view_.form = CellsForm::numbers; return show(PictureTopic::overview);
+    case 'z': view_.bars_span_cells = !view_.bars_span_cells; return draw();
+    case ctrl_l: return redraw();
+    default: return;
+  }
+}
+
+void Watch::show(PictureTopic topic) {
+  view_.topic = topic;
+  view_.first = 0;
+  draw();
+}
+
+void Watch::scroll(int lines) {
+  view_.first = std::clamp(view_.first + lines, 0, std::max(extent_.total - extent_.shown, 0));
+  draw();
 }
 
 void Watch::read_daemon() {
@@ -180,6 +271,7 @@ void Watch::take(const std::string& line) {
     return;
   }
   picture_ = std::move(reply);
+  trend_.take(Reply(picture_)["status"]);
   if (is_terminal_) return draw();
   write_out(compact_line(Reply(picture_)) + "\n");
 }
@@ -214,21 +306,43 @@ void Watch::draw() {
   if (!screen_) return;
   const WindowSize size = window_size();
   Canvas canvas(size.width, size.height, glyphs_.cut);
-  draw_picture(Reply(picture_), notice_, glyphs_, canvas);
-  // Line by line over the old picture: nothing flickers.
-  std::string text = "\033[H";
+  extent_ = draw_picture(Reply(picture_), view_, trend_, notice_, glyphs_, canvas);
+  view_.first = std::clamp(view_.first, 0, std::max(extent_.total - extent_.shown, 0));
+  // Only rows that have changed: nothing flickers, and little goes over a slow line. A row is erased before it is
+  // written, because behind a full one the cursor is still on its last column.
+  rows_drawn_.resize(static_cast<std::size_t>(canvas.height()));
+  std::string text;
   for (int row = 0; row < canvas.height(); ++row) {
-    text += canvas.row_text(row, options_.with_colour) + "\033[K" + (row + 1 < canvas.height() ? "\r\n" : "");
+    std::string& drawn = rows_drawn_[static_cast<std::size_t>(row)];
+    std::string wanted = canvas.row_text(row, options_.with_colour);
+    if (wanted == drawn) continue;
+    text += "\033[" + std::to_string(row + 1) + ";1H\033[K" + wanted;
+    drawn = std::move(wanted);
   }
-  write_out(text);
+  if (!text.empty()) write_out(text);
 }
 
+/// What the terminal shows is not known, or not ours.
+void Watch::redraw() {
+  if (!screen_) return;
+  rows_drawn_.clear();
+  write_out("\033[0m\033[2J");
+  draw();
+}
+
+/// What stood on the screen at the end stays to be read, but for the page that was open and the keys.
 void Watch::show_last_picture() const {
   if (!has_picture()) return;
   const WindowSize size = window_size();
-  Canvas canvas(size.width, is_terminal_ ? size.height : rows_of_last_picture, glyphs_.cut);
-  draw_picture(Reply(picture_), notice_, glyphs_, canvas);
-  write_out(canvas.text(options_.with_colour));
+  // It scrolls by: a window that had no room for all modules need not limit it.
+  const bool has_all = view_.topic == PictureTopic::overview && extent_.shown == extent_.total;
+  Canvas canvas(size.width, is_terminal_ && has_all ? size.height : rows_of_last_picture, glyphs_.cut);
+  const PictureView view{.bars_span_cells = view_.bars_span_cells};
+  draw_picture(Reply(picture_), view, trend_, notice_, glyphs_, canvas);
+  std::string text;
+  for (int row = 0; row + 1 < canvas.height(); ++row) text += canvas.row_text(row, options_.with_colour) + "\n";
+  text.erase(text.find_last_not_of('\n') + 1);
+  write_out(text + "\n");
 }
 
 }  // namespace

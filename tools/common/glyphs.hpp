@@ -29,7 +29,7 @@ struct Glyphs {
 extern const Glyphs pretty_glyphs;
 extern const Glyphs plain_glyphs;
 
-/// By the locale of the environment.
+/// By the environment: its locale, and the kind of terminal.
 [[nodiscard]] const Glyphs& glyphs_for_locale();
 
 }  // namespace bmu

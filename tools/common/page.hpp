@@ -19,6 +19,10 @@ using Line = std::vector<Span>;
 /// Columns a terminal needs for it; every character of ours takes one.
 [[nodiscard]] std::size_t width_of(std::string_view text);
 
+/// The same in lines of at most `width` columns, broken between words; what follows the first is set in by `indent`. A
+/// word that is longer is broken anywhere.
+[[nodiscard]] std::vector<Line> wrapped(const Line& line, std::size_t width, std::size_t indent);
+
 class Page {
  public:
   void add(Line line) { lines_.push_back(std::move(line)); }
@@ -28,6 +32,7 @@ class Page {
   void add_table(const std::vector<Line>& rows, const std::vector<std::size_t>& right);
 
   [[nodiscard]] std::string text(bool with_colour) const;
+  [[nodiscard]] const std::vector<Line>& lines() const { return lines_; }
 
  private:
   std::vector<Line> lines_;

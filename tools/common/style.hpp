@@ -6,7 +6,7 @@
 
 namespace bmu {
 
-enum class Style : std::uint8_t { normal, dim, strong, good, warning, bad, title };
+enum class Style : std::uint8_t { normal, dim, strong, good, warning, bad, active, title };
 
 [[nodiscard]] constexpr std::string_view escape_code(Style style) {
   switch (style) {
@@ -16,6 +16,7 @@ enum class Style : std::uint8_t { normal, dim, strong, good, warning, bad, title
     case Style::good: return "\033[0;32m";
     case Style::warning: return "\033[0;33m";
     case Style::bad: return "\033[0;1;31m";
+    case Style::active: return "\033[0;36m";
     case Style::title: return "\033[0;7m";
   }
   return "";

@@ -1,0 +1,92 @@
+// bmuctl report as a user runs it: the page, the complaints and the exit codes.
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include <sys/wait.h>
+
+#include "tests/support/catch.hpp"
+#include "tests/support/recorded_run.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace {
+
+using namespace bmu;
+using namespace bmu::test;
+
+std::string content_of(const std::string& path) {
+  std::ostringstream text;
+  text << std::ifstream(path, std::ios::binary).rdbuf();
+  return text.str();
+}
+
+struct Run {
+  int exit_code = -1;
+  std::string out, err;
+};
+
+Run run(const TemporaryFolder& folder, const std::string& arguments) {
+  const std::string command =
+      BMUD_BUILD_DIR "/bin/bmuctl report " + arguments + " >" + folder / "out" + " 2>" + folder / "err";
+  const int status = std::system(command.c_str());  // NOLINT(cert-env33-c,concurrency-mt-unsafe): our own words
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content_of(folder / "out"), content_of(folder / "err")};
+}
+
+const std::string& recording() {
+  static const std::string text = recorded_run("0 pack soc_permille 800\n1 vehicle on\n", 5s);
+  return text;
+}
+
+}  // namespace
+
+TEST_CASE("a recording becomes a page beside it", "[integration][bmuctl][report]") {
+  const TemporaryFolder folder;
+  const Run made = run(folder, folder.file("drive.log", recording()));
+  CHECK(made.exit_code == 0);
+  CHECK(made.err == "");
+  CHECK(made.out.find(folder / "drive.html" + ": 5.") == 0);
+  const std::string page = content_of(folder / "drive.html");
+  CHECK(page.find("<h1>demo 48s</h1>") != std::string::npos);
+  CHECK(page.find("from the recording drive.log by bmud") != std::string::npos);
+  CHECK(page.find("2023-11-14 22:13:20 to 2023-11-14 22:13:25 UTC") != std::string::npos);
+  CHECK(page.substr(page.size() - 8) == "</html>\n");
+}
+
+TEST_CASE("a page goes where it is told to, of the time that is told", "[integration][bmuctl][report]") {
+  const TemporaryFolder folder;
+  const std::string file = folder.file("drive.log", recording());
+  const Run out = run(folder, file + " --out - --from '2023-11-14 22:13:22' --to '2023-11-14 22:13:24'");
+  CHECK(out.exit_code == 0);
+  CHECK(out.err == "");
+  CHECK(out.out.find("<!DOCTYPE html>") == 0);
+  CHECK(out.out.find("2023-11-14 22:13:22 to 2023-11-14 22:13:24 UTC") != std::string::npos);
+  CHECK(run(folder, file + " --out " + folder / "other.html").exit_code == 0);
+  CHECK(content_of(folder / "other.html").size() > 10'000);
+}
+
+TEST_CASE("a damaged recording becomes a page that says so", "[integration][bmuctl][report]") {
+  const TemporaryFolder folder;
+  const Run torn = run(folder, folder.file("torn.log", recording().substr(0, recording().size() - 20)));
+  CHECK(torn.exit_code == 3);
+  CHECK(torn.err.find("bmuctl: The recording ends at line ") == 0);
+  CHECK(content_of(folder / "torn.html").find("<b>Note:</b> The recording ends at line ") != std::string::npos);
+}
+
+TEST_CASE("what cannot become a page is told, with an exit code of its kind", "[integration][bmuctl][report]") {
+  const TemporaryFolder folder;
+  const std::string file = folder.file("drive.log", recording());
+  const Run missing = run(folder, folder / "none.log");
+  CHECK(missing.exit_code == 1);
+  CHECK(missing.err == "bmuctl: cannot read '" + folder / "none.log" + "'\n");
+  const Run frames = run(folder, folder.file("frames.log", "(1700000000.000000) vcan0 143#11 R\n"));
+  CHECK(frames.exit_code == 1);
+  CHECK(frames.err.find("frames.log:1: ") != std::string::npos);
+  CHECK(run(folder, folder.file("empty.log", "")).exit_code == 1);
+  CHECK(run(folder, file + " --from 2024-01-01").exit_code == 1);
+  CHECK(run(folder, file + " --out " + folder / "nowhere/page.html").exit_code == 1);
+  CHECK(run(folder, file + " --from yesterday").exit_code == 2);
+  CHECK(run(folder, file + " --out " + file).exit_code == 2);
+  CHECK(content_of(file) == recording());
+  CHECK(run(folder, "").exit_code == 2);
+}

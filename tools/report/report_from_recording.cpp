@@ -1,0 +1,368 @@
+#include "tools/report/report_from_recording.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "daemon/core/fault_table.hpp"
+#include "tools/report/report_time.hpp"
+
+namespace bmu::report {
+
+namespace {
+
+constexpr std::int64_t us_per_s = 1'000'000;
+constexpr double uV_per_V = 1e6;
+constexpr double milli = 1e3;
+constexpr double uAs_per_Ah = 3.6e9;
+constexpr double percent = 100.0;
+/// The truth lies within two standard deviations in some 95 of 100 cases.
+constexpr double sigmas_told = 2.0;
+
+/// Of "# (1700000000.130000) tick ..." the time. The replay has read the line already: it is well formed.
+std::optional<std::int64_t> time_of_tick(std::string_view line) {
+  constexpr std::string_view begin = "# (";
+  if (line.substr(0, begin.size()) != begin) return std::nullopt;
+  const std::size_t point = line.find('.');
+  const std::size_t end = line.find(") tick ");
+  if (end == std::string_view::npos || point == std::string_view::npos || point > end) return std::nullopt;
+  std::int64_t seconds = 0;
+  std::int64_t micros = 0;
+  std::from_chars(line.data() + begin.size(), line.data() + point, seconds);
+  std::from_chars(line.data() + point + 1, line.data() + end, micros);
+  return seconds * us_per_s + micros;
+}
+
+std::string_view event_of(std::string_view line) {
+  constexpr std::string_view begin = "# ! ";
+  return line.substr(0, begin.size()) == begin ? line.substr(begin.size()) : std::string_view{};
+}
+
+/// Lowest, mean and highest of what was known.
+class Mean {
+ public:
+  void take(double value) {
+    low_ = count_ == 0 ? value : std::min(low_, value);
+    high_ = count_ == 0 ? value : std::max(high_, value);
+    sum_ += value;
+    ++count_;
+  }
+  void take(const Measured<std::int32_t>& value, TimePoint now, Duration age_max, double divisor) {
+    if (value.is_usable(now, age_max)) take(value.value / divisor);
+  }
+  void add_to(Series& series) {
+    if (count_ == 0) {
+      series.add(not_known);
+    } else {
+      series.add(static_cast<float>(low_), static_cast<float>(sum_ / count_), static_cast<float>(high_));
+    }
+    *this = {};
+  }
+
+ private:
+  double low_ = 0;
+  double high_ = 0;
+  double sum_ = 0;
+  int count_ = 0;
+};
+
+struct ContactorRow {
+  std::string_view name;
+  bool PduState::*is_closed;
+};
+constexpr ContactorRow contactor_table[] = {
+    {"main positive", &PduState::main_positive_closed},
+    {"main negative", &PduState::main_negative_closed},
+    {"precharge", &PduState::precharge_closed},
+    {"charge contactor", &PduState::charge_closed},
+};
+
+std::string cause_text(const CurrentLimit& limit, const CoreConfig& config) {
+  std::string text(to_text(limit.cause));
+  if (limit.cause == LimitCause::component && limit.part < config.component_limits.size()) {
+    const auto& name = config.component_limits[limit.part].name;
+    const std::string_view padded(name.data(), name.size());
+    return text + ": " + std::string(padded.substr(0, padded.find_last_not_of(' ') + 1));
+  }
+  const std::string place = to_text(limit.element);
+  return place.empty() ? text : text + ": " + place;
+}
+
+Figure figure(bool is_known, double value, double sigma) {
+  if (!is_known) return {};
+  return {.value = static_cast<float>(value), .doubt = static_cast<float>(sigmas_told * sigma)};
+}
+
+}  // namespace
+
+/// Spans by their place in the report; none: it is not so.
+struct RecordingReport::Open {
+  struct Row {
+    std::optional<std::size_t> span;
+
+    void set(bool is_so, const SpanReport& as, std::vector<SpanReport>& spans, std::int64_t at_us) {
+      const bool goes_on = is_so && span && spans[*span].text == as.text && spans[*span].kind == as.kind;
+      if (goes_on) return;
+      if (span) spans[*span].to_us = at_us;
+      span.reset();
+      if (!is_so) return;
+      span = spans.size();
+      spans.push_back(as);
+      spans.back().from_us = at_us;
+    }
+  };
+
+  Row phase;
+  std::array<Row, std::size(contactor_table)> contactors;
+  std::array<Row, fault_count> faults;
+  bool is_first = true;
+
+  void close_all(std::vector<SpanReport>& spans, std::int64_t at_us, bool goes_on) {
+    const auto close = [&](Row& row) {
+      if (!row.span) return;
+      spans[*row.span].to_us = at_us;
+      spans[*row.span].goes_on = goes_on;
+      row.span.reset();
+    };
+    close(phase);
+    std::for_each(contactors.begin(), contactors.end(), close);
+    std::for_each(faults.begin(), faults.end(), close);
+    is_first = true;
+  }
+};
+
+struct RecordingReport::Means {
+  std::vector<Mean> cells;
+  std::vector<Mean> sensors;
+  Mean pack_V;
+  Mean link_V;
+  Mean current_A;
+  Mean discharge_A;
+  Mean charge_A;
+  Mean soc;
+  Mean soc_doubt;
+  std::string discharge_cause;
+  std::string charge_cause;
+  bool has_tick = false;
+
+  void look(const Core& core, TimePoint now);
+};
+
+void RecordingReport::Means::look(const Core& core, TimePoint now) {
+  const AgeConfig& ages = core.config().ages;
+  std::size_t cell = 0;
+  std::size_t sensor = 0;
+  for (const ModuleRecord& module : core.modules().modules()) {
+    for (unsigned i = 0; i < module.config.cell_count; ++i) {
+      cells[cell++].take(module.cell_voltage_uV[i], now, ages.cell_voltage, uV_per_V);
+    }
+    for (unsigned i = 0; i < module.config.temperature_sensor_count; ++i) {
+      sensors[sensor++].take(module.cell_temperature_dC[i], now, ages.temperature, 10.0);
+    }
+  }
+  const SensorTable& table = core.sensors();
+  pack_V.take(table.pack_voltage_mV, now, ages.pack_voltage, milli);
+  link_V.take(table.link_voltage_mV, now, ages.pack_voltage, milli);
+  current_A.take(table.current_mA, now, ages.pack_current, milli);
+  const CurrentLimits& limits = core.limits();
+  discharge_A.take(limits.discharge.limit_mA / milli);
+  charge_A.take(limits.charge.limit_mA / milli);
+  if (!has_tick) {
+    discharge_cause = cause_text(limits.discharge, core.config());
+    charge_cause = cause_text(limits.charge, core.config());
+  }
+  const PackEstimate& estimate = core.estimate();
+  if (estimate.pack().is_known) {
+    soc.take(percent * estimate.told_soc());
+    soc_doubt.take(percent * sigmas_told * estimate.pack().sigma);
+  }
+  has_tick = true;
+}
+
+RecordingReport::RecordingReport(RecordingOptions options)
+    : options_(std::move(options)), open_(std::make_unique<Open>()), means_(std::make_unique<Means>()) {}
+
+RecordingReport::~RecordingReport() = default;
+
+bool RecordingReport::take(std::string_view line) {
+  if (!replay_.take(line)) return false;
+  if (replay_.counts().begun != part_) begin_part();
+  if (replay_.counts().ticks != ticks_) {
+    ticks_ = replay_.counts().ticks;
+    if (const auto at_us = time_of_tick(line)) take_tick(*at_us);
+    return true;
+  }
+  const std::string_view event = event_of(line);
+  const bool is_shown = last_us_ > 0 && (!options_.from_us || last_us_ >= *options_.from_us) &&
+                        (!options_.to_us || last_us_ < *options_.to_us);
+  if (!event.empty() && is_shown) data_.events.push_back({.at_us = last_us_, .text = std::string(event)});
+  return true;
+}
+
+/// Another core: the first, or one after lines that were lost.
+void RecordingReport::begin_part() {
+  end_part();
+  part_ = replay_.counts().begun;
+  if (data_.cells.empty()) name_cells();
+  flow_ = replay_.core()->charge();
+  bled_begin_uAs_.clear();
+}
+
+void RecordingReport::end_part() {
+  if (part_ == 0) return;
+  close_sample();
+  open_->close_all(data_.spans, last_us_, false);
+  for (std::size_t i = 0; i < bled_begin_uAs_.size(); ++i) bled_uAs_[i] += bled_last_uAs_[i] - bled_begin_uAs_[i];
+}
+
+void RecordingReport::name_cells() {
+  const PackConfig& pack = *replay_.pack();
+  data_.pack_name = pack.name;
+  data_.cell_name = pack.cell_name;
+  data_.source = "the recording " + options_.name + " by bmud " + replay_.reader().version();
+  std::uint16_t number = 0;
+  for (const ModuleConfig& module : pack.core.modules) {
+    const std::string node = std::to_string(module.node);
+    for (unsigned i = 1; i <= module.cell_count; ++i) {
+      CellReport& cell = data_.cells.emplace_back();
+      cell.name = node + "." + std::to_string(i);
+      cell.module = module.node;
+      cell.pack_number = ++number;
+    }
+    for (unsigned i = 1; i <= module.temperature_sensor_count; ++i) {
+      data_.sensors.push_back({.name = "sensor " + node + "." + std::to_string(i), .temperature_C = {}});
+    }
+  }
+  means_->cells.resize(data_.cells.size());
+  means_->sensors.resize(data_.sensors.size());
+  bled_uAs_.resize(data_.cells.size());
+}
+
+void RecordingReport::take_tick(std::int64_t at_us) {
+  if (at_us < last_us_) {
+    ++ticks_back_;
+    return;
+  }
+  last_us_ = at_us;
+  const bool is_shown =
+      (!options_.from_us || at_us >= *options_.from_us) && (!options_.to_us || at_us < *options_.to_us);
+  if (!is_shown) {
+    flow_ = replay_.core()->charge();
+    return;
+  }
+  const std::int64_t sample_us = at_us - at_us % data_.sample_us;
+  if (sample_us != sample_us_) {
+    close_sample();
+    sample_us_ = sample_us - sample_us % data_.sample_us;  // the samples may have become longer
+  }
+  means_->look(*replay_.core(), replay_.counts().last);
+  look_at_flow();
+  look_at_state(at_us);
+}
+
+void RecordingReport::close_sample() {
+  if (!means_->has_tick) return;
+  data_.times_us.push_back(sample_us_);
+  for (std::size_t i = 0; i < data_.cells.size(); ++i) means_->cells[i].add_to(data_.cells[i].voltage_V);
+  for (std::size_t i = 0; i < data_.sensors.size(); ++i) means_->sensors[i].add_to(data_.sensors[i].temperature_C);
+  means_->pack_V.add_to(data_.pack_voltage_V);
+  means_->link_V.add_to(data_.link_voltage_V);
+  means_->current_A.add_to(data_.current_A);
+  means_->discharge_A.add_to(data_.discharge_limit_A);
+  means_->charge_A.add_to(data_.charge_limit_A);
+  means_->soc.add_to(data_.soc_percent);
+  means_->soc_doubt.add_to(data_.soc_doubt_percent);
+  data_.discharge_cause.add(means_->discharge_cause);
+  data_.charge_cause.add(means_->charge_cause);
+  means_->has_tick = false;
+  if (data_.times_us.size() >= options_.samples_max) halve(data_);
+}
+
+void RecordingReport::look_at_flow() {
+  const Core& core = *replay_.core();
+  const ChargeState& now = core.charge();
+  out_mWh_ += static_cast<double>(now.energy_out_mWh - flow_.energy_out_mWh);
+  in_mWh_ += static_cast<double>(now.energy_in_mWh - flow_.energy_in_mWh);
+  out_uAs_ += static_cast<double>(now.out_uAs - flow_.out_uAs);
+  in_uAs_ += static_cast<double>(now.in_uAs - flow_.in_uAs);
+  flow_ = now;
+  bled_last_uAs_.resize(data_.cells.size());
+  for (std::size_t i = 0; i < bled_last_uAs_.size(); ++i) bled_last_uAs_[i] = core.watchers().switches.bled_uAs(i);
+  if (bled_begin_uAs_.empty()) bled_begin_uAs_ = bled_last_uAs_;
+}
+
+void RecordingReport::look_at_state(std::int64_t at_us) {
+  const Core& core = *replay_.core();
+  const std::size_t spans_before = data_.spans.size();
+  const std::string phase(to_text(core.sequence().phase));
+  open_->phase.set(true, {.kind = SpanKind::phase, .name = phase, .text = phase, .place = {}}, data_.spans, at_us);
+
+  const Measured<PduState>& pdu = core.sensors().pdu;
+  const bool is_heard = pdu.is_usable(replay_.counts().last, core.config().ages.pdu_status);
+  for (std::size_t i = 0; i < std::size(contactor_table); ++i) {
+    const std::string name(contactor_table[i].name);
+    open_->contactors[i].set(is_heard && pdu.value.*contactor_table[i].is_closed,
+                             {.kind = SpanKind::contactor, .name = name, .text = name + " closed", .place = {}},
+                             data_.spans, at_us);
+  }
+  for (const FaultRow& row : fault_table()) {
+    const FaultState& state = core.faults().state(row.id);
+    Open::Row& open = open_->faults[static_cast<std::size_t>(row.id)];
+    const bool is_so = state.is_present() || state.is_warning;
+    if (!is_so && !open.span) continue;
+    const bool is_fault = state.is_present() && row.reaction != Reaction::warn;
+    const Reading& seen = state.is_present() ? state.confirmed : state.warning;
+    open.set(is_so,
+             {.kind = is_fault ? SpanKind::fault : SpanKind::warning,
+              .name = std::string(row.name),
+              .text = std::string(row.meaning),
+              .place = to_text(seen.element)},
+             data_.spans, at_us);
+  }
+  if (open_->is_first) {
+    for (std::size_t i = spans_before; i < data_.spans.size(); ++i) data_.spans[i].has_begun_before = true;
+  }
+  open_->is_first = false;
+}
+
+/// What the core knows of each cell at the end.
+void RecordingReport::fill_figures() {
+  const PackEstimate& estimate = replay_.core()->estimate();
+  for (std::size_t i = 0; i < data_.cells.size(); ++i) {
+    CellReport& cell = data_.cells[i];
+    const SocEstimate soc = estimate.cell_soc(i);
+    cell.soc_percent = figure(soc.is_known, percent * soc.soc, percent * soc.sigma);
+    const ResistanceEstimate resistance = estimate.cell_resistance(i);
+    cell.resistance_mOhm = figure(resistance.is_known, resistance.resistance_Ohm * milli, resistance.sigma_Ohm * milli);
+    const HealthFigure health = estimate.cell_health(i).health().by_capacity;
+    cell.health_percent = figure(health.is_known, health.permille / 10.0, health.sigma_permille / 10.0);
+    cell.bled_Ah = static_cast<float>(static_cast<double>(bled_uAs_[i]) / uAs_per_Ah);
+  }
+}
+
+ReportData RecordingReport::finish() && {
+  replay_.end();
+  if (means_->has_tick) close_sample();
+  open_->close_all(data_.spans, last_us_, true);
+  end_part();
+  if (replay_.core() != nullptr) fill_figures();
+  data_.energy_out_Wh = out_mWh_ / milli;
+  data_.energy_in_Wh = in_mWh_ / milli;
+  data_.charge_out_Ah = out_uAs_ / uAs_per_Ah;
+  data_.charge_in_Ah = in_uAs_ / uAs_per_Ah;
+  if (const auto& torn = replay_.problem()) {
+    data_.notes.push_back("The recording ends at line " + std::to_string(torn->line) +
+                          ", where it is damaged: " + torn->text + ".");
+  }
+  if (const ReplayCounts& counts = replay_.counts(); counts.ticks_different > 0) {
+    data_.notes.push_back(
+        std::to_string(counts.ticks_different) + " of " + std::to_string(counts.ticks) +
+        " decisions were others when the recording was made: what is shown may differ from what was.");
+  }
+  if (ticks_back_ > 0) {
+    data_.notes.push_back("The clock went back; " + std::to_string(ticks_back_) + " decisions of then are not shown.");
+  }
+  return std::move(data_);
+}
+
+}  // namespace bmu::report

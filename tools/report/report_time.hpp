@@ -1,0 +1,29 @@
+// Times of the wall clock in words, and round ones for an axis. All of them are UTC: a report is read elsewhere, and an
+// axis must not jump with the summer time.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace bmu::report {
+
+/// "2026-03-01 17:05:09"
+[[nodiscard]] std::string time_text(std::int64_t at_us);
+/// "17:05:09.250"
+[[nodiscard]] std::string clock_text_ms(std::int64_t at_us);
+/// "2.4 s", "5 min 3 s", "3 h 20 min", "4 d 7 h".
+[[nodiscard]] std::string span_text(std::int64_t span_us);
+/// What time_text() gives, or a part of it from its left: "2026-03-01 17:05", "2026-03-01"; with a T or a space.
+[[nodiscard]] std::optional<std::int64_t> parse_time(std::string_view text);
+
+struct TimeTick {
+  std::int64_t at_us = 0;
+  std::string text;  // the day where it has changed, else the time
+};
+/// Some `count` round times from end to end.
+[[nodiscard]] std::vector<TimeTick> time_ticks(std::int64_t from_us, std::int64_t to_us, int count);
+
+}  // namespace bmu::report
