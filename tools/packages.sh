@@ -6,7 +6,7 @@ set -euo pipefail
 # Names without a version wherever Debian has them, so that a newer release brings its own compiler.
 packages_of_group() {
   case $1 in
-    build) echo g++ cmake ninja-build ccache pkg-config libsystemd-dev libspdlog-dev nlohmann-json3-dev libexpected-dev libcli11-dev libeigen3-dev libfccp-dev zlib1g-dev ;;
+    build) echo g++ cmake ninja-build ccache pkg-config libsystemd-dev libspdlog-dev nlohmann-json3-dev libexpected-dev libcli11-dev libeigen3-dev libfccp-dev libsqlite3-dev zlib1g-dev ;;
     test) echo catch2 libbenchmark-dev can-utils ;;
     # xz-utils and zstd: newer kernels pack their modules. iproute2 and jq are for the scripts inside the guest.
     # make, gcc and libelf-dev (for objtool) build the module of the GPIO chip.
