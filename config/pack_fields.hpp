@@ -106,6 +106,7 @@ struct AgeRow {
 [[nodiscard]] std::span<const Field<SocConfig>> soc_fields();
 [[nodiscard]] std::span<const Field<BalancingConfig>> balancing_fields();
 [[nodiscard]] std::span<const Field<VehicleConfig>> vehicle_fields();
+[[nodiscard]] std::span<const Field<HistoryConfig>> history_fields();
 
 [[nodiscard]] std::span<const Field<GpioConfig>> gpio_fields();  // the plain keys of the section
 [[nodiscard]] std::span<const Field<GpioLine>> gpio_line_fields();
@@ -151,6 +152,8 @@ void visit_sections(PackConfig& pack, Visitor visit) {
   visit(SectionInfo{"balancing", false, "Which cells the modules' resistors bleed, and when."}, balancing_fields(),
         core.balancing);
   visit(SectionInfo{"vehicle", false, "The messages to the vehicle."}, vehicle_fields(), core.vehicle);
+  visit(SectionInfo{"history", false, "The history of the pack on disk: how much of it is kept."}, history_fields(),
+        pack.history);
 }
 
 /// Keys of the top that are neither plain fields nor sections of visit_sections.

@@ -106,6 +106,7 @@ Result<HistoryReader, std::string> HistoryReader::open_as_it_can_be(const std::s
     database = open_and_look(path, OpenAs::ruin);
     if (!database) return failure(path + ": " + error.what);
     HistoryReader reader(path, std::move(*database));
+    reader.is_ruin_ = true;
     reader.note(path + " is damaged (" + error.what + "): what of it can be read follows");
     return reader;
   }
@@ -121,6 +122,12 @@ Result<void, std::string> HistoryReader::check() {
     return failure(path_ + ": was written by a newer bmud (schema " + std::to_string(version->value_or(0)) +
                    ", this program knows " + std::to_string(history_version) + ")");
   }
+  const auto page_bytes = database_.number("PRAGMA page_size");
+  const bool has_log = size_of(path_ + "-wal") > 0;
+  if (!is_ruin_ && !has_log && page_bytes && size_of(path_) % page_bytes->value_or(1) != 0) {
+    is_ruin_ = true;
+    note(path_ + " is cut short: what of it can be read follows");
+  }
   const auto is_whole = has_schema(database_, history_steps());
   if (!is_whole || !*is_whole) note("the tables are not all those of a history");
   return {};
@@ -128,7 +135,7 @@ Result<void, std::string> HistoryReader::check() {
 
 void HistoryReader::read_lives() {
   auto statement = database_.prepare(
-      "SELECT id, token, version, pack_name, config, period_s, modules FROM life "
+      "SELECT life.id, token, version, pack_name, config, period_s, modules FROM life "
       "LEFT JOIN layout ON layout.id = life.layout ORDER BY life.id");
   if (!statement) return note("no life of the daemon can be read: " + statement.error().what);
   while (lives_.size() < lives_max) {
@@ -156,15 +163,17 @@ const HistoryLife* HistoryReader::find_life(const HistoryNumber& id) const {
 
 /// From the first row to the last; where that cannot be read, as far as rows are counted.
 HistoryReader::Range HistoryReader::range_of(const std::string& table) {
+  if (is_ruin_) return {.first = 0, .last = sequence_max};
   const auto first = database_.number("SELECT min(sequence) FROM " + table);
   const auto last = database_.number("SELECT max(sequence) FROM " + table);
   if (first && !first->has_value()) return {.first = 1, .last = 0};
-  return {.first = first ? first->value_or(0) : 0, .last = last ? last->value_or(0) : sequence_max};
+  const bool is_sane = first && last && first->value_or(0) <= last->value_or(-1);
+  return is_sane ? Range{.first = **first, .last = **last} : Range{.first = 0, .last = sequence_max};
 }
 
 /// By the index over the time: the rest of the rows, which are large, is not touched.
 HistoryReader::Range HistoryReader::range_of(const HistorySpan& span) {
-  if (!span.from_unix_ms && !span.to_unix_ms) return range_of("minute");
+  if (is_ruin_ || (!span.from_unix_ms && !span.to_unix_ms)) return range_of("minute");
   auto statement = database_.prepare(
       "SELECT min(sequence), max(sequence) FROM minute INDEXED BY minute_by_time "
       "WHERE unix_time_ms >= ? AND unix_time_ms < ?");

@@ -81,6 +81,7 @@ class HistoryReader {
 
   std::string path_;
   Database database_;
+  bool is_ruin_ = false;  // then nothing is looked up, everything is looked through
   std::vector<HistoryLife> lives_;
   std::vector<std::string> notes_;
   std::vector<Gap> gaps_;

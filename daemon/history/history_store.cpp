@@ -17,7 +17,7 @@ namespace {
 using std::chrono::steady_clock;
 
 /// What a destructor may wait for a write that is under way.
-constexpr Duration end_max = 500ms;
+constexpr Duration end_max = 200ms;
 // A transaction of more would hold what waits behind it.
 constexpr std::size_t events_at_once = 256;
 

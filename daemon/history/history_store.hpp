@@ -44,7 +44,7 @@ class HistoryStore {
   HistoryStore(const HistoryStoreOptions& options, const HistoryLife& life);
   HistoryStore(const HistoryStore&) = delete;
   HistoryStore& operator=(const HistoryStore&) = delete;
-  /// Ends the thread; one that hangs in a disk is given up after half a second.
+  /// Ends the thread; one that hangs in a disk is given up after 200 ms.
   ~HistoryStore();
 
   /// Starts the thread, which opens the file. After prepare_signals(), whose mask it inherits.

@@ -181,7 +181,7 @@ void MinuteAverager::fill_flow() {
   minute_.charge_in_uAs = now.in_uAs - charge_at_begin_.in_uAs;
   minute_.energy_out_mWh = now.energy_out_mWh - charge_at_begin_.energy_out_mWh;
   minute_.energy_in_mWh = now.energy_in_mWh - charge_at_begin_.energy_in_mWh;
-  minute_.uncounted = now.uncounted - charge_at_begin_.uncounted;
+  minute_.uncounted = std::max(Duration::zero(), minute_.span - (now.counted - charge_at_begin_.counted));
   minute_.modules_answering_min = modules_answering_min_;
   minute_.faults_present = faults_present_;
   minute_.warnings_present = warnings_present_;

@@ -16,6 +16,7 @@
 
 #include "daemon/core/core.hpp"
 #include "daemon/core/core_tap.hpp"
+#include "daemon/history/history_store.hpp"
 #include "daemon/shell/buses.hpp"
 #include "daemon/shell/drive_record.hpp"
 #include "daemon/shell/journal.hpp"
@@ -44,6 +45,7 @@ struct LoopParts {
   StateStore& store;
   RateWatch& rate;
   LineFeeder* lines = nullptr;  // none: the pack file has no lines of this machine
+  const HistoryStore* history = nullptr;
   std::vector<CoreTap*>
       taps{};  // each is told what the core is told, and what it decided once that is done; never waits
 };

@@ -1,4 +1,5 @@
 // bmud: reads the command line and the pack, opens what the loop needs, runs it.
+#include <array>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -14,6 +15,7 @@
 
 #include "config/bus_checks.hpp"
 #include "config/pack_config.hpp"
+#include "daemon/history/history_tap.hpp"
 #include "daemon/shell/buses.hpp"
 #include "daemon/shell/gpio_lines.hpp"
 #include "daemon/shell/journal.hpp"
@@ -45,7 +47,8 @@ constexpr const char* footer = R"(Examples:
   bmud --open-gpio --config /etc/bmud/pack.json
 
 What has to outlive the daemon (how often each fault came, who cleared it, locks, the wear of contactors) is kept in
---state FILE; without the option in state.json where systemd's STATE_DIRECTORY points, and else nowhere.
+--state FILE; without the option in state.json where systemd's STATE_DIRECTORY points, and else nowhere. What the pack did is kept in a
+database, a row a minute: --history FILE.sqlite, by default history.sqlite beside the state; --history none: not at all.
 
 A bus is the name of a CAN interface, or unix:NAME for the bus between programs of this machine.
 
@@ -62,6 +65,7 @@ With --open-gpio: 0 all outputs have been driven open, or the pack has none; 71 
 constexpr Duration log_flush_max = 300ms;
 // And nor may a disk.
 constexpr Duration state_flush_max = 500ms;
+constexpr Duration history_flush_max = 200ms;
 
 struct Options {
   std::string config;
@@ -69,10 +73,17 @@ struct Options {
   std::string bus_vehicle;
   std::string socket = "/run/bmud/bmud.sock";
   std::string state;
+  std::string history;
   std::string log_level = "info";
   bool check_config = false;
   bool open_gpio = false;
 };
+
+/// A file that turns out not to be a history of ours is put aside as damaged: none whose name says something else.
+std::string is_history_name(const std::string& name) {
+  const bool is_one = name.empty() || name == "none" || name.ends_with(".sqlite");
+  return is_one ? "" : "--history: found '" + name + "', wanted a name that ends in .sqlite, or none";
+}
 
 void add_options(CLI::App& app, Options& options) {
   // Not "required": an option nobody knows would be answered with the one that is missing.
@@ -84,6 +95,9 @@ void add_options(CLI::App& app, Options& options) {
       ->type_name("BUS");
   app.add_option("--socket", options.socket, "status socket for bmuctl")->type_name("PATH")->capture_default_str();
   app.add_option("--state", options.state, "file for what outlives the daemon (see below)")->type_name("FILE");
+  app.add_option("--history", options.history, "database for a row a minute, or none (see below)")
+      ->check(is_history_name)
+      ->type_name("FILE.sqlite");
   CLI::Option* check =
       app.add_flag("--check-config", options.check_config, "say whether the pack file is good, and end");
   app.add_flag("--open-gpio", options.open_gpio,
@@ -117,12 +131,16 @@ void prepare_signals() {
   static_cast<void>(std::signal(SIGPIPE, SIG_IGN));
 }
 
+std::string hash_text(const PackConfig& pack) {
+  std::array<char, 20> hash{};
+  std::snprintf(hash.data(), hash.size(), "%016llx", static_cast<unsigned long long>(pack.core.hash));
+  return hash.data();
+}
+
 void log_start(Journal& journal, const PackConfig& pack, const Options& options) {
-  char hash[20];
-  std::snprintf(hash, sizeof(hash), "%016llx", static_cast<unsigned long long>(pack.core.hash));
   journal.log(Severity::info, "bmud " BMUD_VERSION ": " + pack.name + ", " + std::to_string(pack.core.modules.size()) +
                                   " modules, " + std::to_string(cell_count(pack.core)) + " cells, configuration " +
-                                  hash);
+                                  hash_text(pack));
   journal.log(Severity::info, "buses: internal " + pack.buses.internal + ", vehicle " + pack.buses.vehicle +
                                   "; status socket " + options.socket);
   journal.log(Severity::info, bus_use_text(pack));
@@ -135,6 +153,31 @@ std::string state_path(const Options& options) {
   if (folders == nullptr || *folders == '\0') return "";
   const std::string first(folders);
   return first.substr(0, first.find(':')) + "/state.json";
+}
+
+/// The option, else beside the state, else nowhere.
+std::string history_path(const Options& options) {
+  if (options.history == "none") return "";
+  if (!options.history.empty()) return options.history;
+  const std::filesystem::path state = state_path(options);
+  return state.empty() ? "" : state.parent_path() / "history.sqlite";
+}
+
+HistoryStoreOptions history_options(const Options& options, const PackConfig& pack) {
+  constexpr std::int64_t bytes_per_MB = 1'000'000;
+  return {.file = {.path = history_path(options),
+                   .keep_days = pack.history.keep_days,
+                   .size_max_bytes = pack.history.size_max_MB * bytes_per_MB}};
+}
+
+HistoryLife history_life(const PackConfig& pack) {
+  std::random_device random;
+  return {.token = std::to_string(std::uint64_t{random()} << 32U | random()),
+          .version = BMUD_VERSION,
+          .pack_name = pack.name,
+          .config = hash_text(pack),
+          .period_s = pack.history.period_s,
+          .layout = layout_of(pack.core)};
 }
 
 void log_state(Journal& journal, const StateStore& store) {
@@ -200,6 +243,10 @@ int run_daemon(const PackConfig& file_pack, const Options& options, Journal& jou
   const auto core = std::make_unique<Core>(pack.core, monotonic_now(), first_counter);
   if (!(*store)->path().empty()) core->restore((*store)->found().state.value_or(PersistentState{}));
   (*store)->start();
+  HistoryStore history(history_options(options, pack), history_life(pack));
+  HistoryTap history_tap(*core, history, std::chrono::seconds(pack.history.period_s),
+                         [&](Severity severity, std::string_view line) { journal.log(severity, line); });
+  history.start();
   LineFeeder* const used_lines = lines ? &*lines : nullptr;
   Loop loop({.core = *core,
              .buses = *buses,
@@ -208,13 +255,16 @@ int run_daemon(const PackConfig& file_pack, const Options& options, Journal& jou
              .notify = notify,
              .store = **store,
              .rate = rate,
-             .lines = used_lines});
+             .lines = used_lines,
+             .history = &history,
+             .taps = {&history_tap}});
   const auto make_view = [&]() -> StatusView {
     return {.core = *core,
             .buses = *buses,
             .loop = loop.counters(),
             .drive = loop.drive(),
             .store = **store,
+            .history = history,
             .rate = rate.finding(),
             .users = users,
             .lines = used_lines,
@@ -236,6 +286,8 @@ int run_daemon(const PackConfig& file_pack, const Options& options, Journal& jou
   // What cannot be had now is tried again while running: without it nothing closes, and the reason is told.
   if (gpio) static_cast<void>(gpio->open());
   const auto ended = loop.run();
+  history_tap.finish();
+  if (!history.flush(history_flush_max)) journal.log(Severity::warning, "the end did not wait for the history");
   if (!(*store)->flush(state_flush_max)) journal.log(Severity::warning, "the end did not wait for the state file");
   if (!ended) return fail(ended.error());
   journal.log(Severity::info, "ended");

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "tools/bmuctl/client.hpp"
+#include "tools/bmuctl/history_command.hpp"
 #include "tools/bmuctl/terminal.hpp"
 #include "tools/bmuctl/text_pages.hpp"
 #include "tools/bmuctl/watch.hpp"
@@ -37,6 +38,7 @@ constexpr const char* footer = R"(Examples:
   bmuctl modules                   who is on which node, who should be, how they answer (bmuctl modules --help)
   bmuctl balance --off             stop bleeding cells, until --on or a new start of the daemon
   bmuctl health                    capacities, resistances, energy and cycles over all lives of the daemon
+  bmuctl history --from today      what the pack did, minute by minute (bmuctl history --help)
   bmuctl wake                      wake the modules of a pack that rests after an undervoltage
   bmuctl --json cells | jq .modules[0]
   bmuctl --json drive | jq .drive  the answer to "status", in which the drive is
@@ -272,12 +274,17 @@ int parse_and_ask(int argc, char** argv) {
   Options options;
   CLI::App app("Shows and asks a running bmud.", "bmuctl");
   const CLI::App* watch = add_options(app, options);
+  HistoryCommand history;
+  history.add_to(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return command_line::report(app, error);
   }
   if (watch->parsed()) return watch_pack(options);
+  if (history.is_given()) {
+    return history.run({.socket = options.socket, .json = options.json, .with_colour = wants_colour(options)});
+  }
   if (const CLI::App* modules = app.get_subcommand("modules"); modules->parsed()) return ask_modules(*modules, options);
   for (const CommandRow& row : command_table) {
     if (app.got_subcommand(row.name)) return ask(row, options);

@@ -154,6 +154,23 @@ void add_store(Page& page, const Reply& store) {
   page.add_field("Kept", std::move(line));
 }
 
+void add_history_store(Page& page, const Reply& history) {
+  if (!history.is_known()) return;
+  constexpr std::int64_t bytes_per_kB = 1'000;
+  const std::string size = std::to_string(history["size_bytes"].number_or(0) / bytes_per_kB) + " kB";
+  Line line{{"in " + history["path"].text() + ", " + shown(history["rows_written"], Unit::none) +
+                 " minutes since the start, " + size,
+             Style::dim}};
+  if (history["rows_lost"].number_or(0) > 0) {
+    line.push_back({", " + shown(history["rows_lost"], Unit::none) + " minutes lost", Style::warning});
+  }
+  if (history["last_error"].is_known()) line.push_back({": " + history["last_error"].text(), Style::bad});
+  page.add_field("History", std::move(line));
+  if (history["put_aside"].is_known()) {
+    page.add_field("", {{"the one before was damaged: " + history["put_aside"].text(), Style::warning}});
+  }
+}
+
 void add_faults(Page& page, const Reply& reply) {
   const std::string present = shown_list(reply["faults_present"]);
   const std::string warnings = shown_list(reply["warnings"]);
@@ -405,6 +422,7 @@ Page status_page(const Reply& reply) {
                        " late, log lines lost " + shown(daemon["log_lines_lost"], Unit::none),
                    Style::dim}});
   add_store(page, reply["store"]);
+  add_history_store(page, reply["history"]);
   return page;
 }
 
