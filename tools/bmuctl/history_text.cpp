@@ -149,8 +149,11 @@ std::string line_of(const Json& json) {
 Span dim(std::string text) {
   return {std::move(text), Style::dim};
 }
+/// What rounds to nothing has no sign.
 Span shown(const HistoryNumber& value, Unit unit, int decimals) {
-  return {shown_short(value, unit, decimals)};
+  const std::string text = shown_short(value, unit, decimals);
+  const bool is_nothing = text.starts_with('-') && text.find_first_of("123456789") == std::string::npos && value;
+  return {is_nothing ? text.substr(1) : text};
 }
 
 Span state_of(const HistoryRow& row) {

@@ -159,10 +159,10 @@ void add_history_store(Page& page, const Reply& history) {
   constexpr std::int64_t bytes_per_kB = 1'000;
   const std::string size = std::to_string(history["size_bytes"].number_or(0) / bytes_per_kB) + " kB";
   Line line{{"in " + history["path"].text() + ", " + shown(history["rows_written"], Unit::none) +
-                 " minutes since the start, " + size,
+                 " rows since the start, " + size,
              Style::dim}};
   if (history["rows_lost"].number_or(0) > 0) {
-    line.push_back({", " + shown(history["rows_lost"], Unit::none) + " minutes lost", Style::warning});
+    line.push_back({", " + shown(history["rows_lost"], Unit::none) + " rows lost", Style::warning});
   }
   if (history["last_error"].is_known()) line.push_back({": " + history["last_error"].text(), Style::bad});
   page.add_field("History", std::move(line));
