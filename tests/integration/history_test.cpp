@@ -93,9 +93,9 @@ TEST_CASE("the daemon keeps a history beside its state, and bmuctl shows it whil
 
   bench.daemon->signal(SIGTERM);
   REQUIRE(bench.daemon->wait(milliseconds(5000)) == 0);
+  CHECK_FALSE(std::filesystem::exists(bench.path + "-wal"));
   const auto after = bench.rows({"--file", bench.path});
   CHECK(after.size() > running.size());  // the one under way came in at the end
-  CHECK_FALSE(std::filesystem::exists(bench.path + "-wal"));
   CHECK(bench.ask({"history", "--file", bench.path, "--events"}).out.find("shutting down") != std::string::npos);
 
   bench.start();
@@ -131,7 +131,7 @@ TEST_CASE("a history that somebody else has locked is warned of, written again, 
   REQUIRE(bench.becomes([&] { return bench.told().at("state") == "failing"; }));
   CHECK(bench.has_logged("the history is not written: " + bench.path));
   CHECK(bench.becomes([&] {
-    return bench.ask_json("status").at("warnings").dump().find("history_write_failed") != std::string::npos;
+    return bench.ask_json("status").at("faults_present").dump().find("history_write_failed") != std::string::npos;
   }));
   CHECK(bench.told().at("last_error").get<std::string>().find("locked") != std::string::npos);
   REQUIRE(sqlite3_exec(other, "ROLLBACK", nullptr, nullptr, nullptr) == SQLITE_OK);
