@@ -5,7 +5,7 @@
 // way becomes up to half as short, or half as long again. The order of the minutes and their lengths go by the
 // monotonic clock alone.
 //
-// Cost: about a nanosecond a cell and decision; with the last of a minute some 50 ns a cell (docs/performance.md).
+// Cost: about 5 ns a cell and decision, and some 50 ns a cell with the last of a minute (docs/performance.md).
 #pragma once
 
 #include <array>
