@@ -24,9 +24,6 @@ namespace {
 // A group of people may read it, as they may ask the daemon.
 constexpr mode_t file_mode = 0640;
 constexpr std::array<const char*, 2> companions{"-wal", "-shm"};
-// No history has more rows; a larger number was never counted up to.
-constexpr std::int64_t sequence_max = std::int64_t{1} << 52;
-
 // The log is written out at 2 MB and cut to 4 MB. FULL: a row is on the disk when it counts as written.
 constexpr const char* settings_sql =
     "PRAGMA journal_mode = WAL;"
@@ -112,9 +109,10 @@ DatabaseResult<void> step_once(Statement& statement) {
 DatabaseResult<std::int64_t> next_sequence(const Database& database, const char* sql) {
   const auto last = database.number(sql);
   if (!last) return failure(last.error());
-  const std::int64_t next = last->value_or(0) + 1;
-  if (next < 1 || next > sequence_max) return failure(damaged("its rows are counted wrongly"));
-  return next;
+  if (last->value_or(0) < 0 || last->value_or(0) >= history_number_max) {
+    return failure(damaged("its rows are counted wrongly"));
+  }
+  return last->value_or(0) + 1;
 }
 
 }  // namespace
@@ -158,6 +156,7 @@ HistoryError HistoryFile::error_of(const DatabaseError& error) const {
 
 HistoryResult<void> HistoryFile::open() {
   if (open_ != nullptr && identity() == open_->identity) return {};
+  // What is in the log goes to where the file was moved, and the log may not be found beside another one.
   close();
   auto opened = open_new();
   if (!opened) {

@@ -14,7 +14,7 @@ namespace bmu {
 
 namespace {
 
-constexpr std::int64_t sequence_max = std::int64_t{1} << 52;
+constexpr std::int64_t sequence_max = history_number_max;
 // Of a file that is made up; more lives than a month of starts a minute apart.
 constexpr std::size_t lives_max = 50'000;
 constexpr std::size_t gaps_max = 200;
@@ -167,7 +167,11 @@ HistoryReader::Range HistoryReader::range_of(const std::string& table) {
   const auto first = database_.number("SELECT min(sequence) FROM " + table);
   const auto last = database_.number("SELECT max(sequence) FROM " + table);
   if (first && !first->has_value()) return {.first = 1, .last = 0};
-  const bool is_sane = first && last && first->value_or(0) <= last->value_or(-1);
+  if (last && last->value_or(0) > sequence_max) {
+    note_gap(table, sequence_max, sequence_max, "nobody has counted that far");
+  }
+  const bool is_sane = first && last && first->value_or(0) >= 0 && first->value_or(0) <= last->value_or(-1) &&
+                       last->value_or(0) <= sequence_max;
   return is_sane ? Range{.first = **first, .last = **last} : Range{.first = 0, .last = sequence_max};
 }
 
@@ -185,7 +189,8 @@ HistoryReader::Range HistoryReader::range_of(const HistorySpan& span) {
     note("the index over the time cannot be read: " + has_row.error().what);
     return range_of("minute");
   }
-  return {.first = statement->number(0).value_or(1), .last = statement->number(1).value_or(0)};
+  return {.first = std::max<std::int64_t>(0, statement->number(0).value_or(1)),
+          .last = std::min(sequence_max, statement->number(1).value_or(0))};
 }
 
 /// Rows of one table in their order. Over what cannot be read it goes on behind, in growing steps.
@@ -269,7 +274,7 @@ HistorySpan HistoryReader::covered() {
   const auto last = database_.number("SELECT max(unix_time_ms) FROM minute");
   HistorySpan span;
   if (first && *first) span.from_unix_ms = **first;
-  if (last && *last) span.to_unix_ms = **last + 1;
+  if (last && *last) span.to_unix_ms = std::min(**last, history_number_max) + 1;
   return span;
 }
 

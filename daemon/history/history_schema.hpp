@@ -13,6 +13,8 @@ namespace bmu {
 /// "bmud": tells our files from those of other programs (PRAGMA application_id).
 inline constexpr std::int64_t history_application_id = 0x62'6D'75'64;
 inline constexpr std::int64_t history_version = 1;
+/// No history has as many rows, and no time is as many milliseconds: a larger number is made up.
+inline constexpr std::int64_t history_number_max = std::int64_t{1} << 52;
 
 /// Leads to `version` from the one before.
 struct SchemaStep {

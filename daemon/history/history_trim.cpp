@@ -5,6 +5,10 @@
 #include <string>
 #include <utility>
 
+#include <sqlite3.h>
+
+#include "daemon/history/history_schema.hpp"
+
 namespace bmu {
 
 namespace {
@@ -35,11 +39,12 @@ DatabaseResult<RowTimes> times_of(const Database& database, std::int64_t sequenc
   const auto has_row = statement->step();
   if (!has_row) return failure(has_row.error());
   if (!*has_row) return RowTimes{};
-  const auto unix_time_ms = statement->number(1);
-  return RowTimes{.life = statement->number(0).value_or(0),
-                  .unix_time_ms = unix_time_ms.value_or(0),
-                  .uptime_ms = statement->number(2).value_or(0),
-                  .is_known = unix_time_ms.has_value()};
+  RowTimes times{.life = statement->number(0).value_or(0),
+                 .unix_time_ms = statement->number(1).value_or(-1),
+                 .uptime_ms = statement->number(2).value_or(-1)};
+  const auto is_time = [](std::int64_t ms) { return ms >= 0 && ms <= history_number_max; };
+  times.is_known = is_time(times.unix_time_ms) && is_time(times.uptime_ms);
+  return times;
 }
 
 /// The wall clock has gone by the daemon's own for an hour, all in one life.
@@ -74,6 +79,9 @@ class Trim {
       const auto answer = database_.number(sql);
       if (!answer) return failure(answer.error());
       *to = answer->value_or(0);
+      if (*to < 0 || *to > history_number_max) {
+        return failure(DatabaseError{.code = SQLITE_CORRUPT, .what = "its rows are counted wrongly"});
+      }
     }
     return {};
   }

@@ -155,12 +155,12 @@ std::string state_path(const Options& options) {
   return first.substr(0, first.find(':')) + "/state.json";
 }
 
-/// The option, else beside the state, else nowhere.
+/// The option, else beside the state, else nowhere. Absolute: who is told where it is may be somewhere else.
 std::string history_path(const Options& options) {
   if (options.history == "none") return "";
-  if (!options.history.empty()) return options.history;
+  if (!options.history.empty()) return std::filesystem::absolute(options.history);
   const std::filesystem::path state = state_path(options);
-  return state.empty() ? "" : state.parent_path() / "history.sqlite";
+  return state.empty() ? "" : std::filesystem::absolute(state).parent_path() / "history.sqlite";
 }
 
 HistoryStoreOptions history_options(const Options& options, const PackConfig& pack) {
