@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "config/gpio_config.hpp"
+#include "config/history_config.hpp"
 #include "config/serial_config.hpp"
 #include "daemon/core/core_config.hpp"
 #include "protocol/result.hpp"
@@ -41,6 +42,7 @@ struct PackConfig {
   BusNames buses;
   std::optional<GpioConfig> gpio;  // lines of this machine; without it all goes over the bus
   SerialConfig serial;
+  HistoryConfig history;
   CoreConfig core;
   PollConfig poll_in_file;  // as `core.poll`, but 0 where a pace was left out
   PackSources sources;

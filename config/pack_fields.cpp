@@ -514,6 +514,20 @@ constexpr std::array insulation_table{
         {.key = "opens_while_driving", .meaning = "false: while driving a low resistance only warns"}),
 };
 
+constexpr std::array history_table{
+    number<&HistoryConfig::keep_days>({.key = "keep_days",
+                                       .min = 1,
+                                       .max = 3'650,
+                                       .meaning = "older rows are removed; so are more than fit into so many days"}),
+    number<&HistoryConfig::size_max_MB>({.key = "size_max_MB",
+                                         .min = 20,
+                                         .max = 100'000,
+                                         .meaning = "of the database, with the log beside it; then the oldest rows go",
+                                         .because = "10 h of the largest pack have to fit"}),
+    number<&HistoryConfig::period_s>(
+        {.key = "period_s", .min = 1, .max = 600, .meaning = "a row is the average over so long"}),
+};
+
 constexpr std::array rest_table{
     number<&RestConfig::after>({.key = "after_ms",
                                 .min = 1'000,
@@ -1043,6 +1057,10 @@ std::span<const Field<SocConfig>> soc_fields() {
 std::span<const Field<BalancingConfig>> balancing_fields() {
   return balancing_table;
 }
+std::span<const Field<HistoryConfig>> history_fields() {
+  return history_table;
+}
+
 std::span<const Field<VehicleConfig>> vehicle_fields() {
   return vehicle_table;
 }

@@ -106,6 +106,7 @@ struct AgeRow {
 [[nodiscard]] std::span<const Field<SocConfig>> soc_fields();
 [[nodiscard]] std::span<const Field<BalancingConfig>> balancing_fields();
 [[nodiscard]] std::span<const Field<VehicleConfig>> vehicle_fields();
+[[nodiscard]] std::span<const Field<HistoryConfig>> history_fields();
 
 [[nodiscard]] std::span<const Field<SerialConfig>> serial_fields();
 [[nodiscard]] std::span<const Field<GpioConfig>> gpio_fields();  // the plain keys of the section
@@ -154,6 +155,8 @@ void visit_sections(PackConfig& pack, Visitor visit) {
   visit(SectionInfo{"vehicle", false, "The messages to the vehicle."}, vehicle_fields(), core.vehicle);
   visit(SectionInfo{"serial", false, "A terminal for people and old tools: docs/serial.md."}, serial_fields(),
         pack.serial);
+  visit(SectionInfo{"history", false, "The history of the pack on disk: how much of it is kept."}, history_fields(),
+        pack.history);
 }
 
 /// Keys of the top that are neither plain fields nor sections of visit_sections.

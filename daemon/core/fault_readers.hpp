@@ -97,6 +97,7 @@ Reading loop_gap(const FaultInputs& in);
 Reading tick_overrun(const FaultInputs& in);
 Reading store_unreadable(const FaultInputs& in);
 Reading store_write_failed(const FaultInputs& in);
+Reading history_write_failed(const FaultInputs& in);
 Reading clock_jump(const FaultInputs& in);
 Reading memory_low(const FaultInputs& in);
 Reading disk_low(const FaultInputs& in);

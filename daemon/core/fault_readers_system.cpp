@@ -217,6 +217,10 @@ Reading store_unreadable(const FaultInputs& in) {
 Reading store_write_failed(const FaultInputs& in) {
   return condition(in.flags.health.store_write_failed, in.now);
 }
+
+Reading history_write_failed(const FaultInputs& in) {
+  return condition(in.flags.health.history_write_failed, in.now);
+}
 Reading clock_jump(const FaultInputs& in) {
   return condition(in.flags.clock_jumped, in.now);
 }

@@ -118,11 +118,12 @@ enum class FaultId : std::uint8_t {
   tick_overrun,
   store_unreadable,
   store_write_failed,
+  history_write_failed,
   clock_jump,
   memory_low,
   disk_low,
 };
-inline constexpr std::size_t fault_count = 82;
+inline constexpr std::size_t fault_count = 83;
 
 enum class Reaction : std::uint8_t { warn, refuse_close, open_after_grace, open_now };
 enum class Latch : std::uint8_t {

@@ -81,6 +81,7 @@ struct WallClockSeen {
 struct OwnHealth {
   bool store_unreadable = false;
   bool store_write_failed = false;
+  bool history_write_failed = false;
   bool memory_low = false;
   bool disk_low = false;
 

@@ -32,6 +32,7 @@ struct FlagRow {
 };
 constexpr std::array health_flags{FlagRow<OwnHealth>{&OwnHealth::store_unreadable, "store_unreadable"},
                                   FlagRow<OwnHealth>{&OwnHealth::store_write_failed, "store_write_failed"},
+                                  FlagRow<OwnHealth>{&OwnHealth::history_write_failed, "history_write_failed"},
                                   FlagRow<OwnHealth>{&OwnHealth::memory_low, "memory_low"},
                                   FlagRow<OwnHealth>{&OwnHealth::disk_low, "disk_low"}};
 constexpr std::array line_flags{FlagRow<LineImage>{&LineImage::is_failed, "failed"},

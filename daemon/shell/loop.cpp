@@ -338,6 +338,7 @@ void Loop::tell_health() {
   OwnHealth health = parts_.store.health();
   health.store_unreadable =
       parts_.store.found().found == FileFound::unreadable && parts_.core.ticks() < unreadable_told_ticks;
+  health.history_write_failed = parts_.history != nullptr && parts_.history->is_failing();
   if (health == told_health_) return;
   if (health.store_write_failed && !told_health_.store_write_failed) {
     parts_.journal.log(Severity::warning, "what is to be remembered is not kept: " + parts_.store.last_error());

@@ -17,6 +17,7 @@
 
 #include "daemon/core/core.hpp"
 #include "daemon/core/core_tap.hpp"
+#include "daemon/history/history_store.hpp"
 #include "daemon/shell/buses.hpp"
 #include "daemon/shell/drive_record.hpp"
 #include "daemon/shell/journal.hpp"
@@ -46,7 +47,8 @@ struct LoopParts {
   ServiceNotify& notify;
   StateStore& store;
   RateWatch& rate;
-  LineFeeder* lines = nullptr;   // none: the pack file has no lines of this machine
+  LineFeeder* lines = nullptr;  // none: the pack file has no lines of this machine
+  const HistoryStore* history = nullptr;
   std::vector<CoreTap*> taps{};  // are told all that the core is told and decides; none of them may wait
   std::vector<std::function<void()>> each_second{};  // what people are told now and then; may not wait either
 };

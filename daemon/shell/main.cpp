@@ -1,4 +1,5 @@
 // bmud: reads the command line and the pack, opens what the loop needs, runs it.
+#include <array>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -14,6 +15,7 @@
 
 #include "config/bus_checks.hpp"
 #include "config/pack_config.hpp"
+#include "daemon/history/history_tap.hpp"
 #include "daemon/shell/buses.hpp"
 #include "daemon/shell/cell_count_setting.hpp"
 #include "daemon/shell/gpio_lines.hpp"
@@ -50,7 +52,8 @@ constexpr const char* footer = R"(Examples:
   bmud --config config/packs/demo-48s.json --bus-internal unix:demo --socket /tmp/bmud.sock --record /tmp/drive
 
 What has to outlive the daemon (how often each fault came, who cleared it, locks, the wear of contactors) is kept in
---state FILE; without the option in state.json where systemd's STATE_DIRECTORY points, and else nowhere.
+--state FILE; without the option in state.json where systemd's STATE_DIRECTORY points, and else nowhere. What the pack did is kept in a
+database, a row a minute: --history FILE.sqlite, by default history.sqlite beside the state; --history none: not at all.
 
 The last minutes are kept in memory. When the pack opens, or a fault latches, what was before and the ten seconds after
 go to a file in the --black-box folder; without the option in black-box where STATE_DIRECTORY points, and else nowhere.
@@ -75,7 +78,8 @@ constexpr Duration log_flush_max = 300ms;
 // And nor may a disk.
 constexpr Duration state_flush_max = 500ms;
 constexpr Duration recorder_end_max = 500ms;
-constexpr std::uint64_t bytes_per_MB = 1'000'000;
+constexpr std::int64_t bytes_per_MB = 1'000'000;
+constexpr Duration history_flush_max = 200ms;
 
 struct Options {
   std::string config;
@@ -84,14 +88,21 @@ struct Options {
   std::string socket = "/run/bmud/bmud.sock";
   std::string state;
   std::string record;
-  std::uint64_t record_file_MB = 16;
-  std::uint64_t record_total_MB = 1000;
+  std::int64_t record_file_MB = 16;
+  std::int64_t record_total_MB = 1000;
   std::string black_box;
   std::string serial;
+  std::string history;
   std::string log_level = "info";
   bool check_config = false;
   bool open_gpio = false;
 };
+
+/// A file that turns out not to be a history of ours is put aside as damaged: none whose name says something else.
+std::string is_history_name(const std::string& name) {
+  const bool is_one = name.empty() || name == "none" || name.ends_with(".sqlite");
+  return is_one ? "" : "--history: found '" + name + "', wanted a name that ends in .sqlite, or none";
+}
 
 void add_options(CLI::App& app, Options& options) {
   // Not "required": an option nobody knows would be answered with the one that is missing.
@@ -114,6 +125,9 @@ void add_options(CLI::App& app, Options& options) {
       ->type_name("FOLDER");
   app.add_option("--serial", options.serial, "terminal device of the serial console, instead of the pack file's")
       ->type_name("DEVICE");
+  app.add_option("--history", options.history, "database for a row a minute, or none (see below)")
+      ->check(is_history_name)
+      ->type_name("FILE.sqlite");
   CLI::Option* check =
       app.add_flag("--check-config", options.check_config, "say whether the pack file is good, and end");
   app.add_flag("--open-gpio", options.open_gpio,
@@ -147,12 +161,16 @@ void prepare_signals() {
   static_cast<void>(std::signal(SIGPIPE, SIG_IGN));
 }
 
+std::string hash_text(const PackConfig& pack) {
+  std::array<char, 20> hash{};
+  std::snprintf(hash.data(), hash.size(), "%016llx", static_cast<unsigned long long>(pack.core.hash));
+  return hash.data();
+}
+
 void log_start(Journal& journal, const PackConfig& pack, const Options& options) {
-  char hash[20];
-  std::snprintf(hash, sizeof(hash), "%016llx", static_cast<unsigned long long>(pack.core.hash));
   journal.log(Severity::info, "bmud " BMUD_VERSION ": " + pack.name + ", " + std::to_string(pack.core.modules.size()) +
                                   " modules, " + std::to_string(cell_count(pack.core)) + " cells, configuration " +
-                                  hash);
+                                  hash_text(pack));
   journal.log(Severity::info, "buses: internal " + pack.buses.internal + ", vehicle " + pack.buses.vehicle +
                                   "; status socket " + options.socket);
   journal.log(Severity::info, bus_use_text(pack));
@@ -178,11 +196,35 @@ RecorderOptions recorder_options(const Options& options, const PackConfig& pack)
                  .hash = pack.core.hash,
                  .internal_kbit_per_s = pack.buses.internal_kbit_per_s};
   wanted.files.folder = options.record;
-  wanted.files.file_bytes = options.record_file_MB * bytes_per_MB;
-  wanted.files.total_bytes = options.record_total_MB * bytes_per_MB;
+  wanted.files.file_bytes = static_cast<std::uint64_t>(options.record_file_MB * bytes_per_MB);
+  wanted.files.total_bytes = static_cast<std::uint64_t>(options.record_total_MB * bytes_per_MB);
   wanted.black_box.folder = options.black_box.empty() ? in_state_folder("black-box") : options.black_box;
   if (wanted.black_box.folder == "none") wanted.black_box.folder.clear();
   return wanted;
+}
+
+/// The option, else beside the state, else nowhere. Absolute: who is told where it is may be somewhere else.
+std::string history_path(const Options& options) {
+  if (options.history == "none") return "";
+  if (!options.history.empty()) return std::filesystem::absolute(options.history);
+  const std::filesystem::path state = state_path(options);
+  return state.empty() ? "" : std::filesystem::absolute(state).parent_path() / "history.sqlite";
+}
+
+HistoryStoreOptions history_options(const Options& options, const PackConfig& pack) {
+  return {.file = {.path = history_path(options),
+                   .keep_days = pack.history.keep_days,
+                   .size_max_bytes = pack.history.size_max_MB * bytes_per_MB}};
+}
+
+HistoryLife history_life(const PackConfig& pack) {
+  std::random_device random;
+  return {.token = std::to_string(std::uint64_t{random()} << 32U | random()),
+          .version = BMUD_VERSION,
+          .pack_name = pack.name,
+          .config = hash_text(pack),
+          .period_s = pack.history.period_s,
+          .layout = layout_of(pack.core)};
 }
 
 void log_state(Journal& journal, const StateStore& store) {
@@ -266,6 +308,9 @@ int run_daemon(const PackConfig& file_pack, const Options& options, Journal& jou
   const auto core = std::make_unique<Core>(pack.core, monotonic_now(), first_counter);
   if (!(*store)->path().empty()) core->restore((*store)->found().state.value_or(PersistentState{}));
   (*store)->start();
+  HistoryStore history(history_options(options, pack), history_life(pack));
+  HistoryTap history_tap(*core, history, std::chrono::seconds(pack.history.period_s), log);
+  history.start();
   const RecorderOptions recorded = recorder_options(options, pack);
   std::unique_ptr<Recorder> recorder;
   if (!recorded.files.folder.empty() || !recorded.black_box.folder.empty()) {
@@ -279,7 +324,7 @@ int run_daemon(const PackConfig& file_pack, const Options& options, Journal& jou
   const auto open_pack = std::make_shared<OpenPack>(*core);
   const auto console = start_console(pack.serial, options, cell_count, open_pack, journal);
   if (!console) return fail(console.error());
-  std::vector<CoreTap*> taps{open_pack.get()};
+  std::vector<CoreTap*> taps{open_pack.get(), &history_tap};
   if (recorder) taps.push_back(&recorder->feed());
   LineFeeder* const used_lines = lines ? &*lines : nullptr;
   Loop loop({.core = *core,
@@ -290,6 +335,7 @@ int run_daemon(const PackConfig& file_pack, const Options& options, Journal& jou
              .store = **store,
              .rate = rate,
              .lines = used_lines,
+             .history = &history,
              .taps = taps,
              .each_second = {[&] {
                if (recorder) teller.tell(recorder->status(), recorder->lines_lost(), log);
@@ -300,6 +346,7 @@ int run_daemon(const PackConfig& file_pack, const Options& options, Journal& jou
             .loop = loop.counters(),
             .drive = loop.drive(),
             .store = **store,
+            .history = history,
             .rate = rate.finding(),
             .users = users,
             .lines = used_lines,
@@ -324,6 +371,8 @@ int run_daemon(const PackConfig& file_pack, const Options& options, Journal& jou
   const auto ended = loop.run();
   if (recorder && !recorder->end(recorder_end_max))
     journal.log(Severity::warning, "the end did not wait for the recorder");
+  history_tap.finish();
+  if (!history.flush(history_flush_max)) journal.log(Severity::warning, "the end did not wait for the history");
   if (!(*store)->flush(state_flush_max)) journal.log(Severity::warning, "the end did not wait for the state file");
   if (!ended) return fail(ended.error());
   journal.log(Severity::info, "ended");

@@ -313,6 +313,22 @@ Json recorder_json(const StatusView& view) {
           {"memory_ms", to_ms(status.memory_length)}};
 }
 
+/// The database of minutes; null where there is none.
+Json history_json(const StatusView& view) {
+  if (view.history.path().empty()) return nullptr;
+  const HistoryHealth health = view.history.health();
+  return {{"path", view.history.path()},
+          {"state", to_text(health.state)},
+          {"rows_written", health.rows_written},
+          {"rows_lost", health.rows_lost},
+          {"rows_waiting", health.rows_waiting},
+          {"events_written", health.events_written},
+          {"events_lost", health.events_lost},
+          {"size_bytes", health.size_bytes},
+          {"last_error", or_null(!health.last_error.empty(), health.last_error)},
+          {"put_aside", or_null(!health.put_aside.empty(), health.put_aside)}};
+}
+
 // --- faults ---------------------------------------------------------------------------------------------------------
 
 Json fault_names_json(const FaultMemory& faults, bool (*is_wanted)(const FaultState&)) {
@@ -538,6 +554,7 @@ Json status_json(const StatusView& view) {
           {"lines", lines_json(view)},
           {"store", store_json(view)},
           {"recorder", recorder_json(view)},
+          {"history", history_json(view)},
           {"faults_present", fault_names_json(core.faults(), [](const FaultState& s) { return s.is_present(); })},
           {"warnings", fault_names_json(core.faults(), [](const FaultState& s) { return s.is_warning; })},
           {"modules_answering", core.pack().modules_answering},

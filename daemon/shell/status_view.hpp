@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string_view>
 
+#include "daemon/history/history_store.hpp"
 #include "daemon/shell/buses.hpp"
 #include "daemon/shell/core_view.hpp"
 #include "daemon/shell/drive_record.hpp"
@@ -22,6 +23,7 @@ struct StatusView {
   const LoopCounters& loop;
   const DriveRecord& drive;
   const StateStore& store;
+  const HistoryStore& history;
   const RateFinding& rate;
   const UserNames& users;
   const LineFeeder* lines = nullptr;   // none: no lines of this machine

@@ -35,9 +35,9 @@ std::string last_token(const std::string& path) {
 
 // --- units ----------------------------------------------------------------------------------------------------------
 
-constexpr std::array<std::string_view, 19> unit_tokens{"K",   "Bd", "uV",   "mV",       "V",   "mA",  "A",
-                                                       "C",   "dC", "uOhm", "mOhm",     "Ohm", "uAs", "Ah",
-                                                       "mWh", "ms", "s",    "permille", "J"};
+constexpr std::array<std::string_view, 21> unit_tokens{"K",   "Bd", "uV",   "mV",       "V",   "mA",   "A",
+                                                       "C",   "dC", "uOhm", "mOhm",     "Ohm", "uAs",  "Ah",
+                                                       "mWh", "ms", "s",    "permille", "J",   "days", "MB"};
 
 std::string unit_of(const KeyDescription& key) {
   std::string token = last_token(key.path);

@@ -413,9 +413,10 @@ TEST_CASE("a contactor that disobeys is named", "[unit][faults][F90]") {
 }
 
 TEST_CASE("each trouble of the daemon's own has its row", "[unit][faults]") {
-  const std::array<std::pair<bool OwnHealth::*, FaultId>, 4> rows{
+  const std::array<std::pair<bool OwnHealth::*, FaultId>, 5> rows{
       {{&OwnHealth::store_unreadable, FaultId::store_unreadable},
        {&OwnHealth::store_write_failed, FaultId::store_write_failed},
+       {&OwnHealth::history_write_failed, FaultId::history_write_failed},
        {&OwnHealth::memory_low, FaultId::memory_low},
        {&OwnHealth::disk_low, FaultId::disk_low}}};
   for (const auto& [trouble, id] : rows) {

@@ -70,8 +70,11 @@ std::vector<ObservedThing> all_kinds() {
           WallClockSeen{.unix_time_ms = 1'700'000'000'123},
           WallClockSeen{.unix_time_ms = -5},
           HealthSeen{},
-          HealthSeen{
-              .health = {.store_unreadable = true, .store_write_failed = true, .memory_low = true, .disk_low = true}},
+          HealthSeen{.health = {.store_unreadable = true,
+                                .store_write_failed = true,
+                                .history_write_failed = true,
+                                .memory_low = true,
+                                .disk_low = true}},
           LinesSeen{},
           LinesSeen{.image = {.is_failed = true}},
           LinesSeen{.image = {.closed_contacts = 0xa5,

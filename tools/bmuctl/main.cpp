@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "tools/bmuctl/client.hpp"
+#include "tools/bmuctl/history_command.hpp"
 #include "tools/bmuctl/report_command.hpp"
 #include "tools/bmuctl/text_pages.hpp"
 #include "tools/bmuctl/watch.hpp"
@@ -39,6 +40,7 @@ constexpr const char* footer = R"(Examples:
   bmuctl balance --off             stop bleeding cells, until --on or a new start of the daemon
   bmuctl health                    capacities, resistances, energy and cycles over all lives of the daemon
   bmuctl report drive.log          a recording as a page with pictures (bmuctl report --help)
+  bmuctl history --from today      what the pack did, minute by minute (bmuctl history --help)
   bmuctl wake                      wake the modules of a pack that rests after an undervoltage
   bmuctl --json cells | jq .modules[0]
   bmuctl --json drive | jq .drive  the answer to "status", in which the drive is
@@ -300,6 +302,8 @@ int parse_and_ask(int argc, char** argv) {
   CLI::App app("Shows and asks a running bmud.", "bmuctl");
   const CLI::App* watch = add_options(app, options);
   add_report(app, report_options);
+  HistoryCommand history;
+  history.add_to(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -307,6 +311,9 @@ int parse_and_ask(int argc, char** argv) {
   }
   if (watch->parsed()) return watch_pack(options);
   if (app.got_subcommand("report")) return write_report(report_options);
+  if (history.is_given()) {
+    return history.run({.socket = options.socket, .json = options.json, .with_colour = wants_colour(options)});
+  }
   if (const CLI::App* modules = app.get_subcommand("modules"); modules->parsed()) return ask_modules(*modules, options);
   for (const CommandRow& row : command_table) {
     if (app.got_subcommand(row.name)) return ask(row, options);

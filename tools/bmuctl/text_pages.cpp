@@ -158,11 +158,29 @@ void add_recorder(Page& page, const Reply& recorder) {
   if (!recorder.is_known()) return;
   const Reply box = recorder["black_box_path"];
   Line line{{box.is_known() ? "black box " + box.text() : "no black box yet", Style::dim}};
-  if (recorder["record_path"].is_known()) line.push_back({"   recording " + recorder["record_path"].text(), Style::dim});
+  if (recorder["record_path"].is_known())
+    line.push_back({"   recording " + recorder["record_path"].text(), Style::dim});
   for (const char* key : {"black_box_error", "record_error"}) {
     if (recorder[key].is_known()) line.push_back({"   " + recorder[key].text(), Style::bad});
   }
   page.add_field("Recorded", std::move(line));
+}
+
+void add_history_store(Page& page, const Reply& history) {
+  if (!history.is_known()) return;
+  constexpr std::int64_t bytes_per_kB = 1'000;
+  const std::string size = std::to_string(history["size_bytes"].number_or(0) / bytes_per_kB) + " kB";
+  Line line{{"in " + history["path"].text() + ", " + shown(history["rows_written"], Unit::none) +
+                 " rows since the start, " + size,
+             Style::dim}};
+  if (history["rows_lost"].number_or(0) > 0) {
+    line.push_back({", " + shown(history["rows_lost"], Unit::none) + " rows lost", Style::warning});
+  }
+  if (history["last_error"].is_known()) line.push_back({": " + history["last_error"].text(), Style::bad});
+  page.add_field("History", std::move(line));
+  if (history["put_aside"].is_known()) {
+    page.add_field("", {{"the one before was damaged: " + history["put_aside"].text(), Style::warning}});
+  }
 }
 
 void add_faults(Page& page, const Reply& reply) {
@@ -425,6 +443,7 @@ Page status_page(const Reply& reply) {
                    Style::dim}});
   add_store(page, reply["store"]);
   add_recorder(page, reply["recorder"]);
+  add_history_store(page, reply["history"]);
   return page;
 }
 

@@ -38,7 +38,7 @@ class RecordingReport {
 
   /// The next line, without its line feed. False: it cannot go on.
   [[nodiscard]] bool take(std::string_view line);
-  [[nodiscard]] const std::optional<ReplayProblem>& problem() const { return replay_.problem(); }
+  [[nodiscard]] const std::optional<RecordProblem>& problem() const { return replay_.problem(); }
   /// What was read so far; is_empty() if no decision was among it.
   [[nodiscard]] ReportData finish() &&;
 

@@ -1,0 +1,14 @@
+// How the daemon keeps the history of the pack (daemon/history/): no matter of the core.
+#pragma once
+
+#include <cstdint>
+
+namespace bmu {
+
+struct HistoryConfig {
+  std::int32_t keep_days = 30;
+  std::int32_t size_max_MB = 200;
+  std::int32_t period_s = 60;
+};
+
+}  // namespace bmu

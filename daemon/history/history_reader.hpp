@@ -1,0 +1,90 @@
+// Reads a history, whether the daemon is writing it or not, and never changes it.
+//
+//   auto history = HistoryReader::open("/var/lib/bmud/history.sqlite");
+//   if (!history) return complain(history.error());
+//   history->for_each_row({.from_unix_ms = yesterday, .to_unix_ms = today}, [&](const HistoryRow& row) {
+//     const HistoryLayout& layout = history->life_of(row)->layout;      // which cell sits where
+//     for (const HistoryPlace& place : layout.cells()) draw(place, row.cells[place.number - 1].voltage_average_uV);
+//     return true;                                                      // false: enough
+//   });
+//   for (const std::string& problem : history->problems()) warn(problem);
+//
+// Rows come in the order in which they were written, which is that of time unless somebody set the clock. What a row
+// has, and in which units, says history_row.hpp. A file that is damaged, cut short or made up is read as far as it is
+// good: each row has a checksum and its life's layout, and rows that do not fit are left out and named in problems().
+//
+// Cost: some 10 us a row of 96 cells, and the disk's part; one row is in memory at a time.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "daemon/history/database.hpp"
+#include "daemon/history/history_row.hpp"
+#include "protocol/result.hpp"
+
+namespace bmu {
+
+/// By the wall clock, ms since 1970; `to` is the first that does not belong. What is not given bounds nothing; rows
+/// whose time nobody knew belong only where neither is given.
+struct HistorySpan {
+  HistoryNumber from_unix_ms;
+  HistoryNumber to_unix_ms;
+
+  [[nodiscard]] bool has(const HistoryNumber& unix_time_ms) const;
+};
+
+class HistoryReader {
+ public:
+  /// The error is a sentence for people, with the path in it.
+  [[nodiscard]] static Result<HistoryReader, std::string> open(const std::string& path);
+
+  /// All that are left of each kind within the span, the oldest first, until `take` returns false.
+  void for_each_row(const HistorySpan& span, const std::function<bool(const HistoryRow&)>& take);
+  void for_each_event(const HistorySpan& span, const std::function<bool(const HistoryEvent&)>& take);
+
+  [[nodiscard]] const std::vector<HistoryLife>& lives() const { return lives_; }
+  /// Of a row that was read: never null.
+  [[nodiscard]] const HistoryLife* life_of(const HistoryRow& row) const { return find_life(row.life); }
+  /// The times of the first and the last row that has one: from the beginning of the one to behind that of the other.
+  [[nodiscard]] HistorySpan covered();
+  /// What could not be read so far, a sentence each; rows in a row are one.
+  [[nodiscard]] std::vector<std::string> problems() const;
+  [[nodiscard]] const std::string& path() const { return path_; }
+
+ private:
+  /// What is wrong with some rows of a table.
+  struct Gap {
+    std::string table;
+    std::int64_t first = 0;
+    std::int64_t last = 0;
+    std::string reason;
+  };
+  struct Range {
+    std::int64_t first = 0;
+    std::int64_t last = 0;
+  };
+
+  HistoryReader(std::string path, Database database) : path_(std::move(path)), database_(std::move(database)) {}
+  [[nodiscard]] static Result<HistoryReader, std::string> open_as_it_can_be(const std::string& path);
+  [[nodiscard]] Result<void, std::string> check();
+  void read_lives();
+  [[nodiscard]] const HistoryLife* find_life(const HistoryNumber& id) const;
+  [[nodiscard]] Range range_of(const HistorySpan& span);
+  [[nodiscard]] Range range_of(const std::string& table);
+  [[nodiscard]] std::string read_row(const Statement& statement, HistoryRow& row) const;
+  void scan(const std::string& table, const std::string& select, Range range,
+            const std::function<bool(const Statement&, std::int64_t sequence)>& take);
+  void note(const std::string& problem) { notes_.push_back(problem); }
+  void note_gap(const std::string& table, std::int64_t first, std::int64_t last, const std::string& reason);
+
+  std::string path_;
+  Database database_;
+  bool is_ruin_ = false;  // then nothing is looked up, everything is looked through
+  std::vector<HistoryLife> lives_;
+  std::vector<std::string> notes_;
+  std::vector<Gap> gaps_;
+};
+
+}  // namespace bmu

@@ -1,0 +1,40 @@
+// The tables of a history, in versions: PRAGMA user_version says which a file has, and steps lead from each to the
+// next. docs/decisions/0014-history.md says why they look as they do.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "daemon/history/database.hpp"
+
+namespace bmu {
+
+/// "bmud": tells our files from those of other programs (PRAGMA application_id).
+inline constexpr std::int64_t history_application_id = 0x62'6D'75'64;
+inline constexpr std::int64_t history_version = 1;
+/// No history has as many rows, and no time is as many milliseconds: a larger number is made up.
+inline constexpr std::int64_t history_number_max = std::int64_t{1} << 52;
+
+/// Leads to `version` from the one before.
+struct SchemaStep {
+  std::int64_t version = 0;
+  std::string (*sql)() = nullptr;
+};
+/// To `history_version`, the first from an empty file.
+[[nodiscard]] std::span<const SchemaStep> history_steps();
+
+/// Takes those steps that lead beyond the version of the database, each as a whole or not at all.
+[[nodiscard]] DatabaseResult<void> migrate(const Database& database, std::span<const SchemaStep> steps);
+
+/// Whether all that the steps make is in the database, word for word. More may be.
+[[nodiscard]] DatabaseResult<bool> has_schema(const Database& database, std::span<const SchemaStep> steps);
+
+/// "INSERT INTO minute (...) VALUES (...)": sequence, the columns of history_columns.hpp in their order, for a minute
+/// `cells` and `sensors`, and `checksum`; the SELECT has the same order.
+[[nodiscard]] std::string insert_minute_sql();
+[[nodiscard]] std::string select_minutes_sql();
+[[nodiscard]] std::string insert_event_sql();
+[[nodiscard]] std::string select_events_sql();
+
+}  // namespace bmu

@@ -1,0 +1,41 @@
+// Listens to a core and keeps its history: makes minutes of what it knows, passes on what it tells, and says once when
+// the history's fortunes change. Never waits.
+#pragma once
+
+#include <functional>
+#include <string_view>
+
+#include "daemon/core/core_tap.hpp"
+#include "daemon/history/history_store.hpp"
+#include "daemon/history/minute_averager.hpp"
+
+namespace bmu {
+
+class HistoryTap final : public CoreTap {
+ public:
+  using Log = std::function<void(Severity severity, std::string_view line)>;
+
+  /// Core and store outlive it.
+  HistoryTap(const Core& core, HistoryStore& store, Duration period, Log log);
+
+  void observed(const Observation& /*observation*/) override {}
+  void decided(TimePoint at, const Decisions& decisions) override;
+  /// At the end: what there is of the minute under way.
+  void finish();
+
+ private:
+  void tell_changes();
+
+  const Core& core_;
+  HistoryStore& store_;
+  MinuteAverager averager_;
+  Log log_;
+  std::uint64_t events_ = 0;
+  TimePoint decided_at_{};
+  TimePoint told_at_{};
+  HistoryState told_state_ = HistoryState::starting;
+  std::string told_error_;
+  std::string told_aside_;
+};
+
+}  // namespace bmu

@@ -1,0 +1,52 @@
+// The cells and sensors of a row as bytes, and the checksum of a row.
+//
+// Numbers are 16 bit, the high byte first, FFFFh where there is none:
+//
+//   a cell, 16 bytes     voltage: average, lowest, highest, in 0.1 mV; samples; SOC; health by capacity and by
+//                        resistance; bled; each of the last four in permille
+//   a sensor, 8 bytes    temperature: average, lowest, highest, in 0.1 degrees Celsius above -1000; samples
+//
+// A number that does not fit is none, and FFFEh samples are so many or more.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "daemon/history/history_row.hpp"
+
+namespace bmu {
+
+inline constexpr std::size_t cell_bytes = 16;
+inline constexpr std::size_t sensor_bytes = 8;
+inline constexpr std::int64_t cell_voltage_step_uV = 100;
+inline constexpr std::int64_t temperature_offset_dC = 10'000;
+
+[[nodiscard]] std::string blob_of(std::span<const HistoryCell> cells);
+[[nodiscard]] std::string blob_of(std::span<const HistorySensor> sensors);
+/// None if it is no whole number of records.
+[[nodiscard]] std::optional<std::vector<HistoryCell>> cells_from(std::string_view blob);
+[[nodiscard]] std::optional<std::vector<HistorySensor>> sensors_from(std::string_view blob);
+
+/// CRC-32 over values in their order, each with its kind, so that none can take another's place.
+class RowChecksum {
+ public:
+  void add(const HistoryNumber& number);
+  void add(std::string_view bytes);
+  [[nodiscard]] std::int64_t value() const { return static_cast<std::int64_t>(crc_); }
+
+ private:
+  void add_bytes(char kind, std::string_view bytes);
+
+  unsigned long crc_ = 0;
+};
+
+/// Over all that a database keeps of it but the checksum itself.
+[[nodiscard]] std::int64_t checksum_of(const HistoryRow& row, std::string_view cells, std::string_view sensors);
+[[nodiscard]] std::int64_t checksum_of(const HistoryEvent& event);
+
+}  // namespace bmu

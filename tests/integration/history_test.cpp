@@ -1,0 +1,205 @@
+// The history of the real daemon: a row each second here, read by bmuctl while it is written and after.
+#include <algorithm>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+#include <sqlite3.h>
+#include <sys/stat.h>
+
+#include "daemon/history/history_reader.hpp"
+#include "tests/support/daemon_bench.hpp"
+
+namespace bmu {
+
+using test::Bench;
+using test::milliseconds;
+
+namespace {
+
+struct HistoryBench : Bench {
+  std::string state = folder / "state.json";
+  std::string path = folder / "history.sqlite";
+
+  HistoryBench() {
+    auto json = nlohmann::json::parse(read_file(pack), nullptr, true, true);
+    json["cell"] = std::filesystem::path(pack).parent_path() / json.at("cell").get<std::string>();
+    json["history"] = {{"period_s", 1}};
+    pack = folder.file("pack.json", json.dump());
+    start_emulator("1 vehicle on\n");
+  }
+  void start(const std::vector<std::string>& more) {
+    std::vector<std::string> command = daemon_command();
+    command.insert(command.end(), more.begin(), more.end());
+    daemon = std::make_unique<Process>(command, ProcessOptions{.err_file = log});
+    REQUIRE(listener.next(milliseconds(5000)));
+  }
+  void start() { start({"--state", state}); }
+  [[nodiscard]] nlohmann::json told() const {
+    const nlohmann::json status = ask_json("status");
+    return status.is_object() ? status.at("history") : nlohmann::json();
+  }
+  /// Looked at with each contactor command, every 50 ms.
+  [[nodiscard]] bool becomes(const std::function<bool()>& is_so) {
+    for (int i = 0; i < 300; ++i) {
+      if (is_so()) return true;
+      REQUIRE(listener.next(milliseconds(5000)));
+    }
+    return false;
+  }
+  [[nodiscard]] bool has_rows(int rows) {
+    return becomes([&] { return told().is_object() && told().at("rows_written") >= rows; });
+  }
+  [[nodiscard]] bool has_logged(const std::string& text) {
+    return becomes([&] { return read_file(log).find(text) != std::string::npos; });
+  }
+  [[nodiscard]] std::vector<nlohmann::json> rows(std::vector<std::string> words = {}) const {
+    words.insert(words.begin(), {program("bmuctl"), "--json", "--socket", socket, "history"});
+    const Finished finished = run_program(words);
+    INFO(finished.err);
+    CHECK(finished.status == 0);
+    std::vector<nlohmann::json> all;
+    std::istringstream lines(finished.out);
+    for (std::string line; std::getline(lines, line);) all.push_back(nlohmann::json::parse(line));
+    return all;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("the daemon keeps a history beside its state, and bmuctl shows it while it is written and after",
+          "[integration][daemon][history][BMS_F.5]") {
+  HistoryBench bench;
+  bench.start();
+  REQUIRE(bench.has_rows(4));
+  const auto running = bench.rows({"--cells", "1.1,2.*"});
+  REQUIRE(running.size() >= 4);
+  const nlohmann::json& row = running.back();
+  CHECK(row.at("cells").size() == 13);
+  CHECK(row.at("cells")[0].at("voltage_average_uV") > 3'500'000);
+  CHECK(row.at("cells")[0].at("voltage_samples") > 5);
+  CHECK(row.at("sensors")[0].at("temperature_average_dC").is_number());
+  CHECK(row.at("current_samples") > 10);
+  CHECK(row.at("soc_permille") == Approx(800).margin(20));
+  CHECK(row.at("span_ms") >= 500);
+  CHECK(bench.ask({"history"}).out.find("Life 1 of the daemon: demo 48s, 48 cells") != std::string::npos);
+  CHECK(bench.ask({"status"}).out.find(bench.path) != std::string::npos);
+  const std::string events = bench.ask({"history", "--events"}).out;
+  CHECK(events.find("module 1 is serial number 1001") != std::string::npos);
+
+  bench.daemon->signal(SIGTERM);
+  REQUIRE(bench.daemon->wait(milliseconds(5000)) == 0);
+  CHECK_FALSE(std::filesystem::exists(bench.path + "-wal"));
+  const auto after = bench.rows({"--file", bench.path});
+  CHECK(after.size() > running.size());  // the one under way came in at the end
+  CHECK(bench.ask({"history", "--file", bench.path, "--events"}).out.find("shutting down") != std::string::npos);
+
+  bench.start();
+  REQUIRE(bench.has_rows(2));
+  const auto second_life = bench.rows();
+  CHECK(second_life.front().at("life") == 1);
+  CHECK(second_life.back().at("life") == 2);
+}
+
+TEST_CASE("killed in the middle, the history has all but the minute in hand", "[integration][daemon][history]") {
+  HistoryBench bench;
+  bench.start();
+  REQUIRE(bench.has_rows(3));
+  const std::int64_t written = bench.told().at("rows_written");
+  bench.daemon->signal(SIGKILL);
+  REQUIRE(bench.daemon->wait(milliseconds(2000)) == 128 + SIGKILL);
+  const auto rows = bench.rows({"--file", bench.path});
+  CHECK(static_cast<std::int64_t>(rows.size()) >= written);
+  static_cast<void>(bench.listener.last());
+  bench.start();
+  REQUIRE(bench.has_rows(1));
+  CHECK(static_cast<std::int64_t>(bench.rows().size()) > written);
+}
+
+TEST_CASE("a history that somebody else has locked is warned of, written again, and the loop keeps its time",
+          "[integration][daemon][history]") {
+  HistoryBench bench;
+  bench.start();
+  REQUIRE(bench.has_rows(1));
+  sqlite3* other = nullptr;
+  REQUIRE(sqlite3_open(bench.path.c_str(), &other) == SQLITE_OK);
+  REQUIRE(sqlite3_exec(other, "PRAGMA busy_timeout = 5000; BEGIN IMMEDIATE", nullptr, nullptr, nullptr) == SQLITE_OK);
+  REQUIRE(bench.becomes([&] { return bench.told().at("state") == "failing"; }));
+  CHECK(bench.has_logged("the history is not written: " + bench.path));
+  CHECK(bench.becomes([&] {
+    return bench.ask_json("status").at("faults_present").dump().find("history_write_failed") != std::string::npos;
+  }));
+  CHECK(bench.told().at("last_error").get<std::string>().find("locked") != std::string::npos);
+  REQUIRE(sqlite3_exec(other, "ROLLBACK", nullptr, nullptr, nullptr) == SQLITE_OK);
+  sqlite3_close(other);
+  CHECK(bench.has_logged("history.sqlite: written again"));
+  CHECK(bench.becomes([&] { return bench.told().at("rows_waiting") == 0; }));
+  CHECK(bench.told().at("rows_lost") == 0);
+  const nlohmann::json daemon = bench.ask_json("status").at("daemon");
+  CHECK(daemon.at("tick_latest_us") < 500'000);  // a disk's second would show; a busy machine may cost some
+}
+
+TEST_CASE("a damaged history is put aside at the start and a new one begun", "[integration][daemon][history]") {
+  HistoryBench bench;
+  const std::string spoiled(50'000, 'x');
+  std::ofstream(bench.path) << spoiled;
+  bench.start();
+  REQUIRE(bench.has_rows(1));
+  const std::string aside = bench.told().at("put_aside");
+  CHECK(read_file(aside) == spoiled);
+  CHECK(bench.has_logged("the history was damaged; it is " + aside));
+  CHECK_FALSE(bench.rows().empty());
+}
+
+TEST_CASE("without a state file, or with --history none, there is no history", "[integration][daemon][history]") {
+  HistoryBench bench;
+  SECTION("none by the option") {
+    bench.start({"--state", bench.state, "--history", "none"});
+  }
+  SECTION("no state") {
+    bench.start({});
+  }
+  CHECK(bench.told().is_null());
+  CHECK_FALSE(std::filesystem::exists(bench.path));
+  CHECK(bench.ask({"history", "--file", bench.path}).status == 1);
+}
+
+TEST_CASE("a history may lie elsewhere, but never under a name that says something else",
+          "[integration][daemon][history][cli]") {
+  HistoryBench bench;
+  const std::string other = bench.folder / "other.sqlite";
+  bench.start({"--history", other});
+  REQUIRE(bench.has_rows(1));
+  CHECK(std::filesystem::exists(other));
+  const Finished refused = run_program({program("bmud"), "--config", bench.pack, "--history", "/etc/passwd"});
+  CHECK(refused.status == 2);
+  CHECK(refused.err.find("wanted a name that ends in .sqlite") != std::string::npos);
+}
+
+TEST_CASE("bmuctl history says what is wrong with its words, and what is not there",
+          "[integration][bmuctl][history][cli]") {
+  const TemporaryFolder folder;
+  const auto run = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), {program("bmuctl"), "--socket", folder / "none.sock", "history"});
+    return run_program(words);
+  };
+  const Finished bad_time = run({"--from", "tomorrow"});
+  CHECK(bad_time.status == 2);
+  CHECK(bad_time.err.find("found 'tomorrow', wanted 2026-03-01 17:05") != std::string::npos);
+  const Finished bad_cells = run({"--cells", "1.x"});
+  CHECK(bad_cells.status == 2);
+  CHECK(bad_cells.err.find("found '1.x', wanted all, or numbers") != std::string::npos);
+  const Finished missing = run({"--file", folder / "no.sqlite"});
+  CHECK(missing.status == 1);
+  CHECK(missing.err.find("no.sqlite: no such file") != std::string::npos);
+  const Finished none = run({"--file", folder.file("text.sqlite", std::string(5'000, 'x'))});
+  CHECK(none.status == 1);
+  CHECK(none.err.find("is no history") != std::string::npos);
+  CHECK(run({"--help"}).out.find("bmuctl history --from today") != std::string::npos);
+}
+
+}  // namespace bmu

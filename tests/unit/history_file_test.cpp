@@ -1,0 +1,582 @@
+// The database of the history: what is written is there again, what is too much goes, what is damaged gets out of the
+// way, and what is not ours is left alone.
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <fstream>
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "daemon/history/history_schema.hpp"
+#include "daemon/history/row_blob.hpp"
+#include "tests/support/faulty_vfs.hpp"
+#include "tests/support/history_rows.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace bmu {
+
+using test::count;
+using test::FaultyDisk;
+using test::history_event;
+using test::history_row;
+using test::life_of;
+using test::read_all;
+using test::write_minutes;
+
+namespace {
+
+struct Files {
+  TemporaryFolder folder;
+  std::string path = folder / "history.sqlite";
+
+  [[nodiscard]] std::vector<std::string> put_aside() const {
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(folder.path())) {
+      const std::string name = entry.path().string();
+      const bool is_companion = name.ends_with("-wal") || name.ends_with("-shm");
+      if (name.find(".damaged-") != std::string::npos && !is_companion) names.push_back(name);
+    }
+    return names;
+  }
+};
+
+std::string bytes_of(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+void write_bytes(const std::string& path, const std::string& bytes) {
+  std::ofstream(path, std::ios::binary | std::ios::trunc) << bytes;
+}
+
+void run_sql(const std::string& path, const std::string& sql) {
+  sqlite3* database = nullptr;
+  REQUIRE(sqlite3_open(path.c_str(), &database) == SQLITE_OK);
+  REQUIRE(sqlite3_exec(database, sql.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK);
+  sqlite3_close(database);
+}
+
+/// The first number of what is asked for; views may be used.
+std::vector<std::int64_t> numbers(const std::string& path, const std::string& sql) {
+  sqlite3* database = nullptr;
+  sqlite3_stmt* statement = nullptr;
+  REQUIRE(sqlite3_open(path.c_str(), &database) == SQLITE_OK);
+  REQUIRE(sqlite3_prepare_v2(database, sql.c_str(), -1, &statement, nullptr) == SQLITE_OK);
+  REQUIRE(sqlite3_step(statement) == SQLITE_ROW);
+  std::vector<std::int64_t> row;
+  for (int column = 0; column < sqlite3_column_count(statement); ++column) {
+    row.push_back(sqlite3_column_type(statement, column) == SQLITE_NULL ? -1 : sqlite3_column_int64(statement, column));
+  }
+  sqlite3_finalize(statement);
+  sqlite3_close(database);
+  return row;
+}
+
+/// A database of minutes 1 to `last`, closed.
+void make_history(const std::string& path, std::int64_t last, std::size_t modules = 2) {
+  const HistoryLife life = life_of(modules);
+  HistoryFile file({.path = path}, life);
+  write_minutes(file, life, 1, last);
+}
+
+}  // namespace
+
+TEST_CASE("rows and events are there again as they were written", "[unit][history][BMS_F.5]") {
+  const Files files;
+  const HistoryLife life = life_of(2);
+  {
+    HistoryFile file({.path = files.path}, life);
+    write_minutes(file, life, 1, 3);
+    write_minutes(file, life, 4, 5);
+  }
+  auto reader = HistoryReader::open(files.path);
+  REQUIRE(reader);
+  const auto all = read_all(*reader);
+  CHECK(all.problems == std::vector<std::string>{});
+  CHECK(all.minutes() == count(1, 5));
+  for (const HistoryRow& row : all.rows) {
+    HistoryRow wanted = history_row(row.sequence, life);
+    wanted.sequence = row.sequence;
+    wanted.life = 1;
+    CHECK(row == wanted);
+    REQUIRE(reader->life_of(row) != nullptr);
+    CHECK(reader->life_of(row)->layout == life.layout);
+    CHECK(reader->life_of(row)->pack_name == "test pack");
+  }
+  REQUIRE(all.events.size() == 5);
+  HistoryEvent wanted = history_event(5);
+  wanted.sequence = 5;
+  wanted.life = 1;
+  CHECK(all.events.back() == wanted);
+  struct stat status {};
+  REQUIRE(::stat(files.path.c_str(), &status) == 0);
+  CHECK((status.st_mode & 0777U) == 0640U);
+}
+
+TEST_CASE("each life of the daemon goes on behind the one before", "[unit][history][BMS_F.5]") {
+  const Files files;
+  make_history(files.path, 3);
+  const HistoryLife other = life_of(1, "two");
+  HistoryFile file({.path = files.path}, other);
+  write_minutes(file, other, 1, 2);
+  const auto all = read_all(files.path);
+  REQUIRE(all.minutes() == std::vector<std::int64_t>{1, 2, 3, 1, 2});
+  CHECK(all.rows.back().sequence == 5);
+  CHECK(all.rows.back().life == 2);
+  CHECK(all.rows.back().cells.size() == 12);
+  CHECK(all.rows.front().cells.size() == 24);
+  CHECK(all.problems.empty());
+}
+
+TEST_CASE("what was written already is not written twice", "[unit][history]") {
+  const Files files;
+  const HistoryLife life = life_of(1);
+  {
+    HistoryFile file({.path = files.path}, life);
+    write_minutes(file, life, 1, 3);
+  }
+  HistoryFile file({.path = files.path}, life);
+  write_minutes(file, life, 2, 4);
+  const auto all = read_all(files.path);
+  CHECK(all.minutes() == count(1, 4));
+  CHECK(all.events.size() == 4);
+}
+
+TEST_CASE("with SQL alone one finds each cell and sensor in the views", "[unit][history]") {
+  const Files files;
+  make_history(files.path, 2);
+  CHECK(
+      numbers(files.path,
+              "SELECT module, place, voltage_average_uV, voltage_min_uV, voltage_max_uV, voltage_samples, soc_permille,"
+              " health_by_capacity_permille, health_by_resistance_permille, bled_permille"
+              " FROM cell_minute WHERE sequence = 2 AND number = 15") ==
+      std::vector<std::int64_t>{2, 3, 3'314'200, 3'312'200, 3'316'200, 600, 2, 987, -1, 14});
+  // Four of its cells and four of its board before those of module 2.
+  CHECK(numbers(
+            files.path,
+            "SELECT module, place, temperature_average_dC, temperature_min_dC, temperature_samples FROM sensor_minute "
+            "WHERE sequence = 1 AND number = 16 AND kind = 'board'") ==
+        std::vector<std::int64_t>{2, 4, -50, -100, 599});
+  CHECK(numbers(files.path, "SELECT count(*) FROM cell_minute") == std::vector<std::int64_t>{48});
+  CHECK(numbers(files.path, "SELECT count(*) FROM sensor_minute") == std::vector<std::int64_t>{32});
+}
+
+TEST_CASE("a reader sees what is written meanwhile, and holds nobody up", "[unit][history]") {
+  const Files files;
+  const HistoryLife life = life_of(1);
+  HistoryFile file({.path = files.path}, life);
+  write_minutes(file, life, 1, 2);
+  auto reader = HistoryReader::open(files.path);
+  REQUIRE(reader);
+  std::int64_t next = 3;
+  std::size_t rows = 0;
+  reader->for_each_row({}, [&](const HistoryRow&) {
+    write_minutes(file, life, next, next);
+    ++next;
+    ++rows;
+    return true;
+  });
+  CHECK(rows == 2);
+  CHECK(read_all(*reader).minutes() == count(1, 4));
+}
+
+// --- too much -------------------------------------------------------------------------------------------------------
+
+namespace {
+
+/// As the store does it.
+void add_minute(HistoryFile& file, const HistoryLife& life, const HistoryRow& row) {
+  REQUIRE(file.write({&row, 1}, {}));
+  while (true) {
+    const auto is_more = file.trim();
+    REQUIRE(is_more);
+    if (!*is_more) return;
+  }
+  static_cast<void>(life);
+}
+
+}  // namespace
+
+TEST_CASE("beyond its size a history loses its oldest rows, and their room on the disk", "[unit][history]") {
+  const Files files;
+  const HistoryLife life = life_of(8);
+  constexpr std::int64_t size_max_bytes = 6'000'000;
+  HistoryFile file({.path = files.path, .size_max_bytes = size_max_bytes}, life);
+  std::int64_t largest = 0;
+  for (std::int64_t first = 1; first <= 3'900; first += 100) {
+    write_minutes(file, life, first, first + 99);
+    add_minute(file, life, history_row(first + 99, life));
+    largest = std::max(largest, file.size_bytes());
+  }
+  CHECK(largest < size_max_bytes * 11 / 10);
+  const auto all = read_all(files.path);
+  CHECK(all.problems.empty());
+  REQUIRE_FALSE(all.rows.empty());
+  CHECK(all.rows.size() > 700);
+  CHECK(all.minutes() == count(3'901 - static_cast<std::int64_t>(all.rows.size()), 3'900));
+  // Events go with the minutes that they stand beside.
+  CHECK(all.events.front().number >= all.rows.front().uptime_ms.value_or(0) / test::minute_ms - 1);
+}
+
+TEST_CASE("a history keeps as many minutes as there are in its days", "[unit][history]") {
+  const Files files;
+  const HistoryLife life = life_of(1);
+  HistoryFile file({.path = files.path, .keep_days = 1}, life);
+  write_minutes(file, life, 1, 1'600);
+  add_minute(file, life, history_row(1'601, life));
+  CHECK(read_all(files.path).minutes() == count(1'601 - 1'439, 1'601));
+}
+
+TEST_CASE("by the clock the oldest rows go, ten for each that comes", "[unit][history]") {
+  const Files files;
+  const HistoryLife life = life_of(1);
+  HistoryFile file({.path = files.path, .keep_days = 1}, life);
+  write_minutes(file, life, 1, 100);
+  // The daemon was away for a day; rows of another life follow, an hour of them before the clock is trusted.
+  HistoryFile later({.path = files.path, .keep_days = 1}, life_of(1, "two"));
+  const auto add = [&](std::int64_t minute) {
+    HistoryRow row = history_row(minute, life);
+    *row.unix_time_ms += std::int64_t{2} * 86'400'000;
+    add_minute(later, life, row);
+  };
+  for (std::int64_t minute = 1; minute <= 60; ++minute) add(minute);
+  CHECK(read_all(files.path).rows.size() == 160);
+  add(61);
+  CHECK(read_all(files.path).rows.size() == 151);
+  for (std::int64_t minute = 62; minute <= 70; ++minute) add(minute);
+  CHECK(read_all(files.path).minutes() == count(1, 70));
+}
+
+TEST_CASE("a clock that jumps into the future and back costs no history", "[unit][history]") {
+  const Files files;
+  const HistoryLife life = life_of(1);
+  HistoryFile file({.path = files.path, .keep_days = 1}, life);
+  write_minutes(file, life, 1, 100);
+  for (std::int64_t minute = 101; minute <= 150; ++minute) {
+    HistoryRow row = history_row(minute, life);
+    *row.unix_time_ms += std::int64_t{3'650} * 86'400'000;
+    add_minute(file, life, row);
+  }
+  for (std::int64_t minute = 151; minute <= 300; ++minute) add_minute(file, life, history_row(minute, life));
+  const auto all = read_all(files.path);
+  CHECK(all.minutes() == count(1, 300));
+  CHECK(all.problems.empty());
+}
+
+// --- not as it should be --------------------------------------------------------------------------------------------
+
+TEST_CASE("a history of a newer version is left alone, and put nowhere", "[unit][history]") {
+  const Files files;
+  make_history(files.path, 3);
+  run_sql(files.path, "PRAGMA user_version = 2");
+  const std::string before = bytes_of(files.path);
+  const HistoryLife life = life_of(2, "two");
+  HistoryFile file({.path = files.path}, life);
+  const auto opened = file.open();
+  REQUIRE_FALSE(opened);
+  CHECK(opened.error().trouble == HistoryTrouble::newer);
+  CHECK(opened.error().what.find("newer bmud (schema 2, this one knows 1)") != std::string::npos);
+  CHECK(bytes_of(files.path) == before);
+  CHECK(files.put_aside().empty());
+  const auto reader = HistoryReader::open(files.path);
+  REQUIRE_FALSE(reader);
+  CHECK(reader.error().find("newer bmud") != std::string::npos);
+}
+
+TEST_CASE("another program's database, a folder and a device are left alone", "[unit][history]") {
+  const Files files;
+  run_sql(files.path, "CREATE TABLE photos (id INTEGER PRIMARY KEY); PRAGMA user_version = 1");
+  const std::string before = bytes_of(files.path);
+  const auto trouble_at = [](const std::string& path) {
+    HistoryFile file({.path = path}, life_of(1));
+    const auto opened = file.open();
+    return opened ? HistoryTrouble::busy : opened.error().trouble;
+  };
+  CHECK(trouble_at(files.path) == HistoryTrouble::foreign);
+  CHECK(bytes_of(files.path) == before);
+  CHECK(trouble_at(files.folder.path().string()) == HistoryTrouble::foreign);
+  CHECK(trouble_at("/dev/null") == HistoryTrouble::foreign);
+  CHECK(trouble_at(files.folder / "not/there/history.sqlite") == HistoryTrouble::refused);
+  CHECK_FALSE(HistoryReader::open(files.path).has_value());
+  CHECK_FALSE(HistoryReader::open("/dev/null").has_value());
+  CHECK_FALSE(HistoryReader::open(files.folder / "nothing.sqlite").has_value());
+}
+
+TEST_CASE("a schema is led through its steps, each as a whole or not at all", "[unit][history]") {
+  constexpr std::array steps{
+      SchemaStep{1, [] { return std::string("CREATE TABLE one (a INTEGER); INSERT INTO one VALUES (41)"); }},
+      SchemaStep{2, [] { return std::string("ALTER TABLE one ADD COLUMN b INTEGER; UPDATE one SET b = a + 1"); }},
+      SchemaStep{3, [] { return std::string("CREATE TABLE two (c INTEGER); CREATE TABLE one (a INTEGER)"); }}};
+  const Files files;
+  const auto database = Database::open(files.path, OpenAs::writer);
+  REQUIRE(database);
+  REQUIRE(migrate(*database, std::span(steps).first(1)));
+  CHECK(has_schema(*database, std::span(steps).first(1)).value_or(false));
+  CHECK_FALSE(has_schema(*database, std::span(steps).first(2)).value_or(true));
+  REQUIRE(migrate(*database, std::span(steps).first(2)));
+  CHECK(database->number("PRAGMA user_version").value_or(0) == 2);
+  CHECK(database->number("SELECT b FROM one").value_or(0) == 42);
+  CHECK(has_schema(*database, std::span(steps).first(2)).value_or(false));
+  // The third has a mistake in its second half: nothing of it stays.
+  CHECK_FALSE(migrate(*database, steps).has_value());
+  CHECK_FALSE(database->is_in_transaction());
+  CHECK(database->number("PRAGMA user_version").value_or(0) == 2);
+  CHECK(database->number("SELECT count(*) FROM sqlite_schema WHERE name = 'two'").value_or(-1) == 0);
+  REQUIRE(migrate(*database, std::span(steps).first(2)));  // nothing left to do
+}
+
+TEST_CASE("a database whose tables are others is put aside, and a new one begun", "[unit][history]") {
+  const Files files;
+  make_history(files.path, 3);
+  run_sql(files.path, "ALTER TABLE minute RENAME COLUMN soc_permille TO charge");
+  const std::string before = bytes_of(files.path);
+  const HistoryLife life = life_of(2, "two");
+  HistoryFile file({.path = files.path}, life);
+  const auto opened = file.open();
+  REQUIRE_FALSE(opened);
+  CHECK(opened.error().trouble == HistoryTrouble::damaged);
+  const auto name = file.put_aside();
+  REQUIRE(name);
+  CHECK(bytes_of(*name) == before);
+  write_minutes(file, life, 1, 2);
+  CHECK(read_all(files.path).minutes() == count(1, 2));
+}
+
+TEST_CASE("a hostile database is no trap: its views and triggers are not run, its numbers not counted on",
+          "[unit][history]") {
+  const Files files;
+  make_history(files.path, 3);
+  const std::string good = bytes_of(files.path);
+  const auto make = [&](const std::string& sql) {
+    for (const char* end : {"", "-wal", "-shm"}) std::filesystem::remove(files.path + end);
+    write_bytes(files.path, good);
+    run_sql(files.path, sql);
+  };
+  SECTION("a view without an end in the place of the rows") {
+    make(
+        "ALTER TABLE minute RENAME TO hidden;"
+        "CREATE VIEW minute AS WITH RECURSIVE n(sequence) AS (SELECT 1 UNION ALL SELECT sequence + 1 FROM n) "
+        "SELECT * FROM n");
+    CHECK_FALSE(HistoryReader::open(files.path).has_value());
+    HistoryFile file({.path = files.path}, life_of(2, "two"));
+    CHECK_FALSE(file.open().has_value());
+  }
+  SECTION("a trigger on each new row") {
+    make("CREATE TRIGGER trap AFTER INSERT ON minute BEGIN DELETE FROM minute; END");
+    const HistoryLife life = life_of(2, "two");
+    HistoryFile file({.path = files.path}, life);
+    write_minutes(file, life, 1, 1);
+    CHECK(read_all(files.path).rows.size() == 4);
+  }
+  SECTION("a row that uses all numbers up") {
+    make("UPDATE minute SET sequence = 9223372036854775807 WHERE sequence = 3");
+    HistoryFile file({.path = files.path}, life_of(2, "two"));
+    const HistoryRow row = history_row(1, life_of(2));
+    const auto written = file.write({&row, 1}, {});
+    REQUIRE_FALSE(written);
+    CHECK(written.error().trouble == HistoryTrouble::damaged);
+    const auto all = read_all(files.path);
+    CHECK(all.minutes() == count(1, 2));
+    CHECK(all.problems.size() == 1);
+  }
+  SECTION("cells that are too many, too few, or no bytes at all") {
+    make(
+        "UPDATE minute SET cells = zeroblob(16000) WHERE sequence = 1;"
+        "UPDATE minute SET cells = 'words' WHERE sequence = 2;"
+        "UPDATE minute SET cells = NULL, life = 77 WHERE sequence = 3");
+    const auto all = read_all(files.path);
+    CHECK(all.rows.empty());
+    REQUIRE(all.problems.size() == 1);
+    CHECK(all.problems[0] == "minute 1 to 3: the checksum is wrong");
+    CHECK(all.events.size() == 3);
+  }
+  SECTION("a life whose layout is made up") {
+    make("UPDATE layout SET modules = '1:12+4+4 999:12+4+4'");
+    const auto all = read_all(files.path);
+    CHECK(all.rows.empty());
+    CHECK(all.problems ==
+          std::vector<std::string>{"life 1: makes no sense", "minute 1 to 3: nobody knows the life it is of"});
+  }
+}
+
+// --- damaged --------------------------------------------------------------------------------------------------------
+
+TEST_CASE("cut short anywhere, a history is read as far as it goes, and the rest is named", "[unit][history]") {
+  const Files files;
+  make_history(files.path, 40);
+  const std::string good = bytes_of(files.path);
+  std::size_t most = 0;
+  std::size_t read_some = 0;
+  for (std::size_t size = 0; size < good.size(); size += 1'777) {
+    INFO("size " << size);
+    write_bytes(files.path, good.substr(0, size));
+    auto reader = HistoryReader::open(files.path);
+    if (!reader) continue;
+    const auto all = read_all(*reader);
+    CHECK_FALSE(all.problems.empty());
+    CHECK(all.rows.size() >= most);  // never less of more
+    most = std::max(most, all.rows.size());
+    if (!all.rows.empty()) ++read_some;
+    const auto minutes = all.minutes();
+    CHECK(std::is_sorted(minutes.begin(), minutes.end()));
+  }
+  CHECK(most >= 30);
+  CHECK(read_some > 10);
+}
+
+TEST_CASE("with any page spoiled, no wrong row is told, and good ones still are", "[unit][history]") {
+  const Files files;
+  const HistoryLife life = life_of(2);
+  make_history(files.path, 40);
+  const std::string good = bytes_of(files.path);
+  constexpr std::size_t page = 8'192;
+  std::size_t readable = 0;
+  for (std::size_t begin = 0; begin < good.size(); begin += page) {
+    for (const char filling : {'\0', '\xFF', 'x'}) {
+      INFO("page " << begin / page << " filled with " << static_cast<int>(filling));
+      std::string bytes = good;
+      std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(begin), page, filling);
+      write_bytes(files.path, bytes);
+      auto reader = HistoryReader::open(files.path);
+      if (!reader) continue;
+      ++readable;
+      for (const HistoryRow& row : read_all(*reader).rows) {
+        HistoryRow wanted = history_row(row.sequence, life);
+        wanted.sequence = row.sequence;
+        wanted.life = 1;
+        REQUIRE(row == wanted);
+      }
+    }
+  }
+  CHECK(readable > 20);
+}
+
+TEST_CASE("a flipped bit spoils the row that it is in, and no other", "[unit][history]") {
+  const Files files;
+  make_history(files.path, 40);
+  const std::string good = bytes_of(files.path);
+  // In the cells of row 20: their bytes stand in the file as they are.
+  const std::string cells = blob_of(history_row(20, life_of(2)).cells);
+  const std::size_t at = good.find(cells);
+  REQUIRE(at != std::string::npos);
+  std::string bytes = good;
+  bytes[at + 100] = static_cast<char>(bytes[at + 100] ^ 4);
+  write_bytes(files.path, bytes);
+  const auto all = read_all(files.path);
+  CHECK(all.rows.size() == 39);
+  CHECK(all.problems == std::vector<std::string>{"minute 20: the checksum is wrong"});
+}
+
+TEST_CASE("a damaged history is put aside as it is, and a new one begun; after five nothing is written",
+          "[unit][history]") {
+  const Files files;
+  const HistoryLife life = life_of(1);
+  for (int number = 1; number <= HistoryFile::aside_max; ++number) {
+    const std::string spoiled = std::string(20'000, 'x') + std::to_string(number);
+    write_bytes(files.path, spoiled);
+    HistoryFile file({.path = files.path}, life);
+    const auto opened = file.open();
+    REQUIRE_FALSE(opened);
+    CHECK(opened.error().trouble == HistoryTrouble::damaged);
+    CHECK(bytes_of(files.path) == spoiled);
+    const auto name = file.put_aside();
+    REQUIRE(name);
+    CHECK(bytes_of(*name) == spoiled);
+    CHECK(files.put_aside().size() == static_cast<std::size_t>(number));
+    REQUIRE(file.open());
+    file.close();
+    std::filesystem::remove(files.path);
+  }
+  write_bytes(files.path, std::string(20'000, 'x'));
+  HistoryFile file({.path = files.path}, life);
+  REQUIRE_FALSE(file.open());
+  const auto name = file.put_aside();
+  REQUIRE_FALSE(name);
+  CHECK(name.error().what.find("so were 5 before it") != std::string::npos);
+  CHECK(bytes_of(files.path) == std::string(20'000, 'x'));
+}
+
+TEST_CASE("a database that is removed or exchanged while it is open is begun anew", "[unit][history]") {
+  const Files files;
+  const HistoryLife life = life_of(1);
+  HistoryFile file({.path = files.path}, life);
+  write_minutes(file, life, 1, 2);
+  for (const char* end : {"", "-wal", "-shm"}) std::filesystem::remove(files.path + end);
+  write_minutes(file, life, 3, 4);
+  CHECK(read_all(files.path).minutes() == count(3, 4));
+  std::filesystem::rename(files.path, files.path + ".elsewhere");
+  for (const char* end : {"-wal", "-shm"}) std::filesystem::remove(files.path + end);
+  write_minutes(file, life, 5, 5);
+  CHECK(read_all(files.path).minutes() == count(5, 5));
+}
+
+// --- the disk -------------------------------------------------------------------------------------------------------
+
+TEST_CASE("whichever write or sync fails, what was there stays, and the row comes in later", "[unit][history]") {
+  const HistoryLife life = life_of(1);
+  int failed = 0;
+  for (const int kind : {0, 1, 2}) {
+    for (int nth = 1; nth <= 12; ++nth) {
+      INFO("kind " << kind << ", the " << nth << "th fails");
+      FaultyDisk& disk = FaultyDisk::well();
+      const Files files;
+      HistoryFile file({.path = files.path, .vfs = FaultyDisk::name}, life);
+      write_minutes(file, life, 1, 2);
+      if (kind == 0) disk.fail_writes(nth, SQLITE_FULL);
+      if (kind == 1) disk.fail_writes(nth, SQLITE_IOERR_WRITE);
+      if (kind == 2) disk.fail_syncs(nth);
+      const std::vector<HistoryRow> rows{history_row(3, life)};
+      const std::vector<HistoryEvent> events{history_event(3)};
+      const auto written = file.write(rows, events);
+      if (!written) {
+        ++failed;
+        CHECK(written.error().trouble == (kind == 0 ? HistoryTrouble::full : HistoryTrouble::refused));
+      }
+      disk.heal();
+      write_minutes(file, life, 3, 4);
+      const auto all = read_all(files.path);
+      CHECK(all.minutes() == count(1, 4));
+      CHECK(all.events.size() == 4);
+      CHECK(all.problems.empty());
+    }
+  }
+  CHECK(failed >= 3);
+}
+
+TEST_CASE("a new database that cannot be made is made when the disk is well again", "[unit][history]") {
+  const HistoryLife life = life_of(1);
+  for (int nth = 1; nth <= 20; ++nth) {
+    INFO("the " << nth << "th write fails");
+    FaultyDisk& disk = FaultyDisk::well();
+    const Files files;
+    disk.fail_writes(nth, SQLITE_FULL);
+    HistoryFile file({.path = files.path, .vfs = FaultyDisk::name}, life);
+    const HistoryRow row = history_row(1, life);
+    static_cast<void>(file.write({&row, 1}, {}));
+    disk.heal();
+    write_minutes(file, life, 1, 2);
+    CHECK(read_all(files.path).minutes() == count(1, 2));
+    CHECK(files.put_aside().empty());
+  }
+}
+
+TEST_CASE("somebody else's lock is told as that, and waited for no longer than a second", "[unit][history]") {
+  const Files files;
+  const HistoryLife life = life_of(1);
+  HistoryFile file({.path = files.path}, life);
+  write_minutes(file, life, 1, 1);
+  sqlite3* other = nullptr;
+  REQUIRE(sqlite3_open(files.path.c_str(), &other) == SQLITE_OK);
+  REQUIRE(sqlite3_exec(other, "BEGIN IMMEDIATE", nullptr, nullptr, nullptr) == SQLITE_OK);
+  const HistoryRow row = history_row(2, life);
+  const auto written = file.write({&row, 1}, {});
+  REQUIRE_FALSE(written);
+  CHECK(written.error().trouble == HistoryTrouble::busy);
+  REQUIRE(sqlite3_exec(other, "COMMIT", nullptr, nullptr, nullptr) == SQLITE_OK);
+  sqlite3_close(other);
+  write_minutes(file, life, 2, 2);
+  CHECK(read_all(files.path).minutes() == count(1, 2));
+}
+
+}  // namespace bmu

@@ -1,0 +1,222 @@
+#include "tools/bmuctl/history_command.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <functional>
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/history/history_reader.hpp"
+#include "tools/bmuctl/cell_choice.hpp"
+#include "tools/bmuctl/client.hpp"
+#include "tools/bmuctl/history_text.hpp"
+#include "tools/bmuctl/reply.hpp"
+#include "tools/bmuctl/terminal.hpp"
+#include "tools/bmuctl/time_words.hpp"
+
+namespace bmu {
+
+namespace {
+
+constexpr int exit_ok = 0;
+constexpr int exit_unreadable = 1;
+constexpr int exit_incomplete = 3;
+constexpr const char* default_file = "/var/lib/bmud/history.sqlite";
+constexpr const char* default_from = "-1h";
+constexpr const char* from_the_beginning = "begin";
+constexpr std::chrono::milliseconds answer_max{500};
+constexpr std::size_t out_chunk_bytes = 1 << 16;
+
+constexpr const char* footer = R"(Examples:
+  bmuctl history                                   the last hour, a line a minute
+  bmuctl history --from today                      since midnight
+  bmuctl history --from "2026-03-01 17:00" --to "2026-03-01 18:00" --cells 1.3,2.*
+  bmuctl history --from begin --cells all --csv >history.csv
+  bmuctl --json history --from -2h | jq '.soc_permille'
+  bmuctl history --events --from yesterday         what happened
+  bmuctl history --file /mnt/card/history.sqlite --from begin
+
+Times: 2026-03-01, 2026-03-01 17:05, 2026-03-01T17:05:09 (of this machine's time zone), 2026-03-01T17:05:09Z (UTC), now,
+today, yesterday, -90s, -30min, -2h, -7d, and begin for all there is. Tables show this machine's time zone, CSV and JSON
+have UTC. Cells: all, 19 (no. 19), 1.3 (cell 3 of module 1), 2.* (all of module 2).
+
+Each row is a minute: means, lowest and highest of its samples, and what was known at its end. What was not measured is
+empty, null or "--". JSON is a line a row.
+
+The file is the one of the running daemon, else /var/lib/bmud/history.sqlite. It is only read; the daemon may go on
+writing it.
+
+Exit codes: 0 shown, also where there is nothing in the span; 1 there is no history, or none that can be read; 2 command
+line; 3 shown, but some of it could not be read: standard error names what.)";
+
+std::int64_t now_unix_ms() {
+  const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::milliseconds>(since_1970).count();
+}
+
+std::string complain(const std::string& text, const char* wanted) {
+  return "found '" + text + "', wanted " + wanted;
+}
+std::string is_time(const std::string& text) {
+  const bool is_one = text == from_the_beginning || time_from_words(text, now_unix_ms()).has_value();
+  return is_one ? "" : complain(text, time_words_form);
+}
+std::string is_choice(const std::string& text) {
+  return cell_choice_from(text) ? "" : complain(text, cell_choice_form);
+}
+
+/// What the daemon says, if one runs.
+std::string file_of_daemon(const std::string& socket) {
+  auto client = Client::connect(socket);
+  if (!client || !client->send_line(R"({"cmd":"status"})")) return "";
+  const auto line = client->read_line(answer_max);
+  if (!line) return "";
+  const nlohmann::json json = nlohmann::json::parse(*line, nullptr, false);
+  return Reply(json)["history"]["path"].text();
+}
+
+/// Standard output in large pieces: a month is some hundred megabytes of CSV.
+class Output {
+ public:
+  Output() = default;
+  Output(const Output&) = delete;
+  Output& operator=(const Output&) = delete;
+  ~Output() { write_out(text_); }
+
+  void add(const std::string& text) {
+    text_ += text;
+    if (text_.size() < out_chunk_bytes) return;
+    write_out(text_);
+    text_.clear();
+  }
+
+ private:
+  std::string text_;
+};
+
+enum class Form { table, csv, json };
+
+struct Shown {
+  HistorySpan span;
+  Form form = Form::table;
+  CellChoice cells;
+  bool with_colour = false;
+};
+
+/// The newest life's: the columns of all rows.
+const HistoryLayout& newest_layout(const HistoryReader& history) {
+  static const HistoryLayout none;
+  return history.lives().empty() ? none : history.lives().back().layout;
+}
+
+/// Those in the modules of the cells.
+std::vector<HistoryPlace> sensors_beside(const std::vector<HistoryPlace>& cells, const HistoryLayout& layout) {
+  std::vector<HistoryPlace> sensors;
+  for (const HistoryPlace& sensor : layout.sensors()) {
+    const bool is_beside =
+        std::any_of(cells.begin(), cells.end(), [&](const HistoryPlace& cell) { return cell.module == sensor.module; });
+    if (is_beside) sensors.push_back(sensor);
+  }
+  return sensors;
+}
+
+/// How many were shown.
+std::size_t show_rows(HistoryReader& history, const Shown& shown) {
+  Output out;
+  const std::vector<HistoryPlace> cells = chosen(shown.cells, newest_layout(history).cells());
+  const std::vector<HistoryPlace> sensors = sensors_beside(cells, newest_layout(history));
+  HistoryTable table(cells);
+  std::size_t count = 0;
+  if (shown.form == Form::csv) out.add(csv_head(cells, sensors));
+  history.for_each_row(shown.span, [&](const HistoryRow& row) {
+    const HistoryLife& life = *history.life_of(row);
+    ++count;
+    if (shown.form == Form::csv) {
+      out.add(csv_line(row, life.layout, cells, sensors));
+    } else if (shown.form == Form::json) {
+      const std::vector<HistoryPlace> own = chosen(shown.cells, life.layout.cells());
+      out.add(json_line(row, own, sensors_beside(own, life.layout)));
+    } else {
+      table.add(row, life);
+    }
+    return true;
+  });
+  if (!table.is_empty()) out.add(table.page().text(shown.with_colour));
+  return count;
+}
+
+std::size_t show_events(HistoryReader& history, const Shown& shown) {
+  Output out;
+  HistoryTable table({});
+  std::size_t count = 0;
+  if (shown.form == Form::csv) out.add(csv_event_head());
+  history.for_each_event(shown.span, [&](const HistoryEvent& event) {
+    ++count;
+    if (shown.form == Form::csv) {
+      out.add(csv_line(event));
+    } else if (shown.form == Form::json) {
+      out.add(json_line(event));
+    } else {
+      table.add(event);
+    }
+    return true;
+  });
+  if (!table.is_empty()) out.add(table.page().text(shown.with_colour));
+  return count;
+}
+
+void say_nothing_there(HistoryReader& history, const char* what) {
+  const HistorySpan covered = history.covered();
+  if (!covered.from_unix_ms || !covered.to_unix_ms) {
+    std::printf("No %s, and none with a known time in all of %s.\n", what, history.path().c_str());
+    return;
+  }
+  std::printf("No %s in this span. %s has minutes from %s to %s.\n", what, history.path().c_str(),
+              local_time_text(*covered.from_unix_ms).c_str(), local_time_text(*covered.to_unix_ms).c_str());
+}
+
+HistoryNumber time_of(const std::string& text) {
+  return text.empty() || text == from_the_beginning ? std::nullopt : time_from_words(text, now_unix_ms());
+}
+
+}  // namespace
+
+void HistoryCommand::add_to(CLI::App& app) {
+  command_ = app.add_subcommand("history", "what the pack did, minute by minute, and what happened");
+  command_->add_option("--from", from_, "the first time that is wanted; without it the last hour")
+      ->check(is_time)
+      ->type_name("TIME");
+  command_->add_option("--to", to_, "up to here")->check(is_time)->type_name("TIME");
+  command_->add_option("--cells", cells_, "cells to show one by one, with the sensors of their modules in CSV and JSON")
+      ->check(is_choice)
+      ->type_name("CELLS");
+  command_->add_flag("--events", events_, "what happened instead of the minutes");
+  command_->add_flag("--csv", csv_, "comma separated values with a line of names");
+  command_->add_option("--file", file_, "another database than the daemon's")->type_name("PATH");
+  command_->footer(footer);
+}
+
+int HistoryCommand::run(const HistoryCommandContext& context) const {
+  std::string file = file_.empty() ? file_of_daemon(context.socket) : file_;
+  if (file.empty()) file = default_file;
+  auto history = HistoryReader::open(file);
+  if (!history) {
+    std::fprintf(stderr, "bmuctl: %s\n", history.error().c_str());
+    return exit_unreadable;
+  }
+  const bool has_span = !from_.empty() || !to_.empty();
+  const Shown shown{.span = {.from_unix_ms = time_of(has_span ? from_ : default_from), .to_unix_ms = time_of(to_)},
+                    .form = context.json ? Form::json
+                            : csv_       ? Form::csv
+                                         : Form::table,
+                    .cells = cell_choice_from(cells_).value_or(CellChoice{}),
+                    .with_colour = context.with_colour};
+  const std::size_t count = events_ ? show_events(*history, shown) : show_rows(*history, shown);
+  if (count == 0 && shown.form == Form::table) say_nothing_there(*history, events_ ? "events" : "minutes");
+  const std::vector<std::string> problems = history->problems();
+  for (const std::string& problem : problems) std::fprintf(stderr, "bmuctl: %s\n", problem.c_str());
+  return problems.empty() ? exit_ok : exit_incomplete;
+}
+
+}  // namespace bmu

@@ -1,0 +1,54 @@
+// Rows and events of a history as text: lines of CSV, lines of JSON, and tables for people. Names of columns and keys
+// are those of the members (daemon/history/history_row.hpp), with their units; `time` beside them is UTC.
+//
+// Texts of a database are nobody's to trust: what could move a cursor is shown as "?".
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/history/history_row.hpp"
+#include "tools/bmuctl/page.hpp"
+
+namespace bmu {
+
+/// "cell_1.3_voltage_average_uV" and so on for each of `cells`; and of the sensors of their modules,
+/// "sensor_1.2_temperature_average_dC", "board_1.1_...".
+[[nodiscard]] std::string csv_head(const std::vector<HistoryPlace>& cells, const std::vector<HistoryPlace>& sensors);
+/// `layout` is the one of the row's life: a place that it does not have is empty.
+[[nodiscard]] std::string csv_line(const HistoryRow& row, const HistoryLayout& layout,
+                                   const std::vector<HistoryPlace>& cells, const std::vector<HistoryPlace>& sensors);
+[[nodiscard]] std::string csv_event_head();
+[[nodiscard]] std::string csv_line(const HistoryEvent& event);
+
+/// With `cells` and `sensors` as lists of objects if there are any.
+[[nodiscard]] std::string json_line(const HistoryRow& row, const std::vector<HistoryPlace>& cells,
+                                    const std::vector<HistoryPlace>& sensors);
+[[nodiscard]] std::string json_line(const HistoryEvent& event);
+
+/// A table that grows row by row; each life of the daemon gets a heading. With `cells`, their average voltages instead
+/// of the lowest and the highest.
+class HistoryTable {
+ public:
+  explicit HistoryTable(std::vector<HistoryPlace> cells) : cells_(std::move(cells)) {}
+
+  void add(const HistoryRow& row, const HistoryLife& life);
+  void add(const HistoryEvent& event);
+  [[nodiscard]] bool is_empty() const { return tables_.empty() && events_.empty(); }
+  [[nodiscard]] Page page() const;
+
+ private:
+  struct OfLife {
+    std::int64_t life = 0;
+    std::string heading;
+    std::vector<Line> rows;
+  };
+  [[nodiscard]] Line head() const;
+
+  std::vector<HistoryPlace> cells_;
+  std::vector<OfLife> tables_;
+  std::vector<Line> events_;
+};
+
+}  // namespace bmu
