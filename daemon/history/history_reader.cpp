@@ -245,7 +245,18 @@ std::string HistoryReader::read_row(const Statement& statement, HistoryRow& row)
 }
 
 void HistoryReader::for_each_row(const HistorySpan& span, const std::function<bool(const HistoryRow&)>& take) {
-  scan("minute", select_minutes_sql(), range_of(span), [&](const Statement& statement, std::int64_t sequence) {
+  read_rows(span, range_of(span), take);
+}
+
+void HistoryReader::for_each_row_after(std::int64_t sequence, const std::function<bool(const HistoryRow&)>& take) {
+  Range range = range_of("minute");
+  range.first = std::max(range.first, sequence + 1);
+  read_rows({}, range, take);
+}
+
+void HistoryReader::read_rows(const HistorySpan& span, Range range,
+                              const std::function<bool(const HistoryRow&)>& take) {
+  scan("minute", select_minutes_sql(), range, [&](const Statement& statement, std::int64_t sequence) {
     HistoryRow row;
     row.sequence = sequence;
     read_columns(statement, 1, row_columns(), row);

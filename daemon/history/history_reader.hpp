@@ -42,6 +42,8 @@ class HistoryReader {
 
   /// All that are left of each kind within the span, the oldest first, until `take` returns false.
   void for_each_row(const HistorySpan& span, const std::function<bool(const HistoryRow&)>& take);
+  /// In pieces: those behind that sequence number, whatever the clock said; -1 for all.
+  void for_each_row_after(std::int64_t sequence, const std::function<bool(const HistoryRow&)>& take);
   void for_each_event(const HistorySpan& span, const std::function<bool(const HistoryEvent&)>& take);
 
   [[nodiscard]] const std::vector<HistoryLife>& lives() const { return lives_; }
@@ -73,6 +75,7 @@ class HistoryReader {
   [[nodiscard]] const HistoryLife* find_life(const HistoryNumber& id) const;
   [[nodiscard]] Range range_of(const HistorySpan& span);
   [[nodiscard]] Range range_of(const std::string& table);
+  void read_rows(const HistorySpan& span, Range range, const std::function<bool(const HistoryRow&)>& take);
   [[nodiscard]] std::string read_row(const Statement& statement, HistoryRow& row) const;
   void scan(const std::string& table, const std::string& select, Range range,
             const std::function<bool(const Statement&, std::int64_t sequence)>& take);

@@ -19,6 +19,7 @@
 #include "daemon/shell/buses.hpp"
 #include "daemon/shell/cell_count_setting.hpp"
 #include "daemon/shell/gpio_lines.hpp"
+#include "daemon/shell/history_log.hpp"
 #include "daemon/shell/journal.hpp"
 #include "daemon/shell/line_feeder.hpp"
 #include "daemon/shell/loop.hpp"
@@ -270,7 +271,7 @@ Result<std::unique_ptr<SerialConsole>, OsError> start_console(SerialConfig seria
       {.device = serial.device, .bit_rate_Bd = serial.bit_rate_Bd},
       {.set_cell_count = [cell_count = std::move(cell_count), open_pack = std::move(open_pack)](
                              std::size_t wanted) { return cell_count->set(wanted, open_pack->is_open()); },
-       .log_source = empty_log(),
+       .log_source = history_log(history_path(options)),
        .log = [&journal](Severity severity, std::string_view line) { journal.log(severity, line); }});
 }
 

@@ -12,7 +12,7 @@
 #include "tools/bmuctl/client.hpp"
 #include "tools/bmuctl/history_text.hpp"
 #include "tools/bmuctl/reply.hpp"
-#include "tools/bmuctl/terminal.hpp"
+#include "tools/common/terminal.hpp"
 #include "tools/bmuctl/time_words.hpp"
 
 namespace bmu {

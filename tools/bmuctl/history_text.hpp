@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "daemon/history/history_row.hpp"
-#include "tools/bmuctl/page.hpp"
+#include "tools/common/page.hpp"
 
 namespace bmu {
 

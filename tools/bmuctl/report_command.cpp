@@ -1,14 +1,19 @@
 #include "tools/bmuctl/report_command.hpp"
 
+#include <cerrno>
 #include <chrono>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <optional>
 
+#include <fcntl.h>
 #include <unistd.h>
 
+#include "daemon/shell/owned_fd.hpp"
 #include "protocol/result.hpp"
+#include "tools/common/line_reader.hpp"
 #include "tools/common/terminal.hpp"
 #include "tools/report/report_from_recording.hpp"
 #include "tools/report/report_page.hpp"
@@ -31,7 +36,7 @@ int fail(const std::string& what, int status = exit_failed) {
 /// How far it is, on a terminal, four times a second.
 class Progress {
  public:
-  explicit Progress(std::uintmax_t total) : total_(total), is_shown_(::isatty(STDERR_FILENO) != 0 && total > 0) {}
+  Progress() : is_shown_(::isatty(STDERR_FILENO) != 0) {}
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
   ~Progress() {
@@ -45,13 +50,12 @@ class Progress {
     if (now - told_at_ < std::chrono::milliseconds(250)) return;
     told_at_ = now;
     has_shown_ = true;
-    std::fprintf(stderr, "\rreading, %3.0f %%", 100.0 * static_cast<double>(done_) / static_cast<double>(total_));
+    std::fprintf(stderr, "\rreading, %.0f MB", static_cast<double>(done_) * 1e-6);
   }
 
  private:
   static constexpr unsigned lines_between_looks = 256;
 
-  std::uintmax_t total_;
   std::uintmax_t done_ = 0;
   bool is_shown_;
   bool has_shown_ = false;
@@ -59,17 +63,37 @@ class Progress {
   std::chrono::steady_clock::time_point told_at_ = std::chrono::steady_clock::now();
 };
 
-Result<report::ReportData, std::string> read_recording(const std::string& file, report::RecordingReport& reading) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) return failure("cannot read '" + file + "'");
-  std::error_code no_size;
-  const std::uintmax_t size = std::filesystem::file_size(file, no_size);
-  Progress progress(no_size ? 0 : size);
-  std::string line;
-  while (std::getline(in, line)) {
-    progress.take(line.size() + 1);
-    if (!reading.take(line)) break;
+/// As far as it can be read; what was wrong behind that, "" if nothing was.
+Result<std::string, std::string> take_lines(int fd, report::RecordingReport& reading) {
+  Progress progress;
+  LineReader lines(fd);
+  LineReader::Line line;
+  while (true) {
+    while (lines.take(line)) {
+      progress.take(line.text.size() + 1);
+      if (!reading.take(line.text)) return std::string();
+    }
+    switch (lines.fill()) {
+      case LineReader::Filled::more:
+      case LineReader::Filled::interrupted: break;
+      case LineReader::Filled::end:
+        if (!lines.take(line)) return std::string();
+        static_cast<void>(reading.take(line.text));
+        return std::string();
+      case LineReader::Filled::damaged:
+        return "from byte " + std::to_string(lines.damage().begin) + " on: " + lines.damage().what;
+      case LineReader::Filled::error: return failure(std::string(std::strerror(errno)));
+    }
   }
+}
+
+Result<report::ReportData, std::string> read_recording(const std::string& file, report::RecordingReport& reading,
+                                                       std::string& damage) {
+  const OwnedFd in(file == "-" ? ::dup(STDIN_FILENO) : ::open(file.c_str(), O_RDONLY | O_CLOEXEC));
+  if (!in.is_open()) return failure("cannot read '" + file + "': " + std::strerror(errno));
+  auto read = take_lines(in.get(), reading);
+  if (!read) return failure("cannot read '" + file + "': " + read.error());
+  damage = std::move(*read);
   const auto problem = reading.problem();
   report::ReportData data = std::move(reading).finish();
   if (!data.is_empty()) return data;
@@ -78,7 +102,10 @@ Result<report::ReportData, std::string> read_recording(const std::string& file, 
 }
 
 std::string beside(const std::string& file) {
-  return std::filesystem::path(file).replace_extension(".html").string();
+  std::filesystem::path path(file);
+  // "drive.log.zst" has two.
+  if (path.extension() == ".zst") path.replace_extension();
+  return path.replace_extension(".html").string();
 }
 
 bool write_page(const std::string& page, const std::string& path) {
@@ -105,7 +132,8 @@ int write_report(const ReportOptions& options) {
   if (out == options.file)
     return fail("the page would be written over '" + out + "'; wanted another --out", exit_usage);
   report::RecordingReport reading(wanted);
-  const auto data = read_recording(options.file, reading);
+  std::string damage;
+  const auto data = read_recording(options.file, reading, damage);
   if (!data) return fail(data.error());
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   const std::string page =
@@ -114,7 +142,9 @@ int write_report(const ReportOptions& options) {
   if (!write_page(page, out)) return fail("cannot write '" + out + "'");
   if (out != "-") std::printf("%s: %s\n", out.c_str(), report::span_text(data->to_us() - data->from_us()).c_str());
   for (const std::string& note : data->notes) std::fprintf(stderr, "bmuctl: %s\n", note.c_str());
-  return reading.problem() ? exit_damaged : exit_ok;
+  if (!damage.empty())
+    std::fprintf(stderr, "bmuctl: %s: the page ends where it is damaged, %s\n", options.file.c_str(), damage.c_str());
+  return reading.problem() || !damage.empty() ? exit_damaged : exit_ok;
 }
 
 }  // namespace bmu

@@ -56,7 +56,7 @@ class RecordingReport {
   void fill_figures();
 
   RecordingOptions options_;
-  Replay replay_{ReplayOptions{.other = nullptr, .differences_max = 0}};
+  Replay replay_{ReplayOptions{}};
   ReportData data_;
   std::unique_ptr<Open> open_;
   std::unique_ptr<Means> means_;
