@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "tools/common/page.hpp"
 #include "tools/bmuctl/reply.hpp"
+#include "tools/common/page.hpp"
 
 namespace bmu {
 

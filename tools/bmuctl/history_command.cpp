@@ -5,15 +5,12 @@
 #include <cstdio>
 #include <functional>
 
-#include <nlohmann/json.hpp>
-
 #include "daemon/history/history_reader.hpp"
 #include "tools/bmuctl/cell_choice.hpp"
-#include "tools/bmuctl/client.hpp"
+#include "tools/bmuctl/history_file.hpp"
 #include "tools/bmuctl/history_text.hpp"
-#include "tools/bmuctl/reply.hpp"
-#include "tools/common/terminal.hpp"
 #include "tools/bmuctl/time_words.hpp"
+#include "tools/common/terminal.hpp"
 
 namespace bmu {
 
@@ -22,10 +19,8 @@ namespace {
 constexpr int exit_ok = 0;
 constexpr int exit_unreadable = 1;
 constexpr int exit_incomplete = 3;
-constexpr const char* default_file = "/var/lib/bmud/history.sqlite";
 constexpr const char* default_from = "-1h";
 constexpr const char* from_the_beginning = "begin";
-constexpr std::chrono::milliseconds answer_max{500};
 constexpr std::size_t out_chunk_bytes = 1 << 16;
 
 constexpr const char* footer = R"(Examples:
@@ -64,16 +59,6 @@ std::string is_time(const std::string& text) {
 }
 std::string is_choice(const std::string& text) {
   return cell_choice_from(text) ? "" : complain(text, cell_choice_form);
-}
-
-/// What the daemon says, if one runs.
-std::string file_of_daemon(const std::string& socket) {
-  auto client = Client::connect(socket);
-  if (!client || !client->send_line(R"({"cmd":"status"})")) return "";
-  const auto line = client->read_line(answer_max);
-  if (!line) return "";
-  const nlohmann::json json = nlohmann::json::parse(*line, nullptr, false);
-  return Reply(json)["history"]["path"].text();
 }
 
 /// Standard output in large pieces: a month is some hundred megabytes of CSV.
@@ -198,9 +183,7 @@ void HistoryCommand::add_to(CLI::App& app) {
 }
 
 int HistoryCommand::run(const HistoryCommandContext& context) const {
-  std::string file = file_.empty() ? file_of_daemon(context.socket) : file_;
-  if (file.empty()) file = default_file;
-  auto history = HistoryReader::open(file);
+  auto history = HistoryReader::open(file_.empty() ? history_file(context.socket) : file_);
   if (!history) {
     std::fprintf(stderr, "bmuctl: %s\n", history.error().c_str());
     return exit_unreadable;

@@ -77,14 +77,16 @@ Two modules that have to change places go by way of a third, free number.)";
 constexpr const char* report_footer = R"(Examples:
   bmuctl report drive.log                            writes drive.html
   bmuctl report drive.log --out - | ssh desk 'cat >drive.html'
-  bmuctl report drive.log --from "2026-03-01 17:05" --to "2026-03-01 17:20"
+  bmuctl report drive.log.zst --from "2026-03-01 17:05" --to "2026-03-01 17:20"
+  bmuctl report --from -7d --out week.html           of the daemon's history; without --from the last day
+  bmuctl report /mnt/card/history.sqlite --from -30d
 
 The page needs no network: cells over time as bands with those named that are unlike the others, state of charge with its
 uncertainty, current and limits with what bounds them, contactors and faults, temperatures, resistance and balancing of
-each cell. No daemon is asked.
+each cell. Times are UTC, or count from now (-2h). No daemon is asked but where its history is.
 
-Exit codes: 0 written; 1 it cannot be read or written, or nothing is in it; 2 command line; 3 written, but the recording is
-damaged: the page ends there and says so.)";
+Exit codes: 0 written; 1 it cannot be read or written, or nothing is in it; 2 command line; 3 written, but the
+recording or the history is damaged: the page says where.)";
 
 /// A command that is one question and one answer.
 struct CommandRow {
@@ -256,9 +258,11 @@ void add_modules(CLI::App& modules, Options& options) {
 }
 
 void add_report(CLI::App& app, ReportOptions& options) {
-  CLI::App* report = app.add_subcommand("report", "a recording or a black box as one HTML page with pictures");
+  CLI::App* report =
+      app.add_subcommand("report", "a recording, a black box or the history as one HTML page with pictures");
   report->footer(report_footer);
-  report->add_option("FILE", options.file, "the recording")->required();
+  report->add_option("FILE", options.file,
+                     "a recording, a black box or a history's database; without it the daemon's history");
   report
       ->add_option("--out", options.out,
                    "the page; default: FILE with .html instead of its ending; - is standard output")
@@ -310,6 +314,7 @@ int parse_and_ask(int argc, char** argv) {
     return command_line::report(app, error);
   }
   if (watch->parsed()) return watch_pack(options);
+  report_options.socket = options.socket;
   if (app.got_subcommand("report")) return write_report(report_options);
   if (history.is_given()) {
     return history.run({.socket = options.socket, .json = options.json, .with_colour = wants_colour(options)});

@@ -7,14 +7,20 @@
 #include <filesystem>
 #include <fstream>
 #include <optional>
+#include <string_view>
+#include <utility>
 
 #include <fcntl.h>
 #include <unistd.h>
 
+#include "daemon/history/history_reader.hpp"
 #include "daemon/shell/owned_fd.hpp"
 #include "protocol/result.hpp"
+#include "tools/bmuctl/history_file.hpp"
+#include "tools/bmuctl/time_words.hpp"
 #include "tools/common/line_reader.hpp"
 #include "tools/common/terminal.hpp"
+#include "tools/report/report_from_history.hpp"
 #include "tools/report/report_from_recording.hpp"
 #include "tools/report/report_page.hpp"
 #include "tools/report/report_time.hpp"
@@ -27,6 +33,10 @@ constexpr int exit_ok = 0;
 constexpr int exit_failed = 1;
 constexpr int exit_usage = 2;
 constexpr int exit_damaged = 3;
+constexpr std::int64_t us_per_ms = 1000;
+constexpr std::int64_t us_per_day = 86'400'000'000;
+/// What every SQLite database begins with (sqlite.org/fileformat2.html).
+constexpr std::string_view sqlite_mark{"SQLite format 3\0", 16};
 
 int fail(const std::string& what, int status = exit_failed) {
   std::fprintf(stderr, "bmuctl: %s\n", what.c_str());
@@ -119,32 +129,84 @@ bool write_page(const std::string& page, const std::string& path) {
   return !out.fail();
 }
 
+/// What is shown, and whether all of it could be read.
+struct Loaded {
+  report::ReportData data;
+  bool is_whole = true;
+};
+
+struct Span {
+  std::optional<std::int64_t> from_us;
+  std::optional<std::int64_t> to_us;
+};
+
+std::int64_t now_us() {
+  const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::microseconds>(since_1970).count();
+}
+
+/// UTC as the page has it; words that count from now are the same everywhere.
+std::optional<std::int64_t> time_us_of(const std::string& text) {
+  if (const auto time = report::parse_time(text)) return time;
+  const auto time_ms = time_from_words(text, now_us() / us_per_ms);
+  return time_ms ? std::optional(*time_ms * us_per_ms) : std::nullopt;
+}
+
+bool is_database(const std::string& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::string begin(sqlite_mark.size(), '\0');
+  in.read(begin.data(), static_cast<std::streamsize>(begin.size()));
+  return begin == sqlite_mark;
+}
+
+Result<Loaded, std::string> load_recording(const std::string& file, const Span& span) {
+  report::RecordingReport reading(
+      {.name = std::filesystem::path(file).filename().string(), .from_us = span.from_us, .to_us = span.to_us});
+  std::string damage;
+  auto data = read_recording(file, reading, damage);
+  if (!data) return failure(data.error());
+  Loaded loaded{.data = std::move(*data), .is_whole = damage.empty() && !reading.problem()};
+  if (!damage.empty()) loaded.data.notes.push_back("The recording is damaged " + damage + ".");
+  return loaded;
+}
+
+Result<Loaded, std::string> load_history(const std::string& file, Span span) {
+  auto history = HistoryReader::open(file);
+  if (!history) return failure(history.error());
+  if (!span.from_us && !span.to_us) span.from_us = now_us() - us_per_day;
+  Loaded loaded;
+  loaded.data = report::report_from_history(*history, {.from_us = span.from_us, .to_us = span.to_us});
+  loaded.is_whole = history->problems().empty();
+  if (loaded.data.is_empty()) return failure("'" + file + "' has no minute between these times");
+  return loaded;
+}
+
+std::string page_of(const report::ReportData& data) {
+  return report::page_html(data, {.made_by = "bmuctl " BMUD_VERSION, .made_at_us = now_us()});
+}
+
 }  // namespace
 
 int write_report(const ReportOptions& options) {
-  report::RecordingOptions wanted{.name = std::filesystem::path(options.file).filename().string()};
-  for (const auto& [text, time] : {std::pair{&options.from, &wanted.from_us}, std::pair{&options.to, &wanted.to_us}}) {
+  Span span;
+  for (const auto& [text, time] : {std::pair{&options.from, &span.from_us}, std::pair{&options.to, &span.to_us}}) {
     if (text->empty()) continue;
-    *time = report::parse_time(*text);
-    if (!*time) return fail("'" + *text + "' is no time; wanted one like \"2026-03-01 17:05\", UTC", exit_usage);
+    *time = time_us_of(*text);
+    if (!*time)
+      return fail("'" + *text + "' is no time; wanted one like \"2026-03-01 17:05\", UTC, or -2h", exit_usage);
   }
-  const std::string out = options.out.empty() ? beside(options.file) : options.out;
-  if (out == options.file)
-    return fail("the page would be written over '" + out + "'; wanted another --out", exit_usage);
-  report::RecordingReport reading(wanted);
-  std::string damage;
-  const auto data = read_recording(options.file, reading, damage);
-  if (!data) return fail(data.error());
-  const auto now = std::chrono::system_clock::now().time_since_epoch();
-  const std::string page =
-      report::page_html(*data, {.made_by = "bmuctl " BMUD_VERSION,
-                                .made_at_us = std::chrono::duration_cast<std::chrono::microseconds>(now).count()});
-  if (!write_page(page, out)) return fail("cannot write '" + out + "'");
-  if (out != "-") std::printf("%s: %s\n", out.c_str(), report::span_text(data->to_us() - data->from_us()).c_str());
-  for (const std::string& note : data->notes) std::fprintf(stderr, "bmuctl: %s\n", note.c_str());
-  if (!damage.empty())
-    std::fprintf(stderr, "bmuctl: %s: the page ends where it is damaged, %s\n", options.file.c_str(), damage.c_str());
-  return reading.problem() || !damage.empty() ? exit_damaged : exit_ok;
+  const bool is_of_history = options.file.empty() || is_database(options.file);
+  const std::string file = options.file.empty() ? history_file(options.socket) : options.file;
+  const std::string beside_it = options.file.empty() ? "history.html" : beside(file);
+  const std::string out = options.out.empty() ? beside_it : options.out;
+  if (out == file) return fail("the page would be written over '" + out + "'; wanted another --out", exit_usage);
+  const auto loaded = is_of_history ? load_history(file, span) : load_recording(file, span);
+  if (!loaded) return fail(loaded.error());
+  const report::ReportData& data = loaded->data;
+  if (!write_page(page_of(data), out)) return fail("cannot write '" + out + "'");
+  if (out != "-") std::printf("%s: %s\n", out.c_str(), report::span_text(data.to_us() - data.from_us()).c_str());
+  for (const std::string& note : data.notes) std::fprintf(stderr, "bmuctl: %s\n", note.c_str());
+  return loaded->is_whole ? exit_ok : exit_damaged;
 }
 
 }  // namespace bmu
