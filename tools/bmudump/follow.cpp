@@ -19,6 +19,7 @@ constexpr std::size_t name_width = 24;
 constexpr std::string_view bus_column_title = "bus";
 // Of the last table where no window limits it.
 constexpr int width_elsewhere = 200;
+constexpr int rows_of_piece = 64;
 // With fewer in a window, its rate says more of when it began than of them.
 constexpr double frames_of_rate = 5.0;
 
@@ -189,14 +190,19 @@ std::string Follow::values_of(const Row& row) {
   return std::string(words_.pending());
 }
 
+/// In pieces: a canvas for all the rows a hostile log can have would take much memory.
 void Follow::print_last(bool is_coloured, TextWriter& out) {
   is_over_ = true;
   const int width = ::isatty(STDOUT_FILENO) != 0 ? window_size().width : width_elsewhere;
-  Canvas canvas(width, head_rows() + static_cast<int>(rows_.size()) + 1, glyphs_for_locale().cut);
-  draw(newest_us_, 0, canvas);
-  for (int row = 0; row + 1 < canvas.height(); ++row) {
-    out.begin_line();
-    out.text(canvas.row_text(row, is_coloured) + "\n");
+  const int height = head_rows() + rows_of_piece + 1;
+  for (std::size_t first_row = 0; first_row == 0 || first_row < rows_.size(); first_row += rows_of_piece) {
+    Canvas canvas(width, height, glyphs_for_locale().cut);
+    draw(newest_us_, first_row, canvas);
+    const auto rows = static_cast<int>(std::min<std::size_t>(rows_.size() - first_row, rows_of_piece));
+    for (int row = first_row == 0 ? 0 : head_rows(); row < head_rows() + rows; ++row) {
+      out.begin_line();
+      out.text(canvas.row_text(row, is_coloured) + "\n");
+    }
   }
 }
 
