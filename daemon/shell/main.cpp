@@ -1,21 +1,16 @@
 // bmud: reads the command line and the pack, opens what the loop needs, runs it.
-#include <array>
 #include <csignal>
 #include <cstdio>
-#include <cstdlib>
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <random>
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
 #include <unistd.h>
 
 #include "config/bus_checks.hpp"
 #include "config/pack_config.hpp"
-#include "daemon/history/history_tap.hpp"
 #include "daemon/shell/buses.hpp"
 #include "daemon/shell/cell_count_setting.hpp"
 #include "daemon/shell/gpio_lines.hpp"
@@ -23,9 +18,9 @@
 #include "daemon/shell/journal.hpp"
 #include "daemon/shell/line_feeder.hpp"
 #include "daemon/shell/loop.hpp"
+#include "daemon/shell/memory.hpp"
+#include "daemon/shell/options.hpp"
 #include "daemon/shell/rate_watch.hpp"
-#include "daemon/shell/recorder.hpp"
-#include "daemon/shell/recorder_teller.hpp"
 #include "daemon/shell/serial_console.hpp"
 #include "daemon/shell/service_notify.hpp"
 #include "daemon/shell/state_store.hpp"
@@ -37,109 +32,11 @@ namespace {
 
 using namespace bmu;
 
-// sysexits.h has the same numbers; services and scripts know them.
-constexpr int exit_ok = 0;
-constexpr int exit_command_line = 2;
-constexpr int exit_internal = 70;
-constexpr int exit_system = 71;
-constexpr int exit_config = 78;
-
-constexpr const char* footer = R"(Examples:
-  bmud --check-config config/packs/demo-48s.json
-  bmud --config config/packs/demo-48s.json --bus-internal unix:demo --socket /tmp/bmud.sock
-  bmud --config /etc/bmud/pack.json --bus-internal can0 --bus-vehicle can1
-  bmud --config config/packs/demo-48s.json --bus-internal unix:demo --socket /tmp/bmud.sock --state /tmp/bmud-state.json
-  bmud --open-gpio --config /etc/bmud/pack.json
-  bmud --config config/packs/demo-48s.json --bus-internal unix:demo --socket /tmp/bmud.sock --record /tmp/drive
-
-What has to outlive the daemon (how often each fault came, who cleared it, locks, the wear of contactors) is kept in
---state FILE; without the option in state.json where systemd's STATE_DIRECTORY points, and else nowhere. What the pack did is kept in a
-database, a row a minute: --history FILE.sqlite, by default history.sqlite beside the state; --history none: not at all.
-
-The last minutes are kept in memory. When the pack opens, or a fault latches, what was before and the ten seconds after
-go to a file in the --black-box folder; without the option in black-box where STATE_DIRECTORY points, and else nowhere.
-"none" switches it off. --record writes everything. bmureplay runs both again.
-
-On --serial DEVICE, or the pack file's serial/device, a serial console takes CellC:xx, LogReq and Help at 38400 Bd:
-docs/serial.md.
-
-A bus is the name of a CAN interface, or unix:NAME for the bus between programs of this machine.
-
-Exit codes: 0 ended by SIGTERM, SIGINT or SIGHUP with all contactors commanded open (the log says if nobody
-confirmed it); 2 command line; 70 an error of our own;
-71 the system refused something at start, as a bus, or the status socket or the state file because its directory is
-missing;
-78 the configuration is wrong, or the interface of the internal bus is set to a bit rate that it does not work with.
-
-With --open-gpio: 0 all outputs have been driven open, or the pack has none; 71 the chip, or a line of it, could not be had
-(the others have been opened), as one that is in use by a daemon that still runs; 2, 70 and 78 as above.)";
-
 // A blocked log must not hold up the end; this is well within the service manager's patience.
 constexpr Duration log_flush_max = 300ms;
 // And nor may a disk.
 constexpr Duration state_flush_max = 500ms;
-constexpr Duration recorder_end_max = 500ms;
-constexpr std::int64_t bytes_per_MB = 1'000'000;
-constexpr Duration history_flush_max = 200ms;
-
-struct Options {
-  std::string config;
-  std::string bus_internal;
-  std::string bus_vehicle;
-  std::string socket = "/run/bmud/bmud.sock";
-  std::string state;
-  std::string record;
-  std::int64_t record_file_MB = 16;
-  std::int64_t record_total_MB = 1000;
-  std::string black_box;
-  std::string serial;
-  std::string history;
-  std::string log_level = "info";
-  bool check_config = false;
-  bool open_gpio = false;
-};
-
-/// A file that turns out not to be a history of ours is put aside as damaged: none whose name says something else.
-std::string is_history_name(const std::string& name) {
-  const bool is_one = name.empty() || name == "none" || name.ends_with(".sqlite");
-  return is_one ? "" : "--history: found '" + name + "', wanted a name that ends in .sqlite, or none";
-}
-
-void add_options(CLI::App& app, Options& options) {
-  // Not "required": an option nobody knows would be answered with the one that is missing.
-  app.add_option("--config,config", options.config, "the pack's file, with or without the option's name")
-      ->type_name("PACK.json");
-  app.add_option("--bus-internal", options.bus_internal, "internal bus, instead of the pack file's")->type_name("BUS");
-  app.add_option("--bus-vehicle", options.bus_vehicle,
-                 "vehicle bus, instead of the pack file's; where that has one bus for both, it follows --bus-internal")
-      ->type_name("BUS");
-  app.add_option("--socket", options.socket, "status socket for bmuctl")->type_name("PATH")->capture_default_str();
-  app.add_option("--state", options.state, "file for what outlives the daemon (see below)")->type_name("FILE");
-  app.add_option("--record", options.record, "record everything into files of this folder")->type_name("FOLDER");
-  app.add_option("--record-file-MB", options.record_file_MB, "the next file after this size")
-      ->check(CLI::Range(1, 10'000))
-      ->capture_default_str();
-  app.add_option("--record-total-MB", options.record_total_MB, "the oldest files go when all are larger")
-      ->check(CLI::Range(2, 10'000'000))
-      ->capture_default_str();
-  app.add_option("--black-box", options.black_box, "what was around an opening goes here (see below)")
-      ->type_name("FOLDER");
-  app.add_option("--serial", options.serial, "terminal device of the serial console, instead of the pack file's")
-      ->type_name("DEVICE");
-  app.add_option("--history", options.history, "database for a row a minute, or none (see below)")
-      ->check(is_history_name)
-      ->type_name("FILE.sqlite");
-  CLI::Option* check =
-      app.add_flag("--check-config", options.check_config, "say whether the pack file is good, and end");
-  app.add_flag("--open-gpio", options.open_gpio,
-               "drive all outputs that are GPIO lines open, and end: after a daemon that is gone, as in a stop hook")
-      ->excludes(check);
-  app.add_option("--log-level", options.log_level, "least severity to log: debug, info, warning, error")
-      ->check(CLI::IsMember({"debug", "info", "warning", "error"}))
-      ->capture_default_str();
-  app.set_version_flag("--version", "bmud " BMUD_VERSION);
-  app.footer(footer);
-}
+constexpr std::uint64_t bytes_per_MB = 1'000'000;
 
 BusNames bus_names(const Options& options, const PackConfig& pack) {
   const bool is_shared = pack.buses.internal == pack.buses.vehicle;
@@ -162,12 +59,6 @@ void prepare_signals() {
   static_cast<void>(std::signal(SIGPIPE, SIG_IGN));
 }
 
-std::string hash_text(const PackConfig& pack) {
-  std::array<char, 20> hash{};
-  std::snprintf(hash.data(), hash.size(), "%016llx", static_cast<unsigned long long>(pack.core.hash));
-  return hash.data();
-}
-
 void log_start(Journal& journal, const PackConfig& pack, const Options& options) {
   journal.log(Severity::info, "bmud " BMUD_VERSION ": " + pack.name + ", " + std::to_string(pack.core.modules.size()) +
                                   " modules, " + std::to_string(cell_count(pack.core)) + " cells, configuration " +
@@ -175,57 +66,6 @@ void log_start(Journal& journal, const PackConfig& pack, const Options& options)
   journal.log(Severity::info, "buses: internal " + pack.buses.internal + ", vehicle " + pack.buses.vehicle +
                                   "; status socket " + options.socket);
   journal.log(Severity::info, bus_use_text(pack));
-}
-
-/// "NAME" in the folder the service manager made for us (the first, if it made several); "" if it made none.
-std::string in_state_folder(const std::string& name) {
-  const char* folders = std::getenv("STATE_DIRECTORY");  // NOLINT(concurrency-mt-unsafe): nobody sets it
-  if (folders == nullptr || *folders == '\0') return "";
-  const std::string first(folders);
-  return first.substr(0, first.find(':')) + "/" + name;
-}
-
-std::string state_path(const Options& options) {
-  return options.state.empty() ? in_state_folder("state.json") : options.state;
-}
-
-RecorderOptions recorder_options(const Options& options, const PackConfig& pack) {
-  RecorderOptions wanted;
-  wanted.head = {.version = BMUD_VERSION,
-                 .buses = {.internal = pack.buses.internal, .vehicle = pack.buses.vehicle},
-                 .sources = pack.sources,
-                 .hash = pack.core.hash,
-                 .internal_kbit_per_s = pack.buses.internal_kbit_per_s};
-  wanted.files.folder = options.record;
-  wanted.files.file_bytes = static_cast<std::uint64_t>(options.record_file_MB * bytes_per_MB);
-  wanted.files.total_bytes = static_cast<std::uint64_t>(options.record_total_MB * bytes_per_MB);
-  wanted.black_box.folder = options.black_box.empty() ? in_state_folder("black-box") : options.black_box;
-  if (wanted.black_box.folder == "none") wanted.black_box.folder.clear();
-  return wanted;
-}
-
-/// The option, else beside the state, else nowhere. Absolute: who is told where it is may be somewhere else.
-std::string history_path(const Options& options) {
-  if (options.history == "none") return "";
-  if (!options.history.empty()) return std::filesystem::absolute(options.history);
-  const std::filesystem::path state = state_path(options);
-  return state.empty() ? "" : std::filesystem::absolute(state).parent_path() / "history.sqlite";
-}
-
-HistoryStoreOptions history_options(const Options& options, const PackConfig& pack) {
-  return {.file = {.path = history_path(options),
-                   .keep_days = pack.history.keep_days,
-                   .size_max_bytes = pack.history.size_max_MB * bytes_per_MB}};
-}
-
-HistoryLife history_life(const PackConfig& pack) {
-  std::random_device random;
-  return {.token = std::to_string(std::uint64_t{random()} << 32U | random()),
-          .version = BMUD_VERSION,
-          .pack_name = pack.name,
-          .config = hash_text(pack),
-          .period_s = pack.history.period_s,
-          .layout = layout_of(pack.core)};
 }
 
 void log_state(Journal& journal, const StateStore& store) {
@@ -275,12 +115,19 @@ Result<std::unique_ptr<SerialConsole>, OsError> start_console(SerialConfig seria
        .log = [&journal](Severity severity, std::string_view line) { journal.log(severity, line); }});
 }
 
+MemoryOptions memory_options(const Options& options) {
+  return {.history_path = history_path(options),
+          .black_box_folder = black_box_folder(options),
+          .record_folder = options.record,
+          .record_file_bytes = options.record_file_MB * bytes_per_MB,
+          .record_total_bytes = options.record_total_MB * bytes_per_MB};
+}
+
 int run_daemon(const PackConfig& file_pack, const Options& options, Journal& journal) {
   const auto fail = [&](const OsError& error) {
     journal.log(Severity::error, to_text(error));
     return exit_system;
   };
-  const auto log = [&](Severity severity, std::string_view line) { journal.log(severity, line); };
   const auto cell_count = std::make_shared<CellCountSetting>(file_pack, state_path(options));
   if (!cell_count->told().empty()) journal.log(Severity::warning, cell_count->told());
   PackConfig wanted = cell_count->pack();
@@ -309,24 +156,13 @@ int run_daemon(const PackConfig& file_pack, const Options& options, Journal& jou
   const auto core = std::make_unique<Core>(pack.core, monotonic_now(), first_counter);
   if (!(*store)->path().empty()) core->restore((*store)->found().state.value_or(PersistentState{}));
   (*store)->start();
-  HistoryStore history(history_options(options, pack), history_life(pack));
-  HistoryTap history_tap(*core, history, std::chrono::seconds(pack.history.period_s), log);
-  history.start();
-  const RecorderOptions recorded = recorder_options(options, pack);
-  std::unique_ptr<Recorder> recorder;
-  if (!recorded.files.folder.empty() || !recorded.black_box.folder.empty()) {
-    auto opened = Recorder::open(recorded, *core);
-    if (!opened) return fail(opened.error());
-    recorder = std::move(*opened);
-    recorder->feed().begin(core->started_at());
-    recorder->start();
-  }
-  RecorderTeller teller;
+  auto memory = Memory::open(memory_options(options), pack, *core, journal);
+  if (!memory) return fail(memory.error());
   const auto open_pack = std::make_shared<OpenPack>(*core);
   const auto console = start_console(pack.serial, options, cell_count, open_pack, journal);
   if (!console) return fail(console.error());
-  std::vector<CoreTap*> taps{open_pack.get(), &history_tap};
-  if (recorder) taps.push_back(&recorder->feed());
+  std::vector<CoreTap*> taps = (*memory)->taps();
+  taps.push_back(open_pack.get());
   LineFeeder* const used_lines = lines ? &*lines : nullptr;
   Loop loop({.core = *core,
              .buses = *buses,
@@ -336,22 +172,20 @@ int run_daemon(const PackConfig& file_pack, const Options& options, Journal& jou
              .store = **store,
              .rate = rate,
              .lines = used_lines,
-             .history = &history,
+             .history = &(*memory)->history(),
              .taps = taps,
-             .each_second = {[&] {
-               if (recorder) teller.tell(recorder->status(), recorder->lines_lost(), log);
-             }}});
+             .each_second = {[&] { (*memory)->tell(); }}});
   const auto make_view = [&]() -> StatusView {
     return {.core = *core,
             .buses = *buses,
             .loop = loop.counters(),
             .drive = loop.drive(),
             .store = **store,
-            .history = history,
+            .history = (*memory)->history(),
             .rate = rate.finding(),
             .users = users,
             .lines = used_lines,
-            .recorder = recorder.get(),
+            .recorder = (*memory)->recorder(),
             .pack_name = pack.name,
             .cell_name = pack.cell_name,
             .log_lines_lost = journal.lines_lost(),
@@ -370,10 +204,7 @@ int run_daemon(const PackConfig& file_pack, const Options& options, Journal& jou
   // What cannot be had now is tried again while running: without it nothing closes, and the reason is told.
   if (gpio) static_cast<void>(gpio->open());
   const auto ended = loop.run();
-  if (recorder && !recorder->end(recorder_end_max))
-    journal.log(Severity::warning, "the end did not wait for the recorder");
-  history_tap.finish();
-  if (!history.flush(history_flush_max)) journal.log(Severity::warning, "the end did not wait for the history");
+  (*memory)->end();
   if (!(*store)->flush(state_flush_max)) journal.log(Severity::warning, "the end did not wait for the state file");
   if (!ended) return fail(ended.error());
   journal.log(Severity::info, "ended");
@@ -415,30 +246,13 @@ int check_or_run(const Options& options) {
   return code;
 }
 
-int parse_and_run(int argc, char** argv) {
-  Options options;
-  CLI::App app("Watches over a battery pack: polls its modules, switches its contactors, says why.", "bmud");
-  add_options(app, options);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-    std::fprintf(stderr, "bmud: %s (see bmud --help)\n", error.what());
-    return exit_command_line;
-  }
-  if (options.config.empty()) {
-    std::fprintf(stderr, "bmud: no pack file given, wanted --config PACK.json (see bmud --help)\n");
-    return exit_command_line;
-  }
-  return check_or_run(options);
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
   // No orderly opening from here: nobody knows what state we are in. The contactor command expires at its receiver.
   try {
-    return parse_and_run(argc, argv);
+    const ParsedOptions parsed = parse_options(argc, argv);
+    return parsed.options ? check_or_run(*parsed.options) : parsed.exit_code;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "bmud: %s\n", error.what());
   } catch (...) {

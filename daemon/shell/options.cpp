@@ -1,0 +1,130 @@
+#include "daemon/shell/options.hpp"
+
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+
+#include <CLI/CLI.hpp>
+
+namespace bmu {
+
+namespace {
+
+constexpr const char* footer = R"(Examples:
+  bmud --check-config config/packs/demo-48s.json
+  bmud --config config/packs/demo-48s.json --bus-internal unix:demo --socket /tmp/bmud.sock
+  bmud --config /etc/bmud/pack.json --bus-internal can0 --bus-vehicle can1
+  bmud --config config/packs/demo-48s.json --bus-internal unix:demo --socket /tmp/bmud.sock --state /tmp/bmud-state.json
+  bmud --open-gpio --config /etc/bmud/pack.json
+  bmud --config config/packs/demo-48s.json --bus-internal unix:demo --socket /tmp/bmud.sock --record /tmp/drive
+
+What has to outlive the daemon (how often each fault came, who cleared it, locks, the wear of contactors) is kept in
+--state FILE; without the option in state.json where systemd's STATE_DIRECTORY points, and else nowhere. What the pack did is kept in a
+database, a row a minute: --history FILE.sqlite, by default history.sqlite beside the state; --history none: not at all.
+
+The last minutes are kept in memory. When the pack opens, or a fault latches, what was before and the ten seconds after
+go to a file in the --black-box folder; without the option in black-box where STATE_DIRECTORY points, and else nowhere.
+"none" switches it off. --record writes everything. bmureplay runs both again.
+
+On --serial DEVICE, or the pack file's serial/device, a serial console takes CellC:xx, LogReq and Help at 38400 Bd:
+docs/serial.md.
+
+A bus is the name of a CAN interface, or unix:NAME for the bus between programs of this machine.
+
+Exit codes: 0 ended by SIGTERM, SIGINT or SIGHUP with all contactors commanded open (the log says if nobody
+confirmed it); 2 command line; 70 an error of our own;
+71 the system refused something at start, as a bus, or the status socket or the state file because its directory is
+missing;
+78 the configuration is wrong, or the interface of the internal bus is set to a bit rate that it does not work with.
+
+With --open-gpio: 0 all outputs have been driven open, or the pack has none; 71 the chip, or a line of it, could not be had
+(the others have been opened), as one that is in use by a daemon that still runs; 2, 70 and 78 as above.)";
+
+/// A file that turns out not to be a history of ours is put aside as damaged: none whose name says something else.
+std::string is_history_name(const std::string& name) {
+  const bool is_one = name.empty() || name == "none" || name.ends_with(".sqlite");
+  return is_one ? "" : "--history: found '" + name + "', wanted a name that ends in .sqlite, or none";
+}
+
+void add_options(CLI::App& app, Options& options) {
+  // Not "required": an option nobody knows would be answered with the one that is missing.
+  app.add_option("--config,config", options.config, "the pack's file, with or without the option's name")
+      ->type_name("PACK.json");
+  app.add_option("--bus-internal", options.bus_internal, "internal bus, instead of the pack file's")->type_name("BUS");
+  app.add_option("--bus-vehicle", options.bus_vehicle,
+                 "vehicle bus, instead of the pack file's; where that has one bus for both, it follows --bus-internal")
+      ->type_name("BUS");
+  app.add_option("--socket", options.socket, "status socket for bmuctl")->type_name("PATH")->capture_default_str();
+  app.add_option("--state", options.state, "file for what outlives the daemon (see below)")->type_name("FILE");
+  app.add_option("--record", options.record, "record everything into files of this folder")->type_name("FOLDER");
+  app.add_option("--record-file-MB", options.record_file_MB, "the next file after this size")
+      ->check(CLI::Range(1, 10'000))
+      ->capture_default_str();
+  app.add_option("--record-total-MB", options.record_total_MB, "the oldest files go when all are larger")
+      ->check(CLI::Range(2, 10'000'000))
+      ->capture_default_str();
+  app.add_option("--black-box", options.black_box, "what was around an opening goes here (see below)")
+      ->type_name("FOLDER");
+  app.add_option("--serial", options.serial, "terminal device of the serial console, instead of the pack file's")
+      ->type_name("DEVICE");
+  app.add_option("--history", options.history, "database for a row a minute, or none (see below)")
+      ->check(is_history_name)
+      ->type_name("FILE.sqlite");
+  CLI::Option* check =
+      app.add_flag("--check-config", options.check_config, "say whether the pack file is good, and end");
+  app.add_flag("--open-gpio", options.open_gpio,
+               "drive all outputs that are GPIO lines open, and end: after a daemon that is gone, as in a stop hook")
+      ->excludes(check);
+  app.add_option("--log-level", options.log_level, "least severity to log: debug, info, warning, error")
+      ->check(CLI::IsMember({"debug", "info", "warning", "error"}))
+      ->capture_default_str();
+  app.set_version_flag("--version", "bmud " BMUD_VERSION);
+  app.footer(footer);
+}
+
+/// "NAME" in the folder the service manager made for us (the first, if it made several); "" if it made none.
+std::string in_state_folder(const std::string& name) {
+  const char* folders = std::getenv("STATE_DIRECTORY");  // NOLINT(concurrency-mt-unsafe): nobody sets it
+  if (folders == nullptr || *folders == '\0') return "";
+  const std::string first(folders);
+  return first.substr(0, first.find(':')) + "/" + name;
+}
+
+}  // namespace
+
+ParsedOptions parse_options(int argc, const char* const* argv) {
+  Options options;
+  CLI::App app("Watches over a battery pack: polls its modules, switches its contactors, says why.", "bmud");
+  add_options(app, options);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0)
+      return {.options = std::nullopt, .exit_code = app.exit(error)};  // --help, --version
+    std::fprintf(stderr, "bmud: %s (see bmud --help)\n", error.what());
+    return {.options = std::nullopt, .exit_code = exit_command_line};
+  }
+  if (options.config.empty()) {
+    std::fprintf(stderr, "bmud: no pack file given, wanted --config PACK.json (see bmud --help)\n");
+    return {.options = std::nullopt, .exit_code = exit_command_line};
+  }
+  return {.options = options};
+}
+
+std::string state_path(const Options& options) {
+  return options.state.empty() ? in_state_folder("state.json") : options.state;
+}
+
+std::string history_path(const Options& options) {
+  if (options.history == "none") return "";
+  if (!options.history.empty()) return std::filesystem::absolute(options.history);
+  const std::filesystem::path state = state_path(options);
+  return state.empty() ? "" : std::filesystem::absolute(state).parent_path() / "history.sqlite";
+}
+
+std::string black_box_folder(const Options& options) {
+  if (options.black_box == "none") return "";
+  return options.black_box.empty() ? in_state_folder("black-box") : options.black_box;
+}
+
+}  // namespace bmu
