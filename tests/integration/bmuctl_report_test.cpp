@@ -7,6 +7,7 @@
 #include <sys/wait.h>
 
 #include "tests/support/catch.hpp"
+#include "tests/support/process.hpp"
 #include "tests/support/recorded_run.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -73,20 +74,43 @@ TEST_CASE("a damaged recording becomes a page that says so", "[integration][bmuc
   CHECK(content_of(folder / "torn.html").find("<b>Note:</b> The recording ends at line ") != std::string::npos);
 }
 
+TEST_CASE("a packed recording becomes a page as well, a torn one as far as it is good",
+          "[integration][bmuctl][report][F106]") {
+  const TemporaryFolder folder;
+  const auto packed = [&](const std::string& text) {
+    const std::string file = folder.file("piece.log", text);
+    REQUIRE(run_program({"/usr/bin/env", "zstd", "-q", "-f", file}).status == 0);
+    return content_of(file + ".zst");
+  };
+  // As the daemon writes them: frame after frame.
+  const std::size_t middle = recording().find('\n', recording().size() * 9 / 10) + 1;
+  const std::string first = packed(recording().substr(0, middle));
+  const std::string second = packed(recording().substr(middle));
+  const Run whole = run(folder, folder.file("drive.log.zst", first + second));
+  CHECK(whole.exit_code == 0);
+  CHECK(whole.out.find(folder / "drive.html" + ": 5.") == 0);
+  const Run torn = run(folder, folder.file("torn.log.zst", first + second.substr(0, second.size() - 20)));
+  CHECK(torn.exit_code == 3);
+  CHECK(torn.err.find("bmuctl: The recording is damaged from byte " + std::to_string(first.size())) == 0);
+}
+
 TEST_CASE("what cannot become a page is told, with an exit code of its kind", "[integration][bmuctl][report]") {
   const TemporaryFolder folder;
   const std::string file = folder.file("drive.log", recording());
   const Run missing = run(folder, folder / "none.log");
   CHECK(missing.exit_code == 1);
-  CHECK(missing.err == "bmuctl: cannot read '" + folder / "none.log" + "'\n");
+  CHECK(missing.err == "bmuctl: cannot read '" + folder / "none.log" + "': No such file or directory\n");
   const Run frames = run(folder, folder.file("frames.log", "(1700000000.000000) vcan0 143#11 R\n"));
   CHECK(frames.exit_code == 1);
   CHECK(frames.err.find("frames.log:1: ") != std::string::npos);
   CHECK(run(folder, folder.file("empty.log", "")).exit_code == 1);
   CHECK(run(folder, file + " --from 2024-01-01").exit_code == 1);
   CHECK(run(folder, file + " --out " + folder / "nowhere/page.html").exit_code == 1);
-  CHECK(run(folder, file + " --from yesterday").exit_code == 2);
+  CHECK(run(folder, file + " --from yesterday").exit_code == 1);  // nothing was recorded then
+  CHECK(run(folder, file + " --from whenever").exit_code == 2);
   CHECK(run(folder, file + " --out " + file).exit_code == 2);
   CHECK(content_of(file) == recording());
-  CHECK(run(folder, "").exit_code == 2);
+  const Run no_history = run(folder, "--socket " + folder / "none.sock");
+  CHECK(no_history.exit_code == 1);
+  CHECK(no_history.err.find("history.sqlite") != std::string::npos);
 }

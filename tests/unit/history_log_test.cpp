@@ -33,7 +33,7 @@ TEST_CASE("what was not known of a minute is a dash, never a number", "[unit][se
 
 TEST_CASE("without a database the log is empty, and a file that is none is told", "[unit][serial][history]") {
   const TemporaryFolder folder;
-  for (const std::string& path : {std::string(), folder / "none.sqlite"}) {
+  for (const std::string& path : {std::string(), folder / "none.sqlite", folder.file("new.sqlite", "")}) {
     const auto line = history_log(path)()();
     REQUIRE(line);
     CHECK_FALSE(line->has_value());

@@ -27,7 +27,7 @@ const std::string& drive() {
 
 struct Read {
   ReportData data;
-  std::optional<ReplayProblem> problem;
+  std::optional<RecordProblem> problem;
 };
 
 Read read(std::string_view text, RecordingOptions options = {.name = "drive.log"}) {
