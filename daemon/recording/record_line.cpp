@@ -49,7 +49,6 @@ constexpr std::array output_flags{FlagRow<ContactorOutputs>{&ContactorOutputs::m
                                   FlagRow<ContactorOutputs>{&ContactorOutputs::fan, "fan"},
                                   FlagRow<ContactorOutputs>{&ContactorOutputs::heater, "heater"}};
 
-constexpr std::uint32_t error_frame_bit = 0x2000'0000;
 constexpr std::uint32_t error_class_max = 0x1FFF'FFFF;
 
 // --- out ------------------------------------------------------------------------------------------------------------

@@ -61,7 +61,7 @@ Result<void, OsError> BlackBox::write(File& file) {
   if (!file.file) {
     if (auto room = files_.make_room(options_.limits, size_of(file.pieces), routine_word); !room) return room;
     const std::string word = (file.cause.is_routine ? "routine-" : "") + file.cause.word;
-    auto created = AppendFile::create(files_.path_for(file.cause.unix_time_us, word));
+    auto created = files_.create(file.cause.unix_time_us, word);
     if (!created) return failure(created.error());
     file.file = std::move(*created);
     last_path_ = file.file->path();

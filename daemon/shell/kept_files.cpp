@@ -16,6 +16,8 @@ namespace bmu {
 namespace {
 
 constexpr std::string_view suffix = ".log.zst";
+/// Of one millisecond; more are no accident.
+constexpr int names_max = 99;
 
 std::string utc_text(std::int64_t unix_time_us) {
   const auto seconds = static_cast<std::time_t>(unix_time_us / 1'000'000);
@@ -40,6 +42,16 @@ std::string KeptFiles::path_for(std::int64_t unix_time_us, std::string_view word
   if (!word.empty()) path += '-';
   std::transform(word.begin(), word.end(), std::back_inserter(path), in_file_name);
   return path + std::string(suffix);
+}
+
+Result<AppendFile, OsError> KeptFiles::create(std::int64_t unix_time_us, std::string_view word) const {
+  const std::string path = path_for(unix_time_us, word);
+  auto file = AppendFile::create(path);
+  for (int number = 2; !file && file.error().code == EEXIST && number <= names_max; ++number) {
+    const std::string begin = path.substr(0, path.size() - suffix.size());
+    file = AppendFile::create(begin + "-" + std::to_string(number) + std::string(suffix));
+  }
+  return file;
 }
 
 Result<std::vector<KeptFile>, OsError> KeptFiles::list() const {

@@ -9,7 +9,7 @@ Result<void, OsError> RecordFiles::begin_file(const RecordFrame& frame) {
   }
   const KeptFilesLimits limits{.total_bytes = options_.total_bytes};
   if (auto room = files_.make_room(limits, options_.file_bytes); !room) return room;
-  auto created = AppendFile::create(files_.path_for(frame.unix_time_us));
+  auto created = files_.create(frame.unix_time_us);
   if (!created) return failure(created.error());
   file_ = std::move(*created);
   synced_at_ = frame.from;
