@@ -1,0 +1,163 @@
+// The recorder with its thread and real files.
+#include "daemon/shell/recorder.hpp"
+
+#include <chrono>
+#include <filesystem>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <fcntl.h>
+
+#include "daemon/recording/replay.hpp"
+#include "daemon/shell/recorder_teller.hpp"
+#include "mmu/scenario.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/temporary_folder.hpp"
+#include "tools/common/line_reader.hpp"
+#include "tools/common/virtual_run.hpp"
+
+using namespace bmu;
+
+namespace {
+
+PackConfig demo_pack() {
+  auto pack = load_pack_config(std::string(BMUD_SOURCE_DIR) + "/config/packs/demo-48s.json");
+  REQUIRE(pack);
+  return *pack;
+}
+
+/// A pack that closes, loses a cell after five seconds, and opens.
+struct Bench {
+  PackConfig pack = demo_pack();
+  std::unique_ptr<VirtualRun> run;
+  std::unique_ptr<Recorder> recorder;
+
+  explicit Bench(RecorderOptions options) {
+    auto scenario =
+        parse_scenario("0 pack soc_permille 800\n1 vehicle on\n+4 cell 2.7 voltage_mV 2700\n", core_vocabulary());
+    REQUIRE(scenario);
+    run = std::make_unique<VirtualRun>(pack.core, simulator_config(pack.core), *scenario);
+    options.head = {.version = "0.1.0",
+                    .buses = {.internal = "vcan0", .vehicle = "vcan0"},
+                    .sources = pack.sources,
+                    .hash = pack.core.hash};
+    options.part_length = 2s;
+    auto opened = Recorder::open(options, run->core());
+    REQUIRE(opened);
+    recorder = std::move(*opened);
+    recorder->feed().begin(run->now());
+    run->set_tap(&recorder->feed());
+    recorder->start();
+  }
+  void run_to(Duration elapsed) {
+    while (run->elapsed() < elapsed) run->step();
+  }
+  /// Of the thread, which looks about once a second.
+  template <class IsWanted>
+  [[nodiscard]] bool becomes(IsWanted is_wanted) {
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    while (std::chrono::steady_clock::now() < deadline) {
+      if (is_wanted(recorder->status())) return true;
+      std::this_thread::yield();
+    }
+    return false;
+  }
+};
+
+std::vector<std::string> files_in(const std::string& folder) {
+  std::vector<std::string> paths;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) paths.push_back(entry.path().string());
+  return paths;
+}
+
+ReplayCounts replayed(const std::string& path) {
+  const OwnedFd fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  REQUIRE(fd.is_open());
+  LineReader reader(fd.get());
+  LineReader::Line line;
+  Replay replay({});
+  while (true) {
+    while (reader.take(line)) {
+      if (!replay.take(line.text)) FAIL("line " << replay.problem()->line << ": " << replay.problem()->text);
+    }
+    const LineReader::Filled filled = reader.fill();
+    REQUIRE(filled != LineReader::Filled::damaged);
+    REQUIRE(filled != LineReader::Filled::error);
+    if (filled == LineReader::Filled::end) break;
+  }
+  replay.end();
+  return replay.counts();
+}
+
+}  // namespace
+
+TEST_CASE("a recorder writes what can be run again, at full length and around an opening", "[unit][recording][FS_6]") {
+  const TemporaryFolder folder;
+  RecorderOptions options;
+  options.files.folder = folder / "drive";
+  options.black_box.folder = folder / "boxes";
+  Bench bench(options);
+  bench.run_to(9s);
+  REQUIRE(bench.recorder->end(20s));
+  const RecorderStatus status = bench.recorder->status();
+  CHECK(status.black_boxes == 1);
+  CHECK(status.frames_lost == 0);
+  CHECK(bench.recorder->lines_lost() == 0);
+  const auto drives = files_in(folder / "drive");
+  const auto boxes = files_in(folder / "boxes");
+  REQUIRE(drives.size() == 1);
+  REQUIRE(boxes.size() == 1);
+  CHECK(boxes[0] == status.black_box_path);
+  for (const std::string& path : {drives[0], boxes[0]}) {
+    const ReplayCounts counts = replayed(path);
+    CAPTURE(path);
+    CHECK(counts.ticks > 800);
+    CHECK(counts.ticks_different == 0);
+  }
+}
+
+TEST_CASE("folders that go while it records are told, and what waits is written when they are back",
+          "[unit][recording][F75]") {
+  const TemporaryFolder folder;
+  RecorderOptions options;
+  options.files.folder = folder / "drive";
+  options.black_box.folder = folder / "boxes";
+  options.retry = 10ms;
+  Bench bench(options);
+  std::filesystem::remove_all(folder / "boxes");
+  bench.run_to(8s);
+  RecorderTeller teller;
+  std::vector<std::string> told;
+  const auto tell = [&] {
+    teller.tell(bench.recorder->status(), bench.recorder->lines_lost(),
+                [&](Severity, std::string_view line) { told.emplace_back(line); });
+  };
+  REQUIRE(bench.becomes([](const RecorderStatus& status) { return !status.black_box_error.empty(); }));
+  tell();
+  tell();
+  REQUIRE(told.size() == 1);
+  CHECK(told[0].find("a black box waits for the disk: ") == 0);
+
+  std::filesystem::create_directory(folder / "boxes");
+  REQUIRE(bench.becomes(
+      [](const RecorderStatus& status) { return !status.black_box_path.empty() && status.black_box_error.empty(); }));
+  tell();
+  REQUIRE(told.size() == 3);
+  CHECK(told[1].find("black box: ") == 0);
+  CHECK(told[2] == "the black box is written");
+  bench.run_to(9s);
+  REQUIRE(bench.recorder->end(20s));
+  CHECK(replayed(files_in(folder / "boxes").at(0)).ticks_different == 0);
+}
+
+TEST_CASE("a folder that cannot be made is refused", "[unit][recording]") {
+  const TemporaryFolder folder;
+  RecorderOptions options;
+  options.files.folder = folder.file("file", "") + "/drive";
+  const PackConfig pack = demo_pack();
+  const auto core = std::make_unique<Core>(pack.core, TimePoint{1s});
+  const auto recorder = Recorder::open(options, *core);
+  REQUIRE_FALSE(recorder);
+  CHECK(to_text(recorder.error()).find("make folder ") == 0);
+}
