@@ -18,9 +18,11 @@ namespace enumerators {
 
 template <class Enum, Enum value>
 consteval bool has_name() {
-  // GCC and clang end it alike: "... value = bmu::Port::vehicle]", and "... value = (bmu::Port)7]" for no enumerator.
+  // GCC and clang end it alike: "... value = bmu::Port::vehicle]", and "... value = (bmu::Port)7]" for no enumerator; the
+  // name of an anonymous namespace has parentheses of its own.
   constexpr std::string_view text = __PRETTY_FUNCTION__;
-  return text[text.rfind("= ") + 2] != '(';
+  constexpr std::size_t close = text.rfind(')');
+  return close == std::string_view::npos || close < text.rfind("= ") || text[close + 1] == ':';
 }
 
 template <class Enum, std::size_t... Number>

@@ -19,8 +19,6 @@ struct Plain {
   std::int32_t number = -2;
   bool is_so = true;
   Word word = Word::seventh;
-
-  friend bool operator==(const Plain&, const Plain&) = default;
 };
 
 struct Model {
