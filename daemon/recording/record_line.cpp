@@ -418,7 +418,9 @@ void append_decisions(std::string& to, TimePoint at, const Decisions& decisions,
 
 Result<RecordLine, RecordDamage> parse_record_line(std::string_view line, const RecordClock& clock,
                                                    const RecordBuses& buses) {
-  if (line.ends_with('\r')) line.remove_suffix(1);
+  // Logs that went through other systems; but of a file that is quoted here it belongs to the file.
+  const bool is_quoted = line.starts_with("# pack ") || line.starts_with("# cell ");
+  if (line.ends_with('\r') && !is_quoted) line.remove_suffix(1);
   if (line.empty()) return RecordNothing{};
   if (line.front() == '(') return parse_frame(line, clock, buses);
   if (!line.starts_with("# ")) return failure(RecordDamage{"a frame, or a comment of a recording", 0});

@@ -19,6 +19,7 @@
 // Pure, no allocation but of EventText. What is printed parses to the same again.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -34,6 +35,8 @@
 namespace bmu {
 
 inline constexpr std::size_t record_line_max = 390;
+/// A core's time, and how far a clock is ahead of it: some 120 years, which in nanoseconds is still a number.
+inline constexpr std::int64_t record_time_max_us = 4'000'000'000'000'000;
 
 /// How far the log's clock is ahead of the core's.
 struct RecordClock {
@@ -42,8 +45,10 @@ struct RecordClock {
   [[nodiscard]] constexpr std::int64_t to_log_us(TimePoint at) const {
     return std::chrono::floor<std::chrono::microseconds>(at.time_since_epoch()).count() + ahead_us;
   }
+  /// What no core can have had (record_time_max_us) becomes the next such time: whoever reads a file asks.
   [[nodiscard]] constexpr TimePoint to_core(std::int64_t log_us) const {
-    return TimePoint{std::chrono::microseconds{log_us - ahead_us}};
+    const std::int64_t core_us = std::clamp(log_us - ahead_us, -record_time_max_us - 1, record_time_max_us + 1);
+    return TimePoint{std::chrono::microseconds{core_us}};
   }
 };
 

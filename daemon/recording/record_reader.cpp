@@ -17,8 +17,6 @@ namespace {
 
 /// Of a damaged or hostile file; ours are a tenth of it.
 constexpr std::size_t image_size_max = std::size_t{32} << 20;
-/// A core's time, and how far a clock is ahead of it: some 120 years, which in nanoseconds is still a number.
-constexpr std::int64_t time_max_us = 4'000'000'000'000'000;
 
 template <class Number>
 std::optional<Number> number(std::string_view text, int base = 10) {
@@ -81,7 +79,7 @@ RecordReader::Took RecordReader::take(std::string_view line) {
 }
 
 RecordReader::Took RecordReader::take_time(TimePoint at, Took took) {
-  const bool is_possible = at >= latest_ && at <= TimePoint{std::chrono::microseconds{time_max_us}};
+  const bool is_possible = at >= latest_ && at <= TimePoint{std::chrono::microseconds{record_time_max_us}};
   if (!is_possible)
     return fail("found a time that no core can have had, wanted one not before that of the line before");
   latest_ = at;
@@ -96,13 +94,14 @@ RecordReader::Took RecordReader::take_note(const RecordNote& note) {
           "found a recording of format '" + std::string(note.rest) + "', wanted " + std::to_string(record_format),
           RecordProblemKind::other_version);
     }
+    before_ = place_ == Place::in_part ? head_.id : RecordPartId{};
     head_ = {};
     place_ = Place::in_head;
     return Took::nothing;
   }
   if (note.word == "ahead_us") {
     const auto ahead_us = number<std::int64_t>(note.rest);
-    if (!ahead_us || *ahead_us > time_max_us || *ahead_us < -time_max_us) {
+    if (!ahead_us || *ahead_us > record_time_max_us || *ahead_us < -record_time_max_us) {
       return fail("wanted microseconds between both clocks");
     }
     clock_.ahead_us = *ahead_us;
@@ -119,8 +118,12 @@ RecordReader::Took RecordReader::take_head(std::string_view word, std::string_vi
     const auto [which, name] = two_words(rest);
     if (name.empty()) return fail("wanted which bus, and its name");
     (which == to_text(Port::vehicle) ? head_.buses.vehicle : head_.buses.internal) = name;
-  } else if (word == "continues") {
-    head_.continues = true;
+  } else if (word == "part") {
+    const auto [life_text, part_text] = two_words(rest);
+    const auto life = number<std::int64_t>(life_text);
+    const auto part = number<std::uint64_t>(part_text);
+    if (!life || !part) return fail("wanted a life and the number of its part");
+    head_.id = {.life = *life, .part = *part};
   } else if (word == "configuration") {
     head_.origin.hash = rest;
   } else if (word == "internal_kbit_per_s") {

@@ -42,6 +42,16 @@ struct RecordProblem {
   std::string text;        // "found ..., wanted ..."
 };
 
+/// Parts of one life are counted; where lines were lost a number is left out.
+struct RecordPartId {
+  std::int64_t life = 0;  // 0: nobody has counted
+  std::uint64_t part = 0;
+
+  [[nodiscard]] bool follows(const RecordPartId& other) const {
+    return life != 0 && life == other.life && part == other.part + 1;
+  }
+};
+
 class RecordReader {
  public:
   enum class Took : std::uint8_t {
@@ -73,8 +83,9 @@ class RecordReader {
   [[nodiscard]] const std::string& version() const { return head_.version; }
   [[nodiscard]] const RecordBuses& buses() const { return head_.buses; }
   [[nodiscard]] const RecordClock& clock() const { return clock_; }
-  /// Nothing was lost between the part before it and this one.
-  [[nodiscard]] bool continues() const { return head_.continues; }
+  /// It begins where the part taken before it ended, if that was run to its end.
+  [[nodiscard]] bool continues() const { return head_.id.follows(before_); }
+  [[nodiscard]] const RecordPartId& part_id() const { return head_.id; }
   /// Of the state it brings (image_lines.hpp); 0 before the first.
   [[nodiscard]] std::uint64_t checksum() const { return checksum_; }
 
@@ -93,7 +104,7 @@ class RecordReader {
     Origin origin;
     std::uint64_t layout = 0;
     std::size_t image_size = 0;
-    bool continues = false;
+    RecordPartId id;
     std::vector<std::uint8_t> image;
   };
   enum class Place : std::uint8_t { before, in_head, in_part, after_problem };
@@ -110,6 +121,7 @@ class RecordReader {
   Place place_ = Place::before;
   std::uint64_t lines_ = 0;
   Head head_;
+  RecordPartId before_;
   RecordClock clock_;
   std::optional<PackConfig> pack_;
   Origin origin_of_pack_;

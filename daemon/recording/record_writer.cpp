@@ -51,7 +51,7 @@ void append_record_head(const RecordHead& head, const Core& core, const RecordCl
         std::to_string(clock.ahead_us) + "\n# configuration " + hex16(head.hash) + "\n# pack-file " +
         file_name(head.sources.pack_name) + "\n";
   if (head.internal_kbit_per_s != 0) to += "# internal_kbit_per_s " + std::to_string(head.internal_kbit_per_s) + "\n";
-  if (head.continues) to += "# continues\n";
+  if (head.life != 0) to += "# part " + std::to_string(head.life) + " " + std::to_string(head.part) + "\n";
   append_record_text("pack", head.sources.pack_text, to);
   if (!head.sources.cell_name.empty()) {
     to += "# cell-file " + file_name(head.sources.cell_name) + "\n";
@@ -61,7 +61,8 @@ void append_record_head(const RecordHead& head, const Core& core, const RecordCl
 }
 
 void RecordWriter::begin(const Core& core, TimePoint now, std::int64_t unix_time_us, bool continues) {
-  head_.continues = continues;
+  head_.life = head_.life == 0 ? unix_time_us : head_.life;
+  head_.part += continues ? 1 : 2;
   lines_.begin(now, unix_time_us, core.outputs());
   append_record_head(head_, core, lines_.clock(), text_);
 }

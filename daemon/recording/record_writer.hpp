@@ -13,7 +13,7 @@
 //   # bus internal can0
 //   # bus vehicle can1
 //   # ahead_us 1699987654321098             the log's clock less the core's (RecordClock)
-//   # continues                            nothing was lost between the part before and this one
+//   # part 1700000000123456 7             the next of this life, 8, begins where this one ends
 //   # internal_kbit_per_s 500             where it is another than the pack file's
 //   # configuration 1afe0c83d739c982        the hash of both texts
 //   # pack-file demo-48s.json
@@ -47,7 +47,9 @@ struct RecordHead {
   std::uint64_t hash = 0;
   /// Of the internal bus, as it was found: paces follow from it. 0: as the pack file says.
   std::int32_t internal_kbit_per_s = 0;
-  bool continues = false;  // the part before ended where this one begins
+  /// Which part of whose life: the next one of the same life goes on where this one ends. Life 0: nobody counts.
+  std::int64_t life = 0;
+  std::uint64_t part = 0;
 };
 
 /// All that a part begins with: configuration, and what the core knows. Some milliseconds of work.

@@ -31,8 +31,9 @@ void count_tick(ReplayCounts& counts, TimePoint at, const RecordClock& clock) {
 bool Replay::take(std::string_view line) {
   const RecordReader::Took took = reader_.take(line);
   counts_.lines = reader_.lines();
+  if (took == RecordReader::Took::nothing) return true;  // nor does it end a tick
   if (took == RecordReader::Took::of_tick) {
-    tick_->recorded_lines.emplace_back(line);
+    if (tick_) tick_->recorded_lines.emplace_back(line);
     return true;
   }
   compare();

@@ -222,6 +222,11 @@ void WhatIf::part_from(std::int64_t at_log_us) {
   has_parted_ = true;
 }
 
+void WhatIf::break_off() {
+  end();
+  has_parted_ = true;
+}
+
 void WhatIf::end() {
   tell_unmatched(std::numeric_limits<std::int64_t>::max());
 }

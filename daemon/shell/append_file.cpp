@@ -29,7 +29,10 @@ Result<void, OsError> sync_folder_of(const std::string& path) {
 Result<AppendFile, OsError> AppendFile::create(std::string path) {
   OwnedFd fd(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, file_mode));
   if (!fd.is_open()) return failure(os_error("make", path));
-  if (auto synced = sync_folder_of(path); !synced) return failure(synced.error());
+  if (auto synced = sync_folder_of(path); !synced) {
+    ::unlink(path.c_str());  // it would be taken for a file that has something in it
+    return failure(synced.error());
+  }
   return AppendFile(std::move(path), std::move(fd));
 }
 

@@ -42,9 +42,15 @@ void BlackBox::forget_old() {
 
 void BlackBox::trigger(BlackBoxCause cause) {
   if (!open_.empty() && !open_.back().is_whole) {
-    open_.back().until = cause.at + options_.after;
-    open_.back().pieces.push_back(std::move(cause.head));
-    return;
+    File& file = open_.back();
+    // What is no routine gets a file of its own, which is not among the first to go.
+    const bool has_to_end = (file.cause.is_routine && !cause.is_routine) || cause.at - file.cause.at > options_.longest;
+    if (!has_to_end) {
+      file.until = cause.at + options_.after;
+      file.pieces.push_back(std::move(cause.head));
+      return;
+    }
+    file.is_whole = true;
   }
   if (open_.size() == waiting_max) {
     open_.pop_front();
@@ -66,11 +72,15 @@ Result<void, OsError> BlackBox::write(File& file) {
     file.file = std::move(*created);
     last_path_ = file.file->path();
   }
-  const bool has_more = file.written < file.pieces.size();
   for (; file.written < file.pieces.size(); ++file.written) {
     if (auto written = file.file->append(*file.pieces[file.written]); !written) return written;
+    file.pieces[file.written].reset();
+    file.is_synced = false;
   }
-  return has_more ? file.file->sync() : Result<void, OsError>{};
+  if (file.is_synced) return {};
+  auto synced = file.file->sync();
+  file.is_synced = synced.has_value();
+  return synced;
 }
 
 void BlackBox::write() {
@@ -90,7 +100,8 @@ void BlackBox::end() {
 }
 
 bool BlackBox::is_waiting() const {
-  return std::any_of(open_.begin(), open_.end(), [](const File& file) { return file.written < file.pieces.size(); });
+  return std::any_of(open_.begin(), open_.end(),
+                     [](const File& file) { return file.written < file.pieces.size() || !file.is_synced; });
 }
 
 Duration BlackBox::memory_length() const {

@@ -26,6 +26,7 @@ struct BlackBoxOptions {
   std::string folder;
   Duration before = 120s;  // at least so much is in memory, once we run for so long
   Duration after = 10s;
+  Duration longest = 60s;  // what comes later than this after the first cause begins a file of its own
   std::size_t memory_max_bytes = std::size_t{64} << 20;  // goes before `before`: a flooded bus must not eat the machine
   KeptFilesLimits limits{.count_max = 50, .total_bytes = std::uint64_t{200} << 20};
 };
@@ -71,6 +72,7 @@ class BlackBox {
     std::vector<std::shared_ptr<const std::string>> pieces{};
     std::size_t written = 0;  // of the pieces
     std::optional<AppendFile> file{};
+    bool is_synced = true;
     bool is_whole = false;
   };
 

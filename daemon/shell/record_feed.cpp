@@ -30,7 +30,8 @@ bool RecordFeed::begin_part(TimePoint now) {
   lines_.begin(now, options_.wall_clock(), core_.outputs());
   chunk_.clock = lines_.clock();
   chunk_.from = now;
-  chunk_.continues = !has_lost_;
+  part_ += has_lost_ ? 2 : 1;
+  chunk_.part = part_;
   part_began_at_ = now;
   has_lost_ = false;
   return true;

@@ -58,6 +58,7 @@ class RecordFeed : public CoreTap {
   std::unique_ptr<Core> spare_;  // for the next part
   std::array<TimePoint, fault_count> shown_at_{};
   TimePoint part_began_at_{};
+  std::uint64_t part_ = 0;  // where lines were lost a number is left out
   bool is_part_due_ = true;
   bool has_lost_ = true;  // nothing is written before a part has begun
   std::atomic<std::uint64_t> lines_lost_ = 0;

@@ -1,5 +1,7 @@
 #include "daemon/shell/record_files.hpp"
 
+#include <unistd.h>
+
 namespace bmu {
 
 Result<void, OsError> RecordFiles::begin_file(const RecordFrame& frame) {
@@ -36,6 +38,7 @@ Result<void, OsError> RecordFiles::take(const RecordFrame& frame) {
 void RecordFiles::add(const RecordFrame& frame) {
   if (auto taken = take(frame); !taken) {
     last_error_ = to_text(taken.error());
+    if (file_ && file_->size_bytes() == 0) ::unlink(file_->path().c_str());
     file_.reset();
     ++frames_lost_;
   }

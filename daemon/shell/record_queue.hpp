@@ -28,7 +28,7 @@ struct RecordTrigger {
 struct RecordChunk {
   std::string text;            // whole lines
   std::unique_ptr<Core> core;  // begins a part: all that the core knew before these lines
-  bool continues = false;      // and no line was lost before them
+  std::uint64_t part = 0;      // its number; one is left out where lines were lost before it
   RecordClock clock;           // as it was at the beginning
   std::int64_t unix_time_us = 0;
   TimePoint from{};

@@ -4,6 +4,7 @@
 #include <condition_variable>
 #include <filesystem>
 #include <mutex>
+#include <new>
 #include <system_error>
 #include <utility>
 
@@ -45,6 +46,8 @@ struct Recorder::Shared {
   BlackBox black_box;
   ZstdFrames zstd;
   TimePoint tried_at{};
+  std::uint64_t chunks_lost = 0;
+  const std::int64_t life_us = unix_time_us();  // so that nobody takes parts of another life for the next ones
 
   std::mutex mutex;
   std::condition_variable changed;
@@ -62,12 +65,18 @@ struct Recorder::Shared {
 void Recorder::Shared::run() {
   RecordChunk chunk;
   while (!queue.has_ended()) {
-    if (queue.take(chunk, black_box.is_waiting() ? options.retry : look_every)) {
-      take(chunk);
-    } else if (black_box.is_waiting()) {
-      black_box.write();
+    try {
+      if (queue.take(chunk, black_box.is_waiting() ? options.retry : look_every)) {
+        take(chunk);
+      } else if (black_box.is_waiting()) {
+        black_box.write();
+      }
+      tell();
+    } catch (const std::bad_alloc&) {
+      // Memory is scarce; a recording with a hole is no reason to end a daemon that holds a pack closed.
+      if (chunk.core != nullptr) queue.give_back(std::move(chunk.core));
+      ++chunks_lost;
     }
-    tell();
   }
   files.end();
   black_box.end();
@@ -80,7 +89,8 @@ void Recorder::Shared::run() {
 RecordFrame Recorder::Shared::head_frame(RecordChunk& chunk) {
   std::string text;
   RecordHead head = options.head;
-  head.continues = chunk.continues;
+  head.life = life_us;
+  head.part = chunk.part;
   append_record_head(head, *chunk.core, chunk.clock, text);
   queue.give_back(std::move(chunk.core));
   return {.bytes = std::make_shared<const std::string>(zstd.compress(text)),
@@ -124,7 +134,7 @@ void Recorder::Shared::take(RecordChunk& chunk) {
 void Recorder::Shared::tell() {
   RecorderStatus now{.record_path = files.path(),
                      .recorded_bytes = files.bytes_written(),
-                     .frames_lost = files.frames_lost(),
+                     .frames_lost = files.frames_lost() + chunks_lost,
                      .record_error = files.last_error(),
                      .black_boxes = black_box.files_written(),
                      .black_boxes_lost = black_box.files_lost(),

@@ -135,6 +135,29 @@ TEST_CASE("what comes while a black box is open makes it longer", "[unit][record
   CHECK(text_of(bench.box.last_path()) == "why " + seconds_text(0, 14) + "why " + seconds_text(15, 24));
 }
 
+TEST_CASE("a fault behind a routine opening has a file of its own", "[unit][recording][black_box]") {
+  Bench bench;
+  bench.run_to(10);
+  bench.box.trigger(cause_at(10, true));
+  bench.run_to(13);
+  bench.box.trigger(cause_at(13));
+  bench.run_to(40);
+  REQUIRE(files_of(bench.folder) == std::vector<std::string>{"blackbox-19700101T000010.000Z-routine-fault-x.log.zst",
+                                                             "blackbox-19700101T000013.000Z-fault-x.log.zst"});
+  CHECK(text_of(bench.box.last_path()) == "why " + seconds_text(0, 22));
+}
+
+TEST_CASE("causes that never end do not make one file without end", "[unit][recording][black_box]") {
+  Bench bench({.longest = 30s});
+  for (int number = 10; number < 100; number += 5) {
+    bench.run_to(number);
+    bench.box.trigger(cause_at(number));
+  }
+  bench.run_to(120);
+  CHECK(files_of(bench.folder).size() == 3);
+  CHECK(bench.box.files_written() == 3);
+}
+
 TEST_CASE("a disk that takes nothing gets it later", "[unit][recording][black_box][F75]") {
   const TemporaryFolder parent;
   Bench bench({.folder = parent / "later"});

@@ -59,7 +59,8 @@ class Bench {
                             .buses = buses,
                             .sources = pack_.sources,
                             .hash = pack_.core.hash,
-                            .continues = chunk.continues},
+                            .life = 1,
+                            .part = chunk.part},
                            *chunk.core, chunk.clock, text_);
         queue_.give_back(std::move(chunk.core));
       }

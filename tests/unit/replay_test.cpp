@@ -121,6 +121,42 @@ TEST_CASE("a recording that is damaged is run as far as it is good", "[unit][rec
   CHECK(torn.counts.ticks_different == 0);
 }
 
+TEST_CASE("a pack file with other line ends comes back from its recording as it was", "[unit][recording]") {
+  PackSources sources = demo_pack().sources;
+  std::string text;
+  for (const char letter : sources.pack_text) text += letter == '\n' ? std::string("\r\n") : std::string(1, letter);
+  sources.pack_text = text;
+  const auto pack = parse_pack_config(sources);
+  REQUIRE(pack);
+  const Replayed run = replayed(recorded(*pack, 0ms));
+  if (run.problem) FAIL("line " << run.problem->line << ": " << run.problem->text);
+  CHECK(run.counts.ticks > 900);
+  CHECK(run.counts.ticks_different == 0);
+}
+
+TEST_CASE("an empty line between a decision and its lines changes nothing", "[unit][recording][F106]") {
+  std::string text = recorded(demo_pack(), 0ms);
+  for (std::size_t at = text.find("\n# >"); at != std::string::npos; at = text.find("\n# >", at + 100'000)) {
+    text.insert(at, "\n");
+  }
+  const Replayed run = replayed(text);
+  CHECK_FALSE(run.problem);
+  CHECK(run.counts.ticks_different == 0);
+}
+
+TEST_CASE("times that no core can have had are refused", "[unit][recording][F106]") {
+  const std::string text = recorded(demo_pack(), 0ms);
+  for (const char* time : {"(999999999999.000000)", "(0000000000.000001)"}) {
+    std::string changed = text;
+    const std::size_t tick = changed.rfind("# (", changed.find(") tick ", changed.size() / 2));
+    changed.replace(tick + 2, changed.find(')', tick) - tick - 1, time);
+    const Replayed run = replayed(changed);
+    CAPTURE(time);
+    REQUIRE(run.problem);
+    CHECK(run.problem->text.find("found a time that no core can have had") == 0);
+  }
+}
+
 TEST_CASE("a frame before the head is refused", "[unit][recording]") {
   const Replayed run = replayed("# bus internal vcan0\n(1700000000.000000) vcan0 143#11 R\n");
   REQUIRE(run.problem);

@@ -76,7 +76,7 @@ std::optional<Part> PartReader::next() {
         break;
       case LineReader::Filled::error:
         damages_.push_back({.file = name_, .text = std::strerror(errno)});
-        has_failed_ = true;
+        has_failed_ = growing_.ends_torn = true;
         end_file();
         break;
       case LineReader::Filled::end:

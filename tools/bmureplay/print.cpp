@@ -141,7 +141,8 @@ int exit_code_of(const Outcome& outcome) {
   if (outcome.counts.ticks_different > 0 || outcome.states_different > 0 || !outcome.changes.is_empty()) {
     return exit_differs;
   }
-  if (!outcome.not_replayable.empty() || outcome.counts.ticks == 0) return exit_not_replayable;
+  if (!outcome.not_replayable.empty() || outcome.has_unreadable_file || outcome.counts.ticks == 0)
+    return exit_not_replayable;
   return outcome.damages.empty() ? exit_ok : exit_damaged;
 }
 
@@ -196,7 +197,7 @@ std::string outcome_json(const Outcome& outcome, const std::string& other_name) 
   for (const Damage& damage : outcome.damages) {
     json["damages"].push_back({{"file", damage.file}, {"line", damage.line}, {"text", damage.text}});
   }
-  return json.dump(2) + "\n";
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace bmu::replay

@@ -23,7 +23,7 @@ struct PartOutcome {
   std::int64_t first_log_us = 0;
   std::uint64_t checksum_at_begin = 0;
   std::uint64_t checksum_at_end = 0;  // 0: it did not come that far
-  bool continues = false;
+  RecordPartId id;
   std::vector<Difference> differences;
   std::optional<RecordProblem> problem;
 };
@@ -58,7 +58,7 @@ class PartRun {
     const RecordReader& reader = replay.reader();
     outcome_.version = reader.version();
     outcome_.pack_name = reader.pack() ? reader.pack()->name : "";
-    outcome_.continues = reader.continues();
+    outcome_.id = reader.part_id();
     outcome_.checksum_at_begin = reader.checksum();
     return std::move(outcome_);
   }
@@ -133,12 +133,15 @@ class Merger {
     add(outcome_.counts, part.counts);
     take_differences(part);
     take_problem(part);
-    const bool is_next = part.continues && checksum_before_ != 0 && part.checksum_at_begin != 0;
+    const bool is_next = part.part.file == file_before_ && part.id.follows(id_before_) && checksum_before_ != 0 &&
+                         part.checksum_at_begin != 0;
     if (is_next && !options_.other) {
       ++outcome_.states_compared;
       if (part.checksum_at_begin != checksum_before_) ++outcome_.states_different;
     }
     checksum_before_ = part.checksum_at_end;
+    id_before_ = part.id;
+    file_before_ = part.part.file;
     if (options_.progress) options_.progress(outcome_.counts.covered);
   }
 
@@ -163,6 +166,8 @@ class Merger {
   Outcome& outcome_;
   const RunOptions& options_;
   std::uint64_t checksum_before_ = 0;
+  RecordPartId id_before_;
+  std::string file_before_;  // a file has no holes; between two of them there may be one
 };
 
 void run_beside_each_other(PartReader& reader, const RunOptions& options, Merger& merger) {
@@ -209,7 +214,12 @@ void run_otherwise(PartReader& reader, const RunOptions& options, Merger& merger
                   .moves = [&](const WhatIfMove& move) { changes.take(move); },
                   .reports = [&](const WhatIfReport& report) { changes.take(report); }});
   PartRun run(options);
+  std::string file_before;
+  bool is_torn = false;
   while (auto part = reader.next()) {
+    const bool is_other_file = std::exchange(file_before, part->file) != part->file;
+    if (is_other_file || is_torn) what_if.break_off();
+    is_torn = part->ends_torn;
     merger.take(run.run(std::move(*part), what_if));
     if (what_if.problem()) break;  // what comes has nothing to go on from
   }
@@ -228,6 +238,7 @@ Outcome run(PartReader& reader, const RunOptions& options) {
     run_beside_each_other(reader, options, merger);
   }
   outcome.took = std::chrono::steady_clock::now() - began;
+  outcome.has_unreadable_file = reader.has_failed();
   outcome.damages.insert(outcome.damages.end(), reader.damages().begin(), reader.damages().end());
   return outcome;
 }

@@ -41,6 +41,7 @@ struct Outcome {
   std::vector<Difference> differences;  // the first ones
   DecisionChanges changes;              // with another configuration
   std::vector<Damage> damages;
+  bool has_unreadable_file = false;
   std::vector<std::string> not_replayable;  // reasons: no recording, another version
   Duration took{};
 };
