@@ -18,8 +18,8 @@ namespace enumerators {
 
 template <class Enum, Enum value>
 consteval bool has_name() {
-  // GCC and clang end it alike: "... value = bmu::Port::vehicle]", and "... value = (bmu::Port)7]" for no enumerator; the
-  // name of an anonymous namespace has parentheses of its own.
+  // GCC and clang end it alike: "... value = bmu::Port::vehicle]", and "... value = (bmu::Port)7]" for no enumerator;
+  // the name of an anonymous namespace has parentheses of its own.
   constexpr std::string_view text = __PRETTY_FUNCTION__;
   constexpr std::size_t close = text.rfind(')');
   return close == std::string_view::npos || close < text.rfind("= ") || text[close + 1] == ':';
