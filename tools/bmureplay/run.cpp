@@ -177,7 +177,7 @@ void run_beside_each_other(PartReader& reader, const RunOptions& options, Merger
     running.pop_front();
   };
   while (auto part = reader.next()) {
-    if (running.size() > options.threads) take_first();
+    if (running.size() >= options.threads) take_first();
     running.push_back(std::async(std::launch::async, run_alone, std::move(*part), std::cref(options)));
   }
   while (!running.empty()) take_first();
