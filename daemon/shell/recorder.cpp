@@ -47,7 +47,8 @@ struct Recorder::Shared {
   ZstdFrames zstd;
   TimePoint tried_at{};
   std::uint64_t chunks_lost = 0;
-  const std::int64_t life_us = unix_time_us();  // so that nobody takes parts of another life for the next ones
+  std::int64_t life_us = unix_time_us();  // so that nobody takes parts of another life for the next ones
+  bool is_in_hole = false;                // lines are missing: nothing can be run before the next part
 
   std::mutex mutex;
   std::condition_variable changed;
@@ -76,6 +77,8 @@ void Recorder::Shared::run() {
       // Memory is scarce; a recording with a hole is no reason to end a daemon that holds a pack closed.
       if (chunk.core != nullptr) queue.give_back(std::move(chunk.core));
       ++chunks_lost;
+      ++life_us;  // no part goes on from the one before the hole
+      is_in_hole = true;
     }
   }
   files.end();
@@ -109,6 +112,11 @@ RecordFrame Recorder::Shared::text_frame(const RecordChunk& chunk) {
 }
 
 void Recorder::Shared::add(const RecordFrame& frame) {
+  if (is_in_hole && !frame.begins_part) {
+    ++chunks_lost;
+    return;
+  }
+  is_in_hole = false;
   if (!options.files.folder.empty()) files.add(frame);
   if (!options.black_box.folder.empty()) black_box.add(frame);
 }
