@@ -11,8 +11,8 @@
 //   };
 //   take_fields(counter, [](auto&... fields) { (write(fields), ...); });
 //
-// A class names them, at its end; a plain struct does not have to (aggregate_fields.hpp). Whether one was forgotten that
-// makes the class larger, names_all_fields() can be asked: it works out how large the named ones make it.
+// A class names them, at its end; a plain struct does not have to (aggregate_fields.hpp). Whether one was forgotten
+// that makes the class larger, names_all_fields() can be asked: it works out how large the named ones make it.
 // `skipped` is for what is no state: the model somebody looks at, what is given with the configuration.
 #pragma once
 
