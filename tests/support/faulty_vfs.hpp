@@ -64,9 +64,9 @@ class FaultyDisk {
     vfs_.pNext = nullptr;
     vfs_.szOsFile = static_cast<int>(sizeof(File)) + real_->szOsFile;
     vfs_.xOpen = [](sqlite3_vfs*, const char* path, sqlite3_file* file, int flags, int* out_flags) {
-      return instance_->open(path, file, flags, out_flags);
+      return instance->open(path, file, flags, out_flags);
     };
-    instance_ = this;
+    instance = this;
     fill_methods();
     sqlite3_vfs_register(&vfs_, 0);
   }
@@ -103,12 +103,12 @@ class FaultyDisk {
       return of(file).xRead(real(file), to, count, at);
     };
     methods_.xWrite = [](sqlite3_file* file, const void* from, int count, sqlite3_int64 at) {
-      const int code = instance_->before_write();
+      const int code = instance->before_write();
       return code == SQLITE_OK ? of(file).xWrite(real(file), from, count, at) : code;
     };
     methods_.xTruncate = [](sqlite3_file* file, sqlite3_int64 size) { return of(file).xTruncate(real(file), size); };
     methods_.xSync = [](sqlite3_file* file, int flags) {
-      const int code = instance_->before_sync();
+      const int code = instance->before_sync();
       return code == SQLITE_OK ? of(file).xSync(real(file), flags) : code;
     };
     methods_.xFileSize = [](sqlite3_file* file, sqlite3_int64* size) { return of(file).xFileSize(real(file), size); };
@@ -132,7 +132,7 @@ class FaultyDisk {
     methods_.xShmUnmap = [](sqlite3_file* file, int removes) { return of(file).xShmUnmap(real(file), removes); };
   }
 
-  static inline FaultyDisk* instance_ = nullptr;
+  static inline FaultyDisk* instance = nullptr;
   sqlite3_vfs* real_ = nullptr;
   sqlite3_vfs vfs_{};
   sqlite3_io_methods methods_{};

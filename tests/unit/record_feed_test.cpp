@@ -36,7 +36,7 @@ class Bench {
   explicit Bench(const std::string& scenario = "1 vehicle on\n", Duration part_length = 2s)
       : pack_(demo_pack()),
         run_(std::make_unique<VirtualRun>(pack_.core, simulator_config(pack_.core), scenario_of(scenario))),
-        feed_({.buses = buses,
+        feed_({.buses = buses_,
                .part_length = part_length,
                .chunk_max_bytes = 100'000,
                .wall_clock = [this] { return clock_us(); }},
@@ -56,7 +56,7 @@ class Bench {
     while (queue_.take(chunk, Duration{})) {
       if (chunk.core) {
         append_record_head({.version = "0.1.0",
-                            .buses = buses,
+                            .buses = buses_,
                             .sources = pack_.sources,
                             .hash = pack_.core.hash,
                             .life = 1,
@@ -90,7 +90,7 @@ class Bench {
   std::int64_t ahead_us = 0;
 
  private:
-  const RecordBuses buses{.internal = "vcan0", .vehicle = "vcan0"};
+  const RecordBuses buses_{.internal = "vcan0", .vehicle = "vcan0"};
   PackConfig pack_;
   std::unique_ptr<VirtualRun> run_;
   RecordQueue queue_;
