@@ -100,26 +100,37 @@ struct RowPlace {
   double share = 0.0;
   double resistance = 1.0;
 };
+/// Cost: two or three exponentials.
 [[nodiscard]] RowPlace row_place(const CellDynamics& cell, double temperature_C);
+
+/// The whole cell at one temperature, for whoever looks at many of its states of charge. Cost: those of row_place() and
+/// some 400 multiplications.
+[[nodiscard]] CellDynamics::Row row_at(const CellDynamics& cell, double temperature_C);
 
 /// Above full and below empty the open-circuit voltage goes on by the slope of its last step, at least this: a curve
 /// that is flat there would let an overfull cell be anything.
 inline constexpr double ocv_slope_beyond_min_V = 0.8;
 
-/// `soc` from 0 to 1; beyond, the resistances are those of the end. Cost: some 80 multiplications.
-[[nodiscard]] CellPoint at(const CellDynamics& cell, const RowPlace& place, double soc);
-/// The same with the place looked up: two or three exponentials more.
+/// `soc` from 0 to 1; beyond, the resistances are those of the end. Cost: some 10 multiplications.
+[[nodiscard]] CellPoint at(const CellDynamics::Row& row, double soc);
+/// The same with the row worked out.
 [[nodiscard]] CellPoint at(const CellDynamics& cell, double soc, double temperature_C);
 
-/// What the charge transfer takes at this current; the sign is the current's.
+/// What the charge transfer makes of a current: I0 * asinh(I / I0), which times K is what it takes; the sign is the
+/// current's. The same at every state of charge of one temperature, and by far the dearest part of a voltage.
+[[nodiscard]] double kinetic_A(double exchange_current_A, double current_A);
+/// What the charge transfer takes at this current.
 [[nodiscard]] double kinetic_V(const CellPoint& point, double current_A);
 
 /// State of charge of a rested cell, within 0 to 1, both exactly for a voltage beyond the curve; `hysteresis` from -1
-/// (last discharged) to 1.
+/// (last discharged) to 1. Cost: some 50 multiplications.
+[[nodiscard]] double soc_from_ocv(const CellDynamics::Row& row, double ocv_V, double hysteresis);
+/// The same with the row worked out.
 [[nodiscard]] double soc_from_ocv(const CellDynamics& cell, double ocv_V, double temperature_C, double hysteresis);
 
-/// The open-circuit voltage alone. Cost: some 15 multiplications.
-[[nodiscard]] double ocv_V(const CellDynamics& cell, const RowPlace& place, double soc);
+/// The open-circuit voltage alone, and its slope, per 1 of state of charge.
+[[nodiscard]] double ocv_V(const CellDynamics::Row& row, double soc);
+[[nodiscard]] double ocv_slope_V(const CellDynamics::Row& row, double soc);
 
 /// The same cell from the few numbers that a maker's sheet gives: resistances by Arrhenius' law, no kinetics, an error
 /// of the model as large as its ignorance.

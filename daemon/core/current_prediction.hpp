@@ -26,7 +26,7 @@
 //   - a hysteresis that nobody knows has all its way to go.
 // The answer is found by a bounded number of steps and is always one that was tried and found good.
 //
-// Cost: two looks at the model for a cell, and for each question two looks at it if `at_most_A` is allowed, else at
+// Cost: three looks at the model for a cell, and for each question two looks at it if `at_most_A` is allowed, else at
 // most 2 * (2 + prediction_steps_max). Pure and without allocation.
 #pragma once
 
@@ -34,6 +34,7 @@
 
 #include "daemon/core/cell_dynamics.hpp"
 #include "daemon/core/estimators/soc_estimate.hpp"
+#include "daemon/core/memo.hpp"
 
 namespace bmu {
 
@@ -49,11 +50,44 @@ struct CellForecastInput {
   double resistance_sigma = not_measured;  // one standard deviation of that, 0 or more
 };
 
+/// For how long, and what is the same for all cells that are asked for the same current.
+class ForecastHorizon {
+ public:
+  /// A current for all that time, its magnitude.
+  struct Flow {
+    double current_A = 0.0;
+    double kinetic_A = 0.0;  // what the charge transfer makes of it
+    double charge_share = 0.0;
+    double hysteresis_moved = 0.0;  // of the way to the other curve
+  };
+
+  /// Nobody has said how long.
+  ForecastHorizon() = default;
+  ForecastHorizon(const CellDynamics& cell, double horizon_s);
+
+  [[nodiscard]] double s() const { return s_; }
+  /// How far each pair settles within it, 0 to 1.
+  [[nodiscard]] const std::array<double, CellDynamics::pairs>& settled() const { return settled_; }
+  /// `cell` is that of the constructor.
+  [[nodiscard]] const Flow& flow(const CellDynamics& cell, double exchange_current_A, double current_A) const;
+
+ private:
+  struct Asked {
+    double exchange_current_A = 0.0;
+    double current_A = 0.0;
+    friend bool operator==(const Asked&, const Asked&) = default;
+  };
+
+  double s_ = not_measured;  // above 0
+  std::array<double, CellDynamics::pairs> settled_{};
+  mutable Memo<Asked, Flow> flow_;
+};
+
 /// What is asked.
 struct ForecastBound {
   double voltage_V = not_measured;  // not to be passed
-  double horizon_s = not_measured;  // above 0
-  double at_most_A = 0.0;           // the answer is never more; 0 or more
+  ForecastHorizon horizon;
+  double at_most_A = 0.0;  // the answer is never more; 0 or more
 };
 
 /// How long what is allowed for a moment, and what is allowed for long, must be bearable. The longer one is as long as
@@ -64,10 +98,13 @@ inline constexpr double forecast_continuous_s = 60.0;
 
 inline constexpr int prediction_steps_max = 12;
 
+/// The cell at its temperature; of a temperature that is not measured, or a model that is none, nothing.
+[[nodiscard]] CellDynamics::Row forecast_row(const CellDynamics& cell, const CellForecastInput& input);
+
 class CellForecast {
  public:
-  /// `cell` must outlive this.
-  CellForecast(const CellDynamics& cell, const CellForecastInput& input);
+  /// `row` is forecast_row(); both must outlive this.
+  CellForecast(const CellDynamics& cell, const CellDynamics::Row& row, const CellForecastInput& input);
 
   /// Voltage, current and temperature were measured, and the model is one. Else each answer is 0, and means nothing.
   [[nodiscard]] bool is_known() const { return is_known_; }
@@ -84,17 +121,27 @@ class CellForecast {
     CellPoint point;
   };
 
+  /// What is the same for every current that is tried.
+  struct Question {
+    double sign = 1.0;  // 1: out of the cell
+    const ForecastHorizon& horizon;
+    double present_V = 0.0;  // the room that there is now
+    const Start& doubted;
+  };
+  [[nodiscard]] Start start(double soc) const;
   [[nodiscard]] double most_A(const ForecastBound& bound, double sign) const;
-  [[nodiscard]] double room_V(const ForecastBound& bound, double sign, double current_A) const;
-  [[nodiscard]] double change_V(const Start& start, double horizon_s, double sign, double current_A) const;
-  [[nodiscard]] double pairs_V(const CellPoint& from, const CellPoint& to, double horizon_s, double sign,
+  [[nodiscard]] double room_V(const Question& question, double current_A) const;
+  [[nodiscard]] double change_V(const Question& question, const Start& start, const ForecastHorizon::Flow& flow) const;
+  [[nodiscard]] double pairs_V(const Question& question, const CellPoint& from, const CellPoint& to,
                                double current_A) const;
 
   const CellDynamics* cell_;
   CellForecastInput input_;
-  RowPlace place_;
+  const CellDynamics::Row* row_;
   Start believed_;
-  double doubt_ = 0.0;  // of the state of charge: two standard deviations
+  Start less_;  // charge than is believed, by the doubt
+  Start more_;
+  double kinetic_now_A_ = 0.0;  // what the charge transfer makes of the present current
   double resistance_more_ = 1.0;
   double resistance_less_ = 1.0;
   bool is_known_ = false;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <tuple>
 
 namespace bmu {
 
@@ -53,27 +54,33 @@ CellForecastInput measured_only(const CellDynamics& cell, double voltage_V, doub
   return input;
 }
 
-PackForecast::PackForecast(const CellDynamics& cell, const CoreConfig& config)
-    : cell_(cell),
-      low_uV_(held_uV(config.limits.cell_undervoltage)),
-      high_uV_(held_uV(config.limits.cell_overvoltage)) {
+PackForecast::PackForecast(const CellDynamics& cell, const CoreConfig& config) : cell_(cell) {
+  static_assert(std::tuple_size_v<decltype(bounds_)> == questions.size());
+  const std::int32_t low_uV = held_uV(config.limits.cell_undervoltage);
+  const std::int32_t high_uV = held_uV(config.limits.cell_overvoltage);
   const CurrentLimitConfig most = carried(config);
-  limits_.discharge = {.limit_mA = std::max(most.discharge_peak_mA, most.discharge_continuous_mA), .holds_uV = low_uV_};
-  limits_.charge = {.limit_mA = std::max(most.charge_peak_mA, most.charge_continuous_mA), .holds_uV = high_uV_};
-  limits_.discharge_continuous = {.limit_mA = most.discharge_continuous_mA, .holds_uV = low_uV_};
-  limits_.charge_continuous = {.limit_mA = most.charge_continuous_mA, .holds_uV = high_uV_};
+  limits_.discharge = {.limit_mA = std::max(most.discharge_peak_mA, most.discharge_continuous_mA), .holds_uV = low_uV};
+  limits_.charge = {.limit_mA = std::max(most.charge_peak_mA, most.charge_continuous_mA), .holds_uV = high_uV};
+  limits_.discharge_continuous = {.limit_mA = most.discharge_continuous_mA, .holds_uV = low_uV};
+  limits_.charge_continuous = {.limit_mA = most.charge_continuous_mA, .holds_uV = high_uV};
+  for (std::size_t question = 0; question < questions.size(); ++question) {
+    const QuestionRow& row = questions[question];
+    bounds_[question] = {.voltage_V = (limits_.*row.limit).holds_uV / uV_per_V, .horizon = {cell, row.horizon_s}};
+  }
 }
 
 void PackForecast::add(const CellForecastInput& input, const Element& element) {
-  const CellForecast forecast(cell_, input);
+  const CellDynamics::Row& row = rows_.of(input.temperature_C, [&] { return forecast_row(cell_, input); });
+  const CellForecast forecast(cell_, row, input);
   if (!forecast.is_known()) {
     limits_.is_complete = false;
     return;
   }
-  for (const QuestionRow& row : questions) {
-    PredictedLimit& limit = limits_.*row.limit;
-    const double most_A = (forecast.*row.ask)(
-        {.voltage_V = limit.holds_uV / uV_per_V, .horizon_s = row.horizon_s, .at_most_A = limit.limit_mA / mA_per_A});
+  for (std::size_t question = 0; question < questions.size(); ++question) {
+    const QuestionRow& asked = questions[question];
+    PredictedLimit& limit = limits_.*asked.limit;
+    bounds_[question].at_most_A = limit.limit_mA / mA_per_A;
+    const double most_A = (forecast.*asked.ask)(bounds_[question]);
     const auto most_mA = static_cast<std::int32_t>(std::floor(most_A * mA_per_A + 1e-6));
     if (limit.is_known && most_mA >= limit.limit_mA) continue;
     limit.is_known = true;

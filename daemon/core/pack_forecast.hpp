@@ -10,13 +10,16 @@
 // what opens.
 //
 // Each question is asked of a cell only up to what the cells before it left: where no cell is near its bounds that
-// costs two looks at the model a cell, and two for each of the four questions.
+// costs three looks at the model a cell, and two for each of the four questions.
 #pragma once
+
+#include <array>
 
 #include "daemon/core/cell_dynamics.hpp"
 #include "daemon/core/core_config.hpp"
 #include "daemon/core/current_prediction.hpp"
 #include "daemon/core/limits.hpp"
+#include "daemon/core/memo.hpp"
 
 namespace bmu {
 
@@ -42,8 +45,8 @@ class PackForecast {
 
  private:
   const CellDynamics& cell_;
-  std::int32_t low_uV_;
-  std::int32_t high_uV_;
+  std::array<ForecastBound, 4> bounds_;   // each question's
+  Memo<double, CellDynamics::Row> rows_;  // by temperature
   PredictedLimits limits_;
 };
 

@@ -20,6 +20,17 @@ constexpr std::array<std::uint8_t, 256> values = [] {
   return table;
 }();
 
+/// Four digits as 24 bits. A digit has six; what is none has eight, which `seen` has from then on.
+std::uint32_t group_of(const char* text, std::uint32_t& seen) {
+  const auto value = [text](std::size_t at) { return std::uint32_t{values[static_cast<std::uint8_t>(text[at])]}; };
+  const std::uint32_t first = value(0);
+  const std::uint32_t second = value(1);
+  const std::uint32_t third = value(2);
+  const std::uint32_t fourth = value(3);
+  seen |= first | second | third | fourth;
+  return first << 18 | second << 12 | third << 6 | fourth;
+}
+
 }  // namespace
 
 std::string to_base64(std::span<const std::uint8_t> bytes) {
@@ -38,21 +49,26 @@ std::string to_base64(std::span<const std::uint8_t> bytes) {
 
 bool append_base64(std::string_view text, std::vector<std::uint8_t>& to) {
   if (text.size() % 4 != 0) return false;
-  for (std::size_t at = 0; at < text.size(); at += 4) {
-    const bool is_last = at + 4 == text.size();
-    std::size_t count = 3;
-    if (is_last && text[at + 3] == '=') count = text[at + 2] == '=' ? 1 : 2;
-    std::uint32_t group = 0;
-    for (std::size_t digit = 0; digit < 4; ++digit) {
-      const std::uint8_t value = digit <= count ? values[static_cast<std::uint8_t>(text[at + digit])] : 0;
-      if (value == no_digit) return false;
-      group = (group << 6) | value;
-    }
-    for (std::size_t index = 0; index < count; ++index) {
-      to.push_back(static_cast<std::uint8_t>(group >> (16 - 8 * index)));
-    }
-  }
-  return true;
+  if (text.empty()) return true;
+  const std::size_t padding = text.ends_with("==") ? 2 : text.ends_with('=') ? 1 : 0;
+  std::array<char, 4> last{};
+  text.copy(last.data(), last.size(), text.size() - last.size());
+  std::fill(last.end() - static_cast<std::ptrdiff_t>(padding), last.end(), digits[0]);
+  text.remove_suffix(last.size());
+
+  const std::size_t before = to.size();
+  to.resize(before + (text.size() / 4 + 1) * 3);
+  std::uint8_t* out = to.data() + before;
+  std::uint32_t seen = 0;
+  const auto put = [&](std::uint32_t group) {
+    *out++ = static_cast<std::uint8_t>(group >> 16);
+    *out++ = static_cast<std::uint8_t>(group >> 8);
+    *out++ = static_cast<std::uint8_t>(group);
+  };
+  for (std::size_t at = 0; at < text.size(); at += 4) put(group_of(text.data() + at, seen));
+  put(group_of(last.data(), seen));
+  to.resize(to.size() - padding);
+  return seen < digits.size();
 }
 
 }  // namespace bmu

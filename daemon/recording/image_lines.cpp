@@ -1,6 +1,7 @@
 #include "daemon/recording/image_lines.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <charconv>
 #include <cstring>
 
@@ -20,10 +21,11 @@ bool is_zero(std::span<const std::uint8_t> piece) {
 
 constexpr std::size_t word_bytes = 8;
 
-/// Little end first, on every machine.
+/// Little end first, on every machine. Up to eight bytes.
 std::uint64_t word_of(std::span<const std::uint8_t> bytes) {
   std::uint64_t word = 0;
-  for (std::size_t index = 0; index < bytes.size(); ++index) word |= std::uint64_t{bytes[index]} << (8 * index);
+  std::memcpy(&word, bytes.data(), bytes.size());
+  if constexpr (std::endian::native == std::endian::big) word = __builtin_bswap64(word);
   return word;
 }
 
@@ -72,9 +74,8 @@ std::uint64_t image_checksum(std::span<const std::uint8_t> bytes) {
       bytes, [](std::size_t) {},
       [&](std::size_t at, std::span<const std::uint8_t> piece) {
         add(at);
-        for (std::size_t first = 0; first < piece.size(); first += word_bytes) {
-          add(word_of(piece.subspan(first, std::min(word_bytes, piece.size() - first))));
-        }
+        for (; piece.size() >= word_bytes; piece = piece.subspan(word_bytes)) add(word_of(piece.first(word_bytes)));
+        if (!piece.empty()) add(word_of(piece));
       });
   return sum;
 }

@@ -59,12 +59,13 @@ void sample_of_one_cells_whole(benchmark::State& state) {
   const HealthModel model{.expected = ExpectedResistance(cell), .rated_As = cell.capacity_As};
   const ChargeEndConfig ends{.full_V = 4.095, .full_current_A = 0.5, .empty_V = 3.205, .empty_current_A = 2.0};
   CellEstimate estimate;
+  ModelMemo memo;
   CellHealth health;
   estimate.begin(cell, {}, {.soc = 0.8, .sigma = 0.1}, 12.0);
   health.begin(model);
   std::size_t next = 0;
   for ([[maybe_unused]] auto _ : state) {
-    health.take(samples[next], estimate.update(samples[next], ends));
+    health.take(samples[next], estimate.update(samples[next], ends, memo));
     next = next + 1 == samples.size() ? 0 : next + 1;
   }
   benchmark::DoNotOptimize(estimate.estimate(SocMethod::ekf));

@@ -201,10 +201,10 @@ TEST_CASE("a rested voltage tells the charge it belongs to, whichever way it cam
     for (const double soc : {0.02, 0.3, 0.77, 0.98}) {
       CAPTURE(hysteresis, soc);
       const double voltage_V = 3.0 + soc + hysteresis * 0.01 * (1.0 + soc);
-      CHECK(soc_from_ocv(cell, voltage_V, 0.0, hysteresis) == Approx(soc).margin(2e-6));
+      CHECK(soc_from_ocv(cell, voltage_V, 0.0, hysteresis) == Approx(soc).margin(1e-12));
     }
   }
-  CHECK(soc_from_ocv(cell, 3.6, 40.0, 0.0) == Approx(0.5).margin(2e-6));
+  CHECK(soc_from_ocv(cell, 3.6, 40.0, 0.0) == Approx(0.5).margin(1e-12));
 }
 
 TEST_CASE("a voltage of no charge at all is that of the nearest end, exactly", "[unit][estimators][FS_4]") {

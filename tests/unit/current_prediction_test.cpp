@@ -38,6 +38,15 @@ CellForecastInput half_full() {
           .resistance_sigma = 0.0};
 }
 
+struct OwnRow {
+  CellDynamics::Row row;
+};
+/// With a row of its own.
+struct AloneForecast : private OwnRow, public CellForecast {
+  AloneForecast(const CellDynamics& cell, const CellForecastInput& input)
+      : OwnRow{forecast_row(cell, input)}, CellForecast(cell, row, input) {}
+};
+
 double settled(double horizon_s, double time_constant_s) {
   return 1.0 - std::exp(-horizon_s / time_constant_s);
 }
@@ -54,13 +63,13 @@ constexpr double plenty_A = 1'000.0;
 
 TEST_CASE("from rest the current is the room divided by what an ampere takes", "[unit][limits][prediction]") {
   const CellDynamics cell = plain_cell();
-  const CellForecast forecast(cell, half_full());
+  const AloneForecast forecast(cell, half_full());
   REQUIRE(forecast.is_known());
   for (const double horizon_s : {1.0, 10.0, 60.0}) {
     CAPTURE(horizon_s);
     const double expected_A = 0.25 / volts_per_ampere(horizon_s);
-    const double out_A = forecast.discharge_A({.voltage_V = 3.4, .horizon_s = horizon_s, .at_most_A = plenty_A});
-    const double in_A = forecast.charge_A({.voltage_V = 3.9, .horizon_s = horizon_s, .at_most_A = plenty_A});
+    const double out_A = forecast.discharge_A({.voltage_V = 3.4, .horizon = {cell, horizon_s}, .at_most_A = plenty_A});
+    const double in_A = forecast.charge_A({.voltage_V = 3.9, .horizon = {cell, horizon_s}, .at_most_A = plenty_A});
     CHECK(out_A <= expected_A + 1e-9);
     CHECK(out_A > expected_A - 0.11);
     CHECK(in_A <= expected_A + 1e-9);
@@ -70,10 +79,10 @@ TEST_CASE("from rest the current is the room divided by what an ampere takes", "
 
 TEST_CASE("the answer is never more than was asked for", "[unit][limits][prediction]") {
   const CellDynamics cell = plain_cell();
-  const CellForecast forecast(cell, half_full());
+  const AloneForecast forecast(cell, half_full());
   const double exactly_A = 0.25 / volts_per_ampere(10.0);
   const auto out_A = [&](double at_most_A) {
-    return forecast.discharge_A({.voltage_V = 3.4, .horizon_s = 10.0, .at_most_A = at_most_A});
+    return forecast.discharge_A({.voltage_V = 3.4, .horizon = {cell, 10.0}, .at_most_A = at_most_A});
   };
   CHECK(out_A(7.0) == 7.0);
   CHECK(out_A(exactly_A - 1e-6) == exactly_A - 1e-6);
@@ -90,15 +99,15 @@ TEST_CASE("a current that flows already is part of the voltage", "[unit][limits]
   input.current_A = 20.0;
   input.voltage_V = 3.65 - 20.0 * 0.006;
   input.pair_V = {0.02, 0.02, 0.02};
-  const CellForecast loaded(cell, input);
+  const AloneForecast loaded(cell, input);
   // All pairs have settled: what they will add is only for what is more than 20 A.
-  const double more_A = loaded.discharge_A({.voltage_V = 3.4, .horizon_s = 10.0, .at_most_A = plenty_A});
+  const double more_A = loaded.discharge_A({.voltage_V = 3.4, .horizon = {cell, 10.0}, .at_most_A = plenty_A});
   const double room_V = 3.65 - 0.12 - 3.4;
   const double expected_A = (room_V + 20.0 * (volts_per_ampere(10.0) - 0.9 * 10.0 / 36'000.0)) / volts_per_ampere(10.0);
   CHECK(more_A <= expected_A + 1e-9);
   CHECK(more_A > expected_A - 0.11);
   // And charging begins with the step back; the pairs help later, which is not counted on.
-  const double in_A = loaded.charge_A({.voltage_V = 3.7, .horizon_s = 10.0, .at_most_A = plenty_A});
+  const double in_A = loaded.charge_A({.voltage_V = 3.7, .horizon = {cell, 10.0}, .at_most_A = plenty_A});
   const double held_V = 0.02 * (settled(10.0, 10.0) + settled(10.0, 100.0) + settled(10.0, 1000.0));
   const double in_expected_A = (3.7 - 3.53 - 20.0 * 0.003 - held_V) / volts_per_ampere(10.0);
   CHECK(in_A <= in_expected_A + 1e-9);
@@ -109,8 +118,8 @@ TEST_CASE("the pairs' recovery is not counted on", "[unit][limits][prediction]")
   const CellDynamics cell = plain_cell();
   CellForecastInput input = half_full();
   input.pair_V = {0.05, 0.05, 0.05};  // a load has just ended: the voltage is on its way up
-  const ForecastBound bound{.voltage_V = 3.55, .horizon_s = 10.0, .at_most_A = plenty_A};
-  const double out_A = CellForecast(cell, input).discharge_A(bound);
+  const ForecastBound bound{.voltage_V = 3.55, .horizon = {cell, 10.0}, .at_most_A = plenty_A};
+  const double out_A = AloneForecast(cell, input).discharge_A(bound);
   // Below 50 A each pair would fall: only the step and the charge count.
   const double expected_A = 0.1 / (0.003 + 0.9 * 10.0 / 36'000.0);
   CHECK(out_A <= expected_A + 1e-9);
@@ -119,12 +128,12 @@ TEST_CASE("the pairs' recovery is not counted on", "[unit][limits][prediction]")
 
 TEST_CASE("beyond its bound without a current there is none, at it neither", "[unit][limits][prediction]") {
   const CellDynamics cell = plain_cell();
-  const CellForecast forecast(cell, half_full());
+  const AloneForecast forecast(cell, half_full());
   const auto out_A = [&](double bound_V) {
-    return forecast.discharge_A({.voltage_V = bound_V, .horizon_s = 10.0, .at_most_A = plenty_A});
+    return forecast.discharge_A({.voltage_V = bound_V, .horizon = {cell, 10.0}, .at_most_A = plenty_A});
   };
   const auto in_A = [&](double bound_V) {
-    return forecast.charge_A({.voltage_V = bound_V, .horizon_s = 10.0, .at_most_A = plenty_A});
+    return forecast.charge_A({.voltage_V = bound_V, .horizon = {cell, 10.0}, .at_most_A = plenty_A});
   };
   CHECK(out_A(3.66) == 0.0);
   CHECK(out_A(3.65) < 1e-3);
@@ -139,37 +148,38 @@ TEST_CASE("beyond its bound only because of the current, less of it is left", "[
   CellForecastInput input = half_full();
   input.current_A = -20.0;
   input.voltage_V = 3.71;  // 60 mV from the current, of which 10 are too much
-  const double in_A = CellForecast(cell, input).charge_A({.voltage_V = 3.70, .horizon_s = 10.0, .at_most_A = 100.0});
+  const double in_A =
+      AloneForecast(cell, input).charge_A({.voltage_V = 3.70, .horizon = {cell, 10.0}, .at_most_A = 100.0});
   CHECK(in_A > 10.0);
   CHECK(in_A < 20.0 - 0.01 / 0.003);
 }
 
 TEST_CASE("what is not known makes no current, and says so", "[unit][limits][prediction]") {
   const CellDynamics cell = plain_cell();
-  const ForecastBound wide{.voltage_V = 1.0, .horizon_s = 10.0, .at_most_A = 10.0};
+  const ForecastBound wide{.voltage_V = 1.0, .horizon = {cell, 10.0}, .at_most_A = 10.0};
   for (double CellForecastInput::*const member :
        {&CellForecastInput::voltage_V, &CellForecastInput::current_A, &CellForecastInput::temperature_C}) {
     for (const double absurd : {no_number, not_measured, 1e6, -1e6, std::numeric_limits<double>::infinity()}) {
       CellForecastInput input = half_full();
       input.*member = absurd;
-      const CellForecast forecast(cell, input);
+      const AloneForecast forecast(cell, input);
       CHECK_FALSE(forecast.is_known());
       CHECK(forecast.discharge_A(wide) == 0.0);
     }
   }
-  const CellForecast forecast(cell, half_full());
+  const AloneForecast forecast(cell, half_full());
   CHECK(forecast.discharge_A(wide) == 10.0);
-  CHECK(forecast.discharge_A({.voltage_V = no_number, .horizon_s = 10.0, .at_most_A = 10.0}) == 0.0);
-  CHECK(forecast.discharge_A({.voltage_V = 1.0, .horizon_s = no_number, .at_most_A = 10.0}) == 0.0);
-  CHECK(forecast.discharge_A({.voltage_V = 1.0, .horizon_s = 0.0, .at_most_A = 10.0}) == 0.0);
-  CHECK(forecast.discharge_A({.voltage_V = 1.0, .horizon_s = -1.0, .at_most_A = 10.0}) == 0.0);
+  CHECK(forecast.discharge_A({.voltage_V = no_number, .horizon = {cell, 10.0}, .at_most_A = 10.0}) == 0.0);
+  CHECK(forecast.discharge_A({.voltage_V = 1.0, .horizon = {cell, no_number}, .at_most_A = 10.0}) == 0.0);
+  CHECK(forecast.discharge_A({.voltage_V = 1.0, .horizon = {cell, 0.0}, .at_most_A = 10.0}) == 0.0);
+  CHECK(forecast.discharge_A({.voltage_V = 1.0, .horizon = {cell, -1.0}, .at_most_A = 10.0}) == 0.0);
   CellDynamics none = cell;
   none.capacity_As = 0.0;
-  CHECK_FALSE(CellForecast(none, half_full()).is_known());
+  CHECK_FALSE(AloneForecast(none, half_full()).is_known());
   none = cell;
   none.hysteresis_charge = 0.0;
-  CHECK_FALSE(CellForecast(none, half_full()).is_known());
-  CHECK_FALSE(CellForecast(CellDynamics{}, half_full()).is_known());
+  CHECK_FALSE(AloneForecast(none, half_full()).is_known());
+  CHECK_FALSE(AloneForecast(CellDynamics{}, half_full()).is_known());
 }
 
 TEST_CASE("less is known, less is allowed", "[unit][limits][prediction]") {
@@ -177,13 +187,13 @@ TEST_CASE("less is known, less is allowed", "[unit][limits][prediction]") {
   for (CellDynamics::Row& row : cell.rows) {
     for (std::size_t point = 0; point < 10; ++point) row.ocv_V[point] -= 0.05 * static_cast<double>(10 - point);
   }
-  const ForecastBound bound{.voltage_V = 3.3, .horizon_s = 60.0, .at_most_A = plenty_A};
-  const double all_A = CellForecast(cell, half_full()).discharge_A(bound);
+  const ForecastBound bound{.voltage_V = 3.3, .horizon = {cell, 60.0}, .at_most_A = plenty_A};
+  const double all_A = AloneForecast(cell, half_full()).discharge_A(bound);
   const auto out_A = [&](auto change) {
     CellForecastInput input = half_full();
     input.hysteresis = -1.0;
     change(input);
-    return CellForecast(cell, input).discharge_A(bound);
+    return AloneForecast(cell, input).discharge_A(bound);
   };
   const double sure_A = out_A([](CellForecastInput&) {});
   CHECK(sure_A >= all_A);
@@ -213,23 +223,23 @@ TEST_CASE("a resistance that is not sure gives back less than it takes", "[unit]
   const CellDynamics cell = plain_cell();
   CellForecastInput input = half_full();
   input.resistance_sigma = 0.1;
-  const ForecastBound bound{.voltage_V = 3.6, .horizon_s = 1e-6, .at_most_A = plenty_A};
+  const ForecastBound bound{.voltage_V = 3.6, .horizon = {cell, 1e-6}, .at_most_A = plenty_A};
   // From rest: 3 milliohm and 20 % more.
-  CHECK(CellForecast(cell, input).discharge_A(bound) == Approx(0.05 / 0.0036).margin(0.11));
+  CHECK(AloneForecast(cell, input).discharge_A(bound) == Approx(0.05 / 0.0036).margin(0.11));
   // From 30 A, 60 mV below the bound: 3 milliohm and 20 % less have to bring that back.
   input.current_A = 30.0;
   input.voltage_V = 3.54;
-  CHECK(CellForecast(cell, input).discharge_A(bound) == Approx(30.0 - 0.06 / 0.0024).margin(0.11));
+  CHECK(AloneForecast(cell, input).discharge_A(bound) == Approx(30.0 - 0.06 / 0.0024).margin(0.11));
 }
 
 TEST_CASE("pairs that nobody knows are as bad as the current says", "[unit][limits][prediction]") {
   const CellDynamics cell = plain_cell();
-  const ForecastBound bound{.voltage_V = 3.4, .horizon_s = 10.0, .at_most_A = plenty_A};
+  const ForecastBound bound{.voltage_V = 3.4, .horizon = {cell, 10.0}, .at_most_A = plenty_A};
   CellForecastInput input = half_full();
   const auto out_A = [&](double current_A, double pair_V) {
     input.current_A = current_A;
     input.pair_V.fill(pair_V);
-    return CellForecast(cell, input).discharge_A(bound);
+    return AloneForecast(cell, input).discharge_A(bound);
   };
   CHECK(out_A(10.0, not_measured) == out_A(10.0, 0.0));
   CHECK(out_A(-10.0, not_measured) == Approx(out_A(-10.0, -0.01)));
@@ -242,9 +252,9 @@ TEST_CASE("in the cold the charge transfer takes less of a large current than of
   for (CellDynamics::Row& row : cell.rows) row.kinetic_Ohm.fill(0.003);
   CellDynamics linear = plain_cell();
   for (CellDynamics::Row& row : linear.rows) row.series_Ohm.fill(row.series_Ohm[0] + 0.003);
-  const ForecastBound bound{.voltage_V = 3.0, .horizon_s = 1e-6, .at_most_A = plenty_A};
-  const double out_A = CellForecast(cell, half_full()).discharge_A(bound);
-  CHECK(out_A > CellForecast(linear, half_full()).discharge_A(bound));
+  const ForecastBound bound{.voltage_V = 3.0, .horizon = {cell, 1e-6}, .at_most_A = plenty_A};
+  const double out_A = AloneForecast(cell, half_full()).discharge_A(bound);
+  CHECK(out_A > AloneForecast(linear, half_full()).discharge_A(bound));
   // The equation itself, with I0 of 20 A.
   CHECK(0.003 * out_A + 0.003 * 20.0 * std::asinh(out_A / 20.0) == Approx(0.65).margin(0.001));
 }
@@ -270,11 +280,12 @@ TEST_CASE("what was promised is kept by cells that live by the model, and by tho
                                   .hysteresis = truth.hysteresis(),
                                   .resistance_share = 0.0,
                                   .resistance_sigma = 0.05};
-    const CellForecast forecast(cell, input);
+    const AloneForecast forecast(cell, input);
     const bool is_charge = chance.one_in(2.0);
     const double way_V = chance.between(0.02, 0.3);
     const double sign = is_charge ? -1.0 : 1.0;
-    const ForecastBound bound{.voltage_V = sample.voltage_V - sign * way_V, .horizon_s = 10.0, .at_most_A = 200.0};
+    const ForecastBound bound{
+        .voltage_V = sample.voltage_V - sign * way_V, .horizon = {cell, 10.0}, .at_most_A = 200.0};
     const double most_A = is_charge ? forecast.charge_A(bound) : forecast.discharge_A(bound);
     CAPTURE(round, soc, temperature_C, before_A, is_charge, way_V, most_A);
     double worst_V = sample.voltage_V;

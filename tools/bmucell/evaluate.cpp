@@ -138,6 +138,7 @@ Result<Evaluation, std::string> evaluate(const EvaluationPlan& plan, const CellD
   const ChargeEndConfig ends = charge_ends_of(cell);
   const double gap_s = gap_of(series);
   CellEstimate estimator;
+  ModelMemo memo;
   estimator.begin(cell, sensor, begin, series.rows[first].temperature_C);
   PublishedSoc published;
   published.begin(begin.soc);
@@ -155,7 +156,7 @@ Result<Evaluation, std::string> evaluate(const EvaluationPlan& plan, const CellD
       if (!(passed_s > 0.0)) continue;
       before_s = row.time_s;
       const CellSample sample = sample_of(row, passed_s, passed_s <= gap_s);
-      static_cast<void>(estimator.update(sample, ends));
+      static_cast<void>(estimator.update(sample, ends, memo));
       estimate = estimator.estimate(plan.method);
       result.score.misfit = std::max(result.score.misfit, estimator.filter().misfit());
       const double flowed_As = is_measured(sample.mean_current_A) ? sample.mean_current_A * passed_s : 0.0;

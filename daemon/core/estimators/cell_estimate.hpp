@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "daemon/core/estimators/charge_ends.hpp"
+#include "daemon/core/estimators/model_memo.hpp"
 #include "daemon/core/estimators/model_pointer.hpp"
 #include "daemon/core/estimators/soc_coulomb.hpp"
 #include "daemon/core/estimators/soc_filter.hpp"
@@ -41,10 +42,11 @@ class CellEstimate {
   [[nodiscard]] bool is_begun() const { return cell_.is_set(); }
 
   /// Before begin(): nothing happens. The end of its charge that the cell has reached with this sample, if it has.
-  std::optional<ChargeAnchor> update(const CellSample& sample, const ChargeEndConfig& ends) {
+  /// `memo`: of the same model.
+  std::optional<ChargeAnchor> update(const CellSample& sample, const ChargeEndConfig& ends, ModelMemo& memo) {
     if (!is_begun()) return std::nullopt;
-    filter_.update(sample);
-    mixed_.update(sample);
+    filter_.update(sample, memo);
+    mixed_.update(sample, memo);
     coulomb_.update(sample);
     const std::optional<ChargeAnchor> anchor = ends_.update(*cell_, ends, sample);
     if (!anchor) return std::nullopt;
@@ -52,6 +54,10 @@ class CellEstimate {
     mixed_.set(anchor->soc, anchor->sigma);
     coulomb_.set(anchor->soc, anchor->sigma);
     return anchor;
+  }
+  std::optional<ChargeAnchor> update(const CellSample& sample, const ChargeEndConfig& ends) {
+    ModelMemo memo;
+    return update(sample, ends, memo);
   }
 
   [[nodiscard]] SocEstimate estimate(SocMethod method) const {
@@ -81,7 +87,7 @@ class CellEstimate {
   static double disagreement(const SocEstimate& one, const SocEstimate& other) {
     constexpr double told_sigmas = 2.0;
     if (!one.is_known || !other.is_known) return 0.0;
-    return std::abs(one.soc - other.soc) / (told_sigmas * std::hypot(one.sigma, other.sigma));
+    return std::abs(one.soc - other.soc) / (told_sigmas * root_sum_square(one.sigma, other.sigma));
   }
 
   ModelPointer<CellDynamics> cell_;

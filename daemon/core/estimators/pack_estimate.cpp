@@ -75,6 +75,7 @@ void PackEstimate::init(const CoreConfig& config) {
   // Of a cell without a curve nothing can be said; no pack file has one.
   if (!config.dynamics && config.cell.ocv.size() < 2) return;
   estimates_.init(config.dynamics ? *config.dynamics : dynamics_of(config.cell));
+  memo_ = {};
   const CellDynamics& model = estimates_.model();
   method_ = config.soc.method;
   ages_ = config.ages;
@@ -310,13 +311,13 @@ void PackEstimate::sample_cell(std::size_t number, const PackEstimateInputs& in,
   if (moment.instant != TimePoint{}) cell.voltage_V = voltage;
   const bool has_silence = spans.uncounted_s > 0.0;
   if (has_silence && spans.counted_s > 0.0) {
-    follow_health(number, sample, estimates_[number].update(sample, ends_), {});
+    follow_health(number, sample, estimates_[number].update(sample, ends_, memo_), {});
   }
   if (has_silence) sample.passed_s = spans.uncounted_s;
   if (has_silence) sample.mean_current_A = not_measured;
   sample.current_A = moment.current_A;
   sample.voltage_V = voltage;
-  const std::optional<ChargeAnchor> end = estimates_[number].update(sample, ends_);
+  const std::optional<ChargeAnchor> end = estimates_[number].update(sample, ends_, memo_);
   if (end) anchored_at_ = in.now;
   follow_health(number, sample, end, moment);
   if (cell.is_on_trial && is_measured(voltage)) judge_record(number, voltage);

@@ -184,6 +184,7 @@ class PackEstimate {
   void judge(TimePoint at);
 
   CellsOfModel<CellDynamics, CellEstimate> estimates_;
+  ModelMemo memo_;  // of the model in estimates_
   CellsOfModel<HealthModel, CellHealth> health_;
   CurrentSensorError sensor_;
   ChargeEndConfig ends_;
@@ -215,11 +216,11 @@ class PackEstimate {
   TimePoint anchored_at_{};
   Reading disagreement_permille_;
   Reading misfit_permille_;
-  BMU_FIELDS(estimates_, health_, sensor_, ends_, method_, ages_, rest_current_A_, rest_current_mA_, capacity_uAs_,
-             voltage_least_V_, voltage_most_V_, cell_count_, module_count_, modules_, cells_, former_, serial_numbers_,
-             resting_since_, is_rest_used_, anchored_by_rest_at_, outlook_current_A_, pictured_at_, pictured_current_A_,
-             sampled_at_, spans_, pack_, told_, origin_, record_age_, anchored_at_, disagreement_permille_,
-             misfit_permille_)
+  BMU_FIELDS(estimates_, skipped(memo_), health_, sensor_, ends_, method_, ages_, rest_current_A_, rest_current_mA_,
+             capacity_uAs_, voltage_least_V_, voltage_most_V_, cell_count_, module_count_, modules_, cells_, former_,
+             serial_numbers_, resting_since_, is_rest_used_, anchored_by_rest_at_, outlook_current_A_, pictured_at_,
+             pictured_current_A_, sampled_at_, spans_, pack_, told_, origin_, record_age_, anchored_at_,
+             disagreement_permille_, misfit_permille_)
 };
 
 /// Whether the newer record says something that the older one does not.

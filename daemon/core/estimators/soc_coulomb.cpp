@@ -47,8 +47,8 @@ SocEstimate SocCoulomb::estimate() const {
   if (!cell_.is_set()) return {};
   const double by_gain_As = sensor_.gain * net_charge_As_;
   const double by_offset_As = sensor_.offset_A * passed_s_;
-  const double counted = std::hypot(by_gain_As, by_offset_As, unseen_As_) / capacity_As_;
-  return {.is_known = true, .soc = soc_, .sigma = std::min(std::hypot(begin_sigma_, counted), sigma_max)};
+  const double counted = root_sum_square(by_gain_As, by_offset_As, unseen_As_) / capacity_As_;
+  return {.is_known = true, .soc = soc_, .sigma = std::min(root_sum_square(begin_sigma_, counted), sigma_max)};
 }
 
 }  // namespace bmu

@@ -29,6 +29,12 @@ inline constexpr double passed_most_s = 1e10;
   return std::abs(value) < measured_most;  // not so if it is not a number
 }
 
+/// Of independent errors together. std::hypot() takes ten times as long for numbers too large or too small to be
+/// squared, of which there are none here.
+[[nodiscard]] inline double root_sum_square(double one, double other, double third = 0.0) {
+  return std::sqrt(one * one + other * other + third * third);
+}
+
 /// One cell at one instant.
 struct CellSample {
   double passed_s = 0.0;  // since the sample before; not above 0 (time ran backwards) or beyond all bounds: no sample

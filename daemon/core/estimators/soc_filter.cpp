@@ -130,28 +130,30 @@ void SocFilter::bound_doubt() {
   for (std::size_t k = 0; k < size; ++k) p_[k][soc_at] *= factor;
 }
 
-void SocFilter::fade(const CellSample& sample, const CellPoint& point) {
+void SocFilter::fade(const CellSample& sample, const CellPoint& point, ModelMemo& memo) {
   const double passed_s = sample.passed_s;
   const double unseen_A = sensor_.unseen_A(sample);
   Vector keeps{};
   Vector added{};
   keeps.fill(1.0);
+  const auto& pairs_left = memo.pairs_left(*cell_, passed_s);
   for (std::size_t pair = 0; pair < CellDynamics::pairs; ++pair) {
-    const double keep = std::exp(-passed_s / cell_->pair_time_constant_s[pair]);
+    const double keep = pairs_left[pair];
     const double settled_V = point.pair_Ohm[pair] * true_current_A_;
     x_[pair_at + pair] = settled_V + (x_[pair_at + pair] - settled_V) * keep;
     keeps[pair_at + pair] = keep;
     added[pair_at + pair] = square(point.pair_Ohm[pair] * unseen_A) * (1.0 - square(keep));
   }
-  const auto wander = [&](At which, double sigma, double time_s) {
-    const double keep = std::exp(-passed_s / time_s);
+  using Fading = ModelMemo::Fading;
+  const auto wander = [&](At which, Fading fading, double sigma, double time_s) {
+    const double keep = memo.left(fading, passed_s, time_s);
     x_[which] *= keep;
     keeps[which] = keep;
     added[which] = square(sigma) * (1.0 - square(keep));
   };
-  wander(error_at, point.slow_error_V, point.slow_error_time_s);
-  wander(offset_at, sensor_.offset_A, offset_time_s);
-  wander(resistance_at, resistance_share_sigma, resistance_time_s);
+  wander(error_at, Fading::error, point.slow_error_V, point.slow_error_time_s);
+  wander(offset_at, Fading::offset, sensor_.offset_A, offset_time_s);
+  wander(resistance_at, Fading::resistance, resistance_share_sigma, resistance_time_s);
   for (std::size_t row = 0; row < size; ++row) {
     for (std::size_t column = 0; column < size; ++column) p_[row][column] *= keeps[row] * keeps[column];
     p_[row][row] += added[row];
@@ -160,8 +162,8 @@ void SocFilter::fade(const CellSample& sample, const CellPoint& point) {
 
 /// The terminal voltage without the model's error, were the state of charge that of `there`. A pair would have been
 /// charged through the resistance there, so its voltage is the more by as much.
-double SocFilter::voltage_V(const CellPoint& here, const CellPoint& there, double current_A) const {
-  double drop_V = there.series_Ohm * current_A + kinetic_V(there, current_A);
+double SocFilter::voltage_V(const CellPoint& here, const CellPoint& there, const Current& current) const {
+  double drop_V = there.series_Ohm * current.A + there.kinetic_Ohm * current.kinetic_A;
   for (std::size_t pair = 0; pair < CellDynamics::pairs; ++pair) {
     const double ratio = here.pair_Ohm[pair] > 0.0 ? there.pair_Ohm[pair] / here.pair_Ohm[pair] : 1.0;
     drop_V += x_[pair_at + pair] * std::clamp(ratio, 0.0, pair_ratio_max);
@@ -169,15 +171,15 @@ double SocFilter::voltage_V(const CellPoint& here, const CellPoint& there, doubl
   return there.ocv_V + hysteresis_ * there.hysteresis_V - (1.0 + x_[resistance_at]) * drop_V;
 }
 
-SocFilter::Chord SocFilter::chord(const CellPoint& here, const RowPlace& place, double current_A) const {
+SocFilter::Chord SocFilter::chord(const CellPoint& here, const CellDynamics::Row& row, const Current& current) const {
   const double reach = std::max(std::sqrt(p_[soc_at][soc_at]), chord_min);
   const double from = std::max(x_[soc_at] - reach, -soc_beyond);
   const double to = std::min(x_[soc_at] + reach, 1.0 + soc_beyond);
-  const double from_V = voltage_V(here, at(*cell_, place, from), current_A);
-  const double to_V = voltage_V(here, at(*cell_, place, to), current_A);
+  const double from_V = voltage_V(here, at(row, from), current);
+  const double to_V = voltage_V(here, at(row, to), current);
   const double slope_V = (to_V - from_V) / (to - from);
   const double on_line_V = from_V + slope_V * (x_[soc_at] - from);
-  return {.slope_V = slope_V, .bend_V = on_line_V - voltage_V(here, here, current_A)};
+  return {.slope_V = slope_V, .bend_V = on_line_V - voltage_V(here, here, current)};
 }
 
 SocFilter::Errors SocFilter::errors(const CellSample& sample, const CellPoint& point, double current_A,
@@ -187,17 +189,17 @@ SocFilter::Errors SocFilter::errors(const CellSample& sample, const CellPoint& p
           .model_V2 = square(model_V) + square(bend_share * bend_V)};
 }
 
-void SocFilter::correct(const CellSample& sample, const RowPlace& place) {
-  const CellPoint point = at(*cell_, place, x_[soc_at]);
+void SocFilter::correct(const CellSample& sample, const CellDynamics::Row& row, const CellPoint& point) {
   const double current_A = sample.current_A - x_[offset_at];
+  const Current current{.A = current_A, .kinetic_A = kinetic_A(row.exchange_current_A, current_A)};
   if (are_pairs_unknown_) begin_pairs(point, current_A);
-  double drop_V = point.series_Ohm * current_A + kinetic_V(point, current_A);
+  double drop_V = point.series_Ohm * current.A + point.kinetic_Ohm * current.kinetic_A;
   for (std::size_t pair = 0; pair < CellDynamics::pairs; ++pair) drop_V += x_[pair_at + pair];
   const double share = 1.0 + x_[resistance_at];
   const double expected_V = point.ocv_V + hysteresis_ * point.hysteresis_V + x_[error_at] - share * drop_V;
 
   Vector by{};  // what the voltage changes by with each state
-  const Chord line = chord(point, place, current_A);
+  const Chord line = chord(point, row, current);
   by[soc_at] = line.slope_V;
   for (std::size_t pair = 0; pair < CellDynamics::pairs; ++pair) by[pair_at + pair] = -share;
   by[error_at] = 1.0;
@@ -209,8 +211,12 @@ void SocFilter::correct(const CellSample& sample, const RowPlace& place) {
   const double counted_V2 = off.sample_V2 + off.model_V2 * (1.0 + 2.0 * point.fast_error_time_s / sample.passed_s);
   const double by_states_V2 = learn(by, innovation_V_, counted_V2);
   innovation_variance_V2_ = by_states_V2 + off.sample_V2 + off.model_V2;
+}
+
+/// How hard to believe the last voltage was, added to those before.
+void SocFilter::follow_surprise(double left) {
   const double news = std::min(square(innovation_V_) / innovation_variance_V2_, square(surprise_most_sigmas));
-  surprise_ += (news - surprise_) * (1.0 - std::exp(-sample.passed_s / surprise_time_s));
+  surprise_ += (news - surprise_) * (1.0 - left);
 }
 
 double SocFilter::learn(const Vector& by, double innovation, double variance) {
@@ -250,13 +256,16 @@ double SocFilter::misfit() const {
   return std::max({by_counting, by_resistance, std::sqrt(surprise_) / surprise_sigmas});
 }
 
-void SocFilter::update(const CellSample& sample) {
+void SocFilter::update(const CellSample& sample, ModelMemo& memo) {
   if (!cell_.is_set() || !sample.has_passed()) return;
   if (is_measured(sample.temperature_C)) temperature_C_ = sample.temperature_C;
   count(sample);
-  const RowPlace place = row_place(*cell_, temperature_C_);
-  fade(sample, at(*cell_, place, x_[soc_at]));
-  if (is_measured(sample.voltage_V) && is_measured(sample.current_A)) correct(sample, place);
+  const CellDynamics::Row& row = memo.row(*cell_, temperature_C_);
+  const CellPoint point = at(row, x_[soc_at]);
+  fade(sample, point, memo);
+  if (!is_measured(sample.voltage_V) || !is_measured(sample.current_A)) return;
+  correct(sample, row, point);
+  follow_surprise(memo.left(ModelMemo::Fading::surprise, sample.passed_s, surprise_time_s));
 }
 
 SocEstimate SocFilter::estimate() const {

@@ -17,7 +17,7 @@
 // A voltage that the model finds hard to believe counts as one that is just hard to believe (P. Huber, Robust
 // Statistics, Wiley 1981, chapter 7).
 //
-// Cost: four looks at the model and some 400 multiplications; docs/performance.md has the figure.
+// Cost: three looks at the model and some 400 multiplications; docs/performance.md has the figure.
 #pragma once
 
 #include <array>
@@ -25,6 +25,7 @@
 #include <cstddef>
 
 #include "daemon/core/cell_dynamics.hpp"
+#include "daemon/core/estimators/model_memo.hpp"
 #include "daemon/core/estimators/model_pointer.hpp"
 #include "daemon/core/estimators/soc_estimate.hpp"
 #include "protocol/fields.hpp"
@@ -37,8 +38,12 @@ class SocFilter {
   void begin(const CellDynamics& cell, const CurrentSensorError& sensor, const SocBegin& from, double temperature_C);
   /// The same tables, where they lie now. Before begin(): nothing.
   void move_to(const CellDynamics& cell) { cell_.move_to(cell); }
-  /// Before begin(): nothing happens.
-  void update(const CellSample& sample);
+  /// Before begin(): nothing happens. `memo`: of the same model.
+  void update(const CellSample& sample, ModelMemo& memo);
+  void update(const CellSample& sample) {
+    ModelMemo memo;
+    update(sample, memo);
+  }
   /// Somebody else knows the state of charge this well, one standard deviation above 0: the end of a charge does. What
   /// is not a number says nothing.
   void anchor(double soc, double sigma);
@@ -87,6 +92,11 @@ class SocFilter {
     double bend_V = 0.0;
   };
 
+  struct Current {
+    double A = 0.0;
+    double kinetic_A = 0.0;  // what the charge transfer makes of it
+  };
+
   /// What a voltage may be off by itself, and what the model is for seconds, squared.
   struct Errors {
     double sample_V2 = 0.0;
@@ -98,13 +108,14 @@ class SocFilter {
   void count(const CellSample& sample);
   void bound_doubt();
   void follow_hysteresis(double charge_As);
-  void fade(const CellSample& sample, const CellPoint& point);
-  void correct(const CellSample& sample, const RowPlace& place);
+  void fade(const CellSample& sample, const CellPoint& point, ModelMemo& memo);
+  void correct(const CellSample& sample, const CellDynamics::Row& row, const CellPoint& point);
+  void follow_surprise(double left);
   /// Takes in a number that is `innovation` more than expected, has this variance of its own and changes `by` so much
   /// with each state; returns what had to be expected because of the states, squared.
   double learn(const Vector& by, double innovation, double variance);
-  [[nodiscard]] double voltage_V(const CellPoint& here, const CellPoint& there, double current_A) const;
-  [[nodiscard]] Chord chord(const CellPoint& here, const RowPlace& place, double current_A) const;
+  [[nodiscard]] double voltage_V(const CellPoint& here, const CellPoint& there, const Current& current) const;
+  [[nodiscard]] Chord chord(const CellPoint& here, const CellDynamics::Row& row, const Current& current) const;
   [[nodiscard]] Errors errors(const CellSample& sample, const CellPoint& point, double current_A, double bend_V) const;
 
   ModelPointer<CellDynamics> cell_;

@@ -26,28 +26,29 @@ void SocMixed::begin(const CellDynamics& cell, const CurrentSensorError& sensor,
   counting_.begin(cell, sensor, from, temperature_C);
 }
 
-void SocMixed::update(const CellSample& sample) {
+void SocMixed::update(const CellSample& sample, ModelMemo& memo) {
   if (!cell_.is_set() || !sample.has_passed()) return;
   if (is_measured(sample.temperature_C)) temperature_C_ = sample.temperature_C;
   counting_.update(sample);
-  if (is_measured(sample.voltage_V) && is_measured(sample.current_A)) listen(sample);
+  if (is_measured(sample.voltage_V) && is_measured(sample.current_A)) {
+    listen(sample, memo.row(*cell_, temperature_C_));
+  }
 }
 
-void SocMixed::listen(const CellSample& sample) {
+void SocMixed::listen(const CellSample& sample, const CellDynamics::Row& row) {
   const SocEstimate now = counting_.estimate();
-  const RowPlace place = row_place(*cell_, temperature_C_);
-  const CellPoint here = at(*cell_, place, now.soc);
+  const CellPoint here = at(row, now.soc);
   const double resistance_Ohm = std::accumulate(here.pair_Ohm.begin(), here.pair_Ohm.end(), here.series_Ohm);
   const double taken_V = resistance_Ohm * sample.current_A + kinetic_V(here, sample.current_A);
   const double open_V = sample.voltage_V + taken_V;
-  const bool is_empty = sample.current_A > 0.0 && open_V <= ocv_V(*cell_, place, 0.0);
+  const bool is_empty = sample.current_A > 0.0 && open_V <= ocv_V(row, 0.0);
   empty_s_ = is_empty ? empty_s_ + sample.passed_s : 0.0;
   if (empty_s_ >= empty_held_s) counting_.set(0.0, empty_sigma);
   if (is_empty) return;
-  if (open_V < ocv_V(*cell_, place, high_soc)) return;
-  const double told = soc_from_ocv(*cell_, open_V, temperature_C_, 0.0);
-  const double slope_V = std::max(at(*cell_, place, told).ocv_slope_V, slope_min_V);
-  const double told_sigma = std::hypot(voltage_doubt_V, resistance_doubt * taken_V) / slope_V;
+  if (open_V < ocv_V(row, high_soc)) return;
+  const double told = soc_from_ocv(row, open_V, 0.0);
+  const double slope_V = std::max(ocv_slope_V(row, told), slope_min_V);
+  const double told_sigma = root_sum_square(voltage_doubt_V, resistance_doubt * taken_V) / slope_V;
   if (told_sigma >= now.sigma) return;
   const double pull = std::min(sample.passed_s / pull_time_s, 1.0) * (1.0 - told_sigma / now.sigma);
   counting_.set(now.soc + (told - now.soc) * pull, now.sigma + (told_sigma - now.sigma) * pull);

@@ -10,6 +10,7 @@
 // Cost: one look at the model.
 #pragma once
 
+#include "daemon/core/estimators/model_memo.hpp"
 #include "daemon/core/estimators/model_pointer.hpp"
 #include "daemon/core/estimators/soc_coulomb.hpp"
 #include "protocol/fields.hpp"
@@ -25,13 +26,18 @@ class SocMixed {
     cell_.move_to(cell);
     counting_.move_to(cell);
   }
-  void update(const CellSample& sample);
+  /// `memo`: of the same model.
+  void update(const CellSample& sample, ModelMemo& memo);
+  void update(const CellSample& sample) {
+    ModelMemo memo;
+    update(sample, memo);
+  }
   [[nodiscard]] SocEstimate estimate() const { return counting_.estimate(); }
   /// From now on it is this, and so sure: the end of a charge.
   void set(double soc, double sigma) { counting_.set(soc, sigma); }
 
  private:
-  void listen(const CellSample& sample);
+  void listen(const CellSample& sample, const CellDynamics::Row& row);
 
   ModelPointer<CellDynamics> cell_;
   SocCoulomb counting_;
