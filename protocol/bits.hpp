@@ -102,14 +102,37 @@ class Crc8H2F {
   std::uint8_t crc_ = 0xFF;
 };
 
-/// Checksum of an internal frame: the identifier, high byte first, then b0 to b6. A frame that shows up under another
-/// identifier therefore fails as well.
-[[nodiscard]] constexpr std::uint8_t frame_crc(const CanFrame& frame) {
+namespace detail {
+
+/// The identifier's two bytes and b0 to b6.
+inline constexpr std::size_t protected_bytes = 9;
+
+/// What a byte changes in the checksum, by the number of bytes behind it.
+inline constexpr auto crc8h2f_of_place = [] {
+  std::array<std::array<std::uint8_t, 256>, protected_bytes> table{crc8h2f_table};
+  for (std::size_t place = 1; place < protected_bytes; ++place) {
+    for (std::size_t value = 0; value < 256; ++value) table[place][value] = crc8h2f_table[table[place - 1][value]];
+  }
+  return table;
+}();
+inline constexpr std::uint8_t crc8h2f_of_zeros = [] {
   Crc8H2F crc;
-  crc.add(static_cast<std::uint8_t>(frame.id >> 8));
-  crc.add(static_cast<std::uint8_t>(frame.id));
-  for (std::size_t index = 0; index < 7; ++index) crc.add(frame.data[index]);
+  for (std::size_t place = 0; place < protected_bytes; ++place) crc.add(0);
   return crc.value();
+}();
+
+}  // namespace detail
+
+/// Checksum of an internal frame: the identifier, high byte first, then b0 to b6. A frame that shows up under another
+/// identifier therefore fails as well. Crc8H2F over these nine bytes, as a sum: looked up each by its place, none waits
+/// for the one before.
+[[nodiscard]] constexpr std::uint8_t frame_crc(const CanFrame& frame) {
+  const auto& of_place = detail::crc8h2f_of_place;
+  unsigned crc = detail::crc8h2f_of_zeros;
+  crc ^= of_place[8][(frame.id >> 8U) & 0xFFU];
+  crc ^= of_place[7][frame.id & 0xFFU];
+  for (std::size_t index = 0; index < 7; ++index) crc ^= of_place[6 - index][frame.data[index]];
+  return static_cast<std::uint8_t>(crc);
 }
 
 }  // namespace bmu

@@ -102,48 +102,47 @@ constexpr CanBits stuffed_bits(const CanFrame& frame) {
 namespace can_bits_detail {
 
 /// How a run of equal bits goes on: three bits, .2 what the last bit was, .1-.0 how many there are of it, less one.
-/// Five there never are: a stuff bit has begun a new run by then. A step also has the number of stuff bits, from bit 3
-/// on.
-constexpr std::uint8_t run_after_start_of_frame = 0b000;
+/// Five there never are: a stuff bit has begun a new run by then.
+struct Run {
+  std::uint8_t run = 0b000;
+  std::uint8_t stuff_bits = 0;
 
-constexpr std::uint8_t step_bit(std::uint8_t run, bool bit) {
-  const bool is_same = ((run >> 2) & 1U) == (bit ? 1U : 0U);
-  const unsigned length = is_same ? (run & 0b11U) + 2U : 1U;
-  if (length == 5) return static_cast<std::uint8_t>((bit ? 0b000U : 0b100U) | 0b1000U);
-  return static_cast<std::uint8_t>((bit ? 0b100U : 0b000U) | (length - 1));
-}
+  constexpr void put(bool bit) {
+    const bool is_same = ((run >> 2) & 1U) == (bit ? 1U : 0U);
+    const unsigned length = is_same ? (run & 0b11U) + 2U : 1U;
+    const bool is_stuffed = length == 5;
+    if (is_stuffed) ++stuff_bits;
+    run = static_cast<std::uint8_t>((bit != is_stuffed ? 0b100U : 0b000U) | (is_stuffed ? 0U : length - 1));
+  }
+};
 
-/// What so many bits at once do to each run.
-template <unsigned Width>
+/// What a byte does to each of the eight runs, all in one number: for run r from bit 8 * r on, .7-.6 the stuff bits,
+/// .5-.3 the run behind it, .2-.0 zero. So the lower six bits are how far to shift for the next byte, which is all that
+/// processors look at: looking up waits for no run, and from run to run there is only a shift.
 inline constexpr auto steps = [] {
-  std::array<std::array<std::uint8_t, 1U << Width>, 8> table{};
-  for (std::uint8_t run = 0; run < 8; ++run) {
-    for (unsigned bits = 0; bits < (1U << Width); ++bits) {
-      unsigned now = run;
-      for (unsigned left = Width; left > 0; --left) {
-        const unsigned next = step_bit(now & 0b111U, ((bits >> (left - 1)) & 1U) != 0);
-        now = (now & ~0b111U) + next;
-      }
-      table[run][bits] = static_cast<std::uint8_t>(now);
+  std::array<std::uint64_t, 256> table{};
+  for (std::size_t byte = 0; byte < table.size(); ++byte) {
+    for (std::uint8_t run = 0; run < 8; ++run) {
+      Run after{run};
+      for (unsigned left = 8; left > 0; --left) after.put(((byte >> (left - 1)) & 1U) != 0);
+      table[byte] |= static_cast<std::uint64_t>((after.stuff_bits << 6U) | (after.run << 3U)) << (8U * run);
     }
   }
   return table;
 }();
 
-/// Counts stuff bits, several bits at a time.
+/// Counts stuff bits, a byte at a time. Before the first there is one 0.
 class StuffCount {
  public:
-  template <unsigned Width>
-  constexpr void put(std::uint32_t bits) {
-    const std::uint8_t step = steps<Width>[run_][bits & ((1U << Width) - 1)];
-    count_ += step >> 3U;
-    run_ = step & 0b111U;
+  constexpr void put(std::uint8_t byte) {
+    step_ = steps[byte] >> (step_ & 0b111'111U);
+    count_ += (step_ >> 6U) & 0b11U;
   }
-  [[nodiscard]] constexpr std::int64_t count() const { return count_; }
+  [[nodiscard]] constexpr std::int64_t count() const { return static_cast<std::int64_t>(count_); }
 
  private:
-  std::uint32_t run_ = run_after_start_of_frame;
-  std::int64_t count_ = 0;
+  std::uint64_t step_ = 0;
+  std::uint64_t count_ = 0;
 };
 
 /// A CRC is a sum over its bytes, each by its place: looked up one by one, none waits for the other. Five bytes of
@@ -161,13 +160,17 @@ inline constexpr auto crc_of_place = [] {
   return table;
 }();
 
-/// Identifier to length code, without the start of frame, which is a 0: 18 bits, or 38.
+/// From the start of frame, which is a 0, to the length code: 19 bits, or 39.
 constexpr std::uint64_t header_of(const CanFrame& frame) {
   const std::uint64_t remote = frame.is_remote ? 1 : 0;
   if (!frame.is_extended) return (std::uint64_t{frame.id} << 7U) | (remote << 6U) | frame.length;
   return (std::uint64_t{frame.id >> 18U} << 27U) | (0b11ULL << 25U) | (std::uint64_t{frame.id & 0x3FFFFU} << 7U) |
          (remote << 6U) | frame.length;
 }
+
+/// What fills its first byte: bits that take turns and end with 1 are never stuffed and leave the start of frame alone.
+constexpr std::uint64_t header_filling = 0b10101ULL << 19U;
+constexpr std::uint64_t extended_header_filling = 0b1ULL << 39U;
 
 }  // namespace can_bits_detail
 
@@ -176,27 +179,20 @@ constexpr std::int64_t bits_on_wire(const CanFrame& frame) {
   if (frame.is_error) return 0;
   const std::size_t bytes = frame.is_remote ? 0 : frame.length;
   const std::uint64_t header = header_of(frame);
+  const std::uint64_t filled_header = header | (frame.is_extended ? extended_header_filling : header_filling);
   StuffCount stuff;
-  if (frame.is_extended) {
-    stuff.put<6>(static_cast<std::uint32_t>(header >> 32U));
-    stuff.put<8>(static_cast<std::uint32_t>(header >> 24U));
-    stuff.put<8>(static_cast<std::uint32_t>(header >> 16U));
-  } else {
-    stuff.put<2>(static_cast<std::uint32_t>(header >> 16U));
-  }
-  stuff.put<8>(static_cast<std::uint32_t>(header >> 8U));
-  stuff.put<8>(static_cast<std::uint32_t>(header));
   std::uint32_t crc = 0;
-  const std::size_t header_bytes = frame.is_extended ? 5 : 3;
-  for (std::size_t place = 0; place < header_bytes; ++place) {
+  for (std::size_t place = frame.is_extended ? 5 : 3; place-- > 0;) {
     crc ^= crc_of_place[bytes + place][(header >> (8 * place)) & 0xFFU];
+    stuff.put(static_cast<std::uint8_t>(filled_header >> (8 * place)));
   }
   for (std::size_t at = 0; at < bytes; ++at) {
     crc ^= crc_of_place[bytes - 1 - at][frame.data[at]];
-    stuff.put<8>(frame.data[at]);
+    stuff.put(frame.data[at]);
   }
-  stuff.put<7>(crc >> 8U);
-  stuff.put<8>(crc);
+  const std::uint32_t filled_crc = (crc << 1U) | (~crc & 1U);  // the other bit behind the last is not stuffed either
+  stuff.put(static_cast<std::uint8_t>(filled_crc >> 8U));
+  stuff.put(static_cast<std::uint8_t>(filled_crc));
   const std::int64_t plain = 1 + (frame.is_extended ? 38 : 18) + 8 * static_cast<std::int64_t>(bytes) + 15;
   return plain + stuff.count() + can_bits_of_trailer + can_bits_between_frames;
 }

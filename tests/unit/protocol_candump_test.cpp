@@ -156,6 +156,57 @@ TEST_CASE("a line that is printed parses to itself, for random frames", "[unit][
   }
 }
 
+TEST_CASE("a line read at once and the same read letter by letter say the same", "[unit][protocol][candump]") {
+  // Ten digits of seconds, a short name and eight bytes are what is read at once.
+  const std::uint32_t seed = GENERATE(range(100U, 110U));
+  Random random(seed);
+  for (int count = 0; count < 2'000; ++count) {
+    LogLine line{.kind = LogLineKind::frame, .bus = "can0", .frame = data_frame(random.next() & 0x7FFU, 8)};
+    line.time_us = random.between(1'000'000'000'000'000, 9'999'999'999'999'999);
+    for (std::uint8_t& byte : line.frame.data) byte = static_cast<std::uint8_t>(random.next());
+    const std::string usual = printed(line);
+    std::string unusual = usual.substr(0, usual.size() - 2);
+    unusual.replace(unusual.find("can0"), 4, "a-longer-name");
+    unusual.insert(1, "0");
+    INFO("seed " << seed << ", line " << count << ": " << usual);
+    REQUIRE(parsed(usual).frame == line.frame);
+    REQUIRE(parsed(usual).time_us == line.time_us);
+    REQUIRE(parsed(usual).bus == line.bus);
+    line.frame.length = 7;
+    line.frame.data[7] = 0;
+    REQUIRE(parsed(unusual).frame == line.frame);
+    REQUIRE(parsed(unusual).time_us == line.time_us);
+    REQUIRE(parsed(unusual).bus == "a-longer-name");
+  }
+}
+
+TEST_CASE("a damaged line is damaged at the same place, whichever way its time is read", "[unit][protocol][candump]") {
+  static constexpr std::string_view letters = "09afAFgG:/@`.#() R\x7F\x80\xB5";
+  const std::uint32_t seed = GENERATE(range(200U, 210U));
+  Random random(seed);
+  for (int count = 0; count < 5'000; ++count) {
+    std::string usual = "(1700000000.123456) vcan0 143#8EA08E928EB22AB2 R";
+    for (std::uint32_t change = random.below(4); change > 0; --change) {
+      const std::size_t at = 2 + random.below(static_cast<std::uint32_t>(usual.size() - 2));
+      if (at != 11) usual[at] = letters[random.below(static_cast<std::uint32_t>(letters.size()))];
+    }
+    std::string unusual = usual;
+    unusual.insert(1, "0");  // eleven digits of seconds; a point stays behind them, as more than twelve are none
+    INFO("seed " << seed << ", line " << count << ": " << usual);
+    const auto one = parse_log_line(usual);
+    const auto other = parse_log_line(unusual);
+    REQUIRE(one.has_value() == other.has_value());
+    if (one.has_value()) {
+      REQUIRE(one->frame == other->frame);
+      REQUIRE(one->time_us == other->time_us);
+      REQUIRE(one->bus == other->bus);
+    } else {
+      REQUIRE(one.error().wanted == other.error().wanted);
+      REQUIRE(one.error().column + 1 == other.error().column);
+    }
+  }
+}
+
 TEST_CASE("random and mutated lines never crash the parser", "[unit][protocol][candump]") {
   Random random(4);
   const std::string good = "(1700000000.123456) vcan0 143#8EA08E928EB22AB2 R";

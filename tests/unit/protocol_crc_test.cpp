@@ -65,6 +65,19 @@ TEST_CASE("the checksum's table agrees with its definition", "[unit][protocol]")
   }
 }
 
+TEST_CASE("a frame's checksum is that of its identifier and b0 to b6", "[unit][protocol]") {
+  Random random(21);
+  for (int count = 0; count < 10'000; ++count) {
+    CanFrame frame{.id = random.next() & 0x1FFF'FFFF, .length = 8};
+    std::vector<std::uint8_t> bytes{static_cast<std::uint8_t>(frame.id >> 8), static_cast<std::uint8_t>(frame.id)};
+    for (std::size_t index = 0; index < 7; ++index) {
+      bytes.push_back(frame.data[index] = static_cast<std::uint8_t>(random.next()));
+    }
+    INFO("frame " << count << " of seed 21");
+    REQUIRE(frame_crc(frame) == crc_by_definition(bytes));
+  }
+}
+
 TEST_CASE("every error of one, two and three bits in identifier and data is found", "[unit][protocol]") {
   for (const WorkedFrame& worked : internal_worked_frames()) {
     CanFrame frame = worked.frame();

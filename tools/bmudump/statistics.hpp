@@ -23,13 +23,13 @@ struct IdStatistics {
   std::uint8_t node = 0;
   std::uint64_t frames = 0;
   std::uint64_t accepted = 0;
-  std::array<std::uint32_t, reject_reason_count> failed{};
   std::int64_t bits = 0;
   std::int64_t first_us = 0;
   std::int64_t last_us = 0;     // the latest; logs may go back in time
   std::int64_t refresh_us = 0;  // when the last gap ended
   std::int64_t gap_max_us = 0;
-  std::int64_t gap_end_us = 0;  // of the longest
+  std::int64_t gap_end_us = 0;                              // of the longest
+  std::array<std::uint32_t, reject_reason_count> failed{};  // last: what most frames touch is two cache lines then
 
   [[nodiscard]] std::uint64_t failed_total() const;
   /// Frames a second between the first and the last; 0 if there is no time between them.
