@@ -8,6 +8,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 
@@ -73,11 +74,14 @@ class CellEstimate {
   /// The two methods that are furthest apart: by how much, against what both together say they may be wrong (two
   /// standard deviations). Above 1 they contradict each other; 0 while nothing is known.
   [[nodiscard]] double disagreement() const {
+    std::array<SocEstimate, soc_methods> said;
+    for (std::size_t method = 0; method < soc_methods; ++method) {
+      said[method] = estimate(SocMethod{static_cast<unsigned char>(method)});
+    }
     double most = 0.0;
     for (std::size_t one = 0; one < soc_methods; ++one) {
       for (std::size_t other = one + 1; other < soc_methods; ++other) {
-        most = std::max(most, disagreement(estimate(SocMethod{static_cast<unsigned char>(one)}),
-                                           estimate(SocMethod{static_cast<unsigned char>(other)})));
+        most = std::max(most, disagreement(said[one], said[other]));
       }
     }
     return most;
