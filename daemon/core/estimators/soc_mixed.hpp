@@ -25,6 +25,7 @@ class SocMixed {
     cell_.move_to(cell);
     counting_.move_to(cell);
   }
+  [[nodiscard]] bool is_begun() const { return cell_.is_set(); }
   void update(const CellSample& sample);
   [[nodiscard]] SocEstimate estimate() const { return counting_.estimate(); }
   /// From now on it is this, and so sure: the end of a charge.
@@ -37,6 +38,7 @@ class SocMixed {
   SocCoulomb counting_;
   double temperature_C_ = 25.0;
   double empty_s_ = 0.0;  // so long its voltage has been that of an empty cell
+  [[nodiscard]] bool are_fields_possible() const { return counting_.is_begun() == is_begun(); }
   BMU_FIELDS(cell_, counting_, temperature_C_, empty_s_)
 };
 
