@@ -99,6 +99,11 @@ void BlackBox::end() {
   write();
 }
 
+void BlackBox::give_up() {
+  files_lost_ += open_.size();
+  open_.clear();
+}
+
 bool BlackBox::is_waiting() const {
   return std::any_of(open_.begin(), open_.end(),
                      [](const File& file) { return file.written < file.pieces.size() || !file.is_synced; });

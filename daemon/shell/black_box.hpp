@@ -51,8 +51,10 @@ class BlackBox {
   void trigger(BlackBoxCause cause);
   /// Writes what can be written, and again what could not be. Not more often than the disk should be tried.
   void write();
-  /// No more comes: what is open is whole as it is.
+  /// No more comes: what is open is whole as it is, and written if it can be.
   void end();
+  /// Nothing is tried any more: what still waits is lost, and counted.
+  void give_up();
 
   [[nodiscard]] bool is_waiting() const;
   [[nodiscard]] std::uint64_t files_written() const { return files_written_; }
