@@ -88,6 +88,7 @@ void BlackBox::write() {
     File& file = open_.front();
     const auto written = write(file);
     last_error_ = written ? "" : to_text(written.error());
+    if (!written) ++tries_failed_;
     if (!written || !file.is_whole) return;
     ++files_written_;
     open_.pop_front();

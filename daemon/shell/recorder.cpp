@@ -198,6 +198,7 @@ void Recorder::Shared::tell() {
                      .record_error = files.last_error(),
                      .black_boxes = black_box.files_written(),
                      .black_boxes_lost = black_box.files_lost() + triggers_lost,
+                     .black_box_tries_failed = black_box.tries_failed(),
                      .black_box_path = black_box.last_path(),
                      .black_box_error = black_box.last_error(),
                      .memory_bytes = black_box.memory_bytes(),

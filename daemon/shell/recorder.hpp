@@ -37,7 +37,8 @@ struct RecorderStatus {
   std::string record_error;
   std::uint64_t black_boxes = 0;
   std::uint64_t black_boxes_lost = 0;  // openings and latched faults that no file tells of, or not to its end
-  std::string black_box_path;          // the last one
+  std::uint64_t black_box_tries_failed = 0;
+  std::string black_box_path;  // the last one
   std::string black_box_error;
   std::size_t memory_bytes = 0;
   Duration memory_length{};
