@@ -13,7 +13,12 @@
 //
 // A class names them, at its end; a plain struct does not have to (aggregate_fields.hpp). Whether one was forgotten
 // that makes the class larger, names_all_fields() can be asked: it works out how large the named ones make it.
-// `skipped` is for what is no state: the model somebody looks at, what is given with the configuration.
+// `skipped` is for what is no state: the model somebody looks at, what follows from the configuration.
+//
+// What is read from outside may be anything. A class or struct that uses a member as an index, a divisor or the like
+// says what cannot be, and is asked after its members were read:
+//
+//   bool are_fields_possible() const { return head_ < ring_.size(); }
 #pragma once
 
 #include <algorithm>
@@ -51,7 +56,21 @@ inline constexpr bool is_skipped<Skipped<Field>> = true;
     return take(__VA_ARGS__);                                     \
   }
 
+/// For are_fields_possible: what is not a number is not within.
+[[nodiscard]] constexpr bool is_within(double value, double low, double high) {
+  return value >= low && value <= high;
+}
+
 struct FieldAccess {
+  /// True where nothing is said against any value.
+  template <class Thing>
+  [[nodiscard]] static constexpr bool are_possible(const Thing& thing) {
+    if constexpr (requires { thing.are_fields_possible(); }) {
+      return thing.are_fields_possible();
+    } else {
+      return true;
+    }
+  }
   /// For who has to set something right once all members have been read.
   template <class Thing>
   static constexpr void after_reading(Thing& thing) {

@@ -10,6 +10,8 @@ std::string_view to_text(ImageProblem problem) {
     case ImageProblem::no_word: return "a word that there is not";
     case ImageProblem::no_size: return "more items than there is room for";
     case ImageProblem::no_variant: return "an alternative that there is not";
+    case ImageProblem::no_number: return "a number further from 0 than any can be";
+    case ImageProblem::no_state: return "numbers that cannot be together, or not there";
   }
   return "?";
 }

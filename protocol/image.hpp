@@ -12,10 +12,12 @@
 // as nanoseconds; an optional as a bool and, if it is there, what it holds; a variant as its alternative's number and
 // that alternative; a FixedVector as its size and its items. So an image is as long as what is in it.
 //
-// What is read is checked: a bool is 0 or 1, an enumeration one of its enumerators, a size within its capacity, a
-// variant's number one of its alternatives, and nothing is left over. A number is any number: an image is trusted as
-// far as whoever wrote it, and a checksum beside it is up to whoever keeps it. What was refused half-way is left half
-// written: read into something that can be thrown away.
+// What is read is checked, since a checksum does not say who made it: a bool is 0 or 1, an enumeration one of its
+// enumerators, a size within its capacity, a variant's number one of its alternatives, and nothing is left over. Signed
+// numbers, times and floating-point numbers are so far from their limits (below) that sums and differences of them
+// stay within; infinity is none, "not a number" is one. What else a thing cannot have it says itself
+// (are_fields_possible, fields.hpp). What was refused half-way is left half written: read into something that can be
+// thrown away.
 //
 // No allocation. Cost: that of copying it, member by member; 2 to 3 ns each (docs/performance.md).
 #pragma once
@@ -67,6 +69,26 @@ template <class T>
 inline constexpr bool is_time_point = false;
 template <class Clock, class Length>
 inline constexpr bool is_time_point<std::chrono::time_point<Clock, Length>> = true;
+
+// What a number that is read may be, either side of 0.
+inline constexpr std::int32_t int32_max = 1 << 30;                     // 1 073 V in uV, 1 MA in mA
+inline constexpr std::int64_t int64_max = std::int64_t{1} << 52;       // 1.2 million Ah in uAs
+inline constexpr std::int64_t instant_max_ns = std::int64_t{1} << 60;  // 36 years since the machine started
+inline constexpr std::int64_t span_max_ns = std::int64_t{1} << 62;     // from 1970 to 2116: one clock less another
+inline constexpr double double_max = 1e15;
+
+template <class Number>
+constexpr bool is_possible(Number number) {
+  if constexpr (std::is_floating_point_v<Number>) {
+    return !(number > double_max) && !(number < -double_max);
+  } else if constexpr (std::is_same_v<Number, std::int64_t>) {
+    return number <= int64_max && number >= -int64_max;
+  } else if constexpr (std::is_same_v<Number, std::int32_t>) {
+    return number <= int32_max && number >= -int32_max;
+  } else {
+    return true;
+  }
+}
 
 /// As wide in every image as anywhere: what is std::size_t here may be 32 bits there.
 template <class Number>
@@ -148,6 +170,8 @@ enum class ImageProblem : std::uint8_t {
   no_word,     // a number that is none of its enumeration's
   no_size,     // more items than there is room for
   no_variant,  // an alternative that there is not
+  no_number,   // further from 0 than anything of its kind
+  no_state,    // numbers that the thing they belong to cannot have
 };
 [[nodiscard]] std::string_view to_text(ImageProblem problem);
 
@@ -158,22 +182,24 @@ class ImageReader {
   /// Does nothing any more once there was a problem.
   template <class T>
   void read(T& value) {
-    if (problem_) return;
+    if (!is_good_) return;
     if constexpr (is_skipped<T>) {
     } else if constexpr (std::is_same_v<T, bool>) {
       const auto number = next<std::uint8_t>();
       expect(number <= 1, ImageProblem::no_bool);
       value = number == 1;
     } else if constexpr (std::is_arithmetic_v<T>) {
-      value = static_cast<T>(next<image::Wide<T>>());
+      const auto number = next<image::Wide<T>>();
+      expect(image::is_possible(number), ImageProblem::no_number);
+      if (is_good_) value = static_cast<T>(number);
     } else if constexpr (std::is_enum_v<T>) {
       const auto number = next<std::underlying_type_t<T>>();
       expect(is_enumerator<T>(number), ImageProblem::no_word);
-      if (!problem_) value = static_cast<T>(number);
+      if (is_good_) value = static_cast<T>(number);
     } else if constexpr (image::is_duration<T>) {
-      value = T{static_cast<typename T::rep>(next<std::int64_t>())};
+      value = T{static_cast<typename T::rep>(next_within(image::span_max_ns))};
     } else if constexpr (image::is_time_point<T>) {
-      value = T{typename T::duration{static_cast<typename T::rep>(next<std::int64_t>())}};
+      value = T{typename T::duration{static_cast<typename T::rep>(next_within(image::instant_max_ns))}};
     } else if constexpr (image::is_optional<T>) {
       read_optional(value);
     } else if constexpr (image::is_variant<T>) {
@@ -184,25 +210,37 @@ class ImageReader {
       read_items(value);
     } else {
       take_fields(value, [this](auto&&... fields) { (this->read(fields), ...); });
-      FieldAccess::after_reading(value);
+      if (is_good_) expect(FieldAccess::are_possible(value), ImageProblem::no_state);
+      if (is_good_) FieldAccess::after_reading(value);
     }
   }
   void end() { expect(bytes_.empty(), ImageProblem::too_long); }
-  [[nodiscard]] std::optional<ImageProblem> problem() const { return problem_; }
+  [[nodiscard]] std::optional<ImageProblem> problem() const {
+    return is_good_ ? std::nullopt : std::optional(problem_);
+  }
 
  private:
   void expect(bool holds, ImageProblem problem) {
-    if (!holds && !problem_) problem_ = problem;
+    if (holds || !is_good_) return;
+    is_good_ = false;
+    problem_ = problem;
   }
 
   template <class Number>
   Number next() {
     std::array<std::uint8_t, sizeof(Number)> bytes{};
     expect(bytes_.size() >= bytes.size(), ImageProblem::too_short);
-    if (problem_) return {};
+    if (!is_good_) return {};
     std::memcpy(bytes.data(), bytes_.data(), bytes.size());
     bytes_ = bytes_.subspan(bytes.size());
     return image::from_bytes<Number>(bytes);
+  }
+
+  /// Either side of 0.
+  std::int64_t next_within(std::int64_t most) {
+    const auto number = next<std::int64_t>();
+    expect(number <= most && number >= -most, ImageProblem::no_number);
+    return is_good_ ? number : 0;
   }
 
   template <class T>
@@ -217,22 +255,27 @@ class ImageReader {
   void read_variant(T& value, std::index_sequence<Index...> /*alternatives*/) {
     const auto index = next<std::uint8_t>();
     expect(index < sizeof...(Index), ImageProblem::no_variant);
-    static_cast<void>(((Index == index && !problem_ ? (read(value.template emplace<Index>()), true) : false) || ...));
+    static_cast<void>(((Index == index && is_good_ ? (read(value.template emplace<Index>()), true) : false) || ...));
   }
 
   template <class T, std::size_t Capacity>
   void read_items(FixedVector<T, Capacity>& items) {
     const auto size = next<std::uint64_t>();
     expect(size <= Capacity, ImageProblem::no_size);
+    if (size == items.size()) {  // what is no state of theirs stays
+      for (T& item : items) read(item);
+      return;
+    }
     items.clear();
-    for (std::uint64_t count = 0; count < size && !problem_; ++count) {
+    for (std::uint64_t count = 0; count < size && is_good_; ++count) {
       items.push_back({});
       read(items.back());
     }
   }
 
   std::span<const std::uint8_t> bytes_;
-  std::optional<ImageProblem> problem_;
+  bool is_good_ = true;
+  ImageProblem problem_ = ImageProblem::too_short;  // means something if it is not
 };
 
 /// Nothing if all of it was read.
@@ -314,6 +357,41 @@ consteval std::uint64_t layout() {
 }
 
 }  // namespace image
+
+namespace image {
+
+template <class T>
+consteval bool names_all();
+
+template <class... T>
+consteval bool names_all_of(FieldList<T...>* /*types*/) {
+  return (names_all<T>() && ...);
+}
+template <class... T>
+consteval bool names_all_of(std::variant<T...>* /*type*/) {
+  return (names_all<T>() && ...);
+}
+
+template <class T>
+consteval bool names_all() {
+  if constexpr (is_skipped<T> || std::is_arithmetic_v<T> || std::is_enum_v<T> || is_duration<T> || is_time_point<T>) {
+    return true;
+  } else if constexpr (is_variant<T>) {
+    return names_all_of(static_cast<T*>(nullptr));
+  } else if constexpr (is_optional<T> || is_array<T> || is_fixed_vector<T>) {
+    return names_all<typename T::value_type>();
+  } else {
+    static_assert(names_all_fields<T>(), "a member is missing in BMU_FIELDS, or does not stand in its place");
+    return names_all_of(static_cast<FieldTypes<T>*>(nullptr));
+  }
+}
+
+}  // namespace image
+
+/// Every class and struct that an image of this has in it names all its members. Does not compile where one does not,
+/// and the compiler says which.
+template <class T>
+inline constexpr bool image_names_all_fields = image::names_all<T>();
 
 /// Other for every other order, kind or number of members, and for enumerations with other numbers.
 template <class T>

@@ -146,7 +146,7 @@ class BalancingControl {
   std::array<BalancingCell, cells_max> cells_{};
   std::array<std::int64_t, cells_max> remove_uAs_{};
   std::array<std::int64_t, cells_max> bled_at_plan_uAs_{};
-  BMU_FIELDS(skipped(config_), cell_count_, polarisation_, state_, since_, blockers_, verdict_, planned_at_,
+  BMU_FIELDS(skipped(config_), skipped(cell_count_), polarisation_, state_, since_, blockers_, verdict_, planned_at_,
              cells_told_, slots_, window_began_at_, sampled_at_, samples_, has_current_, current_min_mA_,
              current_max_mA_, current_sum_mA_, voltage_sum_uV_, cells_, remove_uAs_, bled_at_plan_uAs_)
 };

@@ -90,6 +90,8 @@ class BalancingSwitches {
     std::array<TimePoint, internal_bus::cells_per_module_max> wrong_since{};  // zero: it is as it should be
 
     [[nodiscard]] std::uint16_t unwanted() const { return static_cast<std::uint16_t>(on & ~told & ~ending); }
+    BMU_FIELDS(skipped(node), skipped(cell_count), skipped(first_cell), read_at, on, obeys, told, ending, came_on, dead,
+               told_at, minutes, wrong_since)
   };
 
   void take(Slot& slot, const ModuleRecord& module);
@@ -104,7 +106,7 @@ class BalancingSwitches {
   std::array<Slot, modules_max> slots_{};
   std::array<std::int64_t, cells_max> bled_uAs_{};
   std::array<std::int32_t, cells_max> rests_{};  // uV/Ohm * ns, not yet a whole uAs: below a second's uA
-  BMU_FIELDS(module_count_, resistance_Ohm_, slots_, bled_uAs_, rests_)
+  BMU_FIELDS(skipped(module_count_), skipped(resistance_Ohm_), slots_, bled_uAs_, rests_)
 };
 
 }  // namespace bmu

@@ -44,6 +44,7 @@ class BusWatch {
   TimePoint unknown_at_{};            // its latest frame
   TimePoint unknown_confirmed_at_{};  // when it had spoken twice
   TimePoint foreign_report_at_{};
+  [[nodiscard]] bool are_fields_possible() const { return head_ < bus_off_at_.size(); }
   BMU_FIELDS(bus_off_at_, head_, is_error_passive_, unknown_node_, unknown_at_, unknown_confirmed_at_,
              foreign_report_at_)
 };

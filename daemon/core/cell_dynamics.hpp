@@ -86,7 +86,7 @@ struct TablePlace {
   double share = 0.0;
 };
 [[nodiscard]] constexpr TablePlace table_place(std::size_t points, double soc) {
-  const double bounded = soc < 0.0 ? 0.0 : soc > 1.0 ? 1.0 : soc;
+  const double bounded = soc > 0.0 ? (soc < 1.0 ? soc : 1.0) : 0.0;  // what is no number is 0
   const double position = bounded * static_cast<double>(points - 1);
   const auto whole = static_cast<std::size_t>(position);
   const std::size_t from = whole < points - 2 ? whole : points - 2;

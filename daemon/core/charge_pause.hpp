@@ -47,7 +47,8 @@ class ChargePause {
   bool is_pausing_ = false;
   TimePoint charging_since_{};  // zero: it does not charge
   TimePoint paused_at_{};
-  BMU_FIELDS(at_permille_, lasts_, charging_mA_, is_armed_, is_pausing_, charging_since_, paused_at_)
+  BMU_FIELDS(skipped(at_permille_), skipped(lasts_), skipped(charging_mA_), is_armed_, is_pausing_, charging_since_,
+             paused_at_)
 };
 
 }  // namespace bmu

@@ -370,6 +370,7 @@ class Core {
   std::uint32_t persistent_generation_ = 0;
   /// The configuration is given, and the ages that hold at the present pace follow from it.
   void after_reading_fields() { config_.ages = ages_now(decided_at_); }
+  [[nodiscard]] bool are_fields_possible() const;
   BMU_FIELDS(skipped(config_), started_at_, view_began_at_, decided_at_, next_tick_, ticks_, check_, modules_, sensors_,
              counter_, estimate_, estimate_kept_at_, has_kept_last_, has_memory_, former_totals_, charge_pause_,
              cell_charges_, charges_looked_at_, charges_kept_at_, pack_, faults_, mode_before_, flags_, watchers_,

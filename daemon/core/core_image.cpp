@@ -2,6 +2,8 @@
 
 namespace bmu {
 
+static_assert(image_names_all_fields<Core>);
+
 std::uint64_t core_image_layout() {
   return image_layout<Core>;
 }

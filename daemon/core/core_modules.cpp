@@ -185,6 +185,15 @@ void Core::order(const BalancingOrder& order, TimePoint now, Decisions& out) {
   send(Port::internal, frame, out);
 }
 
+/// An order waits in the place of its module.
+bool Core::are_fields_possible() const {
+  for (std::size_t index = 0; index < waiting_orders_.size(); ++index) {
+    const std::optional<BalancingOrder>& waiting = waiting_orders_[index];
+    if (waiting && (waiting->module_index != index || index >= modules_.modules().size())) return false;
+  }
+  return true;
+}
+
 /// Before the set-up goes on: a stop waits for one RESPONSE and no more.
 void Core::send_waiting_orders(TimePoint now, Decisions& out) {
   for (const std::optional<BalancingOrder>& waiting : waiting_orders_) {

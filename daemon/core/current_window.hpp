@@ -98,6 +98,7 @@ class CurrentWindow {
 
   std::array<Bucket, 64> buckets_{};
   std::size_t head_ = 0;
+  [[nodiscard]] bool are_fields_possible() const { return head_ < buckets_.size(); }
   BMU_FIELDS(buckets_, head_)
 };
 

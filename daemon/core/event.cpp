@@ -3,11 +3,13 @@
 #include <array>
 #include <cstdio>
 #include <cstdlib>
+#include <type_traits>
 
 #include "daemon/core/balancing_conditions.hpp"
 #include "daemon/core/estimators/cell_charge.hpp"
 #include "daemon/core/permission.hpp"
 #include "daemon/core/rest_mode.hpp"
+#include "protocol/enumerators.hpp"
 
 namespace bmu {
 
@@ -150,6 +152,22 @@ std::string value_text(Unit unit, std::int64_t value) {
   std::string result = text.data();
   if (!spec.symbol.empty()) result += " " + std::string(spec.symbol);
   return result;
+}
+
+bool Event::are_fields_possible() const {
+  const auto is_one_of = [this](auto enumerator) {
+    using Enum = decltype(enumerator);
+    return number >= 0 && number < static_cast<std::int64_t>(enumerators_max) &&
+           is_enumerator<Enum>(static_cast<std::underlying_type_t<Enum>>(number));
+  };
+  switch (id) {
+    case EventId::opened: return cause != OpeningCause::permission || is_one_of(Blocker{});
+    case EventId::close_refused: return is_one_of(Blocker{});
+    case EventId::rest_changed: return is_one_of(RestPhase{});
+    case EventId::former_charges: return is_one_of(FormerBook{});
+    case EventId::balancing_stopped: return is_one_of(BalancingBlocker{});
+    default: return true;
+  }
 }
 
 std::string to_text(const Event& event) {

@@ -84,6 +84,9 @@ struct Event {
   Port port{};
   // Node, serial number, milliseconds, permille, identifier, Blocker or the like, as the event says.
   std::int64_t number = 0;
+
+  /// Where `number` is one of an enumeration.
+  [[nodiscard]] bool are_fields_possible() const;
 };
 
 /// One line for people, without time and severity.

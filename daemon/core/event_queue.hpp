@@ -34,6 +34,7 @@ class EventQueue {
   std::size_t first_ = 0;
   std::size_t count_ = 0;
   std::uint64_t dropped_ = 0;
+  [[nodiscard]] bool are_fields_possible() const { return first_ < slots_.size() && count_ <= slots_.size(); }
   BMU_FIELDS(slots_, first_, count_, dropped_)
 };
 

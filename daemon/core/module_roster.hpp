@@ -113,7 +113,7 @@ class ModuleRoster {
   KnownModules known_{};
   std::array<bool, internal_bus::node_count_max + 1> is_ours_{};
   std::array<StrangerRecord, internal_bus::node_count_max + 1> strangers_{};
-  BMU_FIELDS(named_, known_, is_ours_, strangers_)
+  BMU_FIELDS(skipped(named_), known_, skipped(is_ours_), strangers_)
 };
 
 /// Two modules have spoken under this node number lately.

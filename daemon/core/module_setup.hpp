@@ -109,7 +109,8 @@ class ModuleSetup {
   std::int32_t undervoltage_uV_ = 0;
   std::int32_t overvoltage_uV_ = 0;
   std::optional<std::int32_t> board_limit_dC_{};
-  BMU_FIELDS(slots_, broadcast_counter_, module_count_, undervoltage_uV_, overvoltage_uV_, board_limit_dC_)
+  BMU_FIELDS(slots_, broadcast_counter_, skipped(module_count_), skipped(undervoltage_uV_), skipped(overvoltage_uV_),
+             skipped(board_limit_dC_))
 };
 
 }  // namespace bmu

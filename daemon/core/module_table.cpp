@@ -72,6 +72,16 @@ void ModuleTable::init(const CoreConfig& config) {
   }
 }
 
+/// As many as the configuration has, each still with its node.
+bool ModuleTable::are_fields_possible() const {
+  std::size_t nodes = 0;
+  for (const std::uint8_t index : index_of_node_) {
+    if (index != no_module) ++nodes;
+  }
+  const auto is_in_place = [this](const ModuleRecord& module) { return find(module.config.node) == &module; };
+  return modules_.size() == nodes && std::all_of(modules_.begin(), modules_.end(), is_in_place);
+}
+
 const ModuleRecord* ModuleTable::find(std::uint8_t node) const {
   const std::uint8_t index = node < index_of_node_.size() ? index_of_node_[node] : no_module;
   return index == no_module ? nullptr : &modules_[index];

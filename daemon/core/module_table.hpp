@@ -75,6 +75,10 @@ struct ModuleRecord {
   std::uint32_t restarts = 0;                                 // since it first answered in full
   std::uint32_t asked_alone = 0;                              // because something of its answer was missing
   std::array<std::uint32_t, reject_reason_count> rejected{};  // frames under its identifiers, by RejectReason
+  BMU_FIELDS(skipped(config), cell_voltage_uV, cell_temperature_dC, board_temperature_dC, fitted_boards,
+             module_voltage_mV, status, identity, balancing_cells, open_wire_cells, serial_number_known, serial_number,
+             rival_serial_number, conflict_seen_at, rival_seen_at, last_answer_at, damaged_frames, damaged_at,
+             answer_times, answers_complete, answers_missed, restarts, asked_alone, rejected)
 };
 
 /// Bits of what a POLL asks for, as in its b1.
@@ -167,8 +171,9 @@ class ModuleTable {
   TimePoint completed_at_{};
   std::uint32_t complete_cycles_ = 0;
   std::size_t modules_incomplete_ = 0;
-  BMU_FIELDS(modules_, index_of_node_, expected_, polled_at_, jumps_, asked_alone_, next_turn_, heard_at_, is_counted_,
-             cycle_began_at_, completed_at_, complete_cycles_, modules_incomplete_)
+  [[nodiscard]] bool are_fields_possible() const;
+  BMU_FIELDS(modules_, skipped(index_of_node_), expected_, polled_at_, jumps_, asked_alone_, next_turn_, heard_at_,
+             is_counted_, cycle_began_at_, completed_at_, complete_cycles_, modules_incomplete_)
 };
 
 }  // namespace bmu

@@ -31,11 +31,12 @@ void OverloadCounter::Heat::init(std::int32_t continuous_mA, std::int32_t peak_m
 
 void OverloadCounter::Heat::count(std::int32_t magnitude_mA, std::int64_t span_us) {
   // Twice the budget is enough to be far beyond it, and leaves an end to the cooling down.
-  used = std::clamp<std::int64_t>(used + (square_cA2(magnitude_mA) - continuous_cA2) * span_us, 0, 2 * budget);
+  const std::int64_t more = (square_cA2(magnitude_mA) - continuous_cA2) * span_us;
+  used = static_cast<std::uint64_t>(std::clamp<std::int64_t>(static_cast<std::int64_t>(used) + more, 0, 2 * budget));
 }
 
 std::int64_t OverloadCounter::Heat::used_permille() const {
-  return budget < 1'000 ? 0 : used / (budget / 1'000);
+  return budget < 1'000 ? 0 : static_cast<std::int64_t>(used) / (budget / 1'000);
 }
 
 void OverloadCounter::init(const CurrentLimitConfig& config) {

@@ -9,6 +9,7 @@
 // the samples of more than a second neither fills nor empties.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "daemon/core/core_config.hpp"
@@ -33,11 +34,14 @@ class OverloadCounter {
   struct Heat {
     std::int64_t continuous_cA2 = 0;
     std::int64_t budget = 0;  // 0: not watched
-    std::int64_t used = 0;
+    std::uint64_t used = 0;   // up to twice the budget
 
     void init(std::int32_t continuous_mA, std::int32_t peak_mA, Duration peak_for);
     void count(std::int32_t magnitude_mA, std::int64_t span_us);
     [[nodiscard]] std::int64_t used_permille() const;
+    /// With a smaller budget than the one it was counted against.
+    void after_reading_fields() { used = std::min(used, 2 * static_cast<std::uint64_t>(budget)); }
+    BMU_FIELDS(skipped(continuous_cA2), skipped(budget), used)
   };
 
   Heat discharge_;

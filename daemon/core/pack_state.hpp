@@ -19,6 +19,7 @@ struct Element {
   std::uint8_t contactor = 0;  // 1 + ContactorId
   std::uint8_t input = 0;      // number of an emergency stop, interlock or other line, from 1
 
+  [[nodiscard]] constexpr bool are_fields_possible() const { return contactor <= contactor_id_count; }
   friend constexpr bool operator==(const Element&, const Element&) = default;
 };
 

@@ -58,7 +58,7 @@ class PrechargeGuard {
   bool is_retrying_ = false;
   bool was_precharging_ = false;
   TimePoint updated_at_{};
-  BMU_FIELDS(skipped(config_), budget_uJ_, heat_uJ_, this_try_uJ_, last_try_uJ_, tries_failed_, is_retrying_,
+  BMU_FIELDS(skipped(config_), skipped(budget_uJ_), heat_uJ_, this_try_uJ_, last_try_uJ_, tries_failed_, is_retrying_,
              was_precharging_, updated_at_)
 };
 

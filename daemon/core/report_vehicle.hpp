@@ -46,6 +46,7 @@ class VehicleReporter {
 
   TimePoint next_at_{};
   std::size_t index_ = 0;
+  [[nodiscard]] bool are_fields_possible() const { return index_ < vehicle_message_count; }
   BMU_FIELDS(next_at_, index_)
 };
 

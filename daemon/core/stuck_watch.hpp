@@ -59,7 +59,8 @@ class StuckWatch {
   std::int64_t flowed_min_uAs_ = 0;       // 0: nothing is due by charge
   std::int64_t charge_uAs_ = 0;           // out of the pack, in all
   TimePoint counted_at_{};
-  BMU_FIELDS(cells_, model_, resistance_uOhm_, resistance_max_uOhm_, flowed_min_uAs_, charge_uAs_, counted_at_)
+  BMU_FIELDS(cells_, skipped(model_), skipped(resistance_uOhm_), skipped(resistance_max_uOhm_),
+             skipped(flowed_min_uAs_), charge_uAs_, counted_at_)
 };
 
 }  // namespace bmu

@@ -39,6 +39,7 @@ class TemperatureTrend {
 
     void add(const Measured<std::int32_t>& temperature_dC);
     [[nodiscard]] const Sample& oldest() const;
+    [[nodiscard]] bool are_fields_possible() const { return count <= samples_max && head < samples_max; }
   };
   using ModuleTracks = std::array<Track, internal_bus::cell_temperatures_per_module_max>;
 

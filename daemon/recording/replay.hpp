@@ -59,7 +59,7 @@ class Replay {
 
   /// The next line, without its line feed. False: it cannot go on; problem() says why.
   [[nodiscard]] bool take(std::string_view line);
-  /// After the last line: a tick whose lines are missing is compared no more.
+  /// After the last line: the last tick is compared, even if lines of it are missing.
   void end();
 
   [[nodiscard]] const ReplayCounts& counts() const { return counts_; }

@@ -77,6 +77,7 @@ bool WhatIf::begin_part() {
   has_parted_ = false;
   unmatched_.clear();
   wake_at_ = TimePoint{};
+  recorded_tick_at_ = TimePoint{};
   urgent_at_ = TimePoint{};
   echoes_.clear();
   reports_.clear();
@@ -138,11 +139,15 @@ void WhatIf::take_tick(TimePoint at) {
   if (has_parted_) return;
   decide_if_left_alone(at);
   if (wake_at_ <= at || urgent_at_ != TimePoint{}) decide(at);
+  recorded_tick_at_ = at;
   tell_unmatched(log_us(at) - match_us);
 }
 
 void WhatIf::decide_if_left_alone(TimePoint now) {
   if (urgent_at_ != TimePoint{} && now - urgent_at_ > urgent_late_max) decide(urgent_at_ + urgent_late_max);
+  // Where the recording's core was not asked for so long its machine stood still, and so would this one have: both
+  // find the same gap with the recording's next tick. A file with times years apart ends as soon as any other.
+  if (now - recorded_tick_at_ > loop_gap_max) return;
   // At the start its first tick comes with the recording's.
   while (wake_at_ != TimePoint{} && now - wake_at_ > tick_late_max) decide(wake_at_);
 }

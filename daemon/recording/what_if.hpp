@@ -6,6 +6,9 @@
 // to it as its own, while the bus took frames then. So when the contactors of both part, that is told, and what would
 // have come then nobody knows: the second core begins again with the state of the next part.
 //
+// Where the recording has no tick for longer than a core takes for a gap (loop_gap_max), the second core has none
+// either.
+//
 // What is told: each command of the contactors that only one of both gives, each event that only one of both has within
 // half a second, and each report to the vehicle whose bytes are others. Polls and commands on the internal bus are not
 // compared: they carry counters, and what they are for shows in the rest.
@@ -89,6 +92,7 @@ class WhatIf {
   RecordReader reader_;
   std::unique_ptr<Core> core_;
   TimePoint wake_at_{};
+  TimePoint recorded_tick_at_{};
   ContactorOutputs outputs_;  // of the second core
   ContactorOutputs recorded_outputs_;
   bool has_parted_ = false;

@@ -88,6 +88,7 @@ void BlackBox::write() {
     File& file = open_.front();
     const auto written = write(file);
     last_error_ = written ? "" : to_text(written.error());
+    if (!written) ++tries_failed_;
     if (!written || !file.is_whole) return;
     ++files_written_;
     open_.pop_front();
@@ -97,6 +98,11 @@ void BlackBox::write() {
 void BlackBox::end() {
   if (!open_.empty()) open_.back().is_whole = true;
   write();
+}
+
+void BlackBox::give_up() {
+  files_lost_ += open_.size();
+  open_.clear();
 }
 
 bool BlackBox::is_waiting() const {

@@ -51,12 +51,16 @@ class BlackBox {
   void trigger(BlackBoxCause cause);
   /// Writes what can be written, and again what could not be. Not more often than the disk should be tried.
   void write();
-  /// No more comes: what is open is whole as it is.
+  /// No more comes: what is open is whole as it is, and written if it can be.
   void end();
+  /// Nothing is tried any more: what still waits is lost, and counted.
+  void give_up();
 
   [[nodiscard]] bool is_waiting() const;
   [[nodiscard]] std::uint64_t files_written() const { return files_written_; }
   [[nodiscard]] std::uint64_t files_lost() const { return files_lost_; }
+  /// How often a disk did not take what it was to.
+  [[nodiscard]] std::uint64_t tries_failed() const { return tries_failed_; }
   /// "" before the first.
   [[nodiscard]] const std::string& last_path() const { return last_path_; }
   /// Of the last try; "" if all is well.
@@ -86,6 +90,7 @@ class BlackBox {
   std::deque<File> open_;  // the last one may still grow; the others wait for a disk
   std::uint64_t files_written_ = 0;
   std::uint64_t files_lost_ = 0;
+  std::uint64_t tries_failed_ = 0;
   std::string last_path_;
   std::string last_error_;
 };

@@ -76,13 +76,14 @@ Result<void, OsError> KeptFiles::make_room(const KeptFilesLimits& limits, std::u
   auto files = list();
   if (!files) return failure(files.error());
   if (files->empty()) return {};
+  const std::uint64_t newest_bytes = files->back().size_bytes;
   files->pop_back();
   std::stable_partition(files->begin(), files->end(), [&](const KeptFile& file) {
     return !first.empty() && file.name.find(first) != std::string::npos;
   });
-  // Of the newest nothing is known here but that it stays: it counts as one file, and with the room asked for.
+  // The newest stays, and counts; so does the one that is to come.
   std::size_t count = files->size() + 2;
-  std::uint64_t total = room_bytes;
+  std::uint64_t total = newest_bytes + room_bytes;
   for (const KeptFile& file : *files) total += file.size_bytes;
   for (const KeptFile& file : *files) {
     const bool fits = (limits.count_max == 0 || count <= limits.count_max) &&

@@ -81,14 +81,17 @@ std::vector<CoreTap*> Memory::taps() {
 }
 
 void Memory::tell() {
-  if (recorder_) teller_.tell(recorder_->status(), recorder_->lines_lost(), log_to(journal_));
+  if (recorder_) teller_.tell(recorder_->status(), recorder_->pieces_lost(), log_to(journal_));
 }
 
 void Memory::end() {
   history_tap_.finish();
-  const bool has_recorded = !recorder_ || recorder_->end(recorder_end_max);
+  const RecorderEnd recorded = recorder_ ? recorder_->end(recorder_end_max) : RecorderEnd::all_written;
   tell();
-  if (!has_recorded) journal_.log(Severity::warning, "the end did not wait for the recorder");
+  if (recorded == RecorderEnd::some_lost) journal_.log(Severity::warning, "the recording lacks its end");
+  if (recorded == RecorderEnd::still_writing) {
+    journal_.log(Severity::warning, "the end did not wait for the recorder, which may not have written all");
+  }
   if (!history_.flush(history_flush_max)) journal_.log(Severity::warning, "the end did not wait for the history");
 }
 

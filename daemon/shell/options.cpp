@@ -40,6 +40,11 @@ missing;
 With --open-gpio: 0 all outputs have been driven open, or the pack has none; 71 the chip, or a line of it, could not be had
 (the others have been opened), as one that is in use by a daemon that still runs; 2, 70 and 78 as above.)";
 
+/// One file may be full while the next one grows.
+bool has_room_for_two_files(const Options& options) {
+  return options.record_total_MB >= 2 * options.record_file_MB;
+}
+
 /// A file that turns out not to be a history of ours is put aside as damaged: none whose name says something else.
 std::string is_history_name(const std::string& name) {
   const bool is_one = name.empty() || name == "none" || name.ends_with(".sqlite");
@@ -60,7 +65,8 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--record-file-MB", options.record_file_MB, "the next file after this size")
       ->check(CLI::Range(1, 10'000))
       ->capture_default_str();
-  app.add_option("--record-total-MB", options.record_total_MB, "the oldest files go when all are larger")
+  app.add_option("--record-total-MB", options.record_total_MB,
+                 "the oldest files go when all are larger; at least twice --record-file-MB")
       ->check(CLI::Range(2, 10'000'000))
       ->capture_default_str();
   app.add_option("--black-box", options.black_box, "what was around an opening goes here (see below)")
@@ -106,6 +112,15 @@ ParsedOptions parse_options(int argc, const char* const* argv) {
   }
   if (options.config.empty()) {
     std::fprintf(stderr, "bmud: no pack file given, wanted --config PACK.json (see bmud --help)\n");
+    return {.options = std::nullopt, .exit_code = exit_command_line};
+  }
+  if (!has_room_for_two_files(options)) {
+    const std::string file = std::to_string(options.record_file_MB);
+    std::fprintf(stderr,
+                 "bmud: --record-total-MB: found %s, wanted at least %s: twice --record-file-MB %s, since one file is "
+                 "full while the next one grows (see bmud --help)\n",
+                 std::to_string(options.record_total_MB).c_str(), std::to_string(2 * options.record_file_MB).c_str(),
+                 file.c_str());
     return {.options = std::nullopt, .exit_code = exit_command_line};
   }
   return {.options = options};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <utility>
 
 namespace bmu {
 
@@ -24,7 +25,7 @@ void RecordFeed::begin(TimePoint now) {
 bool RecordFeed::begin_part(TimePoint now) {
   // First the core: while there is none the lines go on in the part that is there, in chunks of the usual length.
   if (spare_ == nullptr) spare_ = queue_.spare_core();
-  if (spare_ == nullptr || (!chunk_.text.empty() && !hand_over())) return false;
+  if (spare_ == nullptr || (!chunk_.is_empty() && !hand_over())) return false;
   *spare_ = core_;
   chunk_.core = std::move(spare_);
   lines_.begin(now, options_.wall_clock(), core_.outputs());
@@ -42,11 +43,12 @@ void RecordFeed::observed(const Observation& observation) {
   if (is_part_due_) is_part_due_ = !begin_part(observation.at);
   if (has_lost_ || chunk_.text.size() > options_.chunk_max_bytes) {
     has_lost_ = is_part_due_ = true;
-    ++lines_lost_;
+    ++pieces_lost_;
     return;
   }
   if (const auto* const seen = std::get_if<WallClockSeen>(&observation.what)) follow_wall_clock(observation.at, *seen);
   lines_.observed(observation, chunk_.text);
+  ++pieces_waiting_;
 }
 
 void RecordFeed::follow_wall_clock(TimePoint at, const WallClockSeen& seen) {
@@ -58,14 +60,15 @@ void RecordFeed::follow_wall_clock(TimePoint at, const WallClockSeen& seen) {
 
 void RecordFeed::decided(TimePoint at, const Decisions& decisions) {
   if (has_lost_) {
-    ++lines_lost_;
-    return;
+    ++pieces_lost_;
+    return look_for_trigger(at, decisions);
   }
   lines_.decided(at, decisions, chunk_.text);
+  ++pieces_waiting_;
   chunk_.until = at;
   if (at - part_began_at_ >= options_.part_length) is_part_due_ = true;
   look_for_trigger(at, decisions);
-  if (chunk_.trigger || at - chunk_.from >= options_.chunk_length) static_cast<void>(hand_over());
+  if (!chunk_.triggers.empty() || at - chunk_.from >= options_.chunk_length) static_cast<void>(hand_over());
 }
 
 bool RecordFeed::hand_over() {
@@ -73,32 +76,49 @@ bool RecordFeed::hand_over() {
   const TimePoint until = chunk_.until;
   if (!queue_.offer(chunk_)) return false;
   chunk_.clear();
+  pieces_waiting_ = 0;
   chunk_.clock = lines_.clock();
   chunk_.from = until;
   return true;
 }
 
-bool RecordFeed::is_worth_keeping(const Event& event) {
+bool RecordFeed::is_worth_keeping(const Event& event) const {
   if (event.id == EventId::opened) return true;
   if (event.id != EventId::fault_confirmed || row_of(event.fault).latch == Latch::none) return false;
-  TimePoint& shown_at = shown_at_[static_cast<std::size_t>(event.fault)];
-  const bool is_shown = shown_at != TimePoint{} && event.at - shown_at < options_.again_after;
-  if (!is_shown) shown_at = event.at;
-  return !is_shown;
+  const TimePoint shown_at = shown_at_[static_cast<std::size_t>(event.fault)];
+  return shown_at == TimePoint{} || event.at - shown_at >= options_.again_after;
+}
+
+void RecordFeed::keep(const Event& event, TimePoint at) {
+  const bool is_of_fault = event.id == EventId::fault_confirmed || event.cause == OpeningCause::fault;
+  RecordTrigger trigger{.at = at, .unix_time_us = lines_.clock().to_log_us(at), .event = event};
+  if (is_of_fault) trigger.freeze = core_.persistent().faults[static_cast<std::size_t>(event.fault)].frame;
+  if (!chunk_.triggers.try_push_back(trigger)) ++triggers_lost_;
 }
 
 void RecordFeed::look_for_trigger(TimePoint at, const Decisions& decisions) {
+  const std::uint64_t lost_before = triggers_lost_;
+  bool has_one = false;
   for (const Event& event : decisions.events) {
-    // The first says why; what else comes with it stands in the lines.
-    if (!is_worth_keeping(event) || chunk_.trigger) continue;
-    const bool is_of_fault = event.id == EventId::fault_confirmed || event.cause == OpeningCause::fault;
-    chunk_.trigger = RecordTrigger{.at = at, .unix_time_us = lines_.clock().to_log_us(at), .event = event};
-    if (is_of_fault) chunk_.trigger->freeze = core_.persistent().faults[static_cast<std::size_t>(event.fault)].frame;
+    if (!is_worth_keeping(event)) continue;
+    // The first of a decision says why; what else comes with it stands in the lines.
+    if (!std::exchange(has_one, true)) keep(event, at);
+    const bool is_shown = event.id == EventId::fault_confirmed && triggers_lost_ == lost_before;
+    if (is_shown) shown_at_[static_cast<std::size_t>(event.fault)] = event.at;
   }
 }
 
-void RecordFeed::end() {
-  if (!chunk_.text.empty()) static_cast<void>(hand_over());
+bool RecordFeed::end(Duration at_most) {
+  if (chunk_.is_empty()) return true;
+  chunk_.unix_time_us = chunk_.clock.to_log_us(chunk_.from);
+  const bool is_taken = queue_.offer(chunk_, at_most);
+  if (!is_taken) {
+    pieces_lost_ += pieces_waiting_;
+    triggers_lost_ += chunk_.triggers.size();
+  }
+  chunk_.clear();
+  pieces_waiting_ = 0;
+  return is_taken;
 }
 
 }  // namespace bmu

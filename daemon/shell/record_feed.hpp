@@ -3,6 +3,7 @@
 //
 // A recording is made of parts, each of which begins with all that the core knows and can be run again without the
 // others. A part begins at start, then every 30 s, and where lines were lost because the thread was held up for long.
+// What is worth a black box is not lost with them: it waits, and is handed over with what is left.
 //
 // Cost for the loop: some 0.1 us a frame, 0.3 us a tick, and once a part the copy of a core, 60 us
 // (docs/performance.md). It neither waits nor, once its strings have grown, allocates.
@@ -37,17 +38,20 @@ class RecordFeed : public CoreTap {
   void begin(TimePoint now);
   void observed(const Observation& observation) override;
   void decided(TimePoint at, const Decisions& decisions) override;
-  /// What is left is handed over, if the thread can take it: at the end of the loop.
-  void end();
+  /// What is left is handed over, at most so late: at the end of the loop. False: it was not, and is counted.
+  [[nodiscard]] bool end(Duration at_most);
 
-  /// Lines that no recording has, since start.
-  [[nodiscard]] std::uint64_t lines_lost() const { return lines_lost_; }
+  /// Observations and decisions that no recording has, since start.
+  [[nodiscard]] std::uint64_t pieces_lost() const { return pieces_lost_; }
+  /// Openings and latched faults that no black box tells of.
+  [[nodiscard]] std::uint64_t triggers_lost() const { return triggers_lost_; }
 
  private:
   [[nodiscard]] bool begin_part(TimePoint now);
   [[nodiscard]] bool hand_over();
   void follow_wall_clock(TimePoint at, const WallClockSeen& seen);
-  [[nodiscard]] bool is_worth_keeping(const Event& event);
+  [[nodiscard]] bool is_worth_keeping(const Event& event) const;
+  void keep(const Event& event, TimePoint at);
   void look_for_trigger(TimePoint at, const Decisions& decisions);
 
   RecordFeedOptions options_;
@@ -60,8 +64,10 @@ class RecordFeed : public CoreTap {
   TimePoint part_began_at_{};
   std::uint64_t part_ = 0;  // where lines were lost a number is left out
   bool is_part_due_ = true;
-  bool has_lost_ = true;  // nothing is written before a part has begun
-  std::atomic<std::uint64_t> lines_lost_ = 0;
+  bool has_lost_ = true;              // nothing is written before a part has begun
+  std::uint64_t pieces_waiting_ = 0;  // in the chunk
+  std::atomic<std::uint64_t> pieces_lost_ = 0;
+  std::atomic<std::uint64_t> triggers_lost_ = 0;
 };
 
 }  // namespace bmu

@@ -20,7 +20,7 @@ struct RecordFilesOptions {
   std::string folder;
   std::uint64_t file_bytes = std::uint64_t{16} << 20;  // the next part after this begins a new file
   std::uint64_t total_bytes = std::uint64_t{1} << 30;  // of all files; the oldest go
-  Duration sync_every = 10s;                           // what a loss of power may cost
+  Duration sync_every = 8s;  // with a second's frame before and one on its way, what a loss of power may cost: 10 s
 };
 
 class RecordFiles {

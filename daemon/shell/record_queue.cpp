@@ -7,17 +7,28 @@ namespace bmu {
 void RecordChunk::clear() {
   text.clear();
   core.reset();
-  trigger.reset();
+  triggers.clear();
 }
 
 bool RecordQueue::offer(RecordChunk& chunk) {
   const std::unique_lock lock(mutex_, std::try_to_lock);
-  if (!lock.owns_lock() || count_ == chunks_max || waiting_bytes_ > waiting_max_bytes) return false;
+  if (!lock.owns_lock() || !has_room()) return false;
+  put(chunk);
+  return true;
+}
+
+bool RecordQueue::offer(RecordChunk& chunk, Duration at_most) {
+  std::unique_lock lock(mutex_);
+  if (!changed_.wait_for(lock, at_most, [this] { return has_room(); })) return false;
+  put(chunk);
+  return true;
+}
+
+void RecordQueue::put(RecordChunk& chunk) {
   waiting_bytes_ += chunk.text.size();
   std::swap(ring_[(first_ + count_) % chunks_max], chunk);
   ++count_;
-  changed_.notify_one();
-  return true;
+  changed_.notify_all();
 }
 
 std::unique_ptr<Core> RecordQueue::spare_core() {
@@ -34,6 +45,7 @@ bool RecordQueue::take(RecordChunk& chunk, Duration at_most) {
   first_ = (first_ + 1) % chunks_max;
   --count_;
   waiting_bytes_ -= chunk.text.size();
+  changed_.notify_all();  // who waits for room
   return true;
 }
 

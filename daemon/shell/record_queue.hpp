@@ -14,6 +14,7 @@
 
 #include "daemon/core/core.hpp"
 #include "daemon/recording/record_line.hpp"
+#include "protocol/fixed_vector.hpp"
 
 namespace bmu {
 
@@ -25,6 +26,9 @@ struct RecordTrigger {
   std::optional<FreezeFrame> freeze;  // of the fault
 };
 
+/// As many as wait while nothing can be handed over; what comes beyond is counted.
+inline constexpr std::size_t record_triggers_max = 8;
+
 struct RecordChunk {
   std::string text;            // whole lines
   std::unique_ptr<Core> core;  // begins a part: all that the core knew before these lines
@@ -33,8 +37,9 @@ struct RecordChunk {
   std::int64_t unix_time_us = 0;
   TimePoint from{};
   TimePoint until{};
-  std::optional<RecordTrigger> trigger;  // the lines end with it
+  FixedVector<RecordTrigger, record_triggers_max> triggers;  // the last of them at the lines' end, or after it
 
+  [[nodiscard]] bool is_empty() const { return text.empty() && triggers.empty(); }
   void clear();
 };
 
@@ -45,6 +50,8 @@ class RecordQueue {
 
   /// The loop's. Takes the chunk and leaves an empty one; false: there is no room, or the thread is just there.
   [[nodiscard]] bool offer(RecordChunk& chunk);
+  /// At the end, when nobody has to hurry any more: waits for room, at most so long.
+  [[nodiscard]] bool offer(RecordChunk& chunk, Duration at_most);
   /// The loop's. A core to copy ours into; none while the last one is still being written, or the thread is just there.
   [[nodiscard]] std::unique_ptr<Core> spare_core();
   /// The thread's. Waits for a chunk, at most so long; false: there is none. Once end() was called it does not wait.
@@ -56,6 +63,9 @@ class RecordQueue {
   [[nodiscard]] bool has_ended() const;
 
  private:
+  [[nodiscard]] bool has_room() const { return count_ < chunks_max && waiting_bytes_ <= waiting_max_bytes; }
+  void put(RecordChunk& chunk);
+
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::array<RecordChunk, chunks_max> ring_;

@@ -1,6 +1,8 @@
 #include "daemon/shell/recorder.hpp"
 
+#include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <condition_variable>
 #include <filesystem>
 #include <mutex>
@@ -47,6 +49,7 @@ struct Recorder::Shared {
   ZstdFrames zstd;
   TimePoint tried_at{};
   std::uint64_t chunks_lost = 0;
+  std::uint64_t triggers_lost = 0;
   std::int64_t life_us = unix_time_us();  // so that nobody takes parts of another life for the next ones
   bool is_in_hole = false;                // lines are missing: nothing can be run before the next part
 
@@ -54,9 +57,16 @@ struct Recorder::Shared {
   std::condition_variable changed;
   RecorderStatus status;
   bool is_running = false;
+  bool has_lost_at_end = false;
+  std::chrono::steady_clock::time_point end_by{};  // from end() on
 
   void run();
   void take(RecordChunk& chunk);
+  void take_lines(RecordChunk& chunk);
+  void trigger(const RecordTrigger& trigger);
+  void write_black_boxes(TimePoint now);
+  void finish();
+  [[nodiscard]] bool waits_to_try_again();
   void add(const RecordFrame& frame);
   void tell();
   [[nodiscard]] RecordFrame head_frame(RecordChunk& chunk);
@@ -73,20 +83,40 @@ void Recorder::Shared::run() {
         black_box.write();
       }
       tell();
-    } catch (const std::bad_alloc&) {
-      // Memory is scarce; a recording with a hole is no reason to end a daemon that holds a pack closed.
-      if (chunk.core != nullptr) queue.give_back(std::move(chunk.core));
-      ++chunks_lost;
-      ++life_us;  // no part goes on from the one before the hole
-      is_in_hole = true;
+    } catch (const std::bad_alloc&) {  // of a disk that was tried: it is tried again
     }
   }
-  files.end();
-  black_box.end();
-  tell();
+  const std::uint64_t lost_before = black_box.files_lost();
+  try {
+    finish();
+    tell();
+  } catch (const std::bad_alloc&) {
+    black_box.give_up();
+  }
   const std::lock_guard lock(mutex);
+  status.black_boxes_lost = black_box.files_lost() + triggers_lost;
+  has_lost_at_end = black_box.files_lost() != lost_before || !files.last_error().empty();
   is_running = false;
   changed.notify_all();
+}
+
+/// What a disk does not take is tried until there is no time left.
+void Recorder::Shared::finish() {
+  files.end();
+  black_box.end();
+  while (black_box.is_waiting() && waits_to_try_again()) black_box.write();
+  black_box.give_up();
+}
+
+/// False: there is no time left.
+bool Recorder::Shared::waits_to_try_again() {
+  constexpr auto retry_at_end = std::chrono::milliseconds(20);
+  tell();
+  std::unique_lock lock(mutex);
+  const auto now = std::chrono::steady_clock::now();
+  if (now >= end_by) return false;
+  changed.wait_until(lock, std::min(end_by, now + retry_at_end));
+  return true;
 }
 
 RecordFrame Recorder::Shared::head_frame(RecordChunk& chunk) {
@@ -122,20 +152,42 @@ void Recorder::Shared::add(const RecordFrame& frame) {
 }
 
 void Recorder::Shared::take(RecordChunk& chunk) {
-  if (chunk.core != nullptr) add(head_frame(chunk));
-  if (!chunk.text.empty()) add(text_frame(chunk));
+  take_lines(chunk);
   if (options.black_box.folder.empty()) return;
-  if (chunk.trigger) {
-    black_box.trigger({.at = chunk.trigger->at,
-                       .unix_time_us = chunk.trigger->unix_time_us,
-                       .word = black_box_word(*chunk.trigger),
-                       .is_routine = is_routine(*chunk.trigger),
-                       .head = std::make_shared<const std::string>(zstd.compress(black_box_head(*chunk.trigger)))});
+  for (const RecordTrigger& one : chunk.triggers) trigger(one);
+  write_black_boxes(chunk.until);
+}
+
+void Recorder::Shared::take_lines(RecordChunk& chunk) {
+  try {
+    if (chunk.core != nullptr) add(head_frame(chunk));
+    if (!chunk.text.empty()) add(text_frame(chunk));
+  } catch (const std::bad_alloc&) {
+    // Memory is scarce; a recording with a hole is no reason to end a daemon that holds a pack closed.
+    if (chunk.core != nullptr) queue.give_back(std::move(chunk.core));
+    ++chunks_lost;
+    ++life_us;  // no part goes on from the one before the hole
+    is_in_hole = true;
   }
+}
+
+void Recorder::Shared::trigger(const RecordTrigger& trigger) {
+  try {
+    black_box.trigger({.at = trigger.at,
+                       .unix_time_us = trigger.unix_time_us,
+                       .word = black_box_word(trigger),
+                       .is_routine = is_routine(trigger),
+                       .head = std::make_shared<const std::string>(zstd.compress(black_box_head(trigger)))});
+  } catch (const std::bad_alloc&) {
+    ++triggers_lost;
+  }
+}
+
+void Recorder::Shared::write_black_boxes(TimePoint now) {
   // After an error not with every chunk: a full disk is not emptied by trying.
-  const bool must_wait = !black_box.last_error().empty() && chunk.until - tried_at < options.retry;
+  const bool must_wait = !black_box.last_error().empty() && now - tried_at < options.retry;
   if (!black_box.is_waiting() || must_wait) return;
-  tried_at = chunk.until;
+  tried_at = now;
   black_box.write();
 }
 
@@ -145,7 +197,8 @@ void Recorder::Shared::tell() {
                      .frames_lost = files.frames_lost() + chunks_lost,
                      .record_error = files.last_error(),
                      .black_boxes = black_box.files_written(),
-                     .black_boxes_lost = black_box.files_lost(),
+                     .black_boxes_lost = black_box.files_lost() + triggers_lost,
+                     .black_box_tries_failed = black_box.tries_failed(),
                      .black_box_path = black_box.last_path(),
                      .black_box_error = black_box.last_error(),
                      .memory_bytes = black_box.memory_bytes(),
@@ -173,19 +226,25 @@ void Recorder::start() {
   thread_ = std::thread([shared = shared_] { shared->run(); });
 }
 
-bool Recorder::end(Duration at_most) {
-  if (!thread_.joinable()) return true;
-  feed_.end();
-  shared_->queue.end();
+RecorderEnd Recorder::end(Duration at_most) {
+  if (!thread_.joinable()) return RecorderEnd::all_written;
+  const auto end_by = std::chrono::steady_clock::now() + at_most;
+  const bool is_handed_over = feed_.end(at_most);
   std::unique_lock lock(shared_->mutex);
-  const bool has_ended = shared_->changed.wait_for(lock, at_most, [this] { return !shared_->is_running; });
+  // What is tried last has to come to its end, too.
+  shared_->end_by = end_by - std::min<Duration>(at_most / 5, 100ms);
   lock.unlock();
-  if (has_ended) {
-    thread_.join();
-  } else {
+  shared_->queue.end();
+  lock.lock();
+  const bool has_ended = shared_->changed.wait_until(lock, end_by, [this] { return !shared_->is_running; });
+  const bool has_lost = shared_->has_lost_at_end || !is_handed_over;
+  lock.unlock();
+  if (!has_ended) {
     thread_.detach();  // it hangs in a disk, and shares what it needs
+    return RecorderEnd::still_writing;
   }
-  return has_ended;
+  thread_.join();
+  return has_lost ? RecorderEnd::some_lost : RecorderEnd::all_written;
 }
 
 Recorder::~Recorder() {
@@ -195,7 +254,9 @@ Recorder::~Recorder() {
 RecorderStatus Recorder::status() const {
   const std::unique_lock lock(shared_->mutex, std::try_to_lock);
   if (lock.owns_lock()) status_ = shared_->status;
-  return status_;
+  RecorderStatus now = status_;
+  now.black_boxes_lost += feed_.triggers_lost();
+  return now;
 }
 
 }  // namespace bmu

@@ -27,7 +27,7 @@ struct RecorderOptions {
   RecordFilesOptions files;   // without a folder: no recording at full length
   BlackBoxOptions black_box;  // without a folder: none
   Duration part_length = 30s;
-  Duration retry = 5s;  // of a black box that the disk did not take
+  Duration retry = 5s;  // of a black box that the disk did not take; at the end much sooner
 };
 
 struct RecorderStatus {
@@ -36,11 +36,19 @@ struct RecorderStatus {
   std::uint64_t frames_lost = 0;  // seconds that the disk did not take
   std::string record_error;
   std::uint64_t black_boxes = 0;
-  std::uint64_t black_boxes_lost = 0;
+  std::uint64_t black_boxes_lost = 0;  // openings and latched faults that no file tells of, or not to its end
+  std::uint64_t black_box_tries_failed = 0;
   std::string black_box_path;  // the last one
   std::string black_box_error;
   std::size_t memory_bytes = 0;
   Duration memory_length{};
+};
+
+/// How it ended.
+enum class RecorderEnd : std::uint8_t {
+  all_written,
+  some_lost,      // the disk, or the time that was left, did not take all; status() and pieces_lost() say what
+  still_writing,  // the thread hangs in the disk, and was left behind: nobody knows what it will write
 };
 
 class Recorder {
@@ -56,12 +64,14 @@ class Recorder {
   /// For the loop; the same for as long as this lives.
   [[nodiscard]] RecordFeed& feed() { return feed_; }
   void start();
-  /// After the loop: what is left is written, or given up after so long. False: not all was.
-  bool end(Duration at_most);
+  /// After the loop: what is left is written, and tried again where a disk takes it not at once; given up, and counted,
+  /// after so long.
+  RecorderEnd end(Duration at_most);
 
   /// Never waits: the one before while the thread holds its lock.
   [[nodiscard]] RecorderStatus status() const;
-  [[nodiscard]] std::uint64_t lines_lost() const { return feed_.lines_lost(); }
+  /// Observations and decisions that no recording has, as the thread was held up.
+  [[nodiscard]] std::uint64_t pieces_lost() const { return feed_.pieces_lost(); }
 
  private:
   struct Shared;

@@ -15,7 +15,7 @@ std::string change_of(std::string& told, const std::string& error, std::string_v
 
 }  // namespace
 
-void RecorderTeller::tell(const RecorderStatus& status, std::uint64_t lines_lost, const Log& log) {
+void RecorderTeller::tell(const RecorderStatus& status, std::uint64_t pieces_lost, const Log& log) {
   if (status.black_box_path != std::exchange(told_path_, status.black_box_path)) {
     log(Severity::info, "black box: " + status.black_box_path);
   }
@@ -26,10 +26,12 @@ void RecorderTeller::tell(const RecorderStatus& status, std::uint64_t lines_lost
       change_of(told_record_error_, status.record_error, "the recording has a gap: ", "the recording goes on");
   if (!record.empty()) log(status.record_error.empty() ? Severity::info : Severity::warning, record);
   if (status.black_boxes_lost != std::exchange(told_boxes_lost_, status.black_boxes_lost)) {
-    log(Severity::warning, "black boxes lost, as the disk took none: " + std::to_string(status.black_boxes_lost));
+    log(Severity::warning, "openings or faults of which no black box tells, or not to its end: " +
+                               std::to_string(status.black_boxes_lost));
   }
-  if (lines_lost != std::exchange(told_lines_lost_, lines_lost)) {
-    log(Severity::warning, "lines that no recording has, as its thread was held up: " + std::to_string(lines_lost));
+  if (pieces_lost != std::exchange(told_pieces_lost_, pieces_lost)) {
+    log(Severity::warning,
+        "observations and decisions that no recording has, as its thread was held up: " + std::to_string(pieces_lost));
   }
 }
 

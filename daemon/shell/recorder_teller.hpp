@@ -17,14 +17,14 @@ class RecorderTeller {
   using Log = std::function<void(Severity severity, std::string_view line)>;
 
   /// About once a second.
-  void tell(const RecorderStatus& status, std::uint64_t lines_lost, const Log& log);
+  void tell(const RecorderStatus& status, std::uint64_t pieces_lost, const Log& log);
 
  private:
   std::string told_path_;
   std::string told_box_error_;
   std::string told_record_error_;
   std::uint64_t told_boxes_lost_ = 0;
-  std::uint64_t told_lines_lost_ = 0;
+  std::uint64_t told_pieces_lost_ = 0;
 };
 
 }  // namespace bmu

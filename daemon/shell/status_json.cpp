@@ -303,7 +303,7 @@ Json recorder_json(const StatusView& view) {
   return {{"record_path", or_null(!status.record_path.empty(), status.record_path)},
           {"recorded_bytes", status.recorded_bytes},
           {"record_error", or_null(!status.record_error.empty(), status.record_error)},
-          {"lines_lost", view.recorder->lines_lost()},
+          {"pieces_lost", view.recorder->pieces_lost()},
           {"seconds_lost", status.frames_lost},
           {"black_boxes", status.black_boxes},
           {"black_boxes_lost", status.black_boxes_lost},

@@ -66,6 +66,14 @@ TEST_CASE("a page goes where it is told to, of the time that is told", "[integra
   CHECK(content_of(folder / "other.html").size() > 10'000);
 }
 
+TEST_CASE("a page is made between two pipes", "[integration][bmuctl][report]") {
+  const TemporaryFolder folder;
+  const Run piped = run(folder, "- --out - <" + folder.file("drive.log", recording()));
+  CHECK(piped.err == "");
+  CHECK(piped.exit_code == 0);
+  CHECK(piped.out.find("<!DOCTYPE html>") == 0);
+}
+
 TEST_CASE("a damaged recording becomes a page that says so", "[integration][bmuctl][report]") {
   const TemporaryFolder folder;
   const Run torn = run(folder, folder.file("torn.log", recording().substr(0, recording().size() - 20)));

@@ -60,6 +60,9 @@ const std::vector<Mistake> mistakes{
     {{"bmucell", "guess"}, "'guess' is no command; there are fit, eval"},
     {{"bmucell", "fit", "--base", "c.json", "--json", "f.csv"}, "--json: and the cell file would both go to"},
     {{"bmud", "--no-such-option"}, ""},
+    {{"bmud", "p.json", "--record-file-MB", "20", "--record-total-MB", "10"},
+     "--record-total-MB: found 10, wanted at least 40: twice --record-file-MB 20"},
+    {{"bmud", "p.json", "--record-total-MB", "31"}, "--record-total-MB: found 31, wanted at least 32"},
 };
 
 }  // namespace

@@ -2,14 +2,17 @@
 
 #include <atomic>
 #include <cstdlib>
+#include <limits>
 #include <new>
 
 namespace {
 
 std::atomic<std::uint64_t> allocations{0};
+std::atomic<std::size_t> limit_bytes{std::numeric_limits<std::size_t>::max()};
 
 void* counted(std::size_t size) noexcept {
   allocations.fetch_add(1, std::memory_order_relaxed);
+  if (size > limit_bytes.load(std::memory_order_relaxed)) return nullptr;
   return std::malloc(size == 0 ? 1 : size);
 }
 
@@ -28,6 +31,14 @@ void* or_throw(void* memory) {
 
 std::uint64_t bmu::test::allocation_count() {
   return allocations.load(std::memory_order_relaxed);
+}
+
+bmu::test::AllocationLimit::AllocationLimit(std::size_t bytes_max) {
+  limit_bytes.store(bytes_max, std::memory_order_relaxed);
+}
+
+bmu::test::AllocationLimit::~AllocationLimit() {
+  limit_bytes.store(std::numeric_limits<std::size_t>::max(), std::memory_order_relaxed);
 }
 
 // All forms, so that none is left to the library or a sanitizer while its counterpart is ours.

@@ -129,3 +129,10 @@ TEST_CASE("an image that ends too soon is refused wherever it ends", "[unit][cor
     CHECK(read_core_image(part, *other) == ImageProblem::too_short);
   }
 }
+
+TEST_CASE("an image of a pack with other modules is refused", "[unit][core][image]") {
+  const CoreBench bench(test::pack_of(3));
+  const std::vector<std::uint8_t> bytes = image_of(bench.core());
+  const auto other = std::make_unique<Core>(test::pack_of(2), TimePoint{});
+  CHECK(read_core_image(bytes, *other) == ImageProblem::no_state);
+}

@@ -68,6 +68,25 @@ class Forgetful {
   BMU_FIELDS(first_)
 };
 
+/// What it uses as an index it says itself.
+class Ring {
+ public:
+  [[nodiscard]] int read() const { return items_[next_]; }
+
+ private:
+  std::array<int, 3> items_{};
+  std::size_t next_ = 0;
+  [[nodiscard]] bool are_fields_possible() const { return next_ < items_.size(); }
+  BMU_FIELDS(items_, next_)
+};
+
+struct Given {
+  std::uint8_t number = 0;
+  std::int32_t from_configuration = 0;
+  BMU_FIELDS(number, skipped(from_configuration))
+};
+
+static_assert(image_names_all_fields<Holder>);
 static_assert(names_all_fields<Holder>());
 static_assert(names_all_fields<Plain>());
 static_assert(!names_all_fields<Forgetful>());
@@ -136,10 +155,71 @@ TEST_CASE("an image that is none is refused, and the reason told", "[unit][image
   CHECK(problem_of(with(21, 3)) == ImageProblem::no_word);
   CHECK(problem_of(with(22, 7)) == ImageProblem::no_bool);     // whether there is a span
   CHECK(problem_of(with(31, 2)) == ImageProblem::no_variant);  // behind the span's 8 bytes
-  for (const ImageProblem problem : {ImageProblem::too_short, ImageProblem::too_long, ImageProblem::no_bool,
-                                     ImageProblem::no_word, ImageProblem::no_size, ImageProblem::no_variant}) {
-    CHECK_FALSE(to_text(problem).empty());
+  for (const ImageProblem problem :
+       {ImageProblem::too_short, ImageProblem::too_long, ImageProblem::no_bool, ImageProblem::no_word,
+        ImageProblem::no_size, ImageProblem::no_variant, ImageProblem::no_number, ImageProblem::no_state}) {
+    CHECK(to_text(problem).size() > 1);
   }
+}
+
+TEST_CASE("numbers further from 0 than any can be are refused", "[unit][image]") {
+  const auto problem_of = [](const auto& written) {
+    std::remove_cvref_t<decltype(written)> other{};
+    const std::vector<std::uint8_t> bytes = image_of(written);
+    return read_image(std::span<const std::uint8_t>(bytes), other);
+  };
+  CHECK_FALSE(problem_of(std::int32_t{1 << 30}));
+  CHECK_FALSE(problem_of(std::int32_t{-(1 << 30)}));
+  CHECK(problem_of(std::int32_t{(1 << 30) + 1}) == ImageProblem::no_number);
+  CHECK(problem_of(std::numeric_limits<std::int32_t>::min()) == ImageProblem::no_number);
+  CHECK_FALSE(problem_of(std::int64_t{1} << 52));
+  CHECK(problem_of((std::int64_t{1} << 52) + 1) == ImageProblem::no_number);
+  CHECK(problem_of(std::numeric_limits<std::int64_t>::min()) == ImageProblem::no_number);
+  CHECK_FALSE(problem_of(std::numeric_limits<std::uint64_t>::max()));
+  CHECK_FALSE(problem_of(TimePoint{Duration{std::int64_t{1} << 60}}));
+  CHECK(problem_of(TimePoint::max()) == ImageProblem::no_number);
+  CHECK_FALSE(problem_of(Duration{-(std::int64_t{1} << 62)}));
+  CHECK(problem_of(Duration::min()) == ImageProblem::no_number);
+  CHECK_FALSE(problem_of(-1e15));
+  CHECK_FALSE(problem_of(std::numeric_limits<double>::quiet_NaN()));
+  CHECK(problem_of(1.1e15) == ImageProblem::no_number);
+  CHECK(problem_of(-std::numeric_limits<double>::infinity()) == ImageProblem::no_number);
+}
+
+TEST_CASE("a thing says itself what it cannot be", "[unit][image]") {
+  std::vector<std::uint8_t> bytes = image_of(Ring{});
+  Ring ring;
+  for (std::uint8_t next = 0; next < 5; ++next) {
+    bytes[12] = next;
+    const auto problem = read_image(std::span<const std::uint8_t>(bytes), ring);
+    CHECK(problem == (next < 3 ? std::nullopt : std::optional(ImageProblem::no_state)));
+  }
+  // Also within others, and before what does not follow.
+  struct Two {
+    Ring first;
+    Ring second;
+  };
+  bytes = image_of(Two{});
+  bytes[12] = 3;
+  Two two;
+  CHECK(read_image(std::span<const std::uint8_t>(bytes), two) == ImageProblem::no_state);
+}
+
+TEST_CASE("items that are as many as before keep what is no state", "[unit][image]") {
+  FixedVector<Given, 4> items;
+  items.push_back({.number = 1, .from_configuration = 100});
+  items.push_back({.number = 2, .from_configuration = 200});
+  std::vector<std::uint8_t> bytes = image_of(items);
+  bytes[8] = 7;
+  REQUIRE_FALSE(read_image(std::span<const std::uint8_t>(bytes), items));
+  CHECK(items[0].number == 7);
+  CHECK(items[1].number == 2);
+  CHECK(items[1].from_configuration == 200);
+  FixedVector<Given, 4> none;
+  REQUIRE_FALSE(read_image(std::span<const std::uint8_t>(bytes), none));
+  REQUIRE(none.size() == 2);
+  CHECK(none[1].number == 2);
+  CHECK(none[1].from_configuration == 0);
 }
 
 TEST_CASE("another order, kind or number of members is another layout", "[unit][image]") {

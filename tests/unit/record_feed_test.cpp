@@ -65,7 +65,7 @@ class Bench {
         queue_.give_back(std::move(chunk.core));
       }
       text_ += chunk.text;
-      if (chunk.trigger) triggers.push_back(*chunk.trigger);
+      for (const RecordTrigger& trigger : chunk.triggers) triggers.push_back(trigger);
     }
     return triggers;
   }
@@ -76,7 +76,7 @@ class Bench {
     }
   }
   void end() {
-    feed_.end();
+    CHECK(feed_.end(Duration{}));
     static_cast<void>(take_all());
   }
 
@@ -138,19 +138,19 @@ TEST_CASE("what the loop hands over decides again as it did, part by part", "[un
   // Nothing that the core remembers is left out: the state at the end of each part is that of the next one's beginning.
   CHECK(run.ends_that_fit == 4);
   CHECK(run.ends_that_do_not == 0);
-  CHECK(bench.feed().lines_lost() == 0);
+  CHECK(bench.feed().pieces_lost() == 0);
 }
 
 TEST_CASE("where lines were lost a part begins that does not say it continues", "[unit][recording][F75]") {
   Bench bench;
   bench.take_while_running_to(3s);
   bench.run_to(150s);  // nobody takes anything
-  CHECK(bench.feed().lines_lost() > 1'000);
-  const std::uint64_t lost = bench.feed().lines_lost();
+  CHECK(bench.feed().pieces_lost() > 1'000);
+  const std::uint64_t lost = bench.feed().pieces_lost();
   bench.take_while_running_to(155s);
   bench.end();
   // What came until somebody took what was waiting, and no more.
-  CHECK(bench.feed().lines_lost() < lost + 500);
+  CHECK(bench.feed().pieces_lost() < lost + 500);
   const Replayed run = replayed(bench.text());
   if (run.problem) FAIL("line " << run.problem->line << ": " << run.problem->text);
   CHECK(run.counts.ticks_different == 0);
@@ -199,4 +199,82 @@ TEST_CASE("times follow a wall clock that jumps, and the recording still decides
   CHECK_FALSE(run.problem);
   CHECK(run.counts.ticks > 400);
   CHECK(run.counts.ticks_different == 0);
+}
+
+TEST_CASE("openings and faults are triggers also while lines are lost", "[unit][recording][black_box][F75]") {
+  Bench bench("1 vehicle on\n+4 vehicle off\n+119 vehicle on\n+10 cell 2.7 voltage_mV 2700\n");
+  bench.take_while_running_to(3s);
+  bench.run_to(150s);  // nobody takes anything
+  REQUIRE(bench.feed().pieces_lost() > 1'000);
+  const std::vector<RecordTrigger> before = bench.take_all();
+  REQUIRE(before.size() == 1);  // of before the hole
+  CHECK(before[0].event.cause == OpeningCause::request_over);
+  bench.run_to(152s);
+  const std::vector<RecordTrigger> after = bench.take_all();
+  REQUIRE(!after.empty());
+  CHECK(after[0].event.fault == FaultId::cell_undervoltage);
+  REQUIRE(after[0].freeze);
+  CHECK(after[0].unix_time_us < 1'700'000'136'000'000);
+  CHECK(bench.feed().triggers_lost() == 0);
+  // What came with it, or soon behind it, is not told again.
+  for (const RecordTrigger& trigger : after) {
+    CHECK((trigger.event.id == EventId::opened || trigger.event.fault != FaultId::cell_undervoltage ||
+           &trigger == &after[0]));
+  }
+}
+
+TEST_CASE("a second trigger in a chunk that waits is kept, too", "[unit][recording][black_box]") {
+  Bench bench("1 vehicle on\n");
+  bench.run_to(66s);  // the queue is full, and nothing lost yet
+  REQUIRE(bench.feed().pieces_lost() == 0);
+  const auto tell = [&](const Event& event) {
+    Decisions decisions;
+    decisions.events.push_back(event);
+    bench.feed().decided(event.at, decisions);
+  };
+  const TimePoint now = bench.run().now();
+  tell({.id = EventId::fault_confirmed, .at = now, .fault = FaultId::cell_undervoltage});
+  tell({.id = EventId::fault_confirmed, .at = now + 1ms, .fault = FaultId::cell_undervoltage});  // was shown
+  tell({.id = EventId::fault_confirmed, .at = now + 2ms, .fault = FaultId::cell_overvoltage});
+  tell({.id = EventId::opened, .at = now + 3ms, .cause = OpeningCause::request_over});
+  const std::size_t waiting_before = bench.take_all().size();
+  CHECK(waiting_before == 0);
+  CHECK(bench.feed().end(Duration{}));
+  const std::vector<RecordTrigger> triggers = bench.take_all();
+  REQUIRE(triggers.size() == 3);
+  CHECK(triggers[0].event.fault == FaultId::cell_undervoltage);
+  CHECK(triggers[1].event.fault == FaultId::cell_overvoltage);
+  CHECK(triggers[2].event.id == EventId::opened);
+}
+
+TEST_CASE("triggers for which there is no room are counted, and their faults not taken for shown",
+          "[unit][recording][black_box]") {
+  Bench bench("1 vehicle on\n");
+  bench.run_to(66s);
+  const auto tell = [&](const Event& event) {
+    Decisions decisions;
+    decisions.events.push_back(event);
+    bench.feed().decided(event.at, decisions);
+  };
+  const TimePoint now = bench.run().now();
+  for (std::size_t number = 0; number < record_triggers_max + 2; ++number) tell({.id = EventId::opened, .at = now});
+  tell({.id = EventId::fault_confirmed, .at = now, .fault = FaultId::cell_undervoltage});
+  CHECK(bench.feed().triggers_lost() == 3);
+  static_cast<void>(bench.take_all());
+  CHECK(bench.feed().end(Duration{}));
+  CHECK(bench.take_all().size() == record_triggers_max);
+  tell({.id = EventId::fault_confirmed, .at = now + 1s, .fault = FaultId::cell_undervoltage});
+  CHECK(bench.take_all().size() == 1);
+}
+
+TEST_CASE("what cannot be handed over at the end is counted", "[unit][recording][black_box]") {
+  Bench bench("1 vehicle on\n");
+  bench.run_to(66s);
+  REQUIRE(bench.feed().pieces_lost() == 0);
+  Decisions decisions;
+  decisions.events.push_back({.id = EventId::opened, .at = bench.run().now()});
+  bench.feed().decided(bench.run().now(), decisions);
+  CHECK_FALSE(bench.feed().end(1ms));
+  CHECK(bench.feed().pieces_lost() > 100);
+  CHECK(bench.feed().triggers_lost() == 1);
 }

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <future>
 #include <string>
 #include <thread>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "daemon/recording/replay.hpp"
 #include "daemon/shell/recorder_teller.hpp"
 #include "mmu/scenario.hpp"
+#include "tests/support/allocation_count.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tools/common/line_reader.hpp"
@@ -99,11 +101,11 @@ TEST_CASE("a recorder writes what can be run again, at full length and around an
   options.black_box.folder = folder / "boxes";
   Bench bench(options);
   bench.run_to(9s);
-  REQUIRE(bench.recorder->end(20s));
+  REQUIRE(bench.recorder->end(20s) == RecorderEnd::all_written);
   const RecorderStatus status = bench.recorder->status();
   CHECK(status.black_boxes == 1);
   CHECK(status.frames_lost == 0);
-  CHECK(bench.recorder->lines_lost() == 0);
+  CHECK(bench.recorder->pieces_lost() == 0);
   const auto drives = files_in(folder / "drive");
   const auto boxes = files_in(folder / "boxes");
   REQUIRE(drives.size() == 1);
@@ -130,7 +132,7 @@ TEST_CASE("folders that go while it records are told, and what waits is written 
   RecorderTeller teller;
   std::vector<std::string> told;
   const auto tell = [&] {
-    teller.tell(bench.recorder->status(), bench.recorder->lines_lost(),
+    teller.tell(bench.recorder->status(), bench.recorder->pieces_lost(),
                 [&](Severity, std::string_view line) { told.emplace_back(line); });
   };
   REQUIRE(bench.becomes([](const RecorderStatus& status) { return !status.black_box_error.empty(); }));
@@ -147,7 +149,7 @@ TEST_CASE("folders that go while it records are told, and what waits is written 
   CHECK(told[1].find("black box: ") == 0);
   CHECK(told[2] == "the black box is written");
   bench.run_to(9s);
-  REQUIRE(bench.recorder->end(20s));
+  REQUIRE(bench.recorder->end(20s) == RecorderEnd::all_written);
   CHECK(replayed(files_in(folder / "boxes").at(0)).ticks_different == 0);
 }
 
@@ -160,4 +162,73 @@ TEST_CASE("a folder that cannot be made is refused", "[unit][recording]") {
   const auto recorder = Recorder::open(options, *core);
   REQUIRE_FALSE(recorder);
   CHECK(to_text(recorder.error()).find("make folder ") == 0);
+}
+
+TEST_CASE("at the end a disk that comes back in time gets all of it", "[unit][recording][black_box][F75]") {
+  const TemporaryFolder folder;
+  RecorderOptions options;
+  options.black_box.folder = folder / "boxes";
+  options.retry = 1h;
+  Bench bench(options);
+  std::filesystem::remove_all(folder / "boxes");
+  bench.run_to(8s);
+  REQUIRE(bench.becomes([](const RecorderStatus& status) { return status.black_box_tries_failed == 1; }));
+  std::future<RecorderEnd> end = std::async(std::launch::async, [&] { return bench.recorder->end(20s); });
+  // In vain at first.
+  REQUIRE(bench.becomes([](const RecorderStatus& status) { return status.black_box_tries_failed > 1; }));
+  std::filesystem::create_directory(folder / "boxes");
+  CHECK(end.get() == RecorderEnd::all_written);
+  const RecorderStatus status = bench.recorder->status();
+  CHECK(status.black_boxes == 1);
+  CHECK(status.black_boxes_lost == 0);
+  CHECK(replayed(files_in(folder / "boxes").at(0)).ticks_different == 0);
+}
+
+TEST_CASE("what no disk takes until the end is told", "[unit][recording][black_box][F75]") {
+  const TemporaryFolder folder;
+  RecorderOptions options;
+  options.black_box.folder = folder / "boxes";
+  Bench bench(options);
+  std::filesystem::remove_all(folder / "boxes");
+  bench.run_to(8s);
+  CHECK(bench.recorder->end(1s) == RecorderEnd::some_lost);
+  const RecorderStatus status = bench.recorder->status();
+  CHECK(status.black_boxes == 0);
+  CHECK(status.black_boxes_lost == 1);
+  std::vector<std::string> told;
+  RecorderTeller().tell(status, 0, [&](Severity, std::string_view line) { told.emplace_back(line); });
+  REQUIRE(!told.empty());
+  CHECK(told.back() == "openings or faults of which no black box tells, or not to its end: 1");
+}
+
+TEST_CASE("where memory is short a recording ends before the hole, and goes on behind it", "[unit][recording][F75]") {
+  const TemporaryFolder folder;
+  RecorderOptions options;
+  options.files.folder = folder / "drive";
+  options.black_box.folder = folder / "boxes";
+  Bench bench(options);
+  bench.run_to(3s);
+  REQUIRE(bench.becomes([](const RecorderStatus& status) { return status.memory_length > 2s; }));
+  {
+    // A head is more than a megabyte of text; nothing else here is.
+    const test::AllocationLimit limit(1'000'000);
+    bench.run_to(7s);  // in here it opens
+    REQUIRE(bench.becomes([](const RecorderStatus& status) { return status.frames_lost > 0; }));
+  }
+  bench.run_to(12s);
+  REQUIRE(bench.recorder->end(20s) == RecorderEnd::all_written);
+  CHECK(bench.recorder->status().frames_lost > 1);
+  CHECK(bench.recorder->pieces_lost() == 0);
+  CHECK(bench.recorder->status().black_boxes == 1);
+  CHECK(bench.recorder->status().black_boxes_lost == 0);
+  for (const char* const name : {"drive", "boxes"}) {
+    const auto files = files_in(folder / name);
+    REQUIRE(files.size() == 1);
+    const ReplayCounts counts = replayed(files[0]);
+    CAPTURE(files[0], counts.ticks);
+    CHECK(counts.begun > 2);
+    CHECK(counts.ticks > 200);
+    CHECK(counts.ticks + 200 < bench.run->core().ticks());
+    CHECK(counts.ticks_different == 0);
+  }
 }

@@ -147,3 +147,20 @@ TEST_CASE("a configuration that cannot take over the state is refused with the r
   CHECK(what_if.problem()->kind == RecordProblemKind::other_pack);
   CHECK(what_if.problem()->text == "too small");
 }
+
+TEST_CASE("a leap of years within a recording is a gap for both, and takes no time", "[unit][recording]") {
+  const PackConfig pack = demo_pack();
+  const std::string text = recorded(pack, "");
+  const Told as_recorded = told(text, pack.core);
+  const std::string leap =
+      "(1800000000.000000) vcan0 123#00 R\n"
+      "# (1800000000.010000) tick 0000000000000000\n"
+      "(1900000000.000000) vcan0 123#00 R\n"
+      "(1900000000.000500) vcan0 123#00 R\n"
+      "# (1900000000.010000) tick 0000000000000000\n";
+  const Told run = told(text + leap, pack.core);
+  REQUIRE_FALSE(run.problem);
+  CHECK(run.counts.observations == as_recorded.counts.observations + 3);
+  CHECK(run.counts.ticks == as_recorded.counts.ticks + 2);
+  CHECK(run.find("stopped or starved for 99999", false) != nullptr);
+}

@@ -199,7 +199,8 @@ int write_report(const ReportOptions& options) {
   const std::string file = options.file.empty() ? history_file(options.socket) : options.file;
   const std::string beside_it = options.file.empty() ? "history.html" : beside(file);
   const std::string out = options.out.empty() ? beside_it : options.out;
-  if (out == file) return fail("the page would be written over '" + out + "'; wanted another --out", exit_usage);
+  if (out == file && out != "-")
+    return fail("the page would be written over '" + out + "'; wanted another --out", exit_usage);
   const auto loaded = is_of_history ? load_history(file, span) : load_recording(file, span);
   if (!loaded) return fail(loaded.error());
   const report::ReportData& data = loaded->data;

@@ -25,10 +25,14 @@ bool PartReader::open_next() {
       growing_ = {.file = name_};
       return true;
     }
-    damages_.push_back({.file = name_, .text = std::strerror(errno)});
+    tell({.file = name_, .text = std::strerror(errno)});
     has_failed_ = true;
   }
   return false;
+}
+
+void PartReader::tell(Damage damage) {
+  if (damages_.size() < damages_max) damages_.push_back(std::move(damage));
 }
 
 /// Up to the head of the next part. False: there is none yet, and more has to be read.
@@ -36,15 +40,24 @@ bool PartReader::take_lines() {
   LineReader::Line line;
   while (reader_->take(line)) {
     if (line.is_too_long) {
-      damages_.push_back(
-          {.file = name_, .line = reader_->line_number(), .text = "the line is too long for a recording"});
+      tell({.file = name_, .line = reader_->line_number(), .text = "the line is too long for a recording"});
       continue;
     }
     const bool begins = line.text.starts_with(part_begins);
     if (is_in_hole_ && !begins) continue;
     is_in_hole_ = false;
-    if (begins && std::exchange(has_head_, true) && !growing_.text.empty()) {
+    const bool begins_next = begins && (std::exchange(has_head_, true) || growing_.ends_torn);
+    if (begins_next && !growing_.text.empty()) {
       whole_ = std::exchange(growing_, Part{.file = name_, .first_line = reader_->line_number()});
+    }
+    if (growing_.text.size() + line.text.size() >= bytes_max_) {
+      tell({.file = name_,
+            .line = reader_->line_number(),
+            .text = "the part is longer than any of a recording, which has at most " + std::to_string(bytes_max_) +
+                    " bytes; what follows up to the next one is left out"});
+      is_in_hole_ = growing_.ends_torn = true;
+      if (whole_) return true;
+      continue;
     }
     growing_.text.append(line.text).push_back('\n');
     if (whole_) return true;
@@ -69,13 +82,12 @@ std::optional<Part> PartReader::next() {
       case LineReader::Filled::more:
       case LineReader::Filled::interrupted: break;
       case LineReader::Filled::damaged:
-        damages_.push_back(
-            {.file = name_,
-             .text = "from byte " + std::to_string(reader_->damage().begin) + " on: " + reader_->damage().what});
+        tell({.file = name_,
+              .text = "from byte " + std::to_string(reader_->damage().begin) + " on: " + reader_->damage().what});
         is_in_hole_ = growing_.ends_torn = true;
         break;
       case LineReader::Filled::error:
-        damages_.push_back({.file = name_, .text = std::strerror(errno)});
+        tell({.file = name_, .text = std::strerror(errno)});
         has_failed_ = growing_.ends_torn = true;
         end_file();
         break;

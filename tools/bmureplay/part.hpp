@@ -27,9 +27,17 @@ struct Part {
   bool ends_torn = false;        // lines behind it are missing
 };
 
+/// No part is larger: of one that goes on, the beginning is taken, and what follows up to the next part is left out and
+/// told. What the daemon writes stays below 100 MB: a head of 4 MB; lines of 30 s, and of the minute that its thread
+/// may be behind, at no more than 1 MB a second (RecordFeedOptions).
+inline constexpr std::size_t part_bytes_max = std::size_t{256} << 20;
+/// So many damages are told; of a file that is full of them nobody reads more.
+inline constexpr std::size_t damages_max = 1'000;
+
 class PartReader {
  public:
-  explicit PartReader(std::vector<std::string> files) : files_(files.begin(), files.end()) {}
+  explicit PartReader(std::vector<std::string> files, std::size_t bytes_max = part_bytes_max)
+      : files_(files.begin(), files.end()), bytes_max_(bytes_max) {}
 
   /// The next part; what comes before the first head of a file belongs to its first part. None: all is read.
   [[nodiscard]] std::optional<Part> next();
@@ -40,9 +48,11 @@ class PartReader {
  private:
   [[nodiscard]] bool open_next();
   [[nodiscard]] bool take_lines();
+  void tell(Damage damage);
   void end_file();
 
   std::deque<std::string> files_;
+  std::size_t bytes_max_;
   std::string name_;
   OwnedFd fd_;
   std::unique_ptr<LineReader> reader_;

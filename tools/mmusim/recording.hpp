@@ -13,7 +13,7 @@ namespace bmu::sim {
 
 class Recording : public CoreTap {
  public:
-  /// The run must have a core, and outlives this. Overwrites the file; is_good() says whether that went well.
+  /// The run must have a core, and outlives this. Overwrites the file; finish() says whether that went well.
   Recording(const std::string& path, const PackConfig& pack, VirtualRun& run);
   ~Recording() override;
 

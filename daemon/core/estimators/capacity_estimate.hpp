@@ -100,6 +100,7 @@ class CapacityEstimate {
   std::uint32_t pairs_ = 0;
   std::uint32_t refused_ = 0;
   Costs costs_{};
+  [[nodiscard]] bool are_fields_possible() const { return is_within(rated_As_, 0.0, charge_most_As); }
   BMU_FIELDS(rated_As_, common_share_, loss_share_per_cycle_, loss_share_per_year_, aged_share_, pairs_, refused_,
              costs_)
 };

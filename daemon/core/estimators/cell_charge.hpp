@@ -39,6 +39,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <string_view>
@@ -131,6 +132,8 @@ class CellChargeBook {
     TimePoint learned_at{};       // from here on it loses charge by itself
     TimePoint counted_at{};       // from here on the sensor's errors count
     double moved_uAs = 0.0;       // all that had flowed in and out then
+
+    [[nodiscard]] bool are_fields_possible() const { return !std::isnan(moved_uAs); }
   };
   /// A rest, as the first or the second from which a capacity is learned.
   struct Rest {
@@ -141,6 +144,10 @@ class CellChargeBook {
     std::int64_t bled_uAs = 0;
     double moved_uAs = 0.0;
     TimePoint at{};
+
+    [[nodiscard]] bool are_fields_possible() const {
+      return is_within(share, 0.0, 1.0) && is_within(error, 0.0, 1.0) && !std::isnan(moved_uAs);
+    }
   };
   struct Capacity {
     double uAs = 0.0;
@@ -148,6 +155,8 @@ class CellChargeBook {
     bool is_learned = false;
     Rest low;   // below half
     Rest high;  // above
+
+    [[nodiscard]] bool are_fields_possible() const { return uAs >= 0.0 && error_uAs >= 0.0; }
   };
   struct Missing {
     double uAs = 0.0;
@@ -164,6 +173,8 @@ class CellChargeBook {
     bool is_identified = false;  // in this life
     std::uint32_t serial_number = 0;
     std::uint32_t former_serial_number = 0;  // while the book is a former life's
+    BMU_FIELDS(skipped(node), skipped(cell_count), skipped(first_cell), is_identified, serial_number,
+               former_serial_number)
   };
 
   void count(const CellChargeInputs& in);
@@ -221,10 +232,12 @@ class CellChargeBook {
   std::array<std::int64_t, cells_max> bled_uAs_{};
   std::array<Line, cells_max> lines_{};
   std::array<Capacity, cells_max> capacities_{};
-  BMU_FIELDS(cell_, capacity_tolerance_uAs_, knows_all_capacities_, moved_uAs_, youngest_at_, youngest_moved_uAs_,
-             rest_current_mA_, current_max_mA_, unrecorded_uAs_, rest_, cell_count_, known_cells_, module_count_, now_,
-             unix_time_ms_, resting_since_, learned_from_, flowed_uAs_, hysteresis_, former_, former_unix_time_ms_,
-             former_since_, modules_, bled_uAs_, lines_, capacities_)
+  [[nodiscard]] bool are_fields_possible() const { return !std::isnan(moved_uAs_) && !std::isnan(youngest_moved_uAs_); }
+  BMU_FIELDS(skipped(cell_), skipped(capacity_tolerance_uAs_), knows_all_capacities_, moved_uAs_, youngest_at_,
+             youngest_moved_uAs_, skipped(rest_current_mA_), skipped(current_max_mA_), skipped(unrecorded_uAs_),
+             skipped(rest_), skipped(cell_count_), known_cells_, skipped(module_count_), now_, unix_time_ms_,
+             resting_since_, learned_from_, flowed_uAs_, hysteresis_, former_, former_unix_time_ms_, former_since_,
+             modules_, bled_uAs_, lines_, capacities_)
 };
 
 /// Whether the newer record says something that the older one does not, or not so well.

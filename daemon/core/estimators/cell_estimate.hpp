@@ -99,6 +99,9 @@ class CellEstimate {
   SocMixed mixed_;
   SocCoulomb coulomb_;
   ChargeEnds ends_;
+  [[nodiscard]] bool are_fields_possible() const {
+    return filter_.is_begun() == is_begun() && mixed_.is_begun() == is_begun() && coulomb_.is_begun() == is_begun();
+  }
   BMU_FIELDS(cell_, filter_, mixed_, coulomb_, ends_)
 };
 

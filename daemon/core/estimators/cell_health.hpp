@@ -73,6 +73,9 @@ class CellHealth {
   double capacity_As_ = 0.0;
   double counted_As_ = 0.0;  // what has left the cell
   double passed_s_ = 0.0;
+  [[nodiscard]] bool are_fields_possible() const {
+    return resistance_.is_begun() == is_begun() && is_within(capacity_As_, 0.0, charge_most_As);
+  }
   BMU_FIELDS(model_, resistance_, capacity_, anchors_, plateau_, is_capacity_restored_, capacity_As_, counted_As_,
              passed_s_)
 };

@@ -127,6 +127,9 @@ class ChargePlateau {
   double width_before_As_ = 0.0;
   double middle_before_As_ = 0.0;
   std::optional<double> end_As_{};  // counted at the end of the plateau
+  /// Beyond any voltage, and climbing there would not end.
+  static constexpr double rungs_most = 1e6;
+  [[nodiscard]] bool are_fields_possible() const { return next_rung_ >= -rungs_most && next_rung_ <= rungs_most; }
   BMU_FIELDS(model_, phase_, block_, counted_As_, lasted_s_, first_current_A_, steady_s_, before_, has_begun_climbing_,
              next_rung_, rungs_, reached_As_, flattest_As_, flattest_at_, width_before_As_, middle_before_As_, end_As_)
 };

@@ -45,7 +45,7 @@ class CoulombCounter {
   std::int64_t in_rest_ = 0;         //
   std::int64_t energy_in_rest_ = 0;  // mV * mA * us, not yet a whole mWh
   std::int64_t energy_out_rest_ = 0;
-  BMU_FIELDS(gap_max_, state_, last_mA_, charge_rest_, out_rest_, in_rest_, energy_in_rest_, energy_out_rest_)
+  BMU_FIELDS(skipped(gap_max_), state_, last_mA_, charge_rest_, out_rest_, in_rest_, energy_in_rest_, energy_out_rest_)
 };
 
 }  // namespace bmu

@@ -55,7 +55,7 @@ class CurrentSpanMeter {
   TimePoint until_{};
   Duration counted_{};
   std::int64_t flowed_uAs_ = 0;
-  BMU_FIELDS(gap_max_, until_, counted_, flowed_uAs_)
+  BMU_FIELDS(skipped(gap_max_), until_, counted_, flowed_uAs_)
 };
 
 }  // namespace bmu

@@ -41,7 +41,10 @@ class HysteresisRange {
   double charge_uAs_ = 1.0;  // q0
   double low_ = -1.0;
   double high_ = 1.0;
-  BMU_FIELDS(hysteresis_uV_, charge_uAs_, low_, high_)
+  [[nodiscard]] bool are_fields_possible() const {
+    return low_ >= -1.0 && low_ <= 1.0 && high_ >= -1.0 && high_ <= 1.0;
+  }
+  BMU_FIELDS(skipped(hysteresis_uV_), skipped(charge_uAs_), low_, high_)
 };
 
 }  // namespace bmu

@@ -147,12 +147,20 @@ class PackEstimate {
     std::int64_t bled_uAs = 0;
     bool is_bleeding = false;
     double voltage_V = not_measured;  // in the last picture
+    [[nodiscard]] bool are_fields_possible() const {
+      return !is_measured(voltage_V) || is_within(voltage_V, -1e3, 1e3);
+    }
+    BMU_FIELDS(skipped(element), skipped(module), is_on_trial, bled_uAs, is_bleeding, voltage_V)
   };
   struct Module {
     std::uint8_t node = 0;
     std::uint8_t cell_count = 0;
     std::uint16_t first_cell = 0;
     double temperature_C = not_measured;
+    [[nodiscard]] bool are_fields_possible() const {
+      return !is_measured(temperature_C) || is_within(temperature_C, -1e3, 1e3);
+    }
+    BMU_FIELDS(skipped(node), skipped(cell_count), skipped(first_cell), temperature_C)
   };
   /// What the next samples have in common.
   struct Moment {
@@ -216,8 +224,9 @@ class PackEstimate {
   TimePoint anchored_at_{};
   Reading disagreement_permille_;
   Reading misfit_permille_;
-  BMU_FIELDS(estimates_, skipped(memo_), health_, sensor_, ends_, method_, ages_, rest_current_A_, rest_current_mA_,
-             capacity_uAs_, voltage_least_V_, voltage_most_V_, cell_count_, module_count_, modules_, cells_, former_,
+  BMU_FIELDS(estimates_, skipped(memo_), health_, skipped(sensor_), skipped(ends_), skipped(method_), skipped(ages_),
+             skipped(rest_current_A_), skipped(rest_current_mA_), skipped(capacity_uAs_), skipped(voltage_least_V_),
+             skipped(voltage_most_V_), skipped(cell_count_), skipped(module_count_), modules_, cells_, former_,
              serial_numbers_, resting_since_, is_rest_used_, anchored_by_rest_at_, outlook_current_A_, pictured_at_,
              pictured_current_A_, sampled_at_, spans_, pack_, told_, origin_, record_age_, anchored_at_,
              disagreement_permille_, misfit_permille_)

@@ -14,7 +14,9 @@
 #include <cstddef>
 #include <span>
 
+#include "daemon/core/core_config.hpp"
 #include "daemon/core/estimators/soc_estimate.hpp"
+#include "protocol/fields.hpp"
 
 namespace bmu {
 
@@ -33,6 +35,10 @@ struct PackSoc {
   std::size_t fullest = 0;
 
   [[nodiscard]] double capacity_As() const { return out_As + in_As; }
+  [[nodiscard]] bool are_fields_possible() const {
+    return emptiest < cells_max && fullest < cells_max && is_within(out_As, 0.0, charge_most_As) &&
+           is_within(in_As, 0.0, charge_most_As);
+  }
 };
 
 [[nodiscard]] inline PackSoc pack_soc(std::span<const CellSoc> cells) {

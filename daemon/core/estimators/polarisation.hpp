@@ -55,6 +55,8 @@ class PolarisationBound {
       const double left = time_constant_s > 0.0 ? most_uV * std::exp(-passed_s / time_constant_s) : 0.0;
       most_uV = std::max(resistance_Ohm * at_most_mA * uV_per_mV, left);
     }
+    [[nodiscard]] bool are_fields_possible() const { return is_within(most_uV, 0.0, 1e12); }
+    BMU_FIELDS(skipped(resistance_Ohm), skipped(time_constant_s), most_uV)
   };
 
   Pair fast_;
@@ -62,7 +64,7 @@ class PolarisationBound {
   std::int32_t current_max_mA_ = 0;
   bool is_begun_ = false;
   TimePoint updated_at_{};
-  BMU_FIELDS(fast_, slow_, current_max_mA_, is_begun_, updated_at_)
+  BMU_FIELDS(fast_, slow_, skipped(current_max_mA_), is_begun_, updated_at_)
 };
 
 }  // namespace bmu

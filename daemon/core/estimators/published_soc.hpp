@@ -41,6 +41,7 @@ class PublishedSoc {
  private:
   double soc_ = 0.0;
   double age_s_ = 0.0;
+  [[nodiscard]] bool are_fields_possible() const { return is_within(soc_, 0.0, 1.0); }
   BMU_FIELDS(soc_, age_s_)
 };
 

@@ -47,6 +47,7 @@ class ResistanceTracker {
   void begin(const ExpectedResistance& expected);
   /// The same expectation, where it lies now. Before begin(): nothing.
   void move_to(const ExpectedResistance& expected) { expected_.move_to(expected); }
+  [[nodiscard]] bool is_begun() const { return expected_.is_set(); }
   /// After begin(): the cell is known from a former life, by its resistance at 25 C and learned_sigma_Ohm() of then.
   /// What is not above 0, or absurd, says nothing.
   void restore(double resistance_Ohm, double learned_sigma_Ohm);
@@ -86,6 +87,12 @@ class ResistanceTracker {
   double swing_A_ = 0.0;
   double swing_V_ = 0.0;
   double strength_A2_ = 0.0;  // the largest swing of the last half minute or so, squared
+  [[nodiscard]] bool are_fields_possible() const {
+    constexpr double resistance_most_Ohm = 1e3;
+    return is_within(resistance_Ohm_, 0.0, resistance_most_Ohm) &&
+           is_within(variance_Ohm2_, 0.0, resistance_most_Ohm * resistance_most_Ohm) &&
+           is_within(learned_factor_, 1e-6, 1e6);
+  }
   BMU_FIELDS(expected_, resistance_Ohm_, variance_Ohm2_, learned_factor_, is_known_, is_running_, since_s_, current_A_,
              voltage_V_, swing_A_, swing_V_, strength_A2_)
 };

@@ -9,6 +9,8 @@
 // Cost: some ten multiplications and one exponential.
 #pragma once
 
+#include <cmath>
+
 #include "daemon/core/cell_dynamics.hpp"
 #include "daemon/core/estimators/model_pointer.hpp"
 #include "daemon/core/estimators/soc_estimate.hpp"
@@ -22,6 +24,7 @@ class SocCoulomb {
   void begin(const CellDynamics& cell, const CurrentSensorError& sensor, const SocBegin& from, double temperature_C);
   /// The same tables, where they lie now. Before begin(): nothing.
   void move_to(const CellDynamics& cell) { cell_.move_to(cell); }
+  [[nodiscard]] bool is_begun() const { return cell_.is_set(); }
   void update(const CellSample& sample);
   [[nodiscard]] SocEstimate estimate() const;
 
@@ -39,6 +42,10 @@ class SocCoulomb {
   double net_charge_As_ = 0.0;
   double passed_s_ = 0.0;
   double unseen_As_ = 0.0;  // what may have flowed while nobody counted
+  [[nodiscard]] bool are_fields_possible() const {
+    return capacity_As_ > 0.0 && capacity_As_ <= charge_most_As && is_within(soc_, 0.0, 1.0) && begin_sigma_ >= 0.0 &&
+           !std::isnan(net_charge_As_) && passed_s_ >= 0.0 && unseen_As_ >= 0.0;
+  }
   BMU_FIELDS(cell_, sensor_, capacity_As_, temperature_C_, soc_, begin_sigma_, net_charge_As_, passed_s_, unseen_As_)
 };
 

@@ -25,6 +25,9 @@ inline constexpr double not_measured = std::numeric_limits<double>::quiet_NaN();
 inline constexpr double measured_most = 1e6;
 inline constexpr double passed_most_s = 1e10;
 
+/// More charge than any cell holds, for what is read from outside: 27 kAh.
+inline constexpr double charge_most_As = 1e8;
+
 [[nodiscard]] inline bool is_measured(double value) {
   return std::abs(value) < measured_most;  // not so if it is not a number
 }

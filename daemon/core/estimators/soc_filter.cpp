@@ -86,6 +86,17 @@ void SocFilter::share_error(const CellPoint& point, double age_s) {
   p_[soc_at][error_at] = p_[error_at][soc_at] = -kept * sigma * shared_V;
 }
 
+bool SocFilter::are_fields_possible() const {
+  constexpr double most = 1e6;
+  const auto are_within = [](const Vector& values, double bound) {
+    return std::all_of(values.begin(), values.end(), [&](double value) { return is_within(value, -bound, bound); });
+  };
+  return capacity_As_ > 0.0 && capacity_As_ <= charge_most_As && are_within(x_, most) &&
+         std::all_of(p_.begin(), p_.end(), [&](const Vector& row) { return are_within(row, most * most); }) &&
+         is_within(hysteresis_, -1.0, 1.0) && is_within(temperature_C_, -most, most) &&
+         is_within(true_current_A_, -most, most);
+}
+
 /// With the first current: how it came to be nobody has seen.
 void SocFilter::begin_pairs(const CellPoint& point, double current_A) {
   are_pairs_unknown_ = false;

@@ -38,6 +38,7 @@ class SocFilter {
   void begin(const CellDynamics& cell, const CurrentSensorError& sensor, const SocBegin& from, double temperature_C);
   /// The same tables, where they lie now. Before begin(): nothing.
   void move_to(const CellDynamics& cell) { cell_.move_to(cell); }
+  [[nodiscard]] bool is_begun() const { return cell_.is_set(); }
   /// Before begin(): nothing happens. `memo`: of the same model.
   void update(const CellSample& sample, ModelMemo& memo);
   void update(const CellSample& sample) {
@@ -130,6 +131,7 @@ class SocFilter {
   double innovation_variance_V2_ = 0.0;
   bool are_pairs_unknown_ = false;  // until the first current
   double surprise_ = 0.0;           // squares of innovations against their variances, over some minutes
+  [[nodiscard]] bool are_fields_possible() const;
   BMU_FIELDS(cell_, sensor_, capacity_As_, x_, p_, hysteresis_, temperature_C_, true_current_A_, innovation_V_,
              innovation_variance_V2_, are_pairs_unknown_, surprise_)
 };

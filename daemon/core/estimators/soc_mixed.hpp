@@ -26,6 +26,7 @@ class SocMixed {
     cell_.move_to(cell);
     counting_.move_to(cell);
   }
+  [[nodiscard]] bool is_begun() const { return cell_.is_set(); }
   /// `memo`: of the same model.
   void update(const CellSample& sample, ModelMemo& memo);
   void update(const CellSample& sample) {
@@ -43,6 +44,7 @@ class SocMixed {
   SocCoulomb counting_;
   double temperature_C_ = 25.0;
   double empty_s_ = 0.0;  // so long its voltage has been that of an empty cell
+  [[nodiscard]] bool are_fields_possible() const { return counting_.is_begun() == is_begun(); }
   BMU_FIELDS(cell_, counting_, temperature_C_, empty_s_)
 };
 

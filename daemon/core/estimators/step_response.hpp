@@ -89,9 +89,10 @@ class StepResponse {
   std::int32_t average_uOhm_ = 0;
   std::array<Cell, cells_max> cells_{};
   std::array<Element, cells_max> elements_{};
-  BMU_FIELDS(cell_count_, series_resistance_Ohm_, resistance_activation_K_, model_uOhm_, step_min_mA_, last_steady_,
-             pictures_, bleeding_, head_, taken_at_, still_since_, contradiction_, worst_cell_permille_,
-             average_permille_, average_uOhm_, cells_, elements_)
+  [[nodiscard]] bool are_fields_possible() const { return head_ < pictures_.size(); }
+  BMU_FIELDS(skipped(cell_count_), skipped(series_resistance_Ohm_), skipped(resistance_activation_K_), model_uOhm_,
+             skipped(step_min_mA_), last_steady_, pictures_, bleeding_, head_, taken_at_, still_since_, contradiction_,
+             worst_cell_permille_, average_permille_, average_uOhm_, cells_, skipped(elements_))
 };
 
 }  // namespace bmu
