@@ -1,9 +1,10 @@
 // Images of a core that somebody made up: of the right length and with the right checksum, but with values that no core
 // has. Each is refused, or decides without any misstep that a sanitizer or an assertion would see.
 //
-// Each case runs in a process of its own, so that one that ends badly is a failed check with its seed.
+// Cases run in a process of their own, so that one that ends badly is a failed check with its seed.
 //   BMUD_SEED=n      runs case n alone
 //   BMUD_ROUNDS=n    runs n cases of each life instead of a few
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstdlib>
@@ -16,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -206,22 +208,66 @@ class Forger {
   Chance chance_;
 };
 
-// Exit codes of a case; sanitizers have others.
-constexpr int exit_refused = 40;
-constexpr int exit_taken = 41;
+struct Failed {
+  std::uint64_t number = 0;
+  int code = 0;  // of its process, or 128 and the signal
+};
 
-/// In a process of its own, which nothing else can harm. Its exit code, or 128 and the signal.
-int run_apart(const Life& life, std::uint64_t seed) {
-  const pid_t child = ::fork();
-  if (child == 0) {
-    ::alarm(60);  // one that does not end has failed, too
-    ::_exit(runs(life, Forger(seed).forged(life)) ? exit_taken : exit_refused);
+struct Outcome {
+  std::uint64_t taken = 0;
+  std::vector<Failed> failed;
+};
+
+/// Cases in a process of their own, which nothing else can harm, and where one ends badly the others in the next.
+class Apart {
+ public:
+  /// The image of case `number`.
+  using Forge = std::function<std::vector<std::uint8_t>(std::uint64_t number)>;
+
+  Apart() : shared_(::mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0)) {
+    REQUIRE(shared_ != MAP_FAILED);
   }
-  REQUIRE(child > 0);
-  int status = 0;
-  while (::waitpid(child, &status, 0) < 0) REQUIRE(errno == EINTR);
-  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-}
+  Apart(const Apart&) = delete;
+  Apart& operator=(const Apart&) = delete;
+  ~Apart() { ::munmap(shared_, sizeof(Shared)); }
+
+  [[nodiscard]] Outcome run(const Life& life, std::uint64_t first, std::uint64_t end, const Forge& forge) {
+    Outcome outcome;
+    now() = {.number = first};
+    while (now().number < end) {
+      const int code = run_some(life, end, forge);
+      if (now().number < end) outcome.failed.push_back({now().number++, code});
+    }
+    outcome.taken = now().taken;
+    return outcome;
+  }
+
+ private:
+  struct Shared {
+    std::uint64_t number = 0;  // of the case that runs
+    std::uint64_t taken = 0;
+  };
+  static constexpr unsigned longest_s = 60;  // one that does not end has failed, too
+
+  [[nodiscard]] Shared& now() { return *static_cast<Shared*>(shared_); }
+
+  int run_some(const Life& life, std::uint64_t end, const Forge& forge) {
+    const pid_t child = ::fork();
+    if (child == 0) {
+      for (; now().number < end; ++now().number) {
+        ::alarm(longest_s);
+        now().taken += runs(life, forge(now().number)) ? 1 : 0;
+      }
+      ::_exit(0);
+    }
+    REQUIRE(child > 0);
+    int status = 0;
+    while (::waitpid(child, &status, 0) < 0) REQUIRE(errno == EINTR);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  }
+
+  void* shared_;
+};
 
 std::uint64_t number_of(const char* name, std::uint64_t otherwise) {
   const char* const text = std::getenv(name);  // NOLINT(concurrency-mt-unsafe): one thread
@@ -233,15 +279,30 @@ void check_forged(const Life& life) {
   const std::uint64_t wanted = number_of("BMUD_SEED", 0);
   const std::uint64_t first = wanted == 0 ? 1 : wanted;
   const std::uint64_t rounds = wanted == 0 ? number_of("BMUD_ROUNDS", 60) : 1;
-  std::uint64_t taken = 0;
-  for (std::uint64_t seed = first; seed < first + rounds; ++seed) {
-    CAPTURE(seed);
-    const int code = run_apart(life, seed);
-    CHECK((code == exit_refused || code == exit_taken));
-    if (code == exit_taken) ++taken;
+  const Outcome outcome =
+      Apart().run(life, first, first + rounds, [&](std::uint64_t seed) { return Forger(seed).forged(life); });
+  for (const Failed& failed : outcome.failed) {
+    FAIL_CHECK("seed " << failed.number << " ended with " << failed.code);
   }
   // A check that refuses all would see nothing.
-  if (wanted == 0) CHECK(taken > rounds / 10);
+  if (wanted == 0) CHECK(outcome.taken > rounds / 10);
+}
+
+/// Every member in turn, the first of its kind that the image has.
+void check_each_member(const Life& life, std::uint8_t byte) {
+  std::vector<Place> places;
+  for (const auto& [path, of_member] : life.places) places.push_back(of_member.front());
+  const Outcome outcome = Apart().run(life, 0, places.size(), [&](std::uint64_t number) {
+    std::vector<std::uint8_t> image = life.image;
+    const Place& place = places[number];
+    std::fill_n(image.begin() + static_cast<std::ptrdiff_t>(place.at), place.size, byte);
+    return image;
+  });
+  for (const Failed& failed : outcome.failed) {
+    const Place& place = places[failed.number];
+    FAIL_CHECK(place.size << " bytes from " << place.at << " of " << int{byte} << " ended with " << failed.code);
+  }
+  CHECK(outcome.taken > places.size() / 10);
 }
 
 CoreConfig pack_with_tables() {
@@ -307,4 +368,23 @@ TEST_CASE("made-up images of a pack that balances do no harm", "[unit][core][ima
   REQUIRE(bench.run_until([&] { return bench.core().balancing().cells_told() > 0; }, 2min));
   const Life life(config, bench, [&] { bench.run(3s); });
   check_forged(life);
+}
+
+TEST_CASE("no member that somebody makes up does harm, whichever it is", "[unit][core][image][recording][slow]") {
+  CoreConfig config = pack_with_tables();
+  config.balancing.is_enabled = true;
+  config.balancing.requires_closed = false;
+  config.balancing.without_board_sensor = true;
+  test::LivingPack pack(config, 0.6);
+  pack.run(3s);
+  REQUIRE(pack.bench().close());
+  pack.current_A = 5.0;
+  pack.run(30s);
+  const Life life(config, pack.bench(), [&] {
+    pack.run(1s);
+    pack.bench().modules[1].talks = false;
+    pack.run(500ms);
+  });
+  CHECK(life.places.size() > 500);
+  for (const int byte : {0xff, 0x21, 0x00}) check_each_member(life, static_cast<std::uint8_t>(byte));
 }

@@ -280,7 +280,8 @@ void SocFilter::update(const CellSample& sample, ModelMemo& memo) {
 }
 
 SocEstimate SocFilter::estimate() const {
-  if (!cell_.is_set()) return {};
+  // A state that is no number, as a made-up covariance leads to, is told to nobody.
+  if (!cell_.is_set() || std::isnan(x_[soc_at])) return {};
   return {.is_known = true,
           .soc = std::clamp(x_[soc_at], 0.0, 1.0),
           .sigma = std::min(told_sigma_factor * std::sqrt(p_[soc_at][soc_at]), soc_sigma_max)};
