@@ -122,8 +122,7 @@ consteval std::size_t size_of(FieldList<Field...>* /*types*/) {
     size = round_up(size, field_alignment) + field_size;
     alignment = std::max(alignment, field_alignment);
   };
-  // NOLINTNEXTLINE(bugprone-sizeof-expression): members that are pointers are as large as pointers
-  (add(sizeof(typename TypeOf<Field>::type), alignof(typename TypeOf<Field>::type)), ...);
+  (add(sizeof(typename TypeOf<Field>::type), alignof(typename TypeOf<Field>::type)), ...);  // NOLINT: of pointers, too
   return round_up(size, alignment);
 }
 
