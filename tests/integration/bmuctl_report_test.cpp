@@ -78,8 +78,9 @@ TEST_CASE("a damaged recording becomes a page that says so", "[integration][bmuc
   const TemporaryFolder folder;
   const Run torn = run(folder, folder.file("torn.log", recording().substr(0, recording().size() - 20)));
   CHECK(torn.exit_code == 3);
-  CHECK(torn.err.find("bmuctl: The recording ends at line ") == 0);
-  CHECK(content_of(folder / "torn.html").find("<b>Note:</b> The recording ends at line ") != std::string::npos);
+  CHECK(torn.err.find("bmuctl: The recording is damaged in its last line, ") == 0);
+  CHECK(content_of(folder / "torn.html").find("<b>Note:</b> The recording is damaged in its last line, ") !=
+        std::string::npos);
 }
 
 TEST_CASE("a packed recording becomes a page as well, a torn one as far as it is good",

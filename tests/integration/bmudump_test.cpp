@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <sstream>
@@ -460,6 +461,23 @@ TEST_CASE("a log goes into a file with -f, and into one with the date with -l", 
   const std::string name = told.substr(told.find("candump-"), told.size() - told.find("candump-") - 1);
   CHECK(content_of(folder / name) == line);
   CHECK(run("-r - -f /nowhere/out.log", line).exit_code == 1);
+}
+
+TEST_CASE("a log that is read is not written over, by whatever name", "[integration][bmudump]") {
+  const TemporaryFolder folder;
+  const std::string line = "(1.000000) can0 18FF50E5#0102 T\n";
+  const std::string log = folder.file("in.log", line);
+  std::filesystem::create_symlink(log, folder / "link.log");
+  std::filesystem::create_hard_link(log, folder / "hard.log");
+  for (const char* name : {"in.log", "link.log", "hard.log"}) {
+    CAPTURE(name);
+    CHECK(run("-r " + log + " -f " + folder / name).exit_code == 1);
+    CHECK(content_of(log) == line);
+  }
+  // A longer one that is not read is written anew.
+  const std::string other = folder.file("other.log", line + line);
+  CHECK(run("-r " + log + " -f " + other).exit_code == 0);
+  CHECK(content_of(other) == line);
 }
 
 TEST_CASE("the summary has a line for each identifier, 29-bit ones too, and the same as JSON",

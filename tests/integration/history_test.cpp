@@ -84,6 +84,9 @@ TEST_CASE("the daemon keeps a history beside its state, and bmuctl shows it whil
   CHECK(row.at("cells")[0].at("voltage_samples") > 5);
   CHECK(row.at("sensors")[0].at("temperature_average_dC").is_number());
   CHECK(row.at("current_samples") > 10);
+  const Finished nobody = bench.ask({"history", "--cells", "1.1,9.9"});
+  CHECK(nobody.status == 2);
+  CHECK(nobody.err.find("--cells: found '9.9', which no pack in ") != std::string::npos);
   CHECK(row.at("soc_permille") == Approx(800).margin(20));
   CHECK(row.at("span_ms") >= 500);
   CHECK(bench.ask({"history"}).out.find("Life 1 of the daemon: demo 48s, 48 cells") != std::string::npos);
@@ -193,6 +196,9 @@ TEST_CASE("bmuctl history says what is wrong with its words, and what is not the
   const Finished bad_cells = run({"--cells", "1.x"});
   CHECK(bad_cells.status == 2);
   CHECK(bad_cells.err.find("found '1.x', wanted all, or numbers") != std::string::npos);
+  const Finished backwards = run({"--from", "now", "--to", "-1h"});
+  CHECK(backwards.status == 2);
+  CHECK(backwards.err.find("--from is later than --to") != std::string::npos);
   const Finished missing = run({"--file", folder / "no.sqlite"});
   CHECK(missing.status == 1);
   CHECK(missing.err.find("no.sqlite: no such file") != std::string::npos);

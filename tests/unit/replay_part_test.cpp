@@ -92,3 +92,19 @@ TEST_CASE("of a file that is full of damages not all are told", "[unit][recordin
   CHECK(without_files.has_failed());
   CHECK(without_files.damages().size() == damages_max);
 }
+
+TEST_CASE("a last line without its end is named and left out", "[unit][recording]") {
+  const TemporaryFolder folder;
+  const std::string file = folder.file("a.log", head + lines(2) + "# (1.000000) tick 04a0e551");
+  PartReader reader({file, folder.file("b.log", head + lines(1))});
+  const std::vector<Part> parts = parts_of(reader);
+  REQUIRE(parts.size() == 2);
+  CHECK(parts[0].text == head + lines(2));
+  CHECK(parts[0].ends_torn);
+  CHECK(parts[1].text == head + lines(1));
+  CHECK_FALSE(parts[1].ends_torn);
+  REQUIRE(reader.damages().size() == 1);
+  CHECK(reader.damages()[0].file == file);
+  CHECK(reader.damages()[0].line == 4);
+  CHECK(reader.damages()[0].text == "the last line has no end: the file was cut off there");
+}

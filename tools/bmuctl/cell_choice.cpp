@@ -20,10 +20,11 @@ std::optional<CellWord> word_from(std::string_view text) {
   const std::size_t point = text.find('.');
   if (point == std::string_view::npos) {
     const auto number = number_from(text);
-    return number ? std::optional(CellWord{.number = number, .module = {}, .place = {}}) : std::nullopt;
+    return number ? std::optional(CellWord{.number = number, .module = {}, .place = {}, .text = {}}) : std::nullopt;
   }
   const std::string_view behind = text.substr(point + 1);
-  const CellWord word{.number = {}, .module = number_from(text.substr(0, point)), .place = number_from(behind)};
+  const CellWord word{
+      .number = {}, .module = number_from(text.substr(0, point)), .place = number_from(behind), .text = {}};
   return word.module && (word.place || behind == "*") ? std::optional(word) : std::nullopt;
 }
 
@@ -41,9 +42,19 @@ std::optional<CellChoice> cell_choice_from(std::string_view text) {
     const auto word = word_from(text.substr(0, comma));
     if (!word) return std::nullopt;
     choice.push_back(*word);
+    choice.back().text = text.substr(0, comma);
     if (comma == std::string_view::npos) return choice;
     text.remove_prefix(comma + 1);
   }
+}
+
+std::string meant_by_none(const CellChoice& choice, const std::vector<HistoryPlace>& cells) {
+  for (const CellWord& word : choice) {
+    const bool is_some =
+        std::any_of(cells.begin(), cells.end(), [&](const HistoryPlace& cell) { return word.is_meant(cell); });
+    if (!is_some) return word.text;
+  }
+  return "";
 }
 
 std::vector<HistoryPlace> chosen(const CellChoice& choice, const std::vector<HistoryPlace>& cells) {

@@ -20,6 +20,7 @@ struct CellWord {
   std::optional<std::int64_t> number;
   std::optional<std::int64_t> module;
   std::optional<std::int64_t> place;
+  std::string text = "all";
 
   [[nodiscard]] bool is_meant(const HistoryPlace& cell) const;
 };
@@ -27,6 +28,8 @@ using CellChoice = std::vector<CellWord>;
 
 /// None if it is no such text.
 [[nodiscard]] std::optional<CellChoice> cell_choice_from(std::string_view text);
+/// The first word that means none of them; "" if each means some.
+[[nodiscard]] std::string meant_by_none(const CellChoice& choice, const std::vector<HistoryPlace>& cells);
 /// Those that some word means, in their order.
 [[nodiscard]] std::vector<HistoryPlace> chosen(const CellChoice& choice, const std::vector<HistoryPlace>& cells);
 

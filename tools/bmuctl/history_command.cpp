@@ -18,6 +18,7 @@ namespace {
 
 constexpr int exit_ok = 0;
 constexpr int exit_unreadable = 1;
+constexpr int exit_usage = 2;
 constexpr int exit_incomplete = 3;
 constexpr const char* default_from = "-1h";
 constexpr const char* from_the_beginning = "begin";
@@ -106,6 +107,16 @@ std::vector<HistoryPlace> sensors_beside(const std::vector<HistoryPlace>& cells,
   return sensors;
 }
 
+/// The word for cells that no life had; "" if there is none, or no life at all.
+std::string nobody_of(const HistoryReader& history, const CellChoice& choice) {
+  std::vector<HistoryPlace> cells;
+  for (const HistoryLife& life : history.lives()) {
+    const std::vector<HistoryPlace> own = life.layout.cells();
+    cells.insert(cells.end(), own.begin(), own.end());
+  }
+  return cells.empty() ? "" : meant_by_none(choice, cells);
+}
+
 /// How many were shown.
 std::size_t show_rows(HistoryReader& history, const Shown& shown) {
   Output out;
@@ -182,7 +193,21 @@ void HistoryCommand::add_to(CLI::App& app) {
   command_->footer(footer);
 }
 
+/// What cannot be meant; "" if all can.
+std::string HistoryCommand::contradiction(bool json) const {
+  if (json && csv_) return "--csv and --json: wanted one of them";
+  const HistoryNumber from = time_of(from_);
+  const HistoryNumber to = time_of(to_);
+  if (from && to && *from > *to) return "--from is later than --to";
+  return "";
+}
+
 int HistoryCommand::run(const HistoryCommandContext& context) const {
+  const std::string wrong = contradiction(context.json);
+  if (!wrong.empty()) {
+    std::fprintf(stderr, "bmuctl: history: %s\n", wrong.c_str());
+    return exit_usage;
+  }
   auto history = HistoryReader::open(file_.empty() ? history_file(context.socket) : file_);
   if (!history) {
     std::fprintf(stderr, "bmuctl: %s\n", history.error().c_str());
@@ -195,6 +220,12 @@ int HistoryCommand::run(const HistoryCommandContext& context) const {
                                          : Form::table,
                     .cells = cell_choice_from(cells_).value_or(CellChoice{}),
                     .with_colour = context.with_colour};
+  const std::string nobody = nobody_of(*history, shown.cells);
+  if (!nobody.empty()) {
+    std::fprintf(stderr, "bmuctl: history: --cells: found '%s', which no pack in %s has\n", nobody.c_str(),
+                 history->path().c_str());
+    return exit_usage;
+  }
   const std::size_t count = events_ ? show_events(*history, shown) : show_rows(*history, shown);
   if (count == 0 && shown.form == Form::table) say_nothing_there(*history, events_ ? "events" : "minutes");
   const std::vector<std::string> problems = history->problems();

@@ -81,15 +81,14 @@ Result<std::string, std::string> take_lines(int fd, report::RecordingReport& rea
   while (true) {
     while (lines.take(line)) {
       progress.take(line.text.size() + 1);
+      // What is missing of a last line would pass for another decision.
+      if (!line.has_end) return "in its last line, " + std::to_string(lines.line_number()) + ", which has no end";
       if (!reading.take(line.text)) return std::string();
     }
     switch (lines.fill()) {
       case LineReader::Filled::more:
       case LineReader::Filled::interrupted: break;
-      case LineReader::Filled::end:
-        if (!lines.take(line)) return std::string();
-        static_cast<void>(reading.take(line.text));
-        return std::string();
+      case LineReader::Filled::end: return std::string();
       case LineReader::Filled::damaged:
         return "from byte " + std::to_string(lines.damage().begin) + " on: " + lines.damage().what;
       case LineReader::Filled::error: return failure(std::string(std::strerror(errno)));

@@ -2,8 +2,11 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <string>
+#include <vector>
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "protocol/dbc.hpp"
@@ -39,15 +42,40 @@ bool add_words(const std::vector<std::string>& words, const std::string& where, 
   return true;
 }
 
-/// Standard output, or the file of -f or -l; below 0 if that cannot be written.
+/// The file that is read and is this one, too, by whatever name; "" if there is none.
+std::string also_read(int fd, const std::vector<std::string>& files) {
+  struct stat written {};
+  if (::fstat(fd, &written) != 0 || !S_ISREG(written.st_mode)) return "";
+  for (const std::string& file : files) {
+    struct stat read {};
+    const bool is_there = (file == "-" ? ::fstat(STDIN_FILENO, &read) : ::stat(file.c_str(), &read)) == 0;
+    if (is_there && read.st_dev == written.st_dev && read.st_ino == written.st_ino) return file;
+  }
+  return "";
+}
+
+/// Standard output, or the file of -f or -l; below 0 if that cannot be written. One that is read, too, stays as it is.
 int open_output(const Options& options) {
   if (options.log_file.empty()) return STDOUT_FILENO;
-  const int fd = ::open(options.log_file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  const int fd = ::open(options.log_file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
   if (fd < 0) {
     std::fprintf(stderr, "bmudump: cannot write %s: %s\n", options.log_file.c_str(), std::strerror(errno));
-  } else {
-    std::fprintf(stderr, "bmudump: writing %s\n", options.log_file.c_str());
+    return fd;
   }
+  const std::string read = also_read(fd, options.files);
+  if (!read.empty()) {
+    std::fprintf(stderr, "bmudump: cannot write %s: it is what is read as %s; name another file\n",
+                 options.log_file.c_str(), read.c_str());
+    ::close(fd);
+    return -1;
+  }
+  // A pipe or a device has no length.
+  if (::ftruncate(fd, 0) != 0 && errno != EINVAL) {
+    std::fprintf(stderr, "bmudump: cannot write %s: %s\n", options.log_file.c_str(), std::strerror(errno));
+    ::close(fd);
+    return -1;
+  }
+  std::fprintf(stderr, "bmudump: writing %s\n", options.log_file.c_str());
   return fd;
 }
 

@@ -43,6 +43,13 @@ bool PartReader::take_lines() {
       tell({.file = name_, .line = reader_->line_number(), .text = "the line is too long for a recording"});
       continue;
     }
+    if (!line.has_end) {  // what is missing of it would pass for another decision
+      tell({.file = name_,
+            .line = reader_->line_number(),
+            .text = "the last line has no end: the file was cut off there"});
+      growing_.ends_torn = true;
+      continue;
+    }
     const bool begins = line.text.starts_with(part_begins);
     if (is_in_hole_ && !begins) continue;
     is_in_hole_ = false;

@@ -13,7 +13,7 @@ bool LineReader::take(Line& line) {
   const bool is_full = newline == nullptr && left == buffer_size;
   if (newline == nullptr && !is_full && !is_at_end_) return false;
   const std::size_t length = newline == nullptr ? left : static_cast<std::size_t>(newline - first);
-  line = {{first, length}, is_full};
+  line = {.text = {first, length}, .is_too_long = is_full, .has_end = newline != nullptr || is_full};
   begin_ += length + (newline == nullptr ? 0 : 1);
   is_skipping_ = is_full;
   ++line_number_;

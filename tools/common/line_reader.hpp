@@ -25,6 +25,7 @@ class LineReader {
   struct Line {
     std::string_view text;  // without newline; valid until the next fill()
     bool is_too_long = false;
+    bool has_end = true;  // false: the file's last line, without a newline; whoever wrote it may have been cut off
   };
   enum class Filled : std::uint8_t { more, end, interrupted, damaged, error };
 
