@@ -13,7 +13,7 @@
 // depends on them.
 //
 // No I/O, no clock, no log, no thread, no allocation. Identical observations and ticks give identical decisions.
-// Cost: observe about 0.1 us a frame, decide about 50 us for 192 cells (docs/performance.md).
+// Cost: observe about 0.1 us a frame, decide about 30 us for 192 cells (docs/performance.md).
 #pragma once
 
 #include <array>

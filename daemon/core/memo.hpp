@@ -1,6 +1,6 @@
 // The last answer of a dear function, for whoever asks the same again and again: the cells of a module, one after
-// another, ask for the same temperature. What is asked with must be equal, not near, so that nobody can tell an answer that
-// was kept from one that was worked out; not-a-number is never equal, and always worked out.
+// another, ask for the same temperature. What is asked with must be equal, not near, so that nobody can tell an answer
+// that was kept from one that was worked out; not-a-number is never equal, and always worked out.
 //
 //   Memo<double, CellDynamics::Row> rows;
 //   const CellDynamics::Row& row = rows.of(temperature_C, [&] { return row_at(cell, temperature_C); });

@@ -53,8 +53,8 @@ Exit codes:
      goes away
   1  something could not be opened, read or written
   2  the command line is wrong
-  3  some of a log was damaged: each line is reported with file, line and column, each place in a packed file with its
-     offset, and skipped
+  3  some of a log was damaged: such lines are skipped, the first 1000 reported with file, line and column, the others
+     counted; places in a packed file are reported with their offset
   4  with --strict: some frames failed their check or are unknown)";
 
 /// "1-4" and "7": nodes 1 to 63. Throws the library's error for what is none.
