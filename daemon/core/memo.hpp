@@ -24,7 +24,6 @@ class Memo {
     }
     return answer_;
   }
-  void forget() { asked_.reset(); }
 
  private:
   std::optional<Asked> asked_;

@@ -15,17 +15,22 @@ namespace bmu::test {
 /// 2023-11-14 22:13:20 UTC, when each of them begins.
 inline constexpr std::int64_t recorded_from_us = 1'700'000'000'000'000;
 
+inline PackConfig demo_pack() {
+  auto pack = load_pack_config(std::string(BMUD_SOURCE_DIR) + "/config/packs/demo-48s.json");
+  REQUIRE(pack);
+  return *pack;
+}
+
 /// The demonstration's pack for so long, by a script.
 inline std::string recorded_run(std::string_view script, Duration length) {
-  const auto pack = load_pack_config(std::string(BMUD_SOURCE_DIR) + "/config/packs/demo-48s.json");
-  REQUIRE(pack);
+  const PackConfig pack = demo_pack();
   auto scenario = parse_scenario(script, core_vocabulary());
   REQUIRE(scenario);
-  VirtualRun run(pack->core, simulator_config(pack->core), *scenario);
+  VirtualRun run(pack.core, simulator_config(pack.core), *scenario);
   RecordWriter writer({.version = "0.1.0",
                        .buses = {.internal = "vcan0", .vehicle = "vcan0"},
-                       .sources = pack->sources,
-                       .hash = pack->core.hash});
+                       .sources = pack.sources,
+                       .hash = pack.core.hash});
   writer.begin(run.core(), run.now(), recorded_from_us);
   run.set_tap(&writer);
   while (run.elapsed() < length) run.step();

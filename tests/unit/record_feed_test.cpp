@@ -10,19 +10,15 @@
 #include "mmu/scenario.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/process.hpp"
+#include "tests/support/recorded_run.hpp"
 #include "tools/common/virtual_run.hpp"
 
 using namespace bmu;
+using bmu::test::demo_pack;
 
 namespace {
 
 const std::string pack_file = BMUD_SOURCE_DIR "/config/packs/demo-48s.json";
-
-PackConfig demo_pack() {
-  auto pack = load_pack_config(pack_file);
-  REQUIRE(pack);
-  return *pack;
-}
 
 Scenario scenario_of(const std::string& text) {
   auto scenario = parse_scenario("0 pack soc_permille 800\n" + text, core_vocabulary());

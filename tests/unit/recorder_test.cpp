@@ -15,19 +15,15 @@
 #include "mmu/scenario.hpp"
 #include "tests/support/allocation_count.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/recorded_run.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tools/common/line_reader.hpp"
 #include "tools/common/virtual_run.hpp"
 
 using namespace bmu;
+using bmu::test::demo_pack;
 
 namespace {
-
-PackConfig demo_pack() {
-  auto pack = load_pack_config(std::string(BMUD_SOURCE_DIR) + "/config/packs/demo-48s.json");
-  REQUIRE(pack);
-  return *pack;
-}
 
 /// A pack that closes, loses a cell after five seconds, and opens.
 struct Bench {
@@ -54,6 +50,13 @@ struct Bench {
   }
   void run_to(Duration elapsed) {
     while (run->elapsed() < elapsed) run->step();
+  }
+  /// As when time passes: the thread is done with every second before the next.
+  void run_with_thread_to(Duration elapsed) {
+    for (Duration second = 1s; second <= elapsed; second += 1s) {
+      run_to(second + 100ms);
+      REQUIRE(becomes([&](const RecorderStatus& status) { return status.memory_length >= second; }));
+    }
   }
   /// Of the thread, which looks about once a second.
   template <class IsWanted>
@@ -92,14 +95,19 @@ ReplayCounts replayed(const std::string& path) {
   return replay.counts();
 }
 
+/// A recording at full length and black boxes.
+RecorderOptions both_in(const TemporaryFolder& folder) {
+  RecorderOptions options;
+  options.files.folder = folder / "drive";
+  options.black_box.folder = folder / "boxes";
+  return options;
+}
+
 }  // namespace
 
 TEST_CASE("a recorder writes what can be run again, at full length and around an opening", "[unit][recording][FS_6]") {
   const TemporaryFolder folder;
-  RecorderOptions options;
-  options.files.folder = folder / "drive";
-  options.black_box.folder = folder / "boxes";
-  Bench bench(options);
+  Bench bench(both_in(folder));
   bench.run_to(9s);
   REQUIRE(bench.recorder->end(20s) == RecorderEnd::all_written);
   const RecorderStatus status = bench.recorder->status();
@@ -128,7 +136,7 @@ TEST_CASE("folders that go while it records are told, and what waits is written 
   options.retry = 10ms;
   Bench bench(options);
   std::filesystem::remove_all(folder / "boxes");
-  bench.run_to(8s);
+  bench.run_with_thread_to(8s);
   RecorderTeller teller;
   std::vector<std::string> told;
   const auto tell = [&] {
@@ -171,7 +179,7 @@ TEST_CASE("at the end a disk that comes back in time gets all of it", "[unit][re
   options.retry = 1h;
   Bench bench(options);
   std::filesystem::remove_all(folder / "boxes");
-  bench.run_to(8s);
+  bench.run_with_thread_to(8s);
   REQUIRE(bench.becomes([](const RecorderStatus& status) { return status.black_box_tries_failed == 1; }));
   std::future<RecorderEnd> end = std::async(std::launch::async, [&] { return bench.recorder->end(20s); });
   // In vain at first.
@@ -203,12 +211,8 @@ TEST_CASE("what no disk takes until the end is told", "[unit][recording][black_b
 
 TEST_CASE("where memory is short a recording ends before the hole, and goes on behind it", "[unit][recording][F75]") {
   const TemporaryFolder folder;
-  RecorderOptions options;
-  options.files.folder = folder / "drive";
-  options.black_box.folder = folder / "boxes";
-  Bench bench(options);
-  bench.run_to(3s);
-  REQUIRE(bench.becomes([](const RecorderStatus& status) { return status.memory_length > 2s; }));
+  Bench bench(both_in(folder));
+  bench.run_with_thread_to(3s);
   {
     // A head is more than a megabyte of text; nothing else here is.
     const test::AllocationLimit limit(1'000'000);

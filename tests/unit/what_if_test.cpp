@@ -8,17 +8,13 @@
 #include "daemon/recording/record_writer.hpp"
 #include "mmu/scenario.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/recorded_run.hpp"
 #include "tools/common/virtual_run.hpp"
 
 using namespace bmu;
+using bmu::test::demo_pack;
 
 namespace {
-
-PackConfig demo_pack() {
-  auto pack = load_pack_config(std::string(BMUD_SOURCE_DIR) + "/config/packs/demo-48s.json");
-  REQUIRE(pack);
-  return *pack;
-}
 
 constexpr std::int64_t wall_us = 1'700'000'000'000'000;
 

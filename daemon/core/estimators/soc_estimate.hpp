@@ -32,7 +32,7 @@ inline constexpr double charge_most_As = 1e8;
   return std::abs(value) < measured_most;  // not so if it is not a number
 }
 
-/// Of independent errors together. std::hypot() takes ten times as long for numbers too large or too small to be
+/// Of independent errors together. std::hypot() takes longer, for the sake of numbers too large or too small to be
 /// squared, of which there are none here.
 [[nodiscard]] inline double root_sum_square(double one, double other, double third = 0.0) {
   return std::sqrt(one * one + other * other + third * third);
