@@ -323,7 +323,11 @@ RecordLine parse_timed(In& in, std::string_view time, const RecordClock& clock) 
   in.expect(log_us.has_value(), "a time as in a candump log");
   const TimePoint at = clock.to_core(log_us.value_or(0));
   const std::string_view word = in.word();
-  if (word == "tick") return RecordTick{.at = at, .fingerprint = in.number<std::uint64_t>("16 hexadecimal digits", 16)};
+  if (word == "tick") {
+    constexpr const char* wanted = "16 hexadecimal digits";
+    const auto fingerprint = in.number<std::uint64_t>(wanted, 16);
+    return RecordTick{.at = at, .fingerprint = fingerprint, .lines_sum = in.number<std::uint64_t>(wanted, 16)};
+  }
   const auto* const row = std::find_if(observation_rows.begin(), observation_rows.end(),
                                        [word](const ObservationRow& one) { return one.word == word; });
   in.expect(row != observation_rows.end(), "tick, or what a core is told");
@@ -396,15 +400,17 @@ std::size_t print_observation(const Observation& observation, const RecordClock&
 }
 
 void append_decisions(std::string& to, TimePoint at, const Decisions& decisions, const ContactorOutputs& outputs_before,
-                      const RecordClock& clock, const RecordBuses& buses) {
+                      std::uint64_t lines_sum, const RecordClock& clock, const RecordBuses& buses) {
   std::array<char, record_line_max> room{};
   const auto append = [&](auto&& print) {
     Out line(room);
     print(line);
     to.append(room.data(), line.end_line());
   };
-  append(
-      [&](Out& line) { line.text("# ").time(clock.to_log_us(at)).text(" tick ").hex(fingerprint_of(decisions), 16); });
+  append([&](Out& line) {
+    line.text("# ").time(clock.to_log_us(at)).text(" tick ").hex(fingerprint_of(decisions), 16);
+    line.text(" ").hex(lines_sum, 16);
+  });
   for (const OutgoingFrame& sent : decisions.frames) {
     append([&](Out& line) { line.text("# > ").frame(buses.name(sent.port), sent.frame); });
   }

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "daemon/recording/line_sum.hpp"
 #include "daemon/recording/record_line.hpp"
 
 namespace bmu {
@@ -16,7 +17,7 @@ class RecordLines {
 
   /// A part begins: the wall clock then, and what the core commands.
   void begin(TimePoint now, std::int64_t unix_time_us, const ContactorOutputs& outputs);
-  void observed(const Observation& observation, std::string& to) const;
+  void observed(const Observation& observation, std::string& to);
   void decided(TimePoint at, const Decisions& decisions, std::string& to);
   /// The wall clock has jumped: times follow it from here on.
   void set_wall_clock(TimePoint now, std::int64_t unix_time_us, std::string& to);
@@ -27,6 +28,7 @@ class RecordLines {
   RecordBuses buses_;
   RecordClock clock_;
   ContactorOutputs outputs_;
+  LineSum sum_;  // from the latest tick on
 };
 
 }  // namespace bmu

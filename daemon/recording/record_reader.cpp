@@ -60,22 +60,52 @@ RecordReader::Took RecordReader::take(std::string_view line) {
     if (place_ == Place::before) return fail_without_head();
     return fail("column " + std::to_string(parsed.error().column + 1) + ": wanted " + parsed.error().wanted);
   }
-  if (std::holds_alternative<RecordNothing>(*parsed)) return Took::nothing;
-  if (const auto* const note = std::get_if<RecordNote>(&*parsed)) return take_note(*note);
+  const Took took = take_parsed(*parsed);
+  add_to_sum(*parsed, line);
+  return took;
+}
+
+RecordReader::Took RecordReader::take_parsed(const RecordLine& parsed) {
+  if (std::holds_alternative<RecordNothing>(parsed)) return Took::nothing;
+  if (const auto* const note = std::get_if<RecordNote>(&parsed)) return take_note(*note);
   if (place_ != Place::in_part) return fail_without_head();
-  if (const auto* const tick = std::get_if<RecordTick>(&*parsed)) {
-    tick_ = *tick;
-    has_tick_ = true;
-    return take_time(tick->at, Took::tick);
-  }
-  if (const auto* const observation = std::get_if<Observation>(&*parsed)) {
+  if (const auto* const tick = std::get_if<RecordTick>(&parsed)) return take_tick(*tick);
+  if (const auto* const observation = std::get_if<Observation>(&parsed)) {
     observation_ = *observation;
     has_tick_ = false;
     return take_time(observation->at, Took::observation);
   }
   if (!has_tick_) return fail("found a part of a decision, wanted its tick before it");
-  line_ = *parsed;
+  line_ = parsed;
   return Took::of_tick;
+}
+
+RecordReader::Took RecordReader::take_tick(const RecordTick& tick) {
+  alteration_.reset();
+  if (tick.lines_sum != sum_.value()) {
+    alteration_ = RecordProblem{.line = sum_from_line_,
+                                .text = "the lines from here to line " + std::to_string(lines_) +
+                                        " are not as they were written: one is missing, was changed or added"};
+  }
+  tick_ = tick;
+  has_tick_ = true;
+  return take_time(tick.at, Took::tick);
+}
+
+/// Of all lines that say something; those of an image have a checksum of their own.
+void RecordReader::add_to_sum(const RecordLine& parsed, std::string_view line) {
+  const auto* const note = std::get_if<RecordNote>(&parsed);
+  if (place_ == Place::in_head) {
+    const bool is_head_s = note != nullptr && note->word != "image" && note->word != "zeros";
+    if (is_head_s) head_.sum.add(line);
+    return;
+  }
+  if (place_ != Place::in_part || std::holds_alternative<RecordNothing>(parsed)) return;
+  if (std::holds_alternative<RecordTick>(parsed)) {
+    sum_ = {};
+    sum_from_line_ = lines_;
+  }
+  if (note == nullptr || note->word == "ahead_us") sum_.add(line);
 }
 
 RecordReader::Took RecordReader::take_time(TimePoint at, Took took) {
@@ -83,6 +113,7 @@ RecordReader::Took RecordReader::take_time(TimePoint at, Took took) {
   if (!is_possible)
     return fail("found a time that no core can have had, wanted one not before that of the line before");
   latest_ = at;
+  if (part_from_log_us_ == 0) part_from_log_us_ = clock_.to_log_us(at);
   return took;
 }
 
@@ -96,6 +127,7 @@ RecordReader::Took RecordReader::take_note(const RecordNote& note) {
     }
     before_ = place_ == Place::in_part ? head_.id : RecordPartId{};
     head_ = {};
+    part_from_log_us_ = 0;
     place_ = Place::in_head;
     return Took::nothing;
   }
@@ -185,17 +217,23 @@ bool RecordReader::read_pack() {
   return true;
 }
 
-RecordReader::Took RecordReader::end_head(std::string_view checksum) {
+RecordReader::Took RecordReader::end_head(std::string_view checksums) {
   if (!read_pack()) return Took::problem;
   if (head_.layout != core_image_layout()) {
     return fail("it was written by version " + head_.version + ", whose core has other members than this one's",
                 RecordProblemKind::other_version);
   }
+  const auto [image_text, head_text] = two_words(checksums);
   checksum_ = image_checksum(head_.image);
-  if (head_.image.size() != head_.image_size || number<std::uint64_t>(checksum, 16) != checksum_) {
+  if (head_.image.size() != head_.image_size || number<std::uint64_t>(image_text, 16) != checksum_) {
     return fail("the state of the core is damaged");
   }
+  if (number<std::uint64_t>(head_text, 16) != head_.sum.value()) {
+    return fail("the lines of the head are not as they were written: one is missing, was changed or added");
+  }
   place_ = Place::in_part;
+  sum_ = {};
+  sum_from_line_ = lines_ + 1;
   latest_ = TimePoint{};
   return Took::part;
 }

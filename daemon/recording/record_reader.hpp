@@ -8,8 +8,9 @@
 //     case RecordReader::Took::problem: reader.problem() ...
 //   }
 //
-// Times never go back within a part, whatever the file says: that is a problem, and so is every line that is none of a
-// recording. After a problem nothing can be taken before the next head.
+// Each tick says whether the lines since the one before are those that were written. Times never go back within a part,
+// whatever the file says: that is a problem, and so is every line that is none of a recording. After a problem nothing
+// can be taken before the next head.
 //
 // Allocates, but neither reads nor writes anything. Cost: 0.1 us a line, some milliseconds a head.
 #pragma once
@@ -24,6 +25,7 @@
 
 #include "config/pack_config.hpp"
 #include "daemon/core/core.hpp"
+#include "daemon/recording/line_sum.hpp"
 #include "daemon/recording/record_line.hpp"
 #include "protocol/result.hpp"
 
@@ -71,6 +73,8 @@ class RecordReader {
   /// RecordSent, RecordOutputs or RecordEvent; the text of an event points into the line that was taken.
   [[nodiscard]] const RecordLine& line() const { return line_; }
   [[nodiscard]] const std::optional<RecordProblem>& problem() const { return problem_; }
+  /// Of the tick that was taken last: which lines before it are not as they were written. It is run all the same.
+  [[nodiscard]] const std::optional<RecordProblem>& alteration() const { return alteration_; }
   [[nodiscard]] std::uint64_t lines() const { return lines_; }
 
   /// With the state that the part begins with; right after `part`. `config`: the recorded one, or another one for the
@@ -86,6 +90,11 @@ class RecordReader {
   /// It begins where the part taken before it ended, if that was run to its end.
   [[nodiscard]] bool continues() const { return head_.id.follows(before_); }
   [[nodiscard]] const RecordPartId& part_id() const { return head_.id; }
+  /// The first and the latest time of the part on the recording's wall clock; 0 while it has none.
+  [[nodiscard]] std::int64_t part_from_log_us() const { return part_from_log_us_; }
+  [[nodiscard]] std::int64_t part_until_log_us() const {
+    return part_from_log_us_ == 0 ? 0 : clock_.to_log_us(latest_);
+  }
   /// Of the state it brings (image_lines.hpp); 0 before the first.
   [[nodiscard]] std::uint64_t checksum() const { return checksum_; }
 
@@ -106,15 +115,19 @@ class RecordReader {
     std::size_t image_size = 0;
     RecordPartId id;
     std::vector<std::uint8_t> image;
+    LineSum sum;
   };
   enum class Place : std::uint8_t { before, in_head, in_part, after_problem };
 
   Took fail(std::string text, RecordProblemKind kind = RecordProblemKind::damaged);
   Took fail_without_head();
+  Took take_parsed(const RecordLine& parsed);
+  Took take_tick(const RecordTick& tick);
+  void add_to_sum(const RecordLine& parsed, std::string_view line);
   Took take_note(const RecordNote& note);
   Took take_head(std::string_view word, std::string_view rest);
   Took take_state(std::string_view word, std::string_view rest);
-  Took end_head(std::string_view checksum);
+  Took end_head(std::string_view checksums);
   Took take_time(TimePoint at, Took took);
   [[nodiscard]] bool read_pack();
 
@@ -127,10 +140,14 @@ class RecordReader {
   Origin origin_of_pack_;
   std::uint64_t checksum_ = 0;
   TimePoint latest_{};
+  std::int64_t part_from_log_us_ = 0;
   Observation observation_{};
   RecordTick tick_;
   RecordLine line_;
   bool has_tick_ = false;
+  LineSum sum_;  // of the lines from the latest tick on
+  std::uint64_t sum_from_line_ = 0;
+  std::optional<RecordProblem> alteration_;
   std::optional<RecordProblem> problem_;
 };
 

@@ -25,12 +25,15 @@ std::string file_name(const std::string& path) {
   return std::filesystem::path(path).filename().string();
 }
 
-void append_image(const Core& core, std::string& to) {
+/// `head_from`: where the head begins, whose lines up to here have a checksum of their own.
+void append_image(const Core& core, std::size_t head_from, std::string& to) {
   std::vector<std::uint8_t> bytes(core_image_size(core));
   write_core_image(core, bytes);
   to += "# core " + hex16(core_image_layout()) + " " + std::to_string(bytes.size()) + "\n";
+  LineSum head_sum;
+  head_sum.add_lines(std::string_view(to).substr(head_from));
   append_image_lines(bytes, to);
-  to += "# core-end " + hex16(image_checksum(bytes)) + "\n";
+  to += "# core-end " + hex16(image_checksum(bytes)) + " " + hex16(head_sum.value()) + "\n";
 }
 
 }  // namespace
@@ -46,6 +49,7 @@ void append_record_text(std::string_view word, std::string_view text, std::strin
 }
 
 void append_record_head(const RecordHead& head, const Core& core, const RecordClock& clock, std::string& to) {
+  const std::size_t head_from = to.size();
   to += "# bmud-recording " + std::to_string(record_format) + "\n# version " + head.version + "\n# bus internal " +
         head.buses.internal + "\n# bus vehicle " + head.buses.vehicle + "\n# ahead_us " +
         std::to_string(clock.ahead_us) + "\n# configuration " + hex16(head.hash) + "\n# pack-file " +
@@ -57,7 +61,7 @@ void append_record_head(const RecordHead& head, const Core& core, const RecordCl
     to += "# cell-file " + file_name(head.sources.cell_name) + "\n";
     append_record_text("cell", head.sources.cell_text, to);
   }
-  append_image(core, to);
+  append_image(core, head_from, to);
 }
 
 void RecordWriter::begin(const Core& core, TimePoint now, std::int64_t unix_time_us, bool continues) {

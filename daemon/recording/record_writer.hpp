@@ -22,7 +22,7 @@
 //   # cell | ...
 //   # core 3f1c...(layout) 2069328          and how many bytes, in `image` and `zeros` lines (image_lines.hpp)
 //   # image ...
-//   # core-end 8f1d...                      their checksum
+//   # core-end 8f1d... 77ab...              their checksum, and that of all other lines of the head (line_sum.hpp)
 //
 // Not for the control loop's thread: text allocates.
 #pragma once

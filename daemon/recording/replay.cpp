@@ -41,7 +41,10 @@ bool Replay::take(std::string_view line) {
     case RecordReader::Took::nothing:
     case RecordReader::Took::of_tick: break;
     case RecordReader::Took::part: return begin_part();
-    case RecordReader::Took::tick: decide(reader_.tick()); break;
+    case RecordReader::Took::tick:
+      if (reader_.alteration() && options_.altered) options_.altered(*reader_.alteration());
+      decide(reader_.tick());
+      break;
     case RecordReader::Took::observation:
       ++counts_.observations;
       static_cast<void>(core_->observe(reader_.observation()));
@@ -70,7 +73,7 @@ void Replay::decide(const RecordTick& tick) {
   tick_ = Tick{.line = counts_.lines, .recorded = tick, .fingerprint = fingerprint_of(decisions)};
   if (tick_->fingerprint != tick.fingerprint) {
     std::string text;
-    append_decisions(text, tick.at, decisions, outputs_, reader_.clock(), reader_.buses());
+    append_decisions(text, tick.at, decisions, outputs_, tick.lines_sum, reader_.clock(), reader_.buses());
     tick_->replayed_lines = lines_of(text);
     tick_->replayed_lines.erase(tick_->replayed_lines.begin());  // the tick's own
   }

@@ -40,6 +40,8 @@ struct ReplayDifference {
 
 struct ReplayOptions {
   std::function<void(const ReplayDifference& difference)> differs{};
+  /// Lines before a tick are not as they were written; it goes on all the same.
+  std::function<void(const RecordProblem& alteration)> altered{};
 };
 
 struct ReplayCounts {

@@ -51,7 +51,10 @@ bool WhatIf::take(std::string_view line) {
   switch (took) {
     case RecordReader::Took::nothing: break;
     case RecordReader::Took::part: return begin_part();
-    case RecordReader::Took::tick: take_tick(reader_.tick().at); break;
+    case RecordReader::Took::tick:
+      if (reader_.alteration() && options_.altered) options_.altered(*reader_.alteration());
+      take_tick(reader_.tick().at);
+      break;
     case RecordReader::Took::of_tick: take_of_tick(); break;
     case RecordReader::Took::observation: take_observation(reader_.observation()); break;
     case RecordReader::Took::problem: problem_ = reader_.problem(); return false;
@@ -82,6 +85,7 @@ bool WhatIf::begin_part() {
   echoes_.clear();
   reports_.clear();
   takes_frames_.fill(true);
+  answers_.begin(reader_.pack()->core.poll);
   counts_.last = TimePoint{};
   return true;
 }
@@ -93,6 +97,10 @@ void WhatIf::take_observation(const Observation& observation) {
   if (has_parted_) return;
   decide_if_left_alone(observation.at);
   give_late_echoes(observation.at);
+  give_answers(observation.at);
+  if (const auto* const received = std::get_if<FrameReceived>(&observation.what)) {
+    return take_frame(observation, *received);
+  }
   if (const auto* const echo = std::get_if<FrameEchoed>(&observation.what)) {
     return take_echo(observation, *echo);
   }
@@ -108,6 +116,21 @@ void WhatIf::take_observation(const Observation& observation) {
 
 void WhatIf::observe(const Observation& observation) {
   if (core_->observe(observation) == Urgency::decide_now && urgent_at_ == TimePoint{}) urgent_at_ = observation.at;
+}
+
+void WhatIf::take_frame(const Observation& observation, const FrameReceived& received) {
+  if (received.port != Port::internal) return observe(observation);
+  if (const auto heard = answers_.hear(received.frame, observation.at)) {
+    observe({.at = observation.at, .what = FrameReceived{.port = received.port, .frame = *heard}});
+  }
+}
+
+/// Of modules that were asked by the second core alone.
+void WhatIf::give_answers(TimePoint now) {
+  if (!takes_frames_[index_of(Port::internal)]) return;
+  while (const auto frame = answers_.next_due(now)) {
+    observe({.at = now, .what = FrameReceived{.port = Port::internal, .frame = *frame}});
+  }
 }
 
 /// One that the second core has sent as well comes when it came; of the others it knows nothing.
@@ -161,6 +184,7 @@ void WhatIf::decide(TimePoint at) {
   for (const OutgoingFrame& sent : decisions.frames) {
     echoes_.push_back({.at = at, .sent = sent});
     reports_[sent.frame.id] = sent.frame;
+    if (sent.port == Port::internal) answers_.note_now(sent.frame, at);
   }
   add_outputs(decisions.outputs, outputs_, {.log_us = log_us(at)});
   for (const Event& event : decisions.events) add({.log_us = log_us(at), .text = to_text(event)});
@@ -171,7 +195,10 @@ void WhatIf::decide(TimePoint at) {
 void WhatIf::take_of_tick() {
   if (has_parted_) return;
   const std::int64_t at_us = log_us(reader_.tick().at);
-  if (const auto* const sent = std::get_if<RecordSent>(&reader_.line())) compare_report(sent->sent);
+  if (const auto* const sent = std::get_if<RecordSent>(&reader_.line())) {
+    if (sent->sent.port == Port::internal) answers_.note_then(sent->sent.frame, reader_.tick().at);
+    compare_report(sent->sent);
+  }
   if (const auto* const outputs = std::get_if<RecordOutputs>(&reader_.line())) {
     add_outputs(outputs->outputs, recorded_outputs_, {.log_us = at_us, .is_recorded = true});
   }

@@ -3,7 +3,8 @@
 //
 // It takes the recorded state at the start, and goes on as it is from part to part. The world does not follow: what the
 // recording says of currents, voltages and contacts is what was; only the frames that the second core sends come back
-// to it as its own, while the bus took frames then. So when the contactors of both part, that is told, and what would
+// to it as its own, while the bus took frames then, and the modules answer its questions, with what they said to the
+// recording's core (module_answers.hpp). So when the contactors of both part, that is told, and what would
 // have come then nobody knows: the second core begins again with the state of the next part.
 //
 // Where the recording has no tick for longer than a core takes for a gap (loop_gap_max), the second core has none
@@ -25,6 +26,7 @@
 #include <string_view>
 #include <utility>
 
+#include "daemon/recording/module_answers.hpp"
 #include "daemon/recording/replay.hpp"
 
 namespace bmu {
@@ -49,6 +51,8 @@ struct WhatIfOptions {
   std::function<Result<CoreConfig, std::string>(const PackConfig& recorded)> other{};
   std::function<void(const WhatIfMove& move)> moves{};
   std::function<void(const WhatIfReport& report)> reports{};
+  /// Lines before a tick are not as they were written; it goes on all the same.
+  std::function<void(const RecordProblem& alteration)> altered{};
 };
 
 class WhatIf {
@@ -75,6 +79,8 @@ class WhatIf {
   [[nodiscard]] bool begin_part();
   void take_observation(const Observation& observation);
   void observe(const Observation& observation);
+  void take_frame(const Observation& observation, const FrameReceived& received);
+  void give_answers(TimePoint now);
   void take_echo(const Observation& observation, const FrameEchoed& echo);
   void give_late_echoes(TimePoint now);
   void decide_if_left_alone(TimePoint now);
@@ -99,6 +105,7 @@ class WhatIf {
   TimePoint urgent_at_{};                        // zero: nothing is
   std::deque<Echo> echoes_;                      // sent, and not yet seen back
   std::array<bool, port_count> takes_frames_{};  // by what became of the recorded ones
+  ModuleAnswers answers_;
   std::deque<WhatIfMove> unmatched_;
   std::map<std::uint32_t, CanFrame> reports_;  // of the second core, the latest of each identifier
   ReplayCounts counts_;

@@ -18,36 +18,87 @@ Result<void, OsError> RecordFiles::begin_file(const RecordFrame& frame) {
   return {};
 }
 
-Result<void, OsError> RecordFiles::take(const RecordFrame& frame) {
+Result<void, OsError> RecordFiles::append(const RecordFrame& frame) {
   const bool is_full = file_ && file_->size_bytes() >= options_.file_bytes;
   if (frame.begins_part && (!file_ || is_full)) {
     if (auto begun = begin_file(frame); !begun) return begun;
   }
-  if (!file_) {
-    ++frames_lost_;  // why, the last error says
-    return {};
-  }
   if (auto written = file_->append(*frame.bytes); !written) return written;
   bytes_written_ += frame.bytes->size();
-  last_error_.clear();
+  return {};
+}
+
+Result<void, OsError> RecordFiles::sync(const RecordFrame& frame) {
   if (frame.until - synced_at_ < options_.sync_every) return {};
   synced_at_ = frame.until;
   return file_->sync();
 }
 
 void RecordFiles::add(const RecordFrame& frame) {
-  if (auto taken = take(frame); !taken) {
-    last_error_ = to_text(taken.error());
-    if (file_ && file_->size_bytes() == 0) ::unlink(file_->path().c_str());
-    file_.reset();
-    ++frames_lost_;
+  waiting_.push_back(frame);
+  waiting_bytes_ += frame.bytes->size();
+  forget_old();
+  const bool must_wait = !last_error_.empty() && frame.until - tried_at_ < options_.retry;
+  if (must_wait) return;
+  tried_at_ = frame.until;
+  write();
+}
+
+void RecordFiles::write() {
+  while (!waiting_.empty()) {
+    const RecordFrame frame = waiting_.front();
+    if (!file_ && !frame.begins_part) {  // nobody could run it
+      lose_first();
+      continue;
+    }
+    if (auto appended = append(frame); !appended) {
+      last_error_ = to_text(appended.error());
+      return;
+    }
+    waiting_bytes_ -= frame.bytes->size();
+    waiting_.pop_front();
+    last_error_.clear();
+    if (auto synced = sync(frame); !synced) {
+      // Nobody knows what of it is on the disk; what comes next may be.
+      last_error_ = to_text(synced.error());
+      ++frames_lost_;
+      close_file();
+      return;
+    }
+  }
+}
+
+void RecordFiles::close_file() {
+  if (file_ && file_->size_bytes() == 0) ::unlink(file_->path().c_str());
+  file_.reset();
+}
+
+void RecordFiles::lose_first() {
+  ++frames_lost_;
+  waiting_bytes_ -= waiting_.front().bytes->size();
+  waiting_.pop_front();
+}
+
+/// Up to the part that begins next, which is as far as what is left can be run.
+void RecordFiles::forget_old() {
+  const auto is_too_much = [this] {
+    return waiting_.back().until - waiting_.front().from > options_.wait_max ||
+           waiting_bytes_ > options_.wait_max_bytes;
+  };
+  while (waiting_.size() > 1 && is_too_much()) {
+    close_file();
+    do lose_first();
+    while (!waiting_.empty() && !waiting_.front().begins_part);
+    if (waiting_.empty()) return;
   }
 }
 
 void RecordFiles::end() {
+  write();
+  while (!waiting_.empty()) lose_first();
   if (!file_) return;
   if (auto synced = file_->sync(); !synced) last_error_ = to_text(synced.error());
-  file_.reset();
+  close_file();
 }
 
 }  // namespace bmu

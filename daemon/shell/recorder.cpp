@@ -102,9 +102,13 @@ void Recorder::Shared::run() {
 
 /// What a disk does not take is tried until there is no time left.
 void Recorder::Shared::finish() {
-  files.end();
+  files.write();
   black_box.end();
-  while (black_box.is_waiting() && waits_to_try_again()) black_box.write();
+  while ((files.is_waiting() || black_box.is_waiting()) && waits_to_try_again()) {
+    files.write();
+    black_box.write();
+  }
+  files.end();
   black_box.give_up();
 }
 

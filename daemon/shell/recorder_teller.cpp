@@ -23,8 +23,13 @@ void RecorderTeller::tell(const RecorderStatus& status, std::uint64_t pieces_los
                                     "a black box waits for the disk: ", "the black box is written");
   if (!box.empty()) log(status.black_box_error.empty() ? Severity::info : Severity::warning, box);
   const std::string record =
-      change_of(told_record_error_, status.record_error, "the recording has a gap: ", "the recording goes on");
+      change_of(told_record_error_, status.record_error, "the recording waits for the disk: ", "the recording goes on");
   if (!record.empty()) log(status.record_error.empty() ? Severity::info : Severity::warning, record);
+  // While a disk takes nothing it grows with every part.
+  const bool is_news = status.frames_lost >= 2 * told_frames_lost_ || status.record_error.empty();
+  if (is_news && status.frames_lost != std::exchange(told_frames_lost_, status.frames_lost)) {
+    log(Severity::warning, "seconds that no recording has: " + std::to_string(status.frames_lost));
+  }
   if (status.black_boxes_lost != std::exchange(told_boxes_lost_, status.black_boxes_lost)) {
     log(Severity::warning, "openings or faults of which no black box tells, or not to its end: " +
                                std::to_string(status.black_boxes_lost));

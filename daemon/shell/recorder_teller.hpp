@@ -23,6 +23,7 @@ class RecorderTeller {
   std::string told_path_;
   std::string told_box_error_;
   std::string told_record_error_;
+  std::uint64_t told_frames_lost_ = 0;
   std::uint64_t told_boxes_lost_ = 0;
   std::uint64_t told_pieces_lost_ = 0;
 };

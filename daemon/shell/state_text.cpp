@@ -408,6 +408,12 @@ StateRead read_content(const Json& content) {
   return read;
 }
 
+/// The library's exceptions begin with a name and a number in brackets, which say nothing to a reader.
+std::string without_number(std::string_view what) {
+  const std::size_t end = what.starts_with("[json.exception.") ? what.find("] ") : std::string_view::npos;
+  return std::string(end == std::string_view::npos ? what : what.substr(end + 2));
+}
+
 }  // namespace
 
 std::string state_text(const PersistentState& state) {
@@ -455,8 +461,10 @@ Result<StateRead, std::string> parse_state(std::string_view text) {
       return failure("the checksum is " + file["checksum"].dump() + ", of the content it is " + checksum);
     }
     return read_content(file["content"]);
+  } catch (const Json::parse_error& error) {
+    return failure("from byte " + std::to_string(error.byte) + " on it is no JSON");
   } catch (const std::exception& error) {
-    return failure(std::string(error.what()));
+    return failure(without_number(error.what()));
   }
 }
 

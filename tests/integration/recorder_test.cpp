@@ -92,7 +92,7 @@ TEST_CASE("an opening leaves a black box that can be run again", "[integration][
     const auto run = replayed(files[0]);
     INFO(run.dump(1));
     CHECK(run["identical"] == true);
-    CHECK(run["black_box"].get<std::string>().find("cell 2.7 (no. 19)") != std::string::npos);
+    CHECK(run["black_boxes"].at(0)["cause"].get<std::string>().find("cell 2.7 (no. 19)") != std::string::npos);
     CHECK(run["damages"].empty());
   }
   SECTION("up to the opening, when the power went with it") {

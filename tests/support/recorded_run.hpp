@@ -22,7 +22,7 @@ inline PackConfig demo_pack() {
 }
 
 /// The demonstration's pack for so long, by a script.
-inline std::string recorded_run(std::string_view script, Duration length) {
+inline std::string recorded_run(std::string_view script, Duration length, std::int64_t from_us = recorded_from_us) {
   const PackConfig pack = demo_pack();
   auto scenario = parse_scenario(script, core_vocabulary());
   REQUIRE(scenario);
@@ -31,7 +31,7 @@ inline std::string recorded_run(std::string_view script, Duration length) {
                        .buses = {.internal = "vcan0", .vehicle = "vcan0"},
                        .sources = pack.sources,
                        .hash = pack.core.hash});
-  writer.begin(run.core(), run.now(), recorded_from_us);
+  writer.begin(run.core(), run.now(), from_us);
   run.set_tap(&writer);
   while (run.elapsed() < length) run.step();
   return writer.text();

@@ -131,7 +131,7 @@ TEST_CASE("decisions stand behind their tick, with what was sent, driven and tol
   decisions.events.push_back({.id = EventId::port_up, .at = TimePoint{2s}, .port = Port::vehicle});
   decisions.wake_at = TimePoint{3s};
   std::string text;
-  append_decisions(text, TimePoint{2s}, decisions, {}, wall, two_buses);
+  append_decisions(text, TimePoint{2s}, decisions, {}, 0x1234, wall, two_buses);
   std::vector<std::string> lines;
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t end = text.find('\n', at);
@@ -142,6 +142,7 @@ TEST_CASE("decisions stand behind their tick, with what was sent, driven and tol
   const RecordLine tick = parsed(lines[0]);
   CHECK(std::get<RecordTick>(tick).at == TimePoint{2s});
   CHECK(std::get<RecordTick>(tick).fingerprint == fingerprint_of(decisions));
+  CHECK(std::get<RecordTick>(tick).lines_sum == 0x1234);
   CHECK(lines[1] == "# > can0 040#1122");
   const RecordLine sent = parsed(lines[1]);
   CHECK(std::get<RecordSent>(sent).sent.frame == frame_of(0x040, 2));
@@ -151,7 +152,7 @@ TEST_CASE("decisions stand behind their tick, with what was sent, driven and tol
   CHECK(std::get<RecordEvent>(parsed(lines[3])).text == to_text(decisions.events[0]));
 
   text.clear();
-  append_decisions(text, TimePoint{2s}, decisions, decisions.outputs, wall, two_buses);
+  append_decisions(text, TimePoint{2s}, decisions, decisions.outputs, 0, wall, two_buses);
   CHECK(text.find("# =") == std::string::npos);
 }
 
@@ -194,7 +195,8 @@ TEST_CASE("a damaged line is refused with its place and what was wanted there", 
       {"# (17000) tick 1", 2, "a time as in a candump log"},
       {"# (1700000000.000000) tick 12xz", 27, "16 hexadecimal digits"},
       {"# (1700000000.000000) tick", 26, "16 hexadecimal digits"},
-      {"# (1700000000.000000) tick 1 2", 29, "the end of the line"},
+      {"# (1700000000.000000) tick 1", 28, "16 hexadecimal digits"},
+      {"# (1700000000.000000) tick 1 2 3", 31, "the end of the line"},
       {"# (1700000000.000000) sing", 22, "tick, or what a core is told"},
       {"# (1700000000.000000) port left up", 27, "internal or vehicle"},
       {"# (1700000000.000000) port internal sideways", 36, "up or down"},

@@ -54,6 +54,7 @@ TEST_CASE("a part without end is cut off and named, and the next one is read", "
   REQUIRE(reader.damages().size() == 1);
   CHECK(reader.damages()[0].file == file);
   CHECK(reader.damages()[0].line == 27);
+  CHECK(reader.damages()[0].goes_on_line == 102);
   CHECK(reader.damages()[0].text.find("longer than any of a recording, which has at most 200 bytes") !=
         std::string::npos);
 }

@@ -44,19 +44,23 @@ std::string recorded(const PackConfig& pack, Duration from) {
 struct Replayed {
   ReplayCounts counts;
   std::vector<ReplayDifference> differences;
+  std::vector<RecordProblem> alterations;
   std::optional<RecordProblem> problem;
 };
 
 Replayed replayed(std::string_view text) {
-  std::vector<ReplayDifference> differences;
-  Replay replay({.differs = [&](const ReplayDifference& one) { differences.push_back(one); }});
+  Replayed run;
+  Replay replay({.differs = [&](const ReplayDifference& one) { run.differences.push_back(one); },
+                 .altered = [&](const RecordProblem& one) { run.alterations.push_back(one); }});
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t end = std::min(text.find('\n', at), text.size());
     if (!replay.take(text.substr(at, end - at))) break;
     at = end + 1;
   }
   replay.end();
-  return {replay.counts(), differences, replay.problem()};
+  run.counts = replay.counts();
+  run.problem = replay.problem();
+  return run;
 }
 
 }  // namespace
@@ -90,6 +94,41 @@ TEST_CASE("a frame that was another one is found at the tick that it changes", "
   CHECK(run.differences[0].recorded == run.differences[0].replayed);
 }
 
+TEST_CASE("lines that are missing, changed or added are named, and the recording goes on", "[unit][recording][F106]") {
+  const std::string text = recorded(demo_pack(), 0ms);
+  const std::size_t half = text.find(" tick ", text.size() / 2);
+  const std::size_t line_begin = text.find("\n(17", half) + 1;
+  const std::size_t line_end = text.find('\n', line_begin) + 1;
+  const auto line_number_of = [&text](std::size_t at) {
+    return static_cast<std::uint64_t>(std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n')) +
+           1;
+  };
+  const std::uint64_t tick_line = line_number_of(text.rfind("\n# (", line_begin) + 1);
+  const auto altered = [&](const char* what, const std::string& changed) {
+    CAPTURE(what);
+    const Replayed run = replayed(changed);
+    CHECK_FALSE(run.problem);
+    CHECK(run.counts.ticks > 900);
+    REQUIRE(run.alterations.size() == 1);
+    CHECK(run.alterations[0].line == tick_line);
+    CHECK(run.alterations[0].text.find("the lines from here to line ") == 0);
+  };
+  std::string changed = text;
+  changed.erase(line_begin, line_end - line_begin);
+  altered("missing", changed);
+  changed = text;
+  changed.insert(line_end, text.substr(line_begin, line_end - line_begin));
+  altered("twice", changed);
+  changed = text;
+  char& digit = changed[changed.find('#', line_begin) + 1];
+  digit = digit == '0' ? '1' : '0';
+  altered("changed", changed);
+  changed = text;
+  changed.insert(line_end, "# a person's own words\n\n");
+  CHECK(replayed(changed).alterations.empty());
+  CHECK(replayed(text).alterations.empty());
+}
+
 TEST_CASE("a recording that is damaged is run as far as it is good", "[unit][recording][F106]") {
   const std::string text = recorded(demo_pack(), 0ms);
   const auto problem_of = [&](std::string_view old_part, std::string_view new_part) {
@@ -108,6 +147,11 @@ TEST_CASE("a recording that is damaged is run as far as it is good", "[unit][rec
   CHECK(problem_of("\"name\":", "\"name\" :").find("found configuration ") == 0);
   CHECK(problem_of("# image AAAA", "# image AAA-").find("wanted base64") == 0);
   CHECK(problem_of("# core-end ", "# core-end f").find("the state of the core is damaged") == 0);
+  const std::string altered_head =
+      "the lines of the head are not as they were written: one is missing, was changed or added";
+  CHECK(problem_of("# version 0.1.0\n", "# version 0.1.1\n") == altered_head);
+  CHECK(problem_of("# version 0.1.0\n", "") == altered_head);
+  CHECK(problem_of("# version 0.1.0\n", "# version 0.1.0\n# internal_kbit_per_s 500\n") == altered_head);
   CHECK(problem_of(") tick ", ") tack ").find("column ") == 0);
   CHECK(problem_of("# ahead_us ", "# ahead_us x") == "wanted microseconds between both clocks");
 

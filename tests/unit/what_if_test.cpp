@@ -1,6 +1,9 @@
 // What would have happened with other limits: told, and nothing else told.
 #include "daemon/recording/what_if.hpp"
 
+#include <algorithm>
+#include <cstdlib>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -36,6 +39,24 @@ std::string recorded(const PackConfig& pack, const std::string& end = "+2 cell 2
   return writer.text();
 }
 
+/// The same pack from when it is closed.
+std::string recorded_closed(const PackConfig& pack, const std::string& end) {
+  auto scenario =
+      parse_scenario("0 pack soc_permille 800\n1 vehicle on\n+4 load current_A 20\n" + end, core_vocabulary());
+  REQUIRE(scenario);
+  VirtualRun run(pack.core, simulator_config(pack.core), *scenario);
+  RecordWriter writer({.version = "0.1.0",
+                       .buses = {.internal = "vcan0", .vehicle = "vcan0"},
+                       .sources = pack.sources,
+                       .hash = pack.core.hash});
+  while (run.elapsed() < 5s) run.step();
+  REQUIRE(run.core().outputs().main_positive);
+  writer.begin(run.core(), run.now(), wall_us);
+  run.set_tap(&writer);
+  while (run.elapsed() < 12s) run.step();
+  return writer.text();
+}
+
 struct Told {
   std::vector<WhatIfMove> moves;
   std::vector<WhatIfReport> reports;
@@ -64,6 +85,21 @@ Told told(std::string_view text, const CoreConfig& other) {
   result.counts = what_if.counts();
   result.problem = what_if.problem();
   return result;
+}
+
+/// When contactors that were closed went open.
+std::optional<std::int64_t> opened_at(std::string_view text, bool is_closed = false) {
+  RecordReader reader;
+  while (!text.empty()) {
+    const std::string_view line = text.substr(0, text.find('\n'));
+    text.remove_prefix(line.size() + 1);
+    if (reader.take(line) != RecordReader::Took::of_tick) continue;
+    const auto* const outputs = std::get_if<RecordOutputs>(&reader.line());
+    if (outputs == nullptr) continue;
+    if (is_closed && !outputs->outputs.any_contactor()) return reader.clock().to_log_us(reader.tick().at);
+    is_closed = outputs->outputs.main_positive;
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -131,6 +167,65 @@ TEST_CASE("a higher limit would have opened a pack that stayed closed", "[unit][
   CHECK(run.find("", true) == nullptr);
 }
 
+TEST_CASE("with stricter limits it opens when a pack with those limits would have opened", "[unit][recording][FS_6]") {
+  const PackConfig pack = demo_pack();
+  const std::string text = recorded(pack, "+2 cell 2.7 voltage_mV ..2600 over 3\n");
+  for (const std::int32_t open_uV : {2'990'000, 2'950'000, 2'900'000, 2'850'000, 2'820'000, 2'810'000}) {
+    PackConfig stricter = pack;
+    stricter.core.limits.cell_undervoltage.open = open_uV;
+    stricter.core.limits.cell_undervoltage.limit =
+        std::max(open_uV, pack.core.limits.cell_undervoltage.limit.value_or(open_uV));
+    const std::optional<std::int64_t> truth_us =
+        opened_at(recorded(stricter, "+2 cell 2.7 voltage_mV ..2600 over 3\n"));
+    REQUIRE(truth_us);
+    const Told run = told(text, stricter.core);
+    for (const WhatIfMove& move : run.moves)
+      UNSCOPED_INFO(move.log_us << (move.is_recorded ? " not " : " but ") << move.text);
+    CAPTURE(open_uV, *truth_us);
+    CHECK(run.find("does not answer", false) == nullptr);
+    CHECK(run.find("does not answer", true) == nullptr);
+    CHECK(run.find("too old", false) == nullptr);
+    const WhatIfMove* const opened = run.find("contactors: all open", false);
+    REQUIRE(opened);
+    // The recording's core asked its modules every 100 ms: so much later at the most is a value confirmed.
+    CHECK(opened->log_us >= *truth_us - 20'000);
+    CHECK(opened->log_us <= *truth_us + 120'000);
+    CHECK(run.find("fault: a cell's voltage is too low: cell 2.7 ", false) != nullptr);
+  }
+}
+
+TEST_CASE("a core that asks more often than the recording's hears what the modules said last",
+          "[unit][recording][FS_6]") {
+  const PackConfig pack = demo_pack();
+  CoreConfig other = pack.core;
+  other.poll.period = 40ms;
+  const Told run = told(recorded_closed(pack, ""), other);
+  for (const WhatIfMove& move : run.moves)
+    UNSCOPED_INFO(move.log_us << (move.is_recorded ? " not " : " but ") << move.text);
+  CHECK(run.moves.empty());
+  CHECK(run.counts.ticks > 600);
+}
+
+TEST_CASE("a module that falls silent in the recording is silent for both", "[unit][recording][FS_6]") {
+  const PackConfig pack = demo_pack();
+  CoreConfig other = pack.core;
+  other.poll.period = 70ms;
+  const std::string text = recorded_closed(pack, "+2 module 3 silent\n");
+  const Told run = told(text, other);
+  for (const WhatIfMove& move : run.moves)
+    UNSCOPED_INFO(move.log_us << (move.is_recorded ? " not " : " but ") << move.text);
+  const std::optional<std::int64_t> recorded_us = opened_at(text, true);
+  REQUIRE(recorded_us);
+  // It opens as well, and at that time but for its own pace.
+  if (!run.moves.empty()) {
+    const WhatIfMove* const open = run.find("contactors: all open", false);
+    const WhatIfMove* const recorded_open = run.find("contactors: all open", true);
+    REQUIRE((open != nullptr || recorded_open != nullptr));
+    const std::int64_t at_us = (open != nullptr ? open : recorded_open)->log_us;
+    CHECK(std::llabs(at_us - *recorded_us) < 150'000);
+  }
+}
+
 TEST_CASE("a configuration that cannot take over the state is refused with the reason", "[unit][recording]") {
   const PackConfig pack = demo_pack();
   WhatIf what_if({.other = [](const PackConfig&) -> Result<CoreConfig, std::string> {
@@ -150,10 +245,10 @@ TEST_CASE("a leap of years within a recording is a gap for both, and takes no ti
   const Told as_recorded = told(text, pack.core);
   const std::string leap =
       "(1800000000.000000) vcan0 123#00 R\n"
-      "# (1800000000.010000) tick 0000000000000000\n"
+      "# (1800000000.010000) tick 0000000000000000 0000000000000000\n"
       "(1900000000.000000) vcan0 123#00 R\n"
       "(1900000000.000500) vcan0 123#00 R\n"
-      "# (1900000000.010000) tick 0000000000000000\n";
+      "# (1900000000.010000) tick 0000000000000000 0000000000000000\n";
   const Told run = told(text + leap, pack.core);
   REQUIRE_FALSE(run.problem);
   CHECK(run.counts.observations == as_recorded.counts.observations + 3);

@@ -35,6 +35,11 @@ void PartReader::tell(Damage damage) {
   if (damages_.size() < damages_max) damages_.push_back(std::move(damage));
 }
 
+void PartReader::end_hole() {
+  if (!std::exchange(is_in_hole_, false) || damages_.empty()) return;
+  damages_.back().goes_on_line = reader_->line_number();
+}
+
 /// Up to the head of the next part. False: there is none yet, and more has to be read.
 bool PartReader::take_lines() {
   LineReader::Line line;
@@ -52,7 +57,7 @@ bool PartReader::take_lines() {
     }
     const bool begins = line.text.starts_with(part_begins);
     if (is_in_hole_ && !begins) continue;
-    is_in_hole_ = false;
+    end_hole();
     const bool begins_next = begins && (std::exchange(has_head_, true) || growing_.ends_torn);
     if (begins_next && !growing_.text.empty()) {
       whole_ = std::exchange(growing_, Part{.file = name_, .first_line = reader_->line_number()});
@@ -90,7 +95,8 @@ std::optional<Part> PartReader::next() {
       case LineReader::Filled::interrupted: break;
       case LineReader::Filled::damaged:
         tell({.file = name_,
-              .text = "from byte " + std::to_string(reader_->damage().begin) + " on: " + reader_->damage().what});
+              .text = "bytes " + std::to_string(reader_->damage().begin) + " to " +
+                      std::to_string(reader_->damage().end) + ": " + reader_->damage().what});
         is_in_hole_ = growing_.ends_torn = true;
         break;
       case LineReader::Filled::error:

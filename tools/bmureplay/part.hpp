@@ -18,6 +18,7 @@ struct Damage {
   std::string file;
   std::uint64_t line = 0;  // 0: the file as a whole, or an offset that `text` names
   std::string text;
+  std::uint64_t goes_on_line = 0;  // of the part that was read next; 0: none, or nothing was left out
 };
 
 struct Part {
@@ -49,6 +50,7 @@ class PartReader {
   [[nodiscard]] bool open_next();
   [[nodiscard]] bool take_lines();
   void tell(Damage damage);
+  void end_hole();
   void end_file();
 
   std::deque<std::string> files_;

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdio>
 #include <ctime>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
@@ -41,7 +42,9 @@ std::string since_text(std::int64_t log_us, const Outcome& outcome) {
 void add_head(const Outcome& outcome, std::string& to) {
   if (outcome.counts.ticks == 0) return;
   to += outcome.pack_name + ", recorded by bmud " + outcome.version + "\n";
-  if (outcome.black_box) to += "black box: " + outcome.black_box->cause + "\n";
+  for (const BlackBoxHead& box : outcome.black_boxes) {
+    to += "black box: " + box.cause + (outcome.black_boxes.size() > 1 ? " (" + box.file + ")" : "") + "\n";
+  }
   const double covered_s = to_s(outcome.counts.covered);
   const double took_s = to_s(outcome.took);
   to += formatted("%.1f s from ", covered_s) + utc_text(outcome.first_log_us) + ": " +
@@ -73,12 +76,25 @@ void add_difference(const Difference& difference, std::string& to) {
   const auto replayed = only_in(difference.replayed, difference.recorded);
   add_lines("recorded  ", recorded, to);
   add_lines("now       ", replayed, to);
-  if (recorded.empty() && replayed.empty()) to += "    the same lines; when to decide next differs\n";
+  if (recorded.empty() && replayed.empty()) {
+    to += "    the same frames, contactors and events; what differs is when to decide next\n";
+  }
+}
+
+/// Once for all that comes behind the same lines.
+void add_cause(const Difference& difference, std::uint64_t told_line, std::string& to) {
+  if (difference.altered_line == 0 || difference.altered_line == told_line) return;
+  to += "    it comes behind lines that are not as they were written: " + difference.file + ":" +
+        std::to_string(difference.altered_line) + "\n";
 }
 
 void add_differences(const Outcome& outcome, std::string& to) {
   to += "DIFFERENT in " + count_text(outcome.counts.ticks_different, "decision", "decisions") + ", the first:\n";
-  for (const Difference& difference : outcome.differences) add_difference(difference, to);
+  std::uint64_t told_line = 0;
+  for (const Difference& difference : outcome.differences) {
+    add_difference(difference, to);
+    add_cause(difference, std::exchange(told_line, difference.altered_line), to);
+  }
 }
 
 std::string hex_text(const CanFrame& frame) {
@@ -115,7 +131,14 @@ Json difference_json(const Difference& difference) {
           {"line", difference.line},
           {"unix_time_us", difference.log_us},
           {"recorded", difference.recorded},
-          {"replayed", difference.replayed}};
+          {"replayed", difference.replayed},
+          {"altered_line", difference.altered_line == 0 ? Json(nullptr) : Json(difference.altered_line)}};
+}
+
+Json black_boxes_json(const Outcome& outcome) {
+  Json boxes = Json::array();
+  for (const BlackBoxHead& box : outcome.black_boxes) boxes.push_back({{"file", box.file}, {"cause", box.cause}});
+  return boxes;
 }
 
 Json changes_json(const DecisionChanges& changes) {
@@ -166,7 +189,14 @@ std::string outcome_text(const Outcome& outcome, const std::string& other_name) 
             " not end in the state that the next begins with\n";
   }
   for (const std::string& reason : outcome.not_replayable) text += "cannot be run: " + reason + "\n";
-  for (const Damage& damage : outcome.damages) text += "damaged: " + place_of(damage) + ": " + damage.text + "\n";
+  for (const Damage& damage : outcome.damages) {
+    text += "damaged: " + place_of(damage) + ": " + damage.text +
+            (damage.goes_on_line == 0 ? "" : "; goes on with the part at line " + std::to_string(damage.goes_on_line)) +
+            "\n";
+  }
+  for (const Join& join : outcome.joins) {
+    text += "note: " + join.file + ":" + std::to_string(join.line) + ": " + join.text + "\n";
+  }
   const bool is_empty = outcome.counts.ticks == 0 && outcome.not_replayable.empty() && outcome.damages.empty();
   if (is_empty) text += "no decision found: this is no recording\n";
   return text;
@@ -177,7 +207,7 @@ std::string outcome_json(const Outcome& outcome, const std::string& other_name) 
       outcome.counts.ticks_different == 0 && outcome.states_different == 0 && outcome.changes.is_empty();
   Json json{{"pack", outcome.pack_name},
             {"version", outcome.version},
-            {"black_box", outcome.black_box ? Json(outcome.black_box->cause) : Json(nullptr)},
+            {"black_boxes", black_boxes_json(outcome)},
             {"config", other_name.empty() ? Json(nullptr) : Json(other_name)},
             {"first_unix_time_us", outcome.first_log_us},
             {"covered_s", to_s(outcome.counts.covered)},
@@ -195,7 +225,14 @@ std::string outcome_json(const Outcome& outcome, const std::string& other_name) 
   json["not_replayable"] = outcome.not_replayable;
   json["damages"] = Json::array();
   for (const Damage& damage : outcome.damages) {
-    json["damages"].push_back({{"file", damage.file}, {"line", damage.line}, {"text", damage.text}});
+    json["damages"].push_back({{"file", damage.file},
+                               {"line", damage.line},
+                               {"text", damage.text},
+                               {"goes_on_line", damage.goes_on_line == 0 ? Json(nullptr) : Json(damage.goes_on_line)}});
+  }
+  json["joins"] = Json::array();
+  for (const Join& join : outcome.joins) {
+    json["joins"].push_back({{"file", join.file}, {"line", join.line}, {"text", join.text}});
   }
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

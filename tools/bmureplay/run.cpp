@@ -20,19 +20,22 @@ struct PartOutcome {
   std::string pack_name;
   std::optional<BlackBoxHead> black_box;
   ReplayCounts counts;
-  std::int64_t first_log_us = 0;
+  std::int64_t first_log_us = 0;  // of the first tick of all that was run
+  std::int64_t from_log_us = 0;   // of the part
+  std::int64_t until_log_us = 0;
   std::uint64_t checksum_at_begin = 0;
   std::uint64_t checksum_at_end = 0;  // 0: it did not come that far
   RecordPartId id;
   std::vector<Difference> differences;
+  std::vector<Damage> alterations;
   std::optional<RecordProblem> problem;
 };
 
 /// Of the lines before the first head.
-std::optional<BlackBoxHead> black_box_of(std::string_view text) {
+std::optional<BlackBoxHead> black_box_of(const std::string& file, std::string_view text) {
   constexpr std::string_view mark = "# black-box ";
   if (!text.starts_with(mark)) return std::nullopt;
-  return BlackBoxHead{.cause = std::string(text.substr(mark.size(), text.find('\n') - mark.size()))};
+  return BlackBoxHead{.file = file, .cause = std::string(text.substr(mark.size(), text.find('\n') - mark.size()))};
 }
 
 /// Gives a replay the lines of a part, and keeps what differs.
@@ -48,7 +51,7 @@ class PartRun {
     const std::string text = std::move(part.text);
     part.text.clear();
     outcome_.part = std::move(part);
-    outcome_.black_box = black_box_of(text);
+    outcome_.black_box = black_box_of(outcome_.part.file, text);
     take_lines(text, replay);
     if constexpr (std::is_same_v<Runner, Replay>) replay.end();
     outcome_.counts = difference(replay.counts(), before);
@@ -56,11 +59,19 @@ class PartRun {
     if (outcome_.problem) outcome_.problem->line = line_in_file(outcome_.problem->line);
     outcome_.first_log_us = replay.counts().first_log_us;
     const RecordReader& reader = replay.reader();
+    outcome_.from_log_us = reader.part_from_log_us();
+    outcome_.until_log_us = reader.part_until_log_us();
     outcome_.version = reader.version();
     outcome_.pack_name = reader.pack() ? reader.pack()->name : "";
     outcome_.id = reader.part_id();
     outcome_.checksum_at_begin = reader.checksum();
     return std::move(outcome_);
+  }
+
+  void take(const RecordProblem& alteration) {
+    if (outcome_.alterations.size() == damages_max) return;
+    outcome_.alterations.push_back(
+        {.file = outcome_.part.file, .line = line_in_file(alteration.line), .text = alteration.text});
   }
 
   void take(const ReplayDifference& difference) {
@@ -101,7 +112,8 @@ class PartRun {
 
 PartOutcome run_alone(Part part, const RunOptions& options) {
   PartRun run(options);
-  Replay replay({.differs = [&](const ReplayDifference& difference) { run.take(difference); }});
+  Replay replay({.differs = [&](const ReplayDifference& difference) { run.take(difference); },
+                 .altered = [&](const RecordProblem& alteration) { run.take(alteration); }});
   PartOutcome outcome = run.run(std::move(part), replay);
   if (!outcome.problem && !outcome.part.ends_torn) outcome.checksum_at_end = replay.checksum();
   return outcome;
@@ -129,10 +141,11 @@ class Merger {
     if (outcome_.version.empty()) outcome_.version = part.version;
     if (outcome_.pack_name.empty()) outcome_.pack_name = part.pack_name;
     if (outcome_.first_log_us == 0) outcome_.first_log_us = part.first_log_us;
-    if (!outcome_.black_box) outcome_.black_box = part.black_box;
+    if (part.black_box) outcome_.black_boxes.push_back(*part.black_box);
     add(outcome_.counts, part.counts);
     take_differences(part);
     take_problem(part);
+    take_join(part);
     const bool is_next = part.part.file == file_before_ && part.id.follows(id_before_) && checksum_before_ != 0 &&
                          part.checksum_at_begin != 0;
     if (is_next && !options_.other) {
@@ -150,10 +163,25 @@ class Merger {
     for (Difference& difference : part.differences) {
       if (outcome_.differences.size() == options_.differences_max) break;
       difference.since_begin = std::chrono::microseconds(difference.log_us - outcome_.first_log_us);
+      for (const Damage& alteration : part.alterations) {
+        if (alteration.line <= difference.line) difference.altered_line = alteration.line;
+      }
       outcome_.differences.push_back(std::move(difference));
     }
   }
+  void take_join(const PartOutcome& part) {
+    const bool is_other_file = part.part.file != file_before_;
+    is_black_box_ = part.black_box || (!is_other_file && is_black_box_);
+    joins_.take({.file = part.part.file,
+                 .first_line = part.part.first_line,
+                 .id = part.id,
+                 .from_log_us = part.from_log_us,
+                 .until_log_us = part.until_log_us,
+                 .is_black_box = is_black_box_});
+    outcome_.joins = joins_.found();
+  }
   void take_problem(const PartOutcome& part) {
+    outcome_.damages.insert(outcome_.damages.end(), part.alterations.begin(), part.alterations.end());
     if (!part.problem) return;
     const Damage damage{.file = part.part.file, .line = part.problem->line, .text = part.problem->text};
     if (part.problem->kind == RecordProblemKind::damaged) {
@@ -168,6 +196,8 @@ class Merger {
   std::uint64_t checksum_before_ = 0;
   RecordPartId id_before_;
   std::string file_before_;  // a file has no holes; between two of them there may be one
+  bool is_black_box_ = false;
+  Joins joins_;
 };
 
 void run_beside_each_other(PartReader& reader, const RunOptions& options, Merger& merger) {
@@ -210,10 +240,11 @@ Result<CoreConfig, std::string> instead_of(const PackConfig& recorded, const Pac
 }
 
 void run_otherwise(PartReader& reader, const RunOptions& options, Merger& merger, DecisionChanges& changes) {
+  PartRun run(options);
   WhatIf what_if({.other = [&](const PackConfig& recorded) { return instead_of(recorded, *options.other); },
                   .moves = [&](const WhatIfMove& move) { changes.take(move); },
-                  .reports = [&](const WhatIfReport& report) { changes.take(report); }});
-  PartRun run(options);
+                  .reports = [&](const WhatIfReport& report) { changes.take(report); },
+                  .altered = [&](const RecordProblem& alteration) { run.take(alteration); }});
   std::string file_before;
   bool is_torn = false;
   while (auto part = reader.next()) {

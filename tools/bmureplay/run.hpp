@@ -12,6 +12,7 @@
 
 #include "daemon/recording/replay.hpp"
 #include "tools/bmureplay/decision_changes.hpp"
+#include "tools/bmureplay/joins.hpp"
 #include "tools/bmureplay/part.hpp"
 
 namespace bmu::replay {
@@ -23,17 +24,19 @@ struct Difference {
   Duration since_begin{};  // of the recording
   std::vector<std::string> recorded;
   std::vector<std::string> replayed;
+  std::uint64_t altered_line = 0;  // the last lines of its part before it, or its own, that are not as written; 0: none
 };
 
 /// What a black box says of itself at its head.
 struct BlackBoxHead {
+  std::string file;
   std::string cause;
 };
 
 struct Outcome {
   std::string version;
   std::string pack_name;
-  std::optional<BlackBoxHead> black_box;
+  std::vector<BlackBoxHead> black_boxes;
   std::int64_t first_log_us = 0;
   ReplayCounts counts;                // of all parts
   std::uint64_t states_compared = 0;  // ends of parts with beginnings of the next
@@ -41,6 +44,7 @@ struct Outcome {
   std::vector<Difference> differences;  // the first ones
   DecisionChanges changes;              // with another configuration
   std::vector<Damage> damages;
+  std::vector<Join> joins;  // where a part does not go on from the one before
   bool has_unreadable_file = false;
   std::vector<std::string> not_replayable;  // reasons: no recording, another version
   Duration took{};

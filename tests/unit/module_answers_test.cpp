@@ -1,0 +1,193 @@
+// What modules say to a core that asks at other times than the recording's.
+#include "daemon/recording/module_answers.hpp"
+
+#include <optional>
+
+#include "tests/support/catch.hpp"
+
+using namespace bmu;
+
+namespace {
+
+constexpr std::uint8_t node = 3;
+
+CanFrame poll(std::uint8_t counter, std::uint8_t target = 0, bool wants_temperatures = false) {
+  CanFrame frame = make_frame(internal_bus::poll);
+  write<internal_bus::poll, "target_node">(frame, target);
+  write<internal_bus::poll, "want_status">(frame, 1);
+  write<internal_bus::poll, "want_cells">(frame, 1);
+  write<internal_bus::poll, "want_temp">(frame, wants_temperatures ? 1 : 0);
+  seal(internal_bus::poll, counter, frame);
+  return frame;
+}
+
+CanFrame answer(const MessageSpec& message, std::uint8_t counter, std::uint8_t value = 0x11, std::uint8_t of = node) {
+  CanFrame frame = make_frame(message, of);
+  frame.data[0] = value;
+  seal(message, counter, frame);
+  return frame;
+}
+
+CanFrame order(internal_bus::Operation operation, std::uint8_t counter) {
+  CanFrame frame = make_frame(internal_bus::command, node);
+  write<internal_bus::command, "operation">(frame, static_cast<std::int64_t>(operation));
+  seal(internal_bus::command, counter, frame);
+  return frame;
+}
+
+CanFrame response(internal_bus::Operation operation, std::uint8_t counter,
+                  internal_bus::CommandResult result = internal_bus::CommandResult::done) {
+  CanFrame frame = make_frame(internal_bus::response, node);
+  write<internal_bus::response, "operation">(frame, static_cast<std::int64_t>(operation));
+  write<internal_bus::response, "result">(frame, static_cast<std::int64_t>(result));
+  seal(internal_bus::response, counter, frame);
+  return frame;
+}
+
+using internal_bus::cells_1;
+using internal_bus::status;
+using internal_bus::temp_1;
+
+/// Both have asked the same, and the module has answered.
+struct Bench {
+  ModuleAnswers answers;
+
+  Bench() {
+    answers.begin({.period = 100ms, .temperature_every = 10});
+    answers.note_now(poll(7), TimePoint{1s});
+    answers.note_then(poll(7), TimePoint{1s});
+    CHECK(answers.hear(answer(status, 7), TimePoint{1'001ms}) == answer(status, 7));
+    CHECK(answers.hear(answer(cells_1, 7), TimePoint{1'002ms}) == answer(cells_1, 7));
+  }
+};
+
+}  // namespace
+
+TEST_CASE("what both ask at once stays as it is", "[unit][recording]") {
+  Bench bench;
+  CHECK(bench.answers.next_due(TimePoint{1'099ms}) == std::nullopt);
+  bench.answers.note_now(poll(8), TimePoint{1'100ms});
+  bench.answers.note_then(poll(8), TimePoint{1'100ms});
+  CHECK(bench.answers.hear(answer(status, 8, 0x22), TimePoint{1'101ms}) == answer(status, 8, 0x22));
+  // Damaged, of another kind, or of nobody's catalogue: none of ours to change.
+  CanFrame damaged = answer(cells_1, 8);
+  damaged.data[0] ^= 1;
+  CHECK(bench.answers.hear(damaged, TimePoint{1'102ms}) == damaged);
+  const CanFrame other = data_frame(0x7F0, 8);
+  CHECK(bench.answers.hear(other, TimePoint{1'102ms}) == other);
+}
+
+TEST_CASE("an answer comes under the counter of the latest question that waits for it", "[unit][recording]") {
+  Bench bench;
+  bench.answers.note_now(poll(8, node), TimePoint{1'020ms});  // a value is in doubt
+  bench.answers.note_now(poll(9, node), TimePoint{1'040ms});
+  // Nothing new was measured: who doubts has to wait.
+  CHECK(bench.answers.next_due(TimePoint{1'090ms}) == std::nullopt);
+  bench.answers.note_now(poll(10), TimePoint{1'100ms});
+  bench.answers.note_then(poll(8), TimePoint{1'100ms});
+  CHECK(bench.answers.hear(answer(status, 8, 0x22), TimePoint{1'101ms}) == answer(status, 10, 0x22));
+  CHECK(bench.answers.hear(answer(cells_1, 8, 0x23), TimePoint{1'102ms}) == answer(cells_1, 10, 0x23));
+}
+
+TEST_CASE("an answer to a question that only the recording's core asked is not heard", "[unit][recording]") {
+  Bench bench;
+  bench.answers.note_then(poll(8, node), TimePoint{1'020ms});
+  CHECK(bench.answers.hear(answer(status, 8, 0x22), TimePoint{1'021ms}) == std::nullopt);
+  CHECK(bench.answers.hear(answer(cells_1, 8, 0x23), TimePoint{1'022ms}) == std::nullopt);
+  // It is what the module said last all the same.
+  bench.answers.note_now(poll(8), TimePoint{1'300ms});
+  CHECK(bench.answers.next_due(TimePoint{1'305ms}) == answer(status, 8, 0x22));
+}
+
+TEST_CASE("where the recording's core asked more slowly a module says again what it said", "[unit][recording]") {
+  Bench bench;
+  bench.answers.note_now(poll(8), TimePoint{1'100ms});
+  CHECK(bench.answers.next_due(TimePoint{1'149ms}) == std::nullopt);  // its next question may still come
+  CHECK(bench.answers.next_due(TimePoint{1'154ms}) == answer(status, 8));
+  CHECK(bench.answers.next_due(TimePoint{1'154ms}) == answer(cells_1, 8));
+  CHECK(bench.answers.next_due(TimePoint{1'154ms}) == std::nullopt);
+  CHECK(bench.answers.next_due(TimePoint{1'300ms}) == std::nullopt);  // once
+}
+
+TEST_CASE("a module that owes an answer to the recording's core says nothing to the other", "[unit][recording]") {
+  Bench bench;
+  bench.answers.note_now(poll(8), TimePoint{1'100ms});
+  bench.answers.note_then(poll(8), TimePoint{1'100ms});
+  for (int later = 0; later < 20; ++later) {
+    bench.answers.note_now(poll(static_cast<std::uint8_t>(9 + later)), TimePoint{1'200ms} + later * 100ms);
+    CHECK(bench.answers.next_due(TimePoint{1'290ms} + later * 100ms) == std::nullopt);
+  }
+}
+
+TEST_CASE("a module that is silent says nothing at all, asked for whatever", "[unit][recording]") {
+  Bench bench;
+  bench.answers.note_now(poll(8, 0, true), TimePoint{1'100ms});
+  bench.answers.note_then(poll(8, 0, true), TimePoint{1'100ms});
+  static_cast<void>(bench.answers.hear(answer(status, 8), TimePoint{1'101ms}));
+  static_cast<void>(bench.answers.hear(answer(cells_1, 8), TimePoint{1'101ms}));
+  static_cast<void>(bench.answers.hear(answer(temp_1, 8), TimePoint{1'101ms}));
+  bench.answers.note_then(poll(9), TimePoint{1'200ms});  // in vain
+  bench.answers.note_now(poll(9, 0, true), TimePoint{4s});
+  CHECK(bench.answers.next_due(TimePoint{5s}) == std::nullopt);
+  bench.answers.note_now(order(internal_bus::Operation::balance, 3), TimePoint{5s});
+  CHECK(bench.answers.next_due(TimePoint{6s}) == std::nullopt);
+}
+
+TEST_CASE("temperatures are said again after their own time", "[unit][recording]") {
+  Bench bench;
+  bench.answers.note_now(poll(8, 0, true), TimePoint{1'100ms});
+  bench.answers.note_then(poll(8, 0, true), TimePoint{1'100ms});
+  CHECK(bench.answers.hear(answer(temp_1, 8), TimePoint{1'101ms}) == answer(temp_1, 8));
+  bench.answers.note_now(poll(9, node, true), TimePoint{1'700ms});
+  bench.answers.note_then(poll(9), TimePoint{1'700ms});
+  static_cast<void>(bench.answers.hear(answer(status, 9), TimePoint{1'701ms}));
+  static_cast<void>(bench.answers.hear(answer(cells_1, 9), TimePoint{1'702ms}));
+  CHECK(bench.answers.next_due(TimePoint{2'600ms}) == std::nullopt);
+  CHECK(bench.answers.next_due(TimePoint{2'605ms}) == answer(temp_1, 9));
+}
+
+TEST_CASE("what was late, said twice or not asked for stays so", "[unit][recording]") {
+  Bench bench;
+  bench.answers.note_now(poll(20), TimePoint{1'100ms});
+  bench.answers.note_then(poll(8), TimePoint{1'100ms});
+  CHECK(bench.answers.hear(answer(status, 6), TimePoint{1'101ms}) == answer(status, 18));
+  CHECK(bench.answers.hear(answer(status, 8), TimePoint{1'102ms}) == answer(status, 20));
+  CHECK(bench.answers.hear(answer(status, 8, 0x55), TimePoint{1'103ms}) == answer(status, 20, 0x55));  // two senders
+  CHECK(bench.answers.hear(answer(temp_1, 8), TimePoint{1'104ms}) == answer(temp_1, 20));              // unasked
+  // Who a module is, unasked, has the counter 0 for everybody.
+  CHECK(bench.answers.hear(answer(internal_bus::ident, 0), TimePoint{1'105ms}) == answer(internal_bus::ident, 0));
+}
+
+TEST_CASE("a question to one module leaves the others to the question before", "[unit][recording]") {
+  Bench bench;
+  bench.answers.note_now(poll(8, 5), TimePoint{1'050ms});
+  bench.answers.note_then(poll(8), TimePoint{1'100ms});
+  bench.answers.note_now(poll(9), TimePoint{1'100ms});
+  CHECK(bench.answers.hear(answer(status, 8, 0x22, 5), TimePoint{1'101ms}) == answer(status, 9, 0x22, 5));
+  CHECK(bench.answers.hear(answer(status, 8), TimePoint{1'101ms}) == answer(status, 9));
+}
+
+TEST_CASE("an order that both give has the answer of then, another one is done", "[unit][recording]") {
+  using internal_bus::CommandResult;
+  using internal_bus::Operation;
+  Bench bench;
+  bench.answers.note_now(order(Operation::balance, 3), TimePoint{1'010ms});
+  bench.answers.note_then(order(Operation::balance, 1), TimePoint{1'010ms});
+  CHECK(bench.answers.next_due(TimePoint{1'050ms}) == std::nullopt);
+  CHECK(bench.answers.hear(response(Operation::balance, 1, CommandResult::hardware_fault), TimePoint{1'051ms}) ==
+        response(Operation::balance, 3, CommandResult::hardware_fault));
+  bench.answers.note_now(order(Operation::stop_balancing, 4), TimePoint{1'060ms});
+  CHECK(bench.answers.next_due(TimePoint{1'079ms}) == std::nullopt);
+  CHECK(bench.answers.next_due(TimePoint{1'084ms}) == response(Operation::stop_balancing, 4));
+  CHECK(bench.answers.next_due(TimePoint{1'100ms}) == std::nullopt);
+  // One that only the recording's core gave.
+  bench.answers.note_then(order(Operation::balance, 2), TimePoint{1'110ms});
+  CHECK(bench.answers.hear(response(Operation::balance, 2), TimePoint{1'112ms}) == std::nullopt);
+}
+
+TEST_CASE("an order to a module that nobody heard is not answered", "[unit][recording]") {
+  ModuleAnswers answers;
+  answers.begin({.period = 100ms});
+  answers.note_now(order(internal_bus::Operation::balance, 3), TimePoint{1s});
+  CHECK(answers.next_due(TimePoint{2s}) == std::nullopt);
+}
