@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "daemon/history/bounded_queue.hpp"
+#include "daemon/history/disk_thread.hpp"
 
 namespace bmu {
 
@@ -182,11 +183,7 @@ HistoryStore::~HistoryStore() {
   shared_->changed.notify_all();
   const bool has_ended = shared_->changed.wait_for(lock, end_max, [this] { return !shared_->is_running; });
   lock.unlock();
-  if (has_ended) {
-    thread_.join();
-  } else {
-    thread_.detach();  // it hangs in a disk, and shares what it needs
-  }
+  join_or_leave(thread_, has_ended);
 }
 
 void HistoryStore::offer(const Minute& minute) {

@@ -12,6 +12,7 @@
 
 #include <time.h>
 
+#include "daemon/history/disk_thread.hpp"
 #include "daemon/shell/black_box_head.hpp"
 #include "daemon/shell/zstd_frame.hpp"
 
@@ -243,11 +244,8 @@ RecorderEnd Recorder::end(Duration at_most) {
   const bool has_ended = shared_->changed.wait_until(lock, end_by, [this] { return !shared_->is_running; });
   const bool has_lost = shared_->has_lost_at_end || !is_handed_over;
   lock.unlock();
-  if (!has_ended) {
-    thread_.detach();  // it hangs in a disk, and shares what it needs
-    return RecorderEnd::still_writing;
-  }
-  thread_.join();
+  join_or_leave(thread_, has_ended);
+  if (!has_ended) return RecorderEnd::still_writing;
   return has_lost ? RecorderEnd::some_lost : RecorderEnd::all_written;
 }
 

@@ -11,6 +11,7 @@
 
 #include <sys/stat.h>
 
+#include "daemon/history/disk_thread.hpp"
 #include "daemon/shell/state_text.hpp"
 
 namespace bmu {
@@ -142,11 +143,7 @@ StateStore::~StateStore() {
   shared_->changed.notify_all();
   const bool has_ended = shared_->changed.wait_for(lock, end_max, [this] { return !shared_->is_running; });
   lock.unlock();
-  if (has_ended) {
-    thread_.join();
-  } else {
-    thread_.detach();  // it hangs in a disk, and shares what it needs
-  }
+  join_or_leave(thread_, has_ended);
 }
 
 bool StateStore::offer(const PersistentState& state) {
