@@ -1,5 +1,7 @@
 // The table of --follow in windows of all widths: values first, and nothing that runs into its neighbour.
+#include <algorithm>
 #include <array>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -40,7 +42,7 @@ class Table {
     }
     return "";
   }
-  [[nodiscard]] std::size_t letter_max() const { return dump_->follow()->letter_max(); }
+  [[nodiscard]] std::size_t value_max() const { return dump_->follow()->value_max(); }
 
  private:
   void show(const std::string& bus, const WorkedFrame& worked, int turn) {
@@ -122,12 +124,18 @@ TEST_CASE("values that are cut can be moved to", "[unit][bmudump][follow]") {
   const std::string whole = table.row("143", 200);
   const std::string values = whole.substr(whole.find("cell_voltage_1"));
   CHECK(table.row("143", 60).find(values) == std::string::npos);
-  CHECK(table.letter_max() > 0);
-  CHECK(table.row("143", 60, {.letter = 16}) == "143 CELLS_1 node 3    " + values.substr(16));
-  CHECK(table.draw(60, 40, {.letter = 16})[1].ends_with("  <- values"));
-  CHECK(table.row("143", 80, {.letter = 1'000}) == "143 CELLS_1 node 3       7.7/s");
+  CHECK(table.row("143", 60, {.value = 1}) == "143 CELLS_1 node 3    _2 3.6498  _3 3.6530");
+  CHECK(table.row("143", 60, {.value = 2}) == "143 CELLS_1 node 3    _3 3.6530");
+  CHECK(table.draw(60, 40, {.value = 1})[1].ends_with("  <- values"));
+  CHECK(table.row("143", 80, {.value = 1'000}) == "143 CELLS_1 node 3       7.7/s");
+  // From there on none is cut.
+  const std::size_t end = table.value_max();
+  CHECK(end > 2);
+  for (const std::string& row : table.draw(60, 40, {.value = end})) CHECK(row.find('~') == std::string::npos);
+  const std::vector<std::string> before_end = table.draw(60, 40, {.value = end - 1});
+  CHECK(std::any_of(before_end.begin(), before_end.end(), [](const std::string& row) { return row.ends_with('~'); }));
   static_cast<void>(table.draw(400));
-  CHECK(table.letter_max() == 0);
+  CHECK(table.value_max() == 0);
 }
 
 TEST_CASE("buses have a column only if there are several, and are told apart by their ends",

@@ -43,6 +43,11 @@ std::string end_of(const std::string& name, int room) {
   return name.size() > left ? name.substr(name.size() - left) : name;
 }
 
+std::string_view without_first_value(std::string_view values) {
+  const std::size_t end = values.find("  ");
+  return end == std::string_view::npos ? std::string_view() : values.substr(end + 2);
+}
+
 std::string rate_text(double per_s) {
   if (per_s <= 0) return "-";
   return formatted(per_s < 100.0 ? "%.1f/s" : "%.0f/s", per_s);
@@ -112,15 +117,15 @@ void Follow::draw(std::int64_t now_us, const Place& place, Canvas& canvas) {
 
 void Follow::draw_in(const FollowColumns& columns, std::int64_t now_us, const Place& place, Canvas& canvas) {
   draw_heads(now_us, canvas);
-  draw_titles(head_rows() - 1, columns, place.letter > 0, canvas);
-  letter_max_ = 0;
+  draw_titles(head_rows() - 1, columns, place.value > 0, canvas);
+  value_max_ = 0;
   const std::size_t end = std::min(place.row + rows_in(canvas.height()), rows_.size());
   std::size_t index = 0;
   int line = head_rows();
   for (auto& [key, row] : rows_) {
     // Also those outside the window: they are looked at once a second, or their rate would be one of long ago.
     row.window.look(now_us, static_cast<double>(row.frames));
-    if (index >= place.row && index < end) draw_row(line++, key, row, now_us, columns, place.letter, canvas);
+    if (index >= place.row && index < end) draw_row(line++, key, row, now_us, columns, place.value, canvas);
     ++index;
   }
   if (!is_over_) draw_foot(place.row, end, canvas);
@@ -133,7 +138,7 @@ void Follow::draw_foot(std::size_t first_row, std::size_t end_row, Canvas& canva
   if (has_more_rows) {
     place = formatted("rows %zu to %zu of %zu   ", first_row + 1, end_row, rows_.size());
     keys = "arrows, page up, page down: scroll   ";
-  } else if (letter_max_ > 0) {
+  } else if (value_max_ > 0) {
     keys = "arrows: more values   ";
   }
   const bool has_room = width_of(place + keys + quit) <= static_cast<std::size_t>(canvas.width());
@@ -182,7 +187,7 @@ std::string Follow::head_text(const BusStatistics& all, const Head& head, bool i
 }
 
 void Follow::draw_row(int line, const Key& key, const Row& row, std::int64_t now_us, const FollowColumns& columns,
-                      std::size_t first_letter, Canvas& canvas) {
+                      std::size_t first_value, Canvas& canvas) {
   const std::int64_t age_us = std::max<std::int64_t>(now_us - row.last_us, 0);
   const double over_all = row.statistics == nullptr ? 0.0 : row.statistics->rate_per_s();
   const bool is_old = age_us > old_us && static_cast<double>(age_us) * over_all > old_periods * 1e6;
@@ -205,22 +210,24 @@ void Follow::draw_row(int line, const Key& key, const Row& row, std::int64_t now
   put_number(columns.rate, rate, style(Style::normal));
   put_number(columns.gap, has_gap ? duration_text(row.statistics->gap_max_us) : "-", style(Style::normal));
   put_number(columns.age, duration_text(age_us), is_old ? Style::warning : Style::normal);
-  draw_values(line, column + columns.values_space, row, style(Style::normal), first_letter, canvas);
+  draw_values(line, column + columns.values_space, row, style(Style::normal), first_value, canvas);
 }
 
-/// From their letter `first_letter` on.
-void Follow::draw_values(int line, int column, const Row& row, Style style, std::size_t first_letter, Canvas& canvas) {
-  const auto room = static_cast<std::size_t>(std::max(canvas.width() - column, 0));
+/// From the value `first_value` on: numbers are whole or not there, as half a number would pass for another.
+void Follow::draw_values(int line, int column, const Row& row, Style style, std::size_t first_value, Canvas& canvas) {
+  const std::size_t room = static_cast<std::size_t>(std::max(canvas.width() - column, 0));
   const std::string failures = row.statistics == nullptr ? "" : failures_text(*row.statistics);
-  const std::string failed = failures.empty() ? "" : "!! " + failures + "  ";
-  const std::string values = values_of(row);
-  const std::size_t all = failed.size() + values.size();
-  if (all > room) letter_max_ = std::max(letter_max_, all - room);
-  if (first_letter == 0) {
-    canvas.put(line, canvas.put(line, column, failed, Style::bad), values, style);
-  } else if (first_letter < all) {
-    canvas.put(line, column, (failed + values).substr(first_letter), style);
-  }
+  const std::string all = (failures.empty() ? "" : "!! " + failures + "  ") + values_of(row);
+  std::string_view left = all;
+  std::size_t skipped = 0;
+  for (; left.size() > room; ++skipped) left = without_first_value(left);
+  value_max_ = std::max(value_max_, skipped);
+  left = all;
+  for (skipped = 0; skipped < first_value; ++skipped) left = without_first_value(left);
+  const bool has_failures = !failures.empty() && first_value == 0;
+  const std::size_t bad = has_failures ? left.find("  ") : 0;
+  canvas.put(line, canvas.put(line, column, left.substr(0, bad), Style::bad), left.substr(std::min(bad, left.size())),
+             style);
 }
 
 std::string Follow::id_text(const Key& key) {

@@ -35,17 +35,17 @@ class Follow {
   /// The time of the newest frame.
   [[nodiscard]] std::int64_t newest_us() const { return newest_us_; }
 
-  /// Where the window is: its first row, and of the values its first letter.
+  /// Where the window is: its first row, and of each row its first value.
   struct Place {
     std::size_t row = 0;
-    std::size_t letter = 0;
+    std::size_t value = 0;
   };
 
   /// Draws what fits: a head for each bus, then rows. Rates are those of the last second or so.
   void draw(std::int64_t now_us, const Place& place, Canvas& canvas);
   [[nodiscard]] std::size_t row_count() const { return rows_.size(); }
-  /// The last letter worth beginning with: from there on the longest values of the last window fit.
-  [[nodiscard]] std::size_t letter_max() const { return letter_max_; }
+  /// The last value worth beginning with: from there on those of all rows of the last window fit.
+  [[nodiscard]] std::size_t value_max() const { return value_max_; }
   /// Rows a window of this height has room for.
   [[nodiscard]] std::size_t rows_in(int height) const;
   /// The whole table as text, rates over all the time.
@@ -86,8 +86,8 @@ class Follow {
   [[nodiscard]] std::string head_text(const BusStatistics& all, const Head& head, bool is_short) const;
   static void draw_titles(int line, const FollowColumns& columns, bool is_aside, Canvas& canvas);
   void draw_row(int line, const Key& key, const Row& row, std::int64_t now_us, const FollowColumns& columns,
-                std::size_t first_letter, Canvas& canvas);
-  void draw_values(int line, int column, const Row& row, Style style, std::size_t first_letter, Canvas& canvas);
+                std::size_t first_value, Canvas& canvas);
+  void draw_values(int line, int column, const Row& row, Style style, std::size_t first_value, Canvas& canvas);
   void draw_foot(std::size_t first_row, std::size_t end_row, Canvas& canvas) const;
   static std::string id_text(const Key& key);
   static std::string row_name(const Key& key, const Row& row);
@@ -101,7 +101,7 @@ class Follow {
   std::map<Key, Row> rows_;
   std::vector<Head> heads_;  // by index of the bus
   std::int64_t newest_us_ = 0;
-  std::size_t letter_max_ = 0;
+  std::size_t value_max_ = 0;
   bool is_over_ = false;  // rates are those of all the time
 };
 

@@ -32,22 +32,19 @@ void catch_screen_signals() {
   ::sigaction(SIGTSTP, &action, nullptr);
 }
 
-/// What a step to the side is.
-constexpr std::int64_t letters_of_step = 16;
-
-enum class Move : std::uint8_t { rows, pages, letters };
+enum class Move : std::uint8_t { rows, pages, values };
 struct Key {
   std::string_view code;
   std::int64_t steps;
   Move move;
 };
 constexpr std::array keys{
-    Key{"\033[A", -1, Move::rows},    Key{"\033[B", 1, Move::rows},     Key{"\033OA", -1, Move::rows},
-    Key{"\033OB", 1, Move::rows},     Key{"k", -1, Move::rows},         Key{"j", 1, Move::rows},
-    Key{"\033[5~", -1, Move::pages},  Key{"\033[6~", 1, Move::pages},   Key{"b", -1, Move::pages},
-    Key{" ", 1, Move::pages},         Key{"\033[D", -1, Move::letters}, Key{"\033[C", 1, Move::letters},
-    Key{"\033OD", -1, Move::letters}, Key{"\033OC", 1, Move::letters},  Key{"h", -1, Move::letters},
-    Key{"l", 1, Move::letters}};
+    Key{"\033[A", -1, Move::rows},   Key{"\033[B", 1, Move::rows},    Key{"\033OA", -1, Move::rows},
+    Key{"\033OB", 1, Move::rows},    Key{"k", -1, Move::rows},        Key{"j", 1, Move::rows},
+    Key{"\033[5~", -1, Move::pages}, Key{"\033[6~", 1, Move::pages},  Key{"b", -1, Move::pages},
+    Key{" ", 1, Move::pages},        Key{"\033[D", -1, Move::values}, Key{"\033[C", 1, Move::values},
+    Key{"\033OD", -1, Move::values}, Key{"\033OC", 1, Move::values},  Key{"h", -1, Move::values},
+    Key{"l", 1, Move::values}};
 
 }  // namespace
 
@@ -110,8 +107,8 @@ void FollowScreen::read_keys() {
     if (left.front() == 'q' || left.front() == 'Q') request_stop();
     if (key != keys.end()) {
       const auto page = static_cast<std::int64_t>(follow_->rows_in(window_size().height));
-      if (key->move == Move::letters) {
-        move_values(key->steps * letters_of_step);
+      if (key->move == Move::values) {
+        move_values(key->steps);
       } else {
         scroll(key->move == Move::pages ? key->steps * page : key->steps);
       }
@@ -125,11 +122,11 @@ void FollowScreen::scroll(std::int64_t rows) {
   is_due_ = true;
 }
 
-/// Not further than to the end of the longest values there are, and back from where they are shorter now.
-void FollowScreen::move_values(std::int64_t letters) {
-  const auto end = static_cast<std::int64_t>(follow_->letter_max());
-  const std::int64_t from = std::min(static_cast<std::int64_t>(place_.letter), end);
-  place_.letter = static_cast<std::size_t>(std::clamp<std::int64_t>(from + letters, 0, end));
+/// Not further than to where the last values show, and back from where there are fewer now.
+void FollowScreen::move_values(std::int64_t steps) {
+  const auto end = static_cast<std::int64_t>(follow_->value_max());
+  const std::int64_t from = std::min(static_cast<std::int64_t>(place_.value), end);
+  place_.value = static_cast<std::size_t>(std::clamp<std::int64_t>(from + steps, 0, end));
   is_due_ = true;
 }
 

@@ -26,7 +26,7 @@ class FollowScreen {
   void suspend();
   void draw(std::int64_t now_us);
   void scroll(std::int64_t rows);
-  void move_values(std::int64_t letters);
+  void move_values(std::int64_t steps);
 
   Follow* follow_;
   bool is_coloured_;

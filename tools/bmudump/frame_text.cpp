@@ -151,6 +151,14 @@ FrameText::Show FrameText::show_of(const SignalSpec& signal) const {
   return is_cell_mask(signal) ? Show::cells : Show::number;
 }
 
+FrameText::LeftOut FrameText::left_out_of(const SignalSpec& signal, Show show) const {
+  if (show == Show::set_flag) return LeftOut::where_zero;
+  if (!style_.is_brief) return LeftOut::never;
+  if (signal.name == "counter" || signal.name == "complement") return LeftOut::always;
+  const bool says_no_with_zero = show == Show::flag || show == Show::bits || show == Show::cells;
+  return says_no_with_zero ? LeftOut::where_zero : LeftOut::never;
+}
+
 FrameText::SignalPlan FrameText::plan_of(const SignalSpec& signal, std::string_view name) const {
   const UnitSpec& unit = spec_of(signal.unit);
   SignalPlan plan;
@@ -163,8 +171,7 @@ FrameText::SignalPlan FrameText::plan_of(const SignalSpec& signal, std::string_v
   plan.steps_per_raw = signal.scale % unit.divisor == 0 ? signal.scale / unit.divisor : 0;
   plan.divisor = unit.divisor;
   plan.decimals = unit.decimals;
-  plan.may_be_left_out = plan.show == Show::flag || plan.show == Show::bits || plan.show == Show::cells;
-  plan.is_brief_counter = signal.name == "counter" || signal.name == "complement";
+  plan.left_out = left_out_of(signal, plan.show);
   return plan;
 }
 
@@ -206,17 +213,13 @@ void FrameText::print_signals(const MessagePlan& plan, const CanFrame& frame, Te
     const std::int64_t raw = raw_of(*one.spec, word);
     if (&one == plan.signals.data()) selector = raw;
     const bool is_absent = one.spec->selected_by >= 0 && one.spec->selected_by != selector;
-    if (is_absent || is_left_out(one, raw)) continue;
+    if (is_absent) continue;
+    if (one.left_out != LeftOut::never && (raw == 0 || one.left_out == LeftOut::always)) continue;
     out.piece(one.text_lead);
     print_value(one, raw, out);
     is_empty = false;
   }
   if (is_empty && !plan.signals.empty()) out.text("  nothing set");
-}
-
-bool FrameText::is_left_out(const SignalPlan& plan, std::int64_t raw) const {
-  if (plan.show == Show::set_flag) return raw == 0;
-  return style_.is_brief && (plan.is_brief_counter || (raw == 0 && plan.may_be_left_out));
 }
 
 void FrameText::print_value(const SignalPlan& plan, std::int64_t raw, TextWriter& out) const {

@@ -41,6 +41,8 @@ class FrameText {
  private:
   enum class Show : std::uint8_t { number, flag, set_flag, name, bits, cells, text };
 
+  enum class LeftOut : std::uint8_t { never, where_zero, always };
+
   struct SignalPlan {
     Piece text_lead;  // "  cell_voltage_1 "
     Piece text_unit;  // " V"
@@ -50,8 +52,7 @@ class FrameText {
     std::int64_t divisor = 1;
     int decimals = 0;
     Show show = Show::number;
-    bool may_be_left_out = false;  // where it is 0
-    bool is_brief_counter = false;
+    LeftOut left_out = LeftOut::never;
   };
   struct MessagePlan {
     std::vector<SignalPlan> signals;
@@ -66,7 +67,7 @@ class FrameText {
   [[nodiscard]] std::vector<SignalPlan> plans_of(const MessageSpec& message) const;
   void print_signals(const MessagePlan& plan, const CanFrame& frame, TextWriter& out) const;
   void print_value(const SignalPlan& plan, std::int64_t raw, TextWriter& out) const;
-  [[nodiscard]] bool is_left_out(const SignalPlan& plan, std::int64_t raw) const;
+  [[nodiscard]] LeftOut left_out_of(const SignalSpec& signal, Show show) const;
   static void print_json_verdict(const MessagePlan& plan, const SeenFrame& seen, TextWriter& out);
   static void print_json_raw(const LogLine& line, TextWriter& out);
   static void print_json_long(const LogLine& line, TextWriter& out);
