@@ -707,6 +707,9 @@ TEST_CASE("frames of CAN FD and XL are shown with their bytes, and flags with -x
 TEST_CASE("the generated part of the protocol's documentation is current", "[integration][bmudump][meta]") {
   const std::string document = content_of(BMUD_SOURCE_DIR "/docs/bus-protocol.md");
   CHECK(document.find(run("--protocol-doc").out) != std::string::npos);
+  const std::string elithion = run("--protocol-doc --dialect elithion").out;
+  CHECK(elithion.find("| b4 | u8 | `stored_fault` |  | 0 none, 1 driven while plugged in, ") != std::string::npos);
+  CHECK(elithion.find("| b5 | u8 | `fault_bits` |  | .0 driven while plugged in, .1 interlock, ") != std::string::npos);
 }
 
 TEST_CASE("live, frames are shown as they come and an interrupt ends in order", "[integration][bmudump]") {

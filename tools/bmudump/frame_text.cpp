@@ -49,11 +49,6 @@ bool is_next_of(const SignalSpec& before, const SignalSpec& signal) {
   return !stem(signal).empty() && stem(before) == stem(signal) && before.selected_by == signal.selected_by;
 }
 
-/// Named bits, not named values.
-bool is_bit_set(const SignalSpec& signal) {
-  return !signal.names.empty() && signal.name.ends_with("_bits");
-}
-
 void print_bits(const SignalSpec& signal, std::int64_t raw, TextWriter& out) {
   std::string_view separator;
   for (const RawName& one : signal.names) {
