@@ -8,13 +8,14 @@
 // depends on what is in a frame: 111 to 135 bits for an 11-bit identifier and eight bytes, the bits between two frames
 // included. Bits are bool, recessive true; the lower identifier therefore wins arbitration.
 //
-// Pure, no allocation. stuffed_bits() goes bit by bit, for who wants the bits; bits_on_wire() goes by tables, about 30
+// Pure, no allocation. stuffed_bits() goes bit by bit, for who wants the bits; bits_on_wire() goes by tables, about 20
 // ns.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 
 #include "protocol/fixed_vector.hpp"
 #include "protocol/frame.hpp"
@@ -136,13 +137,13 @@ class StuffCount {
  public:
   constexpr void put(std::uint8_t byte) {
     step_ = steps[byte] >> (step_ & 0b111'111U);
-    count_ += (step_ >> 6U) & 0b11U;
+    count_at_bit_6_ += step_ & 0b11'000'000U;
   }
-  [[nodiscard]] constexpr std::int64_t count() const { return static_cast<std::int64_t>(count_); }
+  [[nodiscard]] constexpr std::int64_t count() const { return static_cast<std::int64_t>(count_at_bit_6_ >> 6U); }
 
  private:
   std::uint64_t step_ = 0;
-  std::uint64_t count_ = 0;
+  std::uint64_t count_at_bit_6_ = 0;
 };
 
 /// A CRC is a sum over its bytes, each by its place: looked up one by one, none waits for the other. Five bytes of
@@ -172,29 +173,68 @@ constexpr std::uint64_t header_of(const CanFrame& frame) {
 constexpr std::uint64_t header_filling = 0b10101ULL << 19U;
 constexpr std::uint64_t extended_header_filling = 0b1ULL << 39U;
 
+/// CRC and stuff bits of a frame, byte by byte.
+class Length {
+ public:
+  constexpr Length(const CanFrame& frame, std::size_t bytes)
+      : frame_(&frame),
+        header_(header_of(frame)),
+        filled_header_(header_ | (frame.is_extended ? extended_header_filling : header_filling)),
+        bytes_(bytes) {}
+
+  /// The byte of the header that has so many behind it.
+  constexpr void put_header(std::size_t behind) {
+    crc_ ^= crc_of_place[bytes_ + behind][(header_ >> (8 * behind)) & 0xFFU];
+    stuff_.put(static_cast<std::uint8_t>(filled_header_ >> (8 * behind)));
+  }
+  constexpr void put_data(std::size_t at) {
+    crc_ ^= crc_of_place[bytes_ - 1 - at][frame_->data[at]];
+    stuff_.put(frame_->data[at]);
+  }
+  [[nodiscard]] constexpr std::int64_t bits() {
+    const std::uint32_t filled_crc =
+        (crc_ << 1U) | (~crc_ & 1U);  // the other bit behind the last is not stuffed either
+    stuff_.put(static_cast<std::uint8_t>(filled_crc >> 8U));
+    stuff_.put(static_cast<std::uint8_t>(filled_crc));
+    const std::int64_t plain = 1 + (frame_->is_extended ? 38 : 18) + 8 * static_cast<std::int64_t>(bytes_) + 15;
+    return plain + stuff_.count() + can_bits_of_trailer + can_bits_between_frames;
+  }
+
+ private:
+  const CanFrame* frame_;
+  std::uint64_t header_;
+  std::uint64_t filled_header_;
+  std::size_t bytes_;
+  std::uint32_t crc_ = 0;
+  StuffCount stuff_;
+};
+
+/// Eight bytes under an 11-bit identifier, as most frames are: nothing is counted or compared, places are constants.
+template <std::size_t... At>
+constexpr std::int64_t bits_of_usual(const CanFrame& frame, std::index_sequence<At...> /*bytes*/) {
+  Length length(frame, sizeof...(At));
+  length.put_header(2);
+  length.put_header(1);
+  length.put_header(0);
+  (length.put_data(At), ...);
+  return length.bits();
+}
+
+constexpr std::int64_t bits_of_any(const CanFrame& frame) {
+  const std::size_t bytes = frame.is_remote ? 0 : frame.length;
+  Length length(frame, bytes);
+  for (std::size_t behind = frame.is_extended ? 5 : 3; behind-- > 0;) length.put_header(behind);
+  for (std::size_t at = 0; at < bytes; ++at) length.put_data(at);
+  return length.bits();
+}
+
 }  // namespace can_bits_detail
 
 constexpr std::int64_t bits_on_wire(const CanFrame& frame) {
   using namespace can_bits_detail;
   if (frame.is_error) return 0;
-  const std::size_t bytes = frame.is_remote ? 0 : frame.length;
-  const std::uint64_t header = header_of(frame);
-  const std::uint64_t filled_header = header | (frame.is_extended ? extended_header_filling : header_filling);
-  StuffCount stuff;
-  std::uint32_t crc = 0;
-  for (std::size_t place = frame.is_extended ? 5 : 3; place-- > 0;) {
-    crc ^= crc_of_place[bytes + place][(header >> (8 * place)) & 0xFFU];
-    stuff.put(static_cast<std::uint8_t>(filled_header >> (8 * place)));
-  }
-  for (std::size_t at = 0; at < bytes; ++at) {
-    crc ^= crc_of_place[bytes - 1 - at][frame.data[at]];
-    stuff.put(frame.data[at]);
-  }
-  const std::uint32_t filled_crc = (crc << 1U) | (~crc & 1U);  // the other bit behind the last is not stuffed either
-  stuff.put(static_cast<std::uint8_t>(filled_crc >> 8U));
-  stuff.put(static_cast<std::uint8_t>(filled_crc));
-  const std::int64_t plain = 1 + (frame.is_extended ? 38 : 18) + 8 * static_cast<std::int64_t>(bytes) + 15;
-  return plain + stuff.count() + can_bits_of_trailer + can_bits_between_frames;
+  const bool is_usual = frame.length == 8 && !frame.is_extended && !frame.is_remote;
+  return is_usual ? bits_of_usual(frame, std::make_index_sequence<8>()) : bits_of_any(frame);
 }
 
 }  // namespace bmu

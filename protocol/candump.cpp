@@ -25,6 +25,7 @@ std::string_view to_text(LogLineWanted wanted) {
     case LogLineWanted::data_byte: return "data bytes of two hexadecimal digits";
     case LogLineWanted::length_code: return "a length code";
     case LogLineWanted::at_most_8_bytes: return "at most 8 data bytes (64 after '##')";
+    case LogLineWanted::at_most_2048_bytes: return "at most 2048 data bytes";
     case LogLineWanted::direction: return "the end of the line, or ' R' or ' T'";
   }
   return "?";
@@ -62,8 +63,7 @@ class Cursor {
   bool parse(LogLine& out) {
     out.kind = LogLineKind::frame;
     return parse_time(out.time_us) && expect(' ', LogLineWanted::space) && parse_bus(out.bus) &&
-           expect(' ', LogLineWanted::space) && parse_identifier(out.frame) && expect('#', LogLineWanted::hash) &&
-           parse_payload(out) && parse_extras(out.direction);
+           expect(' ', LogLineWanted::space) && parse_frame(out) && parse_extras(out.direction);
   }
   [[nodiscard]] LogLineDamage damage() const { return {wanted_, static_cast<std::size_t>(at_ - begin_)}; }
 
@@ -165,6 +165,13 @@ class Cursor {
     return true;
   }
 
+  bool parse_frame(LogLine& out) {
+    const char* const first = at_;
+    if (!parse_identifier(out.frame) || !expect('#', LogLineWanted::hash) || !parse_payload(out)) return false;
+    if (out.kind == LogLineKind::fd_frame) out.long_frame = {first, static_cast<std::size_t>(at_ - first)};
+    return true;
+  }
+
   /// "#81:": five digits alone are a mistake.
   [[nodiscard]] bool begins_xl_payload() const { return end_ - at_ >= 4 && at_[0] == '#' && at_[3] == ':'; }
 
@@ -172,8 +179,8 @@ class Cursor {
     if (is_xl_) return parse_xl(out);
     switch (peek()) {
       case '#': ++at_; return parse_fd(out);
-      case 'R': ++at_; return parse_remote(out.frame);
-      default: return parse_data(out.frame) && parse_raw_length_code(out.frame);
+      case 'R': ++at_; return parse_remote(out);
+      default: return parse_data(out.frame) && parse_raw_length_code(out);
     }
   }
 
@@ -201,20 +208,21 @@ class Cursor {
     return at_ == end_ || nibble_of(*at_) == no_nibble || fail(LogLineWanted::data_byte);
   }
 
-  bool parse_remote(CanFrame& frame) {
-    frame.is_remote = true;
+  bool parse_remote(LogLine& out) {
+    out.frame.is_remote = true;
     if (peek() < '0' || peek() > '9') return true;
     if (*at_ > '8') return fail(LogLineWanted::length_code);
-    frame.length = static_cast<std::uint8_t>(*at_++ - '0');
-    return parse_raw_length_code(frame);
+    out.frame.length = static_cast<std::uint8_t>(*at_++ - '0');
+    return parse_raw_length_code(out);
   }
 
   /// "_C" behind eight bytes: the length code 9 to F that really was on the wire, which still means eight.
-  bool parse_raw_length_code(const CanFrame& frame) {
+  bool parse_raw_length_code(LogLine& out) {
     if (peek() != '_') return true;
     ++at_;
     const std::uint8_t code = nibble_of(peek());
-    if (frame.length != 8 || code <= 8 || code == no_nibble) return fail(LogLineWanted::length_code);
+    if (out.frame.length != 8 || code <= 8 || code == no_nibble) return fail(LogLineWanted::length_code);
+    out.length_code = code;
     ++at_;
     return true;
   }
@@ -223,23 +231,27 @@ class Cursor {
     out.kind = LogLineKind::fd_frame;
     if (nibble_of(peek()) == no_nibble) return fail(LogLineWanted::data_byte);  // the flags: one digit
     ++at_;
-    int digits = 0;
-    for (; at_ < end_ && nibble_of(*at_) != no_nibble; ++at_, ++digits) {
-      if (digits == 128) return fail(LogLineWanted::at_most_8_bytes);
-    }
-    return digits % 2 == 0 || fail(LogLineWanted::data_byte);
+    return parse_long_data(fd_bytes_max, false, LogLineWanted::at_most_8_bytes);
   }
 
-  /// CAN XL: flags, type of service unit, acceptance field, then data, with dots where somebody likes them.
+  /// CAN XL: flags, type of service unit, acceptance field, then data, with a dot between bytes where somebody likes
+  /// it.
   bool parse_xl(LogLine& out) {
     out.kind = LogLineKind::fd_frame;
     if (!skip_digits(2) || !expect(':', LogLineWanted::data_byte) || !skip_digits(2) ||
         !expect(':', LogLineWanted::data_byte) || !skip_digits(8) || !expect('#', LogLineWanted::hash)) {
       return false;
     }
-    int digits = 0;
-    for (; at_ < end_ && (nibble_of(*at_) != no_nibble || *at_ == '.'); ++at_) digits += *at_ == '.' ? 0 : 1;
-    return digits % 2 == 0 || fail(LogLineWanted::data_byte);
+    return parse_long_data(xl_bytes_max, true, LogLineWanted::at_most_2048_bytes);
+  }
+  bool parse_long_data(std::size_t bytes_max, bool may_have_dots, LogLineWanted wanted) {
+    for (std::size_t bytes = 0; at_ < end_; ++bytes) {
+      if (may_have_dots && bytes > 0 && *at_ == '.') ++at_;
+      if (nibble_of(peek()) == no_nibble) return true;
+      if (bytes == bytes_max) return fail(wanted);
+      if (!skip_digits(2)) return false;
+    }
+    return true;
   }
   bool skip_digits(int count) {
     for (; count > 0; --count, ++at_) {
@@ -287,6 +299,23 @@ Result<LogLine, LogLineDamage> parse_log_line(std::string_view line) {
   return parsed;
 }
 
+LongFrame long_frame_of(const LogLine& line) {
+  const std::string_view text = line.long_frame;
+  const std::size_t hash = text.find('#');
+  const bool is_xl = text.substr(hash + 1, 1) != "#";
+  if (is_xl) return {.is_xl = true, .digits = text.substr(text.rfind('#') + 1)};
+  return {.flags = nibble_of(text[hash + 2]), .digits = text.substr(hash + 3)};
+}
+
+std::size_t unpack(const LongFrame& frame, std::span<std::uint8_t, xl_bytes_max> out) {
+  std::size_t count = 0;
+  for (std::size_t at = 0; at + 1 < frame.digits.size(); at += 2) {
+    if (frame.digits[at] == '.') ++at;
+    out[count++] = static_cast<std::uint8_t>((nibble_of(frame.digits[at]) << 4) | nibble_of(frame.digits[at + 1]));
+  }
+  return count;
+}
+
 namespace {
 
 constexpr std::string_view hex_digits = "0123456789ABCDEF";
@@ -313,20 +342,32 @@ class LinePrinter {
   char* at_;
 };
 
-void print_payload(const LogLine& line, LinePrinter& out) {
-  if (line.kind == LogLineKind::fd_frame) return out.text("#0");
-  if (line.frame.is_remote) {
+void print_payload(const CanFrame& frame, LinePrinter& out) {
+  if (frame.is_remote) {
     out.letter('R');
-    if (line.frame.length > 0) out.decimal(line.frame.length);
+    if (frame.length > 0) out.decimal(frame.length);
     return;
   }
-  for (std::size_t index = 0; index < line.frame.length; ++index) out.hex(line.frame.data[index], 2);
+  for (std::size_t index = 0; index < frame.length; ++index) out.hex(frame.data[index], 2);
+}
+
+void print_frame(const LogLine& line, LinePrinter& out) {
+  if (line.kind == LogLineKind::fd_frame) return out.text(line.long_frame);
+  const CanFrame& frame = line.frame;
+  const std::uint32_t id = frame.id | (frame.is_error ? error_frame_bit : 0);
+  out.hex(id, frame.is_extended || frame.is_error ? 8 : 3);
+  out.letter('#');
+  print_payload(frame, out);
+  if (line.length_code == 0) return;
+  out.letter('_');
+  out.hex(line.length_code, 1);
 }
 
 }  // namespace
 
-std::size_t print_log_line(const LogLine& line, std::span<char, log_line_length_max> out) {
+std::size_t print_log_line(const LogLine& line, std::span<char> out) {
   BMU_ASSERT(line.time_us >= 0 && line.bus.size() <= bus_name_length_max && line.frame.length <= 8);
+  BMU_ASSERT(out.size() >= log_line_length_max + line.long_frame.size());
   LinePrinter printer(out.data());
   printer.letter('(');
   printer.decimal(line.time_us / 1'000'000);
@@ -335,10 +376,7 @@ std::size_t print_log_line(const LogLine& line, std::span<char, log_line_length_
   printer.text(") ");
   printer.text(line.bus);
   printer.letter(' ');
-  const std::uint32_t id = line.frame.id | (line.frame.is_error ? error_frame_bit : 0);
-  printer.hex(id, line.frame.is_extended || line.frame.is_error ? 8 : 3);
-  printer.letter('#');
-  print_payload(line, printer);
+  print_frame(line, printer);
   if (line.direction == Direction::received) printer.text(" R");
   if (line.direction == Direction::sent) printer.text(" T");
   return printer.length();

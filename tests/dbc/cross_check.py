@@ -2,7 +2,7 @@
 """Our DBC files in an independent reader, canmatrix: they load without a word, and what it makes of a log is what bmudump
 makes of it, signal by signal.
 
-    cross_check.py BMUDUMP LOG
+    cross_check.py BMUDUMP LOG DIALECT
 
 Exits with 1 and the first differences, with 77 where canmatrix is not installed (tools/packages.sh test). The first line names
 Debian's own python, which is the one that Debian's packages are for."""
@@ -45,9 +45,9 @@ class Complaints(logging.Handler):
         self.words.append(record.getMessage())
 
 
-def load_dbc(bmudump, bus, complaints):
+def load_dbc(bmudump, bus, dialect, complaints):
     with tempfile.NamedTemporaryFile("w", suffix=".dbc") as file:
-        subprocess.run([bmudump, "--dbc", bus, "--nodes", NODES], stdout=file, check=True)
+        subprocess.run([bmudump, "--dbc", bus, "--nodes", NODES, "--dialect", dialect], stdout=file, check=True)
         file.flush()
         loaded = canmatrix.formats.loadp_flat(file.name)
     complaints.words += [str(error) for error in loaded.load_errors]
@@ -97,13 +97,13 @@ def compare(line, frames, seen):
     return found
 
 
-def main(bmudump, log):
+def main(bmudump, log, dialect):
     complaints = Complaints()
     logging.getLogger().addHandler(complaints)
-    frames = {**load_dbc(bmudump, "internal", complaints), **load_dbc(bmudump, "vehicle", complaints)}
+    frames = {**load_dbc(bmudump, "internal", dialect, complaints), **load_dbc(bmudump, "vehicle", dialect, complaints)}
     with open(log, encoding="ascii") as lines:
         data = [line.split("#")[1].strip() for line in lines]
-    text = subprocess.run([bmudump, "-r", log, "--json", "--strict"], stdout=subprocess.PIPE, check=True).stdout
+    text = subprocess.run([bmudump, "-r", log, "--json", "--strict", "--dialect", dialect], stdout=subprocess.PIPE, check=True).stdout
     ours = [json.loads(line) for line in text.splitlines()]
     seen = set()
     found = list(complaints.words)
@@ -112,6 +112,8 @@ def main(bmudump, log):
     signals = 0
     for line, one in zip(ours, data):
         line["bytes"] = one
+        if line.get("dialect", dialect) != dialect:
+            found.append(f"{line['id']} is read as {line['dialect']}, wanted {dialect}")
         signals += len(line["signals"])
         found += compare(line, frames, seen)
     found += [f"{identifier:03X} {frame.name} is not in the log" for identifier, frame in frames.items() if identifier not in seen]

@@ -2,16 +2,18 @@
 // signal at its ends, at its special codes, at the values that have names and at some between. Every frame passes its
 // receive check. The same log each time.
 //
-//   make_every_frame > FILE
+//   make_every_frame [DIALECT] > FILE                 of the vehicle messages: iha or elithion
 #include <array>
 #include <cstdio>
 #include <map>
 #include <set>
+#include <string_view>
 #include <vector>
 
 #include "protocol/candump.hpp"
 #include "protocol/tables/internal_bus.hpp"
 #include "protocol/tables/vehicle_bus.hpp"
+#include "protocol/tables/vehicle_bus_elithion.hpp"
 
 namespace {
 
@@ -34,7 +36,7 @@ class Random {
 
 class LogMaker {
  public:
-  void run() {
+  void run(const Catalogue& vehicle) {
     // Answers come before the questions: then no answer can be late.
     for (const bool is_question : {false, true}) {
       for (const MessageSpec* message : internal_bus::catalogue.messages()) {
@@ -42,7 +44,7 @@ class LogMaker {
         if (asks == is_question) every_node(*message);
       }
     }
-    for (const MessageSpec* message : vehicle_bus::catalogue.messages()) every_node(*message);
+    for (const MessageSpec* message : vehicle.messages()) every_node(*message);
   }
 
  private:
@@ -100,7 +102,8 @@ class LogMaker {
 }  // namespace
 
 // NOLINTNEXTLINE(bugprone-exception-escape): running out of memory may end it
-int main() {
-  LogMaker().run();
+int main(int argc, char** argv) {
+  const bool is_elithion = argc > 1 && std::string_view(argv[1]) == "elithion";
+  LogMaker().run(is_elithion ? vehicle_bus_elithion::catalogue : vehicle_bus::catalogue);
   return std::fflush(stdout) == 0 ? 0 : 1;
 }

@@ -191,7 +191,7 @@ TEST_CASE("frames that fail their check are marked and are no error", "[integrat
         "(1.000000) vcan0 143 CELLS_1 node 3     !! wrong crc  [8] 8E A0 8E 92 8E B2 2A B3\n"
         "(1.000000) vcan0 143 CELLS_1 node 3     !! wrong length  [2] 8E A0\n"
         "(1.000000) vcan0 143 CELLS_1 node 3     remote frame, asks for 8 bytes\n"
-        "(1.000000) vcan0 143 CELLS_1 node 3     not classic CAN\n"
+        "(1.000000) vcan0 143 CAN FD             [02] 8E A0\n"
         "(1.000000) vcan0 00000040 unknown       error frame: bus off  [8] 00 00 00 00 00 00 00 00\n"
         "(1.000000) vcan0 18FF50E5 unknown       [1] 01\n"
         "(1.000000) vcan0 7FF unknown            [0]\n");
@@ -368,7 +368,7 @@ TEST_CASE("a wrong command line exits with 2 and says what is wrong", "[integrat
                                 "-r - -t x",
                                 "-r - -t d --json",
                                 "-r - -T 5",
-                                "-r - --dialect elithion",
+                                "-r - --dialect klingon",
                                 "can0,XYZ -r -",
                                 "-r - --filter 123:",
                                 "-r - --filter NO_SUCH_MESSAGE",
@@ -509,16 +509,51 @@ TEST_CASE("the summary has a line for each identifier, 29-bit ones too, and the 
   CHECK(json.at("load_bit_per_s") == std::llround(static_cast<double>(bits - 112) / 2.75));
 }
 
-TEST_CASE("what an unread dialect says is told, and in the summary", "[integration][bmudump]") {
+TEST_CASE("Elithion's messages are read as such when 620h or 622h tell, and with --dialect", "[integration][bmudump]") {
+  const std::string status = "(1.000000) can0 622#0A0E8D0A050001\n";
+  const std::string name = "(1.000000) can0 620#456C697468696F6E\n";
+  const std::string charge = "(1.000000) can0 626#48001C00640062\n";
+  const std::string status_text =
+      "can0 622 PACK_STATUS        k1_on yes  k3_on yes  uptime 3725 s  load_power yes  wired_request yes  "
+      "stored_fault discharge overcurrent  warning_bits low voltage\n";
+  const std::string charge_text =
+      "can0 626 PACK_CHARGE        soc 72.0 %  depth_of_discharge 28.0000 Ah  capacity 100.0000 Ah  soh 98.0 %\n";
+  const std::string options = "-r - -t none --brief ";
+  for (const std::string& arguments : {options, options + "--dialect elithion"}) {
+    const Run result = run(arguments, name + status + charge);
+    CHECK(result.err.empty());
+    CHECK(result.out.ends_with(status_text + charge_text));
+    CHECK(run(arguments, status + charge).out == status_text + charge_text);
+  }
+  const std::vector<std::string> lines = lines_of(run("-r - --json --strict", name + charge + status).out);
+  REQUIRE(lines.size() == 3);
+  for (const std::string& line : lines) CHECK(nlohmann::json::parse(line).at("dialect") == "elithion");
+  const nlohmann::json signals = nlohmann::json::parse(lines[2]).at("signals");
+  CHECK(signals.size() == 17);
+  CHECK(signals.at("fault_bits") == 0);
+  CHECK(signals.at("warning_bits") == 1);
+  CHECK(signals.at("stored_fault") == 5);
+  CHECK(signals.at("k1_on") == 1);
+  CHECK(run("-r - --summary", name + status).out.find("vehicle messages: 620h says \"Elithion\", dialect elithion\n") !=
+        std::string::npos);
+}
+
+TEST_CASE("a pack that speaks another dialect than the one chosen is told, JSON says what it was read as",
+          "[integration][bmudump]") {
   const std::string log = "(1.000000) can0 620#456C697468696F6E\n(1.000000) can0 622#0A0E8D0A000001\n";
-  const Run result = run("-r - --summary", log);
+  const Run result = run("-r - --summary --dialect iha", log);
   CHECK(result.exit_code == 0);
   CHECK(result.err ==
         "bmudump: can0: 620h says \"Elithion\": that is the dialect elithion, and it is read here as iha; do not "
-        "believe what "
-        "stands in 622h, 626h and 627h\n");
-  CHECK(result.out.find("vehicle messages: 620h says \"Elithion\", dialect elithion\n") != std::string::npos);
-  CHECK(run("-r - --dialect iha", "(1.000000) can0 620#49484120424D5331\n").err.empty());
+        "believe what stands in 622h, 625h, 626h and 627h\n");
+  CHECK(run("-r - --dialect elithion", "(1.000000) can0 620#49484120424D5331\n").err.find("read here as elithion") !=
+        std::string::npos);
+  const std::string iha = "(1.000000) can0 620#49484120424D5331\n(1.000000) can0 143#8EA08E928EB22AB2\n";
+  CHECK(run("-r - --dialect iha", iha).err.empty());
+  const std::vector<std::string> lines = lines_of(run("-r - --json", iha).out);
+  REQUIRE(lines.size() == 2);
+  CHECK(nlohmann::json::parse(lines[0]).at("dialect") == "iha");
+  CHECK_FALSE(nlohmann::json::parse(lines[1]).contains("dialect"));
 }
 
 TEST_CASE("packed logs are read by what they are, from files and from standard input", "[integration][bmudump]") {
@@ -553,6 +588,28 @@ TEST_CASE("a packed log that is cut off is read to there, and the place is named
         std::string::npos);
 }
 
+TEST_CASE("a log packed with gzip is read as far as it is good, xz and bzip2 are named", "[integration][bmudump]") {
+  const TemporaryFolder folder;
+  const std::string command = "gzip -c " + fixture + " >" + folder / "whole";
+  REQUIRE(std::system(command.c_str()) == 0);  // NOLINT(cert-env33-c,concurrency-mt-unsafe): our own words
+  const std::string whole = content_of(folder / "whole");
+  const std::string expected = content_of(BMUD_SOURCE_DIR "/tests/integration/bmudump_worked_frames.txt");
+  CHECK(run("-r " + folder / "whole").out == expected);
+  CHECK(run("-r -", whole).out == expected);
+  const std::string cut = folder.file("cut", whole.substr(0, whole.size() - 1));
+  const Run result = run("-r " + cut);
+  CHECK(result.exit_code == 3);
+  CHECK(result.out == expected);
+  CHECK(result.err == "bmudump: " + cut + ": bytes 0 to " + std::to_string(whole.size() - 1) + ", behind line " +
+                          std::to_string(lines_of(content_of(fixture)).size()) +
+                          ": this gzip stream has no end; skipped\n");
+  const Run bzip2 = run("-r -", "BZh91AY&SY");
+  CHECK(bzip2.exit_code == 3);
+  CHECK(bzip2.err ==
+        "bmudump: standard input: bytes 0 to 10, behind line 0: this is packed with bzip2, which is not read here; "
+        "unpack it with bzip2 -d; skipped\n");
+}
+
 TEST_CASE("lines of a recording that are not frames are comments", "[integration][bmudump]") {
   const Run result = run("-r -",
                          "# bmud recording\n(1.000000) can0 7FF#01 R\n# (1.000000) tick 5d1f\n# > can0 040#\n"
@@ -570,10 +627,10 @@ TEST_CASE("followed without a terminal, the last state of all is printed at the 
   const std::vector<std::string> lines = lines_of(result.out);
   REQUIRE(lines.size() == 2 + 1 + 21);
   CHECK(lines[0] == "vcan0   13 frames   387/s   load 9.1 % of 500 kbit/s");
-  CHECK(lines[2].starts_with("bus    id        message "));
-  CHECK(lines[7].starts_with("vcan0  143       CELLS_1 node 3"));
-  CHECK(lines.back().starts_with("vcan1  628       PACK_RESISTANCE"));
-  CHECK(lines[7].ends_with("cell_voltage_1 3.6512 V  cell_voltage_2 3.6498 V  cell_voltage_3 3.6530 V"));
+  CHECK(lines[2].starts_with("bus   id  message "));
+  CHECK(lines[7].starts_with("vcan0 143 CELLS_1 node 3 "));
+  CHECK(lines.back().starts_with("vcan1 628 PACK_RESISTANCE "));
+  CHECK(lines[7].ends_with("  cell_voltage_1 3.6512 V  _2 3.6498  _3 3.6530"));
 }
 
 TEST_CASE("brief leaves out what is not set", "[integration][bmudump]") {
@@ -605,9 +662,54 @@ TEST_CASE("as a log, what was read comes out again", "[integration][bmudump]") {
   CHECK(result.out == frames);
 }
 
+TEST_CASE("CAN FD, CAN XL and length codes above 8 come out of -L, -f and -l as they went in",
+          "[integration][bmudump]") {
+  std::string log =
+      "(1.000000) can0 123##3AABB\n(1.000001) can0 18FF50E5##0\n(1.000002) can0 123#1122334455667788_9 R\n"
+      "(1.000003) can0 123#R8_F\n(1.000004) can0 123#R3\n(1.000005) can0 20000040#0000000000000000 T\n"
+      "(1.000006) can0 45123#81:00:12345678#11.22 T\n";
+  log += "(1.000007) can0 7FF##1" + times(64, "5A") + " R\n";
+  const TemporaryFolder folder;
+  CHECK(run("-r - -L", log).out == log);
+  CHECK(run("-r - -f " + folder / "out.log", log).exit_code == 0);
+  CHECK(content_of(folder / "out.log") == log);
+  const std::string in = folder.file("in.log", log);
+  const std::string command = "mkdir " + folder / "l" + " && cd " + folder / "l" + " && " + program + " -l -r " + in;
+  REQUIRE(std::system((command + " 2>../err").c_str()) == 0);  // NOLINT(cert-env33-c,concurrency-mt-unsafe): ours
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "l")) {
+    CHECK(content_of(entry.path().string()) == log);
+  }
+}
+
+TEST_CASE("frames of CAN FD and XL are shown with their bytes, and flags with -x", "[integration][bmudump]") {
+  const std::string log =
+      "(1.000000) can0 143#8EA08E928EB22AB2 R\n(1.000000) can0 143##38EA0 R\n(1.000000) can0 18FF50E5##1" +
+      times(12, "41") + " T\n(1.000000) can0 7FF#43 T\n(1.000000) can0 45123#81:00:12345678#11.22\n";
+  CHECK(run("-r - -x -a -t none --brief", log).out ==
+        "can0 RX 143 CELLS_1 node 3     cell_voltage_1 3.6512 V  cell_voltage_2 3.6498 V  cell_voltage_3 3.6530 V\n"
+        "can0 RX B E 143 CAN FD             [02] 8E A0  '..'\n"
+        "can0 TX B - 18FF50E5 CAN FD        [12] 41 41 41 41 41 41 41 41 41 41 41 41  'AAAAAAAAAAAA'\n"
+        "can0 TX - - 7FF unknown            [1] 43  'C'\n"
+        "can0  - - - 123 CAN XL             [02] 11 22  '.\"'\n");
+  const std::vector<std::string> lines = lines_of(run("-r - --json", log).out);
+  REQUIRE(lines.size() == 5);
+  CHECK(lines[1] == R"({"time_s":1.000000,"bus":"can0","id":"143","message":null,"node":null,"ok":null,)"
+                    R"("fd":true,"fd_flags":3,"data":"8EA0"})");
+  CHECK(nlohmann::json::parse(lines[2]).at("data") == times(12, "41"));
+  CHECK(lines[4].ends_with(R"("ok":null,"xl":true,"data":"1122"})"));
+  // The table keeps what it shows.
+  CHECK(lines_of(run("-r - --follow", log).out).back().ends_with("[02] 11 22"));
+  const std::string longest = "(1.000000) can0 7FF07#01:AB:00000000#" + times(2'048, "7F") + "\n";
+  CHECK(run("-r - -a -t none", longest).out ==
+        "can0 707 CAN XL             [2048]" + times(2'048, " 7F") + "  '" + times(2'048, ".") + "'\n");
+}
+
 TEST_CASE("the generated part of the protocol's documentation is current", "[integration][bmudump][meta]") {
   const std::string document = content_of(BMUD_SOURCE_DIR "/docs/bus-protocol.md");
   CHECK(document.find(run("--protocol-doc").out) != std::string::npos);
+  const std::string elithion = run("--protocol-doc --dialect elithion").out;
+  CHECK(elithion.find("| b4 | u8 | `stored_fault` |  | 0 none, 1 driven while plugged in, ") != std::string::npos);
+  CHECK(elithion.find("| b5 | u8 | `fault_bits` |  | .0 driven while plugged in, .1 interlock, ") != std::string::npos);
 }
 
 TEST_CASE("live, frames are shown as they come and an interrupt ends in order", "[integration][bmudump]") {

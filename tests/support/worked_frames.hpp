@@ -10,6 +10,7 @@
 
 #include "protocol/tables/internal_bus.hpp"
 #include "protocol/tables/vehicle_bus.hpp"
+#include "protocol/tables/vehicle_bus_elithion.hpp"
 
 namespace bmu::test {
 
@@ -243,6 +244,64 @@ inline std::vector<WorkedFrame> vehicle_worked_frames() {
         {"cell_resistance_min_cell", known(12)},
         {"cell_resistance_max_uOhm", known(1'400)},
         {"cell_resistance_max_cell", known(88)}}},
+  };
+}
+
+/// Of the dialect `elithion`, where it differs.
+inline std::vector<WorkedFrame> elithion_worked_frames() {
+  using namespace vehicle_bus_elithion;
+  return {
+      {&vehicle_bus::pack_name,
+       0,
+       0,
+       {0x45, 0x6C, 0x69, 0x74, 0x68, 0x69, 0x6F, 0x6E},
+       {{"name", letters("Elithion")}}},
+      {&pack_status,
+       0,
+       0,
+       {0x0A, 0x0E, 0x8D, 0x0A, 0x00, 0x00, 0x01},
+       {{"k1_on", known(1)},
+        {"k3_on", known(1)},
+        {"uptime_s", known(3725)},
+        {"load_power", known(1)},
+        {"wired_request", known(1)},
+        {"warning_bits", known(0x01)}}},
+      {&pack_status,
+       0,
+       0,
+       {0x11, 0xFF, 0xFF, 0xA5, 0x13, 0x81, 0x80},
+       {{"fault", known(1)},
+        {"relay_fault", known(1)},
+        {"uptime_s", known(65'535)},
+        {"source_power", known(1)},
+        {"interlock_tripped", known(1)},
+        {"charging_blocked", known(1)},
+        {"fan_on", known(1)},
+        {"stored_fault", known(19)},
+        {"fault_bits", known(0x81)},
+        {"warning_bits", known(0x80)}}},
+      {&pack_energy,
+       0,
+       0,
+       {0x00, 0x12, 0xD6, 0x87, 0xFF, 0xFF, 0xFF, 0xFF},
+       {{"energy_in_counts", known(1'234'567)}, {"energy_out_counts", not_known()}}},
+      {&pack_charge,
+       0,
+       0,
+       {0x48, 0x00, 0x1C, 0x00, 0x64, 0x00, 0x62},
+       {{"soc_permille", known(720)},
+        {"depth_of_discharge_uAs", known(28 * uAs_per_Ah)},
+        {"capacity_uAs", known(100 * uAs_per_Ah)},
+        {"soh_permille", known(980)}}},
+      {&pack_temperature,
+       0,
+       0,
+       {0x15, 0x00, 0x12, 0x03, 0x19, 0x29},
+       {{"cell_temperature_average_dC", known(210)},
+        {"cell_temperature_min_dC", known(180)},
+        {"cell_temperature_min_sensor", known(3)},
+        {"cell_temperature_max_dC", known(250)},
+        {"cell_temperature_max_sensor", known(41)}}},
   };
 }
 

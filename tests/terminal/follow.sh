@@ -86,6 +86,22 @@ terminal send-keys -t test Up
 until_screen "the arrow does not scroll back" 'rows 1 to 2 of'
 terminal resize-window -t test -x 110 -y 14
 until_screen "the table does not grow again" '^52[0-9] +'
+
+# The values get the room, whatever the width; what is cut has a mark and can be moved to.
+terminal resize-window -t test -x 80 -y 24
+until_screen "80 columns have no values" '^521 SENSOR_CURRENT +[0-9.]+/s  pack_current -?[0-9.]+ A '
+until_screen "80 columns have a mark nowhere" '^041 PDU_STATUS +[0-9.]+/s  [a-z_]+  .*…$'
+if screen | LC_ALL=C.UTF-8 grep -qE '^.{81,}$'; then fail "a row is too long"; fi
+terminal resize-window -t test -x 120 -y 40
+until_screen "120 columns do not have all" '^id +message +frames +rate +gap max +age  values$'
+until_screen "120 columns do not count" '^521 SENSOR_CURRENT +[0-9]+ +[0-9.]+/s +[0-9.]+ s +[0-9.]+ s  pack_current '
+terminal resize-window -t test -x 40 -y 24
+until_screen "40 columns have no values" '^521 SENSOR_CURRENT +pack_current -?[0-9.]+'
+until_screen "40 columns have no short head" '^unix:[^ ]+ +[0-9.]+/s +load '
+terminal send-keys -t test Right
+until_screen "the arrow does not move the values" '^id +message +<- values$'
+terminal send-keys -t test Left
+until_screen "the arrow does not move the values back" '^id +message +values$'
 terminal send-keys -t test q
 ended "q"
 

@@ -1,5 +1,5 @@
-// Packed logs: frames one after another are one text, and what is torn, cut or no zstd at all is named with its place
-// while the rest is read.
+// Packed logs: frames one after another are one text, and what is torn, cut or not packed so at all is named with its
+// place while the rest is read.
 #include "tools/common/packed_text.hpp"
 
 #include <algorithm>
@@ -10,6 +10,7 @@
 
 #include <fcntl.h>
 #include <unistd.h>
+#include <zlib.h>
 #include <zstd.h>
 
 #include "daemon/shell/owned_fd.hpp"
@@ -41,6 +42,23 @@ std::string packed(std::string_view text, const Packing& how = {}) {
   REQUIRE(ZSTD_compressStream2(context, &to, &from, ZSTD_e_end) == 0);
   ZSTD_freeCCtx(context);
   out.resize(to.pos);
+  return out;
+}
+
+/// As gzip packs it.
+std::string gzipped(std::string_view text, int level = 6) {
+  z_stream stream{};
+  constexpr int gzip_window = 15 + 16;
+  REQUIRE(deflateInit2(&stream, level, Z_DEFLATED, gzip_window, 8, Z_DEFAULT_STRATEGY) == Z_OK);
+  std::string in(text);
+  std::string out(deflateBound(&stream, static_cast<uLong>(text.size())), '\0');
+  stream.next_in = reinterpret_cast<Bytef*>(in.data());
+  stream.avail_in = static_cast<uInt>(in.size());
+  stream.next_out = reinterpret_cast<Bytef*>(out.data());
+  stream.avail_out = static_cast<uInt>(out.size());
+  REQUIRE(deflate(&stream, Z_FINISH) == Z_STREAM_END);
+  out.resize(stream.total_out);
+  deflateEnd(&stream);
   return out;
 }
 
@@ -210,6 +228,95 @@ TEST_CASE("a frame that wants too much memory is refused with the way out, the n
   REQUIRE(all.damage.size() == 1);
   CHECK(all.damage[0].what.find("zstd -d") != std::string::npos);
   CHECK(unpacked(packed(lines(10), {.window_log = 24})).text == lines(10));
+}
+
+TEST_CASE("gzip is unpacked whatever the room to write to and whatever the level", "[unit][packed_text]") {
+  const std::string text = lines(20'000);
+  for (const int level : {0, 1, 6, 9}) {
+    for (const std::size_t room : {std::size_t{1'000}, std::size_t{262'144}}) {
+      const Unpacked all = unpacked(gzipped(text, level), room);
+      CHECK((all.text == text));
+      CHECK(all.damage.empty());
+      CHECK(all.is_packed);
+    }
+  }
+  CHECK(unpacked(gzipped("one byte at a time"), 1).text == "one byte at a time");
+  CHECK(unpacked(gzipped(std::string(3'000'000, 'a')), 70'000).text == std::string(3'000'000, 'a'));
+}
+
+TEST_CASE("streams of gzip one after another are one text", "[unit][packed_text]") {
+  const Unpacked all = unpacked(gzipped("one ") + gzipped("") + gzipped("text\n"));
+  CHECK(all.text == "one text\n");
+  CHECK(all.damage.empty());
+}
+
+TEST_CASE("gzip that is cut off is read to there and named", "[unit][packed_text]") {
+  const std::string text = lines(20'000);
+  const std::string whole = gzipped(text);
+  for (const std::size_t length : {std::size_t{10}, whole.size() / 2, whole.size() - 9, whole.size() - 1}) {
+    const Unpacked all = unpacked(whole.substr(0, length));
+    CHECK(text.starts_with(all.text));
+    const double part = static_cast<double>(length) / static_cast<double>(whole.size());
+    CHECK(static_cast<double>(all.text.size()) >= part * static_cast<double>(text.size()) - 140'000);
+    REQUIRE(all.damage.size() == 1);
+    CHECK(all.damage[0].begin == 0);
+    CHECK(all.damage[0].end == length);
+    CHECK(all.damage[0].what == "this gzip stream has no end");
+  }
+}
+
+TEST_CASE("any changed byte of a gzip stream ends in the same text or is named, and the next stream is read",
+          "[unit][packed_text]") {
+  const std::string text = lines(40);
+  const std::string good = gzipped(text);
+  for (std::size_t at = 10; at < good.size(); ++at) {
+    std::string bad = good;
+    bad[at] = static_cast<char>(bad[at] ^ 0x10);
+    const Unpacked all = unpacked(bad + gzipped("next\n"));
+    INFO("byte " << at);
+    CHECK((!all.damage.empty() || all.text == text + "next\n"));
+    CHECK(all.text.ends_with("next\n"));
+  }
+}
+
+TEST_CASE("what is wrong with gzip is named", "[unit][packed_text]") {
+  std::string wrong_sum = gzipped("hello\n");
+  wrong_sum[wrong_sum.size() - 5] = static_cast<char>(wrong_sum[wrong_sum.size() - 5] ^ 1);
+  const Unpacked all = unpacked(wrong_sum);
+  CHECK(all.text == "hello\n");
+  REQUIRE(all.damage.size() == 1);
+  CHECK(all.damage[0].what.find("checksum") != std::string::npos);
+  const std::string good = gzipped("good\n");
+  const Unpacked behind = unpacked(good + "not packed");
+  CHECK(behind.text == "good\n");
+  REQUIRE(behind.damage.size() == 1);
+  CHECK(behind.damage[0].begin == good.size());
+  CHECK(behind.damage[0].end == good.size() + 10);
+  CHECK(behind.damage[0].what == "no gzip stream begins here");
+}
+
+TEST_CASE("packings that are not read are named with the way out", "[unit][packed_text]") {
+  struct Case {
+    std::string magic, what;
+  };
+  for (const Case& one :
+       {Case{{"\xFD\x37zXZ\0", 6}, "this is packed with xz, which is not read here; unpack it with xz -d"},
+        Case{"BZh9", "this is packed with bzip2, which is not read here; unpack it with bzip2 -d"},
+        Case{"\x04\x22\x4D\x18", "this is packed with lz4, which is not read here; unpack it with lz4 -d"}}) {
+    for (const std::size_t rest : {std::size_t{0}, std::size_t{300'000}}) {
+      const Unpacked all = unpacked(one.magic + std::string(rest, 'x'));
+      CHECK(all.text.empty());
+      REQUIRE(all.damage.size() == 1);
+      CHECK(all.damage[0].begin == 0);
+      CHECK(all.damage[0].end == one.magic.size() + rest);
+      CHECK(all.damage[0].what == one.what);
+    }
+  }
+  // Text that begins nearly so is text.
+  for (const char* const text : {"BZ", "BZh", "BZhx\n", "\x1F\x8B", "\x1F\x8B\x08\xFFxxxxxx"}) {
+    CHECK(unpacked(text).text == text);
+    CHECK(unpacked(text).damage.empty());
+  }
 }
 
 TEST_CASE("a line torn by damage is left out and counted, the next is whole", "[unit][packed_text]") {

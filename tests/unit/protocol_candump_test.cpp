@@ -1,5 +1,7 @@
 // Log lines: what candump writes is read, what is damaged is named with its column, and nothing crashes.
+#include <array>
 #include <string>
+#include <vector>
 
 #include "protocol/candump.hpp"
 #include "tests/support/catch.hpp"
@@ -25,8 +27,23 @@ std::string damage(std::string_view text) {
 }
 
 std::string printed(const LogLine& line) {
-  std::array<char, log_line_length_max> text{};
+  std::array<char, long_log_line_length_max> text{};
   return {text.data(), print_log_line(line, text)};
+}
+
+std::string hex_bytes(std::size_t count) {
+  std::string text;
+  for (std::size_t index = 0; index < count; ++index) {
+    text += "0123456789ABCDEF"[index / 16 % 16];
+    text += "0123456789ABCDEF"[index % 16];
+  }
+  return text;
+}
+
+std::vector<std::uint8_t> long_bytes(const LogLine& line) {
+  std::array<std::uint8_t, xl_bytes_max> bytes{};
+  const std::size_t count = unpack(long_frame_of(line), bytes);
+  return {bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(count)};
 }
 
 }  // namespace
@@ -88,6 +105,56 @@ TEST_CASE("CAN FD is recognised and not taken for damage", "[unit][protocol][can
   CHECK(damage("(1.000000) can0 143##") == "22: data bytes of two hexadecimal digits");
   CHECK(damage("(1.000000) can0 143##1A") == "24: data bytes of two hexadecimal digits");
   CHECK(damage("(1.000000) can0 143##1" + std::string(130, 'A')) == "151: at most 8 data bytes (64 after '##')");
+}
+
+TEST_CASE("what candump writes comes out as it went in", "[unit][protocol][candump]") {
+  const std::string start = "(1700000000.123456) can0 ";
+  std::vector<std::string> frames = {"143#",        "143#00",        "18FF50E5#0102",
+                                     "143#R",       "143#R4",        "18FF50E5#R8",
+                                     "143#R8_9",    "143#R8_F",      "20000040#0000000000000000",
+                                     "00000123#11", "3FFFFFFF#0102", "45123#81:00:12345678#11223344.556677",
+                                     "143##0",      "18FF50E5##3AA", "00123#81:00:12345678#"};
+  for (std::size_t bytes = 0; bytes <= 8; ++bytes) frames.push_back("123#" + hex_bytes(bytes));
+  for (const char code : {'9', 'A', 'B', 'C', 'D', 'E', 'F'}) frames.push_back("123#" + hex_bytes(8) + "_" + code);
+  for (const unsigned bytes : {0U, 1U, 2U, 3U, 4U, 5U, 6U, 7U, 8U, 12U, 16U, 20U, 24U, 32U, 48U, 64U}) {
+    for (const char flags : {'0', '1', '2', '3', '4', '7', 'F'}) {
+      frames.push_back(std::string("123##") + flags + hex_bytes(bytes));
+      frames.push_back(std::string("12345678##") + flags + hex_bytes(bytes));
+    }
+  }
+  frames.push_back("7FF07#01:AB:00000000#" + hex_bytes(2'048));
+  for (const std::string& frame : frames) {
+    for (const char* direction : {"", " R", " T"}) {
+      const std::string text = start + frame + direction;
+      INFO(text);
+      CHECK(printed(parsed(text)) == text);
+    }
+  }
+}
+
+TEST_CASE("CAN FD and XL give flags and bytes", "[unit][protocol][candump]") {
+  const LogLine fd = parsed("(1.000000) can0 123##3aAbB R");
+  CHECK(fd.long_frame == "123##3aAbB");
+  CHECK_FALSE(long_frame_of(fd).is_xl);
+  CHECK(long_frame_of(fd).flags == 3);
+  CHECK(long_bytes(fd) == std::vector<std::uint8_t>{0xAA, 0xBB});
+  CHECK(long_bytes(parsed("(1.000000) can0 12345678##0")).empty());
+  const LogLine whole = parsed("(1.000000) can0 123##0" + hex_bytes(64));
+  CHECK(long_bytes(whole).size() == 64);
+  CHECK(long_bytes(whole).back() == 63);
+  const LogLine xl = parsed("(1.000000) can0 45123#81:00:12345678#1122.33.44. T");
+  CHECK(long_frame_of(xl).is_xl);
+  CHECK(long_bytes(xl) == std::vector<std::uint8_t>{0x11, 0x22, 0x33, 0x44});
+  CHECK(long_bytes(parsed("(1.000000) can0 45123#81:00:12345678#" + hex_bytes(2'048))).size() == 2'048);
+  CHECK(damage("(1.000000) can0 45123#81:00:12345678#" + hex_bytes(2'049)) == "4134: at most 2048 data bytes");
+  CHECK(damage("(1.000000) can0 45123#81:00:12345678#11..22") == "41: the end of the line, or ' R' or ' T'");
+}
+
+TEST_CASE("a length code above 8 is kept beside the eight bytes it means", "[unit][protocol][candump]") {
+  CHECK(parsed("(1.000000) can0 123#1122334455667788_9").length_code == 9);
+  CHECK(parsed("(1.000000) can0 123#1122334455667788_f").length_code == 15);
+  CHECK(parsed("(1.000000) can0 123#R8_C").length_code == 12);
+  CHECK(parsed("(1.000000) can0 123#1122334455667788").length_code == 0);
 }
 
 TEST_CASE("damage is named with its column", "[unit][protocol][candump]") {
@@ -209,9 +276,12 @@ TEST_CASE("a damaged line is damaged at the same place, whichever way its time i
 
 TEST_CASE("random and mutated lines never crash the parser", "[unit][protocol][candump]") {
   Random random(4);
-  const std::string good = "(1700000000.123456) vcan0 143#8EA08E928EB22AB2 R";
+  const std::string_view good_lines[] = {"(1700000000.123456) vcan0 143#8EA08E928EB22AB2 R",
+                                         "(1700000000.123456) vcan0 143#8EA08E928EB22AB2_9 R",
+                                         "(1700000000.123456) vcan0 143##38EA08E928EB22AB2010203 T",
+                                         "(1700000000.123456) vcan0 45123#81:00:12345678#1122.33 R"};
   for (int count = 0; count < 200'000; ++count) {
-    std::string text = good;
+    std::string text(good_lines[random.below(std::size(good_lines))]);
     if (count % 4 == 0) {
       text.resize(random.below(80));
       for (char& letter : text) letter = static_cast<char>(random.next());
@@ -227,9 +297,10 @@ TEST_CASE("random and mutated lines never crash the parser", "[unit][protocol][c
     const auto line = parse_log_line(text);
     if (!line.has_value()) {
       REQUIRE(line.error().column <= text.size());
-    } else if (line->kind == LogLineKind::frame) {
+    } else if (line->kind != LogLineKind::nothing) {
       const std::string text_again = printed(*line);
       REQUIRE(parsed(text_again).frame == line->frame);
+      REQUIRE(parsed(text_again).long_frame == line->long_frame);
     }
   }
 }

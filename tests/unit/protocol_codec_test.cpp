@@ -14,6 +14,7 @@ using namespace bmu::test;
 std::vector<WorkedFrame> all_worked_frames() {
   std::vector<WorkedFrame> all = internal_worked_frames();
   for (WorkedFrame& one : vehicle_worked_frames()) all.push_back(one);
+  for (WorkedFrame& one : elithion_worked_frames()) all.push_back(one);
   return all;
 }
 
@@ -31,6 +32,7 @@ std::vector<const MessageSpec*> all_rows() {
   rows.insert(rows.end(), std::begin(internal_bus::rows_little_endian_sensor),
               std::end(internal_bus::rows_little_endian_sensor));
   rows.insert(rows.end(), std::begin(vehicle_bus::rows), std::end(vehicle_bus::rows));
+  rows.insert(rows.end(), std::begin(vehicle_bus_elithion::rows), std::end(vehicle_bus_elithion::rows));
   return rows;
 }
 

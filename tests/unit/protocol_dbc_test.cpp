@@ -141,6 +141,8 @@ TEST_CASE("an independent reader of the DBC decodes every worked frame alike", "
   for (const WorkedFrame& worked : internal_worked_frames()) check_worked_frame(worked, internal);
   Dbc vehicle = read_dbc(dbc_text(vehicle_bus::catalogue, some_nodes));
   for (const WorkedFrame& worked : vehicle_worked_frames()) check_worked_frame(worked, vehicle);
+  Dbc elithion = read_dbc(dbc_text(vehicle_bus_elithion::catalogue, some_nodes));
+  for (const WorkedFrame& worked : elithion_worked_frames()) check_worked_frame(worked, elithion);
 }
 
 TEST_CASE("the DBC has each message once for every node asked for", "[unit][protocol][dbc]") {
@@ -168,7 +170,8 @@ TEST_CASE("arguments of a command are multiplexed by its operation", "[unit][pro
 }
 
 TEST_CASE("names fit what DBC tools allow and are unique in their message", "[unit][protocol][dbc]") {
-  for (const Catalogue* catalogue : {&internal_bus::catalogue, &vehicle_bus::catalogue}) {
+  for (const Catalogue* catalogue :
+       {&internal_bus::catalogue, &vehicle_bus::catalogue, &vehicle_bus_elithion::catalogue}) {
     for (const auto& [id, message] : read_dbc(dbc_text(*catalogue, some_nodes)).messages) {
       std::set<std::string> names;
       CHECK(message.name.size() <= 32);

@@ -68,7 +68,7 @@ TEST_CASE("a frame of another form or an unknown identifier is refused", "[unit]
 }
 
 TEST_CASE("a frame of any wrong length is refused", "[unit][protocol]") {
-  for (const Catalogue* bus : {&catalogue, &vehicle_bus::catalogue}) {
+  for (const Catalogue* bus : {&catalogue, &vehicle_bus::catalogue, &vehicle_bus_elithion::catalogue}) {
     ReceiveCheck check(*bus, Role::listener);
     for (const MessageSpec* message : bus->messages()) {
       for (std::uint8_t length = 0; length <= 8; ++length) {

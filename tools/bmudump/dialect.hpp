@@ -1,7 +1,8 @@
 // The dialects of the traction-pack messages 620h to 628h, and how to tell from a bus which one is spoken there.
 //
-// All dialects have the same identifiers; what differs is 622h and a byte each of 626h and 627h. Who sends says who he
-// is in 620h; where that is no name a dialect is known by, a 622h of seven bytes can only be `elithion`.
+// All dialects have the same identifiers; what differs is 622h, a byte each of 626h and 627h and what 625h counts. Who
+// sends says who he is in 620h; where that is no name a dialect is known by, a 622h of seven bytes can only be
+// `elithion`.
 #pragma once
 
 #include <cstdint>
@@ -11,6 +12,7 @@
 
 #include "protocol/frame.hpp"
 #include "protocol/tables/vehicle_bus.hpp"
+#include "protocol/tables/vehicle_bus_elithion.hpp"
 
 namespace bmu::dump {
 
@@ -24,7 +26,7 @@ struct Dialect {
 inline constexpr Dialect dialect_table[] = {
     {.name = "iha", .pack_name = "IHA BMS1", .rows = vehicle_bus::rows},
     {.name = "original"},
-    {.name = "elithion", .pack_name = "Elithion", .status_length = 7},
+    {.name = "elithion", .pack_name = "Elithion", .status_length = 7, .rows = vehicle_bus_elithion::rows},
 };
 
 /// The row of that name; null if there is none.

@@ -1,6 +1,5 @@
 #include "tools/bmudump/dump.hpp"
 
-#include <array>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -18,6 +17,7 @@ FrameText::Style style_of(const Options& options) {
   const bool is_table = options.output == Output::follow;  // which has colours of its own
   return {.is_coloured = options.is_coloured && !is_table,
           .is_brief = options.is_brief || is_table,
+          .is_short = is_table,
           .has_letters = options.has_letters,
           .has_direction = options.start.has_direction};
 }
@@ -54,6 +54,7 @@ Dump::Dump(const Options& options, const Catalogues& catalogues, const Filter& f
       start_(options.start),
       out_(fd),
       left_(options.count.value_or(std::numeric_limits<std::uint64_t>::max())),
+      shows_lines_(options.output == Output::text || options.output == Output::json || options.output == Output::log),
       needs_counts_(options.output == Output::summary || options.output == Output::summary_json || options.is_strict ||
                     options.output == Output::follow) {
   for (std::size_t reader = 0; reader < catalogues.size(); ++reader) {
@@ -72,10 +73,10 @@ bool Dump::show(const LogLine& line) {
   if (!filter_->passes(line.frame) || !bus->filter->passes(line.frame)) return true;
   const SeenFrame seen{line, verdict};
   IdStatistics* const row = needs_counts_ ? bus->statistics.count(line, verdict) : nullptr;
-  if (follow_) {
-    follow_->note(*bus, seen, row);
-  } else {
+  if (shows_lines_) {
     print(*bus, seen);
+  } else if (follow_) {
+    follow_->note(*bus, seen, row);
   }
   --left_;
   return true;
@@ -85,12 +86,11 @@ void Dump::print(const Bus& bus, const SeenFrame& seen) {
   switch (options_->output) {
     case Output::text: return formats_[bus.reader].print_text(seen, out_);
     case Output::json: return formats_[bus.reader].print_json(seen, out_);
-    case Output::log: break;
-    default: return;
+    default: break;
   }
-  std::array<char, log_line_length_max> text{};
+  static_assert(long_log_line_length_max < TextWriter::line_room);
   out_.begin_line();
-  out_.text({text.data(), print_log_line(seen.line, text)});
+  out_.take(print_log_line(seen.line, out_.room()));
   out_.letter('\n');
 }
 
@@ -109,10 +109,11 @@ void Dump::note_dialect(Bus& bus) {
   std::fprintf(
       stderr,
       "bmudump: %s: %s: that is the dialect %s, and it is read here as %s; do not believe what stands in %03Xh, "
-      "%03Xh and %03Xh\n",
+      "%03Xh, %03Xh and %03Xh\n",
       bus.name.c_str(), bus.dialect.sign().c_str(), std::string(spoken->name).c_str(),
       std::string(used.dialect().name).c_str(), static_cast<unsigned>(used.vehicle_base_id() + 2),
-      static_cast<unsigned>(used.vehicle_base_id() + 6), static_cast<unsigned>(used.vehicle_base_id() + 7));
+      static_cast<unsigned>(used.vehicle_base_id() + 5), static_cast<unsigned>(used.vehicle_base_id() + 6),
+      static_cast<unsigned>(used.vehicle_base_id() + 7));
 }
 
 void Dump::forget_counters(std::string_view bus) {

@@ -63,6 +63,7 @@ class Dump {
   TextWriter out_;
   std::unique_ptr<Follow> follow_;
   std::uint64_t left_;
+  bool shows_lines_;
   bool needs_counts_;
 };
 

@@ -11,6 +11,11 @@
 
 namespace bmu::dump {
 
+/// Its names are those of bits, not of values.
+[[nodiscard]] inline bool is_bit_set(const SignalSpec& signal) {
+  return !signal.names.empty() && signal.name.ends_with("_bits");
+}
+
 class DumpCatalogue {
  public:
   struct Choice {

@@ -1,9 +1,9 @@
 // The table of --follow: a row for each identifier on each bus, with how many and how often, the longest gap, how old
-// the last frame is, what failed, and the values it last had.
+// the last frame is, what failed, and the values it last had; in a narrow window fewer of these (follow_columns.hpp).
 //
-//   vcan0   1,240 frames   412.0/s   load 10.6 % of 500 kbit/s
-//   id       message                   frames      rate    gap max       age  failed  values
-//   143      CELLS_1 node 3               120    10.0/s    0.101 s    0.04 s          cell_voltage_1 3.6512 V  ...
+//   vcan0   1240 frames   412/s   load 10.6 % of 500 kbit/s
+//   id  message           frames    rate gap max    age  values
+//   143 CELLS_1 node 3       120  10.0/s  0.10 s 0.04 s  cell_voltage_1 3.6512 V  _2 3.6498 V  _3 3.6530 V
 //
 // Times are those of the frames; `now_us` on the same clock makes the ages. Memory is bounded as that of the
 // statistics.
@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "tools/bmudump/bus_table.hpp"
+#include "tools/bmudump/follow_columns.hpp"
 #include "tools/bmudump/frame_text.hpp"
 #include "tools/common/canvas.hpp"
 
@@ -34,9 +35,17 @@ class Follow {
   /// The time of the newest frame.
   [[nodiscard]] std::int64_t newest_us() const { return newest_us_; }
 
-  /// Draws what fits: a head for each bus, then rows from `first_row` on. Rates are those of the last second or so.
-  void draw(std::int64_t now_us, std::size_t first_row, Canvas& canvas);
+  /// Where the window is: its first row, and of each row its first value.
+  struct Place {
+    std::size_t row = 0;
+    std::size_t value = 0;
+  };
+
+  /// Draws what fits: a head for each bus, then rows. Rates are those of the last second or so.
+  void draw(std::int64_t now_us, const Place& place, Canvas& canvas);
   [[nodiscard]] std::size_t row_count() const { return rows_.size(); }
+  /// The last value worth beginning with: from there on those of all rows of the last window fit.
+  [[nodiscard]] std::size_t value_max() const { return value_max_; }
   /// Rows a window of this height has room for.
   [[nodiscard]] std::size_t rows_in(int height) const;
   /// The whole table as text, rates over all the time.
@@ -59,7 +68,8 @@ class Follow {
     const IdStatistics* statistics = nullptr;  // null: error frames, remote and FD frames, those beyond the rows
     std::uint64_t frames = 0;
     std::int64_t last_us = 0;
-    LogLine line;  // the last that passed, or else the last; its bus name is not used
+    LogLine line;            // the last that passed, or else the last
+    std::string long_frame;  // what `line` has of one
     CheckedFrame verdict;
     Window window;
   };
@@ -70,10 +80,15 @@ class Follow {
   using Key = std::tuple<std::size_t, Kind, std::uint32_t>;
 
   static Key key_of(const Bus& bus, const SeenFrame& seen, const IdStatistics* row);
+  [[nodiscard]] FollowColumns columns_for(int width) const;
+  void draw_in(const FollowColumns& columns, std::int64_t now_us, const Place& place, Canvas& canvas);
   void draw_heads(std::int64_t now_us, Canvas& canvas);
-  [[nodiscard]] std::string head_text(const BusStatistics& all, const Head& head) const;
-  void draw_row(int line, const Key& key, const Row& row, std::int64_t now_us, Canvas& canvas);
-  [[nodiscard]] std::string bus_column(std::string_view name) const;
+  [[nodiscard]] std::string head_text(const BusStatistics& all, const Head& head, bool is_short) const;
+  static void draw_titles(int line, const FollowColumns& columns, bool is_aside, Canvas& canvas);
+  void draw_row(int line, const Key& key, const Row& row, std::int64_t now_us, const FollowColumns& columns,
+                std::size_t first_value, Canvas& canvas);
+  void draw_values(int line, int column, const Row& row, Style style, std::size_t first_value, Canvas& canvas);
+  void draw_foot(std::size_t first_row, std::size_t end_row, Canvas& canvas) const;
   static std::string id_text(const Key& key);
   static std::string row_name(const Key& key, const Row& row);
   [[nodiscard]] std::string values_of(const Row& row);
@@ -86,6 +101,7 @@ class Follow {
   std::map<Key, Row> rows_;
   std::vector<Head> heads_;  // by index of the bus
   std::int64_t newest_us_ = 0;
+  std::size_t value_max_ = 0;
   bool is_over_ = false;  // rates are those of all the time
 };
 

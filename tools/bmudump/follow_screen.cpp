@@ -32,21 +32,19 @@ void catch_screen_signals() {
   ::sigaction(SIGTSTP, &action, nullptr);
 }
 
+enum class Move : std::uint8_t { rows, pages, values };
 struct Key {
   std::string_view code;
-  std::int64_t rows;  // of a window, if pages
-  bool is_pages;
+  std::int64_t steps;
+  Move move;
 };
-constexpr std::array<Key, 10> keys{{{"\033[A", -1, false},
-                                    {"\033[B", 1, false},
-                                    {"\033[5~", -1, true},
-                                    {"\033[6~", 1, true},
-                                    {"\033OA", -1, false},
-                                    {"\033OB", 1, false},
-                                    {"k", -1, false},
-                                    {"j", 1, false},
-                                    {"b", -1, true},
-                                    {" ", 1, true}}};
+constexpr std::array keys{
+    Key{"\033[A", -1, Move::rows},   Key{"\033[B", 1, Move::rows},    Key{"\033OA", -1, Move::rows},
+    Key{"\033OB", 1, Move::rows},    Key{"k", -1, Move::rows},        Key{"j", 1, Move::rows},
+    Key{"\033[5~", -1, Move::pages}, Key{"\033[6~", 1, Move::pages},  Key{"b", -1, Move::pages},
+    Key{" ", 1, Move::pages},        Key{"\033[D", -1, Move::values}, Key{"\033[C", 1, Move::values},
+    Key{"\033OD", -1, Move::values}, Key{"\033OC", 1, Move::values},  Key{"h", -1, Move::values},
+    Key{"l", 1, Move::values}};
 
 }  // namespace
 
@@ -81,13 +79,15 @@ void FollowScreen::draw(std::int64_t now_us) {
   const WindowSize size = window_size();
   const std::size_t room = follow_->rows_in(size.height);
   const std::size_t count = follow_->row_count();
-  first_row_ = std::min(first_row_, count > room ? count - room : 0);
+  place_.row = std::min(place_.row, count > room ? count - room : 0);
   Canvas canvas(size.width, size.height, glyphs_for_locale().cut);
-  follow_->draw(now_us, first_row_, canvas);
+  follow_->draw(now_us, place_, canvas);
   // Line by line over the old picture: nothing flickers.
   std::string text = "\033[H";
   for (int row = 0; row < canvas.height(); ++row) {
-    text += canvas.row_text(row, is_coloured_) + "\033[K" + (row + 1 < canvas.height() ? "\r\n" : "");
+    // In the last column the cursor stays on what it wrote there: erasing the rest would take that, too.
+    const bool is_full = width_of(canvas.row_text(row, false)) >= static_cast<std::size_t>(size.width);
+    text += canvas.row_text(row, is_coloured_) + (is_full ? "" : "\033[K") + (row + 1 < canvas.height() ? "\r\n" : "");
   }
   write_out(text);
 }
@@ -107,14 +107,26 @@ void FollowScreen::read_keys() {
     if (left.front() == 'q' || left.front() == 'Q') request_stop();
     if (key != keys.end()) {
       const auto page = static_cast<std::int64_t>(follow_->rows_in(window_size().height));
-      scroll(key->is_pages ? key->rows * page : key->rows);
+      if (key->move == Move::values) {
+        move_values(key->steps);
+      } else {
+        scroll(key->move == Move::pages ? key->steps * page : key->steps);
+      }
     }
     left.remove_prefix(key == keys.end() ? 1 : key->code.size());
   }
 }
 
 void FollowScreen::scroll(std::int64_t rows) {
-  first_row_ = static_cast<std::size_t>(std::max<std::int64_t>(static_cast<std::int64_t>(first_row_) + rows, 0));
+  place_.row = static_cast<std::size_t>(std::max<std::int64_t>(static_cast<std::int64_t>(place_.row) + rows, 0));
+  is_due_ = true;
+}
+
+/// Not further than to where the last values show, and back from where there are fewer now.
+void FollowScreen::move_values(std::int64_t steps) {
+  const auto end = static_cast<std::int64_t>(follow_->value_max());
+  const std::int64_t from = std::min(static_cast<std::int64_t>(place_.value), end);
+  place_.value = static_cast<std::size_t>(std::clamp<std::int64_t>(from + steps, 0, end));
   is_due_ = true;
 }
 

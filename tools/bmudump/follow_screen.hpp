@@ -26,13 +26,14 @@ class FollowScreen {
   void suspend();
   void draw(std::int64_t now_us);
   void scroll(std::int64_t rows);
+  void move_values(std::int64_t steps);
 
   Follow* follow_;
   bool is_coloured_;
   bool may_read_keys_;
   std::unique_ptr<FullScreen> screen_;
   std::int64_t drawn_at_us_ = 0;  // monotonic
-  std::size_t first_row_ = 0;
+  Follow::Place place_;
   bool is_due_ = true;
 };
 

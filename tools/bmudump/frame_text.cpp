@@ -1,6 +1,8 @@
 #include "tools/bmudump/frame_text.hpp"
 
 #include <algorithm>
+#include <array>
+#include <span>
 #include <string>
 
 #include "tools/bmudump/error_text.hpp"
@@ -12,9 +14,12 @@ constexpr std::string_view hex_digits = "0123456789ABCDEF";
 constexpr std::size_t label_width = 17;  // CONTACTOR_COMMAND
 constexpr std::string_view unknown_label = "unknown";
 
-// The longest line: every signal with its piece, a cell mask or eight escaped letters behind it, and its unit.
+// The longest line: every signal with its piece, a cell mask or eight escaped letters behind it, and its unit; or every
+// byte of CAN XL, as two digits and a letter. The rest has room for the names of bits, too: no message has many such.
 constexpr std::size_t signal_room = 2 * Piece::room + 64;
-static_assert(signal_count_max * signal_room + 6 * bus_name_length_max + 1'536 <= TextWriter::line_room);
+constexpr std::size_t rest_room = 6 * bus_name_length_max + 1'536;
+static_assert(signal_count_max * signal_room + rest_room <= TextWriter::line_room);
+static_assert(xl_bytes_max * 4 + rest_room <= TextWriter::line_room);
 
 /// Text of a quantity that is no number: eight letters, the first in the highest byte.
 std::array<char, 8> letters_of(std::int64_t raw) {
@@ -32,6 +37,29 @@ std::string_view name_of_raw(const SignalSpec& signal, std::int64_t raw) {
   return {};
 }
 
+/// cell_voltage_2 behind cell_voltage_1: numbers, which are never left out, of one kind.
+bool is_next_of(const SignalSpec& before, const SignalSpec& signal) {
+  const auto stem = [](const SignalSpec& one) {
+    const std::string_view name = name_without_unit(one);
+    const std::size_t end = name.rfind('_');
+    const bool is_numbered = end != std::string_view::npos && end + 1 < name.size() &&
+                             name.find_first_not_of("0123456789", end + 1) == std::string_view::npos;
+    return is_numbered && one.bit_count > 1 && one.names.empty() ? name.substr(0, end) : std::string_view();
+  };
+  return !stem(signal).empty() && stem(before) == stem(signal) && before.selected_by == signal.selected_by;
+}
+
+void print_bits(const SignalSpec& signal, std::int64_t raw, TextWriter& out) {
+  std::string_view separator;
+  for (const RawName& one : signal.names) {
+    if ((raw & one.raw) == 0) continue;
+    out.text(separator);
+    out.text(one.name);
+    separator = ", ";
+  }
+  if (raw == 0) out.text("none");
+}
+
 void print_cells(std::int64_t mask, TextWriter& out) {
   if (mask == 0) return out.text("none");
   for (int cell = 1; mask != 0; ++cell, mask >>= 1) {
@@ -41,18 +69,27 @@ void print_cells(std::int64_t mask, TextWriter& out) {
   }
 }
 
-void print_hex_bytes(const CanFrame& frame, TextWriter& out) {
-  for (std::size_t index = 0; index < frame.length; ++index) out.hex(frame.data[index], 2);
+using Bytes = std::span<const std::uint8_t>;
+
+void print_hex_bytes(Bytes bytes, TextWriter& out) {
+  for (const std::uint8_t byte : bytes) out.hex(byte, 2);
 }
 
-void print_spaced_bytes(const CanFrame& frame, TextWriter& out) {
-  out.letter('[');
-  out.decimal(frame.length);
-  out.letter(']');
-  for (std::size_t index = 0; index < frame.length; ++index) {
+void print_spaced_bytes(Bytes bytes, TextWriter& out) {
+  for (const std::uint8_t byte : bytes) {
     out.letter(' ');
-    out.hex(frame.data[index], 2);
+    out.hex(byte, 2);
   }
+}
+
+void print_letters(Bytes bytes, TextWriter& out) {
+  out.text("  '");
+  for (const std::uint8_t one : bytes) out.letter(one >= 0x20 && one < 0x7F ? static_cast<char>(one) : '.');
+  out.letter('\'');
+}
+
+Bytes bytes_of(const CanFrame& frame) {
+  return {frame.data.data(), frame.length};
 }
 
 int id_digits(const CanFrame& frame) {
@@ -71,8 +108,11 @@ FrameText::FrameText(const DumpCatalogue& catalogue, const Style& style, LineSta
   const std::string label_on(style.is_coloured ? "\x1b[1m" : "");
   for (const MessageSpec* message : catalogue.all().messages()) {
     MessagePlan plan;
-    plan.json_lead = Piece(",\"message\":\"" + std::string(message->name) + "\",\"node\":");
-    for (const SignalSpec& signal : message->signals) plan.signals.push_back(plan_of(signal, colours_));
+    const bool is_vehicle = plans_.size() >= catalogue.internal().messages().size();  // all() has them behind
+    const std::string dialect =
+        is_vehicle ? "\"dialect\":\"" + std::string(catalogue.dialect().name) + "\"," : std::string();
+    plan.json_lead = Piece(",\"message\":\"" + std::string(message->name) + "\"," + dialect + "\"node\":");
+    plan.signals = plans_of(*message);
     plans_.push_back(std::move(plan));
   }
   for (std::size_t id = 0; id < Catalogue::id_count; ++id) {
@@ -85,27 +125,48 @@ FrameText::FrameText(const DumpCatalogue& catalogue, const Style& style, LineSta
   }
 }
 
-FrameText::SignalPlan FrameText::plan_of(const SignalSpec& signal, const Colours& colours) {
+std::vector<FrameText::SignalPlan> FrameText::plans_of(const MessageSpec& message) const {
+  std::vector<SignalPlan> plans;
+  const SignalSpec* before = nullptr;
+  for (const SignalSpec& signal : message.signals) {
+    const std::string_view name = name_without_unit(signal);
+    const bool goes_on = style_.is_short && before != nullptr && is_next_of(*before, signal);
+    plans.push_back(plan_of(signal, goes_on ? name.substr(name.rfind('_')) : name));
+    if (goes_on) plans.back().text_unit = Piece("");
+    before = &signal;
+  }
+  return plans;
+}
+
+FrameText::Show FrameText::show_of(const SignalSpec& signal) const {
+  if (signal.unit == Unit::text) return Show::text;
+  if (is_bit_set(signal)) return Show::bits;
+  if (!signal.names.empty()) return Show::name;
+  if (signal.bit_count == 1) return style_.is_short ? Show::set_flag : Show::flag;
+  return is_cell_mask(signal) ? Show::cells : Show::number;
+}
+
+FrameText::LeftOut FrameText::left_out_of(const SignalSpec& signal, Show show) const {
+  if (show == Show::set_flag) return LeftOut::where_zero;
+  if (!style_.is_brief) return LeftOut::never;
+  if (signal.name == "counter" || signal.name == "complement") return LeftOut::always;
+  const bool says_no_with_zero = show == Show::flag || show == Show::bits || show == Show::cells;
+  return says_no_with_zero ? LeftOut::where_zero : LeftOut::never;
+}
+
+FrameText::SignalPlan FrameText::plan_of(const SignalSpec& signal, std::string_view name) const {
   const UnitSpec& unit = spec_of(signal.unit);
   SignalPlan plan;
-  plan.text_lead =
-      Piece("  " + std::string(colours.name) + std::string(name_without_unit(signal)) + std::string(colours.off) + " ");
+  plan.show = show_of(signal);
+  const std::string_view space = plan.show == Show::set_flag ? "" : " ";
+  plan.text_lead = Piece(std::string("  ").append(colours_.name).append(name).append(colours_.off).append(space));
   plan.text_unit = Piece(unit.symbol.empty() ? "" : " " + std::string(unit.symbol));
   plan.json_lead = Piece("\"" + std::string(signal.name) + "\":");
   plan.spec = &signal;
   plan.steps_per_raw = signal.scale % unit.divisor == 0 ? signal.scale / unit.divisor : 0;
   plan.divisor = unit.divisor;
   plan.decimals = unit.decimals;
-  plan.is_brief_counter = signal.name == "counter" || signal.name == "complement";
-  if (signal.unit == Unit::text) {
-    plan.show = Show::text;
-  } else if (!signal.names.empty()) {
-    plan.show = Show::name;
-  } else if (signal.bit_count == 1) {
-    plan.show = Show::flag;
-  } else if (is_cell_mask(signal)) {
-    plan.show = Show::cells;
-  }
+  plan.left_out = left_out_of(signal, plan.show);
   return plan;
 }
 
@@ -113,17 +174,25 @@ void FrameText::print_text(const SeenFrame& seen, TextWriter& out) {
   const CanFrame& frame = seen.line.frame;
   out.begin_line();
   start_->print(seen.line, out);
-  if (id_digits(frame) == 3) {
+  if (id_digits(frame) == 3 && seen.line.kind == LogLineKind::frame) {
     out.piece(label_of_id_[frame.id]);
   } else {
-    out.letter(' ');
-    out.hex(frame.id, 8);
-    out.letter(' ');
-    out.text(unknown_label);
-    out.spaces(label_width - unknown_label.size() - 5);  // keeps the column of the data
+    print_other_label(seen.line, out);
   }
   print_meaning(seen, out);
   out.letter('\n');
+}
+
+void FrameText::print_other_label(const LogLine& line, TextWriter& out) {
+  const std::string_view label = line.kind == LogLineKind::frame ? unknown_label
+                                 : long_frame_of(line).is_xl     ? "CAN XL"
+                                                                 : "CAN FD";
+  const int digits = id_digits(line.frame);
+  out.letter(' ');
+  out.hex(line.frame.id, digits);
+  out.letter(' ');
+  out.text(label);
+  out.spaces(label_width + 3 - label.size() - static_cast<std::size_t>(digits));  // keeps the column of the data
 }
 
 void FrameText::print_meaning(const SeenFrame& seen, TextWriter& out) const {
@@ -139,18 +208,13 @@ void FrameText::print_signals(const MessagePlan& plan, const CanFrame& frame, Te
     const std::int64_t raw = raw_of(*one.spec, word);
     if (&one == plan.signals.data()) selector = raw;
     const bool is_absent = one.spec->selected_by >= 0 && one.spec->selected_by != selector;
-    if (is_absent || is_left_out(one, raw)) continue;
+    if (is_absent) continue;
+    if (one.left_out != LeftOut::never && (raw == 0 || one.left_out == LeftOut::always)) continue;
     out.piece(one.text_lead);
     print_value(one, raw, out);
     is_empty = false;
   }
   if (is_empty && !plan.signals.empty()) out.text("  nothing set");
-}
-
-bool FrameText::is_left_out(const SignalPlan& plan, std::int64_t raw) const {
-  if (!style_.is_brief) return false;
-  const bool says_no = raw == 0 && (plan.show == Show::flag || plan.show == Show::cells);
-  return says_no || plan.is_brief_counter;
 }
 
 void FrameText::print_value(const SignalPlan& plan, std::int64_t raw, TextWriter& out) const {
@@ -167,6 +231,8 @@ void FrameText::print_value(const SignalPlan& plan, std::int64_t raw, TextWriter
       return out.piece(plan.text_unit);
     }
     case Show::flag: return out.text(raw != 0 ? "yes" : "no");
+    case Show::set_flag: return;
+    case Show::bits: return print_bits(*plan.spec, raw, out);
     case Show::cells: return print_cells(raw, out);
     case Show::text: {
       const std::array<char, 8> letters = letters_of(raw);
@@ -182,7 +248,7 @@ void FrameText::print_value(const SignalPlan& plan, std::int64_t raw, TextWriter
 void FrameText::print_raw(const SeenFrame& seen, TextWriter& out) const {
   const CanFrame& frame = seen.line.frame;
   out.text("  ");
-  if (seen.line.kind == LogLineKind::fd_frame) return out.text("not classic CAN");
+  if (seen.line.kind == LogLineKind::fd_frame) return print_long(seen.line, out);
   if (frame.is_remote) {
     out.text("remote frame, asks for ");
     out.decimal(frame.length);
@@ -201,17 +267,23 @@ void FrameText::print_raw(const SeenFrame& seen, TextWriter& out) const {
     out.text(colours_.off);
     out.text("  ");
   }
-  print_spaced_bytes(frame, out);
-  if (style_.has_letters) print_letters(frame, out);
+  out.letter('[');
+  out.decimal(frame.length);
+  out.letter(']');
+  print_spaced_bytes(bytes_of(frame), out);
+  if (style_.has_letters) print_letters(bytes_of(frame), out);
 }
 
-void FrameText::print_letters(const CanFrame& frame, TextWriter& out) {
-  out.text("  '");
-  for (std::size_t index = 0; index < frame.length; ++index) {
-    const std::uint8_t one = frame.data[index];
-    out.letter(one >= 0x20 && one < 0x7F ? static_cast<char>(one) : '.');
-  }
-  out.letter('\'');
+/// The length in two digits, as candump tells CAN FD from classic CAN.
+void FrameText::print_long(const LogLine& line, TextWriter& out) const {
+  std::array<std::uint8_t, xl_bytes_max> room;  // NOLINT(cppcoreguidelines-pro-type-member-init): filled by unpack
+  const Bytes bytes(room.data(), unpack(long_frame_of(line), room));
+  out.letter('[');
+  if (bytes.size() < 10) out.letter('0');
+  out.decimal(static_cast<std::int64_t>(bytes.size()));
+  out.letter(']');
+  print_spaced_bytes(bytes, out);
+  if (style_.has_letters) print_letters(bytes, out);
 }
 
 void FrameText::print_json(const SeenFrame& seen, TextWriter& out) const {
@@ -254,7 +326,7 @@ void FrameText::print_json_verdict(const MessagePlan& plan, const SeenFrame& see
 }
 
 void FrameText::print_json_raw(const LogLine& line, TextWriter& out) {
-  if (line.kind == LogLineKind::fd_frame) out.text(",\"fd\":true");
+  if (line.kind == LogLineKind::fd_frame) return print_json_long(line, out);
   if (line.frame.is_remote) out.text(",\"remote\":true");
   if (line.frame.is_error) {
     out.text(",\"error\":true,\"text\":\"");
@@ -262,7 +334,22 @@ void FrameText::print_json_raw(const LogLine& line, TextWriter& out) {
     out.letter('"');
   }
   out.text(",\"data\":\"");
-  if (!line.frame.is_remote) print_hex_bytes(line.frame, out);
+  if (!line.frame.is_remote) print_hex_bytes(bytes_of(line.frame), out);
+  out.letter('"');
+}
+
+void FrameText::print_json_long(const LogLine& line, TextWriter& out) {
+  const LongFrame frame = long_frame_of(line);
+  std::array<std::uint8_t, xl_bytes_max> room;  // NOLINT(cppcoreguidelines-pro-type-member-init): filled by unpack
+  const Bytes bytes(room.data(), unpack(frame, room));
+  if (frame.is_xl) {
+    out.text(",\"xl\":true");
+  } else {
+    out.text(",\"fd\":true,\"fd_flags\":");
+    out.decimal(frame.flags);
+  }
+  out.text(",\"data\":\"");
+  print_hex_bytes(bytes, out);
   out.letter('"');
 }
 

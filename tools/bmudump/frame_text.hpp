@@ -25,6 +25,7 @@ class FrameText {
   struct Style {
     bool is_coloured = false;
     bool is_brief = false;       // leave out flags that are not set, empty cell masks and counters
+    bool is_short = false;       // "cell_voltage_1 3.6512 V  _2 3.6498", and flags by name alone
     bool has_letters = false;    // bytes that are shown, as letters too
     bool has_direction = false;  // in JSON; LineStart has it for text
   };
@@ -38,7 +39,9 @@ class FrameText {
   void print_meaning(const SeenFrame& seen, TextWriter& out) const;
 
  private:
-  enum class Show : std::uint8_t { number, flag, name, cells, text };
+  enum class Show : std::uint8_t { number, flag, set_flag, name, bits, cells, text };
+
+  enum class LeftOut : std::uint8_t { never, where_zero, always };
 
   struct SignalPlan {
     Piece text_lead;  // "  cell_voltage_1 "
@@ -49,7 +52,7 @@ class FrameText {
     std::int64_t divisor = 1;
     int decimals = 0;
     Show show = Show::number;
-    bool is_brief_counter = false;
+    LeftOut left_out = LeftOut::never;
   };
   struct MessagePlan {
     std::vector<SignalPlan> signals;
@@ -59,15 +62,19 @@ class FrameText {
     std::string_view name, odd, bad, off;
   };
 
-  static SignalPlan plan_of(const SignalSpec& signal, const Colours& colours);
+  [[nodiscard]] Show show_of(const SignalSpec& signal) const;
+  [[nodiscard]] SignalPlan plan_of(const SignalSpec& signal, std::string_view name) const;
+  [[nodiscard]] std::vector<SignalPlan> plans_of(const MessageSpec& message) const;
   void print_signals(const MessagePlan& plan, const CanFrame& frame, TextWriter& out) const;
   void print_value(const SignalPlan& plan, std::int64_t raw, TextWriter& out) const;
-  [[nodiscard]] bool is_left_out(const SignalPlan& plan, std::int64_t raw) const;
+  [[nodiscard]] LeftOut left_out_of(const SignalSpec& signal, Show show) const;
   static void print_json_verdict(const MessagePlan& plan, const SeenFrame& seen, TextWriter& out);
   static void print_json_raw(const LogLine& line, TextWriter& out);
-  static void print_letters(const CanFrame& frame, TextWriter& out);
+  static void print_json_long(const LogLine& line, TextWriter& out);
   static void print_json_signals(const MessagePlan& plan, const CanFrame& frame, TextWriter& out);
+  static void print_other_label(const LogLine& line, TextWriter& out);
   void print_raw(const SeenFrame& seen, TextWriter& out) const;
+  void print_long(const LogLine& line, TextWriter& out) const;
 
   const DumpCatalogue* catalogue_;
   Style style_;

@@ -15,6 +15,18 @@ void LineStart::print(const LogLine& line, TextWriter& out) {
   out.spaces(bus_width_ - line.bus.size());
   if (!style_.has_direction) return;
   out.text(line.direction == Direction::sent ? " TX" : line.direction == Direction::received ? " RX" : "  -");
+  print_fd_flags(line, out);
+}
+
+/// "B" for a faster data phase (BRS), "E" for an error-passive sender (ESI), "-" for neither. Nothing while all is
+/// classic CAN.
+void LineStart::print_fd_flags(const LogLine& line, TextWriter& out) {
+  const bool is_classic = line.kind == LogLineKind::frame;
+  has_fd_flags_ = has_fd_flags_ || !is_classic;
+  if (!has_fd_flags_) return;
+  const unsigned flags = is_classic ? 0U : long_frame_of(line).flags;
+  out.text((flags & 1U) != 0 ? " B" : " -");
+  out.text((flags & 2U) != 0 ? " E" : " -");
 }
 
 void LineStart::print_time(std::int64_t time_us, TextWriter& out) {

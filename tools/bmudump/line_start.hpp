@@ -34,9 +34,11 @@ class LineStart {
  private:
   void print_time(std::int64_t time_us, TextWriter& out);
   void print_date(std::int64_t time_us, TextWriter& out);
+  void print_fd_flags(const LogLine& line, TextWriter& out);
 
   Style style_;
   std::size_t bus_width_ = 0;  // names are padded to the longest seen so far
+  bool has_fd_flags_ = false;  // there was a frame of CAN FD: from then on all lines have a column for its flags
   std::optional<std::int64_t> since_us_;
   std::int64_t date_s_ = -1;  // of date_
   std::array<char, 32> date_{};

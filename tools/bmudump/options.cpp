@@ -22,7 +22,7 @@ constexpr std::uint32_t vehicle_base_max = 0x7FF - 8;
 
 constexpr const char* description =
     "Prints what each frame on the battery's buses means, signal by signal with value and unit, as it arrives on an\n"
-    "interface or out of a candump log, plain or packed with zstd. Frames that the daemon would reject are marked "
+    "interface or out of a candump log, plain or packed (zstd, gzip). Frames that the daemon would reject are marked "
     "with\n"
     "the reason. Options of candump are those of candump where it has them, but for -r.";
 
@@ -131,7 +131,8 @@ void declare_input(CLI::App& app, Options& options, Words& words) {
       "BUS", words.buses,
       "interface (can0, vcan0, any) or embedded bus (unix:NAME), with filters if wanted: BUS,FILTER,..; several "
       "show together; with -r, before it: only these of the log");
-  app.add_option("-r,--read", options.files, "read candump logs (candump -l or -L), plain or zstd; - is standard input")
+  app.add_option("-r,--read", options.files,
+                 "read candump logs (candump -l or -L), plain, zstd or gzip; - is standard input")
       ->type_name("FILE");
   app.add_option("--filter", options.filter,
                  "show only these: identifiers, message names, NAME*, ID:MASK, ID~MASK, #MASK, j")
@@ -157,7 +158,8 @@ void declare_output(CLI::App& app, Options& options, Words& words) {
       ->capture_default_str()
       ->check(command_line::one_of({"a", "d", "z", "A", "none"}));
   app.add_flag("-x", options.start.has_direction,
-               "say whether a frame was received (RX) or sent (TX), where that is known");
+               "say whether a frame was received (RX) or sent (TX), where that is known; of CAN FD the flags B (BRS) "
+               "and E (ESI)");
   app.add_flag("-a", options.has_letters, "where bytes are shown, show them as letters, too");
   app.add_flag("--brief", options.is_brief, "leave out flags that are not set, empty cell masks and counters");
   app.add_option("--color", words.colour, "colours: auto (on a terminal), always, never")

@@ -1,4 +1,4 @@
-// What bmudump was asked to do, and its exit codes.
+// What bmudump was asked to do, and the exit code that only it has.
 #pragma once
 
 #include <chrono>
@@ -9,16 +9,15 @@
 
 #include "tools/bmudump/dump_catalogue.hpp"
 #include "tools/bmudump/line_start.hpp"
+#include "tools/common/exit_codes.hpp"
 
 namespace bmu::dump {
 
-enum ExitCode : int {
-  exit_ok = 0,
-  exit_system = 1,   // something could not be opened, read or written
-  exit_usage = 2,    // the command line
-  exit_damaged = 3,  // some log lines were damaged and skipped
-  exit_suspect = 4,  // --strict: some frames failed their check or are unknown
-};
+using exit_codes::exit_damaged;
+using exit_codes::exit_ok;
+using exit_codes::exit_system;
+using exit_codes::exit_usage;
+inline constexpr int exit_suspect = 4;  // --strict: some frames failed their check or are unknown
 
 enum class Output : std::uint8_t { text, json, log, summary, summary_json, follow };
 

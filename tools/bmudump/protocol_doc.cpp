@@ -1,6 +1,7 @@
 #include "tools/bmudump/protocol_doc.hpp"
 
 #include <array>
+#include <bit>
 #include <cstdio>
 
 namespace bmu::dump {
@@ -49,11 +50,19 @@ std::string raw_text(const SignalSpec& signal, std::int64_t raw) {
   return text.data();
 }
 
+/// "3 communication", or of bits ".2 communication".
+std::string name_text(const SignalSpec& signal, const RawName& name) {
+  const std::string number = is_bit_set(signal)
+                                 ? "." + std::to_string(std::countr_zero(static_cast<std::uint64_t>(name.raw)))
+                                 : std::to_string(name.raw);
+  return number + " " + std::string(name.name);
+}
+
 std::string remarks_text(const SignalSpec& signal) {
   std::string text;
   const auto add = [&text](const std::string& remark) { text += (text.empty() ? "" : ", ") + remark; };
   if (signal.selected_by >= 0) add("only in operation " + std::to_string(signal.selected_by));
-  for (const RawName& name : signal.names) add(std::to_string(name.raw) + " " + std::string(name.name));
+  for (const RawName& name : signal.names) add(name_text(signal, name));
   for (const SpecialCode& code : signal.special) {
     add(raw_text(signal, code.raw) + " " + std::string(to_text(code.meaning)));
   }

@@ -2,7 +2,7 @@
 //
 // A million frames a second leave no room for printf or iostreams: numbers are written two digits at a time and the
 // fixed parts of a line are pieces prepared once. Appending does not look at the room left; begin_line() makes sure of
-// line_room bytes, more than the longest line needs (see frame_text.cpp, which asserts it).
+// line_room bytes, more than the longest line needs (frame_text.cpp and dump.cpp assert it).
 #pragma once
 
 #include <algorithm>
@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <cstring>
 #include <memory>
+#include <span>
 #include <string_view>
 
 #include "protocol/assert.hpp"
@@ -41,7 +42,7 @@ class Piece {
 
 class TextWriter {
  public:
-  static constexpr std::size_t line_room = 8'192;
+  static constexpr std::size_t line_room = 12'288;
 
   explicit TextWriter(int fd);
 
@@ -49,6 +50,9 @@ class TextWriter {
   void begin_line() {
     if (static_cast<std::size_t>(limit_ - at_) < line_room) flush();
   }
+  /// What begin_line() made room for; who writes there himself says with take() how much.
+  [[nodiscard]] std::span<char> room() { return {at_, line_room}; }
+  void take(std::size_t count) { at_ += count; }
   void letter(char one) { *at_++ = one; }
   void text(std::string_view some) { at_ = std::copy(some.begin(), some.end(), at_); }
   void piece(const Piece& one) { at_ = one.copy_to(at_); }

@@ -29,14 +29,25 @@ Canvas::Canvas(int width, int height, std::string_view cut_mark)
       cells_(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_)) {}
 
 int Canvas::put(int row, int column, std::string_view text, Style style) {
+  return put_until(row, column, width_, text, style);
+}
+
+int Canvas::put_within(int row, int column, int room, std::string_view text, Style style) {
+  const int end = std::min(column + std::max(room, 0), width_);
+  if (column < end) put_until(row, column, end, text, style);
+  return end;
+}
+
+/// The column behind the text, as if all of it had been put.
+int Canvas::put_until(int row, int column, int end, std::string_view text, Style style) {
   while (!text.empty()) {
     const std::string_view character = text.substr(0, character_length(text));
     text.remove_prefix(character.size());
     const bool is_inside = row >= 0 && row < height_ && column >= 0;
-    if (is_inside && column < width_) {
+    if (is_inside && column < end) {
       at(row, column) = {is_control(character) ? "?" : std::string(character), style};
     } else if (is_inside && character != " ") {
-      at(row, width_ - 1).character = cut_mark_;
+      at(row, end - 1).character = cut_mark_;
     }
     ++column;
   }

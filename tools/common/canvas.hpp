@@ -20,6 +20,8 @@ class Canvas {
   /// terminal.
   int put(int row, int column, std::string_view text, Style style = Style::normal);
   int put(int row, int column, const Line& line);
+  /// The same within `room` columns: what does not fit them is cut off with the mark. Returns the column behind them.
+  int put_within(int row, int column, int room, std::string_view text, Style style = Style::normal);
   /// One style for a whole row, from its first to its last column.
   void fill(int row, Style style);
 
@@ -37,6 +39,7 @@ class Canvas {
     Style style = Style::normal;
   };
 
+  int put_until(int row, int column, int end, std::string_view text, Style style);
   [[nodiscard]] const Cell& at(int row, int column) const {
     return cells_[static_cast<std::size_t>(row) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(column)];
   }

@@ -9,10 +9,12 @@
 
 #include <CLI/CLI.hpp>
 
+#include "tools/common/exit_codes.hpp"
+
 namespace bmu::command_line {
 
-inline constexpr int exit_ok = 0;
-inline constexpr int exit_usage = 2;
+using exit_codes::exit_ok;
+using exit_codes::exit_usage;
 
 // Checks of an option's text, where CLI11's own would answer with its internals or with the digits of the largest
 // double.

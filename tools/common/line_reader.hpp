@@ -1,4 +1,4 @@
-// Lines of a file or pipe, plain or packed with zstd (packed_text.hpp), in bounded memory. A line longer than the
+// Lines of a file or pipe, plain or packed (packed_text.hpp), in bounded memory. A line longer than the
 // buffer is reported with its beginning and skipped to its newline. Read, not mapped: mapped pages of a large log would
 // count as our memory.
 //

@@ -1,58 +1,34 @@
 #include "tools/common/packed_text.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstring>
-#include <new>
 #include <string_view>
 #include <utility>
 
 #include <unistd.h>
-#include <zstd.h>
-#include <zstd_errors.h>
+
+#include "tools/common/frame_decoder.hpp"
 
 namespace bmu {
 namespace {
 
-constexpr int window_log_max = 24;
-static_assert(std::size_t{1} << window_log_max == PackedText::window_max);
-
 /// Read at a time; and kept behind what was taken, to look for the next frame in: a torn block swallows what follows
-/// it before it is noticed, and no block is longer than this.
+/// it before it is noticed, and no block of zstd is longer than this. gzip's may be: of its frames one that began
+/// further back is not found.
 constexpr std::size_t read_size = 131'072;
-constexpr std::size_t kept_size = ZSTD_BLOCKSIZE_MAX + 1'024;
+constexpr std::size_t kept_size = 131'072 + 1'024;
 constexpr std::size_t room_size = kept_size + read_size;
 
-/// 28 B5 2F FD, as zstd files begin; and 50 to 5F 2A 4D 18, as frames that hold no text.
-constexpr std::size_t magic_size = 4;
-constexpr std::string_view frame_magic = "\x28\xB5\x2F\xFD";
-constexpr std::string_view skippable_magic_tail = "\x2A\x4D\x18";
-
-/// As far as the bytes go: fewer than four may begin one.
-bool may_begin_frame(std::string_view bytes) {
-  if (bytes.empty()) return true;
-  const bool may_be_skippable = (static_cast<unsigned char>(bytes[0]) & 0xF0U) == 0x50U &&
-                                skippable_magic_tail.starts_with(bytes.substr(1, magic_size - 1));
-  return may_be_skippable || frame_magic.starts_with(bytes.substr(0, magic_size));
+bool may_be_packed(std::string_view bytes) {
+  return std::any_of(packings().begin(), packings().end(),
+                     [bytes](const Packing& one) { return bytes.size() < one.begin_size && one.may_begin(bytes); });
 }
 
-bool begins_frame(std::string_view bytes) {
-  return bytes.size() >= magic_size && may_begin_frame(bytes);
-}
-
-/// What the shortest header of a frame takes; after that the library says what it wants next.
-constexpr std::size_t header_size_min = 5;
-
-std::string words_for(std::size_t code) {
-  switch (ZSTD_getErrorCode(code)) {
-    case ZSTD_error_prefix_unknown: return "no zstd frame begins here";
-    case ZSTD_error_checksum_wrong: return "the checksum of this zstd frame is wrong: what it held may be";
-    case ZSTD_error_frameParameter_windowTooLarge:
-      return "this zstd frame wants more than 16 MB of memory (made with --ultra or --long); unpack it with zstd -d";
-    case ZSTD_error_dictionary_wrong: return "this zstd frame was packed with a dictionary";
-    default: return std::string("this zstd frame is damaged (") + ZSTD_getErrorName(code) + ")";
-  }
+const Packing* packing_of(std::string_view bytes) {
+  const auto found =
+      std::find_if(packings().begin(), packings().end(), [bytes](const Packing& one) { return one.begins(bytes); });
+  return found == packings().end() ? nullptr : &*found;
 }
 
 }  // namespace
@@ -60,16 +36,13 @@ std::string words_for(std::size_t code) {
 class PackedText::Unpacker {
  public:
   explicit Unpacker(int fd) : fd_(fd), bytes_(std::make_unique<char[]>(room_size)) {}
-  Unpacker(const Unpacker&) = delete;
-  Unpacker& operator=(const Unpacker&) = delete;
-  ~Unpacker() { ZSTD_freeDCtx(context_); }
 
   Read read(std::span<char> into);
   [[nodiscard]] const Damage& damage() const { return damage_; }
-  [[nodiscard]] bool is_packed() const { return form_ == Form::packed; }
+  [[nodiscard]] bool is_packed() const { return form_ == Form::packed || form_ == Form::refused; }
 
  private:
-  enum class Form : std::uint8_t { unknown, plain, packed };
+  enum class Form : std::uint8_t { unknown, plain, packed, refused };
   enum class Refill : std::uint8_t { more, end, interrupted, failed };
 
   [[nodiscard]] Read find_form();
@@ -78,6 +51,7 @@ class PackedText::Unpacker {
   [[nodiscard]] Read unpack(std::span<char> into);
   [[nodiscard]] Read unpack_or_refill(std::span<char> into);
   [[nodiscard]] Read search();
+  [[nodiscard]] Read refuse();
   [[nodiscard]] Refill refill();
   void begin_damage(std::string what);
   [[nodiscard]] Read end_damage();
@@ -86,17 +60,17 @@ class PackedText::Unpacker {
 
   int fd_;
   Form form_ = Form::unknown;
-  ZSTD_DCtx* context_ = nullptr;
-  std::unique_ptr<char[]> bytes_;  // what was read: taken already up to at_, not yet up to end_
+  const Packing* packing_ = nullptr;
+  std::unique_ptr<FrameDecoder> decoder_;  // of what is packed
+  std::unique_ptr<char[]> bytes_;          // what was read: taken already up to at_, not yet up to end_
   std::size_t at_ = 0;
   std::size_t end_ = 0;
   std::uint64_t offset_ = 0;       // of bytes_[0] in the file
   std::uint64_t frame_begin_ = 0;  // offset of the frame that is open, or of the next
-  std::size_t wanted_ = 0;         // by the library, of the frame that is open
   bool is_in_frame_ = false;
   bool is_searching_ = false;  // for the next frame behind damage
   bool is_at_end_ = false;
-  bool has_text_left_ = false;  // inside the context: what was unpacked did not fit
+  bool has_text_left_ = false;  // inside the decoder: what was unpacked did not fit
   Damage damage_;
 };
 
@@ -105,23 +79,34 @@ PackedText::Read PackedText::Unpacker::read(std::span<char> into) {
     const Read found = find_form();
     if (form_ == Form::unknown) return found;
   }
+  if (form_ == Form::refused) return refuse();
   return form_ == Form::plain ? read_plain(into) : read_packed(into);
 }
 
 PackedText::Read PackedText::Unpacker::find_form() {
-  while (end_ < magic_size) {
+  while (may_be_packed(left())) {  // if not, it is told already: whoever types shall not have to wait
     const Refill got = refill();
     if (got == Refill::end) break;
     if (got == Refill::interrupted) return {Status::interrupted};
     if (got == Refill::failed) return {Status::failed};
-    if (!may_begin_frame(left())) break;  // plain already: whoever types shall not have to wait
   }
-  form_ = begins_frame(left()) ? Form::packed : Form::plain;
-  if (form_ == Form::plain) return {};
-  context_ = ZSTD_createDCtx();
-  if (context_ == nullptr) throw std::bad_alloc();
-  ZSTD_DCtx_setParameter(context_, ZSTD_d_windowLogMax, window_log_max);
+  packing_ = packing_of(left());
+  form_ = packing_ == nullptr ? Form::plain : packing_->make_decoder == nullptr ? Form::refused : Form::packed;
+  if (form_ == Form::packed) decoder_ = packing_->make_decoder();
   return {};
+}
+
+/// All of it is one damage.
+PackedText::Read PackedText::Unpacker::refuse() {
+  while (!is_at_end_) {
+    at_ = end_;
+    const Refill got = refill();
+    if (got == Refill::interrupted) return {Status::interrupted};
+    if (got == Refill::failed) return {Status::failed};
+  }
+  if (!damage_.what.empty()) return {Status::end};
+  damage_ = {.begin = 0, .end = offset_of(end_), .what = std::string(packing_->refusal)};
+  return {Status::damaged};
 }
 
 PackedText::Read PackedText::Unpacker::read_plain(std::span<char> into) {
@@ -169,28 +154,21 @@ PackedText::Read PackedText::Unpacker::unpack_or_refill(std::span<char> into) {
     case Refill::end: break;
   }
   if (!is_in_frame_) return {Status::end};
-  begin_damage("this zstd frame has no end");
+  begin_damage("this " + std::string(packing_->frame) + " has no end");
   return {Status::text};
 }
 
-/// A piece at a time, as the library asks for it: if the next one is damaged, what came before has been given out.
 PackedText::Read PackedText::Unpacker::unpack(std::span<char> into) {
-  if (!is_in_frame_) {
-    frame_begin_ = offset_of(at_);
-    wanted_ = header_size_min;
-  }
-  ZSTD_inBuffer in{bytes_.get() + at_, std::min(end_ - at_, wanted_), 0};
-  ZSTD_outBuffer out{into.data(), into.size(), 0};
-  const std::size_t wanted = ZSTD_decompressStream(context_, &out, &in);
-  at_ += in.pos;
-  if (ZSTD_isError(wanted) != 0) {
-    begin_damage(words_for(wanted));
+  if (!is_in_frame_) frame_begin_ = offset_of(at_);
+  FrameDecoder::Step done = decoder_->step(left(), into);
+  at_ += done.taken;
+  if (!done.damage.empty()) {
+    begin_damage(std::move(done.damage));
   } else {
-    wanted_ = wanted;
-    is_in_frame_ = wanted != 0;
-    has_text_left_ = is_in_frame_ && out.pos == out.size;
+    is_in_frame_ = !done.is_frame_end;
+    has_text_left_ = done.has_more;
   }
-  return {Status::text, out.pos};
+  return {Status::text, done.given};
 }
 
 /// What was kept is looked through again from behind the start of the bad frame.
@@ -199,14 +177,14 @@ void PackedText::Unpacker::begin_damage(std::string what) {
   is_searching_ = true;
   is_in_frame_ = false;
   has_text_left_ = false;
-  ZSTD_DCtx_reset(context_, ZSTD_reset_session_only);
+  decoder_->reset();
   at_ = frame_begin_ + 1 > offset_ ? static_cast<std::size_t>(frame_begin_ + 1 - offset_) : 0;
   at_ = std::min(at_, end_);
 }
 
 PackedText::Read PackedText::Unpacker::search() {
-  for (; end_ - at_ >= magic_size; ++at_) {
-    if (begins_frame(left())) return end_damage();
+  for (; end_ - at_ >= packing_->begin_size; ++at_) {
+    if (packing_->begins(left())) return end_damage();
   }
   switch (refill()) {
     case Refill::more: return {Status::text};

@@ -1,23 +1,25 @@
-// Bytes of a file or pipe, unpacked where they are packed with zstd: recordings and logs, as they lie on a disk or come
-// through a pipe. Who reads does not see a difference.
+// Bytes of a file or pipe, unpacked where they are packed with zstd or gzip: recordings and logs, as they lie on a disk
+// or come through a pipe. Who reads does not see a difference.
 //
-//   PackedText text(fd);                       plain or zstd, told by the first four bytes, not by a name
+//   PackedText text(fd);                       plain or packed, told by the first bytes, not by a name
 //   while (true) {
 //     const PackedText::Read read = text.read(buffer);
 //     ...                                      text, end, interrupted, damaged or failed: see Status
 //   }
 //
-// Frames of zstd one after another are one text: a writer may end a frame whenever it wants to be sure of what it has
-// written, and begin the next; skippable frames are skipped. A frame that was torn (power lost, disk full, bytes
-// changed) is read as far as it is good, then told as `damaged` with its place, and reading goes on with the next frame
-// that begins behind it, if there is one: a recording that was gone on with after a power loss has only the hole.
+// Frames of zstd (members of gzip) one after another are one text: a writer may end a frame whenever it wants to be
+// sure of what it has written, and begin the next; skippable frames are skipped. A frame that was torn (power lost,
+// disk full, bytes changed) is read as far as it is good, then told as `damaged` with its place, and reading goes on
+// with the next frame that begins behind it, if there is one: a recording that was gone on with after a power loss has
+// only the hole. What is packed with xz, bzip2 or lz4 is damaged as a whole, and told by that name.
 //
-// What is damaged is found by the form of the data and, where the writer put one in (zstd does, `ZSTD_c_checksumFlag`),
-// by a checksum at the end of each frame. By then its text has been given out; `damaged` tells that it may be wrong.
+// What is damaged is found by the form of the data and, where the writer put one in (gzip does, zstd does with
+// `ZSTD_c_checksumFlag`), by a checksum at the end of each frame. By then its text has been given out; `damaged` tells
+// that it may be wrong.
 //
-// Memory is constant: about 0.6 MB, and for packed text the window of its writer, 8 MB with the highest usual level
-// (19). Frames that want more than window_max (zstd --ultra and --long) are refused as damage, not obeyed: a file of a
-// stranger must not decide how much memory is used.
+// Memory is constant: about 0.6 MB, and for packed text the window of its writer, 8 MB with the highest usual level of
+// zstd (19), 32 kB with gzip. Frames that want more than window_max (zstd --ultra and --long) are refused as damage,
+// not obeyed: a file of a stranger must not decide how much memory is used.
 #pragma once
 
 #include <cstddef>

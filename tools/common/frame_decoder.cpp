@@ -1,0 +1,176 @@
+#include "tools/common/frame_decoder.hpp"
+
+#include <algorithm>
+#include <array>
+#include <new>
+
+#define ZLIB_CONST  // what is unpacked is not written to
+#include <zlib.h>
+#include <zstd.h>
+#include <zstd_errors.h>
+
+#include "tools/common/packed_text.hpp"
+
+namespace bmu {
+namespace {
+
+/// As far as the bytes go: fewer may begin one.
+bool may_be(std::string_view magic, std::string_view bytes) {
+  return magic.starts_with(bytes.substr(0, magic.size()));
+}
+
+// --- zstd -----------------------------------------------------------------------------------------------------------
+
+constexpr int window_log_max = 24;
+static_assert(std::size_t{1} << window_log_max == PackedText::window_max);
+
+/// 28 B5 2F FD, as zstd files begin; and 50 to 5F 2A 4D 18, as frames that hold no text.
+constexpr std::size_t zstd_magic_size = 4;
+constexpr std::string_view zstd_magic = "\x28\xB5\x2F\xFD";
+constexpr std::string_view skippable_magic_tail = "\x2A\x4D\x18";
+
+bool may_begin_zstd(std::string_view bytes) {
+  if (bytes.empty()) return true;
+  const bool may_be_skippable = (static_cast<unsigned char>(bytes[0]) & 0xF0U) == 0x50U &&
+                                skippable_magic_tail.starts_with(bytes.substr(1, zstd_magic_size - 1));
+  return may_be_skippable || may_be(zstd_magic, bytes);
+}
+
+std::string words_for(std::size_t code) {
+  switch (ZSTD_getErrorCode(code)) {
+    case ZSTD_error_prefix_unknown: return "no zstd frame begins here";
+    case ZSTD_error_checksum_wrong: return "the checksum of this zstd frame is wrong: what it held may be";
+    case ZSTD_error_frameParameter_windowTooLarge:
+      return "this zstd frame wants more than 16 MB of memory (made with --ultra or --long); unpack it with zstd -d";
+    case ZSTD_error_dictionary_wrong: return "this zstd frame was packed with a dictionary";
+    default: return std::string("this zstd frame is damaged (") + ZSTD_getErrorName(code) + ")";
+  }
+}
+
+class ZstdDecoder final : public FrameDecoder {
+ public:
+  ZstdDecoder() : context_(ZSTD_createDCtx()) {
+    if (context_ == nullptr) throw std::bad_alloc();
+    ZSTD_DCtx_setParameter(context_, ZSTD_d_windowLogMax, window_log_max);
+  }
+  ~ZstdDecoder() override { ZSTD_freeDCtx(context_); }
+
+  /// A piece at a time, as the library asks for it: if the next one is damaged, what came before has been given out.
+  Step step(std::string_view packed, std::span<char> text) override {
+    ZSTD_inBuffer in{packed.data(), std::min(packed.size(), wanted_), 0};
+    ZSTD_outBuffer out{text.data(), text.size(), 0};
+    const std::size_t wanted = ZSTD_decompressStream(context_, &out, &in);
+    Step done{.taken = in.pos, .given = out.pos};
+    if (ZSTD_isError(wanted) != 0) {
+      done.damage = words_for(wanted);
+      return done;
+    }
+    done.is_frame_end = wanted == 0;
+    done.has_more = !done.is_frame_end && out.pos == out.size;
+    wanted_ = done.is_frame_end ? header_size_min : wanted;
+    return done;
+  }
+
+  void reset() override {
+    ZSTD_DCtx_reset(context_, ZSTD_reset_session_only);
+    wanted_ = header_size_min;
+  }
+
+ private:
+  /// What the shortest header of a frame takes; after that the library says what it wants next.
+  static constexpr std::size_t header_size_min = 5;
+
+  ZSTD_DCtx* context_;
+  std::size_t wanted_ = header_size_min;
+};
+
+// --- gzip -----------------------------------------------------------------------------------------------------------
+
+/// 1F 8B 08; no flags but the five that are defined; behind four bytes of a time how it was packed, and on which of the
+/// few systems that have a number. Three bytes alone would be found by chance in what is damaged.
+bool may_begin_gzip(std::string_view bytes) {
+  constexpr std::size_t flags_at = 3;
+  constexpr std::size_t effort_at = 8;
+  constexpr std::size_t system_at = 9;
+  const auto code = [bytes](std::size_t at) { return static_cast<unsigned char>(bytes[at]); };
+  const auto has = [bytes](std::size_t at) { return bytes.size() > at; };
+  if (!may_be("\x1F\x8B\x08", bytes)) return false;
+  if (has(flags_at) && code(flags_at) > 0x1F) return false;
+  if (has(effort_at) && code(effort_at) != 0 && code(effort_at) != 2 && code(effort_at) != 4) return false;
+  return !has(system_at) || code(system_at) <= 13 || code(system_at) == 0xFF;
+}
+
+class GzipDecoder final : public FrameDecoder {
+ public:
+  GzipDecoder() {
+    if (inflateInit2(&stream_, window_bits + only_gzip) != Z_OK) throw std::bad_alloc();
+  }
+  ~GzipDecoder() override { inflateEnd(&stream_); }
+
+  Step step(std::string_view packed, std::span<char> text) override {
+    stream_.next_in = reinterpret_cast<const Bytef*>(packed.data());
+    stream_.avail_in = static_cast<uInt>(packed.size());
+    stream_.next_out = reinterpret_cast<Bytef*>(text.data());
+    stream_.avail_out = static_cast<uInt>(text.size());
+    const int result = inflate(&stream_, Z_NO_FLUSH);
+    Step done{.taken = packed.size() - stream_.avail_in, .given = text.size() - stream_.avail_out};
+    if (result == Z_MEM_ERROR) throw std::bad_alloc();
+    if (result == Z_STREAM_END) {
+      done.is_frame_end = true;
+      inflateReset(&stream_);
+    } else if (result == Z_OK || result == Z_BUF_ERROR) {  // the latter: there was nothing to do
+      done.has_more = stream_.avail_out == 0;
+    } else {
+      done.damage = words_of(stream_.msg == nullptr ? "" : stream_.msg);
+    }
+    return done;
+  }
+
+  void reset() override { inflateReset(&stream_); }
+
+ private:
+  static constexpr int window_bits = 15;
+  static constexpr int only_gzip = 16;
+
+  static std::string words_of(std::string_view library_words) {
+    if (library_words == "incorrect data check" || library_words == "incorrect length check") {
+      return "the checksum of this gzip stream is wrong: what it held may be";
+    }
+    if (library_words == "incorrect header check") return "no gzip stream begins here";
+    return "this gzip stream is damaged (" + std::string(library_words) + ")";
+  }
+
+  z_stream stream_{};
+};
+
+// --------------------------------------------------------------------------------------------------------------------
+
+template <class Decoder>
+std::unique_ptr<FrameDecoder> make() {
+  return std::make_unique<Decoder>();
+}
+
+constexpr std::array packing_table = {
+    Packing{"zstd frame", zstd_magic_size, may_begin_zstd, make<ZstdDecoder>, ""},
+    Packing{"gzip stream", 10, may_begin_gzip, make<GzipDecoder>, ""},
+    Packing{"xz stream", 6,
+            [](std::string_view bytes) {
+              return may_be({"\xFD\x37zXZ\0", 6}, bytes);
+            },
+            nullptr, "this is packed with xz, which is not read here; unpack it with xz -d"},
+    Packing{"bzip2 stream", 4,
+            [](std::string_view bytes) {
+              return may_be("BZh", bytes) && (bytes.size() < 4 || (bytes[3] >= '1' && bytes[3] <= '9'));
+            },
+            nullptr, "this is packed with bzip2, which is not read here; unpack it with bzip2 -d"},
+    Packing{"lz4 frame", 4, [](std::string_view bytes) { return may_be("\x04\x22\x4D\x18", bytes); }, nullptr,
+            "this is packed with lz4, which is not read here; unpack it with lz4 -d"},
+};
+
+}  // namespace
+
+std::span<const Packing> packings() {
+  return packing_table;
+}
+
+}  // namespace bmu
