@@ -15,8 +15,7 @@ namespace bmu {
 namespace {
 
 constexpr std::int64_t sequence_max = history_number_max;
-// Of a file that is made up; more lives than a month of starts a minute apart.
-constexpr std::size_t lives_max = 50'000;
+constexpr std::int64_t ms_per_s = 1'000;
 constexpr std::size_t gaps_max = 200;
 
 std::int64_t size_of(const std::string& path) {
@@ -53,20 +52,6 @@ DatabaseResult<Database> open_and_look(const std::string& path, OpenAs as) {
   if (!database) return database;
   if (auto looked = look(*database); !looked) return failure(looked.error());
   return database;
-}
-
-/// Of life, version, pack name, hash, period and layout.
-std::optional<HistoryLife> life_from(const Statement& statement) {
-  auto layout = layout_from_text(words(statement.text(6)));
-  const auto id = statement.number(0);
-  if (!id || !layout) return std::nullopt;
-  return HistoryLife{.id = *id,
-                     .token = words(statement.text(1)),
-                     .version = words(statement.text(2)),
-                     .pack_name = words(statement.text(3)),
-                     .config = words(statement.text(4)),
-                     .period_s = statement.number(5).value_or(60),
-                     .layout = std::move(*layout)};
 }
 
 }  // namespace
@@ -116,7 +101,8 @@ Result<HistoryReader, std::string> HistoryReader::open_as_it_can_be(const std::s
 
 Result<void, std::string> HistoryReader::check() {
   const auto minutes = database_.number("SELECT count(*) FROM sqlite_schema WHERE type = 'table' AND name = 'minute'");
-  if (!minutes || minutes->value_or(0) != 1) return failure(path_ + ": is no history of bmud");
+  if (!minutes) return failure(path_ + ": is damaged where its tables are named: " + minutes.error().what);
+  if (minutes->value_or(0) != 1) return failure(path_ + ": is no history of bmud");
   const auto version = database_.number("PRAGMA user_version");
   if (version && version->value_or(0) > history_version) {
     return failure(path_ + ": was written by a newer bmud (schema " + std::to_string(version->value_or(0)) +
@@ -133,30 +119,23 @@ Result<void, std::string> HistoryReader::check() {
   return {};
 }
 
+/// Where not all of them can be read, the rows are asked what they know of theirs.
 void HistoryReader::read_lives() {
-  auto statement = database_.prepare(
-      "SELECT life.id, token, version, pack_name, config, period_s, modules FROM life "
-      "LEFT JOIN layout ON layout.id = life.layout ORDER BY life.id");
-  if (!statement) return note("no life of the daemon can be read: " + statement.error().what);
-  while (lives_.size() < lives_max) {
-    const auto has_row = statement->step();
-    if (!has_row) return note("not every life of the daemon can be read: " + has_row.error().what);
-    if (!*has_row) return;
-    auto life = life_from(*statement);
-    const std::int64_t id = statement->number(0).value_or(0);
-    if (life && (lives_.empty() || lives_.back().id < life->id)) {
-      lives_.push_back(std::move(*life));
-    } else {
-      note_gap("life", id, id, "makes no sense");
-    }
-  }
-}
-
-const HistoryLife* HistoryReader::find_life(const HistoryNumber& id) const {
-  if (!id) return nullptr;
-  const auto found = std::lower_bound(lives_.begin(), lives_.end(), *id,
-                                      [](const HistoryLife& life, std::int64_t wanted) { return life.id < wanted; });
-  return found != lives_.end() && found->id == *id ? &*found : nullptr;
+  lives_.read(database_);
+  if (lives_.are_whole()) return;
+  const std::vector<Gap> gaps = gaps_;  // what cannot be read is told when somebody wants to read it
+  std::map<std::int64_t, LifeOfRows> of_rows;
+  scan("minute", select_minutes_sql(), range_of("minute"), [&](const Statement& statement, std::int64_t) {
+    HistoryRow row = numbers_of(statement);
+    if (!row.life || !add_arrays(statement, row).empty()) return true;
+    LifeOfRows& rows = of_rows[*row.life];
+    rows.cells = row.cells.size();
+    rows.sensors = row.sensors.size();
+    ++rows.spans_s[(row.span_ms.value_or(0) + ms_per_s / 2) / ms_per_s];
+    return true;
+  });
+  gaps_ = gaps;
+  lives_.complete(of_rows);
 }
 
 // --- reading --------------------------------------------------------------------------------------------------------
@@ -225,23 +204,35 @@ void HistoryReader::scan(const std::string& table, const std::string& select, Ra
   }
 }
 
-/// "", or what is wrong with it.
-std::string HistoryReader::read_row(const Statement& statement, HistoryRow& row) const {
+HistoryRow HistoryReader::numbers_of(const Statement& statement) {
+  HistoryRow row;
+  row.sequence = statement.number(0).value_or(-1);
+  read_columns(statement, 1, row_columns(), row);
+  return row;
+}
+
+/// Takes cells and sensors to the numbers: "", or what is wrong with them all. Its life is not looked at.
+std::string HistoryReader::add_arrays(const Statement& statement, HistoryRow& row) {
   const int blobs = static_cast<int>(row_columns().size()) + 1;
   const std::string_view cells = statement.text(blobs).value_or("");
   const std::string_view sensors = statement.text(blobs + 1).value_or("");
   if (statement.number(blobs + 2) != checksum_of(row, cells, sensors)) return "the checksum is wrong";
-  const HistoryLife* const life = find_life(row.life);
-  if (life == nullptr) return "nobody knows the life it is of";
   auto all_cells = cells_from(cells);
   auto all_sensors = sensors_from(sensors);
-  if (!all_cells || !all_sensors || all_cells->size() != life->layout.cell_count() ||
-      all_sensors->size() != life->layout.sensor_count()) {
-    return "its cells are not those of its life";
+  if (!all_cells || !all_sensors || all_cells->size() > cells_max || all_sensors->size() > sensors_max) {
+    return "its cells are not those of any pack";
   }
   row.cells = std::move(*all_cells);
   row.sensors = std::move(*all_sensors);
   return "";
+}
+
+/// "", or why it cannot be told what is what in it.
+std::string HistoryReader::misfit_of(const HistoryRow& row) const {
+  const HistoryLife* const life = life_of(row);
+  if (life == nullptr) return "nobody knows the life it is of";
+  const bool fits = row.cells.size() == life->layout.cell_count() && row.sensors.size() == life->layout.sensor_count();
+  return fits ? "" : "its cells are not those of its life";
 }
 
 void HistoryReader::for_each_row(const HistorySpan& span, const std::function<bool(const HistoryRow&)>& take) {
@@ -257,11 +248,10 @@ void HistoryReader::for_each_row_after(std::int64_t sequence, const std::functio
 void HistoryReader::read_rows(const HistorySpan& span, Range range,
                               const std::function<bool(const HistoryRow&)>& take) {
   scan("minute", select_minutes_sql(), range, [&](const Statement& statement, std::int64_t sequence) {
-    HistoryRow row;
-    row.sequence = sequence;
-    read_columns(statement, 1, row_columns(), row);
+    HistoryRow row = numbers_of(statement);
     if (!span.has(row.unix_time_ms)) return true;
-    const std::string problem = read_row(statement, row);
+    std::string problem = add_arrays(statement, row);
+    if (problem.empty()) problem = misfit_of(row);
     if (problem.empty()) return take(row);
     note_gap("minute", sequence, sequence, problem);
     return true;
@@ -304,6 +294,7 @@ void HistoryReader::note_gap(const std::string& table, std::int64_t first, std::
 
 std::vector<std::string> HistoryReader::problems() const {
   std::vector<std::string> texts = notes_;
+  texts.insert(texts.end(), lives_.problems().begin(), lives_.problems().end());
   for (const Gap& gap : gaps_) {
     std::string text = gap.table + " " + std::to_string(gap.first);
     if (gap.last >= sequence_max) {

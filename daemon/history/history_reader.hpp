@@ -11,7 +11,8 @@
 //
 // Rows come in the order in which they were written, which is that of time unless somebody set the clock. What a row
 // has, and in which units, says history_row.hpp. A file that is damaged, cut short or made up is read as far as it is
-// good: each row has a checksum and its life's layout, and rows that do not fit are left out and named in problems().
+// good: each row has a checksum, and those that are wrong are left out and named in problems(). Where only the tables
+// beside the rows are damaged no row is lost (history_lives.hpp).
 //
 // Cost: some 10 us a row of 96 cells, and the disk's part; one row is in memory at a time.
 #pragma once
@@ -21,6 +22,7 @@
 #include <vector>
 
 #include "daemon/history/database.hpp"
+#include "daemon/history/history_lives.hpp"
 #include "daemon/history/history_row.hpp"
 #include "protocol/result.hpp"
 
@@ -46,9 +48,9 @@ class HistoryReader {
   void for_each_row_after(std::int64_t sequence, const std::function<bool(const HistoryRow&)>& take);
   void for_each_event(const HistorySpan& span, const std::function<bool(const HistoryEvent&)>& take);
 
-  [[nodiscard]] const std::vector<HistoryLife>& lives() const { return lives_; }
+  [[nodiscard]] const std::vector<HistoryLife>& lives() const { return lives_.all(); }
   /// Of a row that was read: never null.
-  [[nodiscard]] const HistoryLife* life_of(const HistoryRow& row) const { return find_life(row.life); }
+  [[nodiscard]] const HistoryLife* life_of(const HistoryRow& row) const { return lives_.find(row.life); }
   /// The times of the first and the last row that has one: from the beginning of the one to behind that of the other.
   [[nodiscard]] HistorySpan covered();
   /// What could not be read so far, a sentence each; rows in a row are one.
@@ -72,11 +74,12 @@ class HistoryReader {
   [[nodiscard]] static Result<HistoryReader, std::string> open_as_it_can_be(const std::string& path);
   [[nodiscard]] Result<void, std::string> check();
   void read_lives();
-  [[nodiscard]] const HistoryLife* find_life(const HistoryNumber& id) const;
   [[nodiscard]] Range range_of(const HistorySpan& span);
   [[nodiscard]] Range range_of(const std::string& table);
   void read_rows(const HistorySpan& span, Range range, const std::function<bool(const HistoryRow&)>& take);
-  [[nodiscard]] std::string read_row(const Statement& statement, HistoryRow& row) const;
+  [[nodiscard]] static HistoryRow numbers_of(const Statement& statement);
+  [[nodiscard]] static std::string add_arrays(const Statement& statement, HistoryRow& row);
+  [[nodiscard]] std::string misfit_of(const HistoryRow& row) const;
   void scan(const std::string& table, const std::string& select, Range range,
             const std::function<bool(const Statement&, std::int64_t sequence)>& take);
   void note(const std::string& problem) { notes_.push_back(problem); }
@@ -85,7 +88,7 @@ class HistoryReader {
   std::string path_;
   Database database_;
   bool is_ruin_ = false;  // then nothing is looked up, everything is looked through
-  std::vector<HistoryLife> lives_;
+  HistoryLives lives_;
   std::vector<std::string> notes_;
   std::vector<Gap> gaps_;
 };

@@ -273,6 +273,51 @@ TEST_CASE("what was so is drawn where it was, with how long", "[unit][report]") 
   CHECK(page.find("full <span class=\"unit\">100 %</span>") != std::string::npos);
 }
 
+TEST_CASE("a hole is in every picture, at the top and in a list", "[unit][report]") {
+  ReportData data = pack_of(1, 2, 100);
+  data.holes.push_back({.from_us = noon_us + 40 * s,
+                        .to_us = noon_us + 60 * s,
+                        .text = "drive.log, line 4711: <wrong>",
+                        .is_damage = true});
+  data.holes.push_back({.from_us = noon_us + 90 * s, .to_us = std::nullopt, .text = "no end"});
+  const std::string page = page_of(data);
+  CHECK(flaw_of(page) == "");
+  CHECK(count_of(page, "<rect class=\"hole\" x=\"400.0\" y=\"0\" width=\"200.0\"") >= 4);
+  CHECK(
+      page.find("<dt>Missing</dt><dd><b class=\"fault\">20.0 s</b><small>nothing is known from 2026-03-01 12:00:40 to "
+                "12:01:00 UTC (20.0 s): drive.log, line 4711: &lt;wrong&gt;; and 1 more below</small>") !=
+      std::string::npos);
+  CHECK(page.find("<tr><td>2026-03-01 12:00:40.000</td><td>2026-03-01 12:01:00.000</td><td>20.0 s</td><td>"
+                  "<b class=\"fault\">damaged</b> drive.log") != std::string::npos);
+  CHECK(page.find("<td>the end</td><td></td><td>no end</td>") != std::string::npos);
+  CHECK(page_of(pack_of(1, 2, 100)).find("issing") == std::string::npos);
+}
+
+TEST_CASE("what went on through a hole is told once, what began behind one again", "[unit][report]") {
+  ReportData data = pack_of(1, 2, 100);
+  const auto add = [&](int from_s, int to_s, bool has_begun_before, bool goes_on) {
+    data.spans.push_back({.kind = SpanKind::contactor,
+                          .name = "main positive",
+                          .text = "main positive closed",
+                          .place = {},
+                          .from_us = noon_us + from_s * s,
+                          .to_us = noon_us + to_s * s,
+                          .has_begun_before = has_begun_before,
+                          .goes_on = goes_on});
+  };
+  add(10, 20, false, true);
+  add(30, 40, true, false);
+  CHECK(page_of(data).find("main positive closed <span class=\"unit\">20.0 s</span>") != std::string::npos);
+  add(50, 60, false, false);
+  add(70, 80, true, true);  // open before the hole, closed behind it
+  CHECK(page_of(data).find("main positive closed <span class=\"unit\">3 times, 40.0 s</span>") != std::string::npos);
+  data.spans.back().lasted_us = 4 * s;
+  const std::string page = page_of(data);
+  CHECK(page.find("3 times, 34.0 s</span>") != std::string::npos);
+  CHECK(page.find("class=\"c3 vague\"><title>main positive closed: for 4.0 s of the time from 2026-03-01 12:01:10 to "
+                  "12:01:20 UTC, nobody knows when</title>") != std::string::npos);
+}
+
 TEST_CASE("each cell's figures stand in its place, and in the table", "[unit][report]") {
   ReportData data = pack_of(2, 5, 5);
   CHECK(page_of(data).find("Resistance of each cell") == std::string::npos);  // nothing is known of it

@@ -15,6 +15,8 @@ using svg::number;
 constexpr int time_ticks_wanted = 8;
 /// Nearer to an end than this, a text would stick out.
 constexpr double label_margin = 15.0;
+/// A short hole is seen, too.
+constexpr double hole_width_min = 1.5;
 
 svg::Range range_of(const Plot& plot) {
   svg::Range range;
@@ -161,6 +163,13 @@ std::string point_text(double x, double value, const svg::Range& range) {
 
 std::string time_grid_svg(const Columns& columns) {
   std::string out;
+  for (const ColumnHole& hole : columns.holes) {
+    const double x = x_of(columns, hole.from_us);
+    const double width = std::max(x_of(columns, hole.to_us) - x, hole_width_min);
+    out += "<rect class=\"hole\" x=\"" + number(std::min(x, plot_size - width)) + "\" y=\"0\" width=\"" +
+           number(width) + "\" height=\"1000\"><title>nothing is known: " + stretch_text(hole.from_us, hole.to_us) +
+           "</title></rect>";
+  }
   for (const TimeTick& tick : time_ticks(columns.from_us, columns.to_us, time_ticks_wanted)) {
     const double x = x_of(columns, tick.at_us);
     out += rule(x, 0, x, plot_size, "grid");

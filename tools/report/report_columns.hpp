@@ -18,10 +18,17 @@ struct Column {
   bool has_gap_before = false;
 };
 
+/// A hole of the data, as far as it is in the picture.
+struct ColumnHole {
+  std::int64_t from_us = 0;
+  std::int64_t to_us = 0;
+};
+
 struct Columns {
   std::int64_t from_us = 0;
   std::int64_t to_us = 0;
   std::vector<Column> columns;
+  std::vector<ColumnHole> holes{};
 };
 
 [[nodiscard]] Columns columns_of(const ReportData& data);

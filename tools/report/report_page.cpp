@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "tools/report/report_chart.hpp"
+#include "tools/report/report_holes.hpp"
 #include "tools/report/report_style.hpp"
 #include "tools/report/report_time.hpp"
 
@@ -137,6 +138,7 @@ std::string page_html(const ReportData& data, const PageOptions& options) {
   out += pack_voltage_html(data, columns);
   out += temperatures_html(data, columns);
   out += cell_figures_html(data);
+  out += holes_html(data);
   out += events_html(data);
   out += "<footer>Made by " + escaped(options.made_by) +
          (options.made_at_us > 0 ? " on " + time_text(options.made_at_us) + " UTC" : "") + ".</footer>\n";
