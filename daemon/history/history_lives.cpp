@@ -66,10 +66,10 @@ void HistoryLives::read(const Database& database) {
 
 void HistoryLives::read_layouts(const Database& database) {
   auto statement = database.prepare("SELECT id, modules FROM layout ORDER BY id");
-  if (!statement) return problem("layouts: " + statement.error().what);
+  if (!statement) return problem("table layout: " + statement.error().what);
   while (layouts_.size() < lives_max) {
     const auto has_row = statement->step();
-    if (!has_row) return problem("layouts: " + has_row.error().what);
+    if (!has_row) return problem("table layout: " + has_row.error().what);
     if (!*has_row) return;
     const std::int64_t id = statement->number(0).value_or(-1);
     auto layout = layout_from_text(words(statement->text(1)));
@@ -85,12 +85,12 @@ void HistoryLives::read_layouts(const Database& database) {
 void HistoryLives::read_places(const Database& database) {
   auto statement =
       database.prepare("SELECT layout, kind, module FROM place WHERE number >= 1 ORDER BY layout, kind, number");
-  if (!statement) return problem("places: " + statement.error().what);
+  if (!statement) return problem("table place: " + statement.error().what);
   std::optional<std::int64_t> id;
   Counts counts;
   while (true) {
     const auto has_row = statement->step();
-    if (!has_row) return problem("places: " + has_row.error().what);
+    if (!has_row) return problem("table place: " + has_row.error().what);
     const HistoryNumber next = *has_row ? statement->number(0) : std::nullopt;
     if (id && next != id) {
       if (auto layout = counts.layout()) layouts_.try_emplace(*id, std::move(*layout));
@@ -105,10 +105,10 @@ void HistoryLives::read_places(const Database& database) {
 void HistoryLives::read_table(const Database& database) {
   auto statement =
       database.prepare("SELECT id, token, version, pack_name, config, period_s, layout FROM life ORDER BY id");
-  if (!statement) return problem("lives of the daemon: " + statement.error().what);
+  if (!statement) return problem("table life: " + statement.error().what);
   while (lives_.size() < lives_max) {
     const auto has_row = statement->step();
-    if (!has_row) return problem("lives of the daemon: " + has_row.error().what);
+    if (!has_row) return problem("table life: " + has_row.error().what);
     if (!*has_row) return;
     const auto id = statement->number(0);
     if (!id || (!lives_.empty() && lives_.back().id >= *id)) {

@@ -23,12 +23,10 @@ std::string time_of(std::optional<std::int64_t> at_us, const char* otherwise) {
 
 }  // namespace
 
-std::string hole_text(const HoleReport& hole) {
-  if (hole.from_us && hole.to_us) {
-    return "nothing is known from " + stretch_text(*hole.from_us, *hole.to_us) + " (" + length_text(hole) +
-           "): " + hole.text;
-  }
-  return hole_text(hole, [](std::int64_t at_us) { return time_text(at_us) + " UTC"; });
+std::string when_text(const HoleReport& hole) {
+  if (hole.from_us && hole.to_us) return stretch_text(*hole.from_us, *hole.to_us);
+  if (hole.from_us) return "behind " + time_text(*hole.from_us) + " UTC";
+  return hole.to_us ? "before " + time_text(*hole.to_us) + " UTC" : "all";
 }
 
 std::string hole_text(const HoleReport& hole, const std::function<std::string(std::int64_t at_us)>& time) {

@@ -140,9 +140,9 @@ void add_holes(Cards& cards, const ReportData& data) {
   const std::size_t count = data.holes.size();
   const std::int64_t missing = missing_us(data);
   const std::string value = missing > 0 ? span_text(missing) : "a part";
-  const std::string more = count == 1 ? "" : "; and " + std::to_string(count - 1) + " more below";
+  const std::string more = count == 1 ? "" : ", and " + std::to_string(count - 1) + " more";
   cards.add("Missing", is_damaged ? "<b class=\"fault\">" + value + "</b>" : value,
-            escaped(hole_text(data.holes.front()) + more));
+            escaped(when_text(data.holes.front()) + more));
 }
 
 }  // namespace
