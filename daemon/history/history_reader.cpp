@@ -281,6 +281,10 @@ HistorySpan HistoryReader::covered() {
 
 void HistoryReader::note_gap(const std::string& table, std::int64_t first, std::int64_t last,
                              const std::string& reason) {
+  const auto has_this = [&](const Gap& gap) {
+    return gap.table == table && gap.reason == reason && gap.first <= first && last <= gap.last;
+  };
+  if (std::any_of(gaps_.begin(), gaps_.end(), has_this)) return;  // read for another time
   const bool goes_on =
       !gaps_.empty() && gaps_.back().table == table && gaps_.back().reason == reason && gaps_.back().last + 1 == first;
   if (goes_on) {

@@ -1,10 +1,12 @@
 // A page of the history: what the minutes say, and nothing else.
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <iterator>
 #include <string>
 #include <vector>
 
+#include "daemon/history/row_blob.hpp"
 #include "tests/support/history_rows.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tools/report/report_from_history.hpp"
@@ -272,6 +274,34 @@ TEST_CASE("a fault of a minute is there from its event to its event, and then no
   CHECK(told(data, SpanKind::fault) == "cell_undervoltage 7000-150000");
   CHECK(told(data, SpanKind::warning) == "cell_undervoltage 5000-7000, disk_low 8000-9000");  // which only warns
   for (const SpanReport& span : data.spans) CHECK(span.has_begun_before == (span.kind == SpanKind::phase));
+}
+
+TEST_CASE("minutes that cannot be read are named by their numbers", "[unit][report][history]") {
+  const TemporaryFolder folder;
+  const std::string path = folder / "history.sqlite";
+  {
+    const HistoryLife life = life_of(1);
+    HistoryFile file({.path = path}, life);
+    test::write_minutes(file, life, 1, 20);
+  }
+  std::string bytes;
+  {
+    std::ifstream in(path, std::ios::binary);
+    bytes.assign(std::istreambuf_iterator<char>(in), {});
+  }
+  for (const std::int64_t minute : {8, 9, 10, 15}) {
+    const std::size_t at = bytes.find(blob_of(history_row(minute, life_of(1)).cells));
+    REQUIRE(at != std::string::npos);
+    bytes[at + 5] = static_cast<char>(bytes[at + 5] ^ 1);
+  }
+  std::ofstream(path, std::ios::binary | std::ios::trunc) << bytes;
+  const ReportData data = report_of(path);
+  CHECK(data.times_us.size() == 16);
+  REQUIRE(data.holes.size() == 2);
+  CHECK(data.holes[0].text == "minutes 8 to 10 are missing or cannot be read");
+  CHECK(data.holes[1].text == "minute 15 is missing or cannot be read");
+  CHECK(data.notes ==
+        std::vector<std::string>{"minute 8 to 10: the checksum is wrong", "minute 15: the checksum is wrong"});
 }
 
 TEST_CASE("between two lives of the daemon nothing is known", "[unit][report][history]") {

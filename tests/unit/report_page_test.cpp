@@ -168,6 +168,35 @@ TEST_CASE("lines stand where the numbers are", "[unit][report]") {
   CHECK(currents.value_at(line_of(page, "charge limit")[0].back().y) == Approx(-20.0).margin(0.1));
 }
 
+TEST_CASE("means of minutes are steps, with the lowest and highest around them", "[unit][report]") {
+  ReportData data = pack_of(1, 12, 10);
+  data.is_of_means = true;
+  data.times_us[0] += s / 2;  // shorter than the others
+  data.current_A.low[3] = -2;
+  data.current_A.high[3] = 30;
+  const std::string page = page_of(data);
+  CHECK(flaw_of(page) == "");
+  const Scale scale = scale_of(page, "Current and its limits");
+  const auto pieces = line_of(page, "current, positive: drawn");
+  REQUIRE(pieces.size() == 1);
+  REQUIRE(pieces[0].size() == 20);
+  const double second = 1000 / 9.5;
+  for (std::size_t i = 0; i < 10; ++i) {
+    const Point& from = pieces[0][2 * i];
+    const Point& to = pieces[0][2 * i + 1];
+    CHECK(from.x == Approx(i == 0 ? 0.0 : (static_cast<double>(i) - 0.5) * second).margin(0.06));
+    CHECK(to.x == Approx((static_cast<double>(i) + 0.5) * second).margin(0.06));
+    CHECK(from.y == to.y);
+    CHECK(scale.value_at(from.y) == Approx(static_cast<double>(i)).margin(0.1));
+  }
+  const std::size_t at = page.find("<rect class=\"band k1\"");
+  REQUIRE(at != std::string::npos);
+  CHECK(std::stod(between(page, "x=\"", "\"", at)) == Approx(2.5 * second).margin(0.06));
+  const double top = std::stod(between(page, " y=\"", "\"", at));
+  CHECK(scale.value_at(top) == Approx(30).margin(0.1));
+  CHECK(scale.value_at(top + std::stod(between(page, "height=\"", "\"", at))) == Approx(-2).margin(0.1));
+}
+
 TEST_CASE("what is not known is a gap, never zero", "[unit][report]") {
   ReportData data = pack_of(1, 12, 10);
   for (const std::size_t i : {3U, 4U, 9U}) {

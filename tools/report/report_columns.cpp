@@ -48,12 +48,19 @@ Columns columns_of(const ReportData& data) {
       has_gap = has_gap || data.has_gap_before(last);
       ++last;
     }
-    // The last sample of a source may be shorter than the others.
-    const std::int64_t end_us = std::min(data.times_us[last - 1] + data.sample_us, result.to_us);
-    const std::int64_t middle_us = (data.times_us[first] + end_us) / 2;
-    result.columns.push_back({.at_us = middle_us, .first = first, .last = last, .has_gap_before = has_gap});
+    // Samples may be shorter than the others: the last of a source, or one before the next full minute.
+    const std::int64_t next_us = last < samples ? data.times_us[last] : result.to_us;
+    const std::int64_t from_us = data.times_us[first];
+    const std::int64_t to_us = std::min(data.times_us[last - 1] + data.sample_us, next_us);
+    result.columns.push_back({.at_us = (from_us + to_us) / 2,
+                              .from_us = from_us,
+                              .to_us = to_us,
+                              .first = first,
+                              .last = last,
+                              .has_gap_before = has_gap});
     first = last;
   }
+  result.has_steps = data.is_of_means && result.columns.size() <= step_columns_max;
   return result;
 }
 

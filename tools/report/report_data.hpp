@@ -106,6 +106,7 @@ struct ReportData {
   std::optional<std::int64_t> end_us;      // where that is not the last sample's
   std::optional<std::int64_t> covered_us;  // where samples are not all of one length
   std::vector<HoleReport> holes;           // in their order
+  bool is_of_means = false;                // each sample a mean, of which nobody knows how the value went
 
   std::vector<CellReport> cells;
   std::vector<SensorReport> sensors;

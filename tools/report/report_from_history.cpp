@@ -102,6 +102,7 @@ class Filler {
   Filler(ReportData& data, const HistoryLife& life, const HistoryMoves& moves, const HistoryOptions& options)
       : data_(data), life_(life), moves_(moves), options_(options), spans_(data.spans) {
     data_.pack_name = life.pack_name;
+    data_.is_of_means = true;
     data_.sample_us = life.period_s * us_per_s;
     for (const HistoryPlace& place : life.layout.cells()) {
       CellReport& cell = data_.cells.emplace_back();
@@ -120,6 +121,7 @@ class Filler {
   }
 
   void take(const HistoryRow& row, const HistoryLife& life) {
+    seen_before_ = std::exchange(seen_, row.sequence);
     if (!row.unix_time_ms) {
       ++without_time_;
       return;
@@ -178,12 +180,13 @@ class Filler {
   }
 
   [[nodiscard]] std::string why_missing(const HistoryRow& row) const {
-    if (row.sequence > last_.sequence + 1) {
-      const std::int64_t count = row.sequence - last_.sequence - 1;
-      return count == 1 ? "minute " + std::to_string(last_.sequence + 1) + " is missing or cannot be read"
-                        : "minutes " + std::to_string(last_.sequence + 1) + " to " + std::to_string(row.sequence - 1) +
-                              " are missing or cannot be read";
+    if (row.sequence > seen_before_ + 1) {
+      const std::string first = std::to_string(seen_before_ + 1);
+      return row.sequence == seen_before_ + 2
+                 ? "minute " + first + " is missing or cannot be read"
+                 : "minutes " + first + " to " + std::to_string(row.sequence - 1) + " are missing or cannot be read";
     }
+    if (row.sequence > last_.sequence + 1) return "what is there is left out";
     return row.life != last_.life ? "the daemon did not run" : "the clock was set forward";
   }
 
@@ -301,6 +304,8 @@ class Filler {
   std::int64_t last_us_ = 0;  // begin and end of the row taken last
   std::int64_t end_us_ = 0;
   std::int64_t covered_us_ = 0;
+  std::int64_t seen_ = 0;  // the latest row, whether it was taken or not, and the one before it
+  std::int64_t seen_before_ = 0;
   bool joins_last_ = false;  // the row in hand
   std::size_t without_time_ = 0;
   std::size_t of_another_pack_ = 0;

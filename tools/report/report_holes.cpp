@@ -55,14 +55,16 @@ std::string holes_html(const ReportData& data) {
     out += "<p class=\"note\">The first " + std::to_string(holes_max) + " of " + std::to_string(data.holes.size()) +
            " holes.</p>\n";
   }
-  out += "<table class=\"events\"><tr><th>From, UTC</th><th>To, UTC</th><th>Length</th><th>Why, and where</th></tr>\n";
+  out +=
+      "<div class=\"scroll\"><table class=\"holes\"><tr><th>From, UTC</th><th>To, UTC</th><th>Length</th><th>Why, and "
+      "where</th></tr>\n";
   for (std::size_t i = 0; i < std::min(data.holes.size(), holes_max); ++i) {
     const HoleReport& hole = data.holes[i];
     out += "<tr><td>" + time_of(hole.from_us, "the begin") + "</td><td>" + time_of(hole.to_us, "the end") +
            "</td><td>" + length_text(hole) + "</td><td>" + (hole.is_damage ? "<b class=\"fault\">damaged</b> " : "") +
            escaped(hole.text) + "</td></tr>\n";
   }
-  return out + "</table></section>\n";
+  return out + "</table></div></section>\n";
 }
 
 }  // namespace bmu::report

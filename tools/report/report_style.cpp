@@ -58,7 +58,8 @@ b.fault { color: var(--bad); } b.warning { color: var(--warn); }
 table { border-collapse: collapse; font-size: .85rem; font-variant-numeric: tabular-nums; width: 100%; }
 th, td { text-align: left; padding: .15rem .6rem .15rem 0; border-bottom: 1px solid var(--grid); vertical-align: top; }
 th { color: var(--dim); font-weight: normal; }
-.events td:first-child { white-space: nowrap; }
+.events td:first-child, .holes td:nth-child(-n+3) { white-space: nowrap; }
+.holes td:last-child { min-width: 14rem; }
 td.n, th.n { text-align: right; }
 .scroll { overflow-x: auto; }
 .read { min-height: 1.3rem; margin: 0 0 0 3.4rem; font-size: .8rem; color: var(--dim); font-variant-numeric: tabular-nums; }
