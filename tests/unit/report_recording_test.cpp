@@ -43,17 +43,17 @@ const std::string& later_drive() {
 
 /// Of files, in the order in which they are to be read.
 ReportData read_files(const std::vector<std::pair<std::string, std::string>>& names_and_texts,
-                      RecordingOptions options = {}) {
+                      const RecordingOptions& options = {}) {
   const TemporaryFolder folder;
-  RecordingReport reading(std::move(options));
+  RecordingReport reading(options);
   for (const auto& [name, text] : names_and_texts) {
     REQUIRE(read_recording({.path = folder.file(name, text)}, reading, [](std::size_t) {}));
   }
   return std::move(reading).finish();
 }
 
-ReportData read(const std::string& text, RecordingOptions options = {}) {
-  return read_files({{"drive.log", text}}, std::move(options));
+ReportData read(const std::string& text, const RecordingOptions& options = {}) {
+  return read_files({{"drive.log", text}}, options);
 }
 
 std::size_t count_spans(const ReportData& data, SpanKind kind, std::string_view name) {

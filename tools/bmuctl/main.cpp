@@ -275,7 +275,7 @@ void add_report(CLI::App& app, ReportOptions& options) {
   report->add_option("FILE", options.files,
                      "recordings and black boxes, or a history's database; without it the daemon's history");
   report
-      ->add_option("--out", options.out,
+      ->add_option("-o,--out", options.out,
                    "the page; default: the (earliest) FILE with .html instead of its ending; - is standard output")
       ->type_name("PATH");
   report

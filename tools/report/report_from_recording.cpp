@@ -183,8 +183,8 @@ void RecordingReport::Means::look(const Core& core, TimePoint now) {
   has_tick = true;
 }
 
-RecordingReport::RecordingReport(RecordingOptions options)
-    : options_(std::move(options)), open_(std::make_unique<Open>()), means_(std::make_unique<Means>()) {}
+RecordingReport::RecordingReport(const RecordingOptions& options)
+    : options_(options), open_(std::make_unique<Open>()), means_(std::make_unique<Means>()) {}
 
 RecordingReport::~RecordingReport() = default;
 

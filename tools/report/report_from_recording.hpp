@@ -36,7 +36,7 @@ struct RecordingOptions {
 
 class RecordingReport {
  public:
-  explicit RecordingReport(RecordingOptions options);
+  explicit RecordingReport(const RecordingOptions& options);
   ~RecordingReport();
   RecordingReport(const RecordingReport&) = delete;
   RecordingReport& operator=(const RecordingReport&) = delete;
