@@ -337,6 +337,25 @@ TEST_CASE("what two recordings have of the same time is shown once", "[unit][rep
   CHECK(both.notes[0].find("What b.log has of 2023-11-14 22:13:2") == 0);
 }
 
+TEST_CASE("a recording that is torn at its end goes on with the next file, if that goes on",
+          "[unit][report][recording]") {
+  const std::string& parts = drive_in_parts();
+  const std::size_t second = parts.find("# bmud-recording", 1);
+  const std::size_t third = parts.find("# bmud-recording", second + 1);
+  const std::string torn = parts.substr(0, third - 1'000);
+  const ReportData data = read_files({{"a.log", torn}, {"b.log", parts.substr(third)}});
+  REQUIRE(data.holes.size() == 1);
+  CHECK(data.holes[0].is_damage);
+  CHECK(data.holes[0].text.find("a.log, its last line, ") == 0);
+  CHECK(data.holes[0].text.find("; reading goes on at the begin of b.log") != std::string::npos);
+  CHECK(seconds_at(data.holes[0].to_us.value_or(0)) == Approx(5.0).margin(0.06));
+  // The second file has nothing of what is missing.
+  const ReportData none = read_files({{"a.log", torn}, {"b.log", parts.substr(0, second)}});
+  REQUIRE(none.holes.size() == 1);
+  CHECK_FALSE(none.holes[0].to_us);
+  CHECK(none.holes[0].text.find("goes on") == std::string::npos);
+}
+
 TEST_CASE("recordings are put in the order of their times, and what is none is left out", "[unit][report][recording]") {
   const TemporaryFolder folder;
   const std::string late = folder.file("a.log", later_drive());

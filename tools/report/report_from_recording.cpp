@@ -189,7 +189,6 @@ RecordingReport::RecordingReport(const RecordingOptions& options)
 RecordingReport::~RecordingReport() = default;
 
 void RecordingReport::begin_file(const std::string& name) {
-  if (hole_) go_on("the begin of " + name);
   take_figures();
   files_.push_back({.name = name});
 }
@@ -213,6 +212,7 @@ void RecordingReport::break_off(const std::string& why) {
     if (hole_->text.find(why) == std::string::npos) hole_->text += "; " + why;
     return;
   }
+  file_of_hole_ = files_.size();
   hole_ = HoleReport{.from_us = last_us_ > 0 ? std::optional(last_us_) : std::nullopt,
                      .to_us = std::nullopt,
                      .text = (files_.empty() ? "" : files_.back().name + ", ") + why,
@@ -286,7 +286,9 @@ bool RecordingReport::is_of_before(std::int64_t at_us) {
   const bool overlaps = file.overlap_begin_us > 0 && !file.has_own;
   if (overlaps && at_us <= last_us_) {
     file.overlap_end_us = at_us;
-    if (hole_) data_.notes.push_back(std::exchange(hole_, {})->text + "; another file has what is missing there.");
+    if (hole_ && file_of_hole_ == files_.size()) {
+      data_.notes.push_back(std::exchange(hole_, {})->text + "; another file has what is missing there.");
+    }
     return true;
   }
   // Less is a clock that is being put right.
@@ -332,7 +334,10 @@ void RecordingReport::take_tick(std::int64_t at_us) {
 void RecordingReport::follow(std::int64_t at_us) {
   is_part_new_ = false;
   const RecordPartId before = std::exchange(part_id_, replay_.reader().part_id());
-  if (hole_) return end_hole(at_us);
+  if (hole_) {
+    if (file_of_hole_ != files_.size()) go_on("the begin of " + files_.back().name);
+    return end_hole(at_us);
+  }
   if (last_us_ == 0) return;
   const bool lost_lines = before.life != 0 && before.life == part_id_.life && part_id_.part > before.part + 1;
   if (!lost_lines && at_us - last_us_ < gap_min_us) return;

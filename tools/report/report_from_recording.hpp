@@ -96,6 +96,7 @@ class RecordingReport {
   std::uint64_t ticks_back_ = 0;     // not shown, because the clock had gone back, by a second or more
   std::uint64_t ticks_foreign_ = 0;  // not shown, because they are of another pack
   std::optional<HoleReport> hole_;   // that no tick has ended yet
+  std::size_t file_of_hole_ = 0;     // how many files there were when it began
   std::int64_t sample_us_ = 0;       // begin of the sample that is not over yet
   std::int64_t last_us_ = 0;         // of the latest tick that is not behind another
   ChargeState flow_;                 // as of the latest tick
