@@ -15,8 +15,7 @@ namespace bmu {
 namespace {
 
 constexpr std::int64_t sequence_max = history_number_max;
-// Of a file that is made up; more lives than a month of starts a minute apart.
-constexpr std::size_t lives_max = 50'000;
+constexpr std::int64_t ms_per_s = 1'000;
 constexpr std::size_t gaps_max = 200;
 
 std::int64_t size_of(const std::string& path) {
@@ -28,17 +27,67 @@ std::string words(std::optional<std::string_view> text) {
   return std::string(text.value_or(""));
 }
 
+/// Of the row at which a statement stands.
+class StatementRow : public RowValues {
+ public:
+  explicit StatementRow(const Statement& statement) : statement_(statement) {}
+  [[nodiscard]] std::optional<std::int64_t> number(int column) const override { return statement_.number(column); }
+  [[nodiscard]] std::optional<std::string_view> text(int column) const override { return statement_.text(column); }
+
+ private:
+  const Statement& statement_;
+};
+
 /// The columns from `index` on; the index behind them.
 template <class Row>
-int read_columns(const Statement& statement, int index, std::span<const HistoryColumn<Row>> columns, Row& row) {
+int read_columns(const RowValues& values, int index, std::span<const HistoryColumn<Row>> columns, Row& row) {
   for (const HistoryColumn<Row>& column : columns) {
     if (column.number != nullptr) {
-      row.*column.number = statement.number(index++);
+      row.*column.number = values.number(index++);
     } else {
-      row.*column.text = words(statement.text(index++));
+      row.*column.text = words(values.text(index++));
     }
   }
   return index;
+}
+
+HistoryRow numbers_of(const RowValues& values) {
+  HistoryRow row;
+  row.sequence = values.number(0).value_or(-1);
+  read_columns(values, 1, row_columns(), row);
+  return row;
+}
+
+/// Takes cells and sensors to the numbers: "", or what is wrong with them all. Its life is not looked at.
+std::string add_arrays(const RowValues& values, HistoryRow& row) {
+  const int blobs = static_cast<int>(row_columns().size()) + 1;
+  const std::string_view cells = values.text(blobs).value_or("");
+  const std::string_view sensors = values.text(blobs + 1).value_or("");
+  if (values.number(blobs + 2) != checksum_of(row, cells, sensors)) return "the checksum is wrong";
+  auto all_cells = cells_from(cells);
+  auto all_sensors = sensors_from(sensors);
+  if (!all_cells || !all_sensors || all_cells->size() > cells_max || all_sensors->size() > sensors_max) {
+    return "its cells are not those of any pack";
+  }
+  row.cells = std::move(*all_cells);
+  row.sensors = std::move(*all_sensors);
+  return "";
+}
+
+/// Its numbers, and whether the checksum is right.
+std::pair<HistoryEvent, bool> event_from(const RowValues& values) {
+  HistoryEvent event;
+  event.sequence = values.number(0).value_or(-1);
+  const int checksum = read_columns(values, 1, event_columns(), event);
+  return {event, values.number(checksum) == checksum_of(event)};
+}
+
+bool is_whole_minute(const RowValues& values) {
+  HistoryRow row = numbers_of(values);
+  return add_arrays(values, row).empty();
+}
+bool is_whole_event(const RowValues& values) {
+  return event_from(values).second;
 }
 
 /// A first look that touches what everything else needs.
@@ -53,20 +102,6 @@ DatabaseResult<Database> open_and_look(const std::string& path, OpenAs as) {
   if (!database) return database;
   if (auto looked = look(*database); !looked) return failure(looked.error());
   return database;
-}
-
-/// Of life, version, pack name, hash, period and layout.
-std::optional<HistoryLife> life_from(const Statement& statement) {
-  auto layout = layout_from_text(words(statement.text(6)));
-  const auto id = statement.number(0);
-  if (!id || !layout) return std::nullopt;
-  return HistoryLife{.id = *id,
-                     .token = words(statement.text(1)),
-                     .version = words(statement.text(2)),
-                     .pack_name = words(statement.text(3)),
-                     .config = words(statement.text(4)),
-                     .period_s = statement.number(5).value_or(60),
-                     .layout = std::move(*layout)};
 }
 
 }  // namespace
@@ -116,7 +151,8 @@ Result<HistoryReader, std::string> HistoryReader::open_as_it_can_be(const std::s
 
 Result<void, std::string> HistoryReader::check() {
   const auto minutes = database_.number("SELECT count(*) FROM sqlite_schema WHERE type = 'table' AND name = 'minute'");
-  if (!minutes || minutes->value_or(0) != 1) return failure(path_ + ": is no history of bmud");
+  if (!minutes) return failure(path_ + ": is damaged where its tables are named: " + minutes.error().what);
+  if (minutes->value_or(0) != 1) return failure(path_ + ": is no history of bmud");
   const auto version = database_.number("PRAGMA user_version");
   if (version && version->value_or(0) > history_version) {
     return failure(path_ + ": was written by a newer bmud (schema " + std::to_string(version->value_or(0)) +
@@ -133,42 +169,38 @@ Result<void, std::string> HistoryReader::check() {
   return {};
 }
 
+/// Where not all of them can be read, the rows are asked what they know of theirs.
 void HistoryReader::read_lives() {
-  auto statement = database_.prepare(
-      "SELECT life.id, token, version, pack_name, config, period_s, modules FROM life "
-      "LEFT JOIN layout ON layout.id = life.layout ORDER BY life.id");
-  if (!statement) return note("no life of the daemon can be read: " + statement.error().what);
-  while (lives_.size() < lives_max) {
-    const auto has_row = statement->step();
-    if (!has_row) return note("not every life of the daemon can be read: " + has_row.error().what);
-    if (!*has_row) return;
-    auto life = life_from(*statement);
-    const std::int64_t id = statement->number(0).value_or(0);
-    if (life && (lives_.empty() || lives_.back().id < life->id)) {
-      lives_.push_back(std::move(*life));
-    } else {
-      note_gap("life", id, id, "makes no sense");
-    }
-  }
-}
-
-const HistoryLife* HistoryReader::find_life(const HistoryNumber& id) const {
-  if (!id) return nullptr;
-  const auto found = std::lower_bound(lives_.begin(), lives_.end(), *id,
-                                      [](const HistoryLife& life, std::int64_t wanted) { return life.id < wanted; });
-  return found != lives_.end() && found->id == *id ? &*found : nullptr;
+  lives_.read(database_);
+  if (lives_.are_whole()) return;
+  const std::vector<Gap> gaps = gaps_;  // what cannot be read is told when somebody wants to read it
+  const std::vector<std::string> notes = notes_;
+  std::map<std::int64_t, LifeOfRows> of_rows;
+  scan(minutes(), range_of(minutes()), [&](const RowValues& values, std::int64_t) {
+    HistoryRow row = numbers_of(values);
+    if (!row.life || !add_arrays(values, row).empty()) return true;
+    LifeOfRows& rows = of_rows[*row.life];
+    rows.cells = row.cells.size();
+    rows.sensors = row.sensors.size();
+    ++rows.spans_s[(row.span_ms.value_or(0) + ms_per_s / 2) / ms_per_s];
+    return true;
+  });
+  gaps_ = gaps;
+  notes_ = notes;
+  lives_.complete(of_rows);
 }
 
 // --- reading --------------------------------------------------------------------------------------------------------
 
-/// From the first row to the last; where that cannot be read, as far as rows are counted.
-HistoryReader::Range HistoryReader::range_of(const std::string& table) {
+/// From the first row to the last; where that makes no sense, as far as rows are counted.
+HistoryReader::Range HistoryReader::range_of(const Table& table) {
   if (is_ruin_) return {.first = 0, .last = sequence_max};
-  const auto first = database_.number("SELECT min(sequence) FROM " + table);
-  const auto last = database_.number("SELECT max(sequence) FROM " + table);
+  const auto first = database_.number("SELECT min(sequence) FROM " + table.name);
+  const auto last = database_.number("SELECT max(sequence) FROM " + table.name);
+  if (!first && !last) return range_of_strays(table, first.error().what);
   if (first && !first->has_value()) return {.first = 1, .last = 0};
   if (last && last->value_or(0) > sequence_max) {
-    note_gap(table, sequence_max, sequence_max, "nobody has counted that far");
+    note_gap(table.name, sequence_max, sequence_max, "nobody has counted that far");
   }
   const bool is_sane = first && last && first->value_or(0) >= 0 && first->value_or(0) <= last->value_or(-1) &&
                        last->value_or(0) <= sequence_max;
@@ -177,27 +209,43 @@ HistoryReader::Range HistoryReader::range_of(const std::string& table) {
 
 /// By the index over the time: the rest of the rows, which are large, is not touched.
 HistoryReader::Range HistoryReader::range_of(const HistorySpan& span) {
-  if (is_ruin_ || (!span.from_unix_ms && !span.to_unix_ms)) return range_of("minute");
+  if (is_ruin_ || (!span.from_unix_ms && !span.to_unix_ms)) return range_of(minutes());
   auto statement = database_.prepare(
       "SELECT min(sequence), max(sequence) FROM minute INDEXED BY minute_by_time "
       "WHERE unix_time_ms >= ? AND unix_time_ms < ?");
-  if (!statement) return range_of("minute");
+  if (!statement) return range_of(minutes());
   statement->bind(1, span.from_unix_ms.value_or(INT64_MIN));
   statement->bind(2, span.to_unix_ms.value_or(INT64_MAX));
   const auto has_row = statement->step();
   if (!has_row) {
     note("the index over the time cannot be read: " + has_row.error().what);
-    return range_of("minute");
+    return range_of(minutes());
   }
   return {.first = std::max<std::int64_t>(0, statement->number(0).value_or(1)),
           .last = std::min(sequence_max, statement->number(1).value_or(0))};
 }
 
-/// Rows of one table in their order. Over what cannot be read it goes on behind, in growing steps.
-void HistoryReader::scan(const std::string& table, const std::string& select, Range range,
-                         const std::function<bool(const Statement&, std::int64_t sequence)>& take) {
-  auto statement = database_.prepare(select + " WHERE sequence >= ? AND sequence <= ? ORDER BY sequence");
-  if (!statement) return note("no row of " + table + " can be read: " + statement.error().what);
+const HistoryReader::Table& HistoryReader::minutes() {
+  static const Table table{.name = "minute",
+                           .select = select_minutes_sql(),
+                           .columns = row_columns().size() + 4,
+                           .is_whole = is_whole_minute};
+  return table;
+}
+
+const HistoryReader::Table& HistoryReader::events() {
+  static const Table table{.name = "event",
+                           .select = select_events_sql(),
+                           .columns = event_columns().size() + 2,
+                           .is_whole = is_whole_event};
+  return table;
+}
+
+/// Rows of one table in their order. Over what cannot be read it goes on behind, in growing steps; what of that is
+/// found page by page comes in its place.
+void HistoryReader::scan(const Table& table, Range range, const TakeValues& take) {
+  auto statement = database_.prepare(table.select + " WHERE sequence >= ? AND sequence <= ? ORDER BY sequence");
+  if (!statement) return note("no row of " + table.name + " can be read: " + statement.error().what);
   std::int64_t next = range.first;
   std::int64_t skipped = 1;
   while (next <= range.last) {
@@ -216,32 +264,57 @@ void HistoryReader::scan(const std::string& table, const std::string& select, Ra
       } else {
         next = sequence + 1;
         skipped = 1;
-        if (!take(*statement, sequence)) return;
+        if (!take(StatementRow(*statement), sequence)) return;
       }
     }
-    note_gap(table, next, std::min(next + skipped - 1, range.last), trouble);
+    statement->reset();
+    if (!bridge(table, {.first = next, .last = std::min(next + skipped - 1, range.last)}, trouble, take)) return;
     next += skipped;
     skipped *= 2;
   }
 }
 
-/// "", or what is wrong with it.
-std::string HistoryReader::read_row(const Statement& statement, HistoryRow& row) const {
-  const int blobs = static_cast<int>(row_columns().size()) + 1;
-  const std::string_view cells = statement.text(blobs).value_or("");
-  const std::string_view sensors = statement.text(blobs + 1).value_or("");
-  if (statement.number(blobs + 2) != checksum_of(row, cells, sensors)) return "the checksum is wrong";
-  const HistoryLife* const life = find_life(row.life);
+/// Rows that no way leads to any more; what is missing between them is noted. False: enough.
+bool HistoryReader::bridge(const Table& table, Range gap, const std::string& trouble, const TakeValues& take) {
+  bool is_enough = false;
+  std::int64_t next = gap.first;
+  strays().for_each(table.columns, gap.first, gap.last, [&](const RowValues& values, std::int64_t sequence) {
+    if (sequence < next || !table.is_whole(values)) return true;
+    if (sequence > next) note_gap(table.name, next, sequence - 1, trouble);
+    next = sequence + 1;
+    is_enough = !take(values, sequence);
+    return !is_enough;
+  });
+  if (!is_enough && next <= gap.last) note_gap(table.name, next, gap.last, trouble);
+  return !is_enough;
+}
+
+StrayRows& HistoryReader::strays() {
+  if (strays_ == nullptr) strays_ = std::make_unique<StrayRows>(path_);
+  return *strays_;
+}
+
+/// Of rows that are found page by page, where nothing else says how far they go.
+HistoryReader::Range HistoryReader::range_of_strays(const Table& table, const std::string& trouble) {
+  Range range{.first = 1, .last = 0};
+  std::size_t count = 0;
+  strays().for_each(table.columns, 0, sequence_max, [&](const RowValues& values, std::int64_t sequence) {
+    if (!table.is_whole(values)) return true;
+    if (count++ == 0) range.first = sequence;
+    range.last = sequence;
+    return true;
+  });
+  note("the way to the rows of " + table.name + " is damaged (" + trouble + "): " + std::to_string(count) +
+       " were found page by page, more may have been there");
+  return range;
+}
+
+/// "", or why it cannot be told what is what in it.
+std::string HistoryReader::misfit_of(const HistoryRow& row) const {
+  const HistoryLife* const life = life_of(row);
   if (life == nullptr) return "nobody knows the life it is of";
-  auto all_cells = cells_from(cells);
-  auto all_sensors = sensors_from(sensors);
-  if (!all_cells || !all_sensors || all_cells->size() != life->layout.cell_count() ||
-      all_sensors->size() != life->layout.sensor_count()) {
-    return "its cells are not those of its life";
-  }
-  row.cells = std::move(*all_cells);
-  row.sensors = std::move(*all_sensors);
-  return "";
+  const bool fits = row.cells.size() == life->layout.cell_count() && row.sensors.size() == life->layout.sensor_count();
+  return fits ? "" : "its cells are not those of its life";
 }
 
 void HistoryReader::for_each_row(const HistorySpan& span, const std::function<bool(const HistoryRow&)>& take) {
@@ -249,19 +322,18 @@ void HistoryReader::for_each_row(const HistorySpan& span, const std::function<bo
 }
 
 void HistoryReader::for_each_row_after(std::int64_t sequence, const std::function<bool(const HistoryRow&)>& take) {
-  Range range = range_of("minute");
+  Range range = range_of(minutes());
   range.first = std::max(range.first, sequence + 1);
   read_rows({}, range, take);
 }
 
 void HistoryReader::read_rows(const HistorySpan& span, Range range,
                               const std::function<bool(const HistoryRow&)>& take) {
-  scan("minute", select_minutes_sql(), range, [&](const Statement& statement, std::int64_t sequence) {
-    HistoryRow row;
-    row.sequence = sequence;
-    read_columns(statement, 1, row_columns(), row);
+  scan(minutes(), range, [&](const RowValues& values, std::int64_t sequence) {
+    HistoryRow row = numbers_of(values);
     if (!span.has(row.unix_time_ms)) return true;
-    const std::string problem = read_row(statement, row);
+    std::string problem = add_arrays(values, row);
+    if (problem.empty()) problem = misfit_of(row);
     if (problem.empty()) return take(row);
     note_gap("minute", sequence, sequence, problem);
     return true;
@@ -269,12 +341,10 @@ void HistoryReader::read_rows(const HistorySpan& span, Range range,
 }
 
 void HistoryReader::for_each_event(const HistorySpan& span, const std::function<bool(const HistoryEvent&)>& take) {
-  scan("event", select_events_sql(), range_of("event"), [&](const Statement& statement, std::int64_t sequence) {
-    HistoryEvent event;
-    event.sequence = sequence;
-    const int checksum = read_columns(statement, 1, event_columns(), event);
+  scan(events(), range_of(events()), [&](const RowValues& values, std::int64_t sequence) {
+    const auto [event, is_whole] = event_from(values);
     if (!span.has(event.unix_time_ms)) return true;
-    if (statement.number(checksum) == checksum_of(event)) return take(event);
+    if (is_whole) return take(event);
     note_gap("event", sequence, sequence, "the checksum is wrong");
     return true;
   });
@@ -291,6 +361,10 @@ HistorySpan HistoryReader::covered() {
 
 void HistoryReader::note_gap(const std::string& table, std::int64_t first, std::int64_t last,
                              const std::string& reason) {
+  const auto has_this = [&](const Gap& gap) {
+    return gap.table == table && gap.reason == reason && gap.first <= first && last <= gap.last;
+  };
+  if (std::any_of(gaps_.begin(), gaps_.end(), has_this)) return;  // read for another time
   const bool goes_on =
       !gaps_.empty() && gaps_.back().table == table && gaps_.back().reason == reason && gaps_.back().last + 1 == first;
   if (goes_on) {
@@ -304,6 +378,7 @@ void HistoryReader::note_gap(const std::string& table, std::int64_t first, std::
 
 std::vector<std::string> HistoryReader::problems() const {
   std::vector<std::string> texts = notes_;
+  texts.insert(texts.end(), lives_.problems().begin(), lives_.problems().end());
   for (const Gap& gap : gaps_) {
     std::string text = gap.table + " " + std::to_string(gap.first);
     if (gap.last >= sequence_max) {

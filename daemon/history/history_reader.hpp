@@ -11,17 +11,22 @@
 //
 // Rows come in the order in which they were written, which is that of time unless somebody set the clock. What a row
 // has, and in which units, says history_row.hpp. A file that is damaged, cut short or made up is read as far as it is
-// good: each row has a checksum and its life's layout, and rows that do not fit are left out and named in problems().
+// good: each row has a checksum, and those that are wrong are left out and named in problems(). Where only what
+// leads to the rows (stray_rows.hpp) or stands beside them (history_lives.hpp) is damaged no row is lost.
 //
 // Cost: some 10 us a row of 96 cells, and the disk's part; one row is in memory at a time.
 #pragma once
 
+#include <algorithm>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "daemon/history/database.hpp"
+#include "daemon/history/history_lives.hpp"
 #include "daemon/history/history_row.hpp"
+#include "daemon/history/stray_rows.hpp"
 #include "protocol/result.hpp"
 
 namespace bmu {
@@ -46,9 +51,9 @@ class HistoryReader {
   void for_each_row_after(std::int64_t sequence, const std::function<bool(const HistoryRow&)>& take);
   void for_each_event(const HistorySpan& span, const std::function<bool(const HistoryEvent&)>& take);
 
-  [[nodiscard]] const std::vector<HistoryLife>& lives() const { return lives_; }
+  [[nodiscard]] const std::vector<HistoryLife>& lives() const { return lives_.all(); }
   /// Of a row that was read: never null.
-  [[nodiscard]] const HistoryLife* life_of(const HistoryRow& row) const { return find_life(row.life); }
+  [[nodiscard]] const HistoryLife* life_of(const HistoryRow& row) const { return lives_.find(row.life); }
   /// The times of the first and the last row that has one: from the beginning of the one to behind that of the other.
   [[nodiscard]] HistorySpan covered();
   /// What could not be read so far, a sentence each; rows in a row are one.
@@ -67,25 +72,38 @@ class HistoryReader {
     std::int64_t first = 0;
     std::int64_t last = 0;
   };
+  struct Table {
+    std::string name;
+    std::string select;
+    std::size_t columns = 0;
+    bool (*is_whole)(const RowValues& values) = nullptr;  // its checksum is right
+  };
+  using TakeValues = std::function<bool(const RowValues& values, std::int64_t sequence)>;
 
   HistoryReader(std::string path, Database database) : path_(std::move(path)), database_(std::move(database)) {}
   [[nodiscard]] static Result<HistoryReader, std::string> open_as_it_can_be(const std::string& path);
   [[nodiscard]] Result<void, std::string> check();
   void read_lives();
-  [[nodiscard]] const HistoryLife* find_life(const HistoryNumber& id) const;
   [[nodiscard]] Range range_of(const HistorySpan& span);
-  [[nodiscard]] Range range_of(const std::string& table);
+  [[nodiscard]] static const Table& minutes();
+  [[nodiscard]] static const Table& events();
+  [[nodiscard]] Range range_of(const Table& table);
+  [[nodiscard]] Range range_of_strays(const Table& table, const std::string& trouble);
   void read_rows(const HistorySpan& span, Range range, const std::function<bool(const HistoryRow&)>& take);
-  [[nodiscard]] std::string read_row(const Statement& statement, HistoryRow& row) const;
-  void scan(const std::string& table, const std::string& select, Range range,
-            const std::function<bool(const Statement&, std::int64_t sequence)>& take);
-  void note(const std::string& problem) { notes_.push_back(problem); }
+  [[nodiscard]] std::string misfit_of(const HistoryRow& row) const;
+  void scan(const Table& table, Range range, const TakeValues& take);
+  [[nodiscard]] bool bridge(const Table& table, Range gap, const std::string& trouble, const TakeValues& take);
+  [[nodiscard]] StrayRows& strays();
+  void note(const std::string& problem) {
+    if (std::find(notes_.begin(), notes_.end(), problem) == notes_.end()) notes_.push_back(problem);
+  }
   void note_gap(const std::string& table, std::int64_t first, std::int64_t last, const std::string& reason);
 
   std::string path_;
   Database database_;
   bool is_ruin_ = false;  // then nothing is looked up, everything is looked through
-  std::vector<HistoryLife> lives_;
+  HistoryLives lives_;
+  std::unique_ptr<StrayRows> strays_;  // once something cannot be reached
   std::vector<std::string> notes_;
   std::vector<Gap> gaps_;
 };

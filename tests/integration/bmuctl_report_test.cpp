@@ -57,7 +57,7 @@ TEST_CASE("a recording becomes a page beside it", "[integration][bmuctl][report]
 TEST_CASE("a page goes where it is told to, of the time that is told", "[integration][bmuctl][report]") {
   const TemporaryFolder folder;
   const std::string file = folder.file("drive.log", recording());
-  const Run out = run(folder, file + " --out - --from '2023-11-14 22:13:22' --to '2023-11-14 22:13:24'");
+  const Run out = run(folder, file + " --out - --from '2023-11-14 22:13:22Z' --to '2023-11-14T23:13:24+01:00'");
   CHECK(out.exit_code == 0);
   CHECK(out.err == "");
   CHECK(out.out.find("<!DOCTYPE html>") == 0);
@@ -78,9 +78,64 @@ TEST_CASE("a damaged recording becomes a page that says so", "[integration][bmuc
   const TemporaryFolder folder;
   const Run torn = run(folder, folder.file("torn.log", recording().substr(0, recording().size() - 20)));
   CHECK(torn.exit_code == 3);
-  CHECK(torn.err.find("bmuctl: The recording is damaged in its last line, ") == 0);
-  CHECK(content_of(folder / "torn.html").find("<b>Note:</b> The recording is damaged in its last line, ") !=
+  CHECK(torn.err.find("bmuctl: nothing is known behind ") == 0);
+  CHECK(torn.err.find(": torn.log, its last line, ") != std::string::npos);
+  CHECK(content_of(folder / "torn.html").find("<b class=\"fault\">damaged</b> torn.log, its last line, ") !=
         std::string::npos);
+}
+
+TEST_CASE("behind a place that is damaged a page goes on with the next part", "[integration][bmuctl][report]") {
+  const TemporaryFolder folder;
+  const std::string text = recorded_run("0 pack soc_permille 800\n1 vehicle on\n", {.length = 6s, .part_length = 2s});
+  // Frame after frame, as the daemon writes them; in the middle one, at the end of the second part, a byte is another.
+  const std::size_t second = text.find("# bmud-recording", 1);
+  const std::size_t third = text.find("# bmud-recording", second + 1);
+  const std::size_t cuts[] = {0, text.rfind('\n', third - 20'000) + 1, third, text.size()};
+  std::string packed;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::string file = folder.file("piece.log", text.substr(cuts[i], cuts[i + 1] - cuts[i]));
+    REQUIRE(run_program({"/usr/bin/env", "zstd", "-q", "-f", file}).status == 0);
+    const std::size_t begin = packed.size();
+    packed += content_of(file + ".zst");
+    char& middle = packed[(begin + packed.size()) / 2];
+    if (i == 1) middle = static_cast<char>(middle ^ 0x10);
+  }
+  const Run torn = run(folder, folder.file("drive.log.zst", packed));
+  CHECK(torn.exit_code == 3);
+  CHECK(torn.out.find(folder / "drive.html" + ": 6.") == 0);
+  CHECK(torn.out.find(" s are missing") != std::string::npos);
+  CHECK(torn.err.find("nothing is known from ") != std::string::npos);
+  CHECK(torn.err.find(": drive.log.zst, ") != std::string::npos);
+  CHECK(torn.err.find("; reading goes on at line ") != std::string::npos);
+  const std::string page = content_of(folder / "drive.html");
+  CHECK(page.find("<h2>What is missing</h2>") != std::string::npos);
+  CHECK(page.find("<rect class=\"hole\"") != std::string::npos);
+}
+
+TEST_CASE("several recordings become one page, whatever else is in their folder", "[integration][bmuctl][report]") {
+  const TemporaryFolder folder;
+  static_cast<void>(folder.file("a.log", recorded_run("", {.length = 2s, .from_us = recorded_from_us + 60'000'000})));
+  static_cast<void>(folder.file("b.log", recorded_run("", 2s)));
+  const Run both = run(folder, folder / "*.log");
+  CHECK(both.exit_code == 0);
+  CHECK(both.out.find(folder / "b.html" + ": 1 min 2 s, ") == 0);
+  CHECK(both.err.find(": nothing between b.log and a.log") != std::string::npos);
+  const Run again = run(folder, folder / "?.*" + " --out " + folder / "all.html");
+  CHECK(again.exit_code == 3);  // the page from before is none
+  CHECK(again.err.find("bmuctl: b.html is left out: no recording is in it.") == 0);
+  CHECK(run(folder, folder / "*.log" + " --out " + folder / "b.log").exit_code == 2);
+  CHECK(run(folder, folder / "a.log" + " -").exit_code == 2);
+}
+
+TEST_CASE("times on the terminal are those of this place, and say so", "[integration][bmuctl][report]") {
+  const TemporaryFolder folder;
+  const std::string file = folder.file("drive.log", recording());
+  const std::string command = "TZ=Asia/Kolkata " BMUD_BUILD_DIR "/bin/bmuctl report " + file +
+                              " --from '2023-11-15 03:43:22' --to '2023-11-14T22:13:24Z' >" + folder / "out";
+  REQUIRE(std::system(command.c_str()) == 0);  // NOLINT(cert-env33-c,concurrency-mt-unsafe): our own words
+  CHECK(content_of(folder / "out").find(": 2.0 s, 2023-11-15 03:43:22+05:30 to 2023-11-15 03:43:24+05:30\n") !=
+        std::string::npos);
+  CHECK(content_of(folder / "drive.html").find("2023-11-14 22:13:22 to 2023-11-14 22:13:24 UTC") != std::string::npos);
 }
 
 TEST_CASE("a packed recording becomes a page as well, a torn one as far as it is good",
@@ -100,7 +155,7 @@ TEST_CASE("a packed recording becomes a page as well, a torn one as far as it is
   CHECK(whole.out.find(folder / "drive.html" + ": 5.") == 0);
   const Run torn = run(folder, folder.file("torn.log.zst", first + second.substr(0, second.size() - 20)));
   CHECK(torn.exit_code == 3);
-  CHECK(torn.err.find("bmuctl: The recording is damaged from byte " + std::to_string(first.size())) == 0);
+  CHECK(torn.err.find(", from byte " + std::to_string(first.size()) + " to byte ") != std::string::npos);
 }
 
 TEST_CASE("what cannot become a page is told, with an exit code of its kind", "[integration][bmuctl][report]") {
@@ -111,12 +166,16 @@ TEST_CASE("what cannot become a page is told, with an exit code of its kind", "[
   CHECK(missing.err == "bmuctl: cannot read '" + folder / "none.log" + "': No such file or directory\n");
   const Run frames = run(folder, folder.file("frames.log", "(1700000000.000000) vcan0 143#11 R\n"));
   CHECK(frames.exit_code == 1);
-  CHECK(frames.err.find("frames.log:1: ") != std::string::npos);
+  CHECK(frames.err.find("frames.log, line 1: found no whole head before") != std::string::npos);
   CHECK(run(folder, folder.file("empty.log", "")).exit_code == 1);
   CHECK(run(folder, file + " --from 2024-01-01").exit_code == 1);
   CHECK(run(folder, file + " --out " + folder / "nowhere/page.html").exit_code == 1);
   CHECK(run(folder, file + " --from yesterday").exit_code == 1);  // nothing was recorded then
-  CHECK(run(folder, file + " --from whenever").exit_code == 2);
+  const Run whenever = run(folder, file + " --from whenever");
+  CHECK(whenever.exit_code == 2);
+  CHECK(whenever.err.find("bmuctl: report: --from: found 'whenever', wanted 2026-03-01 17:05") == 0);
+  CHECK(run(folder, file + " --from now --to -1h").exit_code == 2);
+  CHECK(run(folder, file + " --from begin").exit_code == 0);
   CHECK(run(folder, file + " --out " + file).exit_code == 2);
   CHECK(content_of(file) == recording());
   const Run no_history = run(folder, "--socket " + folder / "none.sock");

@@ -42,6 +42,7 @@ inline constexpr std::int64_t minute_ms = 60'000;
   row.discharge_limit_cause = "continuous";
   row.charge_limit_cause = "not connected";
   row.phase = "closed";
+  row.closed_ms = minute_ms;
   row.mode = "driving";
   row.energy_out_mWh = 5'833;
   row.modules_answering_min = static_cast<std::int64_t>(life.layout.modules.size());

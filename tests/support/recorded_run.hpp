@@ -1,6 +1,7 @@
 // A recording of a core and an emulated pack in virtual time, for whoever reads recordings.
 #pragma once
 
+#include <chrono>
 #include <string>
 #include <string_view>
 
@@ -21,8 +22,15 @@ inline PackConfig demo_pack() {
   return *pack;
 }
 
-/// The demonstration's pack for so long, by a script.
-inline std::string recorded_run(std::string_view script, Duration length, std::int64_t from_us = recorded_from_us) {
+struct RecordedRun {
+  Duration length{};
+  Duration part_length = Duration::max();  // the recording begins anew after so long, as the daemon's does
+  std::int64_t from_us = recorded_from_us;
+  std::int64_t clock_behind_us = 0;  // with each part the wall clock is set back by this
+};
+
+/// The demonstration's pack, by a script.
+inline std::string recorded_run(std::string_view script, const RecordedRun& wanted) {
   const PackConfig pack = demo_pack();
   auto scenario = parse_scenario(script, core_vocabulary());
   REQUIRE(scenario);
@@ -31,10 +39,24 @@ inline std::string recorded_run(std::string_view script, Duration length, std::i
                        .buses = {.internal = "vcan0", .vehicle = "vcan0"},
                        .sources = pack.sources,
                        .hash = pack.core.hash});
-  writer.begin(run.core(), run.now(), from_us);
+  writer.begin(run.core(), run.now(), wanted.from_us);
   run.set_tap(&writer);
-  while (run.elapsed() < length) run.step();
+  Duration part_began{};
+  std::int64_t behind_us = 0;
+  while (run.elapsed() < wanted.length) {
+    run.step();
+    if (run.elapsed() - part_began < wanted.part_length) continue;
+    part_began = run.elapsed();
+    behind_us += wanted.clock_behind_us;
+    const auto elapsed_us = std::chrono::duration_cast<std::chrono::microseconds>(part_began).count();
+    writer.begin(run.core(), run.now(), wanted.from_us + elapsed_us - behind_us, true);
+  }
   return writer.text();
+}
+
+/// For so long, as one part.
+inline std::string recorded_run(std::string_view script, Duration length) {
+  return recorded_run(script, RecordedRun{.length = length});
 }
 
 }  // namespace bmu::test

@@ -72,12 +72,46 @@ TEST_CASE("times are taken as people write them", "[unit][history][ctl]") {
   CHECK(time_from_words("2026-03-01T14:00:05", now) == history_begin_ms + 5'000);
   CHECK(time_from_words("2026-03-01T12:00:00Z", now) == history_begin_ms);
   CHECK(time_from_words("2024-02-29", now).has_value());
-  CHECK(local_time_text(history_begin_ms) == "2026-03-01 14:00:00");
+  CHECK(time_from_words("2026-03-01 12:00Z", now) == history_begin_ms);
+  CHECK(time_from_words("2026-03-01 17:30+05:30", now) == history_begin_ms);
+  CHECK(time_from_words("2026-03-01T09:00:00-03:00", now) == history_begin_ms);
+  CHECK(local_time_text(history_begin_ms) == "2026-03-01 14:00:00+02:00");
   CHECK(utc_time_text(history_begin_ms) == "2026-03-01T12:00:00Z");
+}
+
+TEST_CASE("what is shown as a time is taken as one", "[unit][history][report][ctl]") {
+  const EastOfGreenwich zone;
+  CHECK(time_from_words(local_time_text(history_begin_ms), 0) == history_begin_ms);
+  CHECK(time_from_words(utc_time_text(history_begin_ms), 0) == history_begin_ms);
+}
+
+TEST_CASE("a span of time may have no begin, and does not run backwards", "[unit][history][report][ctl]") {
+  const EastOfGreenwich zone;
+  constexpr std::int64_t now = history_begin_ms;
+  const auto all = time_span_from_words("begin", "", now);
+  REQUIRE(all);
+  CHECK_FALSE(all->from_unix_ms);
+  CHECK_FALSE(all->to_unix_ms);
+  const auto hour = time_span_from_words("-1h", "now", now);
+  REQUIRE(hour);
+  CHECK(hour->from_unix_ms == now - 3'600'000);
+  CHECK(hour->to_unix_ms == now);
+  CHECK(time_span_from_words("now", "now", now));
+  const auto error_of = [](const auto& span) { return span ? std::string() : span.error(); };
+  CHECK(error_of(time_span_from_words("now", "-1h", now)) == "--from is later than --to");
+  CHECK(error_of(time_span_from_words("tomorrow", "", now)).find("--from: found 'tomorrow', wanted 2026-") == 0);
+  CHECK(error_of(time_span_from_words("", "begin", now)).find("--to: found 'begin', wanted ") == 0);
 }
 
 TEST_CASE("what is no time is none", "[unit][history][ctl]") {
   for (const char* text : {"",
+                           "begin",
+                           "2026-03-01 12:00z",
+                           "2026-03-01 12:00+5:30",
+                           "2026-03-01 12:00+05",
+                           "2026-03-01 12:00+15:00",
+                           "2026-03-01 12:00+05:60",
+                           "2026-03-01 12:00+05:30Z",
                            "-",
                            "-2",
                            "-h",

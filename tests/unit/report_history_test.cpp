@@ -1,7 +1,12 @@
 // A page of the history: what the minutes say, and nothing else.
+#include <algorithm>
 #include <cmath>
+#include <fstream>
+#include <iterator>
 #include <string>
+#include <vector>
 
+#include "daemon/history/row_blob.hpp"
 #include "tests/support/history_rows.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tools/report/report_from_history.hpp"
@@ -21,6 +26,13 @@ ReportData report_of(const std::string& path, const HistoryOptions& options = {}
   auto history = HistoryReader::open(path);
   REQUIRE(history);
   return report_from_history(*history, options);
+}
+
+std::vector<SpanReport> spans_of(const ReportData& data, SpanKind kind) {
+  std::vector<SpanReport> spans;
+  std::copy_if(data.spans.begin(), data.spans.end(), std::back_inserter(spans),
+               [&](const SpanReport& span) { return span.kind == kind; });
+  return spans;
 }
 
 }  // namespace
@@ -76,9 +88,11 @@ TEST_CASE("warnings of a minute and phases are spans of the report", "[unit][rep
       CHECK(span.to_us == (history_begin_ms + 26 * minute_ms) * us_per_ms);
     } else if (span.kind == SpanKind::warning) {
       ++warnings;
-      CHECK(span.to_us - span.from_us == minute_ms * us_per_ms);
+      const bool is_cell = span.name == "cell_undervoltage";
+      // history_event(): the disk is told of where the minute ends.
+      CHECK(span.to_us - span.from_us == (is_cell ? minute_ms * us_per_ms : 0));
       CHECK_FALSE(span.goes_on);
-      if (span.name == "cell_undervoltage") CHECK(span.text == "a cell's voltage is too low");
+      if (is_cell) CHECK(span.text == "a cell's voltage is too low");
     }
   }
   CHECK(warnings == 4);  // two of them in the tenth and in the twentieth minute
@@ -120,7 +134,193 @@ TEST_CASE("minutes that are missing are a gap, in which nothing goes on", "[unit
   const ReportData data = report_of(path);
   REQUIRE(data.times_us.size() == 11);
   CHECK(data.has_gap_before(5));
-  std::size_t phases = 0;
-  for (const SpanReport& span : data.spans) phases += span.kind == SpanKind::phase ? 1 : 0;
-  CHECK(phases == 2);
+  const auto phases = spans_of(data, SpanKind::phase);
+  REQUIRE(phases.size() == 2);
+  CHECK(phases[0].goes_on);
+  CHECK(phases[1].has_begun_before);
+  REQUIRE(data.holes.size() == 1);
+  CHECK(data.holes[0].from_us == (history_begin_ms + 6 * minute_ms) * us_per_ms);
+  CHECK(data.holes[0].to_us == (history_begin_ms + 50 * minute_ms) * us_per_ms);
+  CHECK(data.holes[0].text == "the clock was set forward");  // by its number the row is the next
+}
+
+// --- what happened within the minutes -------------------------------------------------------------------------------
+
+namespace {
+
+/// A daemon that began 12.5 s before a full minute: rows of 12.5 s, 60 s, 60 s and 20 s.
+struct ShortLife {
+  HistoryLife life = life_of(1);
+  std::vector<HistoryRow> rows;
+  std::vector<HistoryEvent> events;
+
+  void add_row(std::int64_t span_ms, const std::string& phase, std::int64_t closed_ms) {
+    HistoryRow row = history_row(1, life);
+    const std::int64_t begin_ms = rows.empty() ? 0 : *rows.back().uptime_ms;
+    row.unix_time_ms = history_begin_ms + begin_ms;
+    row.span_ms = span_ms;
+    row.uptime_ms = begin_ms + span_ms;
+    row.phase = phase;
+    row.closed_ms = closed_ms;
+    row.faults = row.warnings = "";
+    rows.push_back(row);
+  }
+  void add_event(std::int64_t at_ms, const std::string& name, const std::string& text, const std::string& fault = "") {
+    events.push_back({.number = static_cast<std::int64_t>(events.size()) + 1,
+                      .unix_time_ms = history_begin_ms + at_ms,
+                      .uptime_ms = at_ms,
+                      .severity = "info",
+                      .name = name,
+                      .fault = fault,
+                      .text = text});
+  }
+  void move(std::int64_t at_ms, const std::string& from, const std::string& to) {
+    add_event(at_ms, "phase_changed", "contactors: " + from + " -> " + to);
+  }
+  [[nodiscard]] ReportData report() const {
+    const TemporaryFolder folder;
+    const std::string path = folder / "history.sqlite";
+    {
+      HistoryFile file({.path = path}, life);
+      REQUIRE(file.write(rows, events));
+    }
+    return report_of(path);
+  }
+};
+
+/// "open 0-12000 closed 12000-60000" in ms since the begin, "~" where nobody knows when, with how long.
+std::string told(const ReportData& data, SpanKind kind) {
+  std::string text;
+  for (const SpanReport& span : spans_of(data, kind)) {
+    const auto ms = [&](std::int64_t at_us) { return std::to_string((at_us - data.from_us()) / us_per_ms); };
+    text += (text.empty() ? "" : ", ") + span.name + " " + ms(span.from_us) + "-" + ms(span.to_us);
+    if (span.lasted_us) text += " ~" + std::to_string(*span.lasted_us / us_per_ms);
+  }
+  return text;
+}
+
+}  // namespace
+
+TEST_CASE("within a minute the contactors move when the events say, and the rest agrees with the rows",
+          "[unit][report][history]") {
+  ShortLife pack;
+  pack.add_row(12'500, "open", 4'380);
+  pack.add_row(60'000, "closed", 30'010);
+  pack.add_row(60'000, "closed", 60'000);
+  pack.add_row(20'000, "open", 5'020);
+  pack.move(2'000, "open", "main negative");
+  pack.move(2'100, "main negative", "precharge");
+  pack.move(2'600, "precharge", "main positive");
+  pack.move(2'700, "main positive", "closed");
+  pack.move(7'000, "closed", "open");
+  pack.move(42'400, "open", "main positive");
+  pack.move(42'500, "main positive", "closed");
+  pack.move(137'500, "closed", "open");
+  const ReportData data = pack.report();
+  CHECK(told(data, SpanKind::phase) ==
+        "open 0-2000, main negative 2000-2100, precharge 2100-2600, main positive 2600-2700, closed 2700-7000, "
+        "open 7000-42400, main positive 42400-42500, closed 42500-137500, open 137500-152500");
+  CHECK(told(data, SpanKind::contactor) == "main contactors 2600-7000, main contactors 42400-137500");
+  CHECK(data.to_us() - data.from_us() == 152'500 * us_per_ms);
+  CHECK(data.covered_us == 152'500 * us_per_ms);
+  CHECK(data.holes.empty());
+  const auto phases = spans_of(data, SpanKind::phase);
+  CHECK(phases.front().has_begun_before);
+  CHECK_FALSE(phases[4].goes_on);
+  CHECK(phases.back().goes_on);
+  CHECK_FALSE(spans_of(data, SpanKind::contactor).back().goes_on);
+}
+
+TEST_CASE("without events one move in a minute is placed by its figures, and more are not guessed",
+          "[unit][report][history]") {
+  ShortLife pack;
+  pack.add_row(47'440, "open", 32'030);  // closed and opened again
+  pack.add_row(60'000, "closed", 20'000);
+  pack.add_row(60'000, "closed", 50'000);  // opened and closed again
+  pack.add_row(60'000, "open", 15'000);
+  SECTION("there are none") {}
+  SECTION("one of them is lost") {
+    pack.move(10'000, "precharge", "closed");
+    pack.move(40'000, "closed", "open");
+  }
+  SECTION("they are of something else") {
+    pack.move(10'000, "open", "closed");
+    pack.move(11'000, "closed", "open");
+  }
+  const ReportData data = pack.report();
+  CHECK(told(data, SpanKind::phase) ==
+        "not known 0-47440, open 47440-87440, closed 87440-107440, not known 107440-167440, closed 167440-182440, "
+        "open 182440-227440");
+  CHECK(told(data, SpanKind::contactor) ==
+        "main contactors 0-47440 ~32030, main contactors 87440-107440, main contactors 107440-167440 ~50000, "
+        "main contactors 167440-182440");
+}
+
+TEST_CASE("a fault of a minute is there from its event to its event, and then no warning", "[unit][report][history]") {
+  ShortLife pack;
+  pack.add_row(60'000, "open", 0);
+  pack.add_row(60'000, "open", 0);
+  pack.add_row(60'000, "open", 0);
+  pack.rows[0].faults = "cell_undervoltage,disk_low";
+  pack.rows[0].warnings = "cell_undervoltage";
+  pack.rows[1].faults = pack.rows[1].warnings = "cell_undervoltage";
+  pack.rows[2].faults = "cell_undervoltage";
+  pack.add_event(5'000, "fault_warned", "warning: a cell", "cell_undervoltage");
+  pack.add_event(7'000, "fault_confirmed", "fault: a cell", "cell_undervoltage");
+  pack.add_event(8'000, "fault_confirmed", "fault: disk", "disk_low");
+  pack.add_event(9'000, "fault_cleared", "fault cleared: disk", "disk_low");
+  pack.add_event(150'000, "fault_cleared", "fault cleared: a cell", "cell_undervoltage");
+  const ReportData data = pack.report();
+  CHECK(told(data, SpanKind::fault) == "cell_undervoltage 7000-150000");
+  CHECK(told(data, SpanKind::warning) == "cell_undervoltage 5000-7000, disk_low 8000-9000");  // which only warns
+  for (const SpanReport& span : data.spans) CHECK(span.has_begun_before == (span.kind == SpanKind::phase));
+}
+
+TEST_CASE("minutes that cannot be read are named by their numbers", "[unit][report][history]") {
+  const TemporaryFolder folder;
+  const std::string path = folder / "history.sqlite";
+  {
+    const HistoryLife life = life_of(1);
+    HistoryFile file({.path = path}, life);
+    test::write_minutes(file, life, 1, 20);
+  }
+  std::string bytes;
+  {
+    std::ifstream in(path, std::ios::binary);
+    bytes.assign(std::istreambuf_iterator<char>(in), {});
+  }
+  for (const std::int64_t minute : {8, 9, 10, 15}) {
+    const std::size_t at = bytes.find(blob_of(history_row(minute, life_of(1)).cells));
+    REQUIRE(at != std::string::npos);
+    bytes[at + 5] = static_cast<char>(bytes[at + 5] ^ 1);
+  }
+  std::ofstream(path, std::ios::binary | std::ios::trunc) << bytes;
+  const ReportData data = report_of(path);
+  CHECK(data.times_us.size() == 16);
+  REQUIRE(data.holes.size() == 2);
+  CHECK(data.holes[0].text == "minutes 8 to 10 are missing or cannot be read");
+  CHECK(data.holes[1].text == "minute 15 is missing or cannot be read");
+  CHECK(data.notes ==
+        std::vector<std::string>{"minute 8 to 10: the checksum is wrong", "minute 15: the checksum is wrong"});
+}
+
+TEST_CASE("between two lives of the daemon nothing is known", "[unit][report][history]") {
+  const TemporaryFolder folder;
+  const std::string path = folder / "history.sqlite";
+  for (const std::string token : {"one", "two"}) {
+    HistoryLife life = life_of(1, token);
+    HistoryFile file({.path = path}, life);
+    HistoryRow row = history_row(1, life);
+    if (token == "two") *row.unix_time_ms += 5 * minute_ms;
+    row.warnings = "disk_low";
+    REQUIRE(file.write({&row, 1}, {}));
+  }
+  const ReportData data = report_of(path);
+  REQUIRE(data.holes.size() == 1);
+  CHECK(data.holes[0].text == "the daemon did not run");
+  CHECK(data.holes[0].to_us.value_or(0) - data.holes[0].from_us.value_or(0) == 4 * minute_ms * us_per_ms);
+  const auto warnings = spans_of(data, SpanKind::warning);
+  REQUIRE(warnings.size() == 2);
+  CHECK(warnings[0].goes_on);
+  CHECK(warnings[1].has_begun_before);
 }

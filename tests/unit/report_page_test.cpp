@@ -6,6 +6,7 @@
 
 #include "tests/support/catch.hpp"
 #include "tools/common/svg_text.hpp"
+#include "tools/report/report_holes.hpp"
 
 namespace bmu::report {
 
@@ -167,6 +168,35 @@ TEST_CASE("lines stand where the numbers are", "[unit][report]") {
   CHECK(currents.value_at(line_of(page, "charge limit")[0].back().y) == Approx(-20.0).margin(0.1));
 }
 
+TEST_CASE("means of minutes are steps, with the lowest and highest around them", "[unit][report]") {
+  ReportData data = pack_of(1, 12, 10);
+  data.is_of_means = true;
+  data.times_us[0] += s / 2;  // shorter than the others
+  data.current_A.low[3] = -2;
+  data.current_A.high[3] = 30;
+  const std::string page = page_of(data);
+  CHECK(flaw_of(page) == "");
+  const Scale scale = scale_of(page, "Current and its limits");
+  const auto pieces = line_of(page, "current, positive: drawn");
+  REQUIRE(pieces.size() == 1);
+  REQUIRE(pieces[0].size() == 20);
+  const double second = 1000 / 9.5;
+  for (std::size_t i = 0; i < 10; ++i) {
+    const Point& from = pieces[0][2 * i];
+    const Point& to = pieces[0][2 * i + 1];
+    CHECK(from.x == Approx(i == 0 ? 0.0 : (static_cast<double>(i) - 0.5) * second).margin(0.06));
+    CHECK(to.x == Approx((static_cast<double>(i) + 0.5) * second).margin(0.06));
+    CHECK(from.y == to.y);
+    CHECK(scale.value_at(from.y) == Approx(static_cast<double>(i)).margin(0.1));
+  }
+  const std::size_t at = page.find("<rect class=\"band k1\"");
+  REQUIRE(at != std::string::npos);
+  CHECK(std::stod(between(page, "x=\"", "\"", at)) == Approx(2.5 * second).margin(0.06));
+  const double top = std::stod(between(page, " y=\"", "\"", at));
+  CHECK(scale.value_at(top) == Approx(30).margin(0.1));
+  CHECK(scale.value_at(top + std::stod(between(page, "height=\"", "\"", at))) == Approx(-2).margin(0.1));
+}
+
 TEST_CASE("what is not known is a gap, never zero", "[unit][report]") {
   ReportData data = pack_of(1, 12, 10);
   for (const std::size_t i : {3U, 4U, 9U}) {
@@ -271,6 +301,53 @@ TEST_CASE("what was so is drawn where it was, with how long", "[unit][report]") 
   // Half of the time each, in stretches of 50 s.
   CHECK(page.find("cold <span class=\"unit\">50 %</span>") != std::string::npos);
   CHECK(page.find("full <span class=\"unit\">100 %</span>") != std::string::npos);
+}
+
+TEST_CASE("a hole is in every picture, at the top and in a list", "[unit][report]") {
+  ReportData data = pack_of(1, 2, 100);
+  data.holes.push_back({.from_us = noon_us + 40 * s,
+                        .to_us = noon_us + 60 * s,
+                        .text = "drive.log, line 4711: <wrong>",
+                        .is_damage = true});
+  data.holes.push_back({.from_us = noon_us + 90 * s, .to_us = std::nullopt, .text = "no end"});
+  const std::string page = page_of(data);
+  CHECK(flaw_of(page) == "");
+  CHECK(count_of(page, "<rect class=\"hole\" x=\"400.0\" y=\"0\" width=\"200.0\"") >= 4);
+  CHECK(page.find("<h2>What is missing</h2>") < page.find("<h2>Cell voltages"));
+  CHECK(page.find("<dt>Missing</dt><dd><b class=\"fault\">20.0 s</b><small>2026-03-01 12:00:40 to 12:01:00 UTC, and 1 "
+                  "more</small>") != std::string::npos);
+  CHECK(page.find("<tr><td>2026-03-01 12:00:40.000</td><td>2026-03-01 12:01:00.000</td><td>20.0 s</td><td>"
+                  "<b class=\"fault\">damaged</b> drive.log") != std::string::npos);
+  CHECK(page.find("<td>the end</td><td></td><td>no end</td>") != std::string::npos);
+  CHECK(page_of(pack_of(1, 2, 100)).find("issing") == std::string::npos);
+  data.holes.resize(holes_at_top_max + 1, data.holes.front());
+  const std::string many = page_of(data);
+  CHECK(many.find("<h2>What is missing</h2>") > many.find("<h2>Cell voltages"));
+}
+
+TEST_CASE("what went on through a hole is told once, what began behind one again", "[unit][report]") {
+  ReportData data = pack_of(1, 2, 100);
+  const auto add = [&](int from_s, int to_s, bool has_begun_before, bool goes_on) {
+    data.spans.push_back({.kind = SpanKind::contactor,
+                          .name = "main positive",
+                          .text = "main positive closed",
+                          .place = {},
+                          .from_us = noon_us + from_s * s,
+                          .to_us = noon_us + to_s * s,
+                          .has_begun_before = has_begun_before,
+                          .goes_on = goes_on});
+  };
+  add(10, 20, false, true);
+  add(30, 40, true, false);
+  CHECK(page_of(data).find("main positive closed <span class=\"unit\">20.0 s</span>") != std::string::npos);
+  add(50, 60, false, false);
+  add(70, 80, true, true);  // open before the hole, closed behind it
+  CHECK(page_of(data).find("main positive closed <span class=\"unit\">3 times, 40.0 s</span>") != std::string::npos);
+  data.spans.back().lasted_us = 4 * s;
+  const std::string page = page_of(data);
+  CHECK(page.find("3 times, 34.0 s</span>") != std::string::npos);
+  CHECK(page.find("class=\"c3 vague\"><title>main positive closed: for 4.0 s of the time from 2026-03-01 12:01:10 to "
+                  "12:01:20 UTC, nobody knows when</title>") != std::string::npos);
 }
 
 TEST_CASE("each cell's figures stand in its place, and in the table", "[unit][report]") {

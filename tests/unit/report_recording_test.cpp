@@ -4,6 +4,8 @@
 
 #include "tests/support/catch.hpp"
 #include "tests/support/recorded_run.hpp"
+#include "tests/support/temporary_folder.hpp"
+#include "tools/report/recording_files.hpp"
 #include "tools/report/report_from_recording.hpp"
 
 namespace bmu::report {
@@ -15,30 +17,61 @@ using test::recorded_from_us;
 constexpr std::int64_t s = 1'000'000;
 
 /// Closes after a second, drives with 20 A, and opens because a cell falls; 12 s.
+constexpr std::string_view drive_script =
+    "0 pack soc_permille 800\n"
+    "1 vehicle on\n"
+    "+3 load current_A 20\n"
+    "+3 cell 2.7 voltage_mV 2700\n";
+
 const std::string& drive() {
-  static const std::string text = test::recorded_run(
-      "0 pack soc_permille 800\n"
-      "1 vehicle on\n"
-      "+3 load current_A 20\n"
-      "+3 cell 2.7 voltage_mV 2700\n",
-      12s);
+  static const std::string text = test::recorded_run(drive_script, 12s);
   return text;
 }
 
-struct Read {
-  ReportData data;
-  std::optional<RecordProblem> problem;
-};
+/// The same, begun anew every 2.5 s.
+const std::string& drive_in_parts() {
+  static const std::string text = test::recorded_run(drive_script, {.length = 12s, .part_length = 2500ms});
+  return text;
+}
 
-Read read(std::string_view text, RecordingOptions options = {.name = "drive.log"}) {
-  RecordingReport reading(std::move(options));
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t end = std::min(text.find('\n', at), text.size());
-    if (!reading.take(text.substr(at, end - at))) break;
-    at = end + 1;
+/// An hour later.
+const std::string& later_drive() {
+  static const std::string text =
+      test::recorded_run("0 pack soc_permille 500\n", {.length = 3s, .from_us = recorded_from_us + 3'600 * s});
+  return text;
+}
+
+/// Of files, in the order in which they are to be read.
+ReportData read_files(const std::vector<std::pair<std::string, std::string>>& names_and_texts,
+                      const RecordingOptions& options = {}) {
+  const TemporaryFolder folder;
+  RecordingReport reading(options);
+  for (const auto& [name, text] : names_and_texts) {
+    REQUIRE(read_recording({.path = folder.file(name, text)}, reading, [](std::size_t) {}));
   }
-  const auto problem = reading.problem();
-  return {std::move(reading).finish(), problem};
+  return std::move(reading).finish();
+}
+
+ReportData read(const std::string& text, const RecordingOptions& options = {}) {
+  return read_files({{"drive.log", text}}, options);
+}
+
+std::size_t count_spans(const ReportData& data, SpanKind kind, std::string_view name) {
+  return static_cast<std::size_t>(std::count_if(data.spans.begin(), data.spans.end(), [&](const SpanReport& span) {
+    return span.kind == kind && span.name == name;
+  }));
+}
+
+std::size_t line_number(const std::string& text, std::size_t at) {
+  return static_cast<std::size_t>(std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n')) + 1;
+}
+
+/// With a damaged tick, the first one of this second or later.
+std::string damaged_at(std::string text, const std::string& second, std::size_t& line) {
+  const std::size_t tick = text.find(" tick ", text.find("# (" + second + "."));
+  text[tick + 1] = 'x';
+  line = line_number(text, tick);
+  return text;
 }
 
 const SpanReport* find_span(const ReportData& data, SpanKind kind, std::string_view name) {
@@ -54,9 +87,9 @@ double seconds_at(std::int64_t at_us) {
 }  // namespace
 
 TEST_CASE("a recorded drive is told with its cells, currents and flows", "[unit][report][recording]") {
-  const auto [data, problem] = read(drive());
-  CHECK_FALSE(problem);
+  const ReportData data = read(drive());
   CHECK(data.notes.empty());
+  CHECK(data.holes.empty());
   CHECK(data.pack_name == "demo 48s");
   CHECK(data.source == "the recording drive.log by bmud 0.1.0");
   REQUIRE(data.cells.size() == 48);
@@ -88,7 +121,7 @@ TEST_CASE("a recorded drive is told with its cells, currents and flows", "[unit]
 }
 
 TEST_CASE("a recorded fault, the phases and contactors are told from when to when", "[unit][report][recording]") {
-  const ReportData data = read(drive()).data;
+  const ReportData data = read(drive());
   const SpanReport* const fault = find_span(data, SpanKind::fault, "cell_undervoltage");
   REQUIRE(fault != nullptr);
   CHECK(fault->text == "a cell's voltage is too low");
@@ -110,6 +143,7 @@ TEST_CASE("a recorded fault, the phases and contactors are told from when to whe
   CHECK(contactor->from_us < closed->from_us);
   CHECK(contactor->to_us >= closed->to_us);
   CHECK_FALSE(contactor->goes_on);
+  CHECK(closed->length_us() == closed->to_us - closed->from_us);
 
   const auto told = std::find_if(data.events.begin(), data.events.end(), [](const EventReport& event) {
     return event.text.find("fault: a cell's voltage is too low") == 0;
@@ -119,9 +153,8 @@ TEST_CASE("a recorded fault, the phases and contactors are told from when to whe
 }
 
 TEST_CASE("between two times only what was then is told", "[unit][report][recording]") {
-  const ReportData all = read(drive()).data;
-  const ReportData data =
-      read(drive(), {.name = "", .from_us = recorded_from_us + 5 * s, .to_us = recorded_from_us + 6 * s}).data;
+  const ReportData all = read(drive());
+  const ReportData data = read(drive(), {.from_us = recorded_from_us + 5 * s, .to_us = recorded_from_us + 6 * s});
   REQUIRE(data.times_us.size() == 10);
   CHECK(data.from_us() == recorded_from_us + 5 * s);
   CHECK(data.current_A.mean[3] == all.current_A.mean[53]);
@@ -132,12 +165,12 @@ TEST_CASE("between two times only what was then is told", "[unit][report][record
   CHECK(closed->has_begun_before);
   CHECK(closed->goes_on);
   CHECK(data.events.empty());
-  CHECK(read(drive(), {.name = "", .from_us = recorded_from_us + 3'600 * s}).data.is_empty());
+  CHECK(read(drive(), {.from_us = recorded_from_us + 3'600 * s}).is_empty());
 }
 
 TEST_CASE("a long recording has longer samples and no smaller peaks", "[unit][report][recording]") {
-  const ReportData fine = read(drive()).data;
-  const ReportData coarse = read(drive(), {.name = "", .samples_max = 20}).data;
+  const ReportData fine = read(drive());
+  const ReportData coarse = read(drive(), {.samples_max = 20});
   CHECK(coarse.times_us.size() < 20);
   CHECK(coarse.sample_us == 800'000);
   const auto lowest = [](const ReportData& data) {
@@ -151,38 +184,202 @@ TEST_CASE("a long recording has longer samples and no smaller peaks", "[unit][re
   for (std::size_t i = 1; i < coarse.times_us.size(); ++i) CHECK_FALSE(coarse.has_gap_before(i));
 }
 
-TEST_CASE("a damaged recording is told as far as it is good", "[unit][report][recording]") {
-  const std::string& whole = drive();
-  std::string torn = whole;
-  const std::size_t tick = torn.find(" tick ", torn.find("# (1700000006."));
-  torn[tick + 1] = 'x';
-  const auto [data, problem] = read(torn);
-  REQUIRE(problem);
-  CHECK(data.times_us.size() > 30);
-  CHECK(data.times_us.size() < 110);
-  REQUIRE(data.notes.size() == 1);
-  CHECK(data.notes[0].find("The recording ends at line " + std::to_string(problem->line)) == 0);
-
-  const auto [none, no_head] = read("(1700000000.000000) vcan0 143#11 R\n");
-  CHECK(none.is_empty());
-  CHECK(no_head);
-  CHECK(read("").data.is_empty());
+TEST_CASE("a recording that begins anew is the same drive going on", "[unit][report][recording]") {
+  const ReportData whole = read(drive());
+  const ReportData parts = read(drive_in_parts());
+  CHECK(parts.holes.empty());
+  CHECK(parts.notes.empty());
+  CHECK(parts.times_us == whole.times_us);
+  CHECK(parts.current_A.mean == whole.current_A.mean);
+  CHECK(parts.charge_out_Ah.value_or(0) == Approx(whole.charge_out_Ah.value_or(1)));
+  CHECK(parts.events.size() == whole.events.size());
+  REQUIRE(parts.spans.size() == whole.spans.size());
+  for (std::size_t i = 0; i < parts.spans.size(); ++i) {
+    INFO(whole.spans[i].name);
+    CHECK(parts.spans[i].name == whole.spans[i].name);
+    CHECK(parts.spans[i].from_us == whole.spans[i].from_us);
+    CHECK(parts.spans[i].to_us == whole.spans[i].to_us);
+    CHECK(parts.spans[i].has_begun_before == whole.spans[i].has_begun_before);
+    CHECK(parts.spans[i].goes_on == whole.spans[i].goes_on);
+  }
+  CHECK(count_spans(parts, SpanKind::fault, "cell_undervoltage") == 1);
+  CHECK(count_spans(parts, SpanKind::contactor, "main positive") == 1);
 }
 
-TEST_CASE("of a recording in parts, each is told, and what is between is a gap", "[unit][report][recording]") {
-  // The same two seconds, once more an hour later.
-  const std::string again = test::recorded_run("0 pack soc_permille 500\n", 2s);
-  const std::string later = test::recorded_run("0 pack soc_permille 500\n", 2s, test::recorded_from_us + 3'600 * s);
-  const auto [data, problem] = read(again + later);
-  if (problem) FAIL(problem->line << ": " << problem->text);
-  CHECK(data.times_us.size() == Approx(40).margin(2));
+TEST_CASE("behind a damaged place a recording is read from its next part on", "[unit][report][recording]") {
+  std::size_t line = 0;
+  const std::string torn = damaged_at(drive_in_parts(), "1700000006", line);
+  const std::size_t next = line_number(torn, torn.find("# bmud-recording", torn.find("xick")));
+  const ReportData data = read(torn);
+  REQUIRE(data.holes.size() == 1);
+  const HoleReport& hole = data.holes[0];
+  CHECK(hole.is_damage);
+  REQUIRE(hole.from_us);
+  REQUIRE(hole.to_us);
+  CHECK(seconds_at(*hole.from_us) == Approx(6.0).margin(0.06));
+  CHECK(seconds_at(*hole.to_us) == Approx(7.5).margin(0.06));
+  CHECK(hole.text.find("drive.log, line " + std::to_string(line) + ": column ") == 0);
+  CHECK(hole.text.find("; reading goes on at line " + std::to_string(next)) != std::string::npos);
+  CHECK(seconds_at(data.to_us()) == Approx(12.0).margin(0.2));
+  CHECK(data.times_us.size() == Approx(105).margin(2));
+  // The contactors were closed on both of its sides; the fault that came meanwhile has begun in it.
+  REQUIRE(count_spans(data, SpanKind::contactor, "main positive") == 1);
+  CHECK(find_span(data, SpanKind::contactor, "main positive")->goes_on);
+  REQUIRE(count_spans(data, SpanKind::fault, "cell_undervoltage") == 1);
+  CHECK(find_span(data, SpanKind::fault, "cell_undervoltage")->has_begun_before);
+
+  // Who looks at another time does not hear of it.
+  CHECK(read(torn, {.from_us = recorded_from_us + 8 * s}).holes.empty());
+  CHECK(read(torn, {.to_us = recorded_from_us + 5 * s}).holes.empty());
+}
+
+TEST_CASE("what is damaged up to the end, from the begin on, or altogether is told as that",
+          "[unit][report][recording]") {
+  std::size_t line = 0;
+  const ReportData to_the_end = read(damaged_at(drive(), "1700000006", line));
+  REQUIRE(to_the_end.holes.size() == 1);
+  CHECK_FALSE(to_the_end.holes[0].to_us);
+  CHECK(to_the_end.times_us.size() == Approx(60).margin(2));
+
+  const ReportData cut = read(drive().substr(0, drive().size() - 20));
+  REQUIRE(cut.holes.size() == 1);
+  CHECK(cut.holes[0].text.find("drive.log, its last line, ") == 0);
+
+  const ReportData without_begin = read(drive_in_parts().substr(20'000));
+  REQUIRE(without_begin.holes.size() == 1);
+  CHECK_FALSE(without_begin.holes[0].from_us);
+  REQUIRE(without_begin.holes[0].to_us);
+  CHECK(seconds_at(*without_begin.holes[0].to_us) == Approx(2.5).margin(0.06));
+
+  const ReportData none = read("(1700000000.000000) vcan0 143#11 R\n");
+  CHECK(none.is_empty());
+  REQUIRE(none.holes.size() == 1);
+  CHECK(none.holes[0].text.find("drive.log, line 1: found no whole head before") == 0);
+  CHECK(read("").is_empty());
+}
+
+TEST_CASE("lines that were lost when it was recorded are a hole without damage", "[unit][report][recording]") {
+  // The second of five parts is not there.
+  std::string text = drive_in_parts();
+  const std::size_t second = text.find("# bmud-recording", 1);
+  text.erase(second, text.find("# bmud-recording", second + 1) - second);
+  const ReportData data = read(text);
+  REQUIRE(data.holes.size() == 1);
+  CHECK_FALSE(data.holes[0].is_damage);
+  CHECK(data.holes[0].text == "drive.log: lines were lost when it was recorded");
+  CHECK(seconds_at(*data.holes[0].from_us) == Approx(2.5).margin(0.06));
+  CHECK(seconds_at(*data.holes[0].to_us) == Approx(5.0).margin(0.06));
+}
+
+TEST_CASE("several recordings are one report, with a hole for the time between them", "[unit][report][recording]") {
+  const ReportData data = read_files({{"a.log", drive()}, {"b.log", later_drive()}});
+  CHECK(data.source == "2 recordings, a.log to b.log by bmud 0.1.0");
+  CHECK(data.times_us.size() == Approx(150).margin(2));
+  REQUIRE(data.holes.size() == 1);
+  CHECK_FALSE(data.holes[0].is_damage);
+  CHECK(data.holes[0].text == "nothing between a.log and b.log");
+  CHECK(seconds_at(*data.holes[0].from_us) == Approx(12.0).margin(0.06));
+  CHECK(seconds_at(*data.holes[0].to_us) == Approx(3600.0).margin(0.06));
+  CHECK(count_spans(data, SpanKind::phase, "open") == 3);
+  CHECK(data.notes.empty());
   int gaps = 0;
   for (std::size_t i = 1; i < data.times_us.size(); ++i) gaps += data.has_gap_before(i) ? 1 : 0;
   CHECK(gaps == 1);
-  int open = 0;
-  for (const SpanReport& span : data.spans) open += span.kind == SpanKind::phase && span.name == "open" ? 1 : 0;
-  CHECK(open == 2);
+  // As one file they are the same, but for what nobody knows of it.
+  const ReportData joined = read(drive() + later_drive());
+  CHECK(joined.times_us == data.times_us);
+  REQUIRE(joined.holes.size() == 1);
+  CHECK(joined.holes[0].text == "nothing was recorded");
+}
+
+TEST_CASE("a recording that was cut into files is one without holes", "[unit][report][recording]") {
+  const std::string& text = drive_in_parts();
+  const std::size_t cut = text.find("# bmud-recording", text.size() / 2);
+  const ReportData data = read_files({{"a.log", text.substr(0, cut)}, {"b.log", text.substr(cut)}});
+  const ReportData whole = read(text);
+  CHECK(data.holes.empty());
   CHECK(data.notes.empty());
+  CHECK(data.times_us == whole.times_us);
+  CHECK(data.spans.size() == whole.spans.size());
+}
+
+TEST_CASE("what two recordings have of the same time is shown once", "[unit][report][recording]") {
+  const ReportData whole = read(drive());
+  const ReportData twice = read_files({{"a.log", drive()}, {"b.log", drive()}});
+  CHECK(twice.times_us == whole.times_us);
+  CHECK(twice.events.size() == whole.events.size());
+  CHECK(twice.spans.size() == whole.spans.size());
+  CHECK(twice.charge_out_Ah.value_or(0) == Approx(whole.charge_out_Ah.value_or(1)));
+  CHECK(twice.holes.empty());
+  REQUIRE(twice.notes.size() == 1);
+  CHECK(twice.notes[0] == "All that is in b.log is in the files before it, too, and is shown once.");
+
+  // Where the second one is damaged nothing is missing.
+  std::size_t line = 0;
+  const ReportData mended = read_files({{"a.log", drive_in_parts()},
+                                        {"b.log", damaged_at(drive_in_parts(), "1700000006", line)},
+                                        {"c.log", later_drive()}});
+  CHECK(mended.holes.size() == 1);  // before the third
+  REQUIRE(mended.notes.size() == 2);
+  CHECK(mended.notes[0].find("b.log, line " + std::to_string(line)) == 0);
+  CHECK(mended.notes[0].find("; another file has what is missing there.") != std::string::npos);
+
+  // The first six seconds, and a black box that begins before their end.
+  const std::string& parts = drive_in_parts();
+  const std::size_t third = parts.find("# bmud-recording", parts.find("# bmud-recording", 1) + 1);
+  const std::size_t end = parts.find('\n', parts.find("# (1700000006.")) + 1;
+  const ReportData both = read_files({{"a.log", parts.substr(0, end)}, {"b.log", parts.substr(third)}});
+  CHECK(both.times_us == whole.times_us);
+  CHECK(both.charge_out_Ah.value_or(0) == Approx(whole.charge_out_Ah.value_or(1)).epsilon(0.02));
+  CHECK(both.spans.size() == whole.spans.size());
+  CHECK(both.holes.empty());
+  REQUIRE(both.notes.size() == 1);
+  CHECK(both.notes[0].find("What b.log has of 2023-11-14 22:13:2") == 0);
+}
+
+TEST_CASE("a recording that is torn at its end goes on with the next file, if that goes on",
+          "[unit][report][recording]") {
+  const std::string& parts = drive_in_parts();
+  const std::size_t second = parts.find("# bmud-recording", 1);
+  const std::size_t third = parts.find("# bmud-recording", second + 1);
+  const std::string torn = parts.substr(0, third - 1'000);
+  const ReportData data = read_files({{"a.log", torn}, {"b.log", parts.substr(third)}});
+  REQUIRE(data.holes.size() == 1);
+  CHECK(data.holes[0].is_damage);
+  CHECK(data.holes[0].text.find("a.log, its last line, ") == 0);
+  CHECK(data.holes[0].text.find("; reading goes on at the begin of b.log") != std::string::npos);
+  CHECK(seconds_at(data.holes[0].to_us.value_or(0)) == Approx(5.0).margin(0.06));
+  // The second file has nothing of what is missing.
+  const ReportData none = read_files({{"a.log", torn}, {"b.log", parts.substr(0, second)}});
+  REQUIRE(none.holes.size() == 1);
+  CHECK_FALSE(none.holes[0].to_us);
+  CHECK(none.holes[0].text.find("goes on") == std::string::npos);
+}
+
+TEST_CASE("recordings are put in the order of their times, and what is none is left out", "[unit][report][recording]") {
+  const TemporaryFolder folder;
+  const std::string late = folder.file("a.log", later_drive());
+  const std::string early = folder.file("b.log", drive());
+  const std::string page = folder.file("drive.html", "<!DOCTYPE html>\n");
+  const auto files = in_order_of_time({late, page, early});
+  REQUIRE(files);
+  REQUIRE(files->recordings.size() == 2);
+  CHECK(files->recordings[0].path == early);
+  CHECK(files->recordings[0].first_us - recorded_from_us < s);
+  CHECK(files->recordings[1].path == late);
+  CHECK(files->left_out == std::vector<std::string>{"drive.html is left out: no recording is in it."});
+  CHECK_FALSE(in_order_of_time({page, folder.file("empty.log", "")}));
+  const auto missing = in_order_of_time({early, folder / "none.log"});
+  REQUIRE_FALSE(missing);
+  CHECK(missing.error().find("none.log': No such file") != std::string::npos);
+}
+
+TEST_CASE("a clock that is put right by milliseconds costs nothing", "[unit][report][recording]") {
+  const ReportData data =
+      read(test::recorded_run(drive_script, {.length = 12s, .part_length = 2500ms, .clock_behind_us = 20'000}));
+  CHECK(data.notes.empty());
+  CHECK(data.holes.empty());
+  CHECK(std::is_sorted(data.times_us.begin(), data.times_us.end()));
 }
 
 }  // namespace bmu::report

@@ -1,7 +1,6 @@
 #include "tools/bmuctl/history_command.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <functional>
 
@@ -21,10 +20,9 @@ constexpr int exit_unreadable = 1;
 constexpr int exit_usage = 2;
 constexpr int exit_incomplete = 3;
 constexpr const char* default_from = "-1h";
-constexpr const char* from_the_beginning = "begin";
 constexpr std::size_t out_chunk_bytes = 1 << 16;
 
-constexpr const char* footer = R"(Examples:
+constexpr const char* footer_begin = R"(Examples:
   bmuctl history                                   the last hour, a line a minute
   bmuctl history --from today                      since midnight
   bmuctl history --from "2026-03-01 17:00" --to "2026-03-01 18:00" --cells 1.3,2.*
@@ -32,31 +30,24 @@ constexpr const char* footer = R"(Examples:
   bmuctl --json history --from -2h | jq '.soc_permille'
   bmuctl history --events --from yesterday         what happened
   bmuctl history --file /mnt/card/history.sqlite --from begin
+  bmuctl history --file /var/lib/bmud/history.sqlite.damaged-20260301T171500Z --from begin   what is left of it
 
-Times: 2026-03-01, 2026-03-01 17:05, 2026-03-01T17:05:09 (of this machine's time zone), 2026-03-01T17:05:09Z (UTC), now,
-today, yesterday, -90s, -30min, -2h, -7d, and begin for all there is. Tables show this machine's time zone, CSV and JSON
-have UTC. Cells: all, 19 (no. 19), 1.3 (cell 3 of module 1), 2.* (all of module 2).
+)";
+constexpr const char* footer_end = R"(
+Tables show this machine's time zone and how far it is ahead of UTC, CSV and JSON have UTC (2026-03-01T16:05:09Z).
+Cells: all, 19 (no. 19), 1.3 (cell 3 of module 1), 2.* (all of module 2).
 
 Each row is a minute: means, lowest and highest of its samples, and what was known at its end. What was not measured is
 empty, null or "--". JSON is a line a row.
 
 The file is the one of the running daemon, else /var/lib/bmud/history.sqlite. It is only read; the daemon may go on
-writing it.
+writing it. Of a damaged one, also of one that the daemon has put aside, all is shown that can still be read.
 
 Exit codes: 0 shown, also where there is nothing in the span; 1 there is no history, or none that can be read; 2 command
-line; 3 shown, but some of it could not be read: standard error names what.)";
-
-std::int64_t now_unix_ms() {
-  const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
-  return std::chrono::duration_cast<std::chrono::milliseconds>(since_1970).count();
-}
+line; 3 it is damaged: what could be read of it is shown, and standard error names what could not.)";
 
 std::string complain(const std::string& text, const char* wanted) {
   return "found '" + text + "', wanted " + wanted;
-}
-std::string is_time(const std::string& text) {
-  const bool is_one = text == from_the_beginning || time_from_words(text, now_unix_ms()).has_value();
-  return is_one ? "" : complain(text, time_words_form);
 }
 std::string is_choice(const std::string& text) {
   return cell_choice_from(text) ? "" : complain(text, cell_choice_form);
@@ -163,6 +154,10 @@ std::size_t show_events(HistoryReader& history, const Shown& shown) {
 }
 
 void say_nothing_there(HistoryReader& history, const char* what) {
+  if (!history.problems().empty()) {
+    std::printf("No %s of this span can be read: %s is damaged.\n", what, history.path().c_str());
+    return;
+  }
   const HistorySpan covered = history.covered();
   if (!covered.from_unix_ms || !covered.to_unix_ms) {
     std::printf("No %s, and none with a known time in all of %s.\n", what, history.path().c_str());
@@ -172,40 +167,26 @@ void say_nothing_there(HistoryReader& history, const char* what) {
               local_time_text(*covered.from_unix_ms).c_str(), local_time_text(*covered.to_unix_ms).c_str());
 }
 
-HistoryNumber time_of(const std::string& text) {
-  return text.empty() || text == from_the_beginning ? std::nullopt : time_from_words(text, now_unix_ms());
-}
-
 }  // namespace
 
 void HistoryCommand::add_to(CLI::App& app) {
   command_ = app.add_subcommand("history", "what the pack did, minute by minute, and what happened");
-  command_->add_option("--from", from_, "the first time that is wanted; without it the last hour")
-      ->check(is_time)
-      ->type_name("TIME");
-  command_->add_option("--to", to_, "up to here")->check(is_time)->type_name("TIME");
+  command_->add_option("--from", from_, "the first time that is wanted; without it the last hour")->type_name("TIME");
+  command_->add_option("--to", to_, "up to here")->type_name("TIME");
   command_->add_option("--cells", cells_, "cells to show one by one, with the sensors of their modules in CSV and JSON")
       ->check(is_choice)
       ->type_name("CELLS");
   command_->add_flag("--events", events_, "what happened instead of the minutes");
   command_->add_flag("--csv", csv_, "comma separated values with a line of names");
   command_->add_option("--file", file_, "another database than the daemon's")->type_name("PATH");
-  command_->footer(footer);
-}
-
-/// What cannot be meant; "" if all can.
-std::string HistoryCommand::contradiction(bool json) const {
-  if (json && csv_) return "--csv and --json: wanted one of them";
-  const HistoryNumber from = time_of(from_);
-  const HistoryNumber to = time_of(to_);
-  if (from && to && *from > *to) return "--from is later than --to";
-  return "";
+  command_->footer(std::string(footer_begin) + time_words_help + footer_end);
 }
 
 int HistoryCommand::run(const HistoryCommandContext& context) const {
-  const std::string wrong = contradiction(context.json);
-  if (!wrong.empty()) {
-    std::fprintf(stderr, "bmuctl: history: %s\n", wrong.c_str());
+  const bool has_span = !from_.empty() || !to_.empty();
+  const auto span = time_span_from_words(has_span ? from_ : default_from, to_, now_in_unix_ms());
+  if (!span || (context.json && csv_)) {
+    std::fprintf(stderr, "bmuctl: history: %s\n", span ? "--csv and --json: wanted one of them" : span.error().c_str());
     return exit_usage;
   }
   auto history = HistoryReader::open(file_.empty() ? history_file(context.socket) : file_);
@@ -213,8 +194,7 @@ int HistoryCommand::run(const HistoryCommandContext& context) const {
     std::fprintf(stderr, "bmuctl: %s\n", history.error().c_str());
     return exit_unreadable;
   }
-  const bool has_span = !from_.empty() || !to_.empty();
-  const Shown shown{.span = {.from_unix_ms = time_of(has_span ? from_ : default_from), .to_unix_ms = time_of(to_)},
+  const Shown shown{.span = {.from_unix_ms = span->from_unix_ms, .to_unix_ms = span->to_unix_ms},
                     .form = context.json ? Form::json
                             : csv_       ? Form::csv
                                          : Form::table,

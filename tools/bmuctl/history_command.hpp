@@ -22,8 +22,6 @@ class HistoryCommand {
   [[nodiscard]] int run(const HistoryCommandContext& context) const;
 
  private:
-  [[nodiscard]] std::string contradiction(bool json) const;
-
   CLI::App* command_ = nullptr;
   std::string file_;
   std::string from_;

@@ -13,6 +13,7 @@
 #include "tools/bmuctl/history_command.hpp"
 #include "tools/bmuctl/report_command.hpp"
 #include "tools/bmuctl/text_pages.hpp"
+#include "tools/bmuctl/time_words.hpp"
 #include "tools/bmuctl/watch.hpp"
 #include "tools/common/command_line.hpp"
 #include "tools/common/terminal.hpp"
@@ -74,19 +75,29 @@ refused, or no answer. Of "assign": 0 the module has said that it has the number
 refused (the text says why), or no answer.
 Two modules that have to change places go by way of a third, free number.)";
 
-constexpr const char* report_footer = R"(Examples:
+constexpr const char* report_footer_begin = R"(Examples:
   bmuctl report drive.log                            writes drive.html
   bmuctl report drive.log --out - | ssh desk 'cat >drive.html'
+  bmuctl report /var/lib/bmud/drives/*.log.zst --out day.html   several in the order of their times, as one page
   bmuctl report drive.log.zst --from "2026-03-01 17:05" --to "2026-03-01 17:20"
   bmuctl report --from -7d --out week.html           of the daemon's history; without --from the last day
   bmuctl report /mnt/card/history.sqlite --from -30d
+  bmuctl report /mnt/card/history.sqlite --from begin
+
+)";
+constexpr const char* report_footer_end = R"( The page itself has UTC,
+what is written on the terminal this machine's time zone.
 
 The page needs no network: cells over time as bands with those named that are unlike the others, state of charge with its
 uncertainty, current and limits with what bounds them, contactors and faults, temperatures, resistance and balancing of
-each cell. Times are UTC, or count from now (-2h). No daemon is asked but where its history is.
+each cell. No daemon is asked but where its history is.
 
-Exit codes: 0 written; 1 it cannot be read or written, or nothing is in it; 2 command line; 3 written, but the
-recording or the history is damaged: the page says where.)";
+What is damaged is left out, and reading goes on at the next part of the recording, or the next minute that is good. Holes,
+also those between two recordings, are in the pictures, in a list on the page and on standard error. What two recordings
+have of the same time is shown once.
+
+Exit codes: 0 written; 1 it cannot be read or written, or nothing is in it; 2 command line; 3 written, but a recording or
+the history is damaged, or one of several files is no recording: the page says where.)";
 
 /// A command that is one question and one answer.
 struct CommandRow {
@@ -260,14 +271,17 @@ void add_modules(CLI::App& modules, Options& options) {
 void add_report(CLI::App& app, ReportOptions& options) {
   CLI::App* report =
       app.add_subcommand("report", "a recording, a black box or the history as one HTML page with pictures");
-  report->footer(report_footer);
-  report->add_option("FILE", options.file,
-                     "a recording, a black box or a history's database; without it the daemon's history");
+  report->footer(std::string(report_footer_begin) + time_words_help + report_footer_end);
+  report->add_option("FILE", options.files,
+                     "recordings and black boxes, or a history's database; without it the daemon's history");
   report
-      ->add_option("--out", options.out,
-                   "the page; default: FILE with .html instead of its ending; - is standard output")
+      ->add_option("-o,--out", options.out,
+                   "the page; default: the (earliest) FILE with .html instead of its ending; - is standard output")
       ->type_name("PATH");
-  report->add_option("--from", options.from, "from this time on, UTC, as \"2026-03-01 17:05\"")->type_name("TIME");
+  report
+      ->add_option("--from", options.from,
+                   "from this time on, as \"2026-03-01 17:05\"; of a history otherwise the last day")
+      ->type_name("TIME");
   report->add_option("--to", options.to, "up to this time")->type_name("TIME");
 }
 

@@ -1,27 +1,25 @@
 #include "tools/bmuctl/report_command.hpp"
 
-#include <cerrno>
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <optional>
 #include <string_view>
 #include <utility>
 
-#include <fcntl.h>
 #include <unistd.h>
 
 #include "daemon/history/history_reader.hpp"
-#include "daemon/shell/owned_fd.hpp"
 #include "protocol/result.hpp"
 #include "tools/bmuctl/history_file.hpp"
 #include "tools/bmuctl/time_words.hpp"
-#include "tools/common/line_reader.hpp"
 #include "tools/common/terminal.hpp"
+#include "tools/report/recording_files.hpp"
 #include "tools/report/report_from_history.hpp"
 #include "tools/report/report_from_recording.hpp"
+#include "tools/report/report_holes.hpp"
 #include "tools/report/report_page.hpp"
 #include "tools/report/report_time.hpp"
 
@@ -35,6 +33,7 @@ constexpr int exit_usage = 2;
 constexpr int exit_damaged = 3;
 constexpr std::int64_t us_per_ms = 1000;
 constexpr std::int64_t us_per_day = 86'400'000'000;
+constexpr std::size_t holes_told_max = 10;
 /// What every SQLite database begins with (sqlite.org/fileformat2.html).
 constexpr std::string_view sqlite_mark{"SQLite format 3\0", 16};
 
@@ -73,43 +72,6 @@ class Progress {
   std::chrono::steady_clock::time_point told_at_ = std::chrono::steady_clock::now();
 };
 
-/// As far as it can be read; what was wrong behind that, "" if nothing was.
-Result<std::string, std::string> take_lines(int fd, report::RecordingReport& reading) {
-  Progress progress;
-  LineReader lines(fd);
-  LineReader::Line line;
-  while (true) {
-    while (lines.take(line)) {
-      progress.take(line.text.size() + 1);
-      // What is missing of a last line would pass for another decision.
-      if (!line.has_end) return "in its last line, " + std::to_string(lines.line_number()) + ", which has no end";
-      if (!reading.take(line.text)) return std::string();
-    }
-    switch (lines.fill()) {
-      case LineReader::Filled::more:
-      case LineReader::Filled::interrupted: break;
-      case LineReader::Filled::end: return std::string();
-      case LineReader::Filled::damaged:
-        return "from byte " + std::to_string(lines.damage().begin) + " on: " + lines.damage().what;
-      case LineReader::Filled::error: return failure(std::string(std::strerror(errno)));
-    }
-  }
-}
-
-Result<report::ReportData, std::string> read_recording(const std::string& file, report::RecordingReport& reading,
-                                                       std::string& damage) {
-  const OwnedFd in(file == "-" ? ::dup(STDIN_FILENO) : ::open(file.c_str(), O_RDONLY | O_CLOEXEC));
-  if (!in.is_open()) return failure("cannot read '" + file + "': " + std::strerror(errno));
-  auto read = take_lines(in.get(), reading);
-  if (!read) return failure("cannot read '" + file + "': " + read.error());
-  damage = std::move(*read);
-  const auto problem = reading.problem();
-  report::ReportData data = std::move(reading).finish();
-  if (!data.is_empty()) return data;
-  if (problem) return failure(file + ":" + std::to_string(problem->line) + ": " + problem->text);
-  return failure("'" + file + "' has nothing to show: no decision is in it, or none between --from and --to");
-}
-
 std::string beside(const std::string& file) {
   std::filesystem::path path(file);
   // "drive.log.zst" has two.
@@ -139,73 +101,136 @@ struct Span {
   std::optional<std::int64_t> to_us;
 };
 
-std::int64_t now_us() {
-  const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
-  return std::chrono::duration_cast<std::chrono::microseconds>(since_1970).count();
-}
-
-/// UTC as the page has it; words that count from now are the same everywhere.
-std::optional<std::int64_t> time_us_of(const std::string& text) {
-  if (const auto time = report::parse_time(text)) return time;
-  const auto time_ms = time_from_words(text, now_us() / us_per_ms);
-  return time_ms ? std::optional(*time_ms * us_per_ms) : std::nullopt;
+std::optional<std::int64_t> us_of(const std::optional<std::int64_t>& unix_ms) {
+  return unix_ms ? std::optional(*unix_ms * us_per_ms) : std::nullopt;
 }
 
 bool is_database(const std::string& file) {
   std::ifstream in(file, std::ios::binary);
   std::string begin(sqlite_mark.size(), '\0');
   in.read(begin.data(), static_cast<std::streamsize>(begin.size()));
-  return begin == sqlite_mark;
+  // One whose begin is damaged is called by its name.
+  return begin == sqlite_mark || std::filesystem::path(file).filename().string().find(".sqlite") != std::string::npos;
 }
 
-Result<Loaded, std::string> load_recording(const std::string& file, const Span& span) {
-  report::RecordingReport reading(
-      {.name = std::filesystem::path(file).filename().string(), .from_us = span.from_us, .to_us = span.to_us});
-  std::string damage;
-  auto data = read_recording(file, reading, damage);
-  if (!data) return failure(data.error());
-  Loaded loaded{.data = std::move(*data), .is_whole = damage.empty() && !reading.problem()};
-  if (!damage.empty()) loaded.data.notes.push_back("The recording is damaged " + damage + ".");
+std::string nothing_in(const report::RecordingFiles& files, const report::ReportData& data) {
+  const std::string what =
+      files.recordings.size() == 1 ? "'" + files.recordings.front().path + "' has" : "the recordings have";
+  if (data.holes.empty()) {
+    return what + " nothing to show: no decision is in them, or none between --from and --to";
+  }
+  return what + " nothing to show: " + data.holes.front().text;
+}
+
+Result<Loaded, std::string> load_recordings(const report::RecordingFiles& files, const Span& span) {
+  report::RecordingReport reading({.from_us = span.from_us, .to_us = span.to_us});
+  {
+    Progress progress;
+    for (const report::RecordingFile& file : files.recordings) {
+      auto read = report::read_recording(file, reading, [&](std::size_t bytes) { progress.take(bytes); });
+      if (!read) return failure(read.error());
+    }
+  }
+  Loaded loaded{.data = std::move(reading).finish()};
+  report::ReportData& data = loaded.data;
+  if (data.is_empty()) return failure(nothing_in(files, data));
+  data.notes.insert(data.notes.begin(), files.left_out.begin(), files.left_out.end());
+  const bool is_damaged =
+      std::any_of(data.holes.begin(), data.holes.end(), [](const report::HoleReport& hole) { return hole.is_damage; });
+  loaded.is_whole = !is_damaged && files.left_out.empty();
   return loaded;
 }
 
-Result<Loaded, std::string> load_history(const std::string& file, Span span) {
+Result<Loaded, std::string> load_history(const std::string& file, Span span, bool has_span) {
   auto history = HistoryReader::open(file);
   if (!history) return failure(history.error());
-  if (!span.from_us && !span.to_us) span.from_us = now_us() - us_per_day;
+  if (!has_span) span.from_us = now_in_unix_ms() * us_per_ms - us_per_day;
   Loaded loaded;
   loaded.data = report::report_from_history(*history, {.from_us = span.from_us, .to_us = span.to_us});
-  loaded.is_whole = history->problems().empty();
-  if (loaded.data.is_empty()) return failure("'" + file + "' has no minute between these times");
-  return loaded;
+  const std::vector<std::string> problems = history->problems();
+  loaded.is_whole = problems.empty();
+  if (!loaded.data.is_empty()) return loaded;
+  if (problems.empty()) return failure("'" + file + "' has no minute between these times");
+  return failure("'" + file + "' is damaged, no minute between these times can be read: " + problems.front() +
+                 (problems.size() == 1 ? "" : "; and more, see bmuctl history"));
 }
 
 std::string page_of(const report::ReportData& data) {
-  return report::page_html(data, {.made_by = "bmuctl " BMUD_VERSION, .made_at_us = now_us()});
+  return report::page_html(data, {.made_by = "bmuctl " BMUD_VERSION, .made_at_us = now_in_unix_ms() * us_per_ms});
+}
+
+/// "drive.html: 2 min 30 s, 2026-03-01 17:05:09+01:00 to 2026-03-01 17:07:39+01:00".
+void tell(const report::ReportData& data, const std::string& out) {
+  const std::string missing =
+      report::missing_us(data) > 0 ? ", of which " + report::span_text(report::missing_us(data)) + " are missing" : "";
+  std::printf("%s: %s, %s to %s%s\n", out.c_str(), report::span_text(data.to_us() - data.from_us()).c_str(),
+              local_time_text(data.from_us() / us_per_ms).c_str(), local_time_text(data.to_us() / us_per_ms).c_str(),
+              missing.c_str());
+}
+
+void warn(const report::ReportData& data) {
+  for (const std::string& note : data.notes) std::fprintf(stderr, "bmuctl: %s\n", note.c_str());
+  const std::size_t shown = std::min(data.holes.size(), holes_told_max);
+  const auto local = [](std::int64_t at_us) { return local_time_text(at_us / us_per_ms); };
+  for (std::size_t i = 0; i < shown; ++i)
+
+    std::fprintf(stderr, "bmuctl: %s\n", report::hole_text(data.holes[i], local).c_str());
+  if (shown < data.holes.size()) std::fprintf(stderr, "bmuctl: and %zu more such holes\n", data.holes.size() - shown);
+}
+
+/// What is to be read, and where the page goes.
+struct Sources {
+  std::string history;  // "": recordings
+  report::RecordingFiles files;
+  std::string out;
+};
+
+Result<Sources, std::string> sources_of(const ReportOptions& options) {
+  Sources sources;
+  sources.out = options.out;
+  if (options.files.empty() || (options.files.size() == 1 && is_database(options.files.front()))) {
+    sources.history = options.files.empty() ? history_file(options.socket) : options.files.front();
+    if (options.out.empty()) sources.out = options.files.empty() ? "history.html" : beside(sources.history);
+    return sources;
+  }
+  auto files = report::in_order_of_time(options.files);
+  if (!files) return failure(files.error());
+  sources.files = std::move(*files);
+  if (options.out.empty()) sources.out = beside(sources.files.recordings.front().path);
+  return sources;
+}
+
+/// What cannot be meant; "" if all can.
+std::string contradiction(const ReportOptions& options) {
+  if (options.files.size() < 2) return "";
+  for (const std::string& file : options.files) {
+    if (file == "-") return "standard input stands alone, not beside other files";
+    if (is_database(file)) return "'" + file + "' is a history, which stands alone, not beside other files";
+  }
+  return "";
 }
 
 }  // namespace
 
 int write_report(const ReportOptions& options) {
-  Span span;
-  for (const auto& [text, time] : {std::pair{&options.from, &span.from_us}, std::pair{&options.to, &span.to_us}}) {
-    if (text->empty()) continue;
-    *time = time_us_of(*text);
-    if (!*time)
-      return fail("'" + *text + "' is no time; wanted one like \"2026-03-01 17:05\", UTC, or -2h", exit_usage);
-  }
-  const bool is_of_history = options.file.empty() || is_database(options.file);
-  const std::string file = options.file.empty() ? history_file(options.socket) : options.file;
-  const std::string beside_it = options.file.empty() ? "history.html" : beside(file);
-  const std::string out = options.out.empty() ? beside_it : options.out;
-  if (out == file && out != "-")
+  const auto words = time_span_from_words(options.from, options.to, now_in_unix_ms());
+  if (!words) return fail("report: " + words.error(), exit_usage);
+  if (const std::string wrong = contradiction(options); !wrong.empty()) return fail("report: " + wrong, exit_usage);
+  const auto sources = sources_of(options);
+  if (!sources) return fail(sources.error());
+  const std::string& out = sources->out;
+  std::vector<std::string> read = options.files;
+  read.push_back(sources->history);
+  if (out != "-" && std::find(read.begin(), read.end(), out) != read.end())
     return fail("the page would be written over '" + out + "'; wanted another --out", exit_usage);
-  const auto loaded = is_of_history ? load_history(file, span) : load_recording(file, span);
+  const Span span{.from_us = us_of(words->from_unix_ms), .to_us = us_of(words->to_unix_ms)};
+  const bool has_span = !options.from.empty() || !options.to.empty();
+  const auto loaded =
+      sources->history.empty() ? load_recordings(sources->files, span) : load_history(sources->history, span, has_span);
   if (!loaded) return fail(loaded.error());
-  const report::ReportData& data = loaded->data;
-  if (!write_page(page_of(data), out)) return fail("cannot write '" + out + "'");
-  if (out != "-") std::printf("%s: %s\n", out.c_str(), report::span_text(data.to_us() - data.from_us()).c_str());
-  for (const std::string& note : data.notes) std::fprintf(stderr, "bmuctl: %s\n", note.c_str());
+  if (!write_page(page_of(loaded->data), out)) return fail("cannot write '" + out + "'");
+  if (out != "-") tell(loaded->data, out);
+  warn(loaded->data);
   return loaded->is_whole ? exit_ok : exit_damaged;
 }
 

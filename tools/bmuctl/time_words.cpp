@@ -2,6 +2,7 @@
 
 #include <array>
 #include <charconv>
+#include <chrono>
 #include <cstdio>
 #include <ctime>
 
@@ -75,20 +76,34 @@ bool take_date_and_time(std::string_view& text, std::tm& parts) {
   return !take(text, ":") || take_digits(text, 2, parts.tm_sec);
 }
 
+/// "Z" or "+01:00", in seconds ahead of UTC.
+std::optional<std::int64_t> zone_s(std::string_view text) {
+  if (text == "Z") return 0;
+  const bool is_behind = text.starts_with('-');
+  int hours = 0;
+  int minutes = 0;
+  if (!take(text, "+-") || !take_digits(text, 2, hours) || !take(text, ":") || !take_digits(text, 2, minutes) ||
+      !text.empty() || hours > 14 || minutes > 59) {
+    return std::nullopt;
+  }
+  const std::int64_t ahead_s = (hours * std::int64_t{60} + minutes) * 60;
+  return is_behind ? -ahead_s : ahead_s;
+}
+
 std::optional<std::int64_t> calendar_time(std::string_view text) {
   std::tm parts{};
   if (!take_date_and_time(text, parts)) return std::nullopt;
-  const bool is_utc = text == "Z";
+  const std::optional<std::int64_t> ahead_s = zone_s(text);
   const bool is_possible = parts.tm_year >= 1970 && parts.tm_mon >= 1 && parts.tm_mon <= 12 && parts.tm_mday >= 1 &&
                            parts.tm_hour <= 23 && parts.tm_min <= 59 && parts.tm_sec <= 60;
-  if ((!text.empty() && !is_utc) || !is_possible) return std::nullopt;
+  if ((!text.empty() && !ahead_s) || !is_possible) return std::nullopt;
   parts.tm_year -= 1'900;
   parts.tm_mon -= 1;
   parts.tm_isdst = -1;
   const int day = parts.tm_mday;
-  const std::time_t seconds = is_utc ? ::timegm(&parts) : std::mktime(&parts);
+  const std::int64_t seconds = ahead_s ? ::timegm(&parts) : std::mktime(&parts);
   // The 31st of a month that has none became another day.
-  return parts.tm_mday == day ? std::optional(std::int64_t{seconds} * ms_per_s) : std::nullopt;
+  return parts.tm_mday == day ? std::optional((seconds - ahead_s.value_or(0)) * ms_per_s) : std::nullopt;
 }
 
 std::string text_of(const std::tm& parts, const char* format) {
@@ -109,8 +124,26 @@ std::optional<std::int64_t> time_from_words(std::string_view text, std::int64_t 
   return calendar_time(text);
 }
 
+Result<TimeSpan, std::string> time_span_from_words(std::string_view from, std::string_view to,
+                                                   std::int64_t now_unix_ms) {
+  TimeSpan span;
+  if (!from.empty() && from != "begin") {
+    span.from_unix_ms = time_from_words(from, now_unix_ms);
+    if (!span.from_unix_ms) return failure("--from: found '" + std::string(from) + "', wanted " + time_words_form);
+  }
+  if (!to.empty()) {
+    span.to_unix_ms = time_from_words(to, now_unix_ms);
+    if (!span.to_unix_ms) return failure("--to: found '" + std::string(to) + "', wanted " + time_words_form);
+  }
+  if (span.from_unix_ms && span.to_unix_ms && *span.from_unix_ms > *span.to_unix_ms) {
+    return failure(std::string("--from is later than --to"));
+  }
+  return span;
+}
+
 std::string local_time_text(std::int64_t unix_ms) {
-  return text_of(local_parts(unix_ms), "%Y-%m-%d %H:%M:%S");
+  std::string text = text_of(local_parts(unix_ms), "%Y-%m-%d %H:%M:%S%z");
+  return text.size() > 2 ? text.insert(text.size() - 2, ":") : text;
 }
 
 std::string utc_time_text(std::int64_t unix_ms) {
@@ -118,6 +151,11 @@ std::string utc_time_text(std::int64_t unix_ms) {
   std::tm parts{};
   ::gmtime_r(&seconds, &parts);
   return text_of(parts, "%Y-%m-%dT%H:%M:%SZ");
+}
+
+std::int64_t now_in_unix_ms() {
+  const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::milliseconds>(since_1970).count();
 }
 
 }  // namespace bmu

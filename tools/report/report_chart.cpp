@@ -15,6 +15,8 @@ using svg::number;
 constexpr int time_ticks_wanted = 8;
 /// Nearer to an end than this, a text would stick out.
 constexpr double label_margin = 15.0;
+/// A short hole is seen, too.
+constexpr double hole_width_min = 1.5;
 
 svg::Range range_of(const Plot& plot) {
   svg::Range range;
@@ -59,9 +61,30 @@ void for_each_stretch(const Columns& columns, const HasValue& has_value, const T
   }
 }
 
+/// From the begin of a column to its end.
+std::string step_text(const Column& column, const Columns& columns, double value, const svg::Range& range) {
+  return point_text(x_of(columns, column.from_us), value, range) + " " +
+         point_text(x_of(columns, column.to_us), value, range) + " ";
+}
+
+/// Within what a value was in each column; its mean is drawn as a line.
+void append_extremes(std::string& out, const PlotLine& line, const Columns& columns, const svg::Range& range) {
+  for (std::size_t i = 0; i < line.values.size(); ++i) {
+    const auto low = static_cast<double>(line.values.low[i]);
+    const auto high = static_cast<double>(line.values.high[i]);
+    if (std::isnan(low) || low == high) continue;
+    const double x = x_of(columns, columns.columns[i].from_us);
+    out += "<rect class=\"band " + std::string(class_of(line.ink)) + "\" x=\"" + number(x) + "\" y=\"" +
+           number(y_of(high, range)) + "\" width=\"" + number(x_of(columns, columns.columns[i].to_us) - x) +
+           "\" height=\"" + number(y_of(low, range) - y_of(high, range)) + "\"/>\n";
+  }
+}
+
 void append_line(std::string& out, const PlotLine& line, const Plot& plot, const Columns& columns,
                  const svg::Range& range) {
   const auto is_known = [&](std::size_t i) { return i < line.values.size() && !std::isnan(line.values.mean[i]); };
+  // Where there are bands, they have them.
+  if (columns.has_steps && line.with_extremes && plot.bands.empty()) append_extremes(out, line, columns, range);
   for_each_stretch(columns, is_known, [&](std::size_t first, std::size_t last) {
     out += "<polyline class=\"line " + std::string(class_of(line.ink)) + "\" data-name=\"" + escaped(line.name) +
            "\" data-unit=\"" + escaped(plot.unit) + "\" points=\"";
@@ -69,7 +92,9 @@ void append_line(std::string& out, const PlotLine& line, const Plot& plot, const
       const double x = x_of(columns, columns.columns[i].at_us);
       const auto low = static_cast<double>(line.values.low[i]);
       const auto high = static_cast<double>(line.values.high[i]);
-      if (!line.with_extremes || low == high) {
+      if (columns.has_steps) {
+        out += step_text(columns.columns[i], columns, static_cast<double>(line.values.mean[i]), range);
+      } else if (!line.with_extremes || low == high) {
         out += point_text(x, static_cast<double>(line.values.mean[i]), range) + " ";
       } else {
         // From the nearer end to the other, as the line would have gone.
@@ -77,7 +102,7 @@ void append_line(std::string& out, const PlotLine& line, const Plot& plot, const
         out += point_text(x, is_rising ? low : high, range) + " " + point_text(x, is_rising ? high : low, range) + " ";
       }
     }
-    if (last - first == 1) {
+    if (last - first == 1 && !columns.has_steps) {
       // A point of its own is as wide as the line is thick.
       out +=
           point_text(x_of(columns, columns.columns[first].at_us), static_cast<double>(line.values.mean[first]), range);
@@ -93,11 +118,18 @@ void append_band(std::string& out, const PlotBand& band, const Columns& columns,
   for_each_stretch(columns, is_known, [&](std::size_t first, std::size_t last) {
     out +=
         "<polygon class=\"band " + std::string(class_of(band.ink)) + (band.is_strong ? " strong" : "") + "\" points=\"";
+    const auto point = [&](std::int64_t at_us, float value) {
+      out += point_text(x_of(columns, at_us), static_cast<double>(value), range) + " ";
+    };
     for (std::size_t i = first; i < last; ++i) {
-      out += point_text(x_of(columns, columns.columns[i].at_us), static_cast<double>(band.high[i]), range) + " ";
+      const Column& column = columns.columns[i];
+      point(columns.has_steps ? column.from_us : column.at_us, band.high[i]);
+      if (columns.has_steps) point(column.to_us, band.high[i]);
     }
     for (std::size_t i = last; i-- > first;) {
-      out += point_text(x_of(columns, columns.columns[i].at_us), static_cast<double>(band.low[i]), range) + " ";
+      const Column& column = columns.columns[i];
+      if (columns.has_steps) point(column.to_us, band.low[i]);
+      point(columns.has_steps ? column.from_us : column.at_us, band.low[i]);
     }
     out += "\"/>\n";
   });
@@ -161,6 +193,13 @@ std::string point_text(double x, double value, const svg::Range& range) {
 
 std::string time_grid_svg(const Columns& columns) {
   std::string out;
+  for (const ColumnHole& hole : columns.holes) {
+    const double x = x_of(columns, hole.from_us);
+    const double width = std::max(x_of(columns, hole.to_us) - x, hole_width_min);
+    out += "<rect class=\"hole\" x=\"" + number(std::min(x, plot_size - width)) + "\" y=\"0\" width=\"" +
+           number(width) + "\" height=\"1000\"><title>nothing is known: " + stretch_text(hole.from_us, hole.to_us) +
+           "</title></rect>";
+  }
   for (const TimeTick& tick : time_ticks(columns.from_us, columns.to_us, time_ticks_wanted)) {
     const double x = x_of(columns, tick.at_us);
     out += rule(x, 0, x, plot_size, "grid");

@@ -58,7 +58,7 @@ struct Plot {
 
 /// The texts of the time axis, as below a plot.
 [[nodiscard]] std::string time_axis_html(const Columns& columns);
-/// Lines at the times that have texts, for the inside of a plot's SVG.
+/// Holes, and lines at the times that have texts, for the inside of a plot's SVG.
 [[nodiscard]] std::string time_grid_svg(const Columns& columns);
 
 struct LegendEntry {

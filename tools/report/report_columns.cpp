@@ -27,6 +27,12 @@ float extreme_of(const std::vector<Series>& reduced, std::size_t column, bool wa
 
 Columns columns_of(const ReportData& data) {
   Columns result{.from_us = data.from_us(), .to_us = data.to_us(), .columns = {}};
+  for (const HoleReport& hole : data.holes) {
+    if (!hole.from_us || !hole.to_us) continue;
+    const std::int64_t from_us = std::max(*hole.from_us, result.from_us);
+    const std::int64_t to_us = std::min(*hole.to_us, result.to_us);
+    if (from_us < to_us) result.holes.push_back({from_us, to_us});
+  }
   const std::size_t samples = data.times_us.size();
   const bool is_one_each = samples <= columns_max;
   const double width_us = static_cast<double>(result.to_us - result.from_us) / static_cast<double>(columns_max);
@@ -42,10 +48,19 @@ Columns columns_of(const ReportData& data) {
       has_gap = has_gap || data.has_gap_before(last);
       ++last;
     }
-    const std::int64_t middle_us = (data.times_us[first] + data.times_us[last - 1] + data.sample_us) / 2;
-    result.columns.push_back({.at_us = middle_us, .first = first, .last = last, .has_gap_before = has_gap});
+    // Samples may be shorter than the others: the last of a source, or one before the next full minute.
+    const std::int64_t next_us = last < samples ? data.times_us[last] : result.to_us;
+    const std::int64_t from_us = data.times_us[first];
+    const std::int64_t to_us = std::min(data.times_us[last - 1] + data.sample_us, next_us);
+    result.columns.push_back({.at_us = (from_us + to_us) / 2,
+                              .from_us = from_us,
+                              .to_us = to_us,
+                              .first = first,
+                              .last = last,
+                              .has_gap_before = has_gap});
     first = last;
   }
+  result.has_steps = data.is_of_means && result.columns.size() <= step_columns_max;
   return result;
 }
 

@@ -10,18 +10,30 @@
 namespace bmu::report {
 
 inline constexpr std::size_t columns_max = 900;
+/// More are so narrow that a step is none to the eye.
+inline constexpr std::size_t step_columns_max = 240;
 
 struct Column {
   std::int64_t at_us = 0;  // its middle
-  std::size_t first = 0;   // samples
-  std::size_t last = 0;    // behind the last
+  std::int64_t from_us = 0;
+  std::int64_t to_us = 0;
+  std::size_t first = 0;  // samples
+  std::size_t last = 0;   // behind the last
   bool has_gap_before = false;
+};
+
+/// A hole of the data, as far as it is in the picture.
+struct ColumnHole {
+  std::int64_t from_us = 0;
+  std::int64_t to_us = 0;
 };
 
 struct Columns {
   std::int64_t from_us = 0;
   std::int64_t to_us = 0;
   std::vector<Column> columns;
+  std::vector<ColumnHole> holes{};
+  bool has_steps = false;  // few and wide ones, of means: a line between them would tell what nobody knows
 };
 
 [[nodiscard]] Columns columns_of(const ReportData& data);

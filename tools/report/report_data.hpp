@@ -3,6 +3,9 @@
 // Samples follow each other in time and stand for `sample_us` each; where the next is later than that there is a gap.
 // What was not known is `not_known`, which is drawn as a gap, never as zero. A value may be the mean of what was seen
 // within its sample, with the extremes beside it, so that neither a long span nor a coarse source loses a peak.
+//
+// A hole is a stretch of which nothing can be told although something is known before or behind it: what is so on both
+// of its sides is one thing going on, as far as anybody knows, and not another one that has begun.
 #pragma once
 
 #include <cstddef>
@@ -70,8 +73,21 @@ struct SpanReport {
   std::string place;  // "cell 2.7 (no. 19)"
   std::int64_t from_us = 0;
   std::int64_t to_us = 0;
-  bool has_begun_before = false;  // of what the report shows
-  bool goes_on = false;           // at its end
+  bool has_begun_before = false;            // of what the report shows, or in a hole
+  bool goes_on = false;                     // at its end, or into a hole
+  std::optional<std::int64_t> lasted_us{};  // of these times, where nobody knows which
+
+  [[nodiscard]] std::int64_t length_us() const { return lasted_us.value_or(to_us - from_us); }
+};
+/// What a phase is called where nobody knows which it was.
+inline constexpr const char* unknown_phase = "not known";
+
+/// Nothing is known from one time to another; without one of them, to that end of the report.
+struct HoleReport {
+  std::optional<std::int64_t> from_us;
+  std::optional<std::int64_t> to_us;
+  std::string text;        // why, and where in the file
+  bool is_damage = false;  // something that was there cannot be read
 };
 
 struct EventReport {
@@ -87,6 +103,10 @@ struct ReportData {
 
   std::vector<std::int64_t> times_us;  // of each sample's begin, since 1970, rising
   std::int64_t sample_us = 100'000;
+  std::optional<std::int64_t> end_us;      // where that is not the last sample's
+  std::optional<std::int64_t> covered_us;  // where samples are not all of one length
+  std::vector<HoleReport> holes;           // in their order
+  bool is_of_means = false;                // each sample a mean, of which nobody knows how the value went
 
   std::vector<CellReport> cells;
   std::vector<SensorReport> sensors;
@@ -111,7 +131,7 @@ struct ReportData {
 
   [[nodiscard]] bool is_empty() const { return times_us.empty(); }
   [[nodiscard]] std::int64_t from_us() const { return times_us.front(); }
-  [[nodiscard]] std::int64_t to_us() const { return times_us.back() + sample_us; }
+  [[nodiscard]] std::int64_t to_us() const { return end_us.value_or(times_us.back() + sample_us); }
   /// Between this sample and the one before it something is missing.
   [[nodiscard]] bool has_gap_before(std::size_t sample) const;
 };

@@ -1,9 +1,10 @@
 // A report of a stretch of the history (daemon/history/history_reader.hpp): a sample a minute, with the lowest and the
 // highest of it.
 //
-// What the history does not have stays unknown: a minute knows the phase at its end and whether the contactors were
-// commanded closed, not each contact, and no cell's resistance. Minutes of another pack than the last one are left out,
-// and so are those that somebody set the clock back over; the report says how many.
+// What the history does not have stays unknown: a minute knows the phase at its end and how long the contactors were
+// commanded closed, the events when they moved (history_moves.hpp); not each contact, and no cell's resistance. Minutes
+// of another pack than the last one are left out, and so are those that somebody set the clock back over; the report
+// says how many.
 #pragma once
 
 #include <cstddef>

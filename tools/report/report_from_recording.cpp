@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <utility>
 
 #include "daemon/core/fault_table.hpp"
 #include "tools/report/report_time.hpp"
@@ -18,6 +19,8 @@ constexpr double uAs_per_Ah = 3.6e9;
 constexpr double percent = 100.0;
 /// The truth lies within two standard deviations in some 95 of 100 cases.
 constexpr double sigmas_told = 2.0;
+/// Between two parts, from here on, something is missing: a core decides every 50 ms at least.
+constexpr std::int64_t gap_min_us = us_per_s;
 
 /// Of "# (1700000000.130000) tick ..." the time. The replay has read the line already: it is well formed.
 std::optional<std::int64_t> time_of_tick(std::string_view line) {
@@ -117,11 +120,12 @@ struct RecordingReport::Open {
   std::array<Row, fault_count> faults;
   bool is_first = true;
 
-  void close_all(std::vector<SpanReport>& spans, std::int64_t at_us, bool goes_on) {
+  /// Nothing is known of what follows.
+  void break_off(std::vector<SpanReport>& spans, std::int64_t at_us) {
     const auto close = [&](Row& row) {
       if (!row.span) return;
       spans[*row.span].to_us = at_us;
-      spans[*row.span].goes_on = goes_on;
+      spans[*row.span].goes_on = true;
       row.span.reset();
     };
     close(phase);
@@ -179,10 +183,15 @@ void RecordingReport::Means::look(const Core& core, TimePoint now) {
   has_tick = true;
 }
 
-RecordingReport::RecordingReport(RecordingOptions options)
-    : options_(std::move(options)), open_(std::make_unique<Open>()), means_(std::make_unique<Means>()) {}
+RecordingReport::RecordingReport(const RecordingOptions& options)
+    : options_(options), open_(std::make_unique<Open>()), means_(std::make_unique<Means>()) {}
 
 RecordingReport::~RecordingReport() = default;
+
+void RecordingReport::begin_file(const std::string& name) {
+  take_figures();
+  files_.push_back({.name = name});
+}
 
 bool RecordingReport::take(std::string_view line) {
   if (!replay_.take(line)) return false;
@@ -193,33 +202,60 @@ bool RecordingReport::take(std::string_view line) {
     return true;
   }
   const std::string_view event = event_of(line);
-  const bool is_shown = last_us_ > 0 && (!options_.from_us || last_us_ >= *options_.from_us) &&
-                        (!options_.to_us || last_us_ < *options_.to_us);
-  if (!event.empty() && is_shown) data_.events.push_back({.at_us = last_us_, .text = std::string(event)});
+  if (!event.empty() && is_tick_shown_) data_.events.push_back({.at_us = last_us_, .text = std::string(event)});
   return true;
 }
 
-/// Another core: the first, or one after lines that were lost.
+void RecordingReport::break_off(const std::string& why) {
+  is_tick_shown_ = false;
+  if (hole_) {  // nothing could be taken since it began
+    if (hole_->text.find(why) == std::string::npos) hole_->text += "; " + why;
+    return;
+  }
+  file_of_hole_ = files_.size();
+  hole_ = HoleReport{.from_us = last_us_ > 0 ? std::optional(last_us_) : std::nullopt,
+                     .to_us = std::nullopt,
+                     .text = (files_.empty() ? "" : files_.back().name + ", ") + why,
+                     .is_damage = true};
+}
+
+void RecordingReport::go_on(const std::string& from_where) {
+  if (hole_) hole_->text += "; reading goes on at " + from_where;
+}
+
+/// Another core with what the last one knew, or one that begins behind something that is missing.
 void RecordingReport::begin_part() {
-  end_part();
   part_ = replay_.counts().begun;
   if (data_.cells.empty()) name_cells();
+  is_other_pack_ = !has_same_modules();
+  is_part_new_ = true;
+  is_tick_shown_ = false;
   flow_ = replay_.core()->charge();
+  add_bled();
+}
+
+void RecordingReport::add_bled() {
+  for (std::size_t i = 0; i < bled_begin_uAs_.size(); ++i) bled_uAs_[i] += bled_last_uAs_[i] - bled_begin_uAs_[i];
   bled_begin_uAs_.clear();
 }
 
-void RecordingReport::end_part() {
-  if (part_ == 0) return;
-  close_sample();
-  open_->close_all(data_.spans, last_us_, false);
-  for (std::size_t i = 0; i < bled_begin_uAs_.size(); ++i) bled_uAs_[i] += bled_last_uAs_[i] - bled_begin_uAs_[i];
+bool RecordingReport::has_same_modules() const {
+  std::size_t cells = 0;
+  std::size_t sensors = 0;
+  for (const ModuleConfig& module : replay_.pack()->core.modules) {
+    for (std::size_t i = 0; i < module.cell_count; ++i, ++cells) {
+      if (cells >= data_.cells.size() || data_.cells[cells].module != module.node) return false;
+    }
+    sensors += module.temperature_sensor_count;
+  }
+  return cells == data_.cells.size() && sensors == data_.sensors.size();
 }
 
 void RecordingReport::name_cells() {
   const PackConfig& pack = *replay_.pack();
   data_.pack_name = pack.name;
   data_.cell_name = pack.cell_name;
-  data_.source = "the recording " + options_.name + " by bmud " + replay_.reader().version();
+  data_.source = " by bmud " + replay_.reader().version();  // behind the names of the files
   std::uint16_t number = 0;
   for (const ModuleConfig& module : pack.core.modules) {
     const std::string node = std::to_string(module.node);
@@ -238,18 +274,52 @@ void RecordingReport::name_cells() {
   bled_uAs_.resize(data_.cells.size());
 }
 
+bool RecordingReport::is_shown(std::int64_t at_us) const {
+  return (!options_.from_us || at_us >= *options_.from_us) && (!options_.to_us || at_us < *options_.to_us);
+}
+
+/// Nothing of the past is shown again: it is what a file before has, too, or the clock was set back.
+bool RecordingReport::is_of_before(std::int64_t at_us) {
+  File& file = files_.back();
+  const bool is_first = !std::exchange(file.has_tick, true);
+  if (is_first && files_.size() > 1 && at_us <= last_us_) file.overlap_begin_us = at_us;
+  const bool overlaps = file.overlap_begin_us > 0 && !file.has_own;
+  if (overlaps && at_us <= last_us_) {
+    file.overlap_end_us = at_us;
+    if (hole_ && file_of_hole_ == files_.size()) {
+      data_.notes.push_back(std::exchange(hole_, {})->text + "; another file has what is missing there.");
+    }
+    return true;
+  }
+  // Less is a clock that is being put right.
+  if (at_us > last_us_ - gap_min_us) {
+    file.has_own = true;
+    return false;
+  }
+  ++ticks_back_;
+  return true;
+}
+
 void RecordingReport::take_tick(std::int64_t at_us) {
-  if (at_us < last_us_) {
-    ++ticks_back_;
+  is_tick_shown_ = false;
+  if (files_.empty()) begin_file("");
+  if (is_other_pack_) {
+    ++ticks_foreign_;
     return;
   }
-  last_us_ = at_us;
-  const bool is_shown =
-      (!options_.from_us || at_us >= *options_.from_us) && (!options_.to_us || at_us < *options_.to_us);
-  if (!is_shown) {
+  if (is_of_before(at_us)) {
     flow_ = replay_.core()->charge();
     return;
   }
+  at_us = std::max(at_us, last_us_);
+  if (is_part_new_) follow(at_us);
+  last_us_ = at_us;
+  file_of_last_ = files_.size() - 1;
+  if (!is_shown(at_us)) {
+    flow_ = replay_.core()->charge();
+    return;
+  }
+  is_tick_shown_ = true;
   const std::int64_t sample_us = at_us - at_us % data_.sample_us;
   if (sample_us != sample_us_) {
     close_sample();
@@ -258,6 +328,40 @@ void RecordingReport::take_tick(std::int64_t at_us) {
   means_->look(*replay_.core(), replay_.counts().last);
   look_at_flow();
   look_at_state(at_us);
+}
+
+/// The first tick of a part: it goes on from the last one that was shown, or there is a hole between them.
+void RecordingReport::follow(std::int64_t at_us) {
+  is_part_new_ = false;
+  const RecordPartId before = std::exchange(part_id_, replay_.reader().part_id());
+  if (hole_) {
+    if (file_of_hole_ != files_.size()) go_on("the begin of " + files_.back().name);
+    return end_hole(at_us);
+  }
+  if (last_us_ == 0) return;
+  const bool lost_lines = before.life != 0 && before.life == part_id_.life && part_id_.part > before.part + 1;
+  if (!lost_lines && at_us - last_us_ < gap_min_us) return;
+  const std::string& file = files_.back().name;
+  const std::string& file_before = files_[file_of_last_].name;
+  std::string text = "nothing was recorded";
+  if (file_of_last_ + 1 != files_.size()) {
+    text = "nothing between " + file_before + " and " + file;
+  } else if (lost_lines) {
+    text = file + ": lines were lost when it was recorded";
+  }
+  hole_ = HoleReport{.from_us = last_us_, .to_us = std::nullopt, .text = std::move(text), .is_damage = false};
+  end_hole(at_us);
+}
+
+/// Where it ends, if it ends.
+void RecordingReport::end_hole(std::optional<std::int64_t> at_us) {
+  close_sample();
+  open_->break_off(data_.spans, last_us_);
+  hole_->to_us = at_us;
+  const bool is_before = options_.from_us && at_us && *at_us <= *options_.from_us;
+  const bool is_behind = options_.to_us && hole_->from_us && *hole_->from_us >= *options_.to_us;
+  if (!is_before && !is_behind) data_.holes.push_back(std::move(*hole_));
+  hole_.reset();
 }
 
 void RecordingReport::close_sample() {
@@ -325,8 +429,9 @@ void RecordingReport::look_at_state(std::int64_t at_us) {
   open_->is_first = false;
 }
 
-/// What the core knows of each cell at the end.
-void RecordingReport::fill_figures() {
+/// What the core knows of each cell at the end of a file that brought something.
+void RecordingReport::take_figures() {
+  if (files_.empty() || !files_.back().has_own || is_other_pack_) return;
   const PackEstimate& estimate = replay_.core()->estimate();
   for (std::size_t i = 0; i < data_.cells.size(); ++i) {
     CellReport& cell = data_.cells[i];
@@ -340,28 +445,45 @@ void RecordingReport::fill_figures() {
   }
 }
 
+void RecordingReport::note(std::uint64_t count, const std::string& what) {
+  if (count > 0) data_.notes.push_back(std::to_string(count) + what);
+}
+
+void RecordingReport::note_overlaps() {
+  for (const File& file : files_) {
+    if (file.overlap_begin_us == 0) continue;
+    data_.notes.push_back(
+        file.has_own ? "What " + file.name + " has of " + stretch_text(file.overlap_begin_us, file.overlap_end_us) +
+                           " is in the files before it, too, and is shown once."
+                     : "All that is in " + file.name + " is in the files before it, too, and is shown once.");
+  }
+}
+
 ReportData RecordingReport::finish() && {
   replay_.end();
+  if (hole_) end_hole(std::nullopt);
   if (means_->has_tick) close_sample();
-  open_->close_all(data_.spans, last_us_, true);
-  end_part();
-  if (replay_.core() != nullptr) fill_figures();
+  open_->break_off(data_.spans, last_us_);
+  add_bled();
+  take_figures();
   data_.energy_out_Wh = out_mWh_ / milli;
   data_.energy_in_Wh = in_mWh_ / milli;
   data_.charge_out_Ah = out_uAs_ / uAs_per_Ah;
   data_.charge_in_Ah = in_uAs_ / uAs_per_Ah;
-  if (const auto& torn = replay_.problem()) {
-    data_.notes.push_back("The recording ends at line " + std::to_string(torn->line) +
-                          ", where it is damaged: " + torn->text + ".");
+  if (!files_.empty()) {
+    const std::string& first = files_.front().name;
+    data_.source =
+        (files_.size() == 1 ? "the recording " + first
+                            : std::to_string(files_.size()) + " recordings, " + first + " to " + files_.back().name) +
+        data_.source;
   }
-  if (const ReplayCounts& counts = replay_.counts(); counts.ticks_different > 0) {
-    data_.notes.push_back(
-        std::to_string(counts.ticks_different) + " of " + std::to_string(counts.ticks) +
-        " decisions were others when the recording was made: what is shown may differ from what was.");
-  }
-  if (ticks_back_ > 0) {
-    data_.notes.push_back("The clock went back; " + std::to_string(ticks_back_) + " decisions of then are not shown.");
-  }
+  const ReplayCounts& counts = replay_.counts();
+  note(counts.ticks_different, " of " + std::to_string(counts.ticks) +
+                                   " decisions were others when the recording was made: what is shown may differ from "
+                                   "what was.");
+  note(ticks_back_, " decisions are not shown, as the clock had been set back.");
+  note(ticks_foreign_, " decisions are not shown, as they are of a pack with other modules.");
+  note_overlaps();
   return std::move(data_);
 }
 

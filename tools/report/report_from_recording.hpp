@@ -1,9 +1,15 @@
-// A report of a recording or a black box (daemon/recording/record_line.hpp): what was recorded is run again, and the
-// core is looked at after each of its decisions.
+// A report of recordings or black boxes (daemon/recording/record_line.hpp): what was recorded is run again, and the
+// core is looked at after each of its decisions. Who reads the files says where lines are missing
+// (recording_files.hpp).
 //
-//   RecordingReport reading({.name = "drive.log"});
-//   for each line: if (!reading.take(line)) break;      // reading.problem() says why
+//   RecordingReport reading({});
+//   reading.begin_file("drive.log");
+//   for each line: if (!reading.take(line)) reading.break_off(...), and on with the head of the next part
 //   ReportData data = std::move(reading).finish();
+//
+// A recording begins anew every 30 s with all that the core knows: that is the same drive going on. Only behind lines
+// that are missing, or a time of which nothing was recorded, is there a hole. What several files have of the same time
+// is shown once.
 //
 // Cost: that of the replay, and a few microseconds a decision. Memory: some 9000 samples of every cell at most; a
 // longer recording has longer samples, with their extremes.
@@ -23,7 +29,6 @@
 namespace bmu::report {
 
 struct RecordingOptions {
-  std::string name;                     // of the file, for people
   std::optional<std::int64_t> from_us;  // since 1970: what is before or after them is run, and not shown
   std::optional<std::int64_t> to_us;
   std::size_t samples_max = 9'000;
@@ -31,41 +36,70 @@ struct RecordingOptions {
 
 class RecordingReport {
  public:
-  explicit RecordingReport(RecordingOptions options);
+  explicit RecordingReport(const RecordingOptions& options);
   ~RecordingReport();
   RecordingReport(const RecordingReport&) = delete;
   RecordingReport& operator=(const RecordingReport&) = delete;
 
-  /// The next line, without its line feed. False: it cannot go on.
+  /// Another file; in the order of their times.
+  void begin_file(const std::string& name);
+  /// The next line, without its line feed. False: it cannot go on, as problem() says, before the head of another part.
   [[nodiscard]] bool take(std::string_view line);
   [[nodiscard]] const std::optional<RecordProblem>& problem() const { return replay_.problem(); }
+  /// Lines are missing from here on, and why. What follows has to be the head of a part.
+  void break_off(const std::string& why);
+  /// Lines come again, from here on: "line 4711".
+  void go_on(const std::string& from_where);
   /// What was read so far; is_empty() if no decision was among it.
   [[nodiscard]] ReportData finish() &&;
 
  private:
   struct Open;   // what is so at the moment, and since when
   struct Means;  // of the sample that is not over yet
+  struct File {
+    std::string name;
+    bool has_tick = false;
+    std::int64_t overlap_begin_us = 0;  // of what the files before it have, too; 0: nothing
+    std::int64_t overlap_end_us = 0;
+    bool has_own = false;  // something that no other file has
+  };
 
   void take_tick(std::int64_t at_us);
+  [[nodiscard]] bool is_of_before(std::int64_t at_us);
+  [[nodiscard]] bool is_shown(std::int64_t at_us) const;
   void begin_part();
-  void end_part();
+  void add_bled();
+  void follow(std::int64_t at_us);
+  void end_hole(std::optional<std::int64_t> at_us);
+  [[nodiscard]] bool has_same_modules() const;
   void close_sample();
+  void note(std::uint64_t count, const std::string& what);
+  void note_overlaps();
   void look_at_flow();
   void look_at_state(std::int64_t at_us);
   void name_cells();
-  void fill_figures();
+  void take_figures();
 
   RecordingOptions options_;
   Replay replay_{ReplayOptions{}};
   ReportData data_;
   std::unique_ptr<Open> open_;
   std::unique_ptr<Means> means_;
+  std::vector<File> files_;
   std::uint64_t ticks_ = 0;
   std::uint64_t part_ = 0;
-  std::uint64_t ticks_back_ = 0;  // not shown, because the clock had gone back
-  std::int64_t sample_us_ = 0;    // begin of the sample that is not over yet
-  std::int64_t last_us_ = 0;      // of the latest tick
-  ChargeState flow_;              // as of the latest tick
+  RecordPartId part_id_;             // of the part that was shown last
+  bool is_part_new_ = false;         // nothing of it was shown yet
+  std::size_t file_of_last_ = 0;     // tick that was shown
+  bool is_tick_shown_ = false;       // the latest
+  bool is_other_pack_ = false;       // the part is of a pack with other modules
+  std::uint64_t ticks_back_ = 0;     // not shown, because the clock had gone back, by a second or more
+  std::uint64_t ticks_foreign_ = 0;  // not shown, because they are of another pack
+  std::optional<HoleReport> hole_;   // that no tick has ended yet
+  std::size_t file_of_hole_ = 0;     // how many files there were when it began
+  std::int64_t sample_us_ = 0;       // begin of the sample that is not over yet
+  std::int64_t last_us_ = 0;         // of the latest tick that is not behind another
+  ChargeState flow_;                 // as of the latest tick
   double out_mWh_ = 0;
   double in_mWh_ = 0;
   double out_uAs_ = 0;

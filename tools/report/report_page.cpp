@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "tools/report/report_chart.hpp"
+#include "tools/report/report_holes.hpp"
 #include "tools/report/report_style.hpp"
 #include "tools/report/report_time.hpp"
 
@@ -129,6 +130,8 @@ std::string page_html(const ReportData& data, const PageOptions& options) {
          ". All times are UTC.</p>\n";
   for (const std::string& note : data.notes) out += "<p class=\"note\"><b>Note:</b> " + escaped(note) + "</p>\n";
   out += summary_html(data);
+  const bool has_few_holes = data.holes.size() <= holes_at_top_max;
+  if (has_few_holes) out += holes_html(data);
   out += voltages_html(data, columns);
   out += charge_html(data, columns);
   out += current_html(data, columns);
@@ -137,6 +140,7 @@ std::string page_html(const ReportData& data, const PageOptions& options) {
   out += pack_voltage_html(data, columns);
   out += temperatures_html(data, columns);
   out += cell_figures_html(data);
+  if (!has_few_holes) out += holes_html(data);
   out += events_html(data);
   out += "<footer>Made by " + escaped(options.made_by) +
          (options.made_at_us > 0 ? " on " + time_text(options.made_at_us) + " UTC" : "") + ".</footer>\n";

@@ -44,6 +44,7 @@ section { margin: 1.7rem 0 0; }
 .dot { stroke: var(--k1); stroke-width: 5px; stroke-linecap: round; vector-effect: non-scaling-stroke; }
 .doubt { stroke: var(--k1); stroke-width: 1px; opacity: .6; vector-effect: non-scaling-stroke; }
 .amount { fill: var(--k3); }
+.hole { fill: var(--k0); opacity: .28; }
 .row { margin: .5rem 0 0 3.4rem; font-size: .85rem; }
 .bar { position: relative; height: 1.1rem; background: var(--panel); }
 .c0 { fill: var(--k0); } .c1 { fill: var(--k1); } .c2 { fill: var(--k2); } .c3 { fill: var(--k3); } .c4 { fill: var(--k4); } .c5 { fill: var(--k5); }
@@ -51,12 +52,14 @@ section { margin: 1.7rem 0 0; }
 .share { display: inline-block; width: .8rem; height: .8rem; margin-right: .35rem; border-radius: 2px; vertical-align: -1px; }
 .share.c0 { background: var(--k0); } .share.c1 { background: var(--k1); } .share.c2 { background: var(--k2); }
 .share.c3 { background: var(--k3); } .share.c4 { background: var(--k4); } .share.c5 { background: var(--k5); }
+.vague { opacity: .45; }
 .fault { fill: var(--bad); } .warning { fill: var(--warn); }
 b.fault { color: var(--bad); } b.warning { color: var(--warn); }
 table { border-collapse: collapse; font-size: .85rem; font-variant-numeric: tabular-nums; width: 100%; }
 th, td { text-align: left; padding: .15rem .6rem .15rem 0; border-bottom: 1px solid var(--grid); vertical-align: top; }
 th { color: var(--dim); font-weight: normal; }
-.events td:first-child { white-space: nowrap; }
+.events td:first-child, .holes td:nth-child(-n+3) { white-space: nowrap; }
+.holes td:last-child { min-width: 14rem; }
 td.n, th.n { text-align: right; }
 .scroll { overflow-x: auto; }
 .read { min-height: 1.3rem; margin: 0 0 0 3.4rem; font-size: .8rem; color: var(--dim); font-variant-numeric: tabular-nums; }

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "tools/common/svg_text.hpp"
+#include "tools/report/report_holes.hpp"
 #include "tools/report/report_page.hpp"
 #include "tools/report/report_time.hpp"
 
@@ -131,14 +132,29 @@ void add_faults(Cards& cards, const ReportData& data) {
   }
 }
 
+/// How much is missing in all, and the first place where it is.
+void add_holes(Cards& cards, const ReportData& data) {
+  if (data.holes.empty()) return;
+  const bool is_damaged =
+      std::any_of(data.holes.begin(), data.holes.end(), [](const HoleReport& hole) { return hole.is_damage; });
+  const std::size_t count = data.holes.size();
+  const std::int64_t missing = missing_us(data);
+  const std::string value = missing > 0 ? span_text(missing) : "a part";
+  const std::string more = count == 1 ? "" : ", and " + std::to_string(count - 1) + " more";
+  cards.add("Missing", is_damaged ? "<b class=\"fault\">" + value + "</b>" : value,
+            escaped(when_text(data.holes.front()) + more));
+}
+
 }  // namespace
 
 std::string summary_html(const ReportData& data) {
   Cards cards;
   const std::int64_t span_us = data.to_us() - data.from_us();
-  const std::int64_t covered_us = static_cast<std::int64_t>(data.times_us.size()) * data.sample_us;
+  const std::int64_t covered_us =
+      data.covered_us.value_or(static_cast<std::int64_t>(data.times_us.size()) * data.sample_us);
   cards.add("Span", span_text(span_us), time_text(data.from_us()) + " to " + time_text(data.to_us()) + " UTC");
   cards.add("Covered by samples", span_text(std::min(covered_us, span_us)), "one each " + span_text(data.sample_us));
+  add_holes(cards, data);
   add_charge(cards, data);
   add_flow(cards, "Energy out", data.energy_out_Wh, data.charge_out_Ah);
   add_flow(cards, "Energy in", data.energy_in_Wh, data.charge_in_Ah);

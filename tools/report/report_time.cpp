@@ -34,27 +34,6 @@ std::string two_parts(std::int64_t first, const char* first_unit, std::int64_t s
          (second == 0 ? "" : " " + std::to_string(second) + " " + second_unit);
 }
 
-/// Digits of a fixed number from the front of the text.
-std::optional<int> take_digits(std::string_view& text, std::size_t count) {
-  if (text.size() < count) return std::nullopt;
-  int value = 0;
-  for (const char c : text.substr(0, count)) {
-    if (c < '0' || c > '9') return std::nullopt;
-    value = value * 10 + (c - '0');
-  }
-  text.remove_prefix(count);
-  return value;
-}
-
-struct Part {
-  std::string_view before;  // one of these characters
-  std::size_t digits;
-  int low;
-  int high;
-};
-constexpr std::array<Part, 6> parts_of_time{
-    {{"", 4, 1970, 2200}, {"-", 2, 1, 12}, {"-", 2, 1, 31}, {" T", 2, 0, 23}, {":", 2, 0, 59}, {":", 2, 0, 59}}};
-
 }  // namespace
 
 std::string time_text(std::int64_t at_us) {
@@ -67,41 +46,21 @@ std::string clock_text_ms(std::int64_t at_us) {
   return formatted(at_us, "%H:%M:%S") + fraction.data();
 }
 
+std::string stretch_text(std::int64_t from_us, std::int64_t to_us) {
+  const bool is_same_day = from_us / d == to_us / d;
+  return formatted(from_us, "%Y-%m-%d %H:%M:%S") + " to " +
+         formatted(to_us, is_same_day ? "%H:%M:%S" : "%Y-%m-%d %H:%M:%S") + " UTC";
+}
+
 std::string span_text(std::int64_t span_us) {
   if (span_us < min) {
     std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), span_us < s ? "%.3g s" : "%.1f s", static_cast<double>(span_us) / s);
+    std::snprintf(text.data(), text.size(), span_us < s ? "%.2g s" : "%.1f s", static_cast<double>(span_us) / s);
     return text.data();
   }
   if (span_us < h) return two_parts(span_us / min, "min", span_us % min / s, "s");
   if (span_us < d) return two_parts(span_us / h, "h", span_us % h / min, "min");
   return two_parts(span_us / d, "d", span_us % d / h, "h");
-}
-
-std::optional<std::int64_t> parse_time(std::string_view text) {
-  std::array<int, 6> values{1970, 1, 1, 0, 0, 0};
-  for (std::size_t i = 0; i < parts_of_time.size(); ++i) {
-    const Part& part = parts_of_time[i];
-    if (text.empty() && i >= 3 && i != 4) break;  // a day, or minutes at least
-    if (!part.before.empty()) {
-      if (text.empty() || part.before.find(text.front()) == std::string_view::npos) return std::nullopt;
-      text.remove_prefix(1);
-    }
-    const auto value = take_digits(text, part.digits);
-    if (!value || *value < part.low || *value > part.high) return std::nullopt;
-    values[i] = *value;
-  }
-  if (!text.empty()) return std::nullopt;
-  std::tm parts{};
-  parts.tm_year = values[0] - 1900;
-  parts.tm_mon = values[1] - 1;
-  parts.tm_mday = values[2];
-  parts.tm_hour = values[3];
-  parts.tm_min = values[4];
-  parts.tm_sec = values[5];
-  const std::time_t seconds = ::timegm(&parts);
-  // The 31st of June would have become the first of July.
-  return parts.tm_mday == values[2] ? std::optional<std::int64_t>(seconds * s) : std::nullopt;
 }
 
 std::vector<TimeTick> time_ticks(std::int64_t from_us, std::int64_t to_us, int count) {

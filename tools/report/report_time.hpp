@@ -3,9 +3,7 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace bmu::report {
@@ -14,10 +12,10 @@ namespace bmu::report {
 [[nodiscard]] std::string time_text(std::int64_t at_us);
 /// "17:05:09.250"
 [[nodiscard]] std::string clock_text_ms(std::int64_t at_us);
+/// "2026-03-01 17:05:09 to 17:05:12 UTC"; the day of the second one where it is another.
+[[nodiscard]] std::string stretch_text(std::int64_t from_us, std::int64_t to_us);
 /// "2.4 s", "5 min 3 s", "3 h 20 min", "4 d 7 h".
 [[nodiscard]] std::string span_text(std::int64_t span_us);
-/// What time_text() gives, or a part of it from its left: "2026-03-01 17:05", "2026-03-01"; with a T or a space.
-[[nodiscard]] std::optional<std::int64_t> parse_time(std::string_view text);
 
 struct TimeTick {
   std::int64_t at_us = 0;

@@ -37,8 +37,13 @@ std::string row_html(const std::string& words_html, const std::string& label, co
 std::string span_title(const SpanReport& span) {
   std::string text = span.text;
   if (!span.place.empty()) text += ", " + span.place;
+  if (span.lasted_us) {
+    return text + ": for " + span_text(*span.lasted_us) + " of the time from " +
+           stretch_text(span.from_us, span.to_us) + ", nobody knows when";
+  }
   text += ": " + (span.has_begun_before ? "from before" : "from " + time_text(span.from_us));
-  return text + (span.goes_on ? ", still so at the end" : " for " + span_text(span.to_us - span.from_us));
+  return text + (span.goes_on ? ", still so when it was last seen" : "") + ", for " +
+         span_text(span.to_us - span.from_us);
 }
 
 /// Names in the order of their first time, so that an opened pack shows what came first above.
@@ -60,14 +65,17 @@ struct RowWords {
 
 RowWords words_of(const ReportData& data, SpanKind kind, const std::string& name) {
   RowWords words;
+  bool went_on = false;  // into a hole
   for (const SpanReport& span : data.spans) {
     if (span.kind != kind || span.name != name) continue;
     words.text = span.text;
     if (!span.place.empty() && words.places.find(span.place) == std::string::npos) {
       words.places += (words.places.empty() ? "" : ", ") + span.place;
     }
-    ++words.count;
-    words.lasted_us += span.to_us - span.from_us;
+    // What was so before a hole and is so behind it has not begun twice, as far as anybody knows.
+    if (!went_on || !span.has_begun_before) ++words.count;
+    went_on = span.goes_on;
+    words.lasted_us += span.length_us();
   }
   return words;
 }
@@ -77,7 +85,8 @@ std::string rects_of(const ReportData& data, SpanKind kind, const std::string& n
   std::string rects;
   for (const SpanReport& span : data.spans) {
     if (span.kind != kind || span.name != name) continue;
-    rects += rect(x_of(columns, span.from_us), x_of(columns, span.to_us), classes, span_title(span));
+    rects += rect(x_of(columns, span.from_us), x_of(columns, span.to_us), classes + (span.lasted_us ? " vague" : ""),
+                  span_title(span));
   }
   return rects;
 }

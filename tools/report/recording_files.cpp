@@ -1,0 +1,155 @@
+#include "tools/report/recording_files.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <filesystem>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include "daemon/shell/owned_fd.hpp"
+#include "tools/common/line_reader.hpp"
+
+namespace bmu::report {
+
+namespace {
+
+constexpr std::string_view part_begins = "# bmud-recording ";
+/// A head has some 4 MB, and a black box a few lines before it.
+constexpr std::size_t look_bytes_max = std::size_t{32} << 20;
+constexpr std::int64_t us_per_s = 1'000'000;
+
+std::string name_of(const std::string& path) {
+  return path == "-" ? "standard input" : std::filesystem::path(path).filename().string();
+}
+
+OwnedFd open_file(const std::string& path) {
+  return OwnedFd(path == "-" ? ::dup(STDIN_FILENO) : ::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+}
+
+tl::unexpected<std::string> cannot_read(const std::string& path) {
+  return failure("cannot read '" + path + "': " + std::strerror(errno));
+}
+
+/// Of a line that begins with "(1700000000.123456)", or with it behind "# ".
+std::optional<std::int64_t> time_of(std::string_view line) {
+  if (line.starts_with("# ")) line.remove_prefix(2);
+  if (!line.starts_with('(')) return std::nullopt;
+  std::int64_t seconds = 0;
+  std::int64_t micros = 0;
+  const char* const end = line.data() + line.size();
+  const auto [point, error] = std::from_chars(line.data() + 1, end, seconds);
+  if (error != std::errc{} || point == end || *point != '.') return std::nullopt;
+  const auto [behind, also] = std::from_chars(point + 1, end, micros);
+  const bool is_one = also == std::errc{} && behind - point == 7 && behind != end && *behind == ')';
+  return is_one ? std::optional(seconds * us_per_s + micros) : std::nullopt;
+}
+
+/// The time of the first line behind a head; none: there is no head, or nothing behind it.
+Result<std::optional<std::int64_t>, std::string> first_time(const std::string& path) {
+  const OwnedFd in = open_file(path);
+  if (!in.is_open()) return cannot_read(path);
+  LineReader lines(in.get());
+  LineReader::Line line;
+  bool has_head = false;
+  for (std::size_t seen = 0; seen < look_bytes_max;) {
+    while (lines.take(line)) {
+      seen += line.text.size();
+      has_head = has_head || line.text.starts_with(part_begins);
+      if (!has_head) continue;
+      if (const auto at_us = time_of(line.text)) return at_us;
+    }
+    const LineReader::Filled filled = lines.fill();
+    if (filled == LineReader::Filled::error) return cannot_read(path);
+    if (filled == LineReader::Filled::end) break;
+  }
+  return std::optional<std::int64_t>();
+}
+
+/// Gives the lines of a file to a report.
+class Feed {
+ public:
+  Feed(int fd, RecordingReport& reading, const std::function<void(std::size_t bytes)>& progress)
+      : lines_(fd), reading_(reading), progress_(progress) {}
+
+  /// False: the system would not read.
+  [[nodiscard]] bool run() {
+    LineReader::Line line;
+    while (true) {
+      while (lines_.take(line)) take(line);
+      switch (lines_.fill()) {
+        case LineReader::Filled::more:
+        case LineReader::Filled::interrupted: break;
+        case LineReader::Filled::end: return true;
+        case LineReader::Filled::damaged: break_off(words_for(lines_.damage())); break;
+        case LineReader::Filled::error: return false;
+      }
+    }
+  }
+
+ private:
+  void take(const LineReader::Line& line) {
+    progress_(line.text.size() + 1);
+    if (is_in_hole_ && !line.text.starts_with(part_begins)) return;
+    const std::string place = "line " + std::to_string(lines_.line_number());
+    if (std::exchange(is_in_hole_, false)) reading_.go_on(place);
+    if (line.is_too_long) return break_off(place + ": too long for a recording");
+    // What is missing of it would pass for another decision.
+    if (!line.has_end) return break_off("its last line, " + std::to_string(lines_.line_number()) + ", has no end");
+    if (!reading_.take(line.text)) break_off(place + ": " + reading_.problem()->text);
+  }
+
+  [[nodiscard]] std::string words_for(const PackedText::Damage& damage) const {
+    return "damaged behind line " + std::to_string(lines_.line_number()) + ", from byte " +
+           std::to_string(damage.begin) + " to byte " + std::to_string(damage.end) + ": " + damage.what;
+  }
+
+  void break_off(const std::string& why) {
+    reading_.break_off(why);
+    is_in_hole_ = true;
+  }
+
+  LineReader lines_;
+  RecordingReport& reading_;
+  const std::function<void(std::size_t bytes)>& progress_;
+  bool is_in_hole_ = false;  // what comes cannot be run before the next head
+};
+
+}  // namespace
+
+Result<RecordingFiles, std::string> in_order_of_time(const std::vector<std::string>& paths) {
+  RecordingFiles files;
+  if (paths.size() == 1) {
+    files.recordings.push_back({.path = paths.front()});
+    return files;
+  }
+  for (const std::string& path : paths) {
+    const auto first_us = first_time(path);
+    if (!first_us) return failure(first_us.error());
+    if (*first_us) {
+      files.recordings.push_back({.path = path, .first_us = **first_us});
+    } else {
+      files.left_out.push_back(name_of(path) + " is left out: no recording is in it.");
+    }
+  }
+  if (files.recordings.empty()) return failure("none of the files is a recording");
+  std::stable_sort(files.recordings.begin(), files.recordings.end(),
+                   [](const RecordingFile& a, const RecordingFile& b) { return a.first_us < b.first_us; });
+  return files;
+}
+
+Result<void, std::string> read_recording(const RecordingFile& file, RecordingReport& reading,
+                                         const std::function<void(std::size_t bytes)>& progress) {
+  const OwnedFd in = open_file(file.path);
+  if (!in.is_open()) return cannot_read(file.path);
+  reading.begin_file(name_of(file.path));
+  if (!Feed(in.get(), reading, progress).run()) return cannot_read(file.path);
+  return {};
+}
+
+}  // namespace bmu::report
