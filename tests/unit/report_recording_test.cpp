@@ -184,6 +184,17 @@ TEST_CASE("a long recording has longer samples and no smaller peaks", "[unit][re
   for (std::size_t i = 1; i < coarse.times_us.size(); ++i) CHECK_FALSE(coarse.has_gap_before(i));
 }
 
+TEST_CASE("a report says that lines of a recording are not as they were written", "[unit][report][recording][F106]") {
+  std::string text = drive();
+  const std::size_t line = text.find("\n(17", text.size() / 2) + 1;
+  text.erase(line, text.find('\n', line) + 1 - line);
+  const ReportData data = read(text);
+  REQUIRE_FALSE(data.notes.empty());
+  const std::string wanted = "1 place has lines that are not as they were written, in ";
+  CHECK(std::any_of(data.notes.begin(), data.notes.end(),
+                    [&](const std::string& note) { return note.find(wanted) == 0; }));
+}
+
 TEST_CASE("a recording that begins anew is the same drive going on", "[unit][report][recording]") {
   const ReportData whole = read(drive());
   const ReportData parts = read(drive_in_parts());

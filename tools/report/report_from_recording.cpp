@@ -481,6 +481,9 @@ ReportData RecordingReport::finish() && {
   note(counts.ticks_different, " of " + std::to_string(counts.ticks) +
                                    " decisions were others when the recording was made: what is shown may differ from "
                                    "what was.");
+  note(alterations_, alterations_ == 1
+                         ? " place has lines that are not as they were written, in " + altered_file_ + "."
+                         : " places have lines that are not as they were written, the first in " + altered_file_ + ".");
   note(ticks_back_, " decisions are not shown, as the clock had been set back.");
   note(ticks_foreign_, " decisions are not shown, as they are of a pack with other modules.");
   note_overlaps();

@@ -81,7 +81,9 @@ class RecordingReport {
   void take_figures();
 
   RecordingOptions options_;
-  Replay replay_{ReplayOptions{}};
+  Replay replay_{ReplayOptions{.altered = [this](const RecordProblem&) {
+    if (alterations_++ == 0) altered_file_ = files_.empty() ? "" : files_.back().name;
+  }}};
   ReportData data_;
   std::unique_ptr<Open> open_;
   std::unique_ptr<Means> means_;
@@ -94,6 +96,8 @@ class RecordingReport {
   bool is_tick_shown_ = false;       // the latest
   bool is_other_pack_ = false;       // the part is of a pack with other modules
   std::uint64_t ticks_back_ = 0;     // not shown, because the clock had gone back, by a second or more
+  std::uint64_t alterations_ = 0;    // places whose lines are not as they were written
+  std::string altered_file_;         // of the first
   std::uint64_t ticks_foreign_ = 0;  // not shown, because they are of another pack
   std::optional<HoleReport> hole_;   // that no tick has ended yet
   std::size_t file_of_hole_ = 0;     // how many files there were when it began
