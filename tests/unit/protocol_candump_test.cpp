@@ -139,7 +139,8 @@ TEST_CASE("CAN FD and XL give flags and bytes", "[unit][protocol][candump]") {
   CHECK(long_frame_of(fd).flags == 3);
   CHECK(long_bytes(fd) == std::vector<std::uint8_t>{0xAA, 0xBB});
   CHECK(long_bytes(parsed("(1.000000) can0 12345678##0")).empty());
-  const LogLine whole = parsed("(1.000000) can0 123##0" + hex_bytes(64));
+  const std::string longest = "(1.000000) can0 123##0" + hex_bytes(64);  // lines point into their text
+  const LogLine whole = parsed(longest);
   CHECK(long_bytes(whole).size() == 64);
   CHECK(long_bytes(whole).back() == 63);
   const LogLine xl = parsed("(1.000000) can0 45123#81:00:12345678#1122.33.44. T");
