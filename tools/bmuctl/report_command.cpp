@@ -172,9 +172,9 @@ void warn(const report::ReportData& data) {
   for (const std::string& note : data.notes) std::fprintf(stderr, "bmuctl: %s\n", note.c_str());
   const std::size_t shown = std::min(data.holes.size(), holes_told_max);
   const auto local = [](std::int64_t at_us) { return local_time_text(at_us / us_per_ms); };
-  for (std::size_t i = 0; i < shown; ++i)
-
+  for (std::size_t i = 0; i < shown; ++i) {
     std::fprintf(stderr, "bmuctl: %s\n", report::hole_text(data.holes[i], local).c_str());
+  }
   if (shown < data.holes.size()) std::fprintf(stderr, "bmuctl: and %zu more such holes\n", data.holes.size() - shown);
 }
 
