@@ -123,7 +123,7 @@ int run_eval(const EvalOptions& options) {
   const Result<CellFile, ConfigProblems> cell = load_cell_file(options.cell);
   if (!cell) {
     for (const ConfigProblem& problem : cell.error()) complain(to_text(problem));
-    return exit_cell;
+    return exit_config;
   }
   const CellDynamics dynamics = cell->dynamics.value_or(dynamics_of(cell->model));
   std::vector<Score> scores;

@@ -156,7 +156,7 @@ int run_fit(const FitOptions& options) {
   Result<CellFile, ConfigProblems> base = load_cell_file(options.base);
   if (!base) {
     for (const ConfigProblem& problem : base.error()) complain(to_text(problem));
-    return exit_cell;
+    return exit_config;
   }
   FitSource source{.files = options.files, .slow_files = options.slow_files};
   source.begin_soc = options.begin_soc_pct / 100.0;

@@ -9,15 +9,16 @@
 #include "tools/bmucell/evaluate.hpp"
 #include "tools/bmucell/fit_plan.hpp"
 #include "tools/bmucell/health.hpp"
+#include "tools/common/exit_codes.hpp"
 
 namespace bmu::cell {
 
 // Exit codes, as --help lists them.
-inline constexpr int exit_ok = 0;
-inline constexpr int exit_system = 1;
-inline constexpr int exit_usage = 2;
-inline constexpr int exit_data = 65;
-inline constexpr int exit_cell = 78;
+using exit_codes::exit_config;
+using exit_codes::exit_data;
+using exit_codes::exit_ok;
+using exit_codes::exit_system;
+using exit_codes::exit_usage;
 
 struct FitOptions {
   std::vector<std::string> files;

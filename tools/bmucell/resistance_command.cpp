@@ -146,7 +146,7 @@ int run_resistance(const ResistanceOptions& options) {
   const Result<CellFile, ConfigProblems> cell = load_cell_file(options.cell);
   if (!cell) {
     for (const ConfigProblem& problem : cell.error()) complain(to_text(problem));
-    return exit_cell;
+    return exit_config;
   }
   const Result<ResistanceEvaluation, std::string> evaluation = evaluate_files(options, *cell);
   if (!evaluation) {

@@ -9,16 +9,17 @@
 #include "tools/bmuctl/history_file.hpp"
 #include "tools/bmuctl/history_text.hpp"
 #include "tools/bmuctl/time_words.hpp"
+#include "tools/common/exit_codes.hpp"
 #include "tools/common/terminal.hpp"
 
 namespace bmu {
 
 namespace {
 
-constexpr int exit_ok = 0;
-constexpr int exit_unreadable = 1;
-constexpr int exit_usage = 2;
-constexpr int exit_incomplete = 3;
+using exit_codes::exit_damaged;
+using exit_codes::exit_ok;
+using exit_codes::exit_system;
+using exit_codes::exit_usage;
 constexpr const char* default_from = "-1h";
 constexpr std::size_t out_chunk_bytes = 1 << 16;
 
@@ -192,7 +193,7 @@ int HistoryCommand::run(const HistoryCommandContext& context) const {
   auto history = HistoryReader::open(file_.empty() ? history_file(context.socket) : file_);
   if (!history) {
     std::fprintf(stderr, "bmuctl: %s\n", history.error().c_str());
-    return exit_unreadable;
+    return exit_system;
   }
   const Shown shown{.span = {.from_unix_ms = span->from_unix_ms, .to_unix_ms = span->to_unix_ms},
                     .form = context.json ? Form::json
@@ -210,7 +211,7 @@ int HistoryCommand::run(const HistoryCommandContext& context) const {
   if (count == 0 && shown.form == Form::table) say_nothing_there(*history, events_ ? "events" : "minutes");
   const std::vector<std::string> problems = history->problems();
   for (const std::string& problem : problems) std::fprintf(stderr, "bmuctl: %s\n", problem.c_str());
-  return problems.empty() ? exit_ok : exit_incomplete;
+  return problems.empty() ? exit_ok : exit_damaged;
 }
 
 }  // namespace bmu

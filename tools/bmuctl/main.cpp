@@ -16,13 +16,14 @@
 #include "tools/bmuctl/time_words.hpp"
 #include "tools/bmuctl/watch.hpp"
 #include "tools/common/command_line.hpp"
+#include "tools/common/exit_codes.hpp"
 #include "tools/common/terminal.hpp"
 
 namespace {
 
 using namespace bmu;
 
-constexpr int exit_ok = 0;
+using exit_codes::exit_ok;
 constexpr int exit_no_answer = 1;
 constexpr int exit_still_present = 3;
 constexpr std::chrono::milliseconds answer_max{2000};

@@ -15,6 +15,7 @@
 #include "protocol/result.hpp"
 #include "tools/bmuctl/history_file.hpp"
 #include "tools/bmuctl/time_words.hpp"
+#include "tools/common/exit_codes.hpp"
 #include "tools/common/terminal.hpp"
 #include "tools/report/recording_files.hpp"
 #include "tools/report/report_from_history.hpp"
@@ -27,17 +28,17 @@ namespace bmu {
 
 namespace {
 
-constexpr int exit_ok = 0;
-constexpr int exit_failed = 1;
-constexpr int exit_usage = 2;
-constexpr int exit_damaged = 3;
+using exit_codes::exit_damaged;
+using exit_codes::exit_ok;
+using exit_codes::exit_system;
+using exit_codes::exit_usage;
 constexpr std::int64_t us_per_ms = 1000;
 constexpr std::int64_t us_per_day = 86'400'000'000;
 constexpr std::size_t holes_told_max = 10;
 /// What every SQLite database begins with (sqlite.org/fileformat2.html).
 constexpr std::string_view sqlite_mark{"SQLite format 3\0", 16};
 
-int fail(const std::string& what, int status = exit_failed) {
+int fail(const std::string& what, int status = exit_system) {
   std::fprintf(stderr, "bmuctl: %s\n", what.c_str());
   return status;
 }

@@ -11,7 +11,7 @@ constexpr const char* description =
     "what the contactors were told, events, reports.";
 
 constexpr const char* footer = R"(
-A file is what bmud --record or --black-box wrote, packed with zstd or not; - is standard input. Several are one
+A file is what bmud --record or --black-box wrote, packed with zstd or gzip or not; - is standard input. Several are one
 recording in that order.
 
 With --config the core has another pack file, and what is shown is what would have gone otherwise. The world does not

@@ -6,15 +6,17 @@
 #include <string>
 #include <vector>
 
+#include "tools/common/exit_codes.hpp"
+
 namespace bmu::replay {
 
 // Exit codes, as --help lists them.
-inline constexpr int exit_ok = 0;
+using exit_codes::exit_config;
+using exit_codes::exit_damaged;
+using exit_codes::exit_ok;
+using exit_codes::exit_usage;
 inline constexpr int exit_differs = 1;
-inline constexpr int exit_usage = 2;
-inline constexpr int exit_damaged = 3;
-inline constexpr int exit_not_replayable = 65;
-inline constexpr int exit_config = 78;
+inline constexpr int exit_not_replayable = exit_codes::exit_data;
 
 struct Options {
   std::vector<std::string> files;

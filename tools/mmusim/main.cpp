@@ -113,8 +113,8 @@ int run(const Options& options) {
   if (script) {
     for (const ScenarioProblem& problem : script->problems) complain(to_text(problem, options.scenario));
   }
-  if (!options.pack.empty() && !pack) return exit_pack;
-  if (!script || !script->problems.empty()) return exit_scenario;
+  if (!options.pack.empty() && !pack) return exit_config;
+  if (!script || !script->problems.empty()) return exit_data;
   if (options.only_check) return tell_check(options, script->scenario, pack);
   if (options.is_virtual) return run_virtual(options, *pack, config, std::move(script->scenario));
   return run_on_bus(options, *pack, config, std::move(script->scenario));

@@ -5,15 +5,17 @@
 #include <optional>
 #include <string>
 
+#include "tools/common/exit_codes.hpp"
+
 namespace bmu::sim {
 
 // Exit codes, as --help lists them.
-inline constexpr int exit_ok = 0;
-inline constexpr int exit_system = 1;
-inline constexpr int exit_usage = 2;
+using exit_codes::exit_config;
+using exit_codes::exit_data;
+using exit_codes::exit_ok;
+using exit_codes::exit_system;
+using exit_codes::exit_usage;
 inline constexpr int exit_failed = 3;
-inline constexpr int exit_scenario = 65;
-inline constexpr int exit_pack = 78;
 
 struct Options {
   std::string bus;  // empty: the pack's own
