@@ -76,7 +76,7 @@ class Progress {
 std::string beside(const std::string& file) {
   std::filesystem::path path(file);
   // "drive.log.zst" has two.
-  if (path.extension() == ".zst") path.replace_extension();
+  if (path.extension() == ".zst" || path.extension() == ".gz") path.replace_extension();
   return path.replace_extension(".html").string();
 }
 
