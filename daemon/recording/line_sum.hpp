@@ -1,6 +1,6 @@
 // A checksum over lines of a recording, so that one that is missing, was changed or added is found. FNV-1a in words of
-// 64 bits, each line with its length: each step is a bijection, so that one changed line always changes the result.
-// Not against somebody who means to deceive.
+// 64 bits, each line with its length, folded to 32 bits in the end: what differs passes for the same once in four
+// thousand million times. Not against somebody who means to deceive.
 //
 // Cost: about a nanosecond for eight letters.
 #pragma once
@@ -22,8 +22,9 @@ class LineSum {
   void add(std::string_view line) {
     if (line.ends_with('\r')) line.remove_suffix(1);
     mix(line.size());
-    for (; line.size() >= word_bytes; line.remove_prefix(word_bytes)) mix(word_of(line.substr(0, word_bytes)));
-    if (!line.empty()) mix(word_of(line));
+    if (line.size() < word_bytes) return mix(short_word(line));
+    for (std::size_t at = 0; at + word_bytes < line.size(); at += word_bytes) mix(word_at(line, at));
+    mix(word_at(line, line.size() - word_bytes));  // which may have been begun before
   }
   /// Each of them, with their line feeds.
   void add_lines(std::string_view lines) {
@@ -33,16 +34,21 @@ class LineSum {
       lines.remove_prefix(std::min(size + 1, lines.size()));
     }
   }
-  [[nodiscard]] std::uint64_t value() const { return sum_; }
+  [[nodiscard]] std::uint32_t value() const { return static_cast<std::uint32_t>(sum_ ^ (sum_ >> 32U)); }
 
  private:
   static constexpr std::size_t word_bytes = 8;
 
   /// The first letter lowest, on every machine.
-  [[nodiscard]] static std::uint64_t word_of(std::string_view letters) {
+  [[nodiscard]] static std::uint64_t word_at(std::string_view line, std::size_t at) {
     std::uint64_t word = 0;
-    std::memcpy(&word, letters.data(), letters.size());
+    std::memcpy(&word, line.data() + at, word_bytes);
     if constexpr (std::endian::native == std::endian::big) word = __builtin_bswap64(word);
+    return word;
+  }
+  [[nodiscard]] static std::uint64_t short_word(std::string_view letters) {
+    std::uint64_t word = 0;
+    for (std::size_t i = letters.size(); i-- > 0;) word = (word << 8U) | static_cast<unsigned char>(letters[i]);
     return word;
   }
   void mix(std::uint64_t word) { sum_ = (sum_ ^ word) * fnv_prime; }

@@ -324,9 +324,9 @@ RecordLine parse_timed(In& in, std::string_view time, const RecordClock& clock) 
   const TimePoint at = clock.to_core(log_us.value_or(0));
   const std::string_view word = in.word();
   if (word == "tick") {
-    constexpr const char* wanted = "16 hexadecimal digits";
-    const auto fingerprint = in.number<std::uint64_t>(wanted, 16);
-    return RecordTick{.at = at, .fingerprint = fingerprint, .lines_sum = in.number<std::uint64_t>(wanted, 16)};
+    const auto fingerprint = in.number<std::uint64_t>("16 hexadecimal digits", 16);
+    const auto lines_sum = in.number<std::uint32_t>("8 hexadecimal digits", 16);
+    return RecordTick{.at = at, .fingerprint = fingerprint, .lines_sum = lines_sum};
   }
   const auto* const row = std::find_if(observation_rows.begin(), observation_rows.end(),
                                        [word](const ObservationRow& one) { return one.word == word; });
@@ -400,7 +400,7 @@ std::size_t print_observation(const Observation& observation, const RecordClock&
 }
 
 void append_decisions(std::string& to, TimePoint at, const Decisions& decisions, const ContactorOutputs& outputs_before,
-                      std::uint64_t lines_sum, const RecordClock& clock, const RecordBuses& buses) {
+                      std::uint32_t lines_sum, const RecordClock& clock, const RecordBuses& buses) {
   std::array<char, record_line_max> room{};
   const auto append = [&](auto&& print) {
     Out line(room);
@@ -409,7 +409,7 @@ void append_decisions(std::string& to, TimePoint at, const Decisions& decisions,
   };
   append([&](Out& line) {
     line.text("# ").time(clock.to_log_us(at)).text(" tick ").hex(fingerprint_of(decisions), 16);
-    line.text(" ").hex(lines_sum, 16);
+    line.text(" ").hex(lines_sum, 8);
   });
   for (const OutgoingFrame& sent : decisions.frames) {
     append([&](Out& line) { line.text("# > ").frame(buses.name(sent.port), sent.frame); });

@@ -63,7 +63,7 @@ struct RecordBuses {
 struct RecordTick {
   TimePoint at;
   std::uint64_t fingerprint = 0;  // of all that was decided: fingerprint_of()
-  std::uint64_t lines_sum = 0;    // of the lines from the tick before to this one (line_sum.hpp)
+  std::uint32_t lines_sum = 0;    // of the lines from the tick before to this one (line_sum.hpp)
 };
 struct RecordSent {
   OutgoingFrame sent;
@@ -98,7 +98,7 @@ struct RecordDamage {
                                             const RecordBuses& buses, std::span<char, record_line_max> out);
 /// The tick and all lines that belong to it; `outputs_before`: of the tick before; `lines_sum`: of the lines since.
 void append_decisions(std::string& to, TimePoint at, const Decisions& decisions, const ContactorOutputs& outputs_before,
-                      std::uint64_t lines_sum, const RecordClock& clock, const RecordBuses& buses);
+                      std::uint32_t lines_sum, const RecordClock& clock, const RecordBuses& buses);
 
 /// One line without its line feed.
 [[nodiscard]] Result<RecordLine, RecordDamage> parse_record_line(std::string_view line, const RecordClock& clock,

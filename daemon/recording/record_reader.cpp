@@ -228,7 +228,7 @@ RecordReader::Took RecordReader::end_head(std::string_view checksums) {
   if (head_.image.size() != head_.image_size || number<std::uint64_t>(image_text, 16) != checksum_) {
     return fail("the state of the core is damaged");
   }
-  if (number<std::uint64_t>(head_text, 16) != head_.sum.value()) {
+  if (number<std::uint32_t>(head_text, 16) != head_.sum.value()) {
     return fail("the lines of the head are not as they were written: one is missing, was changed or added");
   }
   place_ = Place::in_part;

@@ -21,6 +21,12 @@ std::string hex16(std::uint64_t value) {
   return text.data();
 }
 
+std::string hex8(std::uint32_t value) {
+  std::array<char, 9> text{};
+  std::snprintf(text.data(), text.size(), "%08x", value);
+  return text.data();
+}
+
 std::string file_name(const std::string& path) {
   return std::filesystem::path(path).filename().string();
 }
@@ -33,7 +39,7 @@ void append_image(const Core& core, std::size_t head_from, std::string& to) {
   LineSum head_sum;
   head_sum.add_lines(std::string_view(to).substr(head_from));
   append_image_lines(bytes, to);
-  to += "# core-end " + hex16(image_checksum(bytes)) + " " + hex16(head_sum.value()) + "\n";
+  to += "# core-end " + hex16(image_checksum(bytes)) + " " + hex8(head_sum.value()) + "\n";
 }
 
 }  // namespace

@@ -9,7 +9,7 @@ using namespace bmu;
 
 namespace {
 
-std::uint64_t sum_of(std::string_view lines) {
+std::uint32_t sum_of(std::string_view lines) {
   LineSum sum;
   sum.add_lines(lines);
   return sum.value();
@@ -20,7 +20,7 @@ std::uint64_t sum_of(std::string_view lines) {
 TEST_CASE("lines that are others, in another order, fewer or cut otherwise have another sum",
           "[unit][recording][F106]") {
   const std::string lines = "(1.000000) can0 143#11\n(1.000100) can0 144#22\n";
-  CHECK(sum_of(lines) == 0xD4E86A34EBAE2009ULL);  // the same on every machine
+  CHECK(sum_of(lines) == 0xF9D27786U);  // the same on every machine
   CHECK(sum_of("(1.000100) can0 144#22\n(1.000000) can0 143#11\n") != sum_of(lines));
   CHECK(sum_of("(1.000000) can0 143#11\n") != sum_of(lines));
   CHECK(sum_of("") != sum_of("\n"));

@@ -245,10 +245,10 @@ TEST_CASE("a leap of years within a recording is a gap for both, and takes no ti
   const Told as_recorded = told(text, pack.core);
   const std::string leap =
       "(1800000000.000000) vcan0 123#00 R\n"
-      "# (1800000000.010000) tick 0000000000000000 0000000000000000\n"
+      "# (1800000000.010000) tick 0000000000000000 00000000\n"
       "(1900000000.000000) vcan0 123#00 R\n"
       "(1900000000.000500) vcan0 123#00 R\n"
-      "# (1900000000.010000) tick 0000000000000000 0000000000000000\n";
+      "# (1900000000.010000) tick 0000000000000000 00000000\n";
   const Told run = told(text + leap, pack.core);
   REQUIRE_FALSE(run.problem);
   CHECK(run.counts.observations == as_recorded.counts.observations + 3);
