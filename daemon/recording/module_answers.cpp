@@ -53,12 +53,6 @@ std::uint8_t counter_of(const CanFrame& frame) {
   return frame.data[6];
 }
 
-CanFrame under(const CanFrame& frame, unsigned counter) {
-  CanFrame other = frame;
-  seal(*internal_bus::catalogue.find(frame.id).message, static_cast<std::uint8_t>(counter), other);
-  return other;
-}
-
 /// A whole frame of a module, or none of ours to change.
 MessageMatch module_message(const CanFrame& frame) {
   if (form_fault(frame)) return {};
@@ -76,27 +70,55 @@ void ModuleAnswers::begin(const PollConfig& then) {
 
 void ModuleAnswers::note(Asked Node::*side, const CanFrame& sent, TimePoint at) {
   const MessageMatch match = internal_bus::catalogue.find(sent.id);
-  if (match.message == &internal_bus::poll) {
-    const auto target = static_cast<std::size_t>(read_raw<internal_bus::poll, "target_node">(sent));
-    for (std::size_t node = 1; node < nodes_.size(); ++node) {
-      if (target != 0 && target != node) continue;
-      (nodes_[node].*side).poll = {
-          .is_known = true, .counter = counter_of(sent), .wanted = wanted_by(sent), .answered = 0, .at = at};
-    }
-  } else if (match.message == &internal_bus::command && match.node != 0) {
-    (nodes_[match.node].*side).order = {
-        .is_known = true, .is_open = true, .counter = counter_of(sent), .operation = sent.data[0], .at = at};
-  } else {
-    return;
+  if (match.message == &internal_bus::command) return note_command(side, sent, match.node, at);
+  if (match.message != &internal_bus::poll) return;
+  const auto target = static_cast<std::size_t>(read_raw<internal_bus::poll, "target_node">(sent));
+  for (std::size_t node = 1; node < nodes_.size(); ++node) {
+    if (target != 0 && target != node) continue;
+    (nodes_[node].*side).poll = {.is_known = true,
+                                 .counter = counter_of(sent),
+                                 .wanted = wanted_by(sent),
+                                 .answered = 0,
+                                 .is_to_all = target == 0,
+                                 .at = at};
   }
   if (side == &Node::now) look_at_ = std::min(look_at_, at + answer_time);
+}
+
+void ModuleAnswers::note_command(Asked Node::*side, const CanFrame& sent, std::size_t target, TimePoint at) {
+  for (std::size_t node = 1; node < nodes_.size(); ++node) {
+    if (target == 0 || target == node) (nodes_[node].*side).bleeding.note(sent, at);
+  }
+  if (target == 0) return;  // nobody answers
+  (nodes_[target].*side).order = {
+      .is_known = true, .is_open = true, .counter = counter_of(sent), .operation = sent.data[0], .at = at};
+  if (side == &Node::now) look_at_ = std::min(look_at_, at + answer_time);
+}
+
+/// Cells of which this core has said nothing are as they were, but for those that only the recording's core told.
+CanFrame ModuleAnswers::told(Node& node, const CanFrame& frame, unsigned counter, TimePoint at) {
+  using internal_bus::module;
+  CanFrame heard = frame;
+  const MessageSpec& message = *internal_bus::catalogue.find(frame.id).message;
+  node.is_told_otherwise = node.is_told_otherwise || !node.now.bleeding.is_as(node.then.bleeding);
+  const Said& last_module = node.last[kind_of(module)];
+  if (node.is_told_otherwise && last_module.is_known) {
+    const ToldBleeding& own = node.now.bleeding;
+    const auto recorded = static_cast<unsigned>(read_raw<module, "balancing_cells">(last_module.frame));
+    const unsigned others = recorded & ~unsigned{own.told()} & ~unsigned{node.then.bleeding.told()};
+    const std::int64_t on = others | own.on(at);
+    if (&message == &module) write<module, "balancing_cells">(heard, on);
+    if (&message == &status) write<status, "balancing">(heard, on != 0 ? 1 : 0);
+  }
+  seal(message, static_cast<std::uint8_t>(counter), heard);
+  return heard;
 }
 
 std::optional<CanFrame> ModuleAnswers::hear(const CanFrame& frame, TimePoint at) {
   const MessageMatch match = module_message(frame);
   if (match.message == nullptr) return frame;
   Node& node = nodes_[match.node];
-  if (match.message == &internal_bus::response) return hear_response(node, frame);
+  if (match.message == &internal_bus::response) return hear_response(node, frame, at);
   return hear_answer(node, kind_of(*match.message), frame, at);
 }
 
@@ -106,30 +128,30 @@ std::optional<CanFrame> ModuleAnswers::hear_answer(Node& node, std::size_t kind,
   Poll& now = node.now.poll;
   const bool is_unasked = kind == kind_of(ident) && counter_of(frame) == 0;
   const unsigned lag = then.is_known ? then.counter - counter_of(frame) : 0U;
-  if (lag % 256 != 0 && !is_unasked) return now.is_known ? under(frame, now.counter - lag) : frame;
+  if (lag % 256 != 0 && !is_unasked) return now.is_known ? told(node, frame, now.counter - lag, at) : frame;
   const bool was_said = (then.answered & bit) != 0;
   const bool was_asked = !then.is_known || (then.wanted & bit) != 0;
   then.answered |= bit;
   node.last[kind] = {.is_known = true, .frame = frame, .at = at};
   if (!now.is_known || is_unasked) return frame;
   // Said twice, or what nobody asked for: a fault of the module, which the other core would have seen, too.
-  const bool is_waited_for = (now.open() & bit) != 0;
-  if (!is_waited_for && was_asked && !was_said) return std::nullopt;
+  const bool has_it = (now.answered & bit) != 0;
+  if (has_it && was_asked && !was_said) return std::nullopt;
   now.answered |= bit;
-  return under(frame, now.counter);
+  return told(node, frame, now.counter, at);
 }
 
-std::optional<CanFrame> ModuleAnswers::hear_response(Node& node, const CanFrame& frame) {
+std::optional<CanFrame> ModuleAnswers::hear_response(Node& node, const CanFrame& frame, TimePoint at) {
   Order& then = node.then.order;
   Order& now = node.now.order;
   const unsigned lag = then.is_known ? then.counter - counter_of(frame) : 0U;
   if (!now.is_known) return frame;
-  if (lag % 256 != 0) return under(frame, now.counter - lag);
+  if (lag % 256 != 0) return told(node, frame, now.counter - lag, at);
   const bool was_waited_for = std::exchange(then.is_open, false);
   const bool is_waited_for = now.is_open && now.operation == frame.data[0];
   if (was_waited_for && !is_waited_for) return std::nullopt;
   now.is_open = false;
-  return under(frame, now.counter);
+  return told(node, frame, now.counter, at);
 }
 
 bool ModuleAnswers::Node::owes() const {
@@ -139,10 +161,11 @@ bool ModuleAnswers::Node::owes() const {
   return false;
 }
 
-/// By then the recording's core has asked again, if it asks as fast as ever.
-Duration ModuleAnswers::patience(std::size_t kind) const {
+/// How old the last answer has to be before it is given again.
+Duration ModuleAnswers::patience(std::size_t kind, const Poll& poll) const {
   if (kind == kind_of(ident)) return Duration{};  // that changes with the module only
   const bool is_temperature = kind == kind_of(internal_bus::temp_1) || kind == kind_of(internal_bus::temp_2);
+  if (poll.is_to_all && !is_temperature) return Duration{};
   return then_.period * (is_temperature ? then_.temperature_every : 1) * 3 / 2;
 }
 
@@ -165,9 +188,9 @@ std::optional<CanFrame> ModuleAnswers::due_answer(std::size_t kind, TimePoint no
     Poll& poll = node.now.poll;
     const Said& last = node.last[kind];
     const bool is_open = (poll.open() & bit) != 0 && now - poll.at >= answer_time;
-    if (!is_open || !last.is_known || node.owes() || now - last.at < patience(kind)) continue;
+    if (!is_open || !last.is_known || node.owes() || now - last.at < patience(kind, poll)) continue;
     poll.answered |= bit;
-    return under(last.frame, poll.counter);
+    return told(node, last.frame, poll.counter, now);
   }
   return std::nullopt;
 }

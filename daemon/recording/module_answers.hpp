@@ -3,14 +3,17 @@
 // A module says the same whoever asks; but each answer carries the counter of its question, and to another core that is
 // the counter of some other question, or of none. So here answers change their counter and nothing else:
 //
-//   an answer of the recording   comes when it came, as the answer to the other core's latest POLL to this module. If
-//                                nothing of that waits for it, it is only remembered.
-//   a POLL of the other core     that has no answer when the recording's core asked more slowly, as at rest, is
-//                                answered with what the module said last. Not before the recording's own next answer
-//                                should have come: whoever doubts a value waits for the next one that was measured,
-//                                and never hears the same one twice.
+//   an answer of the recording   comes when it came, as the answer to the other core's latest POLL to this module,
+//   unless
+//                                that has this message already: then it is only remembered.
+//   a POLL of the other core     to all is answered with what the module said last, where the recording's core asked
+//                                nothing at that time: between two answers of a recording nothing changes. Not so a
+//                                POLL to one module, and temperatures: who doubts a value waits for the next one that
+//                                was measured, up to half as long again as the recording's core took to its next
+//                                question.
 //   a module that owes the       recording's core an answer says nothing to the other core either, up to its next one.
 //   a COMMAND                    that both give has the answer of then; one of the other core alone gets "done".
+//   balancing switches           are as the other core told them, once it has told otherwise (told_bleeding.hpp).
 //
 // What was late, damaged, said twice or not asked for is so to the other core, too. Where both cores ask the same at
 // the same time every frame stays what it is, to the last bit.
@@ -31,6 +34,7 @@
 #include <optional>
 
 #include "daemon/core/core_config.hpp"
+#include "daemon/recording/told_bleeding.hpp"
 #include "protocol/frame.hpp"
 #include "protocol/tables/internal_bus.hpp"
 #include "protocol/time.hpp"
@@ -61,6 +65,7 @@ class ModuleAnswers {
     std::uint8_t counter = 0;
     std::uint16_t wanted = 0;  // a bit a kind, STATUS the lowest
     std::uint16_t answered = 0;
+    bool is_to_all = false;
     TimePoint at{};
 
     [[nodiscard]] std::uint16_t open() const { return wanted & static_cast<std::uint16_t>(~answered); }
@@ -75,6 +80,7 @@ class ModuleAnswers {
   struct Asked {
     Poll poll;
     Order order;
+    ToldBleeding bleeding;
   };
   struct Said {
     bool is_known = false;
@@ -85,18 +91,22 @@ class ModuleAnswers {
     Asked then;
     Asked now;
     std::array<Said, kinds> last{};
+    bool is_told_otherwise = false;  // to bleed
 
     /// Something to the recording's core, that it has said before.
     [[nodiscard]] bool owes() const;
   };
 
   void note(Asked Node::*side, const CanFrame& sent, TimePoint at);
+  void note_command(Asked Node::*side, const CanFrame& sent, std::size_t target, TimePoint at);
+  /// As the other core hears it, under that counter.
+  [[nodiscard]] static CanFrame told(Node& node, const CanFrame& frame, unsigned counter, TimePoint at);
   [[nodiscard]] static std::optional<CanFrame> hear_answer(Node& node, std::size_t kind, const CanFrame& frame,
                                                            TimePoint at);
-  [[nodiscard]] static std::optional<CanFrame> hear_response(Node& node, const CanFrame& frame);
+  [[nodiscard]] static std::optional<CanFrame> hear_response(Node& node, const CanFrame& frame, TimePoint at);
   [[nodiscard]] std::optional<CanFrame> due_answer(std::size_t kind, TimePoint now);
   [[nodiscard]] std::optional<CanFrame> due_response(TimePoint now);
-  [[nodiscard]] Duration patience(std::size_t kind) const;
+  [[nodiscard]] Duration patience(std::size_t kind, const Poll& poll) const;
 
   PollConfig then_;
   std::array<Node, internal_bus::node_count_max + 1> nodes_{};  // that of 0 stays empty

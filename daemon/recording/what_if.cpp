@@ -9,8 +9,10 @@ namespace {
 
 /// The same event within this is the same event: one core may be a sample or two behind the other.
 constexpr std::int64_t match_us = 500'000;
-/// Contactors that move at another tick move at another time.
-constexpr std::int64_t contactors_match_us = 5'000;
+/// Contactors that close later than this close at another time: what was measured does not go with it any more.
+constexpr std::int64_t closing_match_us = 50'000;
+/// Those that open at another tick may open for another reason, as that the recorded ones have opened.
+constexpr std::int64_t opening_match_us = 5'000;
 /// A tick that the recording's core had too comes within this after it is due.
 constexpr Duration tick_late_max = 20ms;
 constexpr Duration urgent_late_max = 1ms;
@@ -22,6 +24,11 @@ constexpr Duration echo_late_max = 5ms;
 bool same_contactors(const ContactorOutputs& one, const ContactorOutputs& other) {
   return one.main_positive == other.main_positive && one.main_negative == other.main_negative &&
          one.precharge == other.precharge && one.charge == other.charge;
+}
+
+bool opens_one(const ContactorOutputs& now, const ContactorOutputs& before) {
+  return (before.main_positive && !now.main_positive) || (before.main_negative && !now.main_negative) ||
+         (before.precharge && !now.precharge) || (before.charge && !now.charge);
 }
 
 std::size_t index_of(Port port) {
@@ -218,6 +225,7 @@ void WhatIf::compare_report(const OutgoingFrame& recorded) {
 void WhatIf::add_outputs(const ContactorOutputs& now, ContactorOutputs& before, WhatIfMove move) {
   if (now == before) return;
   move.parts = !same_contactors(now, before);
+  move.opens = opens_one(now, before);
   move.text = outputs_text(now);
   before = now;
   add(std::move(move));
@@ -226,7 +234,8 @@ void WhatIf::add_outputs(const ContactorOutputs& now, ContactorOutputs& before, 
 /// The first that waits for the same is its match.
 void WhatIf::add(WhatIfMove move) {
   const auto match = std::find_if(unmatched_.begin(), unmatched_.end(), [&](const WhatIfMove& other) {
-    const bool is_near = !move.parts || move.log_us - other.log_us <= contactors_match_us;
+    const std::int64_t near_us = move.opens ? opening_match_us : closing_match_us;
+    const bool is_near = !move.parts || move.log_us - other.log_us <= near_us;
     return other.is_recorded != move.is_recorded && other.text == move.text && is_near;
   });
   if (match != unmatched_.end()) {

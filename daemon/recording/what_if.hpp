@@ -36,6 +36,7 @@ struct WhatIfMove {
   std::int64_t log_us = 0;
   bool is_recorded = false;
   bool parts = false;  // the contactors: nothing is known of what would have followed
+  bool opens = false;  // at least one of them
   std::string text;    // "fault: ...", "contactors: main_negative main_positive"
 };
 

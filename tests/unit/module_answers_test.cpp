@@ -101,12 +101,61 @@ TEST_CASE("an answer to a question that only the recording's core asked is not h
 
 TEST_CASE("where the recording's core asked more slowly a module says again what it said", "[unit][recording]") {
   Bench bench;
-  bench.answers.note_now(poll(8), TimePoint{1'100ms});
-  CHECK(bench.answers.next_due(TimePoint{1'149ms}) == std::nullopt);  // its next question may still come
-  CHECK(bench.answers.next_due(TimePoint{1'154ms}) == answer(status, 8));
-  CHECK(bench.answers.next_due(TimePoint{1'154ms}) == answer(cells_1, 8));
-  CHECK(bench.answers.next_due(TimePoint{1'154ms}) == std::nullopt);
+  bench.answers.note_now(poll(8), TimePoint{1'050ms});
+  CHECK(bench.answers.next_due(TimePoint{1'054ms}) == std::nullopt);
+  CHECK(bench.answers.next_due(TimePoint{1'059ms}) == answer(status, 8));
+  CHECK(bench.answers.next_due(TimePoint{1'059ms}) == answer(cells_1, 8));
+  CHECK(bench.answers.next_due(TimePoint{1'059ms}) == std::nullopt);
   CHECK(bench.answers.next_due(TimePoint{1'300ms}) == std::nullopt);  // once
+}
+
+TEST_CASE("temperatures of the recording are heard under a question that does not want them", "[unit][recording]") {
+  Bench bench;
+  bench.answers.note_then(poll(8, 0, true), TimePoint{1'100ms});
+  bench.answers.note_now(poll(8), TimePoint{1'100ms});
+  CHECK(bench.answers.hear(answer(temp_1, 8), TimePoint{1'101ms}) == answer(temp_1, 8));
+}
+
+TEST_CASE("switches are as the other core told them, once it has told otherwise", "[unit][recording]") {
+  using internal_bus::Operation;
+  const auto module_with = [](std::uint8_t counter, unsigned cells) {
+    CanFrame frame = make_frame(internal_bus::module, node);
+    write<internal_bus::module, "balancing_cells">(frame, cells);
+    seal(internal_bus::module, counter, frame);
+    return frame;
+  };
+  const auto bleed = [](std::uint8_t counter, unsigned cell) {
+    CanFrame frame = make_frame(internal_bus::command, node);
+    write<internal_bus::command, "operation">(frame, static_cast<std::int64_t>(Operation::balance));
+    constexpr std::size_t first = signal_index(internal_bus::command, "balancing_time_1_s");
+    encode_signal(internal_bus::command.signals[first + cell], known(120), frame.data);
+    seal(internal_bus::command, counter, frame);
+    return frame;
+  };
+  Bench bench;
+  const auto heard_at = [&](TimePoint at, std::uint8_t counter, unsigned cells) {
+    bench.answers.note_now(poll(counter), at);
+    bench.answers.note_then(poll(counter), at);
+    const auto frame = bench.answers.hear(module_with(counter, cells), at + 1ms);
+    REQUIRE(frame);
+    return read_raw<internal_bus::module, "balancing_cells">(*frame);
+  };
+  // Told the same they are as they were, whatever that is.
+  bench.answers.note_now(bleed(1, 0), TimePoint{2s});
+  bench.answers.note_then(bleed(1, 0), TimePoint{2s});
+  CHECK(heard_at(TimePoint{3s}, 10, 0x801) == 0x801);
+  // Cell 3 by the recording's core alone, cell 5 by the other.
+  bench.answers.note_then(bleed(2, 2), TimePoint{4s});
+  bench.answers.note_now(bleed(2, 4), TimePoint{4s});
+  CHECK(heard_at(TimePoint{5s}, 11, 0x804) == 0x010);  // all twelve are told by each order: 0 minutes are told, too
+  CHECK(heard_at(TimePoint{125s}, 12, 0x804) == 0);    // its two minutes are over
+  bench.answers.note_now(bleed(3, 4), TimePoint{130s});
+  CHECK(heard_at(TimePoint{131s}, 13, 0) == 0x010);
+  CanFrame stop = make_frame(internal_bus::command, 0);
+  write<internal_bus::command, "operation">(stop, static_cast<std::int64_t>(Operation::stop_balancing));
+  seal(internal_bus::command, 9, stop);
+  bench.answers.note_now(stop, TimePoint{132s});
+  CHECK(heard_at(TimePoint{133s}, 14, 0x004) == 0);
 }
 
 TEST_CASE("a module that owes an answer to the recording's core says nothing to the other", "[unit][recording]") {
