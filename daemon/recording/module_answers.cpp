@@ -1,6 +1,7 @@
 #include "daemon/recording/module_answers.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 #include "protocol/receive_check.hpp"
@@ -51,6 +52,18 @@ std::uint16_t wanted_by(const CanFrame& poll) {
 
 std::uint8_t counter_of(const CanFrame& frame) {
   return frame.data[6];
+}
+
+/// STATUS again, with voltages that have grown older meanwhile: they belong to the current of then. No older than what
+/// a core that asked all the time would bear.
+CanFrame aged(const CanFrame& frame, Duration since) {
+  constexpr std::int64_t age_max_ms = 254;
+  const SignalValue then = read<status, "cell_voltage_age_ms">(frame);
+  if (!then.is_valid()) return frame;
+  CanFrame older = frame;
+  const std::int64_t age_ms = then.value + std::chrono::duration_cast<std::chrono::milliseconds>(since).count();
+  write<status, "cell_voltage_age_ms">(older, std::min(age_ms, age_max_ms));
+  return older;
 }
 
 /// A whole frame of a module, or none of ours to change.
@@ -163,9 +176,9 @@ bool ModuleAnswers::Node::owes() const {
 
 /// How old the last answer has to be before it is given again.
 Duration ModuleAnswers::patience(std::size_t kind, const Poll& poll) const {
-  if (kind == kind_of(ident)) return Duration{};  // that changes with the module only
+  const bool may_repeat = poll.is_to_all || kind == kind_of(ident);  // which changes with the module only
+  if (may_repeat) return Duration{};
   const bool is_temperature = kind == kind_of(internal_bus::temp_1) || kind == kind_of(internal_bus::temp_2);
-  if (poll.is_to_all && !is_temperature) return Duration{};
   return then_.period * (is_temperature ? then_.temperature_every : 1) * 3 / 2;
 }
 
@@ -190,7 +203,8 @@ std::optional<CanFrame> ModuleAnswers::due_answer(std::size_t kind, TimePoint no
     const bool is_open = (poll.open() & bit) != 0 && now - poll.at >= answer_time;
     if (!is_open || !last.is_known || node.owes() || now - last.at < patience(kind, poll)) continue;
     poll.answered |= bit;
-    return told(node, last.frame, poll.counter, now);
+    const Duration since = std::min(now - last.at, then_.period);
+    return told(node, kind == kind_of(status) ? aged(last.frame, since) : last.frame, poll.counter, now);
   }
   return std::nullopt;
 }

@@ -8,9 +8,9 @@
 //                                that has this message already: then it is only remembered.
 //   a POLL of the other core     to all is answered with what the module said last, where the recording's core asked
 //                                nothing at that time: between two answers of a recording nothing changes. Not so a
-//                                POLL to one module, and temperatures: who doubts a value waits for the next one that
-//                                was measured, up to half as long again as the recording's core took to its next
-//                                question.
+//                                POLL to one module: who doubts a value waits for the next one that was measured, up to
+//                                half as long again as the recording's core took to its next question. (Temperatures
+//                                are sampled twice a second, which a core knows; it doubts no longer and no shorter.)
 //   a module that owes the       recording's core an answer says nothing to the other core either, up to its next one.
 //   a COMMAND                    that both give has the answer of then; one of the other core alone gets "done".
 //   balancing switches           are as the other core told them, once it has told otherwise (told_bleeding.hpp).

@@ -1,6 +1,7 @@
 #include "daemon/recording/what_if.hpp"
 
 #include <algorithm>
+#include <initializer_list>
 #include <limits>
 
 namespace bmu {
@@ -26,28 +27,53 @@ bool same_contactors(const ContactorOutputs& one, const ContactorOutputs& other)
          one.precharge == other.precharge && one.charge == other.charge;
 }
 
+/// The precharge contactor opens while the pack closes.
 bool opens_one(const ContactorOutputs& now, const ContactorOutputs& before) {
   return (before.main_positive && !now.main_positive) || (before.main_negative && !now.main_negative) ||
-         (before.precharge && !now.precharge) || (before.charge && !now.charge);
+         (before.charge && !now.charge);
+}
+
+/// "contactors opened from closed: a cell's voltage is too low", without which cell and how low; "" for other moves.
+std::string_view cause_of_opening(std::string_view text) {
+  if (!text.starts_with("contactors opened ")) return "";
+  const std::size_t cause = text.find(": ");
+  return cause == std::string_view::npos ? text : text.substr(0, text.find(": ", cause + 2));
+}
+
+/// The opening itself, or the fault that it was for. Others may come of the recorded contacts, which moved before.
+bool is_about(std::string_view cause, std::string_view text) {
+  constexpr std::string_view fault = "fault: ";
+  if (!text.starts_with(fault)) return !cause_of_opening(text).empty();
+  return cause.ends_with(text.substr(fault.size(), text.find(": ", fault.size()) - fault.size()));
 }
 
 std::size_t index_of(Port port) {
   return static_cast<std::size_t>(port);
 }
 
-std::string outputs_text(const ContactorOutputs& outputs) {
-  const std::pair<bool, const char*> rows[] = {{outputs.main_negative, " main_negative"},
-                                               {outputs.precharge, " precharge"},
-                                               {outputs.main_positive, " main_positive"},
-                                               {outputs.charge, " charge"},
-                                               {outputs.auxiliary, " auxiliary"},
-                                               {outputs.fan, " fan"},
-                                               {outputs.heater, " heater"}};
-  std::string text = outputs.any_contactor() ? "contactors:" : "contactors: all open";
-  for (const auto& [is_on, word] : rows) {
+using NamedOutput = std::pair<bool, const char*>;
+
+std::string words_of(std::string text, std::initializer_list<NamedOutput> outputs, const char* none) {
+  bool is_any_on = false;
+  for (const auto& [is_on, word] : outputs) {
     if (is_on) text += word;
+    is_any_on = is_any_on || is_on;
   }
-  return text;
+  return is_any_on ? text : text + none;
+}
+
+std::string contactors_text(const ContactorOutputs& outputs) {
+  return words_of("contactors:",
+                  {{outputs.main_negative, " main_negative"},
+                   {outputs.precharge, " precharge"},
+                   {outputs.main_positive, " main_positive"},
+                   {outputs.charge, " charge"}},
+                  " all open");
+}
+
+std::string others_text(const ContactorOutputs& outputs) {
+  return words_of("outputs:", {{outputs.auxiliary, " auxiliary"}, {outputs.fan, " fan"}, {outputs.heater, " heater"}},
+                  " all off");
 }
 
 }  // namespace
@@ -223,12 +249,14 @@ void WhatIf::compare_report(const OutgoingFrame& recorded) {
 }
 
 void WhatIf::add_outputs(const ContactorOutputs& now, ContactorOutputs& before, WhatIfMove move) {
-  if (now == before) return;
+  WhatIfMove others = move;
+  others.text = others_text(now);
+  if (others.text != others_text(before)) add(std::move(others));
   move.parts = !same_contactors(now, before);
   move.opens = opens_one(now, before);
-  move.text = outputs_text(now);
+  move.text = contactors_text(now);
   before = now;
-  add(std::move(move));
+  if (move.parts) add(std::move(move));
 }
 
 /// The first that waits for the same is its match.
@@ -250,14 +278,26 @@ void WhatIf::tell_unmatched(std::int64_t before_log_us) {
     const WhatIfMove move = std::move(unmatched_.front());
     unmatched_.pop_front();
     if (options_.moves) options_.moves(move);
-    if (move.parts) return part_from(move.log_us);
+    if (move.parts) return part_from(move.log_us, move.is_recorded);
   }
 }
 
-/// What came with it, as why it opened, is still told; what came later is of another world.
-void WhatIf::part_from(std::int64_t at_log_us) {
+/// What came with it, as why it opened, is still told, and when the other one opened for the same reason, if soon; what
+/// came later is of another world.
+void WhatIf::part_from(std::int64_t at_log_us, bool is_recorded) {
+  std::string_view cause;
   for (const WhatIfMove& move : unmatched_) {
-    if (move.log_us == at_log_us && !move.parts && options_.moves) options_.moves(move);
+    if (move.log_us == at_log_us && move.is_recorded == is_recorded && cause.empty())
+      cause = cause_of_opening(move.text);
+  }
+  const auto same = std::find_if(unmatched_.begin(), unmatched_.end(), [&](const WhatIfMove& move) {
+    return move.is_recorded != is_recorded && !cause.empty() && cause_of_opening(move.text) == cause;
+  });
+  for (const WhatIfMove& move : unmatched_) {
+    const bool came_with_it = move.log_us == at_log_us && !move.parts;
+    const bool came_with_same = same != unmatched_.end() && move.log_us == same->log_us &&
+                                move.is_recorded == same->is_recorded && (move.parts || is_about(cause, move.text));
+    if ((came_with_it || came_with_same) && options_.moves) options_.moves(move);
   }
   unmatched_.clear();
   has_parted_ = true;

@@ -88,7 +88,7 @@ class WhatIf {
   void take_tick(TimePoint at);
   void decide(TimePoint at);
   void take_of_tick();
-  void part_from(std::int64_t at_log_us);
+  void part_from(std::int64_t at_log_us, bool is_recorded);
   void compare_report(const OutgoingFrame& recorded);
   void add(WhatIfMove move);
   void add_outputs(const ContactorOutputs& now, ContactorOutputs& before, WhatIfMove move);

@@ -206,6 +206,24 @@ TEST_CASE("a core that asks more often than the recording's hears what the modul
   CHECK(run.counts.ticks > 600);
 }
 
+TEST_CASE("an opening that comes a little later is told as that, with its reason", "[unit][recording][FS_6]") {
+  const PackConfig pack = demo_pack();
+  CoreConfig other = pack.core;
+  other.limits.cell_undervoltage.confirm += 30ms;
+  const Told run = told(recorded(pack, "+2 cell 2.7 voltage_mV ..2600 over 3\n"), other);
+  for (const WhatIfMove& move : run.moves)
+    UNSCOPED_INFO(move.log_us << (move.is_recorded ? " not " : " but ") << move.text);
+  const WhatIfMove* const before = run.find("contactors: all open", true);
+  const WhatIfMove* const later = run.find("contactors: all open", false);
+  REQUIRE(before);
+  REQUIRE(later);
+  CHECK(later->log_us - before->log_us == Approx(30'000).margin(10'000));
+  CHECK(run.find("contactors opened from closed: a cell's voltage is too low", false) != nullptr);
+  CHECK(run.find("fault: a cell's voltage is too low", false) != nullptr);
+  // That the contacts did not follow is of the world of then.
+  CHECK(run.find("auxiliary contact", false) == nullptr);
+}
+
 TEST_CASE("a module that falls silent in the recording is silent for both", "[unit][recording][FS_6]") {
   const PackConfig pack = demo_pack();
   CoreConfig other = pack.core;
