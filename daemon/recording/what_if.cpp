@@ -40,10 +40,11 @@ std::string_view cause_of_opening(std::string_view text) {
   return cause == std::string_view::npos ? text : text.substr(0, text.find(": ", cause + 2));
 }
 
-/// The opening itself, or the fault that it was for. Others may come of the recorded contacts, which moved before.
+/// An opening for this cause, or the fault that it was for. Others may come of the recorded contacts, which moved
+/// before.
 bool is_about(std::string_view cause, std::string_view text) {
   constexpr std::string_view fault = "fault: ";
-  if (!text.starts_with(fault)) return !cause_of_opening(text).empty();
+  if (!text.starts_with(fault)) return cause_of_opening(text) == cause;
   return cause.ends_with(text.substr(fault.size(), text.find(": ", fault.size()) - fault.size()));
 }
 
@@ -282,8 +283,8 @@ void WhatIf::tell_unmatched(std::int64_t before_log_us) {
   }
 }
 
-/// What came with it, as why it opened, is still told, and when the other one opened for the same reason, if soon; what
-/// came later is of another world.
+/// What came with it, as why it opened, is still told, and when the other one had the same reason to open, if soon;
+/// what came later is of another world.
 void WhatIf::part_from(std::int64_t at_log_us, bool is_recorded) {
   std::string_view cause;
   for (const WhatIfMove& move : unmatched_) {
@@ -291,7 +292,7 @@ void WhatIf::part_from(std::int64_t at_log_us, bool is_recorded) {
       cause = cause_of_opening(move.text);
   }
   const auto same = std::find_if(unmatched_.begin(), unmatched_.end(), [&](const WhatIfMove& move) {
-    return move.is_recorded != is_recorded && !cause.empty() && cause_of_opening(move.text) == cause;
+    return move.is_recorded != is_recorded && !cause.empty() && !move.parts && is_about(cause, move.text);
   });
   for (const WhatIfMove& move : unmatched_) {
     const bool came_with_it = move.log_us == at_log_us && !move.parts;
