@@ -212,6 +212,11 @@ TEST_CASE("what goes on behind the last time that is shown ends there", "[unit][
   const ReportData before = read(drive(), {.to_us = recorded_from_us + 6 * s});
   const ReportData after = read(drive());
   CHECK(before.cells[0].soc_percent.value != after.cells[0].soc_percent.value);
+  // What comes behind a gap has nothing to say of them.
+  const RecordingOptions between{.from_us = std::nullopt, .to_us = recorded_from_us + 1'800 * s};
+  const float at_end = after.cells[0].soc_percent.value;
+  CHECK(read(drive() + later_drive(), between).cells[0].soc_percent.value == at_end);
+  CHECK(read_files({{"a.log", drive()}, {"b.log", later_drive()}}, between).cells[0].soc_percent.value == at_end);
 }
 
 TEST_CASE("a hole is told as far as it lies in what is shown", "[unit][report][recording]") {

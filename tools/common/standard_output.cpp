@@ -3,7 +3,6 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <iostream>
 
 #include <poll.h>
 #include <unistd.h>
@@ -51,11 +50,10 @@ bool has_output_failed() {
 }
 
 int end_output(const char* program, int status) {
-  std::cout.flush();
   // An earlier write of stdio may have failed, and nobody knows any more why.
   if (std::fflush(stdout) != 0) {
     keep(errno);
-  } else if (std::ferror(stdout) != 0 || !std::cout) {
+  } else if (std::ferror(stdout) != 0) {
     keep(has_reader_gone() ? EPIPE : unknown_error);
   }
   if (!has_output_failed()) return status;

@@ -13,8 +13,8 @@ namespace bmu {
 void write_out(const std::string& text);
 /// Something could not be written, and not because its reader has gone.
 [[nodiscard]] bool has_output_failed();
-/// Writes what stdio and the standard streams still have. Returns `status`; if something could not be written it says
-/// so on standard error, by the program's name, and returns exit_system.
+/// Writes what stdio still has, through which the standard streams go. Returns `status`; if something could not be
+/// written it says so on standard error, by the program's name, and returns exit_system.
 [[nodiscard]] int end_output(const char* program, int status);
 
 }  // namespace bmu

@@ -195,6 +195,10 @@ void RecordingReport::begin_file(const std::string& name) {
 
 bool RecordingReport::take(std::string_view line) {
   altered_.reset();
+  if (!is_over_ && line.starts_with("# bmud-recording ")) {  // the core will be another one
+    add_bled();
+    take_figures();
+  }
   if (!replay_.take(line)) return false;
   if (altered_) {
     // What it decides comes from other frames than those of then.
@@ -336,9 +340,10 @@ void RecordingReport::take_tick(std::int64_t at_us) {
   }
   at_us = std::max(at_us, last_us_);
   if (is_part_new_) follow(at_us);
+  const bool goes_on = at_us - last_us_ < gap_min_us;
   last_us_ = at_us;
   file_of_last_ = files_.size() - 1;
-  if (options_.to_us && at_us >= *options_.to_us) end_shown();
+  if (options_.to_us && at_us >= *options_.to_us) end_shown(goes_on);
   if (!is_shown(at_us)) {
     flow_ = replay_.core()->charge();
     return;
@@ -403,11 +408,12 @@ void RecordingReport::add_hole(HoleReport hole) {
   data_.holes.push_back(std::move(hole));
 }
 
-/// What is so at --to goes on behind it, and is told as it is there.
-void RecordingReport::end_shown() {
+/// What is so at --to goes on behind it, and is told as it is there, if the latest tick is not far behind.
+void RecordingReport::end_shown(bool goes_on) {
   if (std::exchange(is_over_, true)) return;
   close_sample();
   open_->break_off(data_.spans, *options_.to_us);
+  if (!goes_on) return;
   add_bled();
   take_figures();
 }

@@ -80,7 +80,7 @@ class RecordingReport {
   [[nodiscard]] OpenHole* open_hole_of_file();
   void end_holes(std::optional<std::int64_t> at_us);
   void add_hole(HoleReport hole);
-  void end_shown();
+  void end_shown(bool goes_on);
   [[nodiscard]] bool has_same_modules() const;
   void close_sample();
   void note(std::uint64_t count, const std::string& what);
