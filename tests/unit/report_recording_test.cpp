@@ -271,6 +271,19 @@ TEST_CASE("lines of a recording that are not as they were written are damage", "
   }
 }
 
+TEST_CASE("a tick whose time was changed makes no report longer", "[unit][report][recording][F106]") {
+  std::string text = drive_in_parts();
+  const std::size_t at = text.find("\n# (1700000006.") + 1;
+  text.replace(at, 13, "# (1700009006");
+  const ReportData data = read(text);
+  REQUIRE(data.holes.size() == 1);
+  CHECK(data.holes[0].is_damage);
+  CHECK(seconds_at(*data.holes[0].from_us) == Approx(6.0).margin(0.06));
+  CHECK(seconds_at(data.holes[0].to_us.value_or(0)) == Approx(7.5).margin(0.06));
+  CHECK(seconds_at(data.to_us()) == Approx(12.0).margin(0.2));
+  CHECK(data.notes.empty());
+}
+
 TEST_CASE("an event that somebody wrote into a recording is not told", "[unit][report][recording][F106]") {
   std::string text = drive();
   const std::size_t tick = text.find("\n# (1700000006.");

@@ -22,16 +22,15 @@ constexpr double sigmas_told = 2.0;
 /// Between two parts, from here on, something is missing: a core decides every 50 ms at least.
 constexpr std::int64_t gap_min_us = us_per_s;
 
-/// Of "# (1700000000.130000) tick ..." the time. The replay has read the line already: it is well formed.
-std::optional<std::int64_t> time_of_tick(std::string_view line) {
-  constexpr std::string_view begin = "# (";
-  if (line.substr(0, begin.size()) != begin) return std::nullopt;
+/// Of "(1700000000.130000) vcan0 ..." and "# (1700000000.130000) tick ..." the time; none: it has none.
+std::optional<std::int64_t> time_of(std::string_view line) {
+  if (line.starts_with("# ")) line.remove_prefix(2);
   const std::size_t point = line.find('.');
-  const std::size_t end = line.find(") tick ");
-  if (end == std::string_view::npos || point == std::string_view::npos || point > end) return std::nullopt;
+  const std::size_t end = line.find(')');
+  if (!line.starts_with('(') || end == std::string_view::npos || point > end) return std::nullopt;
   std::int64_t seconds = 0;
   std::int64_t micros = 0;
-  std::from_chars(line.data() + begin.size(), line.data() + point, seconds);
+  std::from_chars(line.data() + 1, line.data() + point, seconds);
   std::from_chars(line.data() + point + 1, line.data() + end, micros);
   return seconds * us_per_s + micros;
 }
@@ -189,13 +188,24 @@ RecordingReport::RecordingReport(const RecordingOptions& options)
 RecordingReport::~RecordingReport() = default;
 
 void RecordingReport::begin_file(const std::string& name) {
+  settle();
   if (!is_over_) take_figures();
   files_.push_back({.name = name});
 }
 
 bool RecordingReport::take(std::string_view line) {
   altered_.reset();
-  if (!is_over_ && line.starts_with("# bmud-recording ")) {  // the core will be another one
+  const bool is_head = line.starts_with("# bmud-recording ");
+  if (is_head) settle();
+  if (const auto at_us = time_of(line)) {
+    // A time that was changed to a later one would make the report as long; the replay refuses this line then.
+    if (held_us_ && *at_us < *held_us_ - gap_min_us) {
+      held_us_.reset();
+      altered_line_ = tick_line_;
+    }
+    settle();
+  }
+  if (!is_over_ && is_head) {  // the core will be another one
     add_bled();
     take_figures();
   }
@@ -210,12 +220,24 @@ bool RecordingReport::take(std::string_view line) {
   if (replay_.counts().begun != part_) begin_part();
   if (replay_.counts().ticks != ticks_) {
     ticks_ = replay_.counts().ticks;
-    if (const auto at_us = time_of_tick(line)) take_tick(*at_us);
+    tick_line_ = replay_.counts().lines;
+    held_us_ = time_of(line);
     return true;
   }
   const std::string_view event = event_of(line);
-  if (!event.empty() && is_tick_shown_) data_.events.push_back({.at_us = last_us_, .text = std::string(event)});
+  if (!event.empty() && held_us_) held_events_.emplace_back(event);
   return true;
+}
+
+/// The latest tick is taken once what follows agrees with its time; the core has not been told more meanwhile.
+void RecordingReport::settle() {
+  if (const auto at_us = std::exchange(held_us_, std::nullopt)) {
+    take_tick(*at_us);
+    for (std::string& event : held_events_) {
+      if (is_tick_shown_) data_.events.push_back({.at_us = last_us_, .text = std::move(event)});
+    }
+  }
+  held_events_.clear();
 }
 
 std::string RecordingReport::trouble(std::uint64_t line) const {
@@ -232,6 +254,7 @@ RecordingReport::OpenHole* RecordingReport::open_hole_of_file() {
 }
 
 void RecordingReport::break_off(const std::string& why) {
+  settle();
   is_tick_shown_ = false;
   if (OpenHole* const open = open_hole_of_file()) {  // nothing could be taken since it began
     if (open->hole.text.find(why) == std::string::npos) open->hole.text += "; " + why;
@@ -514,6 +537,7 @@ void RecordingReport::note_overlaps() {
 }
 
 ReportData RecordingReport::finish() && {
+  settle();
   replay_.end();
   if (!holes_.empty()) end_holes(std::nullopt);
   if (means_->has_tick) close_sample();

@@ -71,6 +71,7 @@ class RecordingReport {
     std::size_t file = 0;  // how many files there were when it began
   };
 
+  void settle();
   void take_tick(std::int64_t at_us);
   [[nodiscard]] bool is_of_before(std::int64_t at_us);
   [[nodiscard]] bool is_shown(std::int64_t at_us) const;
@@ -109,8 +110,11 @@ class RecordingReport {
   std::uint64_t ticks_back_ = 0;     // not shown, because the clock had gone back, by a second or more
   std::uint64_t ticks_foreign_ = 0;  // not shown, because they are of another pack
   std::uint64_t ticks_different_ = 0;
+  std::optional<std::int64_t> held_us_;   // time of a tick that was run and is not taken yet
+  std::vector<std::string> held_events_;  // and its events
   std::optional<RecordProblem> altered_;  // the lines before the tick taken last are not as they were written
-  std::uint64_t altered_line_ = 0;        // the latest such tick, as the replay counts
+  std::uint64_t tick_line_ = 0;           // of the latest tick, as the replay counts
+  std::uint64_t altered_line_ = 0;        // of the latest one that decided by altered lines
   std::size_t events_before_last_ = 0;    // those of the latest tick are among the lines that may be altered
   std::vector<OpenHole> holes_;           // rising by their files
   bool is_over_ = false;                  // what comes is behind what is shown
