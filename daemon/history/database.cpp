@@ -9,6 +9,7 @@ namespace {
 constexpr int busy_timeout_ms = 1'000;
 // The largest value of ours is the cells of a row, some 12 kB.
 constexpr int value_bytes_max = 1 << 20;
+constexpr const char* vfs_without_locks = "unix-none";
 
 std::string uri_of(const std::string& path, OpenAs as) {
   // An absolute path behind an empty host, or what follows two slashes would be taken for one.
@@ -96,12 +97,18 @@ void Database::Close::operator()(sqlite3* database) const {
 DatabaseResult<Database> Database::open(const std::string& path, OpenAs as, const std::string& vfs) {
   sqlite3* handle = nullptr;
   const int access = as == OpenAs::writer ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READONLY;
+  const char* const system = as == OpenAs::alone ? vfs_without_locks : nullptr;
   const int code = sqlite3_open_v2(uri_of(path, as).c_str(), &handle, access | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX,
-                                   vfs.empty() ? nullptr : vfs.c_str());
+                                   vfs.empty() ? system : vfs.c_str());
   if (handle == nullptr) return failure(DatabaseError{.code = SQLITE_NOMEM, .what = "open " + path + ": no memory"});
   Database database(handle);
   if (code != SQLITE_OK) return failure(database.error("open " + path));
   trust_nothing(handle);
+  if (as == OpenAs::alone) {
+    // What others would have to share, where a page stands in the log, is in our memory then (sqlite.org/wal.html).
+    if (auto set = database.run("PRAGMA locking_mode = EXCLUSIVE"); !set) return failure(set.error());
+    database.leave_as_it_is();
+  }
   if (as == OpenAs::ruin) {
     // The one way to a file that is shorter than it says; nothing is written through this handle.
     sqlite3_db_config(handle, SQLITE_DBCONFIG_DEFENSIVE, 0, nullptr);

@@ -57,6 +57,7 @@ enum class OpenAs : std::uint8_t {
   writer,      // made if it is not there
   reader,      // never written
   still_file,  // read as if nobody could write it: no lock, and no log beside it is looked at
+  alone,       // the same with the log beside it, as if nobody else had it open: no file need be made for that
   ruin         // the same of one that is damaged: what of it makes sense is read
 };
 

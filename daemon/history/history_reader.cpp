@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <utility>
 
+#include <fcntl.h>
 #include <sqlite3.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
 
 #include "daemon/history/history_columns.hpp"
 #include "daemon/history/history_schema.hpp"
@@ -21,6 +24,27 @@ constexpr std::size_t gaps_max = 200;
 std::int64_t size_of(const std::string& path) {
   struct stat status {};
   return ::stat(path.c_str(), &status) == 0 ? status.st_size : -1;
+}
+
+/// Whoever has it open holds a lock on bytes that no file of ours is long enough to have (sqlite.org/lockingv3.html).
+bool is_open_elsewhere(const std::string& path) {
+  constexpr off_t shared_first = 0x40000002;
+  constexpr off_t shared_size = 510;
+  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) return true;
+  struct flock lock {};
+  lock.l_type = F_WRLCK;
+  lock.l_whence = SEEK_SET;
+  lock.l_start = shared_first;
+  lock.l_len = shared_size;
+  const bool is_told = ::fcntl(file, F_OFD_GETLK, &lock) == 0;
+  ::close(file);
+  return !is_told || lock.l_type != F_UNLCK;
+}
+
+bool is_disk_full(const std::string& path) {
+  struct statvfs disk {};
+  return ::statvfs(path.c_str(), &disk) == 0 && disk.f_bavail == 0;
 }
 
 std::string words(std::optional<std::string_view> text) {
@@ -127,26 +151,41 @@ Result<HistoryReader, std::string> HistoryReader::open_as_it_can_be(const std::s
   auto database = open_and_look(path, OpenAs::reader);
   if (database) return HistoryReader(path, std::move(*database));
   const DatabaseError error = database.error();
-  if (error.kind() == SQLITE_CANTOPEN || error.kind() == SQLITE_READONLY) {
-    // Nobody has it open, and we may make no files beside it: then it does not change either.
-    database = open_and_look(path, OpenAs::still_file);
-    if (!database) return failure(path + ": " + error.what);
-    HistoryReader reader(path, std::move(*database));
-    if (size_of(path + "-wal") > 0) {
-      reader.note("the latest rows are in " + path + "-wal, which cannot be read without the right to write beside it");
-    }
-    return reader;
+  for (const int kind : {SQLITE_CANTOPEN, SQLITE_READONLY, SQLITE_IOERR, SQLITE_FULL}) {
+    if (error.kind() == kind) return open_without_company(path, error);
   }
-  if (error.kind() == SQLITE_CORRUPT) {
-    database = open_and_look(path, OpenAs::ruin);
-    if (!database) return failure(path + ": " + error.what);
-    HistoryReader reader(path, std::move(*database));
-    reader.is_ruin_ = true;
-    reader.note(path + " is damaged (" + error.what + "): what of it can be read follows");
-    return reader;
-  }
+  if (error.kind() == SQLITE_CORRUPT) return open_ruin(path, error);
   if (error.kind() == SQLITE_NOTADB) return failure(path + ": is no history, or its beginning is damaged");
   return failure(path + ": " + error.what);
+}
+
+Result<HistoryReader, std::string> HistoryReader::open_ruin(const std::string& path, const DatabaseError& error) {
+  auto database = open_and_look(path, OpenAs::ruin);
+  if (!database) return failure(path + ": " + error.what);
+  HistoryReader reader(path, std::move(*database));
+  reader.is_ruin_ = true;
+  reader.note(path + " is damaged (" + error.what + "): what of it can be read follows");
+  return reader;
+}
+
+/// The files that readers and the writer share cannot be made: there is no room, or no right to. While nobody has the
+/// database open it does not change, and they are not needed.
+Result<HistoryReader, std::string> HistoryReader::open_without_company(const std::string& path,
+                                                                       const DatabaseError& error) {
+  const bool has_log = size_of(path + "-wal") > 0;
+  const bool is_free = !is_open_elsewhere(path);
+  if (is_free && has_log) {
+    if (auto database = open_and_look(path, OpenAs::alone)) return HistoryReader(path, std::move(*database));
+  }
+  const bool lacks_rights = error.kind() == SQLITE_CANTOPEN || error.kind() == SQLITE_READONLY;
+  const std::string why = error.what + (is_disk_full(path) ? "; the disk is full" : "");
+  if (!is_free && !lacks_rights) return failure(path + ": " + why + ", and another program has the history open");
+  auto database = open_and_look(path, OpenAs::still_file);
+  if (!database && database.error().kind() == SQLITE_CORRUPT) return open_ruin(path, database.error());
+  if (!database) return failure(path + ": " + why);
+  HistoryReader reader(path, std::move(*database));
+  if (has_log) reader.note("the latest rows are in " + path + "-wal, which cannot be read: " + why);
+  return reader;
 }
 
 Result<void, std::string> HistoryReader::check() {
@@ -194,7 +233,7 @@ void HistoryReader::read_lives() {
 
 /// From the first row to the last; where that makes no sense, as far as rows are counted.
 HistoryReader::Range HistoryReader::range_of(const Table& table) {
-  if (is_ruin_) return {.first = 0, .last = sequence_max};
+  if (is_ruin_) return {.first = 1, .last = sequence_max};
   const auto first = database_.number("SELECT min(sequence) FROM " + table.name);
   const auto last = database_.number("SELECT max(sequence) FROM " + table.name);
   if (!first && !last) return range_of_strays(table, first.error().what);
@@ -204,7 +243,7 @@ HistoryReader::Range HistoryReader::range_of(const Table& table) {
   }
   const bool is_sane = first && last && first->value_or(0) >= 0 && first->value_or(0) <= last->value_or(-1) &&
                        last->value_or(0) <= sequence_max;
-  return is_sane ? Range{.first = **first, .last = **last} : Range{.first = 0, .last = sequence_max};
+  return is_sane ? Range{.first = **first, .last = **last} : Range{.first = 1, .last = sequence_max};
 }
 
 /// By the index over the time: the rest of the rows, which are large, is not touched.

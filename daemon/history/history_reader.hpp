@@ -12,7 +12,8 @@
 // Rows come in the order in which they were written, which is that of time unless somebody set the clock. What a row
 // has, and in which units, says history_row.hpp. A file that is damaged, cut short or made up is read as far as it is
 // good: each row has a checksum, and those that are wrong are left out and named in problems(). Where only what
-// leads to the rows (stray_rows.hpp) or stands beside them (history_lives.hpp) is damaged no row is lost.
+// leads to the rows (stray_rows.hpp) or stands beside them (history_lives.hpp) is damaged no row is lost. Where nobody
+// has it open it takes no room on the disk, and no right to write.
 //
 // Cost: some 10 us a row of 96 cells, and the disk's part; one row is in memory at a time.
 #pragma once
@@ -82,6 +83,10 @@ class HistoryReader {
 
   HistoryReader(std::string path, Database database) : path_(std::move(path)), database_(std::move(database)) {}
   [[nodiscard]] static Result<HistoryReader, std::string> open_as_it_can_be(const std::string& path);
+  [[nodiscard]] static Result<HistoryReader, std::string> open_without_company(const std::string& path,
+                                                                               const DatabaseError& error);
+  [[nodiscard]] static Result<HistoryReader, std::string> open_ruin(const std::string& path,
+                                                                    const DatabaseError& error);
   [[nodiscard]] Result<void, std::string> check();
   void read_lives();
   [[nodiscard]] Range range_of(const HistorySpan& span);

@@ -24,8 +24,8 @@ std::string formatted(const char* format, Values... values) {
   return text.data();
 }
 
-std::string scaled(const HistoryNumber& value, double step, int digits) {
-  return value ? formatted("%.*f", digits, static_cast<double>(*value) * step) : "-";
+std::string scaled(const HistoryNumber& value, double step, int digits, const char* unit = "") {
+  return value ? formatted("%.*f%s", digits, static_cast<double>(*value) * step, unit) : "-";
 }
 
 std::string time_text(const HistoryNumber& unix_time_ms) {
@@ -75,10 +75,10 @@ class Rows {
 }  // namespace
 
 std::string log_line(const HistoryRow& row) {
-  return time_text(row.unix_time_ms) + " I:" + scaled(row.current_average_mA, 1e-3, 3) +
-         "A U:" + scaled(row.pack_voltage_average_mV, 1e-3, 2) + "V SOC:" + scaled(row.soc_permille, 0.1, 1) +
-         "% SOH:" + scaled(row.health_by_capacity_permille, 0.1, 1) +
-         "% C:" + list(row.cells, [](const HistoryCell& cell) { return scaled(cell.voltage_average_uV, 1e-6, 4); }) +
+  return time_text(row.unix_time_ms) + " I:" + scaled(row.current_average_mA, 1e-3, 3, "A") +
+         " U:" + scaled(row.pack_voltage_average_mV, 1e-3, 2, "V") + " SOC:" + scaled(row.soc_permille, 0.1, 1, "%") +
+         " SOH:" + scaled(row.health_by_capacity_permille, 0.1, 1, "%") +
+         " C:" + list(row.cells, [](const HistoryCell& cell) { return scaled(cell.voltage_average_uV, 1e-6, 4); }) +
          " T:" +
          list(row.sensors, [](const HistorySensor& sensor) { return scaled(sensor.temperature_average_dC, 0.1, 1); }) +
          " E:" + (row.faults.empty() ? "-" : row.faults);

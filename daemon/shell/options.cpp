@@ -48,7 +48,7 @@ bool has_room_for_two_files(const Options& options) {
 /// A file that turns out not to be a history of ours is put aside as damaged: none whose name says something else.
 std::string is_history_name(const std::string& name) {
   const bool is_one = name.empty() || name == "none" || name.ends_with(".sqlite");
-  return is_one ? "" : "--history: found '" + name + "', wanted a name that ends in .sqlite, or none";
+  return is_one ? "" : "found '" + name + "', wanted a name that ends in .sqlite, or none";
 }
 
 void add_options(CLI::App& app, Options& options) {

@@ -29,7 +29,7 @@ struct Run {
 
 Run run(const TemporaryFolder& folder, const std::string& arguments) {
   const std::string command =
-      BMUD_BUILD_DIR "/bin/bmuctl report " + arguments + " >" + folder / "out" + " 2>" + folder / "err";
+      "{ " BMUD_BUILD_DIR "/bin/bmuctl report " + arguments + "; } >" + folder / "out" + " 2>" + folder / "err";
   const int status = std::system(command.c_str());  // NOLINT(cert-env33-c,concurrency-mt-unsafe): our own words
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content_of(folder / "out"), content_of(folder / "err")};
 }
@@ -110,6 +110,36 @@ TEST_CASE("behind a place that is damaged a page goes on with the next part", "[
   const std::string page = content_of(folder / "drive.html");
   CHECK(page.find("<h2>What is missing</h2>") != std::string::npos);
   CHECK(page.find("<rect class=\"hole\"") != std::string::npos);
+}
+
+TEST_CASE("a recording without some of its lines becomes a page that says so", "[integration][bmuctl][report][F106]") {
+  const TemporaryFolder folder;
+  std::string text = recorded_run("0 pack soc_permille 800\n1 vehicle on\n", {.length = 6s, .part_length = 2s});
+  const std::size_t from = text.find("\n(1700000003.") + 1;
+  text.erase(from, text.find("\n(1700000003.5") + 1 - from);
+  const Run cut = run(folder, folder.file("cut.log", text));
+  CHECK(cut.exit_code == 3);
+  CHECK(cut.err.find(": cut.log, line ") != std::string::npos);
+  CHECK(cut.err.find(" the lines are not as they were written: ") != std::string::npos);
+  CHECK(cut.out.find(" s are missing") != std::string::npos);
+  CHECK(content_of(folder / "cut.html").find("<b class=\"fault\">damaged</b> cut.log, line ") != std::string::npos);
+}
+
+TEST_CASE("a page that cannot be written is no success", "[integration][bmuctl][report]") {
+  const TemporaryFolder folder;
+  const std::string file = folder.file("drive.log", recording());
+  // A full disk, as standard output and under a name.
+  const Run full = run(folder, file + " --out - >/dev/full");
+  CHECK(full.exit_code == 1);
+  CHECK(full.err == "bmuctl: cannot write: No space left on device\n");
+  CHECK(run(folder, file + " --out /dev/full").exit_code == 1);
+  CHECK(run(folder, file + " >/dev/full").exit_code == 1);  // what it made, in words
+  CHECK(run(folder, "--help >/dev/full").exit_code == 1);
+  // A reader that has seen enough is none.
+  const Run head = run(folder, file + " --out - | head -c 100");
+  CHECK(head.exit_code == 0);
+  CHECK(head.err == "");
+  CHECK(head.out.size() == 100);
 }
 
 TEST_CASE("several recordings become one page, whatever else is in their folder", "[integration][bmuctl][report]") {

@@ -91,6 +91,13 @@ TEST_CASE("the daemon keeps a history beside its state, and bmuctl shows it whil
   CHECK(row.at("span_ms") >= 500);
   CHECK(bench.ask({"history"}).out.find("Life 1 of the daemon: demo 48s, 48 cells") != std::string::npos);
   CHECK(bench.ask({"status"}).out.find(bench.path) != std::string::npos);
+  for (const std::string page : {"status", "--json status", "faults", "watch --seconds 10"}) {
+    INFO(page);
+    const Finished full =
+        run_program({"/bin/sh", "-c", program("bmuctl") + " --socket " + bench.socket + " " + page + " >/dev/full"});
+    CHECK(full.status == 1);
+    CHECK(full.err == "bmuctl: cannot write: No space left on device\n");
+  }
   const std::string events = bench.ask({"history", "--events"}).out;
   CHECK(events.find("module 1 is serial number 1001") != std::string::npos);
 
@@ -100,6 +107,16 @@ TEST_CASE("the daemon keeps a history beside its state, and bmuctl shows it whil
   const auto after = bench.rows({"--file", bench.path});
   CHECK(after.size() > running.size());  // the one under way came in at the end
   CHECK(bench.ask({"history", "--file", bench.path, "--events"}).out.find("shutting down") != std::string::npos);
+  // Whatever its form: what could not be written is no success.
+  for (const std::string form :
+       {"history", "history --csv", "--json history", "history --events", "history --to -1d"}) {
+    INFO(form);
+    const Finished full = run_program(
+        {"/bin/sh", "-c",
+         program("bmuctl") + " --socket " + bench.socket + " " + form + " --file " + bench.path + " >/dev/full"});
+    CHECK(full.status == 1);
+    CHECK(full.err == "bmuctl: cannot write: No space left on device\n");
+  }
 
   bench.start();
   REQUIRE(bench.has_rows(2));
@@ -180,7 +197,8 @@ TEST_CASE("a history may lie elsewhere, but never under a name that says somethi
   CHECK(std::filesystem::exists(other));
   const Finished refused = run_program({program("bmud"), "--config", bench.pack, "--history", "/etc/passwd"});
   CHECK(refused.status == 2);
-  CHECK(refused.err.find("wanted a name that ends in .sqlite") != std::string::npos);
+  CHECK(refused.err.find("--history: found '/etc/passwd', wanted a name that ends in .sqlite") != std::string::npos);
+  CHECK(refused.err.find("--history: --history") == std::string::npos);
 }
 
 TEST_CASE("bmuctl history says what is wrong with its words, and what is not there",

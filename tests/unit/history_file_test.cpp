@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -490,6 +491,7 @@ TEST_CASE("where only what leads to the rows, or stands beside them, is damaged 
     const bool has_events = std::find(tables.begin(), tables.end(), "event") == tables.end();
     CHECK(all.events.size() == (has_events ? 40 : 0));
     CHECK_FALSE(all.problems.empty());
+    for (const std::string& problem : all.problems) CHECK(problem.find("minute 0") == std::string::npos);
     for (const HistoryRow& row : all.rows) CHECK(row.cells == history_row(row.sequence, life).cells);
     return *reader->life_of(all.rows.at(0));
   };
@@ -509,6 +511,51 @@ TEST_CASE("where only what leads to the rows, or stands beside them, is damaged 
   CHECK(spoil({"minute"}).layout == life.layout);
   CHECK(spoil({"minute", "minute_by_time"}).layout == life.layout);
   CHECK(spoil({"minute", "event", "layout", "place", "life"}).layout == counted_through.layout);
+}
+
+TEST_CASE("where no file can be made beside it a history is read with all that was committed", "[unit][history]") {
+  const Files files;
+  const Files copy;
+  {
+    const HistoryLife life = life_of(2);
+    HistoryFile file({.path = files.path}, life);
+    write_minutes(file, life, 1, 20);
+    // As a killed daemon leaves them; what its readers share cannot be made any more, as on a full disk.
+    for (const char* end : {"", "-wal"}) std::filesystem::copy_file(files.path + end, copy.path + end);
+  }
+  REQUIRE(std::filesystem::file_size(copy.path + "-wal") > 0);
+  std::filesystem::create_symlink("nowhere", copy.path + "-shm");  // SQLite follows none there
+  const std::string database = bytes_of(copy.path);
+  const std::string log = bytes_of(copy.path + "-wal");
+  {
+    auto reader = HistoryReader::open(copy.path);
+    REQUIRE(reader);
+    const auto all = read_all(*reader);
+    CHECK(all.minutes() == count(1, 20));
+    CHECK(all.problems.empty());
+  }
+  CHECK(bytes_of(copy.path) == database);
+  CHECK(bytes_of(copy.path + "-wal") == log);
+  // Somebody has it open: what is in the log may change under our hands.
+  const int held = ::open(copy.path.c_str(), O_RDONLY | O_CLOEXEC);
+  struct flock lock {};
+  lock.l_type = F_RDLCK;
+  lock.l_start = 0x40000002;
+  lock.l_len = 510;
+  REQUIRE(::fcntl(held, F_OFD_SETLK, &lock) == 0);
+  auto reader = HistoryReader::open(copy.path);
+  ::close(held);
+  // Then there is only what stands in the database itself, if that is a history at all without its log.
+  const std::string told = reader ? test::read_all(*reader).problems.at(0) : reader.error();
+  CHECK(told.find(reader ? "history.sqlite-wal, which cannot be read: " : "history.sqlite: ") != std::string::npos);
+  // Without a log, and with nobody there, it is read as it stands.
+  make_history(files.path, 30);
+  REQUIRE_FALSE(std::filesystem::exists(files.path + "-wal"));
+  std::filesystem::remove(files.path + "-shm");
+  std::filesystem::create_symlink("nowhere", files.path + "-shm");
+  auto closed = HistoryReader::open(files.path);
+  REQUIRE(closed);
+  CHECK(read_all(*closed).problems.empty());
 }
 
 TEST_CASE("a flipped bit spoils the row that it is in, and no other", "[unit][history]") {

@@ -25,10 +25,10 @@ TEST_CASE("a minute is a line with all that was known of it", "[unit][serial][hi
 
 TEST_CASE("what was not known of a minute is a dash, never a number", "[unit][serial][history][BMS_NF.5]") {
   HistoryRow row;
-  CHECK(log_line(row) == "- - I:-A U:-V SOC:-% SOH:-% C:- T:- E:-");
+  CHECK(log_line(row) == "- - I:- U:- SOC:- SOH:- C:- T:- E:-");
   row.cells = {{}, {.voltage_average_uV = 3'000'000}};
   row.sensors = {{}};
-  CHECK(log_line(row) == "- - I:-A U:-V SOC:-% SOH:-% C:-,3.0000 T:- E:-");
+  CHECK(log_line(row) == "- - I:- U:- SOC:- SOH:- C:-,3.0000 T:- E:-");
 }
 
 TEST_CASE("without a database the log is empty, and a file that is none is told", "[unit][serial][history]") {

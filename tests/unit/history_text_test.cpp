@@ -233,6 +233,11 @@ TEST_CASE("the table has a line a minute under a heading for each life, and show
   const std::string page = table.page().text(false);
   CHECK(page.find("Life 1 of the daemon: test pack, 24 cells, bmud 0.1.0") != std::string::npos);
   CHECK(page.find("Life 2 of the daemon") != std::string::npos);
+  two.pack_name = "";
+  two.version = "?";
+  HistoryTable damaged({});
+  damaged.add(placed(1, two), two);
+  CHECK(damaged.page().text(false).find("Life 2 of the daemon: pack not known, 24 cells") != std::string::npos);
   CHECK(page.find("cell_undervoltage,disk_low") != std::string::npos);
   CHECK(page.find("driving") != std::string::npos);
   CHECK(page.find("20.0") != std::string::npos);    // the highest current

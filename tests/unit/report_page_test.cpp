@@ -197,6 +197,24 @@ TEST_CASE("means of minutes are steps, with the lowest and highest around them",
   CHECK(scale.value_at(top + std::stod(between(page, "height=\"", "\"", at))) == Approx(-2).margin(0.1));
 }
 
+TEST_CASE("what is only known of a minute is told as that", "[unit][report]") {
+  ReportData data = pack_of(2, 12, 30, 60 * s);
+  for (std::int64_t& at_us : data.times_us) at_us += 17 * s;  // the daemon began then
+  data.cells[4].voltage_V.low[7] = 2.7F;
+  data.is_of_means = true;
+  const std::string page = page_of(data);
+  CHECK(page.find(" V<small>cell 1.5, in the minute from 2026-03-01 12:07</small>") != std::string::npos);
+  CHECK(page.find("Discharging is limited at the ends of minutes by: ") != std::string::npos);
+  CHECK(page.find("Of each minute only the reason at its end is known.") != std::string::npos);
+  halve(data);
+  CHECK(page_of(data).find("in the 2 min from 2026-03-01 12:06<") != std::string::npos);
+  // A recording has moments.
+  const std::string moments = page_of(pack_of(2, 12, 30));
+  CHECK(moments.find("in the minute") == std::string::npos);
+  CHECK(moments.find("Discharging is limited by: ") != std::string::npos);
+  CHECK(moments.find("Of each minute") == std::string::npos);
+}
+
 TEST_CASE("what is not known is a gap, never zero", "[unit][report]") {
   ReportData data = pack_of(1, 12, 10);
   for (const std::size_t i : {3U, 4U, 9U}) {

@@ -10,7 +10,7 @@
 #include "tools/bmuctl/history_text.hpp"
 #include "tools/bmuctl/time_words.hpp"
 #include "tools/common/exit_codes.hpp"
-#include "tools/common/terminal.hpp"
+#include "tools/common/standard_output.hpp"
 
 namespace bmu {
 
@@ -44,8 +44,9 @@ empty, null or "--". JSON is a line a row.
 The file is the one of the running daemon, else /var/lib/bmud/history.sqlite. It is only read; the daemon may go on
 writing it. Of a damaged one, also of one that the daemon has put aside, all is shown that can still be read.
 
-Exit codes: 0 shown, also where there is nothing in the span; 1 there is no history, or none that can be read; 2 command
-line; 3 it is damaged: what could be read of it is shown, and standard error names what could not.)";
+Exit codes: 0 shown, also where there is nothing in the span; 1 there is no history, none that can be read, or what is
+shown cannot be written; 2 command line; 3 it is damaged: what could be read of it is shown, and standard error names
+what could not.)";
 
 std::string complain(const std::string& text, const char* wanted) {
   return "found '" + text + "', wanted " + wanted;

@@ -230,9 +230,9 @@ Line HistoryTable::head() const {
 void HistoryTable::add(const HistoryRow& row, const HistoryLife& life) {
   if (tables_.empty() || tables_.back().life != life.id) {
     tables_.push_back({.life = life.id,
-                       .heading = "Life " + std::to_string(life.id) + " of the daemon: " + harmless(life.pack_name) +
-                                  ", " + std::to_string(life.layout.cell_count()) + " cells, bmud " +
-                                  harmless(life.version),
+                       .heading = "Life " + std::to_string(life.id) + " of the daemon: " +
+                                  (life.pack_name.empty() ? "pack not known" : harmless(life.pack_name)) + ", " +
+                                  std::to_string(life.layout.cell_count()) + " cells, bmud " + harmless(life.version),
                        .rows = {head()}});
   }
   constexpr int volt_decimals = 4;

@@ -17,7 +17,7 @@
 #include "tools/bmuctl/watch.hpp"
 #include "tools/common/command_line.hpp"
 #include "tools/common/exit_codes.hpp"
-#include "tools/common/terminal.hpp"
+#include "tools/common/standard_output.hpp"
 
 namespace {
 
@@ -50,7 +50,7 @@ constexpr const char* footer = R"(Examples:
 With --authorised the daemon obeys root and the user it runs as, nobody else; who cleared what is in the log and in
 "bmuctl faults".
 
-Exit codes: 0 answered; 1 no daemon answers, it went away, or it refused; 2 command line; 3 answered, but "clear" left a
+Exit codes: 0 answered; 1 no daemon answers, it went away, or it refused, or the answer cannot be written; 2 command line; 3 answered, but "clear" left a
 fault that does more than warn (what it prints, or "still_present" and "reasons" of --json, say which and why), "modules
 accept" could not accept a module that is there, or the one it was asked for (it says why), or "modules assign" was not
 obeyed.)";
@@ -345,7 +345,7 @@ int parse_and_ask(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   try {
-    return parse_and_ask(argc, argv);
+    return end_output("bmuctl", parse_and_ask(argc, argv));
   } catch (const std::exception& error) {
     return fail(error.what());
   } catch (...) {

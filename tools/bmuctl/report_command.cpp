@@ -16,7 +16,7 @@
 #include "tools/bmuctl/history_file.hpp"
 #include "tools/bmuctl/time_words.hpp"
 #include "tools/common/exit_codes.hpp"
-#include "tools/common/terminal.hpp"
+#include "tools/common/standard_output.hpp"
 #include "tools/report/recording_files.hpp"
 #include "tools/report/report_from_history.hpp"
 #include "tools/report/report_from_recording.hpp"

@@ -17,6 +17,7 @@
 #include "tools/bmuctl/client.hpp"
 #include "tools/bmuctl/keys.hpp"
 #include "tools/bmuctl/picture.hpp"
+#include "tools/common/standard_output.hpp"
 #include "tools/common/terminal.hpp"
 
 namespace bmu {
@@ -150,13 +151,13 @@ int Watch::run() {
   if (is_terminal_) screen_ = std::make_unique<FullScreen>();
   if (!client_) lose(failure_);
   draw();
-  while (end_ == End::none) {
+  while (end_ == End::none && !has_output_failed()) {
     wait();
     check_times();
   }
   screen_.reset();
   if (!options_.json) show_last_picture();
-  if (end_ == End::wanted) return 0;
+  if (end_ != End::daemon_gone) return 0;
   std::fprintf(stderr, "bmuctl: %s\n", failure_.c_str());
   return 1;
 }

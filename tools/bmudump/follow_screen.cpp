@@ -10,6 +10,7 @@
 
 #include "tools/bmudump/dump.hpp"
 #include "tools/common/glyphs.hpp"
+#include "tools/common/standard_output.hpp"
 
 namespace bmu::dump {
 namespace {

@@ -1,9 +1,9 @@
 #include "tools/common/terminal.hpp"
 
-#include <cerrno>
-
 #include <sys/ioctl.h>
 #include <unistd.h>
+
+#include "tools/common/standard_output.hpp"
 
 namespace bmu {
 
@@ -43,16 +43,6 @@ void FullScreen::leave() {
   write_out(leave_code);
   if (has_input_settings_ && is_foreground()) ::tcsetattr(STDIN_FILENO, TCSANOW, &input_settings_);
   has_input_settings_ = false;
-}
-
-void write_out(const std::string& text) {
-  std::size_t done = 0;
-  while (done < text.size()) {
-    const ssize_t count = ::write(STDOUT_FILENO, text.data() + done, text.size() - done);
-    if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) return;
-    done += static_cast<std::size_t>(count);
-  }
 }
 
 }  // namespace bmu

@@ -1,8 +1,6 @@
 // The terminal while a picture fills it: other screen, no cursor, no echo; and back again whatever happens.
 #pragma once
 
-#include <string>
-
 #include <termios.h>
 
 namespace bmu {
@@ -30,8 +28,5 @@ class FullScreen {
   bool has_input_settings_ = false;
   termios input_settings_{};
 };
-
-/// Writes all of it. A reader that has gone is not our problem here.
-void write_out(const std::string& text);
 
 }  // namespace bmu

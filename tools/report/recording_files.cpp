@@ -101,7 +101,7 @@ class Feed {
     if (line.is_too_long) return break_off(place + ": too long for a recording");
     // What is missing of it would pass for another decision.
     if (!line.has_end) return break_off("its last line, " + std::to_string(lines_.line_number()) + ", has no end");
-    if (!reading_.take(line.text)) break_off(place + ": " + reading_.problem()->text);
+    if (!reading_.take(line.text)) break_off(reading_.trouble(lines_.line_number()));
   }
 
   [[nodiscard]] std::string words_for(const PackedText::Damage& damage) const {

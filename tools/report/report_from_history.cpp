@@ -235,10 +235,7 @@ class Filler {
       add_fault_spans(name, SpanKind::warning, without(moves_.times_of_fault(row, name, true), as_fault), at);
     }
     for (const std::string& name : faults) {
-      const FaultRow* const fault = fault_called(name);
-      const bool only_warns = fault != nullptr && fault->reaction == Reaction::warn;
-      add_fault_spans(name, only_warns ? SpanKind::warning : SpanKind::fault, moves_.times_of_fault(row, name, false),
-                      at);
+      add_fault_spans(name, SpanKind::fault, moves_.times_of_fault(row, name, false), at);
     }
     spans_.end_minute(end_us_);
   }

@@ -22,16 +22,15 @@ constexpr double sigmas_told = 2.0;
 /// Between two parts, from here on, something is missing: a core decides every 50 ms at least.
 constexpr std::int64_t gap_min_us = us_per_s;
 
-/// Of "# (1700000000.130000) tick ..." the time. The replay has read the line already: it is well formed.
-std::optional<std::int64_t> time_of_tick(std::string_view line) {
-  constexpr std::string_view begin = "# (";
-  if (line.substr(0, begin.size()) != begin) return std::nullopt;
+/// Of "(1700000000.130000) vcan0 ..." and "# (1700000000.130000) tick ..." the time; none: it has none.
+std::optional<std::int64_t> time_of(std::string_view line) {
+  if (line.starts_with("# ")) line.remove_prefix(2);
   const std::size_t point = line.find('.');
-  const std::size_t end = line.find(") tick ");
-  if (end == std::string_view::npos || point == std::string_view::npos || point > end) return std::nullopt;
+  const std::size_t end = line.find(')');
+  if (!line.starts_with('(') || end == std::string_view::npos || point > end) return std::nullopt;
   std::int64_t seconds = 0;
   std::int64_t micros = 0;
-  std::from_chars(line.data() + begin.size(), line.data() + point, seconds);
+  std::from_chars(line.data() + 1, line.data() + point, seconds);
   std::from_chars(line.data() + point + 1, line.data() + end, micros);
   return seconds * us_per_s + micros;
 }
@@ -189,38 +188,87 @@ RecordingReport::RecordingReport(const RecordingOptions& options)
 RecordingReport::~RecordingReport() = default;
 
 void RecordingReport::begin_file(const std::string& name) {
-  take_figures();
+  settle();
+  if (!is_over_) take_figures();
   files_.push_back({.name = name});
 }
 
 bool RecordingReport::take(std::string_view line) {
+  altered_.reset();
+  const bool is_head = line.starts_with("# bmud-recording ");
+  if (is_head) settle();
+  if (const auto at_us = time_of(line)) {
+    // A time that was changed to a later one would make the report as long; the replay refuses this line then.
+    if (held_us_ && *at_us < *held_us_ - gap_min_us) {
+      held_us_.reset();
+      altered_line_ = tick_line_;
+    }
+    settle();
+  }
+  if (!is_over_ && is_head) {  // the core will be another one
+    add_bled();
+    take_figures();
+  }
   if (!replay_.take(line)) return false;
+  if (altered_) {
+    // What it decides comes from other frames than those of then.
+    ticks_ = replay_.counts().ticks;
+    altered_line_ = replay_.counts().lines;
+    data_.events.resize(std::min(events_before_last_, data_.events.size()));
+    return false;
+  }
   if (replay_.counts().begun != part_) begin_part();
   if (replay_.counts().ticks != ticks_) {
     ticks_ = replay_.counts().ticks;
-    if (const auto at_us = time_of_tick(line)) take_tick(*at_us);
+    tick_line_ = replay_.counts().lines;
+    held_us_ = time_of(line);
     return true;
   }
   const std::string_view event = event_of(line);
-  if (!event.empty() && is_tick_shown_) data_.events.push_back({.at_us = last_us_, .text = std::string(event)});
+  if (!event.empty() && held_us_) held_events_.emplace_back(event);
   return true;
 }
 
+/// The latest tick is taken once what follows agrees with its time; the core has not been told more meanwhile.
+void RecordingReport::settle() {
+  if (const auto at_us = std::exchange(held_us_, std::nullopt)) {
+    take_tick(*at_us);
+    for (std::string& event : held_events_) {
+      if (is_tick_shown_) data_.events.push_back({.at_us = last_us_, .text = std::move(event)});
+    }
+  }
+  held_events_.clear();
+}
+
+std::string RecordingReport::trouble(std::uint64_t line) const {
+  if (!altered_) return "line " + std::to_string(line) + ": " + replay_.problem()->text;
+  // The replay knows nothing of lines that were left out.
+  const std::uint64_t count = replay_.counts().lines - altered_->line;
+  return "line " + std::to_string(line - count) + ": from here to line " + std::to_string(line) +
+         " the lines are not as they were written: one is missing, was changed or added";
+}
+
+/// Null: the file being read has none.
+RecordingReport::OpenHole* RecordingReport::open_hole_of_file() {
+  return !holes_.empty() && holes_.back().file == files_.size() ? &holes_.back() : nullptr;
+}
+
 void RecordingReport::break_off(const std::string& why) {
+  settle();
   is_tick_shown_ = false;
-  if (hole_) {  // nothing could be taken since it began
-    if (hole_->text.find(why) == std::string::npos) hole_->text += "; " + why;
+  if (OpenHole* const open = open_hole_of_file()) {  // nothing could be taken since it began
+    if (open->hole.text.find(why) == std::string::npos) open->hole.text += "; " + why;
     return;
   }
-  file_of_hole_ = files_.size();
-  hole_ = HoleReport{.from_us = last_us_ > 0 ? std::optional(last_us_) : std::nullopt,
-                     .to_us = std::nullopt,
-                     .text = (files_.empty() ? "" : files_.back().name + ", ") + why,
-                     .is_damage = true};
+  holes_.push_back({.hole = {.from_us = last_us_ > 0 ? std::optional(last_us_) : std::nullopt,
+                             .to_us = std::nullopt,
+                             .text = (files_.empty() ? "" : files_.back().name + ", ") + why,
+                             .is_damage = true},
+                    .file = files_.size()});
 }
 
 void RecordingReport::go_on(const std::string& from_where) {
-  if (hole_) hole_->text += "; reading goes on at " + from_where;
+  if (OpenHole* const open = open_hole_of_file()) open->hole.text += "; reading goes on at " + from_where;
 }
 
 /// Another core with what the last one knew, or one that begins behind something that is missing.
@@ -286,8 +334,9 @@ bool RecordingReport::is_of_before(std::int64_t at_us) {
   const bool overlaps = file.overlap_begin_us > 0 && !file.has_own;
   if (overlaps && at_us <= last_us_) {
     file.overlap_end_us = at_us;
-    if (hole_ && file_of_hole_ == files_.size()) {
-      data_.notes.push_back(std::exchange(hole_, {})->text + "; another file has what is missing there.");
+    if (const OpenHole* const open = open_hole_of_file()) {
+      data_.notes.push_back(open->hole.text + "; another file has what is missing there.");
+      holes_.pop_back();
     }
     return true;
   }
@@ -302,6 +351,7 @@ bool RecordingReport::is_of_before(std::int64_t at_us) {
 
 void RecordingReport::take_tick(std::int64_t at_us) {
   is_tick_shown_ = false;
+  events_before_last_ = data_.events.size();
   if (files_.empty()) begin_file("");
   if (is_other_pack_) {
     ++ticks_foreign_;
@@ -313,8 +363,10 @@ void RecordingReport::take_tick(std::int64_t at_us) {
   }
   at_us = std::max(at_us, last_us_);
   if (is_part_new_) follow(at_us);
+  const bool goes_on = at_us - last_us_ < gap_min_us;
   last_us_ = at_us;
   file_of_last_ = files_.size() - 1;
+  if (options_.to_us && at_us >= *options_.to_us) end_shown(goes_on);
   if (!is_shown(at_us)) {
     flow_ = replay_.core()->charge();
     return;
@@ -334,9 +386,11 @@ void RecordingReport::take_tick(std::int64_t at_us) {
 void RecordingReport::follow(std::int64_t at_us) {
   is_part_new_ = false;
   const RecordPartId before = std::exchange(part_id_, replay_.reader().part_id());
-  if (hole_) {
-    if (file_of_hole_ != files_.size()) go_on("the begin of " + files_.back().name);
-    return end_hole(at_us);
+  if (!holes_.empty()) {
+    for (OpenHole& open : holes_) {
+      if (open.file != files_.size()) open.hole.text += "; reading goes on at the begin of " + files_.back().name;
+    }
+    return end_holes(at_us);
   }
   if (last_us_ == 0) return;
   const bool lost_lines = before.life != 0 && before.life == part_id_.life && part_id_.part > before.part + 1;
@@ -349,19 +403,42 @@ void RecordingReport::follow(std::int64_t at_us) {
   } else if (lost_lines) {
     text = file + ": lines were lost when it was recorded";
   }
-  hole_ = HoleReport{.from_us = last_us_, .to_us = std::nullopt, .text = std::move(text), .is_damage = false};
-  end_hole(at_us);
+  holes_.push_back({.hole = {.from_us = last_us_, .to_us = std::nullopt, .text = std::move(text), .is_damage = false},
+                    .file = files_.size()});
+  end_holes(at_us);
 }
 
-/// Where it ends, if it ends.
-void RecordingReport::end_hole(std::optional<std::int64_t> at_us) {
+/// Where they end, if they end.
+void RecordingReport::end_holes(std::optional<std::int64_t> at_us) {
   close_sample();
   open_->break_off(data_.spans, last_us_);
-  hole_->to_us = at_us;
-  const bool is_before = options_.from_us && at_us && *at_us <= *options_.from_us;
-  const bool is_behind = options_.to_us && hole_->from_us && *hole_->from_us >= *options_.to_us;
-  if (!is_before && !is_behind) data_.holes.push_back(std::move(*hole_));
-  hole_.reset();
+  for (OpenHole& open : holes_) {
+    open.hole.to_us = at_us;
+    add_hole(std::move(open.hole));
+  }
+  holes_.clear();
+}
+
+/// As much of it as lies between --from and --to.
+void RecordingReport::add_hole(HoleReport hole) {
+  const std::optional<std::int64_t>& from_us = options_.from_us;
+  const std::optional<std::int64_t>& to_us = options_.to_us;
+  const bool is_before = from_us && hole.to_us && *hole.to_us <= *from_us;
+  const bool is_behind = to_us && hole.from_us && *hole.from_us >= *to_us;
+  if (is_before || is_behind) return;
+  if (from_us && hole.from_us) hole.from_us = std::max(*hole.from_us, *from_us);
+  if (to_us && hole.to_us) hole.to_us = std::min(*hole.to_us, *to_us);
+  data_.holes.push_back(std::move(hole));
+}
+
+/// What is so at --to goes on behind it, and is told as it is there, if the latest tick is not far behind.
+void RecordingReport::end_shown(bool goes_on) {
+  if (std::exchange(is_over_, true)) return;
+  close_sample();
+  open_->break_off(data_.spans, *options_.to_us);
+  if (!goes_on) return;
+  add_bled();
+  take_figures();
 }
 
 void RecordingReport::close_sample() {
@@ -414,8 +491,8 @@ void RecordingReport::look_at_state(std::int64_t at_us) {
     Open::Row& open = open_->faults[static_cast<std::size_t>(row.id)];
     const bool is_so = state.is_present() || state.is_warning;
     if (!is_so && !open.span) continue;
-    const bool is_fault = state.is_present() && row.reaction != Reaction::warn;
-    const Reading& seen = state.is_present() ? state.confirmed : state.warning;
+    const bool is_fault = state.is_present();
+    const Reading& seen = is_fault ? state.confirmed : state.warning;
     open.set(is_so,
              {.kind = is_fault ? SpanKind::fault : SpanKind::warning,
               .name = std::string(row.name),
@@ -429,7 +506,7 @@ void RecordingReport::look_at_state(std::int64_t at_us) {
   open_->is_first = false;
 }
 
-/// What the core knows of each cell at the end of a file that brought something.
+/// What the core knows of each cell at the end of a file that brought something, or of what is shown.
 void RecordingReport::take_figures() {
   if (files_.empty() || !files_.back().has_own || is_other_pack_) return;
   const PackEstimate& estimate = replay_.core()->estimate();
@@ -460,12 +537,15 @@ void RecordingReport::note_overlaps() {
 }
 
 ReportData RecordingReport::finish() && {
+  settle();
   replay_.end();
-  if (hole_) end_hole(std::nullopt);
+  if (!holes_.empty()) end_holes(std::nullopt);
   if (means_->has_tick) close_sample();
   open_->break_off(data_.spans, last_us_);
-  add_bled();
-  take_figures();
+  if (!is_over_) {
+    add_bled();
+    take_figures();
+  }
   data_.energy_out_Wh = out_mWh_ / milli;
   data_.energy_in_Wh = in_mWh_ / milli;
   data_.charge_out_Ah = out_uAs_ / uAs_per_Ah;
@@ -478,12 +558,9 @@ ReportData RecordingReport::finish() && {
         data_.source;
   }
   const ReplayCounts& counts = replay_.counts();
-  note(counts.ticks_different, " of " + std::to_string(counts.ticks) +
-                                   " decisions were others when the recording was made: what is shown may differ from "
-                                   "what was.");
-  note(alterations_, alterations_ == 1
-                         ? " place has lines that are not as they were written, in " + altered_file_ + "."
-                         : " places have lines that are not as they were written, the first in " + altered_file_ + ".");
+  note(ticks_different_, " of " + std::to_string(counts.ticks) +
+                             " decisions were others when the recording was made: what is shown may differ from "
+                             "what was.");
   note(ticks_back_, " decisions are not shown, as the clock had been set back.");
   note(ticks_foreign_, " decisions are not shown, as they are of a pack with other modules.");
   note_overlaps();

@@ -4,12 +4,12 @@
 //
 //   RecordingReport reading({});
 //   reading.begin_file("drive.log");
-//   for each line: if (!reading.take(line)) reading.break_off(...), and on with the head of the next part
+//   for each line: if (!reading.take(line)) reading.break_off(reading.trouble(number)), and on with the next part
 //   ReportData data = std::move(reading).finish();
 //
 // A recording begins anew every 30 s with all that the core knows: that is the same drive going on. Only behind lines
-// that are missing, or a time of which nothing was recorded, is there a hole. What several files have of the same time
-// is shown once.
+// that are missing or are not as they were written, or a time of which nothing was recorded, is there a hole. What
+// several files have of the same time is shown once.
 //
 // Cost: that of the replay, and a few microseconds a decision. Memory: some 9000 samples of every cell at most; a
 // longer recording has longer samples, with their extremes.
@@ -43,9 +43,11 @@ class RecordingReport {
 
   /// Another file; in the order of their times.
   void begin_file(const std::string& name);
-  /// The next line, without its line feed. False: it cannot go on, as problem() says, before the head of another part.
+  /// The next line, without its line feed. False: it cannot go on, as trouble() says, before the head of another part.
   [[nodiscard]] bool take(std::string_view line);
-  [[nodiscard]] const std::optional<RecordProblem>& problem() const { return replay_.problem(); }
+  /// With the number that the line has in its file: "line 4711: column 9: wanted ...", or the lines before it that are
+  /// not as they were written.
+  [[nodiscard]] std::string trouble(std::uint64_t line) const;
   /// Lines are missing from here on, and why. What follows has to be the head of a part.
   void break_off(const std::string& why);
   /// Lines come again, from here on: "line 4711".
@@ -63,14 +65,23 @@ class RecordingReport {
     std::int64_t overlap_end_us = 0;
     bool has_own = false;  // something that no other file has
   };
+  /// That no tick has ended yet.
+  struct OpenHole {
+    HoleReport hole;
+    std::size_t file = 0;  // how many files there were when it began
+  };
 
+  void settle();
   void take_tick(std::int64_t at_us);
   [[nodiscard]] bool is_of_before(std::int64_t at_us);
   [[nodiscard]] bool is_shown(std::int64_t at_us) const;
   void begin_part();
   void add_bled();
   void follow(std::int64_t at_us);
-  void end_hole(std::optional<std::int64_t> at_us);
+  [[nodiscard]] OpenHole* open_hole_of_file();
+  void end_holes(std::optional<std::int64_t> at_us);
+  void add_hole(HoleReport hole);
+  void end_shown(bool goes_on);
   [[nodiscard]] bool has_same_modules() const;
   void close_sample();
   void note(std::uint64_t count, const std::string& what);
@@ -81,9 +92,10 @@ class RecordingReport {
   void take_figures();
 
   RecordingOptions options_;
-  Replay replay_{ReplayOptions{.altered = [this](const RecordProblem&) {
-    if (alterations_++ == 0) altered_file_ = files_.empty() ? "" : files_.back().name;
-  }}};
+  Replay replay_{ReplayOptions{
+      .differs = [this](const ReplayDifference& difference) { ticks_different_ += difference.line != altered_line_; },
+      .altered = [this](const RecordProblem& alteration) { altered_ = alteration; },
+  }};
   ReportData data_;
   std::unique_ptr<Open> open_;
   std::unique_ptr<Means> means_;
@@ -96,14 +108,19 @@ class RecordingReport {
   bool is_tick_shown_ = false;       // the latest
   bool is_other_pack_ = false;       // the part is of a pack with other modules
   std::uint64_t ticks_back_ = 0;     // not shown, because the clock had gone back, by a second or more
-  std::uint64_t alterations_ = 0;    // places whose lines are not as they were written
-  std::string altered_file_;         // of the first
   std::uint64_t ticks_foreign_ = 0;  // not shown, because they are of another pack
-  std::optional<HoleReport> hole_;   // that no tick has ended yet
-  std::size_t file_of_hole_ = 0;     // how many files there were when it began
-  std::int64_t sample_us_ = 0;       // begin of the sample that is not over yet
-  std::int64_t last_us_ = 0;         // of the latest tick that is not behind another
-  ChargeState flow_;                 // as of the latest tick
+  std::uint64_t ticks_different_ = 0;
+  std::optional<std::int64_t> held_us_;   // time of a tick that was run and is not taken yet
+  std::vector<std::string> held_events_;  // and its events
+  std::optional<RecordProblem> altered_;  // the lines before the tick taken last are not as they were written
+  std::uint64_t tick_line_ = 0;           // of the latest tick, as the replay counts
+  std::uint64_t altered_line_ = 0;        // of the latest one that decided by altered lines
+  std::size_t events_before_last_ = 0;    // those of the latest tick are among the lines that may be altered
+  std::vector<OpenHole> holes_;           // rising by their files
+  bool is_over_ = false;                  // what comes is behind what is shown
+  std::int64_t sample_us_ = 0;            // begin of the sample that is not over yet
+  std::int64_t last_us_ = 0;              // of the latest tick that is not behind another
+  ChargeState flow_;                      // as of the latest tick
   double out_mWh_ = 0;
   double in_mWh_ = 0;
   double out_uAs_ = 0;

@@ -39,11 +39,13 @@ std::string hole_text(const HoleReport& hole, const std::function<std::string(st
 
 std::int64_t missing_us(const ReportData& data) {
   std::int64_t sum_us = 0;
+  std::int64_t counted_to_us = data.from_us();  // two files may have lost the same
   for (const HoleReport& hole : data.holes) {
     if (!hole.from_us || !hole.to_us) continue;
-    const std::int64_t from_us = std::max(*hole.from_us, data.from_us());
+    const std::int64_t from_us = std::max(*hole.from_us, counted_to_us);
     const std::int64_t to_us = std::min(*hole.to_us, data.to_us());
     sum_us += std::max<std::int64_t>(to_us - from_us, 0);
+    counted_to_us = std::max(counted_to_us, to_us);
   }
   return sum_us;
 }

@@ -37,6 +37,8 @@ void take(Extreme& extreme, const Series& series, bool wants_high, const std::st
 
 class Cards {
  public:
+  explicit Cards(std::int64_t sample_us) : sample_us_(sample_us) {}
+
   /// `value` and `more` are HTML already.
   void add(std::string_view name, const std::string& value, const std::string& more = "") {
     out_ += "<div><dt>" + escaped(name) + "</dt><dd>" + value + (more.empty() ? "" : "<small>" + more + "</small>") +
@@ -46,11 +48,12 @@ class Cards {
     if (!extreme.is_known()) return;
     const std::string place = extreme.place.empty() ? "" : extreme.place + ", ";
     add(name, number(static_cast<double>(extreme.value), digits) + " " + std::string(unit),
-        escaped(place + time_text(extreme.at_us)));
+        escaped(place + sample_text(extreme.at_us, sample_us_)));
   }
   [[nodiscard]] std::string html() const { return "<dl class=\"cards\">\n" + out_ + "</dl>\n"; }
 
  private:
+  std::int64_t sample_us_;
   std::string out_;
 };
 
@@ -148,7 +151,7 @@ void add_holes(Cards& cards, const ReportData& data) {
 }  // namespace
 
 std::string summary_html(const ReportData& data) {
-  Cards cards;
+  Cards cards(data.sample_us);
   const std::int64_t span_us = data.to_us() - data.from_us();
   const std::int64_t covered_us =
       data.covered_us.value_or(static_cast<std::int64_t>(data.times_us.size()) * data.sample_us);

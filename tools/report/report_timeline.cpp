@@ -183,15 +183,19 @@ std::vector<Stretch> stretches_of(const CauseReport& causes, const ReportData& d
 }  // namespace
 
 std::string causes_html(const ReportData& data, const Columns& columns) {
+  const std::string when = data.is_of_means ? " at the ends of minutes" : "";
   std::string out;
   if (!data.discharge_cause.of_sample.empty()) {
-    out += strip_html("Discharging is limited by", stretches_of(data.discharge_cause, data, columns), columns);
+    out +=
+        strip_html("Discharging is limited" + when + " by", stretches_of(data.discharge_cause, data, columns), columns);
   }
   if (!data.charge_cause.of_sample.empty()) {
-    out += strip_html("Charging is limited by", stretches_of(data.charge_cause, data, columns), columns);
+    out += strip_html("Charging is limited" + when + " by", stretches_of(data.charge_cause, data, columns), columns);
   }
-  return out.empty() ? ""
-                     : "<section><h2>What bounds the limits</h2>\n" + out + time_axis_html(columns) + "</section>\n";
+  if (out.empty()) return "";
+  const std::string note =
+      data.is_of_means ? "<p class=\"note\">Of each minute only the reason at its end is known.</p>\n" : "";
+  return "<section><h2>What bounds the limits</h2>\n" + note + out + time_axis_html(columns) + "</section>\n";
 }
 
 std::string timeline_html(const ReportData& data, const Columns& columns) {
