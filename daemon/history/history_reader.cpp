@@ -137,22 +137,24 @@ bool HistorySpan::has(const HistoryNumber& unix_time_ms) const {
 
 // --- opening --------------------------------------------------------------------------------------------------------
 
-Result<HistoryReader, std::string> HistoryReader::open(const std::string& path) {
+Result<HistoryReader, std::string> HistoryReader::open(const std::string& path, HistoryAccess access) {
   if (size_of(path) < 0) return failure(path + ": no such file, or no permission to look for it");
   if (size_of(path) == 0) return failure(path + ": an empty file, nothing has been written yet");
-  auto reader = open_as_it_can_be(path);
+  auto reader = open_as_it_can_be(path, access);
   if (!reader) return reader;
   if (auto checked = reader->check(); !checked) return failure(checked.error());
   reader->read_lives();
   return reader;
 }
 
-Result<HistoryReader, std::string> HistoryReader::open_as_it_can_be(const std::string& path) {
+Result<HistoryReader, std::string> HistoryReader::open_as_it_can_be(const std::string& path, HistoryAccess access) {
   auto database = open_and_look(path, OpenAs::reader);
   if (database) return HistoryReader(path, std::move(*database));
   const DatabaseError error = database.error();
   for (const int kind : {SQLITE_CANTOPEN, SQLITE_READONLY, SQLITE_IOERR, SQLITE_FULL}) {
-    if (error.kind() == kind) return open_without_company(path, error);
+    if (error.kind() != kind) continue;
+    if (access == HistoryAccess::beside_writer) return failure(path + ": " + error.what);
+    return open_without_company(path, error);
   }
   if (error.kind() == SQLITE_CORRUPT) return open_ruin(path, error);
   if (error.kind() == SQLITE_NOTADB) return failure(path + ": is no history, or its beginning is damaged");

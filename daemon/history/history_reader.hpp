@@ -19,6 +19,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -41,10 +42,15 @@ struct HistorySpan {
   [[nodiscard]] bool has(const HistoryNumber& unix_time_ms) const;
 };
 
+/// Who reads. In the process that writes the history no way to open it may be tried that opens and closes its file
+/// beside SQLite: by POSIX that ends all locks of the process, the writer's, too.
+enum class HistoryAccess : std::uint8_t { in_any_way, beside_writer };
+
 class HistoryReader {
  public:
   /// The error is a sentence for people, with the path in it.
-  [[nodiscard]] static Result<HistoryReader, std::string> open(const std::string& path);
+  [[nodiscard]] static Result<HistoryReader, std::string> open(const std::string& path,
+                                                               HistoryAccess access = HistoryAccess::in_any_way);
 
   /// All that are left of each kind within the span, the oldest first, until `take` returns false.
   void for_each_row(const HistorySpan& span, const std::function<bool(const HistoryRow&)>& take);
@@ -82,7 +88,8 @@ class HistoryReader {
   using TakeValues = std::function<bool(const RowValues& values, std::int64_t sequence)>;
 
   HistoryReader(std::string path, Database database) : path_(std::move(path)), database_(std::move(database)) {}
-  [[nodiscard]] static Result<HistoryReader, std::string> open_as_it_can_be(const std::string& path);
+  [[nodiscard]] static Result<HistoryReader, std::string> open_as_it_can_be(const std::string& path,
+                                                                            HistoryAccess access);
   [[nodiscard]] static Result<HistoryReader, std::string> open_without_company(const std::string& path,
                                                                                const DatabaseError& error);
   [[nodiscard]] static Result<HistoryReader, std::string> open_ruin(const std::string& path,

@@ -90,7 +90,7 @@ LogSource history_log(std::string path) {
     // Before its first minute a history is no file yet, or an empty one, and that is no failure.
     const std::uintmax_t size = std::filesystem::file_size(path, is_not_there);
     if (is_not_there || size == 0) return empty_log()();
-    auto reader = HistoryReader::open(path);
+    auto reader = HistoryReader::open(path, HistoryAccess::beside_writer);
     if (!reader) {
       return [error = reader.error()] { return Result<std::optional<std::string>, std::string>(failure(error)); };
     }

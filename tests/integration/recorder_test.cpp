@@ -73,6 +73,14 @@ TEST_CASE("a drive that the daemon recorded decides again as it did", "[integrat
   CHECK(run["ticks"] > 200);
   CHECK(run["damages"].empty());
   CHECK_FALSE(std::filesystem::exists(bench.folder / "none"));
+  // What could not be written is no success.
+  for (const std::string form : {"", "--json ", "--show-config "}) {
+    INFO(form);
+    const Finished full =
+        run_program({"/bin/sh", "-c", program("bmureplay") + " --quiet " + form + files[0] + " >/dev/full"});
+    CHECK(full.status == 1);
+    CHECK(full.err == "bmureplay: cannot write: No space left on device\n");
+  }
 }
 
 TEST_CASE("an opening leaves a black box that can be run again", "[integration][recording][black_box]") {

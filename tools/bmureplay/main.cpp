@@ -11,6 +11,7 @@
 #include "tools/bmureplay/options.hpp"
 #include "tools/bmureplay/print.hpp"
 #include "tools/bmureplay/run.hpp"
+#include "tools/common/standard_output.hpp"
 
 namespace {
 
@@ -87,6 +88,7 @@ int run_files(const Options& options) {
 
 int main(int argc, char** argv) {
   const ParsedOptions parsed = parse_options(argc, argv);
-  if (!parsed.options) return parsed.exit_code;
-  return parsed.options->shows_config ? show_config(*parsed.options) : run_files(*parsed.options);
+  if (!parsed.options) return end_output("bmureplay", parsed.exit_code);
+  const int status = parsed.options->shows_config ? show_config(*parsed.options) : run_files(*parsed.options);
+  return end_output("bmureplay", status);
 }

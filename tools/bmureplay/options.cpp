@@ -26,7 +26,7 @@ Examples:
 
 Exit codes:
   0   every decision is as it was recorded, or with --config: nothing would have gone otherwise
-  1   something differs, and is shown
+  1   something differs, and is shown; or standard output took not all of it
   2   the command line is wrong
   3   a file is damaged: it was run as far as it is good, the places are named, and nothing before them differs
   65  a file is no recording, or of another version of the core, or cannot be read
