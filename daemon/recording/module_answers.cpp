@@ -4,6 +4,7 @@
 #include <chrono>
 #include <utility>
 
+#include "protocol/assert.hpp"
 #include "protocol/receive_check.hpp"
 
 namespace bmu {
@@ -112,7 +113,8 @@ void ModuleAnswers::note_command(Asked Node::*side, const CanFrame& sent, std::s
 CanFrame ModuleAnswers::told(Node& node, const CanFrame& frame, unsigned counter, TimePoint at) {
   using internal_bus::module;
   CanFrame heard = frame;
-  const MessageSpec& message = *internal_bus::catalogue.find(frame.id).message;
+  const MessageSpec* const message = internal_bus::catalogue.find(frame.id).message;
+  BMU_ASSERT(message != nullptr);
   node.is_told_otherwise = node.is_told_otherwise || !node.now.bleeding.is_as(node.then.bleeding);
   const Said& last_module = node.last[kind_of(module)];
   if (node.is_told_otherwise && last_module.is_known) {
@@ -120,10 +122,10 @@ CanFrame ModuleAnswers::told(Node& node, const CanFrame& frame, unsigned counter
     const auto recorded = static_cast<unsigned>(read_raw<module, "balancing_cells">(last_module.frame));
     const unsigned others = recorded & ~unsigned{own.told()} & ~unsigned{node.then.bleeding.told()};
     const std::int64_t on = others | own.on(at);
-    if (&message == &module) write<module, "balancing_cells">(heard, on);
-    if (&message == &status) write<status, "balancing">(heard, on != 0 ? 1 : 0);
+    if (message == &module) write<module, "balancing_cells">(heard, on);
+    if (message == &status) write<status, "balancing">(heard, on != 0 ? 1 : 0);
   }
-  seal(message, static_cast<std::uint8_t>(counter), heard);
+  seal(*message, static_cast<std::uint8_t>(counter), heard);
   return heard;
 }
 

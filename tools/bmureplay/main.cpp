@@ -55,7 +55,7 @@ int show_config(const Options& options) {
     std::fprintf(stderr, "bmureplay: %s: no recording with a pack file\n", options.files.front().c_str());
     return exit_not_replayable;
   }
-  std::fputs(replay.reader().sources().pack_text.c_str(), stdout);
+  write_out(replay.reader().sources().pack_text);
   return exit_ok;
 }
 
@@ -80,7 +80,7 @@ int run_files(const Options& options) {
   }
   const std::string text =
       options.is_json ? outcome_json(outcome, options.config) : outcome_text(outcome, options.config);
-  std::fputs(text.c_str(), stdout);
+  write_out(text);
   return exit_code_of(outcome);
 }
 
