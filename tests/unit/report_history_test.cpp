@@ -22,6 +22,12 @@ namespace {
 
 constexpr std::int64_t us_per_ms = 1000;
 
+/// The history of a life has these minutes.
+void fill(const std::string& path, const HistoryLife& life, std::int64_t first, std::int64_t last) {
+  HistoryFile file({.path = path}, life);
+  test::write_minutes(file, life, first, last);
+}
+
 ReportData report_of(const std::string& path, const HistoryOptions& options = {}) {
   auto history = HistoryReader::open(path);
   REQUIRE(history);
@@ -40,11 +46,7 @@ std::vector<SpanReport> spans_of(const ReportData& data, SpanKind kind) {
 TEST_CASE("a report of the history has a sample a minute with its extremes", "[unit][report][history][BMS_F.5]") {
   const TemporaryFolder folder;
   const std::string path = folder / "history.sqlite";
-  {
-    const HistoryLife life = life_of(2);
-    HistoryFile file({.path = path}, life);
-    test::write_minutes(file, life, 1, 30);
-  }
+  fill(path, life_of(2), 1, 30);
   const ReportData data = report_of(path);
   REQUIRE(data.times_us.size() == 30);
   CHECK(data.times_us.front() == (history_begin_ms + minute_ms) * us_per_ms);
@@ -72,11 +74,7 @@ TEST_CASE("a report of the history has a sample a minute with its extremes", "[u
 TEST_CASE("warnings of a minute and phases are spans of the report", "[unit][report][history]") {
   const TemporaryFolder folder;
   const std::string path = folder / "history.sqlite";
-  {
-    const HistoryLife life = life_of(1);
-    HistoryFile file({.path = path}, life);
-    test::write_minutes(file, life, 1, 25);
-  }
+  fill(path, life_of(1), 1, 25);
   const ReportData data = report_of(path);
   std::size_t warnings = 0;
   for (const SpanReport& span : data.spans) {
@@ -101,16 +99,8 @@ TEST_CASE("warnings of a minute and phases are spans of the report", "[unit][rep
 TEST_CASE("what does not belong into the span, or to the pack, is left out", "[unit][report][history]") {
   const TemporaryFolder folder;
   const std::string path = folder / "history.sqlite";
-  {
-    const HistoryLife other = life_of(3, "other");
-    HistoryFile file({.path = path}, other);
-    test::write_minutes(file, other, 1, 5);
-  }
-  {
-    const HistoryLife life = life_of(1);
-    HistoryFile file({.path = path}, life);
-    test::write_minutes(file, life, 10, 20);
-  }
+  fill(path, life_of(3, "other"), 1, 5);
+  fill(path, life_of(1), 10, 20);
   const ReportData all = report_of(path);
   CHECK(all.times_us.size() == 11);
   CHECK(all.cells.size() == 12);
@@ -280,11 +270,7 @@ TEST_CASE("a fault of a minute is there from its event to its event, and then no
 TEST_CASE("minutes that cannot be read are named by their numbers", "[unit][report][history]") {
   const TemporaryFolder folder;
   const std::string path = folder / "history.sqlite";
-  {
-    const HistoryLife life = life_of(1);
-    HistoryFile file({.path = path}, life);
-    test::write_minutes(file, life, 1, 20);
-  }
+  fill(path, life_of(1), 1, 20);
   std::string bytes;
   {
     std::ifstream in(path, std::ios::binary);

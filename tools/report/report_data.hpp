@@ -18,6 +18,7 @@
 namespace bmu::report {
 
 inline constexpr float not_known = std::numeric_limits<float>::quiet_NaN();
+inline constexpr double sigmas_told = 2.0;
 
 /// A quantity over time, an entry for each sample. `low` and `high` are as long as `mean`.
 struct Series {
@@ -32,7 +33,7 @@ struct Series {
   [[nodiscard]] bool is_unknown() const;
 };
 
-/// A figure and within what the truth lies in some 95 of 100 cases.
+/// A figure and within what the truth lies in some 95 of 100 cases: two standard deviations.
 struct Figure {
   float value = not_known;
   float doubt = not_known;

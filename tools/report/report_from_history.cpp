@@ -18,8 +18,6 @@ constexpr double milli = 1e-3;
 constexpr double micro = 1e-6;
 constexpr double tenth = 0.1;
 constexpr double uAs_per_Ah = 3.6e9;
-/// The core tells one sigma; a page shows within what the truth lies in some 95 of 100 cases.
-constexpr double sigmas_told = 2.0;
 constexpr std::int64_t us_per_ms = 1000;
 constexpr std::int64_t us_per_s = 1'000'000;
 /// What is missing between two rows is told from here on; clocks that are put right move less.

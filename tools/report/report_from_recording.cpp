@@ -5,7 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "daemon/core/fault_table.hpp"
 #include "tools/report/report_time.hpp"
 
 namespace bmu::report {
@@ -13,12 +12,9 @@ namespace bmu::report {
 namespace {
 
 constexpr std::int64_t us_per_s = 1'000'000;
-constexpr double uV_per_V = 1e6;
 constexpr double milli = 1e3;
 constexpr double uAs_per_Ah = 3.6e9;
 constexpr double percent = 100.0;
-/// The truth lies within two standard deviations in some 95 of 100 cases.
-constexpr double sigmas_told = 2.0;
 /// Between two parts, from here on, something is missing: a core decides every 50 ms at least.
 constexpr std::int64_t gap_min_us = us_per_s;
 
@@ -40,152 +36,12 @@ std::string_view event_of(std::string_view line) {
   return line.substr(0, begin.size()) == begin ? line.substr(begin.size()) : std::string_view{};
 }
 
-/// Lowest, mean and highest of what was known.
-class Mean {
- public:
-  void take(double value) {
-    low_ = count_ == 0 ? value : std::min(low_, value);
-    high_ = count_ == 0 ? value : std::max(high_, value);
-    sum_ += value;
-    ++count_;
-  }
-  void take(const Measured<std::int32_t>& value, TimePoint now, Duration age_max, double divisor) {
-    if (value.is_usable(now, age_max)) take(value.value / divisor);
-  }
-  void add_to(Series& series) {
-    if (count_ == 0) {
-      series.add(not_known);
-    } else {
-      series.add(static_cast<float>(low_), static_cast<float>(sum_ / count_), static_cast<float>(high_));
-    }
-    *this = {};
-  }
-
- private:
-  double low_ = 0;
-  double high_ = 0;
-  double sum_ = 0;
-  int count_ = 0;
-};
-
-struct ContactorRow {
-  std::string_view name;
-  bool PduState::*is_closed;
-};
-constexpr ContactorRow contactor_table[] = {
-    {"main positive", &PduState::main_positive_closed},
-    {"main negative", &PduState::main_negative_closed},
-    {"precharge", &PduState::precharge_closed},
-    {"charge contactor", &PduState::charge_closed},
-};
-
-std::string cause_text(const CurrentLimit& limit, const CoreConfig& config) {
-  std::string text(to_text(limit.cause));
-  if (limit.cause == LimitCause::component && limit.part < config.component_limits.size()) {
-    const auto& name = config.component_limits[limit.part].name;
-    const std::string_view padded(name.data(), name.size());
-    return text + ": " + std::string(padded.substr(0, padded.find_last_not_of(' ') + 1));
-  }
-  const std::string place = to_text(limit.element);
-  return place.empty() ? text : text + ": " + place;
-}
-
 Figure figure(bool is_known, double value, double sigma) {
   if (!is_known) return {};
   return {.value = static_cast<float>(value), .doubt = static_cast<float>(sigmas_told * sigma)};
 }
 
 }  // namespace
-
-/// Spans by their place in the report; none: it is not so.
-struct RecordingReport::Open {
-  struct Row {
-    std::optional<std::size_t> span;
-
-    void set(bool is_so, const SpanReport& as, std::vector<SpanReport>& spans, std::int64_t at_us) {
-      const bool goes_on = is_so && span && spans[*span].text == as.text && spans[*span].kind == as.kind;
-      if (goes_on) return;
-      if (span) spans[*span].to_us = at_us;
-      span.reset();
-      if (!is_so) return;
-      span = spans.size();
-      spans.push_back(as);
-      spans.back().from_us = at_us;
-    }
-  };
-
-  Row phase;
-  std::array<Row, std::size(contactor_table)> contactors;
-  std::array<Row, fault_count> faults;
-  bool is_first = true;
-
-  /// Nothing is known of what follows.
-  void break_off(std::vector<SpanReport>& spans, std::int64_t at_us) {
-    const auto close = [&](Row& row) {
-      if (!row.span) return;
-      spans[*row.span].to_us = at_us;
-      spans[*row.span].goes_on = true;
-      row.span.reset();
-    };
-    close(phase);
-    std::for_each(contactors.begin(), contactors.end(), close);
-    std::for_each(faults.begin(), faults.end(), close);
-    is_first = true;
-  }
-};
-
-struct RecordingReport::Means {
-  std::vector<Mean> cells;
-  std::vector<Mean> sensors;
-  Mean pack_V;
-  Mean link_V;
-  Mean current_A;
-  Mean discharge_A;
-  Mean charge_A;
-  Mean soc;
-  Mean soc_doubt;
-  std::string discharge_cause;
-  std::string charge_cause;
-  bool has_tick = false;
-
-  void look(const Core& core, TimePoint now);
-};
-
-void RecordingReport::Means::look(const Core& core, TimePoint now) {
-  const AgeConfig& ages = core.config().ages;
-  std::size_t cell = 0;
-  std::size_t sensor = 0;
-  for (const ModuleRecord& module : core.modules().modules()) {
-    for (unsigned i = 0; i < module.config.cell_count; ++i) {
-      cells[cell++].take(module.cell_voltage_uV[i], now, ages.cell_voltage, uV_per_V);
-    }
-    for (unsigned i = 0; i < module.config.temperature_sensor_count; ++i) {
-      sensors[sensor++].take(module.cell_temperature_dC[i], now, ages.temperature, 10.0);
-    }
-  }
-  const SensorTable& table = core.sensors();
-  pack_V.take(table.pack_voltage_mV, now, ages.pack_voltage, milli);
-  link_V.take(table.link_voltage_mV, now, ages.pack_voltage, milli);
-  current_A.take(table.current_mA, now, ages.pack_current, milli);
-  const CurrentLimits& limits = core.limits();
-  discharge_A.take(limits.discharge.limit_mA / milli);
-  charge_A.take(limits.charge.limit_mA / milli);
-  if (!has_tick) {
-    discharge_cause = cause_text(limits.discharge, core.config());
-    charge_cause = cause_text(limits.charge, core.config());
-  }
-  const PackEstimate& estimate = core.estimate();
-  if (estimate.pack().is_known) {
-    soc.take(percent * estimate.told_soc());
-    soc_doubt.take(percent * sigmas_told * estimate.pack().sigma);
-  }
-  has_tick = true;
-}
-
-RecordingReport::RecordingReport(const RecordingOptions& options)
-    : options_(options), open_(std::make_unique<Open>()), means_(std::make_unique<Means>()) {}
-
-RecordingReport::~RecordingReport() = default;
 
 void RecordingReport::begin_file(const std::string& name) {
   settle();
@@ -317,8 +173,7 @@ void RecordingReport::name_cells() {
       data_.sensors.push_back({.name = "sensor " + node + "." + std::to_string(i), .temperature_C = {}});
     }
   }
-  means_->cells.resize(data_.cells.size());
-  means_->sensors.resize(data_.sensors.size());
+  means_.resize(data_.cells.size(), data_.sensors.size());
   bled_uAs_.resize(data_.cells.size());
 }
 
@@ -377,9 +232,9 @@ void RecordingReport::take_tick(std::int64_t at_us) {
     close_sample();
     sample_us_ = sample_us - sample_us % data_.sample_us;  // the samples may have become longer
   }
-  means_->look(*replay_.core(), replay_.counts().last);
+  means_.look(*replay_.core(), replay_.counts().last);
   look_at_flow();
-  look_at_state(at_us);
+  spans_.look(*replay_.core(), replay_.counts().last, at_us, data_.spans);
 }
 
 /// The first tick of a part: it goes on from the last one that was shown, or there is a hole between them.
@@ -411,7 +266,7 @@ void RecordingReport::follow(std::int64_t at_us) {
 /// Where they end, if they end.
 void RecordingReport::end_holes(std::optional<std::int64_t> at_us) {
   close_sample();
-  open_->break_off(data_.spans, last_us_);
+  spans_.break_off(data_.spans, last_us_);
   for (OpenHole& open : holes_) {
     open.hole.to_us = at_us;
     add_hole(std::move(open.hole));
@@ -435,27 +290,15 @@ void RecordingReport::add_hole(HoleReport hole) {
 void RecordingReport::end_shown(bool goes_on) {
   if (std::exchange(is_over_, true)) return;
   close_sample();
-  open_->break_off(data_.spans, *options_.to_us);
+  spans_.break_off(data_.spans, *options_.to_us);
   if (!goes_on) return;
   add_bled();
   take_figures();
 }
 
 void RecordingReport::close_sample() {
-  if (!means_->has_tick) return;
-  data_.times_us.push_back(sample_us_);
-  for (std::size_t i = 0; i < data_.cells.size(); ++i) means_->cells[i].add_to(data_.cells[i].voltage_V);
-  for (std::size_t i = 0; i < data_.sensors.size(); ++i) means_->sensors[i].add_to(data_.sensors[i].temperature_C);
-  means_->pack_V.add_to(data_.pack_voltage_V);
-  means_->link_V.add_to(data_.link_voltage_V);
-  means_->current_A.add_to(data_.current_A);
-  means_->discharge_A.add_to(data_.discharge_limit_A);
-  means_->charge_A.add_to(data_.charge_limit_A);
-  means_->soc.add_to(data_.soc_percent);
-  means_->soc_doubt.add_to(data_.soc_doubt_percent);
-  data_.discharge_cause.add(means_->discharge_cause);
-  data_.charge_cause.add(means_->charge_cause);
-  means_->has_tick = false;
+  if (means_.is_empty()) return;
+  means_.move_to(data_, sample_us_);
   if (data_.times_us.size() >= options_.samples_max) halve(data_);
 }
 
@@ -470,40 +313,6 @@ void RecordingReport::look_at_flow() {
   bled_last_uAs_.resize(data_.cells.size());
   for (std::size_t i = 0; i < bled_last_uAs_.size(); ++i) bled_last_uAs_[i] = core.watchers().switches.bled_uAs(i);
   if (bled_begin_uAs_.empty()) bled_begin_uAs_ = bled_last_uAs_;
-}
-
-void RecordingReport::look_at_state(std::int64_t at_us) {
-  const Core& core = *replay_.core();
-  const std::size_t spans_before = data_.spans.size();
-  const std::string phase(to_text(core.sequence().phase));
-  open_->phase.set(true, {.kind = SpanKind::phase, .name = phase, .text = phase, .place = {}}, data_.spans, at_us);
-
-  const Measured<PduState>& pdu = core.sensors().pdu;
-  const bool is_heard = pdu.is_usable(replay_.counts().last, core.config().ages.pdu_status);
-  for (std::size_t i = 0; i < std::size(contactor_table); ++i) {
-    const std::string name(contactor_table[i].name);
-    open_->contactors[i].set(is_heard && pdu.value.*contactor_table[i].is_closed,
-                             {.kind = SpanKind::contactor, .name = name, .text = name + " closed", .place = {}},
-                             data_.spans, at_us);
-  }
-  for (const FaultRow& row : fault_table()) {
-    const FaultState& state = core.faults().state(row.id);
-    Open::Row& open = open_->faults[static_cast<std::size_t>(row.id)];
-    const bool is_so = state.is_present() || state.is_warning;
-    if (!is_so && !open.span) continue;
-    const bool is_fault = state.is_present();
-    const Reading& seen = is_fault ? state.confirmed : state.warning;
-    open.set(is_so,
-             {.kind = is_fault ? SpanKind::fault : SpanKind::warning,
-              .name = std::string(row.name),
-              .text = std::string(row.meaning),
-              .place = to_text(seen.element)},
-             data_.spans, at_us);
-  }
-  if (open_->is_first) {
-    for (std::size_t i = spans_before; i < data_.spans.size(); ++i) data_.spans[i].has_begun_before = true;
-  }
-  open_->is_first = false;
 }
 
 /// What the core knows of each cell at the end of a file that brought something, or of what is shown.
@@ -540,8 +349,8 @@ ReportData RecordingReport::finish() && {
   settle();
   replay_.end();
   if (!holes_.empty()) end_holes(std::nullopt);
-  if (means_->has_tick) close_sample();
-  open_->break_off(data_.spans, last_us_);
+  close_sample();
+  spans_.break_off(data_.spans, last_us_);
   if (!is_over_) {
     add_bled();
     take_figures();

@@ -15,16 +15,16 @@
 // longer recording has longer samples, with their extremes.
 #pragma once
 
-#include <array>
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "daemon/recording/replay.hpp"
+#include "tools/report/open_spans.hpp"
 #include "tools/report/report_data.hpp"
+#include "tools/report/sample_means.hpp"
 
 namespace bmu::report {
 
@@ -36,8 +36,7 @@ struct RecordingOptions {
 
 class RecordingReport {
  public:
-  explicit RecordingReport(const RecordingOptions& options);
-  ~RecordingReport();
+  explicit RecordingReport(const RecordingOptions& options) : options_(options) {}
   RecordingReport(const RecordingReport&) = delete;
   RecordingReport& operator=(const RecordingReport&) = delete;
 
@@ -56,8 +55,6 @@ class RecordingReport {
   [[nodiscard]] ReportData finish() &&;
 
  private:
-  struct Open;   // what is so at the moment, and since when
-  struct Means;  // of the sample that is not over yet
   struct File {
     std::string name;
     bool has_tick = false;
@@ -87,7 +84,6 @@ class RecordingReport {
   void note(std::uint64_t count, const std::string& what);
   void note_overlaps();
   void look_at_flow();
-  void look_at_state(std::int64_t at_us);
   void name_cells();
   void take_figures();
 
@@ -97,8 +93,8 @@ class RecordingReport {
       .altered = [this](const RecordProblem& alteration) { altered_ = alteration; },
   }};
   ReportData data_;
-  std::unique_ptr<Open> open_;
-  std::unique_ptr<Means> means_;
+  OpenSpans spans_;
+  SampleMeans means_;  // of the sample that is not over yet
   std::vector<File> files_;
   std::uint64_t ticks_ = 0;
   std::uint64_t part_ = 0;
