@@ -509,6 +509,26 @@ TEST_CASE("the summary has a line for each identifier, 29-bit ones too, and the 
   CHECK(json.at("load_bit_per_s") == std::llround(static_cast<double>(bits - 112) / 2.75));
 }
 
+TEST_CASE("the summary says which identifier has fallen silent", "[integration][bmudump]") {
+  std::string log = "(1.000000) can0 7F0#\n(1.500000) can0 7F0#\n";
+  for (const char* time : {"1.000000", "1.500000", "2.000000", "2.400000"}) {
+    log += "(" + std::string(time) + ") can0 7F1#\n(" + std::string(time) + ") can0 7F2#\n";
+  }
+  log += "(2.490000) can0 7F2#\n";
+  CHECK(run("-r - --summary", log).out.find("silent") == std::string::npos);
+  log += "(2.500000) can0 7F3#\n";
+  const std::string text = run("-r - --summary", log).out;
+  const std::size_t silent = text.find("silent for the last 1.000000 s\n");
+  REQUIRE(silent != std::string::npos);
+  CHECK(text.find("7F0") < silent);
+  CHECK(text.find("7F1") > silent);
+  CHECK(text.find("silent", silent + 1) == std::string::npos);
+  const nlohmann::json json = nlohmann::json::parse(run("-r - --summary --json", log).out);
+  REQUIRE(json.at("ids").size() == 4);
+  CHECK(json.at("ids")[0].at("silent_s") == 1.0);
+  CHECK(json.at("ids")[1].at("silent_s").is_null());
+}
+
 TEST_CASE("Elithion's messages are read as such when 620h or 622h tell, and with --dialect", "[integration][bmudump]") {
   const std::string status = "(1.000000) can0 622#0A0E8D0A050001\n";
   const std::string name = "(1.000000) can0 620#456C697468696F6E\n";

@@ -53,6 +53,12 @@ double BusStatistics::load_bit_per_s() const {
   return last_us > first_us ? static_cast<double>(bits - bits_of_first) / span_s() : 0.0;
 }
 
+std::int64_t BusStatistics::silence_us(const IdStatistics& row) const {
+  constexpr std::int64_t longest_gaps_min = 2;
+  const std::int64_t silence_us = last_us - row.refresh_us;
+  return row.gap_max_us > 0 && silence_us / longest_gaps_min >= row.gap_max_us ? silence_us : 0;
+}
+
 IdStatistics* BusStatistics::count(const LogLine& line, const CheckedFrame& verdict) {
   const CanFrame& frame = line.frame;
   count_time(line.time_us);

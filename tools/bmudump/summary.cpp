@@ -95,9 +95,12 @@ void Summary::print_row(std::string_view id, const IdStatistics& row, const BusS
   out_->text(row.gap_max_us > 0 ? formatted("%10.6f s %18.6f ", static_cast<double>(row.gap_max_us) * 1e-6,
                                             static_cast<double>(row.gap_end_us) * 1e-6)
                                 : formatted("%-31s ", "         -"));
-  const std::string failures = failures_text(row);
-  out_->text(formatted("%6.1f %%", share_percent(row.bits, bus.bits)) + (failures.empty() ? "" : "  ") + failures +
-             "\n");
+  std::string remarks = failures_text(row);
+  if (const std::int64_t silence_us = bus.silence_us(row); silence_us > 0) {
+    remarks +=
+        (remarks.empty() ? "" : ", ") + formatted("silent for the last %.6f s", static_cast<double>(silence_us) * 1e-6);
+  }
+  out_->text(formatted("%6.1f %%", share_percent(row.bits, bus.bits)) + (remarks.empty() ? "" : "  ") + remarks + "\n");
 }
 
 void Summary::print_json(std::span<const std::unique_ptr<Bus>> buses) const {
@@ -127,12 +130,12 @@ void Summary::print_bus_json(const Bus& bus) const {
     out_->begin_line();
     if (!is_first) out_->letter(',');
     is_first = false;
-    print_row_json(id, row);
+    print_row_json(id, row, all);
   });
   out_->text("]}\n");
 }
 
-void Summary::print_row_json(std::string_view id, const IdStatistics& row) const {
+void Summary::print_row_json(std::string_view id, const IdStatistics& row, const BusStatistics& bus) const {
   out_->text("{\"id\":\"" + std::string(id) + "\",\"message\":");
   if (row.message == nullptr) {
     out_->text("null,\"node\":null");
@@ -145,6 +148,12 @@ void Summary::print_row_json(std::string_view id, const IdStatistics& row) const
                        static_cast<double>(row.gap_max_us) * 1e-6));
   if (row.gap_max_us > 0) {
     out_->time(row.gap_end_us);
+  } else {
+    out_->text("null");
+  }
+  out_->text(",\"silent_s\":");
+  if (const std::int64_t silence_us = bus.silence_us(row); silence_us > 0) {
+    out_->time(silence_us);
   } else {
     out_->text("null");
   }

@@ -30,7 +30,7 @@ class Summary {
   void print_load(const BusStatistics& bus) const;
   void print_row(std::string_view id, const IdStatistics& row, const BusStatistics& bus) const;
   void print_bus_json(const Bus& bus) const;
-  void print_row_json(std::string_view id, const IdStatistics& row) const;
+  void print_row_json(std::string_view id, const IdStatistics& row, const BusStatistics& bus) const;
 
   std::uint32_t bit_rate_;
   TextWriter* out_;
