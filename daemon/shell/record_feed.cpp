@@ -28,7 +28,7 @@ bool RecordFeed::begin_part(TimePoint now) {
   if (spare_ == nullptr || (!chunk_.is_empty() && !hand_over())) return false;
   *spare_ = core_;
   chunk_.core = std::move(spare_);
-  lines_.begin(now, options_.wall_clock(), core_.outputs());
+  lines_.begin(now, options_.wall_clock(now), core_.outputs());
   chunk_.clock = lines_.clock();
   chunk_.from = now;
   part_ += has_lost_ ? 2 : 1;

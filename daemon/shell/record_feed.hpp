@@ -5,7 +5,7 @@
 // others. A part begins at start, then every 30 s, and where lines were lost because the thread was held up for long.
 // What is worth a black box is not lost with them: it waits, and is handed over with what is left.
 //
-// Cost for the loop: some 0.1 us a frame, 0.3 us a tick, and once a part the copy of a core, 60 us
+// Cost for the loop: some 0.1 us a frame, 0.3 us a tick, and once a part the copy of a core, 50 us
 // (docs/performance.md). It neither waits nor, once its strings have grown, allocates.
 #pragma once
 
@@ -26,8 +26,8 @@ struct RecordFeedOptions {
   std::size_t chunk_max_bytes = std::size_t{1} << 20;  // what comes beyond, while the thread takes nothing, is lost
   /// A fault that comes again within this has been shown already. An opening always is worth it.
   Duration again_after = 600s;
-  /// Microseconds since 1970.
-  std::function<std::int64_t()> wall_clock;
+  /// Microseconds since 1970 at a time of the core's, which may be a while ago.
+  std::function<std::int64_t(TimePoint)> wall_clock;
 };
 
 class RecordFeed : public CoreTap {

@@ -14,6 +14,7 @@
 
 #include "daemon/history/disk_thread.hpp"
 #include "daemon/shell/black_box_head.hpp"
+#include "daemon/shell/bus_port.hpp"
 #include "daemon/shell/zstd_frame.hpp"
 
 namespace bmu {
@@ -22,10 +23,12 @@ namespace {
 
 constexpr Duration look_every = 1s;
 
-std::int64_t unix_time_us() {
+/// What the wall clock would have said at a time of the core's, had nobody set it since.
+std::int64_t unix_time_us(TimePoint at) {
   timespec now{};
   clock_gettime(CLOCK_REALTIME, &now);
-  return std::int64_t{now.tv_sec} * 1'000'000 + now.tv_nsec / 1000;
+  const auto ago = std::chrono::duration_cast<std::chrono::microseconds>(monotonic_now() - at);
+  return std::int64_t{now.tv_sec} * 1'000'000 + now.tv_nsec / 1000 - ago.count();
 }
 
 Result<void, OsError> make_folder(const std::string& folder) {
@@ -51,8 +54,8 @@ struct Recorder::Shared {
   TimePoint tried_at{};
   std::uint64_t chunks_lost = 0;
   std::uint64_t triggers_lost = 0;
-  std::int64_t life_us = unix_time_us();  // so that nobody takes parts of another life for the next ones
-  bool is_in_hole = false;                // lines are missing: nothing can be run before the next part
+  std::int64_t life_us = unix_time_us(monotonic_now());  // so that nobody takes parts of another life for the next ones
+  bool is_in_hole = false;                               // lines are missing: nothing can be run before the next part
 
   std::mutex mutex;
   std::condition_variable changed;

@@ -35,7 +35,7 @@ class Bench {
         feed_({.buses = buses_,
                .part_length = part_length,
                .chunk_max_bytes = 100'000,
-               .wall_clock = [this] { return clock_us(); }},
+               .wall_clock = [this](TimePoint at) { return clock_us(at); }},
               run_->core(), queue_) {
     queue_.give_back(std::make_unique<Core>(run_->core()));
     feed_.begin(run_->now());
@@ -79,9 +79,9 @@ class Bench {
   [[nodiscard]] const std::string& text() const { return text_; }
   [[nodiscard]] RecordFeed& feed() { return feed_; }
   [[nodiscard]] VirtualRun& run() { return *run_; }
-  [[nodiscard]] std::int64_t clock_us() const {
-    return 1'700'000'000'000'000 + std::chrono::duration_cast<std::chrono::microseconds>(run_->elapsed()).count() +
-           ahead_us;
+  [[nodiscard]] std::int64_t clock_us(TimePoint at) const {
+    const Duration elapsed = run_->elapsed() - (run_->now() - at);
+    return 1'700'000'000'000'000 + std::chrono::duration_cast<std::chrono::microseconds>(elapsed).count() + ahead_us;
   }
   std::int64_t ahead_us = 0;
 
@@ -183,10 +183,10 @@ TEST_CASE("times follow a wall clock that jumps, and the recording still decides
   Bench bench;
   bench.run_to(3s);
   bench.ahead_us = 3'600'000'000;
-  bench.run().observe(WallClockSeen{.unix_time_ms = bench.clock_us() / 1000});
+  bench.run().observe(WallClockSeen{.unix_time_ms = bench.clock_us(bench.run().now()) / 1000});
   bench.run_to(4s);
   bench.ahead_us = -3'600'000'000;
-  bench.run().observe(WallClockSeen{.unix_time_ms = bench.clock_us() / 1000});
+  bench.run().observe(WallClockSeen{.unix_time_ms = bench.clock_us(bench.run().now()) / 1000});
   bench.run_to(5s);
   bench.end();
   CHECK(bench.text().find("\n(1700003603.") != std::string::npos);

@@ -2,6 +2,7 @@
 #include "daemon/shell/recorder.hpp"
 
 #include <chrono>
+#include <ctime>
 #include <filesystem>
 #include <future>
 #include <string>
@@ -11,6 +12,7 @@
 #include <fcntl.h>
 
 #include "daemon/recording/replay.hpp"
+#include "daemon/shell/bus_port.hpp"
 #include "daemon/shell/recorder_teller.hpp"
 #include "mmu/scenario.hpp"
 #include "tests/support/allocation_count.hpp"
@@ -125,6 +127,31 @@ TEST_CASE("a recorder writes what can be run again, at full length and around an
     CHECK(counts.ticks > 800);
     CHECK(counts.ticks_different == 0);
   }
+}
+
+TEST_CASE("a recording's times are those of the wall clock, however late it begins", "[unit][recording][F68]") {
+  const TemporaryFolder folder;
+  const PackConfig pack = demo_pack();
+  const TimePoint began = monotonic_now() - 100s;  // when the core did
+  Core core(pack.core, began, 0);
+  RecorderOptions options;
+  options.files.folder = folder / "drive";
+  options.head = {.version = "0.1.0",
+                  .buses = {.internal = "vcan0", .vehicle = "vcan0"},
+                  .sources = pack.sources,
+                  .hash = pack.core.hash};
+  auto recorder = Recorder::open(options, core);
+  REQUIRE(recorder);
+  const std::int64_t unix_s = std::time(nullptr);
+  (*recorder)->feed().begin(began);
+  (*recorder)->start();
+  (*recorder)->feed().decided(began, core.decide(began));
+  REQUIRE((*recorder)->end(20s) == RecorderEnd::all_written);
+  const auto drives = files_in(folder / "drive");
+  REQUIRE(drives.size() == 1);
+  const std::int64_t first_s = replayed(drives[0]).first_log_us / 1'000'000;
+  CHECK(first_s > unix_s - 110);
+  CHECK(first_s < unix_s - 90);
 }
 
 TEST_CASE("folders that go while it records are told, and what waits is written when they are back",
