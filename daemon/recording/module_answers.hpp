@@ -1,16 +1,16 @@
 // What the modules of a recording say to another core than the one that asked them then, at other times than then.
 //
 // A module says the same whoever asks; but each answer carries the counter of its question, and to another core that is
-// the counter of some other question, or of none. So here answers change their counter and nothing else:
+// the counter of some other question, or of none. So here answers change their counter, and what follows from being
+// asked by another core:
 //
-//   an answer of the recording   comes when it came, as the answer to the other core's latest POLL to this module,
-//   unless
-//                                that has this message already: then it is only remembered.
+//   an answer of the recording   comes when it came, as the answer to the other core's latest POLL to this module. If
+//                                that has this message already it is only remembered.
 //   a POLL of the other core     to all is answered with what the module said last, where the recording's core asked
-//                                nothing at that time: between two answers of a recording nothing changes. Not so a
-//                                POLL to one module: who doubts a value waits for the next one that was measured, up to
-//                                half as long again as the recording's core took to its next question. (Temperatures
-//                                are sampled twice a second, which a core knows; it doubts no longer and no shorter.)
+//                                nothing at that time: between two answers of a recording nothing changes, and STATUS
+//                                says how old the voltages are. Not so a POLL to one module: who doubts a value waits
+//                                for the next one that was measured, up to half as long again as the recording's core
+//                                took to its next question.
 //   a module that owes the       recording's core an answer says nothing to the other core either, up to its next one.
 //   a COMMAND                    that both give has the answer of then; one of the other core alone gets "done".
 //   balancing switches           are as the other core told them, once it has told otherwise (told_bleeding.hpp).
@@ -24,8 +24,8 @@
 //   if (const auto frame = answers.hear(recorded_frame, at)) core.observe(*frame);
 //   while (const auto frame = answers.next_due(now)) core.observe(*frame);
 //
-// Neither allocates nor reads a clock. Cost: a look into a table a frame; next_due() 0.6 us every five milliseconds
-// while questions are open.
+// Neither allocates nor reads a clock. Cost: a look into a table a frame; next_due() looks through all nodes every five
+// milliseconds while questions are open.
 #pragma once
 
 #include <array>

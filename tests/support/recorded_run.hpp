@@ -24,14 +24,14 @@ inline PackConfig demo_pack() {
 
 struct RecordedRun {
   Duration length{};
+  Duration begin_after{};                  // what came before is not recorded
   Duration part_length = Duration::max();  // the recording begins anew after so long, as the daemon's does
   std::int64_t from_us = recorded_from_us;
   std::int64_t clock_behind_us = 0;  // with each part the wall clock is set back by this
 };
 
-/// The demonstration's pack, by a script.
-inline std::string recorded_run(std::string_view script, const RecordedRun& wanted) {
-  const PackConfig pack = demo_pack();
+/// A pack by a script.
+inline std::string recorded_run(const PackConfig& pack, std::string_view script, const RecordedRun& wanted) {
   auto scenario = parse_scenario(script, core_vocabulary());
   REQUIRE(scenario);
   VirtualRun run(pack.core, simulator_config(pack.core), *scenario);
@@ -39,19 +39,27 @@ inline std::string recorded_run(std::string_view script, const RecordedRun& want
                        .buses = {.internal = "vcan0", .vehicle = "vcan0"},
                        .sources = pack.sources,
                        .hash = pack.core.hash});
+  while (run.elapsed() < wanted.begin_after) run.step();
   writer.begin(run.core(), run.now(), wanted.from_us);
   run.set_tap(&writer);
-  Duration part_began{};
+  Duration part_began = wanted.begin_after;
   std::int64_t behind_us = 0;
   while (run.elapsed() < wanted.length) {
     run.step();
-    if (run.elapsed() - part_began < wanted.part_length) continue;
+    const bool is_over = run.elapsed() >= wanted.length;
+    if (is_over || run.elapsed() - part_began < wanted.part_length) continue;
     part_began = run.elapsed();
     behind_us += wanted.clock_behind_us;
-    const auto elapsed_us = std::chrono::duration_cast<std::chrono::microseconds>(part_began).count();
+    const auto since = part_began - wanted.begin_after;
+    const auto elapsed_us = std::chrono::duration_cast<std::chrono::microseconds>(since).count();
     writer.begin(run.core(), run.now(), wanted.from_us + elapsed_us - behind_us, true);
   }
   return writer.text();
+}
+
+/// The demonstration's pack.
+inline std::string recorded_run(std::string_view script, const RecordedRun& wanted) {
+  return recorded_run(demo_pack(), script, wanted);
 }
 
 /// For so long, as one part.

@@ -109,6 +109,21 @@ Unpacked unpacked(const std::string& file, std::size_t room = 10'000) {
   return unpacked_from(fd.get(), room);
 }
 
+/// Behind the bytes by which its form is known.
+template <class Pack>
+void look_at_changed_bytes(Pack pack, std::size_t begin_bytes) {
+  const std::string text = lines(40);
+  const std::string good = pack(text);
+  for (std::size_t at = begin_bytes; at < good.size(); ++at) {
+    std::string bad = good;
+    bad[at] = static_cast<char>(bad[at] ^ 0x10);
+    const Unpacked all = unpacked(bad + pack("next\n"));
+    INFO("byte " << at);
+    CHECK((!all.damage.empty() || all.text == text + "next\n"));
+    CHECK(all.text.ends_with("next\n"));
+  }
+}
+
 }  // namespace
 
 TEST_CASE("plain text is given out as it is, whatever its length", "[unit][packed_text]") {
@@ -201,16 +216,7 @@ TEST_CASE("behind a torn frame or garbage the next frame is found", "[unit][pack
 }
 
 TEST_CASE("any changed byte of a packed text ends in the same text or is named", "[unit][packed_text]") {
-  const std::string text = lines(40);
-  const std::string good = packed(text);
-  for (std::size_t at = 4; at < good.size(); ++at) {
-    std::string bad = good;
-    bad[at] = static_cast<char>(bad[at] ^ 0x10);
-    const Unpacked all = unpacked(bad + packed("next\n"));
-    INFO("byte " << at);
-    CHECK((!all.damage.empty() || all.text == text + "next\n"));
-    CHECK(all.text.ends_with("next\n"));
-  }
+  look_at_changed_bytes([](const std::string& text) { return packed(text); }, 4);
 }
 
 TEST_CASE("a checksum that is wrong is named as such", "[unit][packed_text]") {
@@ -267,16 +273,7 @@ TEST_CASE("gzip that is cut off is read to there and named", "[unit][packed_text
 
 TEST_CASE("any changed byte of a gzip stream ends in the same text or is named, and the next stream is read",
           "[unit][packed_text]") {
-  const std::string text = lines(40);
-  const std::string good = gzipped(text);
-  for (std::size_t at = 10; at < good.size(); ++at) {
-    std::string bad = good;
-    bad[at] = static_cast<char>(bad[at] ^ 0x10);
-    const Unpacked all = unpacked(bad + gzipped("next\n"));
-    INFO("byte " << at);
-    CHECK((!all.damage.empty() || all.text == text + "next\n"));
-    CHECK(all.text.ends_with("next\n"));
-  }
+  look_at_changed_bytes([](const std::string& text) { return gzipped(text); }, 10);
 }
 
 TEST_CASE("what is wrong with gzip is named", "[unit][packed_text]") {

@@ -122,3 +122,12 @@ TEST_CASE("what waits at the end is tried, and else lost", "[unit][recording][F7
   CHECK_FALSE(files.last_error().empty());
   CHECK_FALSE(files.is_waiting());
 }
+
+TEST_CASE("no more waits for a disk than there is memory for", "[unit][recording][F75]") {
+  const TemporaryFolder parent;
+  RecordFiles files({.folder = parent / "nowhere", .wait_max_bytes = 100});
+  for (int number = 0; number < 10; ++number) files.add(second(number));
+  CHECK(files.frames_lost() == 0);
+  files.add(second(10));
+  CHECK(files.frames_lost() == 5);  // a whole part
+}

@@ -5,40 +5,23 @@
 #include <vector>
 
 #include "daemon/recording/base64.hpp"
-#include "daemon/recording/record_writer.hpp"
-#include "mmu/scenario.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/recorded_run.hpp"
-#include "tools/common/virtual_run.hpp"
 
 using namespace bmu;
 using bmu::test::demo_pack;
 
 namespace {
 
-constexpr std::int64_t wall_us = 1'700'000'000'000'000;
-
 /// Closes, drives, and opens because a cell is empty. Recorded from `from` on.
 std::string recorded(const PackConfig& pack, Duration from) {
-  const SimulatorConfig world = simulator_config(pack.core);
-  auto scenario = parse_scenario(
-      "0 pack soc_permille 800\n"
-      "1 vehicle on\n"
-      "+3 load current_A 20\n"
-      "+2 cell 2.7 voltage_mV 2700\n"
-      "+3 vehicle off\n",
-      core_vocabulary());
-  REQUIRE(scenario);
-  VirtualRun run(pack.core, world, *scenario);
-  RecordWriter writer({.version = "0.1.0",
-                       .buses = {.internal = "vcan0", .vehicle = "vcan0"},
-                       .sources = pack.sources,
-                       .hash = pack.core.hash});
-  while (run.elapsed() < from) run.step();
-  writer.begin(run.core(), run.now(), wall_us);
-  run.set_tap(&writer);
-  while (run.elapsed() < 10s) run.step();
-  return writer.text();
+  return test::recorded_run(pack,
+                            "0 pack soc_permille 800\n"
+                            "1 vehicle on\n"
+                            "+3 load current_A 20\n"
+                            "+2 cell 2.7 voltage_mV 2700\n"
+                            "+3 vehicle off\n",
+                            {.length = 10s, .begin_after = from});
 }
 
 struct Replayed {

@@ -8,53 +8,26 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/recording/record_writer.hpp"
-#include "mmu/scenario.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/recorded_run.hpp"
-#include "tools/common/virtual_run.hpp"
 
 using namespace bmu;
 using bmu::test::demo_pack;
 
 namespace {
 
-constexpr std::int64_t wall_us = 1'700'000'000'000'000;
+constexpr std::int64_t wall_us = test::recorded_from_us;
 
 /// Closes, drives, and opens because a cell is empty; recorded in two parts.
 std::string recorded(const PackConfig& pack, const std::string& end = "+2 cell 2.7 voltage_mV 2700\n") {
-  auto scenario =
-      parse_scenario("0 pack soc_permille 800\n1 vehicle on\n+3 load current_A 20\n" + end, core_vocabulary());
-  REQUIRE(scenario);
-  VirtualRun run(pack.core, simulator_config(pack.core), *scenario);
-  RecordWriter writer({.version = "0.1.0",
-                       .buses = {.internal = "vcan0", .vehicle = "vcan0"},
-                       .sources = pack.sources,
-                       .hash = pack.core.hash});
-  writer.begin(run.core(), run.now(), wall_us);
-  run.set_tap(&writer);
-  while (run.elapsed() < 3s) run.step();
-  writer.begin(run.core(), run.now(), wall_us + 3'000'000, true);
-  while (run.elapsed() < 10s) run.step();
-  return writer.text();
+  return test::recorded_run(pack, "0 pack soc_permille 800\n1 vehicle on\n+3 load current_A 20\n" + end,
+                            {.length = 10s, .part_length = 5s});
 }
 
 /// The same pack from when it is closed.
 std::string recorded_closed(const PackConfig& pack, const std::string& end) {
-  auto scenario =
-      parse_scenario("0 pack soc_permille 800\n1 vehicle on\n+4 load current_A 20\n" + end, core_vocabulary());
-  REQUIRE(scenario);
-  VirtualRun run(pack.core, simulator_config(pack.core), *scenario);
-  RecordWriter writer({.version = "0.1.0",
-                       .buses = {.internal = "vcan0", .vehicle = "vcan0"},
-                       .sources = pack.sources,
-                       .hash = pack.core.hash});
-  while (run.elapsed() < 5s) run.step();
-  REQUIRE(run.core().outputs().main_positive);
-  writer.begin(run.core(), run.now(), wall_us);
-  run.set_tap(&writer);
-  while (run.elapsed() < 12s) run.step();
-  return writer.text();
+  return test::recorded_run(pack, "0 pack soc_permille 800\n1 vehicle on\n+4 load current_A 20\n" + end,
+                            {.length = 12s, .begin_after = 5s});
 }
 
 struct Told {

@@ -4,19 +4,16 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/recording/record_writer.hpp"
 #include "daemon/recording/what_if.hpp"
-#include "mmu/scenario.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/recorded_run.hpp"
-#include "tools/common/virtual_run.hpp"
 
 using namespace bmu;
 using bmu::test::demo_pack;
 
 namespace {
 
-constexpr std::int64_t wall_us = 1'700'000'000'000'000;
+constexpr std::int64_t wall_us = test::recorded_from_us;
 
 /// As the files say, with one text in place of another.
 PackConfig changed_pack(std::string_view was, std::string_view becomes) {
@@ -27,20 +24,6 @@ PackConfig changed_pack(std::string_view was, std::string_view becomes) {
   auto pack = parse_pack_config(sources);
   if (!pack) FAIL(to_text(pack.error().front()));
   return *pack;
-}
-
-std::string recorded(const PackConfig& pack, std::string_view script, Duration length) {
-  auto scenario = parse_scenario(script, core_vocabulary());
-  REQUIRE(scenario);
-  VirtualRun run(pack.core, simulator_config(pack.core), *scenario);
-  RecordWriter writer({.version = "0.1.0",
-                       .buses = {.internal = "vcan0", .vehicle = "vcan0"},
-                       .sources = pack.sources,
-                       .hash = pack.core.hash});
-  writer.begin(run.core(), run.now(), wall_us);
-  run.set_tap(&writer);
-  while (run.elapsed() < length) run.step();
-  return writer.text();
 }
 
 /// What it is, without the cell, the value and the limit.
@@ -78,8 +61,8 @@ bool has(const std::vector<Happened>& events, const WhatIfMove& move) {
 
 /// All that is told of the second core happens in truth, and of the recorded one what does not.
 void hold_against_truth(std::string_view script, Duration length, const PackConfig& other) {
-  const std::string then = recorded(demo_pack(), script, length);
-  const std::vector<Happened> truth = events_of(recorded(other, script, length));
+  const std::string then = test::recorded_run(script, length);
+  const std::vector<Happened> truth = events_of(test::recorded_run(other, script, {.length = length}));
   std::vector<WhatIfMove> moves;
   WhatIf what_if({.other = [&](const PackConfig&) -> Result<CoreConfig, std::string> { return other.core; },
                   .moves = [&](const WhatIfMove& move) { moves.push_back(move); }});

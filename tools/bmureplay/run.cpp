@@ -158,6 +158,8 @@ class Merger {
     if (options_.progress) options_.progress(outcome_.counts.covered);
   }
 
+  [[nodiscard]] const std::vector<Join>& joins() const { return joins_.found(); }
+
  private:
   void take_differences(PartOutcome& part) {
     for (Difference& difference : part.differences) {
@@ -178,7 +180,6 @@ class Merger {
                  .from_log_us = part.from_log_us,
                  .until_log_us = part.until_log_us,
                  .is_black_box = is_black_box_});
-    outcome_.joins = joins_.found();
   }
   void take_problem(const PartOutcome& part) {
     outcome_.damages.insert(outcome_.damages.end(), part.alterations.begin(), part.alterations.end());
@@ -269,6 +270,7 @@ Outcome run(PartReader& reader, const RunOptions& options) {
     run_beside_each_other(reader, options, merger);
   }
   outcome.took = std::chrono::steady_clock::now() - began;
+  outcome.joins = merger.joins();
   outcome.has_unreadable_file = reader.has_failed();
   outcome.damages.insert(outcome.damages.end(), reader.damages().begin(), reader.damages().end());
   return outcome;
