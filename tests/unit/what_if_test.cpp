@@ -196,6 +196,24 @@ TEST_CASE("an opening that comes a little later is told as that, with its reason
   CHECK(run.find("auxiliary contact", false) == nullptr);
 }
 
+TEST_CASE("contactors that close a few ticks apart are the same, not those that close at another time",
+          "[unit][recording][FS_6]") {
+  const PackConfig pack = demo_pack();
+  const std::string text = recorded(pack, "");
+  const auto closes_otherwise = [&](Duration settle) {
+    CoreConfig other = pack.core;
+    other.contactors.settle = settle;
+    const Told run = told(text, other);
+    for (const WhatIfMove& move : run.moves)
+      UNSCOPED_INFO(move.log_us << (move.is_recorded ? " not " : " but ") << move.text);
+    return run.find("contactors: ", true) != nullptr || run.find("contactors: ", false) != nullptr;
+  };
+  REQUIRE(pack.core.contactors.settle == 100ms);
+  CHECK_FALSE(closes_otherwise(90ms));
+  CHECK_FALSE(closes_otherwise(60ms));
+  CHECK(closes_otherwise(20ms));
+}
+
 TEST_CASE("a module that falls silent in the recording is silent for both", "[unit][recording][FS_6]") {
   const PackConfig pack = demo_pack();
   CoreConfig other = pack.core;
