@@ -55,8 +55,10 @@ double BusStatistics::load_bit_per_s() const {
 
 std::int64_t BusStatistics::silence_us(const IdStatistics& row) const {
   constexpr std::int64_t longest_gaps_min = 2;
+  constexpr std::uint64_t frames_min = 5;
   const std::int64_t silence_us = last_us - row.refresh_us;
-  return row.gap_max_us > 0 && silence_us / longest_gaps_min >= row.gap_max_us ? silence_us : 0;
+  const bool has_period = row.frames >= frames_min && row.gap_max_us > 0;
+  return has_period && silence_us / longest_gaps_min >= row.gap_max_us ? silence_us : 0;
 }
 
 IdStatistics* BusStatistics::count(const LogLine& line, const CheckedFrame& verdict) {

@@ -60,7 +60,8 @@ class BusStatistics {
   [[nodiscard]] double span_s() const { return static_cast<double>(last_us - first_us) * 1e-6; }
   /// What the frames took, without the first; 0 if no time passed.
   [[nodiscard]] double load_bit_per_s() const;
-  /// Since its last gap ended, if that is twice its longest gap or more; else 0: it has not fallen silent.
+  /// Since its last gap ended, if that is twice its longest gap or more; else 0: it has not fallen silent. Less than
+  /// five frames have no period.
   [[nodiscard]] std::int64_t silence_us(const IdStatistics& row) const;
   [[nodiscard]] const IdStatistics& standard(std::size_t id) const { return standard_[id]; }
   [[nodiscard]] bool has_standard() const { return !standard_.empty(); }
