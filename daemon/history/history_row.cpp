@@ -77,8 +77,8 @@ bool is_about_a_fault(EventId id) {
 
 void fill_times(const Minute& minute, HistoryRow& row) {
   row.unix_time_ms = clock_ms(minute.unix_time_ms);
-  row.span_ms = to_ms(minute.span);
   row.uptime_ms = to_ms(minute.uptime);
+  row.span_ms = *row.uptime_ms - to_ms(minute.uptime - minute.span);  // so that rows join each other to the millisecond
 }
 
 void fill_sensed(const Minute& minute, HistoryRow& row) {

@@ -84,12 +84,12 @@ std::string times(int count, std::string_view text) {
   return all;
 }
 
-/// CELLS_1 of node 3 that answers POLL 17.
-std::string good_with_counter_17() {
+/// CELLS_1 of node 3 that answers a POLL.
+std::string good_with_counter(std::uint8_t counter, std::int64_t time_us = 1'000'000) {
   CanFrame frame = internal_worked_frames()[2].frame();
-  seal(internal_bus::cells_1, 17, frame);
+  seal(internal_bus::cells_1, counter, frame);
   std::array<char, log_line_length_max> text{};
-  const LogLine line{.kind = LogLineKind::frame, .time_us = 1'000'000, .bus = "can0", .frame = frame};
+  const LogLine line{.kind = LogLineKind::frame, .time_us = time_us, .bus = "can0", .frame = frame};
   return std::string(text.data(), print_log_line(line, text)) + "\n";
 }
 
@@ -412,7 +412,7 @@ TEST_CASE("filters of candump's form hide frames of a log, not from the check", 
   CHECK(lines_of(run("can1 -r -", poll_and_late_answer).out).size() == 1);
   CHECK(lines_of(run("-r - --filter '100:700'", poll_and_late_answer).out).size() == 1);
   // An answer to an older POLL than the hidden one is late all the same.
-  const std::string late = "(1.000000) can0 080#008F000000002A1F\n" + good_with_counter_17();
+  const std::string late = "(1.000000) can0 080#008F000000002A1F\n" + good_with_counter(17);
   CHECK(run("-r - --filter CELLS_1", late).out.find("!! late") != std::string::npos);
   CHECK(lines_of(run("-r - --filter CELLS_1", late).out).size() == 1);
 }
@@ -529,6 +529,39 @@ TEST_CASE("the summary says which identifier has fallen silent", "[integration][
   REQUIRE(json.at("ids").size() == 4);
   CHECK(json.at("ids")[0].at("silent_s") == 1.0);
   CHECK(json.at("ids")[1].at("silent_s").is_null());
+}
+
+TEST_CASE("a bus that falls silent does so beside one that goes on, and frames that fail are no silence",
+          "[integration][bmudump]") {
+  std::string log;
+  for (std::uint8_t i = 0; i < 5; ++i) {
+    log += good_with_counter(i, 1'000'000 + 100'000 * i);
+    log += "(1." + std::to_string(i) + "00000) can1 7F0#\n";
+  }
+  log += "(2.400000) can0 143#8EA08E928EB22AB3\n(2.400000) can0 7F1#\n";
+  const std::string text = run("-r - --summary", log).out;
+  CHECK(text.find("wrong crc 1, none passed for the last 1.000000 s\n") != std::string::npos);
+  const std::size_t silent = text.find("silent for the last 1.000000 s\n");
+  REQUIRE(silent != std::string::npos);
+  CHECK(text.rfind("7F0", silent) != std::string::npos);
+}
+
+TEST_CASE("on a live bus silence lasts until the end of listening", "[integration][bmudump]") {
+  const TestBus bus("silence");
+  auto port = open_bus(bus.name(), {});
+  REQUIRE(port);
+  std::thread speaker([&port] {
+    CanFrame frame;
+    frame.id = 0x7F0;
+    for (int i = 0; i < 60; ++i) {
+      static_cast<void>((*port)->send(frame));
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+  });
+  const Run result = run(bus.name() + " --summary -T 2000 --seconds 60");
+  speaker.join();
+  CHECK(result.exit_code == 0);
+  CHECK(result.out.find("silent for the last 2.0") != std::string::npos);
 }
 
 TEST_CASE("Elithion's messages are read as such when 620h or 622h tell, and with --dialect", "[integration][bmudump]") {

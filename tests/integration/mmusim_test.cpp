@@ -3,6 +3,7 @@
 #include <array>
 #include <chrono>
 #include <csignal>
+#include <filesystem>
 #include <fstream>
 #include <string>
 #include <utility>
@@ -48,6 +49,26 @@ TEST_CASE("a check without a pack says what it could not check", "[integration][
   const Finished both = run_program({program("mmusim"), "--check", "--scenario", script, "--pack", pack_file});
   CHECK(both.status == 0);
   CHECK(both.out.find("lines for demo 48s") != std::string::npos);
+}
+
+TEST_CASE("a recording is not written over the script or the pack that is read", "[integration][mmusim]") {
+  const TemporaryFolder folder;
+  const std::string script = folder / "my.scn";
+  std::ofstream(script) << "1 vehicle on\n";
+  const std::string pack = folder / "packs/lipo-6s-24v.json";
+  const std::string cell = folder / "cells/lipo-3300.json";
+  for (const char* part : {"packs", "cells"}) std::filesystem::create_directory(folder / part);
+  std::filesystem::copy_file(BMUD_SOURCE_DIR "/config/packs/lipo-6s-24v.json", pack);
+  std::filesystem::copy_file(BMUD_SOURCE_DIR "/config/cells/lipo-3300.json", cell);
+  for (const std::string& file : {script, pack, cell}) {
+    const auto size = std::filesystem::file_size(file);
+    const Finished run = run_program({program("mmusim"), "--with-master", "--seconds", "1", "--quiet", "--pack", pack,
+                                      "--scenario", script, "--record", file});
+    CAPTURE(file, run.err);
+    CHECK(run.status == 2);
+    CHECK(run.err.find("mmusim: the recording would be written over '") == 0);
+    CHECK(std::filesystem::file_size(file) == size);
+  }
 }
 
 TEST_CASE("a script that cannot be read is told with the reason", "[integration][mmusim]") {

@@ -221,6 +221,26 @@ TEST_CASE("within a minute the contactors move when the events say, and the rest
   CHECK_FALSE(spans_of(data, SpanKind::contactor).back().goes_on);
 }
 
+TEST_CASE("rows whose times were cut to milliseconds each for itself join all the same", "[unit][report][history]") {
+  ShortLife pack;
+  pack.add_row(12'500, "closed", 12'500);
+  pack.add_row(60'000, "closed", 60'000);
+  pack.add_row(60'000, "closed", 60'000);
+  std::int64_t later_ms = 1;
+  SECTION("a millisecond is too much") {
+    later_ms = 1;
+  }
+  SECTION("a millisecond is missing") {
+    later_ms = -1;
+  }
+  for (HistoryRow& row : pack.rows) row.faults = "cell_undervoltage";
+  *pack.rows[1].span_ms -= later_ms;
+  const ReportData data = pack.report();
+  CHECK(spans_of(data, SpanKind::phase).size() == 1);
+  CHECK(told(data, SpanKind::contactor) == "main contactors 0-132500");
+  CHECK(spans_of(data, SpanKind::fault).size() == 1);
+}
+
 TEST_CASE("without events one move in a minute is placed by its figures, and more are not guessed",
           "[unit][report][history]") {
   ShortLife pack;
@@ -304,7 +324,7 @@ TEST_CASE("between two lives of the daemon nothing is known", "[unit][report][hi
   }
   const ReportData data = report_of(path);
   REQUIRE(data.holes.size() == 1);
-  CHECK(data.holes[0].text == "the daemon did not run");
+  CHECK(data.holes[0].text == "the daemon did not run, or its last row was not kept");
   CHECK(data.holes[0].to_us.value_or(0) - data.holes[0].from_us.value_or(0) == 4 * minute_ms * us_per_ms);
   const auto warnings = spans_of(data, SpanKind::warning);
   REQUIRE(warnings.size() == 2);

@@ -1,11 +1,8 @@
 #include "tools/bmucell/output.hpp"
 
-#include <cerrno>
 #include <cstdio>
-#include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <system_error>
+
+#include "tools/common/whole_file.hpp"
 
 namespace bmu::cell {
 
@@ -14,19 +11,9 @@ void complain(const std::string& text) {
 }
 
 bool write_file(const std::string& file, const std::string& text) {
-  const std::string beside = file + ".part";
-  errno = 0;
-  std::ofstream stream(beside, std::ios::binary);
-  stream << text;
-  stream.close();
-  if (!stream) {
-    complain(file + ": cannot be written: " + std::strerror(errno));
-    return false;
-  }
-  std::error_code error;
-  std::filesystem::rename(beside, file, error);
-  if (error) complain(file + ": cannot be written: " + error.message());
-  return !error;
+  const auto written = write_whole_file(file, text);
+  if (!written) complain(file + ": cannot be written: " + written.error());
+  return written.has_value();
 }
 
 }  // namespace bmu::cell

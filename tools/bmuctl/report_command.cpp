@@ -17,6 +17,7 @@
 #include "tools/bmuctl/time_words.hpp"
 #include "tools/common/exit_codes.hpp"
 #include "tools/common/standard_output.hpp"
+#include "tools/common/whole_file.hpp"
 #include "tools/report/recording_files.hpp"
 #include "tools/report/report_from_history.hpp"
 #include "tools/report/report_from_recording.hpp"
@@ -80,15 +81,10 @@ std::string beside(const std::string& file) {
   return path.replace_extension(".html").string();
 }
 
-bool write_page(const std::string& page, const std::string& path) {
-  if (path == "-") {
-    write_out(page);
-    return true;
-  }
-  std::ofstream out(path, std::ios::binary);
-  out << page;
-  out.close();
-  return !out.fail();
+Result<void, std::string> write_page(const std::string& page, const std::string& path) {
+  if (path != "-") return write_whole_file(path, page);
+  write_out(page);
+  return {};
 }
 
 /// What is shown, and whether all of it could be read.
@@ -222,14 +218,15 @@ int write_report(const ReportOptions& options) {
   const std::string& out = sources->out;
   std::vector<std::string> read = options.files;
   read.push_back(sources->history);
-  if (out != "-" && std::find(read.begin(), read.end(), out) != read.end())
-    return fail("the page would be written over '" + out + "'; wanted another --out", exit_usage);
+  if (const std::string same = out == "-" ? "" : same_file_among(out, read); !same.empty())
+    return fail("the page would be written over '" + same + "', which is read; wanted another --out", exit_usage);
   const Span span{.from_us = us_of(words->from_unix_ms), .to_us = us_of(words->to_unix_ms)};
   const bool has_span = !options.from.empty() || !options.to.empty();
   const auto loaded =
       sources->history.empty() ? load_recordings(sources->files, span) : load_history(sources->history, span, has_span);
   if (!loaded) return fail(loaded.error());
-  if (!write_page(page_of(loaded->data), out)) return fail("cannot write '" + out + "'");
+  const auto written = write_page(page_of(loaded->data), out);
+  if (!written) return fail("cannot write '" + out + "': " + written.error());
   if (out != "-") tell(loaded->data, out);
   warn(loaded->data);
   return loaded->is_whole ? exit_ok : exit_damaged;

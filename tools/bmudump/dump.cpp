@@ -121,7 +121,8 @@ void Dump::forget_counters(std::string_view bus) {
 }
 
 int Dump::finish(int code) {
-  const Summary summary(options_->bit_rate, out_);
+  for (const std::unique_ptr<Bus>& bus : buses_.buses()) heard_until(bus->statistics.last_us);
+  const Summary summary(options_->bit_rate, heard_until_us_, out_);
   if (options_->output == Output::summary) summary.print_text(buses_.buses());
   if (options_->output == Output::summary_json) summary.print_json(buses_.buses());
   if (follow_) follow_->print_last(options_->is_coloured, out_);

@@ -1,6 +1,7 @@
 // What happens to each frame, wherever it came from: judged, filtered, shown or counted.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <string>
 #include <vector>
@@ -42,6 +43,8 @@ class Dump {
   bool show(const LogLine& line);
   /// Frames were missed: what counters and polls said before says nothing about what comes now.
   void forget_counters(std::string_view bus);
+  /// Whatever was on the buses until then has been shown.
+  void heard_until(std::int64_t time_us) { heard_until_us_ = std::max(heard_until_us_, time_us); }
   void flush() { out_.flush(); }
   [[nodiscard]] bool is_done() const { return left_ == 0 || out_.is_closed(); }
   /// Prints what is due at the end. `code` is what the run came to so far; the worse of the two counts.
@@ -62,6 +65,7 @@ class Dump {
   std::vector<FrameText> formats_;  // by reader
   TextWriter out_;
   std::unique_ptr<Follow> follow_;
+  std::int64_t heard_until_us_ = 0;
   std::uint64_t left_;
   bool shows_lines_;
   bool needs_counts_;

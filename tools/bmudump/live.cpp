@@ -132,6 +132,7 @@ void LiveRun::run() {
     for (LiveBus& bus : buses_) bus.port->maintain();
     maintain_at = monotonic_now() + maintain_period;
   }
+  dump_->heard_until(wall_us(monotonic_now()));
 }
 
 void LiveRun::wait() {

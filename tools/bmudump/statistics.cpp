@@ -53,12 +53,12 @@ double BusStatistics::load_bit_per_s() const {
   return last_us > first_us ? static_cast<double>(bits - bits_of_first) / span_s() : 0.0;
 }
 
-std::int64_t BusStatistics::silence_us(const IdStatistics& row) const {
+std::int64_t IdStatistics::silence_us(std::int64_t until_us) const {
   constexpr std::int64_t longest_gaps_min = 2;
   constexpr std::uint64_t frames_min = 5;
-  const std::int64_t silence_us = last_us - row.refresh_us;
-  const bool has_period = row.frames >= frames_min && row.gap_max_us > 0;
-  return has_period && silence_us / longest_gaps_min >= row.gap_max_us ? silence_us : 0;
+  const std::int64_t silence_us = until_us - refresh_us;
+  const bool has_period = frames >= frames_min && gap_max_us > 0;
+  return has_period && silence_us / longest_gaps_min >= gap_max_us ? silence_us : 0;
 }
 
 IdStatistics* BusStatistics::count(const LogLine& line, const CheckedFrame& verdict) {

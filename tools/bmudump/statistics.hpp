@@ -34,6 +34,9 @@ struct IdStatistics {
   [[nodiscard]] std::uint64_t failed_total() const;
   /// Frames a second between the first and the last; 0 if there is no time between them.
   [[nodiscard]] double rate_per_s() const;
+  /// Until then since its last gap ended, if that is twice its longest gap or more; else 0: it has not fallen silent.
+  /// Less than five frames have no period.
+  [[nodiscard]] std::int64_t silence_us(std::int64_t until_us) const;
 };
 
 class BusStatistics {
@@ -60,9 +63,6 @@ class BusStatistics {
   [[nodiscard]] double span_s() const { return static_cast<double>(last_us - first_us) * 1e-6; }
   /// What the frames took, without the first; 0 if no time passed.
   [[nodiscard]] double load_bit_per_s() const;
-  /// Since its last gap ended, if that is twice its longest gap or more; else 0: it has not fallen silent. Less than
-  /// five frames have no period.
-  [[nodiscard]] std::int64_t silence_us(const IdStatistics& row) const;
   [[nodiscard]] const IdStatistics& standard(std::size_t id) const { return standard_[id]; }
   [[nodiscard]] bool has_standard() const { return !standard_.empty(); }
   /// The 29-bit identifiers, sorted.

@@ -95,12 +95,18 @@ void Summary::print_row(std::string_view id, const IdStatistics& row, const BusS
   out_->text(row.gap_max_us > 0 ? formatted("%10.6f s %18.6f ", static_cast<double>(row.gap_max_us) * 1e-6,
                                             static_cast<double>(row.gap_end_us) * 1e-6)
                                 : formatted("%-31s ", "         -"));
-  std::string remarks = failures_text(row);
-  if (const std::int64_t silence_us = bus.silence_us(row); silence_us > 0) {
-    remarks +=
-        (remarks.empty() ? "" : ", ") + formatted("silent for the last %.6f s", static_cast<double>(silence_us) * 1e-6);
-  }
+  const std::string remarks = remarks_on(row);
   out_->text(formatted("%6.1f %%", share_percent(row.bits, bus.bits)) + (remarks.empty() ? "" : "  ") + remarks + "\n");
+}
+
+/// "wrong crc 2, silent for the last 3.200000 s"
+std::string Summary::remarks_on(const IdStatistics& row) const {
+  std::string remarks = failures_text(row);
+  const std::int64_t silence_us = row.silence_us(until_us_);
+  if (silence_us == 0) return remarks;
+  const char* const what = row.last_us > row.refresh_us ? "none passed" : "silent";
+  return remarks + (remarks.empty() ? "" : ", ") +
+         formatted("%s for the last %.6f s", what, static_cast<double>(silence_us) * 1e-6);
 }
 
 void Summary::print_json(std::span<const std::unique_ptr<Bus>> buses) const {
@@ -130,12 +136,12 @@ void Summary::print_bus_json(const Bus& bus) const {
     out_->begin_line();
     if (!is_first) out_->letter(',');
     is_first = false;
-    print_row_json(id, row, all);
+    print_row_json(id, row);
   });
   out_->text("]}\n");
 }
 
-void Summary::print_row_json(std::string_view id, const IdStatistics& row, const BusStatistics& bus) const {
+void Summary::print_row_json(std::string_view id, const IdStatistics& row) const {
   out_->text("{\"id\":\"" + std::string(id) + "\",\"message\":");
   if (row.message == nullptr) {
     out_->text("null,\"node\":null");
@@ -152,7 +158,7 @@ void Summary::print_row_json(std::string_view id, const IdStatistics& row, const
     out_->text("null");
   }
   out_->text(",\"silent_s\":");
-  if (const std::int64_t silence_us = bus.silence_us(row); silence_us > 0) {
+  if (const std::int64_t silence_us = row.silence_us(until_us_); silence_us > 0) {
     out_->time(silence_us);
   } else {
     out_->text("null");

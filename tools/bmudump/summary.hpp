@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 #include <string_view>
 
 #include "tools/bmudump/bus_table.hpp"
@@ -17,8 +18,9 @@ namespace bmu::dump {
 
 class Summary {
  public:
-  /// `bit_rate` is what percentages refer to.
-  Summary(std::uint32_t bit_rate, TextWriter& out) : bit_rate_(bit_rate), out_(&out) {}
+  /// `bit_rate` is what percentages refer to. `until_us`: up to then everything would have been heard.
+  Summary(std::uint32_t bit_rate, std::int64_t until_us, TextWriter& out)
+      : bit_rate_(bit_rate), until_us_(until_us), out_(&out) {}
 
   /// A table a bus; a line for each identifier that was seen.
   void print_text(std::span<const std::unique_ptr<Bus>> buses) const;
@@ -27,12 +29,14 @@ class Summary {
 
  private:
   void print_bus(const Bus& bus) const;
+  [[nodiscard]] std::string remarks_on(const IdStatistics& row) const;
   void print_load(const BusStatistics& bus) const;
   void print_row(std::string_view id, const IdStatistics& row, const BusStatistics& bus) const;
   void print_bus_json(const Bus& bus) const;
-  void print_row_json(std::string_view id, const IdStatistics& row, const BusStatistics& bus) const;
+  void print_row_json(std::string_view id, const IdStatistics& row) const;
 
   std::uint32_t bit_rate_;
+  std::int64_t until_us_;
   TextWriter* out_;
 };
 

@@ -12,6 +12,7 @@
 #include "config/pack_config.hpp"
 #include "tools/common/bus_text.hpp"
 #include "tools/common/virtual_run.hpp"
+#include "tools/common/whole_file.hpp"
 #include "tools/mmusim/options.hpp"
 #include "tools/mmusim/run.hpp"
 #include "tools/mmusim/virtual.hpp"
@@ -114,6 +115,12 @@ int run(const Options& options) {
     for (const ScenarioProblem& problem : script->problems) complain(to_text(problem, options.scenario));
   }
   if (!options.pack.empty() && !pack) return exit_config;
+  const std::string cell_file = pack ? pack->sources.cell_name : "";
+  if (const std::string same = same_file_among(options.record, {options.pack, options.scenario, cell_file});
+      !same.empty()) {
+    complain("the recording would be written over '" + same + "', which is read; wanted another --record");
+    return exit_usage;
+  }
   if (!script || !script->problems.empty()) return exit_data;
   if (options.only_check) return tell_check(options, script->scenario, pack);
   if (options.is_virtual) return run_virtual(options, *pack, config, std::move(script->scenario));

@@ -162,8 +162,9 @@ class Filler {
  private:
   /// The row begins where the last one ended, but for what a clock may have been set by.
   [[nodiscard]] bool joins_last(const HistoryRow& row) const {
-    return !data_.is_empty() && row.life == last_.life && row.span_ms &&
-           row.uptime_ms.value_or(-1) - *row.span_ms == last_.uptime_ms;
+    constexpr std::int64_t apart_max_ms = 1;  // times and lengths were cut to milliseconds each for itself once
+    if (data_.is_empty() || row.life != last_.life || !row.span_ms || !row.uptime_ms || !last_.uptime_ms) return false;
+    return std::abs(*row.uptime_ms - *row.span_ms - *last_.uptime_ms) <= apart_max_ms;
   }
 
   /// When the row begins for what goes on: with the end of the last one if it joins that.
@@ -185,7 +186,8 @@ class Filler {
                  : "minutes " + first + " to " + std::to_string(row.sequence - 1) + " are missing or cannot be read";
     }
     if (row.sequence > last_.sequence + 1) return "what is there is left out";
-    return row.life != last_.life ? "the daemon did not run" : "the clock was set forward";
+    return row.life != last_.life ? "the daemon did not run, or its last row was not kept"
+                                  : "the clock was set forward";
   }
 
   void add_sample(const HistoryRow& row, std::int64_t at_us) {
