@@ -105,6 +105,7 @@ FileFound StateFile::read(const Take& take, std::string& problems) {
       return found;
     }
     problems += (problems.empty() ? "" : "; ") + path + ": " + taken.error();
+    is_previous_damaged_ = found == FileFound::previous;
   }
   return is_there ? FileFound::unreadable : FileFound::nothing;
 }
@@ -141,6 +142,9 @@ Result<void, OsError> StateFile::put_in_place(const std::string& fresh) {
     return failure(error);
   }
   is_good_ = true;
+  // Before there is a good FILE it says that this is no first start; if it cannot be kept, it is lost to people alone.
+  const std::string previous = path_ + ".previous";
+  if (std::exchange(is_previous_damaged_, false)) static_cast<void>(rename(previous, previous + ".damaged"));
   return {};
 }
 

@@ -5,7 +5,8 @@
 //   read        FILE if it is good, else FILE.previous if that is
 //
 // Between the two renames there is no FILE, and FILE.previous is what counts. A FILE that was found damaged never takes
-// the place of a good FILE.previous: it is put aside as FILE.damaged, for people.
+// the place of a good FILE.previous: it is put aside as FILE.damaged, for people, and a damaged FILE.previous, once
+// there is a good FILE, as FILE.previous.damaged.
 //
 // Everything here waits for the disk. Not for the control loop's thread.
 #pragma once
@@ -59,7 +60,8 @@ class StateFile {
 
   std::string path_;
   FileCalls& calls_;
-  bool is_good_ = false;  // FILE holds something worth keeping as the previous one
+  bool is_good_ = false;              // FILE holds something worth keeping as the previous one
+  bool is_previous_damaged_ = false;  // FILE.previous, which people may want to see
 };
 
 }  // namespace bmu

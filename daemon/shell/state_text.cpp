@@ -445,6 +445,7 @@ std::string state_text(const PersistentState& state) {
 }
 
 Result<StateRead, std::string> parse_state(std::string_view text) {
+  if (text.empty()) return failure(std::string("it is empty"));
   try {
     const Json file = Json::parse(text, [](int depth, Json::parse_event_t, const Json&) {
       if (depth > depth_max) throw Damage("nested more than " + std::to_string(depth_max) + " deep");

@@ -498,6 +498,21 @@ TEST_CASE("a damaged file is answered with the previous one, and never takes its
   CHECK(read_file(path + ".damaged") == "garbage");
 }
 
+TEST_CASE("two damaged files are both kept for people, once there is a good one", "[integration][state]") {
+  const TemporaryFolder folder;
+  const std::string path = folder / "state";
+  put_text(path, "garbage");
+  put_text(path + ".previous", "rubbish");
+  StateFile file(path);
+  CHECK(read(file).found == FileFound::unreadable);
+  REQUIRE(file.write("good new"));
+  REQUIRE(file.write("good newer"));
+  CHECK(read(path).text == "good newer");
+  CHECK(read_file(path + ".previous") == "good new");
+  CHECK(read_file(path + ".damaged") == "garbage");
+  CHECK(read_file(path + ".previous.damaged") == "rubbish");
+}
+
 TEST_CASE("two damaged files, or one that is no file, are unreadable and no first start", "[integration][state]") {
   const TemporaryFolder folder;
   const std::string path = folder / "state";
