@@ -161,6 +161,7 @@ Json changes_json(const DecisionChanges& changes) {
 }  // namespace
 
 int exit_code_of(const Outcome& outcome) {
+  if (!outcome.misfit.empty()) return exit_config;
   if (outcome.counts.ticks_different > 0 || outcome.states_different > 0 || !outcome.changes.is_empty()) {
     return exit_differs;
   }
@@ -209,6 +210,7 @@ std::string outcome_json(const Outcome& outcome, const std::string& other_name) 
             {"version", outcome.version},
             {"black_boxes", black_boxes_json(outcome)},
             {"config", other_name.empty() ? Json(nullptr) : Json(other_name)},
+            {"config_misfit", outcome.misfit.empty() ? Json(nullptr) : Json(outcome.misfit)},
             {"first_unix_time_us", outcome.first_log_us},
             {"covered_s", to_s(outcome.counts.covered)},
             {"took_s", to_s(outcome.took)},

@@ -185,7 +185,9 @@ class Merger {
     outcome_.damages.insert(outcome_.damages.end(), part.alterations.begin(), part.alterations.end());
     if (!part.problem) return;
     const Damage damage{.file = part.part.file, .line = part.problem->line, .text = part.problem->text};
-    if (part.problem->kind == RecordProblemKind::damaged) {
+    if (part.problem->kind == RecordProblemKind::other_pack) {
+      outcome_.misfit = "does not fit " + damage.file + ": " + damage.text;
+    } else if (part.problem->kind == RecordProblemKind::damaged) {
       outcome_.damages.push_back(damage);
     } else {
       outcome_.not_replayable.push_back(line_of(damage));
@@ -216,17 +218,18 @@ void run_beside_each_other(PartReader& reader, const RunOptions& options, Merger
 
 /// "" if the recorded state fits the other pack, or why not.
 std::string misfit(const CoreConfig& recorded, const CoreConfig& other) {
-  const auto text = [](std::size_t modules) { return std::to_string(modules) + " modules"; };
   if (recorded.modules.size() != other.modules.size()) {
-    return "the other pack has " + text(other.modules.size()) + ", the recorded one " + text(recorded.modules.size());
+    const std::size_t count = other.modules.size();
+    return "it has " + std::to_string(count) + (count == 1 ? " module" : " modules") + ", the recorded pack " +
+           std::to_string(recorded.modules.size());
   }
   for (std::size_t index = 0; index < recorded.modules.size(); ++index) {
     const ModuleConfig& then = recorded.modules[index];
     const ModuleConfig& now = other.modules[index];
     if (then.node != now.node || then.cell_count != now.cell_count) {
-      return "module " + std::to_string(index + 1) + " of the other pack has node " + std::to_string(now.node) +
-             " and " + std::to_string(now.cell_count) + " cells, that of the recorded one node " +
-             std::to_string(then.node) + " and " + std::to_string(then.cell_count);
+      return "its module " + std::to_string(index + 1) + " has node " + std::to_string(now.node) + " and " +
+             std::to_string(now.cell_count) + " cells, that of the recorded pack node " + std::to_string(then.node) +
+             " and " + std::to_string(then.cell_count);
     }
   }
   return "";
