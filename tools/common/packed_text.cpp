@@ -46,6 +46,16 @@ bool is_binary(std::string_view bytes) {
   return odd > bytes.size() / 4;
 }
 
+/// By the first byte alone, for most of a text.
+std::array<bool, 256> first_bytes() {
+  std::array<bool, 256> may_be_first{};
+  for (std::size_t code = 0; code < may_be_first.size(); ++code) {
+    const char byte = static_cast<char>(code);
+    may_be_first[code] = may_be_packed({&byte, 1});
+  }
+  return may_be_first;
+}
+
 enum class Trial : std::uint8_t { no_frame, too_short, frame };
 
 /// What by chance begins as a frame gives no text.
@@ -168,8 +178,10 @@ PackedText::Read PackedText::Unpacker::read_doubtful(std::span<char> into) {
 
 /// True: one begins at look_at_. False: there is none before that.
 bool PackedText::Unpacker::look_for_frame() {
+  static const std::array<bool, 256> may_be_first = first_bytes();
   for (; look_at_ < end_; ++look_at_) {
     const std::string_view bytes(bytes_.data() + look_at_, end_ - look_at_);
+    if (!may_be_first[static_cast<unsigned char>(bytes[0])]) continue;
     for (const Packing& one : packings()) {
       if (one.make_decoder == nullptr || !one.may_begin(bytes)) continue;
       const Trial trial = tried(one, bytes);
