@@ -40,6 +40,20 @@ std::pair<std::string_view, std::string_view> two_words(std::string_view text) {
   return {text.substr(0, space), text.substr(std::min(space + 1, text.size()))};
 }
 
+std::string hash_text(const PackConfig& pack) {
+  std::array<char, 17> text{};
+  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(pack.core.hash));
+  return text.data();
+}
+
+/// Of the files as they were before their lines got other ends; "": they are no configuration.
+std::string hash_without_cr(PackSources sources) {
+  std::erase(sources.pack_text, '\r');
+  std::erase(sources.cell_text, '\r');
+  const auto pack = parse_pack_config(sources);
+  return pack ? hash_text(*pack) : "";
+}
+
 }  // namespace
 
 RecordReader::Took RecordReader::fail(std::string text, RecordProblemKind kind) {
@@ -204,11 +218,12 @@ bool RecordReader::read_pack() {
     static_cast<void>(fail("the recorded configuration: " + to_text(pack.error().front())));
     return false;
   }
-  std::array<char, 17> hash{};
-  std::snprintf(hash.data(), hash.size(), "%016llx", static_cast<unsigned long long>(pack->core.hash));
-  if (head_.origin.hash != hash.data()) {
-    static_cast<void>(fail("found configuration " + std::string(hash.data()) + ", wanted " + head_.origin.hash +
-                           " as the head says"));
+  const std::string hash = hash_text(*pack);
+  if (head_.origin.hash != hash) {
+    static_cast<void>(
+        fail(hash_without_cr(head_.origin.sources) == head_.origin.hash
+                 ? "found lines that end in CR LF, wanted LF as it was written; tr -d '\\r' takes the CRs away"
+                 : "found configuration " + hash + ", wanted " + head_.origin.hash + " as the head says"));
     return false;
   }
   origin_of_pack_ = head_.origin;

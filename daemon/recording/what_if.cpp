@@ -307,6 +307,7 @@ void WhatIf::part_from(std::int64_t at_log_us, bool is_recorded) {
 void WhatIf::break_off() {
   end();
   has_parted_ = true;
+  problem_.reset();
 }
 
 void WhatIf::end() {

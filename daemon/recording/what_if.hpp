@@ -63,7 +63,7 @@ class WhatIf {
   /// The next line, without its line feed. False: it cannot go on; problem() says why.
   [[nodiscard]] bool take(std::string_view line);
   void end();
-  /// Something may be missing before the next part: its state is taken then.
+  /// Something may be missing before the next part: its state is taken then. Behind a problem it goes on so, too.
   void break_off();
 
   /// Ticks are those of the second core.

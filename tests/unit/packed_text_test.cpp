@@ -109,12 +109,11 @@ Unpacked unpacked(const std::string& file, std::size_t room = 10'000) {
   return unpacked_from(fd.get(), room);
 }
 
-/// Behind the bytes by which its form is known.
 template <class Pack>
-void look_at_changed_bytes(Pack pack, std::size_t begin_bytes) {
+void look_at_changed_bytes(Pack pack) {
   const std::string text = lines(40);
   const std::string good = pack(text);
-  for (std::size_t at = begin_bytes; at < good.size(); ++at) {
+  for (std::size_t at = 0; at < good.size(); ++at) {
     std::string bad = good;
     bad[at] = static_cast<char>(bad[at] ^ 0x10);
     const Unpacked all = unpacked(bad + pack("next\n"));
@@ -215,8 +214,84 @@ TEST_CASE("behind a torn frame or garbage the next frame is found", "[unit][pack
   CHECK(between.damage.size() == 1);
 }
 
+TEST_CASE("a file whose begin is neither text nor a frame is read from its first whole frame on",
+          "[unit][packed_text]") {
+  const std::string first = packed(lines(12'000));  // longer than what is kept
+  REQUIRE(first.size() > 300'000);
+  const std::string rest = packed("second\n") + packed("third\n");
+  const auto look = [](const std::string& file, std::size_t damaged, const std::string& text) {
+    const Unpacked all = unpacked(file);
+    CHECK((all.text == text));
+    CHECK(all.is_packed);
+    REQUIRE(all.damage.size() == 1);
+    CHECK(all.damage[0].begin == 0);
+    CHECK(all.damage[0].end == damaged);
+    CHECK(all.damage[0].what == "no zstd frame begins here, but one behind it");
+  };
+  std::string changed = first;
+  changed[0] = static_cast<char>(changed[0] ^ 1);
+  look(changed + rest, first.size(), "second\nthird\n");
+  std::fill_n(changed.begin(), 512, '\0');
+  look(changed + rest, first.size(), "second\nthird\n");
+  for (const std::string& ahead : {std::string("a line of junk\n"), std::string("\xFF"), std::string("(")}) {
+    look(ahead + rest, ahead.size(), "second\nthird\n");
+    look(ahead + first, ahead.size(), lines(12'000));
+  }
+  // What only looks like one is stepped over.
+  const std::string false_frame = "\xFF\x28\xB5\x2F\xFD\xFF\xFF\xFF\xFF";
+  look(false_frame + rest, false_frame.size(), "second\nthird\n");
+  const Unpacked stream = unpacked("\xFF" + gzipped("text\n"));
+  CHECK(stream.text == "text\n");
+  REQUIRE(stream.damage.size() == 1);
+  CHECK(stream.damage[0].what == "no gzip stream begins here, but one behind it");
+}
+
+TEST_CASE("text with odd bytes and no frame behind them is text", "[unit][packed_text]") {
+  const std::string text = lines(40'000);
+  for (const std::string& ahead : {std::string("\xFF"), std::string(512, '\0'), std::string(700'000, '\0'),
+                                   std::string("(\xB5/"), std::string("\x28\xB5\x2F\xFD no frame\n").insert(0, "x")}) {
+    const Unpacked all = unpacked(ahead + text);
+    CHECK((all.text == ahead + text));
+    CHECK(all.damage.empty());
+    CHECK_FALSE(all.is_packed);
+  }
+  const std::string binary(3'000'000, '\x80');
+  CHECK((unpacked(binary).text == binary));
+}
+
+TEST_CASE("a pipe gives its text as it comes, and may begin with damage", "[unit][packed_text]") {
+  std::array<int, 2> ends{};
+  REQUIRE(::pipe(ends.data()) == 0);
+  const OwnedFd from(ends[0]);
+  OwnedFd to(ends[1]);
+  const auto write = [&to](const std::string& bytes) {
+    REQUIRE(::write(to.get(), bytes.data(), bytes.size()) == static_cast<ssize_t>(bytes.size()));
+  };
+  PackedText text(from.get());
+  std::array<char, 1'000> buffer{};
+  write("an odd \xFF byte\n(");
+  PackedText::Read read = text.read(buffer);
+  CHECK(std::string_view(buffer.data(), read.size) == "an odd \xFF byte\n");
+  write("and a line\n");
+  read = text.read(buffer);
+  CHECK(std::string_view(buffer.data(), read.size) == "(and a line\n");
+  const std::string frame = packed("a frame\n");
+  write(frame.substr(0, 6));
+  std::thread writer([&] {
+    write(frame.substr(6));
+    to = OwnedFd();
+  });
+  read = text.read(buffer);
+  writer.join();
+  REQUIRE(read.status == PackedText::Status::damaged);
+  CHECK(text.damage().end == 26);
+  read = text.read(buffer);
+  CHECK(std::string_view(buffer.data(), read.size) == "a frame\n");
+  CHECK(text.read(buffer).status == PackedText::Status::end);
+}
+
 TEST_CASE("any changed byte of a packed text ends in the same text or is named", "[unit][packed_text]") {
-  look_at_changed_bytes([](const std::string& text) { return packed(text); }, 4);
+  look_at_changed_bytes([](const std::string& text) { return packed(text); });
 }
 
 TEST_CASE("a checksum that is wrong is named as such", "[unit][packed_text]") {
@@ -273,7 +348,7 @@ TEST_CASE("gzip that is cut off is read to there and named", "[unit][packed_text
 
 TEST_CASE("any changed byte of a gzip stream ends in the same text or is named, and the next stream is read",
           "[unit][packed_text]") {
-  look_at_changed_bytes([](const std::string& text) { return gzipped(text); }, 10);
+  look_at_changed_bytes([](const std::string& text) { return gzipped(text); });
 }
 
 TEST_CASE("what is wrong with gzip is named", "[unit][packed_text]") {

@@ -43,7 +43,8 @@ TEST_CASE("what is missing, twice, in another order or of another life is named"
   CHECK(told({part("c", 7, 3, 160), part("a", 7, 1, 100), part("b", 7, 2, 130)}) ==
         std::vector<std::string>{"a:100: this part comes before the one ahead of it: not in their order"});
   CHECK(told({part("a", 7, 5, 100), part("b", 8, 1, 190)}) ==
-        std::vector<std::string>{"b:100: another life of the daemon, which began 60.0 s after the one before"});
+        std::vector<std::string>{
+            "b:100: another life of the daemon, which began 60.0 s after what is recorded of the one before ends"});
   CHECK(told({part("a", 7, 5, 100), part("b", 8, 1, 90)}) ==
         std::vector<std::string>{
             "b:100: another life of the daemon, which began 40.0 s before what stands ahead of it had ended"});

@@ -1,5 +1,8 @@
 // A recording cut into its parts, in bounded memory.
+#include <cstdlib>
+#include <fstream>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -77,6 +80,36 @@ TEST_CASE("lines without a head are bounded as well", "[unit][recording]") {
   REQUIRE(parts.size() == 2);
   CHECK(parts[0].text == lines(10));
   CHECK(parts[1].text == head + lines(3));
+}
+
+TEST_CASE("of a part without its head the next head begins another one", "[unit][recording]") {
+  const TemporaryFolder folder;
+  for (const std::string& line :
+       {std::string("(1.000000) can0 143#11\n"), std::string("# (1.000000) tick 0 0\n"), std::string("junk\n")}) {
+    PartReader reader({folder.file("a.log", "# black-box x\n" + line + head + lines(3))});
+    const std::vector<Part> parts = parts_of(reader);
+    REQUIRE(parts.size() == 2);
+    CHECK(parts[0].text == "# black-box x\n" + line);
+    CHECK(parts[1].text == head + lines(3));
+    CHECK(parts[1].first_line == 3);
+  }
+}
+
+TEST_CASE("a part behind a damaged begin knows its first line and is whole", "[unit][recording]") {
+  const TemporaryFolder folder;
+  const std::string plain = folder.file("a.log", lines(5) + head + lines(2));
+  REQUIRE(std::system(("zstd -q " + plain).c_str()) == 0);
+  std::ostringstream packed;
+  packed << std::ifstream(plain + ".zst", std::ios::binary).rdbuf();
+  PartReader reader({folder.file("b.log.zst", "odd " + packed.str())});
+  const std::vector<Part> parts = parts_of(reader);
+  REQUIRE(parts.size() == 1);
+  CHECK(parts[0].text == head + lines(2));
+  CHECK(parts[0].first_line == 6);
+  CHECK_FALSE(parts[0].ends_torn);
+  REQUIRE(reader.damages().size() == 1);
+  CHECK(reader.damages()[0].text == "bytes 0 to 4: no zstd frame begins here, but one behind it");
+  CHECK(reader.damages()[0].goes_on_line == 6);
 }
 
 TEST_CASE("of a file that is full of damages not all are told", "[unit][recording]") {

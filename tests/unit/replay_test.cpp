@@ -157,6 +157,15 @@ TEST_CASE("a pack file with other line ends comes back from its recording as it 
   CHECK(run.counts.ticks_different == 0);
 }
 
+TEST_CASE("a recording whose lines were given other ends is refused by that name", "[unit][recording][F106]") {
+  std::string text;
+  for (const char letter : recorded(demo_pack(), 9s)) text += letter == '\n' ? "\r\n" : std::string(1, letter);
+  const Replayed run = replayed(text);
+  REQUIRE(run.problem);
+  CHECK(run.problem->text ==
+        "found lines that end in CR LF, wanted LF as it was written; tr -d '\\r' takes the CRs away");
+}
+
 TEST_CASE("an empty line between a decision and its lines changes nothing", "[unit][recording][F106]") {
   std::string text = recorded(demo_pack(), 0ms);
   for (std::size_t at = text.find("\n# >"); at != std::string::npos; at = text.find("\n# >", at + 100'000)) {

@@ -21,8 +21,9 @@ std::string missing_text(std::int64_t gap_us) {
 
 std::string other_life_text(std::int64_t gap_us) {
   const std::string when = seconds_text(gap_us);
-  return gap_us < 0 ? "another life of the daemon, which began " + when + " before what stands ahead of it had ended"
-                    : "another life of the daemon, which began " + when + " after the one before";
+  return gap_us < 0
+             ? "another life of the daemon, which began " + when + " before what stands ahead of it had ended"
+             : "another life of the daemon, which began " + when + " after what is recorded of the one before ends";
 }
 
 }  // namespace

@@ -78,9 +78,14 @@ int run_files(const Options& options) {
     wanted.progress = [&](Duration covered) { progress.show(covered); };
     outcome = run(reader, wanted);
   }
-  const std::string text =
-      options.is_json ? outcome_json(outcome, options.config) : outcome_text(outcome, options.config);
-  write_out(text);
+  if (!outcome.misfit.empty()) {
+    std::fprintf(stderr, "bmureplay: %s: %s\n", options.config.c_str(), outcome.misfit.c_str());
+  }
+  if (options.is_json) {
+    write_out(outcome_json(outcome, options.config));
+  } else if (outcome.misfit.empty() || outcome.counts.ticks > 0) {
+    write_out(outcome_text(outcome, options.config));
+  }
   return exit_code_of(outcome);
 }
 

@@ -30,7 +30,7 @@ Exit codes:
   2   the command line is wrong
   3   a file is damaged: it was run as far as it is good, the places are named, and nothing before them differs
   65  a file is no recording, or of another version of the core, or cannot be read
-  78  the file of --config is wrong: every problem is reported)";
+  78  the file of --config is wrong: every problem is reported; or is of a pack with other modules)";
 
 }  // namespace
 

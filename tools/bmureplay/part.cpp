@@ -3,15 +3,24 @@
 #include <cerrno>
 #include <cstring>
 #include <utility>
+#include <variant>
 
 #include <fcntl.h>
 #include <unistd.h>
+
+#include "daemon/recording/record_line.hpp"
 
 namespace bmu::replay {
 
 namespace {
 
 constexpr std::string_view part_begins = "# bmud-recording ";
+
+bool is_note(std::string_view line) {
+  if (line.starts_with('(')) return false;
+  const auto parsed = parse_record_line(line, {}, {});
+  return parsed && (std::holds_alternative<RecordNote>(*parsed) || std::holds_alternative<RecordNothing>(*parsed));
+}
 
 }  // namespace
 
@@ -58,7 +67,7 @@ bool PartReader::take_lines() {
     const bool begins = line.text.starts_with(part_begins);
     if (is_in_hole_ && !begins) continue;
     end_hole();
-    const bool begins_next = begins && (std::exchange(has_head_, true) || growing_.ends_torn);
+    const bool begins_next = begins && (std::exchange(is_in_part_, true) || growing_.ends_torn);
     if (begins_next && !growing_.text.empty()) {
       whole_ = std::exchange(growing_, Part{.file = name_, .first_line = reader_->line_number()});
     }
@@ -71,6 +80,8 @@ bool PartReader::take_lines() {
       if (whole_) return true;
       continue;
     }
+    is_in_part_ = is_in_part_ || !is_note(line.text);
+    if (growing_.text.empty()) growing_.first_line = reader_->line_number();
     growing_.text.append(line.text).push_back('\n');
     if (whole_) return true;
   }
@@ -79,7 +90,7 @@ bool PartReader::take_lines() {
 
 void PartReader::end_file() {
   reader_ = nullptr;
-  is_in_hole_ = has_head_ = false;
+  is_in_hole_ = is_in_part_ = false;
   fd_ = OwnedFd();
   if (!growing_.text.empty()) whole_ = std::move(growing_);
   growing_ = {};
@@ -97,7 +108,8 @@ std::optional<Part> PartReader::next() {
         tell({.file = name_,
               .text = "bytes " + std::to_string(reader_->damage().begin) + " to " +
                       std::to_string(reader_->damage().end) + ": " + reader_->damage().what});
-        is_in_hole_ = growing_.ends_torn = true;
+        is_in_hole_ = true;
+        growing_.ends_torn = !growing_.text.empty();
         break;
       case LineReader::Filled::error:
         tell({.file = name_, .text = std::strerror(errno)});

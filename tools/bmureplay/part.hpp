@@ -19,6 +19,7 @@ struct Damage {
   std::uint64_t line = 0;  // 0: the file as a whole, or an offset that `text` names
   std::string text;
   std::uint64_t goes_on_line = 0;  // of the part that was read next; 0: none, or nothing was left out
+  std::int64_t not_run_us = 0;     // of the recording's time, from here to there or to the file's end; 0: not known
 };
 
 struct Part {
@@ -40,7 +41,8 @@ class PartReader {
   explicit PartReader(std::vector<std::string> files, std::size_t bytes_max = part_bytes_max)
       : files_(files.begin(), files.end()), bytes_max_(bytes_max) {}
 
-  /// The next part; what comes before the first head of a file belongs to its first part. None: all is read.
+  /// The next part; notes before the first head of a file belong to its first part, and what is of a part whose head is
+  /// missing is one. None: all is read.
   [[nodiscard]] std::optional<Part> next();
   [[nodiscard]] const std::vector<Damage>& damages() const { return damages_; }
   /// A file could not be opened or read at all.
@@ -62,7 +64,7 @@ class PartReader {
   std::optional<Part> whole_;
   std::vector<Damage> damages_;
   bool is_in_hole_ = false;  // lines are missing, and what comes cannot be run before the next head
-  bool has_head_ = false;    // of what grows
+  bool is_in_part_ = false;  // what grows is more than notes
   bool has_failed_ = false;
 };
 

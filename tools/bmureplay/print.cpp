@@ -126,6 +126,21 @@ std::string place_of(const Damage& damage) {
   return damage.file + (damage.line == 0 ? "" : ":" + std::to_string(damage.line));
 }
 
+std::string left_out_text(const Damage& damage) {
+  std::string text;
+  if (damage.not_run_us > 0) text += formatted("; %.1f s are not run", static_cast<double>(damage.not_run_us) * 1e-6);
+  if (damage.goes_on_line != 0) text += "; reading goes on at line " + std::to_string(damage.goes_on_line);
+  return text;
+}
+
+Json damage_json(const Damage& damage) {
+  return {{"file", damage.file},
+          {"line", damage.line},
+          {"text", damage.text},
+          {"goes_on_line", damage.goes_on_line == 0 ? Json(nullptr) : Json(damage.goes_on_line)},
+          {"not_run_s", damage.not_run_us == 0 ? Json(nullptr) : Json(static_cast<double>(damage.not_run_us) * 1e-6)}};
+}
+
 Json difference_json(const Difference& difference) {
   return {{"file", difference.file},
           {"line", difference.line},
@@ -161,6 +176,7 @@ Json changes_json(const DecisionChanges& changes) {
 }  // namespace
 
 int exit_code_of(const Outcome& outcome) {
+  if (!outcome.misfit.empty()) return exit_config;
   if (outcome.counts.ticks_different > 0 || outcome.states_different > 0 || !outcome.changes.is_empty()) {
     return exit_differs;
   }
@@ -190,9 +206,7 @@ std::string outcome_text(const Outcome& outcome, const std::string& other_name) 
   }
   for (const std::string& reason : outcome.not_replayable) text += "cannot be run: " + reason + "\n";
   for (const Damage& damage : outcome.damages) {
-    text += "damaged: " + place_of(damage) + ": " + damage.text +
-            (damage.goes_on_line == 0 ? "" : "; goes on with the part at line " + std::to_string(damage.goes_on_line)) +
-            "\n";
+    text += "damaged: " + place_of(damage) + ": " + damage.text + left_out_text(damage) + "\n";
   }
   for (const Join& join : outcome.joins) {
     text += "note: " + join.file + ":" + std::to_string(join.line) + ": " + join.text + "\n";
@@ -209,6 +223,7 @@ std::string outcome_json(const Outcome& outcome, const std::string& other_name) 
             {"version", outcome.version},
             {"black_boxes", black_boxes_json(outcome)},
             {"config", other_name.empty() ? Json(nullptr) : Json(other_name)},
+            {"config_misfit", outcome.misfit.empty() ? Json(nullptr) : Json(outcome.misfit)},
             {"first_unix_time_us", outcome.first_log_us},
             {"covered_s", to_s(outcome.counts.covered)},
             {"took_s", to_s(outcome.took)},
@@ -224,12 +239,7 @@ std::string outcome_json(const Outcome& outcome, const std::string& other_name) 
   json["changes"] = changes_json(outcome.changes);
   json["not_replayable"] = outcome.not_replayable;
   json["damages"] = Json::array();
-  for (const Damage& damage : outcome.damages) {
-    json["damages"].push_back({{"file", damage.file},
-                               {"line", damage.line},
-                               {"text", damage.text},
-                               {"goes_on_line", damage.goes_on_line == 0 ? Json(nullptr) : Json(damage.goes_on_line)}});
-  }
+  for (const Damage& damage : outcome.damages) json["damages"].push_back(damage_json(damage));
   json["joins"] = Json::array();
   for (const Join& join : outcome.joins) {
     json["joins"].push_back({{"file", join.file}, {"line", join.line}, {"text", join.text}});

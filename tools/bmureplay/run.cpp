@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "config/bus_rate.hpp"
+#include "tools/bmureplay/run_spans.hpp"
 
 namespace bmu::replay {
 
@@ -29,6 +30,7 @@ struct PartOutcome {
   std::vector<Difference> differences;
   std::vector<Damage> alterations;
   std::optional<RecordProblem> problem;
+  std::int64_t end_log_us = 0;  // with a problem: of the latest line behind it; 0: none has a time
 };
 
 /// Of the lines before the first head.
@@ -36,6 +38,21 @@ std::optional<BlackBoxHead> black_box_of(const std::string& file, std::string_vi
   constexpr std::string_view mark = "# black-box ";
   if (!text.starts_with(mark)) return std::nullopt;
   return BlackBoxHead{.file = file, .cause = std::string(text.substr(mark.size(), text.find('\n') - mark.size()))};
+}
+
+/// Of the latest line that has one; 0: none has.
+std::int64_t end_log_us_of(std::string_view text, const RecordReader& reader) {
+  while (!text.empty()) {
+    text.remove_suffix(1);  // its line feed
+    const std::size_t begin = text.rfind('\n') + 1;
+    const auto parsed = parse_record_line(text.substr(begin), reader.clock(), reader.buses());
+    if (parsed) {
+      if (const auto* const tick = std::get_if<RecordTick>(&*parsed)) return reader.clock().to_log_us(tick->at);
+      if (const auto* const seen = std::get_if<Observation>(&*parsed)) return reader.clock().to_log_us(seen->at);
+    }
+    text = text.substr(0, begin);
+  }
+  return 0;
 }
 
 /// Gives a replay the lines of a part, and keeps what differs.
@@ -52,15 +69,20 @@ class PartRun {
     part.text.clear();
     outcome_.part = std::move(part);
     outcome_.black_box = black_box_of(outcome_.part.file, text);
-    take_lines(text, replay);
+    const std::string_view rest = take_lines(text, replay);
     if constexpr (std::is_same_v<Runner, Replay>) replay.end();
     outcome_.counts = difference(replay.counts(), before);
     outcome_.problem = replay.problem();
-    if (outcome_.problem) outcome_.problem->line = line_in_file(outcome_.problem->line);
     outcome_.first_log_us = replay.counts().first_log_us;
     const RecordReader& reader = replay.reader();
-    outcome_.from_log_us = reader.part_from_log_us();
-    outcome_.until_log_us = reader.part_until_log_us();
+    if (outcome_.problem) {
+      outcome_.problem->line = line_in_file(outcome_.problem->line);
+      outcome_.end_log_us = end_log_us_of(rest, reader);
+    }
+    if (outcome_.counts.begun > 0) {
+      outcome_.from_log_us = reader.part_from_log_us();
+      outcome_.until_log_us = reader.part_until_log_us();
+    }
     outcome_.version = reader.version();
     outcome_.pack_name = reader.pack() ? reader.pack()->name : "";
     outcome_.id = reader.part_id();
@@ -84,13 +106,15 @@ class PartRun {
   }
 
  private:
+  /// What is left, from a line that could not be taken on.
   template <class Runner>
-  static void take_lines(std::string_view text, Runner& replay) {
+  static std::string_view take_lines(std::string_view text, Runner& replay) {
     while (!text.empty()) {
       const std::size_t end = text.find('\n');
       if (!replay.take(text.substr(0, end))) break;
       text.remove_prefix(end + 1);
     }
+    return text;
   }
   static ReplayCounts difference(ReplayCounts now, const ReplayCounts& before) {
     now.lines -= before.lines;
@@ -144,8 +168,8 @@ class Merger {
     if (part.black_box) outcome_.black_boxes.push_back(*part.black_box);
     add(outcome_.counts, part.counts);
     take_differences(part);
+    take_span(part);
     take_problem(part);
-    take_join(part);
     const bool is_next = part.part.file == file_before_ && part.id.follows(id_before_) && checksum_before_ != 0 &&
                          part.checksum_at_begin != 0;
     if (is_next && !options_.other) {
@@ -158,9 +182,25 @@ class Merger {
     if (options_.progress) options_.progress(outcome_.counts.covered);
   }
 
-  [[nodiscard]] const std::vector<Join>& joins() const { return joins_.found(); }
+  /// When all is taken.
+  void end(const PartReader& reader) {
+    for (const Problem& problem : problems_) take_at_end(problem);
+    for (Damage damage : reader.damages()) {
+      if (damage.goes_on_line != 0) spans_.complete(damage);
+      outcome_.damages.push_back(std::move(damage));
+    }
+    outcome_.joins = joins_.found();
+    outcome_.has_unreadable_file = reader.has_failed();
+  }
 
  private:
+  /// Where the file goes on is known later.
+  struct Problem {
+    Damage damage;
+    RecordProblemKind kind = RecordProblemKind::damaged;
+    std::size_t span = 0;  // of its part
+  };
+
   void take_differences(PartOutcome& part) {
     for (Difference& difference : part.differences) {
       if (outcome_.differences.size() == options_.differences_max) break;
@@ -171,25 +211,38 @@ class Merger {
       outcome_.differences.push_back(std::move(difference));
     }
   }
-  void take_join(const PartOutcome& part) {
+  void take_span(const PartOutcome& part) {
     const bool is_other_file = part.part.file != file_before_;
     is_black_box_ = part.black_box || (!is_other_file && is_black_box_);
-    joins_.take({.file = part.part.file,
-                 .first_line = part.part.first_line,
-                 .id = part.id,
-                 .from_log_us = part.from_log_us,
-                 .until_log_us = part.until_log_us,
-                 .is_black_box = is_black_box_});
+    const PartSpan span{.file = part.part.file,
+                        .first_line = part.part.first_line,
+                        .id = part.id,
+                        .from_log_us = part.from_log_us,
+                        .until_log_us = part.until_log_us,
+                        .is_black_box = is_black_box_};
+    joins_.take(span);
+    spans_.take(span, part.end_log_us);
   }
   void take_problem(const PartOutcome& part) {
     outcome_.damages.insert(outcome_.damages.end(), part.alterations.begin(), part.alterations.end());
     if (!part.problem) return;
-    const Damage damage{.file = part.part.file, .line = part.problem->line, .text = part.problem->text};
-    if (part.problem->kind == RecordProblemKind::damaged) {
-      outcome_.damages.push_back(damage);
-    } else {
-      outcome_.not_replayable.push_back(line_of(damage));
+    const RecordProblem& problem = *part.problem;
+    if (problem.kind == RecordProblemKind::other_pack) {
+      outcome_.misfit = "does not fit " + part.part.file + ": " + problem.text;
+      return;
     }
+    if (problems_.size() == damages_max) return;
+    problems_.push_back({.damage = {.file = part.part.file, .line = problem.line, .text = problem.text},
+                         .kind = problem.kind,
+                         .span = spans_.size() - 1});
+  }
+  /// A recording without its beginning is one, if only damaged, when more of it could be run.
+  void take_at_end(Problem problem) {
+    const bool is_damage = problem.kind == RecordProblemKind::damaged ||
+                           (problem.kind == RecordProblemKind::no_recording && spans_.has_run(problem.damage.file));
+    if (!is_damage) return outcome_.not_replayable.push_back(line_of(problem.damage));
+    spans_.complete(problem.damage, problem.span);
+    outcome_.damages.push_back(std::move(problem.damage));
   }
 
   Outcome& outcome_;
@@ -199,6 +252,8 @@ class Merger {
   std::string file_before_;  // a file has no holes; between two of them there may be one
   bool is_black_box_ = false;
   Joins joins_;
+  RunSpans spans_;
+  std::vector<Problem> problems_;
 };
 
 void run_beside_each_other(PartReader& reader, const RunOptions& options, Merger& merger) {
@@ -216,17 +271,18 @@ void run_beside_each_other(PartReader& reader, const RunOptions& options, Merger
 
 /// "" if the recorded state fits the other pack, or why not.
 std::string misfit(const CoreConfig& recorded, const CoreConfig& other) {
-  const auto text = [](std::size_t modules) { return std::to_string(modules) + " modules"; };
   if (recorded.modules.size() != other.modules.size()) {
-    return "the other pack has " + text(other.modules.size()) + ", the recorded one " + text(recorded.modules.size());
+    const std::size_t count = other.modules.size();
+    return "it has " + std::to_string(count) + (count == 1 ? " module" : " modules") + ", the recorded pack " +
+           std::to_string(recorded.modules.size());
   }
   for (std::size_t index = 0; index < recorded.modules.size(); ++index) {
     const ModuleConfig& then = recorded.modules[index];
     const ModuleConfig& now = other.modules[index];
     if (then.node != now.node || then.cell_count != now.cell_count) {
-      return "module " + std::to_string(index + 1) + " of the other pack has node " + std::to_string(now.node) +
-             " and " + std::to_string(now.cell_count) + " cells, that of the recorded one node " +
-             std::to_string(then.node) + " and " + std::to_string(then.cell_count);
+      return "its module " + std::to_string(index + 1) + " has node " + std::to_string(now.node) + " and " +
+             std::to_string(now.cell_count) + " cells, that of the recorded pack node " + std::to_string(then.node) +
+             " and " + std::to_string(then.cell_count);
     }
   }
   return "";
@@ -253,7 +309,8 @@ void run_otherwise(PartReader& reader, const RunOptions& options, Merger& merger
     if (is_other_file || is_torn) what_if.break_off();
     is_torn = part->ends_torn;
     merger.take(run.run(std::move(*part), what_if));
-    if (what_if.problem()) break;  // what comes has nothing to go on from
+    if (what_if.problem() && what_if.problem()->kind == RecordProblemKind::other_pack) break;
+    is_torn = is_torn || what_if.problem().has_value();
   }
   what_if.end();
 }
@@ -270,9 +327,7 @@ Outcome run(PartReader& reader, const RunOptions& options) {
     run_beside_each_other(reader, options, merger);
   }
   outcome.took = std::chrono::steady_clock::now() - began;
-  outcome.joins = merger.joins();
-  outcome.has_unreadable_file = reader.has_failed();
-  outcome.damages.insert(outcome.damages.end(), reader.damages().begin(), reader.damages().end());
+  merger.end(reader);
   return outcome;
 }
 

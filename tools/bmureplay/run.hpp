@@ -47,6 +47,7 @@ struct Outcome {
   std::vector<Join> joins;  // where a part does not go on from the one before
   bool has_unreadable_file = false;
   std::vector<std::string> not_replayable;  // reasons: no recording, another version
+  std::string misfit;  // of the other configuration: "does not fit drive.log: ..."; empty: it fits, or there is none
   Duration took{};
 };
 

@@ -1,10 +1,12 @@
 #include "tools/common/packed_text.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include <unistd.h>
 
@@ -19,6 +21,9 @@ namespace {
 constexpr std::size_t read_size = 131'072;
 constexpr std::size_t kept_size = 131'072 + 1'024;
 constexpr std::size_t room_size = kept_size + read_size;
+/// So far into a file that begins with no frame one is looked for: the first one may have lost its magic, and that of a
+/// recording, which holds the state of a large pack, may be long.
+constexpr std::size_t begin_max = 1'048'576;
 
 bool may_be_packed(std::string_view bytes) {
   return std::any_of(packings().begin(), packings().end(),
@@ -31,22 +36,68 @@ const Packing* packing_of(std::string_view bytes) {
   return found == packings().end() ? nullptr : &*found;
 }
 
+/// Of what a packing makes, more than half are no letters; in a log a few may be.
+bool is_binary(std::string_view bytes) {
+  const auto is_odd = [](char letter) {
+    const auto code = static_cast<unsigned char>(letter);
+    return code >= 0x7F || (code < 0x20 && code != '\n' && code != '\r' && code != '\t');
+  };
+  const auto odd = static_cast<std::size_t>(std::count_if(bytes.begin(), bytes.end(), is_odd));
+  return odd > bytes.size() / 4;
+}
+
+/// By the first byte alone, for most of a text.
+std::array<bool, 256> first_bytes() {
+  std::array<bool, 256> may_be_first{};
+  for (std::size_t code = 0; code < may_be_first.size(); ++code) {
+    const char byte = static_cast<char>(code);
+    may_be_first[code] = may_be_packed({&byte, 1});
+  }
+  return may_be_first;
+}
+
+enum class Trial : std::uint8_t { no_frame, too_short, frame };
+
+/// What by chance begins as a frame gives no text.
+Trial tried(const Packing& packing, std::string_view bytes) {
+  if (bytes.size() < packing.begin_size) return Trial::too_short;
+  const std::unique_ptr<FrameDecoder> decoder = packing.make_decoder();
+  std::array<char, 256> text{};
+  while (!bytes.empty()) {
+    const FrameDecoder::Step done = decoder->step(bytes, text);
+    if (done.given > 0) return Trial::frame;
+    if (!done.damage.empty() || done.is_frame_end || done.taken == 0) return Trial::no_frame;
+    bytes.remove_prefix(done.taken);
+  }
+  return Trial::too_short;
+}
+
 }  // namespace
 
 class PackedText::Unpacker {
  public:
-  explicit Unpacker(int fd) : fd_(fd), bytes_(std::make_unique<char[]>(room_size)) {}
+  explicit Unpacker(int fd) : fd_(fd), bytes_(room_size) {}
 
   Read read(std::span<char> into);
   [[nodiscard]] const Damage& damage() const { return damage_; }
   [[nodiscard]] bool is_packed() const { return form_ == Form::packed || form_ == Form::refused; }
 
  private:
-  enum class Form : std::uint8_t { unknown, plain, packed, refused };
+  enum class Form : std::uint8_t {
+    unknown,
+    doubtful,  // no frame at the begin; text, unless one follows
+    plain,
+    packed,
+    refused
+  };
   enum class Refill : std::uint8_t { more, end, interrupted, failed };
 
   [[nodiscard]] Read find_form();
+  [[nodiscard]] Read read_doubtful(std::span<char> into);
+  [[nodiscard]] bool look_for_frame();
+  [[nodiscard]] Read begin_behind_damage();
   [[nodiscard]] Read read_plain(std::span<char> into);
+  [[nodiscard]] Read give_plain(std::span<char> into, std::size_t until);
   [[nodiscard]] Read read_packed(std::span<char> into);
   [[nodiscard]] Read unpack(std::span<char> into);
   [[nodiscard]] Read unpack_or_refill(std::span<char> into);
@@ -56,15 +107,16 @@ class PackedText::Unpacker {
   void begin_damage(std::string what);
   [[nodiscard]] Read end_damage();
   [[nodiscard]] std::uint64_t offset_of(std::size_t at) const { return offset_ + at; }
-  [[nodiscard]] std::string_view left() const { return {bytes_.get() + at_, end_ - at_}; }
+  [[nodiscard]] std::string_view left() const { return {bytes_.data() + at_, end_ - at_}; }
 
   int fd_;
   Form form_ = Form::unknown;
   const Packing* packing_ = nullptr;
   std::unique_ptr<FrameDecoder> decoder_;  // of what is packed
-  std::unique_ptr<char[]> bytes_;          // what was read: taken already up to at_, not yet up to end_
+  std::vector<char> bytes_;                // what was read: taken already up to at_, not yet up to end_
   std::size_t at_ = 0;
   std::size_t end_ = 0;
+  std::size_t look_at_ = 0;        // while it is doubtful: no frame begins before this
   std::uint64_t offset_ = 0;       // of bytes_[0] in the file
   std::uint64_t frame_begin_ = 0;  // offset of the frame that is open, or of the next
   bool is_in_frame_ = false;
@@ -79,6 +131,7 @@ PackedText::Read PackedText::Unpacker::read(std::span<char> into) {
     const Read found = find_form();
     if (form_ == Form::unknown) return found;
   }
+  if (form_ == Form::doubtful) return read_doubtful(into);
   if (form_ == Form::refused) return refuse();
   return form_ == Form::plain ? read_plain(into) : read_packed(into);
 }
@@ -91,7 +144,7 @@ PackedText::Read PackedText::Unpacker::find_form() {
     if (got == Refill::failed) return {Status::failed};
   }
   packing_ = packing_of(left());
-  form_ = packing_ == nullptr ? Form::plain : packing_->make_decoder == nullptr ? Form::refused : Form::packed;
+  form_ = packing_ == nullptr ? Form::doubtful : packing_->make_decoder == nullptr ? Form::refused : Form::packed;
   if (form_ == Form::packed) decoder_ = packing_->make_decoder();
   return {};
 }
@@ -109,13 +162,58 @@ PackedText::Read PackedText::Unpacker::refuse() {
   return {Status::damaged};
 }
 
-PackedText::Read PackedText::Unpacker::read_plain(std::span<char> into) {
-  if (at_ < end_) {
-    const std::size_t size = std::min(into.size(), end_ - at_);
-    std::memcpy(into.data(), bytes_.get() + at_, size);
-    at_ += size;
-    return {Status::text, size};
+/// Text is given out as it comes; what looks packed is held until a frame is found, or none is near.
+PackedText::Read PackedText::Unpacker::read_doubtful(std::span<char> into) {
+  while (true) {
+    if (look_for_frame()) return begin_behind_damage();
+    if (look_at_ > at_ && !is_binary(left().substr(0, look_at_ - at_))) return give_plain(into, look_at_);
+    if (is_at_end_ || offset_of(end_) >= begin_max) break;
+    const Refill got = refill();
+    if (got == Refill::interrupted) return {Status::interrupted};
+    if (got == Refill::failed) return {Status::failed};
   }
+  form_ = Form::plain;
+  return read_plain(into);
+}
+
+/// True: one begins at look_at_. False: there is none before that.
+bool PackedText::Unpacker::look_for_frame() {
+  static const std::array<bool, 256> may_be_first = first_bytes();
+  for (; look_at_ < end_; ++look_at_) {
+    const std::string_view bytes(bytes_.data() + look_at_, end_ - look_at_);
+    if (!may_be_first[static_cast<unsigned char>(bytes[0])]) continue;
+    for (const Packing& one : packings()) {
+      if (one.make_decoder == nullptr || !one.may_begin(bytes)) continue;
+      const Trial trial = tried(one, bytes);
+      if (trial == Trial::too_short && !is_at_end_) return false;
+      if (trial != Trial::frame) continue;
+      packing_ = &one;
+      return true;
+    }
+  }
+  return false;
+}
+
+PackedText::Read PackedText::Unpacker::begin_behind_damage() {
+  at_ = look_at_;
+  form_ = Form::packed;
+  decoder_ = packing_->make_decoder();
+  damage_ = {.begin = 0,
+             .end = offset_of(at_),
+             .what = "no " + std::string(packing_->frame) + " begins here, but one behind it"};
+  return {Status::damaged};
+}
+
+/// Of what was read.
+PackedText::Read PackedText::Unpacker::give_plain(std::span<char> into, std::size_t until) {
+  const std::size_t size = std::min(into.size(), until - at_);
+  std::memcpy(into.data(), bytes_.data() + at_, size);
+  at_ += size;
+  return {Status::text, size};
+}
+
+PackedText::Read PackedText::Unpacker::read_plain(std::span<char> into) {
+  if (at_ < end_) return give_plain(into, end_);
   const ssize_t count = ::read(fd_, into.data(), into.size());
   if (count < 0) return {errno == EINTR ? Status::interrupted : Status::failed};
   return {count == 0 ? Status::end : Status::text, static_cast<std::size_t>(count)};
@@ -123,14 +221,16 @@ PackedText::Read PackedText::Unpacker::read_plain(std::span<char> into) {
 
 PackedText::Unpacker::Refill PackedText::Unpacker::refill() {
   if (is_at_end_) return Refill::end;
-  if (end_ == room_size) {
+  if (end_ == bytes_.size()) {
     const std::size_t gone = at_ - std::min(at_, kept_size);
-    std::memmove(bytes_.get(), bytes_.get() + gone, end_ - gone);
+    std::memmove(bytes_.data(), bytes_.data() + gone, end_ - gone);
     offset_ += gone;
     at_ -= gone;
     end_ -= gone;
+    look_at_ -= std::min(look_at_, gone);
   }
-  const ssize_t count = ::read(fd_, bytes_.get() + end_, room_size - end_);
+  if (end_ == bytes_.size()) bytes_.resize(2 * bytes_.size());  // all of it is held
+  const ssize_t count = ::read(fd_, bytes_.data() + end_, bytes_.size() - end_);
   if (count < 0) return errno == EINTR ? Refill::interrupted : Refill::failed;
   end_ += static_cast<std::size_t>(count);
   is_at_end_ = count == 0;
