@@ -42,6 +42,11 @@ bool is_open_elsewhere(const std::string& path) {
   return !is_told || lock.l_type != F_UNLCK;
 }
 
+bool is_directory(const std::string& path) {
+  struct stat status {};
+  return ::stat(path.c_str(), &status) == 0 && S_ISDIR(status.st_mode);
+}
+
 bool is_disk_full(const std::string& path) {
   struct statvfs disk {};
   return ::statvfs(path.c_str(), &disk) == 0 && disk.f_bavail == 0;
@@ -139,6 +144,7 @@ bool HistorySpan::has(const HistoryNumber& unix_time_ms) const {
 
 Result<HistoryReader, std::string> HistoryReader::open(const std::string& path, HistoryAccess access) {
   if (size_of(path) < 0) return failure(path + ": no such file, or no permission to look for it");
+  if (is_directory(path)) return failure(path + ": is a directory, the history is a file");
   if (size_of(path) == 0) return failure(path + ": an empty file, nothing has been written yet");
   auto reader = open_as_it_can_be(path, access);
   if (!reader) return reader;

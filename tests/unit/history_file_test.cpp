@@ -301,6 +301,9 @@ TEST_CASE("another program's database, a folder and a device are left alone", "[
   CHECK(trouble_at(files.folder / "not/there/history.sqlite") == HistoryTrouble::refused);
   CHECK_FALSE(HistoryReader::open(files.path).has_value());
   CHECK_FALSE(HistoryReader::open("/dev/null").has_value());
+  const auto of_folder = HistoryReader::open(files.folder.path().string());
+  REQUIRE_FALSE(of_folder);
+  CHECK(of_folder.error().ends_with(": is a directory, the history is a file"));
   CHECK_FALSE(HistoryReader::open(files.folder / "nothing.sqlite").has_value());
 }
 
