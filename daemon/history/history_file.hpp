@@ -87,6 +87,7 @@ class HistoryFile {
   [[nodiscard]] HistoryError error_of(const DatabaseError& error) const;
   [[nodiscard]] HistoryResult<void> open_new();
   [[nodiscard]] HistoryResult<void> make_ours(const Database& database) const;
+  [[nodiscard]] HistoryResult<void> check_version(const Database& database, std::int64_t version) const;
   [[nodiscard]] DatabaseResult<void> prepare(Open& open) const;
   [[nodiscard]] DatabaseResult<void> find_life(Open& open) const;
   [[nodiscard]] DatabaseResult<void> begin_life(Open& open) const;

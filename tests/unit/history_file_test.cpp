@@ -748,9 +748,9 @@ TEST_CASE("a history with a flipped bit at its beginning is put aside, not left 
   const Files files;
   make_history(files.path, 3);
   const std::string good = bytes_of(files.path);
-  // The schema's version, up, down and below zero; the format of the schema; the page size.
+  // The schema's version, up, down and below zero; the format of the schema, and of the file; the page size.
   const auto [at, flipped] = GENERATE(std::pair{63U, 0x10U}, std::pair{63U, 0x01U}, std::pair{60U, 0x80U},
-                                      std::pair{47U, 0x10U}, std::pair{16U, 0x10U});
+                                      std::pair{47U, 0x10U}, std::pair{18U, 0x10U}, std::pair{16U, 0x10U});
   INFO("byte " << at);
   std::string bytes = good;
   bytes[at] = static_cast<char>(static_cast<unsigned char>(bytes[at]) ^ flipped);
