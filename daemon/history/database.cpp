@@ -143,6 +143,10 @@ bool Database::is_in_transaction() const {
   return sqlite3_get_autocommit(database_.get()) == 0;
 }
 
+bool Database::is_read_only() const {
+  return sqlite3_db_readonly(database_.get(), "main") == 1;
+}
+
 void Database::leave_as_it_is() const {
   sqlite3_db_config(database_.get(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
 }

@@ -72,6 +72,8 @@ class Database {
   /// The first number of the first row; none if there is none.
   [[nodiscard]] DatabaseResult<std::optional<std::int64_t>> number(std::string_view sql) const;
   [[nodiscard]] bool is_in_transaction() const;
+  /// By what the system lets us, or by what its beginning says; known once something was read.
+  [[nodiscard]] bool is_read_only() const;
   /// From now on closing leaves the files as they are.
   void leave_as_it_is() const;
 

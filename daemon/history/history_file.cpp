@@ -38,6 +38,7 @@ constexpr const char* creation_sql =
     "PRAGMA auto_vacuum = INCREMENTAL;"
     "PRAGMA application_id = 1651340644;";
 static_assert(history_application_id == 1'651'340'644);
+static_assert(history_page_bytes == 8'192);
 
 HistoryTrouble trouble_of(int kind) {
   switch (kind) {
@@ -191,6 +192,10 @@ HistoryResult<void> HistoryFile::make_ours(const Database& database) const {
                                  "SELECT count(*) FROM sqlite_schema WHERE name = 'minute'"};
   for (std::size_t index = 0; index < questions.size(); ++index) {
     const auto answer = database.number(questions.at(index));
+    const bool is_ours = index > 0 && found[0] == history_application_id;
+    if (!answer && is_ours && answer.error().kind() == SQLITE_ERROR) {
+      return failure(error_of(damaged("is of a format that nobody knows")));
+    }
     if (!answer) return failure(error_of(answer.error()));
     found.at(index) = answer->value_or(0);
   }
@@ -199,10 +204,11 @@ HistoryResult<void> HistoryFile::make_ours(const Database& database) const {
   if (!is_empty && id != history_application_id && minutes == 0) {
     return failure(HistoryError{HistoryTrouble::foreign, options_.path + ": is another program's database"});
   }
-  if (version > history_version) {
-    return failure(HistoryError{HistoryTrouble::newer, options_.path + ": was written by a newer bmud (schema " +
-                                                           std::to_string(version) + ", this one knows " +
-                                                           std::to_string(history_version) + "): left as it is"});
+  if (id == history_application_id && database.is_read_only() && ::access(options_.path.c_str(), W_OK) == 0) {
+    return failure(error_of(damaged("is of a format that nobody writes")));
+  }
+  if (!is_empty) {
+    if (auto checked = check_version(database, version); !checked) return checked;
   }
   if (is_empty) {
     if (auto created = database.run(creation_sql); !created) return failure(error_of(created.error()));
@@ -214,6 +220,21 @@ HistoryResult<void> HistoryFile::make_ours(const Database& database) const {
     return failure(error_of(damaged("its tables are not those of a history")));
   }
   return {};
+}
+
+/// A newer bmud has something that this one does not know, an older one lacks something.
+HistoryResult<void> HistoryFile::check_version(const Database& database, std::int64_t version) const {
+  if (version == history_version) return {};
+  const auto is_known = is_schema(database, history_steps());
+  if (!is_known) return failure(error_of(is_known.error()));
+  if (*is_known) {
+    return failure(error_of(damaged("has schema " + std::to_string(version) + " by its beginning, and schema " +
+                                    std::to_string(history_version) + " by its tables")));
+  }
+  if (version < history_version) return {};
+  return failure(HistoryError{HistoryTrouble::newer, options_.path + ": was written by a newer bmud (schema " +
+                                                         std::to_string(version) + ", this one knows " +
+                                                         std::to_string(history_version) + "): left as it is"});
 }
 
 DatabaseResult<void> HistoryFile::prepare(Open& open) const {

@@ -5,8 +5,9 @@
 //   PATH.damaged-<time>     one that was put aside; at most `aside_max` of them, then nothing is written until somebody
 //                           has looked
 //
-// A database of a newer schema, or of another program, is left alone: nothing is written, and it is said so. One that
-// was removed or exchanged while it was open is noticed with the next row.
+// A database of a newer schema, or of another program, is left alone: nothing is written, and it is said so. Newer is
+// one by its number and by something in it that is not known; a wrong number alone is damage. One that was removed or
+// exchanged while it was open is noticed with the next row.
 //
 // Everything here waits for the disk. Not for the control loop's thread.
 #pragma once
@@ -86,6 +87,7 @@ class HistoryFile {
   [[nodiscard]] HistoryError error_of(const DatabaseError& error) const;
   [[nodiscard]] HistoryResult<void> open_new();
   [[nodiscard]] HistoryResult<void> make_ours(const Database& database) const;
+  [[nodiscard]] HistoryResult<void> check_version(const Database& database, std::int64_t version) const;
   [[nodiscard]] DatabaseResult<void> prepare(Open& open) const;
   [[nodiscard]] DatabaseResult<void> find_life(Open& open) const;
   [[nodiscard]] DatabaseResult<void> begin_life(Open& open) const;

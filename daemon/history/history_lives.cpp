@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "daemon/history/history_schema.hpp"
 #include "daemon/history/minute.hpp"
 
 namespace bmu {
@@ -13,6 +14,12 @@ namespace {
 constexpr std::size_t lives_max = 50'000;
 constexpr std::int64_t default_period_s = 60;
 constexpr std::int64_t period_max_s = 86'400;
+
+constexpr const char* select_layouts = "SELECT id, modules FROM layout ORDER BY id";
+constexpr std::size_t layout_columns = 2;
+constexpr const char* select_lives =
+    "SELECT id, token, version, pack_name, config, period_s, layout FROM life ORDER BY id";
+constexpr std::size_t life_columns = 7;
 
 std::string words(std::optional<std::string_view> text) {
   return std::string(text.value_or(""));
@@ -64,20 +71,36 @@ void HistoryLives::read(const Database& database) {
   read_table(database);
 }
 
+/// `place` has no rowids, by which rows are found page by page; it says nothing that `layout` does not say.
+void HistoryLives::read(StrayRows& rows) {
+  rows.for_each(layout_columns, 0, history_number_max, [&](const RowValues& row, std::int64_t) {
+    take_layout(row);
+    return layouts_.size() < lives_max;
+  });
+  rows.for_each(life_columns, 0, history_number_max, [&](const RowValues& row, std::int64_t id) {
+    if (find(id) == nullptr) take_life(id, row);
+    return lives_.size() < lives_max;
+  });
+}
+
 void HistoryLives::read_layouts(const Database& database) {
-  auto statement = database.prepare("SELECT id, modules FROM layout ORDER BY id");
+  auto statement = database.prepare(select_layouts);
   if (!statement) return problem("table layout: " + statement.error().what);
   while (layouts_.size() < lives_max) {
     const auto has_row = statement->step();
     if (!has_row) return problem("table layout: " + has_row.error().what);
     if (!*has_row) return;
-    const std::int64_t id = statement->number(0).value_or(-1);
-    auto layout = layout_from_text(words(statement->text(1)));
-    if (layout && !layout->modules.empty()) {
-      layouts_[id] = std::move(*layout);
-    } else {
-      problem("layout " + std::to_string(id) + ": makes no sense");
-    }
+    take_layout(StatementRow(*statement));
+  }
+}
+
+void HistoryLives::take_layout(const RowValues& row) {
+  const std::int64_t id = row.number(0).value_or(-1);
+  auto layout = layout_from_text(words(row.text(1)));
+  if (layout && !layout->modules.empty()) {
+    layouts_[id] = std::move(*layout);
+  } else {
+    problem("layout " + std::to_string(id) + ": makes no sense");
   }
 }
 
@@ -103,8 +126,7 @@ void HistoryLives::read_places(const Database& database) {
 }
 
 void HistoryLives::read_table(const Database& database) {
-  auto statement =
-      database.prepare("SELECT id, token, version, pack_name, config, period_s, layout FROM life ORDER BY id");
+  auto statement = database.prepare(select_lives);
   if (!statement) return problem("table life: " + statement.error().what);
   while (lives_.size() < lives_max) {
     const auto has_row = statement->step();
@@ -115,18 +137,24 @@ void HistoryLives::read_table(const Database& database) {
       problem(name_of(id.value_or(-1)) + ": makes no sense");
       continue;
     }
-    HistoryLife life{.id = *id,
-                     .token = words(statement->text(1)),
-                     .version = words(statement->text(2)),
-                     .pack_name = words(statement->text(3)),
-                     .config = words(statement->text(4)),
-                     .period_s = statement->number(5).value_or(default_period_s)};
-    if (life.period_s < 1 || life.period_s > period_max_s) life.period_s = default_period_s;
-    const auto layout = layouts_.find(statement->number(6).value_or(-1));
-    if (layout != layouts_.end()) life.layout = layout->second;
-    if (layout == layouts_.end()) problem(name_of(*id) + ": its layout cannot be read");
-    lives_.push_back(std::move(life));
+    take_life(*id, StatementRow(*statement));
   }
+}
+
+void HistoryLives::take_life(std::int64_t id, const RowValues& row) {
+  HistoryLife life{.id = id,
+                   .token = words(row.text(1)),
+                   .version = words(row.text(2)),
+                   .pack_name = words(row.text(3)),
+                   .config = words(row.text(4)),
+                   .period_s = row.number(5).value_or(default_period_s)};
+  if (life.period_s < 1 || life.period_s > period_max_s) life.period_s = default_period_s;
+  const auto layout = layouts_.find(row.number(6).value_or(-1));
+  if (layout != layouts_.end()) life.layout = layout->second;
+  if (layout == layouts_.end()) problem(name_of(id) + ": its layout cannot be read");
+  const auto at = std::lower_bound(lives_.begin(), lives_.end(), id,
+                                   [](const HistoryLife& other, std::int64_t wanted) { return other.id < wanted; });
+  lives_.insert(at, std::move(life));
 }
 
 void HistoryLives::complete(const std::map<std::int64_t, LifeOfRows>& of_rows) {

@@ -6,6 +6,7 @@
 // told.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <set>
@@ -14,6 +15,8 @@
 
 #include "daemon/history/database.hpp"
 #include "daemon/history/history_row.hpp"
+#include "daemon/history/row_values.hpp"
+#include "daemon/history/stray_rows.hpp"
 
 namespace bmu {
 
@@ -28,6 +31,9 @@ class HistoryLives {
  public:
   /// Some milliseconds.
   void read(const Database& database);
+  /// Those to which nothing leads any more beside those that are known. What is missing is not noticed: `complete` has
+  /// to follow.
+  void read(StrayRows& rows);
   /// False: rows may be of lives that are not known, or not whole; `complete` with what the rows say helps.
   [[nodiscard]] bool are_whole() const { return problems_.empty(); }
   void complete(const std::map<std::int64_t, LifeOfRows>& of_rows);
@@ -42,9 +48,12 @@ class HistoryLives {
   void read_layouts(const Database& database);
   void read_places(const Database& database);
   void read_table(const Database& database);
-  void take_layout(std::int64_t id, const std::optional<HistoryLayout>& layout);
+  void take_layout(const RowValues& row);
+  void take_life(std::int64_t id, const RowValues& row);
   void fill(HistoryLife& life, const LifeOfRows& rows);
-  void problem(const std::string& text) { problems_.push_back(text); }
+  void problem(const std::string& text) {
+    if (std::find(problems_.begin(), problems_.end(), text) == problems_.end()) problems_.push_back(text);
+  }
 
   std::map<std::int64_t, HistoryLayout> layouts_;  // by their id
   std::vector<HistoryLife> lives_;

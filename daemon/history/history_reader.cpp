@@ -42,6 +42,11 @@ bool is_open_elsewhere(const std::string& path) {
   return !is_told || lock.l_type != F_UNLCK;
 }
 
+bool is_directory(const std::string& path) {
+  struct stat status {};
+  return ::stat(path.c_str(), &status) == 0 && S_ISDIR(status.st_mode);
+}
+
 bool is_disk_full(const std::string& path) {
   struct statvfs disk {};
   return ::statvfs(path.c_str(), &disk) == 0 && disk.f_bavail == 0;
@@ -50,17 +55,6 @@ bool is_disk_full(const std::string& path) {
 std::string words(std::optional<std::string_view> text) {
   return std::string(text.value_or(""));
 }
-
-/// Of the row at which a statement stands.
-class StatementRow : public RowValues {
- public:
-  explicit StatementRow(const Statement& statement) : statement_(statement) {}
-  [[nodiscard]] std::optional<std::int64_t> number(int column) const override { return statement_.number(column); }
-  [[nodiscard]] std::optional<std::string_view> text(int column) const override { return statement_.text(column); }
-
- private:
-  const Statement& statement_;
-};
 
 /// The columns from `index` on; the index behind them.
 template <class Row>
@@ -121,6 +115,11 @@ DatabaseResult<void> look(const Database& database) {
   return {};
 }
 
+/// SQLITE_ERROR comes of a look only where the file says that it has a format which nobody knows.
+bool is_damage(const DatabaseError& error) {
+  return error.kind() == SQLITE_CORRUPT || error.kind() == SQLITE_NOTADB || error.kind() == SQLITE_ERROR;
+}
+
 DatabaseResult<Database> open_and_look(const std::string& path, OpenAs as) {
   auto database = Database::open(path, as);
   if (!database) return database;
@@ -139,11 +138,17 @@ bool HistorySpan::has(const HistoryNumber& unix_time_ms) const {
 
 Result<HistoryReader, std::string> HistoryReader::open(const std::string& path, HistoryAccess access) {
   if (size_of(path) < 0) return failure(path + ": no such file, or no permission to look for it");
+  if (is_directory(path)) return failure(path + ": is a directory, the history is a file");
   if (size_of(path) == 0) return failure(path + ": an empty file, nothing has been written yet");
   auto reader = open_as_it_can_be(path, access);
-  if (!reader) return reader;
-  if (auto checked = reader->check(); !checked) return failure(checked.error());
-  reader->read_lives();
+  if (reader) reader->access_ = access;
+  if (reader && reader->database_) {
+    if (const auto checked = reader->check(); !checked) {
+      if (!checked.error().may_be_damage) return failure(checked.error().why);
+      reader = open_by_pages(path, access, checked.error().why);
+    }
+  }
+  if (reader) reader->read_lives();
   return reader;
 }
 
@@ -156,17 +161,32 @@ Result<HistoryReader, std::string> HistoryReader::open_as_it_can_be(const std::s
     if (access == HistoryAccess::beside_writer) return failure(path + ": " + error.what);
     return open_without_company(path, error);
   }
-  if (error.kind() == SQLITE_CORRUPT) return open_ruin(path, error);
-  if (error.kind() == SQLITE_NOTADB) return failure(path + ": is no history, or its beginning is damaged");
+  if (is_damage(error)) return open_ruin(path, access, error);
   return failure(path + ": " + error.what);
 }
 
-Result<HistoryReader, std::string> HistoryReader::open_ruin(const std::string& path, const DatabaseError& error) {
+Result<HistoryReader, std::string> HistoryReader::open_ruin(const std::string& path, HistoryAccess access,
+                                                            const DatabaseError& error) {
   auto database = open_and_look(path, OpenAs::ruin);
-  if (!database) return failure(path + ": " + error.what);
+  if (!database) {
+    const bool is_none = error.kind() == SQLITE_NOTADB;
+    return open_by_pages(path, access,
+                         path + ": " + (is_none ? "is no history, or its beginning is damaged" : error.what));
+  }
   HistoryReader reader(path, std::move(*database));
   reader.is_ruin_ = true;
   reader.note(path + " is damaged (" + error.what + "): what of it can be read follows");
+  return reader;
+}
+
+/// SQLite finds no way in. `refusal`: what to say of a file that has no row of ours.
+Result<HistoryReader, std::string> HistoryReader::open_by_pages(const std::string& path, HistoryAccess access,
+                                                                const std::string& refusal) {
+  if (access == HistoryAccess::beside_writer) return failure(refusal);
+  HistoryReader reader(path);
+  if (!reader.has_whole_row()) return failure(refusal);
+  reader.note_damaged_beginning();
+  if (size_of(path + "-wal") > 0) reader.note("what is in " + path + "-wal is not looked at");
   return reader;
 }
 
@@ -183,41 +203,70 @@ Result<HistoryReader, std::string> HistoryReader::open_without_company(const std
   const std::string why = error.what + (is_disk_full(path) ? "; the disk is full" : "");
   if (!is_free && !lacks_rights) return failure(path + ": " + why + ", and another program has the history open");
   auto database = open_and_look(path, OpenAs::still_file);
-  if (!database && database.error().kind() == SQLITE_CORRUPT) return open_ruin(path, database.error());
+  if (!database && is_damage(database.error())) return open_ruin(path, HistoryAccess::in_any_way, database.error());
   if (!database) return failure(path + ": " + why);
   HistoryReader reader(path, std::move(*database));
   if (has_log) reader.note("the latest rows are in " + path + "-wal, which cannot be read: " + why);
   return reader;
 }
 
-Result<void, std::string> HistoryReader::check() {
-  const auto minutes = database_.number("SELECT count(*) FROM sqlite_schema WHERE type = 'table' AND name = 'minute'");
-  if (!minutes) return failure(path_ + ": is damaged where its tables are named: " + minutes.error().what);
-  if (minutes->value_or(0) != 1) return failure(path_ + ": is no history of bmud");
-  const auto version = database_.number("PRAGMA user_version");
-  if (version && version->value_or(0) > history_version) {
-    return failure(path_ + ": was written by a newer bmud (schema " + std::to_string(version->value_or(0)) +
-                   ", this program knows " + std::to_string(history_version) + ")");
-  }
-  const auto page_bytes = database_.number("PRAGMA page_size");
+Result<void, HistoryReader::Refusal> HistoryReader::check() {
+  const auto refused = [&](const std::string& why) { return failure(Refusal{.why = path_ + ": " + why}); };
+  const auto minutes_found =
+      database_->number("SELECT count(*) FROM sqlite_schema WHERE type = 'table' AND name = 'minute'");
+  if (!minutes_found) return refused("is damaged where its tables are named: " + minutes_found.error().what);
+  if (minutes_found->value_or(0) != 1) return refused("is no history of bmud");
+  if (auto checked = check_version(); !checked) return checked;
+  const auto select = database_->prepare(minutes().select);
+  if (!select) return refused("is damaged where its tables are named: " + select.error().what);
+  const auto page_bytes = database_->number("PRAGMA page_size");
   const bool has_log = size_of(path_ + "-wal") > 0;
   if (!is_ruin_ && !has_log && page_bytes && size_of(path_) % page_bytes->value_or(1) != 0) {
     is_ruin_ = true;
     note(path_ + " is cut short: what of it can be read follows");
   }
-  const auto is_whole = has_schema(database_, history_steps());
+  const auto is_whole = has_schema(*database_, history_steps());
   if (!is_whole || !*is_whole) note("the tables are not all those of a history");
   return {};
 }
 
-/// Where not all of them can be read, the rows are asked what they know of theirs.
+/// A newer bmud has something that this one does not know. Where everything is known the number is what is wrong.
+Result<void, HistoryReader::Refusal> HistoryReader::check_version() {
+  const auto version = database_->number("PRAGMA user_version");
+  if (!version || *version == history_version) return {};
+  const auto is_known = is_schema(*database_, history_steps());
+  if (is_known && *is_known && has_whole_row()) {
+    note_damaged_beginning();
+  } else if (version->value_or(0) > history_version) {
+    return failure(Refusal{.why = path_ + ": was written by a newer bmud (schema " +
+                                  std::to_string(version->value_or(0)) + ", this program knows " +
+                                  std::to_string(history_version) + ")",
+                           .may_be_damage = false});
+  }
+  return {};
+}
+
+bool HistoryReader::has_whole_row() {
+  bool is_found = false;
+  for (const Table* const table : {&minutes(), &events()}) {
+    scan_quietly(*table, [&](const RowValues& values, std::int64_t) {
+      is_found = table->is_whole(values);
+      return !is_found;
+    });
+    if (is_found) return true;
+  }
+  return false;
+}
+
+/// Where not all of them can be read they are looked for page by page, and the rows asked what they know of theirs.
 void HistoryReader::read_lives() {
-  lives_.read(database_);
-  if (lives_.are_whole()) return;
-  const std::vector<Gap> gaps = gaps_;  // what cannot be read is told when somebody wants to read it
-  const std::vector<std::string> notes = notes_;
+  if (database_) {
+    lives_.read(*database_);
+    if (lives_.are_whole()) return;
+  }
+  lives_.read(strays());
   std::map<std::int64_t, LifeOfRows> of_rows;
-  scan(minutes(), range_of(minutes()), [&](const RowValues& values, std::int64_t) {
+  scan_quietly(minutes(), [&](const RowValues& values, std::int64_t) {
     HistoryRow row = numbers_of(values);
     if (!row.life || !add_arrays(values, row).empty()) return true;
     LifeOfRows& rows = of_rows[*row.life];
@@ -226,8 +275,6 @@ void HistoryReader::read_lives() {
     ++rows.spans_s[(row.span_ms.value_or(0) + ms_per_s / 2) / ms_per_s];
     return true;
   });
-  gaps_ = gaps;
-  notes_ = notes;
   lives_.complete(of_rows);
 }
 
@@ -235,9 +282,10 @@ void HistoryReader::read_lives() {
 
 /// From the first row to the last; where that makes no sense, as far as rows are counted.
 HistoryReader::Range HistoryReader::range_of(const Table& table) {
+  if (!database_) return range_of_strays(table, "nothing leads to them");
   if (is_ruin_) return {.first = 1, .last = sequence_max};
-  const auto first = database_.number("SELECT min(sequence) FROM " + table.name);
-  const auto last = database_.number("SELECT max(sequence) FROM " + table.name);
+  const auto first = database_->number("SELECT min(sequence) FROM " + table.name);
+  const auto last = database_->number("SELECT max(sequence) FROM " + table.name);
   if (!first && !last) return range_of_strays(table, first.error().what);
   if (first && !first->has_value()) return {.first = 1, .last = 0};
   if (last && last->value_or(0) > sequence_max) {
@@ -250,8 +298,8 @@ HistoryReader::Range HistoryReader::range_of(const Table& table) {
 
 /// By the index over the time: the rest of the rows, which are large, is not touched.
 HistoryReader::Range HistoryReader::range_of(const HistorySpan& span) {
-  if (is_ruin_ || (!span.from_unix_ms && !span.to_unix_ms)) return range_of(minutes());
-  auto statement = database_.prepare(
+  if (!database_ || is_ruin_ || (!span.from_unix_ms && !span.to_unix_ms)) return range_of(minutes());
+  auto statement = database_->prepare(
       "SELECT min(sequence), max(sequence) FROM minute INDEXED BY minute_by_time "
       "WHERE unix_time_ms >= ? AND unix_time_ms < ?");
   if (!statement) return range_of(minutes());
@@ -285,7 +333,8 @@ const HistoryReader::Table& HistoryReader::events() {
 /// Rows of one table in their order. Over what cannot be read it goes on behind, in growing steps; what of that is
 /// found page by page comes in its place.
 void HistoryReader::scan(const Table& table, Range range, const TakeValues& take) {
-  auto statement = database_.prepare(table.select + " WHERE sequence >= ? AND sequence <= ? ORDER BY sequence");
+  if (!database_) return static_cast<void>(bridge(table, range, "not found", take));
+  auto statement = database_->prepare(table.select + " WHERE sequence >= ? AND sequence <= ? ORDER BY sequence");
   if (!statement) return note("no row of " + table.name + " can be read: " + statement.error().what);
   std::int64_t next = range.first;
   std::int64_t skipped = 1;
@@ -315,6 +364,15 @@ void HistoryReader::scan(const Table& table, Range range, const TakeValues& take
   }
 }
 
+/// All of them. What cannot be read is told when somebody wants to read it.
+void HistoryReader::scan_quietly(const Table& table, const TakeValues& take) {
+  const std::vector<Gap> gaps = gaps_;
+  const std::vector<std::string> notes = notes_;
+  scan(table, range_of(table), take);
+  gaps_ = gaps;
+  notes_ = notes;
+}
+
 /// Rows that no way leads to any more; what is missing between them is noted. False: enough.
 bool HistoryReader::bridge(const Table& table, Range gap, const std::string& trouble, const TakeValues& take) {
   bool is_enough = false;
@@ -331,7 +389,9 @@ bool HistoryReader::bridge(const Table& table, Range gap, const std::string& tro
 }
 
 StrayRows& HistoryReader::strays() {
-  if (strays_ == nullptr) strays_ = std::make_unique<StrayRows>(path_);
+  if (strays_ != nullptr) return *strays_;
+  const bool may_open = access_ != HistoryAccess::beside_writer;
+  strays_ = std::make_unique<StrayRows>(may_open ? path_ : "", history_page_bytes);
   return *strays_;
 }
 
@@ -345,6 +405,7 @@ HistoryReader::Range HistoryReader::range_of_strays(const Table& table, const st
     range.last = sequence;
     return true;
   });
+  if (!database_) return range;
   note("the way to the rows of " + table.name + " is damaged (" + trouble + "): " + std::to_string(count) +
        " were found page by page, more may have been there");
   return range;
@@ -392,9 +453,19 @@ void HistoryReader::for_each_event(const HistorySpan& span, const std::function<
 }
 
 HistorySpan HistoryReader::covered() {
-  const auto first = database_.number("SELECT min(unix_time_ms) FROM minute");
-  const auto last = database_.number("SELECT max(unix_time_ms) FROM minute");
   HistorySpan span;
+  if (!database_) {
+    scan_quietly(minutes(), [&](const RowValues& values, std::int64_t) {
+      const HistoryNumber time_ms = numbers_of(values).unix_time_ms;
+      if (!time_ms) return true;
+      span.from_unix_ms = std::min(span.from_unix_ms.value_or(*time_ms), *time_ms);
+      span.to_unix_ms = std::max(span.to_unix_ms.value_or(0), std::min(*time_ms, history_number_max) + 1);
+      return true;
+    });
+    return span;
+  }
+  const auto first = database_->number("SELECT min(unix_time_ms) FROM minute");
+  const auto last = database_->number("SELECT max(unix_time_ms) FROM minute");
   if (first && *first) span.from_unix_ms = **first;
   if (last && *last) span.to_unix_ms = std::min(**last, history_number_max) + 1;
   return span;

@@ -12,8 +12,9 @@
 // Rows come in the order in which they were written, which is that of time unless somebody set the clock. What a row
 // has, and in which units, says history_row.hpp. A file that is damaged, cut short or made up is read as far as it is
 // good: each row has a checksum, and those that are wrong are left out and named in problems(). Where only what
-// leads to the rows (stray_rows.hpp) or stands beside them (history_lives.hpp) is damaged no row is lost. Where nobody
-// has it open it takes no room on the disk, and no right to write.
+// leads to the rows (stray_rows.hpp) or stands beside them (history_lives.hpp) is damaged no row is lost; nor where the
+// beginning of the file is, without which SQLite opens nothing: by a whole row on any of its pages it is known as a
+// history. Where nobody has it open it takes no room on the disk, and no right to write.
 //
 // Cost: some 10 us a row of 96 cells, and the disk's part; one row is in memory at a time.
 #pragma once
@@ -22,6 +23,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -86,15 +88,24 @@ class HistoryReader {
     bool (*is_whole)(const RowValues& values) = nullptr;  // its checksum is right
   };
   using TakeValues = std::function<bool(const RowValues& values, std::int64_t sequence)>;
+  struct Refusal {
+    std::string why;
+    bool may_be_damage = true;
+  };
 
+  explicit HistoryReader(std::string path) : path_(std::move(path)) {}
   HistoryReader(std::string path, Database database) : path_(std::move(path)), database_(std::move(database)) {}
   [[nodiscard]] static Result<HistoryReader, std::string> open_as_it_can_be(const std::string& path,
                                                                             HistoryAccess access);
   [[nodiscard]] static Result<HistoryReader, std::string> open_without_company(const std::string& path,
                                                                                const DatabaseError& error);
-  [[nodiscard]] static Result<HistoryReader, std::string> open_ruin(const std::string& path,
+  [[nodiscard]] static Result<HistoryReader, std::string> open_ruin(const std::string& path, HistoryAccess access,
                                                                     const DatabaseError& error);
-  [[nodiscard]] Result<void, std::string> check();
+  [[nodiscard]] static Result<HistoryReader, std::string> open_by_pages(const std::string& path, HistoryAccess access,
+                                                                        const std::string& refusal);
+  [[nodiscard]] Result<void, Refusal> check();
+  [[nodiscard]] Result<void, Refusal> check_version();
+  [[nodiscard]] bool has_whole_row();
   void read_lives();
   [[nodiscard]] Range range_of(const HistorySpan& span);
   [[nodiscard]] static const Table& minutes();
@@ -104,18 +115,21 @@ class HistoryReader {
   void read_rows(const HistorySpan& span, Range range, const std::function<bool(const HistoryRow&)>& take);
   [[nodiscard]] std::string misfit_of(const HistoryRow& row) const;
   void scan(const Table& table, Range range, const TakeValues& take);
+  void scan_quietly(const Table& table, const TakeValues& take);
   [[nodiscard]] bool bridge(const Table& table, Range gap, const std::string& trouble, const TakeValues& take);
   [[nodiscard]] StrayRows& strays();
   void note(const std::string& problem) {
     if (std::find(notes_.begin(), notes_.end(), problem) == notes_.end()) notes_.push_back(problem);
   }
+  void note_damaged_beginning() { note(path_ + " is damaged at its beginning: what of it can be read follows"); }
   void note_gap(const std::string& table, std::int64_t first, std::int64_t last, const std::string& reason);
 
   std::string path_;
-  Database database_;
-  bool is_ruin_ = false;  // then nothing is looked up, everything is looked through
+  HistoryAccess access_ = HistoryAccess::in_any_way;
+  std::optional<Database> database_;  // none: nothing leads into the file, what is in it is found page by page
+  bool is_ruin_ = false;              // then nothing is looked up, everything is looked through
   HistoryLives lives_;
-  std::unique_ptr<StrayRows> strays_;  // once something cannot be reached
+  std::unique_ptr<StrayRows> strays_;  // once something cannot be reached; beside the writer of none
   std::vector<std::string> notes_;
   std::vector<Gap> gaps_;
 };

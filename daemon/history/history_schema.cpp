@@ -121,6 +121,26 @@ DatabaseResult<std::vector<std::string>> things_in(const Database& database) {
   }
 }
 
+/// What a database has beside what steps make.
+struct Comparison {
+  bool has_all = false;
+  bool has_more = false;
+};
+
+DatabaseResult<Comparison> compare(const Database& database, std::span<const SchemaStep> steps) {
+  auto model = Database::open(":memory:", OpenAs::writer);
+  if (!model) return failure(model.error());
+  if (auto made = migrate(*model, steps); !made) return failure(made.error());
+  const auto wanted = things_in(*model);
+  if (!wanted) return failure(wanted.error());
+  const auto found = things_in(database);
+  if (!found) return failure(found.error());
+  const bool has_all = std::all_of(wanted->begin(), wanted->end(), [&](const std::string& thing) {
+    return std::find(found->begin(), found->end(), thing) != found->end();
+  });
+  return Comparison{.has_all = has_all, .has_more = found->size() > wanted->size()};
+}
+
 }  // namespace
 
 std::span<const SchemaStep> history_steps() {
@@ -138,17 +158,15 @@ DatabaseResult<void> migrate(const Database& database, std::span<const SchemaSte
 }
 
 DatabaseResult<bool> has_schema(const Database& database, std::span<const SchemaStep> steps) {
-  auto model = Database::open(":memory:", OpenAs::writer);
-  if (!model) return failure(model.error());
-  if (auto made = migrate(*model, steps); !made) return failure(made.error());
-  const auto wanted = things_in(*model);
-  if (!wanted) return failure(wanted.error());
-  const auto found = things_in(database);
-  if (!found) return failure(found.error());
-  for (const std::string& thing : *wanted) {
-    if (std::find(found->begin(), found->end(), thing) == found->end()) return false;
-  }
-  return true;
+  const auto compared = compare(database, steps);
+  if (!compared) return failure(compared.error());
+  return compared->has_all;
+}
+
+DatabaseResult<bool> is_schema(const Database& database, std::span<const SchemaStep> steps) {
+  const auto compared = compare(database, steps);
+  if (!compared) return failure(compared.error());
+  return compared->has_all && !compared->has_more;
 }
 
 std::string insert_minute_sql() {

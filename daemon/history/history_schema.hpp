@@ -2,6 +2,7 @@
 // next. docs/decisions/0014-history.md says why they look as they do.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -13,6 +14,8 @@ namespace bmu {
 /// "bmud": tells our files from those of other programs (PRAGMA application_id).
 inline constexpr std::int64_t history_application_id = 0x62'6D'75'64;
 inline constexpr std::int64_t history_version = 1;
+/// Of each history, whatever a damaged one says.
+inline constexpr std::size_t history_page_bytes = 8'192;
 /// No history has as many rows, and no time is as many milliseconds: a larger number is made up.
 inline constexpr std::int64_t history_number_max = std::int64_t{1} << 52;
 
@@ -29,6 +32,8 @@ struct SchemaStep {
 
 /// Whether all that the steps make is in the database, word for word. More may be.
 [[nodiscard]] DatabaseResult<bool> has_schema(const Database& database, std::span<const SchemaStep> steps);
+/// The same, and nothing else is in it: then the steps have made it, whatever its version says.
+[[nodiscard]] DatabaseResult<bool> is_schema(const Database& database, std::span<const SchemaStep> steps);
 
 /// "INSERT INTO minute (...) VALUES (...)": sequence, the columns of history_columns.hpp in their order, for a minute
 /// `cells` and `sensors`, and `checksum`; the SELECT has the same order.

@@ -46,8 +46,9 @@ void HistoryTap::tell_changes() {
   }
   if (health.state != HistoryState::writing || before == HistoryState::writing) return;
   told_error_.clear();
-  const std::string lost =
-      health.rows_lost == 0 ? "" : "; " + std::to_string(health.rows_lost) + " minutes of it were lost";
+  std::string lost;
+  if (health.rows_lost == 1) lost = "; 1 row of it was lost";
+  if (health.rows_lost > 1) lost = "; " + std::to_string(health.rows_lost) + " rows of it were lost";
   log_(Severity::info,
        "history " + store_.path() + ": written" + (before == HistoryState::starting ? std::string() : " again") + lost);
 }

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <utility>
+#include <vector>
 
 namespace bmu {
 
 namespace {
 
-constexpr std::size_t file_header_bytes = 100;
 constexpr unsigned char leaf_of_table = 0x0D;
 constexpr std::size_t leaf_header_bytes = 8;
 constexpr std::uint64_t record_bytes_max = 1 << 20;  // as database.cpp has it
@@ -95,14 +95,8 @@ class Record : public RowValues {
 
 }  // namespace
 
-StrayRows::StrayRows(const std::string& path) : file_(path, std::ios::binary) {
-  std::string head(file_header_bytes, '\0');
-  if (!file_.read(head.data(), static_cast<std::streamsize>(head.size()))) return;
-  const std::uint64_t size = big_endian(head, 16, 2);
-  page_bytes_ = size == 1 ? 65'536 : static_cast<std::size_t>(size);
-  const bool is_size = page_bytes_ >= 512 && (page_bytes_ & (page_bytes_ - 1)) == 0;
-  usable_bytes_ = page_bytes_ - big_endian(head, 20, 1);
-  if (!is_size || usable_bytes_ < 480) return;
+StrayRows::StrayRows(const std::string& path, std::size_t page_bytes)
+    : file_(path, std::ios::binary), page_bytes_(page_bytes) {
   std::string bytes;
   // Page 1 has the names of tables, no rows of theirs.
   for (pages_ = 2; read_page(pages_, bytes); ++pages_) look_at(pages_, bytes);
@@ -120,7 +114,7 @@ void StrayRows::look_at(std::uint32_t page, const std::string& bytes) {
   const std::uint64_t cells = std::min<std::uint64_t>(big_endian(bytes, 3, 2), (page_bytes_ - leaf_header_bytes) / 2);
   for (std::size_t i = 0; i < cells; ++i) {
     const std::size_t at = static_cast<std::size_t>(big_endian(bytes, leaf_header_bytes + 2 * i, 2));
-    if (at < leaf_header_bytes || at >= usable_bytes_) continue;
+    if (at < leaf_header_bytes || at >= page_bytes_) continue;
     std::string_view cell = std::string_view(bytes).substr(at);
     const auto size = take_varint(cell);
     const auto rowid = take_varint(cell);
@@ -133,19 +127,19 @@ void StrayRows::look_at(std::uint32_t page, const std::string& bytes) {
 std::string StrayRows::record_at(const Place& place) {
   std::string bytes;
   if (!read_page(place.page, bytes)) return "";
-  std::string_view cell = std::string_view(bytes).substr(place.at, usable_bytes_ - place.at);
+  std::string_view cell = std::string_view(bytes).substr(place.at, page_bytes_ - place.at);
   const auto size = static_cast<std::size_t>(take_varint(cell).value_or(0));
   if (!take_varint(cell)) return "";
-  const std::size_t local_max = usable_bytes_ - 35;
-  const std::size_t local_min = (usable_bytes_ - 12) * 32 / 255 - 23;
-  const std::size_t left_over = local_min + (size - std::min(size, local_min)) % (usable_bytes_ - 4);
+  const std::size_t local_max = page_bytes_ - 35;
+  const std::size_t local_min = (page_bytes_ - 12) * 32 / 255 - 23;
+  const std::size_t left_over = local_min + (size - std::min(size, local_min)) % (page_bytes_ - 4);
   const std::size_t local = size <= local_max ? size : left_over <= local_max ? left_over : local_min;
   if (cell.size() < local) return "";
   std::string record(cell.substr(0, local));
   std::uint64_t next = size == local ? 0 : big_endian(cell, local, 4);
   while (record.size() < size) {
     if (next < 2 || next > pages_ || !read_page(static_cast<std::uint32_t>(next), bytes)) return "";
-    record += std::string_view(bytes).substr(4, std::min(size - record.size(), usable_bytes_ - 4));
+    record += std::string_view(bytes).substr(4, std::min(size - record.size(), page_bytes_ - 4));
     next = big_endian(bytes, 0, 4);
   }
   return record;

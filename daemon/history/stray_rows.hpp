@@ -9,31 +9,17 @@
 #include <fstream>
 #include <functional>
 #include <map>
-#include <optional>
 #include <string>
-#include <string_view>
-#include <variant>
-#include <vector>
+
+#include "daemon/history/row_values.hpp"
 
 namespace bmu {
 
-/// The values of one row, wherever they come from.
-class RowValues {
- public:
-  RowValues() = default;
-  RowValues(const RowValues&) = delete;
-  RowValues& operator=(const RowValues&) = delete;
-  virtual ~RowValues() = default;
-  /// None if it is not an integer.
-  [[nodiscard]] virtual std::optional<std::int64_t> number(int column) const = 0;
-  /// None if it is neither text nor bytes. Holds as long as this.
-  [[nodiscard]] virtual std::optional<std::string_view> text(int column) const = 0;
-};
-
 class StrayRows {
  public:
-  /// Of nothing that can be read there are none.
-  explicit StrayRows(const std::string& path);
+  /// Of nothing that can be read there are none. What the file says of itself is not asked, the page size neither: it
+  /// stands at the beginning, and may be what is damaged. `page_bytes` is a power of 2 from 512 on.
+  StrayRows(const std::string& path, std::size_t page_bytes);
 
   /// All with so many columns from one rowid to another, rising, until `take` returns false. Column 0 is the rowid.
   /// There may be several with the same.
@@ -50,8 +36,7 @@ class StrayRows {
   [[nodiscard]] std::string record_at(const Place& place);
 
   std::ifstream file_;
-  std::size_t page_bytes_ = 0;
-  std::size_t usable_bytes_ = 0;
+  std::size_t page_bytes_;
   std::uint32_t pages_ = 0;
   std::multimap<std::int64_t, Place> rows_;
 };

@@ -4,6 +4,8 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <set>
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -270,7 +272,7 @@ TEST_CASE("a clock that jumps into the future and back costs no history", "[unit
 TEST_CASE("a history of a newer version is left alone, and put nowhere", "[unit][history]") {
   const Files files;
   make_history(files.path, 3);
-  run_sql(files.path, "PRAGMA user_version = 2");
+  run_sql(files.path, "ALTER TABLE minute ADD COLUMN humidity_permille INTEGER; PRAGMA user_version = 2");
   const std::string before = bytes_of(files.path);
   const HistoryLife life = life_of(2, "two");
   HistoryFile file({.path = files.path}, life);
@@ -301,6 +303,9 @@ TEST_CASE("another program's database, a folder and a device are left alone", "[
   CHECK(trouble_at(files.folder / "not/there/history.sqlite") == HistoryTrouble::refused);
   CHECK_FALSE(HistoryReader::open(files.path).has_value());
   CHECK_FALSE(HistoryReader::open("/dev/null").has_value());
+  const auto of_folder = HistoryReader::open(files.folder.path().string());
+  REQUIRE_FALSE(of_folder);
+  CHECK(of_folder.error().ends_with(": is a directory, the history is a file"));
   CHECK_FALSE(HistoryReader::open(files.folder / "nothing.sqlite").has_value());
 }
 
@@ -359,7 +364,11 @@ TEST_CASE("a hostile database is no trap: its views and triggers are not run, it
         "ALTER TABLE minute RENAME TO hidden;"
         "CREATE VIEW minute AS WITH RECURSIVE n(sequence) AS (SELECT 1 UNION ALL SELECT sequence + 1 FROM n) "
         "SELECT * FROM n");
-    CHECK_FALSE(HistoryReader::open(files.path).has_value());
+    // The rows are found page by page, whatever their table is called.
+    const auto all = read_all(files.path);
+    CHECK(all.minutes() == count(1, 3));
+    CHECK(all.problems == std::vector<std::string>{files.path + " is damaged at its beginning: what of it can be read "
+                                                                "follows"});
     HistoryFile file({.path = files.path}, life_of(2, "two"));
     CHECK_FALSE(file.open().has_value());
   }
@@ -452,7 +461,8 @@ TEST_CASE("with any page spoiled, no wrong row is told, and good ones still are"
       std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(begin), page, filling);
       write_bytes(files.path, bytes);
       auto reader = HistoryReader::open(files.path);
-      if (!reader) continue;
+      INFO((reader ? "" : reader.error()));
+      REQUIRE(reader);
       ++readable;
       const auto all = read_all(*reader);
       // Nothing is missing without a word.
@@ -511,6 +521,252 @@ TEST_CASE("where only what leads to the rows, or stands beside them, is damaged 
   CHECK(spoil({"minute"}).layout == life.layout);
   CHECK(spoil({"minute", "minute_by_time"}).layout == life.layout);
   CHECK(spoil({"minute", "event", "layout", "place", "life"}).layout == counted_through.layout);
+}
+
+namespace {
+
+constexpr std::size_t header_bytes = 100;
+constexpr std::size_t first_page_bytes = 8'192;
+
+std::string damaged_at_its_beginning(const std::string& path) {
+  return path + " is damaged at its beginning: what of it can be read follows";
+}
+
+/// All of them, right to the last cell, and of the right pack.
+void check_rows(HistoryReader& reader, const test::ReadHistory& all, std::int64_t last, const HistoryLife& life) {
+  REQUIRE(all.minutes() == count(1, last));
+  CHECK(all.events.size() == static_cast<std::size_t>(last));
+  for (const HistoryRow& row : all.rows) {
+    HistoryRow wanted = history_row(row.sequence, life);
+    wanted.sequence = row.sequence;
+    wanted.life = 1;
+    REQUIRE(row == wanted);
+  }
+  CHECK(reader.life_of(all.rows[0])->layout == life.layout);
+  CHECK(reader.life_of(all.rows[0])->pack_name == life.pack_name);
+}
+
+}  // namespace
+
+TEST_CASE("a flipped bit at the beginning of a history costs no row", "[unit][history]") {
+  const Files files;
+  make_history(files.path, 20);
+  const std::string good = bytes_of(files.path);
+  std::set<std::size_t> told;
+  for (std::size_t at = 0; at < header_bytes; ++at) {
+    for (unsigned bit = 0; bit < 8; ++bit) {
+      INFO("byte " << at << ", bit " << bit);
+      std::string bytes = good;
+      bytes[at] = static_cast<char>(static_cast<unsigned char>(bytes[at]) ^ (1U << bit));
+      write_bytes(files.path, bytes);
+      auto reader = HistoryReader::open(files.path);
+      INFO((reader ? "" : reader.error()));
+      REQUIRE(reader);
+      const auto all = read_all(*reader);
+      check_rows(*reader, all, 20, life_of(2));
+      const auto& problems = all.problems;
+      const bool is_told =
+          std::find(problems.begin(), problems.end(), damaged_at_its_beginning(files.path)) != problems.end();
+      if (is_told) told.insert(at);
+      REQUIRE(bytes_of(files.path) == bytes);
+    }
+  }
+  // "SQLite format 3", the page size, the format's number and fractions, the schema's format, the schema's version.
+  for (std::size_t at = 0; at < header_bytes; ++at) {
+    INFO("byte " << at);
+    const bool matters = at < 18 || at == 19 || (at >= 21 && at < 24) || (at >= 60 && at < 64);
+    if (matters) CHECK(told.count(at) == 1);
+  }
+}
+
+TEST_CASE("a flipped bit where a history names its tables costs nothing without a word", "[unit][history]") {
+  const Files files;
+  make_history(files.path, 20);
+  const std::string good = bytes_of(files.path);
+  std::size_t tried = 0;
+  std::size_t whole = 0;
+  for (std::size_t at = header_bytes; at < first_page_bytes; at += 7) {
+    INFO("byte " << at);
+    std::string bytes = good;
+    bytes[at] = static_cast<char>(bytes[at] ^ (1 << at % 7));
+    write_bytes(files.path, bytes);
+    auto reader = HistoryReader::open(files.path);
+    INFO((reader ? "" : reader.error()));
+    REQUIRE(reader);
+    const auto all = read_all(*reader);
+    if (all.rows.size() == 20 && all.events.size() == 20) ++whole;
+    CHECK((all.rows.size() == 20 || !all.problems.empty()));
+    CHECK((all.events.size() == 20 || !all.problems.empty()));
+    ++tried;
+  }
+  // What is lost is so by the few bits that say on which page a table begins, or what a column of the events is called.
+  CHECK(whole * 10 > tried * 9);
+}
+
+TEST_CASE("with its beginning gone a history is read page by page, as far as its pages hold rows", "[unit][history]") {
+  const Files files;
+  const std::size_t modules = GENERATE(2U, 40U);  // the rows of 40 modules are longer than a page
+  const HistoryLife life = life_of(modules);
+  make_history(files.path, 20, modules);
+  const std::string good = bytes_of(files.path);
+  struct Damage {
+    std::size_t begin;
+    std::size_t end;
+    char filling;
+  };
+  const auto damage = GENERATE(Damage{0, 16, '\0'}, Damage{0, header_bytes, '\0'}, Damage{0, 4'096, '\0'},
+                               Damage{0, first_page_bytes, '\0'}, Damage{0, first_page_bytes, 'x'},
+                               Damage{16, 20, '\xFF'}, Damage{18, 20, '\1'}, Damage{100, 4'096, '\0'});
+  INFO(modules << " modules, bytes " << damage.begin << " to " << damage.end);
+  std::string bytes = good;
+  std::fill(bytes.begin() + static_cast<std::ptrdiff_t>(damage.begin),
+            bytes.begin() + static_cast<std::ptrdiff_t>(damage.end), damage.filling);
+  // Its size is no whole number of pages either.
+  write_bytes(files.path, bytes + std::string(777, '\0'));
+  auto reader = HistoryReader::open(files.path);
+  INFO((reader ? "" : reader.error()));
+  REQUIRE(reader);
+  const auto all = read_all(*reader);
+  check_rows(*reader, all, 20, life);
+  CHECK(all.problems.size() == 1);
+  const HistorySpan covered = reader->covered();
+  CHECK(covered.from_unix_ms == all.rows.front().unix_time_ms);
+  CHECK(covered.to_unix_ms == *all.rows.back().unix_time_ms + 1);
+  // Parts of it are found as in a whole one.
+  const HistorySpan span{.from_unix_ms = all.rows[5].unix_time_ms, .to_unix_ms = all.rows[9].unix_time_ms};
+  CHECK(read_all(*reader, span).minutes() == count(6, 9));
+  std::size_t after = 0;
+  reader->for_each_row_after(15, [&](const HistoryRow&) { return ++after > 0; });
+  CHECK(after == 5);
+  CHECK(bytes_of(files.path) == bytes + std::string(777, '\0'));
+  // SQLite puts its own beside what it takes for a database.
+  const bool is_none = damage.begin < header_bytes;
+  if (is_none) CHECK(std::distance(std::filesystem::directory_iterator(files.folder.path()), {}) == 1);
+}
+
+TEST_CASE("what is missing of a history without its beginning is named", "[unit][history]") {
+  const Files files;
+  make_history(files.path, 40);
+  std::string bytes = bytes_of(files.path);
+  std::fill_n(bytes.begin(), header_bytes, '\0');
+  const std::size_t at = bytes.find(blob_of(history_row(20, life_of(2)).cells));
+  REQUIRE(at != std::string::npos);
+  bytes[at + 100] = static_cast<char>(bytes[at + 100] ^ 4);
+  write_bytes(files.path, bytes);
+  write_bytes(files.path + "-wal", "what nobody wrote");
+  const auto all = read_all(files.path);
+  CHECK(all.rows.size() == 39);
+  CHECK(all.problems == std::vector<std::string>{damaged_at_its_beginning(files.path),
+                                                 "what is in " + files.path + "-wal is not looked at",
+                                                 "minute 20: not found"});
+}
+
+TEST_CASE("only whole rows make a history of a file that nothing leads into", "[unit][history]") {
+  const Files files;
+  const auto refusal = [&](const std::string& bytes) {
+    write_bytes(files.path, bytes);
+    const auto reader = HistoryReader::open(files.path);
+    return reader ? "" : reader.error().substr(files.path.size() + 2);
+  };
+  const std::string is_none = "is no history, or its beginning is damaged";
+  CHECK(refusal(std::string(30'000, 'x')) == is_none);
+  CHECK(refusal("a shopping list\n") == is_none);
+  std::string noise;
+  std::uint32_t state = 1;
+  for (std::size_t index = 0; index < 100 * first_page_bytes; ++index) {
+    state = state * 1'664'525 + 1'013'904'223;
+    // Each page claims to hold rows.
+    noise += index % first_page_bytes == 0 ? '\x0D' : static_cast<char>(state >> 24U);
+  }
+  CHECK(refusal(noise) == is_none);
+  CHECK(refusal("SQLite format 3" + noise) == is_none);
+  std::filesystem::remove(files.path);
+  run_sql(files.path, "CREATE TABLE photos (id INTEGER PRIMARY KEY, name TEXT); INSERT INTO photos VALUES (1, 'sea')");
+  const std::string other = bytes_of(files.path);
+  CHECK(refusal(other) == "is no history of bmud");
+  CHECK(refusal(std::string(16, '\0') + other.substr(16)) == is_none);
+  // A history whose rows are all wrong.
+  std::filesystem::remove(files.path);
+  make_history(files.path, 3);
+  run_sql(files.path, "UPDATE minute SET life = 7; UPDATE event SET life = 7");
+  CHECK(refusal(std::string(16, '\0') + bytes_of(files.path).substr(16)) == is_none);
+}
+
+TEST_CASE("no number at the beginning of a hostile history leads anywhere", "[unit][history]") {
+  const Files files;
+  make_history(files.path, 20);
+  const std::string good = bytes_of(files.path);
+  for (std::size_t at = 16; at < header_bytes + 20; ++at) {
+    for (const std::string& filling : {std::string(4, '\0'), std::string(4, '\xFF'), std::string("\0\1\x7F\xFF", 4)}) {
+      for (const std::size_t size : {good.size(), good.size() - 1, std::size_t{9'000}, std::size_t{511}}) {
+        INFO("byte " << at << ", size " << size);
+        std::string bytes = good.substr(0, size);
+        bytes.replace(at, 4, filling);
+        write_bytes(files.path, bytes);
+        auto reader = HistoryReader::open(files.path);
+        if (size == good.size()) REQUIRE(reader);
+        if (!reader) continue;
+        const auto all = read_all(*reader);
+        for (const HistoryRow& row : all.rows) REQUIRE(row.cells == history_row(row.sequence, life_of(2)).cells);
+        if (size == good.size()) CHECK(all.minutes() == count(1, 20));
+      }
+    }
+  }
+}
+
+TEST_CASE("who reads a damaged history beside its writer leaves the writer its lock", "[unit][history]") {
+  const Files files;
+  make_history(files.path, 40);
+  std::string bytes = bytes_of(files.path);
+  const std::size_t at = bytes.find(blob_of(history_row(20, life_of(2)).cells));
+  REQUIRE(at != std::string::npos);
+  const std::size_t page_begin = at / first_page_bytes * first_page_bytes;
+  std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(page_begin), first_page_bytes, '\0');
+  write_bytes(files.path, bytes);
+  const HistoryLife life = life_of(2, "two");
+  HistoryFile file({.path = files.path}, life);
+  write_minutes(file, life, 1, 1);
+  {
+    auto reader = HistoryReader::open(files.path, HistoryAccess::beside_writer);
+    REQUIRE(reader);
+    const auto all = read_all(*reader);
+    CHECK(all.rows.size() > 20);
+    CHECK_FALSE(all.problems.empty());
+  }
+  const int other = ::open(files.path.c_str(), O_RDONLY | O_CLOEXEC);
+  struct flock lock {};
+  lock.l_type = F_WRLCK;
+  lock.l_start = 0x40000002;
+  lock.l_len = 510;
+  REQUIRE(::fcntl(other, F_OFD_GETLK, &lock) == 0);
+  ::close(other);
+  CHECK(lock.l_type == F_RDLCK);
+}
+
+TEST_CASE("a history with a flipped bit at its beginning is put aside, not left unwritten for ever",
+          "[unit][history]") {
+  const Files files;
+  make_history(files.path, 3);
+  const std::string good = bytes_of(files.path);
+  // The schema's version, up, down and below zero; the format of the schema, and of the file; the page size.
+  const auto [at, flipped] = GENERATE(std::pair{63U, 0x10U}, std::pair{63U, 0x01U}, std::pair{60U, 0x80U},
+                                      std::pair{47U, 0x10U}, std::pair{18U, 0x10U}, std::pair{16U, 0x10U});
+  INFO("byte " << at);
+  std::string bytes = good;
+  bytes[at] = static_cast<char>(static_cast<unsigned char>(bytes[at]) ^ flipped);
+  write_bytes(files.path, bytes);
+  const HistoryLife life = life_of(2, "two");
+  HistoryFile file({.path = files.path}, life);
+  const auto opened = file.open();
+  REQUIRE_FALSE(opened);
+  CHECK(opened.error().trouble == HistoryTrouble::damaged);
+  CHECK(bytes_of(files.path) == bytes);
+  const auto name = file.put_aside();
+  REQUIRE(name);
+  CHECK(bytes_of(*name) == bytes);
+  CHECK(read_all(*name).minutes() == count(1, 3));
+  write_minutes(file, life, 1, 2);
+  CHECK(read_all(files.path).minutes() == count(1, 2));
 }
 
 TEST_CASE("where no file can be made beside it a history is read with all that was committed", "[unit][history]") {

@@ -260,4 +260,28 @@ TEST_CASE("the tap keeps minutes and events of a core, and says once what become
   CHECK_FALSE(all.events.empty());
 }
 
+TEST_CASE("rows that were lost are told as rows, however long each was to be", "[unit][history]") {
+  const TemporaryFolder folder;
+  std::vector<std::string> lines;
+  test::CoreBench bench(test::small_pack());
+  HistoryLife life = life_of(1);
+  life.layout = layout_of(bench.core().config());
+  life.period_s = 1;
+  HistoryStore store(
+      {.file = {.path = folder / "later/history.sqlite"}, .write_every = 5ms, .retry = 10ms, .minutes_waiting_max = 2},
+      life);
+  HistoryTap tap(bench.core(), store, 1s, [&](Severity, std::string_view line) { lines.emplace_back(line); });
+  bench.each_ms = [&] { tap.decided(bench.now(), {}); };
+  store.start();
+  while (!store.is_failing()) std::this_thread::yield();
+  bench.run(10s);
+  const std::uint64_t lost = store.health().rows_lost;
+  CHECK(lost > 1);
+  std::filesystem::create_directory(folder / "later");
+  while (store.health().state != HistoryState::writing) std::this_thread::yield();
+  bench.run(1100ms);
+  REQUIRE(lines.size() == 2);
+  CHECK(lines[1].ends_with("history.sqlite: written again; " + std::to_string(lost) + " rows of it were lost"));
+}
+
 }  // namespace bmu

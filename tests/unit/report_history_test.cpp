@@ -105,7 +105,7 @@ TEST_CASE("what does not belong into the span, or to the pack, is left out", "[u
   CHECK(all.times_us.size() == 11);
   CHECK(all.cells.size() == 12);
   REQUIRE(all.notes.size() == 1);
-  CHECK(all.notes[0] == "5 minutes of a pack with other modules are left out.");
+  CHECK(all.notes[0] == "5 rows of a pack with other modules are left out.");
   const ReportData part = report_of(path, {.from_us = (history_begin_ms + 12 * minute_ms) * us_per_ms,
                                            .to_us = (history_begin_ms + 15 * minute_ms) * us_per_ms});
   CHECK(part.times_us.size() == 3);
@@ -287,7 +287,7 @@ TEST_CASE("a fault of a minute is there from its event to its event, and then no
   for (const SpanReport& span : data.spans) CHECK(span.has_begun_before == (span.kind == SpanKind::phase));
 }
 
-TEST_CASE("minutes that cannot be read are named by their numbers", "[unit][report][history]") {
+TEST_CASE("rows that cannot be read are named by their numbers", "[unit][report][history]") {
   const TemporaryFolder folder;
   const std::string path = folder / "history.sqlite";
   fill(path, life_of(1), 1, 20);
@@ -305,8 +305,8 @@ TEST_CASE("minutes that cannot be read are named by their numbers", "[unit][repo
   const ReportData data = report_of(path);
   CHECK(data.times_us.size() == 16);
   REQUIRE(data.holes.size() == 2);
-  CHECK(data.holes[0].text == "minutes 8 to 10 are missing or cannot be read");
-  CHECK(data.holes[1].text == "minute 15 is missing or cannot be read");
+  CHECK(data.holes[0].text == "rows 8 to 10 are missing or cannot be read");
+  CHECK(data.holes[1].text == "row 15 is missing or cannot be read");
   CHECK(data.notes ==
         std::vector<std::string>{"minute 8 to 10: the checksum is wrong", "minute 15: the checksum is wrong"});
 }

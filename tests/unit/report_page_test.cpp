@@ -204,10 +204,18 @@ TEST_CASE("what is only known of a minute is told as that", "[unit][report]") {
   data.is_of_means = true;
   const std::string page = page_of(data);
   CHECK(page.find(" V<small>cell 1.5, in the minute from 2026-03-01 12:07</small>") != std::string::npos);
-  CHECK(page.find("Discharging is limited at the ends of minutes by: ") != std::string::npos);
+  CHECK(page.find("Discharging is limited at the end of each minute by: ") != std::string::npos);
   CHECK(page.find("Of each minute only the reason at its end is known.") != std::string::npos);
   halve(data);
+  CHECK(page_of(data).find("Of each 2 min only the reason at its end is known.") != std::string::npos);
   CHECK(page_of(data).find("in the 2 min from 2026-03-01 12:06<") != std::string::npos);
+  // A row need not be a minute.
+  ReportData short_rows = pack_of(2, 12, 30, 10 * s);
+  short_rows.is_of_means = true;
+  const std::string short_page = page_of(short_rows);
+  CHECK(short_page.find("Discharging is limited at the end of each 10.0 s by: ") != std::string::npos);
+  CHECK(short_page.find("Of each 10.0 s only the reason at its end is known.") != std::string::npos);
+  CHECK(short_page.find("minute") == std::string::npos);
   // A recording has moments.
   const std::string moments = page_of(pack_of(2, 12, 30));
   CHECK(moments.find("in the minute") == std::string::npos);

@@ -154,9 +154,9 @@ class Filler {
       data_.cells[index].soc_percent.value = scaled(last_.cells[index].soc_permille, tenth);
       data_.cells[index].health_percent.value = scaled(last_.cells[index].health_by_capacity_permille, tenth);
     }
-    note(without_time_, "minutes without a time of the clock are left out");
-    note(of_another_pack_, "minutes of a pack with other modules are left out");
-    note(times_back_, "minutes are left out, as the clock had been set back");
+    note(without_time_, "rows without a time of the clock are left out");
+    note(of_another_pack_, "rows of a pack with other modules are left out");
+    note(times_back_, "rows are left out, as the clock had been set back");
   }
 
  private:
@@ -182,8 +182,8 @@ class Filler {
     if (row.sequence > seen_before_ + 1) {
       const std::string first = std::to_string(seen_before_ + 1);
       return row.sequence == seen_before_ + 2
-                 ? "minute " + first + " is missing or cannot be read"
-                 : "minutes " + first + " to " + std::to_string(row.sequence - 1) + " are missing or cannot be read";
+                 ? "row " + first + " is missing or cannot be read"
+                 : "rows " + first + " to " + std::to_string(row.sequence - 1) + " are missing or cannot be read";
     }
     if (row.sequence > last_.sequence + 1) return "what is there is left out";
     return row.life != last_.life ? "the daemon did not run, or its last row was not kept"

@@ -46,10 +46,14 @@ std::string clock_text_ms(std::int64_t at_us) {
   return formatted(at_us, "%H:%M:%S") + fraction.data();
 }
 
+std::string sample_name(std::int64_t sample_us) {
+  return sample_us == min ? "minute" : span_text(sample_us);
+}
+
 std::string sample_text(std::int64_t at_us, std::int64_t sample_us) {
   if (sample_us <= s) return time_text(at_us);
   const bool is_of_minutes = sample_us % min == 0;
-  return "in the " + (sample_us == min ? "minute" : span_text(sample_us)) + " from " +
+  return "in the " + sample_name(sample_us) + " from " +
          formatted(at_us, is_of_minutes ? "%Y-%m-%d %H:%M" : "%Y-%m-%d %H:%M:%S");
 }
 

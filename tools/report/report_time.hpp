@@ -13,6 +13,8 @@ namespace bmu::report {
 /// When something was that is only known to be of a sample: "2026-03-01 17:05:09", "in the minute from 2026-03-01
 /// 17:05".
 [[nodiscard]] std::string sample_text(std::int64_t at_us, std::int64_t sample_us);
+/// What there is one of for each sample: "minute", "10.0 s".
+[[nodiscard]] std::string sample_name(std::int64_t sample_us);
 /// "17:05:09.250"
 [[nodiscard]] std::string clock_text_ms(std::int64_t at_us);
 /// "2026-03-01 17:05:09 to 17:05:12 UTC"; the day of the second one where it is another.

@@ -183,7 +183,8 @@ std::vector<Stretch> stretches_of(const CauseReport& causes, const ReportData& d
 }  // namespace
 
 std::string causes_html(const ReportData& data, const Columns& columns) {
-  const std::string when = data.is_of_means ? " at the ends of minutes" : "";
+  const std::string sample = sample_name(data.sample_us);
+  const std::string when = data.is_of_means ? " at the end of each " + sample : "";
   std::string out;
   if (!data.discharge_cause.of_sample.empty()) {
     out +=
@@ -194,7 +195,7 @@ std::string causes_html(const ReportData& data, const Columns& columns) {
   }
   if (out.empty()) return "";
   const std::string note =
-      data.is_of_means ? "<p class=\"note\">Of each minute only the reason at its end is known.</p>\n" : "";
+      data.is_of_means ? "<p class=\"note\">Of each " + sample + " only the reason at its end is known.</p>\n" : "";
   return "<section><h2>What bounds the limits</h2>\n" + note + out + time_axis_html(columns) + "</section>\n";
 }
 

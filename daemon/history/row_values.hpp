@@ -1,0 +1,35 @@
+// The values of one row, wherever they come from: a statement, or a page that is read by itself (stray_rows.hpp).
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "daemon/history/database.hpp"
+
+namespace bmu {
+
+class RowValues {
+ public:
+  RowValues() = default;
+  RowValues(const RowValues&) = delete;
+  RowValues& operator=(const RowValues&) = delete;
+  virtual ~RowValues() = default;
+  /// None if it is not an integer.
+  [[nodiscard]] virtual std::optional<std::int64_t> number(int column) const = 0;
+  /// None if it is neither text nor bytes. Holds as long as this.
+  [[nodiscard]] virtual std::optional<std::string_view> text(int column) const = 0;
+};
+
+/// Of the row at which a statement stands.
+class StatementRow : public RowValues {
+ public:
+  explicit StatementRow(const Statement& statement) : statement_(statement) {}
+  [[nodiscard]] std::optional<std::int64_t> number(int column) const override { return statement_.number(column); }
+  [[nodiscard]] std::optional<std::string_view> text(int column) const override { return statement_.text(column); }
+
+ private:
+  const Statement& statement_;
+};
+
+}  // namespace bmu
