@@ -246,6 +246,13 @@ TEST_CASE("a file whose begin is neither text nor a frame is read from its first
   CHECK(stream.damage[0].what == "no gzip stream begins here, but one behind it");
 }
 
+TEST_CASE("a frame is looked for in the first MiB", "[unit][packed_text]") {
+  const std::string frame = packed("text\n");
+  CHECK(unpacked(std::string(1'000'000, '\0') + frame).text == "text\n");
+  const std::string far = std::string(1'400'000, '\0') + frame;
+  CHECK((unpacked(far).text == far));
+}
+
 TEST_CASE("text with odd bytes and no frame behind them is text", "[unit][packed_text]") {
   const std::string text = lines(40'000);
   for (const std::string& ahead : {std::string("\xFF"), std::string(512, '\0'), std::string(700'000, '\0'),

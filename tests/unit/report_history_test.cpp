@@ -241,6 +241,14 @@ TEST_CASE("rows whose times were cut to milliseconds each for itself join all th
   CHECK(spans_of(data, SpanKind::fault).size() == 1);
 }
 
+TEST_CASE("rows that are further apart than times are cut do not join", "[unit][report][history]") {
+  ShortLife pack;
+  pack.add_row(60'000, "closed", 60'000);
+  pack.add_row(60'000, "closed", 60'000);
+  *pack.rows[1].span_ms -= 2;
+  CHECK(spans_of(pack.report(), SpanKind::phase).size() == 2);
+}
+
 TEST_CASE("without events one move in a minute is placed by its figures, and more are not guessed",
           "[unit][report][history]") {
   ShortLife pack;

@@ -33,6 +33,10 @@ TEST_CASE("a file is written whole, and what was there stays until then", "[unit
   REQUIRE(write_whole_file(page, "new"));
   CHECK(content_of(page) == "new");
   CHECK_FALSE(std::filesystem::exists(page + ".part"));
+  constexpr auto owner_alone = std::filesystem::perms::owner_read | std::filesystem::perms::owner_write;
+  std::filesystem::permissions(page, owner_alone);
+  REQUIRE(write_whole_file(page, "newer"));
+  CHECK(std::filesystem::status(page).permissions() == owner_alone);
   CHECK(write_whole_file(folder / "nowhere/page.html", "").error() == "No such file or directory");
 }
 

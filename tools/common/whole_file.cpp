@@ -32,6 +32,8 @@ Result<void, std::string> write_whole_file(const std::string& path, const std::s
     return failure(std::move(why));
   }
   if (is_special) return {};
+  // Who may read the new one is who might read the old one.
+  if (std::filesystem::exists(there)) std::filesystem::permissions(beside, there.permissions(), error);
   std::filesystem::rename(beside, file, error);
   if (!error) return {};
   std::string why = error.message();
