@@ -6,6 +6,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include "tools/common/command_line.hpp"
+
 namespace bmu {
 
 namespace {
@@ -102,6 +104,7 @@ ParsedOptions parse_options(int argc, const char* const* argv) {
   Options options;
   CLI::App app("Watches over a battery pack: polls its modules, switches its contactors, says why.", "bmud");
   add_options(app, options);
+  command_line::add_self_description(app, 8);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
