@@ -21,6 +21,7 @@
 #include "daemon/shell/memory.hpp"
 #include "daemon/shell/options.hpp"
 #include "daemon/shell/rate_watch.hpp"
+#include "daemon/shell/real_time.hpp"
 #include "daemon/shell/serial_console.hpp"
 #include "daemon/shell/service_notify.hpp"
 #include "daemon/shell/state_store.hpp"
@@ -203,6 +204,7 @@ int run_daemon(const PackConfig& file_pack, const Options& options, Journal& jou
   if (auto ready = loop.init(); !ready) return fail(ready.error());
   // What cannot be had now is tried again while running: without it nothing closes, and the reason is told.
   if (gpio) static_cast<void>(gpio->open());
+  if (auto entered = enter_real_time(options.real_time); !entered) return fail(entered.error());
   const auto ended = loop.run();
   (*memory)->end();
   if (!(*store)->flush(state_flush_max)) journal.log(Severity::warning, "the end did not wait for the state file");
@@ -238,6 +240,7 @@ int check_or_run(const Options& options) {
   }
   if (options.open_gpio) return open_gpio(*pack);
   prepare_signals();
+  prepare_real_time(options.real_time);
   Journal journal(*severity_from_text(options.log_level));
   for (const ConfigProblem& warning : warnings) journal.log(Severity::warning, to_text(warning));
   const int code = run_daemon(*pack, options, journal);
