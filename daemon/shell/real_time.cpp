@@ -11,9 +11,7 @@ namespace bmu {
 
 namespace {
 
-// Locked memory is memory: of the usual 8 MiB each, several threads would take more than everything else together. The
-// most any of ours needs is below a tenth of this, but for the JSON library's recursion on texts that are no longer
-// than a request.
+// Locked memory is memory: with the usual 8 MiB each, the stacks of a few threads would take more than all else together.
 constexpr std::size_t thread_stack_bytes = std::size_t{512} * 1024;
 
 }  // namespace

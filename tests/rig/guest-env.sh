@@ -24,6 +24,8 @@ fi
 : "${RIG_OUT:?no output folder: start guest scripts with boot.sh or run-on-can.sh}"
 stop_limit_s=${stop_limit_s:-10}
 declare -A started_pids=()
+# Commands that are run when the script ends, however it ends.
+at_end=()
 current_step="(before the first step)"
 
 step() {
@@ -107,7 +109,8 @@ record() {
 not() { ! "$@"; }
 
 end_everything() {
-  local name
+  local name command
+  for command in "${at_end[@]}"; do "$command" || true; done
   for name in "${!started_pids[@]}"; do stop "$name" || true; done
 }
 trap end_everything EXIT

@@ -11,7 +11,6 @@ shift
 for folder in "$@"; do PATH=$folder:$PATH; done
 
 bus=vcan0
-recording=$RIG_OUT/lost.can.log
 scenario=$RIG_OUT/keys.scn
 keys=9
 # shellcheck source-path=SCRIPTDIR source=pack-env.sh

@@ -1,5 +1,5 @@
 # What guest scripts share that watch an emulated pack with its key and measure when its contactors open. Sourced behind
-# guest-env.sh, with `repository`, `bus` and `recording` set:
+# guest-env.sh, with `repository` and `bus` set:
 #   record_words               starts candump on the words between daemon and power distribution unit; it listens when this returns
 #   write_keys SCENARIO N      a scenario whose key goes off and on N times
 #   start_pack SCENARIO        the emulated pack
@@ -7,16 +7,20 @@
 #   first_opening, expect_opened_by_itself, expect_open_until_key ...   what the recording bears out
 # shellcheck shell=bash
 
-: "${repository:?}" "${bus:?}" "${recording:?}" "${started_pids[*]-}"
+: "${repository:?}" "${bus:?}" "${started_pids[*]-}"
 
 pack=$repository/config/packs/demo-48s.json
 socket=${socket:-/run/bmud/bmud.sock}
+# In memory. Whenever the emulated machine waits for the host's disk and has nothing else to do, its clock runs ahead to the next
+# timer: a recording on the host would make time pass with each frame.
+recording=/run/words.can.log
 
-# The key goes off and on again every 15 s. It stays on for longer than a pack that was opened waits before it may close again (10 s):
+# The key goes off and on again every 17 s. It stays on for longer than a pack that was opened waits before it may close again (10 s):
 # whoever closes by himself would do it in that time.
-key_period_s=15
-key_on_s=13
+key_period_s=17
+key_on_s=15
 lock_out_s=10
+fresh_s=2
 # The command's life at the power distribution unit, and what its contactors take to open (docs/scenarios.md).
 command_life_ms=200
 contactor_opening_ms=10
@@ -54,7 +58,15 @@ fault_came() { (($(fault_count "$1") > $2)); }
 # What waits for it is cleared as somebody would; whether it may be is the daemon's to say.
 clear_faults() { bmuctl --socket "$socket" clear >>"$RIG_OUT/clear.txt"; }
 
-wait_until_closed() { wait_for "$close_limit_s" "the contactors are closed" phase_is closed; }
+# Just closed, with nearly all of the key's time ahead: whoever closes by himself after what comes now would be seen doing it.
+wait_until_closed() {
+  local was_closed=no
+  phase_is closed && was_closed=yes
+  if [[ $was_closed == yes ]] && ! key_turned_on_within "$fresh_s"; then
+    wait_for "$close_limit_s" "the key is turned off" not phase_is closed
+  fi
+  wait_for "$close_limit_s" "the contactors are closed" phase_is closed
+}
 
 # --- what the recording says ---
 
@@ -71,8 +83,10 @@ ask_recording() {
 
 # Only what is asked for: the recording is read again and again.
 listen_to_words() { exec candump -D -r 1000000 -L "$bus,040:7FF,041:7FF" >"$recording"; }
+keep_recording() { [[ ! -e $recording ]] || cp "$recording" "$RIG_OUT"; }
 hears_words() { grep -Eqh "^ *$bus +041 .*raw" /proc/net/can/rcvlist_{sff,fil}; }
 record_words() {
+  at_end+=(keep_recording)
   start words listen_to_words
   wait_for 10 "candump listens" hears_words
   chrt -f -p 50 "${started_pids[words]}"
@@ -94,6 +108,10 @@ commands_until_key() {
     is_status { if (key && was_off) is_over = 1; if (!key && !was_off) { was_off = 1; off_at = t } }
     is_command { if (!count++) first = closed ? "closed" : "open"; if (closed) ++closing }
     END { printf "%s %d %.0f\n", count ? first : "none", closing, (is_over ? off_at : 0) - after }' -v "after=$1"
+}
+# By the clock of the recording's last frame.
+key_turned_on_within() {
+  ask_recording 'is_status { if (key && !was_on) on_at = t; was_on = key; last = t } END { exit !(on_at && last - on_at <= within) }' -v "within=$1"
 }
 key_turned_since() { [[ $(commands_until_key "$1") != *" -"* ]]; }
 

@@ -1,0 +1,181 @@
+#!/bin/bash
+# Guest script: what goes wrong between a controller and its bus. The daemon is behind a serial CAN adapter that can be told to
+# misbehave (adapter/slcan_adapter.cpp): error states, bus-off once and again and again, nobody who acknowledges, a cut wire, an
+# adapter that takes nothing any more, and one that is pulled out and comes back. The pack is closed before each.
+#   usage: adapter.sh REPOSITORY ADAPTER PROGRAM_FOLDER...
+# shellcheck source-path=SCRIPTDIR source=guest-env.sh
+source "$(dirname "$0")/guest-env.sh"
+
+repository=$1 adapter_program=$2
+shift 2
+for folder in "$@"; do PATH=$folder:$PATH; done
+
+bus=vcan0
+scenario=$RIG_OUT/keys.scn
+keys=16
+# shellcheck source-path=SCRIPTDIR source=pack-env.sh
+source "$(dirname "$0")/pack-env.sh"
+
+# The daemon's interface, made by the adapter.
+own_bus=slcan0
+
+# Not in the output folder: a queue of words cannot be on the host.
+orders=/run/adapter.orders answers=/run/adapter.answers
+adapter_said() { grep -c "^ok $1\$" "$answers" || true; }
+adapter_said_more() { (($(adapter_said "$1") > $2)); }
+# A word to the adapter, done when this returns.
+tell_adapter() {
+  local before
+  before=$(adapter_said "$1")
+  echo "$1" >&"$to_adapter"
+  wait_for 10 "the adapter: $1" adapter_said_more "$1" "$before"
+}
+
+run_adapter() { exec "$adapter_program" "$own_bus" "$bus" <"$orders" >"$answers"; }
+plug_in() {
+  : >"$answers"
+  rm -f "$orders"
+  mkfifo "$orders"
+  start adapter run_adapter
+  exec {to_adapter}>"$orders"
+  wait_for 10 "the adapter is plugged in" adapter_said_more ready 0
+  # Before the bus has it to itself: a frame that waits for long is worth nothing.
+  ip link set "$own_bus" type can bitrate 500000 2>/dev/null || true
+  ip link set "$own_bus" up
+}
+unplug() {
+  tell_adapter unplug
+  exec {to_adapter}>&-
+  stop adapter || true
+}
+# As whoever looks after the adapter does when its driver cannot restart it.
+restart_controller() {
+  ip link set "$own_bus" down
+  ip link set "$own_bus" up
+  tell_adapter active
+}
+
+bus_field() { status_json | jq -r ".ports[0].$1"; }
+bus_is() { [[ $(bus_field "$1") == "$2" ]]; }
+frames_sent() { bus_field frames_sent; }
+
+# The contactors opened, the daemon is the one it was, and only a new wish closes.
+expect_recovered() {
+  wait_for 10 "everything is known anew" view_is_complete
+  expect "it is the same daemon" running bmud
+  clear_faults
+  expect_open_until_key
+}
+
+# Opens by command or, where the daemon cannot reach the contactors any more, because its word runs out.
+expect_opened() {
+  local name=$1 after=$2 limit_ms=$3 opened_at command_at why lapse_ms
+  wait_for 10 "$name: the power distribution unit says open" is_open_since "$after"
+  read -r opened_at command_at why <<<"$(first_opening "$after")"
+  lapse_ms=$(awk "BEGIN { printf \"%.1f\", ($opened_at - $after) * 1000 }")
+  measured+=("$name: $lapse_ms ms, by $why")
+  echo "  $name: open after $lapse_ms ms, by $why"
+  expect "within $limit_ms ms" test "${lapse_ms%.*}" -le "$limit_ms"
+  lost_at=$opened_at
+}
+# Whoever waits for the command to run out waits for its life, too.
+by_itself_ms=$((command_life_ms + 50 + contactor_opening_ms + machine_late_ms))
+
+step "start"
+mkdir -p "$(dirname "$socket")"
+for name in /proc/[0-9]*/comm; do
+  if [[ $(cat "$name" 2>/dev/null) == ksoftirqd/* ]]; then chrt -f -p 70 "$(basename "$(dirname "$name")")"; fi
+done
+record_words
+write_keys "$scenario" "$keys"
+start_pack "$scenario"
+plug_in
+start bmud bmud --config "$pack" --bus-internal "$own_bus" --bus-vehicle "$own_bus" --socket "$socket"
+wait_for "$start_limit_s" "bmud answers" daemon_answers
+wait_until_closed
+
+step "warning and passive"
+tell_adapter warning
+tell_adapter passive
+wait_for 5 "it is told" fault_came bus_error_passive 0
+sleep 1
+expect "the pack stays closed: all is fresh" phase_is closed
+tell_adapter active
+
+step "the wire is cut"
+wait_until_closed
+cut_at=$EPOCHREALTIME
+tell_adapter cut
+expect_opened "wire cut" "$cut_at" "$by_itself_ms"
+wait_for 5 "the daemon has opened" phase_is open
+tell_adapter joined
+expect_recovered
+
+step "nobody acknowledges"
+wait_until_closed
+cut_at=$EPOCHREALTIME
+tell_adapter cut
+for ((i = 0; i < 20; ++i)); do echo noack >&"$to_adapter"; done
+expect_opened "no acknowledge" "$cut_at" "$by_itself_ms"
+wait_for 5 "the daemon has opened" phase_is open
+sent_before=$(frames_sent)
+sleep 1
+expect "it does not send more than with a good bus" test $(($(frames_sent) - sent_before)) -lt 400
+tell_adapter joined
+expect_recovered
+
+step "bus-off"
+wait_until_closed
+downs_before=$(fault_count internal_bus_down)
+off_at=$EPOCHREALTIME
+tell_adapter busoff
+expect_opened "bus-off" "$off_at" "$by_itself_ms"
+wait_for 5 "it says why" fault_came internal_bus_down "$downs_before"
+restart_controller
+expect_recovered
+
+step "bus-off again and again"
+wait_until_closed
+storm_at=$EPOCHREALTIME
+for ((i = 0; i < 5; ++i)); do
+  tell_adapter busoff
+  restart_controller
+  sleep 3
+done
+wait_for 5 "it is one fault now that waits for somebody" fault_came bus_off_storm 0
+lost_at=$(first_opening "$storm_at" | cut -d' ' -f1)
+wait_for 10 "everything is known anew" view_is_complete
+expect "nobody has closed" test "$(ask_recording 'is_command && t > after + 1 && closed { ++n } END { print n + 0 }' -v "after=$storm_at")" -eq 0
+clear_faults
+expect_open_until_key
+
+step "an adapter that takes nothing any more"
+wait_until_closed
+stall_at=$EPOCHREALTIME
+tell_adapter stall
+expect_opened "stalled adapter" "$stall_at" "$by_itself_ms"
+wait_for 5 "the daemon has opened, too" phase_is open
+sleep 2
+going_at=$EPOCHREALTIME
+tell_adapter go
+expect "nothing that waited closes" test "$(ask_recording 'is_command && t > after && t < after + 1 && closed { ++n } END { print n + 0 }' -v "after=$going_at")" -eq 0
+expect_recovered
+
+step "pulled out, and back"
+wait_until_closed
+unplugged_at=$EPOCHREALTIME
+unplug
+expect_opened "pulled out" "$unplugged_at" "$by_itself_ms"
+wait_for 5 "the daemon has opened, too" phase_is open
+expect "the interface is gone" not ip link show "$own_bus" 2>/dev/null
+plug_in
+expect_recovered
+
+step "end"
+wait_until_closed
+stopped_at=$EPOCHREALTIME
+expect "bmud exits with 0" stop bmud TERM
+expect_opened "SIGTERM" "$stopped_at" 300
+unplug
+stop mmusim || true
+tell_measured
