@@ -12,7 +12,7 @@ for folder in "$@"; do PATH=$folder:$PATH; done
 
 bus=vcan0
 scenario=$RIG_OUT/keys.scn
-keys=16
+keys=24
 # shellcheck source-path=SCRIPTDIR source=pack-env.sh
 source "$(dirname "$0")/pack-env.sh"
 
@@ -39,6 +39,8 @@ plug_in() {
   start adapter run_adapter
   exec {to_adapter}>"$orders"
   wait_for 10 "the adapter is plugged in" adapter_said_more ready 0
+  # It is a wire: like the pack, it is never later than it would be on a desk.
+  chrt -f -p 55 "${started_pids[adapter]}"
   # Before the bus has it to itself: a frame that waits for long is worth nothing.
   ip link set "$own_bus" type can bitrate 500000 2>/dev/null || true
   ip link set "$own_bus" up
@@ -143,10 +145,11 @@ for ((i = 0; i < 5; ++i)); do
   sleep 3
 done
 wait_for 5 "it is one fault now that waits for somebody" fault_came bus_off_storm 0
-lost_at=$(first_opening "$storm_at" | cut -d' ' -f1)
 wait_for 10 "everything is known anew" view_is_complete
 expect "nobody has closed" test "$(ask_recording 'is_command && t > after + 1 && closed { ++n } END { print n + 0 }' -v "after=$storm_at")" -eq 0
-clear_faults
+expect "it cannot be cleared as long as it is one" not clear_faults
+wait_for 80 "but a minute later" clear_faults
+lost_at=$EPOCHREALTIME
 expect_open_until_key
 
 step "an adapter that takes nothing any more"
