@@ -1,7 +1,6 @@
 #include "tests/simulation/heard.hpp"
 
 #include <algorithm>
-#include <optional>
 
 #include "protocol/receive_check.hpp"
 #include "protocol/tables/internal_bus.hpp"
@@ -18,9 +17,9 @@ bool is_sound(const CanFrame& frame) {
   return match.message != nullptr && !content_fault(*match.message, frame);
 }
 
-/// One of the current sensor's three flags.
+/// The current sensor says so of this result, or of itself.
 bool is_flagged(const CanFrame& frame) {
-  constexpr std::uint8_t flags = 0xE0;
+  constexpr std::uint8_t flags = 0xA0;
   const MessageMatch match = catalogue.find(frame.id);
   return match.message->sender == Sender::sensor && (frame.data[1] & flags) != 0;
 }
@@ -28,7 +27,8 @@ bool is_flagged(const CanFrame& frame) {
 }  // namespace
 
 Heard::Heard(const CoreConfig& config) {
-  // An answer counts until the next POLL asks anew. Who sends unasked cannot be told to be late.
+  // An answer counts until the next POLL asks anew. Who sends unasked cannot be told to be late, nor can a temperature:
+  // it counts from when it came, and there may be no next POLL for a while.
   const Duration before_next_poll = config.poll.period + 10ms;
   constexpr Duration unasked = 500ms;
   // One sensor less is believed after a while only.
@@ -39,9 +39,9 @@ Heard::Heard(const CoreConfig& config) {
     for (std::size_t block = 0; block * cells_per_frame < one.cell_count; ++block) {
       add(cells_rows[block]->base_id + one.node, Kind::cells, config.ages.cell_voltage, before_next_poll);
     }
-    add(temp_1.base_id + one.node, Kind::temperatures, temperature_age, before_next_poll);
-    add(temp_2.base_id + one.node, Kind::temperatures, temperature_age, before_next_poll);
-    add(internal_bus::module.base_id + one.node, Kind::cells, config.ages.cell_voltage, before_next_poll);
+    add(temp_1.base_id + one.node, Kind::temperatures, temperature_age, unasked);
+    add(temp_2.base_id + one.node, Kind::temperatures, temperature_age, unasked);
+    add(internal_bus::module.base_id + one.node, Kind::module_voltage, config.ages.cell_voltage, before_next_poll);
   }
   add(sensor_current.base_id, Kind::current, config.ages.pack_current, unasked);
   add(sensor_u1.base_id, Kind::pack_voltage, config.ages.pack_voltage, unasked);
@@ -80,20 +80,15 @@ bool Heard::is_stale(const Source& source, TimePoint now, Duration more) {
   return never_came || now - source.told_at > most || now - source.made_at > most + source.on_the_way;
 }
 
-std::string Heard::stale(TimePoint now, Duration more) const {
-  const auto found = std::find_if(sources_.begin(), sources_.end(),
-                                  [&](const Source& source) { return is_stale(source, now, more); });
+std::string Heard::stale(TimePoint now, Duration more, std::optional<Kind> kind) const {
+  const auto found = std::find_if(sources_.begin(), sources_.end(), [&](const Source& source) {
+    return (!kind || source.kind == *kind) && is_stale(source, now, more);
+  });
   if (found == sources_.end()) return "";
   const MessageMatch match = catalogue.find(found->id);
   return std::string(match.message->name) + " of node " + std::to_string(match.node) + " came " +
          std::to_string(to_ms(now - found->told_at)) + " ms ago and was made " +
          std::to_string(to_ms(now - found->made_at)) + " ms ago";
-}
-
-bool Heard::is_fresh(Kind kind, TimePoint now, Duration more) const {
-  return std::none_of(sources_.begin(), sources_.end(), [&](const Source& source) {
-    return source.kind == kind && is_stale(source, now, more);
-  });
 }
 
 }  // namespace bmu::test

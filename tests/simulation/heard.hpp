@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,12 +26,19 @@ class Heard {
   /// The master is told it.
   void note_told(const CanFrame& frame, TimePoint now);
 
+  enum class Kind : std::uint8_t {
+    cells,
+    temperatures,
+    module_status,
+    module_voltage,
+    current,
+    pack_voltage,
+    link_voltage,
+    pdu
+  };
   /// The first thing the pack needs and whose last word came more than its age and `more` ago, or was made so long ago
-  /// that nobody may take it for new. Empty: all is fresh.
-  [[nodiscard]] std::string stale(TimePoint now, Duration more) const;
-  /// The same of one kind: everything a message of the vehicle's bus is made of.
-  enum class Kind : std::uint8_t { cells, temperatures, module_status, current, pack_voltage, link_voltage, pdu };
-  [[nodiscard]] bool is_fresh(Kind kind, TimePoint now, Duration more) const;
+  /// that nobody may take it for new; of one kind, or of all. Empty: all is fresh.
+  [[nodiscard]] std::string stale(TimePoint now, Duration more, std::optional<Kind> kind = {}) const;
   /// Frames with a right checksum that no device has sent so: damage that nobody can tell.
   [[nodiscard]] std::uint64_t forged() const { return forged_; }
 

@@ -74,6 +74,7 @@ struct View {
   ContactorLedgerEntries wear{};
   std::uint64_t gate_refusals = 0;
   bool is_resting = false;
+  bool is_port_up = false;  // of the internal bus: otherwise nothing is sent, and the counter goes on
 };
 [[nodiscard]] View view_of(const Core& core);
 
@@ -173,6 +174,7 @@ class Oracle {
   TimePoint request_over_at_{};
   std::optional<std::uint8_t> command_counter_;
   TimePoint command_at_{};
+  bool was_port_down_ = false;  // since that
 
   struct Band {  // where the state of charge can be without a step
     double low = 0.0;
