@@ -176,7 +176,9 @@ const FaultKind kinds[] = {
     {.name = "interlock", .group = "interlock", .allowed = 100ms, .shortest = 20ms,
      .draw = [](D&, E& e) { on_and_off(e, "interlock", "open", "closed"); }},
     {.name = "insulation_bad", .group = "insulation", .allowed = 1s, .shortest = 1s,
-     .draw = [](D&, E& e) { on_and_off(e, "insulation", "resistance_kOhm 1", "resistance_kOhm 1200"); }},
+     .draw = [](D& d, E& e) {
+       const bool is_measured = d.config.insulation.monitoring == InsulationMonitoring::measured;
+       on_and_off(e, "insulation", is_measured ? "resistance_kOhm 1" : "monitor device_error", is_measured ? "resistance_kOhm 1200" : "monitor normal"); }},
     // contactors
     {.name = "auxiliary_open", .group = "contactor", .effect = opens_once, .allowed = 300ms, .hides = true,
      .draw = [](D&, E& e) { on_and_off(e, "contactor main_positive", "feedback open", "feedback auto"); }},

@@ -40,7 +40,9 @@ Heard::Heard(const CoreConfig& config) {
       add(cells_rows[block]->base_id + one.node, Kind::cells, config.ages.cell_voltage, before_next_poll);
     }
     add(temp_1.base_id + one.node, Kind::temperatures, temperature_age, unasked);
-    add(temp_2.base_id + one.node, Kind::temperatures, temperature_age, unasked);
+    const bool has_cell_in_temp_2 = one.temperature_sensor_count > cells_per_frame;
+    add(temp_2.base_id + one.node, has_cell_in_temp_2 ? Kind::temperatures : Kind::board_temperatures, temperature_age,
+        unasked);
     add(internal_bus::module.base_id + one.node, Kind::module_voltage, config.ages.cell_voltage, before_next_poll);
   }
   add(sensor_current.base_id, Kind::current, config.ages.pack_current, unasked);

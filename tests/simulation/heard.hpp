@@ -29,6 +29,7 @@ class Heard {
   enum class Kind : std::uint8_t {
     cells,
     temperatures,
+    board_temperatures,
     module_status,
     module_voltage,
     current,

@@ -185,7 +185,7 @@ void Oracle::note_opening(const Stage& stage, TimePoint now) {
 }
 
 void Oracle::check_frames(const Decisions& decisions, const View& view, TimePoint now) {
-  constexpr Duration command_late = 61ms;
+  constexpr Duration command_late = 130ms;  // two wait for a busy bus; the unit opens after 200 ms
   for (const OutgoingFrame& out : decisions.frames) {
     if (out.port == Port::vehicle) check_published(out.frame, now);
     if (out.port != Port::internal || out.frame.id != internal_bus::contactor_command.base_id) continue;

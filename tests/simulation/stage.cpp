@@ -5,6 +5,8 @@ namespace bmu::test {
 namespace {
 
 constexpr std::int64_t unix_time_at_start_ms = 1'700'000'000'000;
+constexpr std::int32_t cell_noise_uV = 300;  // without any, a pack at rest would be one whose values stand still
+constexpr std::size_t device_queue_length = 16;  // as a controller has, for a module's whole answer
 
 }  // namespace
 
@@ -20,11 +22,12 @@ void StateStore::follow(const Core& core, TimePoint now) {
 }
 
 Stage::Stage(const CoreConfig& config, std::uint64_t seed, Duration devices_ahead, TimePoint starts_at)
-    : pack(config, devices_ahead, slowest_bus, starts_at),
+    : pack(config, devices_ahead, slowest_bus, starts_at, cell_noise_uV),
       wire(seed ^ 0x3117EULL),
       store(seed ^ 0x570EULL),
       began_at_(starts_at),
       random_(seed ^ 0xB007ULL) {
+  pack.device_queue_length = device_queue_length;
   pack.cut_power();
   boot();
 }

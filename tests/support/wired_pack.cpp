@@ -49,13 +49,23 @@ FrontEndTransfer twin_transfer() {
 
 }  // namespace
 
-WiredPack::WiredPack(const CoreConfig& config, Duration devices_ahead, const BusConfig& bus, TimePoint starts_at)
+namespace {
+
+SimulatorConfig noisy(SimulatorConfig config, std::int32_t cell_noise_uV) {
+  config.cell_noise_uV = cell_noise_uV;
+  return config;
+}
+
+}  // namespace
+
+WiredPack::WiredPack(const CoreConfig& config, Duration devices_ahead, const BusConfig& bus, TimePoint starts_at,
+                     std::int32_t cell_noise_uV)
     : now_(starts_at),
       devices_tick_at_(starts_at - devices_ahead % Plant::step_length + Plant::step_length),
       wake_at_(starts_at),
       given_(std::in_place, config),
       core_(std::in_place, config, starts_at),
-      simulator_(simulator_config(config), {}, starts_at - devices_ahead),
+      simulator_(noisy(simulator_config(config), cell_noise_uV), {}, starts_at - devices_ahead),
       bus_(bus) {
   for (const Station station : {Station::master, Station::pdu, Station::sensor, Station::stranger}) {
     bus_.connect(station);
@@ -114,25 +124,29 @@ void WiredPack::tick_devices() {
   if (each_ms) each_ms(*this);
   std::erase_if(late_, [this](const Due& due) {
     if (due.at > now_) return false;
-    bus_.put(station_of(due.frame), due.frame);
+    put_of_device(due.frame);
     return true;
   });
   for (const SentFrame& sent : simulator_.advance(now_)) {
     CanFrame frame = sent.frame;
-    const Station station = station_of(frame);
     const Fate fate = on_sent ? on_sent(frame, *this) : Fate{};
     last_sent_[sent.frame.id] = sent.frame;
     if (fate.is_lost) continue;
     if (fate.delay > Duration{}) {
       late_.push_back({now_ + fate.delay, frame});
     } else {
-      bus_.put(station, frame);
+      put_of_device(frame);
     }
-    if (fate.twin) bus_.put(station, *fate.twin);
+    if (fate.twin) put_of_device(*fate.twin);
   }
   if (!twin_) return;
   static const FrontEndTransfer transfer = twin_transfer();
   for (const CanFrame& frame : twin_->tick(now_, transfer)) bus_.put(Station::twin, frame);
+}
+
+void WiredPack::put_of_device(const CanFrame& frame) {
+  const Station station = station_of(frame);
+  if (!device_queue_length || bus_.waiting(station) < *device_queue_length) bus_.put(station, frame);
 }
 
 void WiredPack::cut_power() {

@@ -31,9 +31,10 @@ struct Fate {
 class WiredPack {
  public:
   /// `devices_ahead`: how long the devices have been running when the core starts, so that their periods stand to its
-  /// ticks and POLLs in another way; less than a second. `starts_at`: what the clock shows then.
+  /// ticks and POLLs in another way; less than a second. `starts_at`: what the clock shows then. `cell_noise_uV`:
+  /// of every sample, even over plus and minus this.
   explicit WiredPack(const CoreConfig& config, Duration devices_ahead = {}, const BusConfig& bus = slowest_bus,
-                     TimePoint starts_at = start);
+                     TimePoint starts_at = start, std::int32_t cell_noise_uV = 0);
 
   // What can be wrong with everything between the devices and the core.
   std::function<Fate(CanFrame&, const WiredPack&)> on_sent;  // by a device; may change the frame
@@ -49,6 +50,7 @@ class WiredPack {
   std::optional<CanFrame> flood;  // a stranger sends it all the time
   Duration latency{};             // of everything the core is told, echoes included
   std::size_t queue_length = 10;  // the kernel's send queue
+  std::optional<std::size_t> device_queue_length;  // of each device; none: it forgets nothing, however long it waits
 
   /// Until `duration` has passed; `run_until` also until the condition holds, and says whether it does.
   void run(Duration duration);
@@ -124,6 +126,7 @@ class WiredPack {
   void tell(const ObservedThing& what);
   void tell_due();
   void tick_devices();
+  void put_of_device(const CanFrame& frame);
   void decide();
 
   TimePoint now_;
