@@ -1,10 +1,12 @@
 // bmud_simulation: lives drawn from seeds, and the long life (docs/simulation.md).
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdio>
 #include <iostream>
 #include <thread>
 
+#include "tests/simulation/long_life.hpp"
 #include "tests/simulation/sweep.hpp"
 #include "tools/common/command_line.hpp"
 
@@ -12,6 +14,7 @@ namespace bmu::test {
 namespace {
 
 constexpr int exit_failed = 1;  // a rule was broken
+constexpr std::int64_t memory_growth_most_kB = 512;  // of pages that were never touched before
 
 struct Options {
   std::optional<std::uint64_t> seed;
@@ -20,6 +23,8 @@ struct Options {
   bool is_traced = false;
   bool minimises = false;
   bool is_json = false;
+  double days = 0.0;
+  bool ticks_fully = false;
   unsigned threads = std::max(std::thread::hardware_concurrency(), 1U);
 };
 
@@ -71,6 +76,22 @@ int run_many(const Options& options, SeedRange seeds) {
   return result.failed.empty() ? exit_codes::exit_ok : exit_failed;
 }
 
+int run_long(const Options& options) {
+  LongOptions life{.length = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(options.days * 86'400)),
+                   .ticks_fully = options.ticks_fully};
+  if (isatty(STDERR_FILENO) != 0) {
+    life.progress = [](Duration lived) { std::fprintf(stderr, "\r%.2f days", to_s(lived) / 86'400); };
+  }
+  const auto began_at = std::chrono::steady_clock::now();
+  const LongResult result = live_long(life);
+  const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began_at).count();
+  std::printf("%s%.0f s, %.0f times as fast as real time\n", to_text(result).c_str(), took_s,
+              to_s(result.lived) / took_s);
+  const bool is_well = result.wrong.empty() && result.allocations == 0 &&
+                       result.memory_last_kB <= result.memory_first_kB + memory_growth_most_kB;
+  return is_well ? exit_codes::exit_ok : exit_failed;
+}
+
 int run(int argc, char** argv) {
   Options options;
   CLI::App app("Lives of a pack with faults, drawn from seeds and judged: docs/simulation.md");
@@ -81,11 +102,14 @@ int run(int argc, char** argv) {
   app.add_flag("--minimise", options.minimises, "Leave faults out as long as the same rule is broken");
   app.add_flag("--json", options.is_json, "With --seeds: the summary as JSON");
   app.add_option("--threads", options.threads, "How many lives at the same time")->capture_default_str();
+  app.add_option("--days", options.days, "One long life of so many days instead")->check(command_line::number(0.01, 1000));
+  app.add_flag("--fully", options.ticks_fully, "With --days: the core is called every 10 ms at night, too");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return command_line::report(app, error);
   }
+  if (options.days > 0.0) return run_long(options);
   if (options.seed) return run_one(options);
   const std::optional<SeedRange> range = parse_range(options.seeds);
   if (range) return run_many(options, *range);
