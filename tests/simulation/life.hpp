@@ -23,6 +23,7 @@ namespace bmu::test {
 struct Mutant {
   std::string_view name;
   Rule noticed_by{};
+  std::uint64_t seed = 0;  // in whose life it is noticed; another one is looked for if that is so no longer
   std::function<void(ObservedThing&, TimePoint)> told{};  // after the oracle has heard the real one
   std::function<void(Decisions&, const Stage&)> decided{};
   std::function<void(View&, TimePoint)> published{};

@@ -20,15 +20,29 @@ std::string told(const Outcome& outcome) {
   return std::string(to_text(outcome.violation->rule)) + ": " + outcome.violation->text;
 }
 
-/// Whether in one of these lives the mutant is noticed first by the rule it breaks.
+/// In this life the mutant is noticed, by the rule that it breaks before any other.
+bool is_noticed(std::size_t index, std::uint64_t seed) {
+  const Mutant mutant = make_mutants()[index];
+  const Outcome outcome = live(draw_plan(seed), {.mutant = &mutant});
+  return outcome.violation && outcome.violation->rule == mutant.noticed_by;
+}
+
+/// In its own life, or, where the plans have changed since, in another one.
 bool is_noticed(std::size_t index) {
-  constexpr std::uint64_t seeds = 150;
+  constexpr std::uint64_t seeds = 300;
+  const std::uint64_t own = make_mutants()[index].seed;
+  if (own != 0 && is_noticed(index, own)) return true;
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
-    const Mutant mutant = make_mutants()[index];
-    const Outcome outcome = live(draw_plan(seed), {.mutant = &mutant});
-    if (outcome.violation && outcome.violation->rule == mutant.noticed_by) return true;
+    if (is_noticed(index, seed)) return true;
   }
   return false;
+}
+
+Mutant hides_emergency_stop() {
+  for (const Mutant& mutant : make_mutants()) {
+    if (mutant.name == "does not see the emergency stop") return mutant;
+  }
+  return {};
 }
 
 bool overlap(const FaultEvent& one, const FaultEvent& other) {
@@ -88,17 +102,12 @@ TEST_CASE("every mutant is noticed, by the rule it breaks", "[simulation][seeds]
 
 TEST_CASE("what is left of a plan that fails still fails, and without any of its faults it does not",
           "[simulation][seeds]") {
-  const auto deaf = [] { return make_mutants()[2]; };
-  std::uint64_t seed = 1;
-  std::optional<Violation> violation;
-  for (; !violation && seed <= 200; ++seed) {
-    const Mutant mutant = deaf();
-    violation = live(draw_plan(seed), {.mutant = &mutant}).violation;
-  }
-  REQUIRE(violation);
-  const Mutant mutant = deaf();
-  const Plan whole = draw_plan(seed - 1);
-  Plan least = minimise(whole, violation->rule, {.mutant = &mutant});
+  const Mutant mutant = hides_emergency_stop();
+  const Plan whole = draw_plan(mutant.seed);
+  const Outcome outcome = live(whole, {.mutant = &mutant});
+  REQUIRE(outcome.violation);
+  REQUIRE(whole.faults.size() > 1);
+  Plan least = minimise(whole, outcome.violation->rule, {.mutant = &mutant});
   REQUIRE(least.faults.size() == 1);
   CHECK(least.faults[0].kind->name == "emergency_stop");
   CHECK(live(least, {.mutant = &mutant}).violation);
