@@ -1,9 +1,9 @@
 // What has really reached the master, and how old it was: kept from the frames on their way alone, apart from anything
 // the core knows.
 //
-// Devices are overheard as they send; what arrives later is recognised by its bytes, so that a frame that was held back,
-// sent twice or repeated is as old as it is, whatever its counter says. A frame without its checksum, and a result that
-// its sensor flags as wrong, is no news.
+// Devices are overheard as they send; what arrives later is recognised by its bytes, so that a frame that was held
+// back, sent twice or repeated is as old as it is, whatever its counter says. A frame without its checksum, and a
+// result that its sensor flags as wrong, is no news.
 #pragma once
 
 #include <array>
@@ -54,7 +54,7 @@ class Heard {
     Kind kind{};
     Duration age{};         // to which it counts
     Duration on_the_way{};  // what it may have been without anybody being able to tell
-    TimePoint told_at{};  // zero: never
+    TimePoint told_at{};    // zero: never
     TimePoint made_at{};
     std::array<Sent, remembered> sent{};
     std::size_t next = 0;

@@ -129,7 +129,8 @@ class Life {
   [[nodiscard]] TimePoint next_at() const {
     TimePoint next = wall_clock_at_;
     if (next_drive_ < plan_.drive.size()) next = std::min(next, options_.starts_at + plan_.drive[next_drive_].at);
-    if (next_fault_ < plan_.faults.size()) next = std::min(next, options_.starts_at + plan_.faults[next_fault_].begins_at);
+    if (next_fault_ < plan_.faults.size())
+      next = std::min(next, options_.starts_at + plan_.faults[next_fault_].begins_at);
     for (const FaultEvent* fault : present_) next = std::min(next, options_.starts_at + fault->ends_at);
     return std::max(next, stage_.pack.now() + 1ms);
   }
@@ -198,7 +199,8 @@ class Life {
 
   [[nodiscard]] std::string why_open() const {
     std::string text = "does not close again:";
-    for (const Blocker blocker : stage_.pack.core().permission().blockers) text += " " + std::string(to_text(blocker)) + ";";
+    for (const Blocker blocker : stage_.pack.core().permission().blockers)
+      text += " " + std::string(to_text(blocker)) + ";";
     for (const FaultRow& row : fault_table()) {
       if (row.reaction != Reaction::warn && stage_.pack.core().faults().state(row.id).is_present()) {
         text += " " + std::string(row.name);

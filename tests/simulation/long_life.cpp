@@ -229,7 +229,8 @@ class LongLife {
     if (echo_count_ < echoes_.size()) echoes_[echo_count_++] = frame;
     if (frame.id != internal_bus::contactor_command.base_id) return;
     const std::uint8_t counter = frame.data[6];
-    if (has_commanded_ && counter != static_cast<std::uint8_t>(command_counter_ + 1)) blame("a command's counter jumps");
+    if (has_commanded_ && counter != static_cast<std::uint8_t>(command_counter_ + 1))
+      blame("a command's counter jumps");
     has_commanded_ = true;
     command_counter_ = counter;
   }
@@ -252,7 +253,8 @@ class LongLife {
 
   void check_totals() {
     const PackTotals totals = core_->totals().value_or(PackTotals{});
-    const bool is_back = totals.charge_in_uAs < totals_.charge_in_uAs || totals.charge_out_uAs < totals_.charge_out_uAs ||
+    const bool is_back = totals.charge_in_uAs < totals_.charge_in_uAs ||
+                         totals.charge_out_uAs < totals_.charge_out_uAs ||
                          totals.energy_in_mWh < totals_.energy_in_mWh || totals.energy_out_mWh < totals_.energy_out_mWh;
     if (is_back) blame("charge or energy went back");
     totals_ = totals;
@@ -286,14 +288,14 @@ LongResult live_long(const LongOptions& options) {
 
 std::string to_text(const LongResult& result) {
   char text[400];
-  std::snprintf(text, sizeof(text),
-                "%.2f days, %.2f h of them at 1 ms; %llu ticks of the core, %llu frames; closed %llu times, asleep %llu "
-                "nights\nafter the first hour: %llu allocations, %lld kB resident then, %lld kB at the end\n",
-                to_s(result.lived) / 86'400, to_s(result.finely) / 3'600, static_cast<unsigned long long>(result.ticks),
-                static_cast<unsigned long long>(result.frames), static_cast<unsigned long long>(result.times_closed),
-                static_cast<unsigned long long>(result.times_asleep),
-                static_cast<unsigned long long>(result.allocations), static_cast<long long>(result.memory_first_kB),
-                static_cast<long long>(result.memory_last_kB));
+  std::snprintf(
+      text, sizeof(text),
+      "%.2f days, %.2f h of them at 1 ms; %llu ticks of the core, %llu frames; closed %llu times, asleep %llu "
+      "nights\nafter the first hour: %llu allocations, %lld kB resident then, %lld kB at the end\n",
+      to_s(result.lived) / 86'400, to_s(result.finely) / 3'600, static_cast<unsigned long long>(result.ticks),
+      static_cast<unsigned long long>(result.frames), static_cast<unsigned long long>(result.times_closed),
+      static_cast<unsigned long long>(result.times_asleep), static_cast<unsigned long long>(result.allocations),
+      static_cast<long long>(result.memory_first_kB), static_cast<long long>(result.memory_last_kB));
   std::string all = text;
   for (const std::string& line : result.wrong) all += "WRONG " + line + "\n";
   return all;

@@ -1,8 +1,8 @@
 // Sixty days of one core with its modules, sensor, unit and cells, in minutes: whether anything leaks, wraps around or
 // creeps.
 //
-// A day has a drive of four minutes, a charge of six, and 23 h 50 min of standing there. Each seventh night a cell is too
-// low, and the pack goes to sleep. What is how fine:
+// A day has a drive of four minutes, a charge of six, and 23 h 50 min of standing there. Each seventh night a cell is
+// too low, and the pack goes to sleep. What is how fine:
 //
 //   driving, charging, waking up, and two minutes around each wrap    devices, cells every 1 ms, core every 10 ms
 //   parked and asleep                                                 all of it every 50 ms, cells 50 times slower
@@ -34,7 +34,7 @@ struct LongResult {
   std::uint64_t frames = 0;
   std::uint64_t times_closed = 0;
   std::uint64_t times_asleep = 0;
-  std::uint64_t allocations = 0;  // after the first hour
+  std::uint64_t allocations = 0;     // after the first hour
   std::int64_t memory_first_kB = 0;  // resident, after the first hour
   std::int64_t memory_last_kB = 0;
   std::vector<std::string> wrong;  // a line each

@@ -1,5 +1,6 @@
 // The beginning of the long life, and its wraps; sixty days of it are bmud_simulation's (docs/simulation.md).
 #include "tests/simulation/long_life.hpp"
+
 #include "tests/support/catch.hpp"
 
 namespace bmu::test {

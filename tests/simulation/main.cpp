@@ -1,10 +1,10 @@
 // bmud_simulation: lives drawn from seeds, and the long life (docs/simulation.md).
-#include <unistd.h>
-
 #include <chrono>
 #include <cstdio>
 #include <iostream>
 #include <thread>
+
+#include <unistd.h>
 
 #include "tests/simulation/long_life.hpp"
 #include "tests/simulation/sweep.hpp"
@@ -13,7 +13,7 @@
 namespace bmu::test {
 namespace {
 
-constexpr int exit_failed = 1;  // a rule was broken
+constexpr int exit_failed = 1;                       // a rule was broken
 constexpr std::int64_t memory_growth_most_kB = 512;  // of pages that were never touched before
 
 struct Options {
@@ -102,7 +102,8 @@ int run(int argc, char** argv) {
   app.add_flag("--minimise", options.minimises, "Leave faults out as long as the same rule is broken");
   app.add_flag("--json", options.is_json, "With --seeds: the summary as JSON");
   app.add_option("--threads", options.threads, "How many lives at the same time")->capture_default_str();
-  app.add_option("--days", options.days, "One long life of so many days instead")->check(command_line::number(0.01, 1000));
+  app.add_option("--days", options.days, "One long life of so many days instead")
+      ->check(command_line::number(0.01, 1000));
   app.add_flag("--fully", options.ticks_fully, "With --days: the core is called every 10 ms at night, too");
   try {
     app.parse(argc, argv);

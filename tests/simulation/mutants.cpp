@@ -73,8 +73,8 @@ void close_main_early(Decisions& decisions, const Stage&) {
 
 /// A second after each opening main negative is tried again, whoever wants it.
 auto closes_by_itself() {
-  return [opened_at = std::make_shared<TimePoint>(), was_closed = std::make_shared<bool>(false)](
-             Decisions& decisions, const Stage& stage) {
+  return [opened_at = std::make_shared<TimePoint>(), was_closed = std::make_shared<bool>(false)](Decisions& decisions,
+                                                                                                 const Stage& stage) {
     const TimePoint now = stage.pack.now();
     const bool is_closed = decisions.outputs.any_contactor();
     if (std::exchange(*was_closed, is_closed) && !is_closed) *opened_at = now;
@@ -116,7 +116,8 @@ auto tells_old_values() {
     for (OutgoingFrame& out : decisions.frames) {
       if (out.port != Port::vehicle) continue;
       const std::uint32_t index = out.frame.id & 0xFU;
-      const bool is_voltage = index == 3 && read<vehicle_bus::pack_voltage, "cell_voltage_min_uV">(out.frame).is_valid();
+      const bool is_voltage =
+          index == 3 && read<vehicle_bus::pack_voltage, "cell_voltage_min_uV">(out.frame).is_valid();
       if (is_voltage) (*good)[out.frame.id] = out.frame;
       const auto found = good->find(out.frame.id);
       if (found != good->end()) out.frame = found->second;
@@ -137,15 +138,20 @@ std::vector<Mutant> make_mutants() {
   return {
       {.name = "opens 300 ms late", .noticed_by = Rule::permission, .decided = holds_on()},
       {.name = "opens 300 ms late and publishes permission",
-       .noticed_by = Rule::in_time, .seed = 6,
+       .noticed_by = Rule::in_time,
+       .seed = 6,
        .decided = holds_on(),
        .published = [](View& view, TimePoint) { view.may_stay_closed = true; }},
-      {.name = "does not see the emergency stop", .noticed_by = Rule::in_time, .seed = 124, .told = hide_emergency_stop},
+      {.name = "does not see the emergency stop",
+       .noticed_by = Rule::in_time,
+       .seed = 124,
+       .told = hide_emergency_stop},
       {.name = "does not see a high current", .noticed_by = Rule::in_time, .seed = 7, .told = hide_current},
       {.name = "closes main positive with the precharge", .noticed_by = Rule::precharge, .decided = close_main_early},
       {.name = "closes by itself", .noticed_by = Rule::edge, .decided = closes_by_itself()},
       {.name = "closes by itself and publishes permission",
-       .noticed_by = Rule::pause, .seed = 13,
+       .noticed_by = Rule::pause,
+       .seed = 13,
        .decided = closes_by_itself(),
        .published = [](View& view, TimePoint) { view.may_stay_closed = true; }},
       {.name = "turns the key itself", .noticed_by = Rule::edge, .seed = 25, .told = turns_the_key()},
@@ -154,16 +160,12 @@ std::vector<Mutant> make_mutants() {
       {.name = "asks for no tick",
        .noticed_by = Rule::wakes,
        .decided = [](Decisions& decisions, const Stage&) { decisions.wake_at += 20ms; }},
-      {.name = "steps the state of charge",
-       .noticed_by = Rule::soc,
-       .published = from_ten_seconds([](View& view) {
-         if (view.soc_permille) *view.soc_permille -= 150;
-       })},
-      {.name = "counts energy back",
-       .noticed_by = Rule::totals,
-       .published = from_ten_seconds([](View& view) {
-         if (view.totals) view.totals->charge_out_uAs = 0;
-       })},
+      {.name = "steps the state of charge", .noticed_by = Rule::soc, .published = from_ten_seconds([](View& view) {
+                                                                       if (view.soc_permille) *view.soc_permille -= 150;
+                                                                     })},
+      {.name = "counts energy back", .noticed_by = Rule::totals, .published = from_ten_seconds([](View& view) {
+                                                                   if (view.totals) view.totals->charge_out_uAs = 0;
+                                                                 })},
       {.name = "forgets the wear of its contactors",
        .noticed_by = Rule::totals,
        .published = from_ten_seconds([](View& view) { view.wear = {}; })},

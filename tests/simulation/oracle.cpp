@@ -22,7 +22,8 @@ constexpr Duration played_within = 20s;
 constexpr Duration line_known_after = 600ms;
 /// A latched fault's cause, and tries of a precharge that follow each other, may open later.
 constexpr Duration aftermath = 15s;
-/// So long after the last decision for it a contact may be closed: the command's life, a period, a frame, the mechanism.
+/// So long after the last decision for it a contact may be closed: the command's life, a period, a frame, the
+/// mechanism.
 constexpr Duration contact_follows = 320ms;
 /// What is not known better when the core has just begun: 2 % a second, in steps of up to a second where nothing comes.
 constexpr double soc_rate_permille_per_s = 20.0;
@@ -49,6 +50,10 @@ double flow_permille_per_s(const CoreConfig& config) {
   return beyond_limit * permille * most_mA * 1e3 / static_cast<double>(config.cell.capacity_uAs);
 }
 
+std::string why_opened(const OpeningRecord& opening) {
+  return std::string(opening.cause == OpeningCause::fault ? row_of(opening.fault).name : to_text(opening.cause));
+}
+
 bool never_falls(const PackTotals& before, const PackTotals& now) {
   return now.charge_out_uAs >= before.charge_out_uAs && now.charge_in_uAs >= before.charge_in_uAs &&
          now.energy_out_mWh >= before.energy_out_mWh && now.energy_in_mWh >= before.energy_in_mWh;
@@ -65,9 +70,9 @@ bool never_falls(const ContactorLedgerEntries& before, const ContactorLedgerEntr
 }  // namespace
 
 std::string_view to_text(Rule rule) {
-  constexpr std::array<std::string_view, 16> names{"permission", "fresh",  "edge",      "pause",  "healthy", "precharge",
-                                                   "counter",    "wakes",  "gate",      "soc",    "totals",  "published",
-                                                   "reason",     "in_time", "contacts", "recovery"};
+  constexpr std::array<std::string_view, 16> names{
+      "permission", "fresh", "edge",   "pause",     "healthy", "precharge", "counter",  "wakes",
+      "gate",       "soc",   "totals", "published", "reason",  "in_time",   "contacts", "recovery"};
   return names[static_cast<std::size_t>(rule)];
 }
 
@@ -132,13 +137,13 @@ void Oracle::check_commanded(const View& view, const ContactorOutputs& outputs, 
     require(stale.empty(), Rule::fresh, now, "commanded closed though " + stale);
     closed_at_ = now;
   }
-  if (is_any && !was_any) check_begin_of_closing(stage, now);
+  if (is_any && !was_any) check_begin_of_closing(now);
   if (outputs.main_positive && !before_.main_positive) check_main_positive(stage, now);
   if (!is_any && was_any) note_opening(stage, now);
   before_ = outputs;
 }
 
-void Oracle::check_begin_of_closing(const Stage& stage, TimePoint now) {
+void Oracle::check_begin_of_closing(TimePoint now) {
   const std::string stale = heard_.stale(now, 1ms);
   require(stale.empty(), Rule::fresh, now, "a closing begins though " + stale);
   const auto has_edge = [this](const Line& line) {
@@ -152,7 +157,6 @@ void Oracle::check_begin_of_closing(const Stage& stage, TimePoint now) {
           "a closing begins " + std::to_string(to_ms(may_close_at_ - now)) + " ms too soon");
   const bool is_welded = main_closed_since_ != TimePoint{} && now - main_closed_since_ > line_known_after;
   require(!is_welded, Rule::healthy, now, "a closing begins though main positive is closed");
-  static_cast<void>(stage);
 }
 
 /// By the real voltages, of which two hundredths are left to the sensors' periods.
@@ -172,11 +176,7 @@ void Oracle::note_opening(const Stage& stage, TimePoint now) {
   const bool is_for_reason = before_.main_positive && !is_request_over;
   if (was_closed) ++times_opened_;
   require(!is_for_reason || !is_quiet() || now - quiet_since_ < aftermath, Rule::reason, now,
-          "a closed pack opens for nothing (the core says: " +
-              std::string(stage.pack.core().last_opening().cause == OpeningCause::fault
-                              ? row_of(stage.pack.core().last_opening().fault).name
-                              : to_text(stage.pack.core().last_opening().cause)) +
-              ")");
+          "a closed pack opens for nothing; the core says: " + why_opened(stage.pack.core().last_opening()));
   if (is_for_reason) edge_needed_since_ = now;
   const bool is_played_with =
       is_request_over && request_over_at_ != TimePoint{} && now - request_over_at_ <= played_within - line_known_after;
@@ -211,12 +211,13 @@ void Oracle::check_frames(const Decisions& decisions, const View& view, TimePoin
 void Oracle::check_soc(const View& view, TimePoint now) {
   if (!view.soc_permille) return soc_.reset();
   const auto told = static_cast<double>(*view.soc_permille);
-  const bool is_counted_wrong = std::exchange(forged_before_, heard_.forged()) != heard_.forged() || is_present("damage");
+  const bool is_counted_wrong =
+      std::exchange(forged_before_, heard_.forged()) != heard_.forged() || is_present("damage");
   if (soc_kept_permille_ && !is_counted_wrong) {
     constexpr double record_permille = 25.0;  // a record is at most 1 % behind; the rest may have flowed since
-    require(std::abs(told - *soc_kept_permille_) <= record_permille, Rule::soc, now,
-            "a life begins with " + std::to_string(told) + " where " + std::to_string(*soc_kept_permille_) +
-                " was kept");
+    require(
+        std::abs(told - *soc_kept_permille_) <= record_permille, Rule::soc, now,
+        "a life begins with " + std::to_string(told) + " where " + std::to_string(*soc_kept_permille_) + " was kept");
   }
   soc_kept_permille_.reset();
   if (!soc_ || is_counted_wrong) soc_ = Band{told, told};
@@ -393,12 +394,12 @@ void Oracle::check_contacts(const Stage& stage) {
   const TimePoint now = stage.pack.now();
   const Plant& plant = stage.pack.simulator().plant();
   if (closed_at_ != TimePoint{} && now - closed_at_ <= contact_follows) return;
-  for (const ContactorName name : {ContactorName::main_positive, ContactorName::main_negative, ContactorName::precharge}) {
+  for (const ContactorName name :
+       {ContactorName::main_positive, ContactorName::main_negative, ContactorName::precharge}) {
     const bool is_excused = name == ContactorName::main_positive && is_present("contactor");
     require(is_excused || !plant.is_closed(name), Rule::contacts, now,
             std::string(contactor_names[static_cast<std::size_t>(name)]) +
-                " is closed though nothing has been commanded for " +
-                std::to_string(to_ms(now - closed_at_)) + " ms");
+                " is closed though nothing has been commanded for " + std::to_string(to_ms(now - closed_at_)) + " ms");
   }
 }
 

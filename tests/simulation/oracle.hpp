@@ -10,7 +10,7 @@
 //     edge              a closing has a turn of the key, or of the charger, behind the last opening for a reason, start
 //                       or gap
 //     pause             2 s between an opening and a closing, 10 s where it was for a reason
-//     healthy           no closing begins with an emergency stop, an interlock or a welded contactor
+//     healthy           no closing begins while a main contactor is closed already: it is welded
 //     precharge         main positive is commanded only when the link is charged, by its real voltage
 //     counter           the commands' counter goes on by one, and none is missing
 //     wakes             the next tick is asked for within a tick
@@ -131,7 +131,7 @@ class Oracle {
 
   // with every decision
   void check_commanded(const View& view, const ContactorOutputs& outputs, const Stage& stage);
-  void check_begin_of_closing(const Stage& stage, TimePoint now);
+  void check_begin_of_closing(TimePoint now);
   void check_main_positive(const Stage& stage, TimePoint now);
   void note_opening(const Stage& stage, TimePoint now);
   void check_frames(const Decisions& decisions, const View& view, TimePoint now);
@@ -158,8 +158,8 @@ class Oracle {
   std::uint64_t times_opened_ = 0;
 
   std::vector<Present> present_;
-  TimePoint quiet_since_;          // nothing that may open since then
-  TimePoint hidden_at_{};          // the last moment at which something was hidden
+  TimePoint quiet_since_;            // nothing that may open since then
+  TimePoint hidden_at_{};            // the last moment at which something was hidden
   const FaultEvent* hid_ = nullptr;  // and what hid it
   Line vehicle_;
   Line charger_;

@@ -22,17 +22,17 @@ namespace bmu::test {
 
 /// What a fault does to a pack that was closed when it began.
 enum class Effect : std::uint8_t {
-  opens,           // within its time, and nothing closes as long as it lasts
-  opens_once,      // the same, but an open pack does not show it: it may be tried again
-  opens_driving,   // as `opens`, but only where the vehicle alone asks
-  opens_at_end,    // counted from its end: the core itself was away
-  may_open,        // depends on the moment, or on how much of it there is
+  opens,          // within its time, and nothing closes as long as it lasts
+  opens_once,     // the same, but an open pack does not show it: it may be tried again
+  opens_driving,  // as `opens`, but only where the vehicle alone asks
+  opens_at_end,   // counted from its end: the core itself was away
+  may_open,       // depends on the moment, or on how much of it there is
   stays_closed,
 };
 
 /// Where its time ends.
 enum class Reached : std::uint8_t {
-  on_the_bus,  // CONTACTOR_COMMAND with everything open is through
+  on_the_bus,   // CONTACTOR_COMMAND with everything open is through
   in_the_core,  // it decides so; nothing goes over this bus any more, and the unit opens by itself
 };
 

@@ -60,12 +60,14 @@ TEST_CASE("lives with faults of every kind break no rule", "[simulation][seeds][
 }
 
 // A seed that broke a rule once, and what it has shown.
-TEST_CASE("119: a key that is turned right after a slow POLL closes the pack: all modules asked twice within 10 ms kept "
-          "the current from coming",
-          "[simulation][seeds][regression]") {
+TEST_CASE(
+    "119: a key that is turned right after a slow POLL closes the pack: all modules asked twice within 10 ms kept "
+    "the current from coming",
+    "[simulation][seeds][regression]") {
   CHECK(told(life_of(119)).empty());
 }
-TEST_CASE("85, 672: a bus that was full for seconds comes back, and nothing closes", "[simulation][seeds][regression]") {
+TEST_CASE("85, 672: a bus that was full for seconds comes back, and nothing closes",
+          "[simulation][seeds][regression]") {
   CHECK(told(life_of(85)).empty());
   CHECK(told(life_of(672)).empty());
 }
@@ -79,8 +81,8 @@ TEST_CASE("a life goes the same way wherever the clock stands: 2^31 and 2^32 of 
           "[simulation][seeds][time]") {
   constexpr std::int64_t half = 1LL << 31;
   constexpr std::int64_t whole = 1LL << 32;
-  const Duration wraps[] = {std::chrono::microseconds{half}, std::chrono::microseconds{whole},
-                            std::chrono::seconds{65'536},    std::chrono::milliseconds{half},
+  const Duration wraps[] = {std::chrono::microseconds{half},  std::chrono::microseconds{whole},
+                            std::chrono::seconds{65'536},     std::chrono::milliseconds{half},
                             std::chrono::milliseconds{whole}, std::chrono::nanoseconds{1LL << 53},
                             std::chrono::seconds{half}};
   const std::uint64_t wanted = life_of(7).hash;
@@ -111,9 +113,9 @@ TEST_CASE("what is left of a plan that fails still fails, and without any of its
   REQUIRE(least.faults.size() == 1);
   CHECK(least.faults[0].kind->name == "emergency_stop");
   CHECK(live(least, {.mutant = &mutant}).violation);
-  CHECK(reproduction(whole.seed, {least.faults[0].number}) ==
-        "bmud_simulation --seed " + std::to_string(whole.seed) + " --only " + std::to_string(least.faults[0].number) +
-            " --trace");
+  CHECK(reproduction(whole.seed, {least.faults[0].number}) == "bmud_simulation --seed " + std::to_string(whole.seed) +
+                                                                  " --only " + std::to_string(least.faults[0].number) +
+                                                                  " --trace");
   keep_only(least, {});
   CHECK_FALSE(live(least, {.mutant = &mutant}).violation);
 }

@@ -5,7 +5,7 @@ namespace bmu::test {
 namespace {
 
 constexpr std::int64_t unix_time_at_start_ms = 1'700'000'000'000;
-constexpr std::int32_t cell_noise_uV = 300;  // without any, a pack at rest would be one whose values stand still
+constexpr std::int32_t cell_noise_uV = 300;      // without any, a pack at rest would be one whose values stand still
 constexpr std::size_t device_queue_length = 16;  // as a controller has, for a module's whole answer
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Where a simulated life takes place: the core with the emulated pack and its bus (wired_pack.hpp), a wire that fails, a
-// store that keeps the core's state some time after it was told, and a wall clock that anybody may set.
+// Where a simulated life takes place: the core with the emulated pack and its bus (wired_pack.hpp), a wire that fails,
+// a store that keeps the core's state some time after it was told, and a wall clock that anybody may set.
 #pragma once
 
 #include <optional>

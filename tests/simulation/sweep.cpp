@@ -75,7 +75,8 @@ class Sweep {
   std::map<std::uint64_t, std::uint64_t> hashes_;
 };
 
-/// How many took at most a quarter, half, three quarters and all of what is allowed, and how many more: others hid them.
+/// How many took at most a quarter, half, three quarters and all of what is allowed, and how many more: others hid
+/// them.
 std::string histogram(const FaultKind& kind, const KindCount& count) {
   constexpr std::size_t columns = 5;
   std::array<std::size_t, columns> in{};
@@ -124,8 +125,8 @@ std::string to_text(const SweepResult& result) {
                   static_cast<unsigned long long>(count.faults), count.reactions.size());
     text += line;
     if (kind.allowed > Duration{} && !count.reactions.empty()) {
-      std::snprintf(line, sizeof(line), " %8lld %8lld                    ", static_cast<long long>(to_ms(count.worst())),
-                    static_cast<long long>(to_ms(kind.allowed)));
+      std::snprintf(line, sizeof(line), " %8lld %8lld                    ",
+                    static_cast<long long>(to_ms(count.worst())), static_cast<long long>(to_ms(kind.allowed)));
       text += line + histogram(kind, count);
     }
     text += "\n";

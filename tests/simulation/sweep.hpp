@@ -1,5 +1,5 @@
-// Many seeds, on as many threads as there are processors, and what came of them: how often each kind of fault was there,
-// how long it took to open, and which seeds broke a rule.
+// Many seeds, on as many threads as there are processors, and what came of them: how often each kind of fault was
+// there, how long it took to open, and which seeds broke a rule.
 #pragma once
 
 #include <cstdint>

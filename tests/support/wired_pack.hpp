@@ -47,9 +47,9 @@ class WiredPack {
   bool is_cut = false;         // the master's wire: it hears nobody, nobody hears it, its own frames are acknowledged
   bool is_swallowing = false;  // the master's frames vanish, told as sent; it hears nobody
   bool sends_fail = false;     // the system takes no frame of the master
-  std::optional<CanFrame> flood;  // a stranger sends it all the time
-  Duration latency{};             // of everything the core is told, echoes included
-  std::size_t queue_length = 10;  // the kernel's send queue
+  std::optional<CanFrame> flood;                   // a stranger sends it all the time
+  Duration latency{};                              // of everything the core is told, echoes included
+  std::size_t queue_length = 10;                   // the kernel's send queue
   std::optional<std::size_t> device_queue_length;  // of each device; none: it forgets nothing, however long it waits
 
   /// Until `duration` has passed; `run_until` also until the condition holds, and says whether it does.
@@ -74,8 +74,8 @@ class WiredPack {
   void set_acknowledged(bool is_acknowledged) {
     is_acknowledged ? bus_.connect(Station::master) : bus_.disconnect(Station::master);
   }
-  /// The core does nothing for so long; what arrives meanwhile does not fit the receive queue. `stop` comes back at once,
-  /// `stall` when it is over.
+  /// The core does nothing for so long; what arrives meanwhile does not fit the receive queue. `stop` comes back at
+  /// once, `stall` when it is over.
   void stop(Duration duration) { stalled_until_ = now_ + duration; }
   void stall(Duration duration);
 

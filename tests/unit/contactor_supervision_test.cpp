@@ -105,7 +105,8 @@ TEST_CASE("two commands wait at most, until 500 ms without an echo", "[unit][com
   CHECK(link.is_due(start + 1060ms, false));
 }
 
-TEST_CASE("nothing is queued behind two commands that wait: the next word may have to be open", "[unit][command_link]") {
+TEST_CASE("nothing is queued behind two commands that wait: the next word may have to be open",
+          "[unit][command_link]") {
   CommandLink link = echoed_link();
   link.note_sent(2, start + 10ms);
   CHECK_FALSE(link.is_stuck(start + 30ms));
