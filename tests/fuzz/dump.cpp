@@ -42,8 +42,10 @@ Shown shown(std::string_view log, const dump::Options& options) {
   return result;
 }
 
-bool is_json(std::string_view text) {
-  return nlohmann::json::accept(text);
+/// Each line by itself.
+bool are_json(std::string_view text) {
+  const auto lines = fuzz::lines_of(text);
+  return std::all_of(lines.begin(), lines.end(), [](std::string_view line) { return nlohmann::json::accept(line); });
 }
 
 }  // namespace
@@ -55,14 +57,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   FUZZ_CHECK(fuzz::lines_of(text.text).size() == text.frames);
 
   const Shown json = shown(log, {.output = Output::json, .start = {.has_direction = true}});
-  const auto lines = fuzz::lines_of(json.text);
-  FUZZ_CHECK(lines.size() == json.frames && std::all_of(lines.begin(), lines.end(), is_json));
+  FUZZ_CHECK(fuzz::lines_of(json.text).size() == json.frames && are_json(json.text));
 
   // What is written as a log is shown the same once more.
   const Shown as_log = shown(log, {.output = Output::log});
   FUZZ_CHECK(shown(as_log.text, {.output = Output::log}).text == as_log.text);
 
-  FUZZ_CHECK(is_json(shown(log, {.output = Output::summary_json}).text));
+  FUZZ_CHECK(are_json(shown(log, {.output = Output::summary_json}).text));
   static_cast<void>(shown(log, {.output = Output::summary}));
   static_cast<void>(shown(log, {.output = Output::follow, .start = {.time = dump::TimeForm::date}}));
   return 0;

@@ -13,10 +13,10 @@ namespace {
 void check_blob(std::string_view blob) {
   const auto cells = cells_from(blob);
   FUZZ_CHECK(cells.has_value() == (blob.size() % cell_bytes == 0));
-  if (cells) FUZZ_CHECK(cells_from(blob_of(*cells)) == cells);
+  if (cells) FUZZ_CHECK(blob_of(*cells_from(blob_of(*cells))) == blob_of(*cells));
   const auto sensors = sensors_from(blob);
   FUZZ_CHECK(sensors.has_value() == (blob.size() % sensor_bytes == 0));
-  if (sensors) FUZZ_CHECK(sensors_from(blob_of(*sensors)) == sensors);
+  if (sensors) FUZZ_CHECK(blob_of(*sensors_from(blob_of(*sensors))) == blob_of(*sensors));
 }
 
 void check_strays(const std::string& path, std::size_t page_bytes, std::size_t file_bytes) {

@@ -40,6 +40,7 @@ void check_problem(const ConfigProblem& problem, const PackSources& sources) {
 template <class Target>
 void check_fields(std::span<const Field<Target>> fields, const Target& target) {
   for (const Field<Target>& field : fields) {
+    if (field.read == nullptr) continue;  // for editors, as "$schema"
     const FieldValue value = field.read(target);
     if (value == field.read(Target{})) continue;  // left out
     if (const auto* const number = std::get_if<double>(&value)) {

@@ -41,7 +41,7 @@ RealPart split(const std::string& text) {
 /// Of a pack that is about to close, and then closed.
 std::vector<RealPart> make_recording() {
   const auto pack = load_pack_config(BMUD_SOURCE_DIR "/config/packs/lipo-6s-24v.json");
-  const auto script = parse_scenario("0.5 vehicle on\n1.5 load current_mA 5000");
+  const auto script = parse_scenario("0.5 vehicle on\n1.5 load current_A 5");
   FUZZ_CHECK(pack && script);
   VirtualRun run(pack->core, simulator_config(pack->core), *script);
   RecordWriter writer({.version = "0.1.0",

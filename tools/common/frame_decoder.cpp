@@ -56,8 +56,9 @@ class ZstdDecoder final : public FrameDecoder {
   ~ZstdDecoder() override { ZSTD_freeDCtx(context_); }
 
   /// A piece at a time, as the library asks for it: if the next one is damaged, what came before has been given out.
+  /// Text that did not fit comes out before it: of a call that ends in damage the library does not tell what it gave.
   Step step(std::string_view packed, std::span<char> text) override {
-    ZSTD_inBuffer in{packed.data(), std::min(packed.size(), wanted_), 0};
+    ZSTD_inBuffer in{packed.data(), has_text_left_ ? 0 : std::min(packed.size(), wanted_), 0};
     ZSTD_outBuffer out{text.data(), text.size(), 0};
     const std::size_t wanted = ZSTD_decompressStream(context_, &out, &in);
     Step done{.taken = in.pos, .given = out.pos};
@@ -66,7 +67,7 @@ class ZstdDecoder final : public FrameDecoder {
       return done;
     }
     done.is_frame_end = wanted == 0;
-    done.has_more = !done.is_frame_end && out.pos == out.size;
+    done.has_more = has_text_left_ = !done.is_frame_end && out.pos == out.size;
     wanted_ = done.is_frame_end ? header_size_min : wanted;
     return done;
   }
@@ -74,6 +75,7 @@ class ZstdDecoder final : public FrameDecoder {
   void reset() override {
     ZSTD_DCtx_reset(context_, ZSTD_reset_session_only);
     wanted_ = header_size_min;
+    has_text_left_ = false;
   }
 
  private:
@@ -82,6 +84,7 @@ class ZstdDecoder final : public FrameDecoder {
 
   ZSTD_DCtx* context_;
   std::size_t wanted_ = header_size_min;
+  bool has_text_left_ = false;
 };
 
 // --- gzip -----------------------------------------------------------------------------------------------------------
