@@ -45,7 +45,7 @@ Life life_of(const CoreConfig& config, test::CoreBench& bench) {
   life.in_use = places_in_use(life.image);
   bench.on_observe = [&](const Observation& observation) { life.next.push_back({.observation = observation}); };
   bench.on_decide = [&](TimePoint at) { life.next.push_back({.decided_at = at}); };
-  bench.run(300ms);
+  bench.run(100ms);
   bench.on_observe = nullptr;
   bench.on_decide = nullptr;
   return life;
