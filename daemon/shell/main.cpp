@@ -11,6 +11,7 @@
 
 #include "config/bus_checks.hpp"
 #include "config/pack_config.hpp"
+#include "daemon/shell/access.hpp"
 #include "daemon/shell/buses.hpp"
 #include "daemon/shell/cell_count_setting.hpp"
 #include "daemon/shell/gpio_lines.hpp"
@@ -132,19 +133,24 @@ int run_daemon(const PackConfig& file_pack, const Options& options, Journal& jou
   if (!cell_count->told().empty()) journal.log(Severity::warning, cell_count->told());
   PackConfig wanted = cell_count->pack();
   wanted.buses = bus_names(options, wanted);
-  auto socket = StatusSocket::open({.path = options.socket});
+  Access access({.own_user_id = ::geteuid(), .groups = access_groups()}, UserNames(),
+                [&](std::string_view line) { journal.log(Severity::warning, line); });
+  auto socket = StatusSocket::open({.path = options.socket, .is_for_all = access.is_by_group()});
   if (!socket) return fail(socket.error());
+  (*socket)->set_door([&](const Peer& peer) {
+    return access.may(peer, Right::read) ? "" : access.refuse(peer, Right::read, "read here", monotonic_now());
+  });
   auto store = StateStore::open({.path = state_path(options)});
   if (!store) return fail(store.error());
   auto buses = open_buses(wanted.buses, wanted.core);
   if (!buses) return fail(buses.error());
   log_start(journal, wanted, options);
+  journal.log(Severity::info, access.text());
   RateWatch rate(wanted, options.config);
   if (rate.update(*buses->internal) && !may_run_at(rate, journal)) return exit_config;
   const bool differs = rate.finding().verdict == RateVerdict::differs;
   const PackConfig pack = differs ? at_rate(wanted, rate.finding().found_bit_per_s) : wanted;
   log_state(journal, **store);
-  const UserNames users;
   std::optional<GpioLines> gpio;
   if (pack.gpio) gpio.emplace(*pack.gpio);
   std::optional<LineFeeder> lines;
@@ -174,7 +180,7 @@ int run_daemon(const PackConfig& file_pack, const Options& options, Journal& jou
              .lines = used_lines,
              .history = &(*memory)->history(),
              .taps = taps,
-             .each_second = {[&] { (*memory)->tell(); }}});
+             .each_second = {[&] { (*memory)->tell(); }, [&] { access.tell_left_out(monotonic_now()); }}});
   const auto make_view = [&]() -> StatusView {
     return {.core = *core,
             .buses = *buses,
@@ -183,7 +189,7 @@ int run_daemon(const PackConfig& file_pack, const Options& options, Journal& jou
             .store = **store,
             .history = (*memory)->history(),
             .rate = rate.finding(),
-            .users = users,
+            .users = access.users(),
             .lines = used_lines,
             .recorder = (*memory)->recorder(),
             .pack_name = pack.name,
@@ -196,7 +202,7 @@ int run_daemon(const PackConfig& file_pack, const Options& options, Journal& jou
   const StatusRequests requests({.make_view = make_view,
                                  .carry_out = [&](const CommandGiven& command) { loop.carry_out(command); },
                                  .log = [&](std::string_view line) { journal.log(Severity::info, line); },
-                                 .own_user_id = ::geteuid()});
+                                 .access = access});
   loop.set_answers([&](std::string_view line, const Peer& peer) { return requests.answer(line, peer); },
                    [&] { return requests.picture(); });
 

@@ -31,7 +31,8 @@ struct StatusSocket::Client {
 
 namespace {
 
-constexpr int socket_mode = 0660;
+constexpr mode_t mode_for_group = 0660;
+constexpr mode_t mode_for_all = 0666;
 constexpr int directory_mode = 0755;
 constexpr int backlog = 16;
 constexpr int events_per_call = 32;
@@ -92,11 +93,8 @@ Result<void, OsError> remove_stale(const std::string& path, const sockaddr_un& a
   return {};
 }
 
-Peer peer_of(int socket) {
-  ucred credentials{};
-  socklen_t size = sizeof(credentials);
-  if (::getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0) return {};
-  return {.user_id = credentials.uid};
+bool set_mode(const StatusSocketOptions& options) {
+  return ::chmod(options.path.c_str(), options.is_for_all ? mode_for_all : mode_for_group) == 0;
 }
 
 bool add_to_poll(int poll, int fd, std::uint32_t events) {
@@ -126,7 +124,7 @@ Result<std::unique_ptr<StatusSocket>, OsError> StatusSocket::open(const StatusSo
     return failure(os_error("bind the status socket " + options.path));
   }
   // Before listen() nobody gets in, so there is no moment with the wrong mode.
-  if (::chmod(options.path.c_str(), socket_mode) != 0 || ::listen(listener.get(), backlog) != 0 ||
+  if (!set_mode(options) || ::listen(listener.get(), backlog) != 0 ||
       !add_to_poll(poll.get(), listener.get(), EPOLLIN)) {
     return failure(os_error("status socket " + options.path));
   }
@@ -138,6 +136,20 @@ StatusSocket::StatusSocket(StatusSocketOptions options, OwnedFd poll, OwnedFd li
 
 StatusSocket::~StatusSocket() {
   ::unlink(options_.path.c_str());
+}
+
+Result<void, OsError> StatusSocket::set_for_all(bool is_for_all) {
+  options_.is_for_all = is_for_all;
+  if (!set_mode(options_)) return failure(os_error("status socket " + options_.path));
+  return {};
+}
+
+void StatusSocket::set_door(Door door) {
+  door_ = std::move(door);
+  for (const auto& client : clients_) {
+    if (const std::string refusal = door_(client->peer); !refusal.empty()) turn_away(*client, refusal);
+  }
+  remove_finished();
 }
 
 void StatusSocket::serve(const Answer& answer) {
@@ -166,13 +178,20 @@ void StatusSocket::accept_clients() {
   auto client = std::make_unique<Client>();
   client->socket = std::move(socket);
   client->peer = peer_of(client->socket.get());
+  // First, so that who may not even read cannot take all connections.
+  if (const std::string refusal = door_ ? door_(client->peer) : ""; !refusal.empty()) {
+    return turn_away(*client, refusal);
+  }
   if (clients_.size() >= options_.clients_max) {
-    const std::string line = error_line("too_many_clients", "all connections are taken; try again later") + "\n";
-    static_cast<void>(::send(client->socket.get(), line.data(), line.size(), MSG_NOSIGNAL | MSG_DONTWAIT));
-    ++clients_dropped_;
-    return;
+    return turn_away(*client, error_line("too_many_clients", "all connections are taken; try again later"));
   }
   if (add_to_poll(poll_.get(), client->socket.get(), EPOLLIN)) clients_.push_back(std::move(client));
+}
+
+void StatusSocket::turn_away(Client& client, std::string_view line) {
+  const std::string text = std::string(line) + "\n";
+  static_cast<void>(::send(client.socket.get(), text.data(), text.size(), MSG_NOSIGNAL | MSG_DONTWAIT));
+  drop(client);
 }
 
 bool StatusSocket::has_request(const Client& client) const {

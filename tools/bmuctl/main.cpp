@@ -47,8 +47,8 @@ constexpr const char* footer = R"(Examples:
   bmuctl --json cells | jq .modules[0]
   bmuctl --json drive | jq .drive  the answer to "status", in which the drive is
 
-With --authorised the daemon obeys root and the user it runs as, nobody else; who cleared what is in the log and in
-"bmuctl faults".
+Members of the group bmud may look; clear, wake, balance --on and --off, modules accept and modules assign obey members of
+bmud-admin, root and the user the daemon runs as. Who did what is in the daemon's log, who cleared what in "bmuctl faults", too.
 
 Exit codes: 0 answered; 1 no daemon answers, it went away, or it refused, or the answer cannot be written; 2 command line; 3 answered, but "clear" left a
 fault that does more than warn (what it prints, or "still_present" and "reasons" of --json, say which and why), "modules
@@ -68,7 +68,8 @@ The first table says who is there: the serial number found and, where it is anot
 The second says how they answer: times from POLL to the end of the answer, jitter, complete and missed answers, how often
 a module was asked alone because something was missing, frames refused by reason, restarts.
 
-"accept" and "assign" obey root and the user the daemon runs as, while the pack is open and nobody wants it closed.
+"accept" and "assign" obey members of bmud-admin, root and the user the daemon runs as, while the pack is open and nobody
+wants it closed.
 
 Exit codes of "accept": 0 whoever is there belongs there now, and who is not heard is told; 3 somebody who is there could
 not be accepted (two speak under one number, the pack file names another one), or nobody is heard at the NODE given; 1
