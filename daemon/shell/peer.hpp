@@ -14,6 +14,7 @@ struct Peer {
   std::uint32_t group_id = nobody;
   std::vector<std::uint32_t> more_groups{};  // supplementary ones
   std::int64_t process_id = 0;               // 0: of another namespace, which has no number here
+  std::uint64_t connection = 0;              // the socket's own number for it, never used twice; 0: none
 };
 
 /// Of a connected Unix socket (SO_PEERCRED, SO_PEERGROUPS).

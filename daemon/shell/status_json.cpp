@@ -443,6 +443,7 @@ Json drive_json(const StatusView& view) {
 Json daemon_json(const StatusView& view) {
   return {{"version", BMUD_VERSION},
           {"uptime_ms", ago_ms(view, view.core.started_at())},
+          {"reloads", view.reloads},
           {"ticks", view.core.ticks()},
           {"ticks_late", view.loop.ticks_late},
           {"tick_latest_us", std::chrono::duration_cast<std::chrono::microseconds>(view.loop.latest).count()},

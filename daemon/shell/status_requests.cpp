@@ -20,24 +20,13 @@ constexpr std::int64_t period_min_ms = 50;
 constexpr std::int64_t period_max_ms = 60'000;
 constexpr std::int64_t period_default_ms = 500;
 
-std::string line_of(std::string_view command, const Json& content) {
-  Json line{{"ok", true}, {"cmd", command}};
-  line.update(content);
-  // What came from outside (a pack's name) need not be UTF-8; a reply always is.
-  return line.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
-
-StatusReply refusal(std::string_view code, std::string_view why) {
-  return {.line = error_line(code, why), .refusal = std::string(why)};
-}
-
 StatusReply answer_version(const StatusRequests&, const Json&, const Peer&) {
-  return {.line = line_of("version", {{"version", BMUD_VERSION}})};
+  return {.line = reply_line("version", {{"version", BMUD_VERSION}})};
 }
 
 template <auto Make>
 StatusReply answer_with(const StatusRequests& requests, const Json& request, const Peer&) {
-  return {.line = line_of(request["cmd"].get<std::string>(), Make(requests.view()))};
+  return {.line = reply_line(request["cmd"].get<std::string>(), Make(requests.view()))};
 }
 
 struct CommandRow {
@@ -52,7 +41,7 @@ StatusReply answer_by(const StatusRequests& requests, const Json& request, const
   return (requests.*Member)(request, peer);
 }
 
-constexpr std::array<CommandRow, 13> command_table{{
+constexpr std::array<CommandRow, 14> command_table{{
     {{"status", Right::read, ""}, answer_with<status_json>},
     {{"cells", Right::read, ""}, answer_with<cells_json>},
     {{"faults", Right::read, ""}, answer_with<faults_json>},
@@ -67,6 +56,7 @@ constexpr std::array<CommandRow, 13> command_table{{
      {"serial_number", "node", "unheard"}},
     {{"balance", Right::read, "switch"}, answer_by<&StatusRequests::balance>, {"switch"}},
     {{"health", Right::read, ""}, answer_with<health_json>},
+    {{"reload", Right::control, ""}, answer_by<&StatusRequests::reload>},
     {{"version", Right::read, ""}, answer_version},
 }};
 
@@ -126,6 +116,17 @@ std::string list_text(const Json& names) {
 }
 
 }  // namespace
+
+std::string reply_line(std::string_view command, const Json& content) {
+  Json line{{"ok", true}, {"cmd", command}};
+  line.update(content);
+  // What came from outside (a pack's name) need not be UTF-8; a reply always is.
+  return line.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+StatusReply refusal(std::string_view code, std::string_view why) {
+  return {.line = error_line(code, why), .refusal = std::string(why)};
+}
 
 StatusRequests::StatusRequests(StatusActions actions) : actions_(std::move(actions)) {}
 
@@ -189,11 +190,11 @@ StatusReply StatusRequests::clear(const Json& request, const Peer& peer) const {
   std::copy_if(before.begin(), before.end(), std::back_inserter(cleared),
                [&](const Json& name) { return std::find(after.begin(), after.end(), name) == after.end(); });
   log_clear(peer, authority, cleared, after);
-  return {.line = line_of("clear", {{"authority", to_text(authority)},
-                                    {"present_before", before},
-                                    {"cleared", std::move(cleared)},
-                                    {"still_present", after},
-                                    {"reasons", staying_faults_json(now)}})};
+  return {.line = reply_line("clear", {{"authority", to_text(authority)},
+                                       {"present_before", before},
+                                       {"cleared", std::move(cleared)},
+                                       {"still_present", after},
+                                       {"reasons", staying_faults_json(now)}})};
 }
 
 void StatusRequests::log_clear(const Peer& peer, Authority authority, const Json& cleared,
@@ -208,7 +209,7 @@ StatusReply StatusRequests::wake(const Json& /*request*/, const Peer& peer) cons
   const StatusView now = view();
   actions_.log("wake by " + who(peer) + ": " + std::string(before) + " before, " +
                std::string(to_text(now.core.rest().phase())) + " now");
-  return {.line = line_of("wake", {{"rest_before", before}, {"rest", to_text(now.core.rest().phase())}})};
+  return {.line = reply_line("wake", {{"rest_before", before}, {"rest", to_text(now.core.rest().phase())}})};
 }
 
 StatusReply StatusRequests::accept_modules(const Json& request, const Peer& peer) const {
@@ -231,7 +232,7 @@ StatusReply StatusRequests::accept_modules(const Json& request, const Peer& peer
   const StatusView now = view();
   const Json outcome = acceptance_json(static_cast<std::uint8_t>(node.value_or(0)), known_before, now);
   actions_.log("modules accepted by " + who(peer) + ": " + outcome["accepted"].dump());
-  return {.line = line_of("accept_modules", outcome)};
+  return {.line = reply_line("accept_modules", outcome)};
 }
 
 StatusReply StatusRequests::assign_module(const Json& request, const Peer& peer) const {
@@ -257,13 +258,13 @@ StatusReply StatusRequests::assign_module(const Json& request, const Peer& peer)
   if (!is_ours) return refusal("refused", to_text(AssignmentRefusal::busy));
   if (assignment.refusal() == AssignmentRefusal::already_there) {
     actions_.log(what + ", which has it already");
-    return {.line = line_of("assign_module", {{"assignment", assignment_json(now)}})};
+    return {.line = reply_line("assign_module", {{"assignment", assignment_json(now)}})};
   }
   if (assignment.stage() == AssignmentStage::refused) {
     return refusal("refused", to_text(assignment.refusal()));
   }
   actions_.log(what);
-  return {.line = line_of("assign_module", {{"assignment", assignment_json(now)}})};
+  return {.line = reply_line("assign_module", {{"assignment", assignment_json(now)}})};
 }
 
 StatusReply StatusRequests::balance(const Json& request, const Peer& peer) const {
@@ -278,7 +279,11 @@ StatusReply StatusRequests::balance(const Json& request, const Peer& peer) const
     actions_.carry_out({.command = command, .user_id = peer.user_id});
     actions_.log("balancing switched " + wanted.get<std::string>() + " by " + who(peer));
   }
-  return {.line = line_of("balance", balance_json(view()))};
+  return {.line = reply_line("balance", balance_json(view()))};
+}
+
+StatusReply StatusRequests::reload(const Json& /*request*/, const Peer& peer) const {
+  return actions_.reload(peer);
 }
 
 StatusReply StatusRequests::watch(const Json& request, const Peer& /*peer*/) const {
@@ -296,7 +301,7 @@ StatusReply StatusRequests::watch(const Json& request, const Peer& /*peer*/) con
 
 std::string StatusRequests::picture() const {
   const StatusView now = view();
-  return line_of(
+  return reply_line(
       "watch",
       {{"status", status_json(now)}, {"cells", cells_json(now)}, {"faults", faults_json(now)}, {"why", why_json(now)}});
 }

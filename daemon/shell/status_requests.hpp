@@ -21,7 +21,14 @@ struct StatusActions {
   /// Who did what, for the log.
   std::function<void(std::string_view)> log;
   Access& access;
+  /// Takes up the pack file anew: refused, or answered once it is known how that went.
+  std::function<StatusReply(const Peer&)> reload;
 };
+
+/// {"ok":true,"cmd":COMMAND,...}
+[[nodiscard]] std::string reply_line(std::string_view command, const Json& content);
+/// A reply that says why nothing was done.
+[[nodiscard]] StatusReply refusal(std::string_view code, std::string_view why);
 
 /// What a command takes: `right`, and control where its request has the key `control_key`.
 struct CommandRight {
@@ -49,6 +56,7 @@ class StatusRequests {
   [[nodiscard]] StatusReply assign_module(const Json& request, const Peer& peer) const;
   [[nodiscard]] StatusReply balance(const Json& request, const Peer& peer) const;
   [[nodiscard]] StatusReply watch(const Json& request, const Peer& peer) const;
+  [[nodiscard]] StatusReply reload(const Json& request, const Peer& peer) const;
   [[nodiscard]] StatusView view() const { return actions_.make_view(); }
 
  private:

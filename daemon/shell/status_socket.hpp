@@ -24,7 +24,8 @@ namespace bmu {
 struct StatusReply {
   std::string line;                        // without the newline
   std::optional<Duration> picture_period;  // from now on this client gets the picture that often
-  std::string refusal;                     // why nothing was done, as the line says; "" if something was
+  std::string refusal{};                   // why nothing was done, as the line says; "" if something was
+  bool is_later = false;                   // no line yet: answer_later() will bring it
 };
 
 struct StatusSocketOptions {
@@ -59,6 +60,9 @@ class StatusSocket {
   [[nodiscard]] int fd() const { return poll_.get(); }
   /// Accepts, reads, writes, and answers at most one request.
   void serve(const Answer& answer);
+  /// What a request that was to be answered later is answered with. Until then its client's next ones wait. One who has
+  /// gone meanwhile misses it.
+  void answer_later(std::uint64_t connection, std::string_view line);
   /// Requests wait that have been read already: serve() again, whatever fd() says.
   [[nodiscard]] bool has_waiting_requests() const;
   /// Sends the picture to those whose time it is. It is made once for all, and only if somebody wants it.
@@ -90,6 +94,7 @@ class StatusSocket {
   OwnedFd listener_;
   std::vector<std::unique_ptr<Client>> clients_;
   std::size_t next_turn_ = 0;
+  std::uint64_t connections_ = 0;
   std::uint64_t clients_dropped_ = 0;
 };
 

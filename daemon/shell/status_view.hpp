@@ -30,6 +30,7 @@ struct StatusView {
   const Recorder* recorder = nullptr;  // none: nothing is recorded
   std::string_view pack_name;
   std::string_view cell_name;
+  std::uint64_t reloads = 0;  // of this process; its uptime counts from the last one
   std::uint64_t log_lines_lost = 0;
   std::uint64_t notify_sends_failed = 0;
   std::uint64_t clients_dropped = 0;

@@ -284,6 +284,78 @@ TEST_CASE("a client that says all and hangs up its sending side still gets its a
   CHECK(bench.socket->client_count() == 0);
 }
 
+namespace {
+
+/// Answers "later" with nothing, for now, and all else at once.
+struct LateBench : Bench {
+  std::uint64_t connection = 0;  // of who asked for "later" last
+
+  void serve_late() {
+    for (int i = 0; i < 10'000 && is_busy(); ++i) {
+      socket->serve([this](std::string_view request, const Peer& peer) {
+        if (request != "later") return StatusReply{.line = "said " + std::string(request)};
+        connection = peer.connection;
+        return StatusReply{.line = "", .is_later = true};
+      });
+    }
+  }
+};
+
+}  // namespace
+
+TEST_CASE("what is answered later is answered in its turn, and nobody else waits for it", "[integration][status]") {
+  LateBench bench;
+  const OwnedFd waiting = connect_to(bench.path);
+  const OwnedFd other = connect_to(bench.path);
+  say(waiting, "one\nlater\ntwo\n");
+  say(other, "three\n");
+  bench.serve_late();
+  CHECK(hear(waiting) == "said one\n");
+  CHECK(hear(other) == "said three\n");
+  CHECK_FALSE(bench.is_busy());
+  bench.socket->answer_later(bench.connection + 1, "not for you");
+  CHECK(hear(waiting).empty());
+  CHECK(hear(other).empty());
+  bench.socket->answer_later(bench.connection, "at last");
+  bench.serve_late();
+  CHECK(hear(waiting) == "at last\nsaid two\n");
+  bench.socket->answer_later(bench.connection, "twice");  // nobody waits any more
+  CHECK(hear(waiting).empty());
+}
+
+TEST_CASE("who has said all still gets the answer that comes later", "[integration][status]") {
+  LateBench bench;
+  const OwnedFd client = connect_to(bench.path);
+  say(client, "later\n");
+  REQUIRE(::shutdown(client.get(), SHUT_WR) == 0);
+  bench.serve_late();
+  CHECK_FALSE(bench.is_busy());
+  CHECK(bench.socket->client_count() == 1);
+  bench.socket->answer_later(bench.connection, "at last");
+  bench.serve_late();
+  CHECK(hear(client) == "at last\n<end>");
+  CHECK(bench.socket->client_count() == 0);
+}
+
+TEST_CASE("who has gone before the answer came leaves nothing to do", "[integration][status]") {
+  LateBench bench;
+  {
+    const OwnedFd client = connect_to(bench.path);
+    say(client, "later\n");
+    bench.serve_late();
+  }
+  bench.serve_late();
+  CHECK(bench.socket->client_count() == 0);
+  CHECK_FALSE(bench.is_busy());
+  bench.socket->answer_later(bench.connection, "at last");
+  // A number is never used twice: the next client gets nothing of another's.
+  const OwnedFd next = connect_to(bench.path);
+  say(next, "later\n");
+  const std::uint64_t before = bench.connection;
+  bench.serve_late();
+  CHECK(bench.connection != before);
+}
+
 TEST_CASE("clients that vanish leave nothing to do", "[integration][status]") {
   Bench bench;
   // No more at once than the system lets wait.

@@ -78,6 +78,7 @@ struct Desk {
   Access access;
   std::vector<CommandGiven> carried_out;
   std::vector<std::string> log;
+  std::vector<Peer> reloads;
   StatusRequests requests{{.make_view = [this] { return view(); },
                            .carry_out =
                                [this](const CommandGiven& command) {
@@ -86,7 +87,12 @@ struct Desk {
                                  bench.run(2ms);
                                },
                            .log = [this](std::string_view line) { log.emplace_back(line); },
-                           .access = access}};
+                           .access = access,
+                           .reload =
+                               [this](const Peer& peer) {
+                                 reloads.push_back(peer);
+                                 return StatusReply{.line = R"({"ok":true})"};
+                               }}};
 
   explicit Desk(const AccessRules& rules)
       : access(rules, UserNames("/nowhere"), [this](std::string_view line) { refusals.emplace_back(line); }) {
@@ -135,6 +141,7 @@ std::vector<Expected> expected() {
           {{{"cmd", "clear"}}, true},
           {{{"cmd", "clear"}, {"authorised", true}}, true},
           {{{"cmd", "wake"}}, true},
+          {{{"cmd", "reload"}}, true},
           {{{"cmd", "accept_modules"}}, true},
           {{{"cmd", "accept_modules"}, {"node", 1}}, true},
           {{{"cmd", "assign_module"}, {"serial_number", 1}, {"node", 9}, {"unheard", true}}, true}};
@@ -180,7 +187,7 @@ TEST_CASE("every command is answered to whom it is for, and to nobody else, and 
       const Json reply = desk.ask(command.request, kind.peer);
       const bool may_do = command.is_control ? kind.may_control : kind.may_read;
       CHECK(is_refused(reply) == !may_do);
-      CHECK(desk.carried_out.size() == (may_do && command.is_control ? 1U : 0U));
+      CHECK(desk.carried_out.size() + desk.reloads.size() == (may_do && command.is_control ? 1U : 0U));
       CHECK(desk.refusals.empty() == may_do);
       CHECK(desk.log.size() == desk.carried_out.size());
       for (const std::string& line : desk.log) {
@@ -198,7 +205,7 @@ TEST_CASE("no command is forgotten in the list of what each takes", "[unit][acce
     const auto is_it = [&](const Expected& one) { return one.request.at("cmd") == row.name; };
     CHECK(std::any_of(all.begin(), all.end(), is_it));
   }
-  CHECK(command_rights().size() == 13);
+  CHECK(command_rights().size() == 14);
 }
 
 TEST_CASE("who may not read is told nothing of what there is", "[unit][access]") {
