@@ -8,12 +8,14 @@ packages_of_group() {
   case $1 in
     build) echo g++ cmake ninja-build ccache pkg-config libsystemd-dev libspdlog-dev nlohmann-json3-dev libexpected-dev libcli11-dev libeigen3-dev libfccp-dev libsqlite3-dev libzstd-dev zlib1g-dev ;;
     # python3-canmatrix reads our DBC files, tmux is a terminal to look at.
-    test) echo catch2 libbenchmark-dev can-utils jq python3-canmatrix tmux zstd ;;
+    test) echo catch2 libbenchmark-dev can-utils jq python3-canmatrix tmux zsh zstd ;;
     # xz-utils and zstd: newer kernels pack their modules. iproute2 and jq are for the scripts inside the guest.
     # make, gcc and libelf-dev (for objtool) build the module of the GPIO chip.
     rig) echo qemu-system-x86 busybox-static cpio gzip kmod iproute2 can-utils jq xz-utils zstd make gcc libelf-dev ;;
     # libclang-rt-dev holds the sanitizers' runtime, python3 runs run-clang-tidy.
     lint) echo git shellcheck clang clang-format clang-tidy libclang-rt-dev python3 ;;
+    # lowdown makes manual pages of docs/, man-db is lintian's for looking at them.
+    package) echo cmake dpkg-dev fakeroot lintian lowdown man-db ;;
     # llvm holds llvm-cov and llvm-profdata; python3-clang is for Debian's own /usr/bin/python3.
     mutation) echo git clang llvm libclang-rt-dev python3 python3-clang ;;
     *) return 1 ;;
@@ -24,7 +26,7 @@ packages_usage() {
   cat <<'TEXT'
 usage: tools/packages.sh [--list] GROUP...
 
-Installs what is missing of the groups build, test, rig, lint and mutation; "all" means every group.
+Installs what is missing of the groups build, test, rig, package, lint and mutation; "all" means every group.
 --list prints the missing packages, one a line, and installs nothing.
 
   tools/packages.sh build test     to build and to run the fast tests
@@ -57,7 +59,7 @@ package_is_installed() {
 packages_missing() {
   local group package packages
   for group in "$@"; do
-    packages=$(packages_of_group "$group") || packages_fail "unknown group '$group' (build, test, rig, lint, mutation)" || return
+    packages=$(packages_of_group "$group") || packages_fail "unknown group '$group' (build, test, rig, package, lint, mutation)" || return
     for package in $packages; do
       package_is_installed "$package" || echo "$package"
     done
@@ -90,7 +92,7 @@ packages_main() {
   case ${1:-} in
     '') packages_usage >&2; return 2 ;;
     -h | --help) packages_usage; return 0 ;;
-    all) set -- build test rig lint mutation ;;
+    all) set -- build test rig package lint mutation ;;
   esac
   if [[ $list == yes ]]; then packages_missing "$@"; else packages_install "$@"; fi
 }

@@ -4,6 +4,8 @@
 
 #include <unistd.h>
 
+#include "daemon/shell/real_time.hpp"
+
 namespace bmu {
 
 namespace {
@@ -47,6 +49,7 @@ int Daemon::run(PackRead first) {
   if (!life) return fail({.text = to_text(life.error())});
   life_ = std::move(*life);
   store_->start();
+  if (auto entered = enter_real_time(options_.real_time); !entered) return fail({.text = to_text(entered.error())});
   while (true) {
     const auto ended = run_life();
     if (!ended) return fail({.text = to_text(ended.error())});

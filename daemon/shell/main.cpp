@@ -12,6 +12,7 @@
 #include "daemon/shell/journal.hpp"
 #include "daemon/shell/options.hpp"
 #include "daemon/shell/pack_reader.hpp"
+#include "daemon/shell/real_time.hpp"
 
 namespace {
 
@@ -43,6 +44,7 @@ int open_gpio(const PackConfig& pack) {
 
 int run_daemon(const PackConfig& pack, const Options& options) {
   prepare_signals();
+  prepare_real_time(options.real_time);
   Journal journal(*severity_from_text(options.log_level));
   PackRead read = read_beside(pack, options.config, state_path(options));
   for (const ConfigProblem& warning : read.warnings) journal.log(Severity::warning, to_text(warning));
@@ -59,8 +61,9 @@ int check_or_run(const Options& options) {
     return exit_config;
   }
   if (options.check_config) {
-    for (const ConfigProblem& warning : bus_warnings(*pack, options.config))
+    for (const ConfigProblem& warning : bus_warnings(*pack, options.config)) {
       std::printf("warning: %s\n", to_text(warning).c_str());
+    }
     std::printf("%s: ok: %s, %zu modules, %zu cells\n%s\n", options.config.c_str(), pack->name.c_str(),
                 pack->core.modules.size(), cell_count(pack->core), bus_use_text(*pack).c_str());
     return exit_ok;

@@ -6,6 +6,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include "tools/common/command_line.hpp"
+
 namespace bmu {
 
 namespace {
@@ -28,6 +30,10 @@ go to a file in the --black-box folder; without the option in black-box where ST
 
 On --serial DEVICE, or the pack file's serial/device, a serial console takes CellC:xx, LogReq and Help at 38400 Bd:
 docs/serial.md.
+
+--realtime-priority and --lock-memory are for a machine that is busy with other things: docs/performance.md. They need
+LimitRTPRIO= and LimitMEMLOCK=infinity in the unit (systemd/realtime.conf), or the capabilities CAP_SYS_NICE and
+CAP_IPC_LOCK; without the right the daemon does not start (71).
 
 A bus is the name of a CAN interface, or unix:NAME for the bus between programs of this machine.
 
@@ -79,6 +85,12 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--history", options.history, "database for a row a minute, or none (see below)")
       ->check(is_history_name)
       ->type_name("FILE.sqlite");
+  app.add_option("--realtime-priority", options.real_time.priority,
+                 "the control loop before all ordinary programs, as SCHED_FIFO; needs the right to it (see below)")
+      ->check(command_line::whole_number(1, 99))
+      ->type_name("1..99");
+  app.add_flag("--lock-memory", options.real_time.lock_memory,
+               "none of the daemon's memory ever waits for a disk; needs the right to it (see below)");
   CLI::Option* check =
       app.add_flag("--check-config", options.check_config, "say whether the pack file is good, and end");
   app.add_flag("--open-gpio", options.open_gpio,
@@ -105,6 +117,7 @@ ParsedOptions parse_options(int argc, const char* const* argv) {
   Options options;
   CLI::App app("Watches over a battery pack: polls its modules, switches its contactors, says why.", "bmud");
   add_options(app, options);
+  command_line::add_self_description(app, 8);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -5,6 +5,8 @@
 #include <optional>
 #include <string>
 
+#include "daemon/shell/real_time.hpp"
+
 namespace bmu {
 
 // sysexits.h has the same numbers; services and scripts know them.
@@ -27,6 +29,7 @@ struct Options {
   std::string serial;
   std::string history;
   std::string log_level = "info";
+  RealTimeWishes real_time;
   bool check_config = false;
   bool open_gpio = false;
 };

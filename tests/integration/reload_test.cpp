@@ -12,6 +12,7 @@
 
 #include <nlohmann/json.hpp>
 #include <pty.h>
+#include <sched.h>
 #include <sys/resource.h>
 
 #include "tests/support/ask_as.hpp"
@@ -382,6 +383,27 @@ TEST_CASE("the service manager is told of a reload, asked for patience, and told
   CHECK(next_word() == "READY=1");
   CHECK(bench.end() == 0);
   CHECK(next_word() == "STOPPING=1");
+}
+
+TEST_CASE("with a real-time priority and locked memory the next life's threads are ordinary ones, too",
+          "[integration][daemon][reload][real_time]") {
+  const Finished tried = run_program({"/usr/bin/chrt", "-f", "20", "/bin/true"});
+  if (tried.status != 0 || ::geteuid() != 0) {
+    WARN("not root, or no real-time scheduling here: not tested");
+    return;
+  }
+  ReloadBench bench;
+  bench.more_options.insert(bench.more_options.end(), {"--realtime-priority", "20", "--lock-memory"});
+  bench.start_emulator("");
+  bench.start();
+  bench.put_with_period(80);
+  REQUIRE(bench.reload().at("ok") == true);
+  const std::string tasks = "/proc/" + std::to_string(bench.daemon->pid()) + "/task";
+  for (const auto& entry : std::filesystem::directory_iterator(tasks)) {
+    const pid_t thread = std::stoi(entry.path().filename());
+    const int policy = ::sched_getscheduler(thread) & ~SCHED_RESET_ON_FORK;
+    CHECK(policy == (thread == bench.daemon->pid() ? SCHED_FIFO : SCHED_OTHER));
+  }
 }
 
 TEST_CASE("two hundred reloads leave nothing behind", "[integration][daemon][reload]") {

@@ -7,7 +7,7 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 
 # In this order; modprobe finds what each depends on.
 modules=(virtio_pci 9pnet_virtio 9p overlay can can_raw can_bcm can_gw can_dev vcan vxcan slcan)
-out='' limit_s='' memory_mb=1024 verbose=no can_bus=no
+out='' limit_s='' memory_mb=1024 verbose=no can_bus=no first=guest-init
 qemu_pid='' limit_pid='' work=''
 
 usage() {
@@ -20,6 +20,7 @@ the machine did not get as far as ending SCRIPT. Files that SCRIPT leaves in $RI
   --limit SECONDS      boot included; booting takes 5 to 10 s on an idle machine
   --module "NAME ARG"  loads one more kernel module, with arguments if wanted; may be repeated
   --can-bus            can0 and can1: emulated controllers under a real driver, wired to each other
+  --systemd            systemd is the guest's first program, and runs SCRIPT beside the journal
   --memory MB          the guest's memory (default 1024)
   --verbose            shows the whole console, the kernel's part too
 
@@ -46,6 +47,7 @@ parse_arguments() {
       --memory) memory_mb=${2:?--memory needs megabytes}; shift 2 ;;
       --module) modules+=("${2:?--module needs a name}"); shift 2 ;;
       --can-bus) can_bus=yes; modules+=(kvaser_pci); shift ;;
+      --systemd) first=guest-systemd; shift ;;
       --verbose) verbose=yes; shift ;;
       -h | --help) usage; exit 0 ;;
       --) shift; break ;;
@@ -86,7 +88,7 @@ add_module() {
 
 write_job() {
   {
-    echo "# guest-init: $here/guest-init"
+    echo "# guest-init: $here/$first"
     printf 'RIG_DIR=%q RIG_FOLDER=%q RIG_TOKEN=%q\n' "$here" "$PWD" "$token"
     printf 'RIG_COMMAND=('
     printf '%q ' "$(realpath "$script")" "${script_arguments[@]}"

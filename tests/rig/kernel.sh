@@ -11,7 +11,7 @@ cache=$(realpath -m "${BMUD_RIG_CACHE:-${BMUD_BUILD_DIR:-$here/../../build}/rig-
 
 # What is taken out of the package: a guest without sound, video and the like needs a tenth of it.
 wanted_parts=('*/boot/vmlinuz-*' '*/modules.order' '*/modules.builtin*' '*/kernel/net/*' '*/kernel/fs/*' '*/kernel/lib/*'
-  '*/kernel/crypto/*' '*/kernel/drivers/net/can/*' '*/kernel/drivers/virtio/*' '*/kernel/drivers/char/*')
+  '*/kernel/crypto/*' '*/kernel/drivers/net/can/*' '*/kernel/drivers/virtio/*' '*/kernel/drivers/char/*' '*/kernel/drivers/block/loop.ko*')
 
 fail() {
   echo "rig kernel: $*" >&2
@@ -66,10 +66,15 @@ unpack() {
   if [[ -d $folder/tree/usr/lib/modules ]]; then mv "$folder/tree/usr/lib" "$folder/kernel/lib"; else mv "$folder/tree/lib" "$folder/kernel/lib"; fi
   version=$(ls "$folder/kernel/lib/modules")
   depmod -b "$folder/kernel" "$version"
+  echo "${wanted_parts[*]}" >"$folder/kernel/parts"
   [[ -n $(find "$folder/kernel/lib/modules" -name 'vcan.ko*') ]] || fail "kernel $version has no CAN modules (the -cloud- kernels have none)"
 }
 
-is_complete() { [[ -f $cache/vmlinuz && -n $(compgen -G "$cache/lib/modules/*/modules.dep") ]]; }
+# One that was unpacked when fewer parts were wanted is not.
+is_complete() {
+  [[ -f $cache/vmlinuz && -n $(compgen -G "$cache/lib/modules/*/modules.dep") ]] &&
+    [[ $(cat "$cache/parts" 2>/dev/null) == "${wanted_parts[*]}" ]]
+}
 
 obtain() {
   local work package

@@ -294,6 +294,7 @@ ParsedOptions parse_options(int argc, const char* const* argv) {
   declare_eval(*eval_app, eval, eval_typed);
   declare_resistance(*resistance_app, resistance);
   declare_health(*health_app, health, health_typed);
+  command_line::add_self_description(app, 1);
   Options options;
   try {
     app.parse(argc, argv);

@@ -334,6 +334,7 @@ int parse_and_ask(int argc, char** argv) {
   add_report(app, report_options);
   HistoryCommand history;
   history.add_to(app);
+  command_line::add_self_description(app, 1);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

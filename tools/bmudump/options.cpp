@@ -300,6 +300,7 @@ ParsedOptions parse_options(int argc, const char* const* argv) {
   Words words;
   try {
     declare(app, options, words);
+    command_line::add_self_description(app, 1);
     app.parse(argc, argv);
     conclude(options, words);
     return {options, exit_ok};

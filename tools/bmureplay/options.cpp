@@ -49,6 +49,7 @@ ParsedOptions parse_options(int argc, const char* const* argv) {
   app.add_flag("--show-config", options.shows_config, "print the recorded pack file, and end")->excludes(config);
   app.add_flag("--json", options.is_json, "one JSON object");
   app.add_flag("--quiet,-q", options.is_quiet, "no progress on a terminal");
+  command_line::add_self_description(app, 1);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

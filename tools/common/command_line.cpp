@@ -7,6 +7,9 @@
 #include <optional>
 #include <utility>
 
+#include "tools/common/completion.hpp"
+#include "tools/common/manual_page.hpp"
+
 namespace bmu::command_line {
 namespace {
 
@@ -98,6 +101,17 @@ CLI::Validator one_of(std::vector<std::string> words) {
     return found(text) + " is none of " + joined(words, ", ");
   };
   return CLI::Validator(check, description);
+}
+
+void add_self_description(CLI::App& app, int section) {
+  // Ended like --version: before anything is missed that the command line would otherwise have to have.
+  app.add_flag_callback("--man-page",
+                        [&app, section] { throw CLI::CallForVersion(manual_page(app, section), exit_ok); })
+      ->group("");
+  const auto complete = [&app](const std::string& shell) {
+    throw CLI::CallForVersion(shell == "zsh" ? zsh_completion(app) : bash_completion(app), exit_ok);
+  };
+  app.add_option_function<std::string>("--completion", complete)->check(one_of({"bash", "zsh"}))->group("");
 }
 
 int report(const CLI::App& app, const CLI::ParseError& error) {

@@ -23,6 +23,11 @@ using exit_codes::exit_usage;
 [[nodiscard]] CLI::Validator number(double min, double max);
 [[nodiscard]] CLI::Validator one_of(std::vector<std::string> words);
 
+/// Adds --man-page and --completion SHELL, by which the program describes itself to whoever installs it. They are not
+/// in
+/// --help. `section` is that of the manual page. Call it when all else has been added; the app outlives the parsing.
+void add_self_description(CLI::App& app, int section);
+
 /// Prints what parsing ended with: help or version on standard output, a mistake on standard error. The exit code.
 [[nodiscard]] int report(const CLI::App& app, const CLI::ParseError& error);
 

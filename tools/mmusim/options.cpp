@@ -91,6 +91,7 @@ ParsedOptions parse_options(int argc, const char* const* argv) {
   Options options;
   try {
     declare(app, options);
+    command_line::add_self_description(app, 1);
     app.parse(argc, argv);
     options.is_virtual = options.is_virtual || options.has_master;
     conclude(options);

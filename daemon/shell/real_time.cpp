@@ -1,0 +1,47 @@
+#include "daemon/shell/real_time.hpp"
+
+#include <cerrno>
+#include <string>
+
+#include <pthread.h>
+#include <sched.h>
+#include <sys/mman.h>
+
+namespace bmu {
+
+namespace {
+
+// Locked memory is memory: of the usual 8 MiB each, several threads would take more than everything else together. The
+// most any of ours needs is below a tenth of this, but for the JSON library's recursion on texts that are no longer
+// than a request.
+constexpr std::size_t thread_stack_bytes = std::size_t{512} * 1024;
+
+}  // namespace
+
+void prepare_real_time(const RealTimeWishes& wishes) {
+  if (!wishes.lock_memory) return;
+  pthread_attr_t attributes;
+  pthread_attr_init(&attributes);
+  pthread_attr_setstacksize(&attributes, thread_stack_bytes);
+  pthread_setattr_default_np(&attributes);
+  pthread_attr_destroy(&attributes);
+}
+
+Result<void, OsError> enter_real_time(const RealTimeWishes& wishes) {
+  if (wishes.lock_memory && ::mlockall(MCL_CURRENT | MCL_FUTURE) != 0) {
+    return failure(OsError{.code = errno, .what = "lock memory (--lock-memory needs LimitMEMLOCK=infinity)"});
+  }
+  if (wishes.priority == 0) return {};
+  sched_param parameters{};
+  parameters.sched_priority = wishes.priority;
+  // Threads that this one starts later are ordinary ones again.
+  if (::sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &parameters) != 0) {
+    const std::string wanted = std::to_string(wishes.priority);
+    return failure(OsError{.code = errno,
+                           .what = "take real-time priority " + wanted + " (--realtime-priority needs LimitRTPRIO=" +
+                                   wanted + " or more, and a service manager that does not forbid it)"});
+  }
+  return {};
+}
+
+}  // namespace bmu

@@ -1,0 +1,15 @@
+#!/bin/sh
+# Makes a manual page out of a page of docs/: its first heading is what the manual's title line says already.
+# usage: manual-page.sh LOWDOWN PAGE.md NAME SECTION TITLE VERSION OUT.gz
+set -eu
+
+lowdown=$1 source=$2 name=$3 section=$4 title=$5 version=$6 out=$7
+upper=$(printf %s "$name" | tr '[:lower:]' '[:upper:]')
+{
+  # A table is drawn by tbl, which man runs before when the first line asks for it.
+  printf "'\\\\\" t\n.TH %s %s \"\" \"bmud %s\" \"bmud, a battery management master\"\n" "$upper" "$section" "$version"
+  # Words as long as paths cannot be spread over the columns of a table.
+  printf '.ad l\n.nh\n'
+  printf '.SH NAME\n%s \\- %s\n.SH DESCRIPTION\n' "$name" "$title"
+  sed 1d "$source" | "$lowdown" -T man | sed '/^\.\\" -\*-/d'
+} | gzip -9n >"$out"

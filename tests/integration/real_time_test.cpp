@@ -1,0 +1,90 @@
+// The control loop with a real-time priority and locked memory: the real daemon, asked of the kernel.
+#include <sched.h>
+
+#include "tests/support/daemon_bench.hpp"
+
+namespace bmu {
+
+using std::chrono::milliseconds;
+using test::Bench;
+
+namespace {
+
+constexpr int priority = 20;
+
+/// The lines of /proc/PID/status by their names.
+std::string status_of(pid_t pid, const std::string& name) {
+  std::istringstream lines(read_file("/proc/" + std::to_string(pid) + "/status"));
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with(name + ":")) return line.substr(name.size() + 1);
+  }
+  return "";
+}
+
+std::vector<pid_t> threads_of(pid_t pid) {
+  std::vector<pid_t> threads;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/" + std::to_string(pid) + "/task")) {
+    threads.push_back(std::stoi(entry.path().filename()));
+  }
+  return threads;
+}
+
+bool may_have_real_time() {
+  const Finished tried = run_program({"/usr/bin/chrt", "-f", std::to_string(priority), "/bin/true"});
+  return tried.status == 0 && ::geteuid() == 0;
+}
+
+}  // namespace
+
+TEST_CASE("with a real-time priority the loop's thread has it, and no other", "[integration][real_time]") {
+  if (!may_have_real_time()) {
+    WARN("not root, or no real-time scheduling here: not tested");
+    return;
+  }
+  Bench bench;
+  bench.more_options = {"--realtime-priority", std::to_string(priority), "--lock-memory", "--state",
+                        bench.folder / "state.json"};
+  bench.start_daemon();
+  REQUIRE(bench.listener.next(milliseconds(5000)));
+  const pid_t pid = bench.daemon->pid();
+  const std::vector<pid_t> threads = threads_of(pid);
+  CHECK(threads.size() > 1);
+  for (const pid_t thread : threads) {
+    sched_param parameters{};
+    REQUIRE(::sched_getparam(thread, &parameters) == 0);
+    const int policy = ::sched_getscheduler(thread) & ~SCHED_RESET_ON_FORK;
+    INFO("thread " << thread << " of process " << pid);
+    CHECK(policy == (thread == pid ? SCHED_FIFO : SCHED_OTHER));
+    CHECK(parameters.sched_priority == (thread == pid ? priority : 0));
+  }
+  const auto locked_kB = std::stoll(status_of(pid, "VmLck"));
+  const auto size_kB = std::stoll(status_of(pid, "VmSize"));
+  CHECK(locked_kB > size_kB / 2);
+  // What is only set aside, as the C library does for each thread, is locked without being there. Stacks are there.
+  CHECK(std::stoll(status_of(pid, "VmRSS")) < 48 * 1024);
+}
+
+TEST_CASE("a real-time priority or locked memory that is refused is an error at the start, with what it needs",
+          "[integration][real_time]") {
+  if (::geteuid() != 0) {
+    WARN("not root: rights cannot be taken away from nobody who has none; not tested");
+    return;
+  }
+  const Bench bench;
+  const auto ends = [&](const std::vector<std::string>& options) {
+    std::vector<std::string> words{"/usr/bin/setpriv", "--bounding-set=-sys_nice,-ipc_lock"};
+    for (const std::string& word : bench.daemon_command()) words.push_back(word);
+    words.insert(words.end(), options.begin(), options.end());
+    words.insert(words.begin(), {"/usr/bin/prlimit", "--memlock=65536", "--rtprio=0"});
+    return run_program(words);
+  };
+  const Finished no_priority = ends({"--realtime-priority", "20"});
+  CHECK(no_priority.status == 71);
+  CHECK(no_priority.err.find("--realtime-priority needs LimitRTPRIO=20 or more") != std::string::npos);
+  const Finished no_lock = ends({"--lock-memory"});
+  CHECK(no_lock.status == 71);
+  CHECK(no_lock.err.find("--lock-memory needs LimitMEMLOCK=infinity") != std::string::npos);
+  CHECK(run_program({program("bmud"), "--realtime-priority", "100", bench.pack}).status == 2);
+}
+
+}  // namespace bmu
