@@ -40,6 +40,26 @@ bool has_same_ports(const PackConfig& one, const PackConfig& other) {
          vehicle_receive_ids(one.core) == vehicle_receive_ids(other.core);
 }
 
+/// The interfaces among the buses, each once, and what they are to be.
+std::vector<LinkWanted> wanted_links(const PackConfig& pack) {
+  constexpr std::uint32_t kbit = 1'000;
+  const InterfaceConfig& interfaces = pack.interfaces;
+  const auto wanted = [&](const std::string& name, std::int32_t kbit_per_s) -> LinkWanted {
+    if (!interfaces.set_up) return {.interface_name = name};
+    return {.interface_name = name,
+            .set_up = LinkSettings{.bit_rate_bit_per_s = static_cast<std::uint32_t>(kbit_per_s) * kbit,
+                                   .restart_ms = static_cast<std::uint32_t>(interfaces.restart_ms)}};
+  };
+  std::vector<LinkWanted> links;
+  if (!is_embedded_bus(pack.buses.internal)) {
+    links.push_back(wanted(pack.buses.internal, pack.buses.internal_kbit_per_s));
+  }
+  if (!is_embedded_bus(pack.buses.vehicle) && pack.buses.vehicle != pack.buses.internal) {
+    links.push_back(wanted(pack.buses.vehicle, interfaces.vehicle_kbit_per_s));
+  }
+  return links;
+}
+
 /// What came before a life begins is of unknown age, and may be of the life before: its own commands, heard by somebody
 /// who has not sent them, would be those of a second master.
 void discard_waiting(const Buses& buses) {
@@ -101,6 +121,7 @@ Result<void, OsError> DaemonLife::set_up(const Legacy& legacy) {
   memory_ = std::move(*memory);
   open_pack_ = std::make_shared<OpenPack>(*core_);
   if (auto started = start_console(); !started) return started;
+  if (auto started = start_link_watch(); !started) return started;
   make_loop(legacy);
   make_requests();
   if (auto ready = loop_->init(); !ready) return ready;
@@ -142,6 +163,16 @@ Result<void, OsError> DaemonLife::start_console() {
        .log = [&journal = world_.journal](Severity severity, std::string_view line) { journal.log(severity, line); }});
   if (!console) return failure(console.error());
   console_ = std::move(*console);
+  return {};
+}
+
+Result<void, OsError> DaemonLife::start_link_watch() {
+  const auto log_line = [&journal = world_.journal](Severity severity, std::string_view line) {
+    journal.log(severity, line);
+  };
+  auto watch = LinkWatch::start(wanted_links(plan_.wanted), log_line);
+  if (!watch) return failure(watch.error());
+  links_ = std::move(*watch);
   return {};
 }
 
@@ -189,6 +220,7 @@ StatusView DaemonLife::view() const {
           .users = world_.access.users(),
           .lines = lines_ ? &*lines_ : nullptr,
           .recorder = memory_->recorder(),
+          .links = links_.get(),
           .pack_name = plan_.pack.name,
           .cell_name = plan_.pack.cell_name,
           .reloads = world_.reloads,

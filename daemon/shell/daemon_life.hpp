@@ -20,6 +20,7 @@
 #include "daemon/shell/gpio_lines.hpp"
 #include "daemon/shell/journal.hpp"
 #include "daemon/shell/line_feeder.hpp"
+#include "daemon/shell/link_watch.hpp"
 #include "daemon/shell/loop.hpp"
 #include "daemon/shell/memory.hpp"
 #include "daemon/shell/options.hpp"
@@ -93,6 +94,7 @@ class DaemonLife {
   [[nodiscard]] Result<void, OsError> set_up(const Legacy& legacy);
   void make_core();
   [[nodiscard]] Result<void, OsError> start_console();
+  [[nodiscard]] Result<void, OsError> start_link_watch();
   void make_loop(const Legacy& legacy);
   void make_requests();
   [[nodiscard]] StatusView view() const;
@@ -108,6 +110,7 @@ class DaemonLife {
   std::unique_ptr<Memory> memory_;
   std::shared_ptr<OpenPack> open_pack_;
   std::unique_ptr<SerialConsole> console_;
+  std::unique_ptr<LinkWatch> links_;
   std::unique_ptr<Loop> loop_;
   std::unique_ptr<StatusRequests> requests_;
 };

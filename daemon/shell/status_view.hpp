@@ -9,6 +9,7 @@
 #include "daemon/shell/core_view.hpp"
 #include "daemon/shell/drive_record.hpp"
 #include "daemon/shell/line_feeder.hpp"
+#include "daemon/shell/link_watch.hpp"
 #include "daemon/shell/loop.hpp"
 #include "daemon/shell/rate_watch.hpp"
 #include "daemon/shell/recorder.hpp"
@@ -28,6 +29,7 @@ struct StatusView {
   const UserNames& users;
   const LineFeeder* lines = nullptr;   // none: no lines of this machine
   const Recorder* recorder = nullptr;  // none: nothing is recorded
+  const LinkWatch* links = nullptr;    // none: nobody looks after interfaces
   std::string_view pack_name;
   std::string_view cell_name;
   std::uint64_t reloads = 0;  // of this process; its uptime counts from the last one
