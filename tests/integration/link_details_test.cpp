@@ -1,10 +1,11 @@
 // The kernel's answer about a CAN interface: attributes as rtnetlink nests them, whole, damaged, and of other kinds.
 // The question itself is put to the running kernel, which has no CAN everywhere, but always a loopback interface.
-#include "daemon/shell/link_bit_rate.hpp"
+#include "daemon/shell/link_details.hpp"
 
 #include <cerrno>
 #include <cstring>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <linux/can/netlink.h>
@@ -136,6 +137,73 @@ TEST_CASE("a refusal is the kernel's error, and another message none at all", "[
   CHECK(read(message(NLMSG_ERROR, bytes_of(refusal))) == Answer{-EBADMSG, 0});
   CHECK(read(message(NLMSG_ERROR, Bytes(2))) == Answer{-EBADMSG, 0});
   CHECK(read(message(NLMSG_DONE, Bytes(sizeof(ifinfomsg)))) == Answer{-EBADMSG, 0});
+}
+
+namespace {
+
+Bytes with_state(std::uint32_t raw_state, const Bytes& more = {}) {
+  return joined({timing(500'000), attribute(IFLA_CAN_STATE, bytes_of(raw_state)), more});
+}
+LinkDetails details_of(const Bytes& answer) {
+  LinkDetails details;
+  CHECK(link_details_in(answer, details) == 0);
+  return details;
+}
+
+}  // namespace
+
+TEST_CASE("a controller's state, errors, restart and counts are in its link", "[integration][can_socket]") {
+  const Bytes data = with_state(CAN_STATE_ERROR_PASSIVE,
+                                joined({attribute(IFLA_CAN_RESTART_MS, bytes_of(std::uint32_t{200})),
+                                        attribute(IFLA_CAN_BERR_COUNTER, bytes_of(can_berr_counter{128, 7}))}));
+  can_device_stats counts{};
+  counts.bus_error = 11;
+  counts.error_passive = 12;
+  counts.bus_off = 13;
+  counts.restarts = 14;
+  const Bytes info =
+      attribute(IFLA_LINKINFO, joined({attribute(IFLA_INFO_KIND, text_bytes("can")), attribute(IFLA_INFO_DATA, data),
+                                       attribute(IFLA_INFO_XSTATS, bytes_of(counts))}));
+  CHECK(details_of(link_message(info)) ==
+        LinkDetails{
+            .is_can = true,
+            .bit_rate_bit_per_s = 500'000,
+            .restart_ms = 200,
+            .state = ControllerState::error_passive,
+            .errors = ErrorCounters{.sending = 128, .receiving = 7},
+            .history = ControllerHistory{.bus_errors = 11, .times_passive = 12, .times_bus_off = 13, .restarts = 14}});
+  ifinfomsg up{};
+  up.ifi_flags = IFF_UP;
+  CHECK(details_of(message(RTM_NEWLINK, joined({bytes_of(up), info}))).is_up);
+}
+
+TEST_CASE("what a driver does not tell is not known, and no other kind of link has any of it",
+          "[integration][can_socket]") {
+  const LinkDetails plain = details_of(link_message(link_info("can", with_state(CAN_STATE_ERROR_ACTIVE))));
+  CHECK(plain.state == ControllerState::error_active);
+  CHECK_FALSE(plain.errors);
+  CHECK_FALSE(plain.history);
+  CHECK(details_of(link_message(link_info("can", timing(500'000)))).state == ControllerState::unknown);
+  CHECK(details_of(link_message(link_info("can", with_state(99)))).state == ControllerState::unknown);
+  CHECK(details_of(link_message(link_info("vcan", with_state(CAN_STATE_BUS_OFF)))) == LinkDetails{});
+  const std::vector<std::pair<std::uint32_t, std::string>> states{{CAN_STATE_ERROR_ACTIVE, "error-active"},
+                                                                  {CAN_STATE_ERROR_WARNING, "error-warning"},
+                                                                  {CAN_STATE_ERROR_PASSIVE, "error-passive"},
+                                                                  {CAN_STATE_BUS_OFF, "bus-off"},
+                                                                  {CAN_STATE_STOPPED, "stopped"},
+                                                                  {CAN_STATE_SLEEPING, "sleeping"}};
+  for (const auto& [raw, text] : states) {
+    CHECK(to_text(details_of(link_message(link_info("can", with_state(raw)))).state) == text);
+  }
+}
+
+TEST_CASE("a state or counter that is cut is damage, and nothing is taken from it", "[integration][can_socket]") {
+  for (const unsigned type : {IFLA_CAN_STATE, IFLA_CAN_RESTART_MS, IFLA_CAN_BERR_COUNTER}) {
+    LinkDetails details{.is_can = true};
+    CHECK(link_details_in(link_message(link_info("can", joined({timing(500'000), attribute(type, Bytes(1))}))),
+                          details) == -EBADMSG);
+    CHECK(details == LinkDetails{});
+  }
 }
 
 TEST_CASE("the running kernel says that its loopback has no bit rate, and what it does not have",
