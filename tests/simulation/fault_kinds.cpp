@@ -95,7 +95,7 @@ void tell_health(Stage& stage, const FaultEvent& event) {
                                  .disk_low = (bits & 8U) != 0}});
 }
 
-constexpr std::int32_t mA_far_beyond = 1'200;  // permille of the limit
+constexpr std::int32_t far_beyond_permille = 1'200;  // of a limit
 
 using D = Draw;
 using E = FaultEvent;
@@ -246,18 +246,20 @@ const FaultKind kinds[] = {
      .allowed = 450ms,
      .draw =
          [](D& d, E& e) {
-           on_and_off(e, "sensor current",
-                      "value_mA " + std::to_string(d.config.limits.discharge_overcurrent.open / 1'000 * mA_far_beyond),
-                      "value_mA auto");
+           on_and_off(
+               e, "sensor current",
+               "value_mA " + std::to_string(d.config.limits.discharge_overcurrent.open / 1'000 * far_beyond_permille),
+               "value_mA auto");
          }},
     {.name = "current_in_high",
      .group = "current",
      .allowed = 450ms,
      .draw =
          [](D& d, E& e) {
-           on_and_off(e, "sensor current",
-                      "value_mA " + std::to_string(-d.config.limits.charge_overcurrent.open / 1'000 * mA_far_beyond),
-                      "value_mA auto");
+           on_and_off(
+               e, "sensor current",
+               "value_mA " + std::to_string(-d.config.limits.charge_overcurrent.open / 1'000 * far_beyond_permille),
+               "value_mA auto");
          }},
     {.name = "pack_voltage_silent",
      .group = "voltage",
