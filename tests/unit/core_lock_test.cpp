@@ -227,11 +227,10 @@ TEST_CASE("why says what may be done about each fault against closing, else abou
   CHECK(pressed["text"].dump().find("To do: find out why, release it, then clear (emergency_stop).") !=
         std::string::npos);
 
-  Core young(small_pack(), TimePoint{1s});
-  static_cast<void>(young.decide(TimePoint{1s}));
-  const auto& blockers = young.permission().blockers;
-  REQUIRE_FALSE(blockers.empty());
-  const Json early = why_json({.core = young, .now = TimePoint{1s}})["to_do"];
+  CoreBench young(small_pack());
+  const auto& blockers = young.core().permission().blockers;
+  REQUIRE(young.run_until([&] { return !blockers.empty() && *blockers.begin() != Blocker::fault; }, 3s));
+  const Json early = why_json({.core = young.core(), .now = young.now()})["to_do"];
   REQUIRE(early.size() == 1);
   CHECK(early[0]["about"] == to_text(*blockers.begin()));
   CHECK(early[0]["remedy"] == advice_on(*blockers.begin()).remedy);
