@@ -14,6 +14,7 @@
 
 #include "config/gpio_config.hpp"
 #include "config/history_config.hpp"
+#include "config/interface_config.hpp"
 #include "config/serial_config.hpp"
 #include "daemon/core/core_config.hpp"
 #include "protocol/result.hpp"
@@ -41,6 +42,7 @@ struct PackConfig {
   std::string cell_name;
   BusNames buses;
   std::optional<GpioConfig> gpio;  // lines of this machine; without it all goes over the bus
+  InterfaceConfig interfaces;
   SerialConfig serial;
   HistoryConfig history;
   CoreConfig core;

@@ -60,7 +60,7 @@ constexpr std::array bus_table{
          .max = 1'000,
          .meaning =
              "bit rate of `internal`: what the answers of all modules are reckoned with; the interface is set to it "
-             "elsewhere, and compared with it",
+             "elsewhere, or by `interfaces`, and compared with it",
          .because = "as the modules know no other"}),
 };
 
@@ -753,6 +753,23 @@ bool is_no_device_or_a_file(std::string_view text) {
   return text.empty() || is_device_file(text);
 }
 
+constexpr std::array interface_table{
+    boolean<&InterfaceConfig::set_up>(
+        {.key = "set_up",
+         .meaning =
+             "an interface that is down is set to its bit rate and restart, and up, where the daemon has the right "
+             "to (CAP_NET_ADMIN)"}),
+    number<&InterfaceConfig::vehicle_kbit_per_s>(
+        {.key = "vehicle_kbit_per_s",
+         .min = 10,
+         .max = 1'000,
+         .meaning = "bit rate of `vehicle`, if that is another interface; `internal` has the one of `buses`"}),
+    number<&InterfaceConfig::restart_ms>(
+        {.key = "restart_ms",
+         .min = 0,
+         .max = 60'000,
+         .meaning = "how long after bus-off a controller comes back; 0: not by itself"}),
+};
 constexpr std::array serial_table{
     text<&SerialConfig::device>({.key = "device",
                                  .min = 0,
@@ -1065,6 +1082,9 @@ std::span<const Field<VehicleConfig>> vehicle_fields() {
   return vehicle_table;
 }
 
+std::span<const Field<InterfaceConfig>> interface_fields() {
+  return interface_table;
+}
 std::span<const Field<SerialConfig>> serial_fields() {
   return serial_table;
 }

@@ -108,6 +108,7 @@ struct AgeRow {
 [[nodiscard]] std::span<const Field<VehicleConfig>> vehicle_fields();
 [[nodiscard]] std::span<const Field<HistoryConfig>> history_fields();
 
+[[nodiscard]] std::span<const Field<InterfaceConfig>> interface_fields();
 [[nodiscard]] std::span<const Field<SerialConfig>> serial_fields();
 [[nodiscard]] std::span<const Field<GpioConfig>> gpio_fields();  // the plain keys of the section
 [[nodiscard]] std::span<const Field<GpioLine>> gpio_line_fields();
@@ -153,6 +154,8 @@ void visit_sections(PackConfig& pack, Visitor visit) {
   visit(SectionInfo{"balancing", false, "Which cells the modules' resistors bleed, and when."}, balancing_fields(),
         core.balancing);
   visit(SectionInfo{"vehicle", false, "The messages to the vehicle."}, vehicle_fields(), core.vehicle);
+  visit(SectionInfo{"interfaces", false, "Whether the daemon sets up its CAN interfaces itself, and to what."},
+        interface_fields(), pack.interfaces);
   visit(SectionInfo{"serial", false, "A terminal for people and old tools: docs/serial.md."}, serial_fields(),
         pack.serial);
   visit(SectionInfo{"history", false, "The history of the pack on disk: how much of it is kept."}, history_fields(),

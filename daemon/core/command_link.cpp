@@ -48,7 +48,8 @@ bool CommandLink::is_on_bus(TimePoint now) const {
 }
 
 bool CommandLink::is_stuck(TimePoint now) const {
-  return waiting_ > 0 && now - sent_at_ > command_wait_usual;
+  const bool is_full = waiting_ >= commands_waiting_max;  // what comes next has to be the word that changes something
+  return is_full || (waiting_ > 0 && now - sent_at_ > command_wait_usual);
 }
 
 }  // namespace bmu

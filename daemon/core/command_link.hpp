@@ -22,7 +22,7 @@ namespace bmu {
 /// 200 ms after which the power distribution unit opens by itself. As long as our own loop may be away: an echo that
 /// waits to be read is none that is missing.
 inline constexpr Duration command_wait_max = 130ms;
-/// A command on its way for longer is stuck: nothing is queued behind it.
+/// A command on its way for longer is stuck, and so are two of them from the second one on: nothing is queued behind.
 inline constexpr Duration command_wait_usual = 20ms;
 inline constexpr std::uint8_t commands_waiting_max = 2;
 /// After this long without any echo the next command is sent all the same.

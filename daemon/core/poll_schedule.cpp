@@ -48,7 +48,7 @@ void PollSchedule::init(const PollConfig& config, TimePoint started_at, std::uin
 
 Poll PollSchedule::step(TimePoint now, Duration period, bool identities_known) {
   if (is_hurried_) {
-    next_at_ = std::min(next_at_, now);
+    next_at_ = std::min(next_at_, hurried_at(now, period));
   } else if (last_at_ != TimePoint{}) {
     next_at_ = std::min(next_at_, last_at_ + period);
   }
@@ -62,6 +62,12 @@ Poll PollSchedule::step(TimePoint now, Duration period, bool identities_known) {
   const PollWants wants{.temperatures = is_turn(now, config_.period * config_.temperature_every, temperatures_at_),
                         .identity = !identities_known || wants_identity};
   return {.is_due = true, .frame = poll_frame(0, wants, counter_++), .wants = wants};
+}
+
+/// Not before the answers to the last one have had their time: two answers of a large pack in a row leave the sensor,
+/// whose identifiers come last, no word for longer than its age.
+TimePoint PollSchedule::hurried_at(TimePoint now, Duration period) const {
+  return last_at_ == TimePoint{} ? now : std::max(now, last_at_ + std::min(period, silence_max));
 }
 
 bool PollSchedule::may_ask_silent(TimePoint now, Duration period) {

@@ -40,7 +40,7 @@ class PollSchedule {
   [[nodiscard]] Poll step(TimePoint now, Duration period, bool identities_known);
   /// Whether a module that owes something is to be asked alone now. Counts: ask whenever it says so.
   [[nodiscard]] bool may_ask_silent(TimePoint now, Duration period);
-  /// The next step has a POLL.
+  /// The next step has a POLL, or the one with which the answers to the last one have had their time.
   void hurry() { is_hurried_ = true; }
   /// Whoever answers the last broadcast has done so: who has heard nobody by now has lost it, or the bus.
   [[nodiscard]] bool is_answer_over(TimePoint now) const;
@@ -48,6 +48,8 @@ class PollSchedule {
   [[nodiscard]] CanFrame single(std::uint8_t node, const PollWants& wants);
 
  private:
+  [[nodiscard]] TimePoint hurried_at(TimePoint now, Duration period) const;
+
   PollConfig config_;
   TimePoint next_at_{};
   TimePoint last_at_{};          // of the last broadcast

@@ -10,6 +10,12 @@
 
 namespace bmu {
 
+namespace {
+
+constexpr std::string_view embedded_prefix = "unix:";
+
+}  // namespace
+
 TimePoint monotonic_now() {
   timespec now{};
   clock_gettime(CLOCK_MONOTONIC, &now);
@@ -35,14 +41,17 @@ std::string_view to_text(SendError error) {
   return "?";
 }
 
+bool is_embedded_bus(std::string_view name) {
+  return name.starts_with(embedded_prefix);
+}
+
 Result<std::unique_ptr<BusPort>, OsError> open_bus(std::string_view name, const PortOptions& options) {
   const auto is_too_long = [](std::uint32_t id) { return id > standard_id_max; };
   if (std::any_of(options.receive_ids.begin(), options.receive_ids.end(), is_too_long)) {
     return failure(
         OsError{.code = 0, .what = "identifiers to receive have 11 bits; use none to receive extended ones"});
   }
-  constexpr std::string_view embedded_prefix = "unix:";
-  if (name.substr(0, embedded_prefix.size()) == embedded_prefix) {
+  if (is_embedded_bus(name)) {
     return open_embedded_bus(name.substr(embedded_prefix.size()), options);
   }
   return open_can_socket(name, options);

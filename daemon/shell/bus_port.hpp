@@ -91,6 +91,9 @@ class BusPort {
   [[nodiscard]] virtual std::string last_error() const = 0;
 };
 
+/// "unix:NAME": no interface of the kernel's.
+[[nodiscard]] bool is_embedded_bus(std::string_view name);
+
 /// Opens `name` in either form. Errors say what is wrong with the name or what the system refused; on a kernel
 /// without CAN the message points to `unix:NAME`.
 [[nodiscard]] Result<std::unique_ptr<BusPort>, OsError> open_bus(std::string_view name, const PortOptions& options);

@@ -15,7 +15,7 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-#include "daemon/shell/link_bit_rate.hpp"
+#include "daemon/shell/link_details.hpp"
 #include "daemon/shell/owned_fd.hpp"
 #include "daemon/shell/port_rules.hpp"
 

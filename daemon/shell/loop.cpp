@@ -36,6 +36,7 @@ constexpr std::uint32_t tag_timer = 10;
 constexpr std::uint32_t tag_signals = 11;
 constexpr std::uint32_t tag_status_socket = 12;
 constexpr std::uint32_t tag_lines = 13;
+constexpr std::uint32_t tag_watched = 14;  // and on: the places in LoopParts::watched
 
 constexpr std::array all_ports{Port::internal, Port::vehicle};
 
@@ -43,7 +44,7 @@ constexpr std::size_t index_of(Port port) {
   return static_cast<std::size_t>(port);
 }
 
-sigset_t ending_signals() {
+sigset_t awaited_signals() {
   sigset_t set;
   sigemptyset(&set);
   for (const int signal : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&set, signal);
@@ -71,7 +72,7 @@ bool Loop::watch(int fd, std::uint32_t tag) {
 }
 
 Result<void, OsError> Loop::init() {
-  const sigset_t signals = ending_signals();
+  const sigset_t signals = awaited_signals();
   epoll_ = OwnedFd(::epoll_create1(EPOLL_CLOEXEC));
   timer_ = OwnedFd(::timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC | TFD_NONBLOCK));
   signals_ = OwnedFd(::signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK));
@@ -85,16 +86,22 @@ Result<void, OsError> Loop::init() {
     is_watching = is_watching && watch(parts_.buses.serving(port).fd(), static_cast<std::uint32_t>(port));
   }
   if (parts_.lines != nullptr) is_watching = is_watching && watch(parts_.lines->lines().fd(), tag_lines);
+  for (std::size_t i = 0; i < parts_.watched.size(); ++i) {
+    is_watching = is_watching && watch(parts_.watched[i].fd, tag_watched + static_cast<std::uint32_t>(i));
+  }
   if (!is_watching) return failure(os_error("epoll_ctl"));
   return {};
 }
 
-Result<void, OsError> Loop::run() {
+Result<LoopEnd, OsError> Loop::run() {
   expected_at_ = monotonic_now();
   wake_at_ = expected_at_;
+  // What a port has lost so far was another life's, or nobody's.
+  for (const Port port : all_ports) told_[index_of(port)].frames_lost = parts_.buses.serving(port).frames_lost();
   for (const Port port : all_ports) tell_port_state(port, false);
   tell_wall_clock();
   tell_health();
+  for (const CommandGiven& command : parts_.first) observe(now(), command);
   decide_if_due();
   while (!is_over()) {
     std::array<epoll_event, epoll_events> events{};
@@ -117,7 +124,7 @@ Result<void, OsError> Loop::run() {
     if (parts_.status_socket.has_waiting_requests()) parts_.status_socket.serve(answer_);
     decide_if_due();
   }
-  return {};
+  return is_leaving_ ? LoopEnd::left : LoopEnd::ended;
 }
 
 void Loop::wake(std::uint32_t tag) {
@@ -129,6 +136,7 @@ void Loop::wake(std::uint32_t tag) {
     static_cast<void>(::read(timer_.get(), &expirations, sizeof(expirations)));
     return;
   }
+  if (tag >= tag_watched) return parts_.watched[tag - tag_watched].call();
   read_port(static_cast<Port>(tag));
 }
 
@@ -153,16 +161,35 @@ void Loop::carry_out(const CommandGiven& command) {
 void Loop::read_signals() {
   signalfd_siginfo info{};
   while (::read(signals_.get(), &info, sizeof(info)) == static_cast<ssize_t>(sizeof(info))) {
-    if (is_shutting_down_) ends_at_once_ = true;
-    shut_down();
+    take_signal(static_cast<int>(info.ssi_signo), info.ssi_code, {.user_id = info.ssi_uid, .process_id = info.ssi_pid});
   }
 }
 
+/// SIGHUP has two meanings: somebody sent it and wants a reload, or the system did, since our terminal is gone and with
+/// it who began us there.
+void Loop::take_signal(int number, int code, const SignalFrom& from) {
+  const bool wants_reload = number == SIGHUP && code != SI_KERNEL && parts_.on_reload;
+  if (wants_reload) return parts_.on_reload(from);
+  if (is_shutting_down_ && !is_leaving_) ends_at_once_ = true;
+  shut_down();
+}
+
 void Loop::shut_down() {
+  if (!is_shutting_down_ || is_leaving_) parts_.notify.stopping();
+  is_leaving_ = false;
+  end_core();
+}
+
+void Loop::leave() {
+  if (is_shutting_down_) return;
+  is_leaving_ = true;
+  end_core();
+}
+
+void Loop::end_core() {
   if (is_shutting_down_) return;
   is_shutting_down_ = true;
   shut_down_at_ = now();
-  parts_.notify.stopping();
   observe(shut_down_at_, CommandGiven{.command = Command::shut_down});
   decide_now_ = true;
 }

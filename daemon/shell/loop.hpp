@@ -39,6 +39,18 @@ struct LoopCounters {
   std::array<std::uint64_t, port_count> bits_seen{};
 };
 
+/// Another descriptor, and what is called when it is readable (level).
+struct Watched {
+  int fd = -1;
+  std::function<void()> call;
+};
+
+/// Who sent a signal.
+struct SignalFrom {
+  std::uint32_t user_id = 0;
+  std::int64_t process_id = 0;
+};
+
 struct LoopParts {
   Core& core;
   const Buses& buses;
@@ -51,6 +63,15 @@ struct LoopParts {
   const HistoryStore* history = nullptr;
   std::vector<CoreTap*> taps{};  // are told all that the core is told and decides; none of them may wait
   std::vector<std::function<void()>> each_second{};  // what people are told now and then; may not wait either
+  std::vector<Watched> watched{};
+  std::vector<CommandGiven> first{};                   // orders of the life before that hold in this one
+  std::function<void(const SignalFrom&)> on_reload{};  // SIGHUP that somebody sent
+};
+
+/// How a life ended.
+enum class LoopEnd : std::uint8_t {
+  ended,  // by SIGTERM, SIGINT, or a terminal that hung up: the process ends, too
+  left,   // by leave(): the next one may begin
 };
 
 class Loop {
@@ -64,9 +85,11 @@ class Loop {
   void set_answers(Answer answer, Picture picture);
   /// Timer, signals and ports into one epoll. SIGTERM, SIGINT and SIGHUP must be blocked already.
   [[nodiscard]] Result<void, OsError> init();
-  /// Runs until the pack is open after SIGTERM or SIGINT; a second one ends it at once. Returns an error only if the
-  /// system refused what a loop cannot do without; the outputs have been commanded open then too.
-  [[nodiscard]] Result<void, OsError> run();
+  /// Runs until the pack is open after SIGTERM, SIGINT or leave(); a second signal ends it at once. Returns an error
+  /// only if the system refused what a loop cannot do without; the outputs have been commanded open then too.
+  [[nodiscard]] Result<LoopEnd, OsError> run();
+  /// This life ends, in the same order, for another one to begin.
+  void leave();
 
   /// An order from a client: taken in and decided on when this returns, so that what it did can be told.
   void carry_out(const CommandGiven& command);
@@ -103,7 +126,9 @@ class Loop {
   void send(const Decisions& decisions, TimePoint decided_at);
   void after_tick();
   void arm_timer();
+  void take_signal(int number, int code, const SignalFrom& from);
   void shut_down();
+  void end_core();
   [[nodiscard]] bool is_over() const;
   /// What waits from a time when we were away has been taken when this returns.
   [[nodiscard]] TimePoint now();
@@ -135,6 +160,7 @@ class Loop {
   bool is_shutting_down_ = false;
   bool is_shut_down_ = false;
   bool ends_at_once_ = false;
+  bool is_leaving_ = false;
 };
 
 /// One line for people: state, voltage, current, charge, what is wrong.

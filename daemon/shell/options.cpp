@@ -37,7 +37,10 @@ CAP_IPC_LOCK; without the right the daemon does not start (71).
 
 A bus is the name of a CAN interface, or unix:NAME for the bus between programs of this machine.
 
-Exit codes: 0 ended by SIGTERM, SIGINT or SIGHUP with all contactors commanded open (the log says if nobody
+SIGHUP takes up the pack file anew, as "bmuctl reload" does: while the pack is open, all of it or nothing; the log says what
+has changed, or why it was refused. What the command line says stays as it is.
+
+Exit codes: 0 ended by SIGTERM, SIGINT or a terminal that hung up, with all contactors commanded open (the log says if nobody
 confirmed it); 2 command line; 70 an error of our own;
 71 the system refused something at start, as a bus, or the status socket or the state file because its directory is
 missing;

@@ -14,6 +14,8 @@ namespace {
 // Three chances to be heard within the watchdog's time.
 constexpr int alive_messages_per_watchdog = 3;
 constexpr Duration status_period = 1s;
+// A disk that hangs while one life ends and the next begins is given up by each part after half a second at most.
+constexpr const char* patience = "WATCHDOG=1\nWATCHDOG_USEC=5000000";
 
 }  // namespace
 
@@ -27,9 +29,8 @@ ServiceNotify::ServiceNotify() {
     return;
   }
   socket_ = OwnedFd(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
-  std::uint64_t watchdog_us = 0;
-  if (sd_watchdog_enabled(0, &watchdog_us) > 0) {
-    alive_period_ = std::chrono::microseconds(watchdog_us) / alive_messages_per_watchdog;
+  if (sd_watchdog_enabled(0, &watchdog_us_) > 0) {
+    alive_period_ = std::chrono::microseconds(watchdog_us_) / alive_messages_per_watchdog;
   }
 }
 
@@ -47,7 +48,20 @@ bool ServiceNotify::send(std::string_view text) {
 }
 
 void ServiceNotify::ready() {
-  is_ready_untold_ = !send("READY=1");
+  // In one message: whichever is lost, the manager is as strict as it was before it takes us for ready.
+  const std::string strict = is_away_ ? "\nWATCHDOG_USEC=" + std::to_string(watchdog_us_) : "";
+  is_ready_untold_ = !send("READY=1" + strict);
+  if (!is_ready_untold_) is_away_ = false;
+}
+
+void ServiceNotify::reloading(TimePoint now) {
+  is_ready_untold_ = false;
+  const auto us = std::chrono::duration_cast<std::chrono::microseconds>(now.time_since_epoch()).count();
+  send("RELOADING=1\nMONOTONIC_USEC=" + std::to_string(us));
+}
+
+void ServiceNotify::away() {
+  if (alive_period_) is_away_ = send(patience);
 }
 
 void ServiceNotify::stopping() {

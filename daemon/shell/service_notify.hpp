@@ -23,6 +23,11 @@ class ServiceNotify {
   /// wait for us until its time-out.
   void ready();
   void stopping();
+  /// Another configuration is about to be taken up, or refused: ready() says when that is over. `now` is what the
+  /// manager orders our words by.
+  void reloading(TimePoint now);
+  /// Until ready() there will be no tick: what has to be written and opened may take longer than the watchdog waits.
+  void away();
   /// A tick has been decided in full: we are alive. Sent every third of the watchdog's time at most.
   void tick_decided(TimePoint now);
   /// What people see in `systemctl status`. Sent when it has changed, at most once a second.
@@ -35,11 +40,13 @@ class ServiceNotify {
 
   std::string address_;  // empty: nobody to tell
   OwnedFd socket_;
+  std::uint64_t watchdog_us_ = 0;  // 0: none
   std::optional<Duration> alive_period_;
   TimePoint alive_sent_at_{};
   TimePoint status_sent_at_{};
   std::string status_;
   bool is_ready_untold_ = false;
+  bool is_away_ = false;  // the manager has been asked to be patient
   std::uint64_t sends_failed_ = 0;
 };
 

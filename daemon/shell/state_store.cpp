@@ -13,6 +13,7 @@
 
 #include "daemon/history/disk_thread.hpp"
 #include "daemon/shell/state_text.hpp"
+#include "protocol/assert.hpp"
 
 namespace bmu {
 
@@ -119,16 +120,27 @@ Result<std::unique_ptr<StateStore>, OsError> StateStore::open(const StateStoreOp
 }
 
 void StateStore::read() {
-  const auto take = [this](std::string_view text) -> Result<void, std::string> {
-    auto read = parse_state(text);
-    if (!read) return failure(read.error());
-    found_.state = read->state;
-    found_.unknown_names = read->unknown_names;
-    found_.charges_problem = read->charges_problem;
-    found_.soc_problem = read->soc_problem;
-    return {};
-  };
-  found_.found = shared_->file.read(take, found_.problems);
+  found_.found = shared_->file.read([this](std::string_view text) { return take(text); }, found_.problems);
+}
+
+Result<void, std::string> StateStore::take(std::string_view text) {
+  auto read = parse_state(text);
+  if (!read) return failure(read.error());
+  found_.state = read->state;
+  found_.unknown_names = read->unknown_names;
+  found_.charges_problem = read->charges_problem;
+  found_.soc_problem = read->soc_problem;
+  return {};
+}
+
+void StateStore::carry_over(const PersistentState& state) {
+  found_ = {.found = FileFound::newest};
+  const auto taken = take(state_text(state));
+  BMU_ASSERT(taken.has_value());  // our own text
+  if (path_.empty()) return;
+  const std::lock_guard lock(shared_->mutex);  // which the thread holds for moments only
+  shared_->waiting = state;
+  shared_->changed.notify_all();
 }
 
 void StateStore::start() {

@@ -47,6 +47,9 @@ class StateStore {
   ~StateStore();
 
   [[nodiscard]] const StateFound& found() const { return found_; }
+  /// The next life begins in this process, with this state: found() is what a restart would have found after it had
+  /// been written, whether the disk has taken it yet, or there is a file at all, or not. It is offered to be written.
+  void carry_over(const PersistentState& state);
   /// Starts the thread. After prepare_signals(), whose mask it inherits.
   void start();
 
@@ -68,6 +71,7 @@ class StateStore {
 
   explicit StateStore(const StateStoreOptions& options);
   void read();
+  [[nodiscard]] Result<void, std::string> take(std::string_view text);
 
   std::string path_;
   StateFound found_;

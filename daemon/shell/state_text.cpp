@@ -23,6 +23,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::int64_t format = 1;
 constexpr std::int64_t totals_max = std::int64_t{1} << 60;  // more no pack has carried, and a life adds to it
+constexpr std::int64_t heat_max_uJ = totals_max;            // the same of a resistor
 constexpr int depth_max = 8;                                // writing it again for the checksum recurses
 
 /// By ContactorId.
@@ -328,6 +329,9 @@ void describe(Writer& visit, const PrechargeMemory& precharge) {
 }
 void describe(const Reader& visit, PrechargeMemory& precharge) {
   describe_precharge(visit, precharge);
+  for (const std::int64_t one : {precharge.heat_uJ, precharge.last_try_uJ}) {
+    if (one < 0 || one > heat_max_uJ) throw Damage("a heat is " + std::to_string(one));
+  }
 }
 void describe(Writer& visit, const ClosingMemory& closing) {
   describe_closing(visit, closing);

@@ -341,6 +341,25 @@ Json fault_names_json(const FaultMemory& faults, bool (*is_wanted)(const FaultSt
 
 // --- buses ----------------------------------------------------------------------------------------------------------
 
+/// Null for a bus that is no interface. What its driver does not tell is null, too.
+Json controller_json(const std::string& bus_name, const StatusView& view) {
+  const auto report = view.links == nullptr ? std::nullopt : view.links->report(bus_name);
+  if (!report) return nullptr;
+  const LinkDetails& details = report->details;
+  const ErrorCounters errors = details.errors.value_or(ErrorCounters{});
+  const ControllerHistory history = details.history.value_or(ControllerHistory{});
+  const bool has_history = details.history.has_value();
+  return {{"state", to_text(details.state)},
+          {"send_errors", or_null(details.errors.has_value(), errors.sending)},
+          {"receive_errors", or_null(details.errors.has_value(), errors.receiving)},
+          {"restart_ms", or_null(details.is_can, details.restart_ms)},
+          {"restarts", or_null(has_history, history.restarts)},
+          {"times_bus_off", or_null(has_history, history.times_bus_off)},
+          {"times_passive", or_null(has_history, history.times_passive)},
+          {"bus_errors", or_null(has_history, history.bus_errors)},
+          {"set_up", to_text(report->set_up)}};
+}
+
 Json port_json(Port port, const StatusView& view) {
   const BusPort& bus = view.buses.serving(port);
   const PortStatus& counts = view.core.port(port);
@@ -362,6 +381,7 @@ Json port_json(Port port, const StatusView& view) {
           {"frames_lost", counts.frames_lost},
           {"error_frames", counts.error_frames},
           {"times_down", counts.times_down},
+          {"controller", controller_json(bus.name(), view)},
           {"last_error", bus.last_error()}};
 }
 
@@ -443,6 +463,7 @@ Json drive_json(const StatusView& view) {
 Json daemon_json(const StatusView& view) {
   return {{"version", BMUD_VERSION},
           {"uptime_ms", ago_ms(view, view.core.started_at())},
+          {"reloads", view.reloads},
           {"ticks", view.core.ticks()},
           {"ticks_late", view.loop.ticks_late},
           {"tick_latest_us", std::chrono::duration_cast<std::chrono::microseconds>(view.loop.latest).count()},

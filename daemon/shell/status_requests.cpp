@@ -20,65 +20,54 @@ constexpr std::int64_t period_min_ms = 50;
 constexpr std::int64_t period_max_ms = 60'000;
 constexpr std::int64_t period_default_ms = 500;
 
-std::string line_of(std::string_view command, const Json& content) {
-  Json line{{"ok", true}, {"cmd", command}};
-  line.update(content);
-  // What came from outside (a pack's name) need not be UTF-8; a reply always is.
-  return line.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
-
 StatusReply answer_version(const StatusRequests&, const Json&, const Peer&) {
-  return {.line = line_of("version", {{"version", BMUD_VERSION}})};
+  return {.line = reply_line("version", {{"version", BMUD_VERSION}})};
 }
 
 template <auto Make>
 StatusReply answer_with(const StatusRequests& requests, const Json& request, const Peer&) {
-  return {.line = line_of(request["cmd"].get<std::string>(), Make(requests.view()))};
+  return {.line = reply_line(request["cmd"].get<std::string>(), Make(requests.view()))};
 }
 
 struct CommandRow {
-  std::string_view name;
+  CommandRight takes;
   StatusReply (*answer)(const StatusRequests&, const Json& request, const Peer& peer);
   std::array<std::string_view, 3> keys{};  // besides "cmd"; those left are empty
 };
 
-constexpr std::array<CommandRow, 13> command_table{{
-    {"status", answer_with<status_json>},
-    {"cells", answer_with<cells_json>},
-    {"faults", answer_with<faults_json>},
-    {"why", answer_with<why_json>},
-    {"clear",
-     [](const StatusRequests& requests, const Json& request, const Peer& peer) {
-       return requests.clear(request, peer);
-     },
-     {"authorised"}},
-    {"wake", [](const StatusRequests& requests, const Json&, const Peer& peer) { return requests.wake(peer); }},
-    {"watch",
-     [](const StatusRequests& requests, const Json& request, const Peer&) { return requests.watch(request); },
-     {"period_ms"}},
-    {"modules", answer_with<modules_json>},
-    {"accept_modules",
-     [](const StatusRequests& requests, const Json& request, const Peer& peer) {
-       return requests.accept_modules(request, peer);
-     },
-     {"node"}},
-    {"assign_module",
-     [](const StatusRequests& requests, const Json& request, const Peer& peer) {
-       return requests.assign_module(request, peer);
-     },
+/// A row's function that is a member.
+template <auto Member>
+StatusReply answer_by(const StatusRequests& requests, const Json& request, const Peer& peer) {
+  return (requests.*Member)(request, peer);
+}
+
+constexpr std::array<CommandRow, 14> command_table{{
+    {{"status", Right::read, ""}, answer_with<status_json>},
+    {{"cells", Right::read, ""}, answer_with<cells_json>},
+    {{"faults", Right::read, ""}, answer_with<faults_json>},
+    {{"why", Right::read, ""}, answer_with<why_json>},
+    {{"clear", Right::control, ""}, answer_by<&StatusRequests::clear>, {"authorised"}},
+    {{"wake", Right::control, ""}, answer_by<&StatusRequests::wake>},
+    {{"watch", Right::read, ""}, answer_by<&StatusRequests::watch>, {"period_ms"}},
+    {{"modules", Right::read, ""}, answer_with<modules_json>},
+    {{"accept_modules", Right::control, ""}, answer_by<&StatusRequests::accept_modules>, {"node"}},
+    {{"assign_module", Right::control, ""},
+     answer_by<&StatusRequests::assign_module>,
      {"serial_number", "node", "unheard"}},
-    {"balance",
-     [](const StatusRequests& requests, const Json& request, const Peer& peer) {
-       return requests.balance(request, peer);
-     },
-     {"switch"}},
-    {"health", answer_with<health_json>},
-    {"version", answer_version},
+    {{"balance", Right::read, "switch"}, answer_by<&StatusRequests::balance>, {"switch"}},
+    {{"health", Right::read, ""}, answer_with<health_json>},
+    {{"reload", Right::control, ""}, answer_by<&StatusRequests::reload>},
+    {{"version", Right::read, ""}, answer_version},
 }};
+
+Right right_for(const CommandRight& takes, const Json& request) {
+  const bool changes = !takes.control_key.empty() && request.contains(takes.control_key);
+  return changes ? Right::control : takes.right;
+}
 
 std::string known_commands() {
   std::string names;
-  for (const CommandRow& row : command_table) names += (names.empty() ? "" : ", ") + std::string(row.name);
+  for (const CommandRow& row : command_table) names += (names.empty() ? "" : ", ") + std::string(row.takes.name);
   return names;
 }
 
@@ -98,8 +87,8 @@ StatusReply unknown_key_reply(const std::string& names, const CommandRow& row) {
   for (const std::string_view key : row.keys) {
     if (!key.empty()) known += (key == row.keys[0] ? " but \"" : ", \"") + std::string(key) + "\"";
   }
-  return {.line =
-              error_line("unknown_key", names + ": besides \"cmd\", \"" + std::string(row.name) + "\" takes " + known)};
+  return {.line = error_line("unknown_key",
+                             names + ": besides \"cmd\", \"" + std::string(row.takes.name) + "\" takes " + known)};
 }
 
 Json present_faults(const StatusView& view) {
@@ -128,47 +117,70 @@ std::string list_text(const Json& names) {
 
 }  // namespace
 
+std::string reply_line(std::string_view command, const Json& content) {
+  Json line{{"ok", true}, {"cmd", command}};
+  line.update(content);
+  // What came from outside (a pack's name) need not be UTF-8; a reply always is.
+  return line.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+StatusReply refusal(std::string_view code, std::string_view why) {
+  return {.line = error_line(code, why), .refusal = std::string(why)};
+}
+
 StatusRequests::StatusRequests(StatusActions actions) : actions_(std::move(actions)) {}
+
+std::vector<CommandRight> command_rights() {
+  std::vector<CommandRight> rights;
+  for (const CommandRow& row : command_table) rights.push_back(row.takes);
+  return rights;
+}
 
 StatusReply StatusRequests::answer(std::string_view request, const Peer& peer) const {
   try {
+    // Before anything else: who may not read is not told either which commands there are.
+    if (!actions_.access.may(peer, Right::read)) {
+      return {.line = actions_.access.refuse(peer, Right::read, "read here", view().now)};
+    }
     const Json json = Json::parse(request, nullptr, false);
     if (json.is_discarded()) return {.line = error_line("malformed", "not JSON; try {\"cmd\":\"status\"}")};
     if (!json.is_object() || !json.contains("cmd") || !json["cmd"].is_string()) {
       return {.line =
                   error_line("malformed", "a request is an object with a text \"cmd\", one of " + known_commands())};
     }
-    const auto name = json["cmd"].get<std::string>();
-    const auto* row = std::find_if(command_table.begin(), command_table.end(),
-                                   [&](const CommandRow& one) { return one.name == name; });
-    if (row == command_table.end()) {
-      return {.line = error_line("unknown_command", "\"" + name + "\" is none of " + known_commands())};
-    }
-    const std::string unknown = unknown_keys(json, *row);
-    return unknown.empty() ? row->answer(*this, json, peer) : unknown_key_reply(unknown, *row);
+    return answer_json(json, peer);
   } catch (const Json::exception& error) {
     return {.line = error_line("internal", error.what())};
   }
 }
 
-bool StatusRequests::has_authority(const Peer& peer) const {
-  return peer.user_id == 0 || peer.user_id == actions_.own_user_id;
-}
-
-StatusReply StatusRequests::not_allowed(const Peer& peer, std::string_view what) const {
-  const UserNames& users = view().users;
-  return {.line = error_line("not_allowed", users.text_of(peer.user_id) + " may not " + std::string(what) +
-                                                "; root may, and " + users.text_of(actions_.own_user_id) +
-                                                ", whom the daemon runs as")};
+StatusReply StatusRequests::answer_json(const Json& request, const Peer& peer) const {
+  const auto name = request["cmd"].get<std::string>();
+  const auto* row = std::find_if(command_table.begin(), command_table.end(),
+                                 [&](const CommandRow& one) { return one.takes.name == name; });
+  if (row == command_table.end()) {
+    return {.line = error_line("unknown_command", "\"" + name + "\" is none of " + known_commands())};
+  }
+  const std::string unknown = unknown_keys(request, *row);
+  if (!unknown.empty()) return unknown_key_reply(unknown, *row);
+  const Right right = right_for(row->takes, request);
+  const std::string what = name + (right == row->takes.right ? "" : " with " + std::string(row->takes.control_key));
+  if (!actions_.access.may(peer, right)) {
+    return {.line = actions_.access.refuse(peer, right, "\"" + what + "\"", view().now)};
+  }
+  StatusReply reply = row->answer(*this, request, peer);
+  if (right == Right::control && !reply.refusal.empty()) {
+    actions_.access.note_refused("\"" + what + "\" by " + who(peer) + ": " + reply.refusal, view().now);
+  }
+  return reply;
 }
 
 StatusReply StatusRequests::clear(const Json& request, const Peer& peer) const {
   const bool wants_authority = request.contains("authorised") && request["authorised"] == true;
   if (request.contains("authorised") && !request["authorised"].is_boolean()) {
-    return {.line = error_line("bad_argument", "\"authorised\" is true or false")};
+    return refusal("bad_argument", "\"authorised\" is true or false");
   }
   const StatusView before_view = view();
-  if (wants_authority && !has_authority(peer)) return not_allowed(peer, "clear with authority");
   const Authority authority = wants_authority ? Authority::service : Authority::user;
   const Json before = present_faults(before_view);
   actions_.carry_out({.command = Command::clear_faults, .authority = authority, .user_id = peer.user_id});
@@ -178,40 +190,39 @@ StatusReply StatusRequests::clear(const Json& request, const Peer& peer) const {
   std::copy_if(before.begin(), before.end(), std::back_inserter(cleared),
                [&](const Json& name) { return std::find(after.begin(), after.end(), name) == after.end(); });
   log_clear(peer, authority, cleared, after);
-  return {.line = line_of("clear", {{"authority", to_text(authority)},
-                                    {"present_before", before},
-                                    {"cleared", std::move(cleared)},
-                                    {"still_present", after},
-                                    {"reasons", staying_faults_json(now)}})};
+  return {.line = reply_line("clear", {{"authority", to_text(authority)},
+                                       {"present_before", before},
+                                       {"cleared", std::move(cleared)},
+                                       {"still_present", after},
+                                       {"reasons", staying_faults_json(now)}})};
 }
 
 void StatusRequests::log_clear(const Peer& peer, Authority authority, const Json& cleared,
                                const Json& still_present) const {
-  actions_.log("clear by " + view().users.text_of(peer.user_id) +
-               (authority == Authority::service ? " with authority: " : ": ") + list_text(cleared) +
-               " cleared, still present " + list_text(still_present));
+  actions_.log("clear by " + who(peer) + (authority == Authority::service ? " with authority: " : ": ") +
+               list_text(cleared) + " cleared, still present " + list_text(still_present));
 }
 
-StatusReply StatusRequests::wake(const Peer& peer) const {
+StatusReply StatusRequests::wake(const Json& /*request*/, const Peer& peer) const {
   const std::string_view before = to_text(view().core.rest().phase());
   actions_.carry_out({.command = Command::wake, .user_id = peer.user_id});
   const StatusView now = view();
-  actions_.log("wake by " + now.users.text_of(peer.user_id));
-  return {.line = line_of("wake", {{"rest_before", before}, {"rest", to_text(now.core.rest().phase())}})};
+  actions_.log("wake by " + who(peer) + ": " + std::string(before) + " before, " +
+               std::string(to_text(now.core.rest().phase())) + " now");
+  return {.line = reply_line("wake", {{"rest_before", before}, {"rest", to_text(now.core.rest().phase())}})};
 }
 
 StatusReply StatusRequests::accept_modules(const Json& request, const Peer& peer) const {
-  if (!has_authority(peer)) return not_allowed(peer, "accept modules");
   const auto node = number_of(request, "node", 1, internal_bus::node_count_max);
   if (request.contains("node") && !node) {
-    return {.line = error_line("bad_argument", "\"node\" is a number from 1 to 63; without it all are meant")};
+    return refusal("bad_argument", "\"node\" is a number from 1 to 63; without it all are meant");
   }
   const StatusView before = view();
   if (node && before.core.modules().find(static_cast<std::uint8_t>(*node)) == nullptr) {
-    return {.line = error_line("bad_argument", "the pack has no node " + std::to_string(*node))};
+    return refusal("bad_argument", "the pack has no node " + std::to_string(*node));
   }
   if (!before.core.may_change_modules()) {
-    return {.line = error_line("refused", "the pack is not open, or a closed one is asked for")};
+    return refusal("refused", "the pack is not open, or a closed one is asked for");
   }
   const KnownModules known_before = before.core.watchers().roster.known();
   actions_.carry_out({.command = Command::accept_modules,
@@ -220,19 +231,18 @@ StatusReply StatusRequests::accept_modules(const Json& request, const Peer& peer
                       .node = static_cast<std::uint8_t>(node.value_or(0))});
   const StatusView now = view();
   const Json outcome = acceptance_json(static_cast<std::uint8_t>(node.value_or(0)), known_before, now);
-  actions_.log("modules accepted by " + now.users.text_of(peer.user_id) + ": " + outcome["accepted"].dump());
-  return {.line = line_of("accept_modules", outcome)};
+  actions_.log("modules accepted by " + who(peer) + ": " + outcome["accepted"].dump());
+  return {.line = reply_line("accept_modules", outcome)};
 }
 
 StatusReply StatusRequests::assign_module(const Json& request, const Peer& peer) const {
-  if (!has_authority(peer)) return not_allowed(peer, "give node numbers");
   const auto node = number_of(request, "node", 1, internal_bus::node_count_max);
   const auto serial_number = number_of(request, "serial_number", 0, UINT32_MAX);
   const bool is_flag = !request.contains("unheard") || request["unheard"].is_boolean();
   if (!node || !serial_number || !is_flag) {
-    return {.line = error_line("bad_argument",
-                               "\"serial_number\" is a number up to 4294967295, \"node\" one from 1 to 63, "
-                               "\"unheard\" true or false")};
+    return refusal("bad_argument",
+                   "\"serial_number\" is a number up to 4294967295, \"node\" one from 1 to 63, "
+                   "\"unheard\" true or false");
   }
   actions_.carry_out({.command = Command::assign_node,
                       .authority = Authority::service,
@@ -242,36 +252,41 @@ StatusReply StatusRequests::assign_module(const Json& request, const Peer& peer)
                       .is_unheard_allowed = request.contains("unheard") && request["unheard"] == true});
   const StatusView now = view();
   const ModuleAssignment& assignment = now.core.assignment();
+  const std::string what = "node " + std::to_string(*node) + " given by " + who(peer) + " to serial number " +
+                           std::to_string(*serial_number);
   const bool is_ours = assignment.request().serial_number == *serial_number && assignment.request().node == *node;
-  if (!is_ours) return {.line = error_line("refused", to_text(AssignmentRefusal::busy))};
+  if (!is_ours) return refusal("refused", to_text(AssignmentRefusal::busy));
   if (assignment.refusal() == AssignmentRefusal::already_there) {
-    return {.line = line_of("assign_module", {{"assignment", assignment_json(now)}})};
+    actions_.log(what + ", which has it already");
+    return {.line = reply_line("assign_module", {{"assignment", assignment_json(now)}})};
   }
   if (assignment.stage() == AssignmentStage::refused) {
-    return {.line = error_line("refused", to_text(assignment.refusal()))};
+    return refusal("refused", to_text(assignment.refusal()));
   }
-  actions_.log("node " + std::to_string(*node) + " given to serial number " + std::to_string(*serial_number) + " by " +
-               now.users.text_of(peer.user_id));
-  return {.line = line_of("assign_module", {{"assignment", assignment_json(now)}})};
+  actions_.log(what);
+  return {.line = reply_line("assign_module", {{"assignment", assignment_json(now)}})};
 }
 
-/// Anybody may stop it, and anybody may let the pack file have its way again.
 StatusReply StatusRequests::balance(const Json& request, const Peer& peer) const {
   const Json wanted = request.contains("switch") ? request["switch"] : Json("as it is");
   const bool is_off = wanted == "off";
   const bool is_on = wanted == "on";
   if (request.contains("switch") && !is_off && !is_on) {
-    return {.line = error_line("bad_argument", "\"switch\" is \"on\" or \"off\"")};
+    return refusal("bad_argument", "\"switch\" is \"on\" or \"off\"");
   }
   if (is_off || is_on) {
     const Command command = is_off ? Command::balancing_off : Command::balancing_on;
     actions_.carry_out({.command = command, .user_id = peer.user_id});
-    actions_.log("balancing switched " + wanted.get<std::string>() + " by " + view().users.text_of(peer.user_id));
+    actions_.log("balancing switched " + wanted.get<std::string>() + " by " + who(peer));
   }
-  return {.line = line_of("balance", balance_json(view()))};
+  return {.line = reply_line("balance", balance_json(view()))};
 }
 
-StatusReply StatusRequests::watch(const Json& request) const {
+StatusReply StatusRequests::reload(const Json& /*request*/, const Peer& peer) const {
+  return actions_.reload(peer);
+}
+
+StatusReply StatusRequests::watch(const Json& request, const Peer& /*peer*/) const {
   std::int64_t period_ms = period_default_ms;
   if (request.contains("period_ms")) {
     const Json& wanted = request["period_ms"];
@@ -286,7 +301,7 @@ StatusReply StatusRequests::watch(const Json& request) const {
 
 std::string StatusRequests::picture() const {
   const StatusView now = view();
-  return line_of(
+  return reply_line(
       "watch",
       {{"status", status_json(now)}, {"cells", cells_json(now)}, {"faults", faults_json(now)}, {"why", why_json(now)}});
 }

@@ -22,16 +22,18 @@ struct StatusSocket::Client {
   std::size_t output_sent = 0;  // of `output`
   std::optional<Duration> picture_period;
   TimePoint picture_at{};
-  bool has_ended = false;    // sends no more; what it asked is still answered
-  bool is_closing = false;   // close once everything is written
-  bool is_finished = false;  // to be removed
+  bool awaits_answer = false;  // one that comes later
+  bool has_ended = false;      // sends no more; what it asked is still answered
+  bool is_closing = false;     // close once everything is written
+  bool is_finished = false;    // to be removed
 
   [[nodiscard]] std::size_t unread() const { return output.size() - output_sent; }
 };
 
 namespace {
 
-constexpr int socket_mode = 0660;
+constexpr mode_t mode_for_group = 0660;
+constexpr mode_t mode_for_all = 0666;
 constexpr int directory_mode = 0755;
 constexpr int backlog = 16;
 constexpr int events_per_call = 32;
@@ -92,11 +94,8 @@ Result<void, OsError> remove_stale(const std::string& path, const sockaddr_un& a
   return {};
 }
 
-Peer peer_of(int socket) {
-  ucred credentials{};
-  socklen_t size = sizeof(credentials);
-  if (::getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0) return {};
-  return {.user_id = credentials.uid};
+bool set_mode(const StatusSocketOptions& options) {
+  return ::chmod(options.path.c_str(), options.is_for_all ? mode_for_all : mode_for_group) == 0;
 }
 
 bool add_to_poll(int poll, int fd, std::uint32_t events) {
@@ -126,7 +125,7 @@ Result<std::unique_ptr<StatusSocket>, OsError> StatusSocket::open(const StatusSo
     return failure(os_error("bind the status socket " + options.path));
   }
   // Before listen() nobody gets in, so there is no moment with the wrong mode.
-  if (::chmod(options.path.c_str(), socket_mode) != 0 || ::listen(listener.get(), backlog) != 0 ||
+  if (!set_mode(options) || ::listen(listener.get(), backlog) != 0 ||
       !add_to_poll(poll.get(), listener.get(), EPOLLIN)) {
     return failure(os_error("status socket " + options.path));
   }
@@ -138,6 +137,20 @@ StatusSocket::StatusSocket(StatusSocketOptions options, OwnedFd poll, OwnedFd li
 
 StatusSocket::~StatusSocket() {
   ::unlink(options_.path.c_str());
+}
+
+Result<void, OsError> StatusSocket::set_for_all(bool is_for_all) {
+  options_.is_for_all = is_for_all;
+  if (!set_mode(options_)) return failure(os_error("status socket " + options_.path));
+  return {};
+}
+
+void StatusSocket::set_door(Door door) {
+  door_ = std::move(door);
+  for (const auto& client : clients_) {
+    if (const std::string refusal = door_(client->peer); !refusal.empty()) turn_away(*client, refusal);
+  }
+  remove_finished();
 }
 
 void StatusSocket::serve(const Answer& answer) {
@@ -153,6 +166,8 @@ void StatusSocket::serve(const Answer& answer) {
                                      [&](const auto& one) { return one->socket.get() == event.data.fd; });
     if (client == clients_.end()) continue;
     if ((event.events & EPOLLOUT) != 0) write_to(**client);
+    // Hung up: told again and again, and there is nobody any more to whom the answer could go.
+    if ((event.events & EPOLLHUP) != 0 && (*client)->awaits_answer) (*client)->is_finished = true;
     if ((event.events & (EPOLLIN | EPOLLHUP | EPOLLERR)) != 0) read_from(**client);
   }
   answer_one(answer);
@@ -166,17 +181,25 @@ void StatusSocket::accept_clients() {
   auto client = std::make_unique<Client>();
   client->socket = std::move(socket);
   client->peer = peer_of(client->socket.get());
+  client->peer.connection = ++connections_;
+  // First, so that who may not even read cannot take all connections.
+  if (const std::string refusal = door_ ? door_(client->peer) : ""; !refusal.empty()) {
+    return turn_away(*client, refusal);
+  }
   if (clients_.size() >= options_.clients_max) {
-    const std::string line = error_line("too_many_clients", "all connections are taken; try again later") + "\n";
-    static_cast<void>(::send(client->socket.get(), line.data(), line.size(), MSG_NOSIGNAL | MSG_DONTWAIT));
-    ++clients_dropped_;
-    return;
+    return turn_away(*client, error_line("too_many_clients", "all connections are taken; try again later"));
   }
   if (add_to_poll(poll_.get(), client->socket.get(), EPOLLIN)) clients_.push_back(std::move(client));
 }
 
+void StatusSocket::turn_away(Client& client, std::string_view line) {
+  const std::string text = std::string(line) + "\n";
+  static_cast<void>(::send(client.socket.get(), text.data(), text.size(), MSG_NOSIGNAL | MSG_DONTWAIT));
+  drop(client);
+}
+
 bool StatusSocket::has_request(const Client& client) const {
-  if (client.is_closing || client.is_finished) return false;
+  if (client.is_closing || client.is_finished || client.awaits_answer) return false;
   return client.input.find('\n') != std::string::npos || client.input.size() > options_.request_bytes_max;
 }
 
@@ -208,7 +231,7 @@ void StatusSocket::answer_one(const Answer& answer) {
   for (std::size_t i = 0; i < clients_.size(); ++i) {
     Client& client = *clients_[(next_turn_ + i) % clients_.size()];
     if (!has_request(client)) {
-      if (client.has_ended && client.unread() == 0) client.is_finished = true;
+      if (client.has_ended && !client.awaits_answer && client.unread() == 0) client.is_finished = true;
       continue;
     }
     next_turn_ = (next_turn_ + i + 1) % clients_.size();
@@ -234,8 +257,18 @@ void StatusSocket::answer_line(Client& client, const Answer& answer) {
     client.picture_period = reply.picture_period;
     client.picture_at = {};
   }
+  client.awaits_answer = reply.is_later;
   if (!reply.line.empty()) queue(client, reply.line);
   watch_writable(client, client.unread() > 0);
+}
+
+void StatusSocket::answer_later(std::uint64_t connection, std::string_view line) {
+  for (const auto& client : clients_) {
+    if (client->peer.connection != connection || !client->awaits_answer) continue;
+    client->awaits_answer = false;
+    queue(*client, line);
+  }
+  remove_finished();
 }
 
 void StatusSocket::publish(TimePoint now, const Picture& picture) {
@@ -264,7 +297,8 @@ void StatusSocket::write_to(Client& client) {
                                MSG_NOSIGNAL | MSG_DONTWAIT);
   if (count < 0 && errno != EAGAIN && errno != EINTR) client.is_finished = true;
   if (count > 0) client.output_sent += static_cast<std::size_t>(count);
-  if (client.unread() == 0 && (client.is_closing || (client.has_ended && !has_request(client)))) {
+  const bool has_all = client.has_ended && !client.awaits_answer && !has_request(client);
+  if (client.unread() == 0 && (client.is_closing || has_all)) {
     client.is_finished = true;
   }
   watch_writable(client, client.unread() > 0);

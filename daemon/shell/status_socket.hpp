@@ -15,6 +15,7 @@
 
 #include "daemon/shell/os_error.hpp"
 #include "daemon/shell/owned_fd.hpp"
+#include "daemon/shell/peer.hpp"
 #include "protocol/result.hpp"
 #include "protocol/time.hpp"
 
@@ -23,19 +24,14 @@ namespace bmu {
 struct StatusReply {
   std::string line;                        // without the newline
   std::optional<Duration> picture_period;  // from now on this client gets the picture that often
-};
-
-/// Who asks, by the kernel's word at the time it connected.
-struct Peer {
-  /// What nobody has, for a peer the kernel says nothing of.
-  static constexpr std::uint32_t nobody = 0xFFFF'FFFF;
-
-  std::uint32_t user_id = nobody;
+  std::string refusal{};                   // why nothing was done, as the line says; "" if something was
+  bool is_later = false;                   // no line yet: answer_later() will bring it
 };
 
 struct StatusSocketOptions {
   std::string path;
   std::string own_directory = "/run/bmud";  // made if it is missing; no other is
+  bool is_for_all = false;                  // everybody may connect; else the file's owner and group
   std::size_t clients_max = 16;
   std::size_t request_bytes_max = 4096;
   std::size_t unread_bytes_max = std::size_t{1024} * 1024;  // a client that leaves more than this unread is dropped
@@ -45,6 +41,8 @@ class StatusSocket {
  public:
   using Answer = std::function<StatusReply(std::string_view request, const Peer& peer)>;
   using Picture = std::function<std::string()>;
+  /// "" lets somebody in; else the line that is sent before the connection is closed.
+  using Door = std::function<std::string(const Peer& peer)>;
 
   /// Takes the place of a dead daemon's socket file, never of a living one's. Makes its own directory if need be.
   [[nodiscard]] static Result<std::unique_ptr<StatusSocket>, OsError> open(const StatusSocketOptions& options);
@@ -53,10 +51,18 @@ class StatusSocket {
   /// Removes the socket file.
   ~StatusSocket();
 
+  /// Who is kept out takes nobody's place. Those who are connected are asked about, too: rules may have changed.
+  void set_door(Door door);
+  /// As StatusSocketOptions::is_for_all.
+  [[nodiscard]] Result<void, OsError> set_for_all(bool is_for_all);
+
   /// Readable (level) when serve() has something to do.
   [[nodiscard]] int fd() const { return poll_.get(); }
   /// Accepts, reads, writes, and answers at most one request.
   void serve(const Answer& answer);
+  /// What a request that was to be answered later is answered with. Until then its client's next ones wait. One who has
+  /// gone meanwhile misses it.
+  void answer_later(std::uint64_t connection, std::string_view line);
   /// Requests wait that have been read already: serve() again, whatever fd() says.
   [[nodiscard]] bool has_waiting_requests() const;
   /// Sends the picture to those whose time it is. It is made once for all, and only if somebody wants it.
@@ -71,6 +77,7 @@ class StatusSocket {
   StatusSocket(StatusSocketOptions options, OwnedFd poll, OwnedFd listener);
 
   void accept_clients();
+  void turn_away(Client& client, std::string_view line);
   void read_from(Client& client);
   void answer_one(const Answer& answer);
   void answer_line(Client& client, const Answer& answer);
@@ -82,10 +89,12 @@ class StatusSocket {
   [[nodiscard]] bool has_request(const Client& client) const;
 
   StatusSocketOptions options_;
+  Door door_;
   OwnedFd poll_;
   OwnedFd listener_;
   std::vector<std::unique_ptr<Client>> clients_;
   std::size_t next_turn_ = 0;
+  std::uint64_t connections_ = 0;
   std::uint64_t clients_dropped_ = 0;
 };
 

@@ -9,6 +9,7 @@
 #include "daemon/shell/core_view.hpp"
 #include "daemon/shell/drive_record.hpp"
 #include "daemon/shell/line_feeder.hpp"
+#include "daemon/shell/link_watch.hpp"
 #include "daemon/shell/loop.hpp"
 #include "daemon/shell/rate_watch.hpp"
 #include "daemon/shell/recorder.hpp"
@@ -28,8 +29,10 @@ struct StatusView {
   const UserNames& users;
   const LineFeeder* lines = nullptr;   // none: no lines of this machine
   const Recorder* recorder = nullptr;  // none: nothing is recorded
+  const LinkWatch* links = nullptr;    // none: nobody looks after interfaces
   std::string_view pack_name;
   std::string_view cell_name;
+  std::uint64_t reloads = 0;  // of this process; its uptime counts from the last one
   std::uint64_t log_lines_lost = 0;
   std::uint64_t notify_sends_failed = 0;
   std::uint64_t clients_dropped = 0;

@@ -1,10 +1,11 @@
-// Names of users, for records that say who did something. As /etc/passwd had them at start: asking the system for a
-// name may take as long as its directory server likes, and the control loop cannot wait.
+// Names of users, for records that say who did something. As /etc/passwd had them when it was read (account_file.hpp).
 #pragma once
 
 #include <cstdint>
 #include <map>
 #include <string>
+
+#include "daemon/shell/peer.hpp"
 
 namespace bmu {
 
@@ -16,6 +17,8 @@ class UserNames {
   [[nodiscard]] std::string name_of(std::uint32_t user_id) const;
   /// "anna (user 1000)", "user 1000".
   [[nodiscard]] std::string text_of(std::uint32_t user_id) const;
+  /// "anna (user 1000, process 4711)", "user 1000, process 4711".
+  [[nodiscard]] std::string text_of(const Peer& peer) const;
 
  private:
   std::map<std::uint32_t, std::string> names_;

@@ -38,7 +38,8 @@ const std::vector<Mistake> mistakes{
     {{"bmuctl", "watch", "--seconds", "x"}, "--seconds: 'x' is not a number from 0.1 to 1000000"},
     {{"bmuctl", "watch", "--period", "nan"}, "--period: nan is not a number from 0.05 to 60"},
     {{"bmuctl", "nope"},
-     "'nope' is no command; there are status, cells, faults, why, drive, clear, modules, balance, health, wake, watch"},
+     "'nope' is no command; there are status, cells, faults, why, drive, clear, modules, balance, health, wake, "
+     "reload, watch"},
     {{"bmuctl", "--json", "nope"}, "'nope' is no command"},
     {{"bmuctl"}, "a command is missing; there are status, "},
     {{"bmuctl", "--nope"}, "--nope: there is no such option"},

@@ -11,18 +11,18 @@
 #include <string>
 #include <vector>
 
-#include <grp.h>
 #include <nlohmann/json.hpp>
-#include <sys/socket.h>
 #include <sys/stat.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include "daemon/shell/state_text.hpp"
+#include "tests/support/ask_as.hpp"
 #include "tests/support/daemon_bench.hpp"
 
 namespace bmu {
 
+using test::ask_as;
+using test::Asker;
 using test::Bench;
 using test::is_open;
 using test::milliseconds;
@@ -72,39 +72,6 @@ struct StateBench : Bench {
     return becomes([&] { return read_file(state).find(text) != std::string::npos; });
   }
 };
-
-constexpr unsigned nobody = 65'534;
-
-/// One question to the status socket, by a process of its own that gives up what it is, if it is to be somebody else.
-nlohmann::json ask_as(std::optional<unsigned> user, const std::string& socket_path, const std::string& question) {
-  std::array<int, 2> ends{};
-  REQUIRE(::pipe2(ends.data(), O_CLOEXEC) == 0);
-  const OwnedFd read_end(ends[0]);
-  OwnedFd write_end(ends[1]);
-  const pid_t child = ::fork();
-  REQUIRE(child >= 0);
-  if (child == 0) {
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    socket_path.copy(address.sun_path, sizeof(address.sun_path) - 1);
-    if (user && (::setgroups(0, nullptr) != 0 || ::setgid(*user) != 0 || ::setuid(*user) != 0)) ::_exit(1);
-    const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    if (::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) ::_exit(2);
-    const std::string line = question + "\n";
-    if (::send(fd, line.data(), line.size(), MSG_NOSIGNAL) < 0) ::_exit(3);
-    std::array<char, 65536> buffer{};
-    const ssize_t count = ::recv(fd, buffer.data(), buffer.size(), 0);
-    ::_exit(count > 0 && ::write(ends[1], buffer.data(), static_cast<std::size_t>(count)) == count ? 0 : 4);
-  }
-  write_end = OwnedFd();
-  int status = 0;
-  REQUIRE(::waitpid(child, &status, 0) == child);
-  REQUIRE(WIFEXITED(status));
-  REQUIRE(WEXITSTATUS(status) == 0);
-  std::array<char, 65536> buffer{};
-  const ssize_t count = ::read(read_end.get(), buffer.data(), buffer.size());
-  return nlohmann::json::parse(std::string(buffer.data(), static_cast<std::size_t>(std::max<ssize_t>(count, 0))));
-}
 
 }  // namespace
 
@@ -205,7 +172,7 @@ TEST_CASE("only root and the daemon's own user give node numbers and accept modu
   REQUIRE(::chmod(bench.socket.c_str(), 0666) == 0);
   for (const char* question :
        {R"({"cmd":"assign_module","serial_number":1002,"node":40})", R"({"cmd":"accept_modules"})"}) {
-    const nlohmann::json refused = ask_as(nobody, bench.socket, question);
+    const nlohmann::json refused = ask_as(Asker{}, bench.socket, question);
     CHECK(refused.at("error").at("code") == "not_allowed");
   }
   CHECK(bench.ask_json("modules").at("assignment").is_null());
@@ -394,7 +361,8 @@ TEST_CASE("the service manager's folder is where the state goes, and without any
   CHECK(refused.err.find("wanted the existing directory " + (bench.folder / "slip")) != std::string::npos);
 }
 
-TEST_CASE("authority is root's and the daemon's own user's, nobody else's", "[integration][daemon][state]") {
+TEST_CASE("without a group for it control is root's and the daemon's own user's, nobody else's",
+          "[integration][daemon][state]") {
   if (::geteuid() != 0) {
     WARN("only root can ask as somebody else");
     return;
@@ -406,19 +374,23 @@ TEST_CASE("authority is root's and the daemon's own user's, nobody else's", "[in
   // Into the folder and to the socket: what a group of the daemon's would have.
   REQUIRE(::chmod((bench.folder / "").c_str(), 0755) == 0);
   REQUIRE(::chmod(bench.socket.c_str(), 0666) == 0);
-  const auto refused = ask_as(nobody, bench.socket, R"({"cmd":"clear","authorised":true})");
+  const auto refused = ask_as(Asker{}, bench.socket, R"({"cmd":"clear","authorised":true})");
   CHECK(refused.at("ok") == false);
   CHECK(refused.at("error").at("code") == "not_allowed");
   const auto message = refused.at("error").at("message").get<std::string>();
   CHECK(message.find("65534") != std::string::npos);
   CHECK(message.find("root may") != std::string::npos);
   CHECK(bench.fault("cell_deep_discharge").at("is_locked") == true);
-  const auto plain = ask_as(nobody, bench.socket, R"({"cmd":"clear"})");
-  CHECK(plain.at("ok") == true);
-  CHECK(plain.at("authority") == "user");
-  CHECK(bench.fault("cell_undervoltage").at("cleared").at("user_id") == 65'534);
+  for (const char* question : {R"({"cmd":"clear"})", R"({"cmd":"wake"})", R"({"cmd":"balance","switch":"off"})"}) {
+    INFO(question);
+    CHECK(ask_as(Asker{}, bench.socket, question).at("error").at("code") == "not_allowed");
+  }
+  CHECK(bench.has_logged("nobody (user 65534, process "));
+  CHECK(bench.fault("cell_undervoltage").at("cleared").is_null());
+  CHECK(bench.ask_json("balance").at("ok") == true);
+  CHECK(ask_as(std::nullopt, bench.socket, R"({"cmd":"clear"})").at("authority") == "user");
+  CHECK(bench.has_logged("clear by root (user 0, process "));
   CHECK(bench.fault("cell_deep_discharge").at("is_locked") == true);
-  CHECK(ask_as(nobody, bench.socket, R"({"cmd":"wake"})").at("ok") == true);
 }
 
 TEST_CASE("a request with a key nobody knows, or one of the wrong kind, is refused and names it",

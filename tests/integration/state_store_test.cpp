@@ -359,6 +359,22 @@ TEST_CASE("a file of before totals were kept begins at nothing, and one below th
   }
 }
 
+TEST_CASE("a precharge resistor whose heat no resistor can have is refused", "[integration][state]") {
+  constexpr std::int64_t most_uJ = std::int64_t{1} << 60;
+  for (const char* key : {"heat_uJ", "last_try_uJ"}) {
+    const auto with = [key](std::int64_t heat_uJ) {
+      return parse_state(changed({}, [&](Json& file) { file["content"]["closing"]["precharge"][key] = heat_uJ; }));
+    };
+    CHECK(with(0));
+    CHECK(with(most_uJ));
+    for (const std::int64_t heat_uJ : {std::int64_t{-1}, most_uJ + 1, INT64_MAX, INT64_MIN}) {
+      const auto refused = with(heat_uJ);
+      REQUIRE_FALSE(refused);
+      CHECK(refused.error().find("a heat is " + std::to_string(heat_uJ)) != std::string::npos);
+    }
+  }
+}
+
 TEST_CASE("a file of the version before, whose frames had less, is read, and the rest is not known",
           "[integration][state]") {
   constexpr std::array later{"mode",

@@ -4,17 +4,20 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <climits>
 #include <filesystem>
 #include <fstream>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include <grp.h>
 #include <nlohmann/json.hpp>
 #include <poll.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include "tests/support/catch.hpp"
@@ -38,7 +41,7 @@ struct Bench {
   TemporaryFolder folder;
   std::string path = folder / "bmud.sock";
   std::vector<std::string> asked;
-  std::vector<std::uint32_t> peers;  // who asked
+  std::vector<Peer> peers;  // who asked
   std::unique_ptr<StatusSocket> socket;
 
   explicit Bench(StatusSocketOptions options = {}) {
@@ -55,7 +58,7 @@ struct Bench {
   void serve() {
     for (int i = 0; i < 10'000 && is_busy(); ++i) {
       socket->serve([this](std::string_view request, const Peer& peer) {
-        peers.push_back(peer.user_id);
+        peers.push_back(peer);
         asked.emplace_back(request);
         return StatusReply{.line = "said " + std::string(request)};
       });
@@ -97,7 +100,77 @@ TEST_CASE("who asks is what the kernel says of the other end", "[integration][st
   const OwnedFd client = connect_to(bench.path);
   say(client, "one\ntwo\n");
   bench.serve();
-  CHECK(bench.peers == std::vector<std::uint32_t>(2, ::geteuid()));
+  REQUIRE(bench.peers.size() == 2);
+  CHECK(bench.peers.back().user_id == ::geteuid());
+  CHECK(bench.peers.back().group_id == ::getegid());
+  CHECK(bench.peers.back().process_id == ::getpid());
+  std::vector<std::uint32_t> groups(NGROUPS_MAX);
+  groups.resize(static_cast<std::size_t>(::getgroups(NGROUPS_MAX, groups.data())));
+  std::sort(groups.begin(), groups.end());
+  std::vector<std::uint32_t> told = bench.peers.back().more_groups;
+  std::sort(told.begin(), told.end());
+  CHECK(told == groups);
+}
+
+TEST_CASE("all groups of a peer are known, be they ever so many", "[integration][status]") {
+  if (::geteuid() != 0) {
+    WARN("only root can be in other groups");
+    return;
+  }
+  std::vector<gid_t> groups;
+  for (gid_t group = 70'000; group < 70'500; ++group) groups.push_back(group);
+  std::array<int, 2> ends{};
+  REQUIRE(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) == 0);
+  const OwnedFd one(ends[0]);
+  const OwnedFd other(ends[1]);
+  CHECK(peer_of(one.get()).process_id == ::getpid());
+
+  Bench bench;
+  const pid_t child = ::fork();
+  REQUIRE(child >= 0);
+  if (child == 0) {
+    if (::setgroups(groups.size(), groups.data()) != 0) ::_exit(1);
+    const OwnedFd client = connect_to(bench.path);
+    ::_exit(::send(client.get(), "x\n", 2, MSG_NOSIGNAL) == 2 ? 0 : 2);
+  }
+  int status = 0;
+  REQUIRE(::waitpid(child, &status, 0) == child);
+  REQUIRE(status == 0);
+  bench.serve();
+  REQUIRE(bench.peers.size() == 1);
+  CHECK(bench.peers.front().more_groups == std::vector<std::uint32_t>(groups.begin(), groups.end()));
+}
+
+TEST_CASE("whom the door refuses is told so and takes nobody's place", "[integration][status]") {
+  Bench bench({.clients_max = 2});
+  bool is_closed = true;
+  const auto door = [&](const Peer& peer) {
+    CHECK(peer.user_id == ::geteuid());
+    return std::string(is_closed ? "go away" : "");
+  };
+  bench.socket->set_door(door);
+  for (int i = 0; i < 5; ++i) {
+    const OwnedFd client = connect_to(bench.path);
+    say(client, "status\n");
+    bench.serve();
+    CHECK(hear(client) == "go away\n<end>");
+    CHECK(bench.socket->client_count() == 0);
+  }
+  CHECK(bench.asked.empty());
+  is_closed = false;
+  const OwnedFd client = connect_to(bench.path);
+  say(client, "one\n");
+  bench.serve();
+  CHECK(hear(client) == "said one\n");
+  // Rules that have changed hold for those who are there.
+  bench.socket->set_door(door);
+  say(client, "two\n");
+  bench.serve();
+  CHECK(hear(client) == "said two\n");
+  is_closed = true;
+  bench.socket->set_door(door);
+  CHECK(bench.socket->client_count() == 0);
+  CHECK(hear(client) == "go away\n<end>");
 }
 
 TEST_CASE("one call answers one request, so that a busy client cannot hold the loop", "[integration][status]") {
@@ -211,6 +284,78 @@ TEST_CASE("a client that says all and hangs up its sending side still gets its a
   CHECK(bench.socket->client_count() == 0);
 }
 
+namespace {
+
+/// Answers "later" with nothing, for now, and all else at once.
+struct LateBench : Bench {
+  std::uint64_t connection = 0;  // of who asked for "later" last
+
+  void serve_late() {
+    for (int i = 0; i < 10'000 && is_busy(); ++i) {
+      socket->serve([this](std::string_view request, const Peer& peer) {
+        if (request != "later") return StatusReply{.line = "said " + std::string(request)};
+        connection = peer.connection;
+        return StatusReply{.line = "", .is_later = true};
+      });
+    }
+  }
+};
+
+}  // namespace
+
+TEST_CASE("what is answered later is answered in its turn, and nobody else waits for it", "[integration][status]") {
+  LateBench bench;
+  const OwnedFd waiting = connect_to(bench.path);
+  const OwnedFd other = connect_to(bench.path);
+  say(waiting, "one\nlater\ntwo\n");
+  say(other, "three\n");
+  bench.serve_late();
+  CHECK(hear(waiting) == "said one\n");
+  CHECK(hear(other) == "said three\n");
+  CHECK_FALSE(bench.is_busy());
+  bench.socket->answer_later(bench.connection + 1, "not for you");
+  CHECK(hear(waiting).empty());
+  CHECK(hear(other).empty());
+  bench.socket->answer_later(bench.connection, "at last");
+  bench.serve_late();
+  CHECK(hear(waiting) == "at last\nsaid two\n");
+  bench.socket->answer_later(bench.connection, "twice");  // nobody waits any more
+  CHECK(hear(waiting).empty());
+}
+
+TEST_CASE("who has said all still gets the answer that comes later", "[integration][status]") {
+  LateBench bench;
+  const OwnedFd client = connect_to(bench.path);
+  say(client, "later\n");
+  REQUIRE(::shutdown(client.get(), SHUT_WR) == 0);
+  bench.serve_late();
+  CHECK_FALSE(bench.is_busy());
+  CHECK(bench.socket->client_count() == 1);
+  bench.socket->answer_later(bench.connection, "at last");
+  bench.serve_late();
+  CHECK(hear(client) == "at last\n<end>");
+  CHECK(bench.socket->client_count() == 0);
+}
+
+TEST_CASE("who has gone before the answer came leaves nothing to do", "[integration][status]") {
+  LateBench bench;
+  {
+    const OwnedFd client = connect_to(bench.path);
+    say(client, "later\n");
+    bench.serve_late();
+  }
+  bench.serve_late();
+  CHECK(bench.socket->client_count() == 0);
+  CHECK_FALSE(bench.is_busy());
+  bench.socket->answer_later(bench.connection, "at last");
+  // A number is never used twice: the next client gets nothing of another's.
+  const OwnedFd next = connect_to(bench.path);
+  say(next, "later\n");
+  const std::uint64_t before = bench.connection;
+  bench.serve_late();
+  CHECK(bench.connection != before);
+}
+
 TEST_CASE("clients that vanish leave nothing to do", "[integration][status]") {
   Bench bench;
   // No more at once than the system lets wait.
@@ -250,7 +395,7 @@ TEST_CASE("a file that is no socket is never removed", "[integration][status]") 
   CHECK(std::filesystem::file_size(path) == 4);
 }
 
-TEST_CASE("the socket is for owner and group, its own folder is made, and it is gone in the end",
+TEST_CASE("the socket is for owner and group, or for all, its own folder is made, and it is gone in the end",
           "[integration][status]") {
   const TemporaryFolder folder;
   const std::string path = folder / "run/bmud.sock";
@@ -260,6 +405,19 @@ TEST_CASE("the socket is for owner and group, its own folder is made, and it is 
     struct stat status {};
     REQUIRE(::stat(path.c_str(), &status) == 0);
     CHECK((status.st_mode & 07777) == 0660);
+    REQUIRE((*socket)->set_for_all(true));
+    REQUIRE(::stat(path.c_str(), &status) == 0);
+    CHECK((status.st_mode & 07777) == 0666);
+    REQUIRE((*socket)->set_for_all(false));
+    REQUIRE(::stat(path.c_str(), &status) == 0);
+    CHECK((status.st_mode & 07777) == 0660);
+  }
+  {
+    const auto socket = StatusSocket::open({.path = path, .is_for_all = true});
+    REQUIRE(socket);
+    struct stat status {};
+    REQUIRE(::stat(path.c_str(), &status) == 0);
+    CHECK((status.st_mode & 07777) == 0666);
   }
   CHECK_FALSE(std::filesystem::exists(path));
 }

@@ -12,7 +12,7 @@ for folder in "$@"; do PATH=$folder:$PATH; done
 
 bus=vcan0
 scenario=$RIG_OUT/keys.scn
-keys=16
+keys=24
 # shellcheck source-path=SCRIPTDIR source=pack-env.sh
 source "$(dirname "$0")/pack-env.sh"
 
@@ -39,6 +39,8 @@ plug_in() {
   start adapter run_adapter
   exec {to_adapter}>"$orders"
   wait_for 10 "the adapter is plugged in" adapter_said_more ready 0
+  # It is a wire: like the pack, it is never later than it would be on a desk.
+  chrt -f -p 55 "${started_pids[adapter]}"
   # Before the bus has it to itself: a frame that waits for long is worth nothing.
   ip link set "$own_bus" type can bitrate 500000 2>/dev/null || true
   ip link set "$own_bus" up
@@ -143,10 +145,11 @@ for ((i = 0; i < 5; ++i)); do
   sleep 3
 done
 wait_for 5 "it is one fault now that waits for somebody" fault_came bus_off_storm 0
-lost_at=$(first_opening "$storm_at" | cut -d' ' -f1)
 wait_for 10 "everything is known anew" view_is_complete
 expect "nobody has closed" test "$(ask_recording 'is_command && t > after + 1 && closed { ++n } END { print n + 0 }' -v "after=$storm_at")" -eq 0
-clear_faults
+expect "it cannot be cleared as long as it is one" not clear_faults
+wait_for 80 "but a minute later" clear_faults
+lost_at=$EPOCHREALTIME
 expect_open_until_key
 
 step "an adapter that takes nothing any more"
@@ -158,7 +161,15 @@ wait_for 5 "the daemon has opened, too" phase_is open
 sleep 2
 going_at=$EPOCHREALTIME
 tell_adapter go
-expect "nothing that waited closes" test "$(ask_recording 'is_command && t > after && t < after + 1 && closed { ++n } END { print n + 0 }' -v "after=$going_at")" -eq 0
+wait_for 10 "the daemon's word is heard again" is_heard_since "$going_at"
+# Commands that were on their way when it stalled come now, and nobody can call them back: as many as there are in the time in which
+# the daemon sees that its modules are silent, and right behind them the one that opens. A unit that waits for an open command after
+# a time-out (docs/bus-protocol.md) does not obey them at all; this one does.
+stale=$(ask_recording 'is_command && t > after && closed { ++n } END { print n + 0 }' -v "after=$going_at")
+closed_ms=$(ask_recording 'is_status && t > after { if (closed && !since) since = t; if (!closed && since) { sum += t - since; since = 0 } } END { printf "%.0f", sum * 1000 }' -v "after=$going_at")
+measured+=("stalled adapter: $stale old commands, obeyed for $closed_ms ms")
+expect "$stale old commands, at most those of 300 ms" test "$stale" -le 6
+expect "obeyed for $closed_ms ms, less than a contactor takes to close" test "$closed_ms" -le 10
 expect_recovered
 
 step "pulled out, and back"

@@ -1,5 +1,6 @@
 #!/bin/bash
-# Guest script: the bit rate of a real interface, set by ip and read by the daemon. Needs can0 and can1 of boot.sh --can-bus, under a
+# Guest script: real interfaces and their controllers. The bit rate, set by ip and read by the daemon; interfaces that the
+# daemon sets up itself; and how a controller is. Needs can0 and can1 of boot.sh --can-bus, under a
 # driver with bit timing; vcan has none.
 #   usage: bit_rate.sh REPOSITORY PROGRAM_FOLDER...   (the folders of bmud, mmusim, bmuctl and bmudump)
 # shellcheck source-path=SCRIPTDIR source=guest-env.sh
@@ -23,6 +24,13 @@ rate_shown() { status_json | jq -r '.ports[0] | "\(.rate_bit_per_s) \(.rate_want
 all_modules_heard() { [[ $(status_json | jq .modules_answering) -eq 4 ]]; }
 shows_rate() { [[ $(rate_shown) == "$1" ]]; }
 text_shows() { bmuctl --socket "$socket" status | grep -q "$1"; }
+# Of the internal bus: "error-active 0 0".
+controller_shown() { status_json | jq -r '.ports[0].controller | "\(.state) \(.send_errors) \(.receive_errors)"'; }
+shows_controller() { [[ $(controller_shown) == "$1" ]]; }
+controller_value() { status_json | jq -r ".ports[0].controller.$1"; }
+controller_is() { [[ $(controller_value "$1") == "$2" ]]; }
+# "500000 200 UP" of an interface, as ip has it.
+link_is() { [[ $(ip -json -details link show "$1" | jq -r '.[0] | "\(.linkinfo.info_data.bittiming.bitrate) \(.linkinfo.info_data.restart_ms) \([.flags[] | select(. == "UP")][0])"') == "$2" ]]; }
 log_has() { grep -q "$2" "$RIG_OUT/$1.log"; }
 
 set_rate() {
@@ -95,6 +103,51 @@ expect "status has none" shows_rate "null null unknown"
 expect "the text has no column for it" not text_shows 'kbit/s'
 expect "bmud exits with 0" stop virtual TERM
 expect "the log has no word of it" not log_has virtual 'is set to\|found vcan0'
+
+step "how the controller is"
+set_rate can0 500000
+start_daemon state "$small_pack" can0
+wait_for "$start_limit_s" "bmud answers" daemon_answers
+wait_for 10 "the controller is well" shows_controller "error-active 0 0"
+expect "and the text shows it" text_shows 'can0 .*error-active'
+expect "nobody was asked to set it up" controller_is set_up 'not asked for'
+expect "bmud exits with 0" stop state TERM
+start_daemon virtual_state "$small_pack" vcan0
+wait_for "$start_limit_s" "bmud answers" daemon_answers
+expect "a bus without a controller has an unknown one" shows_controller "unknown null null"
+expect "the text has no row for it" not text_shows '^Controller'
+expect "bmud exits with 0" stop virtual_state TERM
+
+step "interfaces that the daemon sets up"
+wishing_pack=$RIG_OUT/wishing.json
+sed "s#\"\.\./cells/#\"$repository/config/cells/#; s#\"poll\"#\"interfaces\": {\"set_up\": true, \"restart_ms\": 150}, \"poll\"#" \
+  "$small_pack" >"$wishing_pack"
+ip link set can0 down
+ip link set can0 type can bitrate 125000 restart-ms 0
+start_daemon set_up "$wishing_pack" can0
+wait_for "$start_limit_s" "bmud answers" daemon_answers
+wait_for 10 "the interface is up as the pack file has it" link_is can0 '500000 150 UP'
+wait_for 10 "the log says so" log_has set_up 'can0 set up: 500 kbit/s, restart 150 ms after bus-off'
+wait_for 10 "so does the status" controller_is set_up 'done'
+expect "the controller comes back by itself" controller_is restart_ms 150
+wait_for 20 "modules are heard" all_modules_heard
+ip link set can0 down
+wait_for 10 "set down, it is set up again" link_is can0 '500000 150 UP'
+set_rate can0 250000
+wait_for 10 "one that is up with another rate is told" shows_rate "250000 500000 differs"
+expect "and left so" link_is can0 '250000 150 UP'
+expect "bmud exits with 0" stop set_up TERM
+expect "and leaves the interface up" link_is can0 '250000 150 UP'
+
+step "interfaces that it has no right to set up"
+ip link set can0 down
+start no_right setpriv --bounding-set=-net_admin --inh-caps=-net_admin bmud --config "$wishing_pack" --bus-internal can0 --bus-vehicle can0 --socket "$socket"
+wait_for "$start_limit_s" "bmud answers" daemon_answers
+wait_for 10 "the log says who has to" log_has no_right 'CAP_NET_ADMIN.*80-can0.network'
+expect "the interface is still down" not link_is can0 '250000 150 UP'
+set_rate can0 500000
+wait_for 20 "set up by somebody else, modules are heard" all_modules_heard
+expect "bmud exits with 0" stop no_right TERM
 
 step "end"
 stop modules || true

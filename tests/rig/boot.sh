@@ -8,7 +8,7 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 # In this order; modprobe finds what each depends on.
 modules=(virtio_pci 9pnet_virtio 9p overlay can can_raw can_bcm can_gw can_dev vcan vxcan slcan)
 out='' limit_s='' memory_mb=1024 verbose=no can_bus=no first=guest-init
-qemu_pid='' limit_pid='' work=''
+qemu_pid='' limit_pid='' monitor_pid='' work=''
 
 usage() {
   cat <<'TEXT'
@@ -19,7 +19,8 @@ the machine did not get as far as ending SCRIPT. Files that SCRIPT leaves in $RI
 
   --limit SECONDS      boot included; booting takes 5 to 10 s on an idle machine
   --module "NAME ARG"  loads one more kernel module, with arguments if wanted; may be repeated
-  --can-bus            can0 and can1: emulated controllers under a real driver, wired to each other
+  --can-bus            can0 and can1: emulated controllers under a real driver, wired to each other; what SCRIPT writes into
+                       $RIG_OUT/monitor is told to the emulator, as "device_del controller0" to pull the first one out
   --systemd            systemd is the guest's first program, and runs SCRIPT beside the journal
   --memory MB          the guest's memory (default 1024)
   --verbose            shows the whole console, the kernel's part too
@@ -123,6 +124,19 @@ relay_console() {
   fi
 }
 
+# What the guest wants of the emulator, a file at a time; its words are the emulator's own.
+open_monitor() {
+  mkfifo "$work/monitor.in" "$work/monitor.out"
+  rm -f "$out/monitor"
+  # shellcheck disable=SC2016  # expanded inside
+  setpriv --pdeathsig KILL bash -c '
+    exec 8<>"$1/monitor.in" 9<>"$1/monitor.out"
+    while sleep 0.2; do
+      if [[ -s $2/monitor ]]; then mv "$2/monitor" "$1/wanted"; cat "$1/wanted" >&8; fi
+    done' monitor "$work" "$out" &
+  monitor_pid=$!
+}
+
 # The guest's clock counts what its one processor has carried out (4 ns for an instruction) and skips what it would wait: a host that is
 # busy makes the guest take longer, but nothing in it late. QEMU has this for one processor only.
 #
@@ -130,11 +144,13 @@ relay_console() {
 # shellcheck disable=SC2054  # the commas are QEMU's
 run_qemu() {
   local options=(-accel "tcg,thread=single" -icount "shift=2,align=off,sleep=off" -rtc clock=vm -cpu max -smp 1 -m "$memory_mb"
-    -nodefaults -no-user-config -no-reboot -display none -serial stdio -monitor none -nic none
+    -nodefaults -no-user-config -no-reboot -display none -serial stdio -nic none
     -kernel "$kernel/vmlinuz" -initrd "$work/initramfs" -append "console=ttyS0 quiet panic=-1 oops=panic"
     -fsdev "local,id=root,path=/,security_model=none,readonly=on,multidevs=remap" -device virtio-9p-pci,fsdev=root,mount_tag=host-root
     -fsdev "local,id=out,path=$out,security_model=none" -device virtio-9p-pci,fsdev=out,mount_tag=host-out)
-  [[ $can_bus == no ]] || options+=(-object can-bus,id=bus -device kvaser_pci,canbus=bus -device kvaser_pci,canbus=bus)
+  if [[ $can_bus == yes ]]; then open_monitor; else options+=(-monitor none); fi
+  [[ $can_bus == no ]] || options+=(-object can-bus,id=bus -device kvaser_pci,canbus=bus,id=controller0
+    -device kvaser_pci,canbus=bus,id=controller1 -chardev "pipe,id=monitor,path=$work/monitor" -mon chardev=monitor)
   setpriv --pdeathsig TERM timeout -k 2 "$limit_s" setpriv --pdeathsig KILL \
     qemu-system-x86_64 "${options[@]}" </dev/null >"$work/console" 2>"$work/qemu.err" &
   qemu_pid=$!
@@ -152,6 +168,7 @@ tell_limit() {
 # shellcheck disable=SC2317  # the trap calls it
 clean_up() {
   [[ -z $qemu_pid ]] || kill "$qemu_pid" 2>/dev/null || true
+  [[ -z $monitor_pid ]] || kill "$monitor_pid" 2>/dev/null || true
   [[ -z $limit_pid ]] || kill "$limit_pid" 2>/dev/null || true
   [[ -z $work ]] || rm -rf "$work"
 }

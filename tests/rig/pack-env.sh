@@ -20,7 +20,7 @@ recording=/run/words.can.log
 key_period_s=17
 key_on_s=15
 lock_out_s=10
-fresh_s=2
+fresh_s=3
 # The command's life at the power distribution unit, and what its contactors take to open (docs/scenarios.md).
 command_life_ms=200
 contactor_opening_ms=10
@@ -29,7 +29,7 @@ machine_late_ms=10
 # Generous, and only reached when something is wrong.
 # shellcheck disable=SC2034  # for those who source this
 start_limit_s=30
-close_limit_s=$((key_period_s + 15))
+close_limit_s=$((3 * key_period_s))
 
 write_keys() {
   local scenario=$1 keys=$2 i
@@ -59,14 +59,8 @@ fault_came() { (($(fault_count "$1") > $2)); }
 clear_faults() { bmuctl --socket "$socket" clear >>"$RIG_OUT/clear.txt"; }
 
 # Just closed, with nearly all of the key's time ahead: whoever closes by himself after what comes now would be seen doing it.
-wait_until_closed() {
-  local was_closed=no
-  phase_is closed && was_closed=yes
-  if [[ $was_closed == yes ]] && ! key_turned_on_within "$fresh_s"; then
-    wait_for "$close_limit_s" "the key is turned off" not phase_is closed
-  fi
-  wait_for "$close_limit_s" "the contactors are closed" phase_is closed
-}
+is_just_closed() { phase_is closed && key_turned_on_within "$fresh_s"; }
+wait_until_closed() { wait_for "$close_limit_s" "the contactors are closed" is_just_closed; }
 
 # --- what the recording says ---
 

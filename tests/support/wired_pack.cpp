@@ -49,16 +49,29 @@ FrontEndTransfer twin_transfer() {
 
 }  // namespace
 
-WiredPack::WiredPack(const CoreConfig& config, Duration devices_ahead, const BusConfig& bus)
-    : devices_tick_at_(start - devices_ahead % Plant::step_length + Plant::step_length),
-      core_(std::in_place, config, start),
-      simulator_(simulator_config(config), {}, start - devices_ahead),
+namespace {
+
+SimulatorConfig noisy(SimulatorConfig config, std::int32_t cell_noise_uV) {
+  config.cell_noise_uV = cell_noise_uV;
+  return config;
+}
+
+}  // namespace
+
+WiredPack::WiredPack(const CoreConfig& config, Duration devices_ahead, const BusConfig& bus, TimePoint starts_at,
+                     std::int32_t cell_noise_uV)
+    : now_(starts_at),
+      devices_tick_at_(starts_at - devices_ahead % Plant::step_length + Plant::step_length),
+      wake_at_(starts_at),
+      given_(std::in_place, config),
+      core_(std::in_place, config, starts_at),
+      simulator_(noisy(simulator_config(config), cell_noise_uV), {}, starts_at - devices_ahead),
       bus_(bus) {
   for (const Station station : {Station::master, Station::pdu, Station::sensor, Station::stranger}) {
     bus_.connect(station);
   }
   for (const ModuleConfig& module : config.modules) bus_.connect(static_cast<Station>(module.node));
-  static_cast<void>(simulator_.advance(start));  // nobody heard that
+  static_cast<void>(simulator_.advance(starts_at));  // nobody heard that
   observe(PortChanged{Port::internal, true});
   observe(PortChanged{Port::vehicle, true});
 }
@@ -87,7 +100,7 @@ bool WiredPack::run_until(const std::function<bool(const WiredPack&)>& condition
 
 /// To whatever happens next, at most to `end`.
 void WiredPack::advance_to(TimePoint end) {
-  const TimePoint wakes_at = std::max(wake_at_, stalled_until_);
+  const TimePoint wakes_at = has_power_ ? std::max(wake_at_, stalled_until_) : TimePoint::max();
   const TimePoint bus_at = bus_.next_at() > now_ ? bus_.next_at() : end;  // what came from outside joins what is next
   TimePoint next = std::min({end, devices_tick_at_, bus_at, wakes_at, carrier_told_at_.value_or(end)});
   for (const Told& one : told_) next = std::min(next, one.at);
@@ -111,25 +124,50 @@ void WiredPack::tick_devices() {
   if (each_ms) each_ms(*this);
   std::erase_if(late_, [this](const Due& due) {
     if (due.at > now_) return false;
-    bus_.put(station_of(due.frame), due.frame);
+    put_of_device(due.frame);
     return true;
   });
   for (const SentFrame& sent : simulator_.advance(now_)) {
     CanFrame frame = sent.frame;
-    const Station station = station_of(frame);
     const Fate fate = on_sent ? on_sent(frame, *this) : Fate{};
     last_sent_[sent.frame.id] = sent.frame;
     if (fate.is_lost) continue;
     if (fate.delay > Duration{}) {
       late_.push_back({now_ + fate.delay, frame});
     } else {
-      bus_.put(station, frame);
+      put_of_device(frame);
     }
-    if (fate.twin) bus_.put(station, *fate.twin);
+    if (fate.twin) put_of_device(*fate.twin);
   }
   if (!twin_) return;
   static const FrontEndTransfer transfer = twin_transfer();
   for (const CanFrame& frame : twin_->tick(now_, transfer)) bus_.put(Station::twin, frame);
+}
+
+void WiredPack::put_of_device(const CanFrame& frame) {
+  const Station station = station_of(frame);
+  if (!device_queue_length || bus_.waiting(station) < *device_queue_length) bus_.put(station, frame);
+}
+
+void WiredPack::cut_power() {
+  has_power_ = false;
+  bus_.disconnect(Station::master);
+  bus_.drop_queue(Station::master);
+  told_.clear();
+  carrier_told_at_.reset();
+  lost_while_stalled_ = 0;
+}
+
+void WiredPack::boot(const PersistentState& kept, std::uint8_t first_counter) {
+  *core_ = Core(*given_, now_, first_counter);
+  core_->restore(kept);
+  bus_.connect(Station::master);
+  bus_.restart(Station::master, now_);
+  is_off_ = false;
+  has_power_ = true;
+  wake_at_ = now_;
+  observe(PortChanged{Port::internal, is_port_up_});
+  observe(PortChanged{Port::vehicle, true});
 }
 
 void WiredPack::connect_twin(const MmuConfig& module) {
@@ -138,7 +176,7 @@ void WiredPack::connect_twin(const MmuConfig& module) {
 }
 
 void WiredPack::stall(Duration duration) {
-  stalled_until_ = now_ + duration;
+  stop(duration);
   run(duration);
 }
 
@@ -154,7 +192,8 @@ void WiredPack::take_from_bus() {
 void WiredPack::take_heard(const BusEvent& event) {
   const CanFrame& frame = event.frame;
   const bool is_ours = event.station == Station::master;
-  const bool is_for_devices = (is_ours && !is_cut) || event.station == Station::stranger;
+  const bool is_missed = is_cut || (devices_miss && devices_miss(frame));
+  const bool is_for_devices = (is_ours && !is_missed) || event.station == Station::stranger;
   if (is_for_devices) simulator_.observe(frame, now_);
   if (is_for_devices && twin_) twin_->observe(frame, now_);
   if (is_ours && frame.id == internal_bus::contactor_command.base_id) commanded_ = outputs_of(frame);
@@ -189,6 +228,7 @@ void WiredPack::tell_carrier() {
 }
 
 void WiredPack::tell(const ObservedThing& what) {
+  if (!has_power_) return;
   if (now_ < stalled_until_) {
     ++lost_while_stalled_;
   } else if (latency > Duration{}) {
@@ -207,12 +247,16 @@ void WiredPack::tell_due() {
 }
 
 void WiredPack::observe(const ObservedThing& what) {
-  if (core_->observe({now_, what}) == Urgency::decide_now) decide();
+  if (!has_power_) return;
+  ObservedThing told = what;
+  if (on_told && !on_told(told, *this)) return;
+  if (core_->observe({now_, told}) == Urgency::decide_now) decide();
 }
 
 void WiredPack::decide() {
   const Phase before = phase();
-  const Decisions decisions = core_->decide(now_);
+  Decisions decisions = core_->decide(now_);
+  if (on_decided) on_decided(decisions, *this);
   wake_at_ = decisions.wake_at;
   if (phase() != before) ++entered_[static_cast<std::size_t>(phase())];
   for (const OutgoingFrame& out : decisions.frames) {
@@ -226,6 +270,7 @@ void WiredPack::decide() {
 }
 
 void WiredPack::set_port(bool is_up) {
+  is_port_up_ = is_up;
   if (!is_up) bus_.drop_queue(Station::master);
   observe(PortChanged{Port::internal, is_up});
 }

@@ -31,18 +31,26 @@ struct Fate {
 class WiredPack {
  public:
   /// `devices_ahead`: how long the devices have been running when the core starts, so that their periods stand to its
-  /// ticks and POLLs in another way; less than a second.
-  explicit WiredPack(const CoreConfig& config, Duration devices_ahead = {}, const BusConfig& bus = slowest_bus);
+  /// ticks and POLLs in another way; less than a second. `starts_at`: what the clock shows then. `cell_noise_uV`:
+  /// of every sample, even over plus and minus this.
+  explicit WiredPack(const CoreConfig& config, Duration devices_ahead = {}, const BusConfig& bus = slowest_bus,
+                     TimePoint starts_at = start, std::int32_t cell_noise_uV = 0);
 
   // What can be wrong with everything between the devices and the core.
   std::function<Fate(CanFrame&, const WiredPack&)> on_sent;  // by a device; may change the frame
+  std::function<bool(const CanFrame&)> devices_miss;  // a frame of the master that is on the bus: no device takes it in
   std::function<void(WiredPack&)> each_ms;
+  // Who stands between the core and everything else: may change what it is told (false: it is not told) and what it has
+  // decided before that is carried out.
+  std::function<bool(ObservedThing&, const WiredPack&)> on_told;
+  std::function<void(Decisions&, const WiredPack&)> on_decided;
   bool is_cut = false;         // the master's wire: it hears nobody, nobody hears it, its own frames are acknowledged
   bool is_swallowing = false;  // the master's frames vanish, told as sent; it hears nobody
   bool sends_fail = false;     // the system takes no frame of the master
-  std::optional<CanFrame> flood;  // a stranger sends it all the time
-  Duration latency{};             // of everything the core is told, echoes included
-  std::size_t queue_length = 10;  // the kernel's send queue
+  std::optional<CanFrame> flood;                   // a stranger sends it all the time
+  Duration latency{};                              // of everything the core is told, echoes included
+  std::size_t queue_length = 10;                   // the kernel's send queue
+  std::optional<std::size_t> device_queue_length;  // of each device; none: it forgets nothing, however long it waits
 
   /// Until `duration` has passed; `run_until` also until the condition holds, and says whether it does.
   void run(Duration duration);
@@ -66,13 +74,25 @@ class WiredPack {
   void set_acknowledged(bool is_acknowledged) {
     is_acknowledged ? bus_.connect(Station::master) : bus_.disconnect(Station::master);
   }
-  /// The core does nothing for so long; what arrives meanwhile does not fit the receive queue.
+  /// The core does nothing for so long; what arrives meanwhile does not fit the receive queue. `stop` comes back at
+  /// once, `stall` when it is over.
+  void stop(Duration duration) { stalled_until_ = now_ + duration; }
   void stall(Duration duration);
+
+  /// The machine of the master loses its power: no core that ticks or is told, nobody on the bus, nothing in the queue.
+  void cut_power();
+  /// And has it again: a new core, with what is kept of former lives.
+  void boot(const PersistentState& kept, std::uint8_t first_counter);
+  [[nodiscard]] bool has_power() const { return has_power_; }
+  /// The master's process is stopped.
+  [[nodiscard]] bool is_stalled() const { return now_ < stalled_until_; }
 
   /// Vehicle on, and run until closed. Returns whether it got there.
   [[nodiscard]] bool close();
 
   [[nodiscard]] TimePoint now() const { return now_; }
+  /// When it is next asked to decide, if nothing happens before.
+  [[nodiscard]] TimePoint wake_at() const { return wake_at_; }
   [[nodiscard]] const CoreConfig& config() const { return core_->config(); }
   [[nodiscard]] const Core& core() const { return *core_; }
   [[nodiscard]] const Simulator& simulator() const { return simulator_; }
@@ -106,17 +126,21 @@ class WiredPack {
   void tell(const ObservedThing& what);
   void tell_due();
   void tick_devices();
+  void put_of_device(const CanFrame& frame);
   void decide();
 
-  TimePoint now_ = start;
+  TimePoint now_;
   TimePoint devices_tick_at_;
-  TimePoint wake_at_ = start;
+  TimePoint wake_at_;
   TimePoint stalled_until_{};
+  bool has_power_ = true;
   std::uint64_t lost_while_stalled_ = 0;
+  Boxed<CoreConfig> given_;
   Boxed<Core> core_;  // large
   Simulator simulator_;
   CanBus bus_;
   bool is_off_ = false;  // the master's controller
+  bool is_port_up_ = true;
   std::optional<Mmu> twin_;
   std::optional<TimePoint> carrier_told_at_;  // when the daemon's port looks at its interface the next time
   std::vector<Due> late_;                     // held back by `on_sent`

@@ -176,7 +176,7 @@ TEST_CASE("without a throttle the motor controller works while the pack may be d
 }
 
 TEST_CASE("the fan is commanded by the pack's temperature, the motor controller only while closed",
-          "[unit][core][auxiliary][BMU_15][RR_4]") {
+          "[unit][core][auxiliary][BMU_15][RR_4][BMU_6]") {
   CoreConfig pack = test::small_pack();
   pack.auxiliary.fan_on_dC = 400;
   pack.auxiliary.fan_off_dC = 350;

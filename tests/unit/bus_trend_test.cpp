@@ -1,6 +1,9 @@
 // Load and troubles of the buses, from one picture to the next.
 #include "tools/bmuctl/bus_trend.hpp"
 
+#include <cstdint>
+#include <string>
+
 #include <nlohmann/json.hpp>
 
 #include "tests/support/catch.hpp"
@@ -49,6 +52,19 @@ TEST_CASE("the load is told against the bit rate, and without one in bits", "[un
   CHECK(text_of(trend.lines(Reply(status))[0]) ==
         " can0 up  load 25 %  errors 0  lost 0  late 4  missed 7  bad CRC 0  refused 4");
   CHECK(text_of(trend.lines(Reply(status))[1]) == " can1 down  load 10 kbit/s  errors 0  lost 0  unsent 3");
+}
+
+TEST_CASE("a number that no daemon counts to is not known", "[unit][bmuctl]") {
+  constexpr std::int64_t most = Reply::number_max;
+  for (const std::int64_t number : {std::int64_t{0}, most, -most}) CHECK(Reply(Json(number)).number() == number);
+  for (const Json& number : {Json(most + 1), Json(-most - 1), Json(INT64_MAX), Json(INT64_MIN), Json(UINT64_MAX)}) {
+    CHECK_FALSE(Reply(number).number());
+  }
+  Json status = status_at(1'000);
+  for (Json& module : status["modules"]) module["answers_missed"] = INT64_MAX;
+  BusTrend trend;
+  trend.take(Reply(status));
+  CHECK(text_of(trend.lines(Reply(status))[0]).find("missed 0") != std::string::npos);
 }
 
 TEST_CASE("the load is that of the last two seconds", "[unit][bmuctl]") {

@@ -105,6 +105,17 @@ TEST_CASE("two commands wait at most, until 500 ms without an echo", "[unit][com
   CHECK(link.is_due(start + 1060ms, false));
 }
 
+TEST_CASE("nothing is queued behind two commands that wait: the next word may have to be open",
+          "[unit][command_link]") {
+  CommandLink link = echoed_link();
+  link.note_sent(2, start + 10ms);
+  CHECK_FALSE(link.is_stuck(start + 30ms));
+  link.note_sent(3, start + 60ms);
+  CHECK(link.is_stuck(start + 60ms));
+  link.note_echo(3);
+  CHECK_FALSE(link.is_stuck(start + 60ms));
+}
+
 TEST_CASE("only the echo of the last command ends the wait", "[unit][command_link]") {
   CommandLink link = echoed_link();
   link.note_sent(2, start + 10ms);

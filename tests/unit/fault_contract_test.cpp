@@ -336,7 +336,8 @@ TEST_CASE("every condition: false never confirms; true does after its time and s
   }
 }
 
-TEST_CASE("every fault: what latches stays until it is cleared by somebody who may", "[unit][faults][contract][I10]") {
+TEST_CASE("every fault: what latches stays until it is cleared by somebody who may",
+          "[unit][faults][contract][I10][BMU_9]") {
   const CoreConfig config = watchful_pack();
   for (const FaultRow& row : fault_table()) {
     DYNAMIC_SECTION(row.name) {

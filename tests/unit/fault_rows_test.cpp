@@ -367,7 +367,7 @@ TEST_CASE("commands that are not on the bus matter while something is to be clos
   CHECK_FALSE(world.is_true(FaultId::command_not_on_bus));
 }
 
-TEST_CASE("each condition of the core has the row of its name", "[unit][faults]") {
+TEST_CASE("each condition of the core has the row of its name", "[unit][faults][BMU_9]") {
   struct Case {
     FaultId id;
     bool CoreFlags::*flag;
@@ -475,7 +475,7 @@ TEST_CASE("a current is judged in both directions", "[unit][faults][BMU_14]") {
 }
 
 TEST_CASE("the sum of the cells against the pack voltage: both are needed, and the later one dates it",
-          "[unit][faults][F14]") {
+          "[unit][faults][F14][BMU_4]") {
   World world;
   const FaultId id = FaultId::pack_voltage_mismatch;
   CHECK_FALSE(world.read(id).is_known);

@@ -81,7 +81,7 @@ TEST_CASE("a current that is no rest keeps a pack from beginning", "[unit][estim
   CHECK(pack.core().soc_permille());
 }
 
-TEST_CASE("in a drive every cell is followed, and what is told never steps", "[unit][estimators][BMS_F.6]") {
+TEST_CASE("in a drive every cell is followed, and what is told never steps", "[unit][estimators][BMS_F.6][BMU_8]") {
   std::vector<SimulatedCellOptions> truth;
   for (int number = 0; number < 8; ++number) truth.push_back({.soc = 0.55 + 0.02 * number, .voltage_noise_V = 0.001});
   LivingPack pack(sloped_pack(), 0.6, truth);

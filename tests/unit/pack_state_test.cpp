@@ -35,7 +35,7 @@ class Summed {
 
 }  // namespace
 
-TEST_CASE("a spread knows its lowest, its highest, its average and where they are", "[unit][pack_state]") {
+TEST_CASE("a spread knows its lowest, its highest, its average and where they are", "[unit][pack_state][BMU_1]") {
   Summed world;
   world.feed.cells(1, {known(3'700'000), known(3'500'000), known(3'700'000), known(3'700'000)}, known(14'600));
   world.feed.cells(2, {known(3'700'000), known(3'700'000), known(3'900'000), known(3'700'001)}, known(15'000));
@@ -57,7 +57,7 @@ TEST_CASE("of equal values the first is named", "[unit][pack_state]") {
   CHECK(world.pack().cell_voltage_uV.max_at == first);
 }
 
-TEST_CASE("values of minus 10 and 20 degrees: signs and places of temperatures", "[unit][pack_state]") {
+TEST_CASE("values of minus 10 and 20 degrees: signs and places of temperatures", "[unit][pack_state][BMU_2]") {
   Summed world;
   world.feed.pass(1100ms);  // long enough for a change not to be a jump
   world.feed.poll();
@@ -187,7 +187,7 @@ TEST_CASE("sums are as old as their oldest part, and none with a hole", "[unit][
   CHECK_FALSE(world.pack().module_voltage_sum_mV.is_valid());
 }
 
-TEST_CASE("a module answers only with its status, its own voltage and every cell", "[unit][pack_state]") {
+TEST_CASE("a module answers only with its status, its own voltage and every cell", "[unit][pack_state][BMU_1]") {
   const AgeConfig ages = test::small_pack().ages;
   const auto answers = [&ages](auto forget) {
     const Summed world;
@@ -232,7 +232,7 @@ TEST_CASE("of two current sensors the one that shows more counts, and one alone 
   CHECK_FALSE(world.pack().current_mA.is_valid());
 }
 
-TEST_CASE("what the sensor measures is known while it is fresh", "[unit][pack_state]") {
+TEST_CASE("what the sensor measures is known while it is fresh", "[unit][pack_state][BMU_3][BMU_4]") {
   Summed world;
   CHECK(world.pack().at == world.feed.now());
   CHECK(world.pack().is_sensed());

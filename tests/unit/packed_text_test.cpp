@@ -310,6 +310,32 @@ TEST_CASE("a checksum that is wrong is named as such", "[unit][packed_text]") {
   CHECK(all.damage[0].what.find("checksum") != std::string::npos);
 }
 
+TEST_CASE("all that comes before damage is given out, whatever the room to write to", "[unit][packed_text]") {
+  const std::string text = lines(40);
+  std::string bad = packed(text);
+  bad.back() = static_cast<char>(bad.back() ^ 0x01);
+  for (const std::size_t room : {std::size_t{1}, std::size_t{7}, text.size() - 1, text.size(), std::size_t{65'536}}) {
+    const Unpacked all = unpacked(bad, room);
+    INFO("room for " << room);
+    CHECK((all.text == text));
+    CHECK(all.damage.size() == 1);
+  }
+}
+
+TEST_CASE("a block is given out though the header behind it is damaged", "[unit][packed_text]") {
+  using namespace std::string_literals;
+  const std::string head = "\x28\xB5\x2F\xFD\x00\x58"s;  // a window, no checksum
+  const std::string fives = "\x2A\x00\x00x"s;            // a block: one letter, five times
+  const std::string plain = "\x28\x00\x00"s + "plain";   // a block that is not packed
+  const std::string reserved = "\x2E\x00\x00y"s;         // of a kind that there is not
+  for (const std::size_t room : {std::size_t{1}, std::size_t{5}, std::size_t{65'536}}) {
+    const Unpacked all = unpacked(head + fives + plain + fives + reserved, room);
+    INFO("room for " << room);
+    CHECK(all.text == "xxxxxplainxxxxx");
+    CHECK(all.damage.size() == 1);
+  }
+}
+
 TEST_CASE("a frame that wants too much memory is refused with the way out, the next is read", "[unit][packed_text]") {
   const Unpacked all = unpacked(packed(lines(10), {.window_log = 27}) + packed("next\n"));
   CHECK(all.text == "next\n");

@@ -142,10 +142,32 @@ TEST_CASE("a pace that rises asks at once if it is time by then", "[unit][pollin
   CHECK_FALSE(schedule.step(start + 40ms, 50ms, true).is_due);
   CHECK(schedule.step(start + 50ms, 50ms, true).is_due);
   CHECK_FALSE(schedule.step(start + 60ms, 500ms, true).is_due);
+  CHECK_FALSE(schedule.step(start + 99ms, 500ms, true).is_due);  // set at the pace of then
+  CHECK(schedule.step(start + 100ms, 500ms, true).is_due);
+  CHECK_FALSE(schedule.step(start + 599ms, 500ms, true).is_due);
+  CHECK(schedule.step(start + 600ms, 500ms, true).is_due);
+}
+
+TEST_CASE("who is in a hurry lets the answers to the last POLL pass: 100 ms at a slow pace", "[unit][polling]") {
+  PollSchedule schedule;
+  schedule.init({.period = 100ms}, start);
+  REQUIRE(schedule.step(start, 500ms, true).is_due);
   schedule.hurry();
-  CHECK(schedule.step(start + 70ms, 500ms, true).is_due);
-  CHECK_FALSE(schedule.step(start + 569ms, 500ms, true).is_due);
-  CHECK(schedule.step(start + 570ms, 500ms, true).is_due);
+  CHECK_FALSE(schedule.step(start + 99ms, 500ms, true).is_due);
+  CHECK(schedule.step(start + 100ms, 500ms, true).is_due);
+  CHECK_FALSE(schedule.step(start + 599ms, 500ms, true).is_due);  // once
+}
+
+TEST_CASE("who is in a hurry just after a slow POLL waits for a period of the new pace", "[unit][polling]") {
+  PollSchedule schedule;
+  schedule.init({.period = 100ms}, start);
+  REQUIRE(schedule.step(start, 500ms, true).is_due);
+  schedule.hurry();
+  CHECK_FALSE(schedule.step(start + 10ms, 50ms, true).is_due);
+  CHECK_FALSE(schedule.step(start + 40ms, 50ms, true).is_due);
+  CHECK(schedule.step(start + 50ms, 50ms, true).is_due);
+  schedule.hurry();
+  CHECK(schedule.step(start + 400ms, 50ms, true).is_due);
 }
 
 TEST_CASE("two modules a cycle are asked alone, near its end", "[unit][polling]") {

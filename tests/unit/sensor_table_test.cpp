@@ -133,7 +133,7 @@ TEST_CASE("when the monitor last told a resistance is kept, and that it ever did
 }
 
 TEST_CASE("each result of the sensor has its place, and its sign if it sits the other way round",
-          "[unit][sensor_table]") {
+          "[unit][sensor_table][BMU_3]") {
   for (const bool is_inverted : {false, true}) {
     CoreConfig config = test::small_pack();
     config.sensor.invert_current = is_inverted;

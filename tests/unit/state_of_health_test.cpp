@@ -13,7 +13,7 @@ constexpr double infinite = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
-TEST_CASE("health by capacity is what it holds of what it was rated for", "[unit][estimators][FS_5]") {
+TEST_CASE("health by capacity is what it holds of what it was rated for", "[unit][estimators][FS_5][BMU_7]") {
   const HealthFigure figure = health_by_capacity(7'200.0 * 0.8765, 72.0, 7'200.0);
   CHECK(figure.is_known);
   CHECK(figure.permille == 877);

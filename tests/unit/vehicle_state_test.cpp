@@ -79,7 +79,7 @@ const std::vector<Row> rows{
 
 }  // namespace
 
-TEST_CASE("each state has its name in every dialect", "[unit][vehicle][BMS_F.8]") {
+TEST_CASE("each state has its name in every dialect", "[unit][vehicle][BMS_F.8][BMU_10]") {
   for (const Row& row : rows) {
     INFO(row.name);
     const PackMode mode = pack_mode(row.in);

@@ -25,7 +25,7 @@ std::string explained(const std::string& path, int error) {
   std::error_code ignored;
   if (error == ECONNREFUSED && !std::filesystem::is_socket(path, ignored)) return where + "it is no socket";
   if (error == ECONNREFUSED) return where + "nobody listens (bmud has ended)";
-  if (error == EACCES) return where + "permission denied (be a member of its group, or root)";
+  if (error == EACCES) return where + "permission denied (be root, or a member of the group it belongs to)";
   return where + std::strerror(error);
 }
 
@@ -51,7 +51,9 @@ Result<Client, std::string> Client::connect(const std::string& path) {
 Result<void, std::string> Client::send_line(std::string_view line) {
   const std::string text = std::string(line) + "\n";
   const ssize_t sent = ::send(socket_.get(), text.data(), text.size(), MSG_NOSIGNAL);
-  if (sent == static_cast<ssize_t>(text.size())) return {};
+  // Who is turned away is told why before the connection is closed, perhaps sooner than he asks: that waits to be read.
+  const bool is_turned_away = sent < 0 && errno == EPIPE;
+  if (sent == static_cast<ssize_t>(text.size()) || is_turned_away) return {};
   return failure(std::string("the daemon takes no request: ") + std::strerror(errno));
 }
 

@@ -27,6 +27,8 @@ using exit_codes::exit_ok;
 constexpr int exit_no_answer = 1;
 constexpr int exit_still_present = 3;
 constexpr std::chrono::milliseconds answer_max{2000};
+/// A pack file is read from a disk, one life of the daemon ends and another begins.
+constexpr std::chrono::milliseconds reload_answer_max{30'000};
 /// Pictures of an assignment under way, 50 ms apart: more than twice what it may take.
 constexpr int assignment_period_ms = 50;
 constexpr int assignment_pictures_max = 80;
@@ -45,11 +47,12 @@ constexpr const char* footer = R"(Examples:
   bmuctl report drive.log          a recording as a page with pictures (bmuctl report --help)
   bmuctl history --from today      what the pack did, minute by minute (bmuctl history --help)
   bmuctl wake                      wake the modules of a pack that rests after an undervoltage
+  bmuctl reload                    take up the pack file anew: all of it, or nothing, and what has changed
   bmuctl --json cells | jq .modules[0]
   bmuctl --json drive | jq .drive  the answer to "status", in which the drive is
 
-With --authorised the daemon obeys root and the user it runs as, nobody else; who cleared what is in the log and in
-"bmuctl faults".
+Members of the group bmud may look; clear, wake, reload, balance --on and --off, modules accept and modules assign obey
+members of bmud-admin, root and the user the daemon runs as. Who did what is in the daemon's log, who cleared what in "bmuctl faults", too.
 
 Exit codes: 0 answered; 1 no daemon answers, it went away, or it refused, or the answer cannot be written; 2 command line; 3 answered, but "clear" left a
 fault that does more than warn (what it prints, or "still_present" and "reasons" of --json, say which and why), "modules
@@ -69,7 +72,8 @@ The first table says who is there: the serial number found and, where it is anot
 The second says how they answer: times from POLL to the end of the answer, jitter, complete and missed answers, how often
 a module was asked alone because something was missing, frames refused by reason, restarts.
 
-"accept" and "assign" obey root and the user the daemon runs as, while the pack is open and nobody wants it closed.
+"accept" and "assign" obey members of bmud-admin, root and the user the daemon runs as, while the pack is open and nobody
+wants it closed.
 
 Exit codes of "accept": 0 whoever is there belongs there now, and who is not heard is told; 3 somebody who is there could
 not be accepted (two speak under one number, the pack file names another one), or nobody is heard at the NODE given; 1
@@ -109,6 +113,7 @@ struct CommandRow {
   Page (*page)(const Reply&);
   const char* page_also_asks = nullptr;         // a second question, whose answer the page finds under its name
   bool (*falls_short)(const Reply&) = nullptr;  // was answered, and did not do all that was asked for
+  std::chrono::milliseconds answer_max = ::answer_max;
 };
 
 constexpr std::array command_table{
@@ -122,6 +127,8 @@ constexpr std::array command_table{
     CommandRow{"balance", "balance", "what is bled from which cell, and what speaks against it", balance_page},
     CommandRow{"health", "health", "each cell's capacity and resistance, and what is left of them", health_page},
     CommandRow{"wake", "wake", "wake the modules of a pack that rests after an undervoltage", wake_page},
+    CommandRow{"reload", "reload", "take up the pack file anew, while the pack is open", reload_page, nullptr, nullptr,
+               reload_answer_max},
 };
 
 struct Options {
@@ -159,14 +166,18 @@ bool wants_colour(const Options& options) {
   return ::isatty(STDOUT_FILENO) != 0 && std::getenv("NO_COLOR") == nullptr;
 }
 
-Result<std::string, std::string> answer_to(const nlohmann::json& question, Client& client) {
+Result<std::string, std::string> answer_to(const nlohmann::json& question, Client& client,
+                                           std::chrono::milliseconds at_most = answer_max) {
   if (auto sent = client.send_line(question.dump()); !sent) return failure(sent.error());
-  return client.read_line(answer_max);
+  return client.read_line(at_most);
 }
 
 int refused(const Reply& reply) {
   const std::string message = reply["error"]["message"].text();
-  return fail(message.empty() ? "the daemon's answer makes no sense" : "the daemon refuses: " + message);
+  const Reply problems = reply["error"]["problems"];
+  const int status = fail(message.empty() ? "the daemon's answer makes no sense" : "the daemon refuses: " + message);
+  for (std::size_t i = 0; i < problems.size(); ++i) std::fprintf(stderr, "%s\n", problems.at(i).text().c_str());
+  return status;
 }
 
 int ask(const CommandRow& row, const Options& options) {
@@ -177,7 +188,7 @@ int ask(const CommandRow& row, const Options& options) {
   if (options.node != 0) question["node"] = options.node;
   if (options.balancing_on) question["switch"] = "on";
   if (options.balancing_off) question["switch"] = "off";
-  const auto line = answer_to(question, *client);
+  const auto line = answer_to(question, *client, row.answer_max);
   if (!line) return fail(line.error());
   nlohmann::json json = nlohmann::json::parse(*line, nullptr, false);
   const Reply reply(json);

@@ -31,7 +31,9 @@ std::vector<std::string> Reply::keys() const {
 
 std::optional<std::int64_t> Reply::number() const {
   if (json_ == nullptr || !json_->is_number_integer()) return std::nullopt;
-  return json_->get<std::int64_t>();
+  const bool is_beyond = json_->is_number_unsigned() && json_->get<std::uint64_t>() > std::uint64_t{number_max};
+  const std::int64_t number = is_beyond ? number_max + 1 : json_->get<std::int64_t>();
+  return number >= -number_max && number <= number_max ? std::optional(number) : std::nullopt;
 }
 
 std::string Reply::text() const {

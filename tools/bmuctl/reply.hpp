@@ -15,6 +15,9 @@ namespace bmu {
 
 class Reply {
  public:
+  /// Larger ones no daemon tells: of those up to here a thousand times a difference is still a number.
+  static constexpr std::int64_t number_max = std::int64_t{1} << 52;
+
   Reply() = default;
   explicit Reply(const nlohmann::json& json) : json_(&json) {}
 
@@ -25,6 +28,7 @@ class Reply {
   [[nodiscard]] bool is_known() const { return json_ != nullptr && !json_->is_null(); }
   [[nodiscard]] bool is_true() const { return json_ != nullptr && json_->is_boolean() && json_->get<bool>(); }
   [[nodiscard]] bool is_boolean() const { return json_ != nullptr && json_->is_boolean(); }
+  /// Whole, and at most number_max either side of 0.
   [[nodiscard]] std::optional<std::int64_t> number() const;
   [[nodiscard]] std::int64_t number_or(std::int64_t otherwise) const { return number().value_or(otherwise); }
   [[nodiscard]] std::string text() const;  // "" if it is none

@@ -227,6 +227,48 @@ Span rate_span(const Reply& port) {
   return {found + ", not " + kbit_text(port["rate_wanted_bit_per_s"]), Style::bad};
 }
 
+bool has_controller(const Reply& port) {
+  const std::string state = port["controller"]["state"].text();
+  return !state.empty() && state != "unknown";
+}
+
+Style style_of_controller(std::string_view state) {
+  if (state == "error-active") return Style::good;
+  return state == "error-warning" ? Style::warning : Style::bad;
+}
+
+/// "0 and 128": the errors counted of late in sending and in receiving.
+std::string error_counters(const Reply& controller) {
+  if (!controller["send_errors"].is_known()) return "--";
+  return shown(controller["send_errors"], Unit::none) + " and " + shown(controller["receive_errors"], Unit::none);
+}
+
+/// The controllers of those buses that have one.
+void add_controllers(Page& page, const Reply& ports) {
+  std::vector<Line> rows{{{"Controller", Style::dim},
+                          {"state", Style::dim},
+                          {"errors sent, received", Style::dim},
+                          {"bus-off", Style::dim},
+                          {"restarts", Style::dim},
+                          {"set-up", Style::dim}}};
+  std::vector<std::string> shown_buses;
+  for (std::size_t i = 0; i < ports.size(); ++i) {
+    const std::string bus = ports.at(i)["bus"].text();
+    const bool is_shown = std::find(shown_buses.begin(), shown_buses.end(), bus) != shown_buses.end();
+    if (!has_controller(ports.at(i)) || is_shown) continue;
+    shown_buses.push_back(bus);
+    const Reply controller = ports.at(i)["controller"];
+    const std::string state = controller["state"].text();
+    rows.push_back({plain(bus),
+                    {state, style_of_controller(state)},
+                    plain(error_counters(controller)),
+                    plain(shown(controller["times_bus_off"], Unit::none)),
+                    plain(shown(controller["restarts"], Unit::none)),
+                    plain(controller["set_up"].text())});
+  }
+  if (rows.size() > 1) page.add_table(rows, {2, 3, 4});
+}
+
 void add_buses(Page& page, const Reply& reply) {
   std::vector<Line> rows{{{"Bus", Style::dim},
                           {"", Style::dim},
@@ -257,6 +299,7 @@ void add_buses(Page& page, const Reply& reply) {
     for (Line& row : rows) row.pop_back();
   }
   page.add_table(rows, {3, 4, 5, 6, 7, 8, 9});
+  add_controllers(page, reply["ports"]);
   const Reply receive = reply["receive"];
   Line line{plain(shown(receive["accepted"], Unit::none) + " accepted, " + shown(receive["rejected"], Unit::none) +
                   " rejected")};

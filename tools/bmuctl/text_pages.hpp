@@ -26,6 +26,8 @@ namespace bmu {
 /// Of an assignment that is over, as "modules" and "status" tell it.
 [[nodiscard]] Page assignment_page(const Reply& assignment);
 [[nodiscard]] Page wake_page(const Reply& reply);
+/// In reload_text.cpp: each value that is another one now.
+[[nodiscard]] Page reload_page(const Reply& reply);
 /// What balancing does, why not, and each cell's part in it. In balance_text.cpp.
 [[nodiscard]] Page balance_page(const Reply& reply);
 /// "bleeding 3 cells", "idle: the pack file does not ask for balancing": of a "status" or "balance" reply.

@@ -55,9 +55,10 @@ class ZstdDecoder final : public FrameDecoder {
   }
   ~ZstdDecoder() override { ZSTD_freeDCtx(context_); }
 
-  /// A piece at a time, as the library asks for it: if the next one is damaged, what came before has been given out.
+  /// A piece at a time: of a call that ends in damage the library does not tell what it gave. So a block goes in without
+  /// the header of the next, and text that did not fit comes out before anything more goes in.
   Step step(std::string_view packed, std::span<char> text) override {
-    ZSTD_inBuffer in{packed.data(), std::min(packed.size(), wanted_), 0};
+    ZSTD_inBuffer in{packed.data(), has_text_left_ ? 0 : std::min(packed.size(), piece_), 0};
     ZSTD_outBuffer out{text.data(), text.size(), 0};
     const std::size_t wanted = ZSTD_decompressStream(context_, &out, &in);
     Step done{.taken = in.pos, .given = out.pos};
@@ -66,22 +67,30 @@ class ZstdDecoder final : public FrameDecoder {
       return done;
     }
     done.is_frame_end = wanted == 0;
-    done.has_more = !done.is_frame_end && out.pos == out.size;
-    wanted_ = done.is_frame_end ? header_size_min : wanted;
+    done.has_more = has_text_left_ = !done.is_frame_end && out.pos == out.size;
+    piece_ = done.is_frame_end ? header_size_min : piece_of(wanted);
     return done;
   }
 
   void reset() override {
     ZSTD_DCtx_reset(context_, ZSTD_reset_session_only);
-    wanted_ = header_size_min;
+    piece_ = header_size_min;
+    has_text_left_ = false;
   }
 
  private:
   /// What the shortest header of a frame takes; after that the library says what it wants next.
   static constexpr std::size_t header_size_min = 5;
+  static constexpr std::size_t block_header_size = 3;
+
+  /// It asks for a block with the header of the next; for anything else less at a time does no harm.
+  static std::size_t piece_of(std::size_t wanted) {
+    return wanted > block_header_size ? wanted - block_header_size : wanted;
+  }
 
   ZSTD_DCtx* context_;
-  std::size_t wanted_ = header_size_min;
+  std::size_t piece_ = header_size_min;
+  bool has_text_left_ = false;
 };
 
 // --- gzip -----------------------------------------------------------------------------------------------------------

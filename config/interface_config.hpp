@@ -1,0 +1,14 @@
+// Whether the daemon sets up the CAN interfaces it uses, and to what, besides the bit rate of the internal bus.
+#pragma once
+
+#include <cstdint>
+
+namespace bmu {
+
+struct InterfaceConfig {
+  bool set_up = false;
+  std::int32_t vehicle_kbit_per_s = 500;  // of the vehicle bus, where it has an interface of its own
+  std::int32_t restart_ms = 200;          // after bus-off; 0: the controller stays off the bus
+};
+
+}  // namespace bmu

@@ -1,0 +1,248 @@
+#include "daemon/shell/daemon.hpp"
+
+#include <utility>
+
+#include <unistd.h>
+
+#include "daemon/shell/real_time.hpp"
+
+namespace bmu {
+
+namespace {
+
+// A disk must not hold up the end; this is well within the service manager's patience.
+constexpr Duration state_flush_max = 500ms;
+
+std::string error_with_problems(const std::string& why, const std::vector<std::string>& problems) {
+  Json line{{"ok", false}, {"error", {{"code", "refused"}, {"message", why}}}};
+  if (!problems.empty()) line["error"]["problems"] = problems;
+  return line.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::vector<std::string> texts_of(const ConfigProblems& problems) {
+  std::vector<std::string> texts;
+  for (const ConfigProblem& problem : problems) texts.push_back(to_text(problem));
+  return texts;
+}
+
+bool is_same_pack(const PackConfig& one, const PackConfig& other) {
+  return one.core.hash == other.core.hash && cell_count(one.core) == cell_count(other.core);
+}
+
+}  // namespace
+
+Daemon::Daemon(const Options& options, Journal& journal)
+    : options_(options),
+      journal_(journal),
+      access_({.own_user_id = ::geteuid()}, UserNames(),
+              [&journal](std::string_view line) { journal.log(Severity::warning, line); }) {}
+
+int Daemon::run(PackRead first) {
+  if (auto opened = open(); !opened) return fail({.text = to_text(opened.error())});
+  take_accounts(first);
+  journal_.log(Severity::info, access_.text());
+  auto plan = LifePlan::make(std::move(first), options_, nullptr);
+  if (!plan) return fail(plan.error());
+  plan_ = std::move(*plan);
+  log_state();
+  auto life = DaemonLife::begin(*plan_, world(), {});
+  if (!life) return fail({.text = to_text(life.error())});
+  life_ = std::move(*life);
+  store_->start();
+  if (auto entered = enter_real_time(options_.real_time); !entered) return fail({.text = to_text(entered.error())});
+  while (true) {
+    const auto ended = run_life();
+    if (!ended) return fail({.text = to_text(ended.error())});
+    if (*ended == LoopEnd::ended) break;
+    if (auto begun = begin_next(); !begun) return fail(begun.error());
+  }
+  if (asker_) refuse_reload(std::string(to_text(ReloadRefusal::ending)));
+  journal_.log(Severity::info, "ended");
+  return exit_ok;
+}
+
+Result<void, OsError> Daemon::open() {
+  auto socket = StatusSocket::open({.path = options_.socket});
+  if (!socket) return failure(socket.error());
+  socket_ = std::move(*socket);
+  auto store = StateStore::open({.path = state_path(options_)});
+  if (!store) return failure(store.error());
+  store_ = std::move(*store);
+  auto reader = PackReader::make();
+  if (!reader) return failure(reader.error());
+  reader_ = std::move(*reader);
+  return {};
+}
+
+int Daemon::fail(const LifeFailure& failure) {
+  journal_.log(Severity::error, failure.text);
+  return failure.exit_code;
+}
+
+LifeWorld Daemon::world() {
+  return {.options = options_,
+          .journal = journal_,
+          .notify = notify_,
+          .socket = *socket_,
+          .store = *store_,
+          .access = access_,
+          .reload = [this](const Peer& peer) { return reload_for(peer); },
+          .reload_by_signal = [this](const SignalFrom& from) { reload_by(from); },
+          .pack_reader = {.fd = reader_->fd(), .call = [this] { take_read(); }},
+          .reloads = reloads_};
+}
+
+/// To its end, with what it remembered written.
+Result<LoopEnd, OsError> Daemon::run_life() {
+  auto ended = life_->run();
+  left_at_ = monotonic_now();
+  if (ended && *ended == LoopEnd::left) notify_.away();
+  life_->finish();
+  const bool is_end = !ended || *ended == LoopEnd::ended;
+  if (is_end && !store_->flush(state_flush_max)) {
+    journal_.log(Severity::warning, "the end did not wait for the state file");
+  }
+  return ended;
+}
+
+void Daemon::log_state() const {
+  const StateFound& found = store_->found();
+  if (store_->path().empty()) {
+    return journal_.log(Severity::warning,
+                        "no state file (--state): faults, locks and wear will be forgotten at the end");
+  }
+  if (found.found == FileFound::unreadable) {
+    journal_.log(Severity::error, "the state cannot be read: " + found.problems);
+  } else if (!found.problems.empty()) {
+    journal_.log(Severity::warning, "the state is an older one: " + found.problems);
+  }
+  if (found.unknown_names > 0) {
+    journal_.log(Severity::warning, std::to_string(found.unknown_names) +
+                                        " faults or contactors of the state file are unknown here and left out");
+  }
+  if (!found.charges_problem.empty()) {
+    journal_.log(Severity::warning, "what the cells missed is left out of the state: " + found.charges_problem);
+  }
+  if (!found.soc_problem.empty()) {
+    journal_.log(Severity::warning, "the states of charge are left out of the state: " + found.soc_problem);
+  }
+  journal_.log(Severity::info, "state file " + store_->path() + ": " + std::string(to_text(found.found)) + " found");
+}
+
+// --- reload ---------------------------------------------------------------------------------------------------------
+
+StatusReply Daemon::reload_for(const Peer& peer) {
+  const std::string why = ask_reload({.who = access_.users().text_of(peer), .connection = peer.connection});
+  if (!why.empty()) return refusal("refused", why);
+  return {.line = "", .is_later = true};
+}
+
+void Daemon::reload_by(const SignalFrom& from) {
+  const Peer sender{.user_id = from.user_id, .process_id = from.process_id};
+  const std::string who = access_.users().text_of(sender) + " with SIGHUP";
+  const std::string why = ask_reload({.who = who});
+  if (!why.empty()) journal_.log(Severity::warning, "reload by " + who + " refused: " + why);
+}
+
+/// "" if the file is being read now; else why not.
+std::string Daemon::ask_reload(Asker asker) {
+  if (asker_) return std::string(to_text(ReloadRefusal::under_way));
+  notify_.reloading(monotonic_now());
+  std::string why;
+  if (const ReloadRefusal refusal = reload_refusal(life_->core(), monotonic_now()); refusal != ReloadRefusal::none) {
+    why = to_text(refusal);
+  } else if (const auto begun = reader_->begin(options_.config, state_path(options_)); !begun) {
+    why = to_text(begun.error());
+  }
+  if (why.empty()) {
+    asker_ = std::move(asker);
+  } else {
+    notify_.ready();
+  }
+  return why;
+}
+
+/// What has been read meanwhile is looked at; so is whether the pack is still open.
+void Daemon::take_read() {
+  auto read = reader_->take();
+  if (!read || !asker_) return;
+  const ReloadRefusal refusal = reload_refusal(life_->core(), monotonic_now());
+  if (!*read) {
+    refuse_reload(options_.config + " is not good; nothing has changed", texts_of(read->error()));
+  } else if (refusal != ReloadRefusal::none) {
+    refuse_reload(std::string(to_text(refusal)));
+  } else {
+    plan_next(std::move(**read));
+  }
+  if (!asker_) notify_.ready();  // this life goes on
+}
+
+void Daemon::plan_next(PackRead read) {
+  done_ = {.hash_before = hash_text(plan_->wanted),
+           .hash_now = hash_text(read.file_pack),
+           .changes = pack_changes(plan_->wanted.sources, read.file_pack.sources),
+           .warnings = texts_of(read.warnings)};
+  if (is_same_pack(read.cell_count->pack(), plan_->wanted)) {
+    take_accounts(read);
+    return end_reload(done_);
+  }
+  auto next = LifePlan::make(std::move(read), options_, plan_.get());
+  if (!next) return refuse_reload(next.error().text + "; nothing has changed");
+  next_ = std::move(*next);
+  done_.is_new_life = true;
+  journal_.log(Severity::info,
+               "reload by " + asker_->who + ": this life ends, the next one has configuration " + done_.hash_now);
+  life_->leave();
+}
+
+/// The life that was left is over. If the next one cannot be, the one before has to be again.
+Result<void, LifeFailure> Daemon::begin_next() {
+  const Legacy legacy = life_->legacy();
+  store_->carry_over(life_->core().persistent());
+  life_.reset();
+  auto life = DaemonLife::begin(*next_, world(), legacy);
+  if (life) {
+    plan_ = std::move(next_);
+    life_ = std::move(*life);
+    take_accounts(plan_->read);
+    ++reloads_;
+    done_.away = monotonic_now() - left_at_;
+    end_reload(done_);
+    return {};
+  }
+  const std::string why = to_text(life.error());
+  next_.reset();
+  auto again = DaemonLife::begin(*plan_, world(), legacy);
+  if (!again) return failure(LifeFailure{.text = why + "; and then: " + to_text(again.error())});
+  life_ = std::move(*again);
+  refuse_reload(why + "; the configuration of before is in force again");
+  return {};
+}
+
+void Daemon::take_accounts(const PackRead& read) {
+  access_.replace(read.groups, read.users);
+  if (auto set = socket_->set_for_all(access_.is_by_group()); !set) {
+    journal_.log(Severity::warning, to_text(set.error()));
+  }
+  socket_->set_door([this](const Peer& peer) {
+    return access_.may(peer, Right::read) ? "" : access_.refuse(peer, Right::read, "read here", monotonic_now());
+  });
+}
+
+void Daemon::refuse_reload(const std::string& why, const std::vector<std::string>& problems) {
+  const Asker asker = *std::exchange(asker_, std::nullopt);
+  journal_.log(Severity::warning, "reload by " + asker.who + " refused: " + why);
+  for (const std::string& problem : problems) journal_.log(Severity::warning, problem);
+  if (asker.connection != 0) socket_->answer_later(asker.connection, error_with_problems(why, problems));
+}
+
+void Daemon::end_reload(const ReloadDone& done) {
+  const Asker asker = *std::exchange(asker_, std::nullopt);
+  for (const std::string& line : reload_lines(done)) {
+    journal_.log(Severity::info, "reload by " + asker.who + ": " + line);
+  }
+  for (const std::string& warning : done.warnings) journal_.log(Severity::warning, warning);
+  if (asker.connection != 0) socket_->answer_later(asker.connection, reply_line("reload", reload_json(done)));
+}
+
+}  // namespace bmu

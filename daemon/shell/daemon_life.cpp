@@ -1,0 +1,233 @@
+#include "daemon/shell/daemon_life.hpp"
+
+#include <random>
+#include <utility>
+
+#include "config/bus_checks.hpp"
+#include "daemon/shell/history_log.hpp"
+
+namespace bmu {
+
+namespace {
+
+constexpr std::uint64_t bytes_per_MB = 1'000'000;
+/// More than any receive queue holds.
+constexpr int waiting_frames_max = 100'000;
+
+BusNames bus_names(const Options& options, const PackConfig& pack) {
+  const bool is_shared = pack.buses.internal == pack.buses.vehicle;
+  BusNames names = pack.buses;
+  if (!options.bus_internal.empty()) names.internal = options.bus_internal;
+  if (!options.bus_vehicle.empty()) {
+    names.vehicle = options.bus_vehicle;
+  } else if (is_shared) {
+    names.vehicle = names.internal;
+  }
+  return names;
+}
+
+MemoryOptions memory_options(const Options& options) {
+  return {.history_path = history_path(options),
+          .black_box_folder = black_box_folder(options),
+          .record_folder = options.record,
+          .record_file_bytes = options.record_file_MB * bytes_per_MB,
+          .record_total_bytes = options.record_total_MB * bytes_per_MB};
+}
+
+/// The same interfaces, which let the same identifiers in.
+bool has_same_ports(const PackConfig& one, const PackConfig& other) {
+  return one.buses.internal == other.buses.internal && one.buses.vehicle == other.buses.vehicle &&
+         vehicle_receive_ids(one.core) == vehicle_receive_ids(other.core);
+}
+
+/// The interfaces among the buses, each once, and what they are to be.
+std::vector<LinkWanted> wanted_links(const PackConfig& pack) {
+  constexpr std::uint32_t kbit = 1'000;
+  const InterfaceConfig& interfaces = pack.interfaces;
+  const auto wanted = [&](const std::string& name, std::int32_t kbit_per_s) -> LinkWanted {
+    if (!interfaces.set_up) return {.interface_name = name};
+    return {.interface_name = name,
+            .set_up = LinkSettings{.bit_rate_bit_per_s = static_cast<std::uint32_t>(kbit_per_s) * kbit,
+                                   .restart_ms = static_cast<std::uint32_t>(interfaces.restart_ms)}};
+  };
+  std::vector<LinkWanted> links;
+  if (!is_embedded_bus(pack.buses.internal)) {
+    links.push_back(wanted(pack.buses.internal, pack.buses.internal_kbit_per_s));
+  }
+  if (!is_embedded_bus(pack.buses.vehicle) && pack.buses.vehicle != pack.buses.internal) {
+    links.push_back(wanted(pack.buses.vehicle, interfaces.vehicle_kbit_per_s));
+  }
+  return links;
+}
+
+/// What came before a life begins is of unknown age, and may be of the life before: its own commands, heard by somebody
+/// who has not sent them, would be those of a second master.
+void discard_waiting(const Buses& buses) {
+  for (const Port port : {Port::internal, Port::vehicle}) {
+    ReceivedFrame ignored;
+    BusPort& bus = buses.serving(port);
+    for (int i = 0; i < waiting_frames_max && bus.read(ignored) != ReadStatus::empty; ++i) {
+    }
+  }
+}
+
+}  // namespace
+
+// --- plan -----------------------------------------------------------------------------------------------------------
+
+Result<std::unique_ptr<LifePlan>, LifeFailure> LifePlan::make(PackRead read, const Options& options,
+                                                              const LifePlan* before) {
+  auto plan = std::make_unique<LifePlan>();
+  plan->read = std::move(read);
+  plan->wanted = plan->read.cell_count->pack();
+  plan->wanted.buses = bus_names(options, plan->wanted);
+  if (before != nullptr && has_same_ports(plan->wanted, before->wanted)) {
+    plan->buses = before->buses;
+  } else {
+    auto opened = open_buses(plan->wanted.buses, plan->wanted.core);
+    if (!opened) return failure(LifeFailure{.exit_code = exit_system, .text = to_text(opened.error())});
+    plan->buses = std::make_shared<Buses>(std::move(*opened));
+  }
+  const RateFinding rate = judge_rate(plan->wanted, options.config, plan->buses->internal->rate_bit_per_s());
+  if (rate.verdict == RateVerdict::too_slow) {
+    return failure(
+        LifeFailure{.exit_code = exit_config,
+                    .text = rate.text + ": set the interface to the bit rate of the pack file, or mend the file"});
+  }
+  const bool differs = rate.verdict == RateVerdict::differs;
+  plan->pack = differs ? at_rate(plan->wanted, rate.found_bit_per_s) : plan->wanted;
+  return plan;
+}
+
+// --- life -----------------------------------------------------------------------------------------------------------
+
+Result<std::unique_ptr<DaemonLife>, OsError> DaemonLife::begin(const LifePlan& plan, const LifeWorld& world,
+                                                               const Legacy& legacy) {
+  std::unique_ptr<DaemonLife> life(new DaemonLife(plan, world));
+  if (auto done = life->set_up(legacy); !done) return failure(done.error());
+  return life;
+}
+
+DaemonLife::DaemonLife(const LifePlan& plan, const LifeWorld& world)
+    : plan_(plan), world_(world), rate_(plan.wanted, world.options.config) {}
+
+Result<void, OsError> DaemonLife::set_up(const Legacy& legacy) {
+  log_begin();
+  if (rate_.update(*plan_.buses->internal)) log(rate_.severity(true), rate_.finding().text);
+  if (plan_.pack.gpio) lines_.emplace(gpio_.emplace(*plan_.pack.gpio));
+  make_core();
+  auto memory = Memory::open(memory_options(world_.options), plan_.pack, *core_, world_.journal);
+  if (!memory) return failure(memory.error());
+  memory_ = std::move(*memory);
+  open_pack_ = std::make_shared<OpenPack>(*core_);
+  if (auto started = start_console(); !started) return started;
+  if (auto started = start_link_watch(); !started) return started;
+  make_loop(legacy);
+  make_requests();
+  if (auto ready = loop_->init(); !ready) return ready;
+  // What cannot be had now is tried again while running: without it nothing closes, and the reason is told.
+  if (gpio_) static_cast<void>(gpio_->open());
+  discard_waiting(*plan_.buses);
+  return {};
+}
+
+void DaemonLife::log_begin() const {
+  const PackConfig& pack = plan_.wanted;
+  if (!plan_.read.cell_count->told().empty()) log(Severity::warning, plan_.read.cell_count->told());
+  log(Severity::info, "bmud " BMUD_VERSION ": " + pack.name + ", " + std::to_string(pack.core.modules.size()) +
+                          " modules, " + std::to_string(cell_count(pack.core)) + " cells, configuration " +
+                          hash_text(pack));
+  log(Severity::info, "buses: internal " + pack.buses.internal + ", vehicle " + pack.buses.vehicle +
+                          "; status socket " + world_.options.socket);
+  log(Severity::info, bus_use_text(pack));
+}
+
+void DaemonLife::make_core() {
+  // Not the counters of the life before: whoever heard its last frame would take the first of this one for it.
+  const auto first_counter = static_cast<std::uint8_t>(std::random_device{}());
+  core_ = std::make_unique<Core>(plan_.pack.core, monotonic_now(), first_counter);
+  const StateFound& found = world_.store.found();
+  if (!world_.store.path().empty() || found.state) core_->restore(found.state.value_or(PersistentState{}));
+}
+
+/// None if neither the pack file nor the option names a device.
+Result<void, OsError> DaemonLife::start_console() {
+  SerialConfig serial = plan_.pack.serial;
+  if (!world_.options.serial.empty()) serial.device = world_.options.serial;
+  if (serial.device.empty()) return {};
+  auto console = SerialConsole::start(
+      {.device = serial.device, .bit_rate_Bd = serial.bit_rate_Bd},
+      {.set_cell_count = [cell_count = plan_.read.cell_count, open_pack = open_pack_](
+                             std::size_t wanted) { return cell_count->set(wanted, open_pack->is_open()); },
+       .log_source = history_log(history_path(world_.options)),
+       .log = [&journal = world_.journal](Severity severity, std::string_view line) { journal.log(severity, line); }});
+  if (!console) return failure(console.error());
+  console_ = std::move(*console);
+  return {};
+}
+
+Result<void, OsError> DaemonLife::start_link_watch() {
+  const auto log_line = [&journal = world_.journal](Severity severity, std::string_view line) {
+    journal.log(severity, line);
+  };
+  auto watch = LinkWatch::start(wanted_links(plan_.wanted), log_line);
+  if (!watch) return failure(watch.error());
+  links_ = std::move(*watch);
+  return {};
+}
+
+void DaemonLife::make_loop(const Legacy& legacy) {
+  std::vector<CoreTap*> taps = memory_->taps();
+  taps.push_back(open_pack_.get());
+  std::vector<CommandGiven> first;
+  if (legacy.is_balancing_off) first.push_back({.command = Command::balancing_off});
+  loop_ = std::make_unique<Loop>(
+      LoopParts{.core = *core_,
+                .buses = *plan_.buses,
+                .status_socket = world_.socket,
+                .journal = world_.journal,
+                .notify = world_.notify,
+                .store = world_.store,
+                .rate = rate_,
+                .lines = lines_ ? &*lines_ : nullptr,
+                .history = &memory_->history(),
+                .taps = std::move(taps),
+                .each_second = {[this] { memory_->tell(); }, [this] { world_.access.tell_left_out(monotonic_now()); }},
+                .watched = {world_.pack_reader},
+                .first = std::move(first),
+                .on_reload = world_.reload_by_signal});
+}
+
+void DaemonLife::make_requests() {
+  requests_ = std::make_unique<StatusRequests>(
+      StatusActions{.make_view = [this] { return view(); },
+                    .carry_out = [this](const CommandGiven& command) { loop_->carry_out(command); },
+                    .log = [this](std::string_view line) { log(Severity::info, line); },
+                    .access = world_.access,
+                    .reload = world_.reload});
+  loop_->set_answers([this](std::string_view line, const Peer& peer) { return requests_->answer(line, peer); },
+                     [this] { return requests_->picture(); });
+}
+
+StatusView DaemonLife::view() const {
+  return {.core = *core_,
+          .buses = *plan_.buses,
+          .loop = loop_->counters(),
+          .drive = loop_->drive(),
+          .store = world_.store,
+          .history = memory_->history(),
+          .rate = rate_.finding(),
+          .users = world_.access.users(),
+          .lines = lines_ ? &*lines_ : nullptr,
+          .recorder = memory_->recorder(),
+          .links = links_.get(),
+          .pack_name = plan_.pack.name,
+          .cell_name = plan_.pack.cell_name,
+          .reloads = world_.reloads,
+          .log_lines_lost = world_.journal.lines_lost(),
+          .notify_sends_failed = world_.notify.sends_failed(),
+          .clients_dropped = world_.socket.clients_dropped(),
+          .now = monotonic_now()};
+}
+
+}  // namespace bmu

@@ -1,0 +1,118 @@
+// One life of the daemon: all that is made from one pack file, from its buses to the core and what remembers what it
+// did. It ends with the process, or when another pack file is taken up; the next one then begins as after a restart.
+//
+//   plan     what can be found wrong with a pack on this machine, found before anything that runs is touched
+//   begin    the core and everything around it; the contactors are commanded open with the first tick
+//   run      until the process is to end, or leave()
+//   finish   what is remembered has been written, as far as a disk takes it soon
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/pack_config.hpp"
+#include "daemon/shell/access.hpp"
+#include "daemon/shell/buses.hpp"
+#include "daemon/shell/gpio_lines.hpp"
+#include "daemon/shell/journal.hpp"
+#include "daemon/shell/line_feeder.hpp"
+#include "daemon/shell/link_watch.hpp"
+#include "daemon/shell/loop.hpp"
+#include "daemon/shell/memory.hpp"
+#include "daemon/shell/options.hpp"
+#include "daemon/shell/pack_reader.hpp"
+#include "daemon/shell/rate_watch.hpp"
+#include "daemon/shell/serial_console.hpp"
+#include "daemon/shell/service_notify.hpp"
+#include "daemon/shell/state_store.hpp"
+#include "daemon/shell/status_requests.hpp"
+#include "daemon/shell/status_socket.hpp"
+
+namespace bmu {
+
+/// Why a life cannot begin, and what the process ends with if it is the first.
+struct LifeFailure {
+  int exit_code = exit_system;
+  std::string text;
+};
+
+/// A pack as it will be run: with the command line's buses, the cell count that was set, at the rate that was found.
+struct LifePlan {
+  PackRead read;
+  PackConfig wanted;  // at the rate that the file reckons with
+  PackConfig pack;    // at the one that was found
+  std::shared_ptr<Buses>
+      buses;  // those of the life before where they are the same: nothing is missed, nothing can fail
+
+  /// `before`: of the life that runs, if one does.
+  [[nodiscard]] static Result<std::unique_ptr<LifePlan>, LifeFailure> make(PackRead read, const Options& options,
+                                                                           const LifePlan* before);
+};
+
+/// What is there before a life, and after it.
+struct LifeWorld {
+  const Options& options;
+  Journal& journal;
+  ServiceNotify& notify;
+  StatusSocket& socket;
+  StateStore& store;
+  Access& access;
+  std::function<StatusReply(const Peer&)> reload;
+  std::function<void(const SignalFrom&)> reload_by_signal;
+  Watched pack_reader;
+  const std::uint64_t& reloads;  // so far, for the status
+};
+
+/// What one life leaves to the next beside the state: orders that hold until the process ends.
+struct Legacy {
+  bool is_balancing_off = false;
+};
+
+class DaemonLife {
+ public:
+  /// With the state that the store has found, or was carried over. The plan outlives it.
+  [[nodiscard]] static Result<std::unique_ptr<DaemonLife>, OsError> begin(const LifePlan& plan, const LifeWorld& world,
+                                                                          const Legacy& legacy);
+  DaemonLife(const DaemonLife&) = delete;
+  DaemonLife& operator=(const DaemonLife&) = delete;
+  ~DaemonLife() = default;
+
+  [[nodiscard]] Result<LoopEnd, OsError> run() { return loop_->run(); }
+  void leave() { loop_->leave(); }
+  void finish() { memory_->end(); }
+
+  [[nodiscard]] const Core& core() const { return *core_; }
+  [[nodiscard]] Legacy legacy() const { return {.is_balancing_off = core_->is_balancing_switched_off()}; }
+
+ private:
+  DaemonLife(const LifePlan& plan, const LifeWorld& world);
+
+  [[nodiscard]] Result<void, OsError> set_up(const Legacy& legacy);
+  void make_core();
+  [[nodiscard]] Result<void, OsError> start_console();
+  [[nodiscard]] Result<void, OsError> start_link_watch();
+  void make_loop(const Legacy& legacy);
+  void make_requests();
+  [[nodiscard]] StatusView view() const;
+  void log_begin() const;
+  void log(Severity severity, std::string_view line) const { world_.journal.log(severity, line); }
+
+  const LifePlan& plan_;
+  LifeWorld world_;
+  RateWatch rate_;
+  std::optional<GpioLines> gpio_;
+  std::optional<LineFeeder> lines_;
+  std::unique_ptr<Core> core_;
+  std::unique_ptr<Memory> memory_;
+  std::shared_ptr<OpenPack> open_pack_;
+  std::unique_ptr<SerialConsole> console_;
+  std::unique_ptr<LinkWatch> links_;
+  std::unique_ptr<Loop> loop_;
+  std::unique_ptr<StatusRequests> requests_;
+};
+
+}  // namespace bmu

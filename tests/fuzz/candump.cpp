@@ -1,0 +1,47 @@
+// Lines of a candump log: what is taken is written again and read as the same, what is not is complained about at a
+// place that the line has.
+//
+// Input: lines.
+#include "protocol/candump.hpp"
+
+#include <array>
+
+#include "tests/fuzz/fuzz.hpp"
+
+using namespace bmu;
+
+namespace {
+
+void check_long_frame(const LogLine& line) {
+  std::array<std::uint8_t, xl_bytes_max> bytes{};
+  const LongFrame frame = long_frame_of(line);
+  const std::size_t count = unpack(frame, bytes);
+  FUZZ_CHECK(count <= (frame.is_xl ? xl_bytes_max : fd_bytes_max));
+}
+
+void check_line(const LogLine& line) {
+  FUZZ_CHECK(line.time_us >= 0 && !line.bus.empty() && line.bus.size() <= bus_name_length_max);
+  FUZZ_CHECK(line.frame.length <= 8 && line.frame.id <= 0x1FFF'FFFF);
+  static std::array<char, long_log_line_length_max> room;
+  const std::size_t length = print_log_line(line, room);
+  FUZZ_CHECK(length <= log_line_length_max + line.long_frame.size());
+  const auto again = parse_log_line({room.data(), length});
+  FUZZ_CHECK(again && again->kind == line.kind && again->direction == line.direction);
+  FUZZ_CHECK(again->length_code == line.length_code && again->time_us == line.time_us && again->bus == line.bus);
+  FUZZ_CHECK(again->frame == line.frame && again->long_frame == line.long_frame);
+  if (line.kind == LogLineKind::fd_frame) check_long_frame(line);
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  for (const std::string_view line : fuzz::lines_of(fuzz::text_of(data, size))) {
+    const auto parsed = parse_log_line(line);
+    if (!parsed) {
+      FUZZ_CHECK(parsed.error().column <= line.size() && to_text(parsed.error().wanted) != "?");
+    } else if (parsed->kind != LogLineKind::nothing) {
+      check_line(*parsed);
+    }
+  }
+  return 0;
+}

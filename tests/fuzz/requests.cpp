@@ -1,0 +1,149 @@
+// Requests of the status socket to a core that drives: each has one line of JSON that says whether it was done, a
+// refused one has done nothing, and nobody without authority does what needs it. No request closes a contactor.
+//
+// Input: lines. Those that begin with '@' are about the world, the others are requests:
+//
+//   @user 1000    who asks from here on; at first it is root
+//   @run 50       milliseconds, 200 at most
+//   @key off, @key on
+//   @silent 2     a module says nothing any more
+#include <charconv>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/shell/status_requests.hpp"
+#include "tests/fuzz/fuzz.hpp"
+#include "tests/support/core_bench.hpp"
+
+using namespace bmu;
+
+namespace {
+
+/// A bus that is there and does nothing.
+class QuietPort final : public BusPort {
+ public:
+  [[nodiscard]] int fd() const override { return -1; }
+  [[nodiscard]] ReadStatus read(ReceivedFrame& /*out*/) override { return ReadStatus::empty; }
+  [[nodiscard]] Result<void, SendError> send(const CanFrame& /*frame*/) override { return {}; }
+  void maintain() override {}
+  [[nodiscard]] BusState state() const override { return BusState::up; }
+  [[nodiscard]] std::uint64_t frames_lost() const override { return 0; }
+  [[nodiscard]] const std::string& name() const override { return name_; }
+  [[nodiscard]] std::string last_error() const override { return {}; }
+
+ private:
+  std::string name_ = "can0";
+};
+
+/// The pack that every input begins with: closed, and asked for.
+const test::CoreBench& driving() {
+  static const test::CoreBench bench = [] {
+    test::CoreBench made(test::small_pack());
+    FUZZ_CHECK(made.close());
+    made.run(200ms);
+    return made;
+  }();
+  return bench;
+}
+
+class Daemon {
+ public:
+  Daemon() {
+    buses_.internal = std::make_unique<QuietPort>();
+    FUZZ_CHECK(store_.has_value());
+  }
+
+  void take(std::string_view line) {
+    if (line.starts_with('@')) return change_world(fuzz::pieces_of(line, " "));
+    ask(line);
+  }
+
+ private:
+  static constexpr std::uint32_t own_user_id = 990;
+
+  void change_world(const std::vector<std::string_view>& words) {
+    std::uint32_t number = 0;
+    const std::string_view word = words.size() > 1 ? words[1] : std::string_view{};
+    std::from_chars(word.data(), word.data() + word.size(), number);
+    if (words[0] == "@user") peer_.user_id = number;
+    if (words[0] == "@run") bench_.run(std::chrono::milliseconds(std::min(number, 200U)));
+    if (words[0] == "@key") bench_.inputs.vehicle_on = word == "on";
+    if (words[0] == "@silent") bench_.modules[number % bench_.modules.size()].talks = false;
+  }
+
+  [[nodiscard]] StatusView view() const {
+    return {.core = bench_.core(),
+            .buses = buses_,
+            .loop = loop_,
+            .drive = drive_,
+            .store = **store_,
+            .history = history_,
+            .rate = rate_,
+            .users = users_,
+            .pack_name = "small \xFF pack",
+            .cell_name = "round",
+            .now = bench_.now()};
+  }
+
+  void carry_out(const CommandGiven& command) {
+    ++carried_out_;
+    const bool has_authority = peer_.user_id == 0 || peer_.user_id == own_user_id;
+    FUZZ_CHECK(command.user_id == peer_.user_id && command.command != Command::shut_down);
+    FUZZ_CHECK(command.authority == Authority::user || has_authority);
+    const ContactorOutputs before = bench_.core().outputs();
+    bench_.observe(command);
+    bench_.run(10ms);
+    FUZZ_CHECK(!bench_.core().outputs().any_contactor() || before.any_contactor());
+  }
+
+  void ask(std::string_view request) {
+    const int carried_out_before = carried_out_;
+    const StatusReply reply = requests_.answer(request, peer_);
+    if (reply.picture_period) {
+      FUZZ_CHECK(reply.line.empty() && *reply.picture_period >= 50ms && *reply.picture_period <= 60s);
+      check_line(requests_.picture());
+      return;
+    }
+    const nlohmann::json json = check_line(reply.line);
+    if (json["ok"] == true) {
+      FUZZ_CHECK(json["cmd"].is_string());
+      return;
+    }
+    FUZZ_CHECK(json["error"]["code"].is_string() && json["error"]["message"].is_string());
+    // "refused" is the core's word: it was asked.
+    FUZZ_CHECK(json["error"]["code"] != "internal");
+    if (json["error"]["code"] != "refused") FUZZ_CHECK(carried_out_ == carried_out_before);
+  }
+
+  static nlohmann::json check_line(const std::string& line) {
+    FUZZ_CHECK(std::none_of(line.begin(), line.end(), [](char one) { return one >= 0 && one < ' '; }));
+    nlohmann::json json = nlohmann::json::parse(line, nullptr, false);
+    FUZZ_CHECK(!json.is_discarded() && json.is_object() && json.contains("ok") && json["ok"].is_boolean());
+    return json;
+  }
+
+  test::CoreBench bench_ = driving();
+  Peer peer_{.user_id = 0};
+  int carried_out_ = 0;
+  Buses buses_;
+  LoopCounters loop_;
+  DriveRecord drive_;
+  Result<std::unique_ptr<StateStore>, OsError> store_ = StateStore::open({});
+  HistoryStore history_{{}, {}};
+  RateFinding rate_;
+  UserNames users_{"/dev/null"};
+  StatusRequests requests_{{.make_view = [this] { return view(); },
+                            .carry_out = [this](const CommandGiven& command) { carry_out(command); },
+                            .log = [](std::string_view line) { FUZZ_CHECK(!line.empty()); },
+                            .own_user_id = own_user_id}};
+};
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  constexpr std::size_t lines_max = 24;
+  Daemon daemon;
+  for (const std::string_view line : fuzz::lines_of(fuzz::text_of(data, size), lines_max)) daemon.take(line);
+  return 0;
+}

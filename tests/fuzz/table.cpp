@@ -1,0 +1,30 @@
+// CSV files of test benches: the rows have the columns that were asked for and the numbers that must be there; what is
+// wrong is one line.
+//
+// Input: a file, packed with gzip or not.
+#include <cmath>
+
+#include "tests/fuzz/fuzz.hpp"
+#include "tests/fuzz/memory_file.hpp"
+#include "tools/bmucell/csv_file.hpp"
+
+using namespace bmu;
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const fuzz::MemoryFile file(fuzz::text_of(data, size));
+  const auto table = cell::read_csv<3>(file.path(), {.names = {"time_s", "current_A", "voltage_V"},
+                                                     .needed = 2,
+                                                     .always = 1,
+                                                     .head = "time_s,current_A[,voltage_V]"});
+  if (!table) {
+    FUZZ_CHECK(!table.error().empty() && table.error().find('\n') == std::string::npos);
+    return 0;
+  }
+  FUZZ_CHECK(table->has_column[0] && table->has_column[1] && !table->rows.empty());
+  for (const auto& row : table->rows) {
+    FUZZ_CHECK(std::isfinite(row[0]));
+    for (const double number : row) FUZZ_CHECK(!std::isinf(number));
+    FUZZ_CHECK(table->has_column[2] || std::isnan(row[2]));
+  }
+  return 0;
+}

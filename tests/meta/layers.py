@@ -1,0 +1,89 @@
+#!/usr/bin/env python3
+"""Who may include whom (docs/architecture.md), and that nothing lies about unused.
+
+The arrows of the folders are held for every source file; each header of the product is included by somebody; each source of it is compiled.
+What the pure parts may include of the standard library is purity.sh's business.
+"""
+import pathlib
+import re
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+# What a folder may include besides itself. The longest that fits a file's path counts.
+LAYERS = {
+    "protocol": [],
+    "mmu": ["protocol", "daemon/core/core_config.hpp", "daemon/core/cell_model.hpp"],
+    "daemon/core": ["protocol"],
+    "config": ["daemon/core", "protocol"],
+    "daemon/history": ["daemon/core", "protocol"],
+    "daemon/recording": ["config", "daemon/core", "protocol"],
+    "daemon/shell": ["config", "daemon/core", "daemon/history", "daemon/recording", "protocol"],
+    # A program's command line is told like those of the tools.
+    "daemon/shell/options.cpp": ["config", "daemon", "protocol", "tools/common/command_line.hpp"],
+    "tools/common": ["config", "daemon", "mmu", "protocol"],
+    "tools/report": ["config", "daemon", "protocol", "tools/common"],
+    "tools/bmucell": ["config", "daemon/core", "protocol", "tools/common"],
+    "tools/bmuctl": ["daemon", "protocol", "tools/common", "tools/report"],
+    "tools/bmudump": ["daemon/shell/bus_port.hpp", "protocol", "tools/common"],
+    "tools/bmureplay": ["config", "daemon", "protocol", "tools/common"],
+    "tools/mmusim": ["config", "daemon", "mmu", "protocol", "tools/common"],
+    # Tests may look at everything; nobody else looks at tests.
+    "tests": ["config", "daemon", "mmu", "protocol", "tools"],
+}
+INCLUDE = re.compile(r'^#include "([^"]+)"', re.MULTILINE)
+
+
+def is_below(path, folder):
+    return path == folder or path.startswith(folder + "/")
+
+
+def layer_of(path):
+    fitting = [name for name in LAYERS if is_below(path, name)]
+    return max(fitting, key=len) if fitting else None
+
+
+def wrong_includes(path, text):
+    layer = layer_of(path)
+    if layer is None:
+        yield f"{path}: belongs to no layer; name its folder in tests/meta/layers.py"
+        return
+    own = layer if "." not in layer else str(pathlib.PurePath(layer).parent)
+    for included in INCLUDE.findall(text):
+        beside = (ROOT / path).parent / included
+        if "/" not in included and beside.exists():
+            continue
+        if not any(is_below(included, allowed) for allowed in [own, *LAYERS[layer]]):
+            yield f"{path}: includes {included}, which {layer} may not"
+
+
+def unused(sources):
+    texts = "\n".join(sources.values())
+    included = set(INCLUDE.findall(texts))
+    lists = "\n".join(path.read_text() for path in ROOT.rglob("CMakeLists.txt") if "build" not in path.parts[len(ROOT.parts)])
+    lists += "\n".join(path.read_text() for path in ROOT.rglob("*.cmake") if "build" not in path.parts[len(ROOT.parts)])
+    globs = re.findall(r"/([\w/]*)\*(\w*)\.cpp", lists)
+    for path in sources:
+        name = pathlib.PurePath(path).name
+        # What tests are made of is found by other means: some of it is compiled by scripts.
+        if path.startswith("tests/"):
+            continue
+        if path.endswith(".hpp") and path not in included and name not in included:
+            yield f"{path}: nobody includes it"
+        is_globbed = any(re.search(rf"(^|/){folder}[^/]*{end}\.cpp$", path) for folder, end in globs)
+        if path.endswith(".cpp") and not is_globbed and not re.search(rf"[\s/]{re.escape(name)}\b", lists):
+            yield f"{path}: no CMakeLists.txt compiles it"
+
+
+def main():
+    listed = subprocess.run(["git", "-C", ROOT, "ls-files", "*.cpp", "*.hpp"], check=True, capture_output=True, text=True).stdout
+    sources = {path: (ROOT / path).read_text() for path in listed.splitlines() if (ROOT / path).exists()}
+    problems = [problem for path, text in sources.items() for problem in wrong_includes(path, text)]
+    problems += unused(sources)
+    for problem in problems:
+        print(problem, file=sys.stderr)
+    sys.exit(1 if problems else 0)
+
+
+main()

@@ -1,0 +1,111 @@
+#!/usr/bin/env python3
+"""Every requirement has a test that bears its identifier as a tag, and every such tag is a requirement's.
+
+docs/requirements.md is made of docs/requirements.rows and of the tests; without an option it is checked, so that neither a
+requirement without a test nor a page that is not of today passes.
+
+usage: tests/meta/requirements.py [--write]
+"""
+import pathlib
+import re
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+ROWS = ROOT / "docs/requirements.rows"
+PAGE = ROOT / "docs/requirements.md"
+STATES = ("met", "part", "open", "hardware")
+IDENTIFIER = re.compile(r"(?:BMS_F|BMS_NF)\.\d+|(?:MMU|BMU|FS|RR)_[A-Z0-9]+")
+# A text may be several literals, one behind the other.
+TEXTS = r'((?:"(?:[^"\\]|\\.)*"\s*)+)'
+TEST_CASE = re.compile(r"(?:TEST_CASE|SCENARIO)\(\s*" + TEXTS + r",\s*" + TEXTS + r"\)", re.DOTALL)
+# More than these are only counted: the page is for reading, the tag finds them all.
+SHOWN_MAX = 3
+
+HEAD = """# Requirements
+
+What is asked for, how far it is, where to find it in the code, and which tests show it. `met`: everything the requirement asks of
+this program is there; `part`: what is there is named, the rest is not built yet; `open`: not built yet; `hardware`: a property of a
+board, here a parameter of the emulated one. A test bears the identifiers of what it shows as tags: `build/bin/test_unit "[FS_2]"`
+runs what shows FS_2 there. This page is made by `tests/meta/requirements.py --write`; a requirement without a test fails.
+
+| id | state | what it asks | built in | shown by |
+|---|---|---|---|---|
+"""
+
+
+def literal(text):
+    return "".join(re.findall(r'"((?:[^"\\]|\\.)*)"', text)).replace('\\"', '"').replace("\\\\", "\\")
+
+
+def read_rows():
+    rows = []
+    for number, line in enumerate(ROWS.read_text().splitlines(), 1):
+        if line.startswith("#") or not line.strip():
+            continue
+        cells = [cell.strip() for cell in line.split("|")]
+        if len(cells) != 5 or not IDENTIFIER.fullmatch(cells[0]) or cells[1] not in STATES:
+            sys.exit(f"{ROWS}:{number}: found '{line}', wanted identifier | one of {', '.join(STATES)} | text | files | pages")
+        rows.append(cells)
+    return rows
+
+
+def tests_by_requirement():
+    """Of each identifier the tests that bear it: (program, name)."""
+    found = {}
+    for path in sorted((ROOT / "tests").rglob("*.cpp")):
+        for name, tags in TEST_CASE.findall(path.read_text()):
+            for identifier in re.findall(r"\[([^\]]+)\]", literal(tags)):
+                if IDENTIFIER.fullmatch(identifier):
+                    found.setdefault(identifier, []).append((path.parent.name, literal(name)))
+    return found
+
+
+def shown_by(tests, pages):
+    parts = [f"{kind}: {name.replace('|', '/')}" for kind, name in tests[:SHOWN_MAX]]
+    if len(tests) > SHOWN_MAX:
+        parts.append(f"and {len(tests) - SHOWN_MAX} more")
+    return "; ".join(parts + ([pages] if pages else []))
+
+
+def missing_files(cell, tracked):
+    """What stands in backquotes as a file and is none: by its path, or by the end of one."""
+    for name in re.findall(r"`([^`]+)`", cell):
+        if not any(path == name or path.endswith("/" + name) or path.startswith(name) for path in tracked):
+            yield name
+
+
+def problems_of(rows, tests, tracked):
+    known = [row[0] for row in rows]
+    for identifier, state, _, built_in, _ in rows:
+        if state in ("met", "part") and identifier not in tests:
+            yield f"{identifier} is called {state}, but no test bears [{identifier}]"
+        if state in ("met", "part") and not built_in:
+            yield f"{identifier} is called {state}, but nothing says where it is built"
+        for name in missing_files(built_in, tracked):
+            yield f"{identifier}: there is no {name}"
+        if known.count(identifier) > 1:
+            yield f"{identifier} is listed twice"
+    for identifier in sorted(set(tests) - set(known)):
+        yield f"[{identifier}] is borne by a test ({tests[identifier][0][1]}), but not listed"
+
+
+def main():
+    rows, tests = read_rows(), tests_by_requirement()
+    tracked = subprocess.run(["git", "-C", ROOT, "ls-files"], check=True, capture_output=True, text=True).stdout.splitlines()
+    problems = list(problems_of(rows, tests, tracked))
+    page = HEAD + "".join(
+        f"| {name} | {state} | {asks} | {built_in} | {shown_by(tests.get(name, []), pages)} |\n"
+        for name, state, asks, built_in, pages in rows)
+    if sys.argv[1:] == ["--write"]:
+        PAGE.write_text(page)
+    elif sys.argv[1:]:
+        sys.exit(__doc__)
+    elif PAGE.read_text() != page:
+        problems.append(f"{PAGE.name} is not what its rows and the tests say; write it anew: tests/meta/requirements.py --write")
+    for problem in problems:
+        print(f"docs/requirements.rows: {problem}", file=sys.stderr)
+    sys.exit(1 if problems else 0)
+
+
+main()

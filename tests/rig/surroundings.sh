@@ -1,0 +1,158 @@
+#!/bin/bash
+# Guest script: what else a machine and a bus do to a daemon whose pack is closed. Signals without end, floods of error frames, of a
+# babbling node and of frames that it listens to, which it must bear; and what it cannot bear: a way that delays everything, a cable
+# that lost its other end, an interface that comes back while no socket is to be had.
+#   usage: surroundings.sh REPOSITORY PROGRAM_FOLDER...
+# shellcheck source-path=SCRIPTDIR source=guest-env.sh
+source "$(dirname "$0")/guest-env.sh"
+
+repository=$1
+shift
+for folder in "$@"; do PATH=$folder:$PATH; done
+
+bus=vcan0
+scenario=/run/keys.scn
+keys=12
+# shellcheck source-path=SCRIPTDIR source=pack-env.sh
+source "$(dirname "$0")/pack-env.sh"
+
+# The daemon's own way to the bus: a virtual cable whose other end is joined with it.
+own_bus=vxcan0 far_end=vxcan1
+plug_in() {
+  ip link add "$own_bus" type vxcan peer name "$far_end"
+  ip link set "$own_bus" mtu 16 up
+  ip link set "$far_end" mtu 16 up
+  cangw -A -s "$bus" -d "$far_end" -e
+  cangw -A -s "$far_end" -d "$bus" -e
+}
+
+answers_missed() { status_json | jq '[.modules[].answers_missed] | add'; }
+frames_refused() { status_json | jq '.receive.rejected'; }
+has_refused() { (($(frames_refused) >= $1)); }
+
+second_free_descriptor() {
+  local folder number=0 free=0
+  folder=/proc/$(daemon_pid)/fd
+  while :; do
+    [[ -e $folder/$number ]] || [[ -L $folder/$number ]] || ((++free < 2)) || break
+    ((++number))
+  done
+  echo "$number"
+}
+daemon_pid() { echo "${started_pids[bmud]}"; }
+
+# The pack is closed before and after, nothing was judged late, and nothing forgotten.
+expect_borne() {
+  local name=$1
+  expect "$name: the pack is still closed" phase_is closed
+  expect "$name: everything is known" view_is_complete
+  expect "$name: the loop was never away" test "$(fault_count control_loop_gap)" = 0
+}
+
+# What opens: by whom does not matter, but when.
+expect_opened() {
+  local name=$1 after=$2 limit_ms=$3 opened_at command_at why lapse_ms
+  wait_for 10 "$name: the power distribution unit says open" is_open_since "$after"
+  read -r opened_at command_at why <<<"$(first_opening "$after")"
+  lapse_ms=$(awk "BEGIN { printf \"%.1f\", ($opened_at - $after) * 1000 }")
+  measured+=("$name: $lapse_ms ms, by $why")
+  expect "$name: open after $lapse_ms ms, by $why, at most $limit_ms" test "${lapse_ms%.*}" -le "$limit_ms"
+  lost_at=$opened_at
+  wait_for 5 "$name: the daemon has opened, too" phase_is open
+}
+expect_recovered() {
+  wait_for 15 "everything is known anew" view_is_complete
+  expect "it is the same daemon" running bmud
+  clear_faults
+  expect_open_until_key
+}
+by_itself_ms=$((command_life_ms + 50 + contactor_opening_ms + machine_late_ms))
+
+# Lines of a log, played as fast as they go.
+play() {
+  local count=$1 frame=$2 file=/run/flood.log
+  yes "(0.0) $bus $frame" | head -n "$count" >"$file"
+  local began=$EPOCHREALTIME
+  canplayer -t -g 0 -I "$file"
+  awk "BEGIN { printf \"%.0f\", $count / ($EPOCHREALTIME - $began) }"
+}
+
+step "start"
+mkdir -p "$(dirname "$socket")"
+for name in /proc/[0-9]*/comm; do
+  if [[ $(cat "$name" 2>/dev/null) == ksoftirqd/* ]]; then chrt -f -p 70 "$(basename "$(dirname "$name")")"; fi
+done
+echo 4194304 >/proc/sys/net/core/rmem_max
+plug_in
+record_words
+write_keys "$scenario" "$keys"
+start_pack "$scenario"
+# Nobody hears what it tells its service manager.
+NOTIFY_SOCKET=/run/nobody WATCHDOG_USEC=500000 start bmud \
+  bmud --config "$pack" --bus-internal "$own_bus" --bus-vehicle "$own_bus" --socket "$socket" --realtime-priority 50
+wait_for "$start_limit_s" "bmud answers, though its service manager is gone" daemon_answers
+
+step "signals without end"
+wait_until_closed
+for ((i = 0; i < 3000; ++i)); do
+  kill -WINCH "$(daemon_pid)"
+  kill -CONT "$(daemon_pid)"
+  kill -URG "$(daemon_pid)"
+done
+expect_borne "signals"
+
+step "error frames without end"
+measured+=("error frames: $(play 20000 20000088#0000080000000000) a second")
+expect_borne "error frames"
+
+step "a node that babbles"
+measured+=("babbling: $(play 20000 000#) a second")
+expect_borne "babbling"
+
+step "a flood of frames that the daemon listens to"
+# A module's cells with a wrong checksum: each is taken, checked and refused.
+wait_until_closed
+refused_before=$(frames_refused)
+missed_before=$(answers_missed)
+flood=40000
+measured+=("flood: $(play "$flood" 141#2710271027101F00) a second")
+expect_borne "flood"
+wait_for 10 "each has been refused" has_refused $((refused_before + flood))
+expect "no answer was missed" test "$(answers_missed)" -eq "$missed_before"
+
+step "a way that delays everything"
+wait_until_closed
+delayed_at=$EPOCHREALTIME
+tc qdisc add dev "$own_bus" root netem delay 300ms
+expect_opened "delay of 300 ms" "$delayed_at" "$by_itself_ms"
+# What is under way is of a closed pack, and must not close it again when it arrives.
+sleep 1
+tc qdisc del dev "$own_bus" root
+expect_recovered
+
+step "a cable that lost its other end"
+wait_until_closed
+lost_end_at=$EPOCHREALTIME
+ip link set "$far_end" down
+expect_opened "other end down" "$lost_end_at" "$by_itself_ms"
+ip link set "$far_end" up
+expect_recovered
+
+step "no socket to be had for an interface that comes back"
+wait_until_closed
+removed_at=$EPOCHREALTIME
+ip link del "$own_bus"
+expect_opened "interface removed" "$removed_at" "$by_itself_ms"
+# One is left, with which it can answer us; a way to the bus takes two.
+prlimit --pid "$(daemon_pid)" --nofile="$(second_free_descriptor)":
+plug_in
+sleep 2
+expect "it goes on without, and open" phase_is open
+expect "nobody is heard" test "$(status_json | jq .modules_answering)" -eq 0
+prlimit --pid "$(daemon_pid)" --nofile=256:
+expect_recovered
+
+step "end"
+expect "bmud exits with 0" stop bmud TERM
+stop mmusim || true
+tell_measured

@@ -1,0 +1,243 @@
+#include "tests/simulation/life.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <ostream>
+
+#include "protocol/fnv.hpp"
+
+namespace bmu::test {
+
+namespace {
+
+constexpr Duration put_right_after = 1s;  // the last fault is over
+constexpr Duration recovers_in = 25s;     // causes clear in up to 10 s, waits are 10 s, links discharge
+constexpr Duration closes_in = 5s;
+// A controller that went off the bus three times in a minute is a fault until that is a minute ago.
+constexpr std::ptrdiff_t storm = 3;
+constexpr Duration recovers_from_storm_in = 65s;
+
+Duration recovery_time(const Plan& plan) {
+  const auto is_bus_off = [](const FaultEvent& fault) { return fault.kind->name == "bus_off"; };
+  const std::ptrdiff_t times = std::count_if(plan.faults.begin(), plan.faults.end(), is_bus_off);
+  return times >= storm ? recovers_from_storm_in : recovers_in;
+}
+
+class Life {
+ public:
+  Life(const Plan& plan, const LifeOptions& options)
+      : plan_(plan),
+        options_(options),
+        stage_(*plan.config, plan.seed, plan.devices_ahead, options.starts_at),
+        oracle_(*plan.config, options.starts_at) {
+    wall_clock_at_ = options.starts_at;
+    connect();
+    act("pack soc_permille 700");
+  }
+
+  Outcome run() {
+    live_until(options_.starts_at + plan_.length + put_right_after);
+    put_right();
+    live_until(stage_.pack.now() + recovery_time(plan_));
+    check_recovery();
+    return {.violation = oracle_.violation(),
+            .hash = hash_,
+            .reactions = oracle_.reactions(),
+            .faults = faults_,
+            .lived = since_start(),
+            .times_closed = oracle_.times_closed(),
+            .times_opened = oracle_.times_opened()};
+  }
+
+ private:
+  [[nodiscard]] Duration since_start() const { return stage_.pack.now() - options_.starts_at; }
+  [[nodiscard]] bool is_over() const { return oracle_.violation().has_value(); }
+
+  void connect() {
+    stage_.pack.on_sent = [this](CanFrame& frame, const WiredPack& pack) {
+      const Fate fate = stage_.wire.carry(frame);
+      oracle_.note_sent(frame, pack.now());
+      return fate;
+    };
+    stage_.pack.devices_miss = [this](const CanFrame&) { return stage_.wire.loses(); };
+    stage_.pack.each_ms = [this](WiredPack&) { oracle_.note_millisecond(stage_); };
+    stage_.pack.on_told = [this](ObservedThing& what, const WiredPack& pack) {
+      oracle_.note_told(what, pack.now());
+      if (options_.mutant != nullptr && options_.mutant->told) options_.mutant->told(what, pack.now());
+      return true;
+    };
+    stage_.pack.on_decided = [this](Decisions& decisions, const WiredPack&) { note_decided(decisions); };
+  }
+
+  void note_decided(Decisions& decisions) {
+    const WiredPack& pack = stage_.pack;
+    View view = view_of(pack.core());
+    if (options_.mutant != nullptr && options_.mutant->decided) options_.mutant->decided(decisions, stage_);
+    if (options_.mutant != nullptr && options_.mutant->published) options_.mutant->published(view, pack.now());
+    oracle_.note_decided(decisions, view, stage_);
+    stage_.store.follow(pack.core(), pack.now());
+    hash_decisions(decisions);
+    if (options_.trace != nullptr) trace_events(decisions);
+  }
+
+  void hash_number(std::uint64_t number) {
+    std::array<char, 8> bytes{};
+    for (char& byte : bytes) {
+      byte = static_cast<char>(number & 0xFFU);
+      number >>= 8U;
+    }
+    hash_ = continue_fnv(hash_, {bytes.data(), bytes.size()});
+  }
+
+  void hash_decisions(const Decisions& decisions) {
+    hash_number(static_cast<std::uint64_t>(since_start().count()));
+    for (const OutgoingFrame& out : decisions.frames) {
+      hash_number(out.frame.id);
+      hash_ = continue_fnv(hash_, {reinterpret_cast<const char*>(out.frame.data.data()), out.frame.length});
+    }
+    for (const Event& event : decisions.events) hash_number(static_cast<std::uint64_t>(event.id));
+  }
+
+  void say(const std::string& text) {
+    if (options_.trace == nullptr) return;
+    char time[24];
+    std::snprintf(time, sizeof(time), "%9.3f s  ", to_s(since_start()));
+    *options_.trace << time << text << '\n';
+  }
+  void trace_events(const Decisions& decisions) {
+    for (const Event& event : decisions.events) {
+      if (row_of(event.id).severity >= Severity::info) say("  core: " + to_text(event));
+    }
+  }
+
+  void act(const std::string& text) {
+    if (text.empty()) return;
+    stage_.pack.apply(text);
+    say(text);
+  }
+
+  // --- the plan ---------------------------------------------------------------------------------------------------
+
+  /// Whatever is next in the plan, until then. A core that is stopped is told nothing: that waits for its return.
+  void live_until(TimePoint end) {
+    while (stage_.pack.now() < end && !is_over()) {
+      take_due();
+      stage_.pack.run(std::min(end, next_at()) - stage_.pack.now());
+    }
+  }
+
+  [[nodiscard]] TimePoint next_at() const {
+    TimePoint next = wall_clock_at_;
+    if (next_drive_ < plan_.drive.size()) next = std::min(next, options_.starts_at + plan_.drive[next_drive_].at);
+    if (next_fault_ < plan_.faults.size())
+      next = std::min(next, options_.starts_at + plan_.faults[next_fault_].begins_at);
+    for (const FaultEvent* fault : present_) next = std::min(next, options_.starts_at + fault->ends_at);
+    return std::max(next, stage_.pack.now() + 1ms);
+  }
+
+  void take_due() {
+    const Duration now = since_start();
+    const bool is_stalled = stage_.pack.is_stalled();
+    while (next_drive_ < plan_.drive.size() && plan_.drive[next_drive_].at <= now) act(plan_.drive[next_drive_++].text);
+    if (is_stalled) return;
+    if (stage_.pack.now() >= wall_clock_at_) {
+      stage_.tell_wall_clock();
+      wall_clock_at_ += 1s;
+    }
+    std::erase_if(present_, [this, now](const FaultEvent* fault) {
+      if (fault->ends_at > now) return false;
+      end(*fault);
+      return true;
+    });
+    while (next_fault_ < plan_.faults.size() && plan_.faults[next_fault_].begins_at <= now) {
+      begin(plan_.faults[next_fault_++]);
+    }
+  }
+
+  void begin(const FaultEvent& fault) {
+    say("fault " + std::to_string(fault.number) + " begins: " + std::string(fault.kind->name));
+    oracle_.note_begin(fault, stage_);
+    if (fault.kind->begin != nullptr) fault.kind->begin(stage_, fault);
+    act(fault.begin_text);
+    faults_.push_back(fault.kind);
+    present_.push_back(&fault);
+  }
+
+  void end(const FaultEvent& fault) {
+    say("fault " + std::to_string(fault.number) + " ends: " + std::string(fault.kind->name));
+    const bool had_power = stage_.pack.has_power();
+    if (!had_power && fault.kind->name == "power_cut") boot_noted();
+    if (fault.kind->end != nullptr) fault.kind->end(stage_, fault);
+    act(fault.end_text);
+    oracle_.note_end(fault, stage_.pack.now());
+  }
+
+  void boot_noted() { oracle_.note_boot(stage_.store.kept(), stage_.pack.now()); }
+
+  // --- afterwards -------------------------------------------------------------------------------------------------
+
+  void put_right() {
+    if (is_over()) return;
+    act("vehicle off; charger disconnected; load current_A 0; charger current_A 0");
+  }
+
+  void check_recovery() {
+    if (is_over()) return;
+    stage_.pack.observe(CommandGiven{Command::wake});
+    stage_.pack.observe(CommandGiven{Command::clear_faults, Authority::service});
+    live_until(stage_.pack.now() + 2s);
+    act("vehicle on");
+    live_until_closed(stage_.pack.now() + closes_in);
+    if (!is_over() && stage_.pack.phase() != Phase::closed) oracle_.note_no_recovery(why_open(), stage_.pack.now());
+  }
+
+  void live_until_closed(TimePoint end) {
+    while (stage_.pack.now() < end && !is_over() && stage_.pack.phase() != Phase::closed) {
+      live_until(std::min(end, stage_.pack.now() + 50ms));
+    }
+  }
+
+  [[nodiscard]] std::string why_open() const {
+    std::string text = "does not close again:";
+    for (const Blocker blocker : stage_.pack.core().permission().blockers)
+      text += " " + std::string(to_text(blocker)) + ";";
+    for (const FaultRow& row : fault_table()) {
+      if (row.reaction != Reaction::warn && stage_.pack.core().faults().state(row.id).is_present()) {
+        text += " " + std::string(row.name);
+      }
+    }
+    const RefusalRecord& refusal = stage_.pack.core().last_refusal();
+    if (refusal.has_happened) text += "; refused: " + std::string(to_text(refusal.blocker));
+    return text;
+  }
+
+  const Plan& plan_;
+  const LifeOptions& options_;
+  Stage stage_;
+  Oracle oracle_;
+  std::uint64_t hash_ = fnv_start;
+  TimePoint wall_clock_at_;
+  std::size_t next_drive_ = 0;
+  std::size_t next_fault_ = 0;
+  std::vector<const FaultEvent*> present_;
+  std::vector<const FaultKind*> faults_;
+};
+
+}  // namespace
+
+Outcome live(const Plan& plan, const LifeOptions& options) {
+  return Life(plan, options).run();
+}
+
+Plan minimise(const Plan& plan, Rule rule, const LifeOptions& options) {
+  Plan least = plan;
+  for (const FaultEvent& fault : plan.faults) {
+    Plan fewer = least;
+    std::erase_if(fewer.faults, [&fault](const FaultEvent& other) { return other.number == fault.number; });
+    const Outcome outcome = live(fewer, options);
+    if (outcome.violation && outcome.violation->rule == rule) least = fewer;
+  }
+  return least;
+}
+
+}  // namespace bmu::test

@@ -1,0 +1,39 @@
+// The beginning of the long life, and its wraps; sixty days of it are bmud_simulation's (docs/simulation.md).
+#include "tests/simulation/long_life.hpp"
+
+#include "tests/support/catch.hpp"
+
+namespace bmu::test {
+namespace {
+
+void check_well(const LongResult& result) {
+  INFO(to_text(result));
+  CHECK(result.wrong.empty());
+  CHECK(result.allocations == 0);
+  CHECK(result.memory_last_kB <= result.memory_first_kB + 512);
+}
+
+}  // namespace
+
+TEST_CASE("two hours with 49.7 days of milliseconds coming by in the middle: nothing wraps around, no memory is taken",
+          "[simulation][long][time]") {
+  const Duration wrap = std::chrono::milliseconds{1LL << 32};
+  const LongResult result = live_long({.length = 2h, .starts_at = TimePoint{wrap - 1h}});
+  check_well(result);
+  CHECK(result.times_closed == 2);
+  CHECK(result.finely >= 12min);
+}
+
+TEST_CASE("65535 s since the start come by", "[slow][simulation][long][time]") {
+  const LongResult result = live_long({.length = 18h + 30min});
+  check_well(result);
+  CHECK(result.lived > std::chrono::seconds{65'536});
+}
+
+TEST_CASE("a core that is called every 10 ms at night, too, lives the same", "[slow][simulation][long]") {
+  const LongResult result = live_long({.length = 90min, .ticks_fully = true});
+  check_well(result);
+  CHECK(result.ticks >= 90 * 60 * 100);
+}
+
+}  // namespace bmu::test

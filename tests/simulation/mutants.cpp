@@ -1,0 +1,176 @@
+#include "tests/simulation/mutants.hpp"
+
+#include <map>
+#include <memory>
+#include <utility>
+
+#include "daemon/core/output_gate.hpp"
+#include "protocol/receive_check.hpp"
+#include "protocol/tables/internal_bus.hpp"
+#include "protocol/tables/vehicle_bus.hpp"
+
+namespace bmu::test {
+
+namespace {
+
+/// Every command of these decisions asks for this instead, well formed.
+void command_instead(Decisions& decisions, const ContactorOutputs& outputs) {
+  decisions.outputs = outputs;
+  for (OutgoingFrame& out : decisions.frames) {
+    if (out.port != Port::internal || out.frame.id != internal_bus::contactor_command.base_id) continue;
+    out.frame = contactor_command_frame(outputs, out.frame.data[6]);
+  }
+}
+
+/// An opening is carried out 300 ms late.
+auto holds_on() {
+  struct Memory {
+    ContactorOutputs closed;
+    TimePoint decided_at{};
+  };
+  return [memory = std::make_shared<Memory>()](Decisions& decisions, const Stage& stage) {
+    if (decisions.outputs.main_positive) {
+      *memory = {decisions.outputs, stage.pack.now()};
+    } else if (memory->closed.main_positive && stage.pack.now() - memory->decided_at < 300ms) {
+      command_instead(decisions, memory->closed);
+    }
+  };
+}
+
+/// A sound frame of this kind, to be changed on its way to the core.
+CanFrame* sound_frame(ObservedThing& what, const MessageSpec& message) {
+  auto* received = std::get_if<FrameReceived>(&what);
+  const bool is_it = received != nullptr && received->frame.id == message.base_id && !form_fault(received->frame) &&
+                     !content_fault(message, received->frame);
+  return is_it ? &received->frame : nullptr;
+}
+
+/// The unit's words say that nobody presses it.
+void hide_emergency_stop(ObservedThing& what, TimePoint) {
+  CanFrame* word = sound_frame(what, internal_bus::pdu_status);
+  if (word == nullptr) return;
+  write<internal_bus::pdu_status, "estop_1_released">(*word, 1);
+  write<internal_bus::pdu_status, "estop_2_released">(*word, 1);
+  seal(internal_bus::pdu_status, word->data[6], *word);
+}
+
+/// The sensor's results say 1 A instead of 50 A and more.
+void hide_current(ObservedThing& what, TimePoint) {
+  constexpr std::int64_t much_mA = 50'000;
+  constexpr std::int64_t little_mA = 1'000;
+  CanFrame* result = sound_frame(what, internal_bus::sensor_current);
+  if (result == nullptr) return;
+  const SignalValue current = read<internal_bus::sensor_current, "pack_current_mA">(*result);
+  if (current.value > much_mA) write<internal_bus::sensor_current, "pack_current_mA">(*result, little_mA);
+}
+
+void close_main_early(Decisions& decisions, const Stage&) {
+  if (!decisions.outputs.precharge) return;
+  ContactorOutputs outputs = decisions.outputs;
+  outputs.main_positive = true;
+  command_instead(decisions, outputs);
+}
+
+/// A second after each opening main negative is tried again, whoever wants it.
+auto closes_by_itself() {
+  return [opened_at = std::make_shared<TimePoint>(), was_closed = std::make_shared<bool>(false)](Decisions& decisions,
+                                                                                                 const Stage& stage) {
+    const TimePoint now = stage.pack.now();
+    const bool is_closed = decisions.outputs.any_contactor();
+    if (std::exchange(*was_closed, is_closed) && !is_closed) *opened_at = now;
+    const bool is_time = *opened_at != TimePoint{} && now - *opened_at > 1s && now - *opened_at < 1500ms;
+    if (is_time && !is_closed) command_instead(decisions, {.main_negative = true});
+  };
+}
+
+/// Of an open pack's words each tenth second some say that the key is off.
+auto turns_the_key() {
+  return [words = std::make_shared<std::uint64_t>(0)](ObservedThing& what, TimePoint) {
+    constexpr std::uint64_t seldom = 200;
+    constexpr std::uint64_t some = 3;
+    CanFrame* word = sound_frame(what, internal_bus::pdu_status);
+    if (word == nullptr || read_raw<internal_bus::pdu_status, "main_negative_closed">(*word) != 0) return;
+    if (++*words % seldom >= some) return;
+    write<internal_bus::pdu_status, "vehicle_on">(*word, 0);
+    seal(internal_bus::pdu_status, word->data[6], *word);
+  };
+}
+
+/// For a second, half a minute after the start.
+void open_for_nothing(Decisions& decisions, const Stage& stage) {
+  constexpr TimePoint from{30s};
+  if (stage.pack.now() >= from && stage.pack.now() < from + 1s) command_instead(decisions, {});
+}
+
+void repeat_counter(Decisions& decisions, const Stage& stage) {
+  if (to_ms(stage.pack.now().time_since_epoch()) / 1'000 % 20 != 19) return;
+  for (OutgoingFrame& out : decisions.frames) {
+    if (out.port != Port::internal || out.frame.id != internal_bus::contactor_command.base_id) continue;
+    seal(internal_bus::contactor_command, static_cast<std::uint8_t>(out.frame.data[6] & 0xFEU), out.frame);
+  }
+}
+
+/// Of the vehicle's messages those with voltages and temperatures as they were when all was known.
+auto tells_old_values() {
+  return [good = std::make_shared<std::map<std::uint32_t, CanFrame>>()](Decisions& decisions, const Stage&) {
+    for (OutgoingFrame& out : decisions.frames) {
+      if (out.port != Port::vehicle) continue;
+      const std::uint32_t index = out.frame.id & 0xFU;
+      const bool is_voltage =
+          index == 3 && read<vehicle_bus::pack_voltage, "cell_voltage_min_uV">(out.frame).is_valid();
+      if (is_voltage) (*good)[out.frame.id] = out.frame;
+      const auto found = good->find(out.frame.id);
+      if (found != good->end()) out.frame = found->second;
+    }
+  };
+}
+
+auto from_ten_seconds(void (*change)(View&)) {
+  return [change, first = std::make_shared<TimePoint>()](View& view, TimePoint now) {
+    if (*first == TimePoint{}) *first = now;
+    if (now - *first > 10s) change(view);
+  };
+}
+
+}  // namespace
+
+std::vector<Mutant> make_mutants() {
+  return {
+      {.name = "opens 300 ms late", .noticed_by = Rule::permission, .decided = holds_on()},
+      {.name = "opens 300 ms late and publishes permission",
+       .noticed_by = Rule::in_time,
+       .seed = 6,
+       .decided = holds_on(),
+       .published = [](View& view, TimePoint) { view.may_stay_closed = true; }},
+      {.name = "does not see the emergency stop",
+       .noticed_by = Rule::in_time,
+       .seed = 124,
+       .told = hide_emergency_stop},
+      {.name = "does not see a high current", .noticed_by = Rule::in_time, .seed = 7, .told = hide_current},
+      {.name = "closes main positive with the precharge", .noticed_by = Rule::precharge, .decided = close_main_early},
+      {.name = "closes by itself", .noticed_by = Rule::edge, .decided = closes_by_itself()},
+      {.name = "closes by itself and publishes permission",
+       .noticed_by = Rule::pause,
+       .seed = 13,
+       .decided = closes_by_itself(),
+       .published = [](View& view, TimePoint) { view.may_stay_closed = true; }},
+      {.name = "turns the key itself", .noticed_by = Rule::edge, .seed = 25, .told = turns_the_key()},
+      {.name = "repeats a counter", .noticed_by = Rule::counter, .decided = repeat_counter},
+      {.name = "tells old values", .noticed_by = Rule::published, .decided = tells_old_values()},
+      {.name = "asks for no tick",
+       .noticed_by = Rule::wakes,
+       .decided = [](Decisions& decisions, const Stage&) { decisions.wake_at += 20ms; }},
+      {.name = "steps the state of charge", .noticed_by = Rule::soc, .published = from_ten_seconds([](View& view) {
+                                                                       if (view.soc_permille) *view.soc_permille -= 150;
+                                                                     })},
+      {.name = "counts energy back", .noticed_by = Rule::totals, .published = from_ten_seconds([](View& view) {
+                                                                   if (view.totals) view.totals->charge_out_uAs = 0;
+                                                                 })},
+      {.name = "forgets the wear of its contactors",
+       .noticed_by = Rule::totals,
+       .published = from_ten_seconds([](View& view) { view.wear = {}; })},
+      {.name = "opens for nothing", .noticed_by = Rule::reason, .decided = open_for_nothing},
+  };
+}
+
+}  // namespace bmu::test

@@ -1,0 +1,190 @@
+// Judges a simulated life by what can be seen of it: the frames on the bus, the contacts, voltages and lines of the
+// emulated pack, and what the core publishes. It computes nothing the way the core does and knows none of its state; of
+// a fault it knows what the world did, and of a reaction how long the catalogue gives it.
+//
+// The rules, each with the moment at which it is looked at:
+//
+//   with every decision
+//     permission        nothing is commanded closed without the permission that is published
+//     fresh             nothing is commanded closed, or begun to, on what is older than its age, as it really came
+//     edge              a closing has a turn of the key, or of the charger, behind the last opening for a reason, start
+//                       or gap
+//     pause             2 s between an opening and a closing, 10 s where it was for a reason
+//     healthy           no closing begins while a main contactor is closed already: it is welded
+//     precharge         main positive is commanded only when the link is charged, by its real voltage
+//     counter           the commands' counter goes on by one, and none is missing
+//     wakes             the next tick is asked for within a tick
+//     gate              the last door of the core never had anything to refuse
+//     soc               what is told does not step
+//     totals            charge, energy and wear never go back, nor over a power cut behind what was kept
+//     published         no value that is old is sent to the vehicle as valid
+//     reason            a closed pack that is wanted opens for a fault only
+//   every millisecond
+//     in_time           what a fault must open is open in time, and stays so
+//     contacts          the contacts are open soon after nothing is commanded closed
+//   at the end
+//     recovery          with all faults gone, cleared, and the key turned anew it closes
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "daemon/core/contactor_ledger.hpp"
+#include "daemon/core/pack_totals.hpp"
+#include "tests/simulation/heard.hpp"
+#include "tests/simulation/plan.hpp"
+
+namespace bmu::test {
+
+enum class Rule : std::uint8_t {
+  permission,
+  fresh,
+  edge,
+  pause,
+  healthy,
+  precharge,
+  counter,
+  wakes,
+  gate,
+  soc,
+  totals,
+  published,
+  reason,
+  in_time,
+  contacts,
+  recovery,
+};
+[[nodiscard]] std::string_view to_text(Rule rule);
+
+struct Violation {
+  Rule rule{};
+  Duration at{};  // since the start
+  std::string text;
+};
+
+/// What the core publishes, as the status socket would have it.
+struct View {
+  bool may_stay_closed = false;
+  ContactorOutputs outputs;
+  std::optional<std::int32_t> soc_permille;
+  std::optional<PackTotals> totals;
+  ContactorLedgerEntries wear{};
+  std::uint64_t gate_refusals = 0;
+  bool is_resting = false;
+  bool is_port_up = false;  // of the internal bus: otherwise nothing is sent, and the counter goes on
+};
+[[nodiscard]] View view_of(const Core& core);
+
+/// How long a fault took to open a pack that was closed when it began.
+struct TimedOpening {
+  const FaultKind* kind = nullptr;
+  Duration took{};
+};
+
+class Oracle {
+ public:
+  Oracle(const CoreConfig& config, TimePoint started_at);
+
+  // What happens, in the order in which it does.
+  void note_sent(const CanFrame& frame, TimePoint now) { heard_.note_sent(frame, now); }
+  void note_told(const ObservedThing& what, TimePoint now);
+  void note_decided(const Decisions& decisions, const View& view, const Stage& stage);
+  void note_millisecond(const Stage& stage);
+  void note_begin(const FaultEvent& fault, const Stage& stage);
+  void note_end(const FaultEvent& fault, TimePoint now);
+  /// A core begins, with what was kept for it.
+  void note_boot(const PersistentState& kept, TimePoint now);
+  void note_no_recovery(const std::string& why, TimePoint now) { blame(Rule::recovery, now, why); }
+
+  /// The first; the rest follow from it as like as not.
+  [[nodiscard]] const std::optional<Violation>& violation() const { return violation_; }
+  [[nodiscard]] const std::vector<TimedOpening>& reactions() const { return reactions_; }
+  [[nodiscard]] std::uint64_t times_closed() const { return times_closed_; }
+  [[nodiscard]] std::uint64_t times_opened() const { return times_opened_; }
+
+ private:
+  struct Present {
+    const FaultEvent* fault = nullptr;
+    TimePoint began_at{};
+    TimePoint due_at{};
+    TimePoint driving_since{};  // zero: somebody else asks, too
+    bool was_closed = false;    // when it began
+    bool was_hidden = false;
+    bool has_opened = false;
+    bool has_ended = false;  // kept for what has to happen then
+  };
+  struct Line {
+    bool is_on = false;
+    TimePoint turned_on_at{};
+
+    /// True if it fell.
+    bool follow(bool is_on_now, TimePoint now);
+  };
+
+  void blame(Rule rule, TimePoint now, const std::string& text);
+  void require(bool holds, Rule rule, TimePoint now, const std::string& text) {
+    if (!holds) blame(rule, now, text);
+  }
+
+  // with every decision
+  void check_commanded(const View& view, const ContactorOutputs& outputs, const Stage& stage);
+  void check_begin_of_closing(TimePoint now);
+  void check_main_positive(const Stage& stage, TimePoint now);
+  void note_opening(const Stage& stage, TimePoint now);
+  void check_frames(const Decisions& decisions, const View& view, TimePoint now);
+  void check_soc(const View& view, TimePoint now);
+  void check_totals(const View& view, TimePoint now);
+  void check_published(const CanFrame& frame, TimePoint now);
+  // every millisecond
+  void follow_lines(const Stage& stage);
+  void check_fault(Present& present, const Stage& stage);
+  void check_contacts(const Stage& stage);
+
+  [[nodiscard]] bool is_hidden(const FaultEvent* except, TimePoint now) const;
+  [[nodiscard]] bool must_be_open(Present& present, const Stage& stage) const;
+  [[nodiscard]] bool is_quiet() const;
+  [[nodiscard]] bool is_present(std::string_view group) const;
+  [[nodiscard]] bool is_wanted() const { return vehicle_.is_on || charger_.is_on; }
+
+  const CoreConfig* config_;
+  TimePoint started_at_;
+  Heard heard_;
+  std::optional<Violation> violation_;
+  std::vector<TimedOpening> reactions_;
+  std::uint64_t times_closed_ = 0;
+  std::uint64_t times_opened_ = 0;
+
+  std::vector<Present> present_;
+  TimePoint quiet_since_;            // nothing that may open since then
+  TimePoint hidden_at_{};            // the last moment at which something was hidden
+  const FaultEvent* hid_ = nullptr;  // and what hid it
+  Line vehicle_;
+  Line charger_;
+  TimePoint line_fell_at_{};
+  TimePoint main_closed_since_{};  // by the contacts; zero: it is open
+
+  ContactorOutputs before_;  // commanded with the last decision
+  TimePoint decided_at_;
+  TimePoint closed_at_{};  // the last decision with anything closed
+  TimePoint edge_needed_since_;
+  TimePoint may_close_at_;
+  TimePoint request_over_at_{};
+  std::optional<std::uint8_t> command_counter_;
+  TimePoint command_at_{};
+  bool was_port_down_ = false;  // since that
+
+  struct Band {  // where the state of charge can be without a step
+    double low = 0.0;
+    double high = 0.0;
+  };
+  std::optional<Band> soc_;
+  std::optional<double> soc_kept_permille_;  // by the record this life began with, until it has told its own
+  std::uint64_t forged_before_ = 0;
+  PackTotals totals_;
+  ContactorLedgerEntries wear_{};
+};
+
+}  // namespace bmu::test

@@ -1,0 +1,160 @@
+#include "tests/simulation/plan.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <stdexcept>
+
+#include "config/pack_config.hpp"
+#include "tests/support/core_bench.hpp"
+
+namespace bmu::test {
+
+namespace {
+
+struct Shape {
+  std::string name;
+  CoreConfig config;
+  unsigned weight = 1;  // how often it is drawn; large packs take long
+};
+
+CoreConfig with_charge_contactor(CoreConfig config) {
+  config.contactors.has_charge_contactor = true;
+  return config;
+}
+
+CoreConfig shipped(const std::string& name) {
+  const auto pack = load_pack_config(BMUD_SOURCE_DIR "/config/packs/" + name + ".json");
+  if (!pack) throw std::runtime_error("config/packs/" + name + ".json cannot be read");
+  return pack->core;
+}
+
+std::vector<Shape> make_shapes() {
+  return {{"2x4", small_pack(), 6},
+          {"1x12", pack_of(1), 5},
+          {"3x12 with charge contactor", with_charge_contactor(pack_of(3)), 5},
+          {"6x12", pack_of(6), 3},
+          {"16x12", pack_of(16), 1},
+          {"lipo-6s-24v", shipped("lipo-6s-24v"), 5},
+          {"shell-eco-6s", shipped("shell-eco-6s"), 4},
+          {"fs-20s3p-84v", shipped("fs-20s3p-84v"), 4},
+          {"demo-48s", shipped("demo-48s"), 4},
+          {"lfp-96s", shipped("lfp-96s"), 2},
+          {"traction-16x12", shipped("traction-16x12"), 1}};
+}
+
+const Shape& draw_shape(RandomSource& random) {
+  static const std::vector<Shape> shapes = make_shapes();
+  unsigned all = 0;
+  for (const Shape& shape : shapes) all += shape.weight;
+  auto left = static_cast<unsigned>(random.next() % all);
+  for (const Shape& shape : shapes) {
+    if (left < shape.weight) return shape;
+    left -= shape.weight;
+  }
+  return shapes.front();
+}
+
+Duration milliseconds_between(Draw& draw, Duration least, Duration most) {
+  return std::chrono::milliseconds{draw.between(to_ms(least), to_ms(most))};
+}
+
+std::string amperes(std::int64_t current_mA) {
+  return std::to_string(current_mA / 1'000) + "." + std::to_string(current_mA % 1'000 / 100);
+}
+
+constexpr Duration settles_for = 3s;  // modules identified and set up, insulation known
+constexpr Duration faults_span = 40s;
+
+/// Key on and off, with loads of up to a fifth of what the pack can carry for ever; now and then a charger instead.
+void draw_drive(Draw& draw, Plan& plan) {
+  const CurrentLimitConfig& current = draw.config.current;
+  Duration at = settles_for;
+  while (at < faults_span) {
+    const bool is_charging = draw.between(0, 4) == 0;
+    const bool is_both = draw.between(0, 9) == 0;
+    plan.drive.push_back({at, is_charging ? "charger connected" : "vehicle on"});
+    if (is_both) plan.drive.push_back({at + 300ms, is_charging ? "vehicle on" : "charger connected"});
+    const Duration off_at = at + milliseconds_between(draw, 4s, 18s);
+    const std::int64_t most_mA = is_charging ? current.charge_continuous_mA / 5 : current.discharge_continuous_mA / 5;
+    const std::string_view carrier = is_charging ? "charger current_A " : "load current_A ";
+    for (Duration next = at + 3s; next < off_at; next += milliseconds_between(draw, 500ms, 4s)) {
+      plan.drive.push_back({next, std::string(carrier) + amperes(draw.between(0, most_mA))});
+    }
+    if (draw.between(0, 3) != 0) plan.drive.push_back({off_at - 100ms, "load current_A 0; charger current_A 0"});
+    plan.drive.push_back({off_at, "vehicle off; charger disconnected"});
+    plan.drive.push_back({off_at + 200ms, "load current_A 0; charger current_A 0"});
+    at = off_at + milliseconds_between(draw, 400ms, 12s);
+  }
+  std::stable_sort(plan.drive.begin(), plan.drive.end(),
+                   [](const DriveEvent& one, const DriveEvent& other) { return one.at < other.at; });
+}
+
+/// Between two faults of a group.
+constexpr Duration apart{50ms};
+
+bool collides(const Plan& plan, const FaultEvent& event) {
+  return std::any_of(plan.faults.begin(), plan.faults.end(), [&event](const FaultEvent& other) {
+    return other.kind->group == event.kind->group && other.begins_at <= event.ends_at + apart &&
+           event.begins_at <= other.ends_at + apart;
+  });
+}
+
+/// As likely as not at any time of the drive; what has happened less often is not more likely.
+void draw_faults(Draw& draw, Plan& plan) {
+  const std::int64_t wanted = draw.between(2, 9);
+  for (std::int64_t tried = 0; tried < wanted; ++tried) {
+    const std::span<const FaultKind> kinds = fault_kinds();
+    FaultEvent event{.kind = &kinds[static_cast<std::size_t>(draw.between(0, std::ssize(kinds) - 1))]};
+    event.begins_at = milliseconds_between(draw, settles_for, faults_span);
+    // Short ones as often as long ones.
+    const Duration longest = milliseconds_between(draw, event.kind->shortest, event.kind->longest);
+    event.ends_at = event.begins_at + milliseconds_between(draw, event.kind->shortest, longest);
+    event.kind->draw(draw, event);
+    if (!collides(plan, event)) plan.faults.push_back(std::move(event));
+  }
+  std::stable_sort(plan.faults.begin(), plan.faults.end(),
+                   [](const FaultEvent& one, const FaultEvent& other) { return one.begins_at < other.begins_at; });
+  for (std::size_t index = 0; index < plan.faults.size(); ++index) plan.faults[index].number = index + 1;
+}
+
+std::string time_text(Duration at) {
+  char text[24];
+  std::snprintf(text, sizeof(text), "%9.3f s  ", to_s(at));
+  return text;
+}
+
+}  // namespace
+
+Plan draw_plan(std::uint64_t seed) {
+  RandomSource random(seed);
+  const Shape& shape = draw_shape(random);
+  Plan plan{.seed = seed, .pack_name = shape.name, .config = &shape.config};
+  plan.devices_ahead = std::chrono::microseconds{random.next() % 1'000'000};
+  Draw draw{shape.config, random};
+  draw_drive(draw, plan);
+  draw_faults(draw, plan);
+  plan.length = faults_span;
+  for (const FaultEvent& fault : plan.faults) plan.length = std::max(plan.length, fault.ends_at);
+  return plan;
+}
+
+void keep_only(Plan& plan, std::span<const std::size_t> numbers) {
+  std::erase_if(plan.faults, [numbers](const FaultEvent& fault) {
+    return std::find(numbers.begin(), numbers.end(), fault.number) == numbers.end();
+  });
+}
+
+std::string to_text(const Plan& plan) {
+  std::string text = "seed " + std::to_string(plan.seed) + ": " + std::string(plan.pack_name) + ", devices " +
+                     std::to_string(plan.devices_ahead.count() / 1'000) + " us ahead\n";
+  for (const FaultEvent& fault : plan.faults) {
+    text += time_text(fault.begins_at) + "fault " + std::to_string(fault.number) + ": " +
+            std::string(fault.kind->name) + " for " + std::to_string(to_ms(fault.length())) + " ms";
+    if (!fault.begin_text.empty()) text += " (" + fault.begin_text.substr(0, 60) + ")";
+    if (fault.amount != 0) text += " (" + std::to_string(fault.amount) + ")";
+    text += "\n";
+  }
+  return text;
+}
+
+}  // namespace bmu::test

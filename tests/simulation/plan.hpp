@@ -1,0 +1,101 @@
+// What one seed means: a pack, a drive and faults, each with a beginning and an end. All of it is drawn before anything
+// runs, and each fault has numbers of its own: one can be left out, and everything else stays as it was.
+//
+//   Plan plan = draw_plan(17);
+//   keep_only(plan, {1, 4});     of its faults those with these numbers, counted from 1
+//
+// A kind of fault is a row: what it does, what the pack must do and within which time. Times are those of the catalogue
+// (docs/reaction-times.md), where every one of them is measured; here they hold whatever else happens.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "daemon/core/core_config.hpp"
+#include "mmu/random.hpp"
+#include "tests/simulation/stage.hpp"
+
+namespace bmu::test {
+
+/// What a fault does to a pack that was closed when it began.
+enum class Effect : std::uint8_t {
+  opens,          // within its time, and nothing closes as long as it lasts
+  opens_once,     // the same, but an open pack does not show it: it may be tried again
+  opens_driving,  // as `opens`, but only where the vehicle alone asks
+  opens_at_end,   // counted from its end: the core itself was away
+  may_open,       // depends on the moment, or on how much of it there is
+  stays_closed,
+};
+
+/// Where its time ends.
+enum class Reached : std::uint8_t {
+  on_the_bus,   // CONTACTOR_COMMAND with everything open is through
+  in_the_core,  // it decides so; nothing goes over this bus any more, and the unit opens by itself
+};
+
+struct FaultEvent;
+
+/// What events are drawn from.
+struct Draw {
+  const CoreConfig& config;
+  RandomSource random;
+
+  [[nodiscard]] std::int64_t between(std::int64_t least, std::int64_t most);
+  [[nodiscard]] const ModuleConfig& module();
+};
+
+struct FaultKind {
+  std::string_view name;
+  std::string_view group;  // never two of a group at the same time
+  Effect effect = Effect::opens;
+  Duration allowed{};  // of effects that open
+  Reached reached = Reached::on_the_bus;
+  bool hides = false;  // others may be seen later while it lasts, or not at all
+  Duration shortest = 500ms;
+  Duration longest = 8s;
+  void (*draw)(Draw&, FaultEvent&) = nullptr;
+  // Nothing here: the event's texts, in the language of scripts.
+  void (*begin)(Stage&, const FaultEvent&) = nullptr;
+  void (*end)(Stage&, const FaultEvent&) = nullptr;
+};
+
+[[nodiscard]] std::span<const FaultKind> fault_kinds();
+[[nodiscard]] std::string_view to_text(Effect effect);
+
+struct FaultEvent {
+  std::size_t number = 0;  // in its plan, from 1
+  const FaultKind* kind = nullptr;
+  Duration begins_at{};  // since the start
+  Duration ends_at{};
+  std::string begin_text;
+  std::string end_text;
+  std::int64_t amount = 0;  // of what has no text: a share, a number of milliseconds, a choice
+
+  [[nodiscard]] Duration length() const { return ends_at - begins_at; }
+};
+
+/// What people do: key, charger, load.
+struct DriveEvent {
+  Duration at{};
+  std::string text;
+};
+
+struct Plan {
+  std::uint64_t seed = 0;
+  std::string_view pack_name;
+  const CoreConfig* config = nullptr;  // lives as long as the program
+  Duration devices_ahead{};
+  std::vector<DriveEvent> drive;
+  std::vector<FaultEvent> faults;  // by their beginnings
+  Duration length{};               // all faults are over by then
+};
+
+[[nodiscard]] Plan draw_plan(std::uint64_t seed);
+void keep_only(Plan& plan, std::span<const std::size_t> numbers);
+/// A line for each event, as `--trace` prints it.
+[[nodiscard]] std::string to_text(const Plan& plan);
+
+}  // namespace bmu::test

@@ -1,0 +1,73 @@
+// One question to a status socket by somebody else: a process of its own gives up what it is before it connects.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fcntl.h>
+#include <grp.h>
+#include <nlohmann/json.hpp>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "daemon/shell/owned_fd.hpp"
+#include "tests/support/catch.hpp"
+
+namespace bmu::test {
+
+inline constexpr std::uint32_t nobody = 65'534;
+
+/// Only root can be somebody else.
+struct Asker {
+  std::uint32_t user_id = nobody;
+  std::uint32_t group_id = nobody;
+  std::vector<std::uint32_t> more_groups{};
+};
+
+/// Ends with how far it came, which is what a failing test shows.
+[[noreturn]] inline void connect_and_ask(const std::optional<Asker>& asker, const std::string& socket_path,
+                                         const std::string& question, int answer_fd) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  socket_path.copy(address.sun_path, sizeof(address.sun_path) - 1);
+  if (asker && (::setgroups(asker->more_groups.size(), asker->more_groups.data()) != 0 ||
+                ::setgid(asker->group_id) != 0 || ::setuid(asker->user_id) != 0)) {
+    ::_exit(1);
+  }
+  const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  if (::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) ::_exit(2);
+  const std::string line = question + "\n";
+  // Who is turned away may find the connection closed already; what he was told is there nevertheless.
+  static_cast<void>(::send(fd, line.data(), line.size(), MSG_NOSIGNAL));
+  std::array<char, 65536> buffer{};
+  const ssize_t count = ::recv(fd, buffer.data(), buffer.size(), 0);
+  ::_exit(count > 0 && ::write(answer_fd, buffer.data(), static_cast<std::size_t>(count)) == count ? 0 : 4);
+}
+
+/// The first 64 KiB of the answer, which has to be whole in them. As ourselves without an asker.
+[[nodiscard]] inline nlohmann::json ask_as(const std::optional<Asker>& asker, const std::string& socket_path,
+                                           const std::string& question) {
+  std::array<int, 2> ends{};
+  REQUIRE(::pipe2(ends.data(), O_CLOEXEC) == 0);
+  const OwnedFd read_end(ends[0]);
+  OwnedFd write_end(ends[1]);
+  const pid_t child = ::fork();
+  REQUIRE(child >= 0);
+  if (child == 0) connect_and_ask(asker, socket_path, question, ends[1]);
+  write_end = OwnedFd();
+  int status = 0;
+  REQUIRE(::waitpid(child, &status, 0) == child);
+  REQUIRE(WIFEXITED(status));
+  REQUIRE(WEXITSTATUS(status) == 0);
+  std::array<char, 65536> buffer{};
+  const ssize_t count = ::read(read_end.get(), buffer.data(), buffer.size());
+  return nlohmann::json::parse(std::string(buffer.data(), count > 0 ? static_cast<std::size_t>(count) : 0));
+}
+
+}  // namespace bmu::test
