@@ -30,12 +30,12 @@ def words(cell):
 def rows_of(page):
     """By command: the keys it takes, and those of its answer."""
     lines = Path(page).read_text().splitlines()
-    begin = next(i for i, line in enumerate(lines) if line.startswith("| command | takes |")) + 2
+    begin = next(i for i, line in enumerate(lines) if line.startswith("| command | right |")) + 2
     rows = {}
     for line in lines[begin:]:
         if not line.startswith("|"):
             break
-        command, takes, has = line.strip("|").split("|")
+        command, _, takes, has = line.strip("|").split("|")
         rows[words(command)[0]] = (words(takes), words(has))
     return rows
 
