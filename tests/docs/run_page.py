@@ -3,7 +3,7 @@
 
     run_page.py BIN_DIRECTORY SOURCE_DIRECTORY PAGE.md
 
-A page is one session of one shell, in a folder of its own that has the project's config/ in it. What is run is marked by a
+A page is one session of one shell, in a folder of its own that has config/, vcan-fixtures/ and build/bin as the project has them. What is run is marked by a
 comment, which readers do not see:
 
     <!-- run -->               the ```console block that follows: "$ " is a command, "> " goes on with it, the rest is what it
@@ -150,7 +150,10 @@ class Session:
 
     def __init__(self, programs, source, page):
         self.folder = Path(tempfile.mkdtemp(prefix="bmud-docs."))
-        (self.folder / "config").symlink_to(source / "config")
+        for name in ("config", "vcan-fixtures"):
+            (self.folder / name).symlink_to(source / name)
+        (self.folder / "build").mkdir()
+        (self.folder / "build/bin").symlink_to(programs)
         self.bus = f"bench-{os.getpid()}"
         settings = {"PATH": f"{programs}:{os.environ['PATH']}", "HOME": str(self.folder), "TZ": "UTC", "LC_ALL": "C.UTF-8",
                     "SOURCE": str(source), "PAGE": str(page), "TMPDIR": str(self.folder)}

@@ -54,10 +54,8 @@ $ cat words.txt; echo "ended with $?"
 one 7
 ended with 0
 $ cd there
-$ ls ..
-config
-there
-words.txt
+$ ls ../words.txt
+../words.txt
 ```
 <!-- run until -->
 ```console
