@@ -7,8 +7,8 @@ set -euo pipefail
 packages_of_group() {
   case $1 in
     build) echo g++ cmake ninja-build ccache pkg-config libsystemd-dev libsocketcan-dev libspdlog-dev nlohmann-json3-dev libexpected-dev libcli11-dev libeigen3-dev libfccp-dev libsqlite3-dev libzstd-dev zlib1g-dev ;;
-    # python3-canmatrix reads our DBC files, tmux is a terminal to look at.
-    test) echo catch2 libbenchmark-dev can-utils jq python3-canmatrix tmux zsh zstd ;;
+    # python3-canmatrix reads our DBC files, tmux is a terminal to look at, socat speaks to the status socket in docs/.
+    test) echo catch2 libbenchmark-dev can-utils jq python3-canmatrix socat tmux zsh zstd ;;
     # xz-utils and zstd: newer kernels pack their modules. iproute2 and jq are for the scripts inside the guest.
     # make, gcc and libelf-dev (for objtool) build the module of the GPIO chip.
     rig) echo qemu-system-x86 busybox-static cpio gzip kmod iproute2 can-utils jq xz-utils zstd make gcc libelf-dev ;;

@@ -6,6 +6,7 @@
 #include "daemon/core/event.hpp"
 #include "daemon/core/fault_evaluate.hpp"
 #include "daemon/core/fault_table.hpp"
+#include "daemon/shell/advice.hpp"
 
 namespace bmu {
 
@@ -70,14 +71,19 @@ std::string codes(const FaultRow& row) {
   return text;
 }
 
+std::string capitalised(std::string_view words) {
+  std::string text(words);
+  text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
+  return text;
+}
+
 std::string section(const FaultRow& row) {
-  std::string meaning(row.meaning);
-  meaning.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(meaning.front())));
-  std::string text = "### " + std::string(row.name) + "\n\n" + meaning + ".\n\n";
+  std::string text = "### " + std::string(row.name) + "\n\n" + capitalised(row.meaning) + ".\n\n";
   text += "- Watched: " + watched(row) + "\n";
   text += "- Reaction: " + reaction(row) + "\n";
   text += "- Ends: " + end(row) + "\n";
   if (const std::string numbers = codes(row); !numbers.empty()) text += "- Codes: " + numbers + "\n";
+  text += "- Often because: " + std::string(usual_cause_of(row.id)) + "\n";
   return text + "- What to do: " + std::string(row.remedy) + "\n\n";
 }
 
@@ -86,9 +92,11 @@ std::string section(const FaultRow& row) {
 std::string fault_page_markdown() {
   std::string page =
       "# Every fault\n\n"
-      "Made from the fault table by `BMUD_REWRITE=1 test_unit \"[docs]\"`; `bmuctl faults` says which of them are "
+      "Made from the fault table by `BMUD_REWRITE=1 test_unit \"[docs]\"`. `bmuctl faults` says which of them are "
       "present,\n"
-      "`bmuctl why` what they do. How bad a fault is shows in its reaction:\n\n"
+      "`bmuctl faults NAME` what is below of one, `bmuctl why` what they do to the pack now. How bad a fault is shows "
+      "in "
+      "its reaction:\n\n"
       "| reaction | means |\n|---|---|\n"
       "| warn | it is told, nothing else |\n"
       "| refuse to close | a closed pack stays closed, an open one stays open |\n"
@@ -108,6 +116,17 @@ std::string fault_page_markdown() {
   for (const FaultRow& row : fault_table()) page += section(row);
   page.pop_back();
   return page;
+}
+
+std::string blocker_sections_markdown() {
+  std::string text;
+  for (std::size_t index = 0; index < blocker_count; ++index) {
+    const auto blocker = static_cast<Blocker>(index);
+    const BlockerAdvice& advice = advice_on(blocker);
+    text += "### " + capitalised(to_text(blocker)) + "\n\n" + std::string(advice.meaning) +
+            "\n\n- What to do: " + std::string(advice.remedy) + "\n\n";
+  }
+  return text;
 }
 
 }  // namespace bmu

@@ -3,6 +3,7 @@
 #include <string>
 #include <utility>
 
+#include "daemon/shell/advice.hpp"
 #include "daemon/shell/freeze_json.hpp"
 #include "daemon/shell/modules_json.hpp"
 #include "daemon/shell/status_json.hpp"
@@ -37,6 +38,7 @@ Json cleared_json(const std::optional<ClearRecord>& cleared, const StatusView& v
 Json row_json(const FaultRow& row, const Thresholds& thresholds) {
   Json json{{"name", row.name},
             {"meaning", row.meaning},
+            {"cause", usual_cause_of(row.id)},
             {"remedy", row.remedy},
             {"reaction", to_text(row.reaction)},
             {"concerns", to_text(row.concerns)},

@@ -177,7 +177,12 @@ void StatusSocket::serve(const Answer& answer) {
 void StatusSocket::accept_clients() {
   // One a call: the listener stays readable while there are more.
   OwnedFd socket(::accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
-  if (!socket.is_open()) return;
+  if (!socket.is_open()) {
+    // Without a descriptor left for it (EMFILE, ENFILE) a client waits on, and the listener stays readable: whoever
+    // waits for it would never sleep again.
+    if (errno != EAGAIN && errno != ECONNABORTED) hear_new_clients(false);
+    return;
+  }
   auto client = std::make_unique<Client>();
   client->socket = std::move(socket);
   client->peer = peer_of(client->socket.get());
@@ -271,7 +276,15 @@ void StatusSocket::answer_later(std::uint64_t connection, std::string_view line)
   remove_finished();
 }
 
+void StatusSocket::hear_new_clients(bool hears) {
+  epoll_event event{};
+  if (hears) event.events = EPOLLIN;
+  event.data.fd = listener_.get();
+  if (::epoll_ctl(poll_.get(), EPOLL_CTL_MOD, listener_.get(), &event) == 0) is_deaf_ = !hears;
+}
+
 void StatusSocket::publish(TimePoint now, const Picture& picture) {
+  if (is_deaf_) hear_new_clients(true);
   std::string line;
   for (const auto& client : clients_) {
     if (!client->picture_period || client->is_finished || now < client->picture_at) continue;

@@ -77,6 +77,7 @@ class StatusSocket {
   StatusSocket(StatusSocketOptions options, OwnedFd poll, OwnedFd listener);
 
   void accept_clients();
+  void hear_new_clients(bool hears);
   void turn_away(Client& client, std::string_view line);
   void read_from(Client& client);
   void answer_one(const Answer& answer);
@@ -94,6 +95,7 @@ class StatusSocket {
   OwnedFd listener_;
   std::vector<std::unique_ptr<Client>> clients_;
   std::size_t next_turn_ = 0;
+  bool is_deaf_ = false;  // to new clients, until the next tick
   std::uint64_t connections_ = 0;
   std::uint64_t clients_dropped_ = 0;
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "daemon/shell/advice.hpp"
 #include "daemon/shell/modules_json.hpp"
 #include "daemon/shell/why_limits.hpp"
 #include "daemon/shell/why_words.hpp"
@@ -294,6 +295,25 @@ Json state_chain(const CoreView& view) {
           {"steps", std::move(steps)}};
 }
 
+// --- what somebody may do about it ---
+
+/// About each fault that stands against closing; where there is none, about the foremost blocker.
+Json to_do_list(const CoreView& view) {
+  Json list = Json::array();
+  for (const FaultRow& row : fault_table()) {
+    if (row.reaction == Reaction::warn || !view.core.faults().state(row.id).is_present()) continue;
+    list.push_back({{"about", row.name}, {"remedy", row.remedy}});
+  }
+  const auto& blockers = view.core.permission().blockers;
+  if (!list.empty() || blockers.empty()) return list;
+  list.push_back({{"about", to_text(*blockers.begin())}, {"remedy", advice_on(*blockers.begin()).remedy}});
+  return list;
+}
+
+std::string to_do_sentence(const Json& one) {
+  return "To do: " + one["remedy"].get<std::string>() + " (" + one["about"].get<std::string>() + ").";
+}
+
 // --- closing ---
 
 std::string precharge_sentence(const PrechargeRecord& record, const CoreView& view) {
@@ -354,6 +374,8 @@ Json why_json(const CoreView& view) {
   for (const Blocker blocker : view.core.permission().blockers) {
     sentences.push_back("Against closing: " + blocker_text(blocker, view) + ".");
   }
+  Json to_do = to_do_list(view);
+  for (const Json& one : to_do) sentences.push_back(to_do_sentence(one));
   if (!opening.is_null()) sentences.push_back(opening["text"]);
   if (precharge.has_run) sentences.push_back(precharge_sentence(precharge, view));
   sentences.push_back(discharge["text"]);
@@ -364,6 +386,7 @@ Json why_json(const CoreView& view) {
   }
   return {{"text", std::move(sentences)},
           {"state", std::move(state)},
+          {"to_do", std::move(to_do)},
           {"last_opening", std::move(opening)},
           {"limits", {{"discharge", std::move(discharge)}, {"charge", std::move(charge)}}}};
 }

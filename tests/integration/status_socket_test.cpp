@@ -14,6 +14,7 @@
 #include <grp.h>
 #include <nlohmann/json.hpp>
 #include <poll.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -437,6 +438,46 @@ TEST_CASE("a path too long for a socket is refused with a reason", "[integration
   const auto socket = StatusSocket::open({.path = "/tmp/" + std::string(200, 'x')});
   REQUIRE_FALSE(socket);
   CHECK(to_text(socket.error()).find("107 bytes") != std::string::npos);
+}
+
+/// No descriptor can be had as long as it lives.
+class NoDescriptors {
+ public:
+  NoDescriptors() {
+    REQUIRE(::getrlimit(RLIMIT_NOFILE, &usual_) == 0);
+    // The lowest that is free is the first that must not be had.
+    const int free = ::dup(STDIN_FILENO);
+    REQUIRE(free > 0);
+    ::close(free);
+    const rlimit less{.rlim_cur = static_cast<rlim_t>(free), .rlim_max = usual_.rlim_max};
+    REQUIRE(::setrlimit(RLIMIT_NOFILE, &less) == 0);
+  }
+  NoDescriptors(const NoDescriptors&) = delete;
+  NoDescriptors& operator=(const NoDescriptors&) = delete;
+  ~NoDescriptors() { ::setrlimit(RLIMIT_NOFILE, &usual_); }
+
+ private:
+  rlimit usual_{};
+};
+
+TEST_CASE("a client for whom there is no descriptor waits, and keeps nobody awake", "[integration][status][F70]") {
+  Bench bench;
+  const OwnedFd client = connect_to(bench.path);
+  say(client, "one\n");
+  {
+    const NoDescriptors none;
+    bench.serve();
+    CHECK_FALSE(bench.is_busy());
+    // With each tick it is tried again, once.
+    bench.socket->publish(TimePoint{}, [] { return std::string(); });
+    CHECK(bench.is_busy());
+    bench.serve();
+    CHECK_FALSE(bench.is_busy());
+    CHECK(bench.asked.empty());
+  }
+  bench.socket->publish(TimePoint{}, [] { return std::string(); });
+  bench.serve();
+  CHECK(hear(client) == "said one\n");
 }
 
 }  // namespace bmu

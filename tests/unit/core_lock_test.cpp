@@ -1,6 +1,7 @@
 // What a latch does over the end of the daemon, on the bench: which hold, what is known of them, and what brings them
 // back.
 #include "daemon/core/core.hpp"
+#include "daemon/shell/advice.hpp"
 #include "daemon/shell/why_json.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/core_bench.hpp"
@@ -210,4 +211,27 @@ TEST_CASE("an opening for a lock of a former life says so, with no times it cann
   CHECK(signal.at("taken_ago_ms").is_null());
   CHECK(signal.at("taken_before_opening_ms").is_null());
   CHECK(why.at("steps").at(1).at("confirmed_before_opening_ms").is_null());
+}
+
+TEST_CASE("why says what may be done about each fault against closing, else about the foremost reason",
+          "[unit][core][why]") {
+  CoreBench bench(small_pack());
+  bench.run(3s);
+  CHECK(why_json({.core = bench.core(), .now = bench.now()})["to_do"].empty());
+  bench.inputs.estop_1_released = false;
+  bench.run(100ms);
+  const Json pressed = why_json({.core = bench.core(), .now = bench.now()});
+  REQUIRE(pressed["to_do"].size() == 1);
+  CHECK(pressed["to_do"][0]["about"] == "emergency_stop");
+  CHECK(pressed["to_do"][0]["remedy"] == row_of(FaultId::emergency_stop).remedy);
+  CHECK(pressed["text"].dump().find("To do: find out why, release it, then clear (emergency_stop).") !=
+        std::string::npos);
+
+  CoreBench young(small_pack());
+  const auto& blockers = young.core().permission().blockers;
+  REQUIRE(young.run_until([&] { return !blockers.empty() && *blockers.begin() != Blocker::fault; }, 3s));
+  const Json early = why_json({.core = young.core(), .now = young.now()})["to_do"];
+  REQUIRE(early.size() == 1);
+  CHECK(early[0]["about"] == to_text(*blockers.begin()));
+  CHECK(early[0]["remedy"] == advice_on(*blockers.begin()).remedy);
 }

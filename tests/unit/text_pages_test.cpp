@@ -62,6 +62,26 @@ TEST_CASE("a fault that stays is named even if the daemon gives no reason", "[un
   CHECK(clear_text(Json::array(), Json::array({"emergency_stop"}), nullptr) == "Still present: emergency_stop.\n");
 }
 
+TEST_CASE("one fault is explained, whether it was ever seen or not", "[unit][bmuctl]") {
+  Json fault{{"name", "open_wire"},
+             {"meaning", "a sense wire is open"},
+             {"reaction", "open now"},
+             {"concerns", "all"},
+             {"latch", "until cleared"},
+             {"cause", "a fuse in it"},
+             {"remedy", "check the wire"},
+             {"stage", "good"},
+             {"count", 0}};
+  CHECK(fault_page(Reply(fault), Reply(nullptr)).text(false) ==
+        "open_wire: a sense wire is open\n"
+        "  seen      never\n"
+        "  does      open now; concerns all; latch until cleared\n"
+        "  often     a fuse in it\n"
+        "  to do     check the wire\n");
+  fault["stage"] = "active";
+  CHECK(fault_page(Reply(fault), Reply(nullptr)).text(false).find("  stage     active") != std::string::npos);
+}
+
 namespace {
 
 Json balance_reply() {

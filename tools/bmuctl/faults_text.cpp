@@ -67,7 +67,7 @@ constexpr std::array frame_table{
 
 std::string seen_text(const Reply& fault) {
   const std::int64_t count = fault["count"].number_or(0);
-  if (count == 0) return "not confirmed yet";
+  if (count == 0) return has_something(fault) ? "not confirmed yet" : "never";
   const std::string last = shown_time(fault["last_unix_time_ms"]);
   if (count == 1) return "once, " + last;
   return std::to_string(count) + " times, first " + shown_time(fault["first_unix_time_ms"]) + ", last " + last;
@@ -139,7 +139,6 @@ std::string kind_text(const Reply& fault) {
 }
 
 void add_details(Page& page, const Reply& fault) {
-  page.add({});
   page.add({{fault["name"].text(), style_of(fault)}, plain(": " + fault["meaning"].text())});
   page.add_field("  seen", {plain(seen_text(fault))});
   for (std::size_t i = 0; i < fault["modules"].size(); ++i) {
@@ -159,10 +158,19 @@ void add_details(Page& page, const Reply& fault) {
     page.add_field("  locked", {{"until " + who + " clears it, over restarts, too", Style::warning}});
   }
   page.add_field("  does", {{kind_text(fault), Style::dim}});
+  if (!fault["cause"].text().empty()) page.add_field("  often", {plain(fault["cause"].text())});
   if (!fault["remedy"].text().empty()) page.add_field("  to do", {plain(fault["remedy"].text())});
 }
 
 }  // namespace
+
+Page fault_page(const Reply& fault, const Reply& modules) {
+  Page page;
+  add_details(page, fault);
+  if (has_something(fault))
+    page.add_field("  stage", {plain(fault["stage"].text() + ", " + fault_details(fault, modules))});
+  return page;
+}
 
 Page faults_page(const Reply& reply) {
   return faults_page(reply["faults"], reply["status"]["modules"]);
@@ -182,7 +190,10 @@ Page faults_page(const Reply& faults, const Reply& modules) {
     rows.push_back(row_line(told.back(), modules));
   }
   if (!told.empty()) page.add_table(rows, {2});
-  for (const Reply& fault : told) add_details(page, fault);
+  for (const Reply& fault : told) {
+    page.add({});
+    add_details(page, fault);
+  }
   if (!told.empty()) page.add({});
   page.add({{(told.empty() ? "No fault has ever been seen; " : "") + std::to_string(faults.size() - told.size()) +
                  (told.empty() ? " are watched for" : " others have never been seen") +

@@ -38,6 +38,7 @@ constexpr const char* footer = R"(Examples:
   bmuctl watch                     the live picture; q or Ctrl-C ends it
   bmuctl watch --seconds 60 >log   a line a second for a minute, the picture at the end
   bmuctl why                       why it opened, why it does not close, why it is limited
+  bmuctl faults cell_imbalance     one fault: what it is, what was seen, what is often behind it, what to do
   bmuctl clear                     end faults that wait for it and whose cause is gone
   bmuctl clear --authorised        those, too, that need somebody who has looked at the pack
   bmuctl modules                   who is on which node, who should be, how they answer (bmuctl modules --help)
@@ -138,6 +139,7 @@ struct Options {
   double period_s = 0;
   bool reconnect = false;
   bool authorised = false;
+  std::string fault;  // the name of one; "": all that were seen
   std::uint64_t serial_number = 0;
   std::uint64_t node = 0;  // 0: none given
   bool unheard = false;
@@ -201,6 +203,40 @@ int ask(const CommandRow& row, const Options& options) {
   }
   write_out(row.page(reply).text(wants_colour(options)));
   return status;
+}
+
+/// "a, b and c" would be 83 names: those that have the word in them, or where to find all.
+std::string no_such_fault(const std::string& name, const Reply& faults) {
+  std::string alike;
+  for (std::size_t i = 0; i < faults.size(); ++i) {
+    const std::string other = faults.at(i)["name"].text();
+    if (other.find(name) != std::string::npos) alike += (alike.empty() ? "" : ", ") + other;
+  }
+  return "no fault is called \"" + name + "\"" +
+         (alike.empty() ? "; all names: bmuctl --json faults | jq -r .faults[].name" : ", but " + alike);
+}
+
+/// One fault by its name, whether it was ever seen or not.
+int ask_fault(const Options& options) {
+  auto client = Client::connect(options.socket);
+  if (!client) return fail(client.error());
+  std::array<nlohmann::json, 2> answers;
+  constexpr std::array<const char*, 2> questions{"faults", "status"};
+  for (std::size_t i = 0; i < questions.size(); ++i) {
+    const auto line = answer_to({{"cmd", questions.at(i)}}, *client);
+    if (!line) return fail(line.error());
+    answers.at(i) = nlohmann::json::parse(*line, nullptr, false);
+    if (const Reply reply(answers.at(i)); !reply["ok"].is_true()) return refused(reply);
+  }
+  const Reply faults = Reply(answers[0])["faults"];
+  for (std::size_t i = 0; i < faults.size(); ++i) {
+    if (faults.at(i)["name"].text() != options.fault) continue;
+    write_out(options.json ? answers[0]["faults"][i].dump() + "\n"
+                           : fault_page(faults.at(i), Reply(answers[1])["modules"]).text(wants_colour(options)));
+    return exit_ok;
+  }
+  fail(no_such_fault(options.fault, faults));
+  return command_line::exit_usage;
 }
 
 /// The assignment this connection asked for, once it is over; null if the daemon had another to tell of, or none.
@@ -311,6 +347,8 @@ const CLI::App* add_options(CLI::App& app, Options& options) {
   for (const CommandRow& row : command_table) app.add_subcommand(row.name, row.help);
   app.get_subcommand("clear")->add_flag("--authorised", options.authorised,
                                         "those, too, that need somebody who has looked at the pack");
+  app.get_subcommand("faults")->add_option("NAME", options.fault,
+                                           "this one, seen or not: what is often behind it, what to do");
   add_modules(*app.get_subcommand("modules"), options);
   CLI::App* balance = app.get_subcommand("balance");
   CLI::Option* off = balance->add_flag("--off", options.balancing_off, "stop, until --on or a new start of the daemon");
@@ -347,6 +385,7 @@ int parse_and_ask(int argc, char** argv) {
     return history.run({.socket = options.socket, .json = options.json, .with_colour = wants_colour(options)});
   }
   if (const CLI::App* modules = app.get_subcommand("modules"); modules->parsed()) return ask_modules(*modules, options);
+  if (!options.fault.empty()) return ask_fault(options);
   for (const CommandRow& row : command_table) {
     if (app.got_subcommand(row.name)) return ask(row, options);
   }

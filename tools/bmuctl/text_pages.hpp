@@ -12,6 +12,8 @@ namespace bmu {
 [[nodiscard]] Page faults_page(const Reply& reply);
 /// The same, of the faults of a "faults" reply and the modules of a "status" reply.
 [[nodiscard]] Page faults_page(const Reply& faults, const Reply& modules);
+/// One of them, seen or not: what it is, what is remembered, what is often behind it and what to do.
+[[nodiscard]] Page fault_page(const Reply& fault, const Reply& modules);
 [[nodiscard]] Page why_page(const Reply& reply);
 [[nodiscard]] Page clear_page(const Reply& reply);
 /// Whether a fault that does more than warn was not ended by the clear this is the answer to.

@@ -1,0 +1,302 @@
+#!/usr/bin/env python3
+"""Runs the commands of a page of the documentation, and holds what they print against what the page shows.
+
+    run_page.py BIN_DIRECTORY SOURCE_DIRECTORY PAGE.md
+
+A page is one session of one shell, in a folder of its own that has config/, vcan-fixtures/ and build/bin as the project has them. What is run is marked by a
+comment, which readers do not see:
+
+    <!-- run -->               the ```console block that follows: "$ " is a command, "> " goes on with it, the rest is what it
+                               prints, on standard output and standard error
+    <!-- run until -->         the same, each command again and again until it prints that: for what takes a moment. A reader
+                               is slower than a machine; these are looks, and may be repeated
+    <!-- run hidden            commands up to the closing "-->", which end with 0: what the reader has done on another page
+    <!-- write FILE -->        the block that follows becomes that file
+
+Where both are compared, runs of spaces are alike, a line "..." stands for any lines, "..." at the end of a line for the rest of
+it, and a number for any number with as many digits behind its point, so that times and measured values may differ; spans of time, dates and hashes stand for others of
+their kind. Numbers that name something are that number: behind the words of NAMING, and within words. Trailing spaces do not
+count. A command that prints nothing on the page prints nothing and ends with 0.
+
+With BMUD_REWRITE in the environment the page is written anew instead, with what commands print now.
+
+The bus unix:bench of the pages is one of this run. The daemon opens when the machine holds it up for too long, and says so in its log:
+then the whole page is run again, twice at most. Any other difference fails.
+"""
+import os
+import re
+import select
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+UNTIL_S = 30.0
+COMMAND_S = 60.0
+AGAIN_S = 0.05
+ATTEMPTS = 3
+STARVED = "stopped or starved for"
+END = "--- end of the command:"
+
+NAMING = r"(?:modules?|cell|no\.|nodes?|ended with|, limit|wanted|at most|found|serial number)"
+KINDS = [
+    ("rest", r"\.\.\.$"),
+    ("date", r"\d{4}-\d\d-\d\d[ T]\d\d:\d\d:\d\d(?:\.\d+)?(?:[+-]\d\d:\d\d)?"),
+    ("stamp", r"\d{8}T\d{6}\.\d{3}Z"),
+    ("hash", r"\b[0-9a-f]{16}\b"),
+    ("name", NAMING + r" \d+(?:\.\d+)*(?!\w)"),
+    ("span", r"(?<![\w.])(?:\d+ (?:h|min) )?\d+(?:\.\d+)? (?:ms|s|min|h)\b"),
+    ("number", r"(?<![\w.])-?\d+(?:\.\d+)?(?!\w)"),
+    ("space", r"\s+"),
+    ("text", r"."),
+]
+TOKEN = re.compile("|".join(f"(?P<{kind}>{pattern})" for kind, pattern in KINDS))
+
+
+class Different(Exception):
+    """What a command did is not what the page shows."""
+
+
+@dataclass
+class Step:
+    """A command with what it should print; or a file to be written."""
+
+    line: int
+    command: str = ""
+    expected: list = field(default_factory=list)
+    until: bool = False
+    hidden: bool = False
+    file: str = ""
+
+
+def pattern_of_token(kind, text):
+    if kind == "rest":
+        return r"[^\n]*"
+    if kind in ("name", "text"):
+        return re.escape(text)
+    if kind == "space":
+        return r"\s+"
+    if kind == "number":
+        digits = len(text.partition(".")[2])
+        return r"-?\d+" + (rf"\.\d{{{digits}}}" if digits else "")
+    return f"(?:{dict(KINDS)[kind]})"
+
+
+def pattern_of(expected):
+    """What output of these lines has to match, as a whole."""
+    parts = []
+    for line in expected:
+        if line.strip() == "...":
+            parts.append(r"(?:[^\n]*\n)*?")
+            continue
+        tokens = TOKEN.finditer(line.rstrip())
+        parts.append("".join(pattern_of_token(t.lastgroup, t.group()) for t in tokens) + r"[ \t]*\n")
+    return re.compile("".join(parts))
+
+
+def split_block(lines, first_line, until):
+    """The commands of a console block with what each prints."""
+    steps = []
+    for number, line in enumerate(lines, first_line):
+        if line.startswith("$ "):
+            steps.append(Step(number, line[2:], until=until))
+        elif not steps:
+            raise Different(f"line {number}: a console block begins with a command")
+        elif line.startswith("> ") and not steps[-1].expected:
+            steps[-1].command += "\n" + line[2:]
+        else:
+            steps[-1].expected.append(line)
+    return steps
+
+
+def fenced(lines, index):
+    """The block whose fence is at this index: its lines, and the index behind it."""
+    if index >= len(lines) or not lines[index].startswith("```"):
+        raise Different(f"line {index + 1}: a block is wanted here")
+    end = next((i for i in range(index + 1, len(lines)) if lines[i].startswith("```")), None)
+    if end is None:
+        raise Different(f"line {index + 1}: the block does not end")
+    return lines[index + 1:end], end + 1
+
+
+def steps_of(text):
+    lines = text.splitlines()
+    steps, index = [], 0
+    while index < len(lines):
+        mark = re.fullmatch(r"<!-- (run hidden|run until|run|write (\S+))( -->)?", lines[index])
+        if not mark:
+            index += 1
+            continue
+        what, start = mark.group(1), index + 1
+        if what == "run hidden":
+            index = next((i for i in range(start, len(lines)) if lines[i] == "-->"), None)
+            if index is None:
+                raise Different(f"line {start}: the comment does not end")
+            steps.append(Step(start, "\n".join(lines[start:index]), hidden=True))
+            continue
+        block, index = fenced(lines, start)
+        if mark.group(2):
+            steps.append(Step(start, file=mark.group(2), expected=block))
+        else:
+            steps += split_block(block, start + 2, what == "run until")
+    return steps
+
+
+class Session:
+    """A shell in a folder of its own."""
+
+    def __init__(self, programs, source, page):
+        self.folder = Path(tempfile.mkdtemp(prefix="bmud-docs."))
+        for name in ("config", "vcan-fixtures"):
+            (self.folder / name).symlink_to(source / name)
+        (self.folder / "build").mkdir()
+        (self.folder / "build/bin").symlink_to(programs)
+        self.bus = f"bench-{os.getpid()}"
+        settings = {"PATH": f"{programs}:{os.environ['PATH']}", "HOME": str(self.folder), "TZ": "UTC", "LC_ALL": "C.UTF-8",
+                    "SOURCE": str(source), "PAGE": str(page), "TMPDIR": str(self.folder)}
+        self.shell = subprocess.Popen(["bash", "--noprofile", "--norc", "-O", "expand_aliases"], cwd=self.folder, env=settings,
+                                      stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                      start_new_session=True)
+        self.rest = b""
+
+    def close(self):
+        """Ends what the page has started: the shell's process group, which is ours alone."""
+        for signal_number in (15, 9):
+            try:
+                os.killpg(self.shell.pid, signal_number)
+            except ProcessLookupError:
+                break
+            self.drain(2.0)
+        self.shell.wait()
+        Path(f"/dev/shm/bmud-bus.{self.bus}").unlink(missing_ok=True)
+        shutil.rmtree(self.folder)
+
+    def drain(self, at_most_s):
+        """Until nobody of the session has its output open any more."""
+        deadline = time.monotonic() + at_most_s
+        while (left := deadline - time.monotonic()) > 0:
+            if select.select([self.shell.stdout], [], [], left)[0] and not os.read(self.shell.stdout.fileno(), 65536):
+                return
+
+    def was_starved(self):
+        return any(STARVED in log.read_text(errors="replace") for log in self.folder.rglob("*.log") if log.is_file())
+
+    def run(self, command):
+        """What the command prints, and its exit status."""
+        script = "{ " + command.replace("unix:bench", f"unix:{self.bus}") + "\n} </dev/null\n"
+        self.shell.stdin.write((script + f"printf '\\n{END} %d\\n' $?\n").encode())
+        self.shell.stdin.flush()
+        deadline = time.monotonic() + COMMAND_S
+        while not (end := re.search(rb"\n" + END.encode() + rb" (\d+)\n", self.rest)):
+            left = deadline - time.monotonic()
+            if left <= 0 or not select.select([self.shell.stdout], [], [], left)[0]:
+                raise Different(f"'{command}' does not end within {COMMAND_S:g} s")
+            more = os.read(self.shell.stdout.fileno(), 65536)
+            if not more:
+                raise Different(f"'{command}' ended the shell")
+            self.rest += more
+        output, self.rest = self.rest[:end.start()], self.rest[end.end():]
+        return output.decode(errors="replace").replace(self.bus, "bench"), int(end.group(1))
+
+
+def go_before_others():
+    """A daemon that has to wait for compilers opens its contactors. Only who may is served first, and all it starts."""
+    try:
+        os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(1))
+    except PermissionError:
+        pass
+
+
+def is_as_shown(step, output, status):
+    if step.hidden:
+        return status == 0
+    if not step.expected and status != 0:
+        return False
+    # The last line of a command need not end with a new line.
+    text = output if not output or output.endswith("\n") else output + "\n"
+    return pattern_of(step.expected).fullmatch(text) is not None
+
+
+def perform(session, step):
+    if step.file:
+        (session.folder / step.file).write_text("\n".join(step.expected) + "\n")
+        return
+    deadline = time.monotonic() + UNTIL_S
+    looks = 0
+    while True:
+        looks += 1
+        output, status = session.run(step.command)
+        if is_as_shown(step, output, status):
+            return
+        if not step.until or time.monotonic() >= deadline:
+            wanted = "\n".join(step.expected)
+            raise Different(f"line {step.line}: $ {step.command}\n--- the page shows:\n{wanted}\n"
+                            f"--- it printed{f', at the last of {looks} looks' if step.until else ''}, and ended with {status}:\n{output}")
+        time.sleep(AGAIN_S)
+
+
+def attempt(programs, source, page, steps):
+    """None, or what was different and whether the machine was at fault."""
+    session = Session(programs, source, page)
+    try:
+        for step in steps:
+            perform(session, step)
+        return None
+    except Different as difference:
+        return str(difference), session.was_starved()
+    finally:
+        session.close()
+
+
+def rewrite(programs, source, page, steps):
+    """Shows what commands print now where the page shows all of it: not where it has "...", nor where it waits for something."""
+    lines = page.read_text().splitlines()
+    session = Session(programs, source, page)
+    try:
+        shown = []
+        for step in steps:
+            if step.file or step.hidden or step.until or any(line.endswith("...") for line in step.expected):
+                perform(session, step)
+            else:
+                shown.append((step, session.run(step.command)[0].splitlines()))
+    finally:
+        session.close()
+    for step, output in reversed(shown):
+        begin = step.line + step.command.count("\n")
+        lines[begin:begin + len(step.expected)] = output
+    page.write_text("\n".join(lines) + "\n")
+
+
+def main():
+    programs, source, page = (Path(argument).resolve() for argument in sys.argv[1:4])
+    try:
+        steps = steps_of(page.read_text())
+    except Different as difference:
+        print(f"{page}: {difference}")
+        return 1
+    if not steps:
+        print(f"{page}: nothing is marked to be run")
+        return 1
+    if "BMUD_REWRITE" in os.environ:
+        go_before_others()
+        rewrite(programs, source, page, steps)
+        return 0
+    go_before_others()
+    for _ in range(ATTEMPTS):
+        began = time.monotonic()
+        failure = attempt(programs, source, page, steps)
+        if failure is None:
+            print(f"{page.name}: {len(steps)} steps as shown, in {time.monotonic() - began:.1f} s")
+            return 0
+        print(f"{page}: {failure[0]}")
+        if not failure[1]:
+            return 1
+        print("the machine held the daemon up; once more\n")
+    return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
