@@ -244,9 +244,12 @@ void Oracle::check_published(const CanFrame& frame, TimePoint now) {
   const std::uint32_t id = frame.id - config_->vehicle.base_id + default_base_id;
   // An open pack that nobody wants is asked seldom, and may say for two of these periods what it has heard.
   const Duration seldom = before_.any_contactor() ? Duration{} : 2 * config_->poll.parked_period;
+  // What waited in a device for a bus that was full comes as if it were new: nobody can tell.
+  const bool was_flooded = flooded_at_ != TimePoint{} && now - flooded_at_ <= hidden_for;
   const auto allow = [&](bool is_valid, Heard::Kind kind, std::string_view what) {
     const std::string stale = heard_.stale(now, tick_and_frame + seldom, kind);
-    require(!is_valid || stale.empty(), Rule::published, now, std::string(what) + " is told as valid though " + stale);
+    require(!is_valid || stale.empty() || was_flooded, Rule::published, now,
+            std::string(what) + " is told as valid though " + stale);
   };
   if (id == pack_voltage.base_id) {
     allow(read<pack_voltage, "pack_voltage_mV">(frame).is_valid(), Heard::Kind::pack_voltage, "the pack voltage");
@@ -321,6 +324,7 @@ void Oracle::note_millisecond(const Stage& stage) {
   const TimePoint now = stage.pack.now();
   follow_lines(stage);
   check_contacts(stage);
+  if (is_present("flood")) flooded_at_ = now;
   for (Present& present : present_) {
     if (present.fault->kind->hides && !present.has_ended) {
       hidden_at_ = now;

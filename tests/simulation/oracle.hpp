@@ -161,6 +161,7 @@ class Oracle {
   TimePoint quiet_since_;            // nothing that may open since then
   TimePoint hidden_at_{};            // the last moment at which something was hidden
   const FaultEvent* hid_ = nullptr;  // and what hid it
+  TimePoint flooded_at_{};           // the last moment at which the bus was full
   Line vehicle_;
   Line charger_;
   TimePoint line_fell_at_{};

@@ -124,28 +124,28 @@ void WiredPack::tick_devices() {
   if (each_ms) each_ms(*this);
   std::erase_if(late_, [this](const Due& due) {
     if (due.at > now_) return false;
-    put_of_device(due.frame);
+    put_of_device(station_of(due.frame), due.frame);
     return true;
   });
   for (const SentFrame& sent : simulator_.advance(now_)) {
     CanFrame frame = sent.frame;
+    const Station station = station_of(frame);
     const Fate fate = on_sent ? on_sent(frame, *this) : Fate{};
     last_sent_[sent.frame.id] = sent.frame;
     if (fate.is_lost) continue;
     if (fate.delay > Duration{}) {
       late_.push_back({now_ + fate.delay, frame});
     } else {
-      put_of_device(frame);
+      put_of_device(station, frame);
     }
-    if (fate.twin) put_of_device(*fate.twin);
+    if (fate.twin) put_of_device(station, *fate.twin);
   }
   if (!twin_) return;
   static const FrontEndTransfer transfer = twin_transfer();
   for (const CanFrame& frame : twin_->tick(now_, transfer)) bus_.put(Station::twin, frame);
 }
 
-void WiredPack::put_of_device(const CanFrame& frame) {
-  const Station station = station_of(frame);
+void WiredPack::put_of_device(Station station, const CanFrame& frame) {
   if (!device_queue_length || bus_.waiting(station) < *device_queue_length) bus_.put(station, frame);
 }
 

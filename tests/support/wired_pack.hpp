@@ -126,7 +126,7 @@ class WiredPack {
   void tell(const ObservedThing& what);
   void tell_due();
   void tick_devices();
-  void put_of_device(const CanFrame& frame);
+  void put_of_device(Station station, const CanFrame& frame);
   void decide();
 
   TimePoint now_;
