@@ -20,8 +20,8 @@ count. A command that prints nothing on the page prints nothing and ends with 0.
 
 With BMUD_REWRITE in the environment the page is written anew instead, with what commands print now.
 
-The bus unix:bench of the pages is one of this run. The daemon opens when the machine holds it up for too long, and says so in its log:
-then the whole page is run again, twice at most. Any other difference fails.
+The bus unix:bench of the pages is one of this run. The daemon opens when the machine holds it up for too long, and modules fall silent
+when it holds up the emulator; both say so in their logs. Then the whole page is run again, twice at most. Any other difference fails.
 """
 import os
 import re
@@ -38,7 +38,8 @@ UNTIL_S = 30.0
 COMMAND_S = 60.0
 AGAIN_S = 0.05
 ATTEMPTS = 3
-STARVED = "stopped or starved for"
+# What daemon and emulator say in their logs when the machine held them up.
+HELD_UP = ("stopped or starved for", "because this program was held up")
 END = "--- end of the command:"
 
 NAMING = r"(?:modules?|cell|no\.|nodes?|ended with|, limit|wanted|at most|found|serial number)"
@@ -162,7 +163,7 @@ class Session:
                                       start_new_session=True)
         self.rest = b""
 
-    def close(self):
+    def end(self):
         """Ends what the page has started: the shell's process group, which is ours alone."""
         for signal_number in (15, 9):
             try:
@@ -171,6 +172,8 @@ class Session:
                 break
             self.drain(2.0)
         self.shell.wait()
+
+    def remove(self):
         Path(f"/dev/shm/bmud-bus.{self.bus}").unlink(missing_ok=True)
         shutil.rmtree(self.folder)
 
@@ -181,8 +184,9 @@ class Session:
             if select.select([self.shell.stdout], [], [], left)[0] and not os.read(self.shell.stdout.fileno(), 65536):
                 return
 
-    def was_starved(self):
-        return any(STARVED in log.read_text(errors="replace") for log in self.folder.rglob("*.log") if log.is_file())
+    def was_held_up(self):
+        logs = [log.read_text(errors="replace") for log in self.folder.rglob("*.log") if log.is_file()]
+        return any(words in log for log in logs for words in HELD_UP)
 
     def run(self, command):
         """What the command prints, and its exit status."""
@@ -241,14 +245,17 @@ def perform(session, step):
 def attempt(programs, source, page, steps):
     """None, or what was different and whether the machine was at fault."""
     session = Session(programs, source, page)
+    difference = None
     try:
         for step in steps:
             perform(session, step)
-        return None
-    except Different as difference:
-        return str(difference), session.was_starved()
+    except Different as found:
+        difference = str(found)
     finally:
-        session.close()
+        session.end()
+        failure = difference and (difference, session.was_held_up())
+        session.remove()
+    return failure
 
 
 def rewrite(programs, source, page, steps):
@@ -263,7 +270,8 @@ def rewrite(programs, source, page, steps):
             else:
                 shown.append((step, session.run(step.command)[0].splitlines()))
     finally:
-        session.close()
+        session.end()
+        session.remove()
     for step, output in reversed(shown):
         begin = step.line + step.command.count("\n")
         lines[begin:begin + len(step.expected)] = output
