@@ -23,7 +23,8 @@ std::string printed(const Observation& observation, const RecordClock& clock) {
 
 void check_observation(const Observation& observation, const RecordClock& clock) {
   constexpr Duration latest = std::chrono::microseconds{record_time_max_us};
-  if (std::chrono::abs(observation.at.time_since_epoch()) > latest) return;  // no core can have had it: the reader's business
+  if (std::chrono::abs(observation.at.time_since_epoch()) > latest)
+    return;  // no core can have had it: the reader's business
   const std::string line = printed(observation, clock);
   FUZZ_CHECK(line.find('\n') == std::string::npos);
   const auto again = parse_record_line(line, clock, buses);

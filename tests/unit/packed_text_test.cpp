@@ -292,9 +292,12 @@ TEST_CASE("a pipe gives its text as it comes, and may begin with damage", "[unit
   writer.join();
   REQUIRE(read.status == PackedText::Status::damaged);
   CHECK(text.damage().end == 26);
-  read = text.read(buffer);
-  CHECK(std::string_view(buffer.data(), read.size) == "a frame\n");
-  CHECK(text.read(buffer).status == PackedText::Status::end);
+  std::string of_frame;  // in as many pieces as the library likes
+  for (read = text.read(buffer); read.status == PackedText::Status::text; read = text.read(buffer)) {
+    of_frame.append(buffer.data(), read.size);
+  }
+  CHECK(of_frame == "a frame\n");
+  CHECK(read.status == PackedText::Status::end);
 }
 
 TEST_CASE("any changed byte of a packed text ends in the same text or is named", "[unit][packed_text]") {

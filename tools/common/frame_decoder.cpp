@@ -55,8 +55,8 @@ class ZstdDecoder final : public FrameDecoder {
   }
   ~ZstdDecoder() override { ZSTD_freeDCtx(context_); }
 
-  /// A piece at a time: of a call that ends in damage the library does not tell what it gave. So a block goes in without
-  /// the header of the next, and text that did not fit comes out before anything more goes in.
+  /// A piece at a time: of a call that ends in damage the library does not tell what it gave. So a block goes in
+  /// without the header of the next, and text that did not fit comes out before anything more goes in.
   Step step(std::string_view packed, std::span<char> text) override {
     ZSTD_inBuffer in{packed.data(), has_text_left_ ? 0 : std::min(packed.size(), piece_), 0};
     ZSTD_outBuffer out{text.data(), text.size(), 0};
@@ -83,7 +83,7 @@ class ZstdDecoder final : public FrameDecoder {
   static constexpr std::size_t header_size_min = 5;
   static constexpr std::size_t block_header_size = 3;
 
-  /// It asks for a block with the header of the next; for anything else less at a time does no harm.
+  /// It asks for a block with the header of the next; of anything else, as the last block, less at a time does no harm.
   static std::size_t piece_of(std::size_t wanted) {
     return wanted > block_header_size ? wanted - block_header_size : wanted;
   }
