@@ -4,6 +4,7 @@
 // Input: lines. Those that begin with '@' are about the world, the others are requests:
 //
 //   @user 1000    who asks from here on; at first it is root
+//   @group 901    the group that he is in: 901 may look, 902 may command
 //   @run 50       milliseconds, 200 at most
 //   @key off, @key on
 //   @silent 2     a module says nothing any more
@@ -61,12 +62,15 @@ class Daemon {
 
  private:
   static constexpr std::uint32_t own_user_id = 990;
+  static constexpr std::uint32_t readers = 901;
+  static constexpr std::uint32_t admins = 902;
 
   void change_world(const std::vector<std::string_view>& words) {
     std::uint32_t number = 0;
     const std::string_view word = words.size() > 1 ? words[1] : std::string_view{};
     std::from_chars(word.data(), word.data() + word.size(), number);
     if (words[0] == "@user") peer_.user_id = number;
+    if (words[0] == "@group") peer_.group_id = number;
     if (words[0] == "@run") bench_.run(std::chrono::milliseconds(std::min(number, 200U)));
     if (words[0] == "@key") bench_.inputs.vehicle_on = word == "on";
     if (words[0] == "@silent") bench_.modules[number % bench_.modules.size()].talks = false;
@@ -80,17 +84,20 @@ class Daemon {
             .store = **store_,
             .history = history_,
             .rate = rate_,
-            .users = users_,
+            .users = access_.users(),
             .pack_name = "small \xFF pack",
             .cell_name = "round",
             .now = bench_.now()};
   }
 
+  [[nodiscard]] bool may_command() const {
+    return peer_.user_id == 0 || peer_.user_id == own_user_id || peer_.group_id == admins;
+  }
+
   void carry_out(const CommandGiven& command) {
     ++carried_out_;
-    const bool has_authority = peer_.user_id == 0 || peer_.user_id == own_user_id;
     FUZZ_CHECK(command.user_id == peer_.user_id && command.command != Command::shut_down);
-    FUZZ_CHECK(command.authority == Authority::user || has_authority);
+    FUZZ_CHECK(may_command());
     const ContactorOutputs before = bench_.core().outputs();
     bench_.observe(command);
     bench_.run(10ms);
@@ -132,11 +139,18 @@ class Daemon {
   Result<std::unique_ptr<StateStore>, OsError> store_ = StateStore::open({});
   HistoryStore history_{{}, {}};
   RateFinding rate_;
-  UserNames users_{"/dev/null"};
+  Access access_{{.own_user_id = own_user_id, .groups = {.readers = readers, .admins = admins}},
+                 UserNames("/dev/null"),
+                 [](std::string_view line) { FUZZ_CHECK(!line.empty()); }};
   StatusRequests requests_{{.make_view = [this] { return view(); },
                             .carry_out = [this](const CommandGiven& command) { carry_out(command); },
                             .log = [](std::string_view line) { FUZZ_CHECK(!line.empty()); },
-                            .own_user_id = own_user_id}};
+                            .access = access_,
+                            .reload =
+                                [this](const Peer&) {
+                                  FUZZ_CHECK(may_command());
+                                  return refusal("refused", "nothing is reloaded here");
+                                }}};
 };
 
 }  // namespace
