@@ -1,10 +1,15 @@
-// Histories that no SQLite opens any more: what is found on their pages is a row with a right checksum, or nothing.
+// Histories, damaged or made up, whether SQLite still opens them or not: only whole rows are given out, the same each
+// time, and the file is not changed by it.
 //
 // Input: a file; and by its first byte how large the pages are that are looked through for rows of any kind.
+#include <fstream>
+#include <iterator>
+#include <string>
+
 #include "daemon/history/history_reader.hpp"
 #include "daemon/history/row_blob.hpp"
 #include "tests/fuzz/fuzz.hpp"
-#include "tests/fuzz/memory_file.hpp"
+#include "tests/fuzz/scratch_folder.hpp"
 
 using namespace bmu;
 
@@ -42,7 +47,6 @@ void check_layout(std::string_view text) {
   if (layout) FUZZ_CHECK(layout_from_text(to_text(*layout)) == layout);
 }
 
-/// By a path that SQLite cannot open, as if the file's beginning were damaged.
 void check_reader(const std::string& path) {
   auto history = HistoryReader::open(path);
   if (!history) {
@@ -71,11 +75,15 @@ void check_reader(const std::string& path) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view bytes = fuzz::text_of(data, size);
-  const fuzz::MemoryFile file(bytes);
+  static const fuzz::ScratchFolder folder;
+  const std::string path = folder.file(bytes);
   const std::size_t page_bytes = std::size_t{512} << (size == 0 ? 0U : data[0] % 5U);
-  check_strays(file.path(), page_bytes, size);
+  check_strays(path, page_bytes, size);
   check_layout(bytes.substr(0, 2'000));
   check_blob(bytes.substr(0, 2'000));
-  check_reader(file.path());
+  check_reader(path);
+  std::ifstream file(path, std::ios::binary);
+  const std::string after{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  FUZZ_CHECK(after == bytes);
   return 0;
 }
