@@ -11,7 +11,8 @@ namespace bmu {
 
 namespace {
 
-// Locked memory is memory: with the usual 8 MiB each, the stacks of a few threads would take more than all else together.
+// Locked memory is memory: with the usual 8 MiB each, the stacks of a few threads would take more than all else
+// together.
 constexpr std::size_t thread_stack_bytes = std::size_t{512} * 1024;
 
 }  // namespace
