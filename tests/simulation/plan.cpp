@@ -17,6 +17,11 @@ struct Shape {
   unsigned weight = 1;  // how often it is drawn; large packs take long
 };
 
+/// The emulated charger ends somewhere, and the insulation monitor knows what is little for this pack.
+CoreConfig with_full_cells(CoreConfig config) {
+  config.cell.voltage_max_uV = 4'200'000;
+  return config;
+}
 CoreConfig with_charge_contactor(CoreConfig config) {
   config.contactors.has_charge_contactor = true;
   return config;
@@ -29,11 +34,11 @@ CoreConfig shipped(const std::string& name) {
 }
 
 std::vector<Shape> make_shapes() {
-  return {{"2x4", small_pack(), 6},
-          {"1x12", pack_of(1), 5},
-          {"3x12 with charge contactor", with_charge_contactor(pack_of(3)), 5},
-          {"6x12", pack_of(6), 3},
-          {"16x12", pack_of(16), 1},
+  return {{"2x4", with_full_cells(small_pack()), 6},
+          {"1x12", with_full_cells(pack_of(1)), 5},
+          {"3x12 with charge contactor", with_charge_contactor(with_full_cells(pack_of(3))), 5},
+          {"6x12", with_full_cells(pack_of(6)), 3},
+          {"16x12", with_full_cells(pack_of(16)), 1},
           {"lipo-6s-24v", shipped("lipo-6s-24v"), 5},
           {"shell-eco-6s", shipped("shell-eco-6s"), 4},
           {"fs-20s3p-84v", shipped("fs-20s3p-84v"), 4},
