@@ -134,7 +134,10 @@ std::string zsh_option(const DescribedOption& option) {
   const std::string many = option.is_repeated ? "*" : "";
   std::string text;
   for (const std::string& name : option.names) {
-    text += " \\\n    '" + many + name + "[" + zsh_text(option.description) + "]" + zsh_value(option) + "'";
+    text += " \\\n    '";
+    text += many;
+    text += name;
+    text += "[" + zsh_text(option.description) + "]" + zsh_value(option) + "'";
   }
   return text;
 }
