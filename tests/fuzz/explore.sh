@@ -106,7 +106,8 @@ build_targets() {
 run_target() {
   local target=$1
   shift
-  local run=("$build/bin/fuzz_$target" -timeout=30 -rss_limit_mb=2048 "$@")
+  # By the clock on the wall: a machine that is busy with other things takes long for anything.
+  local run=("$build/bin/fuzz_$target" -timeout=120 -rss_limit_mb=2048 -artifact_prefix="$build/fuzz/$target/" "$@")
   local dictionary=$repository/tests/fuzz/dictionaries/$target.dict
   [[ ! -f $dictionary ]] || run+=(-dict="$dictionary")
   if setarch --addr-no-randomize true 2>/dev/null; then run=(setarch --addr-no-randomize "${run[@]}"); fi
@@ -118,7 +119,7 @@ explore() {
   local target=$1 work=$build/fuzz/$1
   mkdir -p "$work/found"
   rm -f "$work/failed" "$work"/{crash,timeout,oom,leak,slow-unit}-*
-  run_target "$target" -max_total_time="$seconds" -seed="$seed" -print_final_stats=1 -artifact_prefix="$work/" \
+  run_target "$target" -max_total_time="$seconds" -seed="$seed" -print_final_stats=1 \
     "$work/found" "$repository/tests/fuzz/corpora/$target" >"$work/log" 2>&1 || touch "$work/failed"
   # Which functions were reached, once more over all inputs: it needs a process that ends by itself.
   run_target "$target" -runs=0 -print_coverage=1 "$work/found" "$repository/tests/fuzz/corpora/$target" \
