@@ -23,7 +23,7 @@ struct LinkWatch::Shared {
       : log(std::move(the_log)), system(the_system) {
     for (const LinkWanted& one : wanted) {
       keepers.emplace_back(one.interface_name, one.set_up);
-      reports.emplace_back(one.interface_name, LinkReport{});
+      reports.emplace_back(one.interface_name, LinkReport{.set_up = keepers.back().set_up()});
     }
   }
 
