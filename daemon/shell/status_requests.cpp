@@ -132,6 +132,7 @@ StatusRequests::StatusRequests(StatusActions actions) : actions_(std::move(actio
 
 std::vector<CommandRight> command_rights() {
   std::vector<CommandRight> rights;
+  rights.reserve(command_table.size());
   for (const CommandRow& row : command_table) rights.push_back(row.takes);
   return rights;
 }
