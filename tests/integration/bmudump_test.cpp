@@ -22,6 +22,7 @@
 #include "protocol/candump.hpp"
 #include "protocol/tables/internal_bus.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/sanitized.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/worked_frames.hpp"
 
@@ -257,14 +258,7 @@ TEST_CASE("CRLF, time going back and a last line without newline are fine", "[in
 }
 
 // A sanitizer keeps what was freed for a while, and more around everything.
-#if defined(__SANITIZE_ADDRESS__)
-constexpr bool is_sanitized = true;
-#elif defined(__has_feature)
-constexpr bool is_sanitized = __has_feature(address_sanitizer);
-#else
-constexpr bool is_sanitized = false;
-#endif
-constexpr long resident_max_kB = is_sanitized ? 524'288 : 32'768;
+constexpr long resident_max_kB = test::is_sanitized ? 524'288 : 32'768;
 
 /// Runs bmudump with its output in the folder's files "out" and "err"; the most memory it had, in kB.
 long resident_kB_of(std::vector<std::string> arguments, const TemporaryFolder& folder, int& exit_code) {
