@@ -8,8 +8,11 @@ upper=$(printf %s "$name" | tr '[:lower:]' '[:upper:]')
 {
   # A table is drawn by tbl, which man runs before when the first line asks for it.
   printf "'\\\\\" t\n.TH %s %s \"\" \"bmud %s\" \"bmud, a battery management master\"\n" "$upper" "$section" "$version"
-  # Words as long as paths cannot be spread over the columns of a table.
-  printf '.ad l\n.nh\n'
+  # Words as long as paths cannot be spread over the columns of a table, and whoever copies a name wants no hyphen in it; each heading
+  # sets hyphens anew, as HY tells it.
+  printf '.ad l\n.nr HY 0\n.nh\n'
   printf '.SH NAME\n%s \\- %s\n.SH DESCRIPTION\n' "$name" "$title"
-  sed 1d "$source" | "$lowdown" -T man | sed '/^\.\\" -\*-/d'
+  # The last column of a table has the room that the others leave.
+  sed 1d "$source" | "$lowdown" -T man |
+    sed -E -e '/^\.\\" -\*-/d' -e 's/^tab\(\|\) expand allbox;/tab(|) allbox;/' -e 's/^((lb? )+)(lb?)(\.?)$/\1\3x\4/'
 } | gzip -9n >"$out"

@@ -106,7 +106,7 @@ expect "buffers are as wished" test "$(</proc/sys/net/core/rmem_max)" = 4194304
 expect "it has not started by itself" not is_active active
 expect "nor will it" test "$(systemctl is-enabled bmud 2>/dev/null || true)" = disabled
 expect "every unit is right" systemd-analyze verify --man=no bmud.service bmud@other.service
-expect "there is a manual" man -w bmud bmuctl bmudump bmureplay bmucell mmusim bmud-pack >/dev/null
+expect "there is a manual" man -w bmud bmuctl bmudump bmureplay bmucell mmusim bmud-pack bmud-socket >/dev/null
 
 warm_up
 

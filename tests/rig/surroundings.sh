@@ -28,6 +28,7 @@ plug_in() {
 
 answers_missed() { status_json | jq '[.modules[].answers_missed] | add'; }
 frames_refused() { status_json | jq '.receive.rejected'; }
+has_counted_errors() { (($(status_json | jq '.ports[0].error_frames') >= $1)); }
 has_refused() { (($(frames_refused) >= $1)); }
 
 second_free_descriptor() {
@@ -68,13 +69,13 @@ expect_recovered() {
 }
 by_itself_ms=$((command_life_ms + 50 + contactor_opening_ms + machine_late_ms))
 
-# Lines of a log, played as fast as they go.
+# A frame so many times on a bus, as fast as it goes. Sets: rate, in frames a second.
 play() {
-  local count=$1 frame=$2 file=/run/flood.log
-  yes "(0.0) $bus $frame" | head -n "$count" >"$file"
-  local began=$EPOCHREALTIME
-  canplayer -t -g 0 -I "$file"
-  awk "BEGIN { printf \"%.0f\", $count / ($EPOCHREALTIME - $began) }"
+  local to=$1 count=$2 frame=$3 file=/run/flood.log began
+  awk -v count="$count" -v line="(0.000000) $to $frame" 'BEGIN { while (count--) print line }' >"$file"
+  began=$EPOCHREALTIME
+  canplayer -t -g 0 -I "$file" || fail "canplayer refused $file"
+  rate=$(awk "BEGIN { printf \"%.0f\", $count / ($EPOCHREALTIME - $began) }")
 }
 
 step "start"
@@ -94,19 +95,27 @@ wait_for "$start_limit_s" "bmud answers, though its service manager is gone" dae
 
 step "signals without end"
 wait_until_closed
+pid=$(daemon_pid)
 for ((i = 0; i < 3000; ++i)); do
-  kill -WINCH "$(daemon_pid)"
-  kill -CONT "$(daemon_pid)"
-  kill -URG "$(daemon_pid)"
+  kill -WINCH "$pid"
+  kill -CONT "$pid"
+  kill -URG "$pid"
 done
 expect_borne "signals"
 
 step "error frames without end"
-measured+=("error frames: $(play 20000 20000088#0000080000000000) a second")
+# A controller's own word to its machine, which no bus carries: it comes out of the cable.
+wait_until_closed
+errors=20000
+play "$far_end" "$errors" 20000088#0000080000000000
+measured+=("error frames: $rate a second")
 expect_borne "error frames"
+wait_for 10 "each has been counted" has_counted_errors "$errors"
 
 step "a node that babbles"
-measured+=("babbling: $(play 20000 000#) a second")
+wait_until_closed
+play "$bus" 20000 000#
+measured+=("babbling: $rate a second")
 expect_borne "babbling"
 
 step "a flood of frames that the daemon listens to"
@@ -115,7 +124,8 @@ wait_until_closed
 refused_before=$(frames_refused)
 missed_before=$(answers_missed)
 flood=40000
-measured+=("flood: $(play "$flood" 141#2710271027101F00) a second")
+play "$bus" "$flood" 141#2710271027101F00
+measured+=("flood: $rate a second")
 expect_borne "flood"
 wait_for 10 "each has been refused" has_refused $((refused_before + flood))
 expect "no answer was missed" test "$(answers_missed)" -eq "$missed_before"
