@@ -18,6 +18,7 @@
 #include "tests/support/ask_as.hpp"
 #include "tests/support/daemon_bench.hpp"
 #include "tests/support/notify_socket.hpp"
+#include "tests/support/sanitized.hpp"
 #include "tools/bmuctl/client.hpp"
 
 namespace bmu {
@@ -245,6 +246,10 @@ TEST_CASE("a pack whose bus cannot be opened is refused before anything that run
 
 TEST_CASE("a life that cannot begin gives way to one with the configuration of before",
           "[integration][daemon][reload]") {
+  if (test::is_sanitized) {
+    WARN("a sanitizer needs descriptors to look at objects: not tested");
+    return;
+  }
   ReloadBench bench;
   // Threads that write files would take descriptors now and then.
   bench.more_options = {"--history", "none"};
@@ -432,7 +437,10 @@ TEST_CASE("two hundred reloads leave nothing behind", "[integration][daemon][rel
   CHECK(resident_kB(*bench.daemon) - memory_kB < 8'000);
   CHECK(bench.reloads() == 200);
   CHECK(bench.becomes([&] { return bench.ask_json("status").at("modules_answering") == 4; }));
-  CHECK(bench.ask_json("status").at("faults_present").empty());
+  // A sanitizer keeps what was freed, and so the daemon may complain of its memory.
+  const auto faults = nlohmann::json(bench.ask_json("status").at("faults_present"));
+  INFO(faults.dump());
+  CHECK((faults.empty() || (test::is_sanitized && faults == nlohmann::json{"memory_low"})));
   CHECK(bench.end() == 0);
 }
 

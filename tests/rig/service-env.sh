@@ -1,0 +1,107 @@
+# What guest scripts share that run bmud as a service of systemd, from its packages. Sourced behind guest-env.sh, with `repository`,
+# `packages` (the folder they are in), `scenario` and `keys` set:
+#   install_packages      all three, as dpkg does it
+#   start_service         an emulated pack whose key is turned again and again, the service beside it, and who measures
+#   main_pid, property, is_active, log_has ...   what systemd says of it
+#   expect_successor, expect_undisturbed ...     what must be
+# shellcheck shell=bash
+
+: "${repository:?}" "${packages:?}" "${scenario:?}" "${keys:?}"
+
+bus=vcan0
+# shellcheck source-path=SCRIPTDIR source=pack-env.sh
+source "$(dirname "${BASH_SOURCE[0]}")/pack-env.sh"
+
+# The daemon's own way to the bus, which can be taken away while the others go on hearing each other.
+own_bus=vcan1
+# shellcheck disable=SC2034  # for those who source this
+state=/var/lib/bmud
+# Of asking systemd; the default is shorter than a slow host makes it.
+export SYSTEMD_BUS_TIMEOUT=600
+
+is_active() { [[ $(systemctl is-active bmud) == "$1" ]]; }
+property() { systemctl show --value -p "$1" bmud; }
+main_pid() { property MainPID; }
+is_new_process() { local pid; pid=$(main_pid) && [[ $pid != 0 && $pid != "$1" ]]; }
+is_over_or_new() { is_active failed || is_new_process "$1"; }
+log_has() { journalctl -q --no-pager -u bmud | grep -q "$1"; }
+
+# --- install and start ---
+
+# The index of all manual pages takes longer to make here than everything else.
+install_packages() {
+  rm -f /var/lib/man-db/auto-update
+  dpkg --install "$packages"/bmud_*.deb "$packages"/bmud-tools_*.deb "$packages"/mmusim_*.deb >"$RIG_OUT/dpkg.txt"
+}
+
+# Whatever is used later has been read once then: see pack-env.sh for what waiting for the host's disk does to the clock.
+warm_up() {
+  {
+    bmud --version && bmuctl --help && mmusim --version && chrt --version && jq -n 1 && awk 'BEGIN {}' && dd --version
+    systemctl show bmud && systemctl is-active bmud && journalctl -q -n 1 && ip link show && cangw -L && date
+  } >/dev/null 2>&1 || true
+}
+
+join_buses() {
+  ip link add "$own_bus" type vcan && ip link set "$own_bus" mtu 16 up
+  cangw -A -s "$bus" -d "$own_bus" -e
+  cangw -A -s "$own_bus" -d "$bus" -e
+}
+
+# As somebody does who begins with the pack that comes with it.
+write_pack() {
+  sed -e "s/unix:demo/$own_bus/g" -e 's|"\.\./|"/usr/share/bmud/|g' /usr/share/bmud/packs/demo-48s.json >/etc/bmud/pack.json
+}
+
+wait_until_serving() {
+  wait_for "$start_limit_s" "it is active" is_active active
+  wait_for "$start_limit_s" "it answers" daemon_answers
+  wait_for 10 "everything is known anew" view_is_complete
+}
+
+# Frames must not wait for a turn of the one processor: they would not, on a machine of one's own.
+let_frames_through() {
+  local name
+  for name in /proc/[0-9]*/comm; do
+    if [[ $(cat "$name" 2>/dev/null) == ksoftirqd/* ]]; then chrt -f -p 70 "$(basename "$(dirname "$name")")"; fi
+  done
+}
+
+start_service() {
+  warm_up
+  let_frames_through
+  start bmud journalctl -q -f -o short-monotonic -u bmud
+  join_buses
+  record_words
+  write_keys "$scenario" "$keys"
+  start_pack "$scenario"
+  write_pack
+  expect "the pack file is good" bmud --check-config /etc/bmud/pack.json >/dev/null
+  expect "it starts" systemctl enable --now bmud
+  wait_until_serving
+}
+
+# --- what must be ---
+
+# After an end that the service manager saw: another process, which opens first and closes only for a new wish.
+expect_successor() {
+  local before=$1
+  wait_for 15 "systemd has started another" is_new_process "$before"
+  wait_until_serving
+  clear_faults
+  expect_open_until_key
+}
+
+# Something happens to its surroundings while the pack is closed, and it does not mind: no opening but by the key, and closed when the
+# key wants it.
+opened_by_key_only() {
+  local cause
+  cause=$(status_json | jq -r '.last_opening.cause // "none"')
+  [[ $cause == none || $cause == "request over" || $cause == "precharge to be tried again" ]]
+}
+expect_undisturbed() {
+  local name=$1 before=$2
+  expect "$name: it is the same process" test "$(main_pid)" = "$before"
+  expect "$name: nothing but the key has opened the pack" opened_by_key_only
+  wait_for "$close_limit_s" "$name: it is closed" phase_is closed
+}

@@ -1,0 +1,101 @@
+#!/bin/bash
+# Guest script: what a gateway does to the service that runs on it while the pack is closed. Its disk is full, then read-only; the journal
+# hangs; the wall clock jumps; its interface goes and comes back. The contactors may open for the last alone. Needs systemd as the
+# machine's first program.
+#   usage: service_disk.sh REPOSITORY PACKAGES   (a folder with the packages)
+# shellcheck source-path=SCRIPTDIR source=guest-env.sh
+source "$(dirname "$0")/guest-env.sh"
+
+repository=$1 packages=$2
+scenario=$RIG_OUT/keys.scn
+keys=14
+# shellcheck source-path=SCRIPTDIR source=service-env.sh
+source "$(dirname "$0")/service-env.sh"
+
+cannot_keep() { fault_came store_write_failed 0 || fault_came history_write_failed 0; }
+
+# Small enough to be filled, in place of the folder that is the service's own.
+mount_state() {
+  local image=/run/state.image
+  truncate -s 24M "$image"
+  mkfs.ext4 -q "$image"
+  mkdir -p "$state"
+  mount -o loop "$image" "$state"
+  chown bmud:bmud "$state"
+  chmod 750 "$state"
+}
+
+step "start"
+expect "the packages are installed" install_packages
+mount_state
+start_service
+
+step "the disk is full"
+wait_until_closed
+before=$(main_pid)
+dd if=/dev/zero of="$state/full" bs=64k 2>/dev/null || true
+wait_for 90 "it says that the disk is nearly full" fault_came disk_low 0
+expect_undisturbed "a full disk" "$before"
+rm "$state/full"
+
+step "the disk is read-only"
+# As the kernel does after an error of the disk: whoever has files open for writing is not asked.
+echo u >/proc/sysrq-trigger
+wait_for 10 "it is read-only" not touch "$state/probe" 2>/dev/null
+wait_for 180 "it says that it cannot keep what it should" cannot_keep
+expect_undisturbed "a read-only disk" "$before"
+stopped_at=$EPOCHREALTIME
+systemctl stop bmud
+expect_opened_by_command "systemctl stop with a read-only disk" "$stopped_at" 300
+systemctl start bmud || true
+wait_for "$start_limit_s" "it starts with a read-only disk" is_active active
+wait_for "$start_limit_s" "and answers" daemon_answers
+systemctl stop bmud
+umount "$state"
+systemctl start bmud
+wait_until_serving
+clear_faults
+
+step "the journal hangs"
+wait_until_closed
+before=$(main_pid)
+journal=$(systemctl show --value -p MainPID systemd-journald)
+kill -STOP "$journal"
+# Each is a line in the log: more than sockets and the daemon's own queue have room for.
+lines=6000
+awk -v n="$lines" 'BEGIN { while (n--) print "{\"cmd\": \"balance\", \"switch\": \"off\"}" }' >/run/lines
+socat -t 60 - "UNIX-CONNECT:$socket" </run/lines >/run/answers
+expect "each was answered" test "$(grep -c '"ok":true' /run/answers)" = "$lines"
+expect_undisturbed "a journal that hangs" "$before"
+kill -CONT "$journal"
+expect "the loop was never away" test "$(fault_count control_loop_gap)" = 0
+wait_for 30 "what the log lacks is told in it" log_has 'log lines were lost'
+
+step "the wall clock jumps"
+for jump in '1 year' '-2 years' '1 year'; do
+  date -s "$jump" >/dev/null
+  sleep 2
+  expect_undisturbed "the clock set by $jump" "$before"
+done
+expect "it is told as such" log_has 'clock'
+# What was heard in another year would be taken for what is still to come.
+stop words || true
+record_words
+
+step "the interface goes, and comes back"
+wait_until_closed
+removed_at=$EPOCHREALTIME
+ip link del "$own_bus"
+expect_opened_by_itself "interface removed" "$removed_at"
+wait_for 5 "it says so" fault_came internal_bus_down 0
+expect "it is the same process" test "$(main_pid)" = "$before"
+join_buses
+wait_for 10 "everything is known anew" view_is_complete
+expect "it is still the same" test "$(main_pid)" = "$before"
+clear_faults
+expect_open_until_key
+
+step "end"
+systemctl stop bmud
+stop mmusim || true
+tell_measured
