@@ -162,6 +162,7 @@ sleep 2
 going_at=$EPOCHREALTIME
 tell_adapter go
 wait_for 10 "the daemon's word is heard again" is_heard_since "$going_at"
+sleep 1
 # Commands that were on their way when it stalled come now, and nobody can call them back: as many as there are in the time in which
 # the daemon sees that its modules are silent, and right behind them the one that opens. A unit that waits for an open command after
 # a time-out (docs/bus-protocol.md) does not obey them at all; this one does.
@@ -170,6 +171,8 @@ closed_ms=$(ask_recording 'is_status && t > after { if (closed && !since) since 
 measured+=("stalled adapter: $stale old commands, obeyed for $closed_ms ms")
 expect "$stale old commands, at most those of 300 ms" test "$stale" -le 6
 expect "obeyed for $closed_ms ms, less than a contactor takes to close" test "$closed_ms" -le 10
+# Behind them the rule is the usual one.
+lost_at=$(ask_recording 'is_command && t > after && closed { last = t } END { printf "%.6f", last ? last : after }' -v "after=$going_at")
 expect_recovered
 
 step "pulled out, and back"

@@ -105,7 +105,7 @@ commands_until_key() {
 }
 # By the clock of the recording's last frame.
 key_turned_on_within() {
-  ask_recording 'is_status { if (key && !was_on) on_at = t; was_on = key; last = t } END { exit !(on_at && last - on_at <= within) }' -v "within=$1"
+  ask_recording 'is_status { if (!key) was_off = 1; if (key && was_off) { on_at = t; was_off = 0 } last = t } END { exit !(on_at && last - on_at <= within) }' -v "within=$1"
 }
 key_turned_since() { [[ $(commands_until_key "$1") != *" -"* ]]; }
 

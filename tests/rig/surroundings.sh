@@ -119,12 +119,12 @@ measured+=("babbling: $rate a second")
 expect_borne "babbling"
 
 step "a flood of frames that the daemon listens to"
-# A module's cells with a wrong checksum: each is taken, checked and refused.
+# Cells with a wrong checksum, of a node that the pack does not have: each is taken, checked and refused.
 wait_until_closed
 refused_before=$(frames_refused)
 missed_before=$(answers_missed)
 flood=40000
-play "$bus" "$flood" 141#2710271027101F00
+play "$bus" "$flood" 170#2710271027101F00
 measured+=("flood: $rate a second")
 expect_borne "flood"
 wait_for 10 "each has been refused" has_refused $((refused_before + flood))
