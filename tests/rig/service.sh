@@ -53,7 +53,7 @@ answer_says() { grep -q "$1" "$RIG_OUT/asked.txt"; }
 other_file_counts() { [[ $(config_hash) != "$1" ]]; }
 # The key is off for two seconds each time, and asking systemd takes a while here.
 is_reloaded() { phase_is open && systemctl reload bmud && other_file_counts "$1"; }
-config_hash() { status_json | jq -r .daemon.config_hash; }
+config_hash() { status_json | jq -er .pack.config_hash; }
 
 step "install"
 before_installation=$(our_files)
