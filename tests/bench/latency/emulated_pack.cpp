@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 #include <unistd.h>
 
@@ -13,7 +14,8 @@ namespace bmu::latency {
 
 namespace {
 
-constexpr Duration key_after = 1200ms;  // then all modules are known and set up
+constexpr Duration starts_within = 20s;  // a busy machine takes its time
+constexpr Duration key_after = 1s;       // then all modules are known and set up
 constexpr Duration closed_within = 10s;
 constexpr Duration drive_min = 300ms;
 constexpr Duration drive_spread = 500ms;  // by lot, so that every moment of ticks and polls is met
@@ -38,11 +40,11 @@ bool says_pressed(const CanFrame& frame) {
 
 }  // namespace
 
-EmulatedPack::EmulatedPack(std::size_t number, const PackConfig& pack, const DaemonCommand& command,
+EmulatedPack::EmulatedPack(std::size_t number, const PackConfig& pack, CommandFor command,
                            const std::filesystem::path& folder, Ear& ear)
     : bus_("unix:latency-" + std::to_string(::getpid()) + "-" + std::to_string(number)),
       config_(simulator_config(pack.core)),
-      command_(command),
+      command_(std::move(command)),
       folder_(folder / std::to_string(number)),
       ear_(ear),
       place_(ear.add(bus_)),
@@ -67,30 +69,10 @@ void EmulatedPack::begin() {
   std::filesystem::create_directories(folder_ / "black-box");
   const TimePoint now = monotonic_now();
   simulator_ = std::make_unique<Simulator>(config_, small_link(), now);
-  is_closed_ = false;
+  is_commanded_ = is_closed_ = false;
   pressed_at_ = {};
-  daemon_ = Child(daemon_words(), log());
-  enter(Stage::starting, now + key_after);
-}
-
-std::vector<std::string> EmulatedPack::daemon_words() const {
-  std::vector<std::string> words{command_.program,
-                                 "--config",
-                                 command_.pack_file,
-                                 "--bus-internal",
-                                 bus_,
-                                 "--bus-vehicle",
-                                 bus_,
-                                 "--socket",
-                                 (folder_ / "bmud.sock").string(),
-                                 "--state",
-                                 (folder_ / "state.json").string(),
-                                 "--history",
-                                 (folder_ / "history.sqlite").string(),
-                                 "--black-box",
-                                 (folder_ / "black-box").string()};
-  words.insert(words.end(), command_.options.begin(), command_.options.end());
-  return words;
+  daemon_ = Child(command_(bus_, folder_), log());
+  enter(Stage::starting, now + starts_within);
 }
 
 void EmulatedPack::enter(Stage stage, TimePoint due) {
@@ -117,7 +99,10 @@ void EmulatedPack::read_frames(bool is_living) {
   ReceivedFrame received;
   while (port_->read(received) == ReadStatus::frame) {
     if (!is_living) continue;
-    if (received.frame.id == internal_bus::contactor_command.base_id) is_closed_ = is_closed_by(received.frame);
+    if (received.frame.id == internal_bus::contactor_command.base_id) {
+      is_commanded_ = true;
+      is_closed_ = is_closed_by(received.frame);
+    }
     simulator_->observe(received.frame, std::max(received.received_at, simulator_->now()));
   }
 }
@@ -135,6 +120,13 @@ void EmulatedPack::follow(TimePoint now) {
   switch (stage_.load(std::memory_order_relaxed)) {
     case Stage::waiting: break;
     case Stage::starting:
+      if (is_commanded_) {
+        enter(Stage::settling, now + key_after);
+      } else if (now > due_) {
+        end(Outcome::never_closed);
+      }
+      break;
+    case Stage::settling:
       if (now < due_) break;
       apply("vehicle on");
       enter(Stage::closing, now + closed_within);

@@ -11,6 +11,7 @@
 #include <atomic>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -27,16 +28,13 @@ namespace bmu::latency {
 
 enum class Outcome : std::uint8_t { none, measured, never_closed, opened_by_itself, no_answer };
 
-struct DaemonCommand {
-  std::string program;
-  std::string pack_file;
-  std::vector<std::string> options;  // besides those every one gets
-};
+/// What is started for a life: a program and its options, for this bus and with this folder for its files.
+using CommandFor = std::function<std::vector<std::string>(const std::string& bus, const std::filesystem::path& folder)>;
 
 class EmulatedPack {
  public:
-  EmulatedPack(std::size_t number, const PackConfig& pack, const DaemonCommand& command,
-               const std::filesystem::path& folder, Ear& ear);
+  EmulatedPack(std::size_t number, const PackConfig& pack, CommandFor command, const std::filesystem::path& folder,
+               Ear& ear);
   EmulatedPack(const EmulatedPack&) = delete;
   EmulatedPack& operator=(const EmulatedPack&) = delete;
   ~EmulatedPack();
@@ -51,9 +49,8 @@ class EmulatedPack {
   [[nodiscard]] std::string log() const { return (folder_ / "bmud.log").string(); }
 
  private:
-  enum class Stage : std::uint8_t { waiting, starting, closing, closed, asking, pressed };
+  enum class Stage : std::uint8_t { waiting, starting, settling, closing, closed, asking, pressed };
 
-  [[nodiscard]] std::vector<std::string> daemon_words() const;
   void read_frames(bool is_living);
   void advance(TimePoint now);
   void follow(TimePoint now);
@@ -65,7 +62,7 @@ class EmulatedPack {
 
   std::string bus_;
   SimulatorConfig config_;
-  DaemonCommand command_;
+  CommandFor command_;
   std::filesystem::path folder_;
   Ear& ear_;
   std::size_t place_;  // of the ear
@@ -75,7 +72,8 @@ class EmulatedPack {
   Child daemon_;
   std::atomic<Stage> stage_{Stage::waiting};
   TimePoint due_{};
-  bool is_closed_ = false;  // by the last command heard
+  bool is_commanded_ = false;  // a command of this life was heard
+  bool is_closed_ = false;     // by the last of them
   TimePoint pressed_at_{};
   Outcome outcome_ = Outcome::none;
   Duration took_{};

@@ -17,6 +17,7 @@
 #include <unistd.h>
 
 #include "tests/bench/latency/emulated_pack.hpp"
+#include "tests/bench/latency/reference.hpp"
 #include "tests/bench/latency/report.hpp"
 #include "tools/common/command_line.hpp"
 
@@ -37,6 +38,9 @@ struct Options {
   unsigned busy_per_core = 2;
   double seconds = 3600.0;
   bool is_real_time = false;
+  bool is_reference = false;
+  std::string answer_on;  // we are the reference, on this bus
+  RealTimeWishes wishes;  // as which
   bool is_json = false;
 };
 
@@ -146,15 +150,33 @@ void measure_packs(const Options& options, std::vector<std::unique_ptr<EmulatedP
   measured.ran_s = to_s(monotonic_now() - began_at);
 }
 
+std::string condition_of(const Options& options) {
+  const std::string who = options.is_reference ? "reference" : "bmud";
+  return who + (options.is_real_time ? ", real-time priority, memory locked" : ", ordinary priority");
+}
+
+CommandFor command_of(const Options& options) {
+  return [options](const std::string& bus, const std::filesystem::path& folder) {
+    const auto in = [&folder](const char* name) { return (folder / name).string(); };
+    std::vector<std::string> words{"/proc/self/exe", "--answer-on", bus};
+    if (!options.is_reference) {
+      words = {options.program,  "--config",  options.pack,         "--bus-internal", bus,
+               "--bus-vehicle",  bus,         "--socket",           in("bmud.sock"),  "--state",
+               in("state.json"), "--history", in("history.sqlite"), "--black-box",    in("black-box")};
+    }
+    if (options.is_real_time) {
+      const std::string priority = std::to_string(daemon_priority);
+      words.insert(words.end(), {"--realtime-priority", priority, "--lock-memory"});
+    }
+    return words;
+  };
+}
+
 Measured measure(const Options& options) {
   const auto pack_config = load_pack_config(options.pack);
   if (!pack_config) throw std::runtime_error(to_text(pack_config.error().front()));
-  DaemonCommand command{.program = options.program, .pack_file = options.pack};
-  if (options.is_real_time) {
-    command.options = {"--realtime-priority", std::to_string(daemon_priority), "--lock-memory"};
-  }
   const unsigned cores = std::max(std::thread::hardware_concurrency(), 1U);
-  Measured measured{.condition = options.is_real_time ? "real-time priority, memory locked" : "ordinary priority",
+  Measured measured{.condition = condition_of(options),
                     .pack = pack_config->name,
                     .packs = options.packs,
                     .busy_loops = cores * options.busy_per_core};
@@ -163,7 +185,7 @@ Measured measure(const Options& options) {
   Ear ear;
   std::vector<std::unique_ptr<EmulatedPack>> packs;
   for (std::size_t i = 0; i < options.packs; ++i) {
-    packs.push_back(std::make_unique<EmulatedPack>(i, *pack_config, command, folder.path(), ear));
+    packs.push_back(std::make_unique<EmulatedPack>(i, *pack_config, command_of(options), folder.path(), ear));
   }
   ear.start(ear_priority);
   const Emulator emulator(packs);
@@ -190,9 +212,16 @@ int run(int argc, char** argv) {
       ->check(command_line::number(1, 1e6))
       ->capture_default_str();
   app.add_flag("--real-time", options.is_real_time, "Daemons with --realtime-priority 50 --lock-memory");
+  app.add_flag("--reference", options.is_reference,
+               "Instead of the daemon the least program that can answer: the machine's share of it");
+  // What the reference is started with, by ourselves.
+  app.add_option("--answer-on", options.answer_on)->group("");
+  app.add_option("--realtime-priority", options.wishes.priority)->group("");
+  app.add_flag("--lock-memory", options.wishes.lock_memory)->group("");
   app.add_flag("--json", options.is_json, "The result as a line of JSON");
   try {
     app.parse(argc, argv);
+    if (!options.answer_on.empty()) return answer_on(options.answer_on, options.wishes);
     check_right();
     const Measured measured = measure(options);
     std::fputs((options.is_json ? to_json(measured) : to_text(measured)).c_str(), stdout);
