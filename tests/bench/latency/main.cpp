@@ -2,6 +2,7 @@
 // to do (docs/performance.md).
 #include <algorithm>
 #include <atomic>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -135,9 +136,17 @@ void check_worth(const Measured& measured, const EmulatedPack& pack) {
   throw std::runtime_error("the packs do not close or do not stay closed; see " + pack.log());
 }
 
+/// Ended by hand, what runs on the buses has to go, too.
+std::atomic<bool> is_interrupted{false};
+static_assert(std::atomic<bool>::is_always_lock_free);
+
 void measure_packs(const Options& options, std::vector<std::unique_ptr<EmulatedPack>>& packs, Measured& measured) {
   const TimePoint began_at = monotonic_now();
-  while (measured.latencies.size() < options.openings && to_s(monotonic_now() - began_at) < options.seconds) {
+  const auto is_over = [&] {
+    return is_interrupted || measured.latencies.size() >= options.openings ||
+           to_s(monotonic_now() - began_at) >= options.seconds;
+  };
+  while (!is_over()) {
     for (const auto& pack : packs) {
       if (!pack->is_waiting()) continue;
       count(*pack, measured);
@@ -223,6 +232,7 @@ int run(int argc, char** argv) {
     app.parse(argc, argv);
     if (!options.answer_on.empty()) return answer_on(options.answer_on, options.wishes);
     check_right();
+    for (const int number : {SIGINT, SIGTERM}) std::signal(number, [](int) { is_interrupted = true; });
     const Measured measured = measure(options);
     std::fputs((options.is_json ? to_json(measured) : to_text(measured)).c_str(), stdout);
     return measured.latencies.empty() ? 1 : exit_codes::exit_ok;
