@@ -6,8 +6,8 @@
   tests/bench/daemon_measures.py parked    how often it wakes up when nobody wants anything
   tests/bench/daemon_measures.py --json --seconds 5 --runs 1 steady
 
-Each is done with the options one would run (state, history, black box, recording) and with none of them. Progress goes to
-standard error. Exit status: 0, or 1 if the daemon or mmusim did not do what it should.
+A daemon runs "plain", with none of these options, "kept", with state, history, black box and recording, or as "real-time",
+which is "kept" with --realtime-priority and --lock-memory. Progress goes to standard error. Exit status: 0, or 1 if the daemon or mmusim did not do what it should.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ TICKS_PER_S = os.sysconf("SC_CLK_TCK")
 DRIVEN = """0     insulation resistance_kOhm 5000
 0     pack soc_permille 500
 2     vehicle on
-wait  contactor main_positive closed within 30
+wait  contactor main_positive closed within 55
 +1    load profile drive
 """
 PARKED = "0     pack soc_permille 500\n"
@@ -86,11 +86,20 @@ class Bench:
         if self.scenario is not None:
             script = self.path / "run.scn"
             script.write_text(self.scenario)
-            words = ["--pack", self.pack, "--bus", self.bus, "--scenario", script, "--quiet"]
+            # With a time it goes on when the script is over.
+            words = ["--pack", self.pack, "--bus", self.bus, "--scenario", script, "--quiet", "--seconds", "100000"]
             with open(self.path / "mmusim.log", "w", encoding="utf-8") as log:
                 self.emulator = subprocess.Popen([self.bin / "mmusim", *words], stdout=log, stderr=log)
+            self.let_emulator_first()
             time.sleep(0.5)
         return self
+
+    def let_emulator_first(self):
+        """Before all ordinary programs, where we may: what it is late with would be the daemon's loss."""
+        try:
+            os.sched_setscheduler(self.emulator.pid, os.SCHED_FIFO, os.sched_param(40))
+        except PermissionError:
+            tell("no right to real-time priorities: mmusim is an ordinary program")
 
     def __exit__(self, *_):
         for process in (self.daemon, self.emulator):
@@ -278,7 +287,8 @@ QUIET = {
 def measure_parked(args):
     for pack in args.packs or ["4", "16"]:
         for state, (scenario, has_come) in QUIET.items():
-            for run in ("plain", "kept"):
+            # On a machine that is busy an ordinary process sleeps through some of its ticks, and wakes up less.
+            for run in ("kept", "real-time"):
                 with Bench(args, pack, scenario) as bench:
                     bench.start(run)
                     bench.wait_until(state, has_come)

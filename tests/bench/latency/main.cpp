@@ -29,6 +29,7 @@ namespace {
 constexpr int ear_priority = 90;
 constexpr int emulator_priority = 80;
 constexpr int daemon_priority = 50;
+constexpr int exit_no_right = 77;  // to the priorities: ctest then skips
 constexpr Duration look_every = 10ms;
 
 struct Options {
@@ -238,6 +239,9 @@ int run(int argc, char** argv) {
     return measured.latencies.empty() ? 1 : exit_codes::exit_ok;
   } catch (const CLI::ParseError& error) {
     return command_line::report(app, error);
+  } catch (const std::system_error& error) {
+    std::fprintf(stderr, "daemon_latency: %s\n", error.what());
+    return error.code() == std::errc::operation_not_permitted ? exit_no_right : 1;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "daemon_latency: %s\n", error.what());
     return 1;
