@@ -15,7 +15,9 @@ constexpr std::int64_t clock_step_us = 1'000'000;
 
 RecordFeed::RecordFeed(RecordFeedOptions options, const Core& core, RecordQueue& queue)
     : options_(std::move(options)), core_(core), queue_(queue), lines_(options_.buses) {
-  chunk_.text.reserve(options_.chunk_max_bytes / 4);
+  const std::size_t usual_bytes = options_.chunk_max_bytes / 4;
+  chunk_.text.reserve(usual_bytes);
+  queue_.make_room(usual_bytes);
 }
 
 void RecordFeed::begin(TimePoint now) {

@@ -36,12 +36,20 @@ std::unique_ptr<Core> RecordQueue::spare_core() {
   return lock.owns_lock() ? std::move(spare_) : nullptr;
 }
 
+void RecordQueue::make_room(std::size_t text_bytes) {
+  for (std::size_t i = 0; i < rooms_at_start; ++i) ring_[i].text.reserve(text_bytes);
+}
+
 bool RecordQueue::take(RecordChunk& chunk, Duration at_most) {
   std::unique_lock lock(mutex_);
   changed_.wait_for(lock, at_most, [this] { return count_ > 0 || has_ended_; });
   if (count_ == 0) return false;
   chunk.clear();
   std::swap(ring_[first_], chunk);
+  // The thread's memory of before is for the chunk that comes next. So the same few blocks go round, and the loop does
+  // not ask the system for one with each of all places.
+  std::string& next = ring_[(first_ + count_) % chunks_max].text;
+  if (ring_[first_].text.capacity() > next.capacity()) ring_[first_].text.swap(next);
   first_ = (first_ + 1) % chunks_max;
   --count_;
   waiting_bytes_ -= chunk.text.size();

@@ -48,6 +48,8 @@ class RecordQueue {
   static constexpr std::size_t chunks_max = 64;
   static constexpr std::size_t waiting_max_bytes = std::size_t{32} << 20;
 
+  /// At start: so much for each of the first texts, so that the loop need not wait for memory then.
+  void make_room(std::size_t text_bytes);
   /// The loop's. Takes the chunk and leaves an empty one; false: there is no room, or the thread is just there.
   [[nodiscard]] bool offer(RecordChunk& chunk);
   /// At the end, when nobody has to hurry any more: waits for room, at most so long.
@@ -65,6 +67,9 @@ class RecordQueue {
  private:
   [[nodiscard]] bool has_room() const { return count_ < chunks_max && waiting_bytes_ <= waiting_max_bytes; }
   void put(RecordChunk& chunk);
+
+  // As many as there are until the first that the thread has written comes back.
+  static constexpr std::size_t rooms_at_start = 2;
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;

@@ -274,3 +274,21 @@ TEST_CASE("what cannot be handed over at the end is counted", "[unit][recording]
   CHECK(bench.feed().pieces_lost() > 100);
   CHECK(bench.feed().triggers_lost() == 1);
 }
+
+TEST_CASE("the memory of a text that was written is the next one's, and each text has some", "[unit][recording]") {
+  constexpr std::size_t usual_bytes = 10'000;
+  RecordQueue queue;
+  queue.make_room(usual_bytes);
+  RecordChunk of_loop;
+  RecordChunk of_thread;
+  of_loop.text.reserve(usual_bytes);
+  for (std::size_t round = 0; round < 3 * RecordQueue::chunks_max; ++round) {
+    CAPTURE(round);
+    of_loop.text.assign(usual_bytes, 'x');
+    REQUIRE(queue.offer(of_loop));
+    CHECK(of_loop.text.empty());
+    CHECK(of_loop.text.capacity() >= usual_bytes);
+    REQUIRE(queue.take(of_thread, Duration{}));
+    CHECK(of_thread.text.size() == usual_bytes);
+  }
+}

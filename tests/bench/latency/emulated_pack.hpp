@@ -1,0 +1,82 @@
+// A pack on a bus of its own, one life after the other: a new daemon is started, the key is turned, the pack closes,
+// and after a while drawn by lot the emergency stop is pressed. The time is taken from just before the frame that says
+// so is given to the bus until the ear has heard the command that opens. Then the daemon is killed and the next life
+// begins: in one life nothing closes for ten seconds after a fault. So each opening is the first of its daemon, as in a
+// vehicle.
+//
+//   begin()   from a thread that may wait: starts the daemon. Only while `is_waiting`.
+//   step()    from the thread that emulates, each millisecond
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/pack_config.hpp"
+#include "daemon/shell/bus_port.hpp"
+#include "mmu/random.hpp"
+#include "mmu/simulator.hpp"
+#include "tests/bench/latency/child.hpp"
+#include "tests/bench/latency/ear.hpp"
+
+namespace bmu::latency {
+
+enum class Outcome : std::uint8_t { none, measured, never_closed, opened_by_itself, no_answer };
+
+/// What is started for a life: a program and its options, for this bus and with this folder for its files.
+using CommandFor = std::function<std::vector<std::string>(const std::string& bus, const std::filesystem::path& folder)>;
+
+class EmulatedPack {
+ public:
+  EmulatedPack(std::size_t number, const PackConfig& pack, CommandFor command, const std::filesystem::path& folder,
+               Ear& ear);
+  EmulatedPack(const EmulatedPack&) = delete;
+  EmulatedPack& operator=(const EmulatedPack&) = delete;
+  ~EmulatedPack();
+
+  void begin();
+  void step(TimePoint now);
+
+  /// Nothing happens until the next begin(); how the life before ended, and what it took if it was measured.
+  [[nodiscard]] bool is_waiting() const { return stage_.load(std::memory_order_acquire) == Stage::waiting; }
+  [[nodiscard]] Outcome outcome() const { return outcome_; }
+  [[nodiscard]] Duration took() const { return took_; }
+  [[nodiscard]] std::string log() const { return (folder_ / "bmud.log").string(); }
+
+ private:
+  enum class Stage : std::uint8_t { waiting, starting, settling, closing, closed, asking, pressed };
+
+  void read_frames(bool is_living);
+  void advance(TimePoint now);
+  void follow(TimePoint now);
+  void press_when_due(TimePoint now);
+  void look_for_answer(TimePoint now);
+  void apply(const char* event);
+  void enter(Stage stage, TimePoint due);
+  void end(Outcome outcome);
+
+  std::string bus_;
+  SimulatorConfig config_;
+  CommandFor command_;
+  std::filesystem::path folder_;
+  Ear& ear_;
+  std::size_t place_;  // of the ear
+  RandomSource random_;
+  std::unique_ptr<BusPort> port_;
+  std::unique_ptr<Simulator> simulator_;
+  Child daemon_;
+  std::atomic<Stage> stage_{Stage::waiting};
+  TimePoint due_{};
+  bool is_commanded_ = false;  // a command of this life was heard
+  bool is_closed_ = false;     // by the last of them
+  TimePoint pressed_at_{};
+  Outcome outcome_ = Outcome::none;
+  Duration took_{};
+};
+
+}  // namespace bmu::latency

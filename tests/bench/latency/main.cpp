@@ -1,0 +1,256 @@
+// daemon_latency: from the frame that makes the daemon open to its command on the bus, on a machine that has much else
+// to do (docs/performance.md).
+#include <algorithm>
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+#include <sched.h>
+#include <sys/timerfd.h>
+#include <unistd.h>
+
+#include "tests/bench/latency/emulated_pack.hpp"
+#include "tests/bench/latency/reference.hpp"
+#include "tests/bench/latency/report.hpp"
+#include "tools/common/command_line.hpp"
+
+namespace bmu::latency {
+namespace {
+
+// Ahead of the daemons: what is late here would be taken for theirs.
+constexpr int ear_priority = 90;
+constexpr int emulator_priority = 80;
+constexpr int daemon_priority = 50;
+constexpr int exit_no_right = 77;  // to the priorities: ctest then skips
+constexpr Duration look_every = 10ms;
+
+struct Options {
+  std::string program = BMUD_BUILD_DIR "/bin/bmud";
+  std::string pack = BMUD_SOURCE_DIR "/config/packs/demo-48s.json";
+  std::size_t openings = 2000;
+  unsigned packs = 12;
+  unsigned busy_per_core = 2;
+  double seconds = 3600.0;
+  bool is_real_time = false;
+  bool is_reference = false;
+  std::string answer_on;  // we are the reference, on this bus
+  RealTimeWishes wishes;  // as which
+  bool is_json = false;
+};
+
+class Folder {
+ public:
+  Folder() {
+    std::string name = (std::filesystem::temp_directory_path() / "bmud-latency.XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr) throw std::system_error(errno, std::generic_category(), name);
+    path_ = name;
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  ~Folder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// Steps one pack after the other, so that each has its turn once a millisecond and none waits behind all others.
+class Emulator {
+ public:
+  explicit Emulator(std::vector<std::unique_ptr<EmulatedPack>>& packs) : packs_(packs) {
+    thread_ = std::thread([this] {
+      take_priority(emulator_priority);
+      run();
+    });
+  }
+  Emulator(const Emulator&) = delete;
+  Emulator& operator=(const Emulator&) = delete;
+  ~Emulator() {
+    is_over_ = true;
+    thread_.join();
+  }
+
+ private:
+  void run() {
+    const OwnedFd timer(::timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC));
+    const auto period_ns = static_cast<long>(1'000'000 / packs_.size());
+    const itimerspec period{.it_interval = {.tv_nsec = period_ns}, .it_value = {.tv_nsec = period_ns}};
+    ::timerfd_settime(timer.get(), 0, &period, nullptr);
+    for (std::size_t next = 0; !is_over_;) {
+      std::uint64_t expired = 0;
+      if (::read(timer.get(), &expired, sizeof expired) != sizeof expired) continue;
+      for (std::uint64_t turn = 0; turn < std::min<std::uint64_t>(expired, packs_.size()); ++turn) {
+        packs_[next]->step(monotonic_now());
+        next = (next + 1) % packs_.size();
+      }
+    }
+  }
+
+  std::vector<std::unique_ptr<EmulatedPack>>& packs_;
+  std::atomic<bool> is_over_{false};
+  std::thread thread_;
+};
+
+/// In this thread, where it can be told; those that measure would have nobody to tell it to.
+void check_right() {
+  take_priority(ear_priority);
+  const sched_param ordinary{};
+  ::sched_setscheduler(0, SCHED_OTHER, &ordinary);
+}
+
+void tell_progress(const Measured& measured, std::size_t wanted) {
+  static std::size_t told = 0;
+  const bool is_terminal = ::isatty(STDERR_FILENO) != 0;
+  const std::size_t step = is_terminal ? 1 : std::max<std::size_t>(wanted / 10, 1);
+  if (measured.latencies.size() / step == told) return;
+  told = measured.latencies.size() / step;
+  std::fprintf(stderr, "%s%zu of %zu openings%s", is_terminal ? "\r" : "", measured.latencies.size(), wanted,
+               is_terminal ? "" : "\n");
+}
+
+void count(const EmulatedPack& pack, Measured& measured) {
+  switch (pack.outcome()) {
+    case Outcome::none: return;
+    case Outcome::measured: return measured.latencies.push_back(pack.took());
+    case Outcome::never_closed: ++measured.never_closed; break;
+    case Outcome::opened_by_itself: ++measured.opened_by_itself; break;
+    case Outcome::no_answer: ++measured.no_answer; break;
+  }
+}
+
+/// A daemon that cannot start brings no measurement, ever.
+void check_worth(const Measured& measured, const EmulatedPack& pack) {
+  constexpr std::uint64_t vain_max = 30;
+  const std::uint64_t vain = measured.never_closed + measured.opened_by_itself + measured.no_answer;
+  if (vain < vain_max || vain < 2 * measured.latencies.size()) return;
+  throw std::runtime_error("the packs do not close or do not stay closed; see " + pack.log());
+}
+
+/// Ended by hand, what runs on the buses has to go, too.
+std::atomic<bool> is_interrupted{false};
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+void measure_packs(const Options& options, std::vector<std::unique_ptr<EmulatedPack>>& packs, Measured& measured) {
+  const TimePoint began_at = monotonic_now();
+  const auto is_over = [&] {
+    return is_interrupted || measured.latencies.size() >= options.openings ||
+           to_s(monotonic_now() - began_at) >= options.seconds;
+  };
+  while (!is_over()) {
+    for (const auto& pack : packs) {
+      if (!pack->is_waiting()) continue;
+      count(*pack, measured);
+      check_worth(measured, *pack);
+      tell_progress(measured, options.openings);
+      pack->begin();
+    }
+    std::this_thread::sleep_for(look_every);
+  }
+  measured.ran_s = to_s(monotonic_now() - began_at);
+}
+
+std::string condition_of(const Options& options) {
+  const std::string who = options.is_reference ? "reference" : "bmud";
+  return who + (options.is_real_time ? ", real-time priority, memory locked" : ", ordinary priority");
+}
+
+CommandFor command_of(const Options& options) {
+  return [options](const std::string& bus, const std::filesystem::path& folder) {
+    const auto in = [&folder](const char* name) { return (folder / name).string(); };
+    std::vector<std::string> words{"/proc/self/exe", "--answer-on", bus};
+    if (!options.is_reference) {
+      words = {options.program,  "--config",  options.pack,         "--bus-internal", bus,
+               "--bus-vehicle",  bus,         "--socket",           in("bmud.sock"),  "--state",
+               in("state.json"), "--history", in("history.sqlite"), "--black-box",    in("black-box")};
+    }
+    if (options.is_real_time) {
+      const std::string priority = std::to_string(daemon_priority);
+      words.insert(words.end(), {"--realtime-priority", priority, "--lock-memory"});
+    }
+    return words;
+  };
+}
+
+Measured measure(const Options& options) {
+  const auto pack_config = load_pack_config(options.pack);
+  if (!pack_config) throw std::runtime_error(to_text(pack_config.error().front()));
+  const unsigned cores = std::max(std::thread::hardware_concurrency(), 1U);
+  Measured measured{.condition = condition_of(options),
+                    .pack = pack_config->name,
+                    .packs = options.packs,
+                    .busy_loops = cores * options.busy_per_core};
+  const BusyLoops load(measured.busy_loops);  // before there are threads
+  const Folder folder;
+  Ear ear;
+  std::vector<std::unique_ptr<EmulatedPack>> packs;
+  for (std::size_t i = 0; i < options.packs; ++i) {
+    packs.push_back(std::make_unique<EmulatedPack>(i, *pack_config, command_of(options), folder.path(), ear));
+  }
+  ear.start(ear_priority);
+  const Emulator emulator(packs);
+  measure_packs(options, packs, measured);
+  return measured;
+}
+
+int run(int argc, char** argv) {
+  Options options;
+  CLI::App app(
+      "From the frame that makes the daemon open to its command on the bus: packs on buses of their own, each life of "
+      "a daemon "
+      "one opening, beside processes that use up the processors. Needs the right to real-time priorities above 50.");
+  app.add_option("--bmud", options.program, "The daemon's program")->capture_default_str();
+  app.add_option("--pack", options.pack, "Pack file; its buses are not used")->capture_default_str();
+  app.add_option("--openings", options.openings, "How many are measured")->capture_default_str();
+  app.add_option("--packs", options.packs, "How many at a time")
+      ->check(command_line::whole_number(1, 64))
+      ->capture_default_str();
+  app.add_option("--busy", options.busy_per_core, "Busy loops for each processor; 0: none")
+      ->check(command_line::whole_number(0, 64))
+      ->capture_default_str();
+  app.add_option("--seconds", options.seconds, "End after this time with what there is")
+      ->check(command_line::number(1, 1e6))
+      ->capture_default_str();
+  app.add_flag("--real-time", options.is_real_time, "Daemons with --realtime-priority 50 --lock-memory");
+  app.add_flag("--reference", options.is_reference,
+               "Instead of the daemon the least program that can answer: the machine's share of it");
+  // What the reference is started with, by ourselves.
+  app.add_option("--answer-on", options.answer_on)->group("");
+  app.add_option("--realtime-priority", options.wishes.priority)->group("");
+  app.add_flag("--lock-memory", options.wishes.lock_memory)->group("");
+  app.add_flag("--json", options.is_json, "The result as a line of JSON");
+  try {
+    app.parse(argc, argv);
+    if (!options.answer_on.empty()) return answer_on(options.answer_on, options.wishes);
+    check_right();
+    for (const int number : {SIGINT, SIGTERM}) std::signal(number, [](int) { is_interrupted = true; });
+    const Measured measured = measure(options);
+    std::fputs((options.is_json ? to_json(measured) : to_text(measured)).c_str(), stdout);
+    return measured.latencies.empty() ? 1 : exit_codes::exit_ok;
+  } catch (const CLI::ParseError& error) {
+    return command_line::report(app, error);
+  } catch (const std::system_error& error) {
+    std::fprintf(stderr, "daemon_latency: %s\n", error.what());
+    return error.code() == std::errc::operation_not_permitted ? exit_no_right : 1;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "daemon_latency: %s\n", error.what());
+    return 1;
+  }
+}
+
+}  // namespace
+}  // namespace bmu::latency
+
+int main(int argc, char** argv) {
+  return bmu::latency::run(argc, argv);
+}

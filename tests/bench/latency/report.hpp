@@ -1,0 +1,31 @@
+// What was measured, as a table for people or as JSON.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "protocol/time.hpp"
+
+namespace bmu::latency {
+
+struct Measured {
+  std::string condition;  // how the daemons were run, beside what
+  std::string pack;
+  unsigned packs = 0;
+  unsigned busy_loops = 0;
+  double ran_s = 0.0;
+  std::vector<Duration> latencies;
+  // Lives that brought no measurement.
+  std::uint64_t never_closed = 0;
+  std::uint64_t opened_by_itself = 0;
+  std::uint64_t no_answer = 0;
+};
+
+/// The smallest value that so many per mille of all do not exceed. Sorted; not empty.
+[[nodiscard]] Duration quantile(const std::vector<Duration>& sorted, unsigned permille);
+
+[[nodiscard]] std::string to_text(const Measured& measured);
+[[nodiscard]] std::string to_json(const Measured& measured);
+
+}  // namespace bmu::latency
