@@ -39,6 +39,7 @@ struct Options {
   unsigned packs = 12;
   unsigned busy_per_core = 2;
   double seconds = 3600.0;
+  int nice = -15;  // what the service's unit gives
   bool is_real_time = false;
   bool is_reference = false;
   std::string answer_on;  // we are the reference, on this bus
@@ -162,17 +163,20 @@ void measure_packs(const Options& options, std::vector<std::unique_ptr<EmulatedP
 
 std::string condition_of(const Options& options) {
   const std::string who = options.is_reference ? "reference" : "bmud";
-  return who + (options.is_real_time ? ", real-time priority, memory locked" : ", ordinary priority");
+  return who + (options.is_real_time ? ", real-time priority, memory locked"
+                                     : ", ordinary priority, nice " + std::to_string(options.nice));
 }
 
 CommandFor command_of(const Options& options) {
   return [options](const std::string& bus, const std::filesystem::path& folder) {
     const auto in = [&folder](const char* name) { return (folder / name).string(); };
-    std::vector<std::string> words{"/proc/self/exe", "--answer-on", bus};
-    if (!options.is_reference) {
-      words = {options.program,  "--config",  options.pack,         "--bus-internal", bus,
-               "--bus-vehicle",  bus,         "--socket",           in("bmud.sock"),  "--state",
-               in("state.json"), "--history", in("history.sqlite"), "--black-box",    in("black-box")};
+    std::vector<std::string> words{"/usr/bin/nice", "-n", std::to_string(options.nice)};
+    if (options.is_reference) {
+      words.insert(words.end(), {std::filesystem::read_symlink("/proc/self/exe"), "--answer-on", bus});
+    } else {
+      words.insert(words.end(), {options.program, "--config", options.pack, "--bus-internal", bus, "--bus-vehicle", bus,
+                                 "--socket", in("bmud.sock"), "--state", in("state.json"), "--history",
+                                 in("history.sqlite"), "--black-box", in("black-box")});
     }
     if (options.is_real_time) {
       const std::string priority = std::to_string(daemon_priority);
@@ -207,8 +211,8 @@ int run(int argc, char** argv) {
   Options options;
   CLI::App app(
       "From the frame that makes the daemon open to its command on the bus: packs on buses of their own, each life of "
-      "a daemon "
-      "one opening, beside processes that use up the processors. Needs the right to real-time priorities above 50.");
+      "a daemon one opening, beside processes that use up the processors. Needs the right to real-time priorities "
+      "above 50.");
   app.add_option("--bmud", options.program, "The daemon's program")->capture_default_str();
   app.add_option("--pack", options.pack, "Pack file; its buses are not used")->capture_default_str();
   app.add_option("--openings", options.openings, "How many are measured")->capture_default_str();
@@ -220,6 +224,9 @@ int run(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--seconds", options.seconds, "End after this time with what there is")
       ->check(command_line::number(1, 1e6))
+      ->capture_default_str();
+  app.add_option("--nice", options.nice, "Of ordinary daemons; this is what the service's unit gives")
+      ->check(CLI::Range(-20, 19))
       ->capture_default_str();
   app.add_flag("--real-time", options.is_real_time, "Daemons with --realtime-priority 50 --lock-memory");
   app.add_flag("--reference", options.is_reference,
