@@ -64,10 +64,15 @@ void read_fields(const JsonValue& object, const Place& place, std::span<const Fi
   }
 }
 
-template <class Target>
-[[nodiscard]] std::vector<std::string_view> keys_of(std::span<const Field<Target>> fields) {
+[[nodiscard]] constexpr std::string_view key_of(const FieldInfo& info) {
+  return info.key;
+}
+
+/// Of rows of any kind whose `info` has a key_of().
+template <class Row>
+[[nodiscard]] std::vector<std::string_view> keys_of(std::span<const Row> rows) {
   std::vector<std::string_view> keys;
-  for (const Field<Target>& field : fields) keys.push_back(field.info.key);
+  for (const Row& row : rows) keys.push_back(key_of(row.info));
   return keys;
 }
 

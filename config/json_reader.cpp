@@ -89,12 +89,14 @@ class TreeBuilder final : public nlohmann::json_sax<JsonValue> {
     return true;
   }
 
+  static JsonValue& next_in(const Level& level) {
+    return level.value->is_object() ? (*level.value)[level.key] : level.value->emplace_back();
+  }
+
   JsonValue* slot(JsonValue value) {
-    if (levels_.empty()) return &(root_ = std::move(value));
-    Level& level = levels_.back();
-    if (level.value->is_object()) return &((*level.value)[level.key] = std::move(value));
-    level.value->push_back(std::move(value));
-    return &level.value->back();
+    JsonValue& place = levels_.empty() ? root_ : next_in(levels_.back());
+    place = std::move(value);
+    return &place;
   }
 
   /// The place of the key or element that is being read.

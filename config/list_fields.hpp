@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <span>
 #include <string_view>
-#include <vector>
 
 #include "config/fields.hpp"
 
@@ -56,11 +55,8 @@ void read_lists(const JsonValue& object, const Place& object_place, std::span<co
   }
 }
 
-template <class Target>
-[[nodiscard]] std::vector<std::string_view> keys_of(std::span<const ListField<Target>> fields) {
-  std::vector<std::string_view> keys;
-  for (const ListField<Target>& field : fields) keys.push_back(field.info.number.key);
-  return keys;
+[[nodiscard]] constexpr std::string_view key_of(const ListInfo& info) {
+  return info.number.key;
 }
 
 // --- making rows ----------------------------------------------------------------------------------------------------

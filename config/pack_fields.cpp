@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <type_traits>
 
 #include "config/cell_dynamics_reader.hpp"
 #include "config/charge_plateau_reader.hpp"
 #include "daemon/core/balancing_plan.hpp"
 #include "daemon/core/contactor_sequence.hpp"
+#include "protocol/number_text.hpp"
 
 namespace bmu {
 namespace {
@@ -24,11 +24,8 @@ bool is_printable_ascii(std::string_view text) {
 constexpr int base_id_max = 0x7FF - static_cast<int>(std::size(vehicle_bus::rows)) + 1;
 
 std::optional<int> hex_value(std::string_view text) {
-  int value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, 16);
-  const bool is_whole = error == std::errc{} && end == text.data() + text.size();
-  if (!is_whole || value < 0) return std::nullopt;
-  return value;
+  const auto value = number_of_text<int>(text, 16);
+  return value && *value >= 0 ? value : std::nullopt;
 }
 
 bool is_base_id(std::string_view text) {

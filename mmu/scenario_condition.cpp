@@ -1,6 +1,7 @@
 // Conditions of the script language: what is asked of the world, and of frames.
 #include "mmu/scenario_state.hpp"
 #include "mmu/scenario_words.hpp"
+#include "protocol/number_text.hpp"
 #include "protocol/tables/internal_bus.hpp"
 #include "protocol/tables/vehicle_bus.hpp"
 
@@ -128,10 +129,8 @@ std::string all_messages() {
 
 std::optional<std::uint32_t> identifier_of(std::string_view text) {
   if (!text.starts_with("0x")) return std::nullopt;
-  std::uint32_t id = 0;
-  const auto [end, error] = std::from_chars(text.data() + 2, text.data() + text.size(), id, 16);
-  const bool is_whole = error == std::errc{} && end == text.data() + text.size();
-  return is_whole && id <= standard_id_max ? std::optional(id) : std::nullopt;
+  const auto id = number_of_text<std::uint32_t>(text.substr(2), 16);
+  return id && *id <= standard_id_max ? id : std::nullopt;
 }
 
 void take_identifier(std::uint32_t id, ScenarioCondition& condition) {

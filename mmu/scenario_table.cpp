@@ -7,6 +7,7 @@
 #include "mmu/scenario.hpp"
 #include "mmu/scenario_state.hpp"
 #include "mmu/scenario_text.hpp"
+#include "protocol/row_order.hpp"
 
 namespace bmu {
 
@@ -56,13 +57,7 @@ constexpr TargetSpec targets[] = {
     {TargetKind::master, "master"},
 };
 
-constexpr bool targets_stand_in_order() {
-  for (std::size_t row = 0; row < std::size(targets); ++row) {
-    if (static_cast<std::size_t>(targets[row].kind) != row) return false;
-  }
-  return true;
-}
-static_assert(targets_stand_in_order(), "targets[] is indexed by TargetKind");
+static_assert(rows_are_in_order(targets, &TargetSpec::kind), "targets[] is indexed by TargetKind");
 
 constexpr PropertySpec make(Property property, TargetKind target, std::string_view name, std::string_view meaning) {
   return {.property = property, .target = target, .name = name, .meaning = meaning};
@@ -253,13 +248,7 @@ constexpr std::array<PropertySpec, property_count> properties{
          "`bmuctl modules accept`: the modules found on their nodes belong there; while open and not asked to close"),
 };
 
-constexpr bool rows_stand_in_order() {
-  for (std::size_t row = 0; row < property_count; ++row) {
-    if (static_cast<std::size_t>(properties[row].property) != row) return false;
-  }
-  return true;
-}
-static_assert(rows_stand_in_order(), "properties[] is indexed by Property");
+static_assert(rows_are_in_order(properties, &PropertySpec::property), "properties[] is indexed by Property");
 
 }  // namespace
 

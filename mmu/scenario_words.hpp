@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -11,6 +10,7 @@
 
 #include "mmu/scenario.hpp"
 #include "mmu/scenario_text.hpp"
+#include "protocol/number_text.hpp"
 
 namespace bmu::scenario_text {
 
@@ -81,10 +81,8 @@ inline ScenarioProblem problem_at(const Word& word, std::string wanted) {
 }
 
 inline std::optional<double> number_of(std::string_view text) {
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  const bool is_whole = error == std::errc{} && end == text.data() + text.size();
-  return is_whole && std::isfinite(value) ? std::optional(value) : std::nullopt;
+  const auto value = number_of_text<double>(text);
+  return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
 [[nodiscard]] inline bool is_whole(double value) {
@@ -92,10 +90,8 @@ inline std::optional<double> number_of(std::string_view text) {
 }
 
 inline std::optional<std::uint32_t> count_of(std::string_view text, std::uint32_t max) {
-  std::uint32_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  const bool is_whole = error == std::errc{} && end == text.data() + text.size();
-  return is_whole && value >= 1 && value <= max ? std::optional(value) : std::nullopt;
+  const auto value = number_of_text<std::uint32_t>(text);
+  return value && *value >= 1 && *value <= max ? value : std::nullopt;
 }
 
 inline std::optional<std::uint8_t> index_of(std::span<const std::string_view> words, std::string_view word) {

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "mmu/world.hpp"
+#include "protocol/row_order.hpp"
 
 namespace bmu {
 
@@ -278,13 +279,7 @@ constexpr std::array<Handler, property_count> handlers{{
     {Property::master_accept_modules, order<Property::master_accept_modules>},
 }};
 
-constexpr bool handlers_stand_in_order() {
-  for (std::size_t row = 0; row < property_count; ++row) {
-    if (static_cast<std::size_t>(handlers[row].property) != row) return false;
-  }
-  return true;
-}
-static_assert(handlers_stand_in_order(), "handlers[] is indexed by Property");
+static_assert(rows_are_in_order(handlers, &Handler::property), "handlers[] is indexed by Property");
 
 const Handler& handler_of(Property property) {
   return handlers[static_cast<std::size_t>(property)];

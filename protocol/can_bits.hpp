@@ -122,7 +122,7 @@ struct Run {
 /// processors look at: looking up waits for no run, and from run to run there is only a shift.
 inline constexpr auto steps = [] {
   std::array<std::uint64_t, 256> table{};
-  for (std::size_t byte = 0; byte < table.size(); ++byte) {
+  for (std::size_t byte = 0; byte != table.size(); ++byte) {
     for (std::uint8_t run = 0; run < 8; ++run) {
       Run after{run};
       for (unsigned left = 8; left > 0; --left) after.put(((byte >> (left - 1)) & 1U) != 0);

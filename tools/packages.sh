@@ -12,8 +12,8 @@ packages_of_group() {
     # xz-utils and zstd: newer kernels pack their modules. iproute2 and jq are for the scripts inside the guest.
     # make, gcc and libelf-dev (for objtool) build the module of the GPIO chip.
     rig) echo qemu-system-x86 busybox-static cpio gzip kmod iproute2 can-utils jq xz-utils zstd make gcc libelf-dev ;;
-    # libclang-rt-dev holds the sanitizers' runtime, python3 runs run-clang-tidy.
-    lint) echo git shellcheck clang clang-format clang-tidy libclang-rt-dev python3 ;;
+    # libclang-rt-dev holds the sanitizers' runtime, python3 runs run-clang-tidy, similarity-tester has sim_c++.
+    lint) echo git shellcheck clang clang-format clang-tidy cppcheck libclang-rt-dev python3 similarity-tester ;;
     # lowdown makes manual pages of docs/, man-db is lintian's for looking at them.
     package) echo cmake dpkg-dev fakeroot lintian lowdown man-db ;;
     # llvm holds llvm-cov and llvm-profdata; python3-clang is for Debian's own /usr/bin/python3.

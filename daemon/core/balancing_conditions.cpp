@@ -4,6 +4,7 @@
 #include <bit>
 
 #include "protocol/assert.hpp"
+#include "protocol/row_order.hpp"
 
 namespace bmu {
 
@@ -97,13 +98,7 @@ constexpr std::array<BalancingBlockerRow, balancing_blocker_count> table{{
      "a module has no sensor on its board, and `without_board_sensor` is false", is_board_unknown},
 }};
 
-consteval bool rows_are_in_order() {
-  for (std::size_t index = 0; index < table.size(); ++index) {
-    if (static_cast<std::size_t>(table[index].id) != index) return false;
-  }
-  return true;
-}
-static_assert(rows_are_in_order());
+static_assert(rows_are_in_order(table, &BalancingBlockerRow::id));
 
 }  // namespace
 

@@ -6,6 +6,7 @@
 #include <cstdlib>
 
 #include "protocol/assert.hpp"
+#include "protocol/row_order.hpp"
 
 namespace bmu {
 
@@ -181,13 +182,7 @@ constexpr std::array planners{
     PlannerRow{BalancingMethod::ocv, plan_by_ocv},
     PlannerRow{BalancingMethod::charge, plan_by_charge},
 };
-consteval bool rows_are_in_order() {
-  for (std::size_t index = 0; index < planners.size(); ++index) {
-    if (static_cast<std::size_t>(planners[index].method) != index) return false;
-  }
-  return true;
-}
-static_assert(rows_are_in_order());
+static_assert(rows_are_in_order(planners, &PlannerRow::method));
 
 }  // namespace
 

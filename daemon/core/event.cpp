@@ -10,6 +10,7 @@
 #include "daemon/core/permission.hpp"
 #include "daemon/core/rest_mode.hpp"
 #include "protocol/enumerators.hpp"
+#include "protocol/row_order.hpp"
 
 namespace bmu {
 
@@ -76,13 +77,7 @@ constexpr std::array<EventRow, event_count> table{{
     {EventId::shut_down_unconfirmed, "shut_down_unconfirmed", Severity::error},
 }};
 
-consteval bool rows_are_in_order() {
-  for (std::size_t index = 0; index < table.size(); ++index) {
-    if (static_cast<std::size_t>(table[index].id) != index) return false;
-  }
-  return true;
-}
-static_assert(rows_are_in_order());
+static_assert(rows_are_in_order(table, &EventRow::id));
 
 std::string text_of_fault(const Event& event) {
   const FaultRow& row = row_of(event.fault);

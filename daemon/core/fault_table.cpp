@@ -2,6 +2,7 @@
 
 #include "daemon/core/fault_readers.hpp"
 #include "protocol/assert.hpp"
+#include "protocol/row_order.hpp"
 
 namespace bmu {
 
@@ -741,12 +742,6 @@ constexpr std::array<FaultRow, fault_count> table{{
      .reaction = warn},
 }};
 
-consteval bool rows_are_in_order() {
-  for (std::size_t index = 0; index < table.size(); ++index) {
-    if (static_cast<std::size_t>(table[index].id) != index) return false;
-  }
-  return true;
-}
 consteval bool grace_where_it_is_used() {
   for (const FaultRow& row : table) {
     if ((row.reaction == open_after_grace) != (row.grace > 0ns)) return false;
@@ -793,7 +788,7 @@ consteval bool only_latches_outlive() {
 }
 static_assert(one_direction_is_forbidden());
 static_assert(only_latches_outlive());
-static_assert(rows_are_in_order());
+static_assert(rows_are_in_order(table, &FaultRow::id));
 static_assert(grace_where_it_is_used());
 static_assert(limits_take_two_samples());
 static_assert(one_source_of_times());

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "protocol/row_order.hpp"
+
 namespace bmu {
 
 std::string_view to_text(PackMode mode) {
@@ -59,13 +61,7 @@ constexpr std::array<StateRow, pack_mode_count> states{{
     {PackMode::closed, Iha::off_closed},
 }};
 
-consteval bool rows_are_in_order() {
-  for (std::size_t index = 0; index < states.size(); ++index) {
-    if (static_cast<std::size_t>(states[index].mode) != index) return false;
-  }
-  return true;
-}
-static_assert(rows_are_in_order());
+static_assert(rows_are_in_order(states, &StateRow::mode));
 
 // States of the dialect `original`.
 constexpr std::uint8_t unplugged_off = 0;

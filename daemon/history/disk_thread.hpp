@@ -1,7 +1,10 @@
 // The end of a thread that writes to a disk: a disk that does not answer must not keep a daemon from ending.
 #pragma once
 
+#include <mutex>
 #include <thread>
+
+#include "protocol/time.hpp"
 
 namespace bmu {
 
@@ -13,6 +16,19 @@ inline void join_or_leave(std::thread& thread, bool has_ended) {
   } else {
     thread.detach();
   }
+}
+
+/// Tells a thread to end, and leaves it behind if it has not after so long. `shared` is what both have: under `mutex`
+/// it is told by `has_to_end`, and says at last that it no longer `is_running`; both of them by `changed`.
+template <class Shared>
+void end_or_leave(std::thread& thread, Shared& shared, Duration at_most) {
+  if (!thread.joinable()) return;
+  std::unique_lock lock(shared.mutex);
+  shared.has_to_end = true;
+  shared.changed.notify_all();
+  const bool has_ended = shared.changed.wait_for(lock, at_most, [&shared] { return !shared.is_running; });
+  lock.unlock();
+  join_or_leave(thread, has_ended);
 }
 
 }  // namespace bmu

@@ -83,15 +83,24 @@ void HistoryLives::read(StrayRows& rows) {
   });
 }
 
-void HistoryLives::read_layouts(const Database& database) {
-  auto statement = database.prepare(select_layouts);
-  if (!statement) return problem("table layout: " + statement.error().what);
-  while (layouts_.size() < lives_max) {
+/// `take` is given each row of what the statement finds, until it says that there is no room for more.
+template <class Take>
+void HistoryLives::read_rows(const Database& database, const char* statement_text, const std::string& table,
+                             Take take) {
+  auto statement = database.prepare(statement_text);
+  if (!statement) return problem(table + ": " + statement.error().what);
+  while (true) {
     const auto has_row = statement->step();
-    if (!has_row) return problem("table layout: " + has_row.error().what);
-    if (!*has_row) return;
-    take_layout(StatementRow(*statement));
+    if (!has_row) return problem(table + ": " + has_row.error().what);
+    if (!*has_row || !take(*statement)) return;
   }
+}
+
+void HistoryLives::read_layouts(const Database& database) {
+  read_rows(database, select_layouts, "table layout", [this](const Statement& row) {
+    take_layout(StatementRow(row));
+    return layouts_.size() < lives_max;
+  });
 }
 
 void HistoryLives::take_layout(const RowValues& row) {
@@ -126,19 +135,15 @@ void HistoryLives::read_places(const Database& database) {
 }
 
 void HistoryLives::read_table(const Database& database) {
-  auto statement = database.prepare(select_lives);
-  if (!statement) return problem("table life: " + statement.error().what);
-  while (lives_.size() < lives_max) {
-    const auto has_row = statement->step();
-    if (!has_row) return problem("table life: " + has_row.error().what);
-    if (!*has_row) return;
-    const auto id = statement->number(0);
+  read_rows(database, select_lives, "table life", [this](const Statement& row) {
+    const auto id = row.number(0);
     if (!id || (!lives_.empty() && lives_.back().id >= *id)) {
       problem(name_of(id.value_or(-1)) + ": makes no sense");
-      continue;
+    } else {
+      take_life(*id, StatementRow(row));
     }
-    take_life(*id, StatementRow(*statement));
-  }
+    return lives_.size() < lives_max;
+  });
 }
 
 void HistoryLives::take_life(std::int64_t id, const RowValues& row) {

@@ -45,6 +45,8 @@ class HistoryLives {
   [[nodiscard]] const std::vector<std::string>& problems() const { return problems_; }
 
  private:
+  template <class Take>
+  void read_rows(const Database& database, const char* statement_text, const std::string& table, Take take);
   void read_layouts(const Database& database);
   void read_places(const Database& database);
   void read_table(const Database& database);

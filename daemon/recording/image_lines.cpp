@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <bit>
-#include <charconv>
 #include <cstring>
 
 #include "daemon/recording/base64.hpp"
 #include "protocol/fnv.hpp"
+#include "protocol/number_text.hpp"
 
 namespace bmu {
 
@@ -59,11 +59,9 @@ bool append_image_bytes(std::string_view rest, std::size_t size_max, std::vector
 }
 
 bool append_image_zeros(std::string_view rest, std::size_t size_max, std::vector<std::uint8_t>& to) {
-  std::size_t count = 0;
-  const auto done = std::from_chars(rest.data(), rest.data() + rest.size(), count);
-  const bool is_number = done.ec == std::errc{} && done.ptr == rest.data() + rest.size();
-  if (!is_number || count > size_max || to.size() > size_max - count) return false;
-  to.resize(to.size() + count);
+  const auto count = number_of_text<std::size_t>(rest);
+  if (!count || *count > size_max || to.size() > size_max - *count) return false;
+  to.resize(to.size() + *count);
   return true;
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstdio>
 #include <utility>
 
@@ -10,6 +9,7 @@
 #include "daemon/core/core_image.hpp"
 #include "daemon/recording/image_lines.hpp"
 #include "daemon/recording/record_writer.hpp"
+#include "protocol/number_text.hpp"
 
 namespace bmu {
 
@@ -17,14 +17,6 @@ namespace {
 
 /// Of a damaged or hostile file; ours are a tenth of it.
 constexpr std::size_t image_size_max = std::size_t{32} << 20;
-
-template <class Number>
-std::optional<Number> number(std::string_view text, int base = 10) {
-  Number value{};
-  const auto done = std::from_chars(text.data(), text.data() + text.size(), value, base);
-  const bool is_whole = !text.empty() && done.ec == std::errc{} && done.ptr == text.data() + text.size();
-  return is_whole ? std::optional(value) : std::nullopt;
-}
 
 /// "| the end of a line", or "+ a part" that the next goes on with.
 bool append_line(std::string& text, std::string_view rest) {
@@ -134,7 +126,7 @@ RecordReader::Took RecordReader::take_time(TimePoint at, Took took) {
 RecordReader::Took RecordReader::take_note(const RecordNote& note) {
   has_tick_ = false;
   if (note.word == "bmud-recording") {
-    if (number<int>(note.rest) != record_format) {
+    if (number_of_text<int>(note.rest) != record_format) {
       return fail(
           "found a recording of format '" + std::string(note.rest) + "', wanted " + std::to_string(record_format),
           RecordProblemKind::other_version);
@@ -146,7 +138,7 @@ RecordReader::Took RecordReader::take_note(const RecordNote& note) {
     return Took::nothing;
   }
   if (note.word == "ahead_us") {
-    const auto ahead_us = number<std::int64_t>(note.rest);
+    const auto ahead_us = number_of_text<std::int64_t>(note.rest);
     if (!ahead_us || *ahead_us > record_time_max_us || *ahead_us < -record_time_max_us) {
       return fail("wanted microseconds between both clocks");
     }
@@ -166,14 +158,14 @@ RecordReader::Took RecordReader::take_head(std::string_view word, std::string_vi
     (which == to_text(Port::vehicle) ? head_.buses.vehicle : head_.buses.internal) = name;
   } else if (word == "part") {
     const auto [life_text, part_text] = two_words(rest);
-    const auto life = number<std::int64_t>(life_text);
-    const auto part = number<std::uint64_t>(part_text);
+    const auto life = number_of_text<std::int64_t>(life_text);
+    const auto part = number_of_text<std::uint64_t>(part_text);
     if (!life || !part) return fail("wanted a life and the number of its part");
     head_.id = {.life = *life, .part = *part};
   } else if (word == "configuration") {
     head_.origin.hash = rest;
   } else if (word == "internal_kbit_per_s") {
-    const auto rate = number<std::int32_t>(rest);
+    const auto rate = number_of_text<std::int32_t>(rest);
     if (!rate || *rate < 1) return fail("wanted a bit rate in kbit/s");
     head_.origin.internal_kbit_per_s = *rate;
   } else if (word == "pack-file") {
@@ -195,8 +187,8 @@ RecordReader::Took RecordReader::take_state(std::string_view word, std::string_v
   const auto at_most = [&] { return " at most " + std::to_string(head_.image_size) + " bytes"; };
   if (word == "core") {
     const auto [layout_text, size_text] = two_words(rest);
-    const auto layout = number<std::uint64_t>(layout_text, 16);
-    const auto size = number<std::size_t>(size_text);
+    const auto layout = number_of_text<std::uint64_t>(layout_text, 16);
+    const auto size = number_of_text<std::size_t>(size_text);
     if (!layout || !size || *size > image_size_max) return fail("wanted layout and size of a core");
     head_.layout = *layout;
     head_.image_size = *size;
@@ -240,10 +232,10 @@ RecordReader::Took RecordReader::end_head(std::string_view checksums) {
   }
   const auto [image_text, head_text] = two_words(checksums);
   checksum_ = image_checksum(head_.image);
-  if (head_.image.size() != head_.image_size || number<std::uint64_t>(image_text, 16) != checksum_) {
+  if (head_.image.size() != head_.image_size || number_of_text<std::uint64_t>(image_text, 16) != checksum_) {
     return fail("the state of the core is damaged");
   }
-  if (number<std::uint32_t>(head_text, 16) != head_.sum.value()) {
+  if (number_of_text<std::uint32_t>(head_text, 16) != head_.sum.value()) {
     return fail("the lines of the head are not as they were written: one is missing, was changed or added");
   }
   place_ = Place::in_part;

@@ -197,24 +197,27 @@ class Chip {
   }
 
   [[nodiscard]] Result<GpioFd, OsError> request_outputs(std::span<const GpioWanted> lines) {
-    if (const auto there = check_numbers(lines); !there) return failure(there.error());
-    gpio_v2_line_request request = output_request(lines);
-    const int fd = system_.request_lines(fd_.get(), request);
-    if (fd >= 0) return GpioFd(system_, fd);
-    if (const auto owner = find_owner(lines, -fd)) return failure(*owner);
-    return failure(refusal(-fd, place_text(file_, lines), "them refused as outputs", "outputs that begin open"));
+    return request(lines, output_request(lines), [&](int error) {
+      return refusal(error, place_text(file_, lines), "them refused as outputs", "outputs that begin open");
+    });
   }
 
   [[nodiscard]] Result<GpioFd, OsError> request_inputs(std::span<const GpioWanted> lines) {
-    if (const auto there = check_numbers(lines); !there) return failure(there.error());
-    gpio_v2_line_request request = edge_request(lines);
-    const int fd = system_.request_lines(fd_.get(), request);
-    if (fd >= 0) return GpioFd(system_, fd);
-    if (const auto owner = find_owner(lines, -fd)) return failure(*owner);
-    return failure(find_refused_part(lines, -fd));
+    return request(lines, edge_request(lines), [&](int error) { return find_refused_part(lines, error); });
   }
 
  private:
+  /// `refused` says what it is about a request that the kernel cannot do.
+  template <class Refused>
+  [[nodiscard]] Result<GpioFd, OsError> request(std::span<const GpioWanted> lines, gpio_v2_line_request wanted,
+                                                Refused refused) {
+    if (const auto there = check_numbers(lines); !there) return failure(there.error());
+    const int fd = system_.request_lines(fd_.get(), wanted);
+    if (fd >= 0) return GpioFd(system_, fd);
+    if (const auto owner = find_owner(lines, -fd)) return failure(*owner);
+    return failure(refused(-fd));
+  }
+
   [[nodiscard]] Result<void, OsError> check_numbers(std::span<const GpioWanted> lines) const {
     for (const GpioWanted& line : lines) {
       if (line.at.line < info_.lines) continue;

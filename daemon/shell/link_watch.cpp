@@ -82,13 +82,7 @@ Result<std::unique_ptr<LinkWatch>, OsError> LinkWatch::start(const std::vector<L
 }
 
 LinkWatch::~LinkWatch() {
-  if (!thread_.joinable()) return;
-  std::unique_lock lock(shared_->mutex);
-  shared_->has_to_end = true;
-  shared_->changed.notify_all();
-  const bool has_ended = shared_->changed.wait_for(lock, end_max, [this] { return !shared_->is_running; });
-  lock.unlock();
-  join_or_leave(thread_, has_ended);
+  end_or_leave(thread_, *shared_, end_max);
 }
 
 std::optional<LinkReport> LinkWatch::report(const std::string& interface_name) const {

@@ -1,10 +1,10 @@
 #include "daemon/shell/serial_commands.hpp"
 
 #include <array>
-#include <charconv>
 #include <optional>
 #include <string_view>
 
+#include "protocol/number_text.hpp"
 #include "protocol/tables/internal_bus.hpp"
 
 namespace bmu {
@@ -20,10 +20,8 @@ std::string line_of(std::string_view text) {
 
 /// A whole text that is a number of cells; as many digits as there are to the largest.
 std::optional<std::size_t> cell_count_from(std::string_view text) {
-  std::size_t count = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), count);
-  const bool is_number = error == std::errc{} && end == text.data() + text.size() && text.size() <= 3;
-  return is_number && count >= 1 && count <= cell_count_max ? std::optional(count) : std::nullopt;
+  const auto count = text.size() <= 3 ? number_of_text<std::size_t>(text) : std::nullopt;
+  return count && *count >= 1 && *count <= cell_count_max ? count : std::nullopt;
 }
 
 SerialReply set_cell_count(std::string_view argument, const SetCellCount& set) {

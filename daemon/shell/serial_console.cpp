@@ -12,6 +12,7 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
+#include "daemon/history/disk_thread.hpp"
 #include "daemon/shell/owned_fd.hpp"
 #include "daemon/shell/serial_lines.hpp"
 #include "daemon/shell/serial_port.hpp"
@@ -200,17 +201,8 @@ SerialConsole::SerialConsole(std::shared_ptr<Shared> shared)
     : shared_(std::move(shared)), thread_([kept = shared_] { kept->run(); }) {}
 
 SerialConsole::~SerialConsole() {
-  std::unique_lock lock(shared_->mutex);
-  shared_->has_to_end = true;
-  const std::uint64_t one = 1;
-  static_cast<void>(::write(shared_->ending.get(), &one, sizeof(one)));
-  const bool has_ended = shared_->changed.wait_for(lock, end_max, [this] { return !shared_->is_running; });
-  lock.unlock();
-  if (has_ended) {
-    thread_.join();
-  } else {
-    thread_.detach();  // it hangs in a disk, and shares what it needs
-  }
+  static_cast<void>(::eventfd_write(shared_->ending.get(), 1));  // from now on it does not wait, and sees has_to_end
+  end_or_leave(thread_, *shared_, end_max);
 }
 
 }  // namespace bmu

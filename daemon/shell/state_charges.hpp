@@ -6,10 +6,7 @@
 // null: no book is kept. Of a file from before there was one, the key is missing.
 #pragma once
 
-#include <cstddef>
-#include <optional>
 #include <string>
-#include <string_view>
 
 #include <nlohmann/json.hpp>
 
@@ -17,9 +14,6 @@
 #include "protocol/result.hpp"
 
 namespace bmu {
-
-/// "1" to "63"; nothing else is a node.
-[[nodiscard]] std::optional<std::size_t> node_from_text(std::string_view text);
 
 [[nodiscard]] nlohmann::ordered_json charges_json(const CellChargeRecords& records);
 /// The error names the key, what was found and what was wanted. Never throws. Whether the numbers can be this pack's

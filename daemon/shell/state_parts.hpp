@@ -5,8 +5,11 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include <nlohmann/json.hpp>
+
+#include "protocol/result.hpp"
 
 namespace bmu {
 
@@ -31,6 +34,16 @@ inline constexpr std::int64_t unix_time_max_ms = std::int64_t{1} << 52;
   static const nlohmann::ordered_json none;
   const auto found = json.is_object() ? json.find(key) : json.end();
   return found == json.end() ? none : *found;
+}
+
+/// What a part has; of null, nothing. `parse_all(json, records)` says what is wrong, "" if nothing is.
+template <class Records, class ParseAll>
+[[nodiscard]] Result<Records, std::string> parse_state_part(const nlohmann::ordered_json& json, ParseAll parse_all) {
+  Records records;
+  if (json.is_null()) return records;
+  std::string problem = parse_all(json, records);
+  if (!problem.empty()) return failure(std::move(problem));
+  return records;
 }
 
 }  // namespace bmu

@@ -3,7 +3,7 @@
 #include <array>
 #include <utility>
 
-#include "daemon/shell/state_charges.hpp"
+#include "daemon/shell/state_modules.hpp"
 #include "daemon/shell/state_parts.hpp"
 
 namespace bmu {
@@ -12,6 +12,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr const char* cells_key = "cells";
 constexpr std::int64_t all_ppm = 1'000'000;
 constexpr std::int64_t all_permille = 1'000;
 constexpr std::int64_t health_most_ppm = 100'000'000;
@@ -45,25 +46,6 @@ std::string parse_cell(const Json& json, const std::string& place, CellSocRecord
   return {};
 }
 
-std::string parse_module(const Json& json, const std::string& place, ModuleSocRecord& module) {
-  const auto serial_number = number_from(value_at(json, "serial_number"), 0, UINT32_MAX);
-  if (!serial_number) {
-    return wrong_in_state(place + "/serial_number", value_at(json, "serial_number"), "0 to 4294967295");
-  }
-  const Json& cells = value_at(json, "cells");
-  if (!cells.is_array() || cells.empty() || cells.size() > module.cells.size()) {
-    return wrong_in_state(place + "/cells", cells, "1 to 12 cells");
-  }
-  module.serial_number = static_cast<std::uint32_t>(*serial_number);
-  for (const Json& cell : cells) {
-    const std::string cell_place = place + "/cells/" + std::to_string(module.cell_count);
-    std::string problem = parse_cell(cell, cell_place, module.cells[module.cell_count]);
-    if (!problem.empty()) return problem;
-    ++module.cell_count;
-  }
-  return {};
-}
-
 std::string parse_all(const Json& json, SocRecords& records) {
   const auto unix_time_ms = number_from(value_at(json, "unix_time_ms"), 0, unix_time_max_ms);
   if (!unix_time_ms) {
@@ -73,18 +55,11 @@ std::string parse_all(const Json& json, SocRecords& records) {
   if (!capacity_uAs) return wrong_in_state("soc/capacity_uAs", value_at(json, "capacity_uAs"), "a charge above 0");
   const auto told_ppm = number_from(value_at(json, "told_ppm"), 0, all_ppm);
   if (!told_ppm) return wrong_in_state("soc/told_ppm", value_at(json, "told_ppm"), "0 to 1000000");
-  const Json& modules = value_at(json, "modules");
-  if (!modules.is_object()) return wrong_in_state("soc/modules", modules, "modules by their node numbers");
   records.unix_time_ms = *unix_time_ms;
   records.capacity_uAs = *capacity_uAs;
   records.told_ppm = static_cast<std::int32_t>(*told_ppm);
-  for (const auto& [name, module] : modules.items()) {
-    const std::string place = "soc/modules/" + name;
-    const std::optional<std::size_t> node = node_from_text(name);
-    if (!node) return place + " is no node number, wanted 1 to 63";
-    std::string problem = parse_module(module, place, records.modules[*node]);
-    if (!problem.empty()) return problem;
-  }
+  std::string problem = parse_state_modules(value_at(json, "modules"), "soc/modules", cells_key, parse_cell, records);
+  if (!problem.empty()) return problem;
   const Json& is_last = value_at(json, "is_last");  // missing in files of before it was kept: not known, so no
   if (!is_last.is_null() && !is_last.is_boolean()) return wrong_in_state("soc/is_last", is_last, "true or false");
   records.is_last = is_last.is_boolean() && is_last.get<bool>();
@@ -96,19 +71,11 @@ std::string parse_all(const Json& json, SocRecords& records) {
 
 Json soc_json(const SocRecords& records) {
   if (!records.is_kept) return nullptr;
-  Json modules = Json::object();
-  for (std::size_t node = 1; node < records.modules.size(); ++node) {
-    const ModuleSocRecord& module = records.modules[node];
-    if (module.cell_count == 0) continue;
-    Json cells = Json::array();
-    for (std::size_t number = 0; number < module.cell_count; ++number) {
-      const CellSocRecord& cell = module.cells[number];
-      const CellHealthRecord& health = cell.health;
-      cells.push_back(Json::array({cell.soc_ppm, cell.sigma_ppm, cell.hysteresis_permille, health.capacity_ppm,
-                                   health.capacity_sigma_ppm, health.resistance_ppm, health.resistance_sigma_ppm}));
-    }
-    modules[std::to_string(node)] = {{"serial_number", module.serial_number}, {"cells", std::move(cells)}};
-  }
+  Json modules = state_modules_json(records, cells_key, [](const CellSocRecord& cell) {
+    const CellHealthRecord& health = cell.health;
+    return Json::array({cell.soc_ppm, cell.sigma_ppm, cell.hysteresis_permille, health.capacity_ppm,
+                        health.capacity_sigma_ppm, health.resistance_ppm, health.resistance_sigma_ppm});
+  });
   return {{"unix_time_ms", records.unix_time_ms},
           {"is_last", records.is_last},
           {"capacity_uAs", records.capacity_uAs},
@@ -117,11 +84,7 @@ Json soc_json(const SocRecords& records) {
 }
 
 Result<SocRecords, std::string> parse_soc(const Json& json) {
-  SocRecords records;
-  if (json.is_null()) return records;
-  std::string problem = parse_all(json, records);
-  if (!problem.empty()) return failure(std::move(problem));
-  return records;
+  return parse_state_part<SocRecords>(json, parse_all);
 }
 
 }  // namespace bmu

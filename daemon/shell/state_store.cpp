@@ -149,13 +149,7 @@ void StateStore::start() {
 }
 
 StateStore::~StateStore() {
-  if (!thread_.joinable()) return;
-  std::unique_lock lock(shared_->mutex);
-  shared_->has_to_end = true;
-  shared_->changed.notify_all();
-  const bool has_ended = shared_->changed.wait_for(lock, end_max, [this] { return !shared_->is_running; });
-  lock.unlock();
-  join_or_leave(thread_, has_ended);
+  end_or_leave(thread_, *shared_, end_max);
 }
 
 bool StateStore::offer(const PersistentState& state) {

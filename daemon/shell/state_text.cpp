@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/shell/state_charges.hpp"
+#include "daemon/shell/state_modules.hpp"
 #include "daemon/shell/state_soc.hpp"
 #include "protocol/fnv.hpp"
 

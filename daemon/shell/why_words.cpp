@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "daemon/shell/line_feeder.hpp"
+#include "daemon/shell/span_text.hpp"
 
 namespace bmu {
 
@@ -53,12 +54,7 @@ std::string input_text(const InputRow& row, unsigned number, const CoreView& vie
 }  // namespace
 
 std::string span_text(Duration span) {
-  const std::int64_t ms = std::max<std::int64_t>(to_ms(span), 0);
-  const std::int64_t s = ms / 1000;
-  if (ms < 1'000) return std::to_string(ms) + " ms";
-  if (s < 60) return std::to_string(s) + "." + std::to_string(ms % 1'000 / 100) + " s";
-  if (s < 3'600) return std::to_string(s / 60) + " min " + std::to_string(s % 60) + " s";
-  return std::to_string(s / 3'600) + " h " + std::to_string(s % 3'600 / 60) + " min";
+  return span_text_of_ms(std::max<std::int64_t>(to_ms(span), 0));
 }
 
 std::string ago_text(const CoreView& view, TimePoint at) {

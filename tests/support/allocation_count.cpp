@@ -5,11 +5,19 @@
 #include <limits>
 #include <new>
 
+// ThreadSanitizer's operators come as a whole and cannot be replaced: nothing is counted and nothing limited then.
+#if defined(__has_feature)
+#if __has_feature(thread_sanitizer)
+#define BMUD_COUNTS_NOTHING
+#endif
+#endif
+
 namespace {
 
 std::atomic<std::uint64_t> allocations{0};
 std::atomic<std::size_t> limit_bytes{std::numeric_limits<std::size_t>::max()};
 
+#ifndef BMUD_COUNTS_NOTHING
 void* counted(std::size_t size) noexcept {
   allocations.fetch_add(1, std::memory_order_relaxed);
   if (size > limit_bytes.load(std::memory_order_relaxed)) return nullptr;
@@ -26,6 +34,7 @@ void* or_throw(void* memory) {
   if (memory == nullptr) throw std::bad_alloc();
   return memory;
 }
+#endif
 
 }  // namespace
 
@@ -41,6 +50,7 @@ bmu::test::AllocationLimit::~AllocationLimit() {
   limit_bytes.store(std::numeric_limits<std::size_t>::max(), std::memory_order_relaxed);
 }
 
+#ifndef BMUD_COUNTS_NOTHING
 // All forms, so that none is left to the library or a sanitizer while its counterpart is ours.
 void* operator new(std::size_t size) {
   return or_throw(counted(size));
@@ -102,3 +112,4 @@ void operator delete(void* memory, std::align_val_t, const std::nothrow_t&) noex
 void operator delete[](void* memory, std::align_val_t, const std::nothrow_t&) noexcept {
   std::free(memory);
 }
+#endif

@@ -1,4 +1,5 @@
-// Whether a sanitizer watches this program, and so what is built with it: memory and locks of pages are then not those of what is shipped.
+// Whether a sanitizer watches this program, and so what is built with it: memory and locks of pages are then not those
+// of what is shipped.
 #pragma once
 
 namespace bmu::test {

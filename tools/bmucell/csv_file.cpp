@@ -1,7 +1,6 @@
 #include "tools/bmucell/csv_file.hpp"
 
 #include <cerrno>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -9,6 +8,8 @@
 #include <stdexcept>
 
 #include <zlib.h>
+
+#include "protocol/number_text.hpp"
 
 namespace bmu::cell::csv {
 
@@ -35,10 +36,8 @@ class Unpacked : public io::ByteSourceBase {
 /// Not a number where nothing was measured; nothing where it is none.
 std::optional<double> number_in(std::string_view text) {
   if (text.empty()) return std::numeric_limits<double>::quiet_NaN();
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size() || std::isinf(value)) return std::nullopt;
-  return value;
+  const auto value = number_of_text<double>(text);
+  return value && !std::isinf(*value) ? value : std::nullopt;
 }
 
 std::string at_line(unsigned line) {

@@ -1,7 +1,8 @@
 #include "tools/bmuctl/cell_choice.hpp"
 
 #include <algorithm>
-#include <charconv>
+
+#include "protocol/number_text.hpp"
 
 namespace bmu {
 
@@ -9,10 +10,8 @@ namespace {
 
 /// The whole text as a number from 1.
 std::optional<std::int64_t> number_from(std::string_view text) {
-  std::int64_t number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc{} || end != text.data() + text.size() || number < 1) return std::nullopt;
-  return number;
+  const auto number = number_of_text<std::int64_t>(text);
+  return number && *number >= 1 ? number : std::nullopt;
 }
 
 std::optional<CellWord> word_from(std::string_view text) {

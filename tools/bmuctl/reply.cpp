@@ -5,6 +5,7 @@
 #include <ctime>
 
 #include "daemon/core/event.hpp"
+#include "daemon/shell/span_text.hpp"
 
 namespace bmu {
 
@@ -75,12 +76,7 @@ std::string shown_energy(const Reply& value) {
 
 std::string shown_span(const Reply& value) {
   const std::optional<std::int64_t> ms = value.number();
-  if (!ms) return "--";
-  const std::int64_t s = *ms / 1000;
-  if (*ms < 1'000) return std::to_string(*ms) + " ms";
-  if (s < 60) return std::to_string(s) + "." + std::to_string(*ms % 1'000 / 100) + " s";
-  if (s < 3'600) return std::to_string(s / 60) + " min " + std::to_string(s % 60) + " s";
-  return std::to_string(s / 3'600) + " h " + std::to_string(s % 3'600 / 60) + " min";
+  return ms ? span_text_of_ms(*ms) : "--";
 }
 
 std::string shown_time(const Reply& value) {

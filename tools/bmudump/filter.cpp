@@ -1,7 +1,8 @@
 #include "tools/bmudump/filter.hpp"
 
 #include <algorithm>
-#include <charconv>
+
+#include "protocol/number_text.hpp"
 
 namespace bmu::dump {
 namespace {
@@ -27,10 +28,7 @@ std::string upper(std::string_view text) {
 
 std::optional<std::uint32_t> parse_hex(std::string_view word) {
   if (word.starts_with("0x") || word.starts_with("0X")) word.remove_prefix(2);
-  std::uint32_t number = 0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number, 16);
-  if (error != std::errc{} || end != word.data() + word.size() || word.empty()) return std::nullopt;
-  return number;
+  return number_of_text<std::uint32_t>(word, 16);
 }
 
 bool Filter::add(const std::string& word, const Catalogue& catalogue) {

@@ -8,19 +8,13 @@
 #include <nlohmann/json.hpp>
 
 #include "tools/bmureplay/options.hpp"
+#include "tools/common/formatted.hpp"
 
 namespace bmu::replay {
 
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-template <class... Values>
-std::string formatted(const char* format, Values... values) {
-  std::array<char, 160> text{};
-  std::snprintf(text.data(), text.size(), format, values...);
-  return text.data();
-}
 
 std::string utc_text(std::int64_t log_us) {
   const auto seconds = static_cast<std::time_t>(log_us / 1'000'000);

@@ -2,41 +2,27 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstdio>
 #include <optional>
 #include <utility>
 
+#include "protocol/number_text.hpp"
 #include "tools/common/completion.hpp"
+#include "tools/common/joined.hpp"
 #include "tools/common/manual_page.hpp"
 
 namespace bmu::command_line {
 namespace {
 
-template <class Number>
-std::optional<Number> parse(const std::string& text) {
-  Number value{};
-  const char* const text_end = text.data() + text.size();
-  const auto [end, error] = std::from_chars(text.data(), text_end, value);
-  if (error != std::errc{} || end != text_end) return std::nullopt;
-  return value;
-}
-
 /// Numbers as they are; quotes show where other words begin and end.
 std::string found(const std::string& text) {
-  return parse<double>(text) ? text : "'" + text + "'";
+  return number_of_text<double>(text) ? text : "'" + text + "'";
 }
 
 std::string number_text(double value) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.10g", value);
   return text.data();
-}
-
-std::string joined(const std::vector<std::string>& words, std::string_view between) {
-  std::string all;
-  for (const std::string& word : words) all += (all.empty() ? "" : std::string(between)) + word;
-  return all;
 }
 
 std::string known_commands(const CLI::App& app) {
@@ -76,7 +62,7 @@ std::string one_line(std::string text) {
 
 CLI::Validator whole_number(std::uint64_t min, std::uint64_t max) {
   const auto check = [min, max](const std::string& text) -> std::string {
-    const std::optional<std::uint64_t> value = parse<std::uint64_t>(text);
+    const std::optional<std::uint64_t> value = number_of_text<std::uint64_t>(text);
     if (value && *value >= min && *value <= max) return "";
     const bool is_bounded = max != std::numeric_limits<std::uint64_t>::max();
     return found(text) + " is not a whole number from " + std::to_string(min) +
@@ -87,7 +73,7 @@ CLI::Validator whole_number(std::uint64_t min, std::uint64_t max) {
 
 CLI::Validator number(double min, double max) {
   const auto check = [min, max](const std::string& text) -> std::string {
-    const std::optional<double> value = parse<double>(text);
+    const std::optional<double> value = number_of_text<double>(text);
     if (value && *value >= min && *value <= max) return "";
     return found(text) + " is not a number from " + number_text(min) + " to " + number_text(max);
   };

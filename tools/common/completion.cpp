@@ -5,15 +5,10 @@
 #include <vector>
 
 #include "tools/common/described_option.hpp"
+#include "tools/common/joined.hpp"
 
 namespace bmu::command_line {
 namespace {
-
-std::string joined(const std::vector<std::string>& words, std::string_view between) {
-  std::string all;
-  for (const std::string& word : words) all += (all.empty() ? "" : std::string(between)) + word;
-  return all;
-}
 
 std::vector<std::string> names_of(const std::vector<const CLI::App*>& commands) {
   std::vector<std::string> names;

@@ -7,13 +7,6 @@ namespace bmu::report {
 
 namespace {
 
-float lower(float a, float b) {
-  return std::isnan(a) ? b : std::isnan(b) ? a : std::min(a, b);
-}
-float higher(float a, float b) {
-  return std::isnan(a) ? b : std::isnan(b) ? a : std::max(a, b);
-}
-
 float extreme_of(const std::vector<Series>& reduced, std::size_t column, bool wants_high) {
   float value = not_known;
   for (const Series& one : reduced) {

@@ -12,13 +12,6 @@ struct Merge {
   std::vector<std::size_t> firsts;  // of the samples that stay, and the end
 };
 
-float lower(float a, float b) {
-  return std::isnan(a) ? b : std::isnan(b) ? a : std::min(a, b);
-}
-float higher(float a, float b) {
-  return std::isnan(a) ? b : std::isnan(b) ? a : std::max(a, b);
-}
-
 Series merged(const Series& series, const Merge& merge) {
   Series result;
   if (series.size() == 0) return result;

@@ -8,6 +8,8 @@
 // of its sides is one thing going on, as far as anybody knows, and not another one that has begun.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -19,6 +21,14 @@ namespace bmu::report {
 
 inline constexpr float not_known = std::numeric_limits<float>::quiet_NaN();
 inline constexpr double sigmas_told = 2.0;
+
+/// Of two values of which either may be not_known.
+[[nodiscard]] inline float lower(float a, float b) {
+  return std::isnan(a) ? b : std::isnan(b) ? a : std::min(a, b);
+}
+[[nodiscard]] inline float higher(float a, float b) {
+  return std::isnan(a) ? b : std::isnan(b) ? a : std::max(a, b);
+}
 
 /// A quantity over time, an entry for each sample. `low` and `high` are as long as `mean`.
 struct Series {

@@ -57,14 +57,18 @@ class Cards {
   std::string out_;
 };
 
+template <class Iterator>
+std::optional<float> known_between(Iterator first, Iterator end) {
+  const auto found = std::find_if(first, end, [](float value) { return !std::isnan(value); });
+  return found == end ? std::nullopt : std::optional(*found);
+}
+
 std::optional<float> first_known(const std::vector<float>& values) {
-  const auto found = std::find_if(values.begin(), values.end(), [](float value) { return !std::isnan(value); });
-  return found == values.end() ? std::nullopt : std::optional(*found);
+  return known_between(values.begin(), values.end());
 }
 
 std::optional<float> last_known(const std::vector<float>& values) {
-  const auto found = std::find_if(values.rbegin(), values.rend(), [](float value) { return !std::isnan(value); });
-  return found == values.rend() ? std::nullopt : std::optional(*found);
+  return known_between(values.rbegin(), values.rend());
 }
 
 void add_charge(Cards& cards, const ReportData& data) {

@@ -1,0 +1,17 @@
+// Words in a row.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace bmu::command_line {
+
+/// `between`: what stands between two of them.
+[[nodiscard]] inline std::string joined(const std::vector<std::string>& words, std::string_view between) {
+  std::string all;
+  for (const std::string& word : words) all += (all.empty() ? "" : std::string(between)) + word;
+  return all;
+}
+
+}  // namespace bmu::command_line
