@@ -147,7 +147,7 @@ void Daemon::reload_by(const SignalFrom& from) {
 /// "" if the file is being read now; else why not.
 std::string Daemon::ask_reload(Asker asker) {
   if (asker_) return std::string(to_text(ReloadRefusal::under_way));
-  notify_.reloading(monotonic_now());
+  notify_.reloading();
   std::string why;
   if (const ReloadRefusal refusal = reload_refusal(life_->core(), monotonic_now()); refusal != ReloadRefusal::none) {
     why = to_text(refusal);

@@ -74,7 +74,7 @@ bool Loop::watch(int fd, std::uint32_t tag) {
 Result<void, OsError> Loop::init() {
   const sigset_t signals = awaited_signals();
   epoll_ = OwnedFd(::epoll_create1(EPOLL_CLOEXEC));
-  timer_ = OwnedFd(::timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC | TFD_NONBLOCK));
+  timer_ = OwnedFd(::timerfd_create(CLOCK_BOOTTIME, TFD_CLOEXEC | TFD_NONBLOCK));
   signals_ = OwnedFd(::signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK));
   if (!epoll_.is_open() || !timer_.is_open() || !signals_.is_open()) {
     return failure(os_error("epoll, timer and signal descriptors"));

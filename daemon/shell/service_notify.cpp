@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <ctime>
 
 #include <sys/socket.h>
 #include <sys/un.h>
@@ -54,10 +55,13 @@ void ServiceNotify::ready() {
   if (!is_ready_untold_) is_away_ = false;
 }
 
-void ServiceNotify::reloading(TimePoint now) {
+void ServiceNotify::reloading() {
   is_ready_untold_ = false;
-  const auto us = std::chrono::duration_cast<std::chrono::microseconds>(now.time_since_epoch()).count();
-  send("RELOADING=1\nMONOTONIC_USEC=" + std::to_string(us));
+  // The manager's clock stands still while the machine sleeps.
+  timespec its{};
+  clock_gettime(CLOCK_MONOTONIC, &its);
+  const auto us = std::chrono::seconds(its.tv_sec) + std::chrono::microseconds(its.tv_nsec / 1000);
+  send("RELOADING=1\nMONOTONIC_USEC=" + std::to_string(us.count()));
 }
 
 void ServiceNotify::away() {

@@ -23,9 +23,8 @@ class ServiceNotify {
   /// wait for us until its time-out.
   void ready();
   void stopping();
-  /// Another configuration is about to be taken up, or refused: ready() says when that is over. `now` is what the
-  /// manager orders our words by.
-  void reloading(TimePoint now);
+  /// Another configuration is about to be taken up, or refused: ready() says when that is over.
+  void reloading();
   /// Until ready() there will be no tick: what has to be written and opened may take longer than the watchdog waits.
   void away();
   /// A tick has been decided in full: we are alive. Sent every third of the watchdog's time at most.

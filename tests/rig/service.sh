@@ -1,6 +1,6 @@
 #!/bin/bash
 # Guest script: the life of the installed service, with an emulated pack whose contactors are closed again for each case. It is stopped,
-# killed, crashed, short of memory and restarted too often; its pack file changes; it gets real time; others ask it, and another pack
+# killed, crashed, short of memory and of processor, and restarted too often; its pack file changes; it gets real time; others ask it, and another pack
 # runs beside it; in the end it is purged. Somebody who only listens measures on the bus when the contactors open. Needs systemd as
 # the machine's first program.
 #   usage: service.sh REPOSITORY PACKAGES   (a folder with the packages)
@@ -113,6 +113,22 @@ end_while_closed "crashed" kill -SEGV
 end_while_closed "out of memory" take_memory
 expect "it was for want of memory" log_has 'oom-kill'
 
+step "no processor left"
+wait_until_closed
+group=/sys/fs/cgroup$(property ControlGroup)
+starved_at=$EPOCHREALTIME
+echo "1000 100000" >"$group/cpu.max"
+wait_for 10 "the power distribution unit says open" is_open_since "$starved_at"
+[[ ! -e $group ]] || echo max >"$group/cpu.max"
+read -r opened_at command_at why <<<"$(first_opening "$starved_at")"
+lapse_ms=$(awk "BEGIN { printf \"%.1f\", ($opened_at - $starved_at) * 1000 }")
+measured+=("no processor left: $lapse_ms ms, by $why")
+expect "open after $lapse_ms ms, by $why" test "${lapse_ms%.*}" -le 500
+lost_at=$opened_at
+wait_until_serving
+clear_faults
+expect_open_until_key
+
 step "another pack file"
 wait_until_closed
 before=$(main_pid)
@@ -155,13 +171,14 @@ systemctl stop bmud@other
 
 step "killed again and again"
 wait_until_closed
+before=$(main_pid)
 stormed_at=$EPOCHREALTIME
 for ((kills = 0; kills < 12; ++kills)); do
-  before=$(main_pid)
   [[ $before != 0 ]] || break
   kill -KILL "$before" 2>/dev/null || true
   wait_for 15 "it is over, or begun anew" is_over_or_new "$before"
   ! is_active failed || break
+  before=$(main_pid)
 done
 expect "systemd gives up after $kills" is_active failed
 expect "nobody has closed since" test "$(commands_until_key "$stormed_at" | cut -d' ' -f2)" -le 4

@@ -57,7 +57,7 @@ bool is_module_answer(std::uint32_t id) {
 Result<void, OsError> Run::init() {
   epoll_ = OwnedFd(::epoll_create1(EPOLL_CLOEXEC));
   if (!epoll_.is_open()) return failure(os_error("epoll_create1"));
-  timer_ = OwnedFd(::timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC));
+  timer_ = OwnedFd(::timerfd_create(CLOCK_BOOTTIME, TFD_NONBLOCK | TFD_CLOEXEC));
   if (!timer_.is_open()) return failure(os_error("timerfd_create"));
   const itimerspec period{.it_interval = to_timespec(Plant::step_length),
                           .it_value = to_timespec((started_at_ + Plant::step_length).time_since_epoch())};

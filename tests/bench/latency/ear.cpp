@@ -31,7 +31,7 @@ void watch(int epoll, int fd, std::uint32_t tag) {
 
 TimePoint exact_now() {
   timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
+  clock_gettime(CLOCK_BOOTTIME, &now);
   return TimePoint(std::chrono::seconds(now.tv_sec) + std::chrono::nanoseconds(now.tv_nsec));
 }
 

@@ -1,0 +1,39 @@
+// A machine that sleeps, as its daemon sees it when both are awake again: the real daemon, with a clock that leaps.
+#include <cstdint>
+
+#include "tests/support/daemon_bench.hpp"
+
+namespace bmu {
+
+using std::chrono::milliseconds;
+using test::Bench;
+using test::is_closed;
+using test::is_open;
+
+namespace {
+
+void set_slept(const std::string& file, std::int64_t ms) {
+  std::fstream stream(file, std::ios::in | std::ios::out | std::ios::binary);
+  stream.write(reinterpret_cast<const char*>(&ms), sizeof ms);
+  REQUIRE(stream.flush());
+}
+
+}  // namespace
+
+TEST_CASE("a machine that slept has been away: the pack is opened first, and closes only for a new wish",
+          "[integration][daemon][F69]") {
+  Bench bench;
+  const std::string slept = bench.folder / "slept";
+  std::ofstream(slept) << std::string(sizeof(std::int64_t), '\0');
+  bench.start_emulator("1 vehicle on\n");
+  bench.start_daemon(
+      {.environment = {"LD_PRELOAD=" BMUD_BUILD_DIR "/lib/libsleeping_clock.so", "BMUD_TEST_SLEPT=" + slept}});
+  REQUIRE(bench.listener.next(milliseconds(5000)));
+  REQUIRE(bench.listener.hears(is_closed, milliseconds(8000)));
+  set_slept(slept, 60'000);
+  CHECK(bench.listener.hears(is_open, milliseconds(200)));
+  CHECK_FALSE(bench.listener.hears(is_closed, milliseconds(1500)));
+  CHECK(bench.ask_json("status").at("last_opening").at("fault") == "control_loop_gap");
+}
+
+}  // namespace bmu
