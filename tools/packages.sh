@@ -11,7 +11,8 @@ packages_of_group() {
     test) echo catch2 libbenchmark-dev can-utils jq python3-canmatrix socat tmux zsh zstd ;;
     # xz-utils and zstd: newer kernels pack their modules. iproute2 and jq are for the scripts inside the guest.
     # make, gcc and libelf-dev (for objtool) build the module of the GPIO chip.
-    rig) echo qemu-system-x86 busybox-static cpio gzip kmod iproute2 can-utils jq xz-utils zstd make gcc libelf-dev ;;
+    # systemd is the guest's where a test wants it, with e2fsprogs for a small disk and socat and man-db for what is looked at in it.
+    rig) echo qemu-system-x86 busybox-static cpio gzip kmod iproute2 can-utils jq xz-utils zstd make gcc libelf-dev systemd e2fsprogs socat man-db ;;
     # libclang-rt-dev holds the sanitizers' runtime, python3 runs run-clang-tidy, similarity-tester has sim_c++.
     lint) echo git shellcheck clang clang-format clang-tidy cppcheck libclang-rt-dev python3 similarity-tester ;;
     # lowdown makes manual pages of docs/, man-db is lintian's for looking at them.

@@ -11,14 +11,15 @@ namespace {
 constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 constexpr std::uint8_t no_digit = 0xff;
 
-constexpr std::array<std::uint8_t, 256> values = [] {
+constexpr std::array<std::uint8_t, 256> values_by_character() {
   std::array<std::uint8_t, 256> table{};
   table.fill(no_digit);
   for (std::size_t value = 0; value < digits.size(); ++value) {
     table[static_cast<std::uint8_t>(digits[value])] = static_cast<std::uint8_t>(value);
   }
   return table;
-}();
+}
+constexpr std::array<std::uint8_t, 256> values = values_by_character();
 
 /// Four digits as 24 bits. A digit has six; what is none has eight, which `seen` has from then on.
 std::uint32_t group_of(const char* text, std::uint32_t& seen) {

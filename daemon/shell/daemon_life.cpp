@@ -179,23 +179,25 @@ Result<void, OsError> DaemonLife::start_link_watch() {
 void DaemonLife::make_loop(const Legacy& legacy) {
   std::vector<CoreTap*> taps = memory_->taps();
   taps.push_back(open_pack_.get());
+  std::vector<std::function<void()>> each_second;
+  each_second.emplace_back([this] { memory_->tell(); });
+  each_second.emplace_back([this] { world_.access.tell_left_out(monotonic_now()); });
   std::vector<CommandGiven> first;
   if (legacy.is_balancing_off) first.push_back({.command = Command::balancing_off});
-  loop_ = std::make_unique<Loop>(
-      LoopParts{.core = *core_,
-                .buses = *plan_.buses,
-                .status_socket = world_.socket,
-                .journal = world_.journal,
-                .notify = world_.notify,
-                .store = world_.store,
-                .rate = rate_,
-                .lines = lines_ ? &*lines_ : nullptr,
-                .history = &memory_->history(),
-                .taps = std::move(taps),
-                .each_second = {[this] { memory_->tell(); }, [this] { world_.access.tell_left_out(monotonic_now()); }},
-                .watched = {world_.pack_reader},
-                .first = std::move(first),
-                .on_reload = world_.reload_by_signal});
+  loop_ = std::make_unique<Loop>(LoopParts{.core = *core_,
+                                           .buses = *plan_.buses,
+                                           .status_socket = world_.socket,
+                                           .journal = world_.journal,
+                                           .notify = world_.notify,
+                                           .store = world_.store,
+                                           .rate = rate_,
+                                           .lines = lines_ ? &*lines_ : nullptr,
+                                           .history = &memory_->history(),
+                                           .taps = std::move(taps),
+                                           .each_second = std::move(each_second),
+                                           .watched = {world_.pack_reader},
+                                           .first = std::move(first),
+                                           .on_reload = world_.reload_by_signal});
 }
 
 void DaemonLife::make_requests() {

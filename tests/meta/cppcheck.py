@@ -28,7 +28,8 @@ COMMAND = [
 ]
 FINDING = re.compile(r"^(.+?):(\d+): (\w+): (.*) \[(\w+)\]$")
 NOT_UNDERSTOOD = {"cppcheckError", "internalAstError", "internalError", "syntaxError", "unknownMacro"}
-CHRONO = re.compile(r"(?<![\w.'])(\d[\d']*)(ns|us|ms|s|min|h)\b")
+# Not within a text, where "%8s" is none.
+CHRONO = re.compile(r"""("(?:[^"\\\n]|\\.)*")|(?<![\w.'])(\d[\d']*)(ns|us|ms|s|min|h)\b""")
 # It must find this, or it finds nothing at all.
 PROBE = "int probe() {\n  int two[2] = {0, 0};\n  return two[2];\n}\n"
 PROBE_ID = "arrayIndexOutOfBounds"
@@ -44,7 +45,7 @@ def copy(names, folder):
     for name in names:
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(CHRONO.sub(lambda found: found[1] + " " * len(found[2]), (ROOT / name).read_text()))
+        path.write_text(CHRONO.sub(lambda found: found[1] or found[2] + " " * len(found[3]), (ROOT / name).read_text()))
 
 
 def look(name, folder):

@@ -128,6 +128,9 @@ lost_at=$opened_at
 wait_until_serving
 clear_faults
 expect_open_until_key
+# What comes next asks why it was opened last.
+systemctl restart bmud
+wait_until_serving
 
 step "another pack file"
 wait_until_closed

@@ -55,7 +55,7 @@ std::string origin_of(const FitOptions& options) {
     for (const std::string& file : *files) text += " " + std::filesystem::path(file).filename().string();
   }
   constexpr std::size_t origin_max = 1024;
-  if (text.size() > origin_max) text = text.substr(0, origin_max - 4) + " ...";
+  if (text.size() > origin_max) text.replace(origin_max - 4, std::string::npos, " ...");
   return text;
 }
 

@@ -38,7 +38,7 @@ inline constexpr std::size_t damages_max = 1'000;
 
 class PartReader {
  public:
-  explicit PartReader(std::vector<std::string> files, std::size_t bytes_max = part_bytes_max)
+  explicit PartReader(const std::vector<std::string>& files, std::size_t bytes_max = part_bytes_max)
       : files_(files.begin(), files.end()), bytes_max_(bytes_max) {}
 
   /// The next part; notes before the first head of a file belong to its first part, and what is of a part whose head is
