@@ -12,7 +12,6 @@
 #include <net/if.h>
 #include <sys/epoll.h>
 #include <sys/eventfd.h>
-#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include "daemon/shell/link_details.hpp"
@@ -55,17 +54,10 @@ class KernelCanSystem final : public CanSystem {
     return checked(::send(fd, &frame, sizeof(frame), MSG_DONTWAIT | MSG_NOSIGNAL));
   }
   int look_up(const std::string& name, CanInterface& out) override {
-    // Any socket will do for these requests; this kind is one that the service's sandbox allows anyway.
-    const OwnedFd socket(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
-    if (!socket.is_open()) return -errno;
-    ifreq request{};
-    name.copy(request.ifr_name, sizeof(request.ifr_name) - 1);
-    if (::ioctl(socket.get(), SIOCGIFINDEX, &request) != 0) return -errno;
-    out.index = request.ifr_ifindex;
-    if (::ioctl(socket.get(), SIOCGIFFLAGS, &request) != 0) return -errno;
-    constexpr int running = IFF_UP | IFF_RUNNING;
-    out.is_running = (request.ifr_flags & running) == running;
-    return 0;
+    FoundLink found;
+    const int result = find_link(name, found);
+    out = {.index = found.index, .is_running = found.is_running};
+    return result;
   }
   int bit_rate(int interface_index, std::uint32_t& out_bit_per_s) override {
     return ask_bit_rate(interface_index, out_bit_per_s);

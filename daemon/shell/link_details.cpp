@@ -114,7 +114,36 @@ int content_of(Bytes answer, Bytes& out) {
 struct Question {
   nlmsghdr header{};
   ifinfomsg link{};
+  rtattr name_header{};
+  std::array<char, IFNAMSIZ> name{};
 };
+static_assert(sizeof(Question) == NLMSG_HDRLEN + NLMSG_ALIGN(sizeof(ifinfomsg)) + RTA_SPACE(IFNAMSIZ));
+
+Question question_for(std::uint32_t length) {
+  Question question;
+  question.header.nlmsg_len = length;
+  question.header.nlmsg_type = RTM_GETLINK;
+  question.header.nlmsg_flags = NLM_F_REQUEST;
+  question.link.ifi_family = AF_UNSPEC;
+  return question;
+}
+
+/// The kernel's answer, in `room`; 0 or a negative errno value.
+int ask(const Question& question, std::span<std::byte> room, Bytes& out) {
+  const OwnedFd socket(::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, NETLINK_ROUTE));
+  if (!socket.is_open()) return -errno;
+  sockaddr_nl kernel{};
+  kernel.nl_family = AF_NETLINK;
+  const ssize_t sent = ::sendto(socket.get(), &question, question.header.nlmsg_len, MSG_NOSIGNAL,
+                                reinterpret_cast<const sockaddr*>(&kernel), sizeof(kernel));
+  if (sent < 0) return -errno;
+  const ssize_t got = ::recv(socket.get(), room.data(), room.size(), MSG_DONTWAIT | MSG_TRUNC);
+  if (got < 0) return -errno;
+  const auto length = static_cast<std::size_t>(got);
+  if (length > room.size()) return -EMSGSIZE;
+  out = Bytes(room).first(length);
+  return 0;
+}
 
 }  // namespace
 
@@ -164,24 +193,36 @@ int ask_bit_rate(int interface_index, std::uint32_t& out_bit_per_s) {
 
 int ask_link_details(int interface_index, LinkDetails& out) {
   out = {};
-  const OwnedFd socket(::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, NETLINK_ROUTE));
-  if (!socket.is_open()) return -errno;
-  Question question;
-  question.header.nlmsg_len = sizeof(question);
-  question.header.nlmsg_type = RTM_GETLINK;
-  question.header.nlmsg_flags = NLM_F_REQUEST;
-  question.link.ifi_family = AF_UNSPEC;
+  Question question = question_for(NLMSG_HDRLEN + NLMSG_ALIGN(sizeof(ifinfomsg)));
   question.link.ifi_index = interface_index;
-  sockaddr_nl kernel{};
-  kernel.nl_family = AF_NETLINK;
-  const ssize_t sent = ::sendto(socket.get(), &question, sizeof(question), MSG_NOSIGNAL,
-                                reinterpret_cast<const sockaddr*>(&kernel), sizeof(kernel));
-  if (sent < 0) return -errno;
-  std::array<std::byte, answer_bytes_max> answer{};
-  const ssize_t got = ::recv(socket.get(), answer.data(), answer.size(), MSG_DONTWAIT | MSG_TRUNC);
-  if (got < 0) return -errno;
-  const auto length = static_cast<std::size_t>(got);
-  return length > answer.size() ? -EMSGSIZE : link_details_in(Bytes(answer).first(length), out);
+  std::array<std::byte, answer_bytes_max> room{};
+  Bytes answer;
+  const int result = ask(question, room, answer);
+  return result < 0 ? result : link_details_in(answer, out);
+}
+
+int found_link_in(Bytes answer, FoundLink& out) {
+  out = {};
+  Bytes content;
+  if (const int result = content_of(answer, content); result < 0) return result;
+  const std::optional<ifinfomsg> link = header_of<ifinfomsg>(content);
+  if (!link || link->ifi_index <= 0) return -EBADMSG;
+  constexpr unsigned running = IFF_UP | IFF_RUNNING;
+  out = {.index = link->ifi_index, .is_running = (link->ifi_flags & running) == running};
+  return 0;
+}
+
+int find_link(std::string_view name, FoundLink& out) {
+  out = {};
+  Question question = question_for(sizeof(Question));
+  question.name_header = {.rta_len = RTA_LENGTH(IFNAMSIZ), .rta_type = IFLA_IFNAME};
+  // The last character ends the name.
+  if (name.empty() || name.size() >= question.name.size()) return -ENODEV;
+  name.copy(question.name.data(), question.name.size() - 1);
+  std::array<std::byte, answer_bytes_max> room{};
+  Bytes answer;
+  const int result = ask(question, room, answer);
+  return result < 0 ? result : found_link_in(answer, out);
 }
 
 }  // namespace bmu

@@ -60,6 +60,19 @@ struct LinkDetails {
   friend bool operator==(const LinkDetails&, const LinkDetails&) = default;
 };
 
+struct FoundLink {
+  int index = 0;
+  bool is_running = false;  // up, and with a carrier: a controller in bus-off has none
+};
+
+/// The interface of this name. 0 or a negative errno value, -ENODEV for one that is not there; then `out` is empty.
+///
+/// An ioctl for it (SIOCGIFINDEX, if_nametoindex()) is none for a control loop: for an interface that is not there the
+/// kernel first runs modprobe, and whoever may administer the network waits for it, a fifth of a second on a slow
+/// machine.
+[[nodiscard]] int find_link(std::string_view name, FoundLink& out);
+/// The same from the kernel's answer. -EBADMSG for what is none; the errno of a refusal.
+[[nodiscard]] int found_link_in(std::span<const std::byte> answer, FoundLink& out);
 /// Of the interface with this index. 0 or a negative errno value; then `out` is empty.
 [[nodiscard]] int ask_link_details(int interface_index, LinkDetails& out);
 /// The same from the kernel's answer. -EBADMSG for what is none, or is damaged; the errno of a refusal.

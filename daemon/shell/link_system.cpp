@@ -4,7 +4,6 @@
 
 #include <libsocketcan.h>
 #include <linux/capability.h>
-#include <net/if.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
@@ -31,10 +30,10 @@ int checked(int result) {
 class KernelLinkSystem final : public LinkSystem {
  public:
   LinkLook look(const std::string& interface_name) override {
-    const unsigned index = ::if_nametoindex(interface_name.c_str());
-    if (index == 0) return {.result = -ENODEV};
+    FoundLink found;
+    if (const int result = find_link(interface_name, found); result < 0) return {.result = result};
     LinkLook look{.has_right = may_change_links()};
-    look.result = ask_link_details(static_cast<int>(index), look.details);
+    look.result = ask_link_details(found.index, look.details);
     return look;
   }
 

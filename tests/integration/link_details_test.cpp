@@ -216,4 +216,37 @@ TEST_CASE("the running kernel says that its loopback has no bit rate, and what i
   CHECK(ask_bit_rate(0x7FFF'FFF0, bit_per_s) == -ENODEV);
 }
 
+TEST_CASE("the running kernel finds an interface by its name, and says which is not there",
+          "[integration][can_socket]") {
+  FoundLink found;
+  REQUIRE(find_link("lo", found) == 0);
+  CHECK(found.index == static_cast<int>(::if_nametoindex("lo")));
+  for (const char* name : {"no-such-link", "", "lo2345678901234", "lo23456789012345", "a-name-that-is-too-long"}) {
+    INFO(name);
+    found = {.index = 1, .is_running = true};
+    CHECK(find_link(name, found) == -ENODEV);
+    CHECK(found.index == 0);
+    CHECK_FALSE(found.is_running);
+  }
+}
+
+TEST_CASE("a link that is found runs if it is up and has a carrier", "[integration][can_socket]") {
+  const auto found_in = [](unsigned flags, int index) {
+    FoundLink found;
+    const int result =
+        found_link_in(message(RTM_NEWLINK, bytes_of(ifinfomsg{.ifi_index = index, .ifi_flags = flags})), found);
+    CHECK((result == 0) == (found.index != 0));
+    return std::pair{result, found.is_running};
+  };
+  CHECK(found_in(IFF_UP | IFF_RUNNING, 3) == std::pair{0, true});
+  CHECK(found_in(IFF_UP, 3) == std::pair{0, false});
+  CHECK(found_in(IFF_RUNNING, 3) == std::pair{0, false});
+  CHECK(found_in(IFF_UP | IFF_RUNNING, 0) == std::pair{-EBADMSG, false});
+  FoundLink found;
+  CHECK(found_link_in(message(RTM_NEWLINK, Bytes(sizeof(ifinfomsg) - 1)), found) == -EBADMSG);
+  nlmsgerr refusal{};
+  refusal.error = -ENODEV;
+  CHECK(found_link_in(message(NLMSG_ERROR, bytes_of(refusal)), found) == -ENODEV);
+}
+
 }  // namespace bmu

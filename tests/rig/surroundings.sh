@@ -149,9 +149,12 @@ expect_recovered
 
 step "no socket to be had for an interface that comes back"
 wait_until_closed
+gaps_before=$(fault_count control_loop_gap)
 removed_at=$EPOCHREALTIME
 ip link del "$own_bus"
 expect_opened "interface removed" "$removed_at"
+sleep 1
+expect "looking for it again and again keeps nobody away" test "$(fault_count control_loop_gap)" = "$gaps_before"
 # One is left, with which it can answer us; a way to the bus takes two.
 prlimit --pid "$(daemon_pid)" --nofile="$(second_free_descriptor)":
 plug_in
