@@ -56,7 +56,8 @@ fault_count() { bmuctl --socket "$socket" faults --json | jq -e --arg name "$1" 
 fault_came() { (($(fault_count "$1") > $2)); }
 
 # What waits for it is cleared as somebody would; whether it may be is the daemon's to say.
-clear_faults() { bmuctl --socket "$socket" clear "$@" >>"$RIG_OUT/clear.txt"; }
+clear_faults() { bmuctl --socket "$socket" clear >>"$RIG_OUT/clear.txt"; }
+clear_with_authority() { bmuctl --socket "$socket" clear --authorised >>"$RIG_OUT/clear.txt"; }
 
 # Just closed, with nearly all of the key's time ahead: whoever closes by himself after what comes now would be seen doing it.
 is_just_closed() { phase_is closed && key_turned_on_within "$fresh_s"; }

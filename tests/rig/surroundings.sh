@@ -58,7 +58,7 @@ expect_opened() {
 expect_recovered() {
   wait_for 15 "everything is known anew" view_is_complete
   expect "it is the same daemon" running bmud
-  expect "what waited for somebody is cleared" clear_faults "$@"
+  expect "what waited for somebody is cleared" "${1:-clear_faults}"
   expect_open_until_key
 }
 
@@ -137,7 +137,7 @@ lost_at=$(ask_recording 'is_command && t > after && closed { last = t } END { pr
 old_ms=$(awk "BEGIN { printf \"%.0f\", ($lost_at - $(first_opening "$delayed_at" | cut -d' ' -f1)) * 1000 }")
 measured+=("delay of 300 ms: the last old command $old_ms ms behind the opening")
 expect "the last old command is $old_ms ms behind the opening, no more than was under way" test "$old_ms" -le 600
-expect_recovered --authorised
+expect_recovered clear_with_authority
 
 step "a cable that lost its other end"
 wait_until_closed
