@@ -28,9 +28,10 @@ log_has() { journalctl -q --no-pager -u bmud | grep -q "$1"; }
 
 # --- install and start ---
 
-# The index of all manual pages takes longer to make here than everything else.
+# The index of all manual pages takes longer to make here than everything else; and where the host is a container it may have a rule
+# against services, which is not for the guest.
 install_packages() {
-  rm -f /var/lib/man-db/auto-update
+  rm -f /var/lib/man-db/auto-update /usr/sbin/policy-rc.d
   dpkg --install "$packages"/bmud_*.deb "$packages"/bmud-tools_*.deb "$packages"/mmusim_*.deb >"$RIG_OUT/dpkg.txt"
 }
 
