@@ -24,8 +24,8 @@
 
 namespace bmu {
 
-/// CLOCK_BOOTTIME in whole microseconds, the only clock that ages are measured with. It goes on while the machine sleeps: what
-/// was known before is as old afterwards as it really is, and the loop has been away for that long.
+/// CLOCK_BOOTTIME in whole microseconds, the only clock that ages are measured with. It goes on while the machine
+/// sleeps: what was known before is as old afterwards as it really is, and the loop has been away for that long.
 [[nodiscard]] TimePoint monotonic_now();
 
 struct PortOptions {
