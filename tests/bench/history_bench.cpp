@@ -11,6 +11,7 @@
 #include "daemon/history/history_reader.hpp"
 #include "daemon/history/minute_averager.hpp"
 #include "tests/support/core_bench.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace bmu {
 
@@ -18,20 +19,6 @@ namespace {
 
 constexpr std::int64_t minutes_per_day = 1'440;
 constexpr std::int64_t begin_unix_ms = 1'772'366'400'000;
-
-struct Folder {
-  Folder() {
-    std::string name = (std::filesystem::temp_directory_path() / "bmud-bench.XXXXXX").string();
-    if (::mkdtemp(name.data()) != nullptr) path = name;
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  ~Folder() {
-    std::error_code ignored;
-    if (!path.empty()) std::filesystem::remove_all(path, ignored);
-  }
-  std::string path;
-};
 
 HistoryLife life_of(std::size_t modules) {
   HistoryLife life{.token = "bench", .version = "0", .pack_name = "bench", .config = "0"};
@@ -101,9 +88,9 @@ BENCHMARK(history_minute_end)->Arg(8)->Arg(16)->Arg(63)->Unit(benchmark::kMicros
 
 /// A row as the writer's thread writes it: one transaction with its sync, and what is too much removed.
 void history_insert(benchmark::State& state) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const HistoryLife life = life_of(static_cast<std::size_t>(state.range(0)));
-  HistoryFile file({.path = folder.path + "/history.sqlite"}, life);
+  HistoryFile file({.path = folder / "history.sqlite"}, life);
   std::int64_t number = 0;
   for (auto _ : state) {
     const HistoryRow row = row_of_minute(++number, life.layout);
@@ -114,8 +101,8 @@ BENCHMARK(history_insert)->Arg(8)->Arg(63)->Unit(benchmark::kMicrosecond);
 
 /// Days in a database, and what they take of the disk. By modules of 12 cells, and days.
 void history_size(benchmark::State& state) {
-  const Folder folder;
-  const std::string path = folder.path + "/history.sqlite";
+  const TemporaryFolder folder;
+  const std::string path = folder / "history.sqlite";
   const HistoryLife life = life_of(static_cast<std::size_t>(state.range(0)));
   const std::int64_t days = state.range(1);
   for (auto _ : state) {
@@ -138,8 +125,8 @@ BENCHMARK(history_size)->Args({8, 1})->Args({8, 30})->Args({63, 1})->Iterations(
 
 /// All rows of a day of 96 cells read, checked and taken apart.
 void history_read_day(benchmark::State& state) {
-  const Folder folder;
-  const std::string path = folder.path + "/history.sqlite";
+  const TemporaryFolder folder;
+  const std::string path = folder / "history.sqlite";
   const HistoryLife life = life_of(8);
   std::vector<HistoryRow> rows;
   for (std::int64_t number = 1; number <= minutes_per_day; ++number) rows.push_back(row_of_minute(number, life.layout));

@@ -9,7 +9,7 @@
 #include "daemon/history/history_reader.hpp"
 #include "daemon/history/row_blob.hpp"
 #include "tests/fuzz/fuzz.hpp"
-#include "tests/fuzz/scratch_folder.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 using namespace bmu;
 
@@ -75,8 +75,8 @@ void check_reader(const std::string& path) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view bytes = fuzz::text_of(data, size);
-  static const fuzz::ScratchFolder folder;
-  const std::string path = folder.file(bytes);
+  static const TemporaryFolder folder;
+  const std::string path = folder.only_file("file", bytes);
   const std::size_t page_bytes = std::size_t{512} << (size == 0 ? 0U : data[0] % 5U);
   check_strays(path, page_bytes, size);
   check_layout(bytes.substr(0, 2'000));

@@ -133,7 +133,10 @@ expect "the controller comes back by itself" controller_is restart_ms 150
 wait_for 20 "modules are heard" all_modules_heard
 ip link set can0 down
 wait_for 10 "set down, it is set up again" link_is can0 '500000 150 UP'
+# Held, or it might set the interface up again before it has the other rate.
+kill -STOP "${started_pids[set_up]}"
 set_rate can0 250000
+kill -CONT "${started_pids[set_up]}"
 wait_for 10 "one that is up with another rate is told" shows_rate "250000 500000 differs"
 expect "and left so" link_is can0 '250000 150 UP'
 expect "bmud exits with 0" stop set_up TERM

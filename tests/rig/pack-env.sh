@@ -15,10 +15,10 @@ socket=${socket:-/run/bmud/bmud.sock}
 # timer: a recording on the host would make time pass with each frame.
 recording=/run/words.can.log
 
-# The key goes off and on again every 17 s. It stays on for longer than a pack that was opened waits before it may close again (10 s):
-# whoever closes by himself would do it in that time.
-key_period_s=17
-key_on_s=15
+# The key goes off and on again every 21 s. It stays on for longer than a pack that was opened waits before it may close again (10 s):
+# whoever closes by himself would do it in that time. The rest is for what comes before the opening on a machine that is slow.
+key_period_s=21
+key_on_s=19
 lock_out_s=10
 fresh_s=3
 # The command's life at the power distribution unit, and what its contactors take to open (docs/scenarios.md).

@@ -1,6 +1,8 @@
 // A folder of its own for each test, gone with it: tests run beside each other, so no name may be shared between two.
+// What cannot be made or written throws, which ends a test, a fuzzer and a benchmark alike.
 #pragma once
 
+#include <cerrno>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -8,15 +10,13 @@
 #include <string_view>
 #include <system_error>
 
-#include "tests/support/catch.hpp"
-
 namespace bmu {
 
 class TemporaryFolder {
  public:
   TemporaryFolder() {
     std::string name = (std::filesystem::temp_directory_path() / "bmud-test.XXXXXX").string();
-    REQUIRE(::mkdtemp(name.data()) != nullptr);
+    if (::mkdtemp(name.data()) == nullptr) throw std::system_error(errno, std::generic_category(), name);
     path_ = name;
   }
   TemporaryFolder(const TemporaryFolder&) = delete;
@@ -30,13 +30,19 @@ class TemporaryFolder {
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
   [[nodiscard]] std::string operator/(const std::string& name) const { return (path_ / name).string(); }
 
-  /// Writes a file of these bytes into the folder and returns its path; what could not be written ends the test.
+  /// Writes a file of these bytes into the folder and returns its path.
   // NOLINTNEXTLINE(modernize-use-nodiscard): some write a file that another one names
   std::string file(const std::string& name, std::string_view content) const {
     std::ofstream out(path_ / name, std::ios::binary);
     out << content << std::flush;
-    REQUIRE(out.good());
+    if (!out) throw std::system_error(errno, std::generic_category(), (path_ / name).string());
     return (path_ / name).string();
+  }
+
+  /// The same as the only file in it: whatever another input left beside it is gone.
+  [[nodiscard]] std::string only_file(const std::string& name, std::string_view content) const {
+    for (const auto& entry : std::filesystem::directory_iterator(path_)) std::filesystem::remove(entry);
+    return file(name, content);
   }
 
  private:

@@ -20,6 +20,7 @@
 #include "tests/bench/latency/emulated_pack.hpp"
 #include "tests/bench/latency/reference.hpp"
 #include "tests/bench/latency/report.hpp"
+#include "tests/support/temporary_folder.hpp"
 #include "tools/common/command_line.hpp"
 
 namespace bmu::latency {
@@ -45,25 +46,6 @@ struct Options {
   std::string answer_on;  // we are the reference, on this bus
   RealTimeWishes wishes;  // as which
   bool is_json = false;
-};
-
-class Folder {
- public:
-  Folder() {
-    std::string name = (std::filesystem::temp_directory_path() / "bmud-latency.XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) throw std::system_error(errno, std::generic_category(), name);
-    path_ = name;
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  ~Folder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
 };
 
 /// Steps one pack after the other, so that each has its turn once a millisecond and none waits behind all others.
@@ -195,7 +177,7 @@ Measured measure(const Options& options) {
                     .packs = options.packs,
                     .busy_loops = cores * options.busy_per_core};
   const BusyLoops load(measured.busy_loops);  // before there are threads
-  const Folder folder;
+  const TemporaryFolder folder;
   Ear ear;
   std::vector<std::unique_ptr<EmulatedPack>> packs;
   for (std::size_t i = 0; i < options.packs; ++i) {
