@@ -174,7 +174,7 @@ void check_pair(const Opening& first, const Opening& second, WiredPack pack) {
 }  // namespace
 
 TEST_CASE("F104: every two faults at once open within the shorter of their times, and both are told",
-          "[catalogue][F104]") {
+          "[catalogue][F104][slow]") {
   const std::vector<Opening> cases = openings();
   REQUIRE(cases.size() > 40);
   const std::uint64_t used = seed();
@@ -223,7 +223,7 @@ constexpr Step steps[] = {{"main negative", Phase::main_negative},
 
 /// In each step of the closing, at its beginning and at every few milliseconds of it, a fault does what it does in a
 /// closed pack, and in the same time. A fault that only shows in a closed pack (a current, a contact) is none here.
-TEST_CASE("F105: a fault in a step of the closing opens as it does later", "[catalogue][F105]") {
+TEST_CASE("F105: a fault in a step of the closing opens as it does later", "[catalogue][F105][slow]") {
   const std::vector<Opening> cases = openings();
   for (const Pack& config : packs()) {
     for (const Opening& opening : cases) {
@@ -251,7 +251,7 @@ TEST_CASE("F105: a fault in a step of the closing opens as it does later", "[cat
 }
 
 /// In an open pack a fault is told in its time and keeps it open; while it opens, opening does not take longer for it.
-TEST_CASE("F105: a fault in an open pack, or while it opens, is told, and nothing closes", "[catalogue][F105]") {
+TEST_CASE("F105: a fault in an open pack, or while it opens, is told, and nothing closes", "[catalogue][F105][slow]") {
   const auto is_phase = [](Phase phase) { return [phase](const WiredPack& now) { return now.phase() == phase; }; };
   for (const Pack& config : packs()) {
     WiredPack loaded = closed_pack(config);

@@ -230,11 +230,7 @@ std::vector<BusEvent> CanBus::take_due(TimePoint now) {
   std::vector<BusEvent> events = std::exchange(dropped_, {});
   if (carried_ && !carried_->is_told && carried_->told_at <= now) tell(events);
   if (carried_ && carried_->free_at <= now) free_bus();
-  for (const Station station : every_station) {
-    const std::optional<TimePoint> restarts_at = at(station).restarts_at;
-    if (restarts_at && *restarts_at <= now) begin_recovery(station, *restarts_at);
-  }
-  finish_recoveries(now, events);
+  if (off_count_ > 0) recover_due(now, events);
   return events;
 }
 
@@ -309,6 +305,7 @@ void CanBus::add(Station station, int transmit, int receive, std::vector<BusEven
 
 void CanBus::go_off(Station station, TimePoint now, std::vector<BusEvent>& events) {
   Member& member = at(station);
+  off_count_ += member.is_off ? 0 : 1;
   member.is_off = true;
   for (const CanFrame& frame : member.queue) {
     events.push_back({.at = now, .kind = BusEvent::Kind::dropped, .station = station, .frame = frame});
@@ -322,6 +319,7 @@ void CanBus::free_bus() {
   busy_ += carried_->free_at - carried_->started_at;
   idle_since_ = carried_->free_at;
   carried_.reset();
+  if (off_count_ == 0) return;
   for (Member& member : members_) {
     if (member.recessive_left) --*member.recessive_left;
   }
@@ -348,7 +346,11 @@ void CanBus::count_recessive(TimePoint now) {
   idle_since_ = now;
 }
 
-void CanBus::finish_recoveries(TimePoint now, std::vector<BusEvent>& events) {
+void CanBus::recover_due(TimePoint now, std::vector<BusEvent>& events) {
+  for (const Station station : every_station) {
+    const std::optional<TimePoint> restarts_at = at(station).restarts_at;
+    if (restarts_at && *restarts_at <= now) begin_recovery(station, *restarts_at);
+  }
   for (const Station station : every_station) {
     Member& member = at(station);
     if (!member.recessive_left) continue;
@@ -357,6 +359,7 @@ void CanBus::finish_recoveries(TimePoint now, std::vector<BusEvent>& events) {
     if (!is_done) continue;
     member.recessive_left.reset();
     member.is_off = false;
+    --off_count_;
     member.counters = {};
     member.may_start_at = {};
     events.push_back({.at = carried_ ? now : done_at, .kind = BusEvent::Kind::state, .station = station});
@@ -366,6 +369,7 @@ void CanBus::finish_recoveries(TimePoint now, std::vector<BusEvent>& events) {
 TimePoint CanBus::next_at() const {
   TimePoint next = TimePoint::max();
   if (carried_) next = carried_->is_told ? carried_->free_at : carried_->told_at;
+  if (carried_ && off_count_ == 0) return next;
   for (const Station station : every_station) {
     const Member& member = at(station);
     if (member.restarts_at) next = std::min(next, *member.restarts_at);

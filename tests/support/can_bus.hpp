@@ -199,12 +199,13 @@ class CanBus {
   void free_bus();
   void begin_recovery(Station station, TimePoint now);
   void count_recessive(TimePoint now);
-  void finish_recoveries(TimePoint now, std::vector<BusEvent>& events);
+  void recover_due(TimePoint now, std::vector<BusEvent>& events);
 
   BusConfig config_;
   std::array<Member, stations_max> members_;
   std::optional<Carried> carried_;
   std::vector<BusEvent> dropped_;  // at a start; told with the next take_due()
+  int off_count_ = 0;  // members that are off: with none there is no restart and no recovery to look for
   TimePoint idle_since_{};
   Duration busy_{};
 };
