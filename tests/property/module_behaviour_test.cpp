@@ -325,7 +325,7 @@ std::vector<std::uint64_t> seeds(std::uint64_t count) {
 }
 
 TEST_CASE("whatever modules do, the pack is open in time, never closed unasked, and closes when all is well again",
-          "[property][modules][BMS_F.3][BMU_12]") {
+          "[property][modules][BMS_F.3][BMU_12][slow]") {
   const CoreConfig config = demonstration();
   int opened = 0;
   for (const std::uint64_t seed : seeds(100)) {

@@ -184,7 +184,7 @@ TEST_CASE("a poll cycle takes at most 1.10 times what its bits take", "[simulati
   }
 }
 
-TEST_CASE("no measured cycle is longer than the bound that pack files are judged by", "[simulation][scale]") {
+TEST_CASE("no measured cycle is longer than the bound that pack files are judged by", "[simulation][scale][slow]") {
   for (const Pace pace : {Pace::prompt, Pace::ticked, Pace::paced}) {
     for (const Run& one : all_runs(pace)) {
       INFO(one.modules << " modules at " << one.rate_kbit_per_s << " kbit/s");
@@ -213,7 +213,7 @@ TEST_CASE("no measured load is higher than the one that pack files are judged by
   }
 }
 
-TEST_CASE("docs/scale.md says what is measured", "[simulation][scale][docs]") {
+TEST_CASE("docs/scale.md says what is measured", "[simulation][scale][docs][slow]") {
   std::ifstream stream(page_file, std::ios::binary);
   std::stringstream committed;
   committed << stream.rdbuf();
