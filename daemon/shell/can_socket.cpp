@@ -53,9 +53,10 @@ class KernelCanSystem final : public CanSystem {
   int send(int fd, const can_frame& frame) override {
     return checked(::send(fd, &frame, sizeof(frame), MSG_DONTWAIT | MSG_NOSIGNAL));
   }
-  int look_up(const std::string& name, CanInterface& out) override {
+  int look_up(const std::string& name, int known_index, CanInterface& out) override {
     FoundLink found;
-    const int result = find_link(name, found);
+    int result = known_index > 0 ? look_again(name, known_index, found) : -ENODEV;
+    if (result == -ENODEV) result = find_link(name, found);
     out = {.index = found.index, .is_running = found.is_running};
     return result;
   }
@@ -339,7 +340,7 @@ void CanSocketPort::maintain() {
 
 /// False if there is no such interface, or nobody can tell at the moment; then all stays as it is.
 bool CanSocketPort::look_up(CanInterface& out) {
-  const int result = system_.look_up(name_, out);
+  const int result = system_.look_up(name_, interface_index_, out);
   if (result == -ENODEV) leave_up(BusState::absent);
   return result == 0 || fail(-result, "find");
 }

@@ -42,8 +42,9 @@ class CanSystem {
   [[nodiscard]] virtual int take_error(int fd) = 0;
   [[nodiscard]] virtual int receive(int fd, msghdr& message) = 0;
   [[nodiscard]] virtual int send(int fd, const can_frame& frame) = 0;
-  /// 0, or -ENODEV if there is no interface of this name.
-  [[nodiscard]] virtual int look_up(const std::string& name, CanInterface& out) = 0;
+  /// 0, or -ENODEV if there is no interface of this name. With the index it had when last looked up, or 0, nobody
+  /// else's interface is waited for as long as it still has it.
+  [[nodiscard]] virtual int look_up(const std::string& name, int known_index, CanInterface& out) = 0;
   /// What the interface is set to, 0 if it has no bit rate.
   [[nodiscard]] virtual int bit_rate(int interface_index, std::uint32_t& out_bit_per_s) = 0;
 };

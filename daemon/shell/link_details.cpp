@@ -11,6 +11,7 @@
 #include <linux/if.h>
 #include <linux/if_link.h>
 #include <linux/rtnetlink.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -223,6 +224,22 @@ int find_link(std::string_view name, FoundLink& out) {
   Bytes answer;
   const int result = ask(question, room, answer);
   return result < 0 ? result : found_link_in(answer, out);
+}
+
+int look_again(std::string_view name, int index, FoundLink& out) {
+  out = {};
+  // Of whatever family: interfaces are asked about by any socket.
+  const OwnedFd socket(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  if (!socket.is_open()) return -errno;
+  ifreq request{};
+  request.ifr_ifindex = index;
+  // By number the kernel does not run modprobe, and by a name that is there neither.
+  if (::ioctl(socket.get(), SIOCGIFNAME, &request) != 0) return -errno;
+  const std::string_view found(request.ifr_name, ::strnlen(request.ifr_name, sizeof request.ifr_name));
+  if (found != name) return -ENODEV;
+  if (::ioctl(socket.get(), SIOCGIFFLAGS, &request) != 0) return -errno;
+  out = {.index = index, .is_running = (static_cast<unsigned>(request.ifr_flags) & IFF_RUNNING) != 0};
+  return 0;
 }
 
 }  // namespace bmu

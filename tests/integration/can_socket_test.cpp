@@ -187,7 +187,7 @@ class FakeKernel final : public CanSystem {
     }
     return CAN_MTU;
   }
-  int look_up(const std::string& name, CanInterface& out) override {
+  int look_up(const std::string& name, int /*known_index*/, CanInterface& out) override {
     if (const int error = failing(); error != 0) return -error;
     const auto found = interfaces_.find(name);
     if (found == interfaces_.end()) return -ENODEV;

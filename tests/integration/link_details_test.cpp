@@ -230,6 +230,20 @@ TEST_CASE("the running kernel finds an interface by its name, and says which is 
   }
 }
 
+TEST_CASE("an interface that was found is looked at again by its index, as long as it has its name",
+          "[integration][can_socket]") {
+  FoundLink found;
+  REQUIRE(find_link("lo", found) == 0);
+  FoundLink again;
+  REQUIRE(look_again("lo", found.index, again) == 0);
+  CHECK(again.index == found.index);
+  CHECK(again.is_running == found.is_running);
+  CHECK(look_again("l", found.index, again) == -ENODEV);
+  CHECK(again.index == 0);
+  CHECK(look_again("lo", 0x7FFF'FFF0, again) == -ENODEV);
+  CHECK(look_again("lo", 0, again) == -ENODEV);
+}
+
 TEST_CASE("a link that is found runs if it is up and has a carrier", "[integration][can_socket]") {
   const auto found_in = [](unsigned flags, int index) {
     FoundLink found;
