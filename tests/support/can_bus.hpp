@@ -205,7 +205,7 @@ class CanBus {
   std::array<Member, stations_max> members_;
   std::optional<Carried> carried_;
   std::vector<BusEvent> dropped_;  // at a start; told with the next take_due()
-  int off_count_ = 0;  // members that are off: with none there is no restart and no recovery to look for
+  int off_count_ = 0;              // members that are off: with none there is no restart and no recovery to look for
   TimePoint idle_since_{};
   Duration busy_{};
 };
