@@ -71,9 +71,9 @@ struct FoundLink {
 /// kernel first runs modprobe, and whoever may administer the network waits for it, a fifth of a second on a slow
 /// machine.
 [[nodiscard]] int find_link(std::string_view name, FoundLink& out);
-/// The same for one that was found before, by ioctls that take no lock. find_link() waits for whoever holds the lock on
-/// link settings, be it for another interface: the driver of serial adapters holds it for a second when one is pulled
-/// out (Linux 6.1). -ENODEV if nothing has that index any more, or something of another name.
+/// The same for one that was found before, by ioctls that do without the kernel's lock on link settings. find_link()
+/// waits for whoever holds that, be it for another interface: the driver of serial adapters holds it for a second when
+/// one is pulled out (Linux 6.1). -ENODEV if nothing has that index any more, or something of another name.
 [[nodiscard]] int look_again(std::string_view name, int index, FoundLink& out);
 /// The same from the kernel's answer. -EBADMSG for what is none; the errno of a refusal.
 [[nodiscard]] int found_link_in(std::span<const std::byte> answer, FoundLink& out);

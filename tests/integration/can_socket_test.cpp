@@ -99,6 +99,7 @@ class FakeKernel final : public CanSystem {
   }
   [[nodiscard]] bool is_failure_pending() const { return calls_until_failure_ >= 0; }
   std::map<std::string, std::uint32_t> bit_rates;  // by interface; others have none
+  std::vector<int> known_indexes;                  // of every look_up
   int open_error = 0;                              // of every open_socket
   int send_error = 0;                              // of every send
 
@@ -187,7 +188,8 @@ class FakeKernel final : public CanSystem {
     }
     return CAN_MTU;
   }
-  int look_up(const std::string& name, int /*known_index*/, CanInterface& out) override {
+  int look_up(const std::string& name, int known_index, CanInterface& out) override {
+    known_indexes.push_back(known_index);
     if (const int error = failing(); error != 0) return -error;
     const auto found = interfaces_.find(name);
     if (found == interfaces_.end()) return -ENODEV;
@@ -349,6 +351,26 @@ TEST_CASE("a missing interface is an error, or is awaited where the options say 
   kernel.add("can0");
   port->maintain();
   check_working(kernel, *port);
+}
+
+TEST_CASE("an interface that is in use is looked at by the index it has", "[integration][can_socket]") {
+  FakeKernel kernel;
+  kernel.add("can0");
+  const auto port = open_port(kernel);
+  REQUIRE(kernel.known_indexes.front() == 0);
+  const auto check_asked_by_index = [&] {
+    kernel.known_indexes.clear();
+    port->maintain();
+    CHECK(kernel.known_indexes == std::vector<int>{kernel.sockets().begin()->second.interface_index});
+  };
+  check_asked_by_index();
+  // Gone and back with another.
+  kernel.remove("can0");
+  kernel.add("can0");
+  REQUIRE(read(*port) == ReadStatus::down);
+  port->maintain();
+  REQUIRE(port->state() == BusState::up);
+  check_asked_by_index();
 }
 
 TEST_CASE("frames of every kind cross the socket unchanged", "[integration][can_socket]") {
