@@ -1,28 +1,53 @@
 #!/usr/bin/env bash
-# Builds the unit and scenario tests with counters, runs them, and fails if a line or branch of the safety files
-# (files.txt) was not run by any; coverage_report.py says which. Takes the folder to build in, default build-coverage.
+# Builds with counters and says what the tests run, twice. Of the safety files (files.txt) every line and branch is run by a unit or
+# scenario test, or this fails; coverage_report.py says which is not. Of all other files at least nine lines in ten are, in each part of
+# the project, by those tests, by those that run the programs, and by what pages show; other_coverage.py says where it is less.
+# Takes the folder to build in, default build-coverage.
 set -euo pipefail
 
 repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 build=$(realpath -m "${1:-$repository/build-coverage}")
+here=$repository/tests/mutation
+profiles=$build/profiles
 jobs=2
-programs=(test_unit test_scenario)
+deciding=(test_unit test_scenario)
+programs=(bmucell bmuctl bmud bmudump bmureplay mmusim)
+# What takes minutes reaches nothing that the others do not.
+quick='~[slow]'
 
 CC=clang CXX=clang++ cmake -S "$repository" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=None -DBMUD_COVERAGE=ON
-cmake --build "$build" --parallel "$jobs" --target "${programs[@]}"
+cmake --build "$build" --parallel "$jobs" --target "${deciding[@]}" test_integration make_every_frame "${programs[@]}"
 
-# What takes minutes reaches nothing that the others do not.
+rm -rf "$profiles"
+mkdir "$profiles"
+# Some tests start programs as another user.
+chmod 1777 "$profiles"
+# Where a program runs again, or beside itself, its counts are added to those that are there.
+export LLVM_PROFILE_FILE=$profiles/other-%m.profraw
+
+merge_into() {
+  local name=$1
+  shift
+  llvm-profdata merge -sparse "$@" -o "$build/$name.profdata"
+}
+
 running=()
-for program in "${programs[@]}"; do
-  LLVM_PROFILE_FILE=$build/$program.profraw "$build/bin/$program" '~[slow]' &
+for program in "${deciding[@]}"; do
+  LLVM_PROFILE_FILE=$profiles/$program.profraw "$build/bin/$program" "$quick" &
   running+=($!)
 done
 for one in "${running[@]}"; do wait "$one"; done
 
 exports=()
-for program in "${programs[@]}"; do
-  llvm-profdata merge -sparse "$build/$program.profraw" -o "$build/$program.profdata"
+for program in "${deciding[@]}"; do
+  merge_into "$program" "$profiles/$program.profraw"
   llvm-cov export -format=text -instr-profile="$build/$program.profdata" "$build/bin/$program" >"$build/$program.json"
   exports+=("$build/$program.json")
 done
-"$repository/tests/mutation/coverage_report.py" "${exports[@]}"
+"$here/coverage_report.py" "${exports[@]}"
+
+ctest --test-dir "$build" --output-on-failure --no-tests=error --parallel "$jobs" -L '^(integration|docs|golden|script|terminal|dbc)$'
+merge_into all "$profiles"/*.profraw
+objects=("${deciding[@]}" test_integration "${programs[@]}")
+llvm-cov export -summary-only -instr-profile="$build/all.profdata" "${objects[@]/#/-object=$build/bin/}" >"$build/all.json"
+"$here/other_coverage.py" "$build/all.json"

@@ -69,20 +69,6 @@ expect_recovered() {
   expect_open_until_key
 }
 
-# Opens by command or, where the daemon cannot reach the contactors any more, because its word runs out.
-expect_opened() {
-  local name=$1 after=$2 limit_ms=$3 opened_at command_at why lapse_ms
-  wait_for 10 "$name: the power distribution unit says open" is_open_since "$after"
-  read -r opened_at command_at why <<<"$(first_opening "$after")"
-  lapse_ms=$(awk "BEGIN { printf \"%.1f\", ($opened_at - $after) * 1000 }")
-  measured+=("$name: $lapse_ms ms, by $why")
-  echo "  $name: open after $lapse_ms ms, by $why"
-  expect "within $limit_ms ms" test "${lapse_ms%.*}" -le "$limit_ms"
-  lost_at=$opened_at
-}
-# Whoever waits for the command to run out waits for its life, too.
-by_itself_ms=$((command_life_ms + 50 + contactor_opening_ms + machine_late_ms))
-
 step "start"
 mkdir -p "$(dirname "$socket")"
 for name in /proc/[0-9]*/comm; do
@@ -108,7 +94,7 @@ step "the wire is cut"
 wait_until_closed
 cut_at=$EPOCHREALTIME
 tell_adapter cut
-expect_opened "wire cut" "$cut_at" "$by_itself_ms"
+expect_opened_by_itself "wire cut" "$cut_at"
 wait_for 5 "the daemon has opened" phase_is open
 tell_adapter joined
 expect_recovered
@@ -118,7 +104,7 @@ wait_until_closed
 cut_at=$EPOCHREALTIME
 tell_adapter cut
 for ((i = 0; i < 20; ++i)); do echo noack >&"$to_adapter"; done
-expect_opened "no acknowledge" "$cut_at" "$by_itself_ms"
+expect_opened_by_itself "no acknowledge" "$cut_at"
 wait_for 5 "the daemon has opened" phase_is open
 sent_before=$(frames_sent)
 sleep 1
@@ -131,7 +117,7 @@ wait_until_closed
 downs_before=$(fault_count internal_bus_down)
 off_at=$EPOCHREALTIME
 tell_adapter busoff
-expect_opened "bus-off" "$off_at" "$by_itself_ms"
+expect_opened_by_itself "bus-off" "$off_at"
 wait_for 5 "it says why" fault_came internal_bus_down "$downs_before"
 restart_controller
 expect_recovered
@@ -156,7 +142,7 @@ step "an adapter that takes nothing any more"
 wait_until_closed
 stall_at=$EPOCHREALTIME
 tell_adapter stall
-expect_opened "stalled adapter" "$stall_at" "$by_itself_ms"
+expect_opened_by_itself "stalled adapter" "$stall_at"
 wait_for 5 "the daemon has opened, too" phase_is open
 sleep 2
 going_at=$EPOCHREALTIME
@@ -179,7 +165,7 @@ step "pulled out, and back"
 wait_until_closed
 unplugged_at=$EPOCHREALTIME
 unplug
-expect_opened "pulled out" "$unplugged_at" "$by_itself_ms"
+expect_opened_by_itself "pulled out" "$unplugged_at"
 wait_for 5 "the daemon has opened, too" phase_is open
 expect "the interface is gone" not ip link show "$own_bus" 2>/dev/null
 plug_in
@@ -189,7 +175,7 @@ step "end"
 wait_until_closed
 stopped_at=$EPOCHREALTIME
 expect "bmud exits with 0" stop bmud TERM
-expect_opened "SIGTERM" "$stopped_at" 300
+expect_opened_by_command "SIGTERM" "$stopped_at" 300
 unplug
 stop mmusim || true
 tell_measured
