@@ -5,6 +5,8 @@ those that they can tell, and wrong lists are refused. Status 77 (skipped) where
 from __future__ import annotations
 
 import argparse
+import contextlib
+import io
 import os
 import subprocess
 import sys
@@ -23,6 +25,7 @@ import coverage_report
 import instrument
 import mutants
 import mutate
+import other_coverage
 import safety_files
 from mutants import Mutant
 
@@ -170,6 +173,21 @@ class Coverage(unittest.TestCase):
 
 
 class Lists(unittest.TestCase):
+    def test_a_part_of_which_too_little_runs_fails_whatever_the_others_do(self) -> None:
+        files = {"tools/a.cpp": other_coverage.Lines(100, 89), "protocol/b.cpp": other_coverage.Lines(1000, 1000)}
+        with contextlib.redirect_stdout(io.StringIO()) as printed:
+            self.assertEqual(other_coverage.report(files), 1)
+            files["tools/c.hpp"] = other_coverage.Lines(10, 10)
+            self.assertEqual(other_coverage.report(files), 0)
+        self.assertIn("FAILED in tools: 99.0 % of 1100 lines", printed.getvalue())
+
+    def test_what_is_not_of_the_project_is_not_counted(self) -> None:
+        summary = {"lines": {"count": 7, "covered": 5}}
+        exported = {"data": [{"files": [{"filename": f"{folder}/tools/a.cpp", "summary": summary} for folder in ("/top", "/elsewhere")]}]}
+        found = other_coverage.lines_of_files(exported, Path("/top"))
+        self.assertEqual(found, {"tools/a.cpp": other_coverage.Lines(7, 5)})
+        self.assertIsNone(other_coverage.part_of("tests/tools/a.cpp"))
+
     def test_every_file_of_the_core_is_on_one_list(self) -> None:
         safety, others = set(safety_files.safety_files()), set(safety_files.other_files())
         there = {str(path.relative_to(safety_files.ROOT)) for path in safety_files.ROOT.glob("daemon/core/**/*") if path.is_file()}
