@@ -15,9 +15,10 @@ socket=${socket:-/run/bmud/bmud.sock}
 # timer: a recording on the host would make time pass with each frame.
 recording=/run/words.can.log
 
-# The key goes off and on again every 21 s. It stays on for longer than a pack that was opened waits before it may close again (10 s):
-# whoever closes by himself would do it in that time. The rest is for what comes before the opening on a machine that is slow.
-key_period_s=21
+# The key goes off and on again every 21 s, or as who sources this says. It stays on for longer than a pack that was opened waits before
+# it may close again (10 s): whoever closes by himself would do it in that time. The rest is for what comes before the opening on a
+# machine that is slow.
+key_period_s=${key_period_s:-21}
 key_on_s=19
 lock_out_s=10
 fresh_s=3

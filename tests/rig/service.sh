@@ -10,6 +10,8 @@ source "$(dirname "$0")/guest-env.sh"
 repository=$1 packages=$2
 scenario=$RIG_OUT/keys.scn
 keys=24
+# Five seconds off: in that time systemd has to pass on a reload.
+key_period_s=24
 # shellcheck source-path=SCRIPTDIR source=service-env.sh
 source "$(dirname "$0")/service-env.sh"
 
@@ -54,7 +56,6 @@ other_file_counts() { [[ $(config_hash) != "$1" ]]; }
 # When systemd last began to stop it.
 stopping_at() { journalctl -q --no-pager -o short-unix -u bmud | awk '/Stopping bmud/ { at = $1 } END { print at }'; }
 
-# The key is off for two seconds each time, and asking systemd takes a while here.
 is_reloaded() { phase_is open && systemctl reload bmud && other_file_counts "$1"; }
 config_hash() { status_json | jq -er .pack.config_hash; }
 
