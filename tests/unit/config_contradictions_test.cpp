@@ -1,0 +1,522 @@
+// Keys of a pack file that are right by themselves and contradict each other, or make a pack that is not guarded; and
+// what follows from others where it is left out.
+#include <string>
+#include <vector>
+
+#include "config/pack_config.hpp"
+#include "config/pack_fields.hpp"
+#include "daemon/core/fault_table.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/changed_pack.hpp"
+
+namespace bmu {
+namespace {
+
+TEST_CASE("open limits may reach the cell's absolute limits and not pass them", "[unit][config][BMS_NF.1]") {
+  accepts({{"/limits/cell_overvoltage/open_mV", 4'250}});
+  refuses({{"/limits/cell_overvoltage/open_mV", 4'251}}, "/limits/cell_overvoltage/open_mV", "at most 4250");
+  accepts({{"/limits/cell_undervoltage/open_mV", 2'500}});
+  refuses({{"/limits/cell_undervoltage/open_mV", 2'499}}, "/limits/cell_undervoltage/open_mV", "at least 2500");
+  accepts({{"/limits/cell_overtemperature/open_dC", 600}});
+  refuses({{"/limits/cell_overtemperature/open_dC", 601}}, "/limits/cell_overtemperature/open_dC", "at most 600");
+  accepts({{"/limits/cell_undertemperature/open_dC", -200}});
+  refuses({{"/limits/cell_undertemperature/open_dC", -201}}, "/limits/cell_undertemperature/open_dC", "at least -200");
+}
+
+TEST_CASE("the warning comes before the opening", "[unit][config][BMU_13]") {
+  refuses({{"/limits/cell_overvoltage/warn_mV", 4'230}}, "/limits/cell_overvoltage/warn_mV", "less than open_mV, 4230");
+  refuses({{"/limits/cell_undervoltage/warn_mV", 2'800}}, "/limits/cell_undervoltage/warn_mV",
+          "more than open_mV, 2800");
+  refuses({{"/limits/cell_undertemperature/warn_dC", -101}}, "/limits/cell_undertemperature/warn_dC",
+          "more than open_dC");
+  refuses({{"/limits/discharge_overcurrent/warn_mA", 90'001}}, "/limits/discharge_overcurrent/warn_mA", "less than");
+}
+
+TEST_CASE("a hysteresis is smaller than the distance of warning and opening", "[unit][config]") {
+  accepts({{"/limits/cell_overvoltage/hysteresis_mV", 29}});
+  refuses({{"/limits/cell_overvoltage/hysteresis_mV", 30}}, "/limits/cell_overvoltage/hysteresis_mV", "less than");
+  refuses({{"/limits/cell_undertemperature/hysteresis_dC", 100}}, "/limits/cell_undertemperature/hysteresis_dC",
+          "less than");
+}
+
+TEST_CASE("undervoltage lies below overvoltage with room between", "[unit][config]") {
+  // 4200 - 20 - 50 = 4130: there the two meet.
+  accepts({{"/limits/cell_undervoltage/warn_mV", 4'129}});
+  refuses({{"/limits/cell_undervoltage/warn_mV", 4'130}}, "/limits/cell_undervoltage/warn_mV", "less than 4130");
+  refuses({{"/limits/cell_undertemperature/warn_dC", 470}}, "/limits/cell_undertemperature/warn_dC", "less than 460");
+}
+
+TEST_CASE("overcurrent opens above the continuous current, reaching it being enough to open", "[unit][config]") {
+  accepts({{"/current/discharge_peak_mA", 0}, {"/current/discharge_continuous_mA", 89'999}});
+  refuses({{"/current/discharge_peak_mA", 0}, {"/current/discharge_continuous_mA", 90'000}},
+          "/limits/discharge_overcurrent/open_mA", "more than 90000");
+  refuses({{"/current/charge_continuous_mA", 30'000}}, "/limits/charge_overcurrent/open_mA", "more than 30000");
+}
+
+TEST_CASE("confirming takes no longer than the reaction allows", "[unit][config][FS_2]") {
+  accepts({{"/limits/cell_overvoltage/confirm_ms", 190}});
+  refuses(
+      {{"/limits/cell_overvoltage/confirm_ms", 191}}, "/limits/cell_overvoltage/confirm_ms",
+      "found 191, wanted at most 190 with cell_voltage_ms 250, so that cell_overvoltage opens the pack within 450 ms");
+  // A temperature that crosses its limit just behind the module's sample waits for the next one, and for the poll.
+  accepts({{"/limits/cell_overtemperature/confirm_ms", 340}});
+  refuses(
+      {{"/limits/cell_overtemperature/confirm_ms", 341}}, "/limits/cell_overtemperature/confirm_ms",
+      "at most 340 where modules sample every 500 ms and are asked every 100 ms, so that cell_overtemperature opens "
+      "the pack within 950 ms");
+  refuses({{"/ages/temperature_ms", 640}, {"/limits/cell_overtemperature/confirm_ms", 301}},
+          "/limits/cell_overtemperature/confirm_ms", "at most 300 with temperature_ms 640");
+  accepts({{"/limits/charge_overcurrent/confirm_ms", 240}});
+  refuses({{"/limits/charge_overcurrent/confirm_ms", 241}}, "/limits/charge_overcurrent/confirm_ms", "at most 240");
+  accepts({{"/limits/pack_voltage_mismatch/confirm_ms", 740}});
+  refuses({{"/limits/pack_voltage_mismatch/confirm_ms", 741}}, "/limits/pack_voltage_mismatch/confirm_ms",
+          "at most 740");
+}
+
+TEST_CASE("a limit that lets the current fall first has that much less to confirm", "[unit][config][FS_2]") {
+  REQUIRE(row_of(FaultId::cell_undertemperature).grace == 150ms);
+  accepts({{"/limits/cell_undertemperature/confirm_ms", 190}});
+  refuses(
+      {{"/limits/cell_undertemperature/confirm_ms", 191}}, "/limits/cell_undertemperature/confirm_ms",
+      "at most 190 where modules sample every 500 ms and are asked every 100 ms, so that cell_undertemperature opens "
+      "the pack within 950 ms, its grace of 150 ms included");
+}
+
+TEST_CASE("what no pack needs is refused", "[unit][config]") {
+  accepts({{"/contactors/precharge_current_max_mA", 5'000}, {"/contactors/precharge_overcurrent_mA", 5'001}});
+  refuses({{"/contactors/precharge_current_max_mA", 100'000}}, "/contactors/precharge_current_max_mA",
+          "found 100000, wanted a whole number from 1 to 5000, as more than that is a load or a short");
+  accepts({{"/contactors/feedback_timeout_ms", 240}});
+  refuses({{"/contactors/feedback_timeout_ms", 241}}, "/contactors/feedback_timeout_ms", "within 300 ms");
+  accepts({{"/limits/discharge_overcurrent/open_mA", 1'500'000}});
+  refuses({{"/limits/discharge_overcurrent/open_mA", 2'000'000}}, "/limits/discharge_overcurrent/open_mA",
+          "from 10 to 1500000");
+  refuses({{"/current/discharge_continuous_mA", 1'500'001}}, "/current/discharge_continuous_mA", "from 1 to 1500000");
+  refuses({{"/soc/rest_current_mA", 5'001}}, "/soc/rest_current_mA", "from 1 to 5000");
+}
+
+TEST_CASE("a precharge may last longer than the slowest contact and the fastest link need, and no longer than 10 s",
+          "[unit][config]") {
+  accepts({{"/contactors/precharge_timeout_ms", 301}});
+  refuses({{"/contactors/precharge_timeout_ms", 300}}, "/contactors/precharge_timeout_ms",
+          "found 300, wanted more than settle_ms and feedback_timeout_ms, 300");
+  accepts({{"/contactors/precharge_timeout_ms", 720}, {"/contactors/precharge_min_ms", 600}});
+  refuses({{"/contactors/precharge_timeout_ms", 719}, {"/contactors/precharge_min_ms", 600}},
+          "/contactors/precharge_timeout_ms", "found 719, wanted precharge_min_ms, 600, and 120 ms at least");
+  accepts({{"/contactors/precharge_timeout_ms", 10'000}});
+  refuses({{"/contactors/precharge_timeout_ms", 10'001}}, "/contactors/precharge_timeout_ms",
+          "wanted a whole number from 100 to 10000, as a resistor that takes longer is the wrong one");
+}
+
+TEST_CASE("every pack says how soon a link cannot be charged", "[unit][config]") {
+  Json pack = valid_pack();
+  pack["contactors"].erase("precharge_min_ms");
+  refuses_text(pack.dump(), "/contactors/precharge_min_ms", "found nothing, wanted this key, which is required");
+  pack.erase("contactors");
+  refuses_text(pack.dump(), "/contactors", "found nothing, wanted this key, which is required");
+  accepts({{"/contactors/precharge_min_ms", 80}});
+  refuses({{"/contactors/precharge_min_ms", 79}}, "/contactors/precharge_min_ms",
+          "wanted a whole number from 80 to 1000, as the link voltage comes every 60 ms");
+}
+
+TEST_CASE("a precharge resistor can do what is asked of it", "[unit][config]") {
+  // 48 cells of 4.23 V and 100 ohm: 203.04 V, 2.03 A, 412 W.
+  accepts({{"/contactors/precharge_overcurrent_mA", 2'031}});
+  refuses({{"/contactors/precharge_overcurrent_mA", 2'030}}, "/contactors/precharge_overcurrent_mA",
+          "found 2030, wanted more than 2030, with which the precharge of a full pack of 203040 mV begins");
+  accepts({{"/contactors/precharge_overcurrent_mA", 0}});
+  // To 95 % in 100 ms or more: at least 412 W * 0.1 s * 0.9975 / (2 * ln 20) = 6.86 J.
+  accepts({{"/contactors/precharge_energy_J", 7}});
+  refuses({{"/contactors/precharge_energy_J", 6}}, "/contactors/precharge_energy_J",
+          "found 6, wanted at least 7, what charging any link in precharge_min_ms or longer");
+  accepts({{"/contactors/precharge_energy_J", 0}});
+  accepts({{"/contactors/precharge_energy_J", 1}, {"/contactors/precharge_done_permille", 1'000}});
+  accepts({{"/contactors/precharge_overcurrent_mA", 600},
+           {"/contactors/precharge_resistance_Ohm", 0},
+           {"/contactors/precharge_energy_J", 0}});
+}
+
+TEST_CASE("of two keys that mean nothing alone the one that is missing is named", "[unit][config]") {
+  for (const auto& [given, missing] :
+       {std::pair{"fan_on_dC", "fan_off_dC"}, std::pair{"fan_off_dC", "fan_on_dC"},
+        std::pair{"heater_on_dC", "heater_off_dC"}, std::pair{"heater_off_dC", "heater_on_dC"}}) {
+    CAPTURE(given);
+    refuses({{"/auxiliary", Json{{given, 200}}}}, std::string("/auxiliary/") + missing,
+            std::string("found nothing, wanted this key, as ") + given + " is given");
+  }
+  accepts({{"/auxiliary/throttle_on_permille", 60}, {"/auxiliary/throttle_off_permille", 1}});
+  refuses({{"/auxiliary/throttle_on_permille", 60}}, "/auxiliary/throttle_off_permille",
+          "found 0, wanted more than 0, or what throttle_on_permille has switched on stays on");
+}
+
+TEST_CASE("what a pack closed for charging may lose is between the sensor's accuracy and 1 A", "[unit][config]") {
+  accepts({{"/contactors/charge_only_discharge_mA", 100}});
+  accepts({{"/contactors/charge_only_discharge_mA", 1'000}});
+  refuses({{"/contactors/charge_only_discharge_mA", 99}}, "/contactors/charge_only_discharge_mA", "from 100 to 1000");
+  refuses({{"/contactors/charge_only_discharge_mA", 1'001}}, "/contactors/charge_only_discharge_mA",
+          "as sensors are no more accurate than the one");
+}
+
+TEST_CASE("two numbers that contradict each other are both named", "[unit][config]") {
+  refuses({{"/current/discharge_peak_mA", 59'999}}, "/current/discharge_peak_mA",
+          "found 59999, wanted at least discharge_continuous_mA, 60000");
+  refuses({{"/current/discharge_peak_mA", 90'000}}, "/limits/discharge_overcurrent/open_mA",
+          "found 90000, wanted more than discharge_peak_mA, 90000");
+  refuses({{"/contactors/precharge_overcurrent_mA", 500}}, "/contactors/precharge_overcurrent_mA",
+          "more than precharge_current_max_mA, 500");
+  refuses({{"/contactors/precharge_resistance_Ohm", 0}}, "/contactors/precharge_resistance_Ohm",
+          "found 0, wanted more than 0, so that precharge_energy_J can be watched");
+  refuses({{"/insulation/warn_Ohm_per_V", 500}}, "/insulation/warn_Ohm_per_V", "more than open_Ohm_per_V, 500");
+  refuses({{"/auxiliary/fan_on_dC", 300}, {"/auxiliary/fan_off_dC", 300}}, "/auxiliary/fan_on_dC",
+          "more than fan_off_dC, 300");
+  refuses({{"/auxiliary/heater_on_dC", 50}, {"/auxiliary/heater_off_dC", 50}}, "/auxiliary/heater_off_dC",
+          "more than heater_on_dC, 50");
+  refuses({{"/auxiliary/throttle_off_permille", 1}}, "/auxiliary/throttle_on_permille",
+          "at least throttle_off_permille, 1");
+  refuses({{"/limits/charge_overtemperature/open_dC", 581}}, "/limits/cell_overtemperature/open_dC",
+          "found 580, wanted at least open_dC of charge_overtemperature, 581");
+  refuses({{"/limits/charge_undertemperature/limit_dC", 51}}, "/limits/charge_undertemperature/limit_dC",
+          "found 51, wanted from warn_dC, 50, to before open_dC, 0");
+  refuses({{"/insulation/monitoring", "perhaps"}}, "/insulation/monitoring", "\"ok_line\" or \"measured\"");
+}
+
+TEST_CASE("limits that guard nothing, or cross each other, are refused with what would do", "[unit][config][F79]") {
+  const auto limit = [](const char* text) { return Json::parse(text); };
+  const Json deep = limit(R"({"warn_mV":2600,"open_mV":2500,"hysteresis_mV":50,"confirm_ms":100,"clear_ms":1000})");
+  accepts({{"/limits/cell_deep_discharge", deep}});
+  refuses({{"/limits/cell_deep_discharge", deep}, {"/limits/cell_deep_discharge/open_mV", 2'499}},
+          "/limits/cell_deep_discharge/open_mV",
+          "found 2499, wanted at least 2500, the cell's absolute voltage_min_mV");
+  // 420 - 20 - 10 = 390: there the two meet.
+  accepts({{"/limits/charge_undertemperature/limit_dC", 389}, {"/limits/charge_undertemperature/warn_dC", 389}});
+  refuses({{"/limits/charge_undertemperature/limit_dC", 390}, {"/limits/charge_undertemperature/warn_dC", 390}},
+          "/limits/charge_undertemperature/warn_dC",
+          "found 390, wanted less than 390, which is warn_dC of charge_overtemperature less both hystereses");
+  const Json board = limit(R"({"warn_dC":-309,"open_dC":-200,"hysteresis_dC":20,"confirm_ms":100,"clear_ms":1000})");
+  accepts({{"/limits/board_overtemperature", board}});
+  refuses({{"/limits/board_overtemperature", board}, {"/limits/board_overtemperature/warn_dC", -310}},
+          "/limits/board_overtemperature/warn_dC",
+          "found -310, wanted more than -310, which is warn_dC of board_undertemperature and both hystereses");
+  accepts({{"/auxiliary", limit(R"({"fan_on_dC":300,"fan_off_dC":251,"heater_on_dC":200,"heater_off_dC":250})")}});
+  refuses({{"/auxiliary", limit(R"({"fan_on_dC":300,"fan_off_dC":250,"heater_on_dC":200,"heater_off_dC":250})")}},
+          "/auxiliary/fan_off_dC", "found 250, wanted more than heater_off_dC, 250");
+}
+
+TEST_CASE("a difference that opens is less than what it is a difference of", "[unit][config][F79]") {
+  // 48 cells of 4.23 V.
+  accepts({{"/limits/pack_voltage_mismatch/open_mV", 20'304}});
+  refuses({{"/limits/pack_voltage_mismatch/open_mV", 20'305}}, "/limits/pack_voltage_mismatch/open_mV",
+          "found 20305, wanted at most 20304, a tenth of the full pack");
+  const Json module =
+      Json::parse(R"({"warn_mV":100,"open_mV":5076,"hysteresis_mV":50,"confirm_ms":100,"clear_ms":1000})");
+  accepts({{"/limits/module_voltage_mismatch", module}});
+  refuses({{"/limits/module_voltage_mismatch", module}, {"/limits/module_voltage_mismatch/open_mV", 5'077}},
+          "/limits/module_voltage_mismatch/open_mV", "at most 5076, a tenth of the smallest module when it is full");
+  refuses({{"/limits/module_voltage_mismatch", module},
+           {"/modules/1", {{"node", 9}, {"cells", 2}, {"temperature_sensors", 0}}}},
+          "/limits/module_voltage_mismatch/open_mV", "at most 846");
+  accepts({{"/limits/cell_imbalance/open_mV", 1'429}});
+  refuses({{"/limits/cell_imbalance/open_mV", 1'430}}, "/limits/cell_imbalance/open_mV",
+          "found 1430, wanted at most 1429, less than the distance from cell_undervoltage to cell_overvoltage");
+  const Json spread =
+      Json::parse(R"({"warn_dC":100,"open_dC":679,"hysteresis_dC":20,"confirm_ms":100,"clear_ms":1000})");
+  accepts({{"/limits/temperature_spread", spread}});
+  refuses({{"/limits/temperature_spread", spread}, {"/limits/temperature_spread/open_dC", 680}},
+          "/limits/temperature_spread/open_dC", "at most 679, less than the distance from cell_undertemperature");
+}
+
+TEST_CASE("limits the wrong way round are told of where they stand, not in what follows from them", "[unit][config]") {
+  const Json spread =
+      Json::parse(R"({"warn_dC":100,"open_dC":200,"hysteresis_dC":20,"confirm_ms":100,"clear_ms":1000})");
+  const std::vector<Change> wrong_ways_round[] = {
+      {{"/limits/cell_undervoltage/open_mV", 4'300}},
+      {{"/limits/cell_undertemperature/open_dC", 900}, {"/limits/temperature_spread", spread}},
+  };
+  for (const std::vector<Change>& changes : wrong_ways_round) {
+    const ConfigProblems problems = problems_of(changed(changes).dump());
+    INFO(all_text(problems));
+    CHECK_FALSE(problems.empty());
+    for (const ConfigProblem& problem : problems) {
+      CHECK(problem.path.find("cell_imbalance") == std::string::npos);
+      CHECK(problem.path.find("temperature_spread") == std::string::npos);
+    }
+  }
+}
+
+TEST_CASE("a pack whose file leaves a difference to its default is not blamed for it", "[unit][config]") {
+  // A tenth of one cell of 2.5 V would be less than the 300 mV of module_voltage_mismatch.
+  accepts({{"/modules/1", {{"node", 9}, {"cells", 1}, {"temperature_sensors", 0}}},
+           {"/limits/cell_undervoltage/warn_mV", 2'600},
+           {"/limits/cell_undervoltage/open_mV", 2'500},
+           {"/limits/cell_overvoltage/warn_mV", 2'900},
+           {"/limits/cell_overvoltage/open_mV", 2'950},
+           {"/limits/cell_imbalance/warn_mV", 100},
+           {"/limits/cell_imbalance/limit_mV", 150},
+           {"/limits/cell_imbalance/open_mV", 300}});
+}
+
+TEST_CASE("a limit between two current sensors wants two", "[unit][config]") {
+  const Json apart =
+      Json::parse(R"({"warn_mA":1000,"open_mA":2000,"hysteresis_mA":100,"confirm_ms":100,"clear_ms":1000})");
+  accepts({{"/limits/current_sensors_disagree", apart}, {"/sensor/has_second_current", true}});
+  refuses({{"/limits/current_sensors_disagree", apart}}, "/limits/current_sensors_disagree",
+          "found a limit, wanted nothing, as sensor/has_second_current is false");
+}
+
+TEST_CASE("every fault of the table with a confirm time of its own has a key for it", "[unit][config]") {
+  std::size_t count = 0;
+  for (const FaultRow& row : fault_table()) {
+    if (row.confirm_time == nullptr) continue;
+    ++count;
+    CAPTURE(row.name);
+    const auto parsed = parse(changed({{"/confirm", {{std::string(row.name) + "_ms", 13}}}}).dump());
+    REQUIRE(parsed);
+    CHECK(parsed->core.limits.confirm.*row.confirm_time == 13ms);
+  }
+  CHECK(count == confirm_fields().size());
+  refuses({{"/confirm", {{"emergency_stop_ms", 0}}}}, "/confirm/emergency_stop_ms", "unknown key");
+}
+
+TEST_CASE("resistances and overloads have limits of the pack file's own, within what makes sense", "[unit][config]") {
+  const auto limit = [](int warn, int open) {
+    return Json{{"warn_permille", warn},
+                {"open_permille", open},
+                {"hysteresis_permille", 50},
+                {"confirm_ms", 0},
+                {"clear_ms", 1'000}};
+  };
+  const auto parsed = parse(
+      changed({{"/limits/cell_resistance", limit(1'300, 1'600)}, {"/limits/charge_overload", limit(700, 950)}}).dump());
+  REQUIRE(parsed);
+  CHECK(parsed->core.limits.cell_resistance.open == 1'600);
+  CHECK(parsed->core.limits.charge_overload.open == 950);
+  CHECK(parsed->core.limits.charge_overload.confirm == 0ms);
+  refuses({{"/limits/pack_resistance", limit(1'000, 1'600)}}, "/limits/pack_resistance/warn_permille", "from 1050");
+  refuses({{"/limits/discharge_overload", limit(800, 1'001)}}, "/limits/discharge_overload/open_permille", "to 1000");
+  refuses({{"/limits/discharge_overload", limit(800, 900)}}, "/limits/discharge_overload/open_permille",
+          "found 900, wanted more than 900");
+}
+
+TEST_CASE("a limit of current may take from the allowed current before it opens", "[unit][config][BMU_13]") {
+  const auto parsed = parse(changed({{"/limits/discharge_overcurrent/limit_mA", 85'000}}).dump());
+  REQUIRE(parsed);
+  CHECK(parsed->core.limits.discharge_overcurrent.limit == 85'000);
+  refuses({{"/limits/charge_overcurrent/limit_mA", 30'000}}, "/limits/charge_overcurrent/limit_mA",
+          "from warn_mA, 25000, to before open_mA, 30000");
+}
+
+TEST_CASE("a value that stands still opens the pack within 10 s", "[unit][config][F12]") {
+  const Json stuck =
+      Json::parse(R"({"warn_ms":3000,"open_ms":8000,"hysteresis_ms":1,"confirm_ms":200,"clear_ms":1000})");
+  accepts({{"/limits/stuck_values", stuck}});
+  refuses({{"/limits/stuck_values", stuck}, {"/limits/stuck_values/open_ms", 8'001}}, "/limits/stuck_values/open_ms",
+          "from 500 to 8000");
+}
+
+TEST_CASE("all contradictions are told at once", "[unit][config][F79]") {
+  const ConfigProblems problems = problems_of(changed({{"/limits/pack_voltage_mismatch/open_mV", 100'000},
+                                                       {"/limits/cell_imbalance/open_mV", 6'000},
+                                                       {"/limits/charge_undertemperature/warn_dC", 450},
+                                                       {"/limits/cell_overvoltage/warn_mV", 4'230}})
+                                                  .dump());
+  INFO(all_text(problems));
+  CHECK(problems.size() == 4);
+}
+
+TEST_CASE("what a pack file leaves out follows from the cell and from the limits beside it", "[unit][config]") {
+  Json given = valid_pack();
+  given["limits"].erase("cell_imbalance");
+  given["limits"].erase("charge_overtemperature");
+  given["limits"].erase("charge_undertemperature");
+  given["current"].erase("discharge_peak_mA");
+  const auto pack = parse_pack_config(given.dump(), "pack.json", "");
+  REQUIRE(pack.has_value());
+  const LimitsConfig& limits = pack->core.limits;
+  CHECK(limits.charge_overtemperature == limits.cell_overtemperature);
+  CHECK(limits.charge_undertemperature.open == 0);  // cells may be discharged below, but not charged
+  CHECK(limits.cell_deep_discharge.open == pack->core.cell.voltage_min_uV);
+  CHECK(limits.cell_deep_discharge.warn < limits.cell_undervoltage.open);
+  CHECK(limits.cell_imbalance.open == (limits.cell_overvoltage.open - limits.cell_undervoltage.open) / 2);
+  CHECK(limits.insulation_low.open == 500 * 4'230 / 1'000 * 48);
+  CHECK(limits.current_sensors_disagree == never_above);
+  CHECK(pack->core.current.discharge_peak_mA == limits.discharge_overcurrent.warn);
+  CHECK(pack->core.current.charge_peak_mA == limits.charge_overcurrent.warn);
+}
+
+TEST_CASE("a section balancing that contradicts itself or the limits is refused", "[unit][config][balancing][MMU_3]") {
+  const Json on = {{"enabled", true}};
+  const auto with = [&on](const std::string& key, const Json& value) {
+    Json section = on;
+    section[key] = value;
+    return std::vector<Change>{{"/balancing", section}};
+  };
+  accepts({{"/balancing", on}});
+  accepts(with("voltage_min_mV", 3'001));
+  refuses(with("voltage_min_mV", 3'000), "/balancing/voltage_min_mV",
+          "found 3000, wanted more than warn_mV of cell_undervoltage, 3000");
+  accepts(with("voltage_min_mV", 4'199));
+  refuses(with("voltage_min_mV", 4'200), "/limits/cell_overvoltage/warn_mV", "more than voltage_min_mV of balancing");
+  refuses(with("method", "ocv2"), "/balancing/method", "terminal_voltage, ocv or charge");
+  // A cell of 4.23 V and no more than 250 mA.
+  accepts(with("bleed_resistance_Ohm", 17));
+  refuses(with("bleed_resistance_Ohm", 16), "/balancing/bleed_resistance_Ohm", "at least 17");
+  accepts(with("board_max_dC", 101));
+  refuses(with("board_max_dC", 100), "/balancing/board_max_dC", "found 100, wanted more than board_min_dC");
+  Json by_terminals = on;
+  by_terminals["method"] = "terminal_voltage";
+  by_terminals["top_mV"] = 4'200;
+  accepts({{"/balancing", by_terminals}});
+  by_terminals["top_mV"] = 4'201;
+  refuses({{"/balancing", by_terminals}}, "/limits/cell_overvoltage/warn_mV", "at least top_mV of balancing");
+  by_terminals["top_mV"] = 4'100;
+  by_terminals["voltage_min_mV"] = 4'100;
+  refuses({{"/balancing", by_terminals}}, "/balancing/top_mV", "more than voltage_min_mV");
+}
+
+TEST_CASE("what balancing leaves out follows from the limits and the cell's curve", "[unit][config][balancing]") {
+  const auto pack = parse_pack_config(changed({{"/balancing", {{"enabled", true}}}}).dump(), "pack.json", "");
+  REQUIRE(pack.has_value());
+  const BalancingConfig& balancing = pack->core.balancing;
+  CHECK(balancing.is_enabled);
+  CHECK(balancing.method == BalancingMethod::ocv);
+  CHECK(balancing.requires_closed);
+  CHECK_FALSE(balancing.without_board_sensor);
+  CHECK(balancing.voltage_min_uV == 3'120'000);
+  CHECK(balancing.top_uV > balancing.voltage_min_uV);
+  CHECK(balancing.top_uV <= pack->core.limits.cell_overvoltage.warn);
+  const auto silent = parse_pack_config(without("", "balancing").dump(), "pack.json", "");
+  REQUIRE(silent.has_value());
+  CHECK_FALSE(silent->core.balancing.is_enabled);
+}
+
+TEST_CASE("every module has a node number of its own", "[unit][config]") {
+  refuses({{"/modules/0/nodes", {1, 2, 2}}}, "/modules/0/nodes/2", "taken by /modules/0/nodes/1");
+  refuses({{"/modules/1", {{"node", 3}, {"cells", 2}, {"temperature_sensors", 0}}}}, "/modules/1/node",
+          "a node number no other module has");
+  refuses({{"/modules/0/nodes", {1, 64}}}, "/modules/0/nodes/1", "from 1 to 63");
+  refuses({{"/modules/0/nodes", {0}}}, "/modules/0/nodes/0", "from 1 to 63");
+  refuses({{"/modules/0/node", 9}}, "/modules/0", "either \"node\" or \"nodes\"");
+  refuses({{"/modules/0/nodes", Json::array()}}, "/modules/0/nodes", "a list of node numbers");
+  refuses({{"/modules", Json::array()}}, "/modules", "a list of modules");
+}
+
+TEST_CASE("a module's serial number is its own, one for each node", "[unit][config][BMS_F.2]") {
+  Json pack = changed({{"/modules/0",
+                        {{"nodes", {1, 2, 3}},
+                         {"serial_numbers", {4711, nullptr, 4294967295U}},
+                         {"cells", 12},
+                         {"temperature_sensors", 4}}},
+                       {"/modules/1", {{"node", 4}, {"serial_number", 0}, {"cells", 12}, {"temperature_sensors", 4}}}});
+  const auto parsed = parse(pack.dump());
+  REQUIRE(parsed);
+  const auto& modules = parsed->core.modules;
+  CHECK(modules[0].serial_number == 4711U);
+  CHECK_FALSE(modules[1].serial_number.has_value());
+  CHECK(modules[2].serial_number == 4294967295U);
+  CHECK(modules[3].serial_number == 0U);
+  const auto in = [&](const std::string& pointer, const Json& value) {
+    return Change{"/modules", [&] {
+                    Json list = pack["modules"];
+                    list[Json::json_pointer(pointer)] = value;
+                    return list;
+                  }()};
+  };
+  refuses({in("/0/serial_numbers", {4711, 4712})}, "/modules/0/serial_numbers", "as many as \"nodes\" has, 3");
+  refuses({in("/0/serial_numbers", 4711)}, "/modules/0/serial_numbers", "as many as \"nodes\" has, 3");
+  refuses({in("/0/serial_numbers/1", -1)}, "/modules/0/serial_numbers/1", "from 0 to 4294967295");
+  refuses({in("/0/serial_numbers/1", 4711)}, "/modules/0/nodes/1", "node 1 has it");
+  refuses({in("/0/serial_number", 5)}, "/modules/0/serial_number", "\"serial_numbers\" beside \"nodes\"");
+  refuses({in("/1/serial_number", 4711)}, "/modules/1/node", "one that no other module has; node 1 has it");
+  refuses({in("/1/serial_numbers", {5})}, "/modules/1/serial_numbers", "\"serial_number\" beside \"node\"");
+}
+
+TEST_CASE("a fast pace is not slower, a parked one not faster; left out they follow", "[unit][config]") {
+  accepts({{"/poll/fast_period_ms", 100}, {"/poll/parked_period_ms", 100}});
+  refuses({{"/poll/fast_period_ms", 101}}, "/poll/fast_period_ms", "found 101, wanted at most period_ms, 100");
+  refuses({{"/poll/parked_period_ms", 99}}, "/poll/parked_period_ms", "found 99, wanted at least period_ms, 100");
+  refuses({{"/poll/parked_period_ms", 501}}, "/poll/parked_period_ms",
+          "found 501, wanted a whole number from 20 to 500");
+  const auto pack = parse(valid_pack().dump());
+  REQUIRE(pack);
+  CHECK(pack->core.poll.fast_period == 50ms);
+  CHECK(pack->core.poll.parked_period == 500ms);
+  const auto large = load_pack_config(packs_directory / "traction-16x12.json");
+  REQUIRE(large);
+  CHECK(large->core.poll.period == 50ms);
+  CHECK(large->core.poll.fast_period == 50ms);  // 16 modules need nearly all of it, should two be asked alone
+}
+
+TEST_CASE("a board limit that the pack file names is the modules' own, too", "[unit][config][MMU_2]") {
+  const auto left_out = parse(without("/limits", "board_overtemperature").dump());
+  REQUIRE(left_out);
+  CHECK_FALSE(left_out->core.module_board_limit_dC.has_value());
+  const Json board{{"warn_dC", 758}, {"open_dC", 950}, {"hysteresis_dC", 50}, {"confirm_ms", 100}, {"clear_ms", 1'000}};
+  const auto named = parse(changed({{"/limits/board_overtemperature", board}}).dump());
+  REQUIRE(named);
+  CHECK(named->core.module_board_limit_dC == 750);
+}
+
+TEST_CASE("a pack without any temperature sensor is refused", "[unit][config]") {
+  refuses({{"/modules/0/temperature_sensors", 0}}, "/modules", "no temperature sensor");
+}
+
+TEST_CASE("the OCV table rises from 0 to 1000 permille", "[unit][config]") {
+  refuses({{"/cell/ocv/0/0", 10}}, "/cell/ocv/0/0", "0 in the first pair");
+  refuses({{"/cell/ocv/12/0", 999}}, "/cell/ocv/12/0", "1000 in the last pair");
+  refuses({{"/cell/ocv/4/0", 100}}, "/cell/ocv/4/0", "more than in the pair before, 100");
+  refuses({{"/cell/ocv/4/1", 3'430}}, "/cell/ocv/4/1", "more than in the pair before, 3430");
+  refuses({{"/cell/ocv/4/1", 3'430.0005}}, "/cell/ocv/4/1", "microvolts");
+  refuses({{"/cell/ocv", {{0, 3'000}}}}, "/cell/ocv", "found 1 pairs, wanted a list of 2 to 64 pairs");
+  accepts({{"/cell/ocv", {{0, 3'000}, {1'000, 4'100}}}});
+  accepts({{"/cell/ocv/4/1", 3'430.001}});
+}
+
+TEST_CASE("what a cell does slowly, when cold, and after a turn may be left out, and is checked", "[unit][config]") {
+  const auto read = parse(changed({{"/cell/slow_rc_resistance_mOhm", 0.7},
+                                   {"/cell/slow_rc_time_constant_s", 31},
+                                   {"/cell/resistance_activation_K", 2'500},
+                                   {"/cell/hysteresis_mV", 12.5},
+                                   {"/cell/hysteresis_charge_permille", 50},
+                                   {"/cell/self_discharge_permille_per_month", 20}})
+                              .dump());
+  REQUIRE(read);
+  const CellModel& cell = read->core.cell;
+  CHECK(cell.slow_rc_resistance_Ohm == Approx(0.0007));
+  CHECK(cell.slow_rc_time_constant_s == 31.0);
+  CHECK(cell.resistance_activation_K == 2'500.0);
+  CHECK(cell.hysteresis_V == Approx(0.0125));
+  CHECK(cell.hysteresis_charge_permille == 50.0);
+  CHECK(cell.self_discharge_permille_per_month == 20.0);
+  refuses({{"/cell/slow_rc_time_constant_s", 30}}, "/cell/slow_rc_time_constant_s",
+          "found 30, wanted more than rc_time_constant_s, 30");
+  accepts({{"/cell/slow_rc_time_constant_s", 30}, {"/cell/slow_rc_resistance_mOhm", 0}});
+  refuses({{"/cell/hysteresis_mV", 200.1}}, "/cell/hysteresis_mV", "200");
+  refuses({{"/cell/hysteresis_charge_permille", 0.9}}, "/cell/hysteresis_charge_permille", "1");
+  refuses({{"/cell/resistance_activation_K", -1}}, "/cell/resistance_activation_K", "0");
+}
+
+TEST_CASE("the OCV table lies within the cell's absolute limits", "[unit][config][BMS_NF.1]") {
+  accepts({{"/cell/ocv/12/1", 4'250}});
+  refuses({{"/cell/ocv/12/1", 4'251}}, "/cell/ocv", "to voltage_max_mV, 4250");
+  refuses({{"/cell/ocv/0/1", 2'499}}, "/cell/ocv", "from voltage_min_mV, 2500");
+}
+
+TEST_CASE("a cell's lower absolute limits lie below the upper ones", "[unit][config]") {
+  refuses({{"/cell/temperature_min_dC", 600}}, "/cell/temperature_min_dC", "less than temperature_max_dC, 600");
+}
+
+TEST_CASE("the vehicle's nine identifiers stay within 11 bits and off the internal bus", "[unit][config]") {
+  accepts({{"/vehicle/base_id", "6a0"}});
+  accepts({{"/vehicle/base_id", "7F7"}});
+  refuses({{"/vehicle/base_id", "7F8"}}, "/vehicle/base_id", "\"0\" to \"7F7\"");
+  refuses({{"/vehicle/base_id", "0x620"}}, "/vehicle/base_id", "hexadecimal");
+  refuses({{"/vehicle/base_id", "-1"}}, "/vehicle/base_id", "hexadecimal");
+  refuses({{"/vehicle/base_id", 620}}, "/vehicle/base_id", "hexadecimal");
+  accepts({{"/vehicle/base_id", "3C0"}});
+  refuses({{"/vehicle/base_id", "3BF"}}, "/vehicle/base_id", "3BF is RESPONSE");
+  accepts({{"/vehicle/base_id", "518"}});
+  refuses({{"/vehicle/base_id", "519"}}, "/vehicle/base_id", "521 is SENSOR_CURRENT");
+}
+
+}  // namespace
+}  // namespace bmu
