@@ -77,6 +77,11 @@ void discard_waiting(const Buses& buses) {
 
 Result<std::unique_ptr<LifePlan>, LifeFailure> LifePlan::make(PackRead read, const Options& options,
                                                               const LifePlan* before) {
+  // A medium that was there when this daemon began may be gone: the life that would be without it goes on rather than
+  // end for it.
+  if (auto made = Memory::make_folders(memory_options(options)); !made) {
+    return failure(LifeFailure{.exit_code = exit_system, .text = to_text(made.error())});
+  }
   auto plan = std::make_unique<LifePlan>();
   plan->read = std::move(read);
   plan->wanted = plan->read.cell_count->pack();

@@ -60,6 +60,11 @@ Memory::Memory(const MemoryOptions& options, const PackConfig& pack, const Core&
       history_(history_options(options, pack), history_life(pack)),
       history_tap_(core, history_, std::chrono::seconds(pack.history.period_s), log_to(journal)) {}
 
+Result<void, OsError> Memory::make_folders(const MemoryOptions& options) {
+  auto made = make_record_folder(options.black_box_folder);
+  return made ? make_record_folder(options.record_folder) : made;
+}
+
 Result<std::unique_ptr<Memory>, OsError> Memory::open(const MemoryOptions& options, const PackConfig& pack,
                                                       const Core& core, Journal& journal) {
   std::unique_ptr<Memory> memory(new Memory(options, pack, core, journal));

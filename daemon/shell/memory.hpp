@@ -30,6 +30,8 @@ struct MemoryOptions {
 
 class Memory {
  public:
+  /// What open() would refuse, for who can still do something else: the folders that are wanted are there then.
+  [[nodiscard]] static Result<void, OsError> make_folders(const MemoryOptions& options);
   /// Begins with the core as it is: before it is told anything. Threads start here, so after prepare_signals(), whose
   /// mask they inherit. Core and journal outlive it. The error: a folder that is wanted cannot be made.
   [[nodiscard]] static Result<std::unique_ptr<Memory>, OsError> open(const MemoryOptions& options,

@@ -5,7 +5,9 @@
 #include <filesystem>
 
 #include <CLI/CLI.hpp>
+#include <sys/un.h>
 
+#include "config/pack_fields.hpp"
 #include "tools/common/command_line.hpp"
 
 namespace bmu {
@@ -54,23 +56,62 @@ bool has_room_for_two_files(const Options& options) {
   return options.record_total_MB >= 2 * options.record_file_MB;
 }
 
+// Checks of what is given, in the words of the mistake. Something that is empty, as of a variable nobody has set, is no
+// way to leave an option out: who wrote it wants what would then be missing.
+
 /// A file that turns out not to be a history of ours is put aside as damaged: none whose name says something else.
 std::string is_history_name(const std::string& name) {
-  const bool is_one = name.empty() || name == "none" || name.ends_with(".sqlite");
+  const bool is_one = name == "none" || name.ends_with(".sqlite");
   return is_one ? "" : "found '" + name + "', wanted a name that ends in .sqlite, or none";
+}
+
+std::string is_path(const std::string& path) {
+  return path.empty() ? "found nothing, wanted a path" : "";
+}
+
+/// What holds no state of ours is put aside as damaged: nothing that somebody else could miss, as a folder or a device.
+std::string is_state_file(const std::string& path) {
+  std::error_code error;
+  const auto type = std::filesystem::status(path, error).type();
+  using enum std::filesystem::file_type;
+  // Whatever cannot be looked at is reported when it is read.
+  if (type == regular || type == not_found || type == none) return is_path(path);
+  return "found '" + path + "', " + (type == directory ? "a folder" : "no regular file") + ", wanted a file";
+}
+
+std::string is_bus(const std::string& name) {
+  if (is_bus_name(name)) return "";
+  return "found '" + name +
+         "', wanted an interface of 1 to 15 characters, or unix: and 1 to 32 of letters, digits, _ . -";
+}
+
+std::string is_socket_path(const std::string& path) {
+  constexpr std::size_t length_max = sizeof(sockaddr_un::sun_path) - 1;
+  if (path.size() <= length_max) return is_path(path);
+  return "found " + std::to_string(path.size()) + " characters, wanted at most " + std::to_string(length_max);
 }
 
 void add_options(CLI::App& app, Options& options) {
   // Not "required": an option nobody knows would be answered with the one that is missing.
   app.add_option("--config,config", options.config, "the pack's file, with or without the option's name")
       ->type_name("PACK.json");
-  app.add_option("--bus-internal", options.bus_internal, "internal bus, instead of the pack file's")->type_name("BUS");
+  app.add_option("--bus-internal", options.bus_internal, "internal bus, instead of the pack file's")
+      ->check(is_bus)
+      ->type_name("BUS");
   app.add_option("--bus-vehicle", options.bus_vehicle,
                  "vehicle bus, instead of the pack file's; where that has one bus for both, it follows --bus-internal")
+      ->check(is_bus)
       ->type_name("BUS");
-  app.add_option("--socket", options.socket, "status socket for bmuctl")->type_name("PATH")->capture_default_str();
-  app.add_option("--state", options.state, "file for what outlives the daemon (see below)")->type_name("FILE");
-  app.add_option("--record", options.record, "record everything into files of this folder")->type_name("FOLDER");
+  app.add_option("--socket", options.socket, "status socket for bmuctl")
+      ->check(is_socket_path)
+      ->type_name("PATH")
+      ->capture_default_str();
+  app.add_option("--state", options.state, "file for what outlives the daemon (see below)")
+      ->check(is_state_file)
+      ->type_name("FILE");
+  app.add_option("--record", options.record, "record everything into files of this folder")
+      ->check(is_path)
+      ->type_name("FOLDER");
   app.add_option("--record-file-MB", options.record_file_MB, "the next file after this size")
       ->check(CLI::Range(1, 10'000))
       ->capture_default_str();
@@ -79,8 +120,10 @@ void add_options(CLI::App& app, Options& options) {
       ->check(CLI::Range(2, 10'000'000))
       ->capture_default_str();
   app.add_option("--black-box", options.black_box, "what was around an opening goes here (see below)")
+      ->check(is_path)
       ->type_name("FOLDER");
   app.add_option("--serial", options.serial, "terminal device of the serial console, instead of the pack file's")
+      ->check(is_path)
       ->type_name("DEVICE");
   app.add_option("--history", options.history, "database for a row a minute, or none (see below)")
       ->check(is_history_name)

@@ -31,14 +31,14 @@ std::int64_t unix_time_us(TimePoint at) {
   return std::int64_t{now.tv_sec} * 1'000'000 + now.tv_nsec / 1000 - ago.count();
 }
 
-Result<void, OsError> make_folder(const std::string& folder) {
+}  // namespace
+
+Result<void, OsError> make_record_folder(const std::string& folder) {
   std::error_code error;
   if (!folder.empty()) std::filesystem::create_directories(folder, error);
   if (error) return failure(OsError{.code = error.value(), .what = "make folder " + folder});
   return {};
 }
-
-}  // namespace
 
 struct Recorder::Shared {
   explicit Shared(const RecorderOptions& the_options)
@@ -224,7 +224,7 @@ Recorder::Recorder(const RecorderOptions& options, const Core& core, std::shared
 
 Result<std::unique_ptr<Recorder>, OsError> Recorder::open(const RecorderOptions& options, const Core& core) {
   for (const std::string& folder : {options.files.folder, options.black_box.folder}) {
-    if (auto made = make_folder(folder); !made) return failure(made.error());
+    if (auto made = make_record_folder(folder); !made) return failure(made.error());
   }
   return std::unique_ptr<Recorder>(new Recorder(options, core, std::make_shared<Shared>(options)));
 }

@@ -51,6 +51,10 @@ enum class RecorderEnd : std::uint8_t {
   still_writing,  // the thread hangs in the disk, and was left behind: nobody knows what it will write
 };
 
+/// A folder for recordings, with those above it; none where the name is empty. What open() does first, for who wants to
+/// know before whether it would.
+[[nodiscard]] Result<void, OsError> make_record_folder(const std::string& folder);
+
 class Recorder {
  public:
   /// The error: a folder that is wanted is not there and cannot be made.

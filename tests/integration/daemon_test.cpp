@@ -80,6 +80,37 @@ TEST_CASE("a good pack file is told so, a bad one with every problem, a wrong co
   CHECK(run_program({program("bmud"), "--help"}).status == 0);
 }
 
+TEST_CASE("an option that cannot be meant is a wrong command line, and nothing is touched", "[integration][daemon]") {
+  const TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "states");
+  std::ofstream(folder / "states/precious") << "kept";
+  const std::string long_path = folder / std::string(110, 's');
+  const std::vector<std::pair<std::vector<std::string>, std::string>> wrong{
+      {{"--state", folder / "states"}, "a folder, wanted a file"},
+      {{"--state", "/dev/null"}, "no regular file, wanted a file"},
+      {{"--bus-internal", "unix:../../x"}, "found 'unix:../../x', wanted an interface"},
+      {{"--bus-vehicle", "abcdefghijklmnopqrstuv"}, "wanted an interface of 1 to 15 characters"},
+      {{"--socket", long_path}, "characters, wanted at most 107"},
+      {{"--state", ""}, "found nothing, wanted a path"},
+      {{"--record", ""}, "found nothing, wanted a path"},
+      {{"--black-box", ""}, "found nothing, wanted a path"},
+      {{"--serial", ""}, "found nothing, wanted a path"},
+      {{"--socket", ""}, "found nothing, wanted a path"},
+      {{"--history", ""}, "wanted a name that ends in .sqlite, or none"},
+  };
+  for (const auto& [options, words] : wrong) {
+    std::vector<std::string> arguments{program("bmud"), "--config", pack_file};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const Finished refused = run_program(arguments);
+    INFO(options.front() << " '" << options.back() << "': " << refused.err);
+    CHECK(refused.status == 2);
+    CHECK(refused.err.find(options.front()) != std::string::npos);
+    CHECK(refused.err.find(words) != std::string::npos);
+  }
+  CHECK(std::filesystem::exists(folder / "states/precious"));
+  CHECK(std::filesystem::is_character_file("/dev/null"));
+}
+
 TEST_CASE("a pack file that leaves the bus too little is told so, and is good all the same", "[integration][daemon]") {
   std::ifstream stream(BMUD_SOURCE_DIR "/config/packs/traction-16x12.json");
   std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());

@@ -244,6 +244,32 @@ TEST_CASE("a pack whose bus cannot be opened is refused before anything that run
   CHECK(bench.end() == 0);
 }
 
+TEST_CASE("where a medium for recordings has gone the life that records goes on, and no other begins",
+          "[integration][daemon][reload]") {
+  for (const std::string option : {"--record", "--black-box"}) {
+    ReloadBench bench;
+    const std::filesystem::path medium = bench.folder / "medium";
+    bench.more_options = {option, medium};
+    bench.start_emulator("");
+    bench.start();
+    REQUIRE(bench.becomes([&] { return std::filesystem::is_directory(medium); }));
+    const std::string before = bench.hash();
+    bench.put_with_period(80);
+    std::filesystem::rename(medium, bench.folder / "pulled-out");
+    std::ofstream(medium) << "in its place";
+    const nlohmann::json refused = bench.reload();
+    INFO(refused.dump());
+    const auto message = refused.at("error").at("message").get<std::string>();
+    CHECK(message.find(medium) != std::string::npos);
+    CHECK(message.find("nothing has changed") != std::string::npos);
+    CHECK(bench.hash() == before);
+    std::filesystem::remove(medium);
+    CHECK(bench.reload().at("ok") == true);
+    CHECK(std::filesystem::is_directory(medium));
+    CHECK(bench.end() == 0);
+  }
+}
+
 TEST_CASE("a life that cannot begin gives way to one with the configuration of before",
           "[integration][daemon][reload]") {
   if (test::is_sanitized) {
