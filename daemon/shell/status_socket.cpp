@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <tuple>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -22,6 +23,7 @@ struct StatusSocket::Client {
   std::size_t output_sent = 0;  // of `output`
   std::optional<Duration> picture_period;
   TimePoint picture_at{};
+  std::uint64_t asked_at = 0;  // in requests of all
   bool awaits_answer = false;  // one that comes later
   bool has_ended = false;      // sends no more; what it asked is still answered
   bool is_closing = false;     // close once everything is written
@@ -191,10 +193,33 @@ void StatusSocket::accept_clients() {
   if (const std::string refusal = door_ ? door_(client->peer) : ""; !refusal.empty()) {
     return turn_away(*client, refusal);
   }
-  if (clients_.size() >= options_.clients_max) {
+  if (clients_.size() >= options_.clients_max && !make_room_for(client->peer)) {
     return turn_away(*client, error_line("too_many_clients", "all connections are taken; try again later"));
   }
   if (add_to_poll(poll_.get(), client->socket.get(), EPOLLIN)) clients_.push_back(std::move(client));
+}
+
+bool StatusSocket::make_room_for(const Peer& peer) {
+  const auto connections_of = [this](std::uint32_t user_id) {
+    return std::count_if(clients_.begin(), clients_.end(),
+                         [&](const auto& client) { return client->peer.user_id == user_id; });
+  };
+  const auto gives_up_before = [&](const auto& one, const auto& other) {
+    const auto rank = [&](const Client& client) {
+      return std::tuple(client.awaits_answer, -connections_of(client.peer.user_id), client.picture_period.has_value(),
+                        client.asked_at);
+    };
+    return rank(*one) < rank(*other);
+  };
+  const auto found = std::min_element(clients_.begin(), clients_.end(), gives_up_before);
+  // More than the newcomer would have: else two would take turns at throwing each other out.
+  if (found == clients_.end() || (*found)->awaits_answer ||
+      connections_of((*found)->peer.user_id) <= connections_of(peer.user_id) + 1) {
+    return false;
+  }
+  turn_away(**found, error_line("too_many_clients", "all connections are taken, and another user wants one of yours"));
+  remove_finished();
+  return true;
 }
 
 void StatusSocket::turn_away(Client& client, std::string_view line) {
@@ -257,6 +282,7 @@ void StatusSocket::answer_line(Client& client, const Answer& answer) {
   }
   const std::string line = client.input.substr(0, end);
   client.input.erase(0, end + 1);
+  client.asked_at = ++requests_;
   const StatusReply reply = answer(line, client.peer);
   if (reply.picture_period) {
     client.picture_period = reply.picture_period;

@@ -2,7 +2,8 @@
 //
 // A client can neither hold nor starve the control loop: nothing here blocks, one request is answered per call, lines
 // and queues are bounded, and who sends nonsense without end or does not read is cut off. What a line means is the
-// business of the answering function.
+// business of the answering function. Nor can one user starve another: where all connections are taken, somebody else
+// takes the most silent one of who has most of them.
 #pragma once
 
 #include <cstdint>
@@ -78,6 +79,8 @@ class StatusSocket {
 
   void accept_clients();
   void hear_new_clients(bool hears);
+  /// Takes a connection from who has more of them than this one would have.
+  [[nodiscard]] bool make_room_for(const Peer& peer);
   void turn_away(Client& client, std::string_view line);
   void read_from(Client& client);
   void answer_one(const Answer& answer);
@@ -97,6 +100,7 @@ class StatusSocket {
   std::size_t next_turn_ = 0;
   bool is_deaf_ = false;  // to new clients, until the next tick
   std::uint64_t connections_ = 0;
+  std::uint64_t requests_ = 0;
   std::uint64_t clients_dropped_ = 0;
 };
 

@@ -38,10 +38,10 @@ def lines_of_files(exported: dict, root: Path) -> dict[str, Lines]:
     """From the top of the project; files elsewhere are left out."""
     result = {}
     for each in exported["data"][0]["files"]:
-        path = Path(each["filename"])
-        if path.is_relative_to(root):
+        file = safety_files.place_of(each["filename"], root)
+        if file is not None:
             lines = each["summary"]["lines"]
-            result[str(path.relative_to(root))] = Lines(lines["count"], lines["covered"])
+            result[file] = Lines(lines["count"], lines["covered"])
     return result
 
 

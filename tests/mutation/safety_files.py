@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -22,6 +23,13 @@ def _files(root: Path, place: str, pattern: str) -> list[str]:
     if not found:
         raise WrongList(f"{place}: no file is called {pattern}")
     return found
+
+
+def place_of(filename: str, root: Path = ROOT) -> str | None:
+    """From the top of the project, as the lists have it, of a name in an export of llvm-cov: where ccache has made paths relative
+    it is one over the folder that was built in. None for what lies elsewhere."""
+    path = Path(os.path.normpath(filename))
+    return str(path.relative_to(root)) if path.is_relative_to(root) else None
 
 
 def safety_files(root: Path = ROOT) -> list[str]:

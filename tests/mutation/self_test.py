@@ -183,7 +183,7 @@ class Lists(unittest.TestCase):
 
     def test_what_is_not_of_the_project_is_not_counted(self) -> None:
         summary = {"lines": {"count": 7, "covered": 5}}
-        exported = {"data": [{"files": [{"filename": f"{folder}/tools/a.cpp", "summary": summary} for folder in ("/top", "/elsewhere")]}]}
+        exported = {"data": [{"files": [{"filename": f"{folder}/tools/a.cpp", "summary": summary} for folder in ("/top/build/..", "/elsewhere")]}]}
         found = other_coverage.lines_of_files(exported, Path("/top"))
         self.assertEqual(found, {"tools/a.cpp": other_coverage.Lines(7, 5)})
         self.assertIsNone(other_coverage.part_of("tests/tools/a.cpp"))

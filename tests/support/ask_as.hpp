@@ -30,18 +30,29 @@ struct Asker {
   std::vector<std::uint32_t> more_groups{};
 };
 
-/// Ends with how far it came, which is what a failing test shows.
-[[noreturn]] inline void connect_and_ask(const std::optional<Asker>& asker, const std::string& socket_path,
-                                         const std::string& question, int answer_fd) {
+/// For a process of its own, which ends if it cannot be that one.
+inline void become(const Asker& asker) {
+  if (::setgroups(asker.more_groups.size(), asker.more_groups.data()) != 0 || ::setgid(asker.group_id) != 0 ||
+      ::setuid(asker.user_id) != 0) {
+    ::_exit(1);
+  }
+}
+
+/// The connection; the process ends if there is none to be had.
+[[nodiscard]] inline int connect_to_socket(const std::string& socket_path) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   socket_path.copy(address.sun_path, sizeof(address.sun_path) - 1);
-  if (asker && (::setgroups(asker->more_groups.size(), asker->more_groups.data()) != 0 ||
-                ::setgid(asker->group_id) != 0 || ::setuid(asker->user_id) != 0)) {
-    ::_exit(1);
-  }
   const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
   if (::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) ::_exit(2);
+  return fd;
+}
+
+/// Ends with how far it came, which is what a failing test shows.
+[[noreturn]] inline void connect_and_ask(const std::optional<Asker>& asker, const std::string& socket_path,
+                                         const std::string& question, int answer_fd) {
+  if (asker) become(*asker);
+  const int fd = connect_to_socket(socket_path);
   const std::string line = question + "\n";
   // Who is turned away may find the connection closed already; what he was told is there nevertheless.
   static_cast<void>(::send(fd, line.data(), line.size(), MSG_NOSIGNAL));
