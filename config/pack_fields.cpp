@@ -35,9 +35,6 @@ bool is_base_id(std::string_view text) {
 
 // --- the rows -------------------------------------------------------------------------------------------------------
 
-constexpr std::string_view bus_form =
-    "an interface name of 1 to 15 characters such as can0, or unix: and 1 to 32 of "
-    "letters, digits, _ . -";
 constexpr std::array bus_table{
     required(text<&BusNames::internal>({.key = "internal",
                                         .min = 1,

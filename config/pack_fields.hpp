@@ -15,6 +15,10 @@ namespace bmu {
 
 /// SocketCAN: an interface name as the kernel allows it; "unix:" and 1 to 32 plain characters: the embedded bus.
 [[nodiscard]] bool is_bus_name(std::string_view name);
+/// What is_bus_name() wants, for people.
+inline constexpr std::string_view bus_form =
+    "an interface name of 1 to 15 characters such as can0, or unix: and 1 to 32 of "
+    "letters, digits, _ . -";
 
 /// "620": an identifier as it is written in the file and on a candump line.
 [[nodiscard]] std::string hex_text(unsigned id);

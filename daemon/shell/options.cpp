@@ -80,9 +80,7 @@ std::string is_state_file(const std::string& path) {
 }
 
 std::string is_bus(const std::string& name) {
-  if (is_bus_name(name)) return "";
-  return "found '" + name +
-         "', wanted an interface of 1 to 15 characters, or unix: and 1 to 32 of letters, digits, _ . -";
+  return is_bus_name(name) ? "" : "found '" + name + "', wanted " + std::string(bus_form);
 }
 
 std::string is_socket_path(const std::string& path) {

@@ -1,7 +1,5 @@
 // Who may do what, asked of the real daemon by real users of groups: it finds bmud and bmud-admin in an /etc/group of
 // its own, mounted over the machine's for it alone.
-#include <array>
-#include <csignal>
 #include <fstream>
 #include <optional>
 #include <string>
@@ -64,39 +62,6 @@ struct AccessBench : Bench {
     daemon->signal(SIGTERM);
     return daemon->wait(milliseconds(5000));
   }
-};
-
-/// So many connections of somebody's, for as long as this lives, of which nothing is ever heard.
-class SilentConnections {
- public:
-  SilentConnections(const Asker& asker, const std::string& socket_path, int count) {
-    std::array<int, 2> ends{};
-    REQUIRE(::pipe2(ends.data(), O_CLOEXEC) == 0);
-    const OwnedFd read_end(ends[0]);
-    OwnedFd write_end(ends[1]);
-    child_ = ::fork();
-    REQUIRE(child_ >= 0);
-    if (child_ == 0) hold(asker, socket_path, count, ends[1]);
-    write_end = OwnedFd();
-    char done = 0;
-    REQUIRE(::read(read_end.get(), &done, 1) == 1);
-  }
-  SilentConnections(const SilentConnections&) = delete;
-  SilentConnections& operator=(const SilentConnections&) = delete;
-  ~SilentConnections() {
-    ::kill(child_, SIGKILL);
-    ::waitpid(child_, nullptr, 0);
-  }
-
- private:
-  [[noreturn]] static void hold(const Asker& asker, const std::string& socket_path, int count, int done_fd) {
-    test::become(asker);
-    for (int i = 0; i < count; ++i) static_cast<void>(test::connect_to_socket(socket_path));
-    if (::write(done_fd, "1", 1) != 1) ::_exit(3);
-    while (true) ::pause();
-  }
-
-  pid_t child_ = -1;
 };
 
 }  // namespace
@@ -166,7 +131,7 @@ TEST_CASE("who takes all connections and says nothing keeps no other user from a
   AccessBench bench;
   bench.start_emulator("");
   bench.start();
-  const SilentConnections silent(reader, bench.socket, 40);
+  const test::SilentConnections silent(reader, bench.socket, 40);
   // Himself he has kept out.
   CHECK(bench.error_of(administrator, status) == "too_many_clients");
   const Asker bob{.user_id = anna + 1, .group_id = anna + 1, .more_groups = {admins}};

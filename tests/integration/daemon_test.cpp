@@ -88,8 +88,8 @@ TEST_CASE("an option that cannot be meant is a wrong command line, and nothing i
   const std::vector<std::pair<std::vector<std::string>, std::string>> wrong{
       {{"--state", folder / "states"}, "a folder, wanted a file"},
       {{"--state", "/dev/null"}, "no regular file, wanted a file"},
-      {{"--bus-internal", "unix:../../x"}, "found 'unix:../../x', wanted an interface"},
-      {{"--bus-vehicle", "abcdefghijklmnopqrstuv"}, "wanted an interface of 1 to 15 characters"},
+      {{"--bus-internal", "unix:../../x"}, "found 'unix:../../x', wanted an interface name"},
+      {{"--bus-vehicle", "abcdefghijklmnopqrstuv"}, "wanted an interface name of 1 to 15 characters"},
       {{"--socket", long_path}, "characters, wanted at most 107"},
       {{"--state", ""}, "found nothing, wanted a path"},
       {{"--record", ""}, "found nothing, wanted a path"},

@@ -21,6 +21,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "tests/support/ask_as.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/sanitized.hpp"
@@ -274,6 +275,91 @@ TEST_CASE("one client too many is told so, and may come back when there is room"
   say(again, "room?\n");
   bench.serve();
   CHECK(hear(again) == "said room?\n");
+}
+
+TEST_CASE("where all connections are taken, who has more of them than another gives up the most silent one",
+          "[integration][status]") {
+  if (::geteuid() != 0) {
+    WARN("only root can connect as somebody else: not tested");
+    return;
+  }
+  Bench bench({.clients_max = 4});
+  REQUIRE(::chmod((bench.folder / "").c_str(), 0755) == 0);
+  REQUIRE(bench.socket->set_for_all(true));
+  const OwnedFd watching = connect_to(bench.path);
+  const OwnedFd early = connect_to(bench.path);
+  const OwnedFd silent = connect_to(bench.path);
+  const OwnedFd late = connect_to(bench.path);
+  say(watching, "watch\n");
+  const auto watch = [](std::string_view, const Peer&) { return StatusReply{.line = "", .picture_period = 1h}; };
+  while (bench.is_busy()) bench.socket->serve(watch);
+  for (const OwnedFd* client : {&early, &late}) {
+    say(*client, "one\n");
+    bench.serve();
+    CHECK(hear(*client) == "said one\n");
+  }
+  // Not by the end of the connection: the children have copies of it.
+  const auto is_out = [](const OwnedFd& client) {
+    return hear(client).find("\"too_many_clients\"") != std::string::npos;
+  };
+  const auto comes = [&](std::uint32_t user_id) {
+    auto one = std::make_unique<test::SilentConnections>(test::Asker{.user_id = user_id}, bench.path, 1);
+    bench.serve();
+    CHECK(bench.socket->client_count() == 4);
+    return one;
+  };
+  const auto first = comes(test::nobody);
+  CHECK(is_out(silent));
+  CHECK_FALSE(is_out(early));
+  const auto second = comes(test::nobody - 1);
+  CHECK(is_out(early));
+  // We have two now, and one has one already: no more than he would have.
+  const auto again = comes(test::nobody);
+  CHECK_FALSE(is_out(late));
+  const auto third = comes(test::nobody - 2);
+  CHECK(is_out(late));
+  // Each has one.
+  const auto fourth = comes(test::nobody - 3);
+  CHECK_FALSE(is_out(watching));
+}
+
+TEST_CASE("who waits for an answer gives his connection up to nobody", "[integration][status]") {
+  if (::geteuid() != 0) {
+    WARN("only root can connect as somebody else: not tested");
+    return;
+  }
+  Bench bench({.clients_max = 2});
+  REQUIRE(::chmod((bench.folder / "").c_str(), 0755) == 0);
+  REQUIRE(bench.socket->set_for_all(true));
+  const auto serve = [&] {
+    while (bench.is_busy()) {
+      bench.socket->serve([](std::string_view request, const Peer&) {
+        const bool is_later = request == "reload";
+        return StatusReply{.line = is_later ? "" : "done", .is_later = is_later};
+      });
+    }
+  };
+  const OwnedFd waiting = connect_to(bench.path);
+  say(waiting, "reload\n");
+  serve();
+  // The one who waits asked first: for that he would have to go, did he not wait.
+  {
+    const OwnedFd answered = connect_to(bench.path);
+    say(answered, "one\n");
+    serve();
+    const test::SilentConnections newcomer({.user_id = test::nobody}, bench.path, 1);
+    serve();
+    CHECK(hear(answered).find("\"too_many_clients\"") != std::string::npos);
+    CHECK(hear(waiting).empty());
+  }
+  serve();
+  const OwnedFd also_waiting = connect_to(bench.path);
+  say(also_waiting, "reload\n");
+  serve();
+  const test::SilentConnections newcomer({.user_id = test::nobody}, bench.path, 1);
+  serve();
+  for (const OwnedFd* client : {&waiting, &also_waiting}) CHECK(hear(*client).empty());
+  CHECK(bench.socket->client_count() == 2);
 }
 
 TEST_CASE("a client that says all and hangs up its sending side still gets its answers", "[integration][status]") {

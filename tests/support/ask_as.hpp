@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <csignal>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -80,5 +81,38 @@ inline void become(const Asker& asker) {
   const ssize_t count = ::read(read_end.get(), buffer.data(), buffer.size());
   return nlohmann::json::parse(std::string(buffer.data(), count > 0 ? static_cast<std::size_t>(count) : 0));
 }
+
+/// So many connections of somebody's, for as long as this lives, of which nothing is ever heard.
+class SilentConnections {
+ public:
+  SilentConnections(const Asker& asker, const std::string& socket_path, int count) {
+    std::array<int, 2> ends{};
+    REQUIRE(::pipe2(ends.data(), O_CLOEXEC) == 0);
+    const OwnedFd read_end(ends[0]);
+    OwnedFd write_end(ends[1]);
+    child_ = ::fork();
+    REQUIRE(child_ >= 0);
+    if (child_ == 0) hold(asker, socket_path, count, ends[1]);
+    write_end = OwnedFd();
+    char done = 0;
+    REQUIRE(::read(read_end.get(), &done, 1) == 1);
+  }
+  SilentConnections(const SilentConnections&) = delete;
+  SilentConnections& operator=(const SilentConnections&) = delete;
+  ~SilentConnections() {
+    ::kill(child_, SIGKILL);
+    ::waitpid(child_, nullptr, 0);
+  }
+
+ private:
+  [[noreturn]] static void hold(const Asker& asker, const std::string& socket_path, int count, int done_fd) {
+    become(asker);
+    for (int i = 0; i < count; ++i) static_cast<void>(connect_to_socket(socket_path));
+    if (::write(done_fd, "1", 1) != 1) ::_exit(3);
+    while (true) ::pause();
+  }
+
+  pid_t child_ = -1;
+};
 
 }  // namespace bmu::test
