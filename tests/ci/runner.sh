@@ -1,0 +1,129 @@
+# shellcheck shell=bash
+# Runs stages one after the other within a budget of time, and keeps what each took. Sourced by .ci/run; tests/meta/ci_runner.sh tests it.
+#
+#   runner_start BUDGET_S DEADLINE_S COMMAND   COMMAND STAGE runs a stage. The budget bounds what is begun, the deadline what is running.
+#   runner_required FILE                       the stages of a table, until one fails: returns 1
+#   runner_optional FILE FIRST                 those of a table that fit the budget, beginning with row FIRST modulo their number
+#   runner_table                               prints stage, seconds, result
+#   runner_record FILE COMMIT KIND             appends the run to a file, tab-separated
+#
+# A required stage that exceeds its limit fails by name. An optional one that exceeds twice its time has "no result" and does not fail
+# the run: its time is a property of the machine, and tests/nightly has it with a verdict.
+
+# Time between the signal that ends a stage and the one that cannot be caught.
+runner_kill_after_s=20
+
+runner_start() {
+  runner_budget_s=$1
+  runner_deadline_s=$2
+  runner_command=$3
+  runner_began_s=$SECONDS
+  runner_rows=()
+  runner_failed=''
+  runner_pid=''
+  trap 'runner_end_stage' INT TERM
+}
+
+runner_elapsed_s() { echo $((SECONDS - runner_began_s)); }
+
+runner_end_stage() {
+  [[ -z $runner_pid ]] || kill "$runner_pid" 2>/dev/null
+  runner_failed=${runner_failed:-interrupted}
+  trap - INT TERM
+}
+
+# runner_rows_of FILE: its rows without comments
+runner_rows_of() { grep -v '^#' "$1"; }
+
+# runner_stage NAME LIMIT_S: sets runner_status and runner_seconds
+runner_stage() {
+  local name=$1 limit_s=$2 began_s=$SECONDS
+  echo "ci: === $name (at most $limit_s s)"
+  runner_status=0
+  timeout --kill-after="$runner_kill_after_s" "$limit_s" "$runner_command" "$name" </dev/null &
+  runner_pid=$!
+  wait "$runner_pid" || runner_status=$?
+  runner_pid=''
+  runner_seconds=$((SECONDS - began_s))
+}
+
+# timeout's own status, and that of a process it had to kill.
+runner_timed_out() { [[ $runner_status -eq 124 || $runner_status -eq 137 ]]; }
+
+runner_add_row() {
+  runner_rows+=("$1"$'\t'"$2"$'\t'"$3")
+  echo "ci: === $1: $3, $2 s"
+}
+
+runner_required() {
+  local name limit_s left_s
+  while IFS=$'\t' read -r name limit_s <&3; do
+    left_s=$((runner_deadline_s - $(runner_elapsed_s)))
+    [[ $left_s -ge $limit_s ]] || limit_s=$left_s
+    if [[ $limit_s -le 0 ]]; then
+      runner_failed=$name
+      runner_add_row "$name" 0 "failed: no time left of $runner_deadline_s s"
+      return 1
+    fi
+    runner_stage "$name" "$limit_s"
+    if [[ $runner_status -eq 0 && -z $runner_failed ]]; then
+      runner_add_row "$name" "$runner_seconds" ok
+      continue
+    fi
+    runner_failed=${runner_failed:-$name}
+    if runner_timed_out; then
+      runner_add_row "$name" "$runner_seconds" "failed: exceeded $limit_s s"
+    else
+      runner_add_row "$name" "$runner_seconds" "failed: status $runner_status"
+    fi
+    return 1
+  done 3< <(runner_rows_of "$1")
+}
+
+runner_optional() {
+  local rows k name cold_s left_s limit_s
+  mapfile -t rows < <(runner_rows_of "$1")
+  for ((k = 0; k < ${#rows[@]}; ++k)); do
+    IFS=$'\t' read -r name cold_s <<<"${rows[($2 + k) % ${#rows[@]}]}"
+    left_s=$((runner_budget_s - $(runner_elapsed_s)))
+    if [[ $cold_s -gt $left_s ]]; then
+      runner_add_row "$name" 0 "skipped: needs $cold_s s, $left_s s left"
+      continue
+    fi
+    limit_s=$((cold_s * 2))
+    left_s=$((runner_deadline_s - $(runner_elapsed_s)))
+    [[ $left_s -ge $limit_s ]] || limit_s=$left_s
+    runner_stage "$name" "$limit_s"
+    if [[ -n $runner_failed ]]; then return 1; fi
+    if [[ $runner_status -eq 0 ]]; then
+      runner_add_row "$name" "$runner_seconds" ok
+    elif runner_timed_out; then
+      runner_add_row "$name" "$runner_seconds" "no result: exceeded $limit_s s"
+    else
+      runner_failed=$name
+      runner_add_row "$name" "$runner_seconds" "failed: status $runner_status"
+      return 1
+    fi
+  done
+}
+
+runner_table() {
+  local row
+  printf '%-24s %8s  %s\n' stage seconds result
+  for row in "${runner_rows[@]}"; do
+    IFS=$'\t' read -r name seconds result <<<"$row"
+    printf '%-24s %8s  %s\n' "$name" "$seconds" "$result"
+  done
+  printf '%-24s %8s  %s\n' together "$(runner_elapsed_s)" "${runner_failed:+failed: }${runner_failed:-passed}"
+}
+
+runner_record() {
+  local file=$1 commit=$2 kind=$3 row fields=''
+  for row in "${runner_rows[@]}"; do
+    IFS=$'\t' read -r name seconds result <<<"$row"
+    [[ $result == skipped* ]] || fields+=$'\t'"$name=$seconds"
+  done
+  mkdir -p "$(dirname "$file")"
+  printf '%s\t%s\t%s\t%s\t%s%s\n' "$commit" "$(date --utc +%Y-%m-%dT%H:%M:%SZ)" "$kind" "$(runner_elapsed_s)" "${runner_failed:-passed}" \
+    "$fields" >>"$file"
+}

@@ -1,0 +1,216 @@
+#!/usr/bin/env bash
+# The checks of this project, each a stage with a name: .ci/run and tests/nightly run the same ones. A stage runs from the repository's
+# folder, prints what it does, and fails with a status other than 0. Stages share the build folders build, build-asan and build-tidy, so
+# that what one has compiled is there for the next.
+set -euo pipefail
+
+repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+# shellcheck source-path=SCRIPTDIR source=../../tools/packages.sh
+source "$repository/tools/packages.sh"
+
+jobs=2
+# Many tests wait for something most of the time.
+tests_beside=3
+# A test that hangs fails and does not take the whole stage with it.
+test_max_s=600
+# In one run of CI each kind of test is built by one compiler: with sanitizers where memory errors are plausible, by GCC elsewhere.
+# tests/nightly runs every kind with both.
+sanitized_kinds=unit,integration,fuzz
+other_kinds=scenario,catalogue,property,simulation,script,golden,terminal,docs,dbc,rig,bench,meta
+
+stages_usage() {
+  cat <<'TEXT'
+usage: tests/ci/stages.sh STAGE [ARGUMENT]     runs one stage
+       tests/ci/stages.sh --list               prints the names of all stages
+
+  tests/ci/stages.sh format
+  tests/ci/stages.sh tidy 3/16       of all sources the third sixteenth, and what the last commits changed
+
+Exit status: that of the stage; 2 if there is no such stage.
+TEXT
+}
+
+stage_packages() { packages_install build test rig package lint mutation; }
+
+stage_format() { git ls-files -z -- '*.cpp' '*.hpp' | xargs -0 --no-run-if-empty clang-format --dry-run -Werror; }
+
+# Every script, by its first line: some have no suffix.
+shell_scripts() {
+  local file first
+  git ls-files | while read -r file; do
+    # Not a link, and not one that is deleted but not yet committed.
+    if [[ ! -f $file ]] || ! IFS= read -r first <"$file"; then continue; fi
+    if [[ $first =~ ^#!.*[/\ ](ba|da)?sh$ ]]; then echo "$file"; fi
+  done 2>/dev/null
+}
+
+stage_scripts() {
+  local scripts
+  mapfile -t scripts < <(shell_scripts)
+  [[ ${#scripts[@]} -gt 0 ]] || { echo "no scripts found"; return 1; }
+  echo "${scripts[*]}"
+  shellcheck --external-sources "${scripts[@]}"
+}
+
+stage_duplicates() { tests/meta/duplicates.py; }
+stage_cppcheck() { tests/meta/cppcheck.py; }
+
+# GCC: the product, and the kinds of tests that the sanitizers do not have in the same run.
+stage_build() { tools/test --kinds "$other_kinds" --build-only; }
+stage_tests() { tools/test --kinds "$other_kinds" -- --output-log build/ci-tests.log --quiet --timeout "$test_max_s"; }
+
+# The sanitizer runtime of older clang fails now and then where the kernel spreads addresses widely; without it where that is not allowed.
+without_address_randomization() {
+  if setarch --addr-no-randomize true 2>/dev/null; then setarch --addr-no-randomize "$@"; else "$@"; fi
+}
+
+# build_with_sanitizers KINDS
+build_with_sanitizers() {
+  CC=clang CXX=clang++ cmake -S . -B build-asan -G Ninja -DBMUD_SANITIZE=ON -DBMUD_TEST_KINDS="${1//,/;}"
+  without_address_randomization cmake --build build-asan --parallel "$jobs"
+}
+
+# test_with_sanitizers LOG CTEST_ARGUMENTS...
+test_with_sanitizers() {
+  local log=$1
+  shift
+  without_address_randomization ctest --test-dir build-asan --timeout "$test_max_s" --output-on-failure --no-tests=error \
+    --parallel "$tests_beside" --output-log "$log" "$@"
+}
+
+stage_sanitizers_build() { build_with_sanitizers "$sanitized_kinds"; }
+# What takes minutes with them has its place in tests/nightly.
+stage_sanitizers_tests() { test_with_sanitizers build-asan/ci-tests.log -L "^(${sanitized_kinds//,/|})\$"; }
+
+# Every kind but the benchmarks and the emulated machine: there the sanitizers cost time and find nothing more.
+stage_all_sanitizers_build() { build_with_sanitizers unit,integration,fuzz,scenario,catalogue,property,simulation,script,golden,meta; }
+stage_all_sanitizers_tests() {
+  stage_all_sanitizers_build
+  test_with_sanitizers build-asan/nightly-tests.log -L '^(unit|scenario|script|golden|integration|property|simulation|fuzz|meta)$'
+}
+# stage_all_sanitizers_slow K/N: of what takes minutes with them every Nth test, beginning with the Kth.
+stage_all_sanitizers_slow() {
+  stage_all_sanitizers_build
+  test_with_sanitizers build-asan/nightly-slow.log -L '^(catalogue|slow)$' -I "${1%/*},,${1#*/}"
+}
+
+# GCC and every kind of test that needs no emulated machine.
+stage_all_build() { tools/test --build-only; }
+stage_all_tests() { tools/test -- -LE '^rig$' --timeout "$test_max_s"; }
+
+# build_programs FOLDER TARGETS...: in a folder that has been configured, or else as GCC's build of everything
+build_programs() {
+  local folder=$1
+  shift
+  if [[ ! -f $folder/build.ninja ]]; then
+    [[ $folder == build ]] || { stage_all_sanitizers_build; return; }
+    tools/test --build-only
+  fi
+  without_address_randomization cmake --build "$folder" --parallel "$jobs" --target "$@"
+}
+
+# The compiler and optimisation of what is shipped, and those of the sanitizers.
+stage_same_decisions() {
+  build_programs build mmusim bmureplay
+  build_programs build-asan mmusim bmureplay
+  without_address_randomization tests/meta/same_decisions.sh build/bin build-asan/bin
+}
+# And none at all.
+stage_same_decisions_debug() {
+  build_programs build mmusim bmureplay
+  cmake -S . -B build-debug -G Ninja -DCMAKE_BUILD_TYPE=Debug -DBMUD_TESTS=OFF
+  cmake --build build-debug --parallel "$jobs" --target mmusim bmureplay
+  without_address_randomization tests/meta/same_decisions.sh build/bin build-debug/bin
+}
+
+# stage_tidy [K/N]: what the last commits changed, and of everything else every Nth source; without K/N the part that follows from the
+# commit. The sources that the build compiles: generated ones and headers of others are left to the configuration of clang-tidy.
+recent_commits=7
+recent_max=12
+stage_tidy() {
+  local part=${1:-$((0x$(git rev-parse --short=7 HEAD) % 16 + 1))/16} most=$recent_max recent sources
+  # Whoever asks for a part has the others looked at as well.
+  [[ $# -eq 0 ]] || most=0
+  recent=$(git diff --name-only "HEAD~$recent_commits" 2>/dev/null) || recent=$(git ls-files)
+  sources=$(git ls-files '*.cpp' |
+    awk -v k="${part%/*}" -v n="${part#*/}" -v recent="$recent" -v most="$most" '
+      BEGIN { count = split(recent, names, "\n"); for (i = 1; i <= count; ++i) is_recent[names[i]] = 1 }
+      (is_recent[$0] && ++taken <= most) || NR % n == k - 1 { gsub(/\./, "\\."); print }' | paste -sd'|')
+  CC=clang CXX=clang++ cmake -S . -B build-tidy -G Ninja -DBMUD_SANITIZE=ON
+  run-clang-tidy -quiet -p build-tidy -j "$jobs" "^$PWD/($sources)\$"
+}
+
+# stage_mutation K/N: of all mutants every Nth, beginning with the Kth.
+stage_mutation() { tests/mutation/mutate.py --part "$1"; }
+# Those of lines that the commits of the last half day changed.
+stage_mutation_recent() {
+  local head_time_s base
+  head_time_s=$(git show -s --format=%ct HEAD)
+  base=$(git rev-list -1 --before="$((head_time_s - 43200))" HEAD)
+  [[ -n $base ]] || base=$(git rev-list --max-parents=0 HEAD | tail -n 1)
+  tests/mutation/mutate.py --since "$base"
+}
+stage_coverage() { tests/mutation/coverage.sh; }
+stage_threads() { tests/threads.sh; }
+# Inputs of the parsers that no corpus holds.
+stage_explore() { tests/fuzz/explore.sh --seconds "${1:-15}"; }
+
+# A thousand simulated sessions with faults by the optimised program; a failing one prints how to repeat it.
+stage_thousand_seeds() {
+  build_programs build bmud_simulation
+  build/bin/bmud_simulation --seeds 1..1000 --minimise
+}
+stage_sixty_days() {
+  build_programs build bmud_simulation
+  build/bin/bmud_simulation --days 60
+}
+# Fails above 1.5, with the unit's drop-ins or without.
+stage_exposure() {
+  build_programs build bmud
+  packaging/exposure.sh build
+}
+
+# stage_rig NAME: one test of the emulated machine, with what it depends on.
+stage_rig() {
+  stage_all_build
+  ctest --test-dir build --output-on-failure --no-tests=error -R "^rig\\.$1\$"
+}
+
+# The suite beside four programs that never wait, at normal priority. No verdict may depend on how much processor a test gets.
+stage_load() {
+  local busy=() status=0 pid
+  for _ in 1 2 3 4; do
+    (while :; do :; done) &
+    busy+=($!)
+  done
+  # The stage's own timeout ends it by a signal.
+  # shellcheck disable=SC2064
+  trap "kill ${busy[*]} 2>/dev/null" EXIT
+  tools/test -- -LE '^rig$' --timeout $((test_max_s * 3)) || status=$?
+  for pid in "${busy[@]}"; do kill "$pid"; done
+  trap - EXIT
+  return "$status"
+}
+
+stage_names() { declare -F | sed -n 's/^declare -f stage_//p' | grep -vx names | tr _ - ; }
+
+stages_main() {
+  local function
+  case ${1:-} in
+    --list) stage_names; return ;;
+    -h | --help) stages_usage; return ;;
+    '') stages_usage >&2; return 2 ;;
+  esac
+  function=stage_${1//-/_}
+  if ! stage_names | grep -qxF -e "$1"; then
+    echo "stages.sh: found '$1', expected one of: $(stage_names | paste -sd' ')" >&2
+    return 2
+  fi
+  shift
+  cd "$repository"
+  # A clone elsewhere finds what was compiled here.
+  export CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1
+  "$function" "$@"
+}
+
+if [[ ${BASH_SOURCE[0]} == "$0" ]]; then stages_main "$@"; fi

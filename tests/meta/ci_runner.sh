@@ -1,0 +1,93 @@
+#!/usr/bin/env bash
+# tests/ci/runner.sh keeps to its budget, its deadline and each stage's limit, and its table and record say what happened; the tables of
+# stages name stages that are there, tests/nightly has each of them, and each kind of test is built by some compiler.
+set -euo pipefail
+
+repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+folder=$(mktemp -d "${TMPDIR:-/tmp}/bmud-ci-runner.XXXXXX")
+trap 'rm -rf "$folder"' EXIT
+# shellcheck source-path=SCRIPTDIR source=../ci/runner.sh
+source "$repository/tests/ci/runner.sh"
+runner_kill_after_s=1
+
+fail() {
+  echo "ci_runner.sh: $*" >&2
+  exit 1
+}
+
+# expect NAME FOUND EXPECTED
+expect() { [[ $2 == "$3" ]] || fail "$1: found '$2', expected '$3'"; }
+
+# Stages: their names say what they do. One that hangs ignores the signal that asks it to end.
+cat >"$folder/stages" <<'STAGES'
+#!/usr/bin/env bash
+echo "$1" >>"$(dirname "$0")/began"
+case $1 in
+  good*) exit 0 ;;
+  bad*) exit 3 ;;
+  hangs*) trap '' TERM; while :; do sleep 1; done ;;
+esac
+STAGES
+chmod +x "$folder/stages"
+
+# run_tables BUDGET_S DEADLINE_S FIRST REQUIRED OPTIONAL: tables as printf writes them; sets status
+run_tables() {
+  printf '# a comment\n%b' "$4" >"$folder/required"
+  printf '%b' "$5" >"$folder/optional"
+  : >"$folder/began"
+  rm -f "$folder/record"
+  status=0
+  runner_start "$1" "$2" "$folder/stages"
+  { runner_required "$folder/required" && { [[ -z $5 ]] || runner_optional "$folder/optional" "$3"; }; } >"$folder/out" 2>&1 || status=1
+  runner_record "$folder/record" 0123456789012345678901234567890123456789 cold
+}
+began() { paste -sd' ' "$folder/began"; }
+results() { printf '%s\n' "${runner_rows[@]}" | cut -f 1,3 | tr '\t' = | paste -sd' '; }
+
+run_tables 100 200 1 'good-a\t50\ngood-b\t50\n' 'good-x\t10\ngood-y\t10\ngood-z\t10\n'
+expect "all that fits runs, optional stages from their turn on" "$(began)" "good-a good-b good-y good-z good-x"
+expect "nothing fails" "$status ${runner_failed:-none}" "0 none"
+[[ $(cut -f 1,3,5 "$folder/record") == $'0123456789012345678901234567890123456789\tcold\tpassed' ]] || fail "record: $(cat "$folder/record")"
+expect "the record's stages" "$(cut -f 6- "$folder/record" | tr -s '0-9\t' '# ')" "good-a=# good-b=# good-y=# good-z=# good-x=#"
+
+run_tables 100 200 0 'good-a\t50\nbad\t50\ngood-b\t50\n' 'good-x\t10\n'
+expect "a stage that fails ends the run" "$(began)" "good-a bad"
+expect "and is named" "$status $runner_failed" "1 bad"
+expect "with its status" "$(results)" "good-a=ok bad=failed: status 3"
+expect "in the record" "$(cut -f 5 "$folder/record")" bad
+expect "and in the table" "$(runner_table | tail -n 1 | awk '{ print $1, $3, $4 }')" "together failed: bad"
+
+run_tables 100 200 0 'hangs\t1\ngood-b\t50\n' ''
+expect "a stage that exceeds its limit fails by name" "$(results)" "hangs=failed: exceeded 1 s"
+
+run_tables 100 2 0 'hangs-a\t50\n' ''
+expect "the deadline shortens the limit" "$(results)" "hangs-a=failed: exceeded 2 s"
+
+run_tables 100 0 0 'good-a\t50\n' ''
+expect "behind the deadline nothing begins" "$(began)$(results)" "good-a=failed: no time left of 0 s"
+
+run_tables 100 200 0 'good-a\t50\n' 'good-x\t101\ngood-y\t5\n'
+expect "an optional stage that does not fit is skipped by name" "$(results | sed 's/, [0-9]* s left//')" \
+  "good-a=ok good-x=skipped: needs 101 s good-y=ok"
+if cut -f 6- "$folder/record" | grep -q good-x; then fail "a skipped stage is in the record"; fi
+
+run_tables 100 200 0 'good-a\t50\n' 'hangs\t1\ngood-y\t5\n'
+expect "an optional stage that is late fails nothing" "$status $(results)" "0 good-a=ok hangs=no result: exceeded 2 s good-y=ok"
+
+run_tables 100 200 0 'good-a\t50\n' 'bad\t1\ngood-y\t5\n'
+expect "an optional stage that fails ends the run" "$status $runner_failed $(began)" "1 bad good-a bad"
+
+# The tables themselves.
+stages=$("$repository/tests/ci/stages.sh" --list)
+rows_of() { runner_rows_of "$repository/tests/ci/$1.tsv"; }
+named=$({ rows_of required | cut -f 1; rows_of optional | cut -f 1; rows_of nightly | cut -f 2 | cut -d ' ' -f 1; } | sort -u)
+expect "every stage is in a table, and every row has its stage" "$named" "$(sort <<<"$stages")"
+# What every run has with one compiler only, or of a part, tests/nightly has whole under another name.
+for optional in $(rows_of optional | cut -f 1); do
+  [[ $optional == mutation-recent ]] || rows_of nightly | cut -f 2 | cut -d ' ' -f 1 | grep -qx "$optional" ||
+    fail "tests/ci/nightly.tsv lacks the optional stage $optional"
+done
+rows_of nightly | awk -F'\t' '$3 > 1800 { print; late = 1 } END { exit late }' || fail "a slice of tests/nightly may take more than 30 minutes"
+kinds=$(sed -n 's/^\(sanitized_kinds\|other_kinds\)=//p' "$repository/tests/ci/stages.sh" | tr , '\n' | sort | paste -sd' ')
+all_kinds=$(sed -n 's/^set(all_test_kinds \(.*\))$/\1/p' "$repository/tests/CMakeLists.txt" | tr ' ' '\n' | sort | paste -sd' ')
+expect ".ci/run builds each kind of test once" "$kinds" "$all_kinds"
