@@ -6,17 +6,18 @@
 //
 // B8 is the longest frame of eight bytes, 135 bits: one that is already on the wire, the POLL, then all that the
 // modules have to say. The 2 ms are what the protocol gives a module to begin. `stronger` is what goes ahead of answers
-// meanwhile: CONTACTOR_COMMAND and PDU_STATUS, each once a period and once more for a change. What is weaker than the
-// answers, the sensors' results above all, waits for them, as long as a cycle at most.
+// meanwhile: CONTACTOR_COMMAND and PDU_STATUS, each once a period and once more for a change, and of the others on the
+// bus (config/bus_guests.hpp) those with a lower identifier than the weakest answer. What is weaker than the answers,
+// the sensors' results above all, waits for them, as long as a cycle at most.
 //
 // Who owes something of its answer is asked alone shortly before the next POLL, at most two modules a cycle
 // (daemon/core/poll_schedule.hpp). What they still have to say then comes on top of the answers to that POLL:
 //
 //   period >= cycle + 2 x (POLL and the longest answer of a module) x B8 / bit rate
 //
-// The load is what all messages of the pack take together, in their periods, with as many stuff bits as there can be;
-// temperatures and IDENT in their own, whatever the pace. Restarts, modules asked alone, commands to modules and errors
-// come on top: that is what the rest is for. Pure; each call is a few hundred additions.
+// The load is what all messages of the pack and of the others on its bus take together, in their periods, with as many
+// stuff bits as there can be; temperatures and IDENT in their own, whatever the pace. Restarts, modules asked alone,
+// commands to modules and errors come on top: that is what the rest is for. Pure; each call is a few hundred additions.
 #pragma once
 
 #include <cstdint>
@@ -52,8 +53,10 @@ inline constexpr PollWants all_wants{.identity = true};
 [[nodiscard]] std::optional<Duration> period_min(const CoreConfig& core, std::int32_t rate_kbit_per_s);
 
 /// At worst, with a POLL every `period`; temperatures are asked for every `temperature_every` of core.poll.period, or
-/// with each POLL where that is slower. `is_shared`: the messages to the vehicle are on the same bus.
-[[nodiscard]] std::int64_t bus_load_permille(const CoreConfig& core, Duration period, bool is_shared,
-                                             std::int32_t rate_kbit_per_s);
+/// with each POLL where that is slower. Who else is on the bus follows from core.served_by.
+[[nodiscard]] std::int64_t bus_load_permille(const CoreConfig& core, Duration period, std::int32_t rate_kbit_per_s);
+
+/// Of a bus without modules, likewise.
+[[nodiscard]] std::int64_t guest_load_permille(const CoreConfig& core, Port bus, std::int32_t rate_kbit_per_s);
 
 }  // namespace bmu

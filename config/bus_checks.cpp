@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "config/bus_budget.hpp"
+#include "config/bus_guests.hpp"
 #include "config/pack_fields.hpp"
 
 namespace bmu {
@@ -19,10 +20,6 @@ std::int64_t ms_up(Duration duration) {
 
 std::int64_t percent_up(std::int64_t permille) {
   return (permille + 9) / 10;
-}
-
-bool is_shared(const PackConfig& pack) {
-  return pack.buses.internal == pack.buses.vehicle;
 }
 
 /// A key that says how often modules are asked, and the slowest it may say.
@@ -46,7 +43,7 @@ bool fits(const PackConfig& pack, const PaceRow& row, std::int32_t rate_kbit_per
   return least && *least <= pack.core.poll.*row.period;
 }
 std::int64_t load_permille(const PackConfig& pack, const PaceRow& row, std::int32_t rate_kbit_per_s) {
-  return bus_load_permille(pack.core, pack.core.poll.*row.period, is_shared(pack), rate_kbit_per_s);
+  return bus_load_permille(pack.core, pack.core.poll.*row.period, rate_kbit_per_s);
 }
 bool leaves_room(const PackConfig& pack, const PaceRow& row, std::int32_t rate_kbit_per_s) {
   return load_permille(pack, row, rate_kbit_per_s) <= bus_load_max_permille;
@@ -93,7 +90,49 @@ void check_pace(const PackConfig& pack, const Place& place, const PaceRow& row, 
                    takes_text(period_min(pack.core, rate_kbit_per_s)));
 }
 
+// --- buses without modules ------------------------------------------------------------------------------------------
+
+struct OwnBus {
+  Port port;
+  std::string_view rate_key;
+};
+constexpr OwnBus own_buses[] = {{Port::vehicle, "vehicle_kbit_per_s"},
+                                {Port::charger, "charger_kbit_per_s"},
+                                {Port::second_pack, "second_pack_kbit_per_s"},
+                                {Port::inverter, "inverter_kbit_per_s"}};
+
+/// Says of each bus without modules that is fuller than this what is on it, and what would do.
+void say_fuller_than(std::int64_t most_permille, const PackConfig& pack, const Place& interfaces,
+                     ProblemList& problems) {
+  for (const OwnBus& bus : own_buses) {
+    const std::int32_t rate_kbit_per_s = bit_rate_kbit_per_s(pack, bus.port);
+    const Place key = interfaces.at(bus.rate_key);
+    if (rate_kbit_per_s == 0 || !problems.is_good(key)) continue;
+    const std::int64_t load_permille = guest_load_permille(pack.core, bus.port, rate_kbit_per_s);
+    if (load_permille <= most_permille) continue;
+    const auto fits = [&](std::int32_t rate) {
+      return guest_load_permille(pack.core, bus.port, rate) <= bus_load_max_permille;
+    };
+    const auto* const faster = std::find_if(std::begin(bus_rates_kbit_per_s), std::end(bus_rates_kbit_per_s), fits);
+    const std::string rate =
+        faster != std::end(bus_rates_kbit_per_s) ? "at least " + std::to_string(*faster) + ", or " : std::string();
+    problems.add(key,
+                 std::to_string(rate_kbit_per_s) + ", at which " + pack.buses.name(bus.port) + " is filled to up to " +
+                     std::to_string(percent_up(load_permille)) + " %",
+                 rate + "fewer on that bus, for at most " + std::to_string(bus_load_max_permille / 10) + " %");
+  }
+}
+
 }  // namespace
+
+void check_own_buses(const PackConfig& pack, const Place& place, ProblemList& problems) {
+  constexpr std::int64_t full_permille = 1'000;
+  for (const std::string_view section :
+       {"buses", "vehicle", "charger", "inverter", "second_pack", "sensor", "insulation"}) {
+    if (!problems.is_good_throughout(place.at(section))) return;
+  }
+  say_fuller_than(full_permille, pack, place.at("interfaces"), problems);
+}
 
 void check_cycle(const PackConfig& pack, const Place& place, ProblemList& problems) {
   const bool are_known =
@@ -106,7 +145,8 @@ void check_cycle(const PackConfig& pack, const Place& place, ProblemList& proble
 Duration answer_margin(const PackConfig& pack, Duration at_least) {
   const std::optional<Duration> cycle = cycle_time_max(pack.core, all_wants, pack.buses.internal_kbit_per_s);
   const bool is_meant = cycle && *cycle <= pack.core.poll.period;  // else the cycle itself is refused
-  return is_meant ? std::max(at_least, Duration{std::chrono::milliseconds{ms_up(*cycle)}}) : at_least;
+  const Duration older = are_modules_ours(pack.core) ? Duration{} : pack.core.foreign.driver->sample_age_max;
+  return is_meant ? std::max(at_least, Duration{std::chrono::milliseconds{ms_up(*cycle + older)}}) : at_least;
 }
 
 Duration fast_period_left_out(const PackConfig& pack) {
@@ -142,6 +182,7 @@ ConfigProblems bus_warnings(const PackConfig& pack, std::string_view file_name) 
             std::to_string(percent_up(load_permille(pack, row, rate_kbit_per_s))) + " %",
         ways_out(pack, row, leaves_room) + ", for at most " + std::to_string(bus_load_max_permille / 10) + " %");
   }
+  say_fuller_than(bus_load_max_permille, pack, Place{std::string(file_name), ""}.at("interfaces"), warnings);
   return warnings.take();
 }
 

@@ -1,5 +1,5 @@
-// Whether the internal bus can carry what the pack file asks of it: refused where a cycle does not fit, and a warning
-// where little is left.
+// Whether the buses can carry what the pack file asks of them: refused where a cycle does not fit, or a bus without
+// modules is too small for those on it, and a warning where little is left.
 #pragma once
 
 #include <string>
@@ -14,6 +14,9 @@ namespace bmu {
 /// alone have to say besides. `place` is the root of the pack file; values that were already refused are not judged,
 /// and nor is a pace of 0, which was left out.
 void check_cycle(const PackConfig& pack, const Place& place, ProblemList& problems);
+
+/// What is on a bus without modules must fit into its bit rate.
+void check_own_buses(const PackConfig& pack, const Place& place, ProblemList& problems);
 
 /// How long an answer may take where a signal was lost once and the next is waited for: the longest cycle, where that
 /// is known and longer than `at_least`.

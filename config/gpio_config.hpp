@@ -4,6 +4,7 @@
 // in PDU_STATUS. `active_low` says that the wire is at 0 V then.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -78,6 +79,11 @@ struct GpioConfig {
   std::array<std::optional<GpioLine>, gpio_output_count> outputs;         // by GpioOutput
   std::array<std::optional<GpioFeedback>, gpio_feedback_count> feedback;  // of the output of the same number
   std::vector<GpioInput> inputs;
+  std::optional<GpioLine> insulation_pulses;  // an IR155's pulse output, captured; its OK line is an input
+
+  [[nodiscard]] bool has_no_outputs() const {
+    return std::none_of(outputs.begin(), outputs.end(), [](const auto& line) { return line.has_value(); });
+  }
 };
 
 }  // namespace bmu

@@ -30,12 +30,13 @@ class GpioReader {
 
   void read(const JsonValue& object) {
     std::vector<std::string_view> keys = keys_of(gpio_fields());
-    keys.insert(keys.end(), {"outputs", "feedback", "inputs"});
+    keys.insert(keys.end(), {"outputs", "feedback", "inputs", "insulation_pulses"});
     check_keys(object, place_, keys, problems_);
     read_fields(object, place_, gpio_fields(), gpio_, problems_);
     read_named(object, "outputs", gpio_.outputs);
     read_named(object, "feedback", gpio_.feedback);
     read_inputs(object);
+    read_insulation_pulses(object);
   }
 
   void check() {
@@ -116,6 +117,14 @@ class GpioReader {
     gpio_.inputs.push_back(std::move(input));
   }
 
+  void read_insulation_pulses(const JsonValue& parent) {
+    const JsonValue* object = find_value(parent, place_, "insulation_pulses", false, problems_);
+    if (object == nullptr) return;
+    const Place place = place_.at("insulation_pulses");
+    GpioLine& line = gpio_.insulation_pulses.emplace();  // wrong or not: it is there
+    if (is_object(*object, place, problems_)) read_line(*object, place, line);
+  }
+
   [[nodiscard]] bool has(GpioOutput output) const {
     return gpio_.outputs.at(static_cast<std::size_t>(output)).has_value();
   }
@@ -169,8 +178,9 @@ class GpioReader {
 
   void check_not_empty() {
     const bool has_output = std::any_of(gpio_.outputs.begin(), gpio_.outputs.end(), [](const auto& o) { return !!o; });
-    if (has_output || !gpio_.inputs.empty() || !problems_.is_good_throughout(place_)) return;
-    problems_.add(place_, "no line at all", "outputs or inputs, or no section \"gpio\"");
+    const bool has_input = !gpio_.inputs.empty() || gpio_.insulation_pulses;
+    if (has_output || has_input || !problems_.is_good_throughout(place_)) return;
+    problems_.add(place_, "no line at all", "outputs or inputs or insulation_pulses, or no section \"gpio\"");
   }
 
   GpioConfig& gpio_;
@@ -211,6 +221,7 @@ void read_gpio(const JsonValue& root, const Place& root_place, PackConfig& pack,
   reader.read(*object);
   reader.check();
   pack.core.lines = lines_config(*pack.gpio);
+  pack.core.insulation.has_pulse_line = pack.gpio->insulation_pulses.has_value();
 }
 
 }  // namespace bmu

@@ -7,10 +7,15 @@
 #include <string>
 
 #include "config/bus_checks.hpp"
+#include "config/charger_checks.hpp"
+#include "config/foreign_module_checks.hpp"
+#include "config/identifier_checks.hpp"
+#include "config/inverter_checks.hpp"
 #include "config/limit_bounds.hpp"
 #include "config/pack_defaults.hpp"
 #include "config/pack_fields.hpp"
 #include "config/part_reader.hpp"
+#include "config/sensor_checks.hpp"
 #include "daemon/core/charge_pause.hpp"
 #include "daemon/core/fault_table.hpp"
 
@@ -556,9 +561,11 @@ void check_contactor_lines(const Check& check) {
 /// What only the unit can tell.
 void check_unit_is_needed(const Check& check) {
   const Place monitoring = check.root.at("insulation").at("monitoring");
-  if (check.problems.is_good(monitoring) && check.core().insulation.monitoring == InsulationMonitoring::measured) {
+  if (check.problems.is_good(monitoring) && check.core().insulation.monitoring == InsulationMonitoring::measured &&
+      !check.core().insulation.is_heard_itself()) {
     check.problems.add(monitoring, "\"measured\"",
-                       "\"ok_line\", as no unit tells a resistance with contactors/pdu false");
+                       "\"ok_line\", as no unit tells a resistance with contactors/pdu false, nor a monitor of "
+                       "insulation/protocol or gpio/insulation_pulses");
   }
   const Place throttle = check.root.at("auxiliary").at("throttle_on_permille");
   const std::int32_t throttle_on_permille = check.core().auxiliary.throttle_on_permille;
@@ -581,7 +588,7 @@ void check_without_unit(const Check& check) {
   check_unit_is_needed(check);
 }
 
-// --- modules, vehicle ------------------------------------------------------------------------------------------------
+// --- modules ---------------------------------------------------------------------------------------------------------
 
 void check_sensors(const Check& check) {
   const Place place = check.root.at("modules");
@@ -618,21 +625,6 @@ void check_resistance_pause(const Check& check) {
                          ": a pause is only made after the charge has been so far below");
 }
 
-/// Also where the buses are two: someone will join them on one adapter, and a wrong plug must not command contactors.
-void check_base_id(const Check& check) {
-  const Place place = check.root.at("vehicle").at("base_id");
-  if (!check.problems.is_good(place)) return;
-  const unsigned base_id = check.core().vehicle.base_id;
-  for (unsigned id = base_id; id < base_id + std::size(vehicle_bus::rows); ++id) {
-    const MessageSpec* taken = internal_bus::catalogue.find(id).message;
-    if (taken == nullptr) continue;
-    check.problems.add(
-        place, in_quotes(hex_text(base_id)),
-        "nine identifiers that the internal bus does not use; " + hex_text(id) + " is " + std::string(taken->name));
-    return;
-  }
-}
-
 // --- the serial console ---------------------------------------------------------------------------------------------
 
 void check_serial_rate(const Check& check) {
@@ -648,6 +640,7 @@ void check_serial_rate(const Check& check) {
 
 void check_bus_times(const PackConfig& pack, const Place& pack_place, ProblemList& problems) {
   check_cycle(pack, pack_place, problems);
+  check_own_buses(pack, pack_place, problems);
   const Check check{pack, pack_place, pack_place, problems};
   for (const AgeRow& row : age_rows()) check_age(check, row);
 }
@@ -676,7 +669,11 @@ void check_pack(const PackConfig& pack, const Place& pack_place, const Place& ce
   check_without_unit(check);
   check_bleed_current(check);
   check_resistance_pause(check);
-  check_base_id(check);
+  check_charger(pack, pack_place, problems);
+  check_inverter(pack, pack_place, problems);
+  check_sensors_of_others(pack, pack_place, problems);
+  check_modules(pack, pack_place, problems);
+  check_identifiers(pack, pack_place, problems);
   check_serial_rate(check);
 }
 

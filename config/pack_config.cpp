@@ -6,7 +6,9 @@
 #include <system_error>
 
 #include "config/cell_config.hpp"
+#include "config/charger_checks.hpp"
 #include "config/gpio_section.hpp"
+#include "config/inverter_checks.hpp"
 #include "config/json_reader.hpp"
 #include "config/pack_checks.hpp"
 #include "config/pack_defaults.hpp"
@@ -255,11 +257,16 @@ Result<PackConfig, ConfigProblems> parse_pack(std::string_view text, std::string
   pack.core.dynamics = source.cell.dynamics;
   pack.core.derating = source.cell.derating;
   pack.core.charge_plateau = source.cell.charge_plateau;
+  set_buses(pack, BusNames(pack.buses));
   check_cell(pack.core.cell, source.place, problems);
   check_pack(pack, place, source.place, problems);
   complete_defaults(pack.core);
   pack.poll_in_file = pack.core.poll;
   complete_paces(pack);
+  if (problems.empty()) {
+    check_completed_charger(pack, place, problems);
+    check_completed_inverter(pack, place, problems);
+  }
   if (!problems.empty()) return failure(problems.take());
   pack.core.hash = continue_fnv(continue_fnv(fnv_start, text), source.bytes);
   pack.sources = {.pack_name = place.file,
@@ -270,6 +277,22 @@ Result<PackConfig, ConfigProblems> parse_pack(std::string_view text, std::string
 }
 
 }  // namespace
+
+const std::string& BusNames::name(Port port) const {
+  switch (port) {
+    case Port::internal: return internal;
+    case Port::vehicle: return vehicle;
+    case Port::charger: return charger.empty() ? vehicle : charger;
+    case Port::second_pack: return second_pack.empty() ? vehicle : second_pack;
+    case Port::inverter: break;
+  }
+  return inverter.empty() ? vehicle : inverter;
+}
+
+void set_buses(PackConfig& pack, const BusNames& names) {
+  pack.buses = names;
+  pack.core.served_by = served_by(names);
+}
 
 std::string to_text(const ConfigProblem& problem) {
   std::string where = problem.file;

@@ -22,9 +22,14 @@
 namespace bmu {
 
 struct BusNames {
-  std::string internal;  // "can0", "unix:demo"
-  std::string vehicle;   // may be the same
+  std::string internal;     // "can0", "unix:demo"
+  std::string vehicle;      // may be the same
+  std::string charger;      // may be one of these; the vehicle's unless the file says another
+  std::string second_pack;  // likewise
+  std::string inverter;     // likewise
   std::int32_t internal_kbit_per_s = 500;
+
+  [[nodiscard]] const std::string& name(Port port) const;
 };
 
 /// The texts that a pack was read from: with them it can be read again elsewhere, as from a recording.
@@ -70,6 +75,9 @@ struct ConfigProblem {
 [[nodiscard]] std::string to_text(const ConfigProblem& problem);
 
 using ConfigProblems = std::vector<ConfigProblem>;
+
+/// Gives the buses other names than the file has, as the command line may: what is one bus follows from them.
+void set_buses(PackConfig& pack, const BusNames& names);
 
 /// Reads and checks a pack file and the cell file it names. Never throws; reports all problems, not the first.
 [[nodiscard]] Result<PackConfig, ConfigProblems> load_pack_config(const std::filesystem::path& file);

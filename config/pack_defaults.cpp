@@ -92,6 +92,44 @@ void complete_balancing(BalancingConfig& balancing, const CoreConfig& config) {
   balancing.top_uV = std::min(static_cast<std::int32_t>(std::lround(halfway_uV)), high_uV);
 }
 
+/// Full where the cell's curve ends, and below what is warned of: a warning with every charge would be one that nobody
+/// reads.
+void complete_charger(CoreConfig& config) {
+  constexpr std::int32_t below_uV = 10'000;
+  constexpr std::int64_t end_hours = 20;
+  constexpr std::int64_t uAs_per_mAh = 3'600'000;
+  ChargerConfig& charger = config.charger;
+  const LimitConfig& high = config.limits.cell_overvoltage;
+  const std::int32_t limited_uV = std::min(high.warn, high.derates_from()) - below_uV;
+  const bool has_curve = config.cell.ocv.size() >= 2;  // one without is refused
+  const double full_uV = has_curve ? ocv_uV(config.cell, 1'000.0) : limited_uV;
+  if (charger.cell_full_uV == 0) charger.cell_full_uV = std::min(limited_uV, static_cast<std::int32_t>(full_uV));
+  // The highest cell leads; this is for a charger that does not listen to its current. It leaves room for wires.
+  constexpr std::int32_t above_permille = 5;
+  const std::int32_t above_uV = charger.cell_full_uV / 1'000 * above_permille;
+  const std::int64_t cell_uV = std::min(charger.cell_full_uV + above_uV, high.warn);
+  const std::int64_t all_uV = cell_uV * static_cast<std::int64_t>(cell_count(config));
+  if (charger.voltage_max_mV == 0) charger.voltage_max_mV = mV_from_uV(all_uV);
+  if (charger.current_max_mA == 0) charger.current_max_mA = config.current.charge_continuous_mA;
+  if (charger.end_current_mA != 0) return;
+  const std::int64_t end_mA = config.cell.capacity_uAs / (uAs_per_mAh * end_hours);
+  // A charger that gives little is at its end at less.
+  const std::int64_t quarter_mA = charger.current_max_mA / 4;
+  charger.end_current_mA = static_cast<std::int32_t>(std::max<std::int64_t>(std::min(end_mA, quarter_mA), 1));
+}
+
+/// Between a full pack and one that is warned of as empty. Of the charger's full cell, which is completed before.
+void complete_inverter(CoreConfig& config) {
+  InverterConfig& inverter = config.inverter;
+  const auto cells = static_cast<std::int64_t>(cell_count(config));
+  if (inverter.charge_voltage_max_mV == 0) {
+    inverter.charge_voltage_max_mV = mV_from_uV(config.charger.cell_full_uV * cells);
+  }
+  if (inverter.discharge_voltage_min_mV == 0) {
+    inverter.discharge_voltage_min_mV = mV_from_uV(config.limits.cell_undervoltage.warn * cells);
+  }
+}
+
 }  // namespace
 
 void complete_defaults(CoreConfig& config) {
@@ -115,6 +153,8 @@ void complete_defaults(CoreConfig& config) {
   complete_ramp(ramp.discharge_fall_mA_per_s, ramp.discharge_rise_mA_per_s, config.current.discharge_peak_mA);
   complete_ramp(ramp.charge_fall_mA_per_s, ramp.charge_rise_mA_per_s, config.current.charge_peak_mA);
   complete_bounds(config);
+  complete_charger(config);
+  complete_inverter(config);
 }
 
 void complete_paces(PackConfig& pack) {

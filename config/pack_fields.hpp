@@ -1,4 +1,6 @@
-// Every key of a pack file and of a cell file, as rows (fields.hpp). The order is the one of the documentation.
+// Every key of a pack file and of a cell file, as rows (fields.hpp). The order is the one of the documentation. The
+// rows stand in limit_fields.cpp, control_fields.cpp, sensor_fields.cpp and port_fields.cpp, those of modules and cells
+// in pack_fields.cpp.
 #pragma once
 
 #include <span>
@@ -20,6 +22,9 @@ inline constexpr std::string_view bus_form =
     "an interface name of 1 to 15 characters such as can0, or unix: and 1 to 32 of "
     "letters, digits, _ . -";
 
+/// What any terminal shows.
+[[nodiscard]] bool is_printable_ascii(std::string_view text);
+
 /// "620": an identifier as it is written in the file and on a candump line.
 [[nodiscard]] std::string hex_text(unsigned id);
 
@@ -34,6 +39,8 @@ struct ModuleEntry {
 inline constexpr double serial_number_max = 4'294'967'295;  // u32 in IDENT and COMMAND
 
 inline constexpr int node_max = internal_bus::node_count_max;
+// A bound of ours: above it a slip of a digit is more likely than such a pack.
+inline constexpr double pack_current_max_mA = 1'500'000;
 inline constexpr int ocv_points_max = 64;
 inline constexpr double ocv_min_mV = 500;
 inline constexpr Duration poll_period_min = 20ms;
@@ -110,6 +117,10 @@ struct AgeRow {
 [[nodiscard]] std::span<const Field<SocConfig>> soc_fields();
 [[nodiscard]] std::span<const Field<BalancingConfig>> balancing_fields();
 [[nodiscard]] std::span<const Field<VehicleConfig>> vehicle_fields();
+[[nodiscard]] std::span<const Field<ChargerConfig>> charger_fields();
+[[nodiscard]] std::span<const Field<InverterConfig>> inverter_fields();
+[[nodiscard]] std::span<const Field<ForeignModulesConfig>> foreign_module_fields();
+[[nodiscard]] std::span<const Field<SecondPackConfig>> second_pack_fields();
 [[nodiscard]] std::span<const Field<HistoryConfig>> history_fields();
 
 [[nodiscard]] std::span<const Field<InterfaceConfig>> interface_fields();
@@ -146,7 +157,8 @@ void visit_sections(PackConfig& pack, Visitor visit) {
         age_fields(), core.ages);
   visit(SectionInfo{"poll", false, "How often the modules are asked."}, poll_fields(), core.poll);
   visit(SectionInfo{"contactors", true, "The way from open to closed."}, contactor_fields(), core.contactors);
-  visit(SectionInfo{"sensor", false, "How the current sensor was set up."}, sensor_fields(), core.sensor);
+  visit(SectionInfo{"sensor", false, "Who tells current and voltages, and how it was set up: docs/sensors.md."},
+        sensor_fields(), core.sensor);
   visit(SectionInfo{"insulation", false, "How the insulation of the pack is watched."}, insulation_fields(),
         core.insulation);
   visit(SectionInfo{"rest", false, "After an undervoltage: the modules asleep, and a look now and then."},
@@ -158,6 +170,14 @@ void visit_sections(PackConfig& pack, Visitor visit) {
   visit(SectionInfo{"balancing", false, "Which cells the modules' resistors bleed, and when."}, balancing_fields(),
         core.balancing);
   visit(SectionInfo{"vehicle", false, "The messages to the vehicle."}, vehicle_fields(), core.vehicle);
+  visit(SectionInfo{"charger", false, "Chargers that are told what to give: docs/charging.md."}, charger_fields(),
+        core.charger);
+  visit(SectionInfo{"inverter", false, "An inverter that is told of the pack: docs/inverters.md."}, inverter_fields(),
+        core.inverter);
+  visit(SectionInfo{"foreign_modules", false, "Modules of another maker in place of ours: docs/foreign-modules.md."},
+        foreign_module_fields(), core.foreign);
+  visit(SectionInfo{"second_pack", false, "A pack beside this one that tells the same messages, and is listened to."},
+        second_pack_fields(), core.second_pack);
   visit(SectionInfo{"interfaces", false, "Whether the daemon sets up its CAN interfaces itself, and to what."},
         interface_fields(), pack.interfaces);
   visit(SectionInfo{"serial", false, "A terminal for people and old tools: docs/serial.md."}, serial_fields(),

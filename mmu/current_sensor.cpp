@@ -35,13 +35,24 @@ Periodic periodic_from(TimePoint powered_at, Duration period) {
 
 }  // namespace
 
-CurrentSensor::CurrentSensor(const CurrentSensorConfig& config, TimePoint powered_at, SensorUnit unit)
+CurrentSensor::CurrentSensor(const CurrentSensorConfig& config, TimePoint powered_at, SensorPlace place)
     : config_(config),
-      unit_(unit),
+      place_(place),
       accumulated_at_(powered_at),
       due_{periodic_from(powered_at, config.periods[0]), periodic_from(powered_at, config.periods[1]),
            periodic_from(powered_at, config.periods[2]), periodic_from(powered_at, config.periods[3]),
-           periodic_from(powered_at, config.periods[4])} {}
+           periodic_from(powered_at, config.periods[4])} {
+  is_little_endian_.fill(config.little_endian);
+}
+
+void CurrentSensor::configure(SensorChannel channel, bool is_little_endian, bool is_inverted, Duration period,
+                              TimePoint now) {
+  const auto index = static_cast<std::size_t>(channel);
+  is_little_endian_[index] = is_little_endian;
+  is_inverted_[index] = is_inverted;
+  if (config_.periods[index] != period) due_[index] = periodic_from(now, period);
+  config_.periods[index] = period;
+}
 
 SensorFrames CurrentSensor::tick(TimePoint now, const SensorMeasurements& measured) {
   accumulate(now, measured);
@@ -55,13 +66,13 @@ SensorFrames CurrentSensor::tick(TimePoint now, const SensorMeasurements& measur
 
 bool CurrentSensor::is_sent(SensorChannel channel) const {
   const bool is_switched_on = config_.periods[static_cast<std::size_t>(channel)] > Duration::zero();
-  return is_switched_on && (unit_ == SensorUnit::first || channel == SensorChannel::current);
+  return is_switched_on && (place_ == SensorPlace::first || channel == SensorChannel::current);
 }
 
 const MessageSpec& CurrentSensor::row_of(SensorChannel channel) const {
   const ChannelRows& rows =
-      unit_ == SensorUnit::first ? channel_rows[static_cast<std::size_t>(channel)] : second_current_rows;
-  return config_.little_endian ? *rows.little_endian : *rows.big_endian;
+      place_ == SensorPlace::first ? channel_rows[static_cast<std::size_t>(channel)] : second_current_rows;
+  return is_little_endian_[static_cast<std::size_t>(channel)] ? *rows.little_endian : *rows.big_endian;
 }
 
 void CurrentSensor::accumulate(TimePoint now, const SensorMeasurements& measured) {
@@ -96,7 +107,8 @@ CanFrame CurrentSensor::make_result(SensorChannel channel, const SensorMeasureme
   const bool any_error =
       std::find(measured.has_error.begin(), measured.has_error.end(), true) != measured.has_error.end();
   CanFrame frame = make_frame(row);
-  encode_signal(row.signals[value_signal], known(value_of(channel, measured)), frame.data);
+  const std::int64_t value = value_of(channel, measured);
+  encode_signal(row.signals[value_signal], known(is_inverted_[index] ? -value : value), frame.data);
   encode_signal(row.signals[system_error_signal], known(measured.has_system_error), frame.data);
   encode_signal(row.signals[any_error_signal], known(any_error), frame.data);
   encode_signal(row.signals[error_signal], known(measured.has_error[index]), frame.data);

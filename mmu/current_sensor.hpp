@@ -26,7 +26,13 @@ inline constexpr std::size_t sensor_channel_count = 5;
 inline constexpr std::array<std::string_view, sensor_channel_count> sensor_channel_names{
     "current", "pack_voltage", "link_voltage", "charge", "energy"};
 
-enum class SensorUnit : std::uint8_t { first, second };
+/// As the sensor numbers its results where it is configured.
+[[nodiscard]] constexpr std::size_t set_up_channel(SensorChannel channel) {
+  constexpr std::array<std::size_t, sensor_channel_count> channels{0, 1, 2, 6, 7};
+  return channels[static_cast<std::size_t>(channel)];
+}
+
+enum class SensorPlace : std::uint8_t { first, second };
 
 struct CurrentSensorConfig {
   bool little_endian = false;
@@ -49,8 +55,10 @@ using SensorFrames = FixedVector<CanFrame, sensor_channel_count>;
 
 class CurrentSensor {
  public:
-  CurrentSensor(const CurrentSensorConfig& config, TimePoint powered_at, SensorUnit unit = SensorUnit::first);
+  CurrentSensor(const CurrentSensorConfig& config, TimePoint powered_at, SensorPlace place = SensorPlace::first);
 
+  /// From now on a result is sent in this byte order and this often (0: not), its sign turned round or not.
+  void configure(SensorChannel channel, bool is_little_endian, bool is_inverted, Duration period, TimePoint now);
   [[nodiscard]] SensorFrames tick(TimePoint now, const SensorMeasurements& measured);
 
  private:
@@ -61,9 +69,11 @@ class CurrentSensor {
   [[nodiscard]] CanFrame make_result(SensorChannel channel, const SensorMeasurements& measured);
 
   CurrentSensorConfig config_;
-  SensorUnit unit_;
+  SensorPlace place_;
   TimePoint accumulated_at_;
   std::array<Periodic, sensor_channel_count> due_;
+  std::array<bool, sensor_channel_count> is_little_endian_{};
+  std::array<bool, sensor_channel_count> is_inverted_{};
   std::array<std::uint8_t, sensor_channel_count> counters_{};
   std::int64_t charge_uAs_ = 0;
   std::int64_t energy_counts_ = 0;  // of 1 mV * 1 mA * 1 ms: a billionth of a joule

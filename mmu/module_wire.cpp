@@ -51,24 +51,15 @@ void change_switches(std::size_t kind, CellMask on, CanFrame& frame) {
 
 void ModuleWire::push(const MmuFrames& frames, const ModuleWireFaults& faults, TimePoint now) {
   if (faults.is_silent) {
-    count_ = 0;
+    queue_.clear();
     return;
   }
   for (const CanFrame& frame : frames) {
     const OmittedFrames group = group_of(kind_of(frame));
     const bool is_omitted = group != OmittedFrames::nothing && group == faults.omitted;
-    if (is_omitted || count_ == frames_max) continue;
-    queue_[(first_ + count_) % frames_max] = {now + faults.delay, changed(frame, faults)};
-    ++count_;
+    if (is_omitted || queue_.is_full()) continue;
+    queue_.push(changed(frame, faults), now + faults.delay);
   }
-}
-
-std::optional<CanFrame> ModuleWire::pop(TimePoint now) {
-  if (count_ == 0 || queue_[first_].leaves_at > now) return std::nullopt;
-  const CanFrame frame = queue_[first_].frame;
-  first_ = (first_ + 1) % frames_max;
-  --count_;
-  return frame;
 }
 
 CanFrame ModuleWire::changed(CanFrame frame, const ModuleWireFaults& faults) {

@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "mmu/frame_queue.hpp"
 #include "mmu/mmu.hpp"
 
 namespace bmu {
@@ -40,16 +41,12 @@ class ModuleWire {
   static constexpr std::size_t frames_max = 128;
 
   void push(const MmuFrames& frames, const ModuleWireFaults& faults, TimePoint now);
-  [[nodiscard]] std::optional<CanFrame> pop(TimePoint now);
+  [[nodiscard]] std::optional<CanFrame> pop(TimePoint now) { return queue_.pop(now); }
 
  private:
   struct Kept {
     FrameBytes data{};
     bool exists = false;
-  };
-  struct OnItsWay {
-    TimePoint leaves_at{};
-    CanFrame frame;
   };
   static constexpr std::size_t kinds = 16;  // an identifier is a kind, times 64, and a node
 
@@ -58,9 +55,7 @@ class ModuleWire {
 
   std::array<Kept, kinds> kept_{};
   std::uint8_t counter_ = 0;  // of the last answer
-  std::array<OnItsWay, frames_max> queue_{};
-  std::size_t first_ = 0;
-  std::size_t count_ = 0;
+  FrameQueue<frames_max> queue_;
 };
 
 }  // namespace bmu

@@ -50,6 +50,8 @@ namespace bmu {
 enum class TargetKind : std::uint8_t {
   vehicle,
   charger,
+  inverter,
+  second_pack,
   load,
   pack,
   cell,
@@ -58,6 +60,7 @@ enum class TargetKind : std::uint8_t {
   thermistor,
   board_thermistor,
   sensor,
+  sensor_unit,
   pdu,
   contactor,
   estop,
@@ -111,6 +114,20 @@ enum class Property : std::uint8_t {
   charger_runaway,
   charger_unstoppable,
   charger_obeys,
+  charger_mains,
+  charger_post,
+  inverter_current,
+  inverter_obeys,
+  inverter_silent,
+  inverter_talking,
+  inverter_failed,
+  second_pack_soc,
+  second_pack_voltage,
+  second_pack_current,
+  second_pack_temperature,
+  second_pack_state,
+  second_pack_silent,
+  second_pack_talking,
   load_current,
   load_profile,
   pack_soc,
@@ -125,6 +142,7 @@ enum class Property : std::uint8_t {
   cell_temperature,
   cell_wire,
   cell_stuck,
+  cell_out_of_range,
   cell_balancing_switch,
   module_silent,
   module_talking,
@@ -145,6 +163,7 @@ enum class Property : std::uint8_t {
   module_serial_number,
   module_commands,
   module_self_test,
+  module_errors,
   module_board_temperature,
   module_external_supply,
   module_converts,
@@ -165,6 +184,11 @@ enum class Property : std::uint8_t {
   sensor_stuck,
   sensor_inverted,
   sensor_error,
+  sensor_unit_restart,
+  sensor_unit_answers,
+  sensor_unit_byte_order,
+  sensor_unit_sign,
+  sensor_unit_period,
   pdu_silent,
   pdu_talking,
   pdu_damaged_frames,
@@ -182,6 +206,7 @@ enum class Property : std::uint8_t {
   insulation_frequency,
   insulation_duty,
   insulation_wire,
+  insulation_self_test,
   link_capacitance,
   link_bleed,
   precharge_resistance,
@@ -193,7 +218,18 @@ enum class Property : std::uint8_t {
   master_balancing,
   master_accept_modules,
 };
-inline constexpr std::size_t property_count = 89;
+inline constexpr std::size_t property_count = 111;
+
+/// Whose modules a property can be of; which pack has what is known only when the script meets one (check_against).
+enum class ModuleNeed : std::uint8_t {
+  any,           // whoever made them
+  ours,          // ours alone
+  foreign,       // another maker's alone
+  protection,    // ours, and others whose frames have a counter and a checksum
+  board_sensor,  // ours, and others that measure their board's temperature
+  errors,        // others that tell errors
+};
+[[nodiscard]] std::string_view to_text(ModuleNeed need);
 
 struct PropertySpec {
   Property property;
@@ -205,6 +241,7 @@ struct PropertySpec {
   std::span<const std::string_view> words{};
   std::string_view only_for{};  // targets with words: the words this property exists for, separated by spaces; or all
   std::string_view meaning;
+  ModuleNeed need = ModuleNeed::any;
 };
 
 [[nodiscard]] std::span<const TargetSpec> target_table();
@@ -249,6 +286,7 @@ struct ScenarioCondition {
   ScenarioPlace place{};
   std::span<const std::string_view> words{};  // what the state's indices mean, where it is a word
   std::uint32_t frame_id = 0;
+  bool is_by_identifier = false;         // no name stands in the line
   bool is_any_node = false;              // every node's frame of this message; frame_id is the first one's
   const MessageSpec* message = nullptr;  // null: an identifier without a row
   std::optional<std::uint8_t> signal{};  // none: the frame itself is what is wanted

@@ -135,6 +135,7 @@ std::optional<std::uint32_t> identifier_of(std::string_view text) {
 
 void take_identifier(std::uint32_t id, ScenarioCondition& condition) {
   condition.frame_id = id;
+  condition.is_by_identifier = true;
   for (const Catalogue* catalogue : catalogues) {
     if (const MessageMatch match = catalogue->find(id); match.message != nullptr) condition.message = match.message;
   }

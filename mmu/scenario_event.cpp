@@ -1,4 +1,5 @@
 // Events of the script language: target, place, property, value.
+#include "daemon/core/core_config.hpp"
 #include "mmu/scenario_words.hpp"
 #include "protocol/tables/internal_bus.hpp"
 
@@ -59,8 +60,11 @@ Problem parse_address(const TargetSpec& target, Words& words, ScenarioPlace& pla
       break;
     }
     case Address::node_cell: return parse_node_and_index(word, internal_bus::cells_per_module_max, "cell 2.7", place);
-    case Address::node_slot:
-      return parse_node_and_index(word, internal_bus::cell_temperatures_per_module_max, "thermistor 2.4", place);
+    case Address::node_slot: {
+      const bool is_on_board = target.kind == TargetKind::board_thermistor;
+      const std::size_t sensors = is_on_board ? internal_bus::board_temperatures_per_module : cell_sensors_max;
+      return parse_node_and_index(word, static_cast<unsigned>(sensors), "thermistor 2.4", place);
+    }
     case Address::word: {
       const auto index = index_of(target.words, word.text);
       if (!index) return problem_at(word, "one of " + listed(target.words));

@@ -27,7 +27,7 @@ namespace {
 
 /// `selected_by` is a value of the message's first signal.
 bool has_signal(const SignalSpec& signal, const MessageSpec& message, const CanFrame& frame) {
-  return signal.selected_by < 0 || raw_of(message.signals.front(), frame.data) == signal.selected_by;
+  return is_selected(signal, raw_of(message.signals.front(), frame.data));
 }
 
 /// The frame that is meant, undamaged; whatever its signal says.

@@ -40,6 +40,12 @@ bool is_closed(const World& world, ScenarioPlace place) {
 constexpr StateSpec states[] = {
     {TargetKind::charger, "current_A", StateKind::number, [](const W& w, const M&, P) { return w.plant.charger_A(); },
      "what it delivers now"},
+    {TargetKind::inverter, "current_A", StateKind::number,
+     [](const W& w, const M&, P) { return w.inverter.current_A(); }, "what it takes now, positive out of the pack"},
+    {TargetKind::inverter, "charge_limit_A", StateKind::number,
+     [](const W& w, const M&, P) { return w.inverter.told().charge_limit_mA * 1e-3; }, "what it was told last"},
+    {TargetKind::inverter, "discharge_limit_A", StateKind::number,
+     [](const W& w, const M&, P) { return w.inverter.told().discharge_limit_mA * 1e-3; }, "likewise"},
     {TargetKind::load, "current_A", StateKind::number, [](const W& w, const M&, P) { return w.plant.load_A(); },
      "what it takes now, positive out of the pack"},
     {TargetKind::pack, "current_A", StateKind::number, [](const W& w, const M&, P) { return w.plant.current_A(); },

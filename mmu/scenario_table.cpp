@@ -32,12 +32,18 @@ constexpr std::string_view thermistor_curve_words[] = {"table", "steinhart_hart"
 constexpr std::string_view feedback_words[] = {"auto", "open", "closed"};
 constexpr std::string_view estop_words[] = {"1", "2"};
 constexpr std::string_view sensor_words[] = {"current", "pack_voltage", "link_voltage", "current_2"};
+constexpr std::string_view second_pack_words[] = {"fault", "open", "closed", "driving", "charging"};
+constexpr std::string_view byte_order_words[] = {"big", "little"};
+constexpr std::string_view sign_words[] = {"straight", "inverted"};
+constexpr std::string_view self_test_state_words[] = {"done", "pending", "running"};
 constexpr std::string_view monitor_words[] = {"no_signal",   "normal",       "undervoltage",
                                               "speed_start", "device_error", "earth_fault"};
 
 constexpr TargetSpec targets[] = {
     {TargetKind::vehicle, "vehicle"},
     {TargetKind::charger, "charger"},
+    {TargetKind::inverter, "inverter"},
+    {TargetKind::second_pack, "second_pack"},
     {TargetKind::load, "load"},
     {TargetKind::pack, "pack"},
     {TargetKind::cell, "cell", Address::node_cell},
@@ -46,6 +52,7 @@ constexpr TargetSpec targets[] = {
     {TargetKind::thermistor, "thermistor", Address::node_slot},
     {TargetKind::board_thermistor, "board_thermistor", Address::node_slot},
     {TargetKind::sensor, "sensor", Address::word, sensor_words},
+    {TargetKind::sensor_unit, "sensor_unit"},
     {TargetKind::pdu, "pdu"},
     {TargetKind::contactor, "contactor", Address::word, contactor_names},
     {TargetKind::estop, "estop", Address::word, estop_words},
@@ -86,6 +93,15 @@ constexpr PropertySpec make(Property property, TargetKind target, std::string_vi
           .meaning = meaning};
 }
 
+constexpr PropertySpec ours(PropertySpec row) {
+  row.need = ModuleNeed::ours;
+  return row;
+}
+constexpr PropertySpec needing(ModuleNeed need, PropertySpec row) {
+  row.need = need;
+  return row;
+}
+
 constexpr auto automatic = ValueKind::number_or_auto;
 constexpr auto count = ValueKind::count;
 constexpr auto automatic_count = ValueKind::count_or_auto;
@@ -106,6 +122,33 @@ constexpr std::array<PropertySpec, property_count> properties{
          "master: never more than the charge limit the vehicle is told, nothing where none has come for 3 s; nobody: "
          "its "
          "own current"),
+    make(Property::charger_mains, TargetKind::charger, "mains", on_off_words,
+         "the wall's socket, of a charger that is driven over a bus: off, it gives nothing and says nothing"),
+    make(Property::charger_post, TargetKind::charger, "post", on_off_words,
+         "a charging post in place of the socket: its mains are on while the charger is told to ask for them"),
+    make(Property::inverter_current, TargetKind::inverter, "current_A", -1000, 1000,
+         "what it wants to draw, positive out of the pack, or charge with; it takes as much of it as it is told"),
+    make(Property::inverter_obeys, TargetKind::inverter, "obeys", obeys_words,
+         "master: never more than its limits, nothing where none has come for as long as its protocol says; nobody: "
+         "ignores its limits"),
+    make(Property::inverter_silent, TargetKind::inverter, "silent", "sends no keep-alive; goes on working"),
+    make(Property::inverter_talking, TargetKind::inverter, "talking", "and sends it again"),
+    make(Property::inverter_failed, TargetKind::inverter, "failed", on_off_words,
+         "says so, where its protocol has a word for it"),
+    make(Property::second_pack_soc, TargetKind::second_pack, "soc_permille", 0, 1000,
+         "the charge its master tells, in whole percent; auto: that it does not know", automatic),
+    make(
+        Property::second_pack_voltage, TargetKind::second_pack, "voltage_mV", 0, 1e6,
+        "of its pack, in whole volts; auto: of as many cells as this pack has, of the same kind, at rest at its charge",
+        automatic),
+    make(Property::second_pack_current, TargetKind::second_pack, "current_A", -1000, 1000,
+         "what it says flows, positive out of its pack; its charge stays what the script says"),
+    make(Property::second_pack_temperature, TargetKind::second_pack, "temperature_dC", -500, 1000,
+         "of its cells, in whole degrees"),
+    make(Property::second_pack_state, TargetKind::second_pack, "state", second_pack_words,
+         "as its dialect has it; at first open"),
+    make(Property::second_pack_silent, TargetKind::second_pack, "silent", "its master sends nothing"),
+    make(Property::second_pack_talking, TargetKind::second_pack, "talking", "and sends again"),
     make(Property::load_current, TargetKind::load, "current_A", -1000, 1000,
          "demand, positive out of the pack; flows while the contactors are closed; ends a profile"),
     make(Property::load_profile, TargetKind::load, "profile", load_profile_names,
@@ -132,61 +175,67 @@ constexpr std::array<PropertySpec, property_count> properties{
          "noticed, this cell reads less and less and the next as much more"),
     make(Property::cell_stuck, TargetKind::cell, "stuck", on_off_words,
          "its channel says for ever what it said last, to the last bit"),
+    needing(ModuleNeed::foreign, make(Property::cell_out_of_range, TargetKind::cell, "out_of_range", on_off_words,
+                                      "its module says a number for it that the field must not hold")),
     make(Property::cell_balancing_switch, TargetKind::cell, "balancing_switch", switch_words,
          "of its balancing resistor, whatever its module wants; the module sees how it stands"),
     make(Property::module_silent, TargetKind::module, "silent", "sends nothing; goes on working"),
     make(Property::module_talking, TargetKind::module, "talking", "and sends again"),
-    make(Property::module_restart, TargetKind::module, "restart", "loses power for a moment"),
-    make(Property::module_crc_errors, TargetKind::module, "crc_errors", on_off_words,
-         "every transfer from its front end is damaged: voltages age, STATUS says so"),
-    make(Property::module_crc_error_rate, TargetKind::module, "crc_error_permille", 0, 1000,
-         "so many of the register groups its front end sends arrive damaged: what they would have renewed ages"),
-    make(Property::module_crc_wrong_bits, TargetKind::module, "crc_wrong_bits", 1, 64,
-         "in each damaged group; up to five are always found, of more about one in 33000 passes for good", count),
-    make(Property::module_damaged_frames, TargetKind::module, "damaged_frames", on_off_words,
-         "its frames have a wrong checksum"),
+    ours(make(Property::module_restart, TargetKind::module, "restart", "loses power for a moment")),
+    ours(make(Property::module_crc_errors, TargetKind::module, "crc_errors", on_off_words,
+              "every transfer from its front end is damaged: voltages age, STATUS says so")),
+    ours(make(Property::module_crc_error_rate, TargetKind::module, "crc_error_permille", 0, 1000,
+              "so many of the register groups its front end sends arrive damaged: what they would have renewed ages")),
+    ours(make(Property::module_crc_wrong_bits, TargetKind::module, "crc_wrong_bits", 1, 64,
+              "in each damaged group; up to five are always found, of more about one in 33000 passes for good", count)),
+    needing(ModuleNeed::protection, make(Property::module_damaged_frames, TargetKind::module, "damaged_frames",
+                                         on_off_words, "its frames have a wrong checksum")),
     make(Property::module_stuck, TargetKind::module, "stuck", on_off_words,
          "answers each POLL, for ever with the data it sent last"),
-    make(Property::module_frozen_counter, TargetKind::module, "frozen_counter", on_off_words,
-         "new data, for ever under the counter it sent last"),
+    needing(ModuleNeed::protection, make(Property::module_frozen_counter, TargetKind::module, "frozen_counter",
+                                         on_off_words, "new data, for ever under the counter it sent last")),
     make(Property::module_replay, TargetKind::module, "replay", on_off_words,
          "answers with the frames it sent last, counter and checksum included"),
     make(Property::module_omits, TargetKind::module, "omits", omitted_words, "leaves these frames out of its answers"),
     make(Property::module_delay, TargetKind::module, "delay_ms", 0, 500, "its frames leave so much later"),
     make(Property::module_sends_as_node, TargetKind::module, "sends_as_node", 1, 63,
          "its frames carry this node's identifiers; it goes on listening to its own", automatic_count),
-    make(Property::module_cell_count, TargetKind::module, "cell_count", 0, 15, "number of cells it says it has",
-         automatic_count),
-    make(Property::module_temperature_sensor_count, TargetKind::module, "temperature_sensor_count", 0, 15,
-         "number of cell temperature sensors it says it has", automatic_count),
-    make(Property::module_protocol_version, TargetKind::module, "protocol_version", 0, 255,
-         "of the protocol it says it speaks", automatic_count),
-    make(Property::module_serial_number, TargetKind::module, "serial_number", 0, 4294967295.0,
-         "says it is this one: exchanged", automatic_count),
-    make(Property::module_commands, TargetKind::module, "commands", command_words,
-         "ignored: no COMMAND reaches it, to it alone or to all; none is done, none answered"),
-    make(Property::module_self_test, TargetKind::module, "self_test", self_test_words, "of the front end"),
-    make(Property::module_board_temperature, TargetKind::module, "board_temperature_dC", -1000, 1250,
-         "all board sensors", automatic),
-    make(Property::module_external_supply, TargetKind::module, "external_supply_mV", 0, 60000,
-         "what feeds it; below 5000 it lives on its own cells"),
-    make(Property::module_converts, TargetKind::module, "converts", thermistor_curve_words,
-         "by which curve the unit itself makes temperatures of resistances; what is fitted follows, unless "
-         "thermistor_curve says otherwise"),
-    make(Property::module_thermistor_curve, TargetKind::module, "thermistor_curve", thermistor_curve_words,
-         "of the thermistors fitted, cell and board, whatever the unit takes them for"),
-    make(
+    ours(make(Property::module_cell_count, TargetKind::module, "cell_count", 0, 15, "number of cells it says it has",
+              automatic_count)),
+    ours(make(Property::module_temperature_sensor_count, TargetKind::module, "temperature_sensor_count", 0, 15,
+              "number of cell temperature sensors it says it has", automatic_count)),
+    ours(make(Property::module_protocol_version, TargetKind::module, "protocol_version", 0, 255,
+              "of the protocol it says it speaks", automatic_count)),
+    ours(make(Property::module_serial_number, TargetKind::module, "serial_number", 0, 4294967295.0,
+              "says it is this one: exchanged", automatic_count)),
+    ours(make(Property::module_commands, TargetKind::module, "commands", command_words,
+              "ignored: no COMMAND reaches it, to it alone or to all; none is done, none answered")),
+    ours(make(Property::module_self_test, TargetKind::module, "self_test", self_test_words, "of the front end")),
+    needing(ModuleNeed::errors, make(Property::module_errors, TargetKind::module, "errors", 0, 4294967295.0,
+                                     "its word for what is wrong with it, as a number; 0: nothing", count)),
+    needing(ModuleNeed::board_sensor, make(Property::module_board_temperature, TargetKind::module,
+                                           "board_temperature_dC", -1000, 1250, "all board sensors", automatic)),
+    ours(make(Property::module_external_supply, TargetKind::module, "external_supply_mV", 0, 60000,
+              "what feeds it; below 5000 it lives on its own cells")),
+    ours(make(Property::module_converts, TargetKind::module, "converts", thermistor_curve_words,
+              "by which curve the unit itself makes temperatures of resistances; what is fitted follows, unless "
+              "thermistor_curve says otherwise")),
+    ours(make(Property::module_thermistor_curve, TargetKind::module, "thermistor_curve", thermistor_curve_words,
+              "of the thermistors fitted, cell and board, whatever the unit takes them for")),
+    ours(make(
         Property::stranger_connected, TargetKind::stranger, "connected",
         "a module that is not of this pack comes to the bus with this node number, its own cells at 3.6 V; if the pack "
-        "has that node, both answer"),
-    make(Property::stranger_disconnected, TargetKind::stranger, "disconnected", "and goes again"),
+        "has that node, both answer")),
+    ours(make(Property::stranger_disconnected, TargetKind::stranger, "disconnected", "and goes again")),
     make(Property::thermistor_state, TargetKind::thermistor, "state", thermistor_words, "of a cell sensor"),
     make(Property::thermistor_stuck, TargetKind::thermistor, "stuck", on_off_words,
          "it stands still at the temperature it had, whatever its cells do"),
-    make(Property::board_thermistor_state, TargetKind::board_thermistor, "state", thermistor_words,
-         "of a sensor on the board; a unit that cannot see its board does not balance"),
-    make(Property::board_thermistor_stuck, TargetKind::board_thermistor, "stuck", on_off_words,
-         "it stands still at the temperature it had, whatever its board does"),
+    needing(ModuleNeed::board_sensor,
+            make(Property::board_thermistor_state, TargetKind::board_thermistor, "state", thermistor_words,
+                 "of a sensor on the board; a unit that cannot see its board does not balance")),
+    needing(ModuleNeed::board_sensor,
+            make(Property::board_thermistor_stuck, TargetKind::board_thermistor, "stuck", on_off_words,
+                 "it stands still at the temperature it had, whatever its board does")),
     make(Property::sensor_silent, TargetKind::sensor, "silent", "this result is no longer sent"),
     make(Property::sensor_talking, TargetKind::sensor, "talking", "and is sent again"),
     make(Property::sensor_offset_current, TargetKind::sensor, "offset_mA", -1e6, 1e6, "error of the measurement",
@@ -204,6 +253,18 @@ constexpr std::array<PropertySpec, property_count> properties{
     make(Property::sensor_inverted, TargetKind::sensor, "inverted", on_off_words, "connected the wrong way round",
          "current current_2"),
     make(Property::sensor_error, TargetKind::sensor, "error", on_off_words, "its measurement-error flag"),
+    make(Property::sensor_unit_restart, TargetKind::sensor_unit, "restart",
+         "the sensor that can be configured (`sensor/protocol`) loses power for a moment: 0.1 s of silence, then it "
+         "says "
+         "that it is alive and goes on with what it has stored"),
+    make(Property::sensor_unit_answers, TargetKind::sensor_unit, "answers", on_off_words,
+         "to commands; off, it obeys all the same"),
+    make(Property::sensor_unit_byte_order, TargetKind::sensor_unit, "byte_order", byte_order_words,
+         "somebody gives its results this one, and stores it"),
+    make(Property::sensor_unit_sign, TargetKind::sensor_unit, "current_sign", sign_words,
+         "the same with the sign of its current"),
+    make(Property::sensor_unit_period, TargetKind::sensor_unit, "current_period_ms", 1, 1000,
+         "the same with the period of its current", count),
     make(Property::pdu_silent, TargetKind::pdu, "silent", "sends nothing; still obeys"),
     make(Property::pdu_talking, TargetKind::pdu, "talking", "and sends again"),
     make(Property::pdu_damaged_frames, TargetKind::pdu, "damaged_frames", on_off_words,
@@ -229,6 +290,8 @@ constexpr std::array<PropertySpec, property_count> properties{
          "of its signal, whatever it measures; 0 and 1000: no pulses, low and high", automatic),
     make(Property::insulation_wire, TargetKind::insulation, "wire", signal_wire_words,
          "of its signal; open: low, shorted: to supply, high"),
+    make(Property::insulation_self_test, TargetKind::insulation, "self_test", self_test_state_words,
+         "of a monitor on a bus (`insulation/protocol`); running, it tells no value"),
     make(Property::link_capacitance, TargetKind::link, "capacitance_uF", 1, 1e6, "behind the contactors"),
     make(Property::link_bleed, TargetKind::link, "bleed_Ohm", 0.1, 1e9,
          "what discharges the link; small: a short or load that spoils the precharge"),
@@ -257,6 +320,17 @@ std::span<const TargetSpec> target_table() {
 }
 std::span<const PropertySpec> property_table() {
   return properties;
+}
+std::string_view to_text(ModuleNeed need) {
+  switch (need) {
+    case ModuleNeed::any: break;
+    case ModuleNeed::ours: return "only our own modules";
+    case ModuleNeed::foreign: return "only modules of other makers";
+    case ModuleNeed::protection: return "only modules whose frames have a checksum";
+    case ModuleNeed::board_sensor: return "only modules with a sensor on their board";
+    case ModuleNeed::errors: return "only modules of other makers that tell errors";
+  }
+  return "any modules";
 }
 const PropertySpec& spec_of(Property property) {
   return properties[static_cast<std::size_t>(property)];
@@ -296,6 +370,10 @@ std::string value_form(const PropertySpec& property) {
   return "";
 }
 
+std::string need_form(ModuleNeed need) {
+  return need == ModuleNeed::any ? "" : "; " + std::string(to_text(need));
+}
+
 }  // namespace
 
 std::string property_table_markdown() {
@@ -303,7 +381,7 @@ std::string property_table_markdown() {
   for (const PropertySpec& property : properties) {
     const TargetSpec& target = targets[static_cast<std::size_t>(property.target)];
     text += "| `" + target_form(target, property.only_for) + "` | `" + std::string(property.name) + "` | " +
-            value_form(property) + " | " + std::string(property.meaning) + " |\n";
+            value_form(property) + " | " + std::string(property.meaning) + need_form(property.need) + " |\n";
   }
   return text;
 }

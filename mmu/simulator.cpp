@@ -49,39 +49,62 @@ const Catalogue& catalogue_of(const SimulatorConfig& config) {
 
 Simulator::Simulator(const SimulatorConfig& config, Scenario scenario, TimePoint started_at)
     : world_(config, started_at),
-      player_(std::move(scenario), config.seed, started_at, catalogue_of(config)),
+      player_(meant_for(config, std::move(scenario)), config.seed, started_at, catalogue_of(config)),
       random_(config.seed),
       now_(started_at),
+      foreign_(config.foreign),
       pdu_(started_at),
       sensor_(config.sensor, started_at),
-      second_sensor_(config.sensor, started_at, SensorUnit::second) {
-  mmus_.reserve(config.modules.size());
-  for (const MmuConfig& module : config.modules) mmus_.emplace_back(module, started_at);
-  wires_.resize(config.modules.size());
+      second_sensor_(config.sensor, started_at, SensorPlace::second),
+      sees_second_pack_(config.second_pack.base_id != config.report_base_id) {
+  const std::size_t modules = config.modules.size();
+  mmus_.reserve(modules);
+  can_modules_.reserve(modules);
+  for (const MmuConfig& module : config.modules) {
+    if (foreign_.driver == nullptr) {
+      mmus_.emplace_back(module, started_at);
+    } else {
+      can_modules_.emplace_back(foreign_, module.node, can_modules_.size(), started_at);
+    }
+  }
+  wires_.resize(mmus_.size());
   strangers_.resize(internal_bus::node_count_max + 1U);
   sent_.reserve(4096);
+  sent_by_inverter_.reserve(64);
+  sent_by_second_pack_.reserve(64);
 }
 
 void Simulator::observe(const CanFrame& frame, TimePoint now) {
   ++frames_observed_;
   pdu_.observe(frame, now);
+  world_.sensor_unit.observe(frame, now);
   for (std::size_t module = 0; module < mmus_.size(); ++module) {
     const bool is_deaf = world_.module_senses[module].ignores_commands && is_command(frame);
     if (!is_deaf) mmus_[module].observe(frame, now);
   }
+  for (CanModule& module : can_modules_) module.observe(frame, now);
   for (std::optional<Mmu>& stranger : strangers_) {
     if (stranger) stranger->observe(frame, now);
   }
-  observe_elsewhere(frame, now);
+  hear(frame, now);
 }
 
 void Simulator::observe_elsewhere(const CanFrame& frame, TimePoint now) {
+  world_.inverter.observe(frame, now);
+  hear(frame, now);
+}
+
+/// What listens on whatever bus.
+void Simulator::hear(const CanFrame& frame, TimePoint now) {
   world_.charger.observe(frame, now);
+  world_.can_chargers.observe(frame, now);
   player_.see(frame, now);
 }
 
 std::span<const SentFrame> Simulator::advance(TimePoint now) {
   sent_.clear();
+  sent_by_inverter_.clear();
+  sent_by_second_pack_.clear();
   player_.forget_news();
   while (now_ + Plant::step_length <= now) step();
   frames_sent_ += sent_.size();
@@ -94,16 +117,21 @@ void Simulator::step() {
   world_.step(now_);
   const std::size_t first = sent_.size();
   tick_pdu();
-  tick_modules();
+  tick_mmus();
+  tick_can_modules();
   tick_strangers();
   tick_sensors();
+  tick_foreign_sensors();
+  tick_chargers();
+  tick_inverter();
+  tick_second_pack();
   sort_by_identifier(std::span(sent_).subspan(first));
   if (sent_.size() > first) wake_sleepers(sent_[first].frame);
   for (const SentFrame& sent : std::span(sent_).subspan(first)) player_.see(sent.frame, now_);
   player_.look(now_, world_);
 }
 
-void Simulator::tick_modules() {
+void Simulator::tick_mmus() {
   for (std::size_t module = 0; module < mmus_.size(); ++module) {
     Mmu& mmu = mmus_[module];
     ModuleSense& sense = world_.module_senses[module];
@@ -111,13 +139,30 @@ void Simulator::tick_modules() {
     mmu.set_thermistor_curve(world_.modules[module].thermistor_curve);
     const MmuFrames frames = mmu.tick(now_, world_.measure_module(module, mmu.wants(now_)));
     world_.module_modes[module] = mmu.mode();
-    const CellMask switches = world_.switches_on(module, mmu.balancing_cells());
-    world_.plant.set_balancing(module, world_.bled_cells(module, switches));
-    sense.wire.balancing_cells = world_.has_switch_fault(module) ? std::optional(switches) : std::nullopt;
+    set_switches(module, mmu.balancing_cells());
     ModuleWire& wire = wires_[module];
     wire.push(frames, sense.wire, now_);
     while (const std::optional<CanFrame> frame = wire.pop(now_)) send(*frame);
   }
+}
+
+void Simulator::tick_can_modules() {
+  for (std::size_t module = 0; module < can_modules_.size(); ++module) {
+    CanModule& unit = can_modules_[module];
+    if (unit.is_sample_due(now_)) unit.sample(world_.measure_foreign(module), now_);
+    set_switches(module, unit.bleeding_cells());
+    unit.tick(world_.module_senses[module].wire, now_);
+    world_.module_modes[module] = unit.mode();
+    while (const std::optional<CanFrame> frame = unit.pop(now_)) send(*frame);
+  }
+}
+
+/// What the module wants of its switches, what they do, and what it sees of that.
+void Simulator::set_switches(std::size_t module, CellMask wanted) {
+  const CellMask switches = world_.switches_on(module, wanted);
+  world_.plant.set_balancing(module, world_.bled_cells(module, switches));
+  world_.module_senses[module].wire.balancing_cells =
+      world_.has_switch_fault(module) ? std::optional(switches) : std::nullopt;
 }
 
 /// Powered when it is connected. On a node of the pack both answer.
@@ -156,18 +201,80 @@ void Simulator::tick_pdu() {
   }
 }
 
+/// Its results are as it is configured now.
+void Simulator::tick_sensor_unit() {
+  SensorUnit& unit = world_.sensor_unit;
+  if (!unit.is_there()) return;
+  if (const std::optional<CanFrame> answer = unit.tick(now_)) send(*answer);
+  for (std::size_t index = 0; index < sensor_channel_count; ++index) {
+    const auto channel = static_cast<SensorChannel>(index);
+    const SensorSetting& setting = unit.setting(set_up_channel(channel));
+    const bool is_sent = unit.is_running() && setting.trigger == SensorTrigger::cyclic;
+    const Duration period = is_sent ? std::chrono::milliseconds{setting.period_ms} : Duration{};
+    sensor_.configure(channel, setting.is_little_endian, setting.is_inverted, period, now_);
+  }
+}
+
 void Simulator::tick_sensors() {
-  for (const CanFrame& frame : sensor_.tick(now_, world_.measure_sensor())) {
-    if (const std::optional<ScriptedResult> result = scripted_result(frame.id)) {
+  tick_sensor_unit();
+  const bool is_first_elsewhere = world_.first_current.is_there();
+  SensorMeasurements measured = world_.measure_sensor();
+  if (is_first_elsewhere) {
+    const SensorMeasurements second = world_.measure_second_sensor();
+    measured.current_mA = second.current_mA;
+    measured.has_error[0] = second.has_error[0];
+  }
+  for (const CanFrame& frame : sensor_.tick(now_, measured)) {
+    std::optional<ScriptedResult> result = scripted_result(frame.id);
+    const bool is_current = result == ScriptedResult::current;
+    if (is_current && is_first_elsewhere && !world_.has_second_sensor) continue;
+    if (is_current && is_first_elsewhere) result = ScriptedResult::current_2;
+    if (result) {
       send_result(frame, *result);
     } else {
       send(frame);
     }
   }
-  if (!world_.has_second_sensor) return;
+  const bool has_own_second = !is_first_elsewhere && !world_.second_current.is_there();
+  if (!world_.has_second_sensor || !has_own_second) return;
   for (const CanFrame& frame : second_sensor_.tick(now_, world_.measure_second_sensor())) {
     send_result(frame, ScriptedResult::current_2);
   }
+}
+
+void Simulator::tick_foreign_sensors() {
+  const auto tick = [this](ForeignSensor& sensor, const SensorMeasurements& measured, ScriptedResult result) {
+    const SensorSense& sense = world_.sense_of(result);
+    const std::optional<CanFrame> frame = sensor.tick(now_, measured, sense.is_stuck);
+    if (frame && !sense.is_silent) send(*frame);
+  };
+  if (world_.first_current.is_there()) tick(world_.first_current, world_.measure_sensor(), ScriptedResult::current);
+  if (world_.second_current.is_there()) {
+    tick(world_.second_current, world_.measure_second_sensor(), ScriptedResult::current_2);
+  }
+  if (const auto report = world_.can_insulation.tick(now_, world_.insulation.resistance_kOhm)) send(*report);
+}
+
+/// Unplugged they may have mains all the same, and talk.
+void Simulator::tick_chargers() {
+  const Plant& plant = world_.plant;
+  for (const CanFrame& frame : world_.can_chargers.report(now_, plant.link_V(), plant.charger_A())) send(frame);
+}
+
+/// Its identifiers are those of the modules' answers: it is on no bus of theirs.
+void Simulator::tick_inverter() {
+  for (const CanFrame& frame : world_.inverter.words(now_, world_.plant.link_V())) {
+    sent_by_inverter_.push_back({now_, frame});
+    player_.see(frame, now_);
+  }
+}
+
+/// On a bus of its own its identifiers may be those of the master's messages: then a condition means the master's.
+void Simulator::tick_second_pack() {
+  const std::optional<CanFrame> frame = world_.second_pack.tick(now_, world_.second_pack_rest_mV());
+  if (!frame) return;
+  sent_by_second_pack_.push_back({now_, *frame});
+  if (sees_second_pack_) player_.see(*frame, now_);
 }
 
 /// A stuck result keeps its value to the last bit; flags and counter go on.
@@ -193,9 +300,8 @@ Result<void, ScenarioProblem> Simulator::apply(std::string_view text) {
   Result<ScenarioEvent, ScenarioProblem> event = parse_event(text);
   if (!event) return failure(event.error());
   const ScenarioLine line{.line = 1, .column = 1, .event = std::move(*event), .text = std::string(text)};
-  SimulatorConfig pack;
-  pack.modules = world_.modules;
-  pack.sensor.has_second = world_.has_second_sensor;
+  SimulatorConfig pack = world_.described();
+  pack.foreign = foreign_;
   const ScenarioProblems problems = check_against(Scenario{{line}}, pack);
   if (!problems.empty()) return failure(problems.front());
   ScenarioEvent drawn = line.event;
@@ -213,6 +319,7 @@ SimulatorCounts Simulator::counts() const {
     counts.polls_answered += mmu.counts().polls_answered;
     counts.answers_cut_short += mmu.counts().answers_cut_short;
   }
+  for (const CanModule& module : can_modules_) counts.polls_answered += module.answers_given();
   return counts;
 }
 
@@ -241,16 +348,25 @@ CellPhysics physics_of(const CellModel& model) {
   return physics;
 }
 
+std::uint8_t board_sensors_of(const ModuleDriver* driver) {
+  if (driver == nullptr) return MmuConfig{}.board_sensor_count;
+  return driver->has_board_temperature ? 1 : 0;
+}
+
 }  // namespace
 
 SimulatorConfig simulator_config(const CoreConfig& pack) {
   constexpr std::uint32_t serial_base = 1000;
   SimulatorConfig config;
   config.plant.cell = physics_of(pack.cell);
+  config.foreign.driver = pack.foreign.driver;
+  config.foreign.options = pack.foreign.options;
+  const std::uint8_t board_sensors = board_sensors_of(pack.foreign.driver);
   for (const ModuleConfig& module : pack.modules) {
     config.modules.push_back({.node = module.node,
                               .cell_count = module.cell_count,
                               .temperature_sensor_count = module.temperature_sensor_count,
+                              .board_sensor_count = board_sensors,
                               .serial_number = serial_base + module.node});
     config.plant.cells_of_module.push_back(module.cell_count);
   }
@@ -258,61 +374,18 @@ SimulatorConfig simulator_config(const CoreConfig& pack) {
   config.sensor.invert_current = pack.sensor.invert_current;
   config.sensor.has_second = pack.sensor.has_second_current;
   config.report_base_id = pack.vehicle.base_id;
+  config.charger = pack.charger.driver;
+  config.charger_units = pack.charger.unit_count;
+  config.inverter = pack.inverter.driver;
+  config.second_pack = pack.second_pack;
+  config.sensor_set_up = pack.sensor.set_up;
+  config.first_current = pack.sensor.first;
+  config.second_current = pack.sensor.second;
+  config.is_second_reversed = pack.sensor.is_second_reversed;
+  config.insulation = pack.insulation.driver;
   config.plant.balancing_resistance_Ohm = pack.balancing.bleed_resistance_Ohm;
   config.plant.has_charge_contactor = pack.contactors.has_charge_contactor;
   return config;
-}
-
-namespace {
-
-/// What the line names; null for lines that name nothing of the pack.
-struct Named {
-  TargetKind target{};
-  ScenarioPlace place{};
-};
-std::optional<Named> named_by(const ScenarioLine& line) {
-  if (line.verb == ScenarioVerb::event) return Named{spec_of(line.event.property).target, line.event.place};
-  if (line.condition.state != nullptr) return Named{line.condition.state->target, line.condition.place};
-  return std::nullopt;
-}
-
-/// Empty if the pack has it, else what would have been right.
-std::string wanted_instead(const Named& named, const SimulatorConfig& config) {
-  const ScenarioPlace place = named.place;
-  const bool is_second_sensor =
-      named.target == TargetKind::sensor && place.index == static_cast<std::uint8_t>(ScriptedResult::current_2);
-  if (is_second_sensor && !config.sensor.has_second) {
-    return "a sensor this pack has: it has no second current sensor";
-  }
-  if (place.node == 0 || named.target == TargetKind::stranger) return "";
-  const auto module = std::find_if(config.modules.begin(), config.modules.end(),
-                                   [place](const MmuConfig& one) { return one.node == place.node; });
-  if (module == config.modules.end()) {
-    return "a module this pack has: it has no node " + std::to_string(place.node);
-  }
-  if (named.target == TargetKind::cell && place.index >= module->cell_count) {
-    return "cell 1 to " + std::to_string(module->cell_count) + " of that module";
-  }
-  if (named.target == TargetKind::thermistor && place.index >= module->temperature_sensor_count) {
-    return "sensor 1 to " + std::to_string(module->temperature_sensor_count) + " of that module";
-  }
-  if (named.target == TargetKind::board_thermistor && place.index >= module->board_sensor_count) {
-    return "sensor 1 to " + std::to_string(module->board_sensor_count) + " on that module's board";
-  }
-  return "";
-}
-
-}  // namespace
-
-ScenarioProblems check_against(const Scenario& scenario, const SimulatorConfig& config) {
-  ScenarioProblems problems;
-  for (const ScenarioLine& line : scenario.lines) {
-    const std::optional<Named> named = named_by(line);
-    if (!named) continue;
-    std::string wanted = wanted_instead(*named, config);
-    if (!wanted.empty()) problems.push_back({line.line, line.column, "'" + line.text + "'", std::move(wanted)});
-  }
-  return problems;
 }
 
 }  // namespace bmu

@@ -1,5 +1,5 @@
-// The master's partners on the internal bus, living in the caller's time: module units, current sensor and power
-// distribution unit, with the pack they measure and switch, and a script for it all.
+// The master's partners on the internal bus, living in the caller's time: module units (ours, or another maker's),
+// current sensor and power distribution unit, with the pack they measure and switch, and a script for it all.
 //
 //   Simulator simulator(simulator_config(pack.core), *parse_scenario(text), start);
 //   simulator.observe(frame, now);                         a frame of the master, at its time
@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "daemon/core/core_config.hpp"
+#include "mmu/scenario_check.hpp"
 #include "mmu/scenario_player.hpp"
 #include "mmu/world.hpp"
 
@@ -36,7 +37,7 @@ struct SentFrame {
 struct SimulatorCounts {
   std::uint64_t frames_observed = 0;
   std::uint64_t frames_sent = 0;
-  std::uint64_t polls_answered = 0;  // by all modules together
+  std::uint64_t polls_answered = 0;  // by all modules together; by another maker's: questions
   std::uint64_t answers_cut_short = 0;
   std::uint64_t contactor_commands = 0;
   std::uint64_t contactor_timeouts = 0;
@@ -52,6 +53,10 @@ class Simulator {
   void observe_elsewhere(const CanFrame& frame, TimePoint now);
   /// Runs up to `now`. What is returned, and the script's news, holds until the next call.
   std::span<const SentFrame> advance(TimePoint now);
+  /// What the inverter has said in it, on its own bus.
+  [[nodiscard]] std::span<const SentFrame> sent_by_inverter() const { return sent_by_inverter_; }
+  /// And the master of the second pack, on the vehicle's bus or one of its own.
+  [[nodiscard]] std::span<const SentFrame> sent_by_second_pack() const { return sent_by_second_pack_; }
 
   /// One event of the script language without its time, now. A problem changes nothing.
   Result<void, ScenarioProblem> apply(std::string_view event);
@@ -63,17 +68,27 @@ class Simulator {
   [[nodiscard]] const World& world() const { return world_; }
   [[nodiscard]] World& world() { return world_; }
   [[nodiscard]] const Plant& plant() const { return world_.plant; }
+  /// Where the modules are ours; else the next.
   [[nodiscard]] const Mmu& mmu(std::size_t module) const { return mmus_[module]; }
+  [[nodiscard]] const CanModule& can_module(std::size_t module) const { return can_modules_[module]; }
   [[nodiscard]] const Pdu& pdu() const { return pdu_; }
   [[nodiscard]] SimulatorCounts counts() const;
 
  private:
   void step();
-  void tick_modules();
+  void tick_mmus();
+  void tick_can_modules();
+  void set_switches(std::size_t module, CellMask wanted);
   void tick_strangers();
   void wake_sleepers(const CanFrame& frame);
   void tick_pdu();
   void tick_sensors();
+  void tick_sensor_unit();
+  void tick_foreign_sensors();
+  void tick_chargers();
+  void tick_inverter();
+  void tick_second_pack();
+  void hear(const CanFrame& frame, TimePoint now);
   void send_result(const CanFrame& frame, ScriptedResult result);
   void send(const CanFrame& frame);
 
@@ -82,22 +97,24 @@ class Simulator {
   RandomSource random_;  // for events that are applied at once
   TimePoint now_;
   std::vector<Mmu> mmus_;
-  std::vector<ModuleWire> wires_;
+  std::vector<ModuleWire> wires_;  // of these
+  CanModuleConfig foreign_;
+  std::vector<CanModule> can_modules_;
   std::vector<std::optional<Mmu>> strangers_;  // by node
   Pdu pdu_;
   CurrentSensor sensor_;
   CurrentSensor second_sensor_;
   std::array<FrameBytes, scripted_results> last_results_{};
   std::vector<SentFrame> sent_;
+  std::vector<SentFrame> sent_by_inverter_;
+  std::vector<SentFrame> sent_by_second_pack_;
+  bool sees_second_pack_;  // the script's conditions do
   std::uint64_t frames_observed_ = 0;
   std::uint64_t frames_sent_ = 0;
 };
 
 /// The emulated counterpart of a pack: its modules (serial numbers 1000 + node), its kind of cell, its sensor's byte
-/// order and sign. No noise, no charge contactor and no second current sensor; the caller sets them.
+/// order and sign; or those of another maker, as the pack has them. No noise; the caller sets it.
 [[nodiscard]] SimulatorConfig simulator_config(const CoreConfig& pack);
-
-/// What in a script does not exist in this pack.
-[[nodiscard]] ScenarioProblems check_against(const Scenario& scenario, const SimulatorConfig& config);
 
 }  // namespace bmu

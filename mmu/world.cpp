@@ -28,8 +28,28 @@ double read_Ohm(ThermistorSense& sense, double measured_Ohm) {
   return *sense.held_Ohm;
 }
 
+/// As a module tells it that reads its thermistors itself.
+SignalValue read_dC(ThermistorCurve curve, double resistance_Ohm) {
+  if (std::isinf(resistance_Ohm)) return not_known(Validity::open_circuit);
+  if (resistance_Ohm <= 0.0) return not_known(Validity::short_circuit);
+  return known(std::lround(thermistor_C(curve, resistance_Ohm) * kelvin_to_tenths));
+}
+
 double full_pack_V(const Plant& plant) {
   return plant.config().cell.voltage_max_V * static_cast<double>(plant.cell_count());
+}
+
+/// As delivered and set up for the pack: what it sends it sends by itself.
+SensorUnit::Settings settings_of(const CurrentSensorConfig& config) {
+  SensorUnit::Settings settings{};
+  for (std::size_t index = 0; index < sensor_channel_count; ++index) {
+    const bool is_sent = config.periods[index] > Duration::zero();
+    settings[set_up_channel(static_cast<SensorChannel>(index))] = {
+        .trigger = is_sent ? SensorTrigger::cyclic : SensorTrigger::off,
+        .is_little_endian = config.little_endian,
+        .period_ms = static_cast<std::int32_t>(to_ms(config.periods[index]))};
+  }
+  return settings;
 }
 
 }  // namespace
@@ -41,11 +61,20 @@ World::World(const SimulatorConfig& config, TimePoint started_at)
       module_senses(config.modules.size()),
       module_modes(config.modules.size(), UnitMode::starting),
       has_second_sensor(config.sensor.has_second),
+      sensor_unit(config.sensor_set_up, settings_of(config.sensor)),
+      first_current(config.first_current, started_at),
+      second_current(config.second_current, started_at),
+      is_second_reversed(config.is_second_reversed),
       insulation(started_at, full_pack_V(plant) * insulation_kOhm_per_V),
+      can_insulation(config.insulation, full_pack_V(plant) * insulation_kOhm_per_V, started_at),
       charger(config.report_base_id),
+      can_chargers(config.charger, config.charger_units, started_at),
+      inverter(config.inverter, started_at),
+      second_pack(config.second_pack, plant.cell_count(), started_at),
       now(started_at),
       random_(config.seed),
       damage_random_(~config.seed),
+      bled_reads_low_mV_(config.foreign.driver != nullptr ? config.foreign.bled_reads_low_uV * 1e-3 : 0.0),
       cell_noise_uV_(config.cell_noise_uV),
       current_noise_mA_(config.current_noise_mA) {
   for (std::size_t module = 0; module < modules.size(); ++module) {
@@ -58,7 +87,8 @@ World::World(const SimulatorConfig& config, TimePoint started_at)
 void World::step(TimePoint time) {
   now = time;
   step_ramps();
-  plant.set_load_A(profile == LoadProfile::none ? load_A : load_at(profile, now - profile_began_at));
+  const double consumed_A = profile == LoadProfile::none ? load_A : load_at(profile, now - profile_began_at);
+  plant.set_load_A(consumed_A + inverter.step(now, plant.link_V()));
   step_charger();
   plant.step();
   insulation.step(now);
@@ -66,7 +96,10 @@ void World::step(TimePoint time) {
 
 void World::step_charger() {
   double wanted_A = inputs.charger_connected ? charger_A : 0.0;
-  if (const std::optional<double> limit_A = charger.limit_A(now); limit_A && obeys_master && !is_charger_runaway) {
+  const bool obeys = obeys_master && !is_charger_runaway;
+  if (can_chargers.is_there()) {
+    wanted_A = can_chargers.step(now, wanted_A, plant.link_V(), obeys, !is_charger_unstoppable);
+  } else if (const std::optional<double> limit_A = charger.limit_A(now); limit_A && obeys) {
     wanted_A = std::min(wanted_A, *limit_A);
   }
   charger_delivered_A_ = is_charger_unstoppable ? std::max(wanted_A, charger_delivered_A_) : wanted_A;
@@ -113,12 +146,33 @@ void World::measure_cells(std::size_t module, FrontEndInputs& chip) {
   for (std::size_t cell = 0; cell < modules[module].cell_count; ++cell) {
     const double wire_above_mV = drift_mV(first + cell);
     module_mV += sensed_mV(first + cell);
-    chip.cell_voltage_uV[cell] = measure_cell_uV(first + cell, wire_below_mV - wire_above_mV);
+    const double shifted_mV = wire_below_mV - wire_above_mV - bled_drop_mV(first + cell);
+    chip.cell_voltage_uV[cell] = measure_cell_uV(first + cell, shifted_mV);
     wire_below_mV = wire_above_mV;
     const bool is_wire_open = cell_senses[first + cell].wire == SenseWire::open;
     if (is_wire_open) chip.open_wires = static_cast<CellMask>(chip.open_wires | cell_bit(cell));
   }
   chip.module_mV = rounded(module_mV);
+}
+
+/// A wire that is known to be off takes the voltage of the cells on both sides.
+ModuleMeasurements World::measure_foreign(std::size_t module) {
+  const ModuleSense& sense = module_senses[module];
+  FrontEndInputs chip;
+  measure_cells(module, chip);
+  ModuleMeasurements measured{.stack_voltage_mV = chip.module_mV, .errors = sense.errors};
+  const std::size_t first = plant.first_cell(module);
+  const unsigned unread = unsigned{chip.open_wires} | (unsigned{chip.open_wires} << 1U);
+  for (std::size_t cell = 0; cell < modules[module].cell_count; ++cell) {
+    const bool is_read = !has_cell(static_cast<CellMask>(unread), cell) && !cell_senses[first + cell].is_out_of_range;
+    measured.cell_voltage_uV[cell] = is_read ? known(chip.cell_voltage_uV[cell]) : not_known(Validity::out_of_range);
+  }
+  const ThermistorCurve curve = fitted_curve(module);
+  for (std::size_t sensor = 0; sensor < modules[module].temperature_sensor_count; ++sensor) {
+    measured.cell_temperature_dC[sensor] = read_dC(curve, cell_sensor_Ohm(module, sensor));
+  }
+  measured.board_temperature_dC = read_dC(curve, board_sensor_Ohm(module, 0));
+  return measured;
 }
 
 /// Of everything that comes over, so many groups in a thousand arrive with so many wrong bits.
@@ -162,10 +216,15 @@ double World::drift_mV(std::size_t cell) const {
   return sensed_mV(cell) * -std::expm1(-to_s(now - channel.opened_at) / open_wire_time_constant_s);
 }
 
-std::int32_t World::measure_cell_uV(std::size_t cell, double drifted_mV) {
+/// What the current of its resistor leaves on the wires.
+double World::bled_drop_mV(std::size_t cell) const {
+  return plant.cell(cell).balancing_siemens > 0.0 ? bled_reads_low_mV_ : 0.0;
+}
+
+std::int32_t World::measure_cell_uV(std::size_t cell, double shifted_mV) {
   CellSense& channel = cell_senses[cell];
   double read_mV = sensed_mV(cell);
-  if (drifted_mV != 0.0) read_mV = std::clamp(read_mV + drifted_mV, 0.0, front_end_max_mV);
+  if (shifted_mV != 0.0) read_mV = std::clamp(read_mV + shifted_mV, 0.0, front_end_max_mV);
   const std::int32_t measured_uV = rounded((read_mV + channel.offset_mV) * 1e3) + random_.within(cell_noise_uV_);
   if (!channel.is_stuck) channel.last_uV = measured_uV;
   return channel.last_uV;
@@ -184,17 +243,28 @@ double World::felt_by_C(std::size_t module, std::size_t sensor) const {
   return warmest_C;
 }
 
-void World::measure_thermistors(std::size_t module, FrontEndInputs& chip) {
+ThermistorCurve World::fitted_curve(std::size_t module) const {
+  return module_senses[module].thermistor_curve.value_or(modules[module].thermistor_curve);
+}
+
+double World::cell_sensor_Ohm(std::size_t module, std::size_t sensor) {
+  const double felt_Ohm = thermistor_Ohm(fitted_curve(module), felt_by_C(module, sensor));
+  return read_Ohm(module_senses[module].thermistors[sensor], felt_Ohm);
+}
+
+double World::board_sensor_Ohm(std::size_t module, std::size_t sensor) {
   ModuleSense& sense = module_senses[module];
-  const ThermistorCurve curve = sense.thermistor_curve.value_or(modules[module].thermistor_curve);
-  for (std::size_t sensor = 0; sensor < modules[module].temperature_sensor_count; ++sensor) {
-    chip.cell_sensor_Ohm[sensor] =
-        read_Ohm(sense.thermistors[sensor], thermistor_Ohm(curve, felt_by_C(module, sensor)));
-  }
   const double board_dC = sense.board_temperature_dC.value_or(plant.board_C(module) * kelvin_to_tenths);
+  return read_Ohm(sense.board_thermistors[sensor], thermistor_Ohm(fitted_curve(module), board_dC / kelvin_to_tenths));
+}
+
+void World::measure_thermistors(std::size_t module, FrontEndInputs& chip) {
+  const std::size_t cell_sensors = modules[module].temperature_sensor_count;
+  for (std::size_t sensor = 0; sensor < cell_sensors; ++sensor) {
+    chip.cell_sensor_Ohm[sensor] = cell_sensor_Ohm(module, sensor);
+  }
   for (std::size_t sensor = 0; sensor < mmu_board_temperatures; ++sensor) {
-    chip.board_sensor_Ohm[sensor] =
-        read_Ohm(sense.board_thermistors[sensor], thermistor_Ohm(curve, board_dC / kelvin_to_tenths));
+    chip.board_sensor_Ohm[sensor] = board_sensor_Ohm(module, sensor);
   }
 }
 
@@ -226,10 +296,28 @@ SensorMeasurements World::measure_sensor() {
   return measured;
 }
 
+SimulatorConfig World::described() const {
+  SimulatorConfig config;
+  config.modules = modules;
+  config.sensor.has_second = has_second_sensor;
+  config.sensor_set_up = sensor_unit.driver();
+  config.charger = can_chargers.driver();
+  config.inverter = inverter.driver();
+  config.insulation = can_insulation.driver();
+  config.second_pack = second_pack.config();
+  return config;
+}
+
+double World::second_pack_rest_mV() const {
+  return plant.ocv_V(second_pack.soc_permille / 1e3) * 1e3 * static_cast<double>(second_pack.cell_count());
+}
+
 SensorMeasurements World::measure_second_sensor() {
   using enum ScriptedResult;
   SensorMeasurements measured;
-  measured.current_mA = sense_result(current_2, plant.current_A() * 1e3 + random_.within(current_noise_mA_));
+  const double direction = is_second_reversed ? -1.0 : 1.0;
+  measured.current_mA =
+      sense_result(current_2, direction * plant.current_A() * 1e3 + random_.within(current_noise_mA_));
   measured.has_error[static_cast<std::size_t>(SensorChannel::current)] = sense_of(current_2).has_error;
   return measured;
 }

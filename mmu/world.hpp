@@ -9,8 +9,15 @@
 #include <optional>
 #include <vector>
 
+#include "daemon/core/core_config.hpp"
+#include "mmu/can_charger.hpp"
+#include "mmu/can_insulation.hpp"
+#include "mmu/can_inverter.hpp"
+#include "mmu/can_module.hpp"
+#include "mmu/can_second_pack.hpp"
 #include "mmu/charger.hpp"
 #include "mmu/current_sensor.hpp"
+#include "mmu/foreign_sensor.hpp"
 #include "mmu/insulation_unit.hpp"
 #include "mmu/load_profile.hpp"
 #include "mmu/mmu.hpp"
@@ -19,14 +26,25 @@
 #include "mmu/plant.hpp"
 #include "mmu/random.hpp"
 #include "mmu/scenario.hpp"
+#include "mmu/sensor_unit.hpp"
 
 namespace bmu {
 
 struct SimulatorConfig {
   std::vector<MmuConfig> modules;  // in the order of their cells in the pack
+  CanModuleConfig foreign;         // with a driver: the modules are another maker's
   PlantConfig plant;               // its cells_of_module as in `modules`
   CurrentSensorConfig sensor;
   std::uint16_t report_base_id = vehicle_bus::default_base_id;  // where the charger hears the master
+  const ChargerDriver* charger = nullptr;                       // or the language in which it is driven
+  std::uint8_t charger_units = 1;
+  const InverterDriver* inverter = nullptr;             // what an inverter understands; null: there is none
+  SecondPackConfig second_pack;                         // how the master of a pack beside this one tells of it, if any
+  const SensorSetUpDriver* sensor_set_up = nullptr;     // how the sensor is configured; null: it cannot be
+  const CurrentSensorDriver* first_current = nullptr;   // who tells the first current instead; null: the sensor
+  const CurrentSensorDriver* second_current = nullptr;  // and the second
+  bool is_second_reversed = false;
+  const InsulationDriver* insulation = nullptr;  // a monitor on a bus; null: an IR155 at the unit
   std::uint64_t seed = 1;
   std::int32_t cell_noise_uV = 0;  // of every sample, even over plus and minus this
   std::int32_t current_noise_mA = 0;
@@ -45,6 +63,7 @@ struct CellSense {
   SenseWire wire = SenseWire::closed;
   TimePoint opened_at{};
   bool is_stuck = false;
+  bool is_out_of_range = false;  // a module of another maker says a number the field must not hold
   std::int32_t last_uV = 0;
   BalancingSwitch balancing_switch = BalancingSwitch::automatic;
 };
@@ -67,7 +86,8 @@ struct ModuleSense {
   bool is_restart_wanted = false;  // taken by the simulator
   std::optional<double> board_temperature_dC;
   bool ignores_commands = false;
-  std::array<ThermistorSense, mmu_cell_temperatures> thermistors{};
+  std::uint32_t errors = 0;  // the word of a module that tells errors
+  std::array<ThermistorSense, cell_sensors_max> thermistors{};
   std::array<ThermistorSense, mmu_board_temperatures> board_thermistors{};
 };
 
@@ -96,14 +116,20 @@ struct World {
 
   /// Does what the event says, now or, for a ramp, from now on. `event` names a module and cell this pack has.
   void apply(const ScenarioEvent& event, TimePoint now);
+  /// The configuration as far as scripts are held against it.
+  [[nodiscard]] SimulatorConfig described() const;
   /// One millisecond, ending at `now`.
   void step(TimePoint now);
 
   /// What the module's front end sends, damage included.
   [[nodiscard]] FrontEndTransfer measure_module(std::size_t module, TransferWanted wanted);
+  /// What a module of another maker has measured; which cells it bleeds it knows itself.
+  [[nodiscard]] ModuleMeasurements measure_foreign(std::size_t module);
   [[nodiscard]] PduMeasurements measure_pdu() const;
   [[nodiscard]] SensorMeasurements measure_sensor();
   [[nodiscard]] SensorMeasurements measure_second_sensor();
+  /// Of the second pack, whose cells are as this one's, as long as the script names no other.
+  [[nodiscard]] double second_pack_rest_mV() const;
 
   [[nodiscard]] std::size_t module_of(ScenarioPlace place) const { return module_of_node[place.node]; }
   [[nodiscard]] std::size_t cell_of(ScenarioPlace place) const {
@@ -130,16 +156,24 @@ struct World {
   std::vector<UnitMode> module_modes;  // what the units are doing; noted by the simulator after each of their steps
   std::array<SensorSense, scripted_results> sensor_senses{};
   bool has_second_sensor;
+  SensorUnit sensor_unit;
+  ForeignSensor first_current;
+  ForeignSensor second_current;
+  bool is_second_reversed;
   std::array<bool, internal_bus::node_count_max + 1U> has_stranger{};  // by node
   bool is_pdu_silent = false;
   bool has_pdu_damaged_frames = false;
 
   PduInputs inputs;  // insulation_monitor_ok follows from the monitor below
   InsulationUnit insulation;
+  CanInsulation can_insulation;
   std::optional<double> throttle_permille;
 
   double charger_A = 0.0;  // what it is set to
   ChargerControl charger;
+  CanChargers can_chargers;
+  CanInverter inverter;
+  CanSecondPack second_pack;
   bool obeys_master = true;  // the charger
   bool is_charger_runaway = false;
   bool is_charger_unstoppable = false;
@@ -161,10 +195,14 @@ struct World {
   void step_ramps();
   void step_charger();
   [[nodiscard]] double drift_mV(std::size_t cell) const;
-  [[nodiscard]] std::int32_t measure_cell_uV(std::size_t cell, double drifted_mV);
+  [[nodiscard]] std::int32_t measure_cell_uV(std::size_t cell, double shifted_mV);
   [[nodiscard]] std::int32_t sense_result(ScriptedResult result, double real) const;
   void measure_cells(std::size_t module, FrontEndInputs& chip);
   void measure_thermistors(std::size_t module, FrontEndInputs& chip);
+  [[nodiscard]] ThermistorCurve fitted_curve(std::size_t module) const;
+  [[nodiscard]] double cell_sensor_Ohm(std::size_t module, std::size_t sensor);
+  [[nodiscard]] double board_sensor_Ohm(std::size_t module, std::size_t sensor);
+  [[nodiscard]] double bled_drop_mV(std::size_t cell) const;
   [[nodiscard]] double felt_by_C(std::size_t module, std::size_t sensor) const;
   void damage_transfer(const ModuleSense& sense, FrontEndTransfer& transfer);
 
@@ -172,6 +210,7 @@ struct World {
   std::vector<Ramp> ramps_;
   RandomSource random_;
   RandomSource damage_random_;  // its own, so that damage changes no noise
+  double bled_reads_low_mV_;
   std::int32_t cell_noise_uV_;
   std::int32_t current_noise_mA_;
 };

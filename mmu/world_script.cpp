@@ -69,6 +69,21 @@ void set_sensor_value(World& world, ScenarioPlace place, double value) {
 void release_sensor_value(World& world, ScenarioPlace place) {
   world.sensor_senses[place.index].value.reset();
 }
+/// Somebody's tool: changed and stored.
+template <class Change>
+void give(World& world, std::size_t channel, Change change) {
+  SensorSetting setting = world.sensor_unit.setting(channel);
+  change(setting);
+  world.sensor_unit.give(channel, setting);
+}
+template <class Change>
+void give_current(World& world, Change change) {
+  give(world, 0, change);
+}
+template <class Change>
+void give_all(World& world, Change change) {
+  for (std::size_t channel = 0; channel < sensor_channels_max; ++channel) give(world, channel, change);
+}
 void set_sensor_offset(World& world, ScenarioPlace place, double value) {
   world.sensor_senses[place.index].offset = value;
 }
@@ -109,6 +124,31 @@ constexpr std::array<Handler, property_count> handlers{{
     {Property::charger_runaway, [](W& w, P, double v) { w.is_charger_runaway = v > 0.0; }},
     {Property::charger_unstoppable, [](W& w, P, double v) { w.is_charger_unstoppable = v > 0.0; }},
     {Property::charger_obeys, [](W& w, P, double v) { w.obeys_master = v == 0.0; }},
+    {Property::charger_mains, [](W& w, P, double v) { w.can_chargers.has_mains = v > 0.0; }},
+    {Property::charger_post, [](W& w, P, double v) { w.can_chargers.is_post = v > 0.0; }},
+    {Property::inverter_current, [](W& w, P, double v) { w.inverter.demand_A = v; },
+     [](const W& w, P) { return w.inverter.demand_A; }},
+    {Property::inverter_obeys, [](W& w, P, double v) { w.inverter.obeys = v == 0.0; }},
+    {Property::inverter_silent, [](W& w, P, double) { w.inverter.is_silent = true; }},
+    {Property::inverter_talking, [](W& w, P, double) { w.inverter.is_silent = false; }},
+    {Property::inverter_failed, [](W& w, P, double v) { w.inverter.has_failed = v > 0.0; }},
+    {Property::second_pack_soc,
+     [](W& w, P, double v) {
+       w.second_pack.soc_permille = v;
+       w.second_pack.knows_soc = true;
+     },
+     [](const W& w, P) { return w.second_pack.soc_permille; }, [](W& w, P) { w.second_pack.knows_soc = false; }},
+    {Property::second_pack_voltage, [](W& w, P, double v) { w.second_pack.voltage_mV = v; },
+     [](const W& w, P) { return w.second_pack.voltage_mV.value_or(w.second_pack_rest_mV()); },
+     [](W& w, P) { w.second_pack.voltage_mV.reset(); }},
+    {Property::second_pack_current, [](W& w, P, double v) { w.second_pack.current_A = v; },
+     [](const W& w, P) { return w.second_pack.current_A; }},
+    {Property::second_pack_temperature, [](W& w, P, double v) { w.second_pack.temperature_dC = v; },
+     [](const W& w, P) { return w.second_pack.temperature_dC; }},
+    {Property::second_pack_state,
+     [](W& w, P, double v) { w.second_pack.state = static_cast<SecondPackState>(v); }},
+    {Property::second_pack_silent, [](W& w, P, double) { w.second_pack.is_silent = true; }},
+    {Property::second_pack_talking, [](W& w, P, double) { w.second_pack.is_silent = false; }},
     {Property::load_current,
      [](W& w, P, double v) {
        w.load_A = v;
@@ -159,6 +199,7 @@ constexpr std::array<Handler, property_count> handlers{{
      [](W& w, P p) { w.plant.release_cell_temperature(w.cell_of(p)); }},
     {Property::cell_wire, [](W& w, P p, double v) { set_wire(w, p, static_cast<SenseWire>(v)); }},
     {Property::cell_stuck, [](W& w, P p, double v) { cell_sense(w, p).is_stuck = v > 0.0; }},
+    {Property::cell_out_of_range, [](W& w, P p, double v) { cell_sense(w, p).is_out_of_range = v > 0.0; }},
     {Property::cell_balancing_switch,
      [](W& w, P p, double v) { cell_sense(w, p).balancing_switch = static_cast<BalancingSwitch>(v); }},
     {Property::module_silent, [](W& w, P p, double) { module_wire(w, p).is_silent = true; }},
@@ -204,6 +245,9 @@ constexpr std::array<Handler, property_count> handlers{{
      [](W& w, P p) { module_wire(w, p).serial_number.reset(); }},
     {Property::module_commands, [](W& w, P p, double v) { module_sense(w, p).ignores_commands = v > 0.0; }},
     {Property::module_self_test, [](W& w, P p, double v) { module_sense(w, p).is_self_test_failed = v > 0.0; }},
+    {Property::module_errors,
+     [](W& w, P p, double v) { module_sense(w, p).errors = static_cast<std::uint32_t>(std::llround(v)); },
+     [](const W& w, P p) -> double { return module_sense(w, p).errors; }},
     {Property::module_board_temperature, [](W& w, P p, double v) { module_sense(w, p).board_temperature_dC = v; },
      [](const W& w, P p) {
        return module_sense(w, p).board_temperature_dC.value_or(w.plant.board_C(w.module_of(p)) * kelvin_to_tenths);
@@ -239,6 +283,16 @@ constexpr std::array<Handler, property_count> handlers{{
     {Property::sensor_stuck, [](W& w, P p, double v) { w.sensor_senses[p.index].is_stuck = v > 0.0; }},
     {Property::sensor_inverted, [](W& w, P p, double v) { w.sensor_senses[p.index].is_inverted = v > 0.0; }},
     {Property::sensor_error, [](W& w, P p, double v) { w.sensor_senses[p.index].has_error = v > 0.0; }},
+    {Property::sensor_unit_restart, [](W& w, P, double) { w.sensor_unit.restart(w.now); }},
+    {Property::sensor_unit_answers, [](W& w, P, double v) { w.sensor_unit.answers = v > 0.0; }},
+    {Property::sensor_unit_byte_order,
+     [](W& w, P, double v) { give_all(w, [v](SensorSetting& setting) { setting.is_little_endian = v > 0.0; }); }},
+    {Property::sensor_unit_sign,
+     [](W& w, P, double v) { give_current(w, [v](SensorSetting& setting) { setting.is_inverted = v > 0.0; }); }},
+    {Property::sensor_unit_period,
+     [](W& w, P, double v) {
+       give_current(w, [v](SensorSetting& setting) { setting.period_ms = static_cast<std::int32_t>(std::lround(v)); });
+     }},
     {Property::pdu_silent, [](W& w, P, double) { w.is_pdu_silent = true; }},
     {Property::pdu_talking, [](W& w, P, double) { w.is_pdu_silent = false; }},
     {Property::pdu_damaged_frames, [](W& w, P, double v) { w.has_pdu_damaged_frames = v > 0.0; }},
@@ -256,7 +310,10 @@ constexpr std::array<Handler, property_count> handlers{{
     {Property::insulation_resistance, [](W& w, P, double v) { w.insulation.resistance_kOhm = v; },
      [](const W& w, P) { return w.insulation.resistance_kOhm; }},
     {Property::insulation_monitor,
-     [](W& w, P, double v) { w.insulation.set_state(static_cast<InsulationMonitor>(v), w.now); }},
+     [](W& w, P, double v) {
+       w.insulation.set_state(static_cast<InsulationMonitor>(v), w.now);
+       w.can_insulation.state = static_cast<InsulationMonitor>(v);
+     }},
     {Property::insulation_frequency, [](W& w, P, double v) { w.insulation.frequency_Hz = v; },
      [](const W& w, P) { return w.insulation.pwm.frequency_mHz / 1e3; },
      [](W& w, P) { w.insulation.frequency_Hz.reset(); }},
@@ -264,6 +321,8 @@ constexpr std::array<Handler, property_count> handlers{{
      [](const W& w, P) { return static_cast<double>(w.insulation.pwm.duty_permille); },
      [](W& w, P) { w.insulation.duty_permille.reset(); }},
     {Property::insulation_wire, [](W& w, P, double v) { w.insulation.wire = static_cast<SignalWire>(v); }},
+    {Property::insulation_self_test,
+     [](W& w, P, double v) { w.can_insulation.self_test = static_cast<SelfTest>(v); }},
     {Property::link_capacitance, [](W& w, P, double v) { w.plant.set_link_capacitance_F(v / 1e6); },
      [](const W& w, P) { return w.plant.link_capacitance_F() * 1e6; }},
     {Property::link_bleed, [](W& w, P, double v) { w.plant.set_link_bleed_Ohm(v); },

@@ -1,7 +1,10 @@
-// Bit fields in the eight data bytes of a frame, and the checksum over them.
+// Bit fields in the eight data bytes of a frame, and the checksums over them.
 //
-// A field is named by its first bit in the order of transmission: bit 0 is the most significant bit of b0, bit 63 the
-// least significant of b7. Big-endian fields are then simply runs of bits. `bit(2, 7)` is "b2 .7" of the protocol.
+// A field is named by its first bit. Big-endian fields begin with their most significant bit, counted in the order of
+// transmission: bit 0 is the most significant bit of b0, bit 63 the least significant of b7; `bit(2, 7)` is "b2 .7" of
+// the protocol. Little-endian fields begin with their least significant bit, counted from the least significant bit of
+// b0 on: `bit_le(2, 7)` is the same place. Either way a field is a run of bits, and one of whole bytes begins with
+// `byte(n)`.
 #pragma once
 
 #include <array>
@@ -18,6 +21,10 @@ enum class ByteOrder : std::uint8_t { big, little };
 /// First bit of a field whose most significant bit is bit `in_byte` (7 = highest) of byte `byte`.
 [[nodiscard]] consteval std::uint8_t bit(unsigned byte, unsigned in_byte) {
   return static_cast<std::uint8_t>(byte * 8 + (7 - in_byte));
+}
+/// First bit of a little-endian field whose least significant bit is bit `in_byte` (0 = lowest) of byte `byte`.
+[[nodiscard]] consteval std::uint8_t bit_le(unsigned byte, unsigned in_byte) {
+  return static_cast<std::uint8_t>(byte * 8 + in_byte);
 }
 /// First bit of a field that begins with a whole byte.
 [[nodiscard]] consteval std::uint8_t byte(unsigned byte_index) {
@@ -39,34 +46,30 @@ using FrameBytes = std::array<std::uint8_t, 8>;
   return bit_count >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << bit_count) - 1;
 }
 
-/// The lowest `bit_count` / 8 bytes of `value` in the opposite order; bit_count is a multiple of 8.
-[[nodiscard]] constexpr std::uint64_t swap_bytes(std::uint64_t value, unsigned bit_count) {
-  std::uint64_t swapped = 0;
-  for (unsigned done = 0; done < bit_count; done += 8) {
-    swapped = (swapped << 8) | (value & 0xFF);
-    value >>= 8;
-  }
-  return swapped;
-}
-
-/// Unsigned value of a field. 1 <= bit_count, first_bit + bit_count <= 64. Little-endian fields are whole bytes.
+/// Unsigned value of a field. 1 <= bit_count, first_bit + bit_count <= 64.
 [[nodiscard]] constexpr std::uint64_t extract_bits(std::uint64_t word, unsigned first_bit, unsigned bit_count,
                                                    ByteOrder order = ByteOrder::big) {
-  const std::uint64_t run = (word >> (64 - first_bit - bit_count)) & mask_of(bit_count);
-  return order == ByteOrder::big ? run : swap_bytes(run, bit_count);
+  if (order == ByteOrder::little) return (__builtin_bswap64(word) >> first_bit) & mask_of(bit_count);
+  return (word >> (64 - first_bit - bit_count)) & mask_of(bit_count);
 }
 [[nodiscard]] constexpr std::uint64_t extract_bits(const FrameBytes& bytes, unsigned first_bit, unsigned bit_count,
                                                    ByteOrder order = ByteOrder::big) {
   return extract_bits(load_big_endian(bytes), first_bit, bit_count, order);
 }
 
+/// The bits a field takes, as ones in load_big_endian of the bytes.
+[[nodiscard]] constexpr std::uint64_t occupied_bits(unsigned first_bit, unsigned bit_count, ByteOrder order) {
+  return order == ByteOrder::big ? mask_of(bit_count) << (64 - first_bit - bit_count)
+                                 : __builtin_bswap64(mask_of(bit_count) << first_bit);
+}
+
 /// Writes the low `bit_count` bits of `value`; all other bits of the frame keep their values.
 constexpr void insert_bits(FrameBytes& bytes, unsigned first_bit, unsigned bit_count, std::uint64_t value,
                            ByteOrder order = ByteOrder::big) {
-  const unsigned shift = 64 - first_bit - bit_count;
-  const std::uint64_t run = order == ByteOrder::big ? value & mask_of(bit_count) : swap_bytes(value, bit_count);
-  const std::uint64_t word = load_big_endian(bytes);
-  bytes = store_big_endian((word & ~(mask_of(bit_count) << shift)) | (run << shift));
+  const std::uint64_t place = occupied_bits(first_bit, bit_count, order);
+  const std::uint64_t run = order == ByteOrder::big ? (value & mask_of(bit_count)) << (64 - first_bit - bit_count)
+                                                    : __builtin_bswap64((value & mask_of(bit_count)) << first_bit);
+  bytes = store_big_endian((load_big_endian(bytes) & ~place) | run);
 }
 
 /// Two's complement of a field of `bit_count` bits; the bits of `raw` above it are 0.
@@ -88,6 +91,7 @@ namespace detail {
 }
 
 inline constexpr auto crc8h2f_table = make_crc8_table(0x2F);
+inline constexpr auto crc8_1d_table = make_crc8_table(0x1D);
 
 }  // namespace detail
 
@@ -133,6 +137,15 @@ inline constexpr std::uint8_t crc8h2f_of_zeros = [] {
   crc ^= of_place[7][frame.id & 0xFFU];
   for (std::size_t index = 0; index < 7; ++index) crc ^= of_place[6 - index][frame.data[index]];
   return static_cast<std::uint8_t>(crc);
+}
+
+/// Checksum of a frame of BMW's modules: polynomial 1Dh, start 0, no final XOR, not reflected, over the identifier, low
+/// byte first, and b0 to b6.
+[[nodiscard]] constexpr std::uint8_t frame_crc_1d(const CanFrame& frame) {
+  std::uint8_t crc = detail::crc8_1d_table[frame.id & 0xFFU];
+  crc = detail::crc8_1d_table[crc ^ ((frame.id >> 8U) & 0xFFU)];
+  for (std::size_t index = 0; index < 7; ++index) crc = detail::crc8_1d_table[crc ^ frame.data[index]];
+  return crc;
 }
 
 }  // namespace bmu

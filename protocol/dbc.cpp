@@ -13,7 +13,10 @@ struct Instance {
   const MessageSpec* message;
   std::uint8_t node;
 
-  [[nodiscard]] unsigned id() const { return message->base_id + unsigned{node}; }
+  [[nodiscard]] unsigned id() const {
+    constexpr unsigned extended_flag = 0x8000'0000;
+    return message->id_of(node) | (message->is_extended ? extended_flag : 0U);
+  }
 };
 
 /// Checksums are no signal of a row; a reader of the DBC still wants to see the byte.
@@ -36,22 +39,24 @@ std::string number(double value) {
 std::string name_of(const Instance& one) {
   std::string name(one.message->name);
   if (!one.message->has_node()) return name;
-  return name + (one.node == 0 ? "_ALL" : node_name(one.node));
+  return name + (one.node == 0 && one.message->node_0_is_all ? "_ALL" : node_name(one.node));
 }
 
 std::string sender_of(const Instance& one) {
   std::string name(to_text(one.message->sender));
-  return one.message->sender == Sender::mmu ? name + node_name(one.node) : name;
+  const bool is_module = one.message->sender == Sender::mmu || one.message->sender == Sender::module;
+  return is_module && one.message->has_node() ? name + node_name(one.node) : name;
 }
 
 std::vector<Instance> instances_of(const Catalogue& catalogue, std::span<const std::uint8_t> nodes) {
   std::vector<Instance> all;
   for (const MessageSpec* message : catalogue.messages()) {
-    if (message->node_min == 0) all.push_back({message, 0});
+    const bool has_all = message->has_node() && message->node_0_is_all;
+    if (!message->has_node() || has_all) all.push_back({message, 0});
     if (!message->has_node()) continue;
+    const unsigned first = has_all ? 1U : message->node_min;
     for (const std::uint8_t node : nodes) {
-      if (node >= std::max<std::uint8_t>(message->node_min, 1) && node <= message->node_max)
-        all.push_back({message, node});
+      if (node >= first && node <= message->node_max) all.push_back({message, node});
     }
   }
   return all;
@@ -75,9 +80,12 @@ std::string nodes_line(std::span<const Instance> instances) {
 }
 
 std::string range_text(const SignalSpec& signal) {
-  if (signal.bit_count == 64) return "[0|0]";  // eight letters: no number to have a range
+  if (signal.bit_count == 64) return "[0|0]";  // eight letters or bytes: no number to have a range
   const RawRange range = raw_range(signal);
-  return "[" + number(shown_value(signal, range.min)) + "|" + number(shown_value(signal, range.max)) + "]";
+  const auto shown = [&signal](std::int64_t raw) {
+    return number(shown_value(signal, raw * signal.scale + signal.offset));
+  };
+  return "[" + shown(range.min) + "|" + shown(range.max) + "]";
 }
 
 std::string multiplexing(const MessageSpec& message, std::size_t index) {
@@ -98,15 +106,23 @@ std::string message_text(const Instance& one) {
     text += " SG_ " + std::string(name_without_unit(signal)) + multiplexing(*one.message, index) + " : " +
             std::to_string(dbc_start_bit(signal)) + "|" + std::to_string(signal.bit_count) +
             (signal.order == ByteOrder::big ? "@0" : "@1") + (signal.is_signed ? "-" : "+") + " (" +
-            number(shown_value(signal, 1)) + ",0) " + range_text(signal) + " \"" +
-            std::string(spec_of(signal.unit).symbol) + "\" Vector__XXX\n";
+            number(shown_value(signal, signal.scale)) + "," + number(shown_value(signal, signal.offset)) + ") " +
+            range_text(signal) + " \"" + std::string(spec_of(signal.unit).symbol) + "\" Vector__XXX\n";
   }
   return text + "\n";
 }
 
-std::string signal_comment(const SignalSpec& signal) {
-  if (signal.name == crc_signal.name) return "CRC-8H2F over identifier (high byte first) and b0 to b6";
-  if (signal.unit == Unit::text) return "8 ASCII characters, first one in the most significant byte";
+std::string crc_comment(Protection protection) {
+  return protection == Protection::nibble_counter_crc
+             ? "CRC-8, polynomial 1Dh, start 0, over identifier (low byte first) and b0 to b6"
+             : "CRC-8H2F over identifier (high byte first) and b0 to b6";
+}
+
+std::string signal_comment(const MessageSpec& message, const SignalSpec& signal) {
+  if (signal.name == crc_signal.name) return crc_comment(message.protection);
+  if (signal.unit == Unit::text) {
+    return std::to_string(signal.bit_count / 8) + " ASCII characters, first one in the most significant byte";
+  }
   if (signal.rounding == Rounding::towards_zero) return "rounded towards zero";
   if (is_cell_mask(signal)) return "one bit a cell, cell 1 lowest";
   return {};
@@ -116,7 +132,7 @@ std::string comments_of(const Instance& one) {
   const std::string id = std::to_string(one.id());
   std::string text = "CM_ BO_ " + id + " \"" + std::string(one.message->meaning) + "\";\n";
   for (const SignalSpec& signal : signals_of(*one.message)) {
-    const std::string comment = signal_comment(signal);
+    const std::string comment = signal_comment(*one.message, signal);
     if (comment.empty()) continue;
     text.append("CM_ SG_ ").append(id).append(" ").append(name_without_unit(signal));
     text.append(" \"").append(comment).append("\";\n");
@@ -145,6 +161,26 @@ std::string value_names_of(const Instance& one) {
   return text;
 }
 
+/// The values of the selector for which a signal exists, where they are more than one; then all of its message need
+/// them.
+std::string selections_of(const Instance& one) {
+  const std::span<const SignalSpec> signals = one.message->signals;
+  const auto is_many = [](const SignalSpec& signal) { return signal.selected_by >= 0 && signal.selected_count > 1; };
+  if (std::none_of(signals.begin(), signals.end(), is_many)) return {};
+  std::string text;
+  for (const SignalSpec& signal : signals) {
+    if (signal.selected_by < 0) continue;
+    text.append("SG_MUL_VAL_ ").append(std::to_string(one.id())).append(" ").append(name_without_unit(signal));
+    text.append(" ").append(name_without_unit(signals.front()));
+    for (int turn = 0; turn < signal.selected_count; ++turn) {
+      const std::string value = std::to_string(signal.selected_by + turn * signal.selected_step);
+      text.append(turn == 0 ? " " : ", ").append(value).append("-").append(value);
+    }
+    text += ";\n";
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string dbc_text(const Catalogue& catalogue, std::span<const std::uint8_t> nodes) {
@@ -156,6 +192,7 @@ std::string dbc_text(const Catalogue& catalogue, std::span<const std::uint8_t> n
   text += "BA_DEF_ BO_ \"GenMsgCycleTime\" INT 0 65535;\nBA_DEF_DEF_ \"GenMsgCycleTime\" 0;\n";
   for (const Instance& one : instances) text += cycle_time_of(one);
   for (const Instance& one : instances) text += value_names_of(one);
+  for (const Instance& one : instances) text += selections_of(one);
   return text;
 }
 

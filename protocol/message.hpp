@@ -1,5 +1,8 @@
 // A message: a row that says everything about one kind of frame; and the catalogue that finds the row of an identifier.
 //
+// An identifier is base_id + node, or, where a protocol counts its nodes in another digit, base_id + node * 2 to the
+// node_shift. Those of 29 bits (is_extended) are as many of their own: 351h and 00000351h are two.
+//
 // The rules a row must keep (fields inside the frame, no overlap, unit tokens, counter and checksum where they belong)
 // are checked when the program is compiled: see check_message and check_catalogue, asserted beside the tables.
 #pragma once
@@ -17,7 +20,19 @@
 
 namespace bmu {
 
-enum class Sender : std::uint8_t { bmu, mmu, pdu, sensor };
+/// `bmu` is we: the master of a pack, also where the bus is that of a foreign device. `module` is a module of another
+/// language than ours.
+enum class Sender : std::uint8_t {
+  bmu,
+  mmu,
+  pdu,
+  sensor,
+  charger,
+  inverter,
+  insulation_monitor,
+  module,
+  tool,  // who asks a master for cells: a display, a laptop
+};
 
 [[nodiscard]] std::string_view to_text(Sender sender);
 
@@ -26,14 +41,19 @@ enum class Protection : std::uint8_t {
   counter_crc,             // b6 counter, b7 CRC-8H2F over identifier and b0 to b6
   counter_crc_complement,  // the same, and b1 must be the complement of b0
   channel_counter,         // the current sensor: b0 names the channel, b1 .3-.0 a 4-bit counter, no CRC
+  nibble_counter_crc,      // BMW's modules: b6 .7-.4 a counter from 0 to 14, b7 CRC 1Dh (frame_crc_1d)
 };
 
 struct MessageSpec {
   std::string_view name;
-  std::uint16_t base_id = 0;
-  std::uint8_t node_min = 0;  // identifier = base_id + node; 0 to 0: one identifier only
+  std::uint32_t base_id = 0;
+  bool is_extended = false;   // 29 bits
+  std::uint8_t node_min = 0;  // identifier = base_id + (node << node_shift); 0 to 0: one identifier only
   std::uint8_t node_max = 0;
-  std::uint8_t length = 8;
+  std::uint8_t node_shift = 0;
+  bool node_0_is_all = false;   // node 0 is no node but all of them
+  std::uint8_t length = 8;      // as it is sent
+  std::uint8_t length_min = 0;  // where some senders leave out the end, which has no signal; 0: none does
   Protection protection = Protection::none;
   Sender sender = Sender::bmu;
   Duration period{};         // nominal; 0: on request or on change
@@ -42,13 +62,32 @@ struct MessageSpec {
   std::string_view meaning;
 
   [[nodiscard]] constexpr bool has_node() const { return node_max > 0; }
+  [[nodiscard]] constexpr std::uint32_t id_of(std::uint32_t node) const { return base_id + (node << node_shift); }
+  /// As long as every frame of this kind is at the least.
+  [[nodiscard]] constexpr std::uint8_t shortest() const { return length_min > 0 ? length_min : length; }
 };
 
+/// Whether b7 is a checksum.
 [[nodiscard]] constexpr bool has_crc(const MessageSpec& message) {
-  return message.protection == Protection::counter_crc || message.protection == Protection::counter_crc_complement;
+  return message.protection == Protection::counter_crc || message.protection == Protection::counter_crc_complement ||
+         message.protection == Protection::nibble_counter_crc;
+}
+/// What b7 has to be, of a row that has a checksum there.
+[[nodiscard]] constexpr std::uint8_t crc_wanted(const MessageSpec& message, const CanFrame& frame) {
+  return message.protection == Protection::nibble_counter_crc ? frame_crc_1d(frame) : frame_crc(frame);
+}
+/// Of a row that has one.
+[[nodiscard]] constexpr std::uint8_t counter_of(const MessageSpec& message, const CanFrame& frame) {
+  switch (message.protection) {
+    case Protection::channel_counter: return frame.data[1] & 0x0FU;
+    case Protection::nibble_counter_crc: return static_cast<std::uint8_t>(frame.data[6] >> 4U);
+    default: return frame.data[6];
+  }
 }
 
-inline constexpr std::size_t signal_count_max = 24;
+inline constexpr std::size_t signal_count_max = 80;
+/// Of one frame: those that its selector does not leave out.
+inline constexpr std::size_t shown_signals_max = 32;
 
 /// Index of a signal in a row, found while compiling; an unknown name does not compile.
 [[nodiscard]] consteval std::size_t signal_index(const MessageSpec& message, std::string_view name) {
@@ -90,7 +129,7 @@ constexpr void write(CanFrame& frame, std::int64_t value) {
 
 /// An empty frame of this kind: identifier and length set, every byte 0.
 [[nodiscard]] constexpr CanFrame make_frame(const MessageSpec& message, std::uint8_t node = 0) {
-  return data_frame(message.base_id + std::uint32_t{node}, message.length);
+  return CanFrame{.id = message.id_of(node), .is_extended = message.is_extended, .length = message.length};
 }
 
 /// Writes counter and checksum as the row's protection wants them. Last step before sending.
@@ -102,10 +141,13 @@ constexpr void seal(const MessageSpec& message, std::uint8_t counter, CanFrame& 
   if (message.protection == Protection::counter_crc_complement) {
     frame.data[1] = static_cast<std::uint8_t>(~frame.data[0]);
   }
-  if (has_crc(message)) {
+  if (message.protection == Protection::nibble_counter_crc) {
+    constexpr unsigned counter_values = 15;
+    frame.data[6] = static_cast<std::uint8_t>((frame.data[6] & 0x0FU) | ((counter % counter_values) << 4U));
+  } else if (has_crc(message)) {
     frame.data[6] = counter;
-    frame.data[7] = frame_crc(frame);
   }
+  if (has_crc(message)) frame.data[7] = crc_wanted(message, frame);
 }
 
 // --- rules of a row -------------------------------------------------------------------------------------------------
@@ -116,27 +158,54 @@ constexpr void seal(const MessageSpec& message, std::uint8_t counter, CanFrame& 
 }
 
 [[nodiscard]] constexpr bool may_overlap(const SignalSpec& one, const SignalSpec& other) {
-  return one.selected_by != other.selected_by && one.selected_by >= 0 && other.selected_by >= 0;
+  if (one.selected_by < 0 || other.selected_by < 0) return false;
+  for (int turn = 0; turn < one.selected_count; ++turn) {
+    if (is_selected(other, one.selected_by + turn * one.selected_step)) return false;
+  }
+  return true;
+}
+
+[[nodiscard]] constexpr std::uint64_t occupied_bits(const SignalSpec& signal) {
+  return occupied_bits(signal.first_bit, signal.bit_count, signal.order);
 }
 
 [[nodiscard]] constexpr bool check_signal(const SignalSpec& signal, unsigned length) {
   const bool fits = signal.bit_count >= 1 && signal.first_bit + unsigned{signal.bit_count} <= length * 8;
-  const bool whole_bytes = signal.order == ByteOrder::big || (signal.first_bit % 8 == 0 && signal.bit_count % 8 == 0);
-  return fits && whole_bytes && signal.scale > 0 && ends_with_token(signal.name, spec_of(signal.unit).token);
+  // Towards zero of what is sent: with an offset nobody could say which zero is meant.
+  const bool rounds_rightly = signal.rounding == Rounding::nearest || signal.offset == 0;
+  const bool is_selected_rightly = signal.selected_count >= 1 && signal.selected_step >= 1;
+  const bool has_one_range = signal.raw_limit == 0 || signal.documented.max == 0;
+  return fits && signal.scale > 0 && rounds_rightly && is_selected_rightly && has_one_range &&
+         ends_with_token(signal.name, spec_of(signal.unit).token);
+}
+
+/// How many signals a frame has in which the selector has this value.
+[[nodiscard]] constexpr std::size_t signals_with(const MessageSpec& message, std::int64_t selector) {
+  std::size_t count = 0;
+  for (const SignalSpec& signal : message.signals) {
+    if (is_selected(signal, selector)) ++count;
+  }
+  return count;
+}
+
+/// Lengths, counts, and that only what is remembered by identifier is counted: of 29-bit ones nothing is.
+[[nodiscard]] constexpr bool check_form(const MessageSpec& message) {
+  const bool is_long_enough = message.length <= 8 && message.length_min <= message.length;
+  const bool is_protected_rightly =
+      message.protection == Protection::none || (!message.is_extended && message.length_min == 0);
+  return is_long_enough && is_protected_rightly && (!has_crc(message) || message.length == 8) &&
+         message.signals.size() <= signal_count_max;
 }
 
 [[nodiscard]] constexpr bool check_message(const MessageSpec& message) {
-  const unsigned room = has_crc(message) ? 7 : message.length;  // b7 is the checksum, which is no signal
-  if (message.length > 8 || (has_crc(message) && message.length != 8) || message.signals.size() > signal_count_max) {
-    return false;
-  }
+  if (!check_form(message)) return false;
+  const unsigned room = has_crc(message) ? 7 : message.shortest();  // b7 is the checksum, which is no signal
   for (std::size_t i = 0; i < message.signals.size(); ++i) {
     const SignalSpec& one = message.signals[i];
-    if (!check_signal(one, room)) return false;
+    if (!check_signal(one, room) || signals_with(message, one.selected_by) > shown_signals_max) return false;
     for (std::size_t j = 0; j < i; ++j) {
       const SignalSpec& other = message.signals[j];
-      const bool apart =
-          one.first_bit >= other.first_bit + other.bit_count || other.first_bit >= one.first_bit + one.bit_count;
+      const bool apart = (occupied_bits(one) & occupied_bits(other)) == 0;
       if ((!apart && !may_overlap(one, other)) || one.name == other.name) return false;
     }
   }
@@ -151,38 +220,70 @@ struct MessageMatch {
   std::uint8_t node = 0;
 };
 
-/// All messages of a bus, found by 11-bit identifier in constant time (one table read).
+/// All messages of a bus, found by 11-bit identifier in constant time (one table read); the few of 29 bits one by one.
 class Catalogue {
  public:
   static constexpr std::size_t id_count = 2048;
+  static constexpr std::uint32_t extended_id_max = 0x1FFF'FFFF;
+  static constexpr std::uint8_t no_row = 0xFF;
 
   constexpr Catalogue(std::string_view name, std::span<const MessageSpec* const> messages)
       : name_(name), messages_(messages) {
-    row_of_id_.fill(none);
+    row_of_id_.fill(no_row);
     for (std::size_t row = 0; row < messages.size(); ++row) {
       for (unsigned node = messages[row]->node_min; node <= messages[row]->node_max; ++node) {
-        const std::size_t id = messages[row]->base_id + std::size_t{node};
-        ids_unique_ = ids_unique_ && id < id_count && row_of_id_[id] == none;
-        if (id < id_count) row_of_id_[id] = static_cast<std::uint8_t>(row);
+        take_id(messages[row]->id_of(node), static_cast<std::uint8_t>(row));
       }
     }
   }
 
+  /// Of an 11-bit identifier.
   [[nodiscard]] constexpr MessageMatch find(std::uint32_t id) const {
-    if (id >= id_count || row_of_id_[id] == none) return {};
-    const MessageSpec* message = messages_[row_of_id_[id]];
-    return {message, static_cast<std::uint8_t>(id - message->base_id)};
+    return id < id_count ? match(id, row_of_id_[id]) : MessageMatch{};
+  }
+  /// Of either kind; of a remote or an error frame, too.
+  [[nodiscard]] constexpr MessageMatch find(const CanFrame& frame) const {
+    return frame.is_extended ? match(frame.id, extended_row(frame.id)) : find(frame.id);
+  }
+  /// Index in messages(); no_row if there is none.
+  [[nodiscard]] constexpr std::uint8_t row_of(const CanFrame& frame) const {
+    if (frame.is_extended) return extended_row(frame.id);
+    return frame.id < id_count ? row_of_id_[frame.id] : no_row;
   }
   [[nodiscard]] constexpr std::span<const MessageSpec* const> messages() const { return messages_; }
   [[nodiscard]] constexpr std::string_view name() const { return name_; }
   [[nodiscard]] constexpr bool ids_unique() const { return ids_unique_; }
 
  private:
-  static constexpr std::uint8_t none = 0xFF;
+  constexpr void take_id(std::uint32_t id, std::uint8_t row) {
+    if (messages_[row]->is_extended) {
+      has_extended_ = true;
+      ids_unique_ = ids_unique_ && id <= extended_id_max && extended_row(id) == row;
+      return;
+    }
+    ids_unique_ = ids_unique_ && id < id_count && row_of_id_[id] == no_row;
+    if (id < id_count) row_of_id_[id] = row;
+  }
+  /// The first that has it.
+  [[nodiscard]] constexpr std::uint8_t extended_row(std::uint32_t id) const {
+    for (std::size_t row = 0; has_extended_ && row < messages_.size(); ++row) {
+      const MessageSpec& message = *messages_[row];
+      if (!message.is_extended || id < message.id_of(message.node_min)) continue;
+      const std::uint32_t node = (id - message.base_id) >> message.node_shift;
+      if (node <= message.node_max && message.id_of(node) == id) return static_cast<std::uint8_t>(row);
+    }
+    return no_row;
+  }
+  [[nodiscard]] constexpr MessageMatch match(std::uint32_t id, std::uint8_t row) const {
+    if (row == no_row) return {};
+    const MessageSpec* message = messages_[row];
+    return {message, static_cast<std::uint8_t>((id - message->base_id) >> message->node_shift)};
+  }
 
   std::string_view name_;
   std::span<const MessageSpec* const> messages_;
   std::array<std::uint8_t, id_count> row_of_id_{};
+  bool has_extended_ = false;
   bool ids_unique_ = true;
 };
 

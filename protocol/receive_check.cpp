@@ -23,13 +23,9 @@ std::string_view to_text(RejectReason reason) {
 
 namespace {
 
-std::uint8_t counter_of(const MessageSpec& message, const CanFrame& frame) {
-  return has_crc(message) ? frame.data[6] : static_cast<std::uint8_t>(frame.data[1] & 0x0F);
-}
-
 /// A module that was not asked says who it is with counter 0, after every start.
 bool is_unsolicited_ident(const MessageSpec& message, std::uint8_t counter) {
-  return message.base_id == internal_bus::ident.base_id && message.sender == Sender::mmu && counter == 0;
+  return &message == &internal_bus::ident && counter == 0;
 }
 
 }  // namespace
@@ -40,8 +36,8 @@ std::optional<RejectReason> form_fault(const CanFrame& frame) {
 }
 
 std::optional<RejectReason> content_fault(const MessageSpec& message, const CanFrame& frame) {
-  if (frame.length != message.length) return RejectReason::wrong_length;
-  if (has_crc(message) && frame.data[7] != frame_crc(frame)) return RejectReason::wrong_crc;
+  if (frame.length > message.length || frame.length < message.shortest()) return RejectReason::wrong_length;
+  if (has_crc(message) && frame.data[7] != crc_wanted(message, frame)) return RejectReason::wrong_crc;
   if (message.protection == Protection::counter_crc_complement && (frame.data[0] ^ frame.data[1]) != 0xFF) {
     return RejectReason::wrong_complement;
   }
@@ -72,9 +68,11 @@ CheckedFrame ReceiveCheck::judge(const CanFrame& frame) const {
     verdict.reason = reason;
     return verdict;
   };
-  if (const auto fault = form_fault(frame)) return rejected(*fault);
-  const MessageMatch match = catalogue_->find(frame.id);
-  if (match.message == nullptr) return rejected(RejectReason::unknown_id);
+  const bool is_data = !frame.is_remote && !frame.is_error;
+  const MessageMatch match = is_data ? catalogue_->find(frame) : MessageMatch{};
+  if (match.message == nullptr) {
+    return rejected(form_fault(frame) ? RejectReason::wrong_form : RejectReason::unknown_id);
+  }
   const MessageSpec& message = *match.message;
   verdict.message = match.message;
   verdict.node = match.node;
@@ -94,15 +92,15 @@ CheckedFrame ReceiveCheck::judge(const CanFrame& frame) const {
 
 bool ReceiveCheck::is_late(const MessageSpec& message, std::uint8_t node, std::uint8_t counter) const {
   if (message.sender != Sender::mmu || is_unsolicited_ident(message, counter)) return false;
-  const bool answers_command = message.base_id == internal_bus::response.base_id;
+  const bool answers_command = &message == &internal_bus::response;
   const std::uint16_t expected = answers_command ? commanded_counter_[node] : polled_counter_[node];
   return expected != none && expected != counter;
 }
 
 void ReceiveCheck::note_request(const MessageSpec& message, std::uint8_t node, const CanFrame& frame) {
-  if (message.base_id == internal_bus::command.base_id && has_crc(message)) {
+  if (&message == &internal_bus::command) {
     commanded_counter_[node] = frame.data[6];  // a broadcast (node 0) is answered by nobody
-  } else if (message.base_id == internal_bus::poll.base_id && has_crc(message)) {
+  } else if (&message == &internal_bus::poll) {
     const std::uint8_t target = frame.data[0];
     for (std::size_t slot = 1; slot < node_slots; ++slot) {
       if (target == 0 || target == slot) polled_counter_[slot] = frame.data[6];
@@ -111,7 +109,7 @@ void ReceiveCheck::note_request(const MessageSpec& message, std::uint8_t node, c
 }
 
 void ReceiveCheck::note_sent(const CanFrame& frame) {
-  const MessageMatch match = catalogue_->find(frame.id);
+  const MessageMatch match = catalogue_->find(frame);
   if (match.message != nullptr) note_request(*match.message, match.node, frame);
 }
 

@@ -26,7 +26,7 @@
 namespace bmu {
 
 enum class RejectReason : std::uint8_t {
-  wrong_form,  // extended, remote or error frame
+  wrong_form,  // remote or error frame, or a 29-bit identifier that is nobody's here
   unknown_id,  // no row for this identifier
   wrong_length,
   wrong_crc,
@@ -43,7 +43,7 @@ inline constexpr std::size_t reject_reason_count = 11;
 [[nodiscard]] std::string_view to_text(RejectReason reason);
 
 /// What is wrong with a frame by itself, whatever came before: its form; against the row of its identifier, its length,
-/// checksum, complement and channel.
+/// checksum, complement and channel. `form_fault` is of a bus that has 11-bit identifiers only.
 [[nodiscard]] std::optional<RejectReason> form_fault(const CanFrame& frame);
 [[nodiscard]] std::optional<RejectReason> content_fault(const MessageSpec& message, const CanFrame& frame);
 

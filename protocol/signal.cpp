@@ -26,6 +26,11 @@ std::string_view to_text(Sender sender) {
     case Sender::mmu: return "MMU";
     case Sender::pdu: return "PDU";
     case Sender::sensor: return "SENSOR";
+    case Sender::charger: return "CHARGER";
+    case Sender::inverter: return "INVERTER";
+    case Sender::insulation_monitor: return "INSULATION_MONITOR";
+    case Sender::module: return "MODULE";
+    case Sender::tool: return "TOOL";
   }
   return "?";
 }

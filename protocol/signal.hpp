@@ -64,20 +64,37 @@ enum class Rounding : std::uint8_t {
   towards_zero,  // limits: never promise more than there is
 };
 
+/// Raw numbers from the smallest to the largest.
+struct RawRange {
+  std::int64_t min = 0;
+  std::int64_t max = 0;
+};
+
 struct SignalSpec {
   std::string_view name;  // ends with its unit's token
   std::uint8_t first_bit = 0;
   std::uint8_t bit_count = 0;
   Unit unit = Unit::none;
-  std::int64_t scale = 1;  // carried counts per raw count, > 0
+  std::int64_t scale = 1;   // carried counts per raw count, > 0
+  std::int64_t offset = 0;  // carried counts of raw 0
   bool is_signed = false;
   ByteOrder order = ByteOrder::big;
   Rounding rounding = Rounding::nearest;
   std::span<const SpecialCode> special{};
   std::span<const RawName> names{};
-  std::int64_t raw_limit = 0;     // largest magnitude allowed, when less than the field could hold; 0: no such limit
-  std::int16_t selected_by = -1;  // exists only while the message's selector (its first signal) has this value
+  std::int64_t raw_limit = 0;       // largest magnitude allowed, when less than the field could hold; 0: no such limit
+  RawRange documented{};            // the numbers allowed, when these are others; max 0: no such range
+  std::int16_t selected_by = -1;    // exists only while the message's selector (its first signal) has this value
+  std::uint8_t selected_count = 1;  // or one of so many values,
+  std::uint8_t selected_step = 1;   // so far from each other
 };
+
+/// Whether the signal exists while its message's selector has this raw value.
+[[nodiscard]] constexpr bool is_selected(const SignalSpec& signal, std::int64_t selector) {
+  if (signal.selected_by < 0) return true;
+  const std::int64_t behind = selector - signal.selected_by;
+  return behind >= 0 && behind % signal.selected_step == 0 && behind / signal.selected_step < signal.selected_count;
+}
 
 /// The name without its unit's token, for where the unit is written behind the number.
 [[nodiscard]] constexpr std::string_view name_without_unit(const SignalSpec& signal) {
@@ -90,12 +107,6 @@ struct SignalSpec {
   return signal.bit_count > 1 && signal.name.ends_with("_cells");
 }
 
-/// Smallest and largest raw number the field carries as data: special codes at either end are not data.
-struct RawRange {
-  std::int64_t min = 0;
-  std::int64_t max = 0;
-};
-
 [[nodiscard]] constexpr const SpecialCode* find_special(const SignalSpec& signal, std::int64_t raw) {
   for (const SpecialCode& code : signal.special) {
     if (code.raw == raw) return &code;
@@ -103,6 +114,7 @@ struct RawRange {
   return nullptr;
 }
 
+/// What the field carries as data: special codes at either end are not data.
 [[nodiscard]] constexpr RawRange raw_range(const SignalSpec& signal) {
   if (signal.bit_count == 64) return {INT64_MIN, INT64_MAX};
   const auto top = static_cast<std::int64_t>(mask_of(signal.is_signed ? signal.bit_count - 1U : signal.bit_count));
@@ -113,7 +125,13 @@ struct RawRange {
     range.max = range.max < signal.raw_limit ? range.max : signal.raw_limit;
     range.min = range.min > -signal.raw_limit ? range.min : -signal.raw_limit;
   }
-  return range;
+  return signal.documented.max > 0 ? signal.documented : range;
+}
+
+/// Whether a raw number that is no special code is one the field may hold.
+[[nodiscard]] constexpr bool is_allowed(const SignalSpec& signal, std::int64_t raw) {
+  if (signal.raw_limit > 0) return raw <= signal.raw_limit && raw >= -signal.raw_limit;
+  return signal.documented.max == 0 || (raw >= signal.documented.min && raw <= signal.documented.max);
 }
 
 /// The field's bits as a number. `word` is load_big_endian of the data bytes: who reads a whole frame loads it once.
@@ -128,10 +146,8 @@ struct RawRange {
 /// Meaning of a raw number. Total: every raw value gives a number or a reason why there is none.
 [[nodiscard]] constexpr SignalValue value_of_raw(const SignalSpec& signal, std::int64_t raw) {
   if (const SpecialCode* code = find_special(signal, raw)) return not_known(code->meaning);
-  if (signal.raw_limit > 0 && (raw > signal.raw_limit || raw < -signal.raw_limit)) {
-    return not_known(Validity::out_of_range);
-  }
-  return known(raw * signal.scale);
+  if (!is_allowed(signal, raw)) return not_known(Validity::out_of_range);
+  return known(raw * signal.scale + signal.offset);
 }
 
 /// Meaning of the signal in these bytes.
@@ -141,8 +157,9 @@ struct RawRange {
 
 /// Raw number that carries `value`: rounded as the row says, and the nearest the field can carry if it is beyond.
 [[nodiscard]] constexpr std::int64_t raw_for(const SignalSpec& signal, std::int64_t value) {
+  const std::int64_t above = value - signal.offset;
   const std::int64_t rounded =
-      signal.rounding == Rounding::nearest ? divide_to_nearest(value, signal.scale) : value / signal.scale;
+      signal.rounding == Rounding::nearest ? divide_to_nearest(above, signal.scale) : above / signal.scale;
   const RawRange range = raw_range(signal);
   return rounded < range.min ? range.min : rounded > range.max ? range.max : rounded;
 }

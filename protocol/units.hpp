@@ -11,7 +11,7 @@
 
 namespace bmu {
 
-enum class Unit : std::uint8_t { none, uV, mV, mA, dC, Ohm, uOhm, uAs, mWh, permille, ms, s, mK_per_s, text };
+enum class Unit : std::uint8_t { none, uV, mV, mA, dC, Ohm, uOhm, uAs, mWh, permille, ppm, W, ms, s, mK_per_s, text };
 
 struct UnitSpec {
   std::string_view token;   // last token of every name that carries this unit
@@ -21,7 +21,7 @@ struct UnitSpec {
 };
 
 /// One row a unit, in the order of the enumerators.
-inline constexpr std::array<UnitSpec, 14> unit_table{{
+inline constexpr std::array<UnitSpec, 16> unit_table{{
     {"", "", 1, 0},
     {"uV", "V", 100, 4},  // on the bus: 0.1 mV
     {"mV", "V", 1, 3},
@@ -32,6 +32,8 @@ inline constexpr std::array<UnitSpec, 14> unit_table{{
     {"uAs", "Ah", 360'000, 4},
     {"mWh", "kWh", 1'000, 3},
     {"permille", "%", 1, 1},
+    {"ppm", "%", 100, 2},  // what is told in hundredths of a percent
+    {"W", "W", 1, 0},
     {"ms", "ms", 1, 0},
     {"s", "s", 1, 0},
     {"mK_per_s", "K/s", 10, 2},
@@ -42,10 +44,13 @@ inline constexpr std::array<UnitSpec, 14> unit_table{{
   return unit_table[static_cast<std::size_t>(unit)];
 }
 
-/// Division to the nearest integer, ties away from zero. divisor > 0.
+/// Division to the nearest integer, ties away from zero, of any value. divisor > 0.
 [[nodiscard]] constexpr std::int64_t divide_to_nearest(std::int64_t value, std::int64_t divisor) {
-  const std::int64_t half = divisor / 2;
-  return value >= 0 ? (value + half) / divisor : -((-value + half) / divisor);
+  const std::int64_t quotient = value / divisor;
+  const std::int64_t remainder = value % divisor;
+  const std::int64_t distance = remainder < 0 ? -remainder : remainder;
+  if (distance < divisor - distance) return quotient;
+  return value < 0 ? quotient - 1 : quotient + 1;
 }
 
 inline constexpr std::int64_t uAs_per_Ah = 3'600'000'000;

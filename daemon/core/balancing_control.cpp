@@ -83,17 +83,19 @@ BalancingStep BalancingControl::step(const BalancingInputs& in, BalancingSwitche
     enter(BalancingState::measuring, in.now);
   } else if (state_ == BalancingState::measuring) {
     measure(in, switches, out);
+  } else if (!are_modules_ours(config_)) {
+    bleed_by_target(in.now, switches);
   } else {
     bleed(in, switches, out);
   }
-  stop_unwanted(in, switches, out);
+  if (are_modules_ours(config_)) stop_unwanted(in, switches, out);
   return out;
 }
 
 /// All are told at once, whatever they were told before or may still be about to hear.
 void BalancingControl::hold(const BalancingInputs& in, BalancingSwitches& switches, BalancingStep& out) {
   if (state_ == BalancingState::bleeding) {
-    out.orders.push_back({});
+    if (are_modules_ours(config_)) out.orders.push_back({});
     out.was_stopped = true;
     switches.note_all_stopped();
     for (Slot& slot : slots_) slot = {.has_failed = slot.has_failed, .stopped_at = in.now};
@@ -119,7 +121,7 @@ bool BalancingControl::is_steady(std::int32_t current_mA) {
   return current_max_mA_ - current_min_mA_ <= swing_max_mA(config_);
 }
 
-void BalancingControl::measure(const BalancingInputs& in, const BalancingSwitches& switches, BalancingStep& out) {
+void BalancingControl::measure(const BalancingInputs& in, BalancingSwitches& switches, BalancingStep& out) {
   // With the cells' charge in a book nobody looks at voltages.
   const bool compares_voltages = config_.balancing.method != BalancingMethod::charge;
   const bool is_quiet = !switches.is_any_on() && (!compares_voltages || is_steady(in.pack->current_mA.value));
@@ -144,7 +146,7 @@ void BalancingControl::add_sample(const BalancingInputs& in) {
   ++samples_;
 }
 
-void BalancingControl::plan(const BalancingInputs& in, const BalancingSwitches& switches, BalancingStep& out) {
+void BalancingControl::plan(const BalancingInputs& in, BalancingSwitches& switches, BalancingStep& out) {
   for (std::size_t cell = 0; cell < cell_count_; ++cell) {
     cells_[cell] = {.voltage_uV = static_cast<std::int32_t>(divide_to_nearest(voltage_sum_uV_[cell], samples_)),
                     .resistance_uOhm = in.steps->cell_resistance_uOhm(cell),
@@ -163,6 +165,7 @@ void BalancingControl::plan(const BalancingInputs& in, const BalancingSwitches& 
   cells_told_ = share_out(*in.modules);
   if (cells_told_ == 0) return begin_window(in.now);
   out.has_begun = true;
+  if (!are_modules_ours(config_)) switches.note_free();
   enter(BalancingState::bleeding, in.now);
 }
 
@@ -176,7 +179,7 @@ std::uint16_t BalancingControl::share_out(const ModuleTable& modules) {
     for (std::size_t number = 0; number < modules.modules()[index].config.cell_count; ++number, ++cell) {
       slot.minutes[number] = balancing_minutes(remove_uAs_[cell], cells_[cell].voltage_uV, config_.balancing);
       if (slot.minutes[number] == 0) continue;
-      slot.stage = OrderStage::needed;
+      if (are_modules_ours(config_)) slot.stage = OrderStage::needed;
       ++cells;
     }
   }
@@ -205,6 +208,29 @@ void BalancingControl::bleed(const BalancingInputs& in, const BalancingSwitches&
     ++slot.tries;
   }
   if (!is_waiting && !switches.is_any_told() && !switches.is_any_on()) enter(BalancingState::measuring, in.now);
+}
+
+void BalancingControl::bleed_by_target(TimePoint now, BalancingSwitches& switches) {
+  const Duration bled_for = now - since_;
+  const bool has_nothing = bled_for >= target_patience && !switches.is_any_on();
+  if (bled_for < target_bleeding_max && !has_nothing) return;
+  switches.note_all_stopped();
+  enter(BalancingState::measuring, now);
+}
+
+/// Above the lowest cell of now or of the plan, whichever is higher: now the lowest may be one that reads low because
+/// it is bled, and a target that followed it down would have the really lowest bled with it.
+std::optional<std::int32_t> BalancingControl::bleed_above_uV(const PackState& pack) const {
+  const bool is_told = state_ == BalancingState::bleeding && !are_modules_ours(config_);
+  if (!is_told || !pack.cell_voltage_uV.is_complete()) return std::nullopt;
+  std::int32_t planned_min_uV = config_.cell.voltage_max_uV;
+  for (std::size_t cell = 0; cell < cell_count_; ++cell) {
+    planned_min_uV = std::min(planned_min_uV, cells_[cell].voltage_uV);
+  }
+  constexpr std::int32_t whole_mV = 1'000;
+  const std::int32_t target_uV =
+      std::max(pack.cell_voltage_uV.min, planned_min_uV) + std::max(config_.balancing.dead_band_uV, target_band_min_uV);
+  return target_uV / whole_mV * whole_mV;
 }
 
 OrderStage BalancingControl::observe_response(std::size_t module_index, const CanFrame& frame, TimePoint at,

@@ -13,12 +13,17 @@
 // switch that is on without having been told is stopped, again and again, in every state; what does not obey is a fault
 // (balancing_switches.hpp).
 //
-// Its counterpart in the modules is the protocol's operations 03 and 04. No allocation; about 45 kB.
+// Modules of another maker take no minutes: they are told a voltage, that of the lowest cell and a little more, and
+// bleed what is above it by themselves (devices/module_driver.hpp). They are told so for `target_bleeding_max` at the
+// most, less if they have nothing more to bleed, since cells read low while they are bled; then it is measured again.
+//
+// Its counterpart in our modules is the protocol's operations 03 and 04. No allocation; about 45 kB.
 // Cost: a look at each module a tick; a pass over the cells for each of the ten poll cycles.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string_view>
 
 #include "daemon/core/balancing_conditions.hpp"
@@ -36,6 +41,14 @@ inline constexpr Duration balancing_retry = 200ms;
 inline constexpr std::uint8_t balancing_tries = 5;
 /// A stop that is not seen to be obeyed is said again.
 inline constexpr Duration stop_retry = 500ms;
+/// Modules that are told a target bleed for so long before it is measured again; a quarter of an hour is what others
+/// give them.
+inline constexpr Duration target_bleeding_max = std::chrono::minutes{10};
+/// They have nothing to bleed if they have not begun by then.
+inline constexpr Duration target_patience = 30s;
+/// So far above the lowest cell their target lies at the least: they tell whole millivolts, and read what they bleed
+/// low.
+inline constexpr std::int32_t target_band_min_uV = 10'000;
 /// Poll cycles whose mean is planned with.
 inline constexpr std::uint16_t balancing_samples = 10;
 
@@ -93,6 +106,8 @@ class BalancingControl {
   [[nodiscard]] OrderStage stage(std::size_t module_index) const { return slots_[module_index].stage; }
   /// It has refused its minutes or not answered, and not obeyed since.
   [[nodiscard]] bool has_failed(std::size_t module_index) const { return slots_[module_index].has_failed; }
+  /// What foreign modules are to be told: bleed what is above this; nothing: no cell.
+  [[nodiscard]] std::optional<std::int32_t> bleed_above_uV(const PackState& pack) const;
   /// Cells with minutes in the last plan.
   [[nodiscard]] std::uint16_t cells_told() const { return cells_told_; }
   /// What the last plan wants a cell to lose and it has not lost yet, by number through the pack, from 0.
@@ -114,12 +129,13 @@ class BalancingControl {
   void enter(BalancingState state, TimePoint now);
   void begin_window(TimePoint now);
   void hold(const BalancingInputs& in, BalancingSwitches& switches, BalancingStep& out);
-  void measure(const BalancingInputs& in, const BalancingSwitches& switches, BalancingStep& out);
+  void measure(const BalancingInputs& in, BalancingSwitches& switches, BalancingStep& out);
   [[nodiscard]] bool is_steady(std::int32_t current_mA);
   void add_sample(const BalancingInputs& in);
-  void plan(const BalancingInputs& in, const BalancingSwitches& switches, BalancingStep& out);
+  void plan(const BalancingInputs& in, BalancingSwitches& switches, BalancingStep& out);
   [[nodiscard]] std::uint16_t share_out(const ModuleTable& modules);
   void bleed(const BalancingInputs& in, const BalancingSwitches& switches, BalancingStep& out);
+  void bleed_by_target(TimePoint now, BalancingSwitches& switches);
   void stop_unwanted(const BalancingInputs& in, BalancingSwitches& switches, BalancingStep& out);
 
   CoreConfig config_;

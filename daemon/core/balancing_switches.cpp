@@ -40,6 +40,7 @@ void BalancingSwitches::init(const CoreConfig& config) {
 }
 
 void BalancingSwitches::forget() {
+  are_free_ = false;
   for (Slot& slot : slots_) {
     slot.read_at = {};
     slot.on = slot.told = slot.ending = slot.came_on = 0;
@@ -51,22 +52,21 @@ void BalancingSwitches::forget() {
 void BalancingSwitches::update(const ModuleTable& modules) {
   for (std::size_t index = 0; index < module_count_; ++index) {
     const ModuleRecord& module = modules.modules()[index];
-    // The switches are told whether or not the stack's voltage is known.
-    const TimePoint told_at = module.module_voltage_mV.taken_at;
+    const TimePoint told_at = module.switches_read_at;
     const bool is_new = told_at != TimePoint{} && told_at != slots_[index].read_at;
     if (is_new) take(slots_[index], module);
   }
 }
 
 void BalancingSwitches::take(Slot& slot, const ModuleRecord& module) {
-  const TimePoint at = module.module_voltage_mV.taken_at;
+  const TimePoint at = module.switches_read_at;
   count(slot, module, at);
   const ModuleStatus& said = module.status.value;
   slot.read_at = at;
   slot.on = module.balancing_cells;
   slot.came_on = static_cast<std::uint16_t>(slot.came_on | slot.on);
   slot.obeys = module.status.is_valid() && said.mode == internal_bus::Mode::normal && !said.on_module_supply;
-  follow_time(slot, at);
+  if (!are_free_) follow_time(slot, at);
   judge(slot, at, said.board_too_hot);
 }
 
@@ -125,11 +125,19 @@ void BalancingSwitches::note_told(std::size_t module_index, const BalancingMinut
   for (std::size_t cell = 0; cell < slot.cell_count; ++cell) set(slot.told, cell, minutes[cell] > 0);
 }
 
+void BalancingSwitches::note_free() {
+  are_free_ = true;
+  for (std::size_t index = 0; index < module_count_; ++index) {
+    slots_[index].ending = static_cast<std::uint16_t>((1U << slots_[index].cell_count) - 1U);
+  }
+}
+
 void BalancingSwitches::note_stopped(std::size_t module_index) {
   slots_[module_index].told = slots_[module_index].ending = 0;
 }
 
 void BalancingSwitches::note_all_stopped() {
+  are_free_ = false;
   for (std::size_t index = 0; index < module_count_; ++index) note_stopped(index);
 }
 

@@ -7,6 +7,9 @@
 //                   module has no cell: a module that is polled has to obey, also one that may balance by itself
 //                   when it is left alone
 //
+// Where modules decide by themselves which cells they bleed (devices/module_driver.hpp) any switch may be on while they
+// are told a target, and none otherwise.
+//
 // A switch that is read as it should not be for `obey_max` disobeys. One that stays on drains its cell and warms its
 // board for ever; one that does not come on only leaves its cell as it is, and is remembered until it is seen on. A
 // switch that is off disobeys nobody while its module pauses because its board is hot, lives on its own cells, or is
@@ -43,6 +46,8 @@ class BalancingSwitches {
 
   /// A module has answered "done" to these minutes.
   void note_told(std::size_t module_index, const BalancingMinutes& minutes, TimePoint now);
+  /// Every module may bleed what it finds too high, until note_all_stopped.
+  void note_free();
   /// A module, or all, was told to stop.
   void note_stopped(std::size_t module_index);
   void note_all_stopped();
@@ -78,7 +83,7 @@ class BalancingSwitches {
     std::uint8_t node = 0;
     std::uint8_t cell_count = 0;
     std::uint16_t first_cell = 0;
-    TimePoint read_at{};        // the last MODULE frame; zero: none counts
+    TimePoint read_at{};        // the last word of its switches; zero: none counts
     std::uint16_t on = 0;       // then
     bool obeys = false;         // as far as it says: in its normal mode, and not on its own cells
     std::uint16_t told = 0;     // cells whose switch has to be on
@@ -103,10 +108,11 @@ class BalancingSwitches {
 
   std::size_t module_count_ = 0;
   std::int32_t resistance_Ohm_ = 1;
+  bool are_free_ = false;
   std::array<Slot, modules_max> slots_{};
   std::array<std::int64_t, cells_max> bled_uAs_{};
   std::array<std::int32_t, cells_max> rests_{};  // uV/Ohm * ns, not yet a whole uAs: below a second's uA
-  BMU_FIELDS(skipped(module_count_), skipped(resistance_Ohm_), slots_, bled_uAs_, rests_)
+  BMU_FIELDS(skipped(module_count_), skipped(resistance_Ohm_), are_free_, slots_, bled_uAs_, rests_)
 };
 
 }  // namespace bmu

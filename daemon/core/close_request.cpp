@@ -24,6 +24,10 @@ bool CloseRequest::follow(const PduState& pdu, bool contactors_open, TimePoint n
 
 void CloseRequest::drop() {
   vehicle_.is_wished = false;
+  drop_charger();
+}
+
+void CloseRequest::drop_charger() {
   charger_.is_wished = false;
 }
 

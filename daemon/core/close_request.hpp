@@ -18,6 +18,10 @@ class CloseRequest {
   void lose_sight() { lines_known_ = false; }
   /// The wishes so far have been dealt with: opened for a reason, or refused.
   void drop();
+  /// The charger's alone.
+  void drop_charger();
+  /// A charger that stayed plugged in asks again: as an edge of its line.
+  void plug_in_again() { charger_.was_on = false; }
 
   [[nodiscard]] bool is_present() const { return vehicle_.is_wished || charger_.is_wished; }
   [[nodiscard]] bool is_by_vehicle() const { return vehicle_.is_wished; }

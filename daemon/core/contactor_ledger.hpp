@@ -31,11 +31,18 @@ class ContactorLedger {
   bool command(const ContactorOutputs& outputs, const Measured<std::int32_t>& current_mA);
 
   [[nodiscard]] const ContactorLedgerEntries& entries() const { return entries_; }
+  /// What flowed when the first of the main contactors was last commanded open: what it had to break. What flows when
+  /// the other follows is what is left after that.
+  [[nodiscard]] const Measured<std::int32_t>& broken_mA() const { return broken_mA_; }
 
  private:
+  void note_main(bool is_closing, const Measured<std::int32_t>& current_mA);
+
   ContactorLedgerEntries entries_{};
   std::array<bool, contactor_id_count> is_closed_{};
-  BMU_FIELDS(entries_, is_closed_)
+  Measured<std::int32_t> broken_mA_;
+  bool is_broken_ = false;  // a main contactor was commanded open, and none closed since
+  BMU_FIELDS(entries_, is_closed_, broken_mA_, is_broken_)
 };
 
 }  // namespace bmu

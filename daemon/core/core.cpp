@@ -18,6 +18,16 @@ constexpr std::uint8_t controller_active = 0x40;
 /// Of any configuration: what a state file asks for beyond is none of ours.
 constexpr Duration lockout_max = 600s;
 
+/// Who has a word of its own on the internal bus: modules of another maker leave no room for ours.
+const Catalogue& internal_catalogue(const CoreConfig& config) {
+  using namespace internal_bus;
+  const bool is_little = config.sensor.little_endian;
+  if (are_modules_ours(config)) return is_little ? catalogue_little_endian_sensor : catalogue;
+  return is_little ? catalogue_without_modules_little_endian_sensor : catalogue_without_modules;
+}
+
+constexpr Catalogue nobodys{"", {}};
+
 std::array<bool, 4> contacts_of(const PduState& pdu) {
   return {pdu.main_positive_closed, pdu.main_negative_closed, pdu.precharge_closed, pdu.charge_closed};
 }
@@ -29,8 +39,9 @@ Core::Core(const CoreConfig& config, TimePoint started_at, std::uint8_t first_co
       started_at_(started_at),
       view_began_at_(started_at),
       next_tick_(started_at),
-      check_(config.sensor.little_endian ? internal_bus::catalogue_little_endian_sensor : internal_bus::catalogue,
-             ReceiveCheck::Role::master),
+      check_(internal_catalogue(config), ReceiveCheck::Role::master),
+      foreign_check_(are_modules_ours(config) ? nobodys : *config.foreign.driver->catalogue,
+                     ReceiveCheck::Role::master),
       command_counter_(first_counter) {
   sensors_.insulation_known_at = started_at;
   sequence_.entered_at = started_at;  // open since then, as far as anybody knows
@@ -38,6 +49,7 @@ Core::Core(const CoreConfig& config, TimePoint started_at, std::uint8_t first_co
   counter_.init(config_);
   contactor_watch_.init(started_at);
   poll_.init(config_.poll, started_at, first_counter);
+  rounds_.init(are_modules_ours(config_) ? std::uint8_t{0} : config_.foreign.driver->start_rounds, started_at);
   pace_.init(config_.poll, started_at);
   configured_ages_ = config_.ages;
   setup_.init(config_, first_counter);
@@ -46,6 +58,13 @@ Core::Core(const CoreConfig& config, TimePoint started_at, std::uint8_t first_co
   charge_pause_.init(config_);
   cell_charges_.init(config_);
   reporter_.init(started_at);
+  second_pack_.init(config_.second_pack, started_at);
+  sensor_setup_.init(config_.sensor);
+  insulation_.init(config_.insulation);
+  chargers_.init(config_.charger);
+  charge_.init(config_);
+  inverter_.init(config_.inverter);
+  inverter_reporter_.init(config_.inverter, started_at);
   watchers_.overload.init(carried(config_));
   watchers_.stuck.init(config_.cell);
   watchers_.steps.init(config_);
@@ -91,19 +110,109 @@ Urgency Core::observe(const Observation& observation) {
   return std::visit([&](const auto& what) { return take(observation.at, what); }, observation.what);
 }
 
+/// Our own come back as echoes, never here.
+void Core::take_vehicle_frame(const CanFrame& frame, TimePoint at) {
+  if (frame.is_extended || frame.is_error) return;
+  const VehicleConfig& vehicle = config_.vehicle;
+  const bool is_report = frame.id - vehicle.base_id < vehicle_message_count;
+  const bool is_reply = vehicle.request_id != 0 && frame.id == reply_id_of(vehicle);
+  if (is_report || is_reply) watchers_.bus.note_foreign_report(at);
+  if (vehicle.request_id != 0 && frame.id == vehicle.request_id && !frame.is_remote) take_request(frame, at);
+}
+
+/// A stored fault is cleared as by a user, who cannot clear what has to be looked at first.
+void Core::take_request(const CanFrame& request, TimePoint at) {
+  const bool clears = is_clear_request(request);
+  if (clears && !config_.vehicle.may_clear_faults) return requests_.note_refused();
+  if (clears) static_cast<void>(take(at, CommandGiven{.command = Command::clear_faults}));
+  requests_.take(request);
+}
+
 Urgency Core::take(TimePoint at, const FrameReceived& what) {
-  // One interface for both buses tells every frame as internal. Our own come back as echoes, never here.
-  const bool is_report = !what.frame.is_extended && what.frame.id - config_.vehicle.base_id < vehicle_message_count;
-  if (is_report && (what.port == Port::vehicle || ports_share_bus_)) watchers_.bus.note_foreign_report(at);
+  if (serves(config_, what.port, Port::vehicle)) take_vehicle_frame(what.frame, at);
+  if (serves(config_, what.port, Port::second_pack)) static_cast<void>(second_pack_.observe(what.frame, at));
+  if (serves(config_, what.port, Port::charger) && chargers_.observe(what.frame, at)) return Urgency::can_wait;
+  if (serves(config_, what.port, Port::inverter)) static_cast<void>(inverter_.observe(what.frame, at));
+  if (serves(config_, what.port, config_.insulation.bus) && insulation_.observe(what.frame, at)) {
+    return Urgency::can_wait;
+  }
+  if (serves(config_, what.port, config_.sensor.bus)) {
+    if (const std::optional<Urgency> urgency = take_foreign_current(what.frame, at)) return *urgency;
+  }
   if (what.port != Port::internal) return Urgency::can_wait;  // nobody on the vehicle bus has a say yet
+  if (take_sensor_answer(what.frame, at)) return Urgency::can_wait;
+  if (is_foreign_modules(what.frame)) return take_foreign_frame(what.frame, at);
   const CheckedFrame checked = check_.check(what.frame);
   if (!checked.is_accepted) return take_rejected(checked, at);
-  if (is_bus_off_) {
-    is_bus_off_ = false;  // not every driver tells of a restart; a sound frame proves it
-    update_bus_state(at);
-  }
+  note_sound_frame(at);
   return checked.message->sender == Sender::mmu ? take_module_frame(checked, what.frame, at)
                                                 : take_sensor_frame(checked, what.frame, at);
+}
+
+/// Not every driver tells of a restart; a sound frame proves it.
+void Core::note_sound_frame(TimePoint at) {
+  if (!is_bus_off_) return;
+  is_bus_off_ = false;
+  update_bus_state(at);
+}
+
+/// A car's current sensor in the same rows is no module. What an error frame has for an identifier is a number of its
+/// error, and no module's.
+bool Core::is_foreign_modules(const CanFrame& frame) const {
+  if (are_modules_ours(config_) || frame.is_error) return false;
+  const MessageSpec* const message = config_.foreign.driver->catalogue->find(frame).message;
+  return message != nullptr && message->sender != Sender::sensor;
+}
+
+namespace {
+
+/// Whose identifier it is, whatever is wrong with the frame, as nodes count here; 0: no module's.
+std::uint8_t node_of(const ModuleDriver& driver, const CanFrame& frame) {
+  const MessageMatch match = driver.catalogue->find(frame);
+  const bool is_of_module =
+      match.message != nullptr && match.message->sender == Sender::module && match.message->has_node();
+  return is_of_module ? static_cast<std::uint8_t>(match.node + driver.maker_less) : std::uint8_t{0};
+}
+
+}  // namespace
+
+Urgency Core::take_foreign_frame(const CanFrame& frame, TimePoint at) {
+  const ModuleDriver& driver = *config_.foreign.driver;
+  const CheckedFrame checked = foreign_check_.check(frame);
+  if (!checked.is_accepted) return take_foreign_rejected(checked, node_of(driver, frame), at);
+  note_sound_frame(at);
+  const ModuleReport report = driver.take(frame, config_.foreign.options);
+  if (report.node == 0) return Urgency::can_wait;  // nothing that anybody here reads
+  if (modules_.find(report.node) == nullptr) {
+    foreign_check_.reject(frame, RejectReason::not_configured);
+    watchers_.bus.note_unknown_module(report.node, at);
+    return Urgency::can_wait;
+  }
+  const std::uint32_t cycles_before = modules_.complete_cycles();
+  modules_.observe(report, at);
+  const bool is_news = modules_.any_beyond(report.node, config_.limits) || modules_.complete_cycles() != cycles_before;
+  return is_news ? Urgency::decide_now : Urgency::can_wait;
+}
+
+Urgency Core::take_foreign_rejected(const CheckedFrame& checked, std::uint8_t node, TimePoint at) {
+  if (checked.reason == RejectReason::foreign_master) {
+    flags_.foreign_master_seen = true;
+    return Urgency::decide_now;
+  }
+  modules_.note_rejected(node, checked.reason);
+  if (checked.reason == RejectReason::wrong_crc) modules_.note_damaged(node, at);
+  if (checked.reason != RejectReason::conflicting) return Urgency::can_wait;
+  modules_.note_conflict(node, at);
+  return Urgency::decide_now;
+}
+
+ReceiveCounts Core::receive_counts() const {
+  ReceiveCounts counts = check_.counts();
+  counts.accepted += foreign_check_.counts().accepted;
+  for (std::size_t reason = 0; reason < counts.rejected.size(); ++reason) {
+    counts.rejected[reason] += foreign_check_.counts().rejected[reason];
+  }
+  return counts;
 }
 
 Urgency Core::take_rejected(const CheckedFrame& checked, TimePoint at) {
@@ -229,14 +338,76 @@ void Core::note_identity_for_assignment(std::uint8_t node, std::uint32_t serial_
 Urgency Core::take_sensor_frame(const CheckedFrame& checked, const CanFrame& frame, TimePoint at) {
   const bool had_word = sensors_.pdu_word.is_valid();
   const PduState before = sensors_.pdu.value;
+  const bool is_pdu = checked.message->base_id == internal_bus::pdu_status.base_id;
+  const bool is_of_second = checked.message->base_id == internal_bus::sensor_current_2.base_id;
+  // What a sensor says whose settings nobody knows is no measurement.
+  if (!is_pdu && !is_of_second && !sensor_setup_.are_results_good(at)) return Urgency::can_wait;
   sensors_.observe(*checked.message, frame, at, config_);
-  if (checked.message->base_id == internal_bus::pdu_status.base_id) {
+  if (is_pdu) {
     if (had_word) note_pdu_counter(frame.data[6]);
     pdu_counter_ = frame.data[6];
     pdu_words_lost_ = false;
     return flags_.pdu_restarted ? Urgency::decide_now : urgency_of(before, sensors_.pdu.value);
   }
-  if (checked.message->base_id != internal_bus::sensor_current.base_id) return Urgency::can_wait;
+  const bool is_first =
+      checked.message->base_id == internal_bus::sensor_current.base_id && config_.sensor.first == nullptr;
+  return is_first ? follow_current(at) : Urgency::can_wait;
+}
+
+/// Of a sensor that has frames of its own; nothing if it is none.
+std::optional<Urgency> Core::take_foreign_current(const CanFrame& frame, TimePoint at) {
+  const bool is_first = config_.sensor.first != nullptr;
+  const CurrentSensorDriver* const driver = is_first ? config_.sensor.first : config_.sensor.second;
+  const CurrentNews news = driver != nullptr ? driver->take(frame) : CurrentNews{};
+  if (news.word == CurrentWord::none) return std::nullopt;
+  if (news.word == CurrentWord::refused) {
+    sensors_.observe_current(not_known(), is_first, at, config_);
+    return Urgency::can_wait;
+  }
+  sensors_.observe_current(news.current_mA, is_first, at, config_);
+  return is_first ? follow_current(at) : Urgency::can_wait;
+}
+
+/// The sensor's answer about its settings.
+bool Core::take_sensor_answer(const CanFrame& frame, TimePoint at) {
+  if (!sensor_setup_.is_there()) return false;
+  const SensorSetup before = sensor_setup_;
+  const bool is_answer = sensor_setup_.observe(frame, at, outputs_.any_contactor());
+  if (is_answer) note_sensor_setup(before, at);
+  return is_answer;
+}
+
+void Core::note_sensor_setup(const SensorSetup& before, TimePoint at) {
+  const SensorSetupProblem& problem = sensor_setup_.problem();
+  if (sensor_setup_.restarts() != before.restarts()) events_.push({.id = EventId::sensor_restarted, .at = at});
+  if (sensor_setup_.stage() == SensorSetupStage::done && before.stage() != SensorSetupStage::done) {
+    note_sensor_set_up(at);
+  }
+  if (problem == before.problem() || !sensor_setup_.has_failed()) return;
+  events_.push({.id = EventId::sensor_set_up_failed,
+                .at = at,
+                .reading = {.is_known = true, .value = problem.found, .element = {.number = problem.channel}},
+                .threshold = problem.wanted,
+                .number = static_cast<std::int64_t>(problem.trouble)});
+}
+
+/// One for each channel that was configured anew; one in all, without trouble, where it was found as wanted.
+void Core::note_sensor_set_up(TimePoint at) {
+  bool has_changed = false;
+  for (const SensorSetupProblem& changed : sensor_setup_.changed()) {
+    if (changed.trouble == SensorSetupTrouble::none) continue;
+    has_changed = true;
+    events_.push({.id = EventId::sensor_set_up,
+                  .at = at,
+                  .reading = {.is_known = true, .value = changed.found, .element = {.number = changed.channel}},
+                  .threshold = changed.wanted,
+                  .number = static_cast<std::int64_t>(changed.trouble)});
+  }
+  if (!has_changed) events_.push({.id = EventId::sensor_set_up, .at = at});
+}
+
+/// The first current, if what was heard at `at` was one.
+Urgency Core::follow_current(TimePoint at) {
   const Measured<std::int32_t>& current = sensors_.current_mA;
   if (current.taken_at != at) return Urgency::can_wait;  // the result was none
   counter_.observe(current, sensors_.pack_voltage_mV);
@@ -261,12 +432,24 @@ void Core::note_pdu_counter(std::uint8_t counter) {
   if ((steps == 0 || steps > steps_max) && !pdu_words_lost_) flags_.pdu_restarted = true;
 }
 
+/// One of those that the inverter is told.
+bool Core::is_battery_frame(const CanFrame& frame) const {
+  BatteryReport ignored;
+  return inverter_.is_there() && config_.inverter.driver->hear(frame, ignored) != BatteryWord::none;
+}
+
 Urgency Core::take(TimePoint, const FrameEchoed& what) {
-  const bool is_report = what.frame.id - config_.vehicle.base_id < vehicle_message_count;
-  // One interface for both buses tells every frame as internal; the reports are the vehicle port's all the same.
-  const Port port = is_report ? Port::vehicle : what.port;
+  const VehicleConfig& vehicle = config_.vehicle;
+  const bool is_reply = vehicle.request_id != 0 && what.frame.id == reply_id_of(vehicle);
+  const bool is_report = is_reply || what.frame.id - vehicle.base_id < vehicle_message_count;
+  // One interface for several buses tells every frame as the first of them; it counts for the one that sent it.
+  const bool is_charger_command = chargers_.is_there() && chargers_.driver().order_of(what.frame).has_value();
+  const bool is_for_inverter = is_battery_frame(what.frame);
+  const Port port = is_report            ? Port::vehicle
+                    : is_charger_command ? Port::charger
+                    : is_for_inverter    ? Port::inverter
+                                         : what.port;
   ++ports_[static_cast<std::size_t>(port)].frames_echoed;
-  ports_share_bus_ = ports_share_bus_ || (is_report && what.port == Port::internal);
   if (port == Port::internal && what.frame.id == internal_bus::contactor_command.base_id) {
     command_link_.note_echo(what.frame.data[6]);
   }
@@ -278,6 +461,10 @@ Urgency Core::take(TimePoint, const SendFailed& what) {
   const bool is_command = what.port == Port::internal && what.frame.id == internal_bus::contactor_command.base_id &&
                           !what.frame.is_extended;
   if (is_command) command_link_.note_failed();
+  const ModuleDriver* const foreign = config_.foreign.driver;
+  const bool is_question = what.port == Port::internal && foreign != nullptr && foreign->question_of(what.frame);
+  if (is_question) rounds_.note_failed();
+  if (what.port == Port::inverter) inverter_reporter_.note_failed(what.frame);
   return Urgency::can_wait;
 }
 
@@ -328,6 +515,7 @@ Urgency Core::take(TimePoint at, const CommandGiven& what) {
       clear_ours_ = true;
       broadcasts_.clear();
       clear_given_ = what;
+      charge_resume_.cancel();
       break;
     case Command::wake: rest_.wake(); break;
     case Command::accept_modules: accept_given_ = what; break;
@@ -367,6 +555,11 @@ Urgency Core::take(TimePoint at, const LinesSeen& what) {
   return fails ? Urgency::decide_now : urgency_of(before, sensors_.pdu.value);
 }
 
+Urgency Core::take(TimePoint at, const PulsesSeen& what) {
+  insulation_.observe(what.pwm, at);
+  return Urgency::can_wait;  // no single period opens a pack
+}
+
 /// Whenever the bus was away, what was known before says nothing about now.
 void Core::update_bus_state(TimePoint at) {
   const bool is_up = ports_[static_cast<std::size_t>(Port::internal)].is_up && !is_bus_off_;
@@ -389,10 +582,20 @@ void Core::start_over(TimePoint at) {
   balancing_.forget(at);
   waiting_orders_ = {};
   setup_.start_over();
+  rounds_.start_over(at);
   pace_.start_over(at);
   ages_slow_until_ = {};
   check_.forget_counters();
+  foreign_check_.forget_counters();
   request_.lose_sight();
+  second_pack_.forget_values(at);
+  sensor_setup_.start_over();
+  insulation_.forget_values();
+  chargers_.forget_values();
+  charger_watch_.forget();
+  charge_.forget();
+  inverter_.forget_values();
+  requests_.forget();
 }
 
 }  // namespace bmu

@@ -22,7 +22,12 @@
 #include "daemon/core/auxiliary.hpp"
 #include "daemon/core/balancing_control.hpp"
 #include "daemon/core/cell_dynamics.hpp"
+#include "daemon/core/cell_requests.hpp"
+#include "daemon/core/charge_control.hpp"
 #include "daemon/core/charge_pause.hpp"
+#include "daemon/core/charge_resume.hpp"
+#include "daemon/core/charger_table.hpp"
+#include "daemon/core/charger_watch.hpp"
 #include "daemon/core/close_request.hpp"
 #include "daemon/core/command_link.hpp"
 #include "daemon/core/command_turns.hpp"
@@ -35,11 +40,15 @@
 #include "daemon/core/estimators/pack_estimate.hpp"
 #include "daemon/core/event_queue.hpp"
 #include "daemon/core/fault_memory.hpp"
+#include "daemon/core/insulation_table.hpp"
+#include "daemon/core/inverter_reporter.hpp"
+#include "daemon/core/inverter_watch.hpp"
 #include "daemon/core/limit_ramp.hpp"
 #include "daemon/core/limits.hpp"
 #include "daemon/core/module_assignment.hpp"
 #include "daemon/core/module_broadcasts.hpp"
 #include "daemon/core/module_roster.hpp"
+#include "daemon/core/module_rounds.hpp"
 #include "daemon/core/module_setup.hpp"
 #include "daemon/core/module_table.hpp"
 #include "daemon/core/observation.hpp"
@@ -55,6 +64,8 @@
 #include "daemon/core/reclosing.hpp"
 #include "daemon/core/report_vehicle.hpp"
 #include "daemon/core/rest_mode.hpp"
+#include "daemon/core/second_pack.hpp"
+#include "daemon/core/sensor_setup.hpp"
 #include "daemon/core/sensor_table.hpp"
 #include "daemon/core/vehicle_state.hpp"
 #include "daemon/core/watchers.hpp"
@@ -90,7 +101,7 @@ struct OpeningRecord {
   bool is_restored = false;     // the fault is a former life's: reading and confirmation have no time
   TimePoint suspected_since{};  // first sample beyond the threshold
   TimePoint confirmed_at{};
-  Measured<std::int32_t> current_mA;  // at opening; not known if it was not
+  Measured<std::int32_t> current_mA;  // what the first main contactor had to break; not known if it was not
 };
 
 /// The last wish to close that came to nothing.
@@ -149,6 +160,8 @@ class Core {
   [[nodiscard]] const PackState& pack() const { return pack_; }
   [[nodiscard]] const ModuleTable& modules() const { return modules_; }
   [[nodiscard]] const SensorTable& sensors() const { return sensors_; }
+  [[nodiscard]] const SensorSetup& sensor_setup() const { return sensor_setup_; }
+  [[nodiscard]] const InsulationTable& insulation() const { return insulation_; }
   [[nodiscard]] const FaultMemory& faults() const { return faults_; }
   [[nodiscard]] const Permission& permission() const { return permission_; }
   [[nodiscard]] const SequenceState& sequence() const { return sequence_; }
@@ -160,6 +173,11 @@ class Core {
   [[nodiscard]] std::optional<PackTotals> totals() const {
     return has_memory_ ? std::optional(totals_with(former_totals_, counter_.state())) : std::nullopt;
   }
+  /// How often a daemon has started with this pack and seen all of it, this time included; not before that, nor where
+  /// nobody keeps it.
+  [[nodiscard]] std::optional<std::uint32_t> starts() const {
+    return is_start_counted_ ? std::optional(persistent_.starts) : std::nullopt;
+  }
   [[nodiscard]] const ChargePause& charge_pause() const { return charge_pause_; }
   /// As it is told; nothing while it is not known.
   [[nodiscard]] std::optional<std::int32_t> soc_permille() const;
@@ -168,8 +186,15 @@ class Core {
   [[nodiscard]] TimePoint locked_out_until() const { return locked_out_until_; }
   [[nodiscard]] const RefusalRecord& last_refusal() const { return last_refusal_; }
   [[nodiscard]] const PrechargeRecord& last_precharge() const { return last_precharge_; }
-  [[nodiscard]] const ReceiveCounts& receive_counts() const { return check_.counts(); }
+  /// Of all frames on the internal bus, whoever's.
+  [[nodiscard]] ReceiveCounts receive_counts() const;
   [[nodiscard]] const ReceiveCheck& receive_check() const { return check_; }
+  /// What foreign modules say passes a check of its own; without such modules nothing does.
+  [[nodiscard]] const ReceiveCheck& foreign_check() const { return foreign_check_; }
+  /// What foreign modules are told to bleed above; nothing: they bleed nothing, or are ours.
+  [[nodiscard]] std::optional<std::int32_t> bleed_above_uV() const {
+    return shutting_down_ ? std::nullopt : balancing_.bleed_above_uV(pack_);
+  }
   [[nodiscard]] const PortStatus& port(Port port) const { return ports_[static_cast<std::size_t>(port)]; }
   [[nodiscard]] std::uint64_t events_dropped() const { return events_.dropped(); }
   [[nodiscard]] const ModuleSetup& module_setup() const { return setup_; }
@@ -186,17 +211,33 @@ class Core {
   /// Somebody asks for a closed pack: an edge of vehicle-on or charger-connected since start or the last opening.
   [[nodiscard]] bool is_close_requested() const { return request_.is_present(); }
   [[nodiscard]] Wish wish() const { return {request_.is_by_vehicle(), request_.is_by_charger()}; }
-  [[nodiscard]] ModeInputs mode_inputs() const;
-  [[nodiscard]] PackMode mode() const { return pack_mode(mode_inputs()); }
+  /// `now`: not before the last observation.
+  [[nodiscard]] ModeInputs mode_inputs(TimePoint now) const;
+  [[nodiscard]] PackMode mode(TimePoint now) const { return pack_mode(mode_inputs(now)); }
   [[nodiscard]] const Watchers& watchers() const { return watchers_; }
   [[nodiscard]] const PrechargeGuard& precharge_guard() const { return guard_; }
   [[nodiscard]] const RestMode& rest() const { return rest_; }
   [[nodiscard]] const BalancingControl& balancing() const { return balancing_; }
+  [[nodiscard]] const CellRequests::Counts& cell_requests() const { return requests_.counts(); }
+  [[nodiscard]] const ChargerTable& chargers() const { return chargers_; }
+  /// What a charger's unit was asked for last.
+  [[nodiscard]] std::int32_t ordered_mA(std::size_t unit) const { return ordered_mA_[unit]; }
+  [[nodiscard]] const ChargeControl& charge_control() const { return charge_; }
+  /// The charge goes on by itself when its charger is heard again.
+  [[nodiscard]] bool is_resume_pending() const { return charge_resume_.is_pending(); }
+  [[nodiscard]] const ChargerWatch& charger_watch() const { return charger_watch_; }
+  [[nodiscard]] const InverterWatch& inverter() const { return inverter_; }
+  [[nodiscard]] bool is_inverter_silent() const { return inverter_.is_silent(decided_at_, flags_.closed_since); }
+  /// What the inverter is told, as it is now.
+  [[nodiscard]] BatteryReport inverter_report() const { return inverter_reporter_.report(inverter_view(decided_at_)); }
+  [[nodiscard]] const SecondPack& second_pack() const { return second_pack_; }
   [[nodiscard]] const CellChargeBook& cell_charges() const { return cell_charges_; }
   [[nodiscard]] bool is_balancing_switched_off() const { return balancing_off_; }
   /// ms since 1970 at `at`; 0 while nobody has told the time.
   [[nodiscard]] std::int64_t unix_time_ms(TimePoint at) const;
   [[nodiscard]] std::uint64_t gate_refusals() const { return gate_refusals_; }
+  /// What the gate lets out, as it is now.
+  [[nodiscard]] GateRules gate_rules() const;
 
  private:
   // observe, one kind each
@@ -210,8 +251,16 @@ class Core {
   Urgency take(TimePoint at, const WallClockSeen& what);
   Urgency take(TimePoint at, const HealthSeen& what);
   Urgency take(TimePoint at, const LinesSeen& what);
+  Urgency take(TimePoint at, const PulsesSeen& what);
   [[nodiscard]] static Urgency urgency_of(const PduState& before, const PduState& now);
+  void take_vehicle_frame(const CanFrame& frame, TimePoint at);
+  void take_request(const CanFrame& request, TimePoint at);
+  [[nodiscard]] bool is_battery_frame(const CanFrame& frame) const;
   Urgency take_rejected(const CheckedFrame& checked, TimePoint at);
+  [[nodiscard]] bool is_foreign_modules(const CanFrame& frame) const;
+  Urgency take_foreign_frame(const CanFrame& frame, TimePoint at);
+  Urgency take_foreign_rejected(const CheckedFrame& checked, std::uint8_t node, TimePoint at);
+  void note_sound_frame(TimePoint at);
   Urgency take_module_frame(const CheckedFrame& checked, const CanFrame& frame, TimePoint at);
   void take_stranger(const CheckedFrame& checked, const CanFrame& frame, TimePoint at);
   void note_set_up(SetupStage before, std::size_t index, std::uint8_t node, TimePoint at);
@@ -219,6 +268,11 @@ class Core {
   void note_identity(const ModuleRecord& module, const Measured<ModuleIdentity>& before, TimePoint at);
   void note_identity_for_assignment(std::uint8_t node, std::uint32_t serial_number, TimePoint at);
   Urgency take_sensor_frame(const CheckedFrame& checked, const CanFrame& frame, TimePoint at);
+  [[nodiscard]] std::optional<Urgency> take_foreign_current(const CanFrame& frame, TimePoint at);
+  Urgency follow_current(TimePoint at);
+  [[nodiscard]] bool take_sensor_answer(const CanFrame& frame, TimePoint at);
+  void note_sensor_setup(const SensorSetup& before, TimePoint at);
+  void note_sensor_set_up(TimePoint at);
 
   // decide, in this order
   void check_loop_gap(TimePoint now);
@@ -226,6 +280,7 @@ class Core {
   void follow_estimate(TimePoint now);
   void keep_estimate(TimePoint now);
   void keep_totals(bool is_last);
+  void count_start();
   void follow_charges(TimePoint now);
   void keep_charges(TimePoint now);
   void follow_request(TimePoint now);
@@ -245,8 +300,20 @@ class Core {
   void step_contactors(TimePoint now);
   void step_auxiliary(TimePoint now);
   void set_limits(TimePoint now);
+  void charge(TimePoint now);
+  void resume_charge(TimePoint now);
+  void send_charger_commands(TimePoint now, Decisions& out);
+  [[nodiscard]] ChargerOrder order_of_unit(std::size_t unit, TimePoint now) const;
+  void follow_plug(TimePoint now);
+  [[nodiscard]] bool may_request_mains() const;
+  [[nodiscard]] bool is_hands_off(TimePoint now) const;
+  [[nodiscard]] bool clears_charger_errors(std::size_t unit, TimePoint now);
+  [[nodiscard]] bool has_way(Port port, TimePoint now) const;
+  [[nodiscard]] bool has_to_balance() const;
   void send_contactor_command(TimePoint now, Decisions& out);
+  void ask_sensor(TimePoint now, Decisions& out);
   void send_polls(TimePoint now, Decisions& out);
+  void ask_foreign(TimePoint now, Decisions& out);
   void assign_node(TimePoint now, Decisions& out);
   [[nodiscard]] bool ask_again(TimePoint now, Decisions& out);
   void ask_missing(TimePoint now, Decisions& out);
@@ -257,6 +324,8 @@ class Core {
   void send_broadcasts(TimePoint now, Decisions& out);
   void ask_alone(std::uint8_t node, AskAgain what, TimePoint now, Decisions& out);
   void send_report(TimePoint now, Decisions& out);
+  void answer_request(TimePoint now, Decisions& out);
+  void tell_inverter(TimePoint now, Decisions& out);
 
   void start_over(TimePoint at);
   TimePoint advance_tick(TimePoint now);
@@ -271,9 +340,12 @@ class Core {
   void record_confirmed(FaultId id, TimePoint now);
   void record_cleared(FaultId id, TimePoint now);
   void touch_persistent() { ++persistent_generation_; }
-  void send(Port port, const CanFrame& frame, Decisions& out);
+  /// Through the gate. False: it is not handed on; whoever counts on it has to know.
+  bool send(Port port, const CanFrame& frame, Decisions& out);
+  [[nodiscard]] InverterLimits inverter_bounds() const;
   [[nodiscard]] FaultInputs fault_inputs(TimePoint now) const;
   [[nodiscard]] VehicleView vehicle_view(TimePoint now) const;
+  [[nodiscard]] InverterView inverter_view(TimePoint now) const;
   [[nodiscard]] SequenceInputs sequence_inputs(TimePoint now) const;
   [[nodiscard]] bool link_follows_though_open() const;
   [[nodiscard]] bool pdu_fresh(TimePoint now) const;
@@ -295,6 +367,7 @@ class Core {
   std::uint64_t ticks_ = 0;
 
   ReceiveCheck check_;
+  ReceiveCheck foreign_check_;
   ModuleTable modules_;
   SensorTable sensors_;
   CoulombCounter counter_;
@@ -303,6 +376,7 @@ class Core {
   bool has_kept_last_ = false;    // the record of the end
   bool has_memory_ = false;       // somebody keeps what outlives this
   PackTotals former_totals_;
+  bool is_start_counted_ = false;
   ChargePause charge_pause_;
   CellChargeBook cell_charges_;
   TimePoint charges_looked_at_{};  // whether they are worth keeping
@@ -325,6 +399,7 @@ class Core {
   LimitRamps limit_ramps_;
   CurrentLimits limits_;
   PollSchedule poll_;
+  ModuleRounds rounds_;
   PollPacer pace_;
   AgeConfig configured_ages_;
   TimePoint ages_slow_until_{};  // what was asked at the parked pace is not yet replaced
@@ -335,6 +410,23 @@ class Core {
   BalancingControl balancing_;
   std::array<std::optional<BalancingOrder>, modules_max> waiting_orders_{};  // for the module's turn
   VehicleReporter reporter_;
+  CellRequests requests_;
+  SecondPack second_pack_;
+  SensorSetup sensor_setup_;
+  InsulationTable insulation_;
+  ChargerTable chargers_;
+  ChargerWatch charger_watch_;
+  ChargeControl charge_;
+  InverterWatch inverter_;
+  InverterReporter inverter_reporter_;
+  TimePoint charger_command_at_{};                            // the last; zero: none yet
+  std::array<std::int32_t, charger_units_max> ordered_mA_{};  // of each unit, in it
+  bool was_enabled_ = false;                                  // likewise
+  bool was_in_progress_ = false;                              // likewise
+  bool is_plugged_in_ = false;                                // by the last fresh word
+  TimePoint errors_cleared_at_{};                             // of chargers that latch them
+  std::uint8_t errors_cleared_ = 0;                           // tries, since it was plugged in
+  ChargeResume charge_resume_;
   OpeningRecord last_opening_;
   RefusalRecord last_refusal_;
   PrechargeRecord last_precharge_;
@@ -361,8 +453,7 @@ class Core {
   CommandLink command_link_;
   std::uint8_t command_counter_ = 0;
   std::uint8_t pdu_counter_ = 0;
-  bool pdu_words_lost_ = false;   // perhaps, on this machine, since the last one
-  bool ports_share_bus_ = false;  // reports come back as the internal port's frames
+  bool pdu_words_lost_ = false;  // perhaps, on this machine, since the last one
   std::uint64_t gate_refusals_ = 0;
   bool is_clock_known_ = false;
   Duration clock_offset_{};  // wall clock less monotonic clock
@@ -371,17 +462,20 @@ class Core {
   /// The configuration is given, and the ages that hold at the present pace follow from it.
   void after_reading_fields() { config_.ages = ages_now(decided_at_); }
   [[nodiscard]] bool are_fields_possible() const;
-  BMU_FIELDS(skipped(config_), started_at_, view_began_at_, decided_at_, next_tick_, ticks_, check_, modules_, sensors_,
-             counter_, estimate_, estimate_kept_at_, has_kept_last_, has_memory_, former_totals_, charge_pause_,
-             cell_charges_, charges_looked_at_, charges_kept_at_, pack_, faults_, mode_before_, flags_, watchers_,
-             permission_, sequence_, contactor_watch_, guard_, ledger_, rest_, auxiliary_, outputs_, commanded_before_,
-             forecaster_, limit_ramps_, limits_, poll_, pace_, skipped(configured_ages_), ages_slow_until_, setup_,
-             turns_, broadcasts_, assignment_, balancing_, waiting_orders_, reporter_, last_opening_, last_refusal_,
+  BMU_FIELDS(skipped(config_), started_at_, view_began_at_, decided_at_, next_tick_, ticks_, check_, foreign_check_,
+             modules_, sensors_, counter_, estimate_, estimate_kept_at_, has_kept_last_, has_memory_, former_totals_,
+             is_start_counted_, charge_pause_, cell_charges_, charges_looked_at_, charges_kept_at_, pack_, faults_,
+             mode_before_, flags_, watchers_, permission_, sequence_, contactor_watch_, guard_, ledger_, rest_,
+             auxiliary_, outputs_, commanded_before_, forecaster_, limit_ramps_, limits_, poll_, rounds_, pace_,
+             skipped(configured_ages_), ages_slow_until_, setup_, turns_, broadcasts_, assignment_, balancing_,
+             waiting_orders_, reporter_, requests_, second_pack_, sensor_setup_, insulation_, chargers_, charger_watch_,
+             charge_, inverter_, inverter_reporter_, charger_command_at_, ordered_mA_, was_enabled_, was_in_progress_,
+             is_plugged_in_, errors_cleared_at_, errors_cleared_, charge_resume_, last_opening_, last_refusal_,
              last_precharge_, ports_, events_, seen_complete_, request_, clear_ours_, clear_given_, accept_given_,
              assign_given_, stranger_asked_at_, balancing_off_, is_bus_off_, shutting_down_, shut_down_at_,
              shut_down_told_, locked_out_until_, lockout_, link_shows_weld_, request_over_at_, outputs_changed_at_,
-             command_link_, command_counter_, pdu_counter_, pdu_words_lost_, ports_share_bus_, gate_refusals_,
-             is_clock_known_, clock_offset_, persistent_, persistent_generation_)
+             command_link_, command_counter_, pdu_counter_, pdu_words_lost_, gate_refusals_, is_clock_known_,
+             clock_offset_, persistent_, persistent_generation_)
 };
 
 }  // namespace bmu

@@ -13,9 +13,16 @@
 #include "daemon/core/derating.hpp"
 #include "daemon/core/estimators/charge_plateau.hpp"
 #include "daemon/core/estimators/soc_estimate.hpp"
+#include "daemon/core/observation.hpp"
+#include "devices/charger.hpp"
+#include "devices/current_sensor.hpp"
+#include "devices/insulation_monitor.hpp"
+#include "devices/inverter.hpp"
+#include "devices/module_driver.hpp"
+#include "devices/sensor_set_up.hpp"
 #include "protocol/fixed_vector.hpp"
 #include "protocol/tables/internal_bus.hpp"
-#include "protocol/tables/vehicle_bus.hpp"
+#include "protocol/tables/vehicle_dialects.hpp"
 #include "protocol/time.hpp"
 
 namespace bmu {
@@ -25,11 +32,16 @@ inline constexpr Duration tick_period = 10ms;
 
 inline constexpr std::size_t modules_max = internal_bus::node_count_max;
 inline constexpr std::size_t cells_max = modules_max * internal_bus::cells_per_module_max;
+/// At the cells of one module, whosever it is: ours have up to four.
+inline constexpr std::size_t cell_sensors_max = 5;
+static_assert(cell_sensors_max >= internal_bus::cell_temperatures_per_module_max &&
+              cell_sensors_max >= foreign_temperatures_max);
+static_assert(internal_bus::cells_per_module_max >= foreign_cells_max);
 
 struct ModuleConfig {
   std::uint8_t node = 1;                         // 1 to 63, unique
   std::uint8_t cell_count = 12;                  // 1 to 12
-  std::uint8_t temperature_sensor_count = 4;     // cell sensors, 0 to 4; at least one in the whole pack
+  std::uint8_t temperature_sensor_count = 4;     // cell sensors, 0 to 4, of foreign ones 5; at least one in the pack
   std::optional<std::uint32_t> serial_number{};  // which module it is; not given: the one first seen there
 };
 
@@ -207,6 +219,13 @@ struct InsulationConfig {
   std::int32_t open_min_Ohm = 0;
   Duration confirm = 500ms;
   bool opens_while_driving = true;  // else a low resistance only warns until the pack is open
+  // Where the monitor is; of these two one at the most. Neither: the unit's word, or a line's.
+  const InsulationDriver* driver = nullptr;  // on a bus
+  bool has_pulse_line = false;               // an IR155 whose pulses a line of this machine captures
+  Port bus = Port::internal;                 // the bus it is on
+
+  /// One whose own word is heard, instead of what the unit says of it.
+  [[nodiscard]] constexpr bool is_heard_itself() const { return driver != nullptr || has_pulse_line; }
 };
 
 /// After an undervoltage: modules asleep, and only a look now and then.
@@ -232,8 +251,15 @@ struct AuxiliaryConfig {
 
 struct SensorConfig {
   bool little_endian = false;
-  bool invert_current = false;      // when the sensor counts charging as positive
-  bool has_second_current = false;  // at 531h, mounted the same way round
+  bool invert_current = false;  // when the sensor counts charging as positive
+  bool has_second_current = false;
+  bool is_second_reversed = false;              // mounted the other way round than the first
+  const SensorSetUpDriver* set_up = nullptr;    // of who tells the results; null: its settings are not asked
+  bool is_configured = false;                   // if they are not as wanted; else it is not used then
+  bool is_stored = false;                       // what was set outlives the sensor's supply
+  const CurrentSensorDriver* first = nullptr;   // who tells the first current; null: the results at 521h
+  const CurrentSensorDriver* second = nullptr;  // the second; null: 531h, or 521h where `first` has another
+  Port bus = Port::internal;                    // where these two are
 };
 
 struct SocConfig {
@@ -271,9 +297,75 @@ struct BalancingConfig {
 };
 
 struct VehicleConfig {
+  VehicleDialect dialect = VehicleDialect::iha;
   std::uint16_t base_id = vehicle_bus::default_base_id;
   std::array<char, 8> name{'B', 'M', 'U', 'D', ' ', ' ', ' ', ' '};     // 620h
   std::array<char, 8> version{'S', 'W', ':', ' ', '0', '.', '1', '0'};  // 621h
+  // What readers of these messages do not agree on.
+  bool is_charge_positive = false;  // in 624h
+  bool is_energy_in_kWh = false;    // in 625h of `elithion`, which else counts Wh
+  std::uint16_t request_id = 0;     // of a Lithiumate's request for data (cell_requests.hpp); 0: none is answered
+  std::uint16_t reply_id = 0;       // 0: 8 above the request
+  bool may_clear_faults = false;    // by such a request
+};
+
+/// A pack beside this one that tells the same messages. `base_id` 0: there is none.
+struct SecondPackConfig {
+  std::uint16_t base_id = 0;
+  VehicleDialect dialect = VehicleDialect::iha;
+};
+
+/// Modules of another maker in place of ours. They take no limits and no numbers, tell no serial number and watch no
+/// cell by themselves: nothing opens the pack but its master (docs/foreign-modules.md).
+struct ForeignModulesConfig {
+  const ModuleDriver* driver = nullptr;  // null: the modules are ours
+  ModuleOptions options;
+};
+
+/// Chargers that are told what to give. Of all units together, unless a unit is named. Where a value of 0 stands here,
+/// config/pack_defaults.hpp has the rule that fills it.
+struct ChargerConfig {
+  const ChargerDriver* driver = nullptr;  // of the protocol; null: no charger is told anything
+  std::uint8_t unit_count = 1;
+  std::int32_t current_max_mA = 0;
+  std::int32_t voltage_max_mV = 0;             // never more is asked for
+  std::int32_t mains_current_max_mA = 16'000;  // of each unit, where it can be told
+  std::int32_t cell_full_uV = 0;               // where the highest cell is held
+  std::int32_t end_current_mA = 0;             // full, when no more than this is taken there ...
+  Duration end_for = 30s;                      // ... for so long
+  std::int32_t rise_mA_per_s = 2'000;          // of what is asked for; it falls at once
+  std::int32_t balance_window_uV = 10'000;     // cells that are no further apart at the top are full together
+  std::int32_t resume_uV = 20'000;             // so far the highest cell has come down before it charges on
+  std::int32_t resume_below_permille = 0;      // of a full pack that stays plugged in; 0: never
+  bool opens_when_full = true;                 // else the pack stays closed with its charger
+  bool requests_mains = false;                 // a charging post is asked for mains, where it can be told
+};
+
+/// What follows when the inverter of a closed pack is not heard.
+enum class SilentInverter : std::uint8_t {
+  warn,  // nothing but being told
+  stop,  // it is told that nothing may flow, until it is heard
+  open,  // and the pack opens after a while
+};
+
+/// An inverter that is told of the pack. Where a value of 0 stands here, config/pack_defaults.hpp has the rule that
+/// fills it.
+struct InverterConfig {
+  const InverterDriver* driver = nullptr;  // of the protocol; null: no inverter is told anything
+  Duration period = 1s;                    // from round to round
+  Duration silence_max = 5s;               // of its keep-alive; 0: nobody listens for it
+  Duration first_word_max = 60s;           // after closing, of one that lives on the pack
+  SilentInverter when_silent = SilentInverter::open;
+  std::int32_t charge_voltage_max_mV = 0;
+  std::int32_t discharge_voltage_min_mV = 0;
+  std::int32_t charge_max_mA = 0;           // 0: as much as the pack allows
+  std::int32_t discharge_max_mA = 0;        // likewise
+  std::int32_t force_charge_permille = 50;  // below this state of charge it is asked to charge; 0: never
+  std::int32_t full_charge_after_days = 30;
+  std::int32_t soh_assumed_permille = 0;  // told while the pack's health is not known; 0: nothing is
+  bool is_discharge_positive = false;     // InverterOptions
+  bool has_short_frames = false;          // likewise
+  std::array<char, 8> maker{};            // zeros: as usual with this protocol
 };
 
 struct CoreConfig {
@@ -299,8 +391,32 @@ struct CoreConfig {
   SocConfig soc;
   BalancingConfig balancing;
   VehicleConfig vehicle;
+  SecondPackConfig second_pack;
+  ChargerConfig charger;
+  InverterConfig inverter;
+  ForeignModulesConfig foreign;
+  // By the names of the buses.
+  ServedBy served_by{Port::internal, Port::vehicle, Port::vehicle, Port::vehicle, Port::vehicle};
   std::uint64_t hash = 0;  // of the file's bytes: in the log, the status and every recording
 };
+
+/// Whether the frames of `port` are told by `told_by`.
+[[nodiscard]] constexpr bool serves(const CoreConfig& config, Port told_by, Port port) {
+  return config.served_by[static_cast<std::size_t>(port)] == told_by;
+}
+
+[[nodiscard]] constexpr bool are_modules_ours(const CoreConfig& config) {
+  return config.foreign.driver == nullptr;
+}
+/// How much older than the question a voltage may be: of our modules, which measure when asked, nothing.
+[[nodiscard]] constexpr Duration sample_age_max(const ForeignModulesConfig& foreign) {
+  return foreign.driver != nullptr ? foreign.driver->sample_age_max : Duration{};
+}
+
+/// Where a request for data is answered, if it is.
+[[nodiscard]] constexpr std::uint16_t reply_id_of(const VehicleConfig& vehicle) {
+  return vehicle.reply_id != 0 ? vehicle.reply_id : static_cast<std::uint16_t>(vehicle.request_id + 8);
+}
 
 /// Cells of the whole pack.
 [[nodiscard]] constexpr std::size_t cell_count(const CoreConfig& config) {

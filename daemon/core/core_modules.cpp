@@ -95,7 +95,8 @@ void Core::begin_assignment(TimePoint now) {
        .is_resting = rest_.is_resting(),
        .node_now = roster.node_of(given.serial_number, modules_, now),
        .is_node_taken = is_module_there || (node <= internal_bus::node_count_max && roster.is_stranger(node, now)),
-       .is_named_otherwise = named.is_known && named.serial_number != given.serial_number},
+       .is_named_otherwise = named.is_known && named.serial_number != given.serial_number,
+       .are_modules_ours = are_modules_ours(config_)},
       now);
   if (refusal == AssignmentRefusal::none) modules_.forget_identity(node);
 }
@@ -106,9 +107,28 @@ void Core::keep_roster() {
   touch_persistent();
 }
 
+/// All in one go, as their own master asks them.
+void Core::ask_foreign(TimePoint now, Decisions& out) {
+  const ModuleDriver& driver = *config_.foreign.driver;
+  if (!flags_.internal_bus_up || !rounds_.is_due(now, pace_.period())) return;
+  ModuleQuestion question{.is_start = rounds_.is_start()};
+  if (!question.is_start) question.bleed_above_uV = bleed_above_uV();
+  modules_.begin_round(now, question.is_start);
+  const std::size_t questions = driver.asks_each ? modules_.modules().size() : 1;
+  bool have_left = true;
+  for (std::size_t index = 0; index < questions; ++index) {
+    if (driver.asks_each) question.node = modules_.modules()[index].config.node;
+    const CanFrame frame = driver.ask(question, rounds_.count(), config_.foreign.options);
+    have_left = send(Port::internal, frame, out) && have_left;
+  }
+  rounds_.begin(now, question.bleed_above_uV.has_value());
+  if (!have_left) rounds_.note_failed();
+}
+
 void Core::send_polls(TimePoint now, Decisions& out) {
   if (command_link_.is_stuck(now)) return;
   if (rest_.is_resting()) return;
+  if (!are_modules_ours(config_)) return ask_foreign(now, out);
   assign_node(now, out);
   const Poll poll = poll_.step(now, pace_.period(), identities_known());
   if (poll.is_due) {
@@ -204,7 +224,8 @@ void Core::send_waiting_orders(TimePoint now, Decisions& out) {
 }
 
 void Core::send_broadcasts(TimePoint now, Decisions& out) {
-  if (command_link_.is_stuck(now) || !flags_.internal_bus_up) return;
+  // Modules of another maker have no word for any of it; who is not asked any more tells nothing and bleeds nothing.
+  if (command_link_.is_stuck(now) || !flags_.internal_bus_up || !are_modules_ours(config_)) return;
   const ModuleBroadcasts::Step step = broadcasts_.step(now);
   if (step.says_stop) send(Port::internal, setup_.stop_balancing(), out);
   if (step.says_clear) send(Port::internal, setup_.clear_faults(), out);
@@ -285,7 +306,9 @@ void Core::ask_alone(std::uint8_t node, AskAgain what, TimePoint now, Decisions&
   send(Port::internal, frame, out);
 }
 
+/// Of modules that never say who they are nobody waits for it.
 bool Core::identities_known() const {
+  if (!are_modules_ours(config_)) return true;
   return std::all_of(modules_.modules().begin(), modules_.modules().end(),
                      [](const ModuleRecord& module) { return module.identity.is_valid(); });
 }

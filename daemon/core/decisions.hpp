@@ -18,7 +18,7 @@ struct OutgoingFrame {
 inline constexpr std::size_t events_per_tick = 24;
 
 struct Decisions {
-  FixedVector<OutgoingFrame, 16> frames;  // in the order of sending: the safety command first
+  FixedVector<OutgoingFrame, 24> frames;  // in the order of sending: the safety command first
   ContactorOutputs outputs;
   FixedVector<Event, events_per_tick> events;  // the oldest not yet told; more wait for the next tick
   TimePoint wake_at{};                         // next tick; an observation may ask for an earlier one

@@ -1,21 +1,37 @@
 #include "daemon/core/event.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <type_traits>
 
 #include "daemon/core/balancing_conditions.hpp"
+#include "daemon/core/charge_control.hpp"
 #include "daemon/core/estimators/cell_charge.hpp"
 #include "daemon/core/permission.hpp"
 #include "daemon/core/rest_mode.hpp"
+#include "daemon/core/sensor_setup.hpp"
 #include "protocol/enumerators.hpp"
 #include "protocol/row_order.hpp"
 
 namespace bmu {
 
 std::string_view to_text(Port port) {
-  return port == Port::internal ? "internal" : "vehicle";
+  switch (port) {
+    case Port::internal: return "internal";
+    case Port::vehicle: return "vehicle";
+    case Port::charger: return "charger";
+    case Port::second_pack: return "second_pack";
+    case Port::inverter: return "inverter";
+  }
+  return "?";
+}
+
+std::optional<Port> port_of_text(std::string_view text) {
+  const auto* const found =
+      std::find_if(all_ports.begin(), all_ports.end(), [text](Port port) { return to_text(port) == text; });
+  return found == all_ports.end() ? std::nullopt : std::optional(*found);
 }
 
 std::string_view to_text(Authority authority) {
@@ -69,6 +85,10 @@ constexpr std::array<EventRow, event_count> table{{
     {EventId::module_refused_balancing, "module_refused_balancing", Severity::warning},
     {EventId::module_ignores_balancing, "module_ignores_balancing", Severity::warning},
     {EventId::modules_stay_awake, "modules_stay_awake", Severity::warning},
+    {EventId::charge_stage_changed, "charge_stage_changed", Severity::info},
+    {EventId::sensor_set_up, "sensor_set_up", Severity::info},
+    {EventId::sensor_set_up_failed, "sensor_set_up_failed", Severity::error},
+    {EventId::sensor_restarted, "sensor_restarted", Severity::warning},
     {EventId::port_up, "port_up", Severity::info},
     {EventId::port_down, "port_down", Severity::error},
     {EventId::loop_gap, "loop_gap", Severity::error},
@@ -84,6 +104,10 @@ std::string text_of_fault(const Event& event) {
   std::string text(row.meaning);
   const std::string where = to_text(event.reading.element);
   if (!where.empty()) text += ": " + where;
+  if (event.fault == FaultId::charger_runaway && event.number != 0) {
+    const Unit unit = event.reading.value == 2 ? Unit::mV : Unit::mA;
+    text += ": " + excess_text(unit, event.number, event.threshold);
+  }
   if (row.has_limit()) {
     text += (where.empty() ? ": " : " ") + value_text(row.unit, event.reading.value) + ", limit " +
             value_text(row.unit, event.threshold);
@@ -101,6 +125,35 @@ std::string text_of_opening(const Event& event) {
   return where.empty() ? line : line + ": " + where;
 }
 
+constexpr std::array<std::string_view, sensor_channels_used> channel_names{"I", "U1", "U2"};
+
+std::string setting_text(SensorSetupTrouble trouble, std::int32_t value) {
+  constexpr std::array<std::string_view, 3> triggers{"off", "on a trigger", "by itself"};
+  switch (trouble) {
+    case SensorSetupTrouble::trigger: return std::string(triggers.at(static_cast<std::size_t>(value)));
+    case SensorSetupTrouble::period: return "every " + std::to_string(value) + " ms";
+    case SensorSetupTrouble::byte_order: return value != 0 ? "little-endian" : "big-endian";
+    case SensorSetupTrouble::sign: return value != 0 ? "sign turned round" : "sign not turned round";
+    default: return "";
+  }
+}
+
+/// As the core tells it: what is wrong, of which channel, found and wanted.
+SensorSetupProblem problem_in(const Event& event) {
+  return {.trouble = static_cast<SensorSetupTrouble>(event.number),
+          .channel = event.reading.element.number,
+          .found = static_cast<std::int32_t>(event.reading.value),
+          .wanted = static_cast<std::int32_t>(event.threshold)};
+}
+
+/// "the current sensor was configured anew: U1: every 100 ms before, every 60 ms now".
+std::string text_of_set_up(const SensorSetupProblem& changed) {
+  if (changed.trouble == SensorSetupTrouble::none) return "the current sensor was found configured as wanted";
+  return "the current sensor was configured anew: " + std::string(channel_names.at(changed.channel)) + ": " +
+         setting_text(changed.trouble, changed.found) + " before, " + setting_text(changed.trouble, changed.wanted) +
+         " now";
+}
+
 std::string hex_id(std::int64_t id) {
   std::array<char, 16> text{};
   std::snprintf(text.data(), text.size(), "%03llX", static_cast<unsigned long long>(id));
@@ -114,13 +167,21 @@ const EventRow& row_of(EventId id) {
   return table[static_cast<std::size_t>(id)];
 }
 
+Severity severity_of(const Event& event) {
+  const bool is_meant = event.cause == OpeningCause::request_over || event.cause == OpeningCause::shut_down;
+  if (event.id == EventId::opened && is_meant) return Severity::info;
+  const bool only_warns = row_of(event.fault).reaction == Reaction::warn;
+  if (event.id == EventId::fault_confirmed && only_warns) return Severity::warning;
+  return row_of(event.id).severity;
+}
+
 std::string to_text(const Element& element) {
   constexpr std::array contactors{"", "main positive", "main negative", "precharge", "charge"};
   if (element.contactor != 0) return contactors.at(element.contactor);
   if (element.input != 0) return "no. " + std::to_string(element.input);
   if (element.module_node == 0) return "";
   if (element.number == 0) return "module " + std::to_string(element.module_node);
-  constexpr int cell_sensors = internal_bus::cell_temperatures_per_module_max;
+  constexpr int cell_sensors = cell_sensors_max;
   const bool is_board = element.is_temperature_sensor && element.number > cell_sensors;
   const char* const kind = is_board ? "board sensor " : element.is_temperature_sensor ? "temperature sensor " : "cell ";
   const int number = is_board ? element.number - cell_sensors : element.number;
@@ -149,6 +210,22 @@ std::string value_text(Unit unit, std::int64_t value) {
   return result;
 }
 
+std::string excess_text(Unit unit, std::int64_t given, std::int64_t asked) {
+  return value_text(unit, given) + " given, " + value_text(unit, asked) + " asked for";
+}
+
+std::string to_text(const SensorSetupProblem& problem) {
+  const std::string channel = std::string(channel_names.at(problem.channel)) + ": ";
+  switch (problem.trouble) {
+    case SensorSetupTrouble::none: return "";
+    case SensorSetupTrouble::no_answer: return channel + "no answer";
+    case SensorSetupTrouble::not_understood: return channel + "it does not know the command";
+    default: break;
+  }
+  return channel + "found " + setting_text(problem.trouble, problem.found) + ", wanted " +
+         setting_text(problem.trouble, problem.wanted);
+}
+
 bool Event::are_fields_possible() const {
   const auto is_one_of = [this](auto enumerator) {
     using Enum = decltype(enumerator);
@@ -160,6 +237,9 @@ bool Event::are_fields_possible() const {
     case EventId::close_refused: return is_one_of(Blocker{});
     case EventId::rest_changed: return is_one_of(RestPhase{});
     case EventId::former_charges: return is_one_of(FormerBook{});
+    case EventId::charge_stage_changed: return is_one_of(ChargeStage{});
+    case EventId::sensor_set_up:
+    case EventId::sensor_set_up_failed: return is_possible(problem_in(*this)) && is_one_of(SensorSetupTrouble{});
     case EventId::balancing_stopped: return is_one_of(BalancingBlocker{});
     default: return true;
   }
@@ -211,6 +291,11 @@ std::string to_text(const Event& event) {
     case EventId::module_refused_balancing: return "module " + number + " refused to balance its cells";
     case EventId::module_ignores_balancing: return "module " + number + " does not answer when told to balance";
     case EventId::modules_stay_awake: return "told to sleep again and again, some module goes on answering";
+    case EventId::charge_stage_changed:
+      return "charge: " + std::string(to_text(static_cast<ChargeStage>(event.number)));
+    case EventId::sensor_set_up: return text_of_set_up(problem_in(event));
+    case EventId::sensor_set_up_failed: return "the current sensor is not used: " + to_text(problem_in(event));
+    case EventId::sensor_restarted: return "the current sensor started anew";
     case EventId::port_up: return std::string(to_text(event.port)) + " bus is up";
     case EventId::port_down: return std::string(to_text(event.port)) + " bus is down";
     case EventId::loop_gap: return "stopped or starved for " + number + " ms: opened, everything known is forgotten";

@@ -9,6 +9,7 @@
 #include "daemon/core/contactor_sequence.hpp"
 #include "daemon/core/fault_table.hpp"
 #include "daemon/core/observation.hpp"
+#include "daemon/core/sensor_setup.hpp"
 
 namespace bmu {
 
@@ -41,6 +42,10 @@ enum class EventId : std::uint8_t {
   module_refused_balancing,
   module_ignores_balancing,
   modules_stay_awake,
+  charge_stage_changed,
+  sensor_set_up,
+  sensor_set_up_failed,
+  sensor_restarted,
   port_up,
   port_down,
   loop_gap,
@@ -48,7 +53,7 @@ enum class EventId : std::uint8_t {
   shutting_down,
   shut_down_unconfirmed,
 };
-inline constexpr std::size_t event_count = 34;
+inline constexpr std::size_t event_count = 38;
 
 enum class Severity : std::uint8_t { debug, info, warning, error };
 
@@ -82,12 +87,17 @@ struct Event {
   Phase phase_to{};
   OpeningCause cause = OpeningCause::none;
   Port port{};
-  // Node, serial number, milliseconds, permille, identifier, Blocker or the like, as the event says.
+  // Node, serial number, milliseconds, permille, identifier, Blocker or the like, as the event says; of a charger that
+  // runs away what it gives, with what it was asked for as `threshold`: mA, or mV where the reading's value is 2.
   std::int64_t number = 0;
 
   /// Where `number` is one of an enumeration.
   [[nodiscard]] bool are_fields_possible() const;
 };
+
+/// The row's, but what is meant to happen, or does no more than warn, is told as no more than that: an opening because
+/// nobody asks for a closed pack any more, a fault whose reaction is a warning.
+[[nodiscard]] Severity severity_of(const Event& event);
 
 /// One line for people, without time and severity.
 [[nodiscard]] std::string to_text(const Event& event);
@@ -95,7 +105,13 @@ struct Event {
 /// "cell 2.7 (no. 19)", "module 3", "" for the pack.
 [[nodiscard]] std::string to_text(const Element& element);
 
+/// "U1: found every 100 ms, wanted every 60 ms", "I: no answer".
+[[nodiscard]] std::string to_text(const SensorSetupProblem& problem);
+
 /// A value in the row's unit as people read it: "2.8710 V".
 [[nodiscard]] std::string value_text(Unit unit, std::int64_t value);
+
+/// "35.000 A given, 20.000 A asked for".
+[[nodiscard]] std::string excess_text(Unit unit, std::int64_t given, std::int64_t asked);
 
 }  // namespace bmu

@@ -65,6 +65,7 @@ Reading unknown_module(const FaultInputs& in);
 // sensor, power distribution unit, inputs, insulation
 Reading current_sensor_lost(const FaultInputs& in);
 Reading voltage_sensor_lost(const FaultInputs& in);
+Reading sensor_not_set_up(const FaultInputs& in);
 Reading pdu_lost(const FaultInputs& in);
 Reading pdu_opened_by_itself(const FaultInputs& in);
 Reading emergency_stop(const FaultInputs& in);
@@ -75,6 +76,7 @@ Reading insulation_not_ok(const FaultInputs& in);
 Reading insulation_Ohm(const FaultInputs& in);
 Reading insulation_driving_Ohm(const FaultInputs& in);
 Reading insulation_monitor_lost(const FaultInputs& in);
+Reading insulation_monitor_untested(const FaultInputs& in);
 
 // contactors
 Reading precharge_too_slow(const FaultInputs& in);
@@ -86,8 +88,19 @@ Reading link_not_following(const FaultInputs& in);
 Reading link_not_discharging(const FaultInputs& in);
 
 // buses and the daemon itself
+Reading charger_silent(const FaultInputs& in);
+Reading charger_runaway(const FaultInputs& in);
+Reading charger_keeps_on(const FaultInputs& in);
+Reading charger_trouble(const FaultInputs& in);
+Reading charger_contradicts(const FaultInputs& in);
+Reading foreign_charger_master(const FaultInputs& in);
 Reading foreign_master(const FaultInputs& in);
 Reading foreign_reporter(const FaultInputs& in);
+Reading second_pack_silent(const FaultInputs& in);
+Reading inverter_silent(const FaultInputs& in);
+Reading inverter_lost(const FaultInputs& in);
+Reading inverter_trouble(const FaultInputs& in);
+Reading foreign_battery(const FaultInputs& in);
 Reading internal_bus_down(const FaultInputs& in);
 Reading bus_off_storm(const FaultInputs& in);
 Reading bus_error_passive(const FaultInputs& in);

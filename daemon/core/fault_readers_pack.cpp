@@ -95,6 +95,7 @@ std::uint8_t open_wire_pair(const ModuleRecord& module, const AgeConfig& ages, T
 Reading out_of_place(const FaultInputs& in, const ModuleRecord* module) {
   if (module != nullptr) return condition(true, module->identity.taken_at, {.module_node = module->config.node});
   Reading good = condition(false, in.now);
+  if (!are_modules_ours(*in.config)) return good;  // nobody ever says so
   good.is_partial = std::any_of(in.modules->modules().begin(), in.modules->modules().end(),
                                 [](const ModuleRecord& one) { return !one.identity.is_valid(); });
   return good;
@@ -197,6 +198,7 @@ Reading module_voltage_mismatch_mV(const FaultInputs& in) {
   for (const ModuleRecord& module : in.modules->modules()) {
     const Measured<std::int32_t> cells = sum_of_cells_mV(module, in.config->ages, in.now);
     const Measured<std::int32_t>& stack = module.module_voltage_mV;
+    if (stack.validity == Validity::not_fitted) continue;  // a foreign module that measures none
     if (!cells.is_valid() || !stack.is_usable(in.now, in.config->ages.cell_voltage)) {
       worst.is_partial = true;
       continue;
@@ -331,8 +333,9 @@ Reading module_warning(const FaultInputs& in) {
       in,
       [](const ModuleRecord& module) {
         const ModuleStatus& said = module.status.value;
-        return module.status.is_valid() && (said.board_too_hot || said.external_supply_low ||
-                                            said.temperature_sensor_fault || said.front_end_crc_errors);
+        return module.status.is_valid() &&
+               (said.board_too_hot || said.external_supply_low || said.temperature_sensor_fault ||
+                said.front_end_crc_errors || said.maker_errors != 0);
       },
       status_seen_at);
 }

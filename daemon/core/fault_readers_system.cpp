@@ -51,7 +51,8 @@ Reading insulation(const FaultInputs& in) {
   if (pdu == nullptr || !knows_insulation(*pdu)) return unknown_reading;
   const SignalValue& resistance = pdu->insulation_resistance_Ohm;
   const std::int64_t value_Ohm = resistance.is_valid() ? resistance.value : insulation_max_Ohm;
-  return {true, value_Ohm, {}, in.sensors->pdu.taken_at};
+  const bool is_heard_itself = in.config->insulation.is_heard_itself();
+  return {true, value_Ohm, {}, is_heard_itself ? in.sensors->insulation.taken_at : in.sensors->pdu.taken_at};
 }
 
 /// It says that it sees too little voltage to measure, in a closed pack whose cells are not empty.
@@ -61,6 +62,13 @@ bool denies_the_voltage(const FaultInputs& in, const PduState& pdu) {
                                            static_cast<std::int64_t>(cell_count(*in.config)));
   return pdu.insulation_state == InsulationState::undervoltage && in.flags.closed_since != TimePoint{} &&
          pack.is_valid() && pack.value > empty_mV;
+}
+
+bool has_silent_inverter(const FaultInputs& in) {
+  return in.inverter != nullptr && in.inverter->is_silent(in.now, in.flags.closed_since);
+}
+bool opens_without_inverter(const FaultInputs& in) {
+  return in.inverter->config().when_silent == SilentInverter::open;
 }
 
 bool is_for_driving(const FaultInputs& in) {
@@ -81,8 +89,16 @@ Reading voltage_sensor_lost(const FaultInputs& in) {
   const Duration age_max = in.config->ages.pack_voltage;
   return worse_of(lost(in, in.sensors->pack_voltage_mV, age_max), lost(in, in.sensors->link_voltage_mV, age_max));
 }
+Reading sensor_not_set_up(const FaultInputs& in) {
+  return condition(in.flags.sensor_not_set_up, in.now);
+}
+/// Where lines of this machine tell a part and cannot be read, nothing counts as known (merge_inputs), and that is the
+/// lines' fault alone: a unit that is heard is not lost by it.
 Reading pdu_lost(const FaultInputs& in) {
   if (!in.has_started) return unknown_reading;
+  const Measured<PduState>& word = in.sensors->pdu_word;
+  const bool is_unit_heard = in.config->contactors.has_pdu && word.is_usable(in.now, in.config->ages.pdu_status);
+  if (in.flags.lines_failed && is_unit_heard) return condition(false, word.taken_at);
   return condition(pdu_of(in) == nullptr, in.sensors->pdu.taken_at);
 }
 Reading pdu_opened_by_itself(const FaultInputs& in) {
@@ -125,12 +141,15 @@ Reading insulation_driving_Ohm(const FaultInputs& in) {
 }
 
 /// A monitor that measures says so, again and again. After its start, or ours, it may take long to its first value;
-/// after that its silence is no start. The row's confirm time bears with a word or two.
+/// after that its silence is no start. The row's confirm time bears with a word or two. A first test that is waited
+/// for, which has an end of its own, says neither: nobody is lost by it, and nobody back. Of who has told a value, a
+/// test that comes later is a silence.
 Reading insulation_monitor_lost(const FaultInputs& in) {
   constexpr Duration first_value_max = 20s;
   if (in.config->insulation.monitoring != InsulationMonitoring::measured) return condition(false, in.now);
   const PduState* pdu = pdu_of(in);
-  if (pdu == nullptr) return unknown_reading;
+  const bool awaits_first_test = in.sensors->insulation.awaits_first_test && !in.sensors->insulation_told;
+  if (pdu == nullptr || awaits_first_test) return unknown_reading;
   const InsulationState state = pdu->insulation_state;
   const bool says_bad = state == InsulationState::no_signal || state == InsulationState::device_error ||
                         state == InsulationState::earth_fault || state == InsulationState::undefined;
@@ -138,6 +157,10 @@ Reading insulation_monitor_lost(const FaultInputs& in) {
       !in.sensors->insulation_told && in.now - in.sensors->insulation_known_at <= first_value_max;
   const bool is_silent = !knows_insulation(*pdu) && !may_be_starting;
   return condition(says_bad || is_silent || denies_the_voltage(in, *pdu), in.sensors->pdu.taken_at);
+}
+
+Reading insulation_monitor_untested(const FaultInputs& in) {
+  return condition(in.flags.insulation_untested, in.now);
 }
 
 // --- contactors -----------------------------------------------------------------------------------------------------
@@ -184,11 +207,59 @@ Reading link_not_discharging(const FaultInputs& in) {
 
 // --- buses and the daemon itself ------------------------------------------------------------------------------------
 
+/// Silence was last seen otherwise when the last word came.
+Reading charger_silent(const FaultInputs& in) {
+  const std::uint8_t unit = in.charger_watch != nullptr ? in.charger_watch->silent_unit() : std::uint8_t{0};
+  if (unit == 0) return condition(false, in.now);
+  const bool is_there = unit <= in.chargers->unit_count();  // a recorded core may name one that this pack has not
+  return condition(true, is_there ? in.chargers->unit(unit - 1U).values_at : TimePoint{});
+}
+/// By how much is asked of the watch itself: excess().
+Reading charger_runaway(const FaultInputs& in) {
+  const ChargerWatch* const watch = in.charger_watch;
+  return condition(watch != nullptr && watch->runs_away(), watch != nullptr ? watch->runs_away_at() : in.now);
+}
+Reading charger_keeps_on(const FaultInputs& in) {
+  return condition(in.charger_watch != nullptr && in.charger_watch->keeps_on(), in.pack->current_mA.taken_at);
+}
+Reading charger_trouble(const FaultInputs& in) {
+  return condition(in.chargers != nullptr && in.chargers->troubles(in.now).bits != 0, in.now);
+}
+Reading charger_contradicts(const FaultInputs& in) {
+  return condition(in.charger_watch != nullptr && in.charger_watch->contradicts(), in.now);
+}
+/// Once is enough to know; remembered for a while, so that a tick cannot miss it. While nothing is plugged in nobody's
+/// command can hurt, and a pack that is driven may brake.
+Reading foreign_charger_master(const FaultInputs& in) {
+  const bool is_plugged_in = in.charger_watch != nullptr && in.charger_watch->is_plugged_in();
+  const TimePoint at = is_plugged_in ? in.chargers->foreign_command_at() : TimePoint{};
+  return condition(at != TimePoint{} && in.now - at <= BusWatch::reporter_memory, at);
+}
+Reading inverter_silent(const FaultInputs& in) {
+  const bool is_silent = has_silent_inverter(in) && !opens_without_inverter(in);
+  return condition(is_silent, is_silent ? in.inverter->heard_at() : in.now);
+}
+Reading inverter_lost(const FaultInputs& in) {
+  const bool is_lost = has_silent_inverter(in) && opens_without_inverter(in);
+  return condition(is_lost, is_lost ? in.inverter->heard_at() : in.now);
+}
+Reading inverter_trouble(const FaultInputs& in) {
+  return condition(in.inverter != nullptr && in.inverter->has_trouble(in.now), in.now);
+}
+/// What it tells may be a full charge where ours allows none.
+Reading foreign_battery(const FaultInputs& in) {
+  if (in.inverter == nullptr) return condition(false, in.now);
+  return condition(in.inverter->has_foreign_battery(in.now), in.inverter->foreign_at());
+}
 Reading foreign_master(const FaultInputs& in) {
   return condition(in.flags.foreign_master_seen, in.now);
 }
 Reading foreign_reporter(const FaultInputs& in) {
   return condition(in.watchers->bus.has_foreign_report(in.now), in.watchers->bus.foreign_report_at());
+}
+Reading second_pack_silent(const FaultInputs& in) {
+  const bool is_silent = in.second_pack != nullptr && in.second_pack->is_silent(in.now);
+  return condition(is_silent, is_silent ? in.second_pack->heard_at() : in.now);
 }
 Reading internal_bus_down(const FaultInputs& in) {
   return condition(!in.flags.internal_bus_up, in.now);

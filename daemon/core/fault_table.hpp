@@ -20,10 +20,13 @@
 #include <cstdint>
 #include <string_view>
 
+#include "daemon/core/charger_watch.hpp"
 #include "daemon/core/core_config.hpp"
 #include "daemon/core/fault_reading.hpp"
+#include "daemon/core/inverter_watch.hpp"
 #include "daemon/core/observation.hpp"
 #include "daemon/core/pack_state.hpp"
+#include "daemon/core/second_pack.hpp"
 #include "daemon/core/watchers.hpp"
 
 namespace bmu {
@@ -86,6 +89,7 @@ enum class FaultId : std::uint8_t {
   // sensor, power distribution unit, inputs
   current_sensor_lost,
   voltage_sensor_lost,
+  sensor_not_set_up,
   pdu_lost,
   pdu_opened_by_itself,
   emergency_stop,
@@ -97,6 +101,7 @@ enum class FaultId : std::uint8_t {
   insulation_low,
   insulation_low_driving,
   insulation_monitor_lost,
+  insulation_monitor_untested,
   // contactors
   precharge_failed,
   precharge_too_fast,
@@ -105,9 +110,22 @@ enum class FaultId : std::uint8_t {
   contactor_welded,
   link_not_following,
   link_not_discharging,
+  // chargers
+  charger_silent,
+  charger_runaway,
+  charger_keeps_on,
+  charger_trouble,
+  charger_contradicts,
+  foreign_charger_master,
+  // inverters
+  inverter_silent,
+  inverter_lost,
+  inverter_trouble,
+  foreign_battery,
   // buses
   foreign_master,
   foreign_reporter,
+  second_pack_silent,
   internal_bus_down,
   bus_off_storm,
   bus_error_passive,
@@ -123,7 +141,7 @@ enum class FaultId : std::uint8_t {
   memory_low,
   disk_low,
 };
-inline constexpr std::size_t fault_count = 83;
+inline constexpr std::size_t fault_count = 96;
 
 enum class Reaction : std::uint8_t { warn, refuse_close, open_after_grace, open_now };
 enum class Latch : std::uint8_t {
@@ -174,6 +192,8 @@ struct CoreFlags {
   bool is_driving = false;             // closed for the vehicle
   bool command_not_on_bus = false;     // our own commands have not been seen on the bus for too long
   bool lines_failed = false;           // the GPIO lines of this machine
+  bool sensor_not_set_up = false;      // the current sensor's settings are not what is wanted, or it does not tell them
+  bool insulation_untested = false;    // the monitor on a bus tells values and has not tested itself
   std::uint8_t module_not_set_up = 0;  // node of the first that has not taken our limits
   std::uint8_t balancing_refused = 0;  // node of the first that refused its minutes or did not answer
   bool clock_jumped = false;           // the wall clock against the monotonic one, since the last tick
@@ -191,6 +211,10 @@ struct FaultInputs {
   Reading soc_disagreement_permille;  // of the cell with most of it; 1000: as far as the methods allow (PackEstimate)
   Reading cell_misfit_permille;       // 1000: it is none of its model's
   CoreFlags flags;
+  const SecondPack* second_pack = nullptr;
+  const ChargerTable* chargers = nullptr;
+  const ChargerWatch* charger_watch = nullptr;
+  const InverterWatch* inverter = nullptr;
   bool has_started = false;  // first complete view seen, or the time to get one is over: "not yet" is not "lost"
 };
 
@@ -213,6 +237,9 @@ struct FaultRow {
   Latch latch = Latch::none;
   Outlives outlives = Outlives::always;  // for what latches
   Concerns concerns = Concerns::all;
+  /// While a charger is plugged in nobody closes, whomever the fault concerns: it is the charger that would be
+  /// connected.
+  bool bars_while_plugged_in = false;
   std::uint8_t dtc = 0;  // trouble code in 622h, dialect iha: 1 poor cell, 2 poor battery, 3 too cold to charge
   std::uint8_t lithiumate_code = 0;  // stored fault code of the dialect elithion, 0 none
 

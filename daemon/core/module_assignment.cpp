@@ -15,6 +15,7 @@ constexpr Duration question_spacing = 100ms;
 
 AssignmentRefusal reason_against(const AssignmentRequest& request, const AssignmentView& view) {
   const bool is_node = request.node >= 1 && request.node <= internal_bus::node_count_max;
+  if (!view.are_modules_ours) return AssignmentRefusal::foreign_modules;
   if (view.is_shutting_down) return AssignmentRefusal::shutting_down;
   if (!view.is_open) return AssignmentRefusal::not_open;
   if (view.is_close_requested) return AssignmentRefusal::close_requested;
@@ -47,6 +48,7 @@ std::string_view to_text(AssignmentRefusal refusal) {
     case AssignmentRefusal::unheard:
       return "no module with this serial number has been heard: check the number, or use --unheard if it shares its "
              "node number with others";
+    case AssignmentRefusal::foreign_modules: return "modules of another maker take no number from here";
   }
   return "?";
 }

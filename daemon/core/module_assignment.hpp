@@ -45,6 +45,7 @@ enum class AssignmentRefusal : std::uint8_t {
   node_taken,       // by another module that is there
   named_otherwise,  // the pack file names another serial number for this node
   unheard,          // nobody with this serial number has been heard
+  foreign_modules,  // which take no number from us
 };
 
 enum class AssignmentStage : std::uint8_t { none, refused, asking, taken, seen_other, not_seen };
@@ -62,6 +63,7 @@ struct AssignmentView {
   std::uint8_t node_now = 0;   // where the serial number has been heard; 0: nowhere
   bool is_node_taken = false;  // by another module
   bool is_named_otherwise = false;
+  bool are_modules_ours = true;
 };
 
 class ModuleAssignment {

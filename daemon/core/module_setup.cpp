@@ -27,13 +27,14 @@ void ModuleSetup::init(const CoreConfig& config, std::uint8_t first_counter) {
   undervoltage_uV_ = config.limits.cell_undervoltage.open;
   overvoltage_uV_ = config.limits.cell_overvoltage.open;
   board_limit_dC_ = config.module_board_limit_dC;
-  slots_.fill({.counter = first_counter});
+  first_stage_ = are_modules_ours(config) ? SetupStage::needed : SetupStage::done;
+  slots_.fill({.stage = first_stage_, .counter = first_counter});
   broadcast_counter_ = first_counter;
 }
 
 void ModuleSetup::start_over() {
   for (Slot& slot : slots_) {
-    slot.stage = SetupStage::needed;
+    slot.stage = first_stage_;
     slot.is_mode_told = slot.is_mode_asked = false;
     slot.autonomous_since = {};
   }

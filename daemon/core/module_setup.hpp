@@ -11,6 +11,9 @@
 // its limits are not set, is set up anew at once, with the pack open or closed: a closed one stays closed, since the
 // master goes on watching the cells, and the warning module_not_set_up tells of a module that does not take them.
 //
+// Modules of another maker take nothing of it: they count as set up, and the pack file's limits are the only ones
+// (docs/foreign-modules.md).
+//
 // Set up, a module is told that it is normal and whether it may balance by itself where it is left alone with its own
 // supply (balancing/autonomous); in STATUS there is no word for that either, its RESPONSE counts. It is told anew after
 // a restart, when the answer to the question has changed, and when it calls itself autonomous for a second although it
@@ -59,7 +62,9 @@ class ModuleSetup {
   /// Nobody counts as told: while nothing was heard, a module may have been swapped or restarted.
   void start_over();
   /// Nor does this one: another module has its number now.
-  void start_over(std::size_t module_index) { slots_[module_index] = {.counter = slots_[module_index].counter}; }
+  void start_over(std::size_t module_index) {
+    slots_[module_index] = {.stage = first_stage_, .counter = slots_[module_index].counter};
+  }
   /// What a module says of itself, from each STATUS. Returns the stage it led to.
   SetupStage observe_status(std::size_t module_index, const ModuleStatus& said, TimePoint at);
   /// A RESPONSE to our COMMAND. True if it refuses for the first time since it was last needed.
@@ -109,8 +114,9 @@ class ModuleSetup {
   std::int32_t undervoltage_uV_ = 0;
   std::int32_t overvoltage_uV_ = 0;
   std::optional<std::int32_t> board_limit_dC_{};
+  SetupStage first_stage_ = SetupStage::needed;
   BMU_FIELDS(slots_, broadcast_counter_, skipped(module_count_), skipped(undervoltage_uV_), skipped(overvoltage_uV_),
-             skipped(board_limit_dC_))
+             skipped(board_limit_dC_), skipped(first_stage_))
 };
 
 }  // namespace bmu

@@ -62,6 +62,7 @@ ModuleStatus status_of(const CanFrame& frame) {
 }  // namespace
 
 void ModuleTable::init(const CoreConfig& config) {
+  foreign_ = config.foreign.driver;
   modules_.clear();
   index_of_node_.fill(no_module);
   for (const ModuleConfig& module : config.modules) {
@@ -118,6 +119,7 @@ void ModuleTable::observe(const MessageSpec& message, std::uint8_t node, const C
       module.module_voltage_mV = measured(read<internal_bus::module, "module_voltage_mV">(frame), polled_at_[index]);
       module.balancing_cells = static_cast<std::uint16_t>(read_raw<internal_bus::module, "balancing_cells">(frame));
       module.open_wire_cells = static_cast<std::uint16_t>(read_raw<internal_bus::module, "open_wire_cells">(frame));
+      module.switches_read_at = polled_at_[index];
       answered = module_bit;
       break;
     case internal_bus::ident.base_id:
@@ -164,13 +166,16 @@ void ModuleTable::take_temperatures(std::size_t index, const MessageSpec& messag
   }
   if (is_first) return;
   for (std::size_t slot = 0; slot < internal_bus::board_temperatures_per_module; ++slot) {
-    const Measured<std::int32_t> told = measured(decode_signal(message.signals[1 + slot], frame.data), at);
-    module.board_temperature_dC[slot] =
-        jumps[internal_bus::cell_temperatures_per_module_max + slot].take(told, polled_at_[index]);
-    if (told.validity != Validity::not_fitted) {
-      module.fitted_boards = static_cast<std::uint8_t>(module.fitted_boards | (1U << slot));
-    }
+    take_board(index, slot, measured(decode_signal(message.signals[1 + slot], frame.data), at), polled_at_[index]);
   }
+}
+
+void ModuleTable::take_board(std::size_t index, std::size_t slot, const Measured<std::int32_t>& told,
+                             TimePoint asked_at) {
+  ModuleRecord& module = modules_[index];
+  module.board_temperature_dC[slot] = jumps_[index][cell_sensors_max + slot].take(told, asked_at);
+  if (told.validity == Validity::not_fitted) return;
+  module.fitted_boards = static_cast<std::uint8_t>(module.fitted_boards | (1U << slot));
 }
 
 void ModuleTable::take_identity(ModuleRecord& module, const CanFrame& frame, TimePoint at) const {
@@ -190,26 +195,106 @@ void ModuleTable::take_identity(ModuleRecord& module, const CanFrame& frame, Tim
   module.identity = {seen, at, Validity::valid};
 }
 
-void ModuleTable::note_answer(std::size_t index, std::uint32_t answer_bit, TimePoint at) {
+void ModuleTable::observe(const ModuleReport& report, TimePoint at) {
+  if (find(report.node) == nullptr) return;
+  const std::uint8_t index = index_of_node_[report.node];
+  ModuleRecord& module = modules_[index];
+  module.last_answer_at = at;
+  module.damaged_frames = next_of_ten(module.damaged_frames, false);
+  module.values_out_of_range +=
+      values_out_of_range(report, module.config.cell_count, module.config.temperature_sensor_count);
+  const TimePoint asked_at = question_for(index, report.parts, at);
+  if (asked_at == TimePoint{}) return;  // nobody has asked yet: of when it is nobody can say
+  take_report(index, report, asked_at);
+  note_answer(index, is_too_soon(at) ? 0U : report.parts, at);
+}
+
+/// The oldest of the last two that it may answer.
+TimePoint ModuleTable::question_for(std::size_t index, ModuleParts parts, TimePoint at) const {
+  const bool is_owed_before = (owed_[index] & parts) != 0;
+  return is_too_soon(at) || is_owed_before ? round_before_at_ : round_at_;
+}
+
+void ModuleTable::take_report(std::size_t index, const ModuleReport& report, TimePoint asked_at) {
+  ModuleRecord& module = modules_[index];
+  const auto says = [&report](ModulePart part) { return (report.parts & bit_of(part)) != 0; };
+  if (says(ModulePart::status)) {
+    const ModuleStatus said{.mode = internal_bus::Mode::normal,
+                            .is_balancing = report.bleeding_cells != 0,
+                            .cell_count = module.config.cell_count,
+                            .voltage_age_ms = known(to_ms(foreign_->sample_age_max)),
+                            .maker_errors = report.errors};
+    module.status = {said, asked_at, Validity::valid};
+    module.balancing_cells = report.bleeding_cells;
+    module.switches_read_at = asked_at;
+    if (!foreign_->tells_stack_voltage) module.module_voltage_mV = {0, asked_at, Validity::not_fitted};
+  }
+  if (says(ModulePart::voltage)) {
+    module.module_voltage_mV = measured(report.stack_voltage_mV, asked_at - foreign_->sample_age_max);
+  }
+  take_cells_of(module, report, asked_at);
+  if (says(ModulePart::temperatures)) take_temperatures_of(index, report, asked_at);
+}
+
+void ModuleTable::take_cells_of(ModuleRecord& module, const ModuleReport& report, TimePoint asked_at) const {
+  for (std::size_t slot = 0; slot < report.cell_voltage_uV.size(); ++slot) {
+    module.cell_voltage_uV[report.first_cell + slot] =
+        measured(report.cell_voltage_uV[slot], asked_at - foreign_->sample_age_max);
+  }
+}
+
+void ModuleTable::take_temperatures_of(std::size_t index, const ModuleReport& report, TimePoint asked_at) {
+  for (std::size_t sensor = 0; sensor < report.cell_temperature_dC.size(); ++sensor) {
+    modules_[index].cell_temperature_dC[sensor] =
+        jumps_[index][sensor].take(measured(report.cell_temperature_dC[sensor], asked_at), asked_at);
+  }
+  if (report.board_temperature_dC) take_board(index, 0, measured(*report.board_temperature_dC, asked_at), asked_at);
+}
+
+void ModuleTable::note_answer(std::size_t index, std::uint32_t answer_bits, TimePoint at) {
   heard_at_ = at;
-  if ((expected_[index] & answer_bit) == 0) return;
-  expected_[index] &= ~answer_bit;
+  if ((expected_[index] & answer_bits) == 0) return;
+  expected_[index] &= ~answer_bits;
   if (expected_[index] != 0) return;
   ModuleRecord& module = modules_[index];
   ++module.answers_complete;
-  module.answer_times.add(at - cycle_began_at_);
-  if (--modules_incomplete_ > 0) return;
+  if (owed_[index] == 0) module.answer_times.add(at - cycle_began_at_);
+  if (--modules_incomplete_ > 0 || is_in_doubt_) return;
   if (is_counted_) ++complete_cycles_;
   completed_at_ = cycle_began_at_;
 }
 
-void ModuleTable::begin_cycle(TimePoint at, const PollWants& wants) {
+void ModuleTable::note_missed() {
   if (modules_incomplete_ > 0) complete_cycles_ = 0;
   for (std::size_t index = 0; index < modules_.size(); ++index) {
     if (expected_[index] != 0) ++modules_[index].answers_missed;
+  }
+}
+
+void ModuleTable::begin_cycle(TimePoint at, const PollWants& wants) {
+  note_missed();
+  for (std::size_t index = 0; index < modules_.size(); ++index) {
     expected_[index] = answer_bits(modules_[index].config, wants);
   }
   modules_incomplete_ = modules_.size();
+  begin(at);
+}
+
+void ModuleTable::begin_round(TimePoint at, bool is_start) {
+  note_missed();
+  is_in_doubt_ = modules_incomplete_ > 0;
+  for (std::size_t index = 0; index < modules_.size(); ++index) {
+    owed_[index] = static_cast<ModuleParts>(expected_[index]);
+    expected_[index] = is_start ? 0U : foreign_->parts_of(modules_[index].config.cell_count);
+  }
+  modules_incomplete_ = is_start ? 0 : modules_.size();
+  round_before_at_ = round_at_;
+  round_at_ = is_start ? TimePoint{} : at;
+  begin(at);
+}
+
+/// What a question to everybody leaves behind, whoever they are.
+void ModuleTable::begin(TimePoint at) {
   asked_alone_.fill(false);
   heard_at_ = {};
   is_counted_ = true;
@@ -296,11 +381,16 @@ void ModuleTable::forget_values() {
     module.cell_temperature_dC.fill({});
     module.board_temperature_dC.fill({});
     module.module_voltage_mV = {};
+    module.switches_read_at = {};
     module.status = {};
     module.identity = {};
     module.damaged_frames = 0;
   }
   jumps_ = {};
+  round_at_ = {};
+  round_before_at_ = {};
+  owed_.fill(0);
+  is_in_doubt_ = false;
   expected_.fill(0);
   complete_cycles_ = 0;
   completed_at_ = {};
@@ -313,22 +403,35 @@ bool is_beyond(const Measured<std::int32_t>& value, const LimitConfig& low, cons
   return value.is_valid() && (value.value <= low.open || value.value >= high.open);
 }
 
+bool any_cell_beyond(const ModuleRecord& module, const LimitsConfig& limits) {
+  return std::any_of(module.cell_voltage_uV.begin(), module.cell_voltage_uV.end(), [&](const auto& value) {
+    return is_beyond(value, limits.cell_undervoltage, limits.cell_overvoltage);
+  });
+}
+
+bool any_temperature_beyond(const ModuleRecord& module, const LimitsConfig& limits) {
+  return std::any_of(module.cell_temperature_dC.begin(), module.cell_temperature_dC.end(), [&](const auto& value) {
+    return is_beyond(value, limits.cell_undertemperature, limits.cell_overtemperature);
+  });
+}
+
 }  // namespace
 
 bool ModuleTable::any_beyond(const CheckedFrame& checked, const LimitsConfig& limits) const {
   const ModuleRecord& module = modules_[index_of_node_[checked.node]];
-  const std::uint16_t id = checked.message->base_id;
+  const std::uint32_t id = checked.message->base_id;
   if (id == internal_bus::status.base_id) {
     return module.status.value.undervoltage_cells != 0 || module.status.value.overvoltage_cells != 0;
   }
   if (id == internal_bus::temp_1.base_id || id == internal_bus::temp_2.base_id) {
-    return std::any_of(module.cell_temperature_dC.begin(), module.cell_temperature_dC.end(), [&](const auto& value) {
-      return is_beyond(value, limits.cell_undertemperature, limits.cell_overtemperature);
-    });
+    return any_temperature_beyond(module, limits);
   }
-  return std::any_of(module.cell_voltage_uV.begin(), module.cell_voltage_uV.end(), [&](const auto& value) {
-    return is_beyond(value, limits.cell_undervoltage, limits.cell_overvoltage);
-  });
+  return any_cell_beyond(module, limits);
+}
+
+bool ModuleTable::any_beyond(std::uint8_t node, const LimitsConfig& limits) const {
+  const ModuleRecord& module = modules_[index_of_node_[node]];
+  return any_cell_beyond(module, limits) || any_temperature_beyond(module, limits);
 }
 
 }  // namespace bmu

@@ -7,6 +7,15 @@
 // unless the module's STATUS admits that its voltages are older, or of unknown age: then they count as such. Voltages
 // whose STATUS did not arrive say nothing about their age and are not taken over; what was known before grows old.
 //
+// Modules of another maker say nothing of when they measured: their voltages count as older than the question that
+// brought them by as much as the driver says (devices/module_driver.hpp). Nor do they say which question that was, so
+// an answer counts as one to the question before the last where it may be: what comes too soon for the last one, and
+// what is of a part that the question before brought nothing of. Such a doubt lasts for one round: then the answer is
+// taken for lost, as it cannot be told from one that is late by a whole round for ever, and a value that is always a
+// round older would open a healthy pack with the next loss. The round in doubt is no picture of one moment. What comes
+// before a first question for values is nobody's answer. Their status says what they know of themselves, which is
+// little.
+//
 // A temperature that jumps is `doubtful` until a later sample says so, too (jump_watch.hpp). Which board sensors a
 // module has is learned from itself: one that was ever anything but "not fitted" is expected from then on.
 #pragma once
@@ -18,6 +27,7 @@
 #include "daemon/core/core_config.hpp"
 #include "daemon/core/jump_watch.hpp"
 #include "daemon/core/measured.hpp"
+#include "devices/module_driver.hpp"
 #include "protocol/fields.hpp"
 #include "protocol/message.hpp"
 #include "protocol/receive_check.hpp"
@@ -41,6 +51,7 @@ struct ModuleStatus {
   std::uint16_t undervoltage_cells = 0;
   std::uint16_t overvoltage_cells = 0;
   SignalValue voltage_age_ms;
+  std::uint32_t maker_errors = 0;  // of a foreign module: its own word for what is wrong; 0: nothing
 };
 
 struct ModuleIdentity {
@@ -53,13 +64,14 @@ struct ModuleIdentity {
 struct ModuleRecord {
   ModuleConfig config;
   std::array<Measured<std::int32_t>, internal_bus::cells_per_module_max> cell_voltage_uV{};
-  std::array<Measured<std::int32_t>, internal_bus::cell_temperatures_per_module_max> cell_temperature_dC{};
+  std::array<Measured<std::int32_t>, cell_sensors_max> cell_temperature_dC{};
   std::array<Measured<std::int32_t>, internal_bus::board_temperatures_per_module> board_temperature_dC{};
   std::uint8_t fitted_boards = 0;  // sensors, the first lowest; kept when all else is forgotten
   Measured<std::int32_t> module_voltage_mV;
   Measured<ModuleStatus> status;
   Measured<ModuleIdentity> identity;
   std::uint16_t balancing_cells = 0;
+  TimePoint switches_read_at{};  // when that was told
   std::uint16_t open_wire_cells = 0;
   bool serial_number_known = false;  // kept when all else is forgotten: a module swapped meanwhile is noticed
   std::uint32_t serial_number = 0;
@@ -75,10 +87,12 @@ struct ModuleRecord {
   std::uint32_t restarts = 0;                                 // since it first answered in full
   std::uint32_t asked_alone = 0;                              // because something of its answer was missing
   std::array<std::uint32_t, reject_reason_count> rejected{};  // frames under its identifiers, by RejectReason
+  std::uint64_t values_out_of_range = 0;                      // that nobody of its kind can have; taken for no values
   BMU_FIELDS(skipped(config), cell_voltage_uV, cell_temperature_dC, board_temperature_dC, fitted_boards,
-             module_voltage_mV, status, identity, balancing_cells, open_wire_cells, serial_number_known, serial_number,
-             rival_serial_number, conflict_seen_at, rival_seen_at, last_answer_at, damaged_frames, damaged_at,
-             answer_times, answers_complete, answers_missed, restarts, asked_alone, rejected)
+             module_voltage_mV, status, identity, balancing_cells, switches_read_at, open_wire_cells,
+             serial_number_known, serial_number, rival_serial_number, conflict_seen_at, rival_seen_at, last_answer_at,
+             damaged_frames, damaged_at, answer_times, answers_complete, answers_missed, restarts, asked_alone,
+             rejected, values_out_of_range)
 };
 
 /// Bits of what a POLL asks for, as in its b1.
@@ -106,8 +120,12 @@ class ModuleTable {
 
   /// Takes over a checked frame of an MMU; a node that is not part of this pack is ignored.
   void observe(const MessageSpec& message, std::uint8_t node, const CanFrame& frame, TimePoint at);
+  /// The same of a foreign module's frame that passed its checks.
+  void observe(const ModuleReport& report, TimePoint at);
   /// A POLL to everybody went out: counts what the last one left unanswered and expects `wants` from now on.
   void begin_cycle(TimePoint at, const PollWants& wants);
+  /// The same of questions to all foreign modules; those a start begins with (`is_start`) expect nothing.
+  void begin_round(TimePoint at, bool is_start);
   /// A POLL to one module went out, beside the cycle: what it brings is of `at`. It ends an answer that was still under
   /// way, so it has to want what that had still to bring.
   void begin_single(std::uint8_t node, TimePoint at);
@@ -138,6 +156,8 @@ class ModuleTable {
 
   /// One of the values that this frame brought reaches an opening threshold, or the module itself flags a failed cell.
   [[nodiscard]] bool any_beyond(const CheckedFrame& checked, const LimitsConfig& limits) const;
+  /// The same of whatever a foreign module has said last.
+  [[nodiscard]] bool any_beyond(std::uint8_t node, const LimitsConfig& limits) const;
   /// Complete cycles in a row, without a missed one between.
   [[nodiscard]] std::uint32_t complete_cycles() const { return complete_cycles_; }
   /// The cycles so far prove nothing: counting starts again with the next one that begins.
@@ -152,16 +172,29 @@ class ModuleTable {
   static void take_cells(ModuleRecord& module, std::size_t block, const CanFrame& frame, TimePoint polled_at);
   void take_temperatures(std::size_t index, const MessageSpec& message, const CanFrame& frame, TimePoint at);
   void take_identity(ModuleRecord& module, const CanFrame& frame, TimePoint at) const;
-  void note_answer(std::size_t index, std::uint32_t answer_bit, TimePoint at);
+  void note_answer(std::size_t index, std::uint32_t answer_bits, TimePoint at);
+  void note_missed();
+  void begin(TimePoint at);
+  [[nodiscard]] bool is_too_soon(TimePoint at) const { return at - round_at_ < foreign_->answer_after; }
+  [[nodiscard]] TimePoint question_for(std::size_t index, ModuleParts parts, TimePoint at) const;
+  void take_report(std::size_t index, const ModuleReport& report, TimePoint asked_at);
+  void take_cells_of(ModuleRecord& module, const ModuleReport& report, TimePoint asked_at) const;
+  void take_temperatures_of(std::size_t index, const ModuleReport& report, TimePoint asked_at);
+  void take_board(std::size_t index, std::size_t slot, const Measured<std::int32_t>& told, TimePoint asked_at);
 
   static constexpr std::uint8_t no_module = 0xFF;
-  static constexpr std::size_t temperatures_per_module =
-      internal_bus::cell_temperatures_per_module_max + internal_bus::board_temperatures_per_module;
+  static constexpr std::size_t temperatures_per_module = cell_sensors_max + internal_bus::board_temperatures_per_module;
 
+  const ModuleDriver* foreign_ = nullptr;  // null: the modules are ours
   FixedVector<ModuleRecord, modules_max> modules_;
   std::array<std::uint8_t, internal_bus::node_count_max + 1> index_of_node_{};
   std::array<std::uint32_t, modules_max> expected_{};  // answer bits still missing in this cycle, by module
   std::array<TimePoint, modules_max> polled_at_{};
+  // Of foreign modules: the last questions for values and those before; zero: none.
+  TimePoint round_at_{};
+  TimePoint round_before_at_{};
+  std::array<ModuleParts, modules_max> owed_{};  // nothing of these came to the questions before
+  bool is_in_doubt_ = false;                     // this round, as somebody owed something when it began
   std::array<std::array<JumpWatch, temperatures_per_module>, modules_max> jumps_{};  // cell sensors, then the board's
   std::array<bool, modules_max> asked_alone_{};                                      // in this cycle
   std::size_t next_turn_ = 0;  // the module that is first looked at when somebody is silent
@@ -172,8 +205,9 @@ class ModuleTable {
   std::uint32_t complete_cycles_ = 0;
   std::size_t modules_incomplete_ = 0;
   [[nodiscard]] bool are_fields_possible() const;
-  BMU_FIELDS(modules_, skipped(index_of_node_), expected_, polled_at_, jumps_, asked_alone_, next_turn_, heard_at_,
-             is_counted_, cycle_began_at_, completed_at_, complete_cycles_, modules_incomplete_)
+  BMU_FIELDS(skipped(foreign_), modules_, skipped(index_of_node_), expected_, polled_at_, round_at_, round_before_at_,
+             owed_, is_in_doubt_, jumps_, asked_alone_, next_turn_, heard_at_, is_counted_, cycle_began_at_,
+             completed_at_, complete_cycles_, modules_incomplete_)
 };
 
 }  // namespace bmu

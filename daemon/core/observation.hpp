@@ -1,12 +1,16 @@
 // What the core is told. Nothing else ever reaches it: the same observations give the same decisions, on any machine.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string_view>
 #include <variant>
 
 #include "daemon/core/line_image.hpp"
 #include "protocol/frame.hpp"
+#include "protocol/ir155.hpp"
 #include "protocol/time.hpp"
 
 namespace bmu {
@@ -17,11 +21,31 @@ enum class Authority : std::uint8_t { user, service };
 
 [[nodiscard]] std::string_view to_text(Authority authority);
 
-/// The buses of the daemon. One interface may serve both; the shell then tells each frame once, to `internal`.
-enum class Port : std::uint8_t { internal, vehicle };
-inline constexpr std::size_t port_count = 2;
+/// The buses of the daemon, by what they are for. One interface may serve several of them; the shell then tells each
+/// frame once, to the first of these (CoreConfig::served_by).
+enum class Port : std::uint8_t { internal, vehicle, charger, second_pack, inverter };
+inline constexpr std::size_t port_count = 5;
+inline constexpr std::array all_ports{Port::internal, Port::vehicle, Port::charger, Port::second_pack, Port::inverter};
+static_assert(all_ports.size() == port_count);
 
 [[nodiscard]] std::string_view to_text(Port port);
+[[nodiscard]] std::optional<Port> port_of_text(std::string_view text);
+
+/// The port that tells the frames of each.
+using ServedBy = std::array<Port, port_count>;
+
+/// Of buses by their names: those of one name are one. `names` has name(Port); an empty one is nobody's.
+template <class Names>
+[[nodiscard]] ServedBy served_by(const Names& names) {
+  ServedBy serving = all_ports;
+  for (std::size_t port = 0; port < port_count; ++port) {
+    for (std::size_t other = 0; other < port && serving[port] == all_ports[port]; ++other) {
+      const bool is_same = names.name(all_ports[port]) == names.name(all_ports[other]);
+      if (is_same && !names.name(all_ports[port]).empty()) serving[port] = all_ports[other];
+    }
+  }
+  return serving;
+}
 
 /// A frame from somebody else.
 struct FrameReceived {
@@ -96,8 +120,14 @@ struct LinesSeen {
   LineImage image;
 };
 
+/// The insulation monitor's pulses on a line of this machine: after every look that saw an edge, and once when the line
+/// has become ours. Between two of them they grow old.
+struct PulsesSeen {
+  ir155::Pwm pwm;  // `since_edge` in whole microseconds
+};
+
 using ObservedThing = std::variant<FrameReceived, FrameEchoed, SendFailed, PortChanged, FramesLost, BusErrorSeen,
-                                   CommandGiven, WallClockSeen, HealthSeen, LinesSeen>;
+                                   CommandGiven, WallClockSeen, HealthSeen, LinesSeen, PulsesSeen>;
 
 struct Observation {
   TimePoint at;

@@ -2,7 +2,6 @@
 
 #include "protocol/message.hpp"
 #include "protocol/tables/internal_bus.hpp"
-#include "protocol/tables/vehicle_bus.hpp"
 
 namespace bmu {
 
@@ -20,10 +19,14 @@ namespace {
 
 using internal_bus::contactor_command;
 
-MessageMatch find_row(Port port, const CanFrame& frame, std::uint16_t vehicle_base_id) {
-  if (port == Port::internal) return internal_bus::catalogue.find(frame.id);
+MessageMatch find_row(Port port, const CanFrame& frame, const GateRules& rules) {
+  if (port == Port::internal) {
+    return (rules.modules == nullptr ? internal_bus::catalogue : internal_bus::catalogue_without_modules)
+        .find(frame.id);
+  }
+  if (port != Port::vehicle) return {};  // there we only listen
   // The vehicle rows stand at their default identifiers; the configured base moves them.
-  return vehicle_bus::catalogue.find(frame.id - vehicle_base_id + vehicle_bus::default_base_id);
+  return row_of(rules.dialect).catalogue->find(frame.id - rules.vehicle_base_id + vehicle_bus::default_base_id);
 }
 
 bool is_well_formed(const MessageSpec& row, const CanFrame& frame) {
@@ -32,10 +35,78 @@ bool is_well_formed(const MessageSpec& row, const CanFrame& frame) {
   return row.protection != Protection::counter_crc_complement || (frame.data[0] ^ frame.data[1]) == 0xFF;
 }
 
+GateVerdict judge_charger(const CanFrame& frame, const GateRules& rules) {
+  if (rules.charger == nullptr) return GateVerdict::not_ours;
+  const std::optional<ChargerCommand> command = rules.charger->order_of(frame);
+  if (!command) return GateVerdict::not_ours;
+  const ChargerOrder& order = command->order;
+  if (command->unit >= rules.ordered_mA.size()) return GateVerdict::not_ours;
+  if (order.requests_mains && !rules.may_request_mains) return GateVerdict::not_permitted;
+  if (!order.is_enabled) return GateVerdict::pass;
+  std::int64_t together_mA = order.current_mA;
+  for (std::size_t unit = 0; unit < rules.ordered_mA.size(); ++unit) {
+    if (unit != command->unit) together_mA += rules.ordered_mA[unit];
+  }
+  // Less than before is never too much, whatever the others have not been told yet.
+  const bool is_less = order.current_mA <= rules.ordered_mA[command->unit];
+  const bool is_bounded =
+      (is_less || together_mA <= rules.charge_current_mA) && order.voltage_mV <= rules.charge_voltage_mV;
+  return rules.may_charge && is_bounded ? GateVerdict::pass : GateVerdict::not_permitted;
+}
+
+/// What is not in the frame is not allowed by it.
+GateVerdict judge_inverter(const CanFrame& frame, const GateRules& rules) {
+  if (rules.inverter == nullptr) return GateVerdict::not_ours;
+  BatteryReport told{.discharge_voltage_limit_mV = rules.inverter_discharge_voltage_mV};
+  const BatteryWord word = rules.inverter->hear(frame, told);
+  if (word == BatteryWord::none) return GateVerdict::not_ours;
+  if (word == BatteryWord::refused) return GateVerdict::malformed;
+  const bool may_charge = rules.inverter_charge_mA > 0;
+  const bool may_discharge = rules.inverter_discharge_mA > 0;
+  const bool is_current_bounded =
+      told.charge_limit_mA <= rules.inverter_charge_mA && told.discharge_limit_mA <= rules.inverter_discharge_mA;
+  const bool is_voltage_bounded = told.charge_voltage_limit_mV <= rules.inverter_charge_voltage_mV &&
+                                  told.discharge_voltage_limit_mV >= rules.inverter_discharge_voltage_mV;
+  const bool asks_for_charge = told.asks_for_charge || told.asks_for_full_charge;
+  const bool may_ask = may_charge && rules.is_soc_known;
+  const bool is_allowed =
+      (may_charge || !told.may_charge) && (may_discharge || !told.may_discharge) && (may_ask || !asks_for_charge);
+  return is_current_bounded && is_voltage_bounded && is_allowed ? GateVerdict::pass : GateVerdict::not_permitted;
+}
+
+GateVerdict judge_sensor(const SetUpOrder& order, const GateRules& rules) {
+  switch (order.kind) {
+    case SetUpOrderKind::read:
+    case SetUpOrderKind::run: return GateVerdict::pass;
+    case SetUpOrderKind::stop:
+    case SetUpOrderKind::set: return rules.may_configure_sensor ? GateVerdict::pass : GateVerdict::not_permitted;
+    case SetUpOrderKind::store: break;
+  }
+  return rules.may_store_in_sensor ? GateVerdict::pass : GateVerdict::not_permitted;
+}
+
+/// A question, and just as its language has it: what else its bytes could say is none of ours.
+GateVerdict judge_question(const CanFrame& frame, const ModuleQuestion& question, const GateRules& rules) {
+  if (frame != rules.modules->ask(question, rules.module_round, rules.module_options)) return GateVerdict::malformed;
+  const bool bleeds_as_decided = !question.bleed_above_uV || question.bleed_above_uV == rules.bleed_above_uV;
+  return bleeds_as_decided ? GateVerdict::pass : GateVerdict::not_permitted;
+}
+
 }  // namespace
 
 GateVerdict judge_output(Port port, const CanFrame& frame, const GateRules& rules) {
-  const MessageMatch match = find_row(port, frame, rules.vehicle_base_id);
+  if (port == Port::charger) return judge_charger(frame, rules);
+  if (port == Port::inverter) return judge_inverter(frame, rules);
+  if (port == Port::internal && rules.modules != nullptr) {
+    if (const auto question = rules.modules->question_of(frame)) return judge_question(frame, *question, rules);
+  }
+  if (port == Port::vehicle && frame.id == rules.reply_id && !frame.is_extended) {
+    return frame.length == 8 && !frame.is_remote && !frame.is_error ? GateVerdict::pass : GateVerdict::malformed;
+  }
+  if (port == Port::internal && rules.sensor != nullptr) {
+    if (const std::optional<SetUpOrder> order = rules.sensor->order_of(frame)) return judge_sensor(*order, rules);
+  }
+  const MessageMatch match = find_row(port, frame, rules);
   if (match.message == nullptr || match.message->sender != Sender::bmu) return GateVerdict::not_ours;
   if (!is_well_formed(*match.message, frame)) return GateVerdict::malformed;
   if (match.message == &contactor_command) {

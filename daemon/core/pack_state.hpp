@@ -72,7 +72,7 @@ struct PackState {
 
 /// The number of a board sensor within its module, by its place from 0.
 [[nodiscard]] constexpr std::uint8_t board_sensor_number(std::size_t index) {
-  return static_cast<std::uint8_t>(internal_bus::cell_temperatures_per_module_max + index + 1);
+  return static_cast<std::uint8_t>(cell_sensors_max + index + 1);
 }
 [[nodiscard]] constexpr bool has_board_sensor(const ModuleRecord& module, std::size_t index) {
   return (module.fitted_boards >> index & 1U) != 0;

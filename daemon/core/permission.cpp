@@ -11,7 +11,7 @@ std::string_view to_text(Blocker blocker) {
     case Blocker::resting:
       return "the modules are asleep after an undervoltage: the resume button, a charger or `bmuctl wake` ends that";
     case Blocker::internal_bus_down: return "the internal bus is down";
-    case Blocker::pdu_unknown: return "no fresh word from the power distribution unit";
+    case Blocker::pdu_unknown: return "no fresh word on contacts and inputs";
     case Blocker::inputs_unhealthy: return "an emergency stop, the interlock or the insulation monitor says no";
     case Blocker::insulation_unknown: return "the insulation resistance is not known";
     case Blocker::modules_incomplete: return "not every module, cell and temperature is known and fresh";
@@ -65,9 +65,10 @@ bool any_row(Holds holds) {
   return std::any_of(fault_table().begin(), fault_table().end(), holds);
 }
 
-bool any_present(const FaultMemory& faults, const Wish& wish) {
+bool any_present(const FaultMemory& faults, const PermissionInputs& inputs) {
   return any_row([&](const FaultRow& row) {
-    return row.reaction != Reaction::warn && faults.state(row.id).is_present() && speaks_against(row.concerns, wish);
+    return row.reaction != Reaction::warn && faults.state(row.id).is_present() &&
+           (speaks_against(row.concerns, inputs.wish) || (row.bars_while_plugged_in && inputs.is_plugged_in));
   });
 }
 
@@ -98,7 +99,7 @@ Permission evaluate_permission(const PermissionInputs& inputs, const PackState& 
     if (blocks) permission.blockers.push_back(blocker);
   };
   block_if(inputs.is_shutting_down, Blocker::shutting_down);
-  block_if(any_present(faults, inputs.wish), Blocker::fault);
+  block_if(any_present(faults, inputs), Blocker::fault);
   block_if(inputs.is_resting, Blocker::resting);
   block_if(!inputs.internal_bus_up, Blocker::internal_bus_down);
   block_if(!inputs.pdu_fresh, Blocker::pdu_unknown);
@@ -127,7 +128,7 @@ Permission evaluate_permission(const PermissionInputs& inputs, const PackState& 
   // What only refuses to close leaves a closed pack alone. One that is half closed is not: it opens, and does not wait.
   // Nor for a module that has just forgotten our limits: it has restarted, and the time-out of the precharge would only
   // tell of a precharge that was too slow.
-  permission.may_go_on = permission.may_stay_closed && !any_present(faults, inputs.wish) && inputs.modules_set_up;
+  permission.may_go_on = permission.may_stay_closed && !any_present(faults, inputs) && inputs.modules_set_up;
   permission.may_charge = permission.may_stay_closed && !forbids_current(faults, pack, inputs.now, Concerns::charge);
   permission.may_discharge =
       permission.may_stay_closed && !forbids_current(faults, pack, inputs.now, Concerns::discharge);

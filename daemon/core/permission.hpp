@@ -50,6 +50,7 @@ struct Wish {
 struct PermissionInputs {
   TimePoint now{};
   Wish wish;
+  bool is_plugged_in = false;  // a charger
   bool is_shutting_down = false;
   bool is_resting = false;
   bool internal_bus_up = false;

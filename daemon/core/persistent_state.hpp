@@ -29,6 +29,7 @@ struct PersistentState {
   CellChargeRecords cell_charges{};
   SocRecords soc{};
   PackTotals totals{};
+  std::uint32_t starts = 0;  // of the daemon, in which it has seen the whole pack
 
   friend bool operator==(const PersistentState&, const PersistentState&) = default;
 };

@@ -1,5 +1,5 @@
-// The traction-pack messages 620h to 628h: each once a second, 10 ms after the one before. What is not known, or too
-// old, leaves as the invalid code, never as 0 and never as the last value.
+// The traction-pack messages 620h to 628h, in the dialect of the pack file: each once a second, 10 ms after the one
+// before. What is not known, or too old, leaves as the invalid code, never as 0 and never as the last value.
 #pragma once
 
 #include <cstdint>
@@ -10,26 +10,38 @@
 #include "daemon/core/limits.hpp"
 #include "daemon/core/pack_state.hpp"
 #include "daemon/core/pack_totals.hpp"
+#include "daemon/core/vehicle_state.hpp"
 #include "protocol/fields.hpp"
 #include "protocol/frame.hpp"
 
 namespace bmu {
 
 struct VehicleView {
-  vehicle_bus::State state = vehicle_bus::State::off_open;
+  ModeInputs mode;
   Duration uptime{};
-  std::uint8_t dtc_1 = 0;
-  std::uint8_t dtc_2 = 0;
+  TroubleCodes codes;     // iha, original
+  ElithionFaults faults;  // elithion
+  bool interlock_tripped = false;
+  bool close_requested = false;
   const PackState* pack = nullptr;
   const CurrentLimits* limits = nullptr;
   std::optional<std::int32_t> soc_permille{};
+  std::optional<std::int32_t> soc_2_permille{};  // of a second pack
   std::optional<std::int64_t> depth_of_discharge_uAs{};
   std::int64_t capacity_uAs = 0;           // as the cell file has it
   std::optional<PackTotals> totals{};      // not given: nobody keeps them
+  std::optional<std::uint32_t> starts{};   // not given: not counted yet, or nobody keeps it
   const PackEstimate* estimate = nullptr;  // not given: nothing is known of the cells' health
 };
 
 inline constexpr std::size_t vehicle_message_count = 9;
+
+/// The state in 622h, as the dialect numbers it.
+[[nodiscard]] std::uint8_t vehicle_state(VehicleDialect dialect, const ModeInputs& mode);
+
+/// The byte of flags of the dialect `elithion`: .0 charger there, .1 vehicle on, .2 interlock tripped, .3 closing asked
+/// for by wire, .4 and by CAN, which nobody can here, .5 charging not allowed, .6 nor discharging, .7 fan on.
+[[nodiscard]] std::uint8_t elithion_flags(const VehicleView& view);
 
 /// Message `index` (0: 620h … 8: 628h) at the default base identifier moved to `config.base_id`.
 [[nodiscard]] CanFrame vehicle_frame(std::size_t index, const VehicleView& view, const VehicleConfig& config);
@@ -37,6 +49,7 @@ inline constexpr std::size_t vehicle_message_count = 9;
 class VehicleReporter {
  public:
   void init(TimePoint started_at) { next_at_ = started_at + period; }
+  [[nodiscard]] bool is_due(TimePoint now) const { return now >= next_at_; }
   /// The message due at `now`, or none. Deadlines advance by their period; after a gap they start anew.
   [[nodiscard]] std::optional<CanFrame> step(TimePoint now, const VehicleView& view, const VehicleConfig& config);
 

@@ -1,23 +1,11 @@
 #include "daemon/core/sensor_table.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "protocol/tables/internal_bus.hpp"
 
 namespace bmu {
-
-std::string_view to_text(InsulationState state) {
-  switch (state) {
-    case InsulationState::no_signal: return "no signal";
-    case InsulationState::normal: return "normal";
-    case InsulationState::undervoltage: return "undervoltage";
-    case InsulationState::speed_start: return "speed start";
-    case InsulationState::device_error: return "device error";
-    case InsulationState::earth_fault: return "earth fault";
-    case InsulationState::undefined: return "undefined";
-  }
-  return "?";
-}
 
 namespace {
 
@@ -82,6 +70,20 @@ void merge_input(bool& input, bool has_line, bool line, bool has_unit, bool is_p
   }
 }
 
+/// Whose word on the insulation counts: that of a monitor which is heard itself instead of the unit's, and a line of
+/// this machine with it.
+void put_insulation(PduState& inputs, const InsulationWord& word, const LineImage& lines, const CoreConfig& config) {
+  inputs.insulation_state = word.state;
+  inputs.insulation_resistance_Ohm = word.resistance_Ohm;
+  inputs.insulation_monitor_ok = word.is_ok && (!config.lines.has_insulation_ok || lines.insulation_ok);
+}
+
+/// A sensor's own sign as the pack file wants it. Of the least number there is the greatest.
+void turn_round(Measured<std::int32_t>& current_mA) {
+  constexpr std::int32_t most_mA = std::numeric_limits<std::int32_t>::max();
+  current_mA.value = -std::max(current_mA.value, -most_mA);
+}
+
 }  // namespace
 
 Measured<PduState> merge_inputs(const Measured<PduState>& unit, const Measured<LineImage>& lines,
@@ -116,26 +118,24 @@ Measured<PduState> merge_inputs(const Measured<PduState>& unit, const Measured<L
 
 void SensorTable::observe(const MessageSpec& message, const CanFrame& frame, TimePoint at, const CoreConfig& config) {
   switch (message.base_id) {
-    case sensor_current.base_id: {
-      const Measured<std::int32_t> sample = sensor_value(message, frame, at);
-      if (!take(sample, current_mA, refused)) break;
-      if (config.sensor.invert_current) current_mA.value = -current_mA.value;
-      current_window.add(current_mA.value, at);
+    case sensor_current.base_id:
+      // Where another tells the first, this is the second, unless that is another's, too.
+      if (config.sensor.first != nullptr && config.sensor.second != nullptr) break;
+      take_current(sensor_value(message, frame, at), config.sensor.first == nullptr, config.sensor);
       break;
-    }
     case sensor_current_2.base_id:
-      if (!take(sensor_value(message, frame, at), current_2_mA, refused)) break;
-      if (config.sensor.invert_current) current_2_mA.value = -current_2_mA.value;
+      if (config.sensor.first != nullptr || config.sensor.second != nullptr) break;
+      take_current(sensor_value(message, frame, at), false, config.sensor);
       break;
     case sensor_u1.base_id: take(sensor_value(message, frame, at), pack_voltage_mV, refused); break;
     case sensor_u2.base_id: take(sensor_value(message, frame, at), link_voltage_mV, refused); break;
     case pdu_status.base_id:
       pdu_word = {pdu_state(frame), at, Validity::valid};
-      if (knows_insulation(pdu_word.value)) {
+      if (!config.insulation.is_heard_itself() && knows_insulation(pdu_word.value)) {
         insulation_known_at = at;
         insulation_told = true;
       }
-      pdu = merge_inputs(pdu_word, lines, config);
+      merge(config);
       break;
     default: break;  // the sensor's own counters are taken as a second opinion by a later stage
   }
@@ -143,7 +143,33 @@ void SensorTable::observe(const MessageSpec& message, const CanFrame& frame, Tim
 
 void SensorTable::observe(const LineImage& image, TimePoint at, const CoreConfig& config) {
   lines = {image, at, image.is_failed ? Validity::sensor_fault : Validity::valid};
+  merge(config);
+}
+
+void SensorTable::merge(const CoreConfig& config) {
   pdu = merge_inputs(pdu_word, lines, config);
+  if (config.insulation.is_heard_itself()) put_insulation(pdu.value, insulation, lines.value, config);
+}
+
+void SensorTable::take_current(const Measured<std::int32_t>& sample, bool is_first, const SensorConfig& config) {
+  Measured<std::int32_t>& slot = is_first ? current_mA : current_2_mA;
+  if (!take(sample, slot, refused)) return;
+  if (config.invert_current != (!is_first && config.is_second_reversed)) turn_round(slot);
+  if (is_first) current_window.add(current_mA.value, sample.taken_at);
+}
+
+void SensorTable::observe_current(const SignalValue& told_mA, bool is_first, TimePoint at, const CoreConfig& config) {
+  take_current(measured(told_mA, at), is_first, config.sensor);
+}
+
+void SensorTable::take_insulation(const InsulationWord& word, const CoreConfig& config) {
+  if (!config.insulation.is_heard_itself()) return;
+  insulation = word;
+  if (word.taken_at != TimePoint{}) {
+    insulation_known_at = word.taken_at;
+    insulation_told = true;
+  }
+  merge(config);
 }
 
 }  // namespace bmu

@@ -7,23 +7,12 @@
 #include "daemon/core/contactor_id.hpp"
 #include "daemon/core/core_config.hpp"
 #include "daemon/core/current_window.hpp"
+#include "daemon/core/insulation_table.hpp"
 #include "daemon/core/line_image.hpp"
 #include "daemon/core/measured.hpp"
 #include "protocol/message.hpp"
 
 namespace bmu {
-
-enum class InsulationState : std::uint8_t {
-  no_signal,
-  normal,
-  undervoltage,
-  speed_start,
-  device_error,
-  earth_fault,
-  undefined,  // a number the protocol does not know
-};
-
-[[nodiscard]] std::string_view to_text(InsulationState state);
 
 struct PduState {
   // Auxiliary contacts: what really is closed.
@@ -91,6 +80,7 @@ struct SensorTable {
   CurrentWindow current_window;
   TimePoint insulation_known_at{};  // when the monitor last told a resistance; before, when it could begin to
   bool insulation_told = false;     // it has told one
+  InsulationWord insulation;        // of a monitor that is heard itself, where there is one
 
   // The two sources by themselves.
   Measured<PduState> pdu_word;
@@ -99,8 +89,16 @@ struct SensorTable {
   /// Takes over a checked frame of the sensor or the PDU. A result that is none counts like a frame that did not come:
   /// the last one grows old, and with it goes the channel, but a single one does not open a pack.
   void observe(const MessageSpec& message, const CanFrame& frame, TimePoint at, const CoreConfig& config);
+  /// Takes over the current of a sensor that has frames of its own, as it told it.
+  void observe_current(const SignalValue& told_mA, bool is_first, TimePoint at, const CoreConfig& config);
+  /// Takes over what follows now from the word of a monitor that is heard itself, where there is one.
+  void take_insulation(const InsulationWord& word, const CoreConfig& config);
   /// Takes over what the lines say.
   void observe(const LineImage& image, TimePoint at, const CoreConfig& config);
+
+ private:
+  void merge(const CoreConfig& config);
+  void take_current(const Measured<std::int32_t>& sample, bool is_first, const SensorConfig& config);
 };
 
 }  // namespace bmu

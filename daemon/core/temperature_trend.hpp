@@ -41,7 +41,7 @@ class TemperatureTrend {
     [[nodiscard]] const Sample& oldest() const;
     [[nodiscard]] bool are_fields_possible() const { return count <= samples_max && head < samples_max; }
   };
-  using ModuleTracks = std::array<Track, internal_bus::cell_temperatures_per_module_max>;
+  using ModuleTracks = std::array<Track, cell_sensors_max>;
 
   std::array<ModuleTracks, modules_max> tracks_{};
   BMU_FIELDS(tracks_)

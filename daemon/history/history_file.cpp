@@ -32,12 +32,8 @@ constexpr const char* settings_sql =
     "PRAGMA journal_size_limit = 4000000;"
     "PRAGMA cell_size_check = ON;";
 
-// Before there is a table: later they could not be changed.
-constexpr const char* creation_sql =
-    "PRAGMA page_size = 8192;"
-    "PRAGMA auto_vacuum = INCREMENTAL;"
-    "PRAGMA application_id = 1651340644;";
-static_assert(history_application_id == 1'651'340'644);
+// Before there is a table: later it could not be changed. Writes nothing yet.
+constexpr const char* creation_sql = "PRAGMA page_size = 8192;";
 static_assert(history_page_bytes == 8'192);
 
 HistoryTrouble trouble_of(int kind) {

@@ -290,7 +290,7 @@ HistoryEvent event_of(const TimedEvent& timed) {
   return {.number = static_cast<std::int64_t>(timed.number),
           .unix_time_ms = clock_ms(timed.unix_time_ms),
           .uptime_ms = to_ms(timed.uptime),
-          .severity = std::string(severity_names.at(static_cast<std::size_t>(row.severity))),
+          .severity = std::string(severity_names.at(static_cast<std::size_t>(severity_of(timed.event)))),
           .name = std::string(row.name),
           .fault = is_about_a_fault(timed.event.id) || timed.event.cause == OpeningCause::fault
                        ? std::string(row_of(timed.event.fault).name)

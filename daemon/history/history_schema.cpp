@@ -68,7 +68,12 @@ std::string view_sql(const std::string& name, const std::string& blob, const std
 std::string version_1() {
   const std::string voltage = " * " + std::to_string(cell_voltage_step_uV);
   const std::string temperature = " - " + std::to_string(temperature_offset_dC);
-  return "CREATE TABLE layout (id INTEGER PRIMARY KEY, modules TEXT NOT NULL);\n"
+  // Both settings within the transaction that makes the tables: who reads meanwhile finds an empty file or a history.
+  return "PRAGMA auto_vacuum = INCREMENTAL;\n"
+         "PRAGMA application_id = " +
+         std::to_string(history_application_id) +
+         ";\n"
+         "CREATE TABLE layout (id INTEGER PRIMARY KEY, modules TEXT NOT NULL);\n"
          "CREATE TABLE place (layout INTEGER, kind TEXT, number INTEGER, module INTEGER, place INTEGER,\n"
          "  PRIMARY KEY (layout, kind, number)) WITHOUT ROWID;\n"
          "CREATE TABLE life (id INTEGER PRIMARY KEY, token TEXT NOT NULL, version TEXT NOT NULL,\n"
@@ -99,8 +104,9 @@ constexpr std::array step_table{SchemaStep{.version = 1, .sql = version_1}};
 static_assert(step_table.back().version == history_version);
 
 DatabaseResult<void> take(const Database& database, const SchemaStep& step) {
+  // Not IMMEDIATE: that makes the first page, after which nobody is asked any more how the file is to be vacuumed.
   const std::string text =
-      "BEGIN IMMEDIATE;\n" + step.sql() + ";PRAGMA user_version = " + std::to_string(step.version) + ";\nCOMMIT;";
+      "BEGIN;\n" + step.sql() + ";PRAGMA user_version = " + std::to_string(step.version) + ";\nCOMMIT;";
   auto taken = database.run(text);
   if (!taken && database.is_in_transaction()) static_cast<void>(database.run("ROLLBACK"));
   return taken;

@@ -90,7 +90,7 @@ void MinuteAverager::end(TimePoint at) {
   const std::int64_t unix_time_ms = core_.unix_time_ms(at);
   minute_.unix_time_ms = unix_time_ms == 0 ? 0 : unix_time_ms - to_ms(minute_.span);
   fill_cells();
-  fill_pack();
+  fill_pack(at);
   fill_flow();
   begin(at);
 }
@@ -151,7 +151,7 @@ void MinuteAverager::fill_cells() {
   }
 }
 
-void MinuteAverager::fill_pack() {
+void MinuteAverager::fill_pack(TimePoint at) {
   const PackEstimate& estimate = core_.estimate();
   const PackHealth health = pack_health(estimate);
   minute_.current_mA = current_mA_.value();
@@ -170,7 +170,7 @@ void MinuteAverager::fill_pack() {
   }
   minute_.limits = core_.limits();
   minute_.phase = core_.sequence().phase;
-  minute_.mode = core_.mode();
+  minute_.mode = core_.mode(at);
   minute_.totals = core_.totals();
 }
 

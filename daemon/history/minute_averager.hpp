@@ -44,7 +44,7 @@ class MinuteAverager {
   void look(TimePoint at);
   void look_at_modules(TimePoint at, Duration passed);
   void fill_cells();
-  void fill_pack();
+  void fill_pack(TimePoint at);
   void fill_flow();
 
   const Core& core_;

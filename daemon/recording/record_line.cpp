@@ -156,6 +156,10 @@ struct Printer {
     out.word_and_number("contacts", what.image.closed_contacts).word_and_number("estops", what.image.estops_pressed);
     out.word_and_number("interlocks", what.image.interlocks_open);
   }
+  void operator()(const PulsesSeen& what) const {
+    comment("pulses ").number(what.pwm.frequency_mHz).text(" mHz ").number(what.pwm.duty_permille);
+    out.text(" permille ").number(what.pwm.since_edge / 1us).text(what.pwm.is_high ? " us high" : " us low");
+  }
 };
 
 // --- in -------------------------------------------------------------------------------------------------------------
@@ -192,8 +196,9 @@ class In {
   }
   Port port() {
     const std::string_view text = word();
-    expect(text == to_text(Port::internal) || text == to_text(Port::vehicle), "internal or vehicle");
-    return text == to_text(Port::vehicle) ? Port::vehicle : Port::internal;
+    const std::optional<Port> port = port_of_text(text);
+    expect(port.has_value(), "internal, vehicle, charger, second_pack or inverter");
+    return port.value_or(Port::internal);
   }
   /// What is left, which must be "vcan0 040#0300".
   CanFrame frame() {
@@ -302,6 +307,21 @@ ObservedThing parse_lines(In& in) {
   return what;
 }
 
+ObservedThing parse_pulses(In& in) {
+  PulsesSeen what;
+  what.pwm.frequency_mHz = in.number<std::int32_t>("a frequency");
+  in.expect(in.word() == "mHz", "mHz");
+  what.pwm.duty_permille = in.number<std::int32_t>("a duty cycle");
+  in.expect(in.word() == "permille", "permille");
+  const auto since_us = in.number<std::int64_t>("the time since the last period");
+  in.expect(since_us >= 0 && since_us <= record_time_max_us && in.word() == "us", "a time in us");
+  const std::string_view level = in.word();
+  in.expect(level == "high" || level == "low", "high or low");
+  what.pwm.is_high = level == "high";
+  if (!in.damage()) what.pwm.since_edge = std::chrono::microseconds{since_us};
+  return what;
+}
+
 struct ObservationRow {
   std::string_view word;
   ObservedThing (*parse)(In& in);
@@ -309,7 +329,7 @@ struct ObservationRow {
 constexpr std::array observation_rows{ObservationRow{"port", parse_port},     ObservationRow{"lost", parse_lost},
                                       ObservationRow{"failed", parse_failed}, ObservationRow{"command", parse_command},
                                       ObservationRow{"clock", parse_clock},   ObservationRow{"health", parse_health},
-                                      ObservationRow{"lines", parse_lines}};
+                                      ObservationRow{"lines", parse_lines},   ObservationRow{"pulses", parse_pulses}};
 
 /// "(1700000000.123456)" as candump writes it.
 std::optional<std::int64_t> parse_time(std::string_view text) {
@@ -335,11 +355,13 @@ RecordLine parse_timed(In& in, std::string_view time, const RecordClock& clock) 
   return Observation{.at = at, .what = row->parse(in)};
 }
 
+constexpr const char* wanted_bus = "the name of a bus of the recording's head";
+
 RecordLine parse_sent(In& in, const RecordBuses& buses) {
   const std::string_view bus = in.rest().substr(0, in.rest().find(' '));
-  in.expect(bus == buses.internal || bus == buses.vehicle, "the name of the internal or the vehicle bus");
-  const Port port = bus == buses.internal ? Port::internal : Port::vehicle;
-  return RecordSent{.sent = {.port = port, .frame = in.frame()}};
+  const std::optional<Port> port = buses.port_of(bus);
+  in.expect(port.has_value(), wanted_bus);
+  return RecordSent{.sent = {.port = port.value_or(Port::internal), .frame = in.frame()}};
 }
 
 RecordLine parse_outputs(In& in) {
@@ -368,10 +390,9 @@ Result<RecordLine, RecordDamage> parse_frame(std::string_view line, const Record
   if (!parsed) return failure(RecordDamage{std::string(to_text(parsed.error().wanted)), parsed.error().column});
   if (parsed->kind != LogLineKind::frame) return RecordNothing{};
   const auto column = static_cast<std::size_t>(parsed->bus.data() - line.data());
-  if (parsed->bus != buses.internal && parsed->bus != buses.vehicle) {
-    return failure(RecordDamage{"the name of the internal or the vehicle bus", column});
-  }
-  const Port port = parsed->bus == buses.internal ? Port::internal : Port::vehicle;
+  const std::optional<Port> found = buses.port_of(parsed->bus);
+  if (!found) return failure(RecordDamage{wanted_bus, column});
+  const Port port = *found;
   const TimePoint at = clock.to_core(parsed->time_us);
   const CanFrame& frame = parsed->frame;
   if (frame.is_error) {
@@ -390,6 +411,33 @@ std::uint64_t fingerprint_of(const Decisions& decisions) {
   };
   image::each_number(decisions, put);
   return hash;
+}
+
+const std::string& RecordBuses::name(Port port) const {
+  switch (port) {
+    case Port::internal: return internal;
+    case Port::vehicle: return vehicle;
+    case Port::charger: return charger;
+    case Port::second_pack: return second_pack;
+    case Port::inverter: break;
+  }
+  return inverter;
+}
+
+void RecordBuses::set_name(Port port, std::string_view name) {
+  switch (port) {
+    case Port::internal: internal = name; return;
+    case Port::vehicle: vehicle = name; return;
+    case Port::charger: charger = name; return;
+    case Port::second_pack: second_pack = name; return;
+    case Port::inverter: inverter = name; return;
+  }
+}
+
+std::optional<Port> RecordBuses::port_of(std::string_view wanted) const {
+  const auto* const found =
+      std::find_if(all_ports.begin(), all_ports.end(), [&](Port port) { return name(port) == wanted; });
+  return wanted.empty() || found == all_ports.end() ? std::nullopt : std::optional(*found);
 }
 
 std::size_t print_observation(const Observation& observation, const RecordClock& clock, const RecordBuses& buses,

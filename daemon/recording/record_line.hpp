@@ -22,6 +22,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -52,13 +53,26 @@ struct RecordClock {
   }
 };
 
-/// The interfaces' names; one that serves both has the same.
+/// The interfaces' names; one that serves several has the same.
 struct RecordBuses {
   std::string internal;
   std::string vehicle;
+  std::string charger;      // empty: none, as in recordings from before there was such a bus
+  std::string second_pack;  // likewise
+  std::string inverter;     // likewise
 
-  [[nodiscard]] const std::string& name(Port port) const { return port == Port::internal ? internal : vehicle; }
+  [[nodiscard]] const std::string& name(Port port) const;
+  void set_name(Port port, std::string_view name);
+  /// The first that has this name: who tells its frames.
+  [[nodiscard]] std::optional<Port> port_of(std::string_view wanted) const;
 };
+/// Of anything that has name(Port).
+template <class Names>
+[[nodiscard]] RecordBuses record_buses(const Names& names) {
+  RecordBuses buses;
+  for (const Port port : all_ports) buses.set_name(port, names.name(port));
+  return buses;
+}
 
 struct RecordTick {
   TimePoint at;

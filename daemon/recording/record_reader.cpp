@@ -155,7 +155,8 @@ RecordReader::Took RecordReader::take_head(std::string_view word, std::string_vi
   } else if (word == "bus") {
     const auto [which, name] = two_words(rest);
     if (name.empty()) return fail("wanted which bus, and its name");
-    (which == to_text(Port::vehicle) ? head_.buses.vehicle : head_.buses.internal) = name;
+    // Of a bus that only a later version knows there is nothing to say.
+    if (const std::optional<Port> port = port_of_text(which)) head_.buses.set_name(*port, name);
   } else if (word == "part") {
     const auto [life_text, part_text] = two_words(rest);
     const auto life = number_of_text<std::int64_t>(life_text);
@@ -220,16 +221,14 @@ bool RecordReader::read_pack() {
   }
   origin_of_pack_ = head_.origin;
   const std::int64_t bit_per_s = std::int64_t{head_.origin.internal_kbit_per_s} * 1000;
+  // As it was then, whatever the file calls its buses.
+  pack->core.served_by = served_by(head_.buses);
   pack_ = bit_per_s == 0 ? std::move(*pack) : at_rate(*pack, bit_per_s);
   return true;
 }
 
 RecordReader::Took RecordReader::end_head(std::string_view checksums) {
   if (!read_pack()) return Took::problem;
-  if (head_.layout != core_image_layout()) {
-    return fail("it was written by version " + head_.version + ", whose core has other members than this one's",
-                RecordProblemKind::other_version);
-  }
   const auto [image_text, head_text] = two_words(checksums);
   checksum_ = image_checksum(head_.image);
   if (head_.image.size() != head_.image_size || number_of_text<std::uint64_t>(image_text, 16) != checksum_) {
@@ -246,6 +245,12 @@ RecordReader::Took RecordReader::end_head(std::string_view checksums) {
 }
 
 Result<std::unique_ptr<Core>, RecordProblem> RecordReader::make_core(const CoreConfig& config) {
+  if (head_.layout != core_image_layout()) {
+    return failure(RecordProblem{
+        .kind = RecordProblemKind::other_version,
+        .line = lines_,
+        .text = "it was written by version " + head_.version + ", whose core has other members than this one's"});
+  }
   auto core = std::make_unique<Core>(config, TimePoint{});
   if (const auto problem = read_core_image(head_.image, *core)) {
     return failure(RecordProblem{.line = lines_, .text = "the state of the core: " + std::string(to_text(*problem))});

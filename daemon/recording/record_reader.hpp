@@ -78,7 +78,7 @@ class RecordReader {
   [[nodiscard]] std::uint64_t lines() const { return lines_; }
 
   /// With the state that the part begins with; right after `part`. `config`: the recorded one, or another one for the
-  /// same modules.
+  /// same modules. other_version: its core has other members; what it was told can be read all the same.
   [[nodiscard]] Result<std::unique_ptr<Core>, RecordProblem> make_core(const CoreConfig& config);
 
   // Of the head taken last.

@@ -54,12 +54,21 @@ void append_record_text(std::string_view word, std::string_view text, std::strin
   }
 }
 
+/// Of those that have a name.
+std::string bus_lines(const RecordBuses& buses) {
+  std::string lines;
+  for (const Port port : all_ports) {
+    if (!buses.name(port).empty())
+      lines.append("# bus ").append(to_text(port)).append(" ").append(buses.name(port)).append("\n");
+  }
+  return lines;
+}
+
 void append_record_head(const RecordHead& head, const Core& core, const RecordClock& clock, std::string& to) {
   const std::size_t head_from = to.size();
-  to += "# bmud-recording " + std::to_string(record_format) + "\n# version " + head.version + "\n# bus internal " +
-        head.buses.internal + "\n# bus vehicle " + head.buses.vehicle + "\n# ahead_us " +
-        std::to_string(clock.ahead_us) + "\n# configuration " + hex16(head.hash) + "\n# pack-file " +
-        file_name(head.sources.pack_name) + "\n";
+  to += "# bmud-recording " + std::to_string(record_format) + "\n# version " + head.version + "\n" +
+        bus_lines(head.buses) + "# ahead_us " + std::to_string(clock.ahead_us) + "\n# configuration " +
+        hex16(head.hash) + "\n# pack-file " + file_name(head.sources.pack_name) + "\n";
   if (head.internal_kbit_per_s != 0) to += "# internal_kbit_per_s " + std::to_string(head.internal_kbit_per_s) + "\n";
   if (head.life != 0) to += "# part " + std::to_string(head.life) + " " + std::to_string(head.part) + "\n";
   append_record_text("pack", head.sources.pack_text, to);

@@ -111,6 +111,9 @@ constexpr std::array<CauseRow, fault_count> cause_table{{
      "its supply, its plug, another bit rate, or measuring that was not switched on when it was set up"},
     {FaultId::voltage_sensor_lost,
      "a voltage wire that has come off; a channel that was not switched on, or is sent more slowly than every 60 ms"},
+    {FaultId::sensor_not_set_up,
+     "a sensor that was never configured, or by another tool and for another pack; one that lost its settings because "
+     "they were not stored; another sensor than sensor/protocol says"},
     {FaultId::pdu_lost, "its supply or its plug; or the bus between it and this machine is broken in two"},
     {FaultId::pdu_opened_by_itself,
      "commands that did not reach the unit for 200 ms: a bus with errors, a machine that stood still, or a supply that "
@@ -130,6 +133,8 @@ constexpr std::array<CauseRow, fault_count> cause_table{{
      "water or dirt at a connector, chafed insulation, a heater or converter with a path to earth"},
     {FaultId::insulation_monitor_lost,
      "its signal wire or its earth wire is off; or it finds the earth connection missing itself"},
+    {FaultId::insulation_monitor_untested,
+     "the monitor was switched on without being told to test itself, or its test does not end"},
     {FaultId::precharge_failed,
      "a load on the link that draws while it is charged; a precharge resistor or contactor that is open; a link with "
      "more capacitance than the time allows for"},
@@ -145,8 +150,26 @@ constexpr std::array<CauseRow, fault_count> cause_table{{
     {FaultId::link_not_discharging,
      "both main contactors welded; or a link without a discharge resistor, which keeps its charge; or a motor that "
      "turns"},
+    {FaultId::charger_silent, "a power cut, a plug that was pulled at the wall, a connector of the charger's bus"},
+    {FaultId::charger_runaway,
+     "a second charger on the pack that the pack file does not know, a charger that is set by hand, a wrong protocol"},
+    {FaultId::charger_keeps_on, "a charger whose enable is wired to something else, or a second charger"},
+    {FaultId::charger_trouble, "mains too weak, a hot garage, the charge contactor open while the charger looks"},
+    {FaultId::charger_contradicts,
+     "a load beside the sensor, a sensor on the wrong wire, a charger that the pack file does not count"},
+    {FaultId::foreign_charger_master, "another master of the charger, or its maker's tool, on the same bus"},
+    {FaultId::inverter_silent,
+     "an inverter that was switched off, a wire, another bit rate; or a model that sends no keep-alive: then "
+     "`inverter/silence_max_ms` is 0"},
+    {FaultId::inverter_lost,
+     "an inverter that was switched off, a wire, another bit rate; or a model that sends no keep-alive: then "
+     "`inverter/silence_max_ms` is 0"},
+    {FaultId::inverter_trouble, "overload, heat, or a grid out of bounds; the number is in the inverter's manual"},
+    {FaultId::foreign_battery, "a second battery on the inverter's bus, or a played back log"},
     {FaultId::foreign_master, "a second bmud on this bus, a tool that polls or commands, or a played back log"},
     {FaultId::foreign_reporter, "a second pack or an old master with the same identifiers, or a played back log"},
+    {FaultId::second_pack_silent,
+     "its master has no supply, or speaks at another base identifier or bit rate than the pack file says"},
     {FaultId::internal_bus_down, "the adapter was unplugged, or the interface was not brought up after the start"},
     {FaultId::bus_off_storm, "a short between the bus wires, a node at another bit rate, or no terminator at all"},
     {FaultId::bus_error_passive,
@@ -184,9 +207,10 @@ constexpr std::array<BlockerAdvice, blocker_count> advice_table{{
     {Blocker::internal_bus_down, "The interface of the internal bus is down, gone, or off the bus.",
      "bring the interface up (`ip link`), look at the adapter and its wires"},
     {Blocker::pdu_unknown,
-     "No PDU_STATUS for longer than `ages/pdu_status_ms`: nobody would obey, and how contactors and inputs stand is "
-     "not known.",
-     "check the power distribution unit's supply and bus wires"},
+     "No PDU_STATUS for longer than `ages/pdu_status_ms`, or no look at the GPIO lines of this machine that tell a "
+     "part "
+     "of it: how contactors and inputs stand is not known. Which of the two it is, is named.",
+     "check the power distribution unit's supply and bus wires, or the pack file's GPIO section"},
     {Blocker::inputs_unhealthy,
      "An input says no at this moment, whether it has become a fault already or not. Each is named: an emergency stop, "
      "the "

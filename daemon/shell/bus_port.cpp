@@ -46,10 +46,14 @@ bool is_embedded_bus(std::string_view name) {
 }
 
 Result<std::unique_ptr<BusPort>, OsError> open_bus(std::string_view name, const PortOptions& options) {
-  const auto is_too_long = [](std::uint32_t id) { return id > standard_id_max; };
-  if (std::any_of(options.receive_ids.begin(), options.receive_ids.end(), is_too_long)) {
-    return failure(
-        OsError{.code = 0, .what = "identifiers to receive have 11 bits; use none to receive extended ones"});
+  const auto any_beyond = [](const std::vector<std::uint32_t>& ids, std::uint32_t max) {
+    return std::any_of(ids.begin(), ids.end(), [max](std::uint32_t id) { return id > max; });
+  };
+  if (any_beyond(options.receive_ids, standard_id_max)) {
+    return failure(OsError{.code = 0, .what = "an identifier to receive has more than 11 bits"});
+  }
+  if (any_beyond(options.receive_extended_ids, extended_id_max)) {
+    return failure(OsError{.code = 0, .what = "an extended identifier to receive has more than 29 bits"});
   }
   if (is_embedded_bus(name)) {
     return open_embedded_bus(name.substr(embedded_prefix.size()), options);

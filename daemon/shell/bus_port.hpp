@@ -29,8 +29,10 @@ namespace bmu {
 [[nodiscard]] TimePoint monotonic_now();
 
 struct PortOptions {
-  /// Exact 11-bit identifiers to receive; empty receives everything, extended and remote frames included.
+  /// Exact 11-bit identifiers to receive; none of either length receives everything, extended and remote frames
+  /// included.
   std::vector<std::uint32_t> receive_ids;
+  std::vector<std::uint32_t> receive_extended_ids{};  // and of 29 bits, where not everything is received
   bool receive_own = false;     // deliver our own frames too, marked is_own, once they are on the bus
   bool receive_errors = false;  // deliver the controller's error frames (is_error); they have a socket of their own
   /// What a missing interface means: an error from open_bus (a tool's user mistyped), or a port that waits for it

@@ -144,7 +144,12 @@ std::vector<can_filter> id_filters(const ReceiveFilter& wanted) {
 int set_id_filters(RawSocket& socket, CanSystem& system, const ReceiveFilter& wanted) {
   if (wanted.passes_everything()) return 0;
   std::vector<can_filter> filters = id_filters(wanted);
-  if (filters.size() > kernel_filters_max) filters = {{.can_id = 0, .can_mask = data_frames_only}};
+  if (filters.size() + wanted.extended_ids().size() > kernel_filters_max) {
+    filters = {{.can_id = 0, .can_mask = data_frames_only}};
+  }
+  for (const std::uint32_t id : wanted.extended_ids()) {
+    filters.push_back({.can_id = id | CAN_EFF_FLAG, .can_mask = CAN_EFF_MASK | data_frames_only});
+  }
   const auto length = static_cast<socklen_t>(filters.size() * sizeof(can_filter));
   return system.set_option(socket.fd(), SOL_CAN_RAW, CAN_RAW_FILTER, filters.data(), length);
 }

@@ -37,13 +37,17 @@ Daemon::Daemon(const Options& options, Journal& journal)
       access_({.own_user_id = ::geteuid()}, UserNames(),
               [&journal](std::string_view line) { journal.log(Severity::warning, line); }) {}
 
-int Daemon::run(PackRead first) {
+int Daemon::run(const PackConfig& pack) {
+  if (auto claimed = claim_files(); !claimed) return fail({.text = to_text(claimed.error())});
+  PackRead first = read_beside(pack, options_.config, state_path(options_));
+  for (const ConfigProblem& warning : first.warnings) journal_.log(Severity::warning, to_text(warning));
   if (auto opened = open(); !opened) return fail({.text = to_text(opened.error())});
   take_accounts(first);
   journal_.log(Severity::info, access_.text());
   auto plan = LifePlan::make(std::move(first), options_, nullptr);
   if (!plan) return fail(plan.error());
   plan_ = std::move(*plan);
+  if (auto claimed = claim_folders(); !claimed) return fail({.text = to_text(claimed.error())});
   log_state();
   auto life = DaemonLife::begin(*plan_, world(), {});
   if (!life) return fail({.text = to_text(life.error())});
@@ -59,6 +63,18 @@ int Daemon::run(PackRead first) {
   if (asker_) refuse_reload(std::string(to_text(ReloadRefusal::ending)));
   journal_.log(Severity::info, "ended");
   return exit_ok;
+}
+
+Result<void, OsError> Daemon::claim_files() {
+  auto claimed = sole_use_.add_file(state_path(options_), "--state");
+  if (claimed) claimed = sole_use_.add_file(history_path(options_), "--history");
+  return claimed ? sole_use_.add_file(options_.driven_lines, "--driven-lines") : claimed;
+}
+
+/// After the plan, which makes them.
+Result<void, OsError> Daemon::claim_folders() {
+  auto record = sole_use_.add_folder(options_.record, "--record");
+  return record ? sole_use_.add_folder(black_box_folder(options_), "--black-box") : record;
 }
 
 Result<void, OsError> Daemon::open() {

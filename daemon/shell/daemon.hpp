@@ -1,6 +1,7 @@
 // The daemon as a process: what lasts from its start to its end, and the lives one after the other in it.
 //
-//   log, status socket with its clients, service manager, state file   last
+//   log, status socket with its clients, service manager, state file,
+//   the locks on what it alone writes                                  last
 //   buses, GPIO lines, core, history, recorder, serial console          are a life's (daemon_life.hpp)
 //
 // A reload is all or nothing. The new file is read on a thread, checked whole, and planned: its buses are opened, their
@@ -17,6 +18,7 @@
 
 #include "daemon/shell/daemon_life.hpp"
 #include "daemon/shell/reload.hpp"
+#include "daemon/shell/sole_use.hpp"
 
 namespace bmu {
 
@@ -29,7 +31,7 @@ class Daemon {
   ~Daemon() = default;
 
   /// Until the process is to end; what it ends with.
-  [[nodiscard]] int run(PackRead first);
+  [[nodiscard]] int run(const PackConfig& pack);
 
  private:
   struct Asker {
@@ -38,6 +40,8 @@ class Daemon {
   };
 
   [[nodiscard]] Result<void, OsError> open();
+  [[nodiscard]] Result<void, OsError> claim_files();
+  [[nodiscard]] Result<void, OsError> claim_folders();
   [[nodiscard]] LifeWorld world();
   [[nodiscard]] Result<LoopEnd, OsError> run_life();
   [[nodiscard]] Result<void, LifeFailure> begin_next();
@@ -57,6 +61,7 @@ class Daemon {
   Journal& journal_;
   ServiceNotify notify_;
   Access access_;
+  SoleUse sole_use_;
   std::unique_ptr<StatusSocket> socket_;
   std::unique_ptr<StateStore> store_;
   std::unique_ptr<PackReader> reader_;

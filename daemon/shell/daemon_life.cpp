@@ -1,9 +1,13 @@
 #include "daemon/shell/daemon_life.hpp"
 
+#include <algorithm>
 #include <random>
 #include <utility>
 
 #include "config/bus_checks.hpp"
+#include "config/bus_guests.hpp"
+#include "config/identifier_checks.hpp"
+#include "daemon/shell/driven_lines.hpp"
 #include "daemon/shell/history_log.hpp"
 
 namespace bmu {
@@ -14,14 +18,37 @@ constexpr std::uint64_t bytes_per_MB = 1'000'000;
 /// More than any receive queue holds.
 constexpr int waiting_frames_max = 100'000;
 
+/// A bus that is the file's internal or vehicle bus is that one still, whatever it is called now.
 BusNames bus_names(const Options& options, const PackConfig& pack) {
-  const bool is_shared = pack.buses.internal == pack.buses.vehicle;
-  BusNames names = pack.buses;
+  const BusNames& file = pack.buses;
+  BusNames names = file;
+  const auto follow = [&](std::string& name) {
+    if (name == file.internal) {
+      name = names.internal;
+    } else if (name == file.vehicle) {
+      name = names.vehicle;
+    }
+  };
   if (!options.bus_internal.empty()) names.internal = options.bus_internal;
   if (!options.bus_vehicle.empty()) {
     names.vehicle = options.bus_vehicle;
-  } else if (is_shared) {
-    names.vehicle = names.internal;
+  } else {
+    follow(names.vehicle);
+  }
+  if (!options.bus_charger.empty()) {
+    names.charger = options.bus_charger;
+  } else {
+    follow(names.charger);
+  }
+  if (!options.bus_second_pack.empty()) {
+    names.second_pack = options.bus_second_pack;
+  } else {
+    follow(names.second_pack);
+  }
+  if (!options.bus_inverter.empty()) {
+    names.inverter = options.bus_inverter;
+  } else {
+    follow(names.inverter);
   }
   return names;
 }
@@ -36,8 +63,10 @@ MemoryOptions memory_options(const Options& options) {
 
 /// The same interfaces, which let the same identifiers in.
 bool has_same_ports(const PackConfig& one, const PackConfig& other) {
-  return one.buses.internal == other.buses.internal && one.buses.vehicle == other.buses.vehicle &&
-         vehicle_receive_ids(one.core) == vehicle_receive_ids(other.core);
+  return std::all_of(all_ports.begin(), all_ports.end(), [&](Port port) {
+    return one.buses.name(port) == other.buses.name(port) &&
+           receive_ids(port, one.core) == receive_ids(port, other.core);
+  });
 }
 
 /// The interfaces among the buses, each once, and what they are to be.
@@ -54,8 +83,11 @@ std::vector<LinkWanted> wanted_links(const PackConfig& pack) {
   if (!is_embedded_bus(pack.buses.internal)) {
     links.push_back(wanted(pack.buses.internal, pack.buses.internal_kbit_per_s));
   }
-  if (!is_embedded_bus(pack.buses.vehicle) && pack.buses.vehicle != pack.buses.internal) {
-    links.push_back(wanted(pack.buses.vehicle, interfaces.vehicle_kbit_per_s));
+  for (const Port port : {Port::vehicle, Port::charger, Port::second_pack, Port::inverter}) {
+    const std::string& name = pack.buses.name(port);
+    const bool is_there = !receive_ids(port, pack.core).empty();
+    const bool is_own = pack.core.served_by[static_cast<std::size_t>(port)] == port;
+    if (is_there && is_own && !is_embedded_bus(name)) links.push_back(wanted(name, bit_rate_kbit_per_s(pack, port)));
   }
   return links;
 }
@@ -63,7 +95,8 @@ std::vector<LinkWanted> wanted_links(const PackConfig& pack) {
 /// What came before a life begins is of unknown age, and may be of the life before: its own commands, heard by somebody
 /// who has not sent them, would be those of a second master.
 void discard_waiting(const Buses& buses) {
-  for (const Port port : {Port::internal, Port::vehicle}) {
+  for (const Port port : all_ports) {
+    if (!buses.is_own(port)) continue;
     ReceivedFrame ignored;
     BusPort& bus = buses.serving(port);
     for (int i = 0; i < waiting_frames_max && bus.read(ignored) != ReadStatus::empty; ++i) {
@@ -85,7 +118,10 @@ Result<std::unique_ptr<LifePlan>, LifeFailure> LifePlan::make(PackRead read, con
   auto plan = std::make_unique<LifePlan>();
   plan->read = std::move(read);
   plan->wanted = plan->read.cell_count->pack();
-  plan->wanted.buses = bus_names(options, plan->wanted);
+  set_buses(plan->wanted, bus_names(options, plan->wanted));
+  if (const ConfigProblems clashes = identifier_clashes(plan->wanted); !clashes.empty()) {
+    return failure(LifeFailure{.exit_code = exit_config, .text = to_text(clashes.front())});
+  }
   if (before != nullptr && has_same_ports(plan->wanted, before->wanted)) {
     plan->buses = before->buses;
   } else {
@@ -93,7 +129,7 @@ Result<std::unique_ptr<LifePlan>, LifeFailure> LifePlan::make(PackRead read, con
     if (!opened) return failure(LifeFailure{.exit_code = exit_system, .text = to_text(opened.error())});
     plan->buses = std::make_shared<Buses>(std::move(*opened));
   }
-  const RateFinding rate = judge_rate(plan->wanted, options.config, plan->buses->internal->rate_bit_per_s());
+  const RateFinding rate = judge_rate(plan->wanted, options.config, plan->buses->internal().rate_bit_per_s());
   if (rate.verdict == RateVerdict::too_slow) {
     return failure(
         LifeFailure{.exit_code = exit_config,
@@ -118,7 +154,7 @@ DaemonLife::DaemonLife(const LifePlan& plan, const LifeWorld& world)
 
 Result<void, OsError> DaemonLife::set_up(const Legacy& legacy) {
   log_begin();
-  if (rate_.update(*plan_.buses->internal)) log(rate_.severity(true), rate_.finding().text);
+  if (rate_.update(plan_.buses->internal())) log(rate_.severity(true), rate_.finding().text);
   if (plan_.pack.gpio) lines_.emplace(gpio_.emplace(*plan_.pack.gpio));
   make_core();
   auto memory = Memory::open(memory_options(world_.options), plan_.pack, *core_, world_.journal);
@@ -130,10 +166,17 @@ Result<void, OsError> DaemonLife::set_up(const Legacy& legacy) {
   make_loop(legacy);
   make_requests();
   if (auto ready = loop_->init(); !ready) return ready;
+  write_down_lines();
   // What cannot be had now is tried again while running: without it nothing closes, and the reason is told.
   if (gpio_) static_cast<void>(gpio_->open());
   discard_waiting(*plan_.buses);
   return {};
+}
+
+/// Before they are ours. A daemon whose stop hook has to go by the pack file is no worse than one without this.
+void DaemonLife::write_down_lines() const {
+  const auto written = write_driven_lines(world_.options.driven_lines, plan_.pack.gpio);
+  if (!written) log(Severity::warning, to_text(written.error()) + "; bmud --open-gpio will go by the pack file");
 }
 
 void DaemonLife::log_begin() const {
@@ -142,8 +185,12 @@ void DaemonLife::log_begin() const {
   log(Severity::info, "bmud " BMUD_VERSION ": " + pack.name + ", " + std::to_string(pack.core.modules.size()) +
                           " modules, " + std::to_string(cell_count(pack.core)) + " cells, configuration " +
                           hash_text(pack));
-  log(Severity::info, "buses: internal " + pack.buses.internal + ", vehicle " + pack.buses.vehicle +
-                          "; status socket " + world_.options.socket);
+  log(Severity::info,
+      "buses: internal " + pack.buses.internal + ", vehicle " + pack.buses.vehicle +
+          (pack.core.charger.driver == nullptr ? "" : ", charger " + pack.buses.name(Port::charger)) +
+          (pack.core.second_pack.base_id == 0 ? "" : ", second pack " + pack.buses.name(Port::second_pack)) +
+          (pack.core.inverter.driver == nullptr ? "" : ", inverter " + pack.buses.name(Port::inverter)) +
+          "; status socket " + world_.options.socket);
   log(Severity::info, bus_use_text(pack));
 }
 

@@ -99,6 +99,7 @@ class DaemonLife {
   void make_requests();
   [[nodiscard]] StatusView view() const;
   void log_begin() const;
+  void write_down_lines() const;
   void log(Severity severity, std::string_view line) const { world_.journal.log(severity, line); }
 
   const LifePlan& plan_;

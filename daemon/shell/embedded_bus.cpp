@@ -131,6 +131,42 @@ Result<void, OsError> share_file(const OwnedFd& file, EmbeddedRing& ring, const 
   return failure(OsError{.code = 0, .what = path + " has participants in another network namespace"});
 }
 
+/// Whether newcomers find this very file.
+bool is_named(const OwnedFd& file, const std::string& path) {
+  struct stat ours {};
+  struct stat named {};
+  return fstat(file.get(), &ours) == 0 && stat(path.c_str(), &named) == 0 && named.st_dev == ours.st_dev &&
+         named.st_ino == ours.st_ino;
+}
+
+struct SharedFile {
+  OwnedFd file;
+  RingMapping mapping;
+};
+
+/// The file, mapped and with our lock on it. One that its last participant took away between our opening it and having
+/// the lock is not the bus any more: once we have the lock, nobody can take it away, so looking then is enough.
+Result<SharedFile, OsError> join(const std::string& path) {
+  constexpr int turns_max = 100;  // each time somebody else was the last, in the same microseconds
+  for (int turn = 0; turn < turns_max; ++turn) {
+    Result<OwnedFd, OsError> file = open_file(path);
+    if (!file) return failure(file.error());
+    Result<RingMapping, OsError> mapping = map_file(*file, path);
+    if (!mapping) return failure(mapping.error());
+    const Result<void, OsError> shared = share_file(*file, mapping->ring(), path);
+    if (!shared) return failure(shared.error());
+    if (is_named(*file, path)) return SharedFile{std::move(*file), std::move(*mapping)};
+  }
+  return failure(OsError{.code = EWOULDBLOCK, .what = "join " + path});
+}
+
+/// Takes the file away if nobody else is on the bus, which is who gets the exclusive lock. Trying for it gives up our
+/// own, so this is the last thing to do with it; of two who leave at once, one may find the other still there, and the
+/// file stays for whoever is next.
+void leave(const OwnedFd& file, const std::string& path) {
+  if (flock(file.get(), LOCK_EX | LOCK_NB) == 0 && is_named(file, path)) unlink(path.c_str());
+}
+
 /// Where participant number K of a bus listens: an abstract name, which exists exactly as long as its socket.
 class WakeAddress {
  public:
@@ -185,6 +221,9 @@ class EmbeddedBusPort final : public BusPort {
     // The descriptor must tell of frames before the first read, too.
     if (!rest()) wake(seat_.participant);
   }
+  EmbeddedBusPort(const EmbeddedBusPort&) = delete;
+  EmbeddedBusPort& operator=(const EmbeddedBusPort&) = delete;
+  ~EmbeddedBusPort() override { leave(file_, path_); }
 
   [[nodiscard]] int fd() const override { return seat_.socket.get(); }
   [[nodiscard]] ReadStatus read(ReceivedFrame& out) override;
@@ -282,10 +321,7 @@ Result<void, SendError> EmbeddedBusPort::send(const CanFrame& frame) {
 
 void EmbeddedBusPort::maintain() {
   if (!reader_.is_at_end()) wake(seat_.participant);
-  struct stat ours {};
-  struct stat named {};
-  if (fstat(file_.get(), &ours) != 0) return;
-  if (stat(path_.c_str(), &named) != 0 || named.st_ino != ours.st_ino) {
+  if (!is_named(file_, path_)) {
     last_error_ = path_ + " was removed while in use: newcomers do not meet us";
   }
 }
@@ -302,15 +338,12 @@ Result<std::unique_ptr<BusPort>, OsError> open_embedded_bus(std::string_view bus
     return failure(OsError{.code = 0, .what = "'unix:" + std::string(bus) + wanted});
   }
   const std::string path = embedded_bus_path(bus);
-  Result<OwnedFd, OsError> file = open_file(path);
-  if (!file) return failure(file.error());
-  Result<RingMapping, OsError> mapping = map_file(*file, path);
-  if (!mapping) return failure(mapping.error());
-  const Result<void, OsError> shared = share_file(*file, mapping->ring(), path);
+  Result<SharedFile, OsError> shared = join(path);
   if (!shared) return failure(shared.error());
   Result<Seat, OsError> seat = take_seat(bus);
   if (!seat) return failure(seat.error());
-  return std::make_unique<EmbeddedBusPort>(bus, options, std::move(*file), std::move(*mapping), std::move(*seat));
+  return std::make_unique<EmbeddedBusPort>(bus, options, std::move(shared->file), std::move(shared->mapping),
+                                           std::move(*seat));
 }
 
 }  // namespace bmu

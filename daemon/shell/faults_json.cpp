@@ -21,6 +21,13 @@ Json reading_json(const Reading& reading, const FaultRow& row, const StatusView&
           {"age_ms", ago_ms(view, reading.taken_at)}};
 }
 
+/// What there is to say of the few that are more than true or not, and have no value with a limit.
+std::string details_text(const FaultRow& row, const StatusView& view) {
+  if (row.id == FaultId::lines_failed) return lines_text(view);
+  if (row.id == FaultId::charger_runaway) return excess_text(view.core.charger_watch().excess());
+  return {};
+}
+
 Json frame_json(const std::optional<FreezeFrame>& frame, const FaultRow& row, const StatusView& view) {
   return frame ? freeze_json(*frame, row, place_json(row, frame->element, view)) : Json(nullptr);
 }
@@ -85,6 +92,8 @@ Json faults_json(const StatusView& view) {
     Json json = row_json(row, thresholds_of(row, view.core.config().limits));
     put_state(json, row, view.core.faults().state(row.id), view);
     const bool is_present = view.core.faults().state(row.id).is_present();
+    const std::string details = is_present ? details_text(row, view) : "";
+    json["details"] = details.empty() ? Json(nullptr) : Json(details);
     json["modules"] = is_present ? Json(problems_of(row.id, view)) : Json::array();
     put_record(json, row, view.core.persistent().faults[static_cast<std::size_t>(row.id)], view);
     rows.push_back(std::move(json));

@@ -21,6 +21,9 @@ namespace {
 
 constexpr const char* consumer = "bmud";  // what gpioinfo shows as the owner
 constexpr std::size_t edges_per_read = 32;
+// An IR155 has 100 edges a second at the most: room for 0.6 s in which nobody collects them. What is lost beyond is
+// told.
+constexpr std::uint32_t pulse_edges_kept = 64;
 // More than the kernel's queue ever holds, so that a chattering line cannot keep us here.
 constexpr std::size_t edge_reads_max = GPIO_V2_LINES_MAX * 16 / edges_per_read;
 
@@ -164,6 +167,13 @@ gpio_v2_line_request output_request(std::span<const GpioWanted> lines) {
   return request;
 }
 
+/// Not debounced: that would move the edges. Without a flag for another clock the kernel's times are monotonic.
+gpio_v2_line_request pulse_request(std::span<const GpioWanted> lines) {
+  gpio_v2_line_request request = request_of(lines, edge_flags);
+  request.event_buffer_size = pulse_edges_kept;
+  return request;
+}
+
 gpio_v2_line_request edge_request(std::span<const GpioWanted> lines) {
   gpio_v2_line_request request = request_of(lines, edge_flags);
   add_debounce(request.config, lines);
@@ -204,6 +214,12 @@ class Chip {
 
   [[nodiscard]] Result<GpioFd, OsError> request_inputs(std::span<const GpioWanted> lines) {
     return request(lines, edge_request(lines), [&](int error) { return find_refused_part(lines, error); });
+  }
+
+  [[nodiscard]] Result<GpioFd, OsError> request_pulses(std::span<const GpioWanted> lines) {
+    return request(lines, pulse_request(lines), [&](int error) {
+      return refusal(error, place_text(file_, lines), "edges refused", "a line that can interrupt");
+    });
   }
 
  private:
@@ -305,7 +321,8 @@ GpioLines::GpioLines(const GpioConfig& config, GpioSystem& system)
       output_lines_(output_lines_of(config)),
       poll_(::epoll_create1(EPOLL_CLOEXEC)),
       output_fd_(system),
-      read_fd_(system) {
+      read_fd_(system),
+      pulse_fd_(system) {
   if (!poll_.is_open()) last_failure_ = {.code = errno, .what = "epoll for " + chip_};
   for (std::size_t i = 0; i < gpio_feedback_count; ++i) {
     const auto& feedback = config.feedback.at(i);
@@ -323,6 +340,7 @@ GpioLines::GpioLines(const GpioConfig& config, GpioSystem& system)
   for (std::size_t i = 0; i < levels_.size(); ++i) {
     if (!levels_[i].feedback_of) levels_[i].name = read_lines_[i].name;
   }
+  if (config.insulation_pulses) pulse_lines_.push_back({.name = "insulation_pulses", .at = *config.insulation_pulses});
 }
 
 GpioLines::~GpioLines() {
@@ -346,8 +364,26 @@ Result<void, OsError> GpioLines::open() {
     read_fd_ = std::move(*inputs);
     if (const auto watched = watch(read_fd_.get()); !watched) return fail(watched.error());
   }
+  if (!pulse_lines_.empty()) {
+    auto pulses = chip.request_pulses(pulse_lines_);
+    if (!pulses) return fail(pulses.error());
+    if (const auto opened = open_pulses(std::move(*pulses)); !opened) return opened;
+  }
   is_watchdog_high_ = false;
   state_ = GpioState::held_open;
+  return {};
+}
+
+/// A line on which nothing happens has a level nevertheless.
+Result<void, OsError> GpioLines::open_pulses(GpioFd request) {
+  pulse_fd_ = std::move(request);
+  gpio_v2_line_values level{.bits = 0, .mask = 1};
+  if (const int result = system_.get_values(pulse_fd_.get(), level); result < 0) {
+    return fail(refusal(-result, place_text(chip_, pulse_lines_), "no way to read it", "its level"));
+  }
+  capture_.begin(level.bits != 0);
+  pulse_edges_ = 0;
+  are_pulses_news_ = true;
   return {};
 }
 
@@ -397,6 +433,7 @@ std::string GpioLines::driven_text(const ContactorOutputs& outputs) const {
 
 Result<std::span<const GpioLevel>, OsError> GpioLines::read() {
   if (state_ == GpioState::failed) return failure(last_failure_);
+  if (const auto taken = take_pulses(); !taken) return failure(taken.error());
   if (read_lines_.empty()) return std::span<const GpioLevel>{};
   for (GpioLevel& level : levels_) level.was_inactive = false;
   if (const auto taken = take_edges(); !taken) return failure(taken.error());
@@ -411,28 +448,57 @@ Result<std::span<const GpioLevel>, OsError> GpioLines::read() {
   return std::span<const GpioLevel>(levels_);
 }
 
-Result<void, OsError> GpioLines::take_edges() {
+template <class Take>
+Result<void, OsError> GpioLines::each_edge(const GpioFd& request, std::span<const GpioWanted> lines, Take take) {
   std::array<gpio_v2_line_event, edges_per_read> edges{};
   for (std::size_t reads = 0; reads < edge_reads_max; ++reads) {
-    const int count = system_.read_edges(read_fd_.get(), edges);
+    const int count = system_.read_edges(request.get(), edges);
     if (count == -EAGAIN) return {};
     if (count < 0) {
-      return fail(
-          refusal(-count, place_text(chip_, read_lines_), "no way to read their edges", "those since the last"));
+      return fail(refusal(-count, place_text(chip_, lines), "no way to read their edges", "those since the last"));
     }
-    for (const gpio_v2_line_event& edge : std::span(edges).first(static_cast<std::size_t>(count))) {
-      if (edge.id != GPIO_V2_LINE_EVENT_FALLING_EDGE) continue;  // falling: to inactive, whatever the polarity
-      for (std::size_t i = 0; i < levels_.size(); ++i) {
-        if (read_lines_[i].at.line == edge.offset) levels_[i].was_inactive = true;
-      }
-    }
+    for (const gpio_v2_line_event& edge : std::span(edges).first(static_cast<std::size_t>(count))) take(edge);
     if (static_cast<std::size_t>(count) < edges.size()) return {};
   }
   return {};  // for now: the descriptor is still readable
 }
 
+Result<void, OsError> GpioLines::take_edges() {
+  return each_edge(read_fd_, read_lines_, [this](const gpio_v2_line_event& edge) {
+    if (edge.id != GPIO_V2_LINE_EVENT_FALLING_EDGE) return;  // falling: to inactive, whatever the polarity
+    for (std::size_t i = 0; i < levels_.size(); ++i) {
+      if (read_lines_[i].at.line == edge.offset) levels_[i].was_inactive = true;
+    }
+  });
+}
+
+/// The kernel numbers a line's edges; where it had no room for one, a number is missing.
+Result<void, OsError> GpioLines::take_pulses() {
+  if (pulse_lines_.empty()) return {};
+  return each_edge(pulse_fd_, pulse_lines_, [this](const gpio_v2_line_event& edge) {
+    capture_.observe({.at = TimePoint{std::chrono::nanoseconds{static_cast<std::int64_t>(edge.timestamp_ns)}},
+                      .is_rising = edge.id == GPIO_V2_LINE_EVENT_RISING_EDGE,
+                      .is_after_loss = edge.line_seqno != pulse_edges_ + 1});
+    pulse_edges_ = edge.line_seqno;
+    are_pulses_news_ = true;
+  });
+}
+
+std::optional<ir155::Pwm> GpioLines::pulses(TimePoint now) {
+  if (!std::exchange(are_pulses_news_, false)) return std::nullopt;
+  return capture_.pwm(now);
+}
+
 void GpioLines::maintain() {
   if (state_ == GpioState::failed) static_cast<void>(open());  // what it refused is in last_error()
+}
+
+std::vector<std::string> GpioLines::names() const {
+  std::vector<std::string> names;
+  for (const auto* lines : {&output_lines_, &read_lines_, &pulse_lines_}) {
+    for (const GpioWanted& line : *lines) names.push_back(line.name);
+  }
+  return names;
 }
 
 std::vector<std::string_view> GpioLines::names_of(GpioInputKind kind) const {
@@ -466,6 +532,8 @@ tl::unexpected<OsError> GpioLines::fail(OsError error) {
 void GpioLines::close() {
   output_fd_.close();
   read_fd_.close();  // that also takes it out of the epoll instance
+  pulse_fd_.close();
+  are_pulses_news_ = false;
   state_ = GpioState::failed;
 }
 

@@ -6,6 +6,10 @@
 // A level may stay on its wire when the process that set it is gone. So with every drive() the watchdog line changes,
 // and whatever stops that, be it a stuck loop, a kill or a chip that fails, makes an external monostable let go.
 //
+// An insulation monitor's pulse output is a request of its own that nobody waits for: the kernel takes each edge down
+// with its time on the monotonic clock, and read() collects them. So an output that chatters neither wakes a loop nor
+// takes the room of an emergency stop's edge in the queue.
+//
 // A chip that vanishes, a line that is busy, a call that fails: the first of them ends in state `failed`. All outputs
 // are told to open then, all lines given back, and the watchdog stands still until maintain() has them again. They come
 // back held open: contactors move only after one decision that wants none of them closed, since what was closed before
@@ -16,6 +20,7 @@
 //   fd() readable        read(): the levels of now, to be observed, and decided on at once where an edge cannot wait
 //   once a tick          read() too, before the decision: levels have an age, and no edge tells that a chip is gone
 //   after each decision  drive(decisions.outputs), in the same place as the frames are sent, changed or not
+//   after read()         pulses(), where the insulation monitor's are captured: what is new of them
 //   each 100 ms          maintain(), where the bus ports have theirs; state() is then what there is to tell
 // A failure of read() or drive() is an observation, too: contactors that were closed by these lines are not any more.
 #pragma once
@@ -35,6 +40,7 @@
 #include "daemon/core/contactor_sequence.hpp"
 #include "daemon/shell/os_error.hpp"
 #include "daemon/shell/owned_fd.hpp"
+#include "protocol/ir155_capture.hpp"
 #include "protocol/result.hpp"
 
 namespace bmu {
@@ -126,6 +132,9 @@ class GpioLines {
   /// All levels, taken in one call: first the feedbacks, then the inputs in the order of the pack file. Takes the edges
   /// out of the descriptor. Valid until the next read(); `name` as long as this object.
   [[nodiscard]] Result<std::span<const GpioLevel>, OsError> read();
+  /// The insulation monitor's pulses as of now, if the last read() has seen an edge, or the line has just become ours;
+  /// told once. `now` is on the monotonic clock, and after that read().
+  [[nodiscard]] std::optional<ir155::Pwm> pulses(TimePoint now);
   /// Call every 100 ms or so: opens what has failed.
   void maintain();
 
@@ -134,12 +143,20 @@ class GpioLines {
   [[nodiscard]] GpioState state() const { return state_; }
   [[nodiscard]] std::string last_error() const;
   [[nodiscard]] const std::string& chip() const { return chip_; }
+  /// What all lines are called, outputs first: "main_positive", "feedback of main_positive", "insulation_ok".
+  [[nodiscard]] std::vector<std::string> names() const;
   /// What the inputs of a kind are called, in the order of the pack file. Valid as long as this object.
   [[nodiscard]] std::vector<std::string_view> names_of(GpioInputKind kind) const;
 
  private:
   [[nodiscard]] Result<void, OsError> watch(int lines);
+  [[nodiscard]] Result<void, OsError> open_pulses(detail::GpioFd request);
   [[nodiscard]] Result<void, OsError> take_edges();
+  [[nodiscard]] Result<void, OsError> take_pulses();
+  /// Calls take(edge) for each that has come.
+  template <class Take>
+  [[nodiscard]] Result<void, OsError> each_edge(const detail::GpioFd& request,
+                                                std::span<const detail::GpioWanted> lines, Take take);
   [[nodiscard]] Result<void, OsError> set_levels(const ContactorOutputs& outputs);
   [[nodiscard]] std::string driven_text(const ContactorOutputs& outputs) const;
   [[nodiscard]] tl::unexpected<OsError> fail(OsError error);
@@ -155,6 +172,11 @@ class GpioLines {
   OwnedFd poll_;                   // an epoll instance: itself pollable, and it stays while the requests in it change
   detail::GpioFd output_fd_;
   detail::GpioFd read_fd_;
+  std::vector<detail::GpioWanted> pulse_lines_;  // one at the most
+  detail::GpioFd pulse_fd_;
+  ir155::Capture capture_;
+  std::uint32_t pulse_edges_ = 0;  // the number of the last one
+  bool are_pulses_news_ = false;
   GpioState state_ = GpioState::failed;
   bool is_watchdog_high_ = false;
   OsError last_failure_;

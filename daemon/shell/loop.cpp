@@ -32,13 +32,12 @@ constexpr Duration shut_down_max = 1500ms;
 constexpr int epoll_events = 8;
 
 // What an epoll event is about: a port's number, or one of these.
+static_assert(port_count <= 10);
 constexpr std::uint32_t tag_timer = 10;
 constexpr std::uint32_t tag_signals = 11;
 constexpr std::uint32_t tag_status_socket = 12;
 constexpr std::uint32_t tag_lines = 13;
 constexpr std::uint32_t tag_watched = 14;  // and on: the places in LoopParts::watched
-
-constexpr std::array all_ports{Port::internal, Port::vehicle};
 
 constexpr std::size_t index_of(Port port) {
   return static_cast<std::size_t>(port);
@@ -82,7 +81,7 @@ Result<void, OsError> Loop::init() {
   bool is_watching = watch(timer_.get(), tag_timer) && watch(signals_.get(), tag_signals) &&
                      watch(parts_.status_socket.fd(), tag_status_socket);
   for (const Port port : all_ports) {
-    if (port == Port::vehicle && parts_.buses.is_shared()) continue;
+    if (!parts_.buses.is_own(port)) continue;
     is_watching = is_watching && watch(parts_.buses.serving(port).fd(), static_cast<std::uint32_t>(port));
   }
   if (parts_.lines != nullptr) is_watching = is_watching && watch(parts_.lines->lines().fd(), tag_lines);
@@ -97,8 +96,12 @@ Result<LoopEnd, OsError> Loop::run() {
   expected_at_ = monotonic_now();
   wake_at_ = expected_at_;
   // What a port has lost so far was another life's, or nobody's.
-  for (const Port port : all_ports) told_[index_of(port)].frames_lost = parts_.buses.serving(port).frames_lost();
-  for (const Port port : all_ports) tell_port_state(port, false);
+  for (const Port port : all_ports) {
+    if (parts_.buses.is_there(port)) told_[index_of(port)].frames_lost = parts_.buses.serving(port).frames_lost();
+  }
+  for (const Port port : all_ports) {
+    if (parts_.buses.is_there(port)) tell_port_state(port, false);
+  }
   tell_wall_clock();
   tell_health();
   for (const CommandGiven& command : parts_.first) observe(now(), command);
@@ -136,8 +139,8 @@ void Loop::wake(std::uint32_t tag) {
     static_cast<void>(::read(timer_.get(), &expirations, sizeof(expirations)));
     return;
   }
-  if (tag >= tag_watched) return parts_.watched[tag - tag_watched].call();
-  read_port(static_cast<Port>(tag));
+  if (tag < port_count) return read_port(static_cast<Port>(tag));
+  parts_.watched[tag - tag_watched].call();
 }
 
 TimePoint Loop::now() {
@@ -225,7 +228,10 @@ void Loop::read_port(Port port) {
     take_frame(port, received);
   }
   tell_port_state(port, was_down);
-  if (port == Port::internal && parts_.buses.is_shared()) tell_port_state(Port::vehicle, was_down);
+  for (const Port other : all_ports) {
+    const bool is_along = other != port && parts_.buses.is_there(other);
+    if (is_along && parts_.buses.served_by[index_of(other)] == port) tell_port_state(other, was_down);
+  }
 }
 
 bool Loop::is_late(TimePoint at) const {
@@ -245,12 +251,17 @@ void Loop::catch_up(TimePoint at) {
     std::array<bool, port_count> was_down{};
     const bool discards = must_discard(at);
     for (const Port port : all_ports) {
-      const bool is_drained = port == Port::vehicle && parts_.buses.is_shared();
-      was_down[index_of(port)] = is_drained ? was_down[index_of(Port::internal)] : drain_port(port, discards);
+      // Who serves a port comes before it.
+      if (!parts_.buses.is_there(port)) continue;
+      const bool is_drained = !parts_.buses.is_own(port);
+      const Port serving = parts_.buses.served_by[index_of(port)];
+      was_down[index_of(port)] = is_drained ? was_down[index_of(serving)] : drain_port(port, discards);
     }
     expected_at_ = at;
     // After the frames, because this is told with the time of now.
-    for (const Port port : all_ports) tell_port_state(port, was_down[index_of(port)]);
+    for (const Port port : all_ports) {
+      if (parts_.buses.is_there(port)) tell_port_state(port, was_down[index_of(port)]);
+    }
   }
   expected_at_ = at;
 }
@@ -304,7 +315,7 @@ void Loop::tell_port_state(Port port, bool was_down) {
     observe(now(), PortChanged{.port = port, .is_up = is_up});
   }
   // On a shared bus a loss is told once, like the frames.
-  if (port == Port::vehicle && parts_.buses.is_shared()) return;
+  if (!parts_.buses.is_own(port)) return;
   if (const std::uint64_t lost = bus.frames_lost(); lost != told.frames_lost) {
     observe(now(), FramesLost{.port = port, .count = lost - std::exchange(told.frames_lost, lost)});
   }
@@ -313,16 +324,19 @@ void Loop::tell_port_state(Port port, bool was_down) {
 void Loop::maintain_ports() {
   if (latest_time_ - maintained_at_ < maintain_period) return;
   maintained_at_ = latest_time_;
-  parts_.buses.internal->maintain();
-  if (!parts_.buses.is_shared()) parts_.buses.vehicle->maintain();
-  for (const Port port : all_ports) tell_port_state(port, false);
+  for (const Port port : all_ports) {
+    if (parts_.buses.is_own(port)) parts_.buses.serving(port).maintain();
+  }
+  for (const Port port : all_ports) {
+    if (parts_.buses.is_there(port)) tell_port_state(port, false);
+  }
   look_at_rate();
   maintain_lines();
 }
 
 /// No more than told: modules that cannot be heard go stale by themselves.
 void Loop::look_at_rate() {
-  if (!parts_.rate.update(*parts_.buses.internal)) return;
+  if (!parts_.rate.update(parts_.buses.internal())) return;
   parts_.journal.log(parts_.rate.severity(false), parts_.rate.finding().text);
 }
 
@@ -331,7 +345,9 @@ void Loop::look_at_rate() {
 void Loop::look_at_lines() {
   if (parts_.lines == nullptr) return;
   const LineImage image = parts_.lines->look();
-  observe(now(), LinesSeen{.image = image});
+  const TimePoint at = now();
+  observe(at, LinesSeen{.image = image});
+  if (const auto pwm = parts_.lines->lines().pulses(at)) observe(at, PulsesSeen{.pwm = *pwm});
 }
 
 void Loop::drive_lines(const ContactorOutputs& outputs, TimePoint decided_at) {
@@ -404,7 +420,7 @@ void Loop::decide() {
   if (parts_.lines != nullptr) parts_.lines->decided();
   drive_lines(decisions.outputs, at);
   send(decisions, at);
-  for (const Event& event : decisions.events) parts_.journal.log(row_of(event.id).severity, to_text(event));
+  for (const Event& event : decisions.events) parts_.journal.log(severity_of(event), to_text(event));
   wake_at_ = decisions.wake_at;
   is_shut_down_ = decisions.is_shut_down;
   drive_.update(parts_.core);

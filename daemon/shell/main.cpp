@@ -1,6 +1,7 @@
 // bmud: reads the command line and the pack, and checks it, opens lines, or runs the daemon.
 #include <csignal>
 #include <cstdio>
+#include <optional>
 #include <vector>
 
 #include <unistd.h>
@@ -8,10 +9,10 @@
 #include "config/bus_checks.hpp"
 #include "config/pack_config.hpp"
 #include "daemon/shell/daemon.hpp"
+#include "daemon/shell/driven_lines.hpp"
 #include "daemon/shell/gpio_lines.hpp"
 #include "daemon/shell/journal.hpp"
 #include "daemon/shell/options.hpp"
-#include "daemon/shell/pack_reader.hpp"
 #include "daemon/shell/real_time.hpp"
 
 namespace {
@@ -30,31 +31,41 @@ void prepare_signals() {
   static_cast<void>(std::signal(SIGPIPE, SIG_IGN));
 }
 
-int open_gpio(const PackConfig& pack) {
-  if (!pack.gpio) {
-    std::printf("no outputs on GPIO lines in this pack\n");
+int open_gpio(const std::optional<GpioConfig>& gpio) {
+  if (!gpio || gpio->has_no_outputs()) {
+    std::printf("no outputs on GPIO lines\n");
     return exit_ok;
   }
-  const std::vector<OsError> errors = open_gpio_outputs(*pack.gpio);
+  const std::vector<OsError> errors = open_gpio_outputs(*gpio);
   for (const OsError& error : errors) std::fprintf(stderr, "bmud: not opened: %s\n", to_text(error).c_str());
   if (!errors.empty()) return exit_system;
-  std::printf("%s: all outputs open\n", pack.gpio->chip.c_str());
+  std::printf("%s: all outputs open\n", gpio->chip.c_str());
   return exit_ok;
+}
+
+/// Nothing where the pack file has to do.
+std::optional<GpioConfig> lines_driven_before(const Options& options) {
+  if (options.driven_lines.empty()) return std::nullopt;
+  const auto driven = read_driven_lines(options.driven_lines);
+  if (driven) return *driven;
+  std::fprintf(stderr, "bmud: %s; opening those of the pack file\n", to_text(driven.error()).c_str());
+  return std::nullopt;
 }
 
 int run_daemon(const PackConfig& pack, const Options& options) {
   prepare_signals();
   prepare_real_time(options.real_time);
   Journal journal(*severity_from_text(options.log_level));
-  PackRead read = read_beside(pack, options.config, state_path(options));
-  for (const ConfigProblem& warning : read.warnings) journal.log(Severity::warning, to_text(warning));
-  const int code = Daemon(options, journal).run(std::move(read));
+  const int code = Daemon(options, journal).run(pack);
   // With a sink that is blocked an orderly exit() might wait for it; there is nothing left that needs one.
   if (!journal.flush(log_flush_max)) ::_exit(code);
   return code;
 }
 
 int check_or_run(const Options& options) {
+  if (options.open_gpio) {
+    if (const auto driven = lines_driven_before(options)) return open_gpio(driven);
+  }
   const auto pack = load_pack_config(options.config);
   if (!pack) {
     for (const ConfigProblem& problem : pack.error()) std::fprintf(stderr, "%s\n", to_text(problem).c_str());
@@ -68,7 +79,7 @@ int check_or_run(const Options& options) {
                 pack->core.modules.size(), cell_count(pack->core), bus_use_text(*pack).c_str());
     return exit_ok;
   }
-  if (options.open_gpio) return open_gpio(*pack);
+  if (options.open_gpio) return open_gpio(pack->gpio);
   return run_daemon(*pack, options);
 }
 

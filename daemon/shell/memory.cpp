@@ -16,7 +16,7 @@ constexpr std::int64_t bytes_per_MB = 1'000'000;
 RecorderOptions recorder_options(const MemoryOptions& options, const PackConfig& pack) {
   RecorderOptions wanted;
   wanted.head = {.version = BMUD_VERSION,
-                 .buses = {.internal = pack.buses.internal, .vehicle = pack.buses.vehicle},
+                 .buses = record_buses(pack.buses),
                  .sources = pack.sources,
                  .hash = pack.core.hash,
                  .internal_kbit_per_s = pack.buses.internal_kbit_per_s};

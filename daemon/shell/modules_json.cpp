@@ -4,6 +4,7 @@
 #include <array>
 #include <string_view>
 
+#include "daemon/shell/foreign_modules_json.hpp"
 #include "daemon/shell/why_words.hpp"
 #include "protocol/tables/internal_bus.hpp"
 
@@ -29,6 +30,11 @@ std::string serial_text(std::uint32_t serial_number) {
 }
 
 // --- what is wrong, in words ----------------------------------------------------------------------------------------
+
+/// Of modules that never tell it nothing is wrong with who they are.
+std::string_view place_text(const ModuleRecord& module, const CoreView& view) {
+  return are_modules_ours(view.core.config()) ? to_text(view.core.finding(module).place) : "not told";
+}
 
 std::string place_sentence(const ModuleRecord& module, const ModuleFinding& finding) {
   const std::string name = module_name(module.config.node);
@@ -79,6 +85,13 @@ Texts kind_problems(const ModuleRecord& module) {
                     std::to_string(internal_bus::protocol_version));
   }
   return texts;
+}
+
+/// What the bits mean its maker does not tell.
+Texts maker_problems(const ModuleRecord& module) {
+  if (!module.status.is_valid() || module.status.value.maker_errors == 0) return {};
+  return {module_name(module.config.node) + " tells errors of its maker's, " +
+          id_text(module.status.value.maker_errors)};
 }
 
 Texts rival_problems(const ModuleRecord& module, TimePoint now) {
@@ -146,10 +159,12 @@ Json losses_json(const ModuleRecord& module) {
           {"repeated_counter", rejected(module, RejectReason::repeated_counter)},
           {"conflicting", rejected(module, RejectReason::conflicting)},
           {"late", rejected(module, RejectReason::late)},
+          {"values_out_of_range", module.values_out_of_range},
           {"restarts", module.restarts}};
 }
 
 std::string_view setup_text(std::size_t index, const Core& core) {
+  if (!are_modules_ours(core.config())) return "none of its own";
   if (core.module_setup().stage(index) == SetupStage::done) return "set";
   return core.module_setup().is_refused(index) ? "refused" : "not set";
 }
@@ -168,13 +183,14 @@ Json module_json(std::size_t index, const StatusView& view) {
           {"serial_number", or_null(is_identified, module.identity.value.serial_number)},
           {"serial_number_expected", or_null(finding.expected.is_known, finding.expected.serial_number)},
           {"is_expected_by_file", finding.is_from_file},
-          {"place", to_text(finding.place)},
+          {"place", place_text(module, view)},
           {"belongs_to_node", or_null(finding.belongs_to != 0, finding.belongs_to)},
           {"expected_seen_at_node", or_null(finding.seen_at != 0, finding.seen_at)},
           {"problems", module_problems(module, view)},
           {"mode", has_status ? Json(mode->name) : Json(nullptr)},
           {"on_module_supply", or_null(has_status, said.on_module_supply)},
           {"is_balancing", or_null(has_status, said.is_balancing)},
+          {"maker_errors", or_null(has_status, said.maker_errors)},
           {"cell_count", or_null(is_identified, module.identity.value.cell_count)},
           {"cell_count_expected", module.config.cell_count},
           {"temperature_sensor_count", or_null(is_identified, module.identity.value.temperature_sensor_count)},
@@ -241,8 +257,10 @@ std::string assignment_sentence(const CoreView& view) {
 
 Texts module_problems(const ModuleRecord& module, const CoreView& view) {
   Texts texts = rival_problems(module, view.now);
-  const std::string place = place_sentence(module, view.core.finding(module));
+  const bool is_named = are_modules_ours(view.core.config());
+  const std::string place = is_named ? place_sentence(module, view.core.finding(module)) : "";
   if (!place.empty()) texts.push_back(place);
+  append(texts, maker_problems(module));
   append(texts, count_problems(module));
   append(texts, kind_problems(module));
   return texts;
@@ -365,6 +383,7 @@ Json modules_json(const StatusView& view) {
           {"modules_answering", view.core.pack().modules_answering},
           {"modules_expected", view.core.pack().modules_expected},
           {"modules", std::move(modules)},
+          {"foreign", foreign_modules_json(view)},
           {"strangers", strangers_json(view)},
           {"assignment", assignment_json(view)}};
 }

@@ -1,8 +1,10 @@
 #include "daemon/shell/options.hpp"
 
+#include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <utility>
 
 #include <CLI/CLI.hpp>
 #include <sys/un.h>
@@ -19,7 +21,7 @@ constexpr const char* footer = R"(Examples:
   bmud --config config/packs/demo-48s.json --bus-internal unix:demo --socket /tmp/bmud.sock
   bmud --config /etc/bmud/pack.json --bus-internal can0 --bus-vehicle can1
   bmud --config config/packs/demo-48s.json --bus-internal unix:demo --socket /tmp/bmud.sock --state /tmp/bmud-state.json
-  bmud --open-gpio --config /etc/bmud/pack.json
+  bmud --open-gpio --config /etc/bmud/pack.json --driven-lines /run/bmud/driven-lines.json
   bmud --config config/packs/demo-48s.json --bus-internal unix:demo --socket /tmp/bmud.sock --record /tmp/drive
 
 What has to outlive the daemon (how often each fault came, who cleared it, locks, the wear of contactors) is kept in
@@ -48,6 +50,9 @@ confirmed it); 2 command line; 70 an error of our own;
 missing;
 78 the configuration is wrong, or the interface of the internal bus is set to a bit rate that it does not work with.
 
+--open-gpio opens the lines that --driven-lines FILE names: those that the daemon drove, though the pack file may have
+changed since, or have a mistake. Without the option, or where there is no such file, it opens those of the pack file.
+
 With --open-gpio: 0 all outputs have been driven open, or the pack has none; 71 the chip, or a line of it, could not be had
 (the others have been opened), as one that is in use by a daemon that still runs; 2, 70 and 78 as above.)";
 
@@ -69,11 +74,14 @@ std::string is_path(const std::string& path) {
   return path.empty() ? "found nothing, wanted a path" : "";
 }
 
-/// What holds no state of ours is put aside as damaged: nothing that somebody else could miss, as a folder or a device.
-std::string is_state_file(const std::string& path) {
+/// What is replaced, or put aside as damaged, is nothing that somebody else could miss, as a folder or a device.
+std::string is_file(const std::string& path) {
   std::error_code error;
   const auto type = std::filesystem::status(path, error).type();
+  const bool is_link = std::filesystem::is_symlink(path, error);
   using enum std::filesystem::file_type;
+  // As to a medium that is not there yet: what it keeps would be missed, and the link lost.
+  if (is_link && type == not_found) return "found '" + path + "', a link that leads nowhere, wanted a file";
   // Whatever cannot be looked at is reported when it is read.
   if (type == regular || type == not_found || type == none) return is_path(path);
   return "found '" + path + "', " + (type == directory ? "a folder" : "no regular file") + ", wanted a file";
@@ -89,6 +97,19 @@ std::string is_socket_path(const std::string& path) {
   return "found " + std::to_string(path.size()) + " characters, wanted at most " + std::to_string(length_max);
 }
 
+/// What the daemon would replace though it holds something else; "" if it is a file of its own.
+std::string wrong_driven_lines(const Options& options) {
+  if (std::string wrong = is_file(options.driven_lines); !wrong.empty()) return wrong;
+  const std::array<std::pair<const char*, std::string>, 3> others{
+      {{"--config", options.config}, {"--state", state_path(options)}, {"--history", history_path(options)}}};
+  const std::filesystem::path lines = std::filesystem::weakly_canonical(options.driven_lines);
+  for (const auto& [option, path] : others) {
+    if (path.empty() || std::filesystem::weakly_canonical(path) != lines) continue;
+    return "found '" + options.driven_lines + "', which is the file of " + option + ", wanted one of its own";
+  }
+  return "";
+}
+
 void add_options(CLI::App& app, Options& options) {
   // Not "required": an option nobody knows would be answered with the one that is missing.
   app.add_option("--config,config", options.config, "the pack's file, with or without the option's name")
@@ -100,12 +121,22 @@ void add_options(CLI::App& app, Options& options) {
                  "vehicle bus, instead of the pack file's; where that has one bus for both, it follows --bus-internal")
       ->check(is_bus)
       ->type_name("BUS");
+  app.add_option("--bus-charger", options.bus_charger,
+                 "bus of the chargers, instead of the pack file's; it follows the others where it is one of them")
+      ->check(is_bus)
+      ->type_name("BUS");
+  app.add_option("--bus-second-pack", options.bus_second_pack, "bus of the second pack, likewise")
+      ->check(is_bus)
+      ->type_name("BUS");
+  app.add_option("--bus-inverter", options.bus_inverter, "bus of the inverter, likewise")
+      ->check(is_bus)
+      ->type_name("BUS");
   app.add_option("--socket", options.socket, "status socket for bmuctl")
       ->check(is_socket_path)
       ->type_name("PATH")
       ->capture_default_str();
   app.add_option("--state", options.state, "file for what outlives the daemon (see below)")
-      ->check(is_state_file)
+      ->check(is_file)
       ->type_name("FILE");
   app.add_option("--record", options.record, "record everything into files of this folder")
       ->check(is_path)
@@ -137,6 +168,9 @@ void add_options(CLI::App& app, Options& options) {
   app.add_flag("--open-gpio", options.open_gpio,
                "drive all outputs that are GPIO lines open, and end: after a daemon that is gone, as in a stop hook")
       ->excludes(check);
+  app.add_option("--driven-lines", options.driven_lines,
+                 "keep there which lines are driven; with --open-gpio those are opened (see below)")
+      ->type_name("FILE");
   app.add_option("--log-level", options.log_level, "least severity to log: debug, info, warning, error")
       ->check(CLI::IsMember({"debug", "info", "warning", "error"}))
       ->capture_default_str();
@@ -170,6 +204,13 @@ ParsedOptions parse_options(int argc, const char* const* argv) {
   if (options.config.empty()) {
     std::fprintf(stderr, "bmud: no pack file given, wanted --config PACK.json (see bmud --help)\n");
     return {.options = std::nullopt, .exit_code = exit_command_line};
+  }
+  // Who opens lines is not kept from it by what stands there: main.cpp goes by the pack file then.
+  if (!options.open_gpio && app.count("--driven-lines") > 0) {
+    if (const std::string wrong = wrong_driven_lines(options); !wrong.empty()) {
+      std::fprintf(stderr, "bmud: --driven-lines: %s (see bmud --help)\n", wrong.c_str());
+      return {.options = std::nullopt, .exit_code = exit_command_line};
+    }
   }
   if (!has_room_for_two_files(options)) {
     const std::string file = std::to_string(options.record_file_MB);

@@ -20,6 +20,9 @@ struct Options {
   std::string config;
   std::string bus_internal;
   std::string bus_vehicle;
+  std::string bus_charger;
+  std::string bus_second_pack;
+  std::string bus_inverter;
   std::string socket = "/run/bmud/bmud.sock";
   std::string state;
   std::string record;
@@ -28,6 +31,7 @@ struct Options {
   std::string black_box;
   std::string serial;
   std::string history;
+  std::string driven_lines;
   std::string log_level = "info";
   RealTimeWishes real_time;
   bool check_config = false;

@@ -1,8 +1,10 @@
 // What both kinds of port agree on: which received frames pass, and which frames may be sent at all.
 #pragma once
 
+#include <algorithm>
 #include <bitset>
 #include <cstdint>
+#include <vector>
 
 #include "daemon/shell/bus_port.hpp"
 #include "protocol/assert.hpp"
@@ -13,12 +15,14 @@ namespace bmu {
 inline constexpr std::uint32_t standard_id_max = 0x7FF;
 inline constexpr std::uint32_t extended_id_max = 0x1FFFFFFF;
 
-/// The receiving side of PortOptions. A filter on exact identifiers passes data frames only: a remote or extended frame
-/// with the same number is another thing on the bus.
+/// The receiving side of PortOptions. A filter on exact identifiers passes data frames only: a remote frame, or one of
+/// the other length with the same number, is another thing on the bus.
 class ReceiveFilter {
  public:
   explicit ReceiveFilter(const PortOptions& options)
-      : passes_everything_(options.receive_ids.empty()), passes_errors_(options.receive_errors) {
+      : extended_ids_(options.receive_extended_ids),
+        passes_everything_(options.receive_ids.empty() && options.receive_extended_ids.empty()),
+        passes_errors_(options.receive_errors) {
     for (const std::uint32_t id : options.receive_ids) {
       BMU_ASSERT(id <= standard_id_max);
       ids_.set(id);
@@ -28,14 +32,19 @@ class ReceiveFilter {
   [[nodiscard]] bool passes(const CanFrame& frame) const {
     if (frame.is_error) return passes_errors_;
     if (passes_everything_) return true;
-    return !frame.is_extended && !frame.is_remote && frame.id <= standard_id_max && ids_.test(frame.id);
+    if (frame.is_remote) return false;
+    if (frame.is_extended)
+      return std::find(extended_ids_.begin(), extended_ids_.end(), frame.id) != extended_ids_.end();
+    return frame.id <= standard_id_max && ids_.test(frame.id);
   }
   [[nodiscard]] bool passes_everything() const { return passes_everything_; }
   [[nodiscard]] bool has_id(std::uint32_t id) const { return ids_.test(id); }
   [[nodiscard]] std::size_t id_count() const { return ids_.count(); }
+  [[nodiscard]] const std::vector<std::uint32_t>& extended_ids() const { return extended_ids_; }
 
  private:
   std::bitset<standard_id_max + 1> ids_;
+  std::vector<std::uint32_t> extended_ids_;  // a few: chargers have some
   bool passes_everything_;
   bool passes_errors_;
 };

@@ -56,7 +56,8 @@ template <class Records, class ParseCell>
                                               const char* cells_key, ParseCell parse_cell, Records& records) {
   if (!json.is_object()) return wrong_in_state(place, json, "modules by their node numbers");
   for (const auto& [name, module] : json.items()) {
-    const std::string module_place = place + "/" + name;
+    std::string module_place = place;
+    module_place.append("/").append(name);
     const std::optional<std::size_t> node = node_from_text(name);
     if (!node) return module_place + " is no node number, wanted 1 to 63";
     std::string problem = parse_state_module(module, module_place, cells_key, parse_cell, records.modules[*node]);

@@ -397,6 +397,7 @@ StateRead read_content(const Json& content) {
   const Reader whole(content);
   if (content.contains("closing")) whole.part("closing", read.state.closing);
   if (content.contains("totals")) whole.part("totals", read.state.totals);
+  if (content.contains("starts")) whole.number("starts", read.state.starts);
   if (content.contains("modules")) {
     read.unknown_names += read_named(content, "modules", read.state.modules, node_from_text);
   }
@@ -445,7 +446,8 @@ std::string state_text(const PersistentState& state) {
                      {"modules", std::move(modules.json)},
                      {"cell_charges", charges_json(state.cell_charges)},
                      {"soc", soc_json(state.soc)},
-                     {"totals", std::move(totals.json)}};
+                     {"totals", std::move(totals.json)},
+                     {"starts", state.starts}};
   return Json{{"format", format}, {"checksum", checksum_of(content.dump())}, {"content", content}}.dump() + "\n";
 }
 

@@ -115,8 +115,25 @@ std::string_view name_of(std::span<const RawName> names, std::int64_t raw) {
   return found == names.end() ? "?" : found->name;
 }
 
-std::string_view vehicle_state_text(vehicle_bus::State state) {
-  return name_of(vehicle_bus::state_names, static_cast<std::int64_t>(state));
+/// The bits of elithion's state that are set, by their names: "K1 on, K3 on".
+std::string elithion_state_text(std::uint8_t state) {
+  constexpr std::array<std::string_view, 5> names{"fault", "K1 on", "K2 on", "K3 on", "relay fault"};
+  std::string text;
+  for (std::size_t bit = 0; bit < names.size(); ++bit) {
+    if ((state >> bit & 1U) == 0) continue;
+    text.append(text.empty() ? "" : ", ").append(names.at(bit));
+  }
+  return text.empty() ? "no fault, contactors off" : text;
+}
+
+/// In the words of the dialect.
+std::string vehicle_state_text(VehicleDialect dialect, std::uint8_t state) {
+  switch (dialect) {
+    case VehicleDialect::iha: break;
+    case VehicleDialect::original: return std::string(name_of(vehicle_bus_original::state_names, state));
+    case VehicleDialect::elithion: return elithion_state_text(state);
+  }
+  return std::string(name_of(vehicle_bus::state_names, state));
 }
 
 /// Which bits are set, counted from 1.
@@ -172,22 +189,75 @@ Json inputs_json(const PduState& pdu) {
 
 namespace {
 
+/// For the eye alone: contacts and inputs, or what the unit says of them while the lines of this machine cannot be
+/// read.
+struct SwitchesSeen {
+  Measured<PduState> pdu;
+  bool is_heard = false;
+  bool are_lines_missing = false;
+};
+
+SwitchesSeen switches_seen(const StatusView& view) {
+  const SensorTable& sensors = view.core.sensors();
+  const CoreConfig& config = view.core.config();
+  const auto is_usable = [&](const Measured<PduState>& word) {
+    return word.is_usable(view.now, config.ages.pdu_status);
+  };
+  SwitchesSeen seen{.pdu = sensors.pdu, .is_heard = is_usable(sensors.pdu)};
+  const bool says_unit_alone = !seen.is_heard && config.contactors.has_pdu && is_usable(sensors.pdu_word);
+  if (!says_unit_alone) return seen;
+  seen = {.pdu = sensors.pdu_word, .is_heard = true, .are_lines_missing = true};
+  if (config.insulation.is_heard_itself()) {
+    seen.pdu.value.insulation_state = sensors.insulation.state;
+    seen.pdu.value.insulation_resistance_Ohm = sensors.insulation.resistance_Ohm;
+  }
+  return seen;
+}
+
+/// What a missing line would tell is not known, whatever the unit says of it.
+void forget_contacts_of_lines(Json& feedback, const LinesConfig& lines) {
+  for (std::size_t i = 0; i < contactor_id_count; ++i) {
+    if (((lines.feedback >> i) & 1U) != 0) feedback[std::string(gpio_output_names[i])] = nullptr;
+  }
+}
+
+void forget_inputs_of_lines(Json& inputs, const LinesConfig& lines) {
+  const std::pair<bool, const char*> on_lines[] = {{lines.has_vehicle_on, "vehicle_on"},
+                                                   {lines.has_charger_connected, "charger_connected"},
+                                                   {lines.has_resume_button, "resume_button"},
+                                                   {lines.has_insulation_ok, "insulation_monitor_ok"},
+                                                   {lines.has_supply_ok, "supply_ok"},
+                                                   {true, "estops_pressed"},
+                                                   {true, "interlocks_open"}};
+  for (const auto& [is_on_line, key] : on_lines) {
+    if (is_on_line) inputs[key] = nullptr;
+  }
+}
+
+void put_switches(Json& state, const StatusView& view) {
+  const SwitchesSeen seen = switches_seen(view);
+  state["feedback"] = seen.is_heard ? feedback_json(seen.pdu.value) : Json(nullptr);
+  state["inputs"] = seen.is_heard ? inputs_json(seen.pdu.value) : Json(nullptr);
+  state["feedback_age_ms"] = ago_ms(view, seen.pdu.taken_at);
+  if (!seen.are_lines_missing) return;
+  forget_contacts_of_lines(state["feedback"], view.core.config().lines);
+  forget_inputs_of_lines(state["inputs"], view.core.config().lines);
+}
+
 Json state_json(const StatusView& view) {
   const Core& core = view.core;
-  const Measured<PduState>& pdu = core.sensors().pdu;
-  const bool is_heard = pdu.is_usable(view.now, core.config().ages.pdu_status);
-  return {{"phase", to_text(core.sequence().phase)},
-          {"phase_for_ms", to_ms(view.now - std::max(core.sequence().entered_at, core.started_at()))},
-          {"vehicle_state", vehicle_state_text(static_cast<vehicle_bus::State>(iha_state(core.mode())))},
-          {"mode", to_text(core.mode())},
-          {"close_requested", core.is_close_requested()},
-          {"wish", {{"by_vehicle", core.wish().by_vehicle}, {"by_charger", core.wish().by_charger}}},
-          {"rest", to_text(core.rest().phase())},
-          {"rest_for_ms", ago_ms(view, core.rest().since())},
-          {"outputs", outputs_json(core.outputs())},
-          {"feedback", is_heard ? feedback_json(pdu.value) : Json(nullptr)},
-          {"inputs", is_heard ? inputs_json(pdu.value) : Json(nullptr)},
-          {"feedback_age_ms", ago_ms(view, pdu.taken_at)}};
+  const VehicleDialect dialect = core.config().vehicle.dialect;
+  Json json{{"phase", to_text(core.sequence().phase)},
+            {"phase_for_ms", to_ms(view.now - std::max(core.sequence().entered_at, core.started_at()))},
+            {"vehicle_state", vehicle_state_text(dialect, vehicle_state(dialect, core.mode_inputs(view.now)))},
+            {"mode", to_text(core.mode(view.now))},
+            {"close_requested", core.is_close_requested()},
+            {"wish", {{"by_vehicle", core.wish().by_vehicle}, {"by_charger", core.wish().by_charger}}},
+            {"rest", to_text(core.rest().phase())},
+            {"rest_for_ms", ago_ms(view, core.rest().since())},
+            {"outputs", outputs_json(core.outputs())}};
+  put_switches(json, view);
+  return json;
 }
 
 Json refusal_json(const StatusView& view) {
@@ -363,13 +433,13 @@ Json controller_json(const std::string& bus_name, const StatusView& view) {
 Json port_json(Port port, const StatusView& view) {
   const BusPort& bus = view.buses.serving(port);
   const PortStatus& counts = view.core.port(port);
-  const bool is_judged = &bus == view.buses.internal.get();  // the pack file says nothing of the other's
+  const bool is_judged = &bus == &view.buses.internal();  // the pack file says nothing of the other's
   const std::uint32_t rate_bit_per_s = bus.rate_bit_per_s();
-  const Port counted = view.buses.is_shared() ? Port::internal : port;
+  const Port counted = view.buses.served_by[static_cast<std::size_t>(port)];
   return {{"port", to_text(port)},
           {"bus", bus.name()},
           {"state", to_text(bus.state())},
-          {"is_shared", view.buses.is_shared()},
+          {"is_shared", view.buses.is_shared(port)},
           {"rate_bit_per_s", or_null(rate_bit_per_s > 0, rate_bit_per_s)},
           {"rate_wanted_bit_per_s", or_null(is_judged && rate_bit_per_s > 0, view.rate.wanted_bit_per_s)},
           {"rate_planned_bit_per_s", or_null(is_judged, view.rate.wanted_bit_per_s)},
@@ -387,21 +457,24 @@ Json port_json(Port port, const StatusView& view) {
 
 /// The reports' identifiers are ours, too: where both buses are one, somebody else may send them there.
 MessageMatch find_message(std::uint32_t id, const CoreConfig& config) {
+  const MessageMatch foreign = are_modules_ours(config) ? MessageMatch{} : config.foreign.driver->catalogue->find(id);
+  if (foreign.message != nullptr) return foreign;
   const MessageMatch match = internal_bus::catalogue.find(id);
   if (match.message != nullptr) return match;
-  return vehicle_bus::catalogue.find(id - config.vehicle.base_id + vehicle_bus::default_base_id);
+  return row_of(config.vehicle.dialect).catalogue->find(id - config.vehicle.base_id + vehicle_bus::default_base_id);
 }
 
-Json most_rejected_json(const ReceiveCheck& check, const CoreConfig& config) {
+Json most_rejected_json(const Core& core) {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> ids;  // count, identifier
   for (std::uint32_t id = 0; id < Catalogue::id_count; ++id) {
-    if (const std::uint32_t count = check.rejected_under(id); count > 0) ids.emplace_back(count, id);
+    const std::uint32_t count = core.receive_check().rejected_under(id) + core.foreign_check().rejected_under(id);
+    if (count > 0) ids.emplace_back(count, id);
   }
   std::sort(ids.begin(), ids.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
   if (ids.size() > rejected_ids_shown) ids.resize(rejected_ids_shown);
   Json json = Json::array();
   for (const auto& [count, id] : ids) {
-    const MessageMatch match = find_message(id, config);
+    const MessageMatch match = find_message(id, core.config());
     json.push_back({{"id", id_text(id)},
                     {"message", match.message != nullptr ? Json(match.message->name) : Json(nullptr)},
                     {"node", match.node},
@@ -411,7 +484,7 @@ Json most_rejected_json(const ReceiveCheck& check, const CoreConfig& config) {
 }
 
 Json receive_json(const Core& core) {
-  const ReceiveCounts& counts = core.receive_counts();
+  const ReceiveCounts counts = core.receive_counts();
   const RefusedResult& refused = core.sensors().refused;  // sound frames whose result is none
   Json by_reason = Json::object();
   for (std::size_t reason = 0; reason < reject_reason_count; ++reason) {
@@ -420,7 +493,7 @@ Json receive_json(const Core& core) {
   return {{"accepted", counts.accepted},
           {"rejected", counts.rejected_total()},
           {"rejected_by_reason", std::move(by_reason)},
-          {"most_rejected", most_rejected_json(core.receive_check(), core.config())},
+          {"most_rejected", most_rejected_json(core)},
           {"sensor_results_refused", refused.count},
           {"sensor_result_refused_last", or_null(refused.count > 0, to_text(refused.why))}};
 }
@@ -435,7 +508,7 @@ Json module_summary_json(std::size_t index, const StatusView& view) {
           {"serial_number", or_null(module.identity.is_valid(), module.identity.value.serial_number)},
           {"limits_set", or_null(has_status, !module.status.value.limits_not_set)},
           {"limits_refused", view.core.module_setup().is_refused(index)},
-          {"place", to_text(view.core.finding(module).place)},
+          {"place", are_modules_ours(view.core.config()) ? to_text(view.core.finding(module).place) : "not told"},
           {"answer_latency_ms", to_ms(module.answer_times.last())},
           {"answers_complete", module.answers_complete},
           {"answers_missed", module.answers_missed},
@@ -550,6 +623,171 @@ Json band_json(const LimitConfig& low, const LimitConfig& high, Unit unit) {
           {key_with_unit("high_open", unit), high.open}};
 }
 
+Json charger_unit_json(std::size_t index, const StatusView& view) {
+  const ChargerTable& table = view.core.chargers();
+  const ChargerUnit& unit = table.unit(index);
+  const bool talks = table.is_talking(index, view.now);
+  const auto value = [talks](const SignalValue& one) { return or_null(talks && one.is_valid(), one.value); };
+  Json troubles = Json::array();
+  for (std::size_t number = 0; talks && number < charger_trouble_count; ++number) {
+    const auto trouble = static_cast<ChargerTrouble>(number);
+    if ((unit.report.troubles & bit_of(trouble)) != 0) troubles.push_back(to_text(trouble));
+  }
+  return {{"unit", index + 1},
+          {"is_talking", talks},
+          {"heard_ago_ms", ago_ms(view, unit.values_at)},
+          {"voltage_mV", value(unit.report.voltage_mV)},
+          {"current_mA", value(unit.report.current_mA)},
+          {"mains_voltage_mV", value(unit.report.mains_voltage_mV)},
+          {"mains_current_mA", value(unit.report.mains_current_mA)},
+          {"temperature_dC", value(unit.report.temperature_dC)},
+          {"troubles", std::move(troubles)},
+          {"frames_refused", unit.frames_refused},
+          {"values_out_of_range", unit.values_out_of_range},
+          {"values_unknown", unit.values_unknown}};
+}
+
+/// Null where no charger is driven.
+Json charger_json(const StatusView& view) {
+  const ChargerTable& table = view.core.chargers();
+  if (!table.is_there()) return nullptr;
+  const ChargeControl& charge = view.core.charge_control();
+  Json units = Json::array();
+  for (std::size_t index = 0; index < table.unit_count(); ++index) units.push_back(charger_unit_json(index, view));
+  return {{"protocol", table.driver().name},
+          {"stage", to_text(charge.stage())},
+          {"stage_for_ms", ago_ms(view, charge.since())},
+          {"is_held", charge.is_held()},
+          {"goes_on_when_heard", view.core.is_resume_pending()},
+          {"asked_mA", charge.current_mA()},
+          {"asked_mV", charge.voltage_mV()},
+          {"cell_full_uV", charge.cell_full_uV()},
+          {"units", std::move(units)}};
+}
+
+/// Null where no inverter is told anything. `told` is what it is told now, and what is left out is null.
+Json inverter_json(const StatusView& view) {
+  const InverterWatch& watch = view.core.inverter();
+  if (!watch.is_there()) return nullptr;
+  const BatteryReport told = view.core.inverter_report();
+  const InverterReport& said = watch.report();
+  const bool talks = watch.is_talking(view.now);
+  const auto value = [](const SignalValue& one) { return or_null(one.is_valid(), one.value); };
+  const auto heard = [talks](const SignalValue& one) { return or_null(talks && one.is_valid(), one.value); };
+  return {{"protocol", watch.config().driver->name},
+          {"is_talking", talks},
+          {"is_silent", view.core.is_inverter_silent()},
+          {"heard_ago_ms", ago_ms(view, watch.heard_at())},
+          {"has_failed", talks && said.has_failed},
+          {"has_warning", talks && said.has_warning},
+          {"error_number", or_null(talks, said.error_number)},
+          {"voltage_mV", heard(said.voltage_mV)},
+          {"current_mA", heard(said.current_mA)},
+          {"temperature_dC", heard(said.temperature_dC)},
+          {"told",
+           {{"charge_limit_mA", told.charge_limit_mA},
+            {"discharge_limit_mA", told.discharge_limit_mA},
+            {"charge_voltage_limit_mV", told.charge_voltage_limit_mV},
+            {"discharge_voltage_limit_mV", told.discharge_voltage_limit_mV},
+            {"asks_for_charge", told.asks_for_charge},
+            {"asks_for_full_charge", told.asks_for_full_charge},
+            {"soc_permille", value(told.soc_permille)},
+            {"soh_permille", value(told.soh_permille)}}},
+          {"frames_taken", watch.frames_taken()},
+          {"frames_refused", watch.frames_refused()}};
+}
+
+/// Who tells the currents, and how the sensor that is asked for its settings is set up; null where it is not.
+Json sensor_json(const StatusView& view) {
+  const Core& core = view.core;
+  const SensorConfig& config = core.config().sensor;
+  const SensorTable& sensors = core.sensors();
+  const Duration age_max = core.config().ages.pack_current;
+  const auto current = [&](const Measured<std::int32_t>& one, const CurrentSensorDriver* driver) -> Json {
+    return {{"protocol", or_null(driver != nullptr, driver != nullptr ? std::string(driver->name) : std::string())},
+            {"current_mA", or_null(one.is_usable(view.now, age_max), one.value)},
+            {"heard_ago_ms", ago_ms(view, one.taken_at)}};
+  };
+  Json json{{"first", current(sensors.current_mA, config.first)},
+            {"second", config.has_second_current ? current(sensors.current_2_mA, config.second) : Json(nullptr)},
+            {"results_refused", sensors.refused.count},
+            {"last_refused_because", or_null(sensors.refused.count > 0, to_text(sensors.refused.why))},
+            {"set_up", nullptr}};
+  const SensorSetup& setup = core.sensor_setup();
+  if (!setup.is_there()) return json;
+  json["set_up"] = {{"protocol", config.set_up->name},
+                    {"wanted", config.is_configured ? "configure" : "verify"},
+                    {"stage", to_text(setup.stage())},
+                    {"results_count", setup.are_results_good(view.now)},
+                    {"problem", or_null(setup.has_failed(), to_text(setup.problem()))},
+                    {"restarts", setup.restarts()},
+                    {"answers_refused", setup.answers_refused()}};
+  return json;
+}
+
+/// Null where no monitor is heard itself.
+Json insulation_json(const StatusView& view) {
+  const InsulationTable& table = view.core.insulation();
+  if (!table.is_there()) return nullptr;
+  const InsulationWord word = table.word(view.now);
+  const MonitorReport& report = table.report();
+  const bool has_pulses = view.core.config().insulation.has_pulse_line;
+  const ir155::Pwm pulses = table.pulses(view.now);
+  const TimePoint pulsed_at = pulses.frequency_mHz > 0 ? view.now - pulses.since_edge : TimePoint{};
+  return {{"protocol", table.protocol()},
+          {"is_talking", table.is_talking(view.now)},
+          {"heard_ago_ms", ago_ms(view, has_pulses ? pulsed_at : table.heard_at())},
+          {"frequency_mHz", or_null(has_pulses, pulses.frequency_mHz)},
+          {"duty_permille", or_null(has_pulses, pulses.duty_permille)},
+          {"state", to_text(word.state)},
+          {"resistance_Ohm", or_null(word.resistance_Ohm.is_valid(), word.resistance_Ohm.value)},
+          {"is_low", !word.is_ok},
+          {"is_warning", report.is_warning},
+          {"is_testing", report.is_testing},
+          {"is_test_pending", report.is_test_pending},
+          {"frames_refused", table.frames_refused()}};
+}
+
+/// Null where no second pack is expected; what is too old is null.
+Json second_pack_json(const StatusView& view) {
+  const SecondPack& pack = view.core.second_pack();
+  if (!pack.is_expected()) return nullptr;
+  const SecondPack::Values& values = pack.values();
+  const auto fresh = [&](const Measured<std::int32_t>& one) {
+    return or_null(one.is_usable(view.now, SecondPack::age_max), one.value);
+  };
+  const bool has_name = values.name[0] != '\0';
+  const bool has_state = values.state.is_usable(view.now, SecondPack::age_max);
+  const auto state = static_cast<std::uint8_t>(values.state.value);
+  return {{"dialect", row_of(pack.dialect()).name},
+          {"name", or_null(has_name, std::string(values.name.begin(), values.name.end()))},
+          {"is_silent", pack.is_silent(view.now)},
+          {"heard_ago_ms", ago_ms(view, pack.heard_at())},
+          {"state", or_null(has_state, vehicle_state_text(pack.dialect(), state))},
+          {"soc_permille", fresh(values.soc_permille)},
+          {"soh_permille", fresh(values.soh_permille)},
+          {"pack_voltage_mV", fresh(values.pack_voltage_mV)},
+          {"current_mA", fresh(values.current_mA)},
+          {"charge_limit_mA", fresh(values.charge_limit_mA)},
+          {"discharge_limit_mA", fresh(values.discharge_limit_mA)},
+          {"cell_voltage_min_uV", fresh(values.cell_voltage_min_uV)},
+          {"cell_voltage_max_uV", fresh(values.cell_voltage_max_uV)},
+          {"cell_temperature_min_dC", fresh(values.cell_temperature_min_dC)},
+          {"cell_temperature_max_dC", fresh(values.cell_temperature_max_dC)},
+          {"frames_taken", pack.frames_taken()},
+          {"frames_refused", pack.frames_refused()}};
+}
+
+/// Null where no requests for data are answered.
+Json requests_json(const Core& core) {
+  if (core.config().vehicle.request_id == 0) return nullptr;
+  const CellRequests::Counts& counts = core.cell_requests();
+  return {{"answered", counts.answered},
+          {"unanswered", counts.unanswered},
+          {"refused", counts.refused},
+          {"dropped", counts.dropped}};
+}
+
 }  // namespace
 
 Json status_json(const StatusView& view) {
@@ -559,7 +797,9 @@ Json status_json(const StatusView& view) {
     modules.push_back(module_summary_json(index, view));
   }
   Json ports = Json::array();
-  for (const Port port : {Port::internal, Port::vehicle}) ports.push_back(port_json(port, view));
+  for (const Port port : all_ports) {
+    if (view.buses.is_there(port)) ports.push_back(port_json(port, view));
+  }
   return {{"pack", pack_json(view)},
           {"daemon", daemon_json(view)},
           {"state", state_json(view)},
@@ -585,6 +825,12 @@ Json status_json(const StatusView& view) {
           {"assignment", assignment_json(view)},
           {"modules", std::move(modules)},
           {"ports", std::move(ports)},
+          {"charger", charger_json(view)},
+          {"inverter", inverter_json(view)},
+          {"sensor", sensor_json(view)},
+          {"insulation", insulation_json(view)},
+          {"second_pack", second_pack_json(view)},
+          {"requests", requests_json(core)},
           {"receive", receive_json(core)},
           {"last_precharge", precharge_json(view)},
           {"drive", drive_json(view)},

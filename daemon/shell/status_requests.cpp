@@ -71,13 +71,22 @@ std::string known_commands() {
   return names;
 }
 
+/// What somebody sent, as short as people want it, in ASCII: of whatever bytes it was.
+std::string excerpt(const Json& value) {
+  constexpr std::size_t length_max = 40;
+  const std::string text = value.dump(-1, ' ', true, Json::error_handler_t::replace);
+  return text.size() <= length_max ? text : text.substr(0, length_max) + "...";
+}
+
 /// The keys of a request that its command does not know, for people; "" if there are none.
 std::string unknown_keys(const Json& request, const CommandRow& row) {
+  constexpr std::size_t names_length_max = 100;
   std::string names;
   for (const auto& [key, value] : request.items()) {
     const bool is_known = !key.empty() && std::find(row.keys.begin(), row.keys.end(), key) != row.keys.end();
     if (key == "cmd" || is_known) continue;
-    names += (names.empty() ? "\"" : ", \"") + key + "\"";
+    if (names.size() > names_length_max) return names + ", ...";
+    names += (names.empty() ? "" : ", ") + excerpt(key);
   }
   return names;
 }
@@ -107,6 +116,12 @@ std::optional<std::int64_t> number_of(const Json& request, const char* key, std:
   }
   const auto value = request[key].get<std::int64_t>();
   return value >= min && value <= max ? std::optional(value) : std::nullopt;
+}
+
+/// "\"node\": found 64, wanted a number from 1 to 63"
+StatusReply bad_argument(const Json& request, const char* key, std::string_view wanted) {
+  const std::string found = request.contains(key) ? excerpt(request[key]) : "nothing";
+  return refusal("bad_argument", "\"" + std::string(key) + "\": found " + found + ", wanted " + std::string(wanted));
 }
 
 std::string list_text(const Json& names) {
@@ -144,10 +159,14 @@ StatusReply StatusRequests::answer(std::string_view request, const Peer& peer) c
       return {.line = actions_.access.refuse(peer, Right::read, "read here", view().now)};
     }
     const Json json = Json::parse(request, nullptr, false);
-    if (json.is_discarded()) return {.line = error_line("malformed", "not JSON; try {\"cmd\":\"status\"}")};
+    if (json.is_discarded()) {
+      return {.line = error_line("malformed", "found " + excerpt(std::string(request)) +
+                                                  ", which is no JSON; wanted a line like {\"cmd\":\"status\"}")};
+    }
     if (!json.is_object() || !json.contains("cmd") || !json["cmd"].is_string()) {
       return {.line =
-                  error_line("malformed", "a request is an object with a text \"cmd\", one of " + known_commands())};
+                  error_line("malformed", "found " + excerpt(json) + ", wanted an object with a text \"cmd\", one of " +
+                                              known_commands())};
     }
     return answer_json(json, peer);
   } catch (const Json::exception& error) {
@@ -160,7 +179,7 @@ StatusReply StatusRequests::answer_json(const Json& request, const Peer& peer) c
   const auto* row = std::find_if(command_table.begin(), command_table.end(),
                                  [&](const CommandRow& one) { return one.takes.name == name; });
   if (row == command_table.end()) {
-    return {.line = error_line("unknown_command", "\"" + name + "\" is none of " + known_commands())};
+    return {.line = error_line("unknown_command", excerpt(name) + " is none of " + known_commands())};
   }
   const std::string unknown = unknown_keys(request, *row);
   if (!unknown.empty()) return unknown_key_reply(unknown, *row);
@@ -179,7 +198,7 @@ StatusReply StatusRequests::answer_json(const Json& request, const Peer& peer) c
 StatusReply StatusRequests::clear(const Json& request, const Peer& peer) const {
   const bool wants_authority = request.contains("authorised") && request["authorised"] == true;
   if (request.contains("authorised") && !request["authorised"].is_boolean()) {
-    return refusal("bad_argument", "\"authorised\" is true or false");
+    return bad_argument(request, "authorised", "true or false");
   }
   const StatusView before_view = view();
   const Authority authority = wants_authority ? Authority::service : Authority::user;
@@ -216,11 +235,11 @@ StatusReply StatusRequests::wake(const Json& /*request*/, const Peer& peer) cons
 StatusReply StatusRequests::accept_modules(const Json& request, const Peer& peer) const {
   const auto node = number_of(request, "node", 1, internal_bus::node_count_max);
   if (request.contains("node") && !node) {
-    return refusal("bad_argument", "\"node\" is a number from 1 to 63; without it all are meant");
+    return bad_argument(request, "node", "a whole number from 1 to 63; without it all are meant");
   }
   const StatusView before = view();
   if (node && before.core.modules().find(static_cast<std::uint8_t>(*node)) == nullptr) {
-    return refusal("bad_argument", "the pack has no node " + std::to_string(*node));
+    return bad_argument(request, "node", "a node of the pack");
   }
   if (!before.core.may_change_modules()) {
     return refusal("refused", "the pack is not open, or a closed one is asked for");
@@ -239,11 +258,10 @@ StatusReply StatusRequests::accept_modules(const Json& request, const Peer& peer
 StatusReply StatusRequests::assign_module(const Json& request, const Peer& peer) const {
   const auto node = number_of(request, "node", 1, internal_bus::node_count_max);
   const auto serial_number = number_of(request, "serial_number", 0, UINT32_MAX);
-  const bool is_flag = !request.contains("unheard") || request["unheard"].is_boolean();
-  if (!node || !serial_number || !is_flag) {
-    return refusal("bad_argument",
-                   "\"serial_number\" is a number up to 4294967295, \"node\" one from 1 to 63, "
-                   "\"unheard\" true or false");
+  if (!serial_number) return bad_argument(request, "serial_number", "a whole number from 0 to 4294967295");
+  if (!node) return bad_argument(request, "node", "a whole number from 1 to 63");
+  if (request.contains("unheard") && !request["unheard"].is_boolean()) {
+    return bad_argument(request, "unheard", "true or false");
   }
   actions_.carry_out({.command = Command::assign_node,
                       .authority = Authority::service,
@@ -273,7 +291,7 @@ StatusReply StatusRequests::balance(const Json& request, const Peer& peer) const
   const bool is_off = wanted == "off";
   const bool is_on = wanted == "on";
   if (request.contains("switch") && !is_off && !is_on) {
-    return refusal("bad_argument", "\"switch\" is \"on\" or \"off\"");
+    return bad_argument(request, "switch", "\"on\" or \"off\"");
   }
   if (is_off || is_on) {
     const Command command = is_off ? Command::balancing_off : Command::balancing_on;
@@ -294,7 +312,7 @@ StatusReply StatusRequests::watch(const Json& request, const Peer& /*peer*/) con
     period_ms = wanted.is_number_integer() ? wanted.get<std::int64_t>() : 0;
   }
   if (period_ms < period_min_ms || period_ms > period_max_ms) {
-    return {.line = error_line("bad_argument", "\"period_ms\" is a whole number from 50 to 60000")};
+    return bad_argument(request, "period_ms", "a whole number from 50 to 60000");
   }
   // The first picture follows with the next tick.
   return {.line = "", .picture_period = std::chrono::milliseconds(period_ms)};

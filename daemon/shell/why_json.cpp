@@ -14,17 +14,41 @@ namespace {
 
 // --- the last opening -----------------------------------------------------------------------------------------------
 
+/// "last heard 3.2 s before opening, limit 3 s". A module may have answered just before, and not completely: values are
+/// a little older than the answer that has them, so what is younger than the limit by more than that is no silence.
+std::string heard_text(const OpeningRecord& opening, const Silence& silence, const std::string& before) {
+  constexpr Duration value_age_max = 50ms;
+  const TimePoint at = opening.reading.taken_at;
+  if (at == TimePoint{}) return "never heard";
+  const std::string age = span_text(opening.at - at);
+  const bool is_partial = opening.confirmed_at - at + value_age_max < silence.limit;
+  if (is_partial) return "heard in part " + age + before;
+  return "last heard " + age + before + ", limit " + span_text(silence.limit);
+}
+
+/// ", last heard 3.2 s before opening, limit 3 s", ", seen 8 ms before opening"; nothing of what has no sample and is
+/// simply so when it is looked at.
+std::string seen_text(const OpeningRecord& opening, const FaultRow& row, const CoreView& view) {
+  if (opening.is_restored) return ", seen before the daemon started";
+  const Silence silence = silence_of(row.id, view);
+  const TimePoint at = opening.reading.taken_at;
+  if (silence.is_one) {
+    return ", " + heard_text(opening, silence, " before opening");
+  }
+  const bool has_sample = row.has_limit() || at != opening.confirmed_at;
+  return has_sample ? ", seen " + span_text(opening.at - at) + " before opening" : "";
+}
+
 Json signal_step(const OpeningRecord& opening, const FaultRow& row, const CoreView& view) {
   const Reading& reading = opening.reading;
   const std::string what = reading_text(row, reading, view);
   const Duration age = opening.at - reading.taken_at;
-  Json json =
-      step("signal", text(row.meaning) + (what.empty() ? "" : ": " + what) + ", seen " +
-                         (opening.is_restored ? "before the daemon started" : span_text(age) + " before opening"));
+  const bool has_time = !opening.is_restored && reading.taken_at != TimePoint{};  // not of who was never heard
+  Json json = step("signal", text(row.meaning) + (what.empty() ? "" : ": " + what) + seen_text(opening, row, view));
   if (row.has_limit()) json[key_with_unit("value", row.unit)] = reading.is_known ? Json(reading.value) : Json(nullptr);
   json["element"] = place_json(row, reading.element, view);
   json["taken_ago_ms"] = opening.is_restored ? Json(nullptr) : ago_ms(view, reading.taken_at);
-  json["taken_before_opening_ms"] = opening.is_restored ? Json(nullptr) : Json(to_ms(age));
+  json["taken_before_opening_ms"] = has_time ? Json(to_ms(age)) : Json(nullptr);
   return json;
 }
 
@@ -39,8 +63,9 @@ Json limit_step(const OpeningRecord& opening, const FaultRow& row) {
 
 Json fault_step(const OpeningRecord& opening, const FaultRow& row, const CoreView& view) {
   const Duration confirm = thresholds_of(row, view.core.config().limits).confirm;
-  Json json = step("fault", "fault " + text(row.name) + ", believed after " + span_text(confirm) +
-                                ", reaction: " + text(to_text(row.reaction)));
+  const std::string believed = confirm > Duration{} ? "after " + span_text(confirm) : "at once";
+  Json json = step("fault",
+                   "fault " + text(row.name) + ", believed " + believed + ", reaction: " + text(to_text(row.reaction)));
   json["name"] = row.name;
   json["reaction"] = to_text(row.reaction);
   json["confirm_ms"] = to_ms(confirm);
@@ -76,8 +101,14 @@ std::string fault_sentence(const OpeningRecord& opening, const FaultRow& row, co
     sentence += ", limit " + value_text(row.unit, opening.threshold) + ", beyond it for " +
                 span_text(opening.confirmed_at - opening.suspected_since);
   }
-  if (opening.reading.taken_at == TimePoint{}) return sentence + "; never seen before";
-  return sentence + "; sample taken " + span_text(opening.at - opening.reading.taken_at) + " before";
+  const TimePoint at = opening.reading.taken_at;
+  const Silence silence = silence_of(row.id, view);
+  if (silence.is_one) {
+    return sentence + "; " + heard_text(opening, silence, " before");
+  }
+  if (at == TimePoint{}) return sentence + "; never seen before";
+  const bool has_sample = row.has_limit() || at != opening.confirmed_at;
+  return sentence + (has_sample ? "; sample taken " + span_text(opening.at - at) + " before" : "");
 }
 
 std::string opening_reason(const OpeningRecord& opening, const CoreView& view) {
@@ -220,6 +251,23 @@ Texts suspected_faults(const CoreView& view) {
   return texts;
 }
 
+/// Whose word is missing: the unit's, or that of lines of this machine, without which the unit's alone is not enough.
+Texts silent_sources(const CoreView& view) {
+  const SensorTable& sensors = view.core.sensors();
+  const CoreConfig& config = view.core.config();
+  const Duration age_max = config.ages.pdu_status;
+  Texts texts;
+  if (config.contactors.has_pdu && !sensors.pdu_word.is_usable(view.now, age_max)) {
+    const TimePoint at = sensors.pdu_word.taken_at;
+    texts.push_back("the power distribution unit was " +
+                    (at == TimePoint{} ? std::string("never heard") : "last heard " + ago_text(view, at)));
+  }
+  if (config.lines.are_used && !sensors.lines.is_usable(view.now, age_max)) {
+    texts.emplace_back("the GPIO lines of this machine cannot be read");
+  }
+  return texts;
+}
+
 Texts insulation_state(const CoreView& view) {
   return {"the monitor says \"" + text(to_text(view.core.sensors().pdu.value.insulation_state)) + "\""};
 }
@@ -238,7 +286,7 @@ constexpr BlockerRow blocker_table[] = {
     {Blocker::fault, present_faults},
     {Blocker::resting, no_details},
     {Blocker::internal_bus_down, no_details},
-    {Blocker::pdu_unknown, no_details},
+    {Blocker::pdu_unknown, silent_sources},
     {Blocker::inputs_unhealthy, unhealthy_inputs},
     {Blocker::insulation_unknown, insulation_state},
     {Blocker::modules_incomplete, incomplete_modules},
@@ -262,15 +310,22 @@ std::string blocker_text(Blocker blocker, const CoreView& view) {
   return text(to_text(blocker)) + (details.empty() ? "" : ": " + details);
 }
 
+/// What it would take for somebody to ask: an edge of one of the two lines.
+std::string asking_text(const CoreView& view) {
+  const PduState& pdu = view.core.sensors().pdu.value;
+  if (!pdu.vehicle_on && !pdu.charger_connected) return "vehicle-on or charger-connected has to come on for that";
+  return std::string(pdu.vehicle_on ? "vehicle-on" : "charger-connected") +
+         " is on, but closing takes that it comes on anew: turn it off and on";
+}
+
 std::string state_sentence(const CoreView& view) {
   const SequenceState& sequence = view.core.sequence();
   const std::string since = span_text(view.now - std::max(sequence.entered_at, view.core.started_at()));
   const std::string now = "the pack has been in phase \"" + text(to_text(sequence.phase)) + "\" for " + since;
   if (sequence.phase != Phase::open) return now + ": somebody asks for it and nothing speaks against it";
   if (!view.core.permission().may_close) return now + " and may not close";
-  return now + (view.core.is_close_requested()
-                    ? " and may close"
-                    : ": nobody asks for a closed pack; vehicle-on or charger-connected has to come on for that");
+  return now +
+         (view.core.is_close_requested() ? " and may close" : ": nobody asks for a closed pack; " + asking_text(view));
 }
 
 Json state_chain(const CoreView& view) {

@@ -62,13 +62,17 @@ struct DirectionConfig {
   std::int32_t continuous_mA;
   std::int32_t peak_mA;
   Duration peak_for;
+  std::int64_t overcurrent_warn_mA;
 };
 
-DirectionConfig config_of(Concerns direction, const CurrentLimitConfig& current) {
+DirectionConfig config_of(Concerns direction, const CoreConfig& config) {
+  const CurrentLimitConfig& current = config.current;
   if (direction == Concerns::charge) {
-    return {"charge", current.charge_continuous_mA, current.charge_peak_mA, current.charge_peak_for};
+    return {"charge", current.charge_continuous_mA, current.charge_peak_mA, current.charge_peak_for,
+            config.limits.charge_overcurrent.warn};
   }
-  return {"discharge", current.discharge_continuous_mA, current.discharge_peak_mA, current.discharge_peak_for};
+  return {"discharge", current.discharge_continuous_mA, current.discharge_peak_mA, current.discharge_peak_for,
+          config.limits.discharge_overcurrent.warn};
 }
 
 std::string current_text(std::int64_t value_mA) {
@@ -162,14 +166,21 @@ Json phase_step(const CoreView& view) {
   return json;
 }
 
+/// Where the pack file leaves a peak out it is the warning of the overcurrent (config/pack_defaults.cpp); which of the
+/// two was written is not known any more.
+std::string peak_origin(const DirectionConfig& config) {
+  if (config.peak_mA != config.overcurrent_warn_mA) return {};
+  return " (where it is left out: limits/" + text(config.name) + "_overcurrent/warn_mA)";
+}
+
 /// Nothing speaks against what the pack file allows.
 Json configured_step(const CurrentLimit& limit, const DirectionConfig& config) {
   const bool is_peak = limit.cause == LimitCause::peak;
-  Json json =
-      step("limit", is_peak ? "current/" + text(config.name) + "_peak_mA: " + current_text(config.peak_mA) + " for " +
-                                  span_text(config.peak_for) + ", then " + current_text(config.continuous_mA)
-                            : "current/" + text(config.name) + "_continuous_mA: " + current_text(config.continuous_mA) +
-                                  " for ever");
+  Json json = step(
+      "limit",
+      is_peak ? "current/" + text(config.name) + "_peak_mA: " + current_text(config.peak_mA) + peak_origin(config) +
+                    " for " + span_text(config.peak_for) + ", then " + current_text(config.continuous_mA)
+              : "current/" + text(config.name) + "_continuous_mA: " + current_text(config.continuous_mA) + " for ever");
   json["row"] = "current/" + text(config.name) + (is_peak ? "_peak_mA" : "_continuous_mA");
   json["continuous_mA"] = config.continuous_mA;
   if (is_peak) json["peak_for_ms"] = to_ms(config.peak_for);
@@ -187,8 +198,8 @@ Json part_step(const CurrentLimit& limit, const CoreConfig& config) {
 
 /// "soc/resistance_pause_permille: at 50.0 % the charger is paused for 5.0 s, to see what the step shows".
 Json pause_step(const SocConfig& soc) {
-  constexpr const char* place = "soc/resistance_pause_permille";
-  Json json = step("limit", std::string(place) + ": at " + value_text(Unit::permille, soc.resistance_pause_permille) +
+  const std::string place = "soc/resistance_pause_permille";
+  Json json = step("limit", place + ": at " + value_text(Unit::permille, soc.resistance_pause_permille) +
                                 " the charger is paused for " + span_text(soc.resistance_pause) +
                                 ", to see what the step shows");
   json["row"] = place;
@@ -198,7 +209,7 @@ Json pause_step(const SocConfig& soc) {
 
 /// Reasons that are a word of the pack file, or the limit's own past.
 Json plain_step(Concerns direction, const CurrentLimit& limit, const CoreConfig& config) {
-  const DirectionConfig names = config_of(direction, config.current);
+  const DirectionConfig names = config_of(direction, config);
   if (limit.cause == LimitCause::component) return part_step(limit, config);
   if (limit.cause == LimitCause::rising) {
     Json json = step("limit", "limit_ramp: on its way to " + current_text(limit.unhindered_mA));
@@ -229,7 +240,7 @@ Json decision_step(const CurrentLimit& limit) {
 }
 
 Json steps_before(Concerns direction, const CurrentLimit& limit, const CoreView& view) {
-  const DirectionConfig config = config_of(direction, view.core.config().current);
+  const DirectionConfig config = config_of(direction, view.core.config());
   if (const CauseRow* row = find_row(limit.cause); row != nullptr) {
     return Json::array({measured_signal(*row, limit), measured_limit(*row, limit, config)});
   }
@@ -273,7 +284,7 @@ Json limit_chain(Concerns direction, const CoreView& view) {
   const CurrentLimits& limits = view.core.limits();
   const CurrentLimit& limit = direction == Concerns::charge ? limits.charge : limits.discharge;
   Json steps = steps_before(direction, limit, view);
-  std::string sentence = capitalised(text(config_of(direction, view.core.config().current).name)) + " limit " +
+  std::string sentence = capitalised(text(config_of(direction, view.core.config()).name)) + " limit " +
                          current_text(limit.limit_mA) + ": " + text(to_text(limit.cause));
   for (const Json& one : steps) sentence += "; " + one["text"].get<std::string>();
   steps.push_back(decision_step(limit));

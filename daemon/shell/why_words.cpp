@@ -11,15 +11,21 @@ namespace bmu {
 namespace {
 
 /// "040 CONTACTOR_COMMAND, 083 COMMAND": under which identifiers somebody else has sent what only the master may.
+void add_foreign_frames(const Catalogue& catalogue, const ReceiveCheck& check, Texts& ids) {
+  for (const MessageSpec* message : catalogue.messages()) {
+    if (message->sender != Sender::bmu) continue;
+    for (std::uint32_t node = message->node_min; node <= message->node_max; ++node) {
+      const std::uint32_t id = message->id_of(node);
+      if (check.rejected_under(id) > 0) ids.push_back(id_text(id) + " " + text(message->name));
+    }
+  }
+}
 std::string foreign_frames(const CoreView& view) {
   constexpr std::size_t shown_max = 5;
   Texts ids;
-  for (const MessageSpec* message : internal_bus::catalogue.messages()) {
-    if (message->sender != Sender::bmu) continue;
-    for (std::uint32_t node = message->node_min; node <= message->node_max; ++node) {
-      const std::uint32_t id = message->base_id + node;
-      if (view.core.receive_check().rejected_under(id) > 0) ids.push_back(id_text(id) + " " + text(message->name));
-    }
+  add_foreign_frames(internal_bus::catalogue, view.core.receive_check(), ids);
+  if (const ModuleDriver* driver = view.core.config().foreign.driver; driver != nullptr) {
+    add_foreign_frames(*driver->catalogue, view.core.foreign_check(), ids);
   }
   if (ids.size() <= shown_max) return joined(ids);
   const std::string more = " and " + std::to_string(ids.size() - shown_max) + " more";
@@ -91,8 +97,15 @@ Json place_json(const FaultRow& row, const Element& element, const CoreView& vie
   return json;
 }
 
+std::string lines_text(const CoreView& view) {
+  if (view.lines == nullptr || view.lines->lines().last_error().empty()) return {};
+  return joined(view.lines->lines().names()) + ": " + view.lines->lines().last_error();
+}
+
 std::string reading_text(const FaultRow& row, const Reading& reading, const CoreView& view) {
   if (row.id == FaultId::foreign_master) return foreign_frames(view);
+  if (row.id == FaultId::lines_failed) return lines_text(view);
+  if (row.id == FaultId::charger_runaway) return excess_text(view.core.charger_watch().excess());
   std::string place = place_text(row, reading.element, view);
   if (!row.has_limit()) return place;
   if (!reading.is_known) return "value not known";
@@ -100,8 +113,32 @@ std::string reading_text(const FaultRow& row, const Reading& reading, const Core
   return place.empty() ? value : place + ": " + value;
 }
 
+Silence silence_of(FaultId fault, const CoreView& view) {
+  const AgeConfig& ages = view.core.config().ages;
+  const Duration inverter_max = view.core.inverter().patience();
+  switch (fault) {
+    case FaultId::module_lost: return {.is_one = true, .limit = std::min(ages.cell_voltage, ages.module_status)};
+    case FaultId::current_sensor_lost: return {.is_one = true, .limit = ages.pack_current};
+    case FaultId::voltage_sensor_lost: return {.is_one = true, .limit = ages.pack_voltage};
+    case FaultId::pdu_lost: return {.is_one = true, .limit = ages.pdu_status};
+    case FaultId::charger_silent: return {.is_one = true, .limit = view.core.chargers().silence_max()};
+    case FaultId::inverter_silent:
+    case FaultId::inverter_lost: return {.is_one = true, .limit = inverter_max};
+    case FaultId::second_pack_silent: return {.is_one = true, .limit = SecondPack::age_max};
+    default: return {};
+  }
+}
+
+std::string excess_text(const ChargerExcess& excess) {
+  if (!excess.is_known()) return {};
+  return excess_text(excess.is_voltage ? Unit::mV : Unit::mA, excess.given, excess.asked);
+}
+
 std::string confirmed_text(const FaultRow& row, const FaultState& state, const CoreView& view) {
   std::string what = reading_text(row, state.confirmed, view);
+  const bool is_over = row.has_limit() && state.stage == FaultStage::latched && !state.is_restored;
+  if (is_over && state.confirmed.is_known) what = "last seen " + what;
+  if (is_over && state.latest.is_known) what += ", now " + value_text(row.unit, state.latest.value);
   if (!state.is_restored) return what;
   return (what.empty() ? "" : what + ", ") + "from before the daemon started";
 }

@@ -36,7 +36,22 @@ using Texts = std::vector<std::string>;
 /// "cell 2.7 (no. 19): 2.8512 V", "module 3", or what the row says when there is nothing to point at.
 [[nodiscard]] std::string reading_text(const FaultRow& row, const Reading& reading, const CoreView& view);
 
-/// What was seen when the fault was believed, as reading_text(); of a former life it says so, and what is not known.
+/// "insulation_pulses, insulation_ok: /dev/gpiochip0: found no way to open it, wanted ...": which lines of this machine
+/// cannot be read or driven, and why; "" where nobody knows.
+[[nodiscard]] std::string lines_text(const CoreView& view);
+
+/// Faults that are somebody's silence: seen is the last word, and the limit is how long one may be waited for.
+struct Silence {
+  bool is_one = false;
+  Duration limit{};  // the least that there is
+};
+[[nodiscard]] Silence silence_of(FaultId fault, const CoreView& view);
+
+/// "25.000 A given, 10.000 A asked for"; "" if it has not been seen since the start.
+[[nodiscard]] std::string excess_text(const ChargerExcess& excess);
+
+/// What was seen when the fault was believed, as reading_text(); of a former life it says so, and what is not known. Of
+/// one whose cause is gone it says that this was seen last, and what is seen now.
 [[nodiscard]] std::string confirmed_text(const FaultRow& row, const FaultState& state, const CoreView& view);
 
 /// What the lines of this machine are called whose bits are set, `what` before each: "emergency stop \"cockpit\"".

@@ -263,6 +263,7 @@ inline constexpr MessageSpec command{.name = "COMMAND",
                                      .base_id = 0x340,
                                      .node_min = 0,
                                      .node_max = node_count_max,
+                                     .node_0_is_all = true,
                                      .protection = Protection::counter_crc,
                                      .sender = Sender::bmu,
                                      .signals = command_signals,
@@ -374,15 +375,18 @@ inline constexpr SignalSpec sensor_error{.name = "measurement_error", .first_bit
 inline constexpr SignalSpec sensor_overcurrent{.name = "overcurrent", .first_bit = bit(1, 4), .bit_count = 1};
 inline constexpr SignalSpec sensor_counter{.name = "counter", .first_bit = bit(1, 3), .bit_count = 4};
 
+}  // namespace detail
+
+/// The signals and the row of one result of the sensor; also of those that this bus has no use for.
 consteval std::array<SignalSpec, 7> sensor_signals(std::string_view name, Unit unit, std::int64_t scale,
                                                    ByteOrder order) {
-  return {sensor_value(name, unit, scale, order),
-          sensor_channel,
-          sensor_system_error,
-          sensor_any_error,
-          sensor_error,
-          sensor_overcurrent,
-          sensor_counter};
+  return {detail::sensor_value(name, unit, scale, order),
+          detail::sensor_channel,
+          detail::sensor_system_error,
+          detail::sensor_any_error,
+          detail::sensor_error,
+          detail::sensor_overcurrent,
+          detail::sensor_counter};
 }
 consteval MessageSpec sensor_result(std::string_view name, std::uint16_t id, std::uint8_t channel, Duration period,
                                     std::span<const SignalSpec> signals, std::string_view meaning) {
@@ -397,54 +401,48 @@ consteval MessageSpec sensor_result(std::string_view name, std::uint16_t id, std
           .meaning = meaning};
 }
 
-}  // namespace detail
-
-inline constexpr auto sensor_current_signals = detail::sensor_signals("pack_current_mA", Unit::mA, 1, ByteOrder::big);
-inline constexpr auto sensor_current_2_signals =
-    detail::sensor_signals("pack_current_2_mA", Unit::mA, 1, ByteOrder::big);
-inline constexpr auto sensor_u1_signals = detail::sensor_signals("pack_voltage_mV", Unit::mV, 1, ByteOrder::big);
-inline constexpr auto sensor_u2_signals = detail::sensor_signals("link_voltage_mV", Unit::mV, 1, ByteOrder::big);
+inline constexpr auto sensor_current_signals = sensor_signals("pack_current_mA", Unit::mA, 1, ByteOrder::big);
+inline constexpr auto sensor_current_2_signals = sensor_signals("pack_current_2_mA", Unit::mA, 1, ByteOrder::big);
+inline constexpr auto sensor_u1_signals = sensor_signals("pack_voltage_mV", Unit::mV, 1, ByteOrder::big);
+inline constexpr auto sensor_u2_signals = sensor_signals("link_voltage_mV", Unit::mV, 1, ByteOrder::big);
 inline constexpr auto sensor_charge_signals =
-    detail::sensor_signals("charge_counter_uAs", Unit::uAs, 1'000'000, ByteOrder::big);
-inline constexpr auto sensor_energy_signals =
-    detail::sensor_signals("energy_counter_mWh", Unit::mWh, 1'000, ByteOrder::big);
-inline constexpr MessageSpec sensor_current = detail::sensor_result(
-    "SENSOR_CURRENT", 0x521, 0, 20ms, sensor_current_signals, "pack current, positive = discharge");
+    sensor_signals("charge_counter_uAs", Unit::uAs, 1'000'000, ByteOrder::big);
+inline constexpr auto sensor_energy_signals = sensor_signals("energy_counter_mWh", Unit::mWh, 1'000, ByteOrder::big);
+inline constexpr MessageSpec sensor_current =
+    sensor_result("SENSOR_CURRENT", 0x521, 0, 20ms, sensor_current_signals, "pack current, positive = discharge");
 inline constexpr MessageSpec sensor_u1 =
-    detail::sensor_result("SENSOR_U1", 0x522, 1, 60ms, sensor_u1_signals, "voltage on the pack side of the contactors");
+    sensor_result("SENSOR_U1", 0x522, 1, 60ms, sensor_u1_signals, "voltage on the pack side of the contactors");
 inline constexpr MessageSpec sensor_u2 =
-    detail::sensor_result("SENSOR_U2", 0x523, 2, 60ms, sensor_u2_signals, "voltage on the load side: the link");
-inline constexpr MessageSpec sensor_current_2 = detail::sensor_result(
+    sensor_result("SENSOR_U2", 0x523, 2, 60ms, sensor_u2_signals, "voltage on the load side: the link");
+inline constexpr MessageSpec sensor_current_2 = sensor_result(
     "SENSOR_CURRENT_2", 0x531, 0, 20ms, sensor_current_2_signals, "the same current from a second sensor, when fitted");
 inline constexpr MessageSpec sensor_charge =
-    detail::sensor_result("SENSOR_CHARGE", 0x527, 6, 0ms, sensor_charge_signals, "charge counter, when enabled");
+    sensor_result("SENSOR_CHARGE", 0x527, 6, 0ms, sensor_charge_signals, "charge counter, when enabled");
 inline constexpr MessageSpec sensor_energy =
-    detail::sensor_result("SENSOR_ENERGY", 0x528, 7, 0ms, sensor_energy_signals, "energy counter, when enabled");
+    sensor_result("SENSOR_ENERGY", 0x528, 7, 0ms, sensor_energy_signals, "energy counter, when enabled");
 
 // The same six results from sensors configured for little-endian values.
-inline constexpr auto sensor_current_le_signals =
-    detail::sensor_signals("pack_current_mA", Unit::mA, 1, ByteOrder::little);
-inline constexpr auto sensor_current_2_le_signals =
-    detail::sensor_signals("pack_current_2_mA", Unit::mA, 1, ByteOrder::little);
-inline constexpr auto sensor_u1_le_signals = detail::sensor_signals("pack_voltage_mV", Unit::mV, 1, ByteOrder::little);
-inline constexpr auto sensor_u2_le_signals = detail::sensor_signals("link_voltage_mV", Unit::mV, 1, ByteOrder::little);
+inline constexpr auto sensor_current_le_signals = sensor_signals("pack_current_mA", Unit::mA, 1, ByteOrder::little);
+inline constexpr auto sensor_current_2_le_signals = sensor_signals("pack_current_2_mA", Unit::mA, 1, ByteOrder::little);
+inline constexpr auto sensor_u1_le_signals = sensor_signals("pack_voltage_mV", Unit::mV, 1, ByteOrder::little);
+inline constexpr auto sensor_u2_le_signals = sensor_signals("link_voltage_mV", Unit::mV, 1, ByteOrder::little);
 inline constexpr auto sensor_charge_le_signals =
-    detail::sensor_signals("charge_counter_uAs", Unit::uAs, 1'000'000, ByteOrder::little);
+    sensor_signals("charge_counter_uAs", Unit::uAs, 1'000'000, ByteOrder::little);
 inline constexpr auto sensor_energy_le_signals =
-    detail::sensor_signals("energy_counter_mWh", Unit::mWh, 1'000, ByteOrder::little);
-inline constexpr MessageSpec sensor_current_le = detail::sensor_result(
-    "SENSOR_CURRENT", 0x521, 0, 20ms, sensor_current_le_signals, "pack current, positive = discharge");
-inline constexpr MessageSpec sensor_u1_le = detail::sensor_result("SENSOR_U1", 0x522, 1, 60ms, sensor_u1_le_signals,
-                                                                  "voltage on the pack side of the contactors");
+    sensor_signals("energy_counter_mWh", Unit::mWh, 1'000, ByteOrder::little);
+inline constexpr MessageSpec sensor_current_le =
+    sensor_result("SENSOR_CURRENT", 0x521, 0, 20ms, sensor_current_le_signals, "pack current, positive = discharge");
+inline constexpr MessageSpec sensor_u1_le =
+    sensor_result("SENSOR_U1", 0x522, 1, 60ms, sensor_u1_le_signals, "voltage on the pack side of the contactors");
 inline constexpr MessageSpec sensor_u2_le =
-    detail::sensor_result("SENSOR_U2", 0x523, 2, 60ms, sensor_u2_le_signals, "voltage on the load side: the link");
+    sensor_result("SENSOR_U2", 0x523, 2, 60ms, sensor_u2_le_signals, "voltage on the load side: the link");
 inline constexpr MessageSpec sensor_current_2_le =
-    detail::sensor_result("SENSOR_CURRENT_2", 0x531, 0, 20ms, sensor_current_2_le_signals,
-                          "the same current from a second sensor, when fitted");
+    sensor_result("SENSOR_CURRENT_2", 0x531, 0, 20ms, sensor_current_2_le_signals,
+                  "the same current from a second sensor, when fitted");
 inline constexpr MessageSpec sensor_charge_le =
-    detail::sensor_result("SENSOR_CHARGE", 0x527, 6, 0ms, sensor_charge_le_signals, "charge counter, when enabled");
+    sensor_result("SENSOR_CHARGE", 0x527, 6, 0ms, sensor_charge_le_signals, "charge counter, when enabled");
 inline constexpr MessageSpec sensor_energy_le =
-    detail::sensor_result("SENSOR_ENERGY", 0x528, 7, 0ms, sensor_energy_le_signals, "energy counter, when enabled");
+    sensor_result("SENSOR_ENERGY", 0x528, 7, 0ms, sensor_energy_le_signals, "energy counter, when enabled");
 
 // --- the bus
 // ----------------------------------------------------------------------------------------------------------
@@ -477,7 +475,21 @@ inline constexpr const MessageSpec* rows_little_endian_sensor[] = {&contactor_co
 inline constexpr Catalogue catalogue{"internal", rows};
 inline constexpr Catalogue catalogue_little_endian_sensor{"internal", rows_little_endian_sensor};
 
+/// Where the modules are another maker's: what is left of the bus. POLL, COMMAND and all that modules of ours say are
+/// nobody's then.
+inline constexpr const MessageSpec* rows_without_modules[] = {&contactor_command, &pdu_status,      &sensor_current,
+                                                              &sensor_u1,         &sensor_u2,       &sensor_charge,
+                                                              &sensor_energy,     &sensor_current_2};
+inline constexpr const MessageSpec* rows_without_modules_little_endian_sensor[] = {
+    &contactor_command, &pdu_status,       &sensor_current_le, &sensor_u1_le,
+    &sensor_u2_le,      &sensor_charge_le, &sensor_energy_le,  &sensor_current_2_le};
+inline constexpr Catalogue catalogue_without_modules{"internal", rows_without_modules};
+inline constexpr Catalogue catalogue_without_modules_little_endian_sensor{"internal",
+                                                                          rows_without_modules_little_endian_sensor};
+
 static_assert(check_catalogue(catalogue));
+static_assert(check_catalogue(catalogue_without_modules));
+static_assert(check_catalogue(catalogue_without_modules_little_endian_sensor));
 static_assert(check_catalogue(catalogue_little_endian_sensor));
 
 }  // namespace bmu::internal_bus

@@ -116,7 +116,7 @@ class LogMaker {
 
   long lines_left_;
   std::int64_t time_us_ = 0;
-  std::map<std::uint16_t, std::uint8_t> counters_;
+  std::map<std::uint32_t, std::uint8_t> counters_;
   Random random_;
 };
 

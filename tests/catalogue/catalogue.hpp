@@ -142,6 +142,9 @@ Duration in_the_next_tick(const CoreConfig& config, const FaultRow& row);
 Duration in_a_contact_that_stays(const CoreConfig& config, const FaultRow& row);
 Duration in_the_precharge_time_out(const CoreConfig& config, const FaultRow& row);
 Duration in_the_unit_alone(const CoreConfig& config, const FaultRow& row);
+Duration in_the_charge(const CoreConfig& config, const FaultRow& row);
+Duration in_charger_silence(const CoreConfig& config, const FaultRow& row);
+Duration in_a_charge_that_goes_on(const CoreConfig& config, const FaultRow& row);
 }  // namespace seen
 
 }  // namespace bmu::test

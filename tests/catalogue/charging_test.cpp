@@ -1,9 +1,11 @@
 // Rows 82 to 103 of the catalogue again: what needs a history, a charger, an insulation monitor or lines of this
-// machine. A charger has no protocol yet: that it gives too much, or goes on, is seen in the current.
+// machine. Chargers that nobody drives listen to the vehicle's messages: that they give too much, or go on, is seen in
+// the current. Those on a bus are held against what they were asked for, too.
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "devices/device_list.hpp"
 #include "tests/catalogue/catalogue.hpp"
 #include "tests/catalogue/frames.hpp"
 #include "tests/support/catch.hpp"
@@ -32,6 +34,33 @@ void with_imbalance(CoreConfig& config) {
 }
 void with_lines(CoreConfig& config) {
   config.lines = {.are_used = true, .has_supply_ok = true};
+}
+
+/// One charger of this protocol on the internal bus, which is asked for 8 A and could give 20.
+void with_charger(CoreConfig& config, std::string_view protocol) {
+  constexpr std::int32_t full_uV = 4'100'000;
+  config.charger = {.driver = find_device(protocol)->charger,
+                    .current_max_mA = 8'000,
+                    .voltage_max_mV = mV_from_uV(full_uV * static_cast<std::int64_t>(cell_count(config))),
+                    .cell_full_uV = full_uV,
+                    .end_current_mA = 1'000};
+  config.served_by[static_cast<std::size_t>(Port::charger)] = Port::internal;
+}
+void with_elcon(CoreConfig& config) {
+  with_charger(config, "elcon_tc");
+}
+void with_brusa(CoreConfig& config) {
+  with_charger(config, "brusa_nlg5");
+}
+/// Until it gives what it is asked for.
+void charge_by_bus(WiredPack& pack) {
+  pack.apply("charger current_A 20; charger connected");
+  pack.run(8s);
+}
+/// The same in a pack that is driven, too.
+void charge_by_bus_while_on(WiredPack& pack) {
+  pack.apply("vehicle on");
+  charge_by_bus(pack);
 }
 
 /// What the lines say, each tick.
@@ -367,6 +396,73 @@ FAULT(99, "the charger goes on after it was stopped", temperature_budget + volta
         .fit = with_charge_temperatures,
         .span = 620ms,
         .step = 23ms,
+        .has_way_back = false}})
+
+// Believed after half a second: a charger that is a little late to follow is none that runs away.
+FAULT(97, "a charger on a bus gives more than it is asked for", 700ms,
+      {{.what = "an Elcon charger that is asked for 8 A gives 20 A, by 10 A/s",
+        .inject = script("charger obeys nobody"),
+        .repair = script("charger obeys master"),
+        .fault = "charger_runaway",
+        .configured = seen::in_the_charge,
+        .prepare = charge_by_bus,
+        .fit = with_elcon,
+        .switch_on = "charger connected",
+        .switch_off = "charger disconnected",
+        .is_seen_open = false},
+       {.what = "a Brusa charger that is asked for 8 A gives 20 A, by 10 A/s",
+        .inject = script("charger obeys nobody"),
+        .fault = "charger_runaway",
+        .configured = seen::in_the_charge,
+        .prepare = charge_by_bus,
+        .fit = with_brusa,
+        .switch_on = "charger connected",
+        .has_way_back = false}})
+
+// It tells of itself once a second. The way back has a test of its own: the charge goes on by itself.
+FAULT(98, "a charger on a bus that tells of itself once a second is not heard", 2'700ms,
+      {{.what = "an Elcon charger loses its mains while it charges",
+        .inject = script("charger mains off"),
+        .fault = "charger_silent",
+        .configured = seen::in_charger_silence,
+        .prepare = charge_by_bus,
+        .fit = with_elcon,
+        .switch_on = "charger connected",
+        .span = 1s,
+        .step = 47ms,
+        .has_way_back = false}})
+
+FAULT(98, "a charger on a bus is not heard", 1s,
+      {{.what = "a Brusa charger loses its mains while it charges",
+        .inject = script("charger mains off"),
+        .fault = "charger_silent",
+        .configured = seen::in_charger_silence,
+        .prepare = charge_by_bus,
+        .fit = with_brusa,
+        .switch_on = "charger connected",
+        .has_way_back = false}})
+
+// A charger may take 5 s to come down, and then three of its reports have to say that it does not: of a driven pack
+// the current into it may be the vehicle's.
+FAULT(99, "a charger on a bus that may take 5 s to follow goes on", 8'300ms,
+      {{.what = "an Elcon charger goes on after its plug was pulled, the vehicle is on",
+        .inject = script("charger unstoppable on; charger disconnected"),
+        .repair = script("charger unstoppable off"),
+        .fault = "charger_keeps_on",
+        .configured = seen::in_a_charge_that_goes_on,
+        .prepare = charge_by_bus_while_on,
+        .fit = with_elcon,
+        .span = 1s,
+        .step = 97ms,
+        .is_seen_open = false}})
+
+FAULT(99, "a charger on a bus that may take 2 s to follow goes on", 2'600ms,
+      {{.what = "a Brusa charger goes on after its plug was pulled, the vehicle is on",
+        .inject = script("charger unstoppable on; charger disconnected"),
+        .fault = "charger_keeps_on",
+        .configured = seen::in_a_charge_that_goes_on,
+        .prepare = charge_by_bus_while_on,
+        .fit = with_brusa,
         .has_way_back = false}})
 
 FAULT(102, "the supply is low", 20ms,

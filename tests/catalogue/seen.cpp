@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "daemon/core/balancing_switches.hpp"
+#include "daemon/core/charger_watch.hpp"
 #include "daemon/core/command_link.hpp"
 #include "daemon/core/fault_evaluate.hpp"
 #include "protocol/tables/internal_bus.hpp"
@@ -137,6 +138,22 @@ Duration in_the_precharge_time_out(const CoreConfig& config, const FaultRow& row
 /// The power distribution unit takes the last command for so long, and opens with its next look.
 Duration in_the_unit_alone(const CoreConfig&, const FaultRow&) {
   return internal_bus::contactor_command_life + internal_bus::contactor_command.period + device_tick;
+}
+/// Of a charger on a bus: 1 A more than it was asked for, which at 10 A/s is there after a tenth of a second.
+Duration in_the_charge(const CoreConfig& config, const FaultRow& row) {
+  return 100ms + in_current(config, row);
+}
+/// Two and a half of its reports after the last, which arbitration lets everybody else's frames go before, and its own
+/// other words and orders.
+Duration in_charger_silence(const CoreConfig& config, const FaultRow& row) {
+  constexpr std::int64_t frames_of_charger = 8;
+  const Duration silence = config.charger.driver->report_period * 5 / 2 + 100ms;
+  return silence + frames_of_charger * frame_time + answer_time(config) + confirmed(config, row, 0ms);
+}
+/// With the vehicle on three of its reports have to say so, after the time that it may take to come down.
+Duration in_a_charge_that_goes_on(const CoreConfig& config, const FaultRow& row) {
+  const Duration told = ChargerWatch::told_on_min * config.charger.driver->report_period;
+  return config.charger.driver->settle + told + in_current(config, row);
 }
 
 }  // namespace bmu::test::seen

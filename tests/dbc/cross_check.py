@@ -2,7 +2,8 @@
 """Our DBC files in an independent reader, canmatrix: they load without a word, and what it makes of a log is what bmudump
 makes of it, signal by signal.
 
-    cross_check.py BMUDUMP LOG DIALECT
+    cross_check.py BMUDUMP LOG DIALECT            the internal bus and the vehicle messages
+    cross_check.py BMUDUMP LOG --device NAME      a foreign device
 
 Exits with 1 and the first differences, with 77 where canmatrix is not installed (tools/packages.sh test). The first line names
 Debian's own python, which is the one that Debian's packages are for."""
@@ -16,8 +17,8 @@ import tempfile
 SKIPPED = 77
 NODES = "1,2,63"
 # What a name ends with, and how many of it are one of what the DBC has: written down anew, not taken from the tables.
-PER_UNIT = {"uV": 1e6, "mV": 1e3, "mA": 1e3, "dC": 10, "Ohm": 1e3, "uOhm": 1e3, "uAs": 3.6e9, "mWh": 1e6, "permille": 10, "ms": 1, "s": 1}
-UNITS = {"uV": "V", "mV": "V", "mA": "A", "dC": "C", "Ohm": "kOhm", "uOhm": "mOhm", "uAs": "Ah", "mWh": "kWh", "permille": "%",
+PER_UNIT = {"uV": 1e6, "mV": 1e3, "mA": 1e3, "dC": 10, "Ohm": 1e3, "uOhm": 1e3, "uAs": 3.6e9, "mWh": 1e6, "permille": 10, "ppm": 1e4, "W": 1, "ms": 1, "s": 1}
+UNITS = {"uV": "V", "mV": "V", "mA": "A", "dC": "C", "Ohm": "kOhm", "uOhm": "mOhm", "uAs": "Ah", "mWh": "kWh", "permille": "%", "ppm": "%", "W": "W",
          "ms": "ms", "s": "s"}
 
 try:
@@ -45,13 +46,18 @@ class Complaints(logging.Handler):
         self.words.append(record.getMessage())
 
 
-def load_dbc(bmudump, bus, dialect, complaints):
+def load_dbc(bmudump, bus, complaints, *options):
     with tempfile.NamedTemporaryFile("w", suffix=".dbc") as file:
-        subprocess.run([bmudump, "--dbc", bus, "--nodes", NODES, "--dialect", dialect], stdout=file, check=True)
+        subprocess.run([bmudump, "--dbc", bus, *options], stdout=file, check=True)
         file.flush()
         loaded = canmatrix.formats.loadp_flat(file.name)
     complaints.words += [str(error) for error in loaded.load_errors]
-    return {frame.arbitration_id.id: frame for frame in loaded.frames}
+    return {identifier(frame): frame for frame in loaded.frames}
+
+
+def identifier(frame):
+    """As a log has it: eight digits if it has 29 bits."""
+    return f"{frame.arbitration_id.id:0{8 if frame.arbitration_id.extended else 3}X}"
 
 
 def dbc_name(name):
@@ -77,11 +83,12 @@ def difference(signal, ours, theirs, unit):
 
 
 def compare(line, frames, seen):
-    frame = frames.get(int(line["id"], 16))
+    frame = frames.get(line["id"])
     if frame is None:
         return [f"{line['id']} is not in the DBC"]
-    seen.add(frame.arbitration_id.id)
-    decoded = frame.decode(bytes.fromhex(line["bytes"]))
+    seen.add(line["id"])
+    # A frame may leave out what has no signal.
+    decoded = frame.decode(bytes.fromhex(line["bytes"]).ljust(frame.size, b"\0"))
     found = []
     names = {"crc"}
     for name, ours in line["signals"].items():
@@ -97,13 +104,22 @@ def compare(line, frames, seen):
     return found
 
 
-def main(bmudump, log, dialect):
+def main(bmudump, log, dialect, device=None):
     complaints = Complaints()
     logging.getLogger().addHandler(complaints)
-    frames = {**load_dbc(bmudump, "internal", dialect, complaints), **load_dbc(bmudump, "vehicle", dialect, complaints)}
+    if dialect == "--device":
+        how = ["--device", f"any={device}"]
+        frames = load_dbc(bmudump, device, complaints)
+    else:
+        how = ["--dialect", dialect]
+        how_ours = [*how, "--nodes", NODES]
+        frames = {
+            **load_dbc(bmudump, "internal", complaints, *how_ours),
+            **load_dbc(bmudump, "vehicle", complaints, *how_ours),
+        }
     with open(log, encoding="ascii") as lines:
         data = [line.split("#")[1].strip() for line in lines]
-    text = subprocess.run([bmudump, "-r", log, "--json", "--strict", "--dialect", dialect], stdout=subprocess.PIPE, check=True).stdout
+    text = subprocess.run([bmudump, "-r", log, "--json", "--strict", *how], stdout=subprocess.PIPE, check=True).stdout
     ours = [json.loads(line) for line in text.splitlines()]
     seen = set()
     found = list(complaints.words)
@@ -116,7 +132,7 @@ def main(bmudump, log, dialect):
             found.append(f"{line['id']} is read as {line['dialect']}, wanted {dialect}")
         signals += len(line["signals"])
         found += compare(line, frames, seen)
-    found += [f"{identifier:03X} {frame.name} is not in the log" for identifier, frame in frames.items() if identifier not in seen]
+    found += [f"{name} {frame.name} is not in the log" for name, frame in frames.items() if name not in seen]
     print("\n".join(found[:20]))
     print(f"{len(ours)} frames of {len(seen)} identifiers, {signals} signals compared, {len(found)} differences")
     return 1 if found or signals == 0 else 0

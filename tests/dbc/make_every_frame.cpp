@@ -3,6 +3,7 @@
 // receive check. The same log each time.
 //
 //   make_every_frame [DIALECT] > FILE                 of the vehicle messages: iha or elithion
+//   make_every_frame --device NAME > FILE             of a foreign device
 #include <array>
 #include <cstdio>
 #include <map>
@@ -10,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "devices/device_list.hpp"
 #include "protocol/candump.hpp"
 #include "protocol/tables/internal_bus.hpp"
 #include "protocol/tables/vehicle_bus.hpp"
@@ -44,20 +46,35 @@ class LogMaker {
         if (asks == is_question) every_node(*message);
       }
     }
-    for (const MessageSpec* message : vehicle.messages()) every_node(*message);
+    run_alone(vehicle);
+  }
+  void run_alone(const Catalogue& catalogue) {
+    for (const MessageSpec* message : catalogue.messages()) every_node(*message);
+  }
+  /// From all nodes it has, as its DBC has them.
+  void run_device(const Catalogue& catalogue) {
+    for (const MessageSpec* message : catalogue.messages()) {
+      for (unsigned node = message->node_min; node <= message->node_max; ++node) {
+        every_selector(*message, static_cast<std::uint8_t>(node));
+      }
+    }
   }
 
  private:
   void every_node(const MessageSpec& message) {
     if (message.node_min == 0) every_selector(message, 0);
     if (!message.has_node()) return;
-    for (const std::uint8_t node : nodes) every_selector(message, node);
+    for (const std::uint8_t node : nodes) {
+      if (node >= message.node_min && node <= message.node_max) every_selector(message, node);
+    }
   }
 
   void every_selector(const MessageSpec& message, std::uint8_t node) {
     std::set<std::int64_t> selectors;
     for (const SignalSpec& signal : message.signals) {
-      if (signal.selected_by >= 0) selectors.insert(signal.selected_by);
+      for (int turn = 0; signal.selected_by >= 0 && turn < signal.selected_count; ++turn) {
+        selectors.insert(signal.selected_by + turn * signal.selected_step);
+      }
     }
     if (selectors.empty()) return some_frames(message, node, -1);
     for (const std::int64_t selector : selectors) some_frames(message, node, selector);
@@ -66,9 +83,10 @@ class LogMaker {
   void some_frames(const MessageSpec& message, std::uint8_t node, std::int64_t selector) {
     for (int count = 0; count < frames_each; ++count) {
       CanFrame frame = make_frame(message, node);
+      if (message.length_min > 0 && count % 2 == 1) frame.length = message.length_min;
       for (const SignalSpec& signal : message.signals) {
         const bool is_selector = selector >= 0 && &signal == message.signals.data();
-        if (signal.selected_by >= 0 && signal.selected_by != selector) continue;
+        if (!is_selected(signal, selector)) continue;
         const std::int64_t raw = is_selector ? selector : raw_for_turn(signal, count);
         insert_bits(frame.data, signal.first_bit, signal.bit_count, static_cast<std::uint64_t>(raw), signal.order);
       }
@@ -103,7 +121,14 @@ class LogMaker {
 
 // NOLINTNEXTLINE(bugprone-exception-escape): running out of memory may end it
 int main(int argc, char** argv) {
-  const bool is_elithion = argc > 1 && std::string_view(argv[1]) == "elithion";
+  const std::string_view first = argc > 1 ? argv[1] : "";
+  if (first == "--device") {
+    const Device* const device = argc > 2 ? find_device(argv[2]) : nullptr;
+    if (device == nullptr) return 2;
+    LogMaker().run_device(*device->catalogue);
+    return std::fflush(stdout) == 0 ? 0 : 1;
+  }
+  const bool is_elithion = first == "elithion";
   LogMaker().run(is_elithion ? vehicle_bus_elithion::catalogue : vehicle_bus::catalogue);
   return std::fflush(stdout) == 0 ? 0 : 1;
 }

@@ -15,7 +15,7 @@ from pathlib import Path
 PROGRAMS = ("bmud", "bmuctl", "bmudump", "bmureplay", "bmucell", "mmusim")
 # Words behind these that are no option are commands of theirs.
 WITH_COMMANDS = {"bmuctl", "bmucell"}
-FOLDERS = ("config", "daemon", "docs", "mmu", "packaging", "protocol", "systemd", "tests", "tools", "vcan-fixtures")
+FOLDERS = ("config", "daemon", "devices", "docs", "mmu", "packaging", "protocol", "systemd", "tests", "tools", "vcan-fixtures")
 CALL = re.compile(r"(?:^|[;&|(`]\s*|\$ |sudo |> )(?:[\w./-]*/)?(" + "|".join(PROGRAMS) + r")((?: [^|;&<>`#)]*)?)", re.MULTILINE)
 PATH = re.compile(r"(?<![\w./~-])((?:" + "|".join(FOLDERS) + r")/[\w./-]*[\w/])(?![\w*<{])")
 

@@ -1,6 +1,8 @@
-// Frames of every bus: the receive check, and the codec both ways.
+// Frames of every bus and device: the receive check, and the codec both ways.
 //
-// Input: 12 bytes a frame. How it is made (`How`, below), identifier (2), length, 8 data bytes.
+// Input: which bus (1; from 80h on, which device), then 12 bytes a frame. How it is made (`How`, below), identifier
+// (2), length, 8 data bytes.
+#include "devices/device_list.hpp"
 #include "protocol/receive_check.hpp"
 #include "protocol/tables/internal_bus.hpp"
 #include "protocol/tables/vehicle_bus.hpp"
@@ -13,6 +15,12 @@ namespace {
 
 constexpr const Catalogue* catalogues[] = {&internal_bus::catalogue, &internal_bus::catalogue_little_endian_sensor,
                                            &vehicle_bus::catalogue, &vehicle_bus_elithion::catalogue};
+
+const Catalogue& catalogue_of(std::uint8_t which) {
+  constexpr unsigned first_device = 0x80;
+  if (which < first_device) return *catalogues[which % std::size(catalogues)];
+  return *all_devices()[(which - first_device) % all_devices().size()]->catalogue;
+}
 
 struct How {
   std::uint8_t bits = 0;
@@ -31,19 +39,26 @@ CanFrame next_frame(fuzz::Numbers& input, const How& how, const Catalogue& catal
                  .is_remote = how.is_remote(),
                  .is_error = how.is_error()};
   if (!how.is_extended()) frame.id %= Catalogue::id_count;
+  // Of 29 bits two bytes find none: one that somebody has.
+  const MessageSpec& chosen = *catalogue.messages()[frame.id % catalogue.messages().size()];
+  if (how.is_extended() && chosen.is_extended) frame.id = chosen.base_id;
   frame.length = input.next<std::uint8_t>() % 9;
   for (std::uint8_t& byte : frame.data) byte = input.next<std::uint8_t>();
-  const MessageMatch match = catalogue.find(frame.id);
+  const MessageMatch match = catalogue.find(frame);
   if (how.is_sealed() && match.message != nullptr) {
     frame.length = match.message->length;
-    seal(*match.message, frame.data[6], frame);
+    seal(*match.message, counter_of(*match.message, frame), frame);
   }
   return frame;
 }
 
 /// Whether the row has the signal while its selector says what it says in this frame.
 bool has_signal(const MessageSpec& message, const SignalSpec& signal, const CanFrame& frame) {
-  return signal.selected_by < 0 || raw_of(message.signals[0], frame.data) == signal.selected_by;
+  return is_selected(signal, raw_of(message.signals[0], frame.data));
+}
+
+bool has_wrong_form(const CanFrame& frame) {
+  return frame.is_remote || frame.is_error;
 }
 
 /// What was decoded means the same when it has been encoded and is decoded again.
@@ -66,8 +81,8 @@ void check_codec(const MessageMatch& match, const CanFrame& frame) {
       FUZZ_CHECK(!value_again.is_valid());
     }
   }
-  seal(message, frame.data[6], again);
-  FUZZ_CHECK(!form_fault(again) && !content_fault(message, again));
+  seal(message, counter_of(message, frame), again);
+  FUZZ_CHECK(!has_wrong_form(again) && !content_fault(message, again));
 }
 
 void check_verdict(const ReceiveCheck& before, const ReceiveCheck& after, const CheckedFrame& verdict,
@@ -75,8 +90,9 @@ void check_verdict(const ReceiveCheck& before, const ReceiveCheck& after, const 
   FUZZ_CHECK(after.counts().accepted == before.counts().accepted + (verdict.is_accepted ? 1 : 0));
   FUZZ_CHECK(after.counts().rejected_total() == before.counts().rejected_total() + (verdict.is_accepted ? 0 : 1));
   if (!verdict.is_accepted) return;
-  FUZZ_CHECK(verdict.message != nullptr && verdict.node == frame.id - verdict.message->base_id);
-  FUZZ_CHECK(!form_fault(frame) && !content_fault(*verdict.message, frame));
+  FUZZ_CHECK(verdict.message != nullptr && frame.id == verdict.message->id_of(verdict.node));
+  FUZZ_CHECK(frame.is_extended == verdict.message->is_extended);
+  FUZZ_CHECK(!has_wrong_form(frame) && !content_fault(*verdict.message, frame));
   check_codec({verdict.message, verdict.node}, frame);
   // Old news is none; but for a module that says who it is without having been asked, as often as it likes.
   ReceiveCheck second = after;
@@ -96,7 +112,7 @@ void show(const CanFrame& frame, const How& how, ReceiveCheck& check) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   fuzz::Numbers input(data, size);
-  const Catalogue& catalogue = *catalogues[input.next<std::uint8_t>() % std::size(catalogues)];
+  const Catalogue& catalogue = catalogue_of(input.next<std::uint8_t>());
   ReceiveCheck master(catalogue, ReceiveCheck::Role::master);
   ReceiveCheck listener(catalogue, ReceiveCheck::Role::listener);
   for (int count = 0; count < 64 && !input.is_empty(); ++count) {
@@ -104,7 +120,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const CanFrame frame = next_frame(input, how, catalogue);
     show(frame, how, master);
     show(frame, how, listener);
-    const MessageMatch match = catalogue.find(frame.id);
+    const MessageMatch match = catalogue.find(frame);
     if (match.message != nullptr && frame.length == match.message->length) check_codec(match, frame);
   }
   return 0;

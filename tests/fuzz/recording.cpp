@@ -109,6 +109,7 @@ class Script {
       if (++heads_ > heads_max) return true;
       lines_.insert(lines_.end(), part.head.begin(), part.head.end());
       head_lines_ += part.head.size();
+      is_as_written_ = is_as_written_ && is_whole;
       if (is_whole) add_all(part.lines, 0, part.lines.size());
       return true;
     }

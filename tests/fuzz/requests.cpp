@@ -16,6 +16,7 @@
 #include "daemon/shell/status_requests.hpp"
 #include "tests/fuzz/fuzz.hpp"
 #include "tests/support/core_bench.hpp"
+#include "tests/support/one_bus.hpp"
 
 using namespace bmu;
 
@@ -51,7 +52,7 @@ const test::CoreBench& driving() {
 class Daemon {
  public:
   Daemon() {
-    buses_.internal = std::make_unique<QuietPort>();
+    buses_ = test::one_bus(std::make_unique<QuietPort>());
     FUZZ_CHECK(store_.has_value());
   }
 

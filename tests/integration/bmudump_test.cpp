@@ -19,6 +19,7 @@
 
 #include "daemon/shell/bus_port.hpp"
 #include "daemon/shell/embedded_bus.hpp"
+#include "devices/device_list.hpp"
 #include "protocol/candump.hpp"
 #include "protocol/tables/internal_bus.hpp"
 #include "tests/support/catch.hpp"
@@ -368,7 +369,11 @@ TEST_CASE("a wrong command line exits with 2 and says what is wrong", "[integrat
                                 "-r - --filter NO_SUCH_MESSAGE",
                                 "-r - --vehicle-base 800",
                                 "-r - --vehicle-base 0FF",
-                                "--dbc charger",
+                                "--dbc toaster",
+                                "-r - --device toaster",
+                                "-r - --device =sma",
+                                "-r - --device internal",
+                                "can0 --devices",
                                 "--dbc internal --nodes 0",
                                 "--dbc internal --nodes 5-2",
                                 "-r - --seconds 3",
@@ -608,6 +613,209 @@ TEST_CASE("a pack that speaks another dialect than the one chosen is told, JSON 
   CHECK_FALSE(nlohmann::json::parse(lines[1]).contains("dialect"));
 }
 
+// --- foreign devices ------------------------------------------------------------------------------------------------
+
+TEST_CASE("a device that was asked for is read on every bus, beside our own messages",
+          "[integration][bmudump][devices]") {
+  const std::string log =
+      "(1.000000) can0 1806E5F4#03D400A000000000\n"
+      "(1.000000) can0 143#8EA08E928EB22AB2\n"
+      "(1.000000) can1 18FF50E5#0BC2006400000000\n";
+  const Run result = run("-r - -t none --brief --strict --device elcon_tc", log);
+  CHECK(result.exit_code == 0);
+  CHECK(result.err.empty());
+  CHECK(
+      result.out ==
+      "can0 1806E5F4 ELCON_COMMAND_E5  voltage_limit 98.000 V  current_limit 16.000 A  control charge  mode charging\n"
+      "can0 143 CELLS_1 node 3     cell_voltage_1 3.6512 V  cell_voltage_2 3.6498 V  cell_voltage_3 3.6530 V\n"
+      "can1 18FF50E5 ELCON_STATUS_E5  output_voltage 301.000 V  output_current 10.000 A  charger_temperature not "
+      "fitted\n");
+  CHECK(run("-r - --strict", log).exit_code == 4);
+  CHECK(lines_of(run("-r - --device elcon_tc --filter 'ELCON_*'", log).out).size() == 2);
+  CHECK(lines_of(run("-r - --device elcon_tc --filter ELCON_STATUS_E5", log).out).size() == 1);
+  const std::vector<std::string> lines = lines_of(run("-r - --device elcon_tc --json", log).out);
+  REQUIRE(lines.size() == 3);
+  const nlohmann::json command = nlohmann::json::parse(lines[0]);
+  CHECK(command.at("id") == "1806E5F4");
+  CHECK(command.at("message") == "ELCON_COMMAND_E5");
+  CHECK(command.at("ok") == true);
+  CHECK(command.at("signals").at("voltage_limit_mV") == 98'000);
+}
+
+TEST_CASE("a frame of a device that fails its check is told as one of ours is", "[integration][bmudump][devices]") {
+  const std::string log = "(1.000000) can0 1806E5F4#03D4\n(1.000000) can0 080#C20F00500800E0FE\n";
+  CHECK(run("-r - -t none --device any=elcon_tc,any=i3_csc", log).out ==
+        "can0 1806E5F4 ELCON_COMMAND_E5  !! wrong length  [2] 03 D4\n"
+        "can0 080 CSC_COMMAND number 0  !! wrong crc  [8] C2 0F 00 50 08 00 E0 FE\n");
+}
+
+TEST_CASE("on a bus that is named for a device nothing else is read", "[integration][bmudump][devices]") {
+  const std::string log =
+      "(1.000000) can0 080#008F000000002A1F\n"
+      "(1.000000) can1 080#C20F00500800E0FF\n"
+      "(1.000000) can1 143#DC8FDE8FDC8FA0F0\n"
+      "(1.000000) can1 620#49484120424D5331\n";
+  const Run result = run("-r - -t none --brief --device can1=i3_csc", log);
+  CHECK(
+      result.out ==
+      "can0 080 POLL               target_node 0  sync yes  want_module yes  want_temp yes  want_cells yes  "
+      "want_status yes\n"
+      "can1 080 CSC_COMMAND number 0  target_voltage 4.0340 V  want_temperatures yes  want_voltages yes  mode balance  "
+      "start_code 0\n"
+      "can1 143 CSC_CELLS_3 number 3  cell_voltage_7 4.0600 V  cell_voltage_8 4.0620 V  cell_voltage_9 4.0600 V  "
+      "flags_7 balancing  flags_8 balancing  flags_9 balancing\n"
+      "can1 620 unknown            [8] 49 48 41 20 42 4D 53 31\n");
+}
+
+TEST_CASE("modules of another maker are read in the place of ours, beside the unit, the sensor and the vehicle",
+          "[integration][bmudump][devices]") {
+  const std::string log =
+      "(1.000000) can0 080#C20F00500800E0FF\n"
+      "(1.000000) can0 143#DC8FDE8FDC8FA0F0\n"
+      "(1.000000) can0 343#0000000000000000\n"
+      "(1.000000) can0 624#0055002800C8\n" +
+      lines_of(content_of(fixture))[0] + "\n";
+  for (const char* words : {"i3_csc", "any=i3_csc,any=internal,any=vehicle"}) {
+    const Run result = run("-r - -t none --brief --device " + std::string(words), log);
+    CAPTURE(words, result.out, result.err);
+    CHECK(result.exit_code == 0);
+    CHECK(result.out.find("can0 080 CSC_COMMAND number 0  target_voltage 4.0340 V") != std::string::npos);
+    CHECK(result.out.find("can0 143 CSC_CELLS_3 number 3  cell_voltage_7 4.0600 V") != std::string::npos);
+    CHECK(result.out.find("can0 343 unknown ") != std::string::npos);
+    CHECK(result.out.find("can0 624 PACK_CURRENT ") != std::string::npos);
+  }
+  std::string all = content_of(fixture);
+  const Run ours = run("-r - -t none", all);
+  const Run theirs = run("-r - -t none --device i3_csc", all);
+  for (const std::string& line : lines_of(ours.out)) {
+    const bool is_of_unit_or_sensor = line.find(" CONTACTOR_COMMAND ") != std::string::npos ||
+                                      line.find(" PDU_STATUS ") != std::string::npos ||
+                                      line.find(" SENSOR_") != std::string::npos;
+    if (is_of_unit_or_sensor) CHECK(theirs.out.find(line + "\n") != std::string::npos);
+  }
+}
+
+TEST_CASE("tables are printed of whatever is named, and of nothing else", "[integration][bmudump][devices]") {
+  for (const char* words : {"sma", "can1=sma", "victron", "pylontech", "outlander_cmu", "i3_csc", "sma,victron"}) {
+    const Run result = run("--protocol-doc --device " + std::string(words));
+    CAPTURE(words, result.err);
+    CHECK(result.exit_code == 0);
+    CHECK(result.out.starts_with("### "));
+    CHECK(result.out.find("of the internal bus") == std::string::npos);
+  }
+  CHECK(run("--protocol-doc --device can1=vehicle,can1=sma").out.starts_with("### Messages of the vehicle bus\n"));
+  CHECK(run("--protocol-doc --device ivt_s").out.find("u32 LE") == std::string::npos);
+  CHECK(run("--protocol-doc --device ivt_s --sensor-little-endian").out.find("s32 LE") != std::string::npos);
+}
+
+TEST_CASE("what numbers a maker's modules have is said where they are told", "[integration][bmudump][devices]") {
+  const std::string note = "number n is node n + 1 of a pack file and of bmuctl";
+  CHECK(run("--protocol-doc --device i3_csc").out.find(note) != std::string::npos);
+  CHECK(run("--protocol-doc --device outlander_cmu").out.find(note) == std::string::npos);
+  CHECK(run("--devices").out.find(note) != std::string::npos);
+}
+
+TEST_CASE("the nodes of a device's DBC are counted as in a pack file", "[integration][bmudump][devices]") {
+  const std::string third = run("--dbc i3_csc --nodes 3").out;
+  CHECK(third.find("BO_ 258 CSC_STATUS_N02: ") != std::string::npos);
+  CHECK(third.find("CSC_STATUS_N00") == std::string::npos);
+  CHECK(run("--dbc i3_csc").out == run("--dbc i3_csc --nodes 1-8").out);
+  CHECK(run("--dbc outlander_cmu").out == run("--dbc outlander_cmu --nodes 1-11").out);
+  CHECK(run("--dbc sma").exit_code == 0);
+}
+
+TEST_CASE("a bus with frames that nothing explains is told whose they could be", "[integration][bmudump][devices]") {
+  const std::string cells =
+      "(1.000000) can0 621#0000000000000000\n"
+      "(1.000000) can0 622#0F100F100F100F10\n"
+      "(1.000000) can0 623#0F100F100F100F10\n"
+      "(1.000000) can0 612#0F100F100F100F10\n"
+      "(1.000000) can0 613#0F100F100F100F10\n";
+  const Run result = run("-r -", cells);
+  CAPTURE(result.err);
+  CHECK(result.exit_code == 0);
+  const std::string words = "--device can0=outlander_cmu,can0=internal";
+  CHECK(result.err ==
+        "bmudump: can0: 4 of 4 identifiers that are not explained here could be read with " + words + "\n");
+  CHECK(run("-r - " + words, cells).err.empty());
+  CHECK(run("-r - --log", cells).err.empty());
+  CHECK(run("-r - --filter 612", cells).err.empty());  // too few to tell
+  CHECK(run("-r -", "(1.000000) can0 1806E5F4#03D400A000000000\n").err.find(" read with --device elcon_tc\n") !=
+        std::string::npos);
+  CHECK(run("-r - --device elcon_tc", "(1.000000) can0 1806E5F4#03D400A000000000\n").err.empty());
+  // Frames of ours that are damaged now and then are ours.
+  const std::string damaged =
+      "(1.000000) vcan0 080#0000000000000000\n(1.000000) vcan0 103#0000000000000000\n"
+      "(1.000000) vcan0 143#0000000000000000\n";
+  CHECK(run("-r -", damaged).err.find("--device i3_csc") != std::string::npos);
+  CHECK(run("-r -", damaged + content_of(fixture)).err.empty());
+  // Others have most of what is there.
+  CHECK(run("-r -", cells + "(1.000000) can0 700#\n(1.000000) can0 701#\n(1.000000) can0 702#\n(1.000000) can0 "
+                            "703#\n(1.000000) can0 704#\n")
+            .err.empty());
+}
+
+TEST_CASE("a device may share a bus with the vehicle messages", "[integration][bmudump][devices]") {
+  const std::string log = "(1.000000) can1 351#3002F401E803C001\n(1.000000) can1 624#0055002800C8\n";
+  CHECK(run("-r - -t none --strict --device can1=vehicle,can1=sma", log).out ==
+        "can1 351 SMA_LIMITS         charge_voltage_limit 56.000 V  charge_current_limit 50.000 A  "
+        "discharge_current_limit 100.000 A  discharge_voltage_limit 44.800 V\n"
+        "can1 624 PACK_CURRENT       pack_current 85.000 A  charge_limit 40.000 A  discharge_limit 200.000 A\n");
+}
+
+TEST_CASE("who has an identifier in common is not read together, and is told what to do",
+          "[integration][bmudump][devices]") {
+  const auto complaint = [](const std::string& arguments) {
+    const Run result = run("-r - " + arguments);
+    CHECK(result.exit_code == 2);
+    return result.err;
+  };
+  CHECK(complaint("--device outlander_cmu") ==
+        "bmudump: --device: outlander_cmu and the vehicle messages both have identifier 621; name its bus, and what "
+        "else is read there: --device any=outlander_cmu,any=internal\n");
+  CHECK(run("-r - --device any=outlander_cmu,any=internal").exit_code == 0);
+  CHECK(complaint("--device sma").find(": --device any=sma,any=vehicle\n") != std::string::npos);
+  CHECK(run("-r - --device any=sma,any=vehicle").exit_code == 0);
+  const Run live = run("no-such-can --device outlander_cmu");
+  CHECK(live.err.find(": --device no-such-can=outlander_cmu,no-such-can=internal\n") != std::string::npos);
+  CHECK(
+      complaint("--device can1=sma,can1=victron") ==
+      "bmudump: --device: victron and sma both have identifier 351 on can1; leave one of them out, or give it another "
+      "bus\n");
+  // The same row is no other message: the sensor's results, and the current sensor of a car.
+  CHECK(run("-r - --device ivt_s").exit_code == 0);
+  CHECK(run("-r - --device ivt_s --sensor-little-endian").exit_code == 0);
+  CHECK(run("-r - --device any=outlander_cmu,any=lem_cab").exit_code == 0);
+}
+
+TEST_CASE("the results of a sensor are read in the order of bytes that was asked for",
+          "[integration][bmudump][devices]") {
+  const std::string options = "-r - -t none --brief --device ivt_s ";
+  CHECK(run(options, "(1.000000) can0 524#030200003039\n").out.find("voltage_3 12.345 V") != std::string::npos);
+  CHECK(run(options + "--sensor-little-endian", "(1.000000) can0 524#030239300000\n").out.find("voltage_3 12.345 V") !=
+        std::string::npos);
+}
+
+TEST_CASE("all devices are listed, and each has a DBC and tables", "[integration][bmudump][devices]") {
+  const Run list = run("--devices");
+  CHECK(list.exit_code == 0);
+  for (const Device* device : all_devices()) {
+    const std::string name(device->name);
+    INFO(name);
+    CHECK(list.out.find(name + " ") != std::string::npos);
+    CHECK(list.out.find(device->title) != std::string::npos);
+    const Run dbc = run("--dbc " + name);
+    CHECK(dbc.exit_code == 0);
+    CHECK(dbc.out.find("CM_ \"bmud " + name + " bus") != std::string::npos);
+    CHECK(run("--protocol-doc --device any=" + name).out.find("### " + std::string(device->title)) !=
+          std::string::npos);
+  }
+  const std::string chargers = run("--dbc charger").out;
+  CHECK(chargers.find("BO_ 2550588916 ELCON_COMMAND_E5: 8 BMU\n") != std::string::npos);
+  CHECK(chargers.find("BO_ 1560 BRUSA_CONTROL: 7 BMU\n") != std::string::npos);
+  CHECK(chargers.find("SMA_") == std::string::npos);
+}
+
 TEST_CASE("packed logs are read by what they are, from files and from standard input", "[integration][bmudump]") {
   const TemporaryFolder folder;
   const std::string packed = folder / "not-named-so";
@@ -804,7 +1012,9 @@ TEST_CASE("live, a bus that does not exist is an error of the system", "[integra
 
 TEST_CASE("live, the run ends after the seconds asked for", "[integration][bmudump]") {
   const TestBus bus("idle");
-  CHECK(run("--seconds 0.05 " + bus.name()).exit_code == 0);
+  const Run result = run("--seconds 0.05 " + bus.name());
+  CHECK(result.exit_code == 0);
+  CHECK(result.err == "bmudump: " + bus.name() + ": nobody was heard in 0.1 s\n");
 }
 
 TEST_CASE("live, the run ends after so long without a frame", "[integration][bmudump]") {
@@ -830,5 +1040,8 @@ TEST_CASE("live, a bus on which nobody speaks is told once, one with traffic is 
   const Run result = run("--seconds 2.5 " + quiet.name() + " " + busy.name());
   speaker.join();
   CHECK(result.exit_code == 0);
-  CHECK(result.err == "bmudump: no frame on " + quiet.name() + " yet; is another program on this bus?\n");
+  const std::vector<std::string> told = lines_of(result.err);
+  REQUIRE(told.size() == 2);
+  CHECK(told[0] == "bmudump: no frame on " + quiet.name() + " yet; is another program on this bus?");
+  CHECK(told[1].starts_with("bmudump: " + quiet.name() + ": nobody was heard in 2.5 s"));
 }

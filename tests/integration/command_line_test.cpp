@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <nlohmann/json.hpp>
+#include <sys/stat.h>
 
 #include "tests/support/process.hpp"
 
@@ -27,8 +28,23 @@ const std::vector<Mistake> mistakes{
     {{"bmudump", "-r", "-", "--bitrate", "0"}, "--bitrate: 0 is not a whole number from 1 to 1000000"},
     {{"bmudump", "-r", "-", "--color", "sometimes"}, "--color: 'sometimes' is none of auto, always, never"},
     {{"bmudump", "-r", "-", "--nodes", "1-4,70"}, "--nodes: '70' is no node"},
+    {{"bmudump", "--dbc", "i3_csc", "--nodes", "9"}, "--nodes: '9' is no node or range of nodes: i3_csc has 1 to 8"},
+    {{"bmudump", "--dbc", "i3_csc", "--nodes", "0-7"},
+     "--nodes: '0-7' is no node or range of nodes: i3_csc has 1 to 8"},
+    {{"bmudump", "--dbc", "outlander_cmu", "--nodes", "5,13"},
+     "--nodes: '13' is no node or range of nodes: outlander_cmu has 1 to 11"},
+    {{"bmudump", "--dbc", "sma", "--nodes", "1"}, "--nodes: the messages of sma have no nodes"},
+    {{"bmudump", "--completion", "fish"}, "--completion: 'fish' is none of bash, zsh (see"},
+    {{"bmuctl", "--completion", "fish"}, "--completion: 'fish' is none of bash, zsh (see"},
+    {{"bmuctl", "--completion"}, "--completion: wants one value (see"},
     {{"bmudump", "-r", "-", "--vehicle-base", "800"}, "--vehicle-base: '800' is no hexadecimal number from 0 to 7F7"},
-    {{"bmudump", "-r", "-", "--dbc", "charger"}, "--dbc: 'charger' is none of internal, vehicle"},
+    {{"bmudump", "-r", "-", "--dbc", "toaster"},
+     "--dbc: 'toaster' is none of internal, vehicle, charger, and no device; bmudump --devices lists them"},
+    {{"bmudump", "-r", "-", "--dbc", "elcon"},
+     "--dbc: 'elcon' is none of internal, vehicle, charger, and no device; did you mean elcon_tc? "},
+    {{"bmudump", "-r", "-", "--device", "can1=ou"},
+     "--device: 'can1=ou' is no device; wanted NAME, BUS=NAME, BUS=internal or BUS=vehicle; did you mean "
+     "outlander_cmu? bmudump --devices"},
     {{"bmudump", "--no\nsuch", "can0"}, "--no?such: there is no such option"},
     {{"bmudump"}, "what shall be shown?"},
     {{"mmusim", "--seconds", "x"}, "--seconds: 'x' is not a number from 0.001 to 1000000"},
@@ -38,8 +54,8 @@ const std::vector<Mistake> mistakes{
     {{"bmuctl", "watch", "--seconds", "x"}, "--seconds: 'x' is not a number from 0.1 to 1000000"},
     {{"bmuctl", "watch", "--period", "nan"}, "--period: nan is not a number from 0.05 to 60"},
     {{"bmuctl", "nope"},
-     "'nope' is no command; there are status, cells, faults, why, drive, clear, modules, balance, health, wake, "
-     "reload, watch"},
+     "'nope' is no command; there are status, cells, faults, why, drive, clear, modules, balance, health, charger, "
+     "inverter, wake, reload, watch"},
     {{"bmuctl", "--json", "nope"}, "'nope' is no command"},
     {{"bmuctl"}, "a command is missing; there are status, "},
     {{"bmuctl", "--nope"}, "--nope: there is no such option"},
@@ -115,11 +131,56 @@ TEST_CASE("what is no socket of a daemon is told with the reason", "[integration
             .err.starts_with("bmuctl: no daemon answers at '': there is no such socket"));
 }
 
+TEST_CASE("lines are not written over a pack, a state or what is no file", "[integration][command_line][gpio]") {
+  const TemporaryFolder folder;
+  const std::string pack = folder / "pack.json";
+  std::filesystem::copy_file(BMUD_SOURCE_DIR "/config/packs/demo-48s.json", pack);
+  const auto said = [&](const std::string& lines, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> command{program("bmud"), "--config", pack, "--driven-lines", lines};
+    command.insert(command.end(), more.begin(), more.end());
+    const Finished finished = run_program(command);
+    CHECK(finished.status == 2);
+    return finished.err;
+  };
+  const std::string link = folder / "link";
+  std::filesystem::create_symlink(pack, link);
+  CHECK(said(pack).find("--driven-lines: found '" + pack + "', which is the file of --config") != std::string::npos);
+  CHECK(said(link).find("which is the file of --config") != std::string::npos);
+  const std::string state = folder / "state.json";
+  CHECK(said(state, {"--state", state}).find("which is the file of --state") != std::string::npos);
+  CHECK(said(folder / "").find("a folder, wanted a file") != std::string::npos);
+  CHECK(said("/dev/null").find("no regular file, wanted a file") != std::string::npos);
+  REQUIRE(::mkfifo((folder / "pipe").c_str(), 0600) == 0);
+  CHECK(said(folder / "pipe").find("no regular file, wanted a file") != std::string::npos);
+  CHECK(said("").find("found nothing, wanted a path") != std::string::npos);
+  std::filesystem::create_symlink("/nowhere/lines", folder / "dangling");
+  CHECK(said(folder / "dangling").find("a link that leads nowhere, wanted a file") != std::string::npos);
+  CHECK(read_file(pack) == read_file(BMUD_SOURCE_DIR "/config/packs/demo-48s.json"));
+}
+
+TEST_CASE("whatever stands where driven lines should be, those of the pack file are opened",
+          "[integration][command_line][gpio]") {
+  const TemporaryFolder folder;
+  const std::string pack = BMUD_SOURCE_DIR "/config/packs/demo-48s.json";
+  REQUIRE(::mkfifo((folder / "pipe").c_str(), 0600) == 0);
+  std::filesystem::create_symlink("/nowhere/lines", folder / "dangling");
+  for (const std::string& lines : {pack, folder / "pipe", folder / "dangling", folder / "", std::string("/dev/null"),
+                                   folder / "none", std::string()}) {
+    CAPTURE(lines);
+    const Finished opened = run_program({program("bmud"), "--open-gpio", "--config", pack, "--driven-lines", lines});
+    CHECK(opened.status == 0);
+    CHECK(opened.out == "no outputs on GPIO lines\n");
+    const bool is_missing = lines.empty() || lines.ends_with("none") || lines.ends_with("dangling");
+    CHECK(opened.err.empty() == is_missing);
+    CHECK((is_missing || opened.err.ends_with("; opening those of the pack file\n")));
+  }
+}
+
 TEST_CASE("opening GPIO outputs ends with a status that tells how it went", "[integration][command_line][gpio]") {
   const std::string packs = std::string(BMUD_SOURCE_DIR) + "/config/packs/";
   const Finished without = run_program({program("bmud"), "--open-gpio", "--config", packs + "demo-48s.json"});
   CHECK(without.status == 0);
-  CHECK(without.out == "no outputs on GPIO lines in this pack\n");
+  CHECK(without.out == "no outputs on GPIO lines\n");
 
   const TemporaryFolder folder;
   nlohmann::json pack = nlohmann::json::parse(std::ifstream(packs + "demo-48s.json"), nullptr, true, true);

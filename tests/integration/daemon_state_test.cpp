@@ -17,6 +17,7 @@
 
 #include "daemon/shell/state_text.hpp"
 #include "tests/support/ask_as.hpp"
+#include "tests/support/busy_machine.hpp"
 #include "tests/support/daemon_bench.hpp"
 
 namespace bmu {
@@ -26,6 +27,7 @@ using test::Asker;
 using test::Bench;
 using test::is_open;
 using test::milliseconds;
+using test::of_the_pack;
 
 namespace {
 
@@ -121,7 +123,7 @@ TEST_CASE("killed and started again, counts and a lock are still there, and it i
   CHECK(page.find("once, 20") != std::string::npos);
 }
 
-TEST_CASE("a module is given another node and its own again; who belongs where outlives the daemon",
+TEST_CASE("a module is given another node and its own again, who belongs where outlives the daemon",
           "[integration][daemon][state][MMU_N][BMS_F.2]") {
   StateBench bench;
   bench.start_emulator("");
@@ -244,7 +246,7 @@ TEST_CASE("a healthy pack that is switched off and on again has no lock of it", 
   bench.start_emulator("");
   bench.start();
   REQUIRE(bench.becomes([&] { return bench.ask_json("status").at("permission").at("may_close") == true; }));
-  CHECK(bench.ask_json("status").at("faults_present").empty());
+  CHECK(of_the_pack(bench.ask_json("status").at("faults_present")).empty());
   CHECK(bench.fault("module_lost").at("count") == 2);
 }
 
@@ -276,7 +278,7 @@ std::string charge_pack(const StateBench& bench, int rest_ms) {
 
 }  // namespace
 
-TEST_CASE("what is missing in each cell outlives a killed daemon; of another pack it is not believed, and the rest is",
+TEST_CASE("what is missing in each cell outlives a killed daemon, of another pack it is not believed, and the rest is",
           "[integration][daemon][state][BMS_F.4]") {
   StateBench bench;
   bench.pack = charge_pack(bench, 1'000);
@@ -405,6 +407,36 @@ TEST_CASE("a request with a key nobody knows, or one of the wrong kind, is refus
   CHECK(error(R"({"cmd":"clear","authorized":true})").at("code") == "unknown_key");
   CHECK(error(R"({"cmd":"clear","authorised":"yes"})").at("code") == "bad_argument");
   CHECK(error(R"({"cmd":"balance","switch":"maybe"})").at("code") == "bad_argument");
+}
+
+TEST_CASE("a request that is none, or asks for what cannot be, is told what was found and what was wanted",
+          "[integration][daemon][status]") {
+  StateBench bench;
+  bench.start();
+  const auto message = [&](const std::string& question) {
+    return ask_as(std::nullopt, bench.socket, question).at("error").at("message").get<std::string>();
+  };
+  CHECK(message("hello") == R"(found "hello", which is no JSON; wanted a line like {"cmd":"status"})");
+  CHECK(message("\xff\x01") == R"(found "\ufffd\u0001", which is no JSON; wanted a line like {"cmd":"status"})");
+  CHECK(message(std::string(3000, 'x')).starts_with("found \"" + std::string(39, 'x') + "..., which is no JSON"));
+  CHECK(message("7").starts_with("found 7, wanted an object with a text \"cmd\", one of status, cells"));
+  CHECK(message(R"({"cmd":7})").starts_with(R"(found {"cmd":7}, wanted an object with a text "cmd")"));
+  CHECK(message(R"({"cmd":"clear","authorised":"yes"})") == R"("authorised": found "yes", wanted true or false)");
+  CHECK(message(R"({"cmd":"balance","switch":"maybe"})") == R"("switch": found "maybe", wanted "on" or "off")");
+  const std::string long_name(3000, 'x');
+  CHECK(message(R"({"cmd":")" + long_name + "\"}").size() < 300);
+  CHECK(message(R"({"cmd":"status",")" + long_name + R"(":1,"a":1})").size() < 300);
+  CHECK(message(R"({"cmd":"watch","period_ms":10})") ==
+        R"("period_ms": found 10, wanted a whole number from 50 to 60000)");
+  CHECK(message(R"({"cmd":"accept_modules","node":64})") ==
+        R"("node": found 64, wanted a whole number from 1 to 63; without it all are meant)");
+  CHECK(message(R"({"cmd":"accept_modules","node":63})") == R"("node": found 63, wanted a node of the pack)");
+  CHECK(message(R"({"cmd":"assign_module","node":1})") ==
+        R"("serial_number": found nothing, wanted a whole number from 0 to 4294967295)");
+  CHECK(message(R"({"cmd":"assign_module","serial_number":1,"node":"one"})") ==
+        R"("node": found "one", wanted a whole number from 1 to 63)");
+  CHECK(message(R"({"cmd":"assign_module","serial_number":1,"node":1,"unheard":1})") ==
+        R"("unheard": found 1, wanted true or false)");
 }
 
 }  // namespace bmu

@@ -54,6 +54,14 @@ constexpr std::uint32_t key_line = 9;
   return config;
 }
 
+constexpr std::uint32_t pulse_line = 11;
+
+[[nodiscard]] GpioConfig with_pulses(bool is_active_low = false) {
+  GpioConfig config = pack_lines();
+  config.insulation_pulses = {.line = pulse_line, .active_low = is_active_low};
+  return config;
+}
+
 constexpr ContactorOutputs all_open{};
 constexpr ContactorOutputs driving{.main_positive = true, .main_negative = true};
 
@@ -331,6 +339,150 @@ TEST_CASE("more edges than one read takes are all taken", "[integration][gpio]")
   CHECK_FALSE(is_readable(pack.lines));
 }
 
+// --- pulses ---------------------------------------------------------------------------------------------------------
+
+/// A monitor on a captured line.
+struct Captured {
+  FakeChip chip;
+  GpioLines lines;
+  bool is_active_low;
+
+  explicit Captured(bool is_inverted = false) : lines(with_pulses(is_inverted), chip), is_active_low(is_inverted) {
+    chip.monotonic_ns = 1'000'000'000'000;
+    chip.wires[pulse_line].is_high = is_inverted;
+    REQUIRE(lines.open());
+  }
+  [[nodiscard]] TimePoint now() const { return TimePoint{Duration{static_cast<std::int64_t>(chip.monotonic_ns)}}; }
+  void wait(Duration duration) { chip.monotonic_ns += static_cast<std::uint64_t>(duration.count()); }
+  void set(bool is_active) { chip.set_wire(pulse_line, is_active != is_active_low); }
+  void period(Duration high, Duration whole) {
+    set(true);
+    wait(high);
+    set(false);
+    wait(whole - high);
+  }
+  [[nodiscard]] std::optional<ir155::Pwm> look() {
+    REQUIRE(lines.read());
+    return lines.pulses(now());
+  }
+};
+
+TEST_CASE("pulses are a request of their own: both edges, no debouncing, and nobody is woken",
+          "[integration][gpio][FS_3]") {
+  Captured monitor;
+  REQUIRE(monitor.chip.asked.size() == 3);
+  const gpio_v2_line_request& request = monitor.chip.asked[2];
+  REQUIRE(request.num_lines == 1);
+  CHECK(request.offsets[0] == pulse_line);
+  CHECK(request.config.flags ==
+        (GPIO_V2_LINE_FLAG_INPUT | GPIO_V2_LINE_FLAG_EDGE_RISING | GPIO_V2_LINE_FLAG_EDGE_FALLING));
+  CHECK(request.config.num_attrs == 0);
+  CHECK(request.event_buffer_size == 64);
+  monitor.period(10ms, 100ms);
+  CHECK_FALSE(is_readable(monitor.lines));
+}
+
+TEST_CASE("pulses are told when there was an edge, and once at the start", "[integration][gpio][FS_3]") {
+  const bool is_inverted = GENERATE(false, true);
+  Captured monitor(is_inverted);
+  const auto first = monitor.look();
+  REQUIRE(first);
+  CHECK(first->frequency_mHz == 0);
+  CHECK_FALSE(first->is_high);
+  CHECK_FALSE(monitor.look());
+  for (int count = 0; count < 3; ++count) monitor.period(25ms, 100ms);
+  monitor.set(true);
+  monitor.wait(4ms);
+  const auto pwm = monitor.look();
+  REQUIRE(pwm);
+  CHECK(pwm->frequency_mHz == 10'000);
+  CHECK(pwm->duty_permille == 250);
+  CHECK(pwm->since_edge == 4ms);
+  CHECK(pwm->is_high);
+  CHECK_FALSE(monitor.look());
+  monitor.wait(21ms);
+  monitor.set(false);
+  CHECK(monitor.look());
+}
+
+TEST_CASE("a line that stands high from the start is told as high", "[integration][gpio]") {
+  FakeChip chip;
+  chip.wires[pulse_line].is_high = true;
+  GpioLines lines(with_pulses(), chip);
+  REQUIRE(lines.open());
+  REQUIRE(lines.read());
+  CHECK(lines.pulses(TimePoint{1s})->is_high);
+}
+
+TEST_CASE("edges that the kernel had no room for make no period longer", "[integration][gpio]") {
+  Captured monitor;
+  for (int count = 0; count < 3; ++count) monitor.period(25ms, 100ms);
+  monitor.set(true);
+  REQUIRE(monitor.look()->duty_permille == 250);
+  monitor.chip.edges_to_lose = 2;  // a fall and the next rise
+  monitor.wait(5ms);
+  monitor.set(false);
+  monitor.wait(5ms);
+  monitor.set(true);
+  monitor.wait(60ms);
+  monitor.set(false);
+  monitor.wait(30ms);
+  monitor.set(true);
+  CHECK(monitor.look()->duty_permille == 250);  // not 70 ms of 100
+  CHECK(monitor.lines.read());
+}
+
+TEST_CASE("an output that chatters takes no room from a stop, and is read to its end", "[integration][gpio]") {
+  Captured monitor;
+  for (int count = 0; count < 500; ++count) monitor.period(50us, 100us);
+  monitor.chip.set_wire(estop_line, true);
+  monitor.chip.set_wire(estop_line, false);
+  CHECK(level_of(monitor.lines, "cockpit").was_inactive);
+  const auto pwm = monitor.lines.pulses(monitor.now());
+  REQUIRE(pwm);
+  CHECK(ir155::decode(*pwm).state == ir155::State::undefined);
+}
+
+TEST_CASE("lines that were lost begin their capture anew", "[integration][gpio]") {
+  Captured monitor;
+  for (int count = 0; count < 3; ++count) monitor.period(25ms, 100ms);
+  monitor.set(true);
+  REQUIRE(monitor.look()->frequency_mHz == 10'000);
+  monitor.chip.fail_call(0, EIO);
+  const auto failed = monitor.lines.read();
+  REQUIRE_FALSE(failed);
+  check_text(failed.error(), EIO, {"/dev/gpiochip0 line 11 (insulation_pulses)", "no way to read"});
+  CHECK(monitor.chip.open_descriptors() == 0);
+  CHECK_FALSE(monitor.lines.pulses(monitor.now()));
+  monitor.lines.maintain();
+  const auto pwm = monitor.look();
+  REQUIRE(pwm);
+  CHECK(pwm->frequency_mHz == 0);
+  CHECK(pwm->is_high);
+}
+
+TEST_CASE("a pulse line alone is enough, and one that cannot interrupt is named", "[integration][gpio]") {
+  GpioConfig config{.chip = "/dev/gpiochip0", .outputs = {}, .feedback = {}, .inputs = {}};
+  config.insulation_pulses = {.line = pulse_line};
+  FakeChip chip;
+  GpioLines lines(config, chip);
+  REQUIRE(lines.open());
+  CHECK(lines.read()->empty());
+  CHECK(lines.pulses(TimePoint{1s}));
+  chip.is_there = false;
+  CHECK_FALSE(lines.read());
+  chip.is_there = true;
+  chip.interrupts = false;
+  const auto opened = lines.open();
+  REQUIRE_FALSE(opened);
+  check_text(opened.error(), ENXIO, {"11 (insulation_pulses)", "edges refused", "a line that can interrupt"});
+  chip.interrupts = true;
+  chip.wires[pulse_line].owner = "pps";
+  const auto busy = lines.open();
+  REQUIRE_FALSE(busy);
+  check_text(busy.error(), EBUSY, {"11 (insulation_pulses)", "\"pps\""});
+}
+
 // --- what is refused ------------------------------------------------------------------------------------------------
 
 TEST_CASE("a busy line is named, and its owner", "[integration][gpio]") {
@@ -481,10 +633,11 @@ TEST_CASE("a chip that vanishes is told by the next call, and found again", "[in
 }
 
 TEST_CASE("whichever call fails, no contactor stays closed, nothing leaks, and it works again", "[integration][gpio]") {
+  const bool has_pulses = GENERATE(false, true);
   for (int call = 0;; ++call) {
-    CAPTURE(call);
+    CAPTURE(has_pulses, call);
     FakeChip chip;
-    GpioLines lines(pack_lines(), chip);
+    GpioLines lines(has_pulses ? with_pulses() : pack_lines(), chip);
     chip.fail_call(call, EIO);
     bool has_failed = !lines.open();
     for (const ContactorOutputs& outputs : {all_open, driving}) {
@@ -501,7 +654,7 @@ TEST_CASE("whichever call fails, no contactor stays closed, nothing leaks, and i
     CHECK(lines.state() == GpioState::held_open);
     CHECK(lines.drive(all_open));
     CHECK(lines.read());
-    REQUIRE(call < 20);
+    REQUIRE(call < 30);
   }
 }
 

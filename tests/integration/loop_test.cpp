@@ -14,6 +14,7 @@
 
 #include "config/pack_config.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/one_bus.hpp"
 #include "tests/support/process.hpp"
 
 namespace bmu {
@@ -91,8 +92,8 @@ struct LoopBench {
   std::unique_ptr<StatusSocket> socket = *StatusSocket::open({.path = folder / "bmud.sock"});
   std::unique_ptr<StateStore> store = *StateStore::open({});
   RateWatch rate{pack, "pack.json"};
-  Buses buses{.internal = std::make_unique<ScriptedPort>(), .vehicle = nullptr};
-  ScriptedPort& port = static_cast<ScriptedPort&>(*buses.internal);
+  Buses buses = test::one_bus(std::make_unique<ScriptedPort>());
+  ScriptedPort& port = static_cast<ScriptedPort&>(buses.internal());
   std::unique_ptr<Core> core = std::make_unique<Core>(pack.core, monotonic_now());
   int frames_sent = 0;
   TimePoint stopped_at{};

@@ -16,6 +16,7 @@
 #include <sys/resource.h>
 
 #include "tests/support/ask_as.hpp"
+#include "tests/support/busy_machine.hpp"
 #include "tests/support/daemon_bench.hpp"
 #include "tests/support/notify_socket.hpp"
 #include "tests/support/sanitized.hpp"
@@ -28,6 +29,7 @@ using test::Bench;
 using test::is_closed;
 using test::is_open;
 using test::NotifySocket;
+using test::of_the_pack;
 
 namespace {
 
@@ -459,16 +461,17 @@ TEST_CASE("two hundred reloads leave nothing behind", "[integration][daemon][rel
   const std::size_t threads = count_in(*bench.daemon, "task");
   const std::int64_t memory_kB = resident_kB(*bench.daemon);
   reload_times(150);
-  // Threads that write have a file open now and then, and buffers of some megabytes.
-  CHECK(bench.becomes([&] { return count_in(*bench.daemon, "fd") <= descriptors; }));
-  CHECK(bench.becomes([&] { return count_in(*bench.daemon, "task") <= threads; }));
+  // Threads that write have a file open now and then, and buffers of some megabytes; a busy machine makes them write.
+  // What each reload left behind would be there a hundred and fifty times.
+  constexpr std::size_t few = 5;
+  CHECK(bench.becomes([&] { return count_in(*bench.daemon, "fd") <= descriptors + few; }));
+  CHECK(bench.becomes([&] { return count_in(*bench.daemon, "task") <= threads + few; }));
   CHECK(resident_kB(*bench.daemon) - memory_kB < growth_max_kB);
   CHECK(bench.reloads() == 200);
   CHECK(bench.becomes([&] { return bench.ask_json("status").at("modules_answering") == 4; }));
-  // And the daemon may complain of its memory.
-  const auto faults = nlohmann::json(bench.ask_json("status").at("faults_present"));
+  const nlohmann::json faults = of_the_pack(bench.ask_json("status").at("faults_present"));
   INFO(faults.dump());
-  CHECK((faults.empty() || (test::is_sanitized && faults == nlohmann::json{"memory_low"})));
+  CHECK(faults.empty());
   CHECK(bench.end() == 0);
 }
 

@@ -203,7 +203,7 @@ TEST_CASE("garbage without end is answered once it ends, and costs nothing", "[i
   CHECK(terminal.ask("LogReq") == "Log is empty\r\n");
 }
 
-TEST_CASE("who does not read is not listened to, until he does; then nothing is missing",
+TEST_CASE("who does not read is not listened to, until he does, then nothing is missing",
           "[integration][serial][BMS_NF.5]") {
   PseudoTerminal terminal;
   Desk desk;
@@ -231,7 +231,7 @@ TEST_CASE("orders without end fill the terminal, not the log of the daemon", "[i
   CHECK(desk.count_of("CellC:08") <= 5 * (took.count() + 2));
 }
 
-TEST_CASE("a device that is not there is told once and found when it comes; one that goes is lost with what was begun",
+TEST_CASE("a device that is not there is told once and found when it comes, one that goes is lost with what was begun",
           "[integration][serial][BMS_NF.5]") {
   const TemporaryFolder folder;
   const std::string device = folder / "ttyUSB0";
@@ -451,7 +451,7 @@ TEST_CASE("the daemon answers on the terminal of its pack file, or of its comman
 }
 
 TEST_CASE(
-    "CellC is refused while the pack is closed; allowed and open it counts from the next start, and modules that "
+    "CellC is refused while the pack is closed, allowed and open it counts from the next start, and modules that "
     "have other cells keep the pack open",
     "[integration][daemon][serial][BMS_NF.5][BMS_F.2]") {
   SerialBench bench;

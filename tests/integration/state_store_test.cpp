@@ -106,6 +106,7 @@ PersistentState full_state() {
   state.cell_charges.modules[63] = {.cell_count = 1, .serial_number = 0xFFFF'FFFF, .cells = {{{11, 12}}}};
   state.totals = {
       .charge_out_uAs = 11, .charge_in_uAs = 12, .energy_out_mWh = 13, .energy_in_mWh = std::int64_t{1} << 60};
+  state.starts = 4'294'967'295;
   state.soc = {.is_kept = true,
                .is_last = true,
                .unix_time_ms = 1'700'000'300'001,
@@ -260,7 +261,7 @@ TEST_CASE("a file of before modules were kept knows none, and a node that is non
   CHECK_FALSE(parse_state(changed(state, [](Json& file) { file["content"]["modules"]["1"] = Json::object(); })));
 }
 
-TEST_CASE("a file of before the cells' charges were kept has none; charges that are not right are left out alone",
+TEST_CASE("a file of before the cells' charges were kept has none, charges that are not right are left out alone",
           "[integration][state]") {
   const PersistentState state = full_state();
   PersistentState without = state;
@@ -356,6 +357,22 @@ TEST_CASE("a file of before totals were kept begins at nothing, and one below th
     const auto below = parse_state(changed(state, [key](Json& file) { file["content"]["totals"][key] = -1; }));
     REQUIRE_FALSE(below);
     CHECK(below.error().find("a total is -1") != std::string::npos);
+  }
+}
+
+TEST_CASE("a file of before starts were counted begins at none, and a number that is none is refused",
+          "[integration][state]") {
+  const PersistentState state = full_state();
+  PersistentState without = state;
+  without.starts = 0;
+  const auto before = parse_state(changed(state, [](Json& file) { file["content"].erase("starts"); }));
+  REQUIRE(before);
+  CHECK(before->state == without);
+  for (const Json& wrong : {Json(-1), Json(4'294'967'296), Json("3"), Json(1.5), Json(nullptr)}) {
+    const auto read = parse_state(changed(state, [&wrong](Json& file) { file["content"]["starts"] = wrong; }));
+    INFO(wrong.dump());
+    REQUIRE_FALSE(read);
+    CHECK(read.error().find("starts is " + wrong.dump()) != std::string::npos);
   }
 }
 

@@ -20,7 +20,7 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 HERE = pathlib.Path(__file__).resolve().parent
-FOLDERS = ["config", "daemon", "mmu", "protocol", "tools"]
+FOLDERS = ["config", "daemon", "devices", "mmu", "protocol", "tools"]
 JOBS = 2
 COMMAND = [
     "cppcheck", "--quiet", "--language=c++", "--std=c++20", "--inline-suppr", "--enable=warning,performance,portability", "-I.",

@@ -14,7 +14,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 EXCEPTIONS = pathlib.Path(__file__).resolve().parent / "duplicates.exceptions"
-FOLDERS = ["config", "daemon", "mmu", "protocol", "tools"]
+FOLDERS = ["config", "daemon", "devices", "mmu", "protocol", "tools"]
 TOKENS_MIN = 60
 SAME_WORDS_MIN = 0.85  # of all words of both
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The pure parts stay pure: protocol, mmu and daemon/core may include only the standard headers listed here, libexpected,
-# and each other in the direction of the arrows (mmu -> protocol, daemon/core -> protocol). No clock, no I/O, no thread,
+# The pure parts stay pure: protocol, devices, mmu and daemon/core may include only the standard headers listed here,
+# libexpected, and each other in the direction of the arrows (devices -> protocol; mmu, daemon/core -> devices, protocol). No clock, no I/O, no thread,
 # no log, no heap container. What a person may need as text lives in files named here.
 set -euo pipefail
 
@@ -12,8 +12,9 @@ text_files='daemon/core/event\.(hpp|cpp)|protocol/dbc\.(hpp|cpp)|mmu/scenario.*|
 
 declare -A may_include=(
   [protocol]='protocol/'
-  [mmu]='protocol/|mmu/|daemon/core/(core_config|cell_model)\.hpp'
-  [daemon/core]='protocol/|daemon/core/'
+  [devices]='protocol/|devices/'
+  [mmu]='protocol/|devices/|mmu/|daemon/core/(core_config|cell_model)\.hpp'
+  [daemon/core]='protocol/|devices/|daemon/core/'
 )
 
 status=0
@@ -22,7 +23,7 @@ complain() {
   status=1
 }
 
-for part in protocol mmu daemon/core; do
+for part in protocol devices mmu daemon/core; do
   while IFS=: read -r file line include; do
     [[ $file =~ ^($text_files)$ ]] && standard_here="$standard|string|vector|map|memory" || standard_here=$standard
     if [[ $include =~ \<(.*)\> ]]; then

@@ -15,7 +15,7 @@ from pathlib import Path
 import safety_files
 
 # What is shipped; what only tests is not asked for.
-PARTS = ("protocol", "mmu", "config", "daemon/core", "daemon/history", "daemon/recording", "daemon/shell", "tools")
+PARTS = ("protocol", "devices", "mmu", "config", "daemon/core", "daemon/history", "daemon/recording", "daemon/shell", "tools")
 WANTED_PERCENT = 90
 # Files below this are named, so that one sees where the rest is.
 NAMED_BELOW_PERCENT = 85

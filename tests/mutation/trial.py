@@ -76,7 +76,7 @@ def copy_project(root: Path, tree: Path, instead: dict[str, bytes]) -> None:
 def build(tree: Path, folder: Path, jobs: int) -> None:
     # Warnings would be about what the mutants make of the sources. An index out of range must not go unnoticed.
     flags = "-O1 -g0 -w -Wno-narrowing -D_GLIBCXX_ASSERTIONS"
-    configure = ["cmake", "-S", str(tree), "-B", str(folder), "-G", "Ninja", "-DCMAKE_BUILD_TYPE=None"]
+    configure = ["cmake", "-S", str(tree), "-B", str(folder), "-G", "Ninja", "-DCMAKE_BUILD_TYPE=None", "-DBMUD_PRECOMPILE=OFF"]
     run(configure + ["-DCMAKE_CXX_COMPILER=clang++", f"-DCMAKE_CXX_FLAGS={flags}"], "configuring the copy")
     command = ["cmake", "--build", str(folder), "--parallel", str(jobs), "--target", *PROGRAMS]
     run(command, "building the copy with all mutants in it")

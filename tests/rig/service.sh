@@ -88,6 +88,7 @@ systemd-analyze security --no-pager bmud >"$RIG_OUT/security.txt"
 exposure=$(sed -n 's/.*exposure level for bmud.service: \([0-9.]*\).*/\1/p' "$RIG_OUT/security.txt")
 measured+=("exposure: $exposure")
 expect "its exposure is $exposure, at most 1.5" awk "BEGIN { exit !($exposure <= 1.5) }"
+expect "its stop hook will find the lines it drives, which are none" grep -q '"outputs":{}' /run/bmud/driven-lines.json
 expect "the state is its own" test "$(stat -c %U:%a "$state")" = bmud:750
 
 step "who may do what"

@@ -112,15 +112,22 @@ measured+=("babbling: $rate a second")
 expect_borne "babbling"
 
 step "a flood of frames that the daemon listens to"
+# As many as this machine carries, which is somewhat less than the 21,000 a second of a full bus of 1 Mbit/s. No program here sends half of
+# that: the kernel makes several of each, on their way to the daemon.
+copies=8
+ip link add flood0 type vcan
+ip link set flood0 up
+for ((i = 0; i < copies; ++i)); do cangw -A -s flood0 -d "$far_end" -e; done
 # Cells with a wrong checksum, of a node that the pack does not have: each is taken, checked and refused.
 wait_until_closed
 refused_before=$(frames_refused)
 missed_before=$(answers_missed)
-flood=40000
-play "$bus" "$flood" 170#2710271027101F00
-measured+=("flood: $rate a second")
+flood=15000
+play flood0 "$flood" 170#2710271027101F00
+flood_rate=$((rate * copies))
+measured+=("flood: $flood_rate a second")
 expect_borne "flood"
-wait_for 10 "each has been refused" has_refused $((refused_before + flood))
+wait_for 10 "each has been refused" has_refused $((refused_before + flood * copies))
 expect "no answer was missed" test "$(answers_missed)" -eq "$missed_before"
 
 step "a way that delays everything"

@@ -12,8 +12,8 @@ using namespace bmu;
 
 namespace {
 
-constexpr const char* shipped[] = {"demo-48s",    "fs-20s3p-84v", "lfp-96s",
-                                   "lipo-6s-24v", "shell-eco-6s", "traction-16x12"};
+constexpr const char* shipped[] = {"charger-48s", "demo-48s",      "fs-20s3p-84v", "i3-96s",          "lfp-96s",
+                                   "lipo-6s-24v", "outlander-80s", "shell-eco-6s", "storage-16s-48v", "traction-16x12"};
 
 CoreConfig config_of(const char* name) {
   auto read = load_pack_config(std::string(BMUD_SOURCE_DIR) + "/config/packs/" + name + ".json");

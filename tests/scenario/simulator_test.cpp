@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdio>
 
+#include "devices/device_list.hpp"
 #include "protocol/receive_check.hpp"
 #include "protocol/tables/vehicle_bus.hpp"
 #include "tests/support/catch.hpp"
@@ -79,6 +80,9 @@ class SmallWorld {
     full.sensor.has_second = config.sensor.has_second;
     full.plant.has_charge_contactor = config.plant.has_charge_contactor;
     full.report_base_id = config.report_base_id;
+    full.second_pack = config.second_pack;
+    full.charger = config.charger;
+    full.inverter = config.inverter;
     return full;
   }
 };
@@ -827,10 +831,17 @@ TEST_CASE("sleeping modules rest on a quiet bus, wake by any frame, and do not k
 
 TEST_CASE("every property can be applied, ramped from the present, and released", "[scenario][simulator]") {
   const std::string address_of[] = {"", " 3", " 3.2", " 3.2", ""};
-  SmallWorld world;
+  SimulatorConfig config;
+  config.second_pack.base_id = 0x640;
+  config.charger = find_device("elcon_tc")->charger;
+  config.inverter = find_device("sma")->inverter;
+  SmallWorld world("", 3, config);
   world.run(100ms);
   for (const PropertySpec& row : property_table()) {
-    if (row.target == TargetKind::master) continue;  // there is none
+    if (row.target == TargetKind::master) continue;                                   // there is none
+    if (row.need == ModuleNeed::foreign || row.need == ModuleNeed::errors) continue;  // foreign_modules_test.cpp
+    // Of what is on a bus in some packs only: foreign_sensors_test.cpp.
+    if (row.target == TargetKind::sensor_unit || row.property == Property::insulation_self_test) continue;
     const TargetSpec& target = target_table()[static_cast<std::size_t>(row.target)];
     std::string start = std::string(target.name) + address_of[static_cast<std::size_t>(target.address)];
     if (target.address == Address::word) {
@@ -870,6 +881,26 @@ TEST_CASE("63 modules of 12 cells with a master are simulated faster than real t
   CHECK(world.heard.size() > 10'000);
 }
 
+TEST_CASE("a charger that obeys nobody says what flows, and into open contactors nothing does",
+          "[scenario][simulator]") {
+  const ChargerDriver& elcon = *find_device("elcon_tc")->charger;
+  SimulatorConfig config;
+  config.charger = &elcon;
+  SmallWorld world("0 charger current_A 24\n0 charger connected\n0 charger obeys nobody", 3, config);
+  const auto told_mA = [&]() -> std::int64_t {
+    std::array<ChargerReport, charger_units_max> reports{};
+    for (const SentFrame& sent : world.heard) static_cast<void>(elcon.take(sent.frame, reports));
+    REQUIRE(reports[0].current_mA.is_valid());
+    return reports[0].current_mA.value;
+  };
+  world.run_with_master(5s, 0x00);
+  CHECK(world.simulator.plant().charger_A() == 0.0);
+  CHECK(told_mA() == 0);
+  world.run_with_master(5s, 0x03);
+  CHECK(world.simulator.plant().charger_A() == Approx(24.0));
+  CHECK(told_mA() == 24'000);
+}
+
 TEST_CASE("an event for what this pack does not have is refused with its place", "[scenario][simulator]") {
   const SimulatorConfig config = simulator_config(pack_of(2));
   const Scenario scenario = *parse_scenario("1 cell 2.7 voltage_mV 1\n2   module 3 silent\n");
@@ -877,7 +908,23 @@ TEST_CASE("an event for what this pack does not have is refused with its place",
   REQUIRE(problems.size() == 1);
   CHECK(problems[0].line == 2);
   CHECK(problems[0].column == 5);
+  const Scenario others = *parse_scenario(
+      "1 inverter silent\n2 charger mains off\n3 charger post on\n4 charger obeys nobody\n"
+      "wait inverter current_A > 1 within 5\n");
+  const ScenarioProblems of_others = check_against(others, config);
+  REQUIRE(of_others.size() == 4);
+  CHECK(to_text(of_others[0], "s.scn") ==
+        "s.scn:1:3: found 'inverter silent', wanted an inverter: the pack file names none in inverter/protocol");
+  CHECK(of_others[1].line == 2);
+  CHECK(of_others[1].wanted.find("charger/protocol") != std::string::npos);
+  CHECK(of_others[2].line == 3);
+  CHECK(of_others[3].line == 5);
+  SimulatorConfig with_both = config;
+  with_both.charger = find_device("elcon_tc")->charger;
+  with_both.inverter = find_device("sma")->inverter;
+  CHECK(check_against(others, with_both).empty());
   SmallWorld world("", 2);
+  CHECK_FALSE(world.simulator.apply("inverter failed on"));
   CHECK_FALSE(world.simulator.apply("module 3 silent"));
   CHECK_FALSE(world.simulator.apply("module 3 sielnt"));
 }

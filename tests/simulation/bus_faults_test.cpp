@@ -52,7 +52,7 @@ TEST_CASE("two modules with one number disturb each other on the wire, open the 
   CHECK(pack.bus().state(Station::master) != ErrorState::bus_off);
 }
 
-TEST_CASE("a station that babbles with the strongest identifier opens the pack; when it ends all are heard again",
+TEST_CASE("a station that babbles with the strongest identifier opens the pack, when it ends all are heard again",
           "[simulation][bus]") {
   WiredPack pack = closed_pack();
   pack.flood = CanFrame{.id = 0, .length = 8};
@@ -113,7 +113,7 @@ TEST_CASE("a master off the bus: the core knows, the unit opens within 300 ms, a
   CHECK(pack.run_until([](const WiredPack& one) { return !is_present(one, FaultId::internal_bus_down); }, 3s));
 }
 
-TEST_CASE("a controller that restarts by itself brings the bus back; the third time within a minute is a fault",
+TEST_CASE("a controller that restarts by itself brings the bus back, the third time within a minute is a fault",
           "[simulation][bus]") {
   WiredPack pack = closed_pack();
   pack.bus().set_restart(Station::master, 200ms);

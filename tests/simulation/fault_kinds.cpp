@@ -14,6 +14,16 @@ const ModuleConfig& Draw::module() {
   return config.modules[static_cast<std::size_t>(between(0, std::ssize(config.modules) - 1))];
 }
 
+bool can_happen(const FaultKind& kind, Guest guest) {
+  switch (kind.happens) {
+    case Happens::to_anybody: return true;
+    case Happens::to_any_guest: return guest != Guest::nobody;
+    case Happens::to_a_charger: return guest == Guest::charger;
+    case Happens::to_an_inverter: return guest == Guest::inverter;
+  }
+  return false;
+}
+
 std::string_view to_text(Effect effect) {
   switch (effect) {
     case Effect::opens: return "opens";
@@ -78,6 +88,19 @@ CanFrame damaged(const MessageSpec& message, std::uint8_t node) {
   return frame;
 }
 
+/// Of the guest's bus: what only the master may send there. Nothing may flow by it.
+CanFrame foreign_order(const CoreConfig& config) {
+  if (config.charger.driver != nullptr) return config.charger.driver->command(0, {});
+  return config.inverter.driver->frame(0, {}, {}).value_or(CanFrame{});
+}
+/// What its guest sends, and nobody understands.
+CanFrame wrong_word(const CoreConfig& config) {
+  CanFrame frame = config.charger.driver != nullptr ? config.charger.driver->reports(0, {})[0]
+                                                    : config.inverter.driver->words({})[0];
+  frame.length = 3;
+  return frame;
+}
+
 constexpr std::int64_t year_ms = 365LL * 86'400 * 1'000;
 constexpr std::int64_t years_since_1970 = 53;
 
@@ -102,6 +125,7 @@ using E = FaultEvent;
 using S = Stage;
 using enum Effect;
 constexpr auto in_the_core = Reached::in_the_core;
+using enum Happens;
 
 const FaultKind kinds[] = {
     // cells
@@ -515,6 +539,106 @@ const FaultKind kinds[] = {
      .draw = [](D& d, E& e) { e.amount = d.between(1, 15); },
      .begin = tell_health,
      .end = [](S& s, const E&) { s.pack.observe(HealthSeen{}); }},
+    // The bus of a charger or inverter. What follows from its silence is told by what really came (flow_oracle.hpp).
+    {.name = "outer_loss",
+     .group = "outer_wire",
+     .effect = may_open,
+     .happens = to_any_guest,
+     .draw = [](D& d, E& e) { e.amount = d.between(10, 900); },
+     .begin = [](S& s, const E& e) { s.outer.wire.lost_permille = static_cast<std::uint32_t>(e.amount); },
+     .end = [](S& s, const E&) { s.outer.wire.lost_permille = 0; }},
+    {.name = "outer_disorder",
+     .group = "outer_wire",
+     .effect = may_open,
+     .happens = to_any_guest,
+     .draw = [](D& d, E& e) { e.amount = d.between(10, 1'500); },
+     .begin =
+         [](S& s, const E& e) {
+           s.outer.wire.late_permille = 300;
+           s.outer.wire.late_max = std::chrono::milliseconds{e.amount};
+         },
+     .end = [](S& s, const E&) { s.outer.wire.late_permille = 0; }},
+    {.name = "outer_delay",
+     .group = "outer_wire",
+     .effect = may_open,
+     .happens = to_any_guest,
+     .draw = [](D& d, E& e) { e.amount = d.between(1, 500); },
+     .begin = [](S& s, const E& e) { s.outer.wire.late_fixed = std::chrono::milliseconds{e.amount}; },
+     .end = [](S& s, const E&) { s.outer.wire.late_fixed = {}; }},
+    {.name = "outer_duplication",
+     .group = "outer_twice",
+     .effect = stays_closed,
+     .happens = to_any_guest,
+     .draw = [](D& d, E& e) { e.amount = d.between(10, 500); },
+     .begin = [](S& s, const E& e) { s.outer.wire.twice_permille = static_cast<std::uint32_t>(e.amount); },
+     .end = [](S& s, const E&) { s.outer.wire.twice_permille = 0; }},
+    {.name = "outer_corruption",
+     .group = "outer_damage",
+     .effect = may_open,
+     .happens = to_any_guest,
+     .draw = [](D& d, E& e) { e.amount = d.between(10, 500); },
+     .begin = [](S& s, const E& e) { s.outer.wire.damaged_permille = static_cast<std::uint32_t>(e.amount); },
+     .end = [](S& s, const E&) { s.outer.wire.damaged_permille = 0; }},
+    {.name = "outer_babble",
+     .group = "outer_flood",
+     .effect = may_open,
+     .happens = to_any_guest,
+     .draw = [](D& d, E& e) { e.amount = d.between(0, 1); },
+     .begin =
+         [](S& s, const E& e) {
+           s.outer.flood = e.amount == 0 ? CanFrame{.id = 0, .length = 8} : wrong_word(s.pack.config());
+         },
+     .end = [](S& s, const E&) { s.outer.flood.reset(); }},
+    {.name = "outer_port_down",
+     .group = "outer_port",
+     .effect = may_open,
+     .happens = to_any_guest,
+     .shortest = 20ms,
+     .draw = [](D&, E&) {},
+     .begin = [](S& s, const E&) { s.outer.set_port(false, s.pack); },
+     .end = [](S& s, const E&) { s.outer.set_port(true, s.pack); }},
+    {.name = "outer_second_master",
+     .group = "outer_master",
+     .effect = may_open,
+     .happens = to_any_guest,
+     .draw = [](D&, E&) {},
+     .begin = [](S& s, const E&) { s.outer.send_as_stranger(foreign_order(s.pack.config())); },
+     .end = [](S&, const E&) {}},
+    // the charger
+    {.name = "mains_lost",
+     .group = "mains",
+     .effect = may_open,
+     .happens = to_a_charger,
+     .shortest = 300ms,
+     .draw = [](D&, E& e) { on_and_off(e, "charger mains", "off", "on"); }},
+    {.name = "charger_runs_away",
+     .group = "charger_will",
+     .effect = may_open,
+     .happens = to_a_charger,
+     .draw = [](D&, E& e) { on_and_off(e, "charger obeys", "nobody", "master"); }},
+    {.name = "charger_keeps_on",
+     .group = "charger_will",
+     .effect = may_open,
+     .happens = to_a_charger,
+     .longest = 15s,
+     .draw = [](D&, E& e) { on_and_off(e, "charger unstoppable", "on", "off"); }},
+    // the inverter
+    {.name = "inverter_silent",
+     .group = "inverter_word",
+     .effect = may_open,
+     .happens = to_an_inverter,
+     .longest = 16s,
+     .draw = [](D&, E& e) { on_and_off(e, "inverter", "silent", "talking"); }},
+    {.name = "inverter_failed",
+     .group = "inverter_state",
+     .effect = stays_closed,
+     .happens = to_an_inverter,
+     .draw = [](D&, E& e) { on_and_off(e, "inverter failed", "on", "off"); }},
+    {.name = "inverter_wild",
+     .group = "inverter_will",
+     .effect = may_open,
+     .happens = to_an_inverter,
+     .draw = [](D&, E& e) { on_and_off(e, "inverter obeys", "nobody", "master"); }},
 };
 
 }  // namespace

@@ -55,7 +55,7 @@ TEST_CASE("756 cells close, and drive", "[simulation][scale][BMS_F.2]") {
   CHECK(later.phase() == Phase::closed);
   const std::int64_t load_permille = (later.bus().busy(later.now()) - before) * 1'000 / 2s;
   CHECK(load_permille > 500);
-  CHECK(load_permille <= bus_load_permille(later.config(), later.config().poll.period, false, 1'000));
+  CHECK(load_permille <= bus_load_permille(later.config(), later.config().poll.period, 1'000));
   for (const Station station : {Station::master, Station::module_first, Station::pdu}) {
     CHECK(later.bus().counters(station) == ErrorCounters{});
   }

@@ -13,8 +13,13 @@ namespace {
 constexpr Duration put_right_after = 1s;  // the last fault is over
 constexpr Duration recovers_in = 25s;     // causes clear in up to 10 s, waits are 10 s, links discharge
 constexpr Duration closes_in = 5s;
+constexpr Duration charges_in = 12s;               // one that is asked, by a ramp, and takes its time to follow
+constexpr Duration opens_without_mains_in = 4s;    // 2.6 s of silence
+constexpr Duration goes_on_in = 12s + charges_in;  // 10 s of waiting, which are the 5 s to be sure that it is back, too
+constexpr Duration allows_in = 5s;
 // A controller that went off the bus three times in a minute is a fault until that is a minute ago.
 constexpr std::ptrdiff_t storm = 3;
+constexpr Duration cools_in = 120s;  // an overload; seed 3023 takes nearly as long
 constexpr Duration recovers_from_storm_in = 65s;
 
 Duration recovery_time(const Plan& plan) {
@@ -39,6 +44,7 @@ class Life {
     live_until(options_.starts_at + plan_.length + put_right_after);
     put_right();
     live_until(stage_.pack.now() + recovery_time(plan_));
+    live_until_it(cools_in, [this] { return !is_overloaded(); });
     check_recovery();
     return {.violation = oracle_.violation(),
             .hash = hash_,
@@ -55,12 +61,19 @@ class Life {
 
   void connect() {
     stage_.pack.on_sent = [this](CanFrame& frame, const WiredPack& pack) {
+      if (stage_.outer.is_there() && stage_.outer.take_sent(frame, pack.now())) return Fate{.is_lost = true};
       const Fate fate = stage_.wire.carry(frame);
       oracle_.note_sent(frame, pack.now());
       return fate;
     };
     stage_.pack.devices_miss = [this](const CanFrame&) { return stage_.wire.loses(); };
-    stage_.pack.each_ms = [this](WiredPack&) { oracle_.note_millisecond(stage_); };
+    stage_.pack.each_ms = [this](WiredPack& pack) {
+      if (stage_.outer.is_there()) stage_.outer.tick(pack);
+      oracle_.note_millisecond(stage_);
+    };
+    stage_.outer.on_carried = [this](const CanFrame& frame, bool is_taken_in) {
+      oracle_.note_carried(frame, is_taken_in, stage_.pack.now());
+    };
     stage_.pack.on_told = [this](ObservedThing& what, const WiredPack& pack) {
       oracle_.note_told(what, pack.now());
       if (options_.mutant != nullptr && options_.mutant->told) options_.mutant->told(what, pack.now());
@@ -75,6 +88,8 @@ class Life {
     if (options_.mutant != nullptr && options_.mutant->decided) options_.mutant->decided(decisions, stage_);
     if (options_.mutant != nullptr && options_.mutant->published) options_.mutant->published(view, pack.now());
     oracle_.note_decided(decisions, view, stage_);
+    if (options_.mutant != nullptr && options_.mutant->sent) options_.mutant->sent(decisions, pack.now());
+    if (stage_.outer.is_there()) stage_.outer.take_decided(decisions, stage_.pack);
     stage_.store.follow(pack.core(), pack.now());
     hash_decisions(decisions);
     if (options_.trace != nullptr) trace_events(decisions);
@@ -178,6 +193,7 @@ class Life {
 
   void put_right() {
     if (is_over()) return;
+    if (plan_.guest == Guest::inverter) act("inverter current_A 0");
     act("vehicle off; charger disconnected; load current_A 0; charger current_A 0");
   }
 
@@ -186,14 +202,78 @@ class Life {
     stage_.pack.observe(CommandGiven{Command::wake});
     stage_.pack.observe(CommandGiven{Command::clear_faults, Authority::service});
     live_until(stage_.pack.now() + 2s);
-    act("vehicle on");
-    live_until_closed(stage_.pack.now() + closes_in);
+    act(plan_.guest == Guest::charger ? charger_at_the_end() + "; charger connected" : "vehicle on");
+    live_until_it(closes_in, [this] { return stage_.pack.phase() == Phase::closed; });
     if (!is_over() && stage_.pack.phase() != Phase::closed) oracle_.note_no_recovery(why_open(), stage_.pack.now());
+    if (plan_.guest == Guest::charger) check_charge();
+    if (plan_.guest == Guest::inverter) check_inverter();
   }
 
-  void live_until_closed(TimePoint end) {
-    while (stage_.pack.now() < end && !is_over() && stage_.pack.phase() != Phase::closed) {
-      live_until(std::min(end, stage_.pack.now() + 50ms));
+  [[nodiscard]] bool is_overloaded() const {
+    const FaultMemory& faults = stage_.pack.core().faults();
+    return faults.state(FaultId::charge_overload).stage == FaultStage::active ||
+           faults.state(FaultId::discharge_overload).stage == FaultStage::active;
+  }
+
+  template <class Holds>
+  void live_until_it(Duration at_most, Holds holds) {
+    const TimePoint end = stage_.pack.now() + at_most;
+    while (stage_.pack.now() < end && !is_over() && !holds()) live_until(std::min(end, stage_.pack.now() + 50ms));
+  }
+
+  // --- guests -----------------------------------------------------------------------------------------------------
+
+  [[nodiscard]] std::string charger_at_the_end() const {
+    return "charger current_A " + std::to_string(std::max(plan_.config->current.charge_continuous_mA / 1'000, 1));
+  }
+
+  /// Most of what the pack may take, or a good deal, really flows out of the charger.
+  [[nodiscard]] bool is_charging() const {
+    constexpr double most = 0.6;
+    constexpr double soon_A = 10.0;  // more comes by the ramp, later
+    const double rating_A = std::max(plan_.config->current.charge_continuous_mA / 1'000, 1);
+    const double asked_A = std::min(plan_.config->charger.current_max_mA, view_of(stage_.pack.core()).charge_mA) * 1e-3;
+    const double flows_A = stage_.pack.simulator().plant().charger_A();
+    return flows_A > 0.05 && flows_A >= most * std::min({rating_A, asked_A, soon_A});
+  }
+
+  void check_charge() {
+    live_until_it(charges_in, [this] { return is_charging(); });
+    if (is_over()) return;
+    if (!is_charging()) return oracle_.note_no_recovery("does not charge: " + charge_text(), stage_.pack.now());
+    if (!plan_.ends_with_mains_cut) return;
+    act("charger mains off");
+    live_until_it(opens_without_mains_in, [this] { return stage_.pack.phase() == Phase::open; });
+    if (is_over()) return;
+    if (stage_.pack.phase() != Phase::open) {
+      return oracle_.note_no_recovery("does not open for a charger without mains", stage_.pack.now());
+    }
+    act("charger mains on");
+    live_until_it(goes_on_in, [this] { return is_charging(); });
+    if (is_over() || is_charging()) return;
+    oracle_.note_no_recovery("does not charge on after a power cut: " + charge_text() + "; " + why_open(),
+                             stage_.pack.now());
+  }
+
+  [[nodiscard]] std::string charge_text() const {
+    const Core& core = stage_.pack.core();
+    return std::string(to_text(core.charge_control().stage())) + ", asked for " +
+           std::to_string(core.charge_control().current_mA()) + " mA of " + std::to_string(view_of(core).charge_mA) +
+           " mA (" + std::string(to_text(core.limits().charge.cause)) + "), " +
+           std::to_string(stage_.pack.simulator().plant().charger_A()) + " A flow";
+  }
+
+  void check_inverter() {
+    const auto is_allowed = [this] {
+      const BatteryReport& told = stage_.pack.simulator().world().inverter.told();
+      const View view = view_of(stage_.pack.core());
+      constexpr std::int32_t told_mA = 1'000;  // less may be nothing in the steps of its words
+      return (told.charge_limit_mA > 0 || view.charge_mA < told_mA) &&
+             (told.discharge_limit_mA > 0 || view.discharge_mA < told_mA);
+    };
+    live_until_it(allows_in, is_allowed);
+    if (!is_over() && !is_allowed()) {
+      oracle_.note_no_recovery("the inverter is not allowed anything", stage_.pack.now());
     }
   }
 

@@ -4,7 +4,8 @@
 //   if (outcome.violation) ...
 //
 // 3 s of settling, 40 s with drive and faults, then people put everything right: 25 s later faults are cleared with
-// authority, the key is turned, and the pack has to close within 5 s. About a minute and a quarter in all.
+// authority, the key is turned, and the pack has to close within 5 s. About a minute and a quarter in all. One with a
+// charger on a bus is plugged in instead, and has to charge; one with an inverter has to be allowed something.
 #pragma once
 
 #include <cstdint>
@@ -27,6 +28,7 @@ struct Mutant {
   std::function<void(ObservedThing&, TimePoint)> told{};  // after the oracle has heard the real one
   std::function<void(Decisions&, const Stage&)> decided{};
   std::function<void(View&, TimePoint)> published{};
+  std::function<void(Decisions&, TimePoint)> sent{};  // after the oracle has seen what was decided
 };
 
 struct LifeOptions {

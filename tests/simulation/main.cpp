@@ -22,6 +22,7 @@ struct Options {
   std::vector<std::size_t> only;
   bool is_traced = false;
   bool minimises = false;
+  bool has_no_guests = false;
   bool is_json = false;
   double days = 0.0;
   bool ticks_fully = false;
@@ -41,7 +42,7 @@ std::optional<SeedRange> parse_range(const std::string& text) {
 }
 
 int run_one(const Options& options) {
-  Plan plan = draw_plan(*options.seed);
+  Plan plan = draw_plan(*options.seed, !options.has_no_guests);
   if (!options.only.empty()) keep_only(plan, options.only);
   if (options.is_traced) std::cout << to_text(plan);
   LifeOptions life;
@@ -58,12 +59,13 @@ int run_one(const Options& options) {
     least.clear();
     for (const FaultEvent& fault : minimise(plan, outcome.violation->rule, {}).faults) least.push_back(fault.number);
   }
-  std::printf("    %s\n", reproduction(plan.seed, least).c_str());
+  std::printf("    %s\n", reproduction(plan.seed, least, !options.has_no_guests).c_str());
   return exit_failed;
 }
 
 int run_many(const Options& options, SeedRange seeds) {
-  SweepOptions sweep_options{.threads = options.threads, .minimises = options.minimises};
+  SweepOptions sweep_options{
+      .threads = options.threads, .minimises = options.minimises, .has_guests = !options.has_no_guests};
   const std::uint64_t all = seeds.last - seeds.first + 1;
   if (isatty(STDERR_FILENO) != 0) {
     sweep_options.progress = [all](std::uint64_t done) {
@@ -100,6 +102,8 @@ int run(int argc, char** argv) {
   app.add_option("--seeds", options.seeds, "From one seed to another, on all processors")->capture_default_str();
   app.add_flag("--trace", options.is_traced, "With --seed: print the plan and what happens");
   app.add_flag("--minimise", options.minimises, "Leave faults out as long as the same rule is broken");
+  app.add_flag("--no-guests", options.has_no_guests,
+               "Everybody lives as if there were no chargers and inverters on a bus");
   app.add_flag("--json", options.is_json, "With --seeds: the summary as JSON");
   app.add_option("--threads", options.threads, "How many lives at the same time")->capture_default_str();
   app.add_option("--days", options.days, "One long life of so many days instead")

@@ -1,10 +1,13 @@
 #include "tests/simulation/mutants.hpp"
 
+#include <algorithm>
+#include <array>
 #include <map>
 #include <memory>
 #include <utility>
 
 #include "daemon/core/output_gate.hpp"
+#include "devices/device_list.hpp"
 #include "protocol/receive_check.hpp"
 #include "protocol/tables/internal_bus.hpp"
 #include "protocol/tables/vehicle_bus.hpp"
@@ -125,6 +128,127 @@ auto tells_old_values() {
   };
 }
 
+// --- charger and inverter -------------------------------------------------------------------------------------------
+
+constexpr std::string_view charger_names[] = {"elcon_tc", "brusa_nlg5"};
+constexpr std::string_view inverter_names[] = {"pylontech", "sma", "victron"};
+
+/// What a frame orders a charger, and in whose language.
+struct Order {
+  const ChargerDriver* driver = nullptr;
+  ChargerCommand command;
+
+  [[nodiscard]] CanFrame frame() const { return driver->command(command.unit, command.order); }
+};
+std::optional<Order> order_in(const OutgoingFrame& out) {
+  if (out.port != Port::charger) return {};
+  for (const std::string_view name : charger_names) {
+    const ChargerDriver* driver = find_device(name)->charger;
+    if (const auto command = driver->order_of(out.frame)) return Order{driver, *command};
+  }
+  return {};
+}
+
+template <class Change>
+void change_orders(Decisions& decisions, Change change) {
+  for (OutgoingFrame& out : decisions.frames) {
+    std::optional<Order> order = order_in(out);
+    if (order && change(order->command.order)) out.frame = order->frame();
+  }
+}
+
+/// A charger that was told to charge is told so for half a second more.
+auto charges_on() {
+  struct Memory {
+    ChargerOrder last;
+    TimePoint at{};
+  };
+  return [memory = std::make_shared<Memory>()](Decisions& decisions, const Stage& stage) {
+    change_orders(decisions, [&](ChargerOrder& order) {
+      if (order.is_enabled) *memory = {order, stage.pack.now()};
+      const bool goes_on = !order.is_enabled && memory->at != TimePoint{} && stage.pack.now() - memory->at < 500ms;
+      if (goes_on) order = memory->last;
+      return goes_on;
+    });
+  };
+}
+
+/// Half as much again as the pack may take.
+void ask_for_too_much(Decisions& decisions, const Stage& stage) {
+  const std::int32_t limit_mA = stage.pack.core().limits().charge.limit_mA;
+  change_orders(decisions, [limit_mA](ChargerOrder& order) {
+    if (order.is_enabled) order.current_mA = limit_mA * 3 / 2;
+    return order.is_enabled;
+  });
+}
+
+/// What tells a charger to stop never gets to the bus.
+void lose_stops(Decisions& decisions, TimePoint) {
+  change_orders(decisions, [](ChargerOrder& order) {
+    if (order.is_enabled) return false;
+    order.is_enabled = true;
+    order.current_mA = 1'000;
+    return true;
+  });
+}
+
+/// For the last part of a life, in which everything is well.
+void never_charge_again(Decisions& decisions, const Stage& stage) {
+  if (stage.pack.now() < TimePoint{60s}) return;
+  change_orders(decisions, [](ChargerOrder& order) {
+    order.is_enabled = false;
+    order.current_mA = 0;
+    return true;
+  });
+}
+
+bool is_of_charger(const CanFrame& frame) {
+  return std::any_of(std::begin(charger_names), std::end(charger_names), [&frame](std::string_view name) {
+    std::array<ChargerReport, charger_units_max> ignored{};
+    return find_device(name)->charger->take(frame, ignored).word != ChargerWord::none;
+  });
+}
+
+bool is_of_inverter(const CanFrame& frame) {
+  return std::any_of(std::begin(inverter_names), std::end(inverter_names), [&frame](std::string_view name) {
+    InverterReport ignored;
+    return find_device(name)->inverter->take(frame, ignored) == InverterWord::alive;
+  });
+}
+
+/// Whenever the core sees a frame of its own on the device's bus, it takes it for what was last heard of the device.
+auto hears_itself(bool (*is_of_device)(const CanFrame&)) {
+  return [is_of_device, last = std::make_shared<std::optional<FrameReceived>>()](ObservedThing& what, TimePoint) {
+    const auto* received = std::get_if<FrameReceived>(&what);
+    const bool is_word = received != nullptr && received->port != Port::internal && is_of_device(received->frame);
+    if (is_word) *last = *received;
+    const auto* echo = std::get_if<FrameEchoed>(&what);
+    if (echo != nullptr && echo->port != Port::internal && last->has_value()) what = **last;
+  };
+}
+
+const InverterDriver* inverter_of(const OutgoingFrame& out, BatteryReport& said) {
+  if (out.port != Port::inverter) return nullptr;
+  for (const std::string_view name : inverter_names) {
+    const InverterDriver* driver = find_device(name)->inverter;
+    if (driver->hear(out.frame, said) == BatteryWord::limits) return driver;
+  }
+  return nullptr;
+}
+
+/// The inverter is told its last limits again where they have fallen to nothing.
+auto keeps_limits() {
+  return [last = std::make_shared<CanFrame>()](Decisions& decisions) {
+    for (OutgoingFrame& out : decisions.frames) {
+      BatteryReport said;
+      if (inverter_of(out, said) == nullptr) continue;
+      const bool is_something = said.charge_limit_mA > 0 && said.discharge_limit_mA > 0;
+      if (is_something) *last = out.frame;
+      if (!is_something && last->length != 0) out.frame = *last;
+    }
+  };
+}
+
 auto from_ten_seconds(void (*change)(View&)) {
   return [change, first = std::make_shared<TimePoint>()](View& view, TimePoint now) {
     if (*first == TimePoint{}) *first = now;
@@ -170,6 +294,29 @@ std::vector<Mutant> make_mutants() {
        .noticed_by = Rule::totals,
        .published = from_ten_seconds([](View& view) { view.wear = {}; })},
       {.name = "opens for nothing", .noticed_by = Rule::reason, .decided = open_for_nothing},
+      {.name = "tells a charger to charge on", .noticed_by = Rule::asks, .seed = 5, .decided = charges_on()},
+      {.name = "asks a charger for more than the pack may take",
+       .noticed_by = Rule::asks,
+       .seed = 5,
+       .decided = ask_for_too_much},
+      {.name = "loses what tells a charger to stop", .noticed_by = Rule::stops, .seed = 4, .sent = lose_stops},
+      {.name = "takes its own word for the charger's",
+       .noticed_by = Rule::silence,
+       .seed = 24,
+       .told = hears_itself(is_of_charger)},
+      {.name = "takes its own word for the inverter's",
+       .noticed_by = Rule::silence,
+       .seed = 595,
+       .told = hears_itself(is_of_inverter)},
+      {.name = "never charges again", .noticed_by = Rule::recovery, .seed = 4, .decided = never_charge_again},
+      {.name = "leaves an inverter its limits",
+       .noticed_by = Rule::allows,
+       .seed = 16,
+       .decided = [keeps = keeps_limits()](Decisions& decisions, const Stage&) { keeps(decisions); }},
+      {.name = "loses what takes an inverter's limits back",
+       .noticed_by = Rule::withdraws,
+       .seed = 10,
+       .sent = [keeps = keeps_limits()](Decisions& decisions, TimePoint) { keeps(decisions); }},
   };
 }
 

@@ -70,14 +70,19 @@ bool never_falls(const ContactorLedgerEntries& before, const ContactorLedgerEntr
 }  // namespace
 
 std::string_view to_text(Rule rule) {
-  constexpr std::array<std::string_view, 16> names{
-      "permission", "fresh", "edge",   "pause",     "healthy", "precharge", "counter",  "wakes",
-      "gate",       "soc",   "totals", "published", "reason",  "in_time",   "contacts", "recovery"};
+  constexpr std::array<std::string_view, 21> names{"permission", "fresh",   "edge",     "pause", "healthy", "precharge",
+                                                   "counter",    "wakes",   "gate",     "soc",   "totals",  "published",
+                                                   "reason",     "in_time", "contacts", "asks",  "stops",   "allows",
+                                                   "withdraws",  "silence", "recovery"};
   return names[static_cast<std::size_t>(rule)];
 }
 
 View view_of(const Core& core) {
   return {.may_stay_closed = core.permission().may_stay_closed,
+          .may_charge = core.permission().may_charge,
+          .may_discharge = core.permission().may_discharge,
+          .charge_mA = std::min(core.limits().charge.limit_mA, core.limits().charge_continuous.limit_mA),
+          .discharge_mA = std::min(core.limits().discharge.limit_mA, core.limits().discharge_continuous.limit_mA),
           .outputs = core.outputs(),
           .soc_permille = core.soc_permille(),
           .totals = core.totals(),
@@ -90,6 +95,7 @@ View view_of(const Core& core) {
 bool Oracle::Line::follow(bool is_on_now, TimePoint now) {
   const bool fell = is_on && !is_on_now;
   if (is_on_now && !is_on) turned_on_at = now;
+  if (fell) turned_off_at = now;
   is_on = is_on_now;
   return fell;
 }
@@ -98,6 +104,7 @@ Oracle::Oracle(const CoreConfig& config, TimePoint started_at)
     : config_(&config),
       started_at_(started_at),
       heard_(config),
+      flow_(config, started_at, [this](Rule rule, TimePoint now, const std::string& text) { blame(rule, now, text); }),
       quiet_since_(started_at),
       decided_at_(started_at),
       edge_needed_since_(started_at),
@@ -108,7 +115,9 @@ void Oracle::blame(Rule rule, TimePoint now, const std::string& text) {
 }
 
 void Oracle::note_told(const ObservedThing& what, TimePoint now) {
-  if (const auto* frame = std::get_if<FrameReceived>(&what)) heard_.note_told(frame->frame, now);
+  const auto* frame = std::get_if<FrameReceived>(&what);
+  if (frame != nullptr && frame->port == Port::internal) heard_.note_told(frame->frame, now);
+  flow_.note_told(what, now);
 }
 
 // --- with every decision --------------------------------------------------------------------------------------------
@@ -117,10 +126,12 @@ void Oracle::note_decided(const Decisions& decisions, const View& view, const St
   const TimePoint now = stage.pack.now();
   const bool was_away = now - decided_at_ > loop_gap_max;
   if (was_away) edge_needed_since_ = now;
+  follow_resumed(now);
   check_commanded(view, only_contactors(decisions.outputs), stage);
   check_frames(decisions, view, now);
   check_soc(view, now);
   check_totals(view, now);
+  check_flow(decisions, view, stage, was_away);
   require(view.gate_refusals == 0, Rule::gate, now, "a frame of the core's own was refused");
   require(decisions.wake_at > now && decisions.wake_at <= now + tick_period, Rule::wakes, now,
           "the next tick is asked for " + std::to_string(to_ms(decisions.wake_at - now)) + " ms from now");
@@ -159,6 +170,14 @@ void Oracle::check_begin_of_closing(TimePoint now) {
   require(!is_welded, Rule::healthy, now, "a closing begins though main positive is closed");
 }
 
+/// A charge that a silence has interrupted goes on as if its charger had been plugged in anew; a pause may still hold
+/// it up, and the charger be silent again meanwhile.
+void Oracle::follow_resumed(TimePoint now) {
+  if (!charger_.is_on || !flow_.may_resume(now)) return;
+  charger_.turned_on_at = now;
+  flow_.note_resumed();
+}
+
 /// By the real voltages, of which two hundredths are left to the sensors' periods.
 void Oracle::check_main_positive(const Stage& stage, TimePoint now) {
   ++times_closed_;
@@ -175,7 +194,9 @@ void Oracle::note_opening(const Stage& stage, TimePoint now) {
   const bool is_request_over = !is_wanted() || (line_fell_at_ != TimePoint{} && now - line_fell_at_ < line_known_after);
   const bool is_for_reason = before_.main_positive && !is_request_over;
   if (was_closed) ++times_opened_;
-  require(!is_for_reason || !is_quiet() || now - quiet_since_ < aftermath, Rule::reason, now,
+  // Nobody but the charger wants it closed.
+  const bool is_for_silence = !vehicle_.is_on && flow_.is_charger_silent(now);
+  require(!is_for_reason || is_for_silence || !is_quiet() || now - quiet_since_ < aftermath, Rule::reason, now,
           "a closed pack opens for nothing; the core says: " + why_opened(stage.pack.core().last_opening()));
   if (is_for_reason) edge_needed_since_ = now;
   const bool is_played_with =
@@ -239,6 +260,23 @@ void Oracle::check_totals(const View& view, TimePoint now) {
   wear_ = view.wear;
 }
 
+void Oracle::check_flow(const Decisions& decisions, const View& view, const Stage& stage, bool was_away) {
+  const TimePoint now = stage.pack.now();
+  const auto is_off_for_long = [now](const Line& line) {
+    return !line.is_on && now - line.turned_off_at > line_known_after;
+  };
+  flow_.note_decided(decisions, {.now = now,
+                                 .view = &view,
+                                 .stage = &stage,
+                                 .outputs = decisions.outputs,
+                                 .was_away = was_away,
+                                 .is_plugged_in = !is_off_for_long(charger_),
+                                 .plugged_since = charger_.is_on ? charger_.turned_on_at : TimePoint{},
+                                 .is_key_off = is_off_for_long(vehicle_),
+                                 .is_hidden = is_hidden(nullptr, now),
+                                 .is_deceived = heard_.forged() > 0});
+}
+
 void Oracle::check_published(const CanFrame& frame, TimePoint now) {
   using namespace vehicle_bus;
   const std::uint32_t id = frame.id - config_->vehicle.base_id + default_base_id;
@@ -271,6 +309,8 @@ void Oracle::note_begin(const FaultEvent& fault, const Stage& stage) {
                       .began_at = now,
                       .due_at = now + fault.kind->allowed,
                       .was_closed = stage.is_alive() && before_.main_positive});
+  const bool are_hands_in_it = fault.kind->group == "estop" || fault.kind->group == "interlock";
+  if (are_hands_in_it && stage.is_alive() && !is_hidden(&fault, now)) flow_.note_hands();
 }
 
 void Oracle::note_end(const FaultEvent& fault, TimePoint now) {
@@ -286,6 +326,7 @@ void Oracle::note_end(const FaultEvent& fault, TimePoint now) {
 
 /// What is restored is the floor of all that is counted from here on.
 void Oracle::note_boot(const PersistentState& kept, TimePoint now) {
+  flow_.note_boot();
   before_ = {};
   command_counter_.reset();
   command_at_ = {};
@@ -324,6 +365,7 @@ void Oracle::note_millisecond(const Stage& stage) {
   const TimePoint now = stage.pack.now();
   follow_lines(stage);
   check_contacts(stage);
+  flow_.note_millisecond(stage);
   if (is_present("flood")) flooded_at_ = now;
   for (Present& present : present_) {
     if (present.fault->kind->hides && !present.has_ended) {

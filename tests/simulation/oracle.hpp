@@ -19,11 +19,15 @@
 //     totals            charge, energy and wear never go back, nor over a power cut behind what was kept
 //     published         no value that is old is sent to the vehicle as valid
 //     reason            a closed pack that is wanted opens for a fault only
+//     asks, allows,     what a charger or an inverter is told: flow_oracle.hpp
+//     withdraws, silence
 //   every millisecond
 //     in_time           what a fault must open is open in time, and stays so
 //     contacts          the contacts are open soon after nothing is commanded closed
+//     stops, withdraws  what a charger or an inverter has heard
 //   at the end
-//     recovery          with all faults gone, cleared, and the key turned anew it closes
+//     recovery          with all faults gone, cleared, and the key turned or the charger plugged in anew it closes; a
+//                       charger charges then, and goes on after a power cut, and an inverter is allowed something
 #pragma once
 
 #include <cstdint>
@@ -32,32 +36,12 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/core/contactor_ledger.hpp"
-#include "daemon/core/pack_totals.hpp"
+#include "tests/simulation/flow_oracle.hpp"
 #include "tests/simulation/heard.hpp"
 #include "tests/simulation/plan.hpp"
+#include "tests/simulation/rules.hpp"
 
 namespace bmu::test {
-
-enum class Rule : std::uint8_t {
-  permission,
-  fresh,
-  edge,
-  pause,
-  healthy,
-  precharge,
-  counter,
-  wakes,
-  gate,
-  soc,
-  totals,
-  published,
-  reason,
-  in_time,
-  contacts,
-  recovery,
-};
-[[nodiscard]] std::string_view to_text(Rule rule);
 
 struct Violation {
   Rule rule{};
@@ -65,17 +49,6 @@ struct Violation {
   std::string text;
 };
 
-/// What the core publishes, as the status socket would have it.
-struct View {
-  bool may_stay_closed = false;
-  ContactorOutputs outputs;
-  std::optional<std::int32_t> soc_permille;
-  std::optional<PackTotals> totals;
-  ContactorLedgerEntries wear{};
-  std::uint64_t gate_refusals = 0;
-  bool is_resting = false;
-  bool is_port_up = false;  // of the internal bus: otherwise nothing is sent, and the counter goes on
-};
 [[nodiscard]] View view_of(const Core& core);
 
 /// How long a fault took to open a pack that was closed when it began.
@@ -91,6 +64,9 @@ class Oracle {
   // What happens, in the order in which it does.
   void note_sent(const CanFrame& frame, TimePoint now) { heard_.note_sent(frame, now); }
   void note_told(const ObservedThing& what, TimePoint now);
+  void note_carried(const CanFrame& frame, bool is_taken_in, TimePoint now) {
+    flow_.note_carried(frame, is_taken_in, now);
+  }
   void note_decided(const Decisions& decisions, const View& view, const Stage& stage);
   void note_millisecond(const Stage& stage);
   void note_begin(const FaultEvent& fault, const Stage& stage);
@@ -119,6 +95,7 @@ class Oracle {
   struct Line {
     bool is_on = false;
     TimePoint turned_on_at{};
+    TimePoint turned_off_at{};
 
     /// True if it fell.
     bool follow(bool is_on_now, TimePoint now);
@@ -132,11 +109,13 @@ class Oracle {
   // with every decision
   void check_commanded(const View& view, const ContactorOutputs& outputs, const Stage& stage);
   void check_begin_of_closing(TimePoint now);
+  void follow_resumed(TimePoint now);
   void check_main_positive(const Stage& stage, TimePoint now);
   void note_opening(const Stage& stage, TimePoint now);
   void check_frames(const Decisions& decisions, const View& view, TimePoint now);
   void check_soc(const View& view, TimePoint now);
   void check_totals(const View& view, TimePoint now);
+  void check_flow(const Decisions& decisions, const View& view, const Stage& stage, bool was_away);
   void check_published(const CanFrame& frame, TimePoint now);
   // every millisecond
   void follow_lines(const Stage& stage);
@@ -152,6 +131,7 @@ class Oracle {
   const CoreConfig* config_;
   TimePoint started_at_;
   Heard heard_;
+  FlowOracle flow_;
   std::optional<Violation> violation_;
   std::vector<TimedOpening> reactions_;
   std::uint64_t times_closed_ = 0;

@@ -5,6 +5,8 @@
 #include <stdexcept>
 
 #include "config/pack_config.hpp"
+#include "config/pack_defaults.hpp"
+#include "devices/device_list.hpp"
 #include "tests/support/core_bench.hpp"
 
 namespace bmu::test {
@@ -70,6 +72,11 @@ std::string amperes(std::int64_t current_mA) {
 constexpr Duration settles_for = 3s;  // modules identified and set up, insulation known
 constexpr Duration faults_span = 40s;
 
+void sort_drive(Plan& plan) {
+  std::stable_sort(plan.drive.begin(), plan.drive.end(),
+                   [](const DriveEvent& one, const DriveEvent& other) { return one.at < other.at; });
+}
+
 /// Key on and off, with loads of up to a fifth of what the pack can carry for ever; now and then a charger instead.
 void draw_drive(Draw& draw, Plan& plan) {
   const CurrentLimitConfig& current = draw.config.current;
@@ -90,8 +97,7 @@ void draw_drive(Draw& draw, Plan& plan) {
     plan.drive.push_back({off_at + 200ms, "load current_A 0; charger current_A 0"});
     at = off_at + milliseconds_between(draw, 400ms, 12s);
   }
-  std::stable_sort(plan.drive.begin(), plan.drive.end(),
-                   [](const DriveEvent& one, const DriveEvent& other) { return one.at < other.at; });
+  sort_drive(plan);
 }
 
 /// Between two faults of a group.
@@ -104,22 +110,141 @@ bool collides(const Plan& plan, const FaultEvent& event) {
   });
 }
 
+/// One of these kinds, unless another of its group is there then.
+void draw_fault(Draw& draw, const std::vector<const FaultKind*>& kinds, Plan& plan) {
+  FaultEvent event{.kind = kinds[static_cast<std::size_t>(draw.between(0, std::ssize(kinds) - 1))]};
+  event.begins_at = milliseconds_between(draw, settles_for, faults_span);
+  // Short ones as often as long ones.
+  const Duration longest = milliseconds_between(draw, event.kind->shortest, event.kind->longest);
+  event.ends_at = event.begins_at + milliseconds_between(draw, event.kind->shortest, longest);
+  event.kind->draw(draw, event);
+  if (!collides(plan, event)) plan.faults.push_back(std::move(event));
+}
+
+std::vector<const FaultKind*> kinds_that_happen(bool to_anybody, Guest guest) {
+  std::vector<const FaultKind*> found;
+  for (const FaultKind& kind : fault_kinds()) {
+    if ((kind.happens == Happens::to_anybody) == to_anybody && can_happen(kind, guest)) found.push_back(&kind);
+  }
+  return found;
+}
+
 /// As likely as not at any time of the drive; what has happened less often is not more likely.
 void draw_faults(Draw& draw, Plan& plan) {
+  static const std::vector<const FaultKind*> kinds = kinds_that_happen(true, Guest::nobody);
   const std::int64_t wanted = draw.between(2, 9);
-  for (std::int64_t tried = 0; tried < wanted; ++tried) {
-    const std::span<const FaultKind> kinds = fault_kinds();
-    FaultEvent event{.kind = &kinds[static_cast<std::size_t>(draw.between(0, std::ssize(kinds) - 1))]};
-    event.begins_at = milliseconds_between(draw, settles_for, faults_span);
-    // Short ones as often as long ones.
-    const Duration longest = milliseconds_between(draw, event.kind->shortest, event.kind->longest);
-    event.ends_at = event.begins_at + milliseconds_between(draw, event.kind->shortest, longest);
-    event.kind->draw(draw, event);
-    if (!collides(plan, event)) plan.faults.push_back(std::move(event));
-  }
+  for (std::int64_t tried = 0; tried < wanted; ++tried) draw_fault(draw, kinds, plan);
+}
+
+void sort_faults(Plan& plan) {
   std::stable_sort(plan.faults.begin(), plan.faults.end(),
                    [](const FaultEvent& one, const FaultEvent& other) { return one.begins_at < other.begins_at; });
   for (std::size_t index = 0; index < plan.faults.size(); ++index) plan.faults[index].number = index + 1;
+}
+
+// --- guests ---------------------------------------------------------------------------------------------------------
+
+/// What a pack file would leave out, by the same rules; nothing else of the pack changes.
+CoreConfig completed(const CoreConfig& config) {
+  CoreConfig all = config;
+  complete_defaults(all);
+  return all;
+}
+
+void add_charger(Draw& draw, CoreConfig& config) {
+  const bool is_brusa = draw.between(0, 3) == 0;
+  const ChargerDriver& driver = *find_device(is_brusa ? "brusa_nlg5" : "elcon_tc")->charger;
+  config.charger = {.driver = &driver, .unit_count = static_cast<std::uint8_t>(draw.between(1, driver.unit_count_max))};
+  config.charger.requests_mains = driver.can_request_mains && draw.between(0, 1) == 0;
+  config.charger = completed(config).charger;
+  const Port bus = draw.between(0, 1) == 0 ? Port::charger : Port::vehicle;
+  config.served_by[static_cast<std::size_t>(Port::charger)] = bus;
+}
+
+void add_inverter(Draw& draw, CoreConfig& config) {
+  constexpr std::string_view forms[] = {"pylontech", "sma", "victron"};
+  using enum SilentInverter;
+  constexpr SilentInverter reactions[] = {open, open, stop, warn};
+  const std::string_view form = forms[draw.between(0, 2)];
+  config.inverter = {.driver = find_device(form)->inverter, .when_silent = reactions[draw.between(0, 3)]};
+  config.inverter.silence_max = std::chrono::milliseconds{draw.between(2'000, 5'000)};
+  config.inverter.soh_assumed_permille = 1'000;
+  const CoreConfig all = completed(config);
+  config.inverter.charge_voltage_max_mV = all.inverter.charge_voltage_max_mV;
+  config.inverter.discharge_voltage_min_mV = all.inverter.discharge_voltage_min_mV;
+  const Port bus = draw.between(0, 1) == 0 ? Port::inverter : Port::vehicle;
+  config.served_by[static_cast<std::size_t>(Port::inverter)] = bus;
+}
+
+/// Plugged in most of the time, now and then driven meanwhile, now and then driven instead.
+void draw_charges(Draw& draw, Plan& plan) {
+  const CurrentLimitConfig& current = draw.config.current;
+  plan.drive.clear();
+  Duration at = settles_for;
+  while (at < faults_span) {
+    const bool is_driven_only = draw.between(0, 5) == 0;
+    const bool is_both = draw.between(0, 4) == 0;
+    const Duration off_at = at + milliseconds_between(draw, 5s, 26s);
+    if (!is_driven_only) {
+      // What it can give: less or more than it is asked for.
+      const std::int64_t rating_mA = current.charge_continuous_mA * draw.between(2, 12) / 10;
+      plan.drive.push_back({at, "charger current_A " + amperes(rating_mA) + "; charger connected"});
+    }
+    if (is_driven_only || is_both) {
+      const Duration on_at = is_both ? at + milliseconds_between(draw, 300ms, 4s) : at;
+      plan.drive.push_back({on_at, "vehicle on"});
+      plan.drive.push_back(
+          {on_at + 3s, "load current_A " + amperes(draw.between(0, current.discharge_continuous_mA / 5))});
+    }
+    plan.drive.push_back({off_at, "vehicle off; charger disconnected; load current_A 0"});
+    at = off_at + milliseconds_between(draw, 400ms, 8s);
+  }
+}
+
+/// A switch that is on for most of the time, with an inverter that draws and charges.
+void draw_storage(Draw& draw, Plan& plan) {
+  const CurrentLimitConfig& current = draw.config.current;
+  plan.drive.clear();
+  Duration at = settles_for;
+  while (at < faults_span) {
+    const Duration off_at = at + milliseconds_between(draw, 6s, 30s);
+    plan.drive.push_back({at, "vehicle on"});
+    for (Duration next = at + 2s; next < off_at; next += milliseconds_between(draw, 500ms, 5s)) {
+      // Of what it wants it takes as much as it is told.
+      const bool is_charging = draw.between(0, 1) == 0;
+      const std::int64_t most_mA = is_charging ? current.charge_continuous_mA : current.discharge_continuous_mA / 2;
+      plan.drive.push_back(
+          {next, std::string("inverter current_A ") + (is_charging ? "-" : "") + amperes(draw.between(0, most_mA))});
+    }
+    plan.drive.push_back({off_at, "vehicle off; inverter current_A 0"});
+    at = off_at + milliseconds_between(draw, 400ms, 8s);
+  }
+}
+
+/// A sequence of its own: whoever has no guest lives as if nobody had.
+void draw_guest(const CoreConfig& config, Plan& plan) {
+  constexpr std::int64_t charger_permille = 250;
+  constexpr std::int64_t inverter_permille = 150;
+  Draw chance{config, RandomSource(plan.seed ^ 0x6E57ULL)};
+  const std::int64_t drawn = chance.between(0, 999);
+  if (drawn >= charger_permille + inverter_permille) return;
+  plan.guest = drawn < charger_permille ? Guest::charger : Guest::inverter;
+  auto with_guest = std::make_shared<CoreConfig>(config);
+  plan.guest == Guest::charger ? add_charger(chance, *with_guest) : add_inverter(chance, *with_guest);
+  plan.with_guest = with_guest;
+  plan.config = plan.with_guest.get();
+  Draw draw{*plan.config, chance.random};
+  plan.guest == Guest::charger ? draw_charges(draw, plan) : draw_storage(draw, plan);
+  sort_drive(plan);
+  plan.ends_with_mains_cut = plan.guest == Guest::charger && draw.between(0, 2) == 0;
+  const std::vector<const FaultKind*> kinds = kinds_that_happen(false, plan.guest);
+  const std::int64_t wanted = draw.between(1, 4);
+  for (std::int64_t tried = 0; tried < wanted; ++tried) draw_fault(draw, kinds, plan);
+}
+
+std::string_view name_of_guest(const Plan& plan) {
+  if (plan.guest == Guest::charger) return plan.config->charger.driver->name;
+  return plan.guest == Guest::inverter ? plan.config->inverter.driver->name : std::string_view{};
 }
 
 std::string time_text(Duration at) {
@@ -130,7 +255,7 @@ std::string time_text(Duration at) {
 
 }  // namespace
 
-Plan draw_plan(std::uint64_t seed) {
+Plan draw_plan(std::uint64_t seed, bool has_guests) {
   RandomSource random(seed);
   const Shape& shape = draw_shape(random);
   Plan plan{.seed = seed, .pack_name = shape.name, .config = &shape.config};
@@ -138,8 +263,13 @@ Plan draw_plan(std::uint64_t seed) {
   Draw draw{shape.config, random};
   draw_drive(draw, plan);
   draw_faults(draw, plan);
+  if (has_guests) draw_guest(shape.config, plan);
+  sort_faults(plan);
   plan.length = faults_span;
   for (const FaultEvent& fault : plan.faults) plan.length = std::max(plan.length, fault.ends_at);
+  // A guest's goes on for so long that it would meet who looks whether all is well again.
+  if (plan.guest == Guest::nobody) return plan;
+  std::erase_if(plan.drive, [&plan](const DriveEvent& event) { return event.at >= plan.length; });
   return plan;
 }
 
@@ -151,7 +281,9 @@ void keep_only(Plan& plan, std::span<const std::size_t> numbers) {
 
 std::string to_text(const Plan& plan) {
   std::string text = "seed " + std::to_string(plan.seed) + ": " + std::string(plan.pack_name) + ", devices " +
-                     std::to_string(plan.devices_ahead.count() / 1'000) + " us ahead\n";
+                     std::to_string(plan.devices_ahead.count() / 1'000) + " us ahead";
+  if (plan.guest != Guest::nobody) text += ", with " + std::string(name_of_guest(plan));
+  text += "\n";
   for (const FaultEvent& fault : plan.faults) {
     text += time_text(fault.begins_at) + "fault " + std::to_string(fault.number) + ": " +
             std::string(fault.kind->name) + " for " + std::to_string(to_ms(fault.length())) + " ms";

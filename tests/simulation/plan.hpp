@@ -1,6 +1,9 @@
 // What one seed means: a pack, a drive and faults, each with a beginning and an end. All of it is drawn before anything
 // runs, and each fault has numbers of its own: one can be left out, and everything else stays as it was.
 //
+// Some packs have a guest: a charger that is driven over a bus, or an inverter. Everybody else's life is drawn as if
+// there were no guests at all.
+//
 //   Plan plan = draw_plan(17);
 //   keep_only(plan, {1, 4});     of its faults those with these numbers, counted from 1
 //
@@ -9,6 +12,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -36,6 +40,12 @@ enum class Reached : std::uint8_t {
   in_the_core,  // it decides so; nothing goes over this bus any more, and the unit opens by itself
 };
 
+/// Who is on the other bus.
+enum class Guest : std::uint8_t { nobody, charger, inverter };
+
+/// In whose lives a fault can happen.
+enum class Happens : std::uint8_t { to_anybody, to_any_guest, to_a_charger, to_an_inverter };
+
 struct FaultEvent;
 
 /// What events are drawn from.
@@ -54,6 +64,7 @@ struct FaultKind {
   Duration allowed{};  // of effects that open
   Reached reached = Reached::on_the_bus;
   bool hides = false;  // others may be seen later while it lasts, or not at all
+  Happens happens = Happens::to_anybody;
   Duration shortest = 500ms;
   Duration longest = 8s;
   void (*draw)(Draw&, FaultEvent&) = nullptr;
@@ -62,7 +73,9 @@ struct FaultKind {
   void (*end)(Stage&, const FaultEvent&) = nullptr;
 };
 
+/// Those that happen to anybody come first.
 [[nodiscard]] std::span<const FaultKind> fault_kinds();
+[[nodiscard]] bool can_happen(const FaultKind& kind, Guest guest);
 [[nodiscard]] std::string_view to_text(Effect effect);
 
 struct FaultEvent {
@@ -86,14 +99,18 @@ struct DriveEvent {
 struct Plan {
   std::uint64_t seed = 0;
   std::string_view pack_name;
-  const CoreConfig* config = nullptr;  // lives as long as the program
+  const CoreConfig* config = nullptr;  // lives as long as the program, or as this plan
+  std::shared_ptr<const CoreConfig> with_guest;
+  Guest guest = Guest::nobody;
+  bool ends_with_mains_cut = false;  // of a charger: at the end its charge is interrupted once more, and has to go on
   Duration devices_ahead{};
   std::vector<DriveEvent> drive;
   std::vector<FaultEvent> faults;  // by their beginnings
   Duration length{};               // all faults are over by then
 };
 
-[[nodiscard]] Plan draw_plan(std::uint64_t seed);
+/// `has_guests` off: everybody lives as if there were none.
+[[nodiscard]] Plan draw_plan(std::uint64_t seed, bool has_guests = true);
 void keep_only(Plan& plan, std::span<const std::size_t> numbers);
 /// A line for each event, as `--trace` prints it.
 [[nodiscard]] std::string to_text(const Plan& plan);

@@ -117,7 +117,7 @@ std::size_t modules_by_age(std::int32_t rate_kbit_per_s) {
 std::size_t modules_by_load(std::int32_t rate_kbit_per_s) {
   std::size_t most = 0;
   for (std::size_t modules = 1; modules <= modules_max; ++modules) {
-    if (bus_load_permille(pack_of(modules), default_period, false, rate_kbit_per_s) <= bus_load_max_permille) {
+    if (bus_load_permille(pack_of(modules), default_period, rate_kbit_per_s) <= bus_load_max_permille) {
       most = modules;
     }
   }
@@ -148,7 +148,7 @@ std::string load_table() {
   std::string text =
       "| modules | kbit/s | poll period, ms | load measured, % | load at worst, % |\n|---|---|---|---|---|\n";
   for (const Run& one : all_runs(Pace::prompt)) {
-    const std::int64_t worst = bus_load_permille(one.config, one.config.poll.period, false, one.rate_kbit_per_s);
+    const std::int64_t worst = bus_load_permille(one.config, one.config.poll.period, one.rate_kbit_per_s);
     text += "| " + std::to_string(one.modules) + " | " + std::to_string(one.rate_kbit_per_s) + " | " +
             std::to_string(to_ms(one.config.poll.period)) + " | " + text_of(100.0 * one.load, 1) + " | " +
             text_of(static_cast<double>(worst) / 10.0, 1) + " |\n";
@@ -207,7 +207,7 @@ TEST_CASE("modules that look at their bus once a millisecond and answer in one g
 TEST_CASE("no measured load is higher than the one that pack files are judged by", "[simulation][scale]") {
   for (const Run& one : all_runs(Pace::prompt)) {
     INFO(one.modules << " modules at " << one.rate_kbit_per_s << " kbit/s");
-    const std::int64_t worst = bus_load_permille(one.config, one.config.poll.period, false, one.rate_kbit_per_s);
+    const std::int64_t worst = bus_load_permille(one.config, one.config.poll.period, one.rate_kbit_per_s);
     CHECK(1'000.0 * one.load <= static_cast<double>(worst));
     CHECK(1'000.0 * one.load >= 0.75 * static_cast<double>(worst));  // and it is no wild guess
   }

@@ -1,10 +1,12 @@
 // Where a simulated life takes place: the core with the emulated pack and its bus (wired_pack.hpp), a wire that fails,
-// a store that keeps the core's state some time after it was told, and a wall clock that anybody may set.
+// another bus with a charger or an inverter where the pack has one, a store that keeps the core's state some time after
+// it was told, and a wall clock that anybody may set.
 #pragma once
 
 #include <optional>
 
 #include "tests/simulation/faulty_wire.hpp"
+#include "tests/simulation/outer_bus.hpp"
 #include "tests/support/wired_pack.hpp"
 
 namespace bmu::test {
@@ -48,6 +50,7 @@ class Stage {
 
   WiredPack pack;
   FaultyWire wire;
+  OuterBus outer;
   StateStore store;
   std::int64_t wall_offset_ms = 0;  // how far the wall clock is off
 

@@ -29,6 +29,7 @@ class Sweep {
     std::sort(result_.failed.begin(), result_.failed.end(),
               [](const FailedSeed& one, const FailedSeed& other) { return one.seed < other.seed; });
     result_.hash = fnv_start;
+    result_.had_guests = options_.has_guests;
     for (const auto& [seed, hash] : hashes_) result_.hash = (result_.hash ^ hash) * fnv_prime;
     return result_;
   }
@@ -36,7 +37,7 @@ class Sweep {
  private:
   void work() {
     for (std::uint64_t seed = next_++; seed <= seeds_.last; seed = next_++) {
-      const Plan plan = draw_plan(seed);
+      const Plan plan = draw_plan(seed, options_.has_guests);
       const Outcome outcome = live(plan, {});
       FailedSeed failed{.seed = seed};
       if (outcome.violation) {
@@ -103,12 +104,12 @@ SweepResult sweep(SeedRange seeds, const SweepOptions& options) {
   return Sweep(seeds, options).run();
 }
 
-std::string reproduction(std::uint64_t seed, const std::vector<std::size_t>& only) {
+std::string reproduction(std::uint64_t seed, const std::vector<std::size_t>& only, bool has_guests) {
   std::string text = "bmud_simulation --seed " + std::to_string(seed);
   for (std::size_t index = 0; index < only.size(); ++index) {
     text += (index == 0 ? " --only " : ",") + std::to_string(only[index]);
   }
-  return text + " --trace";
+  return text + (has_guests ? " --trace" : " --no-guests --trace");
 }
 
 std::string to_text(const SweepResult& result) {
@@ -139,7 +140,7 @@ std::string to_text(const SweepResult& result) {
   for (const FailedSeed& failed : result.failed) {
     std::snprintf(line, sizeof(line), "FAILED at %.3f s: ", to_s(failed.violation.at));
     text += line + std::string(to_text(failed.violation.rule)) + ": " + failed.violation.text + "\n    " +
-            reproduction(failed.seed, failed.least) + "\n";
+            reproduction(failed.seed, failed.least, result.had_guests) + "\n";
   }
   return text;
 }
@@ -162,7 +163,7 @@ std::string to_json(const SweepResult& result) {
                       {"rule", to_text(one.violation.rule)},
                       {"at_ms", to_ms(one.violation.at)},
                       {"text", one.violation.text},
-                      {"command", reproduction(one.seed, one.least)}});
+                      {"command", reproduction(one.seed, one.least, result.had_guests)}});
   }
   const ordered_json all{{"seeds", result.seeds},
                          {"simulated_s", to_ms(result.lived) / 1'000},

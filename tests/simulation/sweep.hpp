@@ -40,18 +40,21 @@ struct SweepResult {
   std::map<std::string_view, KindCount> kinds;
   std::vector<FailedSeed> failed;  // by seed
   std::uint64_t hash = 0;          // of all decisions of all lives
+  bool had_guests = true;          // if they were drawn some
 };
 
 struct SweepOptions {
   unsigned threads = 1;
   bool minimises = false;
+  bool has_guests = true;
   std::function<void(std::uint64_t done)> progress{};
 };
 
 [[nodiscard]] SweepResult sweep(SeedRange seeds, const SweepOptions& options);
 
 /// One line that repeats it.
-[[nodiscard]] std::string reproduction(std::uint64_t seed, const std::vector<std::size_t>& only);
+[[nodiscard]] std::string reproduction(std::uint64_t seed, const std::vector<std::size_t>& only,
+                                       bool has_guests = true);
 [[nodiscard]] std::string to_text(const SweepResult& result);
 [[nodiscard]] std::string to_json(const SweepResult& result);
 

@@ -22,6 +22,11 @@ inline std::vector<std::int64_t> interesting_raws(const SignalSpec& signal, Rand
   return raws;
 }
 
+/// What a raw number means, from the row's own scale and offset.
+inline std::int64_t carried(const SignalSpec& signal, std::int64_t raw) {
+  return raw * signal.scale + signal.offset;
+}
+
 inline SignalValue through_the_wire(const SignalSpec& signal, const SignalValue& value) {
   FrameBytes bytes{};
   encode_signal(signal, value, bytes);
@@ -35,7 +40,7 @@ inline std::int64_t raw_sent(const SignalSpec& signal, const SignalValue& value)
 
 inline void contract_round_trip(const SignalSpec& signal, Random& random) {
   for (const std::int64_t raw : interesting_raws(signal, random)) {
-    const SignalValue value = known(raw * signal.scale);
+    const SignalValue value = known(carried(signal, raw));
     REQUIRE(raw_sent(signal, value) == raw);
     REQUIRE(through_the_wire(signal, value) == value);
   }
@@ -48,12 +53,12 @@ inline void contract_special_codes(const SignalSpec& signal) {
   }
 }
 
-/// Whatever the reason, "no number" never leaves as a number, least of all as 0.
+/// Whatever the reason, "no number" never leaves as a number, least of all as 0, unless the row says that 0 is none.
 inline void contract_unknown_is_never_a_number(const SignalSpec& signal) {
   if (signal.special.empty()) return;
   for (const Validity why : {Validity::unknown, Validity::not_fitted, Validity::open_circuit, Validity::short_circuit,
                              Validity::sensor_fault, Validity::above_range, Validity::out_of_range}) {
-    REQUIRE(raw_sent(signal, not_known(why)) != 0);
+    REQUIRE((raw_sent(signal, not_known(why)) != 0 || find_special(signal, 0) != nullptr));
     REQUIRE_FALSE(through_the_wire(signal, not_known(why)).is_valid());
   }
 }
@@ -67,7 +72,7 @@ inline void contract_rounding(const SignalSpec& signal, Random& random) {
     for (const std::int64_t more :
          {std::int64_t{0}, (signal.scale - 1) / 2, (signal.scale + 1) / 2, signal.scale - 1}) {
       const bool is_up = is_nearest && 2 * more >= signal.scale;
-      REQUIRE(raw_sent(signal, known(raw * signal.scale + sign * more)) == raw + (is_up ? sign : 0));
+      REQUIRE(raw_sent(signal, known(carried(signal, raw) + sign * more)) == raw + (is_up ? sign : 0));
     }
   }
 }
@@ -76,19 +81,20 @@ inline void contract_rounding(const SignalSpec& signal, Random& random) {
 inline void contract_saturation(const SignalSpec& signal) {
   const RawRange range = raw_range(signal);
   const std::int64_t far = std::int64_t{1} << 61;
-  for (const std::int64_t value : {(range.max + 1) * signal.scale, (range.max + 1'000) * signal.scale, far}) {
-    REQUIRE(through_the_wire(signal, known(value)) == known(range.max * signal.scale));
+  for (const std::int64_t value : {carried(signal, range.max + 1), carried(signal, range.max + 1'000), far}) {
+    REQUIRE(through_the_wire(signal, known(value)) == known(carried(signal, range.max)));
   }
-  for (const std::int64_t value : {(range.min - 1) * signal.scale, (range.min - 1'000) * signal.scale, -far}) {
-    REQUIRE(through_the_wire(signal, known(value)) == known(range.min * signal.scale));
+  for (const std::int64_t value : {carried(signal, range.min - 1), carried(signal, range.min - 1'000), -far}) {
+    REQUIRE(through_the_wire(signal, known(value)) == known(carried(signal, range.min)));
   }
 }
 
-/// The bits of the field, counted one by one as the protocol numbers them.
+/// The bits of the field, counted one by one as the protocol numbers them in either order.
 inline FrameBytes field_mask(const SignalSpec& signal) {
   FrameBytes mask{};
   for (unsigned bit = signal.first_bit; bit < signal.first_bit + unsigned{signal.bit_count}; ++bit) {
-    mask[bit / 8] = static_cast<std::uint8_t>(mask[bit / 8] | (0x80U >> (bit % 8)));
+    const unsigned in_byte = signal.order == ByteOrder::big ? 7 - bit % 8 : bit % 8;
+    mask[bit / 8] = static_cast<std::uint8_t>(mask[bit / 8] | (1U << in_byte));
   }
   return mask;
 }
@@ -99,7 +105,7 @@ inline void contract_other_bits_stay(const SignalSpec& signal, Random& random) {
     FrameBytes before{};
     for (std::uint8_t& one : before) one = static_cast<std::uint8_t>(random.next());
     FrameBytes after = before;
-    encode_signal(signal, known(raw * signal.scale), after);
+    encode_signal(signal, known(carried(signal, raw)), after);
     for (std::size_t index = 0; index < after.size(); ++index) {
       REQUIRE(((before[index] ^ after[index]) & static_cast<std::uint8_t>(~mask[index])) == 0);
     }
@@ -114,15 +120,15 @@ inline void contract_decoding_is_total(const SignalSpec& signal, Random& random)
     for (std::uint8_t& one : bytes) one = static_cast<std::uint8_t>(random.next());
     const SignalValue value = decode_signal(signal, bytes);
     if (!value.is_valid()) continue;
-    REQUIRE(value.value >= range.min * signal.scale);
-    REQUIRE(value.value <= range.max * signal.scale);
+    REQUIRE(value.value >= carried(signal, range.min));
+    REQUIRE(value.value <= carried(signal, range.max));
   }
 }
 
 inline void check_signal_contracts(const SignalSpec& signal, Random& random) {
   contract_special_codes(signal);
   contract_unknown_is_never_a_number(signal);
-  if (signal.bit_count == 64) return;  // letters: every pattern is itself
+  if (signal.bit_count == 64) return;  // letters, bytes: every pattern is itself
   contract_other_bits_stay(signal, random);
   contract_round_trip(signal, random);
   contract_rounding(signal, random);

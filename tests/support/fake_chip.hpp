@@ -35,6 +35,7 @@ class FakeChip final : public GpioSystem {
     OwnedFd fd;
     gpio_v2_line_request asked{};
     std::deque<gpio_v2_line_event> edges;
+    std::array<std::uint32_t, GPIO_V2_LINES_MAX> edges_seen{};  // of each line
   };
 
   // What happens to the chip.
@@ -44,6 +45,8 @@ class FakeChip final : public GpioSystem {
   bool debounces = true;
   bool interrupts = true;
   std::array<Wire, line_count> wires{};
+  std::uint64_t monotonic_ns = 1;  // what its edges are stamped with
+  int edges_to_lose = 0;           // the next so many find no room in a queue
 
   void set_wire(std::uint32_t line, bool is_high) {
     wires.at(line).is_high = is_high;
@@ -214,7 +217,16 @@ class FakeChip final : public GpioSystem {
     if ((flags_of(request.asked, index) & GPIO_V2_LINE_FLAG_EDGE_RISING) == 0) return;
     gpio_v2_line_event edge{};
     edge.offset = request.asked.offsets[index];
+    edge.timestamp_ns = monotonic_ns;
+    edge.line_seqno = ++request.edges_seen.at(index);
     edge.id = is_active(request.asked, index) ? GPIO_V2_LINE_EVENT_RISING_EDGE : GPIO_V2_LINE_EVENT_FALLING_EDGE;
+    if (edges_to_lose > 0) {
+      --edges_to_lose;
+      return;
+    }
+    // Where there is no room the oldest goes, as in the kernel.
+    const std::size_t kept = request.asked.event_buffer_size;
+    if (kept > 0 && request.edges.size() == kept) request.edges.pop_front();
     request.edges.push_back(edge);
     ::eventfd_write(request.fd.get(), 1);
   }

@@ -17,7 +17,7 @@ namespace bmu::test {
 inline constexpr std::int64_t recorded_from_us = 1'700'000'000'000'000;
 
 inline PackConfig demo_pack() {
-  auto pack = load_pack_config(std::string(BMUD_SOURCE_DIR) + "/config/packs/demo-48s.json");
+  auto pack = load_pack_config(BMUD_SOURCE_DIR "/config/packs/demo-48s.json");
   REQUIRE(pack);
   return *pack;
 }

@@ -16,6 +16,8 @@ class SimRun {
   void run_to(double seconds);
   /// An event of the script language, now.
   void apply(std::string_view event);
+  /// Told to the core, as if it had come from outside.
+  void observe(const ObservedThing& what) { run_.observe(what); }
   void give(Command command, Authority authority = Authority::user);
 
   [[nodiscard]] double seconds() const { return to_s(run_.elapsed()); }

@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include <malloc.h>
+
 #include "protocol/tables/internal_bus.hpp"
 
 namespace bmu::test {
@@ -16,6 +18,21 @@ Station station_of(const CanFrame& frame) {
 }
 
 namespace {
+
+/// Copies of a core have two megabytes each and are made by the thousand. Memory that is given back to the system and
+/// faulted in again for each of them takes most of a test's time.
+void keep_freed_memory() {
+  static const bool is_kept = ::mallopt(M_MMAP_MAX, 0) == 1 && ::mallopt(M_TRIM_THRESHOLD, -1) == 1;
+  static_cast<void>(is_kept);  // without it the tests are slower, and not wrong
+}
+
+/// Modules of another maker have identifiers that are ours for something else.
+Station station_in(const CoreConfig& config, const CanFrame& frame) {
+  const ModuleDriver* const driver = config.foreign.driver;
+  const MessageMatch match = driver != nullptr ? driver->catalogue->find(frame) : MessageMatch{};
+  const bool is_foreign = match.message != nullptr && match.message->sender != Sender::sensor;
+  return is_foreign ? static_cast<Station>(match.node + driver->maker_less) : station_of(frame);
+}
 
 // The kernel's CAN_ERR_* classes and the bits of the controller's byte.
 constexpr std::uint32_t class_controller = 0x004;
@@ -67,13 +84,20 @@ WiredPack::WiredPack(const CoreConfig& config, Duration devices_ahead, const Bus
       core_(std::in_place, config, starts_at),
       simulator_(noisy(simulator_config(config), cell_noise_uV), {}, starts_at - devices_ahead),
       bus_(bus) {
+  keep_freed_memory();
   for (const Station station : {Station::master, Station::pdu, Station::sensor, Station::stranger}) {
     bus_.connect(station);
   }
   for (const ModuleConfig& module : config.modules) bus_.connect(static_cast<Station>(module.node));
   static_cast<void>(simulator_.advance(starts_at));  // nobody heard that
-  observe(PortChanged{Port::internal, true});
+  raise_ports();
+}
+
+void WiredPack::raise_ports() {
+  observe(PortChanged{Port::internal, is_port_up_});
   observe(PortChanged{Port::vehicle, true});
+  if (given_->charger.driver != nullptr) observe(PortChanged{Port::charger, true});
+  if (given_->inverter.driver != nullptr) observe(PortChanged{Port::inverter, true});
 }
 
 std::uint8_t WiredPack::last_node() const {
@@ -124,12 +148,12 @@ void WiredPack::tick_devices() {
   if (each_ms) each_ms(*this);
   std::erase_if(late_, [this](const Due& due) {
     if (due.at > now_) return false;
-    put_of_device(station_of(due.frame), due.frame);
+    put_of_device(station_in(*given_, due.frame), due.frame);
     return true;
   });
   for (const SentFrame& sent : simulator_.advance(now_)) {
     CanFrame frame = sent.frame;
-    const Station station = station_of(frame);
+    const Station station = station_in(*given_, frame);
     const Fate fate = on_sent ? on_sent(frame, *this) : Fate{};
     last_sent_[sent.frame.id] = sent.frame;
     if (fate.is_lost) continue;
@@ -166,8 +190,7 @@ void WiredPack::boot(const PersistentState& kept, std::uint8_t first_counter) {
   is_off_ = false;
   has_power_ = true;
   wake_at_ = now_;
-  observe(PortChanged{Port::internal, is_port_up_});
-  observe(PortChanged{Port::vehicle, true});
+  raise_ports();
 }
 
 void WiredPack::connect_twin(const MmuConfig& module) {
@@ -260,12 +283,22 @@ void WiredPack::decide() {
   wake_at_ = decisions.wake_at;
   if (phase() != before) ++entered_[static_cast<std::size_t>(phase())];
   for (const OutgoingFrame& out : decisions.frames) {
-    if (out.port != Port::internal || is_swallowing) continue;
+    const bool is_on_this_bus = config().served_by[static_cast<std::size_t>(out.port)] == Port::internal;
+    if (!is_on_this_bus || is_swallowing) continue;
     if (sends_fail || bus_.waiting(Station::master) >= queue_length) {
       static_cast<void>(core_->observe({now_, SendFailed{out.port, out.frame}}));
     } else {
       bus_.put(Station::master, out.frame);
     }
+  }
+}
+
+void WiredPack::carry_elsewhere(Port told_by, const CanFrame& frame, bool is_ours, bool are_deaf) {
+  if (is_ours && !are_deaf) simulator_.observe_elsewhere(frame, now_);
+  if (is_ours) {
+    tell(FrameEchoed{told_by, frame});
+  } else if (core_->port(told_by).is_up) {
+    tell(FrameReceived{told_by, frame});
   }
 }
 

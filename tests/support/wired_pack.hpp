@@ -61,6 +61,9 @@ class WiredPack {
   void observe(const ObservedThing& what);
   void give(Command command) { observe(CommandGiven{command}); }
   void send_as_stranger(const CanFrame& frame) { bus_.put(Station::stranger, frame); }
+  /// A frame that another bus than this one has carried: the master's to its devices (`are_deaf`: none takes it in), or
+  /// one of theirs to the master, who is told of it by `told_by`. What else is on that bus is the caller's.
+  void carry_elsewhere(Port told_by, const CanFrame& frame, bool is_ours, bool are_deaf = false);
   /// Another module is plugged in and powered; its cells have 3.6 V. With a node number of the pack it is on the bus
   /// what such a module is: two controllers that send the same identifiers at the same time.
   void connect_twin(const MmuConfig& module);
@@ -125,6 +128,7 @@ class WiredPack {
   void tell_carrier();
   void tell(const ObservedThing& what);
   void tell_due();
+  void raise_ports();
   void tick_devices();
   void put_of_device(Station station, const CanFrame& frame);
   void decide();

@@ -35,7 +35,7 @@ struct WorkedFrame {
     return known(0);
   }
   [[nodiscard]] bool has(const SignalSpec& signal) const {
-    return signal.selected_by < 0 || value_of(message->signals.front()).value == signal.selected_by;
+    return is_selected(signal, value_of(message->signals.front()).value);
   }
 };
 

@@ -51,7 +51,7 @@ expect_offered 'debug error info warning' bmud --log-level ''
 expect_offered '' bmudump --count ''
 expect_offered 'drive.log' bmureplay d
 expect_offered 'eval fit health resistance' bmucell ''
-expect_offered '--scenario --seconds --seed' mmusim --s
+expect_offered '--scenario --second-pack-bus --seconds --seed' mmusim --s
 
 expect_whole_page() {
   local program=$1 page=$2 word

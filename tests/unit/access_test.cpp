@@ -12,6 +12,7 @@
 #include "daemon/shell/status_requests.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/core_bench.hpp"
+#include "tests/support/one_bus.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 using namespace bmu;
@@ -68,7 +69,7 @@ class NoBus final : public BusPort {
 /// The commands over a core that lies on its bench.
 struct Desk {
   test::CoreBench bench{test::small_pack()};
-  Buses buses{.internal = std::make_unique<NoBus>(), .vehicle = nullptr};
+  Buses buses = test::one_bus(std::make_unique<NoBus>());
   LoopCounters counters;
   DriveRecord drive;
   std::unique_ptr<StateStore> store = std::move(*StateStore::open({}));

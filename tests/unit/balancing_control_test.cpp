@@ -72,7 +72,7 @@ TEST_CASE("nothing is commanded before a window without bleeding has passed, and
   CHECK(static_cast<double>(bench.control().to_go_uAs(2, bench.switches())) == Approx(54'000'000.0).epsilon(0.01));
 }
 
-TEST_CASE("bled are the cells of the plan, for their minutes; then everything is measured again",
+TEST_CASE("bled are the cells of the plan, for their minutes, then everything is measured again",
           "[unit][balancing][BMS_F.4][MMU_CB]") {
   BalancingBench bench(small());
   bench.soc[2] = 0.52;

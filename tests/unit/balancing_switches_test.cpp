@@ -68,7 +68,7 @@ bool is_true(const Reading& reading) {
 
 }  // namespace
 
-TEST_CASE("nothing is known before a module has spoken; off is as it should be", "[unit][balancing]") {
+TEST_CASE("nothing is known before a module has spoken, off is as it should be", "[unit][balancing]") {
   Bench bench;
   CHECK_FALSE(bench.switches.stays_on().is_known);
   CHECK_FALSE(bench.switches.stays_off().is_known);

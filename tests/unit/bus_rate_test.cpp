@@ -72,7 +72,7 @@ TEST_CASE("a difference that fits is told with interface, found, wanted and what
   CHECK(
       finding.text ==
       "pack.json: /buses/internal_kbit_per_s: found can0 set to 125 kbit/s, wanted 500 kbit/s; internal bus at 125 "
-      "kbit/s: in use for up to 48 % of the time, a poll cycle takes up to 48 ms, which fits; who is set to 500 kbit/s "
+      "kbit/s: in use for up to 49 % of the time, a poll cycle takes up to 48 ms, which fits; who is set to 500 kbit/s "
       "is not understood");
   CHECK(verdict(large(), 1'000'000) == RateVerdict::differs);
 }

@@ -313,8 +313,7 @@ TEST_CASE("a cell file by itself is checked as with a pack", "[unit][config]") {
   const std::string missing = (config_directory / "cells/missing.json").string();
   const auto unread = load_cell_file(missing);
   REQUIRE_FALSE(unread);
-  CHECK(all_text(unread.error()) ==
-        missing + ": found No such file or directory, wanted a readable file of at most 1 MiB\n");
+  CHECK(all_text(unread.error()) == missing + ": found no such file, wanted a readable file of at most 1 MiB\n");
 }
 
 TEST_CASE("measured tables within a pack are told of with their whole path", "[unit][config]") {

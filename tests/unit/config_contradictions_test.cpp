@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "config/identifier_checks.hpp"
 #include "config/pack_config.hpp"
 #include "config/pack_fields.hpp"
 #include "daemon/core/fault_table.hpp"
@@ -430,7 +431,7 @@ TEST_CASE("a module's serial number is its own, one for each node", "[unit][conf
   refuses({in("/1/serial_numbers", {5})}, "/modules/1/serial_numbers", "\"serial_number\" beside \"node\"");
 }
 
-TEST_CASE("a fast pace is not slower, a parked one not faster; left out they follow", "[unit][config]") {
+TEST_CASE("a fast pace is not slower, a parked one not faster, left out they follow", "[unit][config]") {
   accepts({{"/poll/fast_period_ms", 100}, {"/poll/parked_period_ms", 100}});
   refuses({{"/poll/fast_period_ms", 101}}, "/poll/fast_period_ms", "found 101, wanted at most period_ms, 100");
   refuses({{"/poll/parked_period_ms", 99}}, "/poll/parked_period_ms", "found 99, wanted at least period_ms, 100");
@@ -516,6 +517,115 @@ TEST_CASE("the vehicle's nine identifiers stay within 11 bits and off the intern
   refuses({{"/vehicle/base_id", "3BF"}}, "/vehicle/base_id", "3BF is RESPONSE");
   accepts({{"/vehicle/base_id", "518"}});
   refuses({{"/vehicle/base_id", "519"}}, "/vehicle/base_id", "521 is SENSOR_CURRENT");
+}
+
+TEST_CASE("the vehicle's dialect, requests and second pack are read", "[unit][config][BMS_F.8]") {
+  const auto pack = parse(changed({{"/vehicle/dialect", "elithion"},
+                                   {"/vehicle/request_id", "745"},
+                                   {"/vehicle/may_clear_faults", true},
+                                   {"/second_pack", Json{{"base_id", "640"}, {"dialect", "original"}}},
+                                   {"/buses/second_pack", "can7"}})
+                              .dump());
+  REQUIRE(pack);
+  CHECK(pack->core.vehicle.dialect == VehicleDialect::elithion);
+  CHECK(pack->core.vehicle.request_id == 0x745);
+  CHECK(reply_id_of(pack->core.vehicle) == 0x74D);
+  CHECK(pack->core.vehicle.may_clear_faults);
+  CHECK(pack->core.second_pack.base_id == 0x640);
+  CHECK(pack->core.second_pack.dialect == VehicleDialect::original);
+  CHECK(pack->buses.name(Port::second_pack) == "can7");
+  CHECK(pack->core.served_by[static_cast<std::size_t>(Port::second_pack)] == Port::second_pack);
+  const auto plain = parse(changed({}).dump());
+  REQUIRE(plain);
+  CHECK(plain->core.vehicle.request_id == 0);
+  CHECK(plain->core.second_pack.base_id == 0);
+  CHECK(plain->buses.name(Port::second_pack) == plain->buses.vehicle);
+  refuses({{"/vehicle/dialect", "klingon"}}, "/vehicle/dialect", "iha, original or elithion");
+  refuses({{"/vehicle/request_id", "800"}}, "/vehicle/request_id", "7FF");
+  refuses({{"/vehicle/request_id", "7x"}}, "/vehicle/request_id", "7FF");
+  refuses({{"/second_pack", Json{{"base_id", "7F8"}}}}, "/second_pack/base_id", "7F7");
+}
+
+TEST_CASE("protocols that clash on one bus are refused with both names", "[unit][config][identifiers]") {
+  const auto second = [](const char* id) { return Json{{"base_id", id}}; };
+  accepts({{"/second_pack", second("629")}});
+  refuses({{"/second_pack", second("628")}}, "/second_pack/base_id",
+          "628 would be both the messages to the vehicle and the messages of the second pack");
+  accepts({{"/second_pack", second("617")}});
+  refuses({{"/second_pack", second("618")}}, "/second_pack/base_id", "620 would be both");
+  // Another bus is another matter, but for the internal bus's own.
+  accepts({{"/second_pack", second("620")}, {"/buses/second_pack", "can7"}});
+  refuses({{"/second_pack", second("340")}, {"/buses/second_pack", "can7"}}, "/second_pack/base_id", "340 is COMMAND");
+  accepts({{"/vehicle/request_id", "745"}});
+  refuses({{"/vehicle/request_id", "625"}}, "/vehicle/request_id",
+          "625 would be both the messages to the vehicle and requests for data");
+  refuses({{"/vehicle/request_id", "618"}}, "/vehicle/reply_id", "620 would be both");
+  accepts({{"/vehicle/request_id", "618"}, {"/vehicle/reply_id", "619"}});
+  refuses({{"/vehicle/request_id", "745"}, {"/vehicle/reply_id", "745"}}, "/vehicle/reply_id",
+          "745 would be both requests for data and answers to requests");
+  refuses({{"/vehicle/request_id", "040"}}, "/vehicle/request_id", "040 is CONTACTOR_COMMAND");
+  refuses({{"/vehicle/request_id", "745"}, {"/second_pack", second("73D")}}, "/second_pack/base_id",
+          "745 would be both requests for data and the messages of the second pack");
+}
+
+TEST_CASE("a charger is asked for what it can do, and for what the cells may have", "[unit][config][charger][BMU_11]") {
+  const auto charger = [](const Json& more) {
+    Json all{{"protocol", "elcon_tc"}};
+    all.update(more);
+    return std::vector<Change>{{"/charger", all}};
+  };
+  accepts(charger(Json::object()));
+  const auto pack = parse(changed(charger(Json::object())).dump());
+  REQUIRE(pack);
+  const ChargerConfig& read = pack->core.charger;
+  REQUIRE(read.driver != nullptr);
+  CHECK(read.driver->name == "elcon_tc");
+  CHECK(read.cell_full_uV == 4'180'000);  // where the curve ends; the warning is at 4.20 V
+  CHECK(read.voltage_max_mV == 201'600);  // 48 cells at the warning, which is less than half a percent above
+  CHECK(read.current_max_mA == pack->core.current.charge_continuous_mA);
+  CHECK(read.end_current_mA == 1'500);  // 30 Ah in 20 hours
+  refuses(charger({{"protocol", "elcon"}}), "/charger/protocol", "elcon_tc or brusa_nlg5");
+  accepts(charger({{"units", 4}}));
+  refuses(charger({{"units", 5}}), "/charger/units", "4");
+  refuses(charger({{"protocol", "brusa_nlg5"}, {"units", 2}}), "/charger/units", "at most 1: brusa_nlg5");
+  accepts(charger({{"cell_full_mV", 4'199}}));
+  refuses(charger({{"cell_full_mV", 4'200}}), "/charger/cell_full_mV", "less than that of cell_overvoltage, 4200");
+  refuses(charger({{"cell_full_mV", 3'000}}), "/charger/cell_full_mV", "more than the warning of cell_undervoltage");
+  refuses(charger({{"cell_full_mV", 3'600}}), "/charger/cell_full_mV", "half full");
+  accepts(charger({{"end_current_mA", 10'000}}));
+  refuses(charger({{"end_current_mA", 10'001}}), "/charger/end_current_mA", "at most half");
+  refuses(charger({{"voltage_max_mV", 200'639}}), "/charger/voltage_max_mV", "at least 200640");
+  accepts(charger({{"voltage_max_mV", 200'640}}));
+  accepts(charger({{"current_max_mA", 1'000}}));  // its end is at less, then
+  accepts(charger({{"voltage_max_mV", 203'040}}));
+  refuses(charger({{"voltage_max_mV", 203'041}}), "/charger/voltage_max_mV", "at most 203040");
+  accepts(charger({{"resume_below_permille", 900}, {"opens_when_full", false}}));
+  refuses(charger({{"resume_below_permille", 900}}), "/charger/resume_below_permille", "opens_when_full");
+  accepts(charger({{"protocol", "brusa_nlg5"}, {"requests_mains", true}}));
+  refuses(charger({{"requests_mains", true}}), "/charger/requests_mains", "elcon_tc has no word for it");
+  refuses(charger({{"protocol", ""}, {"requests_mains", true}}), "/charger/requests_mains", "no protocol is named");
+}
+
+TEST_CASE("a charger's identifiers clash with others on its bus only, and are named", "[unit][config][identifiers]") {
+  const Json brusa{{"protocol", "brusa_nlg5"}};
+  accepts({{"/charger", brusa}});
+  refuses({{"/charger", brusa}, {"/vehicle/base_id", "612"}}, "/charger/protocol", "Brusa NLG5 charger");
+  accepts({{"/charger", brusa}, {"/vehicle/base_id", "612"}, {"/buses/charger", "can7"}});
+  // 29 bits are other identifiers than 11.
+  accepts({{"/charger", Json{{"protocol", "elcon_tc"}}}, {"/vehicle/base_id", "0F0"}});
+}
+
+TEST_CASE("what was apart in the file clashes when the command line joins the buses", "[unit][config][identifiers]") {
+  auto pack = parse(changed({{"/second_pack", Json{{"base_id", "620"}}}, {"/buses/second_pack", "can7"}}).dump());
+  REQUIRE(pack);
+  CHECK(identifier_clashes(*pack).empty());
+  BusNames names = pack->buses;
+  names.second_pack = names.vehicle;
+  set_buses(*pack, names);
+  const ConfigProblems clashes = identifier_clashes(*pack);
+  REQUIRE(clashes.size() == 1);
+  CHECK(clashes[0].path == "/second_pack/base_id");
+  CHECK(clashes[0].wanted.find("620 would be both") != std::string::npos);
 }
 
 }  // namespace

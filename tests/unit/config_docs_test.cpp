@@ -57,7 +57,8 @@ std::string unit_of(const KeyDescription& key) {
 }
 
 TEST_CASE("every number carries its unit in its key, unless it counts", "[unit][config]") {
-  constexpr std::array<std::string_view, 10> counts{"/modules/*/serial_number",
+  constexpr std::array<std::string_view, 12> counts{"/charger/units",
+                                                    "/modules/*/serial_number",
                                                     "/contactors/precharge_tries",
                                                     "/modules/*/node",
                                                     "/modules/*/cells",
@@ -66,6 +67,7 @@ TEST_CASE("every number carries its unit in its key, unless it counts", "[unit][
                                                     "/gpio/outputs/*/line",
                                                     "/gpio/feedback/*/line",
                                                     "/gpio/inputs/*/line",
+                                                    "/gpio/insulation_pulses/line",
                                                     "/cell/dynamics/charge_efficiency"};
   for (const KeyDescription& key : describe_keys()) {
     CAPTURE(key.path);
@@ -154,7 +156,7 @@ TEST_CASE("docs/configuration.md names the keys that are no plain fields", "[uni
   const std::string page = bytes_of(page_file);
   for (const std::string key :
        {"cell", "modules", "limits", "nodes", "serial_numbers", "ocv", "derating", "charge_plateau", "dynamics", "rows",
-        "component_limits", "gpio", "outputs", "feedback", "inputs"}) {
+        "component_limits", "gpio", "outputs", "feedback", "inputs", "insulation_pulses"}) {
     CAPTURE(key);
     CHECK(page.find("`" + key + "`") != std::string::npos);
   }
@@ -202,8 +204,9 @@ SchemaKeys schema_keys() {
   collect(schema.at("definitions").at("gpio_line"), "/gpio/outputs/*", keys);
   collect(schema.at("definitions").at("gpio_feedback"), "/gpio/feedback/*", keys);
   collect(schema.at("definitions").at("gpio_input"), "/gpio/inputs/*", keys);
+  collect(schema.at("definitions").at("gpio_line"), "/gpio/insulation_pulses", keys);
   for (const char* composite : {"/cell", "/modules", "/modules/*/nodes", "/modules/*/serial_numbers", "/cell/ocv",
-                                "/cell/dynamics/rows", "/component_limits", "/gpio/inputs",
+                                "/cell/dynamics/rows", "/component_limits", "/gpio/inputs", "/gpio/insulation_pulses",
                                 "/cell/derating/charge_over_temperature", "/cell/derating/discharge_over_temperature",
                                 "/cell/derating/charge_over_soc", "/cell/derating/discharge_over_soc"}) {
     CAPTURE(composite);

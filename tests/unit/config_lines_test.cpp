@@ -200,6 +200,38 @@ TEST_CASE("without a power distribution unit everything it does is a line", "[un
                "no unit tells a resistance");
 }
 
+TEST_CASE("an insulation monitor's pulses are a line, and one source of its word", "[unit][config][gpio][FS_3]") {
+  const Json line{{"line", 22}, {"active_low", true}};
+  const auto pack = parse(with_gpio({{"/insulation_pulses", line}}).dump());
+  if (!pack) FAIL(all_text(pack.error()));
+  REQUIRE(pack->gpio->insulation_pulses);
+  CHECK(pack->gpio->insulation_pulses->line == 22);
+  CHECK(pack->gpio->insulation_pulses->active_low);
+  CHECK(pack->core.insulation.has_pulse_line);
+  CHECK(pack->core.insulation.is_heard_itself());
+  CHECK_FALSE(parse(with_gpio({}).dump())->core.insulation.has_pulse_line);
+
+  // With it a machine without a unit measures.
+  CHECK(problems_of(without_unit({{"/insulation/monitoring", "measured"}, {"/gpio/insulation_pulses", line}}).dump())
+            .empty());
+  Json alone = changed({{"/gpio", Json{{"chip", "/dev/gpiochip0"}, {"insulation_pulses", line}}}});
+  CHECK(problems_of(alone.dump()).empty());
+
+  Json both = with_gpio({{"/insulation_pulses", line}});
+  both["insulation"] = {{"monitoring", "measured"}, {"protocol", "iso165c"}};
+  refuses_text(both.dump(), "/gpio/insulation_pulses", "insulation/protocol names a monitor already");
+  Json ok_line = with_gpio({{"/insulation_pulses", line}});
+  ok_line["insulation"]["monitoring"] = "ok_line";
+  refuses_text(ok_line.dump(), "/insulation/monitoring", "gpio/insulation_pulses tell a resistance");
+  refuses_text(with_gpio({{"/insulation_pulses", Json{{"line", 7}}}}).dump(), "/gpio/insulation_pulses/line",
+               "taken by /gpio/inputs/0");
+  refuses_text(with_gpio({{"/insulation_pulses", Json{{"active_low", true}}}}).dump(), "/gpio/insulation_pulses/line",
+               "required");
+  refuses_text(with_gpio({{"/insulation_pulses", Json{{"line", 22}, {"debounce_ms", 5}}}}).dump(),
+               "/gpio/insulation_pulses/debounce_ms", "unknown key");
+  refuses_text(with_gpio({{"/insulation_pulses", 22}}).dump(), "/gpio/insulation_pulses", "an object");
+}
+
 TEST_CASE("a charge contactor without a unit is a line with a contact, too", "[unit][config][gpio]") {
   Json pack = without_unit({{"/contactors/has_charge_contactor", true}});
   const std::string all = all_text(problems_of(pack.dump()));

@@ -145,6 +145,41 @@ TEST_CASE("a bus that is in use for more than 70 % of the time is warned of", "[
         "kbit/s, or buses/internal_kbit_per_s 1000, for at most 70 %");
 }
 
+TEST_CASE("who else is on the modules' bus counts for its load", "[unit][config][BMS_F.2]") {
+  std::vector<Change> changes = large(30, 500, 280);
+  changes.push_back({"/sensor", Json{{"has_second_current", true}, {"second_protocol", "lem_cab"}}});
+  const auto parsed = parse(changed(changes).dump());
+  REQUIRE(parsed);
+  const ConfigProblems warnings = bus_warnings(*parsed, "pack.json");
+  REQUIRE(warnings.size() == 1);
+  CHECK(warnings[0].path == "/poll/period_ms");
+  CHECK(warnings[0].found.find("up to 72 %") != std::string::npos);
+}
+
+TEST_CASE("a bus without modules is refused if what is on it does not fit, and warned of above 70 %",
+          "[unit][config][BMS_F.2]") {
+  // A LEM CAB's hundred frames of 135 bits a second and nine of ours: 14.6 kbit/s.
+  const auto at = [](int kbit_per_s) -> std::vector<Change> {
+    return {{"/buses/internal", "can0"},
+            {"/buses/vehicle", "can1"},
+            {"/sensor", Json{{"has_second_current", true}, {"second_protocol", "lem_cab"}, {"bus", "vehicle"}}},
+            {"/interfaces", Json{{"set_up", true}, {"vehicle_kbit_per_s", kbit_per_s}}}};
+  };
+  refuses(
+      at(14), "/interfaces/vehicle_kbit_per_s",
+      "found 14, at which can1 is filled to up to 105 %, wanted at least 125, or fewer on that bus, for at most 70 %");
+  const auto warnings_at = [&](int kbit_per_s) {
+    const auto parsed = parse(changed(at(kbit_per_s)).dump());
+    if (!parsed) FAIL(all_text(parsed.error()));
+    return bus_warnings(*parsed, "pack.json");
+  };
+  const ConfigProblems warnings = warnings_at(20);
+  REQUIRE(warnings.size() == 1);
+  CHECK(warnings[0].path == "/interfaces/vehicle_kbit_per_s");
+  CHECK(warnings[0].found == "20, at which can1 is filled to up to 74 %");
+  CHECK(warnings_at(22).empty());
+}
+
 TEST_CASE("a fast pace that fills the bus is warned of by its own key", "[unit][config][BMS_F.2]") {
   const auto warnings_at = [](int fast_ms) {
     std::vector<Change> changes = large(30, 500, 290);

@@ -1,6 +1,8 @@
 // The wear of contactors, counted.
 #include "daemon/core/contactor_ledger.hpp"
 
+#include <algorithm>
+
 #include "tests/support/catch.hpp"
 #include "tests/support/core_bench.hpp"
 
@@ -97,4 +99,45 @@ TEST_CASE("a closing and an opening under load are in what outlives the process"
   CHECK(wear[index_of(ContactorId::precharge)].openings == 1);
   CHECK(wear[index_of(ContactorId::precharge)].openings_under_load == 0);
   CHECK(wear[index_of(ContactorId::charge)] == ContactorWear{});
+}
+
+TEST_CASE("what is broken flows when the first main contactor is commanded open, not when the other follows",
+          "[unit][contactors]") {
+  ContactorLedger ledger;
+  CHECK_FALSE(ledger.broken_mA().is_valid());
+  const ContactorOutputs closed{.main_positive = true, .main_negative = true};
+  (void)ledger.command({.main_negative = true, .precharge = true}, measured_mA(0));
+  (void)ledger.command(closed, measured_mA(500));  // the precharge contactor opens: it breaks nothing of the pack's
+  CHECK_FALSE(ledger.broken_mA().is_valid());
+  (void)ledger.command({.main_negative = true}, measured_mA(25'000));
+  (void)ledger.command({}, measured_mA(3));
+  CHECK(ledger.broken_mA().value == 25'000);
+  (void)ledger.command(closed, measured_mA(0));
+  CHECK(ledger.broken_mA().value == 25'000);  // of the last opening
+  (void)ledger.command({.main_positive = true}, measured_mA(-7'000));
+  (void)ledger.command({}, measured_mA(0));
+  CHECK(ledger.broken_mA().value == -7'000);
+}
+
+TEST_CASE("the last opening and the wear agree on the current that was broken", "[unit][contactors][why]") {
+  test::CoreBench bench(test::small_pack());
+  REQUIRE(bench.close());
+  bench.current_mA = 25'000;
+  bench.run(1s);
+  bench.inputs.vehicle_on = false;
+  // The load goes with the first contactor.
+  bench.each_ms = [&bench] {
+    if (!bench.contacts().main_positive || !bench.contacts().main_negative) bench.current_mA = 3;
+  };
+  REQUIRE(bench.run_until([&] { return !bench.commanded().any_contactor(); }, 10s));
+  const OpeningRecord& opening = bench.core().last_opening();
+  CHECK(opening.cause == OpeningCause::request_over);
+  CHECK(opening.from == Phase::breaking);
+  CHECK(opening.current_mA.is_valid());
+  CHECK(opening.current_mA.value == 25'000);
+  std::int32_t broken_mA = 0;
+  for (const ContactorWear& wear : bench.core().persistent().contactors) {
+    broken_mA = std::max(broken_mA, wear.current_broken_max_mA);
+  }
+  CHECK(broken_mA == 25'000);
 }

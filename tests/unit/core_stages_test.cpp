@@ -261,8 +261,8 @@ TEST_CASE("values are shown in the unit people think in", "[unit][text]") {
   CHECK(to_text(Element{2, 7, 19}) == "cell 2.7 (no. 19)");
   CHECK(to_text(Element{3, 1, 9, true}) == "temperature sensor 3.1 (no. 9)");
   CHECK(to_text(Element{3, 4, 0, true}) == "temperature sensor 3.4");
-  CHECK(to_text(Element{3, 5, 0, true}) == "board sensor 3.1");
-  CHECK(to_text(Element{3, 8, 0, true}) == "board sensor 3.4");
+  CHECK(to_text(Element{3, 6, 0, true}) == "board sensor 3.1");
+  CHECK(to_text(Element{3, 9, 0, true}) == "board sensor 3.4");
   CHECK(to_text(Element{3, 8, 20}) == "cell 3.8 (no. 20)");
   CHECK(to_text(Element{3, 0, 0}) == "module 3");
   CHECK(to_text(Element{}).empty());

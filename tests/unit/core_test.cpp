@@ -800,13 +800,26 @@ TEST_CASE("while everything is open and the link is at the pack's voltage nothin
   }
 }
 
+TEST_CASE("a line told since the last decision is as the unit tells it", "[unit][core]") {
+  CoreBench bench(small_pack());
+  bench.inputs.vehicle_on = true;
+  bench.run(1500ms);
+  std::size_t looks = 0;
+  bench.each_ms = [&] {
+    ++looks;
+    REQUIRE(bench.core().mode_inputs(bench.now()).vehicle_on);
+  };
+  bench.run(500ms);
+  CHECK(looks == 500);
+}
+
 TEST_CASE("a line that nobody tells any more is off for those outside, too", "[unit][core]") {
   for (bool PduState::*line : {&PduState::vehicle_on, &PduState::charger_connected}) {
     CoreBench bench(small_pack());
     bench.inputs.*line = true;
     bench.run(1500ms);
     const auto is_told_on = [&bench, line] {
-      const ModeInputs in = bench.core().mode_inputs();
+      const ModeInputs in = bench.core().mode_inputs(bench.now());
       return line == &PduState::vehicle_on ? in.vehicle_on : in.charger_connected;
     };
     CHECK(is_told_on());

@@ -114,7 +114,7 @@ TEST_CASE("charge and energy counters are sent when they are switched on, and ar
 }
 
 TEST_CASE("a second sensor sends the current alone, at 531h, each 20 ms, in either byte order", "[unit][sensor]") {
-  CurrentSensor big({}, power_up, SensorUnit::second);
+  CurrentSensor big({}, power_up, SensorPlace::second);
   auto sent = run(big, {.current_mA = -15'000, .pack_mV = 400'000}, power_up, 1200ms);
   REQUIRE(sent.size() == 60);
   CHECK(sent[0].second.id == 0x531);
@@ -124,7 +124,7 @@ TEST_CASE("a second sensor sends the current alone, at 531h, each 20 ms, in eith
     CHECK(sent[index].first - sent[index - 1].first == 20ms);
     CHECK(sent[index].second.data[1] == (sent[index - 1].second.data[1] + 1) % 16);
   }
-  CurrentSensor little({.little_endian = true}, power_up, SensorUnit::second);
+  CurrentSensor little({.little_endian = true}, power_up, SensorPlace::second);
   sent = run(little, {.current_mA = -15'000}, power_up, 20ms);
   REQUIRE(sent.size() == 1);
   CHECK(sent[0].second.id == 0x531);
@@ -133,7 +133,7 @@ TEST_CASE("a second sensor sends the current alone, at 531h, each 20 ms, in eith
 
 TEST_CASE("what the sensors send passes the receive check", "[unit][sensor]") {
   ReceiveCheck check(catalogue, ReceiveCheck::Role::master);
-  for (const SensorUnit unit : {SensorUnit::first, SensorUnit::second}) {
+  for (const SensorPlace unit : {SensorPlace::first, SensorPlace::second}) {
     CurrentSensor sensor({}, power_up, unit);
     for (const auto& [at, frame] : run(sensor, {}, power_up, 2s)) CHECK(check.check(frame).is_accepted);
   }

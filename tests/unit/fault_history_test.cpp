@@ -39,7 +39,7 @@ TEST_CASE("a pack of which nothing was known is open, at no time, and allowed no
   }
 }
 
-TEST_CASE("what latches stays so over a restart; what a switched off machine shows, too, only if it was in use",
+TEST_CASE("what latches stays so over a restart, what a switched off machine shows, too, only if it was in use",
           "[unit][faults]") {
   std::set<FaultId> only_in_use;
   for (const FaultRow& row : fault_table()) {

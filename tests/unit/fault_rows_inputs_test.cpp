@@ -46,7 +46,7 @@ TEST_CASE("emergency stops and interlocks on lines are numbered behind the unit'
   CHECK_FALSE(world.read(FaultId::interlock_open).is_known);
 }
 
-TEST_CASE("the resistance counts while the monitor measures; more than it can tell is plenty",
+TEST_CASE("the resistance counts while the monitor measures, more than it can tell is plenty",
           "[unit][faults][F93][BMU_5]") {
   World world = world_that_measures();
   PduState& pdu = world.sensors.pdu.value;

@@ -316,7 +316,7 @@ TEST_CASE("the mode and the supply that a module told of count as long as its st
   CHECK_FALSE(world.is_true(one.id));
 }
 
-TEST_CASE("a module that is not set up is named; before anybody is asked nothing is known of it",
+TEST_CASE("a module that is not set up is named, before anybody is asked nothing is known of it",
           "[unit][faults][MMU_UV]") {
   World world;
   CHECK_FALSE(world.is_true(FaultId::module_not_set_up));

@@ -113,7 +113,7 @@ TEST_CASE("a board sensor that a module has once shown is expected of it, whatev
   for (const SignalValue& bad : {not_known(Validity::sensor_fault), none}) {
     world.say_boards(2, {known(300), none, bad, none});
     CHECK(world.is_true(id));
-    CHECK(world.read(id).element == Element{.module_node = 2, .number = 7, .is_temperature_sensor = true});
+    CHECK(world.read(id).element == Element{.module_node = 2, .number = 8, .is_temperature_sensor = true});
     CHECK(to_text(world.read(id).element) == "board sensor 2.3");
   }
   world.say_boards(2, {known(300), none, known(310), none});
@@ -122,7 +122,7 @@ TEST_CASE("a board sensor that a module has once shown is expected of it, whatev
   world.poll_after(1s);
   world.answer(1);
   world.answer(2);
-  CHECK(world.read(id).element == Element{.module_node = 2, .number = 5, .is_temperature_sensor = true});
+  CHECK(world.read(id).element == Element{.module_node = 2, .number = 6, .is_temperature_sensor = true});
   world.say_boards(2, {known(300), none, known(310), none});
   CHECK_FALSE(world.is_true(id));
   world.poll_after(250ms + 1ns);
@@ -137,7 +137,7 @@ TEST_CASE("a board sensor that is broken from the start is fitted", "[unit][faul
   world.say_boards(1, {not_known(Validity::not_fitted), not_known(Validity::sensor_fault),
                        not_known(Validity::not_fitted), not_known(Validity::not_fitted)});
   CHECK(world.read(FaultId::temperature_not_measured).element ==
-        Element{.module_node = 1, .number = 6, .is_temperature_sensor = true});
+        Element{.module_node = 1, .number = 7, .is_temperature_sensor = true});
 }
 
 TEST_CASE("a temperature in doubt is not missing, and nothing is good meanwhile", "[unit][faults][F2][F11]") {
@@ -319,6 +319,22 @@ TEST_CASE("each of the sensor's three values is missed after its own time", "[un
   expect_only_if_started(world, FaultId::current_sensor_lost);
   expect_only_if_started(world, FaultId::voltage_sensor_lost);
   expect_only_if_started(world, FaultId::pdu_lost);
+}
+
+TEST_CASE("lines of this machine that cannot be read are their own fault, not the unit's", "[unit][faults][gpio]") {
+  World world;
+  world.config.lines.are_used = true;
+  world.sensors.pdu_word = world.sensors.pdu;
+  world.sensors.pdu = {};                   // what lines and unit say together is not known
+  CHECK(world.is_true(FaultId::pdu_lost));  // nobody has said that it is the lines
+  world.flags.lines_failed = true;
+  CHECK_FALSE(world.is_true(FaultId::pdu_lost));
+  CHECK(world.is_true(FaultId::lines_failed));
+  world.now = start + world.config.ages.pdu_status + 1ns;
+  CHECK(world.is_true(FaultId::pdu_lost));
+  world.now = start;
+  world.config.contactors.has_pdu = false;
+  CHECK(world.is_true(FaultId::pdu_lost));
 }
 
 TEST_CASE("each input of the unit speaks for itself, as long as the unit is heard", "[unit][faults][F80]") {

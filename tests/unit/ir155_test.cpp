@@ -121,7 +121,7 @@ TEST_CASE("every state survives the way over the wire", "[unit][protocol][ir155]
   }
 }
 
-TEST_CASE("a duty cycle read and sent again is the same; a resistance comes back to half a permille of duty",
+TEST_CASE("a duty cycle read and sent again is the same, a resistance comes back to half a permille of duty",
           "[unit][protocol][ir155]") {
   for (const State state : {State::normal, State::undervoltage}) {
     for (std::int32_t duty_permille = 72; duty_permille <= 950; ++duty_permille) {

@@ -167,7 +167,7 @@ TEST_CASE("what protects does not wait", "[unit][limits][ramp][BMU_13]") {
   }
 }
 
-TEST_CASE("after a fault a limit rises slowly; after closing it begins where it may be", "[unit][limits][ramp]") {
+TEST_CASE("after a fault a limit rises slowly, after closing it begins where it may be", "[unit][limits][ramp]") {
   LimitRamp ramp = at_20_A();
   static_cast<void>(ramp.follow(limit(0, LimitCause::fault), 1ms, rates));
   CHECK(ramp.follow(limit(20'000), 999ms, rates).limit_mA == 0);

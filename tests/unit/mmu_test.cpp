@@ -520,7 +520,7 @@ TEST_CASE("of more COMMANDs than a millisecond can answer, those not answered ar
   CHECK(bench.mmu.limits().undervoltage_uV == 100 * 0x6009);
 }
 
-TEST_CASE("a broadcast command is obeyed and not answered; one to another module neither", "[unit][mmu]") {
+TEST_CASE("a broadcast command is obeyed and not answered, one to another module neither", "[unit][mmu]") {
   MmuBench bench;
   bench.settle();
   CHECK(bench.command(command_frame(0, 1, {2, 0x6D, 0x60, 0xA2, 0x1C})) == -1);
@@ -597,7 +597,7 @@ TEST_CASE("commanded balancing runs for its minutes and ends", "[unit][mmu][MMU_
   CHECK(bench.mmu.balancing_cells() == 0);
 }
 
-TEST_CASE("every cell's minutes take effect; 0 ends, 7 leaves, 6 refuses the whole command", "[unit][mmu][MMU_CB]") {
+TEST_CASE("every cell's minutes take effect, 0 ends, 7 leaves, 6 refuses the whole command", "[unit][mmu][MMU_CB]") {
   MmuBench bench;
   bench.settle();
   REQUIRE(bench.command(balance_frame(3, bench.next_command(), {5, 5, 5})) == done);
@@ -626,7 +626,7 @@ TEST_CASE("every cell's minutes take effect; 0 ends, 7 leaves, 6 refuses the who
   }
 }
 
-TEST_CASE("the same minutes said again do not prolong; after the end they start anew", "[unit][mmu][MMU_CB]") {
+TEST_CASE("the same minutes said again do not prolong, after the end they start anew", "[unit][mmu][MMU_CB]") {
   MmuBench bench;
   bench.settle();
   REQUIRE(bench.command(balance_frame(3, bench.next_command(), {1})) == done);

@@ -216,7 +216,7 @@ TEST_CASE("a closed pack keeps its numbers", "[unit][core][MMU_N]") {
   CHECK(bench.core().sequence().phase == Phase::closed);
 }
 
-TEST_CASE("a node of a module that is there is taken; a module that does not obey is told", "[unit][core][MMU_N]") {
+TEST_CASE("a node of a module that is there is taken, a module that does not obey is told", "[unit][core][MMU_N]") {
   CoreBench bench(small_pack());
   bench.run(2s);
   bench.observe(assign(1002, 1));

@@ -126,7 +126,7 @@ TEST_CASE("worked frames 343 and 080: limits, and a POLL to all", "[unit][mmu][c
 
 // --- POLL -----------------------------------------------------------------------------------------------------------
 
-TEST_CASE("each bit of POLL brings its frames and no other; reserved bits and bytes mean nothing",
+TEST_CASE("each bit of POLL brings its frames and no other, reserved bits and bytes mean nothing",
           "[unit][mmu][contract][MMU_1]") {
   MmuBench bench;
   bench.settle();
@@ -436,7 +436,7 @@ TEST_CASE("COMMAND: each operation, its arguments and its results", "[unit][mmu]
   }
 }
 
-TEST_CASE("COMMAND to all is done and answered by nobody; a node number by the one meant alone",
+TEST_CASE("COMMAND to all is done and answered by nobody, a node number by the one meant alone",
           "[unit][mmu][contract][MMU_N]") {
   MmuBench bench = quiet_bench();
   bench.mmu.observe(command_of(bench, {2, 0x6D, 0x60, 0xA2, 0x1C}, 0), bench.now);

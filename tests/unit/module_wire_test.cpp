@@ -76,7 +76,7 @@ TEST_CASE("a healthy wire changes nothing", "[unit][mmu][wire]") {
   }
 }
 
-TEST_CASE("stuck: old data, new counter; frozen counter: new data, old counter; replay: both old",
+TEST_CASE("stuck: old data, new counter, frozen counter: new data, old counter, replay: both old",
           "[unit][mmu][wire]") {
   WireBench bench;
   const auto before = bench.ask();

@@ -159,7 +159,7 @@ TEST_CASE("the pages of modules: both tables, what is wrong, what was accepted",
   }
 }
 
-TEST_CASE("accept says who was accepted and who could not be; one who is merely unheard is no failure",
+TEST_CASE("accept says who was accepted and who could not be, one who is merely unheard is no failure",
           "[unit][bmuctl]") {
   nlohmann::json reply = nlohmann::json::parse(R"({
     "node": null, "accepted": [{"node": 3, "serial_number": 5, "serial_number_before": 4}],

@@ -118,3 +118,27 @@ TEST_CASE("the gate's verdicts have names of their own, and no other number has 
   CHECK(names == std::set<std::string_view>{"pass", "not ours to send", "malformed", "not permitted"});
   CHECK(to_text(static_cast<GateVerdict>(99)) == "?");
 }
+
+TEST_CASE("an answer to a request for data passes where it belongs, in its form, and only if any is given",
+          "[unit][gate][requests]") {
+  const GateRules rules{.reply_id = std::uint16_t{0x74D}};
+  const CanFrame answer = data_frame(0x74D, 8);
+  CHECK(judge_output(Port::vehicle, answer, rules) == GateVerdict::pass);
+  CHECK(judge_output(Port::vehicle, answer, {}) == GateVerdict::not_ours);
+  CHECK(judge_output(Port::internal, answer, rules) == GateVerdict::not_ours);
+  CHECK(judge_output(Port::second_pack, answer, rules) == GateVerdict::not_ours);
+  CHECK(judge_output(Port::second_pack, data_frame(0x620, 8), rules) == GateVerdict::not_ours);
+  CHECK(judge_output(Port::vehicle, data_frame(0x74E, 8), rules) == GateVerdict::not_ours);
+  CanFrame bad = answer;
+  bad.length = 7;
+  CHECK(judge_output(Port::vehicle, bad, rules) == GateVerdict::malformed);
+  bad = answer;
+  bad.is_remote = true;
+  CHECK(judge_output(Port::vehicle, bad, rules) == GateVerdict::malformed);
+  bad = answer;
+  bad.is_error = true;
+  CHECK(judge_output(Port::vehicle, bad, rules) == GateVerdict::malformed);
+  bad = answer;
+  bad.is_extended = true;
+  CHECK(judge_output(Port::vehicle, bad, rules) == GateVerdict::not_ours);
+}

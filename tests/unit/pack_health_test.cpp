@@ -206,6 +206,19 @@ TEST_CASE("how long it lasts follows from what flows", "[unit][estimators]") {
   CHECK_FALSE(pack.estimate().full_in());
 }
 
+TEST_CASE("an open pack has no outlook", "[unit][estimators]") {
+  LivingPack pack(sloped_pack(), 0.5);
+  pack.run(3s);
+  REQUIRE(pack.bench().close());
+  pack.current_A = 10.0;
+  pack.run(300s);
+  REQUIRE(pack.estimate().empty_in());
+  pack.current_A = 0.0;
+  pack.bench().inputs.vehicle_on = false;
+  pack.run(2s);
+  CHECK_FALSE(pack.estimate().empty_in());
+}
+
 TEST_CASE("a sensor that says nothing leaves no outlook", "[unit][estimators]") {
   LivingPack pack(sloped_pack(), 0.5);
   pack.run(3s);

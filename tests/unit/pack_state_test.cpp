@@ -145,7 +145,7 @@ TEST_CASE("boards have the sensors that they have shown", "[unit][pack_state][F1
   CHECK(world.pack().board_temperature_dC.count == 8);
   CHECK(world.pack().board_temperature_dC.max == 300);
   CHECK(world.pack().board_temperature_dC.max_at ==
-        Element{.module_node = 1, .number = 5, .is_temperature_sensor = true});
+        Element{.module_node = 1, .number = 6, .is_temperature_sensor = true});
   world.feed.board_dC = not_known(Validity::not_fitted);
   world.feed.temperatures(2, {known(250), known(250)});
   CHECK(world.pack().board_temperature_dC.expected == 8);
@@ -165,8 +165,8 @@ TEST_CASE("the places of a board's sensors are told apart", "[unit][pack_state][
   world.say_boards(1, {none, known(300), none, known(320)});
   const Spread boards = summarise(world.modules(), world.sensors, world.config, world.now).board_temperature_dC;
   CHECK(boards.expected == 2);
-  CHECK(boards.min_at == Element{.module_node = 1, .number = 6, .is_temperature_sensor = true});
-  CHECK(boards.max_at == Element{.module_node = 1, .number = 8, .is_temperature_sensor = true});
+  CHECK(boards.min_at == Element{.module_node = 1, .number = 7, .is_temperature_sensor = true});
+  CHECK(boards.max_at == Element{.module_node = 1, .number = 9, .is_temperature_sensor = true});
 }
 
 TEST_CASE("sums are as old as their oldest part, and none with a hole", "[unit][pack_state]") {

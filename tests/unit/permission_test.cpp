@@ -269,6 +269,27 @@ TEST_CASE("a fault that concerns discharging leaves the pack to a charger, one t
   CHECK_FALSE(speaks_against(Concerns::charge, both));
 }
 
+TEST_CASE("what a plugged-in charger does by itself keeps everybody from closing, and a closed pack from nothing",
+          "[unit][permission][F97]") {
+  std::set<std::string_view> barring;
+  for (const FaultRow& row : fault_table()) {
+    if (!row.bars_while_plugged_in) continue;
+    barring.insert(row.name);
+    for (const Wish& wish : {nobody, vehicle, both}) {
+      INFO(row.name);
+      Situation plugged;
+      plugged.inputs.wish = wish;
+      believe(plugged.faults, row);
+      CHECK(plugged.judge().may_close);
+      plugged.inputs.is_plugged_in = true;
+      CHECK(plugged.blockers() == std::vector{Blocker::fault});
+      CHECK_FALSE(plugged.judge().may_go_on);
+      CHECK(plugged.judge().may_stay_closed);
+    }
+  }
+  CHECK(barring == std::set<std::string_view>{"charger_runaway", "foreign_charger_master"});
+}
+
 TEST_CASE("a present fault opens at once, after its grace, or not at all, as its row says", "[unit][permission]") {
   PackState pack;
   pack.current_mA = {5'000, start, Validity::valid};

@@ -109,6 +109,17 @@ TEST_CASE("the lowest, the highest and bled cells are marked in every form", "[u
   CHECK(numbers[9].find("M1   3.980  3.980b 3.980B 3.980  ") == 0);
 }
 
+TEST_CASE("where a charge is stands in the picture and in the line, while somebody is plugged in", "[unit][bmuctl]") {
+  Json json = watch_reply(2);
+  json["status"]["charger"] = {{"stage", "balancing"}};
+  json["status"]["balancing"] = {{"cells_on", 2}};
+  CHECK(rows_of(json, 60, 20)[5].find(" charge: balancing, bleeding 2") == 0);
+  CHECK(compact_line(Reply(json)).find("charge: balancing") != std::string::npos);
+  json["status"]["charger"]["stage"] = "off";
+  CHECK(rows_of(json, 60, 20)[5].find(" bleeding 2 cells") == 0);
+  CHECK(compact_line(Reply(json)).find("charge: ") == std::string::npos);
+}
+
 TEST_CASE("bars go from limit to limit, or from the lowest cell to the highest", "[unit][bmuctl]") {
   Json json = watch_reply(1);
   Json& cells = json["cells"];

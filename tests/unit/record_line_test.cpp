@@ -84,7 +84,10 @@ std::vector<ObservedThing> all_kinds() {
                               .insulation_ok = true,
                               .supply_ok = true,
                               .estops_pressed = 0x8001,
-                              .interlocks_open = 0x4002}}};
+                              .interlocks_open = 0x4002}},
+          PulsesSeen{},
+          PulsesSeen{.pwm = {.frequency_mHz = 10'000, .duty_permille = 503, .is_high = true, .since_edge = 4'120us}},
+          PulsesSeen{.pwm = {.frequency_mHz = INT32_MAX, .duty_permille = -1, .since_edge = 3'600s}}};
 }
 
 }  // namespace
@@ -110,6 +113,11 @@ TEST_CASE("frames stand in a recording as in any candump log", "[unit][recording
         "(1700012345.678901) can0 20000004#0010000000000000");
   CHECK(line_of({at, LinesSeen{.image = {.closed_contacts = 3, .vehicle_on = true}}}) ==
         "# (1700012345.678901) lines vehicle_on contacts 3");
+  CHECK(
+      line_of({at,
+               PulsesSeen{
+                   .pwm = {.frequency_mHz = 10'000, .duty_permille = 503, .is_high = true, .since_edge = 4'120us}}}) ==
+      "# (1700012345.678901) pulses 10000 mHz 503 permille 4120 us high");
 }
 
 TEST_CASE("a time before a whole second has all its digits", "[unit][recording]") {
@@ -190,7 +198,7 @@ TEST_CASE("a damaged line is refused with its place and what was wanted there", 
   };
   const Row rows[] = {
       {"something else", 0, "a frame, or a comment of a recording"},
-      {"(1700000000.000000) can2 143#11 R", 20, "the name of the internal or the vehicle bus"},
+      {"(1700000000.000000) can2 143#11 R", 20, "the name of a bus of the recording's head"},
       {"(1700000000.000000) can0 143#1", 29, "data bytes of two hexadecimal digits"},
       {"# (17000) tick 1", 2, "a time as in a candump log"},
       {"# (1700000000.000000) tick 12xz", 27, "16 hexadecimal digits"},
@@ -198,7 +206,7 @@ TEST_CASE("a damaged line is refused with its place and what was wanted there", 
       {"# (1700000000.000000) tick 1", 28, "8 hexadecimal digits"},
       {"# (1700000000.000000) tick 1 2 3", 31, "the end of the line"},
       {"# (1700000000.000000) sing", 22, "tick, or what a core is told"},
-      {"# (1700000000.000000) port left up", 27, "internal or vehicle"},
+      {"# (1700000000.000000) port left up", 27, "internal, vehicle, charger, second_pack or inverter"},
       {"# (1700000000.000000) port internal sideways", 36, "up or down"},
       {"# (1700000000.000000) lost internal many", 36, "a number of frames"},
       {"# (1700000000.000000) failed internal can0 0x1", 38, "a frame as in a candump log"},
@@ -211,7 +219,7 @@ TEST_CASE("a damaged line is refused with its place and what was wanted there", 
       {"# (1700000000.000000) health good", 29, "what may be wrong with store, memory or disk"},
       {"# (1700000000.000000) lines estops 70000", 35, "emergency stops, bit by bit"},
       {"# (1700000000.000000) lines blinking", 28, "what lines say"},
-      {"# > can2 040#11", 2, "the name of the internal or the vehicle bus"},
+      {"# > can2 040#11", 2, "the name of a bus of the recording's head"},
       {"# = main_battery", 4, "what is driven"},
   };
   for (const Row& row : rows) {

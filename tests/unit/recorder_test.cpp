@@ -53,22 +53,29 @@ struct Bench {
   void run_to(Duration elapsed) {
     while (run->elapsed() < elapsed) run->step();
   }
-  /// As when time passes: the thread is done with every second before the next.
+  /// As when time passes: the thread is done with every second before the next. What is offered while it holds the lock
+  /// is not taken, so ticks go on until it is, one for each moment that it was given.
   void run_with_thread_to(Duration elapsed) {
     for (Duration second = 1s; second <= elapsed; second += 1s) {
-      run_to(second + 100ms);
-      REQUIRE(becomes([&](const RecorderStatus& status) { return status.memory_length >= second; }));
+      run_to(second);
+      REQUIRE(
+          becomes([&](const RecorderStatus& status) { return status.memory_length >= second; }, [&] { run->step(); }));
     }
   }
   /// Of the thread, which looks about once a second.
-  template <class IsWanted>
-  [[nodiscard]] bool becomes(IsWanted is_wanted) {
-    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
-    while (std::chrono::steady_clock::now() < deadline) {
-      if (is_wanted(recorder->status())) return true;
-      std::this_thread::yield();
+  template <class IsWanted, class Meanwhile>
+  [[nodiscard]] bool becomes(IsWanted is_wanted, Meanwhile meanwhile) {
+    const auto now = [] { return std::chrono::steady_clock::now(); };
+    for (const auto deadline = now() + std::chrono::seconds(20); now() < deadline; meanwhile()) {
+      for (const auto moment = now() + std::chrono::milliseconds(10); now() < moment; std::this_thread::yield()) {
+        if (is_wanted(recorder->status())) return true;
+      }
     }
     return false;
+  }
+  template <class IsWanted>
+  [[nodiscard]] bool becomes(IsWanted is_wanted) {
+    return becomes(is_wanted, [] {});
   }
 };
 

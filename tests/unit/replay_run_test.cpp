@@ -47,7 +47,7 @@ double not_run_s(const Damage& damage) {
 }  // namespace
 
 TEST_CASE("what was recorded before the first whole head is damage, and the first whole part is run",
-          "[unit][recording][F106]") {
+          "[unit][recording][F106][threads]") {
   const std::string whole = drive();
   const std::size_t second = whole.find("# bmud-recording", 1);
   for (const std::size_t from : {std::size_t{30}, second / 2, second - 2'000}) {
@@ -75,7 +75,7 @@ TEST_CASE("what was recorded before the first whole head is damage, and the firs
 }
 
 TEST_CASE("of a place that cannot be run it is said where it goes on and how much is left out",
-          "[unit][recording][F106]") {
+          "[unit][recording][F106][threads]") {
   const std::string whole = drive();
   const std::string middle = damaged_at(whole, "1700000006");
   const Outcome in_the_middle = outcome_of_text(middle);
@@ -105,7 +105,7 @@ TEST_CASE("of a place that cannot be run it is said where it goes on and how muc
   }
 }
 
-TEST_CASE("a part that is damaged leaves the other configuration the next ones", "[unit][recording][F106]") {
+TEST_CASE("a part that is damaged leaves the other configuration the next ones", "[unit][recording][F106][threads]") {
   const TemporaryFolder folder;
   const std::string whole = drive();
   for (const std::string& text : {damaged_at(whole, "1700000006"), whole.substr(whole.find("\n(17") + 1)}) {
@@ -119,10 +119,10 @@ TEST_CASE("a part that is damaged leaves the other configuration the next ones",
   }
 }
 
-TEST_CASE("another configuration that has other modules is what is wrong", "[unit][recording]") {
+TEST_CASE("another configuration that has other modules is what is wrong", "[unit][recording][threads]") {
   const TemporaryFolder folder;
   const std::string file = folder.file("drive.log", drive());
-  const auto other = load_pack_config(std::string(BMUD_SOURCE_DIR) + "/config/packs/lipo-6s-24v.json");
+  const auto other = load_pack_config(BMUD_SOURCE_DIR "/config/packs/lipo-6s-24v.json");
   REQUIRE(other);
   const Outcome outcome = outcome_of({file}, *other);
   CHECK(outcome.misfit == "does not fit " + file + ": it has 1 module, the recorded pack 4");

@@ -27,7 +27,7 @@ TEST_CASE("a rested cell on a slope tells its charge", "[unit][estimators][BMS_F
   }
 }
 
-TEST_CASE("what the pairs hold back is added and half doubted; the hysteresis is taken off", "[unit][estimators]") {
+TEST_CASE("what the pairs hold back is added and half doubted, the hysteresis is taken off", "[unit][estimators]") {
   const CellDynamics cell = test::sloped_cell();
   const auto after_load = rest_anchor(cell, rested_V(0.5) - 0.018, warm_C, 0.0, 0.018);
   REQUIRE(after_load);

@@ -180,7 +180,7 @@ TEST_CASE("an empty pack left alone sends its modules to sleep, asks nobody, and
   CHECK_FALSE(bench.commanded().any_contactor());
 }
 
-TEST_CASE("a charger wakes a resting pack and closes it to be charged; current drawn meanwhile opens it again",
+TEST_CASE("a charger wakes a resting pack and closes it to be charged, current drawn meanwhile opens it again",
           "[unit][core][rest][BMS_F.10]") {
   CoreBench bench(pack_that_rests());
   empty_and_rest(bench);

@@ -195,7 +195,8 @@ TEST_CASE("a problem names line, column, what was found and what is wanted", "[u
       {"3 cell 2.7 voltage_mV random 3..1", 1, 30, "'3..1'", "the second not below the first"},
       {"3 load profile random", 1, 16, "'random'", "one of none, drive"},
       // conditions
-      {"wait", 1, 5, "the end of the line", "frame, or a target that can be asked: charger, load, pack, cell"},
+      {"wait", 1, 5, "the end of the line",
+       "frame, or a target that can be asked: charger, inverter, load, pack, cell"},
       {"3 wait vehicle on within 1", 1, 8, "'vehicle'", "a target that can be asked"},
       {"wait contactor main_positive", 1, 29, "the end of the line", "a state of contactor: closed, open"},
       {"wait contactor main_positive welded within 1", 1, 30, "'welded'", "a state of contactor: closed, open"},

@@ -271,7 +271,7 @@ TEST_CASE("a no of either holds", "[unit][sensor_table]") {
   }
 }
 
-TEST_CASE("the unit's stops and those of the lines are kept apart; without a unit only the lines' exist",
+TEST_CASE("the unit's stops and those of the lines are kept apart, without a unit only the lines' exist",
           "[unit][sensor_table][F89]") {
   LineImage image;
   image.estops_pressed = 0b10;

@@ -65,7 +65,8 @@ TEST_CASE("a line that is too long is dropped whole and told once, however long 
   const std::string longest(SerialLines::line_max, 'x');
   CHECK(texts(longest + "\nHelp\n") == Texts{longest, "Help"});
   CHECK(texts(longest + "x\nHelp\n") == Texts{"<too long>", "Help"});
-  CHECK(texts(std::string(1'000'000, 'H') + "\nHelp\n") == Texts{"<too long>", "Help"});
+  const std::string endless(1'000'000, 'H');
+  CHECK(texts(endless + "\nHelp\n") == Texts{"<too long>", "Help"});
   // Its end is no command.
   CHECK(texts(longest + "LogReq\r\n") == Texts{"<too long>"});
   CHECK(texts(std::string(1'000'000, 'H')).empty());

@@ -8,7 +8,7 @@
 using namespace bmu;
 
 TEST_CASE("the page of the status socket tells the right that each command takes", "[unit][status][docs]") {
-  std::ifstream stream(std::string(BMUD_SOURCE_DIR) + "/docs/socket-protocol.md", std::ios::binary);
+  std::ifstream stream(BMUD_SOURCE_DIR "/docs/socket-protocol.md", std::ios::binary);
   std::ostringstream page;
   page << stream.rdbuf();
   for (const CommandRight& row : command_rights()) {

@@ -75,7 +75,7 @@ TEST_CASE("each cell's resistance is what a step of the current does to its volt
   CHECK(drive.steps().contradiction().value == 0);
 }
 
-TEST_CASE("cells that are exchanged are measured anew; the others' resistances stay", "[unit][estimators][BMS_F.6]") {
+TEST_CASE("cells that are exchanged are measured anew, the others' resistances stay", "[unit][estimators][BMS_F.6]") {
   Drive drive;
   drive.bench.run(10s);
   StepResponse steps = drive.steps();

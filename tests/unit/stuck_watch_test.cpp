@@ -385,7 +385,7 @@ bool becomes_a_fault(std::size_t stuck_module, Duration at_most, std::int32_t sw
 
 }  // namespace
 
-TEST_CASE("a module that repeats itself while driving opens the pack; one at a steady current does not",
+TEST_CASE("a module that repeats itself while driving opens the pack, one at a steady current does not",
           "[unit][core][plausibility][F17]") {
   constexpr std::size_t none = 9;
   CHECK(becomes_a_fault(1, 20s));

@@ -1,6 +1,9 @@
 // How fast cells warm up: exact rates, edges of the times, and the fault that a runaway becomes.
 #include "daemon/core/temperature_trend.hpp"
 
+#include <vector>
+
+#include "protocol/image.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/core_bench.hpp"
 #include "tests/support/module_feed.hpp"
@@ -165,7 +168,7 @@ TEST_CASE("a sensor silent for a minute does not hide a fast rise behind the min
   CHECK(warming.fastest().value >= 1'800);
 }
 
-TEST_CASE("a runaway cell opens the pack; sun and load do not", "[unit][core][temperature]") {
+TEST_CASE("a runaway cell opens the pack, sun and load do not", "[unit][core][temperature]") {
   CoreConfig config = test::small_pack();
   config.limits.temperature_rise = LimitsConfig{}.temperature_rise;
   const auto warm = [](test::CoreBench& bench, std::int64_t rate_dC_per_s, Duration duration) {
@@ -206,4 +209,24 @@ TEST_CASE("a jump counts once it is believed, from what was before it", "[unit][
   CHECK(trend.fastest_mK_per_s(feed.modules()).value == 0);
   sample(550);
   CHECK(trend.fastest_mK_per_s(feed.modules()).value > 10'000);
+}
+
+TEST_CASE("an image in which a ring reaches beyond its samples is refused", "[unit][temperature][image]") {
+  const TemperatureTrend written;
+  std::vector<std::uint8_t> bytes(image_size(written));
+  REQUIRE(write_image(written, bytes) == bytes.size());
+  // The first sensor's newest sample and its nine older ones, of 4 and 8 bytes, then how many there are, and where the
+  // next goes.
+  constexpr std::size_t count_at = 10 * 12;
+  constexpr std::size_t head_at = count_at + 1;
+  const auto problem_of = [&bytes](std::size_t at, std::uint8_t value) {
+    std::vector<std::uint8_t> changed = bytes;
+    changed[at] = value;
+    TemperatureTrend trend;
+    return read_image(std::span<const std::uint8_t>(changed), trend);
+  };
+  CHECK_FALSE(problem_of(count_at, 9));
+  CHECK(problem_of(count_at, 10) == ImageProblem::no_state);
+  CHECK_FALSE(problem_of(head_at, 8));
+  CHECK(problem_of(head_at, 9) == ImageProblem::no_state);
 }

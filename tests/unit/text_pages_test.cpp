@@ -108,7 +108,7 @@ Json balance_reply() {
 TEST_CASE("balance shows the cells that have a part in it", "[unit][bmuctl][balancing]") {
   const Json reply = balance_reply();
   const std::string text = balance_page(Reply(reply)).text(false);
-  CHECK(text.find("bleeding 1 cells, 1 switches on") != std::string::npos);
+  CHECK(text.find("bleeding 1 cell, 1 switch on") != std::string::npos);
   CHECK(text.find("some cells have too much") != std::string::npos);
   CHECK(text.find("0.0100 Ah") != std::string::npos);
   CHECK(text.find("5 min") != std::string::npos);

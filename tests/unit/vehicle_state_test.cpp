@@ -120,7 +120,7 @@ TEST_CASE("a failed precharge is elithion's relay fault, with its code", "[unit]
   bench.run(1500ms);
   bench.inputs.vehicle_on = true;
   REQUIRE(bench.run_until([&] { return bench.is_active(FaultId::precharge_failed); }, 10s));
-  CHECK(elithion_state(bench.core().mode_inputs()) == 0b10001);
+  CHECK(elithion_state(bench.core().mode_inputs(bench.now())) == 0b10001);
   CHECK(elithion_faults(bench.core().faults()).stored_code == 17);
   CHECK(elithion_faults(bench.core().faults()).level_faults == 0);  // only codes 1 to 8 have bits
 }

@@ -40,6 +40,11 @@ std::string untold_text(const Reply& element) {
   return element["text"].text() + (is_there ? "" : ", which its module does not have");
 }
 
+/// "1 cell", "2 cells".
+std::string counted(const Reply& number, const char* one, const char* more) {
+  return shown(number, Unit::none) + " " + (number.number_or(0) == 1 ? one : more);
+}
+
 }  // namespace
 
 std::string balancing_text(const Reply& balancing) {
@@ -50,8 +55,8 @@ std::string balancing_text(const Reply& balancing) {
            ": a switch is on that nobody told to be: " + untold_text(balancing["on_untold"].at(0));
   }
   if (balancing["state"].text() == "bleeding") {
-    return "bleeding " + shown(balancing["cells_told"], Unit::none) + " cells, " +
-           shown(balancing["cells_on"], Unit::none) + " switches on";
+    return "bleeding " + counted(balancing["cells_told"], "cell", "cells") + ", " +
+           counted(balancing["cells_on"], "switch", "switches") + " on";
   }
   return balancing["state"].text() + ", last plan: " + balancing["plan"].text();
 }

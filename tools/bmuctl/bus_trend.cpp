@@ -63,6 +63,14 @@ Span load_span(const Reply& port, std::optional<std::int64_t> bit_per_s) {
           permille >= load_high_permille ? Style::warning : Style::normal};
 }
 
+/// Its bus stands above already, as that of another port.
+bool is_shown_above(const Reply& ports, std::size_t index) {
+  for (std::size_t above = 0; above < index; ++above) {
+    if (ports.at(above)["bus"].text() == ports.at(index)["bus"].text()) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 void BusTrend::take(const Reply& status) {
@@ -102,7 +110,7 @@ std::vector<Line> BusTrend::lines(const Reply& status) const {
   std::vector<Line> lines;
   for (std::size_t i = 0; i < status["ports"].size(); ++i) {
     const Reply port = status["ports"].at(i);
-    if (i > 0 && port["is_shared"].is_true()) break;
+    if (is_shown_above(status["ports"], i)) continue;
     const bool is_up = port["state"].text() == "up";
     Line line{{" " + port["bus"].text() + " ", Style::dim}, {port["state"].text(), is_up ? Style::good : Style::bad}};
     line.push_back(load_span(port, bit_per_s(i)));

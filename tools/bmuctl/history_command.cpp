@@ -162,7 +162,7 @@ void say_nothing_there(HistoryReader& history, const char* what) {
   }
   const HistorySpan covered = history.covered();
   if (!covered.from_unix_ms || !covered.to_unix_ms) {
-    std::printf("No %s, and none with a known time in all of %s.\n", what, history.path().c_str());
+    std::printf("No %s in this span, and no minute with a known time in all of %s.\n", what, history.path().c_str());
     return;
   }
   std::printf("No %s in this span. %s has minutes from %s to %s.\n", what, history.path().c_str(),

@@ -44,6 +44,8 @@ constexpr const char* footer = R"(Examples:
   bmuctl modules                   who is on which node, who should be, how they answer (bmuctl modules --help)
   bmuctl balance --off             stop bleeding cells, until --on or a new start of the daemon
   bmuctl health                    capacities, resistances, energy and cycles over all lives of the daemon
+  bmuctl charger                   what the chargers are asked for, what they give, and what they say
+  bmuctl inverter                  what the inverter is told, and whether it is heard
   bmuctl report drive.log          a recording as a page with pictures (bmuctl report --help)
   bmuctl history --from today      what the pack did, minute by minute (bmuctl history --help)
   bmuctl wake                      wake the modules of a pack that rests after an undervoltage
@@ -56,8 +58,8 @@ members of bmud-admin, root and the user the daemon runs as. Who did what is in 
 
 Exit codes: 0 answered; 1 no daemon answers, it went away, or it refused, or the answer cannot be written; 2 command line; 3 answered, but "clear" left a
 fault that does more than warn (what it prints, or "still_present" and "reasons" of --json, say which and why), "modules
-accept" could not accept a module that is there, or the one it was asked for (it says why), or "modules assign" was not
-obeyed.)";
+accept" could not accept a module that is there, or the one it was asked for (it says why), "modules assign" was not
+obeyed, or "charger" or "inverter" was asked of a pack that has none.)";
 
 constexpr const char* modules_footer = R"(Examples:
   bmuctl modules                         both tables, and what is not as expected
@@ -80,6 +82,12 @@ not be accepted (two speak under one number, the pack file names another one), o
 refused, or no answer. Of "assign": 0 the module has said that it has the number, or had it already; 3 it did not; 1
 refused (the text says why), or no answer.
 Two modules that have to change places go by way of a third, free number.)";
+
+constexpr const char* watch_footer = R"(Examples:
+  bmuctl watch                     q or Ctrl-C ends it
+  bmuctl watch --seconds 60 >log   a line a second for a minute, the picture at the end
+
+Exit codes: 0 ended as told; 1 no daemon answers, it went away or it refused; 2 command line.)";
 
 constexpr const char* report_footer_begin = R"(Examples:
   bmuctl report drive.log                            writes drive.html
@@ -111,25 +119,119 @@ struct CommandRow {
   const char* asks;  // the daemon's command
   const char* help;
   Page (*page)(const Reply&);
+  const char* prints;
+  const char* example;                          // behind "bmuctl "
   const char* page_also_asks = nullptr;         // a second question, whose answer the page finds under its name
   bool (*falls_short)(const Reply&) = nullptr;  // was answered, and did not do all that was asked for
+  const char* when_short = nullptr;
   std::chrono::milliseconds answer_max = ::answer_max;
 };
 
 constexpr std::array command_table{
-    CommandRow{"status", "status", "the whole pack at a glance", status_page},
-    CommandRow{"cells", "cells", "every cell: voltage, temperature, balancing, age", cells_page},
-    CommandRow{"faults", "faults", "every fault the daemon knows, and what was seen", faults_page, "status"},
-    CommandRow{"why", "why", "why the pack is in its state, why it opened, why it is limited", why_page},
-    CommandRow{"drive", "status", "how the pack closed last, what went through it, why it opened", drive_page},
-    CommandRow{"clear", "clear", "clear latched faults whose cause is gone", clear_page, nullptr, leaves_faults},
-    CommandRow{"modules", "modules", "who is on which node, who should be, and how they answer", modules_page},
-    CommandRow{"balance", "balance", "what is bled from which cell, and what speaks against it", balance_page},
-    CommandRow{"health", "health", "each cell's capacity and resistance, and what is left of them", health_page},
-    CommandRow{"wake", "wake", "wake the modules of a pack that rests after an undervoltage", wake_page},
-    CommandRow{"reload", "reload", "take up the pack file anew, while the pack is open", reload_page, nullptr, nullptr,
-               reload_answer_max},
+    CommandRow{
+        .name = "status",
+        .asks = "status",
+        .help = "the whole pack at a glance",
+        .page = status_page,
+        .prints = "state, values, limits and what binds them, faults, contactors, modules, buses, the daemon itself",
+        .example = "--json status | jq .values.current_mA"},
+    CommandRow{.name = "cells",
+               .asks = "cells",
+               .help = "every cell: voltage, temperature, balancing, age",
+               .page = cells_page,
+               .prints = "a row for each cell, then the temperatures of each module",
+               .example = "--json cells | jq .modules[0]"},
+    CommandRow{
+        .name = "faults",
+        .asks = "faults",
+        .help = "every fault the daemon knows, and what was seen",
+        .page = faults_page,
+        .prints =
+            "what is wrong and what was: how often, when, the pack's values then, what is often behind it, what to do",
+        .example = "faults cell_imbalance",
+        .page_also_asks = "status"},
+    CommandRow{
+        .name = "why",
+        .asks = "why",
+        .help = "why the pack is in its state, why it opened, why it is limited",
+        .page = why_page,
+        .prints = "sentences, and behind them each answer step by step, from what was measured to what was decided",
+        .example = "why | grep 'To do'"},
+    CommandRow{.name = "drive",
+               .asks = "status",
+               .help = "how the pack closed last, what went through it, why it opened",
+               .page = drive_page,
+               .prints = "the last closing with its precharge, charge and energy since, the last opening",
+               .example = "--json drive | jq .drive"},
+    CommandRow{.name = "clear",
+               .asks = "clear",
+               .help = "clear latched faults whose cause is gone",
+               .page = clear_page,
+               .prints = "what was cleared, and why what is left is still there",
+               .example = "clear --authorised",
+               .falls_short = leaves_faults,
+               .when_short = "a fault is left that does more than warn"},
+    CommandRow{.name = "modules",
+               .asks = "modules",
+               .help = "who is on which node, who should be, and how they answer",
+               .page = modules_page,
+               .prints = "",
+               .example = ""},
+    CommandRow{.name = "balance",
+               .asks = "balance",
+               .help = "what is bled from which cell, and what speaks against it",
+               .page = balance_page,
+               .prints = "the plan, what speaks against it, and a row for each cell that has a part in it",
+               .example = "balance --off"},
+    CommandRow{.name = "health",
+               .asks = "health",
+               .help = "each cell's capacity and resistance, and what is left of them",
+               .page = health_page,
+               .prints = "the pack's health, energy and cycles over all lives of the daemon, then a row for each cell",
+               .example = "health"},
+    CommandRow{
+        .name = "charger",
+        .asks = "status",
+        .help = "what the chargers are asked for, and what they give and say",
+        .page = charger_page,
+        .prints =
+            "where the charge is, what is asked for, and of each unit what it gives, its troubles, its temperature and "
+            "the frames refused. --json prints the answer to \"status\", in which it is \"charger\"",
+        .example = "--json charger | jq .charger.units",
+        .falls_short = has_no_charger,
+        .when_short = "the pack has no charger; \"charger\" is null then"},
+    CommandRow{.name = "inverter",
+               .asks = "status",
+               .help = "what the inverter is told, and what it says",
+               .page = inverter_page,
+               .prints =
+                   "whether it is heard, what it may charge and discharge, what it says. --json prints the answer to "
+                   "\"status\", in which it is \"inverter\"",
+               .example = "--json inverter | jq .inverter.told",
+               .falls_short = has_no_inverter,
+               .when_short = "the pack has no inverter; \"inverter\" is null then"},
+    CommandRow{.name = "wake",
+               .asks = "wake",
+               .help = "wake the modules of a pack that rests after an undervoltage",
+               .page = wake_page,
+               .prints = "whether there was anything to wake",
+               .example = "wake"},
+    CommandRow{.name = "reload",
+               .asks = "reload",
+               .help = "take up the pack file anew, while the pack is open",
+               .page = reload_page,
+               .prints = "what has changed, or everything that is wrong with the file",
+               .example = "reload",
+               .answer_max = reload_answer_max},
 };
+
+/// What the help of one command has beside its options.
+std::string footer_of(const CommandRow& row) {
+  std::string codes = "0 answered; 1 no daemon answers, it went away or it refused; 2 command line";
+  if (row.when_short != nullptr) codes += "; 3 answered, but " + std::string(row.when_short);
+  return "Prints " + std::string(row.prints) + ".\n\nExample:\n  bmuctl " + row.example + "\n\nExit codes: " + codes +
+         ".";
+}
 
 struct Options {
   std::string socket = "/run/bmud/bmud.sock";
@@ -147,9 +249,13 @@ struct Options {
   bool balancing_off = false;
 };
 
-constexpr CommandRow accept_row{
-    "accept",    "accept_modules", "the modules found on their nodes belong there from now on",
-    accept_page, nullptr,          leaves_unaccepted};
+constexpr CommandRow accept_row{.name = "accept",
+                                .asks = "accept_modules",
+                                .help = "the modules found on their nodes belong there from now on",
+                                .page = accept_page,
+                                .prints = "",
+                                .example = "",
+                                .falls_short = leaves_unaccepted};
 
 int fail(const char* what) {
   std::fprintf(stderr, "bmuctl: %s\n", what);
@@ -296,6 +402,7 @@ CLI::App* add_watch(CLI::App& app, Options& options) {
   watch->add_option("--period", options.period_s, "seconds between two pictures or lines")
       ->check(command_line::number(0.05, 60.0));
   watch->add_flag("--reconnect", options.reconnect, "wait for the daemon while it is away, instead of ending");
+  watch->footer(watch_footer);
   return watch;
 }
 
@@ -344,7 +451,7 @@ const CLI::App* add_options(CLI::App& app, Options& options) {
   app.require_subcommand(1);
   app.fallthrough();
   app.footer(footer);
-  for (const CommandRow& row : command_table) app.add_subcommand(row.name, row.help);
+  for (const CommandRow& row : command_table) app.add_subcommand(row.name, row.help)->footer(footer_of(row));
   app.get_subcommand("clear")->add_flag("--authorised", options.authorised,
                                         "those, too, that need somebody who has looked at the pack");
   app.get_subcommand("faults")->add_option("NAME", options.fault,

@@ -48,7 +48,7 @@ void add_identities(Page& page, const Reply& modules) {
     const Reply module = modules.at(i);
     const bool is_good = module["problems"].size() == 0;
     const Style style = module["is_answering"].is_true() ? Style::good : Style::bad;
-    const bool is_set = module["limits"].text() == "set";
+    const bool is_set = module["limits"].text() != "not set" && module["limits"].text() != "refused";
     rows.push_back({plain(shown(module["node"], Unit::none)),
                     {serial_cell(module), is_good ? Style::normal : Style::bad},
                     {module["place"].text(), is_good ? Style::dim : Style::bad},
@@ -97,6 +97,14 @@ void add_stranger(Page& page, const Reply& stranger) {
   page.add({{"An extra module at node " + shown(stranger["node"], Unit::none) + ": " + who + ".", Style::bad}});
 }
 
+/// Whose they are, and what stands in for what they cannot do.
+void add_foreign(Page& page, const Reply& foreign) {
+  page.add_field("Speak", {plain(foreign["title"].text())});
+  for (std::size_t i = 0; i < foreign["cannot"].size(); ++i) {
+    page.add({{capitalised(foreign["cannot"].at(i).text()) + ".", Style::dim}});
+  }
+}
+
 }  // namespace
 
 Page modules_page(const Reply& reply) {
@@ -106,6 +114,7 @@ Page modules_page(const Reply& reply) {
       "Polled",
       {plain(reply["poll"]["pace"].text() + ", every " + shown(reply["poll"]["period_ms"], Unit::ms) + "   answering " +
              shown(reply["modules_answering"], Unit::none) + " of " + shown(reply["modules_expected"], Unit::none))});
+  if (reply["foreign"].is_known()) add_foreign(page, reply["foreign"]);
   add_identities(page, modules);
   add_answers(page, modules);
   for (std::size_t i = 0; i < modules.size(); ++i) {

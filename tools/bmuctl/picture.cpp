@@ -168,11 +168,23 @@ Line limit_line(std::string_view name, const Reply& limit, const Reply& for_long
           {"  " + reason, is_reduced ? Style::warning : Style::dim}};
 }
 
-/// What the cells' switches do, or how the last closing went.
+/// Where a charge is, while somebody is plugged in; empty where no charger is driven.
+std::string charge_stage(const Reply& status) {
+  const std::string stage = status["charger"].is_known() ? status["charger"]["stage"].text() : "off";
+  return stage == "off" ? "" : "charge: " + stage;
+}
+
+/// Where a charge is and what the cells' switches do, or how the last closing went.
 void draw_doing(const Reply& status, int row, Canvas& canvas) {
   const Reply precharge = status["last_precharge"];
-  if (const auto on = status["balancing"]["cells_on"].number_or(0); on > 0) {
-    canvas.put(row, 1, "bleeding " + std::to_string(on) + (on == 1 ? " cell" : " cells"), Style::active);
+  const auto on = status["balancing"]["cells_on"].number_or(0);
+  std::string doing = charge_stage(status);
+  if (on > 0 && doing.empty())
+    doing = "bleeding " + std::to_string(on) + (on == 1 ? " cell" : " cells");
+  else if (on > 0)
+    doing += ", bleeding " + std::to_string(on);
+  if (!doing.empty()) {
+    canvas.put(row, 1, doing, Style::active);
   } else if (precharge.is_known()) {
     const bool is_good = precharge["was_successful"].is_true();
     canvas.put(
@@ -333,13 +345,15 @@ std::string compact_line(const Reply& reply) {
   std::string faults = shown_list(status["faults_present"]);
   const std::string warnings = shown_list(status["warnings"]);
   if (faults.empty()) faults = warnings.empty() ? "no faults" : "warning: " + warnings;
+  std::string charge = charge_stage(status);
+  if (!charge.empty()) charge += "  ";
   return phase + "  " + shown(values["pack_voltage_mV"], Unit::mV) + "  link " +
          shown(values["link_voltage_mV"], Unit::mV) + "  " + shown(values["current_mA"], Unit::mA) + "  SOC " +
          shown(status["charge"]["soc_permille"], Unit::permille) + "  cells " +
          volts(values["cell_voltage"]["min_uV"]) + " to " + volts(values["cell_voltage"]["max_uV"]) + " V  " +
          shown_short(values["cell_temperature"]["min_dC"].number(), Unit::dC, 1) + " to " +
          shown(values["cell_temperature"]["max_dC"], Unit::dC) + "  limits " + amperes("discharge") + " / " +
-         amperes("charge") + " A  " + faults;
+         amperes("charge") + " A  " + charge + faults;
 }
 
 }  // namespace bmu

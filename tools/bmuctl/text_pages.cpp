@@ -67,6 +67,59 @@ Line limit_line(const Reply& limit, const Reply& for_long) {
   return line;
 }
 
+/// What is asked of the chargers, and what each gives, or that it does not talk.
+void add_charger(Page& page, const Reply& charger) {
+  if (!charger.is_known()) return;
+  const std::string held = charger["is_held"].is_true() ? ", the highest cell held at " : "";
+  Line line{plain(charger["stage"].text())};
+  if (charger["asked_mA"].number_or(0) > 0) {
+    line.push_back(plain(", asked for " + shown(charger["asked_mA"], Unit::mA) + held +
+                         (held.empty() ? "" : shown(charger["cell_full_uV"], Unit::uV))));
+  }
+  for (std::size_t index = 0; index < charger["units"].size(); ++index) {
+    const Reply unit = charger["units"].at(index);
+    const std::string number = charger["units"].size() > 1 ? shown(unit["unit"], Unit::none) + ": " : "";
+    if (!unit["is_talking"].is_true()) {
+      line.push_back({"   " + number + "silent", Style::warning});
+      continue;
+    }
+    line.push_back({"   " + number + shown(unit["current_mA"], Unit::mA) + " at " + shown(unit["voltage_mV"], Unit::mV),
+                    Style::dim});
+    const std::string troubles = shown_list(unit["troubles"]);
+    if (!troubles.empty()) line.push_back({"   " + troubles, Style::warning});
+  }
+  if (charger["goes_on_when_heard"].is_true()) line.push_back({"   goes on when it is heard again", Style::warning});
+  page.add_field("Charger", std::move(line));
+}
+
+/// How the sensor is set up, where it is asked, and what two of them say.
+void add_sensor(Page& page, const Reply& sensor) {
+  Line line;
+  const Reply set_up = sensor["set_up"];
+  if (set_up.is_known()) {
+    const Style style = set_up["results_count"].is_true() ? Style::normal : Style::warning;
+    line.push_back({set_up["protocol"].text() + " " + set_up["stage"].text(), style});
+    if (set_up["problem"].is_known()) line.push_back({"   " + set_up["problem"].text(), Style::warning});
+  }
+  if (sensor["second"].is_known()) {
+    line.push_back(plain((line.empty() ? "" : "   ") + shown(sensor["first"]["current_mA"], Unit::mA) + " and " +
+                         shown(sensor["second"]["current_mA"], Unit::mA)));
+  }
+  if (!line.empty()) page.add_field("Sensor", std::move(line));
+}
+
+/// What the monitor on a bus says.
+void add_insulation(Page& page, const Reply& monitor) {
+  if (!monitor.is_known()) return;
+  Line line{plain(monitor["protocol"].text() + " " + monitor["state"].text() + "   " +
+                  shown(monitor["resistance_Ohm"], Unit::Ohm))};
+  if (!monitor["is_talking"].is_true()) line.push_back({"   silent", Style::warning});
+  if (monitor["is_low"].is_true()) line.push_back({"   it says that it is low", Style::warning});
+  if (monitor["is_test_pending"].is_true()) line.push_back({"   has not tested itself", Style::warning});
+  if (monitor["is_testing"].is_true()) line.push_back({"   tests itself", Style::dim});
+  page.add_field("Insulation", std::move(line));
+}
+
 /// What the contactors have been through, over all lives of the daemon.
 void add_wear(Page& page, const Reply& contactors) {
   std::vector<Line> rows{{{"Contactor", Style::dim},
@@ -152,6 +205,21 @@ void add_store(Page& page, const Reply& store) {
   Line line{{"in " + store["path"].text() + ", written " + shown(store["writes"], Unit::none) + " times", Style::dim}};
   if (store["last_error"].is_known()) line.push_back({": " + store["last_error"].text(), Style::bad});
   page.add_field("Kept", std::move(line));
+}
+
+/// What a pack beside this one tells; what it has not told lately is a dash.
+void add_second_pack(Page& page, const Reply& pack) {
+  if (!pack.is_known()) return;
+  if (pack["is_silent"].is_true()) {
+    const Reply ago = pack["heard_ago_ms"];
+    page.add_field("Second pack", {{ago.is_known() ? "silent for " + shown_span(ago) : "never heard", Style::warning}});
+    return;
+  }
+  const std::string name = pack["name"].is_known() ? pack["name"].text() + "   " : "";
+  page.add_field("Second pack",
+                 {plain(name + "SOC " + shown(pack["soc_permille"], Unit::permille) + "   " +
+                        shown(pack["pack_voltage_mV"], Unit::mV) + "   " + shown(pack["current_mA"], Unit::mA)),
+                  {"   " + pack["state"].text(), Style::dim}});
 }
 
 void add_recorder(Page& page, const Reply& recorder) {
@@ -394,6 +462,7 @@ std::string fault_details(const Reply& fault, const Reply& modules) {
   if (fault["threshold_text"].is_known() && seen.is_known()) {
     text += (text.empty() ? "" : ": ") + seen["value_text"].text() + ", limit " + fault["threshold_text"].text();
   }
+  if (fault["details"].is_known()) text += (text.empty() ? "" : ", ") + fault["details"].text();
   if (fault["confirmed_ago_ms"].is_known()) {
     text += (text.empty() ? "" : ", ") + shown_span(fault["confirmed_ago_ms"]) + " ago";
   }
@@ -468,6 +537,10 @@ Page status_page(const Reply& reply) {
   page.add_field("Temperature", spread_line(values["cell_temperature"], Unit::dC));
   page.add_field("Discharge", limit_line(reply["limits"]["discharge"], reply["limits"]["discharge_continuous"]));
   page.add_field("Charging", limit_line(reply["limits"]["charge"], reply["limits"]["charge_continuous"]));
+  add_charger(page, reply["charger"]);
+  if (reply["inverter"].is_known()) page.add_field("Inverter", inverter_line(reply["inverter"]));
+  add_sensor(page, reply["sensor"]);
+  add_insulation(page, reply["insulation"]);
   if (reply["balancing"]["is_enabled"].is_true()) {
     page.add_field("Balancing", {plain(balancing_text(reply["balancing"]))});
   }
@@ -484,6 +557,7 @@ Page status_page(const Reply& reply) {
                        shown(daemon["ticks"], Unit::none) + " ticks, " + shown(daemon["ticks_late"], Unit::none) +
                        " late, log lines lost " + shown(daemon["log_lines_lost"], Unit::none),
                    Style::dim}});
+  add_second_pack(page, reply["second_pack"]);
   add_store(page, reply["store"]);
   add_recorder(page, reply["recorder"]);
   add_history_store(page, reply["history"]);

@@ -34,6 +34,14 @@ namespace bmu {
 [[nodiscard]] std::string balancing_text(const Reply& balancing);
 /// How the cells have aged, and what has flowed through the pack. In health_text.cpp.
 [[nodiscard]] Page health_page(const Reply& reply);
+/// The chargers of a "status" reply; and whether the pack has none. In charger_text.cpp.
+[[nodiscard]] Page charger_page(const Reply& status);
+[[nodiscard]] bool has_no_charger(const Reply& status);
+/// The inverter of a "status" reply, as a page and as a line of another; and whether the pack has none. In
+/// inverter_text.cpp.
+[[nodiscard]] bool has_no_inverter(const Reply& status);
+[[nodiscard]] Page inverter_page(const Reply& status);
+[[nodiscard]] Line inverter_line(const Reply& inverter);
 /// The buses, what was refused on them, and the modules: of a "status" reply.
 [[nodiscard]] Page buses_page(const Reply& status);
 /// What went through the pack while it was last closed, how it closed and why it opened.

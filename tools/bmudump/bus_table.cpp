@@ -9,13 +9,19 @@ Bus* BusTable::find_other(std::string_view name) {
       std::find_if(buses_.begin(), buses_.end(), [name](const std::unique_ptr<Bus>& bus) { return bus->name == name; });
   if (found != buses_.end()) return last_ = found->get();
   if (buses_.size() == bus_count_max) return nullptr;
+  const auto own = std::find_if(device_buses_.begin(), device_buses_.end(),
+                                [name](const DeviceBus& bus) { return bus.name == name || bus.name == "any"; });
+  const bool is_own = own != device_buses_.end();
+  const DumpCatalogue& catalogue = is_own ? *own->catalogue : *catalogue_;
+  const std::uint32_t vehicle_base_id = is_own ? DialectWatch::nowhere : catalogue.vehicle_base_id();
   buses_.push_back(std::make_unique<Bus>(Bus{.name = std::string(name),
                                              .index = buses_.size(),
-                                             .reader = reader_,
-                                             .check = ReceiveCheck(catalogue_->all(), ReceiveCheck::Role::listener),
-                                             .dialect = DialectWatch(dialects_, catalogue_->vehicle_base_id()),
+                                             .reader = is_own ? own->reader : reader_,
+                                             .check = ReceiveCheck(catalogue.all(), ReceiveCheck::Role::listener),
+                                             .dialect = DialectWatch(dialects_, vehicle_base_id),
                                              .filter = filter_of(name),
-                                             .statistics = {}}));
+                                             .statistics = {},
+                                             .hint = {}}));
   return last_ = buses_.back().get();
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "protocol/receive_check.hpp"
+#include "tools/bmudump/device_hint.hpp"
 #include "tools/bmudump/dialect.hpp"
 #include "tools/bmudump/dump_catalogue.hpp"
 #include "tools/bmudump/filter.hpp"
@@ -23,6 +24,13 @@ struct BusChoice {
   Filter filter;
 };
 
+/// A bus that is read by a catalogue of its own, "any" for all, whatever dialect is spoken there.
+struct DeviceBus {
+  std::string name;
+  std::size_t reader;
+  const DumpCatalogue* catalogue;
+};
+
 struct Bus {
   std::string name;
   std::size_t index;
@@ -31,16 +39,18 @@ struct Bus {
   DialectWatch dialect;
   const Filter* filter;  // null: nothing of it is shown
   BusStatistics statistics;
+  DeviceHint hint;
 };
 
 class BusTable {
  public:
   static constexpr std::size_t bus_count_max = 16;
 
-  /// `choices` empty: all buses are shown. `catalogue` is what new buses are read by, the one of index `reader`.
+  /// `choices` empty: all buses are shown. `catalogue` is what new buses are read by, the one of index `reader`, but
+  /// for those of `device_buses`.
   BusTable(const DumpCatalogue& catalogue, std::size_t reader, std::span<const Dialect> dialects,
-           std::span<const BusChoice> choices)
-      : catalogue_(&catalogue), reader_(reader), dialects_(dialects), choices_(choices) {}
+           std::span<const BusChoice> choices, std::span<const DeviceBus> device_buses = {})
+      : catalogue_(&catalogue), reader_(reader), dialects_(dialects), choices_(choices), device_buses_(device_buses) {}
 
   /// The bus of this name, made when first seen; null if there would be more than bus_count_max.
   [[nodiscard]] Bus* find(std::string_view name) {
@@ -57,6 +67,7 @@ class BusTable {
   std::size_t reader_;
   std::span<const Dialect> dialects_;
   std::span<const BusChoice> choices_;
+  std::span<const DeviceBus> device_buses_;
   Filter no_filter_;
   std::vector<std::unique_ptr<Bus>> buses_;
   Bus* last_ = nullptr;  // logs come in runs of one name

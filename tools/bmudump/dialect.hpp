@@ -13,6 +13,7 @@
 #include "protocol/frame.hpp"
 #include "protocol/tables/vehicle_bus.hpp"
 #include "protocol/tables/vehicle_bus_elithion.hpp"
+#include "protocol/tables/vehicle_bus_original.hpp"
 
 namespace bmu::dump {
 
@@ -25,7 +26,7 @@ struct Dialect {
 
 inline constexpr Dialect dialect_table[] = {
     {.name = "iha", .pack_name = "IHA BMS1", .rows = vehicle_bus::rows},
-    {.name = "original"},
+    {.name = "original", .rows = vehicle_bus_original::rows},
     {.name = "elithion", .pack_name = "Elithion", .status_length = 7, .rows = vehicle_bus_elithion::rows},
 };
 
@@ -35,6 +36,9 @@ inline constexpr Dialect dialect_table[] = {
 /// Listens to one bus.
 class DialectWatch {
  public:
+  /// An identifier that no frame has: nothing tells there.
+  static constexpr std::uint32_t nowhere = 0xFFFF'0000;
+
   DialectWatch(std::span<const Dialect> rows, std::uint32_t base_id) : rows_(rows), base_id_(base_id) {}
 
   /// True if this frame has told something new. Cheap: most frames are none of these.

@@ -30,19 +30,27 @@ int worse(int one, int other) {
   return one == exit_ok ? other : one;
 }
 
-Catalogues::Catalogues(const DumpCatalogue::Choice& choice, std::span<const Dialect> rows, const std::string& wanted)
+Catalogues::Catalogues(const DumpCatalogue::Choice& choice, std::span<const Dialect> rows, const std::string& wanted,
+                       const std::vector<DeviceWord>& devices)
     : dialects_(rows), is_auto_(find_dialect(rows, wanted) == nullptr) {
   for (const Dialect& row : rows) {
     if (row.rows.empty()) continue;
     if (row.name == wanted) first_ = readers_.size();
     readers_.push_back(std::make_unique<DumpCatalogue>(choice, row));
   }
+  dialect_count_ = readers_.size();
+  for (const std::string& bus : buses_of(devices)) {
+    const Dialect* const chosen = find_dialect(rows, wanted);
+    readers_.push_back(
+        std::make_unique<DumpCatalogue>(choice_on(devices, bus, choice), chosen == nullptr ? rows.front() : *chosen));
+    device_buses_.push_back({.name = bus, .reader = readers_.size() - 1, .catalogue = readers_.back().get()});
+  }
 }
 
 std::size_t Catalogues::reader_of(const Dialect& dialect) const {
   std::size_t reader = 0;
-  while (is_auto_ && reader < size() && &at(reader).dialect() != &dialect) ++reader;
-  return is_auto_ ? reader : size();
+  while (reader < dialect_count_ && &at(reader).dialect() != &dialect) ++reader;
+  return is_auto_ && reader < dialect_count_ ? reader : size();
 }
 
 Dump::Dump(const Options& options, const Catalogues& catalogues, const Filter& filter,
@@ -50,7 +58,8 @@ Dump::Dump(const Options& options, const Catalogues& catalogues, const Filter& f
     : options_(&options),
       catalogues_(&catalogues),
       filter_(&filter),
-      buses_(catalogues.at(catalogues.first()), catalogues.first(), catalogues.dialects(), choices),
+      buses_(catalogues.at(catalogues.first()), catalogues.first(), catalogues.dialects(), choices,
+             catalogues.device_buses()),
       start_(options.start),
       out_(fd),
       left_(options.count.value_or(std::numeric_limits<std::uint64_t>::max())),
@@ -71,6 +80,7 @@ bool Dump::show(const LogLine& line) {
   // Every frame is judged, also those not shown: whether an answer is late depends on the POLL before it.
   const CheckedFrame verdict = line.kind == LogLineKind::frame ? bus->check.check(line.frame) : CheckedFrame{};
   if (!filter_->passes(line.frame) || !bus->filter->passes(line.frame)) return true;
+  if (line.kind == LogLineKind::frame) bus->hint.note(line.frame, verdict);
   const SeenFrame seen{line, verdict};
   IdStatistics* const row = needs_counts_ ? bus->statistics.count(line, verdict) : nullptr;
   if (shows_lines_) {
@@ -116,6 +126,25 @@ void Dump::note_dialect(Bus& bus) {
       static_cast<unsigned>(used.vehicle_base_id() + 7));
 }
 
+/// On standard error, and not about buses for which somebody has said what is read there.
+void Dump::tell_hints() const {
+  if (options_->output == Output::log) return;
+  for (const std::unique_ptr<Bus>& bus : buses_.buses()) {
+    const auto own = catalogues_->device_buses();
+    const bool is_own =
+        std::any_of(own.begin(), own.end(), [&bus](const DeviceBus& one) { return one.reader == bus->reader; });
+    const std::vector<const Device*> candidates = bus->hint.candidates(options_->catalogue.devices);
+    if (is_own || candidates.empty()) continue;
+    std::string words;
+    for (const Device* device : candidates) {
+      words += (words.empty() ? "--device " : " or --device ") + working_words(bus->name, *device, options_->catalogue);
+    }
+    std::fprintf(stderr, "bmudump: %s: %zu of %zu identifiers that are not explained here could be read with %s\n",
+                 bus->name.c_str(), bus->hint.explained_by(*candidates.front()), bus->hint.unexplained(),
+                 words.c_str());
+  }
+}
+
 void Dump::forget_counters(std::string_view bus) {
   if (Bus* const known = buses_.find(bus)) known->check.forget_counters();
 }
@@ -131,6 +160,7 @@ int Dump::finish(int code) {
     std::fprintf(stderr, "bmudump: cannot write: %s\n", std::strerror(out_.error()));
     return exit_system;
   }
+  tell_hints();
   const bool is_suspect = options_->is_strict && suspect_count(buses_.buses()) > 0;
   return worse(code, is_suspect ? exit_suspect : exit_ok);
 }

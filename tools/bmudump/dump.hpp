@@ -13,22 +13,27 @@
 
 namespace bmu::dump {
 
-/// A catalogue for each dialect that is read, and which of them a bus begins with.
+/// A catalogue for each dialect that is read, and which of them a bus begins with; behind them one for each bus that
+/// has devices of its own.
 class Catalogues {
  public:
-  /// `wanted` is one of the dialects' names, or "auto".
-  Catalogues(const DumpCatalogue::Choice& choice, std::span<const Dialect> rows, const std::string& wanted);
+  /// `wanted` is one of the dialects' names, or "auto", which is the first where a bus has devices of its own.
+  Catalogues(const DumpCatalogue::Choice& choice, std::span<const Dialect> rows, const std::string& wanted,
+             const std::vector<DeviceWord>& devices = {});
 
   [[nodiscard]] const DumpCatalogue& at(std::size_t reader) const { return *readers_[reader]; }
   [[nodiscard]] std::size_t size() const { return readers_.size(); }
   [[nodiscard]] std::size_t first() const { return first_; }
   [[nodiscard]] std::span<const Dialect> dialects() const { return dialects_; }
+  [[nodiscard]] std::span<const DeviceBus> device_buses() const { return device_buses_; }
   /// What reads this dialect, if buses may change to it; size() if nothing does.
   [[nodiscard]] std::size_t reader_of(const Dialect& dialect) const;
 
  private:
   std::span<const Dialect> dialects_;
   std::vector<std::unique_ptr<DumpCatalogue>> readers_;
+  std::size_t dialect_count_ = 0;
+  std::vector<DeviceBus> device_buses_;
   std::size_t first_ = 0;
   bool is_auto_ = true;
 };
@@ -56,6 +61,7 @@ class Dump {
  private:
   void print(const Bus& bus, const SeenFrame& seen);
   void note_dialect(Bus& bus);
+  void tell_hints() const;
 
   const Options* options_;
   const Catalogues* catalogues_;

@@ -1,33 +1,90 @@
 #include "tools/bmudump/dump_catalogue.hpp"
 
+#include <algorithm>
+
 #include "protocol/tables/internal_bus.hpp"
 #include "protocol/tables/vehicle_bus.hpp"
 
 namespace bmu::dump {
+namespace {
+
+/// Where the internal bus is not.
+constexpr Catalogue no_messages{"none", {}};
+
+const Catalogue* internal_catalogue(const DumpCatalogue::Choice& choice) {
+  using namespace internal_bus;
+  if (!choice.has_internal) return &no_messages;
+  const bool has_other_modules = std::any_of(choice.devices.begin(), choice.devices.end(),
+                                             [](const Device* device) { return device->kind == DeviceKind::modules; });
+  if (has_other_modules) {
+    return choice.sensor_little_endian ? &catalogue_without_modules_little_endian_sensor : &catalogue_without_modules;
+  }
+  return choice.sensor_little_endian ? &catalogue_little_endian_sensor : &catalogue;
+}
+
+/// An identifier that both rows have.
+std::optional<std::uint32_t> common_id(const MessageSpec& one, const MessageSpec& other) {
+  if (one.is_extended != other.is_extended) return std::nullopt;
+  for (unsigned node = one.node_min; node <= one.node_max; ++node) {
+    for (unsigned other_node = other.node_min; other_node <= other.node_max; ++other_node) {
+      if (one.id_of(node) == other.id_of(other_node)) return one.id_of(node);
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+const Catalogue& catalogue_of(const Device& device, bool sensor_little_endian) {
+  return sensor_little_endian && device.little_endian != nullptr ? *device.little_endian : *device.catalogue;
+}
 
 DumpCatalogue::DumpCatalogue(const Choice& choice, const Dialect& dialect)
-    : dialect_(&dialect),
-      vehicle_base_id_(choice.vehicle_base_id),
-      internal_(choice.sensor_little_endian ? &internal_bus::catalogue_little_endian_sensor : &internal_bus::catalogue),
-      row_of_id_(Catalogue::id_count, no_row) {
+    : dialect_(&dialect), vehicle_base_id_(choice.vehicle_base_id), internal_(internal_catalogue(choice)) {
   for (const MessageSpec* message : dialect.rows) {
+    if (!choice.has_vehicle) break;
     MessageSpec moved = *message;
-    moved.base_id =
-        static_cast<std::uint16_t>(message->base_id - vehicle_bus::default_base_id + choice.vehicle_base_id);
+    moved.base_id = message->base_id - vehicle_bus::default_base_id + choice.vehicle_base_id;
     vehicle_rows_.push_back(moved);
   }
   for (const MessageSpec& row : vehicle_rows_) vehicle_messages_.push_back(&row);
   vehicle_ = std::make_unique<Catalogue>(vehicle_bus::catalogue.name(), vehicle_messages_);
-  all_messages_.assign(internal_->messages().begin(), internal_->messages().end());
-  all_messages_.insert(all_messages_.end(), vehicle_messages_.begin(), vehicle_messages_.end());
-  all_ = std::make_unique<Catalogue>("all", all_messages_);
+  add(internal_->messages(), "the internal bus", nullptr);
+  add(vehicle_messages_, "the vehicle messages", nullptr);
+  for (const Device* device : choice.devices) {
+    add(catalogue_of(*device, choice.sensor_little_endian).messages(), std::string(device->name), device);
+  }
+  all_ = std::make_unique<Catalogue>(choice.name, all_messages_);
+}
+
+/// A row that is there already is the same message, whoever brings it.
+void DumpCatalogue::add(std::span<const MessageSpec* const> rows, std::string name, const Device* device) {
+  parts_.push_back({.begin = all_messages_.size(), .name = std::move(name), .device = device});
+  for (const MessageSpec* row : rows) {
+    const bool is_there = std::find(all_messages_.begin(), all_messages_.end(), row) != all_messages_.end();
+    if (!is_there) all_messages_.push_back(row);
+  }
+}
+
+const DumpCatalogue::Part& DumpCatalogue::part_of(std::size_t row) const {
+  const auto behind = std::upper_bound(parts_.begin(), parts_.end(), row,
+                                       [](std::size_t at, const Part& part) { return at < part.begin; });
+  return *(behind - 1);
+}
+
+std::optional<DumpCatalogue::Clash> DumpCatalogue::clash() const {
+  if (all_->ids_unique()) return std::nullopt;
   for (std::size_t row = 0; row < all_messages_.size(); ++row) {
-    const MessageSpec& message = *all_messages_[row];
-    for (unsigned node = message.node_min; node <= message.node_max; ++node) {
-      const std::size_t id = message.base_id + std::size_t{node};
-      if (id < row_of_id_.size()) row_of_id_[id] = static_cast<std::uint8_t>(row);
+    for (std::size_t before = 0; before < row; ++before) {
+      const std::optional<std::uint32_t> id = common_id(*all_messages_[row], *all_messages_[before]);
+      if (!id) continue;
+      return Clash{.id = *id,
+                   .is_extended = all_messages_[row]->is_extended,
+                   .device = part_of(row).device,
+                   .other = part_of(before).name};
     }
   }
+  return Clash{};  // beyond 7FF
 }
 
 }  // namespace bmu::dump

@@ -1,11 +1,16 @@
-// Every message bmudump knows, internal and vehicle bus together: their identifiers do not collide, and one interface
-// may carry both. Of the vehicle bus there is one catalogue for each dialect.
+// Every message bmudump knows on a bus: internal and vehicle bus together, as their identifiers do not collide and one
+// interface may carry both, with the devices that were asked for; or, on a bus of their own, devices alone. Of the
+// vehicle bus there is one catalogue for each dialect. Modules of another maker stand in the place of ours: of the
+// internal bus the rest is read beside them, contactors and sensors, as a pack has modules of one kind.
 #pragma once
 
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <string>
 #include <vector>
 
+#include "devices/device.hpp"
 #include "protocol/message.hpp"
 #include "tools/bmudump/dialect.hpp"
 
@@ -16,13 +21,26 @@ namespace bmu::dump {
   return !signal.names.empty() && signal.name.ends_with("_bits");
 }
 
+/// Of a device, in the order of bytes that was asked for, where it has two.
+[[nodiscard]] const Catalogue& catalogue_of(const Device& device, bool sensor_little_endian);
+
 class DumpCatalogue {
  public:
   struct Choice {
     std::uint32_t vehicle_base_id = 0x620;
     bool sensor_little_endian = false;
+    bool has_internal = true;
+    bool has_vehicle = true;
+    std::vector<const Device*> devices{};
+    std::string_view name = "all";  // of all()
   };
-  static constexpr std::uint8_t no_row = 0xFF;
+  /// An identifier that two of those have who are read together.
+  struct Clash {
+    std::uint32_t id = 0;
+    bool is_extended = false;
+    const Device* device = nullptr;  // null: both are ours
+    std::string other;
+  };
 
   explicit DumpCatalogue(const Choice& choice, const Dialect& dialect = dialect_table[0]);
 
@@ -31,21 +49,33 @@ class DumpCatalogue {
   [[nodiscard]] const Catalogue& all() const { return *all_; }
   [[nodiscard]] const Catalogue& internal() const { return *internal_; }
   [[nodiscard]] const Catalogue& vehicle() const { return *vehicle_; }
-  /// False if the vehicle messages were moved onto identifiers of others, or beyond 7FF.
-  [[nodiscard]] bool ids_unique() const { return all_->ids_unique(); }
-  /// Index of an identifier's message in all().messages(); no_row if there is none.
-  [[nodiscard]] std::uint8_t row_of(std::uint32_t id) const { return id < row_of_id_.size() ? row_of_id_[id] : no_row; }
+  /// Whether the row of this index in all() is one of vehicle().
+  [[nodiscard]] bool is_vehicle(std::size_t row) const {
+    return row >= internal_->messages().size() && row - internal_->messages().size() < vehicle_->messages().size();
+  }
+  /// The first there is: the vehicle messages were moved onto identifiers of others, or devices collide.
+  [[nodiscard]] std::optional<Clash> clash() const;
 
  private:
+  /// Whose rows begin where in all().
+  struct Part {
+    std::size_t begin = 0;
+    std::string name;
+    const Device* device = nullptr;
+  };
+
+  void add(std::span<const MessageSpec* const> rows, std::string name, const Device* device);
+  [[nodiscard]] const Part& part_of(std::size_t row) const;
+
   const Dialect* dialect_;
   std::uint32_t vehicle_base_id_;
   std::vector<MessageSpec> vehicle_rows_;
   std::vector<const MessageSpec*> vehicle_messages_;
   std::vector<const MessageSpec*> all_messages_;
+  std::vector<Part> parts_;
   const Catalogue* internal_;
   std::unique_ptr<Catalogue> vehicle_;
   std::unique_ptr<Catalogue> all_;
-  std::vector<std::uint8_t> row_of_id_;
 };
 
 }  // namespace bmu::dump

@@ -51,10 +51,19 @@ bool Filter::add_names(std::string_view word, const Catalogue& catalogue) {
   for (const MessageSpec* message : catalogue.messages()) {
     if (is_beginning ? !message->name.starts_with(name) : message->name != name) continue;
     is_found = true;
-    for (unsigned node = message->node_min; node <= message->node_max; ++node) ids_.set(message->base_id + node);
+    for (unsigned node = message->node_min; node <= message->node_max; ++node) add_id_of(*message, node);
   }
-  has_ids_ = has_ids_ || is_found;
   return is_found;
+}
+
+void Filter::add_id_of(const MessageSpec& message, unsigned node) {
+  const std::uint32_t id = message.id_of(node);
+  if (message.is_extended) {
+    masks_.push_back({.id = id | extended_flag, .mask = extended_id_max | extended_flag});
+  } else {
+    ids_.set(id);
+    has_ids_ = true;
+  }
 }
 
 bool Filter::add_mask(std::string_view word) {

@@ -43,6 +43,7 @@ class Filter {
   };
 
   bool add_names(std::string_view word, const Catalogue& catalogue);
+  void add_id_of(const MessageSpec& message, unsigned node);
   bool add_mask(std::string_view word);
   bool add_id(std::string_view word);
   [[nodiscard]] bool passes_words(const CanFrame& frame) const;

@@ -6,28 +6,30 @@
 #include <string>
 
 #include "tools/bmudump/error_text.hpp"
+#include "tools/bmudump/words.hpp"
 
 namespace bmu::dump {
 namespace {
 
 constexpr std::string_view hex_digits = "0123456789ABCDEF";
 constexpr std::size_t label_width = 17;  // CONTACTOR_COMMAND
-constexpr std::string_view unknown_label = "unknown";
+constexpr std::string_view label_on = "\x1b[1m";
 
 // The longest line: every signal with its piece, a cell mask or eight escaped letters behind it, and its unit; or every
 // byte of CAN XL, as two digits and a letter. The rest has room for the names of bits, too: no message has many such.
 constexpr std::size_t signal_room = 2 * Piece::room + 64;
 constexpr std::size_t rest_room = 6 * bus_name_length_max + 1'536;
-static_assert(signal_count_max * signal_room + rest_room <= TextWriter::line_room);
+static_assert(shown_signals_max * signal_room + rest_room <= TextWriter::line_room);
 static_assert(xl_bytes_max * 4 + rest_room <= TextWriter::line_room);
 
-/// Text of a quantity that is no number: eight letters, the first in the highest byte.
-std::array<char, 8> letters_of(std::int64_t raw) {
+/// Text of a quantity that is no number: up to eight letters, the first in the highest byte.
+void print_quoted_letters(const SignalSpec& signal, std::int64_t raw, TextWriter& out) {
+  const std::size_t count = signal.bit_count / 8U;
   std::array<char, 8> letters{};
-  for (std::size_t index = 0; index < letters.size(); ++index) {
-    letters[index] = static_cast<char>(static_cast<std::uint64_t>(raw) >> (56 - 8 * index));
+  for (std::size_t index = 0; index < count; ++index) {
+    letters[index] = static_cast<char>(static_cast<std::uint64_t>(raw) >> (8 * (count - 1 - index)));
   }
-  return letters;
+  out.json_string({letters.data(), count});
 }
 
 std::string_view name_of_raw(const SignalSpec& signal, std::int64_t raw) {
@@ -105,23 +107,21 @@ std::string three_hex_digits(std::size_t id) {
 FrameText::FrameText(const DumpCatalogue& catalogue, const Style& style, LineStart& start)
     : catalogue_(&catalogue), style_(style), start_(&start), label_of_id_(Catalogue::id_count) {
   if (style.is_coloured) colours_ = {"\x1b[2m", "\x1b[33m", "\x1b[1;31m", "\x1b[0m"};
-  const std::string label_on(style.is_coloured ? "\x1b[1m" : "");
   for (const MessageSpec* message : catalogue.all().messages()) {
     MessagePlan plan;
-    const bool is_vehicle = plans_.size() >= catalogue.internal().messages().size();  // all() has them behind
-    const std::string dialect =
-        is_vehicle ? "\"dialect\":\"" + std::string(catalogue.dialect().name) + "\"," : std::string();
+    const std::string dialect = catalogue.is_vehicle(plans_.size())
+                                    ? "\"dialect\":\"" + std::string(catalogue.dialect().name) + "\","
+                                    : std::string();
     plan.json_lead = Piece(",\"message\":\"" + std::string(message->name) + "\"," + dialect + "\"node\":");
     plan.signals = plans_of(*message);
     plans_.push_back(std::move(plan));
   }
   for (std::size_t id = 0; id < Catalogue::id_count; ++id) {
     const MessageMatch match = catalogue.all().find(static_cast<std::uint32_t>(id));
-    std::string label(match.message == nullptr ? unknown_label : match.message->name);
-    if (match.message != nullptr && match.message->has_node()) label += " node " + std::to_string(match.node);
+    std::string label = name_text(match.message, match.node);
     label.resize(std::max(label.size(), label_width), ' ');
     std::string text = " " + three_hex_digits(id) + " ";
-    label_of_id_[id] = Piece(text.append(label_on).append(label).append(colours_.off));
+    label_of_id_[id] = Piece(text.append(style.is_coloured ? label_on : "").append(label).append(colours_.off));
   }
 }
 
@@ -163,7 +163,9 @@ FrameText::SignalPlan FrameText::plan_of(const SignalSpec& signal, std::string_v
   plan.text_unit = Piece(unit.symbol.empty() ? "" : " " + std::string(unit.symbol));
   plan.json_lead = Piece("\"" + std::string(signal.name) + "\":");
   plan.spec = &signal;
-  plan.steps_per_raw = signal.scale % unit.divisor == 0 ? signal.scale / unit.divisor : 0;
+  const bool is_whole = signal.scale % unit.divisor == 0 && signal.offset % unit.divisor == 0;
+  plan.steps_per_raw = is_whole ? signal.scale / unit.divisor : 0;
+  plan.steps_of_zero = is_whole ? signal.offset / unit.divisor : 0;
   plan.divisor = unit.divisor;
   plan.decimals = unit.decimals;
   plan.left_out = left_out_of(signal, plan.show);
@@ -177,27 +179,33 @@ void FrameText::print_text(const SeenFrame& seen, TextWriter& out) {
   if (id_digits(frame) == 3 && seen.line.kind == LogLineKind::frame) {
     out.piece(label_of_id_[frame.id]);
   } else {
-    print_other_label(seen.line, out);
+    print_other_label(seen, out);
   }
   print_meaning(seen, out);
   out.letter('\n');
 }
 
-void FrameText::print_other_label(const LogLine& line, TextWriter& out) {
-  const std::string_view label = line.kind == LogLineKind::frame ? unknown_label
-                                 : long_frame_of(line).is_xl     ? "CAN XL"
-                                                                 : "CAN FD";
-  const int digits = id_digits(line.frame);
+void FrameText::print_other_label(const SeenFrame& seen, TextWriter& out) const {
+  const LogLine& line = seen.line;
+  const MessageSpec* const message = seen.verdict.message;
+  std::string label = line.kind == LogLineKind::frame ? name_text(message, seen.verdict.node)
+                      : long_frame_of(line).is_xl     ? "CAN XL"
+                                                      : "CAN FD";
+  const auto digits = static_cast<std::size_t>(id_digits(line.frame));
+  constexpr std::size_t width = label_width + 3;  // keeps the column of the data
   out.letter(' ');
-  out.hex(line.frame.id, digits);
+  out.hex(line.frame.id, static_cast<int>(digits));
   out.letter(' ');
+  const bool is_bold = style_.is_coloured && message != nullptr;
+  out.text(is_bold ? label_on : "");
   out.text(label);
-  out.spaces(label_width + 3 - label.size() - static_cast<std::size_t>(digits));  // keeps the column of the data
+  out.spaces(std::max(width, label.size() + digits) - label.size() - digits);
+  out.text(is_bold ? colours_.off : "");
 }
 
 void FrameText::print_meaning(const SeenFrame& seen, TextWriter& out) const {
   if (!seen.verdict.is_accepted) return print_raw(seen, out);
-  print_signals(plans_[catalogue_->row_of(seen.line.frame.id)], seen.line.frame, out);
+  print_signals(plans_[catalogue_->all().row_of(seen.line.frame)], seen.line.frame, out);
 }
 
 void FrameText::print_signals(const MessagePlan& plan, const CanFrame& frame, TextWriter& out) const {
@@ -207,8 +215,7 @@ void FrameText::print_signals(const MessagePlan& plan, const CanFrame& frame, Te
   for (const SignalPlan& one : plan.signals) {
     const std::int64_t raw = raw_of(*one.spec, word);
     if (&one == plan.signals.data()) selector = raw;
-    const bool is_absent = one.spec->selected_by >= 0 && one.spec->selected_by != selector;
-    if (is_absent) continue;
+    if (!is_selected(*one.spec, selector)) continue;
     if (one.left_out != LeftOut::never && (raw == 0 || one.left_out == LeftOut::always)) continue;
     out.piece(one.text_lead);
     print_value(one, raw, out);
@@ -227,17 +234,16 @@ void FrameText::print_value(const SignalPlan& plan, std::int64_t raw, TextWriter
   switch (plan.show) {
     case Show::number: {
       const bool is_whole = plan.steps_per_raw != 0;
-      out.scaled(is_whole ? raw * plan.steps_per_raw : divide_to_nearest(value.value, plan.divisor), plan.decimals);
+      out.scaled(
+          is_whole ? raw * plan.steps_per_raw + plan.steps_of_zero : divide_to_nearest(value.value, plan.divisor),
+          plan.decimals);
       return out.piece(plan.text_unit);
     }
     case Show::flag: return out.text(raw != 0 ? "yes" : "no");
     case Show::set_flag: return;
     case Show::bits: return print_bits(*plan.spec, raw, out);
     case Show::cells: return print_cells(raw, out);
-    case Show::text: {
-      const std::array<char, 8> letters = letters_of(raw);
-      return out.json_string({letters.data(), letters.size()});
-    }
+    case Show::text: return print_quoted_letters(*plan.spec, raw, out);
     case Show::name: {
       const std::string_view name = name_of_raw(*plan.spec, raw);
       return name.empty() ? out.decimal(raw) : out.text(name);
@@ -304,7 +310,7 @@ void FrameText::print_json(const SeenFrame& seen, TextWriter& out) const {
     out.text(",\"message\":null,\"node\":null,\"ok\":null");
     print_json_raw(seen.line, out);
   } else {
-    print_json_verdict(plans_[catalogue_->row_of(frame.id)], seen, out);
+    print_json_verdict(plans_[catalogue_->all().row_of(frame)], seen, out);
   }
   out.text("}\n");
 }
@@ -354,21 +360,20 @@ void FrameText::print_json_long(const LogLine& line, TextWriter& out) {
 }
 
 void FrameText::print_json_signals(const MessagePlan& plan, const CanFrame& frame, TextWriter& out) {
-  out.text(",\"signals\":");
+  out.text(plan.signals.empty() ? ",\"signals\":{" : ",\"signals\":");
   const std::uint64_t word = load_big_endian(frame.data);
   std::int64_t selector = -1;
   bool is_first = true;
   for (const SignalPlan& one : plan.signals) {
     const std::int64_t raw = raw_of(*one.spec, word);
     if (is_first) selector = raw;
-    if (one.spec->selected_by >= 0 && one.spec->selected_by != selector) continue;
+    if (!is_selected(*one.spec, selector)) continue;
     out.letter(is_first ? '{' : ',');
     is_first = false;
     out.piece(one.json_lead);
     const SignalValue value = value_of_raw(*one.spec, raw);
     if (one.show == Show::text) {
-      const std::array<char, 8> letters = letters_of(raw);
-      out.json_string({letters.data(), letters.size()});
+      print_quoted_letters(*one.spec, raw, out);
     } else if (value.is_valid()) {
       out.decimal(value.value);
     } else {

@@ -49,6 +49,7 @@ class FrameText {
     Piece json_lead;  // "\"cell_voltage_1_uV\":"
     const SignalSpec* spec = nullptr;
     std::int64_t steps_per_raw = 0;  // last digits shown in one raw count; 0: not a whole number
+    std::int64_t steps_of_zero = 0;  // those of raw 0
     std::int64_t divisor = 1;
     int decimals = 0;
     Show show = Show::number;
@@ -72,7 +73,7 @@ class FrameText {
   static void print_json_raw(const LogLine& line, TextWriter& out);
   static void print_json_long(const LogLine& line, TextWriter& out);
   static void print_json_signals(const MessagePlan& plan, const CanFrame& frame, TextWriter& out);
-  static void print_other_label(const LogLine& line, TextWriter& out);
+  void print_other_label(const SeenFrame& seen, TextWriter& out) const;
   void print_raw(const SeenFrame& seen, TextWriter& out) const;
   void print_long(const LogLine& line, TextWriter& out) const;
 

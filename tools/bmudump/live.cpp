@@ -62,6 +62,7 @@ class LiveRun {
   void read_batch(LiveBus& bus);
   void tell_loss(LiveBus& bus);
   void tell_silence();
+  void tell_unheard() const;
   [[nodiscard]] std::int64_t wall_us(TimePoint at) const {
     return start_wall_us_ + std::chrono::duration_cast<std::chrono::microseconds>(at - start_).count();
   }
@@ -133,6 +134,7 @@ void LiveRun::run() {
     maintain_at = monotonic_now() + maintain_period;
   }
   dump_->heard_until(wall_us(monotonic_now()));
+  tell_unheard();
 }
 
 void LiveRun::wait() {
@@ -184,6 +186,16 @@ void LiveRun::tell_silence() {
   for (const LiveBus& bus : buses_) {
     if (!bus.is_silent || bus.port->state() != BusState::up) continue;
     std::fprintf(stderr, "bmudump: no frame on %s yet; is another program on this bus?\n", bus.port->name().c_str());
+  }
+}
+
+/// At the end, however soon that comes: who reads nothing but the output does not know a quiet bus from one without
+/// anybody.
+void LiveRun::tell_unheard() const {
+  const double span_s = to_s(monotonic_now() - start_);
+  for (const LiveBus& bus : buses_) {
+    if (!bus.is_silent) continue;
+    std::fprintf(stderr, "bmudump: %s: nobody was heard in %.1f s\n", bus.port->name().c_str(), span_s);
   }
 }
 

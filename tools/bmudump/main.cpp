@@ -94,18 +94,64 @@ int show(const Options& options, const Catalogues& catalogues) {
   return dump.finish(options.files.empty() ? dump_live(options, dump) : dump_files(options, dump));
 }
 
-int run(const Options& options) {
-  const Catalogues catalogues(options.catalogue, dialect_table, options.dialect);
-  const DumpCatalogue& first = catalogues.at(catalogues.first());
-  if (!first.ids_unique()) {
+/// Two of those that are read together have an identifier in common: says who, and what to do.
+void tell_clash(const DumpCatalogue::Clash& clash, const std::string& bus, const Options& options) {
+  if (clash.device == nullptr) {
     std::fputs("bmudump: --vehicle-base: there the vehicle messages would collide with those of the internal bus\n",
                stderr);
-    return exit_usage;
+    return;
   }
-  if (options.wants_protocol_doc || !options.dbc.empty()) catch_stop_signals();
-  if (options.wants_protocol_doc) return print_all(protocol_doc(first));
-  if (options.dbc.empty()) return show(options, catalogues);
-  return print_all(bmu::dbc_text(options.dbc == "internal" ? first.internal() : first.vehicle(), options.nodes));
+  const std::string name(clash.device->name);
+  const std::string where = bus.empty() ? "" : " on " + bus;
+  const std::string any_bus = options.buses.empty() ? "any" : options.buses.front().name;
+  const std::string remedy = bus.empty() ? "name its bus, and what else is read there: --device " +
+                                               working_words(any_bus, *clash.device, options.catalogue)
+                                         : "leave one of them out, or give it another bus";
+  std::fprintf(stderr, "bmudump: --device: %s and %s both have identifier %0*X%s; %s\n", name.c_str(),
+               clash.other.c_str(), clash.is_extended ? 8 : 3, static_cast<unsigned>(clash.id), where.c_str(),
+               remedy.c_str());
+}
+
+[[nodiscard]] bool has_clash(const Options& options, const Catalogues& catalogues) {
+  const auto first = catalogues.at(catalogues.first()).clash();
+  if (first) tell_clash(*first, "", options);
+  bool is_found = first.has_value();
+  for (const DeviceBus& bus : catalogues.device_buses()) {
+    const auto clash = bus.catalogue->clash();
+    if (clash) tell_clash(*clash, bus.name, options);
+    is_found = is_found || clash.has_value();
+  }
+  return is_found;
+}
+
+std::string dbc_of(const Options& options, const DumpCatalogue& own) {
+  if (options.dbc == "internal") return bmu::dbc_text(own.internal(), options.nodes);
+  if (options.dbc == "vehicle") return bmu::dbc_text(own.vehicle(), options.nodes);
+  const DumpCatalogue devices({.sensor_little_endian = options.catalogue.sensor_little_endian,
+                               .has_internal = false,
+                               .has_vehicle = false,
+                               .devices = devices_of_dbc(options.dbc),
+                               .name = options.dbc});
+  return bmu::dbc_text(devices.all(), options.nodes);
+}
+
+/// What needs no bus: nothing is read together there, so that identifiers in common do no harm.
+int print_tables(const Options& options) {
+  catch_stop_signals();
+  if (options.wants_devices) return print_all(device_page());
+  DumpCatalogue::Choice choice = options.catalogue;
+  choice.devices.clear();
+  const Catalogues catalogues(choice, dialect_table, options.dialect);
+  const DumpCatalogue& own = catalogues.at(catalogues.first());
+  if (!options.wants_protocol_doc) return print_all(dbc_of(options, own));
+  return print_all(options.devices.empty() ? protocol_doc(own)
+                                           : device_doc(options.devices, own, choice.sensor_little_endian));
+}
+
+int run(const Options& options) {
+  if (options.wants_protocol_doc || options.wants_devices || !options.dbc.empty()) return print_tables(options);
+  const Catalogues catalogues(options.catalogue, dialect_table, options.dialect, options.devices);
+  return has_clash(options, catalogues) ? exit_usage : show(options, catalogues);
 }
 
 }  // namespace

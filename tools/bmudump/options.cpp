@@ -39,6 +39,9 @@ Examples:
   bmudump -r drive.log --json | jq 'select(.ok == false)'
   bmudump can0 -L > drive.log                 record as a candump log, from unix:NAME as well; -l makes up a name
   bmudump --dbc internal --nodes 1-8 > internal.dbc
+  bmudump can0 --device elcon_tc              a charger on the same bus
+  bmudump can0 --device i3_csc                modules of a BMW i3 in the place of ours
+  bmudump --protocol-doc --device sma         the tables of an inverter
 
 A text line: (time) bus identifier MESSAGE node N, then each signal. "unknown", "not fitted", "open", "shorted" stand
 where the sender has no number. "!! wrong crc" and the like mark a frame that failed its check, with its bytes.
@@ -57,8 +60,13 @@ Exit codes:
      counted; places in a packed file are reported with their offset
   4  with --strict: some frames failed their check or are unknown)";
 
-/// "1-4" and "7": nodes 1 to 63. Throws the library's error for what is none.
-std::vector<std::uint8_t> parse_nodes(const std::vector<std::string>& parts) {
+/// Of --nodes, where none are asked for and the buses are ours; of a device all it has.
+constexpr const char* usual_nodes = "1-4";
+
+/// "1-4" and "7" of these nodes, as the rows of `whose` have them ("" if they are ours). Throws the library's error for
+/// what is none.
+std::vector<std::uint8_t> parse_nodes(const std::vector<std::string>& parts, const NodeRange& range,
+                                      const std::string& whose) {
   std::vector<std::uint8_t> nodes;
   for (const std::string& part : parts) {
     unsigned first = 0;
@@ -70,12 +78,27 @@ std::vector<std::uint8_t> parse_nodes(const std::vector<std::string>& parts) {
       at = second.ptr;
       error = second.ec;
     }
-    if (error != std::errc{} || at != end || first < 1 || last > 63 || first > last) {
-      throw CLI::ValidationError("--nodes", "'" + part + "' is no node or range of nodes from 1 to 63, like 7 or 1-4");
+    if (error != std::errc{} || at != end || first < range.first || last > range.last || first > last) {
+      const std::string span = std::to_string(range.first) + " to " + std::to_string(range.last);
+      const std::string wanted = whose.empty() ? " from " + span + ", like 7 or 1-4" : ": " + whose + " has " + span;
+      throw CLI::ValidationError("--nodes", "'" + part + "' is no node or range of nodes" + wanted);
     }
-    for (unsigned node = first; node <= last; ++node) nodes.push_back(static_cast<std::uint8_t>(node));
+    for (unsigned node = first; node <= last; ++node) {
+      nodes.push_back(static_cast<std::uint8_t>(node - range.maker_less));
+    }
   }
   return nodes;
+}
+
+/// Those of the DBC that is wanted.
+std::vector<std::uint8_t> nodes_of(const std::string& dbc, const std::vector<std::string>& asked) {
+  const std::optional<NodeRange> range = nodes_of_dbc(dbc);
+  const bool is_ours = devices_of_dbc(dbc).empty();
+  if (!range && asked.empty()) return {};
+  if (!range) throw CLI::ValidationError("--nodes", "the messages of " + dbc + " have no nodes");
+  if (!asked.empty()) return parse_nodes(asked, *range, is_ours ? "" : dbc);
+  const std::string all = std::to_string(range->first) + "-" + std::to_string(range->last);
+  return parse_nodes({is_ours ? usual_nodes : all}, *range, "");
 }
 
 /// A recording where a bus is wanted, as a newcomer writes it. An interface goes before a file of the same name.
@@ -95,7 +118,8 @@ bool wants_colour(const std::string& when) {
 struct Words {
   std::vector<std::string> buses;
   std::string colour = "auto";
-  std::vector<std::string> nodes{"1-4"};
+  std::vector<std::string> nodes;
+  std::vector<std::string> devices;
   std::string vehicle_base = "620";
   std::string time = "a";
   std::uint64_t silence_ms = 0;
@@ -171,25 +195,47 @@ void declare_output(CLI::App& app, Options& options, Words& words) {
   app.add_flag("--strict", options.is_strict, "exit with 4 if a frame failed its check or is unknown");
 }
 
+/// Told in few words, however many devices there are; completions offer them all.
+CLI::Validator one_of_dbc_words() {
+  std::string all;
+  for (const std::string& word : dbc_words()) all.append(all.empty() ? "{" : ",").append(word);
+  const auto check = [](const std::string& text) -> std::string {
+    const std::vector<std::string> words = dbc_words();
+    if (std::find(words.begin(), words.end(), text) != words.end()) return "";
+    return "'" + text + "' is none of internal, vehicle, charger, and no device; " + device_advice(text);
+  };
+  return CLI::Validator(check, all + "}");
+}
+
 void declare_reading(CLI::App& app, Options& options, Words& words) {
   app.add_option("--vehicle-base", words.vehicle_base, "first identifier of the vehicle messages, hexadecimal")
       ->capture_default_str();
   app.add_option("--dialect", options.dialect, "how the vehicle messages are read; auto: as 620h and 622h tell")
       ->capture_default_str()
       ->check(command_line::one_of(dialect_words()));
+  app.add_option(
+         "--device", words.devices,
+         "read a foreign device, too: NAME on every bus; BUS=NAME on that bus, and nothing there that is not named so "
+         "(BUS=vehicle, BUS=internal; any is every bus); --devices lists them")
+      ->type_name("[BUS=]NAME")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  app.add_flag("--devices", options.wants_devices, "list the devices there are");
   app.add_flag("--sensor-little-endian", options.catalogue.sensor_little_endian,
                "the current sensor is configured for little-endian values");
   app.add_option("--bitrate", options.bit_rate, "bit/s, for the load")
       ->capture_default_str()
       ->check(command_line::whole_number(1, bit_rate_max));
-  app.add_option("--dbc", options.dbc, "print a DBC file of this bus: internal or vehicle")
-      ->check(command_line::one_of({"internal", "vehicle"}));
-  app.add_option("--nodes", words.nodes, "nodes in the DBC")
-      ->capture_default_str()
+  app.add_option("--dbc", options.dbc, "print a DBC file of this bus or device: internal, vehicle, charger (all), NAME")
+      ->type_name("WHAT")
+      ->check(one_of_dbc_words());
+  app.add_option("--nodes", words.nodes,
+                 "nodes in the DBC, as a pack file counts them; without it 1-4 of our own buses, all of a device")
       ->type_name("N[-M][,..]")
       ->delimiter(',')
       ->allow_extra_args(false);
-  app.add_flag("--protocol-doc", options.wants_protocol_doc, "print the tables of docs/bus-protocol.md");
+  app.add_flag("--protocol-doc", options.wants_protocol_doc,
+               "print the tables of docs/bus-protocol.md, or those of what --device names");
 }
 
 void declare(CLI::App& app, Options& options, Words& words) {
@@ -198,6 +244,20 @@ void declare(CLI::App& app, Options& options, Words& words) {
   declare_input(app, options, words);
   declare_output(app, options, words);
   declare_reading(app, options, words);
+}
+
+std::vector<DeviceWord> parse_devices(const std::vector<std::string>& words) {
+  std::vector<DeviceWord> devices;
+  for (const std::string& text : words) {
+    const std::optional<DeviceWord> word = device_word_of(text);
+    if (!word) {
+      throw CLI::ValidationError("--device",
+                                 "'" + text + "' is no device; wanted NAME, BUS=NAME, BUS=internal or BUS=vehicle; " +
+                                     device_advice(std::string_view(text).substr(text.find('=') + 1)));
+    }
+    devices.push_back(*word);
+  }
+  return devices;
 }
 
 BusWord bus_word_of(const std::string& text) {
@@ -254,12 +314,14 @@ Output output_of(const Words& words, const Options& options) {
 
 void conclude_input(Options& options, const Words& words) {
   for (const std::string& text : words.buses) options.buses.push_back(bus_word_of(text));
-  const bool prints_tables = options.wants_protocol_doc || !options.dbc.empty();
+  const bool prints_tables = options.wants_protocol_doc || options.wants_devices || !options.dbc.empty();
   const bool has_input = !options.files.empty() || !options.buses.empty();
   if (!prints_tables && !has_input) {
     throw CLI::ValidationError("what shall be shown? Wanted is a bus, or a recording with -r FILE");
   }
-  if (prints_tables && has_input) throw CLI::ValidationError("--dbc and --protocol-doc read no bus and no log");
+  if (prints_tables && has_input) {
+    throw CLI::ValidationError("--dbc, --devices and --protocol-doc read no bus and no log");
+  }
   if (!options.files.empty()) return;
   const auto file = std::find_if(options.buses.begin(), options.buses.end(), looks_like_file);
   if (file != options.buses.end()) {
@@ -284,7 +346,9 @@ void conclude(Options& options, const Words& words) {
     throw CLI::ValidationError("--vehicle-base", "'" + words.vehicle_base + "' is no hexadecimal number from 0 to 7F7");
   }
   options.catalogue.vehicle_base_id = *base;
-  options.nodes = parse_nodes(words.nodes);
+  options.devices = parse_devices(words.devices);
+  options.catalogue.devices = devices_everywhere(options.devices);
+  options.nodes = nodes_of(options.dbc, words.nodes);
   conclude_input(options, words);
   const bool is_live = options.files.empty();
   if (options.seconds && !is_live) throw CLI::ValidationError("--seconds", "is for live buses only");

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/bmudump/device_choice.hpp"
 #include "tools/bmudump/dump_catalogue.hpp"
 #include "tools/bmudump/line_start.hpp"
 #include "tools/common/exit_codes.hpp"
@@ -43,10 +44,12 @@ struct Options {
   std::vector<std::string> filter;
   DumpCatalogue::Choice catalogue;
   std::string dialect = "auto";
+  std::vector<DeviceWord> devices;
   std::uint32_t bit_rate = 500'000;
-  std::string dbc;  // internal or vehicle: print it and end
+  std::string dbc;  // internal, vehicle, charger or a device: print it and end
   std::vector<std::uint8_t> nodes;
   bool wants_protocol_doc = false;
+  bool wants_devices = false;
 };
 
 /// Options, or the exit code to end with: help and errors are printed.

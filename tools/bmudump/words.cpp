@@ -1,11 +1,20 @@
 #include "tools/bmudump/words.hpp"
 
 namespace bmu::dump {
+namespace {
+
+/// As no nodes do.
+bool counts_from_0(const MessageSpec& message) {
+  return message.has_node() && message.node_min == 0 && !message.node_0_is_all;
+}
+
+}  // namespace
 
 std::string name_text(const MessageSpec* message, std::uint8_t node) {
   if (message == nullptr) return "unknown";
   std::string name(message->name);
-  return message->has_node() ? name + " node " + std::to_string(node) : name;
+  if (!message->has_node()) return name;
+  return name + (counts_from_0(*message) ? " number " : " node ") + std::to_string(node);
 }
 
 std::string failures_text(const IdStatistics& row) {

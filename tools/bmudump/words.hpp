@@ -8,7 +8,8 @@
 
 namespace bmu::dump {
 
-/// "CELLS_1 node 3"; "unknown" without a message.
+/// "CELLS_1 node 3"; "CSC_STATUS number 2", where that is the maker's number and no node of a pack; "unknown" without a
+/// message.
 [[nodiscard]] std::string name_text(const MessageSpec* message, std::uint8_t node);
 /// "wrong crc 2, late 1"; empty if none failed.
 [[nodiscard]] std::string failures_text(const IdStatistics& row);

@@ -14,6 +14,9 @@
 namespace bmu::command_line {
 namespace {
 
+/// Not shown in --help, and so without a name in what the library says of it; the only such option that has a value.
+constexpr const char* completion_option = "--completion";
+
 /// Numbers as they are; quotes show where other words begin and end.
 std::string found(const std::string& text) {
   return number_of_text<double>(text) ? text : "'" + text + "'";
@@ -48,7 +51,8 @@ std::string text_of(const CLI::App& app, const CLI::ParseError& error) {
   const bool wants_command = app.get_require_subcommand_min() > 0 && app.get_subcommands().empty();
   if (is_required && wants_command) return "a command is missing; there are " + known_commands(app);
   if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) == nullptr) return text;
-  return text.substr(0, text.find(':')) + ": wants one value";
+  const std::string name = text.substr(0, text.find(':'));
+  return (name.empty() ? std::string(completion_option) : name) + ": wants one value";
 }
 
 /// Whatever the command line holds, it neither breaks the line nor steers the terminal.
@@ -94,10 +98,13 @@ void add_self_description(CLI::App& app, int section) {
   app.add_flag_callback("--man-page",
                         [&app, section] { throw CLI::CallForVersion(manual_page(app, section), exit_ok); })
       ->group("");
+  // Checked here, as the library does not name an option that --help does not show.
   const auto complete = [&app](const std::string& shell) {
-    throw CLI::CallForVersion(shell == "zsh" ? zsh_completion(app) : bash_completion(app), exit_ok);
+    if (shell == "bash") throw CLI::CallForVersion(bash_completion(app), exit_ok);
+    if (shell == "zsh") throw CLI::CallForVersion(zsh_completion(app), exit_ok);
+    throw CLI::ValidationError(completion_option, found(shell) + " is none of bash, zsh");
   };
-  app.add_option_function<std::string>("--completion", complete)->check(one_of({"bash", "zsh"}))->group("");
+  app.add_option_function<std::string>(completion_option, complete)->group("");
 }
 
 int report(const CLI::App& app, const CLI::ParseError& error) {

@@ -12,7 +12,8 @@ namespace bmu::command_line {
 namespace {
 
 /// A backslash, and a dot or quote at the start of a line, mean something to man; a dash would become a hyphen, which
-/// nobody finds who searches for an option.
+/// nobody finds who searches for an option. A line may end behind a bar: between many words that may stand for one
+/// another there is no space.
 std::string escaped(std::string_view text) {
   std::string out;
   bool is_line_start = true;
@@ -22,6 +23,8 @@ std::string escaped(std::string_view text) {
       out += "\\e";
     } else if (c == '-') {
       out += "\\-";
+    } else if (c == '|') {
+      out += "|\\:";
     } else {
       out += c;
     }

@@ -72,6 +72,9 @@ VirtualRun::VirtualRun(const CoreConfig& master, const SimulatorConfig& pack, Sc
   core_.emplace(master, start);
   observe(PortChanged{Port::internal, true});
   observe(PortChanged{Port::vehicle, true});
+  if (master.charger.driver != nullptr) observe(PortChanged{Port::charger, true});
+  if (master.inverter.driver != nullptr) observe(PortChanged{Port::inverter, true});
+  if (master.second_pack.base_id != 0) observe(PortChanged{Port::second_pack, true});
 }
 
 void VirtualRun::observe(const ObservedThing& what) {
@@ -108,6 +111,11 @@ void VirtualRun::step() {
   if (!core_) return;
   give_orders();
   for (const SentFrame& one : sent) observe(FrameReceived{Port::internal, one.frame});
+  const auto serving = [this](Port port) { return core_->config().served_by[static_cast<std::size_t>(port)]; };
+  for (const SentFrame& one : simulator_.sent_by_inverter()) observe(FrameReceived{serving(Port::inverter), one.frame});
+  for (const SentFrame& one : simulator_.sent_by_second_pack()) {
+    observe(FrameReceived{serving(Port::second_pack), one.frame});
+  }
   if (now_ >= wake_at_) decide();
 }
 

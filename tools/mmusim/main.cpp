@@ -8,6 +8,7 @@
 #include <fstream>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "config/pack_config.hpp"
 #include "tools/common/bus_text.hpp"
@@ -70,7 +71,9 @@ std::optional<PackConfig> load_pack(const std::string& file) {
 SimulatorConfig config_for(const Options& options, const PackConfig& pack) {
   SimulatorConfig config = simulator_config(pack.core);
   config.seed = options.seed;
-  for (MmuConfig& module : config.modules) module.frame_spacing = std::chrono::microseconds{options.frame_spacing_us};
+  const Duration frame_spacing = std::chrono::microseconds{options.frame_spacing_us};
+  for (MmuConfig& module : config.modules) module.frame_spacing = frame_spacing;
+  config.foreign.frame_spacing = frame_spacing;
   config.cell_noise_uV = options.seed == 0 ? 0 : noise_of_cells_uV;
   config.current_noise_mA = options.seed == 0 ? 0 : noise_of_current_mA;
   return config;
@@ -83,16 +86,66 @@ int tell_check(const Options& options, const Scenario& scenario, const std::opti
   return exit_ok;
 }
 
-int run_on_bus(const Options& options, const PackConfig& pack, const SimulatorConfig& config, Scenario scenario) {
-  const std::string bus = options.bus.empty() ? pack.buses.internal : options.bus;
-  auto port = open_bus(bus, PortOptions{});
-  if (!port) {
-    complain(open_failure_text(bus, port.error()));
-    return exit_system;
+/// As of the daemon: what is on the modules' bus in the pack file goes with it to the one of the command line.
+const std::string& bus_named(const std::string& option, const std::string& of_pack, const Options& options,
+                             const PackConfig& pack) {
+  if (!option.empty()) return option;
+  return of_pack == pack.buses.internal && !options.bus.empty() ? options.bus : of_pack;
+}
+
+/// A port on this bus beside the one of the modules, or that one: two of one program would hear each other. Null: it
+/// cannot be opened, and why has been told.
+BusPort* port_beside(RunPorts& ports, const std::string& bus) {
+  if (ports.internal->name() == bus) return ports.internal.get();
+  for (const std::unique_ptr<BusPort>& port : ports.elsewhere) {
+    if (port->name() == bus) return port.get();
   }
+  auto opened = open_bus(bus, PortOptions{});
+  if (!opened) {
+    complain(open_failure_text(bus, opened.error()));
+    return nullptr;
+  }
+  return ports.elsewhere.emplace_back(std::move(*opened)).get();
+}
+
+/// None: one of them cannot be opened, and why has been told.
+std::optional<RunPorts> open_ports(const Options& options, const PackConfig& pack) {
+  RunPorts ports;
+  const std::string& bus = bus_named(options.bus, pack.buses.internal, options, pack);
+  auto internal = open_bus(bus, PortOptions{});
+  if (!internal) {
+    complain(open_failure_text(bus, internal.error()));
+    return std::nullopt;
+  }
+  ports.internal = std::move(*internal);
+  if (pack.core.inverter.driver != nullptr) {
+    ports.inverter =
+        port_beside(ports, bus_named(options.inverter_bus, pack.buses.name(Port::inverter), options, pack));
+    if (ports.inverter == nullptr) return std::nullopt;
+  }
+  if (pack.core.second_pack.base_id != 0) {
+    ports.second_pack =
+        port_beside(ports, bus_named(options.second_pack_bus, pack.buses.name(Port::second_pack), options, pack));
+    if (ports.second_pack == nullptr) return std::nullopt;
+  }
+  return ports;
+}
+
+int run_on_bus(const Options& options, const PackConfig& pack, const SimulatorConfig& config, Scenario scenario) {
+  std::optional<LiveEvents> events;
+  if (!options.events.empty()) {
+    auto opened = LiveEvents::open(options.events);
+    if (!opened) {
+      complain(to_text(opened.error()));
+      return exit_system;
+    }
+    events = std::move(*opened);
+  }
+  std::optional<RunPorts> ports = open_ports(options, pack);
+  if (!ports) return exit_system;
   const TimePoint now = monotonic_now();
   Simulator simulator(config, std::move(scenario), now);
-  Run run(options, simulator, std::move(*port), now);
+  Run run(options, simulator, std::move(*ports), std::move(events), now);
   const Result<void, OsError> ended = run.run();
   if (!ended) complain(to_text(ended.error()));
   simulator.script().conclude(simulator.now());

@@ -7,7 +7,9 @@ namespace {
 
 constexpr const char* description =
     "Answers the master in place of the devices on the internal bus (module units, current sensor, power distribution\n"
-    "unit), from a scripted model of the pack, with its currents and its heat.";
+    "unit), from a scripted model of the pack, with its currents and its heat. Where the pack file has modules of "
+    "another\n"
+    "maker, they are emulated in their place and speak their language.";
 
 constexpr const char* footer = R"(
 Examples:
@@ -16,6 +18,7 @@ Examples:
   mmusim --pack config/packs/demo-48s.json --with-master --scenario vcan-fixtures/undervoltage.scn
   mmusim --pack config/packs/demo-48s.json --with-master --scenario vcan-fixtures/demo.scn --record drive.log
                                                                         a test: no bus, no daemon, in milliseconds
+  mmusim --pack config/packs/demo-48s.json --events -                   type "vehicle on", "cell 2.7 voltage_mV 2700"
   mmusim --check --scenario my.scn --pack my.json                       is the script right for this pack?
   mmusim --properties                                                   what a script can say
 
@@ -41,7 +44,18 @@ void declare(CLI::App& app, Options& options) {
   app.footer(footer);
   app.add_option("--pack", options.pack, "pack file: modules, kind of cell, sensor")->type_name("FILE");
   app.add_option("--bus", options.bus, "can0, vcan0 or unix:NAME; default: the pack's internal bus")->type_name("BUS");
+  app.add_option("--inverter-bus", options.inverter_bus,
+                 "bus of the inverter, if the pack has one; default: the one in the pack file")
+      ->type_name("BUS");
+  app.add_option("--second-pack-bus", options.second_pack_bus,
+                 "bus of the pack beside this one, if the pack file has one; default: the one in the pack file")
+      ->type_name("BUS");
   app.add_option("--scenario", options.scenario, "the script; without it nothing happens")->type_name("FILE");
+  app.add_option("--events", options.events,
+                 "events of a script without their time, a line each, as somebody writes them into this pipe; "
+                 "-: on standard input")
+      ->check([](const std::string& pipe) { return pipe.empty() ? "found nothing, wanted a pipe, or -" : ""; })
+      ->type_name("PIPE");
   app.add_option("--seconds", options.seconds, "end after this time")->check(command_line::number(0.001, 1e6));
   app.add_option("--seed", options.seed,
                  "of what a script leaves to chance and of the measuring noise (0.2 mV, 20 mA); "
@@ -73,11 +87,20 @@ void conclude(const Options& options) {
   if (!options.record.empty() && !options.has_master) {
     throw CLI::ValidationError("--record", "wants --with-master: on a bus, bmud records (bmud --record)");
   }
+  if (options.is_virtual && !options.events.empty()) {
+    throw CLI::ValidationError("--events", "has no place in virtual time, which waits for nobody");
+  }
   if (!options.only_check && options.pack.empty()) {
     throw CLI::ValidationError("--pack", "is missing: which pack shall be emulated?");
   }
   if (options.is_virtual && !options.bus.empty()) {
     throw CLI::ValidationError("--bus", "has no place in a run without a bus");
+  }
+  if (options.is_virtual && !options.inverter_bus.empty()) {
+    throw CLI::ValidationError("--inverter-bus", "has no place in a run without a bus");
+  }
+  if (options.is_virtual && !options.second_pack_bus.empty()) {
+    throw CLI::ValidationError("--second-pack-bus", "has no place in a run without a bus");
   }
   if (options.is_virtual && !options.only_check && options.scenario.empty() && !options.seconds) {
     throw CLI::ValidationError("--seconds", "is missing: without a scenario, when shall it end?");

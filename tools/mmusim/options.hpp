@@ -18,9 +18,12 @@ using exit_codes::exit_usage;
 inline constexpr int exit_failed = 3;
 
 struct Options {
-  std::string bus;  // empty: the pack's own
+  std::string bus;           // empty: the pack's own
+  std::string inverter_bus;  // likewise
+  std::string second_pack_bus;
   std::string pack;
   std::string scenario;  // empty: at rest, vehicle off
+  std::string events;    // "-": standard input; empty: none but the script's
   std::string record;    // empty: nowhere
   std::optional<double> seconds;
   std::uint64_t seed = 1;  // 0: no measuring noise

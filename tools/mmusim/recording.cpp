@@ -13,7 +13,7 @@ constexpr std::size_t write_after_bytes = std::size_t{1} << 20;
 Recording::Recording(const std::string& path, const PackConfig& pack, VirtualRun& run)
     : run_(run),
       writer_({.version = BMUD_VERSION,
-               .buses = {.internal = pack.buses.internal, .vehicle = pack.buses.vehicle},
+               .buses = record_buses(pack.buses),
                .sources = pack.sources,
                .hash = pack.core.hash}),
       file_(path, std::ios::binary | std::ios::trunc) {

@@ -93,6 +93,7 @@ Json result_json(const Options& options, const RunResult& result) {
   if (result.took_s) json["took_s"] = *result.took_s;
   if (!script.failure().empty()) json["failure"] = script.failure();
   if (const ScenarioLine* line = script.deciding_line()) json["decided_by_line"] = line->line;
+  if (result.events) json["events"] = {{"taken", result.events->taken}, {"refused", result.events->refused}};
   if (result.ended_by_signal) json["ended_by_signal"] = *result.ended_by_signal;
   if (result.openings) {
     json["openings"] = Json::array();

@@ -1,6 +1,7 @@
 // What a run came to: as text for people, as JSON for machines, as an exit code for scripts.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,11 +17,18 @@ struct Opening {
   std::string text;
 };
 
+/// What people had happen while it ran.
+struct EventCounts {
+  std::uint64_t taken = 0;
+  std::uint64_t refused = 0;
+};
+
 struct RunResult {
   const ScenarioPlayer* script = nullptr;          // concluded
   double ran_s = 0.0;                              // in the emulated world
   std::optional<double> took_s{};                  // in the real one, when that is another
   std::vector<std::string> lines{};                // what else there is to say, a line each
+  std::optional<EventCounts> events{};             // where there was a way to say something
   std::optional<std::vector<Opening>> openings{};  // when there was a master
   std::optional<std::string> ended_by_signal{};    // its name; none: the run came to its end
 };

@@ -73,22 +73,27 @@ Result<void, OsError> Run::init() {
   for (const int fd : {timer_.get(), signals_.get(), port_->fd()}) {
     if (auto watched = watch(epoll_, fd); !watched) return watched;
   }
-  return {};
+  for (const std::unique_ptr<BusPort>& port : ports_.elsewhere) {
+    if (auto watched = watch(epoll_, port->fd()); !watched) return watched;
+  }
+  return events_ ? watch(epoll_, events_->fd()) : Result<void, OsError>{};
 }
 
 Result<void, OsError> Run::run() {
   if (auto ready = init(); !ready) return ready;
   while (!is_over()) {
-    std::array<epoll_event, 4> events{};
+    std::array<epoll_event, 8> events{};
     const int count = ::epoll_wait(epoll_.get(), events.data(), static_cast<int>(events.size()), -1);
     if (count < 0 && errno != EINTR) return failure(os_error("epoll_wait"));
     for (int index = 0; index < count; ++index) {
       const int fd = events[static_cast<std::size_t>(index)].data.fd;
       if (fd == signals_.get()) take_signal();
       if (fd == timer_.get()) drain(timer_);
+      if (events_ && fd == events_->fd()) take_events();
     }
     if (ended_by_signal_) return {};
     read_frames();
+    for (const std::unique_ptr<BusPort>& port : ports_.elsewhere) read_frames_elsewhere(*port);
     advance();
     tell_port();
   }
@@ -99,6 +104,30 @@ void Run::take_signal() {
   signalfd_siginfo signal{};
   const auto length = ::read(signals_.get(), &signal, sizeof signal);
   if (length == sizeof signal) ended_by_signal_ = stop_signal_name(static_cast<int>(signal.ssi_signo));
+}
+
+void Run::take_events() {
+  for (const LiveEvents::Line& line : events_->read()) apply(line);
+  if (!events_->is_over()) return;
+  // Before it is closed: who has it open as well, as a shell its terminal, keeps it alive for epoll.
+  static_cast<void>(::epoll_ctl(epoll_.get(), EPOLL_CTL_DEL, events_->fd(), nullptr));
+  events_.reset();
+}
+
+void Run::apply(const LiveEvents::Line& line) {
+  auto done =
+      line.is_too_long
+          ? failure(ScenarioProblem{.column = 1, .found = "a line that is too long", .wanted = "4096 bytes at most"})
+          : simulator_->apply(line.text);
+  if (!done) {
+    done.error().line = line.number;
+    std::fprintf(stderr, "mmusim: %s\n", to_text(done.error(), events_->name()).c_str());
+    ++events_counted_.refused;
+    return;
+  }
+  ++events_counted_.taken;
+  if (options_->is_quiet) return;
+  std::fprintf(stderr, "%8.3f s  %s\n", to_s(simulator_->now() - started_at_), line.text.c_str());
 }
 
 TimePoint Run::virtual_now() {
@@ -126,6 +155,19 @@ void Run::read_frames() {
   }
 }
 
+void Run::read_frames_elsewhere(BusPort& port) {
+  ReceivedFrame received;
+  for (int count = 0; count < frames_per_wake_up; ++count) {
+    const ReadStatus status = port.read(received);
+    if (status == ReadStatus::empty) return;
+    if (status == ReadStatus::frame) simulator_->observe_elsewhere(received.frame, seen_at(received));
+  }
+}
+
+TimePoint Run::seen_at(const ReceivedFrame& received) const {
+  return std::max(received.received_at - counts_.left_out, simulator_->now());
+}
+
 void Run::observe(const ReceivedFrame& received) {
   ++counts_.frames_received;
   if (received.frame.id == internal_bus::poll.base_id) {
@@ -133,12 +175,20 @@ void Run::observe(const ReceivedFrame& received) {
     polled_at_ = received.received_at;
     is_answer_awaited_ = true;
   }
-  simulator_->observe(received.frame, std::max(received.received_at - counts_.left_out, simulator_->now()));
+  simulator_->observe(received.frame, seen_at(received));
 }
 
 void Run::advance() {
   for (const SentFrame& sent : simulator_->advance(virtual_now())) send(sent);
+  send_elsewhere(ports_.inverter, simulator_->sent_by_inverter());
+  send_elsewhere(ports_.second_pack, simulator_->sent_by_second_pack());
   tell_news();
+}
+
+void Run::send_elsewhere(BusPort* port, std::span<const SentFrame> frames) {
+  for (const SentFrame& sent : frames) {
+    if (!port->send(sent.frame)) ++counts_.sends_failed;
+  }
 }
 
 void Run::send(const SentFrame& sent) {
@@ -164,6 +214,7 @@ void Run::tell_port() {
   const TimePoint now = monotonic_now();
   if (now >= maintain_at_) {
     port_->maintain();
+    for (const std::unique_ptr<BusPort>& port : ports_.elsewhere) port->maintain();
     maintain_at_ = now + maintain_period;
   }
   if (port_->state() == told_state_) return;
@@ -186,6 +237,11 @@ RunResult Run::result() const {
       "contactors: " + number(counts.contactor_commands) + " commands, " + number(counts.contactor_timeouts) +
           " time-outs",
   };
+  if (!options_->events.empty()) {
+    result.events = events_counted_;
+    result.lines.push_back("events from outside: " + number(events_counted_.taken) + " taken, " +
+                           number(events_counted_.refused) + " refused");
+  }
   if (counts_.left_out > Duration::zero()) {
     result.lines.push_back("time: " + ms_text(counts_.left_out) + " left out because this program was held up");
   }

@@ -1,4 +1,5 @@
-// The simulator on a real bus in real time: one epoll over the bus, a 1 ms timer and the stop signals.
+// The simulator on a real bus in real time: one epoll over the bus, a 1 ms timer, the stop signals and what people
+// write.
 //
 // Virtual time follows the monotonic clock. Woken late, it catches up millisecond by millisecond; later than
 // `catch_up_max`, the rest is left out and counted: a world that was stopped must not replay its past into the bus.
@@ -7,11 +8,15 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "daemon/shell/bus_port.hpp"
 #include "daemon/shell/owned_fd.hpp"
 #include "mmu/simulator.hpp"
+#include "tools/mmusim/live_events.hpp"
 #include "tools/mmusim/options.hpp"
 #include "tools/mmusim/result.hpp"
 
@@ -28,10 +33,24 @@ struct RunCounts {
   Duration left_out{};      // time that was not caught up
 };
 
+/// The bus of the modules, the other buses, and on which of all these somebody else is: null where the pack has none.
+struct RunPorts {
+  std::unique_ptr<BusPort> internal;
+  std::vector<std::unique_ptr<BusPort>> elsewhere;
+  BusPort* inverter = nullptr;
+  BusPort* second_pack = nullptr;
+};
+
 class Run {
  public:
-  Run(const Options& options, Simulator& simulator, std::unique_ptr<BusPort> port, TimePoint started_at)
-      : options_(&options), simulator_(&simulator), port_(std::move(port)), started_at_(started_at) {}
+  Run(const Options& options, Simulator& simulator, RunPorts ports, std::optional<LiveEvents> events,
+      TimePoint started_at)
+      : options_(&options),
+        simulator_(&simulator),
+        ports_(std::move(ports)),
+        port_(ports_.internal.get()),
+        events_(std::move(events)),
+        started_at_(started_at) {}
 
   /// Until a stop signal, the end of --seconds or the script's verdict; without --seconds also until a script that is a
   /// test is over. SIGINT and SIGTERM must be blocked.
@@ -44,16 +63,23 @@ class Run {
   [[nodiscard]] TimePoint virtual_now();
   [[nodiscard]] bool is_over() const;
   void read_frames();
+  void read_frames_elsewhere(BusPort& port);
+  [[nodiscard]] TimePoint seen_at(const ReceivedFrame& received) const;
   void observe(const ReceivedFrame& received);
   void advance();
   void send(const SentFrame& sent);
+  void send_elsewhere(BusPort* port, std::span<const SentFrame> frames);
   void tell_news() const;
   void tell_port();
   void take_signal();
+  void take_events();
+  void apply(const LiveEvents::Line& line);
 
   const Options* options_;
   Simulator* simulator_;
-  std::unique_ptr<BusPort> port_;
+  RunPorts ports_;
+  BusPort* port_;  // of the modules
+  std::optional<LiveEvents> events_;
   TimePoint started_at_;
   OwnedFd epoll_;
   OwnedFd timer_;
@@ -64,6 +90,7 @@ class Run {
   bool is_answer_awaited_ = false;
   std::optional<std::string> ended_by_signal_;
   RunCounts counts_;
+  EventCounts events_counted_;
 };
 
 }  // namespace bmu::sim

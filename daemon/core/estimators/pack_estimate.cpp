@@ -20,6 +20,10 @@ constexpr double hour_s = 3600.0;
 
 /// Cells sampled with the POLL to all tell its instant; one that was asked again, alone, tells another.
 constexpr Duration instant_width = 15ms;
+/// Modules of another maker do not say when they measured. What the current did meanwhile may be worth so much voltage.
+constexpr double apart_max_V = 5e-3;
+/// The same where the cell's resistance is not known.
+constexpr double apart_max_mA = 500.0;
 /// A sample of the current may be so far from the instant: the sensor's period, and as much for its way.
 constexpr Duration current_apart_max = 2 * internal_bus::sensor_current.period;
 /// A voltage alone, of a cell whose history nobody knows: the filter finds out how well it says it.
@@ -97,6 +101,10 @@ void PackEstimate::init(const CoreConfig& config) {
                 .rated_As = model.capacity_As,
                 .charge_efficiency = model.charge_efficiency});
   ends_ = charge_ends_of(model);
+  has_nameless_modules_ = !are_modules_ours(config);
+  sample_age_ = sample_age_max(config.foreign);
+  const double resistance_Ohm = config.cell.series_resistance_Ohm;
+  swing_max_mA_ = resistance_Ohm > 0.0 ? apart_max_V / resistance_Ohm * mA_per_A : apart_max_mA;
   cell_count_ = 0;
   module_count_ = 0;
   for (const ModuleConfig& module : config.modules) {
@@ -129,6 +137,7 @@ bool PackEstimate::update(const PackEstimateInputs& in) {
   for (std::size_t index = 0; index < module_count_; ++index) {
     const Measured<ModuleIdentity>& identity = in.modules->modules()[index].identity;
     if (identity.is_valid()) serial_numbers_[index] = identity.value.serial_number;
+    if (has_nameless_modules_) serial_numbers_[index] = modules_[index].node;
   }
   follow_rest(in);
   const TimePoint instant = in.modules->completed_at();
@@ -139,13 +148,19 @@ bool PackEstimate::update(const PackEstimateInputs& in) {
   if (is_picture) pictured_at_ = instant;
   sampled_at_ = in.now;
   const bool was_known = pack_.is_known;
-  const Moment moment = moment_of(in, is_picture ? instant : TimePoint{});
+  const Moment moment = moment_of(in, is_picture && is_dated(in, instant) ? instant : TimePoint{});
   read_temperatures(in);
   sample_cells(in, moment);
   if (is_picture && may_begin(in)) begin(in, moment);
   sum_up(moment, in.now);
   judge(in.now);
   return pack_.is_known && !was_known;
+}
+
+/// The current at the instant is that of the voltages, too, whenever they were measured.
+bool PackEstimate::is_dated(const PackEstimateInputs& in, TimePoint instant) const {
+  if (sample_age_ == Duration{}) return true;
+  return static_cast<double>(in.sensors->current_window.swing_mA(instant - sample_age_)) <= swing_max_mA_;
 }
 
 void PackEstimate::follow_rest(const PackEstimateInputs& in) {
@@ -283,7 +298,7 @@ double PackEstimate::voltage_V(const Cell& cell, const ModuleTable& modules, Tim
   const ModuleRecord& record = modules.modules()[cell.module];
   const Measured<std::int32_t>& voltage_uV = record.cell_voltage_uV[cell.element.number - 1U];
   const bool is_of_instant = voltage_uV.is_valid() && voltage_uV.taken_at <= instant + instant_width &&
-                             instant - voltage_uV.taken_at <= instant_width;
+                             instant - voltage_uV.taken_at <= instant_width + sample_age_;
   const double voltage_V = voltage_uV.value / uV_per_V;
   return is_of_instant && voltage_V >= voltage_least_V_ && voltage_V <= voltage_most_V_ ? voltage_V : not_measured;
 }
@@ -368,8 +383,8 @@ void PackEstimate::sum_up(const Moment& moment, TimePoint now) {
 }
 
 void PackEstimate::follow_outlook(const CurrentSpans& spans) {
-  // What nobody counted may have been anything.
-  if (spans.uncounted_s > 0.0) outlook_current_A_ = 0.0;
+  // What nobody counted may have been anything; and a pack that rests is used by nobody.
+  if (spans.uncounted_s > 0.0 || resting_since_ != TimePoint{}) outlook_current_A_ = 0.0;
   if (!(spans.counted_s > 0.0)) return;
   const double weight = -std::expm1(-spans.counted_s / outlook_time_s);
   outlook_current_A_ += (spans.mean_current_A - outlook_current_A_) * weight;

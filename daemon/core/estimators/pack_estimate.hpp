@@ -172,6 +172,7 @@ class PackEstimate {
   };
 
   void follow_rest(const PackEstimateInputs& in);
+  [[nodiscard]] bool is_dated(const PackEstimateInputs& in, TimePoint instant) const;
   [[nodiscard]] bool may_begin(const PackEstimateInputs& in) const;
   void begin(const PackEstimateInputs& in, const Moment& moment);
   void begin_cell(std::size_t number, double voltage_V, std::int64_t unix_time_ms);
@@ -208,6 +209,10 @@ class PackEstimate {
   std::array<Module, modules_max> modules_{};
   std::array<Cell, cells_max> cells_{};
   SocRecords former_;
+  // Modules of another maker tell none: who is on a node is taken for who was there before.
+  bool has_nameless_modules_ = false;
+  Duration sample_age_{};  // that old their voltages may be
+  double swing_max_mA_ = 0.0;
   std::array<std::uint32_t, modules_max> serial_numbers_{};  // 0: has not said it
   TimePoint resting_since_{};
   bool is_rest_used_ = false;  // what is told has been set from this rest
@@ -227,9 +232,10 @@ class PackEstimate {
   BMU_FIELDS(estimates_, skipped(memo_), health_, skipped(sensor_), skipped(ends_), skipped(method_), skipped(ages_),
              skipped(rest_current_A_), skipped(rest_current_mA_), skipped(capacity_uAs_), skipped(voltage_least_V_),
              skipped(voltage_most_V_), skipped(cell_count_), skipped(module_count_), modules_, cells_, former_,
-             serial_numbers_, resting_since_, is_rest_used_, anchored_by_rest_at_, outlook_current_A_, pictured_at_,
-             pictured_current_A_, sampled_at_, spans_, pack_, told_, origin_, record_age_, anchored_at_,
-             disagreement_permille_, misfit_permille_)
+             skipped(has_nameless_modules_), skipped(sample_age_), skipped(swing_max_mA_), serial_numbers_,
+             resting_since_, is_rest_used_, anchored_by_rest_at_, outlook_current_A_, pictured_at_, pictured_current_A_,
+             sampled_at_, spans_, pack_, told_, origin_, record_age_, anchored_at_, disagreement_permille_,
+             misfit_permille_)
 };
 
 /// Whether the newer record says something that the older one does not.

@@ -12,7 +12,7 @@ constexpr double high_soc = 0.85;      // from here on the voltage is listened t
 constexpr double pull_time_s = 120.0;  // as long as it takes to follow it, without a current
 constexpr double resistance_doubt = 0.2;
 constexpr double voltage_doubt_V = 0.010;
-constexpr double empty_sigma = 0.03;
+constexpr double empty_held_sigma = 0.03;
 constexpr double empty_held_s = 5.0;  // one damaged sample empties no cell
 constexpr double slope_min_V = 0.2;
 
@@ -43,7 +43,7 @@ void SocMixed::listen(const CellSample& sample, const CellDynamics::Row& row) {
   const double open_V = sample.voltage_V + taken_V;
   const bool is_empty = sample.current_A > 0.0 && open_V <= ocv_V(row, 0.0);
   empty_s_ = is_empty ? empty_s_ + sample.passed_s : 0.0;
-  if (empty_s_ >= empty_held_s) counting_.set(0.0, empty_sigma);
+  if (empty_s_ >= empty_held_s) counting_.set(0.0, empty_held_sigma);
   if (is_empty) return;
   if (open_V < ocv_V(row, high_soc)) return;
   const double told = soc_from_ocv(row, open_V, 0.0);

@@ -27,12 +27,12 @@ constexpr std::int64_t steps_unseen_min = 2;
 constexpr std::int64_t unseen_min_uV = 10'000;
 
 /// Every cell was sampled with the POLL to all. A module that was asked again, alone, has told another moment's.
-bool is_of_one_instant(const ModuleTable& modules, TimePoint instant) {
-  return std::all_of(modules.modules().begin(), modules.modules().end(), [instant](const ModuleRecord& module) {
+bool is_of_one_instant(const ModuleTable& modules, TimePoint instant, Duration width) {
+  return std::all_of(modules.modules().begin(), modules.modules().end(), [=](const ModuleRecord& module) {
     const auto cells = static_cast<std::ptrdiff_t>(module.config.cell_count);
     return std::all_of(module.cell_voltage_uV.begin(), module.cell_voltage_uV.begin() + cells,
-                       [instant](const Measured<std::int32_t>& voltage) {
-                         return voltage.taken_at <= instant && instant - voltage.taken_at <= steady_around;
+                       [=](const Measured<std::int32_t>& voltage) {
+                         return voltage.taken_at <= instant && instant - voltage.taken_at <= width;
                        });
   });
 }
@@ -43,6 +43,7 @@ void StepResponse::init(const CoreConfig& config) {
   *this = {};
   cell_count_ = cell_count(config);
   series_resistance_Ohm_ = config.cell.series_resistance_Ohm;
+  sample_age_ = sample_age_max(config.foreign);
   resistance_activation_K_ = config.cell.resistance_activation_K;
   step_min_mA_ = std::max(step_floor_mA, config.current.discharge_continuous_mA / step_share);
   std::size_t cell = 0;
@@ -119,10 +120,10 @@ StepResponse::Picture StepResponse::picture_of(const ModuleTable& modules, const
                                                const PackState& pack) const {
   Picture picture{.taken_at = modules.completed_at()};
   const CurrentRange range =
-      sensors.current_window.range(picture.taken_at - steady_around, picture.taken_at + steady_around);
+      sensors.current_window.range(picture.taken_at - steady_around - sample_age_, picture.taken_at + steady_around);
   const std::optional<std::int32_t> current_mA = sensors.current_window.at(picture.taken_at, current_apart_max);
   picture.is_steady = range.is_known && range.max_mA - range.min_mA < step_min_mA_ / 10 && current_mA.has_value() &&
-                      is_of_one_instant(modules, picture.taken_at);
+                      is_of_one_instant(modules, picture.taken_at, steady_around + sample_age_);
   picture.current_mA = current_mA.value_or(0);
   picture.sum_uV = std::int64_t{pack.cell_voltage_sum_mV.value} * 1'000;
   picture.pack_mV = pack.pack_voltage_mV;

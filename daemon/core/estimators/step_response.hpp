@@ -5,6 +5,8 @@
 // 2013 method, BMS_F.6), averaged over steps. The current is that of the same instant, between the sensor's samples on
 // either side of it: one that rises or falls slowly does not shift the resistance. And voltages that rise when more
 // current is said to leave the pack prove that the sensor counts the wrong way round, or is another one.
+// Modules of another maker measure by themselves, some time before they are asked: the current has to have stood still
+// all that while.
 //
 // The mirror image proves that it stands still: cells and pack voltage that step and stay, within 600 ms, by what only
 // a step of the current can make of them, while the current is said to have stood still for three seconds. By then
@@ -74,6 +76,7 @@ class StepResponse {
 
   std::size_t cell_count_ = 0;
   double series_resistance_Ohm_ = 0.0;
+  Duration sample_age_{};  // of modules of another maker: that old a voltage may be
   double resistance_activation_K_ = 0.0;
   std::int64_t model_uOhm_ = 0;  // of a cell, at once, at the pack's temperature; 0: not known
   std::int64_t step_min_mA_ = 0;
@@ -90,9 +93,10 @@ class StepResponse {
   std::array<Cell, cells_max> cells_{};
   std::array<Element, cells_max> elements_{};
   [[nodiscard]] bool are_fields_possible() const { return head_ < pictures_.size(); }
-  BMU_FIELDS(skipped(cell_count_), skipped(series_resistance_Ohm_), skipped(resistance_activation_K_), model_uOhm_,
-             skipped(step_min_mA_), last_steady_, pictures_, bleeding_, head_, taken_at_, still_since_, contradiction_,
-             worst_cell_permille_, average_permille_, average_uOhm_, cells_, skipped(elements_))
+  BMU_FIELDS(skipped(cell_count_), skipped(series_resistance_Ohm_), skipped(sample_age_),
+             skipped(resistance_activation_K_), model_uOhm_, skipped(step_min_mA_), last_steady_, pictures_, bleeding_,
+             head_, taken_at_, still_since_, contradiction_, worst_cell_permille_, average_permille_, average_uOhm_,
+             cells_, skipped(elements_))
 };
 
 }  // namespace bmu

@@ -24,6 +24,7 @@ inline constexpr unsigned negative_contact_line = 14;
 inline constexpr unsigned precharge_contact_line = 15;
 inline constexpr unsigned estop_line = 7;
 inline constexpr unsigned key_line = 9;
+inline constexpr unsigned pulse_line = 22;
 
 inline const std::string chip_folder = "/sys/kernel/debug/rig_gpio/";
 inline const std::string driver_folder = "/sys/bus/platform/drivers/rig_gpio/";
@@ -112,9 +113,9 @@ class PackFile {
   PackFile() {
     name_chip();
     const std::string packs = std::string(BMUD_SOURCE_DIR) + "/config/packs/";
-    nlohmann::json pack = nlohmann::json::parse(std::ifstream(packs + "demo-48s.json"), nullptr, true, true);
-    pack["cell"] = std::filesystem::path(packs) / pack["cell"].get<std::string>();
-    pack["gpio"] = nlohmann::json::parse(R"({
+    pack_ = nlohmann::json::parse(std::ifstream(packs + "demo-48s.json"), nullptr, true, true);
+    pack_["cell"] = std::filesystem::path(packs) / pack_["cell"].get<std::string>();
+    pack_["gpio"] = nlohmann::json::parse(R"({
       "chip": "/dev/bmud-gpio",
       "outputs": {"main_positive": {"line": 3, "active_low": true}, "main_negative": {"line": 4},
                   "precharge": {"line": 5}, "watchdog": {"line": 2}},
@@ -122,7 +123,12 @@ class PackFile {
                    "precharge": {"line": 15}},
       "inputs": [{"name": "cockpit", "kind": "estop", "line": 7, "debounce_ms": 0},
                  {"name": "key", "kind": "vehicle_on", "line": 9, "debounce_ms": 0}]})");
-    std::ofstream(path()) << pack;
+    std::ofstream(path()) << pack_;
+  }
+  /// An insulation monitor's pulses come in by a line, too; the unit's word on it counts no more.
+  void capture_pulses() {
+    pack_["gpio"]["insulation_pulses"] = {{"line", pulse_line}};
+    std::ofstream(path()) << pack_;
   }
   [[nodiscard]] std::string path() const { return folder_ / "pack.json"; }
   [[nodiscard]] GpioConfig lines() const {
@@ -133,6 +139,7 @@ class PackFile {
 
  private:
   TemporaryFolder folder_;
+  nlohmann::json pack_;
 };
 
 }  // namespace bmu::test

@@ -16,6 +16,7 @@
 #include <unistd.h>
 
 #include "tests/rig/gpio/chip.hpp"
+#include "tests/rig/gpio/insulation_monitor.hpp"
 #include "tests/support/daemon_bench.hpp"
 
 namespace bmu {
@@ -85,12 +86,14 @@ struct Car {
   PackFile pack;
   TemporaryFolder folder;
   std::string socket = folder / "bmud.sock";
+  std::string driven = folder / "driven-lines.json";
   Listener listener{bus};
   std::unique_ptr<Contacts> contacts;
   std::unique_ptr<Process> world;
   std::unique_ptr<Process> daemon;
 
-  Car() {
+  explicit Car(bool has_pulses = false) {
+    if (has_pulses) pack.capture_pulses();
     set_wire(estop_line, true);
     set_wire(key_line, false);
     contacts = std::make_unique<Contacts>();
@@ -98,10 +101,10 @@ struct Car {
     world = std::make_unique<Process>(std::vector<std::string>{program("mmusim"), "--bus", bus, "--pack", pack.path(),
                                                                "--scenario", folder / "calm.scn"},
                                       ProcessOptions{.err_file = folder / "mmusim.log"});
-    daemon =
-        std::make_unique<Process>(std::vector<std::string>{program("bmud"), "--config", pack.path(), "--bus-internal",
-                                                           bus, "--bus-vehicle", bus, "--socket", socket},
-                                  ProcessOptions{.err_file = folder / "bmud.log"});
+    daemon = std::make_unique<Process>(
+        std::vector<std::string>{program("bmud"), "--config", pack.path(), "--bus-internal", bus, "--bus-vehicle", bus,
+                                 "--socket", socket, "--driven-lines", driven},
+        ProcessOptions{.err_file = folder / "bmud.log"});
   }
   Car(const Car&) = delete;
   Car& operator=(const Car&) = delete;
@@ -114,7 +117,7 @@ struct Car {
   }
 
   [[nodiscard]] Finished open_gpio() const {
-    return run_program({program("bmud"), "--open-gpio", "--config", pack.path()});
+    return run_program({program("bmud"), "--open-gpio", "--config", pack.path(), "--driven-lines", driven});
   }
   [[nodiscard]] nlohmann::json ask(const std::string& what) const {
     const Finished asked = run_program({program("bmuctl"), "--socket", socket, "--json", what});
@@ -223,6 +226,36 @@ TEST_CASE("a daemon whose emergency stop line lets go opens its lines within two
       car.listener.hears([](const ContactorOutputs& outputs) { return outputs.any_contactor(); }, milliseconds(1000)));
 }
 
+TEST_CASE("a daemon whose insulation monitor's pulses end on their line opens within two seconds") {
+  auto monitor = std::make_unique<InsulationMonitor>(ir155::Reading{ir155::State::normal, known(900'000)});
+  Car car(true);
+  CHECK(monitor->works());
+  car.close();
+  const nlohmann::json insulation = car.ask("status").at("insulation");
+  INFO(insulation.dump());
+  CHECK(insulation.at("state") == "normal");
+  CHECK(insulation.at("frequency_mHz").get<int>() > 9'000);
+  CHECK(insulation.at("frequency_mHz").get<int>() < 11'000);
+  CHECK(insulation.at("resistance_Ohm").get<int>() > 700'000);
+  CHECK(insulation.at("resistance_Ohm").get<int>() < 1'100'000);
+
+  const Log log;
+  CHECK(monitor->works());
+  monitor.reset();
+  REQUIRE(car.comes_to([](const nlohmann::json& status) { return status.at("state").at("phase") == "open"; }));
+  CHECK_FALSE(is_closed());
+  CHECK(car.ask("status").at("last_opening").at("fault") == "insulation_monitor_lost");
+  std::int64_t last_edge_us = 0;
+  for (const Driven& row : log.news()) {
+    if (row.line == pulse_line) last_edge_us = row.at_us;
+  }
+  const std::vector<Driven> opened = contactors_of(log.news());
+  REQUIRE(last_edge_us > 0);
+  REQUIRE(opened.size() == 2);
+  tell("last edge of the monitor to both lines open", opened.back().at_us - last_edge_us);
+  CHECK(opened.back().at_us - last_edge_us <= 2'000'000 + 2 * tick_us);
+}
+
 // --- a daemon that is gone ------------------------------------------------------------------------------------------
 
 TEST_CASE(
@@ -246,6 +279,8 @@ TEST_CASE(
   // What the watchdog line and the stop hook are there for.
   CHECK(contactors_of(later.news()).empty());
   CHECK(is_closed());
+  // Somebody is in the middle of changing the pack file.
+  std::ofstream(car.pack.path(), std::ios::trunc) << "{ half a pack";
   const Finished opened = car.open_gpio();
   INFO(opened.err);
   CHECK(opened.status == 0);

@@ -1,0 +1,110 @@
+#include "config/bus_guests.hpp"
+
+#include <array>
+
+#include "devices/device_list.hpp"
+#include "protocol/can_bits.hpp"
+#include "protocol/tables/vehicle_dialects.hpp"
+
+namespace bmu {
+namespace {
+
+using Guests = std::vector<GuestMessage>;
+
+void add(const MessageSpec& message, std::uint32_t id, Duration period, Guests& guests) {
+  if (period > Duration{}) guests.push_back({id, message.length, message.is_extended, period});
+}
+
+/// The nine messages of a pack to its vehicle, ours or the other one's.
+void add_reports(VehicleDialect dialect, std::uint32_t base_id, Guests& guests) {
+  for (const MessageSpec* message : row_of(dialect).catalogue->messages()) {
+    add(*message, message->base_id - vehicle_bus::default_base_id + base_id, message->period, guests);
+  }
+}
+
+/// A protocol has rows for as many units as there could be.
+void add_chargers(const ChargerConfig& charger, Guests& guests) {
+  for (const MessageSpec* message : find_device(charger.driver->name)->catalogue->messages()) {
+    const CanFrame frame = make_frame(*message);
+    std::array<ChargerReport, charger_units_max> ignored{};
+    const auto command = charger.driver->order_of(frame);
+    const std::uint8_t unit = command ? command->unit : charger.driver->take(frame, ignored).unit;
+    if (unit >= charger.unit_count) continue;
+    add(*message, message->base_id, command ? charger.driver->command_period : message->period, guests);
+  }
+}
+
+void add_inverter(const InverterConfig& inverter, Guests& guests) {
+  for (const MessageSpec* message : find_device(inverter.driver->name)->catalogue->messages()) {
+    add(*message, message->base_id, message->sender == Sender::bmu ? inverter.period : message->period, guests);
+  }
+}
+
+/// Of a sensor or monitor; what the internal bus has a row for is counted there.
+template <class Driver>
+void add_sensor(const Driver* driver, Guests& guests) {
+  if (driver == nullptr) return;
+  for (const MessageSpec* message : find_device(driver->name)->catalogue->messages()) {
+    add(*message, message->base_id, message->period, guests);
+  }
+}
+
+template <class Driver>
+std::int32_t usual_kbit_per_s(const Driver* driver) {
+  constexpr std::uint32_t kbit = 1'000;
+  return driver != nullptr ? static_cast<std::int32_t>(find_device(driver->name)->bit_rates.front() / kbit) : 0;
+}
+
+/// The chargers', else that of a monitor or sensor that has their bus.
+std::int32_t usual_of_charger_bus(const CoreConfig& core) {
+  const bool has_monitor = core.insulation.bus == Port::charger;
+  const bool has_sensor = core.sensor.bus == Port::charger;
+  for (const std::int32_t kbit_per_s :
+       {usual_kbit_per_s(core.charger.driver), has_monitor ? usual_kbit_per_s(core.insulation.driver) : 0,
+        has_sensor ? usual_kbit_per_s(core.sensor.first) : 0, has_sensor ? usual_kbit_per_s(core.sensor.second) : 0}) {
+    if (kbit_per_s != 0) return kbit_per_s;
+  }
+  return 0;
+}
+
+}  // namespace
+
+std::vector<GuestMessage> guests_on(const CoreConfig& core, Port bus) {
+  Guests guests;
+  if (serves(core, bus, Port::vehicle)) add_reports(core.vehicle.dialect, core.vehicle.base_id, guests);
+  if (serves(core, bus, Port::second_pack) && core.second_pack.base_id != 0) {
+    add_reports(core.second_pack.dialect, core.second_pack.base_id, guests);
+  }
+  if (serves(core, bus, Port::charger) && core.charger.driver != nullptr) add_chargers(core.charger, guests);
+  if (serves(core, bus, Port::inverter) && core.inverter.driver != nullptr) add_inverter(core.inverter, guests);
+  if (serves(core, bus, core.sensor.bus)) {
+    add_sensor(core.sensor.first, guests);
+    add_sensor(core.sensor.second, guests);
+  }
+  if (serves(core, bus, core.insulation.bus)) add_sensor(core.insulation.driver, guests);
+  return guests;
+}
+
+std::int64_t bits_of(const GuestMessage& message) {
+  return bits_on_wire_max(message.length, message.is_extended);
+}
+
+bool goes_ahead(const GuestMessage& message, std::uint32_t of_id) {
+  constexpr unsigned bits_behind = 18;  // of a longer identifier; its first eleven are compared
+  return (message.is_extended ? message.id >> bits_behind : message.id) < of_id;
+}
+
+std::int32_t bit_rate_kbit_per_s(const PackConfig& pack, Port bus) {
+  const InterfaceConfig& interfaces = pack.interfaces;
+  switch (bus) {
+    case Port::internal: return pack.buses.internal_kbit_per_s;
+    case Port::vehicle: return interfaces.vehicle_kbit_per_s;
+    case Port::charger:
+      return interfaces.charger_kbit_per_s != 0 ? interfaces.charger_kbit_per_s : usual_of_charger_bus(pack.core);
+    case Port::second_pack: return interfaces.second_pack_kbit_per_s;
+    case Port::inverter: break;
+  }
+  return interfaces.inverter_kbit_per_s;
+}
+
+}  // namespace bmu

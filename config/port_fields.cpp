@@ -1,0 +1,607 @@
+// The rows of what the daemon is connected to: buses and their interfaces, the vehicle, a terminal, lines.
+#include <algorithm>
+#include <array>
+
+#include "config/pack_fields.hpp"
+#include "devices/device_list.hpp"
+#include "protocol/number_text.hpp"
+
+namespace bmu {
+namespace {
+
+bool is_one_of(char c, std::string_view characters) {
+  return characters.find(c) != std::string_view::npos;
+}
+
+constexpr int base_id_max = 0x7FF - static_cast<int>(std::size(vehicle_bus::rows)) + 1;
+
+std::optional<int> hex_value(std::string_view text) {
+  const auto value = number_of_text<int>(text, 16);
+  return value && *value >= 0 ? value : std::nullopt;
+}
+
+bool is_id_up_to(std::string_view text, int max) {
+  const auto value = hex_value(text);
+  return value && text.size() <= 3 && *value <= max && text.front() != '-';
+}
+bool is_base_id(std::string_view text) {
+  return is_id_up_to(text, base_id_max);
+}
+bool is_nothing_or_base_id(std::string_view text) {
+  return text.empty() || is_base_id(text);
+}
+bool is_nothing_or_id(std::string_view text) {
+  return text.empty() || is_id_up_to(text, 0x7FF);
+}
+
+constexpr std::string_view id_form = "1 to 3 hexadecimal digits up to \"7FF\", or nothing";
+
+/// An identifier that need not be there, hexadecimal; 0 and nothing are the same.
+template <auto Member>
+[[nodiscard]] constexpr auto optional_id(FieldInfo info) {
+  using Owner = detail::OwnerOf<Member>;
+  info.min = 0;
+  info.max = 3;
+  info.type = FieldType::text;
+  return Field<Owner>{
+      info,
+      [](const Owner& owner) -> FieldValue { return owner.*Member == 0 ? std::string() : hex_text(owner.*Member); },
+      [](Owner& owner, const FieldValue& value) {
+        owner.*Member = static_cast<std::uint16_t>(hex_value(std::get<std::string>(value)).value_or(0));
+      }};
+}
+
+bool is_nothing_or_bus_name(std::string_view text) {
+  return text.empty() || is_bus_name(text);
+}
+
+constexpr std::array bus_table{
+    required(text<&BusNames::internal>({.key = "internal",
+                                        .min = 1,
+                                        .max = 64,
+                                        .meaning = "modules, power distribution unit and current sensor",
+                                        .is_well_formed = is_bus_name,
+                                        .form = bus_form})),
+    required(text<&BusNames::vehicle>({.key = "vehicle",
+                                       .min = 1,
+                                       .max = 64,
+                                       .meaning = "the vehicle; may be the same as `internal`",
+                                       .is_well_formed = is_bus_name,
+                                       .form = bus_form})),
+    text<&BusNames::charger>({.key = "charger",
+                              .min = 0,
+                              .max = 64,
+                              .meaning = "chargers (section `charger`); nothing: on `vehicle`",
+                              .is_well_formed = is_nothing_or_bus_name,
+                              .form = bus_form}),
+    text<&BusNames::second_pack>({.key = "second_pack",
+                                  .min = 0,
+                                  .max = 64,
+                                  .meaning = "a pack beside this one (section `second_pack`); nothing: on `vehicle`",
+                                  .is_well_formed = is_nothing_or_bus_name,
+                                  .form = bus_form}),
+    text<&BusNames::inverter>({.key = "inverter",
+                               .min = 0,
+                               .max = 64,
+                               .meaning = "the inverter (section `inverter`); nothing: on `vehicle`",
+                               .is_well_formed = is_nothing_or_bus_name,
+                               .form = bus_form}),
+    number<&BusNames::internal_kbit_per_s>(
+        {.key = "internal_kbit_per_s",
+         .min = 125,
+         .max = 1'000,
+         .meaning =
+             "bit rate of `internal`: what the answers of all modules are reckoned with; the interface is set to it "
+             "elsewhere, or by `interfaces`, and compared with it",
+         .because = "as the modules know no other"}),
+};
+
+std::optional<VehicleDialect> vehicle_dialect(std::string_view name) {
+  for (const VehicleDialectRow& row : vehicle_dialects) {
+    if (name == row.name) return row.dialect;
+  }
+  return std::nullopt;
+}
+
+template <class Owner>
+[[nodiscard]] constexpr Field<Owner> dialect_field(std::string_view meaning) {
+  return {{.key = "dialect",
+           .min = 3,
+           .max = 8,
+           .meaning = meaning,
+           .is_well_formed = [](std::string_view name) { return vehicle_dialect(name).has_value(); },
+           .form = "iha, original or elithion",
+           .type = FieldType::text},
+          [](const Owner& owner) -> FieldValue { return std::string(row_of(owner.dialect).name); },
+          [](Owner& owner, const FieldValue& value) {
+            owner.dialect = vehicle_dialect(std::get<std::string>(value)).value_or(VehicleDialect{});
+          }};
+}
+
+constexpr std::array vehicle_table{
+    dialect_field<VehicleConfig>("how the messages are filled: as in the 2013 design, as their first page has them, or "
+                                 "as a Lithiumate sends them"),
+    Field<VehicleConfig>{{.key = "base_id",
+                          .min = 1,
+                          .max = 3,
+                          .meaning = "identifier of the first of nine messages, hexadecimal",
+                          .is_well_formed = is_base_id,
+                          .form = "1 to 3 hexadecimal digits from \"0\" to \"7F7\", so that nine identifiers fit",
+                          .type = FieldType::text},
+                         [](const VehicleConfig& vehicle) -> FieldValue { return hex_text(vehicle.base_id); },
+                         [](VehicleConfig& vehicle, const FieldValue& value) {
+                           vehicle.base_id =
+                               static_cast<std::uint16_t>(hex_value(std::get<std::string>(value)).value_or(0));
+                         }},
+    text<&VehicleConfig::name>({.key = "name",
+                                .min = 1,
+                                .max = 8,
+                                .meaning = "who made it, in the first message; padded with spaces",
+                                .is_well_formed = is_printable_ascii,
+                                .form = "1 to 8 ASCII characters"}),
+    text<&VehicleConfig::version>({.key = "version",
+                                   .min = 1,
+                                   .max = 8,
+                                   .meaning = "its version, in the second message; padded with spaces",
+                                   .is_well_formed = is_printable_ascii,
+                                   .form = "1 to 8 ASCII characters"}),
+    boolean<&VehicleConfig::is_charge_positive>(
+        {.key = "charge_is_positive",
+         .meaning = "624h counts the current into the pack as positive, for readers that want it so"}),
+    boolean<&VehicleConfig::is_energy_in_kWh>(
+        {.key = "energy_in_kWh", .meaning = "625h of `elithion` counts kWh; else Wh: its readers do not agree"}),
+    optional_id<&VehicleConfig::request_id>(
+        {.key = "request_id",
+         .meaning = "identifier at which tools for a Lithiumate ask for data, there \"745\"; nothing: none is given",
+         .is_well_formed = is_nothing_or_id,
+         .form = id_form}),
+    optional_id<&VehicleConfig::reply_id>({.key = "reply_id",
+                                           .meaning = "and of the answers; nothing: 8 above it",
+                                           .is_well_formed = is_nothing_or_id,
+                                           .form = id_form}),
+    boolean<&VehicleConfig::may_clear_faults>(
+        {.key = "may_clear_faults",
+         .meaning = "whoever asks there may clear stored faults, as far as a user may: anybody on that bus"}),
+};
+
+const ChargerDriver* charger_driver(std::string_view name) {
+  const Device* const device = find_device(name);
+  return device != nullptr ? device->charger : nullptr;
+}
+bool is_nothing_or_charger(std::string_view name) {
+  return name.empty() || charger_driver(name) != nullptr;
+}
+
+constexpr std::array charger_table{
+    Field<ChargerConfig>{{.key = "protocol",
+                          .min = 0,
+                          .max = 32,
+                          .meaning = "what the chargers speak; nothing: none is told anything",
+                          .is_well_formed = is_nothing_or_charger,
+                          .form = "elcon_tc or brusa_nlg5, or nothing",
+                          .type = FieldType::text},
+                         [](const ChargerConfig& charger) -> FieldValue {
+                           return charger.driver != nullptr ? std::string(charger.driver->name) : std::string();
+                         },
+                         [](ChargerConfig& charger, const FieldValue& value) {
+                           charger.driver = charger_driver(std::get<std::string>(value));
+                         }},
+    number<&ChargerConfig::unit_count>(
+        {.key = "units", .min = 1, .max = charger_units_max, .meaning = "how many of them share the work"}),
+    number<&ChargerConfig::current_max_mA>(
+        {.key = "current_max_mA",
+         .min = 0,
+         .max = pack_current_max_mA,
+         .meaning = "most that all of them together are asked for; 0: `current/charge_continuous_mA`"}),
+    number<&ChargerConfig::voltage_max_mV>(
+        {.key = "voltage_max_mV",
+         .min = 0,
+         .max = 1'500'000,
+         .meaning =
+             "most they are asked for; 0: all cells half a percent above `cell_full_mV`, at most at the warning of "
+             "`cell_overvoltage`"}),
+    number<&ChargerConfig::mains_current_max_mA>(
+        {.key = "mains_current_max_mA",
+         .min = 1'000,
+         .max = 100'000,
+         .meaning = "most that each may draw from the mains, where its protocol has a word for it"}),
+    number<&ChargerConfig::cell_full_uV, 1'000>(
+        {.key = "cell_full_mV",
+         .min = 0,
+         .max = ocv_max_mV,
+         .meaning =
+             "where the highest cell is held, and full; 0: where the cell's curve ends, and at least 10 mV below "
+             "the warning of `cell_overvoltage` and its middle tier"}),
+    number<&ChargerConfig::end_current_mA>(
+        {.key = "end_current_mA",
+         .min = 0,
+         .max = pack_current_max_mA,
+         .meaning = "full, when the highest cell takes no more than this; 0: the current of 20 hours"}),
+    number<&ChargerConfig::end_for>(
+        {.key = "end_for_ms", .min = 1'000, .max = 3'600'000, .meaning = "and for so long"}),
+    number<&ChargerConfig::rise_mA_per_s>({.key = "rise_mA_per_s",
+                                           .min = 10,
+                                           .max = 1'000'000,
+                                           .meaning = "how fast more is asked for; less is asked for at once"}),
+    number<&ChargerConfig::balance_window_uV, 1'000>(
+        {.key = "balance_window_mV",
+         .min = 1,
+         .max = 500,
+         .meaning = "cells that are no further apart at the top count as full together; else the charge pauses there "
+                    "while they are balanced"}),
+    number<&ChargerConfig::resume_uV, 1'000>(
+        {.key = "resume_mV",
+         .min = 1,
+         .max = 500,
+         .meaning = "how far the highest cell has come down before the charge goes on after that"}),
+    number<&ChargerConfig::resume_below_permille>(
+        {.key = "resume_below_permille",
+         .min = 0,
+         .max = 990,
+         .meaning = "a full pack that stays plugged in is charged again below this state of charge; 0: never"}),
+    boolean<&ChargerConfig::opens_when_full>(
+        {.key = "opens_when_full", .meaning = "the contactors open once it is full, unless the vehicle is on"}),
+    boolean<&ChargerConfig::requests_mains>(
+        {.key = "requests_mains",
+         .meaning = "the charger is told to ask a charging post for mains while the pack is being charged, where its "
+                    "protocol has a word for it"}),
+};
+
+const InverterDriver* inverter_driver(std::string_view name) {
+  const Device* const device = find_device(name);
+  return device != nullptr ? device->inverter : nullptr;
+}
+bool is_nothing_or_inverter(std::string_view name) {
+  return name.empty() || inverter_driver(name) != nullptr;
+}
+
+constexpr std::array<std::string_view, 3> silent_inverter_names{"warn", "stop", "open"};
+
+std::optional<SilentInverter> silent_inverter(std::string_view name) {
+  const auto* const found = std::find(silent_inverter_names.begin(), silent_inverter_names.end(), name);
+  if (found == silent_inverter_names.end()) return std::nullopt;
+  return static_cast<SilentInverter>(found - silent_inverter_names.begin());
+}
+
+bool is_short_ascii(std::string_view text) {
+  return text.empty() || is_printable_ascii(text);
+}
+
+constexpr std::array inverter_table{
+    Field<InverterConfig>{{.key = "protocol",
+                           .min = 0,
+                           .max = 32,
+                           .meaning = "what the inverter understands; nothing: none is told anything",
+                           .is_well_formed = is_nothing_or_inverter,
+                           .form = "pylontech, sma or victron, or nothing",
+                           .type = FieldType::text},
+                          [](const InverterConfig& inverter) -> FieldValue {
+                            return inverter.driver != nullptr ? std::string(inverter.driver->name) : std::string();
+                          },
+                          [](InverterConfig& inverter, const FieldValue& value) {
+                            inverter.driver = inverter_driver(std::get<std::string>(value));
+                          }},
+    number<&InverterConfig::period>(
+        {.key = "period_ms",
+         .min = 200,
+         .max = 5'000,
+         .meaning = "from one telling of everything to the next; limits that fall are told at once",
+         .because = "as SMA takes no frame more often than every 200 ms"}),
+    number<&InverterConfig::silence_max>(
+        {.key = "silence_max_ms",
+         .min = 0,
+         .max = 60'000,
+         .meaning = "how long its keep-alive may stay away while the pack is closed; 0: nobody listens for it"}),
+    number<&InverterConfig::first_word_max>(
+        {.key = "first_word_max_ms",
+         .min = 1'000,
+         .max = 600'000,
+         .meaning = "how long one that lives on the pack may take from closing to its first word"}),
+    Field<InverterConfig>{
+        {.key = "when_silent",
+         .min = 4,
+         .max = 4,
+         .meaning = "what follows when it is not heard: a warning alone, or nothing may flow by what it "
+                    "is told, or the pack opens, too, 5 s later at the latest",
+         .is_well_formed = [](std::string_view name) { return silent_inverter(name).has_value(); },
+         .form = "warn, stop or open",
+         .type = FieldType::text},
+        [](const InverterConfig& inverter) -> FieldValue {
+          return std::string(silent_inverter_names.at(static_cast<std::size_t>(inverter.when_silent)));
+        },
+        [](InverterConfig& inverter, const FieldValue& value) {
+          inverter.when_silent = silent_inverter(std::get<std::string>(value)).value_or(SilentInverter::open);
+        }},
+    number<&InverterConfig::charge_voltage_max_mV>(
+        {.key = "charge_voltage_max_mV",
+         .min = 0,
+         .max = 1'500'000,
+         .meaning =
+             "to which it may charge; 0: all cells full, where the cell's curve ends, and at least 10 mV below the "
+             "warning of `cell_overvoltage` and its middle tier"}),
+    number<&InverterConfig::discharge_voltage_min_mV>(
+        {.key = "discharge_voltage_min_mV",
+         .min = 0,
+         .max = 1'500'000,
+         .meaning = "to which it may discharge; 0: all cells at the warning of `cell_undervoltage`"}),
+    number<&InverterConfig::charge_max_mA>({.key = "charge_current_max_mA",
+                                            .min = 0,
+                                            .max = pack_current_max_mA,
+                                            .meaning = "most that it may charge with; 0: as much as the pack allows"}),
+    number<&InverterConfig::discharge_max_mA>({.key = "discharge_current_max_mA",
+                                               .min = 0,
+                                               .max = pack_current_max_mA,
+                                               .meaning = "most that it may draw; 0: likewise"}),
+    number<&InverterConfig::force_charge_permille>(
+        {.key = "force_charge_below_permille",
+         .min = 0,
+         .max = 500,
+         .meaning = "state of charge below which it is asked to charge, from the mains if need be; 0: never"}),
+    number<&InverterConfig::full_charge_after_days>(
+        {.key = "full_charge_after_days",
+         .min = 0,
+         .max = 365,
+         .meaning = "it is asked for a full charge when 97 % have not been reached for so long; 0: never"}),
+    number<&InverterConfig::soh_assumed_permille>(
+        {.key = "soh_assumed_permille",
+         .min = 0,
+         .max = 1'000,
+         .meaning =
+             "state of health that is told while it is not known; 0: none, and where the protocol has no code for "
+             "that, nor is the state of charge"}),
+    boolean<&InverterConfig::is_discharge_positive>(
+        {.key = "discharge_is_positive",
+         .meaning = "356h counts the current out of the pack as positive, for inverters that want it so"}),
+    boolean<&InverterConfig::has_short_frames>(
+        {.key = "short_frames", .meaning = "frames end with their last byte that has a meaning; else they have eight"}),
+    Field<InverterConfig>{
+        {.key = "maker",
+         .min = 0,
+         .max = 8,
+         .meaning = "who made the battery, in 35Eh, by which some inverters go; nothing: \"PYLON\" with "
+                    "pylontech, else \"BMUD\"",
+         .is_well_formed = is_short_ascii,
+         .form = "up to 8 ASCII characters",
+         .type = FieldType::text},
+        [](const InverterConfig& inverter) -> FieldValue {
+          return inverter.maker.front() == '\0' ? std::string() : detail::text_of(inverter.maker);
+        },
+        [](InverterConfig& inverter, const FieldValue& value) {
+          const std::string& text = std::get<std::string>(value);
+          inverter.maker = {};
+          if (!text.empty()) detail::assign_text(inverter.maker, text);
+        }},
+};
+
+const ModuleDriver* module_driver(std::string_view name) {
+  const Device* const device = find_device(name);
+  return device != nullptr ? device->modules : nullptr;
+}
+bool is_nothing_or_modules(std::string_view name) {
+  return name.empty() || module_driver(name) != nullptr;
+}
+
+template <auto Member>
+constexpr Field<ForeignModulesConfig> module_option(FieldInfo info) {
+  info.type = FieldType::boolean;
+  return {
+      info, [](const ForeignModulesConfig& foreign) -> FieldValue { return foreign.options.*Member; },
+      [](ForeignModulesConfig& foreign, const FieldValue& value) { foreign.options.*Member = std::get<bool>(value); }};
+}
+
+constexpr std::array foreign_module_table{
+    Field<ForeignModulesConfig>{{.key = "protocol",
+                                 .min = 0,
+                                 .max = 32,
+                                 .meaning = "what the modules speak; nothing: they are ours",
+                                 .is_well_formed = is_nothing_or_modules,
+                                 .form = "outlander_cmu or i3_csc, or nothing",
+                                 .type = FieldType::text},
+                                [](const ForeignModulesConfig& foreign) -> FieldValue {
+                                  return foreign.driver != nullptr ? std::string(foreign.driver->name) : std::string();
+                                },
+                                [](ForeignModulesConfig& foreign, const FieldValue& value) {
+                                  foreign.driver = module_driver(std::get<std::string>(value));
+                                }},
+    Field<ForeignModulesConfig>{
+        {.key = "temperature_offset_dC",
+         .min = -600,
+         .max = -300,
+         .meaning = "of `outlander_cmu`: what a temperature byte of 0 means; -500 fits frames of "
+                    "a car, and others read them otherwise",
+         .type = FieldType::integer},
+        [](const ForeignModulesConfig& foreign) -> FieldValue {
+          return static_cast<double>(foreign.options.temperature_offset_dC);
+        },
+        [](ForeignModulesConfig& foreign, const FieldValue& value) {
+          foreign.options.temperature_offset_dC = static_cast<std::int32_t>(std::get<double>(value));
+        }},
+    module_option<&ModuleOptions::swaps_cell_frames>(
+        {.key = "swaps_cell_frames",
+         .meaning = "of `outlander_cmu`: 6X2h has cells 5 to 8 and 6X3h cells 1 to 4, as one paper has it and no car"}),
+    module_option<&ModuleOptions::idle_as_others>(
+        {.key = "idle_as_others",
+         .meaning = "of `i3_csc`: an idle command says 00h in b4, as from others, and not 20h, as from the car"}),
+};
+
+constexpr std::array second_pack_table{
+    optional_id<&SecondPackConfig::base_id>(
+        {.key = "base_id",
+         .meaning = "identifier of the first of its nine messages, hexadecimal; nothing: there is none",
+         .is_well_formed = is_nothing_or_base_id,
+         .form = "1 to 3 hexadecimal digits from \"0\" to \"7F7\", or nothing"}),
+    dialect_field<SecondPackConfig>("how it fills them"),
+};
+
+bool is_device_file(std::string_view text) {
+  return is_printable_ascii(text) && text.substr(0, 5) == "/dev/";
+}
+
+constexpr std::array gpio_table{
+    required(text<&GpioConfig::chip>({.key = "chip",
+                                      .min = 6,
+                                      .max = 255,
+                                      .meaning = "the chip's device file; udev can give it a name that stays",
+                                      .is_well_formed = is_device_file,
+                                      .form = "a file such as /dev/gpiochip0"})),
+};
+
+bool is_no_device_or_a_file(std::string_view text) {
+  return text.empty() || is_device_file(text);
+}
+
+constexpr std::array interface_table{
+    boolean<&InterfaceConfig::set_up>(
+        {.key = "set_up",
+         .meaning =
+             "an interface that is down is set to its bit rate and restart, and up, where the daemon has the right "
+             "to (CAP_NET_ADMIN)"}),
+    number<&InterfaceConfig::vehicle_kbit_per_s>(
+        {.key = "vehicle_kbit_per_s",
+         .min = 10,
+         .max = 1'000,
+         .meaning = "bit rate of `vehicle`, if that is another interface; `internal` has the one of `buses`"}),
+    number<&InterfaceConfig::charger_kbit_per_s>(
+        {.key = "charger_kbit_per_s",
+         .min = 0,
+         .max = 1'000,
+         .meaning = "bit rate of `charger`, if that is an interface of its own; 0: the usual one of its protocol"}),
+    number<&InterfaceConfig::second_pack_kbit_per_s>(
+        {.key = "second_pack_kbit_per_s",
+         .min = 10,
+         .max = 1'000,
+         .meaning = "bit rate of `second_pack`, if that is an interface of its own"}),
+    number<&InterfaceConfig::inverter_kbit_per_s>(
+        {.key = "inverter_kbit_per_s",
+         .min = 10,
+         .max = 1'000,
+         .meaning = "bit rate of `inverter`, if that is an interface of its own"}),
+    number<&InterfaceConfig::restart_ms>(
+        {.key = "restart_ms",
+         .min = 0,
+         .max = 60'000,
+         .meaning = "how long after bus-off a controller comes back; 0: not by itself"}),
+};
+constexpr std::array serial_table{
+    text<&SerialConfig::device>({.key = "device",
+                                 .min = 0,
+                                 .max = 255,
+                                 .meaning = "the terminal device of the console; nothing: there is none",
+                                 .is_well_formed = is_no_device_or_a_file,
+                                 .form = "a file such as /dev/ttyUSB0, or nothing"}),
+    number<&SerialConfig::bit_rate_Bd>(
+        {.key = "bit_rate_Bd",
+         .min = serial_rates_Bd.front(),
+         .max = serial_rates_Bd.back(),
+         .meaning = "1200, 2400, 4800, 9600, 19200, 38400, 57600 or 115200; 8 data bits, no parity, 1 stop bit"}),
+    boolean<&SerialConfig::may_set_cell_count>(
+        {.key = "may_set_cell_count", .meaning = "`CellC` may set the number of cells of a pack with one module"}),
+};
+
+constexpr std::array gpio_line_table{
+    required(number<&GpioLine::line>(
+        {.key = "line", .min = 0, .max = gpio_line_max, .meaning = "number of the line on its chip, from 0"})),
+    boolean<&GpioLine::active_low>({.key = "active_low", .meaning = "the wire is at 0 V when active"}),
+};
+
+constexpr FieldInfo debounce_info{.key = "debounce_ms",
+                                  .min = 0,
+                                  .max = static_cast<double>(to_ms(gpio_debounce_max)),
+                                  .meaning = "how long a level stands still before it counts",
+                                  .because = "as long as PDU_STATUS may take to tell the same"};
+constexpr std::array gpio_feedback_table{number<&GpioFeedback::debounce>(debounce_info)};
+
+std::optional<GpioInputKind> gpio_input_kind(std::string_view name) {
+  const auto* const found = std::find(gpio_input_kind_names.begin(), gpio_input_kind_names.end(), name);
+  if (found == gpio_input_kind_names.end()) return std::nullopt;
+  return static_cast<GpioInputKind>(found - gpio_input_kind_names.begin());
+}
+
+constexpr std::array gpio_input_table{
+    required(text<&GpioInput::name>({.key = "name",
+                                     .min = 1,
+                                     .max = 32,
+                                     .meaning = "for people, and no other input's: `cockpit`",
+                                     .is_well_formed = is_printable_ascii,
+                                     .form = "1 to 32 ASCII characters"})),
+    required(Field<GpioInput>{
+        {.key = "kind",
+         .min = 5,
+         .max = 17,
+         .meaning = "what it tells",
+         .is_well_formed = [](std::string_view name) { return gpio_input_kind(name).has_value(); },
+         .form = "vehicle_on, charger_connected, estop, interlock, insulation_ok, supply_ok or resume_button",
+         .type = FieldType::text},
+        [](const GpioInput& input) -> FieldValue { return std::string(to_text(input.kind)); },
+        [](GpioInput& input, const FieldValue& value) {
+          input.kind = gpio_input_kind(std::get<std::string>(value)).value_or(GpioInputKind{});
+        }}),
+    number<&GpioInput::debounce>(debounce_info),
+};
+
+}  // namespace
+
+bool is_printable_ascii(std::string_view text) {
+  return std::all_of(text.begin(), text.end(), [](char c) { return c >= ' ' && c <= '~'; });
+}
+
+std::string hex_text(unsigned id) {
+  constexpr std::string_view digits = "0123456789ABCDEF";
+  std::string text;
+  for (const unsigned shift : {8U, 4U, 0U}) text += digits[(id >> shift) & 0xF];
+  return text;
+}
+
+bool is_bus_name(std::string_view name) {
+  constexpr std::string_view embedded = "unix:";
+  constexpr std::string_view plain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.-";
+  if (name.substr(0, embedded.size()) == embedded) {
+    const std::string_view bus = name.substr(embedded.size());
+    return !bus.empty() && bus.size() <= 32 &&
+           std::all_of(bus.begin(), bus.end(), [plain](char c) { return is_one_of(c, plain); });
+  }
+  // The rules of the kernel: dev_valid_name(). IFNAMSIZ is 16 with the final zero.
+  const bool has_room = !name.empty() && name.size() <= 15;
+  const bool is_path = name == "." || name == "..";
+  return has_room && !is_path &&
+         std::none_of(name.begin(), name.end(), [](char c) { return is_one_of(c, "/: \t\n\v\f\r"); });
+}
+
+std::span<const Field<BusNames>> bus_fields() {
+  return bus_table;
+}
+std::span<const Field<VehicleConfig>> vehicle_fields() {
+  return vehicle_table;
+}
+std::span<const Field<SecondPackConfig>> second_pack_fields() {
+  return second_pack_table;
+}
+std::span<const Field<ChargerConfig>> charger_fields() {
+  return charger_table;
+}
+std::span<const Field<InverterConfig>> inverter_fields() {
+  return inverter_table;
+}
+std::span<const Field<ForeignModulesConfig>> foreign_module_fields() {
+  return foreign_module_table;
+}
+std::span<const Field<InterfaceConfig>> interface_fields() {
+  return interface_table;
+}
+std::span<const Field<SerialConfig>> serial_fields() {
+  return serial_table;
+}
+std::span<const Field<GpioConfig>> gpio_fields() {
+  return gpio_table;
+}
+std::span<const Field<GpioLine>> gpio_line_fields() {
+  return gpio_line_table;
+}
+std::span<const Field<GpioFeedback>> gpio_feedback_fields() {
+  return gpio_feedback_table;
+}
+std::span<const Field<GpioInput>> gpio_input_fields() {
+  return gpio_input_table;
+}
+
+}  // namespace bmu

@@ -1,0 +1,101 @@
+#include "daemon/core/charger_table.hpp"
+
+#include <algorithm>
+#include <optional>
+
+namespace bmu {
+
+namespace {
+
+/// A bus with other traffic, and a tick.
+constexpr Duration lateness_max = 100ms;
+
+}  // namespace
+
+bool ChargerTable::observe(const CanFrame& frame, TimePoint at) {
+  if (!is_there()) return false;
+  if (const std::optional<ChargerCommand> command = driver().order_of(frame)) {
+    if (command->unit < unit_count()) foreign_command_at_ = at;
+    return true;
+  }
+  std::array<ChargerReport, charger_units_max> reports{};
+  for (std::size_t index = 0; index < reports.size(); ++index) reports[index] = units_[index].report;
+  const ChargerNews news = driver().take(frame, reports);
+  if (news.word == ChargerWord::none) return false;
+  if (news.unit >= unit_count()) return true;  // a unit that the pack file does not have
+  ChargerUnit& unit = units_[news.unit];
+  if (news.word == ChargerWord::refused) {
+    ++unit.frames_refused;
+    return true;
+  }
+  unit.report = reports[news.unit];
+  if (news.word != ChargerWord::values) return true;
+  if (!is_talking(news.unit, at)) unit.talks_since = at;
+  unit.values_at = at;
+  count_values(unit);
+  return true;
+}
+
+void ChargerTable::count_values(ChargerUnit& unit) {
+  for (const SignalValue& value : {unit.report.voltage_mV, unit.report.current_mA}) {
+    if (value.validity == Validity::out_of_range) ++unit.values_out_of_range;
+    if (value.validity == Validity::unknown) ++unit.values_unknown;
+  }
+}
+
+void ChargerTable::forget_values() {
+  for (ChargerUnit& unit : units_) {
+    unit.report = {};
+    unit.values_at = {};
+  }
+}
+
+Duration ChargerTable::silence_max() const {
+  return driver().report_period * 5 / 2 + lateness_max;
+}
+
+bool ChargerTable::is_talking(std::size_t index, TimePoint now) const {
+  const TimePoint at = units_[index].values_at;
+  return index < unit_count() && at != TimePoint{} && now - at <= silence_max();
+}
+
+std::size_t ChargerTable::talking_count(TimePoint now) const {
+  std::size_t count = 0;
+  for (std::size_t index = 0; index < unit_count(); ++index) count += is_talking(index, now) ? 1U : 0U;
+  return count;
+}
+
+Measured<std::int32_t> ChargerTable::current_mA(TimePoint now) const {
+  Measured<std::int32_t> sum;
+  std::int64_t sum_mA = 0;
+  for (std::size_t index = 0; index < unit_count(); ++index) {
+    if (!is_talking(index, now)) continue;
+    const ChargerUnit& unit = units_[index];
+    if (!unit.report.current_mA.is_valid()) return {};
+    sum_mA += unit.report.current_mA.value;
+    const bool is_older = sum.taken_at == TimePoint{} || unit.values_at < sum.taken_at;
+    if (is_older) sum.taken_at = unit.values_at;
+  }
+  return sum.taken_at == TimePoint{} ? sum : measured(known(sum_mA), sum.taken_at);
+}
+
+Measured<std::int32_t> ChargerTable::voltage_mV(TimePoint now) const {
+  Measured<std::int32_t> highest;
+  for (std::size_t index = 0; index < unit_count(); ++index) {
+    const ChargerUnit& unit = units_[index];
+    if (!is_talking(index, now) || !unit.report.voltage_mV.is_valid()) continue;
+    const Measured<std::int32_t> one = measured(unit.report.voltage_mV, unit.values_at);
+    if (!highest.is_valid() || one.value > highest.value) highest = one;
+  }
+  return highest;
+}
+
+ChargerTable::Troubles ChargerTable::troubles(TimePoint now) const {
+  for (std::size_t index = 0; index < unit_count(); ++index) {
+    const std::uint16_t bits = units_[index].report.troubles;
+    if (bits != 0 && is_talking(index, now)) return {bits, static_cast<std::uint8_t>(index + 1)};
+  }
+  return {};
+}
+
+}  // namespace bmu

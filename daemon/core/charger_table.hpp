@@ -1,0 +1,68 @@
+// What the chargers last said, each value with its time; and what they are told, in the language that they speak.
+//
+// A report counts only as a whole. A value out of its documented range, or one that the charger says it does not know,
+// is not valid, and counted by why. Voltage and current are as old as the frame that told them: older than
+// `silence_max()` they are no measurement, and the unit is silent. Current is positive into the pack, as chargers tell
+// it.
+//
+// Nobody but we may command a charger: such a frame from somebody else is noted.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "daemon/core/core_config.hpp"
+#include "daemon/core/measured.hpp"
+#include "devices/charger.hpp"
+#include "protocol/fields.hpp"
+
+namespace bmu {
+
+struct ChargerUnit {
+  ChargerReport report;
+  TimePoint values_at{};    // of voltage and current; zero: never
+  TimePoint talks_since{};  // without a silence
+  std::uint64_t frames_refused = 0;
+  std::uint64_t values_out_of_range = 0;
+  std::uint64_t values_unknown = 0;
+};
+
+class ChargerTable {
+ public:
+  void init(const ChargerConfig& config) { config_ = config; }
+  [[nodiscard]] bool is_there() const { return config_.driver != nullptr; }
+  [[nodiscard]] const ChargerDriver& driver() const { return *config_.driver; }
+  [[nodiscard]] std::size_t unit_count() const { return is_there() ? config_.unit_count : 0; }
+
+  /// A frame of the charger's bus. False: it is none of a charger's.
+  bool observe(const CanFrame& frame, TimePoint at);
+  void forget_values();
+
+  [[nodiscard]] const ChargerUnit& unit(std::size_t index) const { return units_[index]; }
+  /// Two and a half of its reports, and never less than what its bus may be late.
+  [[nodiscard]] Duration silence_max() const;
+  [[nodiscard]] bool is_talking(std::size_t index, TimePoint now) const;
+  [[nodiscard]] std::size_t talking_count(TimePoint now) const;
+  /// Of all units together; not known while one that talks does not tell it, or none talks.
+  [[nodiscard]] Measured<std::int32_t> current_mA(TimePoint now) const;
+  /// The highest of those that talk.
+  [[nodiscard]] Measured<std::int32_t> voltage_mV(TimePoint now) const;
+  /// Of the first unit that has any; bits by ChargerTrouble.
+  struct Troubles {
+    std::uint16_t bits = 0;
+    std::uint8_t unit = 0;  // from 1; 0: none
+  };
+  [[nodiscard]] Troubles troubles(TimePoint now) const;
+  /// Somebody else commanded one of our units last then; zero: nobody.
+  [[nodiscard]] TimePoint foreign_command_at() const { return foreign_command_at_; }
+
+ private:
+  void count_values(ChargerUnit& unit);
+
+  ChargerConfig config_;
+  std::array<ChargerUnit, charger_units_max> units_{};
+  TimePoint foreign_command_at_{};
+  BMU_FIELDS(skipped(config_), units_, foreign_command_at_)
+};
+
+}  // namespace bmu

@@ -1,0 +1,106 @@
+// The chargers held against what was asked of them, and against the pack's own sensor.
+//
+// A charger takes a while to follow: what counts as asked is the most that was asked for within its `settle`, so that
+// one that is slow to come down is not taken for one that runs away. Beyond a tolerance of a tenth, and at least an
+// ampere and two volts, it does. The pack's sensor judges where nobody but the charger can bring current into the pack;
+// where a vehicle may brake it is the charger's own word, and what both say. A charger's word against a sensor that
+// sees what was asked for is a contradiction, and no more. Nothing runs away that is not plugged in: a frame of a
+// charger on the bus of a pack that is driven opens nothing.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "daemon/core/charger_table.hpp"
+#include "daemon/core/pack_state.hpp"
+#include "protocol/fields.hpp"
+
+namespace bmu {
+
+struct ChargerWatchInputs {
+  TimePoint now{};
+  bool is_plugged_in = false;
+  bool is_alone = false;  // nobody but a charger can bring current into the pack now
+  bool is_enabled = false;
+  std::int32_t asked_mA = 0;  // of all units together
+  std::int32_t asked_mV = 0;
+  const PackState* pack = nullptr;
+  const ChargerTable* table = nullptr;
+};
+
+/// How a charger ran away: current in mA, voltage in mV.
+struct ChargerExcess {
+  bool is_voltage = false;
+  std::int32_t given = 0;    // by the pack's sensor or the charger's own word
+  std::int32_t asked = 0;    // of a current the most within the charger's settling time
+  std::int32_t allowed = 0;  // with the tolerance
+
+  [[nodiscard]] constexpr bool is_known() const { return allowed != 0; }
+};
+
+class ChargerWatch {
+ public:
+  static constexpr std::int32_t current_tolerance_min_mA = 1'000;
+  static constexpr std::int32_t voltage_tolerance_min_mV = 2'000;
+  static constexpr std::int32_t tolerance_permille = 100;
+  static constexpr std::int32_t voltage_tolerance_permille = 20;
+  /// So many reports in a row say that a charger goes on; one may be anybody's.
+  static constexpr std::uint8_t told_on_min = 3;
+  /// More than this into a pack that asks for nothing is a charge.
+  static constexpr std::int32_t stopped_mA = 1'000;
+
+  /// Once a tick, with what was asked for in the tick before.
+  void update(const ChargerWatchInputs& in);
+  void forget() { *this = {}; }
+
+  /// A unit that was charging has fallen silent: from 1, 0 for none. Until it talks again or is unplugged.
+  [[nodiscard]] std::uint8_t silent_unit() const { return silent_unit_; }
+  /// More current or voltage than was asked for.
+  [[nodiscard]] bool runs_away() const { return runs_away_; }
+  /// When what shows it was told or measured.
+  [[nodiscard]] TimePoint runs_away_at() const { return runs_away_at_; }
+  [[nodiscard]] bool is_plugged_in() const { return is_plugged_in_; }
+  /// By how much more, of what: now, or when it last did.
+  [[nodiscard]] const ChargerExcess& excess() const { return excess_; }
+  /// It was told to stop, and goes on.
+  [[nodiscard]] bool keeps_on() const { return keeps_on_; }
+  /// It tells another current than the pack's sensor, or another voltage.
+  [[nodiscard]] bool contradicts() const { return contradicts_; }
+
+ private:
+  static constexpr std::size_t spans = 8;  // that a charger's settling time is divided into
+
+  void look_for_silence(const ChargerWatchInputs& in);
+  void follow_asked(const ChargerWatchInputs& in);
+  void count_told(const Measured<std::int32_t>& told, bool has_stopped);
+  void look_for_excess(const ChargerWatchInputs& in);
+  void look_for_contradiction(const ChargerWatchInputs& in);
+
+  [[nodiscard]] std::int32_t ceiling_mA() const { return *std::max_element(most_mA_.begin(), most_mA_.end()); }
+
+  bool is_plugged_in_ = false;
+  std::uint16_t charging_units_ = 0;  // that talked while they were asked to charge: bit by unit
+  std::uint8_t silent_unit_ = 0;
+  std::array<std::int32_t, spans + 1> most_mA_{};  // asked for, in each span of the settling time: a ring
+  std::size_t span_ = 0;                           // that is going on
+  TimePoint span_began_at_{};
+  TimePoint stopped_since_{};   // zero: something is asked for
+  std::int32_t steady_mA_ = 0;  // what has been asked for, within the tolerance, ...
+  TimePoint steady_since_{};    // ... since then
+  bool runs_away_ = false;
+  TimePoint runs_away_at_{};
+  std::uint8_t told_on_ = 0;  // reports in a row, after the stop, that tell a current
+  TimePoint told_on_at_{};    // the last of them
+  bool keeps_on_ = false;
+  bool contradicts_ = false;
+  ChargerExcess excess_;
+  [[nodiscard]] bool are_fields_possible() const {
+    return span_ < most_mA_.size() && silent_unit_ <= charger_units_max;
+  }
+  BMU_FIELDS(is_plugged_in_, charging_units_, silent_unit_, most_mA_, span_, span_began_at_, stopped_since_, steady_mA_,
+             steady_since_, runs_away_, runs_away_at_, told_on_, told_on_at_, keeps_on_, contradicts_, excess_)
+};
+
+}  // namespace bmu

@@ -1,0 +1,117 @@
+// What the core's stages ask each other, and what they hand to those who judge and report.
+#include <algorithm>
+#include <optional>
+
+#include "daemon/core/core.hpp"
+
+namespace bmu {
+
+std::optional<std::int32_t> Core::soc_permille() const {
+  if (!estimate_.pack().is_known) return std::nullopt;
+  return estimate_.told_permille();
+}
+
+FaultInputs Core::fault_inputs(TimePoint now) const {
+  return {.now = now,
+          .config = &config_,
+          .pack = &pack_,
+          .modules = &modules_,
+          .sensors = &sensors_,
+          .watchers = &watchers_,
+          .soc_disagreement_permille = estimate_.disagreement_permille(),
+          .cell_misfit_permille = estimate_.misfit_permille(),
+          .flags = flags_,
+          .second_pack = &second_pack_,
+          .chargers = &chargers_,
+          .charger_watch = &charger_watch_,
+          .inverter = &inverter_,
+          .has_started = has_started(now)};
+}
+
+VehicleView Core::vehicle_view(TimePoint now) const {
+  const PduState& pdu = sensors_.pdu.value;
+  const bool is_interlock_known = pdu_fresh(now);
+  return {.mode = mode_inputs(now),
+          .uptime = now - started_at_,
+          .codes = trouble_codes(faults_),
+          .faults = elithion_faults(faults_),
+          .interlock_tripped = !is_interlock_known || !pdu.interlock_closed || pdu.interlocks_open != 0,
+          .close_requested = request_.is_present(),
+          .pack = &pack_,
+          .limits = &limits_,
+          .soc_permille = soc_permille(),
+          .soc_2_permille = second_pack_.soc_permille(now),
+          .depth_of_discharge_uAs =
+              estimate_.pack().is_known ? std::optional(estimate_.depth_of_discharge_uAs()) : std::nullopt,
+          .capacity_uAs = config_.cell.capacity_uAs,
+          .totals = totals(),
+          .starts = starts(),
+          .estimate = &estimate_};
+}
+
+InverterView Core::inverter_view(TimePoint now) const {
+  const bool is_closed = sequence_.phase == Phase::closed && permission_.may_stay_closed && !shutting_down_;
+  const InverterConfig& inverter = config_.inverter;
+  const bool is_held_back =
+      inverter.when_silent != SilentInverter::warn && inverter.silence_max > Duration{} && !inverter_.is_talking(now);
+  return {.now = now,
+          .may_charge = is_closed && permission_.may_charge,
+          .may_discharge = is_closed && permission_.may_discharge,
+          .is_held_back = is_held_back,
+          .pack = &pack_,
+          .limits = &limits_,
+          .faults = &faults_,
+          .soc_permille = soc_permille(),
+          .estimate = &estimate_,
+          .capacity_uAs = config_.cell.capacity_uAs,
+          .module_count = static_cast<std::uint8_t>(config_.modules.size())};
+}
+
+ModeInputs Core::mode_inputs(TimePoint now) const {
+  const bool has_fault = std::any_of(fault_table().begin(), fault_table().end(), [this](const FaultRow& row) {
+    return row.reaction >= Reaction::open_after_grace && faults_.state(row.id).is_present();
+  });
+  const PduState pdu = pdu_fresh(now) ? sensors_.pdu.value : PduState{};  // a line nobody tells is off
+  return {.phase = sequence_.phase,
+          .rest = rest_.phase(),
+          .has_fault = has_fault,
+          .may_discharge = permission_.may_discharge,
+          .vehicle_on = pdu.vehicle_on,
+          .charger_connected = pdu.charger_connected,
+          .current_mA = pack_.current_mA.is_valid() ? pack_.current_mA.value : 0,
+          .outputs = outputs_,
+          .has_relay_fault = has_relay_fault(faults_)};
+}
+
+/// Before the precharge contactor is commanded nothing may bring the link to the pack's voltage.
+bool Core::link_follows_though_open() const {
+  const bool is_open = sequence_.phase == Phase::open || sequence_.phase == Phase::main_negative;
+  return is_open && pack_.is_sensed() &&
+         link_follows(pack_.pack_voltage_mV.value, pack_.link_voltage_mV.value, config_.contactors);
+}
+
+bool Core::pdu_fresh(TimePoint now) const {
+  return sensors_.pdu.is_usable(now, config_.ages.pdu_status);
+}
+
+bool Core::inputs_healthy(TimePoint now) const {
+  return pdu_fresh(now) && sensors_.pdu.value.is_healthy();
+}
+
+bool Core::insulation_known(TimePoint now) const {
+  const bool is_asked_for = config_.insulation.monitoring == InsulationMonitoring::measured;
+  return !is_asked_for || (pdu_fresh(now) && knows_insulation(sensors_.pdu.value));
+}
+
+bool Core::has_started(TimePoint now) const {
+  if (rest_.is_resting()) return false;  // nobody is asked, nobody answers
+  return seen_complete_ || (flags_.internal_bus_up && now - view_began_at_ >= start_grace);
+}
+
+/// A key or a charger is there, whether or not what it asked for was refused.
+bool Core::could_ask(TimePoint now) const {
+  const PduState& pdu = sensors_.pdu.value;
+  return pdu_fresh(now) && (pdu.vehicle_on || pdu.charger_connected);
+}
+
+}  // namespace bmu

@@ -1,0 +1,102 @@
+// How an Elcon or TC charger is driven. The identifier names the unit.
+#include <algorithm>
+
+#include "devices/elcon_tc/elcon_tc.hpp"
+#include "protocol/receive_check.hpp"
+
+namespace bmu::elcon_tc {
+
+namespace {
+
+/// Reads and writes by one unit's rows: all have the same signals.
+constexpr const MessageSpec& any_command = command_e5;
+constexpr const MessageSpec& any_status = status_e5;
+
+std::optional<std::uint8_t> unit_of(const CanFrame& frame, const std::array<const MessageSpec*, unit_count_max>& rows) {
+  if (!frame.is_extended || frame.is_error) return std::nullopt;
+  const auto* const found =
+      std::find_if(rows.begin(), rows.end(), [&](const MessageSpec* row) { return row->base_id == frame.id; });
+  if (found == rows.end()) return std::nullopt;
+  return static_cast<std::uint8_t>(found - rows.begin());
+}
+
+bool is_whole(const CanFrame& frame) {
+  return !frame.is_remote && frame.length == 8;
+}
+
+struct TroubleBit {
+  ChargerTrouble trouble;
+  std::size_t signal;
+};
+constexpr std::array trouble_bits{
+    TroubleBit{ChargerTrouble::hardware, signal_index(any_status, "hardware_failure")},
+    TroubleBit{ChargerTrouble::too_hot, signal_index(any_status, "charger_too_hot")},
+    TroubleBit{ChargerTrouble::mains, signal_index(any_status, "mains_voltage_wrong")},
+    TroubleBit{ChargerTrouble::battery, signal_index(any_status, "battery_not_connected")},
+    TroubleBit{ChargerTrouble::no_command, signal_index(any_status, "communication_timeout")},
+};
+
+CanFrame command(std::uint8_t unit, const ChargerOrder& order) {
+  CanFrame frame = make_frame(*command_rows.at(unit));
+  write<any_command, "voltage_limit_mV">(frame, order.voltage_mV);
+  write<any_command, "current_limit_mA">(frame, order.is_enabled ? order.current_mA : 0);
+  write<any_command, "control">(frame, static_cast<std::int64_t>(order.is_enabled ? Control::charge : Control::stop));
+  return frame;
+}
+
+ChargerNews take(const CanFrame& frame, std::array<ChargerReport, charger_units_max>& reports) {
+  const std::optional<std::uint8_t> unit = unit_of(frame, status_rows);
+  if (!unit) return {};
+  if (!is_whole(frame)) return {ChargerWord::refused, *unit};
+  ChargerReport& report = reports.at(*unit);
+  report.voltage_mV = read<any_status, "output_voltage_mV">(frame);
+  report.current_mA = read<any_status, "output_current_mA">(frame);
+  report.temperature_dC = read<any_status, "charger_temperature_dC">(frame);
+  report.troubles = 0;
+  for (const TroubleBit& one : trouble_bits) {
+    if (raw_of(status_signals[one.signal], frame.data) != 0) report.troubles |= bit_of(one.trouble);
+  }
+  return {ChargerWord::values, *unit};
+}
+
+std::optional<ChargerCommand> order_of(const CanFrame& frame) {
+  const std::optional<std::uint8_t> unit = unit_of(frame, command_rows);
+  if (!unit || !is_whole(frame)) return std::nullopt;
+  const auto control = static_cast<Control>(read_raw<any_command, "control">(frame));
+  return ChargerCommand{
+      .unit = *unit,
+      .order = {.is_enabled = control == Control::charge,
+                .voltage_mV = static_cast<std::int32_t>(read<any_command, "voltage_limit_mV">(frame).value),
+                .current_mA = static_cast<std::int32_t>(read<any_command, "current_limit_mA">(frame).value)}};
+}
+
+ChargerFrames reports(std::uint8_t unit, const ChargerReport& report) {
+  CanFrame frame = make_frame(*status_rows.at(unit));
+  write<any_status, "output_voltage_mV">(frame, report.voltage_mV.is_valid() ? report.voltage_mV.value : 0);
+  write<any_status, "output_current_mA">(frame, report.current_mA.is_valid() ? report.current_mA.value : 0);
+  if (report.temperature_dC.is_valid()) write<any_status, "charger_temperature_dC">(frame, report.temperature_dC);
+  for (const TroubleBit& one : trouble_bits) {
+    const bool is_set = (report.troubles & bit_of(one.trouble)) != 0;
+    encode_signal(status_signals[one.signal], known(is_set ? 1 : 0), frame.data);
+  }
+  ChargerFrames frames;
+  frames.push_back(frame);
+  return frames;
+}
+
+}  // namespace
+
+const ChargerDriver driver{.name = "elcon_tc",
+                           .unit_count_max = unit_count_max,
+                           .command_period = 500ms,
+                           .command_life = command_life,
+                           .report_period = 1s,
+                           .settle = 5s,
+                           .voltage_max_mV = 0xFFFF * 100,
+                           .current_max_mA = 0xFFFF * 100,
+                           .command = command,
+                           .take = take,
+                           .order_of = order_of,
+                           .reports = reports};
+
+}  // namespace bmu::elcon_tc

@@ -1,0 +1,101 @@
+// Elcon and TC chargers (HK-J and their kin), as their maker describes them and as they are driven by others: 29-bit
+// identifiers, big-endian. Up to four on one bus, told apart by their address E5, E7, E8 or E9; the firmware CAN1430
+// has E5, CAN998 has E7, CAN997 has E8.
+//
+// A charger that hears no command for 5 s stops, and goes on by itself with the next one.
+//
+// What is not agreed on:
+//   - the bit rate: 250 kbit/s for 1.8 and 3.3 kW, 500 kbit/s for 6.6 kW;
+//   - b4 of the command: 0 and 1 are certain, 2 (sleep) and b5 (heating) are of newer firmware;
+//   - b4 .3 of the status: "starting", "charging disabled", or battery missing or reversed. Read here as the last;
+//   - b5 of the status is a temperature on some units and reserved on others. 0, which would be -100 C, is none.
+#pragma once
+
+#include <array>
+
+#include "devices/device.hpp"
+#include "devices/fields.hpp"
+
+namespace bmu::elcon_tc {
+
+enum class Control : std::uint8_t { charge = 0, stop = 1, sleep = 2 };
+inline constexpr RawName control_names[] = {{0, "charge"}, {1, "stop"}, {2, "sleep"}};
+inline constexpr RawName mode_names[] = {{0, "charging"}, {1, "heating"}};
+inline constexpr SpecialCode temperature_codes[] = {{0, Validity::not_fitted}};
+
+/// A charger without a command for so long has stopped.
+inline constexpr Duration command_life = 5s;
+
+inline constexpr SignalSpec command_signals[] = {
+    field::as_limit(field::big("voltage_limit_mV", 0, 2, field::tenth_of_V)),
+    field::as_limit(field::big("current_limit_mA", 2, 2, field::tenth_of_A)),
+    field::named(field::u8("control", 4), control_names),
+    field::named(field::u8("mode", 5), mode_names),
+};
+inline constexpr SignalSpec status_signals[] = {
+    field::big("output_voltage_mV", 0, 2, field::tenth_of_V),
+    field::big("output_current_mA", 2, 2, field::tenth_of_A),
+    field::flag("communication_timeout", 4, 4),
+    field::flag("battery_not_connected", 4, 3),
+    field::flag("mains_voltage_wrong", 4, 2),
+    field::flag("charger_too_hot", 4, 1),
+    field::flag("hardware_failure", 4, 0),
+    field::u8("charger_temperature_dC", 5, field::degrees_from(-100), temperature_codes),
+};
+
+namespace detail {
+
+/// The address of a charger stands in the third digit pair of a command's identifier and in the last of a status's.
+consteval MessageSpec command(std::string_view name, std::uint32_t address) {
+  return {.name = name,
+          .base_id = 0x1806'00F4 | address << 8U,
+          .is_extended = true,
+          .sender = Sender::bmu,
+          .period = 1s,
+          .signals = command_signals,
+          .meaning = "the most a charger may give, and whether it is to"};
+}
+consteval MessageSpec status(std::string_view name, std::uint32_t address) {
+  return {.name = name,
+          .base_id = 0x18FF'5000 | address,
+          .is_extended = true,
+          .sender = Sender::charger,
+          .period = 1s,
+          .signals = status_signals,
+          .meaning = "what a charger gives, and what is wrong with it"};
+}
+
+}  // namespace detail
+
+inline constexpr MessageSpec command_e5 = detail::command("ELCON_COMMAND_E5", 0xE5);
+inline constexpr MessageSpec command_e7 = detail::command("ELCON_COMMAND_E7", 0xE7);
+inline constexpr MessageSpec command_e8 = detail::command("ELCON_COMMAND_E8", 0xE8);
+inline constexpr MessageSpec command_e9 = detail::command("ELCON_COMMAND_E9", 0xE9);
+inline constexpr MessageSpec status_e5 = detail::status("ELCON_STATUS_E5", 0xE5);
+inline constexpr MessageSpec status_e7 = detail::status("ELCON_STATUS_E7", 0xE7);
+inline constexpr MessageSpec status_e8 = detail::status("ELCON_STATUS_E8", 0xE8);
+inline constexpr MessageSpec status_e9 = detail::status("ELCON_STATUS_E9", 0xE9);
+
+/// By unit, 0 to 3; all have the same signals.
+inline constexpr std::size_t unit_count_max = 4;
+inline constexpr std::array<const MessageSpec*, unit_count_max> command_rows{&command_e5, &command_e7, &command_e8,
+                                                                             &command_e9};
+inline constexpr std::array<const MessageSpec*, unit_count_max> status_rows{&status_e5, &status_e7, &status_e8,
+                                                                            &status_e9};
+
+inline constexpr const MessageSpec* rows[] = {&command_e5, &status_e5, &command_e7, &status_e7,
+                                              &command_e8, &status_e8, &command_e9, &status_e9};
+inline constexpr Catalogue catalogue{"elcon_tc", rows};
+
+inline constexpr std::uint32_t bit_rates[] = {bit_rate_250k, bit_rate_500k};
+extern const ChargerDriver driver;
+
+inline constexpr Device device{.name = "elcon_tc",
+                               .title = "Elcon / TC (HK-J) charger",
+                               .kind = DeviceKind::charger,
+                               .catalogue = &catalogue,
+                               .bit_rates = bit_rates,
+                               .meaning = "up to four chargers, each with a command and a status of its own",
+                               .charger = &driver};
+
+}  // namespace bmu::elcon_tc

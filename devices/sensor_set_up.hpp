@@ -1,0 +1,80 @@
+// How a sensor whose results can be configured is asked for its settings, and given them.
+//
+//   const SensorSetUpDriver& driver = *find_device("ivt_s")->set_up;
+//   send(driver.command({.kind = SetUpOrderKind::read, .channel = 1}));
+//   const SetUpAnswer answer = driver.take(frame);   // each frame heard
+//
+// An order is one command, an answer one frame. Neither is protected by a counter or a checksum, and a command that is
+// not allowed is answered all the same: what holds is what is read afterwards. `order_of` and `answer` look from the
+// other side: for what is sent through a gate, and for emulated sensors. Pure.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "protocol/frame.hpp"
+#include "protocol/time.hpp"
+
+namespace bmu {
+
+enum class SensorTrigger : std::uint8_t { off, on_trigger, cyclic };
+
+/// How one result is sent.
+struct SensorSetting {
+  SensorTrigger trigger = SensorTrigger::off;
+  bool is_little_endian = false;
+  bool is_inverted = false;  // its sign
+  std::int32_t period_ms = 0;
+
+  friend constexpr bool operator==(const SensorSetting&, const SensorSetting&) = default;
+};
+
+enum class SetUpOrderKind : std::uint8_t {
+  read,   // the setting of a channel
+  set,    // the same; takes effect only while stopped
+  stop,   // no results from now on
+  run,    // results from now on, and after each start
+  store,  // what is set outlives the sensor's supply
+};
+struct SetUpOrder {
+  SetUpOrderKind kind = SetUpOrderKind::read;
+  std::uint8_t channel = 0;  // of `read` and `set`
+  SensorSetting setting;     // of `set`
+
+  friend constexpr bool operator==(const SetUpOrder&, const SetUpOrder&) = default;
+};
+
+enum class SetUpWord : std::uint8_t {
+  none,     // no answer of this sensor
+  refused,  // under its identifier, and of a wrong form, or with a setting that there is none
+  setting,  // of a channel: it was read, or set
+  stopped,
+  running,
+  stored,
+  alive,           // it has just started
+  not_understood,  // a command it does not know
+  other,           // an answer to something else
+};
+struct SetUpAnswer {
+  SetUpWord word = SetUpWord::none;
+  std::uint8_t channel = 0;
+  SensorSetting setting;
+
+  friend constexpr bool operator==(const SetUpAnswer&, const SetUpAnswer&) = default;
+};
+
+/// The results that the daemon needs, by their channel.
+inline constexpr std::uint8_t sensor_channels_max = 8;
+
+struct SensorSetUpDriver {
+  std::string_view name;     // of the device
+  Duration command_pause{};  // between two commands
+  Duration response_time_max{};
+  CanFrame (*command)(const SetUpOrder& order) = nullptr;
+  SetUpAnswer (*take)(const CanFrame& frame) = nullptr;
+  std::optional<SetUpOrder> (*order_of)(const CanFrame& frame) = nullptr;
+  CanFrame (*answer)(const SetUpAnswer& answer) = nullptr;
+};
+
+}  // namespace bmu

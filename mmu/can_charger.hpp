@@ -1,0 +1,68 @@
+// Emulated chargers that are driven over a bus, in whatever protocol: what they are told, what they give together, and
+// what they say of it.
+//
+// Each unit takes its orders for as long as its protocol says and then stops by itself. What they give follows what
+// they are told as a real one does, not at once; towards the voltage that they are told it fades. A unit without mains
+// gives nothing and says nothing.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "devices/charger.hpp"
+#include "protocol/frame.hpp"
+#include "protocol/time.hpp"
+
+namespace bmu {
+
+class CanChargers {
+ public:
+  /// A second from nothing to this, and half of one back.
+  static constexpr double rise_A_per_s = 10.0;
+  static constexpr double fall_A_per_s = 20.0;
+
+  /// `driver` null: there is none.
+  CanChargers(const ChargerDriver* driver, std::uint8_t unit_count, TimePoint started_at)
+      : driver_(driver), unit_count_(unit_count), report_at_(started_at) {}
+
+  [[nodiscard]] bool is_there() const { return driver_ != nullptr; }
+  /// Null if there is none.
+  [[nodiscard]] const ChargerDriver* driver() const { return driver_; }
+  /// Any frame on their bus.
+  void observe(const CanFrame& frame, TimePoint now);
+  /// One step that ends at `now`: what they give together, of `rating_A` at the most. `obeys` off: whatever they are
+  /// told.
+  /// `ever_less` off: what they give once they go on with.
+  [[nodiscard]] double step(TimePoint now, double rating_A, double link_V, bool obeys, bool ever_less);
+  /// The reports that are due, if any; of one unit at a time. None without mains. What flows is what `step` came to as
+  /// far as somebody takes it: into open contactors nothing does.
+  [[nodiscard]] ChargerFrames report(TimePoint now, double link_V, double flows_A);
+
+  /// The wall's socket.
+  bool has_mains = true;
+  /// It is a charging post's: live only while one of them asks for it. They go on talking without.
+  bool is_post = false;
+  /// As it is told by a script, on top of what they find themselves.
+  std::uint16_t troubles = 0;
+
+ private:
+  struct Unit {
+    ChargerOrder order;
+    TimePoint told_at{};  // zero: never
+  };
+  [[nodiscard]] double ordered_A(TimePoint now, double link_V) const;
+  /// Mains at their inlet.
+  [[nodiscard]] bool is_fed(TimePoint now) const;
+  [[nodiscard]] bool is_told(const Unit& unit, TimePoint now) const;
+
+  const ChargerDriver* driver_;
+  std::uint8_t unit_count_;
+  std::array<Unit, charger_units_max> units_{};
+  double gives_A_ = 0.0;
+  TimePoint stepped_at_{};
+  TimePoint report_at_;
+  std::uint8_t next_unit_ = 0;
+};
+
+}  // namespace bmu

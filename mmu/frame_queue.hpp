@@ -1,0 +1,43 @@
+// Frames on their way to the bus, each with the time at which it leaves, in the order in which they were put in. What
+// finds no room is lost.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+
+#include "protocol/frame.hpp"
+#include "protocol/time.hpp"
+
+namespace bmu {
+
+template <std::size_t Capacity>
+class FrameQueue {
+ public:
+  void push(const CanFrame& frame, TimePoint leaves_at) {
+    if (is_full()) return;
+    queue_[(first_ + count_) % Capacity] = {leaves_at, frame};
+    ++count_;
+  }
+  /// The next one whose time has come; until there is none.
+  [[nodiscard]] std::optional<CanFrame> pop(TimePoint now) {
+    if (count_ == 0 || queue_[first_].leaves_at > now) return std::nullopt;
+    const CanFrame frame = queue_[first_].frame;
+    first_ = (first_ + 1) % Capacity;
+    --count_;
+    return frame;
+  }
+  void clear() { count_ = 0; }
+  [[nodiscard]] bool is_full() const { return count_ == Capacity; }
+
+ private:
+  struct OnItsWay {
+    TimePoint leaves_at{};
+    CanFrame frame;
+  };
+  std::array<OnItsWay, Capacity> queue_{};
+  std::size_t first_ = 0;
+  std::size_t count_ = 0;
+};
+
+}  // namespace bmu

@@ -1,0 +1,48 @@
+#include "mmu/sensor_unit.hpp"
+
+#include <utility>
+
+namespace bmu {
+
+void SensorUnit::observe(const CanFrame& frame, TimePoint now) {
+  if (!is_there() || starts_at_ != TimePoint{}) return;
+  const std::optional<SetUpOrder> order = driver_->order_of(frame);
+  if (!order) return;
+  const SetUpAnswer answer = obey(*order);
+  if (!answers) return;
+  answers_at_ = now + answer_after;
+  waiting_ = driver_->answer(answer);
+}
+
+SetUpAnswer SensorUnit::obey(const SetUpOrder& order) {
+  SensorSetting& setting = settings_.at(order.channel);
+  switch (order.kind) {
+    case SetUpOrderKind::read: break;
+    case SetUpOrderKind::set:
+      if (!is_running_) setting = order.setting;
+      return {SetUpWord::setting, order.channel, order.setting};
+    case SetUpOrderKind::stop: is_running_ = false; return {.word = SetUpWord::stopped};
+    case SetUpOrderKind::run: is_running_ = true; return {.word = SetUpWord::running};
+    case SetUpOrderKind::store: stored_ = settings_; return {.word = SetUpWord::stored};
+  }
+  return {SetUpWord::setting, order.channel, setting};
+}
+
+std::optional<CanFrame> SensorUnit::tick(TimePoint now) {
+  if (starts_at_ != TimePoint{}) {
+    if (now < starts_at_) return std::nullopt;
+    starts_at_ = {};
+    return answers ? std::optional(driver_->answer({.word = SetUpWord::alive})) : std::nullopt;
+  }
+  if (now < answers_at_) return std::nullopt;
+  return std::exchange(waiting_, std::nullopt);
+}
+
+void SensorUnit::restart(TimePoint now) {
+  settings_ = stored_;
+  is_running_ = true;
+  starts_at_ = now + restart_takes;
+  waiting_.reset();
+}
+
+}  // namespace bmu

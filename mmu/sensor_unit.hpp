@@ -1,0 +1,58 @@
+// The part of the emulated current sensor that is configured over the bus, in whatever protocol: its settings, those it
+// has stored, and its answers.
+//
+//   observe(frame, now)   a command is answered `answer_after` later; a setting takes effect only while it is stopped,
+//                         and is acknowledged all the same
+//   restart(now)          it is silent for `restart_takes`, says then that it is alive, and goes on with what it stored
+//
+// How long a real one takes to start is not known.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "devices/sensor_set_up.hpp"
+
+namespace bmu {
+
+class SensorUnit {
+ public:
+  static constexpr Duration answer_after = 3ms;
+  static constexpr Duration restart_takes = 100ms;
+  using Settings = std::array<SensorSetting, sensor_channels_max>;
+
+  /// `driver` null: it cannot be configured. As it was delivered: what it does now it has stored.
+  SensorUnit(const SensorSetUpDriver* driver, const Settings& settings)
+      : driver_(driver), settings_(settings), stored_(settings) {}
+
+  [[nodiscard]] bool is_there() const { return driver_ != nullptr; }
+  [[nodiscard]] const SensorSetUpDriver* driver() const { return driver_; }
+  void observe(const CanFrame& frame, TimePoint now);
+  /// What it has to say now.
+  [[nodiscard]] std::optional<CanFrame> tick(TimePoint now);
+  /// It sends results.
+  [[nodiscard]] bool is_running() const { return is_running_ && starts_at_ == TimePoint{}; }
+  [[nodiscard]] const SensorSetting& setting(std::size_t channel) const { return settings_.at(channel); }
+  [[nodiscard]] const Settings& stored() const { return stored_; }
+
+  void restart(TimePoint now);
+  /// Somebody has given a result this setting, and stored it.
+  void give(std::size_t channel, const SensorSetting& setting) {
+    settings_.at(channel) = stored_.at(channel) = setting;
+  }
+  bool answers = true;
+
+ private:
+  [[nodiscard]] SetUpAnswer obey(const SetUpOrder& order);
+
+  const SensorSetUpDriver* driver_;
+  Settings settings_;
+  Settings stored_;
+  bool is_running_ = true;
+  TimePoint starts_at_{};            // zero: it has
+  std::optional<CanFrame> waiting_;  // to be sent; one that is not out yet is lost to the next
+  TimePoint answers_at_{};
+};
+
+}  // namespace bmu

@@ -1,0 +1,28 @@
+// The real daemon and the real emulated modules of another maker: what they say gets through to it.
+#include <fstream>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/support/daemon_bench.hpp"
+
+namespace bmu {
+
+TEST_CASE("a pack of another maker's modules closes with the real daemon, and opens for one that is not heard",
+          "[integration][daemon][foreign]") {
+  const std::string name = GENERATE("outlander-80s", "i3-96s");
+  CAPTURE(name);
+  test::Bench bench;
+  std::ifstream file(std::string(BMUD_SOURCE_DIR) + "/config/packs/" + name + ".json");
+  nlohmann::json pack = nlohmann::json::parse(file, nullptr, true, true);
+  pack["cell"] = std::string(BMUD_SOURCE_DIR) + "/config/packs/" + pack["cell"].get<std::string>();
+  pack["buses"] = {{"internal", bench.bus}, {"vehicle", bench.bus}};
+  bench.pack = bench.folder.file("pack.json", pack.dump());
+  bench.start_emulator("3 vehicle on\n15 module 3 silent\n");
+  bench.start_daemon();
+  REQUIRE(bench.listener.hears(test::is_closed, std::chrono::milliseconds(14'000)));
+  REQUIRE(bench.listener.hears(test::is_open, std::chrono::milliseconds(15'000)));
+  CHECK(bench.ask_json("status")["last_opening"]["fault"] == "module_lost");
+}
+
+}  // namespace bmu

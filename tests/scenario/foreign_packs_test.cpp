@@ -1,0 +1,343 @@
+// Packs with modules of another maker, from the pack file to the emulated cells: they close, and open for what goes
+// wrong.
+#include <algorithm>
+#include <optional>
+#include <string>
+
+#include "config/pack_config.hpp"
+#include "devices/device_list.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/sim_run.hpp"
+#include "tools/common/virtual_run.hpp"
+
+using namespace bmu;
+using test::SimRun;
+
+namespace {
+
+CoreConfig shipped(const std::string& name) {
+  const auto pack = load_pack_config(std::string(BMUD_SOURCE_DIR) + "/config/packs/" + name);
+  REQUIRE(pack.has_value());
+  return pack->core;
+}
+/// Open, too, and after a shorter rest.
+CoreConfig balancing_soon(const std::string& name) {
+  CoreConfig config = shipped(name);
+  config.balancing.requires_closed = false;
+  config.balancing.settle = 2s;
+  return config;
+}
+constexpr const char* packs[] = {"outlander-80s.json", "i3-96s.json"};
+
+/// Closed, with a load, at 5.5 s.
+SimRun closed(const CoreConfig& config) {
+  SimRun run(config);
+  run.apply("pack soc_permille 700");
+  run.run_to(2.5);  // the state of charge wants a second of rest with all cells known
+  run.apply("vehicle on");
+  run.run_to(4.5);
+  run.apply("load current_A 5");
+  run.run_to(5.5);
+  INFO("blockers " << run.core().permission().blockers.size());
+  REQUIRE(run.core().sequence().phase == Phase::closed);
+  return run;
+}
+
+bool is_present(const SimRun& run, FaultId fault) {
+  return run.core().faults().state(fault).is_present();
+}
+/// Open within `within_s`, for this.
+void check_opens(SimRun& run, FaultId fault, double within_s) {
+  const double before_s = run.seconds();
+  run.run_to(before_s + within_s);
+  CHECK(run.core().sequence().phase == Phase::open);
+  CHECK(run.core().last_opening().cause == OpeningCause::fault);
+  CHECK(row_of(run.core().last_opening().fault).name == row_of(fault).name);
+}
+
+/// What modules were told last until the core was shut down.
+class LastWords final : public CoreTap {
+ public:
+  explicit LastWords(const ModuleDriver& driver) : driver_(&driver) {}
+  void observed(const Observation&) override {}
+  void decided(TimePoint, const Decisions& decisions) override {
+    if (is_over_) return;
+    for (const OutgoingFrame& sent : decisions.frames) {
+      const auto question =
+          sent.port == Port::internal ? driver_->question_of(sent.frame) : std::optional<ModuleQuestion>();
+      if (!question) continue;
+      bleed_above_uV_ = question->bleed_above_uV;
+      last_ = sent.frame;
+      ++count_;
+    }
+    is_over_ = decisions.is_shut_down;
+  }
+  [[nodiscard]] bool is_over() const { return is_over_; }
+  [[nodiscard]] std::optional<std::int32_t> bleed_above_uV() const { return bleed_above_uV_; }
+  [[nodiscard]] const CanFrame& last() const { return last_; }
+  [[nodiscard]] int count() const { return count_; }
+
+ private:
+  const ModuleDriver* driver_;
+  bool is_over_ = false;
+  CanFrame last_;
+  int count_ = 0;
+  std::optional<std::int32_t> bleed_above_uV_;
+};
+
+/// A pack that has been told to bleed, and is then told to shut down.
+struct ShutDownBleeding {
+  CoreConfig config;
+  LastWords words;
+  VirtualRun run;
+  TimePoint asked_at{};
+
+  explicit ShutDownBleeding(const char* name)
+      : config(balancing_soon(name)), words(*config.foreign.driver), run(config, simulator_config(config), {}) {
+    run.set_tap(&words);
+    REQUIRE(run.simulator().apply("pack soc_permille 850"));
+    REQUIRE(run.simulator().apply("cell 2.3 soc_permille 995"));
+    while (!words.bleed_above_uV() && run.elapsed() < 60s) run.step();
+    REQUIRE(words.bleed_above_uV().has_value());
+    run.observe(CommandGiven{.command = Command::shut_down});
+    asked_at = run.now();
+  }
+  ShutDownBleeding(const ShutDownBleeding&) = delete;
+  ShutDownBleeding& operator=(const ShutDownBleeding&) = delete;
+
+  void check_ends_with_stop() {
+    while (!words.is_over() && run.now() - asked_at < 2s) run.step();
+    CHECK(words.is_over());
+    CHECK(run.now() - asked_at < 500ms);
+    CHECK_FALSE(words.bleed_above_uV().has_value());
+  }
+};
+
+/// A frame of somebody else, now.
+void send(SimRun& run, const CanFrame& frame) {
+  run.observe(FrameReceived{Port::internal, frame});
+}
+
+}  // namespace
+
+TEST_CASE("a pack with another maker's modules closes, drives and opens", "[scenario][foreign_modules]") {
+  for (const char* const name : packs) {
+    DYNAMIC_SECTION(name) {
+      const CoreConfig config = shipped(name);
+      SimRun run = closed(config);
+      CHECK(run.core().pack().is_complete());
+      CHECK(run.core().soc_permille().has_value());
+      CHECK(run.core().bleed_above_uV() == std::nullopt);
+      for (const FaultRow& row : fault_table()) {
+        INFO(row.name);
+        CHECK_FALSE(is_present(run, row.id));
+      }
+      for (const ModuleRecord& module : run.core().modules().modules()) {
+        CHECK(module.answers_missed == 0);
+        CHECK(module.values_out_of_range == 0);
+      }
+      run.apply("vehicle off");
+      run.run_to(6.0);
+      CHECK(run.core().sequence().phase == Phase::open);
+      CHECK(run.core().last_opening().cause == OpeningCause::request_over);
+    }
+  }
+}
+
+TEST_CASE("another maker's module that falls silent opens the pack", "[scenario][foreign_modules]") {
+  for (const char* const name : packs) {
+    DYNAMIC_SECTION(name) {
+      SimRun run = closed(shipped(name));
+      run.apply("module 3 silent");
+      check_opens(run, FaultId::module_lost, 0.8);
+      run.apply("module 3 talking");
+      run.run_to(run.seconds() + 3.0);
+      CHECK(run.core().pack().is_complete());
+    }
+  }
+}
+
+TEST_CASE("a cell that leaves its limits opens a pack of another maker's modules", "[scenario][foreign_modules]") {
+  for (const char* const name : packs) {
+    DYNAMIC_SECTION(name) {
+      SimRun run = closed(shipped(name));
+      run.apply("cell 2.3 voltage_mV 4190");
+      check_opens(run, FaultId::cell_overvoltage, 0.5);
+    }
+  }
+}
+
+TEST_CASE("a number that no cell can have is a cell that is not measured", "[scenario][foreign_modules]") {
+  for (const char* const name : packs) {
+    DYNAMIC_SECTION(name) {
+      SimRun run = closed(shipped(name));
+      run.apply("cell 2.3 out_of_range on");
+      check_opens(run, FaultId::cell_not_measured, 0.6);
+      CHECK(run.core().modules().find(2)->values_out_of_range > 3);
+      CHECK(run.core().modules().find(2)->cell_voltage_uV[2].validity == Validity::out_of_range);
+    }
+  }
+}
+
+TEST_CASE("answers that come too late are too old", "[scenario][foreign_modules]") {
+  SimRun run = closed(shipped("outlander-80s.json"));
+  run.apply("module 5 delay_ms 500");
+  run.run_to(run.seconds() + 1.2);
+  CHECK(run.core().sequence().phase == Phase::open);
+}
+
+TEST_CASE("an i3's module whose frames are damaged, or whose counter stands still, opens the pack",
+          "[scenario][foreign_modules]") {
+  SECTION("checksums") {
+    SimRun run = closed(shipped("i3-96s.json"));
+    run.apply("module 4 damaged_frames on");
+    run.run_to(run.seconds() + 0.8);
+    CHECK(run.core().sequence().phase == Phase::open);
+    CHECK(is_present(run, FaultId::module_lost));
+    CHECK(is_present(run, FaultId::module_disturbed));
+    CHECK(run.core().modules().find(4)->rejected[static_cast<std::size_t>(RejectReason::wrong_crc)] > 10);
+    CHECK(run.core().receive_counts().rejected[static_cast<std::size_t>(RejectReason::wrong_crc)] > 10);
+  }
+  SECTION("counter") {
+    SimRun run = closed(shipped("i3-96s.json"));
+    run.apply("module 4 frozen_counter on");
+    run.run_to(run.seconds() + 0.8);
+    CHECK(run.core().sequence().phase == Phase::open);
+    CHECK(is_present(run, FaultId::module_lost));
+  }
+  SECTION("errors that nobody can read are a warning") {
+    SimRun run = closed(shipped("i3-96s.json"));
+    run.apply("module 4 errors 5");
+    run.run_to(run.seconds() + 1.0);
+    CHECK(run.core().sequence().phase == Phase::closed);
+    CHECK(is_present(run, FaultId::module_warning));
+    CHECK(run.core().modules().find(4)->status.value.maker_errors == 5);
+  }
+}
+
+TEST_CASE("a second master of another maker's modules is a fault", "[scenario][foreign_modules]") {
+  for (const char* const name : packs) {
+    DYNAMIC_SECTION(name) {
+      const CoreConfig config = shipped(name);
+      SimRun run = closed(config);
+      send(run, config.foreign.driver->ask({.node = 1}, 6, {}));
+      run.run_to(run.seconds() + 0.5);
+      CHECK(is_present(run, FaultId::foreign_master));
+    }
+  }
+}
+
+TEST_CASE("a module that the pack does not have is told of, and is no measurement", "[scenario][foreign_modules]") {
+  CoreConfig config = shipped("i3-96s.json");
+  SimRun run = closed(config);
+  CoreConfig smaller = config;
+  smaller.modules.clear();
+  for (const ModuleConfig& module : config.modules) {
+    if (module.node != 8) smaller.modules.push_back(module);
+  }
+  SimRun with_stranger(smaller);
+  with_stranger.run_to(3.0);
+  // Heard once, it could be a frame that noise has made.
+  for (std::uint8_t counter = 3; counter < 6; ++counter) {
+    const ModuleFrames frames = config.foreign.driver->answers(8, {}, {}, counter, {});
+    for (const CanFrame& frame : frames) send(with_stranger, frame);
+    with_stranger.run_to(with_stranger.seconds() + 0.1);
+  }
+  CHECK(is_present(with_stranger, FaultId::unknown_module));
+  CHECK(with_stranger.core().pack().is_complete());
+}
+
+TEST_CASE("what our own modules would say is nobody's word among another maker's", "[scenario][foreign_modules]") {
+  SimRun run = closed(shipped("outlander-80s.json"));
+  const std::uint64_t before = run.core().receive_counts().rejected[static_cast<std::size_t>(RejectReason::unknown_id)];
+  send(run, {.id = 0x101, .length = 8});
+  CHECK(run.core().receive_counts().rejected[static_cast<std::size_t>(RejectReason::unknown_id)] == before + 1);
+}
+
+TEST_CASE("another maker's modules are told what to bleed, and stop", "[scenario][foreign_modules]") {
+  for (const char* const name : packs) {
+    DYNAMIC_SECTION(name) {
+      SimRun run(balancing_soon(name));
+      run.apply("pack soc_permille 850");
+      run.apply("cell 2.3 soc_permille 995");
+      run.run_to(60.0);
+      REQUIRE(run.core().balancing().state() == BalancingState::bleeding);
+      const auto target_uV = run.core().bleed_above_uV();
+      REQUIRE(target_uV.has_value());
+      CHECK(*target_uV % 1'000 == 0);
+      CHECK(*target_uV >= run.core().pack().cell_voltage_uV.min + 49'000);
+      CHECK((run.core().modules().find(2)->balancing_cells & 0b100) != 0);
+      CHECK(run.core().watchers().switches.is_any_told());
+      CHECK_FALSE(is_present(run, FaultId::balancing_stays_on));
+      run.give(Command::balancing_off);
+      run.run_to(63.0);
+      CHECK_FALSE(run.core().bleed_above_uV().has_value());
+      CHECK(run.core().modules().find(2)->balancing_cells == 0);
+      CHECK_FALSE(run.core().watchers().switches.is_any_told());
+      CHECK_FALSE(is_present(run, FaultId::balancing_stays_on));
+    }
+  }
+}
+
+TEST_CASE("the lowest cell is not bled because others read low while they are", "[scenario][foreign_modules]") {
+  for (const char* const name : packs) {
+    DYNAMIC_SECTION(name) {
+      CoreConfig config = balancing_soon(name);
+      config.balancing.dead_band_uV = 10'000;  // less than a cell reads low
+      SimulatorConfig world = simulator_config(config);
+      world.foreign.bled_reads_low_uV = 40'000;
+      VirtualRun run(config, world, {});
+      REQUIRE(run.simulator().apply("pack soc_permille 900"));
+      REQUIRE(run.simulator().apply("cell 2.3 soc_permille 945"));
+      std::optional<std::int32_t> first_uV;
+      while (run.elapsed() < 90s) {
+        run.step();
+        const std::optional<std::int32_t> target_uV = run.core().bleed_above_uV();
+        if (!target_uV) continue;
+        if (!first_uV) first_uV = target_uV;
+        REQUIRE(*target_uV >= *first_uV);
+        REQUIRE((run.core().modules().find(2)->balancing_cells & ~0b100U) == 0);
+        REQUIRE(run.core().modules().find(1)->balancing_cells == 0);
+      }
+      CHECK(first_uV.has_value());
+    }
+  }
+}
+
+TEST_CASE("the last that another maker's modules hear is not that they bleed", "[scenario][foreign_modules]") {
+  for (const char* const name : packs) {
+    DYNAMIC_SECTION(name) {
+      ShutDownBleeding(name).check_ends_with_stop();
+    }
+  }
+}
+
+TEST_CASE("a last word to another maker's modules that the bus did not take is said again",
+          "[scenario][foreign_modules]") {
+  for (const char* const name : packs) {
+    DYNAMIC_SECTION(name) {
+      ShutDownBleeding bench(name);
+      while (bench.words.bleed_above_uV() && !bench.words.is_over()) bench.run.step();
+      bench.run.observe(SendFailed{.port = Port::internal, .frame = bench.words.last()});
+      const int count = bench.words.count();
+      bench.check_ends_with_stop();
+      CHECK(bench.words.count() > count);
+    }
+  }
+}
+
+TEST_CASE("a switch of another maker's module that goes on bleeding is a fault", "[scenario][foreign_modules]") {
+  SimRun run = closed(shipped("i3-96s.json"));
+  run.apply("cell 2.3 balancing_switch stays_on");
+  run.run_to(run.seconds() + 6.0);
+  CHECK(is_present(run, FaultId::balancing_stays_on));
+}
+
+TEST_CASE("another maker's modules take no node number", "[scenario][foreign_modules]") {
+  SimRun run(shipped("i3-96s.json"));
+  run.run_to(3.0);
+  run.observe(
+      CommandGiven{.command = Command::assign_node, .authority = Authority::service, .node = 3, .serial_number = 4711});
+  run.run_to(3.1);
+  CHECK(run.core().assignment().refusal() == AssignmentRefusal::foreign_modules);
+}

@@ -1,0 +1,189 @@
+// Sensors of other makers around a whole emulated pack: what they say, what a script does to them, and what opens.
+#include <algorithm>
+#include <string_view>
+
+#include "tests/support/catch.hpp"
+#include "tests/support/changed_pack.hpp"
+#include "tests/support/sim_run.hpp"
+
+using namespace bmu;
+
+namespace {
+
+CoreConfig pack_with(const std::vector<Change>& changes) {
+  const auto pack = parse(changed(changes).dump());
+  if (!pack) FAIL(all_text(pack.error()));
+  return pack->core;
+}
+
+CoreConfig ivt_pack(const Json& more = Json::object()) {
+  Json sensor{{"protocol", "ivt_s"}};
+  sensor.update(more);
+  return pack_with({{"/sensor", sensor}});
+}
+CoreConfig iso_pack() {
+  return pack_with({{"/insulation", Json{{"protocol", "iso165c"}, {"monitoring", "measured"}}}});
+}
+
+/// The key is turned after two seconds.
+void close(test::SimRun& run, double at = 2.0) {
+  run.run_to(at);
+  run.apply("vehicle on");
+  run.run_to(at + 4.0);
+  REQUIRE(run.core().sequence().phase == Phase::closed);
+}
+
+bool is_present(const test::SimRun& run, FaultId id) {
+  return run.core().faults().state(id).is_present();
+}
+
+bool is_refused(Simulator& simulator, std::string_view event, std::string_view words) {
+  const auto applied = simulator.apply(event);
+  return !applied && applied.error().wanted.find(words) != std::string::npos;
+}
+
+}  // namespace
+
+TEST_CASE("an emulated IVT-S is verified, and the pack closes", "[scenario][sensors]") {
+  test::SimRun run(ivt_pack());
+  close(run);
+  CHECK(run.core().sensor_setup().stage() == SensorSetupStage::done);
+  CHECK(run.core().gate_refusals() == 0);
+  CHECK(run.first(EventId::sensor_set_up) < 1.0);
+}
+
+TEST_CASE("an IVT-S that somebody set up otherwise is not used, configured, it is", "[scenario][sensors]") {
+  const std::string_view change = GENERATE("sensor_unit byte_order little", "sensor_unit current_sign inverted",
+                                           "sensor_unit current_period_ms 100");
+  CAPTURE(change);
+  test::SimRun verified(ivt_pack());
+  verified.apply(change);
+  verified.apply("sensor_unit restart");  // it has been asked already
+  verified.run_to(4.0);
+  CHECK(is_present(verified, FaultId::sensor_not_set_up));
+  CHECK(is_present(verified, FaultId::current_sensor_lost));
+  CHECK_FALSE(verified.core().pack().current_mA.is_valid());
+
+  test::SimRun configured(ivt_pack({{"set_up", "configure"}}));
+  configured.apply(change);
+  configured.apply("sensor_unit restart");
+  close(configured);
+  CHECK_FALSE(is_present(configured, FaultId::sensor_not_set_up));
+}
+
+TEST_CASE("what is configured and not stored is gone when the sensor starts anew, and a closed pack opens for it",
+          "[scenario][sensors]") {
+  const bool is_stored = GENERATE(false, true);
+  test::SimRun run(ivt_pack({{"set_up", "configure"}, {"store", is_stored}}));
+  run.apply("sensor_unit byte_order little");
+  close(run);
+  run.apply("load current_A 5");
+  run.run_to(7.0);
+  run.apply("sensor_unit restart");
+  run.run_to(9.0);
+  CHECK((run.core().sequence().phase == Phase::closed) == is_stored);
+  CHECK(run.core().sensor_setup().restarts() == 1);
+  run.run_to(20.0);
+  CHECK(run.core().sensor_setup().stage() == SensorSetupStage::done);  // open, it was configured again
+}
+
+TEST_CASE("a sensor that starts anew in a drive and is as it was opens nothing", "[scenario][sensors]") {
+  test::SimRun run(ivt_pack());
+  close(run);
+  run.apply("load current_A 20");
+  run.run_to(8.0);
+  run.apply("sensor_unit restart");
+  run.run_to(12.0);
+  CHECK(run.core().sequence().phase == Phase::closed);
+  CHECK(run.first(EventId::sensor_restarted) > 8.0);
+  CHECK(run.core().sensor_setup().stage() == SensorSetupStage::done);
+}
+
+TEST_CASE("a sensor that does not answer is not used", "[scenario][sensors]") {
+  test::SimRun run(ivt_pack());
+  run.apply("sensor_unit answers off");
+  run.run_to(4.0);
+  CHECK(run.core().sensor_setup().problem().trouble == SensorSetupTrouble::no_answer);
+  CHECK_FALSE(run.core().pack().current_mA.is_valid());
+}
+
+TEST_CASE("an emulated LEM CAB is the first current, or the second", "[scenario][sensors]") {
+  const bool is_first = GENERATE(true, false);
+  const Json sensor = is_first ? Json{{"current_protocol", "lem_cab"}}
+                               : Json{{"has_second_current", true}, {"second_protocol", "lem_cab"}};
+  test::SimRun run(pack_with({{"/sensor", sensor}}));
+  close(run);
+  run.apply("load current_A 20");
+  run.run_to(8.0);
+  CHECK(run.core().pack().current_mA.is_valid());
+  CHECK(run.core().pack().current_mA.value > 19'000);
+  CHECK(run.core().sequence().phase == Phase::closed);
+  run.apply(is_first ? "sensor current silent" : "sensor current_2 silent");
+  run.run_to(9.0);
+  CHECK(run.core().sequence().phase == Phase::open);
+  CHECK(is_present(run, FaultId::current_sensor_lost));
+}
+
+TEST_CASE("a LEM CAB that stands still, is off or marks itself is noticed beside another sensor",
+          "[scenario][sensors]") {
+  const auto [event, fault] = GENERATE(std::pair{"sensor current_2 stuck on", FaultId::current_sensors_disagree},
+                                       std::pair{"sensor current_2 offset_mA 30000", FaultId::current_sensors_disagree},
+                                       std::pair{"sensor current_2 error on", FaultId::current_sensor_lost});
+  CAPTURE(event);
+  test::SimRun run(pack_with(
+      {{"/sensor", Json{{"has_second_current", true}, {"second_protocol", "lem_cab"}, {"second_is_reversed", true}}}}));
+  close(run);
+  run.apply(event);
+  run.apply("load current_A 30");
+  run.run_to(9.0);
+  CHECK(run.core().sequence().phase == Phase::open);
+  CHECK(is_present(run, fault));
+}
+
+TEST_CASE("an emulated iso165C lets the pack close, and opens it", "[scenario][insulation]") {
+  const auto [event, fault] = GENERATE(std::pair{"insulation resistance_kOhm 5", FaultId::insulation_fault},
+                                       std::pair{"insulation monitor earth_fault", FaultId::insulation_monitor_lost},
+                                       std::pair{"insulation monitor device_error", FaultId::insulation_monitor_lost},
+                                       std::pair{"insulation monitor no_signal", FaultId::insulation_monitor_lost});
+  CAPTURE(event);
+  test::SimRun run(iso_pack());
+  close(run);
+  CHECK(run.core().sensors().pdu.value.insulation_resistance_Ohm == known(1'200'000));
+  run.apply(event);
+  run.run_to(12.0);
+  CHECK(run.core().sequence().phase == Phase::open);
+  CHECK(is_present(run, fault));
+}
+
+TEST_CASE("an iso165C whose self-test is to come does not keep a pack open for ever", "[scenario][insulation]") {
+  test::SimRun run(iso_pack());
+  run.apply("insulation self_test pending");
+  run.run_to(24.0);
+  CHECK(is_present(run, FaultId::insulation_monitor_untested));
+  close(run, 24.0);
+  run.apply("insulation self_test running");
+  run.run_to(34.0);
+  CHECK(run.core().sequence().phase == Phase::closed);
+  run.apply("insulation self_test done");
+  run.run_to(60.0);
+  CHECK(run.core().sequence().phase == Phase::closed);
+  CHECK_FALSE(is_present(run, FaultId::insulation_monitor_untested));
+}
+
+TEST_CASE("a word of a script that the pack has nothing for is an error", "[scenario][sensors]") {
+  Simulator plain(simulator_config(pack_with({})), {}, test::SimRun::start);
+  for (const std::string_view event : {"sensor_unit restart", "sensor_unit answers off", "sensor_unit byte_order big",
+                                       "sensor_unit current_sign inverted", "sensor_unit current_period_ms 50"}) {
+    CAPTURE(event);
+    CHECK(is_refused(plain, event, "a sensor that can be configured"));
+  }
+  CHECK(is_refused(plain, "insulation self_test running", "an insulation monitor on a bus"));
+  CHECK(plain.apply("insulation wire open"));
+  Simulator iso(simulator_config(iso_pack()), {}, test::SimRun::start);
+  for (const std::string_view event : {"insulation wire open", "insulation pwm_frequency_Hz 10",
+                                       "insulation pwm_duty_permille 500", "insulation monitor undervoltage"}) {
+    CAPTURE(event);
+    CHECK(is_refused(iso, event, "the monitor is on a bus"));
+  }
+  CHECK(iso.apply("insulation monitor normal"));
+}

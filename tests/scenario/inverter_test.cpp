@@ -1,0 +1,205 @@
+// A stationary pack behind an inverter: a day of it, an inverter that is not heard, and one that does not listen.
+#include <string>
+
+#include "tests/support/catch.hpp"
+#include "tests/support/changed_pack.hpp"
+#include "tests/support/sim_run.hpp"
+
+using namespace bmu;
+
+namespace {
+
+/// The shipped pack with these keys in its section.
+CoreConfig storage(const Json& inverter = Json::object()) {
+  Json pack = Json::parse(bytes_of(packs_directory / "storage-16s-48v.json"), nullptr, true, true);
+  pack["cell"] = (cells_directory / "lfp-100ah.json").string();
+  pack["inverter"].merge_patch(inverter);
+  const auto read = parse(pack.dump());
+  if (!read) FAIL(all_text(read.error()));
+  return read->core;
+}
+
+void close(test::SimRun& run) {
+  run.apply("pack soc_permille 600");
+  run.run_to(3.0);
+  run.apply("vehicle on");
+  run.run_to(10.0);
+  REQUIRE(run.core().sequence().phase == Phase::closed);
+}
+
+bool is_present(const test::SimRun& run, FaultId id) {
+  return run.core().faults().state(id).is_present();
+}
+
+const BatteryReport& told(const test::SimRun& run) {
+  return run.simulator().world().inverter.told();
+}
+
+}  // namespace
+
+TEST_CASE("an inverter draws and charges as it is told, and is told nothing may flow while the pack is open",
+          "[scenario][inverter]") {
+  const std::string protocol = GENERATE("pylontech", "sma", "victron");
+  CAPTURE(protocol);
+  test::SimRun run(storage(Json{{"protocol", protocol}}));
+  run.apply("pack soc_permille 600");
+  run.apply("inverter current_A 40");
+  run.run_to(3.0);
+  CHECK(told(run).charge_limit_mA == 0);
+  CHECK(told(run).discharge_limit_mA == 0);
+  CHECK_FALSE(told(run).may_charge);
+  CHECK(told(run).charge_voltage_limit_mV == 55'200);
+  CHECK(run.simulator().world().inverter.current_A() == 0.0);
+  run.apply("vehicle on");
+  run.run_to(30.0);
+  REQUIRE(run.core().sequence().phase == Phase::closed);
+  CHECK(run.core().pack().current_mA.value > 39'000);
+  CHECK(run.core().pack().current_mA.value < 41'000);
+  CHECK(told(run).discharge_limit_mA > 90'000);
+  run.apply("inverter current_A -200");
+  run.run_to(60.0);
+  CHECK(run.core().pack().current_mA.value < -45'000);
+  CHECK(-run.core().pack().current_mA.value <= run.core().limits().charge.limit_mA + 500);
+  CHECK_FALSE(run.core().is_inverter_silent());
+  CHECK(run.core().gate_refusals() == 0);
+  run.apply("vehicle off");
+  run.run_to(62.0);
+  CHECK(run.core().sequence().phase == Phase::open);
+  CHECK(told(run).charge_limit_mA == 0);
+  CHECK(told(run).discharge_limit_mA == 0);
+  CHECK_FALSE(told(run).may_discharge);
+  for (const FaultRow& row : fault_table()) {
+    INFO(row.name);
+    CHECK_FALSE(is_present(run, row.id));
+  }
+}
+
+TEST_CASE("an inverter that falls silent opens the pack, and one that does so while it is open opens nothing",
+          "[scenario][inverter]") {
+  test::SimRun run(storage());
+  close(run);
+  run.apply("inverter current_A 20");
+  run.run_to(20.0);
+  run.apply("inverter silent");
+  run.run_to(24.0);
+  CHECK_FALSE(is_present(run, FaultId::inverter_lost));
+  run.run_to(25.05);
+  CHECK(is_present(run, FaultId::inverter_lost));
+  run.run_to(25.3);
+  CHECK(told(run).discharge_limit_mA == 0);
+  run.run_to(27.0);  // without current there is nothing to wait for
+  CHECK(run.core().sequence().phase == Phase::open);
+  CHECK(run.core().last_opening().fault == FaultId::inverter_lost);
+  run.run_to(40.0);
+  CHECK_FALSE(is_present(run, FaultId::inverter_lost));
+  CHECK(run.core().sequence().phase == Phase::open);  // until somebody asks anew
+  run.apply("inverter talking");
+  run.apply("vehicle off");
+  run.run_to(45.0);
+  run.apply("vehicle on");
+  run.run_to(60.0);
+  CHECK(run.core().sequence().phase == Phase::closed);
+}
+
+TEST_CASE("where the pack file wants it so, a silent inverter is told that nothing may flow, until it is back",
+          "[scenario][inverter]") {
+  test::SimRun run(storage(Json{{"when_silent", "stop"}}));
+  close(run);
+  run.apply("inverter current_A 20");
+  run.run_to(20.0);
+  run.apply("inverter silent");
+  run.run_to(28.0);
+  CHECK(is_present(run, FaultId::inverter_silent));
+  CHECK(run.core().sequence().phase == Phase::closed);
+  CHECK(told(run).discharge_limit_mA == 0);
+  CHECK(std::abs(run.core().pack().current_mA.value) < 500);
+  run.apply("inverter talking");
+  run.run_to(40.0);
+  CHECK_FALSE(is_present(run, FaultId::inverter_silent));
+  CHECK(run.core().pack().current_mA.value > 19'000);
+}
+
+TEST_CASE("a silent inverter may be worth a warning alone", "[scenario][inverter]") {
+  test::SimRun run(storage(Json{{"when_silent", "warn"}}));
+  close(run);
+  run.apply("inverter current_A 20");
+  run.apply("inverter silent");
+  run.run_to(30.0);
+  CHECK(is_present(run, FaultId::inverter_silent));
+  CHECK(run.core().sequence().phase == Phase::closed);
+  CHECK(run.core().pack().current_mA.value > 19'000);
+}
+
+TEST_CASE("an inverter that was never heard has its time, and then the pack opens", "[scenario][inverter]") {
+  test::SimRun run(storage(Json{{"first_word_max_ms", 20'000}}));
+  run.apply("inverter silent");
+  close(run);
+  while (run.seconds() < 22.0) {
+    run.run_to(run.seconds() + 0.1);
+    REQUIRE(told(run).charge_limit_mA == 0);  // nor may anything flow in that time
+    REQUIRE(told(run).discharge_limit_mA == 0);
+  }
+  CHECK(run.core().sequence().phase == Phase::closed);
+  CHECK_FALSE(is_present(run, FaultId::inverter_lost));
+  run.run_to(40.0);
+  CHECK(run.core().sequence().phase == Phase::open);
+  CHECK(run.core().last_opening().fault == FaultId::inverter_lost);
+}
+
+TEST_CASE("an inverter from which nobody expects a word is told what may flow without one", "[scenario][inverter]") {
+  test::SimRun run(storage(Json{{"silence_max_ms", 0}}));
+  run.apply("inverter silent");
+  close(run);
+  run.run_to(22.0);
+  CHECK(run.core().sequence().phase == Phase::closed);
+  CHECK(told(run).charge_limit_mA > 0);
+  CHECK(told(run).discharge_limit_mA > 0);
+}
+
+TEST_CASE("an inverter that ignores its limits is opened for what flows", "[scenario][inverter]") {
+  test::SimRun run(storage());
+  close(run);
+  run.apply("inverter obeys nobody");
+  run.apply("inverter current_A 180");
+  run.run_to(40.0);
+  CHECK(run.core().sequence().phase == Phase::open);
+  CHECK(run.core().last_opening().fault == FaultId::discharge_overcurrent);
+}
+
+TEST_CASE("a fault that wants no current is told at once, and what is wrong as an alarm", "[scenario][inverter]") {
+  test::SimRun run(storage());
+  close(run);
+  run.apply("inverter current_A 30");
+  run.run_to(20.0);
+  REQUIRE(told(run).discharge_limit_mA > 90'000);
+  run.apply("cell 1.3 voltage_mV 2600");
+  run.run_to(21.0);
+  CHECK(told(run).discharge_limit_mA == 0);
+  CHECK(told(run).charge_limit_mA == 0);
+  CHECK((run.core().inverter_report().alarms & bit_of(BatteryAlarm::low_voltage)) != 0);
+}
+
+TEST_CASE("somebody else's battery on the inverter's bus keeps an open pack open, and closes none",
+          "[scenario][inverter]") {
+  test::SimRun run(storage());
+  run.apply("pack soc_permille 600");
+  run.run_to(3.0);
+  run.observe(FrameReceived{Port::vehicle, data_frame(0x351, 8)});
+  run.run_to(3.1);
+  CHECK(is_present(run, FaultId::foreign_battery));
+  run.apply("vehicle on");
+  run.run_to(5.0);
+  CHECK(run.core().sequence().phase == Phase::open);
+}
+
+TEST_CASE("a failure that an SMA inverter tells is a warning with its number", "[scenario][inverter]") {
+  test::SimRun run(storage(Json{{"protocol", "sma"}}));
+  close(run);
+  run.apply("inverter failed on");
+  run.run_to(15.0);
+  CHECK(is_present(run, FaultId::inverter_trouble));
+  CHECK(run.core().sequence().phase == Phase::closed);
+  run.apply("inverter failed off");
+  run.run_to(20.0);
+  CHECK_FALSE(is_present(run, FaultId::inverter_trouble));
+}

@@ -1,0 +1,60 @@
+// The rules by name, and what the core publishes: see oracle.hpp.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "daemon/core/contactor_ledger.hpp"
+#include "daemon/core/contactor_sequence.hpp"
+#include "daemon/core/pack_totals.hpp"
+#include "protocol/time.hpp"
+
+namespace bmu::test {
+
+enum class Rule : std::uint8_t {
+  permission,
+  fresh,
+  edge,
+  pause,
+  healthy,
+  precharge,
+  counter,
+  wakes,
+  gate,
+  soc,
+  totals,
+  published,
+  reason,
+  in_time,
+  contacts,
+  asks,
+  stops,
+  allows,
+  withdraws,
+  silence,
+  recovery,
+};
+[[nodiscard]] std::string_view to_text(Rule rule);
+
+/// What the core publishes, as the status socket would have it.
+struct View {
+  bool may_stay_closed = false;
+  bool may_charge = false;
+  bool may_discharge = false;
+  std::int32_t charge_mA = 0;     // the pack's limit, the lesser of now and for long
+  std::int32_t discharge_mA = 0;  // likewise
+  ContactorOutputs outputs;
+  std::optional<std::int32_t> soc_permille;
+  std::optional<PackTotals> totals;
+  ContactorLedgerEntries wear{};
+  std::uint64_t gate_refusals = 0;
+  bool is_resting = false;
+  bool is_port_up = false;  // of the internal bus: otherwise nothing is sent, and the counter goes on
+};
+
+using Blame = std::function<void(Rule, TimePoint, const std::string&)>;
+
+}  // namespace bmu::test

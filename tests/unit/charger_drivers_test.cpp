@@ -1,0 +1,196 @@
+// Every charger that can be driven: its orders and its reports, each through the wire and back; worked frames; and what
+// is not taken.
+#include <array>
+#include <string>
+#include <vector>
+
+#include "devices/device_list.hpp"
+#include "tests/support/catch.hpp"
+
+using namespace bmu;
+
+namespace {
+
+std::vector<const ChargerDriver*> drivers() {
+  std::vector<const ChargerDriver*> all;
+  for (const Device* device : all_devices()) {
+    if (device->charger != nullptr) all.push_back(device->charger);
+  }
+  return all;
+}
+
+std::vector<int> bytes_of(const CanFrame& frame) {
+  return {frame.data.begin(), frame.data.begin() + frame.length};
+}
+
+using Reports = std::array<ChargerReport, charger_units_max>;
+
+}  // namespace
+
+TEST_CASE("every charger has a driver, and says what it must be told by", "[unit][devices][charger][BMU_11]") {
+  for (const Device* device : all_devices()) {
+    INFO(device->name);
+    CHECK((device->kind == DeviceKind::charger) == (device->charger != nullptr));
+  }
+  for (const ChargerDriver* driver : drivers()) {
+    INFO(driver->name);
+    CHECK(find_device(driver->name)->charger == driver);
+    CHECK(driver->unit_count_max >= 1);
+    CHECK(driver->unit_count_max <= charger_units_max);
+    CHECK(driver->command_period * 2 < driver->command_life);
+    CHECK(driver->report_period > 0s);
+    CHECK(driver->settle >= driver->report_period);
+  }
+}
+
+TEST_CASE("an order comes out of its command as it went in, for each unit", "[unit][devices][charger][BMU_11]") {
+  for (const ChargerDriver* driver : drivers()) {
+    for (std::uint8_t unit = 0; unit < driver->unit_count_max; ++unit) {
+      INFO(driver->name << ", unit " << int{unit});
+      for (const ChargerOrder& order :
+           {ChargerOrder{.is_enabled = true, .voltage_mV = 400'000, .current_mA = 8'000, .mains_current_mA = 16'000},
+            ChargerOrder{.is_enabled = true, .voltage_mV = 0, .current_mA = 0},
+            ChargerOrder{.voltage_mV = 98'000, .mains_current_mA = 10'000},
+            ChargerOrder{.voltage_mV = 98'000, .requests_mains = true}}) {
+        const CanFrame frame = driver->command(unit, order);
+        const auto seen = driver->order_of(frame);
+        REQUIRE(seen);
+        CHECK(seen->unit == unit);
+        CHECK(seen->order.is_enabled == order.is_enabled);
+        CHECK(seen->order.voltage_mV == order.voltage_mV);
+        CHECK(seen->order.current_mA == (order.is_enabled ? order.current_mA : 0));
+        CHECK(seen->order.requests_mains == (driver->can_request_mains && order.requests_mains));
+        if (driver->is_told_mains_current) CHECK(seen->order.mains_current_mA == order.mains_current_mA);
+        Reports reports{};
+        CHECK(driver->take(frame, reports).word == ChargerWord::none);  // a command is no report
+      }
+    }
+  }
+}
+
+TEST_CASE("steps are rounded down, and what the field cannot carry is its most", "[unit][devices][charger]") {
+  for (const ChargerDriver* driver : drivers()) {
+    INFO(driver->name);
+    const auto through = [&](const ChargerOrder& order) { return driver->order_of(driver->command(0, order))->order; };
+    const ChargerOrder told = through({.is_enabled = true, .voltage_mV = 400'099, .current_mA = 8'099});
+    CHECK(told.voltage_mV == 400'000);
+    CHECK(told.current_mA == 8'000);
+    const ChargerOrder most = through({.is_enabled = true, .voltage_mV = INT32_MAX, .current_mA = INT32_MAX});
+    CHECK(most.voltage_mV <= driver->voltage_max_mV);
+    CHECK(most.current_mA <= driver->current_max_mA);
+    CHECK_FALSE(through({.is_enabled = false, .voltage_mV = 400'000, .current_mA = 8'000}).is_enabled);
+  }
+}
+
+TEST_CASE("a report comes out of its frames as it went in, trouble by trouble", "[unit][devices][charger][BMU_11]") {
+  for (const ChargerDriver* driver : drivers()) {
+    for (std::uint8_t unit = 0; unit < driver->unit_count_max; ++unit) {
+      INFO(driver->name << ", unit " << int{unit});
+      Reports reports{};
+      const ChargerReport said{.voltage_mV = known(301'000), .current_mA = known(10'000), .temperature_dC = known(350)};
+      bool has_values = false;
+      for (const CanFrame& frame : driver->reports(unit, said)) {
+        const ChargerNews news = driver->take(frame, reports);
+        CHECK(news.unit == unit);
+        CHECK((news.word == ChargerWord::values || news.word == ChargerWord::other));
+        has_values = has_values || news.word == ChargerWord::values;
+        CHECK_FALSE(driver->order_of(frame));
+      }
+      CHECK(has_values);
+      CHECK(reports.at(unit).voltage_mV == known(301'000));
+      CHECK(reports.at(unit).current_mA == known(10'000));
+      CHECK(reports.at(unit).temperature_dC == known(350));
+      CHECK(reports.at(unit).troubles == 0);
+    }
+  }
+}
+
+TEST_CASE("each trouble that a protocol has a word for is told, and goes away again", "[unit][devices][charger]") {
+  for (const ChargerDriver* driver : drivers()) {
+    INFO(driver->name);
+    Reports reports{};
+    unsigned told = 0;
+    for (std::size_t number = 0; number < charger_trouble_count; ++number) {
+      const std::uint16_t bit = bit_of(static_cast<ChargerTrouble>(number));
+      for (const CanFrame& frame : driver->reports(0, {.troubles = bit})) {
+        static_cast<void>(driver->take(frame, reports));
+      }
+      CHECK((reports[0].troubles == bit || reports[0].troubles == 0));
+      if (reports[0].troubles == bit) ++told;
+      for (const CanFrame& frame : driver->reports(0, {})) static_cast<void>(driver->take(frame, reports));
+      CHECK(reports[0].troubles == 0);
+    }
+    CHECK(told >= 5);
+  }
+}
+
+TEST_CASE("frames of chargers that are not whole change nothing", "[unit][devices][charger]") {
+  for (const ChargerDriver* driver : drivers()) {
+    INFO(driver->name);
+    for (const CanFrame& frame : driver->reports(0, {.voltage_mV = known(301'000), .current_mA = known(10'000)})) {
+      Reports reports{};
+      CanFrame shorter = frame;
+      --shorter.length;
+      CanFrame remote = frame;
+      remote.is_remote = true;
+      for (const CanFrame& bad : {shorter, remote}) {
+        CHECK(driver->take(bad, reports).word == ChargerWord::refused);
+        CHECK(reports == Reports{});
+      }
+      CanFrame other = frame;
+      other.is_extended = !other.is_extended;
+      CanFrame error = frame;
+      error.is_error = true;
+      CanFrame elsewhere = frame;
+      elsewhere.id = 0x123;
+      for (const CanFrame& none : {other, error, elsewhere}) {
+        CHECK(driver->take(none, reports).word == ChargerWord::none);
+        CHECK(reports == Reports{});
+      }
+    }
+    const CanFrame command = driver->command(0, {.is_enabled = true, .voltage_mV = 400'000, .current_mA = 8'000});
+    CanFrame shorter = command;
+    --shorter.length;
+    CanFrame remote = command;
+    remote.is_remote = true;
+    CanFrame other = command;
+    other.is_extended = !other.is_extended;
+    for (const CanFrame& bad : {shorter, remote, other}) CHECK_FALSE(driver->order_of(bad));
+  }
+}
+
+TEST_CASE("the worked frames of Elcon and Brusa are the drivers'", "[unit][devices][charger][BMU_11]") {
+  const ChargerDriver& elcon = *find_device("elcon_tc")->charger;
+  const CanFrame charge = elcon.command(0, {.is_enabled = true, .voltage_mV = 98'000, .current_mA = 16'000});
+  CHECK(charge.id == 0x1806E5F4);
+  CHECK(charge.is_extended);
+  CHECK(bytes_of(charge) == std::vector<int>{0x03, 0xD4, 0x00, 0xA0, 0, 0, 0, 0});
+  CHECK(bytes_of(elcon.command(0, {.voltage_mV = 98'000, .current_mA = 16'000})) ==
+        std::vector<int>{0x03, 0xD4, 0x00, 0x00, 0x01, 0, 0, 0});
+  CHECK(elcon.command(3, {}).id == 0x1806E9F4);
+  Reports reports{};
+  CanFrame status{.id = 0x18FF50E5, .is_extended = true, .length = 8, .data = {0x0B, 0xC2, 0x00, 0x64}};
+  REQUIRE(elcon.take(status, reports).word == ChargerWord::values);
+  CHECK(reports[0].voltage_mV == known(301'000));
+  CHECK(reports[0].current_mA == known(10'000));
+  status.data = {0, 0, 0, 0, 0x18};
+  REQUIRE(elcon.take(status, reports).word == ChargerWord::values);
+  CHECK(reports[0].troubles == (bit_of(ChargerTrouble::no_command) | bit_of(ChargerTrouble::battery)));
+
+  const ChargerDriver& brusa = *find_device("brusa_nlg5")->charger;
+  const ChargerOrder order{.is_enabled = true, .voltage_mV = 400'000, .current_mA = 8'000, .mains_current_mA = 16'000};
+  CHECK(bytes_of(brusa.command(0, order)) == std::vector<int>{0x80, 0x00, 0xA0, 0x0F, 0xA0, 0x00, 0x50});
+  ChargerOrder clearing = order;
+  clearing.clears_errors = true;
+  CHECK(brusa.command(0, clearing).data[0] == 0xC0);
+  ChargerOrder asking = order;
+  asking.requests_mains = true;
+  CHECK(brusa.command(0, asking).data[0] == 0x90);
+}
+
+TEST_CASE("troubles have words of their own", "[unit][devices][charger]") {
+  for (std::size_t number = 0; number < charger_trouble_count; ++number) {
+    CHECK(to_text(static_cast<ChargerTrouble>(number)) != "?");
+  }
+  CHECK(to_text(static_cast<ChargerTrouble>(charger_trouble_count)) == "?");
+}

@@ -1,0 +1,108 @@
+// What the rows of chargers and of the second pack read, with and without either.
+#include "daemon/core/bus_watch.hpp"
+#include "daemon/core/charger_table.hpp"
+#include "daemon/core/charger_watch.hpp"
+#include "daemon/core/fault_readers.hpp"
+#include "devices/device_list.hpp"
+#include "tests/support/catch.hpp"
+
+using namespace bmu;
+
+namespace {
+
+constexpr TimePoint now{100s};
+
+struct Seen {
+  PackState pack;
+  ChargerTable table;
+  ChargerWatch watch;
+  SecondPack second_pack;
+  FaultInputs in{.now = now, .pack = &pack, .second_pack = &second_pack, .chargers = &table, .charger_watch = &watch};
+
+  Seen() { table.init({.driver = find_device("elcon_tc")->charger}); }
+  void hear(const CanFrame& frame, TimePoint at) { REQUIRE(table.observe(frame, at)); }
+  void hear(const ChargerReport& report) {
+    for (const CanFrame& frame : table.driver().reports(0, report)) hear(frame, in.now);
+  }
+  void look(ChargerWatchInputs with) {
+    with.now = in.now;
+    with.pack = &pack;
+    with.table = &table;
+    watch.update(with);
+  }
+};
+
+bool holds(const Reading& reading) {
+  return reading.is_known && reading.value != 0;
+}
+
+}  // namespace
+
+TEST_CASE("without chargers or a second pack their rows hold nothing", "[unit][faults][charger]") {
+  PackState pack;
+  const FaultInputs none{.now = now, .pack = &pack};
+  for (Reading (*read)(const FaultInputs&) :
+       {fault_readers::charger_silent, fault_readers::charger_runaway, fault_readers::charger_keeps_on,
+        fault_readers::charger_trouble, fault_readers::charger_contradicts, fault_readers::foreign_charger_master,
+        fault_readers::second_pack_silent}) {
+    CHECK_FALSE(holds(read(none)));
+    CHECK_FALSE(holds(read(Seen{}.in)));
+  }
+}
+
+TEST_CASE("a charger's trouble holds while it tells it", "[unit][faults][charger]") {
+  Seen seen;
+  seen.hear({.voltage_mV = known(300'000), .troubles = bit_of(ChargerTrouble::mains)});
+  CHECK(holds(fault_readers::charger_trouble(seen.in)));
+  CHECK(seen.table.troubles(now).unit == 1);
+  seen.hear(ChargerReport{.voltage_mV = known(300'000)});
+  CHECK_FALSE(holds(fault_readers::charger_trouble(seen.in)));
+}
+
+TEST_CASE("somebody else's command to a charger holds for a while", "[unit][faults][charger]") {
+  Seen seen;
+  seen.hear(seen.table.driver().command(0, {}), now);
+  CHECK_FALSE(holds(fault_readers::foreign_charger_master(seen.in)));  // nothing is plugged in
+  seen.look({.is_plugged_in = true});
+  CHECK(holds(fault_readers::foreign_charger_master(seen.in)));
+  seen.in.now = now + BusWatch::reporter_memory;
+  CHECK(holds(fault_readers::foreign_charger_master(seen.in)));
+  seen.in.now += 1ns;
+  CHECK_FALSE(holds(fault_readers::foreign_charger_master(seen.in)));
+}
+
+TEST_CASE("silence, runaway, a charge after the stop and a contradiction are the watch's", "[unit][faults][charger]") {
+  Seen seen;
+  const auto pass = [&seen](Duration span, const ChargerWatchInputs& with, std::int32_t told_mA,
+                            std::int32_t sensed_mA) {
+    for (const TimePoint end = seen.in.now + span; seen.in.now < end; seen.in.now += 1s) {
+      seen.hear({.voltage_mV = known(300'000), .current_mA = known(told_mA)});
+      seen.pack.current_mA = {sensed_mA, seen.in.now, Validity::valid};
+      seen.look(with);
+    }
+  };
+  const ChargerWatchInputs charging{
+      .is_plugged_in = true, .is_alone = true, .is_enabled = true, .asked_mA = 10'000, .asked_mV = 400'000};
+  pass(20s, charging, 10'000, -10'000);
+  CHECK_FALSE(holds(fault_readers::charger_runaway(seen.in)));
+  CHECK_FALSE(holds(fault_readers::charger_contradicts(seen.in)));
+  SECTION("runaway") {
+    pass(2s, charging, 10'000, -15'000);
+    CHECK(holds(fault_readers::charger_runaway(seen.in)));
+  }
+  SECTION("contradiction") {
+    pass(2s, charging, 10'000, -1'000);
+    CHECK(holds(fault_readers::charger_contradicts(seen.in)));
+  }
+  SECTION("after the stop") {
+    ChargerWatchInputs stopped = charging;
+    stopped.is_enabled = false;
+    pass(10s, stopped, 10'000, -10'000);
+    CHECK(holds(fault_readers::charger_keeps_on(seen.in)));
+  }
+  SECTION("silence") {
+    seen.in.now += 10s;
+    seen.look(charging);
+    CHECK(holds(fault_readers::charger_silent(seen.in)));
+  }
+}

@@ -1,0 +1,399 @@
+// The conversation with a sensor that is configured over the bus, step by step.
+#include "daemon/core/sensor_setup.hpp"
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "daemon/core/event.hpp"
+#include "daemon/core/output_gate.hpp"
+#include "devices/device_list.hpp"
+#include "tests/support/catch.hpp"
+
+using namespace bmu;
+
+namespace {
+
+const SensorSetUpDriver& ivt() {
+  return *find_device("ivt_s")->set_up;
+}
+
+/// A sensor that obeys, and who asks it.
+struct Bench {
+  SensorConfig config;
+  SensorSetup setup;
+  TimePoint now{100s};
+  std::array<SensorSetting, sensor_channels_max> settings{};
+  bool answers = true;
+  bool runs = true;
+  bool obeys = true;
+  bool is_commanded = false;
+  int stored = 0;
+  std::vector<SetUpOrder> orders;
+
+  explicit Bench(const SensorConfig& with = {}) : config(with) {
+    config.set_up = &ivt();
+    setup.init(config);
+    for (std::uint8_t channel = 0; channel < sensor_channels_used; ++channel) {
+      settings.at(channel) = wanted_setting(channel, config);
+    }
+  }
+
+  void hear(const SetUpAnswer& answer) { REQUIRE(setup.observe(ivt().answer(answer), now, is_commanded)); }
+  SetUpAnswer obey(const SetUpOrder& order) {
+    switch (order.kind) {
+      case SetUpOrderKind::read: return {SetUpWord::setting, order.channel, settings.at(order.channel)};
+      case SetUpOrderKind::set:
+        if (obeys && !runs) settings.at(order.channel) = order.setting;
+        return {SetUpWord::setting, order.channel, order.setting};
+      case SetUpOrderKind::stop: runs = false; return {.word = SetUpWord::stopped};
+      case SetUpOrderKind::run: runs = true; return {.word = SetUpWord::running};
+      case SetUpOrderKind::store: break;
+    }
+    ++stored;
+    return {.word = SetUpWord::stored};
+  }
+  /// A tick of 10 ms, the answer within it.
+  void tick() {
+    now += 10ms;
+    const std::optional<CanFrame> command = setup.step(now, is_commanded);
+    if (!command) return;
+    const std::optional<SetUpOrder> order = ivt().order_of(*command);
+    REQUIRE(order);
+    orders.push_back(*order);
+    if (answers) hear(obey(*order));
+  }
+  void run(Duration time) {
+    for (const TimePoint end = now + time; now < end;) tick();
+  }
+  [[nodiscard]] std::vector<SetUpOrderKind> kinds() const {
+    std::vector<SetUpOrderKind> all;
+    for (const SetUpOrder& order : orders) all.push_back(order.kind);
+    return all;
+  }
+  [[nodiscard]] bool is_good() const { return setup.are_results_good(now); }
+};
+
+constexpr auto ask = SetUpOrderKind::read;
+constexpr auto give = SetUpOrderKind::set;
+constexpr auto stop = SetUpOrderKind::stop;
+constexpr auto start = SetUpOrderKind::run;
+constexpr auto keep = SetUpOrderKind::store;
+using Kinds = std::vector<SetUpOrderKind>;
+
+}  // namespace
+
+TEST_CASE("nobody is asked where no sensor can be", "[unit][sensors]") {
+  SensorSetup setup;
+  setup.init({});
+  CHECK_FALSE(setup.is_there());
+  CHECK(setup.are_results_good(TimePoint{1s}));
+  CHECK_FALSE(setup.step(TimePoint{1s}, false));
+  CHECK_FALSE(setup.observe(ivt().answer({.word = SetUpWord::alive}), TimePoint{1s}, false));
+}
+
+TEST_CASE("a sensor that is as wanted is asked for each of its results, and then used", "[unit][sensors]") {
+  Bench bench;
+  CHECK_FALSE(bench.is_good());
+  bench.run(30ms);
+  CHECK_FALSE(bench.is_good());
+  bench.run(10ms);
+  CHECK(bench.is_good());
+  CHECK(bench.setup.stage() == SensorSetupStage::done);
+  CHECK(bench.kinds() == Kinds{ask, ask, ask});
+  CHECK_FALSE(bench.setup.has_failed());
+  bench.run(60s);
+  CHECK(bench.orders.size() == 3);
+}
+
+TEST_CASE("each setting that differs keeps the results out, and is named", "[unit][sensors]") {
+  struct Case {
+    std::uint8_t channel;
+    SensorSetting setting;
+    std::string_view text;
+  };
+  const Case cases[] = {
+      {0, {SensorTrigger::cyclic, false, false, 10}, "I: found every 10 ms, wanted every 20 ms"},
+      {1, {SensorTrigger::cyclic, false, false, 100}, "U1: found every 100 ms, wanted every 60 ms"},
+      {2, {SensorTrigger::off, false, false, 60}, "U2: found off, wanted by itself"},
+      {2, {SensorTrigger::on_trigger, false, false, 60}, "U2: found on a trigger, wanted by itself"},
+      {0, {SensorTrigger::cyclic, true, false, 20}, "I: found little-endian, wanted big-endian"},
+      {0, {SensorTrigger::cyclic, false, true, 20}, "I: found sign turned round, wanted sign not turned round"},
+  };
+  for (const Case& one : cases) {
+    INFO(one.text);
+    Bench bench;
+    bench.settings.at(one.channel) = one.setting;
+    bench.run(100ms);
+    CHECK_FALSE(bench.is_good());
+    CHECK(bench.setup.stage() == SensorSetupStage::failed);
+    CHECK(bench.setup.has_failed());
+    CHECK(to_text(bench.setup.problem()) == one.text);
+    CHECK(bench.kinds() == Kinds{ask, ask, ask});  // and nothing was changed
+    bench.settings.at(one.channel) = wanted_setting(one.channel, bench.config);
+    bench.run(5s);
+    CHECK(bench.is_good());
+    CHECK_FALSE(bench.setup.has_failed());
+    CHECK(to_text(bench.setup.problem()).empty());
+  }
+}
+
+TEST_CASE("the byte order wanted is the pack file's", "[unit][sensors]") {
+  Bench bench({.little_endian = true});
+  CHECK(bench.settings[0].is_little_endian);
+  bench.run(100ms);
+  CHECK(bench.is_good());
+  Bench big({.little_endian = true});
+  big.settings[1].is_little_endian = false;
+  big.run(100ms);
+  CHECK(to_text(big.setup.problem()) == "U1: found big-endian, wanted little-endian");
+}
+
+TEST_CASE("a sensor that does not answer is asked three times, and again after five seconds", "[unit][sensors]") {
+  Bench bench;
+  bench.answers = false;
+  bench.run(1'500ms);
+  CHECK(bench.orders.size() == 3);
+  CHECK_FALSE(bench.setup.has_failed());
+  bench.run(20ms);
+  CHECK(bench.setup.has_failed());
+  CHECK(to_text(bench.setup.problem()) == "I: no answer");
+  bench.run(4'900ms);
+  CHECK(bench.orders.size() == 3);
+  bench.answers = true;
+  bench.run(200ms);
+  CHECK(bench.is_good());
+}
+
+TEST_CASE("one lost answer is asked for again after half a second", "[unit][sensors]") {
+  Bench bench;
+  bench.answers = false;
+  bench.tick();
+  bench.answers = true;
+  bench.run(490ms);
+  CHECK(bench.orders.size() == 1);
+  bench.run(50ms);
+  CHECK(bench.is_good());
+  CHECK(bench.orders.size() == 4);
+}
+
+TEST_CASE("a sensor that does not know the command is not used", "[unit][sensors]") {
+  Bench bench;
+  bench.answers = false;
+  bench.hear({.word = SetUpWord::not_understood});  // nobody has asked yet
+  CHECK_FALSE(bench.setup.has_failed());
+  bench.tick();
+  bench.hear({.word = SetUpWord::not_understood});
+  CHECK(to_text(bench.setup.problem()) == "I: it does not know the command");
+}
+
+TEST_CASE("answers that nobody waits for lead nowhere", "[unit][sensors]") {
+  Bench bench;
+  bench.hear({SetUpWord::setting, 0, bench.settings[0]});
+  bench.hear({SetUpWord::setting, 7, {}});
+  bench.answers = false;
+  bench.tick();
+  bench.hear({SetUpWord::setting, 1, bench.settings[1]});  // of another channel
+  bench.hear({.word = SetUpWord::running});
+  CHECK(bench.setup.stage() == SensorSetupStage::reading);
+  CHECK(bench.setup.observe(data_frame(0x511, 3), bench.now, false));
+  CHECK(bench.setup.answers_refused() == 1);
+  CHECK_FALSE(bench.setup.observe(data_frame(0x521, 6), bench.now, false));
+  for (std::uint8_t channel = 0; channel < sensor_channels_used; ++channel) {
+    bench.hear({SetUpWord::setting, channel, bench.settings.at(channel)});
+    bench.tick();
+  }
+  CHECK(bench.is_good());
+}
+
+TEST_CASE("an answer that comes twice, or late, changes nothing", "[unit][sensors]") {
+  Bench bench({.is_configured = true});
+  bench.run(30ms);  // the third answer is in, and waits to be judged
+  bench.hear({SetUpWord::setting, 2, bench.settings[2]});
+  bench.hear({.word = SetUpWord::not_understood});
+  CHECK_FALSE(bench.setup.has_failed());
+  bench.answers = false;
+  bench.tick();
+  CHECK(bench.setup.stage() == SensorSetupStage::starting);
+  bench.hear({SetUpWord::setting, 0, bench.settings[0]});
+  CHECK(bench.setup.stage() == SensorSetupStage::starting);
+  bench.hear({.word = SetUpWord::running});
+  CHECK(bench.is_good());
+}
+
+TEST_CASE("a sensor is configured in its order: stop, set, read back, run", "[unit][sensors]") {
+  Bench bench({.is_configured = true});
+  bench.settings[0].period_ms = 100;
+  bench.settings[2].is_little_endian = true;
+  bench.run(300ms);
+  CHECK(bench.kinds() == Kinds{ask, ask, ask, stop, give, give, give, ask, ask, ask, start});
+  CHECK(bench.is_good());
+  CHECK(bench.settings[0] == wanted_setting(0, bench.config));
+  CHECK(bench.settings[2] == wanted_setting(2, bench.config));
+  CHECK(bench.stored == 0);
+}
+
+TEST_CASE("what was set is stored only where the pack file says so, and only then", "[unit][sensors]") {
+  Bench bench({.is_configured = true, .is_stored = true});
+  bench.run(300ms);
+  CHECK(bench.kinds() == Kinds{ask, ask, ask, start});  // it was right
+  CHECK(bench.stored == 0);
+  bench.settings[1].period_ms = 30;
+  bench.setup.start_over();
+  bench.run(300ms);
+  CHECK(bench.stored == 1);
+  CHECK(bench.is_good());
+}
+
+TEST_CASE("a sensor that says yes and does not obey is found out, and is started again", "[unit][sensors]") {
+  Bench bench({.is_configured = true});
+  bench.settings[0].period_ms = 100;
+  bench.obeys = false;
+  bench.run(300ms);
+  CHECK(to_text(bench.setup.problem()) == "I: found every 100 ms, wanted every 20 ms");
+  CHECK_FALSE(bench.runs);
+  bench.settings[0].period_ms = 20;
+  bench.run(5'300ms);
+  CHECK(bench.runs);
+  CHECK(bench.is_good());
+}
+
+TEST_CASE("nothing is configured while a contactor is commanded", "[unit][sensors]") {
+  Bench bench({.is_configured = true});
+  bench.settings[0].period_ms = 100;
+  bench.is_commanded = true;
+  bench.run(300ms);
+  CHECK(bench.kinds() == Kinds{ask, ask, ask});
+  CHECK(bench.setup.has_failed());
+  bench.is_commanded = false;
+  bench.run(5'300ms);
+  CHECK(bench.is_good());
+}
+
+TEST_CASE("a sensor that starts anew in a closed pack is trusted for a second while it is asked", "[unit][sensors]") {
+  Bench bench;
+  bench.run(100ms);
+  bench.is_commanded = true;
+  bench.hear({.word = SetUpWord::alive});
+  CHECK(bench.setup.restarts() == 1);
+  CHECK(bench.is_good());
+  bench.run(100ms);
+  CHECK(bench.setup.stage() == SensorSetupStage::done);
+  CHECK(bench.is_good());
+
+  bench.answers = false;
+  bench.hear({.word = SetUpWord::alive});
+  bench.run(1s);
+  CHECK(bench.is_good());
+  bench.run(10ms);
+  CHECK_FALSE(bench.is_good());
+}
+
+TEST_CASE("trust ends with the first answer that differs", "[unit][sensors]") {
+  Bench bench({.is_configured = true});
+  bench.run(100ms);
+  bench.is_commanded = true;
+  bench.settings[0].is_little_endian = true;
+  bench.hear({.word = SetUpWord::alive});
+  CHECK(bench.is_good());
+  bench.tick();  // the first of three answers
+  CHECK_FALSE(bench.is_good());
+  CHECK_FALSE(bench.setup.has_failed());
+  bench.run(50ms);
+  CHECK_FALSE(bench.is_good());
+  CHECK(bench.setup.has_failed());
+}
+
+TEST_CASE("trust does not outlive the contactors it was for", "[unit][sensors]") {
+  Bench bench;
+  bench.run(100ms);
+  bench.is_commanded = true;
+  bench.answers = false;
+  bench.hear({.word = SetUpWord::alive});
+  bench.run(100ms);
+  CHECK(bench.is_good());
+  bench.is_commanded = false;
+  bench.hear({.word = SetUpWord::alive});
+  CHECK_FALSE(bench.is_good());
+}
+
+TEST_CASE("a sensor that starts anew in an open pack, or before it was known, is not trusted", "[unit][sensors]") {
+  Bench bench;
+  bench.is_commanded = true;
+  bench.hear({.word = SetUpWord::alive});
+  CHECK_FALSE(bench.is_good());
+  bench.run(100ms);
+  CHECK(bench.is_good());
+  bench.is_commanded = false;
+  bench.hear({.word = SetUpWord::alive});
+  CHECK_FALSE(bench.is_good());
+  bench.run(100ms);
+  CHECK(bench.is_good());
+  bench.setup.start_over();
+  CHECK_FALSE(bench.is_good());
+}
+
+TEST_CASE("a setting that somebody else changes is noticed by its answer", "[unit][sensors]") {
+  Bench bench;
+  bench.run(100ms);
+  bench.hear({SetUpWord::setting, 1, bench.settings[1]});
+  bench.hear({SetUpWord::setting, 5, {}});  // of a result that is not used
+  CHECK(bench.is_good());
+  bench.hear({SetUpWord::setting, 1, {.trigger = SensorTrigger::off}});
+  CHECK_FALSE(bench.is_good());
+  CHECK(to_text(bench.setup.problem()) == "U1: found off, wanted by itself");
+}
+
+TEST_CASE("each stage says where it is", "[unit][sensors]") {
+  CHECK(to_text(SensorSetupStage::reading) == "asked");
+  CHECK(to_text(SensorSetupStage::done) == "as wanted");
+  CHECK(to_text(SensorSetupStage::failed) == "not as wanted");
+}
+
+TEST_CASE("an event about a sensor that cannot be is none", "[unit][sensors][events]") {
+  const auto event = [](SensorSetupTrouble trouble, std::uint8_t channel, std::int64_t found, std::int64_t wanted) {
+    return Event{.id = EventId::sensor_set_up_failed,
+                 .reading = {.is_known = true, .value = found, .element = {.number = channel}},
+                 .threshold = wanted,
+                 .number = static_cast<std::int64_t>(trouble)};
+  };
+  const Event good = event(SensorSetupTrouble::trigger, 2, 0, 2);
+  CHECK(good.are_fields_possible());
+  CHECK(to_text(good) == "the current sensor is not used: U2: found off, wanted by itself");
+  CHECK(event(SensorSetupTrouble::period, 0, 70'000, 20).are_fields_possible());
+  CHECK_FALSE(event(SensorSetupTrouble::trigger, 3, 0, 2).are_fields_possible());
+  CHECK_FALSE(event(SensorSetupTrouble::trigger, 0, 3, 2).are_fields_possible());
+  CHECK_FALSE(event(SensorSetupTrouble::trigger, 0, -1, 2).are_fields_possible());
+  CHECK_FALSE(event(SensorSetupTrouble::trigger, 0, 0, 3).are_fields_possible());
+  Event unknown = good;
+  unknown.number = 99;
+  CHECK_FALSE(unknown.are_fields_possible());
+  CHECK(to_text(Event{.id = EventId::sensor_set_up}) == "the current sensor was found configured as wanted");
+  const Event anew{.id = EventId::sensor_set_up,
+                   .reading = {.is_known = true, .value = 100, .element = {.number = 1}},
+                   .threshold = 60,
+                   .number = static_cast<std::int64_t>(SensorSetupTrouble::period)};
+  CHECK(to_text(anew) == "the current sensor was configured anew: U1: every 100 ms before, every 60 ms now");
+  CHECK(to_text(Event{.id = EventId::sensor_restarted}) == "the current sensor started anew");
+}
+
+TEST_CASE("the gate lets a sensor be asked, and changed only while nothing needs it", "[unit][sensors][gate]") {
+  const auto judge = [](SetUpOrderKind kind, const GateRules& rules) {
+    return judge_output(Port::internal, ivt().command({.kind = kind}), rules);
+  };
+  const GateRules asking{.sensor = &ivt()};
+  const GateRules configuring{.sensor = &ivt(), .may_configure_sensor = true};
+  const GateRules storing{.sensor = &ivt(), .may_store_in_sensor = true};
+  for (const SetUpOrderKind kind : {ask, start}) CHECK(judge(kind, asking) == GateVerdict::pass);
+  for (const SetUpOrderKind kind : {stop, give}) {
+    CHECK(judge(kind, asking) == GateVerdict::not_permitted);
+    CHECK(judge(kind, configuring) == GateVerdict::pass);
+  }
+  CHECK(judge(keep, configuring) == GateVerdict::not_permitted);
+  CHECK(judge(keep, storing) == GateVerdict::pass);
+  for (const SetUpOrderKind kind : {ask, give, stop, start, keep}) {
+    CHECK(judge(kind, {}) == GateVerdict::not_ours);
+    CHECK(judge_output(Port::vehicle, ivt().command({.kind = kind}), configuring) == GateVerdict::not_ours);
+  }
+  CHECK(judge_output(Port::internal, data_frame(0x411, 8), configuring) == GateVerdict::not_ours);
+}
