@@ -17,6 +17,7 @@
 #include "tests/support/busy_machine.hpp"
 #include "tests/support/daemon_bench.hpp"
 #include "tests/support/notify_socket.hpp"
+#include "tools/bmuctl/client.hpp"
 
 namespace bmu {
 
@@ -163,6 +164,43 @@ TEST_CASE("a drive: the pack closes, a cell sags, it opens and says which cell, 
   const Finished text = bench.ask({"why"});
   CHECK(text.status == 0);
   CHECK(text.out.find("cell 2.7 (no. 19)") != std::string::npos);
+}
+
+namespace {
+
+/// The next frame of this port, at most so much later, and everything behind it read.
+bool takes_next(BusPort& port, milliseconds at_most) {
+  pollfd wait{.fd = port.fd(), .events = POLLIN, .revents = 0};
+  const bool is_there = ::poll(&wait, 1, static_cast<int>(at_most.count())) > 0;
+  ReceivedFrame received;
+  while (port.read(received) == ReadStatus::frame) {
+  }
+  return is_there;
+}
+
+}  // namespace
+
+TEST_CASE("every status asked for right behind a PDU_STATUS says that the vehicle drives",
+          "[integration][daemon][vehicle]") {
+  Bench bench;
+  bench.start_emulator("1 vehicle on\n");
+  bench.start_daemon();
+  REQUIRE(bench.listener.hears(is_closed, milliseconds(8000)));
+  const auto unit = open_bus(bench.bus, {.receive_ids = {internal_bus::pdu_status.base_id}});
+  REQUIRE(unit);
+  auto client = Client::connect(bench.socket);
+  REQUIRE(client);
+  // Nearly each of these comes before the decision that follows the PDU_STATUS.
+  for (int count = 0; count < 50; ++count) {
+    REQUIRE(takes_next(**unit, milliseconds(2000)));
+    REQUIRE(client->send_line(R"({"cmd":"status"})"));
+    const auto line = client->read_line(milliseconds(2000));
+    REQUIRE(line);
+    const nlohmann::json state = nlohmann::json::parse(*line).at("state");
+    INFO(state.dump(1));
+    REQUIRE(state.at("mode") == "driving");
+    REQUIRE(state.at("vehicle_state") == "vehicle on, contactors closed");
+  }
 }
 
 namespace {

@@ -832,6 +832,38 @@ TEST_CASE("a line that nobody tells any more is off for those outside, too", "[u
   }
 }
 
+TEST_CASE("a status between two decisions counts as received for the mode, as in the decision before and after it",
+          "[unit][core][vehicle]") {
+  struct Case {
+    bool PduState::*line;
+    PackMode mode;
+    vehicle_bus::State reported;
+  };
+  for (const Case& one : {Case{&PduState::vehicle_on, PackMode::driving, vehicle_bus::State::on_closed},
+                          Case{&PduState::charger_connected, PackMode::charging, vehicle_bus::State::charger_closed}}) {
+    CoreBench bench(small_pack());
+    bench.pdu_tells_changes = true;
+    bench.run(1500ms);
+    bench.inputs.*one.line = true;
+    REQUIRE(bench.run_until([&] { return bench.core().mode(bench.now()) == one.mode; }, 3s));
+    int younger = 0;
+    bench.each_ms = [&] {
+      bench.tell_pdu_status();  // in every millisecond, decisions or not
+      younger += bench.core().sensors().pdu.taken_at > bench.core().decided_at() ? 1 : 0;
+      CHECK(bench.core().mode(bench.now()) == one.mode);
+      CHECK(iha_state(bench.core().mode(bench.now())) == static_cast<std::uint8_t>(one.reported));
+    };
+    bench.run(200ms);
+    CHECK(younger >= 150);
+    // And the same status once it is too old at a decision is none.
+    bench.each_ms = {};
+    bench.pdu_talks = false;
+    bench.run(300ms);
+    CHECK_FALSE(bench.core().mode_inputs(bench.now()).vehicle_on);
+    CHECK_FALSE(bench.core().mode_inputs(bench.now()).charger_connected);
+  }
+}
+
 TEST_CASE("a wish ends with the line it came from", "[unit][core][I3][F64]") {
   CoreBench bench(small_pack());
   REQUIRE(bench.close());
