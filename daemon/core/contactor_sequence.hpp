@@ -107,6 +107,11 @@ struct SequenceInputs {
   TimePoint measured_at{};   // the oldest of them
   std::int32_t pack_mV = 0;
   std::int32_t link_mV = 0;
+  TimePoint link_at{};
+  // The sensor's own pack voltage: a sample that belongs to the link's, and the one before it.
+  std::int32_t sensor_pack_mV = 0;
+  TimePoint sensor_pack_at{};
+  std::int32_t sensor_pack_before_mV = 0;  // 0: not known
 };
 
 struct SequenceStep {
@@ -180,8 +185,21 @@ struct SequenceStep {
   return in.is_measured && is_of_this_precharge && link_follows(in.pack_mV, in.link_mV, config) && current_has_fallen;
 }
 
-[[nodiscard]] constexpr bool has_lost_link(const SequenceInputs& in, const ContactorConfig& config) {
-  return in.is_measured && !link_follows(in.pack_mV, in.link_mV, config);
+/// The sensor sends the results of one instant one behind the other; further apart they are of two instants.
+inline constexpr Duration same_instant_max = 5ms;
+
+/// The link has left the pack while main positive is on its way. The contact makes at an instant that no sample shows,
+/// and from then on a current may move both voltages: a link sample from before it and a pack sample from after it, or
+/// the other way round, say nothing about each other. So the link sample is of this phase, and it counts as away from
+/// the pack once it is away from the sensor's pack samples on both sides of it. Of two results that come together
+/// the later one decides; the sum of the cells is of another instant than either.
+[[nodiscard]] constexpr bool has_lost_link(const SequenceState& state, const SequenceInputs& in,
+                                           const ContactorConfig& config) {
+  const bool is_of_this_phase = in.link_at > state.entered_at;
+  const bool is_enclosed = in.sensor_pack_at >= in.link_at - same_instant_max;
+  const bool is_away = !link_follows(in.sensor_pack_mV, in.link_mV, config) &&
+                       !link_follows(in.sensor_pack_before_mV, in.link_mV, config);
+  return in.is_measured && is_of_this_phase && is_enclosed && is_away;
 }
 
 /// The least time this precharge may take: less for a link that still held a part of the voltage.
@@ -241,7 +259,7 @@ struct SequenceStep {
       if (!in.close_wanted || precharge_failure(state, in, config) != PrechargeFailure::none) return Phase::open;
       return is_ready && is_precharged(state, in, config) ? Phase::main_positive : Phase::precharge;
     case Phase::main_positive:
-      if (!in.close_wanted || gives_up || has_lost_link(in, config)) return Phase::open;
+      if (!in.close_wanted || gives_up || has_lost_link(state, in, config)) return Phase::open;
       return is_ready ? Phase::closed : Phase::main_positive;
     case Phase::closed:
       if (in.close_wanted) return Phase::closed;
@@ -279,7 +297,8 @@ struct SequenceStep {
   switch (state.phase) {
     case Phase::main_negative: return is_welded(state, in, config) ? PrechargeFailure::welded : PrechargeFailure::none;
     case Phase::precharge: return precharge_failure(state, in, config);
-    case Phase::main_positive: return has_lost_link(in, config) ? PrechargeFailure::too_slow : PrechargeFailure::none;
+    case Phase::main_positive:
+      return has_lost_link(state, in, config) ? PrechargeFailure::too_slow : PrechargeFailure::none;
     case Phase::open:
     case Phase::closed:
     case Phase::ramp_down:

@@ -220,7 +220,11 @@ SequenceInputs Core::sequence_inputs(TimePoint now) const {
           .is_measured = pack_.is_sensed() && voltages_agree(sum, pack, config_.limits.pack_voltage_mismatch.open),
           .measured_at = std::min({pack.taken_at, pack_.link_voltage_mV.taken_at, pack_.current_mA.taken_at}),
           .pack_mV = std::max(pack.value, sum.value),
-          .link_mV = pack_.link_voltage_mV.value};
+          .link_mV = pack_.link_voltage_mV.value,
+          .link_at = pack_.link_voltage_mV.taken_at,
+          .sensor_pack_mV = pack.value,
+          .sensor_pack_at = pack.taken_at,
+          .sensor_pack_before_mV = pack_.pack_voltage_before_mV.value};
 }
 
 void Core::step_contactors(TimePoint now) {

@@ -129,6 +129,7 @@ PackState summarise(const ModuleTable& modules, const SensorTable& sensors, cons
   }
   pack.module_voltage_sum_mV = module_sum(modules, config.ages, now);
   pack.pack_voltage_mV = only_if_usable(sensors.pack_voltage_mV, now, config.ages.pack_voltage);
+  pack.pack_voltage_before_mV = only_if_usable(sensors.pack_voltage_before_mV, now, config.ages.pack_voltage);
   pack.link_voltage_mV = only_if_usable(sensors.link_voltage_mV, now, config.ages.pack_voltage);
   pack.current_mA = worse_current(only_if_usable(sensors.current_mA, now, config.ages.pack_current),
                                   only_if_usable(sensors.current_2_mA, now, config.ages.pack_current), config.sensor);

@@ -50,6 +50,7 @@ struct PackState {
   Measured<std::int32_t> module_voltage_sum_mV;
   // Known only while fresh; copied from the sensors when they are.
   Measured<std::int32_t> pack_voltage_mV;
+  Measured<std::int32_t> pack_voltage_before_mV;
   Measured<std::int32_t> link_voltage_mV;
   Measured<std::int32_t> current_mA;
   std::uint16_t modules_answering = 0;  // status, module voltage and every cell voltage fresh

@@ -127,7 +127,11 @@ void SensorTable::observe(const MessageSpec& message, const CanFrame& frame, Tim
       if (config.sensor.first != nullptr || config.sensor.second != nullptr) break;
       take_current(sensor_value(message, frame, at), false, config.sensor);
       break;
-    case sensor_u1.base_id: take(sensor_value(message, frame, at), pack_voltage_mV, refused); break;
+    case sensor_u1.base_id: {
+      const Measured<std::int32_t> before = pack_voltage_mV;
+      if (take(sensor_value(message, frame, at), pack_voltage_mV, refused)) pack_voltage_before_mV = before;
+      break;
+    }
     case sensor_u2.base_id: take(sensor_value(message, frame, at), link_voltage_mV, refused); break;
     case pdu_status.base_id:
       pdu_word = {pdu_state(frame), at, Validity::valid};

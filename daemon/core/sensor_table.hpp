@@ -72,6 +72,7 @@ struct SensorTable {
   Measured<std::int32_t> current_mA;    // positive out of the pack, whatever way round the sensor sits
   Measured<std::int32_t> current_2_mA;  // of the second sensor, where there is one
   Measured<std::int32_t> pack_voltage_mV;
+  Measured<std::int32_t> pack_voltage_before_mV;  // the result before that one
   Measured<std::int32_t> link_voltage_mV;
   // Contacts and inputs from wherever the pack has them: the unit's word, the lines of this machine, or both together.
   // As old as the older of its sources; unknown while one of them is.

@@ -30,7 +30,11 @@ SequenceInputs ready(Duration since) {
           .is_measured = true,
           .measured_at = start + since,
           .pack_mV = 100'000,
-          .link_mV = 100'000};
+          .link_mV = 100'000,
+          .link_at = start + since,
+          .sensor_pack_mV = 100'000,
+          .sensor_pack_at = start + since,
+          .sensor_pack_before_mV = 100'000};
 }
 
 /// With main negative alone the link is by itself.
@@ -241,6 +245,50 @@ TEST_CASE("a link that falls off on the way to the main contact is a failed prec
   const SequenceStep unknown = step({Phase::main_positive, start}, in, config);
   CHECK(unknown.state.phase == Phase::main_positive);
   CHECK(unknown.precharge_failure == PrechargeFailure::none);
+}
+
+TEST_CASE("a link counts as fallen off only between two pack voltages of the phase of main positive",
+          "[unit][contactors][I4]") {
+  SequenceInputs lost = ready(10ms);
+  lost.link_mV = 94'999;
+  REQUIRE(after(Phase::main_positive, lost) == Phase::open);
+  // Measured before the contact was commanded: judged by the precharge.
+  SequenceInputs in = lost;
+  in.link_at = start;
+  CHECK(after(Phase::main_positive, in) == Phase::main_positive);
+  in.link_at = start + 1ns;
+  CHECK(after(Phase::main_positive, in) == Phase::open);
+  // The pack voltage of the link's own instant, or one after it.
+  in = lost;
+  in.sensor_pack_at = in.link_at - same_instant_max - 1ns;
+  CHECK(after(Phase::main_positive, in) == Phase::main_positive);
+  in.sensor_pack_at = in.link_at - same_instant_max;
+  CHECK(after(Phase::main_positive, in) == Phase::open);
+  in.sensor_pack_at = in.link_at + 60ms;
+  CHECK(after(Phase::main_positive, in) == Phase::open);
+  // A contact that makes under a charging current lifts the pack, one that makes under a load pulls it down: either
+  // before or after the link was measured.
+  for (std::int32_t SequenceInputs::*const near :
+       {&SequenceInputs::sensor_pack_mV, &SequenceInputs::sensor_pack_before_mV}) {
+    in = lost;
+    in.*near = 99'998;
+    CHECK(after(Phase::main_positive, in) == Phase::main_positive);
+    in.link_mV = 94'998;
+    CHECK(after(Phase::main_positive, in) == Phase::open);
+    in.link_mV = 105'000;
+    CHECK(after(Phase::main_positive, in) == Phase::main_positive);
+    in.link_mV = 105'001;
+    CHECK(after(Phase::main_positive, in) == Phase::open);
+  }
+  // No pack voltage before: the one there is decides.
+  in = lost;
+  in.sensor_pack_before_mV = 0;
+  CHECK(after(Phase::main_positive, in) == Phase::open);
+  // The sum of the cells is of another instant.
+  in = ready(10ms);
+  in.link_mV = 95'000;
+  in.pack_mV = 200'000;
+  CHECK(after(Phase::main_positive, in) == Phase::main_positive);
 }
 
 TEST_CASE("a link follows within 5 % of the pack, either way, and only a pack that has a voltage",

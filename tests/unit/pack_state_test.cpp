@@ -238,6 +238,12 @@ TEST_CASE("what the sensor measures is known while it is fresh", "[unit][pack_st
   CHECK(world.pack().is_sensed());
   CHECK(world.pack().pack_voltage_mV.value == 29'600);
   CHECK(world.pack().link_voltage_mV.value == 29'500);
+  world.sensors.pack_voltage_before_mV = {29'400, world.feed.now() - 60ms, Validity::valid};
+  CHECK(world.pack().pack_voltage_before_mV.value == 29'400);
+  world.sensors.pack_voltage_before_mV.taken_at = world.feed.now() - 250ms - 1ns;
+  CHECK_FALSE(world.pack().pack_voltage_before_mV.is_valid());
+  CHECK(world.pack().pack_voltage_before_mV.value == 0);
+  CHECK(world.pack().is_sensed());
   for (Measured<std::int32_t> SensorTable::*const result :
        {&SensorTable::current_mA, &SensorTable::pack_voltage_mV, &SensorTable::link_voltage_mV}) {
     Summed deaf;

@@ -154,6 +154,23 @@ TEST_CASE("each result of the sensor has its place, and its sign if it sits the 
   }
 }
 
+TEST_CASE("the pack voltage before the latest is kept, and a result that is none moves neither",
+          "[unit][sensor_table][BMU_4]") {
+  const CoreConfig config = test::small_pack();
+  SensorTable table;
+  table.observe(sensor_u1, result_of(sensor_u1, 29'000), start, config);
+  CHECK_FALSE(table.pack_voltage_before_mV.is_valid());
+  table.observe(sensor_u1, result_of(sensor_u1, 29'500), start + 60ms, config);
+  CanFrame bad = result_of(sensor_u1, 99'000);
+  write<sensor_current, "measurement_error">(bad, 1);
+  table.observe(sensor_u1, bad, start + 120ms, config);
+  table.observe(sensor_u2, result_of(sensor_u2, 28'000), start + 120ms, config);
+  CHECK(table.pack_voltage_mV.value == 29'500);
+  CHECK(table.pack_voltage_before_mV.is_valid());
+  CHECK(table.pack_voltage_before_mV.value == 29'000);
+  CHECK(table.pack_voltage_before_mV.taken_at == start);
+}
+
 TEST_CASE("a result that is none leaves what was before, and is counted", "[unit][sensor_table][F17]") {
   const CoreConfig config = test::small_pack();
   for (const auto& [row, slot] :

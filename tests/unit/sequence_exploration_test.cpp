@@ -149,6 +149,13 @@ void check_failure(Findings& found, const SequenceState& state, const SequenceIn
   const bool is_weld = state.phase == Phase::main_negative && state.must_be_discharged && follows && is_second &&
                        in.close_wanted && in.close_permitted;
   found.demand(is_weld_told == is_weld, "a weld told without two samples, or not told", state.phase, to);
+  // Main positive does not make onto a link that has left the pack, seen since it was told to close.
+  const bool is_lost = state.phase == Phase::main_positive && in.is_measured && in.link_at > state.entered_at &&
+                       20 * std::abs(in.sensor_pack_mV - in.link_mV) > in.sensor_pack_mV;
+  found.demand(!is_lost || to == Phase::open, "main positive goes on without the link", state.phase, to);
+  const bool is_loss_told = is_lost && in.close_wanted && in.close_permitted;
+  found.demand(state.phase != Phase::main_positive || is_told == is_loss_told, "a lost link told, or not told",
+               state.phase, to);
   // Given up although it was wanted and permitted: that is a failure, and it has a name.
   const bool gave_up = state.phase == Phase::precharge && to == Phase::open && in.close_wanted && in.close_permitted;
   found.demand(!gave_up || is_told, "a precharge given up in silence", state.phase, to);
@@ -178,7 +185,9 @@ SequenceInputs flags_of(unsigned bits) {
           .resistor_is_hot = bit(6),
           .is_current_known = bit(7),
           .is_measured = bit(8),
-          .pack_mV = pack_mV};
+          .pack_mV = pack_mV,
+          .sensor_pack_mV = pack_mV,
+          .sensor_pack_before_mV = pack_mV};
 }
 constexpr unsigned flag_combinations = 1U << 9;
 
@@ -199,6 +208,7 @@ void for_each_input(Visit visit) {
           in.link_mV = links_mV[links_mV.size() - 1 - link];
           for (std::size_t sample = 0; sample < samples; ++sample) {
             in.measured_at = in.current_at = start + sampled[sampled.size() - 1 - sample];
+            in.link_at = in.sensor_pack_at = in.measured_at;
             visit(in);
           }
         }
@@ -458,7 +468,7 @@ std::vector<SequenceInputs> explored_inputs(TimePoint before) {
           in.link_mV = explored_links_mV[link];
           for (const TimePoint measured_at : {start, start - 2 * tick, before}) {
             if (!in.is_measured && measured_at != start) continue;
-            in.measured_at = measured_at;
+            in.measured_at = in.link_at = in.sensor_pack_at = measured_at;
             inputs.push_back(in);
           }
         }
@@ -510,6 +520,8 @@ int ticks_to_rest(SequenceState state, SequenceInputs in, const ContactorConfig&
     state = step(state, in, config).state;
     in.now += tick;
     in.measured_at += tick;
+    in.link_at += tick;
+    in.sensor_pack_at += tick;
     in.current_at += tick;
   }
   return at_most + 1;

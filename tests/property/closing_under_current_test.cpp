@@ -1,0 +1,131 @@
+// A charger or a load that conducts as soon as the main contacts make: its current moves cells, pack and link between
+// two samples of them, however these stand to the contact. Nothing is wrong there, and the first closing is the last.
+//
+// Swept: the current, how the devices' periods stand to the core's ticks, how fast the link rises, so that the
+// precharge ends anywhere between its threshold and the pack, and how far the sensor's two voltages are apart.
+#include <chrono>
+#include <string>
+#include <vector>
+
+#include "config/pack_config.hpp"
+#include "protocol/tables/internal_bus.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/wired_pack.hpp"
+
+namespace bmu {
+namespace {
+
+using test::Fate;
+using test::WiredPack;
+
+CoreConfig pack_of(const std::string& name) {
+  const auto pack = load_pack_config(std::string(BMUD_SOURCE_DIR) + "/config/packs/" + name + ".json");
+  REQUIRE(pack);
+  return pack->core;
+}
+
+/// How the sensor sends its two voltages.
+struct Apart {
+  const MessageSpec* later = nullptr;  // none: together
+  Duration by{};
+};
+const std::vector<Apart> together_and_apart{{}, {&internal_bus::sensor_u1, 25ms}, {&internal_bus::sensor_u2, 25ms}};
+
+struct Sweep {
+  std::string pack;
+  std::string request;             // what asks to close
+  std::vector<std::string> draws;  // events that set the current
+  std::vector<Apart> voltages;
+  std::vector<int> capacitances_uF;
+};
+
+/// Devices that have run for this long, ready to be asked to close.
+WiredPack ready_pack(const CoreConfig& config, int ahead_ms, const Apart& apart) {
+  WiredPack pack(config, std::chrono::milliseconds(ahead_ms));
+  // Such a sample is older than its time of arrival says.
+  if (apart.later != nullptr) {
+    const Apart held = apart;
+    pack.on_sent = [held](CanFrame& frame, const WiredPack&) {
+      return frame.id == held.later->base_id ? Fate{.delay = held.by} : Fate{};
+    };
+  }
+  pack.apply("pack soc_permille 300; charger obeys nobody");
+  pack.run(1800ms);
+  return pack;
+}
+
+struct Outcome {
+  int tried = 0;
+  int failed = 0;
+  std::string first_failed;
+};
+
+/// One closing: whether it stayed closed at its first try.
+bool closes(WiredPack pack, const std::string& events) {
+  pack.apply(events);
+  const bool has_closed = pack.run_until([](const WiredPack& it) { return it.phase() == Phase::closed; }, 4s);
+  if (!has_closed) return false;
+  pack.run(500ms);
+  return pack.phase() == Phase::closed && pack.phases_entered(Phase::main_positive) == 1;
+}
+
+Outcome outcome_of(const Sweep& sweep) {
+  const CoreConfig config = pack_of(sweep.pack);
+  Outcome outcome;
+  for (const Apart& apart : sweep.voltages) {
+    for (int ahead_ms = 0; ahead_ms < 60; ahead_ms += 13) {
+      const WiredPack ready = ready_pack(config, ahead_ms, apart);
+      for (const std::string& draw : sweep.draws) {
+        for (const int capacitance_uF : sweep.capacitances_uF) {
+          const std::string events =
+              "link capacitance_uF " + std::to_string(capacitance_uF) + "; " + draw + "; " + sweep.request;
+          ++outcome.tried;
+          if (closes(ready, events) || outcome.failed++ > 0) continue;
+          outcome.first_failed = events + ", devices " + std::to_string(ahead_ms) + " ms ahead, " +
+                                 (apart.later ? std::string(apart.later->name) : "no voltage") + " later";
+        }
+      }
+    }
+  }
+  return outcome;
+}
+
+void check(const std::vector<Sweep>& sweeps) {
+  for (const Sweep& sweep : sweeps) {
+    const Outcome outcome = outcome_of(sweep);
+    INFO(sweep.pack << ": " << outcome.failed << " of " << outcome.tried << ", the first: " << outcome.first_failed);
+    CHECK(outcome.tried >= 75);
+    CHECK(outcome.failed == 0);
+  }
+}
+
+TEST_CASE("a pack stays closed at its first try, whatever current flows as soon as the contacts make",
+          "[property][contactors][F86]") {
+  check({{.pack = "demo-48s",
+          .request = "charger connected",
+          .draws = {"charger current_A 10", "charger current_A 15"},
+          .voltages = together_and_apart,
+          .capacitances_uF = {500, 620, 740}},
+         {.pack = "demo-48s",
+          .request = "vehicle on",
+          .draws = {"load current_A 10", "load current_A 60"},
+          .voltages = together_and_apart,
+          .capacitances_uF = {500, 620, 740}}});
+}
+
+TEST_CASE("a pack of 192 cells stays closed at its first try, whatever current flows as soon as the contacts make",
+          "[property][contactors][F86][slow]") {
+  check({{.pack = "traction-16x12",
+          .request = "charger connected",
+          .draws = {"charger current_A 1", "charger current_A 20"},
+          .voltages = together_and_apart,
+          .capacitances_uF = {500, 620, 740, 1000, 2000}},
+         {.pack = "traction-16x12",
+          .request = "vehicle on",
+          .draws = {"load current_A 60"},
+          .voltages = together_and_apart,
+          .capacitances_uF = {500, 620, 740, 1000, 2000}}});
+}
+
+}  // namespace
+}  // namespace bmu
