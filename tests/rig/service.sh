@@ -17,10 +17,11 @@ source "$(dirname "$0")/service-env.sh"
 
 watchdog_ms=500
 
-# Everything on this machine whose name has to do with us.
+# Everything on this machine whose name has to do with us, a line each; no line at all where there is nothing. A folder that is not
+# there has nothing of ours in it.
 our_files() {
-  find /etc /var /usr/lib/systemd /lib/systemd /usr/lib/sysusers.d /usr/lib/sysctl.d /usr/sbin /usr/bin /usr/share /run -xdev \
-    \( -name '*bmu*' -o -name '*mmusim*' \) -not -path '/run/rig*' -not -path '/var/log/*' 2>/dev/null | sort
+  { find /etc /var /usr/lib/systemd /lib/systemd /usr/lib/sysusers.d /usr/lib/sysctl.d /usr/sbin /usr/bin /usr/share /run -xdev \
+    \( -name '*bmu*' -o -name '*mmusim*' \) -not -path '/run/rig*' -not -path '/var/log/*' 2>/dev/null || true; } | sort
 }
 
 # A process that ends while the pack is closed.
@@ -60,7 +61,8 @@ is_reloaded() { phase_is open && systemctl reload bmud && other_file_counts "$1"
 config_hash() { status_json | jq -er .pack.config_hash; }
 
 step "install"
-before_installation=$(our_files)
+# In a file: a variable does not tell a list without lines from one with an empty line.
+our_files >"$RIG_OUT/before.txt"
 expect "the packages are installed" install_packages
 expect "there is a user" getent passwd bmud
 expect "and a group of those who command" getent group bmud-admin
@@ -208,7 +210,7 @@ expect_opened_by_command "removed" "$(stopping_at)" 300
 expect "the pack's file has stayed" test -f /etc/bmud/pack.json
 expect "so has what was remembered" test -f "$state/state.json"
 expect "it is purged" dpkg --purge bmud bmud-tools mmusim >>"$RIG_OUT/dpkg.txt"
-our_files | diff <(echo "$before_installation") - >"$RIG_OUT/left.txt" || fail "left behind: $(cat "$RIG_OUT/left.txt")"
+our_files | diff "$RIG_OUT/before.txt" - >"$RIG_OUT/left.txt" || fail "left behind: $(cat "$RIG_OUT/left.txt")"
 echo "  ok: nothing is left behind"
 expect "nor the user" not getent passwd bmud
 expect "nor its groups" not getent group bmud bmud-admin
