@@ -57,7 +57,7 @@ stage_cppcheck() { tests/meta/cppcheck.py; }
 
 # GCC: the product, and the kinds of tests that the sanitizers do not have in the same run.
 stage_build() { tools/test --kinds "$other_kinds" --build-only; }
-stage_tests() { tools/test --kinds "$other_kinds" -- --output-log build/ci-tests.log --quiet --timeout "$test_max_s"; }
+stage_tests() { tools/test --kinds "$other_kinds" -- --output-log build/ci-tests.log; }
 
 # The sanitizer runtime of older clang fails now and then where the kernel spreads addresses widely; without it where that is not allowed.
 without_address_randomization() {
@@ -96,7 +96,7 @@ stage_all_sanitizers_slow() {
 
 # GCC and every kind of test that needs no emulated machine.
 stage_all_build() { tools/test --build-only; }
-stage_all_tests() { tools/test -- -LE '^rig$' --timeout "$test_max_s"; }
+stage_all_tests() { tools/test -- -LE '^rig$'; }
 
 # build_programs FOLDER TARGETS...: in a folder that has been configured, or else as GCC's build of everything
 build_programs() {
@@ -136,7 +136,8 @@ stage_tidy() {
     awk -v k="${part%/*}" -v n="${part#*/}" -v recent="$recent" -v most="$most" '
       BEGIN { count = split(recent, names, "\n"); for (i = 1; i <= count; ++i) is_recent[names[i]] = 1 }
       (is_recent[$0] && ++taken <= most) || NR % n == k - 1 { gsub(/\./, "\\."); print }' | paste -sd'|')
-  CC=clang CXX=clang++ cmake -S . -B build-tidy -G Ninja -DBMUD_SANITIZE=ON
+  # Without precompiled headers a source that forgets to include something is seen.
+  CC=clang CXX=clang++ cmake -S . -B build-tidy -G Ninja -DBMUD_SANITIZE=ON -DBMUD_PRECOMPILE=OFF
   run-clang-tidy -quiet -p build-tidy -j "$jobs" "^$PWD/($sources)\$"
 }
 
