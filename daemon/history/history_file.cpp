@@ -196,7 +196,7 @@ HistoryResult<void> HistoryFile::make_ours(const Database& database) const {
     found.at(index) = answer->value_or(0);
   }
   const auto [id, version, things, minutes] = found;
-  const bool is_empty = things == 0 && version == 0;
+  const bool is_empty = things == 0 && version == 0 && (id == 0 || id == history_application_id);
   if (!is_empty && id != history_application_id && minutes == 0) {
     return failure(HistoryError{HistoryTrouble::foreign, options_.path + ": is another program's database"});
   }

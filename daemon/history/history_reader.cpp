@@ -1,6 +1,8 @@
 #include "daemon/history/history_reader.hpp"
 
 #include <algorithm>
+#include <array>
+#include <fstream>
 #include <utility>
 
 #include <fcntl.h>
@@ -42,9 +44,12 @@ bool is_open_elsewhere(const std::string& path) {
   return !is_told || lock.l_type != F_UNLCK;
 }
 
-bool is_directory(const std::string& path) {
+/// "", or what the path is that no history can be.
+std::string misplaced(const std::string& path) {
   struct stat status {};
-  return ::stat(path.c_str(), &status) == 0 && S_ISDIR(status.st_mode);
+  if (::stat(path.c_str(), &status) != 0) return "no such file, or no permission to look for it";
+  if (S_ISDIR(status.st_mode)) return "is a directory, the history is a file";
+  return S_ISREG(status.st_mode) ? "" : "is no plain file, the history is one";
 }
 
 bool is_disk_full(const std::string& path) {
@@ -108,8 +113,27 @@ bool is_whole_event(const RowValues& values) {
   return event_from(values).second;
 }
 
-/// A first look that touches what everything else needs.
+/// Its tables are being written, or whoever wrote them was killed: by its journal the database had no page before
+/// (sqlite.org/fileformat2.html, the rollback journal). The daemon takes that back when it opens the file the next
+/// time.
+bool is_being_created(const std::string& path) {
+  constexpr std::streamoff pages_before_at = 16;
+  constexpr std::array<char, 4> none{};
+  std::array<char, 4> pages_before{};
+  std::ifstream journal(path + "-journal", std::ios::binary);
+  journal.seekg(pages_before_at);
+  return journal.read(pages_before.data(), pages_before.size()) && pages_before == none;
+}
+
+/// A history has a journal beside it only until it has a log (-wal), and no table while it is not longer than a page.
+bool is_locked_by_its_creator(const std::string& path) {
+  return size_of(path + "-journal") >= 0 || size_of(path) <= static_cast<std::int64_t>(history_page_bytes);
+}
+
+/// A first look that touches what everything else needs. The transaction stays open: what is looked at afterwards is of
+/// the same state, and no creator goes on between two looks.
 DatabaseResult<void> look(const Database& database) {
+  if (auto begun = database.run("BEGIN"); !begun) return begun;
   const auto count = database.number("SELECT count(*) FROM sqlite_schema");
   if (!count) return failure(count.error());
   return {};
@@ -137,18 +161,33 @@ bool HistorySpan::has(const HistoryNumber& unix_time_ms) const {
 // --- opening --------------------------------------------------------------------------------------------------------
 
 Result<HistoryReader, std::string> HistoryReader::open(const std::string& path, HistoryAccess access) {
-  if (size_of(path) < 0) return failure(path + ": no such file, or no permission to look for it");
-  if (is_directory(path)) return failure(path + ": is a directory, the history is a file");
-  if (size_of(path) == 0) return failure(path + ": an empty file, nothing has been written yet");
+  if (const std::string why = misplaced(path); !why.empty()) return failure(path + ": " + why);
+  if (size_of(path) == 0 || is_being_created(path)) return open_new(path);
   auto reader = open_as_it_can_be(path, access);
   if (reader) reader->access_ = access;
-  if (reader && reader->database_) {
+  if (reader && reader->database_ && !reader->is_new_) {
     if (const auto checked = reader->check(); !checked) {
       if (!checked.error().may_be_damage) return failure(checked.error().why);
       reader = open_by_pages(path, access, checked.error().why);
+    } else if (reader->is_new_) {
+      return open_new(path);
     }
   }
   if (reader) reader->read_lives();
+  // Of what is written from now on something may be read, too.
+  if (reader && reader->database_ && reader->database_->is_in_transaction()) {
+    static_cast<void>(reader->database_->run("COMMIT"));
+  }
+  return reader;
+}
+
+/// An empty history in memory instead of the file: that may be locked at any time until its creator is done.
+Result<HistoryReader, std::string> HistoryReader::open_new(const std::string& path) {
+  auto database = Database::open(":memory:", OpenAs::writer);
+  if (!database) return failure(path + ": " + database.error().what);
+  if (auto made = migrate(*database, history_steps()); !made) return failure(path + ": " + made.error().what);
+  HistoryReader reader(path, std::move(*database));
+  reader.is_new_ = true;
   return reader;
 }
 
@@ -156,6 +195,10 @@ Result<HistoryReader, std::string> HistoryReader::open_as_it_can_be(const std::s
   auto database = open_and_look(path, OpenAs::reader);
   if (database) return HistoryReader(path, std::move(*database));
   const DatabaseError error = database.error();
+  if (error.kind() == SQLITE_BUSY) {
+    if (is_locked_by_its_creator(path)) return open_new(path);
+    return failure(path + ": locked by another program, try again");
+  }
   for (const int kind : {SQLITE_CANTOPEN, SQLITE_READONLY, SQLITE_IOERR, SQLITE_FULL}) {
     if (error.kind() != kind) continue;
     if (access == HistoryAccess::beside_writer) return failure(path + ": " + error.what);
@@ -215,6 +258,8 @@ Result<void, HistoryReader::Refusal> HistoryReader::check() {
   const auto minutes_found =
       database_->number("SELECT count(*) FROM sqlite_schema WHERE type = 'table' AND name = 'minute'");
   if (!minutes_found) return refused("is damaged where its tables are named: " + minutes_found.error().what);
+  is_new_ = has_no_table_yet();
+  if (is_new_) return {};
   if (minutes_found->value_or(0) != 1) return refused("is no history of bmud");
   if (auto checked = check_version(); !checked) return checked;
   const auto select = database_->prepare(minutes().select);
@@ -227,7 +272,29 @@ Result<void, HistoryReader::Refusal> HistoryReader::check() {
   }
   const auto is_whole = has_schema(*database_, history_steps());
   if (!is_whole || !*is_whole) note("the tables are not all those of a history");
+  is_new_ = has_no_row_yet();
   return {};
+}
+
+/// A database of one page at most and of no program, or of ours. The version tells it from a history whose first page
+/// is damaged.
+bool HistoryReader::has_no_table_yet() const {
+  if (is_ruin_) return false;
+  const auto is_found = [this](const char* question, std::int64_t wanted) {
+    const auto answer = database_->number(question);
+    return answer && answer->value_or(0) == wanted;
+  };
+  constexpr const char* id = "PRAGMA application_id";
+  const auto pages = database_->number("PRAGMA page_count");
+  return pages && pages->value_or(0) <= 1 && is_found("PRAGMA user_version", 0) &&
+         is_found("SELECT count(*) FROM sqlite_schema", 0) && (is_found(id, 0) || is_found(id, history_application_id));
+}
+
+/// Of a history in which nothing is damaged as far as it was looked at.
+bool HistoryReader::has_no_row_yet() const {
+  if (is_ruin_ || !notes_.empty()) return false;
+  const auto rows = database_->number("SELECT EXISTS (SELECT 1 FROM minute) OR EXISTS (SELECT 1 FROM event)");
+  return rows && rows->value_or(1) == 0;
 }
 
 /// A newer bmud has something that this one does not know. Where everything is known the number is what is wrong.

@@ -16,6 +16,9 @@
 // beginning of the file is, without which SQLite opens nothing: by a whole row on any of its pages it is known as a
 // history. Where nobody has it open it takes no room on the disk, and no right to write.
 //
+// A file that the daemon is just creating opens as a history without rows, is_new(): an empty file, a database without
+// tables, one that its creator holds locked, and what a creator that was killed left behind.
+//
 // Cost: some 10 us a row of 96 cells, and the disk's part; one row is in memory at a time.
 #pragma once
 
@@ -60,6 +63,8 @@ class HistoryReader {
   void for_each_row_after(std::int64_t sequence, const std::function<bool(const HistoryRow&)>& take);
   void for_each_event(const HistorySpan& span, const std::function<bool(const HistoryEvent&)>& take);
 
+  /// Nothing recorded yet, neither minute nor event, when it was opened. Then it stays without rows.
+  [[nodiscard]] bool is_new() const { return is_new_; }
   [[nodiscard]] const std::vector<HistoryLife>& lives() const { return lives_.all(); }
   /// Of a row that was read: never null.
   [[nodiscard]] const HistoryLife* life_of(const HistoryRow& row) const { return lives_.find(row.life); }
@@ -95,6 +100,7 @@ class HistoryReader {
 
   explicit HistoryReader(std::string path) : path_(std::move(path)) {}
   HistoryReader(std::string path, Database database) : path_(std::move(path)), database_(std::move(database)) {}
+  [[nodiscard]] static Result<HistoryReader, std::string> open_new(const std::string& path);
   [[nodiscard]] static Result<HistoryReader, std::string> open_as_it_can_be(const std::string& path,
                                                                             HistoryAccess access);
   [[nodiscard]] static Result<HistoryReader, std::string> open_without_company(const std::string& path,
@@ -105,6 +111,8 @@ class HistoryReader {
                                                                         const std::string& refusal);
   [[nodiscard]] Result<void, Refusal> check();
   [[nodiscard]] Result<void, Refusal> check_version();
+  [[nodiscard]] bool has_no_table_yet() const;
+  [[nodiscard]] bool has_no_row_yet() const;
   [[nodiscard]] bool has_whole_row();
   void read_lives();
   [[nodiscard]] Range range_of(const HistorySpan& span);
@@ -128,6 +136,7 @@ class HistoryReader {
   HistoryAccess access_ = HistoryAccess::in_any_way;
   std::optional<Database> database_;  // none: nothing leads into the file, what is in it is found page by page
   bool is_ruin_ = false;              // then nothing is looked up, everything is looked through
+  bool is_new_ = false;
   HistoryLives lives_;
   std::unique_ptr<StrayRows> strays_;  // once something cannot be reached; beside the writer of none
   std::vector<std::string> notes_;

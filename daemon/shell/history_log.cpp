@@ -87,9 +87,9 @@ std::string log_line(const HistoryRow& row) {
 LogSource history_log(std::string path) {
   return [path = std::move(path)]() -> NextLogLine {
     std::error_code is_not_there;
-    // Before its first minute a history is no file yet, or an empty one, and that is no failure.
-    const std::uintmax_t size = std::filesystem::file_size(path, is_not_there);
-    if (is_not_there || size == 0) return empty_log()();
+    // Before it is created a history is no file yet, and that is no failure.
+    static_cast<void>(std::filesystem::file_size(path, is_not_there));
+    if (is_not_there) return empty_log()();
     auto reader = HistoryReader::open(path, HistoryAccess::beside_writer);
     if (!reader) {
       return [error = reader.error()] { return Result<std::optional<std::string>, std::string>(failure(error)); };

@@ -1,11 +1,14 @@
 // The system's files as SQLite sees them, with a disk that can be made to fail: to be full, to refuse writes or syncs
-// from the n-th on, or to hang until it is let go. Files are real; what fails has not been written.
+// from the n-th on, or to hang until it is let go. A test can look at the files between any two writes. Files are real;
+// what fails has not been written.
 #pragma once
 
 #include <atomic>
 #include <condition_variable>
 #include <cstring>
+#include <functional>
 #include <mutex>
+#include <utility>
 
 #include <sqlite3.h>
 
@@ -20,6 +23,7 @@ class FaultyDisk {
     static FaultyDisk disk;
     disk.heal();
     disk.let_go();
+    disk.look_ = nullptr;
     disk.writes_ = 0;
     disk.syncs_ = 0;
     return disk;
@@ -48,6 +52,8 @@ class FaultyDisk {
     is_hanging_ = false;
     let_go_.notify_all();
   }
+  /// Called before each write and each sync, by whoever writes: what others see of the files at that time.
+  void before_each(std::function<void()> look) { look_ = std::move(look); }
   [[nodiscard]] int writes() const { return writes_; }
   [[nodiscard]] int syncs() const { return syncs_; }
 
@@ -82,6 +88,7 @@ class FaultyDisk {
 
   int before_write() {
     ++writes_;
+    if (look_) look_();
     std::unique_lock lock(mutex_);
     let_go_.wait(lock, [this] { return !is_hanging_; });
     if (write_error_ == SQLITE_OK) return SQLITE_OK;
@@ -89,6 +96,7 @@ class FaultyDisk {
   }
   int before_sync() {
     ++syncs_;
+    if (look_) look_();
     if (!fails_syncs_) return SQLITE_OK;
     return good_syncs_-- > 0 ? SQLITE_OK : SQLITE_IOERR_FSYNC;
   }
@@ -139,6 +147,7 @@ class FaultyDisk {
   std::mutex mutex_;
   std::condition_variable let_go_;
   bool is_hanging_ = false;
+  std::function<void()> look_;
   std::atomic<int> write_error_ = SQLITE_OK;
   std::atomic<int> good_writes_ = 0;
   std::atomic<bool> fails_syncs_ = false;

@@ -267,6 +267,135 @@ TEST_CASE("a clock that jumps into the future and back costs no history", "[unit
   CHECK(all.problems.empty());
 }
 
+// --- not made yet ---------------------------------------------------------------------------------------------------
+
+namespace {
+
+/// "" where it reads as a history without rows and without damage; otherwise what a user would be told instead.
+std::string fault_of_new(const std::string& path, HistoryAccess access = HistoryAccess::in_any_way) {
+  auto reader = HistoryReader::open(path, access);
+  if (!reader) return reader.error();
+  const auto all = read_all(*reader);
+  if (!all.problems.empty()) return all.problems.front();
+  if (!all.rows.empty() || !all.events.empty()) return "it has rows";
+  return reader->is_new() ? "" : "it is not new";
+}
+
+/// A connection that is in the middle of something.
+class OtherConnection {
+ public:
+  OtherConnection(const std::string& path, const std::string& sql) {
+    REQUIRE(sqlite3_open(path.c_str(), &database_) == SQLITE_OK);
+    REQUIRE(sqlite3_exec(database_, sql.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK);
+  }
+  OtherConnection(const OtherConnection&) = delete;
+  OtherConnection& operator=(const OtherConnection&) = delete;
+  ~OtherConnection() { sqlite3_close(database_); }
+
+ private:
+  sqlite3* database_ = nullptr;
+};
+
+const std::string our_id = "PRAGMA application_id = " + std::to_string(history_application_id) + ";";
+// More than its connection keeps in memory, so that pages are in the file before the transaction ends.
+const std::string half_a_transaction =
+    "PRAGMA cache_size = 1; BEGIN; CREATE TABLE minute (sequence INTEGER PRIMARY KEY, bytes BLOB);"
+    "INSERT INTO minute VALUES (1, zeroblob(100000)); INSERT INTO minute VALUES (2, zeroblob(100000));";
+
+}  // namespace
+
+TEST_CASE("a history that is just being created has nothing recorded yet, and is no damage", "[unit][history]") {
+  const Files files;
+  SECTION("an empty file") {
+    write_bytes(files.path, "");
+    CHECK(fault_of_new(files.path) == "");
+  }
+  SECTION("a database without tables") {
+    run_sql(files.path, "PRAGMA user_version = 1; PRAGMA user_version = 0");
+    REQUIRE(std::filesystem::file_size(files.path) > 0);
+    CHECK(fault_of_new(files.path) == "");
+  }
+  SECTION("one without tables that says whose it is") {
+    run_sql(files.path, our_id);
+    CHECK(fault_of_new(files.path) == "");
+  }
+  SECTION("one that its creator has locked before there is a table") {
+    run_sql(files.path, our_id);
+    const OtherConnection creator(files.path, "BEGIN EXCLUSIVE");
+    CHECK(fault_of_new(files.path) == "");
+    CHECK(fault_of_new(files.path, HistoryAccess::beside_writer) == "");
+  }
+  SECTION("tables that are not committed") {
+    const OtherConnection creator(files.path, half_a_transaction);
+    REQUIRE(std::filesystem::file_size(files.path) > history_page_bytes);
+    CHECK(fault_of_new(files.path) == "");
+    CHECK(fault_of_new(files.path, HistoryAccess::beside_writer) == "");
+  }
+  SECTION("what a creator left that was killed") {
+    const OtherConnection creator(files.path, half_a_transaction);
+    const Files left;
+    for (const char* end : {"", "-journal"}) std::filesystem::copy(files.path + end, left.path + end);
+    CHECK(fault_of_new(left.path) == "");
+    CHECK(fault_of_new(left.path, HistoryAccess::beside_writer) == "");
+    HistoryFile file({.path = left.path}, life_of(1));
+    write_minutes(file, life_of(1), 1, 2);
+    CHECK(left.put_aside().empty());
+    CHECK(read_all(left.path).minutes() == count(1, 2));
+  }
+  SECTION("one that has its tables and no row") {
+    HistoryFile file({.path = files.path}, life_of(1));
+    REQUIRE(file.open());
+    CHECK(fault_of_new(files.path) == "");
+  }
+}
+
+TEST_CASE("between any two writes of its creation a history has nothing recorded yet", "[unit][history]") {
+  FaultyDisk& disk = FaultyDisk::well();
+  const Files files;
+  std::vector<std::string> faults;
+  int looks = 0;
+  disk.before_each([&] {
+    ++looks;
+    if (const std::string fault = fault_of_new(files.path, HistoryAccess::beside_writer); !fault.empty()) {
+      faults.push_back(fault);
+    }
+  });
+  HistoryFile file({.path = files.path, .vfs = FaultyDisk::name}, life_of(1));
+  const auto opened = file.open();
+  disk.before_each(nullptr);
+  REQUIRE(opened);
+  CHECK(looks > 10);
+  CHECK(faults == std::vector<std::string>{});
+  write_minutes(file, life_of(1), 1, 2);
+  CHECK(read_all(files.path).minutes() == count(1, 2));
+}
+
+TEST_CASE("what is no history passes for no new one", "[unit][history]") {
+  const Files files;
+  const auto refusal = [&] {
+    const auto reader = HistoryReader::open(files.path);
+    return reader ? "" : reader.error().substr(files.path.size() + 2);
+  };
+  SECTION("another program's database without tables") {
+    run_sql(files.path, "PRAGMA application_id = 7");
+    CHECK(refusal() == "is no history of bmud");
+  }
+  SECTION("another program's tables, locked") {
+    run_sql(files.path, "CREATE TABLE photos (name TEXT); INSERT INTO photos VALUES (zeroblob(20000))");
+    const OtherConnection owner(files.path, "BEGIN EXCLUSIVE");
+    CHECK(refusal() == "locked by another program, try again");
+  }
+  SECTION("a history whose first page says that it has no tables") {
+    make_history(files.path, 3);
+    std::string bytes = bytes_of(files.path);
+    bytes[103] = bytes[104] = '\0';  // how many rows the page has
+    write_bytes(files.path, bytes);
+    const auto all = read_all(files.path);
+    CHECK(all.minutes() == count(1, 3));
+    CHECK_FALSE(all.problems.empty());
+  }
+}
+
 // --- not as it should be --------------------------------------------------------------------------------------------
 
 TEST_CASE("a history of a newer version is left alone, and put nowhere", "[unit][history]") {
@@ -298,6 +427,9 @@ TEST_CASE("another program's database, a folder and a device are left alone", "[
   };
   CHECK(trouble_at(files.path) == HistoryTrouble::foreign);
   CHECK(bytes_of(files.path) == before);
+  const std::string empty = files.folder / "empty.sqlite";
+  run_sql(empty, "PRAGMA application_id = 7");  // without tables, but somebody's
+  CHECK(trouble_at(empty) == HistoryTrouble::foreign);
   CHECK(trouble_at(files.folder.path().string()) == HistoryTrouble::foreign);
   CHECK(trouble_at("/dev/null") == HistoryTrouble::foreign);
   CHECK(trouble_at(files.folder / "not/there/history.sqlite") == HistoryTrouble::refused);
@@ -430,7 +562,8 @@ TEST_CASE("cut short anywhere, a history is read as far as it goes, and the rest
   const std::string good = bytes_of(files.path);
   std::size_t most = 0;
   std::size_t read_some = 0;
-  for (std::size_t size = 0; size < good.size(); size += 1'777) {
+  // Of one that is cut to nothing nothing is left that tells it from a new one.
+  for (std::size_t size = 1'777; size < good.size(); size += 1'777) {
     INFO("size " << size);
     write_bytes(files.path, good.substr(0, size));
     auto reader = HistoryReader::open(files.path);

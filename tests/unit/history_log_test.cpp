@@ -1,7 +1,10 @@
 // The minutes of a history as lines for a serial line.
 #include "daemon/shell/history_log.hpp"
 
+#include <filesystem>
 #include <string>
+
+#include <sqlite3.h>
 
 #include "tests/support/catch.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -33,7 +36,14 @@ TEST_CASE("what was not known of a minute is a dash, never a number", "[unit][se
 
 TEST_CASE("without a database the log is empty, and a file that is none is told", "[unit][serial][history]") {
   const TemporaryFolder folder;
-  for (const std::string& path : {std::string(), folder / "none.sqlite", folder.file("new.sqlite", "")}) {
+  const std::string just_created = folder / "created.sqlite";
+  sqlite3* creator = nullptr;
+  REQUIRE(sqlite3_open(just_created.c_str(), &creator) == SQLITE_OK);
+  REQUIRE(sqlite3_exec(creator, "PRAGMA user_version = 1; PRAGMA user_version = 0", nullptr, nullptr, nullptr) ==
+          SQLITE_OK);
+  sqlite3_close(creator);
+  REQUIRE(std::filesystem::file_size(just_created) > 0);
+  for (const std::string& path : {std::string(), folder / "none.sqlite", folder.file("new.sqlite", ""), just_created}) {
     const auto line = history_log(path)()();
     REQUIRE(line);
     CHECK_FALSE(line->has_value());

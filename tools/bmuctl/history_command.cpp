@@ -156,6 +156,10 @@ std::size_t show_events(HistoryReader& history, const Shown& shown) {
 }
 
 void say_nothing_there(HistoryReader& history, const char* what) {
+  if (history.is_new()) {
+    std::printf("Nothing recorded yet in %s.\n", history.path().c_str());
+    return;
+  }
   if (!history.problems().empty()) {
     std::printf("No %s of this span can be read: %s is damaged.\n", what, history.path().c_str());
     return;

@@ -147,6 +147,7 @@ Result<Loaded, std::string> load_history(const std::string& file, Span span, boo
   const std::vector<std::string> problems = history->problems();
   loaded.is_whole = problems.empty();
   if (!loaded.data.is_empty()) return loaded;
+  if (history->is_new()) return failure("'" + file + "': nothing recorded yet");
   if (problems.empty()) return failure("'" + file + "' has no minute between these times");
   return failure("'" + file + "' is damaged, no minute between these times can be read: " + problems.front() +
                  (problems.size() == 1 ? "" : "; and more, see bmuctl history"));

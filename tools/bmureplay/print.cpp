@@ -206,7 +206,7 @@ std::string outcome_text(const Outcome& outcome, const std::string& other_name) 
     text += "note: " + join.file + ":" + std::to_string(join.line) + ": " + join.text + "\n";
   }
   const bool is_empty = outcome.counts.ticks == 0 && outcome.not_replayable.empty() && outcome.damages.empty();
-  if (is_empty) text += "no decision found: this is no recording\n";
+  if (is_empty) text += "no decision found: nothing is recorded yet, or this is no recording\n";
   return text;
 }
 
