@@ -52,7 +52,7 @@ struct AccessBench : Bench {
     const std::vector<std::string> words = daemon_command();
     command.insert(command.end(), words.begin(), words.end());
     daemon = std::make_unique<Process>(command, ProcessOptions{.err_file = log});
-    REQUIRE(listener.next(milliseconds(5000)));
+    REQUIRE(listener.next(test::hang_max));
   }
   [[nodiscard]] std::string error_of(const Asker& asker, const char* question) const {
     const nlohmann::json reply = ask_as(asker, socket, question);
@@ -60,7 +60,7 @@ struct AccessBench : Bench {
   }
   [[nodiscard]] int end() {
     daemon->signal(SIGTERM);
-    return daemon->wait(milliseconds(5000));
+    return daemon->wait(test::hang_max);
   }
 };
 

@@ -40,11 +40,11 @@ struct StateBench : Bench {
     std::vector<std::string> command = daemon_command();
     if (environment.empty()) command.insert(command.end(), {"--state", state});
     daemon = std::make_unique<Process>(command, ProcessOptions{.environment = environment, .err_file = log});
-    REQUIRE(listener.next(milliseconds(5000)));
+    REQUIRE(listener.next(test::hang_max));
   }
   void kill() {
     daemon->signal(SIGKILL);
-    REQUIRE(daemon->wait(milliseconds(2000)) == 128 + SIGKILL);
+    REQUIRE(daemon->wait(test::hang_max) == 128 + SIGKILL);
     static_cast<void>(listener.last());
   }
   [[nodiscard]] nlohmann::json fault(const std::string& name) const {
@@ -58,7 +58,7 @@ struct StateBench : Bench {
   [[nodiscard]] bool becomes(const std::function<bool()>& is_so) {
     for (int i = 0; i < 200; ++i) {
       if (is_so()) return true;
-      REQUIRE(listener.next(milliseconds(5000)));
+      REQUIRE(listener.next(test::hang_max));
     }
     return false;
   }
@@ -235,13 +235,13 @@ TEST_CASE("a healthy pack that is switched off and on again has no lock of it", 
   REQUIRE(bench.has_stage("module_lost", "active"));
   REQUIRE(bench.has_written("module_lost"));
   bench.daemon->signal(SIGTERM);
-  REQUIRE(bench.daemon->wait(milliseconds(5000)) == 0);
+  REQUIRE(bench.daemon->wait(test::hang_max) == 0);
   static_cast<void>(bench.listener.last());
 
   bench.start();  // and come up last
   REQUIRE(bench.has_stage("module_lost", "active"));
   bench.daemon->signal(SIGTERM);
-  REQUIRE(bench.daemon->wait(milliseconds(5000)) == 0);
+  REQUIRE(bench.daemon->wait(test::hang_max) == 0);
   static_cast<void>(bench.listener.last());
   bench.start_emulator("");
   bench.start();

@@ -144,7 +144,7 @@ TEST_CASE("a drive: the pack closes, a cell sags, it opens and says which cell, 
   // Late enough for a slow machine to look at the closed pack before.
   bench.start_emulator("1 vehicle on\n5 cell 2.7 voltage_mV ..2500 over 0.3\n");
   bench.start_daemon();
-  REQUIRE(bench.listener.hears(is_closed, milliseconds(8000)));
+  REQUIRE(bench.listener.hears(is_closed, test::hang_max));
   const nlohmann::json closed = bench.ask_json("status");
   CHECK(closed.at("state").at("phase") == "closed");
   CHECK(closed.at("last_precharge").at("was_successful") == true);
@@ -154,7 +154,7 @@ TEST_CASE("a drive: the pack closes, a cell sags, it opens and says which cell, 
   CHECK(closed.at("values").at("current_mA").is_number());
   CHECK(closed.at("values").at("cell_temperature").at("max_dC") == 250);
 
-  REQUIRE(bench.listener.hears(is_open, milliseconds(8000)));
+  REQUIRE(bench.listener.hears(is_open, test::hang_max));
   const nlohmann::json why = bench.ask_json("why");
   const nlohmann::json& opening = why.at("last_opening");
   CHECK(opening.at("fault") == "cell_undervoltage");
@@ -219,12 +219,12 @@ TEST_CASE("a limit is told as a chain from the signal over the row that limits t
   // With a current that flows already the line is what binds: at rest the voltage would not bear as much.
   bench.start_emulator("1 vehicle on\n4 load current_A 39\n5 cell 2.7 voltage_mV ..2900 over 0.1\n");
   bench.start_daemon();
-  REQUIRE(bench.listener.hears(is_closed, milliseconds(8000)));
+  REQUIRE(bench.listener.hears(is_closed, test::hang_max));
   nlohmann::json chain;
   for (int i = 0; i < 100; ++i) {
     chain = bench.ask_json("why").at("limits").at("discharge");
     if (chain.at("steps").back().at("cause") == "cell voltage low" && is_settled(chain.at("steps"))) break;
-    REQUIRE(bench.listener.next(milliseconds(5000)));
+    REQUIRE(bench.listener.next(test::hang_max));
   }
   INFO(chain.dump(1));
   const nlohmann::json& steps = chain.at("steps");
@@ -251,8 +251,8 @@ TEST_CASE("either emergency stop opens a closed pack", "[integration][daemon][RR
   Bench bench;
   bench.start_emulator("1 vehicle on\n5 estop " + number + " pressed\n");
   bench.start_daemon();
-  REQUIRE(bench.listener.hears(is_closed, milliseconds(8000)));
-  REQUIRE(bench.listener.hears(is_open, milliseconds(8000)));
+  REQUIRE(bench.listener.hears(is_closed, test::hang_max));
+  REQUIRE(bench.listener.hears(is_open, test::hang_max));
   CHECK(bench.ask_json("status").at("last_opening").at("fault") == "emergency_stop");
 }
 
@@ -260,9 +260,9 @@ TEST_CASE("SIGTERM opens a closed pack, and the daemon ends with 0", "[integrati
   Bench bench;
   bench.start_emulator("1 vehicle on\n");
   bench.start_daemon();
-  REQUIRE(bench.listener.hears(is_closed, milliseconds(8000)));
+  REQUIRE(bench.listener.hears(is_closed, test::hang_max));
   bench.daemon->signal(SIGTERM);
-  CHECK(bench.daemon->wait(milliseconds(2000)) == 0);
+  CHECK(bench.daemon->wait(test::hang_max) == 0);
   CHECK(is_open(bench.listener.last()));
   CHECK_FALSE(std::filesystem::exists(bench.socket));
 }
@@ -270,7 +270,7 @@ TEST_CASE("SIGTERM opens a closed pack, and the daemon ends with 0", "[integrati
 TEST_CASE("a second SIGTERM ends the daemon at once, open", "[integration][daemon][F63]") {
   Bench bench;  // no emulator: nobody confirms that the contacts are open
   bench.start_daemon();
-  REQUIRE(bench.listener.next(milliseconds(5000)));
+  REQUIRE(bench.listener.next(test::hang_max));
   bench.daemon->signal(SIGTERM);
   bench.daemon->signal(SIGINT);
   CHECK(bench.daemon->wait(milliseconds(2000)) == 0);
@@ -281,19 +281,19 @@ TEST_CASE("a log that takes nothing stops neither frames nor the end", "[integra
   Bench bench;
   FullPipe pipe;
   bench.start_daemon({.err_fd = pipe.write_end.get()});
-  REQUIRE(bench.listener.next(milliseconds(5000)));
-  CHECK(bench.listener.count_within(milliseconds(1000)) >= 10);
+  REQUIRE(bench.listener.next(test::hang_max));
+  CHECK(bench.listener.hears_commands(20));
   bench.daemon->signal(SIGTERM);
-  CHECK(bench.daemon->wait(milliseconds(2500)) == 0);
+  CHECK(bench.daemon->wait(test::hang_max) == 0);
 }
 
 TEST_CASE("the service manager hears that we are alive only while ticks are decided", "[integration][daemon][F60]") {
   Bench bench;
   NotifySocket notify(bench.folder / "notify");
   bench.start_daemon({.environment = {"NOTIFY_SOCKET=" + (bench.folder / "notify"), "WATCHDOG_USEC=300000"}});
-  REQUIRE(notify.hears("READY=1", milliseconds(5000)));
-  CHECK(notify.hears("WATCHDOG=1", milliseconds(1000)));
-  CHECK(notify.hears("WATCHDOG=1", milliseconds(1000)));
+  REQUIRE(notify.hears("READY=1", test::hang_max));
+  CHECK(notify.hears("WATCHDOG=1", test::hang_max));
+  CHECK(notify.hears("WATCHDOG=1", test::hang_max));
 
   bench.daemon->signal(SIGSTOP);
   int status = 0;
@@ -301,11 +301,11 @@ TEST_CASE("the service manager hears that we are alive only while ticks are deci
   notify.drain();
   CHECK_FALSE(notify.next(milliseconds(400)));
   bench.daemon->signal(SIGCONT);
-  CHECK(notify.hears("WATCHDOG=1", milliseconds(1000)));
+  CHECK(notify.hears("WATCHDOG=1", test::hang_max));
 
   bench.daemon->signal(SIGTERM);
-  CHECK(notify.hears("STOPPING=1", milliseconds(1000)));
-  CHECK(bench.daemon->wait(milliseconds(2000)) == 0);
+  CHECK(notify.hears("STOPPING=1", test::hang_max));
+  CHECK(bench.daemon->wait(test::hang_max) == 0);
 }
 
 TEST_CASE("a service manager that takes nothing, or is not there, does not hold the daemon",
@@ -316,27 +316,27 @@ TEST_CASE("a service manager that takes nothing, or is not there, does not hold 
   const bool is_gone = GENERATE(false, true);
   const std::string path = is_gone ? bench.folder / "nobody" : bench.folder / "notify";
   bench.start_daemon({.environment = {"NOTIFY_SOCKET=" + path, "WATCHDOG_USEC=100000"}});
-  REQUIRE(bench.listener.next(milliseconds(5000)));
-  CHECK(bench.listener.count_within(milliseconds(500)) >= 5);
+  REQUIRE(bench.listener.next(test::hang_max));
+  CHECK(bench.listener.hears_commands(10));
   bench.daemon->signal(SIGTERM);
-  CHECK(bench.daemon->wait(milliseconds(2000)) == 0);
+  CHECK(bench.daemon->wait(test::hang_max) == 0);
 }
 
 TEST_CASE("a second daemon on the same socket refuses to start, a killed one's place is taken",
           "[integration][daemon]") {
   Bench bench;
   bench.start_daemon();
-  REQUIRE(bench.listener.next(milliseconds(5000)));
+  REQUIRE(bench.listener.next(test::hang_max));
   const Finished second = run_program(bench.daemon_command());
   CHECK(second.status == 71);
   CHECK(second.err.find("another bmud is running") != std::string::npos);
 
   bench.daemon->signal(SIGKILL);
-  CHECK(bench.daemon->wait(milliseconds(2000)) == 128 + SIGKILL);
+  CHECK(bench.daemon->wait(test::hang_max) == 128 + SIGKILL);
   REQUIRE(std::filesystem::exists(bench.socket));
   static_cast<void>(bench.listener.last());  // what the dead one sent tells nothing about the new one
   bench.start_daemon();
-  REQUIRE(bench.listener.next(milliseconds(5000)));
+  REQUIRE(bench.listener.next(test::hang_max));
   CHECK(bench.ask({"status"}).status == 0);
 }
 
@@ -354,7 +354,7 @@ TEST_CASE("the answer to clear tells what went and what stays, and why", "[integ
   Bench bench;
   bench.start_emulator("0.5 estop 1 pressed\n3 estop 1 released\n");
   bench.start_daemon();
-  REQUIRE(bench.listener.next(milliseconds(5000)));
+  REQUIRE(bench.listener.next(test::hang_max));
   const auto stage = [&bench] {
     const nlohmann::json reply = bench.ask_json("faults");
     for (const nlohmann::json& fault : reply.at("faults")) {
@@ -365,7 +365,7 @@ TEST_CASE("the answer to clear tells what went and what stays, and why", "[integ
   const auto becomes = [&](const std::string& wanted) {
     for (int i = 0; i < 200; ++i) {
       if (stage() == wanted) return true;
-      REQUIRE(bench.listener.next(milliseconds(5000)));
+      REQUIRE(bench.listener.next(test::hang_max));
     }
     return false;
   };
@@ -400,7 +400,7 @@ TEST_CASE("a second master is named by the identifier it used, a node of nobody 
           "[integration][daemon]") {
   Bench bench;
   bench.start_daemon();
-  REQUIRE(bench.listener.next(milliseconds(5000)));
+  REQUIRE(bench.listener.next(test::hang_max));
   auto port = open_bus(bench.bus, {.receive_ids = {internal_bus::contactor_command.base_id}});
   REQUIRE(port);
   CanFrame unconfigured{.id = internal_bus::ident.base_id + 63, .length = 8};
@@ -408,8 +408,8 @@ TEST_CASE("a second master is named by the identifier it used, a node of nobody 
   REQUIRE((*port)->send(contactor_command_frame({}, 77)));
   REQUIRE((*port)->send(unconfigured));
   REQUIRE((*port)->send({.id = 0x7F0, .length = 8}));
-  REQUIRE(bench.listener.next(milliseconds(1000)));
-  REQUIRE(bench.listener.next(milliseconds(1000)));
+  REQUIRE(bench.listener.next(test::hang_max));
+  REQUIRE(bench.listener.next(test::hang_max));
   const nlohmann::json receive = bench.ask_json("status").at("receive");
   CHECK(receive.at("rejected") == 2);
   CHECK(receive.at("rejected_by_reason").at("foreign master") == 1);
@@ -422,15 +422,15 @@ TEST_CASE("a second master is named by the identifier it used, a node of nobody 
 TEST_CASE("a sensor result that is none is counted and told apart from a frame that failed", "[integration][daemon]") {
   Bench bench;
   bench.start_daemon();
-  REQUIRE(bench.listener.next(milliseconds(5000)));
+  REQUIRE(bench.listener.next(test::hang_max));
   auto port = open_bus(bench.bus, {.receive_ids = {internal_bus::contactor_command.base_id}});
   REQUIRE(port);
   CanFrame absurd = make_frame(internal_bus::sensor_current);
   absurd.data[2] = 0x7F;  // some two million ampere
   seal(internal_bus::sensor_current, 3, absurd);
   REQUIRE((*port)->send(absurd));
-  REQUIRE(bench.listener.next(milliseconds(1000)));
-  REQUIRE(bench.listener.next(milliseconds(1000)));
+  REQUIRE(bench.listener.next(test::hang_max));
+  REQUIRE(bench.listener.next(test::hang_max));
   const nlohmann::json receive = bench.ask_json("status").at("receive");
   CHECK(receive.at("rejected") == 0);
   CHECK(receive.at("sensor_results_refused") == 1);
@@ -442,14 +442,14 @@ TEST_CASE("what waited while the daemon was stopped is not taken for news", "[in
   Bench bench;
   bench.start_emulator("1 vehicle on\n");
   bench.start_daemon();
-  REQUIRE(bench.listener.hears(is_closed, milliseconds(8000)));
+  REQUIRE(bench.listener.hears(is_closed, test::hang_max));
   bench.daemon->signal(SIGSTOP);
   int status = 0;
   REQUIRE(::waitpid(bench.daemon->pid(), &status, WUNTRACED) == bench.daemon->pid());
   static_cast<void>(bench.listener.last());
   CHECK_FALSE(bench.listener.next(milliseconds(300)));  // the others' frames of this time wait for the daemon
   bench.emulator->signal(SIGKILL);
-  CHECK(bench.emulator->wait(milliseconds(2000)) == 128 + SIGKILL);
+  CHECK(bench.emulator->wait(test::hang_max) == 128 + SIGKILL);
   CHECK_FALSE(bench.listener.next(milliseconds(1000)));  // and now nobody says anything
   bench.daemon->signal(SIGCONT);
   CHECK(bench.listener.hears(is_open, milliseconds(500)));
@@ -473,7 +473,7 @@ TEST_CASE("every command of bmuctl answers a running daemon, as text and as JSON
   Bench bench;
   bench.start_emulator("");
   bench.start_daemon();
-  REQUIRE(bench.listener.next(milliseconds(5000)));
+  REQUIRE(bench.listener.next(test::hang_max));
   for (const std::string command :
        {"status", "cells", "faults", "why", "clear", "modules", "balance", "health", "wake", "drive"}) {
     CAPTURE(command);
@@ -558,7 +558,7 @@ TEST_CASE("balancing is switched off and on by anybody, and says so", "[integrat
   Bench bench;
   bench.start_emulator("");
   bench.start_daemon();
-  REQUIRE(bench.listener.next(milliseconds(5000)));
+  REQUIRE(bench.listener.next(test::hang_max));
   const nlohmann::json before = bench.ask_json("balance");
   CHECK(before.at("is_switched_off") == false);
   CHECK(before.at("modules").size() == 4);
@@ -586,7 +586,7 @@ TEST_CASE("watch without a terminal tells lines, and the picture once at the end
   Bench bench;
   bench.start_emulator("");
   bench.start_daemon();
-  REQUIRE(bench.listener.next(milliseconds(5000)));
+  REQUIRE(bench.listener.next(test::hang_max));
   const Finished watched = bench.ask({"watch", "--seconds", "1", "--period", "0.2"});
   CHECK(watched.status == 0);
   CHECK(watched.out.find('\033') == std::string::npos);
@@ -597,15 +597,15 @@ TEST_CASE("watch without a terminal tells lines, and the picture once at the end
 TEST_CASE("watch keeps the last picture and fails when the daemon goes away", "[integration][bmuctl]") {
   Bench bench;
   bench.start_daemon();
-  REQUIRE(bench.listener.next(milliseconds(5000)));
+  REQUIRE(bench.listener.next(test::hang_max));
   Process watch({program("bmuctl"), "--socket", bench.socket, "watch", "--period", "0.1"},
                 {.out_file = bench.folder / "out", .err_file = bench.folder / "err"});
   // It counts as watching once its first line is there.
   for (int i = 0; i < 50 && read_file(bench.folder / "out").empty(); ++i) {
-    REQUIRE(bench.listener.next(milliseconds(1000)));
+    REQUIRE(bench.listener.next(test::hang_max));
   }
   bench.daemon->signal(SIGKILL);
-  CHECK(watch.wait(milliseconds(3000)) == 1);
+  CHECK(watch.wait(test::hang_max) == 1);
   CHECK(read_file(bench.folder / "out").find("demo 48s") != std::string::npos);
   CHECK(read_file(bench.folder / "err").find("the daemon has gone") != std::string::npos);
 }

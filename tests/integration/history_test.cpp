@@ -32,11 +32,16 @@ struct HistoryBench : Bench {
     pack = folder.file("pack.json", json.dump());
     start_emulator("1 vehicle on\n");
   }
+  [[nodiscard]] std::vector<std::string> history_command() const {
+    std::vector<std::string> command = daemon_command();
+    command.insert(command.end(), {"--state", state});
+    return command;
+  }
   void start(const std::vector<std::string>& more) {
     std::vector<std::string> command = daemon_command();
     command.insert(command.end(), more.begin(), more.end());
     daemon = std::make_unique<Process>(command, ProcessOptions{.err_file = log});
-    REQUIRE(listener.next(milliseconds(5000)));
+    REQUIRE(listener.next(test::hang_max));
   }
   void start() { start({"--state", state}); }
   [[nodiscard]] nlohmann::json told() const {
@@ -47,7 +52,7 @@ struct HistoryBench : Bench {
   [[nodiscard]] bool becomes(const std::function<bool()>& is_so) {
     for (int i = 0; i < 300; ++i) {
       if (is_so()) return true;
-      REQUIRE(listener.next(milliseconds(5000)));
+      REQUIRE(listener.next(test::hang_max));
     }
     return false;
   }
@@ -102,7 +107,7 @@ TEST_CASE("the daemon keeps a history beside its state, and bmuctl shows it whil
   CHECK(events.find("module 1 is serial number 1001") != std::string::npos);
 
   bench.daemon->signal(SIGTERM);
-  REQUIRE(bench.daemon->wait(milliseconds(5000)) == 0);
+  REQUIRE(bench.daemon->wait(test::hang_max) == 0);
   CHECK_FALSE(std::filesystem::exists(bench.path + "-wal"));
   const auto after = bench.rows({"--file", bench.path});
   CHECK(after.size() > running.size());  // the one under way came in at the end
@@ -125,13 +130,39 @@ TEST_CASE("the daemon keeps a history beside its state, and bmuctl shows it whil
   CHECK(second_life.back().at("life") == 2);
 }
 
+TEST_CASE("who asks for the history while the daemon creates it is told that nothing is recorded yet",
+          "[integration][daemon][history]") {
+  HistoryBench bench;
+  const auto ask = [&] { return bench.ask({"history", "--file", bench.path}); };
+  for (int start = 0; start < 3; ++start) {
+    bench.daemon = std::make_unique<Process>(bench.history_command(), ProcessOptions{.err_file = bench.log});
+    Finished answer = ask();
+    // From before there is a file until there is a minute in it, as fast as answers come.
+    while (answer.out.find("Life 1 of the daemon") == std::string::npos) {
+      INFO(answer.err);
+      INFO(answer.out);
+      if (answer.status == 0) {
+        const bool is_new = answer.out == "Nothing recorded yet in " + bench.path + ".\n";
+        REQUIRE((is_new || answer.out.starts_with("No minutes")));  // events come first
+      } else {
+        REQUIRE(answer.err.find("history.sqlite: no such file") != std::string::npos);
+      }
+      REQUIRE(bench.daemon->wait(milliseconds(0)) == -1);
+      answer = ask();
+    }
+    bench.daemon->signal(SIGTERM);
+    REQUIRE(bench.daemon->wait(test::hang_max) == 0);
+    for (const char* end : {"", "-wal", "-shm"}) std::filesystem::remove(bench.path + end);
+  }
+}
+
 TEST_CASE("killed in the middle, the history has all but the minute in hand", "[integration][daemon][history]") {
   HistoryBench bench;
   bench.start();
   REQUIRE(bench.has_rows(3));
   const std::int64_t written = bench.told().at("rows_written");
   bench.daemon->signal(SIGKILL);
-  REQUIRE(bench.daemon->wait(milliseconds(2000)) == 128 + SIGKILL);
+  REQUIRE(bench.daemon->wait(test::hang_max) == 128 + SIGKILL);
   const auto rows = bench.rows({"--file", bench.path});
   CHECK(static_cast<std::int64_t>(rows.size()) >= written);
   static_cast<void>(bench.listener.last());
@@ -220,6 +251,10 @@ TEST_CASE("bmuctl history says what is wrong with its words, and what is not the
   const Finished missing = run({"--file", folder / "no.sqlite"});
   CHECK(missing.status == 1);
   CHECK(missing.err.find("no.sqlite: no such file") != std::string::npos);
+  const Finished empty = run({"--file", folder.file("empty.sqlite", "")});
+  CHECK(empty.status == 0);
+  CHECK(empty.out == "Nothing recorded yet in " + (folder / "empty.sqlite") + ".\n");
+  CHECK(run({"--csv", "--file", folder / "empty.sqlite"}).out.starts_with("time,sequence,"));
   const Finished none = run({"--file", folder.file("text.sqlite", std::string(5'000, 'x'))});
   CHECK(none.status == 1);
   CHECK(none.err.find("is no history") != std::string::npos);

@@ -45,8 +45,8 @@ TEST_CASE("the daemon sleeps until something happens, whatever stays as it is", 
   Bench bench;
   bench.start_emulator("1 vehicle on\n");
   bench.start_daemon();
-  REQUIRE(bench.listener.next(milliseconds(5000)));
-  REQUIRE(bench.listener.hears(is_closed, milliseconds(8000)));
+  REQUIRE(bench.listener.next(test::hang_max));
+  REQUIRE(bench.listener.hears(is_closed, test::hang_max));
   check_that_it_sleeps(bench, "closed");
 
   const std::string pictures = bench.folder / "pictures";
@@ -54,7 +54,7 @@ TEST_CASE("the daemon sleeps until something happens, whatever stays as it is", 
   const auto has_read = [&](const ContactorOutputs&) {
     return std::filesystem::exists(pictures) && std::filesystem::file_size(pictures) > 0;
   };
-  REQUIRE(bench.listener.hears(has_read, milliseconds(5000)));
+  REQUIRE(bench.listener.hears(has_read, test::hang_max));
   reader.signal(SIGSTOP);
   check_that_it_sleeps(bench, "a client that reads no more");
 

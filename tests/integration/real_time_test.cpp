@@ -46,7 +46,7 @@ TEST_CASE("with a real-time priority the loop's thread has it, and no other", "[
   bench.more_options = {"--realtime-priority", std::to_string(priority), "--lock-memory", "--state",
                         bench.folder / "state.json"};
   bench.start_daemon();
-  REQUIRE(bench.listener.next(milliseconds(5000)));
+  REQUIRE(bench.listener.next(test::hang_max));
   const pid_t pid = bench.daemon->pid();
   const std::vector<pid_t> threads = threads_of(pid);
   CHECK(threads.size() > 1);

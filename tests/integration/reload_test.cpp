@@ -62,7 +62,7 @@ struct ReloadBench : Bench {
   }
   void start(const ProcessOptions& options = {}) {
     start_daemon(options);
-    REQUIRE(listener.next(milliseconds(5000)));
+    REQUIRE(listener.next(test::hang_max));
   }
   [[nodiscard]] nlohmann::json reload() const { return ask_as(std::nullopt, socket, reload_request); }
   [[nodiscard]] std::string hash() const { return ask_json("status").at("pack").at("config_hash"); }
@@ -74,13 +74,13 @@ struct ReloadBench : Bench {
   [[nodiscard]] bool becomes(const std::function<bool()>& is_so) {
     for (int i = 0; i < 200; ++i) {
       if (is_so()) return true;
-      REQUIRE(listener.next(milliseconds(5000)));
+      REQUIRE(listener.next(test::hang_max));
     }
     return false;
   }
   [[nodiscard]] int end() {
     daemon->signal(SIGTERM);
-    return daemon->wait(milliseconds(5000));
+    return daemon->wait(test::hang_max);
   }
 };
 
@@ -179,7 +179,7 @@ TEST_CASE("while the pack is closed a reload is refused with the reason, and not
   ReloadBench bench;
   bench.start_emulator("1 vehicle on\n");
   bench.start();
-  REQUIRE(bench.listener.hears(is_closed, milliseconds(8000)));
+  REQUIRE(bench.listener.hears(is_closed, test::hang_max));
   const std::string before = bench.hash();
   bench.put_with_period(80);
   const Finished refused = bench.ask({"reload"});
@@ -290,13 +290,13 @@ TEST_CASE("a life that cannot begin gives way to one with the configuration of b
   auto client = Client::connect(bench.socket);
   REQUIRE(client);
   REQUIRE(client->send_line(R"({"cmd":"version"})"));
-  REQUIRE(client->read_line(milliseconds(2000)));  // it has its descriptor by now
+  REQUIRE(client->read_line(test::hang_max));  // it has its descriptor by now
   rlimit all{};
   REQUIRE(::prlimit(bench.daemon->pid(), RLIMIT_NOFILE, nullptr, &all) == 0);
   const rlimit one_more{.rlim_cur = first_free(*bench.daemon) + 1, .rlim_max = all.rlim_max};
   REQUIRE(::prlimit(bench.daemon->pid(), RLIMIT_NOFILE, &one_more, nullptr) == 0);
   REQUIRE(client->send_line(reload_request));
-  const auto answer = client->read_line(milliseconds(10'000));
+  const auto answer = client->read_line(test::hang_max);
   REQUIRE(::prlimit(bench.daemon->pid(), RLIMIT_NOFILE, &all, nullptr) == 0);
   REQUIRE(answer);
   INFO(*answer << read_file(bench.log));
@@ -338,7 +338,7 @@ TEST_CASE("a terminal that hangs up ends the daemon as ever", "[integration][dae
     ::execv(arguments[0], arguments.data());
     ::_exit(127);
   }
-  REQUIRE(bench.listener.next(milliseconds(5000)));
+  REQUIRE(bench.listener.next(test::hang_max));
   ::close(terminal);
   int status = -1;
   REQUIRE(::waitpid(child, &status, 0) == child);
@@ -356,19 +356,19 @@ TEST_CASE("clients stay connected over a reload, those who watch and those who a
   REQUIRE(watching);
   REQUIRE(asking);
   REQUIRE(watching->send_line(R"({"cmd":"watch","period_ms":50})"));
-  REQUIRE(watching->read_line(milliseconds(2000)));
+  REQUIRE(watching->read_line(test::hang_max));
   bench.put_with_period(80);
   // What is asked behind a reload is answered behind it.
   REQUIRE(asking->send_line(std::string(reload_request) + "\n" + R"({"cmd":"status"})"));
-  const auto done = asking->read_line(milliseconds(10'000));
+  const auto done = asking->read_line(test::hang_max);
   REQUIRE(done);
   CHECK(nlohmann::json::parse(*done).at("cmd") == "reload");
-  const auto status = asking->read_line(milliseconds(2000));
+  const auto status = asking->read_line(test::hang_max);
   REQUIRE(status);
   CHECK(nlohmann::json::parse(*status).at("pack").at("config_hash") != before);
   bool has_seen_new = false;
   for (int picture = 0; picture < 200 && !has_seen_new; ++picture) {
-    const auto line = watching->read_line(milliseconds(2000));
+    const auto line = watching->read_line(test::hang_max);
     REQUIRE(line);
     has_seen_new = nlohmann::json::parse(*line).at("status").at("pack").at("config_hash") != before;
   }
@@ -393,12 +393,12 @@ TEST_CASE("the service manager is told of a reload, asked for patience, and told
   NotifySocket manager(bench.folder / "notify");
   bench.start_emulator("");
   bench.start_daemon({.environment = {"NOTIFY_SOCKET=" + (bench.folder / "notify"), "WATCHDOG_USEC=500000"}});
-  REQUIRE(manager.hears("READY=1", milliseconds(5000)));
+  REQUIRE(manager.hears("READY=1", test::hang_max));
   REQUIRE(bench.becomes([&] { return bench.ask_json("status").at("modules_answering") == 4; }));
   /// All but the signs of life.
   const auto next_word = [&] {
     while (true) {
-      const auto word = manager.next(milliseconds(5000));
+      const auto word = manager.next(test::hang_max);
       REQUIRE(word);
       if (*word != "WATCHDOG=1" && !word->starts_with("STATUS=")) return *word;
     }

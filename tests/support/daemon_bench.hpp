@@ -56,7 +56,14 @@ class Listener {
     }
     return false;
   }
-  /// How many commands are heard in a time; they come every 50 ms.
+  /// So many commands come, one every 50 ms where the machine has the time.
+  [[nodiscard]] bool hears_commands(int count) {
+    for (int heard = 0; heard < count; ++heard) {
+      if (!next(hang_max)) return false;
+    }
+    return true;
+  }
+  /// How many commands are heard in a time: for one in which none may come, or whatever comes.
   [[nodiscard]] int count_within(milliseconds time) {
     const auto deadline = steady_clock::now() + time;
     int count = 0;

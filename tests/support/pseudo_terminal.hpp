@@ -46,7 +46,7 @@ class PseudoTerminal {
       }
       REQUIRE(errno == EAGAIN);
       pollfd wait{.fd = end_.get(), .events = POLLOUT, .revents = 0};
-      REQUIRE(::poll(&wait, 1, 10'000) == 1);
+      REQUIRE(::poll(&wait, 1, 60'000) == 1);
     }
   }
   /// As much as is taken within the time.
@@ -63,8 +63,8 @@ class PseudoTerminal {
     }
     return typed;
   }
-  /// Everything up to this text and with it; what has come, if it does not come within five seconds.
-  [[nodiscard]] std::string read_to(std::string_view end, std::chrono::milliseconds at_most = std::chrono::seconds(5)) {
+  /// Everything up to this text and with it; what has come, if it does not come at all.
+  [[nodiscard]] std::string read_to(std::string_view end, std::chrono::milliseconds at_most = std::chrono::minutes(1)) {
     const auto deadline = std::chrono::steady_clock::now() + at_most;
     while (read_.find(end) == std::string::npos) {
       const auto left =
