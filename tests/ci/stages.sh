@@ -57,7 +57,23 @@ stage_cppcheck() { tests/meta/cppcheck.py; }
 
 # GCC: the product, and the kinds of tests that the sanitizers do not have in the same run.
 stage_build() { tools/test --kinds "$other_kinds" --build-only; }
-stage_tests() { tools/test --kinds "$other_kinds" -- --output-log build/ci-tests.log; }
+stage_tests() {
+  tools/test --kinds "$other_kinds" -- --output-log build/ci-tests.log
+  check_skips build build/ci-tests.log
+}
+
+# check_skips FOLDER LOG: fails for what ctest or a test case has skipped without being on the list. A test that a container cannot run
+# is no failure for a user; in CI it is a check that nobody notices the loss of.
+check_skips() {
+  local unexpected
+  unexpected=$({
+    sed -n 's/^.*Test *#[0-9]*: \(.*[^ .]\) *\.*\*\*\*Skipped.*$/\1/p' "$2"
+    sed -n 's/^ *skipped: //p' "$1/Testing/Temporary/LastTest.log"
+  } | sort -u | grep -vxF -f <(grep -v -e '^#' -e '^$' tests/ci/skips.txt)) || return 0
+  echo "stages.sh: skipped, and not in tests/ci/skips.txt:" >&2
+  echo "$unexpected" >&2
+  return 1
+}
 
 # The sanitizer runtime of older clang fails now and then where the kernel spreads addresses widely; without it where that is not allowed.
 without_address_randomization() {
@@ -76,6 +92,7 @@ test_with_sanitizers() {
   shift
   without_address_randomization ctest --test-dir build-asan --timeout "$test_max_s" --output-on-failure --no-tests=error \
     --parallel "$tests_beside" --output-log "$log" "$@"
+  check_skips build-asan "$log"
 }
 
 stage_sanitizers_build() { build_with_sanitizers "$sanitized_kinds"; }

@@ -164,7 +164,7 @@ TEST_CASE("a module is given another node and its own again, who belongs where o
 TEST_CASE("only root and the daemon's own user give node numbers and accept modules",
           "[integration][daemon][MMU_N][BMS_F.2]") {
   if (::geteuid() != 0) {
-    WARN("only root can ask as somebody else");
+    WARN("skipped: only root can ask as somebody else");
     return;
   }
   StateBench bench;
@@ -366,7 +366,7 @@ TEST_CASE("the service manager's folder is where the state goes, and without any
 TEST_CASE("without a group for it control is root's and the daemon's own user's, nobody else's",
           "[integration][daemon][state]") {
   if (::geteuid() != 0) {
-    WARN("only root can ask as somebody else");
+    WARN("skipped: only root can ask as somebody else");
     return;
   }
   StateBench bench;

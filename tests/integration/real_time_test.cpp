@@ -39,7 +39,7 @@ bool may_have_real_time() {
 
 TEST_CASE("with a real-time priority the loop's thread has it, and no other", "[integration][real_time]") {
   if (!may_have_real_time()) {
-    WARN("not root, or no real-time scheduling here: not tested");
+    WARN("skipped: not root, or no real-time scheduling here");
     return;
   }
   Bench bench;
@@ -70,7 +70,7 @@ TEST_CASE("with a real-time priority the loop's thread has it, and no other", "[
 TEST_CASE("a real-time priority or locked memory that is refused is an error at the start, with what it needs",
           "[integration][real_time]") {
   if (::geteuid() != 0) {
-    WARN("not root: rights cannot be taken away from nobody who has none; not tested");
+    WARN("skipped: not root: rights cannot be taken away from nobody who has none");
     return;
   }
   const Bench bench;

@@ -275,7 +275,7 @@ TEST_CASE("where a medium for recordings has gone the life that records goes on,
 TEST_CASE("a life that cannot begin gives way to one with the configuration of before",
           "[integration][daemon][reload]") {
   if (test::is_sanitized) {
-    WARN("a sanitizer needs descriptors to look at objects: not tested");
+    WARN("skipped: a sanitizer needs descriptors to look at objects");
     return;
   }
   ReloadBench bench;
@@ -422,7 +422,7 @@ TEST_CASE("with a real-time priority and locked memory the next life's threads a
           "[integration][daemon][reload][real_time]") {
   const Finished tried = run_program({"/usr/bin/chrt", "-f", "20", "/bin/true"});
   if (tried.status != 0 || ::geteuid() != 0) {
-    WARN("not root, or no real-time scheduling here: not tested");
+    WARN("skipped: not root, or no real-time scheduling here");
     return;
   }
   ReloadBench bench;

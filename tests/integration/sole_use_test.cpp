@@ -106,7 +106,7 @@ TEST_CASE("a daemon does not start beside a lock that it may not open, and says 
 TEST_CASE("a daemon starts on a disk that has gone read-only, and there, too, a second one does not",
           "[integration][daemon][state]") {
   if (run_program({"/usr/bin/unshare", "-m", "true"}).status != 0) {
-    WARN("no file system of its own for a process here: not tried");
+    WARN("skipped: no file system of its own for a process here");
     return;
   }
   TwoDaemons daemons;

@@ -117,7 +117,7 @@ TEST_CASE("who asks is what the kernel says of the other end", "[integration][st
 
 TEST_CASE("all groups of a peer are known, be they ever so many", "[integration][status]") {
   if (::geteuid() != 0) {
-    WARN("only root can be in other groups");
+    WARN("skipped: only root can be in other groups");
     return;
   }
   std::vector<gid_t> groups;
@@ -280,7 +280,7 @@ TEST_CASE("one client too many is told so, and may come back when there is room"
 TEST_CASE("where all connections are taken, who has more of them than another gives up the most silent one",
           "[integration][status]") {
   if (::geteuid() != 0) {
-    WARN("only root can connect as somebody else: not tested");
+    WARN("skipped: only root can connect as somebody else");
     return;
   }
   Bench bench({.clients_max = 4});
@@ -325,7 +325,7 @@ TEST_CASE("where all connections are taken, who has more of them than another gi
 
 TEST_CASE("who waits for an answer gives his connection up to nobody", "[integration][status]") {
   if (::geteuid() != 0) {
-    WARN("only root can connect as somebody else: not tested");
+    WARN("skipped: only root can connect as somebody else");
     return;
   }
   Bench bench({.clients_max = 2});
@@ -549,7 +549,7 @@ class NoDescriptors {
 
 TEST_CASE("a client for whom there is no descriptor waits, and keeps nobody awake", "[integration][status][F70]") {
   if (test::is_sanitized) {
-    WARN("a sanitizer needs descriptors to look at objects: not tested");
+    WARN("skipped: a sanitizer needs descriptors to look at objects");
     return;
   }
   Bench bench;
