@@ -451,7 +451,7 @@ TEST_CASE("the daemon answers on the terminal of its pack file, or of its comman
 }
 
 TEST_CASE("while the daemon creates its history the log is empty, and that is no failure",
-          "[integration][daemon][serial][history][BMS_NF.5]") {
+          "[integration][daemon][serial][history]") {
   SerialBench bench;
   bench.start(false, "");
   for (int start = 0; start < 3; ++start) {

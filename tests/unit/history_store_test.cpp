@@ -134,7 +134,7 @@ TEST_CASE("a thread that hangs in the disk is given up at the end", "[unit][hist
     auto reader = HistoryReader::open(path);
     return reader && read_all(*reader).minutes() == count(1, 1);
   };
-  const auto deadline = steady_clock::now() + std::chrono::seconds(20);
+  const auto deadline = steady_clock::now() + std::chrono::seconds(60);
   while (!has_written() && steady_clock::now() < deadline) std::this_thread::yield();
   CHECK(has_written());
 }
@@ -187,7 +187,7 @@ TEST_CASE("a folder that is not there is told, and written to once it is", "[uni
   CHECK_FALSE(store.flush(1s));
   CHECK(store.is_failing());
   std::filesystem::create_directory(folder / "later");
-  const auto deadline = steady_clock::now() + std::chrono::seconds(20);
+  const auto deadline = steady_clock::now() + std::chrono::seconds(60);
   while (!store.flush(100ms) && steady_clock::now() < deadline) {
   }
   CHECK(read_all(folder / "later/history.sqlite").minutes() == count(1, 1));
