@@ -18,7 +18,7 @@ constexpr Duration estimate_look_every = 5s;
 
 void Core::estimate(TimePoint now) {
   watchers_.trend.update(modules_);
-  watchers_.stuck.update(modules_, pack_.current_mA);
+  watchers_.stuck.update(modules_, pack_.current_mA, sensors_.current_window);
   watchers_.steps.update(modules_, sensors_, pack_);
   watchers_.switches.update(modules_);
   follow_estimate(now);

@@ -1,5 +1,6 @@
 #include "daemon/core/stuck_watch.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 
@@ -12,6 +13,8 @@ namespace {
 constexpr std::int64_t shows_at_least_uV = 5'000;
 /// Samples further apart than this do not prove what was between them.
 constexpr Duration sample_gap_max = 1s;
+/// The current that a sample belongs to flowed within this of its time: a poll cycle.
+constexpr Duration sampled_within = 100ms;
 /// No module bleeds a cell with more, so that all of it may go past a cell that is balanced.
 constexpr std::int32_t bleed_max_mA = 500;
 constexpr std::int64_t nanovolts_per_uV = 1'000;
@@ -20,6 +23,13 @@ constexpr std::int64_t nanovolts_per_uV = 1'000;
 constexpr double worn_factor = 2.0;
 constexpr double hot_C = 60.0;
 constexpr double cold_C = -20.0;
+
+/// All currents around a sample, `current_mA` among them.
+CurrentRange currents_around(TimePoint taken_at, std::int32_t current_mA, const CurrentWindow& window) {
+  const CurrentRange range = window.range(taken_at - sampled_within, taken_at + sampled_within);
+  if (!range.is_known) return {true, current_mA, current_mA};
+  return {true, std::min(range.min_mA, current_mA), std::max(range.max_mA, current_mA)};
+}
 
 }  // namespace
 
@@ -47,42 +57,58 @@ void StuckWatch::count(const Measured<std::int32_t>& current_mA) {
   charge_uAs_ += current_mA.value * since.count() / products_per_uAs;
 }
 
-bool StuckWatch::must_have_moved(const Cell& cell, std::int32_t current_mA) const {
-  const std::int64_t step_mA = std::int64_t{current_mA} - cell.current_mA;
-  const std::int64_t flowed_uAs = charge_uAs_ - cell.charge_uAs;
-  const std::int64_t step_least_uV = std::llabs(step_mA) * resistance_uOhm_ / nanovolts_per_uV;
+bool StuckWatch::must_have_moved(const Reference& since, std::int32_t current_mA) const {
+  const CurrentRange& then_mA = since.current_mA;
+  const std::int64_t up_mA = std::max<std::int64_t>(std::int64_t{current_mA} - then_mA.max_mA, 0);
+  const std::int64_t down_mA = std::max<std::int64_t>(std::int64_t{then_mA.min_mA} - current_mA, 0);
+  const std::int64_t most_mA =
+      std::max(std::int64_t{current_mA} - then_mA.min_mA, std::int64_t{then_mA.max_mA} - current_mA);
+  const std::int64_t flowed_uAs = charge_uAs_ - since.charge_uAs;
+  const std::int64_t step_least_uV = (up_mA + down_mA) * resistance_uOhm_ / nanovolts_per_uV;
   const bool by_current = step_least_uV >= shows_at_least_uV;
   const bool by_charge = flowed_min_uAs_ > 0 && std::llabs(flowed_uAs) >= flowed_min_uAs_;
   const bool is_due = by_current || by_charge;
-  const bool is_same_way = (step_mA < 0) == (flowed_uAs < 0);
+  const bool is_same_way = (down_mA > 0) == (flowed_uAs < 0);
   if (!is_due || is_same_way) return is_due;
   const OcvShift by_flow = ocv_shift(model_, std::llabs(flowed_uAs));
-  const std::int64_t step_most_uV = std::llabs(step_mA) * resistance_max_uOhm_ / nanovolts_per_uV;
+  const std::int64_t step_most_uV = most_mA * resistance_max_uOhm_ / nanovolts_per_uV;
   return step_least_uV - std::llround(by_flow.most_uV) >= shows_at_least_uV ||
          std::llround(by_flow.least_uV) - step_most_uV >= shows_at_least_uV;
 }
 
-void StuckWatch::take(Cell& cell, const Measured<std::int32_t>& voltage_uV, std::int32_t current_mA) const {
+void StuckWatch::take(Cell& cell, const Measured<std::int32_t>& voltage_uV, std::int32_t current_mA,
+                      const CurrentWindow& window) const {
   if (voltage_uV.taken_at == cell.taken_at) return;
   if (!voltage_uV.is_valid() || cell.taken_at == TimePoint{} || voltage_uV.value != cell.voltage_uV) {
     cell = {.voltage_uV = voltage_uV.value,
-            .current_mA = current_mA,
-            .charge_uAs = charge_uAs_,
+            .first = {{true, current_mA, current_mA}, charge_uAs_},
             .taken_at = voltage_uV.taken_at};
     return;
   }
+  // What came behind the first sample is known with the second.
+  if (!cell.is_repeated) {
+    const CurrentRange& told = cell.first.current_mA;
+    cell.first.current_mA = currents_around(cell.taken_at, told.min_mA, window);
+    cell.steadiest = cell.first;
+  }
+  cell.is_repeated = true;
   const Duration since = voltage_uV.taken_at - cell.taken_at;
-  if (since <= sample_gap_max && must_have_moved(cell, current_mA)) cell.stuck_for += since;
+  const bool is_due = must_have_moved(cell.first, current_mA) || must_have_moved(cell.steadiest, current_mA);
+  if (since <= sample_gap_max && is_due) cell.stuck_for += since;
   cell.taken_at = voltage_uV.taken_at;
+  if (cell.steadiest.width_mA() == 0) return;
+  const Reference latest{currents_around(voltage_uV.taken_at, current_mA, window), charge_uAs_};
+  if (latest.width_mA() < cell.steadiest.width_mA()) cell.steadiest = latest;
 }
 
-void StuckWatch::update(const ModuleTable& modules, const Measured<std::int32_t>& current_mA) {
+void StuckWatch::update(const ModuleTable& modules, const Measured<std::int32_t>& current_mA,
+                        const CurrentWindow& window) {
   if (!current_mA.is_valid()) return;
   count(current_mA);
   for (std::size_t index = 0; index < modules.modules().size(); ++index) {
     const ModuleRecord& module = modules.modules()[index];
     for (std::size_t cell = 0; cell < module.config.cell_count; ++cell) {
-      take(cells_[index][cell], module.cell_voltage_uV[cell], current_mA.value);
+      take(cells_[index][cell], module.cell_voltage_uV[cell], current_mA.value, window);
     }
   }
 }

@@ -14,6 +14,11 @@
 // Where the two work against each other nothing is due unless one outweighs the other at its worst: a charger that
 // holds its voltage keeps every cell where it is, while the current falls and the charge rises.
 //
+// At which current a value was measured is known no better than its time is: a module may have sampled it up to a poll
+// cycle away from that, and the current sensor averages. So the first sample of a value stands for all currents around
+// it. A later one around which the current has moved less is the better reference, and counts beside it: a module that
+// sticks in the moment of a step is found by the next.
+//
 // The first other digit ends it. In a rest a cell may stand still for as long as it likes, and so it may while no more
 // flows than a module bleeds off a cell to balance it: 0.5 A are not counted.
 #pragma once
@@ -21,6 +26,7 @@
 #include <array>
 #include <cstdint>
 
+#include "daemon/core/current_window.hpp"
 #include "daemon/core/fault_reading.hpp"
 #include "daemon/core/module_table.hpp"
 #include "protocol/fields.hpp"
@@ -30,8 +36,9 @@ namespace bmu {
 class StuckWatch {
  public:
   void init(const CellModel& cell);
-  /// Once a tick: takes over the cell values that have come since, and counts the charge. `current_mA` as known now.
-  void update(const ModuleTable& modules, const Measured<std::int32_t>& current_mA);
+  /// Once a tick: takes over the cell values that have come since, and counts the charge. `current_mA` as known now,
+  /// `window` what it was before.
+  void update(const ModuleTable& modules, const Measured<std::int32_t>& current_mA, const CurrentWindow& window);
   void forget();
 
   /// The longest of these times, in ms.
@@ -40,17 +47,28 @@ class StuckWatch {
   [[nodiscard]] std::int64_t charge_shown_uAs() const { return flowed_min_uAs_; }
 
  private:
+  /// A sample of a value that stands still: what flowed around it, and had flowed until then.
+  struct Reference {
+    CurrentRange current_mA;
+    std::int64_t charge_uAs = 0;
+
+    [[nodiscard]] constexpr std::int64_t width_mA() const {
+      return std::int64_t{current_mA.max_mA} - current_mA.min_mA;
+    }
+  };
   struct Cell {
     std::int32_t voltage_uV = 0;
-    std::int32_t current_mA = 0;  // when this value first came
-    std::int64_t charge_uAs = 0;  // then, too
-    TimePoint taken_at{};         // of the latest sample
+    Reference first;       // when this value first came
+    Reference steadiest;   // of all its samples
+    TimePoint taken_at{};  // of the latest sample
+    bool is_repeated = false;
     Duration stuck_for{};
   };
 
   void count(const Measured<std::int32_t>& current_mA);
-  void take(Cell& cell, const Measured<std::int32_t>& voltage_uV, std::int32_t current_mA) const;
-  [[nodiscard]] bool must_have_moved(const Cell& cell, std::int32_t current_mA) const;
+  void take(Cell& cell, const Measured<std::int32_t>& voltage_uV, std::int32_t current_mA,
+            const CurrentWindow& window) const;
+  [[nodiscard]] bool must_have_moved(const Reference& since, std::int32_t current_mA) const;
 
   std::array<std::array<Cell, internal_bus::cells_per_module_max>, modules_max> cells_{};
   CellModel model_;

@@ -25,12 +25,22 @@ class Watched {
 
   void poll(std::int32_t current_mA, Duration later = 100ms) {
     tell(later);
-    watch_.update(feed_.modules(), {current_mA, feed_.now(), Validity::valid});
+    watch_.update(feed_.modules(), {current_mA, feed_.now(), Validity::valid}, window_);
+  }
+  /// 10 ms in which this current flows, with a sample of it; cells are polled in every tenth.
+  void tick(std::int32_t current_mA) {
+    if (++ticks_ % 10 == 0) {
+      tell(10ms);
+    } else {
+      feed_.pass(10ms);
+    }
+    window_.add(current_mA, feed_.now());
+    watch_.update(feed_.modules(), {current_mA, feed_.now(), Validity::valid}, window_);
   }
   /// The cells come, and the current does not.
   void poll_blind() {
     tell(100ms);
-    watch_.update(feed_.modules(), {});
+    watch_.update(feed_.modules(), {}, window_);
   }
   /// Polls that move the cells as any real cell moves, except those that are kept.
   void wiggle(int polls, std::int32_t current_mA) {
@@ -65,6 +75,8 @@ class Watched {
 
   ModuleFeed feed_;
   StuckWatch watch_;
+  CurrentWindow window_;
+  int ticks_ = 0;
 };
 
 }  // namespace
@@ -262,6 +274,42 @@ TEST_CASE("time counts from the change of current that a cell must show, and exa
     for (int count = 0; count < 20; ++count) watched.poll(change_mA);
     CHECK(watched.longest().value == (std::abs(change_mA) >= shows_mA ? 2'000 : 0));
   }
+}
+
+TEST_CASE("a sample within a poll cycle of a step of the current stands for the current on either side of it",
+          "[unit][plausibility][F17]") {
+  // The value comes with the poll in tick 50, the step in one of those before or after it.
+  for (const auto& [from_mA, to_mA] : {std::pair{0, 20'000}, std::pair{20'000, 0}, std::pair{-20'000, 10'000}}) {
+    for (int step = 35; step <= 75; ++step) {
+      Watched watched;
+      watched.cells_uV[0].fill(3'600'000);
+      watched.cells_uV[1].fill(3'600'000);
+      for (int tick = 1; tick <= 1'050; ++tick) {
+        if (tick == 50) {
+          watched.cells_uV[0].fill(Watched::kept_uV);
+          watched.cells_uV[1].fill(Watched::kept_uV);
+        }
+        watched.tick(tick < step ? from_mA : to_mA);
+      }
+      CAPTURE(from_mA, to_mA, step);
+      // 10 s in all. Those around the step are left out; whoever has stood still before and after it has to show.
+      if (step <= 60) CHECK(watched.longest().value == 0);
+      if (step >= 61) CHECK(watched.longest().value >= 9'500);
+    }
+  }
+}
+
+TEST_CASE("a current that swings faster than cells are polled shows nothing by its steps, and by its charge as before",
+          "[unit][plausibility][F17]") {
+  Watched watched;
+  const auto swing = [&watched](int ticks) {
+    for (int tick = 0; tick < ticks; ++tick) watched.tick(tick % 14 < 7 ? 100'000 : 0);
+  };
+  const auto ticks_to_show = static_cast<int>(watched.charge_shown_uAs() / 500'000);  // 50 A on average
+  swing(ticks_to_show - 20);
+  CHECK(watched.longest().value == 0);
+  swing(140);
+  CHECK(watched.longest().value >= 1'000);
 }
 
 TEST_CASE("a single cell that stands still is named, its neighbours are not", "[unit][plausibility][F17]") {
