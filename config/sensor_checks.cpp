@@ -2,6 +2,9 @@
 
 #include <string_view>
 
+#include "devices/lem_cab/lem_cab.hpp"
+#include "devices/outlander_cmu/outlander_cmu.hpp"
+
 namespace bmu {
 namespace {
 
@@ -14,6 +17,16 @@ struct Rule {
   std::string_view found;
   std::string_view wanted;
 };
+
+/// A LEM CAB on the bus of an Outlander's modules is the car's own sensor, at 3C2h as the car has it: its value is
+/// below zero while the pack is discharged.
+bool is_sensor_of_the_car(const CoreConfig& core, const CurrentSensorDriver* driver) {
+  const bool has_its_modules = core.foreign.driver == &outlander_cmu::driver;
+  return has_its_modules && driver == &lem_cab::driver && core.sensor.bus == Port::internal;
+}
+constexpr std::string_view wants_sensor_of_the_car =
+    "\"outlander_current\", as the car's sensor counts discharge below zero; with invert_current if it was mounted the "
+    "other way round";
 
 constexpr Rule rules[] = {
     {"sensor", "set_up", "protocol",
@@ -33,6 +46,12 @@ constexpr Rule rules[] = {
        return core.sensor.bus != Port::internal && core.sensor.first == nullptr && core.sensor.second == nullptr;
      },
      "a bus", "\"internal\", as neither current_protocol nor second_protocol names a sensor on another"},
+    {"sensor", "current_protocol", "bus",
+     [](const CoreConfig& core) { return is_sensor_of_the_car(core, core.sensor.first); }, "\"lem_cab\"",
+     wants_sensor_of_the_car},
+    {"sensor", "second_protocol", "bus",
+     [](const CoreConfig& core) { return is_sensor_of_the_car(core, core.sensor.second); }, "\"lem_cab\"",
+     wants_sensor_of_the_car},
     {"insulation", "monitoring", "protocol",
      [](const CoreConfig& core) {
        return core.insulation.driver != nullptr && core.insulation.monitoring != InsulationMonitoring::measured;

@@ -130,11 +130,11 @@ constexpr std::array sensor_table{
          .meaning =
              "of the sensor that tells the first current; nothing: 521h. The voltages are those of 522h and 523h "
              "in any case",
-         .form = "lem_cab, or nothing"}),
+         .form = "lem_cab or outlander_current, or nothing"}),
     driver_field<&SensorConfig::second, &Device::current>(
         {.key = "second_protocol",
          .meaning = "the same of the second; nothing: 531h, or 521h where the first current is told by another",
-         .form = "lem_cab, or nothing"}),
+         .form = "lem_cab or outlander_current, or nothing"}),
     bus_field<SensorConfig>("where the sensors of these two keys are"),
 };
 

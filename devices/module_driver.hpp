@@ -48,6 +48,7 @@ struct ModuleQuestion {
   bool wants_temperatures = true;
   bool is_start = false;                         // one of those a start begins with, which nobody answers in full
   std::optional<std::int32_t> bleed_above_uV{};  // nothing: no cell is to be bled
+  std::optional<std::int32_t> idle_target_uV{};  // the lowest cell, sent with balancing off by a maker that does so
 
   friend constexpr bool operator==(const ModuleQuestion&, const ModuleQuestion&) = default;
 };

@@ -113,6 +113,8 @@ void Core::ask_foreign(TimePoint now, Decisions& out) {
   if (!flags_.internal_bus_up || !rounds_.is_due(now, pace_.period())) return;
   ModuleQuestion question{.is_start = rounds_.is_start()};
   if (!question.is_start) question.bleed_above_uV = bleed_above_uV();
+  const bool is_idle = !question.is_start && !question.bleed_above_uV;
+  if (is_idle && pack_.cell_voltage_uV.is_complete()) question.idle_target_uV = pack_.cell_voltage_uV.min;
   modules_.begin_round(now, question.is_start);
   const std::size_t questions = driver.asks_each ? modules_.modules().size() : 1;
   bool have_left = true;

@@ -1,10 +1,14 @@
 // LEM CAB 300 and CAB 500, a current sensor: one frame every 10 ms, big-endian, 500 kbit/s. The sensor of the
-// Mitsubishi Outlander sends the same.
+// Mitsubishi Outlander sends the same (outlander_current).
 //
-// What is not agreed on: the length, six bytes to some readers and eight to others. What may stand behind the fifth
-// (name and version of its software, to one of them) is not told here, and any length from six to eight is taken. A
-// sensor of the same name that sends 24 bits under 3C0h to 3C2h is another one. FFFFFFFFh, beyond what it can measure,
-// is taken for a fault. In the car, positive is discharge.
+// The sign of the value is that of the mounting: nothing in the frame gives the direction out of the pack. The signal
+// is therefore no `pack_current_mA`.
+//
+// Sensors as delivered send eight bytes that end with CAh B5h 16h; some sources have six. Any length from six to eight
+// is accepted, and the bytes behind the fifth are not decoded. Several sensors on one bus use 3C2h to 3CAh; only 3C2h
+// is decoded. A sensor of the same name that sends 24 bits under 3C0h to 3C2h is another type. FFFFFFFFh, beyond the
+// measuring range, is a fault of the sensor. A frame whose b4 is not C8h and whose value is beyond the range is a frame
+// of another device.
 #pragma once
 
 #include "devices/device.hpp"
@@ -14,7 +18,7 @@ namespace bmu::lem_cab {
 
 inline constexpr SpecialCode current_codes[] = {{0xFFFF'FFFF, Validity::sensor_fault}};
 inline constexpr std::int64_t raw_of_no_current = 0x8000'0000;
-inline constexpr field::Quantity current_mA{Unit::mA, 1, -raw_of_no_current};
+inline constexpr field::Quantity offset_binary_mA{Unit::mA, 1, -raw_of_no_current};
 /// Twice what the larger of the two is named after. A bound of ours: what is beyond it no such sensor has measured.
 inline constexpr std::int64_t range_mA = 1'000'000;
 /// What stands in `error_information` while nothing is wrong.
@@ -23,7 +27,7 @@ inline constexpr RawName error_names[] = {{all_well, "none"}};
 
 inline constexpr SignalSpec current_signals[] = {
     field::within(raw_of_no_current - range_mA, raw_of_no_current + range_mA,
-                  field::big("pack_current_mA", 0, 4, current_mA, current_codes)),
+                  field::big("sensor_current_mA", 0, 4, offset_binary_mA, current_codes)),
     field::bits("error_information", 4, 7, 7, error_names),
     field::flag("error", 4, 0),
 };
@@ -35,12 +39,19 @@ inline constexpr MessageSpec current{.name = "LEM_CURRENT",
                                      .sender = Sender::sensor,
                                      .period = 10ms,
                                      .signals = current_signals,
-                                     .meaning = "pack current, positive = discharge in the car"};
+                                     .meaning =
+                                         "current in the sensor's own direction; below zero = discharge in an "
+                                         "Outlander"};
 
 inline constexpr const MessageSpec* rows[] = {&current};
 inline constexpr Catalogue catalogue{"lem_cab", rows};
 
 extern const CurrentSensorDriver driver;
+
+/// Decodes a frame of the sensor, in its own direction.
+[[nodiscard]] CurrentNews take(const CanFrame& frame);
+/// Encodes a current in the sensor's own direction.
+[[nodiscard]] CanFrame report(const SignalValue& current_mA);
 
 inline constexpr Device device{.name = "lem_cab",
                                .title = "LEM CAB 300 / CAB 500 current sensor",

@@ -11,8 +11,9 @@ namespace {
 constexpr std::size_t cells_per_frame = 4;
 constexpr std::size_t first_temperature = signal_index(status, "temperature_1_dC");
 constexpr std::int64_t run_code = 3;
-/// What the car's master says for the target while nothing is to be bled: below any cell's voltage.
-constexpr std::int32_t idle_target_uV = 2'510'000;
+/// The target of the car's master with balancing off in the first 10 s after its start, below any cell's voltage;
+/// afterwards it is the voltage of the lowest cell.
+constexpr std::int32_t start_target_uV = 2'510'000;
 /// In whole degrees, as raw 0 is of the rows.
 constexpr std::int32_t usual_offset_dC = -500;
 
@@ -27,7 +28,8 @@ ModuleParts parts_of(std::uint8_t cell_count) {
 CanFrame ask(const ModuleQuestion& question, std::uint32_t, const ModuleOptions&) {
   CanFrame frame = make_frame(master);
   if (question.is_start) return frame;
-  write<master, "target_voltage_uV">(frame, question.bleed_above_uV.value_or(idle_target_uV));
+  const std::int32_t idle_uV = question.idle_target_uV.value_or(start_target_uV);
+  write<master, "target_voltage_uV">(frame, question.bleed_above_uV.value_or(idle_uV));
   write<master, "balancing">(frame, question.bleed_above_uV ? 1 : 0);
   write<master, "run_code">(frame, run_code);
   return frame;
@@ -73,9 +75,10 @@ std::optional<ModuleQuestion> question_of(const CanFrame& frame) {
   if (!is_question) return std::nullopt;
   const bool is_start = std::all_of(frame.data.begin(), frame.data.end(), [](std::uint8_t byte) { return byte == 0; });
   ModuleQuestion question{.wants_voltages = !is_start, .wants_temperatures = !is_start, .is_start = is_start};
-  if (read_raw<master, "balancing">(frame) != 0) {
-    question.bleed_above_uV = static_cast<std::int32_t>(read<master, "target_voltage_uV">(frame).value);
-  }
+  const auto target_uV = static_cast<std::int32_t>(read<master, "target_voltage_uV">(frame).value);
+  const bool is_balancing = read_raw<master, "balancing">(frame) != 0;
+  if (is_balancing) question.bleed_above_uV = target_uV;
+  if (!is_balancing && !is_start && target_uV != start_target_uV) question.idle_target_uV = target_uV;
   return question;
 }
 

@@ -8,6 +8,9 @@
 // Nothing in an answer says which of the master's frames it belongs to. Those 30 ms are all there is to go by: what
 // comes within half of that is late, and behind a frame that nobody answered it may be (ModuleTable).
 //
+// With balancing off the car's master sends 2.510 V as the target in the first 10 s, and then the voltage of the lowest
+// cell. The daemon sends the lowest cell as soon as all cells are known.
+//
 // A module that balances does so by itself: it bleeds its cells that are above the voltage the master told, until it is
 // told not to. What it does when the master falls silent is not known.
 //
@@ -18,6 +21,7 @@
 //   - which of 6X2 and 6X3 has cells 1 to 4: 6X2 in all that works, the other way round in one paper;
 //   - b3 of the master's frame: 0 in the car, 4 in all others. Its bit 2 may be what lets modules be renumbered: send
 //   0.
+// The current sensor's value is in its own direction: below zero is discharge (outlander_current).
 #pragma once
 
 #include "devices/device.hpp"

@@ -44,7 +44,7 @@ const std::vector<Mistake> mistakes{
      "--dbc: 'elcon' is none of internal, vehicle, charger, and no device; did you mean elcon_tc? "},
     {{"bmudump", "-r", "-", "--device", "can1=ou"},
      "--device: 'can1=ou' is no device; wanted NAME, BUS=NAME, BUS=internal or BUS=vehicle; did you mean "
-     "outlander_cmu? bmudump --devices"},
+     "outlander_cmu or outlander_current? bmudump --devices"},
     {{"bmudump", "--no\nsuch", "can0"}, "--no?such: there is no such option"},
     {{"bmudump"}, "what shall be shown?"},
     {{"mmusim", "--seconds", "x"}, "--seconds: 'x' is not a number from 0.001 to 1000000"},

@@ -254,6 +254,30 @@ TEST_CASE("where a LEM CAB tells the first current, 521h is the second", "[unit]
   CHECK(bench.core().sensors().current_2_mA.value == 4'000);
 }
 
+TEST_CASE("the discharge that an Outlander's sensor counts below zero leaves the pack", "[unit][core][sensors]") {
+  CoreConfig config = one_bus(test::small_pack());
+  config.sensor.first = find_device("outlander_current")->current;
+  test::CoreBench bench(config);
+  CanFrame precharge = data_frame(0x3C2, 8);
+  precharge.data = {0x7F, 0xFF, 0xE1, 0xEC, 0xC8, 0, 0, 0};
+  bench.deliver(precharge);
+  bench.run(10ms);
+  CHECK(bench.core().sensors().current_mA.value == 7'700);
+}
+
+TEST_CASE("an IVT-S whose current was moved to 624h is missing, and a second reporter on the vehicle's bus",
+          "[unit][core][sensors]") {
+  test::CoreBench bench(test::small_pack());
+  bench.sensor_talks = false;
+  CanFrame moved = data_frame(0x624, 6);
+  moved.data = {0, 0, 0, 0, 0x27, 0x10};
+  for (const Port port : {Port::internal, Port::vehicle}) bench.observe(FrameReceived{port, moved});
+  bench.run(200ms);
+  CHECK_FALSE(bench.core().sensors().current_mA.is_valid());
+  CHECK(bench.is_active(FaultId::foreign_reporter));
+  CHECK(bench.core().sequence().phase == Phase::open);
+}
+
 TEST_CASE("results of a sensor that another has replaced are nobody's", "[unit][sensor_table]") {
   CoreConfig config = lem_first();
   SensorTable sensors;

@@ -13,6 +13,9 @@ namespace {
 const CurrentSensorDriver& lem() {
   return *find_device("lem_cab")->current;
 }
+const CurrentSensorDriver& outlander() {
+  return *find_device("outlander_current")->current;
+}
 const SensorSetUpDriver& ivt() {
   return *find_device("ivt_s")->set_up;
 }
@@ -64,6 +67,31 @@ TEST_CASE("the current of a LEM CAB is read from its frame, of six bytes or of e
   CHECK(current_of({0x7F, 0xFF, 0xFC, 0xB1, 0xC8, 0, 0, 0}) == known(-847));
   CHECK(current_of({0x80, 0x01, 0x86, 0xA0, 0xC8, 0}) == known(100'000));
   CHECK(current_of({0x80, 0, 0, 0, 0xC8, 0}) == known(0));
+  CHECK(current_of({0x80, 0x01, 0x86, 0xA0, 0xC8, 0xCA, 0xB5, 0x16}) == known(100'000));  // as delivered
+}
+
+TEST_CASE("below zero of an Outlander's current sensor is discharge, and a LEM CAB has the sign of its mounting",
+          "[unit][devices][sensors]") {
+  // Of a capture: the precharge discharges the pack with 7.7 A.
+  const CanFrame precharge = frame_of(0x3C2, {0x7F, 0xFF, 0xE1, 0xEC, 0xC8, 0, 0, 0});
+  CHECK(outlander().take(precharge).current_mA == known(7'700));
+  CHECK(outlander().report(known(7'700)) == precharge);
+  CHECK(lem().take(precharge).current_mA == known(-7'700));
+  CHECK(outlander().take(frame_of(0x3C2, {0x80, 0, 0, 1, 0xC9, 0, 0, 0})).current_mA.validity ==
+        Validity::sensor_fault);
+  CHECK(outlander().take(outlander().report(not_known())).current_mA.validity == Validity::sensor_fault);
+  for (const CanFrame& frame : others_of(precharge)) CHECK(outlander().take(frame).word == CurrentWord::none);
+  for (const CanFrame& frame : damaged_of(precharge)) CHECK(outlander().take(frame).word == CurrentWord::refused);
+}
+
+TEST_CASE("a frame at 3C2h with another b4 and a current that no LEM CAB measures is another device's",
+          "[unit][devices][sensors]") {
+  const auto word_of = [](const std::vector<int>& bytes) { return lem().take(frame_of(0x3C2, bytes)).word; };
+  CHECK(word_of({0x00, 0x12, 0x34, 0x56, 0x00, 0, 0, 0}) == CurrentWord::refused);
+  CHECK(word_of({0x80, 0x0F, 0x42, 0x41, 0x40, 0, 0, 0}) == CurrentWord::refused);
+  CHECK(word_of({0x80, 0x0F, 0x42, 0x40, 0x40, 0, 0, 0}) == CurrentWord::value);  // marked by the sensor
+  CHECK(word_of({0x80, 0x0F, 0x42, 0x41, 0xC8, 0, 0, 0}) == CurrentWord::value);
+  CHECK(word_of({0xFF, 0xFF, 0xFF, 0xFF, 0x83, 0, 0, 0}) == CurrentWord::value);  // beyond the range, as it says
 }
 
 TEST_CASE("a current that a LEM CAB marks, or cannot have measured, is none", "[unit][devices][sensors]") {
@@ -73,7 +101,7 @@ TEST_CASE("a current that a LEM CAB marks, or cannot have measured, is none", "[
   CHECK(current_of({0xFF, 0xFF, 0xFF, 0xFF, 0xC8, 0}).validity == Validity::sensor_fault);
   CHECK(current_of({0x80, 0x0F, 0x42, 0x40, 0xC8, 0}) == known(1'000'000));
   CHECK(current_of({0x80, 0x0F, 0x42, 0x41, 0xC8, 0}).validity == Validity::out_of_range);
-  CHECK(current_of({0x7F, 0xF0, 0xBD, 0xBF, 0xC9, 0}).validity == Validity::out_of_range);
+  CHECK(current_of({0x7F, 0xF0, 0xBD, 0xBF, 0xC8, 0}).validity == Validity::out_of_range);
   const CanFrame good = lem().report(known(5));
   for (const CanFrame& frame : others_of(good)) CHECK(lem().take(frame).word == CurrentWord::none);
   for (const CanFrame& frame : damaged_of(good)) CHECK(lem().take(frame).word == CurrentWord::refused);
@@ -107,10 +135,11 @@ TEST_CASE("an order to an IVT-S comes out of its command as it went in", "[unit]
 }
 
 TEST_CASE("what is none of these orders is none", "[unit][devices][sensors]") {
-  CHECK_FALSE(ivt().order_of(frame_of(0x411, {0x3D, 0, 0, 0, 0, 0, 0, 0})));   // as delivered
-  CHECK_FALSE(ivt().order_of(frame_of(0x411, {0x10, 3, 0, 0, 0, 0, 0, 0})));   // another identifier
-  CHECK_FALSE(ivt().order_of(frame_of(0x411, {0x28, 2, 0, 20, 0, 0, 0, 0})));  // no such channel
-  CHECK_FALSE(ivt().order_of(frame_of(0x411, {0x20, 3, 0, 20, 0, 0, 0, 0})));  // no such trigger
+  CHECK_FALSE(ivt().order_of(frame_of(0x411, {0x3D, 0, 0, 0, 0, 0, 0, 0})));        // as delivered
+  CHECK_FALSE(ivt().order_of(frame_of(0x411, {0x10, 3, 0, 0, 0, 0, 0, 0})));        // another identifier
+  CHECK_FALSE(ivt().order_of(frame_of(0x411, {0x10, 6, 0x24, 0, 0, 4, 0xD2, 0})));  // onto the traction pack's
+  CHECK_FALSE(ivt().order_of(frame_of(0x411, {0x28, 2, 0, 20, 0, 0, 0, 0})));       // no such channel
+  CHECK_FALSE(ivt().order_of(frame_of(0x411, {0x20, 3, 0, 20, 0, 0, 0, 0})));       // no such trigger
   const CanFrame good = ivt().command({});
   for (const CanFrame& frame : others_of(good)) CHECK_FALSE(ivt().order_of(frame));
   for (const CanFrame& frame : damaged_of(good)) CHECK_FALSE(ivt().order_of(frame));
@@ -177,5 +206,7 @@ TEST_CASE("what an emulated iso165C reports is what is read", "[unit][devices][s
   for (const CanFrame& frame : damaged_of(bender().report({}))) {
     CHECK(bender().take(frame, untouched) == MonitorWord::refused);
   }
+  // An iso175 has the identifier with eight bytes, and another layout.
+  CHECK(bender().take(frame_of(0x037, {0xF4, 1, 0, 0, 0, 0, 0, 0}), untouched) == MonitorWord::refused);
   CHECK(untouched == MonitorReport{.resistance_Ohm = known(7'000)});
 }

@@ -72,6 +72,8 @@ Heard hear(const ModuleDriver& driver, std::uint8_t node, const ModuleFrames& fr
 TEST_CASE("an Outlander's modules are asked as the car asks them", "[unit][foreign_modules]") {
   CHECK(outlander().ask({.is_start = true}, 0, {}) == frame_of(0x3C3, {}));
   CHECK(outlander().ask({}, 4, {}) == frame_of(0x3C3, {0x09, 0xCE, 0, 0, 3, 0, 0, 0}));
+  // Of a capture, 10 s after the start: the lowest cell, and balancing off.
+  CHECK(outlander().ask({.idle_target_uV = 3'964'000}, 250, {}) == frame_of(0x3C3, {0x0F, 0x7C, 0, 0, 3, 0, 0, 0}));
   // As others ask, but for the bit that may let modules be renumbered.
   CHECK(outlander().ask({.bleed_above_uV = 3'950'000}, 4, {}) == frame_of(0x3C3, {0x0F, 0x6E, 1, 0, 3, 0, 0, 0}));
 }
@@ -114,6 +116,9 @@ TEST_CASE("what is asked is read back as it was asked", "[unit][foreign_modules]
     }
     CHECK_FALSE(driver->question_of(frame_of(0x7FF, {})));
   }
+  const ModuleQuestion idle{.idle_target_uV = 3'964'000};
+  CHECK(outlander().question_of(outlander().ask(idle, 0, {})) == idle);
+  CHECK(i3().question_of(i3().ask({.node = 1, .idle_target_uV = 3'964'000}, 0, {})) == ModuleQuestion{.node = 1});
   CanFrame damaged = i3().ask({.node = 2}, 0, {});
   damaged.data[0] ^= 1U;
   CHECK_FALSE(i3().question_of(damaged));

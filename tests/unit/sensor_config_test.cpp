@@ -1,4 +1,5 @@
 // Sensors of other makers in a pack file: who is what, and what cannot be.
+#include <algorithm>
 #include <string>
 
 #include "config/bus_budget.hpp"
@@ -42,7 +43,8 @@ TEST_CASE("what a sensor cannot do is not asked of it", "[unit][config][sensors]
   refuses({{"/sensor", Json{{"set_up", "configure"}}}}, "/sensor/set_up", "a protocol in which");
   refuses({{"/sensor", Json{{"protocol", "ivt_s"}, {"store", true}}}}, "/sensor/store", "set_up is not");
   refuses({{"/sensor", Json{{"protocol", "lem_cab"}}}}, "/sensor/protocol", "ivt_s, or nothing");
-  refuses({{"/sensor", Json{{"current_protocol", "ivt_s"}}}}, "/sensor/current_protocol", "lem_cab, or nothing");
+  refuses({{"/sensor", Json{{"current_protocol", "ivt_s"}}}}, "/sensor/current_protocol",
+          "lem_cab or outlander_current, or nothing");
   refuses({{"/sensor", Json{{"protocol", "ivt_s"}, {"set_up", "perhaps"}}}}, "/sensor/set_up", "\"verify\" or");
   refuses({{"/sensor", Json{{"second_protocol", "lem_cab"}}}}, "/sensor/second_protocol",
           "has_second_current is false");
@@ -51,6 +53,23 @@ TEST_CASE("what a sensor cannot do is not asked of it", "[unit][config][sensors]
   refuses({{"/sensor", Json{{"bus", "vehicle"}}}}, "/sensor/bus", "neither current_protocol nor second_protocol");
   refuses({{"/sensor", Json{{"current_protocol", "lem_cab"}, {"bus", "second_pack"}}}}, "/sensor/bus",
           "internal, vehicle or charger");
+}
+
+TEST_CASE("beside the modules of an Outlander the sensor at 3C2h has the direction of the car",
+          "[unit][config][sensors]") {
+  const Change modules{"/foreign_modules", Json{{"protocol", "outlander_cmu"}}};
+  const auto has_problem = [&](const Json& sensor, std::string_view key) {
+    const ConfigProblems problems = problems_of(changed({modules, {"/sensor", sensor}}).dump());
+    return std::any_of(problems.begin(), problems.end(), [&](const auto& one) {
+      return one.path == key && to_text(one).find("outlander_current") != std::string::npos;
+    });
+  };
+  CHECK(has_problem({{"current_protocol", "lem_cab"}}, "/sensor/current_protocol"));
+  CHECK(has_problem({{"has_second_current", true}, {"second_protocol", "lem_cab"}}, "/sensor/second_protocol"));
+  CHECK_FALSE(has_problem({{"current_protocol", "outlander_current"}}, "/sensor/current_protocol"));
+  CHECK_FALSE(has_problem({{"current_protocol", "lem_cab"}, {"bus", "vehicle"}}, "/sensor/current_protocol"));
+  const CoreConfig core = core_of({{"/sensor", Json{{"current_protocol", "outlander_current"}}}});
+  CHECK(core.sensor.first == find_device("outlander_current")->current);
 }
 
 TEST_CASE("a monitor on a bus tells its resistance, and is somewhere", "[unit][config][insulation]") {
