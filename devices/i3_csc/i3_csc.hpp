@@ -7,8 +7,9 @@
 // has to do with that of its command nobody says, nor how soon it can answer: which command an answer belongs to is not
 // known where one before it was not answered (ModuleTable).
 //
-// A module that balances does so by itself, above the voltage of its command. Cells read low while they are bled, and
-// their `flags` are not 0 then: measure while nothing balances.
+// A module that balances does so by itself, above the voltage of its command, and cells read low while they are bled:
+// measure while nothing balances. All cells of such a module have `flags` 10b, bled or not; which of them are bled is
+// the bitmap of 100h alone.
 //
 // What is not agreed on:
 //   - b4 of an idle command: 20h from the car, 0 from others;
@@ -33,7 +34,7 @@ inline constexpr std::int64_t cell_max_mV = 5'000;
 inline constexpr std::int64_t temperature_raw_max = 160;
 
 inline constexpr RawName mode_names[] = {{0x00, "idle"}, {0x08, "balance"}, {0x20, "idle, as from the car"}};
-inline constexpr RawName flag_names[] = {{0, "none"}, {2, "balancing"}};
+inline constexpr RawName flag_names[] = {{0, "none"}, {2, "module balances"}};
 inline constexpr RawName operation_names[] = {
     {0x12, "select by serial number"}, {0x37, "ask or confirm"}, {0x5B, "set number"}, {0xA1, "reset number"}};
 inline constexpr RawName half_names[] = {{0xAB, "first"}, {0xBA, "second"}};

@@ -17,7 +17,7 @@ constexpr std::int64_t mode_idle_car = 0x20;
 /// What is said for the target while nothing is to be bled: by the car, and by others.
 constexpr std::int32_t idle_target_car_uV = 4'295'000;
 constexpr std::int32_t idle_target_others_uV = 4'200'000;
-constexpr std::int64_t flag_balancing = 2;
+constexpr std::int64_t flag_module_balances = 2;  // of all its cells, bled or not
 
 constexpr ModulePart cells_parts[] = {ModulePart::cells_1, ModulePart::cells_2, ModulePart::cells_3,
                                       ModulePart::cells_4};
@@ -117,11 +117,11 @@ CanFrame status_frame(std::uint8_t number, const ModuleMeasurements& measured) {
 CanFrame cells_frame(std::uint8_t number, std::size_t block, const ModuleMeasurements& measured) {
   const MessageSpec& row = *cells_rows[block];
   CanFrame frame = make_frame(row, number);
+  const std::int64_t flags = measured.bleeding_cells != 0 ? flag_module_balances : 0;
   for (std::size_t slot = 0; slot < cells_per_frame; ++slot) {
     const std::size_t cell = block * cells_per_frame + slot;
-    const bool is_bled = (measured.bleeding_cells >> cell & 1U) != 0;
     encode_measured(row.signals[slot], measured.cell_voltage_uV[cell], frame.data);
-    encode_signal(row.signals[cells_per_frame + slot], known(is_bled ? flag_balancing : 0), frame.data);
+    encode_signal(row.signals[cells_per_frame + slot], known(flags), frame.data);
   }
   return frame;
 }

@@ -182,6 +182,27 @@ TEST_CASE("what a module of another maker answers is what its driver reads", "[u
   }
 }
 
+TEST_CASE("the bitmap of an i3's module says which cells are bled, and the flags only that it balances",
+          "[unit][foreign_modules]") {
+  const auto flags_of = [](const CanFrame& frame, std::size_t slot) { return frame.data.at(2 * slot + 1) >> 6U; };
+  for (const int bleeding : {0x000, 0x001, 0xEFF, 0xFFF}) {
+    ModuleMeasurements measured = measurements();
+    measured.bleeding_cells = static_cast<std::uint16_t>(bleeding);
+    const ModuleFrames frames = i3().answers(8, {}, measured, 3, {});
+    CHECK(hear(i3(), 8, frames, {}).bleeding_cells == bleeding);
+    for (const CanFrame& frame : frames) {
+      const bool has_cells = frame.id >= 0x120 && frame.id < 0x160;
+      for (std::size_t slot = 0; has_cells && slot < 3; ++slot) CHECK(flags_of(frame, slot) == (bleeding != 0 ? 2 : 0));
+    }
+  }
+  // Of a capture: the flags are no part of the voltage, and bleed no cell that the bitmap does not have.
+  const ModuleReport cells = i3().take(frame_of(0x147, {0x0E, 0x90, 0x0E, 0x90, 0x0F, 0x90, 0xB0, 0x25}), {});
+  CHECK(cells.cell_voltage_uV[0] == known(4'110'000));
+  CHECK(cells.cell_voltage_uV[2] == known(4'111'000));
+  CHECK(cells.bleeding_cells == 0);
+  CHECK(i3().take(frame_of(0x107, {0, 0, 0, 0, 0xFF, 0x0E, 0xB0, 0xF4}), {}).bleeding_cells == 0xEFF);
+}
+
 TEST_CASE("a module with fewer cells owes fewer frames", "[unit][foreign_modules]") {
   CHECK((outlander().parts_of(4) & bit_of(ModulePart::cells_2)) == 0);
   CHECK((outlander().parts_of(5) & bit_of(ModulePart::cells_2)) != 0);
