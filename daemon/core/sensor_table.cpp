@@ -35,12 +35,18 @@ PduState pdu_state(const CanFrame& frame) {
   };
 }
 
+/// Each of the four error bits of a result makes its value invalid: a sensor in doubt about any of its results, or
+/// beyond its overcurrent threshold, gives no measurement.
+bool has_error_bit(const CanFrame& frame) {
+  return read_raw<sensor_current, "measurement_error">(frame) != 0 ||
+         read_raw<sensor_current, "any_measurement_error">(frame) != 0 ||
+         read_raw<sensor_current, "system_error">(frame) != 0 || read_raw<sensor_current, "overcurrent">(frame) != 0;
+}
+
 /// The value is the first signal of every sensor row, so that both byte orders read alike.
 Measured<std::int32_t> sensor_value(const MessageSpec& message, const CanFrame& frame, TimePoint at) {
   Measured<std::int32_t> value = measured(decode_signal(message.signals[0], frame.data), at);
-  const bool is_wrong =
-      read_raw<sensor_current, "measurement_error">(frame) != 0 || read_raw<sensor_current, "system_error">(frame) != 0;
-  if (is_wrong) value.validity = Validity::sensor_fault;
+  if (has_error_bit(frame)) value.validity = Validity::sensor_fault;
   return value;
 }
 

@@ -10,8 +10,15 @@
 //
 // An answer to 60h to 67h is taken to be that to the command that configures the same result (A0h to A7h).
 //
-// What is not agreed on: which of 1Dh and 1Fh sets the identifier of the command and which that of the response; the
-// periods results have as delivered. The sign of the current is a matter of wiring, and can be turned round.
+// Identifiers can be moved: 10h to 17h those of the results, 1Dh that of the command, 1Fh that of the response. The
+// daemon never moves one. An example of its maker moves the current to 624h, which is a message of the traction pack to
+// its vehicle: such a sensor is not found, and on the vehicle's bus it is a second reporter.
+//
+// b1 of a result has four error bits in its upper half: each of them makes the value invalid. The data sheet of
+// November 2020 allows 1 ms as the period of I, temperature, power, charge and energy.
+//
+// What is not agreed on: the periods results have as delivered. The sign of the current is a matter of wiring, and can
+// be turned round.
 #pragma once
 
 #include "devices/device.hpp"
@@ -28,8 +35,8 @@ inline constexpr RawName command_names[] = {{0x10, "set identifier of I"},
                                             {0x15, "set identifier of P"},
                                             {0x16, "set identifier of charge"},
                                             {0x17, "set identifier of energy"},
-                                            {0x1D, "set command or response id"},
-                                            {0x1F, "set response or command id"},
+                                            {0x1D, "set identifier of command"},
+                                            {0x1F, "set identifier of response"},
                                             {0x20, "configure I"},
                                             {0x21, "configure U1"},
                                             {0x22, "configure U2"},
@@ -77,8 +84,8 @@ inline constexpr RawName response_names[] = {{0x90, "identifier of I"},
                                              {0x95, "identifier of P"},
                                              {0x96, "identifier of charge"},
                                              {0x97, "identifier of energy"},
-                                             {0x9D, "command or response id"},
-                                             {0x9F, "response or command id"},
+                                             {0x9D, "identifier of command"},
+                                             {0x9F, "identifier of response"},
                                              {0xA0, "configuration of I"},
                                              {0xA1, "configuration of U1"},
                                              {0xA2, "configuration of U2"},
@@ -100,6 +107,13 @@ inline constexpr RawName response_names[] = {{0x90, "identifier of I"},
                                              {0xBC, "article number"},
                                              {0xBF, "alive"},
                                              {0xFF, "wrong command"}};
+/// A result, command or response that is moved there collides with the messages of the traction pack to its vehicle.
+inline constexpr RawName taken_identifier_names[] = {
+    {0x620, "620h, of the traction pack"}, {0x621, "621h, of the traction pack"},
+    {0x622, "622h, of the traction pack"}, {0x623, "623h, of the traction pack"},
+    {0x624, "624h, of the traction pack"}, {0x625, "625h, of the traction pack"},
+    {0x626, "626h, of the traction pack"}, {0x627, "627h, of the traction pack"},
+    {0x628, "628h, of the traction pack"}};
 inline constexpr RawName trigger_names[] = {{0, "off"}, {1, "on trigger"}, {2, "cyclic"}};
 inline constexpr RawName run_names[] = {{0, "stop"}, {1, "run"}};
 inline constexpr RawName bit_rate_names[] = {{2, "1 Mbit/s"}, {4, "500 kbit/s"}, {8, "250 kbit/s"}};
@@ -122,13 +136,14 @@ consteval SignalSpec of_configuration(unsigned first_command, SignalSpec signal)
 
 inline constexpr SignalSpec command_signals[] = {
     field::named(field::u8("command", 0), command_names),
-    field::when(0x10, field::big("new_identifier", 1, 2), 16),
+    field::when(0x10, field::named(field::big("new_identifier", 1, 2), taken_identifier_names), 16),
     field::when(0x10, field::big("serial_number", 3, 4), 16),
     detail::of_configuration(0x20, field::flag("sign_inverted", 1, 7)),
     detail::of_configuration(0x20, field::flag("little_endian", 1, 6)),
     detail::of_configuration(0x20, field::bits("trigger", 1, 1, 2, trigger_names)),
     detail::of_configuration(0x20, field::big("period_ms", 2, 2, field::whole_ms)),
-    field::when(0x30, field::big("reset_item", 1, 2)),
+    field::when(0x30, field::u8("reset_class", 1)),
+    field::when(0x30, field::u8("reset_item", 2)),
     field::when(0x30, field::big("reset_serial_number", 3, 4)),
     field::when(0x31, field::bits("triggered_bits", 2, 7, 8, channel_names)),
     field::when(0x33, field::big("overcurrent_test_ms", 1, 2, field::whole_ms)),
