@@ -1,10 +1,12 @@
 // Bender iso165C, an insulation monitor: little-endian, three frames. Its numbers of commands are decimal.
 //
-// What is not agreed on:
-//   - the bit rate: its maker's DBC has 250 kbit/s, one user found 500 kbit/s;
-//   - the bit of `command_error`: b4 .4 in the maker's DBC, which is taken here, b4 .3 to one reader.
-// The default thresholds of its maker's paper (100 and 200 kOhm) nobody else confirms. Of answers without a signal here
-// (status, version, temperature, maker's data) the layout is not known.
+// By its maker's manual of October 2019: 250 kbit/s is the iso165C, 500 kbit/s the iso165C-1; as delivered the error
+// threshold is 55 kOhm, the warning threshold 300 kOhm (iso165C-1: 250 and 400 kOhm), and the averaging factor 3.
+//
+// An iso175 has the same identifiers with eight bytes and another layout: 037h is decoded with six bytes only.
+//
+// What is not agreed on: the bit of `command_error`, b4 .4 in the maker's DBC and manual, which is taken here, b4 .3 to
+// one reader. Of answers without a signal here (status, version, temperature, maker's data) the layout is not known.
 //
 // A voltage has to be asked for, settles over seconds and is renewed once a second; insulation and HV1 need the relays
 // of HV1 closed (command 210).
@@ -46,7 +48,7 @@ inline constexpr RawName self_test_names[] = {{0, "none"}, {1, "overall"}, {2, "
 inline constexpr RawName power_mode_names[] = {{0, "off"}, {1, "on"}, {2, "power up"}, {3, "power down"}};
 inline constexpr RawName relay_names[] = {{0, "HV1-"}, {1, "HV1+"}};
 inline constexpr RawName bias_names[] = {{1, "HV1-"}, {2, "HV1+"}};
-inline constexpr RawName lock_names[] = {{0, "unlocked"}, {1, "locked"}, {2, "blocked by retries"}};
+inline constexpr RawName lock_names[] = {{0, "unlocked"}, {1, "locked"}, {2, "blocked by retries"}, {100, "unknown"}};
 /// The numbers from 1032 on are those from 32 on again; what tells them apart is not known.
 inline constexpr RawName error_names[] = {{32, "timeout"},
                                           {33, "checksum"},
