@@ -29,7 +29,8 @@ void add_chargers(const ChargerConfig& charger, Guests& guests) {
     std::array<ChargerReport, charger_units_max> ignored{};
     const auto command = charger.driver->order_of(frame);
     const std::uint8_t unit = command ? command->unit : charger.driver->take(frame, ignored).unit;
-    if (unit >= charger.unit_count) continue;
+    const bool is_of_other_master = command && message->base_id != charger.driver->command(unit, {}).id;
+    if (unit >= charger.unit_count || is_of_other_master) continue;
     add(*message, message->base_id, command ? charger.driver->command_period : message->period, guests);
   }
 }

@@ -51,7 +51,6 @@ ChargerNews take(const CanFrame& frame, std::array<ChargerReport, charger_units_
   ChargerReport& report = reports.at(*unit);
   report.voltage_mV = read<any_status, "output_voltage_mV">(frame);
   report.current_mA = read<any_status, "output_current_mA">(frame);
-  report.temperature_dC = read<any_status, "charger_temperature_dC">(frame);
   report.troubles = 0;
   for (const TroubleBit& one : trouble_bits) {
     if (raw_of(status_signals[one.signal], frame.data) != 0) report.troubles |= bit_of(one.trouble);
@@ -60,7 +59,8 @@ ChargerNews take(const CanFrame& frame, std::array<ChargerReport, charger_units_
 }
 
 std::optional<ChargerCommand> order_of(const CanFrame& frame) {
-  const std::optional<std::uint8_t> unit = unit_of(frame, command_rows);
+  const bool is_of_f5 = frame.id == command_e5_of_f5.base_id && frame.is_extended && !frame.is_error;
+  const std::optional<std::uint8_t> unit = is_of_f5 ? std::optional<std::uint8_t>(0) : unit_of(frame, command_rows);
   if (!unit || !is_whole(frame)) return std::nullopt;
   const auto control = static_cast<Control>(read_raw<any_command, "control">(frame));
   return ChargerCommand{
@@ -74,7 +74,7 @@ ChargerFrames reports(std::uint8_t unit, const ChargerReport& report) {
   CanFrame frame = make_frame(*status_rows.at(unit));
   write<any_status, "output_voltage_mV">(frame, report.voltage_mV.is_valid() ? report.voltage_mV.value : 0);
   write<any_status, "output_current_mA">(frame, report.current_mA.is_valid() ? report.current_mA.value : 0);
-  if (report.temperature_dC.is_valid()) write<any_status, "charger_temperature_dC">(frame, report.temperature_dC);
+  write<any_status, "charging">(frame, report.current_mA.is_valid() && report.current_mA.value > 0 ? 1 : 0);
   for (const TroubleBit& one : trouble_bits) {
     const bool is_set = (report.troubles & bit_of(one.trouble)) != 0;
     encode_signal(status_signals[one.signal], known(is_set ? 1 : 0), frame.data);

@@ -6,9 +6,14 @@
 //
 // What is not agreed on:
 //   - the bit rate: 250 kbit/s for 1.8 and 3.3 kW, 500 kbit/s for 6.6 kW;
-//   - b4 of the command: 0 and 1 are certain, 2 (sleep) and b5 (heating) are of newer firmware;
+//   - b4 of the command: 0 and 1 are certain, 2 (sleep) and b5 (1 = heating) are of newer firmware;
 //   - b4 .3 of the status: "starting", "charging disabled", or battery missing or reversed. Read here as the last;
-//   - b5 of the status is a temperature on some units and reserved on others. 0, which would be -100 C, is none.
+//   - b4 .5 of the status is set by a unit that charges, and b6 and b7 are not 0 on every unit;
+//   - b5 of the status is a temperature from -100 C on some units only: on another it would be -23 C while that
+//   charges.
+//     It is a signal for the dump alone, and the driver reports no temperature. 0, which would be -100 C, is none.
+// Masters of address F5 exist beside those of F4. The daemon sends as F4, and takes a command of F5 as one of another
+// master.
 #pragma once
 
 #include <array>
@@ -35,20 +40,22 @@ inline constexpr SignalSpec command_signals[] = {
 inline constexpr SignalSpec status_signals[] = {
     field::big("output_voltage_mV", 0, 2, field::tenth_of_V),
     field::big("output_current_mA", 2, 2, field::tenth_of_A),
+    field::flag("charging", 4, 5),
     field::flag("communication_timeout", 4, 4),
     field::flag("battery_not_connected", 4, 3),
     field::flag("mains_voltage_wrong", 4, 2),
     field::flag("charger_too_hot", 4, 1),
     field::flag("hardware_failure", 4, 0),
-    field::u8("charger_temperature_dC", 5, field::degrees_from(-100), temperature_codes),
+    field::u8("possible_temperature_dC", 5, field::degrees_from(-100), temperature_codes),
 };
 
 namespace detail {
 
-/// The address of a charger stands in the third digit pair of a command's identifier and in the last of a status's.
-consteval MessageSpec command(std::string_view name, std::uint32_t address) {
+/// The address of a charger stands in the third digit pair of a command's identifier and in the last of a status's;
+/// that of the master in the last of a command's.
+consteval MessageSpec command(std::string_view name, std::uint32_t address, std::uint32_t master = 0xF4) {
   return {.name = name,
-          .base_id = 0x1806'00F4 | address << 8U,
+          .base_id = 0x1806'0000 | address << 8U | master,
           .is_extended = true,
           .sender = Sender::bmu,
           .period = 1s,
@@ -68,6 +75,7 @@ consteval MessageSpec status(std::string_view name, std::uint32_t address) {
 }  // namespace detail
 
 inline constexpr MessageSpec command_e5 = detail::command("ELCON_COMMAND_E5", 0xE5);
+inline constexpr MessageSpec command_e5_of_f5 = detail::command("ELCON_COMMAND_E5_F5", 0xE5, 0xF5);
 inline constexpr MessageSpec command_e7 = detail::command("ELCON_COMMAND_E7", 0xE7);
 inline constexpr MessageSpec command_e8 = detail::command("ELCON_COMMAND_E8", 0xE8);
 inline constexpr MessageSpec command_e9 = detail::command("ELCON_COMMAND_E9", 0xE9);
@@ -83,8 +91,8 @@ inline constexpr std::array<const MessageSpec*, unit_count_max> command_rows{&co
 inline constexpr std::array<const MessageSpec*, unit_count_max> status_rows{&status_e5, &status_e7, &status_e8,
                                                                             &status_e9};
 
-inline constexpr const MessageSpec* rows[] = {&command_e5, &status_e5, &command_e7, &status_e7,
-                                              &command_e8, &status_e8, &command_e9, &status_e9};
+inline constexpr const MessageSpec* rows[] = {&command_e5, &status_e5,  &command_e7, &status_e7,       &command_e8,
+                                              &status_e8,  &command_e9, &status_e9,  &command_e5_of_f5};
 inline constexpr Catalogue catalogue{"elcon_tc", rows};
 
 inline constexpr std::uint32_t bit_rates[] = {bit_rate_250k, bit_rate_500k};

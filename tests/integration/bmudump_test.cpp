@@ -628,7 +628,7 @@ TEST_CASE("a device that was asked for is read on every bus, beside our own mess
       result.out ==
       "can0 1806E5F4 ELCON_COMMAND_E5  voltage_limit 98.000 V  current_limit 16.000 A  control charge  mode charging\n"
       "can0 143 CELLS_1 node 3     cell_voltage_1 3.6512 V  cell_voltage_2 3.6498 V  cell_voltage_3 3.6530 V\n"
-      "can1 18FF50E5 ELCON_STATUS_E5  output_voltage 301.000 V  output_current 10.000 A  charger_temperature not "
+      "can1 18FF50E5 ELCON_STATUS_E5  output_voltage 301.000 V  output_current 10.000 A  possible_temperature not "
       "fitted\n");
   CHECK(run("-r - --strict", log).exit_code == 4);
   CHECK(lines_of(run("-r - --device elcon_tc --filter 'ELCON_*'", log).out).size() == 2);

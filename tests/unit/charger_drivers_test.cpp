@@ -99,7 +99,8 @@ TEST_CASE("a report comes out of its frames as it went in, trouble by trouble", 
       CHECK(has_values);
       CHECK(reports.at(unit).voltage_mV == known(301'000));
       CHECK(reports.at(unit).current_mA == known(10'000));
-      CHECK(reports.at(unit).temperature_dC == known(350));
+      // Elcon's byte is a temperature on some units only.
+      CHECK(reports.at(unit).temperature_dC.is_valid() == (driver->name != "elcon_tc"));
       CHECK(reports.at(unit).troubles == 0);
     }
   }
@@ -176,6 +177,19 @@ TEST_CASE("the worked frames of Elcon and Brusa are the drivers'", "[unit][devic
   status.data = {0, 0, 0, 0, 0x18};
   REQUIRE(elcon.take(status, reports).word == ChargerWord::values);
   CHECK(reports[0].troubles == (bit_of(ChargerTrouble::no_command) | bit_of(ChargerTrouble::battery)));
+
+  // Of a capture: charging, and b5, which some units use for a temperature, would be -23 C.
+  status.data = {0x0B, 0xC2, 0x00, 0x64, 0x20, 0x4D, 0x01, 0x02};
+  REQUIRE(elcon.take(status, reports).word == ChargerWord::values);
+  CHECK(reports[0].troubles == 0);
+  CHECK_FALSE(reports[0].temperature_dC.is_valid());
+  // Another master has the address F5, and may heat.
+  CanFrame other = charge;
+  other.id = 0x1806E5F5;
+  other.data[5] = 1;
+  REQUIRE(elcon.order_of(other));
+  CHECK(elcon.order_of(other)->unit == 0);
+  CHECK(elcon.order_of(other)->order.current_mA == 16'000);
 
   const ChargerDriver& brusa = *find_device("brusa_nlg5")->charger;
   const ChargerOrder order{.is_enabled = true, .voltage_mV = 400'000, .current_mA = 8'000, .mains_current_mA = 16'000};
