@@ -273,7 +273,7 @@ constexpr std::array inverter_table{
                            .max = 32,
                            .meaning = "what the inverter understands; nothing: none is told anything",
                            .is_well_formed = is_nothing_or_inverter,
-                           .form = "pylontech, sma or victron, or nothing",
+                           .form = "discover, orion, pylontech, sma or victron, or nothing",
                            .type = FieldType::text},
                           [](const InverterConfig& inverter) -> FieldValue {
                             return inverter.driver != nullptr ? std::string(inverter.driver->name) : std::string();

@@ -24,6 +24,20 @@ SignalValue as_told(const SignalValue& current_mA, const InverterOptions& option
   return known(-current_mA.value);
 }
 
+/// Whether b6-7 of 351h are the lowest voltage in this form, and not what some batteries fill on their own account.
+bool has_discharge_voltage(const MessageSpec& limits) {
+  constexpr std::uint8_t length_without = 6;
+  return limits.shortest() > length_without;
+}
+
+/// A voltage or current beyond the field is not known rather than the largest number that fits.
+SignalValue as_carried(const SignalSpec& signal, const SignalValue& value) {
+  if (!value.is_valid()) return value;
+  const RawRange range = raw_range(signal);
+  const bool fits = value.value >= range.min * signal.scale && value.value <= range.max * signal.scale;
+  return fits ? value : not_known(Validity::out_of_range);
+}
+
 std::int32_t number_or_0(const SignalValue& value) {
   return value.is_valid() ? static_cast<std::int32_t>(value.value) : 0;
 }
@@ -41,7 +55,7 @@ CanFrame limits_frame(const MessageSpec& message, const BatteryReport& report, c
   encode_signal(charge_voltage_limit, known(report.charge_voltage_limit_mV), frame.data);
   encode_signal(charge_current_limit, known(report.charge_limit_mA), frame.data);
   encode_signal(discharge_current_limit, known(report.discharge_limit_mA), frame.data);
-  if (message.signals.size() < std::size(limit_signals)) return frame;
+  if (!has_discharge_voltage(message)) return frame;
   // Rounded up: a step below would let the cells be emptied further.
   const std::int64_t step_mV = discharge_voltage_limit.scale;
   const std::int64_t up_mV = (report.discharge_voltage_limit_mV + step_mV - 1) / step_mV * step_mV;
@@ -58,15 +72,19 @@ std::optional<CanFrame> charge_frame(const MessageSpec& message, const BatteryRe
   encode_signal(soc, report.soc_permille, frame.data);
   encode_signal(soh, report.soh_permille, frame.data);
   if (message.signals.size() < std::size(charge_signals)) return frame;
-  const SignalValue fine =
-      report.soc_permille.is_valid() ? known(report.soc_permille.value * ppm_per_permille) : report.soc_permille;
-  encode_signal(soc_fine, fine, frame.data);
+  // In tenths of a percent with some, in hundredths with others.
+  const SignalSpec& fine = message.signals[2];
+  const std::int64_t per_permille = fine.unit == Unit::ppm ? ppm_per_permille : 1;
+  const SignalValue& told = report.soc_permille;
+  encode_signal(fine, told.is_valid() ? known(told.value * per_permille) : told, frame.data);
   return frame;
 }
 
 std::optional<CanFrame> measurements_frame(const MessageSpec& message, const BatteryReport& report,
                                            const InverterOptions& options, bool has_codes) {
-  const std::array values{report.voltage_mV, as_told(report.current_mA, options), report.temperature_dC};
+  const std::array values{as_carried(message.signals[0], report.voltage_mV),
+                          as_carried(message.signals[1], as_told(report.current_mA, options)),
+                          as_carried(message.signals[2], report.temperature_dC)};
   const bool is_known =
       std::all_of(values.begin(), values.end(), [](const SignalValue& one) { return one.is_valid(); });
   if (!is_known && !has_codes) return std::nullopt;
@@ -120,7 +138,7 @@ void hear_limits(const MessageSpec& message, const CanFrame& frame, BatteryRepor
   report.charge_voltage_limit_mV = number_or_0(decode_signal(charge_voltage_limit, frame.data));
   report.charge_limit_mA = number_or_0(decode_signal(charge_current_limit, frame.data));
   report.discharge_limit_mA = number_or_0(decode_signal(discharge_current_limit, frame.data));
-  if (message.signals.size() < std::size(limit_signals)) return;
+  if (!has_discharge_voltage(message)) return;
   report.discharge_voltage_limit_mV = number_or_0(decode_signal(discharge_voltage_limit, frame.data));
 }
 

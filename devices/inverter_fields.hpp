@@ -3,8 +3,13 @@
 // A field that a used frame does not use is 8000h if it is signed and FFFFh if not. That is SMA's rule; the others
 // state none, and none of these numbers could be one of theirs.
 //
-// The sign of the battery's current in 356h is told for none of them beyond doubt: positive is taken for charging by
-// most who build such batteries. The rows carry what is on the wire; who sends it has to know.
+// Batteries differ in the steps of 355h and 356h. In captures b4-5 of 355h are hundredths of a percent with SMA, REC
+// and Victron, tenths with Orion, and 0 = not filled with BYD, Discover and LG: a 0 there is never 0.00 %. The voltage
+// of 356h is in hundredths of a volt with SMA, Victron, Pylontech, BYD and LG, and in tenths with Discover and Orion.
+// Which one it is cannot be seen in a frame: each form has rows of its own.
+//
+// The current of 356h is positive while the battery charges with BYD, LG, Pylontech and CAN-SMART, in captures at a
+// known discharge; Orion's DBC has it the other way round. The rows carry what is on the wire; the sender has to know.
 #pragma once
 
 #include "devices/fields.hpp"
@@ -14,6 +19,8 @@ namespace bmu::inverter {
 
 inline constexpr SpecialCode no_s16[] = {{-0x8000, Validity::unknown}};
 inline constexpr SpecialCode no_u16[] = {{0xFFFF, Validity::unknown}};
+/// Of a field that some batteries leave at 0.
+inline constexpr SpecialCode no_u16_or_unfilled[] = {{0xFFFF, Validity::unknown}, {0, Validity::not_fitted}};
 
 inline constexpr SignalSpec charge_voltage_limit =
     field::as_limit(field::little("charge_voltage_limit_mV", 0, 2, field::tenth_of_V, no_u16));
@@ -24,12 +31,17 @@ inline constexpr SignalSpec discharge_current_limit =
 inline constexpr SignalSpec discharge_voltage_limit =
     field::little("discharge_voltage_limit_mV", 6, 2, field::tenth_of_V, no_u16);
 
+/// Of a form whose paper does not use b6-7: some batteries fill it.
+inline constexpr SignalSpec optional_discharge_voltage_limit =
+    field::little("discharge_voltage_limit_mV", 6, 2, field::tenth_of_V, no_u16_or_unfilled);
+
 inline constexpr SignalSpec limit_signals[] = {charge_voltage_limit, charge_current_limit, discharge_current_limit,
                                                discharge_voltage_limit};
 
 inline constexpr SignalSpec soc = field::little("soc_permille", 0, 2, field::percent, no_u16);
 inline constexpr SignalSpec soh = field::little("soh_permille", 2, 2, field::percent, no_u16);
-inline constexpr SignalSpec soc_fine = field::little("soc_fine_ppm", 4, 2, field::hundredth_of_percent, no_u16);
+inline constexpr SignalSpec soc_fine =
+    field::little("soc_fine_ppm", 4, 2, field::hundredth_of_percent, no_u16_or_unfilled);
 
 inline constexpr SignalSpec charge_signals[] = {soc, soh, soc_fine};
 
@@ -39,7 +51,15 @@ inline constexpr SignalSpec measurement_signals[] = {
     field::as_signed(field::little("battery_temperature_dC", 4, 2, field::tenth_of_C, no_s16)),
 };
 
-/// Of 35Ah: each item has two bits, which say that it came or went; the other two patterns say nothing.
+/// The same with tenths of a volt.
+inline constexpr SignalSpec coarse_measurement_signals[] = {
+    field::as_signed(field::little("battery_voltage_mV", 0, 2, field::tenth_of_V, no_s16)),
+    measurement_signals[1],
+    measurement_signals[2],
+};
+
+/// Of 35Ah: each item has two bits, which say that it came or went; the other two patterns say nothing. Batteries send
+/// AAh in all bytes (all cleared), or a mixture of 10b with 11b or 00b, while nothing is wrong.
 inline constexpr RawName item_names[] = {{0, "no change"}, {1, "raised"}, {2, "cleared"}, {3, "no change"}};
 
 /// Alarms in b0 to b3, the same items as warnings in b4 to b7; the last three of each are not used.
@@ -71,6 +91,12 @@ inline constexpr SignalSpec item_signals[] = {
     field::bits("internal_warning", 6, 7, 2, item_names),
     field::bits("imbalance_warning", 7, 1, 2, item_names),
 };
+
+/// What GX devices send under 307h, besides 305h.
+inline constexpr std::int64_t gx_mark = 0x56'49'43;  // "VIC"
+inline constexpr std::int64_t gx_number = 0x12'34'56'78;
+inline constexpr SignalSpec gx_signals[] = {field::big("number", 0, 4),
+                                            field::within(gx_mark, gx_mark, field::letters("mark", 4, 3))};
 
 inline constexpr SignalSpec name_signals[] = {field::letters("name", 0, 8)};
 

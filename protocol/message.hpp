@@ -53,7 +53,7 @@ struct MessageSpec {
   std::uint8_t node_shift = 0;
   bool node_0_is_all = false;   // node 0 is no node but all of them
   std::uint8_t length = 8;      // as it is sent
-  std::uint8_t length_min = 0;  // where some senders leave out the end, which has no signal; 0: none does
+  std::uint8_t length_min = 0;  // where some senders leave out the end; 0: none does
   Protection protection = Protection::none;
   Sender sender = Sender::bmu;
   Duration period{};         // nominal; 0: on request or on change
@@ -197,12 +197,19 @@ constexpr void seal(const MessageSpec& message, std::uint8_t counter, CanFrame& 
          message.signals.size() <= signal_count_max;
 }
 
+/// Bytes in which the signal must lie. b7 is no place for one where it is the checksum. The end that some senders leave
+/// out, whose bytes are 0 then, has only signals that are no number at 0.
+[[nodiscard]] constexpr unsigned room_of(const MessageSpec& message, const SignalSpec& signal) {
+  if (has_crc(message)) return 7;
+  return find_special(signal, 0) != nullptr ? message.length : message.shortest();
+}
+
 [[nodiscard]] constexpr bool check_message(const MessageSpec& message) {
   if (!check_form(message)) return false;
-  const unsigned room = has_crc(message) ? 7 : message.shortest();  // b7 is the checksum, which is no signal
   for (std::size_t i = 0; i < message.signals.size(); ++i) {
     const SignalSpec& one = message.signals[i];
-    if (!check_signal(one, room) || signals_with(message, one.selected_by) > shown_signals_max) return false;
+    if (!check_signal(one, room_of(message, one)) || signals_with(message, one.selected_by) > shown_signals_max)
+      return false;
     for (std::size_t j = 0; j < i; ++j) {
       const SignalSpec& other = message.signals[j];
       const bool apart = (occupied_bits(one) & occupied_bits(other)) == 0;

@@ -2,8 +2,10 @@
 // frame once a second. The inverter shows once a second that it is there.
 //
 // Frames are read with the bytes that have a meaning and up to eight of them: the paper does not say how long each is,
-// and senders differ. Some senders mix up bits of 359h (0Ch for too hot, which is undervoltage and overvoltage
-// together; 80h for a system error): the bits here are the paper's.
+// and senders differ. Some units fill b6-7 of 351h with the lowest voltage, which the paper does not use: it is decoded
+// and never sent. b5-6 of 359h are "PN"; LG's batteries have another alarm word under 359h, without this mark. Some
+// senders mix up bits of 359h (0Ch for too hot, which is undervoltage and overvoltage together; 80h for a system
+// error): the bits here are the paper's.
 #pragma once
 
 #include "devices/device.hpp"
@@ -12,9 +14,12 @@
 namespace bmu::pylontech {
 
 inline constexpr SignalSpec limit_signals[] = {inverter::charge_voltage_limit, inverter::charge_current_limit,
-                                               inverter::discharge_current_limit};
+                                               inverter::discharge_current_limit,
+                                               inverter::optional_discharge_voltage_limit};
 inline constexpr SignalSpec charge_signals[] = {inverter::soc, inverter::soh};
 
+/// "PN". Without it the bits before it are those of another maker.
+inline constexpr std::int64_t paper_mark = 0x50'4E;
 /// Protection: the battery has stopped. Alarm: it is about to.
 inline constexpr SignalSpec alarm_signals[] = {
     field::flag("protection_discharge_overcurrent", 0, 7),
@@ -32,7 +37,7 @@ inline constexpr SignalSpec alarm_signals[] = {
     field::flag("alarm_internal_communication", 3, 3),
     field::flag("alarm_charge_overcurrent", 3, 0),
     field::u8("module_count", 4),
-    field::letters("mark", 5, 2),  // "PN"
+    field::within(paper_mark, paper_mark, field::letters("mark", 5, 2)),
 };
 inline constexpr SignalSpec request_signals[] =
     {

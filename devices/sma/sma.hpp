@@ -4,6 +4,9 @@
 // whose 355h has been missing for 60 s makes the inverter go to standby with F952, one whose 351h has makes it warn
 // with W952. An alarm makes it stop, which may take 10 s: keep the contactors closed that long, if that is safe.
 //
+// The capacity of 35Fh is that which is installed; batteries of BYD and Pytes send the charge that is left there: 105
+// Ah at 67 % of 156 Ah.
+//
 // 35Bh (events) is named in the papers and its layout is not known: there is no row for it. Of 305h the types of
 // voltage and temperature are not told; they are read as those of 356h. Of 306h the order is told, and these widths are
 // what fills eight bytes.
@@ -51,8 +54,8 @@ inline constexpr MessageSpec measurements = inverter::sent("SMA_MEASUREMENTS", 0
 inline constexpr MessageSpec items =
     inverter::sent("SMA_ALARMS", 0x35A, inverter::item_signals, "alarms and warnings that came or went");
 inline constexpr MessageSpec name = inverter::sent("SMA_NAME", 0x35E, inverter::name_signals, "who made the battery");
-inline constexpr MessageSpec battery =
-    inverter::sent("SMA_BATTERY", 0x35F, battery_signals, "type, version and capacity of the battery");
+inline constexpr MessageSpec battery = inverter::sent(
+    "SMA_BATTERY", 0x35F, battery_signals, "type, version and capacity of the battery; of some makers the charge left");
 inline constexpr MessageSpec standby{.name = "SMA_STANDBY",
                                      .base_id = 0x00F,
                                      .length = 0,

@@ -48,14 +48,22 @@ std::optional<CanFrame> frame(std::size_t index, const BatteryReport& report, co
   return capacity_frame(report, options);
 }
 
+/// 307h without its mark is another device's, and no keep-alive.
 InverterWord take(const CanFrame& frame, InverterReport& /*report*/) {
-  return inverter::take_keep_alive(catalogue, frame);
+  const InverterWord word = inverter::take_keep_alive(catalogue, frame);
+  const bool is_gx = word == InverterWord::alive && frame.id == gx_alive.base_id;
+  return is_gx && !read<gx_alive, "mark">(frame).is_valid() ? InverterWord::refused : word;
 }
 BatteryWord hear(const CanFrame& frame, BatteryReport& report) {
   return inverter::hear_limits_only(catalogue, limits, frame, report);
 }
 InverterFrames words(const InverterReport& /*report*/) {
-  return inverter::keep_alive_only(keep_alive);
+  InverterFrames frames = inverter::keep_alive_only(keep_alive);
+  CanFrame gx = make_frame(gx_alive);
+  write<gx_alive, "number">(gx, inverter::gx_number);
+  write<gx_alive, "mark">(gx, inverter::gx_mark);
+  frames.push_back(gx);
+  return frames;
 }
 
 }  // namespace

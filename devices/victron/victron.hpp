@@ -3,7 +3,9 @@
 //
 // No paper of Victron's own was seen. Of 370h to 379h only what several batteries send is told here: of 372h and 379h
 // that is the first two bytes. The temperatures of 373h are whole kelvins, and 0 C is taken for 273 of them. What the
-// inverter says in 305h to show that it is there has no meaning that is known.
+// inverter says in 305h to show that it is there has no meaning that is known. GX devices send 307h besides, always
+// with 12h 34h 56h 78h, "VIC" and 0: it is a keep-alive as well. Some batteries send temperatures and cell voltages
+// under 370h, which then is no text.
 #pragma once
 
 #include "devices/device.hpp"
@@ -41,9 +43,11 @@ inline constexpr MessageSpec capacity =
     inverter::sent("VICTRON_CAPACITY", 0x379, capacity_signals, "the capacity installed", 2);
 inline constexpr MessageSpec keep_alive =
     inverter::heard("VICTRON_ALIVE", 0x305, {}, "the inverter is there; no meaning of its bytes is known");
+inline constexpr MessageSpec gx_alive =
+    inverter::heard("VICTRON_GX", 0x307, inverter::gx_signals, "a GX device is there");
 
-inline constexpr const MessageSpec* rows[] = {&limits, &charge,  &measurements, &items,    &maker,
-                                              &name,   &modules, &extremes,     &capacity, &keep_alive};
+inline constexpr const MessageSpec* rows[] = {&limits,  &charge,   &measurements, &items,      &maker,   &name,
+                                              &modules, &extremes, &capacity,     &keep_alive, &gx_alive};
 inline constexpr Catalogue catalogue{"victron", rows};
 
 extern const InverterDriver driver;

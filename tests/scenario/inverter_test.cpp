@@ -39,7 +39,7 @@ const BatteryReport& told(const test::SimRun& run) {
 
 TEST_CASE("an inverter draws and charges as it is told, and is told nothing may flow while the pack is open",
           "[scenario][inverter]") {
-  const std::string protocol = GENERATE("pylontech", "sma", "victron");
+  const std::string protocol = GENERATE("discover", "orion", "pylontech", "sma", "victron");
   CAPTURE(protocol);
   test::SimRun run(storage(Json{{"protocol", protocol}}));
   run.apply("pack soc_permille 600");

@@ -14,8 +14,8 @@ namespace bmu::test {
 /// Raw numbers worth trying: the ends of the range, zero, their neighbours, and some from in between.
 inline std::vector<std::int64_t> interesting_raws(const SignalSpec& signal, Random& random) {
   const RawRange range = raw_range(signal);
-  std::vector<std::int64_t> raws{range.min, range.min + 1, range.max - 1, range.max};
-  for (const std::int64_t raw : {-1, 0, 1}) {
+  std::vector<std::int64_t> raws{range.min, range.max};
+  for (const std::int64_t raw : {range.min + 1, range.max - 1, std::int64_t{-1}, std::int64_t{0}, std::int64_t{1}}) {
     if (raw >= range.min && raw <= range.max) raws.push_back(raw);
   }
   for (int count = 0; count < 100; ++count) raws.push_back(random.between(range.min, range.max));

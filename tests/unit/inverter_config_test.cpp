@@ -34,8 +34,8 @@ TEST_CASE("an inverter is chosen by name, and what is left out has a safe defaul
   CHECK_FALSE(read.is_discharge_positive);
   CHECK(read.maker.front() == '\0');
   CHECK(pack->buses.name(Port::inverter) == "can7");
-  for (const char* name : {"sma", "victron", "pylontech"}) accepts(inverter({{"protocol", name}}));
-  refuses(inverter({{"protocol", "elcon_tc"}}), "/inverter/protocol", "pylontech, sma or victron");
+  for (const char* name : {"sma", "victron", "pylontech", "discover", "orion"}) accepts(inverter({{"protocol", name}}));
+  refuses(inverter({{"protocol", "elcon_tc"}}), "/inverter/protocol", "discover, orion, pylontech, sma or victron");
   const auto none = parse(valid_pack().dump());
   REQUIRE(none);
   CHECK(none->core.inverter.driver == nullptr);

@@ -77,7 +77,7 @@ TEST_CASE("every inverter has a driver, and says how it must be told", "[unit][d
     INFO(device->name);
     CHECK((device->kind == DeviceKind::inverter) == (device->inverter != nullptr));
   }
-  REQUIRE(drivers().size() == 3);
+  REQUIRE(drivers().size() == 5);
   for (const InverterDriver* driver : drivers()) {
     INFO(driver->name);
     CHECK(find_device(driver->name)->inverter == driver);
@@ -227,6 +227,89 @@ TEST_CASE("requests are told where the form has a word for them", "[unit][device
     CHECK(heard.asks_for_charge == forced);
     CHECK(heard.asks_for_full_charge == full);
   }
+}
+
+TEST_CASE("a fine state of charge of 0 is not filled, and 0.01 % is the least that is sent",
+          "[unit][devices][inverter]") {
+  const auto fine_of = [](const char* name, const FrameBytes& data) {
+    const MessageSpec& row = *find_device(name)->catalogue->find(0x355).message;
+    return decode_signal(row.signals[2], data);
+  };
+  for (const char* name : {"sma", "victron"}) {
+    CHECK(fine_of(name, {0x48, 0, 0x62, 0, 0, 0}).validity == Validity::not_fitted);  // of BYD, Discover and LG
+    CHECK(fine_of(name, {0x48, 0, 0x62, 0, 0x20, 0x1C}) == known(720'000));
+    BatteryReport empty = worked();
+    empty.soc_permille = known(0);
+    CHECK(bytes(name, empty, 0x355)[4] == 1);
+  }
+  // Orion has tenths of a percent there, and Discover nothing.
+  CHECK(fine_of("orion", {0x48, 0, 0x62, 0, 0xD0, 0x02}) == known(720));
+  CHECK(bytes("orion", worked(), 0x355)[4] == 0xD0);
+  CHECK(bytes("orion", worked(), 0x355)[5] == 0x02);
+  CHECK(bytes("discover", worked(), 0x355)[4] == 0);
+  CHECK(bytes("discover", worked(), 0x355)[5] == 0);
+}
+
+TEST_CASE("the voltage is in the step of the named form, and one that does not fit is not known",
+          "[unit][devices][inverter]") {
+  BatteryReport report = worked();
+  for (const char* name : {"sma", "victron", "pylontech"}) {
+    for (const auto& [voltage_mV, low, high] : {std::array{52'200, 0x64, 0x14}, std::array{292'500, 0x42, 0x72}}) {
+      report.voltage_mV = known(voltage_mV);
+      CHECK(bytes(name, report, 0x356)[0] == low);
+      CHECK(bytes(name, report, 0x356)[1] == high);
+    }
+  }
+  // The two forms with tenths.
+  for (const char* name : {"discover", "orion"}) {
+    for (const auto& [voltage_mV, low, high] : {std::array{52'200, 0x0A, 0x02}, std::array{292'500, 0x6D, 0x0B}}) {
+      report.voltage_mV = known(voltage_mV);
+      CHECK(bytes(name, report, 0x356)[0] == low);
+      CHECK(bytes(name, report, 0x356)[1] == high);
+    }
+  }
+  report.voltage_mV = known(327'670);
+  CHECK(bytes("pylontech", report, 0x356)[1] == 0x7F);
+  report.voltage_mV = known(327'680);
+  CHECK_FALSE(find(round_of(driver_of("pylontech"), report), 0x356));
+  CHECK(bytes("sma", report, 0x356)[0] == 0x00);
+  CHECK(bytes("sma", report, 0x356)[1] == 0x80);
+}
+
+TEST_CASE("Pylontech's lowest voltage is decoded where a unit fills it, and never sent", "[unit][devices][inverter]") {
+  const MessageSpec& limits = *find_device("pylontech")->catalogue->find(0x351).message;
+  const auto lowest_of = [&limits](const FrameBytes& data) { return decode_signal(limits.signals[3], data); };
+  CHECK(lowest_of({0x14, 0x02, 0xF4, 0x01, 0xE8, 0x03, 0xC2, 0x01}) == known(45'000));
+  CHECK(lowest_of({0x14, 0x02, 0xF4, 0x01, 0xE8, 0x03}).validity == Validity::not_fitted);
+  CHECK(bytes("pylontech", worked(), 0x351)[6] == 0);
+  CHECK(bytes("pylontech", worked(), 0x351)[7] == 0);
+}
+
+TEST_CASE("pairs of 35Ah that are 10, 11 or 00 raise nothing", "[unit][devices][inverter]") {
+  for (const char* name : {"sma", "victron"}) {
+    const MessageSpec& items = *find_device(name)->catalogue->find(0x35A).message;
+    for (const FrameBytes& data : {FrameBytes{0xAA, 0xAA, 0xAA, 0xAA, 0xAA, 0xAA, 0xAA, 0xAA},
+                                   FrameBytes{0xEA, 0xAA, 0xFF, 0x0A, 0xA0, 0xAA, 0x00, 0xAA}}) {
+      for (const SignalSpec& item : items.signals) {
+        const std::int64_t raw = raw_of(item, data);
+        const auto named =
+            std::find_if(item.names.begin(), item.names.end(), [raw](const RawName& one) { return one.raw == raw; });
+        REQUIRE(named != item.names.end());
+        CHECK(named->name != "raised");
+      }
+    }
+  }
+}
+
+TEST_CASE("a GX device is alive by 307h, too, and another device's 307h is no keep-alive",
+          "[unit][devices][inverter]") {
+  InverterReport heard;
+  CanFrame gx = data_frame(0x307, 8);
+  gx.data = {0x12, 0x34, 0x56, 0x78, 'V', 'I', 'C', 0};
+  CHECK(driver_of("victron").take(gx, heard) == InverterWord::alive);
+  gx.data[4] = 'X';
+  CHECK(driver_of("victron").take(gx, heard) == InverterWord::refused);
+  CHECK(driver_of("pylontech").take(gx, heard) == InverterWord::none);
 }
 
 TEST_CASE("what nobody knows is told by the code of the form, or its frame is left out", "[unit][devices][inverter]") {
