@@ -745,14 +745,32 @@ TEST_CASE("a bus with frames that nothing explains is told whose they could be",
   CHECK(run("-r - --device elcon_tc", "(1.000000) can0 1806E5F4#03D400A000000000\n").err.empty());
   // Frames of ours that are damaged now and then are ours.
   const std::string damaged =
-      "(1.000000) vcan0 080#0000000000000000\n(1.000000) vcan0 103#0000000000000000\n"
-      "(1.000000) vcan0 143#0000000000000000\n";
+      "(1.000000) vcan0 080#C7100000200010E8\n(1.000000) vcan0 103#00000000FF0FB031\n"
+      "(1.000000) vcan0 143#DC8FDE8FDC8FA0F0\n";
   CHECK(run("-r -", damaged).err.find("--device i3_csc") != std::string::npos);
   CHECK(run("-r -", damaged + content_of(fixture)).err.empty());
+  // A car that has these identifiers, and other things behind them: no checksum, and numbers that no cell has.
+  CHECK(run("-r -",
+            "(1.000000) vcan0 080#0000000000000000\n(1.000000) vcan0 103#0000000000000000\n"
+            "(1.000000) vcan0 143#0000000000000000\n(1.000000) vcan0 173#0000000000000000\n")
+            .err.empty());
+  CHECK(run("-r -",
+            "(1.000000) can0 631#20000000FFFFFFFF\n(1.000000) can0 632#A0B1C2D3E4F50617\n"
+            "(1.000000) can0 633#A0B1C2D3E4F50617\n(1.000000) can0 634#A0B1C2D3E4F50617\n")
+            .err.empty());
   // Others have most of what is there.
   CHECK(run("-r -", cells + "(1.000000) can0 700#\n(1.000000) can0 701#\n(1.000000) can0 702#\n(1.000000) can0 "
                             "703#\n(1.000000) can0 704#\n")
             .err.empty());
+}
+
+TEST_CASE("bytes that are no text are no name of a product", "[integration][bmudump]") {
+  // The temperatures of an Outlander's module 2: as text "0BCBBB".
+  const std::string log = "(1.000000) can0 621#00304243424242FF\n";
+  CHECK(run("-r - -t none", log).out == "can0 621 PACK_VERSION       version no text: 00 30 42 43 42 42 42 FF\n");
+  CHECK(run("-r - --json", log).out.find("\"version\":null") != std::string::npos);
+  CHECK(run("-r - -t none", "(1.000000) can0 621#302E310000000000\n").out.find("version \"0.1\\u0000") !=
+        std::string::npos);
 }
 
 TEST_CASE("a device may share a bus with the vehicle messages", "[integration][bmudump][devices]") {

@@ -23,13 +23,26 @@ static_assert(shown_signals_max * signal_room + rest_room <= TextWriter::line_ro
 static_assert(xl_bytes_max * 4 + rest_room <= TextWriter::line_room);
 
 /// Text of a quantity that is no number: up to eight letters, the first in the highest byte.
-void print_quoted_letters(const SignalSpec& signal, std::int64_t raw, TextWriter& out) {
-  const std::size_t count = signal.bit_count / 8U;
-  std::array<char, 8> letters{};
-  for (std::size_t index = 0; index < count; ++index) {
-    letters[index] = static_cast<char>(static_cast<std::uint64_t>(raw) >> (8 * (count - 1 - index)));
+struct Letters {
+  std::array<char, 8> bytes{};
+  std::size_t count = 0;
+
+  [[nodiscard]] std::string_view view() const { return {bytes.data(), count}; }
+};
+Letters letters_of(const SignalSpec& signal, std::int64_t raw) {
+  Letters letters{.count = signal.bit_count / 8U};
+  for (std::size_t index = 0; index < letters.count; ++index) {
+    letters.bytes[index] = static_cast<char>(static_cast<std::uint64_t>(raw) >> (8 * (letters.count - 1 - index)));
   }
-  out.json_string({letters.data(), count});
+  return letters;
+}
+
+/// Printable letters with nothing but zeros behind them. Other bytes under the identifier of a name are those of
+/// another device: 621h is the product's version on one bus, and cells' temperatures on that of an Outlander's modules.
+bool is_text(std::string_view letters) {
+  const auto is_printable = [](char one) { return one >= ' ' && one <= '~'; };
+  const auto* const end = std::find_if_not(letters.begin(), letters.end(), is_printable);
+  return std::all_of(end, letters.end(), [](char one) { return one == '\0'; });
 }
 
 std::string_view name_of_raw(const SignalSpec& signal, std::int64_t raw) {
@@ -81,6 +94,15 @@ void print_spaced_bytes(Bytes bytes, TextWriter& out) {
   for (const std::uint8_t byte : bytes) {
     out.letter(' ');
     out.hex(byte, 2);
+  }
+}
+
+void print_letters_or_bytes(std::string_view letters, TextWriter& out) {
+  if (is_text(letters)) return out.json_string(letters);
+  out.text("no text:");
+  for (const char one : letters) {
+    out.letter(' ');
+    out.hex(static_cast<std::uint8_t>(one), 2);
   }
 }
 
@@ -243,7 +265,7 @@ void FrameText::print_value(const SignalPlan& plan, std::int64_t raw, TextWriter
     case Show::set_flag: return;
     case Show::bits: return print_bits(*plan.spec, raw, out);
     case Show::cells: return print_cells(raw, out);
-    case Show::text: return print_quoted_letters(*plan.spec, raw, out);
+    case Show::text: return print_letters_or_bytes(letters_of(*plan.spec, raw).view(), out);
     case Show::name: {
       const std::string_view name = name_of_raw(*plan.spec, raw);
       return name.empty() ? out.decimal(raw) : out.text(name);
@@ -372,9 +394,10 @@ void FrameText::print_json_signals(const MessagePlan& plan, const CanFrame& fram
     is_first = false;
     out.piece(one.json_lead);
     const SignalValue value = value_of_raw(*one.spec, raw);
-    if (one.show == Show::text) {
-      print_quoted_letters(*one.spec, raw, out);
-    } else if (value.is_valid()) {
+    const Letters letters = one.show == Show::text ? letters_of(*one.spec, raw) : Letters{};
+    if (letters.count > 0 && value.is_valid() && is_text(letters.view())) {
+      out.json_string(letters.view());
+    } else if (letters.count == 0 && value.is_valid()) {
       out.decimal(value.value);
     } else {
       out.text("null");
