@@ -663,7 +663,7 @@ TEST_CASE("on a bus that is named for a device nothing else is read", "[integrat
       "can1 080 CSC_COMMAND number 0  target_voltage 4.0340 V  want_temperatures yes  want_voltages yes  mode balance  "
       "start_code 0\n"
       "can1 143 CSC_CELLS_3 number 3  cell_voltage_7 4.0600 V  cell_voltage_8 4.0620 V  cell_voltage_9 4.0600 V  "
-      "flags_7 balancing  flags_8 balancing  flags_9 balancing\n"
+      "flags_7 module balances  flags_8 module balances  flags_9 module balances\n"
       "can1 620 unknown            [8] 49 48 41 20 42 4D 53 31\n");
 }
 
