@@ -15,6 +15,7 @@ import sys
 import tempfile
 
 SKIPPED = 77
+TEXT_SIZES_BITS = (32, 64)
 NODES = "1,2,63"
 # What a name ends with, and how many of it are one of what the DBC has: written down anew, not taken from the tables.
 PER_UNIT = {"uV": 1e6, "mV": 1e3, "mA": 1e3, "dC": 10, "Ohm": 1e3, "uOhm": 1e3, "uAs": 3.6e9, "mWh": 1e6, "permille": 10, "ppm": 1e4, "W": 1, "ms": 1, "s": 1}
@@ -65,6 +66,12 @@ def dbc_name(name):
     return (stem, unit) if unit in PER_UNIT else (name, None)
 
 
+def is_text(raw, size_bits):
+    """Printable letters with nothing but zeros behind them: what bmudump prints as a text."""
+    letters = raw.to_bytes(size_bits // 8, "big").rstrip(b"\0")
+    return all(0x20 <= letter <= 0x7E for letter in letters)
+
+
 def difference(signal, ours, theirs, unit):
     """What is different between our value and theirs, or nothing."""
     definition = theirs.signal
@@ -74,8 +81,9 @@ def difference(signal, ours, theirs, unit):
     if unit and definition.unit != UNITS[unit]:
         return f"unit {definition.unit!r}, wanted {UNITS[unit]!r}"
     physical = float(theirs.phys_value)
-    if ours is None and definition.size == 64:
-        return None  # eight bytes that are no text
+    may_be_text = definition.size in TEXT_SIZES_BITS and not definition.unit
+    if ours is None and may_be_text and not is_text(int(theirs.raw_value), definition.size):
+        return None
     if ours is None:
         is_named = int(theirs.raw_value) in definition.values
         is_outside = not float(definition.min) <= physical <= float(definition.max)

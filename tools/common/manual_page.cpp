@@ -204,6 +204,8 @@ std::string manual_page(const CLI::App& app, int section_number) {
   for (const CLI::App* command : commands_of(app)) commands += command_text(*command);
   std::string page = ".TH " + upper(name) + " " + std::to_string(section_number) +
                      " \"\" \"bmud " BMUD_VERSION "\" \"bmud, a battery management master\"\n";
+  // Names that follow each other without a space cannot be adjusted to both margins.
+  page += ".ad l\n";
   page += section("NAME", escaped(name) + " \\- " + escaped(in_short(app.get_description())) + "\n");
   page += section("SYNOPSIS", synopsis_of(app));
   page += section("DESCRIPTION", paragraph(app.get_description()) + foot.text);
