@@ -62,8 +62,8 @@ stage_tests() {
   check_skips build build/ci-tests.log
 }
 
-# check_skips FOLDER LOG: fails for what ctest or a test case has skipped without being on the list. A test that a container cannot run
-# is no failure for a user; in CI it is a check that nobody notices the loss of.
+# check_skips FOLDER LOG: fails if ctest or a test case has skipped what is not on the list. A test that a container cannot run
+# is no failure for a user; in CI it would be a check that is lost unnoticed.
 check_skips() {
   local unexpected
   unexpected=$({
@@ -146,7 +146,7 @@ recent_commits=7
 recent_max=12
 stage_tidy() {
   local part=${1:-$((0x$(git rev-parse --short=7 HEAD) % 16 + 1))/16} most=$recent_max recent sources
-  # Whoever asks for a part has the others looked at as well.
+  # A requested part is one of all parts, which together have the recent changes.
   [[ $# -eq 0 ]] || most=0
   recent=$(git diff --name-only "HEAD~$recent_commits" 2>/dev/null) || recent=$(git ls-files)
   sources=$(git ls-files '*.cpp' |
