@@ -30,14 +30,14 @@ fail() {
 
 # until_screen WORDS PATTERN: waits until a line matches.
 until_screen() {
-  for ((try = 0; try < 200; ++try)); do
+  for ((try = 0; try < 1200; ++try)); do
     if screen | grep -qE -- "$2"; then return; fi
     sleep 0.05
   done
   fail "$1 (no line matches '$2')"
 }
 until_no_screen() {
-  for ((try = 0; try < 200; ++try)); do
+  for ((try = 0; try < 1200; ++try)); do
     if ! screen | grep -qE -- "$2"; then return; fi
     sleep 0.05
   done
@@ -70,7 +70,7 @@ is '#{alternate_on}' 1 "the table is not on the other screen"
 is '#{cursor_flag}' 0 "the cursor is in the way"
 screen -e | grep -q $'\x1b\[' || fail "a terminal has no colours"
 before=$(frames_shown)
-for ((try = 0; try < 100; ++try)); do
+for ((try = 0; try < 1200; ++try)); do
   after=$(frames_shown)
   [[ ${after:-0} -le $before ]] || break
   sleep 0.05

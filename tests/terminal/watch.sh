@@ -6,7 +6,7 @@ set -euo pipefail
 
 source_dir=$1
 bin=$2
-command -v tmux >/dev/null || { echo "SKIP: no tmux (tools/packages.sh test)"; exit 77; }
+command -v tmux >/dev/null || { echo "skipped: no tmux (tools/packages.sh test)"; exit 77; }
 export LC_ALL=C.UTF-8
 
 folder=$(mktemp -d)
@@ -14,7 +14,7 @@ bus=unix:w$$
 server=bmud-watch-$$
 emulator_pid=
 daemon_pid=
-limit_s=20
+limit_s=60
 
 clean_up() {
   tm kill-server 2>/dev/null || true
