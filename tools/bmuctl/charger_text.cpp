@@ -7,10 +7,6 @@ namespace bmu {
 
 namespace {
 
-Span plain(std::string text) {
-  return {std::move(text)};
-}
-
 Line stage_of(const Reply& charger) {
   const Reply since = charger["stage_for_ms"];
   Line line{plain(charger["stage"].text() + (since.is_known() ? " for " + shown_span(since) : ""))};

@@ -8,10 +8,6 @@ namespace bmu {
 
 namespace {
 
-Span plain(std::string text) {
-  return {std::move(text), Style::normal};
-}
-
 /// Confirmed in this life or a former one, or on its way to it.
 bool has_something(const Reply& fault) {
   return fault["count"].number_or(0) > 0 || fault["is_present"].is_true() || fault["is_warning"].is_true() ||

@@ -7,10 +7,6 @@ namespace bmu {
 
 namespace {
 
-Span plain(std::string text) {
-  return {std::move(text)};
-}
-
 Line voice_of(const Reply& inverter) {
   const Reply ago = inverter["heard_ago_ms"];
   if (inverter["is_talking"].is_true()) return {plain("heard " + shown_span(ago) + " ago")};

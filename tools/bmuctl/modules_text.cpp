@@ -7,10 +7,6 @@ namespace bmu {
 
 namespace {
 
-Span plain(std::string text) {
-  return {std::move(text), Style::normal};
-}
-
 /// "3.4 ms" of microseconds; "--" if it is not known.
 std::string shown_us(const Reply& us) {
   const auto value = us.number();

@@ -7,10 +7,6 @@ namespace bmu {
 
 namespace {
 
-Span plain(std::string text) {
-  return {.text = std::move(text)};
-}
-
 std::string shown_value(const Reply& value) {
   return value.is_known() ? value.text() : "not there";
 }

@@ -10,10 +10,6 @@ namespace bmu {
 
 namespace {
 
-Span plain(std::string text) {
-  return {std::move(text), Style::normal};
-}
-
 std::string yes_no(const Reply& value, std::string_view yes, std::string_view no) {
   if (!value.is_known()) return "unknown";
   return std::string(value.is_true() ? yes : no);

@@ -1,6 +1,7 @@
 #include "tools/common/page.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace bmu {
 
@@ -17,6 +18,10 @@ bool is_continuation(char byte) {
 }
 
 }  // namespace
+
+Span plain(std::string text) {
+  return {.text = std::move(text)};
+}
 
 std::size_t width_of(std::string_view text) {
   return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char b) { return !is_continuation(b); }));

@@ -16,6 +16,9 @@ struct Span {
 };
 using Line = std::vector<Span>;
 
+/// Text without a style of its own.
+[[nodiscard]] Span plain(std::string text);
+
 /// Columns a terminal needs for it; every character of ours takes one.
 [[nodiscard]] std::size_t width_of(std::string_view text);
 
