@@ -8,12 +8,13 @@
 
 #include "tests/catalogue/catalogue.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 
 namespace bmu::test {
 
 namespace {
 
-const std::string page_file = std::string(BMUD_SOURCE_DIR) + "/docs/reaction-times.md";
+const std::string page_file = test::in_source("docs/reaction-times.md");
 const std::string begin_mark = "<!-- begin of the rows: written by BMUD_REWRITE=1 test_catalogue \"[docs]\" -->\n";
 const std::string end_mark = "<!-- end of the rows -->\n";
 

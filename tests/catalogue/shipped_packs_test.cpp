@@ -6,6 +6,7 @@
 #include "config/pack_config.hpp"
 #include "tests/catalogue/catalogue.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 
 namespace bmu::test {
 namespace {
@@ -17,7 +18,7 @@ struct Shipped {
 
 std::vector<Shipped> shipped_packs() {
   std::vector<Shipped> packs;
-  for (const auto& entry : std::filesystem::directory_iterator(BMUD_SOURCE_DIR "/config/packs")) {
+  for (const auto& entry : std::filesystem::directory_iterator(test::in_source("config/packs"))) {
     const auto pack = load_pack_config(entry.path());
     REQUIRE(pack);
     packs.push_back({entry.path().filename(), pack->core});

@@ -7,6 +7,7 @@
 #include "tests/catalogue/catalogue.hpp"
 #include "tests/catalogue/frames.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 
 namespace bmu::test {
 namespace {
@@ -15,7 +16,7 @@ namespace {
 constexpr Duration contactor_time = 50ms;
 
 Pack shipped(const char* file) {
-  auto read = load_pack_config(std::string(BMUD_SOURCE_DIR) + "/config/packs/" + file);
+  auto read = load_pack_config(test::in_source("config/packs/") + file);
   REQUIRE(read.has_value());
   return {file, read->core};
 }

@@ -113,7 +113,10 @@ stage_all_sanitizers_slow() {
 
 # GCC and every kind of test that needs no emulated machine.
 stage_all_build() { tools/test --build-only; }
-stage_all_tests() { tools/test -- -LE '^rig$'; }
+stage_all_tests() {
+  tools/test -- -LE '^rig$' --output-log build/nightly-tests.log
+  check_skips build build/nightly-tests.log
+}
 
 # build_programs FOLDER TARGETS...: in a folder that has been configured, or else as GCC's build of everything
 build_programs() {
@@ -191,7 +194,8 @@ stage_exposure() {
 # stage_rig NAME: one test of the emulated machine, with what it depends on.
 stage_rig() {
   stage_all_build
-  ctest --test-dir build --output-on-failure --no-tests=error -R "^rig\\.$1\$"
+  ctest --test-dir build --output-on-failure --no-tests=error -R "^rig\\.$1\$" --output-log "build/rig-$1.log"
+  check_skips build "build/rig-$1.log"
 }
 
 # The suite beside four programs that never wait, at normal priority. No verdict may depend on how much processor a test gets.

@@ -17,6 +17,7 @@
 #include "daemon/recording/record_writer.hpp"
 #include "daemon/recording/what_if.hpp"
 #include "tests/fuzz/fuzz.hpp"
+#include "tests/support/folders.hpp"
 #include "tools/common/virtual_run.hpp"
 
 using namespace bmu;
@@ -40,7 +41,7 @@ RealPart split(const std::string& text) {
 
 /// Of a pack that is about to close, and then closed.
 std::vector<RealPart> make_recording() {
-  const auto pack = load_pack_config(BMUD_SOURCE_DIR "/config/packs/lipo-6s-24v.json");
+  const auto pack = load_pack_config(test::in_source("config/packs/lipo-6s-24v.json"));
   const auto script = parse_scenario("0.5 vehicle on\n1.5 load current_A 5");
   FUZZ_CHECK(pack && script);
   VirtualRun run(pack->core, simulator_config(pack->core), *script);

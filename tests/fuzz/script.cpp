@@ -6,6 +6,7 @@
 
 #include "config/pack_config.hpp"
 #include "tests/fuzz/fuzz.hpp"
+#include "tests/support/folders.hpp"
 #include "tools/common/virtual_run.hpp"
 
 using namespace bmu;
@@ -14,7 +15,7 @@ namespace {
 
 const SimulatorConfig& emulated_pack() {
   static const SimulatorConfig config = [] {
-    const auto pack = load_pack_config(BMUD_SOURCE_DIR "/config/packs/lipo-6s-24v.json");
+    const auto pack = load_pack_config(test::in_source("config/packs/lipo-6s-24v.json"));
     FUZZ_CHECK(pack.has_value());
     return simulator_config(pack->core);
   }();

@@ -15,6 +15,7 @@
 #include "daemon/shell/state_text.hpp"
 #include "protocol/fnv.hpp"
 #include "tests/fuzz/fuzz.hpp"
+#include "tests/support/folders.hpp"
 #include "tests/support/model_disk.hpp"
 
 using namespace bmu;
@@ -39,7 +40,7 @@ std::string file_of(std::string_view text) {
 
 const CoreConfig& pack() {
   static const CoreConfig config = [] {
-    const auto loaded = load_pack_config(BMUD_SOURCE_DIR "/config/packs/lipo-6s-24v.json");
+    const auto loaded = load_pack_config(test::in_source("config/packs/lipo-6s-24v.json"));
     FUZZ_CHECK(loaded.has_value());
     return loaded->core;
   }();

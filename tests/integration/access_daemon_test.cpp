@@ -67,7 +67,7 @@ struct AccessBench : Bench {
 }  // namespace
 
 TEST_CASE("members of bmud read, members of bmud-admin control, others are turned away, and the log says who",
-          "[integration][daemon][access]") {
+          "[integration][daemon][access][bus]") {
   if (const std::string missing = what_is_missing(); !missing.empty()) {
     WARN("skipped: " << missing);
     return;
@@ -103,7 +103,8 @@ TEST_CASE("members of bmud read, members of bmud-admin control, others are turne
   CHECK(has("to control root may, members of bmud-admin"));
 }
 
-TEST_CASE("strangers in any number keep nobody from asking, and do not fill the log", "[integration][daemon][access]") {
+TEST_CASE("strangers in any number keep nobody from asking, and do not fill the log",
+          "[integration][daemon][access][bus]") {
   if (const std::string missing = what_is_missing(); !missing.empty()) {
     WARN("skipped: " << missing);
     return;
@@ -123,7 +124,7 @@ TEST_CASE("strangers in any number keep nobody from asking, and do not fill the 
 }
 
 TEST_CASE("who takes all connections and says nothing keeps no other user from asking",
-          "[integration][daemon][access]") {
+          "[integration][daemon][access][bus]") {
   if (const std::string missing = what_is_missing(); !missing.empty()) {
     WARN("skipped: " << missing);
     return;

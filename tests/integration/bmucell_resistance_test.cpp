@@ -7,13 +7,14 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 #include "tests/support/process.hpp"
 
 namespace bmu {
 
 namespace {
 
-const std::string shipped_cell = std::string(BMUD_SOURCE_DIR) + "/config/cells/panasonic-ncr18650pf.json";
+const std::string shipped_cell = test::in_source("config/cells/panasonic-ncr18650pf.json");
 
 Finished bmucell(std::vector<std::string> words) {
   words.insert(words.begin(), program("bmucell"));

@@ -9,15 +9,15 @@
 
 #include "config/cell_config.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 #include "tests/support/process.hpp"
 
 namespace bmu {
 
 namespace {
 
-const std::string source_folder = BMUD_SOURCE_DIR;
-const std::string recording = source_folder + "/tests/recordings/lfp_1200_T25.csv.gz";
-const std::string shipped_cell = source_folder + "/config/cells/lfp-1200.json";
+const std::string recording = test::in_source("tests/recordings/lfp_1200_T25.csv.gz");
+const std::string shipped_cell = test::in_source("config/cells/lfp-1200.json");
 
 Finished bmucell(std::vector<std::string> words) {
   words.insert(words.begin(), program("bmucell"));
@@ -62,7 +62,7 @@ TEST_CASE("a fit writes a cell file that can be scored at once, and a picture", 
   const TemporaryFolder folder;
   const std::string cell = folder / "cell.json";
   const Finished fitted =
-      bmucell({"fit", "--base", source_folder + "/config/cells/lfp-100ah.json", "--name", "a cell", "--capacity-Ah",
+      bmucell({"fit", "--base", test::in_source("config/cells/lfp-100ah.json"), "--name", "a cell", "--capacity-Ah",
                "1.2", "--out", cell, "--svg", folder / "cell.svg", "--json", recording});
   INFO(fitted.err);
   REQUIRE(fitted.status == 0);
@@ -167,8 +167,8 @@ TEST_CASE("the capacity of an ageing cell is fitted, scored and drawn", "[integr
   REQUIRE(text.status == 0);
   const std::size_t at = text.out.find("\"charge_plateau\": {");
   REQUIRE(at != std::string::npos);
-  nlohmann::json cell = nlohmann::json::parse(read_file(std::string(BMUD_SOURCE_DIR) + "/config/cells/nmc-3000.json"),
-                                              nullptr, true, true);
+  nlohmann::json cell =
+      nlohmann::json::parse(read_file(test::in_source("config/cells/nmc-3000.json")), nullptr, true, true);
   cell.update(nlohmann::json::parse("{" + text.out.substr(at) + "}"));
   const auto file = parse_cell_file(cell.dump(), "cell.json");
   REQUIRE(file);
@@ -253,7 +253,7 @@ struct Bench {
   }
 };
 
-const std::string sloped_base = source_folder + "/config/cells/nmc-3000.json";
+const std::string sloped_base = test::in_source("config/cells/nmc-3000.json");
 
 std::string complaint(const TemporaryFolder& folder, const Bench& bench, const std::string& capacity_Ah = "1.2") {
   const std::string file = folder.file("test.csv", bench.csv());

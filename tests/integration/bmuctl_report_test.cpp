@@ -29,7 +29,7 @@ struct Run {
 
 Run run(const TemporaryFolder& folder, const std::string& arguments) {
   const std::string command =
-      "{ " BMUD_BUILD_DIR "/bin/bmuctl report " + arguments + "; } >" + folder / "out" + " 2>" + folder / "err";
+      "{ " + test::in_build("bin/bmuctl") + " report " + arguments + "; } >" + folder / "out" + " 2>" + folder / "err";
   const int status = std::system(command.c_str());  // NOLINT(cert-env33-c,concurrency-mt-unsafe): our own words
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content_of(folder / "out"), content_of(folder / "err")};
 }
@@ -160,7 +160,7 @@ TEST_CASE("several recordings become one page, whatever else is in their folder"
 TEST_CASE("times on the terminal are those of this place, and say so", "[integration][bmuctl][report]") {
   const TemporaryFolder folder;
   const std::string file = folder.file("drive.log", recording());
-  const std::string command = "TZ=Asia/Kolkata " BMUD_BUILD_DIR "/bin/bmuctl report " + file +
+  const std::string command = "TZ=Asia/Kolkata " + test::in_build("bin/bmuctl") + " report " + file +
                               " --from '2023-11-15 03:43:22' --to '2023-11-14T22:13:24Z' >" + folder / "out";
   REQUIRE(std::system(command.c_str()) == 0);  // NOLINT(cert-env33-c,concurrency-mt-unsafe): our own words
   CHECK(content_of(folder / "out").find(": 2.0 s, 2023-11-15 03:43:22+05:30 to 2023-11-15 03:43:24+05:30\n") !=

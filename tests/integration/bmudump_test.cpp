@@ -1,5 +1,6 @@
 // bmudump as a user runs it: the program, its output, its complaints and its exit codes.
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
@@ -23,6 +24,8 @@
 #include "protocol/candump.hpp"
 #include "protocol/tables/internal_bus.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
+#include "tests/support/process.hpp"
 #include "tests/support/sanitized.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/worked_frames.hpp"
@@ -32,8 +35,8 @@ namespace {
 using namespace bmu;
 using namespace bmu::test;
 
-const std::string program = BMUD_BUILD_DIR "/bin/bmudump";
-const std::string fixture = BMUD_SOURCE_DIR "/vcan-fixtures/worked-frames.log";
+const std::string bmudump = test::in_build("bin/bmudump");
+const std::string fixture = test::in_source("vcan-fixtures/worked-frames.log");
 
 std::string content_of(const std::string& path) {
   std::ostringstream text;
@@ -54,6 +57,20 @@ class TestBus {
   std::string bus_;
 };
 
+/// Waits until so many have joined an embedded bus: each has a socket of the bus's name (embedded_bus.cpp).
+bool has_participants(const std::string& bus, std::size_t count) {
+  const std::string socket = "@bmud-bus/" + bus.substr(std::string("unix:").size()) + "/";
+  for (const auto begin = std::chrono::steady_clock::now();
+       std::chrono::steady_clock::now() - begin < test::hang_max;) {
+    const std::string sockets = content_of("/proc/net/unix");
+    std::size_t found = 0;
+    for (std::size_t at = sockets.find(socket); at != std::string::npos; at = sockets.find(socket, at + 1)) ++found;
+    if (found >= count) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return false;
+}
+
 struct Run {
   int exit_code = -1;
   std::string out, err;
@@ -63,7 +80,7 @@ struct Run {
 Run run(const std::string& arguments, std::string_view input = "") {
   const TemporaryFolder folder;
   const std::string command =
-      program + " " + arguments + " <" + folder.file("in", input) + " >" + folder / "out" + " 2>" + folder / "err";
+      bmudump + " " + arguments + " <" + folder.file("in", input) + " >" + folder / "out" + " 2>" + folder / "err";
   const int status = std::system(command.c_str());  // NOLINT(cert-env33-c,concurrency-mt-unsafe): our own words
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content_of(folder / "out"), content_of(folder / "err")};
 }
@@ -131,7 +148,7 @@ TEST_CASE("bmudump names and scales every signal of the worked frames", "[integr
   const Run result = run("-r " + fixture);
   CHECK(result.exit_code == 0);
   CHECK(result.err.empty());
-  const std::string expected = content_of(BMUD_SOURCE_DIR "/tests/integration/bmudump_worked_frames.txt");
+  const std::string expected = content_of(test::in_source("tests/integration/bmudump_worked_frames.txt"));
   CHECK(result.out == expected);
 }
 
@@ -267,10 +284,10 @@ long resident_kB_of(std::vector<std::string> arguments, const TemporaryFolder& f
   if (child == 0) {
     ::dup2(::open((folder / "out").c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600), STDOUT_FILENO);
     ::dup2(::open((folder / "err").c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600), STDERR_FILENO);
-    std::vector<char*> words{const_cast<char*>(program.c_str())};
+    std::vector<char*> words{const_cast<char*>(bmudump.c_str())};
     for (std::string& argument : arguments) words.push_back(argument.data());
     words.push_back(nullptr);
-    ::execv(program.c_str(), words.data());
+    ::execv(bmudump.c_str(), words.data());
     ::_exit(127);
   }
   int status = 0;
@@ -325,7 +342,7 @@ TEST_CASE("a log of ever new identifiers on all buses, and a packed one, take li
 TEST_CASE("a reader that goes away ends bmudump without complaint", "[integration][bmudump]") {
   const TemporaryFolder folder;
   const std::string log = folder.file("long.log", times(200'000, good_line));
-  const std::string command = "bash -c '" + program + " -r " + log + " 2>" + folder / "err" + " | head -n 1 >" +
+  const std::string command = "bash -c '" + bmudump + " -r " + log + " 2>" + folder / "err" + " | head -n 1 >" +
                               folder / "out" + "; exit ${PIPESTATUS[0]}'";
   const int status = std::system(command.c_str());  // NOLINT(cert-env33-c,concurrency-mt-unsafe): our own words
   CHECK(WEXITSTATUS(status) == 0);
@@ -336,10 +353,10 @@ TEST_CASE("a reader that goes away ends bmudump without complaint", "[integratio
 TEST_CASE("tables are printed like frames: a reader may go away, a full disk is told", "[integration][bmudump]") {
   const TemporaryFolder folder;
   const std::string to_true =
-      "bash -c '" + program + " --protocol-doc 2>" + folder / "err" + " | true; exit ${PIPESTATUS[0]}'";
+      "bash -c '" + bmudump + " --protocol-doc 2>" + folder / "err" + " | true; exit ${PIPESTATUS[0]}'";
   CHECK(WEXITSTATUS(std::system(to_true.c_str())) == 0);  // NOLINT(cert-env33-c,concurrency-mt-unsafe): our own words
   CHECK(content_of(folder / "err").empty());
-  const std::string to_full = program + " --dbc internal >/dev/full 2>" + folder / "err";
+  const std::string to_full = bmudump + " --dbc internal >/dev/full 2>" + folder / "err";
   CHECK(WEXITSTATUS(std::system(to_full.c_str())) == 1);  // NOLINT(cert-env33-c,concurrency-mt-unsafe): our own words
   CHECK(content_of(folder / "err") == "bmudump: cannot write: No space left on device\n");
 }
@@ -349,7 +366,7 @@ TEST_CASE("output that cannot be written and files that cannot be read exit with
   CHECK(missing.exit_code == 1);
   CHECK(missing.err == "bmudump: cannot open /nowhere/drive.log: No such file or directory\n");
   CHECK(run("-r /tmp").exit_code == 1);
-  const int status = std::system((program + " -r " + fixture + " >/dev/full 2>/dev/null").c_str());  // NOLINT
+  const int status = std::system((bmudump + " -r " + fixture + " >/dev/full 2>/dev/null").c_str());  // NOLINT
   CHECK(WEXITSTATUS(status) == 1);
 }
 
@@ -453,7 +470,7 @@ TEST_CASE("a log goes into a file with -f, and into one with the date with -l", 
   CHECK(run("-r - -f " + folder / "out.log", line).out.empty());
   CHECK(content_of(folder / "out.log") == line);
   const std::string log = folder.file("in.log", line);
-  const std::string command = "cd " + (folder / ".") + " && " + program + " -l -r " + log + " 2>err";
+  const std::string command = "cd " + (folder / ".") + " && " + bmudump + " -l -r " + log + " 2>err";
   REQUIRE(std::system(command.c_str()) == 0);  // NOLINT(cert-env33-c,concurrency-mt-unsafe): our own words
   const std::string told = content_of(folder / "err");
   REQUIRE(told.starts_with("bmudump: writing candump-"));
@@ -548,13 +565,15 @@ TEST_CASE("a bus that falls silent does so beside one that goes on, and frames t
   CHECK(text.rfind("7F0", silent) != std::string::npos);
 }
 
-TEST_CASE("on a live bus silence lasts until the end of listening", "[integration][bmudump]") {
+TEST_CASE("on a live bus silence lasts until the end of listening", "[integration][bmudump][bus]") {
   const TestBus bus("silence");
   auto port = open_bus(bus.name(), {});
   REQUIRE(port);
-  std::thread speaker([&port] {
+  std::thread speaker([&port, port_bus = bus.name()] {
     CanFrame frame;
     frame.id = 0x7F0;
+    // Who listens later hears later.
+    if (!has_participants(port_bus, 2)) return;
     for (int i = 0; i < 60; ++i) {
       static_cast<void>((*port)->send(frame));
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
@@ -840,7 +859,7 @@ TEST_CASE("packed logs are read by what they are, from files and from standard i
   const std::string command =
       "zstd -q " + fixture + " -o " + packed + " && zstd -q -c " + folder.file("more", good_line) + " >>" + packed;
   REQUIRE(std::system(command.c_str()) == 0);  // NOLINT(cert-env33-c,concurrency-mt-unsafe): our own words
-  const std::string expected = content_of(BMUD_SOURCE_DIR "/tests/integration/bmudump_worked_frames.txt");
+  const std::string expected = content_of(test::in_source("tests/integration/bmudump_worked_frames.txt"));
   const Run result = run("-r " + packed);
   CHECK(result.exit_code == 0);
   CHECK(result.out.starts_with(expected));
@@ -871,7 +890,7 @@ TEST_CASE("a log packed with gzip is read as far as it is good, xz and bzip2 are
   const std::string command = "gzip -c " + fixture + " >" + folder / "whole";
   REQUIRE(std::system(command.c_str()) == 0);  // NOLINT(cert-env33-c,concurrency-mt-unsafe): our own words
   const std::string whole = content_of(folder / "whole");
-  const std::string expected = content_of(BMUD_SOURCE_DIR "/tests/integration/bmudump_worked_frames.txt");
+  const std::string expected = content_of(test::in_source("tests/integration/bmudump_worked_frames.txt"));
   CHECK(run("-r " + folder / "whole").out == expected);
   CHECK(run("-r -", whole).out == expected);
   const std::string cut = folder.file("cut", whole.substr(0, whole.size() - 1));
@@ -952,7 +971,7 @@ TEST_CASE("CAN FD, CAN XL and length codes above 8 come out of -L, -f and -l as 
   CHECK(run("-r - -f " + folder / "out.log", log).exit_code == 0);
   CHECK(content_of(folder / "out.log") == log);
   const std::string in = folder.file("in.log", log);
-  const std::string command = "mkdir " + folder / "l" + " && cd " + folder / "l" + " && " + program + " -l -r " + in;
+  const std::string command = "mkdir " + folder / "l" + " && cd " + folder / "l" + " && " + bmudump + " -l -r " + in;
   REQUIRE(std::system((command + " 2>../err").c_str()) == 0);  // NOLINT(cert-env33-c,concurrency-mt-unsafe): ours
   for (const auto& entry : std::filesystem::directory_iterator(folder / "l")) {
     CHECK(content_of(entry.path().string()) == log);
@@ -983,21 +1002,21 @@ TEST_CASE("frames of CAN FD and XL are shown with their bytes, and flags with -x
 }
 
 TEST_CASE("the generated part of the protocol's documentation is current", "[integration][bmudump][meta]") {
-  const std::string document = content_of(BMUD_SOURCE_DIR "/docs/bus-protocol.md");
+  const std::string document = content_of(test::in_source("docs/bus-protocol.md"));
   CHECK(document.find(run("--protocol-doc").out) != std::string::npos);
   const std::string elithion = run("--protocol-doc --dialect elithion").out;
   CHECK(elithion.find("| b4 | u8 | `stored_fault` |  | 0 none, 1 driven while plugged in, ") != std::string::npos);
   CHECK(elithion.find("| b5 | u8 | `fault_bits` |  | .0 driven while plugged in, .1 interlock, ") != std::string::npos);
 }
 
-TEST_CASE("live, frames are shown as they come and an interrupt ends in order", "[integration][bmudump]") {
+TEST_CASE("live, frames are shown as they come and an interrupt ends in order", "[integration][bmudump][bus]") {
   const TemporaryFolder folder;
   const TestBus test_bus("live");
   const std::string bus = test_bus.name();
   const pid_t child = ::fork();
   if (child == 0) {
     ::dup2(::open((folder / "out").c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600), STDOUT_FILENO);
-    ::execl(program.c_str(), program.c_str(), "--json", bus.c_str(), nullptr);
+    ::execl(bmudump.c_str(), bmudump.c_str(), "--json", bus.c_str(), nullptr);
     ::_exit(127);
   }
   auto port = open_bus(bus, {});
@@ -1005,7 +1024,8 @@ TEST_CASE("live, frames are shown as they come and an interrupt ends in order", 
   const CanFrame frame = internal_worked_frames()[2].frame();
   std::string out;
   // Who listens later hears later: send until the first frame was heard.
-  for (int attempt = 0; attempt < 500 && lines_of(out).empty(); ++attempt) {
+  for (const auto begin = std::chrono::steady_clock::now();
+       lines_of(out).empty() && std::chrono::steady_clock::now() - begin < test::hang_max;) {
     REQUIRE((*port)->send(frame).has_value());
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
     out = content_of(folder / "out");
@@ -1028,14 +1048,14 @@ TEST_CASE("live, a bus that does not exist is an error of the system", "[integra
   CHECK(run("no-such-can").err.rfind("bmudump: ", 0) == 0);
 }
 
-TEST_CASE("live, the run ends after the seconds asked for", "[integration][bmudump]") {
+TEST_CASE("live, the run ends after the seconds asked for", "[integration][bmudump][bus]") {
   const TestBus bus("idle");
   const Run result = run("--seconds 0.05 " + bus.name());
   CHECK(result.exit_code == 0);
   CHECK(result.err == "bmudump: " + bus.name() + ": nobody was heard in 0.1 s\n");
 }
 
-TEST_CASE("live, the run ends after so long without a frame", "[integration][bmudump]") {
+TEST_CASE("live, the run ends after so long without a frame", "[integration][bmudump][bus]") {
   const TestBus bus("silent");
   const auto start = std::chrono::steady_clock::now();
   CHECK(run("-T 100 --seconds 60 " + bus.name()).exit_code == 0);
@@ -1044,18 +1064,20 @@ TEST_CASE("live, the run ends after so long without a frame", "[integration][bmu
   CHECK(took < std::chrono::seconds(30));
 }
 
-TEST_CASE("live, a bus on which nobody speaks is told once, one with traffic is not", "[integration][bmudump]") {
+TEST_CASE("live, a bus on which nobody speaks is told once, one with traffic is not", "[integration][bmudump][bus]") {
   const TestBus quiet("quiet");
   const TestBus busy("busy");
   auto port = open_bus(busy.name(), {});
   REQUIRE(port.has_value());
-  std::thread speaker([&port] {
-    for (int i = 0; i < 50; ++i) {
+  std::atomic<bool> is_over = false;
+  std::thread speaker([&port, &is_over] {
+    while (!is_over) {
       static_cast<void>((*port)->send(internal_worked_frames()[2].frame()));
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
     }
   });
   const Run result = run("--seconds 2.5 " + quiet.name() + " " + busy.name());
+  is_over = true;
   speaker.join();
   CHECK(result.exit_code == 0);
   const std::vector<std::string> told = lines_of(result.err);

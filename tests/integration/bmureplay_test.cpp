@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/recorded_run.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -70,7 +71,7 @@ TEST_CASE("a recording without its first head is damaged, one without any head i
 TEST_CASE("a pack file with other modules is the one that is wrong", "[integration][recording]") {
   const TemporaryFolder folder;
   const std::string file = folder.file("drive.log", drive());
-  const std::string other = BMUD_SOURCE_DIR "/config/packs/lipo-6s-24v.json";
+  const std::string other = test::in_source("config/packs/lipo-6s-24v.json");
   const Finished finished = replay({"--config", other, file});
   CHECK(finished.status == 78);
   CHECK(finished.out == "");

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <sys/stat.h>
 
+#include "tests/support/folders.hpp"
 #include "tests/support/process.hpp"
 
 namespace bmu {
@@ -134,7 +135,7 @@ TEST_CASE("what is no socket of a daemon is told with the reason", "[integration
 TEST_CASE("lines are not written over a pack, a state or what is no file", "[integration][command_line][gpio]") {
   const TemporaryFolder folder;
   const std::string pack = folder / "pack.json";
-  std::filesystem::copy_file(BMUD_SOURCE_DIR "/config/packs/demo-48s.json", pack);
+  std::filesystem::copy_file(test::in_source("config/packs/demo-48s.json"), pack);
   const auto said = [&](const std::string& lines, const std::vector<std::string>& more = {}) {
     std::vector<std::string> command{program("bmud"), "--config", pack, "--driven-lines", lines};
     command.insert(command.end(), more.begin(), more.end());
@@ -155,13 +156,13 @@ TEST_CASE("lines are not written over a pack, a state or what is no file", "[int
   CHECK(said("").find("found nothing, wanted a path") != std::string::npos);
   std::filesystem::create_symlink("/nowhere/lines", folder / "dangling");
   CHECK(said(folder / "dangling").find("a link that leads nowhere, wanted a file") != std::string::npos);
-  CHECK(read_file(pack) == read_file(BMUD_SOURCE_DIR "/config/packs/demo-48s.json"));
+  CHECK(read_file(pack) == read_file(test::in_source("config/packs/demo-48s.json")));
 }
 
 TEST_CASE("whatever stands where driven lines should be, those of the pack file are opened",
           "[integration][command_line][gpio]") {
   const TemporaryFolder folder;
-  const std::string pack = BMUD_SOURCE_DIR "/config/packs/demo-48s.json";
+  const std::string pack = test::in_source("config/packs/demo-48s.json");
   REQUIRE(::mkfifo((folder / "pipe").c_str(), 0600) == 0);
   std::filesystem::create_symlink("/nowhere/lines", folder / "dangling");
   for (const std::string& lines : {pack, folder / "pipe", folder / "dangling", folder / "", std::string("/dev/null"),
@@ -177,7 +178,7 @@ TEST_CASE("whatever stands where driven lines should be, those of the pack file 
 }
 
 TEST_CASE("opening GPIO outputs ends with a status that tells how it went", "[integration][command_line][gpio]") {
-  const std::string packs = std::string(BMUD_SOURCE_DIR) + "/config/packs/";
+  const std::string packs = test::in_source("config/packs/");
   const Finished without = run_program({program("bmud"), "--open-gpio", "--config", packs + "demo-48s.json"});
   CHECK(without.status == 0);
   CHECK(without.out == "no outputs on GPIO lines\n");

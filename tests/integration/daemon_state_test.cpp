@@ -19,6 +19,7 @@
 #include "tests/support/ask_as.hpp"
 #include "tests/support/busy_machine.hpp"
 #include "tests/support/daemon_bench.hpp"
+#include "tests/support/folders.hpp"
 
 namespace bmu {
 
@@ -78,7 +79,7 @@ struct StateBench : Bench {
 }  // namespace
 
 TEST_CASE("killed and started again, counts and a lock are still there, and it is told who cleared them",
-          "[integration][daemon][state]") {
+          "[integration][daemon][state][bus]") {
   StateBench bench;
   bench.start_emulator(deep_discharge);
   bench.start();
@@ -124,7 +125,7 @@ TEST_CASE("killed and started again, counts and a lock are still there, and it i
 }
 
 TEST_CASE("a module is given another node and its own again, who belongs where outlives the daemon",
-          "[integration][daemon][state][MMU_N][BMS_F.2]") {
+          "[integration][daemon][state][MMU_N][BMS_F.2][bus]") {
   StateBench bench;
   bench.start_emulator("");
   bench.start();
@@ -162,7 +163,7 @@ TEST_CASE("a module is given another node and its own again, who belongs where o
 }
 
 TEST_CASE("only root and the daemon's own user give node numbers and accept modules",
-          "[integration][daemon][MMU_N][BMS_F.2]") {
+          "[integration][daemon][MMU_N][BMS_F.2][bus]") {
   if (::geteuid() != 0) {
     WARN("skipped: only root can ask as somebody else");
     return;
@@ -181,7 +182,7 @@ TEST_CASE("only root and the daemon's own user give node numbers and accept modu
 }
 
 TEST_CASE("what latched until it is cleared holds over a crash, refuses to close, and is cleared by command alone",
-          "[integration][daemon][state][RL]") {
+          "[integration][daemon][state][RL][bus]") {
   StateBench bench;
   bench.start_emulator(
       "1 estop 1 pressed\n2 estop 1 released\n"
@@ -226,7 +227,7 @@ TEST_CASE("what latched until it is cleared holds over a crash, refuses to close
   }
 }
 
-TEST_CASE("a healthy pack that is switched off and on again has no lock of it", "[integration][daemon][state]") {
+TEST_CASE("a healthy pack that is switched off and on again has no lock of it", "[integration][daemon][state][bus]") {
   StateBench bench;
   bench.start_emulator("");
   bench.start();
@@ -262,7 +263,7 @@ std::string with(std::string text, const std::string& said, const std::string& i
 /// The demonstration's pack with cells that come to rest in a second, and balanced by their charge; rests count after
 /// so many milliseconds.
 std::string charge_pack(const StateBench& bench, int rest_ms) {
-  const std::string config = std::string(BMUD_SOURCE_DIR) + "/config/";
+  const std::string config = test::in_source("config/");
   std::string cell = read_file(config + "cells/nmc-30ah-10p.json");
   cell = with(cell, "\"slow_rc_time_constant_s\": 600", "\"slow_rc_time_constant_s\": 1");
   cell = with(cell, "\"rc_time_constant_s\": 30", "\"rc_time_constant_s\": 0.2");
@@ -279,7 +280,7 @@ std::string charge_pack(const StateBench& bench, int rest_ms) {
 }  // namespace
 
 TEST_CASE("what is missing in each cell outlives a killed daemon, of another pack it is not believed, and the rest is",
-          "[integration][daemon][state][BMS_F.4]") {
+          "[integration][daemon][state][BMS_F.4][bus]") {
   StateBench bench;
   bench.pack = charge_pack(bench, 1'000);
   bench.start_emulator("0 cell 2.7 soc_permille 830\n");
@@ -320,7 +321,7 @@ TEST_CASE("what is missing in each cell outlives a killed daemon, of another pac
 }
 
 TEST_CASE("a state that cannot be read keeps the pack open until somebody with authority has cleared it",
-          "[integration][daemon][state]") {
+          "[integration][daemon][state][bus]") {
   StateBench bench;
   std::ofstream(bench.state) << "{\"format\":1,";
   bench.start_emulator("");
@@ -343,7 +344,7 @@ TEST_CASE("a state that cannot be read keeps the pack open until somebody with a
 }
 
 TEST_CASE("the service manager's folder is where the state goes, and without any it is told once",
-          "[integration][daemon][state]") {
+          "[integration][daemon][state][bus]") {
   StateBench bench;
   const std::string folder = bench.folder / "kept";
   std::filesystem::create_directory(folder);
@@ -364,7 +365,7 @@ TEST_CASE("the service manager's folder is where the state goes, and without any
 }
 
 TEST_CASE("without a group for it control is root's and the daemon's own user's, nobody else's",
-          "[integration][daemon][state]") {
+          "[integration][daemon][state][bus]") {
   if (::geteuid() != 0) {
     WARN("skipped: only root can ask as somebody else");
     return;
@@ -396,7 +397,7 @@ TEST_CASE("without a group for it control is root's and the daemon's own user's,
 }
 
 TEST_CASE("a request with a key nobody knows, or one of the wrong kind, is refused and names it",
-          "[integration][daemon][status]") {
+          "[integration][daemon][status][bus]") {
   StateBench bench;
   bench.start();
   const auto error = [&](const std::string& question) {
@@ -410,7 +411,7 @@ TEST_CASE("a request with a key nobody knows, or one of the wrong kind, is refus
 }
 
 TEST_CASE("a request that is none, or asks for what cannot be, is told what was found and what was wanted",
-          "[integration][daemon][status]") {
+          "[integration][daemon][status][bus]") {
   StateBench bench;
   bench.start();
   const auto message = [&](const std::string& question) {

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/support/daemon_bench.hpp"
+#include "tests/support/folders.hpp"
 
 namespace bmu {
 
@@ -20,7 +21,7 @@ namespace {
 
 using nlohmann::json;
 
-const std::string packs = std::string(BMUD_SOURCE_DIR) + "/config/packs/";
+const std::string packs = test::in_source("config/packs/");
 
 GpioConfig two_lines() {
   GpioConfig gpio;
@@ -128,7 +129,7 @@ TEST_CASE("lines that cannot be written down leave no others behind", "[integrat
 }
 
 TEST_CASE("the lines a daemon drove are opened after it, whatever the pack file says by then",
-          "[integration][daemon][gpio]") {
+          "[integration][daemon][gpio][bus]") {
   FanBench bench;
   const std::string& driven = bench.driven;
   CHECK(read_file(driven) ==
@@ -160,7 +161,7 @@ TEST_CASE("the lines a daemon drove are opened after it, whatever the pack file 
 }
 
 TEST_CASE("a reload tells the lines of the new pack, and a pack without lines that there are none",
-          "[integration][daemon][gpio][reload]") {
+          "[integration][daemon][gpio][reload][bus]") {
   FanBench bench;
   const std::string& driven = bench.driven;
   const auto becomes = [&](const std::string& text) {
@@ -179,7 +180,7 @@ TEST_CASE("a reload tells the lines of the new pack, and a pack without lines th
   CHECK(opened.out == "no outputs on GPIO lines\n");
 }
 
-TEST_CASE("a daemon whose folder for driven lines is gone says so, and runs", "[integration][daemon][gpio]") {
+TEST_CASE("a daemon whose folder for driven lines is gone says so, and runs", "[integration][daemon][gpio][bus]") {
   Bench bench;
   bench.more_options = {"--driven-lines", bench.folder / "nowhere/driven-lines.json"};
   bench.start_daemon();

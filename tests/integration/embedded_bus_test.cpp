@@ -284,7 +284,7 @@ class RawMemory {
   void* memory_;
 };
 
-TEST_CASE("the embedded bus carries every kind of frame unchanged", "[integration][embedded_bus]") {
+TEST_CASE("the embedded bus carries every kind of frame unchanged", "[integration][embedded_bus][bus]") {
   const TestBus bus;
   const auto sender = bus.open();
   const auto receiver = bus.open(with_errors);
@@ -308,7 +308,7 @@ TEST_CASE("the embedded bus carries every kind of frame unchanged", "[integratio
   CHECK(sender->last_error().empty());
 }
 
-TEST_CASE("the embedded bus refuses what no CAN frame can be", "[integration][embedded_bus]") {
+TEST_CASE("the embedded bus refuses what no CAN frame can be", "[integration][embedded_bus][bus]") {
   const TestBus bus;
   const auto port = bus.open(with_echo);
   for (const CanFrame& frame :
@@ -322,7 +322,7 @@ TEST_CASE("the embedded bus refuses what no CAN frame can be", "[integration][em
   CHECK(port->read(received) == ReadStatus::empty);
 }
 
-TEST_CASE("an own frame comes back only where it is asked for, and is marked", "[integration][embedded_bus]") {
+TEST_CASE("an own frame comes back only where it is asked for, and is marked", "[integration][embedded_bus][bus]") {
   const TestBus bus;
   const auto echoing = bus.open(with_echo);
   const auto quiet = bus.open();
@@ -341,7 +341,7 @@ TEST_CASE("an own frame comes back only where it is asked for, and is marked", "
   CHECK(quiet->read(received) == ReadStatus::empty);
 }
 
-TEST_CASE("a filter on identifiers passes these data frames and nothing else", "[integration][embedded_bus]") {
+TEST_CASE("a filter on identifiers passes these data frames and nothing else", "[integration][embedded_bus][bus]") {
   const TestBus bus;
   const auto sender = bus.open();
   const auto filtered = bus.open({.receive_ids = {0x123, 0x7FF}});
@@ -361,7 +361,8 @@ TEST_CASE("a filter on identifiers passes these data frames and nothing else", "
   CHECK(filtered->frames_lost() == 0);
 }
 
-TEST_CASE("a flood of frames that do not pass the filter gives the caller his turn", "[integration][embedded_bus]") {
+TEST_CASE("a flood of frames that do not pass the filter gives the caller his turn",
+          "[integration][embedded_bus][bus]") {
   const TestBus bus;
   const auto sender = bus.open();
   const auto filtered = bus.open({.receive_ids = {0x123}});
@@ -387,7 +388,8 @@ TEST_CASE("a name that no bus can have is refused with what is wanted", "[integr
   CHECK(to_text(port.error()).find("11 bits") != std::string::npos);
 }
 
-TEST_CASE("a file that is no bus of this version, or not a plain file, is refused", "[integration][embedded_bus]") {
+TEST_CASE("a file that is no bus of this version, or not a plain file, is refused",
+          "[integration][embedded_bus][bus]") {
   const TestBus bus;
   SECTION("other contents") {
     const OwnedFd file(::open(bus.path().c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
@@ -414,7 +416,8 @@ TEST_CASE("a file of another user is refused", "[integration][embedded_bus]") {
   CHECK(bus.refusal().find("one user") != std::string::npos);
 }
 
-TEST_CASE("a participant in another network namespace is refused, unless it is alone", "[integration][embedded_bus]") {
+TEST_CASE("a participant in another network namespace is refused, unless it is alone",
+          "[integration][embedded_bus][bus]") {
   const TestBus bus;
   // Forked first: a copy of our port in the child would count as a participant.
   Child elsewhere([&](const Line& line) {
@@ -437,7 +440,7 @@ TEST_CASE("a participant in another network namespace is refused, unless it is a
   here = bus.open();  // and back again
 }
 
-TEST_CASE("the 33rd participant is refused and gets in when one has left", "[integration][embedded_bus]") {
+TEST_CASE("the 33rd participant is refused and gets in when one has left", "[integration][embedded_bus][bus]") {
   const TestBus bus;
   std::vector<std::unique_ptr<BusPort>> ports;
   for (unsigned i = 0; i < EmbeddedRing::participant_count; ++i) ports.push_back(bus.open());
@@ -449,7 +452,7 @@ TEST_CASE("the 33rd participant is refused and gets in when one has left", "[int
   for (std::size_t i = 0; i + 1 < ports.size(); ++i) CHECK(ports[i]->read(received) == ReadStatus::frame);
 }
 
-TEST_CASE("the numbers of killed participants are free at once", "[integration][embedded_bus]") {
+TEST_CASE("the numbers of killed participants are free at once", "[integration][embedded_bus][bus]") {
   const TestBus bus;
   Child crowd([&](const Line& line) {
     std::vector<std::unique_ptr<BusPort>> ports(EmbeddedRing::participant_count);
@@ -464,7 +467,7 @@ TEST_CASE("the numbers of killed participants are free at once", "[integration][
   for (unsigned i = 0; i < EmbeddedRing::participant_count; ++i) ports.push_back(bus.open());
 }
 
-TEST_CASE("the descriptor is readable exactly while there is something to read", "[integration][embedded_bus]") {
+TEST_CASE("the descriptor is readable exactly while there is something to read", "[integration][embedded_bus][bus]") {
   const TestBus bus;
   const auto sender = bus.open();
   const auto receiver = bus.open();
@@ -483,7 +486,7 @@ TEST_CASE("the descriptor is readable exactly while there is something to read",
   CHECK(is_readable(receiver->fd(), 0));
 }
 
-TEST_CASE("who joins late gets what is sent from then on", "[integration][embedded_bus]") {
+TEST_CASE("who joins late gets what is sent from then on", "[integration][embedded_bus][bus]") {
   const TestBus bus;
   const auto sender = bus.open();
   for (std::uint32_t i = 0; i < 5000; ++i) REQUIRE(sender->send(numbered(1, i)));
@@ -497,7 +500,7 @@ TEST_CASE("who joins late gets what is sent from then on", "[integration][embedd
 }
 
 TEST_CASE("a reader that is too slow goes on near the end and counts exactly what it lost",
-          "[integration][embedded_bus]") {
+          "[integration][embedded_bus][bus]") {
   const TestBus bus;
   const auto sender = bus.open();
   const auto slow = bus.open();
@@ -525,7 +528,7 @@ TEST_CASE("a reader that is too slow goes on near the end and counts exactly wha
 }
 
 TEST_CASE("a frame whose writer died before it woke anybody comes with the next frame or with maintain",
-          "[integration][embedded_bus]") {
+          "[integration][embedded_bus][bus]") {
   const TestBus bus;
   const auto receiver = bus.open();
   const RawMemory memory(bus);
@@ -545,7 +548,7 @@ TEST_CASE("a frame whose writer died before it woke anybody comes with the next 
 }
 
 TEST_CASE("a writer that died before it moved the head blocks nobody, and its frame is not news to newcomers",
-          "[integration][embedded_bus]") {
+          "[integration][embedded_bus][bus]") {
   const TestBus bus;
   const auto sender = bus.open();
   const auto receiver = bus.open();
@@ -563,7 +566,8 @@ TEST_CASE("a writer that died before it moved the head blocks nobody, and its fr
   CHECK(received.frame == numbered(1, 1));
 }
 
-TEST_CASE("a number's new owner leaves alone what its predecessors published last", "[integration][embedded_bus]") {
+TEST_CASE("a number's new owner leaves alone what its predecessors published last",
+          "[integration][embedded_bus][bus]") {
   const TestBus bus;
   const auto receiver = bus.open();
   const RawMemory memory(bus);
@@ -582,7 +586,8 @@ TEST_CASE("a number's new owner leaves alone what its predecessors published las
   CHECK(is_each_sender_in_order(record.seen()));
 }
 
-TEST_CASE("the last participant that leaves takes the file away, and nobody else does", "[integration][embedded_bus]") {
+TEST_CASE("the last participant that leaves takes the file away, and nobody else does",
+          "[integration][embedded_bus][bus]") {
   const TestBus bus;
   auto first = bus.open();
   auto second = bus.open();
@@ -597,7 +602,7 @@ TEST_CASE("the last participant that leaves takes the file away, and nobody else
   CHECK(access(bus.path().c_str(), F_OK) != 0);
 }
 
-TEST_CASE("a file of the same name that others made since is left to them", "[integration][embedded_bus]") {
+TEST_CASE("a file of the same name that others made since is left to them", "[integration][embedded_bus][bus]") {
   const TestBus bus;
   auto old = bus.open();
   REQUIRE(unlink(bus.path().c_str()) == 0);
@@ -607,7 +612,7 @@ TEST_CASE("a file of the same name that others made since is left to them", "[in
   CHECK(other->last_error().empty());
 }
 
-TEST_CASE("whoever joins while others leave meets those who stay", "[integration][embedded_bus]") {
+TEST_CASE("whoever joins while others leave meets those who stay", "[integration][embedded_bus][bus]") {
   constexpr int turns = 1'500;
   const TestBus bus;
   std::vector<std::thread> threads;
@@ -628,7 +633,7 @@ TEST_CASE("whoever joins while others leave meets those who stay", "[integration
   CHECK(bus.open() != nullptr);
 }
 
-TEST_CASE("a bus whose file was removed says so", "[integration][embedded_bus]") {
+TEST_CASE("a bus whose file was removed says so", "[integration][embedded_bus][bus]") {
   const TestBus bus;
   const auto port = bus.open();
   port->maintain();
@@ -638,7 +643,7 @@ TEST_CASE("a bus whose file was removed says so", "[integration][embedded_bus]")
   CHECK(port->last_error().find("was removed") != std::string::npos);
 }
 
-TEST_CASE("three processes sending at once are heard by all in one order", "[integration][embedded_bus]") {
+TEST_CASE("three processes sending at once are heard by all in one order", "[integration][embedded_bus][bus]") {
   constexpr std::uint32_t frames_each = 20000;
   constexpr std::uint64_t total = std::uint64_t{3} * frames_each;
   const TestBus bus;
@@ -677,7 +682,7 @@ TEST_CASE("three processes sending at once are heard by all in one order", "[int
   munmap(memory, shared.size_bytes());
 }
 
-TEST_CASE("threads with ports of their own are participants like processes", "[integration][embedded_bus]") {
+TEST_CASE("threads with ports of their own are participants like processes", "[integration][embedded_bus][bus]") {
   constexpr std::uint32_t frames_each = 5000;
   constexpr std::uint64_t total = std::uint64_t{3} * frames_each;
   const TestBus bus;
@@ -716,7 +721,7 @@ TEST_CASE("threads with ports of their own are participants like processes", "[i
 }
 
 TEST_CASE("participants killed in the middle of sending leave a working bus in one order",
-          "[integration][embedded_bus]") {
+          "[integration][embedded_bus][bus]") {
   const std::uint64_t seed = test_seed();
   INFO("repeat with BMUD_TEST_SEED=" << seed);
   Random random(seed);
@@ -755,7 +760,7 @@ TEST_CASE("participants killed in the middle of sending leave a working bus in o
   CHECK(heard > wanted);
 }
 
-TEST_CASE("a participant stopped in the middle of sending holds up nobody", "[integration][embedded_bus]") {
+TEST_CASE("a participant stopped in the middle of sending holds up nobody", "[integration][embedded_bus][bus]") {
   const std::uint64_t seed = test_seed();
   INFO("repeat with BMUD_TEST_SEED=" << seed);
   Random random(seed);
@@ -789,7 +794,7 @@ TEST_CASE("a participant stopped in the middle of sending holds up nobody", "[in
   return true;
 }
 
-TEST_CASE("no wake-up is lost in a game of ping-pong", "[integration][embedded_bus]") {
+TEST_CASE("no wake-up is lost in a game of ping-pong", "[integration][embedded_bus][bus]") {
   constexpr std::uint32_t rounds = 20000;
   const TestBus bus;
   const auto ping = bus.open();
@@ -819,7 +824,7 @@ void linger(std::uint64_t time_ns) {
   while (monotonic_now() < until) continue;
 }
 
-TEST_CASE("no wake-up is lost where one frame is read for each", "[integration][embedded_bus]") {
+TEST_CASE("no wake-up is lost where one frame is read for each", "[integration][embedded_bus][bus]") {
   constexpr std::uint32_t rounds = 15000;
   constexpr std::uint32_t burst = 2;
   const std::uint64_t seed = test_seed();
@@ -854,7 +859,8 @@ TEST_CASE("no wake-up is lost where one frame is read for each", "[integration][
   CHECK(frugal.exit_code() == 0);
 }
 
-TEST_CASE("a reader stopped in the middle of a frame notices that it was overtaken", "[integration][embedded_bus]") {
+TEST_CASE("a reader stopped in the middle of a frame notices that it was overtaken",
+          "[integration][embedded_bus][bus]") {
   const std::uint64_t seed = test_seed();
   INFO("repeat with BMUD_TEST_SEED=" << seed);
   Random random(seed);

@@ -5,17 +5,18 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/support/daemon_bench.hpp"
+#include "tests/support/folders.hpp"
 
 namespace bmu {
 
 TEST_CASE("a pack of another maker's modules closes with the real daemon, and opens for one that is not heard",
-          "[integration][daemon][foreign]") {
+          "[integration][daemon][foreign][bus]") {
   const std::string name = GENERATE("outlander-80s", "i3-96s");
   CAPTURE(name);
   test::Bench bench;
-  std::ifstream file(std::string(BMUD_SOURCE_DIR) + "/config/packs/" + name + ".json");
+  std::ifstream file(test::in_source("config/packs/" + name + ".json"));
   nlohmann::json pack = nlohmann::json::parse(file, nullptr, true, true);
-  pack["cell"] = std::string(BMUD_SOURCE_DIR) + "/config/packs/" + pack["cell"].get<std::string>();
+  pack["cell"] = test::in_source("config/packs/") + pack["cell"].get<std::string>();
   pack["buses"] = {{"internal", bench.bus}, {"vehicle", bench.bus}};
   bench.pack = bench.folder.file("pack.json", pack.dump());
   bench.start_emulator("3 vehicle on\n15 module 3 silent\n");

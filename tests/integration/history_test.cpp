@@ -77,7 +77,7 @@ struct HistoryBench : Bench {
 }  // namespace
 
 TEST_CASE("the daemon keeps a history beside its state, and bmuctl shows it while it is written and after",
-          "[integration][daemon][history][BMS_F.5]") {
+          "[integration][daemon][history][BMS_F.5][bus]") {
   HistoryBench bench;
   bench.start();
   REQUIRE(bench.has_rows(4));
@@ -131,7 +131,7 @@ TEST_CASE("the daemon keeps a history beside its state, and bmuctl shows it whil
 }
 
 TEST_CASE("who asks for the history while the daemon creates it is told that nothing is recorded yet",
-          "[integration][daemon][history]") {
+          "[integration][daemon][history][bus]") {
   HistoryBench bench;
   const auto ask = [&] { return bench.ask({"history", "--file", bench.path}); };
   for (int start = 0; start < 3; ++start) {
@@ -156,7 +156,7 @@ TEST_CASE("who asks for the history while the daemon creates it is told that not
   }
 }
 
-TEST_CASE("killed in the middle, the history has all but the minute in hand", "[integration][daemon][history]") {
+TEST_CASE("killed in the middle, the history has all but the minute in hand", "[integration][daemon][history][bus]") {
   HistoryBench bench;
   bench.start();
   REQUIRE(bench.has_rows(3));
@@ -172,7 +172,7 @@ TEST_CASE("killed in the middle, the history has all but the minute in hand", "[
 }
 
 TEST_CASE("a history that somebody else has locked is warned of, written again, and the loop keeps its time",
-          "[integration][daemon][history]") {
+          "[integration][daemon][history][bus]") {
   HistoryBench bench;
   bench.start();
   REQUIRE(bench.has_rows(1));
@@ -194,7 +194,7 @@ TEST_CASE("a history that somebody else has locked is warned of, written again, 
   CHECK(daemon.at("tick_latest_us") < 500'000);  // a disk's second would show; a busy machine may cost some
 }
 
-TEST_CASE("a damaged history is put aside at the start and a new one begun", "[integration][daemon][history]") {
+TEST_CASE("a damaged history is put aside at the start and a new one begun", "[integration][daemon][history][bus]") {
   HistoryBench bench;
   const std::string spoiled(50'000, 'x');
   std::ofstream(bench.path) << spoiled;
@@ -206,7 +206,7 @@ TEST_CASE("a damaged history is put aside at the start and a new one begun", "[i
   CHECK_FALSE(bench.rows().empty());
 }
 
-TEST_CASE("without a state file, or with --history none, there is no history", "[integration][daemon][history]") {
+TEST_CASE("without a state file, or with --history none, there is no history", "[integration][daemon][history][bus]") {
   HistoryBench bench;
   SECTION("none by the option") {
     bench.start({"--state", bench.state, "--history", "none"});
@@ -220,7 +220,7 @@ TEST_CASE("without a state file, or with --history none, there is no history", "
 }
 
 TEST_CASE("a history may lie elsewhere, but never under a name that says something else",
-          "[integration][daemon][history][cli]") {
+          "[integration][daemon][history][cli][bus]") {
   HistoryBench bench;
   const std::string other = bench.folder / "other.sqlite";
   bench.start({"--history", other});

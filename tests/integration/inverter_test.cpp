@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/support/daemon_bench.hpp"
+#include "tests/support/folders.hpp"
 
 namespace bmu {
 
@@ -19,9 +20,9 @@ struct Storage {
   test::Bench bench;
 
   Storage() {
-    std::ifstream file(std::string(BMUD_SOURCE_DIR) + "/config/packs/storage-16s-48v.json");
+    std::ifstream file(test::in_source("config/packs/storage-16s-48v.json"));
     nlohmann::json pack = nlohmann::json::parse(file, nullptr, true, true);
-    pack["cell"] = std::string(BMUD_SOURCE_DIR) + "/config/cells/lfp-100ah.json";
+    pack["cell"] = test::in_source("config/cells/lfp-100ah.json");
     pack["buses"] = {{"internal", bench.bus}, {"vehicle", inverter_bus}};
     bench.pack = bench.folder.file("pack.json", pack.dump());
   }
@@ -44,7 +45,7 @@ struct Storage {
 }  // namespace
 
 TEST_CASE("an inverter draws from the real daemon's pack as it is told, and opens it by its silence",
-          "[integration][daemon][inverter]") {
+          "[integration][daemon][inverter][bus]") {
   Storage storage;
   storage.bench.start_emulator("2 vehicle on\n2 inverter current_A 30\n15 inverter silent\n");
   storage.bench.start_daemon();
@@ -75,7 +76,7 @@ TEST_CASE("an inverter draws from the real daemon's pack as it is told, and open
 }
 
 TEST_CASE("a bus of the command line on which the inverter would meet the modules is refused",
-          "[integration][daemon][inverter][identifiers]") {
+          "[integration][daemon][inverter][identifiers][bus]") {
   Storage storage;
   storage.bench.more_options = {"--bus-inverter", storage.bench.bus};
   const Finished joined = run_program(storage.bench.daemon_command());

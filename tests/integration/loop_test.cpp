@@ -14,6 +14,7 @@
 
 #include "config/pack_config.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 #include "tests/support/one_bus.hpp"
 #include "tests/support/process.hpp"
 
@@ -86,7 +87,7 @@ struct LoopBench {
   static constexpr int frames_after = 10;  // and these are sent after it, within less than what makes a value old
 
   TemporaryFolder folder;
-  PackConfig pack = *load_pack_config(std::string(BMUD_SOURCE_DIR) + "/config/packs/demo-48s.json");
+  PackConfig pack = *load_pack_config(test::in_source("config/packs/demo-48s.json"));
   Journal journal{Severity::error};
   ServiceNotify notify;
   std::unique_ptr<StatusSocket> socket = *StatusSocket::open({.path = folder / "bmud.sock"});

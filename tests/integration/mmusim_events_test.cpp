@@ -10,6 +10,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "tests/support/folders.hpp"
 #include "tests/support/process.hpp"
 
 namespace bmu {
@@ -18,7 +19,7 @@ namespace {
 
 using std::chrono::seconds;
 
-const std::string pack_file = BMUD_SOURCE_DIR "/config/packs/demo-48s.json";
+const std::string pack_file = test::in_source("config/packs/demo-48s.json");
 
 /// An emulated pack on a bus of its own, whose script ends it once the key has been seen on, and then off.
 struct Bench {
@@ -70,7 +71,7 @@ constexpr const char* key_seen = "vehicle_on = 1 within 20: after";
 }  // namespace
 
 TEST_CASE("what is written into a pipe happens, whoever writes it, and what cannot be is told with its place",
-          "[integration][mmusim]") {
+          "[integration][mmusim][bus]") {
   Bench bench;
   bench.start(bench.pipe);
   bench.write("# what follows is nonsense\n\nvehcle on\n  cell 9.1 voltage_mV 2700\nvehicle on   # the key\n");
@@ -87,7 +88,7 @@ TEST_CASE("what is written into a pipe happens, whoever writes it, and what cann
 }
 
 TEST_CASE("a line that is too long is refused whatever it begins with, and the next one counts",
-          "[integration][mmusim]") {
+          "[integration][mmusim][bus]") {
   Bench bench;
   bench.start(bench.pipe);
   bench.write("vehicle off" + std::string(4096 - 11, ' ') + "\nload current_A 1" + std::string(5'000, ' ') + "5\n" +
@@ -101,7 +102,7 @@ TEST_CASE("a line that is too long is refused whatever it begins with, and the n
   CHECK(bench.end() == 0);
 }
 
-TEST_CASE("standard input is taken for events, too, and its end ends nothing", "[integration][mmusim]") {
+TEST_CASE("standard input is taken for events, too, and its end ends nothing", "[integration][mmusim][bus]") {
   Bench bench;
   // What has no end of line is a line; the key goes off by the script, long after.
   std::ofstream(bench.folder / "key.scn") << "wait frame PDU_STATUS vehicle_on = 1 within 20\n+0.5 vehicle off\n"

@@ -13,13 +13,14 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
+#include "tests/support/folders.hpp"
 #include "tests/support/process.hpp"
 
 namespace bmu {
 
 namespace {
 
-const std::string pack_file = BMUD_SOURCE_DIR "/config/packs/demo-48s.json";
+const std::string pack_file = test::in_source("config/packs/demo-48s.json");
 
 }  // namespace
 
@@ -42,7 +43,7 @@ TEST_CASE("a check tells what is wrong with the script and what the pack does no
 }
 
 TEST_CASE("a check without a pack says what it could not check", "[integration][mmusim]") {
-  const std::string script = BMUD_SOURCE_DIR "/vcan-fixtures/demo.scn";
+  const std::string script = test::in_source("vcan-fixtures/demo.scn");
   const Finished alone = run_program({program("mmusim"), "--check", "--scenario", script});
   CHECK(alone.status == 0);
   CHECK(alone.out.find("without --pack") != std::string::npos);
@@ -58,8 +59,8 @@ TEST_CASE("a recording is not written over the script or the pack that is read",
   const std::string pack = folder / "packs/lipo-6s-24v.json";
   const std::string cell = folder / "cells/lipo-3300.json";
   for (const char* part : {"packs", "cells"}) std::filesystem::create_directory(folder / part);
-  std::filesystem::copy_file(BMUD_SOURCE_DIR "/config/packs/lipo-6s-24v.json", pack);
-  std::filesystem::copy_file(BMUD_SOURCE_DIR "/config/cells/lipo-3300.json", cell);
+  std::filesystem::copy_file(test::in_source("config/packs/lipo-6s-24v.json"), pack);
+  std::filesystem::copy_file(test::in_source("config/cells/lipo-3300.json"), cell);
   for (const std::string& file : {script, pack, cell}) {
     const auto size = std::filesystem::file_size(file);
     const Finished run = run_program({program("mmusim"), "--with-master", "--seconds", "1", "--quiet", "--pack", pack,
@@ -156,7 +157,7 @@ TEST_CASE("the result for machines is the same for the same seed, but for the ti
   CHECK(first.at("conditions").at(1).at("held") == true);
 }
 
-TEST_CASE("in real time on a bus a script ends the run as well", "[integration][mmusim]") {
+TEST_CASE("in real time on a bus a script ends the run as well", "[integration][mmusim][bus]") {
   const std::vector<std::string> on_bus{"--bus", "unix:test-mmusim-" + std::to_string(::getpid())};
   const std::string asks = "0.1 vehicle on\nwait frame PDU_STATUS vehicle_on = 1 within 0.5\n";
   CHECK(run_script(asks + "pass", on_bus).status == 0);
@@ -198,7 +199,7 @@ Finished run_and_stop(const std::string& text, std::vector<std::string> argument
 
 }  // namespace
 
-TEST_CASE("a signal ends a run in virtual time: it says so, and how far it came", "[integration][mmusim]") {
+TEST_CASE("a signal ends a run in virtual time: it says so, and how far it came", "[integration][mmusim][bus]") {
   const std::string endless = "0.1 vehicle on\n";
   for (const auto& [signal, name] : {std::pair(SIGINT, "SIGINT"), std::pair(SIGTERM, "SIGTERM")}) {
     const Finished stopped = run_and_stop(endless, {"--virtual-time", "--seconds", "1000000"}, signal);

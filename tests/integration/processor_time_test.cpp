@@ -41,7 +41,8 @@ void check_that_it_sleeps(Bench& bench, const std::string& when) {
 
 }  // namespace
 
-TEST_CASE("the daemon sleeps until something happens, whatever stays as it is", "[integration][daemon][BMS_NF.6]") {
+TEST_CASE("the daemon sleeps until something happens, whatever stays as it is",
+          "[integration][daemon][BMS_NF.6][bus]") {
   Bench bench;
   bench.start_emulator("1 vehicle on\n");
   bench.start_daemon();

@@ -37,7 +37,7 @@ bool may_have_real_time() {
 
 }  // namespace
 
-TEST_CASE("with a real-time priority the loop's thread has it, and no other", "[integration][real_time]") {
+TEST_CASE("with a real-time priority the loop's thread has it, and no other", "[integration][real_time][bus]") {
   if (!may_have_real_time()) {
     WARN("skipped: not root, or no real-time scheduling here");
     return;
@@ -68,7 +68,7 @@ TEST_CASE("with a real-time priority the loop's thread has it, and no other", "[
 }
 
 TEST_CASE("a real-time priority or locked memory that is refused is an error at the start, with what it needs",
-          "[integration][real_time]") {
+          "[integration][real_time][bus]") {
   if (::geteuid() != 0) {
     WARN("skipped: not root: rights cannot be taken away from nobody who has none");
     return;

@@ -55,7 +55,7 @@ bool has_black_box(const nlohmann::json& recorder) {
 
 }  // namespace
 
-TEST_CASE("a drive that the daemon recorded decides again as it did", "[integration][recording][FS_6]") {
+TEST_CASE("a drive that the daemon recorded decides again as it did", "[integration][recording][FS_6][bus]") {
   Bench bench;
   bench.more_options = {"--record", bench.folder / "drive", "--black-box", "none"};
   bench.start_emulator("1 vehicle on\n+4 load current_A 15\n");
@@ -83,14 +83,14 @@ TEST_CASE("a drive that the daemon recorded decides again as it did", "[integrat
   }
 }
 
-TEST_CASE("an opening leaves a black box that can be run again", "[integration][recording][black_box]") {
+TEST_CASE("an opening leaves a black box that can be run again", "[integration][recording][black_box][bus]") {
   Bench bench;
   bench.more_options = {"--black-box", bench.folder / "boxes"};
   bench.start_emulator("1 vehicle on\n+5 cell 2.7 voltage_mV 2700\n");
   bench.start_daemon();
   REQUIRE(bench.listener.hears(is_closed, test::hang_max));
   REQUIRE(bench.listener.hears(is_open, test::hang_max));
-  REQUIRE(status_becomes(bench, has_black_box, milliseconds(10'000)));
+  REQUIRE(status_becomes(bench, has_black_box, test::hang_max));
 
   SECTION("whole, when the daemon has ended in order") {
     CHECK(end(*bench.daemon, SIGTERM) == 0);
@@ -114,7 +114,7 @@ TEST_CASE("an opening leaves a black box that can be run again", "[integration][
   }
 }
 
-TEST_CASE("a folder for recordings that cannot be made is told at start", "[integration][recording]") {
+TEST_CASE("a folder for recordings that cannot be made is told at start", "[integration][recording][bus]") {
   Bench bench;
   const std::string file = bench.folder.file("file", "not a folder");
   bench.more_options = {"--record", file + "/drive"};

@@ -44,7 +44,7 @@ struct ReloadBench : Bench {
   ReloadBench() {
     std::ifstream stream(test::pack_file);
     text.assign(std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>());
-    text.replace(text.find("\"../cells/"), 10, "\"" BMUD_SOURCE_DIR "/config/cells/");
+    text.replace(text.find("\"../cells/"), 10, "\"" + test::in_source("config/cells/"));
     pack = folder / "pack.json";
     put(text);
     more_options = {"--state", folder / "state.json"};
@@ -111,7 +111,7 @@ std::int64_t resident_kB(const Process& process) {
 }  // namespace
 
 TEST_CASE("a reload takes up the file whole, says what has changed, and keeps what the pack remembered",
-          "[integration][daemon][reload]") {
+          "[integration][daemon][reload][bus]") {
   ReloadBench bench;
   bench.start_emulator("1 cell 2.7 voltage_mV 4305\n3 cell 2.7 voltage_mV auto\n");
   bench.start();
@@ -159,7 +159,7 @@ TEST_CASE("a reload takes up the file whole, says what has changed, and keeps wh
 }
 
 TEST_CASE("the state is kept over a reload also where nobody keeps it over a restart",
-          "[integration][daemon][reload]") {
+          "[integration][daemon][reload][bus]") {
   ReloadBench bench;
   bench.more_options.clear();
   bench.start_emulator("1 estop 1 pressed\n2 estop 1 released\n");
@@ -175,7 +175,7 @@ TEST_CASE("the state is kept over a reload also where nobody keeps it over a res
 }
 
 TEST_CASE("while the pack is closed a reload is refused with the reason, and nothing changes",
-          "[integration][daemon][reload]") {
+          "[integration][daemon][reload][bus]") {
   ReloadBench bench;
   bench.start_emulator("1 vehicle on\n");
   bench.start();
@@ -195,7 +195,7 @@ TEST_CASE("while the pack is closed a reload is refused with the reason, and not
 }
 
 TEST_CASE("a file that is not good is refused with all its problems, and the life goes on",
-          "[integration][daemon][reload]") {
+          "[integration][daemon][reload][bus]") {
   ReloadBench bench;
   bench.start_emulator("");
   bench.start();
@@ -222,7 +222,7 @@ TEST_CASE("a file that is not good is refused with all its problems, and the lif
 }
 
 TEST_CASE("a pack whose bus cannot be opened is refused before anything that runs is touched",
-          "[integration][daemon][reload]") {
+          "[integration][daemon][reload][bus]") {
   ReloadBench bench;
   bench.start_emulator("");
   bench.start();
@@ -247,7 +247,7 @@ TEST_CASE("a pack whose bus cannot be opened is refused before anything that run
 }
 
 TEST_CASE("where a medium for recordings has gone the life that records goes on, and no other begins",
-          "[integration][daemon][reload]") {
+          "[integration][daemon][reload][bus]") {
   for (const std::string option : {"--record", "--black-box"}) {
     ReloadBench bench;
     const std::filesystem::path medium = bench.folder / "medium";
@@ -273,7 +273,7 @@ TEST_CASE("where a medium for recordings has gone the life that records goes on,
 }
 
 TEST_CASE("a life that cannot begin gives way to one with the configuration of before",
-          "[integration][daemon][reload]") {
+          "[integration][daemon][reload][bus]") {
   if (test::is_sanitized) {
     WARN("skipped: a sanitizer needs descriptors to look at objects");
     return;
@@ -310,7 +310,7 @@ TEST_CASE("a life that cannot begin gives way to one with the configuration of b
   CHECK(bench.end() == 0);
 }
 
-TEST_CASE("SIGHUP that somebody sends is a reload", "[integration][daemon][reload]") {
+TEST_CASE("SIGHUP that somebody sends is a reload", "[integration][daemon][reload][bus]") {
   ReloadBench bench;
   bench.start_emulator("");
   bench.start();
@@ -325,7 +325,7 @@ TEST_CASE("SIGHUP that somebody sends is a reload", "[integration][daemon][reloa
   CHECK(bench.end() == 0);
 }
 
-TEST_CASE("a terminal that hangs up ends the daemon as ever", "[integration][daemon][reload]") {
+TEST_CASE("a terminal that hangs up ends the daemon as ever", "[integration][daemon][reload][bus][pty]") {
   ReloadBench bench;
   std::vector<std::string> words = bench.daemon_command();
   std::vector<char*> arguments;
@@ -346,7 +346,8 @@ TEST_CASE("a terminal that hangs up ends the daemon as ever", "[integration][dae
   CHECK(WEXITSTATUS(status) == 0);
 }
 
-TEST_CASE("clients stay connected over a reload, those who watch and those who ask", "[integration][daemon][reload]") {
+TEST_CASE("clients stay connected over a reload, those who watch and those who ask",
+          "[integration][daemon][reload][bus]") {
   ReloadBench bench;
   bench.start_emulator("");
   bench.start();
@@ -376,7 +377,7 @@ TEST_CASE("clients stay connected over a reload, those who watch and those who a
   CHECK(bench.end() == 0);
 }
 
-TEST_CASE("balancing that was switched off stays so over a reload", "[integration][daemon][reload]") {
+TEST_CASE("balancing that was switched off stays so over a reload", "[integration][daemon][reload][bus]") {
   ReloadBench bench;
   bench.start_emulator("");
   bench.start();
@@ -388,7 +389,7 @@ TEST_CASE("balancing that was switched off stays so over a reload", "[integratio
 }
 
 TEST_CASE("the service manager is told of a reload, asked for patience, and told when it is over",
-          "[integration][daemon][reload]") {
+          "[integration][daemon][reload][bus]") {
   ReloadBench bench;
   NotifySocket manager(bench.folder / "notify");
   bench.start_emulator("");
@@ -419,7 +420,7 @@ TEST_CASE("the service manager is told of a reload, asked for patience, and told
 }
 
 TEST_CASE("with a real-time priority and locked memory the next life's threads are ordinary ones, too",
-          "[integration][daemon][reload][real_time]") {
+          "[integration][daemon][reload][real_time][bus]") {
   const Finished tried = run_program({"/usr/bin/chrt", "-f", "20", "/bin/true"});
   if (tried.status != 0 || ::geteuid() != 0) {
     WARN("skipped: not root, or no real-time scheduling here");
@@ -439,7 +440,7 @@ TEST_CASE("with a real-time priority and locked memory the next life's threads a
   }
 }
 
-TEST_CASE("two hundred reloads leave nothing behind", "[integration][daemon][reload]") {
+TEST_CASE("two hundred reloads leave nothing behind", "[integration][daemon][reload][bus]") {
   ReloadBench bench;
   bench.more_options.insert(bench.more_options.end(),
                             {"--record", bench.folder / "drives", "--black-box", bench.folder / "boxes"});

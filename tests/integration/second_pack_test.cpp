@@ -8,6 +8,7 @@
 
 #include "daemon/shell/bus_port.hpp"
 #include "tests/support/daemon_bench.hpp"
+#include "tests/support/folders.hpp"
 
 namespace bmu {
 
@@ -20,7 +21,7 @@ namespace {
 std::string pack_with(const TemporaryFolder& folder, const nlohmann::json& changes) {
   std::ifstream file(test::pack_file);
   nlohmann::json pack = nlohmann::json::parse(file, nullptr, true, true);
-  pack["cell"] = std::string(BMUD_SOURCE_DIR) + "/config/cells/nmc-30ah-10p.json";
+  pack["cell"] = test::in_source("config/cells/nmc-30ah-10p.json");
   pack.merge_patch(changes);
   return folder.file("pack.json", pack.dump());
 }
@@ -94,7 +95,7 @@ bool is_unknown_soc_2(const CanFrame& frame) {
 }  // namespace
 
 TEST_CASE("a second pack's charge is told as SOC2, and its silence as unknown, by the real daemon",
-          "[integration][daemon][second_pack][BMS_F.8]") {
+          "[integration][daemon][second_pack][BMS_F.8][bus]") {
   TwoPacks packs;
   VehicleEar ear(packs.vehicle);
   REQUIRE(ear.hears(0x626, is_known_soc_2, milliseconds(10'000)));
@@ -117,7 +118,7 @@ TEST_CASE("a second pack's charge is told as SOC2, and its silence as unknown, b
 }
 
 TEST_CASE("the real daemon answers who asks for data on the vehicle's bus",
-          "[integration][daemon][requests][BMS_F.8]") {
+          "[integration][daemon][requests][BMS_F.8][bus]") {
   TwoPacks packs;
   VehicleEar ear(packs.vehicle);
   REQUIRE(ear.hears(
@@ -135,7 +136,7 @@ TEST_CASE("the real daemon answers who asks for data on the vehicle's bus",
 }
 
 TEST_CASE("an emulated second pack is heard by the real daemon on a bus of its own, and missed when it falls silent",
-          "[integration][daemon][mmusim][second_pack][BMS_F.8]") {
+          "[integration][daemon][mmusim][second_pack][BMS_F.8][bus]") {
   const std::string vehicle = "unix:test-second-" + std::to_string(::getpid());
   test::Bench bench;
   bench.pack = pack_with(bench.folder, {{"second_pack", {{"base_id", "640"}, {"dialect", "elithion"}}},
@@ -155,7 +156,7 @@ TEST_CASE("an emulated second pack is heard by the real daemon on a bus of its o
 }
 
 TEST_CASE("buses that the command line joins are refused with both names, and nothing is started",
-          "[integration][daemon][identifiers]") {
+          "[integration][daemon][identifiers][bus]") {
   test::Bench bench;
   const std::string pack =
       pack_with(bench.folder, {{"second_pack", {{"base_id", "620"}}}, {"buses", {{"second_pack", "can7"}}}});

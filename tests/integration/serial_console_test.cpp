@@ -21,6 +21,7 @@
 #include "daemon/shell/cell_count_setting.hpp"
 #include "daemon/shell/serial_port.hpp"
 #include "tests/support/daemon_bench.hpp"
+#include "tests/support/folders.hpp"
 #include "tests/support/pseudo_terminal.hpp"
 
 namespace bmu {
@@ -73,7 +74,7 @@ struct Desk {
 };
 
 std::string shipped_pack() {
-  return std::string(BMUD_SOURCE_DIR) + "/config/packs/lipo-6s-24v.json";
+  return test::in_source("config/packs/lipo-6s-24v.json");
 }
 
 /// The shipped pack of six cells, which lets its number of cells be set, or does not.
@@ -89,7 +90,7 @@ PackConfig six_cells(bool may_set) {
 // --- the port -------------------------------------------------------------------------------------------------------
 
 TEST_CASE("a terminal is set to raw, 8 bits without parity, and the rate that was asked for",
-          "[integration][serial][BMS_NF.5]") {
+          "[integration][serial][BMS_NF.5][pty]") {
   const PseudoTerminal terminal;
   const auto port = open_serial_port(terminal.name(), 38'400);
   REQUIRE(port);
@@ -106,7 +107,7 @@ TEST_CASE("a terminal is set to raw, 8 bits without parity, and the rate that wa
 }
 
 TEST_CASE("a terminal is the console's alone while it has it, and anybody's afterwards",
-          "[integration][serial][BMS_NF.5]") {
+          "[integration][serial][BMS_NF.5][pty]") {
   PseudoTerminal terminal;
   Desk desk;
   desk.start(terminal.name());
@@ -126,7 +127,7 @@ TEST_CASE("a terminal is the console's alone while it has it, and anybody's afte
   CHECK_FALSE(is_exclusive());
 }
 
-TEST_CASE("what is no terminal, or none that is there, is refused by name", "[integration][serial][BMS_NF.5]") {
+TEST_CASE("what is no terminal, or none that is there, is refused by name", "[integration][serial][BMS_NF.5][pty]") {
   const TemporaryFolder folder;
   const std::string file = folder.file("file", "");
   CHECK(to_text(open_serial_port(file, 38'400).error()) ==
@@ -140,7 +141,7 @@ TEST_CASE("what is no terminal, or none that is there, is refused by name", "[in
 // --- the console ----------------------------------------------------------------------------------------------------
 
 TEST_CASE("commands over a terminal are answered, each with CR LF, and nothing is echoed",
-          "[integration][serial][BMS_NF.5]") {
+          "[integration][serial][BMS_NF.5][pty]") {
   PseudoTerminal terminal;
   Desk desk;
   desk.start(terminal.name());
@@ -155,7 +156,7 @@ TEST_CASE("commands over a terminal are answered, each with CR LF, and nothing i
   CHECK(desk.hears("\"LogReq\""));
 }
 
-TEST_CASE("the log is dumped line by line, and one with an error says so", "[integration][serial][BMS_NF.5]") {
+TEST_CASE("the log is dumped line by line, and one with an error says so", "[integration][serial][BMS_NF.5][pty]") {
   PseudoTerminal terminal;
   Desk desk;
   SECTION("ten hours of minutes") {
@@ -179,7 +180,7 @@ TEST_CASE("the log is dumped line by line, and one with an error says so", "[int
   }
 }
 
-TEST_CASE("any line ends a dump that is under way", "[integration][serial][BMS_NF.5]") {
+TEST_CASE("any line ends a dump that is under way", "[integration][serial][BMS_NF.5][pty]") {
   PseudoTerminal terminal;
   Desk desk;
   desk.start(terminal.name(), numbered_log(1'000'000'000));
@@ -191,7 +192,7 @@ TEST_CASE("any line ends a dump that is under way", "[integration][serial][BMS_N
   CHECK(terminal.read_to("\r\n") == "Refused: no\r\n");
 }
 
-TEST_CASE("garbage without end is answered once it ends, and costs nothing", "[integration][serial][BMS_NF.5]") {
+TEST_CASE("garbage without end is answered once it ends, and costs nothing", "[integration][serial][BMS_NF.5][pty]") {
   PseudoTerminal terminal;
   Desk desk;
   desk.start(terminal.name());
@@ -204,7 +205,7 @@ TEST_CASE("garbage without end is answered once it ends, and costs nothing", "[i
 }
 
 TEST_CASE("who does not read is not listened to, until he does, then nothing is missing",
-          "[integration][serial][BMS_NF.5]") {
+          "[integration][serial][BMS_NF.5][pty]") {
   PseudoTerminal terminal;
   Desk desk;
   desk.start(terminal.name());
@@ -220,7 +221,7 @@ TEST_CASE("who does not read is not listened to, until he does, then nothing is 
   }
 }
 
-TEST_CASE("orders without end fill the terminal, not the log of the daemon", "[integration][serial][BMS_NF.5]") {
+TEST_CASE("orders without end fill the terminal, not the log of the daemon", "[integration][serial][BMS_NF.5][pty]") {
   PseudoTerminal terminal;
   Desk desk;
   desk.start(terminal.name());
@@ -232,7 +233,7 @@ TEST_CASE("orders without end fill the terminal, not the log of the daemon", "[i
 }
 
 TEST_CASE("a device that is not there is told once and found when it comes, one that goes is lost with what was begun",
-          "[integration][serial][BMS_NF.5]") {
+          "[integration][serial][BMS_NF.5][pty]") {
   const TemporaryFolder folder;
   const std::string device = folder / "ttyUSB0";
   Desk desk;
@@ -254,7 +255,7 @@ TEST_CASE("a device that is not there is told once and found when it comes, one 
   CHECK(desk.count_of("is gone") == 1);
 }
 
-TEST_CASE("a console whose log hangs in a disk does not hold up the end", "[integration][serial][BMS_NF.5]") {
+TEST_CASE("a console whose log hangs in a disk does not hold up the end", "[integration][serial][BMS_NF.5][pty]") {
   struct Disk {
     std::mutex mutex;
     std::condition_variable changed;
@@ -394,7 +395,7 @@ struct SerialBench : Bench {
   void start(bool may_set, const std::string& scenario) {
     std::string text = read_file(shipped_pack());
     const std::string cell = "../cells/lipo-3300.json";
-    text.replace(text.find(cell), cell.size(), std::string(BMUD_SOURCE_DIR) + "/config/cells/lipo-3300.json");
+    text.replace(text.find(cell), cell.size(), test::in_source("config/cells/lipo-3300.json"));
     const std::string name = R"("name": "LiPo 6s 24 V",)";
     text.insert(text.find(name), R"("serial": {"device": ")" + terminal.name() + R"(", "may_set_cell_count": )" +
                                      (may_set ? "true" : "false") + "},\n  ");
@@ -427,7 +428,7 @@ struct SerialBench : Bench {
 }  // namespace
 
 TEST_CASE("the daemon answers on the terminal of its pack file, or of its command line, and the loop does not notice",
-          "[integration][daemon][serial][BMS_NF.5]") {
+          "[integration][daemon][serial][BMS_NF.5][bus][pty]") {
   SerialBench bench;
   bench.start(false, "");
   CHECK(bench.terminal.ask("LogReq") == "Log is empty\r\n");
@@ -451,7 +452,7 @@ TEST_CASE("the daemon answers on the terminal of its pack file, or of its comman
 }
 
 TEST_CASE("while the daemon creates its history the log is empty, and that is no failure",
-          "[integration][daemon][serial][history]") {
+          "[integration][daemon][serial][history][bus][pty]") {
   SerialBench bench;
   bench.start(false, "");
   for (int start = 0; start < 3; ++start) {
@@ -466,7 +467,7 @@ TEST_CASE("while the daemon creates its history the log is empty, and that is no
 TEST_CASE(
     "CellC is refused while the pack is closed, allowed and open it counts from the next start, and modules that "
     "have other cells keep the pack open",
-    "[integration][daemon][serial][BMS_NF.5][BMS_F.2]") {
+    "[integration][daemon][serial][BMS_NF.5][BMS_F.2][bus][pty]") {
   SerialBench bench;
   bench.start(true, "1 vehicle on\n8 vehicle off\n");
   REQUIRE(bench.listener.hears(test::is_closed, test::hang_max));

@@ -21,13 +21,13 @@ void set_slept(const std::string& file, std::int64_t ms) {
 }  // namespace
 
 TEST_CASE("a machine that slept has been away: the pack is opened first, and closes only for a new wish",
-          "[integration][daemon][F69]") {
+          "[integration][daemon][F69][bus]") {
   Bench bench;
   const std::string slept = bench.folder / "slept";
   std::ofstream(slept) << std::string(sizeof(std::int64_t), '\0');
   bench.start_emulator("1 vehicle on\n");
   bench.start_daemon(
-      {.environment = {"LD_PRELOAD=" BMUD_BUILD_DIR "/lib/libsleeping_clock.so", "BMUD_TEST_SLEPT=" + slept}});
+      {.environment = {"LD_PRELOAD=" + test::in_build("lib/libsleeping_clock.so"), "BMUD_TEST_SLEPT=" + slept}});
   REQUIRE(bench.listener.next(test::hang_max));
   REQUIRE(bench.listener.hears(is_closed, test::hang_max));
   set_slept(slept, 60'000);

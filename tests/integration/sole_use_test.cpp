@@ -48,7 +48,7 @@ std::string in_use(const std::string& path, const std::string& option) {
 }  // namespace
 
 TEST_CASE("a second daemon does not take the state of the first one, and its successor does",
-          "[integration][daemon][state]") {
+          "[integration][daemon][state][bus]") {
   TwoDaemons daemons;
   const std::string state = daemons.shared + "/state.json";
   CHECK(says(daemons.refusal({"--state", state, "--history", "none"}), in_use(state, "--state")));
@@ -58,14 +58,14 @@ TEST_CASE("a second daemon does not take the state of the first one, and its suc
   CHECK(daemons.other.listener.next(milliseconds(5000)));
 }
 
-TEST_CASE("a second daemon does not take the history of the first one", "[integration][daemon][history]") {
+TEST_CASE("a second daemon does not take the history of the first one", "[integration][daemon][history][bus]") {
   TwoDaemons daemons;
   const std::string history = daemons.shared + "/history.sqlite";
   CHECK(says(daemons.refusal({"--history", history}), in_use(history, "--history")));
 }
 
 TEST_CASE("a second daemon does not record into the folder of the first one, however it is named",
-          "[integration][daemon][recorder]") {
+          "[integration][daemon][recorder][bus]") {
   TwoDaemons daemons;
   const std::string link = daemons.one.folder / "link";
   std::filesystem::create_directories(daemons.shared);
@@ -75,12 +75,12 @@ TEST_CASE("a second daemon does not record into the folder of the first one, how
 }
 
 TEST_CASE("a second daemon does not keep black boxes in the folder of the first one",
-          "[integration][daemon][recorder]") {
+          "[integration][daemon][recorder][bus]") {
   TwoDaemons daemons;
   CHECK(says(daemons.refusal({"--black-box", daemons.shared}), in_use(daemons.shared, "--black-box")));
 }
 
-TEST_CASE("a link to what the first daemon writes is the same file", "[integration][daemon][history]") {
+TEST_CASE("a link to what the first daemon writes is the same file", "[integration][daemon][history][bus]") {
   TwoDaemons daemons;
   const std::string history = daemons.shared + "/history.sqlite";
   const std::string link = daemons.one.folder / "other.sqlite";
@@ -89,7 +89,7 @@ TEST_CASE("a link to what the first daemon writes is the same file", "[integrati
 }
 
 TEST_CASE("a daemon does not start beside a lock that it may not open, and says which",
-          "[integration][daemon][state]") {
+          "[integration][daemon][state][bus]") {
   Bench bench;
   const std::string state = bench.folder / "state.json";
   // A folder is one that root cannot open either.
@@ -104,7 +104,7 @@ TEST_CASE("a daemon does not start beside a lock that it may not open, and says 
 }
 
 TEST_CASE("a daemon starts on a disk that has gone read-only, and there, too, a second one does not",
-          "[integration][daemon][state]") {
+          "[integration][daemon][state][bus]") {
   if (run_program({"/usr/bin/unshare", "-m", "true"}).status != 0) {
     WARN("skipped: no file system of its own for a process here");
     return;
@@ -135,7 +135,7 @@ TEST_CASE("a daemon starts on a disk that has gone read-only, and there, too, a 
   CHECK(says(read_file(daemons.other.log), in_use(state, "--state")));
 }
 
-TEST_CASE("a pipe where the lock should be keeps nobody waiting", "[integration][daemon][state]") {
+TEST_CASE("a pipe where the lock should be keeps nobody waiting", "[integration][daemon][state][bus]") {
   Bench bench;
   const std::string state = bench.folder / "state.json";
   REQUIRE(::mkfifo((state + ".lock").c_str(), 0600) == 0);
@@ -144,7 +144,7 @@ TEST_CASE("a pipe where the lock should be keeps nobody waiting", "[integration]
   CHECK(bench.listener.next(milliseconds(5000)));
 }
 
-TEST_CASE("a second daemon does not write its lines over those of the first one", "[integration][daemon][gpio]") {
+TEST_CASE("a second daemon does not write its lines over those of the first one", "[integration][daemon][gpio][bus]") {
   TwoDaemons daemons;
   const std::string lines = daemons.shared + "/driven-lines.json";
   CHECK(says(daemons.refusal({"--driven-lines", lines}), in_use(lines, "--driven-lines")));

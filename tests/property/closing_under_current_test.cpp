@@ -10,6 +10,7 @@
 #include "config/pack_config.hpp"
 #include "protocol/tables/internal_bus.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 #include "tests/support/wired_pack.hpp"
 
 namespace bmu {
@@ -19,7 +20,7 @@ using test::Fate;
 using test::WiredPack;
 
 CoreConfig pack_of(const std::string& name) {
-  const auto pack = load_pack_config(std::string(BMUD_SOURCE_DIR) + "/config/packs/" + name + ".json");
+  const auto pack = load_pack_config(test::in_source("config/packs/" + name + ".json"));
   REQUIRE(pack);
   return pack->core;
 }

@@ -13,6 +13,7 @@
 #include "config/pack_config.hpp"
 #include "mmu/random.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 #include "tests/support/sim_run.hpp"
 
 namespace bmu {
@@ -310,7 +311,7 @@ class Trial {
 };
 
 CoreConfig demonstration() {
-  const auto pack = load_pack_config(std::string(BMUD_SOURCE_DIR) + "/config/packs/demo-48s.json");
+  const auto pack = load_pack_config(test::in_source("config/packs/demo-48s.json"));
   REQUIRE(pack);
   return pack->core;
 }

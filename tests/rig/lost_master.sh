@@ -2,10 +2,16 @@
 # Guest script: bmud is killed, stopped, starved and frozen, and its bus is taken away, each time with the pack closed. Somebody who
 # only listens measures on the bus how long after the last command the contactors open; a daemon that goes on must say "open" first and
 # may close again only for a new wish. The machine's own: it changes how the scheduler treats real-time programs.
-#   usage: lost_master.sh REPOSITORY PROGRAM_FOLDER...   (the folders of bmud, mmusim, bmuctl and bmudump)
+#   usage: lost_master.sh [--short] REPOSITORY PROGRAM_FOLDER...   (the folders of bmud, mmusim, bmuctl and bmudump)
+#   --short: only killed and stopped
 # shellcheck source-path=SCRIPTDIR source=guest-env.sh
 source "$(dirname "$0")/guest-env.sh"
 
+is_short=no
+if [[ $1 == --short ]]; then
+  is_short=yes
+  shift
+fi
 repository=$1
 shift
 for folder in "$@"; do PATH=$folder:$PATH; done
@@ -63,6 +69,14 @@ freeze_daemon() {
 }
 thaw_daemon() { echo 0 >/run/cgroup/bmud/cgroup.freeze; }
 
+end_programs() {
+  step "end"
+  expect "bmud exits with 0" stop bmud TERM
+  stop mmusim || true
+  stop words || true
+  tell_measured
+}
+
 step "start"
 mkdir -p "$(dirname "$socket")"
 write_keys "$scenario" "$keys"
@@ -89,6 +103,11 @@ clear_faults
 expect_open_until_key
 
 hold_and_let_go "stopped by SIGSTOP" stop_daemon continue_daemon
+if [[ $is_short == yes ]]; then
+  wait_until_closed
+  end_programs
+  exit 0
+fi
 hold_and_let_go "starved by a real-time program" starve_daemon feed_daemon
 hold_and_let_go "frozen in its control group" freeze_daemon thaw_daemon
 
@@ -135,8 +154,4 @@ clear_faults
 expect_open_until_key
 wait_until_closed
 
-step "end"
-expect "bmud exits with 0" stop bmud TERM
-stop mmusim || true
-stop words || true
-tell_measured
+end_programs

@@ -12,6 +12,7 @@
 #include "protocol/tables/internal_bus.hpp"
 #include "tests/support/balancing_bench.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 #include "tests/support/sim_run.hpp"
 #include "tests/support/wired_pack.hpp"
 
@@ -22,7 +23,7 @@ using test::SimRun;
 namespace {
 
 CoreConfig shipped(const std::string& name) {
-  const auto pack = load_pack_config(std::string(BMUD_SOURCE_DIR) + "/config/packs/" + name);
+  const auto pack = load_pack_config(test::in_source("config/packs/") + name);
   std::string problems;
   if (!pack) {
     for (const ConfigProblem& problem : pack.error()) problems += to_text(problem) + "\n";
@@ -448,7 +449,7 @@ std::string turn(BalancingBench& bench, const char* name) {
   return row_text(name, before, bench.soc_spread(), least, taken, on_hours);
 }
 
-const std::string page_file = std::string(BMUD_SOURCE_DIR) + "/docs/balancing.md";
+const std::string page_file = test::in_source("docs/balancing.md");
 
 std::string bytes_of(const std::string& file) {
   std::ifstream stream(file, std::ios::binary);

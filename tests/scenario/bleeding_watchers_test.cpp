@@ -7,6 +7,7 @@
 #include "config/pack_config.hpp"
 #include "protocol/tables/internal_bus.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 #include "tests/support/wired_pack.hpp"
 
 using namespace bmu;
@@ -19,7 +20,7 @@ constexpr std::uint32_t cell_frames = 2;
 
 /// Six cells of 80 mAh: what a resistor takes in minutes is what they have too much.
 CoreConfig small_cells() {
-  auto pack = load_pack_config(std::string(BMUD_SOURCE_DIR) + "/config/packs/lipo-6s-24v.json");
+  auto pack = load_pack_config(test::in_source("config/packs/lipo-6s-24v.json"));
   REQUIRE(pack.has_value());
   pack->core.cell.capacity_uAs /= 40;
   pack->core.balancing.is_enabled = true;

@@ -6,6 +6,7 @@
 
 #include "config/pack_config.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 #include "tests/support/sim_run.hpp"
 
 using namespace bmu;
@@ -41,7 +42,7 @@ ChargeEnd charge(test::SimRun& run, double until_s) {
 
 TEST_CASE("a charge ends below the opening voltage, and the charger comes to rest",
           "[scenario][charger][slow][BMU_13]") {
-  const auto pack = load_pack_config(std::string(BMUD_SOURCE_DIR) + "/config/packs/demo-48s.json");
+  const auto pack = load_pack_config(test::in_source("config/packs/demo-48s.json"));
   REQUIRE(pack.has_value());
   const int temperature_dC = GENERATE(250, 120);
   CAPTURE(temperature_dC);

@@ -7,6 +7,7 @@
 #include "config/pack_config.hpp"
 #include "devices/device_list.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 #include "tests/support/sim_run.hpp"
 #include "tools/common/virtual_run.hpp"
 
@@ -16,7 +17,7 @@ using test::SimRun;
 namespace {
 
 CoreConfig shipped(const std::string& name) {
-  const auto pack = load_pack_config(std::string(BMUD_SOURCE_DIR) + "/config/packs/" + name);
+  const auto pack = load_pack_config(test::in_source("config/packs/") + name);
   REQUIRE(pack.has_value());
   return pack->core;
 }

@@ -6,6 +6,7 @@
 #include "config/pack_config.hpp"
 #include "mmu/random.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 #include "tests/support/sim_run.hpp"
 
 using namespace bmu;
@@ -16,7 +17,7 @@ constexpr const char* shipped[] = {"charger-48s", "demo-48s",      "fs-20s3p-84v
                                    "lipo-6s-24v", "outlander-80s", "shell-eco-6s", "storage-16s-48v", "traction-16x12"};
 
 CoreConfig config_of(const char* name) {
-  auto read = load_pack_config(std::string(BMUD_SOURCE_DIR) + "/config/packs/" + name + ".json");
+  auto read = load_pack_config(test::in_source(std::string("config/packs/") + name + ".json"));
   REQUIRE(read.has_value());
   return read->core;
 }

@@ -8,6 +8,7 @@
 
 #include "config/pack_config.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 #include "tests/support/wired_pack.hpp"
 
 using namespace bmu;
@@ -16,7 +17,7 @@ using test::WiredPack;
 namespace {
 
 CoreConfig pack_file() {
-  auto pack = load_pack_config(std::string(BMUD_SOURCE_DIR) + "/config/packs/lipo-6s-24v.json");
+  auto pack = load_pack_config(test::in_source("config/packs/lipo-6s-24v.json"));
   REQUIRE(pack.has_value());
   return pack->core;
 }

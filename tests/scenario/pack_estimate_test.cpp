@@ -7,6 +7,7 @@
 
 #include "config/pack_config.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 #include "tests/support/wired_pack.hpp"
 
 using namespace bmu;
@@ -15,7 +16,7 @@ using test::WiredPack;
 namespace {
 
 CoreConfig pack_file(const char* name) {
-  auto pack = load_pack_config(std::string(BMUD_SOURCE_DIR) + "/config/packs/" + name);
+  auto pack = load_pack_config(test::in_source("config/packs/") + name);
   REQUIRE(pack.has_value());
   return pack->core;
 }

@@ -6,6 +6,7 @@
 
 #include "config/pack_config.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 #include "tests/support/sim_run.hpp"
 
 using namespace bmu;
@@ -110,7 +111,7 @@ void play(const std::filesystem::path& file) {
     line = trimmed(line);
     if (line.empty() || line[0] == '#') continue;
     if (line.starts_with("pack ")) {
-      const auto pack = load_pack_config(std::string(BMUD_SOURCE_DIR) + "/config/packs/" + line.substr(5));
+      const auto pack = load_pack_config(test::in_source("config/packs/") + line.substr(5));
       REQUIRE(pack.has_value());
       run.emplace(pack->core);
       continue;
@@ -136,7 +137,7 @@ void play(const std::filesystem::path& file) {
 
 TEST_CASE("every scenario file holds", "[scenario]") {
   std::vector<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::directory_iterator(std::string(BMUD_SOURCE_DIR) + "/tests/scenario")) {
+  for (const auto& entry : std::filesystem::directory_iterator(test::in_source("tests/scenario"))) {
     if (entry.path().extension() == ".scenario") files.push_back(entry.path());
   }
   std::sort(files.begin(), files.end());
@@ -149,13 +150,12 @@ TEST_CASE("every scenario file holds", "[scenario]") {
 }
 
 TEST_CASE("the demonstration does what it says it does", "[scenario][demo]") {
-  const std::string root(BMUD_SOURCE_DIR);
-  std::ifstream stream(root + "/vcan-fixtures/demo.scn");
+  std::ifstream stream(test::in_source("vcan-fixtures/demo.scn"));
   std::stringstream text;
   text << stream.rdbuf();
   auto scenario = parse_scenario(text.str());
   REQUIRE(scenario.has_value());
-  const auto pack = load_pack_config(root + "/config/packs/demo-48s.json");
+  const auto pack = load_pack_config(test::in_source("config/packs/demo-48s.json"));
   REQUIRE(pack.has_value());
   SimRun run(pack->core, *scenario);
   run.run_to(11.5);

@@ -6,6 +6,7 @@
 #include "config/pack_config.hpp"
 #include "tests/support/allocation_count.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 #include "tests/support/mmu_bench.hpp"
 #include "tools/common/virtual_run.hpp"
 
@@ -371,7 +372,7 @@ TEST_CASE("a script that asks allocates nothing while everything holds", "[scena
 // --- beside the core ------------------------------------------------------------------------------------------------
 
 std::string file_text(const std::string& name) {
-  std::ifstream stream(std::string(BMUD_SOURCE_DIR) + "/" + name, std::ios::binary);
+  std::ifstream stream(test::in_source(name), std::ios::binary);
   REQUIRE(stream);
   std::ostringstream bytes;
   bytes << stream.rdbuf();
@@ -379,7 +380,7 @@ std::string file_text(const std::string& name) {
 }
 
 CoreConfig demo_pack() {
-  const auto pack = load_pack_config(std::string(BMUD_SOURCE_DIR) + "/config/packs/demo-48s.json");
+  const auto pack = load_pack_config(test::in_source("config/packs/demo-48s.json"));
   REQUIRE(pack.has_value());
   return pack->core;
 }

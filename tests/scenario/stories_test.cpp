@@ -6,13 +6,14 @@
 
 #include "config/pack_config.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 #include "tests/support/sim_run.hpp"
 
 using namespace bmu;
 
 namespace {
 
-const std::string root = BMUD_SOURCE_DIR "/";
+const std::string root = test::in_source("");
 
 struct Story {
   CoreConfig pack;

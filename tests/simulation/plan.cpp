@@ -8,6 +8,7 @@
 #include "config/pack_defaults.hpp"
 #include "devices/device_list.hpp"
 #include "tests/support/core_bench.hpp"
+#include "tests/support/folders.hpp"
 
 namespace bmu::test {
 
@@ -30,7 +31,7 @@ CoreConfig with_charge_contactor(CoreConfig config) {
 }
 
 CoreConfig shipped(const std::string& name) {
-  const auto pack = load_pack_config(BMUD_SOURCE_DIR "/config/packs/" + name + ".json");
+  const auto pack = load_pack_config(test::in_source("config/packs/" + name + ".json"));
   if (!pack) throw std::runtime_error("config/packs/" + name + ".json cannot be read");
   return pack->core;
 }

@@ -12,12 +12,13 @@
 #include "daemon/core/poll_schedule.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/core_bench.hpp"
+#include "tests/support/folders.hpp"
 #include "tests/support/polled_pack.hpp"
 
 namespace bmu::test {
 namespace {
 
-const std::string page_file = std::string(BMUD_SOURCE_DIR) + "/docs/scale.md";
+const std::string page_file = test::in_source("docs/scale.md");
 const std::string begin_mark = "<!-- begin of the tables: written by BMUD_REWRITE=1 test_simulation \"[docs]\" -->\n";
 const std::string end_mark = "<!-- end of the tables -->\n";
 

@@ -12,13 +12,14 @@
 
 #include "config/pack_config.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 
 namespace bmu {
 
 using Json = nlohmann::json;
 
-inline const std::filesystem::path packs_directory = std::filesystem::path(BMUD_SOURCE_DIR) / "config/packs";
-inline const std::filesystem::path cells_directory = std::filesystem::path(BMUD_SOURCE_DIR) / "config/cells";
+inline const std::filesystem::path packs_directory = test::in_source("config/packs");
+inline const std::filesystem::path cells_directory = test::in_source("config/cells");
 
 inline std::string bytes_of(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);

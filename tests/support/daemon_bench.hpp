@@ -17,6 +17,7 @@
 #include "daemon/shell/bus_port.hpp"
 #include "protocol/tables/internal_bus.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 #include "tests/support/process.hpp"
 
 namespace bmu::test {
@@ -24,7 +25,7 @@ namespace bmu::test {
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
-inline const std::string pack_file = std::string(BMUD_SOURCE_DIR) + "/config/packs/demo-48s.json";
+inline const std::string pack_file = test::in_source("config/packs/demo-48s.json");
 
 /// Somebody on the bus who hears the contactor commands and nothing else.
 class Listener {

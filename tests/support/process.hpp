@@ -20,6 +20,7 @@
 
 #include "daemon/shell/owned_fd.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace bmu {
@@ -97,7 +98,7 @@ class Process {
 };
 
 [[nodiscard]] inline std::string program(const std::string& name) {
-  return std::string(BMUD_BUILD_DIR) + "/bin/" + name;
+  return test::in_build("bin/" + name);
 }
 
 struct Finished {

@@ -5,6 +5,7 @@
 
 #include "protocol/tables/vehicle_bus.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 
 namespace bmu::test {
 
@@ -97,14 +98,14 @@ const std::vector<Proof>& proofs() {
 }
 
 std::string proof_folder() {
-  return std::string(BMUD_SOURCE_DIR) + "/vcan-fixtures/proof";
+  return test::in_source("vcan-fixtures/proof");
 }
 
 std::string pack_file_of(const std::string& script) {
   constexpr std::string_view mark = "# Pack: ";
   std::ifstream stream(script);
   for (std::string line; std::getline(stream, line);) {
-    if (line.starts_with(mark)) return std::string(BMUD_SOURCE_DIR) + "/" + line.substr(mark.size());
+    if (line.starts_with(mark)) return test::in_source(line.substr(mark.size()));
   }
   FAIL(script << ": found no line '# Pack: FILE'");
   return "";

@@ -9,6 +9,7 @@
 #include "daemon/recording/record_writer.hpp"
 #include "mmu/scenario.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 #include "tools/common/virtual_run.hpp"
 
 namespace bmu::test {
@@ -17,7 +18,7 @@ namespace bmu::test {
 inline constexpr std::int64_t recorded_from_us = 1'700'000'000'000'000;
 
 inline PackConfig demo_pack() {
-  auto pack = load_pack_config(BMUD_SOURCE_DIR "/config/packs/demo-48s.json");
+  auto pack = load_pack_config(test::in_source("config/packs/demo-48s.json"));
   REQUIRE(pack);
   return *pack;
 }

@@ -6,11 +6,12 @@
 #include "config/bus_checks.hpp"
 #include "daemon/shell/rate_watch.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 
 namespace bmu {
 namespace {
 
-const std::string packs = BMUD_SOURCE_DIR "/config/packs/";
+const std::string packs = test::in_source("config/packs/");
 
 PackConfig pack_at(const std::string& file, const std::string& bus = "can0") {
   auto pack = load_pack_config(packs + file);

@@ -15,6 +15,7 @@
 #include "config/cell_file_writer.hpp"
 #include "config/pack_config.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 
 namespace bmu {
 namespace {
@@ -22,7 +23,7 @@ namespace {
 using Json = nlohmann::json;
 using Change = std::pair<std::string, Json>;  // JSON pointer, value
 
-const std::filesystem::path config_directory = std::filesystem::path(BMUD_SOURCE_DIR) / "config";
+const std::filesystem::path config_directory = test::in_source("config");
 const std::filesystem::path cell_file = config_directory / "cells/nmc-3000.json";
 
 Json json_of(const std::filesystem::path& file) {

@@ -8,6 +8,7 @@
 #include "config/cell_config.hpp"
 #include "config/cell_file_writer.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 
 namespace bmu {
 namespace {
@@ -15,7 +16,7 @@ namespace {
 using Json = nlohmann::json;
 
 Json cell_with(const Json& plateau) {
-  std::ifstream stream(std::filesystem::path(BMUD_SOURCE_DIR) / "config/cells/nmc-3000.json", std::ios::binary);
+  std::ifstream stream(test::in_source("config/cells/nmc-3000.json"), std::ios::binary);
   REQUIRE(stream);
   Json cell = Json::parse(stream, nullptr, true, true);
   cell["charge_plateau"] = plateau;

@@ -14,12 +14,13 @@
 
 #include "config/pack_fields.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 
 namespace bmu {
 namespace {
 
-const std::string page_file = std::string(BMUD_SOURCE_DIR) + "/docs/configuration.md";
-const std::string schema_file = std::string(BMUD_SOURCE_DIR) + "/config/pack.schema.json";
+const std::string page_file = test::in_source("docs/configuration.md");
+const std::string schema_file = test::in_source("config/pack.schema.json");
 
 std::string bytes_of(const std::string& file) {
   std::ifstream stream(file, std::ios::binary);

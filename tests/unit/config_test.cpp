@@ -9,6 +9,7 @@
 #include "config/pack_fields.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/changed_pack.hpp"
+#include "tests/support/folders.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace bmu {
@@ -29,7 +30,7 @@ TEST_CASE("every pack that is shipped loads", "[unit][config][BMS_NF.1][FS_8][RR
 }
 
 TEST_CASE("the pack that speeds are measured with loads", "[unit][config]") {
-  const auto pack = load_pack_config(std::filesystem::path(BMUD_SOURCE_DIR) / "tests/bench/largest.json");
+  const auto pack = load_pack_config(test::in_source("tests/bench/largest.json"));
   INFO((pack ? "" : all_text(pack.error())));
   REQUIRE(pack);
   CHECK(cell_count(pack->core) == 756);

@@ -11,6 +11,7 @@
 #include "config/cell_file_writer.hpp"
 #include "config/pack_config.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 
 namespace bmu {
 namespace {
@@ -18,7 +19,7 @@ namespace {
 using Json = nlohmann::json;
 using Change = std::pair<std::string, Json>;  // JSON pointer, value
 
-const std::filesystem::path config_directory = std::filesystem::path(BMUD_SOURCE_DIR) / "config";
+const std::filesystem::path config_directory = test::in_source("config");
 
 Json json_of(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);

@@ -15,6 +15,7 @@
 #include "protocol/receive_check.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/contracts.hpp"
+#include "tests/support/folders.hpp"
 #include "tools/bmudump/frame_text.hpp"
 
 namespace {
@@ -29,7 +30,7 @@ std::vector<const Catalogue*> catalogues_of(const Device& device) {
 }
 
 std::string file_of(const Device& device, const char* file) {
-  return BMUD_SOURCE_DIR "/devices/" + std::string(device.name) + "/" + file;
+  return test::in_source("devices/") + std::string(device.name) + "/" + file;
 }
 
 std::string content_of(const std::string& file) {

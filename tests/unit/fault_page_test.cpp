@@ -9,6 +9,7 @@
 #include "daemon/core/permission.hpp"
 #include "daemon/shell/advice.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 
 using namespace bmu;
 
@@ -24,7 +25,7 @@ std::string bytes_of(const std::string& file) {
 }  // namespace
 
 TEST_CASE("docs/faults.md is made from the fault table", "[unit][faults][docs]") {
-  const std::string file = BMUD_SOURCE_DIR "/docs/faults.md";
+  const std::string file = test::in_source("docs/faults.md");
   const std::string wanted = fault_page_markdown();
   if (std::getenv("BMUD_REWRITE") != nullptr) std::ofstream(file, std::ios::binary) << wanted;
   INFO("to write it anew: BMUD_REWRITE=1 test_unit \"[docs]\"");
@@ -39,7 +40,7 @@ TEST_CASE("docs/faults.md is made from the fault table", "[unit][faults][docs]")
 
 TEST_CASE("docs/why-does-it-not-close.md has every reason against closing, as the daemon words it",
           "[unit][permission][docs]") {
-  const std::string file = BMUD_SOURCE_DIR "/docs/why-does-it-not-close.md";
+  const std::string file = test::in_source("docs/why-does-it-not-close.md");
   const std::string begin = "<!-- begin of the reasons: written by BMUD_REWRITE=1 test_unit \"[docs]\" -->\n\n";
   const std::string end = "<!-- end of the reasons -->\n";
   const std::string page = bytes_of(file);

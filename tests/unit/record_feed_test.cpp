@@ -9,6 +9,7 @@
 #include "daemon/recording/replay.hpp"
 #include "mmu/scenario.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/recorded_run.hpp"
 #include "tools/common/virtual_run.hpp"
@@ -18,7 +19,7 @@ using bmu::test::demo_pack;
 
 namespace {
 
-const std::string pack_file = BMUD_SOURCE_DIR "/config/packs/demo-48s.json";
+const std::string pack_file = test::in_source("config/packs/demo-48s.json");
 
 Scenario scenario_of(const std::string& text) {
   auto scenario = parse_scenario("0 pack soc_permille 800\n" + text, core_vocabulary());

@@ -66,7 +66,7 @@ struct Bench {
   template <class IsWanted, class Meanwhile>
   [[nodiscard]] bool becomes(IsWanted is_wanted, Meanwhile meanwhile) {
     const auto now = [] { return std::chrono::steady_clock::now(); };
-    for (const auto deadline = now() + std::chrono::seconds(20); now() < deadline; meanwhile()) {
+    for (const auto deadline = now() + std::chrono::seconds(60); now() < deadline; meanwhile()) {
       for (const auto moment = now() + std::chrono::milliseconds(10); now() < moment; std::this_thread::yield()) {
         if (is_wanted(recorder->status())) return true;
       }
@@ -118,7 +118,7 @@ TEST_CASE("a recorder writes what can be run again, at full length and around an
   const TemporaryFolder folder;
   Bench bench(both_in(folder));
   bench.run_to(9s);
-  REQUIRE(bench.recorder->end(20s) == RecorderEnd::all_written);
+  REQUIRE(bench.recorder->end(60s) == RecorderEnd::all_written);
   const RecorderStatus status = bench.recorder->status();
   CHECK(status.black_boxes == 1);
   CHECK(status.frames_lost == 0);
@@ -153,7 +153,7 @@ TEST_CASE("a recording's times are those of the wall clock, however late it begi
   (*recorder)->feed().begin(began);
   (*recorder)->start();
   (*recorder)->feed().decided(began, core.decide(began));
-  REQUIRE((*recorder)->end(20s) == RecorderEnd::all_written);
+  REQUIRE((*recorder)->end(60s) == RecorderEnd::all_written);
   const auto drives = files_in(folder / "drive");
   REQUIRE(drives.size() == 1);
   const std::int64_t first_s = replayed(drives[0]).first_log_us / 1'000'000;
@@ -191,7 +191,7 @@ TEST_CASE("folders that go while it records are told, and what waits is written 
   CHECK(told[1].find("black box: ") == 0);
   CHECK(told[2] == "the black box is written");
   bench.run_to(9s);
-  REQUIRE(bench.recorder->end(20s) == RecorderEnd::all_written);
+  REQUIRE(bench.recorder->end(60s) == RecorderEnd::all_written);
   CHECK(replayed(files_in(folder / "boxes").at(0)).ticks_different == 0);
 }
 
@@ -215,7 +215,7 @@ TEST_CASE("at the end a disk that comes back in time gets all of it", "[unit][re
   std::filesystem::remove_all(folder / "boxes");
   bench.run_with_thread_to(8s);
   REQUIRE(bench.becomes([](const RecorderStatus& status) { return status.black_box_tries_failed == 1; }));
-  std::future<RecorderEnd> end = std::async(std::launch::async, [&] { return bench.recorder->end(20s); });
+  std::future<RecorderEnd> end = std::async(std::launch::async, [&] { return bench.recorder->end(60s); });
   // In vain at first.
   REQUIRE(bench.becomes([](const RecorderStatus& status) { return status.black_box_tries_failed > 1; }));
   std::filesystem::create_directory(folder / "boxes");
@@ -254,7 +254,7 @@ TEST_CASE("where memory is short a recording ends before the hole, and goes on b
     REQUIRE(bench.becomes([](const RecorderStatus& status) { return status.frames_lost > 0; }));
   }
   bench.run_to(12s);
-  REQUIRE(bench.recorder->end(20s) == RecorderEnd::all_written);
+  REQUIRE(bench.recorder->end(60s) == RecorderEnd::all_written);
   CHECK(bench.recorder->status().frames_lost > 1);
   CHECK(bench.recorder->pieces_lost() == 0);
   CHECK(bench.recorder->status().black_boxes == 1);

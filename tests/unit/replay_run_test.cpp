@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 #include "tests/support/recorded_run.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tools/bmureplay/options.hpp"
@@ -122,7 +123,7 @@ TEST_CASE("a part that is damaged leaves the other configuration the next ones",
 TEST_CASE("another configuration that has other modules is what is wrong", "[unit][recording][threads]") {
   const TemporaryFolder folder;
   const std::string file = folder.file("drive.log", drive());
-  const auto other = load_pack_config(BMUD_SOURCE_DIR "/config/packs/lipo-6s-24v.json");
+  const auto other = load_pack_config(test::in_source("config/packs/lipo-6s-24v.json"));
   REQUIRE(other);
   const Outcome outcome = outcome_of({file}, *other);
   CHECK(outcome.misfit == "does not fit " + file + ": it has 1 module, the recorded pack 4");

@@ -8,6 +8,7 @@
 #include "mmu/scenario_plan.hpp"
 #include "mmu/simulator.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 #include "tools/common/virtual_run.hpp"
 
 namespace bmu {
@@ -39,7 +40,7 @@ ScenarioProblem problem_of(std::string_view text) {
 }
 
 std::string file_text(const std::string& name) {
-  std::ifstream stream(std::string(BMUD_SOURCE_DIR) + "/" + name, std::ios::binary);
+  std::ifstream stream(test::in_source(name), std::ios::binary);
   REQUIRE(stream);
   std::ostringstream bytes;
   bytes << stream.rdbuf();

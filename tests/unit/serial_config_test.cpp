@@ -7,11 +7,12 @@
 
 #include "config/pack_config.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 
 namespace bmu {
 namespace {
 
-const std::string folder = std::string(BMUD_SOURCE_DIR) + "/config/packs";
+const std::string folder = test::in_source("config/packs");
 
 /// A shipped pack with this section; empty: without.
 Result<PackConfig, ConfigProblems> parse_with(const std::string& section) {

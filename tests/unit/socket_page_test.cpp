@@ -4,11 +4,12 @@
 
 #include "daemon/shell/status_requests.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
 
 using namespace bmu;
 
 TEST_CASE("the page of the status socket tells the right that each command takes", "[unit][status][docs]") {
-  std::ifstream stream(BMUD_SOURCE_DIR "/docs/socket-protocol.md", std::ios::binary);
+  std::ifstream stream(test::in_source("docs/socket-protocol.md"), std::ios::binary);
   std::ostringstream page;
   page << stream.rdbuf();
   for (const CommandRight& row : command_rights()) {

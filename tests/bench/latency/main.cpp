@@ -20,6 +20,7 @@
 #include "tests/bench/latency/emulated_pack.hpp"
 #include "tests/bench/latency/reference.hpp"
 #include "tests/bench/latency/report.hpp"
+#include "tests/support/folders.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tools/common/command_line.hpp"
 
@@ -34,8 +35,8 @@ constexpr int exit_no_right = 77;  // to the priorities: ctest then skips
 constexpr Duration look_every = 10ms;
 
 struct Options {
-  std::string program = BMUD_BUILD_DIR "/bin/bmud";
-  std::string pack = BMUD_SOURCE_DIR "/config/packs/demo-48s.json";
+  std::string program = test::in_build("bin/bmud");
+  std::string pack = test::in_source("config/packs/demo-48s.json");
   std::size_t openings = 2000;
   unsigned packs = 12;
   unsigned busy_per_core = 2;

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "config/pack_config.hpp"
+#include "tests/support/folders.hpp"
 #include "tests/support/process.hpp"
 
 namespace bmu::test {
@@ -112,7 +113,7 @@ class PackFile {
  public:
   PackFile() {
     name_chip();
-    const std::string packs = std::string(BMUD_SOURCE_DIR) + "/config/packs/";
+    const std::string packs = test::in_source("config/packs/");
     pack_ = nlohmann::json::parse(std::ifstream(packs + "demo-48s.json"), nullptr, true, true);
     pack_["cell"] = std::filesystem::path(packs) / pack_["cell"].get<std::string>();
     pack_["gpio"] = nlohmann::json::parse(R"({
