@@ -18,6 +18,7 @@ import json
 import re
 import subprocess
 import sys
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -58,9 +59,9 @@ def parse_arguments() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def changed_lines(root: Path, revision: str) -> dict[str, set[int]]:
-    """By file: lines of the working tree that the revision has not, or has otherwise."""
-    command = ["git", "diff", "-U0", "--no-color", "--no-ext-diff", "--relative", revision, "--", "."]
+def changed_lines(root: Path, revision: str, files: Sequence[str]) -> dict[str, set[int]]:
+    """By file, of these: lines of the working tree that the revision has not, or has otherwise. Other files need not be text."""
+    command = ["git", "diff", "-U0", "--no-color", "--no-ext-diff", "--relative", revision, "--", *files]
     done = subprocess.run(command, cwd=root, stdout=subprocess.PIPE, text=True, check=True)
     result: dict[str, set[int]] = {}
     lines: set[int] = set()
@@ -80,7 +81,7 @@ def chosen(found: list[Mutant], arguments: argparse.Namespace) -> list[Mutant]:
             raise safety_files.WrongList(f"--file {', '.join(sorted(unknown))}: not in files.txt, or nothing to mutate in it")
         found = [each for each in found if each.file in arguments.file]
     if arguments.since:
-        changed = changed_lines(safety_files.ROOT, arguments.since)
+        changed = changed_lines(safety_files.ROOT, arguments.since, sorted({each.file for each in found}))
         found = [each for each in found if each.line in changed.get(each.file, set())]
     return found[arguments.part] if arguments.part else found
 

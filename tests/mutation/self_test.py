@@ -226,5 +226,23 @@ class Parts(unittest.TestCase):
                 mutate.part(text)
 
 
+class ChangedLines(unittest.TestCase):
+    def test_are_those_of_the_named_files_whatever_bytes_others_hold(self) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            root = Path(folder)
+
+            def git(*arguments: str) -> None:
+                subprocess.run(["git", "-c", "user.name=test", "-c", "user.email=test@localhost", *arguments], cwd=root, check=True)
+
+            git("init", "--quiet")
+            (root / "a.cpp").write_text("one\ntwo\nthree\nfour\n")
+            (root / "seed").write_bytes(b"\xd7 is no UTF-8\n")
+            git("add", ".")
+            git("commit", "--quiet", "--message=first")
+            (root / "a.cpp").write_text("one\nTWO\nthree\nfour\nfive\nsix\n")
+            (root / "seed").write_bytes(b"\xd7\xd8 is none either\n")
+            self.assertEqual(mutate.changed_lines(root, "HEAD", ["a.cpp"]), {"a.cpp": {2, 5, 6}})
+
+
 if __name__ == "__main__":
     unittest.main()
