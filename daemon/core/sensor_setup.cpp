@@ -63,7 +63,9 @@ SensorSetupProblem difference_of(std::uint8_t channel, const SensorSetting& foun
   if (found.is_little_endian != wanted.is_little_endian) {
     return {byte_order, channel, found.is_little_endian ? 1 : 0, wanted.is_little_endian ? 1 : 0};
   }
-  if (found.is_inverted != wanted.is_inverted) return {sign, channel, found.is_inverted ? 1 : 0, 0};
+  if (found.is_inverted != wanted.is_inverted) {
+    return {sign, channel, static_cast<std::int32_t>(found.is_inverted), static_cast<std::int32_t>(wanted.is_inverted)};
+  }
   if (found.period_ms != wanted.period_ms) return {period, channel, found.period_ms, wanted.period_ms};
   return {};
 }

@@ -106,3 +106,29 @@ TEST_CASE("silence, runaway, a charge after the stop and a contradiction are the
     CHECK(holds(fault_readers::charger_silent(seen.in)));
   }
 }
+
+TEST_CASE("silence of a unit that the pack does not have holds, and is of no time: a recorded core may name one",
+          "[unit][faults][charger]") {
+  Seen seen;
+  ChargerTable two_units;
+  two_units.init({.driver = find_device("elcon_tc")->charger, .unit_count = 2});
+  const auto hear_from = [&seen, &two_units](std::uint8_t unit) {
+    for (const CanFrame& frame : seen.table.driver().reports(unit, {.voltage_mV = known(300'000)})) {
+      REQUIRE(two_units.observe(frame, seen.in.now));
+    }
+  };
+  const auto look = [&seen, &two_units] {
+    seen.watch.update(
+        {.now = seen.in.now, .is_plugged_in = true, .is_enabled = true, .pack = &seen.pack, .table = &two_units});
+  };
+  hear_from(0);
+  hear_from(1);
+  look();
+  seen.in.now += 10s;
+  hear_from(0);
+  look();
+  REQUIRE(seen.watch.silent_unit() == 2);
+  const Reading reading = fault_readers::charger_silent(seen.in);
+  CHECK(holds(reading));
+  CHECK(reading.taken_at == TimePoint{});
+}

@@ -31,8 +31,17 @@ TEST_CASE("without a monitor on a bus nothing is heard", "[unit][insulation]") {
   InsulationTable table;
   table.init({});
   CHECK_FALSE(table.is_there());
+  CHECK_FALSE(table.is_talking(TimePoint{1s}));
   CHECK_FALSE(table.observe(bender().report(good), TimePoint{1s}));
   CHECK_FALSE(table.is_untested(TimePoint{1s}));
+}
+
+TEST_CASE("the protocol of a monitor is its driver's on a bus, and that of the pulses on a line",
+          "[unit][insulation]") {
+  CHECK(Bench{}.table.protocol() == bender().name);
+  InsulationTable table;
+  table.init({.monitoring = InsulationMonitoring::measured, .has_pulse_line = true});
+  CHECK(table.protocol() == "ir155");
 }
 
 TEST_CASE("before its first word a monitor is starting, and its word is no fault", "[unit][insulation]") {

@@ -4,6 +4,7 @@
 #include <array>
 #include <set>
 
+#include "devices/device_list.hpp"
 #include "protocol/message.hpp"
 #include "protocol/tables/internal_bus.hpp"
 #include "protocol/tables/vehicle_bus.hpp"
@@ -141,4 +142,23 @@ TEST_CASE("an answer to a request for data passes where it belongs, in its form,
   bad = answer;
   bad.is_extended = true;
   CHECK(judge_output(Port::vehicle, bad, rules) == GateVerdict::not_ours);
+}
+
+TEST_CASE(
+    "a question to foreign modules leaves in its language's own form, and bleeds no cell but by this tick's decision",
+    "[unit][gate][foreign_modules]") {
+  const ModuleDriver& modules = *find_device("i3_csc")->modules;
+  constexpr std::uint32_t round = 7;
+  const GateRules rules{.modules = &modules, .module_round = round, .bleed_above_uV = 4'000'000};
+  const auto question = [&modules](std::uint32_t in_round, std::optional<std::int32_t> bleed_above_uV) {
+    return modules.ask({.node = 3, .wants_voltages = true, .bleed_above_uV = bleed_above_uV}, in_round, {});
+  };
+  CHECK(judge_output(Port::internal, question(round, {}), rules) == GateVerdict::pass);
+  CHECK(judge_output(Port::internal, question(round, 4'000'000), rules) == GateVerdict::pass);
+  CHECK(judge_output(Port::internal, question(round, 3'999'000), rules) == GateVerdict::not_permitted);
+  const GateRules bleeding_nothing{.modules = &modules, .module_round = round};
+  CHECK(judge_output(Port::internal, question(round, 4'000'000), bleeding_nothing) == GateVerdict::not_permitted);
+  CHECK(judge_output(Port::internal, question(round, {}), bleeding_nothing) == GateVerdict::pass);
+  CHECK(judge_output(Port::internal, question(round + 1, {}), rules) == GateVerdict::malformed);
+  CHECK(judge_output(Port::vehicle, question(round, {}), rules) == GateVerdict::not_ours);
 }

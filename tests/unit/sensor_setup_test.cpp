@@ -8,6 +8,7 @@
 #include "daemon/core/event.hpp"
 #include "daemon/core/output_gate.hpp"
 #include "devices/device_list.hpp"
+#include "protocol/image.hpp"
 #include "tests/support/catch.hpp"
 
 using namespace bmu;
@@ -375,6 +376,31 @@ TEST_CASE("an event about a sensor that cannot be is none", "[unit][sensors][eve
                    .number = static_cast<std::int64_t>(SensorSetupTrouble::period)};
   CHECK(to_text(anew) == "the current sensor was configured anew: U1: every 100 ms before, every 60 ms now");
   CHECK(to_text(Event{.id = EventId::sensor_restarted}) == "the current sensor started anew");
+}
+
+TEST_CASE("an image of a set-up that cannot be is refused", "[unit][sensors][image]") {
+  Bench bench;
+  std::vector<std::uint8_t> bytes(image_size(bench.setup));
+  write_image(bench.setup, bytes);
+  SensorSetup other;
+  other.init(bench.config);
+  REQUIRE_FALSE(read_image(bytes, other));
+  // The members in their order, as BMU_FIELDS names them.
+  const std::size_t channel_at = image_size(SensorSetupStage{});
+  const std::size_t problem_at = channel_at + 2 * image_size(std::uint8_t{}) + image_size(TimePoint{}) +
+                                 image_size(bool{}) + image_size(std::array<SensorSetting, sensor_channels_used>{});
+  const std::size_t problem_size = image_size(SensorSetupProblem{});
+  const std::size_t trouble_size = image_size(SensorSetupTrouble{});
+  for (const std::size_t at : {channel_at, problem_at + trouble_size, problem_at + problem_size + trouble_size,
+                               problem_at + sensor_channels_used * problem_size + trouble_size}) {
+    INFO(at);
+    std::vector<std::uint8_t> changed = bytes;
+    REQUIRE(changed.at(at) == 0);
+    changed.at(at) = sensor_channels_used - 1;
+    CHECK_FALSE(read_image(changed, other));
+    changed.at(at) = sensor_channels_used;
+    CHECK(read_image(changed, other) == ImageProblem::no_state);
+  }
 }
 
 TEST_CASE("the gate lets a sensor be asked, and changed only while nothing needs it", "[unit][sensors][gate]") {
