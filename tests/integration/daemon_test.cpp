@@ -392,7 +392,7 @@ TEST_CASE("the answer to clear tells what went and what stays, and why", "[integ
   CHECK(of_the_pack(late.at("reasons")).empty());
   Finished nothing = bench.ask({"clear"});
   for (int i = 0; i < 200 && nothing.out.starts_with("Still present: tick_overrun. "); ++i) {
-    REQUIRE(bench.listener.next(milliseconds(5000)));
+    REQUIRE(bench.listener.next(test::hang_max));
     nothing = bench.ask({"clear"});
   }
   CHECK(nothing.out == "There was nothing to clear.\n");
@@ -504,7 +504,7 @@ TEST_CASE("every command of bmuctl answers a running daemon, as text and as JSON
 TEST_CASE("a pack without a charger or an inverter says so, with a code of its own", "[integration][bmuctl][bus]") {
   Bench bench;
   bench.start_daemon();
-  REQUIRE(bench.listener.next(milliseconds(5000)));
+  REQUIRE(bench.listener.next(test::hang_max));
   for (const std::string command : {"charger", "inverter"}) {
     CAPTURE(command);
     const Finished text = bench.ask({command});
@@ -547,12 +547,13 @@ TEST_CASE("lines that cannot be read do not hide a unit that is heard", "[integr
   };
   nlohmann::json status;
   for (int i = 0; i < 100 && !has_failed(status); ++i) {
-    REQUIRE(bench.listener.next(milliseconds(5000)));
+    REQUIRE(bench.listener.next(test::hang_max));
     status = bench.ask_json("status");
   }
   INFO(status.dump(1));
   REQUIRE(has_failed(status));
-  CHECK(bench.listener.count_within(milliseconds(1500)) > 0);
+  static_cast<void>(bench.listener.last());
+  CHECK(bench.listener.next(test::hang_max));
   status = bench.ask_json("status");
   CHECK(status["faults_present"].dump().find("pdu_lost") == std::string::npos);
   CHECK(status["state"]["feedback"]["main_positive"] == false);

@@ -49,7 +49,7 @@ struct FanBench : Bench {
     std::ofstream(pack) << pack_with_fan("/dev/no-such-chip", 6);
     more_options = {"--driven-lines", driven};
     start_daemon();
-    REQUIRE(listener.next(milliseconds(5000)));
+    REQUIRE(listener.next(test::hang_max));
   }
 };
 
@@ -166,7 +166,7 @@ TEST_CASE("a reload tells the lines of the new pack, and a pack without lines th
   const std::string& driven = bench.driven;
   const auto becomes = [&](const std::string& text) {
     bench.daemon->signal(SIGHUP);
-    for (int i = 0; i < 100 && read_file(driven) != text; ++i) REQUIRE(bench.listener.next(milliseconds(5000)));
+    for (int i = 0; i < 100 && read_file(driven) != text; ++i) REQUIRE(bench.listener.next(test::hang_max));
     CHECK(read_file(driven) == text);
   };
   std::ofstream(bench.pack, std::ios::trunc) << pack_with_fan("/dev/no-such-chip", 8);
@@ -184,12 +184,12 @@ TEST_CASE("a daemon whose folder for driven lines is gone says so, and runs", "[
   Bench bench;
   bench.more_options = {"--driven-lines", bench.folder / "nowhere/driven-lines.json"};
   bench.start_daemon();
-  REQUIRE(bench.listener.next(milliseconds(5000)));
+  REQUIRE(bench.listener.next(test::hang_max));
   // The log is written by a thread of its own.
   const auto is_said = [&] {
     return read_file(bench.log).find("bmud --open-gpio will go by the pack file") != std::string::npos;
   };
-  for (int i = 0; i < 100 && !is_said(); ++i) REQUIRE(bench.listener.next(milliseconds(5000)));
+  for (int i = 0; i < 100 && !is_said(); ++i) REQUIRE(bench.listener.next(test::hang_max));
   CHECK(is_said());
 }
 

@@ -21,8 +21,8 @@ TEST_CASE("a pack of another maker's modules closes with the real daemon, and op
   bench.pack = bench.folder.file("pack.json", pack.dump());
   bench.start_emulator("3 vehicle on\n15 module 3 silent\n");
   bench.start_daemon();
-  REQUIRE(bench.listener.hears(test::is_closed, std::chrono::milliseconds(14'000)));
-  REQUIRE(bench.listener.hears(test::is_open, std::chrono::milliseconds(15'000)));
+  REQUIRE(bench.listener.hears(test::is_closed, test::hang_max));
+  REQUIRE(bench.listener.hears(test::is_open, test::hang_max));
   CHECK(bench.ask_json("status")["last_opening"]["fault"] == "module_lost");
 }
 

@@ -49,11 +49,11 @@ TEST_CASE("an inverter draws from the real daemon's pack as it is told, and open
   Storage storage;
   storage.bench.start_emulator("2 vehicle on\n2 inverter current_A 30\n15 inverter silent\n");
   storage.bench.start_daemon();
-  REQUIRE(storage.bench.listener.hears(test::is_closed, milliseconds(15'000)));
+  REQUIRE(storage.bench.listener.hears(test::is_closed, test::hang_max));
   const auto draws = [](const nlohmann::json& status) {
     return status["values"]["current_mA"].is_number() && status["values"]["current_mA"] > 25'000;
   };
-  const nlohmann::json closed = storage.status_when(draws, milliseconds(10'000));
+  const nlohmann::json closed = storage.status_when(draws, test::hang_max);
   REQUIRE(draws(closed));
   CHECK(closed["inverter"]["protocol"] == "pylontech");
   CHECK(closed["inverter"]["is_talking"] == true);
@@ -64,7 +64,7 @@ TEST_CASE("an inverter draws from the real daemon's pack as it is told, and open
   CHECK(page.find("pylontech") != std::string::npos);
   CHECK(page.find("heard") != std::string::npos);
   CHECK(storage.bench.ask({"status"}).out.find("Inverter") != std::string::npos);
-  REQUIRE(storage.bench.listener.hears(test::is_open, milliseconds(40'000)));
+  REQUIRE(storage.bench.listener.hears(test::is_open, test::hang_max));
   const nlohmann::json open = storage.bench.ask_json("status");
   CHECK(open["inverter"]["is_talking"] == false);
   CHECK(open["inverter"]["told"]["discharge_limit_mA"] == 0);

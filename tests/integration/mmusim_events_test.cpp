@@ -17,8 +17,6 @@ namespace bmu {
 
 namespace {
 
-using std::chrono::seconds;
-
 const std::string pack_file = test::in_source("config/packs/demo-48s.json");
 
 /// An emulated pack on a bus of its own, whose script ends it once the key has been seen on, and then off.
@@ -63,7 +61,7 @@ struct Bench {
     }
     return true;
   }
-  [[nodiscard]] int end() { return process->wait(seconds(20)); }
+  [[nodiscard]] int end() { return process->wait(test::hang_max); }
 };
 
 constexpr const char* key_seen = "vehicle_on = 1 within 20: after";

@@ -192,7 +192,7 @@ Finished run_and_stop(const std::string& text, std::vector<std::string> argument
   process.signal(signal);
   while (read_on()) {
   }
-  finished.status = process.wait(std::chrono::seconds(20));
+  finished.status = process.wait(test::hang_max);
   finished.out = read_file(folder / "out");
   return finished;
 }

@@ -57,7 +57,7 @@ class VehicleEar {
 
 /// Its silence is seen some messages after that of its charge.
 nlohmann::json status_of_silence(const test::Bench& bench) {
-  const auto deadline = steady_clock::now() + milliseconds(6'000);
+  const auto deadline = steady_clock::now() + test::hang_max;
   nlohmann::json status;
   do {
     status = bench.ask_json("status");
@@ -98,7 +98,7 @@ TEST_CASE("a second pack's charge is told as SOC2, and its silence as unknown, b
           "[integration][daemon][second_pack][BMS_F.8][bus]") {
   TwoPacks packs;
   VehicleEar ear(packs.vehicle);
-  REQUIRE(ear.hears(0x626, is_known_soc_2, milliseconds(10'000)));
+  REQUIRE(ear.hears(0x626, is_known_soc_2, test::hang_max));
   const nlohmann::json status = packs.one.ask_json("status");
   CHECK(status["second_pack"]["name"] == "SECOND  ");
   CHECK(status["second_pack"]["soc_permille"].is_number());
@@ -110,7 +110,7 @@ TEST_CASE("a second pack's charge is told as SOC2, and its silence as unknown, b
   INFO(page.out << page.err);
   CHECK(page.out.find("SECOND") != std::string::npos);
   packs.other.daemon.reset();
-  REQUIRE(ear.hears(0x626, is_unknown_soc_2, milliseconds(10'000)));
+  REQUIRE(ear.hears(0x626, is_unknown_soc_2, test::hang_max));
   const nlohmann::json silent = status_of_silence(packs.one);
   CHECK(silent["second_pack"]["soc_permille"].is_null());
   CHECK(silent["second_pack"]["is_silent"] == true);
@@ -122,7 +122,7 @@ TEST_CASE("the real daemon answers who asks for data on the vehicle's bus",
   TwoPacks packs;
   VehicleEar ear(packs.vehicle);
   REQUIRE(ear.hears(
-      0x626, [](const CanFrame& frame) { return frame.data[0] != 0xFF; }, milliseconds(10'000)));
+      0x626, [](const CanFrame& frame) { return frame.data[0] != 0xFF; }, test::hang_max));
   CanFrame request = data_frame(0x745, 8);
   request.data = {0x03, 0x10, 0x14, 0x05};
   REQUIRE(ear.port().send(request));
@@ -131,7 +131,7 @@ TEST_CASE("the real daemon answers who asks for data on the vehicle's bus",
       [](const CanFrame& frame) {
         return frame.length == 8 && frame.data[0] == 4 && frame.data[1] == 0x50 && frame.data[4] > 100;
       },
-      milliseconds(2'000)));
+      test::hang_max));
   CHECK(packs.one.ask_json("status")["requests"]["answered"] == 1);
 }
 
@@ -145,12 +145,12 @@ TEST_CASE("an emulated second pack is heard by the real daemon on a bus of its o
   bench.start_emulator("0 second_pack soc_permille 640\n0 second_pack state driving\n15 second_pack silent\n");
   bench.start_daemon();
   REQUIRE(ear.hears(
-      0x626, [](const CanFrame& frame) { return frame.data[5] == 64; }, milliseconds(10'000)));
+      0x626, [](const CanFrame& frame) { return frame.data[5] == 64; }, test::hang_max));
   const nlohmann::json heard = bench.ask_json("status")["second_pack"];
   CHECK(heard["name"] == "SECOND  ");
   CHECK(heard["soc_permille"] == 640);
   CHECK(heard["frames_refused"] == 0);
-  REQUIRE(ear.hears(0x626, is_unknown_soc_2, milliseconds(25'000)));
+  REQUIRE(ear.hears(0x626, is_unknown_soc_2, test::hang_max));
   CHECK(status_of_silence(bench)["second_pack"]["is_silent"] == true);
   std::filesystem::remove("/dev/shm/bmud-bus." + vehicle.substr(5));
 }

@@ -26,13 +26,13 @@ struct TwoDaemons {
     std::filesystem::create_directories(shared);
     one.more_options = both;
     one.start_daemon();
-    REQUIRE(one.listener.next(milliseconds(5000)));
+    REQUIRE(one.listener.next(test::hang_max));
     other.more_options = others.empty() ? both : others;
     other.start_daemon();
-    CHECK(other.daemon->wait(milliseconds(5000)) == 71);
+    CHECK(other.daemon->wait(test::hang_max) == 71);
     CHECK_FALSE(other.listener.next(milliseconds(0)));
     static_cast<void>(one.listener.last());
-    CHECK(one.listener.next(milliseconds(1000)));
+    CHECK(one.listener.next(test::hang_max));
     return read_file(other.log);
   }
 };
@@ -53,9 +53,9 @@ TEST_CASE("a second daemon does not take the state of the first one, and its suc
   const std::string state = daemons.shared + "/state.json";
   CHECK(says(daemons.refusal({"--state", state, "--history", "none"}), in_use(state, "--state")));
   daemons.one.daemon->signal(SIGKILL);
-  REQUIRE(daemons.one.daemon->wait(milliseconds(2000)) == 128 + SIGKILL);
+  REQUIRE(daemons.one.daemon->wait(test::hang_max) == 128 + SIGKILL);
   daemons.other.start_daemon();
-  CHECK(daemons.other.listener.next(milliseconds(5000)));
+  CHECK(daemons.other.listener.next(test::hang_max));
 }
 
 TEST_CASE("a second daemon does not take the history of the first one", "[integration][daemon][history][bus]") {
@@ -96,7 +96,7 @@ TEST_CASE("a daemon does not start beside a lock that it may not open, and says 
   std::filesystem::create_directory(state + ".lock");
   bench.more_options = {"--state", state};
   bench.start_daemon();
-  CHECK(bench.daemon->wait(milliseconds(5000)) == 71);
+  CHECK(bench.daemon->wait(test::hang_max) == 71);
   CHECK(says(read_file(bench.log), state +
                                        ".lock is there and cannot be opened, wanted a lock that says who else has " +
                                        state + ": take it away once no other bmud runs"));
@@ -113,7 +113,7 @@ TEST_CASE("a daemon starts on a disk that has gone read-only, and there, too, a 
   const std::string state = daemons.shared + "/state.json";
   static_cast<void>(daemons.refusal({"--state", state}));
   daemons.one.daemon->signal(SIGKILL);
-  REQUIRE(daemons.one.daemon->wait(milliseconds(2000)) == 128 + SIGKILL);
+  REQUIRE(daemons.one.daemon->wait(test::hang_max) == 128 + SIGKILL);
   // Who may only read could hold it and keep the daemon from starting.
   using std::filesystem::perms;
   const perms of_others = std::filesystem::status(state + ".lock").permissions() & ~perms::owner_all;
@@ -129,9 +129,9 @@ TEST_CASE("a daemon starts on a disk that has gone read-only, and there, too, a 
   };
   static_cast<void>(daemons.one.listener.last());
   start_read_only(daemons.one);
-  CHECK(daemons.one.listener.next(milliseconds(5000)));
+  CHECK(daemons.one.listener.next(test::hang_max));
   start_read_only(daemons.other);
-  CHECK(daemons.other.daemon->wait(milliseconds(5000)) == 71);
+  CHECK(daemons.other.daemon->wait(test::hang_max) == 71);
   CHECK(says(read_file(daemons.other.log), in_use(state, "--state")));
 }
 
@@ -141,7 +141,7 @@ TEST_CASE("a pipe where the lock should be keeps nobody waiting", "[integration]
   REQUIRE(::mkfifo((state + ".lock").c_str(), 0600) == 0);
   bench.more_options = {"--state", state};
   bench.start_daemon();
-  CHECK(bench.listener.next(milliseconds(5000)));
+  CHECK(bench.listener.next(test::hang_max));
 }
 
 TEST_CASE("a second daemon does not write its lines over those of the first one", "[integration][daemon][gpio][bus]") {
