@@ -14,7 +14,7 @@ packages_of_group() {
     # systemd is the guest's where a test wants it, with e2fsprogs for a small disk and socat and man-db for what is looked at in it.
     rig) echo qemu-system-x86 busybox-static cpio gzip kmod iproute2 can-utils jq xz-utils zstd make gcc libelf-dev systemd e2fsprogs socat man-db ;;
     # libclang-rt-dev holds the sanitizers' runtime, python3 runs run-clang-tidy, similarity-tester has sim_c++.
-    lint) echo git shellcheck clang clang-format clang-tidy cppcheck libclang-rt-dev python3 similarity-tester ;;
+    lint) echo git shellcheck clang clang-format clang-tidy lld cppcheck libclang-rt-dev python3 similarity-tester ;;
     # lowdown makes manual pages of docs/, man-db is lintian's for looking at them.
     package) echo cmake dpkg-dev fakeroot lintian lowdown man-db ;;
     # llvm holds llvm-cov and llvm-profdata; python3-clang is for Debian's own /usr/bin/python3.
