@@ -151,13 +151,16 @@ Duration in_a_charge_that_goes_on(const CoreConfig& config, const FaultRow& row)
 
 #define BMUD_JOIN_AGAIN(one, other) one##other
 #define BMUD_JOIN(one, other) BMUD_JOIN_AGAIN(one, other)
-/// A row of the catalogue, as a test.
-#define FAULT(number, title, ...)                                                                         \
+#define BMUD_FAULT(number, title, tags, ...)                                                              \
   static const ::bmu::test::Registered BMUD_JOIN(row_in_line_,                                            \
                                                  __LINE__){::bmu::test::Row{number, title, __VA_ARGS__}}; \
-  TEST_CASE("F" #number ": " title, "[catalogue][F" #number "]") {                                        \
+  TEST_CASE("F" #number ": " title, "[catalogue][F" #number "]" tags) {                                   \
     ::bmu::test::check_row(BMUD_JOIN(row_in_line_, __LINE__).row);                                        \
   }
+/// A row of the catalogue, as a test.
+#define FAULT(number, title, ...) BMUD_FAULT(number, title, "", __VA_ARGS__)
+/// One whose test takes seconds of processor time: `tools/test --fast` leaves it out.
+#define SLOW_FAULT(number, title, ...) BMUD_FAULT(number, title, "[slow]", __VA_ARGS__)
 /// One that has a test of another form; only a line on the page.
 #define FAULT_TESTED_IN(number, where, ...)                    \
   static const ::bmu::test::Registered BMUD_JOIN(row_in_line_, \

@@ -269,75 +269,75 @@ TEST_CASE("F92: after an opening by a fault nothing closes for 10 s, whatever is
   }
 }
 
-FAULT(95, "the insulation is low", 1s,
-      {{.what = "the insulation is below 500 Ohm for each volt: the monitor's line falls",
-        .inject = script("insulation resistance_kOhm 10"),
-        .repair = script("insulation resistance_kOhm 1200"),
-        .fault = "insulation_fault",
-        .configured = seen::in_a_line},
-       {.what = "the insulation is below the pack's own limit: the monitor's line stays",
-        .inject = script("insulation resistance_kOhm 450"),
-        .repair = script("insulation resistance_kOhm 1200"),
-        .fault = "insulation_low",
-        .configured = seen::in_the_next_word,
-        .fit = with_insulation},
-       {.what = "the insulation is between warning and fault",
-        .inject = script("insulation resistance_kOhm 600"),
-        .fault = "",
-        .outcome = Outcome::stays_closed,
-        .fit = with_insulation,
-        .holds = [](const WiredPack& pack) {
-          return pack.core().faults().state(find_fault("insulation_low")->id).is_warning;
-        }}})
+SLOW_FAULT(95, "the insulation is low", 1s,
+           {{.what = "the insulation is below 500 Ohm for each volt: the monitor's line falls",
+             .inject = script("insulation resistance_kOhm 10"),
+             .repair = script("insulation resistance_kOhm 1200"),
+             .fault = "insulation_fault",
+             .configured = seen::in_a_line},
+            {.what = "the insulation is below the pack's own limit: the monitor's line stays",
+             .inject = script("insulation resistance_kOhm 450"),
+             .repair = script("insulation resistance_kOhm 1200"),
+             .fault = "insulation_low",
+             .configured = seen::in_the_next_word,
+             .fit = with_insulation},
+            {.what = "the insulation is between warning and fault",
+             .inject = script("insulation resistance_kOhm 600"),
+             .fault = "",
+             .outcome = Outcome::stays_closed,
+             .fit = with_insulation,
+             .holds = [](const WiredPack& pack) {
+               return pack.core().faults().state(find_fault("insulation_low")->id).is_warning;
+             }}})
 
-FAULT(96, "the insulation monitor does not work", 2s,
-      {{.what = "the insulation monitor is off: its line falls",
-        .inject = script("insulation monitor no_signal"),
-        .repair = script("insulation monitor normal"),
-        .fault = "insulation_fault",
-        .configured = seen::in_a_line},
-       {.what = "the insulation monitor reports an error of its own",
-        .inject = script("insulation monitor device_error"),
-        .repair = script("insulation monitor normal"),
-        .fault = "insulation_fault",
-        .configured = seen::in_a_line,
-        .fit = with_insulation},
-       {.what = "the wire of the insulation monitor's signal is off, its line says good",
-        .inject = script("insulation wire open"),
-        .repair = script("insulation wire closed"),
-        .fault = "insulation_monitor_lost",
-        .fit = with_insulation},
-       {.what = "the insulation monitor starts anew and comes to no value, its line says good",
-        .inject = forging(is_message(internal_bus::pdu_status),
-                          [](CanFrame& frame, const WiredPack&) {
-                            write<internal_bus::pdu_status, "insulation_monitor_state">(
-                                frame, static_cast<std::int64_t>(InsulationState::speed_start));
-                            write<internal_bus::pdu_status, "insulation_resistance_Ohm">(frame, not_known());
-                          }),
-        .repair = heal,
-        .fault = "insulation_monitor_lost",
-        .configured = seen::in_the_next_word,
-        .fit = with_insulation},
-       {.what = "the insulation monitor says normal and no resistance",
-        .inject = forging(is_message(internal_bus::pdu_status),
-                          [](CanFrame& frame, const WiredPack&) {
-                            write<internal_bus::pdu_status, "insulation_resistance_Ohm">(frame, not_known());
-                          }),
-        .repair = heal,
-        .fault = "insulation_monitor_lost",
-        .configured = seen::in_the_next_word,
-        .fit = with_insulation},
-       {.what = "the insulation monitor says that the pack has no voltage",
-        .inject = forging(is_message(internal_bus::pdu_status),
-                          [](CanFrame& frame, const WiredPack&) {
-                            write<internal_bus::pdu_status, "insulation_monitor_state">(
-                                frame, static_cast<std::int64_t>(InsulationState::undervoltage));
-                          }),
-        .repair = heal,
-        .fault = "insulation_monitor_lost",
-        .configured = seen::in_the_next_word,
-        .fit = with_insulation,
-        .is_seen_open = false}})
+SLOW_FAULT(96, "the insulation monitor does not work", 2s,
+           {{.what = "the insulation monitor is off: its line falls",
+             .inject = script("insulation monitor no_signal"),
+             .repair = script("insulation monitor normal"),
+             .fault = "insulation_fault",
+             .configured = seen::in_a_line},
+            {.what = "the insulation monitor reports an error of its own",
+             .inject = script("insulation monitor device_error"),
+             .repair = script("insulation monitor normal"),
+             .fault = "insulation_fault",
+             .configured = seen::in_a_line,
+             .fit = with_insulation},
+            {.what = "the wire of the insulation monitor's signal is off, its line says good",
+             .inject = script("insulation wire open"),
+             .repair = script("insulation wire closed"),
+             .fault = "insulation_monitor_lost",
+             .fit = with_insulation},
+            {.what = "the insulation monitor starts anew and comes to no value, its line says good",
+             .inject = forging(is_message(internal_bus::pdu_status),
+                               [](CanFrame& frame, const WiredPack&) {
+                                 write<internal_bus::pdu_status, "insulation_monitor_state">(
+                                     frame, static_cast<std::int64_t>(InsulationState::speed_start));
+                                 write<internal_bus::pdu_status, "insulation_resistance_Ohm">(frame, not_known());
+                               }),
+             .repair = heal,
+             .fault = "insulation_monitor_lost",
+             .configured = seen::in_the_next_word,
+             .fit = with_insulation},
+            {.what = "the insulation monitor says normal and no resistance",
+             .inject = forging(is_message(internal_bus::pdu_status),
+                               [](CanFrame& frame, const WiredPack&) {
+                                 write<internal_bus::pdu_status, "insulation_resistance_Ohm">(frame, not_known());
+                               }),
+             .repair = heal,
+             .fault = "insulation_monitor_lost",
+             .configured = seen::in_the_next_word,
+             .fit = with_insulation},
+            {.what = "the insulation monitor says that the pack has no voltage",
+             .inject = forging(is_message(internal_bus::pdu_status),
+                               [](CanFrame& frame, const WiredPack&) {
+                                 write<internal_bus::pdu_status, "insulation_monitor_state">(
+                                     frame, static_cast<std::int64_t>(InsulationState::undervoltage));
+                               }),
+             .repair = heal,
+             .fault = "insulation_monitor_lost",
+             .configured = seen::in_the_next_word,
+             .fit = with_insulation,
+             .is_seen_open = false}})
 
 TEST_CASE("F95: a low insulation that only warns while driving opens a pack whose key is on at a charger",
           "[catalogue][F95]") {
@@ -399,38 +399,38 @@ FAULT(99, "the charger goes on after it was stopped", temperature_budget + volta
         .has_way_back = false}})
 
 // Believed after half a second: a charger that is a little late to follow is none that runs away.
-FAULT(97, "a charger on a bus gives more than it is asked for", 700ms,
-      {{.what = "an Elcon charger that is asked for 8 A gives 20 A, by 10 A/s",
-        .inject = script("charger obeys nobody"),
-        .repair = script("charger obeys master"),
-        .fault = "charger_runaway",
-        .configured = seen::in_the_charge,
-        .prepare = charge_by_bus,
-        .fit = with_elcon,
-        .switch_on = "charger connected",
-        .switch_off = "charger disconnected",
-        .is_seen_open = false},
-       {.what = "a Brusa charger that is asked for 8 A gives 20 A, by 10 A/s",
-        .inject = script("charger obeys nobody"),
-        .fault = "charger_runaway",
-        .configured = seen::in_the_charge,
-        .prepare = charge_by_bus,
-        .fit = with_brusa,
-        .switch_on = "charger connected",
-        .has_way_back = false}})
+SLOW_FAULT(97, "a charger on a bus gives more than it is asked for", 700ms,
+           {{.what = "an Elcon charger that is asked for 8 A gives 20 A, by 10 A/s",
+             .inject = script("charger obeys nobody"),
+             .repair = script("charger obeys master"),
+             .fault = "charger_runaway",
+             .configured = seen::in_the_charge,
+             .prepare = charge_by_bus,
+             .fit = with_elcon,
+             .switch_on = "charger connected",
+             .switch_off = "charger disconnected",
+             .is_seen_open = false},
+            {.what = "a Brusa charger that is asked for 8 A gives 20 A, by 10 A/s",
+             .inject = script("charger obeys nobody"),
+             .fault = "charger_runaway",
+             .configured = seen::in_the_charge,
+             .prepare = charge_by_bus,
+             .fit = with_brusa,
+             .switch_on = "charger connected",
+             .has_way_back = false}})
 
 // It tells of itself once a second. The way back has a test of its own: the charge goes on by itself.
-FAULT(98, "a charger on a bus that tells of itself once a second is not heard", 2'700ms,
-      {{.what = "an Elcon charger loses its mains while it charges",
-        .inject = script("charger mains off"),
-        .fault = "charger_silent",
-        .configured = seen::in_charger_silence,
-        .prepare = charge_by_bus,
-        .fit = with_elcon,
-        .switch_on = "charger connected",
-        .span = 1s,
-        .step = 47ms,
-        .has_way_back = false}})
+SLOW_FAULT(98, "a charger on a bus that tells of itself once a second is not heard", 2'700ms,
+           {{.what = "an Elcon charger loses its mains while it charges",
+             .inject = script("charger mains off"),
+             .fault = "charger_silent",
+             .configured = seen::in_charger_silence,
+             .prepare = charge_by_bus,
+             .fit = with_elcon,
+             .switch_on = "charger connected",
+             .span = 1s,
+             .step = 47ms,
+             .has_way_back = false}})
 
 FAULT(98, "a charger on a bus is not heard", 1s,
       {{.what = "a Brusa charger loses its mains while it charges",
@@ -444,26 +444,26 @@ FAULT(98, "a charger on a bus is not heard", 1s,
 
 // A charger may take 5 s to come down, and then three of its reports have to say that it does not: of a driven pack
 // the current into it may be the vehicle's.
-FAULT(99, "a charger on a bus that may take 5 s to follow goes on", 8'300ms,
-      {{.what = "an Elcon charger goes on after its plug was pulled, the vehicle is on",
-        .inject = script("charger unstoppable on; charger disconnected"),
-        .repair = script("charger unstoppable off"),
-        .fault = "charger_keeps_on",
-        .configured = seen::in_a_charge_that_goes_on,
-        .prepare = charge_by_bus_while_on,
-        .fit = with_elcon,
-        .span = 1s,
-        .step = 97ms,
-        .is_seen_open = false}})
+SLOW_FAULT(99, "a charger on a bus that may take 5 s to follow goes on", 8'300ms,
+           {{.what = "an Elcon charger goes on after its plug was pulled, the vehicle is on",
+             .inject = script("charger unstoppable on; charger disconnected"),
+             .repair = script("charger unstoppable off"),
+             .fault = "charger_keeps_on",
+             .configured = seen::in_a_charge_that_goes_on,
+             .prepare = charge_by_bus_while_on,
+             .fit = with_elcon,
+             .span = 1s,
+             .step = 97ms,
+             .is_seen_open = false}})
 
-FAULT(99, "a charger on a bus that may take 2 s to follow goes on", 2'600ms,
-      {{.what = "a Brusa charger goes on after its plug was pulled, the vehicle is on",
-        .inject = script("charger unstoppable on; charger disconnected"),
-        .fault = "charger_keeps_on",
-        .configured = seen::in_a_charge_that_goes_on,
-        .prepare = charge_by_bus_while_on,
-        .fit = with_brusa,
-        .has_way_back = false}})
+SLOW_FAULT(99, "a charger on a bus that may take 2 s to follow goes on", 2'600ms,
+           {{.what = "a Brusa charger goes on after its plug was pulled, the vehicle is on",
+             .inject = script("charger unstoppable on; charger disconnected"),
+             .fault = "charger_keeps_on",
+             .configured = seen::in_a_charge_that_goes_on,
+             .prepare = charge_by_bus_while_on,
+             .fit = with_brusa,
+             .has_way_back = false}})
 
 FAULT(102, "the supply is low", 20ms,
       {{.what = "the supply is low from the start",

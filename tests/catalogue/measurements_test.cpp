@@ -58,10 +58,10 @@ FAULT(1, "a cell's voltage is too high", voltage_budget,
         .fault = "cell_overvoltage",
         .configured = seen::in_cells}})
 
-FAULT(2, "one sample of a cell's voltage is too high", 0ms,
-      {{.what = "a spike of 4.6 V for one sample of the module",
-        .inject = for_a_while("cell $C voltage_mV 4600", 10ms, "cell $C voltage_mV auto"),
-        .outcome = Outcome::stays_closed}})
+SLOW_FAULT(2, "one sample of a cell's voltage is too high", 0ms,
+           {{.what = "a spike of 4.6 V for one sample of the module",
+             .inject = for_a_while("cell $C voltage_mV 4600", 10ms, "cell $C voltage_mV auto"),
+             .outcome = Outcome::stays_closed}})
 
 TEST_CASE("F2: a spike is seen by the core and forgotten", "[catalogue][F2]") {
   WiredPack base = closed_pack(packs().front());
@@ -81,23 +81,23 @@ TEST_CASE("F2: a spike is seen by the core and forgotten", "[catalogue][F2]") {
   CHECK(times_seen > 0);
 }
 
-FAULT(3, "a value stands exactly at its limit, or one step before", voltage_budget,
-      {{.what = "a cell exactly at the limit of 4.2 V",
-        .inject = script("cell $C voltage_mV 4200"),
-        .repair = script("cell $C voltage_mV auto"),
-        .fault = "cell_overvoltage",
-        .configured = seen::in_cells},
-       {.what = "a cell 0.1 mV below the upper limit",
-        .inject = a_cell_really_at("4199.9"),
-        .outcome = Outcome::stays_closed},
-       {.what = "a cell exactly at the limit of 2.9 V",
-        .inject = script("cell $C voltage_mV 2900"),
-        .repair = script("cell $C voltage_mV auto"),
-        .fault = "cell_undervoltage",
-        .configured = seen::in_cells},
-       {.what = "a cell 0.1 mV above the lower limit",
-        .inject = a_cell_really_at("2900.1"),
-        .outcome = Outcome::stays_closed}})
+SLOW_FAULT(3, "a value stands exactly at its limit, or one step before", voltage_budget,
+           {{.what = "a cell exactly at the limit of 4.2 V",
+             .inject = script("cell $C voltage_mV 4200"),
+             .repair = script("cell $C voltage_mV auto"),
+             .fault = "cell_overvoltage",
+             .configured = seen::in_cells},
+            {.what = "a cell 0.1 mV below the upper limit",
+             .inject = a_cell_really_at("4199.9"),
+             .outcome = Outcome::stays_closed},
+            {.what = "a cell exactly at the limit of 2.9 V",
+             .inject = script("cell $C voltage_mV 2900"),
+             .repair = script("cell $C voltage_mV auto"),
+             .fault = "cell_undervoltage",
+             .configured = seen::in_cells},
+            {.what = "a cell 0.1 mV above the lower limit",
+             .inject = a_cell_really_at("2900.1"),
+             .outcome = Outcome::stays_closed}})
 
 TEST_CASE("F3: an overvoltage is over only behind its hysteresis", "[catalogue][F3]") {
   WiredPack pack = closed_pack(packs().front());
@@ -116,21 +116,21 @@ TEST_CASE("F3: an overvoltage is over only behind its hysteresis", "[catalogue][
   CHECK_FALSE(is_present(pack, "cell_overvoltage"));
 }
 
-FAULT(4, "a cell's voltage is too low under load", voltage_budget,
-      {{.what = "a cell at 2.7 V while 40 A flow",
-        .inject = script("cell $C voltage_mV 2700"),
-        .repair = script("cell $C voltage_mV auto"),
-        .fault = "cell_undervoltage",
-        .configured = seen::in_cells,
-        .prepare = script("load current_A 40")},
-       {.what = "a cell at 3.0 V: less current is allowed, and that is all",
-        .inject = a_cell_really_at("3000"),
-        .outcome = Outcome::stays_closed,
-        .prepare = script("load current_A 40"),
-        .holds = [](const WiredPack& pack) {
-          const CurrentLimit& limit = pack.core().limits().discharge;
-          return limit.cause == LimitCause::cell_voltage_low && limit.limit_mA == 40'000;
-        }}})
+SLOW_FAULT(4, "a cell's voltage is too low under load", voltage_budget,
+           {{.what = "a cell at 2.7 V while 40 A flow",
+             .inject = script("cell $C voltage_mV 2700"),
+             .repair = script("cell $C voltage_mV auto"),
+             .fault = "cell_undervoltage",
+             .configured = seen::in_cells,
+             .prepare = script("load current_A 40")},
+            {.what = "a cell at 3.0 V: less current is allowed, and that is all",
+             .inject = a_cell_really_at("3000"),
+             .outcome = Outcome::stays_closed,
+             .prepare = script("load current_A 40"),
+             .holds = [](const WiredPack& pack) {
+               const CurrentLimit& limit = pack.core().limits().discharge;
+               return limit.cause == LimitCause::cell_voltage_low && limit.limit_mA == 40'000;
+             }}})
 
 // From just below the limit on, by 8 C a second: faster than any cell, and no jump.
 FAULT(6, "a cell is too hot", temperature_budget,
@@ -144,39 +144,39 @@ FAULT(6, "a cell is too hot", temperature_budget,
         .step = 23ms}})
 
 // Not believed before the module has taken another sample.
-FAULT(6, "a temperature jumps further than a cell can", temperature_budget + jump_doubt,
-      {{.what = "a cell at 65 C from one moment to the next",
-        .inject = script("cell $C temperature_dC 650"),
-        .repair = script("cell $C temperature_dC 250"),
-        .fault = "cell_overtemperature",
-        .configured = seen::in_a_jump,
-        .span = 620ms,
-        .step = 23ms},
-       {.what = "a board at 105 C from one moment to the next",
-        .inject = script("module $N board_temperature_dC 1050"),
-        .repair = script("module $N board_temperature_dC 250"),
-        .fault = "board_overtemperature",
-        .configured = seen::in_a_jump,
-        .span = 620ms,
-        .step = 23ms},
-       {.what = "a cell at 65 C in one sample of its module",
-        .inject = for_a_while("cell $C temperature_dC 650", internal_bus::temperature_sampling_period,
-                              "cell $C temperature_dC 250"),
-        .outcome = Outcome::stays_closed,
-        .span = 620ms,
-        .step = 23ms},
-       {.what = "a cell at -50 C in one sample of its module",
-        .inject = for_a_while("cell $C temperature_dC -500", internal_bus::temperature_sampling_period,
-                              "cell $C temperature_dC 250"),
-        .outcome = Outcome::stays_closed,
-        .span = 620ms,
-        .step = 23ms},
-       {.what = "a board at 120 C in one sample of its module",
-        .inject = for_a_while("module $N board_temperature_dC 1200", internal_bus::temperature_sampling_period,
-                              "module $N board_temperature_dC 250"),
-        .outcome = Outcome::stays_closed,
-        .span = 620ms,
-        .step = 23ms}})
+SLOW_FAULT(6, "a temperature jumps further than a cell can", temperature_budget + jump_doubt,
+           {{.what = "a cell at 65 C from one moment to the next",
+             .inject = script("cell $C temperature_dC 650"),
+             .repair = script("cell $C temperature_dC 250"),
+             .fault = "cell_overtemperature",
+             .configured = seen::in_a_jump,
+             .span = 620ms,
+             .step = 23ms},
+            {.what = "a board at 105 C from one moment to the next",
+             .inject = script("module $N board_temperature_dC 1050"),
+             .repair = script("module $N board_temperature_dC 250"),
+             .fault = "board_overtemperature",
+             .configured = seen::in_a_jump,
+             .span = 620ms,
+             .step = 23ms},
+            {.what = "a cell at 65 C in one sample of its module",
+             .inject = for_a_while("cell $C temperature_dC 650", internal_bus::temperature_sampling_period,
+                                   "cell $C temperature_dC 250"),
+             .outcome = Outcome::stays_closed,
+             .span = 620ms,
+             .step = 23ms},
+            {.what = "a cell at -50 C in one sample of its module",
+             .inject = for_a_while("cell $C temperature_dC -500", internal_bus::temperature_sampling_period,
+                                   "cell $C temperature_dC 250"),
+             .outcome = Outcome::stays_closed,
+             .span = 620ms,
+             .step = 23ms},
+            {.what = "a board at 120 C in one sample of its module",
+             .inject = for_a_while("module $N board_temperature_dC 1200", internal_bus::temperature_sampling_period,
+                                   "module $N board_temperature_dC 250"),
+             .outcome = Outcome::stays_closed,
+             .span = 620ms,
+             .step = 23ms}})
 
 FAULT(6, "a cell is too cold", temperature_budget,
       {{.what = "the pack gets colder than -20 C under load",

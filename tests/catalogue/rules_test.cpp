@@ -49,7 +49,8 @@ Duration longest_configured(int number) {
 }  // namespace
 
 // Formula Student 2024, EV 5.8.7.
-TEST_CASE("voltage and current open the pack within 500 ms, contactors included", "[catalogue][formula_student]") {
+TEST_CASE("voltage and current open the pack within 500 ms, contactors included",
+          "[catalogue][formula_student][slow]") {
   for (const int number : {1, 3, 4, 16}) {
     INFO("F" << number);
     CHECK(longest(number) + contactor_time <= 500ms);
@@ -58,7 +59,7 @@ TEST_CASE("voltage and current open the pack within 500 ms, contactors included"
 }
 
 TEST_CASE("a hot cell and a lost temperature open the pack within 1 s, contactors included",
-          "[catalogue][formula_student]") {
+          "[catalogue][formula_student][slow]") {
   for (const int number : {6, 9}) {
     INFO("F" << number);
     CHECK(longest(number) + contactor_time <= 1s);
@@ -73,7 +74,7 @@ TEST_CASE("temperatures open the pack within 1 s in every order of things", "[ca
 }
 
 // The same rules, T 11.9: a lost, delayed or damaged message leads to the safe state.
-TEST_CASE("lost, delayed and damaged messages open the pack within 500 ms", "[catalogue][formula_student]") {
+TEST_CASE("lost, delayed and damaged messages open the pack within 500 ms", "[catalogue][formula_student][slow]") {
   for (const int number : {21, 22, 24, 25, 27, 29}) {
     INFO("F" << number);
     CHECK(longest(number) + contactor_time <= 500ms);

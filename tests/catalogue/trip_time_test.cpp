@@ -155,7 +155,7 @@ TEST_CASE("the racing accumulator as shipped opens on temperatures within 1 s",
 
 // Bounded by the cell's curve: 5 mV are due after 0.36 Ah, wherever it stands, and then the limit's 8 s begin.
 TEST_CASE("a module of the shipped packs that repeats itself at a steady current opens after 0.36 Ah",
-          "[catalogue][trip][F12]") {
+          "[catalogue][trip][F12][slow]") {
   struct Steady {
     const char* switch_on;
     const char* current;

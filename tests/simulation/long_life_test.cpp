@@ -16,7 +16,7 @@ void check_well(const LongResult& result) {
 }  // namespace
 
 TEST_CASE("two hours with 49.7 days of milliseconds coming by in the middle: nothing wraps around, no memory is taken",
-          "[simulation][long][time]") {
+          "[simulation][long][time][slow]") {
   const Duration wrap = std::chrono::milliseconds{1LL << 32};
   const LongResult result = live_long({.length = 2h, .starts_at = TimePoint{wrap - 1h}});
   check_well(result);

@@ -174,7 +174,7 @@ std::string tables() {
 
 }  // namespace
 
-TEST_CASE("a poll cycle takes at most 1.10 times what its bits take", "[simulation][scale][BMS_F.2]") {
+TEST_CASE("a poll cycle takes at most 1.10 times what its bits take", "[simulation][scale][BMS_F.2][slow]") {
   for (const Run& one : all_runs(Pace::prompt)) {
     INFO(one.modules << " modules at " << one.rate_kbit_per_s << " kbit/s");
     CHECK(ratio(one.typical.took, one.typical.minimum) <= 1.10);
@@ -195,7 +195,7 @@ TEST_CASE("no measured cycle is longer than the bound that pack files are judged
 }
 
 TEST_CASE("modules that look at their bus once a millisecond and answer in one go take a millisecond more at most",
-          "[simulation][scale]") {
+          "[simulation][scale][slow]") {
   for (std::size_t index = 0; index < all_runs(Pace::ticked).size(); ++index) {
     const Run& ticked = all_runs(Pace::ticked)[index];
     INFO(ticked.modules << " modules at " << ticked.rate_kbit_per_s << " kbit/s");

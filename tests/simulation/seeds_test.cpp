@@ -57,7 +57,7 @@ bool overlap(const FaultEvent& one, const FaultEvent& other) {
 
 }  // namespace
 
-TEST_CASE("lives with faults of every kind break no rule", "[simulation][seeds][BMS_F.1][F104]") {
+TEST_CASE("lives with faults of every kind break no rule", "[simulation][seeds][BMS_F.1][F104][slow]") {
   const SweepResult result = sweep(usual_seeds, {.threads = 2});
   INFO(to_text(result));
   CHECK(result.failed.empty());
@@ -97,7 +97,7 @@ TEST_CASE("who has no guest lives as if nobody had any", "[simulation][seeds]") 
 }
 
 TEST_CASE("a life goes the same way wherever the clock stands: 2^31 and 2^32 of what it may be counted in come by",
-          "[simulation][seeds][time]") {
+          "[simulation][seeds][time][slow]") {
   constexpr std::int64_t half = 1LL << 31;
   constexpr std::int64_t whole = 1LL << 32;
   const Duration wraps[] = {std::chrono::microseconds{half},  std::chrono::microseconds{whole},
