@@ -7,6 +7,7 @@
 #                                              returns 1 only if interrupted
 #   runner_table                               prints stage, seconds, result
 #   runner_record FILE COMMIT KIND             appends the run to a file, tab-separated
+#   runner_note=COMMAND                        before that: COMMAND STAGE SECONDS passed|"status N" learns of each stage that ended
 #
 # A required stage that fails or exceeds its limit fails the run by name. An optional one is reported, and does not decide: whether it runs
 # is a property of the machine, and the verdict on a commit is not. tests/nightly has it with a verdict.
@@ -22,6 +23,7 @@ runner_start() {
   runner_rows=()
   runner_failed=''
   runner_pid=''
+  runner_found=()
   trap 'runner_end_stage' INT TERM
 }
 
@@ -46,6 +48,9 @@ runner_stage() {
   wait "$runner_pid" || runner_status=$?
   runner_pid=''
   runner_seconds=$((SECONDS - began_s))
+  if [[ -n ${runner_note:-} && -z $runner_failed ]] && ! runner_timed_out; then
+    "$runner_note" "$name" "$runner_seconds" "$([[ $runner_status -eq 0 ]] && echo passed || echo "status $runner_status")"
+  fi
 }
 
 # timeout's own status, and that of a process it had to kill.
@@ -101,6 +106,7 @@ runner_optional() {
     elif runner_timed_out; then
       runner_add_row "$name" "$runner_seconds" "no result: exceeded $limit_s s"
     else
+      runner_found+=("$name")
       runner_add_row "$name" "$runner_seconds" "FOUND SOMETHING: status $runner_status"
     fi
   done
@@ -113,7 +119,8 @@ runner_table() {
     IFS=$'\t' read -r name seconds result <<<"$row"
     printf '%-24s %8s  %s\n' "$name" "$seconds" "$result"
   done
-  printf '%-24s %8s  %s\n' together "$(runner_elapsed_s)" "${runner_failed:+failed: }${runner_failed:-passed}"
+  printf '%-24s %8s  %s%s\n' together "$(runner_elapsed_s)" "${runner_failed:+failed: }${runner_failed:-passed}" \
+    "${runner_found[*]:+, but found something: }${runner_found[*]}"
 }
 
 runner_record() {
@@ -122,6 +129,7 @@ runner_record() {
     IFS=$'\t' read -r name seconds result <<<"$row"
     [[ $result == skipped* ]] || fields+=$'\t'"$name=$seconds"
   done
+  [[ ${#runner_found[@]} -eq 0 ]] || fields+=$'\t'"found=$(IFS=,; echo "${runner_found[*]}")"
   mkdir -p "$(dirname "$file")"
   printf '%s\t%s\t%s\t%s\t%s%s\n' "$commit" "$(date --utc +%Y-%m-%dT%H:%M:%SZ)" "$kind" "$(runner_elapsed_s)" "${runner_failed:-passed}" \
     "$fields" >>"$file"

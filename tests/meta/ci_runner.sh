@@ -77,6 +77,16 @@ expect "an optional stage that is late fails nothing" "$status $(results)" "0 go
 run_tables 100 200 0 'good-a\t50\n' 'bad\t1\ngood-y\t5\n'
 expect "an optional stage that fails is reported and does not decide" "$status $(results)" \
   "0 good-a=ok bad=FOUND SOMETHING: status 3 good-y=ok"
+expect "but is named in the record" "$(cut -f 5- "$folder/record" | tr -s '0-9\t' '# ')" "passed good-a=# bad=# good-y=# found=bad"
+expect "and in the last line of the table" "$(runner_table | tail -n 1 | cut -d ' ' -f 2- | tr -s ' 0-9' ' #')" \
+  " # passed, but found something: bad"
+
+note() { echo "$1=$3" >>"$folder/notes"; }
+runner_note=note
+run_tables 100 200 0 'good-a\t50\n' 'bad\t1\nhangs\t1\ngood-y\t5\n'
+runner_note=''
+expect "who wants to know learns how each stage ended, but for one that was ended" "$(paste -sd' ' "$folder/notes")" \
+  "good-a=passed bad=status 3 good-y=passed"
 
 # The tables themselves.
 stages=$("$repository/tests/ci/stages.sh" --list)
@@ -92,3 +102,16 @@ rows_of nightly | awk -F'\t' '$3 > 1800 { print; late = 1 } END { exit late }' |
 kinds=$(sed -n 's/^\(sanitized_kinds\|other_kinds\)=//p' "$repository/tests/ci/stages.sh" | tr , '\n' | sort | paste -sd' ')
 all_kinds=$(sed -n 's/^set(all_test_kinds \(.*\))$/\1/p' "$repository/tests/CMakeLists.txt" | tr ' ' '\n' | sort | paste -sd' ')
 expect ".ci/run builds each kind of test once" "$kinds" "$all_kinds"
+
+# Its results, in a working copy: where there is no git there are no keys.
+if git -C "$repository" rev-parse --quiet --verify HEAD >/dev/null 2>&1; then
+  nightly() { XDG_STATE_HOME=$folder "$repository/tests/nightly" "$@"; }
+  state_of() { nightly --list "$1" | head -n 1 | tr -s ' ' | cut -f 1; }
+  expect "a slice that never ran" "$(state_of scripts)" "scripts has not run"
+  nightly --note scripts 7 passed
+  expect "a stage that passed elsewhere" "$(state_of scripts)" "scripts passed"
+  nightly --note scripts 7 'status 1'
+  expect "the last result counts" "$(state_of scripts)" "scripts status 1"
+  nightly --note sanitizers-build 7 passed
+  expect "a stage that is no slice leaves no result" "$(wc -l <"$folder/bmud/nightly.tsv")" 2
+fi
