@@ -12,7 +12,7 @@ for folder in "$@"; do PATH=$folder:$PATH; done
 
 small_pack=$repository/config/packs/demo-48s.json
 large_pack=$repository/config/packs/traction-16x12.json
-scenario=$repository/vcan-fixtures/calm.scn
+scenario=$RIG_OUT/keys.scn
 socket=/run/bmud/bmud.sock
 start_limit_s=30
 exit_config=78
@@ -22,6 +22,7 @@ daemon_answers() { status_json >/dev/null 2>&1; }
 # Of the internal bus: "500000 500000 as wanted".
 rate_shown() { status_json | jq -r '.ports[0] | "\(.rate_bit_per_s) \(.rate_wanted_bit_per_s) \(.rate_verdict)"'; }
 all_modules_heard() { [[ $(status_json | jq .modules_answering) -eq 4 ]]; }
+phase_is() { [[ $(status_json | jq -r .state.phase) == "$1" ]]; }
 shows_rate() { [[ $(rate_shown) == "$1" ]]; }
 text_shows() { bmuctl --socket "$socket" status | grep -q "$1"; }
 # Of the internal bus: "error-active 0 0".
@@ -51,6 +52,14 @@ expect_refused() {
 
 step "the rate that is wanted"
 mkdir -p "$(dirname "$socket")"
+# The key is turned every ten seconds, so that a daemon that starts at any time may close.
+{
+  grep '^0 ' "$repository/vcan-fixtures/calm.scn"
+  for ((turn_s = 5; turn_s < 900; turn_s += 10)); do
+    echo "$turn_s vehicle on"
+    echo "$((turn_s + 8)) vehicle off"
+  done
+} >"$scenario"
 set_rate can0 500000
 set_rate can1 500000
 start modules mmusim --bus can1 --pack "$small_pack" --scenario "$scenario"
@@ -62,7 +71,9 @@ wait_for 10 "the log has it" log_has wanted 'can0 is set to 500 kbit/s, as wante
 wait_for 20 "modules are heard" all_modules_heard
 
 step "another rate while it runs"
+wait_for 40 "the contactors are closed" phase_is closed
 set_rate can0 250000
+wait_for 5 "the contactors are open" phase_is open
 wait_for 10 "status has the new rate" shows_rate "250000 500000 differs"
 expect "and shows it" text_shows '250, not 500'
 wait_for 10 "the log has found and wanted" log_has wanted 'found can0 set to 250 kbit/s, wanted 500 kbit/s'
@@ -79,6 +90,7 @@ start_daemon fits "$small_pack" can0
 wait_for "$start_limit_s" "bmud answers" daemon_answers
 expect "status says so" shows_rate "250000 500000 differs"
 wait_for 10 "so does the log" log_has fits 'found can0 set to 250 kbit/s, wanted 500 kbit/s; .* which fits'
+expect "nothing is closed" phase_is open
 expect "bmud exits with 0" stop fits TERM
 
 step "a rate that is too slow at the start"

@@ -51,7 +51,14 @@ lost_at=$opened_at
 step "and put back"
 ask_emulator "device_add kvaser_pci,canbus=bus,id=controller0"
 wait_for 20 "the interface is there" is_there "$own_bus"
+back_at=$EPOCHREALTIME
 set_up "$own_bus"
+first_command_since() { ask_recording 'is_command && t > after && !done { printf "%.6f", t; done = 1 }' -v "after=$1"; }
+commands_again() { [[ -n $(first_command_since "$back_at") ]]; }
+wait_for 10 "the daemon commands again" commands_again
+lapse_ms=$(awk "BEGIN { printf \"%.1f\", ($(first_command_since "$back_at") - $back_at) * 1000 }")
+measured+=("put back: commanded again after $lapse_ms ms")
+expect "within 1 s: after $lapse_ms ms" test "${lapse_ms%.*}" -le 1000
 wait_for 10 "everything is known anew" view_is_complete
 expect "it is the same daemon" running bmud
 clear_faults

@@ -103,7 +103,8 @@ expect "and is told so" answer_says bmud-admin
 expect "a member of bmud-admin may" ask_as admin balance --off
 expect "and on again" ask_as admin balance --on
 expect "a stranger may not even read" not ask_as stranger status
-expect "who did what is in the log" log_has 'admin'
+expect "who did what is in the log" log_has 'balancing switched off by admin'
+expect "with what was refused" not log_has 'clear by reader'
 
 step "stopped by SIGSTOP"
 wait_until_closed
@@ -151,6 +152,15 @@ wait_for $((2 * close_limit_s)) "systemctl reload, once it is open" is_reloaded 
 expect "it is the same process" test "$(main_pid)" = "$before"
 wait_until_serving
 
+step "an upgrade"
+wait_until_closed
+before=$(main_pid)
+echo '# of this gateway' >>/etc/default/bmud
+expect "it is installed again" dpkg --install "$packages"/bmud_*.deb >"$RIG_OUT/upgrade.txt" 2>&1
+expect "and says that the daemon goes on" grep -q 'bmud goes on running as it was before this upgrade' "$RIG_OUT/upgrade.txt"
+expect_undisturbed "an upgrade" "$before"
+expect "what was changed in a configuration file is kept" grep -qx '# of this gateway' /etc/default/bmud
+
 step "systemctl stop"
 wait_until_closed
 stopped_at=$EPOCHREALTIME
@@ -178,6 +188,8 @@ expect "it has a socket of its own" bmuctl --socket /run/bmud-other/bmud.sock st
 expect "and its own state" test -d "$state/other"
 expect_undisturbed "another pack" "$before"
 systemctl stop bmud@other
+# Still there when the packages are purged, as the drop-in for real time is.
+systemctl enable bmud@other
 
 step "killed again and again"
 wait_until_closed
@@ -202,8 +214,8 @@ expect_open_until_key
 
 step "purge"
 wait_until_closed
-rm -r /etc/systemd/system/bmud.service.d
-systemctl daemon-reload
+expect "a drop-in and an enabled instance are there" test -f /etc/systemd/system/bmud.service.d/realtime.conf \
+  -a -L /etc/systemd/system/multi-user.target.wants/bmud@other.service
 expect "it is removed" dpkg --remove bmud >>"$RIG_OUT/dpkg.txt"
 # Before it asks for that, dpkg reads for seconds what all packages have.
 expect_opened_by_command "removed" "$(stopping_at)" 300
