@@ -98,6 +98,10 @@ runner_optional() {
     fi
     limit_s=$((cold_s * 2))
     left_s=$((runner_deadline_s - $(runner_elapsed_s)))
+    if [[ $cold_s -gt $left_s ]]; then
+      runner_add_row "$name" 0 "skipped: needs $cold_s s, $left_s s left of $runner_deadline_s s"
+      continue
+    fi
     [[ $left_s -ge $limit_s ]] || limit_s=$left_s
     runner_stage "$name" "$limit_s"
     if [[ -n $runner_failed ]]; then return 1; fi

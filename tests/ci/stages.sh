@@ -9,8 +9,8 @@ repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 source "$repository/tools/packages.sh"
 
 jobs=2
-# Many tests wait for something most of the time.
-tests_beside=3
+# Tests that compute count for two of these, and those that wait most of the time for one (tests/CMakeLists.txt).
+tests_beside=8
 # A test that hangs fails and does not take the whole stage with it.
 test_max_s=600
 # In one run of CI each kind of test is built by one compiler: with sanitizers where memory errors are plausible, by GCC elsewhere.
@@ -116,6 +116,20 @@ stage_all_build() { tools/test --build-only; }
 stage_all_tests() {
   tools/test -- -LE '^rig$' --output-log build/nightly-tests.log
   check_skips build build/nightly-tests.log
+}
+
+# The other compiler without sanitizers, for the kinds that they leave out.
+stage_all_clang() {
+  CC=clang CXX=clang++ tools/test --build "$PWD/build-clang" -- -L '^(dbc|docs|terminal|bench)$' --output-log build-clang/nightly-tests.log
+  check_skips build-clang build-clang/nightly-tests.log
+  ctest --test-dir build-clang --output-on-failure --no-tests=error -R '^rig\.(kernel|smoke|first_drive)$' --output-log build-clang/nightly-rig.log
+  check_skips build-clang build-clang/nightly-rig.log
+}
+
+# What GCC doubts is not asked where common headers are precompiled: here it is, and each source includes what it needs.
+stage_all_doubts() {
+  cmake -S . -B build-doubts -G Ninja -DBMUD_TESTS=ON -DBMUD_PRECOMPILE=OFF
+  cmake --build build-doubts --parallel "$jobs"
 }
 
 # build_programs FOLDER TARGETS...: in a folder that has been configured, or else as GCC's build of everything

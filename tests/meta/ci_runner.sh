@@ -41,6 +41,7 @@ run_tables() {
   { runner_required "$folder/required" && { [[ -z $5 ]] || runner_optional "$folder/optional" "$3"; }; } >"$folder/out" 2>&1 || status=1
   runner_record "$folder/record" 0123456789012345678901234567890123456789 cold
 }
+without_numbers() { tr '\t' ' ' | sed 's/[0-9][0-9]*/#/g'; }
 began() { paste -sd' ' "$folder/began"; }
 results() { printf '%s\n' "${runner_rows[@]}" | cut -f 1,3 | tr '\t' = | paste -sd' '; }
 
@@ -48,7 +49,7 @@ run_tables 100 200 1 'good-a\t50\ngood-b\t50\n' 'good-x\t10\ngood-y\t10\ngood-z\
 expect "all that fits runs, optional stages from their turn on" "$(began)" "good-a good-b good-y good-z good-x"
 expect "nothing fails" "$status ${runner_failed:-none}" "0 none"
 [[ $(cut -f 1,3,5 "$folder/record") == $'0123456789012345678901234567890123456789\tcold\tpassed' ]] || fail "record: $(cat "$folder/record")"
-expect "the record's stages" "$(cut -f 6- "$folder/record" | tr -s '0-9\t' '# ')" "good-a=# good-b=# good-y=# good-z=# good-x=#"
+expect "the record's stages" "$(cut -f 6- "$folder/record" | without_numbers)" "good-a=# good-b=# good-y=# good-z=# good-x=#"
 
 run_tables 100 200 0 'good-a\t50\nbad\t50\ngood-b\t50\n' 'good-x\t10\n'
 expect "a stage that fails ends the run" "$(began)" "good-a bad"
@@ -71,15 +72,19 @@ expect "an optional stage that does not fit is skipped by name" "$(results | sed
   "good-a=ok good-x=skipped: needs 101 s good-y=ok"
 if cut -f 6- "$folder/record" | grep -q good-x; then fail "a skipped stage is in the record"; fi
 
+run_tables 100 3 0 'good-a\t2\n' 'good-x\t50\ngood-y\t1\n'
+expect "nor one that does not fit before the deadline" "$(results | sed 's/, [0-9]* s left//')" \
+  "good-a=ok good-x=skipped: needs 50 s of 3 s good-y=ok"
+
 run_tables 100 200 0 'good-a\t50\n' 'hangs\t1\ngood-y\t5\n'
 expect "an optional stage that is late fails nothing" "$status $(results)" "0 good-a=ok hangs=no result: exceeded 2 s good-y=ok"
 
 run_tables 100 200 0 'good-a\t50\n' 'bad\t1\ngood-y\t5\n'
 expect "an optional stage that fails is reported and does not decide" "$status $(results)" \
   "0 good-a=ok bad=FOUND SOMETHING: status 3 good-y=ok"
-expect "but is named in the record" "$(cut -f 5- "$folder/record" | tr -s '0-9\t' '# ')" "passed good-a=# bad=# good-y=# found=bad"
-expect "and in the last line of the table" "$(runner_table | tail -n 1 | cut -d ' ' -f 2- | tr -s ' 0-9' ' #')" \
-  " # passed, but found something: bad"
+expect "but is named in the record" "$(cut -f 5- "$folder/record" | without_numbers)" "passed good-a=# bad=# good-y=# found=bad"
+expect "and in the last line of the table" "$(runner_table | tail -n 1 | without_numbers | tr -s ' ')" \
+  "together # passed, but found something: bad"
 
 note() { echo "$1=$3" >>"$folder/notes"; }
 runner_note=note
@@ -114,4 +119,15 @@ if git -C "$repository" rev-parse --quiet --verify HEAD >/dev/null 2>&1; then
   expect "the last result counts" "$(state_of scripts)" "scripts status 1"
   nightly --note sanitizers-build 7 passed
   expect "a stage that is no slice leaves no result" "$(wc -l <"$folder/bmud/nightly.tsv")" 2
+
+  # Slices of the same stage pass in a row or not at all.
+  printf 'one\tgood x\t9\tproduct\nload-1\tgood\t9\tproduct\nload-2\tgood\t9\tproduct\nother\tbad\t9\ttests\n' >"$folder/nightly.tsv"
+  in_folder() { BMUD_NIGHTLY_TABLE=$folder/nightly.tsv BMUD_NIGHTLY_STAGES=$folder/stages BMUD_NIGHTLY_LOGS=$folder/logs nightly "$@"; }
+  all_states() { in_folder --list | sed -n 's/  */ /gp' | cut -f 1 | paste -sd,; }
+  if in_folder >"$folder/out"; then fail "a slice that fails fails the run"; fi
+  expect "each slice has its result" "$(all_states)" "one passed,load-1 passed,load-2 passed,other status 3,failed: other"
+  sed -i 's/^  good\*) exit 0/  good) exit 4/' "$folder/stages"
+  if in_folder --again load-2 >"$folder/out"; then fail "a slice that no longer passes fails the run"; fi
+  expect "one of a row that fails makes the others open again" "$(all_states)" \
+    "one passed,load-1 open again: load-2 did not pass,load-2 status 4,other status 3,failed: load-1 load-2 other"
 fi

@@ -23,8 +23,8 @@ bool has_pseudo_terminals() {
   return other >= 0;
 }
 
-/// 135 kB a bus, two buses a test, up to sixteen tests beside each other, and the files of tests that were killed.
-constexpr std::uint64_t shared_memory_min_bytes = 8'000'000;
+/// 135 kB a bus, two buses a test, up to 32 tests beside each other (tools/test), and the files of tests that were killed.
+constexpr std::uint64_t shared_memory_min_bytes = 16'000'000;
 
 bool has_room_for_buses() {
   struct statvfs room {};
@@ -36,7 +36,7 @@ bool has_room_for_buses() {
 std::vector<MissingNeed> missing_needs() {
   std::vector<MissingNeed> missing;
   if (!has_pseudo_terminals()) missing.push_back({"[pty]", "no pseudo-terminals (/dev/ptmx, /dev/pts)"});
-  if (!has_room_for_buses()) missing.push_back({"[bus]", "less than 8 MB free in /dev/shm"});
+  if (!has_room_for_buses()) missing.push_back({"[bus]", "less than 16 MB free in /dev/shm"});
   return missing;
 }
 

@@ -16,6 +16,6 @@ if [[ $needs == *"[pty]"* ]]; then
 fi
 if [[ $needs == *"[bus]"* ]]; then
   free_kB=$(df --output=avail /dev/shm 2>/dev/null | tail -n 1) || free_kB=0
-  [[ $free_kB -ge 8000 ]] || missing "less than 8 MB free in /dev/shm"
+  [[ $free_kB -ge 16000 ]] || missing "less than 16 MB free in /dev/shm"
 fi
 exec "$@"
