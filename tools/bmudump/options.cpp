@@ -80,8 +80,11 @@ std::vector<std::uint8_t> parse_nodes(const std::vector<std::string>& parts, con
     }
     if (error != std::errc{} || at != end || first < range.first || last > range.last || first > last) {
       const std::string span = std::to_string(range.first) + " to " + std::to_string(range.last);
-      const std::string wanted = whose.empty() ? " from " + span + ", like 7 or 1-4" : ": " + whose + " has " + span;
-      throw CLI::ValidationError("--nodes", "'" + part + "' is no node or range of nodes" + wanted);
+      std::string problem = "'" + part + "' is no node or range of nodes";
+      problem += whose.empty() ? " from " : ": " + whose + " has ";
+      problem += span;
+      if (whose.empty()) problem += ", like 7 or 1-4";
+      throw CLI::ValidationError("--nodes", problem);
     }
     for (unsigned node = first; node <= last; ++node) {
       nodes.push_back(static_cast<std::uint8_t>(node - range.maker_less));
