@@ -15,7 +15,7 @@ comment, which readers do not see:
 
 Where both are compared, runs of spaces are alike, a line "..." stands for any lines, "..." at the end of a line for the rest of
 it, and a number for any number with as many digits behind its point, so that times and measured values may differ; spans of time, dates and hashes stand for others of
-their kind. Numbers that name something are that number: behind the words of NAMING, and within words. Trailing spaces do not
+their kind. A bar of the live picture stands for any bar of its length. Numbers that name something are that number: behind the words of NAMING (but for a module's voltage and a measured current), and within words. Trailing spaces do not
 count. A command that prints nothing on the page prints nothing and ends with 0.
 
 With BMUD_REWRITE in the environment the page is written anew instead, with what commands print now.
@@ -42,7 +42,7 @@ ATTEMPTS = 3
 HELD_UP = ("stopped or starved for", "because this program was held up")
 END = "--- end of the command:"
 
-NAMING = r"(?:modules?|cell|no\.|nodes?|ended with|, limit|wanted|at most|found|serial number)"
+NAMING = r"(?:(?:modules?|at most)(?! \d+\.\d+ [AV]\b)|cell|no\.|nodes?|ended with|, limit|wanted|found|serial number)"
 KINDS = [
     ("rest", r"\.\.\.$"),
     ("date", r"\d{4}-\d\d-\d\d[ T]\d\d:\d\d:\d\d(?:\.\d+)?(?:[+-]\d\d:\d\d)?"),
@@ -51,6 +51,7 @@ KINDS = [
     ("name", NAMING + r" \d+(?:\.\d+)*(?!\w)"),
     ("span", r"(?<![\w.])(?:\d+ (?:h|min) )?\d+(?:\.\d+)? (?:ms|s|min|h)\b"),
     ("number", r"(?<![\w.])-?\d+(?:\.\d+)?(?!\w)"),
+    ("bar", r"[▁▂▃▄▅▆▇█░]+"),
     ("space", r"\s+"),
     ("text", r"."),
 ]
@@ -83,6 +84,8 @@ def pattern_of_token(kind, text):
     if kind == "number":
         digits = len(text.partition(".")[2])
         return r"-?\d+" + (rf"\.\d{{{digits}}}" if digits else "")
+    if kind == "bar":
+        return rf"[▁▂▃▄▅▆▇█░]{{{len(text)}}}"
     return f"(?:{dict(KINDS)[kind]})"
 
 

@@ -22,6 +22,9 @@ SAME = [
     ("cell 2.7 (no. 19): 2.7456 V", "cell 2.7 (no. 19): 2.6000 V"),
     ("stage active, ...", "stage active, cell 2.7"),
     ('{"n":1,"v":[3984900]}', '{"n":22,"v":[3]}'),
+    ("decision  at most 34.157 A of 80.000 A", "decision  at most 33.991 A of 80.000 A"),
+    ("C   module 46.248 V   last answer 47 ms ago", "C   module 44.794 V   last answer 7 ms ago"),
+    ("pack 184.2 V ██▇░░", "pack 170.1 V █▁░░░"),
     ("", ""),
 ]
 DIFFERENT = [
@@ -39,6 +42,9 @@ DIFFERENT = [
     ("demo 48s", "demo 96s"),
     ("first\n...\nlast", "first\nother"),
     ("for 1.8 s", "for ever"),
+    ("found 4300, wanted at most 4250", "found 4300, wanted at most 4200"),
+    ("pack 184.2 V ██▇░░", "pack 184.2 V ██▇░"),
+    ("pack 184.2 V ██▇░░", "pack 184.2 V"),
 ]
 PAGE = """
 <!-- write words.txt -->
