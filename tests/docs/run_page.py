@@ -10,6 +10,8 @@ comment, which readers do not see:
                                prints, on standard output and standard error
     <!-- run until -->         the same, each command again and again until it prints that: for what takes a moment. A reader
                                is slower than a machine; these are looks, and may be repeated
+    <!-- run installed -->     as "run", of what needs an installed package: /etc/bmud and /usr/share/bmud are folders of the session, and
+                               "sudo" is left out
     <!-- run hidden            commands up to the closing "-->", which end with 0: what the reader has done on another page
     <!-- write FILE -->        the block that follows becomes that file
 
@@ -40,6 +42,7 @@ AGAIN_S = 0.05
 ATTEMPTS = 3
 # What daemon and emulator say in their logs when the machine held them up.
 HELD_UP = ("stopped or starved for", "because this program was held up")
+INSTALLED = ("/etc/bmud", "/usr/share/bmud")
 END = "--- end of the command:"
 
 NAMING = r"(?:(?:modules?|at most)(?! \d+\.\d+ [AV]\b)|cell|no\.|nodes?|ended with|, limit|wanted|found|serial number)"
@@ -72,6 +75,7 @@ class Step:
     until: bool = False
     hidden: bool = False
     file: str = ""
+    installed: bool = False
 
 
 def pattern_of_token(kind, text):
@@ -101,12 +105,12 @@ def pattern_of(expected):
     return re.compile("".join(parts))
 
 
-def split_block(lines, first_line, until):
+def split_block(lines, first_line, how):
     """The commands of a console block with what each prints."""
     steps = []
     for number, line in enumerate(lines, first_line):
         if line.startswith("$ "):
-            steps.append(Step(number, line[2:], until=until))
+            steps.append(Step(number, line[2:], until=how == "run until", installed=how == "run installed"))
         elif not steps:
             raise Different(f"line {number}: a console block begins with a command")
         elif line.startswith("> ") and not steps[-1].expected:
@@ -130,7 +134,7 @@ def steps_of(text):
     lines = text.splitlines()
     steps, index = [], 0
     while index < len(lines):
-        mark = re.fullmatch(r"<!-- (run hidden|run until|run|write (\S+))( -->)?", lines[index])
+        mark = re.fullmatch(r"<!-- (run hidden|run until|run installed|run|write (\S+))( -->)?", lines[index])
         if not mark:
             index += 1
             continue
@@ -145,7 +149,7 @@ def steps_of(text):
         if mark.group(2):
             steps.append(Step(start, file=mark.group(2), expected=block))
         else:
-            steps += split_block(block, start + 2, what == "run until")
+            steps += split_block(block, start + 2, what)
     return steps
 
 
@@ -156,6 +160,10 @@ class Session:
         self.folder = Path(tempfile.mkdtemp(prefix="bmud-docs."))
         for name in ("config", "vcan-fixtures"):
             (self.folder / name).symlink_to(source / name)
+        # What a package installs (packaging/CMakeLists.txt).
+        (self.folder / "etc/bmud").mkdir(parents=True)
+        (self.folder / "usr/share").mkdir(parents=True)
+        (self.folder / "usr/share/bmud").symlink_to(source / "config")
         (self.folder / "build").mkdir()
         (self.folder / "build/bin").symlink_to(programs)
         self.bus = f"bench-{os.getpid()}"
@@ -190,6 +198,13 @@ class Session:
     def was_held_up(self):
         logs = [log.read_text(errors="replace") for log in self.folder.rglob("*.log") if log.is_file()]
         return any(words in log for log in logs for words in HELD_UP)
+
+    def run_installed(self, command):
+        """The same with the folders of a package in the session's."""
+        for place in INSTALLED:
+            command = command.replace(place, f"{self.folder}{place}")
+        output, status = self.run(re.sub(r"\bsudo ", "", command))
+        return output.replace(str(self.folder), ""), status
 
     def run(self, command):
         """What the command prints, and its exit status."""
@@ -235,7 +250,7 @@ def perform(session, step):
     looks = 0
     while True:
         looks += 1
-        output, status = session.run(step.command)
+        output, status = (session.run_installed if step.installed else session.run)(step.command)
         if is_as_shown(step, output, status):
             return
         if not step.until or time.monotonic() >= deadline:
@@ -268,7 +283,7 @@ def rewrite(programs, source, page, steps):
     try:
         shown = []
         for step in steps:
-            if step.file or step.hidden or step.until or any(line.endswith("...") for line in step.expected):
+            if step.file or step.hidden or step.until or step.installed or any(line.endswith("...") for line in step.expected):
                 perform(session, step)
             else:
                 shown.append((step, session.run(step.command)[0].splitlines()))

@@ -63,6 +63,14 @@ $ cd there
 $ ls ../words.txt
 ../words.txt
 ```
+<!-- run installed -->
+```console
+$ echo one | sudo tee /etc/bmud/words.txt
+one
+$ ls /etc/bmud/words.txt /usr/share/bmud/pack.schema.json
+/etc/bmud/words.txt
+/usr/share/bmud/pack.schema.json
+```
 <!-- run until -->
 ```console
 $ echo x >>looks; wc -l <looks
