@@ -30,7 +30,7 @@ std::vector<const Catalogue*> catalogues_of(const Device& device) {
 }
 
 std::string file_of(const Device& device, const char* file) {
-  return test::in_source("devices/") + std::string(device.name) + "/" + file;
+  return test::in_source("devices/" + std::string(device.name) + "/" + file);
 }
 
 std::string content_of(const std::string& file) {
