@@ -3,9 +3,10 @@
 
     check_shown.py SOURCE_DIRECTORY
 
-A block, fenced or indented, may be one of these without being run: commands alone, each line of it; JSON; a block whose fence names another
-language than console (scenarios.md: tests/scenario/script_test.cpp runs its scripts). Any other block needs a mark of run_page.py or a line in
-not_run.txt, which gives its page, its first line and the reason. A line there that no block needs is an error, too.
+A block, fenced or indented, may be one of these without being run: commands alone, each line of it; JSON; a block whose fence names
+another language than console (scenarios.md: tests/scenario/script_test.cpp runs its scripts). Any other block needs a mark of
+run_page.py or an entry in not_run.txt, which gives its page, its first line and the reason. An entry there that no block needs is an
+error, too.
 """
 import re
 import sys

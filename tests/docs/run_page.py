@@ -10,15 +10,16 @@ comment, which readers do not see:
                                prints, on standard output and standard error
     <!-- run until -->         the same, each command again and again until it prints that: for what takes a moment. A reader
                                is slower than a machine; these are looks, and may be repeated
-    <!-- run installed -->     as "run", of what needs an installed package: /etc/bmud and /usr/share/bmud are folders of the session, and
-                               "sudo" is left out
+    <!-- run installed -->     as "run", of what needs an installed package: /etc/bmud and /usr/share/bmud are folders of the
+                               session, and "sudo" is left out
     <!-- run hidden            commands up to the closing "-->", which end with 0: what the reader has done on another page
     <!-- write FILE -->        the block that follows becomes that file
 
 Where both are compared, runs of spaces are alike, a line "..." stands for any lines, "..." at the end of a line for the rest of
-it, and a number for any number with as many digits behind its point, so that times and measured values may differ; spans of time, dates and hashes stand for others of
-their kind. A bar of the live picture stands for any bar of its length. Numbers that name something are that number: behind the words of NAMING (but for a module's voltage and a measured current), and within words. Trailing spaces do not
-count. A command that prints nothing on the page prints nothing and ends with 0.
+it, and a number for any number with as many digits behind its point, so that times and measured values may differ; spans of time,
+dates and hashes stand for others of their kind, and a bar of the live picture for any bar of its length. Numbers that name something
+are that number: behind the words of NAMING (but for a module's voltage and a measured current), and within words. Trailing spaces do
+not count. A command that prints nothing on the page prints nothing and ends with 0.
 
 With BMUD_REWRITE in the environment the page is written anew instead, with what commands print now.
 
