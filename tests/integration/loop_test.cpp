@@ -1,6 +1,7 @@
 // The loop of the daemon on a bus of this test: what it makes of frames that waited while the process did not run.
 #include "daemon/shell/loop.hpp"
 
+#include <algorithm>
 #include <array>
 #include <csignal>
 #include <ctime>
@@ -82,6 +83,20 @@ CanFrame urgent_frame() {
   return frame;
 }
 
+/// Measures how long the loop was away: the longest time between two of its decisions.
+struct GapMeter : CoreTap {
+  Duration longest{};
+
+  void observed(const Observation& /*observation*/) override {}
+  void decided(TimePoint at, const Decisions& /*decisions*/) override {
+    if (last_at_ != TimePoint{}) longest = std::max(longest, at - last_at_);
+    last_at_ = at;
+  }
+
+ private:
+  TimePoint last_at_{};
+};
+
 struct LoopBench {
   static constexpr int frame_number = 20;  // where things happen: in the midst of work
   static constexpr int frames_after = 10;  // and these are sent after it, within less than what makes a value old
@@ -96,6 +111,7 @@ struct LoopBench {
   Buses buses = test::one_bus(std::make_unique<ScriptedPort>());
   ScriptedPort& port = static_cast<ScriptedPort&>(buses.internal());
   std::unique_ptr<Core> core = std::make_unique<Core>(pack.core, monotonic_now());
+  GapMeter gaps;
   int frames_sent = 0;
   TimePoint stopped_at{};
 
@@ -112,7 +128,8 @@ struct LoopBench {
                .journal = journal,
                .notify = notify,
                .store = *store,
-               .rate = rate});
+               .rate = rate,
+               .taps = {&gaps}});
     loop.set_answers([](std::string_view, const Peer&) { return StatusReply{}; }, [] { return std::string(); });
     sigset_t ends;
     sigset_t before;
@@ -174,9 +191,10 @@ TEST_CASE("frames that waited while the reading was stopped half-way are not tak
   CHECK(bench.core->sensors().pdu.taken_at == TimePoint{});
 }
 
-TEST_CASE("frames that waited for a time that is bridged are as old as it is long", "[integration][loop][F53][F60]") {
-  LoopBench bench;
-  const bool is_reading = GENERATE(false, true);
+namespace {
+
+/// Three frames wait while the loop is stopped for 60 ms, reading or deciding.
+void stop_briefly(LoopBench& bench, bool is_reading) {
   bench.run([&] {
     bench.arrive_three();
     if (!is_reading) return bench.stop_for(60ms);
@@ -185,11 +203,32 @@ TEST_CASE("frames that waited for a time that is bridged are as old as it is lon
       bench.stop_for(60ms);
     };
   });
-  CHECK(bench.port.waiting.empty());
-  for (const TimePoint taken_at : {bench.core->sensors().current_mA.taken_at, bench.core->sensors().pdu.taken_at}) {
+}
+
+/// The first run in which the loop was not starved as well. One in which it decided nothing for longer than
+/// `loop_gap_max` shows only that a longer stop is a gap. The loop decides after it has discarded frames, so a stop
+/// that it takes for a gap by mistake is measured with its true length and does not pass for starvation.
+std::unique_ptr<LoopBench> stopped_briefly(bool is_reading) {
+  const TimePoint give_up_at = monotonic_now() + test::hang_max;
+  while (monotonic_now() < give_up_at) {
+    auto bench = std::make_unique<LoopBench>();
+    stop_briefly(*bench, is_reading);
+    if (bench->gaps.longest <= loop_gap_max) return bench;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+TEST_CASE("frames that waited for a time that is bridged are as old as it is long", "[integration][loop][F53][F60]") {
+  const bool is_reading = GENERATE(false, true);
+  INFO("stopped " << (is_reading ? "reading" : "deciding"));
+  const auto bench = stopped_briefly(is_reading);
+  REQUIRE(bench);
+  CHECK(bench->port.waiting.empty());
+  for (const TimePoint taken_at : {bench->core->sensors().current_mA.taken_at, bench->core->sensors().pdu.taken_at}) {
     CHECK(taken_at != TimePoint{});
-    INFO("stopped " << (is_reading ? "reading" : "deciding"));
-    CHECK(taken_at <= bench.stopped_at);
+    CHECK(taken_at <= bench->stopped_at);
   }
 }
 
