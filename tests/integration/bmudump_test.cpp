@@ -97,6 +97,16 @@ constexpr std::string_view good_text =
     "(1700000000.123456) vcan0 143 CELLS_1 node 3     cell_voltage_1 3.6512 V  cell_voltage_2 3.6498 V  "
     "cell_voltage_3 3.6530 V  counter 42\n";
 
+/// The span in "PREFIX2.5 s", which a busy machine makes longer but never shorter; -1 if the text has no such span.
+double seconds_after(const std::string& text, const std::string& prefix) {
+  const std::size_t at = text.find(prefix);
+  if (at == std::string::npos) return -1.0;
+  double seconds = -1.0;
+  std::string unit;
+  std::istringstream(text.substr(at + prefix.size())) >> seconds >> unit;
+  return unit.starts_with("s") ? seconds : -1.0;
+}
+
 std::string times(int count, std::string_view text) {
   std::string all;
   while (count-- > 0) all += text;
@@ -582,7 +592,7 @@ TEST_CASE("on a live bus silence lasts until the end of listening", "[integratio
   const Run result = run(bus.name() + " --summary -T 2000 --seconds 60");
   speaker.join();
   CHECK(result.exit_code == 0);
-  CHECK(result.out.find("silent for the last 2.0") != std::string::npos);
+  CHECK(seconds_after(result.out, "silent for the last ") >= 2.0);
 }
 
 TEST_CASE("Elithion's messages are read as such when 620h or 622h tell, and with --dialect", "[integration][bmudump]") {
@@ -1052,7 +1062,8 @@ TEST_CASE("live, the run ends after the seconds asked for", "[integration][bmudu
   const TestBus bus("idle");
   const Run result = run("--seconds 0.05 " + bus.name());
   CHECK(result.exit_code == 0);
-  CHECK(result.err == "bmudump: " + bus.name() + ": nobody was heard in 0.1 s\n");
+  CHECK(lines_of(result.err).size() == 1);
+  CHECK(seconds_after(result.err, "bmudump: " + bus.name() + ": nobody was heard in ") >= 0.05);
 }
 
 TEST_CASE("live, the run ends after so long without a frame", "[integration][bmudump][bus]") {
@@ -1083,5 +1094,5 @@ TEST_CASE("live, a bus on which nobody speaks is told once, one with traffic is 
   const std::vector<std::string> told = lines_of(result.err);
   REQUIRE(told.size() == 2);
   CHECK(told[0] == "bmudump: no frame on " + quiet.name() + " yet; is another program on this bus?");
-  CHECK(told[1].starts_with("bmudump: " + quiet.name() + ": nobody was heard in 2.5 s"));
+  CHECK(seconds_after(told[1], "bmudump: " + quiet.name() + ": nobody was heard in ") >= 2.5);
 }
