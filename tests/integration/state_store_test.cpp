@@ -3,6 +3,7 @@
 #include "daemon/shell/state_store.hpp"
 
 #include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <cstdint>
 #include <cstdio>
@@ -11,6 +12,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <thread>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -630,8 +632,12 @@ TEST_CASE("a store that cannot write says so and tries again until it can", "[in
     const FullDisk disk(100);
     while (!store->offer(full_state())) {
     }
-    CHECK_FALSE(store->flush(200ms));
+    const auto give_up_at = std::chrono::steady_clock::now() + test::hang_max;
+    while (!store->health().store_write_failed && std::chrono::steady_clock::now() < give_up_at) {
+      std::this_thread::sleep_for(1ms);
+    }
     CHECK(store->health().store_write_failed);
+    CHECK_FALSE(store->flush(1ms));
     CHECK(store->writes() == 0);
   }
   REQUIRE(store->flush(test::hang_max));
