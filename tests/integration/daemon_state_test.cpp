@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -32,8 +31,6 @@ using test::of_the_pack;
 
 namespace {
 
-constexpr const char* deep_discharge = "1 cell 2.7 voltage_mV 2000\n3 cell 2.7 voltage_mV auto\n";
-
 struct StateBench : Bench {
   std::string state = folder / "state.json";
 
@@ -41,6 +38,7 @@ struct StateBench : Bench {
     std::vector<std::string> command = daemon_command();
     if (environment.empty()) command.insert(command.end(), {"--state", state});
     daemon = std::make_unique<Process>(command, ProcessOptions{.environment = environment, .err_file = log});
+    prefer(*daemon);
     REQUIRE(listener.next(test::hang_max));
   }
   void kill() {
@@ -55,17 +53,17 @@ struct StateBench : Bench {
     }
     return nullptr;
   }
-  /// Looked at with each contactor command, every 50 ms.
-  [[nodiscard]] bool becomes(const std::function<bool()>& is_so) {
-    for (int i = 0; i < 200; ++i) {
-      if (is_so()) return true;
-      REQUIRE(listener.next(test::hang_max));
-    }
-    return false;
-  }
   [[nodiscard]] bool has_stage(const std::string& name, const std::string& stage) {
     return becomes([&] { return fault(name).at("stage") == stage; });
   }
+  /// The fault comes with `event`, and stays after `healing_event`.
+  void latch(const std::string& name, const std::string& event, const std::string& healing_event) {
+    send_event(event);
+    REQUIRE(has_stage(name, "active"));
+    send_event(healing_event);
+    REQUIRE(has_stage(name, "latched"));
+  }
+  void discharge_deeply() { latch("cell_deep_discharge", "cell 2.7 voltage_mV 2000", "cell 2.7 voltage_mV auto"); }
   /// The log has a thread of its own, too.
   [[nodiscard]] bool has_logged(const std::string& text) {
     return becomes([&] { return read_file(log).find(text) != std::string::npos; });
@@ -81,9 +79,9 @@ struct StateBench : Bench {
 TEST_CASE("killed and started again, counts and a lock are still there, and it is told who cleared them",
           "[integration][daemon][state][bus]") {
   StateBench bench;
-  bench.start_emulator(deep_discharge);
+  bench.start_emulator("");
   bench.start();
-  REQUIRE(bench.has_stage("cell_deep_discharge", "latched"));
+  bench.discharge_deeply();
   const nlohmann::json before = bench.fault("cell_deep_discharge");
   CHECK(before.at("count") == 1);
   CHECK(before.at("is_locked") == true);
@@ -184,14 +182,12 @@ TEST_CASE("only root and the daemon's own user give node numbers and accept modu
 TEST_CASE("what latched until it is cleared holds over a crash, refuses to close, and is cleared by command alone",
           "[integration][daemon][state][RL][bus]") {
   StateBench bench;
-  bench.start_emulator(
-      "1 estop 1 pressed\n2 estop 1 released\n"
-      "1 cell 2.7 voltage_mV 4305\n3 cell 2.7 voltage_mV auto\n"
-      "1 cell 1.3 voltage_mV 2700\n3 cell 1.3 voltage_mV auto\n"
-      "10 vehicle on\n");
+  bench.start_emulator("");
   bench.start();
   const std::array names{"cell_overvoltage", "cell_undervoltage", "emergency_stop"};
-  for (const char* name : names) REQUIRE(bench.has_stage(name, "latched"));
+  bench.latch("emergency_stop", "estop 1 pressed", "estop 1 released");
+  bench.latch("cell_overvoltage", "cell 2.7 voltage_mV 4305", "cell 2.7 voltage_mV auto");
+  bench.latch("cell_undervoltage", "cell 1.3 voltage_mV 2700", "cell 1.3 voltage_mV auto");
   REQUIRE(bench.has_written("cell_undervoltage"));
   REQUIRE(bench.has_written("cell_overvoltage"));
   bench.kill();
@@ -208,6 +204,7 @@ TEST_CASE("what latched until it is cleared holds over a crash, refuses to close
     CHECK(restored.at("confirmed").at("age_ms").is_null());
     CHECK(restored.at("count") == 1);
   }
+  bench.turn_key_on();
   REQUIRE(bench.becomes(
       [&] { return bench.ask_json("why").dump().find("the last request to close") != std::string::npos; }));
   const std::string why = bench.ask({"why"}).out;
@@ -371,9 +368,9 @@ TEST_CASE("without a group for it control is root's and the daemon's own user's,
     return;
   }
   StateBench bench;
-  bench.start_emulator(deep_discharge);
+  bench.start_emulator("");
   bench.start();
-  REQUIRE(bench.has_stage("cell_deep_discharge", "latched"));
+  bench.discharge_deeply();
   // Into the folder and to the socket: what a group of the daemon's would have.
   REQUIRE(::chmod((bench.folder / "").c_str(), 0755) == 0);
   REQUIRE(::chmod(bench.socket.c_str(), 0666) == 0);

@@ -3,7 +3,6 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -41,20 +40,13 @@ struct HistoryBench : Bench {
     std::vector<std::string> command = daemon_command();
     command.insert(command.end(), more.begin(), more.end());
     daemon = std::make_unique<Process>(command, ProcessOptions{.err_file = log});
+    prefer(*daemon);
     REQUIRE(listener.next(test::hang_max));
   }
   void start() { start({"--state", state}); }
   [[nodiscard]] nlohmann::json told() const {
     const nlohmann::json status = ask_json("status");
     return status.is_object() ? status.at("history") : nlohmann::json();
-  }
-  /// Looked at with each contactor command, every 50 ms.
-  [[nodiscard]] bool becomes(const std::function<bool()>& is_so) {
-    for (int i = 0; i < 300; ++i) {
-      if (is_so()) return true;
-      REQUIRE(listener.next(test::hang_max));
-    }
-    return false;
   }
   [[nodiscard]] bool has_rows(int rows) {
     return becomes([&] { return told().is_object() && told().at("rows_written") >= rows; });

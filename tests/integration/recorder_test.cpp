@@ -13,7 +13,6 @@
 namespace bmu {
 
 using test::Bench;
-using test::is_closed;
 using test::is_open;
 
 namespace {
@@ -49,6 +48,9 @@ int end(Process& process, int signal) {
   return process.wait(test::hang_max);
 }
 
+/// So many contactor commands are received while a drive is recorded, each the outcome of one tick.
+constexpr int commands_min = 40;
+
 bool has_black_box(const nlohmann::json& recorder) {
   return recorder["black_box_path"].is_string();
 }
@@ -58,11 +60,13 @@ bool has_black_box(const nlohmann::json& recorder) {
 TEST_CASE("a drive that the daemon recorded decides again as it did", "[integration][recording][FS_6][bus]") {
   Bench bench;
   bench.more_options = {"--record", bench.folder / "drive", "--black-box", "none"};
-  bench.start_emulator("1 vehicle on\n+4 load current_A 15\n");
+  bench.start_emulator("");
   bench.start_daemon();
-  REQUIRE(bench.listener.hears(is_closed, test::hang_max));
+  REQUIRE(bench.listener.next(test::hang_max));
+  REQUIRE(bench.closes());
+  bench.send_event("load current_A 15");
   static_cast<void>(bench.ask({"clear"}));  // a command is recorded, too
-  CHECK(bench.listener.hears_commands(40));
+  CHECK(bench.listener.hears_commands(commands_min));
   CHECK(end(*bench.daemon, SIGTERM) == 0);
 
   const auto files = files_in(bench.folder / "drive");
@@ -70,7 +74,7 @@ TEST_CASE("a drive that the daemon recorded decides again as it did", "[integrat
   const auto run = replayed(files[0]);
   INFO(run.dump(1));
   CHECK(run["identical"] == true);
-  CHECK(run["ticks"] > 200);
+  CHECK(run["ticks"] > commands_min);
   CHECK(run["damages"].empty());
   CHECK_FALSE(std::filesystem::exists(bench.folder / "none"));
   // What could not be written is no success.
@@ -86,9 +90,12 @@ TEST_CASE("a drive that the daemon recorded decides again as it did", "[integrat
 TEST_CASE("an opening leaves a black box that can be run again", "[integration][recording][black_box][bus]") {
   Bench bench;
   bench.more_options = {"--black-box", bench.folder / "boxes"};
-  bench.start_emulator("1 vehicle on\n+5 cell 2.7 voltage_mV 2700\n");
+  bench.start_emulator("");
   bench.start_daemon();
-  REQUIRE(bench.listener.hears(is_closed, test::hang_max));
+  REQUIRE(bench.listener.next(test::hang_max));
+  REQUIRE(bench.closes());
+  REQUIRE(bench.listener.hears_commands(commands_min));
+  bench.send_event("cell 2.7 voltage_mV 2700");
   REQUIRE(bench.listener.hears(is_open, test::hang_max));
   REQUIRE(status_becomes(bench, has_black_box, test::hang_max));
 
@@ -110,7 +117,7 @@ TEST_CASE("an opening leaves a black box that can be run again", "[integration][
     const auto run = replayed(files[0]);
     INFO(run.dump(1));
     CHECK(run["identical"] == true);
-    CHECK(run["ticks"] > 200);
+    CHECK(run["ticks"] > commands_min);
   }
 }
 

@@ -142,7 +142,7 @@ TEST_CASE("an emulated second pack is heard by the real daemon on a bus of its o
   bench.pack = pack_with(bench.folder, {{"second_pack", {{"base_id", "640"}, {"dialect", "elithion"}}},
                                         {"buses", {{"internal", bench.bus}, {"vehicle", vehicle}}}});
   VehicleEar ear(vehicle);
-  bench.start_emulator("0 second_pack soc_permille 640\n0 second_pack state driving\n15 second_pack silent\n");
+  bench.start_emulator("0 second_pack soc_permille 640\n0 second_pack state driving\n");
   bench.start_daemon();
   REQUIRE(ear.hears(
       0x626, [](const CanFrame& frame) { return frame.data[5] == 64; }, test::hang_max));
@@ -150,6 +150,7 @@ TEST_CASE("an emulated second pack is heard by the real daemon on a bus of its o
   CHECK(heard["name"] == "SECOND  ");
   CHECK(heard["soc_permille"] == 640);
   CHECK(heard["frames_refused"] == 0);
+  bench.send_event("second_pack silent");
   REQUIRE(ear.hears(0x626, is_unknown_soc_2, test::hang_max));
   CHECK(status_of_silence(bench)["second_pack"]["is_silent"] == true);
   std::filesystem::remove("/dev/shm/bmud-bus." + vehicle.substr(5));

@@ -7,7 +7,6 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -408,20 +407,13 @@ struct SerialBench : Bench {
     command.insert(command.end(), {"--state", state});
     command.insert(command.end(), more.begin(), more.end());
     daemon = std::make_unique<Process>(command, ProcessOptions{.err_file = log});
+    prefer(*daemon);
     REQUIRE(listener.next(test::hang_max));
   }
   void end() {
     daemon->signal(SIGTERM);
     REQUIRE(daemon->wait(test::hang_max) == 0);
     static_cast<void>(listener.last());
-  }
-  /// Looked at with each contactor command, every 50 ms.
-  [[nodiscard]] bool becomes(const std::function<bool()>& is_so) {
-    for (int i = 0; i < 200; ++i) {
-      if (is_so()) return true;
-      REQUIRE(listener.next(test::hang_max));
-    }
-    return false;
   }
 };
 
