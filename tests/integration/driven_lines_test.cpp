@@ -15,7 +15,6 @@
 namespace bmu {
 
 using test::Bench;
-using test::milliseconds;
 
 namespace {
 
@@ -135,7 +134,7 @@ TEST_CASE("the lines a daemon drove are opened after it, whatever the pack file 
   CHECK(read_file(driven) ==
         "{\"chip\":\"/dev/no-such-chip\",\"outputs\":{\"fan\":{\"active_low\":false,\"line\":6}}}\n");
   bench.daemon->signal(SIGKILL);
-  REQUIRE(bench.daemon->wait(milliseconds(2000)) == 128 + SIGKILL);
+  REQUIRE(bench.daemon->wait(test::hang_max) == 128 + SIGKILL);
 
   const auto expect_tried = [&] {
     const Finished opened = open_lines(bench.pack, driven);
