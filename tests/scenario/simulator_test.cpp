@@ -10,6 +10,7 @@
 #include "protocol/tables/vehicle_bus.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/mmu_bench.hpp"
+#include "tests/support/processor_time.hpp"
 
 namespace bmu {
 namespace {
@@ -873,10 +874,11 @@ TEST_CASE("63 modules of 12 cells with a master are simulated faster than real t
   config.cell_noise_uV = 200;
   SmallWorld world("0 stranger 5 connected\n0 module 7 delay_ms 500\n0 cell 9.3 wire open_silent", 63, config);
   world.heard.reserve(30'000);
-  const auto began = std::chrono::steady_clock::now();
+  const double before_s = test::processor_time_s();
   world.run_with_master(2s, 0x03);
-  const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-  std::printf("simulator: 63 modules, 2 s in %.1f ms: %.0f times real time\n", took_s * 1e3, 2.0 / took_s);
+  const double took_s = test::processor_time_s() - before_s;
+  std::printf("simulator: 63 modules, 2 s in %.1f ms of processor time: %.0f times real time\n", took_s * 1e3,
+              2.0 / took_s);
   CHECK(took_s < 2.0);
   CHECK(world.heard.size() > 10'000);
 }

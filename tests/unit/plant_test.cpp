@@ -9,6 +9,7 @@
 
 #include "mmu/load_profile.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/processor_time.hpp"
 
 namespace bmu {
 namespace {
@@ -529,10 +530,10 @@ TEST_CASE("63 modules of 12 cells are simulated faster than real time", "[unit][
   const auto plant = std::make_unique<Plant>(pack_config(63, 12));
   plant->drive(closed);
   plant->set_load_A(20.0);
-  const auto began = std::chrono::steady_clock::now();
+  const double before_s = test::processor_time_s();
   run(*plant, 2s);
-  const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-  std::printf("plant: 756 cells, 2 s in %.1f ms: %.0f times real time\n", took_s * 1e3, 2.0 / took_s);
+  const double took_s = test::processor_time_s() - before_s;
+  std::printf("plant: 756 cells, 2 s in %.1f ms of processor time: %.0f times real time\n", took_s * 1e3, 2.0 / took_s);
   CHECK(took_s < 2.0);
 }
 
