@@ -15,6 +15,8 @@ server=bmud-watch-$$
 emulator_pid=
 daemon_pid=
 limit_s=60
+events=
+starved_seen=0
 
 clean_up() {
   tm kill-server 2>/dev/null || true
@@ -72,17 +74,65 @@ wait_until_gone() { until_true "no '$1' any more" eval "! shows '$1'"; }
 must_show() { shows "$1" || fail "the screen does not show '$1'"; echo "ok: '$1'"; }
 must_not_show() { ! shows "$1" || fail "the screen shows '$1'"; echo "ok: no '$1'"; }
 
-# None, or, on a machine that was too busy, a decision that came late and nothing else. The page has to show which.
+# What a machine that is too busy adds to the faults: their names, and their meanings on the screen.
+machine_faults='tick_overrun|control_loop_gap'
+machine_meanings='a decision came too late|the daemon was stopped or starved'
+
+# In the overview: none, or those of the machine and no other.
+shows_no_fault_of_the_pack() {
+  local rows others
+  rows=$(screen)
+  others=$(grep -E '● .*\[[a-z]+\]' <<<"$rows" | grep -vE "$machine_meanings" || true)
+  [[ -z $others ]] && grep -qE "no faults|$machine_meanings" <<<"$rows"
+}
+
+# None, or those of the machine and no other. The page has to show which.
 shows_the_faults() {
-  local seen
+  local seen name
   seen=$("$bin/bmuctl" --socket "$folder/s" --json faults |
     jq -r '.faults[] | select(.count > 0 or .count_since_start > 0 or .is_warning or .stage != "good") | .name') ||
     fail "the daemon's faults cannot be read"
-  case $seen in
-    '') shows 'No fault has ever been seen' ;;
-    tick_overrun) shows 'tick_overrun: a decision came too late' && ! shows 'No fault has ever been seen' ;;
-    *) fail "the daemon has seen: $seen" ;;
-  esac
+  [[ -n $seen ]] || { shows 'No fault has ever been seen'; return; }
+  ! grep -qvxE "$machine_faults" <<<"$seen" || fail "the daemon has seen: $seen"
+  ! shows 'No fault has ever been seen' || return 1
+  for name in $seen; do shows "$name: " || return 1; done
+}
+
+# usage: send_event LINE: an event of mmusim's scripts, without its time
+send_event() { echo "$1" >&"$events"; }
+has_vehicle_on() {
+  "$bin/bmuctl" --socket "$folder/s" --json status | jq -e ".state.inputs.vehicle_on == $1" >"$folder/jq"
+}
+# The pack closes for an edge of vehicle-on alone, so the daemon must have received off before; and without a load.
+turn_key() {
+  send_event 'load current_A 0'
+  send_event 'vehicle off'
+  until_true "the daemon has received vehicle-on as off" has_vehicle_on false
+  send_event 'vehicle on'
+}
+# usage: shows_driving TEXT: of a closed pack with its load. A daemon that was starved opens, logs that, and closes only
+# for a new edge of vehicle-on.
+shows_driving() {
+  local starved
+  if shows 'CLOSED for'; then
+    ! shows "$1" || return 0
+    send_event 'load current_A 20'
+    return 1
+  fi
+  starved=$(grep -c 'stopped or starved for' "$folder/bmud.log" || true)
+  if [[ $starved != "$starved_seen" ]]; then
+    starved_seen=$starved
+    turn_key
+  fi
+  return 1
+}
+wait_for_driving() { until_true "the closed pack shows '$1'" shows_driving "$1"; }
+
+# usage: prefer COMMAND...: instead of this shell; where this is permitted the scheduler prefers it to whatever else the
+# machine does. A starved pack opens, as it should.
+prefer() {
+  renice -n -15 -p "$BASHPID" >"$folder/renice" 2>&1 || true
+  exec "$@"
 }
 
 start_programs() {
@@ -90,15 +140,18 @@ start_programs() {
 0   pack soc_permille 700
 0   cell 3.9 soc_permille 690
 0   cell 1.2 soc_permille 712
-1   vehicle on
-+3  load current_A 20
 TEXT
+  mkfifo "$folder/events"
+  exec {events}<>"$folder/events"
   local pack=$source_dir/config/packs/demo-48s.json
-  "$bin/mmusim" --bus "$bus" --pack "$pack" --scenario "$folder/drive.scn" >"$folder/mmusim.log" 2>&1 </dev/null &
+  prefer "$bin/mmusim" --bus "$bus" --pack "$pack" --scenario "$folder/drive.scn" --events "$folder/events" \
+    >"$folder/mmusim.log" 2>&1 </dev/null &
   emulator_pid=$!
-  "$bin/bmud" --config "$pack" --bus-internal "$bus" --bus-vehicle "$bus" --socket "$folder/s" >"$folder/bmud.log" 2>&1 </dev/null &
+  prefer "$bin/bmud" --config "$pack" --bus-internal "$bus" --bus-vehicle "$bus" --socket "$folder/s" >"$folder/bmud.log" \
+    2>&1 </dev/null &
   daemon_pid=$!
   until_true "the daemon is there" test -S "$folder/s"
+  turn_key
 }
 
 # In the terminal: remembers its settings, shows the picture, and says how that ended.
@@ -135,14 +188,15 @@ must_be_restored() {
 
 look_at_80_columns() {
   begin_watch
-  wait_for 'CLOSED for'
-  wait_for 'load 1'
-  wait_for 'current  20.0'
+  wait_for_driving 'load 1'
+  wait_for_driving 'current  20.0'
   local text
   for text in ' demo 48s  48 cells' 'bmud up' '● main +' 'SOC ' ' +-' 'discharge  ' 'for long' '▼3.' 'cell 3.9 (no. 33)' '▲3.' \
-    'cell 1.2 (no. 2)' M1 M2 M3 M4 '▆▆▆▆' 'no faults' 'errors 0' 'lost 0' 'late ' 'missed ' 'bad CRC 0' 'drive: '; do
+    'cell 1.2 (no. 2)' M1 M2 M3 M4 '▆▆▆▆' 'errors 0' 'lost 0' 'late ' 'missed ' 'bad CRC 0' 'drive: '; do
     must_show "$text"
   done
+  shows_no_fault_of_the_pack || fail "the screen shows a fault of the pack, or not that there is none"
+  echo "ok: no fault of the pack"
   must_not_show '…'
   [[ $(flag cursor_flag) == 0 ]] || fail "the cursor is there"
   wait_for_row -1 'q quit'
@@ -206,11 +260,11 @@ end_it() {
   keys q
   must_be_restored 0
   begin_watch
-  wait_for 'CLOSED for'
+  wait_for_driving 'current  20.0'
   keys C-c
   must_be_restored 0
   begin_watch
-  wait_for 'CLOSED for'
+  wait_for_driving 'current  20.0'
   kill -TERM "$(<"$folder/pid")"
   must_be_restored 0
 }
@@ -234,7 +288,7 @@ look_with_few_signs() {
 
 lose_it() {
   begin_watch
-  wait_for 'CLOSED for'
+  wait_for_driving 'current  20.0'
   stop "$emulator_pid"
   emulator_pid=
   wait_for '● a module does not answer'
