@@ -154,6 +154,13 @@ struct Bench {
   [[nodiscard]] bool closes() {
     const auto give_up_at = steady_clock::now() + hang_max;
     while (steady_clock::now() < give_up_at) {
+      send_event("vehicle off");
+      // A request is refused for good while a fault is present, as after starving.
+      const auto is_ready = [&] {
+        const nlohmann::json status = ask_json("status");
+        return status.is_object() && status.at("permission").at("may_close") == true;
+      };
+      REQUIRE(becomes(is_ready));
       const int starved_before = starved_count();
       turn_key_on();
       while (steady_clock::now() < give_up_at && starved_count() == starved_before) {

@@ -101,13 +101,13 @@ shows_the_faults() {
 # usage: send_event LINE: an event of mmusim's scripts, without its time
 send_event() { echo "$1" >&"$events"; }
 has_vehicle_on() {
-  "$bin/bmuctl" --socket "$folder/s" --json status | jq -e ".state.inputs.vehicle_on == $1" >"$folder/jq"
+  "$bin/bmuctl" --socket "$folder/s" --json status | jq -e ".state.inputs.vehicle_on == $1 and .permission.may_close" >"$folder/jq"
 }
 # The pack closes for an edge of vehicle-on alone, so the daemon must have received off before; and without a load.
 turn_key() {
   send_event 'load current_A 0'
   send_event 'vehicle off'
-  until_true "the daemon has received vehicle-on as off" has_vehicle_on false
+  until_true "vehicle-on is received as off, and the pack may close" has_vehicle_on false
   send_event 'vehicle on'
 }
 # usage: shows_driving TEXT: of a closed pack with its load. A daemon that was starved opens, logs that, and closes only
