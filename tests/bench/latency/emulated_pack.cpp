@@ -33,16 +33,13 @@ bool is_closed_by(const CanFrame& command) {
   return outputs.main_positive && outputs.main_negative && !outputs.precharge;
 }
 
-bool says_pressed(const CanFrame& frame) {
-  return frame.id == internal_bus::pdu_status.base_id &&
-         read_raw<internal_bus::pdu_status, "estop_1_released">(frame) == 0;
-}
-
 }  // namespace
 
-EmulatedPack::EmulatedPack(std::size_t number, const PackConfig& pack, CommandFor command,
+EmulatedPack::EmulatedPack(std::size_t number, const PackConfig& pack, FaultChoice fault, CommandFor command,
                            const std::filesystem::path& folder, Ear& ear)
     : bus_("unix:latency-" + std::to_string(::getpid()) + "-" + std::to_string(number)),
+      pack_(pack.core),
+      fault_(fault),
       config_(simulator_config(pack.core)),
       command_(std::move(command)),
       folder_(folder / std::to_string(number)),
@@ -70,7 +67,9 @@ void EmulatedPack::begin() {
   const TimePoint now = monotonic_now();
   simulator_ = std::make_unique<Simulator>(config_, small_link(), now);
   is_commanded_ = is_closed_ = false;
-  pressed_at_ = {};
+  injected_.reset();
+  completed_at_ = {};
+  is_completed_by_time_ = false;
   daemon_ = Child(command_(bus_, folder_), log());
   enter(Stage::starting, now + starts_within);
 }
@@ -111,7 +110,12 @@ void EmulatedPack::advance(TimePoint now) {
   // Nothing is emulated of a time in which we were held up; the next frames just come so much later.
   const TimePoint until = std::max(simulator_->now(), std::min(now, simulator_->now() + catch_up_max));
   for (const SentFrame& sent : simulator_->advance(until)) {
-    if (pressed_at_ == TimePoint{} && says_pressed(sent.frame)) pressed_at_ = exact_now();
+    if (injected_) {
+      const TimePoint written_at = exact_now();
+      const InjectedFault::Effect effect = injected_->effect_of(sent.frame, written_at);
+      if (effect == InjectedFault::Effect::completes) completed_at_ = written_at;
+      if (effect == InjectedFault::Effect::completes_too_soon) is_completed_by_time_ = true;
+    }
     static_cast<void>(port_->send(sent.frame));
   }
 }
@@ -140,27 +144,29 @@ void EmulatedPack::follow(TimePoint now) {
       }
       break;
     case Stage::closed:
-    case Stage::asking: press_when_due(now); break;
-    case Stage::pressed: look_for_answer(now); break;
+    case Stage::asking: inject_when_due(now); break;
+    case Stage::injected: look_for_answer(now); break;
   }
 }
 
-void EmulatedPack::press_when_due(TimePoint now) {
+void EmulatedPack::inject_when_due(TimePoint now) {
   if (!is_closed_) return end(Outcome::opened_by_itself);
   if (now < due_) return;
   if (stage_ == Stage::closed) {
     ear_.listen(place_);
     enter(Stage::asking, now);
   } else if (ear_.state(place_) == Ear::State::listening) {
-    apply("estop 1 pressed");
-    enter(Stage::pressed, now + answer_within);
+    injected_.emplace(fault_, pack_, random_);
+    apply(injected_->event().c_str());
+    enter(Stage::injected, now + answer_within);
   }
 }
 
 void EmulatedPack::look_for_answer(TimePoint now) {
   if (ear_.state(place_) == Ear::State::heard) {
-    const bool is_answer = pressed_at_ != TimePoint{} && ear_.heard_at(place_) > pressed_at_;
-    took_ = ear_.heard_at(place_) - pressed_at_;
+    if (is_completed_by_time_) return end(Outcome::completed_by_time);
+    const bool is_answer = completed_at_ != TimePoint{} && ear_.heard_at(place_) > completed_at_;
+    took_ = ear_.heard_at(place_) - completed_at_;
     return end(is_answer ? Outcome::measured : Outcome::opened_by_itself);
   }
   if (now > due_) end(Outcome::no_answer);

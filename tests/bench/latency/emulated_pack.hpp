@@ -1,8 +1,12 @@
-// A pack on a bus of its own, one life after the other: a new daemon is started, the key is turned, the pack closes,
-// and after a while drawn by lot the emergency stop is pressed. The time is taken from just before the frame that says
-// so is given to the bus until the ear has heard the command that opens. Then the daemon is killed and the next life
-// begins: in one life nothing closes for ten seconds after a fault. So each opening is the first of its daemon, as in a
-// vehicle.
+// A pack on a bus of its own, one session after another: a new daemon is started, the key is turned, the pack closes,
+// and after 300 to 800 ms drawn by lot a fault is injected (injected_fault.hpp). The latency is measured from just
+// before the frame that completes the fault's confirmation is written to the bus until the receiving thread (ear.hpp)
+// has the command that opens. Then the daemon is killed and the next session starts: within a session nothing closes
+// for ten seconds after a fault. So each opening is the first of its daemon, as in a vehicle.
+//
+// Frames of the same millisecond are written back to back, without the 0.25 ms that each takes on a bus of 500 kbit/s.
+// A CELLS frame may so be preceded and followed by all other frames of an answer to a broadcast POLL: the daemon reads
+// more at a time than on a real bus.
 //
 //   begin()   from a thread that may wait: starts the daemon. Only while `is_waiting`.
 //   step()    from the thread that emulates, each millisecond
@@ -23,18 +27,26 @@
 #include "mmu/simulator.hpp"
 #include "tests/bench/latency/child.hpp"
 #include "tests/bench/latency/ear.hpp"
+#include "tests/bench/latency/injected_fault.hpp"
 
 namespace bmu::latency {
 
-enum class Outcome : std::uint8_t { none, measured, never_closed, opened_by_itself, no_answer };
+enum class Outcome : std::uint8_t {
+  none,
+  measured,
+  never_closed,
+  opened_by_itself,
+  completed_by_time,  // not by a frame (injected_fault.hpp)
+  no_answer,
+};
 
 /// What is started for a life: a program and its options, for this bus and with this folder for its files.
 using CommandFor = std::function<std::vector<std::string>(const std::string& bus, const std::filesystem::path& folder)>;
 
 class EmulatedPack {
  public:
-  EmulatedPack(std::size_t number, const PackConfig& pack, CommandFor command, const std::filesystem::path& folder,
-               Ear& ear);
+  EmulatedPack(std::size_t number, const PackConfig& pack, FaultChoice fault, CommandFor command,
+               const std::filesystem::path& folder, Ear& ear);
   EmulatedPack(const EmulatedPack&) = delete;
   EmulatedPack& operator=(const EmulatedPack&) = delete;
   ~EmulatedPack();
@@ -49,18 +61,20 @@ class EmulatedPack {
   [[nodiscard]] std::string log() const { return (folder_ / "bmud.log").string(); }
 
  private:
-  enum class Stage : std::uint8_t { waiting, starting, settling, closing, closed, asking, pressed };
+  enum class Stage : std::uint8_t { waiting, starting, settling, closing, closed, asking, injected };
 
   void read_frames(bool is_living);
   void advance(TimePoint now);
   void follow(TimePoint now);
-  void press_when_due(TimePoint now);
+  void inject_when_due(TimePoint now);
   void look_for_answer(TimePoint now);
   void apply(const char* event);
   void enter(Stage stage, TimePoint due);
   void end(Outcome outcome);
 
   std::string bus_;
+  CoreConfig pack_;
+  FaultChoice fault_;
   SimulatorConfig config_;
   CommandFor command_;
   std::filesystem::path folder_;
@@ -72,9 +86,11 @@ class EmulatedPack {
   Child daemon_;
   std::atomic<Stage> stage_{Stage::waiting};
   TimePoint due_{};
-  bool is_commanded_ = false;  // a command of this life was heard
-  bool is_closed_ = false;     // by the last of them
-  TimePoint pressed_at_{};
+  bool is_commanded_ = false;              // a command of this life was heard
+  bool is_closed_ = false;                 // by the last of them
+  std::optional<InjectedFault> injected_;  // in the present session
+  TimePoint completed_at_{};               // zero: its confirmation is not complete
+  bool is_completed_by_time_ = false;
   Outcome outcome_ = Outcome::none;
   Duration took_{};
 };

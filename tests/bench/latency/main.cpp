@@ -1,11 +1,13 @@
-// daemon_latency: from the frame that makes the daemon open to its command on the bus, on a machine that has much else
-// to do (docs/performance.md).
+// daemon_latency: latency of the daemon from the frame that completes a fault's confirmation to the contactor command
+// that opens, on a machine under full processor load (docs/performance.md). injected_fault.hpp: the faults, and which
+// frame completes their confirmation.
 #include <algorithm>
 #include <atomic>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -18,6 +20,7 @@
 #include <unistd.h>
 
 #include "tests/bench/latency/emulated_pack.hpp"
+#include "tests/bench/latency/injected_fault.hpp"
 #include "tests/bench/latency/reference.hpp"
 #include "tests/bench/latency/report.hpp"
 #include "tests/support/folders.hpp"
@@ -36,7 +39,8 @@ constexpr Duration look_every = 10ms;
 
 struct Options {
   std::string program = test::in_build("bin/bmud");
-  std::string pack = test::in_source("config/packs/demo-48s.json");
+  std::string pack = "demo-48s";
+  std::vector<FaultChoice> faults;  // empty: all
   std::size_t openings = 2000;
   unsigned packs = 12;
   unsigned busy_per_core = 2;
@@ -95,6 +99,7 @@ void check_right() {
 
 void tell_progress(const Measured& measured, std::size_t wanted) {
   static std::size_t told = 0;
+  if (measured.latencies.empty()) told = 0;
   const bool is_terminal = ::isatty(STDERR_FILENO) != 0;
   const std::size_t step = is_terminal ? 1 : std::max<std::size_t>(wanted / 10, 1);
   if (measured.latencies.size() / step == told) return;
@@ -109,6 +114,7 @@ void count(const EmulatedPack& pack, Measured& measured) {
     case Outcome::measured: return measured.latencies.push_back(pack.took());
     case Outcome::never_closed: ++measured.never_closed; break;
     case Outcome::opened_by_itself: ++measured.opened_by_itself; break;
+    case Outcome::completed_by_time: ++measured.completed_by_time; break;
     case Outcome::no_answer: ++measured.no_answer; break;
   }
 }
@@ -116,9 +122,14 @@ void count(const EmulatedPack& pack, Measured& measured) {
 /// A daemon that cannot start brings no measurement, ever.
 void check_worth(const Measured& measured, const EmulatedPack& pack) {
   constexpr std::uint64_t vain_max = 30;
-  const std::uint64_t vain = measured.never_closed + measured.opened_by_itself + measured.no_answer;
+  const std::uint64_t vain =
+      measured.never_closed + measured.opened_by_itself + measured.completed_by_time + measured.no_answer;
   if (vain < vain_max || vain < 2 * measured.latencies.size()) return;
-  throw std::runtime_error("the packs do not close or do not stay closed; see " + pack.log());
+  throw std::runtime_error(measured.fault + ": no measurement in " + std::to_string(vain) +
+                           " sessions: " + std::to_string(measured.never_closed) + " never closed, " +
+                           std::to_string(measured.opened_by_itself) + " opened before, " +
+                           std::to_string(measured.completed_by_time) + " confirmed by time, " +
+                           std::to_string(measured.no_answer) + " without an answer; last log: " + pack.log());
 }
 
 /// Ended by hand, what runs on the buses has to go, too.
@@ -150,14 +161,14 @@ std::string condition_of(const Options& options) {
                                      : ", ordinary priority, nice " + std::to_string(options.nice));
 }
 
-CommandFor command_of(const Options& options) {
-  return [options](const std::string& bus, const std::filesystem::path& folder) {
+CommandFor command_of(const Options& options, const std::string& pack) {
+  return [options, pack](const std::string& bus, const std::filesystem::path& folder) {
     const auto in = [&folder](const char* name) { return (folder / name).string(); };
     std::vector<std::string> words{"/usr/bin/nice", "-n", std::to_string(options.nice)};
     if (options.is_reference) {
       words.insert(words.end(), {std::filesystem::read_symlink("/proc/self/exe"), "--answer-on", bus});
     } else {
-      words.insert(words.end(), {options.program, "--config", options.pack, "--bus-internal", bus, "--bus-vehicle", bus,
+      words.insert(words.end(), {options.program, "--config", pack, "--bus-internal", bus, "--bus-vehicle", bus,
                                  "--socket", in("bmud.sock"), "--state", in("state.json"), "--history",
                                  in("history.sqlite"), "--black-box", in("black-box")});
     }
@@ -169,20 +180,29 @@ CommandFor command_of(const Options& options) {
   };
 }
 
-Measured measure(const Options& options) {
-  const auto pack_config = load_pack_config(options.pack);
+/// A pack file, or the name of one in config/packs.
+std::string pack_file(const std::string& pack) {
+  const std::string shipped = test::in_source("config/packs/" + pack + ".json");
+  return !std::filesystem::exists(pack) && std::filesystem::exists(shipped) ? shipped : pack;
+}
+
+Measured measure(const Options& options, FaultChoice fault) {
+  const TemporaryFolder folder;
+  const std::string file = pack_for(fault, pack_file(options.pack), folder.path());
+  const auto pack_config = load_pack_config(file);
   if (!pack_config) throw std::runtime_error(to_text(pack_config.error().front()));
   const unsigned cores = std::max(std::thread::hardware_concurrency(), 1U);
   Measured measured{.condition = condition_of(options),
                     .pack = pack_config->name,
+                    .fault = std::string(to_text(fault)),
                     .packs = options.packs,
                     .busy_loops = cores * options.busy_per_core};
   const BusyLoops load(measured.busy_loops);  // before there are threads
-  const TemporaryFolder folder;
   Ear ear;
   std::vector<std::unique_ptr<EmulatedPack>> packs;
   for (std::size_t i = 0; i < options.packs; ++i) {
-    packs.push_back(std::make_unique<EmulatedPack>(i, *pack_config, command_of(options), folder.path(), ear));
+    packs.push_back(
+        std::make_unique<EmulatedPack>(i, *pack_config, fault, command_of(options, file), folder.path(), ear));
   }
   ear.start(ear_priority);
   const Emulator emulator(packs);
@@ -190,22 +210,56 @@ Measured measure(const Options& options) {
   return measured;
 }
 
+std::map<std::string, FaultChoice> fault_names() {
+  std::map<std::string, FaultChoice> names;
+  for (const FaultChoice fault : all_faults) names.emplace(to_text(fault), fault);
+  return names;
+}
+
+/// Of the reference, which does not poll, only what a PDU_STATUS confirms.
+std::vector<FaultChoice> faults_of(const Options& options) {
+  if (!options.is_reference) {
+    return options.faults.empty() ? std::vector(all_faults.begin(), all_faults.end()) : options.faults;
+  }
+  for (const FaultChoice fault : options.faults) {
+    if (fault == FaultChoice::emergency_stop) continue;
+    throw std::runtime_error("--reference: does not poll, expected --fault emergency_stop");
+  }
+  return {FaultChoice::emergency_stop};
+}
+
+int measure_faults(const Options& options) {
+  int exit_code = exit_codes::exit_ok;
+  for (const FaultChoice fault : faults_of(options)) {
+    if (is_interrupted) break;
+    const Measured measured = measure(options, fault);
+    std::fputs((options.is_json ? to_json(measured) : to_text(measured)).c_str(), stdout);
+    std::fflush(stdout);
+    if (measured.latencies.empty()) exit_code = 1;
+  }
+  return exit_code;
+}
+
 int run(int argc, char** argv) {
   Options options;
   CLI::App app(
-      "From the frame that makes the daemon open to its command on the bus: packs on buses of their own, each life of "
-      "a daemon one opening, beside processes that use up the processors. Needs the right to real-time priorities "
-      "above 50.");
+      "Latency from the frame that completes a fault's confirmation to the contactor command that opens: packs on "
+      "buses "
+      "of their own, one opening for each session of a daemon, beside processes that use up the processors. Needs the "
+      "right to real-time priorities above 50.");
   app.add_option("--bmud", options.program, "The daemon's program")->capture_default_str();
-  app.add_option("--pack", options.pack, "Pack file; its buses are not used")->capture_default_str();
-  app.add_option("--openings", options.openings, "How many are measured")->capture_default_str();
+  app.add_option("--pack", options.pack, "Pack file, or the name of one in config/packs; its buses are not used")
+      ->capture_default_str();
+  app.add_option("--fault", options.faults, "What opens; may be given more than once. Default: each of them")
+      ->transform(CLI::CheckedTransformer(fault_names(), CLI::ignore_case));
+  app.add_option("--openings", options.openings, "How many are measured of each fault")->capture_default_str();
   app.add_option("--packs", options.packs, "How many at a time")
       ->check(command_line::whole_number(1, 64))
       ->capture_default_str();
   app.add_option("--busy", options.busy_per_core, "Busy loops for each processor; 0: none")
       ->check(command_line::whole_number(0, 64))
       ->capture_default_str();
-  app.add_option("--seconds", options.seconds, "End after this time with what there is")
+  app.add_option("--seconds", options.seconds, "End after this time with what there is, each fault")
       ->check(command_line::number(1, 1e6))
       ->capture_default_str();
   app.add_option("--nice", options.nice, "Of ordinary daemons; this is what the service's unit gives")
@@ -213,7 +267,8 @@ int run(int argc, char** argv) {
       ->capture_default_str();
   app.add_flag("--real-time", options.is_real_time, "Daemons with --realtime-priority 50 --lock-memory");
   app.add_flag("--reference", options.is_reference,
-               "Instead of the daemon the least program that can answer: the machine's share of it");
+               "Instead of the daemon the least program that can answer: the machine's share of it. It does not poll: "
+               "emergency_stop only");
   // What the reference is started with, by ourselves.
   app.add_option("--answer-on", options.answer_on)->group("");
   app.add_option("--realtime-priority", options.wishes.priority)->group("");
@@ -224,9 +279,7 @@ int run(int argc, char** argv) {
     if (!options.answer_on.empty()) return answer_on(options.answer_on, options.wishes);
     check_right();
     for (const int number : {SIGINT, SIGTERM}) std::signal(number, [](int) { is_interrupted = true; });
-    const Measured measured = measure(options);
-    std::fputs((options.is_json ? to_json(measured) : to_text(measured)).c_str(), stdout);
-    return measured.latencies.empty() ? 1 : exit_codes::exit_ok;
+    return measure_faults(options);
   } catch (const CLI::ParseError& error) {
     return command_line::report(app, error);
   } catch (const std::system_error& error) {

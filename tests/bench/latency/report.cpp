@@ -60,12 +60,12 @@ Duration quantile(const std::vector<Duration>& sorted_latencies, unsigned permil
 
 std::string to_text(const Measured& measured) {
   const std::vector<Duration> all = sorted(measured.latencies);
-  std::string text = measured.condition + ", " + measured.pack + ", " + std::to_string(measured.packs) +
-                     " packs at a time, " + std::to_string(measured.busy_loops) +
+  std::string text = measured.fault + ", " + measured.condition + ", " + measured.pack + ", " +
+                     std::to_string(measured.packs) + " packs at a time, " + std::to_string(measured.busy_loops) +
                      " busy loops: " + std::to_string(all.size()) + " openings in " + line("%.0f s\n", measured.ran_s);
   text += "  no measurement: " + std::to_string(measured.never_closed) + " never closed, " +
-          std::to_string(measured.opened_by_itself) + " opened before, " + std::to_string(measured.no_answer) +
-          " without an answer\n";
+          std::to_string(measured.opened_by_itself) + " opened before, " + std::to_string(measured.completed_by_time) +
+          " confirmed by time, " + std::to_string(measured.no_answer) + " without an answer\n";
   if (all.empty()) return text;
   text += line("  p50 %.0f us", to_us(quantile(all, 500))) + line(", p99 %.0f us", to_us(quantile(all, 990))) +
           line(", p99.9 %.0f us", to_us(quantile(all, 999))) + line(", max %.0f us\n", to_us(all.back()));
@@ -78,7 +78,8 @@ std::string to_text(const Measured& measured) {
 
 std::string to_json(const Measured& measured) {
   const std::vector<Duration> all = sorted(measured.latencies);
-  Json json{{"condition", measured.condition},
+  Json json{{"fault", measured.fault},
+            {"condition", measured.condition},
             {"pack", measured.pack},
             {"packs", measured.packs},
             {"busy_loops", measured.busy_loops},
@@ -86,6 +87,7 @@ std::string to_json(const Measured& measured) {
             {"openings", all.size()},
             {"never_closed", measured.never_closed},
             {"opened_before", measured.opened_by_itself},
+            {"confirmed_by_time", measured.completed_by_time},
             {"no_answer", measured.no_answer}};
   if (!all.empty()) {
     json["p50_us"] = to_us(quantile(all, 500));

@@ -12,13 +12,15 @@ namespace bmu::latency {
 struct Measured {
   std::string condition;  // how the daemons were run, beside what
   std::string pack;
+  std::string fault;
   unsigned packs = 0;
   unsigned busy_loops = 0;
   double ran_s = 0.0;
   std::vector<Duration> latencies;
-  // Lives that brought no measurement.
+  // Sessions without a measurement.
   std::uint64_t never_closed = 0;
   std::uint64_t opened_by_itself = 0;
+  std::uint64_t completed_by_time = 0;  // by a tick, not by a frame (injected_fault.hpp)
   std::uint64_t no_answer = 0;
 };
 
