@@ -23,7 +23,8 @@ bool has_pseudo_terminals() {
   return other >= 0;
 }
 
-/// 135 kB a bus, two buses a test, up to 32 tests beside each other (tools/test), and the files of tests that were killed.
+/// 135 kB a bus, two buses a test, up to 32 tests beside each other (tools/test), and the files of tests that were
+/// killed.
 constexpr std::uint64_t shared_memory_min_bytes = 16'000'000;
 
 bool has_room_for_buses() {
