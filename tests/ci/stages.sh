@@ -244,8 +244,6 @@ stages_main() {
   fi
   shift
   cd "$repository"
-  # A clone elsewhere finds what was compiled here.
-  export CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1
   "$function" "$@"
 }
 
