@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Changes the safety files in every small way that a slip could, and sees whether some test notices.
 
-Exit status: 0 if at least 95 % of the mutants are killed and every other is listed in survivors.txt with its reason, 1 if
+Exit status: 0 if at least 95 % of the mutants are killed (of 200 or more) and every other is listed in survivors.txt with its reason, 1 if
 not, or if a listed one is killed or gone, 2 if something is wrong with the run itself. docs/decisions/0006 says more.
 
   tests/mutation/mutate.py                                    all of files.txt

@@ -244,8 +244,8 @@ int run(int argc, char** argv) {
   Options options;
   CLI::App app(
       "Latency from the frame that completes a fault's confirmation to the contactor command that opens: packs on "
-      "buses "
-      "of their own, one opening for each session of a daemon, beside processes that use up the processors. Needs the "
+      "buses of their own, one opening for each session of a daemon, beside processes that use up the processors. "
+      "Needs the "
       "right to real-time priorities above 50.");
   app.add_option("--bmud", options.program, "The daemon's program")->capture_default_str();
   app.add_option("--pack", options.pack, "Pack file, or the name of one in config/packs; its buses are not used")
