@@ -27,6 +27,7 @@ import mutants
 import mutate
 import other_coverage
 import safety_files
+import trial
 from mutants import Mutant
 
 # Line of toy.cpp: every change there, in order.
@@ -143,6 +144,22 @@ class Mutation(unittest.TestCase):
             self.assertEqual(mutants.other_literals(text, is_subscript=False), others, text)
         self.assertEqual(mutants.other_literals("7", is_subscript=True), ["6"])
         self.assertEqual(mutants.other_literals("0", is_subscript=True), ["1"])
+
+
+class Selection(unittest.TestCase):
+    # In the place of a test program: records what it is asked to run, as "name, seconds, mutants".
+    RECORDS_ITS_CASES = """#!/bin/sh
+[ "$1 $2" = "--input-file /dev/stdin" ] && exec sed 's/^"//; s/"$/\\t0.0\\t/' >"$BMU_MUTANT_RECORD"
+"""
+
+    def test_has_no_limit_of_length(self) -> None:
+        cases = [trial.TestCase("test_unit", f"{number} {'of a great many test cases' * 5}", 0.0, set()) for number in range(3000)]
+        with tempfile.TemporaryDirectory() as name:
+            program = Path(name) / "bin" / "test_unit"
+            program.parent.mkdir()
+            program.write_text(self.RECORDS_ITS_CASES)
+            program.chmod(0o755)
+            trial._check_selection_of(Path(name), trial.Reach(cases), "test_unit")
 
 
 class Coverage(unittest.TestCase):

@@ -124,9 +124,13 @@ def _batches(cases: list[TestCase]) -> list[list[TestCase]]:
     return batches
 
 
+# The names are read from standard input, a line each: together they are longer than a word of a command line may be.
+CHOOSE = ["--input-file", "/dev/stdin"]
+
+
 def _chosen(cases: list[TestCase]) -> str:
     """What Catch2 takes for "these test cases"."""
-    return ",".join(re.sub(r'([\\,\["*~])', r"\\\1", each.name) for each in cases)
+    return "".join('"' + re.sub(r'([\\,\["*~])', r"\\\1", each.name) + '"\n' for each in cases)
 
 
 def _fails(folder: Path, batch: list[TestCase], mutant: int) -> bool:
@@ -135,7 +139,9 @@ def _fails(folder: Path, batch: list[TestCase], mutant: int) -> bool:
     program = str(folder / "bin" / batch[0].program)
     try:
         done = subprocess.run(
-            ["prlimit", f"--cpu={limit_s}", program, "--abort", _chosen(batch)],
+            ["prlimit", f"--cpu={limit_s}", program, "--abort", *CHOOSE],
+            input=_chosen(batch),
+            text=True,
             env=dict(os.environ, BMU_MUTANT=str(mutant)),
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
@@ -154,9 +160,13 @@ def _check_selection_of(folder: Path, reach: Reach, program: str) -> None:
     own = [each for each in reach.cases if each.program == program]
     record = folder / f"{program}.chosen"
     record.unlink(missing_ok=True)
-    command = [str(folder / "bin" / program), _chosen(own)]
     done = subprocess.run(
-        command, env=dict(os.environ, BMU_MUTANT_RECORD=str(record)), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        [str(folder / "bin" / program), *CHOOSE],
+        env=dict(os.environ, BMU_MUTANT_RECORD=str(record)),
+        input=_chosen(own),
+        text=True,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
     )
     if done.returncode != 0 or not record.is_file():
         raise TrialError(f"{program} with all its test cases chosen by name: status {done.returncode}")
