@@ -130,4 +130,23 @@ if git -C "$repository" rev-parse --quiet --verify HEAD >/dev/null 2>&1; then
   if in_folder --again load-2 >"$folder/out"; then fail "a slice that no longer passes fails the run"; fi
   expect "one of a row that fails makes the others open again" "$(all_states)" \
     "one passed,load-1 open again: load-2 did not pass,load-2 status 4,other status 3,failed: load-1 load-2 other"
+
+  # What a result depends on, in a repository of its own.
+  mkdir -p "$folder/other/tests"/{rig,unit,ci}
+  cp "$repository/tests/nightly" "$folder/other/tests/nightly"
+  touch "$folder/other/tests"/{rig/pull.sh,unit/cell_test.cpp,ci/nightly.tsv,ci/stages.sh}
+  git -C "$folder/other" init --quiet
+  git -C "$folder/other" -c user.name=test -c user.email=test@localhost commit --quiet --allow-empty --message=first
+  printf 'rig-pull\tgood\t9\tproduct rig\nall\tgood\t9\tproduct tests\n' >"$folder/nightly.tsv"
+  in_other() { BMUD_NIGHTLY_TABLE=$folder/nightly.tsv XDG_STATE_HOME=$folder/other-state "$folder/other/tests/nightly" "$@"; }
+  in_other --note good 7 passed
+  opened_by() {
+    echo changed >>"$folder/other/tests/$1"
+    in_other --list | tail -n 1
+    in_other --note good 7 passed
+  }
+  expect "a script of the emulated machine opens its slices" "$(opened_by rig/pull.sh)" "not run: rig-pull"
+  expect "a test those that run it" "$(opened_by unit/cell_test.cpp)" "not run: all"
+  expect "a stage all" "$(opened_by ci/stages.sh)" "not run: rig-pull all"
+  expect "a limit none" "$(opened_by ci/nightly.tsv)" "every slice has passed for these sources"
 fi
