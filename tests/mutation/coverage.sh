@@ -17,7 +17,7 @@ programs=(bmucell bmuctl bmud bmudump bmureplay mmusim)
 quick='~[slow]~[exhaustive]~[threads]'
 
 CC=clang CXX=clang++ cmake -S "$repository" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=None -DBMUD_COVERAGE=ON -DBMUD_PRECOMPILE=OFF
-cmake --build "$build" --parallel "$jobs" --target "${deciding[@]}" test_integration make_every_frame "${programs[@]}"
+cmake --build "$build" --parallel "$jobs" --target "${deciding[@]}" test_integration test_example_device make_every_frame "${programs[@]}"
 
 rm -rf "$profiles"
 mkdir "$profiles"

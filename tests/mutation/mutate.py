@@ -103,6 +103,8 @@ def try_all(work: Path, wanted: list[Mutant], jobs: int) -> tuple[set[int], set[
         for tried, (each, is_killed) in enumerate(zip(wanted, outcomes), start=1):
             if is_killed:
                 killed.add(each.id)
+            else:
+                print(f"mutate: not killed: {text_of(each)}", file=sys.stderr, flush=True)
             if tried % PROGRESS_EVERY == 0:
                 print(f"mutate: {tried} of {len(wanted)} tried, {len(killed)} killed", file=sys.stderr, flush=True)
     return killed, unreached
