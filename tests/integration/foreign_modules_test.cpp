@@ -13,19 +13,23 @@ TEST_CASE("a pack of another maker's modules closes with the real daemon, and op
           "[integration][daemon][foreign][bus]") {
   const std::string name = GENERATE("outlander-80s", "i3-96s");
   CAPTURE(name);
-  test::Bench bench;
   std::ifstream file(test::in_source("config/packs/" + name + ".json"));
   nlohmann::json pack = nlohmann::json::parse(file, nullptr, true, true);
   pack["cell"] = test::in_source("config/packs/") + pack["cell"].get<std::string>();
-  pack["buses"] = {{"internal", bench.bus}, {"vehicle", bench.bus}};
-  bench.pack = bench.folder.file("pack.json", pack.dump());
-  bench.start_emulator("");
-  bench.start_daemon();
-  REQUIRE(bench.listener.next(test::hang_max));
-  REQUIRE(bench.closes());
-  bench.send_event("module 3 silent");
-  REQUIRE(bench.listener.hears(test::is_open, test::hang_max));
-  CHECK(bench.ask_json("status")["last_opening"]["fault"] == "module_lost");
+  std::string fault;
+  const auto bench = test::driven([&](test::Bench& made) {
+    pack["buses"] = {{"internal", made.bus}, {"vehicle", made.bus}};
+    made.pack = made.folder.file("pack.json", pack.dump());
+    made.start_emulator("");
+    made.start_daemon();
+    REQUIRE(made.listener.next(test::hang_max));
+    REQUIRE(made.closes());
+    made.send_event("module 3 silent");
+    REQUIRE(made.listener.hears(test::is_open, test::hang_max));
+    fault = made.ask_json("status")["last_opening"]["fault"];
+    return fault == "module_lost";
+  });
+  CHECK(fault == "module_lost");
 }
 
 }  // namespace bmu

@@ -88,16 +88,20 @@ TEST_CASE("a drive that the daemon recorded decides again as it did", "[integrat
 }
 
 TEST_CASE("an opening leaves a black box that can be run again", "[integration][recording][black_box][bus]") {
-  Bench bench;
-  bench.more_options = {"--black-box", bench.folder / "boxes"};
-  bench.start_emulator("");
-  bench.start_daemon();
-  REQUIRE(bench.listener.next(test::hang_max));
-  REQUIRE(bench.closes());
-  REQUIRE(bench.listener.hears_commands(commands_min));
-  bench.send_event("cell 2.7 voltage_mV 2700");
-  REQUIRE(bench.listener.hears(is_open, test::hang_max));
-  REQUIRE(status_becomes(bench, has_black_box, test::hang_max));
+  // An opening for a gap has a black box of its own: it is seen in a pack that was never starved.
+  const auto driven = test::driven([](Bench& made) {
+    made.more_options = {"--black-box", made.folder / "boxes"};
+    made.start_emulator("");
+    made.start_daemon();
+    REQUIRE(made.listener.next(test::hang_max));
+    REQUIRE(made.closes());
+    REQUIRE(made.listener.hears_commands(commands_min));
+    made.send_event("cell 2.7 voltage_mV 2700");
+    REQUIRE(made.listener.hears(is_open, test::hang_max));
+    REQUIRE(status_becomes(made, has_black_box, test::hang_max));
+    return made.starved_count() == 0 && made.ask_json("status")["last_opening"]["fault"] == "cell_undervoltage";
+  });
+  const Bench& bench = *driven;
 
   SECTION("whole, when the daemon has ended in order") {
     CHECK(end(*bench.daemon, SIGTERM) == 0);

@@ -10,10 +10,11 @@
 
 namespace bmu::test {
 
-/// Whether a fault of this name may be there with the machine alone as its cause: a decision came late, or a sanitizer
-/// keeps memory.
+/// Whether a fault of this name may be there with the machine alone as its cause: decisions came late or not at
+/// all for some time, or a sanitizer keeps memory.
 [[nodiscard]] inline bool may_be_of_the_machine(const std::string& fault_name) {
-  return fault_name == "tick_overrun" || (is_sanitized && fault_name == "memory_low");
+  return fault_name == "tick_overrun" || fault_name == "control_loop_gap" ||
+         (is_sanitized && fault_name == "memory_low");
 }
 
 /// `faults`, an array of names or of objects with a "name", as the status socket tells them, without those.

@@ -126,9 +126,10 @@ struct Bench {
       events = OwnedFd(::open(pipe.c_str(), O_RDWR | O_CLOEXEC));
       REQUIRE(events.is_open());
     }
-    emulator = std::make_unique<Process>(std::vector<std::string>{program("mmusim"), "--bus", bus, "--pack", pack,
-                                                                  "--scenario", folder / "test.scn", "--events", pipe},
-                                         ProcessOptions{.err_file = folder / "mmusim.log"});
+    emulator =
+        std::make_unique<Process>(std::vector<std::string>{program("mmusim"), "--bus", bus, "--pack", pack,
+                                                           "--scenario", folder / "test.scn", "--events", pipe},
+                                  ProcessOptions{.out_file = folder / "mmusim.out", .err_file = folder / "mmusim.log"});
     prefer(*emulator);
   }
   /// An event of mmusim's scripts, without its time: it takes effect once the emulator reads it. For whatever has to
@@ -178,6 +179,16 @@ struct Bench {
     for (auto at = text.find(line); at != std::string::npos; at = text.find(line, at + 1)) ++count;
     return count;
   }
+  /// Whether the daemon or the emulator says that the machine kept it waiting for too long. Both end here: the emulator
+  /// says it at its end, and behind the daemon's the log is whole.
+  [[nodiscard]] bool was_held_up() const {
+    for (Process* const process : {daemon.get(), emulator.get()}) {
+      if (process == nullptr || process->pid() <= 0) continue;
+      process->signal(SIGTERM);
+      static_cast<void>(process->wait(hang_max));
+    }
+    return starved_count() > 0 || read_file(folder / "mmusim.out").find("was held up") != std::string::npos;
+  }
   /// Checked after each contactor command, every 50 ms where the machine has the time.
   template <class IsSo>
   [[nodiscard]] bool becomes(IsSo is_so) {
@@ -187,6 +198,13 @@ struct Bench {
       REQUIRE(listener.next(hang_max));
     } while (steady_clock::now() < give_up_at);
     return false;
+  }
+  /// The same for what only a closed pack does: nothing comes of it once the contactors are open.
+  template <class IsSo>
+  [[nodiscard]] bool becomes_unless_open(IsSo is_so) {
+    bool is_it = false;
+    static_cast<void>(becomes([&] { return (is_it = is_so()) || is_open(listener.last()); }));
+    return is_it;
   }
   void start_daemon(ProcessOptions options = {}) {
     if (options.err_fd < 0) options.err_file = log;
@@ -215,5 +233,19 @@ struct Bench {
 
   static inline int next_number = 0;
 };
+
+/// The bench in which `drive`, which closes the pack and returns whether it then did as wanted, has returned true; or
+/// the last. A daemon that gets no processor for some 130 ms opens for that, and one whose emulator gets none opens for
+/// silence: both as they should, but nothing of what the test wants to see. Then, and for no other reason, another
+/// bench is driven, a few times at most.
+template <class Made = Bench, class Drive>
+[[nodiscard]] std::unique_ptr<Made> driven(Drive drive) {
+  constexpr int drives_max = 5;
+  for (int drives = 1;; ++drives) {
+    auto bench = std::make_unique<Made>();
+    if (drive(*bench) || drives == drives_max || !bench->was_held_up()) return bench;
+    WARN("the machine held up the daemon or the emulator: driven once more");
+  }
+}
 
 }  // namespace bmu::test
