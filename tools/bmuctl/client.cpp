@@ -78,13 +78,16 @@ std::optional<std::string> Client::next_line() {
 Result<std::string, std::string> Client::read_line(std::chrono::milliseconds at_most) {
   const auto deadline = steady_clock::now() + at_most;
   bool has_gone = false;
+  bool was_last_look = false;
   while (true) {
     if (auto line = next_line()) return *line;
     if (has_gone) return failure(std::string("the daemon closed the connection"));
+    if (was_last_look) return failure(std::string("the daemon does not answer"));
     const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - steady_clock::now());
-    if (left.count() <= 0) return failure(std::string("the daemon does not answer"));
+    // An answer may have come while this process did not run: the socket is looked at once more after the deadline.
+    was_last_look = left.count() <= 0;
     pollfd wait{.fd = socket_.get(), .events = POLLIN, .revents = 0};
-    if (::poll(&wait, 1, static_cast<int>(left.count())) > 0) has_gone = !take_in();
+    if (::poll(&wait, 1, was_last_look ? 0 : static_cast<int>(left.count())) > 0) has_gone = !take_in();
   }
 }
 
