@@ -233,10 +233,11 @@ TEST_CASE("what no disk takes until the end is told", "[unit][recording][black_b
   Bench bench(options);
   std::filesystem::remove_all(folder / "boxes");
   bench.run_to(8s);
-  CHECK(bench.recorder->end(1s) == RecorderEnd::some_lost);
+  // A thread that gets no processor is left writing, and counts what it has lost later.
+  CHECK(bench.recorder->end(1s) != RecorderEnd::all_written);
+  REQUIRE(bench.becomes([](const RecorderStatus& status) { return status.black_boxes_lost == 1; }));
   const RecorderStatus status = bench.recorder->status();
   CHECK(status.black_boxes == 0);
-  CHECK(status.black_boxes_lost == 1);
   std::vector<std::string> told;
   RecorderTeller().tell(status, 0, [&](Severity, std::string_view line) { told.emplace_back(line); });
   REQUIRE(!told.empty());
