@@ -425,14 +425,16 @@ TEST_CASE("the daemon answers on the terminal of its pack file, or of its comman
   bench.start(false, "");
   CHECK(bench.terminal.ask("LogReq") == "Log is empty\r\n");
   CHECK(bench.terminal.ask("CellC:06") == "Refused: the pack file does not allow it (serial/may_set_cell_count)\r\n");
-  bench.end();
+  REQUIRE(bench.ends_whole([&] { bench.begin(); }));
   PseudoTerminal other;
   bench.begin({"--serial", other.name()});
-  // The life before has left what there was of its minute.
-  const std::string line = other.ask("LogReq");
+  // The life before has left what there was of its minute; one whose end was not whole may have left it, too.
+  int lines = 0;
+  std::string line = other.ask("LogReq");
+  for (; line.find(" C:") != std::string::npos; line = other.read_to("\r\n")) ++lines;
   CAPTURE(line);
-  CHECK(line.find(" C:") != std::string::npos);
-  CHECK(other.read_to("\r\n").find("End of log: 1 ") == 0);
+  CHECK(lines > 0);
+  CHECK(line.starts_with("End of log: " + std::to_string(lines) + " "));
   // Nobody reads what is answered.
   CHECK(other.type_some(std::string(200'000, '\n') + std::string(200'000, 'x'), milliseconds(200)) > 0);
   CHECK(bench.listener.hears_commands(20));
@@ -460,11 +462,18 @@ TEST_CASE(
     "CellC is refused while the pack is closed, allowed and open it counts from the next start, and modules that "
     "have other cells keep the pack open",
     "[integration][daemon][serial][BMS_NF.5][BMS_F.2][bus][pty]") {
-  SerialBench bench;
-  bench.start(true, "1 vehicle on\n8 vehicle off\n");
-  REQUIRE(bench.listener.hears(test::is_closed, test::hang_max));
-  CHECK(bench.terminal.ask("CellC:08") == "Refused: the contactors are not open, or a closed pack is asked for\r\n");
+  const std::string refused = "Refused: the contactors are not open, or a closed pack is asked for\r\n";
+  std::string answer;
+  const auto driven = test::driven<SerialBench>([&](SerialBench& made) {
+    made.start(true, "");
+    REQUIRE(made.closes());
+    answer = made.terminal.ask("CellC:08");
+    return answer == refused;
+  });
+  CHECK(answer == refused);
+  SerialBench& bench = *driven;
   CHECK_FALSE(std::filesystem::exists(bench.state + ".cells"));
+  bench.send_event("vehicle off");
   REQUIRE(bench.listener.hears(test::is_open, test::hang_max));
   REQUIRE(bench.becomes([&] { return bench.terminal.ask("CellC:08") == "New Cell Count:08\r\n"; }));
   CHECK(bench.terminal.read_to("\r\n") == "In force when bmud is started again.\r\n");
