@@ -165,8 +165,7 @@ TEST_CASE("a reload tells the lines of the new pack, and a pack without lines th
   const std::string& driven = bench.driven;
   const auto becomes = [&](const std::string& text) {
     bench.daemon->signal(SIGHUP);
-    for (int i = 0; i < 100 && read_file(driven) != text; ++i) REQUIRE(bench.listener.next(test::hang_max));
-    CHECK(read_file(driven) == text);
+    CHECK(bench.becomes([&] { return read_file(driven) == text; }));
   };
   std::ofstream(bench.pack, std::ios::trunc) << pack_with_fan("/dev/no-such-chip", 8);
   becomes("{\"chip\":\"/dev/no-such-chip\",\"outputs\":{\"fan\":{\"active_low\":false,\"line\":8}}}\n");
@@ -188,8 +187,7 @@ TEST_CASE("a daemon whose folder for driven lines is gone says so, and runs", "[
   const auto is_said = [&] {
     return read_file(bench.log).find("bmud --open-gpio will go by the pack file") != std::string::npos;
   };
-  for (int i = 0; i < 100 && !is_said(); ++i) REQUIRE(bench.listener.next(test::hang_max));
-  CHECK(is_said());
+  CHECK(bench.becomes(is_said));
 }
 
 }  // namespace bmu

@@ -28,8 +28,8 @@ struct Bench {
   std::unique_ptr<Process> process;
 
   Bench() {
-    std::ofstream(folder / "key.scn") << "wait frame PDU_STATUS vehicle_on = 1 within 20\n"
-                                         "wait frame PDU_STATUS vehicle_on = 0 within 20\npass\n";
+    std::ofstream(folder / "key.scn") << "wait frame PDU_STATUS vehicle_on = 1 within 60\n"
+                                         "wait frame PDU_STATUS vehicle_on = 0 within 60\npass\n";
     REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
   }
   /// `before`: for a shell, what it does before this program; '@' stands where that begins.
@@ -64,7 +64,7 @@ struct Bench {
   [[nodiscard]] int end() { return process->wait(test::hang_max); }
 };
 
-constexpr const char* key_seen = "vehicle_on = 1 within 20: after";
+constexpr const char* key_seen = "vehicle_on = 1 within 60: after";
 
 }  // namespace
 
@@ -103,8 +103,8 @@ TEST_CASE("a line that is too long is refused whatever it begins with, and the n
 TEST_CASE("standard input is taken for events, too, and its end ends nothing", "[integration][mmusim][bus]") {
   Bench bench;
   // What has no end of line is a line; the key goes off by the script, long after.
-  std::ofstream(bench.folder / "key.scn") << "wait frame PDU_STATUS vehicle_on = 1 within 20\n+0.5 vehicle off\n"
-                                             "wait frame PDU_STATUS vehicle_on = 0 within 20\npass\n";
+  std::ofstream(bench.folder / "key.scn") << "wait frame PDU_STATUS vehicle_on = 1 within 60\n+0.5 vehicle off\n"
+                                             "wait frame PDU_STATUS vehicle_on = 0 within 60\npass\n";
   bench.start("-", "printf 'vehicle on' | @");
   CHECK(bench.end() == 0);
   CHECK(bench.tells(" s  vehicle on"));
