@@ -8,6 +8,7 @@ import argparse
 import contextlib
 import io
 import os
+import resource
 import subprocess
 import sys
 import tempfile
@@ -121,8 +122,14 @@ class Mutation(unittest.TestCase):
         return program
 
     def _status(self, program: Path, mutant: int) -> int | None:
+        # A mutant that never ends takes its processor time. One that only waits for a processor is not killed.
+        def limit_processor_time() -> None:
+            resource.setrlimit(resource.RLIMIT_CPU, (2, 3))
+            resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+        environment = dict(os.environ, BMU_MUTANT=str(mutant))
         try:
-            return subprocess.run([str(program)], env=dict(os.environ, BMU_MUTANT=str(mutant)), timeout=2).returncode
+            return subprocess.run([str(program)], env=environment, preexec_fn=limit_processor_time, timeout=60).returncode
         except subprocess.TimeoutExpired:
             return None
 
