@@ -16,7 +16,6 @@ emulator_pid=
 daemon_pid=
 limit_s=120
 events=
-opened_seen=0
 
 clean_up() {
   tm kill-server 2>/dev/null || true
@@ -78,8 +77,8 @@ must_show_like() { shows_like "$1" || fail "the screen shows nothing like '$1'";
 must_not_show() { ! shows "$1" || fail "the screen shows '$1'"; echo "ok: no '$1'"; }
 
 # What a machine that is too busy adds to the faults: their names, and their meanings on the screen.
-machine_faults='tick_overrun|control_loop_gap'
-machine_meanings='a decision came too late|the daemon was stopped or starved'
+machine_faults='tick_overrun|control_loop_gap|frames_lost'
+machine_meanings='a decision came too late|the daemon was stopped or starved|received frames were lost on this machine'
 
 # In the overview: none, or those of the machine and no other.
 shows_no_fault_of_the_pack() {
@@ -103,23 +102,24 @@ shows_the_faults() {
 
 # usage: send_event LINE: an event of mmusim's scripts, without its time
 send_event() { echo "$1" >&"$events"; }
-has_vehicle_on() {
-  "$bin/bmuctl" --socket "$folder/s" --json status | jq -e ".state.inputs.vehicle_on == $1 and .permission.may_close" >"$folder/jq"
+ask_daemon() { "$bin/bmuctl" --socket "$folder/s" "$@"; }
+is_ready_to_close() {
+  ask_daemon --json status | jq -e ".state.inputs.vehicle_on == false and .permission.may_close" >"$folder/jq" && return 0
+  # What an emulator that was held up has caused stays until it is cleared.
+  ask_daemon clear >"$folder/cleared" || true
+  return 1
 }
 # The pack closes for an edge of vehicle-on alone, so the daemon must have received off before; and without a load.
 turn_key() {
   send_event 'load current_A 0'
   send_event 'vehicle off'
-  until_true "vehicle-on is received as off, and the pack may close" has_vehicle_on false
+  until_true "vehicle-on is received as off, and the pack may close" is_ready_to_close
   send_event 'vehicle on'
 }
-# A daemon that was starved opens, or forgets the edge of vehicle-on; one whose emulator was held up opens for its silence. The log says
-# each, and only a new edge closes.
-turn_key_if_opened() {
-  local opened
-  opened=$(grep -cE 'stopped or starved for|contactors opened' "$folder/bmud.log" || true)
-  [[ $opened != "$opened_seen" ]] || return 0
-  opened_seen=$opened
+# A daemon that was starved opens, or forgets the edge of vehicle-on; one whose emulator was held up opens for its silence. Then only a new
+# edge closes. In other cases the phase leaves "open" with the edge.
+turn_key_if_open() {
+  ask_daemon --json status | jq -e '.state.phase == "open" and .state.inputs.vehicle_on == true' >"$folder/jq" || return 0
   turn_key
 }
 # usage: shows_driving PATTERN: of a closed pack with its load
@@ -128,7 +128,7 @@ shows_driving() {
     ! shows_like "$1" || return 0
     send_event 'load current_A 20'
   else
-    turn_key_if_opened
+    turn_key_if_open
   fi
   return 1
 }
@@ -136,7 +136,7 @@ wait_for_driving() { until_true "the closed pack shows '$1'" shows_driving "$1";
 # usage: shows_closed TEXT: of a closed pack, where the picture has other words
 shows_closed() {
   ! shows "$1" || return 0
-  turn_key_if_opened
+  turn_key_if_open
   return 1
 }
 wait_for_closed() { until_true "the closed pack shows '$1'" shows_closed "$1"; }
@@ -240,6 +240,13 @@ resize_it() {
   wait_until_gone '…'
 }
 
+# usage: scrolls_to TEXT: behind the last opening, where there was one
+scrolls_to() {
+  ! shows "$1" || return 0
+  keys Down
+  return 1
+}
+
 press_keys() {
   keys '?'
   wait_for 'all faults, with what was seen'
@@ -249,7 +256,8 @@ press_keys() {
   wait_for 'accepted'
   must_show_like 'load +[0-9]'
   keys l
-  wait_for 'The discharge limit, step by step'
+  wait_for 'Limits, and why'
+  until_true "the page goes on to the steps of the discharge limit" scrolls_to 'The discharge limit, step by step'
   keys Tab
   wait_for 'Buses and modules'
   keys f
