@@ -11,9 +11,9 @@
 namespace bmu::test {
 
 /// Whether a fault of this name may be there with the machine alone as its cause: decisions came late or not at
-/// all for some time, or a sanitizer keeps memory.
+/// all for some time, frames were not read in time, or a sanitizer keeps memory.
 [[nodiscard]] inline bool may_be_of_the_machine(const std::string& fault_name) {
-  return fault_name == "tick_overrun" || fault_name == "control_loop_gap" ||
+  return fault_name == "tick_overrun" || fault_name == "control_loop_gap" || fault_name == "frames_lost" ||
          (is_sanitized && fault_name == "memory_low");
 }
 
