@@ -4,6 +4,7 @@
 #   step TEXT          names what comes next; the last one is reported when something hangs or fails
 #   expect WHAT CMD    fails the script with WHAT unless CMD succeeds
 #   wait_for S WHAT CMD  the same, but tries again and again for up to S seconds
+#   read_ahead PROGRAM...  reads programs and their libraries, so that no later step waits for the host's disk
 #   start NAME CMD     runs CMD in the background, its output in RIG_OUT/NAME.log
 #   stop NAME [SIG]    ends it by SIG (TERM), returns its exit status; 137 if it had to be killed after stop_limit_s
 #   running NAME       succeeds while it runs
@@ -22,7 +23,11 @@ if [[ ${BASH_SOURCE[0]} == "$0" ]]; then
 fi
 
 : "${RIG_OUT:?no output folder: start guest scripts with boot.sh or run-on-can.sh}"
+# Reports go to the output that the script began with: "expect WHAT CMD >FILE" redirects the output of CMD alone.
+exec 3>&1
 stop_limit_s=${stop_limit_s:-10}
+# While the emulated machine waits for the host's disk, its clock may run ahead by more than a limit: that alone must not end a wait.
+tries_behind_limit=20
 declare -A started_pids=()
 # Commands that are run when the script ends, however it ends.
 at_end=()
@@ -36,9 +41,11 @@ step() {
 uptime_text() { echo "$(cut -d' ' -f1 /proc/uptime) s"; }
 
 fail() {
-  echo "FAILED: $*"
-  echo "  in step: $current_step"
-  show_log_tails
+  {
+    echo "FAILED: $*"
+    echo "  in step: $current_step"
+    show_log_tails
+  } >&3
   exit 1
 }
 
@@ -57,25 +64,34 @@ expect() {
   local what=$1
   shift
   "$@" || fail "$what"
-  echo "  ok: $what"
+  echo "  ok: $what" >&3
 }
 
-# The time is the clock's, not the number of tries: each try is slow under emulation.
+# The time is the clock's, for each try is slow under emulation.
 wait_for() {
-  local limit_s=$1 what=$2 end_s
+  local limit_s=$1 what=$2 end_s tries=0
   shift 2
   end_s=$((SECONDS + limit_s))
   until "$@"; do
-    ((SECONDS <= end_s)) || fail "$what: not within $limit_s s"
+    ((SECONDS <= end_s || ++tries <= tries_behind_limit)) || fail "$what: not within $limit_s s"
     sleep 0.05
   done
-  echo "  ok: $what"
+  echo "  ok: $what" >&3
+}
+
+read_ahead() {
+  local program path
+  for program in "$@"; do
+    path=$(command -v "$program") || fail "there is no $program"
+    # A script has no libraries.
+    { ldd "$path" || true; } 2>/dev/null | { grep -o '/[^ ]*' || true; } | xargs cat "$path" >/dev/null
+  done
 }
 
 start() {
   local name=$1
   shift
-  "$@" >"$RIG_OUT/$name.log" 2>&1 </dev/null &
+  "$@" >"$RIG_OUT/$name.log" 2>&1 </dev/null 3>&- &
   started_pids[$name]=$!
 }
 
@@ -84,9 +100,9 @@ running() { kill -0 "${started_pids[$1]}" 2>/dev/null; }
 stopped() { ! running "$1"; }
 
 stop() {
-  local name=$1 signal=${2:-TERM} status=0 end_s=$((SECONDS + stop_limit_s))
+  local name=$1 signal=${2:-TERM} status=0 end_s=$((SECONDS + stop_limit_s)) tries=0
   kill -s "$signal" "${started_pids[$name]}" 2>/dev/null || true
-  while running "$name" && ((SECONDS <= end_s)); do sleep 0.05; done
+  while running "$name" && ((SECONDS <= end_s || ++tries <= tries_behind_limit)); do sleep 0.05; done
   kill -KILL "${started_pids[$name]}" 2>/dev/null || true
   wait "${started_pids[$name]}" || status=$?
   unset "started_pids[$name]"
