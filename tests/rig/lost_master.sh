@@ -18,7 +18,6 @@ for folder in "$@"; do PATH=$folder:$PATH; done
 
 bus=vcan0
 scenario=$RIG_OUT/keys.scn
-keys=9
 # shellcheck source-path=SCRIPTDIR source=pack-env.sh
 source "$(dirname "$0")/pack-env.sh"
 
@@ -79,7 +78,7 @@ end_programs() {
 
 step "start"
 mkdir -p "$(dirname "$socket")"
-write_keys "$scenario" "$keys"
+write_keys "$scenario"
 # The hog must have the processor to itself, and who measures must not wait for anybody.
 echo -1 >/proc/sys/kernel/sched_rt_runtime_us
 # Frames that do not get through at once are handed on by a thread of the kernel, which the hog would starve as well.
