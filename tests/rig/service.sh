@@ -9,7 +9,6 @@ source "$(dirname "$0")/guest-env.sh"
 
 repository=$1 packages=$2
 scenario=$RIG_OUT/keys.scn
-keys=24
 # Five seconds off: in that time systemd has to pass on a reload.
 key_period_s=24
 # shellcheck source-path=SCRIPTDIR source=service-env.sh
@@ -23,6 +22,31 @@ our_files() {
   { find /etc /var /usr/lib/systemd /lib/systemd /usr/lib/sysusers.d /usr/lib/sysctl.d /usr/sbin /usr/bin /usr/share /run -xdev \
     \( -name '*bmu*' -o -name '*mmusim*' \) -not -path '/run/rig*' -not -path '/var/log/*' 2>/dev/null || true; } | sort
 }
+
+# A warning, too, is wrong.
+units_are_right() { systemd-analyze verify --man=no --recursive-errors=no bmud.service bmud@other.service; }
+put_drop_ins() {
+  local drop_in unit
+  for drop_in in gpio interfaces realtime serial; do
+    for unit in bmud bmud@; do
+      install -D -m 644 "/usr/share/doc/bmud/examples/$drop_in.conf" "/etc/systemd/system/$unit.service.d/$drop_in.conf"
+    done
+  done
+}
+take_drop_ins_away() { rm -r /etc/systemd/system/bmud.service.d /etc/systemd/system/bmud@.service.d; }
+
+# The same program in a package of a later version, whose configuration file is another one, too.
+make_later_package() {
+  local folder=/run/later
+  dpkg-deb --raw-extract "$packages"/bmud_*.deb "$folder"
+  sed -i 's/^Version: .*/&+later/' "$folder/DEBIAN/control"
+  echo '# of a later version' >>"$folder/etc/default/bmud"
+  dpkg-deb --build -Zgzip -z1 "$folder" /run/later.deb >/dev/null
+  rm -r "$folder"
+}
+# As an upgrade at night does it: a configuration file that was changed stays, without a question.
+install_later_package() { dpkg --install --force-confdef --force-confold /run/later.deb >"$RIG_OUT/upgrade.txt" 2>&1; }
+other_pid() { systemctl show --value -p MainPID bmud@other; }
 
 # A process that ends while the pack is closed.
 end_while_closed() {
@@ -54,9 +78,6 @@ ask_as() {
 answer_says() { grep -q "$1" "$RIG_OUT/asked.txt"; }
 
 other_file_counts() { [[ $(config_hash) != "$1" ]]; }
-# When systemd last began to stop it.
-stopping_at() { journalctl -q --no-pager -o short-unix -u bmud | awk '/Stopping bmud/ { at = $1 } END { print at }'; }
-
 is_reloaded() { phase_is open && systemctl reload bmud && other_file_counts "$1"; }
 config_hash() { status_json | jq -er .pack.config_hash; }
 
@@ -69,14 +90,22 @@ expect "and a group of those who command" getent group bmud-admin
 expect "buffers are as wished" test "$(</proc/sys/net/core/rmem_max)" = 4194304
 expect "it has not started by itself" not is_active active
 expect "nor will it" test "$(systemctl is-enabled bmud 2>/dev/null || true)" = disabled
-expect "every unit is right" systemd-analyze verify --man=no bmud.service bmud@other.service
+our_files >"$RIG_OUT/installed.txt"
+expect "its files are found" test "$(wc -l <"$RIG_OUT/installed.txt")" -gt $(($(wc -l <"$RIG_OUT/before.txt") + 20))
+expect "every unit is right" units_are_right
+put_drop_ins
+expect "and with every drop-in" units_are_right
+take_drop_ins_away
 expect "there is a manual" man -w bmud bmuctl bmudump bmureplay bmucell mmusim bmud-pack bmud-socket >/dev/null
 
 step "a wrong pack is refused, once"
 echo '{}' >/etc/bmud/pack.json
 expect "systemctl start says so" not systemctl start bmud 2>/dev/null
 expect "its exit status is that of a wrong configuration" test "$(property ExecMainStatus)" = 78
-expect "nobody tries again" test "$(property NRestarts)" = 0
+wait_for 10 "it has failed" is_active failed
+# Longer than systemd waits before it starts one again.
+sleep 1
+expect "nobody tries again" test "$(property ActiveState):$(property NRestarts)" = failed:0
 systemctl reset-failed bmud
 
 step "start"
@@ -103,6 +132,7 @@ expect "and is told so" answer_says bmud-admin
 expect "a member of bmud-admin may" ask_as admin balance --off
 expect "and on again" ask_as admin balance --on
 expect "a stranger may not even read" not ask_as stranger status
+expect "and is told so" answer_says 'may not read here'
 # By number: the daemon has read the names of users when it started, before there were these.
 expect "who did what is in the log" log_has "balancing switched off by .*user $(id -u admin), process"
 expect "and what was refused to whom" log_has "refused: .*user $(id -u reader), process [0-9]*)* may not \"clear\""
@@ -124,50 +154,66 @@ expect "it was for want of memory" log_has 'oom-kill'
 
 step "no processor left"
 wait_until_closed
+before=$(main_pid)
 group=/sys/fs/cgroup$(property ControlGroup)
+is_held_back() { grep -q '^nr_throttled [1-9]' "$group/cpu.stat"; }
+expect "it was never held back before" not is_held_back
 starved_at=$EPOCHREALTIME
-echo "1000 100000" >"$group/cpu.max"
-wait_for 10 "the power distribution unit says open" is_open_since "$starved_at"
+# One turn of a millisecond, and then none for the rest of the second.
+echo "1000 1000000" >"$group/cpu.max"
+wait_for 5 "the kernel holds it back" is_held_back
+expect_opened_by_itself "no processor left" "$starved_at"
+# Its watchdog's time is over then, too, and the next one has its turns again.
+sleep 0.5
 [[ ! -e $group ]] || echo max >"$group/cpu.max"
-read -r opened_at command_at why <<<"$(first_opening "$starved_at")"
-lapse_ms=$(awk "BEGIN { printf \"%.1f\", ($opened_at - $starved_at) * 1000 }")
-measured+=("no processor left: $lapse_ms ms, by $why")
-expect "open after $lapse_ms ms, by $why" test "${lapse_ms%.*}" -le 500
-lost_at=$opened_at
-wait_until_serving
-clear_faults
-expect_open_until_key
-# What comes next asks why it was opened last.
-systemctl restart bmud
-wait_until_serving
+lapse_ms=$(awk "BEGIN { printf \"%.1f\", ($(first_opening "$starved_at" | cut -d' ' -f1) - $starved_at) * 1000 }")
+measured+=("no processor left: $lapse_ms ms in all")
+expect "open $lapse_ms ms after the last of it was taken" test "${lapse_ms%.*}" -le 300
+expect_successor "$before"
 
 step "another pack file"
-wait_until_closed
-before=$(main_pid)
+wait_to_disturb
 hash_before=$(config_hash)
 sed -i 's/"open_mV": 4230/"open_mV": 4225/' /etc/bmud/pack.json
 expect "not while it is closed" not bmuctl --socket "$socket" reload >"$RIG_OUT/reload.txt" 2>&1
-expect_undisturbed "a reload that is refused" "$before"
+expect_undisturbed "a reload that is refused"
 expect "the old file counts" test "$(config_hash)" = "$hash_before"
 wait_for $((2 * close_limit_s)) "systemctl reload, once it is open" is_reloaded "$hash_before"
 expect "it is the same process" test "$(main_pid)" = "$before"
 wait_until_serving
 
+step "another pack beside it"
+wait_to_disturb
+ip link add vcan2 type vcan && ip link set vcan2 up
+sed "s/$own_bus/vcan2/g" /etc/bmud/pack.json >/etc/bmud/other.json
+expect "it starts" systemctl start bmud@other
+expect "it has a socket of its own" bmuctl --socket /run/bmud-other/bmud.sock status --json >"$RIG_OUT/other.json"
+expect "and its own state" test -d "$state/other"
+expect_undisturbed "another pack"
+
 step "an upgrade"
-wait_until_closed
-before=$(main_pid)
+make_later_package
 echo '# of this gateway' >>/etc/default/bmud
-expect "it is installed again" dpkg --install "$packages"/bmud_*.deb >"$RIG_OUT/upgrade.txt" 2>&1
+wait_to_disturb
+other_before=$(other_pid)
+expect "the later version is installed" install_later_package
 expect "and says that the daemon goes on" grep -q 'bmud goes on running as it was before this upgrade' "$RIG_OUT/upgrade.txt"
-expect_undisturbed "an upgrade" "$before"
+expect_undisturbed "an upgrade"
+expect "the other pack's is the same process, too" test "$(systemctl is-active bmud@other):$(other_pid)" = "active:$other_before"
+expect "it is the later version" test "$(dpkg-query --show --showformat='${Version}' bmud)" = "$(dpkg-deb --field /run/later.deb Version)"
 expect "what was changed in a configuration file is kept" grep -qx '# of this gateway' /etc/default/bmud
+expect "and has not become the later version's" not grep -qx '# of a later version' /etc/default/bmud
+# Begun again at the end: two daemons share one slow processor.
+systemctl stop bmud@other
 
 step "systemctl stop"
 wait_until_closed
-stopped_at=$EPOCHREALTIME
 systemctl stop bmud
-expect_opened_by_command "systemctl stop" "$stopped_at" 300
+expect_opened_by_command "systemctl stop" "$(stopping_at)" 300
 expect "it ended well" test "$(property Result):$(property ExecMainStatus)" = success:0
+ended_ms=$((($(property ExecMainExitTimestampMonotonic) - $(property ActiveExitTimestampMonotonic)) / 1000))
+measured+=("systemctl stop: ended after $ended_ms ms")
+expect "after $ended_ms ms, at most 300" test "$ended_ms" -le 300
 
 step "real time"
 install -D -m 644 /usr/share/doc/bmud/examples/realtime.conf /etc/systemd/system/bmud.service.d/realtime.conf
@@ -179,22 +225,11 @@ expect "the loop's thread has the priority" test "$(chrt -p "$pid" | sed -n 's/.
 expect "its memory is locked" test "$(sed -n 's/^VmLck:[^0-9]*\([0-9]*\).*/\1/p' "/proc/$pid/status")" -gt 4096
 expect_open_until_key
 
-step "another pack beside it"
-wait_until_closed
-before=$(main_pid)
-ip link add vcan2 type vcan && ip link set vcan2 up
-sed "s/$own_bus/vcan2/g" /etc/bmud/pack.json >/etc/bmud/other.json
-expect "it starts" systemctl start bmud@other
-expect "it has a socket of its own" bmuctl --socket /run/bmud-other/bmud.sock status --json >"$RIG_OUT/other.json"
-expect "and its own state" test -d "$state/other"
-expect_undisturbed "another pack" "$before"
-systemctl stop bmud@other
-# Still there when the packages are purged, as the drop-in for real time is.
-systemctl enable bmud@other
-
 step "killed again and again"
 wait_until_closed
 before=$(main_pid)
+# What was started until now does not count.
+systemctl reset-failed bmud
 stormed_at=$EPOCHREALTIME
 for ((kills = 0; kills < 12; ++kills)); do
   [[ $before != 0 ]] || break
@@ -203,7 +238,9 @@ for ((kills = 0; kills < 12; ++kills)); do
   ! is_active failed || break
   before=$(main_pid)
 done
-expect "systemd gives up after $kills" is_active failed
+expect "systemd gives up" is_active failed
+expect "after six new ones: $kills" test "$kills" -eq 6
+expect "and says that they were too many" log_has 'Start request repeated too quickly'
 expect "nobody has closed since" test "$(commands_until_key "$stormed_at" | cut -d' ' -f2)" -le 4
 wait_for 10 "the pack is open" is_open_since "$stormed_at"
 lost_at=$(first_opening "$stormed_at" | cut -d' ' -f1)
@@ -214,17 +251,21 @@ clear_faults
 expect_open_until_key
 
 step "purge"
+# Running and enabled when the packages are purged.
+systemctl enable --now bmud@other
 wait_until_closed
 expect "a drop-in and an enabled instance are there" test -f /etc/systemd/system/bmud.service.d/realtime.conf \
   -a -L /etc/systemd/system/multi-user.target.wants/bmud@other.service
 expect "it is removed" dpkg --remove bmud >>"$RIG_OUT/dpkg.txt"
 # Before it asks for that, dpkg reads for seconds what all packages have.
 expect_opened_by_command "removed" "$(stopping_at)" 300
+expect "the other pack's has ended, too" test "$(systemctl is-active bmud@other)" = inactive
 expect "the pack's file has stayed" test -f /etc/bmud/pack.json
 expect "so has what was remembered" test -f "$state/state.json"
 expect "it is purged" dpkg --purge bmud bmud-tools mmusim >>"$RIG_OUT/dpkg.txt"
 our_files | diff "$RIG_OUT/before.txt" - >"$RIG_OUT/left.txt" || fail "left behind: $(cat "$RIG_OUT/left.txt")"
 echo "  ok: nothing is left behind"
 expect "nor the user" not getent passwd bmud
-expect "nor its groups" not getent group bmud bmud-admin
+# Of several that are asked for, getent fails where one is missing.
+expect "nor its groups" test -z "$(getent group bmud bmud-admin || true)"
 tell_measured
