@@ -12,7 +12,6 @@ for folder in "$@"; do PATH=$folder:$PATH; done
 
 bus=vcan0
 scenario=/run/keys.scn
-keys=12
 # shellcheck source-path=SCRIPTDIR source=pack-env.sh
 source "$(dirname "$0")/pack-env.sh"
 
@@ -73,13 +72,14 @@ play() {
 
 step "start"
 mkdir -p "$(dirname "$socket")"
+read_ahead bmud mmusim bmuctl candump canplayer cangw jq awk ip tc chrt prlimit
 for name in /proc/[0-9]*/comm; do
   if [[ $(cat "$name" 2>/dev/null) == ksoftirqd/* ]]; then chrt -f -p 70 "$(basename "$(dirname "$name")")"; fi
 done
 echo 4194304 >/proc/sys/net/core/rmem_max
 plug_in
 record_words
-write_keys "$scenario" "$keys"
+write_keys "$scenario"
 start_pack "$scenario"
 # Nobody hears what it tells its service manager.
 NOTIFY_SOCKET=/run/nobody WATCHDOG_USEC=500000 start bmud \
