@@ -6,7 +6,7 @@ source "$(dirname "$0")/guest-env.sh"
 
 case ${1:-} in
   --exit) step "ending with status $2 on purpose"; exit "$2" ;;
-  --hang) step "hanging on purpose"; sleep 100000 ;;
+  --hang) step "hanging on purpose"; sleep infinity ;;
 esac
 
 frames=(123#DEADBEEF 080#008F000000002A1F 040#06F9000000000575 143#R 1ABCDE55#0102)
