@@ -252,7 +252,8 @@ TEST_CASE("a healthy pack that is switched off and on again has no lock of it", 
   bench.start();
   REQUIRE(bench.becomes([&] { return bench.ask_json("status").at("permission").at("may_close") == true; }));
   CHECK(of_the_pack(bench.ask_json("status").at("faults_present")).empty());
-  CHECK(bench.fault("module_lost").at("count") >= 2);  // more where the machine held the emulator up
+  const int count = bench.fault("module_lost").at("count");
+  CHECK((count == 2 || (count > 2 && bench.was_held_up())));
 }
 
 namespace {

@@ -156,13 +156,10 @@ struct Bench {
     const auto give_up_at = steady_clock::now() + hang_max;
     while (steady_clock::now() < give_up_at) {
       send_event("vehicle off");
-      // A request is refused for good while a fault is present, as after starving. What an emulator that was held up
-      // has caused stays until it is cleared.
+      // A request is refused for good while a fault is present, as after starving.
       const auto is_ready = [&] {
         const nlohmann::json status = ask_json("status");
-        if (status.is_object() && status.at("permission").at("may_close") == true) return true;
-        static_cast<void>(ask({"clear"}));
-        return false;
+        return status.is_object() && status.at("permission").at("may_close") == true;
       };
       REQUIRE(becomes(is_ready));
       const int starved_before = starved_count();
