@@ -70,6 +70,21 @@ class CurrentWindow {
     return found;
   }
 
+  /// As `range`, with the last samples before `from` and the first behind `to`: what flowed in all of that time lies
+  /// between them. Not known without both.
+  [[nodiscard]] CurrentRange span(TimePoint from, TimePoint to) const {
+    const Bucket* behind = nullptr;
+    for (std::size_t back = 0; back < buckets_.size(); ++back) {
+      const Bucket& bucket = buckets_[(head_ + buckets_.size() - back) % buckets_.size()];
+      if (!bucket.is_used) break;
+      if (bucket.last_at >= to) behind = &bucket;
+      if (bucket.last_at > from) continue;
+      if (behind == nullptr) break;
+      return range(bucket.began_at, behind->began_at);
+    }
+    return {};
+  }
+
   /// Highest less lowest sample from `since` on, and from the last moment before it. 0 without samples.
   [[nodiscard]] std::int64_t swing_mA(TimePoint since) const {
     std::int32_t min_mA = buckets_[head_].min_mA;

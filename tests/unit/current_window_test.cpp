@@ -89,3 +89,32 @@ TEST_CASE("samples that are too far away say nothing of the moment", "[unit][cur
   CHECK_FALSE(window.at(start + 29ms, 30ms).has_value());
   CHECK_FALSE(window.at(start + 31ms, 30ms).has_value());
 }
+
+TEST_CASE("a span reaches from the last sample before a time to the first behind it", "[unit][current]") {
+  CurrentWindow window;
+  const auto width_mA = [&window](TimePoint from, TimePoint to) {
+    const CurrentRange found = window.span(from, to);
+    return found.is_known ? std::int64_t{found.max_mA} - found.min_mA : -1;
+  };
+  CHECK(width_mA(start, start) == -1);
+  window.add(1'000, start);
+  CHECK(width_mA(start, start) == 0);
+  CHECK(width_mA(start - 1ns, start) == -1);  // nothing before
+  CHECK(width_mA(start, start + 1ns) == -1);  // nothing behind
+  window.add(3'000, start + 20ms);
+  window.add(8'000, start + 40ms);
+  CHECK(width_mA(start + 1ms, start + 19ms) == 2'000);
+  CHECK(width_mA(start + 1ms, start + 20ms) == 2'000);
+  CHECK(width_mA(start + 1ms, start + 20ms + 1ns) == 7'000);
+  CHECK(width_mA(start + 20ms, start + 21ms) == 5'000);
+  CHECK(width_mA(start + 20ms - 1ns, start + 21ms) == 7'000);
+  CHECK(width_mA(start + 1ms, start + 41ms) == -1);
+  CHECK(window.span(start + 1ms, start + 19ms).min_mA == 1'000);
+}
+
+TEST_CASE("a span does not know what came before the window", "[unit][current]") {
+  CurrentWindow window;
+  for (int count = 0; count < 65; ++count) window.add(count, start + count * 10ms);
+  CHECK_FALSE(window.span(start + 5ms, start + 20ms).is_known);
+  CHECK(window.span(start + 10ms, start + 20ms).is_known);
+}

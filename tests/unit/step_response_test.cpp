@@ -102,6 +102,21 @@ TEST_CASE("a current that rises and falls slowly does not shift a resistance: it
   CHECK(std::abs(drive.steps().cell_resistance_uOhm(0) - model_uOhm) <= 2);
 }
 
+TEST_CASE("a step between a POLL and the sample of the current before it is known by the sample behind the POLL",
+          "[unit][estimators][BMS_F.6]") {
+  Drive drive;
+  // The step comes 10 ms before every tenth POLL, in the middle of the 40 ms without a sample.
+  drive.bench.each_ms = [&] {
+    const std::int64_t ms = (to_ms(drive.bench.now().time_since_epoch()) + 10) % 2'000;
+    drive.bench.current_mA = ms < 1'000 ? drive.low_mA : drive.high_mA;
+  };
+  drive.bench.is_lost = [&](const CanFrame& frame) {
+    return frame.id == internal_bus::sensor_current.base_id && to_ms(drive.bench.now().time_since_epoch()) % 100 == 0;
+  };
+  drive.bench.run(40s);
+  CHECK(std::abs(drive.steps().cell_resistance_uOhm(0) - model_uOhm) <= 2);
+}
+
 TEST_CASE("a module that told another moment's voltages is no part of a picture", "[unit][estimators][BMS_F.6]") {
   Drive drive;
   // Of module 2 nothing is heard before it is asked alone, when the current has long changed.

@@ -76,8 +76,8 @@ void StepResponse::forget_module(std::uint8_t node) {
 void StepResponse::update(const ModuleTable& modules, const SensorTable& sensors, const PackState& pack) {
   const TimePoint instant = modules.completed_at();
   const bool is_new = instant != TimePoint{} && instant != taken_at_;
-  // The sample behind the instant says what the current was then as much as the one before it.
-  const bool has_current = sensors.current_mA.taken_at >= instant;
+  // The sample behind that time says what the current was then as much as the one before it.
+  const bool has_current = sensors.current_mA.taken_at >= instant + steady_around;
   if (!is_new || !has_current || !pack.cell_voltage_uV.is_complete()) return;
   model_uOhm_ = model_at(pack.cell_temperature_dC);
   if (model_uOhm_ == 0) return;
@@ -120,7 +120,7 @@ StepResponse::Picture StepResponse::picture_of(const ModuleTable& modules, const
                                                const PackState& pack) const {
   Picture picture{.taken_at = modules.completed_at()};
   const CurrentRange range =
-      sensors.current_window.range(picture.taken_at - steady_around - sample_age_, picture.taken_at + steady_around);
+      sensors.current_window.span(picture.taken_at - steady_around - sample_age_, picture.taken_at + steady_around);
   const std::optional<std::int32_t> current_mA = sensors.current_window.at(picture.taken_at, current_apart_max);
   picture.is_steady = range.is_known && range.max_mA - range.min_mA < step_min_mA_ / 10 && current_mA.has_value() &&
                       is_of_one_instant(modules, picture.taken_at, steady_around + sample_age_);
