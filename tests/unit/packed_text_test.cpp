@@ -339,6 +339,22 @@ TEST_CASE("a block is given out though the header behind it is damaged", "[unit]
   }
 }
 
+TEST_CASE("what comes before a frame is text or damage as a whole, whatever the room to write to",
+          "[unit][packed_text]") {
+  // Text up to what may begin a frame, but is cut; the last part of it alone would not pass for text.
+  const std::string text = "a log that begins well, then does not" + std::string(12, '\xFF');
+  const std::string file = text + packed(lines(40)).substr(0, 100) + packed("next\n");
+  const Unpacked whole = unpacked(file, 65'536);
+  CHECK(whole.text == text + "next\n");
+  CHECK(whole.damage.size() == 1);
+  for (const std::size_t room : {std::size_t{1}, std::size_t{7}, text.size() - 1}) {
+    const Unpacked all = unpacked(file, room);
+    INFO("room for " << room);
+    CHECK(all.text == whole.text);
+    CHECK(all.damage.size() == whole.damage.size());
+  }
+}
+
 TEST_CASE("a frame that wants too much memory is refused with the way out, the next is read", "[unit][packed_text]") {
   const Unpacked all = unpacked(packed(lines(10), {.window_log = 27}) + packed("next\n"));
   CHECK(all.text == "next\n");

@@ -117,6 +117,7 @@ class PackedText::Unpacker {
   std::size_t at_ = 0;
   std::size_t end_ = 0;
   std::size_t look_at_ = 0;        // while it is doubtful: no frame begins before this
+  std::size_t text_end_ = 0;       // while it is doubtful: what is left before this is text
   std::uint64_t offset_ = 0;       // of bytes_[0] in the file
   std::uint64_t frame_begin_ = 0;  // offset of the frame that is open, or of the next
   bool is_in_frame_ = false;
@@ -165,8 +166,12 @@ PackedText::Read PackedText::Unpacker::refuse() {
 /// Text is given out as it comes; what looks packed is held until a frame is found, or none is near.
 PackedText::Read PackedText::Unpacker::read_doubtful(std::span<char> into) {
   while (true) {
+    if (at_ < text_end_) return give_plain(into, text_end_);  // judged as a whole, whatever the room for it
     if (look_for_frame()) return begin_behind_damage();
-    if (look_at_ > at_ && !is_binary(left().substr(0, look_at_ - at_))) return give_plain(into, look_at_);
+    if (look_at_ > at_ && !is_binary(left().substr(0, look_at_ - at_))) {
+      text_end_ = look_at_;
+      continue;
+    }
     if (is_at_end_ || offset_of(end_) >= begin_max) break;
     const Refill got = refill();
     if (got == Refill::interrupted) return {Status::interrupted};
@@ -228,6 +233,7 @@ PackedText::Unpacker::Refill PackedText::Unpacker::refill() {
     at_ -= gone;
     end_ -= gone;
     look_at_ -= std::min(look_at_, gone);
+    text_end_ -= std::min(text_end_, gone);
   }
   if (end_ == bytes_.size()) bytes_.resize(2 * bytes_.size());  // all of it is held
   const ssize_t count = ::read(fd_, bytes_.data() + end_, bytes_.size() - end_);
