@@ -355,6 +355,39 @@ TEST_CASE("what comes before a frame is text or damage as a whole, whatever the 
   }
 }
 
+TEST_CASE("formats from before zstd 0.8 are no frames behind a good one", "[unit][packed_text]") {
+  const std::string good = packed("good\n");
+  for (const char magic : {'\x25', '\x26', '\x27'}) {
+    const std::string old = magic + std::string("\xB5\x2F\xFD") + "damaged, whatever the format";
+    for (const std::size_t room : {std::size_t{1}, std::size_t{7}, std::size_t{65'536}}) {
+      const Unpacked all = unpacked(good + old + good, room);
+      INFO("room for " << room);
+      CHECK((all.text == "good\ngood\n"));
+      REQUIRE(all.damage.size() == 1);
+      CHECK(all.damage[0].begin == good.size());
+      CHECK(all.damage[0].end == good.size() + old.size());
+      CHECK(all.damage[0].what == "no zstd frame begins here");
+    }
+  }
+}
+
+TEST_CASE("a header that holds the bytes of another frame is read as a header", "[unit][packed_text]") {
+  using namespace std::string_literals;
+  // A dictionary and the size of the text, together an empty frame, or one to be skipped.
+  const std::string frame = "\x28\xB5\x2F\xFD\xC3"s + "\x28\xB5\x2F\xFD\x00\x58\x01\x00\x00\x00\x00\x00\x00"s;
+  const std::string skippable = "\x28\xB5\x2F\xFD\xE3"s + "\x50\x2A\x4D\x18\x00\x00\x00\x00\x00\x00\x00\x00"s;
+  for (const std::string& header : {frame, skippable}) {
+    for (const std::size_t room : {std::size_t{7}, std::size_t{65'536}}) {
+      const Unpacked all = unpacked(header + packed("next\n"), room);
+      INFO("room for " << room);
+      CHECK(all.text == "next\n");
+      REQUIRE_FALSE(all.damage.empty());
+      CHECK(all.damage[0].begin == 0);
+      CHECK(all.damage[0].what == "this zstd frame was packed with a dictionary");
+    }
+  }
+}
+
 TEST_CASE("a frame that wants too much memory is refused with the way out, the next is read", "[unit][packed_text]") {
   const Unpacked all = unpacked(packed(lines(10), {.window_log = 27}) + packed("next\n"));
   CHECK(all.text == "next\n");

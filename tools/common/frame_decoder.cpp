@@ -57,30 +57,31 @@ class ZstdDecoder final : public FrameDecoder {
 
   /// A piece at a time: of a call that ends in damage the library does not tell what it gave. So a block goes in
   /// without the header of the next, and text that did not fit comes out before anything more goes in.
+  ///
+  /// Bytes of a frame's head go in one by one, as the library reads more into several at once: the magic of a format
+  /// from before zstd 0.8, which it then unpacks and says on damage that it filled all the room; and within the header
+  /// a whole frame, which it takes for this one where there is room for its text.
   Step step(std::string_view packed, std::span<char> text) override {
-    ZSTD_inBuffer in{packed.data(), has_text_left_ ? 0 : std::min(packed.size(), piece_), 0};
+    const std::size_t piece = taken_ < header_size_max ? 1 : piece_;
+    ZSTD_inBuffer in{packed.data(), has_text_left_ ? 0 : std::min(packed.size(), piece), 0};
     ZSTD_outBuffer out{text.data(), text.size(), 0};
     const std::size_t wanted = ZSTD_decompressStream(context_, &out, &in);
-    Step done{.taken = in.pos, .given = out.pos};
-    if (ZSTD_isError(wanted) != 0) {
-      done.damage = words_for(wanted);
-      return done;
-    }
-    done.is_frame_end = wanted == 0;
+    if (ZSTD_isError(wanted) != 0) return {.taken = in.pos, .damage = words_for(wanted)};
+    Step done{.taken = in.pos, .given = out.pos, .is_frame_end = wanted == 0};
     done.has_more = has_text_left_ = !done.is_frame_end && out.pos == out.size;
-    piece_ = done.is_frame_end ? header_size_min : piece_of(wanted);
+    taken_ = done.is_frame_end ? 0 : taken_ + in.pos;
+    piece_ = piece_of(wanted);
     return done;
   }
 
   void reset() override {
     ZSTD_DCtx_reset(context_, ZSTD_reset_session_only);
-    piece_ = header_size_min;
+    taken_ = 0;
     has_text_left_ = false;
   }
 
  private:
-  /// What the shortest header of a frame takes; after that the library says what it wants next.
-  static constexpr std::size_t header_size_min = 5;
+  static constexpr std::size_t header_size_max = 18;  // magic included
   static constexpr std::size_t block_header_size = 3;
 
   /// It asks for a block with the header of the next; of anything else, as the last block, less at a time does no harm.
@@ -89,7 +90,8 @@ class ZstdDecoder final : public FrameDecoder {
   }
 
   ZSTD_DCtx* context_;
-  std::size_t piece_ = header_size_min;
+  std::size_t taken_ = 0;  // of the frame that is open
+  std::size_t piece_ = 1;  // what goes in next, behind its head
   bool has_text_left_ = false;
 };
 
