@@ -164,10 +164,12 @@ struct Printer {
 
 // --- in -------------------------------------------------------------------------------------------------------------
 
+constexpr const char* wanted_bus = "the name of a bus of the recording's head";
+
 /// Walks a comment word by word. The first complaint is kept.
 class In {
  public:
-  explicit In(std::string_view line) : line_(line) {}
+  In(std::string_view line, const RecordBuses& buses) : line_(line), buses_(buses) {}
 
   /// Up to the next space; empty at the end.
   std::string_view word() {
@@ -200,10 +202,21 @@ class In {
     expect(port.has_value(), "internal, vehicle, charger, second_pack or inverter");
     return port.value_or(Port::internal);
   }
-  /// What is left, which must be "vcan0 040#0300".
+  /// Whose bus is the next word.
+  Port port_of_bus() {
+    const std::optional<Port> port = buses_.port_of(word());
+    expect(port.has_value(), wanted_bus);
+    return port.value_or(Port::internal);
+  }
+  /// The next word is the bus of this port: of a port without one the head does not know what is told of its frames.
+  void bus_of(Port port) {
+    const std::string_view name = word();
+    expect(!name.empty() && name == buses_.name(port), "the name of this port's bus, as in the recording's head");
+  }
+  /// What is left, which must be "040#0300".
   CanFrame frame() {
     word_at_ = line_.size() - rest().size();
-    const std::string line = "(0.000000) " + std::string(rest());
+    const std::string line = "(0.000000) x " + std::string(rest());
     at_ = line_.size();
     const auto parsed = parse_log_line(line);
     expect(parsed && parsed->kind == LogLineKind::frame, "a frame as in a candump log");
@@ -226,6 +239,7 @@ class In {
 
  private:
   std::string_view line_;
+  const RecordBuses& buses_;
   std::size_t at_ = 0;
   std::size_t word_at_ = 0;
   std::optional<RecordDamage> damage_;
@@ -246,6 +260,7 @@ ObservedThing parse_lost(In& in) {
 
 ObservedThing parse_failed(In& in) {
   const Port port = in.port();
+  in.bus_of(port);
   return SendFailed{.port = port, .frame = in.frame()};
 }
 
@@ -355,13 +370,9 @@ RecordLine parse_timed(In& in, std::string_view time, const RecordClock& clock) 
   return Observation{.at = at, .what = row->parse(in)};
 }
 
-constexpr const char* wanted_bus = "the name of a bus of the recording's head";
-
-RecordLine parse_sent(In& in, const RecordBuses& buses) {
-  const std::string_view bus = in.rest().substr(0, in.rest().find(' '));
-  const std::optional<Port> port = buses.port_of(bus);
-  in.expect(port.has_value(), wanted_bus);
-  return RecordSent{.sent = {.port = port.value_or(Port::internal), .frame = in.frame()}};
+RecordLine parse_sent(In& in) {
+  const Port port = in.port_of_bus();
+  return RecordSent{.sent = {.port = port, .frame = in.frame()}};
 }
 
 RecordLine parse_outputs(In& in) {
@@ -373,9 +384,9 @@ RecordLine parse_outputs(In& in) {
 }
 
 /// Behind "# ".
-RecordLine parse_comment(In& in, const RecordClock& clock, const RecordBuses& buses) {
+RecordLine parse_comment(In& in, const RecordClock& clock) {
   const std::string_view word = in.word();
-  if (word == ">") return parse_sent(in, buses);
+  if (word == ">") return parse_sent(in);
   if (word == "=") return parse_outputs(in);
   if (word == "!") return RecordEvent{.text = in.rest()};
   if (!word.starts_with('(')) return RecordNote{.word = word, .rest = in.rest()};
@@ -478,8 +489,8 @@ Result<RecordLine, RecordDamage> parse_record_line(std::string_view line, const 
   if (line.empty()) return RecordNothing{};
   if (line.front() == '(') return parse_frame(line, clock, buses);
   if (!line.starts_with("# ")) return failure(RecordDamage{"a frame, or a comment of a recording", 0});
-  In in(line.substr(2));
-  RecordLine parsed = parse_comment(in, clock, buses);
+  In in(line.substr(2), buses);
+  RecordLine parsed = parse_comment(in, clock);
   if (!in.damage()) return parsed;
   return failure(RecordDamage{in.damage()->wanted, in.damage()->column + 2});
 }
