@@ -15,7 +15,8 @@
 
 namespace bmu {
 
-/// SocketCAN: an interface name as the kernel allows it; "unix:" and 1 to 32 plain characters: the embedded bus.
+/// SocketCAN: an interface name as the kernel and a line of a log allow it; "unix:" and 1 to 32 plain characters: the
+/// embedded bus.
 [[nodiscard]] bool is_bus_name(std::string_view name);
 /// What is_bus_name() wants, for people.
 inline constexpr std::string_view bus_form =

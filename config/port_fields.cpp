@@ -560,11 +560,13 @@ bool is_bus_name(std::string_view name) {
     return !bus.empty() && bus.size() <= 32 &&
            std::all_of(bus.begin(), bus.end(), [plain](char c) { return is_one_of(c, plain); });
   }
-  // The rules of the kernel: dev_valid_name(). IFNAMSIZ is 16 with the final zero.
+  // The rules of the kernel: dev_valid_name(). IFNAMSIZ is 16 with the final zero. And no control characters, which the
+  // kernel allows and a line of a log does not.
   const bool has_room = !name.empty() && name.size() <= 15;
   const bool is_path = name == "." || name == "..";
-  return has_room && !is_path &&
-         std::none_of(name.begin(), name.end(), [](char c) { return is_one_of(c, "/: \t\n\v\f\r"); });
+  return has_room && !is_path && std::none_of(name.begin(), name.end(), [](char c) {
+           return static_cast<unsigned char>(c) <= ' ' || is_one_of(c, "/:\x7F");
+         });
 }
 
 std::span<const Field<BusNames>> bus_fields() {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "config/bus_rate.hpp"
+#include "config/pack_fields.hpp"
 #include "daemon/core/core_image.hpp"
 #include "daemon/recording/image_lines.hpp"
 #include "daemon/recording/record_writer.hpp"
@@ -156,7 +157,10 @@ RecordReader::Took RecordReader::take_head(std::string_view word, std::string_vi
     const auto [which, name] = two_words(rest);
     if (name.empty()) return fail("wanted which bus, and its name");
     // Of a bus that only a later version knows there is nothing to say.
-    if (const std::optional<Port> port = port_of_text(which)) head_.buses.set_name(*port, name);
+    const std::optional<Port> port = port_of_text(which);
+    if (!port) return Took::nothing;
+    if (!is_bus_name(name)) return fail("wanted " + std::string(bus_form));
+    head_.buses.set_name(*port, name);
   } else if (word == "part") {
     const auto [life_text, part_text] = two_words(rest);
     const auto life = number_of_text<std::int64_t>(life_text);

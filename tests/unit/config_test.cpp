@@ -218,6 +218,8 @@ TEST_CASE("names of buses follow the rules of their kind", "[unit][config]") {
     CAPTURE(name);
     refuses({{"/buses/internal", name}}, "/buses/internal", "an interface name");
   }
+  // A file has no such texts, a command line may.
+  for (const char* name : {"can\x01", "can\x7F"}) CHECK_FALSE(is_bus_name(name));
 }
 
 TEST_CASE("texts for the vehicle are at most eight ASCII characters", "[unit][config]") {

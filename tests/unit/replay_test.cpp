@@ -195,6 +195,16 @@ TEST_CASE("a frame before the head is refused", "[unit][recording]") {
   CHECK(run.problem->line == 2);
 }
 
+TEST_CASE("a bus that no log can name is refused", "[unit][recording][F106]") {
+  for (const std::string& name : {std::string("two words"), std::string("a\x7F"), std::string(64, 'c')}) {
+    const Replayed run = replayed("# bmud-recording 1\n# bus vehicle " + name + "\n");
+    CAPTURE(name);
+    REQUIRE(run.problem);
+    CHECK(run.problem->line == 2);
+    CHECK(run.problem->text.find("wanted an interface name") == 0);
+  }
+}
+
 TEST_CASE("bytes as text of RFC 4648", "[unit][recording]") {
   const auto bytes = [](std::string_view text) { return std::vector<std::uint8_t>(text.begin(), text.end()); };
   const std::pair<const char*, const char*> rows[] = {{"", ""},
