@@ -10,6 +10,7 @@ keeps=no
 counts_lines=no
 jobs=2
 kept_max=40  # more of a target, and the smallest: corpora are there to be looked through
+printed_max=4096  # bytes of an input, packed, that a log has a line for
 targets=()
 
 usage() {
@@ -18,7 +19,8 @@ usage: tests/fuzz/explore.sh [--seconds S] [--build DIR] [--seed N] [--keep] [--
 
 Builds the fuzz targets with clang, lets each explore for S seconds, two at a time, and prints a line for each. Ends with
 1 if one has found an input that breaks a promise, crashes, or takes too long or too much memory: the input stays in
-DIR/fuzz/TARGET/, and the one command that repeats it is printed.
+DIR/fuzz/TARGET/, and the one command that repeats it is printed. For whoever has the log alone, so is the one that makes
+the input again, where it takes 4 KiB at most when packed.
 
   --seconds S  for each target (default: 60)
   --build DIR  where to build, and where what was found stays for the next time (default: build-fuzz)
@@ -184,6 +186,17 @@ print_table() {
   done
 }
 
+# Build folders of CI are gone with its machine, and the next run looks elsewhere.
+print_input() {
+  local size
+  size=$(gzip -9n <"$1" | wc -c)
+  if [[ $size -le $printed_max ]]; then
+    echo "  its input: base64 -d <<<$(gzip -9n <"$1" | base64 -w 0) | gunzip >$(basename "$1")"
+  else
+    echo "  its input: $size bytes when packed are too many to print"
+  fi
+}
+
 tell_failures() {
   local target work input status=0
   for target in "${targets[@]}"; do
@@ -193,6 +206,7 @@ tell_failures() {
     echo "fuzz_$target: $(grep -m 1 -E 'does not hold|runtime error|assertion|ERROR: ' "$work/log" || tail -n 1 "$work/log")"
     input=$(find "$work" -maxdepth 1 -type f -regex '.*/\(crash\|timeout\|oom\|leak\)-[0-9a-f]+' | head -n 1)
     echo "  to repeat: $build/bin/fuzz_$target ${input:-"(no input was kept: see $work/log)"}"
+    [[ -z $input ]] || print_input "$input"
   done
   return "$status"
 }
@@ -223,4 +237,4 @@ main() {
   tell_failures
 }
 
-main "$@"
+if [[ ${BASH_SOURCE[0]} == "$0" ]]; then main "$@"; fi
