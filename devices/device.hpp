@@ -52,9 +52,9 @@ struct Device {
 inline constexpr std::uint32_t bit_rate_125k = 125'000;
 inline constexpr std::uint32_t bit_rate_250k = 250'000;
 inline constexpr std::uint32_t bit_rate_500k = 500'000;
-inline constexpr std::uint32_t bit_rate_1M = 1'000'000;
+inline constexpr std::uint32_t bit_rate_1000k = 1'000'000;
 
 inline constexpr std::uint32_t only_500k[] = {bit_rate_500k};
-inline constexpr std::uint32_t any_bit_rate[] = {bit_rate_500k, bit_rate_250k, bit_rate_125k, bit_rate_1M};
+inline constexpr std::uint32_t any_bit_rate[] = {bit_rate_500k, bit_rate_250k, bit_rate_125k, bit_rate_1000k};
 
 }  // namespace bmu

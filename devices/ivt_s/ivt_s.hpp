@@ -227,7 +227,7 @@ inline constexpr std::uint8_t wrong_command_response = 0xFF;
 
 extern const SensorSetUpDriver set_up;
 
-inline constexpr std::uint32_t bit_rates[] = {bit_rate_500k, bit_rate_250k, bit_rate_1M};
+inline constexpr std::uint32_t bit_rates[] = {bit_rate_500k, bit_rate_250k, bit_rate_1000k};
 inline constexpr Device device{.name = "ivt_s",
                                .title = "Isabellenhuette IVT-S current and voltage sensor",
                                .kind = DeviceKind::current_sensor,
