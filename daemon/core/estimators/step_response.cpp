@@ -56,6 +56,7 @@ void StepResponse::init(const CoreConfig& config) {
 }
 
 void StepResponse::forget() {
+  kept_.instant = {};
   last_steady_ = {};
   pictures_ = {};
   contradiction_ = {};
@@ -74,19 +75,39 @@ void StepResponse::forget_module(std::uint8_t node) {
 }
 
 void StepResponse::update(const ModuleTable& modules, const SensorTable& sensors, const PackState& pack) {
+  keep_cycle(modules, pack);
+  // The sample behind that time says what the current was then as much as the one before it.
+  if (kept_.instant == TimePoint{} || sensors.current_mA.taken_at < kept_.instant + steady_around) return;
+  model_uOhm_ = model_at(pack.cell_temperature_dC);
+  if (model_uOhm_ != 0) judge_cycle(modules, sensors);
+  kept_.instant = {};
+}
+
+void StepResponse::keep_cycle(const ModuleTable& modules, const PackState& pack) {
   const TimePoint instant = modules.completed_at();
   const bool is_new = instant != TimePoint{} && instant != taken_at_;
-  // The sample behind that time says what the current was then as much as the one before it.
-  const bool has_current = sensors.current_mA.taken_at >= instant + steady_around;
-  if (!is_new || !has_current || !pack.cell_voltage_uV.is_complete()) return;
-  model_uOhm_ = model_at(pack.cell_temperature_dC);
-  if (model_uOhm_ == 0) return;
-  const Picture now = picture_of(modules, sensors, pack);
+  if (!is_new || kept_.instant != TimePoint{} || !pack.cell_voltage_uV.is_complete()) return;
+  kept_.instant = instant;
+  kept_.is_of_one_instant = is_of_one_instant(modules, instant, steady_around + sample_age_);
+  kept_.sum_uV = std::int64_t{pack.cell_voltage_sum_mV.value} * 1'000;
+  kept_.pack_mV = pack.pack_voltage_mV;
+  std::size_t cell = 0;
+  for (std::size_t index = 0; index < modules.modules().size(); ++index) {
+    const ModuleRecord& module = modules.modules()[index];
+    kept_.balancing_cells[index] = module.balancing_cells;
+    for (std::size_t number = 0; number < module.config.cell_count; ++number, ++cell) {
+      kept_.cell_voltage_uV[cell] = module.cell_voltage_uV[number].value;
+    }
+  }
+}
+
+void StepResponse::judge_cycle(const ModuleTable& modules, const SensorTable& sensors) {
+  const Picture now = picture_of(sensors);
   const bool is_still = still_since_ != TimePoint{} && sensors.current_window.swing_mA(taken_at_) < step_min_mA_ / 10;
   if (!is_still) still_since_ = now.taken_at;
   taken_at_ = now.taken_at;
   contradiction_ = {};
-  const bool has_switched = take_switches(modules);
+  const bool has_switched = take_switches();
   if (has_switched) pictures_ = {};
   if (!now.is_steady) return;
   compare_cells(modules, now);
@@ -98,13 +119,9 @@ void StepResponse::update(const ModuleTable& modules, const SensorTable& sensors
 }
 
 /// Whether a cell of some module began or ceased to bleed with this poll cycle.
-bool StepResponse::take_switches(const ModuleTable& modules) {
-  bool has_switched = false;
-  for (std::size_t index = 0; index < modules.modules().size(); ++index) {
-    const std::uint16_t bleeding = modules.modules()[index].balancing_cells;
-    has_switched = has_switched || bleeding != bleeding_[index];
-    bleeding_[index] = bleeding;
-  }
+bool StepResponse::take_switches() {
+  const bool has_switched = kept_.balancing_cells != bleeding_;
+  bleeding_ = kept_.balancing_cells;
   return has_switched;
 }
 
@@ -116,17 +133,14 @@ std::int64_t StepResponse::model_at(const Spread& temperature_dC) const {
                       resistance_factor(resistance_activation_K_, temperature_dC.average / tenths) * 1e6);
 }
 
-StepResponse::Picture StepResponse::picture_of(const ModuleTable& modules, const SensorTable& sensors,
-                                               const PackState& pack) const {
-  Picture picture{.taken_at = modules.completed_at()};
+StepResponse::Picture StepResponse::picture_of(const SensorTable& sensors) const {
+  Picture picture{.taken_at = kept_.instant, .sum_uV = kept_.sum_uV, .pack_mV = kept_.pack_mV};
   const CurrentRange range =
       sensors.current_window.span(picture.taken_at - steady_around - sample_age_, picture.taken_at + steady_around);
   const std::optional<std::int32_t> current_mA = sensors.current_window.at(picture.taken_at, current_apart_max);
   picture.is_steady = range.is_known && range.max_mA - range.min_mA < step_min_mA_ / 10 && current_mA.has_value() &&
-                      is_of_one_instant(modules, picture.taken_at, steady_around + sample_age_);
+                      kept_.is_of_one_instant;
   picture.current_mA = current_mA.value_or(0);
-  picture.sum_uV = std::int64_t{pack.cell_voltage_sum_mV.value} * 1'000;
-  picture.pack_mV = pack.pack_voltage_mV;
   return picture;
 }
 
@@ -135,13 +149,14 @@ void StepResponse::compare_cells(const ModuleTable& modules, const Picture& now)
   const bool is_step = last_steady_.is_steady && std::llabs(step_mA) >= step_min_mA_ &&
                        now.taken_at - last_steady_.taken_at <= neighbours_max;
   std::size_t index = 0;
-  for (const ModuleRecord& module : modules.modules()) {
-    for (std::size_t number = 0; number < module.config.cell_count; ++number, ++index) {
+  for (std::size_t place = 0; place < modules.modules().size(); ++place) {
+    const std::size_t count = modules.modules()[place].config.cell_count;
+    for (std::size_t number = 0; number < count; ++number, ++index) {
       Cell& cell = cells_[index];
-      const std::int32_t voltage_uV = module.cell_voltage_uV[number].value;
+      const std::int32_t voltage_uV = kept_.cell_voltage_uV[index];
       const std::int64_t drop_uV = std::int64_t{cell.voltage_uV} - voltage_uV;
       cell.voltage_uV = voltage_uV;
-      const bool is_bleeding = (module.balancing_cells >> number & 1U) != 0;
+      const bool is_bleeding = (kept_.balancing_cells[place] >> number & 1U) != 0;
       const bool is_comparable = is_bleeding == cell.is_bleeding && !cell.has_just_switched;
       cell.has_just_switched = is_bleeding != cell.is_bleeding;
       cell.is_bleeding = is_bleeding;

@@ -6,7 +6,9 @@
 // either side of it: one that rises or falls slowly does not shift the resistance. And voltages that rise when more
 // current is said to leave the pack prove that the sensor counts the wrong way round, or is another one.
 // Modules of another maker measure by themselves, some time before they are asked: the current has to have stood still
-// all that while.
+// all that while. The sample that shows the current of an instant arrives behind it, and the answers to the next POLL
+// may arrive sooner: a poll cycle is kept until its sample is there, and cycles that are complete meanwhile are left
+// out.
 //
 // The mirror image proves that it stands still: cells and pack voltage that step and stay, within 600 ms, by what only
 // a step of the current can make of them, while the current is said to have stood still for three seconds. By then
@@ -16,7 +18,7 @@
 // switch was seen to change is compared with nothing before its next picture but one, and a poll cycle that brings such
 // a change says nothing about the direction, nor is it compared with.
 //
-// Cost: a look at one time a tick; a pass over the cells a poll cycle.
+// Cost: a look at two times a tick; two passes over the cells a poll cycle.
 #pragma once
 
 #include <array>
@@ -33,7 +35,8 @@ namespace bmu {
 class StepResponse {
  public:
   void init(const CoreConfig& config);
-  /// Once a tick: takes the last complete poll cycle in, if it is a new one.
+  /// Once a tick: keeps the last complete poll cycle, if it is a new one and none is kept, and judges the kept one once
+  /// the current behind it is known.
   void update(const ModuleTable& modules, const SensorTable& sensors, const PackState& pack);
   /// Pictures from before a gap are no neighbours of those after it. Resistances stay: cells do not change that fast.
   void forget();
@@ -59,6 +62,15 @@ class StepResponse {
     std::int64_t sum_uV = 0;
     Measured<std::int32_t> pack_mV{};
   };
+  /// A complete poll cycle whose current is not known yet.
+  struct Cycle {
+    TimePoint instant{};  // zero: none
+    bool is_of_one_instant = false;
+    std::int64_t sum_uV = 0;
+    Measured<std::int32_t> pack_mV{};
+    std::array<std::int32_t, cells_max> cell_voltage_uV{};     // by number through the pack
+    std::array<std::uint16_t, modules_max> balancing_cells{};  // bit by cell
+  };
   struct Cell {
     std::int32_t voltage_uV = 0;  // in the last steady picture
     StepAverage average;
@@ -66,9 +78,11 @@ class StepResponse {
     bool has_just_switched = false;  // then: before or after its sample nobody knows
   };
 
-  bool take_switches(const ModuleTable& modules);
+  void keep_cycle(const ModuleTable& modules, const PackState& pack);
+  void judge_cycle(const ModuleTable& modules, const SensorTable& sensors);
+  bool take_switches();
   [[nodiscard]] std::int64_t model_at(const Spread& temperature_dC) const;
-  [[nodiscard]] Picture picture_of(const ModuleTable& modules, const SensorTable& sensors, const PackState& pack) const;
+  [[nodiscard]] Picture picture_of(const SensorTable& sensors) const;
   void compare_cells(const ModuleTable& modules, const Picture& now);
   void judge_direction(const Picture& now);
   void judge_stillness(const Picture& now);
@@ -80,6 +94,7 @@ class StepResponse {
   double resistance_activation_K_ = 0.0;
   std::int64_t model_uOhm_ = 0;  // of a cell, at once, at the pack's temperature; 0: not known
   std::int64_t step_min_mA_ = 0;
+  Cycle kept_;
   Picture last_steady_;
   std::array<Picture, 4> pictures_{};  // a ring, for the direction
   std::array<std::uint16_t, modules_max> bleeding_{};
@@ -94,9 +109,9 @@ class StepResponse {
   std::array<Element, cells_max> elements_{};
   [[nodiscard]] bool are_fields_possible() const { return head_ < pictures_.size(); }
   BMU_FIELDS(skipped(cell_count_), skipped(series_resistance_Ohm_), skipped(sample_age_),
-             skipped(resistance_activation_K_), model_uOhm_, skipped(step_min_mA_), last_steady_, pictures_, bleeding_,
-             head_, taken_at_, still_since_, contradiction_, worst_cell_permille_, average_permille_, average_uOhm_,
-             cells_, skipped(elements_))
+             skipped(resistance_activation_K_), model_uOhm_, skipped(step_min_mA_), kept_, last_steady_, pictures_,
+             bleeding_, head_, taken_at_, still_since_, contradiction_, worst_cell_permille_, average_permille_,
+             average_uOhm_, cells_, skipped(elements_))
 };
 
 }  // namespace bmu
