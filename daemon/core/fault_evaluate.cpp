@@ -12,6 +12,7 @@ Thresholds thresholds_of(const FaultRow& row, const LimitsConfig& limits) {
           .open = limit.open,
           .hysteresis = limit.hysteresis,
           .has_warning = true,
+          .warn_confirm = row.confirms_warning ? limit.confirm : Duration{},
           .confirm = limit.confirm,
           .clear = limit.clear};
 }

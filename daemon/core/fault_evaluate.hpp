@@ -10,6 +10,7 @@ struct Thresholds {
   std::int64_t open = 1;
   std::int64_t hysteresis = 0;
   bool has_warning = false;
+  Duration warn_confirm{};  // evidence that a warning takes; 0: the first sample beyond `warn` warns
   Duration confirm{};
   Duration clear{};
 };

@@ -33,9 +33,10 @@ class RowUpdate {
 
   void run(const Reading& reading) {
     state_.latest = reading;
+    stood_ = now_ - state_.judged_at;
     if (thresholds_.has_warning) update_warning(reading);
     const Verdict verdict = evaluate(reading, row_.sense, thresholds_.open, thresholds_.hysteresis);
-    weigh();
+    if (state_.is_doubtful()) state_.evidence = weighed(state_.evidence, state_.judged, thresholds_.confirm);
     state_.judged = verdict;
     state_.judged_at = now_;
     switch (state_.stage) {
@@ -55,7 +56,10 @@ class RowUpdate {
  private:
   void update_warning(const Reading& reading) {
     const Verdict verdict = evaluate(reading, row_.sense, thresholds_.warn, thresholds_.hysteresis);
-    if (!state_.is_warning && verdict == Verdict::beyond) {
+    state_.warning_evidence = weighed(state_.warning_evidence, state_.warning_judged, thresholds_.warn_confirm);
+    state_.warning_judged = verdict;
+    const bool is_believed = state_.warning_evidence >= thresholds_.warn_confirm;
+    if (!state_.is_warning && verdict == Verdict::beyond && is_believed) {
       state_.is_warning = true;
       state_.warning_since = now_;
       state_.warning = reading;
@@ -68,14 +72,12 @@ class RowUpdate {
     }
   }
 
-  /// The last verdict has stood until now.
-  void weigh() {
-    if (!state_.is_doubtful()) return;
-    const Duration stood = now_ - state_.judged_at;
-    if (state_.judged == Verdict::beyond) state_.evidence += stood;
-    if (state_.judged == Verdict::good || state_.judged == Verdict::between) state_.evidence -= stood / 2;
+  /// The evidence now: the last verdict has stood until now.
+  [[nodiscard]] Duration weighed(Duration evidence, Verdict judged, Duration confirm) const {
+    if (judged == Verdict::beyond) evidence += stood_;
+    if (judged == Verdict::good || judged == Verdict::between) evidence -= stood_ / 2;
     // More than enough is enough: a stale bad sample must not take for ever to be forgotten.
-    state_.evidence = std::clamp(state_.evidence, Duration{}, thresholds_.confirm);
+    return std::clamp(evidence, Duration{}, confirm);
   }
 
   /// What is latched stays so meanwhile: the cause is back once it is believed, as the first time.
@@ -158,6 +160,7 @@ class RowUpdate {
   TimePoint now_;
   FaultState& state_;
   FaultChanges& changes_;
+  Duration stood_{};  // since the last update
 };
 
 }  // namespace

@@ -9,6 +9,9 @@
 // lone bad sample is forgotten after twice its length, and a value that keeps coming back, or hides behind missing
 // ones, is believed in the end: anything beyond the threshold for more than a third of the time. A cause that comes
 // back to a latched fault takes the same evidence to count as another occurrence.
+//
+// A warning comes with the first sample beyond its threshold, or, for rows that confirm it (`confirms_warning`), with
+// evidence for the fault's confirm time. It ends with the first good sample.
 #pragma once
 
 #include <array>
@@ -36,7 +39,9 @@ struct FaultState {
   FaultStage stage = FaultStage::good;
   bool is_warning = false;  // beyond the warning threshold
   TimePoint warning_since{};
-  Reading warning;  // worst while warning
+  Reading warning;                            // worst while warning
+  Duration warning_evidence{};                // for a warning that is confirmed
+  Verdict warning_judged = Verdict::unknown;  // of the last update, against the warning threshold
   TimePoint suspected_since{};
   TimePoint returning_since{};        // while latched: since when the cause seems to be back, zero if it does not
   Duration evidence{};                // while suspected or returning

@@ -231,6 +231,9 @@ struct FaultRow {
   Duration confirm{};                              // ... or the same for every pack
   Duration clear = 1s;
   std::uint8_t samples = 1;  // distinct samples beyond the threshold that it takes; 1: time alone decides
+  /// A warning takes as much evidence as the fault. For readings that compare samples of different instants: a step of
+  /// the load moves one sample and not the other, and such a reading is too high until the current of the step arrives.
+  bool confirms_warning = false;
   AskAgain ask_again = AskAgain::no;
   Reaction reaction = Reaction::open_now;
   Duration grace{};  // exactly for open_after_grace

@@ -31,6 +31,7 @@ std::string key_of(const FaultRow& row) {
 
 std::string watched(const FaultRow& row) {
   const std::string times = row.samples > 1 ? ", in at least " + std::to_string(row.samples) + " samples" : "";
+  const std::string warns = row.confirms_warning ? "; a warning is confirmed for as long" : "";
   if (row.confirm_time != nullptr) {
     return "believed after " + code("confirm/" + std::string(row.name) + "_ms") + " of the pack file, " +
            ms_text(ConfirmTimes{}.*row.confirm_time) + times;
@@ -39,7 +40,7 @@ std::string watched(const FaultRow& row) {
     return row.confirm > 0ns ? "believed after " + ms_text(row.confirm) + times : "believed at once" + times;
   }
   const std::string side = row.sense == Sense::at_or_above ? "at or above" : "at or below";
-  return side + " " + code(key_of(row)) + " of the pack file" + times;
+  return side + " " + code(key_of(row)) + " of the pack file" + times + warns;
 }
 
 std::string reaction(const FaultRow& row) {

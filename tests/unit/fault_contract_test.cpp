@@ -295,6 +295,13 @@ TEST_CASE("every limit: warns at its warning threshold, and until behind the hys
       bench.feed(one.limit.warn + one.inwards);
       CHECK_FALSE(bench.state().is_warning);
       bench.feed(one.limit.warn);
+      if (one.row.confirms_warning) {
+        bench.pass(one.limit.confirm - 1ns);
+        bench.feed(one.limit.warn);
+        CHECK_FALSE(bench.state().is_warning);
+        bench.pass(1ns);
+        bench.feed(one.limit.warn);
+      }
       CHECK(bench.state().is_warning);
       bench.feed(one.limit.warn + one.inwards * (one.limit.hysteresis - 1));
       CHECK(bench.state().is_warning);

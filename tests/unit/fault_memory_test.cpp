@@ -426,6 +426,34 @@ TEST_CASE("of a warning the worst value is kept, and of equal ones the first", "
   CHECK(bench.state().warning.element == cell_2);
 }
 
+TEST_CASE("a warning that is confirmed takes the evidence of the fault, and ends with the first good sample",
+          "[unit][faults][F14]") {
+  constexpr FaultId id = FaultId::module_voltage_mismatch;  // warns from 100 mV, confirms in 500 ms, hysteresis 50 mV
+  CellBench bench;
+  const auto see = [&bench](Duration later, std::int64_t apart_mV) {
+    bench.pass(later);
+    return kinds_of(bench.judge({.is_known = true, .value = apart_mV, .taken_at = bench.now()}, id), id);
+  };
+  const auto see_unknown = [&bench](Duration later) {
+    bench.pass(later);
+    return kinds_of(bench.judge({}, id), id);
+  };
+  CHECK(see(0ms, 100).empty());
+  CHECK(see(500ms - 1ns, 100).empty());
+  CHECK(see(1ns, 150) == std::vector{Kind::warned});
+  CHECK(bench.state(id).warning_since == bench.now());
+  CHECK(bench.state(id).warning.value == 150);
+  CHECK(see(10ms, 51).empty());
+  CHECK(see(10ms, 50) == std::vector{Kind::warning_over});
+  // The evidence shrinks half as fast as it grows, and holds while nothing is known.
+  CHECK(see(200ms, 100).empty());    // 395 ms are left
+  CHECK(see(100ms, 50).empty());     // 495
+  CHECK(see_unknown(10ms).empty());  // 490
+  CHECK(see(10s, 100).empty());
+  CHECK(see(10ms - 1ns, 100).empty());
+  CHECK(see(1ns, 100) == std::vector{Kind::warned});
+}
+
 TEST_CASE("of a warning of a lower limit the lowest value is kept", "[unit][faults]") {
   CellBench bench;
   const auto see = [&bench](std::int32_t min_uV, const Element& cell) {
@@ -467,8 +495,12 @@ TEST_CASE("a row has its thresholds from the configuration, or is true or not", 
   CHECK(configured.open == 2);
   CHECK(configured.hysteresis == 3);
   CHECK(configured.has_warning);
+  CHECK(configured.warn_confirm == 0ms);
   CHECK(configured.confirm == 4ms);
   CHECK(configured.clear == 5ms);
+  const Thresholds confirming =
+      thresholds_of({.limit = &LimitsConfig::cell_overvoltage, .confirms_warning = true}, limits);
+  CHECK(confirming.warn_confirm == 4ms);
   limits.confirm.open_wire = 14ms;
   const Thresholds timed = thresholds_of({.confirm_time = &ConfirmTimes::open_wire, .clear = 7ms}, limits);
   CHECK(timed.open == 1);
