@@ -86,6 +86,16 @@ BAD = [
     ("waits in vain", "<!-- run until -->\n```console\n$ echo yes\nno\n```\n"),
     ("ends the shell", "<!-- run -->\n```console\n$ exit\n```\n"),
 ]
+HELD_UP = """
+<!-- run hidden
+echo "stopped or starved for 140 ms" >bmud.log
+-->
+<!-- run until -->
+```console
+$ echo open
+closed
+```
+"""
 BAD_FORM = ["<!-- run -->\nno block\n", "<!-- run -->\n```console\n$ echo\n", "<!-- run hidden\ntrue\n", "<!-- run -->\n```\nx\n```\n"]
 UNKNOWN = [("bmud", " --no-such-option"), ("bmuctl", " nonsense"), ("bmuctl", " modules --authorised"), ("mmusim", " --pack")]
 
@@ -108,6 +118,10 @@ def complaints(programs, source):
             yield f"taken for the same: {shown!r}, {printed!r}"
     if failure := run_page.attempt(programs, source, Path("page"), run_page.steps_of(PAGE)):
         yield f"a good page fails: {failure[0]}"
+    run_page.UNTIL_HELD_UP_S = 0.2
+    failure = run_page.attempt(programs, source, Path("page"), run_page.steps_of(HELD_UP))
+    if failure is None or not failure[1] or "at the last of" not in failure[0]:
+        yield f"waits on, or does not say so, although the machine held up the daemon: {failure}"
     run_page.UNTIL_S = 0.2
     for what, page in BAD:
         if run_page.attempt(programs, source, Path("page"), run_page.steps_of(page)) is None:
