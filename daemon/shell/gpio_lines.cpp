@@ -367,7 +367,7 @@ Result<void, OsError> GpioLines::open() {
   if (!pulse_lines_.empty()) {
     auto pulses = chip.request_pulses(pulse_lines_);
     if (!pulses) return fail(pulses.error());
-    if (const auto opened = open_pulses(std::move(*pulses)); !opened) return opened;
+    if (auto opened = open_pulses(std::move(*pulses)); !opened) return opened;
   }
   is_watchdog_high_ = false;
   state_ = GpioState::held_open;
