@@ -12,6 +12,8 @@
 //   stall, go                       the adapter takes nothing from the kernel any more; goes on
 //   unplug                          it is pulled out
 //
+// From busoff to active it is off the bus: the kernel still hands frames over for a moment, and they reach nobody.
+//
 // The language on the terminal is that of Lawicel's adapters, with what the kernel's driver adds to it for states and
 // errors.
 #include <array>
@@ -147,6 +149,7 @@ class Adapter {
     std::array<char, 64> line{};
     if (std::fgets(line.data(), line.size(), stdin) == nullptr) return false;
     const std::string_view word(line.data(), std::strcspn(line.data(), "\n"));
+    if (word == "busoff" || word == "active") is_off_bus_ = word == "busoff";
     for (const StateRow& row : state_table) {
       if (row.word == word) write_all(terminal_.get(), row.sent);
     }
@@ -170,22 +173,25 @@ class Adapter {
         continue;
       }
       can_frame frame;
-      if (!is_cut_ && from_text(line_, frame)) static_cast<void>(::write(other_.get(), &frame, sizeof(frame)));
+      if (!is_apart() && from_text(line_, frame)) static_cast<void>(::write(other_.get(), &frame, sizeof(frame)));
       line_.clear();
     }
   }
 
   void take_from_wire() {
     can_frame frame;
-    if (::read(other_.get(), &frame, sizeof(frame)) != sizeof(frame) || is_cut_) return;
+    if (::read(other_.get(), &frame, sizeof(frame)) != sizeof(frame) || is_apart()) return;
     write_all(terminal_.get(), to_text(frame));
   }
+
+  [[nodiscard]] bool is_apart() const { return is_cut_ || is_off_bus_; }
 
   OwnedFd other_;
   OwnedFd terminal_;
   OwnedFd kernel_side_;
   std::string line_;
   bool is_cut_ = false;
+  bool is_off_bus_ = false;
   bool is_stalled_ = false;
   bool is_plugged_ = true;
 };
