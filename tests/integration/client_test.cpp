@@ -31,6 +31,18 @@ class Listener {
   OwnedFd fd_;
 };
 
+/// A client whose connection has been accepted.
+struct Connection {
+  Connection() {
+    REQUIRE(client);
+    REQUIRE(daemon.is_open());
+  }
+  const TemporaryFolder folder;
+  const Listener listener{(folder.path() / "bmud.sock").string()};
+  Result<Client, std::string> client = Client::connect((folder.path() / "bmud.sock").string());
+  OwnedFd daemon = listener.accept();
+};
+
 void say(const OwnedFd& daemon, std::string_view text) {
   REQUIRE(::send(daemon.get(), text.data(), text.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(text.size()));
 }
@@ -38,45 +50,34 @@ void say(const OwnedFd& daemon, std::string_view text) {
 }  // namespace
 
 TEST_CASE("an answer that has arrived by the deadline is read behind the deadline", "[integration][daemon]") {
-  const TemporaryFolder folder;
-  const std::string path = (folder.path() / "bmud.sock").string();
-  const Listener listener(path);
-  auto client = Client::connect(path);
-  REQUIRE(client);
-  const OwnedFd daemon = listener.accept();
-  REQUIRE(daemon.is_open());
+  Connection connection;
+  // The deadline is over as soon as it is set, as for a process that the machine has held up until then.
+  const auto read_line = [&] { return connection.client->read_line(std::chrono::milliseconds{0}); };
 
-  const auto nothing = client->read_line(std::chrono::milliseconds{0});
+  const auto nothing = read_line();
   REQUIRE_FALSE(nothing);
   CHECK(nothing.error() == "the daemon does not answer");
-  // The deadline is over as soon as it is set, as for a process that the machine has held up until then.
-  say(daemon, "{\"one\": 1}\n{\"two\"");
-  const auto one = client->read_line(std::chrono::milliseconds{0});
+  say(connection.daemon, "{\"one\": 1}\n{\"two\"");
+  const auto one = read_line();
   REQUIRE(one);
   CHECK(*one == "{\"one\": 1}");
-  const auto half = client->read_line(std::chrono::milliseconds{0});
+  const auto half = read_line();
   REQUIRE_FALSE(half);
   CHECK(half.error() == "the daemon does not answer");
-  say(daemon, ": 2}\n");
-  const auto two = client->read_line(std::chrono::milliseconds{0});
+  say(connection.daemon, ": 2}\n");
+  const auto two = read_line();
   REQUIRE(two);
   CHECK(*two == "{\"two\": 2}");
 }
 
 TEST_CASE("what a daemon says before it closes the connection is read first", "[integration][daemon]") {
-  const TemporaryFolder folder;
-  const std::string path = (folder.path() / "bmud.sock").string();
-  const Listener listener(path);
-  auto client = Client::connect(path);
-  REQUIRE(client);
-  {
-    const OwnedFd daemon = listener.accept();
-    say(daemon, "{\"last\": 1}\n");
-  }
-  const auto last = client->read_line(std::chrono::milliseconds{0});
+  Connection connection;
+  say(connection.daemon, "{\"last\": 1}\n");
+  connection.daemon = OwnedFd();
+  const auto last = connection.client->read_line(std::chrono::milliseconds{0});
   REQUIRE(last);
   CHECK(*last == "{\"last\": 1}");
-  const auto gone = client->read_line(std::chrono::milliseconds{0});
+  const auto gone = connection.client->read_line(std::chrono::milliseconds{0});
   REQUIRE_FALSE(gone);
   CHECK(gone.error() == "the daemon closed the connection");
 }
