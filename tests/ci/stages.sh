@@ -157,24 +157,21 @@ stage_same_decisions_debug() {
   without_address_randomization tests/meta/same_decisions.sh build/bin build-debug/bin
 }
 
-# stage_tidy [K/N]: what the last commits changed, and of everything else every Nth source; without K/N the part that follows from the
-# commit. The sources that the build compiles: generated ones and headers of others are left to the configuration of clang-tidy.
+# stage_tidy [K/N]: of the sources that the build compiles every Nth, beginning with the Kth; without K/N the part that follows from the
+# commit, and what the last commits changed. Generated sources and headers of others are left to the configuration of clang-tidy.
 recent_commits=7
 recent_max=12
 stage_tidy() {
-  local part=${1:-$((0x$(git rev-parse --short=7 HEAD) % 16 + 1))/16} most=$recent_max recent sources
+  local part=${1:-$((0x$(git rev-parse --short=7 HEAD) % 16 + 1))/16} file chosen=()
   # A requested part is one of all parts, which together have the recent changes.
-  [[ $# -eq 0 ]] || most=0
-  recent=$(git diff --name-only "HEAD~$recent_commits" 2>/dev/null) || recent=$(git ls-files)
-  sources=$(git ls-files '*.cpp' |
-    awk -v k="${part%/*}" -v n="${part#*/}" -v recent="$recent" -v most="$most" '
-      BEGIN { count = split(recent, names, "\n"); for (i = 1; i <= count; ++i) is_recent[names[i]] = 1 }
-      (is_recent[$0] && ++taken <= most) || NR % n == k - 1 { gsub(/\./, "\\."); print }' | paste -sd'|')
+  if [[ $# -eq 0 ]]; then
+    while read -r file; do chosen+=(--and "$file"); done < <(git diff --name-only "HEAD~$recent_commits" -- '*.cpp' | head -n "$recent_max")
+  fi
   # Without precompiled headers a source that forgets to include something is seen.
   CC=clang CXX=clang++ cmake -S . -B build-tidy -G Ninja -DBMUD_SANITIZE=ON -DBMUD_PRECOMPILE=OFF
   # Sources that are compiled for the example of docs/adding-a-device.md, too, include a header that is written from the page.
   cmake --build build-tidy --target example_device_files
-  run-clang-tidy -quiet -p build-tidy -j "$jobs" "^$PWD/($sources)\$"
+  tests/ci/tidy.py --build build-tidy --part "$part" --jobs "$jobs" "${chosen[@]}"
 }
 
 # stage_mutation K/N: of all mutants every Nth, beginning with the Kth.
