@@ -29,6 +29,7 @@ except ModuleNotFoundError:
 
 import blocks
 import instrument
+import killers
 import mutants
 import safety_files
 import survivors
@@ -92,21 +93,24 @@ def text_of(mutant: Mutant) -> str:
     return f"{mutant.file}:{mutant.line}:{mutant.column}: {mutant.source}  [{mutant.change}]"
 
 
-def try_all(work: Path, wanted: list[Mutant], jobs: int) -> tuple[set[int], set[int]]:
+def try_all(work: Path, wanted: list[Mutant], jobs: int, known: killers.Killers) -> tuple[set[int], set[int]]:
     """The numbers of the killed ones, and of those that no test reaches."""
     reach = trial.learn_reach(work / "build")
     trial.check_selection(work / "build", reach)
     unreached = {each.id for each in wanted if not reach.cases_for(each.id)}
     killed: set[int] = set()
     with ThreadPoolExecutor(max_workers=jobs) as pool:
-        outcomes = pool.map(lambda each: trial.is_killed(work / "build", reach, each.id), wanted)
-        for tried, (each, is_killed) in enumerate(zip(wanted, outcomes), start=1):
-            if is_killed:
+        outcomes = pool.map(lambda each: trial.killer(work / "build", reach, each.id, known.of(each)), wanted)
+        for tried, (each, name) in enumerate(zip(wanted, outcomes), start=1):
+            if name is not None:
                 killed.add(each.id)
+                known.note(each, name)
             else:
                 print(f"mutate: not killed: {text_of(each)}", file=sys.stderr, flush=True)
             if tried % PROGRESS_EVERY == 0:
                 print(f"mutate: {tried} of {len(wanted)} tried, {len(killed)} killed", file=sys.stderr, flush=True)
+                known.save()
+    known.save()
     return killed, unreached
 
 
@@ -164,7 +168,7 @@ def main() -> int:
     trial.copy_project(safety_files.ROOT, arguments.work / "tree", instead)
     trial.build(arguments.work / "tree", arguments.work / "build", arguments.jobs)
     print(f"mutate: {len(wanted)} mutants, built after {watch}", flush=True)
-    killed, unreached = try_all(arguments.work, wanted, arguments.jobs)
+    killed, unreached = try_all(arguments.work, wanted, arguments.jobs, killers.Killers(killers.default_path()))
     print_summary(wanted, killed)
     if arguments.json:
         write_json(arguments.json, wanted, killed, unreached)

@@ -24,6 +24,7 @@ except ModuleNotFoundError:
 import blocks
 import coverage_report
 import instrument
+import killers
 import mutants
 import mutate
 import other_coverage
@@ -167,6 +168,61 @@ class Selection(unittest.TestCase):
             program.write_text(self.RECORDS_ITS_CASES)
             program.chmod(0o755)
             trial._check_selection_of(Path(name), trial.Reach(cases), "test_unit")
+
+
+class Order(unittest.TestCase):
+    def test_is_first_what_noticed_it_before_then_the_quick_ones_and_all_of_them_once(self) -> None:
+        times_s = {"test_unit": [0.01, 0.05, 0.3, 30], "test_scenario": [0.09, 1, 5, 20, 40]}
+        cases = [trial.TestCase(program, f"{program} {took_s}", took_s, set()) for program in times_s for took_s in times_s[program]]
+        for first in (None, "test_scenario 20", "test_unit 0.3", "a test that is gone"):
+            batches = trial._batches(cases, first)
+            names = [case.name for batch in batches for case in batch]
+            self.assertEqual(sorted(names), sorted(case.name for case in cases), first)
+            for batch in batches:
+                self.assertEqual(len({case.program for case in batch}), 1, first)
+            if first in names:
+                self.assertEqual([case.name for case in batches[0]], [first])
+        batches = [[case.took_s for case in batch] for batch in trial._batches(cases, None)]
+        self.assertEqual(batches, [[0.01, 0.05], [0.09], [0.3], [1], [5], [30], [20, 40]])
+
+    def test_the_case_that_failed_is_the_last_that_began(self) -> None:
+        report = b'<TestCase name="one"> </TestCase><TestCase name="a &lt; b &amp; &quot;c&quot;" filename="'
+        self.assertEqual(trial.last_case(report), 'a < b & "c"')
+        self.assertIsNone(trial.last_case(b""))
+
+    def test_the_name_of_the_case_that_failed_comes_from_the_program(self) -> None:
+        program = """#!/bin/sh
+case " $* " in *" --abort --reporter xml "*) ;; *) exit 0 ;; esac
+echo '<TestCase name="good"/>'
+[ "$BMU_MUTANT" = 7 ] && { echo '<TestCase name="bad">'; exit 42; }
+exit 0
+"""
+        cases = [trial.TestCase("test_unit", name, 0.0, {7, 8}) for name in ("good", "bad")]
+        with tempfile.TemporaryDirectory() as name:
+            path = Path(name) / "bin" / "test_unit"
+            path.parent.mkdir()
+            path.write_text(program)
+            path.chmod(0o755)
+            reach = trial.Reach(cases, {"test_unit": set(), "test_scenario": set()})
+            self.assertEqual(trial.killer(Path(name), reach, 7), "bad")
+            self.assertIsNone(trial.killer(Path(name), reach, 8))
+
+    def test_what_is_remembered_outlives_a_line_that_moves_and_damage_costs_only_time(self) -> None:
+        mutant = mutants.Mutant(1, "a.cpp", 10, 4, "a < b", "<=")
+        moved = mutants.Mutant(9, "a.cpp", 90, 4, "a < b", "<=")
+        other = mutants.Mutant(2, "a.cpp", 10, 4, "a < b", ">=")
+        with tempfile.TemporaryDirectory() as name:
+            path = Path(name) / "below" / "killers.json"
+            one, two = killers.Killers(path), killers.Killers(path)
+            one.note(mutant, "a case")
+            one.save()
+            two.note(other, "another")
+            two.save()
+            both = killers.Killers(path)
+            self.assertEqual((both.of(moved), both.of(other)), ("a case", "another"))
+            for damage in ("", "[]", "{", '{"x": 1}'):
+                path.write_text(damage)
+                self.assertIsNone(killers.Killers(path).of(mutant))
 
 
 class Coverage(unittest.TestCase):

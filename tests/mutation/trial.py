@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import math
 import os
 import re
@@ -13,7 +14,8 @@ from pathlib import Path
 
 # Not the catalogue: every survivor would run all of it, a minute each.
 PROGRAMS = ("test_unit", "test_scenario")
-FIRST_BATCH_S = 0.1
+# Test cases run together for about so long: most mutants fail at what takes next to no time. The last batch is all that is left.
+BATCHES_S = (0.1, 0.5, 2, 8)
 CPU_MIN_S = 3  # seconds of computing time that a run of some test cases may take, or so many times the usual
 CPU_FACTOR = 10
 WAIT_MAX_S = 600
@@ -112,15 +114,16 @@ def learn_reach(folder: Path) -> Reach:
     return reach
 
 
-def _batches(cases: list[TestCase]) -> list[list[TestCase]]:
-    """Programs apart; of each at first what takes next to no time, for that is what most mutants fail at."""
-    batches = []
-    for program in PROGRAMS:
-        own = [each for each in cases if each.program == program]
-        quick: list[TestCase] = []
-        while own and sum(each.took_s for each in quick) + own[0].took_s <= FIRST_BATCH_S:
-            quick.append(own.pop(0))
-        batches += [batch for batch in (quick, own) if batch]
+def _batches(cases: list[TestCase], first: str | None) -> list[list[TestCase]]:
+    """Each of one program; `first` by itself, then all others, the quick ones first."""
+    batches = [[each] for each in cases if each.name == first]
+    rest = {program: [each for each in cases if each.program == program and each.name != first] for program in PROGRAMS}
+    for limit_s in (*BATCHES_S, math.inf):
+        for own in rest.values():
+            batch: list[TestCase] = []
+            while own and sum(each.took_s for each in batch) + own[0].took_s <= limit_s:
+                batch.append(own.pop(0))
+            batches += [batch] if batch else []
     return batches
 
 
@@ -133,27 +136,38 @@ def _chosen(cases: list[TestCase]) -> str:
     return "".join('"' + re.sub(r'([\\,\["*~])', r"\\\1", each.name) + '"\n' for each in cases)
 
 
-def _fails(folder: Path, batch: list[TestCase], mutant: int) -> bool:
-    """Also if it crashes, or computes without end: what counts is its own time, however busy the machine is."""
+def _failing(folder: Path, batch: list[TestCase], mutant: int) -> str | None:
+    """The name of the test case that fails, also if it crashes, or computes without end: what counts is its own time, however busy the
+    machine is. None if all pass."""
     limit_s = max(CPU_MIN_S, math.ceil(CPU_FACTOR * sum(each.took_s for each in batch)))
     program = str(folder / "bin" / batch[0].program)
     try:
         done = subprocess.run(
-            ["prlimit", f"--cpu={limit_s}", program, "--abort", *CHOOSE],
-            input=_chosen(batch),
-            text=True,
+            ["prlimit", f"--cpu={limit_s}", program, "--abort", "--reporter", "xml", *CHOOSE],
+            input=_chosen(batch).encode(),
             env=dict(os.environ, BMU_MUTANT=str(mutant)),
-            stdout=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
             timeout=WAIT_MAX_S,
         )
     except subprocess.TimeoutExpired as waited:
         raise TrialError(f"mutant {mutant}: {program} neither ends nor computes within {WAIT_MAX_S} s") from waited
-    return done.returncode != 0
+    return None if done.returncode == 0 else last_case(done.stdout) or batch[0].name
 
 
-def is_killed(folder: Path, reach: Reach, mutant: int) -> bool:
-    return any(_fails(folder, batch, mutant) for batch in _batches(reach.cases_for(mutant)))
+def last_case(report: bytes) -> str | None:
+    """The name of the test case that began last: with --abort the one that failed. A program that was ended may not have written all."""
+    names = re.findall(rb'<TestCase name="([^"]*)"', report)
+    return html.unescape(names[-1].decode(errors="replace")) if names else None
+
+
+def killer(folder: Path, reach: Reach, mutant: int, first: str | None = None) -> str | None:
+    """The name of a test case that fails with it; None if all pass that reach it. The case named `first` is tried first."""
+    for batch in _batches(reach.cases_for(mutant), first):
+        name = _failing(folder, batch, mutant)
+        if name is not None:
+            return name
+    return None
 
 
 def _check_selection_of(folder: Path, reach: Reach, program: str) -> None:
