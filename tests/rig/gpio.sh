@@ -1,10 +1,13 @@
 #!/usr/bin/env bash
-# Host script: GPIO lines on a chip of the kernel, in the emulated machine; no host is asked for a chip of its own, since something may
-# be wired to it.  usage: gpio.sh OUT_DIR LIMIT_SECONDS TEST_PROGRAM
+# Host script: a guest script with GPIO lines on a chip of the kernel, in the emulated machine; no host is asked for a chip of its own, since
+# something may be wired to it. SCRIPT is given the path of the chip's driver first.
+#   usage: gpio.sh BOOT_OPTIONS... -- SCRIPT [ARGUMENTS...]   (options of boot.sh)
 set -euo pipefail
 
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
-out=$1 limit_s=$2 test_program=$3
+options=()
+while [[ $# -gt 0 && $1 != -- ]]; do options+=("$1"); shift; done
+[[ $# -ge 2 ]] || { echo "usage: gpio.sh BOOT_OPTIONS... -- SCRIPT [ARGUMENTS...]" >&2; exit 64; }
 
 module=$("$here/gpio-module.sh")
-exec "$here/boot.sh" --out "$out" --limit "$limit_s" -- "$here/gpio_guest.sh" "$module" "$test_program"
+exec "$here/boot.sh" "${options[@]}" -- "$2" "$module" "${@:3}"

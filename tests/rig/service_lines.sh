@@ -1,0 +1,160 @@
+#!/bin/bash
+# Guest script: the installed service with contactors on GPIO lines and a CAN interface that it sets up itself, both by the drop-ins that the
+# package has as examples, in its sandbox. However its process ends, the stop hook opens the lines that it drove. Needs systemd as the
+# machine's first program, and can0 and can1 of boot.sh --can-bus.
+#   usage: service_lines.sh MODULE.ko REPOSITORY PACKAGES   (the chip's driver; a folder with the packages)
+# shellcheck source-path=SCRIPTDIR source=guest-env.sh
+source "$(dirname "$0")/guest-env.sh"
+
+module=$1 repository=$2 packages=$3
+scenario=$RIG_OUT/calm.scn
+# shellcheck source-path=SCRIPTDIR source=service-env.sh
+source "$(dirname "$0")/service-env.sh"
+
+chip=/sys/kernel/debug/rig_gpio
+# Outputs, and the auxiliary contacts that follow them; both of main_positive are active low. Of the inputs a low estop is an emergency.
+positive=3 negative=4 precharge=5 estop=7 key=9
+wires=(3:13 4:14 5:15)
+drop_ins=/etc/systemd/system/bmud.service.d
+
+level_of() { cat "$chip/line$1"; }
+set_wire() { echo "$2" >"$chip/line$1"; }
+turn_key() { set_wire "$key" "$1"; }
+
+# Without a process for each look: they would take the machine's time.
+follow_contacts() {
+  local wire level contact
+  exec 9<>"$1"
+  until read -r -t 0.005 -u 9; do
+    for wire in "${wires[@]}"; do
+      read -r level <"$chip/line${wire%:*}"
+      read -r contact <"$chip/line${wire#*:}"
+      [[ $level == "$contact" ]] || echo "$level" >"$chip/line${wire#*:}"
+    done
+  done
+}
+
+lines_are() { [[ $(level_of "$positive")$(level_of "$negative")$(level_of "$precharge") == "$1" ]]; }
+lines_are_closed() { lines_are 010; }
+lines_are_open() { lines_are 100; }
+
+# Only by the key, turned anew.
+close_pack() {
+  turn_key 0
+  wait_for 30 "it may close" may_close
+  turn_key 1
+  wait_for 60 "it is closed" phase_is closed
+  expect "and the lines are" lines_are_closed
+}
+may_close() { status_json | jq -e .permission.may_close >/dev/null; }
+
+write_lines_pack() {
+  jq '. + {
+    buses: {internal: "can0", vehicle: "can0"}, interfaces: {set_up: true, restart_ms: 200},
+    gpio: {
+      chip: "/dev/gpiochip0",
+      outputs: {main_positive: {line: 3, active_low: true}, main_negative: {line: 4}, precharge: {line: 5}, watchdog: {line: 2}},
+      feedback: {main_positive: {line: 13, active_low: true}, main_negative: {line: 14}, precharge: {line: 15}},
+      inputs: [{name: "cockpit", kind: "estop", line: 7, debounce_ms: 0}, {name: "key", kind: "vehicle_on", line: 9, debounce_ms: 0}]}
+    } | .cell = "/usr/share/bmud/cells/" + (.cell | split("/") | last)' \
+    <(sed 's#^ *//.*##' /usr/share/bmud/packs/demo-48s.json) >/etc/bmud/pack.json
+}
+
+# As an administrator does it, from the examples of the package.
+put_drop_in() { install -D -m 644 "/usr/share/doc/bmud/examples/$1.conf" "$drop_ins/$1.conf"; }
+write_drop_in() {
+  printf '[Service]\n%s\n' "$2" >"$drop_ins/$1.conf"
+  systemctl daemon-reload
+}
+
+link_is() {
+  [[ $(ip -json -details link show "$1" | jq -r '.[0] | "\(.linkinfo.info_data.bittiming.bitrate) \(.linkinfo.info_data.restart_ms) \([.flags[] | select(. == "UP")][0])"') == "$2" ]]
+}
+
+step "install"
+expect "the packages are installed" install_packages
+mount -t debugfs debugfs /sys/kernel/debug
+insmod "$module"
+groupadd --system gpio
+chgrp gpio /dev/gpiochip0
+chmod 660 /dev/gpiochip0
+ip link set can1 type can bitrate 500000
+ip link set can1 up
+expect "can0 is down" not link_is can0 "500000 200 UP"
+
+step "the drop-ins"
+write_lines_pack
+expect "the pack file is good" bmud --check-config /etc/bmud/pack.json >/dev/null
+put_drop_in gpio
+put_drop_in interfaces
+# What a successor does must not pass for what the hook does.
+write_drop_in no-restart 'Restart=no'
+expect "the unit is right with them" systemd-analyze verify --man=no --recursive-errors=no bmud.service
+systemd-analyze security --no-pager bmud >"$RIG_OUT/security.txt"
+exposure=$(sed -n 's/.*exposure level for bmud.service: \([0-9.]*\).*/\1/p' "$RIG_OUT/security.txt")
+expect "its exposure is $exposure, at most 1.5" awk "BEGIN { exit !($exposure <= 1.5) }"
+
+step "start"
+set_wire "$estop" 1
+mkfifo /run/contacts
+start contacts follow_contacts /run/contacts
+chrt -f -p 60 "${started_pids[contacts]}"
+grep '^0 ' "$repository/vcan-fixtures/calm.scn" >"$scenario"
+start mmusim mmusim --bus can1 --pack /etc/bmud/pack.json --scenario "$scenario"
+chrt -f -p 60 "${started_pids[mmusim]}"
+start bmud journalctl -q -f -o short-monotonic -u bmud
+expect "it starts" systemctl start bmud
+wait_until_serving
+pid=$(main_pid)
+expect "as its own user" test "$(stat -c %U "/proc/$pid")" = bmud
+expect "with CAP_NET_ADMIN and no other capability" grep -q '^CapEff:\s*0000000000001000$' "/proc/$pid/status"
+expect "it has set up can0" link_is can0 "500000 200 UP"
+expect "its lines are open" lines_are_open
+expect "it has written which lines it drives" grep -q '"main_positive"' /run/bmud/driven-lines.json
+
+step "systemctl stop"
+close_pack
+systemctl stop bmud
+expect "its lines are open" lines_are_open
+
+# ends NAME COMMAND...: the process ends while the pack is closed, and the pack file is damaged by then
+ends() {
+  local name=$1
+  shift
+  step "$name"
+  systemctl start bmud
+  wait_until_serving
+  clear_faults
+  close_pack
+  cp /etc/bmud/pack.json /run/good.json
+  echo '{ damaged' >/etc/bmud/pack.json
+  "$@" "$(main_pid)"
+  wait_for 10 "the unit has failed" is_active failed
+  cp /run/good.json /etc/bmud/pack.json
+}
+expect_opened_by_hook() {
+  expect "$1: its lines are open" lines_are_open
+  systemctl reset-failed bmud
+}
+
+ends "killed" kill -KILL
+expect_opened_by_hook "killed"
+ends "crashed" kill -SEGV
+expect_opened_by_hook "crashed"
+ends "stopped by SIGSTOP" kill -STOP
+expect "it was the watchdog" log_has 'Watchdog timeout'
+expect_opened_by_hook "stopped by SIGSTOP"
+
+# The chip keeps levels: without the hook the lines stay as they were. Whoever believes the steps above has to see this one.
+write_drop_in no-hook 'ExecStopPost='
+ends "killed, and no hook" kill -KILL
+expect "its lines have stayed closed" lines_are_closed
+rm "$drop_ins/no-hook.conf"
+systemctl daemon-reload
+systemctl reset-failed bmud
+
+step "the next one opens first"
+systemctl start bmud
+wait_until_serving
+expect "its lines are open though the key is on" lines_are_open
+systemctl stop bmud
