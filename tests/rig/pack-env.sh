@@ -58,6 +58,7 @@ phase_is() { [[ $(status_json 2>/dev/null | jq -r .state.phase) == "$1" ]]; }
 view_is_complete() { status_json 2>/dev/null | jq -e '.complete_cycles >= 3 and .modules_answering == 4' >/dev/null; }
 fault_count() { bmuctl --socket "$socket" faults --json | jq -e --arg name "$1" '.faults[] | select(.name == $name) | .count_since_start'; }
 fault_came() { (($(fault_count "$1") > $2)); }
+fault_is_gone() { bmuctl --socket "$socket" faults --json | jq -e --arg name "$1" '.faults[] | select(.name == $name) | (.is_present or .is_warning) | not' >/dev/null; }
 
 # What waits for it is cleared as somebody would; whether it may be is the daemon's to say.
 clear_faults() { bmuctl --socket "$socket" clear >>"$RIG_OUT/clear.txt"; }

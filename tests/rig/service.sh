@@ -77,6 +77,10 @@ ask_as() {
 }
 answer_says() { grep -q "$1" "$RIG_OUT/asked.txt"; }
 
+# Of all its threads, each once, the highest first.
+priorities() { chrt --all-tasks -p "$1" | sed -n 's/.*priority: //p' | sort -rnu | paste -sd' '; }
+watchdog_at() { journalctl -q --no-pager -o short-unix -u bmud | awk '/Watchdog timeout/ { at = $1 } END { print at }'; }
+
 other_file_counts() { [[ $(config_hash) != "$1" ]]; }
 is_reloaded() { phase_is open && systemctl reload bmud && other_file_counts "$1"; }
 config_hash() { status_json | jq -er .pack.config_hash; }
@@ -145,6 +149,9 @@ kill -STOP "$before"
 expect_opened_by_itself "stopped by SIGSTOP" "$stopped_at"
 wait_for 15 "the watchdog has ended it" is_new_process "$before"
 expect "it was the watchdog" log_has "Watchdog timeout (limit ${watchdog_ms}ms)"
+ended_after_ms=$(awk "BEGIN { printf \"%.0f\", ($(watchdog_at) - $stopped_at) * 1000 }")
+measured+=("stopped by SIGSTOP: the watchdog's time was over after $ended_after_ms ms")
+expect "after $ended_after_ms ms: its time and no more than a turn of the machine" test "$ended_after_ms" -le $((watchdog_ms + 100))
 expect_successor "$before"
 
 end_while_closed "killed" kill -KILL
@@ -222,6 +229,7 @@ systemctl start bmud
 wait_until_serving
 pid=$(main_pid)
 expect "the loop's thread has the priority" test "$(chrt -p "$pid" | sed -n 's/.*priority: //p')" = 50
+expect "and no other thread has one" test "$(priorities "$pid")" = "50 0"
 expect "its memory is locked" test "$(sed -n 's/^VmLck:[^0-9]*\([0-9]*\).*/\1/p' "/proc/$pid/status")" -gt 4096
 expect_open_until_key
 

@@ -13,10 +13,13 @@ source "$(dirname "$0")/service-env.sh"
 
 cannot_keep() { fault_came store_write_failed 0 || fault_came history_write_failed 0; }
 
-# Small enough to be filled, in place of the folder that is the service's own.
+keeps_again() { fault_is_gone store_write_failed && fault_is_gone history_write_failed; }
+is_written_since() { [[ $(stat -c %y "$state/state.json") != "$1" ]]; }
+
+# Small enough to be filled, and large enough for the daemon (50 MB are to be free), in place of the folder that is the service's own.
 mount_state() {
   local image=/run/state.image
-  truncate -s 24M "$image"
+  truncate -s 120M "$image"
   mkfs.ext4 -q "$image"
   mkdir -p "$state"
   mount -o loop "$image" "$state"
@@ -31,10 +34,12 @@ start_service
 
 step "the disk is full"
 wait_to_disturb
-dd if=/dev/zero of="$state/full" bs=64k 2>/dev/null || true
+expect "it has room enough as yet" fault_is_gone disk_low
+dd if=/dev/zero of="$state/full" bs=1M 2>/dev/null || true
 wait_for 90 "it says that the disk is nearly full" fault_came disk_low 0
 expect_undisturbed "a full disk"
 rm "$state/full"
+wait_for 90 "it says so no longer once there is room" fault_is_gone disk_low
 
 step "the disk is read-only"
 # As the kernel does after an error of the disk: whoever has files open for writing is not asked.
@@ -42,6 +47,13 @@ echo u >/proc/sysrq-trigger
 wait_for 10 "it is read-only" not touch "$state/probe" 2>/dev/null
 wait_for 180 "it says that it cannot keep what it should" cannot_keep
 expect_undisturbed "a read-only disk"
+written_before=$(stat -c %y "$state/state.json")
+mount -o remount,rw "$state"
+wait_for 180 "it writes again when it may" is_written_since "$written_before"
+wait_for 180 "and says that it can" keeps_again
+expect_undisturbed "a disk that may be written again"
+echo u >/proc/sysrq-trigger
+wait_for 10 "it is read-only again" not touch "$state/probe" 2>/dev/null
 wait_until_closed
 systemctl stop bmud
 expect_opened_by_command "systemctl stop with a read-only disk" "$(stopping_at)" 300
