@@ -34,12 +34,12 @@ start_service
 
 step "the disk is full"
 wait_to_disturb
-expect "it has room enough as yet" fault_is_gone disk_low
+expect "disk_low is not present yet" fault_is_gone disk_low
 dd if=/dev/zero of="$state/full" bs=1M 2>/dev/null || true
 wait_for 90 "it says that the disk is nearly full" fault_came disk_low 0
 expect_undisturbed "a full disk"
 rm "$state/full"
-wait_for 90 "it says so no longer once there is room" fault_is_gone disk_low
+wait_for 90 "disk_low clears once there is room" fault_is_gone disk_low
 
 step "the disk is read-only"
 # As the kernel does after an error of the disk: whoever has files open for writing is not asked.
@@ -49,8 +49,8 @@ wait_for 180 "it says that it cannot keep what it should" cannot_keep
 expect_undisturbed "a read-only disk"
 written_before=$(stat -c %y "$state/state.json")
 mount -o remount,rw "$state"
-wait_for 180 "it writes again when it may" is_written_since "$written_before"
-wait_for 180 "and says that it can" keeps_again
+wait_for 180 "it writes the state file again" is_written_since "$written_before"
+wait_for 180 "and its write faults clear" keeps_again
 expect_undisturbed "a disk that may be written again"
 echo u >/proc/sysrq-trigger
 wait_for 10 "it is read-only again" not touch "$state/probe" 2>/dev/null

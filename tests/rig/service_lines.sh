@@ -21,7 +21,7 @@ level_of() { cat "$chip/line$1"; }
 set_wire() { echo "$2" >"$chip/line$1"; }
 turn_key() { set_wire "$key" "$1"; }
 
-# Without a process for each look: they would take the machine's time.
+# Shell builtins only: a process for each reading would take the machine's time.
 follow_contacts() {
   local wire level contact
   exec 9<>"$1"
@@ -38,7 +38,7 @@ lines_are() { [[ $(level_of "$positive")$(level_of "$negative")$(level_of "$prec
 lines_are_closed() { lines_are 010; }
 lines_are_open() { lines_are 100; }
 
-# Only by the key, turned anew.
+# The daemon closes only after the key has been turned off and on.
 close_pack() {
   turn_key 0
   wait_for 30 "it may close" may_close
@@ -87,7 +87,7 @@ write_lines_pack
 expect "the pack file is good" bmud --check-config /etc/bmud/pack.json >/dev/null
 put_drop_in gpio
 put_drop_in interfaces
-# What a successor does must not pass for what the hook does.
+# An opening by the successor must not pass for an opening by the hook.
 write_drop_in no-restart 'Restart=no'
 expect "the unit is right with them" systemd-analyze verify --man=no --recursive-errors=no bmud.service
 systemd-analyze security --no-pager bmud >"$RIG_OUT/security.txt"
@@ -117,7 +117,7 @@ close_pack
 systemctl stop bmud
 expect "its lines are open" lines_are_open
 
-# ends NAME COMMAND...: the process ends while the pack is closed, and the pack file is damaged by then
+# ends NAME COMMAND...: ends the process by COMMAND PID while the pack is closed and the pack file damaged
 ends() {
   local name=$1
   shift
@@ -145,7 +145,7 @@ ends "stopped by SIGSTOP" kill -STOP
 expect "it was the watchdog" log_has 'Watchdog timeout'
 expect_opened_by_hook "stopped by SIGSTOP"
 
-# The chip keeps levels: without the hook the lines stay as they were. Whoever believes the steps above has to see this one.
+# The chip keeps levels: without the hook the lines stay closed, so the steps above show the hook and not the chip.
 write_drop_in no-hook 'ExecStopPost='
 ends "killed, and no hook" kill -KILL
 expect "its lines have stayed closed" lines_are_closed
