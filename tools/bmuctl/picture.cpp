@@ -179,10 +179,11 @@ void draw_doing(const Reply& status, int row, Canvas& canvas) {
   const Reply precharge = status["last_precharge"];
   const auto on = status["balancing"]["cells_on"].number_or(0);
   std::string doing = charge_stage(status);
-  if (on > 0 && doing.empty())
+  if (on > 0 && doing.empty()) {
     doing = "bleeding " + std::to_string(on) + (on == 1 ? " cell" : " cells");
-  else if (on > 0)
+  } else if (on > 0) {
     doing += ", bleeding " + std::to_string(on);
+  }
   if (!doing.empty()) {
     canvas.put(row, 1, doing, Style::active);
   } else if (precharge.is_known()) {
