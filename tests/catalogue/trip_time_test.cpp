@@ -181,7 +181,7 @@ TEST_CASE("a module of the shipped packs that repeats itself at a steady current
 }
 
 TEST_CASE("a current sensor of the shipped packs that stands still is noticed with the next large step",
-          "[catalogue][trip][F18]") {
+          "[catalogue][trip][F12]") {
   for (const char* const file : {"demo-48s.json", "traction-16x12.json"}) {
     WiredPack base(shipped(file).config);
     base.run(2500ms);

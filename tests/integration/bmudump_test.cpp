@@ -250,7 +250,8 @@ TEST_CASE("a seventeenth bus is refused line by line, the others go on", "[integ
         "bmudump: standard input:17:12: found one more bus name, wanted at most 16 buses in all; line skipped\n");
 }
 
-TEST_CASE("damaged lines are reported with place, found and wanted, and the run goes on", "[integration][bmudump]") {
+TEST_CASE("damaged lines are reported with place, found and wanted, and the run goes on",
+          "[integration][bmudump][F106]") {
   const TemporaryFolder folder;
   const std::string log = folder.file("drive.log", std::string(good_line) + "vcan0  143  [8]  8E\n\n# comment\n" +
                                                        "(1700000000.123) vcan0 143#\n" +
@@ -267,7 +268,7 @@ TEST_CASE("damaged lines are reported with place, found and wanted, and the run 
             "bmudump: " + log + ":8:15: found the end of the line, wanted 6 (or 9) digits of a second; line skipped\n");
 }
 
-TEST_CASE("of endless damage the first thousand lines are told and all are counted", "[integration][bmudump]") {
+TEST_CASE("of endless damage the first thousand lines are told and all are counted", "[integration][bmudump][F106]") {
   const Run result = run("-r -", times(5'000, "garbage\n"));
   CHECK(result.exit_code == 3);
   const std::vector<std::string> lines = lines_of(result.err);
@@ -275,7 +276,7 @@ TEST_CASE("of endless damage the first thousand lines are told and all are count
   CHECK(lines.back() == "bmudump: standard input: 5000 damaged lines in all, the first 1000 told");
 }
 
-TEST_CASE("CRLF, time going back and a last line without newline are fine", "[integration][bmudump]") {
+TEST_CASE("CRLF, time going back and a last line without newline are fine", "[integration][bmudump][F106]") {
   const Run result = run("-r -",
                          "(9.000000) vcan0 7FF#01\r\n"
                          "\r\n"
@@ -307,7 +308,7 @@ long resident_kB_of(std::vector<std::string> arguments, const TemporaryFolder& f
   return usage.ru_maxrss;
 }
 
-TEST_CASE("a line of 100 MB is skipped in little memory", "[integration][bmudump]") {
+TEST_CASE("a line of 100 MB is skipped in little memory", "[integration][bmudump][F106]") {
   const TemporaryFolder folder;
   const std::string path = folder / "huge.log";
   {
@@ -349,7 +350,7 @@ TEST_CASE("a log of ever new identifiers on all buses, and a packed one, take li
   CHECK(exit_code == 0);
 }
 
-TEST_CASE("a reader that goes away ends bmudump without complaint", "[integration][bmudump]") {
+TEST_CASE("a reader that goes away ends bmudump without complaint", "[integration][bmudump][F107]") {
   const TemporaryFolder folder;
   const std::string log = folder.file("long.log", times(200'000, good_line));
   const std::string command = "bash -c '" + bmudump + " -r " + log + " 2>" + folder / "err" + " | head -n 1 >" +
@@ -360,7 +361,7 @@ TEST_CASE("a reader that goes away ends bmudump without complaint", "[integratio
   CHECK(content_of(folder / "err").empty());
 }
 
-TEST_CASE("tables are printed like frames: a reader may go away, a full disk is told", "[integration][bmudump]") {
+TEST_CASE("tables are printed like frames: a reader may go away, a full disk is told", "[integration][bmudump][F107]") {
   const TemporaryFolder folder;
   const std::string to_true =
       "bash -c '" + bmudump + " --protocol-doc 2>" + folder / "err" + " | true; exit ${PIPESTATUS[0]}'";
@@ -995,7 +996,7 @@ TEST_CASE("CAN FD, CAN XL and length codes above 8 come out of -L, -f and -l as 
   }
 }
 
-TEST_CASE("frames of CAN FD and XL are shown with their bytes, and flags with -x", "[integration][bmudump]") {
+TEST_CASE("frames of CAN FD and XL are shown with their bytes, and flags with -x", "[integration][bmudump][F106]") {
   const std::string log =
       "(1.000000) can0 143#8EA08E928EB22AB2 R\n(1.000000) can0 143##38EA0 R\n(1.000000) can0 18FF50E5##1" +
       times(12, "41") + " T\n(1.000000) can0 7FF#43 T\n(1.000000) can0 45123#81:00:12345678#11.22\n";

@@ -186,7 +186,7 @@ TEST_CASE("only root and the daemon's own user give node numbers and accept modu
 }
 
 TEST_CASE("what latched until it is cleared holds over a crash, refuses to close, and is cleared by command alone",
-          "[integration][daemon][state][RL][bus]") {
+          "[integration][daemon][state][RL][bus][F59]") {
   StateBench bench;
   bench.start_emulator("");
   bench.start();

@@ -63,7 +63,7 @@ struct FullPipe {
 }  // namespace
 
 TEST_CASE("a good pack file is told so, a bad one with every problem, a wrong command line in one line",
-          "[integration][daemon]") {
+          "[integration][daemon][F78]") {
   const Finished good = run_program({program("bmud"), "--config", pack_file, "--check-config"});
   CHECK(good.status == 0);
   CHECK(good.out ==
@@ -326,7 +326,7 @@ TEST_CASE("a log that takes nothing stops neither frames nor the end", "[integra
 }
 
 TEST_CASE("the service manager hears that we are alive only while ticks are decided",
-          "[integration][daemon][F60][bus]") {
+          "[integration][daemon][F61][bus]") {
   Bench bench;
   NotifySocket notify(bench.folder / "notify");
   bench.start_daemon({.environment = {"NOTIFY_SOCKET=" + (bench.folder / "notify"), "WATCHDOG_USEC=300000"}});

@@ -102,7 +102,7 @@ std::int64_t resident_kB(const Process& process) {
 }  // namespace
 
 TEST_CASE("a reload takes up the file whole, says what has changed, and keeps what the pack remembered",
-          "[integration][daemon][reload][bus]") {
+          "[integration][daemon][reload][bus][F80]") {
   ReloadBench bench;
   bench.start_emulator("");
   bench.start();
@@ -170,7 +170,7 @@ TEST_CASE("the state is kept over a reload also where nobody keeps it over a res
 }
 
 TEST_CASE("while the pack is closed a reload is refused with the reason, and nothing changes",
-          "[integration][daemon][reload][bus]") {
+          "[integration][daemon][reload][bus][F80]") {
   Finished refused;
   bool is_as_wanted = false;
   const auto bench = test::driven<ReloadBench>([&](ReloadBench& made) {
@@ -195,7 +195,7 @@ TEST_CASE("while the pack is closed a reload is refused with the reason, and not
 }
 
 TEST_CASE("a file that is not good is refused with all its problems, and the life goes on",
-          "[integration][daemon][reload][bus]") {
+          "[integration][daemon][reload][bus][F80]") {
   ReloadBench bench;
   bench.start_emulator("");
   bench.start();

@@ -251,7 +251,7 @@ bool is_killed(const std::string& file_path, int at) {
 // --- power ----------------------------------------------------------------------------------------------------------
 
 TEST_CASE("a power loss at any call of writing leaves the old state or the new one, whatever the disk had not written",
-          "[integration][state][power]") {
+          "[integration][state][power][F77]") {
   REQUIRE(text_of(old).size() > 1'024);  // several sectors
   for (const Start& start : starts()) {
     CAPTURE(start.name);
@@ -262,7 +262,7 @@ TEST_CASE("a power loss at any call of writing leaves the old state or the new o
   }
 }
 
-TEST_CASE("a second power loss, on any disk the first one left, costs no more", "[integration][state][power]") {
+TEST_CASE("a second power loss, on any disk the first one left, costs no more", "[integration][state][power][F77]") {
   for (const Start& start : starts()) {
     CAPTURE(start.name);
     for (const DiskImage& image : cut_everywhere(start.image, start.reads, fresh, false).kinds) {
@@ -294,7 +294,7 @@ TEST_CASE("a disk that says it has synced and did not is found out: the model is
 }
 
 TEST_CASE("a process killed at any call of writing leaves the old state or the new one",
-          "[integration][state][power]") {
+          "[integration][state][power][F77]") {
   for (int at = 0;; ++at) {
     CAPTURE(at);
     const TemporaryFolder folder;
@@ -316,7 +316,8 @@ TEST_CASE("a process killed at any call of writing leaves the old state or the n
 
 // --- calls that fail ------------------------------------------------------------------------------------------------
 
-TEST_CASE("any call that fails leaves a state to read, and is told with file and step", "[integration][state][power]") {
+TEST_CASE("any call that fails leaves a state to read, and is told with file and step",
+          "[integration][state][power][F75]") {
   for (const int code : {EIO, ENOSPC, EROFS, EACCES, EDQUOT}) {
     int failed = 0;
     for (int at = 0;; ++at) {
@@ -353,7 +354,7 @@ TEST_CASE("any call that fails leaves a state to read, and is told with file and
   }
 }
 
-TEST_CASE("a call that a signal interrupted is made again", "[integration][state][power]") {
+TEST_CASE("a call that a signal interrupted is made again", "[integration][state][power][F72]") {
   for (int at = 0;; ++at) {
     CAPTURE(at);
     const TemporaryFolder folder;

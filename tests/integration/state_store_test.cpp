@@ -207,7 +207,7 @@ TEST_CASE("a state comes back from its text with every field", "[integration][st
   CHECK(empty->state == PersistentState{});
 }
 
-TEST_CASE("no flipped bit of a state text goes unnoticed", "[integration][state]") {
+TEST_CASE("no flipped bit of a state text goes unnoticed", "[integration][state][F76]") {
   const PersistentState state = full_state();
   const std::string good = state_text(state);
   for (std::size_t at = 0; at < good.size(); ++at) {
@@ -225,7 +225,7 @@ TEST_CASE("no flipped bit of a state text goes unnoticed", "[integration][state]
   }
 }
 
-TEST_CASE("a state text that was cut off is refused at every length", "[integration][state]") {
+TEST_CASE("a state text that was cut off is refused at every length", "[integration][state][F76]") {
   const std::string good = state_text(full_state());
   for (std::size_t length = 0; length + 1 < good.size(); ++length) {
     if (parse_state(good.substr(0, length))) FAIL_CHECK("accepted at " << length << " of " << good.size());
@@ -497,7 +497,7 @@ TEST_CASE("without a file it is a first start, then the newest text is read", "[
         std::filesystem::perms::none);
 }
 
-TEST_CASE("a power loss at any step of writing leaves the old text or the new one", "[integration][state]") {
+TEST_CASE("a power loss at any step of writing leaves the old text or the new one", "[integration][state][F77]") {
   const TemporaryFolder folder;
   const std::string path = folder / "state";
   put_text(path, "good old");
@@ -520,7 +520,7 @@ TEST_CASE("a power loss at any step of writing leaves the old text or the new on
   CHECK(read_file(path + ".previous") == "good old");
 }
 
-TEST_CASE("a damaged file is answered with the previous one, and never takes its place", "[integration][state]") {
+TEST_CASE("a damaged file is answered with the previous one, and never takes its place", "[integration][state][F76]") {
   const TemporaryFolder folder;
   const std::string path = folder / "state";
   put_text(path, "garbage");
@@ -551,7 +551,7 @@ TEST_CASE("two damaged files are both kept for people, once there is a good one"
   CHECK(read_file(path + ".previous.damaged") == "rubbish");
 }
 
-TEST_CASE("two damaged files, or one that is no file, are unreadable and no first start", "[integration][state]") {
+TEST_CASE("two damaged files, or one that is no file, are unreadable and no first start", "[integration][state][F76]") {
   const TemporaryFolder folder;
   const std::string path = folder / "state";
   SECTION("both") {
@@ -577,7 +577,7 @@ TEST_CASE("two damaged files, or one that is no file, are unreadable and no firs
   CHECK(read(path).found == FileFound::unreadable);
 }
 
-TEST_CASE("a full disk costs the new text, never the old one", "[integration][state]") {
+TEST_CASE("a full disk costs the new text, never the old one", "[integration][state][F75]") {
   const TemporaryFolder folder;
   const std::string path = folder / "state";
   StateFile file(path);
@@ -624,7 +624,7 @@ TEST_CASE("what was offered is read by the next life", "[integration][state]") {
   CHECK(store->found().state->faults == full_state().faults);
 }
 
-TEST_CASE("a store that cannot write says so and tries again until it can", "[integration][state]") {
+TEST_CASE("a store that cannot write says so and tries again until it can", "[integration][state][F75]") {
   const TemporaryFolder folder;
   const auto store = open_store({.path = folder / "state.json", .retry = 1ms});
   store->start();

@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
-"""Every requirement has a test that bears its identifier as a tag, and every such tag is a requirement's.
+"""Every requirement has a test that bears its identifier as a tag, and every tag that looks like an identifier is a requirement's, a row's of
+the catalogue ([F17]) or an invariant's ([I4], [RL]). A requirement all of whose tests bear more than five others has no test of its own,
+and is refused.
 
 docs/requirements.md is made of docs/requirements.rows and of the tests; without an option it is checked, so that neither a
 requirement without a test nor a page that is not of today passes.
 
-usage: tests/meta/requirements.py [--write]
+usage: tests/meta/requirements.py [--write | --self-test]
 """
 import pathlib
 import re
@@ -15,7 +17,12 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 ROWS = ROOT / "docs/requirements.rows"
 PAGE = ROOT / "docs/requirements.md"
 STATES = ("met", "part", "open", "hardware")
-IDENTIFIER = re.compile(r"(?:BMS_F|BMS_NF)\.\d+|(?:MMU|BMU|FS|RR)_[A-Z0-9]+")
+IDENTIFIER = re.compile(r"(?:BMS_F|BMS_NF|PB_F|PB_NF)\.\d+[a-z]?|(?:MMU|BMU|FS|RR|VEH|SOE|POW|AIR|SEC|RES|CHG)_[A-Z0-9]+[a-z]?")
+# Tags of tests are in small letters otherwise.
+LOOKS_LIKE_ONE = re.compile(r".*[A-Z].*")
+# tests/meta/catalogue_rows.py holds the rows.
+OTHER_NUMBERED = re.compile(r"F\d+|I\d+|RL")
+SHARED_MAX = 5
 # A text may be several literals, one behind the other.
 TEXTS = r'((?:"(?:[^"\\]|\\.)*"\s*)+)'
 TEST_CASE = re.compile(r"(?:TEST_CASE|SCENARIO)\(\s*" + TEXTS + r",\s*" + TEXTS + r"\)", re.DOTALL)
@@ -50,18 +57,38 @@ def read_rows():
     return rows
 
 
-def tests_by_requirement():
-    """Of each identifier the tests that bear it: (program, name)."""
-    found = {}
+def test_cases():
+    """Of each test case (program, name, tags)."""
     for path in sorted((ROOT / "tests").rglob("*.cpp")):
         for name, tags in TEST_CASE.findall(path.read_text()):
             # CMake's lists are cut at them: ctest would look for two halves, find neither, and say that both passed.
             if ";" in literal(name):
                 sys.exit(f"{path}: found ';' in the name '{literal(name)}', wanted one that ctest can run")
-            for identifier in re.findall(r"\[([^\]]+)\]", literal(tags)):
-                if IDENTIFIER.fullmatch(identifier):
-                    found.setdefault(identifier, []).append((path.parent.name, literal(name)))
+            yield path.parent.name, literal(name), re.findall(r"\[([^\]]+)\]", literal(tags))
+
+
+def tests_by_requirement(cases):
+    """Of each identifier the tests that bear it: (program, name)."""
+    found = {}
+    for program, name, tags in cases:
+        for identifier in filter(IDENTIFIER.fullmatch, tags):
+            found.setdefault(identifier, []).append((program, name))
     return found
+
+
+def problems_of_tags(cases):
+    """Tags that look like an identifier and are none, and requirements without a test of their own."""
+    others = {}
+    for program, name, tags in cases:
+        borne = [tag for tag in tags if IDENTIFIER.fullmatch(tag)]
+        for tag in tags:
+            if LOOKS_LIKE_ONE.fullmatch(tag) and tag not in borne and not OTHER_NUMBERED.fullmatch(tag):
+                yield f"[{tag}] of a test ({program}: {name}) looks like an identifier and is none"
+        for tag in borne:
+            others.setdefault(tag, []).append(len(borne) - 1)
+    for tag, counts in sorted(others.items()):
+        if min(counts) > SHARED_MAX:
+            yield f"{tag}: each of its tests bears more than {SHARED_MAX} other identifiers, expected one that is about {tag}"
 
 
 def shown_by(tests, pages):
@@ -93,10 +120,24 @@ def problems_of(rows, tests, tracked):
         yield f"[{identifier}] is borne by a test ({tests[identifier][0][1]}), but not listed"
 
 
+def self_test():
+    many = ["FS_1", "FS_2", "FS_3", "FS_4", "FS_5", "FS_6", "FS_7"]
+    found = list(problems_of_tags([("unit", "a", many), ("unit", "b", ["FS_1", "unit"]), ("unit", "c", ["FS_2", "F17", "I4", "RL"])]))
+    assert [text.split(":")[0] for text in found] == many[2:], found
+    for tag in ("SEC_1", "BMS_F.2b", "PB_NF.3", "MMU_7b", "CHG_5", "VEH_1"):
+        assert list(problems_of_tags([("unit", "a", [tag])])) == [], tag
+    for tag in ("BMS_F2", "BMSF.2", "Fs_2", "XY_1", "F1b", "MMU-7", "UPPER"):
+        assert len(list(problems_of_tags([("unit", "a", [tag])]))) == 1, tag
+    print("requirements.py: tags are told apart")
+
+
 def main():
-    rows, tests = read_rows(), tests_by_requirement()
+    if sys.argv[1:] == ["--self-test"]:
+        return self_test()
+    cases = list(test_cases())
+    rows, tests = read_rows(), tests_by_requirement(cases)
     tracked = subprocess.run(["git", "-C", ROOT, "ls-files"], check=True, capture_output=True, text=True).stdout.splitlines()
-    problems = list(problems_of(rows, tests, tracked))
+    problems = list(problems_of(rows, tests, tracked)) + list(problems_of_tags(cases))
     page = HEAD + "".join(
         f"| {name} | {state} | {asks} | {built_in} | {shown_by(tests.get(name, []), pages)} |\n"
         for name, state, asks, built_in, pages in rows)

@@ -211,7 +211,7 @@ TEST_CASE("a pack voltage that is wrong opens within a second while the load is 
 
 TEST_CASE(
     "a current sensor that counts the wrong way round opens a pack whose load is switched, at any pace of polling",
-    "[property][faults][F12]") {
+    "[property][faults][F18]") {
   for (const Duration period : {20ms, 22ms, 40ms, 50ms}) {
     CoreConfig config = config_of("demo-48s");
     config.poll.period = config.poll.fast_period = period;

@@ -86,7 +86,7 @@ start bmud bmud --lock-memory --realtime-priority 50 --config "$pack" --bus-inte
 wait_for "$start_limit_s" "bmud answers" daemon_answers
 wait_until_closed
 
-step "warning and passive"
+step "warning and passive"  # [F47]
 tell_adapter warning
 tell_adapter passive
 wait_for 5 "it is told" fault_came bus_error_passive 0
@@ -94,7 +94,7 @@ sleep 1
 expect "the pack stays closed: all is fresh" phase_is closed
 tell_adapter active
 
-step "the wire is cut"
+step "the wire is cut"  # [F48]
 wait_until_closed
 cut_at=$EPOCHREALTIME
 tell_adapter cut
@@ -103,7 +103,7 @@ wait_for 5 "the daemon has opened" phase_is open
 tell_adapter joined
 expect_recovered
 
-step "nobody acknowledges"
+step "nobody acknowledges"  # [F48]
 wait_until_closed
 cut_at=$EPOCHREALTIME
 tell_adapter cut
@@ -116,7 +116,7 @@ expect "it does not send more than with a good bus" test $(($(frames_sent) - sen
 tell_adapter joined
 expect_recovered
 
-step "bus-off"
+step "bus-off"  # [F44]
 wait_until_closed
 downs_before=$(fault_count internal_bus_down)
 off_at=$EPOCHREALTIME
@@ -126,7 +126,7 @@ wait_for 5 "it says why" fault_came internal_bus_down "$downs_before"
 restart_controller
 expect_recovered
 
-step "bus-off again and again"
+step "bus-off again and again"  # [F45]
 wait_until_closed
 storm_at=$EPOCHREALTIME
 for ((i = 0; i < 5; ++i)); do
@@ -142,7 +142,7 @@ wait_for $((80 + 2 * key_period_s)) "but a minute later" clears_behind_key
 lost_at=$EPOCHREALTIME
 expect_open_until_key
 
-step "an adapter that takes nothing any more"
+step "an adapter that takes nothing any more"  # [F49][F50]
 wait_until_closed
 stall_at=$EPOCHREALTIME
 tell_adapter stall
@@ -165,7 +165,7 @@ expect "obeyed for $closed_ms ms, less than a contactor takes to close" test "$c
 lost_at=$(ask_recording 'is_command && t > after && closed { last = t } END { printf "%.6f", last ? last : after }' -v "after=$going_at")
 expect_recovered
 
-step "pulled out, and back"
+step "pulled out, and back"  # [F41]
 wait_until_closed
 unplugged_at=$EPOCHREALTIME
 unplug

@@ -75,7 +75,7 @@ expect "and shows it" text_shows ' kbit/s'
 wait_for 10 "the log has it" log_has wanted 'can0 is set to 500 kbit/s, as wanted'
 wait_for 20 "modules are heard" all_modules_heard
 
-step "another rate while it runs"
+step "another rate while it runs"  # [F56]
 # Just closed: the key, which opens as well, stays on for as long as this takes.
 wait_for 40 "the contactors are open" phase_is open
 wait_for 40 "the contactors are closed" phase_is closed
@@ -101,12 +101,12 @@ expect "status says so" shows_rate "250000 500000 differs"
 wait_for 10 "so does the log" log_has fits 'found can0 set to 250 kbit/s, wanted 500 kbit/s; .* which fits'
 expect "bmud exits with 0" stop fits TERM
 
-step "a rate that is too slow at the start"
+step "a rate that is too slow at the start"  # [F55]
 expect_refused slow "$large_pack"
 expect "the log names interface, found and wanted" log_has slow 'found can0 set to 250 kbit/s, wanted 500 kbit/s; .* too long for /poll/period_ms 50'
 expect "and nobody answers" not daemon_answers
 
-step "an interface that is down at the start"
+step "an interface that is down at the start"  # [F42][F43]
 ip link set can0 down
 start_daemon down "$large_pack" can0
 wait_for "$start_limit_s" "bmud answers" daemon_answers

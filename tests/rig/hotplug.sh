@@ -32,7 +32,7 @@ start_pack "$scenario"
 start bmud bmud --config "$pack" --bus-internal "$own_bus" --bus-vehicle "$own_bus" --socket "$socket"
 wait_for "$start_limit_s" "bmud answers" daemon_answers
 
-step "pulled out"
+step "pulled out"  # [F41]
 wait_until_closed
 downs_before=$(fault_count internal_bus_down)
 pulled_at=$EPOCHREALTIME

@@ -90,7 +90,7 @@ start_pack "$scenario"
 start_daemon
 wait_for "$start_limit_s" "bmud answers" daemon_answers
 
-step "killed"
+step "killed"  # [F59]
 wait_until_closed
 killed_at=$EPOCHREALTIME
 stop bmud KILL || true
@@ -101,16 +101,16 @@ wait_for 10 "everything is known anew" view_is_complete
 clear_faults
 expect_open_until_key
 
-hold_and_let_go "stopped by SIGSTOP" stop_daemon continue_daemon
+hold_and_let_go "stopped by SIGSTOP" stop_daemon continue_daemon  # [F60]
 if [[ $is_short == yes ]]; then
   wait_until_closed
   end_programs
   exit 0
 fi
-hold_and_let_go "starved by a real-time program" starve_daemon feed_daemon
-hold_and_let_go "frozen in its control group" freeze_daemon thaw_daemon
+hold_and_let_go "starved by a real-time program" starve_daemon feed_daemon  # [F67]
+hold_and_let_go "frozen in its control group" freeze_daemon thaw_daemon  # [F60]
 
-step "bus down"
+step "bus down"  # [F40]
 wait_until_closed
 downs_before=$(fault_count internal_bus_down)
 ip link set "$bus" down
@@ -130,7 +130,7 @@ expect_open_until_key
 wait_until_closed
 expect "bmud exits with 0" stop bmud TERM
 
-step "its interface down"
+step "its interface down"  # [F40]
 # Two interfaces of one bus, joined by the kernel: the others go on hearing each other, and can be heard.
 own_bus=vcan1
 ip link add "$own_bus" type vcan && ip link set "$own_bus" mtu 16 up

@@ -102,7 +102,7 @@ expect "and with every drop-in" units_are_right
 take_drop_ins_away
 expect "there is a manual" man -w bmud bmuctl bmudump bmureplay bmucell mmusim bmud-pack bmud-socket >/dev/null
 
-step "a wrong pack is refused, once"
+step "a wrong pack is refused, once"  # [F78]
 echo '{}' >/etc/bmud/pack.json
 expect "systemctl start says so" not systemctl start bmud 2>/dev/null
 expect "its exit status is that of a wrong configuration" test "$(property ExecMainStatus)" = 78
@@ -141,7 +141,7 @@ expect "and is told so" answer_says 'may not read here'
 expect "who did what is in the log" log_has "balancing switched off by .*user $(id -u admin), process"
 expect "and what was refused to whom" log_has "refused: .*user $(id -u reader), process [0-9]*)* may not \"clear\""
 
-step "stopped by SIGSTOP"
+step "stopped by SIGSTOP"  # [F61]
 wait_until_closed
 before=$(main_pid)
 stopped_at=$EPOCHREALTIME
@@ -154,12 +154,13 @@ measured+=("stopped by SIGSTOP: the watchdog's time was over after $ended_after_
 expect "after $ended_after_ms ms: its time and no more than a turn of the machine" test "$ended_after_ms" -le $((watchdog_ms + 100))
 expect_successor "$before"
 
-end_while_closed "killed" kill -KILL
-end_while_closed "crashed" kill -SEGV
-end_while_closed "out of memory" take_memory
+end_while_closed "killed" kill -KILL  # [F59]
+end_while_closed "crashed" kill -SEGV  # [F62]
+end_while_closed "aborted" kill -ABRT  # [F62]
+end_while_closed "out of memory" take_memory  # [F66]
 expect "it was for want of memory" log_has 'oom-kill'
 
-step "no processor left"
+step "no processor left"  # [F67]
 wait_until_closed
 before=$(main_pid)
 group=/sys/fs/cgroup$(property ControlGroup)
@@ -178,7 +179,7 @@ measured+=("no processor left: $lapse_ms ms in all")
 expect "open $lapse_ms ms after the last of it was taken" test "${lapse_ms%.*}" -le 300
 expect_successor "$before"
 
-step "another pack file"
+step "another pack file"  # [F80]
 wait_to_disturb
 hash_before=$(config_hash)
 sed -i 's/"open_mV": 4230/"open_mV": 4225/' /etc/bmud/pack.json
@@ -213,7 +214,7 @@ expect "and has not become the later version's" not grep -qx '# of a later versi
 # Begun again at the end: two daemons share one slow processor.
 systemctl stop bmud@other
 
-step "systemctl stop"
+step "systemctl stop"  # [F63]
 wait_until_closed
 systemctl stop bmud
 expect_opened_by_command "systemctl stop" "$(stopping_at)" 300
@@ -233,7 +234,7 @@ expect "and no other thread has one" test "$(priorities "$pid")" = "50 0"
 expect "its memory is locked" test "$(sed -n 's/^VmLck:[^0-9]*\([0-9]*\).*/\1/p' "/proc/$pid/status")" -gt 4096
 expect_open_until_key
 
-step "killed again and again"
+step "killed again and again"  # [F65]
 wait_until_closed
 before=$(main_pid)
 # What was started until now does not count.

@@ -32,7 +32,7 @@ expect "the packages are installed" install_packages
 mount_state
 start_service
 
-step "the disk is full"
+step "the disk is full"  # [F75]
 wait_to_disturb
 expect "disk_low is not present yet" fault_is_gone disk_low
 dd if=/dev/zero of="$state/full" bs=1M 2>/dev/null || true
@@ -41,7 +41,7 @@ expect_undisturbed "a full disk"
 rm "$state/full"
 wait_for 90 "disk_low clears once there is room" fault_is_gone disk_low
 
-step "the disk is read-only"
+step "the disk is read-only"  # [F75]
 # As the kernel does after an error of the disk: whoever has files open for writing is not asked.
 echo u >/proc/sysrq-trigger
 wait_for 10 "it is read-only" not touch "$state/probe" 2>/dev/null
@@ -66,7 +66,7 @@ systemctl start bmud
 wait_until_serving
 clear_faults
 
-step "the journal hangs"
+step "the journal hangs"  # [F74]
 wait_to_disturb
 journal=$(systemctl show --value -p MainPID systemd-journald)
 kill -STOP "$journal"
@@ -80,7 +80,7 @@ kill -CONT "$journal"
 expect "the loop was never away" test "$(fault_count control_loop_gap)" = 0
 wait_for 30 "what the log lacks is told in it" log_has 'log lines were lost'
 
-step "the wall clock jumps"
+step "the wall clock jumps"  # [F68]
 for jump in '1 year' '-2 years' '1 year'; do
   date -s "$jump" >/dev/null
   sleep 2
@@ -91,7 +91,7 @@ expect "it is told as such" log_has 'clock'
 stop words || true
 record_words
 
-step "the interface goes, and comes back"
+step "the interface goes, and comes back"  # [F41]
 wait_until_closed
 removed_at=$EPOCHREALTIME
 ip link del "$own_bus"

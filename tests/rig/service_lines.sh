@@ -137,9 +137,9 @@ expect_opened_by_hook() {
   systemctl reset-failed bmud
 }
 
-ends "killed" kill -KILL
+ends "killed" kill -KILL  # [F59]
 expect_opened_by_hook "killed"
-ends "crashed" kill -SEGV
+ends "crashed" kill -SEGV  # [F62]
 expect_opened_by_hook "crashed"
 ends "stopped by SIGSTOP" kill -STOP
 expect "it was the watchdog" log_has 'Watchdog timeout'

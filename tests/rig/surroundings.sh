@@ -86,7 +86,7 @@ NOTIFY_SOCKET=/run/nobody WATCHDOG_USEC=500000 start bmud \
   bmud --config "$pack" --bus-internal "$own_bus" --bus-vehicle "$own_bus" --socket "$socket" --realtime-priority 50
 wait_for "$start_limit_s" "bmud answers, though its service manager is gone" daemon_answers
 
-step "signals without end"
+step "signals without end"  # [F72]
 wait_until_closed
 pid=$(daemon_pid)
 for ((i = 0; i < 3000; ++i)); do
@@ -96,7 +96,7 @@ for ((i = 0; i < 3000; ++i)); do
 done
 expect_borne "signals"
 
-step "error frames without end"
+step "error frames without end"  # [F54]
 # A controller's own word to its machine, which no bus carries: it comes out of the cable.
 wait_until_closed
 errors=20000
@@ -105,13 +105,13 @@ measured+=("error frames: $rate a second")
 expect_borne "error frames"
 wait_for 10 "each has been counted" has_counted_errors "$errors"
 
-step "a node that babbles"
+step "a node that babbles"  # [F51]
 wait_until_closed
 play "$bus" 20000 000#
 measured+=("babbling: $rate a second")
 expect_borne "babbling"
 
-step "a flood of frames that the daemon listens to"
+step "a flood of frames that the daemon listens to"  # [F52]
 # As many as this machine carries, which is somewhat less than the 21,000 a second of a full bus of 1 Mbit/s. No program here sends half of
 # that: the kernel makes several of each, on their way to the daemon.
 copies=8
@@ -132,7 +132,7 @@ expect "it was a flood: $flood_rate frames a second, at least 10000" test "$floo
 wait_for 10 "each has been refused" has_refused $((refused_before + flood * copies))
 expect "no answer was missed" test "$(answers_missed)" -eq "$missed_before"
 
-step "a way that delays everything"
+step "a way that delays everything"  # [F58]
 wait_until_closed
 delayed_at=$EPOCHREALTIME
 tc qdisc add dev "$own_bus" root netem delay 300ms
@@ -148,7 +148,7 @@ measured+=("delay of 300 ms: the last old command $old_ms ms behind the opening"
 expect "the last old command is $old_ms ms behind the opening, no more than was under way" test "$old_ms" -le 600
 expect_recovered clear_with_authority
 
-step "a cable that lost its other end"
+step "a cable that lost its other end"  # [F57]
 wait_until_closed
 lost_end_at=$EPOCHREALTIME
 ip link set "$far_end" down
@@ -156,7 +156,7 @@ expect_opened "other end down" "$lost_end_at"
 ip link set "$far_end" up
 expect_recovered
 
-step "no socket to be had for an interface that comes back"
+step "no socket to be had for an interface that comes back"  # [F70]
 wait_until_closed
 gaps_before=$(fault_count control_loop_gap)
 removed_at=$EPOCHREALTIME

@@ -88,7 +88,7 @@ bool is_sound(const Watched& watched) {
 }  // namespace
 
 TEST_CASE("a current sensor the wrong way round is named, and the estimates stay sound",
-          "[scenario][estimators][BMS_F.6][F12]") {
+          "[scenario][estimators][BMS_F.6][F18]") {
   WiredPack pack = driven_pack();
   pack.apply("sensor current inverted on");
   const Watched watched = drive(pack, 60s);

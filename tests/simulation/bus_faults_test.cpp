@@ -39,7 +39,7 @@ void drive_master_off(WiredPack& pack) {
 }  // namespace
 
 TEST_CASE("two modules with one number disturb each other on the wire, open the pack and are named",
-          "[simulation][bus][F45]") {
+          "[simulation][bus][F30]") {
   WiredPack pack = closed_pack();
   const std::uint8_t node = pack.last_node();
   pack.connect_twin({.node = node, .cell_count = 4, .temperature_sensor_count = 2, .serial_number = 77});

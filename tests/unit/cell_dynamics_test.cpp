@@ -63,7 +63,7 @@ CellModel sheet() {
 
 }  // namespace
 
-TEST_CASE("a place in a table is between two entries, at its ends and beyond them too", "[unit][estimators][FS_4]") {
+TEST_CASE("a place in a table is between two entries, at its ends and beyond them too", "[unit][estimators]") {
   CHECK(table_place(21, 0.0).from == 0);
   CHECK(table_place(21, 0.0).share == 0.0);
   CHECK(table_place(21, 0.525).from == 10);
@@ -78,7 +78,7 @@ TEST_CASE("a place in a table is between two entries, at its ends and beyond the
   CHECK(table_place(21, 7.0).share == 1.0);
 }
 
-TEST_CASE("between the points of the charge everything is a straight line", "[unit][estimators][FS_4]") {
+TEST_CASE("between the points of the charge everything is a straight line", "[unit][estimators]") {
   const CellDynamics cell = even_cell();
   const double factor = arrhenius(2500.0, 0.0);
   for (const double soc : {0.0, 0.013, 0.3, 0.5555, 0.981, 1.0}) {
@@ -93,7 +93,7 @@ TEST_CASE("between the points of the charge everything is a straight line", "[un
   }
 }
 
-TEST_CASE("a curve with a knee is followed on both sides of it", "[unit][estimators][FS_4]") {
+TEST_CASE("a curve with a knee is followed on both sides of it", "[unit][estimators]") {
   CellDynamics cell = even_cell();
   cell.rows[0].ocv_V[10] = 3.1;  // at 20 %, where it was 3.2 V
   CHECK(at(cell, 0.19, 0.0).ocv_V == Approx(0.5 * (3.18 + 3.1)));
@@ -102,7 +102,7 @@ TEST_CASE("a curve with a knee is followed on both sides of it", "[unit][estimat
   CHECK(at(cell, 0.21, 0.0).ocv_slope_V == Approx((3.22 - 3.1) * 50.0));
 }
 
-TEST_CASE("a resistance follows Arrhenius' law between the rows and beyond them", "[unit][estimators][FS_4]") {
+TEST_CASE("a resistance follows Arrhenius' law between the rows and beyond them", "[unit][estimators]") {
   const CellDynamics cell = even_cell();
   for (const double temperature_C : {-35.0, -10.0, 0.0, 7.0, 20.0, 25.0, 39.9, 40.0, 60.0}) {
     CAPTURE(temperature_C);
@@ -114,8 +114,7 @@ TEST_CASE("a resistance follows Arrhenius' law between the rows and beyond them"
   }
 }
 
-TEST_CASE("beyond the rows the curves stay and the exchange current follows the resistance",
-          "[unit][estimators][FS_4]") {
+TEST_CASE("beyond the rows the curves stay and the exchange current follows the resistance", "[unit][estimators]") {
   const CellDynamics cell = even_cell();
   CHECK(at(cell, 0.5, -30.0).ocv_V == Approx(3.5));
   CHECK(at(cell, 0.5, 70.0).ocv_V == Approx(3.6));
@@ -127,7 +126,7 @@ TEST_CASE("beyond the rows the curves stay and the exchange current follows the 
         Approx(2.0 * arrhenius(2500.0, 40.0) / arrhenius(2500.0, 70.0)).epsilon(1e-9));
 }
 
-TEST_CASE("between the rows a curve moves as Arrhenius' factor does", "[unit][estimators][FS_4]") {
+TEST_CASE("between the rows a curve moves as Arrhenius' factor does", "[unit][estimators]") {
   const CellDynamics cell = even_cell();
   const double cold = arrhenius(2500.0, 0.0);
   const double warm = arrhenius(2500.0, 40.0);
@@ -137,7 +136,7 @@ TEST_CASE("between the rows a curve moves as Arrhenius' factor does", "[unit][es
   CHECK(at(cell, 0.5, 15.0).slow_error_V == Approx(0.03 - 0.02 * share).epsilon(1e-9));
 }
 
-TEST_CASE("without an activation the temperature counts by itself", "[unit][estimators][FS_4]") {
+TEST_CASE("without an activation the temperature counts by itself", "[unit][estimators]") {
   CellDynamics cell = even_cell();
   // The last is so little that both rows have the same factor.
   for (const double activation_K : {0.0, 1e-14}) {
@@ -148,7 +147,7 @@ TEST_CASE("without an activation the temperature counts by itself", "[unit][esti
   }
 }
 
-TEST_CASE("the rows meet: no step of the model where one ends", "[unit][estimators][FS_4]") {
+TEST_CASE("the rows meet: no step of the model where one ends", "[unit][estimators]") {
   CellDynamics cell = even_cell();
   CellDynamics::Row hot = cell.rows[1];
   hot.temperature_C = 55.0;
@@ -166,7 +165,7 @@ TEST_CASE("the rows meet: no step of the model where one ends", "[unit][estimato
   CHECK(at(cell, 0.37, 55.0).ocv_V == Approx(3.67));
 }
 
-TEST_CASE("beyond full and empty the curve goes on, and never flatter than 0.8 V", "[unit][estimators][FS_4]") {
+TEST_CASE("beyond full and empty the curve goes on, and never flatter than 0.8 V", "[unit][estimators]") {
   CellDynamics cell = even_cell();
   CHECK(at(cell, 1.05, 0.0).ocv_V == Approx(4.05));
   CHECK(at(cell, -0.05, 0.0).ocv_V == Approx(2.95));
@@ -180,7 +179,7 @@ TEST_CASE("beyond full and empty the curve goes on, and never flatter than 0.8 V
 }
 
 TEST_CASE("the charge transfer is a resistance for a small current and a logarithm for a large one",
-          "[unit][estimators][FS_4]") {
+          "[unit][estimators]") {
   const CellPoint point{.kinetic_Ohm = 0.01, .exchange_current_A = 2.0};
   CHECK(kinetic_V(point, 0.0) == 0.0);
   CHECK(kinetic_V(point, 0.002) == Approx(0.01 * 0.002).epsilon(1e-6));
@@ -194,7 +193,7 @@ TEST_CASE("the charge transfer is a resistance for a small current and a logarit
   }
 }
 
-TEST_CASE("a rested voltage tells the charge it belongs to, whichever way it came", "[unit][estimators][FS_4]") {
+TEST_CASE("a rested voltage tells the charge it belongs to, whichever way it came", "[unit][estimators]") {
   const CellDynamics cell = even_cell();
   // Last discharged or charged: V = 3 + z + h * 0.01 * (1 + z)
   for (const double hysteresis : {-1.0, 0.0, 0.4, 1.0}) {
@@ -207,7 +206,7 @@ TEST_CASE("a rested voltage tells the charge it belongs to, whichever way it cam
   CHECK(soc_from_ocv(cell, 3.6, 40.0, 0.0) == Approx(0.5).margin(1e-12));
 }
 
-TEST_CASE("a voltage of no charge at all is that of the nearest end, exactly", "[unit][estimators][FS_4]") {
+TEST_CASE("a voltage of no charge at all is that of the nearest end, exactly", "[unit][estimators]") {
   const CellDynamics cell = even_cell();
   CHECK(soc_from_ocv(cell, 2.9, 0.0, 0.0) == 0.0);
   CHECK(soc_from_ocv(cell, 0.0, 0.0, 0.0) == 0.0);
@@ -215,7 +214,7 @@ TEST_CASE("a voltage of no charge at all is that of the nearest end, exactly", "
   CHECK(soc_from_ocv(cell, 60.0, 0.0, 0.0) == 1.0);
 }
 
-TEST_CASE("the model of a sheet is the same cell in the tables", "[unit][estimators][FS_4]") {
+TEST_CASE("the model of a sheet is the same cell in the tables", "[unit][estimators]") {
   const CellModel model = sheet();
   const CellDynamics cell = dynamics_of(model);
   for (const double temperature_C : {-10.0, 10.0, 25.0, 40.0}) {
@@ -245,7 +244,7 @@ TEST_CASE("the model of a sheet is the same cell in the tables", "[unit][estimat
   CHECK(at(cell, 0.5, -15.0).slow_error_V > at(cell, 0.5, 25.0).slow_error_V);
 }
 
-TEST_CASE("a cell loses twice as much by itself every ten degrees", "[unit][estimators][FS_4]") {
+TEST_CASE("a cell loses twice as much by itself every ten degrees", "[unit][estimators]") {
   CellDynamics cell = even_cell();
   cell.self_discharge_per_month = 0.03;
   const double month_s = 30.0 * 86'400.0;
@@ -254,7 +253,7 @@ TEST_CASE("a cell loses twice as much by itself every ten degrees", "[unit][esti
   CHECK(self_discharge_A(cell, 5.0) * month_s == Approx(0.0075 * 3600.0));
 }
 
-TEST_CASE("an absurd temperature makes no absurd loss, and none where there is none", "[unit][estimators][FS_4]") {
+TEST_CASE("an absurd temperature makes no absurd loss, and none where there is none", "[unit][estimators]") {
   CellDynamics cell = even_cell();
   for (const double temperature_C : {-1e300, -273.15, 1e4, 1e300, std::numeric_limits<double>::max()}) {
     CAPTURE(temperature_C);
@@ -266,7 +265,7 @@ TEST_CASE("an absurd temperature makes no absurd loss, and none where there is n
   }
 }
 
-TEST_CASE("an absurd temperature makes no absurd cell", "[unit][estimators][FS_4]") {
+TEST_CASE("an absurd temperature makes no absurd cell", "[unit][estimators]") {
   const CellDynamics cell = even_cell();
   for (const double temperature_C : {-1e300, -273.15, 1e4, 1e300}) {
     CAPTURE(temperature_C);

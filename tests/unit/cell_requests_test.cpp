@@ -315,7 +315,7 @@ TEST_CASE("requests without end are answered one a tick, the rest is dropped and
   CHECK(bench.core().faults().state(FaultId::tick_overrun).is_present() == false);
 }
 
-TEST_CASE("somebody else who answers our requests is a fault", "[unit][core][requests][F102]") {
+TEST_CASE("somebody else who answers our requests is a fault", "[unit][core][requests][F38]") {
   test::CoreBench bench(asked_pack());
   set_values(bench);
   bench.observe(FrameReceived{Port::vehicle, data_frame(reply_id, 8)});

@@ -122,7 +122,7 @@ TEST_CASE("a whole number may be written with a point or an exponent", "[unit][c
 
 // --- one class of problem each --------------------------------------------------------------------------------------
 
-TEST_CASE("text that is no JSON is refused as file:line:column", "[unit][config]") {
+TEST_CASE("text that is no JSON is refused as file:line:column", "[unit][config][F78]") {
   refuses_text("{\n  \"name\": \"x\",\n  oops\n}", "", "pack.json:3:3: found a syntax error");
   refuses_text("", "", "pack.json:1:1: ");
   refuses_text("{\"name\": 1e999}", "", "number overflow");
@@ -142,14 +142,14 @@ TEST_CASE("nesting without end is refused, not followed", "[unit][config]") {
   refuses_text(std::string(100'000, '['), "/0/0/0/0/0/0/0/0/0/0/0/0/0/0/0/0", "16 levels");
 }
 
-TEST_CASE("a key given twice is refused with its path", "[unit][config]") {
+TEST_CASE("a key given twice is refused with its path", "[unit][config][F78]") {
   std::string text = valid_pack().dump();
   const std::string key = R"("settle_ms":)";
   text.insert(text.find(key), R"("settle_ms":50,)");
   refuses_text(text, "/contactors/settle_ms", "second time");
 }
 
-TEST_CASE("an unknown key is refused with a hint to the one that was meant", "[unit][config]") {
+TEST_CASE("an unknown key is refused with a hint to the one that was meant", "[unit][config][F78]") {
   refuses({{"/limits/cell_overvoltage/open_V", 4}}, "/limits/cell_overvoltage/open_V", "did you mean \"open_mV\"?");
   refuses({{"/modules/0/temperature_sensor", 4}}, "/modules/0/temperature_sensor", "\"temperature_sensors\"");
   refuses({{"/moduls", 1}}, "/moduls", "\"modules\"");
@@ -158,7 +158,7 @@ TEST_CASE("an unknown key is refused with a hint to the one that was meant", "[u
   refuses({{"/a~1b~0c", 1}}, "/a~1b~0c", "unknown key");
 }
 
-TEST_CASE("a missing required key is refused", "[unit][config]") {
+TEST_CASE("a missing required key is refused", "[unit][config][F78]") {
   refuses_text(without("", "name").dump(), "/name", "found nothing");
   refuses_text(without("", "buses").dump(), "/buses", "required");
   refuses_text(without("", "cell").dump(), "/cell", "required");
@@ -171,7 +171,7 @@ TEST_CASE("a missing required key is refused", "[unit][config]") {
   refuses_text(without("/cell", "ocv").dump(), "/cell/ocv", "required");
 }
 
-TEST_CASE("a value of the wrong type is refused", "[unit][config]") {
+TEST_CASE("a value of the wrong type is refused", "[unit][config][F78]") {
   refuses({{"/name", 5}}, "/name", "found 5, wanted a text");
   refuses({{"/buses", "can0"}}, "/buses", "found \"can0\", wanted an object");
   refuses({{"/limits/cell_overvoltage", 4'200}}, "/limits/cell_overvoltage", "an object");
@@ -190,7 +190,7 @@ TEST_CASE("a number that is not whole is refused where a whole one is wanted", "
   refuses({{"/modules/0/cells", 11.5}}, "/modules/0/cells", "a whole number from 1 to 12");
 }
 
-TEST_CASE("a number out of its range is refused, the ends of the range are not", "[unit][config]") {
+TEST_CASE("a number out of its range is refused, the ends of the range are not", "[unit][config][F79]") {
   accepts({{"/modules/0/cells", 1},
            {"/limits/pack_voltage_mismatch/warn_mV", 500},
            {"/limits/pack_voltage_mismatch/open_mV", 1'000},
@@ -232,7 +232,7 @@ TEST_CASE("texts for the vehicle are at most eight ASCII characters", "[unit][co
 
 // --- all at once, and nothing by halves -----------------------------------------------------------------------------
 
-TEST_CASE("all problems are reported at once", "[unit][config]") {
+TEST_CASE("all problems are reported at once", "[unit][config][F78]") {
   const Json pack = changed({{"/nmae", "x"},
                              {"/buses/vehicle", "can/1"},
                              {"/limits/cell_overvoltage/open_mV", 4'300},
@@ -248,7 +248,7 @@ TEST_CASE("all problems are reported at once", "[unit][config]") {
                                           "/vehicle/base_id"});
 }
 
-TEST_CASE("a problem reads as file, path, found and wanted", "[unit][config]") {
+TEST_CASE("a problem reads as file, path, found and wanted", "[unit][config][F78]") {
   CHECK(to_text({"pack.json", "/modules/2/node", "1", "a node number no other module has"}) ==
         "pack.json: /modules/2/node: found 1, wanted a node number no other module has");
   CHECK(to_text({"pack.json", "", "a directory", "a readable file"}) ==
@@ -271,7 +271,7 @@ TEST_CASE("what a file holds cannot disturb the terminal that shows its problems
 
 // --- files ----------------------------------------------------------------------------------------------------------
 
-TEST_CASE("a file that cannot be read is a problem that names it", "[unit][config]") {
+TEST_CASE("a file that cannot be read is a problem that names it", "[unit][config][F78]") {
   const TemporaryFolder directory;
   const auto refuses_file = [](const std::filesystem::path& file, const std::string& words) {
     const auto result = load_pack_config(file);
@@ -289,7 +289,7 @@ TEST_CASE("a file that cannot be read is a problem that names it", "[unit][confi
   refuses_file(directory.file("empty.json", ""), "empty.json:1:1: ");
 }
 
-TEST_CASE("problems of a cell file name that file", "[unit][config]") {
+TEST_CASE("problems of a cell file name that file", "[unit][config][F78]") {
   const TemporaryFolder directory;
   Json pack = valid_pack();
   Json cell = pack.at("cell");
@@ -303,7 +303,7 @@ TEST_CASE("problems of a cell file name that file", "[unit][config]") {
   CHECK(result.error().front().path == "/capacity_Ah");
 }
 
-TEST_CASE("a missing or broken cell file is one problem", "[unit][config]") {
+TEST_CASE("a missing or broken cell file is one problem", "[unit][config][F78]") {
   const TemporaryFolder directory;
   directory.file("broken.json", "{\n\"name\": \n}");
   const std::string folder = directory.path().string();

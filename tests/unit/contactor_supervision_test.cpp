@@ -231,7 +231,7 @@ TEST_CASE("contacts have settled after following for 100 ms, each of them", "[un
   }
 }
 
-TEST_CASE("a contact that lets go after it has settled disobeys at once", "[unit][contactors][F90]") {
+TEST_CASE("a contact that lets go after it has settled disobeys at once", "[unit][contactors][F84]") {
   for (std::size_t contactor = 0; contactor < 4; ++contactor) {
     WatchBench bench(contactor);
     (void)bench.word_at(start + 20ms, true);

@@ -46,7 +46,7 @@ Script record_run() {
 
 }  // namespace
 
-TEST_CASE("observe and decide never touch the heap, from start to fault to shutdown", "[unit][core][allocation]") {
+TEST_CASE("observe and decide never touch the heap, from start to fault to shutdown", "[unit][core][allocation][F66]") {
   const Script script = record_run();
   Core core(pack_of(16), TimePoint{1s});
   REQUIRE(script.observations.size() > 5'000);

@@ -21,7 +21,7 @@ bool has_blocker(const CoreBench& bench, Blocker blocker) {
 
 }  // namespace
 
-TEST_CASE("without our own commands coming back from the bus nothing closes", "[unit][core][F35]") {
+TEST_CASE("without our own commands coming back from the bus nothing closes", "[unit][core][F49]") {
   CoreBench bench(small_pack());
   bench.on_observe = {};
   bench.bus_echoes = false;
@@ -30,7 +30,7 @@ TEST_CASE("without our own commands coming back from the bus nothing closes", "[
   CHECK(std::find(blockers.begin(), blockers.end(), Blocker::commands_not_on_bus) != blockers.end());
 }
 
-TEST_CASE("two modules under one node number are found, named, and keep the pack open", "[unit][core][F45]") {
+TEST_CASE("two modules under one node number are found, named, and keep the pack open", "[unit][core][F30]") {
   CoreBench bench(small_pack());
   auto twin = bench.modules[0];
   twin.serial_number = 4711;
@@ -213,7 +213,7 @@ TEST_CASE("an open command that the system does not take is given again until it
   CHECK(bench.run_until([&] { return !bench.commanded().any_contactor(); }, 15ms));
 }
 
-TEST_CASE("a unit that restarts between two words is not made to close again", "[unit][core][F33][F82]") {
+TEST_CASE("a unit that restarts between two words is not made to close again", "[unit][core][F101]") {
   for (int offset_ms = 0; offset_ms < 50; offset_ms += 5) {
     for (const bool tells_changes : {false, true}) {
       CoreBench bench(small_pack());
@@ -355,7 +355,7 @@ TEST_CASE("one open wire seen once and one damaged frame after it do not open, l
   CHECK(bench.run_until([&] { return is_open(bench); }, 500ms));
 }
 
-TEST_CASE("a jump of the unit's counter is a restart, but not after frames were lost here", "[unit][core][F33][F53]") {
+TEST_CASE("a jump of the unit's counter is a restart, but not after frames were lost here", "[unit][core][F101][F53]") {
   for (const bool were_lost_here : {false, true}) {
     CoreBench bench(small_pack());
     REQUIRE(bench.close());

@@ -175,7 +175,7 @@ TEST_CASE("charge is counted exactly, and a hole in the current is not bridged",
 }
 
 TEST_CASE("the largest and smallest numbers a sensor frame can carry are not measurements and are not counted",
-          "[unit][estimators][F19]") {
+          "[unit][estimators]") {
   const CoreConfig config = test::small_pack();
   for (const std::int64_t raw : {std::int64_t{INT32_MAX}, std::int64_t{INT32_MIN}, std::int64_t{5'000'001}}) {
     SensorTable sensors;

@@ -326,7 +326,7 @@ void must_not_close_again(CoreBench& bench) {
 
 }  // namespace
 
-TEST_CASE("a unit that missed commands for a moment is not made to close again", "[unit][core][F36]") {
+TEST_CASE("a unit that missed commands for a moment is not made to close again", "[unit][core][F101]") {
   CoreBench bench(small_pack());
   REQUIRE(bench.close());
   bench.run(300ms);
@@ -338,7 +338,7 @@ TEST_CASE("a unit that missed commands for a moment is not made to close again",
   CHECK(bench.is_active(FaultId::pdu_opened_by_itself));
 }
 
-TEST_CASE("a contact that drops out after it had followed opens everything", "[unit][core][F90]") {
+TEST_CASE("a contact that drops out after it had followed opens everything", "[unit][core][F84]") {
   CoreBench bench(small_pack());
   REQUIRE(bench.close());
   bench.run(300ms);
@@ -384,7 +384,7 @@ TEST_CASE("an overcurrent with short breaks opens", "[unit][core][BMU_14]") {
   CHECK(bench.core().last_opening().fault == FaultId::discharge_overcurrent);
 }
 
-TEST_CASE("a key that is turned on and off again does not rattle the contactors", "[unit][contactors][F90]") {
+TEST_CASE("a key that is turned on and off again does not rattle the contactors", "[unit][contactors][F92]") {
   CoreBench bench(small_pack());
   REQUIRE(bench.close());
   std::vector<TimePoint> closed_at;
@@ -561,7 +561,7 @@ TEST_CASE("a wish waits for a pack that is not ready yet, but not for ever", "[u
   CHECK(is_open(slow));
 }
 
-TEST_CASE("a sensor value that comes later than the rest is not lost at start", "[unit][core][F42]") {
+TEST_CASE("a sensor value that comes later than the rest is not lost at start", "[unit][core][F89]") {
   CoreBench bench(small_pack());
   bench.voltage_talks =
       false;  // current every 20 ms, voltages every 60 ms: there is a time with one and without the other
@@ -634,7 +634,7 @@ TEST_CASE("a main contact that lets go while it is being closed is never made to
   }
 }
 
-TEST_CASE("what turns bad while the contactors close keeps the mains open", "[unit][core][F42][I4]") {
+TEST_CASE("what turns bad while the contactors close keeps the mains open", "[unit][core][F105][I4]") {
   struct Case {
     const char* what;
     std::function<void(CoreBench&)> break_it;
@@ -671,7 +671,7 @@ TEST_CASE("one bad sample while the contactors close delays them and no more", "
   CHECK(bench.run_until([&] { return bench.core().sequence().phase == Phase::closed; }, 3s));
 }
 
-TEST_CASE("a voltage sensor without its ground precharges nothing", "[unit][contactors][F14][I4]") {
+TEST_CASE("a voltage sensor without its ground precharges nothing", "[unit][contactors][F89][I4]") {
   for (const Duration before : {Duration{0ms}, Duration{100ms}, Duration{250ms}}) {
     CoreBench bench(small_pack());
     bench.link_rise_mV_per_ms = 0;

@@ -26,7 +26,7 @@ void fall_silent(World& world) {
 
 }  // namespace
 
-TEST_CASE("emergency stops and interlocks on lines are numbered behind the unit's own", "[unit][faults][F89]") {
+TEST_CASE("emergency stops and interlocks on lines are numbered behind the unit's own", "[unit][faults][F93]") {
   World world;
   PduState& pdu = world.sensors.pdu.value;
   pdu.estops_pressed = 0b100;
@@ -47,7 +47,7 @@ TEST_CASE("emergency stops and interlocks on lines are numbered behind the unit'
 }
 
 TEST_CASE("the resistance counts while the monitor measures, more than it can tell is plenty",
-          "[unit][faults][F93][BMU_5]") {
+          "[unit][faults][F95][BMU_5]") {
   World world = world_that_measures();
   PduState& pdu = world.sensors.pdu.value;
   CHECK(world.read(FaultId::insulation_low).value == 100'000);
@@ -69,7 +69,7 @@ TEST_CASE("the resistance counts while the monitor measures, more than it can te
 }
 
 TEST_CASE("a low resistance opens while driving, too, unless the pack file says that it only warns there",
-          "[unit][faults][F93][BMU_5]") {
+          "[unit][faults][F95][BMU_5]") {
   for (const bool opens_while_driving : {false, true}) {
     for (const bool is_driving : {false, true}) {
       World world = world_that_measures();
@@ -84,7 +84,7 @@ TEST_CASE("a low resistance opens while driving, too, unless the pack file says 
 }
 
 TEST_CASE("a monitor that says that it does not measure is lost, and one that does not come to a value",
-          "[unit][faults][F92]") {
+          "[unit][faults][F96]") {
   const FaultId id = FaultId::insulation_monitor_lost;
   for (const InsulationState bad : {InsulationState::no_signal, InsulationState::device_error,
                                     InsulationState::earth_fault, InsulationState::undefined}) {
@@ -125,7 +125,7 @@ TEST_CASE("what nobody measures any more is good, so that a lock of a time when 
   CHECK_FALSE(world.read(FaultId::insulation_low).is_known);
 }
 
-TEST_CASE("a monitor that has told a value once may no longer take its time", "[unit][faults][F92]") {
+TEST_CASE("a monitor that has told a value once may no longer take its time", "[unit][faults][F96]") {
   const FaultId id = FaultId::insulation_monitor_lost;
   World world = world_that_measures();
   world.sensors.insulation_told = true;
@@ -137,7 +137,7 @@ TEST_CASE("a monitor that has told a value once may no longer take its time", "[
   CHECK(world.is_true(id));
 }
 
-TEST_CASE("a monitor that sees no voltage at a closed pack that has one is lost", "[unit][faults][F92]") {
+TEST_CASE("a monitor that sees no voltage at a closed pack that has one is lost", "[unit][faults][F96]") {
   const FaultId id = FaultId::insulation_monitor_lost;
   World world = world_that_measures();  // eight cells, empty at 2.9 V
   world.sensors.pdu.value.insulation_state = InsulationState::undervoltage;
@@ -154,7 +154,7 @@ TEST_CASE("a monitor that sees no voltage at a closed pack that has one is lost"
   CHECK_FALSE(world.is_true(id));
 }
 
-TEST_CASE("a second current sensor is missed like the first, and compared with it", "[unit][faults][F13]") {
+TEST_CASE("a second current sensor is missed like the first, and compared with it", "[unit][faults][F20]") {
   World world;
   world.config.sensor.has_second_current = true;
   world.sensors.current_mA = {50'000, start, Validity::valid};

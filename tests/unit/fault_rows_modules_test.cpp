@@ -234,7 +234,7 @@ TEST_CASE("a link that stays at the voltage of an open pack counts once it had i
   CHECK_FALSE(world.read(id).is_known);
 }
 
-TEST_CASE("the rise of a temperature is judged in part while temperatures are missing", "[unit][faults][F12]") {
+TEST_CASE("the rise of a temperature is judged in part while temperatures are missing", "[unit][faults][F8]") {
   World world;
   CHECK(world.read(FaultId::temperature_rise).is_partial);
   world.pack.cell_temperature_dC = {.count = 4, .expected = 4};

@@ -38,7 +38,7 @@ TEST_CASE("in a world where all is well every row that is true or not knows so",
   }
 }
 
-TEST_CASE("a module is lost when any part of its answer is too old", "[unit][faults][F20]") {
+TEST_CASE("a module is lost when any part of its answer is too old", "[unit][faults][F21]") {
   World world;
   world.now = start + 250ms;
   CHECK_FALSE(world.is_true(FaultId::module_lost));
@@ -54,7 +54,7 @@ TEST_CASE("a module is lost when any part of its answer is too old", "[unit][fau
   expect_only_if_started(world, FaultId::module_lost);
 }
 
-TEST_CASE("a cell that an answering module does not know is named", "[unit][faults][F10]") {
+TEST_CASE("a cell that an answering module does not know is named", "[unit][faults][F11]") {
   World world;
   world.poll_after(100ms);
   world.say_status(2, [](CanFrame&) {});
@@ -74,7 +74,7 @@ TEST_CASE("a cell that an answering module does not know is named", "[unit][faul
 }
 
 TEST_CASE("cells of a module that does not answer are its loss, and the others speak in part only",
-          "[unit][faults][F10][F20]") {
+          "[unit][faults][F21]") {
   World world;
   world.poll_after(301ms);
   world.answer(2);
@@ -84,7 +84,7 @@ TEST_CASE("cells of a module that does not answer are its loss, and the others s
   CHECK(world.read(FaultId::cell_not_measured).element == Element{.module_node = 2, .number = 3});
 }
 
-TEST_CASE("a temperature that is none, or does not come, is missing", "[unit][faults][F11]") {
+TEST_CASE("a temperature that is none, or does not come, is missing", "[unit][faults][F9]") {
   World world;
   world.poll_after(100ms);
   world.say_temperatures(2, 1);
@@ -104,7 +104,7 @@ TEST_CASE("a temperature that is none, or does not come, is missing", "[unit][fa
 }
 
 TEST_CASE("a board sensor that a module has once shown is expected of it, whatever it says later",
-          "[unit][faults][F11]") {
+          "[unit][faults][F9]") {
   const FaultId id = FaultId::temperature_not_measured;
   const SignalValue none = not_known(Validity::not_fitted);
   World world;
@@ -132,7 +132,7 @@ TEST_CASE("a board sensor that a module has once shown is expected of it, whatev
   CHECK(world.read(id).taken_at == world.now);
 }
 
-TEST_CASE("a board sensor that is broken from the start is fitted", "[unit][faults][F11]") {
+TEST_CASE("a board sensor that is broken from the start is fitted", "[unit][faults][F9]") {
   World world;
   world.say_boards(1, {not_known(Validity::not_fitted), not_known(Validity::sensor_fault),
                        not_known(Validity::not_fitted), not_known(Validity::not_fitted)});
@@ -140,7 +140,7 @@ TEST_CASE("a board sensor that is broken from the start is fitted", "[unit][faul
         Element{.module_node = 1, .number = 7, .is_temperature_sensor = true});
 }
 
-TEST_CASE("a temperature in doubt is not missing, and nothing is good meanwhile", "[unit][faults][F2][F11]") {
+TEST_CASE("a temperature in doubt is not missing, and nothing is good meanwhile", "[unit][faults][F2][F9]") {
   const FaultId id = FaultId::temperature_not_measured;
   World world;
   world.poll_after(100ms);
@@ -167,7 +167,7 @@ TEST_CASE("a temperature in doubt is not missing, and nothing is good meanwhile"
   CHECK(silent.is_true(id));  // all that were in doubt are too old
 }
 
-TEST_CASE("each failure that a module can report is one", "[unit][faults][F10][RR_7]") {
+TEST_CASE("each failure that a module can report is one", "[unit][faults][F36][RR_7]") {
   using namespace internal_bus;
   struct Report {
     FaultId fault;
@@ -233,7 +233,7 @@ TEST_CASE("each thing that a module can warn of is a warning and no failure", "[
   }
 }
 
-TEST_CASE("a wrong count of cells is found by the status or by the identity", "[unit][faults][F44]") {
+TEST_CASE("a wrong count of cells is found by the status or by the identity", "[unit][faults][F81]") {
   World world;
   const FaultId id = FaultId::wrong_cell_count;
   for (const std::int64_t cells : {3, 5}) {
@@ -253,7 +253,7 @@ TEST_CASE("a wrong count of cells is found by the status or by the identity", "[
 }
 
 TEST_CASE("a module of another protocol, or with another number of temperature sensors, is not the configured one",
-          "[unit][faults][F44]") {
+          "[unit][faults][F37]") {
   World world;
   const auto is_mismatch = [&world](std::int64_t version, std::int64_t temperatures) {
     world.say_identity(2, version, 4, temperatures);
@@ -268,7 +268,7 @@ TEST_CASE("a module of another protocol, or with another number of temperature s
   CHECK(is_mismatch(1, 3));  // its temperatures may be those of other cells than the pack file says
 }
 
-TEST_CASE("a module that has said nothing yet is no other module", "[unit][faults][F44]") {
+TEST_CASE("a module that has said nothing yet is no other module", "[unit][faults][F37]") {
   World world;
   world.say_identity(1, 2, 5, 1);
   world.say_status(2, [](CanFrame& frame) { write<internal_bus::status, "cell_count">(frame, 5); });
@@ -277,7 +277,7 @@ TEST_CASE("a module that has said nothing yet is no other module", "[unit][fault
   CHECK_FALSE(world.is_true(FaultId::wrong_cell_count));
 }
 
-TEST_CASE("two modules under one number are remembered for 15 s", "[unit][faults][F45]") {
+TEST_CASE("two modules under one number are remembered for 15 s", "[unit][faults][F30]") {
   World world;
   world.modules().note_conflict(2, start);
   world.modules().note_conflict(2, start + 1s);
@@ -288,7 +288,7 @@ TEST_CASE("two modules under one number are remembered for 15 s", "[unit][faults
   CHECK_FALSE(world.is_true(FaultId::duplicate_node));
 }
 
-TEST_CASE("a memory of no rival at all is none, however early it is", "[unit][faults][F45]") {
+TEST_CASE("a memory of no rival at all is none, however early it is", "[unit][faults][F30]") {
   World world;
   world.now = TimePoint{1s};
   CHECK_FALSE(world.is_true(FaultId::duplicate_node));
@@ -337,7 +337,7 @@ TEST_CASE("lines of this machine that cannot be read are their own fault, not th
   CHECK(world.is_true(FaultId::pdu_lost));
 }
 
-TEST_CASE("each input of the unit speaks for itself, as long as the unit is heard", "[unit][faults][F80]") {
+TEST_CASE("each input of the unit speaks for itself, as long as the unit is heard", "[unit][faults][F93][F100][F95]") {
   struct Case {
     FaultId id;
     bool PduState::*input;
@@ -359,7 +359,7 @@ TEST_CASE("each input of the unit speaks for itself, as long as the unit is hear
 }
 
 TEST_CASE("a unit that missed commands or restarted has opened by itself, if something was to be closed",
-          "[unit][faults][F36]") {
+          "[unit][faults][F101]") {
   World world;
   for (const bool by_timeout : {false, true}) {
     for (const bool by_restart : {false, true}) {
@@ -373,7 +373,7 @@ TEST_CASE("a unit that missed commands or restarted has opened by itself, if som
   }
 }
 
-TEST_CASE("commands that are not on the bus matter while something is to be closed", "[unit][faults][F35]") {
+TEST_CASE("commands that are not on the bus matter while something is to be closed", "[unit][faults][F46]") {
   World world;
   world.flags.command_not_on_bus = true;
   CHECK_FALSE(world.is_true(FaultId::command_not_on_bus));
@@ -416,7 +416,7 @@ TEST_CASE("each way in which a precharge fails has its row", "[unit][faults]") {
   }
 }
 
-TEST_CASE("a contactor that disobeys is named", "[unit][faults][F90]") {
+TEST_CASE("a contactor that disobeys is named", "[unit][faults][F83]") {
   World world;
   world.flags.contactor_not_following = 2;
   CHECK(world.is_true(FaultId::contactor_feedback));

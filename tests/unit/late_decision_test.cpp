@@ -5,7 +5,7 @@
 
 using namespace bmu;
 
-TEST_CASE("what keeps something closed is carried out within 30 ms or not at all", "[unit][loop][F42]") {
+TEST_CASE("what keeps something closed is carried out within 30 ms or not at all", "[unit][loop][F67]") {
   constexpr std::array closing{ContactorOutputs{.main_positive = true}, ContactorOutputs{.main_negative = true},
                                ContactorOutputs{.precharge = true}, ContactorOutputs{.charge = true}};
   for (const ContactorOutputs& outputs : closing) {
@@ -19,7 +19,7 @@ TEST_CASE("what keeps something closed is carried out within 30 ms or not at all
   }
 }
 
-TEST_CASE("to open, and everything that closes nothing, is never too late", "[unit][loop][F42]") {
+TEST_CASE("to open, and everything that closes nothing, is never too late", "[unit][loop][F67]") {
   constexpr ContactorOutputs open{.auxiliary = true, .fan = true, .heater = true};
   CHECK_FALSE(is_too_late(open, 1h));
   CHECK_FALSE(is_too_late(OutgoingFrame{Port::internal, contactor_command_frame(open, 7)}, 1h));

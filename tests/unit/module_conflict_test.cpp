@@ -27,7 +27,7 @@ TEST_CASE("one contradiction may be chance", "[unit][modules][F30]") {
   CHECK(rival_seen_at(contradicted_once()) == TimePoint{});
 }
 
-TEST_CASE("frames within 50 ms are one answer and contradict once", "[unit][modules][F45]") {
+TEST_CASE("frames within 50 ms are one answer and contradict once", "[unit][modules][F30]") {
   ModuleTable table = contradicted_once();
   table.note_conflict(1, start + 50ms - 1ns);
   CHECK(rival_seen_at(table) == TimePoint{});
@@ -36,7 +36,7 @@ TEST_CASE("frames within 50 ms are one answer and contradict once", "[unit][modu
 }
 
 TEST_CASE("a second contradiction within 15 s means two modules, a later one is the first again",
-          "[unit][modules][F45]") {
+          "[unit][modules][F30]") {
   ModuleTable within = contradicted_once();
   within.note_conflict(1, start + 15s);
   CHECK(rival_seen_at(within) == start + 15s);
@@ -47,7 +47,7 @@ TEST_CASE("a second contradiction within 15 s means two modules, a later one is 
   CHECK(rival_seen_at(later) == start + 30s);
 }
 
-TEST_CASE("a contradiction concerns its own node, and a node that is not ours nobody", "[unit][modules][F45]") {
+TEST_CASE("a contradiction concerns its own node, and a node that is not ours nobody", "[unit][modules][F30]") {
   ModuleTable table = contradicted_once();
   table.note_conflict(2, start + 1s);
   table.note_conflict(9, start + 1s);

@@ -167,7 +167,7 @@ TEST_CASE("strangers are known by node and serial number for as long as they tal
 // --- within the core ------------------------------------------------------------------------------------------------
 
 TEST_CASE("an exchanged module refuses to close until somebody with authority accepts it",
-          "[unit][core][BMS_F.2][F32]") {
+          "[unit][core][BMS_F.2][F37]") {
   CoreBench before(small_pack());
   before.run(2s);
   REQUIRE(before.core().persistent().modules[2] == KnownModule{true, 1002});

@@ -103,7 +103,7 @@ TEST_CASE("what was used up comes back while less than the continuous current fl
   CHECK(counted.until_used_up(50'000) == 10s - 20ms);  // rested, and nothing below empty was saved up
 }
 
-TEST_CASE("one absurd sample adds nothing, two add what lies between them", "[unit][current][BMS_NF.7][F19]") {
+TEST_CASE("one absurd sample adds nothing, two add what lies between them", "[unit][current][BMS_NF.7]") {
   Counted counted;
   counted.flow(10'000, 1s);
   counted.sample(5'000'000);

@@ -139,7 +139,7 @@ TEST_CASE("each set that is incomplete makes the pack incomplete", "[unit][pack_
   CHECK_FALSE(bare.is_complete());  // a pack without a temperature is none
 }
 
-TEST_CASE("boards have the sensors that they have shown", "[unit][pack_state][F11]") {
+TEST_CASE("boards have the sensors that they have shown", "[unit][pack_state][F9]") {
   Summed world;
   CHECK(world.pack().board_temperature_dC.expected == 8);
   CHECK(world.pack().board_temperature_dC.count == 8);
@@ -159,7 +159,7 @@ TEST_CASE("boards have the sensors that they have shown", "[unit][pack_state][F1
   CHECK(pack.board_temperature_dC.expected == 0);
 }
 
-TEST_CASE("the places of a board's sensors are told apart", "[unit][pack_state][F11]") {
+TEST_CASE("the places of a board's sensors are told apart", "[unit][pack_state][F9]") {
   test::FaultWorld world;
   const SignalValue none = not_known(Validity::not_fitted);
   world.say_boards(1, {none, known(300), none, known(320)});
@@ -204,7 +204,7 @@ TEST_CASE("a module answers only with its status, its own voltage and every cell
   CHECK(answers([](ModuleRecord& module) { module.cell_voltage_uV[4] = {}; }));
 }
 
-TEST_CASE("of two current sensors the one that shows more counts, and one alone counts", "[unit][pack_state][F13]") {
+TEST_CASE("of two current sensors the one that shows more counts, and one alone counts", "[unit][pack_state][F20]") {
   Summed world;
   const TimePoint now = world.feed.now();
   world.sensors.current_2_mA = {-10'001, now, Validity::valid};

@@ -24,7 +24,7 @@ PublishedSoc settled(double soc) {
 
 }  // namespace
 
-TEST_CASE("what is told follows the current at once", "[unit][estimators][FS_4]") {
+TEST_CASE("what is told follows the current at once", "[unit][estimators]") {
   PublishedSoc told = settled(0.5);
   CHECK(told.soc() == 0.5);
   told.update(1.0, 0.01, 0.49);
@@ -33,8 +33,7 @@ TEST_CASE("what is told follows the current at once", "[unit][estimators][FS_4]"
   CHECK(told.soc() == Approx(0.52));
 }
 
-TEST_CASE("what is told goes to the estimate by 0.02 % a second, either way, and stops there",
-          "[unit][estimators][FS_4]") {
+TEST_CASE("what is told goes to the estimate by 0.02 % a second, either way, and stops there", "[unit][estimators]") {
   PublishedSoc told = settled(0.5);
   told.update(1.0, 0.0, 0.9);
   CHECK(told.soc() == Approx(0.5002));
@@ -46,13 +45,13 @@ TEST_CASE("what is told goes to the estimate by 0.02 % a second, either way, and
   CHECK(told.soc() == 0.6);
 }
 
-TEST_CASE("both at once: what flowed, and the way to the estimate", "[unit][estimators][FS_4]") {
+TEST_CASE("both at once: what flowed, and the way to the estimate", "[unit][estimators]") {
   PublishedSoc told = settled(0.5);
   for (int second = 0; second < 100; ++second) told.update(1.0, 0.001, 0.0);
   CHECK(told.soc() == Approx(0.5 - 100.0 * 0.0012));
 }
 
-TEST_CASE("a young one may go 2 % a second for 300 s", "[unit][estimators][FS_4]") {
+TEST_CASE("a young one may go 2 % a second for 300 s", "[unit][estimators]") {
   PublishedSoc told;
   told.begin(0.2);
   told.update(1.0, 0.0, 0.9);
@@ -67,7 +66,7 @@ TEST_CASE("a young one may go 2 % a second for 300 s", "[unit][estimators][FS_4]
   CHECK(told.soc() == Approx(0.42));
 }
 
-TEST_CASE("what is told lies between empty and full", "[unit][estimators][FS_4]") {
+TEST_CASE("what is told lies between empty and full", "[unit][estimators]") {
   PublishedSoc told = settled(0.01);
   told.update(1.0, 0.5, 0.0);
   CHECK(told.soc() == 0.0);
@@ -75,7 +74,7 @@ TEST_CASE("what is told lies between empty and full", "[unit][estimators][FS_4]"
   CHECK(told.soc() == 1.0);
 }
 
-TEST_CASE("an estimate that is none does not move what is told", "[unit][estimators][FS_4]") {
+TEST_CASE("an estimate that is none does not move what is told", "[unit][estimators]") {
   for (const double bad : {unknown, infinite, -infinite}) {
     CAPTURE(bad);
     PublishedSoc told = settled(0.5);
@@ -88,7 +87,7 @@ TEST_CASE("an estimate that is none does not move what is told", "[unit][estimat
   }
 }
 
-TEST_CASE("no passing of time makes what is told step", "[unit][estimators][FS_4]") {
+TEST_CASE("no passing of time makes what is told step", "[unit][estimators]") {
   for (const double passed_s : {0.0, -1.0, -1e9, -infinite, infinite, unknown}) {
     CAPTURE(passed_s);
     PublishedSoc told = settled(0.5);
@@ -99,7 +98,7 @@ TEST_CASE("no passing of time makes what is told step", "[unit][estimators][FS_4
   }
 }
 
-TEST_CASE("whatever the estimates do, what is told moves by its rate and what flowed", "[unit][estimators][FS_4]") {
+TEST_CASE("whatever the estimates do, what is told moves by its rate and what flowed", "[unit][estimators]") {
   constexpr std::uint64_t seed = 20;
   CAPTURE(seed);
   test::Chance chance(seed);

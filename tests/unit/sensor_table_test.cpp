@@ -97,7 +97,7 @@ TEST_CASE("every signal of the unit's word goes where it belongs", "[unit][senso
   }
 }
 
-TEST_CASE("a state of the monitor that the protocol does not know is undefined", "[unit][sensor_table][F92]") {
+TEST_CASE("a state of the monitor that the protocol does not know is undefined", "[unit][sensor_table][F96]") {
   for (std::int64_t raw = 0; raw <= 7; ++raw) {
     CanFrame frame = make_frame(pdu_status);
     write<pdu_status, "insulation_monitor_state">(frame, raw);
@@ -114,7 +114,7 @@ TEST_CASE("a state of the monitor that the protocol does not know is undefined",
   CHECK(to_text(static_cast<InsulationState>(99)) == "?");
 }
 
-TEST_CASE("when the monitor last told a resistance is kept, and that it ever did", "[unit][sensor_table][F92]") {
+TEST_CASE("when the monitor last told a resistance is kept, and that it ever did", "[unit][sensor_table][F96]") {
   SensorTable table;
   const CoreConfig config = test::small_pack();
   table.observe(pdu_status, word(InsulationState::speed_start, known(100'000)), start, config);
@@ -288,7 +288,7 @@ TEST_CASE("a no of either holds", "[unit][sensor_table]") {
 }
 
 TEST_CASE("the unit's stops and those of the lines are kept apart, without a unit only the lines' exist",
-          "[unit][sensor_table][F89]") {
+          "[unit][sensor_table][F93]") {
   LineImage image;
   image.estops_pressed = 0b10;
   image.interlocks_open = 0b100;
@@ -330,7 +330,7 @@ TEST_CASE("whoever speaks, the two are made one anew", "[unit][sensor_table]") {
   CHECK(table.lines.validity == Validity::sensor_fault);
 }
 
-TEST_CASE("a pack is healthy while no input says no", "[unit][sensor_table][F89]") {
+TEST_CASE("a pack is healthy while no input says no", "[unit][sensor_table][F93]") {
   const PduState healthy{
       .estop_1_released = true, .estop_2_released = true, .interlock_closed = true, .insulation_monitor_ok = true};
   CHECK(healthy.is_healthy());

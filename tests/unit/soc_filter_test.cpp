@@ -79,7 +79,7 @@ CellSample nothing(double passed_s) {
 
 }  // namespace
 
-TEST_CASE("a filter that is right stays right, hour after hour, at any temperature", "[unit][estimators][FS_4]") {
+TEST_CASE("a filter that is right stays right, hour after hour, at any temperature", "[unit][estimators]") {
   const CellDynamics cell = test::sloped_cell();
   for (const double temperature_C : {25.0, 0.0, -10.0, -25.0}) {
     CAPTURE(temperature_C);
@@ -92,7 +92,7 @@ TEST_CASE("a filter that is right stays right, hour after hour, at any temperatu
   }
 }
 
-TEST_CASE("a filter finds a charge that it took for 20 % more or less", "[unit][estimators][FS_4]") {
+TEST_CASE("a filter finds a charge that it took for 20 % more or less", "[unit][estimators]") {
   const CellDynamics cell = test::sloped_cell();
   for (const double temperature_C : {25.0, -10.0, -25.0}) {
     for (const double begin : {0.4, 0.8}) {
@@ -109,7 +109,7 @@ TEST_CASE("a filter finds a charge that it took for 20 % more or less", "[unit][
   }
 }
 
-TEST_CASE("what flowed before and the hysteresis need not be known", "[unit][estimators][FS_4]") {
+TEST_CASE("what flowed before and the hysteresis need not be known", "[unit][estimators]") {
   const CellDynamics cell = test::sloped_cell();
   Race race(cell, {.soc = 0.6, .hysteresis = -1.0}, {.soc = 0.7, .sigma = 0.2, .is_rested = false});
   race.run(2.0 * 3600.0);
@@ -118,7 +118,7 @@ TEST_CASE("what flowed before and the hysteresis need not be known", "[unit][est
   CHECK(race.filter.hysteresis() == Approx(race.truth().hysteresis()).margin(0.01));
 }
 
-TEST_CASE("the truth is where the filter says, with a sensor that errs as it may", "[unit][estimators][FS_4]") {
+TEST_CASE("the truth is where the filter says, with a sensor that errs as it may", "[unit][estimators]") {
   const CellDynamics cell = test::sloped_cell();
   for (const double temperature_C : {25.0, -25.0}) {
     for (const double gain : {-0.01, 0.01}) {
@@ -141,7 +141,7 @@ TEST_CASE("the truth is where the filter says, with a sensor that errs as it may
   }
 }
 
-TEST_CASE("the truth is where the filter says on a curve with a plateau and a knee", "[unit][estimators][FS_4]") {
+TEST_CASE("the truth is where the filter says on a curve with a plateau and a knee", "[unit][estimators]") {
   const CellDynamics cell = test::flat_cell();
   for (const double model : {0.0, 1.0}) {
     for (const double gain : {-0.01, 0.01}) {
@@ -163,7 +163,7 @@ TEST_CASE("the truth is where the filter says on a curve with a plateau and a kn
   }
 }
 
-TEST_CASE("a cell that aged beyond its model is followed within 5 %", "[unit][estimators][FS_4]") {
+TEST_CASE("a cell that aged beyond its model is followed within 5 %", "[unit][estimators]") {
   const CellDynamics cell = test::sloped_cell();
   for (const double temperature_C : {25.0, -10.0}) {
     CAPTURE(temperature_C);
@@ -182,7 +182,7 @@ TEST_CASE("a cell that aged beyond its model is followed within 5 %", "[unit][es
   }
 }
 
-TEST_CASE("on a plateau the voltage says little, and the doubt grows", "[unit][estimators][FS_4]") {
+TEST_CASE("on a plateau the voltage says little, and the doubt grows", "[unit][estimators]") {
   const CellDynamics cell = test::flat_cell();
   SimulatedCell truth(cell, {.soc = 0.85});
   SocFilter filter;
@@ -201,7 +201,7 @@ TEST_CASE("on a plateau the voltage says little, and the doubt grows", "[unit][e
   CHECK(std::abs(filter.estimate().soc - truth.soc()) < 0.005);
 }
 
-TEST_CASE("kinetics in the cold are no lack of charge", "[unit][estimators][FS_4]") {
+TEST_CASE("kinetics in the cold are no lack of charge", "[unit][estimators]") {
   CellDynamics cell = test::sloped_cell();
   for (CellDynamics::Row& row : cell.rows) {
     for (double& kinetic_Ohm : row.kinetic_Ohm) kinetic_Ohm *= 5.0;
@@ -216,7 +216,7 @@ TEST_CASE("kinetics in the cold are no lack of charge", "[unit][estimators][FS_4
   CHECK(race.honest_share() > 0.95);
 }
 
-TEST_CASE("ten samples a second for hours leave the filter sound", "[unit][estimators][FS_4]") {
+TEST_CASE("ten samples a second for hours leave the filter sound", "[unit][estimators]") {
   const CellDynamics cell = test::sloped_cell();
   Race race(cell, {.soc = 0.8, .voltage_noise_V = 0.003}, {.soc = 0.75, .sigma = 0.05}, {.step_s = 0.1});
   for (int turn = 0; turn < 20; ++turn) {
@@ -227,7 +227,7 @@ TEST_CASE("ten samples a second for hours leave the filter sound", "[unit][estim
   CHECK(race.filter.estimate().sigma < 0.02);
 }
 
-TEST_CASE("the same samples give the same estimates", "[unit][estimators][FS_4]") {
+TEST_CASE("the same samples give the same estimates", "[unit][estimators]") {
   const CellDynamics cell = test::flat_cell();
   const SimulatedCellOptions options{.soc = 0.7, .voltage_noise_V = 0.005, .slow_error_share = 1.0, .seed = 3};
   Race first(cell, options, {.soc = 0.6});
@@ -242,7 +242,7 @@ TEST_CASE("the same samples give the same estimates", "[unit][estimators][FS_4]"
   }
 }
 
-TEST_CASE("before its begin a filter knows nothing and learns nothing", "[unit][estimators][FS_4]") {
+TEST_CASE("before its begin a filter knows nothing and learns nothing", "[unit][estimators]") {
   SocFilter filter;
   filter.update({.passed_s = 1.0, .mean_current_A = 5.0, .current_A = 5.0, .voltage_V = 3.7, .temperature_C = 25.0});
   CHECK_FALSE(filter.estimate().is_known);
@@ -253,7 +253,7 @@ TEST_CASE("before its begin a filter knows nothing and learns nothing", "[unit][
   CHECK(filter.estimate().sigma == Approx(0.15));
 }
 
-TEST_CASE("with nothing measured the doubt grows until all is possible, and no further", "[unit][estimators][FS_4]") {
+TEST_CASE("with nothing measured the doubt grows until all is possible, and no further", "[unit][estimators]") {
   const CellDynamics cell = test::sloped_cell();
   SocFilter filter;
   filter.begin(cell, sensor, {.soc = 0.7, .sigma = 0.02}, 25.0);
@@ -275,7 +275,7 @@ TEST_CASE("with nothing measured the doubt grows until all is possible, and no f
   CHECK(filter.estimate().soc == Approx(truth.soc()).margin(0.02));
 }
 
-TEST_CASE("a sensor that says nothing adds nothing to the current", "[unit][estimators][FS_4]") {
+TEST_CASE("a sensor that says nothing adds nothing to the current", "[unit][estimators]") {
   const CellDynamics cell = test::sloped_cell();
   SocFilter filter;
   filter.begin(cell, {.gain = 0.01, .offset_A = 0.5, .unknown_current_A = 0.1}, {.soc = 0.7, .sigma = 0.01}, 25.0);
@@ -287,7 +287,7 @@ TEST_CASE("a sensor that says nothing adds nothing to the current", "[unit][esti
   CHECK(filter.estimate().soc == Approx(before).margin(1e-9));
 }
 
-TEST_CASE("without a temperature the last one holds, without a voltage it is counting", "[unit][estimators][FS_4]") {
+TEST_CASE("without a temperature the last one holds, without a voltage it is counting", "[unit][estimators]") {
   const CellDynamics cell = test::sloped_cell();
   SocFilter filter;
   filter.begin(cell, sensor, {.soc = 0.7, .sigma = 0.02}, 25.0);
@@ -308,7 +308,7 @@ TEST_CASE("without a temperature the last one holds, without a voltage it is cou
 }
 
 TEST_CASE("without a voltage a filter counts with the losses, and its doubt is that of the sensor",
-          "[unit][estimators][FS_4]") {
+          "[unit][estimators]") {
   CellDynamics cell = test::sloped_cell();
   cell.charge_efficiency = 0.95;
   SocFilter filter;
@@ -328,7 +328,7 @@ TEST_CASE("without a voltage a filter counts with the losses, and its doubt is t
   CHECK(filter.estimate().soc == Approx(0.3 - 0.08 / 3.0));
 }
 
-TEST_CASE("an offset comes and goes: its doubt grows with the root of a long time", "[unit][estimators][FS_4]") {
+TEST_CASE("an offset comes and goes: its doubt grows with the root of a long time", "[unit][estimators]") {
   const CellDynamics cell = test::sloped_cell();
   SocFilter filter;
   filter.begin(cell, {.gain = 0.01, .offset_A = 0.1, .unknown_current_A = 1.0}, {.soc = 0.5, .sigma = 0.001}, 25.0);
@@ -340,7 +340,7 @@ TEST_CASE("an offset comes and goes: its doubt grows with the root of a long tim
   CHECK(filter.estimate().sigma == Approx(1.5 * counted_Ah / 10.0).epsilon(0.01));
 }
 
-TEST_CASE("a resistance that was learned is forgotten again when no voltage confirms it", "[unit][estimators][FS_4]") {
+TEST_CASE("a resistance that was learned is forgotten again when no voltage confirms it", "[unit][estimators]") {
   const CellDynamics cell = test::sloped_cell();
   Race race(cell, {.soc = 0.8, .resistance_share = 0.3}, {.soc = 0.8, .sigma = 0.02});
   race.run(3600.0);
@@ -360,7 +360,7 @@ TEST_CASE("a resistance that was learned is forgotten again when no voltage conf
 }
 
 TEST_CASE("a filter that begins in the middle of a drive takes less of the drop for a lack of charge",
-          "[unit][estimators][FS_4]") {
+          "[unit][estimators]") {
   CellDynamics cell = test::sloped_cell();
   for (CellDynamics::Row& row : cell.rows) {
     for (auto& pair_Ohm : row.pair_Ohm) pair_Ohm.fill(0.005);
@@ -381,7 +381,7 @@ TEST_CASE("a filter that begins in the middle of a drive takes less of the drop 
   CHECK(error_when(false) < 0.05);
 }
 
-TEST_CASE("a hysteresis is begun with, and no more than all of it", "[unit][estimators][FS_4]") {
+TEST_CASE("a hysteresis is begun with, and no more than all of it", "[unit][estimators]") {
   const CellDynamics cell = test::sloped_cell();
   SocFilter filter;
   for (const double told : {-1.0, -0.3, 0.0, 1.0}) {
@@ -396,7 +396,7 @@ TEST_CASE("a hysteresis is begun with, and no more than all of it", "[unit][esti
   CHECK(filter.hysteresis() == Approx(-1.0 + 2.0 * std::exp(-1.0)));
 }
 
-TEST_CASE("what is not seen makes a voltage count for less", "[unit][estimators][FS_4]") {
+TEST_CASE("what is not seen makes a voltage count for less", "[unit][estimators]") {
   const CellDynamics cell = test::sloped_cell();
   const auto expected_V2 = [&](double unknown_A, const CellSample& last) {
     SocFilter filter;
@@ -421,7 +421,7 @@ TEST_CASE("what is not seen makes a voltage count for less", "[unit][estimators]
         Approx(charge_V * charge_V - 0.0009 * 0.0009 + follows(10.0) + follows(100.0) + follows(1000.0)).epsilon(0.01));
 }
 
-TEST_CASE("time that does not pass, or all of it, is no sample for a filter", "[unit][estimators][FS_4]") {
+TEST_CASE("time that does not pass, or all of it, is no sample for a filter", "[unit][estimators]") {
   const CellDynamics cell = test::sloped_cell();
   for (const double passed_s : {0.0, -1.0, -1e9, -infinite, infinite, not_measured}) {
     CAPTURE(passed_s);
@@ -435,7 +435,7 @@ TEST_CASE("time that does not pass, or all of it, is no sample for a filter", "[
   }
 }
 
-TEST_CASE("no value makes a filter forget itself, once or for an hour", "[unit][estimators][FS_4]") {
+TEST_CASE("no value makes a filter forget itself, once or for an hour", "[unit][estimators]") {
   const CellDynamics cell = test::sloped_cell();
   for (const double bad : {not_measured, infinite, -infinite, 1e308, -1e308, 1e200, -1e12}) {
     for (int which = 0; which < 6; ++which) {
@@ -463,7 +463,7 @@ TEST_CASE("no value makes a filter forget itself, once or for an hour", "[unit][
   }
 }
 
-TEST_CASE("a year in one sample is no end", "[unit][estimators][FS_4]") {
+TEST_CASE("a year in one sample is no end", "[unit][estimators]") {
   const CellDynamics cell = test::sloped_cell();
   for (const double current_A : {-500.0, 0.0, 500.0, 1e5}) {
     CAPTURE(current_A);
@@ -477,7 +477,7 @@ TEST_CASE("a year in one sample is no end", "[unit][estimators][FS_4]") {
   }
 }
 
-TEST_CASE("the most that may flow and the longest that may pass leave a filter sound", "[unit][estimators][FS_4]") {
+TEST_CASE("the most that may flow and the longest that may pass leave a filter sound", "[unit][estimators]") {
   const CellDynamics cell = test::sloped_cell();
   for (const double current_A : {-9e5, 9e5}) {
     CAPTURE(current_A);
@@ -491,7 +491,7 @@ TEST_CASE("the most that may flow and the longest that may pass leave a filter s
   }
 }
 
-TEST_CASE("one impossible voltage, or a minute of them, is hardly believed", "[unit][estimators][FS_4]") {
+TEST_CASE("one impossible voltage, or a minute of them, is hardly believed", "[unit][estimators]") {
   for (const bool is_flat : {false, true}) {
     const CellDynamics cell = is_flat ? test::flat_cell() : test::sloped_cell();
     for (const double voltage_V : {0.0, 2.0, 5.0, 60.0, -60.0}) {
@@ -516,8 +516,7 @@ TEST_CASE("one impossible voltage, or a minute of them, is hardly believed", "[u
   }
 }
 
-TEST_CASE("after an hour of impossible voltages a filter is sound and no cell is turned round",
-          "[unit][estimators][FS_4]") {
+TEST_CASE("after an hour of impossible voltages a filter is sound and no cell is turned round", "[unit][estimators]") {
   const CellDynamics cell = test::sloped_cell();
   for (const double voltage_V : {0.0, 2.0, 5.0, 60.0}) {
     CAPTURE(voltage_V);
@@ -539,7 +538,7 @@ TEST_CASE("after an hour of impossible voltages a filter is sound and no cell is
   }
 }
 
-TEST_CASE("whatever comes, a filter knows a charge and how sure it is", "[unit][estimators][FS_4]") {
+TEST_CASE("whatever comes, a filter knows a charge and how sure it is", "[unit][estimators]") {
   constexpr std::array bad{not_measured, infinite, -infinite, 1e308, -1e308, 1e12,   -1e5, 1e5,
                            1e-300,       0.0,      60.0,      -60.0, 500.0,  -500.0, 9e5};
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
@@ -569,7 +568,7 @@ TEST_CASE("whatever comes, a filter knows a charge and how sure it is", "[unit][
   }
 }
 
-TEST_CASE("an anchor is believed as far as it is sure, and what is no anchor not at all", "[unit][estimators][FS_4]") {
+TEST_CASE("an anchor is believed as far as it is sure, and what is no anchor not at all", "[unit][estimators]") {
   const CellDynamics cell = test::sloped_cell();
   SocFilter filter;
   filter.anchor(0.9, 0.01);
@@ -590,7 +589,7 @@ TEST_CASE("an anchor is believed as far as it is sure, and what is no anchor not
   CHECK(filter.estimate().sigma == before.sigma);
 }
 
-TEST_CASE("a cell that is its model's fits it, one that differs fits it the less", "[unit][estimators][FS_4]") {
+TEST_CASE("a cell that is its model's fits it, one that differs fits it the less", "[unit][estimators]") {
   const CellDynamics cell = test::sloped_cell();
   Race right(cell, {.soc = 0.7, .voltage_noise_V = 0.003}, {.soc = 0.7, .sigma = 0.05}, {.drive = 3});
   right.run(3600.0);
@@ -601,14 +600,14 @@ TEST_CASE("a cell that is its model's fits it, one that differs fits it the less
   CHECK(worn.filter.misfit() < 1.0);
 }
 
-TEST_CASE("a sensor the wrong way round makes a cell that is none of its model's", "[unit][estimators][FS_4]") {
+TEST_CASE("a sensor the wrong way round makes a cell that is none of its model's", "[unit][estimators]") {
   const CellDynamics cell = test::sloped_cell();
   Race race(cell, {.soc = 0.7, .sensor_gain = -2.0}, {.soc = 0.7, .sigma = 0.05}, {.drive = 3});
   race.run(3600.0);
   CHECK(race.filter.misfit() >= 1.0);
 }
 
-TEST_CASE("voltages that are no cell's make a misfit within minutes, a single one none", "[unit][estimators][FS_4]") {
+TEST_CASE("voltages that are no cell's make a misfit within minutes, a single one none", "[unit][estimators]") {
   const CellDynamics cell = test::sloped_cell();
   Race race(cell, {.soc = 0.7}, {.soc = 0.7, .sigma = 0.05}, {.drive = 3});
   race.run(600.0);
@@ -623,7 +622,7 @@ TEST_CASE("voltages that are no cell's make a misfit within minutes, a single on
   CHECK(race.filter.misfit() >= 1.0);
 }
 
-TEST_CASE("what may have flowed unseen is the sample's word, or the sensor's", "[unit][estimators][FS_4]") {
+TEST_CASE("what may have flowed unseen is the sample's word, or the sensor's", "[unit][estimators]") {
   const CellDynamics cell = test::sloped_cell();
   const auto doubt_after = [&cell](double unseen_A) {
     SocFilter filter;
@@ -640,8 +639,7 @@ TEST_CASE("what may have flowed unseen is the sample's word, or the sensor's", "
   CHECK(by_sensor - doubt_after(0.0) == Approx(0.1 * 1.5).epsilon(0.02));
 }
 
-TEST_CASE("who goes on where a filter ended learns nothing from the voltage that it had seen",
-          "[unit][estimators][FS_4]") {
+TEST_CASE("who goes on where a filter ended learns nothing from the voltage that it had seen", "[unit][estimators]") {
   const CellDynamics cell = test::sloped_cell();
   const double slope_V = 0.9;
   const double model_error_V = cell.rows[0].slow_error_V;
@@ -666,7 +664,7 @@ TEST_CASE("who goes on where a filter ended learns nothing from the voltage that
 }
 
 TEST_CASE("a pair that nobody has seen begins with what the first current would have left in it",
-          "[unit][estimators][FS_4]") {
+          "[unit][estimators]") {
   const CellDynamics cell = test::sloped_cell();
   SocFilter filter;
   filter.begin(cell, {}, {.soc = 0.5, .sigma = 0.001, .is_rested = false}, 25.0);

@@ -38,14 +38,14 @@ double taken_V(double current_A) {
 
 }  // namespace
 
-TEST_CASE("in the middle the voltage is not listened to", "[unit][estimators][FS_4]") {
+TEST_CASE("in the middle the voltage is not listened to", "[unit][estimators]") {
   Mixed mixed(0.5, 0.2);
   for (int second = 0; second < 360; ++second) mixed.run(1.0, 10.0, 3.88);  // of 84 %, once compensated
   CHECK(mixed.soc() == Approx(0.4));
   CHECK(mixed.sigma() == Approx(0.2));
 }
 
-TEST_CASE("high up a rested voltage pulls the count in two minutes", "[unit][estimators][FS_4]") {
+TEST_CASE("high up a rested voltage pulls the count in two minutes", "[unit][estimators]") {
   Mixed mixed(0.90, 0.1);
   mixed.run(1.0, 0.0, 3.2 + 0.9 * 0.96);
   const double told_sigma = 0.010 / 0.9;
@@ -58,8 +58,7 @@ TEST_CASE("high up a rested voltage pulls the count in two minutes", "[unit][est
   CHECK(mixed.sigma() < 2.0 * told_sigma);
 }
 
-TEST_CASE("under a current the same voltage says less, and nothing that was not better known",
-          "[unit][estimators][FS_4]") {
+TEST_CASE("under a current the same voltage says less, and nothing that was not better known", "[unit][estimators]") {
   // 5 A into the cell take 40 mV, a fifth of which is not known.
   Mixed mixed(0.90, 0.1);
   const double voltage_V = 3.2 + 0.9 * 0.96 - taken_V(-5.0);
@@ -75,7 +74,7 @@ TEST_CASE("under a current the same voltage says less, and nothing that was not 
   CHECK(blind.sigma() == Approx(0.1));
 }
 
-TEST_CASE("in the cold the same current takes more of the voltage", "[unit][estimators][FS_4]") {
+TEST_CASE("in the cold the same current takes more of the voltage", "[unit][estimators]") {
   const CellDynamics cell = test::sloped_cell();
   const double cold = std::exp(3000.0 * (1.0 / 263.15 - 1.0 / 298.15));
   const double taken = (0.006 * cold * -1.0) + 0.04 * std::asinh(-1.0 / (20.0 / cold));
@@ -94,7 +93,7 @@ TEST_CASE("in the cold the same current takes more of the voltage", "[unit][esti
   CHECK(cooled.estimate().soc == Approx(expected).epsilon(1e-5));
 }
 
-TEST_CASE("where the curve is flat at its end the voltage does not say much", "[unit][estimators][FS_4]") {
+TEST_CASE("where the curve is flat at its end the voltage does not say much", "[unit][estimators]") {
   CellDynamics cell = test::sloped_cell();
   for (CellDynamics::Row& row : cell.rows) {
     for (std::size_t point = 45; point < CellDynamics::curve_points; ++point) {
@@ -108,7 +107,7 @@ TEST_CASE("where the curve is flat at its end the voltage does not say much", "[
   CHECK(mixed.estimate().soc == Approx(0.90 + 0.06 / 120.0 * (1.0 - 0.05 / 0.1)).epsilon(1e-5));
 }
 
-TEST_CASE("a voltage below that of an empty cell means empty", "[unit][estimators][FS_4]") {
+TEST_CASE("a voltage below that of an empty cell means empty", "[unit][estimators]") {
   Mixed mixed(0.10, 0.08);
   mixed.run(1.0, 10.0, 3.2 - taken_V(10.0) + 0.001);
   CHECK(mixed.soc() == Approx(0.10 - 10.0 / 36'000.0));
@@ -119,7 +118,7 @@ TEST_CASE("a voltage below that of an empty cell means empty", "[unit][estimator
   CHECK(mixed.sigma() == Approx(0.03));
 }
 
-TEST_CASE("damaged samples of a voltage empty no cell", "[unit][estimators][FS_4]") {
+TEST_CASE("damaged samples of a voltage empty no cell", "[unit][estimators]") {
   Mixed mixed(0.60, 0.08);
   for (int turn = 0; turn < 20; ++turn) {
     mixed.run(1.0, 1.0, 2.0);
@@ -128,7 +127,7 @@ TEST_CASE("damaged samples of a voltage empty no cell", "[unit][estimators][FS_4
   CHECK(mixed.soc() == Approx(0.60 - 40.0 / 36'000.0));
 }
 
-TEST_CASE("a low voltage while charging, or at rest, is no end", "[unit][estimators][FS_4]") {
+TEST_CASE("a low voltage while charging, or at rest, is no end", "[unit][estimators]") {
   Mixed mixed(0.10, 0.08);
   mixed.run(1.0, -10.0, 3.0);
   CHECK(mixed.soc() == Approx(0.10 + 10.0 / 36'000.0));
@@ -136,7 +135,7 @@ TEST_CASE("a low voltage while charging, or at rest, is no end", "[unit][estimat
   CHECK(mixed.soc() == Approx(0.10 + 10.0 / 36'000.0));
 }
 
-TEST_CASE("a whole discharge ends at empty although it began 15 % too high", "[unit][estimators][FS_4]") {
+TEST_CASE("a whole discharge ends at empty although it began 15 % too high", "[unit][estimators]") {
   const CellDynamics cell = test::flat_cell();
   test::SimulatedCell truth(cell, {.soc = 0.8});
   SocMixed mixed;
@@ -147,7 +146,7 @@ TEST_CASE("a whole discharge ends at empty although it began 15 % too high", "[u
   CHECK(mixed.estimate().sigma < 0.05);
 }
 
-TEST_CASE("with parts of a sample it counts as far as it can", "[unit][estimators][FS_4]") {
+TEST_CASE("with parts of a sample it counts as far as it can", "[unit][estimators]") {
   SocMixed early;
   early.update({.passed_s = 1.0, .mean_current_A = 5.0, .current_A = 5.0, .voltage_V = 2.0, .temperature_C = 25.0});
   CHECK_FALSE(early.estimate().is_known);

@@ -180,7 +180,7 @@ TEST_CASE("a pack in the cold is no poor battery: its resistance is compared wit
 }
 
 TEST_CASE("voltages that rise when more current is said to flow out show a sensor the wrong way round",
-          "[unit][core][estimators][F12]") {
+          "[unit][core][estimators][F18]") {
   Drive drive;
   drive.is_reversed = true;
   REQUIRE(drive.bench.run_until([&] { return drive.bench.is_active(FaultId::current_contradicts_voltage); }, 20s));

@@ -82,7 +82,7 @@ class Watched {
 }  // namespace
 
 TEST_CASE("in a rest, or while no more flows than balances a cell, a cell may stand still for as long as it likes",
-          "[unit][plausibility][F17]") {
+          "[unit][plausibility][F12]") {
   for (const std::int32_t current_mA : {0, 500, -500}) {
     Watched watched;
     for (int count = 0; count < 60'000; ++count) watched.poll(current_mA);
@@ -92,7 +92,7 @@ TEST_CASE("in a rest, or while no more flows than balances a cell, a cell may st
 }
 
 TEST_CASE("at a steady current time counts from when the charge must show, and exactly from there",
-          "[unit][plausibility][F17]") {
+          "[unit][plausibility][F12]") {
   for (const std::int32_t current_mA : {501, 50'000, -20'000}) {
     Watched watched;
     const std::int64_t a_poll_uAs = std::int64_t{std::abs(current_mA)} * 100;
@@ -107,7 +107,7 @@ TEST_CASE("at a steady current time counts from when the charge must show, and e
   }
 }
 
-TEST_CASE("charge that has flowed back proves nothing", "[unit][plausibility][F17]") {
+TEST_CASE("charge that has flowed back proves nothing", "[unit][plausibility][F12]") {
   Watched watched;
   const std::int32_t current_mA = shows_mA / 2 - 1;  // there and back is no step that shows
   const std::int64_t polls = watched.charge_shown_uAs() / (std::int64_t{current_mA} * 100);
@@ -117,7 +117,7 @@ TEST_CASE("charge that has flowed back proves nothing", "[unit][plausibility][F1
   CHECK(watched.longest().value == 0);
 }
 
-TEST_CASE("a hole in the current is no charge", "[unit][plausibility][F17]") {
+TEST_CASE("a hole in the current is no charge", "[unit][plausibility][F12]") {
   Watched watched;
   watched.poll(50'000);
   for (int count = 0; count < 100; ++count) watched.poll(50'000, 1'001ms);
@@ -125,7 +125,7 @@ TEST_CASE("a hole in the current is no charge", "[unit][plausibility][F17]") {
 }
 
 TEST_CASE("a charger that holds its voltage holds the cells, too, while its current falls",
-          "[unit][plausibility][F17]") {
+          "[unit][plausibility][F12]") {
   Watched watched;  // 2 mOhm, 1 V over half of 50 Ah
   double current_A = 20.0;
   for (int count = 0; count < 72'000; ++count) {
@@ -137,7 +137,7 @@ TEST_CASE("a charger that holds its voltage holds the cells, too, while its curr
 }
 
 TEST_CASE("of current and charge that work against each other the stronger one counts by what is left of it",
-          "[unit][plausibility][F17]") {
+          "[unit][plausibility][F12]") {
   // After a little charge at 50 A the load goes: 100 mV up by resistance, and next to nothing down.
   Watched step;
   for (int count = 0; count < 20; ++count) step.poll(50'000);
@@ -154,7 +154,7 @@ TEST_CASE("of current and charge that work against each other the stronger one c
 }
 
 TEST_CASE("what is left of current and charge that work against each other counts from 5 mV on, exactly",
-          "[unit][plausibility][F17]") {
+          "[unit][plausibility][F12]") {
   const CoreConfig config = pack_of_2_mOhm();
   int exactly = 0;
   for (int polls = 1; polls <= 9; ++polls) {
@@ -186,7 +186,7 @@ TEST_CASE("what is left of current and charge that work against each other count
   CHECK(exactly > 0);
 }
 
-TEST_CASE("a slow part of the resistance counts where it works against the charge", "[unit][plausibility][F17]") {
+TEST_CASE("a slow part of the resistance counts where it works against the charge", "[unit][plausibility][F12]") {
   for (const auto& [rc_resistance_Ohm, counts] : {std::pair{0.0, true}, std::pair{0.002, false}}) {
     CoreConfig config = pack_of_2_mOhm();
     config.cell.rc_resistance_Ohm = rc_resistance_Ohm;
@@ -198,7 +198,7 @@ TEST_CASE("a slow part of the resistance counts where it works against the charg
   }
 }
 
-TEST_CASE("the slowest part counts as well, and what the cold makes of it all", "[unit][plausibility][F17]") {
+TEST_CASE("the slowest part counts as well, and what the cold makes of it all", "[unit][plausibility][F12]") {
   for (const auto& [slow_Ohm, activation_K, counts] :
        {std::tuple{0.0, 0.0, true}, std::tuple{0.002, 0.0, false}, std::tuple{0.0, 1'400.0, false}}) {
     CoreConfig config = pack_of_2_mOhm();
@@ -212,7 +212,7 @@ TEST_CASE("the slowest part counts as well, and what the cold makes of it all", 
   }
 }
 
-TEST_CASE("a step has to show in a hot cell, too, whose resistance is less", "[unit][plausibility][F17]") {
+TEST_CASE("a step has to show in a hot cell, too, whose resistance is less", "[unit][plausibility][F12]") {
   CoreConfig config = pack_of_2_mOhm();
   config.cell.resistance_activation_K = 2'500.0;  // at 60 C 0.414 of it: 5 mV at 6.04 A
   for (const auto& [step_mA, counts] : {std::pair{6'000, false}, std::pair{6'100, true}}) {
@@ -224,7 +224,7 @@ TEST_CASE("a step has to show in a hot cell, too, whose resistance is less", "[u
   }
 }
 
-TEST_CASE("what flowed while the current was not known is not counted", "[unit][plausibility][F17]") {
+TEST_CASE("what flowed while the current was not known is not counted", "[unit][plausibility][F12]") {
   Watched watched;
   watched.poll(50'000);
   const std::int64_t polls = watched.charge_shown_uAs() / 5'000'000 + 11;
@@ -233,7 +233,7 @@ TEST_CASE("what flowed while the current was not known is not counted", "[unit][
   CHECK(watched.longest().value == 0);
 }
 
-TEST_CASE("the smallest charge that shows counts like any other", "[unit][plausibility][F17]") {
+TEST_CASE("the smallest charge that shows counts like any other", "[unit][plausibility][F12]") {
   CoreConfig config = test::small_pack();
   config.cell.series_resistance_Ohm = 0.0;
   config.cell.capacity_uAs = 1'000;
@@ -248,7 +248,7 @@ TEST_CASE("the smallest charge that shows counts like any other", "[unit][plausi
 }
 
 TEST_CASE("the least a charge moves a cell is on the flattest stretch, the most on the steepest",
-          "[unit][plausibility][F17]") {
+          "[unit][plausibility][F12]") {
   CellModel cell;
   cell.capacity_uAs = 1'000'000;
   cell.ocv.push_back({0, 3'000'000});
@@ -267,7 +267,7 @@ TEST_CASE("the least a charge moves a cell is on the flattest stretch, the most 
 }
 
 TEST_CASE("time counts from the change of current that a cell must show, and exactly from there",
-          "[unit][plausibility][F17]") {
+          "[unit][plausibility][F12]") {
   for (const std::int32_t change_mA : {shows_mA - 1, shows_mA, -shows_mA + 1, -shows_mA}) {
     Watched watched;
     watched.poll(0);
@@ -277,7 +277,7 @@ TEST_CASE("time counts from the change of current that a cell must show, and exa
 }
 
 TEST_CASE("a sample within a poll cycle of a step of the current stands for the current on either side of it",
-          "[unit][plausibility][F17]") {
+          "[unit][plausibility][F12]") {
   // The value comes with the poll in tick 50, the step in one of those before or after it.
   for (const auto& [from_mA, to_mA] : {std::pair{0, 20'000}, std::pair{20'000, 0}, std::pair{-20'000, 10'000}}) {
     for (int step = 35; step <= 75; ++step) {
@@ -300,7 +300,7 @@ TEST_CASE("a sample within a poll cycle of a step of the current stands for the 
 }
 
 TEST_CASE("a current that swings faster than cells are polled shows nothing by its steps, and by its charge as before",
-          "[unit][plausibility][F17]") {
+          "[unit][plausibility][F12]") {
   Watched watched;
   const auto swing = [&watched](int ticks) {
     for (int tick = 0; tick < ticks; ++tick) watched.tick(tick % 14 < 7 ? 100'000 : 0);
@@ -312,7 +312,7 @@ TEST_CASE("a current that swings faster than cells are polled shows nothing by i
   CHECK(watched.longest().value >= 1'000);
 }
 
-TEST_CASE("a single cell that stands still is named, its neighbours are not", "[unit][plausibility][F17]") {
+TEST_CASE("a single cell that stands still is named, its neighbours are not", "[unit][plausibility][F12]") {
   Watched watched;
   watched.cells_uV[1][2] = Watched::kept_uV;
   watched.wiggle(1, 0);
@@ -321,7 +321,7 @@ TEST_CASE("a single cell that stands still is named, its neighbours are not", "[
   CHECK(watched.longest().element == Element{.module_node = 2, .number = 3, .pack_number = 7});
 }
 
-TEST_CASE("the first other digit ends it", "[unit][plausibility][F17]") {
+TEST_CASE("the first other digit ends it", "[unit][plausibility][F12]") {
   Watched watched;
   watched.cells_uV[0][0] = Watched::kept_uV;
   watched.wiggle(1, 0);
@@ -333,7 +333,7 @@ TEST_CASE("the first other digit ends it", "[unit][plausibility][F17]") {
 }
 
 TEST_CASE("a current that comes back to where it was stops the clock, and does not turn it back",
-          "[unit][plausibility][F17]") {
+          "[unit][plausibility][F12]") {
   Watched watched;
   watched.cells_uV[0][0] = Watched::kept_uV;
   watched.wiggle(1, 0);
@@ -344,7 +344,7 @@ TEST_CASE("a current that comes back to where it was stops the clock, and does n
   CHECK(watched.longest().value == 2'000);
 }
 
-TEST_CASE("what was not measured, a hole and an unknown current prove nothing", "[unit][plausibility][F17]") {
+TEST_CASE("what was not measured, a hole and an unknown current prove nothing", "[unit][plausibility][F12]") {
   Watched invalid;
   invalid.cells_uV[0][0] = Watched::kept_uV;
   invalid.wiggle(1, 0);
@@ -370,7 +370,7 @@ TEST_CASE("what was not measured, a hole and an unknown current prove nothing", 
   CHECK(forgotten.longest().value == 0);
 }
 
-TEST_CASE("a pack whose cell file has no curve is watched by current alone", "[unit][plausibility][F17]") {
+TEST_CASE("a pack whose cell file has no curve is watched by current alone", "[unit][plausibility][F12]") {
   CoreConfig config = pack_of_2_mOhm();
   config.cell.ocv.clear();
   Watched watched(config);
@@ -381,7 +381,7 @@ TEST_CASE("a pack whose cell file has no curve is watched by current alone", "[u
   CHECK(watched.longest().value == 100);
 }
 
-TEST_CASE("of cells that stand still as long the first is named", "[unit][plausibility][F17]") {
+TEST_CASE("of cells that stand still as long the first is named", "[unit][plausibility][F12]") {
   Watched watched;
   watched.poll(0);
   watched.poll(20'000);
@@ -389,7 +389,7 @@ TEST_CASE("of cells that stand still as long the first is named", "[unit][plausi
 }
 
 TEST_CASE("a cell of no volts stands still like any other, and not when it comes first or is not measured",
-          "[unit][plausibility][F17]") {
+          "[unit][plausibility][F12]") {
   Watched shorted;
   for (auto& module : shorted.cells_uV) module.fill(0);
   shorted.poll(20'000);
@@ -402,7 +402,7 @@ TEST_CASE("a cell of no volts stands still like any other, and not when it comes
   CHECK(shorted.longest().value == 0);
 }
 
-TEST_CASE("a pack whose cell file has no resistance is watched by charge alone", "[unit][plausibility][F17]") {
+TEST_CASE("a pack whose cell file has no resistance is watched by charge alone", "[unit][plausibility][F12]") {
   Watched watched(test::small_pack());
   watched.poll(0);
   for (int count = 0; count < 100; ++count) watched.poll(50'000);
@@ -434,7 +434,7 @@ bool becomes_a_fault(std::size_t stuck_module, Duration at_most, std::int32_t sw
 }  // namespace
 
 TEST_CASE("a module that repeats itself while driving opens the pack, one at a steady current does not",
-          "[unit][core][plausibility][F17]") {
+          "[unit][core][plausibility][F12]") {
   constexpr std::size_t none = 9;
   CHECK(becomes_a_fault(1, 20s));
   CHECK_FALSE(becomes_a_fault(none, 60s));

@@ -50,7 +50,7 @@ class Warming {
 
 }  // namespace
 
-TEST_CASE("a rise is known after a second of samples, and not before", "[unit][temperature][F12]") {
+TEST_CASE("a rise is known after a second of samples, and not before", "[unit][temperature][F8]") {
   Warming warming;
   CHECK_FALSE(warming.fastest().is_known);
   warming.sample(250, 1ms);
@@ -195,7 +195,7 @@ TEST_CASE("a runaway cell opens the pack, sun and load do not", "[unit][core][te
   CHECK(warm_only.commanded().main_positive);
 }
 
-TEST_CASE("a jump counts once it is believed, from what was before it", "[unit][temperature][F2][F12]") {
+TEST_CASE("a jump counts once it is believed, from what was before it", "[unit][temperature][F2][F8]") {
   ModuleFeed feed(test::small_pack());
   TemperatureTrend trend;
   const auto sample = [&](std::int32_t temperature_dC) {
