@@ -111,12 +111,7 @@ Result<LoopEnd, OsError> Loop::run() {
     const bool must_not_wait = decide_now_ || parts_.status_socket.has_waiting_requests();
     if (!must_not_wait) expected_at_ = wake_at_;
     const int count = ::epoll_wait(epoll_.get(), events.data(), epoll_events, must_not_wait ? 0 : -1);
-    if (count < 0 && errno != EINTR) {
-      const OsError error = os_error("epoll_wait");
-      shut_down();
-      decide();
-      return failure(error);
-    }
+    if (count < 0 && errno != EINTR) return give_up(os_error("epoll_wait"));
     ++counters_.wake_ups;
     catch_up(monotonic_now());
     for (int i = 0; i < count; ++i) {
@@ -126,8 +121,16 @@ Result<LoopEnd, OsError> Loop::run() {
     }
     if (parts_.status_socket.has_waiting_requests()) parts_.status_socket.serve(answer_);
     decide_if_due();
+    if (timer_failure_) return give_up(*timer_failure_);
   }
   return is_leaving_ ? LoopEnd::left : LoopEnd::ended;
+}
+
+/// A loop that cannot wait, or that nothing wakes, decides no more: the last decision opens.
+Result<LoopEnd, OsError> Loop::give_up(const OsError& error) {
+  shut_down();
+  decide();
+  return failure(error);
 }
 
 void Loop::wake(std::uint32_t tag) {
@@ -465,7 +468,9 @@ void Loop::arm_timer() {
   when.it_value.tv_sec = seconds.count();
   when.it_value.tv_nsec = (since_epoch - seconds).count();
   // A time in the past fires at once; only 0, which no tick is due at, would switch the timer off.
-  static_cast<void>(::timerfd_settime(timer_.get(), TFD_TIMER_ABSTIME, &when, nullptr));
+  if (::timerfd_settime(timer_.get(), TFD_TIMER_ABSTIME, &when, nullptr) != 0) {
+    timer_failure_ = os_error("timerfd_settime");
+  }
 }
 
 std::string summary_line(const Core& core) {

@@ -12,6 +12,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -127,6 +128,7 @@ class Loop {
   void after_tick();
   void arm_timer();
   void take_signal(int number, int code, const SignalFrom& from);
+  [[nodiscard]] Result<LoopEnd, OsError> give_up(const OsError& error);
   void shut_down();
   void end_core();
   [[nodiscard]] bool is_over() const;
@@ -148,7 +150,8 @@ class Loop {
   std::uint32_t kept_generation_ = 0;
   LoopCounters counters_;
   DriveRecorder drive_;
-  TimePoint latest_time_{};  // what the core was told last: its time never goes back
+  std::optional<OsError> timer_failure_;  // the next decision has no time at which it is due
+  TimePoint latest_time_{};               // what the core was told last: its time never goes back
   TimePoint wake_at_{};
   TimePoint expected_at_{};  // when we were there last, or sleep until by right: what is much later was an absence
   TimePoint maintained_at_{};

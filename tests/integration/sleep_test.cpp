@@ -1,7 +1,6 @@
 // A machine that sleeps, as its daemon sees it when both are awake again: the real daemon, with a clock that leaps.
-#include <cstdint>
-
 #include "tests/support/daemon_bench.hpp"
+#include "tests/support/preload_word.hpp"
 
 namespace bmu {
 
@@ -10,27 +9,17 @@ using test::Bench;
 using test::is_closed;
 using test::is_open;
 
-namespace {
-
-void set_slept(const std::string& file, std::int64_t ms) {
-  std::fstream stream(file, std::ios::in | std::ios::out | std::ios::binary);
-  stream.write(reinterpret_cast<const char*>(&ms), sizeof ms);
-  REQUIRE(stream.flush());
-}
-
-}  // namespace
-
 TEST_CASE("a machine that slept has been away: the pack is opened first, and closes only for a new wish",
           "[integration][daemon][F69][bus]") {
   Bench bench;
   const std::string slept = bench.folder / "slept";
-  std::ofstream(slept) << std::string(sizeof(std::int64_t), '\0');
+  REQUIRE(test::set_preload_word(slept, 0));
   bench.start_emulator("");
   bench.start_daemon(
       {.environment = {"LD_PRELOAD=" + test::in_build("lib/libsleeping_clock.so"), "BMUD_TEST_SLEPT=" + slept}});
   REQUIRE(bench.listener.next(test::hang_max));
   REQUIRE(bench.closes());
-  set_slept(slept, 60'000);
+  REQUIRE(test::set_preload_word(slept, 60'000));
   REQUIRE(bench.listener.hears(is_open, test::hang_max));
   CHECK_FALSE(bench.listener.hears(is_closed, milliseconds(1500)));
   // Whichever it sees first: that it was away, or that its last command has not been heard on the bus for so long.

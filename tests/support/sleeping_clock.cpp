@@ -1,31 +1,22 @@
-// Loaded before the C library into a daemon under test: CLOCK_BOOTTIME is ahead by as many milliseconds as the file
-// named in BMUD_TEST_SLEPT says (eight bytes, as this machine writes them), and so are timers of that clock; all other
-// clocks and timers are as they are. So it is after a machine has slept.
+// Loaded before the C library into a daemon under test: CLOCK_BOOTTIME is ahead by as many milliseconds as the word in
+// the file named by BMUD_TEST_SLEPT, and so are timers of that clock; all other clocks and timers are as they are. So
+// it is after a machine has slept.
 #include <array>
 #include <atomic>
 #include <cstdint>
 #include <cstdlib>
 #include <ctime>
 
-#include <fcntl.h>
-#include <sys/mman.h>
 #include <sys/syscall.h>
 #include <sys/timerfd.h>
 #include <unistd.h>
 
+#include "tests/support/preload_word.hpp"
+
 namespace {
 
 const volatile std::int64_t* slept_ms() {
-  static const volatile std::int64_t* const place = []() -> const volatile std::int64_t* {
-    const char* file = std::getenv("BMUD_TEST_SLEPT");
-    const int fd = file != nullptr ? ::open(file, O_RDONLY | O_CLOEXEC) : -1;
-    if (fd < 0) std::abort();
-    void* mapped = ::mmap(nullptr, sizeof(std::int64_t), PROT_READ, MAP_SHARED, fd, 0);
-    ::close(fd);
-    if (mapped == MAP_FAILED) std::abort();
-    return static_cast<const volatile std::int64_t*>(mapped);
-  }
-  ();
+  static const volatile std::int64_t* const place = bmu::test::preload_word("BMUD_TEST_SLEPT");
   return place;
 }
 

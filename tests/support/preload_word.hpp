@@ -1,0 +1,36 @@
+// One number that a test sets while a program runs, and a library reads that is loaded into the program before the C
+// library (LD_PRELOAD): eight bytes of a file, mapped. Without Catch2, for the library has no test around it.
+#pragma once
+
+#include <cstdint>
+#include <cstdlib>
+#include <fstream>
+#include <string>
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+namespace bmu::test {
+
+/// The library's side: where the number is, by the environment variable that names the file. Ends the program where
+/// there is none.
+inline const volatile std::int64_t* preload_word(const char* variable) {
+  const char* file = std::getenv(variable);
+  const int fd = file != nullptr ? ::open(file, O_RDONLY | O_CLOEXEC) : -1;
+  if (fd < 0) std::abort();
+  void* mapped = ::mmap(nullptr, sizeof(std::int64_t), PROT_READ, MAP_SHARED, fd, 0);
+  ::close(fd);
+  if (mapped == MAP_FAILED) std::abort();
+  return static_cast<const volatile std::int64_t*>(mapped);
+}
+
+/// The test's side: makes the file with the number in it, or changes the number. False: the file cannot be written.
+[[nodiscard]] inline bool set_preload_word(const std::string& file, std::int64_t number) {
+  { std::ofstream made(file, std::ios::app); }
+  std::fstream stream(file, std::ios::in | std::ios::out | std::ios::binary);
+  stream.write(reinterpret_cast<const char*>(&number), sizeof number);
+  return static_cast<bool>(stream.flush());
+}
+
+}  // namespace bmu::test
