@@ -291,7 +291,8 @@ void CoreBench::tell_pdu_status() {
   write<pdu_status, "insulation_monitor_ok">(frame, inputs.insulation_monitor_ok ? 1 : 0);
   write<pdu_status, "insulation_resistance_Ohm">(frame, inputs.insulation_resistance_Ohm);
   write<pdu_status, "insulation_monitor_state">(frame, static_cast<std::int64_t>(inputs.insulation_state));
-  write<pdu_status, "throttle_permille">(frame, not_known());
+  write<pdu_status, "resume_button">(frame, inputs.resume_button ? 1 : 0);
+  write<pdu_status, "throttle_permille">(frame, inputs.throttle_permille);
   seal(pdu_status, pdu_counter_++, frame);
   deliver(frame);
 }

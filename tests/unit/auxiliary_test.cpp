@@ -194,3 +194,29 @@ TEST_CASE("the fan is commanded by the pack's temperature, the motor controller 
   bench.run(500ms);
   CHECK(bench.commanded() == ContactorOutputs{});
 }
+
+TEST_CASE("the throttle in PDU_STATUS switches the auxiliary output of CONTACTOR_COMMAND, with its hysteresis",
+          "[unit][core][auxiliary][RR_4]") {
+  CoreConfig pack = test::small_pack();
+  pack.auxiliary.throttle_on_permille = 50;
+  pack.auxiliary.throttle_off_permille = 20;
+  test::CoreBench bench(pack);
+  bench.inputs.throttle_permille = known(0);
+  REQUIRE(bench.close());
+  const auto commands_at = [&](SignalValue throttle_permille) {
+    bench.inputs.throttle_permille = throttle_permille;
+    bench.run(200ms);
+    return bench.commanded().auxiliary;
+  };
+  CHECK_FALSE(commands_at(known(45)));  // the frame's step is 5 permille
+  CHECK(commands_at(known(50)));
+  CHECK(commands_at(known(20)));
+  CHECK_FALSE(commands_at(known(15)));
+  CHECK_FALSE(commands_at(known(45)));
+  CHECK(commands_at(known(1'000)));
+  CHECK_FALSE(commands_at(not_known()));
+  CHECK(commands_at(known(50)));
+  bench.inputs.vehicle_on = false;
+  REQUIRE(bench.run_until([&] { return !bench.commanded().any_contactor(); }, 1s));
+  CHECK_FALSE(commands_at(known(1'000)));
+}

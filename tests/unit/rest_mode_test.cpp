@@ -216,8 +216,9 @@ TEST_CASE("an empty pack that is closed for charging is not emptied further by a
 }
 
 TEST_CASE("a key, a button or a command wakes a resting pack, and none of them closes it",
-          "[unit][core][rest][BMS_F.10]") {
-  const std::array<void (*)(CoreBench&), 2> wakers{[](CoreBench& bench) { bench.inputs.vehicle_on = true; },
+          "[unit][core][rest][BMS_F.9]") {
+  const std::array<void (*)(CoreBench&), 3> wakers{[](CoreBench& bench) { bench.inputs.vehicle_on = true; },
+                                                   [](CoreBench& bench) { bench.inputs.resume_button = true; },
                                                    [](CoreBench& bench) { bench.give(Command::wake); }};
   for (const auto wake : wakers) {
     CoreBench bench(pack_that_rests());
