@@ -17,7 +17,7 @@ namespace {
 
 // --- what is accepted -----------------------------------------------------------------------------------------------
 
-TEST_CASE("every pack that is shipped loads", "[unit][config][BMS_NF.1][FS_8][RR_1]") {
+TEST_CASE("every pack that is shipped loads", "[unit][config][BMS_NF.1]") {
   std::size_t count = 0;
   for (const auto& entry : std::filesystem::directory_iterator(packs_directory)) {
     const auto pack = load_pack_config(entry.path());

@@ -1,0 +1,91 @@
+// The packs of the designs: each number that a design gives is the number of the pack file that is shipped.
+#include <algorithm>
+#include <cstdint>
+#include <string>
+
+#include "config/pack_config.hpp"
+#include "daemon/core/cell_model.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/changed_pack.hpp"
+
+namespace bmu {
+namespace {
+
+CoreConfig shipped(const std::string& name) {
+  const auto pack = load_pack_config(packs_directory / (name + ".json"));
+  INFO((pack ? "" : all_text(pack.error())));
+  REQUIRE(pack);
+  return pack->core;
+}
+
+/// Open-circuit voltage of the pack's cell at a state of charge that its table has.
+std::int32_t ocv_mV(const CoreConfig& pack, std::int32_t soc_permille) {
+  for (const OcvPoint& point : pack.cell.ocv) {
+    if (point.soc_permille == soc_permille) return point.ocv_uV / 1'000;
+  }
+  FAIL("the table has no point at " << soc_permille << " permille");
+  return 0;
+}
+
+}  // namespace
+
+TEST_CASE("the racing pack has the numbers of its design", "[unit][config][FS_8][FS_3]") {
+  const CoreConfig pack = shipped("fs-20s3p-84v");
+  REQUIRE(pack.modules.size() == 4);
+  for (const ModuleConfig& module : pack.modules) CHECK(module.cell_count == 5);
+  CHECK(pack.cell.capacity_uAs == 81 * uAs_per_Ah);
+  CHECK(pack.limits.cell_undervoltage.open == 2'800'000);
+  CHECK(pack.limits.cell_overvoltage.open == 4'200'000);
+  CHECK(pack.limits.cell_overtemperature.open == 550);
+  CHECK(pack.current.discharge_continuous_mA == 155'000);
+  CHECK(pack.current.discharge_peak_mA == 350'000);
+  CHECK(pack.current.discharge_peak_for == 10s);
+  CHECK(pack.current.charge_continuous_mA == 81'000);
+  CHECK(pack.insulation.open_Ohm_per_V == 500);
+}
+
+TEST_CASE("the efficiency car's pack has the numbers of its design", "[unit][config][RR_1]") {
+  const CoreConfig pack = shipped("shell-eco-6s");
+  CHECK(cell_count(pack) == 6);
+  CHECK(pack.cell.capacity_uAs == 10 * uAs_per_Ah);
+  CHECK(ocv_mV(pack, 250) == 3'700);
+  CHECK(ocv_mV(pack, 1'000) == 4'200);
+  CHECK(pack.limits.cell_undervoltage.open == 3'700'000);
+  CHECK(pack.limits.discharge_overcurrent.open == 50'000);
+  CHECK(pack.limits.cell_undertemperature.open == -200);
+  CHECK(pack.limits.cell_overtemperature.open == 600);
+}
+
+TEST_CASE("the competition pack has the numbers of its design", "[unit][config][BMS_NF.7]") {
+  const CoreConfig pack = shipped("lipo-6s-24v");
+  CHECK(cell_count(pack) == 6);
+  CHECK(pack.cell.capacity_uAs == 33 * uAs_per_Ah / 10);
+  CHECK(pack.current.discharge_continuous_mA == 25'000);
+  CHECK(pack.current.discharge_peak_mA == 50'000);
+  CHECK(pack.current.discharge_peak_for >= 10s);
+  CHECK(pack.current.charge_continuous_mA == 15'000);
+  CHECK(pack.limits.charge_overcurrent.open == 19'000);
+  // Below what its switch can interrupt.
+  CHECK(pack.limits.discharge_overcurrent.open < 75'000);
+}
+
+TEST_CASE("packs of six LiPo cells have 22 to 26 V from a quarter of the charge to full", "[unit][config][PB_NF.1]") {
+  for (const std::string name : {"lipo-6s-24v", "shell-eco-6s"}) {
+    const CoreConfig pack = shipped(name);
+    const auto quarter = std::find_if(pack.cell.ocv.begin(), pack.cell.ocv.end(),
+                                      [](const OcvPoint& point) { return point.soc_permille >= 250; });
+    REQUIRE(quarter != pack.cell.ocv.end());
+    CAPTURE(name);
+    CHECK(6 * quarter->ocv_uV >= 22'000'000);
+    CHECK(6 * pack.cell.ocv.back().ocv_uV <= 26'000'000);
+  }
+}
+
+TEST_CASE("the charge of the packs of six LiPo cells pauses once for the cells' resistances", "[unit][config][RES_1]") {
+  for (const std::string name : {"lipo-6s-24v", "shell-eco-6s"}) {
+    CAPTURE(name);
+    CHECK(shipped(name).soc.resistance_pause_permille == 500);
+  }
+}
+
+}  // namespace bmu
