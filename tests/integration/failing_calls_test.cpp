@@ -2,6 +2,7 @@
 // pack.
 #include "tests/support/failing_calls.hpp"
 
+#include "daemon/shell/options.hpp"
 #include "tests/support/daemon_bench.hpp"
 #include "tests/support/preload_word.hpp"
 
@@ -33,7 +34,7 @@ void expect_end(FailingCall call, const std::string& name) {
   FailingBench bench;
   REQUIRE(bench.closes_with_library());
   bench.choose(call);
-  CHECK(bench.daemon->wait(test::hang_max) == 1);
+  CHECK(bench.daemon->wait(test::hang_max) == exit_system);
   CHECK(is_open(bench.listener.last()));
   const std::string log = read_file(bench.log);
   INFO(log);

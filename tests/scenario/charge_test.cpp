@@ -405,3 +405,34 @@ TEST_CASE("a charger that comes and goes is followed ten times and no more", "[s
   }
   CHECK(resumed == 10);
 }
+
+TEST_CASE("a charge of the packs of six cells pauses once at half of the charge", "[scenario][charge][RES_1]") {
+  const std::string name = GENERATE("lipo-6s-24v", "shell-eco-6s");
+  CAPTURE(name);
+  const auto pack = load_pack_config(packs_directory / (name + ".json"));
+  REQUIRE(pack);
+  test::SimRun run(pack->core);
+  run.apply("pack soc_permille 440");
+  run.run_to(3.0);
+  run.apply("charger connected");
+  run.run_to(8.0);
+  REQUIRE(run.core().sequence().phase == Phase::closed);
+  const Core& core = run.core();
+  int pauses = 0;
+  bool was_pausing = false;
+  // A charger that follows the limit it is given.
+  while (run.seconds() < 15 * minute && *core.soc_permille() < 560) {
+    const double charge_A = std::min(5.0, core.limits().charge.limit_mA / 1e3);
+    run.apply("charger current_A " + std::to_string(charge_A));
+    run.run_to(run.seconds() + 0.1);
+    const bool is_pausing = core.charge_pause().is_pausing();
+    if (is_pausing && !was_pausing) {
+      ++pauses;
+      CHECK(std::abs(*core.soc_permille() - 500) <= 3);
+      CHECK(core.limits().charge.cause == LimitCause::measuring);
+    }
+    was_pausing = is_pausing;
+  }
+  CHECK(pauses == 1);
+  CHECK(core.sequence().phase == Phase::closed);
+}

@@ -81,11 +81,4 @@ TEST_CASE("packs of six LiPo cells have 22 to 26 V from a quarter of the charge 
   }
 }
 
-TEST_CASE("the charge of the packs of six LiPo cells pauses once for the cells' resistances", "[unit][config][RES_1]") {
-  for (const std::string name : {"lipo-6s-24v", "shell-eco-6s"}) {
-    CAPTURE(name);
-    CHECK(shipped(name).soc.resistance_pause_permille == 500);
-  }
-}
-
 }  // namespace bmu
