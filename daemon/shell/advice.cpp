@@ -43,18 +43,24 @@ constexpr std::array<CauseRow, fault_count> cause_table{{
      "cooling that does not reach everywhere, one joint worse than the others, a sensor that has come off"},
     {FaultId::discharge_overcurrent,
      "a short behind the contactors, or a controller that may draw more than the pack file says"},
-    {FaultId::charge_overcurrent, "a charger, or the braking of a motor, set to more than the pack file says"},
+    {FaultId::charge_overcurrent,
+     "a charger, or the braking of a motor, set to more than the pack file says; or a current sensor that counts the "
+     "wrong way round "
+     "(`sensor/invert_current`), so that each load reads as a charge"},
     {FaultId::discharge_overload,
      "a load above the continuous current for longer than the peak lasts, as on a long hill; the vehicle does not keep "
      "to the limit that it is told"},
     {FaultId::charge_overload,
-     "a charger or a long descent above the continuous current; whoever gives it does not keep to the limit that it is "
-     "told"},
+     "a charger or a long descent above the continuous current, which does not keep to the limit that it is given; or "
+     "a current sensor that "
+     "counts the wrong way round (`sensor/invert_current`)"},
     {FaultId::discharge_not_allowed,
      "something on the link draws current that bmud does not switch, as a converter, while the pack is closed for its "
      "charger only"},
     {FaultId::charge_not_allowed,
-     "a charger or a controller that does not listen to the charge limit, or has lost the vehicle's bus"},
+     "a charger or a controller that does not keep to the charge limit, or has lost the vehicle's bus; or a current "
+     "sensor that counts the "
+     "wrong way round (`sensor/invert_current`)"},
     {FaultId::current_while_open,
      "a contactor that does not open; a path beside the contactors, as a converter at the pack's own terminals; or a "
      "sensor that was not set to zero"},
@@ -108,9 +114,13 @@ constexpr std::array<CauseRow, fault_count> cause_table{{
      "a new module that still has the number of its maker, or a copy of another one's settings"},
     {FaultId::unknown_module, "a module that was added and is not in the pack file, or one whose number was set wrong"},
     {FaultId::current_sensor_lost,
-     "its supply, its plug, another bit rate, or measuring that was not switched on when it was set up"},
+     "its supply, its plug, another bit rate, measuring that was not switched on when it was set up, or values in the "
+     "other byte order "
+     "(`sensor/little_endian`)"},
     {FaultId::voltage_sensor_lost,
-     "a voltage wire that has come off; a channel that was not switched on, or is sent more slowly than every 60 ms"},
+     "a voltage wire that has come off; a channel that was not switched on, or is sent more slowly than every 60 ms; "
+     "values in the other byte "
+     "order (`sensor/little_endian`)"},
     {FaultId::sensor_not_set_up,
      "a sensor that was never configured, or by another tool and for another pack; one that lost its settings because "
      "they were not stored; another sensor than sensor/protocol says"},
@@ -148,8 +158,9 @@ constexpr std::array<CauseRow, fault_count> cause_table{{
     {FaultId::link_not_following,
      "a contact that is burnt and does not conduct, a fuse behind it, or the sensor's link wire"},
     {FaultId::link_not_discharging,
-     "both main contactors welded; or a link without a discharge resistor, which keeps its charge; or a motor that "
-     "turns"},
+     "both main contactors welded; a link without a discharge resistor, which keeps its charge, or with one that takes "
+     "longer than "
+     "`contactors/link_decay_ms`; or a motor that turns"},
     {FaultId::charger_silent, "a power cut, a plug that was pulled at the wall, a connector of the charger's bus"},
     {FaultId::charger_runaway,
      "a second charger on the pack that the pack file does not know, a charger that is set by hand, a wrong protocol"},
@@ -166,7 +177,9 @@ constexpr std::array<CauseRow, fault_count> cause_table{{
      "`inverter/silence_max_ms` is 0"},
     {FaultId::inverter_trouble, "overload, heat, or a grid out of bounds; the number is in the inverter's manual"},
     {FaultId::foreign_battery, "a second battery on the inverter's bus, or a played back log"},
-    {FaultId::foreign_master, "a second bmud on this bus, a tool that polls or commands, or a played back log"},
+    {FaultId::foreign_master,
+     "a second master that began to send while this one ran, a tool that polls or commands, or a log that is played "
+     "back"},
     {FaultId::foreign_reporter, "a second pack or an old master with the same identifiers, or a played back log"},
     {FaultId::second_pack_silent,
      "its master has no supply, or speaks at another base identifier or bit rate than the pack file says"},
