@@ -214,8 +214,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .name = "charge_overcurrent",
      .meaning = "too much current into the pack",
      .remedy = "lower what charger or regeneration may give; where neither is there, the current sensor counts the "
-               "wrong way round "
-               "(sensor/invert_current)",
+               "wrong way round (sensor/invert_current)",
      .unit = Unit::mA,
      .read = fault_readers::charge_current_mA,
      .limit = &LimitsConfig::charge_overcurrent,
@@ -238,8 +237,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .name = "charge_overload",
      .meaning = "too much current into the pack for too long",
      .remedy = "lower what charger or regeneration may give; where neither is there, the current sensor counts the "
-               "wrong way round "
-               "(sensor/invert_current)",
+               "wrong way round (sensor/invert_current)",
      .unit = Unit::permille,
      .read = fault_readers::charge_overload_permille,
      .limit = &LimitsConfig::charge_overload,
@@ -261,8 +259,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .name = "charge_not_allowed",
      .meaning = "the pack is charged although charging is forbidden",
      .remedy = "check why charger or regeneration does not stop; where neither is there, the current sensor counts the "
-               "wrong way round "
-               "(sensor/invert_current)",
+               "wrong way round (sensor/invert_current)",
      .read = fault_readers::charge_not_allowed,
      .confirm_time = &ConfirmTimes::charge_not_allowed,
      .samples = 2,
@@ -665,8 +662,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .name = "link_not_discharging",
      .meaning = "the contactors are open, but the link keeps the pack's voltage",
      .remedy = "a contactor is welded, or the link cannot discharge: measure by hand, then clear with authority; a "
-               "link that discharges "
-               "more slowly needs a longer contactors/link_decay_ms",
+               "link that discharges more slowly needs a longer contactors/link_decay_ms",
      .read = fault_readers::link_not_discharging,
      .confirm_time = &ConfirmTimes::link_not_discharging,
      .samples = 2,

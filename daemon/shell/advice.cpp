@@ -45,22 +45,19 @@ constexpr std::array<CauseRow, fault_count> cause_table{{
      "a short behind the contactors, or a controller that may draw more than the pack file says"},
     {FaultId::charge_overcurrent,
      "a charger, or the braking of a motor, set to more than the pack file says; or a current sensor that counts the "
-     "wrong way round "
-     "(`sensor/invert_current`), so that each load reads as a charge"},
+     "wrong way round (`sensor/invert_current`), so that each load reads as a charge"},
     {FaultId::discharge_overload,
      "a load above the continuous current for longer than the peak lasts, as on a long hill; the vehicle does not keep "
      "to the limit that it is told"},
     {FaultId::charge_overload,
      "a charger or a long descent above the continuous current, which does not keep to the limit that it is given; or "
-     "a current sensor that "
-     "counts the wrong way round (`sensor/invert_current`)"},
+     "a current sensor that counts the wrong way round (`sensor/invert_current`)"},
     {FaultId::discharge_not_allowed,
      "something on the link draws current that bmud does not switch, as a converter, while the pack is closed for its "
      "charger only"},
     {FaultId::charge_not_allowed,
      "a charger or a controller that does not keep to the charge limit, or has lost the vehicle's bus; or a current "
-     "sensor that counts the "
-     "wrong way round (`sensor/invert_current`)"},
+     "sensor that counts the wrong way round (`sensor/invert_current`)"},
     {FaultId::current_while_open,
      "a contactor that does not open; a path beside the contactors, as a converter at the pack's own terminals; or a "
      "sensor that was not set to zero"},
@@ -115,12 +112,10 @@ constexpr std::array<CauseRow, fault_count> cause_table{{
     {FaultId::unknown_module, "a module that was added and is not in the pack file, or one whose number was set wrong"},
     {FaultId::current_sensor_lost,
      "its supply, its plug, another bit rate, measuring that was not switched on when it was set up, or values in the "
-     "other byte order "
-     "(`sensor/little_endian`)"},
+     "other byte order (`sensor/little_endian`)"},
     {FaultId::voltage_sensor_lost,
      "a voltage wire that has come off; a channel that was not switched on, or is sent more slowly than every 60 ms; "
-     "values in the other byte "
-     "order (`sensor/little_endian`)"},
+     "values in the other byte order (`sensor/little_endian`)"},
     {FaultId::sensor_not_set_up,
      "a sensor that was never configured, or by another tool and for another pack; one that lost its settings because "
      "they were not stored; another sensor than sensor/protocol says"},
@@ -159,8 +154,7 @@ constexpr std::array<CauseRow, fault_count> cause_table{{
      "a contact that is burnt and does not conduct, a fuse behind it, or the sensor's link wire"},
     {FaultId::link_not_discharging,
      "both main contactors welded; a link without a discharge resistor, which keeps its charge, or with one that takes "
-     "longer than "
-     "`contactors/link_decay_ms`; or a motor that turns"},
+     "longer than `contactors/link_decay_ms`; or a motor that turns"},
     {FaultId::charger_silent, "a power cut, a plug that was pulled at the wall, a connector of the charger's bus"},
     {FaultId::charger_runaway,
      "a second charger on the pack that the pack file does not know, a charger that is set by hand, a wrong protocol"},

@@ -107,6 +107,8 @@ Result<LoopEnd, OsError> Loop::run() {
   for (const CommandGiven& command : parts_.first) observe(now(), command);
   decide_if_due();
   while (!is_over()) {
+    // Before the wait, which might not end without a timer.
+    if (timer_failure_) return give_up(*timer_failure_);
     std::array<epoll_event, epoll_events> events{};
     const bool must_not_wait = decide_now_ || parts_.status_socket.has_waiting_requests();
     if (!must_not_wait) expected_at_ = wake_at_;
@@ -121,7 +123,6 @@ Result<LoopEnd, OsError> Loop::run() {
     }
     if (parts_.status_socket.has_waiting_requests()) parts_.status_socket.serve(answer_);
     decide_if_due();
-    if (timer_failure_) return give_up(*timer_failure_);
   }
   return is_leaving_ ? LoopEnd::left : LoopEnd::ended;
 }

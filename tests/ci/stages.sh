@@ -162,10 +162,12 @@ stage_same_decisions_debug() {
 recent_commits=7
 recent_max=12
 stage_tidy() {
-  local part=${1:-$((0x$(git rev-parse --short=7 HEAD) % 16 + 1))/16} file chosen=()
+  local part=${1:-$((0x$(git rev-parse --short=7 HEAD) % 16 + 1))/16} recent file chosen=()
   # A requested part is one of all parts, which together have the recent changes.
   if [[ $# -eq 0 ]]; then
-    while read -r file; do chosen+=(--and "$file"); done < <(git diff --name-only "HEAD~$recent_commits" -- '*.cpp' | head -n "$recent_max")
+    # A clone without that many commits has all sources to choose from.
+    recent=$(git diff --name-only "HEAD~$recent_commits" -- '*.cpp' 2>/dev/null) || recent=$(git ls-files '*.cpp')
+    while read -r file; do chosen+=(--and "$file"); done < <(head -n "$recent_max" <<<"$recent")
   fi
   # Without precompiled headers a source that forgets to include something is seen.
   CC=clang CXX=clang++ cmake -S . -B build-tidy -G Ninja -DBMUD_SANITIZE=ON -DBMUD_PRECOMPILE=OFF

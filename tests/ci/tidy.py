@@ -157,8 +157,8 @@ def look(name: str, commands: list[tuple[str, list[str]]], verdicts: Verdicts, a
 def chosen(commands: dict, root: pathlib.Path, arguments: argparse.Namespace) -> list[str]:
     # Sources of the build that no commit has are generated, and not looked at.
     everything = [name for name in tracked(root, "*.cpp") if name in commands]
-    for name in [*arguments.only, *arguments.besides]:
-        if name in arguments.only and name not in everything:
+    for name in arguments.only:
+        if name not in everything:
             fail(f"found {name}, expected a source that {arguments.build} compiles")
     if arguments.only:
         return arguments.only

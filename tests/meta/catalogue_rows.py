@@ -5,7 +5,7 @@ A test bears a number as its tag [F17]; a row of tests/catalogue as the first wo
 as a comment behind it, "# [F17]". The pages are docs/reaction-times.md and docs/hardships.md, whose tables have the number first. Rows
 beyond 107 are this project's own, and are on docs/reaction-times.md.
 
-usage: tests/meta/catalogue_rows.py [FOLDER]     without one: of this project
+usage: tests/meta/catalogue_rows.py
 """
 
 import pathlib
@@ -64,10 +64,9 @@ def problems_of(folder):
 
 
 def main():
-    if len(sys.argv) > 2 or sys.argv[1:] in (["-h"], ["--help"]):
+    if sys.argv[1:]:
         sys.exit(__doc__)
-    folder = pathlib.Path(sys.argv[1] if len(sys.argv) == 2 else pathlib.Path(__file__).resolve().parents[2])
-    problems = list(problems_of(folder))
+    problems = list(problems_of(pathlib.Path(__file__).resolve().parents[2]))
     print("\n".join(problems) or f"{LAST_OF_CATALOGUE} rows: each has a test and a line on a page")
     sys.exit(1 if problems else 0)
 
