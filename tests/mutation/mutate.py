@@ -95,8 +95,7 @@ def text_of(mutant: Mutant) -> str:
 
 def try_all(work: Path, wanted: list[Mutant], jobs: int, known: killers.Killers) -> tuple[set[int], set[int]]:
     """The numbers of the killed ones, and of those that no test reaches."""
-    reach = trial.learn_reach(work / "build")
-    trial.check_selection(work / "build", reach)
+    reach = trial.learn_reach(work / "tree", work / "build")
     unreached = {each.id for each in wanted if not reach.cases_for(each.id)}
     killed: set[int] = set()
     with ThreadPoolExecutor(max_workers=jobs) as pool:

@@ -154,20 +154,70 @@ class Mutation(unittest.TestCase):
         self.assertEqual(mutants.other_literals("0", is_subscript=True), ["1"])
 
 
-class Selection(unittest.TestCase):
-    # In the place of a test program: records what it is asked to run, as "name, seconds, mutants".
+class Learning(unittest.TestCase):
+    # In the place of a test program: lists the names in `names`, and records what it is asked to run, as "name, seconds, mutants", but
+    # for those in `lost`.
     RECORDS_ITS_CASES = """#!/bin/sh
-[ "$1 $2" = "--input-file /dev/stdin" ] && exec sed 's/^"//; s/"$/\\t0.0\\t/' >"$BMU_MUTANT_RECORD"
+cd "$(dirname "$0")"
+[ "$1 $2" = "--list-test-names-only ~[slow]" ] && { cat names; exit 1; }
+[ "$1 $2" = "--input-file /dev/stdin" ] || exit 99
+echo run >>runs
+{ printf '\\t0\\t1 2 \\n'; sed 's/^"//; s/"$/\\t0.5\\t7 /'; } | grep -vxFf lost >"$BMU_MUTANT_RECORD"
+exit "$(cat status)"
 """
 
+    def setUp(self) -> None:
+        work = Path(self.enterContext(tempfile.TemporaryDirectory()))
+        self._tree, self._folder = work / "tree", work / "build"
+        self._bin = self._folder / "bin"
+        self._bin.mkdir(parents=True)
+        for name in trial.PROGRAMS:
+            (self._bin / name).write_text(self.RECORDS_ITS_CASES)
+            (self._bin / name).chmod(0o755)
+        self._put("a case\nanother\n")
+
+    def _put(self, names: str, lost: str = "none", status: int = 0) -> None:
+        (self._bin / "names").write_text(names)
+        (self._bin / "lost").write_text(lost + "\n")
+        (self._bin / "status").write_text(f"{status}\n")
+
+    def _learn(self) -> trial.Reach:
+        return trial.learn_reach(self._tree, self._folder)
+
+    def _runs(self) -> int:
+        return len((self._bin / "runs").read_text().splitlines())
+
     def test_has_no_limit_of_length(self) -> None:
-        cases = [trial.TestCase("test_unit", f"{number} {'of a great many test cases' * 5}", 0.0, set()) for number in range(3000)]
-        with tempfile.TemporaryDirectory() as name:
-            program = Path(name) / "bin" / "test_unit"
-            program.parent.mkdir()
-            program.write_text(self.RECORDS_ITS_CASES)
-            program.chmod(0o755)
-            trial._check_selection_of(Path(name), trial.Reach(cases), "test_unit")
+        self._put("".join(f"{number} {'of a great many test cases' * 5}\n" for number in range(3000)))
+        self.assertEqual(len(self._learn().cases), 2 * 3000)
+
+    def test_counts_until_something_changes(self) -> None:
+        first = self._learn()
+        self.assertEqual(first.before["test_unit"], {1, 2})
+        self.assertEqual([(each.name, each.reaches) for each in first.cases[:2]], [("a case", {7}), ("another", {7})])
+        self.assertEqual(self._learn(), first)
+        self.assertEqual(self._runs(), 2)
+        with (self._bin / "test_unit").open("a") as program:
+            program.write("# another build\n")
+        self._learn()
+        self.assertEqual(self._runs(), 3)
+        (self._folder / "test_scenario.reach").write_text("\t0\t\n")
+        self.assertEqual(self._learn(), first)
+        self.assertEqual(self._runs(), 4)
+        self._tree.mkdir()
+        (self._tree / "a.scn").write_text("0 vehicle on\n")
+        self._learn()
+        self.assertEqual(self._runs(), 6)
+
+    def test_of_a_program_that_fails_or_leaves_a_case_out_is_refused_and_not_kept(self) -> None:
+        for lost, status, message in (("none", 3, "fails without any mutant, status 3"), ("another\t0.5\t7 ", 0, "do not run: \\['another'\\]")):
+            self._put("a case\nanother\n", lost, status)
+            for _ in range(2):
+                with self.assertRaisesRegex(trial.TrialError, message):
+                    self._learn()
+        self._put("")
+        with self.assertRaisesRegex(trial.TrialError, "lists no test cases"):
+            self._learn()
 
 
 class Order(unittest.TestCase):

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
 import html
 import math
 import os
 import re
 import subprocess
 import time
+from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -84,25 +86,64 @@ def build(tree: Path, folder: Path, jobs: int) -> None:
     run(command, "building the copy with all mutants in it")
 
 
-def _learn_of(folder: Path, program: str) -> Path:
-    """A run of everything but what takes minutes; it reaches nothing that the others do not."""
-    record = folder / f"{program}.reach"
+# The names are read from standard input, a line each: together they are longer than a word of a command line may be.
+CHOOSE = ["--input-file", "/dev/stdin"]
+
+
+def _chosen(names: list[str]) -> str:
+    """What Catch2 takes for "these test cases"."""
+    return "".join('"' + re.sub(r'([\\,\["*~])', r"\\\1", name) + '"\n' for name in names)
+
+
+def _names_of(program: Path) -> list[str]:
+    """All test cases but those that take minutes, which reach nothing that the others do not."""
+    # Catch2 2 has the first way, Catch2 3 the second; the status of the first is the number of names.
+    for listing in (["--list-test-names-only"], ["--list-tests", "--verbosity", "quiet"]):
+        done = subprocess.run([str(program), *listing, "~[slow]"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        if names := [line.strip() for line in done.stdout.splitlines() if line.strip()]:
+            return names
+    raise TrialError(f"{program}: lists no test cases")
+
+
+def _checksum_of(paths: Iterable[Path]) -> str:
+    each = "".join(f"{path} {hashlib.sha256(path.read_bytes()).hexdigest()}\n" for path in paths)
+    return hashlib.sha256(each.encode()).hexdigest()
+
+
+def _learn_of(tree: Path, folder: Path, name: str) -> Path:
+    """The record of a run in which each test case was chosen by its name and passed: otherwise a mutant might seem killed by what it did
+    not cause, or survive because nothing ran. It counts for as long as program, record and the files of the copy, which test cases read,
+    are the same."""
+    program, record, state = folder / "bin" / name, folder / f"{name}.reach", folder / f"{name}.learned"
+
+    def checksum() -> str:
+        return _checksum_of([program, record, *sorted(path for path in tree.rglob("*") if path.is_file())])
+
+    if record.is_file() and state.is_file() and state.read_text() == checksum():
+        return record
+    names = _names_of(program)
+    record.unlink(missing_ok=True)
     done = subprocess.run(
-        [str(folder / "bin" / program), "~[slow]"],
+        [str(program), *CHOOSE],
         env=dict(os.environ, BMU_MUTANT_RECORD=str(record)),
+        input=_chosen(names),
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
     )
-    if done.returncode != 0:
-        raise TrialError(f"{program} fails without any mutant:\n{done.stdout[-6000:]}")
+    if done.returncode != 0 or not record.is_file():
+        raise TrialError(f"{name} fails without any mutant, status {done.returncode}:\n{done.stdout[-6000:]}")
+    missing = set(names) - {line.split("\t")[0] for line in record.read_text().splitlines()}
+    if missing:
+        raise TrialError(f"{name}: chosen by name, these do not run: {sorted(missing)}")
+    state.write_text(checksum())
     return record
 
 
-def learn_reach(folder: Path) -> Reach:
+def learn_reach(tree: Path, folder: Path) -> Reach:
     reach = Reach()
     with ThreadPoolExecutor(max_workers=len(PROGRAMS)) as pool:
-        records = list(pool.map(lambda program: _learn_of(folder, program), PROGRAMS))
+        records = list(pool.map(lambda program: _learn_of(tree, folder, program), PROGRAMS))
     for program, record in zip(PROGRAMS, records):
         for line in record.read_text().splitlines():
             name, took_s, ids = line.split("\t")
@@ -127,15 +168,6 @@ def _batches(cases: list[TestCase], first: str | None) -> list[list[TestCase]]:
     return batches
 
 
-# The names are read from standard input, a line each: together they are longer than a word of a command line may be.
-CHOOSE = ["--input-file", "/dev/stdin"]
-
-
-def _chosen(cases: list[TestCase]) -> str:
-    """What Catch2 takes for "these test cases"."""
-    return "".join('"' + re.sub(r'([\\,\["*~])', r"\\\1", each.name) + '"\n' for each in cases)
-
-
 def _failing(folder: Path, batch: list[TestCase], mutant: int) -> str | None:
     """The name of the test case that fails, also if it crashes, or computes without end: what counts is its own time, however busy the
     machine is. None if all pass."""
@@ -144,7 +176,7 @@ def _failing(folder: Path, batch: list[TestCase], mutant: int) -> str | None:
     try:
         done = subprocess.run(
             ["prlimit", f"--cpu={limit_s}", program, "--abort", "--reporter", "xml", *CHOOSE],
-            input=_chosen(batch).encode(),
+            input=_chosen([each.name for each in batch]).encode(),
             env=dict(os.environ, BMU_MUTANT=str(mutant)),
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
@@ -168,33 +200,6 @@ def killer(folder: Path, reach: Reach, mutant: int, first: str | None = None) ->
         if name is not None:
             return name
     return None
-
-
-def _check_selection_of(folder: Path, reach: Reach, program: str) -> None:
-    own = [each for each in reach.cases if each.program == program]
-    record = folder / f"{program}.chosen"
-    record.unlink(missing_ok=True)
-    done = subprocess.run(
-        [str(folder / "bin" / program), *CHOOSE],
-        env=dict(os.environ, BMU_MUTANT_RECORD=str(record)),
-        input=_chosen(own),
-        text=True,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
-    if done.returncode != 0 or not record.is_file():
-        raise TrialError(f"{program} with all its test cases chosen by name: status {done.returncode}")
-    ran = {line.split("\t")[0] for line in record.read_text().splitlines()} - {""}
-    missing = [each.name for each in own if each.name not in ran]
-    if missing:
-        raise TrialError(f"{program}: chosen by name, these do not run: {missing}")
-
-
-def check_selection(folder: Path, reach: Reach) -> None:
-    """Every test case can be chosen by its name, and passes by itself: otherwise a mutant might seem killed by what is
-    none of its doing, or survive because nothing ran."""
-    with ThreadPoolExecutor(max_workers=len(PROGRAMS)) as pool:
-        list(pool.map(lambda program: _check_selection_of(folder, reach, program), PROGRAMS))
 
 
 class Stopwatch:
