@@ -290,6 +290,22 @@ TEST_CASE("what a plugged-in charger does by itself keeps everybody from closing
   CHECK(barring == std::set<std::string_view>{"charger_runaway", "foreign_charger_master"});
 }
 
+TEST_CASE("other faults that concern charging leave the pack to the vehicle while a charger is plugged in",
+          "[unit][permission][F97]") {
+  int count = 0;
+  for (const FaultRow& row : fault_table()) {
+    if (row.concerns != Concerns::charge || row.bars_while_plugged_in || row.reaction == Reaction::warn) continue;
+    INFO(row.name);
+    ++count;
+    Situation plugged;
+    plugged.inputs.wish = vehicle;
+    plugged.inputs.is_plugged_in = true;
+    believe(plugged.faults, row);
+    CHECK(plugged.judge().may_close);
+  }
+  CHECK(count > 0);
+}
+
 TEST_CASE("a present fault opens at once, after its grace, or not at all, as its row says", "[unit][permission]") {
   PackState pack;
   pack.current_mA = {5'000, start, Validity::valid};
