@@ -9,8 +9,8 @@ namespace bmu::ir155 {
 
 namespace {
 
-constexpr std::int64_t second_in_mHz_ns = 1'000'000'000'000;  // a period of 1 ns would be so many mHz
-constexpr std::int64_t frequency_max_mHz = 1'000'000'000;     // beyond any that a line can have
+constexpr std::int64_t millihertz_period_ns = 1'000'000'000'000;  // 1000 s
+constexpr std::int64_t frequency_max_mHz = 1'000'000'000;         // beyond any that a line can have
 
 }  // namespace
 
@@ -40,7 +40,7 @@ void Capture::take_period(TimePoint rose_at, TimePoint fell_at, TimePoint ended_
   const Duration high = fell_at - rose_at;
   const bool is_in_order = Duration{} <= high && high <= period && period > Duration{};
   if (!is_in_order || period > edge_silence_max) return;
-  const std::int64_t frequency_mHz = divide_to_nearest(second_in_mHz_ns, period.count());
+  const std::int64_t frequency_mHz = divide_to_nearest(millihertz_period_ns, period.count());
   last_.frequency_mHz = static_cast<std::int32_t>(std::min(frequency_mHz, frequency_max_mHz));
   last_.duty_permille = static_cast<std::int32_t>(divide_to_nearest(high.count() * 1'000, period.count()));
   ended_at_ = ended_at;

@@ -181,6 +181,9 @@ TEST_CASE("the first test of all is waited for as long as the monitor talks, and
   CHECK_FALSE(bench.word().awaits_first_test);  // it has said nothing
   bench.hear(pending);
   CHECK(bench.word().awaits_first_test);
+  bench.now += bench.table.silence_max();  // not yet silent
+  bench.hear(pending);
+  CHECK(bench.word().awaits_first_test);
   bench.hear({.is_earth_lost = true, .is_test_pending = true});
   CHECK_FALSE(bench.word().awaits_first_test);  // what it says of itself comes first
   bench.hear(pending);

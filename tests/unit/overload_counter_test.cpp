@@ -2,9 +2,11 @@
 #include "daemon/core/overload_counter.hpp"
 
 #include <cmath>
+#include <vector>
 
 #include "daemon/core/fault_readers.hpp"
 #include "daemon/core/limits.hpp"
+#include "protocol/image.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/core_bench.hpp"
 
@@ -217,6 +219,21 @@ TEST_CASE("a count cools while the current flows the other way, even of the smal
     counted.sample(-sign * 20, 1s);
     CHECK(used_permille() == 966);  // of 30 cA^2 s one a second, for 1.02 s
   }
+}
+
+TEST_CASE("a count that is restored for a smaller peak is at most twice what that one allows",
+          "[unit][current][image]") {
+  Counted counted;
+  counted.flow(50'000, 30s);
+  REQUIRE(counted.discharge_permille() == 2'000);
+  std::vector<std::uint8_t> bytes(image_size(counted.counter()));
+  write_image(counted.counter(), bytes);
+  CurrentLimitConfig smaller = nf7;
+  smaller.discharge_peak_for = 1s;
+  OverloadCounter other;
+  other.init(smaller);
+  REQUIRE_FALSE(read_image(bytes, other));
+  CHECK(other.discharge_used_permille() == 2'000);
 }
 
 TEST_CASE("the published limit stays at the peak for half of it and sinks to the continuous current",

@@ -107,6 +107,13 @@ TEST_CASE("a sensor that is as wanted is asked for each of its results, and then
   CHECK(bench.orders.size() == 3);
 }
 
+TEST_CASE("a sensor is asked at the first step, also just after the clock began", "[unit][sensors]") {
+  Bench bench;
+  bench.now = TimePoint{};
+  bench.tick();
+  CHECK(bench.orders.size() == 1);
+}
+
 TEST_CASE("each setting that differs keeps the results out, and is named", "[unit][sensors]") {
   struct Case {
     std::uint8_t channel;
