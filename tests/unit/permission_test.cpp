@@ -291,7 +291,7 @@ TEST_CASE("what a plugged-in charger does by itself keeps everybody from closing
 }
 
 TEST_CASE("other faults that concern charging leave the pack to the vehicle while a charger is plugged in",
-          "[unit][permission][F97]") {
+          "[unit][permission][BMS_F.10]") {
   int count = 0;
   for (const FaultRow& row : fault_table()) {
     if (row.concerns != Concerns::charge || row.bars_while_plugged_in || row.reaction == Reaction::warn) continue;
