@@ -150,4 +150,18 @@ if git -C "$repository" rev-parse --quiet --verify HEAD >/dev/null 2>&1; then
   expect "a test those that run it" "$(opened_by unit/cell_test.cpp)" "not run: all"
   expect "a stage all" "$(opened_by ci/stages.sh)" "not run: rig-pull all"
   expect "a limit none" "$(opened_by ci/nightly.tsv)" "every slice has passed for these sources"
+
+  # Another machine knows only what is published.
+  printf 'rig-pull\tgood\t9\tproduct rig\nall\tbad\t9\tproduct tests\nwhole\tgood\t9\teverything\n' >"$folder/nightly.tsv"
+  in_other --note good 7 passed
+  in_other --note bad 7 'status 3'
+  expect "what has passed is published" "$(in_other --publish)" "tests/ci/nightly-passed.tsv has 2 of 3 slices"
+  elsewhere() { BMUD_NIGHTLY_TABLE=$folder/nightly.tsv XDG_STATE_HOME=$folder/third-state "$folder/other/tests/nightly" "$@"; }
+  expect "and counts elsewhere, also for the slice that depends on everything" "$(elsewhere --list | tail -n 1)" "not run: all"
+  elsewhere --note good 7 'status 4'
+  expect "until it fails there" "$(elsewhere --list | tail -n 1 | cut -d ' ' -f 1-3)" "failed: rig-pull whole"
+  expect "where it can no longer be published" "$(elsewhere --publish)" "tests/ci/nightly-passed.tsv has 0 of 3 slices"
+  in_other --publish >"$folder/out"
+  echo changed >>"$folder/other/tests/rig/pull.sh"
+  expect "nor when its sources have changed" "$(XDG_STATE_HOME=$folder/fourth BMUD_NIGHTLY_TABLE=$folder/nightly.tsv "$folder/other/tests/nightly" --list | tail -n 1)" "not run: rig-pull all whole"
 fi
