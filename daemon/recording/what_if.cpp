@@ -109,12 +109,18 @@ bool WhatIf::begin_part() {
     problem_ = core.error();
     return false;
   }
+  auto recorded_core = reader_.make_core(reader_.pack()->core);
+  if (!recorded_core) {
+    problem_ = recorded_core.error();
+    return false;
+  }
   core_ = std::move(*core);
+  recorded_core_ = std::move(*recorded_core);
   outputs_ = recorded_outputs_ = core_->outputs();
   has_parted_ = false;
   unmatched_.clear();
   wake_at_ = TimePoint{};
-  recorded_tick_at_ = TimePoint{};
+  recorded_due_at_ = TimePoint::max();
   urgent_at_ = TimePoint{};
   echoes_.clear();
   reports_.clear();
@@ -132,6 +138,7 @@ void WhatIf::take_observation(const Observation& observation) {
   decide_if_left_alone(observation.at);
   give_late_echoes(observation.at);
   give_answers(observation.at);
+  observe_as_recorded(observation);
   if (const auto* const received = std::get_if<FrameReceived>(&observation.what)) {
     return take_frame(observation, *received);
   }
@@ -150,6 +157,12 @@ void WhatIf::take_observation(const Observation& observation) {
 
 void WhatIf::observe(const Observation& observation) {
   if (core_->observe(observation) == Urgency::decide_now && urgent_at_ == TimePoint{}) urgent_at_ = observation.at;
+}
+
+void WhatIf::observe_as_recorded(const Observation& observation) {
+  if (recorded_core_->observe(observation) == Urgency::decide_now) {
+    recorded_due_at_ = std::min(recorded_due_at_, observation.at);
+  }
 }
 
 void WhatIf::take_frame(const Observation& observation, const FrameReceived& received) {
@@ -196,17 +209,23 @@ void WhatIf::take_tick(TimePoint at) {
   if (has_parted_) return;
   decide_if_left_alone(at);
   if (wake_at_ <= at || urgent_at_ != TimePoint{}) decide(at);
-  recorded_tick_at_ = at;
+  decide_as_recorded(at);
   tell_unmatched(log_us(at) - match_us);
 }
 
+/// A loop that waits longer than loop_gap_max has stood still, whatever the core of a damaged recording asks for: a
+/// file with times years apart ends as soon as any other.
+void WhatIf::decide_as_recorded(TimePoint at) {
+  recorded_due_at_ = std::min(recorded_core_->decide(at).wake_at, at + loop_gap_max);
+}
+
+/// Only up to when the recording's loop owes a tick: from then on its machine stands still, and so would this one have
+/// done. Both decide with the recording's next tick.
 void WhatIf::decide_if_left_alone(TimePoint now) {
-  if (urgent_at_ != TimePoint{} && now - urgent_at_ > urgent_late_max) decide(urgent_at_ + urgent_late_max);
-  // Where the recording's core was not asked for so long its machine stood still, and so would this one have: both
-  // find the same gap with the recording's next tick. A file with times years apart ends as soon as any other.
-  if (now - recorded_tick_at_ > loop_gap_max) return;
+  const bool is_urgent = urgent_at_ != TimePoint{} && urgent_at_ < recorded_due_at_;
+  if (is_urgent && now - urgent_at_ > urgent_late_max) decide(urgent_at_ + urgent_late_max);
   // At the start its first tick comes with the recording's.
-  while (wake_at_ != TimePoint{} && now - wake_at_ > tick_late_max) decide(wake_at_);
+  while (wake_at_ != TimePoint{} && wake_at_ < recorded_due_at_ && now - wake_at_ > tick_late_max) decide(wake_at_);
 }
 
 void WhatIf::decide(TimePoint at) {

@@ -7,8 +7,9 @@
 // recording's core (module_answers.hpp). So when the contactors of both part, that is told, and what would
 // have come then nobody knows: the second core begins again with the state of the next part.
 //
-// Where the recording has no tick for longer than a core takes for a gap (loop_gap_max), the second core has none
-// either.
+// Where the recording's loop stood still the second core does, too. When that was is known from a core with the
+// recorded configuration, which takes the recorded observations and ticks: from when it wants to decide up to the
+// recorded tick, the machine gave the loop no processor. So a run costs what two cores cost.
 //
 // What is told: each command of the contactors that only one of both gives, each event that only one of both has within
 // half a second, and each report to the vehicle whose bytes are others. Polls and commands on the internal bus are not
@@ -81,6 +82,8 @@ class WhatIf {
   void take_observation(const Observation& observation);
   void observe(const Observation& observation);
   void take_frame(const Observation& observation, const FrameReceived& received);
+  void observe_as_recorded(const Observation& observation);
+  void decide_as_recorded(TimePoint at);
   void give_answers(TimePoint now);
   void take_echo(const Observation& observation, const FrameEchoed& echo);
   void give_late_echoes(TimePoint now);
@@ -98,9 +101,10 @@ class WhatIf {
   WhatIfOptions options_;
   RecordReader reader_;
   std::unique_ptr<Core> core_;
+  std::unique_ptr<Core> recorded_core_;  // with the recorded configuration
   TimePoint wake_at_{};
-  TimePoint recorded_tick_at_{};
-  ContactorOutputs outputs_;  // of the second core
+  TimePoint recorded_due_at_ = TimePoint::max();  // from then on the recording's loop owes a tick
+  ContactorOutputs outputs_;                      // of the second core
   ContactorOutputs recorded_outputs_;
   bool has_parted_ = false;
   TimePoint urgent_at_{};                        // zero: nothing is

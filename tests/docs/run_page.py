@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs the commands of a page of the documentation, and holds what they print against what the page shows.
 
-    run_page.py BIN_DIRECTORY SOURCE_DIRECTORY PAGE.md
+    run_page.py BIN_DIRECTORY SOURCE_DIRECTORY PAGE.md [STOP_MS]
 
 A page is one session of one shell, in a folder of its own that has config/, vcan-fixtures/ and build/bin as the project has them. What is run is marked by a
 comment, which readers do not see:
@@ -25,15 +25,19 @@ With BMUD_REWRITE in the environment the page is written anew instead, with what
 
 The bus unix:bench of the pages is one of this run. The daemon opens when the machine holds it up for too long, and modules fall silent
 when it holds up the emulator; both say so in their logs. Then the whole page is run again, twice at most. Any other difference fails.
+
+With STOP_MS the page's daemons are stopped for so long, again and again, and the page has to bear with it.
 """
 import os
 import re
 import select
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -51,6 +55,8 @@ HELD_UP = ("stopped or starved for", "a decision came too late", "because this p
 PREFERRED = ("bmud", "mmusim")
 INSTALLED = ("/etc/bmud", "/usr/share/bmud")
 END = "--- end of the command:"
+# A daemon that is stopped by STOP_MS runs for so long in between.
+RUNS_S = 0.5
 
 NAMING = r"(?:(?:modules?|at most)(?! \d+\.\d+ [AV]\b)|cell|no\.|nodes?|ended with|, limit|wanted|found|serial number)"
 KINDS = [
@@ -249,6 +255,47 @@ class Session:
         return output.decode(errors="replace").replace(self.bus, "bench"), int(end.group(1))
 
 
+class Stops:
+    """Stops the daemons of a session, again and again, as a machine does that gives them no processor."""
+
+    def __init__(self, session, stop_s):
+        self.session, self.stop_s, self.count = session, stop_s, 0
+        self.is_over = threading.Event()
+        self.thread = threading.Thread(target=self.run)
+        if stop_s > 0:
+            self.thread.start()
+
+    def end(self):
+        self.is_over.set()
+        if self.thread.is_alive():
+            self.thread.join()
+
+    def daemons(self):
+        for stat in Path("/proc").glob("[0-9]*/stat"):
+            try:
+                head, _, rest = stat.read_text(errors="replace").rpartition(")")
+            except OSError:
+                continue  # It has ended.
+            number, _, name = head.partition(" (")
+            if name == "bmud" and int(rest.split()[2]) == self.session.shell.pid:
+                yield int(number)
+
+    def signal_all(self, processes, number):
+        for process in processes:
+            try:
+                os.kill(process, number)
+            except ProcessLookupError:
+                pass  # It has ended.
+
+    def run(self):
+        while not self.is_over.wait(RUNS_S):
+            stopped = list(self.daemons())
+            self.count += len(stopped)
+            self.signal_all(stopped, signal.SIGSTOP)
+            self.is_over.wait(self.stop_s)
+            self.signal_all(stopped, signal.SIGCONT)
+
+
 def is_as_shown(step, output, status):
     if step.hidden:
         return status == 0
@@ -280,16 +327,20 @@ def perform(session, step):
         time.sleep(AGAIN_S)
 
 
-def attempt(programs, source, page, steps):
+def attempt(programs, source, page, steps, stop_s=0.0):
     """None, or what was different and whether the machine was at fault."""
     session = Session(programs, source, page)
+    stops = Stops(session, stop_s)
     difference = None
     try:
         for step in steps:
             perform(session, step)
+        if stop_s > 0 and stops.count == 0:
+            raise Different("no daemon was stopped")
     except Different as found:
         difference = str(found)
     finally:
+        stops.end()
         session.end()
         failure = difference and (difference, session.was_held_up())
         session.remove()
@@ -318,6 +369,7 @@ def rewrite(programs, source, page, steps):
 
 def main():
     programs, source, page = (Path(argument).resolve() for argument in sys.argv[1:4])
+    stop_s = float(sys.argv[4]) / 1000 if len(sys.argv) > 4 else 0.0
     try:
         steps = steps_of(page.read_text())
     except Different as difference:
@@ -331,7 +383,7 @@ def main():
         return 0
     for _ in range(ATTEMPTS):
         began = time.monotonic()
-        failure = attempt(programs, source, page, steps)
+        failure = attempt(programs, source, page, steps, stop_s)
         if failure is None:
             print(f"{page.name}: {len(steps)} steps as shown, in {time.monotonic() - began:.1f} s")
             return 0

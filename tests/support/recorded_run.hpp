@@ -29,6 +29,8 @@ struct RecordedRun {
   Duration part_length = Duration::max();  // the recording begins anew after so long, as the daemon's does
   std::int64_t from_us = recorded_from_us;
   std::int64_t clock_behind_us = 0;  // with each part the wall clock is set back by this
+  Duration stops_at{};               // the core's process stands still from then on,
+  Duration stops_for{};              // for so long; 0: not at all
 };
 
 /// A pack by a script.
@@ -46,7 +48,9 @@ inline std::string recorded_run(const PackConfig& pack, std::string_view script,
   Duration part_began = wanted.begin_after;
   std::int64_t behind_us = 0;
   while (run.elapsed() < wanted.length) {
+    if (wanted.stops_for > Duration{} && run.elapsed() == wanted.stops_at) run.stop();
     run.step();
+    if (wanted.stops_for > Duration{} && run.elapsed() == wanted.stops_at + wanted.stops_for) run.go_on();
     const bool is_over = run.elapsed() >= wanted.length;
     if (is_over || run.elapsed() - part_began < wanted.part_length) continue;
     part_began = run.elapsed();

@@ -247,6 +247,26 @@ TEST_CASE("a configuration that cannot take over the state is refused with the r
   CHECK(what_if.problem()->text == "too small");
 }
 
+TEST_CASE("where the machine stood still in the recording, it stands still for the second core",
+          "[unit][recording][FS_6][slow]") {
+  const PackConfig pack = demo_pack();
+  CoreConfig other = pack.core;
+  other.limits.cell_undervoltage.open = pack.core.limits.cell_undervoltage.open - 100'000;
+  const std::string script = "0 pack soc_permille 800\n1 vehicle on\n+2 load current_A 20\n";
+  // From the wait for modules up to the drive, short and long stops: within a tick's tolerance, below and above a gap.
+  for (Duration at = 200ms; at < 3s; at += 170ms) {
+    for (const Duration length : {15ms, 30ms, 60ms, 110ms, 129ms, 140ms, 300ms}) {
+      const Told run =
+          told(test::recorded_run(pack, script, {.length = 4s, .stops_at = at, .stops_for = length}), other);
+      CAPTURE(at.count(), length.count());
+      for (const WhatIfMove& move : run.moves)
+        UNSCOPED_INFO(move.log_us << (move.is_recorded ? " not " : " but ") << move.text);
+      CHECK(run.moves.empty());
+      CHECK(run.reports.empty());
+    }
+  }
+}
+
 TEST_CASE("a leap of years within a recording is a gap for both, and takes no time", "[unit][recording]") {
   const PackConfig pack = demo_pack();
   const std::string text = recorded(pack, "");

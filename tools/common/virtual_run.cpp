@@ -77,10 +77,29 @@ VirtualRun::VirtualRun(const CoreConfig& master, const SimulatorConfig& pack, Sc
   if (master.second_pack.base_id != 0) observe(PortChanged{Port::second_pack, true});
 }
 
+Urgency VirtualRun::give(const Observation& observation) {
+  if (tap_ != nullptr) tap_->observed(observation);
+  return core_->observe(observation);
+}
+
 void VirtualRun::observe(const ObservedThing& what) {
   const Observation observation{now_, what};
-  if (tap_ != nullptr) tap_->observed(observation);
-  if (core_->observe(observation) == Urgency::decide_now) decide();
+  if (is_stopped_) return waiting_.push_back(observation);
+  if (give(observation) == Urgency::decide_now) decide();
+}
+
+void VirtualRun::stop() {
+  is_stopped_ = true;
+}
+
+/// As the daemon's loop does: it takes all that waits and decides then.
+void VirtualRun::go_on() {
+  is_stopped_ = false;
+  bool is_due = now_ >= wake_at_;
+  for (const Observation& observation : std::exchange(waiting_, {})) {
+    if (give(observation) == Urgency::decide_now) is_due = true;
+  }
+  if (is_due) decide();
 }
 
 void VirtualRun::give_orders() {
@@ -116,7 +135,7 @@ void VirtualRun::step() {
   for (const SentFrame& one : simulator_.sent_by_second_pack()) {
     observe(FrameReceived{serving(Port::second_pack), one.frame});
   }
-  if (now_ >= wake_at_) decide();
+  if (now_ >= wake_at_ && !is_stopped_) decide();
 }
 
 }  // namespace bmu

@@ -30,8 +30,12 @@ class VirtualRun {
 
   /// One millisecond of both.
   void step();
-  /// Tells the core, which may decide at once. There must be one.
+  /// Gives the core an observation, upon which it may decide at once. There must be a core.
   void observe(const ObservedThing& what);
+  /// The process of the core stands still, as on a machine that gives it no processor: what comes meanwhile keeps its
+  /// time, and the core gets it when the process goes on.
+  void stop();
+  void go_on();
 
   /// Is told, from now on, all that the core is told and decides; must outlive this. None: nobody.
   void set_tap(CoreTap* tap) { tap_ = tap; }
@@ -48,6 +52,7 @@ class VirtualRun {
   static constexpr TimePoint start{1s};
 
  private:
+  [[nodiscard]] Urgency give(const Observation& observation);
   void decide();
   /// What the script tells the master, as whoever may do everything.
   void give_orders();
@@ -57,6 +62,8 @@ class VirtualRun {
   Simulator simulator_;
   TimePoint wake_at_ = start;
   std::vector<CanFrame> echoes_;  // of what the core sent last
+  bool is_stopped_ = false;
+  std::vector<Observation> waiting_;  // for the core to go on
   std::vector<Event> events_;
   CoreTap* tap_ = nullptr;
 };
