@@ -1,8 +1,12 @@
 // What follows from the word of an insulation monitor on a bus, and from its silence.
 #include "daemon/core/insulation_table.hpp"
 
+#include <cstdint>
+#include <vector>
+
 #include "daemon/core/fault_table.hpp"
 #include "devices/device_list.hpp"
+#include "protocol/image.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/fault_world.hpp"
 
@@ -51,6 +55,33 @@ TEST_CASE("before its first word a monitor is starting, and its word is no fault
   CHECK(bench.word().taken_at == TimePoint{});
   CHECK_FALSE(bench.word().resistance_Ohm.is_valid());
   CHECK_FALSE(bench.table.is_talking(bench.now));
+}
+
+TEST_CASE(
+    "in the first seconds of the clock, too, a monitor that was not heard is silent, and a value that was not told is "
+    "none",
+    "[unit][insulation]") {
+  Bench bench;
+  bench.now = TimePoint{1s};
+  CHECK_FALSE(bench.table.is_talking(bench.now));
+  CHECK(bench.word().state == InsulationState::speed_start);
+  bench.hear({});
+  CHECK(bench.table.is_talking(bench.now));
+  CHECK(bench.word().state == InsulationState::speed_start);
+}
+
+TEST_CASE("a pack file without a monitor has none, whatever a recording of another one has heard",
+          "[unit][insulation][image]") {
+  Bench bench;
+  bench.hear(good);
+  std::vector<std::uint8_t> bytes(image_size(bench.table));
+  write_image(bench.table, bytes);
+  InsulationTable other;
+  other.init({});
+  REQUIRE_FALSE(read_image(bytes, other));
+  CHECK_FALSE(other.is_talking(bench.now));
+  CHECK(other.word(bench.now).state == InsulationState::speed_start);
+  CHECK_FALSE(other.word(bench.now).resistance_Ohm.is_valid());
 }
 
 TEST_CASE("a resistance counts from its word on, until the monitor is silent for two and a half of its reports",

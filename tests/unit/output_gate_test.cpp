@@ -64,6 +64,20 @@ TEST_CASE("rules that nobody filled in let no contactor close", "[unit][gate]") 
   CHECK(judge_output(Port::vehicle, make_frame(vehicle_bus::pack_resistance), rules) == GateVerdict::pass);
 }
 
+TEST_CASE("rules that nobody filled in let no current flow", "[unit][gate]") {
+  const GateRules rules;
+  CHECK_FALSE(rules.may_charge);
+  CHECK_FALSE(rules.may_request_mains);
+  CHECK_FALSE(rules.is_soc_known);
+  CHECK(rules.charge_current_mA == 0);
+  CHECK(rules.charge_voltage_mV == 0);
+  CHECK(rules.inverter_charge_mA == 0);
+  CHECK(rules.inverter_discharge_mA == 0);
+  CHECK(rules.inverter_charge_voltage_mV == 0);
+  CHECK(rules.inverter_discharge_voltage_mV == 0);
+  CHECK(rules.module_round == 0);
+}
+
 TEST_CASE("each way in which a frame can have the wrong form is found", "[unit][gate]") {
   CanFrame good = make_frame(internal_bus::poll);
   seal(internal_bus::poll, 1, good);

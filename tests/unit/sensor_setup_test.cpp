@@ -185,6 +185,28 @@ TEST_CASE("one lost answer is asked for again after half a second", "[unit][sens
   CHECK(bench.orders.size() == 4);
 }
 
+TEST_CASE("each question has three tries, half a second apart", "[unit][sensors]") {
+  Bench bench;
+  bench.answers = false;
+  bench.tick();
+  bench.run(490ms);
+  CHECK(bench.orders.size() == 1);
+  bench.tick();  // half a second after the first
+  CHECK(bench.orders.size() == 2);
+  bench.run(490ms);
+  bench.answers = true;
+  bench.tick();
+  CHECK(bench.orders.size() == 3);
+  bench.answers = false;
+  bench.tick();
+  CHECK(bench.orders.back().channel == 1);
+  bench.run(1'490ms);
+  CHECK(bench.orders.size() == 6);
+  CHECK_FALSE(bench.setup.has_failed());
+  bench.tick();
+  CHECK(to_text(bench.setup.problem()) == "U1: no answer");
+}
+
 TEST_CASE("a sensor that does not know the command is not used", "[unit][sensors]") {
   Bench bench;
   bench.answers = false;
@@ -212,6 +234,28 @@ TEST_CASE("answers that nobody waits for lead nowhere", "[unit][sensors]") {
     bench.tick();
   }
   CHECK(bench.is_good());
+}
+
+TEST_CASE("an answer to an order that has not been given leads nowhere", "[unit][sensors]") {
+  Bench bench({.is_configured = true, .is_stored = true});
+  bench.settings[0].period_ms = 100;
+  while (bench.stored == 0) bench.tick();
+  REQUIRE(bench.setup.stage() == SensorSetupStage::starting);  // and its order comes with the next tick
+  bench.hear({.word = SetUpWord::running});
+  CHECK_FALSE(bench.is_good());
+  bench.tick();
+  CHECK(bench.orders.back().kind == start);
+  CHECK(bench.is_good());
+}
+
+TEST_CASE("what is read counts once it is read to its end, whatever comes in between", "[unit][sensors]") {
+  Bench bench;
+  bench.answers = false;
+  bench.tick();
+  for (int times = 0; times < 3; ++times) bench.hear({SetUpWord::setting, 0, bench.settings[0]});
+  for (int ticks = 0; ticks < 3; ++ticks) bench.tick();
+  CHECK_FALSE(bench.is_good());
+  CHECK(bench.orders.back().channel == 1);
 }
 
 TEST_CASE("an answer that comes twice, or late, changes nothing", "[unit][sensors]") {
@@ -264,6 +308,65 @@ TEST_CASE("a sensor that says yes and does not obey is found out, and is started
   bench.run(5'300ms);
   CHECK(bench.runs);
   CHECK(bench.is_good());
+  CHECK_FALSE(bench.setup.has_failed());
+}
+
+TEST_CASE("what is wrong with a sensor stands until it is found good, also while it is configured anew",
+          "[unit][sensors]") {
+  Bench bench({.is_configured = true});
+  bench.settings[0].period_ms = 100;
+  bench.obeys = false;
+  bench.run(300ms);
+  REQUIRE(bench.setup.has_failed());
+  bench.obeys = true;
+  bench.orders.clear();
+  while (bench.orders.empty() || bench.orders.back().kind != start) {
+    CHECK(to_text(bench.setup.problem()) == "I: found every 100 ms, wanted every 20 ms");
+    bench.tick();
+    REQUIRE(bench.orders.size() < 20);
+  }
+  CHECK_FALSE(bench.setup.has_failed());
+}
+
+TEST_CASE("what was configured anew is told of each result until the sensor is read again", "[unit][sensors]") {
+  const auto troubles = [](const Bench& bench) {
+    std::array<SensorSetupTrouble, sensor_channels_used> all{};
+    for (std::size_t channel = 0; channel < all.size(); ++channel)
+      all.at(channel) = bench.setup.changed().at(channel).trouble;
+    return all;
+  };
+  using Troubles = std::array<SensorSetupTrouble, sensor_channels_used>;
+  using enum SensorSetupTrouble;
+  Bench bench({.is_configured = true});
+  bench.settings[0].period_ms = 100;
+  bench.settings[2].is_little_endian = true;
+  bench.run(300ms);
+  CHECK(troubles(bench) == Troubles{period, none, byte_order});
+  CHECK(bench.setup.changed()[2] == SensorSetupProblem{byte_order, 2, 1, 0});
+  bench.hear({.word = SetUpWord::alive});
+  CHECK(troubles(bench) == Troubles{});
+  // It starts once more in the middle of being configured: what was found before that counts, too.
+  bench.settings[1].is_little_endian = true;
+  while (bench.orders.back().kind != stop) bench.tick();
+  CHECK(troubles(bench) == Troubles{none, byte_order, none});
+  bench.hear({.word = SetUpWord::alive});
+  CHECK(troubles(bench) == Troubles{none, byte_order, none});
+}
+
+TEST_CASE("the byte order that is told is the one found and the one wanted", "[unit][sensors]") {
+  Bench bench;
+  bench.settings[1].is_little_endian = true;
+  bench.run(100ms);
+  CHECK(bench.setup.problem() == SensorSetupProblem{SensorSetupTrouble::byte_order, 1, 1, 0});
+  Bench little({.little_endian = true});
+  little.settings[1].is_little_endian = false;
+  little.run(100ms);
+  CHECK(little.setup.problem() == SensorSetupProblem{SensorSetupTrouble::byte_order, 1, 0, 1});
+}
+
+TEST_CASE("a sensor is not trusted unasked in the first second of the clock either", "[unit][sensors]") {
+  Bench bench;
+  CHECK_FALSE(bench.setup.are_results_good(TimePoint{500ms}));
 }
 
 TEST_CASE("nothing is configured while a contactor is commanded", "[unit][sensors]") {
