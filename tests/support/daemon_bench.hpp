@@ -161,13 +161,14 @@ struct Bench {
         const nlohmann::json status = ask_json("status");
         return status.is_object() && status.at("permission").at("may_close") == true;
       };
-      REQUIRE(becomes(is_ready));
+      if (!becomes(is_ready)) FAIL("nothing lets it close any more: " << ask_json("why").dump());
       const int starved_before = starved_count();
       turn_key_on();
       while (steady_clock::now() < give_up_at && starved_count() == starved_before) {
         if (const auto command = listener.next(milliseconds(500)); command && is_closed(*command)) return true;
       }
     }
+    WARN("it does not close: " << ask_json("why").dump());
     return false;
   }
   /// How often the daemon has logged that it was stopped or starved for longer than the core bridges.

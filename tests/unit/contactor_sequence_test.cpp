@@ -554,6 +554,8 @@ TEST_CASE("what nobody filled in is open, not wanted and not permitted", "[unit]
     CHECK_FALSE(output);
   }
   const SequenceInputs in;
+  CHECK(in.sensor_pack_mV == 0);
+  CHECK(in.sensor_pack_before_mV == 0);
   for (const bool input : {in.close_wanted, in.close_permitted, in.may_advance, in.contacts_settled, in.is_measured,
                            in.charge_wanted, in.charge_permitted, in.resistor_is_hot, in.is_current_known}) {
     CHECK_FALSE(input);

@@ -100,10 +100,13 @@ TEST_CASE("silence, runaway, a charge after the stop and a contradiction are the
     pass(10s, stopped, 10'000, -10'000);
     CHECK(holds(fault_readers::charger_keeps_on(seen.in)));
   }
-  SECTION("silence") {
+  SECTION("silence, since its last word") {
+    const TimePoint heard_at = seen.table.unit(0).values_at;
     seen.in.now += 10s;
     seen.look(charging);
     CHECK(holds(fault_readers::charger_silent(seen.in)));
+    CHECK(fault_readers::charger_silent(seen.in).taken_at == heard_at);
+    CHECK(heard_at != TimePoint{});
   }
 }
 
