@@ -313,6 +313,8 @@ TEST_CASE("nothing is asked of a charger beyond what was decided, whoever made t
   CHECK(judge(order) == GateVerdict::not_permitted);
   ordered_mA[1] = 12'000;  // less than it was asked for before
   CHECK(judge(order) == GateVerdict::pass);
+  ordered_mA[1] = 10'000;  // nor is as much as before more
+  CHECK(judge(order) == GateVerdict::pass);
   ordered_mA = {0, 0};
   rules.ordered_mA = std::span(ordered_mA).first(1);
   CHECK(judge(order) == GateVerdict::not_ours);

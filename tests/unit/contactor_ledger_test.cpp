@@ -31,6 +31,12 @@ TEST_CASE("each contactor has its own closings and openings, and what does not c
   for (const ContactorWear& wear : ledger.entries()) CHECK(wear == ContactorWear{.closings = 1, .openings = 1});
 }
 
+TEST_CASE("contactors are numbered from 1 on, in their order", "[unit][contactors]") {
+  for (std::uint8_t index = 0; index < contactor_id_count; ++index) {
+    CHECK(contactor_number(static_cast<ContactorId>(index)) == index + 1);
+  }
+}
+
 TEST_CASE("before it switches a contactor has no wear", "[unit][contactors]") {
   const ContactorWear wear;
   CHECK(wear.closings == 0);

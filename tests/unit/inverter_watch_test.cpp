@@ -183,6 +183,8 @@ TEST_CASE("the gate lets no word out that lets more flow than was decided", "[un
   no_discharge.inverter_discharge_mA = 0;
   CHECK(judge(pylon, 1, {.may_discharge = true}, no_discharge) == GateVerdict::not_permitted);
   CHECK(judge(pylon, 1, {.may_charge = true}, no_discharge) == GateVerdict::pass);
+  no_discharge.inverter_discharge_mA = 1;
+  CHECK(judge(pylon, 1, {.may_discharge = true}, no_discharge) == GateVerdict::pass);
   CHECK(judge(pylon, 0, {.discharge_voltage_limit_mV = 44'800}, {}) == GateVerdict::pass);
 }
 
