@@ -6,6 +6,7 @@
 
 #include "daemon/core/event.hpp"
 #include "daemon/core/fault_table.hpp"
+#include "devices/device_list.hpp"
 #include "protocol/tables/internal_bus.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/fault_world.hpp"
@@ -275,6 +276,23 @@ TEST_CASE("a module that has said nothing yet is no other module", "[unit][fault
   world.modules().forget_values();
   CHECK_FALSE(world.is_true(FaultId::module_mismatch));
   CHECK_FALSE(world.is_true(FaultId::wrong_cell_count));
+}
+
+TEST_CASE("nobody is out of place for sure once all modules have said who they are, where they can say so",
+          "[unit][faults][F37]") {
+  World world;
+  for (const FaultId id : {FaultId::module_exchanged, FaultId::modules_swapped}) {
+    CHECK_FALSE(world.is_true(id));
+    CHECK_FALSE(world.read(id).is_partial);
+  }
+  world.modules().forget_values();
+  for (const FaultId id : {FaultId::module_exchanged, FaultId::modules_swapped}) {
+    CHECK_FALSE(world.is_true(id));
+    CHECK(world.read(id).is_partial);
+    world.config.foreign.driver = find_device("i3_csc")->modules;  // of a language without serial numbers
+    CHECK_FALSE(world.read(id).is_partial);
+    world.config.foreign.driver = nullptr;
+  }
 }
 
 TEST_CASE("two modules under one number are remembered for 15 s", "[unit][faults][F30]") {
