@@ -1,5 +1,6 @@
 // Which question an answer of another maker's module belongs to, and whom a frame that fails its checks is laid to.
 #include "daemon/core/core.hpp"
+#include "daemon/core/fault_readers.hpp"
 #include "devices/device_list.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/core_bench.hpp"
@@ -79,6 +80,20 @@ TEST_CASE("an answer belongs to the last question if it owes none to the one bef
     CHECK(rounds.table.completed_at() == rounds.asked_at);
   }
   CHECK(rounds.table.complete_cycles() == 3);
+}
+
+TEST_CASE("a module that measures no voltage of its own leaves the comparison with its cells whole",
+          "[unit][modules][foreign][faults]") {
+  Rounds rounds("outlander_cmu");
+  rounds.ask();
+  rounds.answer_all(30ms);
+  const CoreConfig config = pack_of(*rounds.driver);
+  const auto read = [&] {
+    return fault_readers::module_voltage_mismatch_mV({.now = rounds.now, .config = &config, .modules = &rounds.table});
+  };
+  CHECK_FALSE(read().is_partial);
+  rounds.table.forget_values();
+  CHECK(read().is_partial);
 }
 
 TEST_CASE("what may be the answer that the question before is still owed counts as of then, for a round",
