@@ -191,7 +191,9 @@ class Session:
                     "SOURCE": str(source), "PAGE": str(page), "TMPDIR": str(self.folder)}
         self.shell = subprocess.Popen(["bash", "--noprofile", "--norc", "-O", "expand_aliases"], cwd=self.folder, env=settings,
                                       stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                                      start_new_session=True)
+                                      # A group to be ended, and no session: between sessions of a machine with autogroup scheduling
+                                      # nice values do not count, and each has an equal share.
+                                      preexec_fn=os.setpgrp)
         self.rest = b""
 
     def end(self):

@@ -3,6 +3,7 @@
 
     self_test.py BIN_DIRECTORY SOURCE_DIRECTORY
 """
+import os
 import sys
 from pathlib import Path
 
@@ -109,6 +110,20 @@ def takes(shown, printed):
     return run_page.is_as_shown(step, printed, 0)
 
 
+def preference_problem(programs, source):
+    """A daemon is preferred only to processes of its session, where the kernel schedules sessions (autogroup)."""
+    session = run_page.Session(programs, source, Path("page"))
+    try:
+        if os.getsid(session.shell.pid) != os.getsid(0):
+            return "a page's shell has a session of its own: nice values do not count outside of it"
+        if os.getpgid(session.shell.pid) != session.shell.pid:
+            return "a page's shell has no process group of its own: it cannot be ended with all that it has started"
+    finally:
+        session.end()
+        session.remove()
+    return None
+
+
 def complaints(programs, source):
     for shown, printed in SAME:
         if not takes(shown, printed):
@@ -118,6 +133,8 @@ def complaints(programs, source):
             yield f"taken for the same: {shown!r}, {printed!r}"
     if failure := run_page.attempt(programs, source, Path("page"), run_page.steps_of(PAGE)):
         yield f"a good page fails: {failure[0]}"
+    if problem := preference_problem(programs, source):
+        yield problem
     run_page.UNTIL_HELD_UP_S = 0.2
     failure = run_page.attempt(programs, source, Path("page"), run_page.steps_of(HELD_UP))
     if failure is None or not failure[1] or "at the last of" not in failure[0]:
