@@ -120,7 +120,7 @@ bool WhatIf::begin_part() {
   has_parted_ = false;
   unmatched_.clear();
   wake_at_ = TimePoint{};
-  recorded_due_at_ = TimePoint::max();
+  recorded_due_at_ = latest_at_ = TimePoint{};
   urgent_at_ = TimePoint{};
   echoes_.clear();
   reports_.clear();
@@ -135,6 +135,9 @@ bool WhatIf::begin_part() {
 void WhatIf::take_observation(const Observation& observation) {
   ++counts_.observations;
   if (has_parted_) return;
+  // What waited while the machine stood still has the time of what was observed before (loop.cpp).
+  has_waited_ = observation.at <= latest_at_;
+  latest_at_ = std::max(latest_at_, observation.at);
   decide_if_left_alone(observation.at);
   give_late_echoes(observation.at);
   give_answers(observation.at);
@@ -149,14 +152,20 @@ void WhatIf::take_observation(const Observation& observation) {
     takes_frames_[index_of(failed->port)] = false;
     return;
   }
+  if (const auto* const lost = std::get_if<FramesLost>(&observation.what)) {
+    std::erase_if(echoes_, [lost](const Echo& own) { return own.sent.port == lost->port; });
+  }
   if (const auto* const port = std::get_if<PortChanged>(&observation.what)) {
     takes_frames_[index_of(port->port)] = port->is_up;
   }
   observe(observation);
 }
 
+/// What has waited is known no sooner than the recording's next tick.
 void WhatIf::observe(const Observation& observation) {
-  if (core_->observe(observation) == Urgency::decide_now && urgent_at_ == TimePoint{}) urgent_at_ = observation.at;
+  if (core_->observe(observation) == Urgency::decide_now && urgent_at_ == TimePoint{}) {
+    urgent_at_ = has_waited_ ? TimePoint::max() : observation.at;
+  }
 }
 
 void WhatIf::observe_as_recorded(const Observation& observation) {
@@ -210,21 +219,22 @@ void WhatIf::take_tick(TimePoint at) {
   decide_if_left_alone(at);
   if (wake_at_ <= at || urgent_at_ != TimePoint{}) decide(at);
   decide_as_recorded(at);
+  latest_at_ = std::max(latest_at_, at);
   tell_unmatched(log_us(at) - match_us);
 }
 
 /// A loop that waits longer than loop_gap_max has stood still, whatever the core of a damaged recording asks for: a
 /// file with times years apart ends as soon as any other.
 void WhatIf::decide_as_recorded(TimePoint at) {
+  at = std::max(at, recorded_core_->decided_at());
   recorded_due_at_ = std::min(recorded_core_->decide(at).wake_at, at + loop_gap_max);
 }
 
 /// Only up to when the recording's loop owes a tick: from then on its machine stands still, and so would this one have
-/// done. Both decide with the recording's next tick.
+/// done. Both decide with the recording's next tick, and with its first one.
 void WhatIf::decide_if_left_alone(TimePoint now) {
   const bool is_urgent = urgent_at_ != TimePoint{} && urgent_at_ < recorded_due_at_;
   if (is_urgent && now - urgent_at_ > urgent_late_max) decide(urgent_at_ + urgent_late_max);
-  // At the start its first tick comes with the recording's.
   while (wake_at_ != TimePoint{} && wake_at_ < recorded_due_at_ && now - wake_at_ > tick_late_max) decide(wake_at_);
 }
 

@@ -7,9 +7,9 @@
 // recording's core (module_answers.hpp). So when the contactors of both part, that is told, and what would
 // have come then nobody knows: the second core begins again with the state of the next part.
 //
-// Where the recording's loop stood still the second core does, too. When that was is known from a core with the
-// recorded configuration, which takes the recorded observations and ticks: from when it wants to decide up to the
-// recorded tick, the machine gave the loop no processor. So a run costs what two cores cost.
+// A core with the recorded configuration takes the recorded observations and ticks. From the time at which it wants to
+// decide until the recorded tick the machine gave the daemon no processor, and the second core does not decide either.
+// So a run costs what two cores cost.
 //
 // What is told: each command of the contactors that only one of both gives, each event that only one of both has within
 // half a second, and each report to the vehicle whose bytes are others. Polls and commands on the internal bus are not
@@ -103,11 +103,13 @@ class WhatIf {
   std::unique_ptr<Core> core_;
   std::unique_ptr<Core> recorded_core_;  // with the recorded configuration
   TimePoint wake_at_{};
-  TimePoint recorded_due_at_ = TimePoint::max();  // from then on the recording's loop owes a tick
-  ContactorOutputs outputs_;                      // of the second core
+  TimePoint recorded_due_at_{};  // from then on the recording's loop owes a tick; zero: it has had none yet
+  TimePoint latest_at_{};        // of the lines so far
+  bool has_waited_ = false;      // the observation being taken: for the machine to give the daemon its processor
+  ContactorOutputs outputs_;     // of the second core
   ContactorOutputs recorded_outputs_;
   bool has_parted_ = false;
-  TimePoint urgent_at_{};                        // zero: nothing is
+  TimePoint urgent_at_{};                        // zero: nothing is; max: at the recording's next tick
   std::deque<Echo> echoes_;                      // sent, and not yet seen back
   std::array<bool, port_count> takes_frames_{};  // by what became of the recorded ones
   ModuleAnswers answers_;

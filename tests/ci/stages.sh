@@ -32,12 +32,12 @@ TEXT
 
 stage_packages() { packages_install build test rig package lint mutation; }
 
-stage_format() { git ls-files -z -- '*.cpp' '*.hpp' | xargs -0 --no-run-if-empty clang-format --dry-run -Werror; }
+stage_format() { git ls-files -z --cached --others --exclude-standard -- '*.cpp' '*.hpp' | xargs -0 --no-run-if-empty clang-format --dry-run -Werror; }
 
 # Every script, by its first line: some have no suffix.
 shell_scripts() {
   local file first
-  git ls-files | while read -r file; do
+  git ls-files --cached --others --exclude-standard | while read -r file; do
     # Not a link, and not one that is deleted but not yet committed.
     if [[ ! -f $file ]] || ! IFS= read -r first <"$file"; then continue; fi
     if [[ $first =~ ^#!.*[/\ ](ba|da)?sh$ ]]; then echo "$file"; fi

@@ -61,7 +61,7 @@ def fail(text: str) -> None:
 
 
 def tracked(root: pathlib.Path, pattern: str) -> list[str]:
-    done = subprocess.run(["git", "-C", root, "ls-files", "-z", pattern], stdout=subprocess.PIPE, check=True)
+    done = subprocess.run(["git", "-C", root, "ls-files", "-z", "--cached", "--others", "--exclude-standard", pattern], stdout=subprocess.PIPE, check=True)
     return [name for name in done.stdout.decode().split("\0") if name and (root / name).is_file()]
 
 

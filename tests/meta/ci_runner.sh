@@ -111,15 +111,19 @@ expect ".ci/run builds each kind of test once" "$kinds" "$all_kinds"
 
 # Its results, in a working copy: where there is no git there are no keys.
 if git -C "$repository" rev-parse --quiet --verify HEAD >/dev/null 2>&1; then
-  nightly() { XDG_STATE_HOME=$folder "$repository/tests/nightly" "$@"; }
+  # Nothing is published to it.
+  nightly() { XDG_STATE_HOME=$folder BMUD_NIGHTLY_PUBLISHED=$folder/passed.tsv "$repository/tests/nightly" "$@"; }
+  note() { nightly --note "$@" "$(nightly --tree)"; }
   state_of() { nightly --list "$1" | head -n 1 | tr -s ' ' | cut -f 1; }
   expect "a slice that never ran" "$(state_of scripts)" "scripts has not run"
-  nightly --note scripts 7 passed
+  note scripts 7 passed
   expect "a stage that passed elsewhere" "$(state_of scripts)" "scripts passed"
-  nightly --note scripts 7 'status 1'
+  note scripts 7 'status 1'
   expect "the last result counts" "$(state_of scripts)" "scripts status 1"
-  nightly --note sanitizers-build 7 passed
+  note sanitizers-build 7 passed
   expect "a stage that is no slice leaves no result" "$(wc -l <"$folder/bmud/nightly.tsv")" 2
+  nightly --note scripts 7 passed 0123456789012345678901234567890123456789 2>"$folder/out"
+  expect "nor one for which the sources have changed" "$(wc -l <"$folder/bmud/nightly.tsv")" 2
 
   # Slices of the same stage pass in a row or not at all.
   printf 'one\tgood x\t9\tproduct\nload-1\tgood\t9\tproduct\nload-2\tgood\t9\tproduct\nother\tbad\t9\ttests\n' >"$folder/nightly.tsv"
@@ -140,11 +144,12 @@ if git -C "$repository" rev-parse --quiet --verify HEAD >/dev/null 2>&1; then
   git -C "$folder/other" -c user.name=test -c user.email=test@localhost commit --quiet --allow-empty --message=first
   printf 'rig-pull\tgood\t9\tproduct rig\nall\tgood\t9\tproduct tests\n' >"$folder/nightly.tsv"
   in_other() { BMUD_NIGHTLY_TABLE=$folder/nightly.tsv XDG_STATE_HOME=$folder/other-state "$folder/other/tests/nightly" "$@"; }
-  in_other --note good 7 passed
+  note_in_other() { in_other --note "$@" "$(in_other --tree)"; }
+  note_in_other good 7 passed
   opened_by() {
     echo changed >>"$folder/other/tests/$1"
     in_other --list | tail -n 1
-    in_other --note good 7 passed
+    note_in_other good 7 passed
   }
   expect "a script of the emulated machine opens its slices" "$(opened_by rig/pull.sh)" "not run: rig-pull"
   expect "a test those that run it" "$(opened_by unit/cell_test.cpp)" "not run: all"
@@ -153,12 +158,20 @@ if git -C "$repository" rev-parse --quiet --verify HEAD >/dev/null 2>&1; then
 
   # Another machine knows only what is published.
   printf 'rig-pull\tgood\t9\tproduct rig\nall\tbad\t9\tproduct tests\nwhole\tgood\t9\teverything\n' >"$folder/nightly.tsv"
-  in_other --note good 7 passed
-  in_other --note bad 7 'status 3'
+  note_in_other good 7 passed
+  note_in_other bad 7 'status 3'
+  if in_other --publish 2>"$folder/out"; then fail "what passes with changes that are not committed is not published"; fi
+  commit_all() {
+    git -C "$folder/other" add --all
+    git -C "$folder/other" -c user.name=test -c user.email=test@localhost commit --quiet --message=next
+  }
+  commit_all
   expect "what has passed is published" "$(in_other --publish)" "tests/ci/nightly-passed.tsv has 2 of 3 slices"
   elsewhere() { BMUD_NIGHTLY_TABLE=$folder/nightly.tsv XDG_STATE_HOME=$folder/third-state "$folder/other/tests/nightly" "$@"; }
   expect "and counts elsewhere, also for the slice that depends on everything" "$(elsewhere --list | tail -n 1)" "not run: all"
-  elsewhere --note good 7 'status 4'
+  # Later than what is published, in seconds.
+  until [[ $(date --utc +%Y-%m-%dT%H:%M:%SZ) > $(tail -n 1 "$folder/other/tests/ci/nightly-passed.tsv" | cut -f 3) ]]; do sleep 0.05; done
+  elsewhere --note good 7 'status 4' "$(elsewhere --tree)"
   expect "until it fails there" "$(elsewhere --list | tail -n 1 | cut -d ' ' -f 1-3)" "failed: rig-pull whole"
   expect "where it can no longer be published" "$(elsewhere --publish)" "tests/ci/nightly-passed.tsv has 0 of 3 slices"
   in_other --publish >"$folder/out"

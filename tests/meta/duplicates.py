@@ -24,7 +24,7 @@ WORD = re.compile(r'"(?:\\.|[^"\\])*"|\w+')
 
 
 def sources():
-    listed = subprocess.run(["git", "-C", ROOT, "ls-files", *FOLDERS], check=True, capture_output=True, text=True).stdout
+    listed = subprocess.run(["git", "-C", ROOT, "ls-files", "--cached", "--others", "--exclude-standard", *FOLDERS], check=True, capture_output=True, text=True).stdout
     # One that is deleted but not yet committed is not there.
     return [name for name in listed.split() if name.endswith((".cpp", ".hpp")) and (ROOT / name).is_file()]
 

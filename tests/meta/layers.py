@@ -83,7 +83,7 @@ def unused(sources):
 
 
 def main():
-    listed = subprocess.run(["git", "-C", ROOT, "ls-files", "*.cpp", "*.hpp"], check=True, capture_output=True, text=True).stdout
+    listed = subprocess.run(["git", "-C", ROOT, "ls-files", "--cached", "--others", "--exclude-standard", "*.cpp", "*.hpp"], check=True, capture_output=True, text=True).stdout
     sources = {path: (ROOT / path).read_text() for path in listed.splitlines() if (ROOT / path).exists()}
     problems = [problem for path, text in sources.items() for problem in wrong_includes(path, text)]
     problems += unused(sources)

@@ -2,6 +2,7 @@
 #include "daemon/recording/what_if.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <optional>
 #include <string>
@@ -247,24 +248,75 @@ TEST_CASE("a configuration that cannot take over the state is refused with the r
   CHECK(what_if.problem()->text == "too small");
 }
 
-TEST_CASE("where the machine stood still in the recording, it stands still for the second core",
+TEST_CASE("while the machine stood still in the recording, the second core decides nothing",
           "[unit][recording][FS_6][slow]") {
   const PackConfig pack = demo_pack();
   CoreConfig other = pack.core;
   other.limits.cell_undervoltage.open = pack.core.limits.cell_undervoltage.open - 100'000;
   const std::string script = "0 pack soc_permille 800\n1 vehicle on\n+2 load current_A 20\n";
-  // From the wait for modules up to the drive, short and long stops: within a tick's tolerance, below and above a gap.
+  // From the wait for modules up to the drive; short and long stops: within a tick's tolerance, below and above a gap.
   for (Duration at = 200ms; at < 3s; at += 170ms) {
     for (const Duration length : {15ms, 30ms, 60ms, 110ms, 129ms, 140ms, 300ms}) {
       const Told run =
           told(test::recorded_run(pack, script, {.length = 4s, .stops_at = at, .stops_for = length}), other);
       CAPTURE(at.count(), length.count());
+      REQUIRE_FALSE(run.problem);
+      CHECK(run.counts.ticks > 300);
       for (const WhatIfMove& move : run.moves)
         UNSCOPED_INFO(move.log_us << (move.is_recorded ? " not " : " but ") << move.text);
       CHECK(run.moves.empty());
       CHECK(run.reports.empty());
     }
   }
+}
+
+TEST_CASE("what would have opened the second core while the machine stood still opens it when that goes on",
+          "[unit][recording][FS_6][slow]") {
+  const PackConfig pack = demo_pack();
+  CoreConfig other = pack.core;
+  other.limits.cell_undervoltage.open = 2'950'000;
+  other.limits.cell_undervoltage.confirm = 0ms;  // a single sample is enough: urgent for the second core alone
+  other.limits.cell_undervoltage.limit = std::max(2'950'000, pack.core.limits.cell_undervoltage.limit.value_or(0));
+  const std::string script = "0 pack soc_permille 800\n1 vehicle on\n5 cell 2.7 voltage_mV 2900\n";
+  int opened_count = 0;
+  for (Duration at = 5s; at < 5'400ms; at += 7ms) {
+    const Duration length = 100ms;
+    const Told run = told(test::recorded_run(pack, script, {.length = 7s, .stops_at = at, .stops_for = length}), other);
+    CAPTURE(at.count());
+    REQUIRE_FALSE(run.problem);
+    const WhatIfMove* const opened = run.find("contactors: all open", false);
+    REQUIRE(opened);
+    const std::int64_t since_stop_us =
+        opened->log_us - wall_us - std::chrono::duration_cast<std::chrono::microseconds>(at).count();
+    const bool is_within =
+        since_stop_us > 11'000 && since_stop_us < 100'000;  // its own tick may have been due a tick later
+    CHECK_FALSE(is_within);
+    opened_count += since_stop_us >= 100'000 && since_stop_us < 112'000 ? 1 : 0;
+  }
+  CHECK(opened_count > 0);
+}
+
+TEST_CASE("before the first tick of a recording the second core decides nothing, however long that takes",
+          "[unit][recording]") {
+  const PackConfig pack = demo_pack();
+  const std::string text = recorded(pack, "");
+  std::string without_ticks;
+  int lines = 0;
+  for (std::string_view rest = text; !rest.empty();) {
+    const std::string_view line = rest.substr(0, rest.find('\n') + 1);
+    rest.remove_prefix(line.size());
+    const bool is_tick = line.find(" tick ") != std::string_view::npos && line.starts_with("# (");
+    const bool is_of_tick = line.starts_with("# > ") || line.starts_with("# = ") || line.starts_with("# ! ");
+    if (!is_tick && !is_of_tick) without_ticks += line;
+    lines += line.starts_with('(') ? 1 : 0;
+    if (lines == 100) break;
+  }
+  // Urgent for the second core alone, and nothing for six years.
+  CoreConfig other = pack.core;
+  other.limits.cell_undervoltage.open = 3'990'000;
+  const Told run = told(without_ticks + "(1900000000.000000) vcan0 123#00 R\n", other);
+  CHECK(run.counts.observations > 10);
+  CHECK(run.counts.ticks == 0);
 }
 
 TEST_CASE("a leap of years within a recording is a gap for both, and takes no time", "[unit][recording]") {

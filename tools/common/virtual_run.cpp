@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 #include <utility>
+#include <variant>
 
 namespace bmu {
 
@@ -51,6 +52,11 @@ CommandGiven command_of(const MasterOrder& order) {
   return {};
 }
 
+bool is_frame(const Observation& observation) {
+  return std::holds_alternative<FrameReceived>(observation.what) ||
+         std::holds_alternative<FrameEchoed>(observation.what);
+}
+
 }  // namespace
 
 MasterVocabulary core_vocabulary() {
@@ -84,20 +90,32 @@ Urgency VirtualRun::give(const Observation& observation) {
 
 void VirtualRun::observe(const ObservedThing& what) {
   const Observation observation{now_, what};
-  if (is_stopped_) return waiting_.push_back(observation);
+  if (stopped_at_ != TimePoint{}) return waiting_.push_back(observation);
   if (give(observation) == Urgency::decide_now) decide();
 }
 
 void VirtualRun::stop() {
-  is_stopped_ = true;
+  stopped_at_ = now_;
 }
 
-/// As the daemon's loop does: it takes all that waits and decides then.
+/// Frames first, with the time of the stop; then what is told with the time of now.
 void VirtualRun::go_on() {
-  is_stopped_ = false;
+  constexpr Duration lateness_max = 20ms;  // of daemon/shell/loop.cpp
+  const TimePoint stopped_at = std::exchange(stopped_at_, TimePoint{});
+  const bool is_late = now_ - stopped_at > lateness_max;
+  const bool discards = now_ - core_->decided_at() > loop_gap_max;
+  std::vector<Observation> waiting = std::exchange(waiting_, {});
+  const auto others = std::stable_partition(waiting.begin(), waiting.end(), is_frame);
+  const auto frame_count = static_cast<std::uint64_t>(others - waiting.begin());
+  if (discards) {
+    waiting.erase(waiting.begin(), others);
+    if (frame_count > 0) waiting.insert(waiting.begin(), {stopped_at, FramesLost{Port::internal, frame_count}});
+  }
   bool is_due = now_ >= wake_at_;
-  for (const Observation& observation : std::exchange(waiting_, {})) {
-    if (give(observation) == Urgency::decide_now) is_due = true;
+  for (Observation& observation : waiting) {
+    const bool is_of_stop = is_frame(observation) || std::holds_alternative<FramesLost>(observation.what);
+    if (is_late) observation.at = is_of_stop ? stopped_at : now_;
+    is_due = give(observation) == Urgency::decide_now || is_due;
   }
   if (is_due) decide();
 }
@@ -135,7 +153,7 @@ void VirtualRun::step() {
   for (const SentFrame& one : simulator_.sent_by_second_pack()) {
     observe(FrameReceived{serving(Port::second_pack), one.frame});
   }
-  if (now_ >= wake_at_ && !is_stopped_) decide();
+  if (now_ >= wake_at_ && stopped_at_ == TimePoint{}) decide();
 }
 
 }  // namespace bmu

@@ -30,10 +30,12 @@ class VirtualRun {
 
   /// One millisecond of both.
   void step();
-  /// Gives the core an observation, upon which it may decide at once. There must be a core.
+  /// Gives the core an observation, upon which it may decide at once; while stopped, when it goes on. There must be
+  /// one.
   void observe(const ObservedThing& what);
-  /// The process of the core stands still, as on a machine that gives it no processor: what comes meanwhile keeps its
-  /// time, and the core gets it when the process goes on.
+  /// The process of the core stands still, as on a machine that gives it no processor. When it goes on the core gets
+  /// what has waited as from the daemon's loop: after more than 20 ms with the time of the stop, and after more than
+  /// the core bridges no frames, but their number.
   void stop();
   void go_on();
 
@@ -61,8 +63,8 @@ class VirtualRun {
   std::optional<Core> core_;
   Simulator simulator_;
   TimePoint wake_at_ = start;
-  std::vector<CanFrame> echoes_;  // of what the core sent last
-  bool is_stopped_ = false;
+  std::vector<CanFrame> echoes_;      // of what the core sent last
+  TimePoint stopped_at_{};            // zero: it runs
   std::vector<Observation> waiting_;  // for the core to go on
   std::vector<Event> events_;
   CoreTap* tap_ = nullptr;
