@@ -85,6 +85,7 @@ VirtualRun::VirtualRun(const CoreConfig& master, const SimulatorConfig& pack, Sc
 
 Urgency VirtualRun::give(const Observation& observation) {
   if (tap_ != nullptr) tap_->observed(observation);
+  latest_at_ = observation.at;
   return core_->observe(observation);
 }
 
@@ -98,10 +99,11 @@ void VirtualRun::stop() {
   stopped_at_ = now_;
 }
 
-/// Frames first, with the time of the stop; then what is told with the time of now.
+/// Frames first, with the time before the stop; then what is told with the time of now.
 void VirtualRun::go_on() {
   constexpr Duration lateness_max = 20ms;  // of daemon/shell/loop.cpp
   const TimePoint stopped_at = std::exchange(stopped_at_, TimePoint{});
+  const TimePoint before = latest_at_;
   const bool is_late = now_ - stopped_at > lateness_max;
   const bool discards = now_ - core_->decided_at() > loop_gap_max;
   std::vector<Observation> waiting = std::exchange(waiting_, {});
@@ -109,12 +111,12 @@ void VirtualRun::go_on() {
   const auto frame_count = static_cast<std::uint64_t>(others - waiting.begin());
   if (discards) {
     waiting.erase(waiting.begin(), others);
-    if (frame_count > 0) waiting.insert(waiting.begin(), {stopped_at, FramesLost{Port::internal, frame_count}});
+    if (frame_count > 0) waiting.insert(waiting.begin(), {before, FramesLost{Port::internal, frame_count}});
   }
   bool is_due = now_ >= wake_at_;
   for (Observation& observation : waiting) {
     const bool is_of_stop = is_frame(observation) || std::holds_alternative<FramesLost>(observation.what);
-    if (is_late) observation.at = is_of_stop ? stopped_at : now_;
+    if (is_late) observation.at = is_of_stop ? before : now_;
     is_due = give(observation) == Urgency::decide_now || is_due;
   }
   if (is_due) decide();
@@ -127,6 +129,7 @@ void VirtualRun::give_orders() {
 
 void VirtualRun::decide() {
   const Decisions decisions = core_->decide(now_);
+  latest_at_ = now_;
   if (tap_ != nullptr) tap_->decided(now_, decisions);
   wake_at_ = decisions.wake_at;
   for (const Event& event : decisions.events) events_.push_back(event);

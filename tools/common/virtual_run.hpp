@@ -34,8 +34,8 @@ class VirtualRun {
   /// one.
   void observe(const ObservedThing& what);
   /// The process of the core stands still, as on a machine that gives it no processor. When it goes on the core gets
-  /// what has waited as from the daemon's loop: after more than 20 ms with the time of the stop, and after more than
-  /// the core bridges no frames, but their number.
+  /// what has waited as from the daemon's loop: after more than 20 ms with the time of what it got last, and after more
+  /// than the core bridges no frames, but their number.
   void stop();
   void go_on();
 
@@ -65,6 +65,7 @@ class VirtualRun {
   TimePoint wake_at_ = start;
   std::vector<CanFrame> echoes_;      // of what the core sent last
   TimePoint stopped_at_{};            // zero: it runs
+  TimePoint latest_at_{};             // of what the core was given, or decided, last
   std::vector<Observation> waiting_;  // for the core to go on
   std::vector<Event> events_;
   CoreTap* tap_ = nullptr;
