@@ -49,7 +49,8 @@ END_S = 30.0
 AGAIN_S = 0.05
 ATTEMPTS = 3
 # What daemon and emulator say in their logs when the machine held them up.
-HELD_UP = ("stopped or starved for", "a decision came too late", "because this program was held up")
+LATE = "a decision came too late"
+HELD_UP = ("stopped or starved for", LATE, "because this program was held up")
 # These open a pack where they have to wait for compilers. Where this is permitted the scheduler prefers them, and nothing else of a page:
 # who asks, or computes for seconds, would keep them from the processor.
 PREFERRED = ("bmud", "mmusim")
@@ -232,7 +233,7 @@ class Session:
     def was_held_up(self):
         logs = [log.read_text(errors="replace") for log in self.folder.rglob("*.log") if log.is_file()]
         # What the stops themselves cause excuses no difference.
-        return any(words in log for log in logs for words in (HELD_UP if self.stop_s == 0 else HELD_UP[:1]))
+        return any(words in log for log in logs for words in HELD_UP if self.stop_s == 0 or words != LATE)
 
     def run_installed(self, command):
         """The same with the folders of a package in the session's."""
@@ -374,6 +375,8 @@ def rewrite(programs, source, page, steps):
 def main():
     programs, source, page = (Path(argument).resolve() for argument in sys.argv[1:4])
     stop_s = float(sys.argv[4]) / 1000 if len(sys.argv) > 4 else 0.0
+    # Who ends this run ends what the page has started, too.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
     try:
         steps = steps_of(page.read_text())
     except Different as difference:
