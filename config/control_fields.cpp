@@ -2,6 +2,7 @@
 #include <array>
 
 #include "config/pack_fields.hpp"
+#include "config/word_fields.hpp"
 #include "daemon/core/balancing_plan.hpp"
 #include "daemon/core/contactor_sequence.hpp"
 
@@ -181,13 +182,6 @@ constexpr std::array auxiliary_table{
         {.key = "throttle_off_permille", .min = 0, .max = 1'000, .meaning = "and no longer below this"}),
 };
 
-std::optional<SocMethod> soc_method(std::string_view text) {
-  for (const SocMethod method : {SocMethod::ekf, SocMethod::mixed, SocMethod::coulomb}) {
-    if (text == to_text(method)) return method;
-  }
-  return std::nullopt;
-}
-
 constexpr std::array soc_table{
     number<&SocConfig::rest_current_mA>({.key = "rest_current_mA",
                                          .min = 1,
@@ -199,19 +193,10 @@ constexpr std::array soc_table{
                               .meaning = "for how long before balancing learns from its voltages, and at least as long "
                                          "as its cells take to settle; the state of charge begins after a second of "
                                          "rest, and says how sure it is"}),
-    Field<SocConfig>{
+    choice<&SocConfig::method, soc_method_names>(
         {.key = "method",
-         .min = 3,
-         .max = 16,
          .meaning = "whose state of charge is told: `ekf` a Kalman filter, `mixed` counting and, where the curve is "
-                    "steep, the voltage, `coulomb` counting alone. The others run beside it, to be compared",
-         .is_well_formed = [](std::string_view text) { return soc_method(text).has_value(); },
-         .form = "ekf, mixed or coulomb",
-         .type = FieldType::text},
-        [](const SocConfig& soc) -> FieldValue { return std::string(to_text(soc.method)); },
-        [](SocConfig& soc, const FieldValue& value) {
-          soc.method = soc_method(std::get<std::string>(value)).value_or(SocMethod{});
-        }},
+                    "steep, the voltage, `coulomb` counting alone. The others run beside it, to be compared"}),
     number<&SocConfig::current_gain_error_permille>(
         {.key = "current_gain_error_permille",
          .min = 1,
@@ -233,29 +218,12 @@ constexpr std::array soc_table{
         {.key = "resistance_pause_ms", .min = 2'000, .max = 60'000, .meaning = "for how long"}),
 };
 
-std::optional<BalancingMethod> balancing_method(std::string_view text) {
-  for (const BalancingMethod method :
-       {BalancingMethod::terminal_voltage, BalancingMethod::ocv, BalancingMethod::charge}) {
-    if (text == to_text(method)) return method;
-  }
-  return std::nullopt;
-}
-
 constexpr std::array balancing_table{
     boolean<&BalancingConfig::is_enabled>({.key = "enabled", .meaning = "cells are balanced at all"}),
-    Field<BalancingConfig>{
+    choice<&BalancingConfig::method, balancing_method_names>(
         {.key = "method",
-         .min = 3,
-         .max = 16,
          .meaning = "what a plan goes by: `terminal_voltage` near the top of a charge, `ocv` the voltage without the "
-                    "current's share, `charge` what is missing in each cell until it is full",
-         .is_well_formed = [](std::string_view text) { return balancing_method(text).has_value(); },
-         .form = "terminal_voltage, ocv or charge",
-         .type = FieldType::text},
-        [](const BalancingConfig& balancing) -> FieldValue { return std::string(to_text(balancing.method)); },
-        [](BalancingConfig& balancing, const FieldValue& value) {
-          balancing.method = balancing_method(std::get<std::string>(value)).value_or(BalancingMethod{});
-        }},
+                    "current's share, `charge` what is missing in each cell until it is full"}),
     boolean<&BalancingConfig::requires_closed>(
         {.key = "requires_closed", .meaning = "nothing is bled while the contactors are open"}),
     number<&BalancingConfig::bleed_resistance_Ohm>(

@@ -15,7 +15,8 @@ std::string wanted_number(const FieldInfo& info) {
 }
 
 std::string wanted_text(const FieldInfo& info) {
-  if (!info.form.empty()) return std::string(info.form);
+  std::string form = form_text(info);
+  if (!form.empty()) return form;
   return "a text of " + number_text(info.min) + " to " + number_text(info.max) + " characters";
 }
 
@@ -38,6 +39,10 @@ std::optional<FieldValue> number_in(const JsonValue& value, const FieldInfo& inf
   return number;
 }
 
+bool is_one_of(const std::vector<std::string_view>& words, std::string_view text) {
+  return std::find(words.begin(), words.end(), text) != words.end();
+}
+
 std::optional<FieldValue> text_in(const JsonValue& value, const FieldInfo& info) {
   if (!value.is_string()) return std::nullopt;
   auto text = value.get<std::string>();
@@ -46,6 +51,7 @@ std::optional<FieldValue> text_in(const JsonValue& value, const FieldInfo& info)
                                       std::any_of(text.begin(), text.end(), [](char c) { return c >= 0 && c < ' '; });
   if (has_control_characters || length < info.min || length > info.max) return std::nullopt;
   if (info.is_well_formed != nullptr && !info.is_well_formed(text)) return std::nullopt;
+  if (info.words != nullptr && !text.empty() && !is_one_of(info.words(), text)) return std::nullopt;
   return text;
 }
 
@@ -66,6 +72,17 @@ std::optional<FieldValue> read_value(const JsonValue& value, const FieldInfo& in
   auto read = value_in(value, info);
   if (!read) problems.add(place, shown(value), wanted(info));
   return read;
+}
+
+std::string form_text(const FieldInfo& info) {
+  if (info.words == nullptr) return std::string(info.form);
+  const std::vector<std::string_view> words = info.words();
+  std::string form;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (i > 0) form += i + 1 < words.size() ? ", " : " or ";
+    form += words[i];
+  }
+  return info.min > 0 ? form : form + ", or nothing";
 }
 
 std::string number_text(double number) {

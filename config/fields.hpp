@@ -31,6 +31,8 @@ struct FieldInfo {
   std::string_view because{};                          // why the range ends where it does
   bool (*is_well_formed)(std::string_view) = nullptr;  // of a text
   std::string_view form{};                             // and what it wants to see
+  // Of a text that is one of a list: its words, as they are shown; where `min` is 0, nothing may stand there, too.
+  std::vector<std::string_view> (*words)() = nullptr;
   bool is_required = false;
   FieldType type = FieldType::integer;
 };
@@ -48,6 +50,10 @@ struct Field {
 /// The value if it is as the row wants it, else a problem.
 [[nodiscard]] std::optional<FieldValue> read_value(const JsonValue& value, const FieldInfo& info, const Place& place,
                                                    ProblemList& problems);
+
+/// What a text has to be, for people: from its words ("ekf, mixed or coulomb", "iso165c, or nothing"), else its form.
+/// Empty if only its length counts.
+[[nodiscard]] std::string form_text(const FieldInfo& info);
 
 /// "0.25", "4200": a number without needless digits.
 [[nodiscard]] std::string number_text(double number);

@@ -3,7 +3,7 @@
 #include <array>
 
 #include "config/pack_fields.hpp"
-#include "devices/device_list.hpp"
+#include "config/word_fields.hpp"
 #include "protocol/number_text.hpp"
 
 namespace bmu {
@@ -96,31 +96,17 @@ constexpr std::array bus_table{
          .because = "as the modules know no other"}),
 };
 
-std::optional<VehicleDialect> vehicle_dialect(std::string_view name) {
-  for (const VehicleDialectRow& row : vehicle_dialects) {
-    if (name == row.name) return row.dialect;
-  }
-  return std::nullopt;
-}
-
-template <class Owner>
-[[nodiscard]] constexpr Field<Owner> dialect_field(std::string_view meaning) {
-  return {{.key = "dialect",
-           .min = 3,
-           .max = 8,
-           .meaning = meaning,
-           .is_well_formed = [](std::string_view name) { return vehicle_dialect(name).has_value(); },
-           .form = "iha, original or elithion",
-           .type = FieldType::text},
-          [](const Owner& owner) -> FieldValue { return std::string(row_of(owner.dialect).name); },
-          [](Owner& owner, const FieldValue& value) {
-            owner.dialect = vehicle_dialect(std::get<std::string>(value)).value_or(VehicleDialect{});
-          }};
-}
+constexpr std::array vehicle_dialect_names = [] {
+  std::array<std::string_view, vehicle_dialect_count> names;
+  for (std::size_t i = 0; i < names.size(); ++i) names[i] = vehicle_dialects[i].name;
+  return names;
+}();
 
 constexpr std::array vehicle_table{
-    dialect_field<VehicleConfig>("how the messages are filled: as in the 2013 design, as their first page has them, or "
-                                 "as a Lithiumate sends them"),
+    choice<&VehicleConfig::dialect, vehicle_dialect_names>(
+        {.key = "dialect",
+         .meaning = "how the messages are filled: as in the 2013 design, as their first page has them, or as a "
+                    "Lithiumate sends them"}),
     Field<VehicleConfig>{{.key = "base_id",
                           .min = 1,
                           .max = 3,
@@ -164,28 +150,9 @@ constexpr std::array vehicle_table{
          .meaning = "whoever asks there may clear stored faults, as far as a user may: anybody on that bus"}),
 };
 
-const ChargerDriver* charger_driver(std::string_view name) {
-  const Device* const device = find_device(name);
-  return device != nullptr ? device->charger : nullptr;
-}
-bool is_nothing_or_charger(std::string_view name) {
-  return name.empty() || charger_driver(name) != nullptr;
-}
-
 constexpr std::array charger_table{
-    Field<ChargerConfig>{{.key = "protocol",
-                          .min = 0,
-                          .max = 32,
-                          .meaning = "what the chargers speak; nothing: none is told anything",
-                          .is_well_formed = is_nothing_or_charger,
-                          .form = "elcon_tc or brusa_nlg5, or nothing",
-                          .type = FieldType::text},
-                         [](const ChargerConfig& charger) -> FieldValue {
-                           return charger.driver != nullptr ? std::string(charger.driver->name) : std::string();
-                         },
-                         [](ChargerConfig& charger, const FieldValue& value) {
-                           charger.driver = charger_driver(std::get<std::string>(value));
-                         }},
+    driver_field<&ChargerConfig::driver, &Device::charger>(
+        {.key = "protocol", .meaning = "what the chargers speak; nothing: none is told anything"}),
     number<&ChargerConfig::unit_count>(
         {.key = "units", .min = 1, .max = charger_units_max, .meaning = "how many of them share the work"}),
     number<&ChargerConfig::current_max_mA>(
@@ -247,40 +214,15 @@ constexpr std::array charger_table{
                     "protocol has a word for it"}),
 };
 
-const InverterDriver* inverter_driver(std::string_view name) {
-  const Device* const device = find_device(name);
-  return device != nullptr ? device->inverter : nullptr;
-}
-bool is_nothing_or_inverter(std::string_view name) {
-  return name.empty() || inverter_driver(name) != nullptr;
-}
-
 constexpr std::array<std::string_view, 3> silent_inverter_names{"warn", "stop", "open"};
-
-std::optional<SilentInverter> silent_inverter(std::string_view name) {
-  const auto* const found = std::find(silent_inverter_names.begin(), silent_inverter_names.end(), name);
-  if (found == silent_inverter_names.end()) return std::nullopt;
-  return static_cast<SilentInverter>(found - silent_inverter_names.begin());
-}
 
 bool is_short_ascii(std::string_view text) {
   return text.empty() || is_printable_ascii(text);
 }
 
 constexpr std::array inverter_table{
-    Field<InverterConfig>{{.key = "protocol",
-                           .min = 0,
-                           .max = 32,
-                           .meaning = "what the inverter understands; nothing: none is told anything",
-                           .is_well_formed = is_nothing_or_inverter,
-                           .form = "discover, orion, pylontech, sma or victron, or nothing",
-                           .type = FieldType::text},
-                          [](const InverterConfig& inverter) -> FieldValue {
-                            return inverter.driver != nullptr ? std::string(inverter.driver->name) : std::string();
-                          },
-                          [](InverterConfig& inverter, const FieldValue& value) {
-                            inverter.driver = inverter_driver(std::get<std::string>(value));
-                          }},
+    driver_field<&InverterConfig::driver, &Device::inverter>(
+        {.key = "protocol", .meaning = "what the inverter understands; nothing: none is told anything"}),
     number<&InverterConfig::period>(
         {.key = "period_ms",
          .min = 200,
@@ -297,21 +239,10 @@ constexpr std::array inverter_table{
          .min = 1'000,
          .max = 600'000,
          .meaning = "how long one that lives on the pack may take from closing to its first word"}),
-    Field<InverterConfig>{
+    choice<&InverterConfig::when_silent, silent_inverter_names>(
         {.key = "when_silent",
-         .min = 4,
-         .max = 4,
          .meaning = "what follows when it is not heard: a warning alone, or nothing may flow by what it "
-                    "is told, or the pack opens, too, 5 s later at the latest",
-         .is_well_formed = [](std::string_view name) { return silent_inverter(name).has_value(); },
-         .form = "warn, stop or open",
-         .type = FieldType::text},
-        [](const InverterConfig& inverter) -> FieldValue {
-          return std::string(silent_inverter_names.at(static_cast<std::size_t>(inverter.when_silent)));
-        },
-        [](InverterConfig& inverter, const FieldValue& value) {
-          inverter.when_silent = silent_inverter(std::get<std::string>(value)).value_or(SilentInverter::open);
-        }},
+                    "is told, or the pack opens, too, 5 s later at the latest"}),
     number<&InverterConfig::charge_voltage_max_mV>(
         {.key = "charge_voltage_max_mV",
          .min = 0,
@@ -373,14 +304,6 @@ constexpr std::array inverter_table{
         }},
 };
 
-const ModuleDriver* module_driver(std::string_view name) {
-  const Device* const device = find_device(name);
-  return device != nullptr ? device->modules : nullptr;
-}
-bool is_nothing_or_modules(std::string_view name) {
-  return name.empty() || module_driver(name) != nullptr;
-}
-
 template <auto Member>
 constexpr Field<ForeignModulesConfig> module_option(FieldInfo info) {
   info.type = FieldType::boolean;
@@ -390,19 +313,8 @@ constexpr Field<ForeignModulesConfig> module_option(FieldInfo info) {
 }
 
 constexpr std::array foreign_module_table{
-    Field<ForeignModulesConfig>{{.key = "protocol",
-                                 .min = 0,
-                                 .max = 32,
-                                 .meaning = "what the modules speak; nothing: they are ours",
-                                 .is_well_formed = is_nothing_or_modules,
-                                 .form = "outlander_cmu or i3_csc, or nothing",
-                                 .type = FieldType::text},
-                                [](const ForeignModulesConfig& foreign) -> FieldValue {
-                                  return foreign.driver != nullptr ? std::string(foreign.driver->name) : std::string();
-                                },
-                                [](ForeignModulesConfig& foreign, const FieldValue& value) {
-                                  foreign.driver = module_driver(std::get<std::string>(value));
-                                }},
+    driver_field<&ForeignModulesConfig::driver, &Device::modules>(
+        {.key = "protocol", .meaning = "what the modules speak; nothing: they are ours"}),
     Field<ForeignModulesConfig>{
         {.key = "temperature_offset_dC",
          .min = -600,
@@ -430,11 +342,12 @@ constexpr std::array second_pack_table{
          .meaning = "identifier of the first of its nine messages, hexadecimal; nothing: there is none",
          .is_well_formed = is_nothing_or_base_id,
          .form = "1 to 3 hexadecimal digits from \"0\" to \"7F7\", or nothing"}),
-    dialect_field<SecondPackConfig>("how it fills them"),
+    choice<&SecondPackConfig::dialect, vehicle_dialect_names>({.key = "dialect", .meaning = "how it fills them"}),
 };
 
 bool is_device_file(std::string_view text) {
-  return is_printable_ascii(text) && text.substr(0, 5) == "/dev/";
+  constexpr std::string_view devices = "/dev/";
+  return is_printable_ascii(text) && text.size() > devices.size() && text.starts_with(devices);
 }
 
 constexpr std::array gpio_table{
@@ -511,12 +424,6 @@ constexpr FieldInfo debounce_info{.key = "debounce_ms",
                                   .because = "as long as PDU_STATUS may take to tell the same"};
 constexpr std::array gpio_feedback_table{number<&GpioFeedback::debounce>(debounce_info)};
 
-std::optional<GpioInputKind> gpio_input_kind(std::string_view name) {
-  const auto* const found = std::find(gpio_input_kind_names.begin(), gpio_input_kind_names.end(), name);
-  if (found == gpio_input_kind_names.end()) return std::nullopt;
-  return static_cast<GpioInputKind>(found - gpio_input_kind_names.begin());
-}
-
 constexpr std::array gpio_input_table{
     required(text<&GpioInput::name>({.key = "name",
                                      .min = 1,
@@ -524,18 +431,7 @@ constexpr std::array gpio_input_table{
                                      .meaning = "for people, and no other input's: `cockpit`",
                                      .is_well_formed = is_printable_ascii,
                                      .form = "1 to 32 ASCII characters"})),
-    required(Field<GpioInput>{
-        {.key = "kind",
-         .min = 5,
-         .max = 17,
-         .meaning = "what it tells",
-         .is_well_formed = [](std::string_view name) { return gpio_input_kind(name).has_value(); },
-         .form = "vehicle_on, charger_connected, estop, interlock, insulation_ok, supply_ok or resume_button",
-         .type = FieldType::text},
-        [](const GpioInput& input) -> FieldValue { return std::string(to_text(input.kind)); },
-        [](GpioInput& input, const FieldValue& value) {
-          input.kind = gpio_input_kind(std::get<std::string>(value)).value_or(GpioInputKind{});
-        }}),
+    required(choice<&GpioInput::kind, gpio_input_kind_names>({.key = "kind", .meaning = "what it tells"})),
     number<&GpioInput::debounce>(debounce_info),
 };
 

@@ -2,36 +2,15 @@
 #include <array>
 
 #include "config/pack_fields.hpp"
-#include "devices/device_list.hpp"
+#include "config/word_fields.hpp"
 
 namespace bmu {
 namespace {
 
-template <auto Driver>
-[[nodiscard]] auto driver_named(std::string_view name) {
-  const Device* const device = find_device(name);
-  return device != nullptr ? device->*Driver : nullptr;
-}
-
-/// The name of a device that has a driver of that kind, or nothing.
-template <auto Member, auto Driver>
-[[nodiscard]] constexpr auto driver_field(FieldInfo info) {
-  using Owner = detail::OwnerOf<Member>;
-  info.min = 0;
-  info.max = 32;
-  info.type = FieldType::text;
-  info.is_well_formed = [](std::string_view name) { return name.empty() || driver_named<Driver>(name) != nullptr; };
-  return Field<Owner>{info,
-                      [](const Owner& owner) -> FieldValue {
-                        return owner.*Member != nullptr ? std::string((owner.*Member)->name) : std::string();
-                      },
-                      [](Owner& owner, const FieldValue& value) {
-                        owner.*Member = driver_named<Driver>(std::get<std::string>(value));
-                      }};
-}
+constexpr std::array sensor_buses{Port::internal, Port::vehicle, Port::charger};
 
 std::optional<Port> sensor_bus(std::string_view name) {
-  for (const Port port : {Port::internal, Port::vehicle, Port::charger}) {
+  for (const Port port : sensor_buses) {
     if (name == to_text(port)) return port;
   }
   return std::nullopt;
@@ -44,8 +23,12 @@ template <class Owner>
            .min = 1,
            .max = 16,
            .meaning = meaning,
-           .is_well_formed = [](std::string_view name) { return sensor_bus(name).has_value(); },
-           .form = "internal, vehicle or charger",
+           .words =
+               [] {
+                 std::vector<std::string_view> names;
+                 for (const Port port : sensor_buses) names.push_back(to_text(port));
+                 return names;
+               },
            .type = FieldType::text},
           [](const Owner& owner) -> FieldValue { return std::string(to_text(owner.bus)); },
           [](Owner& owner, const FieldValue& value) {
@@ -53,27 +36,11 @@ template <class Owner>
           }};
 }
 
-constexpr std::string_view monitoring_form = "\"ok_line\" or \"measured\"";
-bool is_monitoring(std::string_view text) {
-  return text == "ok_line" || text == "measured";
-}
+constexpr std::array<std::string_view, 2> monitoring_names{"ok_line", "measured"};
 
 constexpr std::array insulation_table{
-    Field<InsulationConfig>{
-        {.key = "monitoring",
-         .min = 1,
-         .max = 16,
-         .meaning = "`ok_line`: its OK line alone; `measured`: its resistance and state, too",
-         .is_well_formed = is_monitoring,
-         .form = monitoring_form,
-         .type = FieldType::text},
-        [](const InsulationConfig& insulation) -> FieldValue {
-          return std::string(insulation.monitoring == InsulationMonitoring::measured ? "measured" : "ok_line");
-        },
-        [](InsulationConfig& insulation, const FieldValue& value) {
-          const bool is_measured = std::get<std::string>(value) == "measured";
-          insulation.monitoring = is_measured ? InsulationMonitoring::measured : InsulationMonitoring::ok_line;
-        }},
+    choice<&InsulationConfig::monitoring, monitoring_names>(
+        {.key = "monitoring", .meaning = "`ok_line`: its OK line alone; `measured`: its resistance and state, too"}),
     number<&InsulationConfig::warn_Ohm_per_V>(
         {.key = "warn_Ohm_per_V", .min = 100, .max = 100'000, .meaning = "reported; of each volt of the full pack"}),
     number<&InsulationConfig::open_Ohm_per_V>(
@@ -89,8 +56,7 @@ constexpr std::array insulation_table{
         {.key = "opens_while_driving", .meaning = "false: while driving a low resistance only warns"}),
     driver_field<&InsulationConfig::driver, &Device::insulation>(
         {.key = "protocol",
-         .meaning = "what a monitor on a bus speaks; nothing: the power distribution unit's or a line's word counts",
-         .form = "iso165c, or nothing"}),
+         .meaning = "what a monitor on a bus speaks; nothing: the power distribution unit's or a line's word counts"}),
     bus_field<InsulationConfig>("where that monitor is"),
 };
 
@@ -106,16 +72,17 @@ constexpr std::array sensor_table{
     driver_field<&SensorConfig::set_up, &Device::set_up>(
         {.key = "protocol",
          .meaning = "of the sensor that tells the results from 521h on: its settings are asked for at the start; "
-                    "nothing: what it tells is taken as it comes",
-         .form = "ivt_s, or nothing"}),
+                    "nothing: what it tells is taken as it comes"}),
     Field<SensorConfig>{
         {.key = "set_up",
          .min = 1,
          .max = 16,
          .meaning = "`verify`: a sensor that is configured otherwise is not used; `configure`: it is configured, while "
                     "the pack is open",
-         .is_well_formed = [](std::string_view text) { return text == "verify" || text == "configure"; },
-         .form = "\"verify\" or \"configure\"",
+         .words =
+             [] {
+               return std::vector<std::string_view>{"verify", "configure"};
+             },
          .type = FieldType::text},
         [](const SensorConfig& sensor) -> FieldValue {
           return std::string(sensor.is_configured ? "configure" : "verify");
@@ -129,12 +96,10 @@ constexpr std::array sensor_table{
         {.key = "current_protocol",
          .meaning =
              "of the sensor that tells the first current; nothing: 521h. The voltages are those of 522h and 523h "
-             "in any case",
-         .form = "lem_cab or outlander_current, or nothing"}),
+             "in any case"}),
     driver_field<&SensorConfig::second, &Device::current>(
         {.key = "second_protocol",
-         .meaning = "the same of the second; nothing: 531h, or 521h where the first current is told by another",
-         .form = "lem_cab or outlander_current, or nothing"}),
+         .meaning = "the same of the second; nothing: 531h, or 521h where the first current is told by another"}),
     bus_field<SensorConfig>("where the sensors of these two keys are"),
 };
 

@@ -22,15 +22,6 @@ std::string_view to_text(PlanVerdict verdict) {
   return "?";
 }
 
-std::string_view to_text(BalancingMethod method) {
-  switch (method) {
-    case BalancingMethod::terminal_voltage: return "terminal_voltage";
-    case BalancingMethod::ocv: return "ocv";
-    case BalancingMethod::charge: return "charge";
-  }
-  return "?";
-}
-
 namespace {
 
 using Remove = std::span<std::int64_t>;

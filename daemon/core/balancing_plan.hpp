@@ -62,7 +62,12 @@ enum class PlanVerdict : std::uint8_t {
 };
 
 [[nodiscard]] std::string_view to_text(PlanVerdict verdict);
-[[nodiscard]] std::string_view to_text(BalancingMethod method);
+
+/// In the order of BalancingMethod.
+inline constexpr std::array<std::string_view, 3> balancing_method_names{"terminal_voltage", "ocv", "charge"};
+[[nodiscard]] constexpr std::string_view to_text(BalancingMethod method) {
+  return balancing_method_names[static_cast<std::size_t>(method)];
+}
 
 /// Fills `remove_uAs`, as many as there are cells: 0 or more each, all 0 unless the verdict is `planned`.
 PlanVerdict plan_balancing(const BalancingView& view, const CoreConfig& config, std::span<std::int64_t> remove_uAs);

@@ -45,7 +45,7 @@ TEST_CASE("what a sensor cannot do is not asked of it", "[unit][config][sensors]
   refuses({{"/sensor", Json{{"protocol", "lem_cab"}}}}, "/sensor/protocol", "ivt_s, or nothing");
   refuses({{"/sensor", Json{{"current_protocol", "ivt_s"}}}}, "/sensor/current_protocol",
           "lem_cab or outlander_current, or nothing");
-  refuses({{"/sensor", Json{{"protocol", "ivt_s"}, {"set_up", "perhaps"}}}}, "/sensor/set_up", "\"verify\" or");
+  refuses({{"/sensor", Json{{"protocol", "ivt_s"}, {"set_up", "perhaps"}}}}, "/sensor/set_up", "verify or configure");
   refuses({{"/sensor", Json{{"second_protocol", "lem_cab"}}}}, "/sensor/second_protocol",
           "has_second_current is false");
   refuses({{"/sensor", Json{{"second_is_reversed", true}}}}, "/sensor/second_is_reversed",
