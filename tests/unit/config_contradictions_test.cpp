@@ -178,7 +178,7 @@ TEST_CASE("two numbers that contradict each other are both named", "[unit][confi
           "found 580, wanted at least open_dC of charge_overtemperature, 581");
   refuses({{"/limits/charge_undertemperature/limit_dC", 51}}, "/limits/charge_undertemperature/limit_dC",
           "found 51, wanted from warn_dC, 50, to before open_dC, 0");
-  refuses({{"/insulation/monitoring", "perhaps"}}, "/insulation/monitoring", "\"ok_line\" or \"measured\"");
+  refuses({{"/insulation/monitoring", "perhaps"}}, "/insulation/monitoring", "ok_line or measured");
 }
 
 TEST_CASE("limits that guard nothing, or cross each other, are refused with what would do", "[unit][config][F79]") {
@@ -584,7 +584,7 @@ TEST_CASE("a charger is asked for what it can do, and for what the cells may hav
   CHECK(read.voltage_max_mV == 201'600);  // 48 cells at the warning, which is less than half a percent above
   CHECK(read.current_max_mA == pack->core.current.charge_continuous_mA);
   CHECK(read.end_current_mA == 1'500);  // 30 Ah in 20 hours
-  refuses(charger({{"protocol", "elcon"}}), "/charger/protocol", "elcon_tc or brusa_nlg5");
+  refuses(charger({{"protocol", "elcon"}}), "/charger/protocol", "brusa_nlg5 or elcon_tc");
   accepts(charger({{"units", 4}}));
   refuses(charger({{"units", 5}}), "/charger/units", "4");
   refuses(charger({{"protocol", "brusa_nlg5"}, {"units", 2}}), "/charger/units", "at most 1: brusa_nlg5");

@@ -45,8 +45,8 @@ TEST_CASE("a pack file names whose its modules are", "[unit][config][foreign_mod
   accepts(outlander());
   accepts(i3());
   accepts({{"/foreign_modules", {{"protocol", ""}}}});
-  refuses({{"/foreign_modules", {{"protocol", "elcon_tc"}}}}, "/foreign_modules/protocol", "outlander_cmu or i3_csc");
-  refuses({{"/foreign_modules", {{"protocol", "leaf"}}}}, "/foreign_modules/protocol", "outlander_cmu or i3_csc");
+  refuses({{"/foreign_modules", {{"protocol", "elcon_tc"}}}}, "/foreign_modules/protocol", "i3_csc or outlander_cmu");
+  refuses({{"/foreign_modules", {{"protocol", "leaf"}}}}, "/foreign_modules/protocol", "i3_csc or outlander_cmu");
 }
 
 TEST_CASE("another maker's modules have the cells, sensors and numbers they have", "[unit][config][foreign_modules]") {
