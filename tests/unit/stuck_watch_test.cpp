@@ -27,9 +27,9 @@ class Watched {
     tell(later);
     watch_.update(feed_.modules(), {current_mA, feed_.now(), Validity::valid}, window_);
   }
-  /// 10 ms in which this current flows, with a sample of it; cells are polled in every tenth.
+  /// 10 ms in which this current flows, with a sample of it; cells are polled in every `ticks_of_a_poll`th.
   void tick(std::int32_t current_mA) {
-    if (++ticks_ % 10 == 0) {
+    if (++ticks_ % ticks_of_a_poll == 0) {
       tell(10ms);
     } else {
       feed_.pass(10ms);
@@ -57,6 +57,7 @@ class Watched {
 
   static constexpr std::int32_t not_measured = -1;
   static constexpr std::int32_t kept_uV = 3'700'000;
+  int ticks_of_a_poll = 10;
   std::array<std::array<std::int32_t, 4>, 2> cells_uV{
       {{3'700'100, 3'700'100, 3'700'100, 3'700'100}, {3'700'100, 3'700'100, 3'700'100, 3'700'100}}};
 
@@ -296,6 +297,20 @@ TEST_CASE("a sample within a poll cycle of a step of the current stands for the 
       if (step <= 60) CHECK(watched.longest().value == 0);
       if (step >= 61) CHECK(watched.longest().value >= 9'500);
     }
+  }
+}
+
+TEST_CASE("a sample stands for the current within 100 ms of it, however long the next sample takes",
+          "[unit][plausibility][F12]") {
+  // The value comes with the poll in tick 30; the next samples are those of ticks 60, 90 and so on.
+  for (int step = 15; step <= 55; ++step) {
+    Watched watched;
+    watched.ticks_of_a_poll = 30;
+    for (auto& module : watched.cells_uV) module.fill(Watched::kept_uV);
+    for (int tick = 1; tick <= 1'050; ++tick) watched.tick(tick < step ? 0 : 20'000);
+    CAPTURE(step);
+    if (step <= 40) CHECK(watched.longest().value == 0);
+    if (step >= 41) CHECK(watched.longest().value >= 9'500);
   }
 }
 
