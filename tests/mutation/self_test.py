@@ -13,6 +13,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import unittest.mock
 from pathlib import Path
 
 try:
@@ -29,6 +30,7 @@ import mutants
 import mutate
 import other_coverage
 import safety_files
+import survivors
 import trial
 from mutants import Mutant
 
@@ -328,6 +330,16 @@ class Lists(unittest.TestCase):
         blocks.read(safety_files.HERE / "survivors.txt", ("file", "line", "change", "reason"))
         blocks.read(safety_files.HERE / "coverage_exceptions.txt", ("file", "line", "missing", "reason"))
 
+    def test_a_mutant_that_is_listed_has_its_line_in_its_file(self) -> None:
+        # Whether it has the change, too, is seen where mutants are looked for, which takes a minute.
+        safety = safety_files.safety_files()
+
+        def is_there(entry: survivors.Survivor) -> bool:
+            return entry.file in safety and entry.line in map(str.strip, (safety_files.ROOT / entry.file).read_text().splitlines())
+
+        listed = survivors.read(safety_files.HERE / "survivors.txt")
+        self.assertEqual([str(entry) for entry in listed if not is_there(entry)], [], "no such line; correct these or take them away")
+
     def test_a_wrong_block_is_refused_with_its_line(self) -> None:
         cases = {
             "file: a\nreason: b\n": "list.txt:3: the block above has no line",
@@ -354,6 +366,48 @@ class Parts(unittest.TestCase):
         for text in ("0/3", "4/3", "1/0", "1", "a/b", "-1/3", "1/3/2"):
             with self.assertRaises(argparse.ArgumentTypeError, msg=text):
                 mutate.part(text)
+
+
+class Listed(unittest.TestCase):
+    """Of four mutants in two files nothing is built; the tests kill all but the one that is listed."""
+
+    FOUND = [Mutant(number, "a.cpp" if number < 4 else "b.cpp", number, 1, f"line {number}", "0 -> 1") for number in (1, 2, 3, 4)]
+    SURVIVOR = survivors.Survivor("a.cpp", "line 1", "0 -> 1", "it is so")
+
+    def _run(self, words: list[str], *listed: survivors.Survivor) -> tuple[int, str]:
+        def all_but_the_first(_work: Path, wanted: list[Mutant], *_: object) -> tuple[set[int], set[int]]:
+            return {each.id for each in wanted} - {1}, set()
+
+        instead = [
+            unittest.mock.patch.object(sys, "argv", ["mutate.py", *words]),
+            unittest.mock.patch.object(mutants, "find", return_value=([], self.FOUND)),
+            unittest.mock.patch.object(survivors, "read", return_value=[self.SURVIVOR, *listed]),
+            unittest.mock.patch.object(mutate, "changed_lines", return_value={"b.cpp": {4}} if "HEAD" in words else {}),
+            unittest.mock.patch.object(mutate, "try_all", side_effect=all_but_the_first),
+            unittest.mock.patch.object(trial, "copy_project"),
+            unittest.mock.patch.object(trial, "build"),
+        ]
+        with contextlib.ExitStack() as stack, contextlib.redirect_stdout(io.StringIO()) as printed:
+            for each in instead:
+                stack.enter_context(each)
+            return mutate.main(), printed.getvalue()
+
+    def test_that_is_not_there_is_noticed_whatever_is_tried(self) -> None:
+        stale = survivors.Survivor("b.cpp", "line 4", "0 -> 2", "it was so")
+        for words in ([], ["--part", "1/2"], ["--part", "2/2"], ["--since", "HEAD"], ["--since", "none"], ["--file", "b.cpp"]):
+            with self.subTest(words):
+                self.assertEqual(self._run(words)[0], 0)
+                status, printed = self._run(words, stale)
+                self.assertEqual(status, 1)
+                self.assertIn("survivors.txt lists a mutant that is not there: b.cpp: line 4  [0 -> 2]", printed)
+        self.assertEqual(self._run(["--file", "a.cpp"], stale)[0], 0)
+
+    def test_that_is_killed_is_noticed_with_its_part(self) -> None:
+        killed = survivors.Survivor("a.cpp", "line 2", "0 -> 1", "it was so")
+        self.assertEqual(self._run(["--part", "1/2"], killed)[0], 0)
+        status, printed = self._run(["--part", "2/2"], killed)
+        self.assertEqual(status, 1)
+        self.assertIn("survivors.txt lists a mutant that is killed: a.cpp:2:1: line 2  [0 -> 1]", printed)
 
 
 class ChangedLines(unittest.TestCase):
