@@ -59,21 +59,28 @@ stage_cppcheck() { tests/meta/cppcheck.py; }
 stage_build() { tools/test --kinds "$other_kinds" --build-only; }
 stage_tests() {
   tools/test --kinds "$other_kinds" -- --output-log build/ci-tests.log
-  check_skips build build/ci-tests.log
+  check_ctest build build/ci-tests.log
 }
 
-# check_skips FOLDER LOG: fails if ctest or a test case has skipped what is not on the list. A test that a container cannot run
-# is no failure for a user; in CI it would be a check that is lost unnoticed.
+# check_skips LOG...: fails if tests, by what they have printed, have skipped what is not on the list. A test that a container cannot
+# run is no failure for a user; in CI it would be a check that is lost unnoticed, as it would be with a log that is not there.
 check_skips() {
-  local unexpected
-  unexpected=$({
-    sed -n 's/^.*Test *#[0-9]*: \(.*[^ .]\) *\.*\*\*\*Skipped.*$/\1/p' "$2"
-    sed -n 's/^ *skipped: //p' "$1/Testing/Temporary/LastTest.log"
-  } | sort -u | grep -vxF -f <(grep -v -e '^#' -e '^$' tests/ci/skips.txt)) || return 0
+  local log skipped one unexpected=()
+  for log in "$@"; do
+    [[ -f $log && -r $log && -s $log ]] || { echo "stages.sh: found nothing to read in $log, expected what tests have printed" >&2; return 1; }
+  done
+  skipped=$(sed -n -e 's/^.*Test *#[0-9]*: \(.*[^ .]\) *\.*\*\*\*Skipped.*$/\1/p' -e 's/^ *skipped: //p' "$@" | sort -u)
+  while IFS= read -r one; do
+    [[ -z $one ]] || grep -qxF -e "$one" tests/ci/skips.txt || unexpected+=("$one")
+  done <<<"$skipped"
+  [[ ${#unexpected[@]} -gt 0 ]] || return 0
   echo "stages.sh: skipped, and not in tests/ci/skips.txt:" >&2
-  echo "$unexpected" >&2
+  printf '%s\n' "${unexpected[@]}" >&2
   return 1
 }
+
+# check_ctest FOLDER LOG: of the last run of ctest there, with its --output-log. What test cases print is in a log of ctest's own.
+check_ctest() { check_skips "$1/Testing/Temporary/LastTest.log" "$2"; }
 
 # The sanitizer runtime of older clang fails now and then where the kernel spreads addresses widely; without it where that is not allowed.
 without_address_randomization() {
@@ -92,7 +99,7 @@ test_with_sanitizers() {
   shift
   without_address_randomization ctest --test-dir build-asan --timeout "$test_max_s" --output-on-failure --no-tests=error \
     --parallel "$tests_beside" --output-log "$log" "$@"
-  check_skips build-asan "$log"
+  check_ctest build-asan "$log"
 }
 
 stage_sanitizers_build() { build_with_sanitizers "$sanitized_kinds"; }
@@ -115,15 +122,15 @@ stage_all_sanitizers_slow() {
 stage_all_build() { tools/test --build-only; }
 stage_all_tests() {
   tools/test -- -LE '^rig$' --output-log build/nightly-tests.log
-  check_skips build build/nightly-tests.log
+  check_ctest build build/nightly-tests.log
 }
 
 # The other compiler without sanitizers, for the kinds that they leave out.
 stage_all_clang() {
   CC=clang CXX=clang++ tools/test --build "$PWD/build-clang" -- -L '^(dbc|docs|terminal|bench)$' --output-log build-clang/nightly-tests.log
-  check_skips build-clang build-clang/nightly-tests.log
+  check_ctest build-clang build-clang/nightly-tests.log
   ctest --test-dir build-clang --output-on-failure --no-tests=error -R '^rig\.(kernel|smoke|first_drive)$' --output-log build-clang/nightly-rig.log
-  check_skips build-clang build-clang/nightly-rig.log
+  check_ctest build-clang build-clang/nightly-rig.log
 }
 
 # What GCC doubts is not asked where common headers are precompiled: here it is, and each source includes what it needs.
@@ -186,8 +193,14 @@ stage_mutation_recent() {
   [[ -n $base ]] || base=$(git rev-list --max-parents=0 HEAD | tail -n 1)
   tests/mutation/mutate.py --since "$base"
 }
-stage_coverage() { tests/mutation/coverage.sh; }
-stage_threads() { tests/threads.sh; }
+stage_coverage() {
+  tests/mutation/coverage.sh
+  check_skips build-coverage/logs/{test_unit,test_scenario,test_unit_threads,ctest}.log build-coverage/Testing/Temporary/LastTest.log
+}
+stage_threads() {
+  tests/threads.sh
+  check_skips build-threads/threads.log
+}
 # Inputs of the parsers that no corpus holds.
 stage_explore() { tests/fuzz/explore.sh --seconds "${1:-15}"; }
 
@@ -210,12 +223,14 @@ stage_exposure() {
 stage_rig() {
   stage_all_build
   ctest --test-dir build --output-on-failure --no-tests=error -R "^rig\\.$1\$" --output-log "build/rig-$1.log"
-  check_skips build "build/rig-$1.log"
+  check_ctest build "build/rig-$1.log"
 }
 
 # The suite beside four programs that never wait, at normal priority. No verdict may depend on how much processor a test gets.
 stage_load() {
   local busy=() status=0 pid
+  # Before they begin: what it takes to compile is not what is asked.
+  stage_all_build
   for _ in 1 2 3 4; do
     (while :; do :; done) &
     busy+=($!)
@@ -223,10 +238,11 @@ stage_load() {
   # The stage's own timeout ends it by a signal.
   # shellcheck disable=SC2064
   trap "kill ${busy[*]} 2>/dev/null" EXIT
-  tools/test -- -LE '^rig$' --timeout $((test_max_s * 3)) || status=$?
+  tools/test -- -LE '^rig$' --timeout $((test_max_s * 3)) --output-log build/load-tests.log || status=$?
   for pid in "${busy[@]}"; do kill "$pid"; done
   trap - EXIT
-  return "$status"
+  [[ $status -eq 0 ]] || return "$status"
+  check_ctest build build/load-tests.log
 }
 
 stage_names() { declare -F | sed -n 's/^declare -f stage_//p' | grep -vx names | tr _ - ; }

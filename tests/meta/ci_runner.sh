@@ -109,6 +109,78 @@ kinds=$(sed -n 's/^\(sanitized_kinds\|other_kinds\)=//p' "$repository/tests/ci/s
 all_kinds=$(sed -n 's/^set(all_test_kinds \(.*\))$/\1/p' "$repository/tests/CMakeLists.txt" | tr ' ' '\n' | sort | paste -sd' ')
 expect ".ci/run builds each kind of test once" "$kinds" "$all_kinds"
 
+# The stages themselves, in a project whose programs only note what they are asked, and print as tests do: nothing, or what SAYS says.
+fake=$folder/fake
+mkdir -p "$fake"/{bin,build,build-threads/bin,build-coverage/bin,packaging,tests/ci,tests/mutation,tools}
+cp "$repository"/tests/ci/{stages.sh,skips.txt} "$fake/tests/ci/"
+cp "$repository/tests/threads.sh" "$fake/tests/"
+cp "$repository/tests/mutation/coverage.sh" "$fake/tests/mutation/"
+cp "$repository/tools/packages.sh" "$fake/tools/"
+cat >"$fake/bin/ctest" <<'PROGRAM'
+#!/usr/bin/env bash
+project=$(cd "$(dirname "$(realpath "$0")")/.." && pwd)
+name=$(basename "$0")
+echo "$name $*" >>"$project/calls"
+# And what runs beside it in the same stage.
+[[ $name != test ]] || awk -v parent="$PPID" -v own="$$" '$4 == parent && $1 != own' /proc/[0-9]*/stat 2>/dev/null | wc -l >>"$project/calls"
+folder=build log=''
+while [[ $# -gt 0 ]]; do
+  case $1 in
+    --test-dir | --build) folder=$2 ;;
+    --output-log) log=$2 ;;
+  esac
+  shift
+done
+case=''
+[[ $SAYS != case ]] || case='skipped: no such thing here'
+[[ $SAYS != listed ]] || case='skipped: a sanitizer needs descriptors to look at objects'
+printf 'of a case\n  %s\n' "$case"
+if [[ -n $log ]]; then
+  mkdir -p "$folder/Testing/Temporary"
+  [[ $SAYS == 'no log of cases' ]] || printf 'of a case\n  %s\n' "$case" >"$folder/Testing/Temporary/LastTest.log"
+  [[ $SAYS == 'no log' ]] || echo "1/1 Test #7: some test ........$([[ $SAYS == test ]] && echo '***Skipped' || echo '   Passed')    0.01 sec" >"$log"
+fi
+PROGRAM
+chmod +x "$fake/bin/ctest"
+for program in bin/{cmake,llvm-cov,llvm-profdata} tools/test build-threads/bin/test_threads build-coverage/bin/test_{unit,scenario} \
+  tests/mutation/{coverage_report,other_coverage}.py; do
+  ln "$fake/bin/ctest" "$fake/$program"
+done
+# run_stage SAYS STAGE [ARGUMENT]: sets status and the file out
+run_stage() {
+  rm -rf "$fake/calls" "$fake"/build*/{Testing,logs,*.log}
+  status=0
+  SAYS=$1 PATH="$fake/bin:$PATH" "$fake/tests/ci/stages.sh" "${@:2}" >"$folder/out" 2>&1 || status=$?
+}
+stages_with_tests=(tests 'all-sanitizers-slow 1/3' all-clang all-sanitizers-tests all-tests coverage load 'rig smoke' sanitizers-tests threads)
+bodies=$(source "$repository/tests/ci/stages.sh"; for stage in $stages; do declare -f "stage_${stage//-/_}"; done)
+expect "every stage that runs tests is one of those that are tried here" \
+  "$(awk '/^stage_/ { name = $1 } / ctest |tools\/test .*-- |test_with_sanitizers|tests\/(threads|mutation\/coverage)\.sh/ { print name }' <<<"$bodies" |
+    sed 's/^stage_//' | tr _ - | sort -u | paste -sd' ')" \
+  "$(printf '%s\n' "${stages_with_tests[@]%% *}" | sort -u | paste -sd' ')"
+for stage in "${stages_with_tests[@]}"; do
+  read -ra words <<<"$stage"
+  run_stage case "${words[@]}"
+  expect "stage $stage, of which a case is skipped" "$status $(tail -n 2 "$folder/out" | paste -sd' ')" \
+    "1 stages.sh: skipped, and not in tests/ci/skips.txt: no such thing here"
+done
+for stage in tests coverage; do
+  for says in nothing listed; do
+    run_stage "$says" "$stage"
+    expect "stage $stage of which all runs, or what is left out may be" "$status $(grep 'stages.sh:' "$folder/out" || true)" "0 "
+  done
+  run_stage test "$stage"
+  expect "stage $stage, of which a test is skipped" "$status $(tail -n 1 "$folder/out")" "1 some test"
+  for lost in 'no log' 'no log of cases'; do
+    run_stage "$lost" "$stage"
+    expect "stage $stage with $lost" "$status $(tail -n 1 "$folder/out" | sed 's/ in .*\.log,/ in LOG,/')" \
+      "1 stages.sh: found nothing to read in LOG, expected what tests have printed"
+  done
+done
+run_stage nothing load
+expect "what is compiled is compiled before other programs make the machine busy" \
+  "$(sed 's/^test .*\(--build-only\|-LE\).*/\1/' "$fake/calls" | paste -sd' ')" "--build-only 0 -LE 4"
+
 # Its results, in a working copy: where there is no git there are no keys.
 if git -C "$repository" rev-parse --quiet --verify HEAD >/dev/null 2>&1; then
   # Nothing is published to it.

@@ -9,6 +9,8 @@ repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 build=$(realpath -m "${1:-$repository/build-coverage}")
 here=$repository/tests/mutation
 profiles=$build/profiles
+# What tests print, with what they skip: a stage of CI looks there.
+logs=$build/logs
 jobs=2
 deciding=(test_unit test_scenario)
 programs=(bmucell bmuctl bmud bmudump bmureplay mmusim)
@@ -19,8 +21,8 @@ quick='~[slow]~[exhaustive]~[threads]'
 CC=clang CXX=clang++ cmake -S "$repository" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=None -DBMUD_COVERAGE=ON -DBMUD_PRECOMPILE=OFF
 cmake --build "$build" --parallel "$jobs" --target "${deciding[@]}" test_integration test_example_device make_every_frame "${programs[@]}"
 
-rm -rf "$profiles"
-mkdir "$profiles"
+rm -rf "$profiles" "$logs"
+mkdir "$profiles" "$logs"
 # Some tests start programs as another user.
 chmod 1777 "$profiles"
 # Where a program runs again, or beside itself, its counts are added to those that are there.
@@ -32,9 +34,18 @@ merge_into() {
   llvm-profdata merge -sparse "$@" -o "$build/$name.profdata"
 }
 
+# run_into NAME COMMAND...: shows what it has printed when it has ended
+run_into() {
+  local log=$logs/$1.log status=0
+  shift
+  "$@" >"$log" 2>&1 || status=$?
+  cat "$log"
+  return "$status"
+}
+
 running=()
 for program in "${deciding[@]}"; do
-  LLVM_PROFILE_FILE=$profiles/$program.profraw "$build/bin/$program" "$quick" &
+  LLVM_PROFILE_FILE=$profiles/$program.profraw run_into "$program" "$build/bin/$program" "$quick" &
   running+=($!)
 done
 for one in "${running[@]}"; do wait "$one"; done
@@ -47,9 +58,10 @@ for program in "${deciding[@]}"; do
 done
 "$here/coverage_report.py" "${exports[@]}"
 
-"$build/bin/test_unit" '[threads]'
+run_into test_unit_threads "$build/bin/test_unit" '[threads]'
 # Most of them wait for something most of the time.
-ctest --test-dir "$build" --timeout 600 --output-on-failure --no-tests=error --parallel $((2 * jobs)) -L '^(integration|docs|golden|script|terminal|dbc)$'
+ctest --test-dir "$build" --timeout 600 --output-on-failure --no-tests=error --parallel $((2 * jobs)) \
+  -L '^(integration|docs|golden|script|terminal|dbc)$' --output-log "$logs/ctest.log"
 merge_into all "$profiles"/*.profraw
 objects=("${deciding[@]}" test_integration "${programs[@]}")
 llvm-cov export -summary-only -instr-profile="$build/all.profdata" "${objects[@]/#/-object=$build/bin/}" >"$build/all.json"
