@@ -153,10 +153,12 @@ run_stage() {
   SAYS=$1 PATH="$fake/bin:$PATH" "$fake/tests/ci/stages.sh" "${@:2}" >"$folder/out" 2>&1 || status=$?
 }
 stages_with_tests=(tests 'all-sanitizers-slow 1/3' all-clang all-sanitizers-tests all-tests coverage load 'rig smoke' sanitizers-tests threads)
-bodies=$(source "$repository/tests/ci/stages.sh"; for stage in $stages; do declare -f "stage_${stage//-/_}"; done)
+# shellcheck disable=SC2016  # the other shell's
+bodies=$(bash -c 'source "$1"; declare -f' - "$repository/tests/ci/stages.sh")
+# calls PATTERN: stages whose function has it
+calls() { awk -v called="$1" '/^[a-z]/ { name = $1 } $0 ~ called { print name }' <<<"$bodies" | sed -n 's/^stage_//p' | tr _ - | sort -u; }
 expect "every stage that runs tests is one of those that are tried here" \
-  "$(awk '/^stage_/ { name = $1 } / ctest |tools\/test .*-- |test_with_sanitizers|tests\/(threads|mutation\/coverage)\.sh/ { print name }' <<<"$bodies" |
-    sed 's/^stage_//' | tr _ - | sort -u | paste -sd' ')" \
+  "$(calls ' ctest |tools/test .*-- |test_with_sanitizers|tests/(threads|mutation/coverage).sh' | paste -sd' ')" \
   "$(printf '%s\n' "${stages_with_tests[@]%% *}" | sort -u | paste -sd' ')"
 for stage in "${stages_with_tests[@]}"; do
   read -ra words <<<"$stage"
@@ -181,6 +183,15 @@ run_stage nothing load
 expect "what is compiled is compiled before other programs make the machine busy" \
   "$(sed 's/^test .*\(--build-only\|-LE\).*/\1/' "$fake/calls" | paste -sd' ')" "--build-only 0 -LE 4"
 
+# Slices that say by whom what they need is built, and stages that call what builds it.
+built_by() { rows_of nightly | awk -F'\t' -v builder="$1" '(" " $5 " ") ~ (" " builder " ") { print $2 }' | cut -d ' ' -f 1 | sort -u; }
+expect "what uses GCC's build has it built before" "$(built_by all-build)" \
+  "$(calls '[ ]stage_all_build|build_programs build |^ *tools/test --( |$)' | grep -xFf <(rows_of nightly | cut -f 2 | cut -d ' ' -f 1))"
+expect "and what uses that with sanitizers" "$(built_by all-sanitizers-build)" \
+  "$(calls '[ ]stage_all_sanitizers_build|build_programs build-asan ' | grep -xFf <(rows_of nightly | cut -f 2 | cut -d ' ' -f 1))"
+packages_max_s=$(sed -n 's/^packages_max_s=//p' "$repository/tests/nightly")
+expect "packages may take tests/nightly as long as .ci/run" "$packages_max_s" "$(rows_of required | awk '$1 == "packages" { print $2 }')"
+
 # Its results, in a working copy: where there is no git there are no keys.
 if git -C "$repository" rev-parse --quiet --verify HEAD >/dev/null 2>&1; then
   # Nothing is published to it.
@@ -197,9 +208,34 @@ if git -C "$repository" rev-parse --quiet --verify HEAD >/dev/null 2>&1; then
   nightly --note scripts 7 passed 0123456789012345678901234567890123456789 2>"$folder/out"
   expect "nor one for which the sources have changed" "$(wc -l <"$folder/bmud/nightly.tsv")" 2
 
+  # What a slice needs to be built is built before it, once, also where it has passed.
+  in_folder() { BMUD_NIGHTLY_TABLE=$folder/nightly.tsv BMUD_NIGHTLY_STAGES=$folder/stages BMUD_NIGHTLY_LOGS=$folder/logs nightly "$@"; }
+  # began_of SLICES: the stages that a call for these begins, and how it ends
+  began_of() {
+    : >"$folder/began"
+    status=0
+    in_folder "$@" >"$folder/out" 2>&1 || status=$?
+    echo "$(began): $(tail -n 1 "$folder/out")"
+  }
+  printf 'build\tgood-build\t9\tproduct\nother-build\tgood-other\t9\tproduct\n' >"$folder/nightly.tsv"
+  printf 'one\tgood x\t9\tproduct\tbuild other-build\ntwo\tgood y\t9\tproduct\tbuild\nalone\tgood z\t9\tproduct\n' >>"$folder/nightly.tsv"
+  expect "packages come first, and what is built for others once" "$(began_of)" \
+    "packages good-build good-other good good good: every slice has passed for these sources"
+  expect "where nothing is left to be run nothing is installed" "$(began_of)" ": every slice has passed for these sources"
+  expect "what has passed is built again for what runs" "$(began_of --again two alone)" \
+    "packages good-build good good: every slice has passed for these sources"
+  expect "and for nothing else" "$(began_of --again alone)" "packages good: every slice has passed for these sources"
+  sed -i 's/\tgood-build\t9/\tgood-build\t90/' "$folder/nightly.tsv"
+  expect "nor if it may end too late" "$(began_of --minutes 1 --again two alone)" "packages good: not run: two"
+  sed -i 's/\tgood-build\t90/\tbad-build\t9/' "$folder/nightly.tsv"
+  expect "what cannot be built is not run" "$(began_of --again one two alone)" "packages bad-build good: failed: build"
+  sed -i 's/^  good\*) exit 0/  packages) echo no network; exit 5 ;;\n&/' "$folder/stages"
+  expect "nor anything without its packages" "$(began_of --again alone)" "packages: tests/nightly: no slice was run: the packages that they \
+need are not there and could not be installed (status 5, $folder/logs/packages.log)"
+  sed -i '/^  packages) /d' "$folder/stages"
+
   # Slices of the same stage pass in a row or not at all.
   printf 'one\tgood x\t9\tproduct\nload-1\tgood\t9\tproduct\nload-2\tgood\t9\tproduct\nother\tbad\t9\ttests\n' >"$folder/nightly.tsv"
-  in_folder() { BMUD_NIGHTLY_TABLE=$folder/nightly.tsv BMUD_NIGHTLY_STAGES=$folder/stages BMUD_NIGHTLY_LOGS=$folder/logs nightly "$@"; }
   all_states() { in_folder --list | sed -n 's/  */ /gp' | cut -f 1 | paste -sd,; }
   if in_folder >"$folder/out"; then fail "a slice that fails fails the run"; fi
   expect "each slice has its result" "$(all_states)" "one passed,load-1 passed,load-2 passed,other status 3,failed: other"
