@@ -6,6 +6,8 @@
 #   runner_optional FILE FIRST                 those of a table that fit the budget, beginning with row FIRST modulo their number;
 #                                              returns 1 only if interrupted
 #   runner_table                               prints stage, seconds, result
+#   runner_summaries STAGE=LOG...              prints ctest's own last words in these logs: how many passed, which failed, how long it took;
+#                                              of a run that failed only those of the stage that did, and last that it failed
 #   runner_record FILE COMMIT KIND             appends the run to a file, tab-separated
 #   runner_note=COMMAND                        before that: COMMAND STAGE SECONDS passed|"status N" learns of each stage that ended
 #
@@ -125,6 +127,15 @@ runner_table() {
   done
   printf '%-24s %8s  %s%s\n' together "$(runner_elapsed_s)" "${runner_failed:+failed: }${runner_failed:-passed}" \
     "${runner_found[*]:+, but found something: }${runner_found[*]}"
+}
+
+runner_summaries() {
+  local one
+  for one in "$@"; do
+    [[ -f ${one#*=} && ${runner_failed:-${one%%=*}} == "${one%%=*}" ]] || continue
+    sed -n '/tests passed, .* tests failed out of/,$p' "${one#*=}"
+  done
+  [[ -z $runner_failed ]] || echo "ci: FAILED in stage \"$runner_failed\"" >&2
 }
 
 runner_record() {

@@ -94,6 +94,20 @@ runner_note=''
 expect "who wants to know learns how each stage ended, but for one that was ended" "$(paste -sd' ' "$folder/notes")" \
   "good-a=passed bad=status 3 good-y=passed"
 
+# What ctest said last.
+runner_start 100 200 "$folder/stages"
+printf '1/2 Test #1: one\n\n100%% tests passed, 0 tests failed out of 2\n' >"$folder/one.log"
+printf '1/2 Test #1: two\n\n50%% tests passed, 1 tests failed out of 2\n\t1 - two (Failed)\n' >"$folder/two.log"
+summaries() { runner_summaries one="$folder/one.log" two="$folder/two.log" three="$folder/three.log" 2>&1 | paste -sd'|'; }
+expect "a run that passes ends with ctest's summaries" "$(summaries)" \
+  "100% tests passed, 0 tests failed out of 2|50% tests passed, 1 tests failed out of 2|$(printf '\t')1 - two (Failed)"
+runner_failed=two
+expect "one that fails with that of the stage that failed, and says so" "$(summaries)" \
+  "50% tests passed, 1 tests failed out of 2|$(printf '\t')1 - two (Failed)|ci: FAILED in stage \"two\""
+for runner_failed in three other; do
+  expect "and with no other" "$(summaries)" "ci: FAILED in stage \"$runner_failed\""
+done
+
 # The tables themselves.
 stages=$("$repository/tests/ci/stages.sh" --list)
 rows_of() { runner_rows_of "$repository/tests/ci/$1.tsv"; }
@@ -152,13 +166,13 @@ run_stage() {
   status=0
   SAYS=$1 PATH="$fake/bin:$PATH" "$fake/tests/ci/stages.sh" "${@:2}" >"$folder/out" 2>&1 || status=$?
 }
-stages_with_tests=(tests 'all-sanitizers-slow 1/3' all-clang all-sanitizers-tests all-tests coverage load 'rig smoke' sanitizers-tests threads)
+stages_with_tests=(tests 'all-sanitizers-slow 1/3' all-clang all-sanitizers-tests all-tests coverage load 'rig smoke' rig-short sanitizers-tests threads)
 # shellcheck disable=SC2016  # the other shell's
 bodies=$(bash -c 'source "$1"; declare -f' - "$repository/tests/ci/stages.sh")
 # calls PATTERN: stages whose function has it
 calls() { awk -v called="$1" '/^[a-z]/ { name = $1 } $0 ~ called { print name }' <<<"$bodies" | sed -n 's/^stage_//p' | tr _ - | sort -u; }
 expect "every stage that runs tests is one of those that are tried here" \
-  "$(calls ' ctest |tools/test .*-- |test_with_sanitizers|tests/(threads|mutation/coverage).sh' | paste -sd' ')" \
+  "$(calls ' ctest |tools/test .*-- |test_with_sanitizers|test_rig_short|tests/(threads|mutation/coverage).sh' | paste -sd' ')" \
   "$(printf '%s\n' "${stages_with_tests[@]%% *}" | sort -u | paste -sd' ')"
 for stage in "${stages_with_tests[@]}"; do
   read -ra words <<<"$stage"
@@ -178,6 +192,10 @@ for stage in tests coverage; do
     expect "stage $stage with $lost" "$status $(tail -n 1 "$folder/out" | sed 's/ in .*\.log,/ in LOG,/')" \
       "1 stages.sh: found nothing to read in LOG, expected what tests have printed"
   done
+done
+for stage in all-clang rig-short; do
+  run_stage nothing "$stage"
+  expect "stage $stage has each short test of the emulated machine" "$(grep -c -e '^ctest .* -L ^rig\$ -LE ^rig_long\$ ' "$fake/calls")" 1
 done
 run_stage nothing load
 expect "what is compiled is compiled before other programs make the machine busy" \
