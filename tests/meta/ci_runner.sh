@@ -118,6 +118,7 @@ for optional in $(rows_of optional | cut -f 1); do
   [[ $optional == mutation-recent ]] || rows_of nightly | cut -f 2 | cut -d ' ' -f 1 | grep -qx "$optional" ||
     fail "tests/ci/nightly.tsv lacks the optional stage $optional"
 done
+rows_of optional | awk -F'\t' '$2 <= 60 { print; short = 1 } END { exit short }' || fail "what takes at most a minute is required, or no run need have it"
 rows_of nightly | awk -F'\t' '$3 > 1800 { print; late = 1 } END { exit late }' || fail "a slice of tests/nightly may take more than 30 minutes"
 kinds=$(sed -n 's/^\(sanitized_kinds\|other_kinds\)=//p' "$repository/tests/ci/stages.sh" | tr , '\n' | sort | paste -sd' ')
 all_kinds=$(sed -n 's/^set(all_test_kinds \(.*\))$/\1/p' "$repository/tests/CMakeLists.txt" | tr ' ' '\n' | sort | paste -sd' ')
@@ -157,7 +158,7 @@ fi
 PROGRAM
 chmod +x "$fake/bin/ctest"
 for program in bin/{cmake,llvm-cov,llvm-profdata} tools/test build-threads/bin/test_threads build-coverage/bin/test_{unit,scenario} \
-  tests/mutation/{coverage_report,other_coverage}.py; do
+  packaging/make-packages.sh tests/mutation/{coverage_report,other_coverage}.py; do
   ln "$fake/bin/ctest" "$fake/$program"
 done
 # run_stage SAYS STAGE [ARGUMENT]: sets status and the file out
@@ -197,6 +198,8 @@ for stage in all-clang rig-short; do
   run_stage nothing "$stage"
   expect "stage $stage has each short test of the emulated machine" "$(grep -c -e '^ctest .* -L ^rig\$ -LE ^rig_long\$ ' "$fake/calls")" 1
 done
+run_stage nothing packages-built
+expect "packages are those of the build that the run has tested" "$(cat "$fake/calls")" "make-packages.sh --build build"
 run_stage nothing load
 expect "what is compiled is compiled before other programs make the machine busy" \
   "$(sed 's/^test .*\(--build-only\|-LE\).*/\1/' "$fake/calls" | paste -sd' ')" "--build-only 0 -LE 4"
@@ -204,7 +207,7 @@ expect "what is compiled is compiled before other programs make the machine busy
 # Slices that say by whom what they need is built, and stages that call what builds it.
 built_by() { rows_of nightly | awk -F'\t' -v builder="$1" '(" " $5 " ") ~ (" " builder " ") { print $2 }' | cut -d ' ' -f 1 | sort -u; }
 expect "what uses GCC's build has it built before" "$(built_by all-build)" \
-  "$(calls '[ ]stage_all_build|build_programs build |^ *tools/test --( |$)' | grep -xFf <(rows_of nightly | cut -f 2 | cut -d ' ' -f 1))"
+  "$(calls '[ ]stage_all_build|build_programs build |^ *tools/test --( |$)|make-packages' | grep -xFf <(rows_of nightly | cut -f 2 | cut -d ' ' -f 1))"
 expect "and what uses that with sanitizers" "$(built_by all-sanitizers-build)" \
   "$(calls '[ ]stage_all_sanitizers_build|build_programs build-asan ' | grep -xFf <(rows_of nightly | cut -f 2 | cut -d ' ' -f 1))"
 packages_max_s=$(sed -n 's/^packages_max_s=//p' "$repository/tests/nightly")
