@@ -1,6 +1,5 @@
 // bmudump as a user runs it: the program, its output, its complaints and its exit codes.
 #include <array>
-#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
@@ -1080,27 +1079,54 @@ TEST_CASE("live, the run ends after so long without a frame", "[integration][bmu
   CHECK(run("-T 100 --seconds 60 " + bus.name()).exit_code == 0);
   const auto took = std::chrono::steady_clock::now() - start;
   CHECK(took >= std::chrono::milliseconds(100));
-  CHECK(took < std::chrono::seconds(30));
+  CHECK(took < std::chrono::seconds(60));  // that it was not the other end
 }
 
-TEST_CASE("live, a bus on which nobody speaks is told once, one with traffic is not", "[integration][bmudump][bus]") {
-  const TestBus quiet("quiet");
-  const TestBus busy("busy");
-  auto port = open_bus(busy.name(), {});
-  REQUIRE(port.has_value());
-  std::atomic<bool> is_over = false;
-  std::thread speaker([&port, &is_over] {
-    while (!is_over) {
-      static_cast<void>((*port)->send(internal_worked_frames()[2].frame()));
+namespace {
+
+/// bmudump on two buses, of which this one speaks on one until it has been told of the other.
+struct SilenceRun {
+  TestBus quiet{"quiet"};
+  TestBus busy{"busy"};
+  /// Whether a frame had been shown before anything was said.
+  bool was_heard_in_time = false;
+  int exit_code = -1;
+  std::vector<std::string> told;
+
+  SilenceRun() {
+    const TemporaryFolder folder;
+    auto port = open_bus(busy.name(), {});
+    REQUIRE(port.has_value());
+    Process listening({bmudump, quiet.name(), busy.name()}, {.out_file = folder / "out", .err_file = folder / "err"});
+    const auto is_told = [&] { return !content_of(folder / "err").empty(); };
+    const auto begin = std::chrono::steady_clock::now();
+    while (std::chrono::steady_clock::now() - begin < test::hang_max && !(was_heard_in_time && is_told())) {
+      REQUIRE((*port)->send(internal_worked_frames()[2].frame()).has_value());
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      if (was_heard_in_time || content_of(folder / "out").empty()) continue;
+      was_heard_in_time = !is_told();
+      if (!was_heard_in_time) break;
     }
-  });
-  const Run result = run("--seconds 2.5 " + quiet.name() + " " + busy.name());
-  is_over = true;
-  speaker.join();
-  CHECK(result.exit_code == 0);
-  const std::vector<std::string> told = lines_of(result.err);
+    listening.signal(SIGINT);
+    exit_code = listening.wait(test::hang_max);
+    told = lines_of(content_of(folder / "err"));
+  }
+};
+
+}  // namespace
+
+TEST_CASE("live, a bus on which nobody speaks is told once, one with traffic is not", "[integration][bmudump][bus]") {
+  // A machine that holds up who speaks, or who listens, for two seconds makes the other bus a silent one, too.
+  constexpr int runs_max = 5;
+  std::unique_ptr<SilenceRun> result;
+  for (int runs = 0; runs < runs_max && !(result && result->was_heard_in_time); ++runs) {
+    result.reset();  // and its buses, before they are there again
+    result = std::make_unique<SilenceRun>();
+  }
+  REQUIRE(result->was_heard_in_time);
+  CHECK(result->exit_code == 0);
+  const std::vector<std::string>& told = result->told;
   REQUIRE(told.size() == 2);
-  CHECK(told[0] == "bmudump: no frame on " + quiet.name() + " yet; is another program on this bus?");
-  CHECK(seconds_after(told[1], "bmudump: " + quiet.name() + ": nobody was heard in ") >= 2.5);
+  CHECK(told[0] == "bmudump: no frame on " + result->quiet.name() + " yet; is another program on this bus?");
+  CHECK(seconds_after(told[1], "bmudump: " + result->quiet.name() + ": nobody was heard in ") >= 2.0);
 }
