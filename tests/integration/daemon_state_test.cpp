@@ -25,9 +25,9 @@ namespace bmu {
 using test::ask_as;
 using test::Asker;
 using test::Bench;
+using test::check_no_fault_of_the_pack;
 using test::is_open;
 using test::milliseconds;
-using test::of_the_pack;
 
 namespace {
 
@@ -251,7 +251,7 @@ TEST_CASE("a healthy pack that is switched off and on again has no lock of it", 
   bench.start_emulator("");
   bench.start();
   REQUIRE(bench.becomes([&] { return bench.ask_json("status").at("permission").at("may_close") == true; }));
-  CHECK(of_the_pack(bench.ask_json("status").at("faults_present")).empty());
+  check_no_fault_of_the_pack(bench);
   const int count = bench.fault("module_lost").at("count");
   CHECK((count == 2 || (count > 2 && bench.was_held_up())));
 }

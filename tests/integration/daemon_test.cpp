@@ -402,11 +402,12 @@ TEST_CASE("the answer to clear tells what went and what stays, and why", "[integ
     }
     return std::string();
   };
+  const auto may_be_busy = [&bench] { return test::may_have_been_kept_waiting(bench.daemon->pid()); };
   REQUIRE(bench.becomes([&] { return stage() == "active"; }));
   const nlohmann::json early = bench.ask_json("clear");
-  CHECK(early.at("cleared").empty());
-  CHECK(of_the_pack(early.at("still_present")) == nlohmann::json{"emergency_stop"});
-  const nlohmann::json reasons = of_the_pack(early.at("reasons"));
+  CHECK(of_the_pack(early.at("cleared"), may_be_busy()).empty());
+  CHECK(of_the_pack(early.at("still_present"), may_be_busy()) == nlohmann::json{"emergency_stop"});
+  const nlohmann::json reasons = of_the_pack(early.at("reasons"), may_be_busy());
   REQUIRE(reasons.size() == 1);
   CHECK(reasons.at(0).at("name") == "emergency_stop");
   CHECK(reasons.at(0).at("reason") == "its cause is still there (emergency stop 1 of the unit)");
@@ -419,9 +420,9 @@ TEST_CASE("the answer to clear tells what went and what stays, and why", "[integ
   bench.send_event("estop 1 released");
   REQUIRE(bench.becomes([&] { return stage() == "latched"; }));
   const nlohmann::json late = bench.ask_json("clear");
-  CHECK(of_the_pack(late.at("cleared")) == nlohmann::json{"emergency_stop"});
-  CHECK(of_the_pack(late.at("still_present")).empty());
-  CHECK(of_the_pack(late.at("reasons")).empty());
+  CHECK(of_the_pack(late.at("cleared"), may_be_busy()) == nlohmann::json{"emergency_stop"});
+  CHECK(of_the_pack(late.at("still_present"), may_be_busy()).empty());
+  CHECK(of_the_pack(late.at("reasons"), may_be_busy()).empty());
   // What a busy machine alone causes may come at any time, and stays until some ticks have come in time again.
   Finished nothing;
   CHECK(bench.becomes([&] {

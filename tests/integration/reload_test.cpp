@@ -25,10 +25,10 @@ namespace bmu {
 
 using test::ask_as;
 using test::Bench;
+using test::check_no_fault_of_the_pack;
 using test::is_closed;
 using test::is_open;
 using test::NotifySocket;
-using test::of_the_pack;
 
 namespace {
 
@@ -473,9 +473,7 @@ TEST_CASE("two hundred reloads leave nothing behind", "[integration][daemon][rel
   CHECK(bench.becomes([&] { return resident_kB(*bench.daemon) - memory_kB < growth_max_kB; }));
   CHECK(bench.reloads() == 200);
   CHECK(bench.becomes([&] { return bench.ask_json("status").at("modules_answering") == 4; }));
-  const nlohmann::json faults = of_the_pack(bench.ask_json("status").at("faults_present"));
-  INFO(faults.dump());
-  CHECK(faults.empty());
+  check_no_fault_of_the_pack(bench);
   CHECK(bench.end() == 0);
 }
 
