@@ -1,14 +1,18 @@
 #include "daemon/shell/driven_lines.hpp"
 
+#include <algorithm>
 #include <cerrno>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <limits>
 #include <sstream>
 #include <system_error>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
+#include "config/pack_fields.hpp"
 #include "tools/common/whole_file.hpp"
 
 namespace bmu {
@@ -37,7 +41,22 @@ bool is_record(const json& record) {
          record["outputs"].is_object();
 }
 
-/// Nothing if it is no such record. An output that we do not know is one that we would not open.
+/// A name that ends at a NUL would open another chip than it says.
+bool is_chip(std::string_view chip) {
+  return chip.starts_with("/dev/") && is_printable_ascii(chip);
+}
+
+/// Two outputs on one line: which of them is open is not known.
+bool has_line_twice(const GpioConfig& gpio) {
+  std::vector<std::uint32_t> lines;
+  for (const std::optional<GpioLine>& line : gpio.outputs) {
+    if (line) lines.push_back(line->line);
+  }
+  std::sort(lines.begin(), lines.end());
+  return std::adjacent_find(lines.begin(), lines.end()) != lines.end();
+}
+
+/// An output that we do not know is one that we would not open.
 std::optional<GpioConfig> gpio_of(const json& record) {
   if (!is_record(record)) return std::nullopt;
   GpioConfig gpio;
@@ -50,17 +69,26 @@ std::optional<GpioConfig> gpio_of(const json& record) {
     gpio.outputs.at(i) = {.line = (*found)["line"].get<std::uint32_t>(), .active_low = (*found)["active_low"]};
     ++known;
   }
-  return known == record["outputs"].size() ? std::optional(gpio) : std::nullopt;
+  if (known != record["outputs"].size() || has_line_twice(gpio)) return std::nullopt;
+  return known == 0 || is_chip(gpio.chip) ? std::optional(gpio) : std::nullopt;
 }
 
 }  // namespace
+
+std::string driven_lines_text(const std::optional<GpioConfig>& gpio) {
+  return json_of(gpio.value_or(GpioConfig{})).dump() + "\n";
+}
+
+std::optional<GpioConfig> parse_driven_lines(std::string_view text) {
+  return gpio_of(json::parse(text, nullptr, false));
+}
 
 Result<void, OsError> write_driven_lines(const std::string& path, const std::optional<GpioConfig>& gpio) {
   if (path.empty()) return {};
   std::error_code error;
   std::filesystem::remove(path, error);
   if (error) return failure(OsError{error.value(), "removing the old " + path});
-  const auto written = write_whole_file(path, json_of(gpio.value_or(GpioConfig{})).dump() + "\n");
+  const auto written = write_whole_file(path, driven_lines_text(gpio));
   if (!written) return failure(OsError{0, "writing " + path + ": " + written.error()});
   return {};
 }
@@ -78,7 +106,7 @@ Result<std::optional<GpioConfig>, OsError> read_driven_lines(const std::string& 
   if (!file.is_open()) return failure(OsError{errno, "reading " + path});
   std::ostringstream text;
   text << file.rdbuf();  // nothing, of what cannot be read
-  const std::optional<GpioConfig> gpio = gpio_of(json::parse(text.str(), nullptr, false));
+  const std::optional<GpioConfig> gpio = parse_driven_lines(text.str());
   if (!gpio) {
     return failure(OsError{0, path +
                                   ": found no list of lines, wanted {\"chip\": TEXT, \"outputs\": {NAME: {\"line\": " +

@@ -7,17 +7,24 @@
 //
 // JSON, of its outputs only:
 //   {"chip": "/dev/gpiochip0", "outputs": {"main_positive": {"line": 17, "active_low": false}}}
+// With outputs the chip is a device's file and no line stands twice, as in a pack file: what says otherwise is damaged.
 // It belongs into a folder that ends with the service or with the machine, as the unit's RuntimeDirectory.
 #pragma once
 
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "config/gpio_config.hpp"
 #include "daemon/shell/os_error.hpp"
 #include "protocol/result.hpp"
 
 namespace bmu {
+
+/// What the file says; of no configuration as of one without outputs.
+[[nodiscard]] std::string driven_lines_text(const std::optional<GpioConfig>& gpio);
+/// Nothing if it is no such text.
+[[nodiscard]] std::optional<GpioConfig> parse_driven_lines(std::string_view text);
 
 /// What was there before is gone in any case: lines of another pack would be worse than none. "" is no path, and
 /// nothing to be done.
