@@ -51,6 +51,7 @@ declare -A parser_files=(
   [candump]='protocol/candump\.'
   [cell]='config/(cell_|charge_plateau|derating_reader|fields|json_reader|list_fields)'
   [core_image]='daemon/core/core_image\.|protocol/(image|fields|enumerators)\.'
+  [driven_lines]='daemon/shell/driven_lines\.'
   [dump]='tools/bmudump/|protocol/candump\.'
   [frames]='protocol/(receive_check|signal|message|bits)\.'
   [history_pages]='daemon/history/(stray_rows|row_blob|history_reader|history_lives|history_row|history_columns)\.'
