@@ -46,10 +46,10 @@ std::optional<Setting> setting_from(std::string_view text) {
 
 }  // namespace
 
-CellCountSetting::CellCountSetting(const PackConfig& file_pack, const std::string& state_path)
+CellCountSetting::CellCountSetting(const PackConfig& file_pack, const std::string& state_path, FileCalls& calls)
     : file_pack_(file_pack),
       pack_(file_pack),
-      file_(state_path + ".cells"),
+      file_(state_path + ".cells", calls),
       is_kept_(!state_path.empty()),
       next_count_(bmu::cell_count(file_pack.core)) {
   if (is_kept_ && file_pack_.serial.may_set_cell_count) read();

@@ -18,7 +18,7 @@ class CellCountSetting {
  public:
   /// `state_path`: of the state file; empty: nothing is kept. Reads what was set; not for the control loop's thread,
   /// as set() is not.
-  CellCountSetting(const PackConfig& file_pack, const std::string& state_path);
+  CellCountSetting(const PackConfig& file_pack, const std::string& state_path, FileCalls& calls = system_file_calls());
 
   /// With the number that was set, or as its file has it.
   [[nodiscard]] const PackConfig& pack() const { return pack_; }

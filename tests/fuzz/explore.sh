@@ -50,6 +50,7 @@ wrong_usage() {
 declare -A parser_files=(
   [candump]='protocol/candump\.'
   [cell]='config/(cell_|charge_plateau|derating_reader|fields|json_reader|list_fields)'
+  [cell_count]='daemon/shell/cell_count_setting\.|config/cell_count\.'
   [core_image]='daemon/core/core_image\.|protocol/(image|fields|enumerators)\.'
   [driven_lines]='daemon/shell/driven_lines\.'
   [dump]='tools/bmudump/|protocol/candump\.'
