@@ -96,11 +96,12 @@ constexpr std::array bus_table{
          .because = "as the modules know no other"}),
 };
 
-constexpr std::array vehicle_dialect_names = [] {
+constexpr std::array<std::string_view, vehicle_dialect_count> names_of_dialects() {
   std::array<std::string_view, vehicle_dialect_count> names;
   for (std::size_t i = 0; i < names.size(); ++i) names[i] = vehicle_dialects[i].name;
   return names;
-}();
+}
+constexpr std::array vehicle_dialect_names = names_of_dialects();
 
 constexpr std::array vehicle_table{
     choice<&VehicleConfig::dialect, vehicle_dialect_names>(
