@@ -1,0 +1,21 @@
+#!/usr/bin/env bash
+# Compiler launcher of CMake for GCC: ccache, so that a clone in another folder finds what was compiled here.
+#
+# A precompiled header is found by the content of all that it includes (ccache's depend mode), never by its preprocessed text, which has no
+# comments: GCC notes the checksum of each file in it, and takes a file in which only a comment differs for one that it has not read.
+#
+# usage: tests/ci/cached_gcc.sh SOURCE_FOLDER CCACHE GCC ARGUMENTS...
+set -euo pipefail
+
+# Objects name sources relative to this folder, wherever it is. ccache hashes a precompiled header like any other file if it may ignore
+# what macros of time and of the header could change: no source here uses the former, and GCC itself refuses a header that was made with
+# other macros.
+export CCACHE_BASEDIR=$1 CCACHE_NOHASHDIR=1 CCACHE_SLOPPINESS=pch_defines,time_macros
+ccache=$2
+shift 2
+
+if [[ " $* " == *" -x c++-header "* ]]; then
+  # Entries that were made without depend mode do not count: they may name the header of another text.
+  export CCACHE_DEPEND=1 CCACHE_NAMESPACE=precompiled-by-content
+fi
+exec "$ccache" "$@"
