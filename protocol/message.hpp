@@ -67,6 +67,9 @@ struct MessageSpec {
   [[nodiscard]] constexpr std::uint8_t shortest() const { return length_min > 0 ? length_min : length; }
 };
 
+/// The counter of nibble_counter_crc goes from 0 to 14.
+inline constexpr unsigned nibble_counter_values = 15;
+
 /// Whether b7 is a checksum.
 [[nodiscard]] constexpr bool has_crc(const MessageSpec& message) {
   return message.protection == Protection::counter_crc || message.protection == Protection::counter_crc_complement ||
@@ -142,8 +145,7 @@ constexpr void seal(const MessageSpec& message, std::uint8_t counter, CanFrame& 
     frame.data[1] = static_cast<std::uint8_t>(~frame.data[0]);
   }
   if (message.protection == Protection::nibble_counter_crc) {
-    constexpr unsigned counter_values = 15;
-    frame.data[6] = static_cast<std::uint8_t>((frame.data[6] & 0x0FU) | ((counter % counter_values) << 4U));
+    frame.data[6] = static_cast<std::uint8_t>((frame.data[6] & 0x0FU) | ((counter % nibble_counter_values) << 4U));
   } else if (has_crc(message)) {
     frame.data[6] = counter;
   }

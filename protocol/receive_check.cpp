@@ -12,6 +12,7 @@ std::string_view to_text(RejectReason reason) {
     case RejectReason::wrong_crc: return "wrong crc";
     case RejectReason::wrong_complement: return "wrong complement";
     case RejectReason::wrong_channel: return "wrong channel";
+    case RejectReason::wrong_counter: return "wrong counter";
     case RejectReason::repeated_counter: return "repeated counter";
     case RejectReason::conflicting: return "conflicting sender";
     case RejectReason::late: return "late";
@@ -43,6 +44,9 @@ std::optional<RejectReason> content_fault(const MessageSpec& message, const CanF
   }
   if (message.protection == Protection::channel_counter && frame.data[0] != message.channel) {
     return RejectReason::wrong_channel;
+  }
+  if (message.protection == Protection::nibble_counter_crc && counter_of(message, frame) >= nibble_counter_values) {
+    return RejectReason::wrong_counter;
   }
   return std::nullopt;
 }

@@ -32,18 +32,19 @@ enum class RejectReason : std::uint8_t {
   wrong_crc,
   wrong_complement,  // CONTACTOR_COMMAND: b1 is not the complement of b0
   wrong_channel,     // current sensor: b0 is not the channel of this identifier
+  wrong_counter,     // BMW's modules: 15, which their counter never has
   repeated_counter,
   conflicting,     // a repeated counter with other bytes: a second sender
   late,            // an answer to an older POLL or COMMAND
   not_configured,  // a node this pack does not have (judged by the owner of the check, counted here)
   foreign_master,  // a frame only we may send, from somebody else (judged by the owner, counted here)
 };
-inline constexpr std::size_t reject_reason_count = 11;
+inline constexpr std::size_t reject_reason_count = 12;
 
 [[nodiscard]] std::string_view to_text(RejectReason reason);
 
 /// What is wrong with a frame by itself, whatever came before: its form; against the row of its identifier, its length,
-/// checksum, complement and channel. `form_fault` is of a bus that has 11-bit identifiers only.
+/// checksum, complement, channel and the range of its counter. `form_fault` is of a bus that has 11-bit identifiers only.
 [[nodiscard]] std::optional<RejectReason> form_fault(const CanFrame& frame);
 [[nodiscard]] std::optional<RejectReason> content_fault(const MessageSpec& message, const CanFrame& frame);
 

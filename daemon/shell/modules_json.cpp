@@ -156,6 +156,7 @@ Json losses_json(const ModuleRecord& module) {
           {"asked_alone", module.asked_alone},
           {"wrong_crc", rejected(module, RejectReason::wrong_crc)},
           {"wrong_length", rejected(module, RejectReason::wrong_length)},
+          {"wrong_counter", rejected(module, RejectReason::wrong_counter)},
           {"repeated_counter", rejected(module, RejectReason::repeated_counter)},
           {"conflicting", rejected(module, RejectReason::conflicting)},
           {"late", rejected(module, RejectReason::late)},

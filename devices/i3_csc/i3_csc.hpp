@@ -42,8 +42,8 @@ inline constexpr SpecialCode number_codes[] = {{0xFF, Validity::not_fitted}};
 
 namespace detail {
 
-/// b6 .7-.4; 15 is never used.
-inline constexpr SignalSpec counter = field::within(0, 14, field::bits("counter", 6, 7, 4));
+/// b6 .7-.4; a frame with 15 is refused by the receive check.
+inline constexpr SignalSpec counter = field::within(0, nibble_counter_values - 1, field::bits("counter", 6, 7, 4));
 
 consteval SignalSpec cell(std::string_view name, unsigned place) {
   return {.name = name,

@@ -205,6 +205,16 @@ TEST_CASE("a refused frame is laid to the module whose identifier it has, or to 
     CHECK(rejected(core, 4) == 1);
     CHECK(rejected_of_all(core) == 1);
   }
+  SECTION("a counter that no module has, under a right checksum") {
+    CanFrame frame = make_frame(*driver_of("i3_csc").catalogue->find(status_of_4).message, 3);
+    frame.data[6] = 0xF0;
+    frame.data[7] = frame_crc_1d(frame);
+    hear(frame);
+    CHECK(refused(RejectReason::wrong_counter) == 1);
+    CHECK(rejected(core, 4) == 1);
+    CHECK(rejected_of_all(core) == 1);
+    CHECK_FALSE(core.modules().find(4)->status.is_valid());
+  }
   SECTION("identifiers of no module: the master's, and who has no number yet") {
     hear({.id = 0x081, .is_remote = true, .length = 8});
     hear({.id = 0x081, .length = 7});

@@ -143,7 +143,7 @@ TEST_CASE("the pages of modules: both tables, what is wrong, what was accepted",
                  "answer_times": {"last_us": 4449, "mean_us": 4450, "worst_us": 12000, "jitter_us": null,
                                   "within_95_percent_us": 5000},
                  "losses": {"answers_complete": 990, "answers_missed": 10, "missed_permille": 10, "asked_alone": 12,
-                            "wrong_crc": 1, "wrong_length": 2, "repeated_counter": 3, "conflicting": 4, "late": 5,
+                            "wrong_crc": 1, "wrong_length": 2, "wrong_counter": 20, "repeated_counter": 3, "conflicting": 4, "late": 5,
                             "restarts": 6}}],
     "strangers": [{"node": 9, "serial_number": 77, "cell_count": 8}, {"node": 10, "serial_number": null}],
     "assignment": null})");

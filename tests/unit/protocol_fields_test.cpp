@@ -249,6 +249,21 @@ TEST_CASE("BMW's counter goes from 0 to 14 in the high nibble and leaves the low
   }
 }
 
+TEST_CASE("BMW's frames with counter 15, which is never used, are refused and counted", "[unit][protocol]") {
+  ReceiveCheck check(bmw_catalogue, ReceiveCheck::Role::listener);
+  CHECK(check.check(bmw_frame(14)).is_accepted);
+  CanFrame frame = bmw_frame(0);
+  frame.data[6] = 0xF0;
+  CHECK(check.check(frame).reason == RejectReason::wrong_crc);
+  frame.data[7] = frame_crc_1d(frame);
+  CHECK(check.check(frame).reason == RejectReason::wrong_counter);
+  CHECK(check.counts().rejected[static_cast<std::size_t>(RejectReason::wrong_counter)] == 1);
+  CHECK(check.rejected_under(frame.id) == 1);
+  CHECK(to_text(RejectReason::wrong_counter) == "wrong counter");
+  // It left no counter behind that the next frame could repeat.
+  CHECK(check.check(bmw_frame(0)).is_accepted);
+}
+
 TEST_CASE("BMW's frames with a counter that was there are repeated, or conflict", "[unit][protocol]") {
   ReceiveCheck check(bmw_catalogue, ReceiveCheck::Role::listener);
   CHECK(check.check(bmw_frame(1)).is_accepted);

@@ -71,7 +71,8 @@ void add_answers(Page& page, const Reply& modules) {
          {"answers_complete", "answers_missed", "missed_permille", "asked_alone", "wrong_crc", "wrong_length"}) {
       row.push_back(plain(shown(losses[key], Unit::none)));
     }
-    const std::int64_t counter = losses["repeated_counter"].number_or(0) + losses["conflicting"].number_or(0);
+    const std::int64_t counter = losses["wrong_counter"].number_or(0) + losses["repeated_counter"].number_or(0) +
+                                 losses["conflicting"].number_or(0);
     row.push_back(plain(std::to_string(counter)));
     row.push_back(plain(shown(losses["late"], Unit::none)));
     row.push_back(plain(shown(losses["restarts"], Unit::none)));
