@@ -151,7 +151,7 @@ TEST_CASE("the pages of modules: both tables, what is wrong, what was accepted",
   CAPTURE(text);
   for (const char* part :
        {"parked, every 500 ms", "answering 1 of 1", "5 (not 4)", "exchanged", "normal, balancing", "external", "4.4 ms",
-        "4.5 ms", "12.0 ms", "--", "990", "Module 3 is serial number 5, expected serial number 4.",
+        "4.5 ms", "12.0 ms", "--", "990", "27", "Module 3 is serial number 5, expected serial number 4.",
         "An extra module at node 9: serial number 77, 8 cells.",
         "An extra module at node 10: has not said who it is."}) {
     CAPTURE(part);
