@@ -29,7 +29,7 @@ void add_chargers(const ChargerConfig& charger, Guests& guests) {
     std::array<ChargerReport, charger_units_max> ignored{};
     const auto command = charger.driver->order_of(frame);
     const std::uint8_t unit = command ? command->unit : charger.driver->take(frame, ignored).unit;
-    const bool is_of_other_master = command && message->base_id != charger.driver->command(unit, {}).id;
+    const bool is_of_other_master = command && command->order.master_address != charger.master_address;
     if (unit >= charger.unit_count || is_of_other_master) continue;
     add(*message, message->base_id, command ? charger.driver->command_period : message->period, guests);
   }

@@ -76,6 +76,16 @@ void check_mains_request(const Check& check) {
   check.problems.add(check.at("requests_mains"), "true", "false, as " + who);
 }
 
+void check_master_address(const Check& check) {
+  const ChargerConfig& charger = check.charger();
+  const bool is_default = charger.master_address == ChargerConfig{}.master_address;
+  if (is_default || !check.may_judge("master_address", check.at("protocol"))) return;
+  if (charger.driver != nullptr && charger.driver->has_master_address) return;
+  const std::string who = charger.driver != nullptr ? std::string(charger.driver->name) + " has no such address"
+                                                    : std::string("no protocol is named");
+  check.problems.add(check.at("master_address"), "\"F5\"", "\"F4\" or nothing, as " + who);
+}
+
 /// Else it would be at its end before it has begun, or never come to it.
 void check_end_current(const Check& check) {
   const ChargerConfig& charger = check.charger();
@@ -119,6 +129,7 @@ void check_charger(const PackConfig& pack, const Place& place, ProblemList& prob
   check_voltage(check);
   check_resume(check);
   check_mains_request(check);
+  check_master_address(check);
 }
 
 }  // namespace bmu

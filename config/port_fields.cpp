@@ -151,11 +151,16 @@ constexpr std::array vehicle_table{
          .meaning = "whoever asks there may clear stored faults, as far as a user may: anybody on that bus"}),
 };
 
+constexpr std::array<std::string_view, 2> master_address_names{"F4", "F5"};
+
 constexpr std::array charger_table{
     driver_field<&ChargerConfig::driver, &Device::charger>(
         {.key = "protocol", .meaning = "what the chargers speak; nothing: none is told anything"}),
     number<&ChargerConfig::unit_count>(
         {.key = "units", .min = 1, .max = charger_units_max, .meaning = "how many of them share the work"}),
+    choice<&ChargerConfig::master_address, master_address_names>(
+        {.key = "master_address",
+         .meaning = "source address of the commands, where the protocol has one: as the chargers are set"}),
     number<&ChargerConfig::current_max_mA>(
         {.key = "current_max_mA",
          .min = 0,

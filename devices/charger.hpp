@@ -24,8 +24,12 @@
 
 namespace bmu {
 
+/// The source address of a master's commands, in a protocol that knows more than one.
+enum class MasterAddress : std::uint8_t { f4, f5 };
+
 /// Of one unit.
 struct ChargerOrder {
+  MasterAddress master_address = MasterAddress::f4;  // of the sender; F4 where the protocol has no such address
   bool is_enabled = false;
   std::int32_t voltage_mV = 0;  // 0 and more; told in the protocol's steps, rounded down
   std::int32_t current_mA = 0;  // into the pack; likewise
@@ -35,6 +39,10 @@ struct ChargerOrder {
 
   friend constexpr bool operator==(const ChargerOrder&, const ChargerOrder&) = default;
 };
+
+/// Of what a charger reports of its output, in tenths of a volt or an ampere: a bound of this program, as no source has
+/// one. No pack file may have more.
+inline constexpr std::int64_t charger_output_raw_max = 15'000;
 
 /// Why a charger gives nothing, or less, in its own words. The number is the bit in ChargerReport::troubles.
 enum class ChargerTrouble : std::uint8_t {
@@ -97,6 +105,7 @@ struct ChargerDriver {
   Duration settle{};         // so long it may take to follow a command
   bool is_told_mains_current = false;
   bool can_request_mains = false;
+  bool has_master_address = false;
   std::int32_t voltage_max_mV = 0;  // what a command can carry
   std::int32_t current_max_mA = 0;
 

@@ -92,7 +92,8 @@ bool Core::may_request_mains() const {
 
 /// What is asked for is shared by those that talk; one that is silent may still hear, and is told to stop.
 ChargerOrder Core::order_of_unit(std::size_t unit, TimePoint now) const {
-  ChargerOrder order{.voltage_mV = charge_.voltage_mV(),
+  ChargerOrder order{.master_address = config_.charger.master_address,
+                     .voltage_mV = charge_.voltage_mV(),
                      .mains_current_mA = config_.charger.mains_current_max_mA,
                      .requests_mains = may_request_mains() && chargers_.is_talking(unit, now)};
   const auto sharing = static_cast<std::int32_t>(chargers_.talking_count(now));

@@ -327,6 +327,7 @@ struct ForeignModulesConfig {
 struct ChargerConfig {
   const ChargerDriver* driver = nullptr;  // of the protocol; null: no charger is told anything
   std::uint8_t unit_count = 1;
+  MasterAddress master_address = MasterAddress::f4;  // of this node's commands
   std::int32_t current_max_mA = 0;
   std::int32_t voltage_max_mV = 0;             // never more is asked for
   std::int32_t mains_current_max_mA = 16'000;  // of each unit, where it can be told

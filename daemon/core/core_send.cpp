@@ -72,6 +72,7 @@ GateRules Core::gate_rules() const {
           .may_configure_sensor = config_.sensor.is_configured && !outputs_.any_contactor(),
           .may_store_in_sensor = config_.sensor.is_configured && config_.sensor.is_stored,
           .charger = config_.charger.driver,
+          .master_address = config_.charger.master_address,
           .may_charge = permission_.may_charge && charge_.is_enabled(),
           .may_request_mains = may_request_mains(),
           .charge_current_mA = charge_.current_mA(),

@@ -40,7 +40,8 @@ GateVerdict judge_charger(const CanFrame& frame, const GateRules& rules) {
   const std::optional<ChargerCommand> command = rules.charger->order_of(frame);
   if (!command) return GateVerdict::not_ours;
   const ChargerOrder& order = command->order;
-  if (command->unit >= rules.ordered_mA.size()) return GateVerdict::not_ours;
+  const bool is_ours = command->unit < rules.ordered_mA.size() && order.master_address == rules.master_address;
+  if (!is_ours) return GateVerdict::not_ours;
   if (order.requests_mains && !rules.may_request_mains) return GateVerdict::not_permitted;
   if (!order.is_enabled) return GateVerdict::pass;
   std::int64_t together_mA = order.current_mA;

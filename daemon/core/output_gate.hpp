@@ -36,7 +36,8 @@ struct GateRules {
   const SensorSetUpDriver* sensor = nullptr;  // whose settings may be asked; null: nobody's
   bool may_configure_sensor = false;          // stopped and given others; what is read and started may always be
   bool may_store_in_sensor = false;
-  const ChargerDriver* charger = nullptr;      // what chargers speak; null: none is told anything
+  const ChargerDriver* charger = nullptr;  // what chargers speak; null: none is told anything
+  MasterAddress master_address = MasterAddress::f4;
   bool may_charge = false;                     // and is to, by this tick's decision
   bool may_request_mains = false;              // from a charging post
   std::int32_t charge_current_mA = 0;          // the most that all units together may be asked for

@@ -82,7 +82,7 @@ inline constexpr SignalSpec status_signals[] = {
 inline constexpr SignalSpec actual_1_signals[] = {
     field::big("mains_current_mA", 0, 2, field::hundredth_of_A),
     field::big("mains_voltage_mV", 2, 2, field::tenth_of_V),
-    field::big("output_voltage_mV", 4, 2, field::tenth_of_V),
+    field::within(0, charger_output_raw_max, field::big("output_voltage_mV", 4, 2, field::tenth_of_V)),
     field::as_signed(field::big("output_current_mA", 6, 2, field::hundredth_of_A)),
 };
 inline constexpr SignalSpec actual_2_signals[] = {
@@ -92,11 +92,20 @@ inline constexpr SignalSpec actual_2_signals[] = {
     field::as_signed(field::big("charge_counter_uAs", 4, 2, field::hundredth_of_Ah)),
     field::big("booster_current_mA", 6, 2, field::hundredth_of_A),
 };
+namespace detail {
+
+/// From -50 to 200 C: a bound of this program, as no source has one.
+consteval SignalSpec temperature(std::string_view name, unsigned first_byte) {
+  return field::within(-500, 2'000, field::as_signed(field::big(name, first_byte, 2, field::tenth_of_C)));
+}
+
+}  // namespace detail
+
 inline constexpr SignalSpec temperature_signals[] = {
-    field::as_signed(field::big("power_stage_temperature_dC", 0, 2, field::tenth_of_C)),
-    field::as_signed(field::big("external_temperature_1_dC", 2, 2, field::tenth_of_C)),
-    field::as_signed(field::big("external_temperature_2_dC", 4, 2, field::tenth_of_C)),
-    field::as_signed(field::big("external_temperature_3_dC", 6, 2, field::tenth_of_C)),
+    detail::temperature("power_stage_temperature_dC", 0),
+    detail::temperature("external_temperature_1_dC", 2),
+    detail::temperature("external_temperature_2_dC", 4),
+    detail::temperature("external_temperature_3_dC", 6),
 };
 inline constexpr SignalSpec error_signals[] = {
     field::bits("power_error_bits", 0, 7, 8, power_error_names),

@@ -12,7 +12,7 @@ namespace {
 constexpr const MessageSpec& any_command = command_e5;
 constexpr const MessageSpec& any_status = status_e5;
 
-std::optional<std::uint8_t> unit_of(const CanFrame& frame, const std::array<const MessageSpec*, unit_count_max>& rows) {
+std::optional<std::uint8_t> unit_of(const CanFrame& frame, const UnitRows& rows) {
   if (!frame.is_extended || frame.is_error) return std::nullopt;
   const auto* const found =
       std::find_if(rows.begin(), rows.end(), [&](const MessageSpec* row) { return row->base_id == frame.id; });
@@ -37,7 +37,8 @@ constexpr std::array trouble_bits{
 };
 
 CanFrame command(std::uint8_t unit, const ChargerOrder& order) {
-  CanFrame frame = make_frame(*command_rows.at(unit));
+  const UnitRows& rows = command_rows.at(static_cast<std::size_t>(order.master_address));
+  CanFrame frame = make_frame(*rows.at(unit));
   write<any_command, "voltage_limit_mV">(frame, order.voltage_mV);
   write<any_command, "current_limit_mA">(frame, order.is_enabled ? order.current_mA : 0);
   write<any_command, "control">(frame, static_cast<std::int64_t>(order.is_enabled ? Control::charge : Control::stop));
@@ -59,13 +60,14 @@ ChargerNews take(const CanFrame& frame, std::array<ChargerReport, charger_units_
 }
 
 std::optional<ChargerCommand> order_of(const CanFrame& frame) {
-  const bool is_of_f5 = frame.id == command_e5_of_f5.base_id && frame.is_extended && !frame.is_error;
-  const std::optional<std::uint8_t> unit = is_of_f5 ? std::optional<std::uint8_t>(0) : unit_of(frame, command_rows);
+  const std::optional<std::uint8_t> unit_of_f4 = unit_of(frame, command_rows.front());
+  const std::optional<std::uint8_t> unit = unit_of_f4 ? unit_of_f4 : unit_of(frame, command_rows.back());
   if (!unit || !is_whole(frame)) return std::nullopt;
   const auto control = static_cast<Control>(read_raw<any_command, "control">(frame));
   return ChargerCommand{
       .unit = *unit,
-      .order = {.is_enabled = control == Control::charge,
+      .order = {.master_address = unit_of_f4 ? MasterAddress::f4 : MasterAddress::f5,
+                .is_enabled = control == Control::charge,
                 .voltage_mV = static_cast<std::int32_t>(read<any_command, "voltage_limit_mV">(frame).value),
                 .current_mA = static_cast<std::int32_t>(read<any_command, "current_limit_mA">(frame).value)}};
 }
@@ -92,6 +94,7 @@ const ChargerDriver driver{.name = "elcon_tc",
                            .command_life = command_life,
                            .report_period = 1s,
                            .settle = 5s,
+                           .has_master_address = true,
                            .voltage_max_mV = 0xFFFF * 100,
                            .current_max_mA = 0xFFFF * 100,
                            .command = command,

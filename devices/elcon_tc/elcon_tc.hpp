@@ -12,8 +12,8 @@
 //   - b5 of the status is a temperature from -100 C on some units only: on another it would be -23 C while that
 //   charges.
 //     It is a signal for the dump alone, and the driver reports no temperature. 0, which would be -100 C, is none.
-// Masters of address F5 exist beside those of F4. The daemon sends as F4, and takes a command of F5 as one of another
-// master.
+// The source address of a master is F4 or F5. The daemon sends with the one of the pack file (charger/master_address);
+// a command with the other one, or with its own from elsewhere, is that of a second master.
 #pragma once
 
 #include <array>
@@ -34,12 +34,12 @@ inline constexpr Duration command_life = 5s;
 inline constexpr SignalSpec command_signals[] = {
     field::as_limit(field::big("voltage_limit_mV", 0, 2, field::tenth_of_V)),
     field::as_limit(field::big("current_limit_mA", 2, 2, field::tenth_of_A)),
-    field::named(field::u8("control", 4), control_names),
-    field::named(field::u8("mode", 5), mode_names),
+    field::within(0, 2, field::named(field::u8("control", 4), control_names)),
+    field::within(0, 1, field::named(field::u8("mode", 5), mode_names)),
 };
 inline constexpr SignalSpec status_signals[] = {
-    field::big("output_voltage_mV", 0, 2, field::tenth_of_V),
-    field::big("output_current_mA", 2, 2, field::tenth_of_A),
+    field::within(0, charger_output_raw_max, field::big("output_voltage_mV", 0, 2, field::tenth_of_V)),
+    field::within(0, charger_output_raw_max, field::big("output_current_mA", 2, 2, field::tenth_of_A)),
     field::flag("charging", 4, 5),
     field::flag("communication_timeout", 4, 4),
     field::flag("battery_not_connected", 4, 3),
@@ -53,7 +53,7 @@ namespace detail {
 
 /// The address of a charger stands in the third digit pair of a command's identifier and in the last of a status's;
 /// that of the master in the last of a command's.
-consteval MessageSpec command(std::string_view name, std::uint32_t address, std::uint32_t master = 0xF4) {
+consteval MessageSpec command(std::string_view name, std::uint32_t address, std::uint32_t master) {
   return {.name = name,
           .base_id = 0x1806'0000 | address << 8U | master,
           .is_extended = true,
@@ -74,11 +74,14 @@ consteval MessageSpec status(std::string_view name, std::uint32_t address) {
 
 }  // namespace detail
 
-inline constexpr MessageSpec command_e5 = detail::command("ELCON_COMMAND_E5", 0xE5);
+inline constexpr MessageSpec command_e5 = detail::command("ELCON_COMMAND_E5", 0xE5, 0xF4);
+inline constexpr MessageSpec command_e7 = detail::command("ELCON_COMMAND_E7", 0xE7, 0xF4);
+inline constexpr MessageSpec command_e8 = detail::command("ELCON_COMMAND_E8", 0xE8, 0xF4);
+inline constexpr MessageSpec command_e9 = detail::command("ELCON_COMMAND_E9", 0xE9, 0xF4);
 inline constexpr MessageSpec command_e5_of_f5 = detail::command("ELCON_COMMAND_E5_F5", 0xE5, 0xF5);
-inline constexpr MessageSpec command_e7 = detail::command("ELCON_COMMAND_E7", 0xE7);
-inline constexpr MessageSpec command_e8 = detail::command("ELCON_COMMAND_E8", 0xE8);
-inline constexpr MessageSpec command_e9 = detail::command("ELCON_COMMAND_E9", 0xE9);
+inline constexpr MessageSpec command_e7_of_f5 = detail::command("ELCON_COMMAND_E7_F5", 0xE7, 0xF5);
+inline constexpr MessageSpec command_e8_of_f5 = detail::command("ELCON_COMMAND_E8_F5", 0xE8, 0xF5);
+inline constexpr MessageSpec command_e9_of_f5 = detail::command("ELCON_COMMAND_E9_F5", 0xE9, 0xF5);
 inline constexpr MessageSpec status_e5 = detail::status("ELCON_STATUS_E5", 0xE5);
 inline constexpr MessageSpec status_e7 = detail::status("ELCON_STATUS_E7", 0xE7);
 inline constexpr MessageSpec status_e8 = detail::status("ELCON_STATUS_E8", 0xE8);
@@ -86,13 +89,16 @@ inline constexpr MessageSpec status_e9 = detail::status("ELCON_STATUS_E9", 0xE9)
 
 /// By unit, 0 to 3; all have the same signals.
 inline constexpr std::size_t unit_count_max = 4;
-inline constexpr std::array<const MessageSpec*, unit_count_max> command_rows{&command_e5, &command_e7, &command_e8,
-                                                                             &command_e9};
-inline constexpr std::array<const MessageSpec*, unit_count_max> status_rows{&status_e5, &status_e7, &status_e8,
-                                                                            &status_e9};
+using UnitRows = std::array<const MessageSpec*, unit_count_max>;
+inline constexpr UnitRows status_rows{&status_e5, &status_e7, &status_e8, &status_e9};
+/// By MasterAddress.
+inline constexpr std::array<UnitRows, 2> command_rows{
+    UnitRows{&command_e5, &command_e7, &command_e8, &command_e9},
+    UnitRows{&command_e5_of_f5, &command_e7_of_f5, &command_e8_of_f5, &command_e9_of_f5}};
 
-inline constexpr const MessageSpec* rows[] = {&command_e5, &status_e5,  &command_e7, &status_e7,       &command_e8,
-                                              &status_e8,  &command_e9, &status_e9,  &command_e5_of_f5};
+inline constexpr const MessageSpec* rows[] = {
+    &command_e5, &status_e5, &command_e7,       &status_e7,        &command_e8,       &status_e8,
+    &command_e9, &status_e9, &command_e5_of_f5, &command_e7_of_f5, &command_e8_of_f5, &command_e9_of_f5};
 inline constexpr Catalogue catalogue{"elcon_tc", rows};
 
 inline constexpr std::uint32_t bit_rates[] = {bit_rate_250k, bit_rate_500k};

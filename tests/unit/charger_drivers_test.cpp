@@ -183,13 +183,24 @@ TEST_CASE("the worked frames of Elcon and Brusa are the drivers'", "[unit][devic
   REQUIRE(elcon.take(status, reports).word == ChargerWord::values);
   CHECK(reports[0].troubles == 0);
   CHECK_FALSE(reports[0].temperature_dC.is_valid());
-  // Another master has the address F5, and may heat.
+  // Of a master with the address F5, which may heat.
   CanFrame other = charge;
   other.id = 0x1806E5F5;
   other.data[5] = 1;
   REQUIRE(elcon.order_of(other));
   CHECK(elcon.order_of(other)->unit == 0);
   CHECK(elcon.order_of(other)->order.current_mA == 16'000);
+  CHECK(elcon.order_of(other)->order.master_address == MasterAddress::f5);
+  CHECK(elcon.order_of(charge)->order.master_address == MasterAddress::f4);
+  constexpr std::array<std::uint32_t, 4> ids_of_f5{0x1806E5F5, 0x1806E7F5, 0x1806E8F5, 0x1806E9F5};
+  for (std::uint8_t unit = 0; unit < ids_of_f5.size(); ++unit) {
+    const CanFrame frame = elcon.command(unit, {.master_address = MasterAddress::f5});
+    CHECK(frame.id == ids_of_f5.at(unit));
+    CHECK(find_device("elcon_tc")->catalogue->find(frame).message != nullptr);
+    REQUIRE(elcon.order_of(frame));
+    CHECK(elcon.order_of(frame)->unit == unit);
+    CHECK(elcon.order_of(frame)->order.master_address == MasterAddress::f5);
+  }
 
   const ChargerDriver& brusa = *find_device("brusa_nlg5")->charger;
   const ChargerOrder order{.is_enabled = true, .voltage_mV = 400'000, .current_mA = 8'000, .mains_current_mA = 16'000};
@@ -200,6 +211,35 @@ TEST_CASE("the worked frames of Elcon and Brusa are the drivers'", "[unit][devic
   ChargerOrder asking = order;
   asking.requests_mains = true;
   CHECK(brusa.command(0, asking).data[0] == 0x90);
+}
+
+TEST_CASE("a voltage or current that no charger gives, and a temperature that none has, is no number",
+          "[unit][devices][charger]") {
+  const ChargerDriver& elcon = *find_device("elcon_tc")->charger;
+  Reports reports{};
+  CanFrame frame{.id = 0x18FF50E5, .is_extended = true, .length = 8, .data = {0x3A, 0x98, 0x3A, 0x98}};
+  REQUIRE(elcon.take(frame, reports).word == ChargerWord::values);
+  CHECK(reports[0].voltage_mV == known(1'500'000));
+  CHECK(reports[0].current_mA == known(1'500'000));
+  frame.data = {0x3A, 0x99, 0xFF, 0xFF};
+  REQUIRE(elcon.take(frame, reports).word == ChargerWord::values);
+  CHECK(reports[0].voltage_mV.validity == Validity::out_of_range);
+  CHECK(reports[0].current_mA.validity == Validity::out_of_range);
+
+  const ChargerDriver& brusa = *find_device("brusa_nlg5")->charger;
+  CanFrame actual = data_frame(0x611, 8);
+  actual.data = {0, 0, 0, 0, 0x3A, 0x99, 0x03, 0x20};
+  REQUIRE(brusa.take(actual, reports).word == ChargerWord::values);
+  CHECK(reports[0].voltage_mV.validity == Validity::out_of_range);
+  CHECK(reports[0].current_mA == known(8'000));
+  CanFrame heat = data_frame(0x613, 8);
+  for (const auto& [high, low, wanted] : {std::tuple{0xFE, 0x0C, known(-500)}, std::tuple{0x07, 0xD0, known(2'000)},
+                                          std::tuple{0x80, 0x00, not_known(Validity::out_of_range)},
+                                          std::tuple{0x07, 0xD1, not_known(Validity::out_of_range)}}) {
+    heat.data = {static_cast<std::uint8_t>(high), static_cast<std::uint8_t>(low)};
+    REQUIRE(brusa.take(heat, reports).word == ChargerWord::other);
+    CHECK(reports[0].temperature_dC == wanted);
+  }
 }
 
 TEST_CASE("troubles have words of their own", "[unit][devices][charger]") {

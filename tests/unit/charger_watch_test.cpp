@@ -102,6 +102,29 @@ TEST_CASE("a unit that the pack file does not have is not counted, a broken fram
   CHECK(none.unit_count() == 0);
 }
 
+TEST_CASE("a second master is noticed whichever address it has, for each unit", "[unit][charger][F98]") {
+  for (const MasterAddress ours : {MasterAddress::f4, MasterAddress::f5}) {
+    for (const MasterAddress its : {MasterAddress::f4, MasterAddress::f5}) {
+      for (std::uint8_t unit = 0; unit < charger_units_max; ++unit) {
+        ChargerTable table;
+        table.init({.driver = &elcon(), .unit_count = charger_units_max, .master_address = ours});
+        CHECK(table.observe(elcon().command(unit, {.master_address = its}), TimePoint{1s}));
+        CHECK(table.foreign_command_at() == TimePoint{1s});
+      }
+    }
+  }
+}
+
+TEST_CASE("values of a charger that are out of range are counted and are no measurement", "[unit][charger]") {
+  Bench bench;
+  const CanFrame beyond{.id = 0x18FF50E7, .is_extended = true, .length = 8, .data = {0xFF, 0xFF, 0xFF, 0xFF}};
+  CHECK(bench.table.observe(beyond, bench.now));
+  CHECK(bench.table.unit(1).values_out_of_range == 2);
+  CHECK(bench.table.unit(1).frames_refused == 0);
+  CHECK_FALSE(bench.table.current_mA(bench.now).is_valid());
+  CHECK_FALSE(bench.table.voltage_mV(bench.now).is_valid());
+}
+
 TEST_CASE("a unit that falls silent while it charges is noticed, one that was not charging is not",
           "[unit][charger][F98]") {
   Bench bench;
@@ -329,6 +352,10 @@ TEST_CASE("nothing is asked of a charger beyond what was decided, whoever made t
   CHECK(judge_output(Port::charger, elcon().reports(0, {})[0], rules) == GateVerdict::not_ours);
   CHECK(judge_output(Port::charger, data_frame(0x620, 8), rules) == GateVerdict::not_ours);
   CHECK(judge_output(Port::vehicle, elcon().command(0, {}), rules) == GateVerdict::not_ours);
+  rules.master_address = MasterAddress::f5;
+  CHECK(judge(order) == GateVerdict::not_ours);
+  order.master_address = MasterAddress::f5;
+  CHECK(judge(order) == GateVerdict::pass);
   rules.charger = nullptr;
   CHECK(judge(order) == GateVerdict::not_ours);
 }

@@ -604,6 +604,12 @@ TEST_CASE("a charger is asked for what it can do, and for what the cells may hav
   accepts(charger({{"protocol", "brusa_nlg5"}, {"requests_mains", true}}));
   refuses(charger({{"requests_mains", true}}), "/charger/requests_mains", "elcon_tc has no word for it");
   refuses(charger({{"protocol", ""}, {"requests_mains", true}}), "/charger/requests_mains", "no protocol is named");
+  accepts(charger({{"master_address", "F5"}}));
+  accepts(charger({{"protocol", "brusa_nlg5"}, {"master_address", "F4"}}));
+  refuses(charger({{"master_address", "F6"}}), "/charger/master_address", "F5");
+  refuses(charger({{"protocol", "brusa_nlg5"}, {"master_address", "F5"}}), "/charger/master_address",
+          "brusa_nlg5 has no such address");
+  refuses(charger({{"protocol", ""}, {"master_address", "F5"}}), "/charger/master_address", "no protocol is named");
 }
 
 TEST_CASE("a charger's identifiers clash with others on its bus only, and are named", "[unit][config][identifiers]") {
