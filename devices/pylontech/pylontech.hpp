@@ -3,9 +3,9 @@
 //
 // Frames are read with the bytes that have a meaning and up to eight of them: the paper does not say how long each is,
 // and senders differ. Some units fill b6-7 of 351h with the lowest voltage, which the paper does not use: it is decoded
-// and never sent. b5-6 of 359h are "PN"; LG's batteries have another alarm word under 359h, without this mark. Some
-// senders mix up bits of 359h (0Ch for too hot, which is undervoltage and overvoltage together; 80h for a system
-// error): the bits here are the paper's.
+// and never sent. b5-6 of 359h are "PN"; LG's batteries have another alarm word under 359h, without this mark, whose
+// bits are not read. Some senders mix up bits of 359h (0Ch for too hot, which is undervoltage and overvoltage together;
+// 80h for a system error): the bits here are the paper's.
 #pragma once
 
 #include "devices/device.hpp"
@@ -20,24 +20,36 @@ inline constexpr SignalSpec charge_signals[] = {inverter::soc, inverter::soh};
 
 /// "PN". Without it the bits before it are those of another maker.
 inline constexpr std::int64_t paper_mark = 0x50'4E;
+namespace detail {
+
+/// Exists in frames that have the mark.
+consteval SignalSpec marked(SignalSpec signal) {
+  return field::when(paper_mark, signal);
+}
+consteval SignalSpec flag(std::string_view name, unsigned at, unsigned in_byte) {
+  return marked(field::flag(name, at, in_byte));
+}
+
+}  // namespace detail
+
 /// Protection: the battery has stopped. Alarm: it is about to.
 inline constexpr SignalSpec alarm_signals[] = {
-    field::flag("protection_discharge_overcurrent", 0, 7),
-    field::flag("protection_cold", 0, 4),
-    field::flag("protection_hot", 0, 3),
-    field::flag("protection_undervoltage", 0, 2),
-    field::flag("protection_overvoltage", 0, 1),
-    field::flag("protection_system_error", 1, 3),
-    field::flag("protection_charge_overcurrent", 1, 0),
-    field::flag("alarm_discharge_overcurrent", 2, 7),
-    field::flag("alarm_cold", 2, 4),
-    field::flag("alarm_hot", 2, 3),
-    field::flag("alarm_undervoltage", 2, 2),
-    field::flag("alarm_overvoltage", 2, 1),
-    field::flag("alarm_internal_communication", 3, 3),
-    field::flag("alarm_charge_overcurrent", 3, 0),
-    field::u8("module_count", 4),
     field::within(paper_mark, paper_mark, field::letters("mark", 5, 2)),
+    detail::flag("protection_discharge_overcurrent", 0, 7),
+    detail::flag("protection_cold", 0, 4),
+    detail::flag("protection_hot", 0, 3),
+    detail::flag("protection_undervoltage", 0, 2),
+    detail::flag("protection_overvoltage", 0, 1),
+    detail::flag("protection_system_error", 1, 3),
+    detail::flag("protection_charge_overcurrent", 1, 0),
+    detail::flag("alarm_discharge_overcurrent", 2, 7),
+    detail::flag("alarm_cold", 2, 4),
+    detail::flag("alarm_hot", 2, 3),
+    detail::flag("alarm_undervoltage", 2, 2),
+    detail::flag("alarm_overvoltage", 2, 1),
+    detail::flag("alarm_internal_communication", 3, 3),
+    detail::flag("alarm_charge_overcurrent", 3, 0),
+    detail::marked(field::u8("module_count", 4)),
 };
 inline constexpr SignalSpec request_signals[] =
     {
