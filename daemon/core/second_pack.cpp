@@ -20,7 +20,9 @@ struct ValueRow {
   std::string_view signal;
   Measured<std::int32_t> SecondPack::Values::*value;
 };
+constexpr std::string_view state_name = "state";  // elithion has bits instead
 constexpr ValueRow value_rows[] = {
+    {state_name, &SecondPack::Values::state},
     {"pack_voltage_mV", &SecondPack::Values::pack_voltage_mV},
     {"cell_voltage_min_uV", &SecondPack::Values::cell_voltage_min_uV},
     {"cell_voltage_max_uV", &SecondPack::Values::cell_voltage_max_uV},
@@ -55,15 +57,21 @@ bool SecondPack::observe(const CanFrame& frame, TimePoint at) {
 bool SecondPack::take(const MessageSpec& message, const CanFrame& frame, TimePoint at) {
   const std::uint32_t index = frame.id - config_.base_id;
   if (index == name_index) return take_name(frame);
-  if (index == status_index) values_.state = measured(known(frame.data[0]), at);
+  const bool has_state_bits = index == status_index && message.signals.front().name != state_name;
+  if (has_state_bits) take_value(values_.state, known(frame.data[0]), at);
   for (const SignalSpec& signal : message.signals) {
     const auto* const row = std::find_if(std::begin(value_rows), std::end(value_rows),
                                          [&](const ValueRow& one) { return one.signal == signal.name; });
     if (row == std::end(value_rows)) continue;
     const bool is_behind = signal.first_bit >= frame.length * 8U;
-    values_.*row->value = measured(is_behind ? not_known() : decode_signal(signal, frame.data), at);
+    take_value(values_.*row->value, is_behind ? not_known() : decode_signal(signal, frame.data), at);
   }
   return true;
+}
+
+void SecondPack::take_value(Measured<std::int32_t>& target, const SignalValue& value, TimePoint at) {
+  target = measured(value, at);
+  if (value.validity == Validity::out_of_range) ++values_out_of_range_;
 }
 
 bool SecondPack::take_name(const CanFrame& frame) {

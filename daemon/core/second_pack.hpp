@@ -30,7 +30,7 @@ class SecondPack {
   static constexpr Duration age_max = 3'500ms;
 
   struct Values {
-    Measured<std::int32_t> state;  // the number or the bits of 622h b0
+    Measured<std::int32_t> state;  // the number, if it is one of the dialect's, or the bits of 622h b0
     Measured<std::int32_t> pack_voltage_mV;
     Measured<std::int32_t> cell_voltage_min_uV;
     Measured<std::int32_t> cell_voltage_max_uV;
@@ -68,9 +68,12 @@ class SecondPack {
   [[nodiscard]] std::optional<std::int32_t> soc_permille(TimePoint now) const;
   [[nodiscard]] std::uint64_t frames_taken() const { return frames_taken_; }
   [[nodiscard]] std::uint64_t frames_refused() const { return frames_refused_; }
+  /// Of the frames taken: numbers that their fields must not hold.
+  [[nodiscard]] std::uint64_t values_out_of_range() const { return values_out_of_range_; }
 
  private:
   [[nodiscard]] bool take(const MessageSpec& message, const CanFrame& frame, TimePoint at);
+  void take_value(Measured<std::int32_t>& target, const SignalValue& value, TimePoint at);
   [[nodiscard]] bool take_name(const CanFrame& frame);
 
   SecondPackConfig config_;
@@ -79,7 +82,9 @@ class SecondPack {
   TimePoint listening_since_{};
   std::uint64_t frames_taken_ = 0;
   std::uint64_t frames_refused_ = 0;
-  BMU_FIELDS(skipped(config_), values_, heard_at_, listening_since_, frames_taken_, frames_refused_)
+  std::uint64_t values_out_of_range_ = 0;
+  BMU_FIELDS(skipped(config_), values_, heard_at_, listening_since_, frames_taken_, frames_refused_,
+             values_out_of_range_)
 };
 
 }  // namespace bmu

@@ -86,7 +86,7 @@ inline constexpr SignalSpec pack_name_signals[] = {
 inline constexpr SignalSpec pack_version_signals[] = {
     {.name = "version", .first_bit = byte(0), .bit_count = 64, .unit = Unit::text}};
 inline constexpr SignalSpec pack_status_signals[] = {
-    {.name = "state", .first_bit = byte(0), .bit_count = 8, .names = state_names},
+    {.name = "state", .first_bit = byte(0), .bit_count = 8, .names = state_names, .documented = {0, 4}},
     {.name = "uptime_s", .first_bit = byte(1), .bit_count = 16, .unit = Unit::s},
     {.name = "discharging", .first_bit = bit(3, 2), .bit_count = 1},
     {.name = "charging", .first_bit = bit(3, 1), .bit_count = 1},
@@ -119,7 +119,7 @@ inline constexpr SignalSpec pack_charge_signals[] = {
     detail::u16("depth_of_discharge_uAs", 1, Unit::uAs, uAs_per_Ah),
     detail::u16("capacity_uAs", 3, Unit::uAs, uAs_per_Ah),
     detail::u8("soc_2_permille", 5, Unit::permille, 10, 100),
-    detail::u8("soh_permille", 6, Unit::permille, 10),
+    detail::u8("soh_permille", 6, Unit::permille, 10, 100),
 };
 inline constexpr SignalSpec pack_temperature_signals[] = {
     detail::s8("cell_temperature_average_dC", 0, Unit::dC, 10),

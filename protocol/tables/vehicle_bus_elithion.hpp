@@ -1,4 +1,5 @@
-// The traction-pack messages as Elithion's Lithiumate sends them (dialect "elithion"): read, never sent by us.
+// The traction-pack messages as Elithion's Lithiumate sends them (dialect "elithion"): read of a second
+// pack, and sent where the pack file says so (`vehicle/dialect`).
 //
 // What differs from `iha` (vehicle_bus.hpp): 622h is bits and codes in seven bytes; the sixth byte of 626h is always 0
 // and the second of 627h unused; whether 625h counts Wh or kWh its readers do not agree on, so it is counts here. That
@@ -80,7 +81,7 @@ inline constexpr SignalSpec pack_charge_signals[] = {
     vehicle_bus::detail::u8("soc_permille", 0, Unit::permille, 10, 100),
     vehicle_bus::detail::u16("depth_of_discharge_uAs", 1, Unit::uAs, uAs_per_Ah),
     vehicle_bus::detail::u16("capacity_uAs", 3, Unit::uAs, uAs_per_Ah),
-    vehicle_bus::detail::u8("soh_permille", 6, Unit::permille, 10),
+    vehicle_bus::detail::u8("soh_permille", 6, Unit::permille, 10, 100),
 };
 inline constexpr SignalSpec pack_temperature_signals[] = {
     vehicle_bus::detail::s8("cell_temperature_average_dC", 0, Unit::dC, 10),

@@ -85,6 +85,38 @@ TEST_CASE("what a second pack says it does not know, or cannot be, is no number"
   }
 }
 
+TEST_CASE("states and percentages of a second pack that there are not are counted, and are no values",
+          "[unit][second_pack]") {
+  SecondPack iha = listening();
+  const auto says = [](SecondPack& pack, std::uint8_t state) {
+    REQUIRE(pack.observe(frame_of(0x642, {state, 0, 0, 0, 0, 0}), heard));
+    return pack.values().state.validity;
+  };
+  CHECK(says(iha, 4) == Validity::valid);
+  CHECK(says(iha, 5) == Validity::out_of_range);
+  CHECK_FALSE(iha.values().state.is_valid());
+  CHECK(iha.values_out_of_range() == 1);
+  std::vector<std::uint8_t> charge = charge_of_72_percent;
+  charge[0] = 101;  // state of charge
+  charge[6] = 101;  // and of health
+  REQUIRE(iha.observe(frame_of(0x646, charge), heard));
+  CHECK(iha.values().soh_permille.validity == Validity::out_of_range);
+  CHECK(iha.values_out_of_range() == 3);
+  charge[0] = charge[6] = 0xFF;  // not known, which is no fault
+  REQUIRE(iha.observe(frame_of(0x646, charge), heard));
+  CHECK(iha.values_out_of_range() == 3);
+  CHECK(iha.frames_refused() == 0);
+
+  SecondPack original = listening(VehicleDialect::original);
+  for (const std::uint8_t reserved : {14, 15, 16, 255}) {
+    CHECK(says(original, reserved) == Validity::out_of_range);
+  }
+  for (const std::uint8_t state : {0, 4, 8, 13}) CHECK(says(original, state) == Validity::valid);
+  CHECK(original.values_out_of_range() == 4);
+  SecondPack elithion = listening(VehicleDialect::elithion);  // bits
+  CHECK(says(elithion, 0x1F) == Validity::valid);
+}
+
 TEST_CASE("a frame that is not whole changes nothing and is counted", "[unit][second_pack]") {
   SecondPack pack = listening();
   REQUIRE(pack.observe(frame_of(0x646, charge_of_72_percent), heard));

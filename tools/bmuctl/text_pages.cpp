@@ -216,6 +216,12 @@ void add_second_pack(Page& page, const Reply& pack) {
                  {plain(name + "SOC " + shown(pack["soc_permille"], Unit::permille) + "   " +
                         shown(pack["pack_voltage_mV"], Unit::mV) + "   " + shown(pack["current_mA"], Unit::mA)),
                   {"   " + pack["state"].text(), Style::dim}});
+  const std::int64_t refused = pack["frames_refused"].number_or(0);
+  const std::int64_t out_of_range = pack["values_out_of_range"].number_or(0);
+  if (refused == 0 && out_of_range == 0) return;
+  page.add_field(
+      "", {{std::to_string(refused) + " frames refused, " + std::to_string(out_of_range) + " values out of range",
+            Style::dim}});
 }
 
 void add_recorder(Page& page, const Reply& recorder) {
