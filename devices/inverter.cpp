@@ -134,6 +134,13 @@ Heard heard_as(const Catalogue& catalogue, Sender sender, const CanFrame& frame)
   return {message, frame.is_remote || frame.length < message->shortest() || frame.length > message->length};
 }
 
+std::uint64_t out_of_range_in(const MessageSpec& message, const CanFrame& frame) {
+  return static_cast<std::uint64_t>(
+      std::count_if(message.signals.begin(), message.signals.end(), [&frame](const SignalSpec& signal) {
+        return decode_signal(signal, frame.data).validity == Validity::out_of_range;
+      }));
+}
+
 void hear_limits(const MessageSpec& message, const CanFrame& frame, BatteryReport& report) {
   report.charge_voltage_limit_mV = number_or_0(decode_signal(charge_voltage_limit, frame.data));
   report.charge_limit_mA = number_or_0(decode_signal(charge_current_limit, frame.data));

@@ -94,6 +94,7 @@ struct InverterReport {
   bool has_failed = false;   // in its own words
   bool has_warning = false;  // likewise
   std::uint16_t error_number = 0;
+  std::uint64_t values_out_of_range = 0;  // of all frames taken
 
   friend constexpr bool operator==(const InverterReport&, const InverterReport&) = default;
 };

@@ -38,10 +38,10 @@ inline constexpr SignalSpec optional_discharge_voltage_limit =
 inline constexpr SignalSpec limit_signals[] = {charge_voltage_limit, charge_current_limit, discharge_current_limit,
                                                discharge_voltage_limit};
 
-inline constexpr SignalSpec soc = field::little("soc_permille", 0, 2, field::percent, no_u16);
-inline constexpr SignalSpec soh = field::little("soh_permille", 2, 2, field::percent, no_u16);
+inline constexpr SignalSpec soc = field::within(0, 100, field::little("soc_permille", 0, 2, field::percent, no_u16));
+inline constexpr SignalSpec soh = field::within(0, 100, field::little("soh_permille", 2, 2, field::percent, no_u16));
 inline constexpr SignalSpec soc_fine =
-    field::little("soc_fine_ppm", 4, 2, field::hundredth_of_percent, no_u16_or_unfilled);
+    field::within(1, 10'000, field::little("soc_fine_ppm", 4, 2, field::hundredth_of_percent, no_u16_or_unfilled));
 
 inline constexpr SignalSpec charge_signals[] = {soc, soh, soc_fine};
 

@@ -49,6 +49,9 @@ struct Heard {
 };
 [[nodiscard]] Heard heard_as(const Catalogue& catalogue, Sender sender, const CanFrame& frame);
 
+/// How many numbers of a frame its fields must not hold.
+[[nodiscard]] std::uint64_t out_of_range_in(const MessageSpec& message, const CanFrame& frame);
+
 /// What 351h says into the report. A field that is not used says nothing, and that is no current at all.
 void hear_limits(const MessageSpec& message, const CanFrame& frame, BatteryReport& report);
 

@@ -21,7 +21,7 @@ bool InverterWatch::observe(const CanFrame& frame, TimePoint at) {
 }
 
 void InverterWatch::forget_values() {
-  report_ = {};
+  report_ = {.values_out_of_range = report_.values_out_of_range};
   heard_at_ = {};
 }
 

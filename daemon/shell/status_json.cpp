@@ -694,7 +694,8 @@ Json inverter_json(const StatusView& view) {
             {"soc_permille", value(told.soc_permille)},
             {"soh_permille", value(told.soh_permille)}}},
           {"frames_taken", watch.frames_taken()},
-          {"frames_refused", watch.frames_refused()}};
+          {"frames_refused", watch.frames_refused()},
+          {"values_out_of_range", said.values_out_of_range}};
 }
 
 /// Who tells the currents, and how the sensor that is asked for its settings is set up; null where it is not.
@@ -775,7 +776,8 @@ Json second_pack_json(const StatusView& view) {
           {"cell_temperature_min_dC", fresh(values.cell_temperature_min_dC)},
           {"cell_temperature_max_dC", fresh(values.cell_temperature_max_dC)},
           {"frames_taken", pack.frames_taken()},
-          {"frames_refused", pack.frames_refused()}};
+          {"frames_refused", pack.frames_refused()},
+          {"values_out_of_range", pack.values_out_of_range()}};
 }
 
 /// Null where no requests for data are answered.

@@ -15,7 +15,7 @@ namespace bmu::orion {
 
 inline constexpr SignalSpec charge_signals[] = {
     inverter::soc, inverter::soh,
-    field::little("soc_fine_permille", 4, 2, {Unit::permille}, inverter::no_u16_or_unfilled)};
+    field::within(1, 1'000, field::little("soc_fine_permille", 4, 2, {Unit::permille}, inverter::no_u16_or_unfilled))};
 
 inline constexpr MessageSpec limits =
     inverter::sent("ORION_LIMITS", 0x351, inverter::limit_signals, "voltages and currents the battery allows");

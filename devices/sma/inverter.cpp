@@ -28,15 +28,19 @@ InverterWord take(const CanFrame& frame, InverterReport& report) {
   const inverter::Heard heard = inverter::heard_as(catalogue, Sender::inverter, frame);
   if (heard.message == nullptr) return InverterWord::none;
   if (heard.is_refused) return InverterWord::refused;
+  report.values_out_of_range += inverter::out_of_range_in(*heard.message, frame);
   if (heard.message == &inverter_values) {
     report.voltage_mV = read<inverter_values, "battery_voltage_mV">(frame);
     report.current_mA = read<inverter_values, "battery_current_mA">(frame);
     report.temperature_dC = read<inverter_values, "battery_temperature_dC">(frame);
     return InverterWord::alive;
   }
-  const auto state = static_cast<State>(read_raw<inverter_state, "state">(frame));
-  report.has_failed = state == State::failure;
-  report.has_warning = state == State::warning;
+  const SignalValue state = read<inverter_state, "state">(frame);
+  // A state without a meaning neither reports a failure nor ends one.
+  if (state.is_valid()) {
+    report.has_failed = state.value == static_cast<std::int64_t>(State::failure);
+    report.has_warning = state.value == static_cast<std::int64_t>(State::warning);
+  }
   report.error_number = static_cast<std::uint16_t>(read_raw<inverter_state, "error_number">(frame));
   return InverterWord::other;
 }

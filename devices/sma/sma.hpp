@@ -25,6 +25,9 @@ inline constexpr Duration battery_life = 60s;
 enum class State : std::uint8_t { idle = 0, operating = 1, warning = 3, failure = 4 };
 inline constexpr RawName inverter_state_names[] = {{0, "idle"}, {1, "operating"}, {3, "warning"}, {4, "failure"}};
 
+/// The one number between the documented ones that is none of them.
+inline constexpr SpecialCode inverter_state_codes[] = {{2, Validity::out_of_range}};
+
 inline constexpr SignalSpec battery_signals[] = {
     field::little("battery_type", 0, 2, {}, inverter::no_u16),
     field::little("bms_version", 2, 2, {}, inverter::no_u16),
@@ -35,12 +38,12 @@ inline constexpr SignalSpec inverter_signals[] = {
     field::as_signed(field::little("battery_voltage_mV", 0, 2, field::tenth_of_V, inverter::no_s16)),
     field::as_signed(field::little("battery_current_mA", 2, 2, field::tenth_of_A, inverter::no_s16)),
     field::as_signed(field::little("battery_temperature_dC", 4, 2, field::tenth_of_C, inverter::no_s16)),
-    field::little("soc_permille", 6, 2, {Unit::permille}, inverter::no_u16),
+    field::within(0, 1'000, field::little("soc_permille", 6, 2, {Unit::permille}, inverter::no_u16)),
 };
 inline constexpr SignalSpec inverter_state_signals[] = {
-    field::little("soh_permille", 0, 2, field::percent, inverter::no_u16),
+    field::within(0, 100, field::little("soh_permille", 0, 2, field::percent, inverter::no_u16)),
     field::u8("charge_procedure", 2),
-    field::named(field::u8("state", 3), inverter_state_names),
+    field::within(0, 4, field::named(field::u8("state", 3, {}, inverter_state_codes), inverter_state_names)),
     field::little("error_number", 4, 2, {}, inverter::no_u16),
     field::little("charge_voltage_wanted_mV", 6, 2, field::tenth_of_V, inverter::no_u16),
 };

@@ -40,6 +40,7 @@ inline std::int64_t raw_sent(const SignalSpec& signal, const SignalValue& value)
 
 inline void contract_round_trip(const SignalSpec& signal, Random& random) {
   for (const std::int64_t raw : interesting_raws(signal, random)) {
+    if (find_special(signal, raw) != nullptr) continue;  // a code between numbers
     const SignalValue value = known(carried(signal, raw));
     REQUIRE(raw_sent(signal, value) == raw);
     REQUIRE(through_the_wire(signal, value) == value);

@@ -112,8 +112,15 @@ TEST_CASE("a round has each frame of the language that a battery sends, once", "
 TEST_CASE("the frames are the worked ones", "[unit][devices][inverter]") {
   using Bytes = std::vector<int>;
   const BatteryReport report = worked();
-  for (const char* name : {"sma", "victron"}) {
+  for (const char* name : {"sma", "victron", "discover", "orion"}) {
     CHECK(bytes(name, report, 0x351) == Bytes{0x30, 0x02, 0xF4, 0x01, 0xE8, 0x03, 0xC0, 0x01});
+  }
+  CHECK(bytes("discover", report, 0x355) == Bytes{0x48, 0x00, 0x62, 0x00, 0x00, 0x00, 0x00, 0x00});
+  CHECK(bytes("orion", report, 0x355) == Bytes{0x48, 0x00, 0x62, 0x00, 0xD0, 0x02, 0x00, 0x00});
+  for (const char* name : {"discover", "orion"}) {  // 527.6 tenths of a volt, to the nearest
+    CHECK(bytes(name, report, 0x356) == Bytes{0x10, 0x02, 0x9C, 0xFF, 0xFA, 0x00, 0x00, 0x00});
+  }
+  for (const char* name : {"sma", "victron"}) {
     CHECK(bytes(name, report, 0x355) == Bytes{0x48, 0x00, 0x62, 0x00, 0x20, 0x1C, 0x00, 0x00});
   }
   for (const char* name : {"sma", "victron", "pylontech"}) {
@@ -141,7 +148,9 @@ TEST_CASE("alarms and warnings are told as the form has them", "[unit][devices][
   report.alarms = bit_of(BatteryAlarm::high_voltage);
   report.warnings = bit_of(BatteryAlarm::low_voltage);
   // 01 is raised, 10 is cleared: every item that is told says one of them.
-  CHECK(bytes("sma", report, 0x35A) == Bytes{0xA6, 0xAA, 0xAA, 0x02, 0x9A, 0xAA, 0xAA, 0x02});
+  for (const char* name : {"sma", "victron", "discover", "orion"}) {
+    CHECK(bytes(name, report, 0x35A) == Bytes{0xA6, 0xAA, 0xAA, 0x02, 0x9A, 0xAA, 0xAA, 0x02});
+  }
   report.alarms = bit_of(BatteryAlarm::hot);
   report.module_count = 1;
   const InverterOptions brief{.has_short_frames = true};
@@ -229,6 +238,30 @@ TEST_CASE("requests are told where the form has a word for them", "[unit][device
   }
 }
 
+TEST_CASE("what is above 100 % in 355h is out of range, whatever the form", "[unit][devices][inverter]") {
+  for (const InverterDriver* driver : drivers()) {
+    const MessageSpec& row = *find_device(driver->name)->catalogue->find(0x355).message;
+    // 513 % and 1027 %, and 100.01 % or 1000.1 % behind them.
+    const FrameBytes beyond{0x01, 0x02, 0x03, 0x04, 0x11, 0x27};
+    const FrameBytes full{100, 0, 100, 0};
+    for (const SignalSpec& signal : row.signals) {
+      INFO(driver->name << " " << signal.name);
+      CHECK(decode_signal(signal, beyond).validity == Validity::out_of_range);
+    }
+    for (std::size_t index = 0; index < 2; ++index) CHECK(decode_signal(row.signals[index], full) == known(1'000));
+  }
+}
+
+TEST_CASE("359h has bits with Pylontech's mark alone", "[unit][devices][inverter]") {
+  const MessageSpec& row = *find_device("pylontech")->catalogue->find(0x359).message;
+  const auto bits_in = [&row](const FrameBytes& data) {
+    return signals_with(row, raw_of(row.signals.front(), data)) - signals_with(row, -1);
+  };
+  CHECK(bits_in({0x08, 0, 0x04, 0, 1, 'P', 'N', 0}) == 15);
+  CHECK(bits_in({0x08, 0, 0x04, 0, 1, 0, 0, 0}) == 0);  // LG's alarm word
+  CHECK(bits_in({0x08, 0, 0x04, 0, 1, 'P', 'M', 0}) == 0);
+}
+
 TEST_CASE("a fine state of charge of 0 is not filled, and 0.01 % is the least that is sent",
           "[unit][devices][inverter]") {
   const auto fine_of = [](const char* name, const FrameBytes& data) {
@@ -274,6 +307,14 @@ TEST_CASE("the voltage is in the step of the named form, and one that does not f
   CHECK_FALSE(find(round_of(driver_of("pylontech"), report), 0x356));
   CHECK(bytes("sma", report, 0x356)[0] == 0x00);
   CHECK(bytes("sma", report, 0x356)[1] == 0x80);
+}
+
+TEST_CASE("an Orion's own messages, of which vehicles have different layouts, stay unknown",
+          "[unit][devices][inverter]") {
+  const Catalogue& orion = *find_device("orion")->catalogue;
+  for (const std::uint32_t id : {0x036, 0x076, 0x6B0, 0x6B1, 0x6B2, 0x6B3, 0x6B4}) {
+    CHECK(orion.find(id).message == nullptr);
+  }
 }
 
 TEST_CASE("Pylontech's lowest voltage is decoded where a unit fills it, and never sent", "[unit][devices][inverter]") {

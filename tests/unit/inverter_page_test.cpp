@@ -32,7 +32,8 @@ Json answer() {
               {"soc_permille", 720},
               {"soh_permille", nullptr}}},
             {"frames_taken", 12},
-            {"frames_refused", 1}}}};
+            {"frames_refused", 1},
+            {"values_out_of_range", 3}}}};
 }
 
 std::string page_of(const Json& status) {
@@ -51,7 +52,7 @@ TEST_CASE("the inverter's page says what it is told and what it says", "[unit][b
   CHECK(has(page, "heard"));
   CHECK(has(page, "none told"));
   CHECK(has(page, "nothing"));
-  CHECK(has(page, "12 taken, 1 refused"));
+  CHECK(has(page, "12 taken, 1 refused, 3 values out of range"));
   CHECK(has(page_of(Json{{"inverter", nullptr}}), "none is told anything"));
 }
 

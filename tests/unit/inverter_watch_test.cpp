@@ -98,6 +98,30 @@ TEST_CASE("frames are counted, and those of a wrong length change nothing", "[un
   CHECK_FALSE(watched.watch.is_talking(closed));
 }
 
+TEST_CASE("a state of SMA's 306h that is not documented is counted, and changes nothing", "[unit][inverter]") {
+  Watched watched(with("sma"));
+  CanFrame state = data_frame(0x306, 8);
+  const auto says = [&](std::uint8_t number) {
+    state.data = {98, 0, 0, number, 0, 0, 0, 0};
+    REQUIRE(watched.watch.observe(state, closed));
+    return watched.watch.report();
+  };
+  CHECK(says(4).has_failed);
+  CHECK(says(4).values_out_of_range == 0);
+  for (const std::uint8_t undocumented : {2, 5, 0xFF}) CHECK(says(undocumented).has_failed);
+  CHECK(watched.watch.report().values_out_of_range == 3);
+  CHECK_FALSE(says(1).has_failed);
+  CHECK(says(3).has_warning);
+  CHECK(says(2).has_warning);
+  CHECK_FALSE(says(0).has_warning);
+  CHECK(watched.watch.report().values_out_of_range == 4);
+  state.data[0] = 101;  // per cent of health
+  REQUIRE(watched.watch.observe(state, closed));
+  CHECK(watched.watch.report().values_out_of_range == 5);
+  watched.watch.forget_values();
+  CHECK(watched.watch.report().values_out_of_range == 5);
+}
+
 TEST_CASE("who else tells the inverter of a battery is remembered for a while", "[unit][inverter]") {
   Watched watched;
   CHECK(watched.watch.observe(data_frame(0x351, 8), closed));

@@ -67,7 +67,8 @@ Page inverter_page(const Reply& status) {
                         "   " + shown(inverter["temperature_dC"], Unit::dC))});
   page.add_field("Trouble", trouble_of(inverter));
   page.add_field("Frames", {{shown(inverter["frames_taken"], Unit::none) + " taken, " +
-                                 shown(inverter["frames_refused"], Unit::none) + " refused",
+                                 shown(inverter["frames_refused"], Unit::none) + " refused, " +
+                                 shown(inverter["values_out_of_range"], Unit::none) + " values out of range",
                              Style::dim}});
   return page;
 }
