@@ -8,12 +8,6 @@
 namespace bmu {
 namespace {
 
-/// Nobody but the master opens a pack of such modules, and they tell whole millivolts: it has to do so a little
-/// earlier.
-constexpr std::int32_t margin_uV = 10'000;
-/// A cell reads low while it is bled, in a log of an i3 by so much. Nobody says how much it is with an Outlander.
-constexpr std::int32_t bled_low_uV = 40'000;
-
 struct Check {
   const PackConfig& pack;
   const Place& root;
@@ -85,9 +79,9 @@ void check_margin(const Check& check) {
   const LimitsConfig& limits = check.core().limits;
   const Place limits_place = check.root.at("limits");
   const bool is_bled = check.core().balancing.is_enabled;
-  const std::int32_t upper_margin_uV = margin_uV + (is_bled ? bled_low_uV : 0);
+  const std::int32_t upper_margin_uV = foreign_overvoltage_margin_uV(check.core());
   const std::int32_t most_uV = check.core().cell.voltage_max_uV - upper_margin_uV;
-  const std::int32_t least_uV = check.core().cell.voltage_min_uV + margin_uV;
+  const std::int32_t least_uV = check.core().cell.voltage_min_uV + foreign_margin_uV;
   const auto why = [&check](std::int32_t left_uV, const char* what) {
     return ", " + number_text(left_uV / 1e3) + " mV within what the cell file allows, as a module of " + check.name() +
            what;
@@ -100,7 +94,7 @@ void check_margin(const Check& check) {
   }
   if (limits.cell_undervoltage.open < least_uV) {
     check.add(limits_place.at("cell_undervoltage").at("open_mV"), number_text(limits.cell_undervoltage.open / 1e3),
-              "at least " + number_text(least_uV / 1e3) + why(margin_uV, alone));
+              "at least " + number_text(least_uV / 1e3) + why(foreign_margin_uV, alone));
   }
 }
 

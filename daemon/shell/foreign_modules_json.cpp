@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "config/foreign_module_checks.hpp"
 #include "devices/device_list.hpp"
 #include "protocol/signal.hpp"
 
@@ -20,34 +21,52 @@ constexpr bool always(const ModuleDriver&) {
 }
 
 constexpr Lack lacks[] = {
-    {always,
-     "they watch no cell by themselves and keep no limits: nothing opens the pack but the daemon, and its limits lie "
-     "10 "
-     "mV within what the cell file allows"},
     {[](const ModuleDriver& driver) { return !driver.has_checksum; },
-     "their frames have no checksum and no counter: a frame that is wrong and whole on the bus is believed, so two "
-     "samples confirm a fault, and every cell is held against the pack's voltage"},
-    {always, "they do not say when they measured: a voltage counts as older than the question that brought it"},
+     "their frames have no checksum and no counter: a frame that is wrong and whole on the bus is used, so two samples "
+     "confirm a fault, values that no cell can have are counted and not used, and every cell is held against the "
+     "pack's voltage"},
     {always,
-     "they tell no serial number: a module that was exchanged is not noticed, and its cells are taken for those "
+     "they do not report when they measured, and an answer names no question: a voltage counts as older than the "
+     "question that brought it, and a late answer as one to the question before"},
+    {always,
+     "they report no serial number: a module that was exchanged is not noticed, and its cells are taken for those "
      "before"},
+    {always, "they take no node number from the daemon: they keep the one the car gave them"},
     {[](const ModuleDriver& driver) { return !driver.tells_stack_voltage; },
      "they do not measure their whole stack: the cells of one module are held against nothing but the pack's voltage"},
-    {[](const ModuleDriver& driver) { return !driver.tells_errors; }, "they tell no errors of their own"},
+    {[](const ModuleDriver& driver) { return !driver.tells_errors; }, "they report no errors of their own"},
     {[](const ModuleDriver& driver) { return driver.tells_errors; },
-     "what their errors mean is not known: any is a warning"},
+     "the meaning of their errors is not known: any is a warning"},
     {[](const ModuleDriver& driver) { return !driver.has_board_temperature; },
-     "nobody sees how hot their resistors make them: balancing wants \"without_board_sensor\": true"},
+     "they do not measure how hot their resistors are: balancing requires \"without_board_sensor\": true"},
     {always,
-     "they bleed what is above a voltage they are told, and nobody knows for how long when they hear nothing more"},
+     "they bleed every cell above a commanded voltage, and it is not known for how long after the last command"},
 };
+
+std::string mV_text(std::int32_t value_uV) {
+  return std::to_string(mV_from_uV(value_uV)) + " mV";
+}
+
+/// What a pack file with such modules is held to, in numbers.
+std::string limits_sentence(const CoreConfig& config) {
+  const std::int32_t upper_uV = foreign_overvoltage_margin_uV(config);
+  return "they watch no cell by themselves and keep no limits: nothing but the daemon opens the pack, and its limits "
+         "lie "
+         "within what the cell file allows, by at least " +
+         mV_text(foreign_margin_uV) + " for undervoltage and " + mV_text(upper_uV) + " for overvoltage";
+}
+
+std::string bled_sentence() {
+  return "a cell reads low while it is bled, in a log of an i3 by " + mV_text(foreign_bled_low_uV) +
+         ": bleeding pauses for a measurement, and where cells are balanced the overvoltage limit lies lower by that";
+}
 
 }  // namespace
 
 Json foreign_modules_json(const CoreView& view) {
   const ModuleDriver* const driver = view.core.config().foreign.driver;
   if (driver == nullptr) return nullptr;
-  Json cannot = Json::array();
+  Json cannot = Json::array({limits_sentence(view.core.config()), bled_sentence()});
   for (const Lack& lack : lacks) {
     if (lack.holds(*driver)) cannot.push_back(std::string(lack.sentence));
   }
