@@ -44,7 +44,8 @@ inline constexpr std::size_t reject_reason_count = 12;
 [[nodiscard]] std::string_view to_text(RejectReason reason);
 
 /// What is wrong with a frame by itself, whatever came before: its form; against the row of its identifier, its length,
-/// checksum, complement, channel and the range of its counter. `form_fault` is of a bus that has 11-bit identifiers only.
+/// checksum, complement, channel and the range of its counter. `form_fault` is of a bus that has 11-bit identifiers
+/// only.
 [[nodiscard]] std::optional<RejectReason> form_fault(const CanFrame& frame);
 [[nodiscard]] std::optional<RejectReason> content_fault(const MessageSpec& message, const CanFrame& frame);
 
