@@ -118,6 +118,32 @@ TEST_CASE("charge that has flowed back proves nothing", "[unit][plausibility][F1
   CHECK(watched.longest().value == 0);
 }
 
+TEST_CASE("no charge counts before it is the whole thousandths of the capacity that show",
+          "[unit][plausibility][F12]") {
+  CoreConfig config = pack_of_2_mOhm();
+  config.cell.ocv.clear();
+  config.cell.ocv.push_back({0, 3'000'000});
+  config.cell.ocv.push_back({1000, 4'500'000});  // 5 mV at 3.3 thousandths, and so at 4
+  for (const std::int32_t current_mA : {20'000, -20'000}) {
+    Watched watched(config);
+    REQUIRE(watched.charge_shown_uAs() == 720'000'000);
+    watched.poll(current_mA);
+    for (int count = 1; count < 360; ++count) watched.poll(current_mA);
+    CHECK(watched.longest().value == 0);
+    watched.poll(current_mA);
+    CHECK(watched.longest().value == 100);
+  }
+}
+
+TEST_CASE("a current that has become less by 1 mA works against the charge", "[unit][plausibility][F12]") {
+  Watched watched;
+  REQUIRE(watched.charge_shown_uAs() == 900'000'000);
+  for (int count = 0; count < 180; ++count) watched.poll(50'001);
+  // 5.0001 mV by 900.0179 As, but 4 uV less by what a worn cell makes of the milliampere.
+  watched.poll(50'000);
+  CHECK(watched.longest().value == 0);
+}
+
 TEST_CASE("a hole in the current is no charge", "[unit][plausibility][F12]") {
   Watched watched;
   watched.poll(50'000);
@@ -325,6 +351,46 @@ TEST_CASE("a current that swings faster than cells are polled shows nothing by i
   CHECK(watched.longest().value == 0);
   swing(140);
   CHECK(watched.longest().value >= 1'000);
+}
+
+TEST_CASE("the charge counts from the first sample, although a later one came at a steadier current",
+          "[unit][plausibility][F12]") {
+  Watched watched;
+  const auto ticks_to_show = static_cast<int>(watched.charge_shown_uAs() / 500'000);
+  for (int tick = 0; tick < ticks_to_show - 20; ++tick) watched.tick(tick % 14 < 7 ? 100'000 : 0);
+  CHECK(watched.longest().value == 0);
+  for (int tick = 0; tick < 120; ++tick) watched.tick(50'000);
+  CHECK(watched.longest().value >= 800);
+}
+
+TEST_CASE("a step counts from the steadiest sample, exactly, and a steady current has no width",
+          "[unit][plausibility][F12]") {
+  Watched ripple;  // of 1 mA around the first sample
+  for (int tick = 1; tick <= 9; ++tick) ripple.tick(1);
+  for (int tick = 10; tick <= 60; ++tick) ripple.tick(0);
+  for (int tick = 61; tick <= 160; ++tick) ripple.tick(shows_mA);
+  CHECK(ripple.longest().value >= 900);
+
+  Watched back;  // 0 A and 20 A around the first sample, then 20 A, then 10 A, between them
+  for (int tick = 1; tick <= 14; ++tick) back.tick(0);
+  for (int tick = 15; tick <= 500; ++tick) back.tick(20'000);
+  CHECK(back.longest().value == 0);
+  for (int tick = 501; tick <= 600; ++tick) back.tick(10'000);
+  CHECK(back.longest().value >= 900);
+}
+
+TEST_CASE("of samples at equally steady currents the first is the reference", "[unit][plausibility][F12]") {
+  Watched watched;
+  int ticks = 0;
+  const auto run_to = [&](int tick, std::int32_t low_mA, std::int32_t high_mA) {
+    for (; ticks < tick; ++ticks) watched.tick(ticks % 2 == 0 ? low_mA : high_mA);
+  };
+  run_to(7, 100'000, 100'000);  // 52 A to 100 A around the first sample: its charge proves nothing for long
+  run_to(20, 52'000, 54'000);
+  run_to(1'700, 50'000, 51'000);  // some 850 As, and 900 As show
+  CHECK(watched.longest().value == 0);
+  run_to(1'950, 50'000, 51'000);
+  CHECK(watched.longest().value >= 500);
 }
 
 TEST_CASE("a single cell that stands still is named, its neighbours are not", "[unit][plausibility][F12]") {
