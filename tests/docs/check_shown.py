@@ -18,7 +18,7 @@ MARK = re.compile(r"<!-- (?:run(?: until| installed)?|write \S+) -->")
 # What begins a line of commands: our programs, scripts and built programs by their path, and the system's.
 COMMAND = re.compile(r"(?:sudo |\w+=\S* )*(?:bmud|bmuctl|bmudump|bmureplay|bmucell|mmusim|bmud_simulation|"
                      r"(?:tools|tests|packaging|build/bin)/\S+|cmake|ninja|export|ip|journalctl|systemctl|sqlite3|"
-                     r"adduser|cp|install)(?: |$)")
+                     r"adduser|cp|install|printf)(?: |$)")
 OUTPUT_LANGUAGES = ("", "console", "text")
 
 

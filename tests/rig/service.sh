@@ -25,6 +25,13 @@ our_files() {
 
 # A warning, too, is wrong.
 units_are_right() { systemd-analyze verify --man=no --recursive-errors=no bmud.service bmud@other.service; }
+# Later versions of systemd warn of each variable of a command line that is not set, at every start.
+variables_are_set() {
+  local name
+  for name in $(systemctl cat bmud | sed -n 's/^ExecStart=//p' | grep -o '\$[A-Z_]*'); do
+    [[ " $(property Environment)" == *" ${name#?}="* ]] || return 1
+  done
+}
 put_drop_ins() {
   local drop_in unit
   for drop_in in gpio interfaces realtime serial; do
@@ -97,6 +104,7 @@ expect "nor will it" test "$(systemctl is-enabled bmud 2>/dev/null || true)" = d
 our_files >"$RIG_OUT/installed.txt"
 expect "its files are found" test "$(wc -l <"$RIG_OUT/installed.txt")" -gt $(($(wc -l <"$RIG_OUT/before.txt") + 20))
 expect "every unit is right" units_are_right
+expect "every variable of its command line is set" variables_are_set
 put_drop_ins
 expect "and with every drop-in" units_are_right
 take_drop_ins_away
