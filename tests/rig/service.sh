@@ -55,6 +55,16 @@ make_later_package() {
 install_later_package() { dpkg --install --force-confdef --force-confold /run/later.deb >"$RIG_OUT/upgrade.txt" 2>&1; }
 other_pid() { systemctl show --value -p MainPID bmud@other; }
 
+# A maintainer script of the installed package as dpkg runs it, on a machine whose service manager cannot be reached.
+run_without_manager() {
+  local script=$1
+  shift
+  mkdir -p /run/no-manager
+  printf '#!/bin/sh\necho "Failed to connect to bus" >&2\nexit 1\n' >/run/no-manager/systemctl
+  chmod 755 /run/no-manager/systemctl
+  PATH=/run/no-manager:$PATH "/var/lib/dpkg/info/bmud.$script" "$@" >>"$RIG_OUT/no-manager.txt" 2>&1
+}
+
 # A process that ends while the pack is closed.
 end_while_closed() {
   local name=$1 before at
@@ -108,6 +118,10 @@ expect "every variable of its command line is set" variables_are_set
 put_drop_ins
 expect "and with every drop-in" units_are_right
 take_drop_ins_away
+expect "without a service manager it can be installed" run_without_manager postinst configure ''
+expect "and upgraded" run_without_manager postinst configure 0.0.1
+expect "and removed" run_without_manager prerm remove
+expect "to the end" run_without_manager postrm remove
 expect "there is a manual" man -w bmud bmuctl bmudump bmureplay bmucell mmusim bmud-pack bmud-socket >/dev/null
 
 step "a wrong pack is refused, once"  # [F78]
@@ -132,6 +146,8 @@ exposure=$(sed -n 's/.*exposure level for bmud.service: \([0-9.]*\).*/\1/p' "$RI
 measured+=("exposure: $exposure")
 expect "its exposure is $exposure, at most 1.5" awk "BEGIN { exit !($exposure <= 1.5) }"
 expect "its stop hook will find the lines it drives, which are none" grep -q '"outputs":{}' /run/bmud/driven-lines.json
+expect "without a service manager it is not removed while it runs" not run_without_manager prerm remove
+expect "and the refusal gives the way out" grep -q 'bmud: still running after a failed stop; stop it' "$RIG_OUT/no-manager.txt"
 expect "the state is its own" test "$(stat -c %U:%a "$state")" = bmud:750
 
 step "who may do what"
@@ -279,10 +295,16 @@ expect_opened_by_command "removed" "$(stopping_at)" 300
 expect "the other pack's has ended, too" test "$(systemctl is-active bmud@other)" = inactive
 expect "the pack's file has stayed" test -f /etc/bmud/pack.json
 expect "so has what was remembered" test -f "$state/state.json"
+cp /var/lib/dpkg/info/bmud.postrm /run/postrm
 expect "it is purged" dpkg --purge bmud bmud-tools mmusim >>"$RIG_OUT/dpkg.txt"
 our_files | diff "$RIG_OUT/before.txt" - >"$RIG_OUT/left.txt" || fail "left behind: $(cat "$RIG_OUT/left.txt")"
 echo "  ok: nothing is left behind"
 expect "nor the user" not getent passwd bmud
 # Of several that are asked for, getent fails where one is missing.
 expect "nor its groups" test -z "$(getent group bmud bmud-admin || true)"
+expect "the limit of receive buffers stays until the next start" test "$(</proc/sys/net/core/rmem_max)" = 4194304
+groupadd --system bmud-admin
+useradd --system --gid bmud-admin operator
+expect "a group that is the primary one of a user does not fail a purge" /run/postrm purge 2>>"$RIG_OUT/dpkg.txt"
+expect "and stays" getent group bmud-admin
 tell_measured
