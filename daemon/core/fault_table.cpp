@@ -837,7 +837,7 @@ constexpr std::array<FaultRow, fault_count> table{{
     {.id = FaultId::disk_low,
      .name = "disk_low",
      .meaning = "the disk is nearly full",
-     .remedy = "make room",
+     .remedy = "make room on the file system of the state file (as a service: /var/lib/bmud)",
      .read = fault_readers::disk_low,
      .reaction = warn},
 }};
