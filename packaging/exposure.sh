@@ -6,7 +6,7 @@ set -euo pipefail
 repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 units=$(realpath "${1:-$repository/build}")/packaging
 exposure_max=1.5
-# Of devices, real time and interfaces together.
+# Of devices, real time and interfaces together: docs/decisions/0025-exposure-of-the-service.md.
 exposure_max_of_all=1.7
 
 command -v systemd-analyze >/dev/null || { echo "exposure.sh: no systemd-analyze here" >&2; exit 77; }
