@@ -1,12 +1,16 @@
 #!/usr/bin/env python3
-"""Every block of a page that shows what a program prints is run by run_page.py, or is on the list of exceptions.
+"""Every block of a page that shows commands, or what a program prints, is run by a test, or is on the list of exceptions.
 
     check_shown.py SOURCE_DIRECTORY
 
-A block, fenced or indented, may be one of these without being run: commands alone, each line of it; JSON; a block whose fence names
-another language than console (scenarios.md: tests/scenario/script_test.cpp runs its scripts). Any other block needs a mark of
-run_page.py or an entry in not_run.txt, which gives its page, its first line and the reason. An entry there that no block needs is an
-error, too.
+A block, fenced or indented, may be one of these without being run: JSON; a block whose fence names another language than console
+(scenarios.md: tests/scenario/script_test.cpp runs its scripts). Any other block needs a mark of run_page.py, or the mark
+
+    <!-- rig NAME -->
+
+with an empty line behind it before an indented block, which a guest script of tests/rig runs by "run_shown PAGE NAME"; or an entry in
+not_run.txt, which gives its page, its first line and the reason. An entry that no block needs is an error, and so is a mark without such
+a call, or a call without its mark.
 """
 import re
 import sys
@@ -15,10 +19,8 @@ from pathlib import Path
 
 EXCEPTIONS = "tests/docs/not_run.txt"
 MARK = re.compile(r"<!-- (?:run(?: until| installed)?|write \S+) -->")
-# What begins a line of commands: our programs, scripts and built programs by their path, and the system's.
-COMMAND = re.compile(r"(?:sudo |\w+=\S* )*(?:bmud|bmuctl|bmudump|bmureplay|bmucell|mmusim|bmud_simulation|"
-                     r"(?:tools|tests|packaging|build/bin)/\S+|cmake|ninja|export|ip|journalctl|systemctl|sqlite3|"
-                     r"adduser|cp|install|printf)(?: |$)")
+RIG_MARK = re.compile(r"<!-- rig (\S+) -->")
+RIG_CALL = re.compile(r"\brun_shown ([a-z-]+) ([a-z-]+)")
 OUTPUT_LANGUAGES = ("", "console", "text")
 
 
@@ -38,26 +40,16 @@ def blocks_of(text):
             yield begin + 2, lines[begin][3:].strip(), lines[begin + 1:index], is_marked
             index += 1
         elif lines[index].startswith("    ") and (begin == 0 or not lines[begin - 1].strip()):
+            is_marked = begin > 1 and RIG_MARK.fullmatch(lines[begin - 2]) is not None
             while index < len(lines) and (lines[index].startswith("    ") or not lines[index].strip()):
                 index += 1
-            yield begin + 1, "", [line[4:] for line in lines[begin:index] if line.strip()], False
+            yield begin + 1, "", [line[4:] for line in lines[begin:index] if line.strip()], is_marked
         else:
             index += 1
 
 
-def are_commands(lines):
-    goes_on = False
-    for line in lines:
-        if not goes_on and not COMMAND.match(line):
-            return False
-        goes_on = line.endswith("\\")
-    return True
-
-
 def needs_a_mark(language, lines):
-    if language not in OUTPUT_LANGUAGES or not lines:
-        return False
-    return not are_commands(lines) and not lines[0].startswith('"')
+    return language in OUTPUT_LANGUAGES and bool(lines) and not lines[0].startswith('"')
 
 
 def read_exceptions(text):
@@ -95,6 +87,19 @@ def problems(source, exceptions):
                 yield f"{EXCEPTIONS}: {file} is not there"
 
 
+def rig_problems(source):
+    """Each mark for the rig is called by one of its scripts, and each call has its mark."""
+    marks = [(page.stem, name) for page in sorted((source / "docs").glob("*.md"))
+             for name in re.findall(rf"^{RIG_MARK.pattern}$", page.read_text(), re.MULTILINE)]
+    calls = {call for script in (source / "tests/rig").glob("*.sh") for call in RIG_CALL.findall(script.read_text())}
+    for page, name in sorted(set(marks) - calls):
+        yield f"docs/{page}.md: found no script of tests/rig with run_shown {page} {name}, expected one for the mark"
+    for page, name in sorted(calls - set(marks)):
+        yield f"tests/rig: run_shown {page} {name}: found no mark <!-- rig {name} --> in docs/{page}.md"
+    for page, name in sorted({mark for mark in marks if marks.count(mark) > 1}):
+        yield f"docs/{page}.md: found the mark <!-- rig {name} --> more than once, expected it once"
+
+
 def complaints():
     """The test itself: which blocks it has to find, and which not."""
     shown = {
@@ -103,8 +108,10 @@ def complaints():
         "```\nbmuctl why\nyes\n```": 1,
         "```\n$ bmuctl why\n```": 1,
         "```text\nyes\n```": 1,
-        "```\nbmuctl why \\\n  yes\nbmuctl cells\n```": 0,
-        "    sudo systemctl restart bmud\n": 0,
+        "```\nbmuctl why \\\n  yes\nbmuctl cells\n```": 1,
+        "    sudo systemctl restart bmud\n": 1,
+        "<!-- rig name -->\n\n    sudo systemctl restart bmud\n": 0,
+        "<!-- rig name -->\n\nand\n\n    sudo systemctl restart bmud\n": 1,
         "<!-- run -->\n```console\n$ bmuctl why\nyes\n```": 0,
         "<!-- run hidden\n    yes\n-->\n": 0,
         "- a list\n    goes on\n": 0,
@@ -126,6 +133,14 @@ def complaints():
         page.write_text("    $ bmuctl why\n    yes\n\nand\n\n    $ bmuctl why\n    no\n")
         if len(list(problems(Path(folder), read_exceptions("README.md: $ bmuctl why\n    a reason\n")))) != 1:
             yield "an exception is applied to two blocks"
+        rig = Path(folder) / "tests/rig"
+        rig.mkdir(parents=True)
+        (Path(folder) / "docs/page.md").write_text("<!-- rig one -->\n\n    true\n")
+        for call, count in (("run_shown page one", 0), ("", 1), ("run_shown page two", 2)):
+            (rig / "script.sh").write_text(call + "\n")
+            if len(found := list(rig_problems(Path(folder)))) != count:
+                yield f"{call!r}: found {found}, expected {count} problem(s)"
+        (Path(folder) / "docs/page.md").unlink()
         page.write_text("")
         if len(list(problems(Path(folder), read_exceptions("README.md: $ bmuctl why\n    a reason\n")))) != 1:
             yield "an exception without a block is not found"
@@ -134,8 +149,8 @@ def complaints():
 def main():
     source = Path(sys.argv[1]).resolve()
     exceptions = read_exceptions((source / EXCEPTIONS).read_text())
-    found = [*complaints(), *problems(source, exceptions)]
-    print("\n".join(found) or f"every block that shows output is run, but for {len(exceptions)} exceptions")
+    found = [*complaints(), *problems(source, exceptions), *rig_problems(source)]
+    print("\n".join(found) or f"every block that shows commands or output is run, but for {len(exceptions)} exceptions")
     return 1 if found else 0
 
 

@@ -124,6 +124,23 @@ record() {
 
 not() { ! "$@"; }
 
+# The commands of docs/PAGE.md in the block that bears the mark "<!-- rig NAME -->", a line each as they stand in the page.
+shown_commands() {
+  awk -v mark="<!-- rig $2 -->" '
+    $0 == mark { is_marked = 1; next }
+    is_marked && /^    / { was_begun = 1; print substr($0, 5); next }
+    was_begun { exit }' "${repository:?}/docs/$1.md"
+}
+
+# run_shown PAGE NAME: runs that block as the reader of the page does it, in the current folder; "sudo" is nothing here, the guest's user is
+# root. Fails with the first command that fails. tests/docs/check_shown.py holds marks and calls against each other.
+run_shown() {
+  local commands
+  commands=$(shown_commands "$1" "$2")
+  [[ -n $commands ]] || fail "docs/$1.md: found no block with the mark <!-- rig $2 -->"
+  bash -ec 'sudo() { "$@"; }'$'\n'"$commands"
+}
+
 end_everything() {
   local name command
   for command in "${at_end[@]}"; do "$command" || true; done

@@ -1,7 +1,7 @@
 # What guest scripts share that run bmud as a service of systemd, from its packages. Sourced behind guest-env.sh, with `repository`,
 # `packages` (the folder they are in) and `scenario` set:
 #   install_packages      all three, as dpkg does it, and what they run on is read ahead
-#   start_service         an emulated pack whose key is turned again and again, the service beside it, and who measures
+#   start_service         what docs/installing.md shows of the start, with an emulated pack whose key is turned again and again, the service beside it, and who measures
 #   main_pid, property, is_active, log_has ...   what systemd says of it
 #   expect_successor      what must be after an end of the process
 #   wait_to_disturb, expect_undisturbed ...      around what the daemon must bear
@@ -83,7 +83,7 @@ start_service() {
   start_pack "$scenario"
   write_pack
   expect "the pack file is good" bmud --check-config /etc/bmud/pack.json >/dev/null
-  expect "it starts" systemctl enable --now bmud
+  expect "it starts as the page has it" run_shown installing start >"$RIG_OUT/start.txt"
   wait_until_serving
 }
 

@@ -24,7 +24,7 @@ our_files() {
 }
 
 # A warning, too, is wrong.
-units_are_right() { systemd-analyze verify --man=no --recursive-errors=no bmud.service bmud@other.service; }
+units_are_right() { systemd-analyze verify --man=no --recursive-errors=no bmud.service bmud@house.service; }
 # Later versions of systemd warn of each variable of a command line that is not set, at every start.
 variables_are_set() {
   local name
@@ -53,7 +53,7 @@ make_later_package() {
 }
 # As an upgrade at night does it: a configuration file that was changed stays, without a question.
 install_later_package() { dpkg --install --force-confdef --force-confold /run/later.deb >"$RIG_OUT/upgrade.txt" 2>&1; }
-other_pid() { systemctl show --value -p MainPID bmud@other; }
+house_pid() { systemctl show --value -p MainPID bmud@house; }
 
 # A maintainer script of the installed package as dpkg runs it, on a machine whose service manager cannot be reached.
 run_without_manager() {
@@ -99,7 +99,7 @@ priorities() { chrt --all-tasks -p "$1" | sed -n 's/.*priority: //p' | sort -rnu
 watchdog_at() { journalctl -q --no-pager -o short-unix -u bmud | awk '/Watchdog timeout/ { at = $1 } END { print at }'; }
 
 other_file_counts() { [[ $(config_hash) != "$1" ]]; }
-is_reloaded() { phase_is open && systemctl reload bmud && other_file_counts "$1"; }
+is_reloaded() { phase_is open && run_shown installing reload && other_file_counts "$1"; }
 config_hash() { status_json | jq -er .pack.config_hash; }
 
 step "install"
@@ -151,19 +151,20 @@ expect "and the refusal gives the way out" grep -q 'bmud: still running after a 
 expect "the state is its own" test "$(stat -c %U:%a "$state")" = bmud:750
 
 step "who may do what"
-useradd --system --user-group --groups bmud reader
-useradd --system --user-group --groups bmud-admin admin
+useradd --system --user-group alice
+useradd --system --user-group bob
+expect "users get their rights as the page has it" run_shown installing rights >"$RIG_OUT/adduser.txt"
 useradd --system --user-group stranger
-expect "a member of bmud may read" ask_as reader status
-expect "but not clear" not ask_as reader clear
+expect "a member of bmud may read" ask_as alice status
+expect "but not clear" not ask_as alice clear
 expect "and is told so" answer_says bmud-admin
-expect "a member of bmud-admin may" ask_as admin balance --off
-expect "and on again" ask_as admin balance --on
+expect "a member of bmud-admin may" ask_as bob balance --off
+expect "and on again" ask_as bob balance --on
 expect "a stranger may not even read" not ask_as stranger status
 expect "and is told so" answer_says 'may not read here'
 # By number: the daemon has read the names of users when it started, before there were these.
-expect "who did what is in the log" log_has "balancing switched off by .*user $(id -u admin), process"
-expect "and what was refused to whom" log_has "refused: .*user $(id -u reader), process [0-9]*)* may not \"clear\""
+expect "who did what is in the log" log_has "balancing switched off by .*user $(id -u bob), process"
+expect "and what was refused to whom" log_has "refused: .*user $(id -u alice), process [0-9]*)* may not \"clear\""
 
 step "stopped by SIGSTOP"  # [F61]
 wait_until_closed
@@ -217,26 +218,27 @@ wait_until_serving
 step "another pack beside it"
 wait_to_disturb
 ip link add vcan2 type vcan && ip link set vcan2 up
-sed "s/$own_bus/vcan2/g" /etc/bmud/pack.json >/etc/bmud/other.json
-expect "it starts" systemctl start bmud@other
-expect "it has a socket of its own" bmuctl --socket /run/bmud-other/bmud.sock status --json >"$RIG_OUT/other.json"
-expect "and its own state" test -d "$state/other"
+sed "s/$own_bus/vcan2/g" /etc/bmud/pack.json >/etc/bmud/house.json
+expect "its order is set as the page has it" run_shown installing order >/dev/null
+expect "it starts after its own interface" grep -q 'net-devices-can1\.device' <<<"$(systemctl show --value -p After bmud@house)"
+expect "it starts, and has a socket of its own" run_shown installing several >"$RIG_OUT/house.txt"
+expect "and its own state" test -d "$state/house"
 expect_undisturbed "another pack"
 
 step "an upgrade"
 make_later_package
 echo '# of this gateway' >>/etc/default/bmud
 wait_to_disturb
-other_before=$(other_pid)
+house_before=$(house_pid)
 expect "the later version is installed" install_later_package
 expect "and says that the daemon goes on" grep -q 'bmud goes on running as it was before this upgrade' "$RIG_OUT/upgrade.txt"
 expect_undisturbed "an upgrade"
-expect "the other pack's is the same process, too" test "$(systemctl is-active bmud@other):$(other_pid)" = "active:$other_before"
+expect "the other pack's is the same process, too" test "$(systemctl is-active bmud@house):$(house_pid)" = "active:$house_before"
 expect "it is the later version" test "$(dpkg-query --show --showformat='${Version}' bmud)" = "$(dpkg-deb --field /run/later.deb Version)"
 expect "what was changed in a configuration file is kept" grep -qx '# of this gateway' /etc/default/bmud
 expect "and has not become the later version's" not grep -qx '# of a later version' /etc/default/bmud
 # Begun again at the end: two daemons share one slow processor.
-systemctl stop bmud@other
+systemctl stop bmud@house
 
 step "systemctl stop"  # [F63]
 wait_until_closed
@@ -248,9 +250,7 @@ measured+=("systemctl stop: ended after $ended_ms ms")
 expect "after $ended_ms ms, at most 300" test "$ended_ms" -le 300
 
 step "real time"
-install -D -m 644 /usr/share/doc/bmud/examples/realtime.conf /etc/systemd/system/bmud.service.d/realtime.conf
-systemctl daemon-reload
-systemctl start bmud
+run_shown installing realtime
 wait_until_serving
 pid=$(main_pid)
 expect "the loop's thread has the priority" test "$(chrt -p "$pid" | sed -n 's/.*priority: //p')" = 50
@@ -285,14 +285,14 @@ expect_open_until_key
 
 step "purge"
 # Running and enabled when the packages are purged.
-systemctl enable --now bmud@other
+systemctl enable --now bmud@house
 wait_until_closed
 expect "a drop-in and an enabled instance are there" test -f /etc/systemd/system/bmud.service.d/realtime.conf \
-  -a -L /etc/systemd/system/multi-user.target.wants/bmud@other.service
+  -a -L /etc/systemd/system/multi-user.target.wants/bmud@house.service
 expect "it is removed" dpkg --remove bmud >>"$RIG_OUT/dpkg.txt"
 # Before it asks for that, dpkg reads for seconds what all packages have.
 expect_opened_by_command "removed" "$(stopping_at)" 300
-expect "the other pack's has ended, too" test "$(systemctl is-active bmud@other)" = inactive
+expect "the other pack's has ended, too" test "$(systemctl is-active bmud@house)" = inactive
 expect "the pack's file has stayed" test -f /etc/bmud/pack.json
 expect "so has what was remembered" test -f "$state/state.json"
 cp /var/lib/dpkg/info/bmud.postrm /run/postrm

@@ -1,7 +1,7 @@
 #!/bin/bash
-# Guest script: the installed service with contactors on GPIO lines and a CAN interface that it sets up itself, both by the drop-ins that the
-# package has as examples, in its sandbox. However its process ends, the stop hook opens the lines that it drove. Needs systemd as the
-# machine's first program, and can0 and can1 of boot.sh --can-bus.
+# Guest script: can0 as docs/wiring.md sets it up, by hand and by systemd-networkd; then the installed service with contactors on GPIO lines
+# and a CAN interface that it sets up itself, both by the drop-ins that the package has as examples, in its sandbox. However its process
+# ends, the stop hook opens the lines that it drove. Needs systemd as the machine's first program, and can0 and can1 of boot.sh --can-bus.
 #   usage: service_lines.sh MODULE.ko REPOSITORY PACKAGES   (the chip's driver; a folder with the packages)
 # shellcheck source-path=SCRIPTDIR source=guest-env.sh
 source "$(dirname "$0")/guest-env.sh"
@@ -67,6 +67,8 @@ write_drop_in() {
   systemctl daemon-reload
 }
 
+in_folder() { (cd "$1" && "${@:2}"); }
+
 link_is() {
   [[ $(ip -json -details link show "$1" | jq -r '.[0] | "\(.linkinfo.info_data.bittiming.bitrate) \(.linkinfo.info_data.restart_ms) \([.flags[] | select(. == "UP")][0])"') == "$2" ]]
 }
@@ -81,6 +83,29 @@ chmod 660 /dev/gpiochip0
 ip link set can1 type can bitrate 500000
 ip link set can1 up
 expect "can0 is down" not link_is can0 "500000 200 UP"
+
+step "can0 by hand"
+run_shown wiring by-hand
+expect "it is set up and up" link_is can0 "500000 200 UP"
+expect "its state is shown" grep -q 'state ERROR-ACTIVE' <<<"$(run_shown wiring look)"
+ip link set can0 down
+ip link set can0 type can bitrate 125000 restart-ms 0
+
+step "can0 by networkd"
+# This machine has no udev, which networkd waits for before it touches an interface. Where /sys is read-only it does not, as in a container.
+mkdir -p /run/systemd/system/systemd-networkd.service.d
+printf '[Service]\nReadOnlyPaths=/sys\n' >/run/systemd/system/systemd-networkd.service.d/no-udev.conf
+systemctl daemon-reload
+systemctl start dbus
+# It runs before the files are there, so that only the page's reload can bring them to it.
+systemctl start systemd-networkd
+expect "can0 is down" not link_is can0 "500000 200 UP"
+expect "the page's commands succeed" in_folder /usr/share/doc/bmud/examples run_shown wiring networkd
+wait_for 30 "networkd has set up can0 as the example has it" link_is can0 "500000 200 UP"
+systemctl disable --now systemd-networkd.socket systemd-networkd
+rm /etc/systemd/network/80-can0.*
+ip link set can0 down
+ip link set can0 type can bitrate 125000 restart-ms 0
 
 step "the drop-ins"
 write_lines_pack
