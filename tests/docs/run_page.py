@@ -18,8 +18,9 @@ comment, which readers do not see:
 Where both are compared, runs of spaces are alike, a line "..." stands for any lines, "..." at the end of a line for the rest of
 it, and a number for any number with as many digits behind its point, so that times and measured values may differ; spans of time,
 dates and hashes stand for others of their kind, and a bar of the live picture for any bar of its length. Numbers that name something
-are that number: behind the words of NAMING (but for a module's voltage and a measured current), and within words. Trailing spaces do
-not count. A command that prints nothing on the page prints nothing and ends with 0.
+are that number: behind the words of NAMING (but for a module's voltage and a measured current), and within words. A whole number before
+a word of COUNTED is that number, too: a program or a pack file fixes how many there are. A page that shows such a number of a reply in
+JSON puts the word behind it. Trailing spaces do not count. A command that prints nothing on the page prints nothing and ends with 0.
 
 With BMUD_REWRITE in the environment the page is written anew instead, with what commands print now.
 
@@ -60,12 +61,15 @@ END = "--- end of the command:"
 RUNS_S = 0.5
 
 NAMING = r"(?:(?:modules?|at most)(?! \d+\.\d+ [AV]\b)|cell|no\.|nodes?|ended with|, limit|wanted|found|serial number)"
+# What is counted and not measured. Frames, decisions and observations depend on when a command looks.
+COUNTED = r"(?:faults?|cells?|modules?|parallel|parts?)"
 KINDS = [
     ("rest", r"\.\.\.$"),
     ("date", r"\d{4}-\d\d-\d\d[ T]\d\d:\d\d:\d\d(?:\.\d+)?(?:[+-]\d\d:\d\d)?"),
     ("stamp", r"\d{8}T\d{6}\.\d{3}Z"),
     ("hash", r"\b[0-9a-f]{16}\b"),
     ("name", NAMING + r" \d+(?:\.\d+)*(?!\w)"),
+    ("count", r"(?<![\w.])\d+ " + COUNTED + r"\b"),
     ("span", r"(?<![\w.])(?:\d+ (?:h|min) )?\d+(?:\.\d+)? (?:ms|s|min|h)\b"),
     ("number", r"(?<![\w.])-?\d+(?:\.\d+)?(?!\w)"),
     ("bar", r"[▁▂▃▄▅▆▇█░]+"),
@@ -95,7 +99,7 @@ class Step:
 def pattern_of_token(kind, text):
     if kind == "rest":
         return r"[^\n]*"
-    if kind in ("name", "text"):
+    if kind in ("name", "count", "text"):
         return re.escape(text)
     if kind == "space":
         return r"\s+"

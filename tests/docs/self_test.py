@@ -26,10 +26,14 @@ SAME = [
     ("decision  at most 34.157 A of 80.000 A", "decision  at most 33.991 A of 80.000 A"),
     ("C   module 46.248 V   last answer 47 ms ago", "C   module 44.794 V   last answer 7 ms ago"),
     ("pack 184.2 V ██▇░░", "pack 170.1 V █▁░░░"),
+    ("1872 decisions, 8707 observations, 1 part", "1871 decisions, 8706 observations, 1 part"),
     ("", ""),
 ]
 DIFFERENT = [
     ("Faults  none", "Faults  module_lost"),
+    ("4 modules, 48 cells, 96 faults", "4 modules, 48 cells, 83 faults"),
+    ("4 modules, 48 cells", "4 modules, 47 cells"),
+    ("8707 observations, 1 part", "8707 observations, 2 parts"),
     ("one\ntwo", "one"),
     ("one", "one\ntwo"),
     ("one", ""),
