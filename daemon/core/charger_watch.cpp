@@ -16,6 +16,14 @@ std::int32_t tolerance(std::int32_t of, std::int32_t permille, std::int32_t leas
   return std::max(least, static_cast<std::int32_t>(std::int64_t{of} * permille / 1'000));
 }
 
+/// Of two sensors of one voltage, each with the tolerance, and of what the wires between them lose.
+bool is_another_voltage(const Measured<std::int32_t>& told_mV, const Measured<std::int32_t>& pack_mV) {
+  if (!told_mV.is_valid() || !pack_mV.is_valid()) return false;
+  const std::int32_t allowed_mV =
+      2 * tolerance(pack_mV.value, ChargerWatch::voltage_tolerance_permille, ChargerWatch::voltage_tolerance_min_mV);
+  return std::abs(std::int64_t{told_mV.value} - pack_mV.value) > allowed_mV;
+}
+
 }  // namespace
 
 void ChargerWatch::update(const ChargerWatchInputs& in) {
@@ -65,14 +73,14 @@ void ChargerWatch::follow_asked(const ChargerWatchInputs& in) {
   if (!in.is_enabled && stopped_since_ == TimePoint{}) stopped_since_ = in.now;
 }
 
-void ChargerWatch::count_told(const Measured<std::int32_t>& told, bool has_stopped) {
-  if (!has_stopped || !told.is_valid() || told.value <= stopped_mA) {
-    told_on_ = 0;
+void ChargerWatch::count_told(const Measured<std::int32_t>& told, std::int32_t most_mA) {
+  if (!told.is_valid() || told.value <= most_mA) {
+    told_over_ = 0;
     return;
   }
-  if (told.taken_at == told_on_at_) return;
-  told_on_at_ = told.taken_at;
-  if (told_on_ < told_on_min) ++told_on_;
+  if (told.taken_at == told_over_at_) return;
+  told_over_at_ = told.taken_at;
+  if (told_over_ < told_over_min) ++told_over_;
 }
 
 void ChargerWatch::look_for_excess(const ChargerWatchInputs& in) {
@@ -80,25 +88,30 @@ void ChargerWatch::look_for_excess(const ChargerWatchInputs& in) {
   const Measured<std::int32_t> told = in.table->current_mA(in.now);
   const std::int32_t into_mA = sensed.is_valid() ? into(sensed.value) : 0;
   const std::int32_t told_mA = told.is_valid() ? told.value : 0;
-  const bool has_stopped = stopped_since_ != TimePoint{} && in.now - stopped_since_ > in.table->driver().settle;
-  count_told(told, has_stopped);
-  // Where a vehicle may brake both have to say so.
-  keeps_on_ = has_stopped && into_mA > stopped_mA && (in.is_alone || told_on_ >= told_on_min);
-  const bool can_sensor_judge = in.is_alone && sensed.is_valid();
-  const std::int32_t flows_mA = can_sensor_judge ? into_mA : told_mA;
+  const bool is_asked = stopped_since_ == TimePoint{};
+  const bool has_stopped = !is_asked && in.now - stopped_since_ > in.table->driver().settle;
   const std::int32_t current_max_mA =
       ceiling_mA() + tolerance(ceiling_mA(), tolerance_permille, current_tolerance_min_mA);
+  // Between the stop and the end of its time to follow it may tell anything.
+  count_told(told, is_asked ? current_max_mA : has_stopped ? stopped_mA : INT32_MAX);
+  // Where a vehicle may brake both have to say so.
+  keeps_on_ = has_stopped && into_mA > stopped_mA && (in.is_alone || told_over_ >= told_over_min);
+  const bool can_sensor_judge = in.is_alone && sensed.is_valid();
+  const bool is_sensed = can_sensor_judge && into_mA > current_max_mA;
+  const bool is_told = told_mA > current_max_mA && (!can_sensor_judge || told_over_ >= told_over_min);
   const Measured<std::int32_t> voltage = in.table->voltage_mV(in.now);
   const std::int32_t voltage_max_mV =
       in.asked_mV + tolerance(in.asked_mV, voltage_tolerance_permille, voltage_tolerance_min_mV);
-  const bool is_current = stopped_since_ == TimePoint{} && flows_mA > current_max_mA;
+  const bool is_current = is_asked && (is_sensed || is_told);
   const bool is_voltage = voltage.is_valid() && voltage.value > voltage_max_mV;
   runs_away_ = in.is_plugged_in && (is_current || is_voltage);
   const bool is_by_voltage = is_voltage && !is_current;
-  runs_away_at_ = is_by_voltage ? voltage.taken_at : can_sensor_judge ? sensed.taken_at : told.taken_at;
+  runs_away_at_ = is_by_voltage ? voltage.taken_at : is_sensed ? sensed.taken_at : told.taken_at;
   if (!runs_away_) return;
   excess_ = {.is_voltage = is_by_voltage,
-             .given = is_by_voltage ? voltage.value : flows_mA,
+             .given = is_by_voltage ? voltage.value
+                      : is_sensed   ? into_mA
+                                    : told_mA,
              .asked = is_by_voltage ? in.asked_mV : ceiling_mA(),
              .allowed = is_by_voltage ? voltage_max_mV : current_max_mA};
 }
@@ -114,11 +127,13 @@ void ChargerWatch::look_for_contradiction(const ChargerWatchInputs& in) {
   const bool has_stopped = stopped_since_ != TimePoint{} && in.now - stopped_since_ > patience;
   contradicts_ = has_stopped && told.value > stopped_mA;
   const bool is_settled = in.is_enabled && in.now - steady_since_ > patience;
-  if (!is_settled || !in.is_alone || !sensed.is_valid()) return;
+  if (!is_settled) return;
+  contradicts_ = is_another_voltage(in.table->voltage_mV(in.now), in.pack->pack_voltage_mV);
+  if (!in.is_alone || !sensed.is_valid()) return;
   const std::int32_t allowed_mA = tolerance(told.value, tolerance_permille, current_tolerance_min_mA);
   const bool tells_less = into(sensed.value) > told.value + 2 * allowed_mA;
   const bool tells_more = into(sensed.value) < told.value / 2 - 2 * allowed_mA;
-  contradicts_ = tells_less || tells_more;
+  contradicts_ = contradicts_ || tells_less || tells_more;
 }
 
 }  // namespace bmu

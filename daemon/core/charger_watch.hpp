@@ -2,10 +2,11 @@
 //
 // A charger takes a while to follow: what counts as asked is the most that was asked for within its `settle`, so that
 // one that is slow to come down is not taken for one that runs away. Beyond a tolerance of a tenth, and at least an
-// ampere and two volts, it does. The pack's sensor judges where nobody but the charger can bring current into the pack;
-// where a vehicle may brake it is the charger's own word, and what both say. A charger's word against a sensor that
-// sees what was asked for is a contradiction, and no more. Nothing runs away that is not plugged in: a frame of a
-// charger on the bus of a pack that is driven opens nothing.
+// ampere and two volts, it does. The pack's sensor judges at once where nobody but the charger can bring current into
+// the pack; where a vehicle may brake the charger's own word does, and what both say. A charger that says several times
+// in a row that it gives too much runs away, too, whatever the sensor sees: a sensor that is reversed or stands still
+// would hide it. Its word for less, or for another voltage, against the sensor's is a contradiction, and no more.
+// Nothing runs away that is not plugged in: a frame of a charger on the bus of a pack that is driven opens nothing.
 #pragma once
 
 #include <algorithm>
@@ -46,8 +47,8 @@ class ChargerWatch {
   static constexpr std::int32_t voltage_tolerance_min_mV = 2'000;
   static constexpr std::int32_t tolerance_permille = 100;
   static constexpr std::int32_t voltage_tolerance_permille = 20;
-  /// So many reports in a row say that a charger goes on; one may be anybody's.
-  static constexpr std::uint8_t told_on_min = 3;
+  /// So many reports in a row that tell too much are believed; one may be anybody's.
+  static constexpr std::uint8_t told_over_min = 3;
   /// More than this into a pack that asks for nothing is a charge.
   static constexpr std::int32_t stopped_mA = 1'000;
 
@@ -74,7 +75,7 @@ class ChargerWatch {
 
   void look_for_silence(const ChargerWatchInputs& in);
   void follow_asked(const ChargerWatchInputs& in);
-  void count_told(const Measured<std::int32_t>& told, bool has_stopped);
+  void count_told(const Measured<std::int32_t>& told, std::int32_t most_mA);
   void look_for_excess(const ChargerWatchInputs& in);
   void look_for_contradiction(const ChargerWatchInputs& in);
 
@@ -91,8 +92,8 @@ class ChargerWatch {
   TimePoint steady_since_{};    // ... since then
   bool runs_away_ = false;
   TimePoint runs_away_at_{};
-  std::uint8_t told_on_ = 0;  // reports in a row, after the stop, that tell a current
-  TimePoint told_on_at_{};    // the last of them
+  std::uint8_t told_over_ = 0;  // reports in a row that tell more than is asked for, or any current after the stop
+  TimePoint told_over_at_{};    // the last of them
   bool keeps_on_ = false;
   bool contradicts_ = false;
   ChargerExcess excess_;
@@ -100,7 +101,7 @@ class ChargerWatch {
     return span_ < most_mA_.size() && silent_unit_ <= charger_units_max;
   }
   BMU_FIELDS(is_plugged_in_, charging_units_, silent_unit_, most_mA_, span_, span_began_at_, stopped_since_, steady_mA_,
-             steady_since_, runs_away_, runs_away_at_, told_on_, told_on_at_, keeps_on_, contradicts_, excess_)
+             steady_since_, runs_away_, runs_away_at_, told_over_, told_over_at_, keeps_on_, contradicts_, excess_)
 };
 
 }  // namespace bmu

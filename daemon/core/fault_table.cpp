@@ -702,7 +702,8 @@ constexpr std::array<FaultRow, fault_count> table{{
      .reaction = warn},
     {.id = FaultId::charger_contradicts,
      .name = "charger_contradicts",
-     .meaning = "the chargers tell less current than the pack's sensor sees, or more than twice as much",
+     .meaning =
+         "the chargers tell less current than the pack's sensor sees, more than twice as much, or another voltage",
      .remedy = "check the sensor's mounting and scale, and whether all chargers are in the pack file",
      .read = fault_readers::charger_contradicts,
      .confirm = 10s,

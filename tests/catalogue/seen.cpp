@@ -152,7 +152,7 @@ Duration in_charger_silence(const CoreConfig& config, const FaultRow& row) {
 }
 /// With the vehicle on three of its reports have to say so, after the time that it may take to come down.
 Duration in_a_charge_that_goes_on(const CoreConfig& config, const FaultRow& row) {
-  const Duration told = ChargerWatch::told_on_min * config.charger.driver->report_period;
+  const Duration told = ChargerWatch::told_over_min * config.charger.driver->report_period;
   return config.charger.driver->settle + told + in_current(config, row);
 }
 

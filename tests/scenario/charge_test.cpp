@@ -195,6 +195,24 @@ TEST_CASE("a charger that gives more than it is asked for is cut off, and stays 
   CHECK(core.sequence().phase == Phase::closed);
 }
 
+TEST_CASE("a sensor that is reversed or stands still does not hide a charger that gives more than it is asked for",
+          "[scenario][charge][F97]") {
+  for (const std::string sensor : {"sensor current inverted on", "sensor current stuck on"}) {
+    CAPTURE(sensor);
+    CoreConfig config = charged_pack(Json{{"protocol", "elcon_tc"}, {"current_max_mA", 8'000}});
+    test::SimRun run(config);
+    plug_in(run);
+    run.run_to(40.0);
+    const Core& core = run.core();
+    REQUIRE(core.sequence().phase == Phase::closed);
+    run.apply(sensor);
+    run.apply("charger obeys nobody");
+    run.run_to(46.0);
+    CHECK(core.faults().state(FaultId::charger_runaway).is_present());
+    CHECK(core.sequence().phase == Phase::open);
+  }
+}
+
 TEST_CASE("a charger that goes on after it was told to stop opens the pack", "[scenario][charge][F99]") {
   Json charger = elcon();
   charger["opens_when_full"] = false;

@@ -191,10 +191,34 @@ TEST_CASE("more than was asked for is a runaway, by the sensor, by its own word,
     CHECK(bench.watch.runs_away());
     CHECK(bench.watch.runs_away_at() == bench.table.current_mA(bench.now).taken_at);
   }
-  SECTION("its word alone is nothing against a sensor that sees what was asked for") {
-    bench.told_mA = {8'000, 8'000};
+  SECTION("by its own word, three times in a row, against a sensor that sees what was asked for") {
+    bench.told_mA = {5'500, 5'500};  // the most that is tolerated
+    bench.run(5s);
+    CHECK_FALSE(bench.watch.runs_away());
+    bench.told_mA = {5'501, 5'500};
     bench.run(2s);
     CHECK_FALSE(bench.watch.runs_away());
+    bench.run(1s);
+    CHECK(bench.watch.runs_away());
+    CHECK(bench.watch.excess().given == 11'100);  // in steps of 100 mA
+    CHECK(bench.watch.runs_away_at() == bench.table.current_mA(bench.now).taken_at);
+  }
+  SECTION("twice is nothing, and not twice and once again") {
+    for (int count = 0; count < 3; ++count) {
+      bench.told_mA = {8'000, 8'000};
+      bench.run(2s);
+      CHECK_FALSE(bench.watch.runs_away());
+      bench.told_mA = {5'000, 5'000};
+      bench.run(1s);
+      CHECK_FALSE(bench.watch.runs_away());
+    }
+  }
+  SECTION("a reversed sensor hides nothing") {
+    bench.sensed_mA = 20'000;
+    bench.told_mA = {10'000, 10'000};
+    bench.run(3s);
+    CHECK(bench.watch.runs_away());
+    CHECK(bench.watch.excess().given == 20'000);
   }
   SECTION("nothing that is not plugged in runs away") {
     bench.in.is_plugged_in = false;
@@ -287,6 +311,37 @@ TEST_CASE("chargers that tell another current than the sensor are noticed, loads
   bench.run(2s);
   CHECK(bench.watch.contradicts());
   bench.in.asked_mA = 12'000;  // on its way
+  bench.run(1s);
+  CHECK_FALSE(bench.watch.contradicts());
+}
+
+TEST_CASE("a charger that tells another voltage than the pack's sensor is noticed", "[unit][charger]") {
+  Bench bench;
+  bench.pack.pack_voltage_mV = {300'000, bench.now, Validity::valid};
+  bench.charge(20'000);
+  bench.in.is_alone = GENERATE(true, false);
+  bench.run(30s);
+  CHECK_FALSE(bench.watch.contradicts());
+  for (const auto& [told_mV, differs] : {std::pair{312'000, false}, std::pair{312'100, true}, std::pair{288'000, false},
+                                         std::pair{287'900, true}, std::pair{0, true}, std::pair{300'000, false}}) {
+    bench.told_mV = told_mV;
+    bench.run(2s);
+    CAPTURE(told_mV);
+    CHECK(bench.watch.contradicts() == differs);
+  }
+  bench.told_mV = 0;
+  bench.pack.pack_voltage_mV = {};
+  bench.run(2s);
+  CHECK_FALSE(bench.watch.contradicts());
+  // Two volts and two of a small pack.
+  bench.pack.pack_voltage_mV = {24'000, bench.now, Validity::valid};
+  bench.told_mV = 28'000;
+  bench.run(2s);
+  CHECK_FALSE(bench.watch.contradicts());
+  bench.told_mV = 28'100;
+  bench.run(2s);
+  CHECK(bench.watch.contradicts());
+  bench.in.is_enabled = false;
   bench.run(1s);
   CHECK_FALSE(bench.watch.contradicts());
 }
