@@ -65,7 +65,9 @@ void ChargerWatch::follow_asked(const ChargerWatchInputs& in) {
     most_mA_[span_] = asked_mA;
   }
   most_mA_[span_] = std::max(most_mA_[span_], asked_mA);
-  if (std::abs(asked_mA - steady_mA_) > tolerance(steady_mA_, tolerance_permille, current_tolerance_min_mA)) {
+  const bool is_other =
+      std::abs(asked_mA - steady_mA_) > tolerance(steady_mA_, tolerance_permille, current_tolerance_min_mA);
+  if (!in.is_enabled || is_other || steady_since_ == TimePoint{}) {
     steady_mA_ = asked_mA;
     steady_since_ = in.now;
   }

@@ -89,7 +89,7 @@ class ChargerWatch {
   TimePoint span_began_at_{};
   TimePoint stopped_since_{};   // zero: something is asked for
   std::int32_t steady_mA_ = 0;  // what has been asked for, within the tolerance, ...
-  TimePoint steady_since_{};    // ... since then
+  TimePoint steady_since_{};    // ... since then, and since charging is asked for at all
   bool runs_away_ = false;
   TimePoint runs_away_at_{};
   std::uint8_t told_over_ = 0;  // reports in a row that tell more than is asked for, or any current after the stop

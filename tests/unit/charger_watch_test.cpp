@@ -346,6 +346,20 @@ TEST_CASE("a charger that tells another voltage than the pack's sensor is notice
   CHECK_FALSE(bench.watch.contradicts());
 }
 
+TEST_CASE("a charger has its time to follow from the moment it is asked, however little it is asked for",
+          "[unit][charger]") {
+  Bench bench;
+  bench.pack.pack_voltage_mV = {300'000, bench.now, Validity::valid};
+  if (GENERATE(true, false)) bench.run(60s);  // not asked for anything
+  bench.told_mV = 0;                          // its output is off
+  bench.charge(500);
+  const Duration patience = elcon().settle + bench.table.silence_max();
+  bench.run(patience);
+  CHECK_FALSE(bench.watch.contradicts());
+  bench.run(1s);
+  CHECK(bench.watch.contradicts());
+}
+
 TEST_CASE("a charging post is asked for mains by decision only, whether or not something is to flow",
           "[unit][charger][gate]") {
   const ChargerDriver& brusa = *find_device("brusa_nlg5")->charger;

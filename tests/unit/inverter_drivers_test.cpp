@@ -312,7 +312,7 @@ TEST_CASE("the voltage is in the step of the named form, and one that does not f
 TEST_CASE("an Orion's own messages, of which vehicles have different layouts, stay unknown",
           "[unit][devices][inverter]") {
   const Catalogue& orion = *find_device("orion")->catalogue;
-  for (const std::uint32_t id : {0x036, 0x076, 0x6B0, 0x6B1, 0x6B2, 0x6B3, 0x6B4}) {
+  for (const std::uint32_t id : {0x036U, 0x076U, 0x6B0U, 0x6B1U, 0x6B2U, 0x6B3U, 0x6B4U}) {
     CHECK(orion.find(id).message == nullptr);
   }
 }
