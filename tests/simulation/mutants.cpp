@@ -130,9 +130,6 @@ auto tells_old_values() {
 
 // --- charger and inverter -------------------------------------------------------------------------------------------
 
-constexpr std::string_view charger_names[] = {"elcon_tc", "brusa_nlg5"};
-constexpr std::string_view inverter_names[] = {"pylontech", "sma", "victron"};
-
 /// What a frame orders a charger, and in whose language.
 struct Order {
   const ChargerDriver* driver = nullptr;
@@ -142,8 +139,7 @@ struct Order {
 };
 std::optional<Order> order_in(const OutgoingFrame& out) {
   if (out.port != Port::charger) return {};
-  for (const std::string_view name : charger_names) {
-    const ChargerDriver* driver = find_device(name)->charger;
+  for (const ChargerDriver* driver : charger_drivers()) {
     if (const auto command = driver->order_of(out.frame)) return Order{driver, *command};
   }
   return {};
@@ -203,16 +199,16 @@ void never_charge_again(Decisions& decisions, const Stage& stage) {
 }
 
 bool is_of_charger(const CanFrame& frame) {
-  return std::any_of(std::begin(charger_names), std::end(charger_names), [&frame](std::string_view name) {
+  return std::any_of(charger_drivers().begin(), charger_drivers().end(), [&frame](const ChargerDriver* driver) {
     std::array<ChargerReport, charger_units_max> ignored{};
-    return find_device(name)->charger->take(frame, ignored).word != ChargerWord::none;
+    return driver->take(frame, ignored).word != ChargerWord::none;
   });
 }
 
 bool is_of_inverter(const CanFrame& frame) {
-  return std::any_of(std::begin(inverter_names), std::end(inverter_names), [&frame](std::string_view name) {
+  return std::any_of(inverter_drivers().begin(), inverter_drivers().end(), [&frame](const InverterDriver* driver) {
     InverterReport ignored;
-    return find_device(name)->inverter->take(frame, ignored) == InverterWord::alive;
+    return driver->take(frame, ignored) == InverterWord::alive;
   });
 }
 
@@ -229,8 +225,7 @@ auto hears_itself(bool (*is_of_device)(const CanFrame&)) {
 
 const InverterDriver* inverter_of(const OutgoingFrame& out, BatteryReport& said) {
   if (out.port != Port::inverter) return nullptr;
-  for (const std::string_view name : inverter_names) {
-    const InverterDriver* driver = find_device(name)->inverter;
+  for (const InverterDriver* driver : inverter_drivers()) {
     if (driver->hear(out.frame, said) == BatteryWord::limits) return driver;
   }
   return nullptr;

@@ -145,6 +145,15 @@ void sort_faults(Plan& plan) {
 
 // --- guests ---------------------------------------------------------------------------------------------------------
 
+template <class Driver>
+std::vector<const Driver*> drivers(const Driver* Device::*kind) {
+  std::vector<const Driver*> found;
+  for (const Device* device : all_devices()) {
+    if (device->*kind != nullptr) found.push_back(device->*kind);
+  }
+  return found;
+}
+
 /// What a pack file would leave out, by the same rules; nothing else of the pack changes.
 CoreConfig completed(const CoreConfig& config) {
   CoreConfig all = config;
@@ -154,7 +163,7 @@ CoreConfig completed(const CoreConfig& config) {
 
 void add_charger(Draw& draw, CoreConfig& config) {
   const bool is_brusa = draw.between(0, 3) == 0;
-  const ChargerDriver& driver = *find_device(is_brusa ? "brusa_nlg5" : "elcon_tc")->charger;
+  const ChargerDriver& driver = *find_device(is_brusa ? "brusa_nlg5" : "elcon_tc")->charger;  // one in four
   config.charger = {.driver = &driver, .unit_count = static_cast<std::uint8_t>(draw.between(1, driver.unit_count_max))};
   config.charger.requests_mains = driver.can_request_mains && draw.between(0, 1) == 0;
   config.charger = completed(config).charger;
@@ -163,11 +172,10 @@ void add_charger(Draw& draw, CoreConfig& config) {
 }
 
 void add_inverter(Draw& draw, CoreConfig& config) {
-  constexpr std::string_view forms[] = {"pylontech", "sma", "victron"};
   using enum SilentInverter;
   constexpr SilentInverter reactions[] = {open, open, stop, warn};
-  const std::string_view form = forms[draw.between(0, 2)];
-  config.inverter = {.driver = find_device(form)->inverter, .when_silent = reactions[draw.between(0, 3)]};
+  const auto form = static_cast<std::size_t>(draw.between(0, std::ssize(inverter_drivers()) - 1));
+  config.inverter = {.driver = inverter_drivers()[form], .when_silent = reactions[draw.between(0, 3)]};
   config.inverter.silence_max = std::chrono::milliseconds{draw.between(2'000, 5'000)};
   config.inverter.soh_assumed_permille = 1'000;
   const CoreConfig all = completed(config);
@@ -255,6 +263,16 @@ std::string time_text(Duration at) {
 }
 
 }  // namespace
+
+const std::vector<const ChargerDriver*>& charger_drivers() {
+  static const std::vector<const ChargerDriver*> found = drivers(&Device::charger);
+  return found;
+}
+
+const std::vector<const InverterDriver*>& inverter_drivers() {
+  static const std::vector<const InverterDriver*> found = drivers(&Device::inverter);
+  return found;
+}
 
 Plan draw_plan(std::uint64_t seed, bool has_guests) {
   RandomSource random(seed);

@@ -48,6 +48,10 @@ enum class Happens : std::uint8_t { to_anybody, to_any_guest, to_a_charger, to_a
 
 struct FaultEvent;
 
+/// Of all devices there are, by name.
+[[nodiscard]] const std::vector<const ChargerDriver*>& charger_drivers();
+[[nodiscard]] const std::vector<const InverterDriver*>& inverter_drivers();
+
 /// What events are drawn from.
 struct Draw {
   const CoreConfig& config;

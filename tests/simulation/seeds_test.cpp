@@ -165,7 +165,10 @@ TEST_CASE("plans have every kind of fault, in order, and never two of a group at
   }
   CHECK(drawn.size() == fault_kinds().size());
   CHECK(packs.size() == 11);
-  CHECK(guests == std::set<std::string_view>{"brusa_nlg5", "elcon_tc", "pylontech", "sma", "victron"});
+  std::set<std::string_view> all_guests;
+  for (const ChargerDriver* driver : charger_drivers()) all_guests.insert(driver->name);
+  for (const InverterDriver* driver : inverter_drivers()) all_guests.insert(driver->name);
+  CHECK(guests == all_guests);
 }
 
 }  // namespace bmu::test

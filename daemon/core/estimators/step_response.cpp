@@ -42,6 +42,7 @@ bool is_of_one_instant(const ModuleTable& modules, TimePoint instant, Duration w
 void StepResponse::init(const CoreConfig& config) {
   *this = {};
   cell_count_ = cell_count(config);
+  capacity_As_ = config.cell.capacity_uAs / 1'000'000;
   series_resistance_Ohm_ = config.cell.series_resistance_Ohm;
   sample_age_ = sample_age_max(config.foreign);
   resistance_activation_K_ = config.cell.resistance_activation_K;
@@ -59,6 +60,7 @@ void StepResponse::forget() {
   kept_.instant = {};
   last_steady_ = {};
   pictures_ = {};
+  ramp_.forget();
   contradiction_ = {};
   taken_at_ = {};
   still_since_ = {};
@@ -90,6 +92,8 @@ void StepResponse::keep_cycle(const ModuleTable& modules, const PackState& pack)
   kept_.instant = instant;
   kept_.is_of_one_instant = is_of_one_instant(modules, instant, steady_around + sample_age_);
   kept_.sum_uV = std::int64_t{pack.cell_voltage_sum_mV.value} * 1'000;
+  kept_.lowest_uV = pack.cell_voltage_uV.min;
+  kept_.highest_uV = pack.cell_voltage_uV.max;
   kept_.pack_mV = pack.pack_voltage_mV;
   std::size_t cell = 0;
   for (std::size_t index = 0; index < modules.modules().size(); ++index) {
@@ -105,10 +109,16 @@ void StepResponse::judge_cycle(const ModuleTable& modules, const SensorTable& se
   const Picture now = picture_of(sensors);
   const bool is_still = still_since_ != TimePoint{} && sensors.current_window.swing_mA(taken_at_) < step_min_mA_ / 10;
   if (!is_still) still_since_ = now.taken_at;
+  const TimePoint before = taken_at_;
   taken_at_ = now.taken_at;
   contradiction_ = {};
   const bool has_switched = take_switches();
-  if (has_switched) pictures_ = {};
+  if (has_switched) {
+    pictures_ = {};
+    ramp_.forget();
+  } else {
+    judge_ramp(sensors, before);
+  }
   if (!now.is_steady) return;
   compare_cells(modules, now);
   if (has_switched) return;
@@ -198,8 +208,7 @@ void StepResponse::judge_direction(const Picture& now) {
     if (!is_step) continue;
     const std::int64_t seen_uV = now.sum_uV - before.sum_uV;
     const bool is_against = (seen_uV > 0) != (expected_uV > 0) && 2 * std::llabs(seen_uV) >= std::llabs(expected_uV);
-    contradiction_ = {.is_known = true, .value = is_against ? 1 : 0, .taken_at = now.taken_at};
-    if (is_against) return;
+    take_verdict({.is_known = true, .value = is_against ? 1 : 0, .taken_at = now.taken_at});
   }
 }
 
@@ -214,12 +223,46 @@ void StepResponse::judge_stillness(const Picture& now) {
   }
   if (before == nullptr) return;
   const auto cells = static_cast<std::int64_t>(cell_count_);
-  const std::int64_t least_uV = std::max(unseen_min_uV, steps_unseen_min * step_min_mA_ * model_uOhm_ / 1'000) * cells;
+  const std::int64_t least_uV = unseen_uV() * cells;
   const std::int64_t seen_uV = now.sum_uV - before->sum_uV;
   const std::int64_t pack_uV = (std::int64_t{now.pack_mV.value} - before->pack_mV.value) * 1'000;
   const bool is_of_pack = (pack_uV > 0) == (seen_uV > 0) && 2 * std::llabs(pack_uV) >= std::llabs(seen_uV);
   const bool is_unseen = std::llabs(seen_uV) >= least_uV && is_of_pack;
-  contradiction_ = {.is_known = true, .value = is_unseen ? 1 : 0, .taken_at = now.taken_at};
+  take_verdict({.is_known = true, .value = is_unseen ? 1 : 0, .taken_at = now.taken_at});
+}
+
+/// What a cell's voltage has to move by while the current is said to stand still.
+std::int64_t StepResponse::unseen_uV() const {
+  return std::max(unseen_min_uV, steps_unseen_min * step_min_mA_ * model_uOhm_ / 1'000);
+}
+
+/// Of several verdicts about one picture the bad one counts.
+void StepResponse::take_verdict(const Reading& verdict) {
+  const bool is_bad_already = contradiction_.is_known && contradiction_.value != 0;
+  if (verdict.is_known && !is_bad_already) contradiction_ = verdict;
+}
+
+/// `before`: the instant of the picture before.
+void StepResponse::judge_ramp(const SensorTable& sensors, TimePoint before) {
+  const CurrentWindow& window = sensors.current_window;
+  const TimePoint from = kept_.instant - steady_around - sample_age_;
+  const TimePoint until = kept_.instant + steady_around;
+  const PackPicture picture{.taken_at = kept_.instant,
+                            .current = window.span(from, until),
+                            .since_last = before != TimePoint{} ? window.span(before, until) : CurrentRange{},
+                            .sum_uV = kept_.sum_uV,
+                            .lowest_uV = kept_.lowest_uV,
+                            .highest_uV = kept_.highest_uV,
+                            .pack_mV = kept_.pack_mV};
+  if (!picture.current.is_known || !kept_.is_of_one_instant) {
+    ramp_.forget();
+    return;
+  }
+  ramp_.take(picture, {.count = static_cast<std::int64_t>(cell_count_),
+                       .resistance_uOhm = model_uOhm_,
+                       .unseen_uV = unseen_uV(),
+                       .capacity_As = capacity_As_});
+  take_verdict(ramp_.implausible_current());
 }
 
 std::int32_t StepResponse::cell_resistance_uOhm(std::size_t cell) const {

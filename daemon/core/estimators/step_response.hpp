@@ -10,6 +10,8 @@
 // may arrive sooner: a poll cycle is kept until its sample is there, and cycles that are complete meanwhile are left
 // out.
 //
+// A current that rises or falls over seconds has no such step: CurrentRampMonitor looks at it.
+//
 // The mirror image proves that it stands still: cells and pack voltage that step and stay, within 600 ms, by what only
 // a step of the current can make of them, while the current is said to have stood still for three seconds. By then
 // what a former load leaves behind moves a cell by a millivolt or two in that time; asked for are 10 mV, and what the
@@ -24,6 +26,7 @@
 #include <array>
 #include <cstdint>
 
+#include "daemon/core/estimators/current_ramp_monitor.hpp"
 #include "daemon/core/estimators/step_average.hpp"
 #include "daemon/core/fault_reading.hpp"
 #include "daemon/core/module_table.hpp"
@@ -47,7 +50,8 @@ class StepResponse {
   [[nodiscard]] const Reading& worst_cell_permille() const { return worst_cell_permille_; }
   /// Average resistance in permille of the cell model's at the cells' average temperature.
   [[nodiscard]] const Reading& average_permille() const { return average_permille_; }
-  /// 1 while voltages move against the current, or without it; known only just after a step.
+  /// 1 while voltages move against the current, or without it; known only just after a step and while a change of the
+  /// current shows.
   [[nodiscard]] const Reading& contradiction() const { return contradiction_; }
 
   /// By number through the pack, from 0; 0 while not known.
@@ -67,6 +71,8 @@ class StepResponse {
     TimePoint instant{};  // zero: none
     bool is_of_one_instant = false;
     std::int64_t sum_uV = 0;
+    std::int32_t lowest_uV = 0;
+    std::int32_t highest_uV = 0;
     Measured<std::int32_t> pack_mV{};
     std::array<std::int32_t, cells_max> cell_voltage_uV{};     // by number through the pack
     std::array<std::uint16_t, modules_max> balancing_cells{};  // bit by cell
@@ -86,9 +92,13 @@ class StepResponse {
   void compare_cells(const ModuleTable& modules, const Picture& now);
   void judge_direction(const Picture& now);
   void judge_stillness(const Picture& now);
+  void judge_ramp(const SensorTable& sensors, TimePoint before);
+  void take_verdict(const Reading& verdict);
+  [[nodiscard]] std::int64_t unseen_uV() const;
   void refresh(TimePoint at);
 
   std::size_t cell_count_ = 0;
+  std::int64_t capacity_As_ = 0;
   double series_resistance_Ohm_ = 0.0;
   Duration sample_age_{};  // of modules of another maker: that old a voltage may be
   double resistance_activation_K_ = 0.0;
@@ -101,6 +111,7 @@ class StepResponse {
   std::size_t head_ = 0;
   TimePoint taken_at_{};
   TimePoint still_since_{};  // of the current, as told
+  CurrentRampMonitor ramp_;
   Reading contradiction_;
   Reading worst_cell_permille_;
   Reading average_permille_;
@@ -108,9 +119,9 @@ class StepResponse {
   std::array<Cell, cells_max> cells_{};
   std::array<Element, cells_max> elements_{};
   [[nodiscard]] bool are_fields_possible() const { return head_ < pictures_.size(); }
-  BMU_FIELDS(skipped(cell_count_), skipped(series_resistance_Ohm_), skipped(sample_age_),
+  BMU_FIELDS(skipped(cell_count_), skipped(capacity_As_), skipped(series_resistance_Ohm_), skipped(sample_age_),
              skipped(resistance_activation_K_), model_uOhm_, skipped(step_min_mA_), kept_, last_steady_, pictures_,
-             bleeding_, head_, taken_at_, still_since_, contradiction_, worst_cell_permille_, average_permille_,
+             bleeding_, head_, taken_at_, still_since_, ramp_, contradiction_, worst_cell_permille_, average_permille_,
              average_uOhm_, cells_, skipped(elements_))
 };
 

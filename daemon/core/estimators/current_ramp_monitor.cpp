@@ -1,0 +1,137 @@
+#include "daemon/core/estimators/current_ramp_monitor.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <optional>
+
+namespace bmu {
+
+namespace {
+
+/// What a current sensor's noise and a pack's standby consumption change by.
+constexpr std::int32_t calm_mA = 1'000;
+constexpr Duration calm_min = 5s;
+constexpr Duration ring_step = 2s;
+constexpr std::int64_t change_min_mA = 5'000;
+/// Less than this of a whole cell's answer is noise.
+constexpr std::int64_t answer_min_uV = 5'000;
+constexpr std::int64_t noise_uV = 1'000;
+/// A drift goes on for so many times as long as it was watched, and for `compare_max`.
+constexpr int drift_factor_max = 4;
+constexpr Duration compare_max = 60s;
+
+bool is_within(const CurrentRange& range, std::int32_t centre_mA) {
+  return std::int64_t{range.max_mA} - centre_mA <= calm_mA && std::int64_t{centre_mA} - range.min_mA <= calm_mA;
+}
+
+std::int32_t middle_mA(const CurrentRange& range) {
+  return static_cast<std::int32_t>((std::int64_t{range.min_mA} + range.max_mA) / 2);
+}
+
+/// The least change from `from_mA` that all of the range shows.
+std::int64_t least_change_mA(const CurrentRange& range, std::int32_t from_mA) {
+  if (range.min_mA > from_mA) return std::int64_t{range.min_mA} - from_mA;
+  if (range.max_mA < from_mA) return std::int64_t{range.max_mA} - from_mA;
+  return 0;
+}
+
+/// How far all cells together may have drifted in the time from `last` to `now` if they go on as from `first` to
+/// `last`. Not known if that was too short.
+template <class Calm>
+std::optional<std::int64_t> drift_uV(const Calm& first, const Calm& last, TimePoint now) {
+  const Duration watched = last.taken_at - first.taken_at;
+  const Duration since = now - last.taken_at;
+  if (watched < calm_min || since > std::min(watched * drift_factor_max, compare_max)) return std::nullopt;
+  return std::llabs(last.sum_uV - first.sum_uV) * (since / 1ms) / (watched / 1ms);
+}
+
+Reading verdict(bool is_implausible, TimePoint at) {
+  return {.is_known = true, .value = is_implausible ? 1 : 0, .taken_at = at};
+}
+
+}  // namespace
+
+void CurrentRampMonitor::take(const PackPicture& now, const Cells& cells) {
+  implausible_current_ = {};
+  if (!now.since_last.is_known) forget();
+  follow_calm(now);
+  check_direction(now, cells);
+  if (!implausible_current_.is_known) check_frozen(now, cells);
+}
+
+/// The ring is filled from its beginning, and only what is in use has a time.
+const CurrentRampMonitor::Calm& CurrentRampMonitor::oldest() const {
+  const Calm& behind_head = ring_[(head_ + 1) % ring_.size()];
+  return behind_head.taken_at != TimePoint{} ? behind_head : ring_.front();
+}
+
+/// A calm that ends becomes what the change is compared with, if it was long enough.
+void CurrentRampMonitor::follow_calm(const PackPicture& now) {
+  const Calm first = oldest();
+  const CurrentRange& range = now.since_last.is_known ? now.since_last : now.current;
+  const bool is_calm = first.taken_at != TimePoint{} && is_within(range, first.current_mA);
+  if (!is_calm) {
+    if (latest_.taken_at - first.taken_at >= calm_min) reference_ = {.first = first, .last = latest_};
+    ring_ = {};
+    head_ = 0;
+  }
+  keep_calm(now);
+  if (reference_.last.taken_at == TimePoint{}) return;
+  reference_.has_risen = reference_.has_risen || std::int64_t{range.max_mA} - reference_.last.current_mA > calm_mA;
+  reference_.has_fallen = reference_.has_fallen || std::int64_t{reference_.last.current_mA} - range.min_mA > calm_mA;
+}
+
+void CurrentRampMonitor::keep_calm(const PackPicture& now) {
+  latest_ = {.taken_at = now.taken_at,
+             .current_mA = middle_mA(now.current),
+             .sum_uV = now.sum_uV,
+             .lowest_uV = now.lowest_uV,
+             .highest_uV = now.highest_uV,
+             .pack_mV = now.pack_mV};
+  const bool is_first = ring_.front().taken_at == TimePoint{};
+  if (!is_first && now.taken_at - ring_[head_].taken_at < ring_step) return;
+  if (!is_first) head_ = (head_ + 1) % ring_.size();
+  ring_[head_] = latest_;
+}
+
+bool CurrentRampMonitor::has_moved(const PackPicture& now, const Calm& last, std::int64_t least_uV,
+                                   const Cells& cells) {
+  const std::int64_t seen_uV = now.sum_uV - last.sum_uV;
+  const std::int64_t sign = seen_uV > 0 ? 1 : -1;
+  const std::int64_t lowest_uV = sign * (std::int64_t{now.lowest_uV} - last.lowest_uV);
+  const std::int64_t highest_uV = sign * (std::int64_t{now.highest_uV} - last.highest_uV);
+  return sign * seen_uV >= least_uV && 2 * std::min(lowest_uV, highest_uV) * cells.count >= least_uV;
+}
+
+void CurrentRampMonitor::check_direction(const PackPicture& now, const Cells& cells) {
+  const Calm& last = reference_.last;
+  if (last.taken_at == TimePoint{} || (reference_.has_risen && reference_.has_fallen)) return;
+  const std::int64_t change_mA = least_change_mA(now.current, last.current_mA);
+  const std::int64_t expected_uV = -change_mA * cells.resistance_uOhm / 1'000 * cells.count;
+  if (std::llabs(change_mA) < change_min_mA || std::llabs(expected_uV) < answer_min_uV * cells.count) return;
+  const std::optional<std::int64_t> drift = drift_uV(reference_.first, last, now.taken_at);
+  const std::int64_t moved_mAs = std::llabs(last.current_mA) * ((now.taken_at - last.taken_at) / 1ms) / 1'000;
+  const std::int64_t permille_of_capacity_mAs = cells.capacity_As;
+  if (!drift || moved_mAs > permille_of_capacity_mAs) return;
+  const std::int64_t seen_uV = now.sum_uV - last.sum_uV;
+  if (!has_moved(now, last, std::llabs(expected_uV) / 2 + *drift + noise_uV * cells.count, cells)) return;
+  implausible_current_ = verdict((seen_uV > 0) != (expected_uV > 0), now.taken_at);
+}
+
+void CurrentRampMonitor::check_frozen(const PackPicture& now, const Cells& cells) {
+  const Calm& first = oldest();
+  const bool is_zero = is_within(now.current, 0) && std::abs(std::int64_t{first.current_mA}) <= calm_mA;
+  if (!is_zero || !now.pack_mV.is_valid()) return;
+  for (const Calm& last : ring_) {
+    const std::optional<std::int64_t> drift = drift_uV(first, last, now.taken_at);
+    if (last.taken_at == TimePoint{} || !last.pack_mV.is_valid() || !drift) continue;
+    const std::int64_t seen_uV = now.sum_uV - last.sum_uV;
+    const std::int64_t pack_uV = (std::int64_t{now.pack_mV.value} - last.pack_mV.value) * 1'000;
+    const bool is_of_pack = (pack_uV > 0) == (seen_uV > 0) && 2 * std::llabs(pack_uV) >= std::llabs(seen_uV);
+    if (!is_of_pack || !has_moved(now, last, cells.unseen_uV * cells.count + *drift, cells)) continue;
+    implausible_current_ = verdict(true, now.taken_at);
+    return;
+  }
+}
+
+}  // namespace bmu

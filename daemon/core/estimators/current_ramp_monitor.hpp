@@ -1,0 +1,111 @@
+// Whether the cells follow a current that rises or falls slowly: the direction of the current sensor, and a sensor that
+// stays at zero.
+//
+//   current    --------.                       calm: within 1 A of its first picture, for 5 s or more
+//                       :
+//                        .-------              change: at least 5 A, and never to the other side of the calm
+//   cells      --- -- --.                      drift: goes on at most as fast as in the calm, as what a former load
+//                       :                      leaves behind fades
+//                        .------               seen: what is beyond the drift points the other way than the change
+//
+// StepResponse compares voltages that lie 600 ms apart, which needs a step. A load that swells over seconds, as a
+// charger's, has none. Here the voltages are compared with those of the calm before the change. As long as the change
+// keeps its sign, all that it does to a cell has one sign: the drop at once, the polarisation and the charge that has
+// flowed. So the drop at once, by the cell model, is the least that has to be seen.
+//
+//   direction:  |change * R| >= 5 mV a cell; contradiction: voltages moved with the change, by more than half of it and
+//               of the drift and 1 mV. That the direction is right is known when they moved against it by as much.
+//   frozen:     the current stays within 1 A of zero, and the voltages move by `unseen_uV` a cell and the drift, as
+//               the pack voltage does.
+//
+// The lowest and the highest cell have to move, too, by half as much: a fault of one cell is none of the sensor.
+// Drift counts for four times as long as it has been watched, for 60 s, and until the current of the calm has moved a
+// permille of the capacity: at the ends of a cell's curve a current that stays makes a voltage fall faster and faster.
+// Valid for pictures of one instant; a cell whose balancing switch changes moves by its wires' drop, so the caller
+// calls `forget` then: while cells are balanced in a rhythm nothing is judged. At the continuous current of most packs
+// 5 mV are a few permille of it; a charger that gives less than 5 mV / R (20 A into cells of 0.25 mOhm) is not judged.
+//
+// Source: the rule that the first load above 5 A is compared with the cells is that of batteries whose sensor has no
+// marked direction; the bounds are this program's own, held by tests/unit/current_ramp_monitor_test.cpp.
+//
+// Cost: a pass over 32 pictures a poll cycle.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "daemon/core/current_window.hpp"
+#include "daemon/core/fault_reading.hpp"
+#include "daemon/core/measured.hpp"
+#include "protocol/fields.hpp"
+#include "protocol/time.hpp"
+
+namespace bmu {
+
+/// All cells and the current at one instant.
+struct PackPicture {
+  TimePoint taken_at{};
+  CurrentRange current;     // between the samples around the instant
+  CurrentRange since_last;  // between the samples from the picture before until now
+  std::int64_t sum_uV = 0;
+  std::int32_t lowest_uV = 0;
+  std::int32_t highest_uV = 0;
+  Measured<std::int32_t> pack_mV{};
+};
+
+class CurrentRampMonitor {
+ public:
+  /// `unseen_uV`: what the voltage of a cell has to move by at a current of zero.
+  struct Cells {
+    std::int64_t count = 0;
+    std::int64_t resistance_uOhm = 0;  // of each, at once
+    std::int64_t unseen_uV = 0;
+    std::int64_t capacity_As = 0;
+  };
+
+  /// Once for each poll cycle, in order of time. A picture whose `since_last` is not known begins anew: between two
+  /// that are 600 ms apart anything may have flowed.
+  void take(const PackPicture& now, const Cells& cells);
+  void forget() { *this = {}; }
+
+  /// 1: the cells contradict the current; 0: they follow it; not known while neither shows in this picture.
+  [[nodiscard]] const Reading& implausible_current() const { return implausible_current_; }
+
+ private:
+  struct Calm {
+    TimePoint taken_at{};  // zero: none
+    std::int32_t current_mA = 0;
+    std::int64_t sum_uV = 0;
+    std::int32_t lowest_uV = 0;
+    std::int32_t highest_uV = 0;
+    Measured<std::int32_t> pack_mV{};
+  };
+  /// What a change of the current is compared with: first and last picture of the calm before it.
+  struct Reference {
+    Calm first;
+    Calm last;
+    bool has_risen = false;
+    bool has_fallen = false;
+  };
+
+  [[nodiscard]] const Calm& oldest() const;
+  void follow_calm(const PackPicture& now);
+  void keep_calm(const PackPicture& now);
+  /// All cells moved the same way, together by at least `least_uV`.
+  [[nodiscard]] static bool has_moved(const PackPicture& now, const Calm& last, std::int64_t least_uV,
+                                      const Cells& cells);
+  void check_direction(const PackPicture& now, const Cells& cells);
+  void check_frozen(const PackPicture& now, const Cells& cells);
+
+  static constexpr std::size_t ring_size = 32;
+  std::array<Calm, ring_size> ring_{};  // of the calm that goes on, at least `ring_step` apart
+  std::size_t head_ = 0;                // the latest of them
+  Calm latest_;                         // of the calm
+  Reference reference_;
+  Reading implausible_current_;
+  [[nodiscard]] bool are_fields_possible() const { return head_ < ring_.size(); }
+  BMU_FIELDS(ring_, head_, latest_, reference_, implausible_current_)
+};
+
+}  // namespace bmu

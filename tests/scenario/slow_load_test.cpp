@@ -1,0 +1,99 @@
+// Loads that swell and ebb over seconds, without a step, at the packs as shipped: whether the current sensor goes with
+// the cells.
+#include <array>
+#include <string>
+
+#include "config/pack_config.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
+#include "tests/support/wired_pack.hpp"
+
+using namespace bmu;
+using test::WiredPack;
+
+namespace {
+
+CoreConfig pack_file(const std::string& name) {
+  auto pack = load_pack_config(test::in_source("config/packs/" + name));
+  REQUIRE(pack.has_value());
+  return pack->core;
+}
+
+bool is_named(const WiredPack& pack) {
+  return pack.core().faults().state(FaultId::current_contradicts_voltage).is_present();
+}
+
+/// Evenly, or until the fault is there.
+void swell(WiredPack& pack, double from_A, double to_A, Duration span) {
+  constexpr Duration step = 50ms;
+  for (Duration at = step; at <= span && !is_named(pack); at += step) {
+    const double share = static_cast<double>(at.count()) / static_cast<double>(span.count());
+    pack.apply("load current_A " + std::to_string(from_A + (to_A - from_A) * share));
+    pack.run(step);
+  }
+}
+
+constexpr std::array packs{"i3-96s.json", "outlander-80s.json", "lfp-96s.json", "demo-48s.json", "traction-16x12.json"};
+
+/// Half of what the pack may give for long: no other limit is near.
+double load_A(const CoreConfig& config) {
+  return config.current.discharge_continuous_mA / 2e3;
+}
+
+}  // namespace
+
+TEST_CASE("a sensor the wrong way round, or at zero for ever, is named while the load swells",
+          "[scenario][estimators][F18][F12]") {
+  for (const std::string name : packs) {
+    for (const std::string fault : {"sensor current inverted on", "sensor current stuck on"}) {
+      CAPTURE(name, fault);
+      const CoreConfig config = pack_file(name);
+      WiredPack pack(config);
+      pack.apply("pack soc_permille 600");
+      REQUIRE(pack.close());
+      pack.run(8s);
+      pack.apply(fault);
+      const TimePoint began_at = pack.now();
+      swell(pack, 0.0, load_A(config), 10s);
+      CHECK(is_named(pack));
+      CHECK(pack.now() - began_at < 8s);
+      pack.run(500ms);
+      CHECK(pack.phase() == Phase::open);
+    }
+  }
+}
+
+TEST_CASE("a sensor that is right stays unsuspected while loads swell and ebb", "[scenario][estimators][F18][F12]") {
+  for (const std::string name : packs) {
+    CAPTURE(name);
+    const CoreConfig config = pack_file(name);
+    WiredPack pack(config);
+    pack.apply("pack soc_permille 600");
+    REQUIRE(pack.close());
+    const double high_A = load_A(config);
+    pack.run(8s);
+    swell(pack, 0.0, high_A, 10s);
+    pack.run(8s);
+    swell(pack, high_A, 0.0, 10s);
+    pack.run(7s);
+    swell(pack, 0.0, -high_A / 8.0, 10s);
+    pack.run(7s);
+    swell(pack, -high_A / 8.0, high_A, 3s);
+    swell(pack, high_A, 0.0, 20s);
+    pack.run(20s);
+    CHECK_FALSE(is_named(pack));
+    CHECK(pack.core().faults().state(FaultId::current_contradicts_voltage).count == 0);
+    CHECK(pack.phase() == Phase::closed);
+  }
+}
+
+TEST_CASE("a charger that comes up slowly shows a sensor the wrong way round", "[scenario][estimators][charger][F18]") {
+  const CoreConfig config = pack_file("charger-48s.json");
+  WiredPack pack(config);
+  pack.apply("pack soc_permille 500");
+  pack.apply("sensor current inverted on");
+  pack.apply("charger connected");
+  REQUIRE(pack.run_until([](const WiredPack& now) { return is_named(now); }, 60s));
+  pack.run(500ms);
+  CHECK(pack.phase() != Phase::closed);
+}

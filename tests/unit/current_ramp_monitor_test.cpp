@@ -1,0 +1,288 @@
+// Changes of the current that take seconds, against the cells: eight of 2 mOhm, ten pictures a second.
+#include "daemon/core/estimators/current_ramp_monitor.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "tests/support/catch.hpp"
+#include "tests/support/simulated_cell.hpp"
+
+using namespace bmu;
+
+namespace {
+
+constexpr std::int64_t capacity_As = 144'000;
+
+struct Verdicts {
+  int good = 0;
+  int bad = 0;
+  Duration first_bad_after{};
+};
+
+/// Cells, and a sensor that shows what `shown_mA` makes of the real current.
+struct Pack {
+  CurrentRampMonitor monitor;
+  TimePoint now{100s};
+  std::function<double(double)> shown_mA = [](double real_mA) { return real_mA; };
+  double before_mA = 0.0;       // shown in the last picture
+  double drift_uV_per_s = 0.0;  // of each cell
+  double drifted_uV = 0.0;
+  double offset_of_first_uV = 0.0;  // one cell alone
+  double pack_share = 1.0;          // of what the cells' voltages move, the pack voltage has
+  bool knows_range = true;
+  std::int32_t resistance_uOhm = 2'000;
+
+  /// The current goes evenly to `to_mA`.
+  Verdicts run(Duration span, double from_mA, double to_mA) {
+    constexpr Duration step = 100ms;
+    Verdicts found;
+    for (Duration at = step; at <= span; at += step) {
+      const double real_mA =
+          from_mA + (to_mA - from_mA) * (static_cast<double>(at.count()) / static_cast<double>(span.count()));
+      now += step;
+      take(real_mA, step);
+      const Reading& reading = monitor.implausible_current();
+      if (!reading.is_known) continue;
+      CHECK(reading.taken_at == now);
+      if (reading.value == 0) ++found.good;
+      if (reading.value != 0 && found.bad++ == 0) found.first_bad_after = at;
+    }
+    return found;
+  }
+
+  void take(double real_mA, Duration step) {
+    drifted_uV += drift_uV_per_s * std::chrono::duration<double>(step).count();
+    const double cell_uV = 3'700'000.0 - real_mA * resistance_uOhm / 1e3 + drifted_uV;
+    const double first_uV = cell_uV + offset_of_first_uV;
+    const double sum_uV = 7.0 * cell_uV + first_uV;
+    const double pack_uV = 8.0 * 3'700'000.0 + pack_share * (sum_uV - 8.0 * 3'700'000.0);
+    const double said_mA = shown_mA(real_mA);
+    const auto mA = [](double value) { return static_cast<std::int32_t>(std::lround(value)); };
+    monitor.take({.taken_at = now,
+                  .current = {true, mA(said_mA), mA(said_mA)},
+                  .since_last = {knows_range, mA(std::min(said_mA, before_mA)), mA(std::max(said_mA, before_mA))},
+                  .sum_uV = std::llround(sum_uV),
+                  .lowest_uV = mA(std::min(cell_uV, first_uV)),
+                  .highest_uV = mA(std::max(cell_uV, first_uV)),
+                  .pack_mV = {mA(pack_uV / 1e3), now, Validity::valid}},
+                 {.count = 8, .resistance_uOhm = resistance_uOhm, .unseen_uV = 10'000, .capacity_As = capacity_As});
+    before_mA = said_mA;
+  }
+
+  Verdicts calm(Duration span, double current_mA = 0.0) { return run(span, current_mA, current_mA); }
+};
+
+double reversed(double real_mA) {
+  return -real_mA;
+}
+double zero(double /*real_mA*/) {
+  return 0.0;
+}
+
+}  // namespace
+
+TEST_CASE("a load that swells shows the direction of the sensor from the first 5 A on", "[unit][estimators][F18]") {
+  for (const double to_mA : {50'000.0, -50'000.0}) {
+    CAPTURE(to_mA);
+    Pack good;
+    CHECK(good.calm(6s).bad == 0);
+    const Verdicts follows = good.run(10s, 0.0, to_mA);
+    CHECK(follows.bad == 0);
+    CHECK(follows.good == 89);  // from 5 A beyond the calm on, whose last picture is 1 A on the way
+    Pack bad{.shown_mA = reversed};
+    CHECK(bad.calm(6s).bad == 0);
+    const Verdicts contradicts = bad.run(10s, 0.0, to_mA);
+    CHECK(contradicts.good == 0);
+    CHECK(contradicts.bad == 89);
+    CHECK(contradicts.first_bad_after == 1'200ms);
+  }
+}
+
+TEST_CASE("a change is judged from a current that flows already, too", "[unit][estimators][F18]") {
+  for (const bool is_reversed : {false, true}) {
+    Pack pack;
+    if (is_reversed) pack.shown_mA = reversed;
+    CHECK(pack.run(10s, 0.0, 30'000.0).bad == 0);  // there was no calm before it
+    CHECK(pack.calm(6s, 30'000.0).bad == 0);
+    const Verdicts found = pack.run(10s, 30'000.0, 20'000.0);
+    CHECK((found.bad > 0) == is_reversed);
+    CHECK((found.good > 0) == !is_reversed);
+  }
+}
+
+TEST_CASE("less than 5 A, or than 5 mV of a cell, is not judged", "[unit][estimators][F18]") {
+  Pack small{.shown_mA = reversed};
+  small.calm(6s);
+  const Verdicts of_small = small.run(10s, 0.0, 4'990.0);
+  CHECK(of_small.bad + of_small.good == 0);
+  Pack weak{.shown_mA = reversed, .resistance_uOhm = 250};
+  weak.calm(6s);
+  CHECK(weak.calm(1s, 19'900.0).bad == 0);
+  CHECK(weak.calm(1s, 20'100.0).bad > 0);
+}
+
+TEST_CASE("what the cells do has to be beyond half of the answer, the drift and a millivolt",
+          "[unit][estimators][F18]") {
+  // Shown: a charge of 10 A, which raises a cell by 20 mV. Real: a load that lowers it, for 5 s.
+  for (const auto& [real_mA, drift_uV_per_s, is_bad] :
+       {std::tuple{5'450.0, 0.0, false}, std::tuple{5'550.0, 0.0, true}, std::tuple{5'450.0, -100.0, false},
+        std::tuple{5'550.0, -100.0, true}, std::tuple{5'700.0, 100.0, false}, std::tuple{6'100.0, 100.0, true}}) {
+    CAPTURE(real_mA, drift_uV_per_s);
+    const double share = 10'000.0 / real_mA;
+    Pack pack{.shown_mA = [share](double real) { return -real * share; }, .drift_uV_per_s = drift_uV_per_s};
+    pack.calm(6s);
+    pack.calm(5s, real_mA);
+    CHECK(pack.monitor.implausible_current().is_known == is_bad);
+  }
+}
+
+TEST_CASE("the voltages of a former load that fade are no answer to the next one", "[unit][estimators][F18]") {
+  Pack pack{.drift_uV_per_s = -2'000.0};
+  pack.calm(10s);
+  CHECK(pack.run(1s, 0.0, -6'000.0).bad == 0);  // a charge, which raises a cell by 12 mV
+  CHECK(pack.calm(39s, -6'000.0).bad == 0);     // by now it has fallen by 66 mV
+}
+
+TEST_CASE("a current that came back through where it began is judged from the next calm only",
+          "[unit][estimators][F18]") {
+  Pack pack;
+  pack.calm(6s);
+  CHECK(pack.run(2s, 0.0, 20'000.0).good > 0);
+  pack.run(2s, 20'000.0, 0.0);
+  pack.shown_mA = reversed;
+  const Verdicts behind = pack.run(2s, 0.0, -20'000.0);
+  // What was shown has one sign throughout: it is judged. With the sign that it should have it is not.
+  CHECK(behind.bad > 0);
+  Pack other;
+  other.calm(6s);
+  other.run(2s, 0.0, 20'000.0);
+  other.drift_uV_per_s = -5'000.0;  // what 20 A leave behind
+  other.run(2s, 20'000.0, 0.0);
+  CHECK(other.run(2s, 0.0, -6'000.0).bad == 0);
+}
+
+TEST_CASE("a calm counts from 5 s on, for four times as long, and for a minute", "[unit][estimators][F18]") {
+  for (const auto& [calm, wait, is_judged] :
+       {std::tuple{Duration{4'900ms}, Duration{0s}, false}, std::tuple{Duration{5'100ms}, Duration{0s}, true},
+        std::tuple{Duration{6s}, Duration{22s}, true}, std::tuple{Duration{6s}, Duration{25s}, false},
+        std::tuple{Duration{30s}, Duration{58s}, true}, std::tuple{Duration{30s}, Duration{61s}, false}}) {
+    CAPTURE(calm.count(), wait.count());
+    Pack pack{.shown_mA = reversed};
+    pack.calm(calm);
+    for (Duration at{}; at < wait; at += 200ms) pack.run(200ms, 4'800.0, 2'000.0);  // no calm
+    CHECK((pack.run(300ms, 5'000.0, 6'000.0).bad > 0) == is_judged);
+  }
+}
+
+TEST_CASE("a current that flowed already counts until it has moved a permille of the capacity",
+          "[unit][estimators][F18]") {
+  for (const auto& [wait, is_judged] : {std::pair{Duration{3'900ms}, true}, std::pair{Duration{5s}, false}}) {
+    Pack pack{.shown_mA = reversed};
+    pack.calm(6s, 32'000.0);  // 144 As in 4.5 s
+    pack.calm(100ms, 20'000.0);
+    for (Duration at{}; at < wait; at += 200ms) pack.run(200ms, 24'800.0, 22'000.0);  // no calm
+    CHECK((pack.calm(100ms, 20'000.0).bad > 0) == is_judged);
+  }
+}
+
+TEST_CASE("a gap between the pictures begins anew", "[unit][estimators][F18]") {
+  Pack pack{.shown_mA = reversed};
+  pack.calm(6s);
+  pack.knows_range = false;
+  pack.run(100ms, 0.0, 0.0);
+  pack.knows_range = true;
+  CHECK(pack.run(2s, 0.0, 20'000.0).bad == 0);
+}
+
+TEST_CASE("one cell that moves alone is no answer to the current", "[unit][estimators][F18]") {
+  Pack pack;
+  pack.calm(6s);
+  pack.offset_of_first_uV = -500'000.0;  // the sum falls by 500 mV, while a charge of 10 A raises each other cell by 20
+  CHECK(pack.run(1s, -9'000.0, -10'000.0).bad == 0);
+  Pack frozen{.shown_mA = zero, .offset_of_first_uV = 0.0};
+  frozen.calm(6s);
+  frozen.offset_of_first_uV = -500'000.0;
+  CHECK(frozen.calm(5s).bad == 0);
+}
+
+TEST_CASE("cells that fall while the current is said to be zero show a sensor that stands still",
+          "[unit][estimators][F12]") {
+  Pack pack{.shown_mA = zero};
+  pack.calm(6s);
+  const Verdicts found = pack.run(10s, 0.0, 50'000.0);
+  CHECK(found.bad > 0);
+  CHECK(found.first_bad_after == 1'200ms);  // 5 A in 2 mOhm are 10 mV; the last picture of the calm is 0.1 s on the way
+  Pack slow{.shown_mA = zero};
+  slow.calm(20s);
+  CHECK(slow.run(60s, 0.0, 20'000.0).bad > 0);
+  Pack just_below{.shown_mA = zero};
+  just_below.calm(6s);
+  CHECK(just_below.run(10s, 0.0, 4'990.0).bad == 0);
+  Pack of_wires{.shown_mA = zero, .pack_share = 0.4};  // the pack voltage does not follow
+  of_wires.calm(6s);
+  CHECK(of_wires.run(10s, 0.0, 50'000.0).bad == 0);
+  Pack fading{.shown_mA = zero, .drift_uV_per_s = 3'000.0};
+  fading.calm(6s);
+  CHECK(fading.calm(60s).bad == 0);
+  Pack elsewhere{.shown_mA = [](double /*real_mA*/) { return 8'000.0; }};  // a knee of the curve could do that
+  elsewhere.calm(6s, 8'000.0);
+  CHECK(elsewhere.run(10s, 8'000.0, 50'000.0).bad == 0);
+}
+
+namespace {
+
+/// A cell with two time constants and a curve that is steep at its end: what a sensor that is right has to go with.
+struct SlowCell {
+  double charge_As = 0.0;
+  double fast_V = 0.0;
+  double slow_V = 0.0;
+
+  [[nodiscard]] double soc() const { return charge_As / static_cast<double>(capacity_As); }
+  double voltage_V(double current_A, double step_s) {
+    charge_As -= current_A * step_s;
+    fast_V += (current_A * 0.0008 - fast_V) * (1.0 - std::exp(-step_s / 8.0));
+    slow_V += (current_A * 0.0012 - slow_V) * (1.0 - std::exp(-step_s / 400.0));
+    return 3.2 + 0.9 * soc() + 0.05 * std::log(std::max(soc(), 1e-3)) - current_A * 0.002 - fast_V - slow_V;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("whatever the load does, cells that follow it do not contradict it", "[unit][estimators][F18][F12]") {
+  int judged = 0;
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    test::Chance chance(seed);
+    CurrentRampMonitor monitor;
+    SlowCell cell{.charge_As = chance.between(0.03, 0.98) * static_cast<double>(capacity_As)};
+    TimePoint now{100s};
+    double current_A = 0.0;
+    std::int32_t before_mA = 0;
+    while (now < TimePoint{700s} && cell.soc() > 0.005) {  // below, an undervoltage has opened
+      const double to_A = chance.between(0.0, 1.0) < 0.4 ? 0.0 : chance.between(-60.0, 120.0);
+      const int ramp = static_cast<int>(chance.between(1.0, 150.0));
+      const int hold = static_cast<int>(chance.between(0.0, 200.0));
+      const double step_A = (to_A - current_A) / ramp;
+      for (int index = 0; index < ramp + hold && cell.soc() > 0.005; ++index, now += 100ms) {
+        if (index < ramp) current_A += step_A;
+        const auto said_mA = static_cast<std::int32_t>(std::lround(current_A * 1e3 + chance.between(-200.0, 200.0)));
+        const auto cell_uV = static_cast<std::int32_t>(std::lround(cell.voltage_V(current_A, 0.1) * 1e4)) * 100;
+        monitor.take({.taken_at = now,
+                      .current = {true, said_mA, said_mA},
+                      .since_last = {true, std::min(said_mA, before_mA), std::max(said_mA, before_mA)},
+                      .sum_uV = std::int64_t{cell_uV} * 8,
+                      .lowest_uV = cell_uV,
+                      .highest_uV = cell_uV,
+                      .pack_mV = {cell_uV * 8 / 1'000, now, Validity::valid}},
+                     {.count = 8, .resistance_uOhm = 2'000, .unseen_uV = 10'000, .capacity_As = capacity_As});
+        before_mA = said_mA;
+        const Reading& reading = monitor.implausible_current();
+        judged += reading.is_known ? 1 : 0;
+        if (!reading.is_known || reading.value == 0) continue;
+        CAPTURE(seed, current_A, to_ms(now.time_since_epoch()));
+        FAIL("a sensor that is right is taken for one that is not");
+      }
+    }
+  }
+  CHECK(judged > 1'000);
+}
