@@ -1,6 +1,8 @@
 // Whether the inverter is there, who else speaks to it, and what the faults' rows and the gate make of it.
 #include "daemon/core/inverter_watch.hpp"
 
+#include <initializer_list>
+
 #include "daemon/core/fault_readers.hpp"
 #include "daemon/core/output_gate.hpp"
 #include "devices/device_list.hpp"
@@ -108,7 +110,8 @@ TEST_CASE("a state of SMA's 306h that is not documented is counted, and changes 
   };
   CHECK(says(4).has_failed);
   CHECK(says(4).values_out_of_range == 0);
-  for (const std::uint8_t undocumented : {2, 5, 0xFF}) CHECK(says(undocumented).has_failed);
+  for (const std::uint8_t undocumented : std::initializer_list<std::uint8_t>{2, 5, 0xFF})
+    CHECK(says(undocumented).has_failed);
   CHECK(watched.watch.report().values_out_of_range == 3);
   CHECK_FALSE(says(1).has_failed);
   CHECK(says(3).has_warning);

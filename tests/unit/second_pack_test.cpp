@@ -1,6 +1,7 @@
 // A second pack that is listened to: what is taken of it, and that silence is not known and not zero.
 #include "daemon/core/second_pack.hpp"
 
+#include <initializer_list>
 #include <string>
 #include <vector>
 
@@ -108,10 +109,11 @@ TEST_CASE("states and percentages of a second pack that there are not are counte
   CHECK(iha.frames_refused() == 0);
 
   SecondPack original = listening(VehicleDialect::original);
-  for (const std::uint8_t reserved : {14, 15, 16, 255}) {
+  for (const std::uint8_t reserved : std::initializer_list<std::uint8_t>{14, 15, 16, 255}) {
     CHECK(says(original, reserved) == Validity::out_of_range);
   }
-  for (const std::uint8_t state : {0, 4, 8, 13}) CHECK(says(original, state) == Validity::valid);
+  for (const std::uint8_t state : std::initializer_list<std::uint8_t>{0, 4, 8, 13})
+    CHECK(says(original, state) == Validity::valid);
   CHECK(original.values_out_of_range() == 4);
   SecondPack elithion = listening(VehicleDialect::elithion);  // bits
   CHECK(says(elithion, 0x1F) == Validity::valid);
