@@ -195,7 +195,7 @@ TEST_CASE("more than was asked for is a runaway, by the sensor, by its own word,
     bench.told_mA = {5'500, 5'500};  // the most that is tolerated
     bench.run(5s);
     CHECK_FALSE(bench.watch.runs_away());
-    bench.told_mA = {5'501, 5'500};
+    bench.told_mA = {5'600, 5'500};
     bench.run(2s);
     CHECK_FALSE(bench.watch.runs_away());
     bench.run(1s);

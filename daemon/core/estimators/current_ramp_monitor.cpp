@@ -10,7 +10,7 @@ namespace {
 
 /// What a current sensor's noise and a pack's standby consumption change by.
 constexpr std::int32_t calm_mA = 1'000;
-constexpr Duration calm_min = 5s;
+constexpr Duration calm_min = 2s;
 constexpr Duration ring_step = 2s;
 constexpr std::int64_t change_min_mA = 5'000;
 /// Less than this of a whole cell's answer is noise.
@@ -43,6 +43,15 @@ std::optional<std::int64_t> drift_uV(const Calm& first, const Calm& last, TimePo
   const Duration since = now - last.taken_at;
   if (watched < calm_min || since > std::min(watched * drift_factor_max, compare_max)) return std::nullopt;
   return std::llabs(last.sum_uV - first.sum_uV) * (since / 1ms) / (watched / 1ms);
+}
+
+/// The pack voltage moved as the cells did, by at least half as much. Where it is not known the cells alone count.
+template <class Calm>
+bool is_of_pack(const PackPicture& now, const Calm& last) {
+  if (!now.pack_mV.is_valid() || !last.pack_mV.is_valid()) return true;
+  const std::int64_t seen_uV = now.sum_uV - last.sum_uV;
+  const std::int64_t pack_uV = (std::int64_t{now.pack_mV.value} - last.pack_mV.value) * 1'000;
+  return (pack_uV > 0) == (seen_uV > 0) && 2 * std::llabs(pack_uV) >= std::llabs(seen_uV);
 }
 
 Reading verdict(bool is_implausible, TimePoint at) {
@@ -114,7 +123,8 @@ void CurrentRampMonitor::check_direction(const PackPicture& now, const Cells& ce
   const std::int64_t permille_of_capacity_mAs = cells.capacity_As;
   if (!drift || moved_mAs > permille_of_capacity_mAs) return;
   const std::int64_t seen_uV = now.sum_uV - last.sum_uV;
-  if (!has_moved(now, last, std::llabs(expected_uV) / 2 + *drift + noise_uV * cells.count, cells)) return;
+  const std::int64_t least_uV = std::llabs(expected_uV) / 2 + *drift + noise_uV * cells.count;
+  if (!is_of_pack(now, last) || !has_moved(now, last, least_uV, cells)) return;
   implausible_current_ = verdict((seen_uV > 0) != (expected_uV > 0), now.taken_at);
 }
 
@@ -125,10 +135,7 @@ void CurrentRampMonitor::check_frozen(const PackPicture& now, const Cells& cells
   for (const Calm& last : ring_) {
     const std::optional<std::int64_t> drift = drift_uV(first, last, now.taken_at);
     if (last.taken_at == TimePoint{} || !last.pack_mV.is_valid() || !drift) continue;
-    const std::int64_t seen_uV = now.sum_uV - last.sum_uV;
-    const std::int64_t pack_uV = (std::int64_t{now.pack_mV.value} - last.pack_mV.value) * 1'000;
-    const bool is_of_pack = (pack_uV > 0) == (seen_uV > 0) && 2 * std::llabs(pack_uV) >= std::llabs(seen_uV);
-    if (!is_of_pack || !has_moved(now, last, cells.unseen_uV * cells.count + *drift, cells)) continue;
+    if (!is_of_pack(now, last) || !has_moved(now, last, cells.unseen_uV * cells.count + *drift, cells)) continue;
     implausible_current_ = verdict(true, now.taken_at);
     return;
   }

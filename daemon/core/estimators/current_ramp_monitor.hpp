@@ -1,7 +1,7 @@
 // Whether the cells follow a current that rises or falls slowly: the direction of the current sensor, and a sensor that
 // stays at zero.
 //
-//   current    --------.                       calm: within 1 A of its first picture, for 5 s or more
+//   current    --------.                       calm: within 1 A of its first picture, for 2 s or more
 //                       :
 //                        .-------              change: at least 5 A, and never to the other side of the calm
 //   cells      --- -- --.                      drift: goes on at most as fast as in the calm, as what a former load
