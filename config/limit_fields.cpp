@@ -88,7 +88,8 @@ constexpr std::array confirm_table{
     confirm_time<&ConfirmTimes::current_while_open>("current_while_open_ms", 100,
                                                     "current although everything is open"),
     confirm_time<&ConfirmTimes::current_contradicts_voltage>(
-        "current_contradicts_voltage_ms", 500, "cells that answer a change of the current the wrong way round, or move without one"),
+        "current_contradicts_voltage_ms", 500,
+        "cells that answer a change of the current the wrong way round, or move without one"),
     confirm_time<&ConfirmTimes::cell_not_measured>("cell_not_measured_ms", 150, "a cell that a module does not know"),
     confirm_time<&ConfirmTimes::temperature_not_measured>("temperature_not_measured_ms", 100,
                                                           "a temperature that is missing"),
