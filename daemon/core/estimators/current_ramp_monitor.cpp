@@ -13,6 +13,8 @@ constexpr std::int32_t calm_mA = 1'000;
 constexpr Duration calm_min = 2s;
 constexpr Duration ring_step = 2s;
 constexpr std::int64_t change_min_mA = 5'000;
+/// The change is at least so many times as large as what flowed to the other side before.
+constexpr std::int64_t other_side_share = 5;
 /// Less than this of a whole cell's answer is noise.
 constexpr std::int64_t answer_min_uV = 5'000;
 constexpr std::int64_t noise_uV = 1'000;
@@ -86,8 +88,9 @@ void CurrentRampMonitor::follow_calm(const PackPicture& now) {
   }
   keep_calm(now);
   if (reference_.last.taken_at == TimePoint{}) return;
-  reference_.has_risen = reference_.has_risen || std::int64_t{range.max_mA} - reference_.last.current_mA > calm_mA;
-  reference_.has_fallen = reference_.has_fallen || std::int64_t{reference_.last.current_mA} - range.min_mA > calm_mA;
+  const std::int32_t from_mA = reference_.last.current_mA;
+  reference_.risen_mA = std::max(reference_.risen_mA, std::int64_t{range.max_mA} - from_mA);
+  reference_.fallen_mA = std::max(reference_.fallen_mA, std::int64_t{from_mA} - range.min_mA);
 }
 
 void CurrentRampMonitor::keep_calm(const PackPicture& now) {
@@ -114,8 +117,10 @@ bool CurrentRampMonitor::has_moved(const PackPicture& now, const Calm& last, std
 
 void CurrentRampMonitor::check_direction(const PackPicture& now, const Cells& cells) {
   const Calm& last = reference_.last;
-  if (last.taken_at == TimePoint{} || (reference_.has_risen && reference_.has_fallen)) return;
+  if (last.taken_at == TimePoint{}) return;
   const std::int64_t change_mA = least_change_mA(now.current, last.current_mA);
+  const std::int64_t to_other_side_mA = change_mA > 0 ? reference_.fallen_mA : reference_.risen_mA;
+  if (to_other_side_mA * other_side_share > std::llabs(change_mA)) return;
   const std::int64_t expected_uV = -change_mA * cells.resistance_uOhm / 1'000 * cells.count;
   if (std::llabs(change_mA) < change_min_mA || std::llabs(expected_uV) < answer_min_uV * cells.count) return;
   const std::optional<std::int64_t> drift = drift_uV(reference_.first, last, now.taken_at);

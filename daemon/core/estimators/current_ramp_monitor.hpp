@@ -3,7 +3,7 @@
 //
 //   current    --------.                       calm: within 1 A of its first picture, for 2 s or more
 //                       :
-//                        .-------              change: at least 5 A, and never to the other side of the calm
+//                        .-------              change: at least 5 A, by less than a fifth to the other side
 //   cells      --- -- --.                      drift: goes on at most as fast as in the calm, as what a former load
 //                       :                      leaves behind fades
 //                        .------               seen: what is beyond the drift points the other way than the change
@@ -11,7 +11,9 @@
 // StepResponse compares voltages that lie 600 ms apart, which needs a step. A load that swells over seconds, as a
 // charger's, has none. Here the voltages are compared with those of the calm before the change. As long as the change
 // keeps its sign, all that it does to a cell has one sign: the drop at once, the polarisation and the charge that has
-// flowed. So the drop at once, by the cell model, is the least that has to be seen.
+// flowed. So the drop at once, by the cell model, is the least that has to be seen. What a fifth of it to the other
+// side, as of a precharge, leaves behind is less than half of that. Where the pack voltage is known it has to move,
+// too.
 //
 //   direction:  |change * R| >= 5 mV a cell; contradiction: voltages moved with the change, by more than half of it and
 //               of the drift and 1 mV. That the direction is right is known when they moved against it by as much.
@@ -85,8 +87,8 @@ class CurrentRampMonitor {
   struct Reference {
     Calm first;
     Calm last;
-    bool has_risen = false;
-    bool has_fallen = false;
+    std::int64_t risen_mA = 0;   // above the current of `last`, at most
+    std::int64_t fallen_mA = 0;  // below it
   };
 
   [[nodiscard]] const Calm& oldest() const;
