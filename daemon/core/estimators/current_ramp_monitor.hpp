@@ -24,8 +24,8 @@
 // Drift counts for four times as long as it has been watched, for 60 s, and until the current of the calm has moved a
 // permille of the capacity: at the ends of a cell's curve a current that stays makes a voltage fall faster and faster.
 // Valid for pictures of one instant; a cell whose balancing switch changes moves by its wires' drop, so the caller
-// calls `forget` then: while cells are balanced in a rhythm nothing is judged. At the continuous current of most packs
-// 5 mV are a few permille of it; a charger that gives less than 5 mV / R (20 A into cells of 0.25 mOhm) is not judged.
+// calls `forget` then: while cells are balanced in a rhythm nothing is judged. Nor is a change that moves the cells by
+// less than 5 mV, as a charger with 19 A does with cells of 0.25 mOhm.
 //
 // Source: the rule that the first load above 5 A is compared with the cells is that of batteries whose sensor has no
 // marked direction; the bounds are this program's own, held by tests/unit/current_ramp_monitor_test.cpp.
