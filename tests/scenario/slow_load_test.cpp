@@ -64,7 +64,8 @@ TEST_CASE("a sensor the wrong way round, or at zero for ever, is named while the
   }
 }
 
-TEST_CASE("a sensor that is right stays unsuspected while loads swell and ebb", "[scenario][estimators][F18][F12]") {
+TEST_CASE("a sensor that is right stays unsuspected while loads swell and ebb",
+          "[scenario][estimators][F18][F12][slow]") {
   for (const std::string name : packs) {
     CAPTURE(name);
     const CoreConfig config = pack_file(name);
