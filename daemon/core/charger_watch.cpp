@@ -75,13 +75,14 @@ void ChargerWatch::follow_asked(const ChargerWatchInputs& in) {
   if (!in.is_enabled && stopped_since_ == TimePoint{}) stopped_since_ = in.now;
 }
 
-void ChargerWatch::count_told(const Measured<std::int32_t>& told, std::int32_t most_mA) {
+void ChargerWatch::count_told(const Measured<std::int32_t>& told, std::int32_t most_mA, TimePoint now) {
   if (!told.is_valid() || told.value <= most_mA) {
     told_over_ = 0;
     return;
   }
-  if (told.taken_at == told_over_at_) return;
-  told_over_at_ = told.taken_at;
+  // The oldest of its parts is newer than the sum that was counted last: every unit has reported since.
+  if (told.taken_at <= told_over_at_) return;
+  told_over_at_ = now;
   if (told_over_ < told_over_min) ++told_over_;
 }
 
@@ -94,13 +95,17 @@ void ChargerWatch::look_for_excess(const ChargerWatchInputs& in) {
   const bool has_stopped = !is_asked && in.now - stopped_since_ > in.table->driver().settle;
   const std::int32_t current_max_mA =
       ceiling_mA() + tolerance(ceiling_mA(), tolerance_permille, current_tolerance_min_mA);
+  // Each unit has its own error.
+  const auto units = static_cast<std::int32_t>(std::max<std::size_t>(in.table->unit_count(), 1));
+  const std::int32_t told_max_mA =
+      ceiling_mA() + tolerance(ceiling_mA(), tolerance_permille, units * current_tolerance_min_mA);
   // Between the stop and the end of its time to follow it may tell anything.
-  count_told(told, is_asked ? current_max_mA : has_stopped ? stopped_mA : INT32_MAX);
+  count_told(told, is_asked ? told_max_mA : has_stopped ? units * stopped_mA : INT32_MAX, in.now);
   // Where a vehicle may brake both have to say so.
   keeps_on_ = has_stopped && into_mA > stopped_mA && (in.is_alone || told_over_ >= told_over_min);
   const bool can_sensor_judge = in.is_alone && sensed.is_valid();
   const bool is_sensed = can_sensor_judge && into_mA > current_max_mA;
-  const bool is_told = told_mA > current_max_mA && (!can_sensor_judge || told_over_ >= told_over_min);
+  const bool is_told = told_mA > told_max_mA && (!can_sensor_judge || told_over_ >= told_over_min);
   const Measured<std::int32_t> voltage = in.table->voltage_mV(in.now);
   const std::int32_t voltage_max_mV =
       in.asked_mV + tolerance(in.asked_mV, voltage_tolerance_permille, voltage_tolerance_min_mV);
@@ -115,7 +120,9 @@ void ChargerWatch::look_for_excess(const ChargerWatchInputs& in) {
                       : is_sensed   ? into_mA
                                     : told_mA,
              .asked = is_by_voltage ? in.asked_mV : ceiling_mA(),
-             .allowed = is_by_voltage ? voltage_max_mV : current_max_mA};
+             .allowed = is_by_voltage ? voltage_max_mV
+                        : is_sensed   ? current_max_mA
+                                      : told_max_mA};
 }
 
 /// While a steady current is asked for, or none any more. Loads beside the charger may take of what it gives, but

@@ -5,8 +5,10 @@
 // ampere and two volts, it does. The pack's sensor judges at once where nobody but the charger can bring current into
 // the pack; where a vehicle may brake the charger's own word does, and what both say. A charger that says several times
 // in a row that it gives too much runs away, too, whatever the sensor sees: a sensor that is reversed or stands still
-// would hide it. Its word for less, or for another voltage, against the sensor's is a contradiction, and no more.
-// Nothing runs away that is not plugged in: a frame of a charger on the bus of a pack that is driven opens nothing.
+// would hide it. Of several units all have
+// to have reported for each of these times, and each has an ampere of its own. Its word for less, or for another
+// voltage, against the sensor's is a contradiction, and no more. Nothing runs away that is not plugged in: a frame of a
+// charger on the bus of a pack that is driven opens nothing.
 #pragma once
 
 #include <algorithm>
@@ -75,7 +77,7 @@ class ChargerWatch {
 
   void look_for_silence(const ChargerWatchInputs& in);
   void follow_asked(const ChargerWatchInputs& in);
-  void count_told(const Measured<std::int32_t>& told, std::int32_t most_mA);
+  void count_told(const Measured<std::int32_t>& told, std::int32_t most_mA, TimePoint now);
   void look_for_excess(const ChargerWatchInputs& in);
   void look_for_contradiction(const ChargerWatchInputs& in);
 
@@ -93,7 +95,7 @@ class ChargerWatch {
   bool runs_away_ = false;
   TimePoint runs_away_at_{};
   std::uint8_t told_over_ = 0;  // reports in a row that tell more than is asked for, or any current after the stop
-  TimePoint told_over_at_{};    // the last of them
+  TimePoint told_over_at_{};    // when the last of them was counted
   bool keeps_on_ = false;
   bool contradicts_ = false;
   ChargerExcess excess_;

@@ -192,15 +192,16 @@ TEST_CASE("more than was asked for is a runaway, by the sensor, by its own word,
     CHECK(bench.watch.runs_away_at() == bench.table.current_mA(bench.now).taken_at);
   }
   SECTION("by its own word, three times in a row, against a sensor that sees what was asked for") {
-    bench.told_mA = {5'500, 5'500};  // the most that is tolerated
+    bench.told_mA = {6'000, 6'000};  // the most that is tolerated, an ampere for each
     bench.run(5s);
     CHECK_FALSE(bench.watch.runs_away());
-    bench.told_mA = {5'600, 5'500};
+    bench.told_mA = {6'100, 6'000};
     bench.run(2s);
     CHECK_FALSE(bench.watch.runs_away());
     bench.run(1s);
     CHECK(bench.watch.runs_away());
-    CHECK(bench.watch.excess().given == 11'100);  // in steps of 100 mA
+    CHECK(bench.watch.excess().given == 12'100);  // in steps of 100 mA
+    CHECK(bench.watch.excess().allowed == 12'000);
     CHECK(bench.watch.runs_away_at() == bench.table.current_mA(bench.now).taken_at);
   }
   SECTION("twice is nothing, and not twice and once again") {
@@ -344,6 +345,34 @@ TEST_CASE("a charger that tells another voltage than the pack's sensor is notice
   bench.in.is_enabled = false;
   bench.run(1s);
   CHECK_FALSE(bench.watch.contradicts());
+}
+
+TEST_CASE("one wrong report of one of several units is one, whenever the others report", "[unit][charger][F97]") {
+  Bench bench;
+  bench.charge(10'000);
+  bench.run(20s);
+  const auto reports = [&](std::uint8_t unit, std::int32_t current_mA) {
+    const ChargerReport report{.voltage_mV = known(300'000), .current_mA = known(current_mA)};
+    for (const CanFrame& frame : elcon().reports(unit, report)) REQUIRE(bench.table.observe(frame, bench.now));
+  };
+  bench.talks = {false, false};
+  bool runs_away = false;
+  const auto wait = [&](Duration span) {
+    for (const TimePoint end = bench.now + span; bench.now < end;) {
+      bench.run(10ms);
+      runs_away = runs_away || bench.watch.runs_away();
+    }
+  };
+  const int wrong_reports = GENERATE(1, 2, 4);
+  for (int second = 0; second < 6; ++second) {
+    reports(0, second < wrong_reports ? 20'000 : 5'000);
+    wait(330ms);
+    reports(1, 5'000);
+    wait(330ms);
+    reports(1, 5'000);  // one that reports more often
+    wait(330ms);
+  }
+  CHECK(runs_away == (wrong_reports == 4));
 }
 
 TEST_CASE("a charger has its time to follow from the moment it is asked, however little it is asked for",

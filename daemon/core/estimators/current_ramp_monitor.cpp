@@ -8,11 +8,10 @@ namespace bmu {
 
 namespace {
 
-/// What a current sensor's noise and a pack's standby consumption change by.
-constexpr std::int32_t calm_mA = 1'000;
 constexpr Duration calm_min = 2s;
 constexpr Duration ring_step = 2s;
-constexpr std::int64_t change_min_mA = 5'000;
+/// By so many calms the current has to change.
+constexpr std::int64_t change_min_calms = 5;
 /// The change is at least so many times as large as what flowed to the other side before.
 constexpr std::int64_t other_side_share = 5;
 /// Less than this of a whole cell's answer is noise.
@@ -21,8 +20,12 @@ constexpr std::int64_t noise_uV = 1'000;
 /// A drift goes on for so many times as long as it was watched, and for `compare_max`.
 constexpr int drift_factor_max = 4;
 constexpr Duration compare_max = 60s;
+/// The polarisation of a cell is less than so many times its resistance at once by the current. Of the shipped cells
+/// a123-26650 has the most, 3.2.
+constexpr std::int64_t polarisation_max = 4;
+constexpr Duration lately_fades_in = 400s;
 
-bool is_within(const CurrentRange& range, std::int32_t centre_mA) {
+bool is_within(const CurrentRange& range, std::int32_t centre_mA, std::int64_t calm_mA) {
   return std::int64_t{range.max_mA} - centre_mA <= calm_mA && std::int64_t{centre_mA} - range.min_mA <= calm_mA;
 }
 
@@ -62,10 +65,26 @@ Reading verdict(bool is_implausible, TimePoint at) {
 
 }  // namespace
 
+void CurrentRampMonitor::follow_current(const Measured<std::int32_t>& current_mA) {
+  if (!current_mA.is_valid() || current_mA.taken_at <= lately_at_) return;
+  const Duration since = std::min<Duration>(current_mA.taken_at - lately_at_, lately_fades_in);
+  lately_uA_ -= lately_uA_ / 1'000 * (since / 1ms) / (lately_fades_in / 1s);
+  lately_uA_ = std::max<std::int64_t>(lately_uA_, std::llabs(current_mA.value) * 1'000);
+  lately_at_ = current_mA.taken_at;
+}
+
+void CurrentRampMonitor::forget() {
+  ring_ = {};
+  head_ = 0;
+  latest_ = {};
+  reference_ = {};
+  implausible_current_ = {};
+}
+
 void CurrentRampMonitor::take(const PackPicture& now, const Cells& cells) {
   implausible_current_ = {};
   if (!now.since_last.is_known) forget();
-  follow_calm(now);
+  follow_calm(now, cells);
   check_direction(now, cells);
   if (!implausible_current_.is_known) check_frozen(now, cells);
 }
@@ -77,10 +96,10 @@ const CurrentRampMonitor::Calm& CurrentRampMonitor::oldest() const {
 }
 
 /// A calm that ends becomes what the change is compared with, if it was long enough.
-void CurrentRampMonitor::follow_calm(const PackPicture& now) {
+void CurrentRampMonitor::follow_calm(const PackPicture& now, const Cells& cells) {
   const Calm first = oldest();
   const CurrentRange& range = now.since_last.is_known ? now.since_last : now.current;
-  const bool is_calm = first.taken_at != TimePoint{} && is_within(range, first.current_mA);
+  const bool is_calm = first.taken_at != TimePoint{} && is_within(range, first.current_mA, cells.calm_mA);
   if (!is_calm) {
     if (latest_.taken_at - first.taken_at >= calm_min) reference_ = {.first = first, .last = latest_};
     ring_ = {};
@@ -96,6 +115,7 @@ void CurrentRampMonitor::follow_calm(const PackPicture& now) {
 void CurrentRampMonitor::keep_calm(const PackPicture& now) {
   latest_ = {.taken_at = now.taken_at,
              .current_mA = middle_mA(now.current),
+             .lately_mA = lately_uA_ / 1'000,
              .sum_uV = now.sum_uV,
              .lowest_uV = now.lowest_uV,
              .highest_uV = now.highest_uV,
@@ -104,6 +124,11 @@ void CurrentRampMonitor::keep_calm(const PackPicture& now) {
   if (!is_first && now.taken_at - ring_[head_].taken_at < ring_step) return;
   if (!is_first) head_ = (head_ + 1) % ring_.size();
   ring_[head_] = latest_;
+}
+
+std::int64_t CurrentRampMonitor::bound_uV(std::int64_t drift_uV, const Calm& last, const Cells& cells) {
+  const std::int64_t left_behind_uV = polarisation_max * last.lately_mA * cells.resistance_uOhm / 1'000;
+  return drift_uV + (noise_uV + left_behind_uV) * cells.count;
 }
 
 bool CurrentRampMonitor::has_moved(const PackPicture& now, const Calm& last, std::int64_t least_uV,
@@ -122,25 +147,29 @@ void CurrentRampMonitor::check_direction(const PackPicture& now, const Cells& ce
   const std::int64_t to_other_side_mA = change_mA > 0 ? reference_.fallen_mA : reference_.risen_mA;
   if (to_other_side_mA * other_side_share > std::llabs(change_mA)) return;
   const std::int64_t expected_uV = -change_mA * cells.resistance_uOhm / 1'000 * cells.count;
-  if (std::llabs(change_mA) < change_min_mA || std::llabs(expected_uV) < answer_min_uV * cells.count) return;
+  if (std::llabs(change_mA) < change_min_calms * cells.calm_mA || std::llabs(expected_uV) < answer_min_uV * cells.count)
+    return;
   const std::optional<std::int64_t> drift = drift_uV(reference_.first, last, now.taken_at);
   const std::int64_t moved_mAs = std::llabs(last.current_mA) * ((now.taken_at - last.taken_at) / 1ms) / 1'000;
   const std::int64_t permille_of_capacity_mAs = cells.capacity_As;
   if (!drift || moved_mAs > permille_of_capacity_mAs) return;
   const std::int64_t seen_uV = now.sum_uV - last.sum_uV;
-  const std::int64_t least_uV = std::llabs(expected_uV) / 2 + *drift + noise_uV * cells.count;
+  const std::int64_t least_uV = std::llabs(expected_uV) / 2 + bound_uV(*drift, last, cells);
   if (!is_of_pack(now, last) || !has_moved(now, last, least_uV, cells)) return;
   implausible_current_ = verdict((seen_uV > 0) != (expected_uV > 0), now.taken_at);
 }
 
 void CurrentRampMonitor::check_frozen(const PackPicture& now, const Cells& cells) {
   const Calm& first = oldest();
-  const bool is_zero = is_within(now.current, 0) && std::abs(std::int64_t{first.current_mA}) <= calm_mA;
+  const bool is_zero = is_within(now.current, 0, cells.calm_mA) && std::llabs(first.current_mA) <= cells.calm_mA;
   if (!is_zero || !now.pack_mV.is_valid()) return;
   for (const Calm& last : ring_) {
     const std::optional<std::int64_t> drift = drift_uV(first, last, now.taken_at);
     if (last.taken_at == TimePoint{} || !last.pack_mV.is_valid() || !drift) continue;
-    if (!is_of_pack(now, last) || !has_moved(now, last, cells.unseen_uV * cells.count + *drift, cells)) continue;
+    const std::int64_t told_mA = std::llabs(std::int64_t{middle_mA(now.current)} - last.current_mA);
+    const std::int64_t told_uV = polarisation_max * told_mA * cells.resistance_uOhm / 1'000;
+    const std::int64_t least_uV = (cells.unseen_uV + told_uV) * cells.count + bound_uV(*drift, last, cells);
+    if (!is_of_pack(now, last) || !has_moved(now, last, least_uV, cells)) continue;
     implausible_current_ = verdict(true, now.taken_at);
     return;
   }

@@ -1,9 +1,9 @@
 // Whether the cells follow a current that rises or falls slowly: the direction of the current sensor, and a sensor that
 // stays at zero.
 //
-//   current    --------.                       calm: within 1 A of its first picture, for 2 s or more
+//   current    --------.                       calm: within `calm_mA` of its first picture, 2 s or more
 //                       :
-//                        .-------              change: at least 5 A, by less than a fifth to the other side
+//                        .-------              change: five times that, by less than a fifth to the other side
 //   cells      --- -- --.                      drift: goes on at most as fast as in the calm, as what a former load
 //                       :                      leaves behind fades
 //                        .------               seen: what is beyond the drift points the other way than the change
@@ -15,17 +15,24 @@
 // side, as of a precharge, leaves behind is less than half of that. Where the pack voltage is known it has to move,
 // too.
 //
-//   direction:  |change * R| >= 5 mV a cell; contradiction: voltages moved with the change, by more than half of it and
-//               of the drift and 1 mV. That the direction is right is known when they moved against it by as much.
-//   frozen:     the current stays within 1 A of zero, and the voltages move by `unseen_uV` a cell and the drift, as
-//               the pack voltage does.
+//   direction:  |change * R| >= 5 mV a cell; contradiction: voltages moved with the change, by more than the bound and
+//               half of the answer. That the direction is right is known when they moved against it by as much.
+//   frozen:     the current stays within the calm of zero, and the voltages move by more than the bound and
+//               `unseen_uV` a cell, as the pack voltage does.
+//   bound:      the drift, 1 mV a cell, and four times R by the current that flowed lately.
+//
+// What several former loads leave behind may have both signs: the voltage turns, the drift of a calm is zero there, and
+// then it moves by tens of millivolts. That is at most what all of the polarisation is, which in fitted cells is up to
+// 3.2 times R by the current; so the first load after a rest is judged, and later ones if they are eight times as large
+// as what flowed before. The current that flowed lately fades in 400 s; before the daemon began none is known.
 //
 // The lowest and the highest cell have to move, too, by half as much: a fault of one cell is none of the sensor.
 // Drift counts for four times as long as it has been watched, for 60 s, and until the current of the calm has moved a
 // permille of the capacity: at the ends of a cell's curve a current that stays makes a voltage fall faster and faster.
 // Valid for pictures of one instant; a cell whose balancing switch changes moves by its wires' drop, so the caller
 // calls `forget` then: while cells are balanced in a rhythm nothing is judged. Nor is a change that moves the cells by
-// less than 5 mV, as a charger with 19 A does with cells of 0.25 mOhm.
+// less than 5 mV, as a charger with 19 A does with cells of 0.25 mOhm; nor a sensor that stays at zero while so little
+// flows that `unseen_uV` is not reached, as in many a charge from the mains.
 //
 // Source: the rule that the first load above 5 A is compared with the cells is that of batteries whose sensor has no
 // marked direction; the bounds are this program's own, held by tests/unit/current_ramp_monitor_test.cpp.
@@ -64,12 +71,16 @@ class CurrentRampMonitor {
     std::int64_t resistance_uOhm = 0;  // of each, at once
     std::int64_t unseen_uV = 0;
     std::int64_t capacity_As = 0;
+    std::int64_t calm_mA = 0;  // what the sensor's noise and a standby consumption change by
   };
 
   /// Once for each poll cycle, in order of time. A picture whose `since_last` is not known begins anew: between two
   /// that are 600 ms apart anything may have flowed.
   void take(const PackPicture& now, const Cells& cells);
-  void forget() { *this = {}; }
+  /// Each sample of the current: what may still move the cells after a load.
+  void follow_current(const Measured<std::int32_t>& current_mA);
+  /// The pictures, not the current that flowed lately.
+  void forget();
 
   /// 1: the cells contradict the current; 0: they follow it; not known while neither shows in this picture.
   [[nodiscard]] const Reading& implausible_current() const { return implausible_current_; }
@@ -78,6 +89,7 @@ class CurrentRampMonitor {
   struct Calm {
     TimePoint taken_at{};  // zero: none
     std::int32_t current_mA = 0;
+    std::int64_t lately_mA = 0;  // had flowed
     std::int64_t sum_uV = 0;
     std::int32_t lowest_uV = 0;
     std::int32_t highest_uV = 0;
@@ -92,8 +104,9 @@ class CurrentRampMonitor {
   };
 
   [[nodiscard]] const Calm& oldest() const;
-  void follow_calm(const PackPicture& now);
+  void follow_calm(const PackPicture& now, const Cells& cells);
   void keep_calm(const PackPicture& now);
+  [[nodiscard]] static std::int64_t bound_uV(std::int64_t drift_uV, const Calm& last, const Cells& cells);
   /// All cells moved the same way, together by at least `least_uV`.
   [[nodiscard]] static bool has_moved(const PackPicture& now, const Calm& last, std::int64_t least_uV,
                                       const Cells& cells);
@@ -105,9 +118,11 @@ class CurrentRampMonitor {
   std::size_t head_ = 0;                // the latest of them
   Calm latest_;                         // of the calm
   Reference reference_;
+  std::int64_t lately_uA_ = 0;  // the largest current, fading
+  TimePoint lately_at_{};
   Reading implausible_current_;
   [[nodiscard]] bool are_fields_possible() const { return head_ < ring_.size(); }
-  BMU_FIELDS(ring_, head_, latest_, reference_, implausible_current_)
+  BMU_FIELDS(ring_, head_, latest_, reference_, lately_uA_, lately_at_, implausible_current_)
 };
 
 }  // namespace bmu

@@ -77,6 +77,7 @@ void StepResponse::forget_module(std::uint8_t node) {
 }
 
 void StepResponse::update(const ModuleTable& modules, const SensorTable& sensors, const PackState& pack) {
+  ramp_.follow_current(sensors.current_mA);
   keep_cycle(modules, pack);
   // The sample behind that time says what the current was then as much as the one before it.
   if (kept_.instant == TimePoint{} || sensors.current_mA.taken_at < kept_.instant + steady_around) return;
@@ -254,14 +255,16 @@ void StepResponse::judge_ramp(const SensorTable& sensors, TimePoint before) {
                             .lowest_uV = kept_.lowest_uV,
                             .highest_uV = kept_.highest_uV,
                             .pack_mV = kept_.pack_mV};
-  if (!picture.current.is_known || !kept_.is_of_one_instant) {
+  const bool is_sampled = picture.current.is_known && window.at(kept_.instant, current_apart_max).has_value();
+  if (!is_sampled || !kept_.is_of_one_instant) {
     ramp_.forget();
     return;
   }
   ramp_.take(picture, {.count = static_cast<std::int64_t>(cell_count_),
                        .resistance_uOhm = model_uOhm_,
                        .unseen_uV = unseen_uV(),
-                       .capacity_As = capacity_As_});
+                       .capacity_As = capacity_As_,
+                       .calm_mA = std::max<std::int64_t>(step_floor_mA, step_min_mA_ / 10)});
   take_verdict(ramp_.implausible_current());
 }
 
