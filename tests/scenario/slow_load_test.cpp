@@ -95,10 +95,10 @@ TEST_CASE("a charger that comes up slowly shows a sensor the wrong way round", "
     test::SimRun run(pack_file("charger-48s.json"));
     run.apply("pack soc_permille 500");
     if (is_reversed) run.apply("sensor current inverted on");
-    run.run_to(3.0);
+    run.run_to(10.0);
     run.apply("charger current_A 25");
     run.apply("charger connected");
-    run.run_to(60.0);
+    run.run_to(70.0);
     CHECK(is_named(run.core()) == is_reversed);
     CHECK(run.core().sequence().phase == (is_reversed ? Phase::open : Phase::closed));
   }
