@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <string>
 #include <string_view>
-#include <utility>
 
 #include "daemon/core/estimators/cell_charge.hpp"
 #include "tests/support/catch.hpp"
@@ -198,9 +197,7 @@ TEST_CASE("a charger that gives more than it is asked for is cut off, and stays 
 
 TEST_CASE("a sensor that is reversed or stands still does not hide a charger that gives more than it is asked for",
           "[scenario][charge][F97]") {
-  // The cells show the reversed one sooner than three reports of the charger do.
-  for (const auto& [sensor, fault] : {std::pair{"sensor current inverted on", FaultId::current_contradicts_voltage},
-                                      std::pair{"sensor current stuck on", FaultId::charger_runaway}}) {
+  for (const std::string sensor : {"sensor current inverted on", "sensor current stuck on"}) {
     CAPTURE(sensor);
     CoreConfig config = charged_pack(Json{{"protocol", "elcon_tc"}, {"current_max_mA", 8'000}});
     test::SimRun run(config);
@@ -211,7 +208,7 @@ TEST_CASE("a sensor that is reversed or stands still does not hide a charger tha
     run.apply(sensor);
     run.apply("charger obeys nobody");
     run.run_to(46.0);
-    CHECK(core.faults().state(fault).is_present());
+    CHECK(core.faults().state(FaultId::charger_runaway).is_present());
     CHECK(core.sequence().phase == Phase::open);
   }
 }
