@@ -254,15 +254,20 @@ TEST_CASE("after a load a change is judged if it is eight times as large, or onc
         std::tuple{40'000.0, Duration{60s}, false}, std::tuple{40'000.0, Duration{1'500s}, true}}) {
     CAPTURE(load_mA, rest.count());
     Pack pack{.shown_mA = reversed, .knows_load = true};
-    pack.calm(1s, load_mA);
+    pack.calm(20s, load_mA);
     pack.calm(rest);
     CHECK((pack.calm(1s, 10'000.0).bad > 0) == is_judged);
   }
+  Pack precharged{.shown_mA = reversed, .knows_load = true};
+  precharged.calm(1s);
+  precharged.calm(300ms, 7'000.0);
+  precharged.calm(6s);
+  CHECK(precharged.calm(1s, 30'000.0).bad > 0);
   // Cells that fall by 40 mV while the current is zero, after 100 A and after none.
   for (const bool had_load : {false, true}) {
     Pack pack{.shown_mA = zero, .knows_load = true};
     if (had_load) pack.shown_mA = [](double real_mA) { return real_mA; };
-    pack.calm(1s, had_load ? 100'000.0 : 0.0);
+    pack.calm(20s, had_load ? 100'000.0 : 0.0);
     pack.shown_mA = zero;
     pack.calm(6s);
     CHECK((pack.run(5s, 0.0, 20'000.0).bad > 0) != had_load);

@@ -24,6 +24,8 @@ constexpr Duration compare_max = 60s;
 /// a123-26650 has the most, 3.2.
 constexpr std::int64_t polarisation_max = 4;
 constexpr Duration lately_fades_in = 400s;
+/// Sooner than the polarisation that outlasts a calm comes up: a precharge leaves next to nothing behind.
+constexpr Duration lately_rises_in = 2s;
 
 bool is_within(const CurrentRange& range, std::int32_t centre_mA, std::int64_t calm_mA) {
   return std::int64_t{range.max_mA} - centre_mA <= calm_mA && std::int64_t{centre_mA} - range.min_mA <= calm_mA;
@@ -67,9 +69,11 @@ Reading verdict(bool is_implausible, TimePoint at) {
 
 void CurrentRampMonitor::follow_current(const Measured<std::int32_t>& current_mA) {
   if (!current_mA.is_valid() || current_mA.taken_at <= lately_at_) return;
-  const Duration since = std::min<Duration>(current_mA.taken_at - lately_at_, lately_fades_in);
-  lately_uA_ -= lately_uA_ / 1'000 * (since / 1ms) / (lately_fades_in / 1s);
-  lately_uA_ = std::max<std::int64_t>(lately_uA_, std::llabs(current_mA.value) * 1'000);
+  const std::int64_t beyond_uA = std::llabs(current_mA.value) * 1'000 - lately_uA_;
+  const Duration moves_in = beyond_uA > 0 ? lately_rises_in : lately_fades_in;
+  const Duration since = std::min<Duration>(current_mA.taken_at - lately_at_, moves_in);
+  const std::int64_t from_uA = beyond_uA > 0 ? beyond_uA : -lately_uA_;
+  lately_uA_ += from_uA / 1'000 * (since / 1ms) / (moves_in / 1s);
   lately_at_ = current_mA.taken_at;
 }
 
