@@ -5,10 +5,9 @@
 // ampere and two volts, it does. The pack's sensor judges at once where nobody but the charger can bring current into
 // the pack; where a vehicle may brake the charger's own word does, and what both say. A charger that says several times
 // in a row that it gives too much runs away, too, whatever the sensor sees: a sensor that is reversed or stands still
-// would hide it. Of several units all have
-// to have reported for each of these times, and each has an ampere of its own. Its word for less, or for another
-// voltage, against the sensor's is a contradiction, and no more. Nothing runs away that is not plugged in: a frame of a
-// charger on the bus of a pack that is driven opens nothing.
+// would hide it. Of several units all have to have reported for each of these times, and each has an ampere of its own.
+// Its word for less, or for another voltage, against the sensor's is a contradiction, and no more. Nothing runs away
+// that is not plugged in: a frame of a charger on the bus of a pack that is driven opens nothing.
 #pragma once
 
 #include <algorithm>

@@ -48,7 +48,7 @@ template <class Calm>
 std::optional<std::int64_t> drift_uV(const Calm& first, const Calm& last, TimePoint now) {
   const Duration watched = last.taken_at - first.taken_at;
   const Duration since = now - last.taken_at;
-  if (watched < calm_min || since > std::min(watched * drift_factor_max, compare_max)) return std::nullopt;
+  if (watched < calm_min || since / drift_factor_max > watched || since > compare_max) return std::nullopt;
   return std::llabs(last.sum_uV - first.sum_uV) * (since / 1ms) / (watched / 1ms);
 }
 
@@ -151,12 +151,13 @@ void CurrentRampMonitor::check_direction(const PackPicture& now, const Cells& ce
   const std::int64_t to_other_side_mA = change_mA > 0 ? reference_.fallen_mA : reference_.risen_mA;
   if (to_other_side_mA * other_side_share > std::llabs(change_mA)) return;
   const std::int64_t expected_uV = -change_mA * cells.resistance_uOhm / 1'000 * cells.count;
-  if (std::llabs(change_mA) < change_min_calms * cells.calm_mA || std::llabs(expected_uV) < answer_min_uV * cells.count)
-    return;
+  const bool is_large = std::llabs(change_mA) >= change_min_calms * cells.calm_mA;
+  if (!is_large || std::llabs(expected_uV) < answer_min_uV * cells.count) return;
   const std::optional<std::int64_t> drift = drift_uV(reference_.first, last, now.taken_at);
+  if (!drift) return;
   const std::int64_t moved_mAs = std::llabs(last.current_mA) * ((now.taken_at - last.taken_at) / 1ms) / 1'000;
   const std::int64_t permille_of_capacity_mAs = cells.capacity_As;
-  if (!drift || moved_mAs > permille_of_capacity_mAs) return;
+  if (moved_mAs > permille_of_capacity_mAs) return;
   const std::int64_t seen_uV = now.sum_uV - last.sum_uV;
   const std::int64_t least_uV = std::llabs(expected_uV) / 2 + bound_uV(*drift, last, cells);
   if (!is_of_pack(now, last) || !has_moved(now, last, least_uV, cells)) return;

@@ -94,6 +94,10 @@ class CurrentRampMonitor {
     std::int32_t lowest_uV = 0;
     std::int32_t highest_uV = 0;
     Measured<std::int32_t> pack_mV{};
+    [[nodiscard]] constexpr bool are_fields_possible() const {
+      constexpr std::int64_t sum_max_uV = 1'000'000'000'000;
+      return lately_mA >= 0 && lately_mA <= INT32_MAX && sum_uV >= -sum_max_uV && sum_uV <= sum_max_uV;
+    }
   };
   /// What a change of the current is compared with: first and last picture of the calm before it.
   struct Reference {
@@ -121,7 +125,7 @@ class CurrentRampMonitor {
   std::int64_t lately_uA_ = 0;  // the largest current, fading
   TimePoint lately_at_{};
   Reading implausible_current_;
-  [[nodiscard]] bool are_fields_possible() const { return head_ < ring_.size(); }
+  [[nodiscard]] bool are_fields_possible() const { return head_ < ring_.size() && lately_uA_ >= 0; }
   BMU_FIELDS(ring_, head_, latest_, reference_, lately_uA_, lately_at_, implausible_current_)
 };
 
