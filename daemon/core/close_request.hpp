@@ -27,6 +27,8 @@ class CloseRequest {
   [[nodiscard]] bool is_by_vehicle() const { return vehicle_.is_wished; }
   [[nodiscard]] bool is_by_charger() const { return charger_.is_wished; }
   [[nodiscard]] TimePoint since() const { return since_; }
+  /// The charger's line has ended, nobody asks any more, and nobody has asked since: there is nobody to wait for.
+  [[nodiscard]] bool is_unplugged() const { return is_unplugged_; }
 
  private:
   struct Line {
@@ -39,8 +41,9 @@ class CloseRequest {
   Line vehicle_;
   Line charger_;
   bool lines_known_ = false;
+  bool is_unplugged_ = false;
   TimePoint since_{};
-  BMU_FIELDS(vehicle_, charger_, lines_known_, since_)
+  BMU_FIELDS(vehicle_, charger_, lines_known_, is_unplugged_, since_)
 };
 
 }  // namespace bmu

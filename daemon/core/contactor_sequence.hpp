@@ -24,7 +24,8 @@
 // Opening because nobody asks any more: the current is asked to zero and has `zero_current_grace` for it. If it still
 // flows then, one contactor breaks it, the one whose arc chute is built for that direction: main positive while
 // discharging, while charging the charge contactor where it is closed, else main negative. The others follow without
-// load, one gap later.
+// load, one gap later. A plug that is pulled is not waited for: its contacts part under the current that is still
+// there.
 //
 // The charge contactor sits between link and charger. It closes behind a closed pack for a charger that is there and
 // may charge, and opens in the tick in which either ends.
@@ -97,6 +98,7 @@ struct SequenceInputs {
   bool close_permitted = false;   // to begin, from open; to stay, from everywhere else
   bool may_advance = false;       // nothing speaks against closing right now
   bool contacts_settled = false;  // all stand where they were told to
+  bool is_unplugged = false;      // nobody asks, and whoever asked last is not connected any more
   bool charge_wanted = false;     // a charger is there and asks
   bool charge_permitted = false;
   bool resistor_is_hot = false;  // the precharge resistor has had more than it bears
@@ -245,7 +247,7 @@ inline constexpr Duration same_instant_max = 5ms;
 
 [[nodiscard]] constexpr Phase next_phase(const SequenceState& state, const SequenceInputs& in,
                                          const ContactorConfig& config) {
-  if (!in.close_permitted) return Phase::open;
+  if (!in.close_permitted || in.is_unplugged) return Phase::open;
   const Duration since = in.now - state.entered_at;
   const bool gives_up = since >= config.precharge_timeout;
   const bool is_ready = since >= config.settle && in.may_advance && in.contacts_settled;

@@ -119,6 +119,13 @@ FAULT(100, "the interlock opens", 100ms,
         .fault = "interlock_open",
         .configured = seen::in_a_line}})
 
+FAULT(100, "the plug is pulled under load", 100ms,
+      {{.what = "the charger is pulled out while it charges with 40 A: nobody asks for a closed pack",
+        .inject = script("charger disconnected"),
+        .fault = "",
+        .prepare = script("load current_A -40"),
+        .switch_on = "charger connected"}})
+
 FAULT(101, "the power distribution unit is silent or contradicts its command", 300ms,
       {{.what = "the power distribution unit is silent",
         .inject = script("pdu silent"),

@@ -15,8 +15,8 @@ namespace {
 constexpr Duration decision = 20ms;
 /// Of a module's answers, whoever made it (docs/reaction-times.md).
 constexpr Duration voltage_budget = 450ms;
-/// What flows is waited for, and no longer (row 91).
-constexpr Duration breaking_budget = 270ms;
+/// A plug is not waited for: its contacts part under what still flows (row 100).
+constexpr Duration plug_budget = 100ms;
 
 template <std::uint8_t node>
 TimePoint module_heard_at(const Core& core, TimePoint /*now*/) {
@@ -58,7 +58,7 @@ const std::vector<Proof>& proofs() {
        .fault = FaultId::charger_runaway},
       {.name = "plug_pulled",
        .well_until = plugged_in_until,
-       .allowed = breaking_budget,
+       .allowed = plug_budget,
        .cause = OpeningCause::request_over},
       // 5 s of silence, and 5 s for what flows (docs/inverters.md).
       {.name = "inverter_silent",

@@ -57,6 +57,35 @@ TEST_CASE("each line has a wish of its own", "[unit][request][I3]") {
   CHECK_FALSE(request.is_present());
 }
 
+TEST_CASE("a plug is pulled where its line ends and nobody else asks, until somebody does", "[unit][request][F100]") {
+  CloseRequest request = seen_off();
+  CHECK_FALSE(request.is_unplugged());
+  (void)request.follow(charger, true, start + 1s);
+  CHECK_FALSE(request.is_unplugged());
+  (void)request.follow(both_off, false, start + 2s);
+  CHECK(request.is_unplugged());
+  (void)request.follow(both_off, false, start + 3s);
+  CHECK(request.is_unplugged());
+  (void)request.follow(vehicle, true, start + 4s);
+  CHECK_FALSE(request.is_unplugged());
+  (void)request.follow(both_off, false, start + 5s);  // a key that is turned off
+  CHECK_FALSE(request.is_unplugged());
+  (void)request.follow(charger, true, start + 6s);
+  (void)request.follow(both, false, start + 7s);
+  (void)request.follow(vehicle, false, start + 8s);  // the vehicle goes on asking
+  CHECK_FALSE(request.is_unplugged());
+  (void)request.follow(both_off, false, start + 9s);
+  CHECK_FALSE(request.is_unplugged());
+  // A charge that is over, and what flows still has its time to end when the plug is pulled.
+  (void)request.follow(charger, true, start + 10s);
+  request.drop_charger();
+  CHECK_FALSE(request.is_unplugged());
+  (void)request.follow(both_off, false, start + 11s);
+  CHECK(request.is_unplugged());
+  (void)request.follow(charger, true, start + 12s);
+  CHECK_FALSE(request.is_unplugged());
+}
+
 TEST_CASE("a wish that was dealt with needs a new edge, whichever line it came from", "[unit][request]") {
   for (const PduState& line : {vehicle, charger}) {
     CloseRequest request = seen_off();

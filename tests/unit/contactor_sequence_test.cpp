@@ -352,6 +352,20 @@ TEST_CASE("an opening that nobody hurries waits for the current, and without one
   CHECK(opened(50'000, false) == Phase::open);
 }
 
+TEST_CASE("a plug that is pulled opens everything in the same tick, from every phase", "[unit][contactors][F100]") {
+  for (const Phase phase : all_phases) {
+    CAPTURE(to_text(phase));
+    SequenceInputs in = ready(0ns);
+    in.close_wanted = false;
+    in.is_unplugged = true;
+    in.charge_wanted = in.charge_permitted = true;
+    in.current_mA = -80'000;
+    const SequenceStep result = step({.phase = phase, .entered_at = start, .is_charge_closed = true}, in, {});
+    CHECK(result.state.phase == Phase::open);
+    CHECK_FALSE(result.outputs.any_contactor());
+  }
+}
+
 TEST_CASE("the current has 200 ms to end, then one contactor breaks it, and 40 ms later the others open",
           "[unit][contactors]") {
   SequenceInputs in = ready(200ms - 1ns);
@@ -556,8 +570,9 @@ TEST_CASE("what nobody filled in is open, not wanted and not permitted", "[unit]
   const SequenceInputs in;
   CHECK(in.sensor_pack_mV == 0);
   CHECK(in.sensor_pack_before_mV == 0);
-  for (const bool input : {in.close_wanted, in.close_permitted, in.may_advance, in.contacts_settled, in.is_measured,
-                           in.charge_wanted, in.charge_permitted, in.resistor_is_hot, in.is_current_known}) {
+  for (const bool input :
+       {in.close_wanted, in.close_permitted, in.may_advance, in.contacts_settled, in.is_measured, in.is_unplugged,
+        in.charge_wanted, in.charge_permitted, in.resistor_is_hot, in.is_current_known}) {
     CHECK_FALSE(input);
   }
   CHECK(in.pack_mV == 0);
