@@ -286,9 +286,16 @@ constexpr std::array inverter_table{
          .meaning =
              "state of health that is told while it is not known; 0: none, and where the protocol has no code for "
              "that, nor is the state of charge"}),
-    boolean<&InverterConfig::is_discharge_positive>(
+    Field<InverterConfig>{
         {.key = "discharge_is_positive",
-         .meaning = "356h counts the current out of the pack as positive, for inverters that want it so"}),
+         .meaning =
+             "356h counts the current out of the pack as positive; left out, as the protocol is known: true with "
+             "orion, else false",
+         .type = FieldType::boolean},
+        [](const InverterConfig& inverter) -> FieldValue { return inverter.is_discharge_positive.value_or(false); },
+        [](InverterConfig& inverter, const FieldValue& value) {
+          inverter.is_discharge_positive = std::get<bool>(value);
+        }},
     boolean<&InverterConfig::has_short_frames>(
         {.key = "short_frames", .meaning = "frames end with their last byte that has a meaning; else they have eight"}),
     Field<InverterConfig>{

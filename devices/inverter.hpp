@@ -126,9 +126,10 @@ struct InverterDriver {
   std::string_view default_name;
   std::uint8_t frame_count = 0;
   std::uint8_t urgent_count = 1;
-  Duration period_min{};         // the limits are never told more often
-  Duration battery_life{};       // of limits that are not told again
-  Duration keep_alive_period{};  // of its own word
+  Duration period_min{};               // the limits are never told more often
+  Duration battery_life{};             // of limits that are not told again
+  Duration keep_alive_period{};        // of its own word
+  bool is_discharge_positive = false;  // the sign that this form is known with: InverterOptions
 
   /// Frame `index` of a round; nothing if what it is for is not known.
   std::optional<CanFrame> (*frame)(std::size_t index, const BatteryReport& report,

@@ -363,10 +363,10 @@ struct InverterConfig {
   std::int32_t discharge_max_mA = 0;        // likewise
   std::int32_t force_charge_permille = 50;  // below this state of charge it is asked to charge; 0: never
   std::int32_t full_charge_after_days = 30;
-  std::int32_t soh_assumed_permille = 0;  // told while the pack's health is not known; 0: nothing is
-  bool is_discharge_positive = false;     // InverterOptions
-  bool has_short_frames = false;          // likewise
-  std::array<char, 8> maker{};            // zeros: as usual with this protocol
+  std::int32_t soh_assumed_permille = 0;        // told while the pack's health is not known; 0: nothing is
+  std::optional<bool> is_discharge_positive{};  // InverterOptions; nothing: as the driver's form has it
+  bool has_short_frames = false;                // InverterOptions
+  std::array<char, 8> maker{};                  // zeros: as usual with this protocol
 };
 
 struct CoreConfig {

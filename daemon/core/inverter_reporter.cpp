@@ -185,8 +185,9 @@ void InverterReporter::advance(TimePoint now) {
 std::optional<CanFrame> InverterReporter::step(const InverterView& view) {
   if (!is_there() || view.now < next_at_) return std::nullopt;
   const BatteryReport told = report(view);
-  const InverterOptions options{.is_discharge_positive = config_.is_discharge_positive,
-                                .has_short_frames = config_.has_short_frames};
+  const InverterOptions options{
+      .is_discharge_positive = config_.is_discharge_positive.value_or(config_.driver->is_discharge_positive),
+      .has_short_frames = config_.has_short_frames};
   std::optional<CanFrame> frame;
   if (index_ == 0) {
     round_at_ = view.now;

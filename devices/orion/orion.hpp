@@ -2,8 +2,8 @@
 // tenths of a volt, in captures of a pack of 292.5 V, and b4-5 of 355h in tenths of a percent. Little-endian, 500
 // kbit/s.
 //
-// Its DBC counts the current of 356h out of the battery, where captures of other makers have it into the battery: the
-// sign is the pack file's (`discharge_is_positive`). 35Bh has no row, as its layout is not known. Everything in an
+// Its DBC counts the current of 356h out of the battery, where captures of other makers have it into the battery; the
+// pack file may turn it round (`discharge_is_positive`). 35Bh has no row, as its layout is not known. Everything in an
 // Orion can be configured otherwise; 6B0h and its neighbours, 036h and 076h are not read: two vehicles of one team had
 // two layouts of them.
 #pragma once

@@ -31,7 +31,7 @@ TEST_CASE("an inverter is chosen by name, and what is left out has a safe defaul
   CHECK(read.charge_voltage_max_mV == pack->core.charger.cell_full_uV / 1'000 * 48);
   CHECK(read.discharge_voltage_min_mV == 144'000);
   CHECK(read.soh_assumed_permille == 0);
-  CHECK_FALSE(read.is_discharge_positive);
+  CHECK_FALSE(read.is_discharge_positive.has_value());
   CHECK(read.maker.front() == '\0');
   CHECK(pack->buses.name(Port::inverter) == "can7");
   for (const char* name : {"sma", "victron", "pylontech", "discover", "orion"}) accepts(inverter({{"protocol", name}}));
@@ -72,7 +72,8 @@ TEST_CASE("a name for the maker is padded, and none is the protocol's own", "[un
 
 TEST_CASE("an inverter on the bus of the modules is refused with both names", "[unit][config][identifiers][inverter]") {
   // The demonstration has one bus for all.
-  refuses({{"/inverter", Json{{"protocol", "sma"}}}}, "/inverter/protocol", "351 would be both COMMAND");
+  refuses({{"/inverter", Json{{"protocol", "sma"}}}}, "/inverter/protocol",
+          "351 would be both COMMAND to a module and the limits for the SMA battery inverter (Sunny Island)");
   accepts(inverter(Json::object()));
 }
 

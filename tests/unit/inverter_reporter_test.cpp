@@ -2,6 +2,7 @@
 #include "daemon/core/inverter_reporter.hpp"
 
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "devices/device_list.hpp"
@@ -63,6 +64,34 @@ using Ids = std::vector<std::uint32_t>;
 const Ids whole_round{0x351, 0x35C, 0x355, 0x356, 0x359, 0x35E};
 
 }  // namespace
+
+TEST_CASE("the current in 356h has the sign that the form is known with, or the pack file's", "[unit][inverter]") {
+  constexpr int out = 0x64;  // 10.0 A out of the pack
+  constexpr int into = 0x9C;
+  struct Case {
+    const char* form;
+    std::optional<bool> is_discharge_positive;
+    int low_byte;
+  };
+  for (const Case& one :
+       {Case{"pylontech", {}, into}, Case{"sma", {}, into}, Case{"victron", {}, into}, Case{"discover", {}, into},
+        Case{"orion", {}, out}, Case{"orion", false, into}, Case{"pylontech", true, out}, Case{"orion", true, out}}) {
+    CAPTURE(one.form, one.low_byte);
+    Bench bench({.driver = find_device(one.form)->inverter,
+                 .charge_voltage_max_mV = 56'000,
+                 .discharge_voltage_min_mV = 44'800,
+                 .soh_assumed_permille = 1'000,
+                 .is_discharge_positive = one.is_discharge_positive});
+    std::optional<CanFrame> measured;
+    for (int tick = 0; tick < 20 && !measured; ++tick, bench.view.now += 10ms) {
+      bench.reporter.follow(bench.view);
+      const std::optional<CanFrame> frame = bench.reporter.step(bench.view);
+      if (frame && frame->id == 0x356) measured = frame;
+    }
+    REQUIRE(measured);
+    CHECK(int{measured->data[2]} == one.low_byte);
+  }
+}
 
 TEST_CASE("without an inverter nothing is told", "[unit][inverter]") {
   Bench bench;
