@@ -104,21 +104,28 @@ bool are_on_one_bus(const PackConfig& pack, Port one, Port other) {
 }
 
 /// The identifiers of inverters are those of our modules' commands, and nobody can move them: on another bus they may
-/// be.
+/// be, and beside modules of another maker, which are claims of their own.
 void check_inverter_apart(const PackConfig& pack, const Place& root, ProblemList& problems) {
   const InverterDriver* const driver = pack.core.inverter.driver;
   if (driver == nullptr || !are_on_one_bus(pack, Port::inverter, Port::internal)) return;
+  if (!are_modules_ours(pack.core)) return;
+  const std::string title(find_device(driver->name)->title);
   problems.add(
-      root.at("inverter").at("protocol"), std::string(find_device(driver->name)->title),
+      root.at("inverter").at("protocol"), title,
       "a bus of its own (buses/inverter) or the vehicle's, and not the internal one: 351 would be both COMMAND "
-      "to a module and the limits for the inverter");
+      "to a module and the limits for the " +
+          title);
 }
 
-/// Foreign modules are on that bus themselves, in place of ours.
-void check_against_internal(const Claim& claim, const Place& root, ProblemList& problems) {
-  if (claim.port == Port::inverter) return;
+/// Foreign modules are on that bus themselves, in place of ours, and an inverter may be beside them.
+void check_against_internal(const Claim& claim, const PackConfig& pack, const Place& root, ProblemList& problems) {
+  const bool is_inverter = claim.port == Port::inverter;
+  const bool is_beside =
+      is_inverter && !are_modules_ours(pack.core) && are_on_one_bus(pack, Port::inverter, Port::internal);
+  if (is_inverter && !is_beside) return;
   using namespace internal_bus;
-  const Catalogue& internal = claim.section == "foreign_modules" ? catalogue_without_modules : catalogue;
+  const bool is_without_ours = is_inverter || claim.section == "foreign_modules";
+  const Catalogue& internal = is_without_ours ? catalogue_without_modules : catalogue;
   for (unsigned id = claim.first; id < claim.first + claim.count && !claim.is_extended; ++id) {
     const MessageSpec* const taken = internal.find(id).message;
     if (taken == nullptr) continue;
@@ -152,7 +159,7 @@ void check_identifiers(const PackConfig& pack, const Place& place, ProblemList& 
   const auto is_good = [&](const Claim& claim) { return problems.is_good(place_of(claim, place)); };
   for (std::size_t index = 0; index < claims.size(); ++index) {
     if (!is_good(claims[index])) continue;
-    check_against_internal(claims[index], place, problems);
+    check_against_internal(claims[index], pack, place, problems);
     for (std::size_t before = 0; before < index && is_good(claims[index]); ++before) {
       if (is_good(claims[before])) check_pair(pack, claims[before], claims[index], place, problems);
     }

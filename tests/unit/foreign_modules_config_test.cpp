@@ -95,6 +95,18 @@ TEST_CASE("another maker's modules have their identifiers to themselves", "[unit
   accepts(outlander({{"/vehicle/base_id", "620"}, {"/buses/vehicle", "can1"}, {"/buses/internal", "can0"}}));
 }
 
+TEST_CASE("an inverter may be on the bus of another maker's modules", "[unit][config][foreign_modules][inverter]") {
+  for (const char* const form : {"sma", "victron", "pylontech", "discover", "orion"}) {
+    CAPTURE(form);
+    accepts(i3({{"/inverter", {{"protocol", form}}}}));
+    accepts(outlander({{"/inverter", {{"protocol", form}}}}));
+    refuses({{"/inverter", {{"protocol", form}}}}, "/inverter/protocol", "351 would be both COMMAND to a module");
+  }
+  // Another protocol there clashes as ever.
+  refuses(i3({{"/inverter", {{"protocol", "sma"}}}, {"/vehicle/base_id", "00A"}}), "/inverter/protocol",
+          "would be both the messages to the vehicle and SMA battery inverter (Sunny Island)");
+}
+
 TEST_CASE("the answers of another maker's modules have their room on the bus", "[unit][config][foreign_modules]") {
   const CoreConfig own = load({}).core;
   CoreConfig foreign = load(i3()).core;
