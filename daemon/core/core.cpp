@@ -140,6 +140,7 @@ Urgency Core::take(TimePoint at, const FrameReceived& what) {
     if (const std::optional<Urgency> urgency = take_foreign_current(what.frame, at)) return *urgency;
   }
   if (what.port != Port::internal) return Urgency::can_wait;  // nobody on the vehicle bus has a say yet
+  if (is_foreign_sensor_command(what.frame)) return take_foreign_sensor_command(what.frame);
   if (take_sensor_answer(what.frame, at)) return Urgency::can_wait;
   if (is_foreign_modules(what.frame)) return take_foreign_frame(what.frame, at);
   const CheckedFrame checked = check_.check(what.frame);
@@ -366,6 +367,18 @@ std::optional<Urgency> Core::take_foreign_current(const CanFrame& frame, TimePoi
   }
   sensors_.observe_current(news.current_mA, is_first, at, config_);
   return is_first ? follow_current(at) : Urgency::can_wait;
+}
+
+/// Our own frames are not heard: what commands the sensor is somebody else, with whatever command.
+bool Core::is_foreign_sensor_command(const CanFrame& frame) const {
+  const bool is_data = !frame.is_error && !frame.is_remote && !frame.is_extended;
+  return sensor_setup_.is_there() && is_data && frame.id == config_.sensor.set_up->command_id;
+}
+
+Urgency Core::take_foreign_sensor_command(const CanFrame& frame) {
+  check_.reject(frame, RejectReason::foreign_master);
+  flags_.foreign_master_seen = true;
+  return Urgency::decide_now;
 }
 
 /// The sensor's answer about its settings.

@@ -270,6 +270,8 @@ class Core {
   Urgency take_sensor_frame(const CheckedFrame& checked, const CanFrame& frame, TimePoint at);
   [[nodiscard]] std::optional<Urgency> take_foreign_current(const CanFrame& frame, TimePoint at);
   Urgency follow_current(TimePoint at);
+  [[nodiscard]] bool is_foreign_sensor_command(const CanFrame& frame) const;
+  Urgency take_foreign_sensor_command(const CanFrame& frame);
   [[nodiscard]] bool take_sensor_answer(const CanFrame& frame, TimePoint at);
   void note_sensor_setup(const SensorSetup& before, TimePoint at);
   void note_sensor_set_up(TimePoint at);

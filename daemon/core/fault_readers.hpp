@@ -94,6 +94,7 @@ Reading charger_keeps_on(const FaultInputs& in);
 Reading charger_trouble(const FaultInputs& in);
 Reading charger_contradicts(const FaultInputs& in);
 Reading foreign_charger_master(const FaultInputs& in);
+Reading foreign_charger_commands(const FaultInputs& in);
 Reading foreign_master(const FaultInputs& in);
 Reading foreign_reporter(const FaultInputs& in);
 Reading second_pack_silent(const FaultInputs& in);

@@ -228,12 +228,19 @@ Reading charger_trouble(const FaultInputs& in) {
 Reading charger_contradicts(const FaultInputs& in) {
   return condition(in.charger_watch != nullptr && in.charger_watch->contradicts(), in.now);
 }
-/// Once is enough to know; remembered for a while, so that a tick cannot miss it. While nothing is plugged in nobody's
-/// command can hurt, and a pack that is driven may brake.
-Reading foreign_charger_master(const FaultInputs& in) {
+/// Once is enough to know; remembered for a while, so that a tick cannot miss it.
+Reading foreign_charger_command(const FaultInputs& in, bool while_plugged_in) {
   const bool is_plugged_in = in.charger_watch != nullptr && in.charger_watch->is_plugged_in();
-  const TimePoint at = is_plugged_in ? in.chargers->foreign_command_at() : TimePoint{};
+  const bool is_asked = in.chargers != nullptr && is_plugged_in == while_plugged_in;
+  const TimePoint at = is_asked ? in.chargers->foreign_command_at() : TimePoint{};
   return condition(at != TimePoint{} && in.now - at <= BusWatch::reporter_memory, at);
+}
+/// While nothing is plugged in nobody's command can hurt, and a pack that is driven may brake.
+Reading foreign_charger_master(const FaultInputs& in) {
+  return foreign_charger_command(in, true);
+}
+Reading foreign_charger_commands(const FaultInputs& in) {
+  return foreign_charger_command(in, false);
 }
 Reading inverter_silent(const FaultInputs& in) {
   const bool is_silent = has_silent_inverter(in) && !opens_without_inverter(in);

@@ -117,6 +117,7 @@ enum class FaultId : std::uint8_t {
   charger_trouble,
   charger_contradicts,
   foreign_charger_master,
+  foreign_charger_commands,
   // inverters
   inverter_silent,
   inverter_lost,
@@ -141,7 +142,7 @@ enum class FaultId : std::uint8_t {
   memory_low,
   disk_low,
 };
-inline constexpr std::size_t fault_count = 96;
+inline constexpr std::size_t fault_count = 97;
 
 enum class Reaction : std::uint8_t { warn, refuse_close, open_after_grace, open_now };
 enum class Latch : std::uint8_t {

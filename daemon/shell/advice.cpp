@@ -163,6 +163,7 @@ constexpr std::array<CauseRow, fault_count> cause_table{{
     {FaultId::charger_contradicts,
      "a load beside the sensor, a sensor on the wrong wire, a charger that the pack file does not count"},
     {FaultId::foreign_charger_master, "another master of the charger, or its maker's tool, on the same bus"},
+    {FaultId::foreign_charger_commands, "another master of the charger, or its maker's tool, on the same bus"},
     {FaultId::inverter_silent,
      "an inverter that was switched off, a wire, another bit rate; or a model that sends no keep-alive: then "
      "`inverter/silence_max_ms` is 0"},

@@ -31,7 +31,7 @@ SAME = [
 ]
 DIFFERENT = [
     ("Faults  none", "Faults  module_lost"),
-    ("4 modules, 48 cells, 96 faults", "4 modules, 48 cells, 83 faults"),
+    ("4 modules, 48 cells, 97 faults", "4 modules, 48 cells, 83 faults"),
     ("4 modules, 48 cells", "4 modules, 47 cells"),
     ("8707 observations, 1 part", "8707 observations, 2 parts"),
     ("one\ntwo", "one"),

@@ -52,6 +52,32 @@ TEST_CASE("an emulated IVT-S is verified, and the pack closes", "[scenario][sens
   CHECK(run.first(EventId::sensor_set_up) < 1.0);
 }
 
+TEST_CASE("whoever else commands an IVT-S is a second master, whatever the command", "[scenario][sensors][F39]") {
+  const int command = GENERATE(0x34, 0x10, 0x30, 0x32, 0x3A, 0xFF);  // the mode, and others that are no order of ours
+  CAPTURE(command);
+  test::SimRun run(ivt_pack());
+  close(run);
+  CHECK_FALSE(is_present(run, FaultId::foreign_master));
+  CanFrame frame{.id = 0x411, .length = 8, .data = {static_cast<std::uint8_t>(command)}};
+  run.observe(FrameReceived{Port::vehicle, frame});  // another bus
+  run.run_to(run.seconds() + 0.2);
+  CHECK_FALSE(is_present(run, FaultId::foreign_master));
+  frame.id = 0x412;
+  run.observe(FrameReceived{Port::internal, frame});
+  run.run_to(run.seconds() + 0.2);
+  CHECK_FALSE(is_present(run, FaultId::foreign_master));
+  frame.id = 0x411;
+  const auto rejected = [&run] {
+    return run.core().receive_counts().rejected[static_cast<std::size_t>(RejectReason::foreign_master)];
+  };
+  const auto before = rejected();
+  run.observe(FrameReceived{Port::internal, frame});
+  run.run_to(run.seconds() + 0.2);
+  CHECK(is_present(run, FaultId::foreign_master));
+  CHECK(run.core().sequence().phase == Phase::open);
+  CHECK(rejected() == before + 1);
+}
+
 TEST_CASE("an IVT-S that somebody set up otherwise is not used, configured, it is", "[scenario][sensors]") {
   const std::string_view change = GENERATE("sensor_unit byte_order little", "sensor_unit current_sign inverted",
                                            "sensor_unit current_period_ms 100");

@@ -44,7 +44,7 @@ TEST_CASE("without chargers or a second pack their rows hold nothing", "[unit][f
   for (Reading (*read)(const FaultInputs&) :
        {fault_readers::charger_silent, fault_readers::charger_runaway, fault_readers::charger_keeps_on,
         fault_readers::charger_trouble, fault_readers::charger_contradicts, fault_readers::foreign_charger_master,
-        fault_readers::second_pack_silent}) {
+        fault_readers::foreign_charger_commands, fault_readers::second_pack_silent}) {
     CHECK_FALSE(holds(read(none)));
     CHECK_FALSE(holds(read(Seen{}.in)));
   }
@@ -63,12 +63,16 @@ TEST_CASE("somebody else's command to a charger holds for a while", "[unit][faul
   Seen seen;
   seen.hear(seen.table.driver().command(0, {}), now);
   CHECK_FALSE(holds(fault_readers::foreign_charger_master(seen.in)));  // nothing is plugged in
+  CHECK(holds(fault_readers::foreign_charger_commands(seen.in)));
   seen.look({.is_plugged_in = true});
+  CHECK_FALSE(holds(fault_readers::foreign_charger_commands(seen.in)));
   CHECK(holds(fault_readers::foreign_charger_master(seen.in)));
   seen.in.now = now + BusWatch::reporter_memory;
   CHECK(holds(fault_readers::foreign_charger_master(seen.in)));
   seen.in.now += 1ns;
   CHECK_FALSE(holds(fault_readers::foreign_charger_master(seen.in)));
+  seen.look({.is_plugged_in = false});
+  CHECK_FALSE(holds(fault_readers::foreign_charger_commands(seen.in)));
 }
 
 TEST_CASE("silence, runaway, a charge after the stop and a contradiction are the watch's", "[unit][faults][charger]") {
