@@ -97,8 +97,11 @@ bool talks(const ModuleRecord& module, const CellRequestView& view) {
 RequestData bank_status(const Question& question) {
   constexpr std::uint8_t not_yet = 0x00;
   constexpr std::uint8_t no_communication = 0xFF;
+  constexpr std::uint8_t wrong_number = 0x80;
   const ModuleRecord& module = module_of(question, question.scope.first_module);
-  const auto found = static_cast<std::uint8_t>(question.scope.cells - missing_cells(question).count);
+  const std::size_t missing_count = missing_cells(question).count;
+  const std::uint8_t mark = missing_count != 0 ? wrong_number : 0;
+  const auto found = static_cast<std::uint8_t>(mark | (question.scope.cells - missing_count));
   RequestData data;
   const std::uint8_t silence = module.last_answer_at == TimePoint{} ? not_yet : no_communication;
   data.push_back(talks(module, question.view) ? found : silence);

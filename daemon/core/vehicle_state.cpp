@@ -137,14 +137,15 @@ ElithionFaults elithion_faults(const FaultMemory& faults) {
   for (const FaultRow& row : fault_table()) {
     const FaultState& state = faults.state(row.id);
     if (!state.is_present() || row.lithiumate_code == 0) continue;
-    if (row.lithiumate_code <= level_codes) result.level_faults |= bit(row.lithiumate_code - 1U);
+    const bool is_there = state.stage == FaultStage::active;
+    if (is_there && row.lithiumate_code <= level_codes) result.level_faults |= bit(row.lithiumate_code - 1U);
     if (result.stored_code != 0 && state.confirmed_at < latest) continue;
     latest = state.confirmed_at;
     result.stored_code = row.lithiumate_code;
   }
   for (const WarningRow& row : warning_rows) {
     const FaultState& state = faults.state(row.fault);
-    if (state.is_warning || state.is_present()) result.warnings |= bit(row.bit);
+    if (state.is_warning || state.stage == FaultStage::active) result.warnings |= bit(row.bit);
   }
   return result;
 }

@@ -55,10 +55,11 @@ struct ModeInputs {
 /// A fault of the contactors is present: what `has_relay_fault` means.
 [[nodiscard]] bool has_relay_fault(const FaultMemory& faults);
 
-/// What 622h carries beside the state in the dialect `elithion`.
+/// What 622h carries beside the state in the dialect `elithion`. Level faults and warnings end with their cause; the
+/// stored code stays with a fault that latches until it is cleared.
 struct ElithionFaults {
   std::uint8_t stored_code = 0;   // 0 none, 1 to 19: of the latest fault that has one
-  std::uint8_t level_faults = 0;  // present, codes 1 to 8 as bits 0 to 7
+  std::uint8_t level_faults = 0;  // those whose cause is there, codes 1 to 8 as bits 0 to 7
   std::uint8_t warnings =
       0;  // .0 low voltage .1 high voltage .2 charge .3 discharge current .4 cold .5 hot .6 SOH .7 isolation
 };

@@ -234,7 +234,7 @@ TEST_CASE("a cell that is not measured is told as missing, and its voltage not a
   CHECK(ask(bench, read_of(0x11, 5)) == Answer{0x05, 0x50, 0x11, 5, 0b0001'0010, 0, 0, 0});
   CHECK(ask(bench, read_of(0x42)) == Answer{0x07, 0x50, 0x42, 0, 1, 5, 0, 0});
   CHECK(ask(bench, read_of(0x41)) == Answer{0x05, 0x50, 0x41, 0, 1, 0, 0, 0});
-  CHECK(ask(bench, read_of(0x21, 1)) == Answer{0x05, 0x50, 0x21, 1, 3, 0, 0, 0});
+  CHECK(ask(bench, read_of(0x21, 1)) == Answer{0x05, 0x50, 0x21, 1, 0x83, 0, 0, 0});
   bench.modules[1].talks = false;
   bench.run(1s);
   CHECK(ask(bench, read_of(0x42)) == Answer{0x07, 0x50, 0x42, 0, 4, 5, 1, 1});

@@ -156,6 +156,7 @@ TEST_CASE("elithion's warnings and level faults follow the cells, warned first, 
     INFO(one.name);
     test::CoreBench bench(test::small_pack());
     bench.run(1500ms);
+    const std::vector<test::BenchModule> good = bench.modules;
     one.bring(bench, false);
     bench.run(2s);
     REQUIRE_FALSE(bench.is_active(one.fault));
@@ -169,6 +170,15 @@ TEST_CASE("elithion's warnings and level faults follow the cells, warned first, 
     CHECK(told.stored_code == row_of(one.fault).lithiumate_code);
     const unsigned code = row_of(one.fault).lithiumate_code;  // the standard has none for cold
     CHECK(told.level_faults == (code == 0 ? 0 : 1U << (code - 1U)));
+    bench.modules = good;
+    bench.run(10s);
+    const FaultStage stage = bench.core().faults().state(one.fault).stage;
+    REQUIRE(stage != FaultStage::active);
+    const bool is_latched = stage == FaultStage::latched;
+    const ElithionFaults later = elithion_faults(bench.core().faults());
+    CHECK(later.warnings == 0);
+    CHECK(later.level_faults == 0);
+    CHECK(later.stored_code == (is_latched ? code : 0));
   }
 }
 
