@@ -10,6 +10,11 @@ namespace {
 /// A bus with other traffic, and a tick.
 constexpr Duration lateness_max = 100ms;
 
+void count_value(const SignalValue& value, ChargerUnit& unit) {
+  if (value.validity == Validity::out_of_range) ++unit.values_out_of_range;
+  if (value.validity == Validity::unknown) ++unit.values_unknown;
+}
+
 }  // namespace
 
 bool ChargerTable::observe(const CanFrame& frame, TimePoint at) {
@@ -19,7 +24,10 @@ bool ChargerTable::observe(const CanFrame& frame, TimePoint at) {
     return true;
   }
   std::array<ChargerReport, charger_units_max> reports{};
-  for (std::size_t index = 0; index < reports.size(); ++index) reports[index] = units_[index].report;
+  for (std::size_t index = 0; index < reports.size(); ++index) {
+    reports[index] = units_[index].report;
+    reports[index].temperature_dC = not_known(Validity::unchanged);
+  }
   const ChargerNews news = driver().take(frame, reports);
   if (news.word == ChargerWord::none) return false;
   if (news.unit >= unit_count()) return true;  // a unit that the pack file does not have
@@ -28,19 +36,19 @@ bool ChargerTable::observe(const CanFrame& frame, TimePoint at) {
     ++unit.frames_refused;
     return true;
   }
+  SignalValue& temperature_dC = reports[news.unit].temperature_dC;
+  if (temperature_dC.validity == Validity::unchanged) {
+    temperature_dC = unit.report.temperature_dC;
+  } else {
+    count_value(temperature_dC, unit);
+  }
   unit.report = reports[news.unit];
   if (news.word != ChargerWord::values) return true;
   if (!is_talking(news.unit, at)) unit.talks_since = at;
   unit.values_at = at;
-  count_values(unit);
+  count_value(unit.report.voltage_mV, unit);
+  count_value(unit.report.current_mA, unit);
   return true;
-}
-
-void ChargerTable::count_values(ChargerUnit& unit) {
-  for (const SignalValue& value : {unit.report.voltage_mV, unit.report.current_mA}) {
-    if (value.validity == Validity::out_of_range) ++unit.values_out_of_range;
-    if (value.validity == Validity::unknown) ++unit.values_unknown;
-  }
 }
 
 void ChargerTable::forget_values() {

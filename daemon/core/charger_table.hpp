@@ -57,8 +57,6 @@ class ChargerTable {
   [[nodiscard]] TimePoint foreign_command_at() const { return foreign_command_at_; }
 
  private:
-  void count_values(ChargerUnit& unit);
-
   ChargerConfig config_;
   std::array<ChargerUnit, charger_units_max> units_{};
   TimePoint foreign_command_at_{};

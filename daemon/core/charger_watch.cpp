@@ -131,14 +131,12 @@ void ChargerWatch::look_for_contradiction(const ChargerWatchInputs& in) {
   const Measured<std::int32_t>& sensed = in.pack->current_mA;
   const Measured<std::int32_t> told = in.table->current_mA(in.now);
   const Duration patience = in.table->driver().settle + in.table->silence_max();
-  contradicts_ = false;
-  if (!told.is_valid()) return;
   const bool has_stopped = stopped_since_ != TimePoint{} && in.now - stopped_since_ > patience;
-  contradicts_ = has_stopped && told.value > stopped_mA;
+  contradicts_ = has_stopped && told.is_valid() && told.value > stopped_mA;
   const bool is_settled = in.is_enabled && in.now - steady_since_ > patience;
   if (!is_settled) return;
   contradicts_ = is_another_voltage(in.table->voltage_mV(in.now), in.pack->pack_voltage_mV);
-  if (!in.is_alone || !sensed.is_valid()) return;
+  if (!in.is_alone || !sensed.is_valid() || !told.is_valid()) return;
   const std::int32_t allowed_mA = tolerance(told.value, tolerance_permille, current_tolerance_min_mA);
   const bool tells_less = into(sensed.value) > told.value + 2 * allowed_mA;
   const bool tells_more = into(sensed.value) < told.value / 2 - 2 * allowed_mA;

@@ -30,6 +30,7 @@ struct Bench {
   std::int32_t sensed_mA = 0;               // out of the pack
   std::vector<std::int32_t> told_mA{0, 0};  // by each unit
   std::int32_t told_mV = 300'000;
+  bool reports_current = true;  // else more than any charger has
   std::vector<bool> talks{true, true};
   ChargerWatchInputs in{.is_plugged_in = true, .is_alone = true, .asked_mV = 400'000};
 
@@ -40,7 +41,10 @@ struct Bench {
       for (std::uint8_t unit = 0; is_second && unit < 2; ++unit) {
         if (!talks[unit]) continue;
         const ChargerReport report{.voltage_mV = known(told_mV), .current_mA = known(told_mA[unit])};
-        for (const CanFrame& frame : elcon().reports(unit, report)) REQUIRE(table.observe(frame, now));
+        for (CanFrame frame : elcon().reports(unit, report)) {
+          if (!reports_current) frame.data[2] = 0xFF;
+          REQUIRE(table.observe(frame, now));
+        }
       }
       pack.current_mA = {sensed_mA, now, Validity::valid};
       in.now = now;
@@ -345,6 +349,39 @@ TEST_CASE("a charger that tells another voltage than the pack's sensor is notice
   bench.in.is_enabled = false;
   bench.run(1s);
   CHECK_FALSE(bench.watch.contradicts());
+}
+
+TEST_CASE("a charger's voltage is compared with the pack's sensor though its current is no number", "[unit][charger]") {
+  Bench bench;
+  bench.pack.pack_voltage_mV = {300'000, bench.now, Validity::valid};
+  bench.charge(20'000);
+  bench.reports_current = false;
+  bench.run(30s);
+  REQUIRE_FALSE(bench.table.current_mA(bench.now).is_valid());
+  REQUIRE(bench.table.voltage_mV(bench.now).is_valid());
+  CHECK_FALSE(bench.watch.contradicts());
+  bench.told_mV = 320'000;
+  bench.run(2s);
+  CHECK(bench.watch.contradicts());
+}
+
+TEST_CASE("a temperature that none can have is counted, whichever frame brings it, each time", "[unit][charger]") {
+  ChargerTable table;
+  table.init({.driver = find_device("brusa_nlg5")->charger, .unit_count = 1});
+  CanFrame heat{.id = 0x613, .length = 8, .data = {0x7F, 0xFF}};
+  for (std::uint64_t frames = 1; frames <= 2; ++frames) {
+    REQUIRE(table.observe(heat, TimePoint{100s}));
+    CHECK(table.unit(0).report.temperature_dC.validity == Validity::out_of_range);
+    CHECK(table.unit(0).values_out_of_range == frames);
+  }
+  heat.data = {0x01, 0x2C};
+  REQUIRE(table.observe(heat, TimePoint{101s}));
+  CHECK(table.unit(0).report.temperature_dC == known(300));
+  // A frame of voltage and current leaves the temperature as it was, and counts its own.
+  CanFrame actual{.id = 0x611, .length = 8, .data = {0, 0, 0, 0, 0x3A, 0x99, 0x03, 0x20}};
+  REQUIRE(table.observe(actual, TimePoint{102s}));
+  CHECK(table.unit(0).report.temperature_dC == known(300));
+  CHECK(table.unit(0).values_out_of_range == 3);
 }
 
 TEST_CASE("one wrong report of one of several units is one, whenever the others report", "[unit][charger][F97]") {
