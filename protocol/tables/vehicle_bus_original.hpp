@@ -22,9 +22,18 @@ inline constexpr RawName state_names[] = {{0, "unplugged, vehicle off"},
                                           {12, "plugged in, discharging to the grid"},
                                           {13, "plugged in, discharging to the home"}};
 
+/// Between those that have a name the page leaves a gap.
+inline constexpr SpecialCode reserved_states[] = {
+    {5, Validity::out_of_range}, {6, Validity::out_of_range}, {7, Validity::out_of_range}};
+
 /// Trouble codes are each maker's own: ours are those of `iha`.
 inline constexpr SignalSpec pack_status_signals[] = {
-    {.name = "state", .first_bit = byte(0), .bit_count = 8, .names = state_names, .documented = {0, 13}},
+    {.name = "state",
+     .first_bit = byte(0),
+     .bit_count = 8,
+     .special = reserved_states,
+     .names = state_names,
+     .documented = {0, 13}},
     {.name = "uptime_s", .first_bit = byte(1), .bit_count = 16, .unit = Unit::s},
     {.name = "dtc_1", .first_bit = byte(4), .bit_count = 8, .names = vehicle_bus::dtc_names},
     {.name = "dtc_2", .first_bit = byte(5), .bit_count = 8, .names = vehicle_bus::dtc_names},

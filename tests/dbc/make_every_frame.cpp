@@ -2,7 +2,7 @@
 // signal at its ends, at its special codes, at the values that have names and at some between. Every frame passes its
 // receive check. The same log each time.
 //
-//   make_every_frame [DIALECT] > FILE                 of the vehicle messages: iha or elithion
+//   make_every_frame DIALECT > FILE                   of the vehicle messages: iha, original or elithion
 //   make_every_frame --device NAME > FILE             of a foreign device
 #include <array>
 #include <cstdio>
@@ -16,6 +16,7 @@
 #include "protocol/tables/internal_bus.hpp"
 #include "protocol/tables/vehicle_bus.hpp"
 #include "protocol/tables/vehicle_bus_elithion.hpp"
+#include "protocol/tables/vehicle_bus_original.hpp"
 
 namespace {
 
@@ -128,7 +129,11 @@ int main(int argc, char** argv) {
     LogMaker().run_device(*device->catalogue);
     return std::fflush(stdout) == 0 ? 0 : 1;
   }
-  const bool is_elithion = first == "elithion";
-  LogMaker().run(is_elithion ? vehicle_bus_elithion::catalogue : vehicle_bus::catalogue);
+  const std::map<std::string_view, const Catalogue*> dialects{{"iha", &vehicle_bus::catalogue},
+                                                              {"original", &vehicle_bus_original::catalogue},
+                                                              {"elithion", &vehicle_bus_elithion::catalogue}};
+  const auto dialect = dialects.find(first);
+  if (dialect == dialects.end()) return 2;
+  LogMaker().run(*dialect->second);
   return std::fflush(stdout) == 0 ? 0 : 1;
 }

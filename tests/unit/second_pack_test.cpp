@@ -109,12 +109,12 @@ TEST_CASE("states and percentages of a second pack that there are not are counte
   CHECK(iha.frames_refused() == 0);
 
   SecondPack original = listening(VehicleDialect::original);
-  for (const std::uint8_t reserved : std::initializer_list<std::uint8_t>{14, 15, 16, 255}) {
+  for (const std::uint8_t reserved : std::initializer_list<std::uint8_t>{5, 6, 7, 14, 15, 16, 255}) {
     CHECK(says(original, reserved) == Validity::out_of_range);
   }
   for (const std::uint8_t state : std::initializer_list<std::uint8_t>{0, 4, 8, 13})
     CHECK(says(original, state) == Validity::valid);
-  CHECK(original.values_out_of_range() == 4);
+  CHECK(original.values_out_of_range() == 7);
   SecondPack elithion = listening(VehicleDialect::elithion);  // bits
   CHECK(says(elithion, 0x1F) == Validity::valid);
 }
