@@ -52,20 +52,18 @@ std::optional<std::int64_t> drift_uV(const Calm& first, const Calm& last, TimePo
   return std::llabs(last.sum_uV - first.sum_uV) * (since / 1ms) / (watched / 1ms);
 }
 
-/// The pack voltage moved as the cells did, by at least half as much. Where it is not known the cells alone count.
-template <class Calm>
-bool is_of_pack(const PackPicture& now, const Calm& last) {
-  if (!now.pack_mV.is_valid() || !last.pack_mV.is_valid()) return true;
-  const std::int64_t seen_uV = now.sum_uV - last.sum_uV;
-  const std::int64_t pack_uV = (std::int64_t{now.pack_mV.value} - last.pack_mV.value) * 1'000;
-  return (pack_uV > 0) == (seen_uV > 0) && 2 * std::llabs(pack_uV) >= std::llabs(seen_uV);
-}
-
 Reading verdict(bool is_implausible, TimePoint at) {
   return {.is_known = true, .value = is_implausible ? 1 : 0, .taken_at = at};
 }
 
 }  // namespace
+
+bool is_move_of_pack(std::int64_t cells_moved_uV, const Measured<std::int32_t>& before_mV,
+                     const Measured<std::int32_t>& now_mV) {
+  if (!now_mV.is_valid() || !before_mV.is_valid()) return true;
+  const std::int64_t pack_uV = (std::int64_t{now_mV.value} - before_mV.value) * 1'000;
+  return (pack_uV > 0) == (cells_moved_uV > 0) && 2 * std::llabs(pack_uV) >= std::llabs(cells_moved_uV);
+}
 
 void CurrentRampMonitor::follow_current(const Measured<std::int32_t>& current_mA) {
   if (!current_mA.is_valid() || current_mA.taken_at <= lately_at_) return;
@@ -160,7 +158,8 @@ void CurrentRampMonitor::check_direction(const PackPicture& now, const Cells& ce
   if (moved_mAs > permille_of_capacity_mAs) return;
   const std::int64_t seen_uV = now.sum_uV - last.sum_uV;
   const std::int64_t least_uV = std::llabs(expected_uV) / 2 + bound_uV(*drift, last, cells);
-  if (!is_of_pack(now, last) || !has_moved(now, last, least_uV, cells)) return;
+  const bool is_seen = has_moved(now, last, least_uV, cells) && is_move_of_pack(seen_uV, last.pack_mV, now.pack_mV);
+  if (!is_seen) return;
   implausible_current_ = verdict((seen_uV > 0) != (expected_uV > 0), now.taken_at);
 }
 
@@ -174,7 +173,8 @@ void CurrentRampMonitor::check_frozen(const PackPicture& now, const Cells& cells
     const std::int64_t told_mA = std::llabs(std::int64_t{middle_mA(now.current)} - last.current_mA);
     const std::int64_t told_uV = polarisation_max * told_mA * cells.resistance_uOhm / 1'000;
     const std::int64_t least_uV = (cells.unseen_uV + told_uV) * cells.count + bound_uV(*drift, last, cells);
-    if (!is_of_pack(now, last) || !has_moved(now, last, least_uV, cells)) continue;
+    if (!has_moved(now, last, least_uV, cells)) continue;
+    if (!is_move_of_pack(now.sum_uV - last.sum_uV, last.pack_mV, now.pack_mV)) continue;
     implausible_current_ = verdict(true, now.taken_at);
     return;
   }

@@ -30,7 +30,8 @@
 // Drift counts for four times as long as it has been watched, for 60 s, and until the current of the calm has moved a
 // permille of the capacity: at the ends of a cell's curve a current that stays makes a voltage fall faster and faster.
 // Valid for pictures of one instant; a cell whose balancing switch changes moves by its wires' drop, so the caller
-// calls `forget` then: while cells are balanced in a rhythm nothing is judged. Nor is a change that moves the cells by
+// calls `forget` then: while cells are balanced in a rhythm nothing is judged. A sensor whose noise is larger than
+// `calm_mA` is never calm, and is not judged. Nor is a change that moves the cells by
 // less than 5 mV, as a charger with 19 A does with cells of 0.25 mOhm; nor a sensor that stays at zero while so little
 // flows that `unseen_uV` is not reached, as in many a charge from the mains.
 //
@@ -51,6 +52,11 @@
 #include "protocol/time.hpp"
 
 namespace bmu {
+
+/// The pack voltage moved as the cells did together, by at least half as much. Where it is not known, true: the cells
+/// alone count.
+[[nodiscard]] bool is_move_of_pack(std::int64_t cells_moved_uV, const Measured<std::int32_t>& before_mV,
+                                   const Measured<std::int32_t>& now_mV);
 
 /// All cells and the current at one instant.
 struct PackPicture {

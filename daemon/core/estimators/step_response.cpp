@@ -226,9 +226,7 @@ void StepResponse::judge_stillness(const Picture& now) {
   const auto cells = static_cast<std::int64_t>(cell_count_);
   const std::int64_t least_uV = unseen_uV() * cells;
   const std::int64_t seen_uV = now.sum_uV - before->sum_uV;
-  const std::int64_t pack_uV = (std::int64_t{now.pack_mV.value} - before->pack_mV.value) * 1'000;
-  const bool is_of_pack = (pack_uV > 0) == (seen_uV > 0) && 2 * std::llabs(pack_uV) >= std::llabs(seen_uV);
-  const bool is_unseen = std::llabs(seen_uV) >= least_uV && is_of_pack;
+  const bool is_unseen = std::llabs(seen_uV) >= least_uV && is_move_of_pack(seen_uV, before->pack_mV, now.pack_mV);
   take_verdict({.is_known = true, .value = is_unseen ? 1 : 0, .taken_at = now.taken_at});
 }
 
