@@ -255,6 +255,7 @@ wait_until_serving
 pid=$(main_pid)
 expect "the loop's thread has the priority" test "$(chrt -p "$pid" | sed -n 's/.*priority: //p')" = 50
 expect "and no other thread has one" test "$(priorities "$pid")" = "50 0"
+expect "which it may not take by itself" test "$(property RestrictRealtime)" = yes
 expect "its memory is locked" test "$(sed -n 's/^VmLck:[^0-9]*\([0-9]*\).*/\1/p' "/proc/$pid/status")" -gt 4096
 expect_open_until_key
 
