@@ -15,7 +15,7 @@ packages_of_group() {
     rig) echo qemu-system-x86 busybox-static cpio gzip kmod iproute2 can-utils jq xz-utils zstd make gcc libelf-dev systemd e2fsprogs socat man-db ;;
     # libclang-rt-dev holds the sanitizers' runtime, python3 runs run-clang-tidy, similarity-tester has sim_c++.
     lint) echo git shellcheck clang clang-format clang-tidy lld cppcheck libclang-rt-dev python3 similarity-tester ;;
-    # lowdown makes manual pages of docs/, man-db is lintian's for looking at them.
+    # lowdown makes manual pages of docs/, which lintian and a test look at with man-db.
     package) echo cmake dpkg-dev fakeroot lintian lowdown man-db ;;
     # llvm holds llvm-cov and llvm-profdata; python3-clang is for Debian's own /usr/bin/python3.
     mutation) echo git clang llvm libclang-rt-dev python3 python3-clang ;;
