@@ -120,10 +120,10 @@ FAULT(100, "the interlock opens", 100ms,
         .configured = seen::in_a_line}})
 
 FAULT(100, "the plug is pulled under load", 100ms,
-      {{.what = "the charger is pulled out while it charges with 40 A: nobody asks for a closed pack",
-        .inject = script("charger disconnected"),
+      {{.what = "the charger is pulled out while it charges, and 10 A go on flowing through its parting contacts",
+        .inject = script("charger disconnected; load current_A -10"),
         .fault = "",
-        .prepare = script("load current_A -40"),
+        .prepare = script("charger current_A 10"),
         .switch_on = "charger connected"}})
 
 FAULT(101, "the power distribution unit is silent or contradicts its command", 300ms,
