@@ -282,6 +282,7 @@ class Core {
   void follow_estimate(TimePoint now);
   void keep_estimate(TimePoint now);
   void keep_totals(bool is_last);
+  void keep_hours_since_full(TimePoint now);
   void count_start();
   void follow_charges(TimePoint now);
   void keep_charges(TimePoint now);

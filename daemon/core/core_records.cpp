@@ -65,6 +65,13 @@ void Core::keep_totals(bool is_last) {
   touch_persistent();
 }
 
+void Core::keep_hours_since_full(TimePoint now) {
+  const std::uint32_t hours = inverter_reporter_.hours_since_full(now);
+  if (hours == persistent_.hours_since_full) return;
+  persistent_.hours_since_full = hours;
+  touch_persistent();
+}
+
 /// Not before the pack is there: a daemon that ends before it has seen any is no life of the pack.
 void Core::count_start() {
   if (is_start_counted_ || !has_memory_ || !seen_complete_) return;

@@ -41,6 +41,7 @@ void Core::tell_inverter(TimePoint now, Decisions& out) {
   if (!inverter_reporter_.is_there()) return;
   const InverterView view = inverter_view(now);
   inverter_reporter_.follow(view);
+  keep_hours_since_full(view.now);
   if (rest_.is_resting() || !has_way(Port::inverter, now)) return;
   const std::optional<CanFrame> frame = inverter_reporter_.step(view);
   if (frame && !send(Port::inverter, *frame, out)) inverter_reporter_.note_failed(*frame);

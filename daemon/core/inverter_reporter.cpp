@@ -118,6 +118,16 @@ BatteryAlarms battery_alarms(const FaultMemory& faults) {
 void InverterReporter::init(const InverterConfig& config, TimePoint started_at) {
   config_ = config;
   next_at_ = full_at_ = started_at;
+  hours_before_ = 0;
+}
+
+void InverterReporter::restore(std::uint32_t hours_since_full) {
+  hours_before_ = std::min(hours_since_full, hours_max);
+}
+
+std::uint32_t InverterReporter::hours_since_full(TimePoint now) const {
+  const auto hours = std::chrono::duration_cast<std::chrono::hours>(now - full_at_).count() + hours_before_;
+  return static_cast<std::uint32_t>(std::clamp<std::int64_t>(hours, 0, hours_max));
 }
 
 void InverterReporter::follow(const InverterView& view) {
@@ -144,9 +154,13 @@ void InverterReporter::follow_requests(const InverterView& view) {
   const bool is_low = soc_permille < low_permille;
   const bool is_still_low = asks_for_charge_ && soc_permille < low_permille + hysteresis_permille;
   asks_for_charge_ = limits_.charge_mA > 0 && (is_low || is_still_low);
-  if (soc_permille >= full_permille) full_at_ = view.now;
+  if (soc_permille >= full_permille) {
+    full_at_ = view.now;
+    hours_before_ = 0;
+  }
   const Duration after = std::chrono::hours{24} * config_.full_charge_after_days;
-  asks_for_full_charge_ = limits_.charge_mA > 0 && after > Duration{} && view.now - full_at_ >= after;
+  const Duration since = view.now - full_at_ + std::chrono::hours{hours_before_};
+  asks_for_full_charge_ = limits_.charge_mA > 0 && after > Duration{} && since >= after;
 }
 
 BatteryReport InverterReporter::report(const InverterView& view) const {

@@ -66,10 +66,14 @@ class InverterReporter {
   static constexpr std::int32_t step_mA = 500;
   /// Above the state of charge below which a charge is asked for, until no longer.
   static constexpr std::int32_t hysteresis_permille = 50;
+  /// More than `full_charge_after_days` may be.
+  static constexpr std::uint32_t hours_max = 24 * 366;
   /// A pack that has come so far has been full.
   static constexpr std::int32_t full_permille = 970;
 
   void init(const InverterConfig& config, TimePoint started_at);
+  /// Of the daemon before this one: of more than `hours_max` that many.
+  void restore(std::uint32_t hours_since_full);
   [[nodiscard]] bool is_there() const { return config_.driver != nullptr; }
 
   /// Once a tick, before step(): what is asked for, and whether what may flow has fallen.
@@ -84,6 +88,8 @@ class InverterReporter {
   [[nodiscard]] const InverterLimits& limits() const { return limits_; }
   [[nodiscard]] bool asks_for_charge() const { return asks_for_charge_; }
   [[nodiscard]] bool asks_for_full_charge() const { return asks_for_full_charge_; }
+  /// Whole hours in which daemons of this pack ran since it was last full; without any, since the first.
+  [[nodiscard]] std::uint32_t hours_since_full(TimePoint now) const;
 
  private:
   void follow_requests(const InverterView& view);
@@ -97,10 +103,11 @@ class InverterReporter {
   std::uint8_t index_ = 0;
   bool asks_for_charge_ = false;
   bool asks_for_full_charge_ = false;
-  TimePoint full_at_{};  // last; the start counts as full, since nobody knows
-  [[nodiscard]] bool are_fields_possible() const { return index_ < inverter_frames_max; }
+  TimePoint full_at_{};             // last; the start counts as full ...
+  std::uint32_t hours_before_ = 0;  // ... so many hours later
+  [[nodiscard]] bool are_fields_possible() const { return index_ < inverter_frames_max && hours_before_ <= hours_max; }
   BMU_FIELDS(skipped(config_), limits_, told_, round_at_, next_at_, index_, asks_for_charge_, asks_for_full_charge_,
-             full_at_)
+             full_at_, hours_before_)
 };
 
 }  // namespace bmu

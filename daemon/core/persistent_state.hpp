@@ -29,7 +29,8 @@ struct PersistentState {
   CellChargeRecords cell_charges{};
   SocRecords soc{};
   PackTotals totals{};
-  std::uint32_t starts = 0;  // of the daemon, in which it has seen the whole pack
+  std::uint32_t starts = 0;            // of the daemon, in which it has seen the whole pack
+  std::uint32_t hours_since_full = 0;  // of the daemon's own time, for an inverter that is asked for a full charge
 
   friend bool operator==(const PersistentState&, const PersistentState&) = default;
 };

@@ -398,6 +398,7 @@ StateRead read_content(const Json& content) {
   if (content.contains("closing")) whole.part("closing", read.state.closing);
   if (content.contains("totals")) whole.part("totals", read.state.totals);
   if (content.contains("starts")) whole.number("starts", read.state.starts);
+  if (content.contains("hours_since_full")) whole.number("hours_since_full", read.state.hours_since_full);
   if (content.contains("modules")) {
     read.unknown_names += read_named(content, "modules", read.state.modules, node_from_text);
   }
@@ -447,7 +448,8 @@ std::string state_text(const PersistentState& state) {
                      {"cell_charges", charges_json(state.cell_charges)},
                      {"soc", soc_json(state.soc)},
                      {"totals", std::move(totals.json)},
-                     {"starts", state.starts}};
+                     {"starts", state.starts},
+                     {"hours_since_full", state.hours_since_full}};
   return Json{{"format", format}, {"checksum", checksum_of(content.dump())}, {"content", content}}.dump() + "\n";
 }
 

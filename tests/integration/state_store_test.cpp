@@ -110,6 +110,7 @@ PersistentState full_state() {
   state.totals = {
       .charge_out_uAs = 11, .charge_in_uAs = 12, .energy_out_mWh = 13, .energy_in_mWh = std::int64_t{1} << 60};
   state.starts = 4'294'967'295;
+  state.hours_since_full = 719;
   state.soc = {.is_kept = true,
                .is_last = true,
                .unix_time_ms = 1'700'000'300'001,
@@ -365,19 +366,28 @@ TEST_CASE("a file of before totals were kept begins at nothing, and one below th
   }
 }
 
-TEST_CASE("a file of before starts were counted begins at none, and a number that is none is refused",
+TEST_CASE("a file of before something was counted begins at none of it, and a number that is none is refused",
           "[integration][state]") {
-  const PersistentState state = full_state();
-  PersistentState without = state;
-  without.starts = 0;
-  const auto before = parse_state(changed(state, [](Json& file) { file["content"].erase("starts"); }));
-  REQUIRE(before);
-  CHECK(before->state == without);
-  for (const Json& wrong : {Json(-1), Json(4'294'967'296), Json("3"), Json(1.5), Json(nullptr)}) {
-    const auto read = parse_state(changed(state, [&wrong](Json& file) { file["content"]["starts"] = wrong; }));
-    INFO(wrong.dump());
-    REQUIRE_FALSE(read);
-    CHECK(read.error().find("starts is " + wrong.dump()) != std::string::npos);
+  struct Case {
+    std::string key;
+    std::uint32_t PersistentState::*count;
+  };
+  for (const auto& [key, count] :
+       {Case{"starts", &PersistentState::starts}, Case{"hours_since_full", &PersistentState::hours_since_full}}) {
+    INFO(key);
+    PersistentState state = full_state();
+    state.*count = 7;
+    PersistentState without = state;
+    without.*count = 0;
+    const auto before = parse_state(changed(state, [&](Json& file) { file["content"].erase(key); }));
+    REQUIRE(before);
+    CHECK(before->state == without);
+    for (const Json& wrong : {Json(-1), Json(4'294'967'296), Json("3"), Json(1.5), Json(nullptr)}) {
+      const auto read = parse_state(changed(state, [&](Json& file) { file["content"][key] = wrong; }));
+      INFO(wrong.dump());
+      REQUIRE_FALSE(read);
+      CHECK(read.error().find(key + " is " + wrong.dump()) != std::string::npos);
+    }
   }
 }
 

@@ -2,6 +2,7 @@
 #include "daemon/core/inverter_reporter.hpp"
 
 #include <functional>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -280,6 +281,41 @@ TEST_CASE("a full charge is asked for when there has been none for as many days"
   bench.config.full_charge_after_days = 0;
   bench.reporter.init(bench.config, start);
   CHECK_FALSE(asks_after(100 * days_30, 500));
+}
+
+TEST_CASE("the days without a full charge go on with the next daemon", "[unit][inverter]") {
+  Bench bench;
+  const auto hours_at = [&bench](Duration after, std::int32_t soc_permille) {
+    bench.view.now = start + after;
+    bench.view.soc_permille = soc_permille;
+    bench.reporter.follow(bench.view);
+    return bench.reporter.hours_since_full(bench.view.now);
+  };
+  CHECK(hours_at(2h - 1ns, 500) == 1);
+  CHECK(hours_at(2h, 500) == 2);
+  bench.reporter.init(bench.config, start);
+  bench.reporter.restore(30 * 24 - 1);
+  CHECK(hours_at(1h - 1ns, 500) == 30 * 24 - 1);
+  CHECK_FALSE(bench.reporter.asks_for_full_charge());
+  CHECK(hours_at(1h, 500) == 30 * 24);
+  CHECK(bench.reporter.asks_for_full_charge());
+  CHECK(hours_at(2h, 970) == 0);
+  CHECK_FALSE(bench.reporter.asks_for_full_charge());
+  bench.reporter.restore(std::numeric_limits<std::uint32_t>::max());
+  CHECK(hours_at(3h, 500) == InverterReporter::hours_max);
+}
+
+TEST_CASE("a daemon keeps the hours since the pack was full, and its next one counts on", "[unit][core][inverter]") {
+  CoreConfig config = test::small_pack();
+  config.inverter.driver = find_device("pylontech")->inverter;
+  PersistentState kept;
+  for (std::uint32_t life = 0; life < 2; ++life) {
+    test::CoreBench bench(config, kept);
+    bench.run(2s);
+    CHECK(bench.core().persistent().hours_since_full == 100 * life);
+    kept = bench.core().persistent();
+    kept.hours_since_full = 100;
+  }
 }
 
 TEST_CASE("health is told as it is known, or as the pack file assumes it, or not", "[unit][inverter]") {
