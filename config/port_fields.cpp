@@ -292,7 +292,7 @@ constexpr std::array inverter_table{
              "356h counts the current out of the pack as positive; left out, as the protocol is known: true with "
              "orion, else false",
          .type = FieldType::boolean},
-        [](const InverterConfig& inverter) -> FieldValue { return inverter.is_discharge_positive.value_or(false); },
+        nullptr,  // it depends on the protocol
         [](InverterConfig& inverter, const FieldValue& value) {
           inverter.is_discharge_positive = std::get<bool>(value);
         }},

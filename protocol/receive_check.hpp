@@ -79,11 +79,14 @@ class ReceiveCheck {
   CheckedFrame check(const CanFrame& frame);
   /// A POLL or COMMAND we sent ourselves: its answers are expected from now on.
   void note_sent(const CanFrame& frame);
+  /// Counts a frame that never came to `check`, as it is none of the catalogue's.
+  void note_rejected(const CanFrame& frame, RejectReason reason) { count_rejected(frame, reason); }
   /// Counts a frame that passed `check` but was refused by the owner for a reason of his own.
   void reject(const CanFrame& frame, RejectReason reason);
   /// Forgets counters, keeps counts: after the bus was away, the first frame of anybody is taken again.
   void forget_counters();
 
+  [[nodiscard]] const Catalogue& catalogue() const { return *catalogue_; }
   [[nodiscard]] const ReceiveCounts& counts() const { return counts_; }
   /// Rejected frames under one identifier, all reasons together.
   [[nodiscard]] std::uint32_t rejected_under(std::uint32_t id) const {

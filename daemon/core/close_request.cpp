@@ -15,11 +15,10 @@ bool CloseRequest::follow(const PduState& pdu, bool contactors_open, TimePoint n
     charger_.was_on = pdu.charger_connected;
     if (contactors_open) drop();
   }
-  const bool was_plugged_in = charger_.was_on;
   vehicle_.follow(pdu.vehicle_on);
   charger_.follow(pdu.charger_connected);
-  const bool is_pulled = was_plugged_in && !pdu.charger_connected;
-  is_unplugged_ = !is_present() && !pdu.charger_connected && (is_pulled || is_unplugged_);
+  is_plugged_in_ = pdu.charger_connected;
+  if (is_present()) has_charger_asked_last_ = !vehicle_.is_wished;
   if (is_present() == was_present) return false;
   since_ = now;
   return true;

@@ -27,8 +27,8 @@ class CloseRequest {
   [[nodiscard]] bool is_by_vehicle() const { return vehicle_.is_wished; }
   [[nodiscard]] bool is_by_charger() const { return charger_.is_wished; }
   [[nodiscard]] TimePoint since() const { return since_; }
-  /// The charger's line has ended, nobody asks any more, and nobody has asked since: there is nobody to wait for.
-  [[nodiscard]] bool is_unplugged() const { return is_unplugged_; }
+  /// Nobody asks, the charger has asked last, and its line has ended.
+  [[nodiscard]] bool is_unplugged() const { return !is_present() && has_charger_asked_last_ && !is_plugged_in_; }
 
  private:
   struct Line {
@@ -41,9 +41,10 @@ class CloseRequest {
   Line vehicle_;
   Line charger_;
   bool lines_known_ = false;
-  bool is_unplugged_ = false;
+  bool is_plugged_in_ = false;
+  bool has_charger_asked_last_ = false;  // where both did, the vehicle has
   TimePoint since_{};
-  BMU_FIELDS(vehicle_, charger_, lines_known_, is_unplugged_, since_)
+  BMU_FIELDS(vehicle_, charger_, lines_known_, is_plugged_in_, has_charger_asked_last_, since_)
 };
 
 }  // namespace bmu

@@ -24,8 +24,8 @@
 // Opening because nobody asks any more: the current is asked to zero and has `zero_current_grace` for it. If it still
 // flows then, one contactor breaks it, the one whose arc chute is built for that direction: main positive while
 // discharging, while charging the charge contactor where it is closed, else main negative. The others follow without
-// load, one gap later. A plug that is pulled is not waited for: its contacts part under the current that is still
-// there.
+// load, one gap later. A charging plug that is pulled gets no grace, as its contacts part under what still flows: the
+// current is broken in the tick in which its line ends.
 //
 // The charge contactor sits between link and charger. It closes behind a closed pack for a charger that is there and
 // may charge, and opens in the tick in which either ends.
@@ -98,7 +98,7 @@ struct SequenceInputs {
   bool close_permitted = false;   // to begin, from open; to stay, from everywhere else
   bool may_advance = false;       // nothing speaks against closing right now
   bool contacts_settled = false;  // all stand where they were told to
-  bool is_unplugged = false;      // nobody asks, and whoever asked last is not connected any more
+  bool is_unplugged = false;      // nobody asks, and the charger that asked last is not there any more
   bool charge_wanted = false;     // a charger is there and asks
   bool charge_permitted = false;
   bool resistor_is_hot = false;  // the precharge resistor has had more than it bears
@@ -247,7 +247,7 @@ inline constexpr Duration same_instant_max = 5ms;
 
 [[nodiscard]] constexpr Phase next_phase(const SequenceState& state, const SequenceInputs& in,
                                          const ContactorConfig& config) {
-  if (!in.close_permitted || in.is_unplugged) return Phase::open;
+  if (!in.close_permitted) return Phase::open;
   const Duration since = in.now - state.entered_at;
   const bool gives_up = since >= config.precharge_timeout;
   const bool is_ready = since >= config.settle && in.may_advance && in.contacts_settled;
@@ -265,10 +265,11 @@ inline constexpr Duration same_instant_max = 5ms;
       return is_ready ? Phase::closed : Phase::main_positive;
     case Phase::closed:
       if (in.close_wanted) return Phase::closed;
-      return is_without_load ? Phase::open : Phase::ramp_down;
+      if (is_without_load) return Phase::open;
+      return in.is_unplugged ? Phase::breaking : Phase::ramp_down;
     case Phase::ramp_down:
       if (is_without_load) return Phase::open;
-      return since >= config.zero_current_grace ? Phase::breaking : Phase::ramp_down;
+      return in.is_unplugged || since >= config.zero_current_grace ? Phase::breaking : Phase::ramp_down;
     case Phase::breaking: return since >= config.break_gap ? Phase::open : Phase::breaking;
   }
   return Phase::open;

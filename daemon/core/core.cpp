@@ -77,6 +77,7 @@ Core::Core(const CoreConfig& config, TimePoint started_at, std::uint8_t first_co
 
 void Core::restore(const PersistentState& state) {
   persistent_ = state;
+  inverter_reporter_.restore(state.hours_since_full);
   ledger_.restore(state.contactors);
   guard_.restore(state.closing.precharge);
   watchers_.roster.restore(state.modules);
@@ -132,7 +133,7 @@ Urgency Core::take(TimePoint at, const FrameReceived& what) {
   if (serves(config_, what.port, Port::vehicle)) take_vehicle_frame(what.frame, at);
   if (serves(config_, what.port, Port::second_pack)) static_cast<void>(second_pack_.observe(what.frame, at));
   if (serves(config_, what.port, Port::charger) && chargers_.observe(what.frame, at)) return Urgency::can_wait;
-  if (serves(config_, what.port, Port::inverter)) static_cast<void>(inverter_.observe(what.frame, at));
+  if (serves(config_, what.port, Port::inverter) && inverter_.observe(what.frame, at)) return Urgency::can_wait;
   if (serves(config_, what.port, config_.insulation.bus) && insulation_.observe(what.frame, at)) {
     return Urgency::can_wait;
   }
@@ -376,7 +377,7 @@ bool Core::is_foreign_sensor_command(const CanFrame& frame) const {
 }
 
 Urgency Core::take_foreign_sensor_command(const CanFrame& frame) {
-  check_.reject(frame, RejectReason::foreign_master);
+  check_.note_rejected(frame, RejectReason::foreign_master);
   flags_.foreign_master_seen = true;
   return Urgency::decide_now;
 }

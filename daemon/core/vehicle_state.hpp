@@ -47,7 +47,7 @@ struct ModeInputs {
 /// 622h b0 of the dialect `iha`: 0 fault; 1 charger connected, closed; 2 vehicle on, closed; 3 vehicle off, closed; 4
 /// vehicle off, open.
 [[nodiscard]] std::uint8_t iha_state(PackMode mode);
-/// Of the dialect `original`: 0 to 15, 8 and above while plugged in.
+/// Of the dialect `original`: 0 to 4 and 8 to 13, 8 and above while plugged in.
 [[nodiscard]] std::uint8_t original_state(PackMode mode, const ModeInputs& in);
 /// Of the dialect `elithion`: bits. .0 fault, .1 to .3 contactors K1 (main positive), K2 (precharge), K3 (main
 /// negative) on, .4 relay fault. It tells contactors and no modes, so its bits follow from what modes are made of.

@@ -13,6 +13,7 @@
 #include "daemon/shell/modules_json.hpp"
 #include "daemon/shell/why_json.hpp"
 #include "daemon/shell/why_limits.hpp"
+#include "devices/device_list.hpp"
 
 namespace bmu {
 
@@ -456,11 +457,15 @@ Json port_json(Port port, const StatusView& view) {
 }
 
 /// The reports' identifiers are ours, too: where both buses are one, somebody else may send them there.
-MessageMatch find_message(std::uint32_t id, const CoreConfig& config) {
+MessageMatch find_message(std::uint32_t id, const Core& core) {
+  const CoreConfig& config = core.config();
   const MessageMatch foreign = are_modules_ours(config) ? MessageMatch{} : config.foreign.driver->catalogue->find(id);
   if (foreign.message != nullptr) return foreign;
-  const MessageMatch match = internal_bus::catalogue.find(id);
+  const MessageMatch match = core.receive_check().catalogue().find(id);
   if (match.message != nullptr) return match;
+  const SensorSetUpDriver* const set_up = config.sensor.set_up;
+  const MessageMatch of_sensor = set_up != nullptr ? find_device(set_up->name)->catalogue->find(id) : MessageMatch{};
+  if (of_sensor.message != nullptr) return of_sensor;
   return row_of(config.vehicle.dialect).catalogue->find(id - config.vehicle.base_id + vehicle_bus::default_base_id);
 }
 
@@ -474,7 +479,7 @@ Json most_rejected_json(const Core& core) {
   if (ids.size() > rejected_ids_shown) ids.resize(rejected_ids_shown);
   Json json = Json::array();
   for (const auto& [count, id] : ids) {
-    const MessageMatch match = find_message(id, core.config());
+    const MessageMatch match = find_message(id, core);
     json.push_back({{"id", id_text(id)},
                     {"message", match.message != nullptr ? Json(match.message->name) : Json(nullptr)},
                     {"node", match.node},

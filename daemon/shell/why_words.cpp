@@ -5,6 +5,7 @@
 
 #include "daemon/shell/line_feeder.hpp"
 #include "daemon/shell/span_text.hpp"
+#include "devices/device_list.hpp"
 
 namespace bmu {
 
@@ -23,9 +24,13 @@ void add_foreign_frames(const Catalogue& catalogue, const ReceiveCheck& check, T
 std::string foreign_frames(const CoreView& view) {
   constexpr std::size_t shown_max = 5;
   Texts ids;
-  add_foreign_frames(internal_bus::catalogue, view.core.receive_check(), ids);
-  if (const ModuleDriver* driver = view.core.config().foreign.driver; driver != nullptr) {
+  const CoreConfig& config = view.core.config();
+  add_foreign_frames(view.core.receive_check().catalogue(), view.core.receive_check(), ids);
+  if (const ModuleDriver* driver = config.foreign.driver; driver != nullptr) {
     add_foreign_frames(*driver->catalogue, view.core.foreign_check(), ids);
+  }
+  if (const SensorSetUpDriver* driver = config.sensor.set_up; driver != nullptr) {
+    add_foreign_frames(*find_device(driver->name)->catalogue, view.core.receive_check(), ids);
   }
   if (ids.size() <= shown_max) return joined(ids);
   const std::string more = " and " + std::to_string(ids.size() - shown_max) + " more";

@@ -1,6 +1,6 @@
 // The traction-pack messages as their first page has them (dialect "original").
 //
-// What differs from `iha` (vehicle_bus.hpp): the state in 622h has a number for each of 16 states, the upper eight
+// What differs from `iha` (vehicle_bus.hpp): the state in 622h has a number for each of its states, those from 8 on
 // while plugged in. The bits of the flags are not known from anywhere: they are sent as 0 and not read. The page prints
 // a length of 6 for 626h and lists fields of 7 bytes: 7 are sent. 629h and 62Ah, of an AC line, are not: what their
 // numbers count nobody tells, and we have no such line.

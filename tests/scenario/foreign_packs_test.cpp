@@ -228,6 +228,23 @@ TEST_CASE("a second master of another maker's modules is a fault", "[scenario][f
   }
 }
 
+TEST_CASE("an inverter on the bus of another maker's modules is heard, and its frames are no strangers'",
+          "[scenario][foreign_modules][inverter]") {
+  CoreConfig config = shipped("i3-96s.json");
+  config.inverter.driver = find_device("sma")->inverter;
+  config.served_by[static_cast<std::size_t>(Port::inverter)] = Port::internal;
+  SimRun run = closed(config);
+  const std::uint64_t rejected = run.core().receive_counts().rejected_total();
+  for (const CanFrame& frame : config.inverter.driver->words({.voltage_mV = known(350'000)})) send(run, frame);
+  CHECK(run.core().inverter().is_talking(run.core().decided_at()));
+  CHECK_FALSE(is_present(run, FaultId::foreign_battery));
+  send(run, *config.inverter.driver->frame(0, {}, {}));
+  run.run_to(run.seconds() + 0.2);
+  CHECK(is_present(run, FaultId::foreign_battery));
+  CHECK_FALSE(is_present(run, FaultId::foreign_master));
+  CHECK(run.core().receive_counts().rejected_total() == rejected);
+}
+
 TEST_CASE("a module that the pack does not have is told of, and is no measurement", "[scenario][foreign_modules]") {
   CoreConfig config = shipped("i3-96s.json");
   SimRun run = closed(config);

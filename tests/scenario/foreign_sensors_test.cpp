@@ -67,15 +67,34 @@ TEST_CASE("whoever else commands an IVT-S is a second master, whatever the comma
   run.run_to(run.seconds() + 0.2);
   CHECK_FALSE(is_present(run, FaultId::foreign_master));
   frame.id = 0x411;
+  for (bool CanFrame::*const kind : {&CanFrame::is_remote, &CanFrame::is_extended, &CanFrame::is_error}) {
+    CanFrame other = frame;
+    other.*kind = true;
+    run.observe(FrameReceived{Port::internal, other});
+  }
+  run.observe(FrameEchoed{Port::internal, frame});  // our own
+  run.run_to(run.seconds() + 0.2);
+  CHECK_FALSE(is_present(run, FaultId::foreign_master));
   const auto rejected = [&run] {
     return run.core().receive_counts().rejected[static_cast<std::size_t>(RejectReason::foreign_master)];
   };
   const auto before = rejected();
+  const auto accepted = run.core().receive_counts().accepted;
   run.observe(FrameReceived{Port::internal, frame});
   run.run_to(run.seconds() + 0.2);
   CHECK(is_present(run, FaultId::foreign_master));
   CHECK(run.core().sequence().phase == Phase::open);
   CHECK(rejected() == before + 1);
+  CHECK(run.core().receive_counts().accepted >= accepted);
+}
+
+TEST_CASE("what looks like a command to an IVT-S is none where the pack has no such sensor", "[scenario][sensors]") {
+  test::SimRun run(pack_with({}));
+  close(run);
+  run.observe(FrameReceived{Port::internal, {.id = 0x411, .length = 8, .data = {0x34}}});
+  run.run_to(run.seconds() + 0.2);
+  CHECK_FALSE(is_present(run, FaultId::foreign_master));
+  CHECK(run.core().sequence().phase == Phase::closed);
 }
 
 TEST_CASE("an IVT-S that somebody set up otherwise is not used, configured, it is", "[scenario][sensors]") {

@@ -84,6 +84,12 @@ TEST_CASE("a plug is pulled where its line ends and nobody else asks, until some
   CHECK(request.is_unplugged());
   (void)request.follow(charger, true, start + 12s);
   CHECK_FALSE(request.is_unplugged());
+  // The vehicle has asked since the charge was over: its key and the plug go together.
+  request.drop_charger();
+  (void)request.follow(both, true, start + 13s);
+  (void)request.follow(both_off, false, start + 14s);
+  CHECK_FALSE(request.is_present());
+  CHECK_FALSE(request.is_unplugged());
 }
 
 TEST_CASE("a wish that was dealt with needs a new edge, whichever line it came from", "[unit][request]") {

@@ -352,17 +352,28 @@ TEST_CASE("an opening that nobody hurries waits for the current, and without one
   CHECK(opened(50'000, false) == Phase::open);
 }
 
-TEST_CASE("a plug that is pulled opens everything in the same tick, from every phase", "[unit][contactors][F100]") {
-  for (const Phase phase : all_phases) {
+TEST_CASE("with a plug that is pulled the current is broken in the same tick", "[unit][contactors][F100]") {
+  for (const Phase phase : {Phase::closed, Phase::ramp_down}) {
     CAPTURE(to_text(phase));
     SequenceInputs in = ready(0ns);
     in.close_wanted = false;
     in.is_unplugged = true;
     in.charge_wanted = in.charge_permitted = true;
-    in.current_mA = -80'000;
-    const SequenceStep result = step({.phase = phase, .entered_at = start, .is_charge_closed = true}, in, {});
-    CHECK(result.state.phase == Phase::open);
-    CHECK_FALSE(result.outputs.any_contactor());
+    const auto opened = [&](std::int32_t current_mA, bool is_charge_closed) {
+      in.current_mA = current_mA;
+      return step({.phase = phase, .entered_at = start, .is_charge_closed = is_charge_closed}, in, {});
+    };
+    CHECK(opened(-80'000, false).state.phase == Phase::breaking);
+    CHECK(opened(-80'000, false).outputs == ContactorOutputs{.main_positive = true});
+    CHECK(opened(-80'000, true).outputs == ContactorOutputs{.main_positive = true, .main_negative = true});
+    CHECK(opened(80'000, true).outputs == ContactorOutputs{.main_negative = true});
+    CHECK(opened(-1'000, true).outputs == ContactorOutputs{});
+    in.is_current_known = false;
+    CHECK(opened(-80'000, true).outputs == ContactorOutputs{});
+    // A closed pack that somebody wants stays so.
+    in.is_current_known = true;
+    in.close_wanted = true;
+    if (phase == Phase::closed) CHECK(opened(-80'000, false).state.phase == Phase::closed);
   }
 }
 

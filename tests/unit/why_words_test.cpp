@@ -3,6 +3,7 @@
 
 #include "daemon/core/event.hpp"
 #include "daemon/shell/why_json.hpp"
+#include "devices/device_list.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/core_bench.hpp"
 
@@ -21,6 +22,20 @@ bool has(const std::string& text, std::string_view words) {
 }
 
 }  // namespace
+
+TEST_CASE("why names the command to an IVT-S that somebody else has sent", "[unit][why][F39]") {
+  CoreConfig config = small_pack();
+  config.sensor.set_up = find_device("ivt_s")->set_up;
+  CoreBench bench(config);
+  bench.run(1s);
+  CHECK_FALSE(has(why_of(bench), "411"));
+  bench.observe(FrameReceived{Port::internal, {.id = 0x411, .length = 8, .data = {0x34}}});
+  bench.run(100ms);
+  REQUIRE(bench.is_active(FaultId::foreign_master));
+  const std::string why = why_of(bench);
+  INFO(why);
+  CHECK(has(why, "411 IVT_COMMAND"));
+}
 
 TEST_CASE("of who falls silent why says when the last word came, and how long one may be waited for", "[unit][why]") {
   CoreBench bench(small_pack());
