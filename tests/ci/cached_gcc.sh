@@ -15,6 +15,9 @@ ccache=$2
 shift 2
 
 if [[ " $* " == *" -x c++-header "* ]]; then
+  # ccache would count the former one in its place to what the new one is made of: no other folder would find it.
+  arguments=("$@")
+  for ((i = 0; i + 1 < $#; ++i)); do [[ ${arguments[i]} != -o ]] || rm -f "${arguments[i + 1]}"; done
   # Entries that were made without depend mode do not count: they may name the header of another text.
   export CCACHE_DEPEND=1 CCACHE_NAMESPACE=precompiled-by-content
 fi

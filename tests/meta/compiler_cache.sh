@@ -47,6 +47,10 @@ CMAKE
 # build NAME [OPTION]: compiles from the start; prints what the program prints, then how many objects came from the cache
 build() {
   rm -rf "$folder/$1/build"
+  build_again "$@"
+}
+# The same, of what has changed since.
+build_again() {
   ccache --zero-stats >/dev/null
   { env "${compilers[@]}" cmake -S "$folder/$1" -B "$folder/$1/build" -G Ninja "${@:2}" && cmake --build "$folder/$1/build"; } \
     >"$folder/log" 2>&1 || fail "$1 does not build: $(cat "$folder/log")"
@@ -69,3 +73,8 @@ sed -i 's/return 1/return 3/' "$folder/here/value.hpp"
 expect "a function that has changed is compiled" "$(build here)" "2 3" 0
 expect "other options are compiled" "$(build here -DCMAKE_CXX_FLAGS=-O1)" "2 3" 0
 expect "what was there is found again" "$(build here)" "2 3" "$all_hits"
+# An incremental build has the former precompiled header in the place of the new one.
+sed -i 's/return 3/return 4/' "$folder/here/value.hpp"
+expect "what has changed is compiled again" "$(build_again here)" "2 4" 0
+cp "$folder/here/value.hpp" "$folder/there [b] + c/"
+expect "a clone elsewhere finds that, too" "$(build "there [b] + c")" "2 4" "$all_hits"
