@@ -372,8 +372,10 @@ TEST_CASE("a file of before something was counted begins at none of it, and a nu
     std::string key;
     std::uint32_t PersistentState::*count;
   };
-  for (const auto& [key, count] :
+  for (const Case& one :
        {Case{"starts", &PersistentState::starts}, Case{"hours_since_full", &PersistentState::hours_since_full}}) {
+    const std::string& key = one.key;
+    const auto count = one.count;
     INFO(key);
     PersistentState state = full_state();
     state.*count = 7;
