@@ -305,17 +305,18 @@ TEST_CASE("the days without a full charge go on with the next daemon", "[unit][i
   CHECK(hours_at(3h, 500) == InverterReporter::hours_max);
 }
 
-TEST_CASE("a daemon keeps the hours since the pack was full, and its next one counts on", "[unit][core][inverter]") {
+TEST_CASE("a daemon counts on the hours that it is given, and keeps that the pack was full", "[unit][core][inverter]") {
   CoreConfig config = test::small_pack();
   config.inverter.driver = find_device("pylontech")->inverter;
-  PersistentState kept;
-  for (std::uint32_t life = 0; life < 2; ++life) {
-    test::CoreBench bench(config, kept);
-    bench.run(2s);
-    CHECK(bench.core().persistent().hours_since_full == 100 * life);
-    kept = bench.core().persistent();
-    kept.hours_since_full = 100;
-  }
+  const auto kept_at = [&config](std::int32_t voltage_uV) {
+    test::CoreBench bench(config, {.hours_since_full = 100});
+    for (test::BenchModule& module : bench.modules) module.cell_voltage_uV.fill(known(voltage_uV));
+    bench.run(4s);
+    REQUIRE(bench.core().inverter_report().soc_permille.is_valid());
+    return bench.core().persistent().hours_since_full;
+  };
+  CHECK(kept_at(3'700'000) == 100);
+  CHECK(kept_at(4'199'000) == 0);
 }
 
 TEST_CASE("health is told as it is known, or as the pack file assumes it, or not", "[unit][inverter]") {
