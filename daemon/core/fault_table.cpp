@@ -750,7 +750,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .reaction = refuse_close},
     {.id = FaultId::foreign_master,
      .name = "foreign_master",
-     .meaning = "somebody else sends what only the master may send, to the modules or to the sensor",
+     .meaning = "somebody else sends what only the master may send",
      .remedy = "take the other master off the bus",
      .read = fault_readers::foreign_master,
      .latch = Latch::until_cleared},
