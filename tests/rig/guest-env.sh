@@ -28,6 +28,9 @@ exec 3>&1
 stop_limit_s=${stop_limit_s:-10}
 # While the emulated machine waits for the host's disk, its clock may run ahead by more than a limit: that alone must not end a wait.
 tries_behind_limit=20
+# Between two tries of wait_for. A try is a program or two, which keep the emulated processor busy for longer than the pause at first: it
+# computes what the machine waits for otherwise skips.
+longest_pause_ms=800
 declare -A started_pids=()
 # Commands that are run when the script ends, however it ends.
 at_end=()
@@ -69,12 +72,13 @@ expect() {
 
 # The time is the clock's, for each try is slow under emulation.
 wait_for() {
-  local limit_s=$1 what=$2 end_s tries=0
+  local limit_s=$1 what=$2 end_s tries=0 pause_ms=50
   shift 2
   end_s=$((SECONDS + limit_s))
   until "$@"; do
     ((SECONDS <= end_s || ++tries <= tries_behind_limit)) || fail "$what: not within $limit_s s"
-    sleep 0.05
+    sleep "0.$(printf %03d "$pause_ms")"
+    pause_ms=$((pause_ms * 5 / 4 < longest_pause_ms ? pause_ms * 5 / 4 : longest_pause_ms))
   done
   echo "  ok: $what" >&3
 }
