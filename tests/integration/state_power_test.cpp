@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -76,10 +77,14 @@ std::uint32_t read_number(StateFile& file) {
   const bool is_there = found == FileFound::newest || found == FileFound::previous;
   return is_there ? number : 0;
 }
+/// Each disk is read once: cut at other calls, most disks are the same again.
 std::uint32_t read_number(const DiskImage& image) {
+  static std::map<DiskImage, std::uint32_t> numbers;
+  const auto known = numbers.find(image);
+  if (known != numbers.end()) return known->second;
   ModelDisk disk(image);
   StateFile file(path, disk);
-  return read_number(file);
+  return numbers[image] = read_number(file);
 }
 
 /// A life: reads, and writes `number`. False: the power went.
