@@ -28,8 +28,8 @@ exec 3>&1
 stop_limit_s=${stop_limit_s:-10}
 # While the emulated machine waits for the host's disk, its clock may run ahead by more than a limit: that alone must not end a wait.
 tries_behind_limit=20
-# Between two tries of wait_for. A try is a program or two, which keep the emulated processor busy for longer than the pause at first: it
-# computes what the machine waits for otherwise skips.
+# The longest pause between two tries of wait_for. Each try runs a program or two, which the emulated machine has to compute; a pause costs
+# nothing, since its clock skips the time in which nothing runs. Shorter than what a try may miss (fresh_s in pack-env.sh).
 longest_pause_ms=800
 declare -A started_pids=()
 # Commands that are run when the script ends, however it ends.

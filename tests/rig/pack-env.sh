@@ -65,6 +65,7 @@ clear_faults() { bmuctl --socket "$socket" clear >>"$RIG_OUT/clear.txt"; }
 clear_with_authority() { bmuctl --socket "$socket" clear --authorised >>"$RIG_OUT/clear.txt"; }
 
 # Just closed, with nearly all of the key's time ahead: whoever closes by himself after what comes now would be seen doing it.
+# The recording first: it takes less to ask than the daemon.
 is_just_closed() { key_turned_on_within "$fresh_s" && phase_is closed; }
 wait_until_closed() { wait_for "$close_limit_s" "the contactors are closed" is_just_closed; }
 
