@@ -74,6 +74,9 @@ let_frames_through() {
   done
 }
 
+# The nice values of the daemon's threads, each once.
+thread_nices() { awk '{ print $19 }' /proc/"$(main_pid)"/task/*/stat | sort -nu | paste -sd' '; }
+
 start_service() {
   let_frames_through
   start bmud journalctl -q -f -o short-monotonic -u bmud
@@ -85,6 +88,7 @@ start_service() {
   expect "the pack file is good" bmud --check-config /etc/bmud/pack.json >/dev/null
   expect "it starts as the page has it" run_shown installing start >"$RIG_OUT/start.txt"
   wait_until_serving
+  expect "the control loop comes before the daemon's other threads" test "$(thread_nices)" = "-15 0"
 }
 
 # --- what must be ---

@@ -164,7 +164,9 @@ std::string condition_of(const Options& options) {
 CommandFor command_of(const Options& options, const std::string& pack) {
   return [options, pack](const std::string& bus, const std::filesystem::path& folder) {
     const auto in = [&folder](const char* name) { return (folder / name).string(); };
-    std::vector<std::string> words{"/usr/bin/nice", "-n", std::to_string(options.nice)};
+    // As the service's unit has it: the value is of the first thread, the loop; those that it starts have nice 0.
+    std::vector<std::string> words{
+        "/usr/bin/chrt", "--reset-on-fork", "--other", "0", "/usr/bin/nice", "-n", std::to_string(options.nice)};
     if (options.is_reference) {
       words.insert(words.end(), {std::filesystem::read_symlink("/proc/self/exe"), "--answer-on", bus});
     } else {
