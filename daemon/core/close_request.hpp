@@ -27,8 +27,8 @@ class CloseRequest {
   [[nodiscard]] bool is_by_vehicle() const { return vehicle_.is_wished; }
   [[nodiscard]] bool is_by_charger() const { return charger_.is_wished; }
   [[nodiscard]] TimePoint since() const { return since_; }
-  /// Nobody asks, the charger has asked last, and its line has ended.
-  [[nodiscard]] bool is_unplugged() const { return !is_present() && has_charger_asked_last_ && !is_plugged_in_; }
+  /// The charger asked last, and its line has ended. Nobody asks then: a vehicle that asks has asked last.
+  [[nodiscard]] bool is_unplugged() const { return has_charger_asked_last_ && !is_plugged_in_; }
 
  private:
   struct Line {
