@@ -2,9 +2,8 @@
 """clang-tidy finds nothing in the sources that a build folder compiles.
 
 A source in which it found nothing is looked at again only after something has changed that its verdict depends on: the source, a header
-that it includes (of others, too), a command that compiles it, a .clang-tidy file, the version of clang-tidy. Each such verdict is an empty
-file in ${XDG_CACHE_HOME:-~/.cache}/bmud/tidy, named by a checksum of these; one that no run has asked for in 30 days is removed. A finding
-is never kept.
+that it includes (of others, too), a command that compiles it, a .clang-tidy file, the version of clang-tidy. verdicts.py keeps what it
+found nothing in.
 
 Headers are looked at with the sources that include them.
 
@@ -21,8 +20,6 @@ from __future__ import annotations
 
 import argparse
 import concurrent.futures
-import functools
-import hashlib
 import json
 import os
 import pathlib
@@ -30,9 +27,11 @@ import re
 import shlex
 import subprocess
 import sys
-import time
 
-KEPT_FOR_S = 30 * 24 * 3600
+sys.dont_write_bytecode = True
+
+from verdicts import Verdicts, sum_of_file, version_of  # noqa: E402  nothing is left in the folder
+
 PROGRESS_EVERY = 20
 
 
@@ -92,11 +91,6 @@ def without_output(words: list[str]) -> list[str]:
     return result
 
 
-@functools.lru_cache(maxsize=None)
-def sum_of_file(path: str) -> str:
-    return hashlib.sha256(pathlib.Path(path).read_bytes()).hexdigest()
-
-
 def included(folder: str, words: list[str]) -> list[str] | None:
     """The source and all that it includes; None if one is missing, which clang-tidy reports better."""
     done = subprocess.run([*without_output(words), "-M"], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
@@ -106,20 +100,17 @@ def included(folder: str, words: list[str]) -> list[str] | None:
     return [os.path.join(folder, name.replace("\\ ", " ")) for name in re.split(r"(?<!\\)\s+", names) if name]
 
 
-class Verdicts:
-    """Which sources had nothing to find."""
+class Keys:
+    """What the verdict about a source depends on."""
 
     def __init__(self, root: pathlib.Path, program: str) -> None:
         self._root = root
-        self._folder = pathlib.Path(os.environ.get("XDG_CACHE_HOME") or pathlib.Path.home() / ".cache") / "bmud" / "tidy"
-        self._folder.mkdir(parents=True, exist_ok=True)
-        version = subprocess.run([program, "--version"], stdout=subprocess.PIPE, text=True, check=True).stdout
-        # Lines that name the machine's processor are no part of it.
-        self._common = [line for line in version.splitlines() if "version" in line]
+        self._common = version_of(program)
         self._common += [f"{name} {sum_of_file(str(root / name))}" for name in tracked(root, "*.clang-tidy")]
         self._common.append(sum_of_file(__file__))
 
-    def key(self, commands: list[tuple[str, list[str]]]) -> pathlib.Path | None:
+    def lines(self, commands: list[tuple[str, list[str]]]) -> list[str] | None:
+        """None if something that it includes is missing."""
         lines = list(self._common)
         for folder, words in commands:
             files = included(folder, words)
@@ -128,18 +119,13 @@ class Verdicts:
             lines.append(shlex.join(without_output(words)))
             lines += sorted({f"{os.path.normpath(name)} {sum_of_file(name)}" for name in files})
         # A clone in another folder has the same verdicts.
-        text = "\n".join(lines).replace(str(self._root), ".")
-        return self._folder / hashlib.sha256(text.encode()).hexdigest()
-
-    def remove_old(self) -> None:
-        for path in self._folder.iterdir():
-            if time.time() - path.stat().st_mtime > KEPT_FOR_S:
-                path.unlink()
+        return [line.replace(str(self._root), ".") for line in lines]
 
 
-def look(name: str, commands: list[tuple[str, list[str]]], verdicts: Verdicts, arguments: argparse.Namespace) -> str | None:
+def look(name: str, commands: list[tuple[str, list[str]]], keys: Keys, verdicts: Verdicts, arguments: argparse.Namespace) -> str | None:
     """What clang-tidy says of a source, "" if that is nothing; None if that is known already."""
-    kept = verdicts.key(commands)
+    lines = keys.lines(commands)
+    kept = verdicts.path(lines) if lines else None
     if kept and kept.exists() and not arguments.again:
         kept.touch()
         return None
@@ -148,7 +134,7 @@ def look(name: str, commands: list[tuple[str, list[str]]], verdicts: Verdicts, a
     if done.returncode == 0 and not done.stdout.strip():
         # Not if a source or header was edited meanwhile.
         sum_of_file.cache_clear()
-        if kept and verdicts.key(commands) == kept:
+        if kept and keys.lines(commands) == lines:
             kept.touch()
         return ""
     return done.stdout if done.stdout.strip() else f"{name}: clang-tidy ended with {done.returncode}: {done.stderr}"
@@ -172,11 +158,12 @@ def main() -> int:
     names = chosen(commands, root, arguments)
     if not names:
         fail(f"found no source, expected some that {arguments.build} compiles")
-    verdicts = Verdicts(root, arguments.clang_tidy)
+    keys = Keys(root, arguments.clang_tidy)
+    verdicts = Verdicts("tidy")
     findings = []
     known = 0
     with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
-        said = pool.map(lambda name: look(name, commands[name], verdicts, arguments), names)
+        said = pool.map(lambda name: look(name, commands[name], keys, verdicts, arguments), names)
         for number, (name, text) in enumerate(zip(names, said), start=1):
             known += text is None
             if text:

@@ -8,7 +8,10 @@ understand. That is no "nothing found". Either entry has to go once it is not ne
 cppcheck 2.10 does not know that 10ms is a number: it is given a copy of the sources in which such numbers have no unit. Lines and columns
 are the same.
 
-usage: tests/meta/cppcheck.py [FILE...]     without files: all
+A file in which it found nothing is looked at again only after something has changed that this depends on: the file, a header of ours that
+it includes, the version of cppcheck, this script. tests/ci/verdicts.py keeps that.
+
+usage: tests/meta/cppcheck.py [--again] [FILE...]     without files: all; --again: whatever is kept
 """
 
 import concurrent.futures
@@ -19,6 +22,11 @@ import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.append(str(ROOT / "tests/ci"))
+sys.dont_write_bytecode = True
+
+from verdicts import Verdicts, sum_of_file, version_of  # noqa: E402  of that folder
+
 HERE = pathlib.Path(__file__).resolve().parent
 FOLDERS = ["config", "daemon", "devices", "mmu", "protocol", "tools"]
 JOBS = 2
@@ -26,6 +34,7 @@ COMMAND = [
     "cppcheck", "--quiet", "--language=c++", "--std=c++20", "--inline-suppr", "--enable=warning,performance,portability", "-I.",
     "--template={file}:{line}: {severity}: {message} [{id}]", "--template-location=",
 ]
+INCLUDED = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"\n]+)"', re.MULTILINE)
 FINDING = re.compile(r"^(.+?):(\d+): (\w+): (.*) \[(\w+)\]$")
 NOT_UNDERSTOOD = {"cppcheckError", "internalAstError", "internalError", "syntaxError", "unknownMacro"}
 # Not within a text, where "%8s" is none.
@@ -64,6 +73,53 @@ def look(name, folder):
     return findings, why
 
 
+def included(name, found):
+    """Adds to `found` that file and what it includes of ours, whatever the conditions, and what is not there."""
+    if name in found:
+        return
+    found.add(name)
+    path = ROOT / name
+    if not path.is_file():
+        return
+    for header in INCLUDED.findall(path.read_text()):
+        beside = (pathlib.PurePath(name).parent / header).as_posix()
+        included(beside if (ROOT / beside).is_file() else header, found)
+
+
+def depends_on(name, common):
+    """A line for each thing that cppcheck's verdict about the file depends on."""
+    found = set()
+    included(name, found)
+    return [*common, name, *(f"{file} {sum_of_file(str(ROOT / file))}" if (ROOT / file).is_file() else f"{file} is not there" for file in sorted(found))]
+
+
+class KeptLooks:
+    """Looks at files, but not at one in which nothing was found before. To be made before the files are copied."""
+
+    def __init__(self, names, again):
+        self._verdicts = Verdicts("cppcheck")
+        self._common = [*version_of(COMMAND[0]), *COMMAND, sum_of_file(__file__)]
+        self._lines = {name: depends_on(name, self._common) for name in names}
+        self._again = again
+        self.known = 0
+
+    def look(self, name, folder):
+        kept = self._verdicts.path(self._lines[name])
+        if kept.exists() and not self._again:
+            kept.touch()
+            self.known += 1
+            return [], ""
+        findings, why = look(name, folder)
+        # Not if a file was edited meanwhile.
+        sum_of_file.cache_clear()
+        if not findings and not why and depends_on(name, self._common) == self._lines[name]:
+            kept.touch()
+        return findings, why
+
+    def remove_old(self):
+        self._verdicts.remove_old()
+
+
 def entries(file, count):
     """What stands in a list: the words before the reason, each with its line."""
     path = HERE / file
@@ -80,11 +136,15 @@ def entries(file, count):
 
 def main():
     everything = sources()
-    names = sys.argv[1:] or [name for name in everything if name.endswith(".cpp")]
+    arguments = sys.argv[1:]
+    again = "--again" in arguments
+    chosen = [name for name in arguments if name != "--again"]
+    names = chosen or [name for name in everything if name.endswith(".cpp")]
     suppressed = entries("cppcheck.suppressions", 2)
     unreadable = entries("cppcheck.unreadable", 1)
     problems = set()
     used = set()
+    kept = KeptLooks(names, again)
     with tempfile.TemporaryDirectory(prefix="bmud-cppcheck.") as place:
         folder = pathlib.Path(place)
         copy(everything, folder)
@@ -92,7 +152,8 @@ def main():
         if [finding[3] for finding in look("probe.cpp", folder)[0]] != [PROBE_ID]:
             sys.exit("cppcheck.py: cppcheck does not find what is wrong with a file made for it; is it there, and is it 2.10 or newer?")
         with concurrent.futures.ThreadPoolExecutor(JOBS) as pool:
-            looks = dict(zip(names, pool.map(lambda name: look(name, folder), names)))
+            looks = dict(zip(names, pool.map(lambda name: kept.look(name, folder), names)))
+    kept.remove_old()
     for name, (findings, why) in looks.items():
         is_listed = (name,) in unreadable
         if why and not is_listed:
@@ -104,13 +165,13 @@ def main():
                 used.add((identifier, file))
             else:
                 problems.add(f"{file}:{line}: {text} [{identifier}]")
-    if not sys.argv[1:]:
+    if not chosen:
         for identifier, file in suppressed.keys() - used:
             problems.add(f"cppcheck.suppressions:{suppressed[(identifier, file)]}: no {identifier} in {file}; take the line away")
         for (name,), number in unreadable.items():
             if name not in looks:
                 problems.add(f"cppcheck.unreadable:{number}: there is no {name}")
-    print("\n".join(sorted(problems)) or f"{len(names)} files: nothing found")
+    print("\n".join(sorted(problems)) or f"{len(names)} files, {kept.known} of them known: nothing found")
     return 1 if problems else 0
 
 
