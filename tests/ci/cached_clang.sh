@@ -10,6 +10,8 @@ set -euo pipefail
 
 # Objects name sources relative to this folder, wherever it is.
 export CCACHE_BASEDIR=$1 CCACHE_NOHASHDIR=1 CCACHE_SLOPPINESS=pch_defines,time_macros CCACHE_PCH_EXTSUM=1
+# A file that is the same by inode, size and time of change is hashed once.
+export CCACHE_INODECACHE=1
 ccache=$2
 shift 2
 
