@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <deque>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "daemon/core/contactor_sequence.hpp"
@@ -451,9 +452,10 @@ Reached reached_by(const Reached& from, const SequenceInputs& in, const Sequence
   return to;
 }
 
-/// Every set of inputs at `start`; samples are of now, of two ticks ago, or from before the phase began.
-std::vector<SequenceInputs> explored_inputs(TimePoint before) {
-  std::vector<SequenceInputs> inputs;
+/// Visits every set of inputs at `start`; samples are of now, of two ticks ago, or from before the phase began. A list
+/// of them for each state takes longer than the steps that it is for.
+template <class Visit>
+void for_each_input(TimePoint before, Visit visit) {
   for (unsigned bits = 0; bits < flag_combinations; ++bits) {
     SequenceInputs in = flags_of(bits);
     in.now = start;
@@ -469,13 +471,12 @@ std::vector<SequenceInputs> explored_inputs(TimePoint before) {
           for (const TimePoint measured_at : {start, start - 2 * tick, before}) {
             if (!in.is_measured && measured_at != start) continue;
             in.measured_at = in.link_at = in.sensor_pack_at = measured_at;
-            inputs.push_back(in);
+            visit(std::as_const(in));
           }
         }
       }
     }
   }
-  return inputs;
 }
 
 /// What an onlooker demands of a state that was reached.
@@ -501,14 +502,14 @@ std::vector<Reached> explore(const ContactorConfig& config, Look look) {
   for (std::size_t next = 0; next < states.size(); ++next) {
     const Reached from = states[next];
     const SequenceState state = state_of(from);
-    for (const SequenceInputs& in : explored_inputs(state.entered_at - 1ns)) {
+    for_each_input(state.entered_at - 1ns, [&](const SequenceInputs& in) {
       const SequenceStep result = step(state, in, config);
       const Reached to = reached_by(from, in, result);
       look(from, in, to, result);
-      if (seen[index_of(to)]) continue;
+      if (seen[index_of(to)]) return;
       seen[index_of(to)] = true;
       states.push_back(to);
-    }
+    });
   }
   return states;
 }
@@ -563,7 +564,7 @@ TEST_CASE("with inputs that stay as they are every reachable state comes to open
   int longest = 0;
   for (const Reached& at : states) {
     const SequenceState state = state_of(at);
-    for (const SequenceInputs& in : explored_inputs(state.entered_at - 1ns)) {
+    for_each_input(state.entered_at - 1ns, [&](const SequenceInputs& in) {
       ++found.tried;
       longest = std::max(longest, ticks_to_rest(state, in, config, at_most));
       // Closed stays closed for as long as it is wished and allowed, and open stays open when it is not.
@@ -571,7 +572,7 @@ TEST_CASE("with inputs that stay as they are every reachable state comes to open
       const Phase next = step(state, in, config).state.phase;
       if (at.phase == Phase::closed) found.demand((next == Phase::closed) == is_asked, "left", at.phase, next);
       if (at.phase == Phase::open) found.demand((next == Phase::open) != is_asked, "left", at.phase, next);
-    }
+    });
   }
   WARN("states and inputs tried: " << found.tried << ", longest way: " << longest << " ticks");
   INFO(found.first);
