@@ -115,9 +115,11 @@ void check_opening(Findings& found, const SequenceState& state, const SequenceIn
   const bool is_closing =
       state.phase == Phase::main_negative || state.phase == Phase::precharge || state.phase == Phase::main_positive;
   const bool is_without_load = !in.is_current_known || (in.current_mA <= 1'000 && in.current_mA >= -1'000);
+  const bool is_charger_gone = in.is_unplugged && !in.close_wanted;
   if (!in.close_wanted) {
     demand(!is_closing || to == Phase::open, "a closing went on without a wish");
-    demand(state.phase != Phase::closed || to == Phase::open || to == Phase::ramp_down, "closed without a wish");
+    const bool is_left = to == Phase::open || to == (in.is_unplugged ? Phase::breaking : Phase::ramp_down);
+    demand(state.phase != Phase::closed || is_left, "closed without a wish");
     demand(state.phase != Phase::open || to == Phase::open, "began without a wish");
   }
   const bool is_opening = state.phase == Phase::ramp_down || state.phase == Phase::breaking;
@@ -125,9 +127,11 @@ void check_opening(Findings& found, const SequenceState& state, const SequenceIn
   demand(state.phase != Phase::ramp_down || !is_without_load || to == Phase::open, "waited without a load");
   demand(state.phase != Phase::ramp_down || since < config.zero_current_grace || to != Phase::ramp_down,
          "grace too long");
+  demand(state.phase != Phase::ramp_down || !is_charger_gone || to != Phase::ramp_down,
+         "grace for a plug that is pulled");
   demand(state.phase != Phase::breaking || since < config.break_gap || to == Phase::open, "gap too long");
   demand(!is_closing || since < config.precharge_timeout || to != state.phase, "a phase without an end");
-  if (to == Phase::breaking && state.phase == Phase::ramp_down) {
+  if (to == Phase::breaking && state.phase != Phase::breaking) {
     const ContactorOutputs expected = in.current_mA >= 0 ? ContactorOutputs{.main_negative = true}
                                       : state.is_charge_closed
                                           ? ContactorOutputs{.main_positive = true, .main_negative = true}
@@ -192,6 +196,11 @@ SequenceInputs flags_of(unsigned bits) {
 }
 constexpr unsigned flag_combinations = 1U << 9;
 
+/// Whether the flag is_unplugged, which flags_of leaves out, has a say.
+bool asks_who_is_unplugged(Phase phase) {
+  return phase == Phase::closed || phase == Phase::ramp_down;
+}
+
 /// Calls `visit` with every set of flags, times and currents; what is not known is tried with two absurd values.
 template <class Visit>
 void for_each_input(Visit visit) {
@@ -252,9 +261,13 @@ TEST_CASE("every phase with every combination of inputs keeps the rules of closi
     for (const SequenceState& state : all_states(has_charge_contactor)) {
       const SequenceState with_more = with_leftovers(state);
       for_each_input([&](const SequenceInputs& in) {
+        SequenceInputs unplugged = in;
+        unplugged.is_unplugged = true;
+        const bool is_asked = asks_who_is_unplugged(state.phase);
         check_step(found, state, in, config);
+        if (is_asked) check_step(found, state, unplugged, config);
         const SequenceStep one = step(state, in, config);
-        const SequenceStep other = step(with_more, in, config);
+        const SequenceStep other = step(with_more, is_asked ? in : unplugged, config);
         const bool is_alike = one.state.phase == other.state.phase && one.outputs == other.outputs &&
                               one.precharge_failure == other.precharge_failure;
         found.demand(is_alike, "leftovers of another phase matter", state.phase, one.state.phase);
@@ -455,7 +468,9 @@ Reached reached_by(const Reached& from, const SequenceInputs& in, const Sequence
 /// Visits every set of inputs at `start`; samples are of now, of two ticks ago, or from before the phase began. A list
 /// of them for each state takes longer than the steps that it is for.
 template <class Visit>
-void for_each_input(TimePoint before, Visit visit) {
+void for_each_input_of(const SequenceState& state, Visit visit) {
+  const TimePoint before = state.entered_at - 1ns;
+  const bool is_asked = asks_who_is_unplugged(state.phase);
   for (unsigned bits = 0; bits < flag_combinations; ++bits) {
     SequenceInputs in = flags_of(bits);
     in.now = start;
@@ -471,7 +486,11 @@ void for_each_input(TimePoint before, Visit visit) {
           for (const TimePoint measured_at : {start, start - 2 * tick, before}) {
             if (!in.is_measured && measured_at != start) continue;
             in.measured_at = in.link_at = in.sensor_pack_at = measured_at;
-            visit(std::as_const(in));
+            for (const bool is_unplugged : {false, true}) {
+              if (is_unplugged && !is_asked) continue;
+              in.is_unplugged = is_unplugged;
+              visit(std::as_const(in));
+            }
           }
         }
       }
@@ -502,7 +521,7 @@ std::vector<Reached> explore(const ContactorConfig& config, Look look) {
   for (std::size_t next = 0; next < states.size(); ++next) {
     const Reached from = states[next];
     const SequenceState state = state_of(from);
-    for_each_input(state.entered_at - 1ns, [&](const SequenceInputs& in) {
+    for_each_input_of(state, [&](const SequenceInputs& in) {
       const SequenceStep result = step(state, in, config);
       const Reached to = reached_by(from, in, result);
       look(from, in, to, result);
@@ -564,7 +583,7 @@ TEST_CASE("with inputs that stay as they are every reachable state comes to open
   int longest = 0;
   for (const Reached& at : states) {
     const SequenceState state = state_of(at);
-    for_each_input(state.entered_at - 1ns, [&](const SequenceInputs& in) {
+    for_each_input_of(state, [&](const SequenceInputs& in) {
       ++found.tried;
       longest = std::max(longest, ticks_to_rest(state, in, config, at_most));
       // Closed stays closed for as long as it is wished and allowed, and open stays open when it is not.
