@@ -457,20 +457,22 @@ TEST_CASE("two hundred reloads leave nothing behind", "[integration][daemon][rel
       REQUIRE(done.at("is_new_life") == true);
     }
   };
-  reload_times(50);
+  // With a sanitizer forty do: it looks at the end for what was left. An even number, or the next file is the same.
+  constexpr int first_reloads = test::is_sanitized ? 10 : 50;
+  reload_times(first_reloads);
   // A sanitizer keeps 256 MB of what was freed.
   constexpr std::int64_t growth_max_kB = test::is_sanitized ? 300'000 : 8'000;
   const std::size_t descriptors = count_in(*bench.daemon, "fd");
   const std::size_t threads = count_in(*bench.daemon, "task");
   const std::int64_t memory_kB = resident_kB(*bench.daemon);
-  reload_times(150);
+  reload_times(3 * first_reloads);
   // Threads that write have a file open now and then, and buffers of some megabytes; a busy machine makes them write.
-  // What each reload left behind would be there a hundred and fifty times.
+  // What each reload left behind would be there thirty times or more.
   constexpr std::size_t few = 5;
   CHECK(bench.becomes([&] { return count_in(*bench.daemon, "fd") <= descriptors + few; }));
   CHECK(bench.becomes([&] { return count_in(*bench.daemon, "task") <= threads + few; }));
   CHECK(bench.becomes([&] { return resident_kB(*bench.daemon) - memory_kB < growth_max_kB; }));
-  CHECK(bench.reloads() == 200);
+  CHECK(bench.reloads() == 4 * first_reloads);
   CHECK(bench.becomes([&] { return bench.ask_json("status").at("modules_answering") == 4; }));
   const nlohmann::json faults = test::faults_of_the_pack(bench);
   INFO(faults.dump());

@@ -15,6 +15,7 @@
 #include "daemon/history/row_blob.hpp"
 #include "tests/support/faulty_vfs.hpp"
 #include "tests/support/history_rows.hpp"
+#include "tests/support/sanitized.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace bmu {
@@ -660,6 +661,8 @@ namespace {
 
 constexpr std::size_t header_bytes = 100;
 constexpr std::size_t first_page_bytes = 8'192;
+/// With a sanitizer each of these, without one all: of 3200 databases each takes 30 ms there.
+constexpr unsigned one_of = test::is_sanitized ? 8 : 1;
 
 std::string damaged_at_its_beginning(const std::string& path) {
   return path + " is damaged at its beginning: what of it can be read follows";
@@ -687,7 +690,7 @@ TEST_CASE("a flipped bit at the beginning of a history costs no row", "[unit][hi
   const std::string good = bytes_of(files.path);
   std::set<std::size_t> told;
   for (std::size_t at = 0; at < header_bytes; ++at) {
-    for (unsigned bit = 0; bit < 8; ++bit) {
+    for (unsigned bit = at % one_of; bit < 8; bit += one_of) {
       INFO("byte " << at << ", bit " << bit);
       std::string bytes = good;
       bytes[at] = static_cast<char>(static_cast<unsigned char>(bytes[at]) ^ (1U << bit));
@@ -718,7 +721,7 @@ TEST_CASE("a flipped bit where a history names its tables costs nothing without 
   const std::string good = bytes_of(files.path);
   std::size_t tried = 0;
   std::size_t whole = 0;
-  for (std::size_t at = header_bytes; at < first_page_bytes; at += 7) {
+  for (std::size_t at = header_bytes; at < first_page_bytes; at += std::size_t{7} * one_of) {
     INFO("byte " << at);
     std::string bytes = good;
     bytes[at] = static_cast<char>(bytes[at] ^ (1 << at % 7));
@@ -829,9 +832,12 @@ TEST_CASE("no number at the beginning of a hostile history leads anywhere", "[un
   const Files files;
   make_history(files.path, 20);
   const std::string good = bytes_of(files.path);
+  constexpr unsigned one_of_these = test::is_sanitized ? 7 : 1;  // each of the twelve at a byte has its turn
+  unsigned number = 0;
   for (std::size_t at = 16; at < header_bytes + 20; ++at) {
     for (const std::string& filling : {std::string(4, '\0'), std::string(4, '\xFF'), std::string("\0\1\x7F\xFF", 4)}) {
       for (const std::size_t size : {good.size(), good.size() - 1, std::size_t{9'000}, std::size_t{511}}) {
+        if (number++ % one_of_these != 0) continue;
         INFO("byte " << at << ", size " << size);
         std::string bytes = good.substr(0, size);
         bytes.replace(at, 4, filling);
