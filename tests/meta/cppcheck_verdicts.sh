@@ -3,14 +3,9 @@
 set -euo pipefail
 
 repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
-folder=$(mktemp -d "${TMPDIR:-/tmp}/bmud-cppcheck-verdicts.XXXXXX")
-trap 'rm -rf "$folder"' EXIT
-export XDG_CACHE_HOME=$folder/cache PATH=$folder/bin:$PATH
-
-fail() {
-  echo "cppcheck_verdicts.sh: $*" >&2
-  exit 1
-}
+# shellcheck source-path=SCRIPTDIR source=verdict_checks.sh
+source "$repository/tests/meta/verdict_checks.sh"
+export PATH=$folder/bin:$PATH
 
 # make_project NAME: the script in a repository of a header, a source that includes it through another one, and a source that does not.
 make_project() {
@@ -34,22 +29,15 @@ here=$(dirname "$0")
 if [[ $1 == --version ]]; then cat "$here/version"; exit; fi
 file=${*: -1}
 if [[ $file == probe.cpp ]]; then echo "probe.cpp:3: error: out of bounds [arrayIndexOutOfBounds]"; exit; fi
-echo "$file" >>"$here/looked"
+echo "${file#protocol/}" >>"$here/../looked"
 if grep -q CRASH "$file"; then kill -SEGV $$; fi
 if grep -q BAD "$file" || { [[ $file == protocol/one.cpp ]] && grep -q BAD protocol/one.hpp; }; then echo "$file:1: warning: BAD [bad]"; fi
 CPPCHECK
 chmod +x "$folder/bin/cppcheck"
 echo 'Cppcheck 2.10' >"$folder/bin/version"
 
-# expect WHAT LOOKED STATUS [ARGUMENTS...]: which sources it looks at, and how it ends
-expect() {
-  local what=$1 looked=$2 expected=$3 status=0 found
-  shift 3
-  : >"$folder/bin/looked"
-  tests/meta/cppcheck.py "$@" >"$folder/out" 2>&1 || status=$?
-  found=$(sort "$folder/bin/looked" | sed 's|protocol/||' | paste -sd' ')
-  [[ $found == "$looked" ]] || fail "$what: found that it looks at '$found', expected '$looked': $(cat "$folder/out")"
-  [[ $status -eq $expected ]] || fail "$what: found status $status, expected $expected: $(cat "$folder/out")"
+look() {
+  tests/meta/cppcheck.py "$@"
 }
 
 make_project first
@@ -85,8 +73,7 @@ echo '#include "missing.hpp"' >protocol/two.cpp
 expect "what it includes is missing" "two.cpp" 0
 echo 'int missing();' >protocol/missing.hpp
 expect "what was missing is there" "two.cpp" 0
-find "$XDG_CACHE_HOME" -type f -exec touch -d '31 days ago' {} +
+make_old
 expect "what is asked for stays" "" 0
-kept=$(find "$XDG_CACHE_HOME" -type f | wc -l)
-[[ $kept -eq 2 ]] || fail "found $kept verdicts kept, expected 2: what nothing asks for goes after 30 days"
+expect_kept 2
 echo "as expected"

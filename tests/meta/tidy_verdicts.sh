@@ -3,14 +3,8 @@
 set -euo pipefail
 
 repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
-folder=$(mktemp -d "${TMPDIR:-/tmp}/bmud-tidy-verdicts.XXXXXX")
-trap 'rm -rf "$folder"' EXIT
-export XDG_CACHE_HOME=$folder/cache
-
-fail() {
-  echo "tidy_verdicts.sh: $*" >&2
-  exit 1
-}
+# shellcheck source-path=SCRIPTDIR source=verdict_checks.sh
+source "$repository/tests/meta/verdict_checks.sh"
 
 # make_project NAME: a header, a source that includes it and one that does not, and the commands that compile them.
 make_project() {
@@ -42,15 +36,8 @@ TIDY
 chmod +x "$folder/clang-tidy"
 echo 'version 14' >"$folder/version"
 
-# expect WHAT LOOKED STATUS [ARGUMENTS...]: which sources it looks at, and how it ends
-expect() {
-  local what=$1 looked=$2 expected=$3 status=0 found
-  shift 3
-  : >"$folder/looked"
-  "$repository/tests/ci/tidy.py" --build build --jobs 1 --clang-tidy "$folder/clang-tidy" "$@" >"$folder/out" 2>&1 || status=$?
-  found=$(sort "$folder/looked" | paste -sd' ')
-  [[ $found == "$looked" ]] || fail "$what: found that it looks at '$found', expected '$looked': $(cat "$folder/out")"
-  [[ $status -eq $expected ]] || fail "$what: found status $status, expected $expected: $(cat "$folder/out")"
+look() {
+  "$repository/tests/ci/tidy.py" --build build --jobs 1 --clang-tidy "$folder/clang-tidy" "$@"
 }
 
 make_project first
@@ -86,6 +73,6 @@ expect "a part and more" "two.cpp" 0 --part 1/2 --and two.cpp --and left_out.cpp
 expect "one source" "" 0 --only one.cpp
 expect "one that the build does not compile" "" 2 --only left_out.cpp
 expect "a part that is none" "" 2 --part 3/2
-find "$XDG_CACHE_HOME" -type f -exec touch -d '31 days ago' {} +
+make_old
 expect "what is asked for stays" "two.cpp" 0
-[[ $(find "$XDG_CACHE_HOME" -type f | wc -l) -eq 1 ]] || fail "found $(find "$XDG_CACHE_HOME" -type f | wc -l) verdicts, expected 1"
+expect_kept 1

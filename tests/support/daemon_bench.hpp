@@ -13,7 +13,6 @@
 #include <fcntl.h>
 #include <nlohmann/json.hpp>
 #include <poll.h>
-#include <sched.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 
@@ -251,12 +250,10 @@ struct Bench {
     daemon = std::make_unique<Process>(daemon_command(), options);
     prefer(*daemon);
   }
-  /// A starved pack opens, as it should. Where this is permitted the scheduler prefers the first thread of both
-  /// programs to whatever else the machine does, as the service's unit has it.
+  /// A starved pack opens, as it should. Where this is permitted the scheduler prefers both programs to whatever else
+  /// the machine does, as it would prefer them on board.
   static void prefer(const Process& process) {
     constexpr int niceness = -15;
-    const sched_param ordinary{};
-    static_cast<void>(::sched_setscheduler(process.pid(), SCHED_OTHER | SCHED_RESET_ON_FORK, &ordinary));
     static_cast<void>(::setpriority(PRIO_PROCESS, static_cast<id_t>(process.pid()), niceness));
   }
   [[nodiscard]] std::vector<std::string> daemon_command() const {
