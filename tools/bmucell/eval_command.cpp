@@ -8,19 +8,13 @@
 #include "config/cell_config.hpp"
 #include "tools/bmucell/chart.hpp"
 #include "tools/bmucell/output.hpp"
+#include "tools/bmucell/score_terms.hpp"
 
 namespace bmu::cell {
 
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr double percent = 100.0;
-constexpr double told_sigmas = 2.0;
-
-Json number_or_null(const std::optional<double>& value) {
-  return value ? Json(*value) : Json(nullptr);
-}
 
 Json to_json(const Score& score) {
   return {{"file", score.file},
@@ -90,7 +84,7 @@ std::string svg_of_trace(const Evaluation& evaluation) {
   ChartLine volts{.label = "", .color = "#1f6feb"};
   for (const TraceRow& row : evaluation.trace) {
     const double x = row.time_s / minute_s;
-    const double reach = told_sigmas * row.sigma * percent;
+    const double reach = band_sigmas * row.sigma * percent;
     truth.points.push_back({x, row.true_soc * percent});
     told.points.push_back({x, row.soc * percent});
     error.points.push_back({x, (row.soc - row.true_soc) * percent});

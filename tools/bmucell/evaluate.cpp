@@ -8,6 +8,7 @@
 #include "daemon/core/estimators/cell_estimate.hpp"
 #include "daemon/core/estimators/published_soc.hpp"
 #include "tools/bmucell/median.hpp"
+#include "tools/bmucell/score_terms.hpp"
 
 namespace bmu::cell {
 
@@ -16,8 +17,6 @@ namespace {
 constexpr double begin_sigma_min = 0.10;
 constexpr double settled_within = 0.03;
 constexpr double settling_s = 1200.0;
-constexpr double told_sigmas = 2.0;
-constexpr double percent = 100.0;
 
 /// The recording as a daemon with a worse sensor would have seen it.
 class WorseSensor {
@@ -43,7 +42,7 @@ class Scorer {
     const double off = std::abs(error);
     all_.add(off);
     if (since_begin_s > settling_s) later_.add(off);
-    if (off <= told_sigmas * sigma) inside_ += 1.0;
+    if (off <= band_sigmas * sigma) inside_ += 1.0;
     if (off > settled_within) {
       settled_s_.reset();
     } else if (!settled_s_) {

@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/bmucell/score_terms.hpp"
+
 namespace bmu::cell {
 
 namespace {
 
 /// A bench counts so well; what a vehicle's sensor adds is CapacityPrior::common_share.
 constexpr CurrentSensorError bench_sensor{.gain = 0.0, .offset_A = 0.0, .unknown_current_A = 0.0};
-constexpr double told_sigmas = 2.0;
-constexpr double percent = 100.0;
 constexpr std::size_t charges_min = 8;
 
 std::optional<PlateauCharge> shown_by(const ChargePlateauModel& model, const Charge& charge) {
@@ -68,7 +68,7 @@ class Scorer {
     const double off_As = std::abs(estimate_As - true_As);
     squares_ += off_As * off_As;
     most_As_ = std::max(most_As_, off_As);
-    if (off_As <= told_sigmas * sigma_As) inside_ += 1.0;
+    if (off_As <= band_sigmas * sigma_As) inside_ += 1.0;
     ++count_;
   }
   [[nodiscard]] HealthScore score() const {

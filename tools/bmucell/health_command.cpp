@@ -10,6 +10,7 @@
 #include "config/cell_file_writer.hpp"
 #include "tools/bmucell/chart.hpp"
 #include "tools/bmucell/output.hpp"
+#include "tools/bmucell/score_terms.hpp"
 
 namespace bmu::cell {
 
@@ -18,7 +19,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double hour_s = 3600.0;
-constexpr double told_sigmas = 2.0;
 constexpr double no_point = std::numeric_limits<double>::quiet_NaN();
 
 struct Told {
@@ -109,8 +109,8 @@ std::string svg_of_health(const HealthResult& result) {
     single.points.push_back({row.cycle, row.single_As.value_or(no_point) / hour_s});
     told.points.push_back({row.cycle, row.told_As.value_or(no_point) / hour_s});
     if (!row.told_As) continue;
-    around.low.push_back({row.cycle, (*row.told_As - told_sigmas * row.told_sigma_As) / hour_s});
-    around.high.push_back({row.cycle, (*row.told_As + told_sigmas * row.told_sigma_As) / hour_s});
+    around.low.push_back({row.cycle, (*row.told_As - band_sigmas * row.told_sigma_As) / hour_s});
+    around.high.push_back({row.cycle, (*row.told_As + band_sigmas * row.told_sigma_As) / hour_s});
   }
   capacity.bands = {std::move(around)};
   capacity.lines = {std::move(truth), std::move(single), std::move(told)};

@@ -6,12 +6,12 @@
 #include <cstdio>
 
 #include "tools/bmucell/csv_file.hpp"
+#include "tools/bmucell/score_terms.hpp"
 
 namespace bmu::cell {
 
 namespace {
 
-constexpr double percent = 100.0;
 constexpr double soc_apart_max = 0.0005;
 constexpr double current_apart_share = 0.03;
 /// Less than this of a table's smallest pulse is no current.

@@ -8,6 +8,7 @@
 #include "tools/bmucell/chart.hpp"
 #include "tools/bmucell/output.hpp"
 #include "tools/bmucell/resistance_score.hpp"
+#include "tools/bmucell/score_terms.hpp"
 
 namespace bmu::cell {
 
@@ -15,16 +16,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double percent = 100.0;
 constexpr double mOhm_per_Ohm = 1e3;
-constexpr double told_sigmas = 2.0;
 
 std::string name_of(const ResistanceScore& score) {
   return std::string(resistance_method_names.at(static_cast<std::size_t>(score.method)));
-}
-
-Json number_or_null(const std::optional<double>& value) {
-  return value ? Json(*value) : Json(nullptr);
 }
 
 void print_json(const ResistanceOptions& options, const ResistanceEvaluation& evaluation) {
@@ -115,7 +110,7 @@ std::string svg_of_pulses(const ResistanceOptions& options, const ResistanceEval
       told.at(method).points.push_back({x, one->resistance_Ohm * mOhm_per_Ohm});
       error.at(method).points.push_back({x, *off_pct(pulse, method)});
       if (!one->sigma_Ohm) continue;
-      const double reach_Ohm = told_sigmas * *one->sigma_Ohm;
+      const double reach_Ohm = band_sigmas * *one->sigma_Ohm;
       around.low.push_back({x, (one->resistance_Ohm - reach_Ohm) * mOhm_per_Ohm});
       around.high.push_back({x, (one->resistance_Ohm + reach_Ohm) * mOhm_per_Ohm});
     }

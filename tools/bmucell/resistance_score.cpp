@@ -5,13 +5,12 @@
 
 #include "daemon/core/estimators/resistance_tracker.hpp"
 #include "daemon/core/estimators/step_average.hpp"
+#include "tools/bmucell/score_terms.hpp"
 
 namespace bmu::cell {
 
 namespace {
 
-constexpr double percent = 100.0;
-constexpr double told_sigmas = 2.0;
 constexpr double good_share = 0.05;
 constexpr double read_after_s = 10.0;
 
@@ -121,7 +120,7 @@ ResistanceScore score_of(const std::vector<PulseResult>& pulses, ResistanceMetho
     most = std::max(most, std::abs(off));
     if (std::abs(off) <= good_share) ++score.within_5_pct;
     tells_sigma = tells_sigma || told->sigma_Ohm.has_value();
-    if (told->sigma_Ohm && off_Ohm <= told_sigmas * *told->sigma_Ohm) ++inside;
+    if (told->sigma_Ohm && off_Ohm <= band_sigmas * *told->sigma_Ohm) ++inside;
   }
   if (score.told == 0) return score;
   const auto count = static_cast<double>(score.told);
