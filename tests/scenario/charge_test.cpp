@@ -5,7 +5,7 @@
 
 #include "daemon/core/estimators/cell_charge.hpp"
 #include "tests/support/catch.hpp"
-#include "tests/support/changed_pack.hpp"
+#include "tests/support/patched_pack.hpp"
 #include "tests/support/sim_run.hpp"
 
 using namespace bmu;
@@ -16,23 +16,19 @@ constexpr double minute = 60.0;
 constexpr double hour = 3'600.0;
 
 /// Cells of the demonstration, as many modules of twelve, and chargers.
-CoreConfig charged_pack(const Json& charger, std::size_t modules = 4) {
-  Json nodes = Json::array();
-  for (std::size_t node = 1; node <= modules; ++node) nodes.push_back(node);
-  const auto pack =
-      parse(changed({{"/modules", Json::array({Json{{"nodes", nodes}, {"cells", 12}, {"temperature_sensors", 4}}})},
-                     {"/limits/pack_voltage_mismatch/warn_mV", 1'000 * modules},
-                     {"/limits/pack_voltage_mismatch/open_mV", 2'000 * modules},
-                     {"/contactors/precharge_overcurrent_mA", 6'000},
-                     {"/contactors/precharge_energy_J", 5'000},
-                     {"/charger", charger}})
-                .dump());
-  if (!pack) FAIL(all_text(pack.error()));
-  return pack->core;
+CoreConfig charged_pack(const std::string& charger, std::size_t modules = 4) {
+  std::string nodes = "1";
+  for (std::size_t node = 2; node <= modules; ++node) nodes += ", " + std::to_string(node);
+  const std::string changes = R"("modules": [{"nodes": [)" + nodes + R"(], "cells": 12, "temperature_sensors": 4}],
+    "contactors": {"precharge_overcurrent_mA": 6000, "precharge_energy_J": 5000},
+    "limits": {"pack_voltage_mismatch": {"warn_mV": )" +
+                              std::to_string(1'000 * modules) + R"(, "open_mV": )" + std::to_string(2'000 * modules) +
+                              "}}";
+  return test::patched_pack("{" + changes + R"(, "charger": {)" + charger + "}}");
 }
 
-Json elcon(int units = 1) {
-  return Json{{"protocol", "elcon_tc"}, {"units", units}, {"current_max_mA", 20'000}};
+std::string elcon(int units = 1, const std::string& more = "") {
+  return R"("protocol": "elcon_tc", "current_max_mA": 20000, "units": )" + std::to_string(units) + more;
 }
 
 struct Extremes {
@@ -98,9 +94,9 @@ TEST_CASE("a pack of 96 cells is charged from 20 % to full, and every cell ends 
 
 TEST_CASE("the highest cell is held at its full voltage, and then the pack is full and opens",
           "[scenario][charge][BMU_11]") {
-  const std::string_view protocol = GENERATE("elcon_tc", "brusa_nlg5");
+  const std::string protocol = GENERATE("elcon_tc", "brusa_nlg5");
   CAPTURE(protocol);
-  test::SimRun run(charged_pack(Json{{"protocol", protocol}, {"end_for_ms", 20'000}}, 1));
+  test::SimRun run(charged_pack(R"("end_for_ms": 20000, "protocol": ")" + protocol + "\"", 1));
   run.apply("pack soc_permille 930");
   run.apply("cell 1.7 soc_permille 936");
   plug_in(run);
@@ -151,7 +147,8 @@ TEST_CASE("a charger that falls silent while it charges opens the way, and charg
 TEST_CASE("behind a charging post a Brusa charges if the pack file lets it ask for mains, and only then",
           "[scenario][charge][BMU_11]") {
   const bool is_asked = GENERATE(false, true);
-  test::SimRun run(charged_pack(Json{{"protocol", "brusa_nlg5"}, {"requests_mains", is_asked}}, 1));
+  const std::string asked = is_asked ? "true" : "false";
+  test::SimRun run(charged_pack(R"("protocol": "brusa_nlg5", "requests_mains": )" + asked, 1));
   run.apply("charger post on");
   plug_in(run);
   run.run_to(40.0);
@@ -168,7 +165,7 @@ TEST_CASE("behind a charging post a Brusa charges if the pack file lets it ask f
 }
 
 TEST_CASE("a charger that gives more than it is asked for is cut off, and stays so", "[scenario][charge][F97]") {
-  CoreConfig config = charged_pack(Json{{"protocol", "elcon_tc"}, {"current_max_mA", 8'000}});
+  CoreConfig config = charged_pack(R"("protocol": "elcon_tc", "current_max_mA": 8000)");
   test::SimRun run(config);
   plug_in(run);
   run.run_to(40.0);
@@ -199,7 +196,7 @@ TEST_CASE("a sensor that is reversed or stands still does not hide a charger tha
           "[scenario][charge][F97]") {
   for (const std::string sensor : {"sensor current inverted on", "sensor current stuck on"}) {
     CAPTURE(sensor);
-    CoreConfig config = charged_pack(Json{{"protocol", "elcon_tc"}, {"current_max_mA", 8'000}});
+    CoreConfig config = charged_pack(R"("protocol": "elcon_tc", "current_max_mA": 8000)");
     test::SimRun run(config);
     plug_in(run);
     run.run_to(40.0);
@@ -214,11 +211,8 @@ TEST_CASE("a sensor that is reversed or stands still does not hide a charger tha
 }
 
 TEST_CASE("a charger that goes on after it was told to stop opens the pack", "[scenario][charge][F99]") {
-  Json charger = elcon();
-  charger["opens_when_full"] = false;
-  charger["end_for_ms"] = 5'000;
-  charger["end_current_mA"] = 6'000;
-  test::SimRun run(charged_pack(charger, 1));
+  const std::string end = R"(, "opens_when_full": false, "end_for_ms": 5000, "end_current_mA": 6000)";
+  test::SimRun run(charged_pack(elcon(1, end), 1));
   run.apply("pack soc_permille 985");
   plug_in(run);
   const Core& core = run.core();
@@ -392,10 +386,7 @@ TEST_CASE("less is told at once, and a unit that comes late waits for the others
 }
 
 TEST_CASE("a full pack opens although something is drawn from it", "[scenario][charge]") {
-  Json charger = elcon();
-  charger["end_for_ms"] = 5'000;
-  charger["end_current_mA"] = 6'000;
-  test::SimRun run(charged_pack(charger, 1));
+  test::SimRun run(charged_pack(elcon(1, R"(, "end_for_ms": 5000, "end_current_mA": 6000)"), 1));
   run.apply("pack soc_permille 985");
   plug_in(run);
   run.apply("load current_A 3");
@@ -427,9 +418,7 @@ TEST_CASE("a charger that comes and goes is followed ten times and no more", "[s
 TEST_CASE("a charge of the packs of six cells pauses once at half of the charge", "[scenario][charge][RES_1]") {
   const std::string name = GENERATE("lipo-6s-24v", "shell-eco-6s");
   CAPTURE(name);
-  const auto pack = load_pack_config(packs_directory / (name + ".json"));
-  REQUIRE(pack);
-  test::SimRun run(pack->core);
+  test::SimRun run(test::patched_pack("{}", name + ".json"));
   run.apply("pack soc_permille 440");
   run.run_to(3.0);
   run.apply("charger connected");

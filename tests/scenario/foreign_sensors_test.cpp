@@ -1,28 +1,25 @@
 // Sensors of other makers around a whole emulated pack: what they say, what a script does to them, and what opens.
 #include <algorithm>
+#include <string>
 #include <string_view>
 
 #include "tests/support/catch.hpp"
-#include "tests/support/changed_pack.hpp"
+#include "tests/support/patched_pack.hpp"
 #include "tests/support/sim_run.hpp"
 
 using namespace bmu;
 
 namespace {
 
-CoreConfig pack_with(const std::vector<Change>& changes) {
-  const auto pack = parse(changed(changes).dump());
-  if (!pack) FAIL(all_text(pack.error()));
-  return pack->core;
+/// The demonstration pack with these keys in the place of its sensor's.
+CoreConfig pack_with_sensor(const std::string& keys) {
+  return test::patched_pack(R"({"sensor": {"little_endian": null, "invert_current": null, )" + keys + "}}");
 }
-
-CoreConfig ivt_pack(const Json& more = Json::object()) {
-  Json sensor{{"protocol", "ivt_s"}};
-  sensor.update(more);
-  return pack_with({{"/sensor", sensor}});
+CoreConfig ivt_pack(const std::string& more = "") {
+  return pack_with_sensor(R"("protocol": "ivt_s")" + more);
 }
 CoreConfig iso_pack() {
-  return pack_with({{"/insulation", Json{{"protocol", "iso165c"}, {"monitoring", "measured"}}}});
+  return test::patched_pack(R"({"insulation": {"protocol": "iso165c", "monitoring": "measured"}})");
 }
 
 /// The key is turned after two seconds.
@@ -89,7 +86,7 @@ TEST_CASE("whoever else commands an IVT-S is a second master, whatever the comma
 }
 
 TEST_CASE("what looks like a command to an IVT-S is none where the pack has no such sensor", "[scenario][sensors]") {
-  test::SimRun run(pack_with({}));
+  test::SimRun run(test::patched_pack("{}"));
   close(run);
   run.observe(FrameReceived{Port::internal, {.id = 0x411, .length = 8, .data = {0x34}}});
   run.run_to(run.seconds() + 0.2);
@@ -109,7 +106,7 @@ TEST_CASE("an IVT-S that somebody set up otherwise is not used, configured, it i
   CHECK(is_present(verified, FaultId::current_sensor_lost));
   CHECK_FALSE(verified.core().pack().current_mA.is_valid());
 
-  test::SimRun configured(ivt_pack({{"set_up", "configure"}}));
+  test::SimRun configured(ivt_pack(R"(, "set_up": "configure")"));
   configured.apply(change);
   configured.apply("sensor_unit restart");
   close(configured);
@@ -119,7 +116,7 @@ TEST_CASE("an IVT-S that somebody set up otherwise is not used, configured, it i
 TEST_CASE("what is configured and not stored is gone when the sensor starts anew, and a closed pack opens for it",
           "[scenario][sensors]") {
   const bool is_stored = GENERATE(false, true);
-  test::SimRun run(ivt_pack({{"set_up", "configure"}, {"store", is_stored}}));
+  test::SimRun run(ivt_pack(R"(, "set_up": "configure", "store": )" + std::string(is_stored ? "true" : "false")));
   run.apply("sensor_unit byte_order little");
   close(run);
   run.apply("load current_A 5");
@@ -154,9 +151,8 @@ TEST_CASE("a sensor that does not answer is not used", "[scenario][sensors]") {
 
 TEST_CASE("an emulated LEM CAB is the first current, or the second", "[scenario][sensors]") {
   const bool is_first = GENERATE(true, false);
-  const Json sensor = is_first ? Json{{"current_protocol", "lem_cab"}}
-                               : Json{{"has_second_current", true}, {"second_protocol", "lem_cab"}};
-  test::SimRun run(pack_with({{"/sensor", sensor}}));
+  test::SimRun run(pack_with_sensor(is_first ? R"("current_protocol": "lem_cab")"
+                                             : R"("has_second_current": true, "second_protocol": "lem_cab")"));
   close(run);
   run.apply("load current_A 20");
   run.run_to(8.0);
@@ -175,8 +171,8 @@ TEST_CASE("a LEM CAB that stands still, is off or marks itself is noticed beside
                                        std::pair{"sensor current_2 offset_mA 30000", FaultId::current_sensors_disagree},
                                        std::pair{"sensor current_2 error on", FaultId::current_sensor_lost});
   CAPTURE(event);
-  test::SimRun run(pack_with(
-      {{"/sensor", Json{{"has_second_current", true}, {"second_protocol", "lem_cab"}, {"second_is_reversed", true}}}}));
+  test::SimRun run(
+      pack_with_sensor(R"("has_second_current": true, "second_protocol": "lem_cab", "second_is_reversed": true)"));
   close(run);
   run.apply(event);
   run.apply("load current_A 30");
@@ -216,7 +212,7 @@ TEST_CASE("an iso165C whose self-test is to come does not keep a pack open for e
 }
 
 TEST_CASE("a word of a script that the pack has nothing for is an error", "[scenario][sensors]") {
-  Simulator plain(simulator_config(pack_with({})), {}, test::SimRun::start);
+  Simulator plain(simulator_config(test::patched_pack("{}")), {}, test::SimRun::start);
   for (const std::string_view event : {"sensor_unit restart", "sensor_unit answers off", "sensor_unit byte_order big",
                                        "sensor_unit current_sign inverted", "sensor_unit current_period_ms 50"}) {
     CAPTURE(event);

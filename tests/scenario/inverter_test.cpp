@@ -2,7 +2,7 @@
 #include <string>
 
 #include "tests/support/catch.hpp"
-#include "tests/support/changed_pack.hpp"
+#include "tests/support/patched_pack.hpp"
 #include "tests/support/sim_run.hpp"
 
 using namespace bmu;
@@ -10,13 +10,8 @@ using namespace bmu;
 namespace {
 
 /// The shipped pack with these keys in its section.
-CoreConfig storage(const Json& inverter = Json::object()) {
-  Json pack = Json::parse(bytes_of(packs_directory / "storage-16s-48v.json"), nullptr, true, true);
-  pack["cell"] = (cells_directory / "lfp-100ah.json").string();
-  pack["inverter"].merge_patch(inverter);
-  const auto read = parse(pack.dump());
-  if (!read) FAIL(all_text(read.error()));
-  return read->core;
+CoreConfig storage(const std::string& keys = "") {
+  return test::patched_pack(R"({"inverter": {)" + keys + "}}", "storage-16s-48v.json");
 }
 
 void close(test::SimRun& run) {
@@ -41,7 +36,7 @@ TEST_CASE("an inverter draws and charges as it is told, and is told nothing may 
           "[scenario][inverter]") {
   const std::string protocol = GENERATE("discover", "orion", "pylontech", "sma", "victron");
   CAPTURE(protocol);
-  test::SimRun run(storage(Json{{"protocol", protocol}}));
+  test::SimRun run(storage(R"("protocol": ")" + protocol + "\""));
   run.apply("pack soc_permille 600");
   run.apply("inverter current_A 40");
   run.run_to(3.0);
@@ -103,7 +98,7 @@ TEST_CASE("an inverter that falls silent opens the pack, and one that does so wh
 
 TEST_CASE("where the pack file wants it so, a silent inverter is told that nothing may flow, until it is back",
           "[scenario][inverter]") {
-  test::SimRun run(storage(Json{{"when_silent", "stop"}}));
+  test::SimRun run(storage(R"("when_silent": "stop")"));
   close(run);
   run.apply("inverter current_A 20");
   run.run_to(20.0);
@@ -120,7 +115,7 @@ TEST_CASE("where the pack file wants it so, a silent inverter is told that nothi
 }
 
 TEST_CASE("a silent inverter may be worth a warning alone", "[scenario][inverter]") {
-  test::SimRun run(storage(Json{{"when_silent", "warn"}}));
+  test::SimRun run(storage(R"("when_silent": "warn")"));
   close(run);
   run.apply("inverter current_A 20");
   run.apply("inverter silent");
@@ -131,7 +126,7 @@ TEST_CASE("a silent inverter may be worth a warning alone", "[scenario][inverter
 }
 
 TEST_CASE("an inverter that was never heard has its time, and then the pack opens", "[scenario][inverter]") {
-  test::SimRun run(storage(Json{{"first_word_max_ms", 20'000}}));
+  test::SimRun run(storage(R"("first_word_max_ms": 20000)"));
   run.apply("inverter silent");
   close(run);
   while (run.seconds() < 22.0) {
@@ -147,7 +142,7 @@ TEST_CASE("an inverter that was never heard has its time, and then the pack open
 }
 
 TEST_CASE("an inverter from which nobody expects a word is told what may flow without one", "[scenario][inverter]") {
-  test::SimRun run(storage(Json{{"silence_max_ms", 0}}));
+  test::SimRun run(storage(R"("silence_max_ms": 0)"));
   run.apply("inverter silent");
   close(run);
   run.run_to(22.0);
@@ -193,7 +188,7 @@ TEST_CASE("somebody else's battery on the inverter's bus keeps an open pack open
 }
 
 TEST_CASE("a failure that an SMA inverter tells is a warning with its number", "[scenario][inverter]") {
-  test::SimRun run(storage(Json{{"protocol", "sma"}}));
+  test::SimRun run(storage(R"("protocol": "sma")"));
   close(run);
   run.apply("inverter failed on");
   run.run_to(15.0);

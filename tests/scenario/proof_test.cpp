@@ -3,7 +3,8 @@
 #include <iterator>
 
 #include "config/pack_config.hpp"
-#include "tests/support/changed_pack.hpp"
+#include "config/read_file.hpp"
+#include "tests/support/catch.hpp"
 #include "tests/support/proofs.hpp"
 #include "tools/common/virtual_run.hpp"
 
@@ -25,7 +26,9 @@ void play(const test::Proof& proof) {
   const std::string script = test::proof_folder() + "/" + std::string(proof.name) + ".scn";
   const auto pack = load_pack_config(test::pack_file_of(script));
   REQUIRE(pack);
-  auto scenario = parse_scenario(bytes_of(script), core_vocabulary());
+  const auto text = read_file(script);
+  REQUIRE(text);
+  auto scenario = parse_scenario(*text, core_vocabulary());
   REQUIRE(scenario);
   VirtualRun run(pack->core, simulator_config(pack->core), std::move(*scenario));
   test::ProofWatch watch(proof, run.core());

@@ -5,23 +5,15 @@
 #include <vector>
 
 #include "tests/support/catch.hpp"
-#include "tests/support/changed_pack.hpp"
+#include "tests/support/patched_pack.hpp"
 #include "tests/support/sim_run.hpp"
 
 using namespace bmu;
 
 namespace {
 
-CoreConfig pack_beside(const Json& second_pack, const Json& buses = Json::object()) {
-  Json pack = valid_pack();
-  pack["second_pack"] = second_pack;
-  pack["buses"].merge_patch(buses);
-  const auto read = parse(pack.dump());
-  if (!read) FAIL(all_text(read.error()));
-  return read->core;
-}
 CoreConfig pack_in(const std::string& dialect) {
-  return pack_beside(Json{{"base_id", "640"}, {"dialect", dialect}});
+  return test::patched_pack(R"({"second_pack": {"base_id": "640", "dialect": ")" + dialect + "\"}}");
 }
 
 const SecondPack::Values& heard(const test::SimRun& run) {
@@ -154,8 +146,8 @@ TEST_CASE("a second pack's charge goes out as SOC2, its silence as unknown, and 
 
 TEST_CASE("on a bus of its own a second pack may have our identifiers, and is not taken for somebody who sends ours",
           "[scenario][second_pack]") {
-  const Json buses{{"vehicle", "can1"}, {"second_pack", "can2"}};
-  test::SimRun run(pack_beside(Json{{"base_id", "620"}}, buses),
+  test::SimRun run(test::patched_pack(R"({"second_pack": {"base_id": "620"},
+                                          "buses": {"vehicle": "can1", "second_pack": "can2"}})"),
                    script("0 second_pack soc_permille 250\n"
                           "0 never frame PACK_CHARGE soc_permille = 250\n"  // that is the master's 626h
                           "wait frame PACK_CHARGE soc_2_permille = 250 within 5\n"));
@@ -167,7 +159,7 @@ TEST_CASE("on a bus of its own a second pack may have our identifiers, and is no
 }
 
 TEST_CASE("a pack without a second one has no words for it", "[scenario][second_pack]") {
-  Simulator simulator(simulator_config(parse(valid_pack().dump())->core), {}, test::SimRun::start);
+  Simulator simulator(simulator_config(test::patched_pack("{}")), {}, test::SimRun::start);
   const auto refused = simulator.apply("second_pack soc_permille 500");
   REQUIRE_FALSE(refused);
   CHECK(refused.error().wanted.find("second_pack/base_id") != std::string::npos);

@@ -8,8 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "config/pack_config.hpp"
 #include "tests/support/catch.hpp"
-#include "tests/support/changed_pack.hpp"
+#include "tests/support/folders.hpp"
 #include "tests/support/wired_pack.hpp"
 
 using namespace bmu;
@@ -141,7 +142,7 @@ class Journey {
 
  private:
   static CoreConfig pack() {
-    const auto read = load_pack_config(packs_directory / "demo-48s.json");
+    const auto read = load_pack_config(test::in_source("config/packs/demo-48s.json"));
     REQUIRE(read);
     return read->core;
   }
