@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "daemon/history/bounded_queue.hpp"
-#include "daemon/history/disk_thread.hpp"
+#include "daemon/history/helper_thread.hpp"
 
 namespace bmu {
 
@@ -173,7 +173,7 @@ void HistoryStore::start() {
   if (path_.empty()) return;
   shared_->is_running = true;
   shared_->state = HistoryState::starting;
-  thread_ = std::thread([shared = shared_] { shared->run(); });
+  thread_ = named_thread("bmud-history", [shared = shared_] { shared->run(); });
 }
 
 HistoryStore::~HistoryStore() {

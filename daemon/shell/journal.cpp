@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include <pthread.h>
 #include <spdlog/async.h>
 #include <spdlog/async_logger.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
@@ -109,7 +110,8 @@ struct Journal::Parts {
 Journal::Journal(Severity least, std::size_t queue_lines) : parts_(std::make_unique<Parts>()) {
   parts_->least = least;
   parts_->queue_lines = queue_lines;
-  parts_->pool = std::make_shared<spdlog::details::thread_pool>(queue_lines, 1);
+  parts_->pool = std::make_shared<spdlog::details::thread_pool>(
+      queue_lines, 1, [] { static_cast<void>(::pthread_setname_np(::pthread_self(), "bmud-log")); });
   parts_->logger = std::make_shared<spdlog::async_logger>("bmud", parts_->sink, parts_->pool,
                                                           spdlog::async_overflow_policy::overrun_oldest);
   parts_->logger->set_level(level_of(least));

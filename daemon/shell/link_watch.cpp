@@ -6,7 +6,7 @@
 #include <system_error>
 #include <utility>
 
-#include "daemon/history/disk_thread.hpp"
+#include "daemon/history/helper_thread.hpp"
 #include "daemon/shell/bus_port.hpp"
 
 namespace bmu {
@@ -74,7 +74,7 @@ Result<std::unique_ptr<LinkWatch>, OsError> LinkWatch::start(const std::vector<L
   watch->latest_ = shared->reports;
   if (wanted.empty()) return watch;
   try {
-    watch->thread_ = std::thread([shared] { shared->run(); });
+    watch->thread_ = named_thread("bmud-links", [shared] { shared->run(); });
   } catch (const std::system_error& error) {
     return failure(OsError{.code = error.code().value(), .what = "a thread to look after interfaces"});
   }

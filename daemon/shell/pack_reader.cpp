@@ -8,7 +8,7 @@
 #include <sys/eventfd.h>
 
 #include "config/bus_checks.hpp"
-#include "daemon/history/disk_thread.hpp"
+#include "daemon/history/helper_thread.hpp"
 #include "daemon/shell/owned_fd.hpp"
 
 namespace bmu {
@@ -52,7 +52,7 @@ int PackReader::fd() const {
 
 Result<void, OsError> PackReader::begin(const std::string& config, const std::string& state_path) {
   try {
-    thread_ = std::thread([shared = shared_, config, state_path] {
+    thread_ = named_thread("bmud-pack", [shared = shared_, config, state_path] {
       auto pack = load_pack_config(config);
       if (!pack) return shared->put(failure(pack.error()));
       shared->put(read_beside(std::move(*pack), config, state_path));

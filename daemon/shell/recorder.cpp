@@ -12,7 +12,7 @@
 
 #include <time.h>
 
-#include "daemon/history/disk_thread.hpp"
+#include "daemon/history/helper_thread.hpp"
 #include "daemon/shell/black_box_head.hpp"
 #include "daemon/shell/bus_port.hpp"
 #include "daemon/shell/zstd_frame.hpp"
@@ -231,7 +231,7 @@ Result<std::unique_ptr<Recorder>, OsError> Recorder::open(const RecorderOptions&
 
 void Recorder::start() {
   shared_->is_running = true;
-  thread_ = std::thread([shared = shared_] { shared->run(); });
+  thread_ = named_thread("bmud-record", [shared = shared_] { shared->run(); });
 }
 
 RecorderEnd Recorder::end(Duration at_most) {

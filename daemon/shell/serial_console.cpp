@@ -12,7 +12,7 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
-#include "daemon/history/disk_thread.hpp"
+#include "daemon/history/helper_thread.hpp"
 #include "daemon/shell/owned_fd.hpp"
 #include "daemon/shell/serial_lines.hpp"
 #include "daemon/shell/serial_port.hpp"
@@ -198,7 +198,7 @@ Result<std::unique_ptr<SerialConsole>, OsError> SerialConsole::start(const Seria
 }
 
 SerialConsole::SerialConsole(std::shared_ptr<Shared> shared)
-    : shared_(std::move(shared)), thread_([kept = shared_] { kept->run(); }) {}
+    : shared_(std::move(shared)), thread_(named_thread("bmud-serial", [kept = shared_] { kept->run(); })) {}
 
 SerialConsole::~SerialConsole() {
   static_cast<void>(::eventfd_write(shared_->ending.get(), 1));  // from now on it does not wait, and sees has_to_end

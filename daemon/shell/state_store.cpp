@@ -11,7 +11,7 @@
 
 #include <sys/stat.h>
 
-#include "daemon/history/disk_thread.hpp"
+#include "daemon/history/helper_thread.hpp"
 #include "daemon/shell/state_text.hpp"
 #include "protocol/assert.hpp"
 
@@ -145,7 +145,7 @@ void StateStore::carry_over(const PersistentState& state) {
 
 void StateStore::start() {
   shared_->is_running = true;
-  thread_ = std::thread([shared = shared_] { shared->run(); });
+  thread_ = named_thread("bmud-state", [shared = shared_] { shared->run(); });
 }
 
 StateStore::~StateStore() {

@@ -1,4 +1,7 @@
 // The control loop with a real-time priority and locked memory: the real daemon, asked of the kernel.
+#include <set>
+#include <string>
+
 #include <sched.h>
 
 #include "tests/support/daemon_bench.hpp"
@@ -65,6 +68,26 @@ TEST_CASE("with a real-time priority the loop's thread has it, and no other", "[
   CHECK(locked_kB > size_kB / 2);
   // What is only set aside, as the C library does for each thread, is locked without being there. Stacks are there.
   CHECK(std::stoll(status_of(pid, "VmRSS")) < 48 * 1024);
+}
+
+TEST_CASE("each thread of the daemon has a name that says what it does", "[integration][real_time][bus]") {
+  Bench bench;
+  bench.more_options = {"--state", bench.folder / "state.json", "--record", bench.folder / "drive"};
+  bench.start_daemon();
+  const std::set<std::string> expected{"bmud\n", "bmud-history\n", "bmud-log\n", "bmud-record\n", "bmud-state\n"};
+  std::set<std::string> names;
+  // A thread names itself once it runs.
+  const auto are_named = [&] {
+    names.clear();
+    const std::string tasks = "/proc/" + std::to_string(bench.daemon->pid()) + "/task/";
+    for (const pid_t thread : threads_of(bench.daemon->pid())) {
+      names.insert(read_file(tasks + std::to_string(thread) + "/comm"));
+    }
+    return names == expected;
+  };
+  const bool are_they = bench.becomes(are_named);
+  CAPTURE(names);
+  CHECK(are_they);
 }
 
 TEST_CASE("a real-time priority or locked memory that is refused is an error at the start, with what it needs",

@@ -1,12 +1,31 @@
-// The end of a thread that writes to a disk: a disk that does not answer must not keep a daemon from ending.
+// Threads beside the control loop, which write to disks, look after devices and read pack files: their names, and their
+// end, since a disk that does not answer must not keep a daemon from ending.
 #pragma once
 
+#include <cstddef>
 #include <mutex>
 #include <thread>
+#include <utility>
+
+#include <pthread.h>
 
 #include "protocol/time.hpp"
 
 namespace bmu {
+
+/// So many characters, and the zero at their end, has the kernel room for.
+inline constexpr std::size_t thread_name_size_max = 16;
+
+/// A thread that runs `run` under `name`, which `top -H`, `ps -L` and debuggers show: "bmud-" and what it does. Throws
+/// std::system_error if there is no thread to be had.
+template <std::size_t Size, class Run>
+[[nodiscard]] std::thread named_thread(const char (&name)[Size], Run run) {
+  static_assert(Size <= thread_name_size_max);
+  return std::thread([&name, run = std::move(run)] {
+    static_cast<void>(::pthread_setname_np(::pthread_self(), name));  // cannot fail: it is short enough, and its own
+    run();
+  });
+}
 
 /// `has_ended`: it is done, or about to return. If not, it hangs in a disk: it is left behind, and what it needs has to
 /// be its own or shared with it.
