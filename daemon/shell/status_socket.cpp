@@ -23,11 +23,13 @@ struct StatusSocket::Client {
   std::size_t output_sent = 0;  // of `output`
   std::optional<Duration> picture_period;
   TimePoint picture_at{};
-  std::uint64_t asked_at = 0;  // in requests of all
-  bool awaits_answer = false;  // one that comes later
-  bool has_ended = false;      // sends no more; what it asked is still answered
-  bool is_closing = false;     // close once everything is written
-  bool is_finished = false;    // to be removed
+  std::size_t unread_seen = 0;  // by the last look whether a picture is due
+  TimePoint took_at{};          // when less was unread than at the look before
+  std::uint64_t asked_at = 0;   // in requests of all
+  bool awaits_answer = false;   // one that comes later
+  bool has_ended = false;       // sends no more; what it asked is still answered
+  bool is_closing = false;      // close once everything is written
+  bool is_finished = false;     // to be removed
 
   [[nodiscard]] std::size_t unread() const { return output.size() - output_sent; }
 };
@@ -313,21 +315,35 @@ void StatusSocket::publish(TimePoint now, const Picture& picture) {
   if (is_deaf_) hear_new_clients(true);
   std::string line;
   for (const auto& client : clients_) {
-    if (!client->picture_period || client->is_finished || now < client->picture_at) continue;
+    if (!is_picture_due(*client, now)) continue;
     if (line.empty()) line = picture();
     const TimePoint next = client->picture_at + *client->picture_period;
     client->picture_at = next > now ? next : now + *client->picture_period;
     queue(*client, line);
+    client->unread_seen = client->unread();
+    client->took_at = now;
   }
-  if (!line.empty()) remove_finished();
+  remove_finished();
+}
+
+/// A client that was not running for seconds, as on a machine that is busy, wants the newest picture and none of those
+/// before. Drops one that takes nothing any more.
+bool StatusSocket::is_picture_due(Client& client, TimePoint now) {
+  if (!client.picture_period || client.is_finished || now < client.picture_at) return false;
+  const std::size_t unread = client.unread();
+  if (unread == 0) return true;
+  if (unread < client.unread_seen) client.took_at = now;
+  client.unread_seen = unread;
+  if (now - client.took_at > options_.untaken_max) drop(client);
+  return false;
 }
 
 void StatusSocket::queue(Client& client, std::string_view line) {
+  if (client.unread() > options_.unread_bytes_max) return drop(client);
   client.output.erase(0, std::exchange(client.output_sent, 0));
   client.output.append(line);
   client.output.push_back('\n');
   write_to(client);
-  if (client.unread() > options_.unread_bytes_max) drop(client);
 }
 
 void StatusSocket::write_to(Client& client) {

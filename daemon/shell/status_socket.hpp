@@ -1,9 +1,10 @@
 // The Unix socket bmuctl talks to: a line of JSON in, a line of JSON out, for a few clients at once.
 //
 // A client can neither hold nor starve the control loop: nothing here blocks, one request is answered per call, lines
-// and queues are bounded, and who sends nonsense without end or does not read is cut off. What a line means is the
-// business of the answering function. Nor can one user starve another: where all connections are taken, somebody else
-// takes the most silent one of who has most of them.
+// and queues are bounded, and who sends nonsense without end or does not read is cut off. Who watches and reads slowly
+// misses pictures: at most one waits for a client. What a line means is the business of the answering function. Nor can
+// one user starve another: where all connections are taken, somebody else takes the most silent one of who has most of
+// them.
 #pragma once
 
 #include <cstdint>
@@ -35,7 +36,12 @@ struct StatusSocketOptions {
   bool is_for_all = false;                  // everybody may connect; else the file's owner and group
   std::size_t clients_max = 16;
   std::size_t request_bytes_max = 4096;
-  std::size_t unread_bytes_max = std::size_t{1024} * 1024;  // a client that leaves more than this unread is dropped
+  /// A client that gets an answer while it leaves more than this unread is dropped. So what waits for a client is at
+  /// most this and one line.
+  std::size_t unread_bytes_max = std::size_t{1024} * 1024;
+  /// A client that watches and has taken nothing of a picture for so long is dropped: one that was stopped and not
+  /// continued.
+  Duration untaken_max = std::chrono::minutes(1);
 };
 
 class StatusSocket {
@@ -66,7 +72,8 @@ class StatusSocket {
   void answer_later(std::uint64_t connection, std::string_view line);
   /// Requests wait that have been read already: serve() again, whatever fd() says.
   [[nodiscard]] bool has_waiting_requests() const;
-  /// Sends the picture to those whose time it is. It is made once for all, and only if somebody wants it.
+  /// Sends the picture to those whose time it is and who have read the one before. It is made once for all, and only if
+  /// it is sent.
   void publish(TimePoint now, const Picture& picture);
 
   [[nodiscard]] std::size_t client_count() const { return clients_.size(); }
@@ -89,6 +96,7 @@ class StatusSocket {
   void write_to(Client& client);
   void watch_writable(Client& client, bool wanted);
   void drop(Client& client);
+  [[nodiscard]] bool is_picture_due(Client& client, TimePoint now);
   void remove_finished();
   [[nodiscard]] bool has_request(const Client& client) const;
 
