@@ -16,7 +16,7 @@ comment, which readers do not see:
     <!-- write FILE -->        the block that follows becomes that file
 
 Where both are compared, runs of spaces are alike, a line "..." stands for any lines, "..." at the end of a line for the rest of
-it, and a number for any number with as many digits behind its point, so that times and measured values may differ; spans of time,
+it with the spaces before, and a number for any number with as many digits behind its point, so that times and measured values may differ; spans of time,
 dates and hashes stand for others of their kind, and a bar of the live picture for any bar of its length. Numbers that name something
 are that number: behind the words of NAMING (but for a module's voltage and a measured current), and within words. A whole number before
 a word of COUNTED is that number, too: a program or a pack file fixes how many there are. A page that shows such a number of a reply in
@@ -64,7 +64,7 @@ NAMING = r"(?:(?:modules?|at most)(?! \d+\.\d+ [AV]\b)|cell|no\.|nodes?|ended wi
 # What is counted and not measured. Frames, decisions and observations depend on when a command looks.
 COUNTED = r"(?:faults?|cells?|modules?|parallel|parts?)"
 KINDS = [
-    ("rest", r"\.\.\.$"),
+    ("rest", r"\s*\.\.\.$"),
     ("date", r"\d{4}-\d\d-\d\d[ T]\d\d:\d\d:\d\d(?:\.\d+)?(?:[+-]\d\d:\d\d)?"),
     ("stamp", r"\d{8}T\d{6}\.\d{3}Z"),
     ("hash", r"\b[0-9a-f]{16}\b"),

@@ -22,6 +22,8 @@ SAME = [
     ("blackbox-20261123T152333.130Z-fault.log.zst", "blackbox-20270101T000000.000Z-fault.log.zst"),
     ("cell 2.7 (no. 19): 2.7456 V", "cell 2.7 (no. 19): 2.6000 V"),
     ("stage active, ...", "stage active, cell 2.7"),
+    ("open   ...", "open"),
+    ("open   ...", "open   tick_overrun"),
     ('{"n":1,"v":[3984900]}', '{"n":22,"v":[3]}'),
     ("decision  at most 34.157 A of 80.000 A", "decision  at most 33.991 A of 80.000 A"),
     ("C   module 46.248 V   last answer 47 ms ago", "C   module 44.794 V   last answer 7 ms ago"),

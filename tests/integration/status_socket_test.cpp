@@ -218,7 +218,7 @@ TEST_CASE("a client that asks and does not read is dropped, others are served", 
   const OwnedFd good = connect_to(bench.path);
   const std::string answer(std::size_t{32} * 1024, 'a');
   // The system's own buffer fills first; it is some hundreds of kilobytes.
-  for (int i = 0; i < 1000 && bench.socket->client_count() > 0 && bench.socket->clients_dropped() == 0; ++i) {
+  for (int i = 0; i < 1000 && bench.socket->clients_dropped() == 0; ++i) {
     say(deaf, "?\n");
     do {
       bench.socket->serve([&](std::string_view, const Peer&) { return StatusReply{.line = answer}; });

@@ -42,8 +42,9 @@ fail() {
   echo "FAIL: $*"
   echo "--- the screen:"
   screen || true
-  echo "--- bmud:"
-  tail -n 5 "$folder/bmud.log" || true
+  echo "--- bmud, its status and its log:"
+  ask_daemon --json status | jq -c '(.. | .clients_dropped? // empty), .state.phase, .faults_present' || true
+  cat "$folder/bmud.log" || true
   exit 1
 }
 
