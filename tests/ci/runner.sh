@@ -8,7 +8,7 @@
 #   runner_table                               prints stage, seconds, result
 #   runner_summaries STAGE=LOG...              prints ctest's own last words in these logs: how many passed, which failed, how long it took;
 #                                              of a run that failed only those of the stage that did, and last that it failed
-#   runner_record FILE COMMIT KIND             appends the run to a file, tab-separated
+#   runner_record FILE COMMIT KIND [FIELD...]  appends the run to a file, tab-separated
 #   runner_note=COMMAND                        before that: COMMAND STAGE SECONDS passed|"status N" learns of each stage that ended
 #
 # A required stage that fails or exceeds its limit fails the run by name. An optional one is reported, and does not decide: whether it runs
@@ -64,8 +64,9 @@ runner_add_row() {
 }
 
 runner_required() {
-  local name limit_s left_s
+  local name limit_s left_s count=0
   while IFS=$'\t' read -r name limit_s <&3; do
+    count=$((count + 1))
     left_s=$((runner_deadline_s - $(runner_elapsed_s)))
     [[ $left_s -ge $limit_s ]] || limit_s=$left_s
     if [[ $limit_s -le 0 ]]; then
@@ -86,6 +87,11 @@ runner_required() {
     fi
     return 1
   done 3< <(runner_rows_of "$1")
+  # A table that cannot be read, or has no row, is nothing that passed.
+  if [[ $count -eq 0 ]]; then
+    runner_failed="reading $1"
+    return 1
+  fi
 }
 
 runner_optional() {
@@ -144,7 +150,9 @@ runner_record() {
     IFS=$'\t' read -r name seconds result <<<"$row"
     [[ $result == skipped* ]] || fields+=$'\t'"$name=$seconds"
   done
+  shift 3
   [[ ${#runner_found[@]} -eq 0 ]] || fields+=$'\t'"found=$(IFS=,; echo "${runner_found[*]}")"
+  for row in "$@"; do fields+=$'\t'$row; done
   mkdir -p "$(dirname "$file")"
   printf '%s\t%s\t%s\t%s\t%s%s\n' "$commit" "$(date --utc +%Y-%m-%dT%H:%M:%SZ)" "$kind" "$(runner_elapsed_s)" "${runner_failed:-passed}" \
     "$fields" >>"$file"

@@ -106,7 +106,8 @@ stage_sanitizers_build() { build_with_sanitizers "$sanitized_kinds"; }
 # What takes minutes with them has its place in tests/nightly.
 stage_sanitizers_tests() { test_with_sanitizers build-asan/ci-tests.log -L "^(${sanitized_kinds//,/|})\$"; }
 
-# Every kind but the benchmarks and the emulated machine: there the sanitizers cost time and find nothing more.
+# Every kind but the benchmarks, the emulated machine, and the scripts that run whole programs for pages, terminals and DBC files: the parts of
+# these programs are under the sanitizers in the other kinds.
 stage_all_sanitizers_build() { build_with_sanitizers unit,integration,fuzz,scenario,catalogue,property,simulation,script,golden,meta; }
 stage_all_sanitizers_tests() {
   stage_all_sanitizers_build

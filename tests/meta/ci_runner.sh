@@ -58,6 +58,10 @@ expect "with its status" "$(results)" "good-a=ok bad=failed: status 3"
 expect "in the record" "$(cut -f 5 "$folder/record")" bad
 expect "and in the table" "$(runner_table | tail -n 1 | awk '{ print $1, $3, $4 }')" "together failed: bad"
 
+run_tables 100 200 0 '' ''
+expect "a table without rows is nothing that passed" "$status $runner_failed" "1 reading $folder/required"
+expect "what is put behind the stages of the record" "$(runner_record "$folder/more" 0 cold tree=changed; cut -f 6- "$folder/more")" "tree=changed"
+
 run_tables 100 200 0 'hangs\t1\ngood-b\t50\n' ''
 expect "a stage that exceeds its limit fails by name" "$(results)" "hangs=failed: exceeded 1 s"
 
