@@ -358,9 +358,12 @@ Urgency Core::take_sensor_frame(const CheckedFrame& checked, const CanFrame& fra
 
 /// Of a sensor that has frames of its own; nothing if it is none.
 std::optional<Urgency> Core::take_foreign_current(const CanFrame& frame, TimePoint at) {
-  const bool is_first = config_.sensor.first != nullptr;
-  const CurrentSensorDriver* const driver = is_first ? config_.sensor.first : config_.sensor.second;
-  const CurrentNews news = driver != nullptr ? driver->take(frame) : CurrentNews{};
+  const auto news_of = [&frame](const CurrentSensorDriver* driver) {
+    return driver != nullptr ? driver->take(frame) : CurrentNews{};
+  };
+  CurrentNews news = news_of(config_.sensor.first);
+  const bool is_first = news.word != CurrentWord::none;
+  if (!is_first) news = news_of(config_.sensor.second);
   if (news.word == CurrentWord::none) return std::nullopt;
   if (news.word == CurrentWord::refused) {
     sensors_.observe_current(not_known(), is_first, at, config_);

@@ -278,6 +278,29 @@ TEST_CASE("an IVT-S whose current was moved to 624h is missing, and a second rep
   CHECK(bench.core().sequence().phase == Phase::open);
 }
 
+TEST_CASE("two sensors of other makers are heard, each as what it is", "[unit][core][sensors]") {
+  // A LEM CAB that was given another identifier.
+  constexpr std::uint32_t moved_id = 0x3C5;
+  static const CurrentSensorDriver moved{.name = "moved", .period = 10ms, .take = [](const CanFrame& frame) {
+                                           CanFrame at_home = frame;
+                                           at_home.id = frame.id == moved_id ? lem().report(known(0)).id : 0;
+                                           return lem().take(at_home);
+                                         }};
+  CoreConfig config = lem_first();
+  config.sensor.has_second_current = true;
+  config.sensor.second = &moved;
+  LemBench lem_bench(config);
+  test::CoreBench& bench = lem_bench.bench;
+  lem_bench.told_mA = 3'000;
+  CanFrame second = lem().report(known(4'000));
+  second.id = moved_id;
+  bench.run(100ms);
+  bench.deliver(second);
+  bench.run(10ms);
+  CHECK(bench.core().sensors().current_mA.value == 3'000);
+  CHECK(bench.core().sensors().current_2_mA.value == 4'000);
+}
+
 TEST_CASE("results of a sensor that another has replaced are nobody's", "[unit][sensor_table]") {
   CoreConfig config = lem_first();
   SensorTable sensors;
