@@ -473,7 +473,7 @@ Urgency Core::take(TimePoint, const FrameEchoed& what) {
   return Urgency::can_wait;
 }
 
-Urgency Core::take(TimePoint, const SendFailed& what) {
+Urgency Core::take(TimePoint at, const SendFailed& what) {
   ++ports_[static_cast<std::size_t>(what.port)].sends_failed;
   const bool is_command = what.port == Port::internal && what.frame.id == internal_bus::contactor_command.base_id &&
                           !what.frame.is_extended;
@@ -482,6 +482,8 @@ Urgency Core::take(TimePoint, const SendFailed& what) {
   const bool is_question = what.port == Port::internal && foreign != nullptr && foreign->question_of(what.frame);
   if (is_question) rounds_.note_failed();
   if (what.port == Port::inverter) inverter_reporter_.note_failed(what.frame);
+  const bool is_order = what.port == Port::charger && chargers_.is_there() && chargers_.driver().order_of(what.frame);
+  if (is_order) charger_command_at_ = at + charger_at_once - chargers_.driver().command_period;  // again before long
   return Urgency::can_wait;
 }
 

@@ -86,6 +86,8 @@ inline constexpr Duration tick_late = 50ms;
 inline constexpr Duration ask_again_after = 15ms;
 /// A stranger on the bus is asked who it is this often, until it says so.
 inline constexpr Duration ask_stranger_every = 1s;
+/// Commands to chargers are at least so far apart: less is commanded at once, and one that was not sent comes again.
+inline constexpr Duration charger_at_once = 50ms;
 /// The wall clock has jumped when it is this much off what it was going to be.
 inline constexpr Duration clock_jump_min = 2s;
 

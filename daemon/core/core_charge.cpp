@@ -108,14 +108,13 @@ ChargerOrder Core::order_of_unit(std::size_t unit, TimePoint now) const {
 
 /// Also while nothing is asked for: a charger that hears nothing may think for itself. Less is told at once.
 void Core::send_charger_commands(TimePoint now, Decisions& out) {
-  constexpr Duration at_once = 50ms;
   constexpr std::int32_t step_mA = 500;
   if (!chargers_.is_there() || rest_.is_resting() || !has_way(Port::charger, now)) return;
   if (!ports_[static_cast<std::size_t>(Port::charger)].is_up) return;  // said when there is somebody to hear it
   const Duration since_last = now - charger_command_at_;
   const std::int32_t told_mA = std::accumulate(ordered_mA_.begin(), ordered_mA_.end(), 0);
   const bool has_stopped = (was_enabled_ && !charge_.is_enabled()) || (was_in_progress_ && !charge_.is_in_progress());
-  const bool has_fallen = charge_.current_mA() + step_mA <= told_mA && since_last >= at_once;
+  const bool has_fallen = charge_.current_mA() + step_mA <= told_mA && since_last >= charger_at_once;
   const bool is_due = charger_command_at_ == TimePoint{} || since_last >= chargers_.driver().command_period;
   if (!is_due && !has_stopped && !has_fallen) return;
   charger_command_at_ = now;

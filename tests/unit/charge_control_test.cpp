@@ -342,6 +342,23 @@ TEST_CASE("what did not go out was not asked for", "[unit][core][charger]") {
   CHECK(plugged.bench->core().ordered_mA(0) == before_mA);
 }
 
+TEST_CASE("a command that was lost on its way out comes again before its period is over, and not with every tick",
+          "[unit][core][charger]") {
+  Plugged plugged("elcon_tc", 1);
+  plugged.plug_in();
+  plugged.bench->run(10s);
+  const std::size_t before = plugged.bench->sent().size();
+  const auto count = [&] { return plugged.orders_since(before).size(); };
+  REQUIRE(plugged.bench->run_until([&] { return count() == 1; }, 1s));
+  plugged.bench->observe(SendFailed{Port::charger, plugged.config.charger.driver->command(0, {})});
+  plugged.bench->run(40ms);
+  CHECK(count() == 1);
+  plugged.bench->run(40ms);
+  CHECK(count() == 2);
+  plugged.bench->run(400ms);
+  CHECK(count() == 2);
+}
+
 TEST_CASE("latched errors are cleared by a bit that comes and goes, ten times and no more", "[unit][core][charger]") {
   Plugged plugged("brusa_nlg5", 1);
   plugged.troubles = bit_of(ChargerTrouble::no_command);
