@@ -149,11 +149,23 @@ void hear_limits(const MessageSpec& message, const CanFrame& frame, BatteryRepor
   report.discharge_voltage_limit_mV = number_or_0(decode_signal(discharge_voltage_limit, frame.data));
 }
 
-BatteryWord hear_limits_only(const Catalogue& catalogue, const MessageSpec& limits, const CanFrame& frame,
-                             BatteryReport& report) {
+void hear_items(const MessageSpec& message, const CanFrame& frame, BatteryReport& report) {
+  const std::array told{&report.alarms, &report.warnings};
+  for (std::size_t index = 0; index < message.signals.size(); ++index) {
+    const SignalValue change = decode_signal(message.signals[index], frame.data);
+    const auto bit = static_cast<std::uint16_t>(1U << (index % item_count));
+    std::uint16_t& items = *told[index / item_count];
+    if (change == known(raised)) items |= bit;
+    if (change == known(cleared)) items &= static_cast<std::uint16_t>(~bit);
+  }
+}
+
+BatteryWord hear_limits_only(const Catalogue& catalogue, const MessageSpec& limits, const MessageSpec* items,
+                             const CanFrame& frame, BatteryReport& report) {
   const Heard heard = heard_as(catalogue, Sender::bmu, frame);
   if (heard.message == nullptr) return BatteryWord::none;
   if (heard.is_refused) return BatteryWord::refused;
+  if (heard.message == items) hear_items(*items, frame, report);
   if (heard.message != &limits) return BatteryWord::other;
   hear_limits(limits, frame, report);
   report.may_charge = report.charge_limit_mA > 0;

@@ -130,6 +130,7 @@ struct InverterDriver {
   Duration battery_life{};             // of limits that are not told again
   Duration keep_alive_period{};        // of its own word
   bool is_discharge_positive = false;  // the sign that this form is known with: InverterOptions
+  bool stops_at_alarm = false;         // it stops while an alarm of the battery is raised, whatever may flow
 
   /// Frame `index` of a round; nothing if what it is for is not known.
   std::optional<CanFrame> (*frame)(std::size_t index, const BatteryReport& report,

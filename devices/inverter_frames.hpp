@@ -55,9 +55,13 @@ struct Heard {
 /// What 351h says into the report. A field that is not used says nothing, and that is no current at all.
 void hear_limits(const MessageSpec& message, const CanFrame& frame, BatteryReport& report);
 
-/// A battery's frame in a form whose 351h is all there is of limits: 0 allows nothing.
-[[nodiscard]] BatteryWord hear_limits_only(const Catalogue& catalogue, const MessageSpec& limits, const CanFrame& frame,
-                                           BatteryReport& report);
+/// What 35Ah says into the report: items that came and went; the others stay as they were.
+void hear_items(const MessageSpec& message, const CanFrame& frame, BatteryReport& report);
+
+/// A battery's frame in a form whose 351h is all there is of limits: 0 allows nothing. `items`: its 35Ah, if it has
+/// one.
+[[nodiscard]] BatteryWord hear_limits_only(const Catalogue& catalogue, const MessageSpec& limits,
+                                           const MessageSpec* items, const CanFrame& frame, BatteryReport& report);
 /// The keep-alive of a form in which it is all that an inverter says.
 [[nodiscard]] InverterWord take_keep_alive(const Catalogue& catalogue, const CanFrame& frame);
 [[nodiscard]] InverterFrames keep_alive_only(const MessageSpec& message);

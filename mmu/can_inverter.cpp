@@ -24,7 +24,7 @@ void CanInverter::observe(const CanFrame& frame, TimePoint now) {
 
 double CanInverter::allowed_A(TimePoint now, double link_V) const {
   const bool is_told = told_at_ != TimePoint{} && now - told_at_ <= driver_->battery_life;
-  if (!is_told) return 0.0;
+  if (!is_told || (driver_->stops_at_alarm && told_.alarms != 0)) return 0.0;
   const double charge_V = told_.charge_voltage_limit_mV * 1e-3;
   const double discharge_V = told_.discharge_voltage_limit_mV * 1e-3;
   const double charge_A =

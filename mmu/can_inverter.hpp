@@ -2,8 +2,8 @@
 // gives, and what it says of it.
 //
 // What it is told holds for as long as its protocol says; then, and before the first word, nothing may flow. It follows
-// what it is told as a real one does, not at once, and fades towards the voltages that it is told. It has a supply of
-// its own: it talks, whether or not the pack is closed.
+// what it is told as a real one does, not at once, and fades towards the voltages that it is told. One that stops at an
+// alarm does so while one is raised. It has a supply of its own: it talks, whether or not the pack is closed.
 #pragma once
 
 #include "devices/inverter.hpp"

@@ -61,6 +61,9 @@ InverterView Core::inverter_view(TimePoint now) const {
           .pack = &pack_,
           .limits = &limits_,
           .faults = &faults_,
+          .wish = wish(),
+          .is_closed = sequence_.phase == Phase::closed,
+          .is_plugged_in = pdu_fresh(now) && sensors_.pdu.value.charger_connected,
           .soc_permille = soc_permille(),
           .estimate = &estimate_,
           .capacity_uAs = config_.cell.capacity_uAs,
@@ -68,13 +71,18 @@ InverterView Core::inverter_view(TimePoint now) const {
 }
 
 ModeInputs Core::mode_inputs(TimePoint now) const {
-  const bool has_fault = std::any_of(fault_table().begin(), fault_table().end(), [this](const FaultRow& row) {
-    return row.reaction >= Reaction::open_after_grace && faults_.state(row.id).is_present();
-  });
+  const auto any = [this](auto holds) {
+    return std::any_of(fault_table().begin(), fault_table().end(),
+                       [&](const FaultRow& row) { return holds(row, faults_.state(row.id)); });
+  };
   const PduState pdu = pdu_fresh(now) ? sensors_.pdu.value : PduState{};  // a line nobody tells is off
   return {.phase = sequence_.phase,
           .rest = rest_.phase(),
-          .has_fault = has_fault,
+          .has_fault = any([](const FaultRow& row, const FaultState& state) {
+            return row.reaction >= Reaction::open_after_grace && state.is_present();
+          }),
+          .fault_opens =
+              any([this](const FaultRow& row, const FaultState& state) { return opens_for(row, state, wish()); }),
           .may_discharge = permission_.may_discharge,
           .vehicle_on = pdu.vehicle_on,
           .charger_connected = pdu.charger_connected,

@@ -103,12 +103,13 @@ InverterLimits inverter_limits(const InverterView& view, const InverterConfig& c
   return told;
 }
 
-BatteryAlarms battery_alarms(const FaultMemory& faults) {
+BatteryAlarms battery_alarms(const InverterView& view) {
   BatteryAlarms told;
   for (const FaultRow& row : fault_table()) {
-    const FaultState& state = faults.state(row.id);
+    const FaultState& state = view.faults->state(row.id);
     const std::uint16_t bit = bit_of(alarm_of(row.id));
-    const bool stops = state.is_present() && row.reaction != Reaction::warn;
+    const bool stops =
+        view.is_closed ? opens_for(row, state, view.wish) : keeps_open_for(row, state, view.wish, view.is_plugged_in);
     if (stops) told.alarms |= bit;
     if (!stops && (state.is_present() || state.is_warning)) told.warnings |= bit;
   }
@@ -165,7 +166,7 @@ void InverterReporter::follow_requests(const InverterView& view) {
 
 BatteryReport InverterReporter::report(const InverterView& view) const {
   const PackState& pack = *view.pack;
-  const BatteryAlarms alarms = battery_alarms(*view.faults);
+  const BatteryAlarms alarms = battery_alarms(view);
   return {.charge_voltage_limit_mV = config_.charge_voltage_max_mV,
           .discharge_voltage_limit_mV = config_.discharge_voltage_min_mV,
           .charge_limit_mA = limits_.charge_mA,

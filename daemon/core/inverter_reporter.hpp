@@ -21,6 +21,7 @@
 #include "daemon/core/fault_memory.hpp"
 #include "daemon/core/limits.hpp"
 #include "daemon/core/pack_state.hpp"
+#include "daemon/core/permission.hpp"
 #include "devices/inverter.hpp"
 #include "protocol/fields.hpp"
 
@@ -34,6 +35,9 @@ struct InverterView {
   const PackState* pack = nullptr;
   const CurrentLimits* limits = nullptr;
   const FaultMemory* faults = nullptr;
+  Wish wish{};                 // who asks for a closed pack
+  bool is_closed = false;      // by the sequence, whatever may flow
+  bool is_plugged_in = false;  // a charger
   std::optional<std::int32_t> soc_permille{};
   const PackEstimate* estimate = nullptr;  // not given: nothing is known of the cells' health
   std::int64_t capacity_uAs = 0;
@@ -50,13 +54,14 @@ struct InverterLimits {
 
 [[nodiscard]] InverterLimits inverter_limits(const InverterView& view, const InverterConfig& config);
 
-/// What the faults are to an inverter: of each that is present its alarm if it opens the pack or keeps it open, else a
-/// warning; and of each that warns a warning.
+/// What the faults are to an inverter: of each that is present its alarm if it opens the pack or keeps it open for who
+/// asks now, else a warning; and of each that warns a warning. A pack that is too cold to be charged and goes on
+/// discharging has no alarm: it would stop an SMA inverter.
 struct BatteryAlarms {
   std::uint16_t alarms = 0;
   std::uint16_t warnings = 0;
 };
-[[nodiscard]] BatteryAlarms battery_alarms(const FaultMemory& faults);
+[[nodiscard]] BatteryAlarms battery_alarms(const InverterView& view);
 
 class InverterReporter {
  public:

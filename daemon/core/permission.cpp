@@ -38,6 +38,15 @@ bool speaks_against(Concerns concerns, const Wish& wish) {
   return true;
 }
 
+bool opens_for(const FaultRow& row, const FaultState& state, const Wish& wish) {
+  return state.is_present() && row.reaction >= Reaction::open_after_grace && speaks_against(row.concerns, wish);
+}
+
+bool keeps_open_for(const FaultRow& row, const FaultState& state, const Wish& wish, bool is_plugged_in) {
+  return state.is_present() && row.reaction != Reaction::warn &&
+         (speaks_against(row.concerns, wish) || (row.bars_while_plugged_in && is_plugged_in));
+}
+
 bool demands_opening(const FaultRow& row, const FaultState& state, const PackState& pack, TimePoint now) {
   if (!state.is_present() || row.reaction < Reaction::open_after_grace) return false;
   if (row.reaction == Reaction::open_now) return true;
@@ -67,8 +76,7 @@ bool any_row(Holds holds) {
 
 bool any_present(const FaultMemory& faults, const PermissionInputs& inputs) {
   return any_row([&](const FaultRow& row) {
-    return row.reaction != Reaction::warn && faults.state(row.id).is_present() &&
-           (speaks_against(row.concerns, inputs.wish) || (row.bars_while_plugged_in && inputs.is_plugged_in));
+    return keeps_open_for(row, faults.state(row.id), inputs.wish, inputs.is_plugged_in);
   });
 }
 

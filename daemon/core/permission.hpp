@@ -83,6 +83,10 @@ struct Permission {
 
 /// Whether the fault, once it is present, forbids a closed pack to who asks.
 [[nodiscard]] bool speaks_against(Concerns concerns, const Wish& wish);
+/// A present fault opens a pack that is closed for who asks, at once or when its grace is over.
+[[nodiscard]] bool opens_for(const FaultRow& row, const FaultState& state, const Wish& wish);
+/// A present fault keeps an open pack open, whoever asks for it to be closed. `is_plugged_in`: a charger.
+[[nodiscard]] bool keeps_open_for(const FaultRow& row, const FaultState& state, const Wish& wish, bool is_plugged_in);
 /// A fault with a grace takes the permission when its grace is over or the current has fallen.
 [[nodiscard]] bool demands_opening(const FaultRow& row, const FaultState& state, const PackState& pack, TimePoint now);
 /// A fault with a grace, present, that concerns this current: its limit must be zero already.

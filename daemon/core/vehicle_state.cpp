@@ -26,7 +26,7 @@ PackMode pack_mode(const ModeInputs& in) {
   switch (in.phase) {
     case Phase::open:
       if (in.rest == RestPhase::resting) return PackMode::resting;
-      return in.has_fault ? PackMode::fault : PackMode::open;
+      return in.fault_opens ? PackMode::fault : PackMode::open;
     case Phase::main_negative:
     case Phase::precharge:
     case Phase::main_positive: return PackMode::closing;
@@ -35,7 +35,7 @@ PackMode pack_mode(const ModeInputs& in) {
     case Phase::closed: break;
   }
   if (in.charger_connected) return in.may_discharge ? PackMode::charging : PackMode::charge_only;
-  if (in.has_fault) return PackMode::fault;
+  if (in.fault_opens) return PackMode::fault;
   return in.vehicle_on ? PackMode::driving : PackMode::closed;
 }
 
@@ -109,9 +109,8 @@ std::uint8_t iha_state(PackMode mode) {
 
 std::uint8_t original_state(PackMode mode, const ModeInputs& in) {
   if (in.charger_connected) return plugged_state(mode, in.current_mA);
-  if (mode == PackMode::driving) return unplugged_charge_depleting;
-  if (in.vehicle_on) return unplugged_relays_off;
-  const bool is_closed = mode == PackMode::closed || mode == PackMode::opening;
+  const bool is_closed = in.phase == Phase::closed || in.phase == Phase::ramp_down || in.phase == Phase::breaking;
+  if (in.vehicle_on) return is_closed ? unplugged_charge_depleting : unplugged_relays_off;
   return is_closed && in.current_mA < -small_current_mA ? unplugged_off_charging : unplugged_off;
 }
 

@@ -33,7 +33,8 @@ inline constexpr std::size_t pack_mode_count = 9;
 struct ModeInputs {
   Phase phase = Phase::open;
   RestPhase rest = RestPhase::awake;
-  bool has_fault = false;  // one that opens is present
+  bool has_fault = false;    // one that opens, whoever asks, is present
+  bool fault_opens = false;  // one that opens for who asks now (opens_for)
   bool may_discharge = false;
   bool vehicle_on = false;
   bool charger_connected = false;

@@ -18,7 +18,7 @@ InverterWord take(const CanFrame& frame, InverterReport& /*report*/) {
   return inverter::take_keep_alive(catalogue, frame);
 }
 BatteryWord hear(const CanFrame& frame, BatteryReport& report) {
-  return inverter::hear_limits_only(catalogue, limits, frame, report);
+  return inverter::hear_limits_only(catalogue, limits, &items, frame, report);
 }
 InverterFrames words(const InverterReport& /*report*/) {
   return inverter::keep_alive_only(keep_alive);

@@ -46,7 +46,7 @@ InverterWord take(const CanFrame& frame, InverterReport& report) {
 }
 
 BatteryWord hear(const CanFrame& frame, BatteryReport& report) {
-  return inverter::hear_limits_only(catalogue, limits, frame, report);
+  return inverter::hear_limits_only(catalogue, limits, &items, frame, report);
 }
 
 InverterFrames words(const InverterReport& report) {
@@ -75,6 +75,7 @@ const InverterDriver driver{.name = "sma",
                             .period_min = period_min,
                             .battery_life = battery_life,
                             .keep_alive_period = 1s,
+                            .stops_at_alarm = true,
                             .frame = frame,
                             .take = take,
                             .hear = hear,

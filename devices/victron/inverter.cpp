@@ -55,7 +55,7 @@ InverterWord take(const CanFrame& frame, InverterReport& /*report*/) {
   return is_gx && !read<gx_alive, "mark">(frame).is_valid() ? InverterWord::refused : word;
 }
 BatteryWord hear(const CanFrame& frame, BatteryReport& report) {
-  return inverter::hear_limits_only(catalogue, limits, frame, report);
+  return inverter::hear_limits_only(catalogue, limits, &items, frame, report);
 }
 InverterFrames words(const InverterReport& /*report*/) {
   InverterFrames frames = inverter::keep_alive_only(keep_alive);

@@ -69,6 +69,23 @@ TEST_CASE("an inverter draws and charges as it is told, and is told nothing may 
   }
 }
 
+TEST_CASE(
+    "a pack that is too cold to be charged goes on discharging, and its inverter, which stops at an alarm, with it",
+    "[scenario][inverter]") {
+  test::SimRun run(storage(R"("protocol": "sma")"));
+  close(run);
+  run.apply("inverter current_A 20");
+  run.apply("pack ambient_dC -30");
+  run.apply("pack temperature_dC -30");
+  run.run_to(60.0);
+  REQUIRE(is_present(run, FaultId::charge_undertemperature));
+  CHECK(run.core().sequence().phase == Phase::closed);
+  CHECK(told(run).alarms == 0);
+  CHECK(told(run).warnings == bit_of(BatteryAlarm::cold_to_charge));
+  CHECK(told(run).charge_limit_mA == 0);
+  CHECK(run.simulator().world().inverter.current_A() > 19.0);
+}
+
 TEST_CASE("an inverter that falls silent opens the pack, and one that does so while it is open opens nothing",
           "[scenario][inverter]") {
   test::SimRun run(storage());

@@ -58,6 +58,33 @@ TEST_CASE("it takes no more than it is told, either way, and nothing untold", "[
   CHECK(bench.after(10s, link_V, false) == Approx(0.0));  // what it was told has grown old
 }
 
+TEST_CASE("one of SMA stops while an alarm of the battery is raised, and goes on when it is cleared",
+          "[unit][mmu][inverter]") {
+  const InverterDriver& sma = *find_device("sma")->inverter;
+  CanInverter inverter(&sma, start);
+  inverter.demand_A = 20.0;
+  BatteryReport report{.charge_voltage_limit_mV = 56'000, .discharge_limit_mA = 100'000, .may_discharge = true};
+  TimePoint now = start;
+  const auto after_5s = [&] {
+    for (const TimePoint end = now + 5s; now < end; now += 100ms) {
+      for (std::size_t index = 0; index < sma.frame_count; ++index) {
+        if (const auto frame = sma.frame(index, report, {})) inverter.observe(*frame, now);
+      }
+      static_cast<void>(inverter.step(now, link_V));
+    }
+    return inverter.current_A();
+  };
+  report.warnings = bit_of(BatteryAlarm::cold_to_charge);
+  CHECK(after_5s() == Approx(20.0));
+  CHECK(inverter.told().warnings == bit_of(BatteryAlarm::cold_to_charge));
+  report.alarms = bit_of(BatteryAlarm::hot);
+  CHECK(after_5s() == Approx(0.0));
+  CHECK(inverter.told().alarms == bit_of(BatteryAlarm::hot));
+  report.alarms = report.warnings = 0;
+  CHECK(after_5s() == Approx(20.0));
+  CHECK(inverter.told().warnings == 0);
+}
+
 TEST_CASE("it fades towards its voltages, and ignores all of it where a script wants so", "[unit][mmu][inverter]") {
   Bench bench;
   bench.inverter.demand_A = -200.0;

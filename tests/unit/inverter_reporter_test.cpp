@@ -334,31 +334,54 @@ TEST_CASE("health is told as it is known, or as the pack file assumes it, or not
   CHECK_FALSE(bench.reporter.report(bench.view).current_mA.is_valid());
 }
 
-TEST_CASE("faults are alarms where they open or keep open, and warnings where not", "[unit][inverter]") {
-  const CoreConfig config = test::small_pack();
+TEST_CASE("faults are alarms where they open or keep open for who asks, and warnings where not", "[unit][inverter]") {
+  const bool is_closed = GENERATE(false, true);
+  const Wish wish = GENERATE(Wish{}, Wish{.by_vehicle = true}, Wish{.by_charger = true});
   for (const FaultRow& row : fault_table()) {
-    INFO(row.name);
-    FaultMemory faults;
-    CHECK(battery_alarms(faults).alarms == 0);
-    CHECK(battery_alarms(faults).warnings == 0);
-    faults.restore_lock(row.id, {}, 0, start);
-    const BatteryAlarms told = battery_alarms(faults);
-    CHECK((told.alarms != 0) == (row.reaction != Reaction::warn));
-    CHECK((told.warnings != 0) == (row.reaction == Reaction::warn));
+    INFO(row.name << ", closed " << is_closed << ", by vehicle " << wish.by_vehicle << ", by charger "
+                  << wish.by_charger);
+    Bench bench;
+    bench.view.is_closed = is_closed;
+    bench.view.wish = wish;
+    CHECK(battery_alarms(bench.view).alarms == 0);
+    CHECK(battery_alarms(bench.view).warnings == 0);
+    bench.faults.restore_lock(row.id, {}, 0, start);
+    const BatteryAlarms told = battery_alarms(bench.view);
+    const bool is_asked_for =
+        row.concerns == Concerns::all || (row.concerns == Concerns::charge ? wish.by_charger : !wish.by_charger);
+    const bool opens = row.reaction == Reaction::open_now || row.reaction == Reaction::open_after_grace;
+    const bool keeps_open = opens || row.reaction == Reaction::refuse_close;
+    CHECK((told.alarms != 0) == (is_asked_for && (is_closed ? opens : keeps_open)));
+    CHECK((told.warnings != 0) == (told.alarms == 0));
   }
-  FaultMemory faults;
-  faults.restore_lock(FaultId::cell_overvoltage, {}, 0, start);
-  CHECK(battery_alarms(faults).alarms == bit_of(BatteryAlarm::high_voltage));
-  FaultMemory other;
-  other.restore_lock(FaultId::emergency_stop, {}, 0, start);
-  CHECK(battery_alarms(other).alarms == bit_of(BatteryAlarm::general));
-  FaultMemory warned;
+}
+
+TEST_CASE("each fault has its alarm, and a value beyond its warning is a warning", "[unit][inverter]") {
+  const CoreConfig config = test::small_pack();
+  const auto alarms_of = [](FaultId id) {
+    Bench bench;
+    bench.faults.restore_lock(id, {}, 0, start);
+    return battery_alarms(bench.view).alarms;
+  };
+  CHECK(alarms_of(FaultId::cell_overvoltage) == bit_of(BatteryAlarm::high_voltage));
+  CHECK(alarms_of(FaultId::emergency_stop) == bit_of(BatteryAlarm::general));
+  Bench warned;
   FaultChanges changes;
   const LimitConfig& high = config.limits.cell_overvoltage;
   for (TimePoint at = start; at < start + 2s; at += 100ms) {
-    warned.judge(row_of(FaultId::cell_overvoltage), {true, high.warn, {}, at}, config.limits, at, changes);
+    warned.faults.judge(row_of(FaultId::cell_overvoltage), {true, high.warn, {}, at}, config.limits, at, changes);
     changes = {};
   }
-  CHECK(battery_alarms(warned).alarms == 0);
-  CHECK(battery_alarms(warned).warnings == bit_of(BatteryAlarm::high_voltage));
+  CHECK(battery_alarms(warned.view).alarms == 0);
+  CHECK(battery_alarms(warned.view).warnings == bit_of(BatteryAlarm::high_voltage));
+}
+
+TEST_CASE("a charger that is plugged in and may not be connected keeps an open pack open: an alarm",
+          "[unit][inverter]") {
+  Bench bench;
+  bench.view.wish.by_vehicle = true;
+  bench.view.is_plugged_in = GENERATE(false, true);
+  bench.faults.restore_lock(FaultId::charger_runaway, {}, 0, start);
+  REQUIRE(row_of(FaultId::charger_runaway).bars_while_plugged_in);
+  CHECK((battery_alarms(bench.view).alarms != 0) == bench.view.is_plugged_in);
 }
