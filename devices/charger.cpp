@@ -11,6 +11,7 @@ std::string_view to_text(ChargerTrouble trouble) {
     case ChargerTrouble::no_command: return "hears no command";
     case ChargerTrouble::command_refused: return "command out of its range";
     case ChargerTrouble::output_overvoltage: return "output voltage too high";
+    case ChargerTrouble::unnamed: return "an error that it does not name";
   }
   return "?";
 }

@@ -53,8 +53,9 @@ enum class ChargerTrouble : std::uint8_t {
   no_command,          // it does not hear us
   command_refused,     // what it is told is out of its range
   output_overvoltage,  // more than it is to give
+  unnamed,             // it reports an error and not, or not yet, which
 };
-inline constexpr std::size_t charger_trouble_count = 7;
+inline constexpr std::size_t charger_trouble_count = 8;
 
 [[nodiscard]] std::string_view to_text(ChargerTrouble trouble);
 
@@ -76,9 +77,10 @@ struct ChargerReport {
 
 /// What a frame was for a charger's reports.
 enum class ChargerWord : std::uint8_t {
-  none,     // not a charger's
-  refused,  // under a charger's identifier, and of a wrong length or form: nothing was taken from it
-  values,   // voltage and current
+  none,      // not a charger's
+  refused,   // under a charger's identifier, and of a wrong length or form: nothing was taken from it
+  values,    // voltage and current
+  troubles,  // in a protocol that has frames of their own for them
   other,
 };
 struct ChargerNews {
@@ -92,7 +94,7 @@ struct ChargerCommand {
 };
 
 /// The frames of one report.
-using ChargerFrames = FixedVector<CanFrame, 4>;
+using ChargerFrames = FixedVector<CanFrame, 5>;
 
 inline constexpr std::size_t charger_units_max = 4;
 
@@ -102,7 +104,10 @@ struct ChargerDriver {
   Duration command_period{};
   Duration command_life{};   // without one it stops by itself
   Duration report_period{};  // of voltage and current
-  Duration settle{};         // so long it may take to follow a command
+  Duration slow_period{};    // of troubles and temperatures, where these have frames of their own; else zero
+  std::uint8_t fast_count =
+      0;              // where there is a slow period: so many frames of `reports` come with each report period
+  Duration settle{};  // so long it may take to follow a command
   bool is_told_mains_current = false;
   bool can_request_mains = false;
   bool has_master_address = false;

@@ -67,7 +67,16 @@ ChargerFrames CanChargers::report(TimePoint now, double link_V, double flows_A) 
   report.temperature_dC = known(350);
   report.troubles = troubles;
   if (!is_told(units_[unit], now)) report.troubles |= bit_of(ChargerTrouble::no_command);
-  return driver_->reports(unit, report);
+  const ChargerFrames all = driver_->reports(unit, report);
+  Unit& own = units_[unit];
+  if (driver_->slow_period == Duration{}) return all;
+  const bool is_slow_due = now >= own.slow_at;
+  if (is_slow_due) own.slow_at = now + driver_->slow_period;
+  ChargerFrames due;
+  for (std::size_t index = 0; index < all.size(); ++index) {
+    if (is_slow_due || index < driver_->fast_count) due.push_back(all[index]);
+  }
+  return due;
 }
 
 }  // namespace bmu

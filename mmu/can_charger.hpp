@@ -50,6 +50,7 @@ class CanChargers {
   struct Unit {
     ChargerOrder order;
     TimePoint told_at{};  // zero: never
+    TimePoint slow_at{};  // when its slow frames are due
   };
   [[nodiscard]] double ordered_A(TimePoint now, double link_V) const;
   /// Mains at their inlet.

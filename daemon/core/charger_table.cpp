@@ -10,6 +10,14 @@ namespace {
 /// A bus with other traffic, and a tick.
 constexpr Duration lateness_max = 100ms;
 
+Duration silence_of(Duration period) {
+  return period * 5 / 2 + lateness_max;
+}
+
+bool is_recent(TimePoint at, Duration period, TimePoint now) {
+  return at != TimePoint{} && now - at <= silence_of(period);
+}
+
 void count_value(const SignalValue& value, ChargerUnit& unit) {
   if (value.validity == Validity::out_of_range) ++unit.values_out_of_range;
   if (value.validity == Validity::unknown) ++unit.values_unknown;
@@ -41,30 +49,43 @@ bool ChargerTable::observe(const CanFrame& frame, TimePoint at) {
     temperature_dC = unit.report.temperature_dC;
   } else {
     count_value(temperature_dC, unit);
+    unit.temperature_at = at;
   }
   unit.report = reports[news.unit];
-  if (news.word != ChargerWord::values) return true;
-  if (!is_talking(news.unit, at)) unit.talks_since = at;
-  unit.values_at = at;
-  count_value(unit.report.voltage_mV, unit);
-  count_value(unit.report.current_mA, unit);
+  const bool has_talked = is_talking(news.unit, at);
+  if (news.word == ChargerWord::troubles) unit.troubles_at = at;
+  if (news.word == ChargerWord::values) {
+    count_value(unit.report.voltage_mV, unit);
+    count_value(unit.report.current_mA, unit);
+    if (unit.report.voltage_mV.is_valid() && unit.report.current_mA.is_valid()) unit.values_at = at;
+  }
+  if (!has_talked && is_talking(news.unit, at)) unit.talks_since = at;
   return true;
 }
 
 void ChargerTable::forget_values() {
   for (ChargerUnit& unit : units_) {
     unit.report = {};
-    unit.values_at = {};
+    unit.values_at = unit.troubles_at = unit.temperature_at = {};
   }
 }
 
 Duration ChargerTable::silence_max() const {
-  return driver().report_period * 5 / 2 + lateness_max;
+  return silence_of(driver().report_period);
 }
 
 bool ChargerTable::is_talking(std::size_t index, TimePoint now) const {
-  const TimePoint at = units_[index].values_at;
-  return index < unit_count() && at != TimePoint{} && now - at <= silence_max();
+  if (index >= unit_count()) return false;
+  const ChargerUnit& unit = units_[index];
+  const Duration slow = driver().slow_period;
+  return is_recent(unit.values_at, driver().report_period, now) &&
+         (slow == Duration{} || is_recent(unit.troubles_at, slow, now));
+}
+
+SignalValue ChargerTable::temperature_dC(std::size_t index, TimePoint now) const {
+  const Duration period = std::max(driver().slow_period, driver().report_period);
+  const ChargerUnit& unit = units_[index];
+  return is_recent(unit.temperature_at, period, now) ? unit.report.temperature_dC : not_known();
 }
 
 std::size_t ChargerTable::talking_count(TimePoint now) const {

@@ -2,8 +2,9 @@
 //
 // A report counts only as a whole. A value out of its documented range, or one that the charger says it does not know,
 // is not valid, and counted by why. Voltage and current are as old as the frame that told them: older than
-// `silence_max()` they are no measurement, and the unit is silent. Current is positive into the pack, as chargers tell
-// it.
+// `silence_max()` they are no measurement, and the unit is silent. So is one whose voltage or current has been no
+// number for so long, and one that has not reported its troubles in their own time: without them nobody knows that
+// there are none. Current is positive into the pack, as chargers tell it.
 //
 // Nobody but we may command a charger: such a frame from somebody else is noted.
 #pragma once
@@ -20,8 +21,10 @@ namespace bmu {
 
 struct ChargerUnit {
   ChargerReport report;
-  TimePoint values_at{};    // of voltage and current; zero: never
-  TimePoint talks_since{};  // without a silence
+  TimePoint values_at{};       // of voltage and current, both of them numbers; zero: never
+  TimePoint troubles_at{};     // where they have frames of their own
+  TimePoint temperature_at{};  // likewise
+  TimePoint talks_since{};     // without a silence
   std::uint64_t frames_refused = 0;
   std::uint64_t values_out_of_range = 0;
   std::uint64_t values_unknown = 0;
@@ -42,6 +45,8 @@ class ChargerTable {
   /// Two and a half of its reports, and never less than what its bus may be late.
   [[nodiscard]] Duration silence_max() const;
   [[nodiscard]] bool is_talking(std::size_t index, TimePoint now) const;
+  /// Not known once it is older than its frames may be.
+  [[nodiscard]] SignalValue temperature_dC(std::size_t index, TimePoint now) const;
   [[nodiscard]] std::size_t talking_count(TimePoint now) const;
   /// Of all units together; not known while one that talks does not tell it, or none talks.
   [[nodiscard]] Measured<std::int32_t> current_mA(TimePoint now) const;

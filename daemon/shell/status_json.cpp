@@ -645,7 +645,7 @@ Json charger_unit_json(std::size_t index, const StatusView& view) {
           {"current_mA", value(unit.report.current_mA)},
           {"mains_voltage_mV", value(unit.report.mains_voltage_mV)},
           {"mains_current_mA", value(unit.report.mains_current_mA)},
-          {"temperature_dC", value(unit.report.temperature_dC)},
+          {"temperature_dC", value(view.core.chargers().temperature_dC(index, view.now))},
           {"troubles", std::move(troubles)},
           {"frames_refused", unit.frames_refused},
           {"values_out_of_range", unit.values_out_of_range},

@@ -52,6 +52,14 @@ std::uint16_t troubles_of(const CanFrame& frame) {
   return troubles;
 }
 
+/// The state comes ten times as often as the errors, and knows that there is one and not which.
+void note_error(bool has_error, ChargerReport& report) {
+  constexpr std::uint16_t unnamed = bit_of(ChargerTrouble::unnamed);
+  const bool is_named = (report.troubles & static_cast<std::uint16_t>(~unnamed)) != 0;
+  if (has_error && !is_named) report.troubles |= unnamed;
+  if (!has_error) report.troubles &= static_cast<std::uint16_t>(~unnamed);
+}
+
 ChargerNews take(const CanFrame& frame, std::array<ChargerReport, charger_units_max>& reports) {
   if (frame.is_extended || frame.is_error) return {};
   const MessageSpec* const message = catalogue.find(frame.id).message;
@@ -66,8 +74,11 @@ ChargerNews take(const CanFrame& frame, std::array<ChargerReport, charger_units_
     return {ChargerWord::values, 0};
   }
   if (message == &temperatures) report.temperature_dC = read<temperatures, "power_stage_temperature_dC">(frame);
-  if (message == &errors) report.troubles = troubles_of(frame);
-  return {ChargerWord::other, 0};
+  if (message == &status) note_error(read_raw<status, "error">(frame) != 0, report);
+  if (message != &errors) return {ChargerWord::other, 0};
+  const std::uint16_t named = troubles_of(frame);
+  report.troubles = named != 0 ? named : report.troubles & bit_of(ChargerTrouble::unnamed);
+  return {ChargerWord::troubles, 0};
 }
 
 std::optional<ChargerCommand> order_of(const CanFrame& frame) {
@@ -120,6 +131,9 @@ ChargerFrames reports(std::uint8_t /*unit*/, const ChargerReport& report) {
   write<actual_1, "output_voltage_mV">(actual, value_or_0(report.voltage_mV));
   write<actual_1, "output_current_mA">(actual, value_or_0(report.current_mA));
   frames.push_back(actual);
+  CanFrame more = make_frame(actual_2);
+  write<actual_2, "auxiliary_voltage_mV">(more, 12'000);
+  frames.push_back(more);
   CanFrame heat = make_frame(temperatures);
   write<temperatures, "power_stage_temperature_dC">(heat, value_or_0(report.temperature_dC));
   frames.push_back(heat);
@@ -134,6 +148,8 @@ const ChargerDriver driver{.name = "brusa_nlg5",
                            .command_period = 100ms,
                            .command_life = control_life,
                            .report_period = 100ms,
+                           .slow_period = 1s,
+                           .fast_count = 3,
                            .settle = 2s,
                            .is_told_mains_current = true,
                            .can_request_mains = true,
