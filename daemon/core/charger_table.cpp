@@ -55,9 +55,10 @@ bool ChargerTable::observe(const CanFrame& frame, TimePoint at) {
   const bool has_talked = is_talking(news.unit, at);
   if (news.word == ChargerWord::troubles) unit.troubles_at = at;
   if (news.word == ChargerWord::values) {
+    unit.values_at = at;
     count_value(unit.report.voltage_mV, unit);
     count_value(unit.report.current_mA, unit);
-    if (unit.report.voltage_mV.is_valid() && unit.report.current_mA.is_valid()) unit.values_at = at;
+    if (unit.report.voltage_mV.is_valid() && unit.report.current_mA.is_valid()) unit.numbers_at = at;
   }
   if (!has_talked && is_talking(news.unit, at)) unit.talks_since = at;
   return true;
@@ -66,7 +67,7 @@ bool ChargerTable::observe(const CanFrame& frame, TimePoint at) {
 void ChargerTable::forget_values() {
   for (ChargerUnit& unit : units_) {
     unit.report = {};
-    unit.values_at = unit.troubles_at = unit.temperature_at = {};
+    unit.values_at = unit.numbers_at = unit.troubles_at = unit.temperature_at = {};
   }
 }
 
@@ -74,11 +75,15 @@ Duration ChargerTable::silence_max() const {
   return silence_of(driver().report_period);
 }
 
+bool ChargerTable::has_recent_values(std::size_t index, TimePoint now) const {
+  return index < unit_count() && is_recent(units_[index].values_at, driver().report_period, now);
+}
+
 bool ChargerTable::is_talking(std::size_t index, TimePoint now) const {
   if (index >= unit_count()) return false;
   const ChargerUnit& unit = units_[index];
   const Duration slow = driver().slow_period;
-  return is_recent(unit.values_at, driver().report_period, now) &&
+  return is_recent(unit.numbers_at, driver().report_period, now) &&
          (slow == Duration{} || is_recent(unit.troubles_at, slow, now));
 }
 
@@ -98,7 +103,7 @@ Measured<std::int32_t> ChargerTable::current_mA(TimePoint now) const {
   Measured<std::int32_t> sum;
   std::int64_t sum_mA = 0;
   for (std::size_t index = 0; index < unit_count(); ++index) {
-    if (!is_talking(index, now)) continue;
+    if (!has_recent_values(index, now)) continue;
     const ChargerUnit& unit = units_[index];
     if (!unit.report.current_mA.is_valid()) return {};
     sum_mA += unit.report.current_mA.value;
@@ -112,7 +117,7 @@ Measured<std::int32_t> ChargerTable::voltage_mV(TimePoint now) const {
   Measured<std::int32_t> highest;
   for (std::size_t index = 0; index < unit_count(); ++index) {
     const ChargerUnit& unit = units_[index];
-    if (!is_talking(index, now) || !unit.report.voltage_mV.is_valid()) continue;
+    if (!has_recent_values(index, now) || !unit.report.voltage_mV.is_valid()) continue;
     const Measured<std::int32_t> one = measured(unit.report.voltage_mV, unit.values_at);
     if (!highest.is_valid() || one.value > highest.value) highest = one;
   }
@@ -122,7 +127,7 @@ Measured<std::int32_t> ChargerTable::voltage_mV(TimePoint now) const {
 ChargerTable::Troubles ChargerTable::troubles(TimePoint now) const {
   for (std::size_t index = 0; index < unit_count(); ++index) {
     const std::uint16_t bits = units_[index].report.troubles;
-    if (bits != 0 && is_talking(index, now)) return {bits, static_cast<std::uint8_t>(index + 1)};
+    if (bits != 0 && has_recent_values(index, now)) return {bits, static_cast<std::uint8_t>(index + 1)};
   }
   return {};
 }

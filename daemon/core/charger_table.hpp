@@ -4,7 +4,8 @@
 // is not valid, and counted by why. Voltage and current are as old as the frame that told them: older than
 // `silence_max()` they are no measurement, and the unit is silent. So is one whose voltage or current has been no
 // number for so long, and one that has not reported its troubles in their own time: without them nobody knows that
-// there are none. Current is positive into the pack, as chargers tell it.
+// there are none. Nobody charges with a silent unit; what it still reports counts against it all the same. Current is
+// positive into the pack, as chargers tell it.
 //
 // Nobody but we may command a charger: such a frame from somebody else is noted.
 #pragma once
@@ -21,7 +22,8 @@ namespace bmu {
 
 struct ChargerUnit {
   ChargerReport report;
-  TimePoint values_at{};       // of voltage and current, both of them numbers; zero: never
+  TimePoint values_at{};       // of voltage and current; zero: never
+  TimePoint numbers_at{};      // of the last of these whose values were both numbers
   TimePoint troubles_at{};     // where they have frames of their own
   TimePoint temperature_at{};  // likewise
   TimePoint talks_since{};     // without a silence
@@ -44,13 +46,14 @@ class ChargerTable {
   [[nodiscard]] const ChargerUnit& unit(std::size_t index) const { return units_[index]; }
   /// Two and a half of its reports, and never less than what its bus may be late.
   [[nodiscard]] Duration silence_max() const;
+  /// It can be charged with.
   [[nodiscard]] bool is_talking(std::size_t index, TimePoint now) const;
   /// Not known once it is older than its frames may be.
   [[nodiscard]] SignalValue temperature_dC(std::size_t index, TimePoint now) const;
   [[nodiscard]] std::size_t talking_count(TimePoint now) const;
-  /// Of all units together; not known while one that talks does not tell it, or none talks.
+  /// Of all units whose reports are recent, silent or not; not known while one of these does not tell it.
   [[nodiscard]] Measured<std::int32_t> current_mA(TimePoint now) const;
-  /// The highest of those that talk.
+  /// The highest of those.
   [[nodiscard]] Measured<std::int32_t> voltage_mV(TimePoint now) const;
   /// Of the first unit that has any; bits by ChargerTrouble.
   struct Troubles {
@@ -62,6 +65,8 @@ class ChargerTable {
   [[nodiscard]] TimePoint foreign_command_at() const { return foreign_command_at_; }
 
  private:
+  [[nodiscard]] bool has_recent_values(std::size_t index, TimePoint now) const;
+
   ChargerConfig config_;
   std::array<ChargerUnit, charger_units_max> units_{};
   TimePoint foreign_command_at_{};

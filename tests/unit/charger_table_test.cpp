@@ -53,7 +53,10 @@ TEST_CASE("a Brusa talks only while it reports its errors, too, and in their own
   brusa.hear_for(200ms);
   CHECK_FALSE(brusa.talks());
   CHECK(brusa.table.talking_count(brusa.now) == 0);
-  CHECK_FALSE(brusa.table.current_mA(brusa.now).is_valid());
+  // Nobody charges with it; what it gives nevertheless counts against it.
+  CHECK(brusa.table.current_mA(brusa.now).value == 8'000);
+  CHECK(brusa.table.current_mA(brusa.now).taken_at == brusa.now - 100ms);
+  CHECK(brusa.table.voltage_mV(brusa.now).value == 300'000);
 }
 
 TEST_CASE("a Brusa's state says at once that there is an error, its errors then which", "[unit][charger]") {

@@ -351,23 +351,19 @@ TEST_CASE("a charger that tells another voltage than the pack's sensor is notice
   CHECK_FALSE(bench.watch.contradicts());
 }
 
-TEST_CASE(
-    "a charger's voltage is compared with the pack's sensor though its current is no number, until it counts as silent",
-    "[unit][charger]") {
+TEST_CASE("a charger's voltage is compared with the pack's sensor though its current is no number", "[unit][charger]") {
   Bench bench;
   bench.pack.pack_voltage_mV = {300'000, bench.now, Validity::valid};
   bench.charge(20'000);
-  bench.run(30s);
-  CHECK_FALSE(bench.watch.contradicts());
   bench.reports_current = false;
+  bench.run(30s);
+  REQUIRE_FALSE(bench.table.current_mA(bench.now).is_valid());
+  REQUIRE(bench.table.voltage_mV(bench.now).is_valid());
+  CHECK_FALSE(bench.watch.contradicts());
   bench.told_mV = 320'000;
-  bench.run(1s);
-  CHECK_FALSE(bench.table.current_mA(bench.now).is_valid());
-  CHECK(bench.table.voltage_mV(bench.now).is_valid());
-  CHECK(bench.watch.contradicts());
   bench.run(2s);
-  CHECK(bench.table.talking_count(bench.now) == 0);
-  CHECK_FALSE(bench.table.voltage_mV(bench.now).is_valid());
+  CHECK(bench.watch.contradicts());
+  CHECK(bench.table.talking_count(bench.now) == 0);  // and nobody charges with it
 }
 
 TEST_CASE("a temperature that none can have is counted, whichever frame brings it, each time", "[unit][charger]") {
