@@ -3,8 +3,8 @@
 #
 #   runner_start BUDGET_S DEADLINE_S COMMAND   COMMAND STAGE runs a stage. The budget bounds what is begun, the deadline what is running.
 #   runner_required FILE                       the stages of a table, until one fails: returns 1
-#   runner_optional FILE FIRST                 those of a table that fit the budget, beginning with row FIRST modulo their number;
-#                                              returns 1 only if interrupted
+#   runner_optional FILE FIRST [URGENT]        those of a table that fit the budget, beginning with the stage URGENT, if one is named, and
+#                                              then with row FIRST modulo their number; returns 1 only if interrupted
 #   runner_table                               prints stage, seconds, result
 #   runner_summaries STAGE=LOG...              prints ctest's own last words in these logs: how many passed, which failed, how long it took;
 #                                              of a run that failed only those of the stage that did, and last that it failed
@@ -95,10 +95,14 @@ runner_required() {
 }
 
 runner_optional() {
-  local rows k name cold_s left_s limit_s
+  local rows row k name cold_s left_s limit_s turn=()
   mapfile -t rows < <(runner_rows_of "$1")
   for ((k = 0; k < ${#rows[@]}; ++k)); do
-    IFS=$'\t' read -r name cold_s <<<"${rows[($2 + k) % ${#rows[@]}]}"
+    row=${rows[($2 + k) % ${#rows[@]}]}
+    if [[ ${row%%$'\t'*} == "${3:-}" ]]; then turn=("$row" "${turn[@]}"); else turn+=("$row"); fi
+  done
+  for row in "${turn[@]}"; do
+    IFS=$'\t' read -r name cold_s <<<"$row"
     left_s=$((runner_budget_s - $(runner_elapsed_s)))
     if [[ $cold_s -gt $left_s ]]; then
       runner_add_row "$name" 0 "skipped: needs $cold_s s, $left_s s left"

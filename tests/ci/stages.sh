@@ -7,6 +7,8 @@ set -euo pipefail
 repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 # shellcheck source-path=SCRIPTDIR source=../../tools/packages.sh
 source "$repository/tools/packages.sh"
+# shellcheck source-path=SCRIPTDIR source=recent.sh
+source "$repository/tests/ci/recent.sh"
 
 jobs=2
 # Tests that compute count for two of these, and those that wait most of the time for one (tests/CMakeLists.txt).
@@ -79,8 +81,12 @@ check_skips() {
   return 1
 }
 
-# check_ctest FOLDER LOG: of the last run of ctest there, with its --output-log. What test cases print is in a log of ctest's own.
-check_ctest() { check_skips "$1/Testing/Temporary/LastTest.log" "$2"; }
+# check_ctest FOLDER LOG: of the last run of ctest there, with its --output-log. What test cases print is in a log of ctest's own. And
+# each case of the programs that ctest knew has a test that runs it.
+check_ctest() {
+  check_skips "$1/Testing/Temporary/LastTest.log" "$2"
+  without_address_randomization tests/meta/each_case_once.py "$1"
+}
 
 # The sanitizer runtime of older clang fails now and then where the kernel spreads addresses widely; without it where that is not allowed.
 without_address_randomization() {
@@ -169,7 +175,7 @@ stage_same_decisions_debug() {
 recent_commits=7
 recent_max=12
 stage_tidy() {
-  local part=${1:-$((0x$(git rev-parse --short=7 HEAD) % 16 + 1))/16} recent file chosen=()
+  local part=${1:-$(part_by_commit 16)} recent file chosen=()
   # A requested part is one of all parts, which together have the recent changes.
   if [[ $# -eq 0 ]]; then
     # A clone without that many commits has all sources to choose from.
@@ -185,24 +191,30 @@ stage_tidy() {
 
 # stage_mutation K/N: of all mutants every Nth, beginning with the Kth.
 stage_mutation() { tests/mutation/mutate.py --part "$1"; }
-# Those of lines that the commits of the last half day changed.
+# Those of lines that recent commits changed: all, or a part of so many that can be tried in CI.
+recent_mutants_max=200
 stage_mutation_recent() {
-  local head_time_s base
-  head_time_s=$(git show -s --format=%ct HEAD)
-  base=$(git rev-list -1 --before="$((head_time_s - 43200))" HEAD)
-  [[ -n $base ]] || base=$(git rev-list --max-parents=0 HEAD | tail -n 1)
-  tests/mutation/mutate.py --since "$base"
+  local base count
+  base=$(recent_base)
+  count=$(tests/mutation/mutate.py --since "$base" --list | grep -c . || true)
+  tests/mutation/mutate.py --since "$base" --part "$(part_by_commit $((count / recent_mutants_max + 1)))"
 }
 stage_coverage() {
   tests/mutation/coverage.sh
   check_skips build-coverage/logs/{test_unit,test_scenario,test_unit_threads,ctest}.log build-coverage/Testing/Temporary/LastTest.log
+}
+# Of the safety files alone, which two programs of tests have to reach.
+stage_coverage_safety() {
+  tests/mutation/coverage.sh --safety
+  check_skips build-coverage/logs/{test_unit,test_scenario}.log
 }
 stage_threads() {
   tests/threads.sh
   check_skips build-threads/threads.log
 }
 # Inputs of the parsers that no corpus holds.
-stage_explore() { tests/fuzz/explore.sh --seconds "${1:-15}"; }
+stage_explore() { tests/fuzz/explore.sh --seconds "$1"; }
+stage_explore_part() { tests/fuzz/explore.sh --seconds 15 --part "$(part_by_commit 3)"; }
 
 # A thousand simulated sessions with faults by the optimised program; a failing one prints how to repeat it.
 stage_thousand_seeds() {

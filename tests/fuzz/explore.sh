@@ -6,6 +6,7 @@ repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 build=$repository/build-fuzz
 seconds=60
 seed=$((RANDOM + 1))
+part=1/1
 keeps=no
 counts_lines=no
 jobs=2
@@ -15,7 +16,7 @@ targets=()
 
 usage() {
   cat <<'TEXT'
-usage: tests/fuzz/explore.sh [--seconds S] [--build DIR] [--seed N] [--keep] [--lines] [TARGET...]
+usage: tests/fuzz/explore.sh [--seconds S] [--build DIR] [--seed N] [--part K/N] [--keep] [--lines] [TARGET...]
 
 Builds the fuzz targets with clang, lets each explore for S seconds, two at a time, and prints a line for each. Ends with
 1 if one has found an input that breaks a promise, crashes, or takes too long or too much memory: the input stays in
@@ -25,12 +26,13 @@ the input again, where it takes 4 KiB at most when packed.
   --seconds S  for each target (default: 60)
   --build DIR  where to build, and where what was found stays for the next time (default: build-fuzz)
   --seed N     of libFuzzer's random numbers; else another one each time, which is printed
+  --part K/N   of all targets every Nth, beginning with the Kth
   --keep       adds what covers more than the committed corpora to them, 40 inputs of a target at most
   --lines      says of the parser's own files which share of their lines all inputs together run: needs another build, in
                DIR-lines
 
   tests/fuzz/explore.sh                          all targets, a minute each
-  tests/fuzz/explore.sh --seconds 15             the short look that CI takes
+  tests/fuzz/explore.sh --seconds 15 --part 2/3  the short look that CI takes at a third of them
   tests/fuzz/explore.sh --seconds 600 pack cell  ten minutes for what reads configurations
   build-fuzz/bin/fuzz_pack FILE                  one input once more
 
@@ -72,12 +74,13 @@ declare -A parser_files=(
 parse_arguments() {
   while [[ $# -gt 0 ]]; do
     case $1 in
-      --seconds | --build | --seed)
+      --seconds | --build | --seed | --part)
         [[ $# -ge 2 ]] || wrong_usage "$1 needs a value"
         case $1 in
           --seconds) seconds=$2 ;;
           --build) build=$(realpath -m "$2") ;;
           --seed) seed=$2 ;;
+          --part) part=$2 ;;
         esac
         shift 2 ;;
       --keep) keeps=yes; shift ;;
@@ -91,7 +94,11 @@ parse_arguments() {
     esac
   done
   [[ $seconds =~ ^[1-9][0-9]*$ && $seed =~ ^[1-9][0-9]*$ ]] || wrong_usage "seconds and seed are whole numbers above 0"
-  if [[ ${#targets[@]} -eq 0 ]]; then mapfile -t targets < <(printf '%s\n' "${!parser_files[@]}" | sort); fi
+  [[ $part =~ ^[1-9][0-9]?/[1-9][0-9]?$ && ${part%/*} -le ${part#*/} ]] || wrong_usage "--part: found '$part', expected K/N with K from 1 to N"
+  [[ ${#targets[@]} -eq 0 || $part == 1/1 ]] || wrong_usage "--part is of all targets: found ${targets[*]} beside it"
+  if [[ ${#targets[@]} -eq 0 ]]; then
+    mapfile -t targets < <(printf '%s\n' "${!parser_files[@]}" | sort | awk -v k="${part%/*}" -v n="${part#*/}" '(NR - 1) % n == k - 1')
+  fi
 }
 
 # In a folder, with options of cmake. What is written is of interest only if it fails.

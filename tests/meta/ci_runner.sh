@@ -30,7 +30,7 @@ esac
 STAGES
 chmod +x "$folder/stages"
 
-# run_tables BUDGET_S DEADLINE_S FIRST REQUIRED OPTIONAL: tables as printf writes them; sets status
+# run_tables BUDGET_S DEADLINE_S FIRST REQUIRED OPTIONAL [URGENT]: tables as printf writes them; sets status
 run_tables() {
   printf '# a comment\n%b' "$4" >"$folder/required"
   printf '%b' "$5" >"$folder/optional"
@@ -38,7 +38,7 @@ run_tables() {
   rm -f "$folder/record"
   status=0
   runner_start "$1" "$2" "$folder/stages"
-  { runner_required "$folder/required" && { [[ -z $5 ]] || runner_optional "$folder/optional" "$3"; }; } >"$folder/out" 2>&1 || status=1
+  { runner_required "$folder/required" && { [[ -z $5 ]] || runner_optional "$folder/optional" "$3" "${6:-}"; }; } >"$folder/out" 2>&1 || status=1
   runner_record "$folder/record" 0123456789012345678901234567890123456789 cold
 }
 without_numbers() { tr '\t' ' ' | sed 's/[0-9][0-9]*/#/g'; }
@@ -50,6 +50,9 @@ expect "all that fits runs, optional stages from their turn on" "$(began)" "good
 expect "nothing fails" "$status ${runner_failed:-none}" "0 none"
 [[ $(cut -f 1,3,5 "$folder/record") == $'0123456789012345678901234567890123456789\tcold\tpassed' ]] || fail "record: $(cat "$folder/record")"
 expect "the record's stages" "$(cut -f 6- "$folder/record" | without_numbers)" "good-a=# good-b=# good-y=# good-z=# good-x=#"
+
+run_tables 100 200 1 'good-a\t50\n' 'good-x\t10\ngood-y\t10\ngood-z\t10\n' good-x
+expect "what is urgent goes first, once" "$(began)" "good-a good-x good-y good-z"
 
 run_tables 100 200 0 'good-a\t50\nbad\t50\ngood-b\t50\n' 'good-x\t10\n'
 expect "a stage that fails ends the run" "$(began)" "good-a bad"
@@ -118,10 +121,12 @@ rows_of() { runner_rows_of "$repository/tests/ci/$1.tsv"; }
 named=$({ rows_of required | cut -f 1; rows_of optional | cut -f 1; rows_of nightly | cut -f 2 | cut -d ' ' -f 1; } | sort -u)
 expect "every stage is in a table, and every row has its stage" "$named" "$(sort <<<"$stages")"
 # What every run has with one compiler only, or of a part, tests/nightly has whole under another name.
-for optional in $(rows_of optional | cut -f 1); do
-  [[ $optional == mutation-recent ]] || rows_of nightly | cut -f 2 | cut -d ' ' -f 1 | grep -qx "$optional" ||
+for optional in $(rows_of optional | cut -f 1 | sed -E 's/-(recent|part|safety)$//'); do
+  rows_of nightly | cut -f 2 | cut -d ' ' -f 1 | grep -qx "$optional" ||
     fail "tests/ci/nightly.tsv lacks the optional stage $optional"
 done
+# A cold run takes 40 minutes of the budget of 50, at most. ThreadSanitizer's and the simulated life's time is theirs alone.
+rows_of optional | awk -F'\t' '$2 > 700 { print; long = 1 } END { exit long }' || fail "a stage that a cold run has no room for never runs on a new machine"
 rows_of optional | awk -F'\t' '$2 <= 60 { print; short = 1 } END { exit short }' || fail "what takes at most a minute is required, or no run need have it"
 rows_of nightly | awk -F'\t' '$3 > 1800 { print; late = 1 } END { exit late }' || fail "a slice of tests/nightly may take more than 30 minutes"
 kinds=$(sed -n 's/^\(sanitized_kinds\|other_kinds\)=//p' "$repository/tests/ci/stages.sh" | tr , '\n' | sort | paste -sd' ')
@@ -130,8 +135,8 @@ expect ".ci/run builds each kind of test once" "$kinds" "$all_kinds"
 
 # The stages themselves, in a project whose programs only note what they are asked, and print as tests do: nothing, or what SAYS says.
 fake=$folder/fake
-mkdir -p "$fake"/{bin,build,build-threads/bin,build-coverage/bin,packaging,tests/ci,tests/mutation,tools}
-cp "$repository"/tests/ci/{stages.sh,skips.txt} "$fake/tests/ci/"
+mkdir -p "$fake"/{bin,build,build-threads/bin,build-coverage/bin,packaging,tests/ci,tests/meta,tests/mutation,tools}
+cp "$repository"/tests/ci/{stages.sh,recent.sh,skips.txt} "$fake/tests/ci/"
 cp "$repository/tests/threads.sh" "$fake/tests/"
 cp "$repository/tests/mutation/coverage.sh" "$fake/tests/mutation/"
 cp "$repository/tools/packages.sh" "$fake/tools/"
@@ -162,7 +167,7 @@ fi
 PROGRAM
 chmod +x "$fake/bin/ctest"
 for program in bin/{cmake,llvm-cov,llvm-profdata} tools/test build-threads/bin/test_threads build-coverage/bin/test_{unit,scenario} \
-  packaging/make-packages.sh tests/mutation/{coverage_report,other_coverage}.py; do
+  packaging/make-packages.sh tests/meta/each_case_once.py tests/mutation/{coverage_report,other_coverage}.py; do
   ln "$fake/bin/ctest" "$fake/$program"
 done
 # run_stage SAYS STAGE [ARGUMENT]: sets status and the file out
@@ -171,7 +176,7 @@ run_stage() {
   status=0
   SAYS=$1 PATH="$fake/bin:$PATH" "$fake/tests/ci/stages.sh" "${@:2}" >"$folder/out" 2>&1 || status=$?
 }
-stages_with_tests=(tests 'all-sanitizers-slow 1/3' all-clang all-sanitizers-tests all-tests coverage load 'rig smoke' rig-short sanitizers-tests threads)
+stages_with_tests=(tests 'all-sanitizers-slow 1/3' all-clang all-sanitizers-tests all-tests coverage coverage-safety load 'rig smoke' rig-short sanitizers-tests threads)
 # shellcheck disable=SC2016  # the other shell's
 bodies=$(bash -c 'source "$1"; declare -f' - "$repository/tests/ci/stages.sh")
 # calls PATTERN: stages whose function has it

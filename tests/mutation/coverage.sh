@@ -2,10 +2,12 @@
 # Builds with counters and says what the tests run, twice. Of the safety files (files.txt) every line and branch is run by a unit or
 # scenario test, or this fails; coverage_report.py says which is not. Of all other files at least nine lines in ten are, in each part of
 # the project, by those tests, by those that run the programs, and by what pages show; other_coverage.py says where it is less.
-# Takes the folder to build in, default build-coverage.
+# usage: tests/mutation/coverage.sh [--safety] [BUILD_FOLDER]     --safety: only the safety files; default folder: build-coverage
 set -euo pipefail
 
 repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+safety_only=no
+[[ ${1:-} != --safety ]] || { safety_only=yes; shift; }
 build=$(realpath -m "${1:-$repository/build-coverage}")
 here=$repository/tests/mutation
 profiles=$build/profiles
@@ -19,7 +21,9 @@ programs=(bmucell bmuctl bmud bmudump bmureplay mmusim)
 quick='~[slow]~[exhaustive]~[threads]'
 
 CC=clang CXX=clang++ cmake -S "$repository" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=None -DBMUD_COVERAGE=ON -DBMUD_PRECOMPILE=OFF
-cmake --build "$build" --parallel "$jobs" --target "${deciding[@]}" test_integration test_example_device make_every_frame "${programs[@]}"
+targets=("${deciding[@]}")
+[[ $safety_only == yes ]] || targets+=(test_integration test_example_device make_every_frame "${programs[@]}")
+cmake --build "$build" --parallel "$jobs" --target "${targets[@]}"
 
 rm -rf "$profiles" "$logs"
 mkdir "$profiles" "$logs"
@@ -57,6 +61,7 @@ for program in "${deciding[@]}"; do
   exports+=("$build/$program.json")
 done
 "$here/coverage_report.py" "${exports[@]}"
+[[ $safety_only == no ]] || exit 0
 
 run_into test_unit_threads "$build/bin/test_unit" '[threads]'
 # Most of them wait for something most of the time.
