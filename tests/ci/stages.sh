@@ -71,7 +71,7 @@ check_skips() {
   for log in "$@"; do
     [[ -f $log && -r $log && -s $log ]] || { echo "stages.sh: found nothing to read in $log, expected what tests have printed" >&2; return 1; }
   done
-  skipped=$(sed -n -e 's/^.*Test *#[0-9]*: \(.*[^ .]\) *\.*\*\*\*Skipped.*$/\1/p' -e 's/^ *skipped: //p' "$@" | sort -u)
+  skipped=$(sed -n -e 's/^.*Test *#[0-9]*: \(.*[^ .]\) *\.*\*\*\*\(Skipped\|Not Run\).*$/\1/p' -e 's/^ *skipped: //p' "$@" | sort -u)
   while IFS= read -r one; do
     [[ -z $one ]] || grep -qxF -e "$one" tests/ci/skips.txt || unexpected+=("$one")
   done <<<"$skipped"

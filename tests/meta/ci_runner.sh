@@ -162,7 +162,10 @@ printf 'of a case\n  %s\n' "$case"
 if [[ -n $log ]]; then
   mkdir -p "$folder/Testing/Temporary"
   [[ $SAYS == 'no log of cases' ]] || printf 'of a case\n  %s\n' "$case" >"$folder/Testing/Temporary/LastTest.log"
-  [[ $SAYS == 'no log' ]] || echo "1/1 Test #7: some test ........$([[ $SAYS == test ]] && echo '***Skipped' || echo '   Passed')    0.01 sec" >"$log"
+  result='   Passed'
+  [[ $SAYS != test ]] || result='***Skipped'
+  [[ $SAYS != 'disabled test' ]] || result='***Not Run (Disabled)'
+  [[ $SAYS == 'no log' ]] || echo "1/1 Test #7: some test ........$result    0.01 sec" >"$log"
 fi
 PROGRAM
 chmod +x "$fake/bin/ctest"
@@ -195,8 +198,10 @@ for stage in tests coverage; do
     run_stage "$says" "$stage"
     expect "stage $stage of which all runs, or what is left out may be" "$status $(grep 'stages.sh:' "$folder/out" || true)" "0 "
   done
-  run_stage test "$stage"
-  expect "stage $stage, of which a test is skipped" "$status $(tail -n 1 "$folder/out")" "1 some test"
+  for says in test 'disabled test'; do
+    run_stage "$says" "$stage"
+    expect "stage $stage, of which a $says is not run" "$status $(tail -n 1 "$folder/out")" "1 some test"
+  done
   for lost in 'no log' 'no log of cases'; do
     run_stage "$lost" "$stage"
     expect "stage $stage with $lost" "$status $(tail -n 1 "$folder/out" | sed 's/ in .*\.log,/ in LOG,/')" \
