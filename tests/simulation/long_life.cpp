@@ -8,9 +8,11 @@
 
 #include <unistd.h>
 
+#include "daemon/core/estimators/pack_estimate.hpp"
 #include "mmu/mmu.hpp"
 #include "mmu/simulator.hpp"
 #include "protocol/tables/vehicle_bus.hpp"
+#include "tests/simulation/soc_watch.hpp"
 #include "tests/support/allocation_count.hpp"
 #include "tests/support/core_bench.hpp"
 
@@ -70,7 +72,8 @@ class LongLife {
         world_(std::make_unique<World>(emulation_, now_)),
         mmu_(emulation_.modules[0], now_),
         pdu_(now_),
-        sensor_(emulation_.sensor, now_) {
+        sensor_(emulation_.sensor, now_),
+        soc_(config_) {
     core_->restore({});
     observe(PortChanged{Port::internal, true});
     observe(PortChanged{Port::vehicle, true});
@@ -122,6 +125,7 @@ class LongLife {
     current_A = wanted_A;
     live_for(length, true);
     current_A = 0.0;
+    used_at_ = now_;
     live_for(1s, true);
     line = false;
     live_for(1s, true);
@@ -143,9 +147,25 @@ class LongLife {
 
   /// By what the cells really hold; what is told may lag behind.
   void check_estimate() {
-    const std::optional<std::int32_t> told = core_->soc_permille();
+    const std::optional<std::int32_t> told = told_soc();
     const double real = world_->plant.cell(0).soc;
     if (!told || std::abs(*told * 1e-3 - real) > soc_error_most) blame("the state of charge is off");
+  }
+
+  [[nodiscard]] std::optional<std::int32_t> told_soc() const {
+    std::optional<std::int32_t> told = core_->soc_permille();
+    if (told && options_.told) told = options_.told(*told, lived());
+    return told;
+  }
+
+  /// It steps at the beginning, and once a rest has been long enough for an estimate that is better than what was told.
+  void check_steps_of_soc() {
+    constexpr Duration around_rest = 1min;
+    const std::optional<std::int32_t> told = told_soc();
+    const Duration rested = now_ - used_at_;
+    const bool has_rested_long = rested > long_rest - around_rest && rested < long_rest + around_rest;
+    if (!told || has_rested_long) soc_.begin_anew();
+    if (told && !soc_.follow(*told, now_)) blame("the state of charge steps");
   }
 
   // --- time ---------------------------------------------------------------------------------------------------------
@@ -222,6 +242,7 @@ class LongLife {
     }
     for (const Event& event : decisions.events) check_event(event);
     check_totals();
+    check_steps_of_soc();
   }
 
   void send(const CanFrame& frame) {
@@ -277,6 +298,8 @@ class LongLife {
   bool has_commanded_ = false;
   std::uint8_t command_counter_ = 0;
   PackTotals totals_;
+  SocWatch soc_;
+  TimePoint used_at_{};
   std::uint64_t allocations_first_ = 0;
   LongResult result_;
 };

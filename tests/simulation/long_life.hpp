@@ -25,6 +25,8 @@ struct LongOptions {
   TimePoint starts_at{1s};
   bool ticks_fully = false;
   std::function<void(Duration lived)> progress{};  // each hour
+  /// What a core that does wrong tells in the place of its state of charge: whether that is noticed.
+  std::function<std::int32_t(std::int32_t soc_permille, Duration lived)> told{};
 };
 
 struct LongResult {

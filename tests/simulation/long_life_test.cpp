@@ -36,4 +36,18 @@ TEST_CASE("a core that is called every 10 ms at night, too, lives the same", "[s
   CHECK(result.ticks >= 90 * 60 * 100);
 }
 
+TEST_CASE("a state of charge that steps by a hundredth after its first minutes is noticed",
+          "[slow][simulation][long]") {
+  const std::int32_t step_permille = GENERATE(10, -10);
+  CAPTURE(step_permille);
+  const auto steps = [step_permille](std::int32_t soc_permille, Duration lived) {
+    return lived >= 15min && lived < 16min ? soc_permille + step_permille : soc_permille;
+  };
+  const LongResult result = live_long({.length = 20min, .told = steps});
+  INFO(to_text(result));
+  // There and back.
+  CHECK(result.wrong == std::vector<std::string>{"after 0.250 h: the state of charge steps",
+                                                 "after 0.267 h: the state of charge steps"});
+}
+
 }  // namespace bmu::test

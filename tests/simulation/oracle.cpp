@@ -25,9 +25,6 @@ constexpr Duration aftermath = 15s;
 /// So long after the last decision for it a contact may be closed: the command's life, a period, a frame, the
 /// mechanism.
 constexpr Duration contact_follows = 320ms;
-/// What is not known better when the core has just begun: 2 % a second, in steps of up to a second where nothing comes.
-constexpr double soc_rate_permille_per_s = 20.0;
-constexpr double soc_step_longest_s = 1.1;
 constexpr double permille = 1e3;
 
 ContactorOutputs only_contactors(ContactorOutputs outputs) {
@@ -41,13 +38,6 @@ bool opens_anything(const FaultKind& kind) {
 
 const World& world_of(const Stage& stage) {
   return stage.pack.simulator().world();
-}
-
-/// How much charge can flow in a second at the most, as a share of the capacity.
-double flow_permille_per_s(const CoreConfig& config) {
-  constexpr double beyond_limit = 1.5;
-  const double most_mA = std::max(config.limits.discharge_overcurrent.open, config.limits.charge_overcurrent.open);
-  return beyond_limit * permille * most_mA * 1e3 / static_cast<double>(config.cell.capacity_uAs);
 }
 
 std::string why_opened(const OpeningRecord& opening) {
@@ -108,7 +98,8 @@ Oracle::Oracle(const CoreConfig& config, TimePoint started_at)
       quiet_since_(started_at),
       decided_at_(started_at),
       edge_needed_since_(started_at),
-      may_close_at_(started_at + 2 * config.poll.period) {}
+      may_close_at_(started_at + 2 * config.poll.period),
+      soc_(config) {}
 
 void Oracle::blame(Rule rule, TimePoint now, const std::string& text) {
   if (!violation_) violation_ = Violation{rule, now - started_at_, text};
@@ -228,9 +219,8 @@ void Oracle::check_frames(const Decisions& decisions, const View& view, TimePoin
           "no command for " + std::to_string(to_ms(now - command_at_)) + " ms");
 }
 
-/// From every moment so far it is at most so much further as the rate allows, and one step of the number.
 void Oracle::check_soc(const View& view, TimePoint now) {
-  if (!view.soc_permille) return soc_.reset();
+  if (!view.soc_permille) return soc_.begin_anew();
   const auto told = static_cast<double>(*view.soc_permille);
   const bool is_counted_wrong =
       std::exchange(forged_before_, heard_.forged()) != heard_.forged() || is_present("damage");
@@ -241,15 +231,9 @@ void Oracle::check_soc(const View& view, TimePoint now) {
         "a life begins with " + std::to_string(told) + " where " + std::to_string(*soc_kept_permille_) + " was kept");
   }
   soc_kept_permille_.reset();
-  if (!soc_ || is_counted_wrong) soc_ = Band{told, told};
-  const double rate = soc_rate_permille_per_s + flow_permille_per_s(*config_);
-  const double step = 1.0 + rate * soc_step_longest_s;
-  soc_->low -= rate * to_s(now - decided_at_);
-  soc_->high += rate * to_s(now - decided_at_);
-  require(told >= soc_->low - step && told <= soc_->high + step, Rule::soc, now,
+  if (is_counted_wrong) soc_.allow_step();
+  require(soc_.follow(told, now), Rule::soc, now,
           "the state of charge steps to " + std::to_string(*view.soc_permille) + " permille");
-  soc_->low = std::max(soc_->low, told);
-  soc_->high = std::min(soc_->high, told);
 }
 
 void Oracle::check_totals(const View& view, TimePoint now) {
@@ -331,7 +315,7 @@ void Oracle::note_boot(const PersistentState& kept, TimePoint now) {
   command_counter_.reset();
   command_at_ = {};
   decided_at_ = now;
-  soc_.reset();
+  soc_.begin_anew();
   soc_kept_permille_.reset();
   if (kept.soc.is_kept && !is_present("cell")) soc_kept_permille_ = kept.soc.told_ppm / permille;
   totals_ = kept.totals;

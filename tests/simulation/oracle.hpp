@@ -40,6 +40,7 @@
 #include "tests/simulation/heard.hpp"
 #include "tests/simulation/plan.hpp"
 #include "tests/simulation/rules.hpp"
+#include "tests/simulation/soc_watch.hpp"
 
 namespace bmu::test {
 
@@ -157,11 +158,7 @@ class Oracle {
   TimePoint command_at_{};
   bool was_port_down_ = false;  // since that
 
-  struct Band {  // where the state of charge can be without a step
-    double low = 0.0;
-    double high = 0.0;
-  };
-  std::optional<Band> soc_;
+  SocWatch soc_;
   std::optional<double> soc_kept_permille_;  // by the record this life began with, until it has told its own
   std::uint64_t forged_before_ = 0;
   PackTotals totals_;
