@@ -194,10 +194,7 @@ stage_mutation() { tests/mutation/mutate.py --part "$1"; }
 # Those of lines that recent commits changed: all, or a part of so many that can be tried in CI.
 recent_mutants_max=200
 stage_mutation_recent() {
-  local base count
-  base=$(recent_base)
-  count=$(tests/mutation/mutate.py --since "$base" --list | grep -c . || true)
-  tests/mutation/mutate.py --since "$base" --part "$(part_by_commit $((count / recent_mutants_max + 1)))"
+  tests/mutation/mutate.py --since "$(recent_base)" --at-most "$recent_mutants_max" --turn "$((0x$(git rev-parse --short=7 HEAD)))"
 }
 stage_coverage() {
   tests/mutation/coverage.sh

@@ -9,6 +9,7 @@ sees that for all of files.txt, or for the named files. docs/decisions/0006 says
   tests/mutation/mutate.py --file daemon/core/permission.cpp  one file, or several
   tests/mutation/mutate.py --since HEAD~1                     lines changed since then, in the working tree
   tests/mutation/mutate.py --part 2/3                         every third mutant, beginning with the second
+  tests/mutation/mutate.py --since HEAD~1 --at-most 200 --turn 7   of more than 200 a part, the next one with the next number
   tests/mutation/mutate.py --list                             names the mutants and tries none
 """
 
@@ -51,11 +52,25 @@ def part(text: str) -> slice:
     return slice(int(match[1]) - 1, None, int(match[2]))
 
 
+def turn(count: int, at_most: int, number: int) -> slice:
+    """Of so many, as few parts as there can be with no more than `at_most`; the part whose turn it is."""
+    parts = max(1, -(-count // at_most))
+    return slice(number % parts, None, parts)
+
+
+def positive(text: str) -> int:
+    if not re.fullmatch(r"[1-9]\d*", text):
+        raise argparse.ArgumentTypeError(f"found '{text}', wanted a whole number above 0")
+    return int(text)
+
+
 def parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--file", action="append", default=[], help="only mutants of this file")
     parser.add_argument("--since", metavar="REV", help="only mutants of lines changed since this revision")
     parser.add_argument("--part", type=part, metavar="K/N", help="only every Nth mutant, beginning with the Kth")
+    parser.add_argument("--at-most", type=positive, metavar="N", help="of more mutants one part of N or less")
+    parser.add_argument("--turn", type=int, default=0, metavar="K", help="with --at-most: which part, counted round from 0")
     parser.add_argument("--list", action="store_true", help="print the mutants and stop")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the results there, too")
     parser.add_argument("--work", type=Path, default=safety_files.ROOT / "build-mutation", help="folder for copy and build")
@@ -87,6 +102,8 @@ def chosen(found: list[Mutant], arguments: argparse.Namespace) -> list[Mutant]:
     if arguments.since:
         changed = changed_lines(safety_files.ROOT, arguments.since, sorted({each.file for each in found}))
         found = [each for each in found if each.line in changed.get(each.file, set())]
+    if arguments.at_most:
+        found = found[turn(len(found), arguments.at_most, arguments.turn)]
     return found[arguments.part] if arguments.part else found
 
 

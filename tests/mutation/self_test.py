@@ -362,6 +362,14 @@ class Parts(unittest.TestCase):
         parts = [everything[mutate.part(f"{number}/3")] for number in (1, 2, 3)]
         self.assertEqual(sorted(sum(parts, [])), everything)
 
+    def test_turns_are_all_there_is_and_none_is_larger_than_it_may_be(self) -> None:
+        for count in (0, 1, 200, 201, 1000):
+            everything = list(range(count))
+            size = max(1, -(-count // 200))
+            parts = [everything[mutate.turn(count, 200, number)] for number in range(7, 7 + size)]
+            self.assertEqual(sorted(sum(parts, [])), everything)
+            self.assertLessEqual(max(map(len, parts)), 200)
+
     def test_a_part_that_is_none_is_refused(self) -> None:
         for text in ("0/3", "4/3", "1/0", "1", "a/b", "-1/3", "1/3/2"):
             with self.assertRaises(argparse.ArgumentTypeError, msg=text):
