@@ -289,6 +289,26 @@ const std::string& BusNames::name(Port port) const {
   return inverter.empty() ? vehicle : inverter;
 }
 
+BusNames BusNames::with(const BusNames& given) const {
+  BusNames names = *this;
+  const auto take = [&](std::string BusNames::*bus) {
+    std::string& name = names.*bus;
+    if (!(given.*bus).empty()) {
+      name = given.*bus;
+    } else if (name == internal) {
+      name = names.internal;
+    } else if (name == vehicle) {
+      name = names.vehicle;
+    }
+  };
+  // These two first: the others may follow them.
+  for (const auto bus :
+       {&BusNames::internal, &BusNames::vehicle, &BusNames::charger, &BusNames::second_pack, &BusNames::inverter}) {
+    take(bus);
+  }
+  return names;
+}
+
 void set_buses(PackConfig& pack, const BusNames& names) {
   pack.buses = names;
   pack.core.served_by = served_by(names);

@@ -30,6 +30,9 @@ struct BusNames {
   std::int32_t internal_kbit_per_s = 500;
 
   [[nodiscard]] const std::string& name(Port port) const;
+  /// With names of a command line in place of the file's; an empty one was left out. A bus that is the file's internal
+  /// or vehicle bus is that one still, whatever it is called now.
+  [[nodiscard]] BusNames with(const BusNames& given) const;
 };
 
 /// The texts that a pack was read from: with them it can be read again elsewhere, as from a recording.

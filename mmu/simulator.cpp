@@ -56,6 +56,7 @@ Simulator::Simulator(const SimulatorConfig& config, Scenario scenario, TimePoint
       pdu_(started_at),
       sensor_(config.sensor, started_at),
       second_sensor_(config.sensor, started_at, SensorPlace::second),
+      served_by_(config.served_by),
       sees_second_pack_(config.second_pack.base_id != config.report_base_id) {
   const std::size_t modules = config.modules.size();
   mmus_.reserve(modules);
@@ -70,6 +71,7 @@ Simulator::Simulator(const SimulatorConfig& config, Scenario scenario, TimePoint
   wires_.resize(mmus_.size());
   strangers_.resize(internal_bus::node_count_max + 1U);
   sent_.reserve(4096);
+  sent_by_charger_.reserve(64);
   sent_by_inverter_.reserve(64);
   sent_by_second_pack_.reserve(64);
 }
@@ -86,23 +88,24 @@ void Simulator::observe(const CanFrame& frame, TimePoint now) {
   for (std::optional<Mmu>& stranger : strangers_) {
     if (stranger) stranger->observe(frame, now);
   }
-  hear(frame, now);
+  hear(Port::internal, frame, now);
 }
 
-void Simulator::observe_elsewhere(const CanFrame& frame, TimePoint now) {
+void Simulator::observe_elsewhere(Port bus, const CanFrame& frame, TimePoint now) {
   world_.inverter.observe(frame, now);
-  hear(frame, now);
+  hear(bus, frame, now);
 }
 
-/// What listens on whatever bus.
-void Simulator::hear(const CanFrame& frame, TimePoint now) {
+/// What may be on whatever bus. A charger that is not driven takes the vehicle's limit wherever that is told.
+void Simulator::hear(Port bus, const CanFrame& frame, TimePoint now) {
   world_.charger.observe(frame, now);
-  world_.can_chargers.observe(frame, now);
+  if (is_on(bus, Port::charger)) world_.can_chargers.observe(frame, now);
   player_.see(frame, now);
 }
 
 std::span<const SentFrame> Simulator::advance(TimePoint now) {
   sent_.clear();
+  sent_by_charger_.clear();
   sent_by_inverter_.clear();
   sent_by_second_pack_.clear();
   player_.forget_news();
@@ -258,7 +261,15 @@ void Simulator::tick_foreign_sensors() {
 /// Unplugged they may have mains all the same, and talk.
 void Simulator::tick_chargers() {
   const Plant& plant = world_.plant;
-  for (const CanFrame& frame : world_.can_chargers.report(now_, plant.link_V(), plant.charger_A())) send(frame);
+  const bool is_with_modules = is_on(Port::internal, Port::charger);
+  for (const CanFrame& frame : world_.can_chargers.report(now_, plant.link_V(), plant.charger_A())) {
+    if (is_with_modules) {
+      send(frame);
+    } else {
+      sent_by_charger_.push_back({now_, frame});
+      player_.see(frame, now_);
+    }
+  }
 }
 
 /// Its identifiers are those of the modules' answers: it is on no bus of theirs.
@@ -376,6 +387,7 @@ SimulatorConfig simulator_config(const CoreConfig& pack) {
   config.report_base_id = pack.vehicle.base_id;
   config.charger = pack.charger.driver;
   config.charger_units = pack.charger.unit_count;
+  config.served_by = pack.served_by;
   config.inverter = pack.inverter.driver;
   config.second_pack = pack.second_pack;
   config.sensor_set_up = pack.sensor.set_up;

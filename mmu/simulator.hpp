@@ -47,13 +47,16 @@ class Simulator {
  public:
   Simulator(const SimulatorConfig& config, Scenario scenario, TimePoint started_at);
 
-  /// A frame from somebody else. `now` may be between two milliseconds; never before the last one.
+  /// A frame from somebody else, on the modules' bus. `now` may be between two milliseconds; never before the last one.
   void observe(const CanFrame& frame, TimePoint now);
-  /// A frame on the vehicle's bus, where that is another: the charger and the script's conditions look at it.
-  void observe_elsewhere(const CanFrame& frame, TimePoint now);
+  /// A frame that is none of theirs, on the bus that `served_by` has for it: who is on that one hears it, and the
+  /// script's conditions.
+  void observe_elsewhere(Port bus, const CanFrame& frame, TimePoint now);
   /// Runs up to `now`. What is returned, and the script's news, holds until the next call.
   std::span<const SentFrame> advance(TimePoint now);
-  /// What the inverter has said in it, on its own bus.
+  /// What the chargers have said in it, where they are on another bus than the modules.
+  [[nodiscard]] std::span<const SentFrame> sent_by_charger() const { return sent_by_charger_; }
+  /// And the inverter, on its own bus.
   [[nodiscard]] std::span<const SentFrame> sent_by_inverter() const { return sent_by_inverter_; }
   /// And the master of the second pack, on the vehicle's bus or one of its own.
   [[nodiscard]] std::span<const SentFrame> sent_by_second_pack() const { return sent_by_second_pack_; }
@@ -88,7 +91,8 @@ class Simulator {
   void tick_chargers();
   void tick_inverter();
   void tick_second_pack();
-  void hear(const CanFrame& frame, TimePoint now);
+  void hear(Port bus, const CanFrame& frame, TimePoint now);
+  [[nodiscard]] bool is_on(Port bus, Port guest) const { return served_by_[static_cast<std::size_t>(guest)] == bus; }
   void send_result(const CanFrame& frame, ScriptedResult result);
   void send(const CanFrame& frame);
 
@@ -105,7 +109,9 @@ class Simulator {
   CurrentSensor sensor_;
   CurrentSensor second_sensor_;
   std::array<FrameBytes, scripted_results> last_results_{};
+  ServedBy served_by_;
   std::vector<SentFrame> sent_;
+  std::vector<SentFrame> sent_by_charger_;
   std::vector<SentFrame> sent_by_inverter_;
   std::vector<SentFrame> sent_by_second_pack_;
   bool sees_second_pack_;  // the script's conditions do

@@ -38,9 +38,10 @@ struct SimulatorConfig {
   std::uint16_t report_base_id = vehicle_bus::default_base_id;  // where the charger hears the master
   const ChargerDriver* charger = nullptr;                       // or the language in which it is driven
   std::uint8_t charger_units = 1;
-  const InverterDriver* inverter = nullptr;             // what an inverter understands; null: there is none
-  SecondPackConfig second_pack;                         // how the master of a pack beside this one tells of it, if any
-  const SensorSetUpDriver* sensor_set_up = nullptr;     // how the sensor is configured; null: it cannot be
+  ServedBy served_by{};                              // which of the master's buses are one; all are, of a pack by hand
+  const InverterDriver* inverter = nullptr;          // what an inverter understands; null: there is none
+  SecondPackConfig second_pack;                      // how the master of a pack beside this one tells of it, if any
+  const SensorSetUpDriver* sensor_set_up = nullptr;  // how the sensor is configured; null: it cannot be
   const CurrentSensorDriver* first_current = nullptr;   // who tells the first current instead; null: the sensor
   const CurrentSensorDriver* second_current = nullptr;  // and the second
   bool is_second_reversed = false;

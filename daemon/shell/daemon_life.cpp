@@ -18,39 +18,12 @@ constexpr std::uint64_t bytes_per_MB = 1'000'000;
 /// More than any receive queue holds.
 constexpr int waiting_frames_max = 100'000;
 
-/// A bus that is the file's internal or vehicle bus is that one still, whatever it is called now.
 BusNames bus_names(const Options& options, const PackConfig& pack) {
-  const BusNames& file = pack.buses;
-  BusNames names = file;
-  const auto follow = [&](std::string& name) {
-    if (name == file.internal) {
-      name = names.internal;
-    } else if (name == file.vehicle) {
-      name = names.vehicle;
-    }
-  };
-  if (!options.bus_internal.empty()) names.internal = options.bus_internal;
-  if (!options.bus_vehicle.empty()) {
-    names.vehicle = options.bus_vehicle;
-  } else {
-    follow(names.vehicle);
-  }
-  if (!options.bus_charger.empty()) {
-    names.charger = options.bus_charger;
-  } else {
-    follow(names.charger);
-  }
-  if (!options.bus_second_pack.empty()) {
-    names.second_pack = options.bus_second_pack;
-  } else {
-    follow(names.second_pack);
-  }
-  if (!options.bus_inverter.empty()) {
-    names.inverter = options.bus_inverter;
-  } else {
-    follow(names.inverter);
-  }
-  return names;
+  return pack.buses.with({.internal = options.bus_internal,
+                          .vehicle = options.bus_vehicle,
+                          .charger = options.bus_charger,
+                          .second_pack = options.bus_second_pack,
+                          .inverter = options.bus_inverter});
 }
 
 MemoryOptions memory_options(const Options& options) {

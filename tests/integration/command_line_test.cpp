@@ -52,6 +52,8 @@ const std::vector<Mistake> mistakes{
     {{"mmusim", "--seed", "-1"}, "--seed: -1 is not a whole number from 0 up"},
     {{"mmusim", "pack.json"}, "'pack.json' is one word too many"},
     {{"mmusim"}, "--pack: is missing"},
+    {{"mmusim", "--pack", "x.json", "--with-master", "--charger-bus", "unix:x"},
+     "--charger-bus: has no place in a run without a bus"},
     {{"bmuctl", "watch", "--seconds", "x"}, "--seconds: 'x' is not a number from 0.1 to 1000000"},
     {{"bmuctl", "watch", "--period", "nan"}, "--period: nan is not a number from 0.05 to 60"},
     {{"bmuctl", "nope"},

@@ -288,7 +288,7 @@ TEST_CASE("a frame that must never come fails the run when it does", "[scenario]
   stage.simulator.observe(contactor_frame(0x02, 1), stage.simulator.now());
   stage.simulator.observe(command_frame(1, 1, {4}), stage.simulator.now());
   CHECK(stage.verdict() == ScriptVerdict::open);
-  stage.simulator.observe_elsewhere(contactor_frame(0x01, 2), stage.simulator.now());
+  stage.simulator.observe_elsewhere(Port::vehicle, contactor_frame(0x01, 2), stage.simulator.now());
   CHECK(stage.verdict() == ScriptVerdict::failed);
   CHECK(stage.simulator.script().deciding_line()->line == 2);
 }

@@ -83,6 +83,7 @@ class SmallWorld {
     full.report_base_id = config.report_base_id;
     full.second_pack = config.second_pack;
     full.charger = config.charger;
+    full.served_by = config.served_by;
     full.inverter = config.inverter;
     return full;
   }
@@ -471,16 +472,16 @@ TEST_CASE("a charger gives no more than the vehicle is told, and nothing when no
     return world.simulator.plant().charger_A();
   };
   CHECK(charged_A(500ms) == 8.0);  // nobody has said anything: set by hand
-  world.simulator.observe_elsewhere(charge_limit(5), world.simulator.now());
+  world.simulator.observe_elsewhere(Port::vehicle, charge_limit(5), world.simulator.now());
   CHECK(charged_A(50ms) == 5.0);
   world.simulator.observe(charge_limit(20), world.simulator.now());  // the buses may share one interface
   CHECK(charged_A(50ms) == 8.0);
   CanFrame damaged = charge_limit(1);
   damaged.length = 5;
-  world.simulator.observe_elsewhere(damaged, world.simulator.now());
+  world.simulator.observe_elsewhere(Port::vehicle, damaged, world.simulator.now());
   CHECK(charged_A(2'900ms) == 8.0);
   CHECK(charged_A(100ms) == 0.0);
-  world.simulator.observe_elsewhere(charge_limit(0), world.simulator.now());
+  world.simulator.observe_elsewhere(Port::vehicle, charge_limit(0), world.simulator.now());
   CHECK(charged_A(50ms) == 0.0);
   SECTION("unless it obeys nobody") {
     REQUIRE(world.simulator.apply("charger obeys nobody"));
@@ -493,10 +494,10 @@ TEST_CASE("a charger gives no more than the vehicle is told, and nothing when no
     CHECK(charged_A(50ms) == 8.0);
   }
   SECTION("or cannot be stopped") {
-    world.simulator.observe_elsewhere(charge_limit(6), world.simulator.now());
+    world.simulator.observe_elsewhere(Port::vehicle, charge_limit(6), world.simulator.now());
     CHECK(charged_A(50ms) == 6.0);
     REQUIRE(world.simulator.apply("charger unstoppable on"));
-    world.simulator.observe_elsewhere(charge_limit(0), world.simulator.now());
+    world.simulator.observe_elsewhere(Port::vehicle, charge_limit(0), world.simulator.now());
     CHECK(charged_A(50ms) == 6.0);
   }
 }
@@ -505,10 +506,10 @@ TEST_CASE("a charger hears the master where that reports to", "[scenario][simula
   SimulatorConfig config;
   config.report_base_id = 0x640;
   SmallWorld world("0 charger connected\n0 charger current_A 8", 3, config);
-  world.simulator.observe_elsewhere(charge_limit(5), world.simulator.now());
+  world.simulator.observe_elsewhere(Port::vehicle, charge_limit(5), world.simulator.now());
   world.run_with_master(100ms, 0x03);
   CHECK(world.simulator.plant().charger_A() == 8.0);
-  world.simulator.observe_elsewhere(charge_limit(5, 0x640), world.simulator.now());
+  world.simulator.observe_elsewhere(Port::vehicle, charge_limit(5, 0x640), world.simulator.now());
   world.run_with_master(50ms, 0x03);
   CHECK(world.simulator.plant().charger_A() == 5.0);
 }

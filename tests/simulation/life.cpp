@@ -61,7 +61,6 @@ class Life {
 
   void connect() {
     stage_.pack.on_sent = [this](CanFrame& frame, const WiredPack& pack) {
-      if (stage_.outer.is_there() && stage_.outer.take_sent(frame, pack.now())) return Fate{.is_lost = true};
       const Fate fate = stage_.wire.carry(frame);
       oracle_.note_sent(frame, pack.now());
       return fate;

@@ -28,8 +28,6 @@ class OuterBus {
 
   /// What the master sends goes into its queue here; what does not fit it has failed.
   void take_decided(const Decisions& decisions, WiredPack& pack);
-  /// A device of the emulated pack sends it; false: it is on the other bus.
-  bool take_sent(const CanFrame& frame, TimePoint now);
   /// Every millisecond.
   void tick(WiredPack& pack);
   /// Of the master's machine, and back; of its interface.

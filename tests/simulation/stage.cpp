@@ -18,12 +18,6 @@ Port port_of(const CoreConfig& config) {
   return config.served_by[static_cast<std::size_t>(guest)];
 }
 
-bool is_of_charger(const ChargerDriver* driver, const CanFrame& frame) {
-  if (driver == nullptr) return false;
-  std::array<ChargerReport, charger_units_max> ignored{};
-  return driver->take(frame, ignored).word != ChargerWord::none;
-}
-
 }  // namespace
 
 void StateStore::follow(const Core& core, TimePoint now) {
@@ -90,12 +84,6 @@ void OuterBus::take_decided(const Decisions& decisions, WiredPack& pack) {
   }
 }
 
-bool OuterBus::take_sent(const CanFrame& frame, TimePoint now) {
-  if (!is_of_charger(config_->charger.driver, frame)) return false;
-  carry(frame, now);
-  return true;
-}
-
 void OuterBus::carry(const CanFrame& frame, TimePoint now) {
   CanFrame sent = frame;
   const Fate fate = wire.carry(sent);
@@ -106,6 +94,7 @@ void OuterBus::carry(const CanFrame& frame, TimePoint now) {
 
 void OuterBus::tick(WiredPack& pack) {
   const TimePoint now = pack.now();
+  for (const SentFrame& word : pack.simulator().sent_by_charger()) carry(word.frame, now);
   for (const SentFrame& word : pack.simulator().sent_by_inverter()) carry(word.frame, now);
   std::erase_if(late_, [this, now](const Due& due) {
     if (due.at > now) return false;

@@ -104,7 +104,8 @@ struct Bench {
   std::string socket = folder / "bmud.sock";
   std::string log = folder / "bmud.log";
   std::string pack = pack_file;
-  std::vector<std::string> more_options{};  // of the daemon
+  std::vector<std::string> more_options{};           // of the daemon
+  std::vector<std::string> more_emulator_options{};  // and of mmusim
   Listener listener{bus};
   OwnedFd events;  // open at both ends: an event waits in it for the emulator, whichever is there first
   std::unique_ptr<Process> emulator;
@@ -127,10 +128,11 @@ struct Bench {
       events = OwnedFd(::open(pipe.c_str(), O_RDWR | O_CLOEXEC));
       REQUIRE(events.is_open());
     }
-    emulator =
-        std::make_unique<Process>(std::vector<std::string>{program("mmusim"), "--bus", bus, "--pack", pack,
-                                                           "--scenario", folder / "test.scn", "--events", pipe},
-                                  ProcessOptions{.out_file = folder / "mmusim.out", .err_file = folder / "mmusim.log"});
+    std::vector<std::string> words{program("mmusim"),   "--bus",    bus, "--pack", pack, "--scenario",
+                                   folder / "test.scn", "--events", pipe};
+    words.insert(words.end(), more_emulator_options.begin(), more_emulator_options.end());
+    emulator = std::make_unique<Process>(
+        words, ProcessOptions{.out_file = folder / "mmusim.out", .err_file = folder / "mmusim.log"});
     prefer(*emulator);
   }
   /// An event of mmusim's scripts, without its time: it takes effect once the emulator reads it. For whatever has to
@@ -139,25 +141,35 @@ struct Bench {
     const std::string line = event + "\n";
     REQUIRE(::write(events.get(), line.data(), line.size()) == static_cast<ssize_t>(line.size()));
   }
-  /// Switches vehicle-on off and on: the pack closes for that edge alone, so the daemon must have received off before.
-  void turn_key_on() {
-    send_event("vehicle off");
+  /// What asks for a closed pack: two events, and the input that they change.
+  struct Request {
+    const char* off;
+    const char* on;
+    const char* input;
+  };
+  static constexpr Request key{"vehicle off", "vehicle on", "vehicle_on"};
+  static constexpr Request plug{"charger disconnected", "charger connected", "charger_connected"};
+
+  /// Off and on: the pack closes for that edge alone, so the daemon must have received off before.
+  void turn_on(const Request& request) {
+    send_event(request.off);
     const auto is_off = [&] {
       const nlohmann::json status = ask_json("status");
       if (!status.is_object()) return false;
       const nlohmann::json& inputs = status.at("state").at("inputs");
-      return inputs.is_object() && inputs.at("vehicle_on") == false;
+      return inputs.is_object() && inputs.at(request.input) == false;
     };
     REQUIRE(becomes(is_off));
-    send_event("vehicle on");
+    send_event(request.on);
   }
+  void turn_key_on() { turn_on(key); }
   /// Turns the key until contactor commands for a closed pack are received. A daemon that was starved forgets the edge
   /// and logs that; faults that come of a starved daemon or emulator, as that modules were silent, stay until they are
   /// cleared. Then, and only then, the key is turned again, after a clear.
-  [[nodiscard]] bool closes() {
+  [[nodiscard]] bool closes(const Request& request = key) {
     const auto give_up_at = steady_clock::now() + hang_max;
     while (steady_clock::now() < give_up_at) {
-      send_event("vehicle off");
+      send_event(request.off);
       // A request is refused for good while a fault is present, as after starving.
       const auto is_ready = [&] {
         if (is_blocked_by_starving()) static_cast<void>(ask({"clear"}));
@@ -166,7 +178,7 @@ struct Bench {
       };
       if (!becomes(is_ready)) FAIL("nothing lets it close any more: " << ask_json("why").dump());
       const int starved_before = starved_count();
-      turn_key_on();
+      turn_on(request);
       for (int heard = 1; steady_clock::now() < give_up_at && starved_count() == starved_before; ++heard) {
         if (const auto command = listener.next(milliseconds(500)); command && is_closed(*command)) return true;
         constexpr int look_every = 20;  // a second of commands: looking takes a program

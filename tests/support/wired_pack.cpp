@@ -294,7 +294,7 @@ void WiredPack::decide() {
 }
 
 void WiredPack::carry_elsewhere(Port told_by, const CanFrame& frame, bool is_ours, bool are_deaf) {
-  if (is_ours && !are_deaf) simulator_.observe_elsewhere(frame, now_);
+  if (is_ours && !are_deaf) simulator_.observe_elsewhere(told_by, frame, now_);
   if (is_ours) {
     tell(FrameEchoed{told_by, frame});
   } else if (core_->port(told_by).is_up) {

@@ -51,6 +51,7 @@ expect_offered 'debug error info warning' bmud --log-level ''
 expect_offered '' bmudump --count ''
 expect_offered 'drive.log' bmureplay d
 expect_offered 'eval fit health resistance' bmucell ''
+expect_offered '--charger-bus --check' mmusim --ch
 expect_offered '--scenario --second-pack-bus --seconds --seed' mmusim --s
 
 expect_whole_page() {

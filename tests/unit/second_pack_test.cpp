@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "config/pack_config.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/core_bench.hpp"
 
@@ -235,4 +236,22 @@ TEST_CASE("buses of one name are one, and the first tells their frames", "[unit]
   CHECK(served_by(Names{"a", "", "", "", ""}) == ServedBy{internal, vehicle, charger, second_pack, inverter});
   for (const Port port : all_ports) CHECK(port_of_text(to_text(port)) == port);
   CHECK(port_of_text("motor") == std::nullopt);
+}
+
+TEST_CASE("a bus that the command line leaves out goes with the one that it is in the pack file",
+          "[unit][core][ports]") {
+  const auto names = [](const BusNames& file, const BusNames& given) {
+    const BusNames all = file.with(given);
+    std::vector<std::string> found;
+    for (const Port port : all_ports) found.push_back(all.name(port));
+    return found;
+  };
+  using Found = std::vector<std::string>;
+  const BusNames one{.internal = "a", .vehicle = "a", .charger = "a", .second_pack = "a", .inverter = "b"};
+  CHECK(names(one, {}) == Found{"a", "a", "a", "a", "b"});
+  CHECK(names(one, {.internal = "x"}) == Found{"x", "x", "x", "x", "b"});
+  CHECK(names(one, {.internal = "x", .charger = "c"}) == Found{"x", "x", "c", "x", "b"});
+  const BusNames three{.internal = "a", .vehicle = "b", .charger = "c", .second_pack = "b"};
+  CHECK(names(three, {.internal = "x", .vehicle = "y"}) == Found{"x", "y", "c", "y", "y"});
+  CHECK(names(three, {.charger = "a"}) == Found{"a", "b", "a", "b", "b"});
 }

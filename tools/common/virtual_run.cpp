@@ -95,6 +95,14 @@ void VirtualRun::observe(const ObservedThing& what) {
   if (give(observation) == Urgency::decide_now) decide();
 }
 
+Port VirtualRun::serving(Port port) const {
+  return core_->config().served_by[static_cast<std::size_t>(port)];
+}
+
+void VirtualRun::observe_guest(Port port, std::span<const SentFrame> frames) {
+  for (const SentFrame& one : frames) observe(FrameReceived{serving(port), one.frame});
+}
+
 void VirtualRun::stop() {
   stopped_at_ = now_;
 }
@@ -138,7 +146,7 @@ void VirtualRun::decide() {
       simulator_.observe(out.frame, now_);
       echoes_.push_back(out.frame);
     } else {
-      simulator_.observe_elsewhere(out.frame, now_);
+      simulator_.observe_elsewhere(serving(out.port), out.frame, now_);
     }
   }
   simulator_.script().note_master(report_of(*core_));
@@ -151,11 +159,9 @@ void VirtualRun::step() {
   if (!core_) return;
   give_orders();
   for (const SentFrame& one : sent) observe(FrameReceived{Port::internal, one.frame});
-  const auto serving = [this](Port port) { return core_->config().served_by[static_cast<std::size_t>(port)]; };
-  for (const SentFrame& one : simulator_.sent_by_inverter()) observe(FrameReceived{serving(Port::inverter), one.frame});
-  for (const SentFrame& one : simulator_.sent_by_second_pack()) {
-    observe(FrameReceived{serving(Port::second_pack), one.frame});
-  }
+  observe_guest(Port::charger, simulator_.sent_by_charger());
+  observe_guest(Port::inverter, simulator_.sent_by_inverter());
+  observe_guest(Port::second_pack, simulator_.sent_by_second_pack());
   if (now_ >= wake_at_ && stopped_at_ == TimePoint{}) decide();
 }
 

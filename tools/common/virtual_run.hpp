@@ -10,6 +10,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "daemon/core/core.hpp"
@@ -56,6 +57,9 @@ class VirtualRun {
  private:
   [[nodiscard]] Urgency give(const Observation& observation);
   void decide();
+  /// The port that tells the frames of this one.
+  [[nodiscard]] Port serving(Port port) const;
+  void observe_guest(Port port, std::span<const SentFrame> frames);
   /// What the script tells the master, as whoever may do everything.
   void give_orders();
 

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstring>
 #include <fstream>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -86,52 +87,44 @@ int tell_check(const Options& options, const Scenario& scenario, const std::opti
   return exit_ok;
 }
 
-/// As of the daemon: what is on the modules' bus in the pack file goes with it to the one of the command line.
-const std::string& bus_named(const std::string& option, const std::string& of_pack, const Options& options,
-                             const PackConfig& pack) {
-  if (!option.empty()) return option;
-  return of_pack == pack.buses.internal && !options.bus.empty() ? options.bus : of_pack;
+BusNames bus_names(const Options& options, const PackConfig& pack) {
+  return pack.buses.with({.internal = options.bus,
+                          .charger = options.charger_bus,
+                          .second_pack = options.second_pack_bus,
+                          .inverter = options.inverter_bus});
 }
 
-/// A port on this bus beside the one of the modules, or that one: two of one program would hear each other. Null: it
-/// cannot be opened, and why has been told.
-BusPort* port_beside(RunPorts& ports, const std::string& bus) {
-  if (ports.internal->name() == bus) return ports.internal.get();
-  for (const std::unique_ptr<BusPort>& port : ports.elsewhere) {
-    if (port->name() == bus) return port.get();
+bool is_there(Port port, const CoreConfig& pack) {
+  switch (port) {
+    case Port::internal: return true;
+    case Port::charger: return pack.charger.driver != nullptr;
+    case Port::inverter: return pack.inverter.driver != nullptr;
+    case Port::second_pack: return pack.second_pack.base_id != 0;
+    case Port::vehicle: break;
   }
-  auto opened = open_bus(bus, PortOptions{});
-  if (!opened) {
-    complain(open_failure_text(bus, opened.error()));
-    return nullptr;
-  }
-  return ports.elsewhere.emplace_back(std::move(*opened)).get();
+  return false;
 }
 
-/// None: one of them cannot be opened, and why has been told.
-std::optional<RunPorts> open_ports(const Options& options, const PackConfig& pack) {
-  RunPorts ports;
-  const std::string& bus = bus_named(options.bus, pack.buses.internal, options, pack);
-  auto internal = open_bus(bus, PortOptions{});
-  if (!internal) {
-    complain(open_failure_text(bus, internal.error()));
-    return std::nullopt;
-  }
-  ports.internal = std::move(*internal);
-  if (pack.core.inverter.driver != nullptr) {
-    ports.inverter =
-        port_beside(ports, bus_named(options.inverter_bus, pack.buses.name(Port::inverter), options, pack));
-    if (ports.inverter == nullptr) return std::nullopt;
-  }
-  if (pack.core.second_pack.base_id != 0) {
-    ports.second_pack =
-        port_beside(ports, bus_named(options.second_pack_bus, pack.buses.name(Port::second_pack), options, pack));
-    if (ports.second_pack == nullptr) return std::nullopt;
+/// One port of each bus, as two of one program would hear each other. None: one of them cannot be opened, and why has
+/// been told.
+std::optional<RunPorts> open_ports(const BusNames& names, const CoreConfig& pack) {
+  RunPorts ports{.served_by = served_by(names)};
+  for (const Port port : all_ports) {
+    if (!is_there(port, pack)) continue;
+    const Port serving = ports.served_by.at(static_cast<std::size_t>(port));
+    std::unique_ptr<BusPort>& bus = ports.ports.at(static_cast<std::size_t>(serving));
+    if (bus != nullptr) continue;
+    auto opened = open_bus(names.name(port), PortOptions{});
+    if (!opened) {
+      complain(open_failure_text(names.name(port), opened.error()));
+      return std::nullopt;
+    }
+    bus = std::move(*opened);
   }
   return ports;
 }
 
-int run_on_bus(const Options& options, const PackConfig& pack, const SimulatorConfig& config, Scenario scenario) {
+int run_on_bus(const Options& options, const PackConfig& pack, SimulatorConfig config, Scenario scenario) {
   std::optional<LiveEvents> events;
   if (!options.events.empty()) {
     auto opened = LiveEvents::open(options.events);
@@ -141,8 +134,9 @@ int run_on_bus(const Options& options, const PackConfig& pack, const SimulatorCo
     }
     events = std::move(*opened);
   }
-  std::optional<RunPorts> ports = open_ports(options, pack);
+  std::optional<RunPorts> ports = open_ports(bus_names(options, pack), pack.core);
   if (!ports) return exit_system;
+  config.served_by = ports->served_by;
   const TimePoint now = monotonic_now();
   Simulator simulator(config, std::move(scenario), now);
   Run run(options, simulator, std::move(*ports), std::move(events), now);

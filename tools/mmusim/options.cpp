@@ -1,5 +1,7 @@
 #include "tools/mmusim/options.hpp"
 
+#include <utility>
+
 #include "tools/common/command_line.hpp"
 
 namespace bmu::sim {
@@ -44,6 +46,9 @@ void declare(CLI::App& app, Options& options) {
   app.footer(footer);
   app.add_option("--pack", options.pack, "pack file: modules, kind of cell, sensor")->type_name("FILE");
   app.add_option("--bus", options.bus, "can0, vcan0 or unix:NAME; default: the pack's internal bus")->type_name("BUS");
+  app.add_option("--charger-bus", options.charger_bus,
+                 "bus of the charger, if the pack file has one that is driven; default: the one in the pack file")
+      ->type_name("BUS");
   app.add_option("--inverter-bus", options.inverter_bus,
                  "bus of the inverter, if the pack has one; default: the one in the pack file")
       ->type_name("BUS");
@@ -78,6 +83,17 @@ void declare(CLI::App& app, Options& options) {
   app.add_flag("--properties", options.only_properties, "print what a script can say, as a table; then end");
 }
 
+void refuse_buses_in_virtual_time(const Options& options) {
+  if (!options.is_virtual) return;
+  const std::pair<const char*, const std::string&> named[] = {{"--bus", options.bus},
+                                                              {"--charger-bus", options.charger_bus},
+                                                              {"--inverter-bus", options.inverter_bus},
+                                                              {"--second-pack-bus", options.second_pack_bus}};
+  for (const auto& [option, bus] : named) {
+    if (!bus.empty()) throw CLI::ValidationError(option, "has no place in a run without a bus");
+  }
+}
+
 /// What CLI11 cannot check.
 void conclude(const Options& options) {
   if (options.only_properties) return;
@@ -93,15 +109,7 @@ void conclude(const Options& options) {
   if (!options.only_check && options.pack.empty()) {
     throw CLI::ValidationError("--pack", "is missing: which pack shall be emulated?");
   }
-  if (options.is_virtual && !options.bus.empty()) {
-    throw CLI::ValidationError("--bus", "has no place in a run without a bus");
-  }
-  if (options.is_virtual && !options.inverter_bus.empty()) {
-    throw CLI::ValidationError("--inverter-bus", "has no place in a run without a bus");
-  }
-  if (options.is_virtual && !options.second_pack_bus.empty()) {
-    throw CLI::ValidationError("--second-pack-bus", "has no place in a run without a bus");
-  }
+  refuse_buses_in_virtual_time(options);
   if (options.is_virtual && !options.only_check && options.scenario.empty() && !options.seconds) {
     throw CLI::ValidationError("--seconds", "is missing: without a scenario, when shall it end?");
   }

@@ -18,8 +18,9 @@ using exit_codes::exit_usage;
 inline constexpr int exit_failed = 3;
 
 struct Options {
-  std::string bus;           // empty: the pack's own
-  std::string inverter_bus;  // likewise
+  std::string bus;          // empty: the pack's own
+  std::string charger_bus;  // likewise
+  std::string inverter_bus;
   std::string second_pack_bus;
   std::string pack;
   std::string scenario;  // empty: at rest, vehicle off

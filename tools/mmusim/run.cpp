@@ -70,10 +70,11 @@ Result<void, OsError> Run::init() {
   sigaddset(&stops, SIGTERM);
   signals_ = OwnedFd(::signalfd(-1, &stops, SFD_NONBLOCK | SFD_CLOEXEC));
   if (!signals_.is_open()) return failure(os_error("signalfd"));
-  for (const int fd : {timer_.get(), signals_.get(), port_->fd()}) {
+  for (const int fd : {timer_.get(), signals_.get()}) {
     if (auto watched = watch(epoll_, fd); !watched) return watched;
   }
-  for (const std::unique_ptr<BusPort>& port : ports_.elsewhere) {
+  for (const std::unique_ptr<BusPort>& port : ports_.ports) {
+    if (port == nullptr) continue;
     if (auto watched = watch(epoll_, port->fd()); !watched) return watched;
   }
   return events_ ? watch(epoll_, events_->fd()) : Result<void, OsError>{};
@@ -93,7 +94,9 @@ Result<void, OsError> Run::run() {
     }
     if (ended_by_signal_) return {};
     read_frames();
-    for (const std::unique_ptr<BusPort>& port : ports_.elsewhere) read_frames_elsewhere(*port);
+    for (const Port bus : all_ports) {
+      if (bus != Port::internal) read_frames_elsewhere(bus);
+    }
     advance();
     tell_port();
   }
@@ -155,12 +158,14 @@ void Run::read_frames() {
   }
 }
 
-void Run::read_frames_elsewhere(BusPort& port) {
+void Run::read_frames_elsewhere(Port bus) {
+  const std::unique_ptr<BusPort>& port = ports_.ports.at(static_cast<std::size_t>(bus));
+  if (port == nullptr) return;
   ReceivedFrame received;
   for (int count = 0; count < frames_per_wake_up; ++count) {
-    const ReadStatus status = port.read(received);
+    const ReadStatus status = port->read(received);
     if (status == ReadStatus::empty) return;
-    if (status == ReadStatus::frame) simulator_->observe_elsewhere(received.frame, seen_at(received));
+    if (status == ReadStatus::frame) simulator_->observe_elsewhere(bus, received.frame, seen_at(received));
   }
 }
 
@@ -180,14 +185,15 @@ void Run::observe(const ReceivedFrame& received) {
 
 void Run::advance() {
   for (const SentFrame& sent : simulator_->advance(virtual_now())) send(sent);
-  send_elsewhere(ports_.inverter, simulator_->sent_by_inverter());
-  send_elsewhere(ports_.second_pack, simulator_->sent_by_second_pack());
+  send_elsewhere(Port::charger, simulator_->sent_by_charger());
+  send_elsewhere(Port::inverter, simulator_->sent_by_inverter());
+  send_elsewhere(Port::second_pack, simulator_->sent_by_second_pack());
   tell_news();
 }
 
-void Run::send_elsewhere(BusPort* port, std::span<const SentFrame> frames) {
+void Run::send_elsewhere(Port port, std::span<const SentFrame> frames) {
   for (const SentFrame& sent : frames) {
-    if (!port->send(sent.frame)) ++counts_.sends_failed;
+    if (!ports_.serving(port).send(sent.frame)) ++counts_.sends_failed;
   }
 }
 
@@ -213,8 +219,9 @@ void Run::tell_news() const {
 void Run::tell_port() {
   const TimePoint now = monotonic_now();
   if (now >= maintain_at_) {
-    port_->maintain();
-    for (const std::unique_ptr<BusPort>& port : ports_.elsewhere) port->maintain();
+    for (const std::unique_ptr<BusPort>& port : ports_.ports) {
+      if (port != nullptr) port->maintain();
+    }
     maintain_at_ = now + maintain_period;
   }
   if (port_->state() == told_state_) return;

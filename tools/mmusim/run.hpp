@@ -5,6 +5,7 @@
 // `catch_up_max`, the rest is left out and counted: a world that was stopped must not replay its past into the bus.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -33,12 +34,14 @@ struct RunCounts {
   Duration left_out{};      // time that was not caught up
 };
 
-/// The bus of the modules, the other buses, and on which of all these somebody else is: null where the pack has none.
+/// The buses on which somebody of the emulated pack is, by the daemon's names for them.
 struct RunPorts {
-  std::unique_ptr<BusPort> internal;
-  std::vector<std::unique_ptr<BusPort>> elsewhere;
-  BusPort* inverter = nullptr;
-  BusPort* second_pack = nullptr;
+  ServedBy served_by = all_ports;
+  std::array<std::unique_ptr<BusPort>, port_count> ports{};  // null: served by another, or nobody is there
+
+  [[nodiscard]] BusPort& serving(Port port) const {
+    return *ports.at(static_cast<std::size_t>(served_by.at(static_cast<std::size_t>(port))));
+  }
 };
 
 class Run {
@@ -48,7 +51,7 @@ class Run {
       : options_(&options),
         simulator_(&simulator),
         ports_(std::move(ports)),
-        port_(ports_.internal.get()),
+        port_(&ports_.serving(Port::internal)),
         events_(std::move(events)),
         started_at_(started_at) {}
 
@@ -63,12 +66,12 @@ class Run {
   [[nodiscard]] TimePoint virtual_now();
   [[nodiscard]] bool is_over() const;
   void read_frames();
-  void read_frames_elsewhere(BusPort& port);
+  void read_frames_elsewhere(Port bus);
   [[nodiscard]] TimePoint seen_at(const ReceivedFrame& received) const;
   void observe(const ReceivedFrame& received);
   void advance();
   void send(const SentFrame& sent);
-  void send_elsewhere(BusPort* port, std::span<const SentFrame> frames);
+  void send_elsewhere(Port port, std::span<const SentFrame> frames);
   void tell_news() const;
   void tell_port();
   void take_signal();
