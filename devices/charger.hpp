@@ -14,6 +14,7 @@
 
 #include <array>
 #include <cstdint>
+#include <initializer_list>
 #include <optional>
 #include <string_view>
 
@@ -61,6 +62,11 @@ inline constexpr std::size_t charger_trouble_count = 8;
 
 [[nodiscard]] constexpr std::uint16_t bit_of(ChargerTrouble trouble) {
   return static_cast<std::uint16_t>(1U << static_cast<unsigned>(trouble));
+}
+[[nodiscard]] constexpr std::uint16_t bits_of(std::initializer_list<ChargerTrouble> troubles) {
+  std::uint16_t bits = 0;
+  for (const ChargerTrouble trouble : troubles) bits |= bit_of(trouble);
+  return bits;
 }
 
 /// What a unit said last, each as it was told: not known until it was.
@@ -113,6 +119,11 @@ struct ChargerDriver {
   bool has_master_address = false;
   std::int32_t voltage_max_mV = 0;  // what a command can carry
   std::int32_t current_max_mA = 0;
+  // What an emulated one does with its troubles; bits by ChargerTrouble.
+  std::uint16_t reported_troubles = 0;  // that its reports have a word for
+  std::uint16_t stopping_troubles = 0;  // of these: it gives nothing with them; the others are warnings
+  std::uint16_t latched_troubles = 0;   // of those: they stay when their cause is gone, until a command clears them
+  std::uint16_t supply_troubles = 0;    // of those: no command does, but its supply being switched off
 
   CanFrame (*command)(std::uint8_t unit, const ChargerOrder& order) = nullptr;
   /// Takes what a frame says into the report of `reports` that its unit has.

@@ -116,6 +116,8 @@ enum class Property : std::uint8_t {
   charger_obeys,
   charger_mains,
   charger_post,
+  charger_units,
+  charger_trouble,
   inverter_current,
   inverter_obeys,
   inverter_silent,
@@ -218,7 +220,7 @@ enum class Property : std::uint8_t {
   master_balancing,
   master_accept_modules,
 };
-inline constexpr std::size_t property_count = 111;
+inline constexpr std::size_t property_count = 113;
 
 /// Whose modules a property can be of; which pack has what is known only when the script meets one (check_against).
 enum class ModuleNeed : std::uint8_t {

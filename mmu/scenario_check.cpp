@@ -117,12 +117,39 @@ std::string wanted_of_target(TargetKind target, const SimulatorConfig& config) {
   return "";
 }
 
-/// What only some of them can be told.
-std::string wanted_of_property(Property property, const ScenarioValue& value, const SimulatorConfig& config) {
-  const bool is_of_mains = property == Property::charger_mains || property == Property::charger_post;
-  if (is_of_mains && config.charger == nullptr) {
+bool is_of_driven_charger(Property property) {
+  return property == Property::charger_mains || property == Property::charger_post ||
+         property == Property::charger_units || property == Property::charger_trouble;
+}
+
+std::string troubles_of(const ChargerDriver& driver) {
+  const std::span<const std::string_view> words = spec_of(Property::charger_trouble).words;
+  std::string names{words.front()};
+  for (std::size_t number = 1; number < words.size(); ++number) {
+    const bool is_reported = (driver.reported_troubles & bit_of(static_cast<ChargerTrouble>(number - 1))) != 0;
+    if (is_reported) names += ", " + std::string(words[number]);
+  }
+  return names;
+}
+
+std::string wanted_of_charger(Property property, const ScenarioValue& value, const SimulatorConfig& config) {
+  if (config.charger == nullptr) {
     return "a charger that is driven over a bus: the pack file names none in charger/protocol";
   }
+  if (property == Property::charger_units && value.number > config.charger_units) {
+    return "units this pack has: 0 to " + std::to_string(config.charger_units) + " (charger/units)";
+  }
+  const bool is_trouble = property == Property::charger_trouble && value.word != 0;
+  const std::uint16_t trouble = is_trouble ? bit_of(static_cast<ChargerTrouble>(value.word - 1)) : std::uint16_t{0};
+  if ((trouble & config.charger->reported_troubles) != trouble) {
+    return "a trouble that " + std::string(config.charger->name) + " has a word for: " + troubles_of(*config.charger);
+  }
+  return "";
+}
+
+/// What only some of them can be told.
+std::string wanted_of_property(Property property, const ScenarioValue& value, const SimulatorConfig& config) {
+  if (is_of_driven_charger(property)) return wanted_of_charger(property, value, config);
   if (property == Property::insulation_self_test && config.insulation == nullptr) {
     return "an insulation monitor on a bus: the pack file names none in insulation/protocol";
   }

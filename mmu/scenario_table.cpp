@@ -1,6 +1,7 @@
 // What a script can say: every target and property, one row each.
 #include <algorithm>
 
+#include "devices/charger.hpp"
 #include "mmu/contactor.hpp"
 #include "mmu/load_profile.hpp"
 #include "mmu/mode.hpp"
@@ -24,6 +25,11 @@ constexpr std::string_view wire_words[] = {"closed", "open", "open_silent"};
 constexpr std::string_view signal_wire_words[] = {"closed", "open", "shorted"};
 constexpr std::string_view omitted_words[] = {"nothing", "status", "cells", "temperatures", "module", "ident"};
 constexpr std::string_view obeys_words[] = {"master", "nobody"};
+/// Behind the first in the order of ChargerTrouble.
+constexpr std::string_view charger_trouble_words[] = {"none",    "hardware",   "too_hot",         "mains",
+                                                      "battery", "no_command", "command_refused", "output_overvoltage",
+                                                      "unnamed"};
+static_assert(std::size(charger_trouble_words) == charger_trouble_count + 1);
 constexpr std::string_view switch_words[] = {"auto", "stays_off", "stays_on"};
 constexpr std::string_view command_words[] = {"obeyed", "ignored"};
 constexpr std::string_view self_test_words[] = {"ok", "failed"};
@@ -126,6 +132,10 @@ constexpr std::array<PropertySpec, property_count> properties{
          "the wall's socket, of a charger that is driven over a bus: off, it gives nothing and says nothing"),
     make(Property::charger_post, TargetKind::charger, "post", on_off_words,
          "a charging post in place of the socket: its mains are on while the charger is told to ask for them"),
+    make(Property::charger_units, TargetKind::charger, "units", 0, charger_units_max,
+         "so many of its units have mains, the first ones; at first all", count),
+    make(Property::charger_trouble, TargetKind::charger, "trouble", charger_trouble_words,
+         "what is wrong with each unit, where its protocol has a word for it; what it has latched stays after it"),
     make(Property::inverter_current, TargetKind::inverter, "current_A", -1000, 1000,
          "what it wants to draw, positive out of the pack, or charge with; it takes as much of it as it is told"),
     make(Property::inverter_obeys, TargetKind::inverter, "obeys", obeys_words,

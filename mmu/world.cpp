@@ -302,6 +302,7 @@ SimulatorConfig World::described() const {
   config.sensor.has_second = has_second_sensor;
   config.sensor_set_up = sensor_unit.driver();
   config.charger = can_chargers.driver();
+  config.charger_units = can_chargers.unit_count();
   config.inverter = inverter.driver();
   config.insulation = can_insulation.driver();
   config.second_pack = second_pack.config();

@@ -109,6 +109,12 @@ std::uint8_t small_number(double value) {
   return static_cast<std::uint8_t>(std::lround(value));
 }
 
+/// The first word is none.
+std::uint16_t trouble_bits(double word) {
+  const std::uint8_t number = small_number(word);
+  return number == 0 ? std::uint16_t{0} : bit_of(static_cast<ChargerTrouble>(number - 1));
+}
+
 constexpr std::array<Validity, 3> thermistor_states{Validity::valid, Validity::open_circuit, Validity::short_circuit};
 constexpr std::array<AuxiliaryContact, 3> auxiliary_states{AuxiliaryContact::follows, AuxiliaryContact::stays_open,
                                                            AuxiliaryContact::stays_closed};
@@ -126,6 +132,8 @@ constexpr std::array<Handler, property_count> handlers{{
     {Property::charger_obeys, [](W& w, P, double v) { w.obeys_master = v == 0.0; }},
     {Property::charger_mains, [](W& w, P, double v) { w.can_chargers.has_mains = v > 0.0; }},
     {Property::charger_post, [](W& w, P, double v) { w.can_chargers.is_post = v > 0.0; }},
+    {Property::charger_units, [](W& w, P, double v) { w.can_chargers.live_count = small_number(v); }},
+    {Property::charger_trouble, [](W& w, P, double v) { w.can_chargers.troubles = trouble_bits(v); }},
     {Property::inverter_current, [](W& w, P, double v) { w.inverter.demand_A = v; },
      [](const W& w, P) { return w.inverter.demand_A; }},
     {Property::inverter_obeys, [](W& w, P, double v) { w.inverter.obeys = v == 0.0; }},

@@ -25,6 +25,12 @@ constexpr std::array trouble_masks{
     TroubleMask{ChargerTrouble::output_overvoltage, 0x80, 0x00, 0x00, 0x00, 0x00},
 };
 
+/// By the bits that errors_frame() has for them: the others are warnings, with which it goes on.
+constexpr std::uint16_t stopping =
+    bits_of({ChargerTrouble::hardware, ChargerTrouble::battery, ChargerTrouble::no_command,
+             ChargerTrouble::output_overvoltage, ChargerTrouble::unnamed});
+constexpr std::uint16_t only_by_supply = bits_of({ChargerTrouble::hardware, ChargerTrouble::output_overvoltage});
+
 CanFrame command(std::uint8_t /*unit*/, const ChargerOrder& order) {
   CanFrame frame = make_frame(control);
   write<control, "enable">(frame, order.is_enabled ? 1 : 0);
@@ -98,23 +104,22 @@ std::int64_t value_or_0(const SignalValue& value) {
   return value.is_valid() ? value.value : 0;
 }
 
-/// The first bit that stands for each trouble; the warnings as such.
+/// A bit for each trouble: power stage short, mains voltage low, output voltage implausible, output overvoltage, no
+/// control message, charger hot, command out of range. The first and the fourth take its supply to clear.
 CanFrame errors_frame(std::uint16_t troubles) {
   CanFrame frame = make_frame(errors);
   std::int64_t power = 0;
-  std::int64_t sensor = 0;
   std::int64_t by_control = 0;
   std::int64_t warning = 0;
   const auto has = [troubles](ChargerTrouble trouble) { return (troubles & bit_of(trouble)) != 0; };
   if (has(ChargerTrouble::hardware)) power |= 0x10;
   if (has(ChargerTrouble::mains)) warning |= 0x10;
-  if (has(ChargerTrouble::battery)) sensor |= 0x80;
+  if (has(ChargerTrouble::battery)) power |= 0x08;
   if (has(ChargerTrouble::output_overvoltage)) power |= 0x80;
   if (has(ChargerTrouble::no_command)) by_control |= 0x02;
   if (has(ChargerTrouble::too_hot)) warning |= 0x04;
   if (has(ChargerTrouble::command_refused)) warning |= 0x02;
   write<errors, "power_error_bits">(frame, power);
-  write<errors, "sensor_error_bits">(frame, sensor);
   write<errors, "control_error_bits">(frame, by_control);
   write<errors, "warning_bits">(frame, warning);
   return frame;
@@ -123,7 +128,8 @@ CanFrame errors_frame(std::uint16_t troubles) {
 ChargerFrames reports(std::uint8_t /*unit*/, const ChargerReport& report) {
   ChargerFrames frames;
   CanFrame state = make_frame(status);
-  write<status, "error">(state, report.troubles != 0 ? 1 : 0);
+  write<status, "error">(state, (report.troubles & stopping) != 0 ? 1 : 0);
+  write<status, "warning">(state, (report.troubles & static_cast<std::uint16_t>(~stopping)) != 0 ? 1 : 0);
   frames.push_back(state);
   CanFrame actual = make_frame(actual_1);
   write<actual_1, "mains_current_mA">(actual, value_or_0(report.mains_current_mA));
@@ -155,6 +161,10 @@ const ChargerDriver driver{.name = "brusa_nlg5",
                            .can_request_mains = true,
                            .voltage_max_mV = 0xFFFF * 100,
                            .current_max_mA = 0xFFFF * 100,
+                           .reported_troubles = (1U << charger_trouble_count) - 1U,
+                           .stopping_troubles = stopping,
+                           .latched_troubles = stopping,
+                           .supply_troubles = only_by_supply,
                            .command = command,
                            .take = take,
                            .order_of = order_of,

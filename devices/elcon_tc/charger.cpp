@@ -86,6 +86,13 @@ ChargerFrames reports(std::uint8_t unit, const ChargerReport& report) {
   return frames;
 }
 
+/// It gives nothing with any of them, and goes on by itself without.
+constexpr std::uint16_t all_troubles() {
+  std::uint16_t bits = 0;
+  for (const TroubleBit& one : trouble_bits) bits |= bit_of(one.trouble);
+  return bits;
+}
+
 }  // namespace
 
 const ChargerDriver driver{.name = "elcon_tc",
@@ -97,6 +104,8 @@ const ChargerDriver driver{.name = "elcon_tc",
                            .has_master_address = true,
                            .voltage_max_mV = 0xFFFF * 100,
                            .current_max_mA = 0xFFFF * 100,
+                           .reported_troubles = all_troubles(),
+                           .stopping_troubles = all_troubles(),
                            .command = command,
                            .take = take,
                            .order_of = order_of,

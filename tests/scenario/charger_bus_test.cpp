@@ -103,3 +103,32 @@ TEST_CASE("a charger on a bus of its own charges, stops when it is unplugged, an
   CHECK(own.watch.commanded_there > 30);
   CHECK(own.watch.commanded_elsewhere == 0);
 }
+
+TEST_CASE("a charger hears commands on its own bus alone", "[scenario][simulator][charge]") {
+  const CoreConfig config = pack_with("elcon_tc");
+  const TimePoint start{1s};
+  Simulator simulator(simulator_config(config), {}, start);
+  const CanFrame command =
+      config.charger.driver->command(0, {.is_enabled = true, .voltage_mV = 200'000, .current_mA = 5'000});
+  // Its trouble is that it hears no command, 5 s after the last.
+  const auto hears_none = [&](Duration span) {
+    bool is_without = false;
+    std::array<ChargerReport, charger_units_max> reports{};
+    for (const TimePoint end = simulator.now() + span; simulator.now() < end;) {
+      for (const SentFrame& sent : simulator.advance(simulator.now() + 1ms)) {
+        CHECK(config.charger.driver->take(sent.frame, reports).word == ChargerWord::none);
+      }
+      for (const SentFrame& sent : simulator.sent_by_charger()) {
+        REQUIRE(config.charger.driver->take(sent.frame, reports).word == ChargerWord::values);
+        is_without = reports[0].troubles == bit_of(ChargerTrouble::no_command);
+      }
+    }
+    return is_without;
+  };
+  CHECK_FALSE(hears_none(4s));
+  simulator.observe(command, simulator.now());
+  simulator.observe_elsewhere(Port::vehicle, command, simulator.now());
+  CHECK(hears_none(3s));
+  simulator.observe_elsewhere(Port::charger, command, simulator.now());
+  CHECK_FALSE(hears_none(4s));
+}

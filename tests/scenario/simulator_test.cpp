@@ -83,6 +83,7 @@ class SmallWorld {
     full.report_base_id = config.report_base_id;
     full.second_pack = config.second_pack;
     full.charger = config.charger;
+    full.charger_units = config.charger_units;
     full.served_by = config.served_by;
     full.inverter = config.inverter;
     return full;
@@ -835,7 +836,8 @@ TEST_CASE("every property can be applied, ramped from the present, and released"
   const std::string address_of[] = {"", " 3", " 3.2", " 3.2", ""};
   SimulatorConfig config;
   config.second_pack.base_id = 0x640;
-  config.charger = find_device("elcon_tc")->charger;
+  config.charger = find_device("brusa_nlg5")->charger;  // has a word for every trouble
+  config.charger_units = charger_units_max;
   config.inverter = find_device("sma")->inverter;
   SmallWorld world("", 3, config);
   world.run(100ms);
@@ -926,6 +928,18 @@ TEST_CASE("an event for what this pack does not have is refused with its place",
   with_both.charger = find_device("elcon_tc")->charger;
   with_both.inverter = find_device("sma")->inverter;
   CHECK(check_against(others, with_both).empty());
+  with_both.charger_units = 2;
+  const Scenario of_chargers = *parse_scenario(
+      "1 charger units 2\n2 charger units 3\n3 charger trouble battery\n4 charger trouble output_overvoltage\n");
+  const ScenarioProblems beyond = check_against(of_chargers, with_both);
+  REQUIRE(beyond.size() == 2);
+  CHECK(to_text(beyond[0], "s.scn") ==
+        "s.scn:2:3: found 'charger units 3', wanted units this pack has: 0 to 2 (charger/units)");
+  CHECK(to_text(beyond[1], "s.scn") ==
+        "s.scn:4:3: found 'charger trouble output_overvoltage', wanted a trouble that elcon_tc has a word for: none, "
+        "hardware, too_hot, mains, battery, no_command");
+  with_both.charger = find_device("brusa_nlg5")->charger;
+  CHECK(check_against(of_chargers, with_both).size() == 1);
   SmallWorld world("", 2);
   CHECK_FALSE(world.simulator.apply("inverter failed on"));
   CHECK_FALSE(world.simulator.apply("module 3 silent"));

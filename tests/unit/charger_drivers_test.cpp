@@ -111,19 +111,37 @@ TEST_CASE("each trouble that a protocol has a word for is told, and goes away ag
   for (const ChargerDriver* driver : drivers()) {
     INFO(driver->name);
     Reports reports{};
-    unsigned told = 0;
     for (std::size_t number = 0; number < charger_trouble_count; ++number) {
       const std::uint16_t bit = bit_of(static_cast<ChargerTrouble>(number));
       for (const CanFrame& frame : driver->reports(0, {.troubles = bit})) {
         static_cast<void>(driver->take(frame, reports));
       }
-      CHECK((reports[0].troubles == bit || reports[0].troubles == 0));
-      if (reports[0].troubles == bit) ++told;
+      CHECK(reports[0].troubles == (driver->reported_troubles & bit));
       for (const CanFrame& frame : driver->reports(0, {})) static_cast<void>(driver->take(frame, reports));
       CHECK(reports[0].troubles == 0);
     }
-    CHECK(told >= 5);
+    CHECK(driver->reported_troubles >= 0b11111);
+    // Each set is a part of the one before.
+    CHECK((driver->stopping_troubles & ~driver->reported_troubles) == 0);
+    CHECK((driver->latched_troubles & ~driver->stopping_troubles) == 0);
+    CHECK((driver->supply_troubles & ~driver->latched_troubles) == 0);
   }
+}
+
+TEST_CASE("an emulated Brusa's state says error where it gives nothing, and warning where it goes on",
+          "[unit][devices][charger]") {
+  const ChargerDriver& brusa = *find_device("brusa_nlg5")->charger;
+  constexpr std::uint8_t error = 0x40;
+  constexpr std::uint8_t warning = 0x20;
+  const auto state_of = [&brusa](std::uint16_t troubles) {
+    const CanFrame state = brusa.reports(0, {.troubles = troubles})[0];
+    REQUIRE(state.id == 0x610);
+    return state.data[0] & (error | warning);
+  };
+  CHECK(state_of(0) == 0);
+  CHECK(state_of(bit_of(ChargerTrouble::too_hot)) == warning);
+  CHECK(state_of(bit_of(ChargerTrouble::no_command)) == error);
+  CHECK(state_of(bits_of({ChargerTrouble::hardware, ChargerTrouble::mains})) == (error | warning));
 }
 
 TEST_CASE("frames of chargers that are not whole change nothing", "[unit][devices][charger]") {

@@ -63,16 +63,16 @@ TEST_CASE("a Brusa's state says at once that there is an error, its errors then 
   Brusa brusa;
   brusa.hear_for(1s);
   REQUIRE(brusa.table.troubles(brusa.now).bits == 0);
-  ChargerReport hot = good;
-  hot.troubles = bit_of(ChargerTrouble::too_hot);
+  ChargerReport broken = good;
+  broken.troubles = bit_of(ChargerTrouble::hardware);
   brusa.missing = Brusa::errors_id;
-  brusa.hear(hot);
+  brusa.hear(broken);
   CHECK(brusa.table.troubles(brusa.now).bits == bit_of(ChargerTrouble::unnamed));
   brusa.missing.reset();
-  brusa.hear(hot);
-  CHECK(brusa.table.troubles(brusa.now).bits == bit_of(ChargerTrouble::too_hot));
-  brusa.hear(hot);
-  CHECK(brusa.table.troubles(brusa.now).bits == bit_of(ChargerTrouble::too_hot));
+  brusa.hear(broken);
+  CHECK(brusa.table.troubles(brusa.now).bits == bit_of(ChargerTrouble::hardware));
+  brusa.hear(broken);
+  CHECK(brusa.table.troubles(brusa.now).bits == bit_of(ChargerTrouble::hardware));
   brusa.hear(good);
   CHECK(brusa.table.troubles(brusa.now).bits == 0);
 }
