@@ -371,7 +371,7 @@ TEST_CASE("a charger that goes on is found out with the key on, too", "[scenario
   CHECK(core.sequence().phase == Phase::open);
 }
 
-TEST_CASE("less is told at once, and a unit that comes late waits for the others to come down", "[scenario][charge]") {
+TEST_CASE("less is told at once", "[scenario][charge]") {
   test::SimRun run(charged_pack(elcon(2)));
   plug_in(run);
   run.run_to(40.0);
@@ -382,6 +382,42 @@ TEST_CASE("less is told at once, and a unit that comes late waits for the others
   run.apply("cell 1.1 voltage_mV 4195");  // next to full: the hold takes the current back
   run.run_to(40.4);
   CHECK(core.ordered_mA(0) < before_mA);
+  CHECK(core.gate_refusals() == 0);
+}
+
+TEST_CASE("a unit that comes late waits for the others to come down, and shares with them then",
+          "[scenario][charge][BMU_11]") {
+  test::SimRun run(charged_pack(elcon(4)));
+  run.apply("charger units 3");
+  plug_in(run);
+  run.run_to(60.0);
+  const Core& core = run.core();
+  const auto ordered_mA = [&core] {
+    std::int32_t sum_mA = 0;
+    for (std::size_t unit = 0; unit < core.chargers().unit_count(); ++unit) sum_mA += core.ordered_mA(unit);
+    return sum_mA;
+  };
+  const std::int32_t asked_mA = core.charge_control().current_mA();
+  REQUIRE(asked_mA > 15'000);
+  CHECK(core.ordered_mA(0) == asked_mA / 3);
+  CHECK(core.ordered_mA(3) == 0);
+  REQUIRE(core.chargers().unit(3).values_at == TimePoint{});
+  run.apply("charger units 4");
+  // The others are told their smaller share with the next command, and then have the time to come down to it.
+  double told_s = 0.0;
+  while (run.seconds() < 80.0 && core.ordered_mA(3) == 0) {
+    run.run_to(run.seconds() + 0.01);
+    CHECK(ordered_mA() <= core.charge_control().current_mA());
+    CHECK(-core.pack().current_mA.value < asked_mA + 500);
+    if (told_s == 0.0 && core.ordered_mA(0) == asked_mA / 4) told_s = run.seconds();
+  }
+  const Duration settle = core.chargers().driver().settle;
+  REQUIRE(told_s > 0.0);
+  CHECK(run.seconds() - told_s >= to_s(settle) - 0.02);
+  CHECK(run.seconds() - told_s < to_s(settle + core.chargers().driver().command_period));
+  CHECK(core.ordered_mA(3) == core.ordered_mA(0));
+  CHECK(core.sequence().phase == Phase::closed);
+  CHECK_FALSE(has_fault(core));
   CHECK(core.gate_refusals() == 0);
 }
 
