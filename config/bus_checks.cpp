@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "config/bus_budget.hpp"
-#include "config/bus_guests.hpp"
+#include "config/device_rates.hpp"
 #include "config/pack_fields.hpp"
 
 namespace bmu {

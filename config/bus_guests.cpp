@@ -50,24 +50,6 @@ void add_sensor(const Driver* driver, Guests& guests) {
   }
 }
 
-template <class Driver>
-std::int32_t usual_kbit_per_s(const Driver* driver) {
-  constexpr std::uint32_t kbit = 1'000;
-  return driver != nullptr ? static_cast<std::int32_t>(find_device(driver->name)->bit_rates.front() / kbit) : 0;
-}
-
-/// The chargers', else that of a monitor or sensor that has their bus.
-std::int32_t usual_of_charger_bus(const CoreConfig& core) {
-  const bool has_monitor = core.insulation.bus == Port::charger;
-  const bool has_sensor = core.sensor.bus == Port::charger;
-  for (const std::int32_t kbit_per_s :
-       {usual_kbit_per_s(core.charger.driver), has_monitor ? usual_kbit_per_s(core.insulation.driver) : 0,
-        has_sensor ? usual_kbit_per_s(core.sensor.first) : 0, has_sensor ? usual_kbit_per_s(core.sensor.second) : 0}) {
-    if (kbit_per_s != 0) return kbit_per_s;
-  }
-  return 0;
-}
-
 }  // namespace
 
 std::vector<GuestMessage> guests_on(const CoreConfig& core, Port bus) {
@@ -93,19 +75,6 @@ std::int64_t bits_of(const GuestMessage& message) {
 bool goes_ahead(const GuestMessage& message, std::uint32_t of_id) {
   constexpr unsigned bits_behind = 18;  // of a longer identifier; its first eleven are compared
   return (message.is_extended ? message.id >> bits_behind : message.id) < of_id;
-}
-
-std::int32_t bit_rate_kbit_per_s(const PackConfig& pack, Port bus) {
-  const InterfaceConfig& interfaces = pack.interfaces;
-  switch (bus) {
-    case Port::internal: return pack.buses.internal_kbit_per_s;
-    case Port::vehicle: return interfaces.vehicle_kbit_per_s;
-    case Port::charger:
-      return interfaces.charger_kbit_per_s != 0 ? interfaces.charger_kbit_per_s : usual_of_charger_bus(pack.core);
-    case Port::second_pack: return interfaces.second_pack_kbit_per_s;
-    case Port::inverter: break;
-  }
-  return interfaces.inverter_kbit_per_s;
 }
 
 }  // namespace bmu

@@ -30,8 +30,4 @@ struct GuestMessage {
 /// Whether it goes ahead of a frame of 11 bits that is ready at the same time.
 [[nodiscard]] bool goes_ahead(const GuestMessage& message, std::uint32_t of_id);
 
-/// What an interface of its own is to be set to, and what its load is reckoned with: as the file says, and on the
-/// chargers' bus, where it says nothing, what the protocol of whoever is there usually has; 0: nobody is.
-[[nodiscard]] std::int32_t bit_rate_kbit_per_s(const PackConfig& pack, Port bus);
-
 }  // namespace bmu

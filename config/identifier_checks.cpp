@@ -4,6 +4,7 @@
 #include <string_view>
 #include <vector>
 
+#include "config/device_rates.hpp"
 #include "config/pack_fields.hpp"
 #include "devices/device_list.hpp"
 
@@ -166,9 +167,11 @@ void check_identifiers(const PackConfig& pack, const Place& place, ProblemList& 
   }
 }
 
-ConfigProblems identifier_clashes(const PackConfig& pack) {
+ConfigProblems bus_clashes(const PackConfig& pack) {
   ProblemList problems;
-  check_identifiers(pack, Place{pack.sources.pack_name, ""}, problems);
+  const Place place{pack.sources.pack_name, ""};
+  check_identifiers(pack, place, problems);
+  check_device_rates(pack, place, problems);
   return problems.take();
 }
 

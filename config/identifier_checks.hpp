@@ -13,7 +13,8 @@ namespace bmu {
 /// `place` is the root of the pack file; values that were already refused are not judged.
 void check_identifiers(const PackConfig& pack, const Place& place, ProblemList& problems);
 
-/// The same of a pack whose buses have other names than in its file: what was apart may have met.
-[[nodiscard]] ConfigProblems identifier_clashes(const PackConfig& pack);
+/// Identifiers and bit rates (device_rates.hpp) of a pack whose buses have other names than in its file: what was apart
+/// may have met.
+[[nodiscard]] ConfigProblems bus_clashes(const PackConfig& pack);
 
 }  // namespace bmu

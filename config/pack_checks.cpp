@@ -9,6 +9,7 @@
 #include "config/bus_checks.hpp"
 #include "config/charger_checks.hpp"
 #include "config/foreign_module_checks.hpp"
+#include "config/device_rates.hpp"
 #include "config/identifier_checks.hpp"
 #include "config/inverter_checks.hpp"
 #include "config/limit_bounds.hpp"
@@ -675,6 +676,7 @@ void check_pack(const PackConfig& pack, const Place& pack_place, const Place& ce
   check_modules(pack, pack_place, problems);
   check_identifiers(pack, pack_place, problems);
   check_serial_rate(check);
+  check_device_rates(pack, pack_place, problems);
 }
 
 }  // namespace bmu

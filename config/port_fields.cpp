@@ -387,11 +387,11 @@ constexpr std::array interface_table{
          .min = 10,
          .max = 1'000,
          .meaning = "bit rate of `vehicle`, if that is another interface; `internal` has the one of `buses`"}),
-    number<&InterfaceConfig::charger_kbit_per_s>(
-        {.key = "charger_kbit_per_s",
-         .min = 0,
-         .max = 1'000,
-         .meaning = "bit rate of `charger`, if that is an interface of its own; 0: the usual one of its protocol"}),
+    number<&InterfaceConfig::charger_kbit_per_s>({.key = "charger_kbit_per_s",
+                                                  .min = 0,
+                                                  .max = 1'000,
+                                                  .meaning = "bit rate of `charger`, if that is an interface of its "
+                                                             "own; 0: the first that every device on it can have"}),
     number<&InterfaceConfig::second_pack_kbit_per_s>(
         {.key = "second_pack_kbit_per_s",
          .min = 10,

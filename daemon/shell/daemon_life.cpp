@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "config/bus_checks.hpp"
-#include "config/bus_guests.hpp"
+#include "config/device_rates.hpp"
 #include "config/identifier_checks.hpp"
 #include "daemon/shell/driven_lines.hpp"
 #include "daemon/shell/history_log.hpp"
@@ -92,7 +92,7 @@ Result<std::unique_ptr<LifePlan>, LifeFailure> LifePlan::make(PackRead read, con
   plan->read = std::move(read);
   plan->wanted = plan->read.cell_count->pack();
   set_buses(plan->wanted, bus_names(options, plan->wanted));
-  if (const ConfigProblems clashes = identifier_clashes(plan->wanted); !clashes.empty()) {
+  if (const ConfigProblems clashes = bus_clashes(plan->wanted); !clashes.empty()) {
     return failure(LifeFailure{.exit_code = exit_config, .text = to_text(clashes.front())});
   }
   if (before != nullptr && has_same_ports(plan->wanted, before->wanted)) {

@@ -38,7 +38,7 @@ inline constexpr Device device{.name = "orion",
                                .title = "inverter that understands the preset of an Orion BMS",
                                .kind = DeviceKind::inverter,
                                .catalogue = &catalogue,
-                               .bit_rates = only_500k,
+                               .bit_rates = any_bit_rate,  // an Orion BMS has the one it is configured to
                                .meaning = "limits, state and alarms, in tenths of a volt and of a percent",
                                .inverter = &driver};
 

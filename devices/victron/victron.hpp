@@ -52,11 +52,14 @@ inline constexpr Catalogue catalogue{"victron", rows};
 
 extern const InverterDriver driver;
 
+/// A GX device has a profile of 250 kbit/s for a battery that shares the bus of Victron's own devices.
+inline constexpr std::uint32_t bit_rates[] = {bit_rate_500k, bit_rate_250k};
+
 inline constexpr Device device{.name = "victron",
                                .title = "Victron inverter (CAN-bus BMS)",
                                .kind = DeviceKind::inverter,
                                .catalogue = &catalogue,
-                               .bit_rates = only_500k,
+                               .bit_rates = bit_rates,
                                .meaning = "limits, state, alarms, cells and capacity of a battery",
                                .inverter = &driver};
 

@@ -624,11 +624,11 @@ TEST_CASE("a charger's identifiers clash with others on its bus only, and are na
 TEST_CASE("what was apart in the file clashes when the command line joins the buses", "[unit][config][identifiers]") {
   auto pack = parse(changed({{"/second_pack", Json{{"base_id", "620"}}}, {"/buses/second_pack", "can7"}}).dump());
   REQUIRE(pack);
-  CHECK(identifier_clashes(*pack).empty());
+  CHECK(bus_clashes(*pack).empty());
   BusNames names = pack->buses;
   names.second_pack = names.vehicle;
   set_buses(*pack, names);
-  const ConfigProblems clashes = identifier_clashes(*pack);
+  const ConfigProblems clashes = bus_clashes(*pack);
   REQUIRE(clashes.size() == 1);
   CHECK(clashes[0].path == "/second_pack/base_id");
   CHECK(clashes[0].wanted.find("620 would be both") != std::string::npos);

@@ -92,11 +92,11 @@ TEST_CASE("an inverter that was apart in the file clashes when the command line 
           "[unit][config][identifiers][inverter]") {
   auto pack = parse(changed(inverter(Json::object())).dump());
   REQUIRE(pack);
-  CHECK(identifier_clashes(*pack).empty());
+  CHECK(bus_clashes(*pack).empty());
   BusNames names = pack->buses;
   names.inverter = names.internal;
   set_buses(*pack, names);
-  const ConfigProblems clashes = identifier_clashes(*pack);
+  const ConfigProblems clashes = bus_clashes(*pack);
   REQUIRE(clashes.size() == 1);
   CHECK(clashes[0].path == "/inverter/protocol");
 }
