@@ -5,6 +5,7 @@
 
 #include "config/fields.hpp"
 #include "config/pack_fields.hpp"
+#include "daemon/core/balancing_plan.hpp"
 
 namespace bmu {
 namespace {
@@ -120,6 +121,16 @@ void check_completed_charger(const PackConfig& pack, const Place& place, Problem
   check_end_current(check);
   check_voltage_suffices(check);
   check_full_is_full(check);
+}
+
+void warn_of_balance_window(const PackConfig& pack, const Place& place, ProblemList& warnings) {
+  const CoreConfig& core = pack.core;
+  const bool goes_by_voltage = core.balancing.is_enabled && core.balancing.method != BalancingMethod::charge;
+  const std::int32_t left_uV = left_by_voltage_uV(core);
+  if (core.charger.driver == nullptr || !goes_by_voltage || core.charger.balance_window_uV >= left_uV) return;
+  warnings.add(place.at("charger").at("balance_window_mV"), number_text(core.charger.balance_window_uV / 1e3),
+               "at least " + number_text(left_uV / 1e3) + ", which balancing leaves: balancing/dead_band_mV, " +
+                   number_text(core.balancing.dead_band_uV / 1e3) + ", and twice the cell's hysteresis_mV");
 }
 
 void check_charger(const PackConfig& pack, const Place& place, ProblemList& problems) {

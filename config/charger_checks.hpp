@@ -12,4 +12,7 @@ void check_charger(const PackConfig& pack, const Place& place, ProblemList& prob
 /// What can only be judged once what was left out has its value. Of a pack without problems so far.
 void check_completed_charger(const PackConfig& pack, const Place& place, ProblemList& problems);
 
+/// A window of full cells that is narrower than what balancing leaves. Of a pack that was read.
+void warn_of_balance_window(const PackConfig& pack, const Place& place, ProblemList& warnings);
+
 }  // namespace bmu

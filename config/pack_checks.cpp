@@ -5,11 +5,12 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "config/bus_checks.hpp"
 #include "config/charger_checks.hpp"
-#include "config/foreign_module_checks.hpp"
 #include "config/device_rates.hpp"
+#include "config/foreign_module_checks.hpp"
 #include "config/identifier_checks.hpp"
 #include "config/inverter_checks.hpp"
 #include "config/limit_bounds.hpp"
@@ -675,8 +676,16 @@ void check_pack(const PackConfig& pack, const Place& pack_place, const Place& ce
   check_sensors_of_others(pack, pack_place, problems);
   check_modules(pack, pack_place, problems);
   check_identifiers(pack, pack_place, problems);
-  check_serial_rate(check);
   check_device_rates(pack, pack_place, problems);
+  check_serial_rate(check);
+}
+
+ConfigProblems pack_warnings(const PackConfig& pack, std::string_view file_name) {
+  ProblemList warnings;
+  warn_of_balance_window(pack, Place{std::string(file_name), ""}, warnings);
+  ConfigProblems all = bus_warnings(pack, file_name);
+  for (ConfigProblem& warning : warnings.take()) all.push_back(std::move(warning));
+  return all;
 }
 
 }  // namespace bmu

@@ -2,6 +2,8 @@
 // each other. Runs on what was read; a value that was already refused is left out, so that one mistake is one problem.
 #pragma once
 
+#include <string_view>
+
 #include "config/json_reader.hpp"
 #include "config/pack_config.hpp"
 
@@ -13,5 +15,9 @@ void check_pack(const PackConfig& pack, const Place& pack_place, const Place& ce
 /// Of these, what follows from the bit rate of the internal bus: whether the answers fit between two polls at each
 /// pace, and the ages.
 void check_bus_times(const PackConfig& pack, const Place& pack_place, ProblemList& problems);
+
+/// Nothing to refuse, but worth a warning at the start: full buses, and a charge that waits for more than balancing can
+/// do. Of a pack that was read.
+[[nodiscard]] ConfigProblems pack_warnings(const PackConfig& pack, std::string_view file_name);
 
 }  // namespace bmu

@@ -6,6 +6,7 @@
 #include "config/bus_checks.hpp"
 #include "config/pack_fields.hpp"
 #include "config/part_reader.hpp"
+#include "daemon/core/balancing_plan.hpp"
 
 namespace bmu {
 namespace {
@@ -92,6 +93,13 @@ void complete_balancing(BalancingConfig& balancing, const CoreConfig& config) {
   balancing.top_uV = std::min(static_cast<std::int32_t>(std::lround(halfway_uV)), high_uV);
 }
 
+/// What balancing can bring cells to: a charge that waited for less would wait without effect.
+std::int32_t balance_window_uV(const CoreConfig& config) {
+  constexpr std::int32_t least_uV = 10'000;
+  const bool goes_by_voltage = config.balancing.method != BalancingMethod::charge;
+  return goes_by_voltage ? std::max(left_by_voltage_uV(config), least_uV) : least_uV;
+}
+
 /// Full where the cell's curve ends, and below what is warned of: a warning with every charge would be one that nobody
 /// reads.
 void complete_charger(CoreConfig& config) {
@@ -110,6 +118,7 @@ void complete_charger(CoreConfig& config) {
   const std::int64_t cell_uV = std::min(charger.cell_full_uV + above_uV, high.warn);
   const std::int64_t all_uV = cell_uV * static_cast<std::int64_t>(cell_count(config));
   if (charger.voltage_max_mV == 0) charger.voltage_max_mV = mV_from_uV(all_uV);
+  if (charger.balance_window_uV == 0) charger.balance_window_uV = balance_window_uV(config);
   if (charger.current_max_mA == 0) charger.current_max_mA = config.current.charge_continuous_mA;
   if (charger.end_current_mA != 0) return;
   const std::int64_t end_mA = config.cell.capacity_uAs / (uAs_per_mAh * end_hours);

@@ -198,10 +198,11 @@ constexpr std::array charger_table{
                                            .meaning = "how fast more is asked for; less is asked for at once"}),
     number<&ChargerConfig::balance_window_uV, 1'000>(
         {.key = "balance_window_mV",
-         .min = 1,
+         .min = 0,
          .max = 500,
          .meaning = "cells that are no further apart at the top count as full together; else the charge pauses there "
-                    "while they are balanced"}),
+                    "while they are balanced; 0: what balancing by voltages leaves, `dead_band_mV` and twice the "
+                    "cell's `hysteresis_mV`, and at least 10 mV"}),
     number<&ChargerConfig::resume_uV, 1'000>(
         {.key = "resume_mV",
          .min = 1,

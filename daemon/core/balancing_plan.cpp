@@ -22,6 +22,11 @@ std::string_view to_text(PlanVerdict verdict) {
   return "?";
 }
 
+std::int32_t left_by_voltage_uV(const CoreConfig& config) {
+  constexpr double ends = 2.0;
+  return config.balancing.dead_band_uV + static_cast<std::int32_t>(std::lround(ends * config.cell.hysteresis_V * 1e6));
+}
+
 namespace {
 
 using Remove = std::span<std::int64_t>;

@@ -72,6 +72,10 @@ inline constexpr std::array<std::string_view, 3> balancing_method_names{"termina
 /// Fills `remove_uAs`, as many as there are cells: 0 or more each, all 0 unless the verdict is `planned`.
 PlanVerdict plan_balancing(const BalancingView& view, const CoreConfig& config, std::span<std::int64_t> remove_uAs);
 
+/// How far the voltages of two cells may be apart, at rest, without either being bled by a method that goes by
+/// voltages: the dead band, and the whole gap between the curves of charging and discharging.
+[[nodiscard]] std::int32_t left_by_voltage_uV(const CoreConfig& config);
+
 /// The current a resistor takes from a cell.
 [[nodiscard]] constexpr std::int64_t bleed_uA(std::int32_t voltage_uV, const BalancingConfig& config) {
   return voltage_uV / config.bleed_resistance_Ohm;

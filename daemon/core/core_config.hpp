@@ -335,7 +335,7 @@ struct ChargerConfig {
   std::int32_t end_current_mA = 0;             // full, when no more than this is taken there ...
   Duration end_for = 30s;                      // ... for so long
   std::int32_t rise_mA_per_s = 2'000;          // of what is asked for; it falls at once
-  std::int32_t balance_window_uV = 10'000;     // cells that are no further apart at the top are full together
+  std::int32_t balance_window_uV = 0;          // cells that are no further apart at the top are full together
   std::int32_t resume_uV = 20'000;             // so far the highest cell has come down before it charges on
   std::int32_t resume_below_permille = 0;      // of a full pack that stays plugged in; 0: never
   bool opens_when_full = true;                 // else the pack stays closed with its charger

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include "config/bus_checks.hpp"
+#include "config/pack_checks.hpp"
 #include "config/pack_config.hpp"
 #include "daemon/shell/daemon.hpp"
 #include "daemon/shell/driven_lines.hpp"
@@ -72,7 +73,7 @@ int check_or_run(const Options& options) {
     return exit_config;
   }
   if (options.check_config) {
-    for (const ConfigProblem& warning : bus_warnings(*pack, options.config)) {
+    for (const ConfigProblem& warning : pack_warnings(*pack, options.config)) {
       std::printf("warning: %s\n", to_text(warning).c_str());
     }
     std::printf("%s: ok: %s, %zu modules, %zu cells\n%s\n", options.config.c_str(), pack->name.c_str(),

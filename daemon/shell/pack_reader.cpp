@@ -7,7 +7,7 @@
 
 #include <sys/eventfd.h>
 
-#include "config/bus_checks.hpp"
+#include "config/pack_checks.hpp"
 #include "daemon/history/helper_thread.hpp"
 #include "daemon/shell/owned_fd.hpp"
 
@@ -27,7 +27,7 @@ struct PackReader::Shared {
 
 PackRead read_beside(PackConfig file_pack, const std::string& config, const std::string& state_path) {
   PackRead read{.cell_count = std::make_shared<CellCountSetting>(file_pack, state_path),
-                .warnings = bus_warnings(file_pack, config),
+                .warnings = pack_warnings(file_pack, config),
                 .groups = access_groups(),
                 .users = UserNames()};
   read.file_pack = std::move(file_pack);

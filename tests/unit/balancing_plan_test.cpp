@@ -83,6 +83,18 @@ TEST_CASE("by terminal voltage: only near the top, and by the steepest slope the
   CHECK(plan_of(straight(), method, at({3'900'000, 3'905'000})).verdict == PlanVerdict::balanced);
 }
 
+TEST_CASE("cells that are as far apart as balancing by voltages leaves them are not bled, and others are",
+          "[unit][balancing][BMS_F.4]") {
+  CoreConfig config = straight();
+  config.cell.hysteresis_V = 0.004;
+  const std::int32_t left_uV = left_by_voltage_uV(config);
+  CHECK(left_uV == 13'000);
+  for (const auto method : {BalancingMethod::terminal_voltage, BalancingMethod::ocv}) {
+    CHECK(plan_of(config, method, at({3'900'000, 3'900'000 + left_uV})).verdict == PlanVerdict::balanced);
+    CHECK(plan_of(config, method, at({3'900'000, 3'900'000 + left_uV + 100})).verdict == PlanVerdict::planned);
+  }
+}
+
 TEST_CASE("by terminal voltage on a flat curve: nothing before the knee, little behind it",
           "[unit][balancing][BMS_F.4]") {
   const auto method = BalancingMethod::terminal_voltage;

@@ -30,6 +30,7 @@ struct Bench {
                       .cell_full_uV = full_uV,
                       .end_current_mA = 1'500,
                       .end_for = 30s,
+                      .balance_window_uV = 10'000,
                       .resume_below_permille = resume_below_permille,
                       .opens_when_full = resume_below_permille == 0};
     config.cell.series_resistance_Ohm = 0.005;

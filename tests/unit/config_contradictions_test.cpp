@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "config/identifier_checks.hpp"
+#include "config/pack_checks.hpp"
 #include "config/pack_config.hpp"
 #include "config/pack_fields.hpp"
 #include "daemon/core/fault_table.hpp"
@@ -583,7 +584,8 @@ TEST_CASE("a charger is asked for what it can do, and for what the cells may hav
   CHECK(read.cell_full_uV == 4'180'000);  // where the curve ends; the warning is at 4.20 V
   CHECK(read.voltage_max_mV == 201'600);  // 48 cells at the warning, which is less than half a percent above
   CHECK(read.current_max_mA == pack->core.current.charge_continuous_mA);
-  CHECK(read.end_current_mA == 1'500);  // 30 Ah in 20 hours
+  CHECK(read.end_current_mA == 1'500);      // 30 Ah in 20 hours
+  CHECK(read.balance_window_uV == 13'000);  // the dead band of 5 mV and twice the hysteresis of 4 mV
   refuses(charger({{"protocol", "elcon"}}), "/charger/protocol", "brusa_nlg5 or elcon_tc");
   accepts(charger({{"units", 4}}));
   refuses(charger({{"units", 5}}), "/charger/units", "4");
@@ -610,6 +612,30 @@ TEST_CASE("a charger is asked for what it can do, and for what the cells may hav
   refuses(charger({{"protocol", "brusa_nlg5"}, {"master_address", "F5"}}), "/charger/master_address",
           "brusa_nlg5 has no such address");
   refuses(charger({{"protocol", ""}, {"master_address", "F5"}}), "/charger/master_address", "no protocol is named");
+}
+
+TEST_CASE("a window of full cells that balancing cannot reach is warned of", "[unit][config]") {
+  const auto warnings_with = [](const Json& charger, const std::vector<Change>& more = {}) {
+    std::vector<Change> changes{{"/charger", charger}};
+    changes.insert(changes.end(), more.begin(), more.end());
+    const auto pack = parse(changed(changes).dump());
+    REQUIRE(pack);
+    return pack_warnings(*pack, "pack.json");
+  };
+  const auto elcon = [](int window_mV) { return Json{{"protocol", "elcon_tc"}, {"balance_window_mV", window_mV}}; };
+  const ConfigProblems warnings = warnings_with(elcon(12));
+  REQUIRE(warnings.size() == 1);
+  CHECK(to_text(warnings[0]) ==
+        "pack.json: /charger/balance_window_mV: found 12, wanted at least 13, which balancing leaves: "
+        "balancing/dead_band_mV, 5, and twice the cell's hysteresis_mV");
+  CHECK(warnings_with(elcon(13)).empty());
+  CHECK(warnings_with(elcon(0)).empty());  // as wide as that
+  CHECK(warnings_with(elcon(0), {{"/balancing/dead_band_mV", 50}}).empty());
+  CHECK(warnings_with(elcon(13), {{"/balancing/dead_band_mV", 6}}).size() == 1);
+  // Nobody balances, or not by voltages; or no charger waits.
+  CHECK(warnings_with(elcon(1), {{"/balancing/enabled", false}}).empty());
+  CHECK(warnings_with(elcon(1), {{"/balancing/method", "charge"}}).empty());
+  CHECK(warnings_with(Json{{"balance_window_mV", 1}}).empty());
 }
 
 TEST_CASE("a charger's identifiers clash with others on its bus only, and are named", "[unit][config][identifiers]") {
