@@ -16,6 +16,8 @@
 //   - 160h: the voltage of the module, as it fits the sum of its cells in every frame checked; others call it a raw
 //     temperature, or something of balancing;
 //   - where a module without number tells its serial number: 0F0h or 4A0h. Both are rows;
+//   - 0B0h: one source clears balancing and errors with it. It has neither checksum nor counter, and is never sent
+//   here;
 //   - what the errors of 100h are. Modules of later years may answer to b3 = 10h or 90h only.
 // Of 110h, 1C0h and 1D0h it is not known what they say.
 #pragma once
@@ -38,6 +40,7 @@ inline constexpr RawName flag_names[] = {{0, "none"}, {2, "module balances"}};
 inline constexpr RawName operation_names[] = {
     {0x12, "select by serial number"}, {0x37, "ask or confirm"}, {0x5B, "set number"}, {0xA1, "reset number"}};
 inline constexpr RawName half_names[] = {{0xAB, "first"}, {0xBA, "second"}};
+inline constexpr RawName debug_names[] = {{0xFF00'CDA2, "clear balancing and errors"}};
 inline constexpr SpecialCode number_codes[] = {{0xFF, Validity::not_fitted}};
 
 namespace detail {
@@ -138,6 +141,8 @@ inline constexpr SignalSpec assignment_signals[] = {
     field::when(0x12, field::named(field::u8("serial_number_half", 1), half_names)),
     field::when(0x12, field::big("serial_number", 2, 4)),
 };
+inline constexpr SignalSpec debug_signals[] = {field::named(field::big("debug_command", 0, 4), debug_names),
+                                               field::big("debug_argument", 4, 4)};
 inline constexpr SignalSpec announce_signals[] = {field::big("serial_number_first_half", 0, 4),
                                                   field::big("serial_number_second_half", 4, 4)};
 
@@ -180,6 +185,11 @@ inline constexpr MessageSpec assignment{.name = "CSC_ASSIGNMENT",
                                         .sender = Sender::bmu,
                                         .signals = assignment_signals,
                                         .meaning = "gives modules their numbers, by serial number"};
+inline constexpr MessageSpec debug{.name = "CSC_DEBUG",
+                                   .base_id = 0x0B0,
+                                   .sender = Sender::bmu,
+                                   .signals = debug_signals,
+                                   .meaning = "clears balancing and errors, by one source; bmud never sends it"};
 inline constexpr MessageSpec announce{.name = "CSC_ANNOUNCE",
                                       .base_id = 0x0F0,
                                       .sender = Sender::module,
@@ -194,9 +204,9 @@ inline constexpr MessageSpec announce_2{.name = "CSC_ANNOUNCE_2",
 /// In order; the first three signals of each are its cell voltages, the next three their flags.
 inline constexpr const MessageSpec* cells_rows[] = {&cells_1, &cells_2, &cells_3, &cells_4};
 
-inline constexpr const MessageSpec* rows[] = {&command, &status,     &type_1,   &cells_1,      &cells_2,
-                                              &cells_3, &cells_4,    &voltage,  &temperatures, &type_2,
-                                              &type_3,  &assignment, &announce, &announce_2};
+inline constexpr const MessageSpec* rows[] = {&command, &status,     &type_1,  &cells_1,      &cells_2,
+                                              &cells_3, &cells_4,    &voltage, &temperatures, &type_2,
+                                              &type_3,  &assignment, &debug,   &announce,     &announce_2};
 inline constexpr Catalogue catalogue{"i3_csc", rows};
 
 /// In modules.cpp.

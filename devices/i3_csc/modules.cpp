@@ -141,11 +141,16 @@ CanFrame voltage_frame(std::uint8_t number, const ModuleMeasurements& measured) 
   return frame;
 }
 
-/// Those that always say the same.
-CanFrame type_frame(std::uint8_t number) {
-  constexpr std::int64_t type_code = 0x11;
-  CanFrame frame = make_frame(type_1, number);
-  write<type_1, "type_code">(frame, type_code);
+/// A frame that is the same in every answer.
+struct TypeFrame {
+  const MessageSpec* row;
+  std::array<std::uint8_t, 8> data;
+};
+constexpr TypeFrame type_frames[] = {
+    {&type_1, {0x11}}, {&type_2, {0x22, 0x22, 0x22, 0x22, 0x25, 0x22, 0x42, 0x22}}, {&type_3, {}}};
+CanFrame type_frame(const TypeFrame& type, std::uint8_t number) {
+  CanFrame frame = make_frame(*type.row, number);
+  frame.data = type.data;
   return frame;
 }
 
@@ -154,7 +159,7 @@ ModuleFrames answers(std::uint8_t node, const ModuleQuestion& question, const Mo
   const std::uint8_t number = maker_number(node);
   ModuleFrames frames;
   frames.push_back(sealed(status, counter, status_frame(number, measured)));
-  frames.push_back(type_frame(number));
+  for (const TypeFrame& type : type_frames) frames.push_back(type_frame(type, number));
   for (std::size_t block = 0; block < std::size(cells_rows) && question.wants_voltages; ++block) {
     frames.push_back(sealed(*cells_rows[block], counter, cells_frame(number, block, measured)));
   }
@@ -176,7 +181,7 @@ const ModuleDriver driver{.name = "i3_csc",
                           .has_board_temperature = true,
                           .asks_each = true,
                           .start_rounds = start_rounds,
-                          .frames_per_answer = 8,
+                          .frames_per_answer = 10,
                           .round_min = 24ms,
                           .round_max = 400ms,
                           .answer_after = 0ms,

@@ -168,6 +168,9 @@ inline constexpr SignalSpec response_signals[] = {
     field::when(0xBF, field::big("alive_serial_number", 3, 4)),
 };
 
+/// What these bytes mean is known to the maker only.
+inline constexpr SignalSpec debug_signals[] = {field::big("debug_1", 0, 4), field::big("debug_2", 4, 4)};
+
 inline constexpr auto u3_signals = internal_bus::sensor_signals("voltage_3_mV", Unit::mV, 1, ByteOrder::big);
 inline constexpr auto temperature_signals =
     internal_bus::sensor_signals("sensor_temperature_dC", Unit::dC, 1, ByteOrder::big);
@@ -187,6 +190,11 @@ inline constexpr MessageSpec response{.name = "IVT_RESPONSE",
                                       .sender = Sender::sensor,
                                       .signals = response_signals,
                                       .meaning = "what became of a command, within 500 ms"};
+inline constexpr MessageSpec debug{.name = "IVT_DEBUG",
+                                   .base_id = 0x510,
+                                   .sender = Sender::sensor,
+                                   .signals = debug_signals,
+                                   .meaning = "internal to the sensor; its meaning is not known"};
 inline constexpr MessageSpec u3 =
     internal_bus::sensor_result("SENSOR_U3", 0x524, 3, 60ms, u3_signals, "the third voltage");
 inline constexpr MessageSpec temperature = internal_bus::sensor_result(
@@ -200,10 +208,19 @@ inline constexpr MessageSpec temperature_le = internal_bus::sensor_result(
 inline constexpr MessageSpec power_le = internal_bus::sensor_result("SENSOR_POWER", 0x526, 5, 0ms, power_le_signals,
                                                                     "current times first voltage, when enabled");
 
-inline constexpr const MessageSpec* rows[] = {
-    &command,     &response, &internal_bus::sensor_current, &internal_bus::sensor_u1,    &internal_bus::sensor_u2, &u3,
-    &temperature, &power,    &internal_bus::sensor_charge,  &internal_bus::sensor_energy};
+inline constexpr const MessageSpec* rows[] = {&command,
+                                              &debug,
+                                              &response,
+                                              &internal_bus::sensor_current,
+                                              &internal_bus::sensor_u1,
+                                              &internal_bus::sensor_u2,
+                                              &u3,
+                                              &temperature,
+                                              &power,
+                                              &internal_bus::sensor_charge,
+                                              &internal_bus::sensor_energy};
 inline constexpr const MessageSpec* rows_little_endian[] = {&command,
+                                                            &debug,
                                                             &response,
                                                             &internal_bus::sensor_current_le,
                                                             &internal_bus::sensor_u1_le,

@@ -110,7 +110,7 @@ TEST_CASE("an inverter may be on the bus of another maker's modules", "[unit][co
 TEST_CASE("the answers of another maker's modules have their room on the bus", "[unit][config][foreign_modules]") {
   const CoreConfig own = load({}).core;
   CoreConfig foreign = load(i3()).core;
-  const std::int64_t frames = 4 + 4 * 8;  // questions and answers
+  const std::int64_t frames = 4 + 4 * 10;  // questions and answers
   CHECK(bus_load_permille(foreign, 100ms, 500) > frames * 10 * 111 / 500);
   const auto longer = cycle_time_max(foreign, all_wants, 125);
   const auto shorter = cycle_time_max(foreign, all_wants, 500);

@@ -1,4 +1,5 @@
 // What foreign modules are asked and say, against frames of cars; and the two sides of each driver against each other.
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -179,6 +180,23 @@ TEST_CASE("what a module of another maker answers is what its driver reads", "[u
     }
     CHECK(((driver->parts_of(driver->cell_count_max) & bit_of(ModulePart::voltage)) != 0) ==
           driver->tells_stack_voltage);
+  }
+}
+
+TEST_CASE("an answer has every frame that the rows of a module have", "[unit][foreign_modules]") {
+  for (const ModuleDriver* driver : {&outlander(), &i3()}) {
+    INFO(driver->name);
+    std::vector<std::uint32_t> of_rows;
+    for (const MessageSpec* message : driver->catalogue->messages()) {
+      const bool is_answer = message->sender == Sender::module && message->has_node();
+      if (is_answer) of_rows.push_back(message->id_of(2U - driver->maker_less));
+    }
+    std::vector<std::uint32_t> of_answer;
+    for (const CanFrame& frame : driver->answers(2, {}, measurements(), 7, {})) of_answer.push_back(frame.id);
+    std::sort(of_rows.begin(), of_rows.end());
+    std::sort(of_answer.begin(), of_answer.end());
+    CHECK(of_answer == of_rows);
+    CHECK(of_rows.size() == driver->frames_per_answer);
   }
 }
 
