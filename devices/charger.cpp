@@ -1,19 +1,39 @@
 #include "devices/charger.hpp"
 
 namespace bmu {
+namespace {
+
+/// In the order of ChargerTrouble.
+struct TroubleRow {
+  ChargerTrouble trouble;
+  std::string_view text;
+  bool is_normal_while_idle = false;  // while nothing is asked of the charger
+};
+constexpr std::array<TroubleRow, charger_trouble_count> trouble_rows{{
+    {ChargerTrouble::hardware, "hardware failure"},
+    {ChargerTrouble::too_hot, "too hot"},
+    {ChargerTrouble::mains, "mains voltage wrong"},
+    {ChargerTrouble::battery, "battery reversed or of a wrong voltage"},
+    {ChargerTrouble::no_command, "hears no command", true},
+    {ChargerTrouble::command_refused, "command out of its range"},
+    {ChargerTrouble::output_overvoltage, "output voltage too high"},
+    {ChargerTrouble::unnamed, "an error that it does not name"},
+    {ChargerTrouble::no_battery, "battery not connected, or its voltage low", true},
+    {ChargerTrouble::no_mains, "mains voltage low", true},
+}};
+
+}  // namespace
 
 std::string_view to_text(ChargerTrouble trouble) {
-  switch (trouble) {
-    case ChargerTrouble::hardware: return "hardware failure";
-    case ChargerTrouble::too_hot: return "too hot";
-    case ChargerTrouble::mains: return "mains voltage wrong";
-    case ChargerTrouble::battery: return "battery not connected, reversed or of a wrong voltage";
-    case ChargerTrouble::no_command: return "hears no command";
-    case ChargerTrouble::command_refused: return "command out of its range";
-    case ChargerTrouble::output_overvoltage: return "output voltage too high";
-    case ChargerTrouble::unnamed: return "an error that it does not name";
+  const auto index = static_cast<std::size_t>(trouble);
+  return index < trouble_rows.size() ? trouble_rows.at(index).text : "?";
+}
+
+std::uint16_t troubles_among(std::uint16_t bits, bool is_asked) {
+  for (const TroubleRow& row : trouble_rows) {
+    if (row.is_normal_while_idle && !is_asked) bits &= static_cast<std::uint16_t>(~bit_of(row.trouble));
   }
-  return "?";
+  return bits;
 }
 
 }  // namespace bmu

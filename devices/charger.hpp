@@ -50,13 +50,15 @@ enum class ChargerTrouble : std::uint8_t {
   hardware,
   too_hot,
   mains,               // voltage wrong, or no mains
-  battery,             // none there, reversed, or its voltage wrong
+  battery,             // reversed, or its voltage wrong
   no_command,          // it does not hear us
   command_refused,     // what it is told is out of its range
   output_overvoltage,  // more than it is to give
   unnamed,             // it reports an error and not, or not yet, which
+  no_battery,          // none there or not started, or its voltage low
+  no_mains,            // its mains voltage low
 };
-inline constexpr std::size_t charger_trouble_count = 8;
+inline constexpr std::size_t charger_trouble_count = 10;
 
 [[nodiscard]] std::string_view to_text(ChargerTrouble trouble);
 
@@ -68,6 +70,10 @@ inline constexpr std::size_t charger_trouble_count = 8;
   for (const ChargerTrouble trouble : troubles) bits |= bit_of(trouble);
   return bits;
 }
+
+/// Those of these bits that are a trouble. While nothing is asked of a charger, it may be without a battery behind open
+/// contactors, without mains behind a charging post, and without commands of a daemon that rests.
+[[nodiscard]] std::uint16_t troubles_among(std::uint16_t bits, bool is_asked);
 
 /// What a unit said last, each as it was told: not known until it was.
 struct ChargerReport {

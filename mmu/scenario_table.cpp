@@ -28,7 +28,7 @@ constexpr std::string_view obeys_words[] = {"master", "nobody"};
 /// Behind the first in the order of ChargerTrouble.
 constexpr std::string_view charger_trouble_words[] = {"none",    "hardware",   "too_hot",         "mains",
                                                       "battery", "no_command", "command_refused", "output_overvoltage",
-                                                      "unnamed"};
+                                                      "unnamed", "no_battery", "no_mains"};
 static_assert(std::size(charger_trouble_words) == charger_trouble_count + 1);
 constexpr std::string_view switch_words[] = {"auto", "stays_off", "stays_on"};
 constexpr std::string_view command_words[] = {"obeyed", "ignored"};

@@ -124,9 +124,9 @@ Measured<std::int32_t> ChargerTable::voltage_mV(TimePoint now) const {
   return highest;
 }
 
-ChargerTable::Troubles ChargerTable::troubles(TimePoint now) const {
+ChargerTable::Troubles ChargerTable::troubles(TimePoint now, bool is_asked) const {
   for (std::size_t index = 0; index < unit_count(); ++index) {
-    const std::uint16_t bits = units_[index].report.troubles;
+    const std::uint16_t bits = troubles_among(units_[index].report.troubles, is_asked);
     if (bits != 0 && has_recent_values(index, now)) return {bits, static_cast<std::uint8_t>(index + 1)};
   }
   return {};

@@ -55,12 +55,12 @@ class ChargerTable {
   [[nodiscard]] Measured<std::int32_t> current_mA(TimePoint now) const;
   /// The highest of those.
   [[nodiscard]] Measured<std::int32_t> voltage_mV(TimePoint now) const;
-  /// Of the first unit that has any; bits by ChargerTrouble.
+  /// Of the first unit that has any; bits by ChargerTrouble. Where nothing is asked some are none (troubles_among).
   struct Troubles {
     std::uint16_t bits = 0;
     std::uint8_t unit = 0;  // from 1; 0: none
   };
-  [[nodiscard]] Troubles troubles(TimePoint now) const;
+  [[nodiscard]] Troubles troubles(TimePoint now, bool is_asked) const;
   /// Somebody else commanded one of our units last then; zero: nobody.
   [[nodiscard]] TimePoint foreign_command_at() const { return foreign_command_at_; }
 

@@ -64,6 +64,10 @@ class ChargerWatch {
   /// When what shows it was told or measured.
   [[nodiscard]] TimePoint runs_away_at() const { return runs_away_at_; }
   [[nodiscard]] bool is_plugged_in() const { return is_plugged_in_; }
+  /// The same has been asked for, and not to stop, for as long as a charger may take to follow.
+  [[nodiscard]] bool is_asked(TimePoint now, Duration settle) const {
+    return is_plugged_in_ && stopped_since_ == TimePoint{} && now - steady_since_ >= settle;
+  }
   /// By how much more, of what: now, or when it last did.
   [[nodiscard]] const ChargerExcess& excess() const { return excess_; }
   /// It was told to stop, and goes on.

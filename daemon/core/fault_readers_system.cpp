@@ -222,8 +222,11 @@ Reading charger_runaway(const FaultInputs& in) {
 Reading charger_keeps_on(const FaultInputs& in) {
   return condition(in.charger_watch != nullptr && in.charger_watch->keeps_on(), in.pack->current_mA.taken_at);
 }
+/// What a charger reports for want of a pack, of mains or of commands is none while nothing is asked of it.
 Reading charger_trouble(const FaultInputs& in) {
-  return condition(in.chargers != nullptr && in.chargers->troubles(in.now).bits != 0, in.now);
+  if (in.chargers == nullptr || !in.chargers->is_there()) return condition(false, in.now);
+  const bool is_asked = in.charger_watch != nullptr && in.charger_watch->is_asked(in.now, in.chargers->driver().settle);
+  return condition(in.chargers->troubles(in.now, is_asked).bits != 0, in.now);
 }
 Reading charger_contradicts(const FaultInputs& in) {
   return condition(in.charger_watch != nullptr && in.charger_watch->contradicts(), in.now);

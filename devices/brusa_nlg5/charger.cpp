@@ -18,16 +18,18 @@ struct TroubleMask {
 constexpr std::array trouble_masks{
     TroubleMask{ChargerTrouble::hardware, 0x13, 0x7F, 0xFC, 0x30, 0x00},
     TroubleMask{ChargerTrouble::too_hot, 0x00, 0x00, 0x00, 0x00, 0x04},
-    TroubleMask{ChargerTrouble::mains, 0x64, 0x00, 0x00, 0x00, 0x10},
-    TroubleMask{ChargerTrouble::battery, 0x08, 0x80, 0x00, 0x0F, 0x08},
+    TroubleMask{ChargerTrouble::mains, 0x64, 0x00, 0x00, 0x00, 0x00},
+    TroubleMask{ChargerTrouble::battery, 0x08, 0x80, 0x00, 0x0F, 0x00},
     TroubleMask{ChargerTrouble::no_command, 0x00, 0x00, 0x03, 0x00, 0x01},
     TroubleMask{ChargerTrouble::command_refused, 0x00, 0x00, 0x00, 0x00, 0x02},
     TroubleMask{ChargerTrouble::output_overvoltage, 0x80, 0x00, 0x00, 0x00, 0x00},
+    TroubleMask{ChargerTrouble::no_battery, 0x00, 0x00, 0x00, 0x00, 0x08},
+    TroubleMask{ChargerTrouble::no_mains, 0x00, 0x00, 0x00, 0x00, 0x10},
 };
 
 /// By the bits that errors_frame() has for them: the others are warnings, with which it goes on.
 constexpr std::uint16_t stopping =
-    bits_of({ChargerTrouble::hardware, ChargerTrouble::battery, ChargerTrouble::no_command,
+    bits_of({ChargerTrouble::hardware, ChargerTrouble::mains, ChargerTrouble::battery, ChargerTrouble::no_command,
              ChargerTrouble::output_overvoltage, ChargerTrouble::unnamed});
 constexpr std::uint16_t only_by_supply = bits_of({ChargerTrouble::hardware, ChargerTrouble::output_overvoltage});
 
@@ -104,8 +106,9 @@ std::int64_t value_or_0(const SignalValue& value) {
   return value.is_valid() ? value.value : 0;
 }
 
-/// A bit for each trouble: power stage short, mains voltage low, output voltage implausible, output overvoltage, no
-/// control message, charger hot, command out of range. The first and the fourth take its supply to clear.
+/// A bit for each trouble: power stage short, mains voltage implausible or low, output voltage implausible, battery
+/// voltage low, output overvoltage, no control message, charger hot, command out of range. A power stage short and an
+/// output overvoltage take its supply to clear.
 CanFrame errors_frame(std::uint16_t troubles) {
   CanFrame frame = make_frame(errors);
   std::int64_t power = 0;
@@ -113,8 +116,10 @@ CanFrame errors_frame(std::uint16_t troubles) {
   std::int64_t warning = 0;
   const auto has = [troubles](ChargerTrouble trouble) { return (troubles & bit_of(trouble)) != 0; };
   if (has(ChargerTrouble::hardware)) power |= 0x10;
-  if (has(ChargerTrouble::mains)) warning |= 0x10;
+  if (has(ChargerTrouble::mains)) power |= 0x04;
+  if (has(ChargerTrouble::no_mains)) warning |= 0x10;
   if (has(ChargerTrouble::battery)) power |= 0x08;
+  if (has(ChargerTrouble::no_battery)) warning |= 0x08;
   if (has(ChargerTrouble::output_overvoltage)) power |= 0x80;
   if (has(ChargerTrouble::no_command)) by_control |= 0x02;
   if (has(ChargerTrouble::too_hot)) warning |= 0x04;

@@ -32,7 +32,7 @@ constexpr std::array trouble_bits{
     TroubleBit{ChargerTrouble::hardware, signal_index(any_status, "hardware_failure")},
     TroubleBit{ChargerTrouble::too_hot, signal_index(any_status, "charger_too_hot")},
     TroubleBit{ChargerTrouble::mains, signal_index(any_status, "mains_voltage_wrong")},
-    TroubleBit{ChargerTrouble::battery, signal_index(any_status, "battery_not_connected")},
+    TroubleBit{ChargerTrouble::no_battery, signal_index(any_status, "battery_not_connected")},
     TroubleBit{ChargerTrouble::no_command, signal_index(any_status, "communication_timeout")},
 };
 

@@ -52,10 +52,11 @@ TEST_CASE("a trouble of a charger is warned of for as long as it reports it, and
       GENERATE(Row{"elcon_tc", "charger trouble hardware", ChargerTrouble::hardware, false},
                Row{"elcon_tc", "charger trouble too_hot", ChargerTrouble::too_hot, false},
                Row{"elcon_tc", "charger trouble mains", ChargerTrouble::mains, false},
-               Row{"elcon_tc", "charger trouble battery", ChargerTrouble::battery, false},
+               Row{"elcon_tc", "charger trouble no_battery", ChargerTrouble::no_battery, false},
                Row{"elcon_tc", "charger trouble no_command", ChargerTrouble::no_command, false},
                Row{"brusa_nlg5", "charger trouble too_hot", ChargerTrouble::too_hot, true},
-               Row{"brusa_nlg5", "charger trouble mains", ChargerTrouble::mains, true},
+               Row{"brusa_nlg5", "charger trouble no_mains", ChargerTrouble::no_mains, true},
+               Row{"brusa_nlg5", "charger trouble no_battery", ChargerTrouble::no_battery, true},
                Row{"brusa_nlg5", "charger trouble command_refused", ChargerTrouble::command_refused, true});
   CAPTURE(row.protocol, row.event);
   Wall wall(row.protocol);
@@ -98,6 +99,7 @@ TEST_CASE("an error of a Brusa that a command clears ends when its cause does, o
     bool is_cleared;
   };
   const auto row = GENERATE(Row{"charger trouble battery", ChargerTrouble::battery, true},
+                            Row{"charger trouble mains", ChargerTrouble::mains, true},
                             Row{"charger trouble unnamed", ChargerTrouble::unnamed, true},
                             Row{"charger trouble no_command", ChargerTrouble::no_command, true},
                             Row{"charger trouble hardware", ChargerTrouble::hardware, false},

@@ -930,14 +930,14 @@ TEST_CASE("an event for what this pack does not have is refused with its place",
   CHECK(check_against(others, with_both).empty());
   with_both.charger_units = 2;
   const Scenario of_chargers = *parse_scenario(
-      "1 charger units 2\n2 charger units 3\n3 charger trouble battery\n4 charger trouble output_overvoltage\n");
+      "1 charger units 2\n2 charger units 3\n3 charger trouble no_battery\n4 charger trouble output_overvoltage\n");
   const ScenarioProblems beyond = check_against(of_chargers, with_both);
   REQUIRE(beyond.size() == 2);
   CHECK(to_text(beyond[0], "s.scn") ==
         "s.scn:2:3: found 'charger units 3', wanted units this pack has: 0 to 2 (charger/units)");
   CHECK(to_text(beyond[1], "s.scn") ==
         "s.scn:4:3: found 'charger trouble output_overvoltage', wanted a trouble that elcon_tc has a word for: none, "
-        "hardware, too_hot, mains, battery, no_command");
+        "hardware, too_hot, mains, no_command, no_battery");
   with_both.charger = find_device("brusa_nlg5")->charger;
   CHECK(check_against(of_chargers, with_both).size() == 1);
   SmallWorld world("", 2);

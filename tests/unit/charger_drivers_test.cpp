@@ -1,6 +1,7 @@
 // Every charger that can be driven: its orders and its reports, each through the wire and back; worked frames; and what
 // is not taken.
 #include <array>
+#include <bit>
 #include <string>
 #include <vector>
 
@@ -120,7 +121,7 @@ TEST_CASE("each trouble that a protocol has a word for is told, and goes away ag
       for (const CanFrame& frame : driver->reports(0, {})) static_cast<void>(driver->take(frame, reports));
       CHECK(reports[0].troubles == 0);
     }
-    CHECK(driver->reported_troubles >= 0b11111);
+    CHECK(std::popcount(driver->reported_troubles) >= 5);
     // Each set is a part of the one before.
     CHECK((driver->stopping_troubles & ~driver->reported_troubles) == 0);
     CHECK((driver->latched_troubles & ~driver->stopping_troubles) == 0);
@@ -141,7 +142,7 @@ TEST_CASE("an emulated Brusa's state says error where it gives nothing, and warn
   CHECK(state_of(0) == 0);
   CHECK(state_of(bit_of(ChargerTrouble::too_hot)) == warning);
   CHECK(state_of(bit_of(ChargerTrouble::no_command)) == error);
-  CHECK(state_of(bits_of({ChargerTrouble::hardware, ChargerTrouble::mains})) == (error | warning));
+  CHECK(state_of(bits_of({ChargerTrouble::hardware, ChargerTrouble::no_mains})) == (error | warning));
 }
 
 TEST_CASE("frames of chargers that are not whole change nothing", "[unit][devices][charger]") {
@@ -195,7 +196,7 @@ TEST_CASE("the worked frames of Elcon and Brusa are the drivers'", "[unit][devic
   CHECK(reports[0].current_mA == known(10'000));
   status.data = {0, 0, 0, 0, 0x18};
   REQUIRE(elcon.take(status, reports).word == ChargerWord::values);
-  CHECK(reports[0].troubles == (bit_of(ChargerTrouble::no_command) | bit_of(ChargerTrouble::battery)));
+  CHECK(reports[0].troubles == (bit_of(ChargerTrouble::no_command) | bit_of(ChargerTrouble::no_battery)));
 
   // Of a capture: charging, and b5, which some units use for a temperature, would be -23 C.
   status.data = {0x0B, 0xC2, 0x00, 0x64, 0x20, 0x4D, 0x01, 0x02};
@@ -266,4 +267,30 @@ TEST_CASE("troubles have words of their own", "[unit][devices][charger]") {
     CHECK(to_text(static_cast<ChargerTrouble>(number)) != "?");
   }
   CHECK(to_text(static_cast<ChargerTrouble>(charger_trouble_count)) == "?");
+}
+
+TEST_CASE("what a charger lacks while nothing is asked of it is no trouble, and all else is",
+          "[unit][devices][charger]") {
+  constexpr std::uint16_t idle =
+      bit_of(ChargerTrouble::no_command) | bit_of(ChargerTrouble::no_battery) | bit_of(ChargerTrouble::no_mains);
+  constexpr std::uint16_t all = (1U << charger_trouble_count) - 1U;
+  CHECK(troubles_among(all, true) == all);
+  CHECK(troubles_among(all, false) == (all & ~idle));
+
+  // Elcon b4 .3: battery not connected, or not started. Brusa b4 .7 and .6: mains and battery voltage low.
+  Reports reports{};
+  const CanFrame starting{.id = 0x18FF50E5, .is_extended = true, .length = 8, .data = {0, 0, 0, 0, 0x18}};
+  REQUIRE(find_device("elcon_tc")->charger->take(starting, reports).word == ChargerWord::values);
+  CHECK(troubles_among(reports[0].troubles, false) == 0);
+  const auto brusa_reports = [&reports](const CanFrame& errors) {
+    REQUIRE(find_device("brusa_nlg5")->charger->take(errors, reports).word == ChargerWord::troubles);
+    return reports[0].troubles;
+  };
+  const std::uint16_t low = brusa_reports({.id = 0x614, .length = 5, .data = {0, 0, 0, 0, 0xC0}});
+  CHECK(low == (bit_of(ChargerTrouble::no_battery) | bit_of(ChargerTrouble::no_mains)));
+  CHECK(troubles_among(low, false) == 0);
+  // Wrong polarity and mains overvoltage are a trouble at any time.
+  const std::uint16_t wrong = brusa_reports({.id = 0x614, .length = 5, .data = {0x40, 0x80}});
+  CHECK(wrong == (bit_of(ChargerTrouble::battery) | bit_of(ChargerTrouble::mains)));
+  CHECK(troubles_among(wrong, false) == wrong);
 }

@@ -62,19 +62,19 @@ TEST_CASE("a Brusa talks only while it reports its errors, too, and in their own
 TEST_CASE("a Brusa's state says at once that there is an error, its errors then which", "[unit][charger]") {
   Brusa brusa;
   brusa.hear_for(1s);
-  REQUIRE(brusa.table.troubles(brusa.now).bits == 0);
+  REQUIRE(brusa.table.troubles(brusa.now, true).bits == 0);
   ChargerReport broken = good;
   broken.troubles = bit_of(ChargerTrouble::hardware);
   brusa.missing = Brusa::errors_id;
   brusa.hear(broken);
-  CHECK(brusa.table.troubles(brusa.now).bits == bit_of(ChargerTrouble::unnamed));
+  CHECK(brusa.table.troubles(brusa.now, true).bits == bit_of(ChargerTrouble::unnamed));
   brusa.missing.reset();
   brusa.hear(broken);
-  CHECK(brusa.table.troubles(brusa.now).bits == bit_of(ChargerTrouble::hardware));
+  CHECK(brusa.table.troubles(brusa.now, true).bits == bit_of(ChargerTrouble::hardware));
   brusa.hear(broken);
-  CHECK(brusa.table.troubles(brusa.now).bits == bit_of(ChargerTrouble::hardware));
+  CHECK(brusa.table.troubles(brusa.now, true).bits == bit_of(ChargerTrouble::hardware));
   brusa.hear(good);
-  CHECK(brusa.table.troubles(brusa.now).bits == 0);
+  CHECK(brusa.table.troubles(brusa.now, true).bits == 0);
 }
 
 TEST_CASE("reports whose values are no numbers are silence once they last", "[unit][charger]") {

@@ -54,9 +54,31 @@ TEST_CASE("a charger's trouble holds while it tells it", "[unit][faults][charger
   Seen seen;
   seen.hear({.voltage_mV = known(300'000), .troubles = bit_of(ChargerTrouble::mains)});
   CHECK(holds(fault_readers::charger_trouble(seen.in)));
-  CHECK(seen.table.troubles(now).unit == 1);
+  CHECK(seen.table.troubles(now, false).unit == 1);
   seen.hear(ChargerReport{.voltage_mV = known(300'000)});
   CHECK_FALSE(holds(fault_readers::charger_trouble(seen.in)));
+}
+
+TEST_CASE("a charger without a battery is in trouble once it has been asked for as long as it may take to follow",
+          "[unit][faults][charger]") {
+  Seen seen;
+  const auto is_in_trouble = [&seen](bool is_enabled) {
+    seen.hear({.voltage_mV = known(0), .troubles = bit_of(ChargerTrouble::no_battery)});
+    seen.look({.is_plugged_in = true, .is_enabled = is_enabled, .asked_mA = is_enabled ? 8'000 : 0});
+    return holds(fault_readers::charger_trouble(seen.in));
+  };
+  const Duration settle = seen.table.driver().settle;
+  CHECK_FALSE(is_in_trouble(false));
+  seen.in.now += settle * 2;
+  CHECK_FALSE(is_in_trouble(false));
+  seen.in.now += 1s;
+  CHECK_FALSE(is_in_trouble(true));
+  seen.in.now += settle - 1ms;
+  CHECK_FALSE(is_in_trouble(true));
+  seen.in.now += 1ms;
+  CHECK(is_in_trouble(true));
+  seen.in.now += 10ms;
+  CHECK_FALSE(is_in_trouble(false));  // told to stop
 }
 
 TEST_CASE("somebody else's command to a charger holds for a while", "[unit][faults][charger]") {
