@@ -3,7 +3,8 @@
 makes of it, signal by signal.
 
     cross_check.py BMUDUMP LOG DIALECT            the internal bus and the vehicle messages
-    cross_check.py BMUDUMP LOG --device NAME      a foreign device
+    cross_check.py BMUDUMP LOG --device NAME [OPTION...]
+                                                  a foreign device, or every charger ("charger"); options are bmudump's
 
 Exits with 1 and the first differences, with 77 where canmatrix is not installed (tools/packages.sh test). The first line names
 Debian's own python, which is the one that Debian's packages are for."""
@@ -114,12 +115,21 @@ def compare(line, frames, seen):
     return found
 
 
-def main(bmudump, log, dialect, device=None):
+def words_of_device(bmudump, name):
+    """What makes bmudump read it, or each charger of its list."""
+    if name != "charger":
+        return ["--device", f"any={name}"]
+    listed = subprocess.run([bmudump, "--devices"], stdout=subprocess.PIPE, check=True, text=True).stdout.splitlines()
+    chargers = [line.split()[0] for line, kind in zip(listed, listed[1:]) if kind.strip().startswith("charger,")]
+    return [word for charger in chargers for word in ("--device", f"any={charger}")]
+
+
+def main(bmudump, log, dialect, device=None, *options):
     complaints = Complaints()
     logging.getLogger().addHandler(complaints)
     if dialect == "--device":
-        how = ["--device", f"any={device}"]
-        frames = load_dbc(bmudump, device, complaints)
+        how = [*words_of_device(bmudump, device), *options]
+        frames = load_dbc(bmudump, device, complaints, *options)
     else:
         how = ["--dialect", dialect]
         how_ours = [*how, "--nodes", NODES]

@@ -4,6 +4,8 @@
 //
 //   make_every_frame DIALECT > FILE                   of the vehicle messages: iha, original or elithion
 //   make_every_frame --device NAME > FILE             of a foreign device
+//   make_every_frame --device NAME little > FILE      of one that is configured for little-endian values
+//   make_every_frame --device charger > FILE          of every charger there is
 #include <array>
 #include <cstdio>
 #include <map>
@@ -53,7 +55,8 @@ class LogMaker {
     for (const MessageSpec* message : catalogue.messages()) every_node(*message);
   }
   /// From all nodes it has, as its DBC has them.
-  void run_device(const Catalogue& catalogue) {
+  void run_device(const Device& device, bool is_little_endian) {
+    const Catalogue& catalogue = is_little_endian ? *device.little_endian : *device.catalogue;
     for (const MessageSpec* message : catalogue.messages()) {
       for (unsigned node = message->node_min; node <= message->node_max; ++node) {
         every_selector(*message, static_cast<std::uint8_t>(node));
@@ -118,15 +121,27 @@ class LogMaker {
   Random random_;
 };
 
+/// False: there is none of that name, or none of that byte order.
+bool run_devices(std::string_view name, bool is_little_endian) {
+  LogMaker maker;
+  bool has_any = false;
+  for (const Device* device : all_devices()) {
+    const bool is_meant = name == "charger" ? device->kind == DeviceKind::charger : device->name == name;
+    if (!is_meant || (is_little_endian && device->little_endian == nullptr)) continue;
+    maker.run_device(*device, is_little_endian);
+    has_any = true;
+  }
+  return has_any;
+}
+
 }  // namespace
 
 // NOLINTNEXTLINE(bugprone-exception-escape): running out of memory may end it
 int main(int argc, char** argv) {
   const std::string_view first = argc > 1 ? argv[1] : "";
   if (first == "--device") {
-    const Device* const device = argc > 2 ? find_device(argv[2]) : nullptr;
-    if (device == nullptr) return 2;
-    LogMaker().run_device(*device->catalogue);
+    const bool is_little_endian = argc > 3 && std::string_view(argv[3]) == "little";
+    if (argc < 3 || !run_devices(argv[2], is_little_endian)) return 2;
     return std::fflush(stdout) == 0 ? 0 : 1;
   }
   const std::map<std::string_view, const Catalogue*> dialects{{"iha", &vehicle_bus::catalogue},
