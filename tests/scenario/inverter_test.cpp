@@ -178,6 +178,26 @@ TEST_CASE("an inverter that ignores its limits is opened for what flows", "[scen
   CHECK(run.core().last_opening().fault == FaultId::discharge_overcurrent);
 }
 
+TEST_CASE(
+    "an inverter that takes longer to stop than the current has is cut off under load when the switch is turned off",
+    "[scenario][inverter]") {
+  const bool is_stopped_first = GENERATE(false, true);
+  CAPTURE(is_stopped_first);
+  test::SimRun run(storage());
+  run.apply("inverter current_A 40");
+  close(run);
+  run.run_to(30.0);
+  REQUIRE(run.core().pack().current_mA.value > 39'000);
+  run.apply("inverter obeys nobody");
+  if (is_stopped_first) run.apply("inverter current_A 0");
+  run.run_to(32.0);
+  run.apply("vehicle off");
+  run.run_to(32.0 + to_s(run.core().config().contactors.zero_current_grace) + 0.2);
+  CHECK(run.core().sequence().phase == Phase::open);
+  CHECK(run.core().last_opening().cause == OpeningCause::request_over);
+  CHECK((run.core().last_opening().current_mA.value > 39'000) != is_stopped_first);
+}
+
 TEST_CASE("a fault that wants no current is told at once, and what is wrong as an alarm", "[scenario][inverter]") {
   test::SimRun run(storage());
   close(run);
