@@ -8,7 +8,6 @@
 #include "devices/device_list.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/folders.hpp"
-#include "tests/support/patched_pack.hpp"
 #include "tests/support/sim_run.hpp"
 #include "tools/common/virtual_run.hpp"
 
@@ -319,52 +318,6 @@ TEST_CASE("the lowest cell is not bled because others read low while they are", 
         REQUIRE(run.core().modules().find(1)->balancing_cells == 0);
       }
       CHECK(first_uV.has_value());
-    }
-  }
-}
-
-TEST_CASE("a full charge from 20 % ends with every cell of another maker's modules in its window",
-          "[scenario][foreign_modules][charge][slow]") {
-  constexpr double minute = 60.0;
-  constexpr double hour = 3'600.0;
-  constexpr double above_window_uV = 3'000.0;  // what the last current makes of different charges
-  for (const char* const name : packs) {
-    DYNAMIC_SECTION(name) {
-      CoreConfig config =
-          test::patched_pack(R"({"charger": {"protocol": "elcon_tc", "units": 4, "current_max_mA": 40000}})", name);
-      config.balancing.bleed_resistance_Ohm = 10;  // so that a percent takes some hours
-      CHECK(config.charger.balance_window_uV == 20'000);
-      SimRun run(config);
-      run.apply("pack soc_permille 200");
-      run.apply("cell 2.7 soc_permille 209");
-      run.apply("cell 4.3 soc_permille 206");
-      run.apply("cell 5.1 soc_permille 196");
-      run.run_to(3.0);
-      run.apply("charger current_A 40");
-      run.apply("charger connected");
-      const Core& core = run.core();
-      bool has_balanced = false;
-      while (run.seconds() < 20 * hour && core.charge_control().stage() != ChargeStage::full) {
-        run.run_to(run.seconds() + minute);
-        has_balanced = has_balanced || core.charge_control().stage() == ChargeStage::balancing;
-      }
-      REQUIRE(core.charge_control().stage() == ChargeStage::full);
-      double min_uV = 9e6;
-      double max_uV = 0.0;
-      for (std::size_t cell = 0; cell < cell_count(config); ++cell) {
-        const double cell_uV = run.simulator().plant().cell(cell).voltage_V * 1e6;
-        min_uV = std::min(min_uV, cell_uV);
-        max_uV = std::max(max_uV, cell_uV);
-      }
-      CAPTURE(run.seconds() / hour, min_uV, max_uV);
-      CHECK(has_balanced);
-      CHECK(max_uV > core.charge_control().cell_full_uV() - 30e3);
-      CHECK(max_uV - min_uV < config.charger.balance_window_uV + above_window_uV);
-      UNSCOPED_INFO("spread uV " << (max_uV - min_uV) << " after h " << run.seconds() / hour);
-      for (const FaultRow& row : fault_table()) {
-        INFO(row.name);
-        CHECK_FALSE(is_present(run, row.id));
-      }
     }
   }
 }
