@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # Builds the GPIO chip of the emulated machine (gpio/rig_gpio.c) for the very kernel that kernel.sh gives, and prints the module's path.
+# Beside it is rig_bus_off.ko (gpio/rig_bus_off.c), which takes a CAN interface off its bus.
 # The headers are packages like the kernel, and like it only unpacked, into a folder beside it; delete that to get them anew.
 set -euo pipefail
 
@@ -16,7 +17,8 @@ usage() {
   cat <<'TEXT'
 usage: tests/rig/gpio-module.sh
 
-Builds the kernel module rig_gpio for the rig's kernel and prints its path. It is in the folder rig_gpio beside the kernel's, see kernel.sh.
+Builds the kernel modules rig_gpio and rig_bus_off for the rig's kernel and prints the path of the first, which the second is beside, in the
+folder rig_gpio beside the kernel's, see kernel.sh.
 TEXT
 }
 
@@ -50,9 +52,9 @@ has_headers() { [[ -f $folder/version && $(<"$folder/version") == "$version" ]];
 build() {
   # Beside no sources but these: the kernel's make writes where they are.
   mkdir -p "$folder/module"
-  cp -p "$here/gpio/Kbuild" "$here/gpio/rig_gpio.c" "$folder/module"
+  cp -p "$here/gpio/Kbuild" "$here"/gpio/*.c "$folder/module"
   make --silent -C "$folder/tree/usr/src/linux-headers-$version" "M=$folder/module" modules >"$folder/make.log" 2>&1 ||
-    { cat "$folder/make.log" >&2; fail "rig_gpio.c does not build for $version, see above"; }
+    { cat "$folder/make.log" >&2; fail "the modules in tests/rig/gpio do not build for $version, see above"; }
 }
 
 case ${1:-} in

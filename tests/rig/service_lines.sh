@@ -1,7 +1,7 @@
 #!/bin/bash
 # Guest script: can0 as docs/wiring.md sets it up, by hand and by systemd-networkd; then the installed service with contactors on GPIO lines
 # and a CAN interface that it sets up itself, both by the drop-ins that the package has as examples, in its sandbox. However its process
-# ends, the stop hook opens the lines that it drove. Needs systemd as the machine's first program, and can0 and can1 of boot.sh --can-bus.
+# ends, the stop hook opens the lines that it drove; and a controller that went off the bus comes back by itself. Needs systemd as the machine's first program, and can0 and can1 of boot.sh --can-bus.
 #   usage: service_lines.sh MODULE.ko REPOSITORY PACKAGES   (the chip's driver; a folder with the packages)
 # shellcheck source-path=SCRIPTDIR source=guest-env.sh
 source "$(dirname "$0")/guest-env.sh"
@@ -50,7 +50,7 @@ may_close() { status_json | jq -e .permission.may_close >/dev/null; }
 
 write_lines_pack() {
   jq '. + {
-    buses: {internal: "can0", vehicle: "can0"}, interfaces: {set_up: true, restart_ms: 200},
+    buses: {internal: "can0", vehicle: "can0"}, interfaces: {set_up: true, restart_ms: 1000},
     gpio: {
       chip: "/dev/gpiochip0",
       outputs: {main_positive: {line: 3, active_low: true}, main_negative: {line: 4}, precharge: {line: 5}, watchdog: {line: 2}},
@@ -71,6 +71,33 @@ in_folder() { (cd "$1" && "${@:2}"); }
 
 link_is() {
   [[ $(ip -json -details link show "$1" | jq -r '.[0] | "\(.linkinfo.info_data.bittiming.bitrate) \(.linkinfo.info_data.restart_ms) \([.flags[] | select(. == "UP")][0])"') == "$2" ]]
+}
+
+# --- bus-off ---
+
+# Of the emulated controller of can0, as a port of the machine.
+first_register() { echo $(($(sed -n '2s/ .*//p' /sys/class/net/can0/device/resource))); }
+# It counts no errors; so what one does that has counted too many is done to it: it is reset, and neither hears nor sends, and its
+# interface is off the bus. That and what comes after it is the kernel's and the driver's own.
+take_off_bus() {
+  printf '\001' | dd of=/dev/port bs=1 seek="$(first_register)" conv=notrunc status=none
+  echo can0 >"/sys/kernel/debug/rig_bus_off/$1"
+}
+# What can0's driver has counted: "times off the bus, restarts".
+link_counts() { ip -json -details -statistics link show can0 | jq -r '.[0].linkinfo.info_xstats | "\(.bus_off) \(.restarts)"'; }
+link_counts_are() { [[ $(link_counts) == "$1" ]]; }
+controller_counts_are() { [[ $(status_json | jq -r '.ports[0].controller | "\(.times_bus_off) \(.restarts) \(.state)"') == "$1" ]]; }
+
+# expect_back_by_itself COUNT: nobody but the kernel has restarted it, and that often
+expect_back_by_itself() {
+  wait_for 10 "its driver has restarted it" link_counts_are "$1 $1"
+  wait_for 10 "the status has it" controller_counts_are "$1 $1 error-active"
+  wait_for 10 "everything is known anew" view_is_complete
+  expect "it is the same process" test "$(main_pid)" = "$pid"
+  clear_faults
+  sleep "$((lock_out_s + 1))"
+  expect "with the key still on it has stayed open" lines_are_open
+  close_pack
 }
 
 step "install"
@@ -133,12 +160,26 @@ wait_until_serving
 pid=$(main_pid)
 expect "as its own user" test "$(stat -c %U "/proc/$pid")" = bmud
 expect "with CAP_NET_ADMIN and no other capability" grep -q '^CapEff:\s*0000000000001000$' "/proc/$pid/status"
-expect "it has set up can0" link_is can0 "500000 200 UP"
+expect "it has set up can0" link_is can0 "500000 1000 UP"
 expect "its lines are open" lines_are_open
 expect "it has written which lines it drives" grep -q '"main_positive"' /run/bmud/driven-lines.json
 
-step "systemctl stop"
+step "bus-off, and back by itself"  # [F44]
+insmod "$(dirname "$module")/rig_bus_off.ko"
 close_pack
+downs_before=$(fault_count internal_bus_down)
+take_off_bus told
+wait_for 5 "its lines are open" lines_are_open
+expect "it says why" fault_came internal_bus_down "$downs_before"
+expect_back_by_itself 1
+
+step "bus-off, untold, with sending that seems to work"  # [F46]
+take_off_bus untold
+wait_for 5 "its lines are open" lines_are_open
+expect "it is still off the bus" link_counts_are "2 1"
+expect_back_by_itself 2
+
+step "systemctl stop"
 systemctl stop bmud
 expect "its lines are open" lines_are_open
 
@@ -169,6 +210,21 @@ expect_opened_by_hook "crashed"
 ends "stopped by SIGSTOP" kill -STOP
 expect "it was the watchdog" log_has 'Watchdog timeout'
 expect_opened_by_hook "stopped by SIGSTOP"
+
+# dpkg takes nothing away, and so leaves the hook to the daemon that runs on.
+remove_and_kill() {
+  printf '#!/bin/sh\nexit 101\n' >/usr/sbin/policy-rc.d
+  chmod 755 /usr/sbin/policy-rc.d
+  expect "the package is not removed" not dpkg --remove bmud >"$RIG_OUT/remove.txt" 2>&1
+  expect "it is told what to do" grep -q 'bmud: still running; stop it' "$RIG_OUT/remove.txt"
+  expect "it is still installed" test "$(dpkg-query --show --showformat='${db:Status-Status}' bmud)" = installed
+  expect "the daemon runs on" test "$(main_pid)" = "$1"
+  expect "its lines are closed" lines_are_closed
+  rm /usr/sbin/policy-rc.d
+  kill -KILL "$1"
+}
+ends "a removal where a policy forbids to stop services, and killed" remove_and_kill
+expect_opened_by_hook "killed after a refused removal"
 
 # The chip keeps levels: without the hook the lines stay closed, so the steps above show the hook and not the chip.
 write_drop_in no-hook 'ExecStopPost='
