@@ -1,9 +1,12 @@
 # What guest scripts share that run bmud as a service of systemd, from its packages. Sourced behind guest-env.sh, with `repository`,
 # `packages` (the folder they are in) and `scenario` set:
 #   install_packages      all three, as dpkg does it, and what they run on is read ahead
-#   start_service         what docs/installing.md shows of the start, with an emulated pack whose key is turned again and again, the service beside it, and who measures
+#   prepare_service       an emulated pack whose key is turned again and again, who measures, and the pack file
+#   start_service         the same, and what docs/installing.md shows of the start
+#   serve_in_real_time    it starts, or starts again, with the priority and the locked memory of realtime.conf
 #   main_pid, property, is_active, log_has ...   what systemd says of it
 #   expect_successor      what must be after an end of the process
+#   expect_recovered      what must be after an opening by the process that goes on
 #   wait_to_disturb, expect_undisturbed ...      around what the daemon must bear
 # shellcheck shell=bash
 
@@ -27,6 +30,8 @@ is_new_process() { local pid; pid=$(main_pid) && [[ $pid != 0 && $pid != "$1" ]]
 is_over_or_new() { is_active failed || is_new_process "$1"; }
 # In a variable: a journalctl whose reader has found enough fails.
 log_has() { local log; log=$(journalctl -q --no-pager -u bmud) && grep -q "$1" <<<"$log"; }
+log_count_is() { [[ $(journalctl -q --no-pager -o cat -u bmud | grep -c "$2") == "$1" ]]; }
+config_hash() { status_json | jq -er .pack.config_hash; }
 # When systemd last began to stop it: later than its command, which has to be read and started first.
 stopping_at() { journalctl -q --no-pager -o short-unix -u bmud | awk '/Stopping bmud/ { at = $1 } END { print at }'; }
 
@@ -81,21 +86,58 @@ thread_nices() {
   { grep -hs . /proc/"$pid"/task/*/stat || true; } | awk -v loop="$pid" '{ print ($1 == loop ? "loop " : "others ") $19 }' | sort -u | paste -sd' '
 }
 
-start_service() {
+prepare_service() {
   let_frames_through
   start bmud journalctl -q -f -o short-monotonic -u bmud
-  join_buses
   record_words
   write_keys "$scenario"
   start_pack "$scenario"
   write_pack
   expect "the pack file is good" bmud --check-config /etc/bmud/pack.json >/dev/null
+}
+
+start_service() {
+  join_buses
+  prepare_service
   expect "it starts as the page has it" run_shown installing start >"$RIG_OUT/start.txt"
   wait_until_serving
   expect "the control loop comes before the daemon's other threads" test "$(thread_nices)" = "loop -15 others 0"
 }
 
+# Ahead of who measures, and its memory on no disk: a daemon that waits for either opens for that.
+start_in_real_time() {
+  run_shown installing realtime
+  wait_for "$start_limit_s" "it is active" is_active active
+  wait_for "$start_limit_s" "it answers" daemon_answers
+  pid=$(main_pid)
+}
+serve_in_real_time() {
+  start_in_real_time
+  wait_for 10 "everything is known anew" view_is_complete
+}
+
 # --- what must be ---
+
+expect_sandboxed() {
+  expect "as its own user" test "$(stat -c %U "/proc/$pid")" = bmud
+  expect "without any capability" grep -q '^CapEff:\s*0000000000000000$' "/proc/$pid/status"
+  expect "it cannot get one" grep -q '^NoNewPrivs:\s*1$' "/proc/$pid/status"
+  expect "its system calls are filtered" grep -q '^Seccomp:\s*2$' "/proc/$pid/status"
+}
+
+# The contactors opened, the process is the one it was, and only a new wish closes.
+expect_recovered() { expect_recovered_by clear_faults; }
+expect_recovered_by() {
+  wait_for 15 "everything is known anew" view_is_complete
+  expect "it is the same process" test "$(main_pid)" = "$pid"
+  expect "what waited for somebody is cleared" "$1"
+  expect_open_until_key
+}
+
+expect_stopped_well() {
+  systemctl stop bmud
+  expect "it ended well" test "$(property Result):$(property ExecMainStatus)" = success:0
+}
 
 # After an end that the service manager saw: another process, which opens first and closes only for a new wish.
 expect_successor() {
