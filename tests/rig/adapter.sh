@@ -1,19 +1,16 @@
 #!/bin/bash
-# Guest script: what goes wrong between a controller and its bus. The daemon is behind a serial CAN adapter that can be told to
-# misbehave (adapter/slcan_adapter.cpp): error states, bus-off once and again and again, nobody who acknowledges, a cut wire, an
-# adapter that takes nothing any more, and one that is pulled out and comes back. The pack is closed before each.
-#   usage: adapter.sh REPOSITORY ADAPTER PROGRAM_FOLDER...
+# Guest script: what goes wrong between a controller and its bus. The installed service is behind a serial CAN adapter that can be told to
+# misbehave (adapter/slcan_adapter.cpp): one that is not there yet, error states, bus-off once and again and again, nobody who acknowledges, a
+# cut wire, an adapter that takes nothing any more, and one that is pulled out and comes back. The pack is closed before each. Needs systemd
+# as the machine's first program.
+#   usage: adapter.sh REPOSITORY PACKAGES ADAPTER   (a folder with the packages)
 # shellcheck source-path=SCRIPTDIR source=guest-env.sh
 source "$(dirname "$0")/guest-env.sh"
 
-repository=$1 adapter_program=$2
-shift 2
-for folder in "$@"; do PATH=$folder:$PATH; done
-
-bus=vcan0
+repository=$1 packages=$2 adapter_program=$3
 scenario=$RIG_OUT/keys.scn
-# shellcheck source-path=SCRIPTDIR source=pack-env.sh
-source "$(dirname "$0")/pack-env.sh"
+# shellcheck source-path=SCRIPTDIR source=service-env.sh
+source "$(dirname "$0")/service-env.sh"
 
 # The daemon's interface, made by the adapter.
 own_bus=slcan0
@@ -63,27 +60,28 @@ frames_sent() { bus_field frames_sent; }
 # With nearly all of the key's time ahead: whoever closes by himself after that would be seen doing it.
 clears_behind_key() { key_turned_on_within "$fresh_s" && clear_faults; }
 
-# The contactors opened, the daemon is the one it was, and only a new wish closes.
-expect_recovered() {
-  wait_for 10 "everything is known anew" view_is_complete
-  expect "it is the same daemon" running bmud
-  clear_faults
-  expect_open_until_key
-}
+why_has() { local why; why=$(bmuctl --socket "$socket" why) && grep -q "$1" <<<"$why"; }
 
-step "start"
-mkdir -p "$(dirname "$socket")"
-read_ahead "$adapter_program" bmud mmusim bmuctl candump jq awk ip chrt mkfifo
-for name in /proc/[0-9]*/comm; do
-  if [[ $(cat "$name" 2>/dev/null) == ksoftirqd/* ]]; then chrt -f -p 70 "$(basename "$(dirname "$name")")"; fi
-done
-record_words
-write_keys "$scenario"
-start_pack "$scenario"
+step "install"
+expect "the packages are installed" install_packages
+read_ahead "$adapter_program" mkfifo
+prepare_service
+
+step "no interface at the start"  # [F42]
+expect "the interface is not there" not test -e "/sys/class/net/$own_bus"
+start_in_real_time
+expect_sandboxed
+# The key is turned meanwhile, at its own time.
+missing_at=$EPOCHREALTIME
+wait_for "$((key_period_s + 5))" "the key is turned" key_turned_since "$missing_at"
+expect "it goes on waiting" test "$(main_pid):$(property NRestarts)" = "$pid:0"
+expect "and stays open" phase_is open
+expect "and says so" log_has "fault: .*internal bus"
+expect "and why" why_has "internal bus is down"
 plug_in
-# Its memory locked and its loop ahead of this script: a daemon that waits for the disk or for who measures opens for that.
-start bmud bmud --lock-memory --realtime-priority 50 --config "$pack" --bus-internal "$own_bus" --bus-vehicle "$own_bus" --socket "$socket"
-wait_for "$start_limit_s" "bmud answers" daemon_answers
+wait_for 10 "the interface is there, and everything is known" view_is_complete
+expect "it is the same process" test "$(main_pid)" = "$pid"
+clear_faults
 wait_until_closed
 
 step "warning and passive"  # [F47]
@@ -177,9 +175,8 @@ expect_recovered
 
 step "end"
 wait_until_closed
-stopped_at=$EPOCHREALTIME
-expect "bmud exits with 0" stop bmud TERM
-expect_opened_by_command "SIGTERM" "$stopped_at" 300
+expect_stopped_well
+expect_opened_by_command "systemctl stop" "$(stopping_at)" 300
 unplug
 stop mmusim || true
 tell_measured

@@ -106,7 +106,7 @@ expect_refused slow "$large_pack"
 expect "the log names interface, found and wanted" log_has slow 'found can0 set to 250 kbit/s, wanted 500 kbit/s; .* too long for /poll/period_ms 50'
 expect "and nobody answers" not daemon_answers
 
-step "an interface that is down at the start"  # [F42][F43]
+step "an interface that is down at the start"  # [F43]
 ip link set can0 down
 start_daemon down "$large_pack" can0
 wait_for "$start_limit_s" "bmud answers" daemon_answers
