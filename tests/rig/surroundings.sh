@@ -1,22 +1,21 @@
 #!/bin/bash
-# Guest script: what else a machine and a bus do to a daemon whose pack is closed. Signals without end, floods of error frames, of a
-# babbling node and of frames that it listens to, which it must bear; and what it cannot bear: a way that delays everything, a cable
-# that lost its other end, an interface that comes back while no socket is to be had.
-#   usage: surroundings.sh REPOSITORY PROGRAM_FOLDER...
+# Guest script: what else a machine and a bus do to the installed service while its pack is closed. Signals without end, floods of error
+# frames, of a babbling node and of frames that it listens to, a service manager that is gone, which it must bear; and what it cannot bear: a
+# way that delays everything, a cable that lost its other end, an interface that comes back while no socket is to be had. Needs systemd as the
+# machine's first program.
+#   usage: surroundings.sh REPOSITORY PACKAGES   (a folder with the packages)
 # shellcheck source-path=SCRIPTDIR source=guest-env.sh
 source "$(dirname "$0")/guest-env.sh"
 
-repository=$1
-shift
-for folder in "$@"; do PATH=$folder:$PATH; done
-
-bus=vcan0
+repository=$1 packages=$2
 scenario=/run/keys.scn
-# shellcheck source-path=SCRIPTDIR source=pack-env.sh
-source "$(dirname "$0")/pack-env.sh"
+# shellcheck source-path=SCRIPTDIR source=service-env.sh
+source "$(dirname "$0")/service-env.sh"
 
 # The daemon's own way to the bus: a virtual cable whose other end is joined with it.
 own_bus=vxcan0 far_end=vxcan1
+# Two periods of commands: whoever has let so much time pass has missed one. And how long the loop may be away before it opens.
+two_commands_ms=99 gap_ms=130
 plug_in() {
   ip link add "$own_bus" type vxcan peer name "$far_end"
   ip link set "$own_bus" mtu 16 up
@@ -27,19 +26,19 @@ plug_in() {
 
 answers_missed() { status_json | jq '[.modules[].answers_missed] | add'; }
 frames_refused() { status_json | jq '.receive.rejected'; }
+told_in_vain() { (($(status_json | jq .daemon.notify_sends_failed) > 0)); }
 has_counted_errors() { (($(status_json | jq '.ports[0].error_frames') >= $1)); }
 has_refused() { (($(frames_refused) >= $1)); }
 
 second_free_descriptor() {
   local folder number=0 free=0
-  folder=/proc/$(daemon_pid)/fd
+  folder=/proc/$pid/fd
   while :; do
     [[ -e $folder/$number ]] || [[ -L $folder/$number ]] || ((++free < 2)) || break
     ((++number))
   done
   echo "$number"
 }
-daemon_pid() { echo "${started_pids[bmud]}"; }
 
 # The pack is closed before and after, nothing was judged late, and nothing forgotten.
 expect_borne() {
@@ -49,16 +48,39 @@ expect_borne() {
   expect "$name: the loop was never away" test "$(fault_count control_loop_gap)" = 0
 }
 
+# Nobody ever writes to what it reads.
+pass() { [[ $1 == 0 ]] || ! read -r -t "$1" -u "$silence"; }
+ticks_late() { status_json | jq .daemon.ticks_late; }
+# stop_again_and_again COUNT LENGTH_S. Sets: seen_stopped, how often the daemon was seen stopped before it went on. Shell builtins only: a
+# program that is started meanwhile may wait for the host's disk, and the daemon would be held for as long.
+stop_again_and_again() {
+  local count=$1 length_s=$2 stat
+  seen_stopped=0
+  while ((count-- > 0)); do
+    kill -STOP "$pid"
+    pass "$length_s"
+    read -r stat <"/proc/$pid/stat"
+    # The name before the state may hold anything, but for this.
+    if [[ ${stat##*) } == T* ]]; then ((++seen_stopped)); fi
+    kill -CONT "$pid"
+    pass "$length_s"
+  done
+}
+# The longest time between two commands since AFTER.
+longest_silence_ms() {
+  ask_recording 'is_command && t > after { if (last && t - last > longest) longest = t - last; last = t } END { printf "%.0f", longest * 1000 }' -v "after=$1"
+}
+expect_no_command_missed() {
+  local name=$1 after=$2 limit_ms=$3 silence_ms
+  silence_ms=$(longest_silence_ms "$after")
+  measured+=("$name: $silence_ms ms between two commands")
+  expect "$name: $silence_ms ms between two commands, at most $limit_ms" test "$silence_ms" -le "$limit_ms"
+}
+
 # The unit's own clock opens, for it hears nothing new; the daemon has noticed, too.
 expect_opened() {
   expect_opened_by_itself "$1" "$2"
   wait_for 5 "$1: the daemon has opened, too" phase_is open
-}
-expect_recovered() {
-  wait_for 15 "everything is known anew" view_is_complete
-  expect "it is the same daemon" running bmud
-  expect "what waited for somebody is cleared" "${1:-clear_faults}"
-  expect_open_until_key
 }
 
 # A frame so many times on a bus, as fast as it goes. Sets: rate, in frames a second.
@@ -71,30 +93,50 @@ play() {
 }
 
 step "start"
-mkdir -p "$(dirname "$socket")"
-read_ahead bmud mmusim bmuctl candump canplayer cangw jq awk ip tc chrt prlimit
-for name in /proc/[0-9]*/comm; do
-  if [[ $(cat "$name" 2>/dev/null) == ksoftirqd/* ]]; then chrt -f -p 70 "$(basename "$(dirname "$name")")"; fi
-done
-echo 4194304 >/proc/sys/net/core/rmem_max
+expect "the packages are installed" install_packages
+read_ahead canplayer tc prlimit
 plug_in
-record_words
-write_keys "$scenario"
-start_pack "$scenario"
-# Nobody hears what it tells its service manager.
-NOTIFY_SOCKET=/run/nobody WATCHDOG_USEC=500000 start bmud \
-  bmud --config "$pack" --bus-internal "$own_bus" --bus-vehicle "$own_bus" --socket "$socket" --realtime-priority 50
-wait_for "$start_limit_s" "bmud answers, though its service manager is gone" daemon_answers
+prepare_service
+serve_in_real_time
+expect_sandboxed
+
+mkfifo /run/silence
+exec {silence}<>/run/silence
 
 step "signals without end"  # [F72]
+# A stop ends the wait for events early, and whatever else its threads wait in, though no handler runs.
 wait_until_closed
-pid=$(daemon_pid)
-for ((i = 0; i < 3000; ++i)); do
-  kill -WINCH "$pid"
-  kill -CONT "$pid"
-  kill -URG "$pid"
-done
-expect_borne "signals"
+missed_before=$(answers_missed)
+signals_at=$EPOCHREALTIME
+stops=1000
+stop_again_and_again "$stops" 0
+expect "it was stopped $seen_stopped times, each time anew" test "$seen_stopped" -eq "$stops"
+expect_borne "short stops"
+expect "no answer was missed" test "$(answers_missed)" -eq "$missed_before"
+expect_no_command_missed "short stops" "$signals_at" "$two_commands_ms"
+# Longer than a tick, shorter than the gap that opens.
+wait_until_closed
+late_before=$(ticks_late)
+signals_at=$EPOCHREALTIME
+stops=30
+stop_again_and_again "$stops" 0.06
+expect "it was stopped $seen_stopped times, each time anew" test "$seen_stopped" -eq "$stops"
+expect "decisions were late for it" test "$(ticks_late)" -gt "$late_before"
+expect_borne "longer stops"
+expect_no_command_missed "longer stops" "$signals_at" "$gap_ms"
+
+step "reloads without end"  # [F72]
+wait_until_closed
+hash_before=$(config_hash)
+missed_before=$(answers_missed)
+signals_at=$EPOCHREALTIME
+reloads=500
+for ((i = 0; i < reloads; ++i)); do kill -HUP "$pid"; done
+expect_borne "reloads"
+wait_for 10 "each of $reloads was refused, and is in the log" log_count_is "$reloads" 'with SIGHUP refused: the pack is not open'
+expect "the same file counts" test "$(config_hash)" = "$hash_before"
+expect "no answer was missed" test "$(answers_missed)" -eq "$missed_before"
+expect_no_command_missed "reloads" "$signals_at" "$two_commands_ms"
 
 step "error frames without end"  # [F54]
 # A controller's own word to its machine, which no bus carries: it comes out of the cable.
@@ -146,7 +188,7 @@ lost_at=$(ask_recording 'is_command && t > after && closed { last = t } END { pr
 old_ms=$(awk "BEGIN { printf \"%.0f\", ($lost_at - $(first_opening "$delayed_at" | cut -d' ' -f1)) * 1000 }")
 measured+=("delay of 300 ms: the last old command $old_ms ms behind the opening")
 expect "the last old command is $old_ms ms behind the opening, no more than was under way" test "$old_ms" -le 600
-expect_recovered clear_with_authority
+expect_recovered_by clear_with_authority
 
 step "a cable that lost its other end"  # [F57]
 wait_until_closed
@@ -165,15 +207,36 @@ expect_opened "interface removed" "$removed_at"
 sleep 1
 expect "looking for it again and again keeps nobody away" test "$(fault_count control_loop_gap)" = "$gaps_before"
 # One is left, with which it can answer us; a way to the bus takes two.
-prlimit --pid "$(daemon_pid)" --nofile="$(second_free_descriptor)":
+prlimit --pid "$pid" --nofile="$(second_free_descriptor)":
 plug_in
 sleep 2
 expect "it goes on without, and open" phase_is open
 expect "nobody is heard" test "$(status_json | jq .modules_answering)" -eq 0
-prlimit --pid "$(daemon_pid)" --nofile=256:
+prlimit --pid "$pid" --nofile=256:
 expect_recovered
 
+step "its service manager is gone"  # [F73]
+# What it tells goes to a socket that is not there; the manager does not wait for it.
+cat >/etc/systemd/system/bmud.service.d/nobody.conf <<'UNIT'
+[Service]
+Type=exec
+NotifyAccess=none
+WatchdogSec=0
+Environment=NOTIFY_SOCKET=/run/nobody WATCHDOG_USEC=500000
+UNIT
+systemctl daemon-reload
+systemctl restart bmud
+wait_until_serving
+pid=$(main_pid)
+expect "it speaks to nobody" grep -qz '^NOTIFY_SOCKET=/run/nobody$' "/proc/$pid/environ"
+clear_faults
+wait_until_closed
+# Several times as long as its watchdog's time.
+sleep 2
+expect "what it told was in vain" told_in_vain
+expect_borne "nobody to tell"
+
 step "end"
-expect "bmud exits with 0" stop bmud TERM
+expect_stopped_well
 stop mmusim || true
 tell_measured
