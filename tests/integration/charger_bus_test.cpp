@@ -81,13 +81,13 @@ TEST_CASE("a charger on a bus of its own charges the real daemon's pack, stops, 
     wall.start_emulator("0 charger current_A 20\n");
     wall.start_daemon();
     REQUIRE(wall.listener.next(test::hang_max));
-    REQUIRE(wall.closes(test::Bench::plug));
+    REQUIRE(wall.closes(test::Bench::charger_plug));
     if (!wall.charges()) return false;
     charging = wall.ask_json("status");
     wall.send_event("charger disconnected");
     REQUIRE(wall.listener.hears(test::is_open, test::hang_max));
     stopped = wall.ask_json("status");
-    REQUIRE(wall.closes(test::Bench::plug));
+    REQUIRE(wall.closes(test::Bench::charger_plug));
     if (!wall.charges()) return false;
     wall.send_event("charger mains off");
     REQUIRE(wall.listener.hears(test::is_open, test::hang_max));

@@ -147,8 +147,8 @@ struct Bench {
     const char* on;
     const char* input;
   };
-  static constexpr Request key{"vehicle off", "vehicle on", "vehicle_on"};
-  static constexpr Request plug{"charger disconnected", "charger connected", "charger_connected"};
+  static constexpr Request vehicle_key{"vehicle off", "vehicle on", "vehicle_on"};
+  static constexpr Request charger_plug{"charger disconnected", "charger connected", "charger_connected"};
 
   /// Off and on: the pack closes for that edge alone, so the daemon must have received off before.
   void turn_on(const Request& request) {
@@ -162,11 +162,11 @@ struct Bench {
     REQUIRE(becomes(is_off));
     send_event(request.on);
   }
-  void turn_key_on() { turn_on(key); }
+  void turn_key_on() { turn_on(vehicle_key); }
   /// Turns the key until contactor commands for a closed pack are received. A daemon that was starved forgets the edge
   /// and logs that; faults that come of a starved daemon or emulator, as that modules were silent, stay until they are
   /// cleared. Then, and only then, the key is turned again, after a clear.
-  [[nodiscard]] bool closes(const Request& request = key) {
+  [[nodiscard]] bool closes(const Request& request = vehicle_key) {
     const auto give_up_at = steady_clock::now() + hang_max;
     while (steady_clock::now() < give_up_at) {
       send_event(request.off);
