@@ -14,7 +14,6 @@
 
 #include <array>
 #include <cstdint>
-#include <initializer_list>
 #include <optional>
 #include <string_view>
 
@@ -65,10 +64,9 @@ inline constexpr std::size_t charger_trouble_count = 10;
 [[nodiscard]] constexpr std::uint16_t bit_of(ChargerTrouble trouble) {
   return static_cast<std::uint16_t>(1U << static_cast<unsigned>(trouble));
 }
-[[nodiscard]] constexpr std::uint16_t bits_of(std::initializer_list<ChargerTrouble> troubles) {
-  std::uint16_t bits = 0;
-  for (const ChargerTrouble trouble : troubles) bits |= bit_of(trouble);
-  return bits;
+template <class... Troubles>
+[[nodiscard]] constexpr std::uint16_t bits_of_troubles(Troubles... troubles) {
+  return static_cast<std::uint16_t>((0U | ... | bit_of(troubles)));
 }
 
 /// Those of these bits that are a trouble. While nothing is asked of a charger, it may be without a battery behind open

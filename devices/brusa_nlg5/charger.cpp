@@ -29,9 +29,9 @@ constexpr std::array trouble_masks{
 
 /// By the bits that errors_frame() has for them: the others are warnings, with which it goes on.
 constexpr std::uint16_t stopping =
-    bits_of({ChargerTrouble::hardware, ChargerTrouble::mains, ChargerTrouble::battery, ChargerTrouble::no_command,
-             ChargerTrouble::output_overvoltage, ChargerTrouble::unnamed});
-constexpr std::uint16_t only_by_supply = bits_of({ChargerTrouble::hardware, ChargerTrouble::output_overvoltage});
+    bits_of_troubles(ChargerTrouble::hardware, ChargerTrouble::mains, ChargerTrouble::battery,
+                     ChargerTrouble::no_command, ChargerTrouble::output_overvoltage, ChargerTrouble::unnamed);
+constexpr std::uint16_t only_by_supply = bits_of_troubles(ChargerTrouble::hardware, ChargerTrouble::output_overvoltage);
 
 CanFrame command(std::uint8_t /*unit*/, const ChargerOrder& order) {
   CanFrame frame = make_frame(control);

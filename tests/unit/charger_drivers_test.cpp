@@ -142,7 +142,7 @@ TEST_CASE("an emulated Brusa's state says error where it gives nothing, and warn
   CHECK(state_of(0) == 0);
   CHECK(state_of(bit_of(ChargerTrouble::too_hot)) == warning);
   CHECK(state_of(bit_of(ChargerTrouble::no_command)) == error);
-  CHECK(state_of(bits_of({ChargerTrouble::hardware, ChargerTrouble::no_mains})) == (error | warning));
+  CHECK(state_of(bits_of_troubles(ChargerTrouble::hardware, ChargerTrouble::no_mains)) == (error | warning));
 }
 
 TEST_CASE("frames of chargers that are not whole change nothing", "[unit][devices][charger]") {
