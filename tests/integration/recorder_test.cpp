@@ -56,8 +56,11 @@ bool is_recorded_whole(const Bench& bench) {
   return text.find(Bench::end_not_whole) == std::string::npos && text.find("was held up") == std::string::npos;
 }
 
-bool has_black_box(const nlohmann::json& recorder) {
-  return recorder["black_box_path"].is_string();
+constexpr const char* name_of_cell_box = "-fault-cell-undervoltage.log.zst";
+
+bool has_black_box_of_cell(const nlohmann::json& recorder) {
+  const nlohmann::json& path = recorder["black_box_path"];
+  return path.is_string() && path.get<std::string>().ends_with(name_of_cell_box);
 }
 
 }  // namespace
@@ -102,8 +105,7 @@ TEST_CASE("an opening leaves a black box that can be run again", "[integration][
   const int signal = GENERATE(SIGTERM, SIGKILL);
   CAPTURE(signal);
   int ended = -1;
-  // An opening for a gap has a black box of its own, and so have the faults of an emulator that the machine held up
-  // before the pack closed: the opening is seen in a pack that had neither.
+  // An opening for a gap has a black box of its own: it is seen in a pack that was never starved.
   const auto driven = test::driven([&](Bench& made) {
     made.more_options = {"--black-box", made.folder / "boxes"};
     made.start_emulator("");
@@ -111,18 +113,24 @@ TEST_CASE("an opening leaves a black box that can be run again", "[integration][
     REQUIRE(made.listener.next(test::hang_max));
     REQUIRE(made.closes());
     REQUIRE(made.listener.hears_commands(commands_min));
-    const auto status = made.ask_json("status");
-    if (!status.is_object() || has_black_box(status["recorder"])) return false;
+    // Faults of a start that the machine held up, which closes() clears, have one, too. It is whole before the opening,
+    // which else would be in it.
+    const std::string boxes = made.folder / "boxes";
+    const auto is_whole = [&](const nlohmann::json& recorder) {
+      return recorder["black_boxes"] == files_in(boxes).size();
+    };
+    REQUIRE(status_becomes(made, is_whole, test::hang_max));
     made.send_event("cell 2.7 voltage_mV 2700");
     REQUIRE(made.listener.hears(is_open, test::hang_max));
-    REQUIRE(status_becomes(made, has_black_box, test::hang_max));
+    if (!status_becomes(made, has_black_box_of_cell, test::hang_max)) return false;
     const bool is_of_the_cell = made.ask_json("status")["last_opening"]["fault"] == "cell_undervoltage";
     ended = end(*made.daemon, signal);
     return is_of_the_cell && made.starved_count() == 0 && is_recorded_whole(made);
   });
-  CHECK(ended == (signal == SIGKILL ? 128 + SIGKILL : 0));
-  const auto files = files_in(driven->folder / "boxes");
+  auto files = files_in(driven->folder / "boxes");
   CAPTURE(files, read_file(driven->log));
+  CHECK(ended == (signal == SIGKILL ? 128 + SIGKILL : 0));
+  std::erase_if(files, [](const std::string& file) { return !file.ends_with(name_of_cell_box); });
   REQUIRE(files.size() == 1);
   const auto run = replayed(files[0]);
   INFO(run.dump(1));
@@ -130,7 +138,6 @@ TEST_CASE("an opening leaves a black box that can be run again", "[integration][
   if (signal == SIGKILL) {  // up to the opening, when the power went with it
     CHECK(run["ticks"] > commands_min);
   } else {  // whole, when the daemon has ended in order
-    CHECK(files[0].find("-fault-cell-undervoltage.log.zst") != std::string::npos);
     CHECK(run["black_boxes"].at(0)["cause"].get<std::string>().find("cell 2.7 (no. 19)") != std::string::npos);
     CHECK(run["damages"].empty());
   }
