@@ -145,6 +145,12 @@ stage_all_doubts() {
   cmake --build build-doubts --parallel "$jobs"
 }
 
+# As many build who do not know ours, and as distributions may: all programs with -O3, without tests.
+stage_release_build() {
+  cmake -S . -B build-release -G Ninja -DCMAKE_BUILD_TYPE=Release -DBMUD_TESTS=OFF
+  cmake --build build-release --parallel "$jobs"
+}
+
 # build_programs FOLDER TARGETS...: in a folder that has been configured, or else as GCC's build of everything
 build_programs() {
   local folder=$1
