@@ -20,7 +20,6 @@ keeps_again() { fault_is_gone store_write_failed && fault_is_gone history_write_
 written_at() { stat -c %y "$state/state.json"; }
 is_written_since() { [[ $(written_at) != "$1" ]]; }
 
-log_count_is() { [[ $(journalctl -q --no-pager -o cat -u bmud | grep -c "$2") == "$1" ]]; }
 # The daemon dates the latest jump by the clock that was set, so the date shows that it followed the jump by its size.
 is_jump_dated_by_clock() {
   local dated_s
