@@ -89,7 +89,8 @@ std::vector<Line> bus_page(const Reply& status, const BusTrend& trend, int width
   page.add(
       note("load: of what bmud hears and sends, over two seconds, against the bus's bit rate, or the pack file's"));
   page.add(
-      note("late: answers to an older question; missed: questions without a whole answer; unsent: no room to send"));
+      note("late: answers to an older question; missed: questions without a whole answer; unsent: frames that the bus "
+           "did not take, or that were too old to send"));
   page.add({});
   add_page(lines, page, width);
   add_page(lines, buses_page(status), width);
