@@ -145,7 +145,7 @@ open_monitor() {
 run_qemu() {
   local options=(-accel "tcg,thread=single" -icount "shift=2,align=off,sleep=off" -rtc clock=vm -cpu max -smp 1 -m "$memory_mb"
     -nodefaults -no-user-config -no-reboot -display none -serial stdio -nic none
-    -kernel "$kernel/vmlinuz" -initrd "$work/initramfs" -append "console=ttyS0 quiet panic=-1 oops=panic"
+    -kernel "$kernel/image" -initrd "$work/initramfs" -append "console=ttyS0 quiet panic=-1 oops=panic"
     -fsdev "local,id=root,path=/,security_model=none,readonly=on,multidevs=remap" -device virtio-9p-pci,fsdev=root,mount_tag=host-root
     -fsdev "local,id=out,path=$out,security_model=none" -device virtio-9p-pci,fsdev=out,mount_tag=host-out)
   if [[ $can_bus == yes ]]; then open_monitor; else options+=(-monitor none); fi
