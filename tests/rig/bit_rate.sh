@@ -44,7 +44,7 @@ set_rate() {
   ip link set "$1" type can bitrate "$2"
   ip link set "$1" up
 }
-start_daemon() { start "$1" bmud --config "$2" --bus-internal "$3" --bus-vehicle "$3" --socket "$socket"; }
+start_daemon() { start "$1" as_service bmud --config "$2" --bus-internal "$3" --bus-vehicle "$3" --socket "$socket"; }
 
 # A daemon that must not start: its exit status, and what it says.
 expect_refused() {

@@ -132,7 +132,7 @@ read_ahead bmud mmusim bmuctl bmudump jq candump cansend
 step "ended while the pack is closed"
 record calm "$bus"
 start calm_world mmusim --bus "$bus" --pack "$pack" --scenario "$calm_scenario"
-start bmud bmud --config "$pack" --bus-internal "$bus" --bus-vehicle "$bus" --socket "$socket"
+start bmud as_service bmud --config "$pack" --bus-internal "$bus" --bus-vehicle "$bus" --socket "$socket"
 wait_for "$start_limit_s" "bmud answers" daemon_answers
 wait_for "$close_limit_s" "the contactors are closed" state_is closed
 expect "bmud exits with 0" stop bmud TERM
@@ -145,7 +145,7 @@ expect "the power distribution unit says so too" last_feedback_is_all_open "$RIG
 step "start"
 record drive "$bus"
 start mmusim mmusim --bus "$bus" --pack "$pack" --scenario "$scenario" --seconds "$drive_s"
-start bmud bmud --config "$pack" --bus-internal "$bus" --bus-vehicle "$bus" --socket "$socket"
+start bmud as_service bmud --config "$pack" --bus-internal "$bus" --bus-vehicle "$bus" --socket "$socket"
 wait_for "$start_limit_s" "bmud answers" daemon_answers
 wait_for "$close_limit_s" "the contactors are closed" state_is closed
 

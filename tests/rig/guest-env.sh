@@ -6,6 +6,7 @@
 #   wait_for S WHAT CMD  the same, but tries again and again for up to S seconds
 #   read_ahead PROGRAM...  reads programs and their libraries, so that no later step waits for the host's disk
 #   start NAME CMD     runs CMD in the background, its output in RIG_OUT/NAME.log
+#   as_service CMD     runs CMD in place of this shell with the priority that the unit file gives the control loop
 #   stop NAME [SIG]    ends it by SIG (TERM), returns its exit status; 137 if it had to be killed after stop_limit_s
 #   running NAME       succeeds while it runs
 #   record NAME BUS    starts candump as NAME, returns when it listens; the recording is RIG_OUT/NAME.can.log
@@ -98,6 +99,9 @@ start() {
   "$@" >"$RIG_OUT/$name.log" 2>&1 </dev/null 3>&- &
   started_pids[$name]=$!
 }
+
+# Among programs of its own priority, on one slow processor, the daemon may wait for longer than its control loop may.
+as_service() { exec chrt --reset-on-fork --other 0 nice -n -15 "$@"; }
 
 running() { kill -0 "${started_pids[$1]}" 2>/dev/null; }
 

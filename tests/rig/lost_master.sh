@@ -25,7 +25,7 @@ source "$(dirname "$0")/pack-env.sh"
 # the emulated machine waits for that its clock runs ahead, which is a gap in the control loop that no part of the test has made.
 start_daemon() {
   local daemon_bus=${1:-$bus}
-  start bmud bmud --lock-memory --config "$pack" --bus-internal "$daemon_bus" --bus-vehicle "$daemon_bus" --socket "$socket" --log-level info
+  start bmud as_service bmud --lock-memory --config "$pack" --bus-internal "$daemon_bus" --bus-vehicle "$daemon_bus" --socket "$socket" --log-level info
   daemon=${started_pids[bmud]}
 }
 
@@ -35,6 +35,7 @@ hold_and_let_go() {
   step "$name"
   wait_until_closed
   gaps_before=$(fault_count control_loop_gap)
+  expect "they still are when it is held" is_closed_on_bus
   held_at=$EPOCHREALTIME
   "$hold"
   expect_opened_by_itself "$name" "$held_at"

@@ -105,6 +105,7 @@ first_opening() {
 }
 is_open_since() { [[ -n $(first_opening "$1") ]]; }
 first_word() { ask_recording 'is_status && t > after && !done { print closed ? "closed" : "open"; done = 1 }' -v "after=$1"; }
+is_closed_on_bus() { ask_recording 'is_status { is_closed = closed } END { exit !is_closed }'; }
 is_heard_since() { [[ -n $(first_word "$1") ]]; }
 # Commands after AFTER, up to the key's next turn to on: the first of them, how many close, and how long the key was on.
 commands_until_key() {

@@ -30,7 +30,7 @@ knows_second_pack() { bmuctl --socket "$1" status --json | jq -e '.second_pack.s
 start_daemon() {
   local name=$1 pack=$2 bus=$3
   shift 3
-  start "$name" bmud --config "$pack" --bus-internal "$bus" --bus-vehicle "$vehicle_bus" --socket "/run/$name.sock" --log-level info "$@"
+  start "$name" as_service bmud --config "$pack" --bus-internal "$bus" --bus-vehicle "$vehicle_bus" --socket "/run/$name.sock" --log-level info "$@"
   wait_for "$start_limit_s" "$name answers" answers "/run/$name.sock"
 }
 
