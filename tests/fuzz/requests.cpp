@@ -15,28 +15,11 @@
 
 #include "daemon/shell/status_requests.hpp"
 #include "tests/fuzz/fuzz.hpp"
-#include "tests/support/core_bench.hpp"
-#include "tests/support/one_bus.hpp"
+#include "tests/support/told_core.hpp"
 
 using namespace bmu;
 
 namespace {
-
-/// A bus that is there and does nothing.
-class QuietPort final : public BusPort {
- public:
-  [[nodiscard]] int fd() const override { return -1; }
-  [[nodiscard]] ReadStatus read(ReceivedFrame& /*out*/) override { return ReadStatus::empty; }
-  [[nodiscard]] Result<void, SendError> send(const CanFrame& /*frame*/) override { return {}; }
-  void maintain() override {}
-  [[nodiscard]] BusState state() const override { return BusState::up; }
-  [[nodiscard]] std::uint64_t frames_lost() const override { return 0; }
-  [[nodiscard]] const std::string& name() const override { return name_; }
-  [[nodiscard]] std::string last_error() const override { return {}; }
-
- private:
-  std::string name_ = "can0";
-};
 
 /// The pack that every input begins with: closed, and asked for.
 const test::CoreBench& driving() {
@@ -51,11 +34,6 @@ const test::CoreBench& driving() {
 
 class Daemon {
  public:
-  Daemon() {
-    buses_ = test::one_bus(std::make_unique<QuietPort>());
-    FUZZ_CHECK(store_.has_value());
-  }
-
   void take(std::string_view line) {
     if (line.starts_with('@')) return change_world(fuzz::pieces_of(line, " "));
     ask(line);
@@ -77,19 +55,7 @@ class Daemon {
     if (words[0] == "@silent") bench_.modules[number % bench_.modules.size()].talks = false;
   }
 
-  [[nodiscard]] StatusView view() const {
-    return {.core = bench_.core(),
-            .buses = buses_,
-            .loop = loop_,
-            .drive = drive_,
-            .store = **store_,
-            .history = history_,
-            .rate = rate_,
-            .users = access_.users(),
-            .pack_name = "small \xFF pack",
-            .cell_name = "round",
-            .now = bench_.now()};
-  }
+  [[nodiscard]] StatusView view() const { return told_.view(access_.users()); }
 
   [[nodiscard]] bool may_command() const {
     return peer_.user_id == 0 || peer_.user_id == own_user_id || peer_.group_id == admins;
@@ -131,15 +97,10 @@ class Daemon {
     return json;
   }
 
-  test::CoreBench bench_ = driving();
+  test::ToldCore told_{.bench = driving(), .pack_name = "small \xFF pack"};
+  test::CoreBench& bench_ = told_.bench;
   Peer peer_{.user_id = 0};
   int carried_out_ = 0;
-  Buses buses_;
-  LoopCounters loop_;
-  DriveRecord drive_;
-  Result<std::unique_ptr<StateStore>, OsError> store_ = StateStore::open({});
-  HistoryStore history_{{}, {}};
-  RateFinding rate_;
   Access access_{{.own_user_id = own_user_id, .groups = {.readers = readers, .admins = admins}},
                  UserNames("/dev/null"),
                  [](std::string_view line) { FUZZ_CHECK(!line.empty()); }};

@@ -11,9 +11,8 @@
 
 #include "daemon/shell/status_requests.hpp"
 #include "tests/support/catch.hpp"
-#include "tests/support/core_bench.hpp"
-#include "tests/support/one_bus.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/support/told_core.hpp"
 
 using namespace bmu;
 
@@ -51,30 +50,10 @@ std::vector<Kind> kinds() {
   };
 }
 
-class NoBus final : public BusPort {
- public:
-  [[nodiscard]] int fd() const override { return -1; }
-  [[nodiscard]] ReadStatus read(ReceivedFrame& /*out*/) override { return ReadStatus::empty; }
-  [[nodiscard]] Result<void, SendError> send(const CanFrame& /*frame*/) override { return failure(SendError::down); }
-  void maintain() override {}
-  [[nodiscard]] BusState state() const override { return BusState::absent; }
-  [[nodiscard]] std::uint64_t frames_lost() const override { return 0; }
-  [[nodiscard]] const std::string& name() const override { return name_; }
-  [[nodiscard]] std::string last_error() const override { return ""; }
-
- private:
-  std::string name_ = "none";
-};
-
 /// The commands over a core that lies on its bench.
 struct Desk {
-  test::CoreBench bench{test::small_pack()};
-  Buses buses = test::one_bus(std::make_unique<NoBus>());
-  LoopCounters counters;
-  DriveRecord drive;
-  std::unique_ptr<StateStore> store = std::move(*StateStore::open({}));
-  HistoryStore history{{}, {}};
-  RateFinding rate;
+  test::ToldCore told{test::CoreBench(test::small_pack())};
+  test::CoreBench& bench = told.bench;
   std::vector<std::string> refusals;
   Access access;
   std::vector<CommandGiven> carried_out;
@@ -103,19 +82,7 @@ struct Desk {
   Desk& operator=(const Desk&) = delete;
   ~Desk() = default;
 
-  StatusView view() {
-    return {.core = bench.core(),
-            .buses = buses,
-            .loop = counters,
-            .drive = drive,
-            .store = *store,
-            .history = history,
-            .rate = rate,
-            .users = access.users(),
-            .pack_name = "pack",
-            .cell_name = "cell",
-            .now = bench.now()};
-  }
+  StatusView view() { return told.view(access.users()); }
   Json ask(const Json& request, const Peer& peer) {
     const StatusReply reply = requests.answer(request.dump(), peer);
     return reply.line.empty() ? Json{{"ok", true}} : Json::parse(reply.line);
