@@ -36,8 +36,9 @@ std::string black_box_head(const RecordTrigger& trigger) {
   std::string head = "# black-box " + to_text(trigger.event) + "\n" + time.data();
   if (!trigger.freeze) return head;
   const FaultRow& row = row_of(trigger.event.fault);
-  const Json json = freeze_json(*trigger.freeze, row, element_json(trigger.freeze->element, row.unit));
-  append_record_text("freeze", json.dump(2) + "\n", head);
+  JsonText freeze;
+  freeze.object([&] { put_freeze(freeze, *trigger.freeze, row, element_text(trigger.freeze->element, row.unit)); });
+  append_record_text("freeze", Json::parse(freeze.take()).dump(2) + "\n", head);
   return head;
 }
 

@@ -5,12 +5,22 @@
 #include <array>
 #include <cstdint>
 #include <cstdio>
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include <nlohmann/json.hpp>
 
 #include "daemon/core/core.hpp"
+#include "daemon/shell/json_text.hpp"
+
+/// In a tree, too, what is not known is null.
+template <class T>
+struct nlohmann::adl_serializer<std::optional<T>> {
+  static void to_json(ordered_json& tree, const std::optional<T>& value) {
+    tree = value ? ordered_json(*value) : ordered_json(nullptr);
+  }
+};
 
 namespace bmu {
 
@@ -25,10 +35,9 @@ struct CoreView {
   const LineFeeder* lines = nullptr;  // names of the lines of this machine; none: there are none
 };
 
-/// How long ago, in whole milliseconds; null for "never".
-[[nodiscard]] inline Json ago_ms(const CoreView& view, TimePoint at) {
-  if (at == TimePoint{}) return nullptr;
-  return to_ms(view.now - at);
+/// How long ago, in whole milliseconds; nothing for "never".
+[[nodiscard]] inline std::optional<std::int64_t> ago_ms(const CoreView& view, TimePoint at) {
+  return if_known(at != TimePoint{}, to_ms(view.now - at));
 }
 
 /// "cell 2.7 (no. 19)", "module 3", "" for the pack. A temperature comes from a sensor, which has a number of its own.
@@ -46,6 +55,20 @@ struct CoreView {
           {"number", element.number},
           {"pack_number", element.pack_number},
           {"text", element_text(element, unit)}};
+}
+
+/// The same as a member, with the place in words of its own.
+inline void put_element(JsonText& to, std::string_view name, const Element& element, std::string_view text) {
+  if (element == Element{}) return to.put(name, nullptr);
+  to.object(name, [&] {
+    to.put("module", element.module_node);
+    to.put("number", element.number);
+    to.put("pack_number", element.pack_number);
+    to.put("text", text);
+  });
+}
+inline void put_element(JsonText& to, std::string_view name, const Element& element, Unit unit) {
+  put_element(to, name, element, element_text(element, unit));
 }
 
 /// "03F": an identifier as on a candump line.

@@ -1,65 +1,81 @@
 #include "daemon/shell/freeze_json.hpp"
 
-#include <optional>
-#include <utility>
-
-#include "daemon/shell/status_json.hpp"
-#include "daemon/shell/why_words.hpp"
+#include "daemon/shell/switches_json.hpp"
 
 namespace bmu {
 
 namespace {
 
-template <class T>
-Json or_null(const std::optional<T>& value) {
-  return value ? Json(*value) : Json(nullptr);
+/// What the fault's row read, where, and what it was held against.
+void put_reason(JsonText& to, const FreezeFrame& frame, const FaultRow& row, std::string_view place) {
+  to.put(key_with_unit("value", row.unit), frame.value);
+  to.put("value_text", value_text(row.unit, frame.value));
+  to.put(key_with_unit("threshold", row.unit), frame.threshold);
+  to.put("threshold_text", if_known(row.has_limit(), value_text(row.unit, frame.threshold)));
+  put_element(to, "element", frame.element, place);
+}
+
+void put_cells(JsonText& to, const FreezeFrame& frame) {
+  to.put("cell_voltage_min_uV", frame.cell_voltage_min_uV);
+  put_element(to, "cell_voltage_min_at", frame.cell_voltage_min_at, Unit::uV);
+  to.put("cell_voltage_max_uV", frame.cell_voltage_max_uV);
+  put_element(to, "cell_voltage_max_at", frame.cell_voltage_max_at, Unit::uV);
+  to.put("cell_voltage_average_uV", frame.cell_voltage_average_uV);
+  to.put("cell_voltage_sum_mV", frame.cell_voltage_sum_mV);
+  to.put("module_voltage_sum_mV", frame.module_voltage_sum_mV);
+  to.put("cell_temperature_min_dC", frame.cell_temperature_min_dC);
+  put_element(to, "cell_temperature_min_at", frame.cell_temperature_min_at, Unit::dC);
+  to.put("cell_temperature_max_dC", frame.cell_temperature_max_dC);
+  put_element(to, "cell_temperature_max_at", frame.cell_temperature_max_at, Unit::dC);
+  to.put("cell_temperature_average_dC", frame.cell_temperature_average_dC);
+  to.put("board_temperature_min_dC", frame.board_temperature_min_dC);
+  put_element(to, "board_temperature_min_at", frame.board_temperature_min_at, Unit::dC);
+  to.put("board_temperature_max_dC", frame.board_temperature_max_dC);
+  put_element(to, "board_temperature_max_at", frame.board_temperature_max_at, Unit::dC);
+}
+
+void put_pack(JsonText& to, const FreezeFrame& frame) {
+  to.put("pack_voltage_mV", frame.pack_voltage_mV);
+  to.put("link_voltage_mV", frame.link_voltage_mV);
+  to.put("current_mA", frame.current_mA);
+  to.put("current_2_mA", frame.current_2_mA);
+  to.put("soc_permille", frame.soc_permille);
+  to.put("insulation_Ohm", frame.insulation_Ohm);
+  to.put("discharge_limit_mA", frame.discharge_limit_mA);
+  to.put("charge_limit_mA", frame.charge_limit_mA);
+  to.put("discharge_overload_permille", frame.discharge_overload_permille);
+  to.put("charge_overload_permille", frame.charge_overload_permille);
+}
+
+void put_switches(JsonText& to, const FreezeFrame& frame) {
+  if (frame.outputs) {
+    put_outputs(to, *frame.outputs);
+  } else {
+    to.put("outputs", nullptr);
+  }
+  if (frame.inputs) {
+    put_feedback(to, *frame.inputs);
+    put_inputs(to, *frame.inputs);
+  } else {
+    to.put("feedback", nullptr);
+    to.put("inputs", nullptr);
+  }
 }
 
 }  // namespace
 
-Json time_json(std::int64_t unix_time_ms) {
-  return unix_time_ms == 0 ? Json(nullptr) : Json(unix_time_ms);
+std::optional<std::int64_t> time_or_nothing(std::int64_t unix_time_ms) {
+  return if_known(unix_time_ms != 0, unix_time_ms);
 }
 
-Json freeze_json(const FreezeFrame& frame, const FaultRow& row, Json element) {
-  Json json{{"unix_time_ms", time_json(frame.unix_time_ms)},
-            {key_with_unit("value", row.unit), frame.value},
-            {"value_text", value_text(row.unit, frame.value)},
-            {key_with_unit("threshold", row.unit), frame.threshold},
-            {"threshold_text", row.has_limit() ? Json(value_text(row.unit, frame.threshold)) : Json(nullptr)},
-            {"element", std::move(element)},
-            {"phase", to_text(frame.phase)},
-            {"mode", frame.mode ? Json(to_text(*frame.mode)) : Json(nullptr)}};
-  json["cell_voltage_min_uV"] = or_null(frame.cell_voltage_min_uV);
-  json["cell_voltage_min_at"] = element_json(frame.cell_voltage_min_at, Unit::uV);
-  json["cell_voltage_max_uV"] = or_null(frame.cell_voltage_max_uV);
-  json["cell_voltage_max_at"] = element_json(frame.cell_voltage_max_at, Unit::uV);
-  json["cell_voltage_average_uV"] = or_null(frame.cell_voltage_average_uV);
-  json["cell_voltage_sum_mV"] = or_null(frame.cell_voltage_sum_mV);
-  json["module_voltage_sum_mV"] = or_null(frame.module_voltage_sum_mV);
-  json["cell_temperature_min_dC"] = or_null(frame.cell_temperature_min_dC);
-  json["cell_temperature_min_at"] = element_json(frame.cell_temperature_min_at, Unit::dC);
-  json["cell_temperature_max_dC"] = or_null(frame.cell_temperature_max_dC);
-  json["cell_temperature_max_at"] = element_json(frame.cell_temperature_max_at, Unit::dC);
-  json["cell_temperature_average_dC"] = or_null(frame.cell_temperature_average_dC);
-  json["board_temperature_min_dC"] = or_null(frame.board_temperature_min_dC);
-  json["board_temperature_min_at"] = element_json(frame.board_temperature_min_at, Unit::dC);
-  json["board_temperature_max_dC"] = or_null(frame.board_temperature_max_dC);
-  json["board_temperature_max_at"] = element_json(frame.board_temperature_max_at, Unit::dC);
-  json["pack_voltage_mV"] = or_null(frame.pack_voltage_mV);
-  json["link_voltage_mV"] = or_null(frame.link_voltage_mV);
-  json["current_mA"] = or_null(frame.current_mA);
-  json["current_2_mA"] = or_null(frame.current_2_mA);
-  json["soc_permille"] = or_null(frame.soc_permille);
-  json["insulation_Ohm"] = or_null(frame.insulation_Ohm);
-  json["discharge_limit_mA"] = frame.discharge_limit_mA;
-  json["charge_limit_mA"] = frame.charge_limit_mA;
-  json["discharge_overload_permille"] = or_null(frame.discharge_overload_permille);
-  json["charge_overload_permille"] = or_null(frame.charge_overload_permille);
-  json["outputs"] = frame.outputs ? outputs_json(*frame.outputs) : Json(nullptr);
-  json["feedback"] = frame.inputs ? feedback_json(*frame.inputs) : Json(nullptr);
-  json["inputs"] = frame.inputs ? inputs_json(*frame.inputs) : Json(nullptr);
-  return json;
+void put_freeze(JsonText& to, const FreezeFrame& frame, const FaultRow& row, std::string_view place) {
+  to.put("unix_time_ms", time_or_nothing(frame.unix_time_ms));
+  put_reason(to, frame, row, place);
+  to.put("phase", to_text(frame.phase));
+  to.put("mode", frame.mode ? std::optional(to_text(*frame.mode)) : std::nullopt);
+  put_cells(to, frame);
+  put_pack(to, frame);
+  put_switches(to, frame);
 }
 
 }  // namespace bmu

@@ -20,6 +20,18 @@ constexpr std::int64_t period_min_ms = 50;
 constexpr std::int64_t period_max_ms = 60'000;
 constexpr std::int64_t period_default_ms = 500;
 
+/// {"ok":true,"cmd":COMMAND,...}: `put_members` puts what follows.
+template <class PutMembers>
+std::string written_line(std::string_view command, PutMembers&& put_members) {
+  JsonText line;
+  line.object([&] {
+    line.put("ok", true);
+    line.put("cmd", command);
+    put_members(line);
+  });
+  return line.take();
+}
+
 StatusReply answer_version(const StatusRequests&, const Json&, const Peer&) {
   return {.line = reply_line("version", {{"version", BMUD_VERSION}})};
 }
@@ -27,6 +39,11 @@ StatusReply answer_version(const StatusRequests&, const Json&, const Peer&) {
 template <auto Make>
 StatusReply answer_with(const StatusRequests& requests, const Json& request, const Peer&) {
   return {.line = reply_line(request["cmd"].get<std::string>(), Make(requests.view()))};
+}
+
+template <auto Put>
+StatusReply answer_written(const StatusRequests& requests, const Json& request, const Peer&) {
+  return {.line = written_line(request["cmd"].get<std::string>(), [&](JsonText& to) { Put(to, requests.view()); })};
 }
 
 struct CommandRow {
@@ -42,9 +59,9 @@ StatusReply answer_by(const StatusRequests& requests, const Json& request, const
 }
 
 constexpr std::array<CommandRow, 14> command_table{{
-    {{"status", Right::read, ""}, answer_with<status_json>},
-    {{"cells", Right::read, ""}, answer_with<cells_json>},
-    {{"faults", Right::read, ""}, answer_with<faults_json>},
+    {{"status", Right::read, ""}, answer_written<put_status>},
+    {{"cells", Right::read, ""}, answer_written<put_cells>},
+    {{"faults", Right::read, ""}, answer_written<put_faults>},
     {{"why", Right::read, ""}, answer_with<why_json>},
     {{"clear", Right::control, ""}, answer_by<&StatusRequests::clear>, {"authorised"}},
     {{"wake", Right::control, ""}, answer_by<&StatusRequests::wake>},
@@ -133,10 +150,9 @@ std::string list_text(const Json& names) {
 }  // namespace
 
 std::string reply_line(std::string_view command, const Json& content) {
-  Json line{{"ok", true}, {"cmd", command}};
-  line.update(content);
-  // What came from outside (a pack's name) need not be UTF-8; a reply always is.
-  return line.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return written_line(command, [&](JsonText& to) {
+    for (const auto& [key, value] : content.items()) to.put(key, value);
+  });
 }
 
 StatusReply refusal(std::string_view code, std::string_view why) {
@@ -320,9 +336,12 @@ StatusReply StatusRequests::watch(const Json& request, const Peer& /*peer*/) con
 
 std::string StatusRequests::picture() const {
   const StatusView now = view();
-  return reply_line(
-      "watch",
-      {{"status", status_json(now)}, {"cells", cells_json(now)}, {"faults", faults_json(now)}, {"why", why_json(now)}});
+  return written_line("watch", [&](JsonText& to) {
+    to.object("status", [&] { put_status(to, now); });
+    to.object("cells", [&] { put_cells(to, now); });
+    to.object("faults", [&] { put_faults(to, now); });
+    to.put("why", why_json(now));
+  });
 }
 
 }  // namespace bmu

@@ -11,9 +11,12 @@ struct OutputRow {
   bool ContactorOutputs::*is_on;
 };
 constexpr OutputRow output_table[] = {
-    {"main_positive", &ContactorOutputs::main_positive}, {"main_negative", &ContactorOutputs::main_negative},
-    {"precharge", &ContactorOutputs::precharge},         {"charge", &ContactorOutputs::charge},
-    {"auxiliary", &ContactorOutputs::auxiliary},         {"fan", &ContactorOutputs::fan},
+    {"main_positive", &ContactorOutputs::main_positive},
+    {"main_negative", &ContactorOutputs::main_negative},
+    {"precharge", &ContactorOutputs::precharge},
+    {"charge", &ContactorOutputs::charge},
+    {"auxiliary", &ContactorOutputs::auxiliary},
+    {"fan", &ContactorOutputs::fan},
     {"heater", &ContactorOutputs::heater},
 };
 

@@ -47,7 +47,7 @@ Json signal_step(const OpeningRecord& opening, const FaultRow& row, const CoreVi
   Json json = step("signal", text(row.meaning) + (what.empty() ? "" : ": " + what) + seen_text(opening, row, view));
   if (row.has_limit()) json[key_with_unit("value", row.unit)] = reading.is_known ? Json(reading.value) : Json(nullptr);
   json["element"] = place_json(row, reading.element, view);
-  json["taken_ago_ms"] = opening.is_restored ? Json(nullptr) : ago_ms(view, reading.taken_at);
+  json["taken_ago_ms"] = opening.is_restored ? std::nullopt : ago_ms(view, reading.taken_at);
   json["taken_before_opening_ms"] = has_time ? Json(to_ms(age)) : Json(nullptr);
   return json;
 }
