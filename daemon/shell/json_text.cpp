@@ -14,9 +14,15 @@ std::string dumped(const nlohmann::ordered_json& tree) {
   return tree.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
-/// Stands in a JSON text as it is.
-constexpr bool is_plain(char one) {
-  return one >= ' ' && static_cast<unsigned char>(one) < 0x80 && one != '"' && one != '\\';
+/// By character: whether it stands in a JSON text as it is. A table, as this is asked of each.
+constexpr std::array<bool, 256> plain_table = [] {
+  std::array<bool, 256> is_plain{};
+  for (std::size_t one = ' '; one < 0x80; ++one) is_plain.at(one) = one != '"' && one != '\\';
+  return is_plain;
+}();
+
+bool is_plain(std::string_view text) {
+  return std::all_of(text.begin(), text.end(), [](char one) { return plain_table[static_cast<unsigned char>(one)]; });
 }
 
 template <class Number>
@@ -46,13 +52,13 @@ void JsonText::key(std::string_view name) {
 
 /// Few texts need escaping, and for these the library's own is good enough, which knows all of UTF-8.
 void JsonText::quote(std::string_view text) {
-  if (!std::all_of(text.begin(), text.end(), is_plain)) {
+  if (!is_plain(text)) {
     text_ += dumped(text);
     return;
   }
-  text_.push_back('"');
-  text_ += text;
-  text_.push_back('"');
+  const std::size_t begin = text_.size();
+  text_.resize(begin + text.size() + 2, '"');
+  text.copy(text_.data() + begin + 1, text.size());
 }
 
 void JsonText::add(std::string_view value) {
