@@ -59,8 +59,9 @@ stage_cppcheck() { tests/meta/cppcheck.py; }
 
 # GCC: the product, and the kinds of tests that the sanitizers do not have in the same run.
 stage_build() { tools/test --kinds "$other_kinds" --build-only; }
+# Charges of hours, and two thirds of the pairs of faults, are left to tests/nightly.
 stage_tests() {
-  tools/test --kinds "$other_kinds" -- --output-log build/ci-tests.log
+  BMUD_PAIRS_PART=$(part_by_commit 3) tools/test --kinds "$other_kinds" -- -LE '^(rig_long|hours)$' --output-log build/ci-tests.log
   check_ctest build build/ci-tests.log
 }
 
@@ -122,7 +123,7 @@ stage_all_sanitizers_tests() {
 # stage_all_sanitizers_slow K/N: of what takes minutes with them every Nth test, beginning with the Kth.
 stage_all_sanitizers_slow() {
   stage_all_sanitizers_build
-  test_with_sanitizers build-asan/nightly-slow.log -L '^(catalogue|slow)$' -I "${1%/*},,${1#*/}"
+  test_with_sanitizers build-asan/nightly-slow.log -L '^(catalogue|slow|hours)$' -I "${1%/*},,${1#*/}"
 }
 
 # GCC and every kind of test that needs no emulated machine.

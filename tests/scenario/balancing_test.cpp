@@ -126,7 +126,7 @@ TEST_CASE("from one cell 100 mV below the rest a charge ends with all cells with
 }
 
 // Twenty seconds of computing.
-TEST_CASE("the shipped 24 V pack takes six and a half hours for that", "[scenario][balancing][slow]") {
+TEST_CASE("the shipped 24 V pack takes six and a half hours for that", "[scenario][balancing][slow][hours]") {
   CHECK(hours_of_charge(1) == Approx(6.5).epsilon(0.03));
 }
 

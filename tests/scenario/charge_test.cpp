@@ -61,7 +61,7 @@ void plug_in(test::SimRun& run) {
 }  // namespace
 
 TEST_CASE("a pack of 96 cells is charged from 20 % to full, and every cell ends in its window",
-          "[scenario][charge][BMU_11][slow]") {
+          "[scenario][charge][BMU_11][slow][hours]") {
   CoreConfig config = charged_pack(elcon(4), 8);
   config.balancing.bleed_resistance_Ohm = 10;  // 0.4 A, so that a percent takes less than an hour
   test::SimRun run(config);
