@@ -228,7 +228,8 @@ TEST_CASE("no flipped bit of a state text goes unnoticed", "[integration][state]
 
 TEST_CASE("a state text that was cut off is refused at every length", "[integration][state][F76]") {
   const std::string good = state_text(full_state());
-  for (std::size_t length = 0; length + 1 < good.size(); ++length) {
+  // Each third one with a sanitizer; see above.
+  for (std::size_t length = 0; length + 1 < good.size(); length += test::is_sanitized ? 3 : 1) {
     if (parse_state(good.substr(0, length))) FAIL_CHECK("accepted at " << length << " of " << good.size());
   }
 }
