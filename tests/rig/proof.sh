@@ -18,6 +18,7 @@ scenarios=$repository/vcan-fixtures/proof
 internal_bus=vcan0
 vehicle_bus=vcan1
 second_bus=vcan2
+own_charger_bus=vcan3
 # Only reached when something is wrong.
 start_limit_s=30
 script_limit_s=60
@@ -46,12 +47,16 @@ silence_second_pack() {
 }
 
 record_scenario() {
-  local name=$1 folder=/run/recorded/$1 status=0
+  local name=$1 folder=/run/recorded/$1 status=0 daemon_buses=() pack_buses=()
   step "$name"
   mkdir -p "$folder"
   [[ $name != second_pack_silent ]] || start_second_pack
-  start_daemon "bmud_$name" "$(pack_of "$name")" "$internal_bus" --record "$folder"
-  start "mmusim_$name" mmusim --bus "$internal_bus" --inverter-bus "$vehicle_bus" --second-pack-bus "$vehicle_bus" \
+  if [[ $name == charger_own_bus ]]; then
+    daemon_buses=(--bus-charger "$own_charger_bus")
+    pack_buses=(--charger-bus "$own_charger_bus")
+  fi
+  start_daemon "bmud_$name" "$(pack_of "$name")" "$internal_bus" --record "$folder" "${daemon_buses[@]}"
+  start "mmusim_$name" mmusim --bus "$internal_bus" "${pack_buses[@]}" --inverter-bus "$vehicle_bus" --second-pack-bus "$vehicle_bus" \
     --pack "$(pack_of "$name")" --scenario "$scenarios/$name.scn"
   [[ $name != second_pack_silent ]] || silence_second_pack "bmud_$name"
   wait_for "$script_limit_s" "its script is over" stopped "mmusim_$name"
@@ -68,7 +73,7 @@ has_program() { command -v "$1" >/dev/null; }
 step "start"
 for program in bmud mmusim bmuctl bmureplay jq strip; do expect "$program is there" has_program "$program"; done
 rm -f "$RIG_OUT"/*.log.zst
-for bus in "$vehicle_bus" "$second_bus"; do make_vcan "$bus"; done
+for bus in "$vehicle_bus" "$second_bus" "$own_charger_bus"; do make_vcan "$bus"; done
 # Out of memory, too: an emulated machine that waits for the next page of a program lets its clock run ahead, and a module falls silent.
 mkdir -p /run/programs
 for program in bmud mmusim bmuctl; do strip -o "/run/programs/$program" "$(command -v "$program")"; done

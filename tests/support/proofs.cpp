@@ -51,6 +51,10 @@ const std::vector<Proof>& proofs() {
        .well_until = charger_heard_at,
        .allowed = 2'600ms + decision,
        .fault = FaultId::charger_silent},
+      {.name = "charger_own_bus",
+       .well_until = charger_heard_at,
+       .allowed = 2'600ms + decision,
+       .fault = FaultId::charger_silent},
       // Believed after 0.5 s and two samples.
       {.name = "charger_runaway",
        .well_until = obeyed_until,
