@@ -68,6 +68,8 @@ class CanModule {
   void sample(const ModuleMeasurements& measured, TimePoint now);
   void tick(const ModuleWireFaults& faults, TimePoint now);
   [[nodiscard]] std::optional<CanFrame> pop(TimePoint now) { return leaving_.pop(now); }
+  /// It has been asked, and has not yet sent all of its answer.
+  [[nodiscard]] bool is_answering() const { return !questions_.is_empty() || !leaving_.is_empty(); }
 
   /// What it wants of its switches.
   [[nodiscard]] CellMask bleeding_cells() const { return bleeding_; }

@@ -54,6 +54,11 @@ void CurrentSensor::configure(SensorChannel channel, bool is_little_endian, bool
   config_.periods[index] = period;
 }
 
+bool CurrentSensor::is_faster_than(Duration step) const {
+  return std::any_of(config_.periods.begin(), config_.periods.end(),
+                     [step](Duration period) { return period > Duration{} && period < step; });
+}
+
 SensorFrames CurrentSensor::tick(TimePoint now, const SensorMeasurements& measured) {
   accumulate(now, measured);
   SensorFrames out;

@@ -59,6 +59,8 @@ class CurrentSensor {
 
   /// From now on a result is sent in this byte order and this often (0: not), its sign turned round or not.
   void configure(SensorChannel channel, bool is_little_endian, bool is_inverted, Duration period, TimePoint now);
+  /// Results come more often than every `step`.
+  [[nodiscard]] bool is_faster_than(Duration step) const;
   [[nodiscard]] SensorFrames tick(TimePoint now, const SensorMeasurements& measured);
 
  private:

@@ -28,6 +28,7 @@ class FrameQueue {
     return frame;
   }
   void clear() { count_ = 0; }
+  [[nodiscard]] bool is_empty() const { return count_ == 0; }
   [[nodiscard]] bool is_full() const { return count_ == Capacity; }
 
  private:

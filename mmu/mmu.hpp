@@ -89,6 +89,8 @@ class Mmu {
   /// The thermistors this unit takes its own for, from the next sample on: another firmware.
   void set_thermistor_curve(ThermistorCurve curve) { config_.thermistor_curve = curve; }
 
+  /// It has been asked, and has not yet sent all of its answer.
+  [[nodiscard]] bool is_answering() const { return answer_.left != 0 || !responses_.empty(); }
   [[nodiscard]] bool is_asleep() const { return mode_ == UnitMode::asleep; }
   /// Frames of any sender matter to it: they wake it, or keep it awake. Otherwise only those of a master do.
   [[nodiscard]] bool hears_traffic() const { return is_asleep() || is_listening_; }

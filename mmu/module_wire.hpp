@@ -42,6 +42,8 @@ class ModuleWire {
 
   void push(const MmuFrames& frames, const ModuleWireFaults& faults, TimePoint now);
   [[nodiscard]] std::optional<CanFrame> pop(TimePoint now) { return queue_.pop(now); }
+  /// Frames are on their way.
+  [[nodiscard]] bool is_sending() const { return !queue_.is_empty(); }
 
  private:
   struct Kept {

@@ -31,6 +31,7 @@ class SensorUnit {
   void observe(const CanFrame& frame, TimePoint now);
   /// What it has to say now.
   [[nodiscard]] std::optional<CanFrame> tick(TimePoint now);
+  [[nodiscard]] bool is_answering() const { return waiting_.has_value(); }
   /// It sends results.
   [[nodiscard]] bool is_running() const { return is_running_ && starts_at_ == TimePoint{}; }
   [[nodiscard]] const SensorSetting& setting(std::size_t channel) const { return settings_.at(channel); }

@@ -114,6 +114,17 @@ std::span<const SentFrame> Simulator::advance(TimePoint now) {
   return sent_;
 }
 
+bool Simulator::is_busy() const {
+  const auto is_answering = [](const auto& unit) { return unit.is_answering(); };
+  return std::any_of(mmus_.begin(), mmus_.end(), is_answering) ||
+         std::any_of(wires_.begin(), wires_.end(), [](const ModuleWire& wire) { return wire.is_sending(); }) ||
+         std::any_of(can_modules_.begin(), can_modules_.end(), is_answering) ||
+         std::any_of(strangers_.begin(), strangers_.end(),
+                     [](const std::optional<Mmu>& stranger) { return stranger && stranger->is_answering(); }) ||
+         world_.sensor_unit.is_answering() || sensor_.is_faster_than(calm_step) ||
+         second_sensor_.is_faster_than(calm_step);
+}
+
 void Simulator::step() {
   player_.take_due(now_, world_);
   now_ += Plant::step_length;

@@ -52,6 +52,12 @@ class Simulator {
   /// A frame that is none of theirs, on the bus that `served_by` has for it: who is on that one hears it, and the
   /// script's conditions.
   void observe_elsewhere(Port bus, const CanFrame& frame, TimePoint now);
+  /// While nobody is busy, advance() may be called at each whole `calm_step` since the start only: what is sent
+  /// periodically is not late then, and what comes of a condition (a contact that has parted, a module that wakes) is
+  /// sent that much later at most. It has happened when it would have.
+  static constexpr Duration calm_step = 5ms;
+  /// An answer is under way, or results come more often than that.
+  [[nodiscard]] bool is_busy() const;
   /// Runs up to `now`. What is returned, and the script's news, holds until the next call.
   std::span<const SentFrame> advance(TimePoint now);
   /// What the chargers have said in it, where they are on another bus than the modules.

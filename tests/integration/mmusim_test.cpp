@@ -11,6 +11,7 @@
 
 #include <fcntl.h>
 #include <nlohmann/json.hpp>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include "tests/support/folders.hpp"
@@ -40,6 +41,23 @@ TEST_CASE("a check tells what is wrong with the script and what the pack does no
     CHECK(at != std::string::npos);
   }
   CHECK(std::count(finished.err.begin(), finished.err.end(), '\n') == 4);
+}
+
+TEST_CASE("a pack that nobody asks wakes mmusim every 5 ms, not every millisecond", "[integration][mmusim][bus]") {
+  // A process that waits gives its processor up: once each time it has been woken.
+  const auto waits = [] {
+    rusage of_children{};
+    REQUIRE(::getrusage(RUSAGE_CHILDREN, &of_children) == 0);
+    return of_children.ru_nvcsw;
+  };
+  constexpr int seconds = 2;
+  constexpr int waits_max = seconds * 300 + 100;  // 200 a second, and what beginning and ending take
+  const auto before = waits();
+  const std::string bus = "unix:calm-" + std::to_string(::getpid());
+  const Finished run = run_program(
+      {program("mmusim"), "--seconds", std::to_string(seconds), "--quiet", "--pack", pack_file, "--bus", bus});
+  CHECK(run.status == 0);
+  CHECK(waits() - before < waits_max);
 }
 
 TEST_CASE("a check without a pack says what it could not check", "[integration][mmusim]") {

@@ -90,6 +90,46 @@ class SmallWorld {
   }
 };
 
+TEST_CASE("a world is busy from a POLL until its answers have left, and what is periodic keeps to the calm step",
+          "[scenario][simulator]") {
+  SmallWorld world;
+  world.run(2s);  // awake, and heard for the first time
+  world.heard.clear();
+  for (int step = 0; step < 400; ++step) {
+    CHECK_FALSE(world.simulator.is_busy());
+    world.run(Simulator::calm_step);
+  }
+  REQUIRE(world.heard.size() > 100);
+  for (const SentFrame& sent : world.heard) CHECK((sent.at - power_up) % Simulator::calm_step == Duration{});
+
+  world.heard.clear();
+  world.simulator.observe(poll_frame(0, want_all | want_sync, 1), world.simulator.now());
+  const auto is_answer = [](const SentFrame& sent) {
+    return sent.frame.id > status.base_id && sent.frame.id < command.base_id;
+  };
+  const auto answers = [&] { return std::count_if(world.heard.begin(), world.heard.end(), is_answer); };
+  while (world.simulator.is_busy()) world.run(1ms);
+  const auto while_busy = answers();
+  CHECK(while_busy >= 3 * 8);
+  world.run(50ms);
+  CHECK(answers() == while_busy);
+}
+
+TEST_CASE("a world is busy for as long as an answer is delayed, or a sensor is faster than the calm step",
+          "[scenario][simulator]") {
+  SmallWorld delayed("0 module 2 delay_ms 300");
+  delayed.run(2s);
+  delayed.simulator.observe(poll_frame(0, want_all | want_sync, 1), delayed.simulator.now());
+  delayed.run(299ms);
+  CHECK(delayed.simulator.is_busy());
+  delayed.run(20ms);
+  CHECK_FALSE(delayed.simulator.is_busy());
+
+  SimulatorConfig fast = simulator_config(pack_of(1));
+  fast.sensor.periods = {2ms, 60ms, 60ms, 0ms, 0ms};
+  CHECK(Simulator(fast, *parse_scenario(""), power_up).is_busy());
+}
+
 TEST_CASE("the emulated pack follows the pack file", "[scenario][simulator][BMS_F.2]") {
   const SimulatorConfig config = simulator_config(pack_of(3));
   CHECK(config.modules.size() == 3);

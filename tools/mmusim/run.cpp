@@ -59,11 +59,7 @@ Result<void, OsError> Run::init() {
   if (!epoll_.is_open()) return failure(os_error("epoll_create1"));
   timer_ = OwnedFd(::timerfd_create(CLOCK_BOOTTIME, TFD_NONBLOCK | TFD_CLOEXEC));
   if (!timer_.is_open()) return failure(os_error("timerfd_create"));
-  const itimerspec period{.it_interval = to_timespec(Plant::step_length),
-                          .it_value = to_timespec((started_at_ + Plant::step_length).time_since_epoch())};
-  if (::timerfd_settime(timer_.get(), TFD_TIMER_ABSTIME, &period, nullptr) != 0) {
-    return failure(os_error("timerfd_settime"));
-  }
+  if (auto armed = arm_timer(); !armed) return armed;
   sigset_t stops{};
   sigemptyset(&stops);
   sigaddset(&stops, SIGINT);
@@ -78,6 +74,17 @@ Result<void, OsError> Run::init() {
     if (auto watched = watch(epoll_, port->fd()); !watched) return watched;
   }
   return events_ ? watch(epoll_, events_->fd()) : Result<void, OsError>{};
+}
+
+/// For the next time on the grid that begins with the run, which periods are multiples of.
+Result<void, OsError> Run::arm_timer() {
+  const Duration step = simulator_->is_busy() ? Plant::step_length : Simulator::calm_step;
+  const TimePoint wake_at = started_at_ + ((simulator_->now() - started_at_) / step + 1) * step + counts_.left_out;
+  const itimerspec once{.it_interval = {}, .it_value = to_timespec(wake_at.time_since_epoch())};
+  if (::timerfd_settime(timer_.get(), TFD_TIMER_ABSTIME, &once, nullptr) != 0) {
+    return failure(os_error("timerfd_settime"));
+  }
+  return {};
 }
 
 Result<void, OsError> Run::run() {
@@ -99,6 +106,7 @@ Result<void, OsError> Run::run() {
     }
     advance();
     tell_port();
+    if (auto armed = arm_timer(); !armed) return armed;
   }
   return {};
 }

@@ -1,5 +1,7 @@
-// The simulator on a real bus in real time: one epoll over the bus, a 1 ms timer, the stop signals and what people
-// write.
+// The simulator on a real bus in real time: one epoll over the bus, a timer, the stop signals and what people write.
+//
+// The timer wakes it every millisecond while somebody of the pack is busy with an answer, and else every 5 ms: a pack
+// at rest takes little of a machine that has one processor, or an emulated one.
 //
 // Virtual time follows the monotonic clock. Woken late, it catches up millisecond by millisecond; later than
 // `catch_up_max`, the rest is left out and counted: a world that was stopped must not replay its past into the bus.
@@ -63,6 +65,7 @@ class Run {
 
  private:
   [[nodiscard]] Result<void, OsError> init();
+  [[nodiscard]] Result<void, OsError> arm_timer();
   [[nodiscard]] TimePoint virtual_now();
   [[nodiscard]] bool is_over() const;
   void read_frames();
