@@ -52,9 +52,9 @@ class Simulator {
   /// A frame that is none of theirs, on the bus that `served_by` has for it: who is on that one hears it, and the
   /// script's conditions.
   void observe_elsewhere(Port bus, const CanFrame& frame, TimePoint now);
-  /// While nobody is busy, advance() may be called at each whole `calm_step` since the start only: what is sent
-  /// periodically is not late then, and what comes of a condition (a contact that has parted, a module that wakes) is
-  /// sent that much later at most. It has happened when it would have.
+  /// While nobody is busy, advance() may be called at each whole `calm_step` since the start only: what is due at such
+  /// a time, as most that is periodic, is not late then, and everything else (a contact that has parted, a module that
+  /// wakes, a result every 7 ms) is sent less than one later. It has happened when it would have.
   static constexpr Duration calm_step = 5ms;
   /// An answer is under way, or results come more often than that.
   [[nodiscard]] bool is_busy() const;

@@ -7,6 +7,7 @@
 #include "daemon/shell/rate_watch.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/folders.hpp"
+#include "tests/support/quiet_port.hpp"
 
 namespace bmu {
 namespace {
@@ -31,21 +32,10 @@ RateVerdict verdict(const PackConfig& pack, std::int64_t bit_per_s) {
 }
 
 /// A port with nothing but a bit rate.
-class RatedPort final : public BusPort {
+class RatedPort final : public test::QuietPort {
  public:
-  [[nodiscard]] int fd() const override { return -1; }
-  [[nodiscard]] ReadStatus read(ReceivedFrame& /*out*/) override { return ReadStatus::empty; }
-  [[nodiscard]] Result<void, SendError> send(const CanFrame& /*frame*/) override { return {}; }
-  void maintain() override {}
-  [[nodiscard]] BusState state() const override { return BusState::up; }
-  [[nodiscard]] std::uint64_t frames_lost() const override { return 0; }
-  [[nodiscard]] const std::string& name() const override { return name_; }
-  [[nodiscard]] std::string last_error() const override { return ""; }
   [[nodiscard]] std::uint32_t rate_bit_per_s() const override { return rate; }
   std::uint32_t rate = 0;
-
- private:
-  std::string name_ = "can0";
 };
 
 }  // namespace

@@ -76,7 +76,7 @@ Result<void, OsError> Run::init() {
   return events_ ? watch(epoll_, events_->fd()) : Result<void, OsError>{};
 }
 
-/// For the next time on the grid that begins with the run, which periods are multiples of.
+/// For the next time on the grid that begins with the run, as most periods are multiples of its step.
 Result<void, OsError> Run::arm_timer() {
   const Duration step = simulator_->is_busy() ? Plant::step_length : Simulator::calm_step;
   const TimePoint wake_at = started_at_ + ((simulator_->now() - started_at_) / step + 1) * step + counts_.left_out;
