@@ -200,8 +200,9 @@ stage_tidy() {
 stage_mutation() { tests/mutation/mutate.py --part "$1"; }
 # Those of lines that recent commits changed: all, or a part of so many that can be tried in CI.
 recent_mutants_max=200
+recent_mutants_s=600
 stage_mutation_recent() {
-  tests/mutation/mutate.py --since "$(recent_base)" --at-most "$recent_mutants_max" --turn "$((0x$(git rev-parse --short=7 HEAD)))"
+  tests/mutation/mutate.py --since "$(recent_base)" --at-most "$recent_mutants_max" --seconds "$recent_mutants_s" --turn "$((0x$(git rev-parse --short=7 HEAD)))"
 }
 stage_coverage() {
   tests/mutation/coverage.sh

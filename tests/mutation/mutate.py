@@ -10,6 +10,7 @@ sees that for all of files.txt, or for the named files. docs/decisions/0006 says
   tests/mutation/mutate.py --since HEAD~1                     lines changed since then, in the working tree
   tests/mutation/mutate.py --part 2/3                         every third mutant, beginning with the second
   tests/mutation/mutate.py --since HEAD~1 --at-most 200 --turn 7   of more than 200 a part, the next one with the next number
+  tests/mutation/mutate.py --since HEAD~1 --seconds 600       begins none later than that after the start; the verdict is on the tried ones
   tests/mutation/mutate.py --list                             names the mutants and tries none
 """
 
@@ -20,7 +21,7 @@ import json
 import re
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -71,6 +72,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--part", type=part, metavar="K/N", help="only every Nth mutant, beginning with the Kth")
     parser.add_argument("--at-most", type=positive, metavar="N", help="of more mutants one part of N or less")
     parser.add_argument("--turn", type=int, default=0, metavar="K", help="with --at-most: which part, counted round from 0")
+    parser.add_argument("--seconds", type=positive, help="leave what has not begun so long after the start")
     parser.add_argument("--list", action="store_true", help="print the mutants and stop")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the results there, too")
     parser.add_argument("--work", type=Path, default=safety_files.ROOT / "build-mutation", help="folder for copy and build")
@@ -111,24 +113,38 @@ def text_of(mutant: Mutant) -> str:
     return f"{mutant.file}:{mutant.line}:{mutant.column}: {mutant.source}  [{mutant.change}]"
 
 
-def try_all(work: Path, wanted: list[Mutant], jobs: int, known: killers.Killers) -> tuple[set[int], set[int]]:
-    """The numbers of the killed ones, and of those that no test reaches."""
+class Results:
+    """The numbers of the killed mutants, of those that no test reaches, and of those that were left for lack of time."""
+
+    def __init__(self) -> None:
+        self.killed: set[int] = set()
+        self.unreached: set[int] = set()
+        self.left: set[int] = set()
+
+
+def try_all(work: Path, wanted: list[Mutant], jobs: int, known: killers.Killers, is_late: Callable[[], bool]) -> Results:
     reach = trial.learn_reach(work / "tree", work / "build")
-    unreached = {each.id for each in wanted if not reach.cases_for(each.id)}
-    killed: set[int] = set()
+    results = Results()
+    results.unreached = {each.id for each in wanted if not reach.cases_for(each.id)}
+
+    def attempt(each: Mutant) -> str | None:
+        if is_late():
+            results.left.add(each.id)
+            return None
+        return trial.killer(work / "build", reach, each.id, known.of(each))
+
     with ThreadPoolExecutor(max_workers=jobs) as pool:
-        outcomes = pool.map(lambda each: trial.killer(work / "build", reach, each.id, known.of(each)), wanted)
-        for tried, (each, name) in enumerate(zip(wanted, outcomes), start=1):
+        for tried, (each, name) in enumerate(zip(wanted, pool.map(attempt, wanted)), start=1):
             if name is not None:
-                killed.add(each.id)
+                results.killed.add(each.id)
                 known.note(each, name)
-            else:
+            elif each.id not in results.left:
                 print(f"mutate: not killed: {text_of(each)}", file=sys.stderr, flush=True)
-            if tried % PROGRESS_EVERY == 0:
-                print(f"mutate: {tried} of {len(wanted)} tried, {len(killed)} killed", file=sys.stderr, flush=True)
+            if tried % PROGRESS_EVERY == 0 and not results.left:
+                print(f"mutate: {tried} of {len(wanted)} tried, {len(results.killed)} killed", file=sys.stderr, flush=True)
                 known.save()
     known.save()
-    return killed, unreached
+    return results
 
 
 def print_summary(wanted: list[Mutant], killed: set[int]) -> None:
@@ -193,7 +209,14 @@ def main() -> int:
     trial.copy_project(safety_files.ROOT, arguments.work / "tree", instead)
     trial.build(arguments.work / "tree", arguments.work / "build", arguments.jobs)
     print(f"mutate: {len(wanted)} mutants, built after {watch}", flush=True)
-    killed, unreached = try_all(arguments.work, wanted, arguments.jobs, killers.Killers(killers.default_path()))
+    is_late = lambda: arguments.seconds is not None and watch.passed_s() > arguments.seconds  # noqa: E731
+    results = try_all(arguments.work, wanted, arguments.jobs, killers.Killers(killers.default_path()), is_late)
+    killed, unreached = results.killed, results.unreached
+    if results.left:
+        wanted = [each for each in wanted if each.id not in results.left]
+        print(f"mutate: {len(results.left)} mutants were left after {arguments.seconds} s, and have no verdict")
+        if not wanted:
+            return 2
     print_summary(wanted, killed)
     if arguments.json:
         write_json(arguments.json, wanted, killed, unreached)

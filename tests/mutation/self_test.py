@@ -383,8 +383,10 @@ class Listed(unittest.TestCase):
     SURVIVOR = survivors.Survivor("a.cpp", "line 1", "0 -> 1", "it is so")
 
     def _run(self, words: list[str], *listed: survivors.Survivor) -> tuple[int, str]:
-        def all_but_the_first(_work: Path, wanted: list[Mutant], *_: object) -> tuple[set[int], set[int]]:
-            return {each.id for each in wanted} - {1}, set()
+        def all_but_the_first(_work: Path, wanted: list[Mutant], *_: object) -> mutate.Results:
+            results = mutate.Results()
+            results.killed = {each.id for each in wanted} - {1}
+            return results
 
         instead = [
             unittest.mock.patch.object(sys, "argv", ["mutate.py", *words]),
@@ -416,6 +418,47 @@ class Listed(unittest.TestCase):
         status, printed = self._run(["--part", "2/2"], killed)
         self.assertEqual(status, 1)
         self.assertIn("survivors.txt lists a mutant that is killed: a.cpp:2:1: line 2  [0 -> 1]", printed)
+
+
+class InTime(unittest.TestCase):
+    """What does not begin in time has no verdict, and is not called a survivor."""
+
+    def _run(self, first_s: float, begin_s: float) -> tuple[int, str]:
+        found = [Mutant(number, "a.cpp", number, 1, f"line {number}", "0 -> 1") for number in (1, 2, 3)]
+        times_s = iter([0.0, first_s])
+        instead = [
+            unittest.mock.patch.object(sys, "argv", ["mutate.py", "--seconds", "10", "--jobs", "1"]),
+            unittest.mock.patch.object(mutants, "find", return_value=([], found)),
+            unittest.mock.patch.object(survivors, "read", return_value=[]),
+            unittest.mock.patch.object(trial, "copy_project"),
+            unittest.mock.patch.object(trial, "build"),
+            unittest.mock.patch.object(trial, "learn_reach", return_value=trial.Reach()),
+            unittest.mock.patch.object(trial, "killer", return_value="a case"),
+            unittest.mock.patch.object(trial.Stopwatch, "passed_s", side_effect=lambda: next(times_s, begin_s)),
+            unittest.mock.patch.object(mutate.killers, "Killers"),
+        ]
+        with contextlib.ExitStack() as stack, contextlib.redirect_stdout(io.StringIO()) as printed:
+            for each in instead:
+                stack.enter_context(each)
+            return mutate.main(), printed.getvalue()
+
+    def test_all_are_tried(self) -> None:
+        status, printed = self._run(10.0, 10.0)
+        self.assertEqual(status, 0, printed)
+        self.assertIn("3 of 3 killed", printed)
+        self.assertNotIn("left", printed)
+
+    def test_the_rest_is_left(self) -> None:
+        status, printed = self._run(10.0, 10.1)
+        self.assertEqual(status, 0, printed)
+        self.assertIn("mutate: 2 mutants were left after 10 s, and have no verdict", printed)
+        self.assertNotIn("survived:", printed)
+        self.assertIn("1 of 1 killed", printed)
+
+    def test_a_run_that_tries_none_has_no_verdict(self) -> None:
+        status, printed = self._run(10.1, 10.1)
+        self.assertEqual(status, 2, printed)
+        self.assertNotIn("killed", printed)
 
 
 class ChangedLines(unittest.TestCase):

@@ -206,5 +206,8 @@ class Stopwatch:
     def __init__(self) -> None:
         self._started_at = time.monotonic()
 
+    def passed_s(self) -> float:
+        return time.monotonic() - self._started_at
+
     def __str__(self) -> str:
-        return f"{time.monotonic() - self._started_at:.0f} s"
+        return f"{self.passed_s():.0f} s"
