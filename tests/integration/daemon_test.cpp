@@ -700,36 +700,4 @@ TEST_CASE("without a daemon bmuctl says so in one line, and a wrong command line
   CHECK(run_program({program("bmuctl"), "dance"}).status == 2);
 }
 
-TEST_CASE("watch without a terminal tells lines, and the picture once at the end", "[integration][bmuctl][bus]") {
-  Bench bench;
-  bench.start_emulator("");
-  bench.start_daemon();
-  REQUIRE(bench.listener.next(test::hang_max));
-  CHECK(bench.ask({"watch", "--seconds", "0.2"}).status == 0);
-  const std::string path = bench.folder / "out";
-  Process watch({program("bmuctl"), "--socket", bench.socket, "watch", "--period", "0.2"}, {.out_file = path});
-  const auto lines = [](const std::string& text) { return std::count(text.begin(), text.end(), '\n'); };
-  REQUIRE(bench.becomes([&] { return lines(read_file(path)) >= 3; }));
-  watch.signal(SIGTERM);
-  CHECK(watch.wait(test::hang_max) == 0);
-  const std::string watched = read_file(path);
-  CHECK(watched.find('\033') == std::string::npos);
-  CHECK(lines(watched) > 12);
-  CHECK(watched.find("demo 48s") != std::string::npos);
-}
-
-TEST_CASE("watch keeps the last picture and fails when the daemon goes away", "[integration][bmuctl][bus]") {
-  Bench bench;
-  bench.start_daemon();
-  REQUIRE(bench.listener.next(test::hang_max));
-  Process watch({program("bmuctl"), "--socket", bench.socket, "watch", "--period", "0.1"},
-                {.out_file = bench.folder / "out", .err_file = bench.folder / "err"});
-  // It counts as watching once its first line is there.
-  REQUIRE(bench.becomes([&] { return !read_file(bench.folder / "out").empty(); }));
-  bench.daemon->signal(SIGKILL);
-  CHECK(watch.wait(test::hang_max) == 1);
-  CHECK(read_file(bench.folder / "out").find("demo 48s") != std::string::npos);
-  CHECK(read_file(bench.folder / "err").find("the daemon has gone") != std::string::npos);
-}
-
 }  // namespace bmu

@@ -68,7 +68,8 @@ class Watch {
         period_(options.period.value_or(is_terminal_ ? period_on_terminal : period_elsewhere)),
         glyphs_(glyphs_for_locale()),
         began_(steady_clock::now()),
-        heard_(began_) {}
+        heard_(began_),
+        looked_(began_) {}
 
   int run();
 
@@ -100,6 +101,8 @@ class Watch {
   const Glyphs& glyphs_;
   steady_clock::time_point began_;
   steady_clock::time_point heard_;
+  // Until then nothing had come: what comes while this program writes or is stopped is still to be read.
+  steady_clock::time_point looked_;
   std::optional<Client> client_;
   OwnedFd signals_;
   std::unique_ptr<FullScreen> screen_;
@@ -169,7 +172,9 @@ void Watch::wait() {
                                {.fd = daemon_fd, .events = POLLIN, .revents = 0},
                                {.fd = has_keys ? STDIN_FILENO : -1, .events = POLLIN, .revents = 0}}};
   constexpr milliseconds wait_max{100};
+  const steady_clock::time_point looked = steady_clock::now();
   const int count = ::poll(polls.data(), polls.size(), static_cast<int>(wait_max.count()));
+  if (count >= 0 && polls[1].revents == 0) looked_ = looked;
   if (polls[2].revents == 0) {
     for (const Key& key : keys_.pause()) obey(key);
   }
@@ -296,8 +301,9 @@ void Watch::check_times() {
     if (connect()) draw();
     return;
   }
-  if (now - heard_ > period_ + silence_max) return lose("the daemon does not answer");
-  if (now - heard_ > period_ + silence_noticed && notice_.empty()) {
+  const auto silent_for = looked_ - heard_;
+  if (silent_for > period_ + silence_max) return lose("the daemon does not answer");
+  if (silent_for > period_ + silence_noticed && notice_.empty()) {
     notice_ = "the daemon is silent: this picture is old";
     draw();
   }
