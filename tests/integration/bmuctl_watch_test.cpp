@@ -4,6 +4,8 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
+#include <csignal>
+#include <cstddef>
 #include <string>
 
 #include <fcntl.h>
@@ -86,6 +88,19 @@ TEST_CASE("watch keeps the last picture and fails when the daemon goes away", "[
   CHECK(watch.wait(test::hang_max) == 1);
   CHECK(read_file(bench.folder / "out").find("demo 48s") != std::string::npos);
   CHECK(read_file(bench.folder / "err").find("the daemon has gone") != std::string::npos);
+}
+
+TEST_CASE("watch ends when the daemon is there and says nothing for longer than it may", "[integration][bmuctl][bus]") {
+  Bench bench;
+  bench.start_daemon();
+  REQUIRE(bench.listener.next(test::hang_max));
+  Process watch({program("bmuctl"), "--socket", bench.socket, "watch", "--period", "0.1"},
+                {.out_file = bench.folder / "out", .err_file = bench.folder / "err"});
+  REQUIRE(bench.becomes([&] { return !read_file(bench.folder / "out").empty(); }));
+  bench.daemon->signal(SIGSTOP);
+  CHECK(watch.wait(milliseconds{4'000}) == -1);
+  CHECK(watch.wait(test::hang_max) == 1);
+  CHECK(read_file(bench.folder / "err") == "bmuctl: the daemon does not answer\n");
 }
 
 TEST_CASE("watch that was held up for longer than a daemon may be silent goes on with what has come meanwhile",

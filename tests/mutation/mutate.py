@@ -209,13 +209,17 @@ def main() -> int:
     trial.copy_project(safety_files.ROOT, arguments.work / "tree", instead)
     trial.build(arguments.work / "tree", arguments.work / "build", arguments.jobs)
     print(f"mutate: {len(wanted)} mutants, built after {watch}", flush=True)
-    is_late = lambda: arguments.seconds is not None and watch.passed_s() > arguments.seconds  # noqa: E731
+
+    def is_late() -> bool:
+        return arguments.seconds is not None and watch.passed_s() > arguments.seconds
+
     results = try_all(arguments.work, wanted, arguments.jobs, killers.Killers(killers.default_path()), is_late)
     killed, unreached = results.killed, results.unreached
     if results.left:
         wanted = [each for each in wanted if each.id not in results.left]
         print(f"mutate: {len(results.left)} mutants were left after {arguments.seconds} s, and have no verdict")
         if not wanted:
+            print("\n".join([*wrong, "mutate: none was tried"]))
             return 2
     print_summary(wanted, killed)
     if arguments.json:

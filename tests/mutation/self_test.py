@@ -458,6 +458,7 @@ class InTime(unittest.TestCase):
     def test_a_run_that_tries_none_has_no_verdict(self) -> None:
         status, printed = self._run(10.1, 10.1)
         self.assertEqual(status, 2, printed)
+        self.assertIn("mutate: none was tried", printed)
         self.assertNotIn("killed", printed)
 
 
