@@ -122,7 +122,7 @@ FAULT_TESTED_IN(
      .outcome = Outcome::never_closes})
 
 TEST_CASE("F82: a main positive that is welded shows with main negative alone, whatever its auxiliary contact says",
-          "[catalogue][F82]") {
+          "[catalogue][F82][slow]") {
   for (const Pack& config : packs()) {
     INFO("pack of " << config.name);
     for (const Duration key_after : {Duration{2500ms}, Duration{6s}}) {
@@ -159,7 +159,7 @@ FAULT(82, "the link stays where the pack is", 5s + voltage_budget,
         .holds = [](const WiredPack& pack) { return pack.phases_entered(Phase::main_negative) == 0; }}})
 
 // Told a tick and a frame after the time-out: one of 1.98 s keeps the 2 s to the word on the bus.
-FAULT(86, "the precharge never gets there", 2s + 20ms,
+SLOW_FAULT(86, "the precharge never gets there", 2s + 20ms,
       {{.what = "the precharge resistor is burnt out, time-out of 2 s as by default",
         .inject = {},
         .repair = script("precharge resistance_Ohm 100"),
@@ -169,7 +169,7 @@ FAULT(86, "the precharge never gets there", 2s + 20ms,
         .prepare = script("precharge resistance_Ohm 1000000000"),
         .is_seen_open = false}})
 
-FAULT(86, "the precharge never gets there, and the word open is out in 2 s", 2s,
+SLOW_FAULT(86, "the precharge never gets there, and the word open is out in 2 s", 2s,
       {{.what = "the precharge resistor is burnt out, time-out of 1.98 s",
         .inject = {},
         .repair = script("precharge resistance_Ohm 100"),
@@ -465,7 +465,7 @@ SLOW_FAULT(99, "a charger on a bus that may take 2 s to follow goes on", 2'600ms
              .fit = with_brusa,
              .has_way_back = false}})
 
-FAULT(102, "the supply is low", 20ms,
+SLOW_FAULT(102, "the supply is low", 20ms,
       {{.what = "the supply is low from the start",
         .inject = supply_is_low,
         .fault = "supply_low",

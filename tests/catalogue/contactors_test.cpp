@@ -38,7 +38,7 @@ FAULT(83, "a contactor does not close", 300ms,
         .prepare = script("contactor main_positive stuck_open"),
         .is_seen_open = false}})
 
-FAULT(84, "an auxiliary contact flickers", 300ms,
+SLOW_FAULT(84, "an auxiliary contact flickers", 300ms,
       {{.what = "an auxiliary contact of a closed contactor opens for 5 ms",
         .inject = for_a_while("contactor main_positive feedback open", 5ms, "contactor main_positive feedback auto"),
         .outcome = Outcome::stays_closed},

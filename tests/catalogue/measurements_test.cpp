@@ -188,7 +188,7 @@ FAULT(6, "a cell is too cold", temperature_budget,
         .span = 620ms,
         .step = 23ms}})
 
-FAULT(9, "a temperature sensor is open or shorted", temperature_budget,
+SLOW_FAULT(9, "a temperature sensor is open or shorted", temperature_budget,
       {{.what = "a temperature sensor is open",
         .inject = script("thermistor $T state open"),
         .repair = script("thermistor $T state ok"),

@@ -235,7 +235,7 @@ FAULT(23, "a module answers without its temperatures", budget,
         .fault = "temperature_not_measured",
         .configured = seen::in_temperature_silence}})
 
-FAULT(24, "a module answers slower than it is asked", budget,
+SLOW_FAULT(24, "a module answers slower than it is asked", budget,
       {{.what = "a module answers 120 ms late",
         .inject = delaying(is_of_last_module, 120ms),
         .repair = heal,
@@ -353,7 +353,7 @@ FAULT(30, "two modules under one node number", budget,
         .configured = seen::in_two_answers,
         .holds = counts(RejectReason::conflicting)}})
 
-FAULT(31, "a module nobody configured", 1s,
+SLOW_FAULT(31, "a module nobody configured", 1s,
       {{.what = "a module nobody configured begins to answer: told",
         .inject = unknown_module(),
         .fault = "unknown_module",
@@ -375,7 +375,7 @@ FAULT(32, "a module is missing at start", 0ms,
         .fault = "module_lost",
         .outcome = Outcome::never_closes}})
 
-FAULT(33, "a module starts anew", budget,
+SLOW_FAULT(33, "a module starts anew", budget,
       {{.what = "a module starts anew and answers the next POLL",
         .inject = script("module $N restart"),
         .outcome = Outcome::stays_closed},
@@ -384,7 +384,7 @@ FAULT(33, "a module starts anew", budget,
         .fault = "module_lost",
         .configured = seen::in_module_silence}})
 
-FAULT(34, "frames of a wrong form under our identifiers", 0ms,
+SLOW_FAULT(34, "frames of a wrong form under our identifiers", 0ms,
       {{.what = "wrong lengths, remote frames, extended twins",
         .inject = malformed_frames(),
         .outcome = Outcome::stays_closed,
@@ -392,7 +392,7 @@ FAULT(34, "frames of a wrong form under our identifiers", 0ms,
           return counts(RejectReason::wrong_length, 100)(pack) && counts(RejectReason::wrong_form, 100)(pack);
         }}})
 
-FAULT(35, "answers nobody asked for", budget,
+SLOW_FAULT(35, "answers nobody asked for", budget,
       {{.what = "a silent module, and a stranger who answers for it unasked",
         .inject = all({script("module $N silent"), answers_without_question(-3)}),
         .repair = all({script("module $N talking"), heal}),
@@ -478,7 +478,7 @@ FAULT(
       .in_phase = Phase::open,
       .has_way_back = false}})
 
-FAULT(108, "a module never takes its limits", 2500ms,
+SLOW_FAULT(108, "a module never takes its limits", 2500ms,
       {{.what = "a module obeys no command from the start",
         .inject = script("module $N commands ignored"),
         .fault = "module_not_set_up",

@@ -79,7 +79,7 @@ TEST_CASE("F5: the lock after a deep discharge survives a restart", "[catalogue]
   CHECK(next.faults().state(find_fault("cell_deep_discharge")->id).is_present());
 }
 
-FAULT(6, "a cell is too hot to be charged", temperature_budget,
+SLOW_FAULT(6, "a cell is too hot to be charged", temperature_budget,
       {{.what = "a cell gets hotter than 45 C while a charger charges",
         .inject = script("cell $C temperature_dC ..500 over 0.63"),
         .repair = script("cell $C temperature_dC 250"),
@@ -104,7 +104,7 @@ FAULT(6, "a cell is too hot to be charged", temperature_budget,
         .has_way_back = false,
         .holds = [](const WiredPack& pack) { return pack.commanded().main_positive; }}})
 
-FAULT(7, "a cell is too cold to be charged", temperature_budget,
+SLOW_FAULT(7, "a cell is too cold to be charged", temperature_budget,
       {{.what = "the pack gets colder than 0 C while a charger charges",
         .inject = script("pack temperature_dC ..-50 over 0.63"),
         .repair = script("pack temperature_dC 250; pack ambient_dC 250"),
@@ -170,7 +170,7 @@ FAULT(12, "values stand still", 10s,
 
 // The flattest stretch of the packs' curve is 1 mV for a thousandth of 50 Ah: 5 mV are due after 0.25 Ah. Then the 8 s
 // of the limit begin.
-FAULT(12, "values stand still at a steady current", 32s,
+SLOW_FAULT(12, "values stand still at a steady current", 32s,
       {{.what = "a module repeats what it said last while 40 A are drawn: 22.5 s, and 8 s",
         .inject = script("module $N stuck on"),
         .repair = script("module $N stuck off"),
@@ -191,7 +191,7 @@ SLOW_FAULT(12, "values stand still while a charger charges", 55s,
              .step = 150ms,
              .is_seen_open = false}})
 
-FAULT(15, "the cells are far apart", 1s,
+SLOW_FAULT(15, "the cells are far apart", 1s,
       {{.what = "a cell 500 mV below the others",
         .inject = script("cell $C voltage_mV 3200"),
         .repair = script("cell $C voltage_mV auto"),

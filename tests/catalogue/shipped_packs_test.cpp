@@ -69,7 +69,7 @@ TEST_CASE("every shipped pack closes, and its precharge takes at least twice wha
   }
 }
 
-TEST_CASE("F86: no shipped pack closes with a burnt-out precharge resistor", "[catalogue][F86][shipped]") {
+TEST_CASE("F86: no shipped pack closes with a burnt-out precharge resistor", "[catalogue][F86][shipped][slow]") {
   check_never_closes("precharge resistance_Ohm 1000000000", {"precharge_failed"});
 }
 
@@ -77,7 +77,7 @@ TEST_CASE("F87: no shipped pack closes with a shorted precharge resistor", "[cat
   check_never_closes("precharge resistance_Ohm 0.1", {"precharge_too_fast", "precharge_overcurrent"});
 }
 
-TEST_CASE("F88: no shipped pack closes onto a shorted link", "[catalogue][F88][shipped]") {
+TEST_CASE("F88: no shipped pack closes onto a shorted link", "[catalogue][F88][shipped][slow]") {
   check_never_closes("link bleed_Ohm 0.1", {});
   check_never_closes("link bleed_Ohm 0.1; precharge resistance_Ohm 10", {});
 }

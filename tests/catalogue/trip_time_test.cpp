@@ -69,14 +69,14 @@ std::vector<Case> hard_limits(const Pack& pack) {
 
 }  // namespace
 
-TEST_CASE("16 modules of 12 cells: a hard limit is on the bus as the word open within 100 ms", "[catalogue][trip]") {
+TEST_CASE("16 modules of 12 cells: a hard limit is on the bus as the word open within 100 ms", "[catalogue][trip][slow]") {
   for (const Case& one : hard_limits(fast_pack())) {
     INFO(one.what);
     CHECK(longest(one, fast_pack()) <= 100ms);
   }
 }
 
-TEST_CASE("16 modules of 12 cells: one bad sample of a cell never trips", "[catalogue][trip][F2]") {
+TEST_CASE("16 modules of 12 cells: one bad sample of a cell never trips", "[catalogue][trip][F2][slow]") {
   const Case spike{.what = "a spike for one sample of the module",
                    .inject = for_a_while("cell $C voltage_mV 4600", 10ms, "cell $C voltage_mV auto"),
                    .outcome = Outcome::stays_closed,
@@ -85,7 +85,7 @@ TEST_CASE("16 modules of 12 cells: one bad sample of a cell never trips", "[cata
   CHECK_FALSE(worst_time(spike, fast_pack()));
 }
 
-TEST_CASE("the shipped packs: one wild temperature of a module never trips", "[catalogue][trip][F2]") {
+TEST_CASE("the shipped packs: one wild temperature of a module never trips", "[catalogue][trip][F2][slow]") {
   for (const char* const file : {"demo-48s.json", "lipo-6s-24v.json", "traction-16x12.json"}) {
     const Pack pack = shipped(file);
     for (const auto& [wild, back] :
@@ -126,7 +126,7 @@ TEST_CASE("the racing accumulator as shipped opens on voltage and current within
 }
 
 TEST_CASE("the racing accumulator as shipped opens on temperatures within 1 s",
-          "[catalogue][formula_student][FS_1][FS_2]") {
+          "[catalogue][formula_student][FS_1][FS_2][slow]") {
   const LimitsConfig& limits = racing_pack().config.limits;
   const std::int32_t cold_dC = limits.cell_undertemperature.open - 20;
   Case cold = of_last_cell("a cell is too cold", "temperature_dC", cold_dC, "cell_undertemperature");

@@ -612,7 +612,7 @@ TEST_CASE("a file of the same name that others made since is left to them", "[in
   CHECK(other->last_error().empty());
 }
 
-TEST_CASE("whoever joins while others leave meets those who stay", "[integration][embedded_bus][bus]") {
+TEST_CASE("whoever joins while others leave meets those who stay", "[integration][embedded_bus][bus][slow]") {
   constexpr int turns = 1'500;
   const TestBus bus;
   std::vector<std::thread> threads;

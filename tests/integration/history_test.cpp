@@ -135,7 +135,7 @@ TEST_CASE("the daemon keeps a history beside its state, and bmuctl shows it whil
 }
 
 TEST_CASE("who asks for the history while the daemon creates it is told that nothing is recorded yet",
-          "[integration][daemon][history][bus]") {
+          "[integration][daemon][history][bus][slow]") {
   HistoryBench bench;
   const auto ask = [&] { return bench.ask({"history", "--file", bench.path}); };
   for (int start = 0; start < 3; ++start) {

@@ -442,7 +442,7 @@ TEST_CASE("with a real-time priority and locked memory the next life's threads a
   }
 }
 
-TEST_CASE("two hundred reloads leave nothing behind", "[integration][daemon][reload][bus]") {
+TEST_CASE("two hundred reloads leave nothing behind", "[integration][daemon][reload][bus][slow]") {
   ReloadBench bench;
   bench.more_options.insert(bench.more_options.end(),
                             {"--record", bench.folder / "drives", "--black-box", bench.folder / "boxes"});

@@ -208,7 +208,7 @@ TEST_CASE("a state comes back from its text with every field", "[integration][st
   CHECK(empty->state == PersistentState{});
 }
 
-TEST_CASE("no flipped bit of a state text goes unnoticed", "[integration][state][F76]") {
+TEST_CASE("no flipped bit of a state text goes unnoticed", "[integration][state][F76][slow]") {
   const PersistentState state = full_state();
   const std::string good = state_text(state);
   for (std::size_t at = 0; at < good.size(); ++at) {

@@ -2,7 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence, Set
+from dataclasses import replace
+
 from mutants import Constant, Place, Source
+
+
+def narrowed(sources: Sequence[Source], ids: Set[int]) -> list[Source]:
+    """The sources that hold these mutants, with no other place to ask whether its mutant is the selected one: what is asked in every
+    expression takes a program several times its own time. A twin stands for its constant in every source and in other constants:
+    if one mutant lies in a constant, all is left as it is."""
+
+    def is_wanted(place: Place) -> bool:
+        return any(place.first_id + change in ids for change in range(len(place.changes)))
+
+    if any(is_wanted(place) for source in sources for constant in source.constants for place in constant.places):
+        return list(sources)
+    result = [replace(source, places=[each for each in source.places if is_wanted(each)], constants=[]) for source in sources]
+    return [each for each in result if each.places]
+
 
 # Text to write at an offset instead of what stands until `end`. At one offset endings come before beginnings, the inner
 # ending before the outer and the outer beginning before the inner: `rank` says which is which.

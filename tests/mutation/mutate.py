@@ -202,6 +202,9 @@ def main() -> int:
     if not wanted:
         print("\n".join([*wrong, "mutate: nothing to mutate"]))
         return 1 if wrong else 0
+    # Parts of all mutants share one build, and what is learnt with it.
+    if arguments.since or arguments.file:
+        sources = instrument.narrowed(sources, {each.id for each in wanted})
     constants = [constant for source in sources for constant in source.constants]
     instead = {source.file: instrument.instrumented(source, constants) for source in sources}
     main_file = "tests/support/catch_main.cpp"

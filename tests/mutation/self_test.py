@@ -116,6 +116,24 @@ class Mutation(unittest.TestCase):
             survived = {(each.source, each.change) for each in found if self._status(program, each.id) == 0}
         self.assertEqual(survived, SURVIVORS)
 
+    def test_of_chosen_mutants_alone_kills_these_and_knows_no_other(self) -> None:
+        sources, found = find_in_toy()
+        ids = {each.id for each in found if each.source == "if (!row.counts) continue;"}
+        narrow = instrument.narrowed(sources, ids)
+        self.assertEqual({place.first_id for place in narrow[0].places} - ids, set())
+        with tempfile.TemporaryDirectory() as folder:
+            program = self._build(Path(folder), instrument.instrumented(narrow[0], []))
+            noticed = {each.id for each in found if self._status(program, each.id) != 0}
+        self.assertEqual(noticed, ids)
+
+    def test_of_chosen_mutants_in_a_constant_needs_all(self) -> None:
+        sources, found = find_in_toy()
+        ids = {each.id for each in found if each.source.startswith("constexpr std::array<Row, 2> rows")}
+        self.assertEqual(instrument.narrowed(sources, ids), sources)
+
+    def test_of_no_mutant_changes_no_source(self) -> None:
+        self.assertEqual(instrument.narrowed(find_in_toy()[0], set()), [])
+
     def _build(self, folder: Path, toy: bytes) -> Path:
         (folder / "toy.cpp").write_bytes(toy)
         (folder / "toy_checks.cpp").write_bytes((safety_files.HERE / "toy_checks.cpp").read_bytes())

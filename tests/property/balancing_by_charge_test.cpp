@@ -123,7 +123,7 @@ double live(std::uint64_t seed) {
 }  // namespace
 
 TEST_CASE("no cell is bled below the one that is missing most, whatever cells hold and the sensor counts",
-          "[property][balancing][BMS_F.4]") {
+          "[property][balancing][BMS_F.4][slow]") {
   const char* only = std::getenv("BMUD_SEED");
   const std::uint64_t first = only != nullptr ? std::strtoull(only, nullptr, 10) : 1;
   const std::uint64_t last = only != nullptr ? first : seeds;

@@ -343,7 +343,7 @@ TEST_CASE("whatever modules do, the pack is open in time, never closed unasked, 
 }
 
 TEST_CASE("whatever modules do, no cell bleeds for long against a reason or unseen",
-          "[property][modules][balancing][BMS_F.4][MMU_CB]") {
+          "[property][modules][balancing][BMS_F.4][MMU_CB][slow]") {
   CoreConfig config = demonstration();
   config.balancing.is_enabled = true;
   config.balancing.requires_closed = false;

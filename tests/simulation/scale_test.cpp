@@ -205,7 +205,7 @@ TEST_CASE("modules that look at their bus once a millisecond and answer in one g
   }
 }
 
-TEST_CASE("no measured load is higher than the one that pack files are judged by", "[simulation][scale]") {
+TEST_CASE("no measured load is higher than the one that pack files are judged by", "[simulation][scale][slow]") {
   for (const Run& one : all_runs(Pace::prompt)) {
     INFO(one.modules << " modules at " << one.rate_kbit_per_s << " kbit/s");
     const std::int64_t worst = bus_load_permille(one.config, one.config.poll.period, one.rate_kbit_per_s);

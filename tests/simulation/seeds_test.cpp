@@ -78,7 +78,7 @@ TEST_CASE("85, 672: a bus that was full for seconds comes back, and nothing clos
   CHECK(told(life_without_guest(672)).empty());
 }
 
-TEST_CASE("a life goes the same way twice", "[simulation][seeds]") {
+TEST_CASE("a life goes the same way twice", "[simulation][seeds][slow]") {
   for (const std::uint64_t seed : {3U, 22U}) CHECK(life_of(seed).hash == life_of(seed).hash);
   CHECK(life_of(3).hash != life_of(22).hash);
   for (const std::uint64_t seed : {charger_seed, inverter_seed}) CHECK(life_of(seed).hash == life_of(seed).hash);
@@ -115,7 +115,7 @@ TEST_CASE("a life goes the same way wherever the clock stands: 2^31 and 2^32 of 
   }
 }
 
-TEST_CASE("every mutant is noticed, by the rule it breaks", "[simulation][seeds][mutants]") {
+TEST_CASE("every mutant is noticed, by the rule it breaks", "[simulation][seeds][mutants][slow]") {
   const std::vector<Mutant> mutants = make_mutants();
   for (std::size_t index = 0; index < mutants.size(); ++index) {
     INFO(mutants[index].name);
