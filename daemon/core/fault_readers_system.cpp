@@ -224,8 +224,8 @@ Reading charger_keeps_on(const FaultInputs& in) {
 }
 /// What a charger reports for want of a pack, of mains or of commands is none while nothing is asked of it.
 Reading charger_trouble(const FaultInputs& in) {
-  if (in.chargers == nullptr || !in.chargers->is_there()) return condition(false, in.now);
-  const bool is_asked = in.charger_watch != nullptr && in.charger_watch->is_asked(in.now, in.chargers->driver().settle);
+  if (in.charger_watch == nullptr || !in.chargers->is_there()) return condition(false, in.now);
+  const bool is_asked = in.charger_watch->is_asked(in.now, in.chargers->driver().settle);
   return condition(in.chargers->troubles(in.now, is_asked).bits != 0, in.now);
 }
 Reading charger_contradicts(const FaultInputs& in) {

@@ -214,7 +214,7 @@ struct FaultInputs {
   CoreFlags flags;
   const SecondPack* second_pack = nullptr;
   const ChargerTable* chargers = nullptr;
-  const ChargerWatch* charger_watch = nullptr;
+  const ChargerWatch* charger_watch = nullptr;  // with a charger table, or not at all
   const InverterWatch* inverter = nullptr;
   bool has_started = false;  // first complete view seen, or the time to get one is over: "not yet" is not "lost"
 };

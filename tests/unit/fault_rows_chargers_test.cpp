@@ -50,6 +50,12 @@ TEST_CASE("without chargers or a second pack their rows hold nothing", "[unit][f
   }
 }
 
+TEST_CASE("a pack that has no chargers has none in trouble", "[unit][faults][charger]") {
+  Seen seen;
+  seen.table.init({});
+  CHECK_FALSE(holds(fault_readers::charger_trouble(seen.in)));
+}
+
 TEST_CASE("a charger's trouble holds while it tells it", "[unit][faults][charger]") {
   Seen seen;
   seen.hear({.voltage_mV = known(300'000), .troubles = bit_of(ChargerTrouble::mains)});
