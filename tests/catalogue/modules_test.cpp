@@ -236,15 +236,15 @@ FAULT(23, "a module answers without its temperatures", budget,
         .configured = seen::in_temperature_silence}})
 
 SLOW_FAULT(24, "a module answers slower than it is asked", budget,
-      {{.what = "a module answers 120 ms late",
-        .inject = delaying(is_of_last_module, 120ms),
-        .repair = heal,
-        .fault = "module_lost",
-        .configured = seen::in_module_silence,
-        .holds = counts(RejectReason::late, 3)},
-       {.what = "a module answers 40 ms late, before it is asked again",
-        .inject = delaying(is_of_last_module, 40ms),
-        .outcome = Outcome::stays_closed}})
+           {{.what = "a module answers 120 ms late",
+             .inject = delaying(is_of_last_module, 120ms),
+             .repair = heal,
+             .fault = "module_lost",
+             .configured = seen::in_module_silence,
+             .holds = counts(RejectReason::late, 3)},
+            {.what = "a module answers 40 ms late, before it is asked again",
+             .inject = delaying(is_of_last_module, 40ms),
+             .outcome = Outcome::stays_closed}})
 
 FAULT(25, "a counter stands still while the data goes on", budget,
       {{.what = "a module's counter stands still",
@@ -354,20 +354,20 @@ FAULT(30, "two modules under one node number", budget,
         .holds = counts(RejectReason::conflicting)}})
 
 SLOW_FAULT(31, "a module nobody configured", 1s,
-      {{.what = "a module nobody configured begins to answer: told",
-        .inject = unknown_module(),
-        .fault = "unknown_module",
-        .configured = seen::in_two_answers,
-        .until = Until::told,
-        .has_way_back = false},
-       {.what = "a module nobody configured begins to answer: a closed pack",
-        .inject = unknown_module(),
-        .fault = "unknown_module",
-        .outcome = Outcome::stays_closed},
-       {.what = "a module nobody configured answers from the start",
-        .inject = unknown_module(),
-        .fault = "unknown_module",
-        .outcome = Outcome::never_closes}})
+           {{.what = "a module nobody configured begins to answer: told",
+             .inject = unknown_module(),
+             .fault = "unknown_module",
+             .configured = seen::in_two_answers,
+             .until = Until::told,
+             .has_way_back = false},
+            {.what = "a module nobody configured begins to answer: a closed pack",
+             .inject = unknown_module(),
+             .fault = "unknown_module",
+             .outcome = Outcome::stays_closed},
+            {.what = "a module nobody configured answers from the start",
+             .inject = unknown_module(),
+             .fault = "unknown_module",
+             .outcome = Outcome::never_closes}})
 
 FAULT(32, "a module is missing at start", 0ms,
       {{.what = "a module is missing at start",
@@ -376,33 +376,33 @@ FAULT(32, "a module is missing at start", 0ms,
         .outcome = Outcome::never_closes}})
 
 SLOW_FAULT(33, "a module starts anew", budget,
-      {{.what = "a module starts anew and answers the next POLL",
-        .inject = script("module $N restart"),
-        .outcome = Outcome::stays_closed},
-       {.what = "a module starts anew and is away for 600 ms",
-        .inject = for_a_while("module $N silent; module $N restart", 600ms, "module $N talking"),
-        .fault = "module_lost",
-        .configured = seen::in_module_silence}})
+           {{.what = "a module starts anew and answers the next POLL",
+             .inject = script("module $N restart"),
+             .outcome = Outcome::stays_closed},
+            {.what = "a module starts anew and is away for 600 ms",
+             .inject = for_a_while("module $N silent; module $N restart", 600ms, "module $N talking"),
+             .fault = "module_lost",
+             .configured = seen::in_module_silence}})
 
 SLOW_FAULT(34, "frames of a wrong form under our identifiers", 0ms,
-      {{.what = "wrong lengths, remote frames, extended twins",
-        .inject = malformed_frames(),
-        .outcome = Outcome::stays_closed,
-        .holds = [](const WiredPack& pack) {
-          return counts(RejectReason::wrong_length, 100)(pack) && counts(RejectReason::wrong_form, 100)(pack);
-        }}})
+           {{.what = "wrong lengths, remote frames, extended twins",
+             .inject = malformed_frames(),
+             .outcome = Outcome::stays_closed,
+             .holds = [](const WiredPack& pack) {
+               return counts(RejectReason::wrong_length, 100)(pack) && counts(RejectReason::wrong_form, 100)(pack);
+             }}})
 
 SLOW_FAULT(35, "answers nobody asked for", budget,
-      {{.what = "a silent module, and a stranger who answers for it unasked",
-        .inject = all({script("module $N silent"), answers_without_question(-3)}),
-        .repair = all({script("module $N talking"), heal}),
-        .fault = "module_lost",
-        .configured = seen::in_module_silence,
-        .holds = counts(RejectReason::late, 10)},
-       {.what = "answers nobody asked for, beside the right ones",
-        .inject = answers_without_question(-3),
-        .outcome = Outcome::stays_closed,
-        .holds = counts(RejectReason::late, 10)}})
+           {{.what = "a silent module, and a stranger who answers for it unasked",
+             .inject = all({script("module $N silent"), answers_without_question(-3)}),
+             .repair = all({script("module $N talking"), heal}),
+             .fault = "module_lost",
+             .configured = seen::in_module_silence,
+             .holds = counts(RejectReason::late, 10)},
+            {.what = "answers nobody asked for, beside the right ones",
+             .inject = answers_without_question(-3),
+             .outcome = Outcome::stays_closed,
+             .holds = counts(RejectReason::late, 10)}})
 
 FAULT(36, "a module reports a fault of its own", 450ms,
       {{.what = "a module's front end fails its self-test",
@@ -479,17 +479,17 @@ FAULT(
       .has_way_back = false}})
 
 SLOW_FAULT(108, "a module never takes its limits", 2500ms,
-      {{.what = "a module obeys no command from the start",
-        .inject = script("module $N commands ignored"),
-        .fault = "module_not_set_up",
-        .outcome = Outcome::never_closes},
-       {.what = "a module of a closed pack starts anew and obeys no command",
-        .inject = script("module $N commands ignored; module $N restart"),
-        .fault = "module_not_set_up",
-        .configured = seen::in_limits_not_taken,
-        .until = Until::told,
-        .has_way_back = false,
-        .holds = is_still_closed()}})
+           {{.what = "a module obeys no command from the start",
+             .inject = script("module $N commands ignored"),
+             .fault = "module_not_set_up",
+             .outcome = Outcome::never_closes},
+            {.what = "a module of a closed pack starts anew and obeys no command",
+             .inject = script("module $N commands ignored; module $N restart"),
+             .fault = "module_not_set_up",
+             .configured = seen::in_limits_not_taken,
+             .until = Until::told,
+             .has_way_back = false,
+             .holds = is_still_closed()}})
 
 SLOW_FAULT(109, "a balancing switch stays on", 3500ms,
            {{.what = "a balancing switch has been on for 4 s when the key is turned",

@@ -69,7 +69,8 @@ std::vector<Case> hard_limits(const Pack& pack) {
 
 }  // namespace
 
-TEST_CASE("16 modules of 12 cells: a hard limit is on the bus as the word open within 100 ms", "[catalogue][trip][slow]") {
+TEST_CASE("16 modules of 12 cells: a hard limit is on the bus as the word open within 100 ms",
+          "[catalogue][trip][slow]") {
   for (const Case& one : hard_limits(fast_pack())) {
     INFO(one.what);
     CHECK(longest(one, fast_pack()) <= 100ms);
