@@ -1,7 +1,8 @@
 #!/bin/bash
 # Guest script: bmud is killed, stopped, starved and frozen, and its bus is taken away, each time with the pack closed. Somebody who
 # only listens measures on the bus how long after the last command the contactors open; a daemon that goes on must say "open" first and
-# may close again only for a new wish. The machine's own: it changes how the scheduler treats real-time programs.
+# may close again only for a new wish. The machine's own: it changes how the scheduler treats real-time programs. This is the program by
+# itself; service.sh kills, stops and starves the installed service, from its packages and in its sandbox.
 #   usage: lost_master.sh [--short] REPOSITORY PROGRAM_FOLDER...   (the folders of bmud, mmusim, bmuctl and bmudump)
 #   --short: only killed and stopped
 # shellcheck source-path=SCRIPTDIR source=guest-env.sh
