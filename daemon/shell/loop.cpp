@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
+#include <new>
 #include <utility>
 
 #include <sys/epoll.h>
@@ -92,7 +93,19 @@ Result<void, OsError> Loop::init() {
   return {};
 }
 
+/// The core takes no memory, but answers to clients and lines of the log do. A loop that gets none for them does not
+/// know what it has left undone.
 Result<LoopEnd, OsError> Loop::run() {
+  try {
+    return run_to_end();
+  } catch (const std::bad_alloc&) {
+    // First, since the words take memory, too.
+    open_for_good();
+    return failure(OsError{.code = ENOMEM, .what = "memory for the control loop"});
+  }
+}
+
+Result<LoopEnd, OsError> Loop::run_to_end() {
   expected_at_ = monotonic_now();
   wake_at_ = expected_at_;
   // What a port has lost so far was another life's, or nobody's.
@@ -127,10 +140,14 @@ Result<LoopEnd, OsError> Loop::run() {
   return is_leaving_ ? LoopEnd::left : LoopEnd::ended;
 }
 
-/// A loop that cannot wait, or that nothing wakes, decides no more: the last decision opens.
-Result<LoopEnd, OsError> Loop::give_up(const OsError& error) {
+/// A loop that cannot wait, that nothing wakes, or that was left half-way, decides no more: the last decision opens.
+void Loop::open_for_good() {
   shut_down();
   decide();
+}
+
+Result<LoopEnd, OsError> Loop::give_up(const OsError& error) {
+  open_for_good();
   return failure(error);
 }
 

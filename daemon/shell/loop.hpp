@@ -128,6 +128,8 @@ class Loop {
   void after_tick();
   void arm_timer();
   void take_signal(int number, int code, const SignalFrom& from);
+  [[nodiscard]] Result<LoopEnd, OsError> run_to_end();
+  void open_for_good();
   [[nodiscard]] Result<LoopEnd, OsError> give_up(const OsError& error);
   void shut_down();
   void end_core();

@@ -1,9 +1,11 @@
 // Loaded before the C library into a daemon under test: the word in the file named by BMUD_TEST_FAILING_CALLS chooses
-// which call of the control loop misbehaves (FailingCall). Only the main thread's calls, since only the control loop is
-// meant.
+// which call of the control loop misbehaves (FailingCall), or which of its requests for memory gets none. Only the main
+// thread's calls, since only the control loop is meant.
 #include "tests/support/failing_calls.hpp"
 
 #include <cerrno>
+#include <cstddef>
+#include <cstdint>
 
 #include <sys/epoll.h>
 #include <sys/syscall.h>
@@ -16,9 +18,42 @@ namespace {
 
 using bmu::test::FailingCall;
 
+// Of those who ask for memory before it has been found, none is the control loop.
+volatile std::int64_t* chosen = nullptr;
+
+[[gnu::constructor]] void find_chosen() {
+  chosen = bmu::test::preload_word("BMUD_TEST_FAILING_CALLS");
+}
+
+bool is_main_thread() {
+  return ::syscall(SYS_gettid) == ::getpid();
+}
+
 bool misbehaves(FailingCall call) {
-  static const volatile std::int64_t* const chosen = bmu::test::preload_word("BMUD_TEST_FAILING_CALLS");
-  return *chosen == static_cast<std::int64_t>(call) && ::syscall(SYS_gettid) == ::getpid();
+  return chosen != nullptr && *chosen == static_cast<std::int64_t>(call) && is_main_thread();
+}
+
+/// Asked once by each request for memory.
+bool lacks_memory() {
+  using bmu::test::memory_request;
+  using bmu::test::memory_requests_from;
+  static std::int64_t counted_for = 0;
+  static std::int64_t requests = 0;
+  const std::int64_t word = chosen != nullptr ? *chosen : 0;
+  if (word < memory_request(0) || !is_main_thread()) return false;
+  if (counted_for != word) requests = 0;
+  counted_for = word;
+  ++requests;
+  if (word >= memory_requests_from(0)) return requests >= word - memory_requests_from(0);
+  if (requests < word - memory_request(0)) return false;
+  *chosen = static_cast<std::int64_t>(FailingCall::none);
+  counted_for = 0;
+  return true;
+}
+
+void* no_memory() {
+  errno = ENOMEM;
+  return nullptr;
 }
 
 int fail() {
@@ -27,6 +62,23 @@ int fail() {
 }
 
 }  // namespace
+
+// The C library's own, by the names under which it has them beside those that are replaced here.
+extern "C" void* __libc_malloc(std::size_t size);                     // NOLINT(bugprone-reserved-identifier)
+extern "C" void* __libc_calloc(std::size_t count, std::size_t size);  // NOLINT(bugprone-reserved-identifier)
+extern "C" void* __libc_realloc(void* before, std::size_t size);      // NOLINT(bugprone-reserved-identifier)
+
+extern "C" void* malloc(std::size_t size) noexcept {
+  return lacks_memory() ? no_memory() : __libc_malloc(size);
+}
+
+extern "C" void* calloc(std::size_t count, std::size_t size) noexcept {
+  return lacks_memory() ? no_memory() : __libc_calloc(count, size);
+}
+
+extern "C" void* realloc(void* before, std::size_t size) noexcept {
+  return lacks_memory() ? no_memory() : __libc_realloc(before, size);
+}
 
 // Both return -1 for an error, as the system call does, and set errno.
 extern "C" int epoll_wait(int epoll, epoll_event* events, int events_max, int timeout_ms) {

@@ -12,4 +12,13 @@ enum class FailingCall : std::int64_t {
   timer,                 // timerfd_settime fails
 };
 
+/// The n-th request for memory from now on, counted from 1, gets none; then the library chooses `none` again.
+constexpr std::int64_t memory_request(std::int64_t n) {
+  return 1'000'000 + n;
+}
+/// Neither the n-th request for memory from now on nor any after it gets one.
+constexpr std::int64_t memory_requests_from(std::int64_t n) {
+  return 2'000'000 + n;
+}
+
 }  // namespace bmu::test

@@ -13,16 +13,16 @@
 
 namespace bmu::test {
 
-/// The library's side: where the number is, by the environment variable that names the file. Ends the program where
-/// there is none.
-inline const volatile std::int64_t* preload_word(const char* variable) {
+/// The library's side: where the number is, by the environment variable that names the file; the library may change it,
+/// too. Ends the program where there is none.
+inline volatile std::int64_t* preload_word(const char* variable) {
   const char* file = std::getenv(variable);
-  const int fd = file != nullptr ? ::open(file, O_RDONLY | O_CLOEXEC) : -1;
+  const int fd = file != nullptr ? ::open(file, O_RDWR | O_CLOEXEC) : -1;
   if (fd < 0) std::abort();
-  void* mapped = ::mmap(nullptr, sizeof(std::int64_t), PROT_READ, MAP_SHARED, fd, 0);
+  void* mapped = ::mmap(nullptr, sizeof(std::int64_t), PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0);
   ::close(fd);
   if (mapped == MAP_FAILED) std::abort();
-  return static_cast<const volatile std::int64_t*>(mapped);
+  return static_cast<volatile std::int64_t*>(mapped);
 }
 
 /// The test's side: makes the file with the number in it, or changes the number. False: the file cannot be written.
@@ -31,6 +31,13 @@ inline const volatile std::int64_t* preload_word(const char* variable) {
   std::fstream stream(file, std::ios::in | std::ios::out | std::ios::binary);
   stream.write(reinterpret_cast<const char*>(&number), sizeof number);
   return static_cast<bool>(stream.flush());
+}
+
+/// The number that is in the file now, by the test or by the library.
+[[nodiscard]] inline std::int64_t read_preload_word(const std::string& file) {
+  std::int64_t number = 0;
+  std::ifstream(file, std::ios::binary).read(reinterpret_cast<char*>(&number), sizeof number);
+  return number;
 }
 
 }  // namespace bmu::test
