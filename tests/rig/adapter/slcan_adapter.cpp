@@ -7,8 +7,10 @@
 //
 // Its standard input is what happens to it, a word a line; each is answered with "ok WORD" when it has been done:
 //   busoff passive warning active   the controller's state, with its error counters
-//   noack                           a transmission nobody acknowledged
-//   cut, joined                     the wire is cut; is whole again
+//   alone                           no node acknowledges: each frame is tried in vain and an error is reported for it,
+//                                   the controller becomes error-passive, and nothing is received
+//   cut                             the wire is cut, and the controller reports nothing of it
+//   joined                          the wire is whole again, with all nodes on it
 //   stall, go                       the adapter takes nothing from the kernel any more; goes on
 //   unplug                          it is pulled out
 //
@@ -47,9 +49,15 @@ struct StateRow {
 };
 
 constexpr std::array state_table{
-    StateRow{"busoff", "sb000255\r"}, StateRow{"passive", "sp000128\r"}, StateRow{"warning", "sw000100\r"},
-    StateRow{"active", "sa000000\r"}, StateRow{"noack", "e1a\r"},
+    StateRow{"busoff", "sb000255\r"},
+    StateRow{"passive", "sp000128\r"},
+    StateRow{"warning", "sw000100\r"},
+    StateRow{"active", "sa000000\r"},
 };
+// Of a transmission that no node acknowledged. A controller that counts eight for each is error-passive after 16, and
+// no more than that.
+constexpr std::string_view no_acknowledge = "e1a\r";
+constexpr int tries_until_passive = 16;
 
 [[noreturn]] void fail(const char* what) {
   std::fprintf(stderr, "slcan_adapter: %s: %s\n", what, std::strerror(errno));
@@ -150,14 +158,31 @@ class Adapter {
     if (std::fgets(line.data(), line.size(), stdin) == nullptr) return false;
     const std::string_view word(line.data(), std::strcspn(line.data(), "\n"));
     if (word == "busoff" || word == "active") is_off_bus_ = word == "busoff";
-    for (const StateRow& row : state_table) {
-      if (row.word == word) write_all(terminal_.get(), row.sent);
-    }
+    tell_state(word);
     if (word == "cut" || word == "joined") is_cut_ = word == "cut";
+    if (word == "alone" || word == "joined") set_alone(word == "alone");
     if (word == "stall" || word == "go") is_stalled_ = word == "stall";
     if (word == "unplug") is_plugged_ = false;
     std::printf("ok %.*s\n", static_cast<int>(word.size()), word.data());
     return true;
+  }
+
+  void set_alone(bool is_alone) {
+    // Heard by others again, it counts down.
+    if (is_alone_ && !is_alone && tries_alone_ >= tries_until_passive) tell_state("active");
+    is_alone_ = is_alone;
+    tries_alone_ = 0;
+  }
+
+  void tell_state(std::string_view word) {
+    for (const StateRow& row : state_table) {
+      if (row.word == word) write_all(terminal_.get(), row.sent);
+    }
+  }
+
+  void try_alone() {
+    write_all(terminal_.get(), no_acknowledge);
+    if (++tries_alone_ == tries_until_passive) tell_state("passive");
   }
 
   void take_from_kernel() {
@@ -173,7 +198,9 @@ class Adapter {
         continue;
       }
       can_frame frame;
-      if (!is_apart() && from_text(line_, frame)) static_cast<void>(::write(other_.get(), &frame, sizeof(frame)));
+      const bool is_frame = from_text(line_, frame);
+      if (is_frame && is_alone_) try_alone();
+      if (is_frame && !is_apart()) static_cast<void>(::write(other_.get(), &frame, sizeof(frame)));
       line_.clear();
     }
   }
@@ -184,13 +211,15 @@ class Adapter {
     write_all(terminal_.get(), to_text(frame));
   }
 
-  [[nodiscard]] bool is_apart() const { return is_cut_ || is_off_bus_; }
+  [[nodiscard]] bool is_apart() const { return is_cut_ || is_alone_ || is_off_bus_; }
 
   OwnedFd other_;
   OwnedFd terminal_;
   OwnedFd kernel_side_;
   std::string line_;
   bool is_cut_ = false;
+  bool is_alone_ = false;
+  int tries_alone_ = 0;
   bool is_off_bus_ = false;
   bool is_stalled_ = false;
   bool is_plugged_ = true;
