@@ -1,8 +1,8 @@
 #!/bin/bash
 # Guest script: what else a machine and a bus do to the installed service while its pack is closed. Signals without end, floods of error
-# frames, of a babbling node and of frames that it listens to, a service manager that is gone, which it must bear; and what it cannot bear: a
-# way that delays everything, a cable that lost its other end, an interface that comes back while no socket is to be had. Needs systemd as the
-# machine's first program.
+# frames, of a babbling node and of frames that it listens to, a receive queue that overflows while it is stopped for a moment, a service
+# manager that is gone, which it must bear; and what it cannot bear: frames lost while it was stopped for longer, a way that delays everything,
+# a cable that lost its other end, an interface that comes back while no socket is to be had. Needs systemd as the machine's first program.
 #   usage: surroundings.sh REPOSITORY PACKAGES   (a folder with the packages)
 # shellcheck source-path=SCRIPTDIR source=guest-env.sh
 source "$(dirname "$0")/guest-env.sh"
@@ -24,8 +24,23 @@ plug_in() {
   cangw -A -s "$far_end" -d "$bus" -e
 }
 
+# From flood0 to the cable, each frame so many times; until the cable is removed.
+copies=8
+join_flood() {
+  local i
+  for ((i = 0; i < copies; ++i)); do cangw -A -s flood0 -d "$far_end" -e; done
+}
+# Cells with a wrong checksum, of a node that the pack does not have: each is taken, checked and refused.
+refused_frame=170#2710271027101F00
+
 answers_missed() { status_json | jq '[.modules[].answers_missed] | add'; }
 frames_refused() { status_json | jq '.receive.rejected'; }
+frames_lost() { status_json | jq '.ports[0].frames_lost'; }
+has_lost() { (($(frames_lost) >= $1)); }
+knows_nothing() {
+  status_json | jq -e '.modules_answering == 0 and .values.pack_voltage_mV == null and .values.current_mA == null and .state.feedback == null' >/dev/null
+}
+received_file=/sys/class/net/$own_bus/statistics/rx_packets
 told_in_vain() { (($(status_json | jq .daemon.notify_sends_failed) > 0)); }
 has_counted_errors() { (($(status_json | jq '.ports[0].error_frames') >= $1)); }
 has_refused() { (($(frames_refused) >= $1)); }
@@ -156,16 +171,14 @@ expect_borne "babbling"
 step "a flood of frames that the daemon listens to"  # [F52]
 # As many as this machine carries, which is somewhat less than the 21,000 a second of a full bus of 1 Mbit/s. No program here sends half of
 # that: the kernel makes several of each, on their way to the daemon.
-copies=8
 ip link add flood0 type vcan
 ip link set flood0 up
-for ((i = 0; i < copies; ++i)); do cangw -A -s flood0 -d "$far_end" -e; done
-# Cells with a wrong checksum, of a node that the pack does not have: each is taken, checked and refused.
+join_flood
 wait_until_closed
 refused_before=$(frames_refused)
 missed_before=$(answers_missed)
 flood=15000
-play flood0 "$flood" 170#2710271027101F00
+play flood0 "$flood" "$refused_frame"
 flood_rate=$((rate * copies))
 measured+=("flood: $flood_rate a second")
 expect_borne "flood"
@@ -173,6 +186,54 @@ expect_borne "flood"
 expect "it was a flood: $flood_rate frames a second, at least 10000" test "$flood_rate" -ge 10000
 wait_for 10 "each has been refused" has_refused $((refused_before + flood * copies))
 expect "no answer was missed" test "$(answers_missed)" -eq "$missed_before"
+
+step "frames lost by its own machine"  # [F53]
+# Some forty frames instead of thousands. A queue has its size from the socket's first moment, so the interface goes and comes back.
+queue_limit_before=$(</proc/sys/net/core/rmem_max)
+echo 16384 >/proc/sys/net/core/rmem_max
+wait_until_closed
+removed_at=$EPOCHREALTIME
+ip link del "$own_bus"
+expect_opened "interface removed for a short queue" "$removed_at"
+plug_in
+join_flood
+expect_recovered
+# Stopped for less than what opens, while a flood is on its way: nothing of that time is known, all of before is fresh.
+wait_until_closed
+lost_before=$(frames_lost)
+told_before=$(fault_count frames_lost)
+play flood0 4000 "$refused_frame" &
+flood_pid=$!
+read -r received_before <"$received_file"
+while read -r received <"$received_file" && ((received < received_before + 2000)); do pass 0.001; done
+stop_again_and_again 1 0.06
+wait "$flood_pid" || fail "the flood has ended with an error"
+expect "it was stopped" test "$seen_stopped" -eq 1
+wait_for 10 "what was lost is counted" has_lost $((lost_before + 100))
+measured+=("stopped for 60 ms in a flood: $(($(frames_lost) - lost_before)) frames lost")
+expect "and is a warning" fault_came frames_lost "$told_before"
+expect_borne "frames lost in 60 ms"
+# For longer, and when it goes on nobody is on the bus any more: what it knows then, it would have from the time that it has missed.
+wait_until_closed
+lost_before=$(frames_lost)
+gaps_before=$(fault_count control_loop_gap)
+# The service manager would end it after half a second.
+systemctl service-watchdogs no
+stopped_at=$EPOCHREALTIME
+kill -STOP "$pid"
+play flood0 1000 "$refused_frame"
+expect_opened_by_itself "frames lost while it was stopped" "$stopped_at"
+cangw -D -s "$bus" -d "$far_end" -e
+kill -CONT "$pid"
+# At once: what it had taken for news would be fresh for a while.
+expect "it knows nothing of the pack" knows_nothing
+wait_for 5 "the daemon has opened, too" phase_is open
+expect "it knows that it was away" fault_came control_loop_gap "$gaps_before"
+cangw -A -s "$bus" -d "$far_end" -e
+wait_for 10 "each frame of the flood is counted as lost" has_lost $((lost_before + 1000 * copies))
+expect_recovered
+systemctl service-watchdogs yes
+echo "$queue_limit_before" >/proc/sys/net/core/rmem_max
 
 step "a way that delays everything"  # [F58]
 wait_until_closed
