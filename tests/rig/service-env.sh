@@ -48,6 +48,8 @@ install_packages() {
 # Whatever is used later has been read once then: see pack-env.sh for what waiting for the host's disk does to the clock.
 warm_up() {
   read_ahead bmud bmuctl mmusim candump cangw ip chrt jq awk sed grep dd date setpriv stat systemctl journalctl systemd-analyze deb-systemd-invoke perl
+  # What the manager does where a service fails, it does here for the first time.
+  read_ahead /lib/systemd/systemd
   {
     bmud --version && bmuctl --help && mmusim --version && chrt --version && jq -n 1 && awk 'BEGIN {}' && dd --version
     systemctl show bmud && systemctl is-active bmud && journalctl -q -n 1 && ip link show && cangw -L && date

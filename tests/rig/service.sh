@@ -1,6 +1,6 @@
 #!/bin/bash
 # Guest script: how the process of the installed service ends, with an emulated pack whose contactors are closed again for each case. It is
-# stopped for good, killed, crashed, short of memory and of processor, restarted too often, and told to end. A program that only listens
+# killed, crashed, stopped for good, short of memory and of processor, restarted too often, and told to end. A program that only listens
 # measures on the bus when the contactors open. What the packages do is in service_package.sh. Needs systemd as the machine's first program.
 #   usage: service.sh REPOSITORY PACKAGES   (a folder with the packages)
 # shellcheck source-path=SCRIPTDIR source=guest-env.sh
@@ -44,6 +44,13 @@ start_service
 pid=$(main_pid)
 expect_sandboxed
 
+# Another process begins while the key is still on, and closes only when it has been turned.
+end_while_closed "killed" kill -KILL  # [F59][F64]
+end_while_closed "crashed" kill -SEGV  # [F62]
+end_while_closed "aborted" kill -ABRT  # [F62]
+end_while_closed "out of memory" take_memory  # [F66]
+expect "it was for want of memory" log_has 'oom-kill'
+
 step "stopped by SIGSTOP"  # [F61]
 wait_until_closed
 before=$(main_pid)
@@ -56,13 +63,6 @@ ended_after_ms=$(awk "BEGIN { printf \"%.0f\", ($(watchdog_at) - $stopped_at) * 
 measured+=("stopped by SIGSTOP: the watchdog's time was over after $ended_after_ms ms")
 expect "after $ended_after_ms ms: its time and no more than a turn of the machine" test "$ended_after_ms" -le $((watchdog_ms + 100))
 expect_successor "$before"
-
-# Another process begins while the key is still on, and closes only when it has been turned.
-end_while_closed "killed" kill -KILL  # [F59][F64]
-end_while_closed "crashed" kill -SEGV  # [F62]
-end_while_closed "aborted" kill -ABRT  # [F62]
-end_while_closed "out of memory" take_memory  # [F66]
-expect "it was for want of memory" log_has 'oom-kill'
 
 step "no processor left"  # [F67]
 wait_until_closed
