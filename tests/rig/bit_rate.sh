@@ -27,6 +27,8 @@ shows_rate() { [[ $(rate_shown) == "$1" ]]; }
 # The text is read first: one that bmuctl does not give has nothing, and lacks nothing.
 text_shows() { local text; text=$(bmuctl --socket "$socket" status) && grep -q "$1" <<<"$text"; }
 text_lacks() { local text; text=$(bmuctl --socket "$socket" status) && ! grep -q "$1" <<<"$text"; }
+why_has() { local why; why=$(bmuctl --socket "$socket" why) && grep -q "$1" <<<"$why"; }
+why_lacks() { local why; why=$(bmuctl --socket "$socket" why) && ! grep -q "$1" <<<"$why"; }
 opened_for() { [[ $(status_json | jq -r .last_opening.fault) == "$1" ]]; }
 # Of the internal bus: "error-active 0 0".
 controller_shown() { status_json | jq -r '.ports[0].controller | "\(.state) \(.send_errors) \(.receive_errors)"'; }
@@ -111,9 +113,13 @@ ip link set can0 down
 start_daemon down "$large_pack" can0
 wait_for "$start_limit_s" "bmud answers" daemon_answers
 expect "nothing is said of a rate" shows_rate "null null unknown"
+expect "it is open" phase_is open
+expect "and says why" why_has "internal bus is down"
 ip link set can0 up
 wait_for 10 "it is once the interface is up" shows_rate "250000 500000 too slow"
 expect "and the daemon stays" running down
+wait_for 5 "the bus is no reason any more" why_lacks "internal bus is down"
+expect "it is still open" phase_is open
 expect "bmud exits with 0" stop down TERM
 
 step "a bus without a bit rate"
