@@ -7,7 +7,7 @@
 //
 // An order says the most a unit may give; it stops by itself after `command_life` without one. The two functions that
 // look from the other side, `order_of` and `reports`, are for what is sent through a gate and for emulated chargers; a
-// test holds each pair against each other.
+// test holds each pair against each other. `commanded_unit` finds a second master: it goes by the identifier alone.
 //
 // Pure; some 50 ns a frame.
 #pragma once
@@ -133,7 +133,10 @@ struct ChargerDriver {
   /// Takes what a frame says into the report of `reports` that its unit has.
   ChargerNews (*take)(const CanFrame& frame, std::array<ChargerReport, charger_units_max>& reports) = nullptr;
 
-  /// The other way: what a command says, if the frame is one.
+  /// Whose command the identifier is, whatever else the frame is: what a charger makes of one of another length nobody
+  /// knows. A remote frame commands nothing.
+  std::optional<std::uint8_t> (*commanded_unit)(const CanFrame& frame) = nullptr;
+  /// The other way: what a command says, if the frame is a whole one.
   std::optional<ChargerCommand> (*order_of)(const CanFrame& frame) = nullptr;
   /// And what a unit says that has this to report.
   ChargerFrames (*reports)(std::uint8_t unit, const ChargerReport& report) = nullptr;

@@ -29,6 +29,12 @@ bool is_unsolicited_ident(const MessageSpec& message, std::uint8_t counter) {
   return &message == &internal_bus::ident && counter == 0;
 }
 
+/// Whether a frame that is not whole commands nobody, whoever sent it: so it is where all receivers are bound to drop
+/// it.
+constexpr bool commands_only_whole(const MessageSpec& message) {
+  return message.protection == Protection::counter_crc || message.protection == Protection::counter_crc_complement;
+}
+
 }  // namespace
 
 std::optional<RejectReason> form_fault(const CanFrame& frame) {
@@ -80,8 +86,10 @@ CheckedFrame ReceiveCheck::judge(const CanFrame& frame) const {
   const MessageSpec& message = *match.message;
   verdict.message = match.message;
   verdict.node = match.node;
+  const bool is_masters = role_ == Role::master && message.sender == Sender::bmu;
+  if (is_masters && !commands_only_whole(message)) return rejected(RejectReason::foreign_master);
   if (const auto fault = content_fault(message, frame)) return rejected(*fault);
-  if (role_ == Role::master && message.sender == Sender::bmu) return rejected(RejectReason::foreign_master);
+  if (is_masters) return rejected(RejectReason::foreign_master);
   if (message.protection != Protection::none) {
     const std::uint8_t counter = counter_of(message, frame);
     if (is_late(message, match.node, counter)) return rejected(RejectReason::late);

@@ -11,6 +11,10 @@
 //                   An answer of a module whose counter is not that of the latest POLL (RESPONSE: COMMAND) addressed to
 //                   it, or to all, is `late`. The check learns these from the POLL and COMMAND frames it is shown, sent
 //                   or received; before it has seen one it takes any. IDENT with counter 0 is unsolicited and taken.
+//   foreign master  to a master, a frame that only it may send. In another maker's language the identifier decides that
+//                   alone: what a device makes of such a frame with another length or checksum nobody knows. In our own
+//                   every receiver drops it (docs/bus-protocol.md), so that it commands nobody: it is counted by what
+//                   is wrong with it, as any frame.
 //
 // Cost: a table read, nine more for the CRC, a few compares; about 20 ns. State: about 20 kB, no allocation.
 #pragma once

@@ -27,8 +27,8 @@ void count_value(const SignalValue& value, ChargerUnit& unit) {
 
 bool ChargerTable::observe(const CanFrame& frame, TimePoint at) {
   if (!is_there()) return false;
-  if (const std::optional<ChargerCommand> command = driver().order_of(frame)) {
-    if (command->unit < unit_count()) foreign_command_at_ = at;
+  if (const std::optional<std::uint8_t> unit = driver().commanded_unit(frame)) {
+    if (*unit < unit_count()) foreign_command_at_ = at;
     return true;
   }
   std::array<ChargerReport, charger_units_max> reports{};

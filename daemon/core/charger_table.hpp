@@ -7,7 +7,8 @@
 // there are none. Nobody charges with a silent unit; what it still reports counts against it all the same. Current is
 // positive into the pack, as chargers tell it.
 //
-// Nobody but we may command a charger: such a frame from somebody else is noted.
+// Nobody but we may command a charger: such a frame from somebody else is noted, by its identifier, whatever its
+// length.
 #pragma once
 
 #include <array>

@@ -89,10 +89,13 @@ ChargerNews take(const CanFrame& frame, std::array<ChargerReport, charger_units_
   return {ChargerWord::troubles, 0};
 }
 
+std::optional<std::uint8_t> commanded_unit(const CanFrame& frame) {
+  const bool is_control = frame.id == control.base_id && !frame.is_extended && !frame.is_remote && !frame.is_error;
+  return is_control ? std::optional(std::uint8_t{0}) : std::nullopt;
+}
+
 std::optional<ChargerCommand> order_of(const CanFrame& frame) {
-  const bool is_control = frame.id == control.base_id && frame.length == control.length && !frame.is_extended &&
-                          !frame.is_remote && !frame.is_error;
-  if (!is_control) return std::nullopt;
+  if (!commanded_unit(frame) || frame.length != control.length) return std::nullopt;
   const auto number = [](const SignalValue& value) { return static_cast<std::int32_t>(value.value); };
   return ChargerCommand{.order = {.is_enabled = read_raw<control, "enable">(frame) != 0,
                                   .voltage_mV = number(read<control, "output_voltage_limit_mV">(frame)),
@@ -172,6 +175,7 @@ const ChargerDriver driver{.name = "brusa_nlg5",
                            .supply_troubles = only_by_supply,
                            .command = command,
                            .take = take,
+                           .commanded_unit = commanded_unit,
                            .order_of = order_of,
                            .reports = reports};
 

@@ -59,14 +59,21 @@ ChargerNews take(const CanFrame& frame, std::array<ChargerReport, charger_units_
   return {ChargerWord::values, *unit};
 }
 
-std::optional<ChargerCommand> order_of(const CanFrame& frame) {
+/// With either address.
+std::optional<std::uint8_t> commanded_unit(const CanFrame& frame) {
+  if (frame.is_remote) return std::nullopt;
   const std::optional<std::uint8_t> unit_of_f4 = unit_of(frame, command_rows.front());
-  const std::optional<std::uint8_t> unit = unit_of_f4 ? unit_of_f4 : unit_of(frame, command_rows.back());
+  return unit_of_f4 ? unit_of_f4 : unit_of(frame, command_rows.back());
+}
+
+std::optional<ChargerCommand> order_of(const CanFrame& frame) {
+  const std::optional<std::uint8_t> unit = commanded_unit(frame);
   if (!unit || !is_whole(frame)) return std::nullopt;
+  const bool is_of_f4 = unit_of(frame, command_rows.front()).has_value();
   const auto control = static_cast<Control>(read_raw<any_command, "control">(frame));
   return ChargerCommand{
       .unit = *unit,
-      .order = {.master_address = unit_of_f4 ? MasterAddress::f4 : MasterAddress::f5,
+      .order = {.master_address = is_of_f4 ? MasterAddress::f4 : MasterAddress::f5,
                 .is_enabled = control == Control::charge,
                 .voltage_mV = static_cast<std::int32_t>(read<any_command, "voltage_limit_mV">(frame).value),
                 .current_mA = static_cast<std::int32_t>(read<any_command, "current_limit_mA">(frame).value)}};
@@ -108,6 +115,7 @@ const ChargerDriver driver{.name = "elcon_tc",
                            .stopping_troubles = all_troubles(),
                            .command = command,
                            .take = take,
+                           .commanded_unit = commanded_unit,
                            .order_of = order_of,
                            .reports = reports};
 

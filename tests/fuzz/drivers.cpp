@@ -42,6 +42,7 @@ void check_charger(const ChargerDriver& driver, const CanFrame& frame,
   }
   if (const auto command = driver.order_of(frame)) {
     FUZZ_CHECK(command->unit < driver.unit_count_max);
+    FUZZ_CHECK(driver.commanded_unit(frame) == command->unit);
     const auto again = driver.order_of(driver.command(command->unit, command->order));
     FUZZ_CHECK(again && again->unit == command->unit && again->order.is_enabled == command->order.is_enabled);
     FUZZ_CHECK(!command->order.is_enabled || again->order == command->order);

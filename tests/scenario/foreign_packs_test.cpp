@@ -228,6 +228,27 @@ TEST_CASE("a second master of another maker's modules is a fault", "[scenario][f
   }
 }
 
+TEST_CASE("a second master of another maker's modules is noticed whatever is wrong with its questions",
+          "[scenario][foreign_modules][F39]") {
+  for (const char* const name : packs) {
+    const CoreConfig config = shipped(name);
+    const CanFrame question = config.foreign.driver->ask({.node = 1}, 6, {});
+    CanFrame shorter = question;
+    shorter.length = 3;
+    CanFrame damaged = question;
+    damaged.data[7] ^= 0x55U;
+    for (const CanFrame& frame : {shorter, damaged}) {
+      DYNAMIC_SECTION(name << ", " << int{frame.length} << " bytes") {
+        SimRun run = closed(config);
+        send(run, frame);
+        run.run_to(run.seconds() + 0.1);
+        CHECK(is_present(run, FaultId::foreign_master));
+        CHECK(run.core().sequence().phase == Phase::open);
+      }
+    }
+  }
+}
+
 TEST_CASE("an inverter on the bus of another maker's modules is heard, and its frames are no strangers'",
           "[scenario][foreign_modules][inverter]") {
   CoreConfig config = shipped("i3-96s.json");

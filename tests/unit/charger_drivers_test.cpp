@@ -180,6 +180,28 @@ TEST_CASE("frames of chargers that are not whole change nothing", "[unit][device
   }
 }
 
+TEST_CASE("whose command a frame is goes by its identifier, whatever its length", "[unit][devices][charger][F98]") {
+  for (const ChargerDriver* driver : drivers()) {
+    INFO(driver->name);
+    for (std::uint8_t unit = 0; unit < driver->unit_count_max; ++unit) {
+      CanFrame command = driver->command(unit, {});
+      for (std::uint8_t length = 0; length <= 8; ++length) {
+        INFO("unit " << int{unit} << ", " << int{length} << " bytes");
+        command.length = length;
+        CHECK(driver->commanded_unit(command) == unit);
+      }
+      CanFrame remote = command;
+      remote.is_remote = true;  // asks for one, and is none
+      CanFrame other = command;
+      other.is_extended = !other.is_extended;
+      CanFrame error = command;
+      error.is_error = true;
+      for (const CanFrame& none : {remote, other, error}) CHECK_FALSE(driver->commanded_unit(none));
+    }
+    for (const CanFrame& report : driver->reports(0, {})) CHECK_FALSE(driver->commanded_unit(report));
+  }
+}
+
 TEST_CASE("the worked frames of Elcon and Brusa are the drivers'", "[unit][devices][charger][BMU_11]") {
   const ChargerDriver& elcon = *find_device("elcon_tc")->charger;
   const CanFrame charge = elcon.command(0, {.is_enabled = true, .voltage_mV = 98'000, .current_mA = 16'000});

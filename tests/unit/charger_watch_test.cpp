@@ -119,6 +119,22 @@ TEST_CASE("a second master is noticed whichever address it has, for each unit", 
   }
 }
 
+TEST_CASE("a second master is noticed whatever the length of its commands", "[unit][charger][F98]") {
+  for (const char* const name : {"elcon_tc", "brusa_nlg5"}) {
+    const ChargerDriver& driver = *find_device(name)->charger;
+    for (std::uint8_t length = 0; length <= 8; ++length) {
+      INFO(name << ", " << int{length} << " bytes");
+      ChargerTable table;
+      table.init({.driver = &driver});
+      CanFrame command = driver.command(0, {.is_enabled = true, .voltage_mV = 400'000, .current_mA = 8'000});
+      command.length = length;
+      CHECK(table.observe(command, TimePoint{1s}));
+      CHECK(table.foreign_command_at() == TimePoint{1s});
+      CHECK(table.unit(0).frames_refused == 0);  // it is no report of the charger's
+    }
+  }
+}
+
 TEST_CASE("values of a charger that are out of range are counted and are no measurement", "[unit][charger]") {
   Bench bench;
   const CanFrame beyond{.id = 0x18FF50E7, .is_extended = true, .length = 8, .data = {0xFF, 0xFF, 0xFF, 0xFF}};

@@ -183,6 +183,27 @@ TEST_CASE("a master refuses what only it may send, of every device", "[unit][dev
   }
 }
 
+TEST_CASE("a master knows what only it may send by the identifier, of every device", "[unit][devices][contract][F39]") {
+  Random random(15);
+  for (const Device* device : all_devices()) {
+    for (const MessageSpec* message : device->catalogue->messages()) {
+      if (message->sender != Sender::bmu) continue;
+      INFO(device->name << " " << message->name);
+      ReceiveCheck check(*device->catalogue, ReceiveCheck::Role::master);
+      const CanFrame whole = some_frame(*message, message->node_min, 1, random);
+      CanFrame damaged = whole;
+      damaged.data[7] ^= 0xFFU;
+      CHECK(check.check(damaged).reason == RejectReason::foreign_master);
+      for (std::uint8_t length = 0; length <= 8; ++length) {
+        CanFrame other = whole;
+        other.length = length;
+        CHECK(check.check(other).reason == RejectReason::foreign_master);
+      }
+      CHECK(check.counts().rejected[static_cast<std::size_t>(RejectReason::foreign_master)] == 10);
+    }
+  }
+}
+
 TEST_CASE("the worked frames of every device pass their check and mean what stands beside them",
           "[unit][devices][golden]") {
   for (const Device* device : all_devices()) {
