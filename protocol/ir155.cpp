@@ -18,10 +18,14 @@ constexpr std::array<std::string_view, 9> state_names{"no signal, low", "no sign
                                                       "undervoltage",   "speed start, good", "speed start, bad",
                                                       "device error",   "earth fault",       "undefined"};
 
-bool holds(const Row& row, const Pwm& pwm) {
+bool has_frequency(const Row& row, const Pwm& pwm) {
   const std::int32_t off_mHz = pwm.frequency_mHz - row.frequency_mHz;
-  return off_mHz >= -frequency_tolerance_mHz && off_mHz <= frequency_tolerance_mHz &&
-         pwm.duty_permille >= row.duty_min_permille && pwm.duty_permille <= row.duty_max_permille;
+  return off_mHz >= -frequency_tolerance_mHz && off_mHz <= frequency_tolerance_mHz;
+}
+
+bool holds(const Row& row, const Pwm& pwm) {
+  return has_frequency(row, pwm) && pwm.duty_permille >= row.duty_min_permille &&
+         pwm.duty_permille <= row.duty_max_permille;
 }
 
 SignalValue resistance_of(std::int32_t duty_permille) {
@@ -45,11 +49,25 @@ std::string_view to_text(State state) {
 }
 
 Reading decode(const Pwm& pwm) {
-  const bool has_edges = pwm.frequency_mHz > 0 && pwm.since_edge <= edge_silence_max;
-  if (!has_edges) return {pwm.is_high ? State::no_signal_high : State::no_signal_low, not_known()};
+  if (!has_signal(pwm)) return {pwm.is_high ? State::no_signal_high : State::no_signal_low, not_known()};
   const auto row = std::find_if(std::begin(rows), std::end(rows), [&pwm](const Row& one) { return holds(one, pwm); });
   if (row == std::end(rows)) return {State::undefined, not_known()};
   return {row->state, row->is_measuring ? resistance_of(pwm.duty_permille) : not_known()};
+}
+
+std::string_view to_text(Misfit misfit) {
+  switch (misfit) {
+    case Misfit::frequency: return "frequency";
+    case Misfit::duty_cycle: return "duty cycle";
+  }
+  return "?";
+}
+
+std::optional<Misfit> misfit(const Pwm& pwm) {
+  if (!has_signal(pwm) || decode(pwm).state != State::undefined) return std::nullopt;
+  const bool is_frequency_known =
+      std::any_of(std::begin(rows), std::end(rows), [&pwm](const Row& one) { return has_frequency(one, pwm); });
+  return is_frequency_known ? Misfit::duty_cycle : Misfit::frequency;
 }
 
 Pwm encode(const Reading& reading) {

@@ -17,6 +17,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string_view>
 
@@ -78,8 +79,24 @@ inline constexpr Row rows[] = {
     {State::device_error, 40'000, 465, 535, 500},   {State::earth_fault, 50'000, 465, 535, 500},
 };
 
+/// There are whole periods, and the last is not too old.
+[[nodiscard]] constexpr bool has_signal(const Pwm& pwm) {
+  return pwm.frequency_mHz > 0 && pwm.since_edge <= edge_silence_max;
+}
+
 /// Total: every input gives a state. Cost: a handful of comparisons.
 [[nodiscard]] Reading decode(const Pwm& pwm);
+
+/// What is in no row, of a signal that is undefined.
+enum class Misfit : std::uint8_t {
+  frequency,   // no state has it
+  duty_cycle,  // none with this frequency has it
+};
+inline constexpr std::size_t misfit_count = 2;
+
+[[nodiscard]] std::string_view to_text(Misfit misfit);
+/// Nothing of a signal that has a state, and where there is none.
+[[nodiscard]] std::optional<Misfit> misfit(const Pwm& pwm);
 
 /// The other direction, for emulated monitors: what `decode` reads as this state. The resistance is looked at in
 /// measuring states only: below 0 counts as 0, anything not valid as above range. The duty cycle is rounded to a

@@ -225,6 +225,7 @@ Urgency Core::take_rejected(const CheckedFrame& checked, TimePoint at) {
   if (checked.message == nullptr) return Urgency::can_wait;
   const bool is_module = checked.message->sender == Sender::mmu;
   if (is_module) modules_.note_rejected(checked.node, checked.reason);
+  if (checked.message->sender == Sender::sensor) sensors_.refused.note_frame(checked.reason);
   // A wrong length is no noise, which the bus itself would have caught, but a stranger or another firmware; what the
   // module owes is then missing, and that has a fault of its own.
   const bool is_damaged = checked.reason == RejectReason::wrong_crc;
@@ -366,7 +367,7 @@ std::optional<Urgency> Core::take_foreign_current(const CanFrame& frame, TimePoi
   if (!is_first) news = news_of(config_.sensor.second);
   if (news.word == CurrentWord::none) return std::nullopt;
   if (news.word == CurrentWord::refused) {
-    sensors_.observe_current(not_known(), is_first, at, config_);
+    sensors_.refused.note(ResultRefusal::wrong_frame, at);
     return Urgency::can_wait;
   }
   sensors_.observe_current(news.current_mA, is_first, at, config_);
@@ -584,6 +585,7 @@ void Core::update_bus_state(TimePoint at) {
   const bool is_up = ports_[static_cast<std::size_t>(Port::internal)].is_up && !is_bus_off_;
   if (is_up == flags_.internal_bus_up) return;
   flags_.internal_bus_up = is_up;
+  sensors_.refused_pulses.observe(what.pwm, at);
   command_link_.forget();
   start_over(at);
 }
@@ -593,7 +595,7 @@ void Core::start_over(TimePoint at) {
   view_began_at_ = at;
   seen_complete_ = false;
   modules_.forget_values();
-  sensors_ = {.insulation_known_at = at};
+  sensors_.forget_values(at);
   watchers_.trend.forget();
   watchers_.stuck.forget();
   watchers_.steps.forget();

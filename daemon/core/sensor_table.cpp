@@ -50,11 +50,11 @@ Measured<std::int32_t> sensor_value(const MessageSpec& message, const CanFrame& 
   return value;
 }
 
-bool take(const Measured<std::int32_t>& sample, Measured<std::int32_t>& slot, RefusedResult& refused) {
+bool take(const Measured<std::int32_t>& sample, Measured<std::int32_t>& slot, RefusedResults& refused) {
   if (sample.is_valid()) {
     slot = sample;
   } else {
-    refused = {sample.validity, sample.taken_at, refused.count + 1};
+    refused.note(refusal_of(sample.validity), sample.taken_at);
   }
   return sample.is_valid();
 }

@@ -10,6 +10,7 @@
 #include "daemon/core/insulation_table.hpp"
 #include "daemon/core/line_image.hpp"
 #include "daemon/core/measured.hpp"
+#include "daemon/core/refused_values.hpp"
 #include "protocol/message.hpp"
 
 namespace bmu {
@@ -56,13 +57,6 @@ struct PduState {
   return measures && (validity == Validity::valid || validity == Validity::above_range);
 }
 
-/// A result that the sensor marked as wrong, or that no sensor can have measured.
-struct RefusedResult {
-  Validity why = Validity::unknown;
-  TimePoint at{};
-  std::uint64_t count = 0;
-};
-
 /// The two sources of contacts and inputs as one. A "no" of either holds; a wish of either counts; a contact counts as
 /// closed if either says so.
 [[nodiscard]] Measured<PduState> merge_inputs(const Measured<PduState>& unit, const Measured<LineImage>& lines,
@@ -77,7 +71,8 @@ struct SensorTable {
   // Contacts and inputs from wherever the pack has them: the unit's word, the lines of this machine, or both together.
   // As old as the older of its sources; unknown while one of them is.
   Measured<PduState> pdu;
-  RefusedResult refused;  // the last of any channel
+  RefusedResults refused;  // of all channels together
+  RefusedPulses refused_pulses;
   CurrentWindow current_window;
   TimePoint insulation_known_at{};  // when the monitor last told a resistance; before, when it could begin to
   bool insulation_told = false;     // it has told one
@@ -92,6 +87,10 @@ struct SensorTable {
   void observe(const MessageSpec& message, const CanFrame& frame, TimePoint at, const CoreConfig& config);
   /// Takes over the current of a sensor that has frames of its own, as it told it.
   void observe_current(const SignalValue& told_mA, bool is_first, TimePoint at, const CoreConfig& config);
+  /// After a gap in our own life nothing heard before may count; what was counted goes on.
+  void forget_values(TimePoint at) {
+    *this = {.refused = refused, .refused_pulses = refused_pulses, .insulation_known_at = at};
+  }
   /// Takes over what follows now from the word of a monitor that is heard itself, where there is one.
   void take_insulation(const InsulationWord& word, const CoreConfig& config);
   /// Takes over what the lines say.

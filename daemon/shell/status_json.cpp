@@ -433,20 +433,25 @@ void put_most_rejected(JsonText& to, const Core& core) {
   });
 }
 
+/// Each reason there is with how often it was one.
+template <class Reason, std::size_t Size>
+void put_by_reason(JsonText& to, std::string_view name, const std::array<std::uint64_t, Size>& counts) {
+  to.object(name, [&] {
+    for (std::size_t reason = 0; reason < Size; ++reason) to.put(to_text(static_cast<Reason>(reason)), counts[reason]);
+  });
+}
+
 void put_receive(JsonText& to, const Core& core) {
   const ReceiveCounts counts = core.receive_counts();
-  const RefusedResult& refused = core.sensors().refused;  // sound frames whose result is none
+  const RefusedResults& refused = core.sensors().refused;  // sound frames whose result is none
   to.object("receive", [&] {
     to.put("accepted", counts.accepted);
     to.put("rejected", counts.rejected_total());
-    to.object("rejected_by_reason", [&] {
-      for (std::size_t reason = 0; reason < reject_reason_count; ++reason) {
-        to.put(to_text(static_cast<RejectReason>(reason)), counts.rejected[reason]);
-      }
-    });
+    put_by_reason<RejectReason>(to, "rejected_by_reason", counts.rejected);
     put_most_rejected(to, core);
-    to.put("sensor_results_refused", refused.count);
-    to.put("sensor_result_refused_last", if_known(refused.count > 0, to_text(refused.why)));
+    to.put("sensor_results_refused", refused.count());
+    put_by_reason<ResultRefusal>(to, "sensor_results_refused_by_reason", refused.by_reason);
+    to.put("sensor_result_refused_last", if_known(refused.count() > 0, to_text(refused.last)));
   });
 }
 
@@ -644,8 +649,11 @@ void put_sensor(JsonText& to, const StatusView& view) {
     } else {
       to.put("second", nullptr);
     }
-    to.put("results_refused", sensors.refused.count);
-    to.put("last_refused_because", if_known(sensors.refused.count > 0, to_text(sensors.refused.why)));
+    const RefusedResults& refused = sensors.refused;
+    to.put("results_refused", refused.count());
+    put_by_reason<ResultRefusal>(to, "results_refused_by_reason", refused.by_reason);
+    to.put("last_refused_because", if_known(refused.count() > 0, to_text(refused.last)));
+    put_by_reason<RejectReason>(to, "frames_rejected_by_reason", refused.frames);
     put_sensor_setup(to, view);
   });
 }
@@ -671,6 +679,11 @@ void put_insulation(JsonText& to, const StatusView& view) {
     to.put("is_warning", report.is_warning);
     to.put("is_testing", report.is_testing);
     to.put("is_test_pending", report.is_test_pending);
+    if (has_pulses) {
+      put_by_reason<ir155::Misfit>(to, "pulses_refused_by_reason", view.core.sensors().refused_pulses.by_reason);
+    } else {
+      to.put("pulses_refused_by_reason", nullptr);
+    }
     to.put("frames_refused", table.frames_refused());
   });
 }

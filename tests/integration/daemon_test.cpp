@@ -516,7 +516,13 @@ TEST_CASE("a sensor result that is none is counted and told apart from a frame t
   }));
   CHECK(receive.at("rejected") == 0);
   CHECK(receive.at("sensor_result_refused_last") == "out of range");
-  CHECK(bench.ask({"status"}).out.find(", the last out of range") != std::string::npos);
+  const nlohmann::json sensor = bench.ask_json("status").at("sensor");
+  CHECK(sensor.at("results_refused_by_reason").at("out of range") >= 1);
+  CHECK(sensor.at("results_refused_by_reason").at("sensor fault") == 0);
+  CHECK(sensor.at("frames_rejected_by_reason").at("wrong length") == 0);
+  const std::string page = bench.ask({"status"}).out;
+  CHECK(page.find("(out of range ") != std::string::npos);
+  CHECK(page.find("), the last out of range") != std::string::npos);
 }
 
 TEST_CASE("what waited while the daemon was stopped is not taken for news", "[integration][daemon][F53][F60][bus]") {

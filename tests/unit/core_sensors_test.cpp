@@ -206,13 +206,17 @@ TEST_CASE("what a LEM CAB marks as wrong is no current, and counted by why", "[u
   REQUIRE(bench.close());
   lem_bench.told = not_known();
   bench.run(50ms);
-  CHECK(bench.core().sensors().refused.why == Validity::sensor_fault);
-  CHECK(bench.core().sensors().refused.count >= 4);
+  const RefusedResults& refused = bench.core().sensors().refused;
+  CHECK(refused.last == ResultRefusal::sensor_fault);
+  CHECK(refused.of(ResultRefusal::sensor_fault) >= 4);
+  CHECK(refused.of(ResultRefusal::sensor_fault) == refused.count());
   bench.run(400ms);
   CHECK(bench.core().sequence().phase == Phase::open);
-  const auto count = bench.core().sensors().refused.count;
+  const auto count = refused.of(ResultRefusal::sensor_fault);
   bench.deliver(data_frame(0x3C2, 3));
-  CHECK(bench.core().sensors().refused.count == count + 1);
+  CHECK(refused.of(ResultRefusal::wrong_frame) == 1);
+  CHECK(refused.of(ResultRefusal::sensor_fault) == count);
+  CHECK(refused.last == ResultRefusal::wrong_frame);
 }
 
 TEST_CASE("of a sensor and a LEM CAB the worse counts, and apart they open", "[unit][core][sensors]") {

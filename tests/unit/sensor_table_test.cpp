@@ -150,7 +150,7 @@ TEST_CASE("each result of the sensor has its place, and its sign if it sits the 
     CHECK(table.link_voltage_mV.value == 28'000);
     CHECK(table.link_voltage_mV.taken_at == start + 3ms);
     CHECK(table.current_window.range(start, start).max_mA == sign * 12'000);
-    CHECK(table.refused.count == 0);
+    CHECK(table.refused.count() == 0);
   }
 }
 
@@ -184,9 +184,10 @@ TEST_CASE("a result that is none leaves what was before, and is counted", "[unit
       table.observe(*row, bad, start + 20ms, config);
       CHECK((table.*slot).value == 12'000);
       CHECK((table.*slot).taken_at == start);
-      CHECK(table.refused.count == 1);
-      CHECK(table.refused.why == Validity::sensor_fault);
-      CHECK(table.refused.at == start + 20ms);
+      CHECK(table.refused.count() == 1);
+      CHECK(table.refused.of(ResultRefusal::sensor_fault) == 1);
+      CHECK(table.refused.last == ResultRefusal::sensor_fault);
+      CHECK(table.refused.last_at == start + 20ms);
     }
   }
 }
@@ -362,5 +363,36 @@ TEST_CASE("a message of somebody else changes nothing", "[unit][sensor_table]") 
   table.observe(poll, make_frame(poll), start, test::small_pack());
   CHECK_FALSE(table.current_mA.is_valid());
   CHECK_FALSE(table.pdu.is_valid());
-  CHECK(table.refused.count == 0);
+  CHECK(table.refused.count() == 0);
+}
+
+TEST_CASE("results that are none are counted by why, and what was counted outlives a bus that was away",
+          "[unit][sensor_table][F17]") {
+  const CoreConfig config = test::small_pack();
+  SensorTable table;
+  CanFrame marked = result_of(sensor_current, 12'000);
+  marked.data[1] = static_cast<std::uint8_t>(marked.data[1] | 0x80U);
+  CanFrame absurd = result_of(sensor_current, 0);
+  absurd.data[2] = 0x7F;  // some two million ampere
+  for (int time = 0; time < 3; ++time) table.observe(sensor_current, marked, start, config);
+  for (int time = 0; time < 2; ++time) table.observe(sensor_current, absurd, start + 1s, config);
+  table.observe_current(not_known(), true, start + 2s, config);
+  table.refused.note_frame(RejectReason::wrong_length);
+  table.refused_pulses.observe({.frequency_mHz = 25'000, .duty_permille = 500}, start);
+  const auto check = [&table] {
+    CHECK(table.refused.of(ResultRefusal::sensor_fault) == 3);
+    CHECK(table.refused.of(ResultRefusal::out_of_range) == 2);
+    CHECK(table.refused.of(ResultRefusal::not_known) == 1);
+    CHECK(table.refused.of(ResultRefusal::wrong_frame) == 0);
+    CHECK(table.refused.count() == 6);
+    CHECK(table.refused.last == ResultRefusal::not_known);
+    CHECK(table.refused.last_at == start + 2s);
+    CHECK(table.refused.frames[static_cast<std::size_t>(RejectReason::wrong_length)] == 1);
+    CHECK(table.refused_pulses.of(ir155::Misfit::frequency) == 1);
+  };
+  check();
+  table.forget_values(start + 5s);
+  CHECK(table.insulation_known_at == start + 5s);
+  CHECK_FALSE(table.pack_voltage_mV.is_valid());
+  check();
 }

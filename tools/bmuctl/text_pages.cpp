@@ -114,6 +114,9 @@ void add_insulation(Page& page, const Reply& monitor) {
   if (monitor["is_test_pending"].is_true()) line.push_back({"   has not tested itself", Style::warning});
   if (monitor["is_testing"].is_true()) line.push_back({"   tests itself", Style::dim});
   page.add_field("Insulation", std::move(line));
+  if (const std::string reasons = shown_counts(monitor["pulses_refused_by_reason"]); !reasons.empty()) {
+    line.push_back({"   pulses of no state: " + reasons, Style::warning});
+  }
 }
 
 /// What the contactors have been through, over all lives of the daemon.
@@ -383,8 +386,9 @@ void add_buses(Page& page, const Reply& reply) {
                     Style::dim});
   }
   if (receive["sensor_results_refused"].number_or(0) > 0) {
-    line.push_back(plain("; sensor results refused: " + shown(receive["sensor_results_refused"], Unit::none) +
-                         ", the last " + receive["sensor_result_refused_last"].text()));
+    line.push_back(plain("; sensor results refused: " + shown(receive["sensor_results_refused"], Unit::none) + " (" +
+                         shown_counts(receive["sensor_results_refused_by_reason"]) + "), the last " +
+                         receive["sensor_result_refused_last"].text()));
   }
   page.add_field("Frames", std::move(line));
 }
