@@ -211,6 +211,42 @@ TEST_CASE("a fault that wants no current is told at once, and what is wrong as a
   CHECK((run.core().inverter_report().alarms & bit_of(BatteryAlarm::low_voltage)) != 0);
 }
 
+TEST_CASE("somebody else's battery on the inverter's bus opens a closed pack, which takes a clear command after it",
+          "[scenario][inverter][F39]") {
+  test::SimRun run(storage());
+  close(run);
+  run.apply("inverter current_A 30");
+  run.run_to(20.0);
+  REQUIRE(told(run).discharge_limit_mA > 90'000);
+  run.observe(FrameReceived{Port::vehicle, data_frame(0x351, 8)});
+  run.run_to(20.3);
+  CHECK(is_present(run, FaultId::foreign_battery));
+  CHECK(told(run).discharge_limit_mA == 0);  // by our word nothing may flow; what the other says nobody knows
+  // At the latest after 5 s, whatever still flows.
+  run.run_to(20.0 + 5.2);
+  CHECK(run.core().sequence().phase == Phase::open);
+  CHECK(run.core().last_opening().cause == OpeningCause::fault);
+  CHECK(run.core().last_opening().fault == FaultId::foreign_battery);
+  run.run_to(30.0);
+  CHECK(is_present(run, FaultId::foreign_battery));
+  run.observe(CommandGiven{.command = Command::clear_faults});
+  run.run_to(30.1);
+  CHECK_FALSE(is_present(run, FaultId::foreign_battery));
+}
+
+TEST_CASE("an inverter that follows somebody else's battery is cut off after the grace", "[scenario][inverter][F39]") {
+  test::SimRun run(storage());
+  close(run);
+  run.apply("inverter obeys nobody");
+  run.apply("inverter current_A 30");
+  run.run_to(20.0);
+  run.observe(FrameReceived{Port::vehicle, data_frame(0x351, 3)});  // of whatever length
+  run.run_to(20.0 + 1.0);
+  CHECK(run.core().sequence().phase == Phase::closed);
+  run.run_to(20.0 + 5.2);
+  CHECK(run.core().sequence().phase == Phase::open);
+}
+
 TEST_CASE("somebody else's battery on the inverter's bus keeps an open pack open, and closes none",
           "[scenario][inverter]") {
   test::SimRun run(storage());
