@@ -146,8 +146,7 @@ std::int64_t bus_load_permille(const CoreConfig& core, Duration period, std::int
   if (core.contactors.has_pdu) bits += bits_per_s(contactor_command) + bits_per_s(pdu_status);
   bits += bits_per_s(sensor_current) + bits_per_s(sensor_u1) + bits_per_s(sensor_u2);
   const SensorConfig& sensor = core.sensor;
-  const bool has_own_second = sensor.has_second_current && sensor.first == nullptr && sensor.second == nullptr;
-  if (has_own_second) bits += bits_per_s(sensor_current_2);
+  if (sensor.has_second_at_531h()) bits += bits_per_s(sensor_current_2);
   return load_permille(bits + guest_bits_per_s(core, Port::internal), rate_kbit_per_s);
 }
 

@@ -42,6 +42,11 @@ void claim_sensors(const CoreConfig& core, std::vector<Claim>& claims) {
   claim("sensor", "current_protocol", core.sensor.first, core.sensor.bus);
   claim("sensor", "second_protocol", core.sensor.second, core.sensor.bus);
   claim("insulation", "protocol", core.insulation.driver, core.insulation.bus);
+  const auto claim_one = [&claims](std::string_view key, std::string_view who, unsigned id) {
+    if (id != 0) claims.push_back({"sensor", key, who, Port::internal, id, 1});
+  };
+  claim_one("second_command_id", "commands to the second current sensor", core.sensor.second_command_id);
+  claim_one("second_response_id", "answers of the second current sensor", core.sensor.second_response_id);
 }
 
 /// Of every node there could be, as modules of another number could join.

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 
+#include "config/id_fields.hpp"
 #include "config/pack_fields.hpp"
 #include "config/word_fields.hpp"
 #include "protocol/number_text.hpp"
@@ -15,11 +16,6 @@ bool is_one_of(char c, std::string_view characters) {
 
 constexpr int base_id_max = 0x7FF - static_cast<int>(std::size(vehicle_bus::rows)) + 1;
 
-std::optional<int> hex_value(std::string_view text) {
-  const auto value = number_of_text<int>(text, 16);
-  return value && *value >= 0 ? value : std::nullopt;
-}
-
 bool is_id_up_to(std::string_view text, int max) {
   const auto value = hex_value(text);
   return value && text.size() <= 3 && *value <= max && text.front() != '-';
@@ -29,26 +25,6 @@ bool is_base_id(std::string_view text) {
 }
 bool is_nothing_or_base_id(std::string_view text) {
   return text.empty() || is_base_id(text);
-}
-bool is_nothing_or_id(std::string_view text) {
-  return text.empty() || is_id_up_to(text, 0x7FF);
-}
-
-constexpr std::string_view id_form = "1 to 3 hexadecimal digits up to \"7FF\", or nothing";
-
-/// An identifier that need not be there, hexadecimal; 0 and nothing are the same.
-template <auto Member>
-[[nodiscard]] constexpr auto optional_id(FieldInfo info) {
-  using Owner = detail::OwnerOf<Member>;
-  info.min = 0;
-  info.max = 3;
-  info.type = FieldType::text;
-  return Field<Owner>{
-      info,
-      [](const Owner& owner) -> FieldValue { return owner.*Member == 0 ? std::string() : hex_text(owner.*Member); },
-      [](Owner& owner, const FieldValue& value) {
-        owner.*Member = static_cast<std::uint16_t>(hex_value(std::get<std::string>(value)).value_or(0));
-      }};
 }
 
 bool is_nothing_or_bus_name(std::string_view text) {
@@ -450,6 +426,15 @@ constexpr std::array gpio_input_table{
 };
 
 }  // namespace
+
+std::optional<int> hex_value(std::string_view text) {
+  const auto value = number_of_text<int>(text, 16);
+  return value && *value >= 0 ? value : std::nullopt;
+}
+
+bool is_nothing_or_id(std::string_view text) {
+  return text.empty() || is_id_up_to(text, 0x7FF);
+}
 
 bool is_printable_ascii(std::string_view text) {
   return std::all_of(text.begin(), text.end(), [](char c) { return c >= ' ' && c <= '~'; });

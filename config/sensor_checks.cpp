@@ -41,6 +41,18 @@ constexpr Rule rules[] = {
     {"sensor", "second_is_reversed", "has_second_current",
      [](const CoreConfig& core) { return core.sensor.is_second_reversed && !core.sensor.has_second_current; }, "true",
      "false, as has_second_current is false"},
+    {"sensor", "second_command_id", "second_response_id",
+     [](const CoreConfig& core) {
+       return (core.sensor.second_command_id == 0) != (core.sensor.second_response_id == 0);
+     },
+     "one of second_command_id and second_response_id",
+     "both, or neither: a second sensor that is asked has to answer"},
+    {"sensor", "second_command_id", "protocol",
+     [](const CoreConfig& core) { return core.sensor.second_command_id != 0 && core.sensor.set_up == nullptr; },
+     "an identifier", "nothing, as protocol names none in which a sensor can be asked"},
+    {"sensor", "second_command_id", "has_second_current",
+     [](const CoreConfig& core) { return core.sensor.second_command_id != 0 && !core.sensor.has_second_at_531h(); },
+     "an identifier", "nothing, as there is no second sensor at 531h (has_second_current, and no other protocol)"},
     {"sensor", "bus", "current_protocol",
      [](const CoreConfig& core) {
        return core.sensor.bus != Port::internal && core.sensor.first == nullptr && core.sensor.second == nullptr;

@@ -1,6 +1,7 @@
 // The rows of what measures current, voltage and insulation: whose word it is, on which bus, and how it is configured.
 #include <array>
 
+#include "config/id_fields.hpp"
 #include "config/pack_fields.hpp"
 #include "config/word_fields.hpp"
 
@@ -101,6 +102,15 @@ constexpr std::array sensor_table{
         {.key = "second_protocol",
          .meaning = "the same of the second; nothing: 531h, or 521h where the first current is told by another"}),
     bus_field<SensorConfig>("where the sensors of these two keys are"),
+    optional_id<&SensorConfig::second_command_id>(
+        {.key = "second_command_id",
+         .meaning = "where a second sensor of `protocol`, at 531h, is asked for its settings; nothing: it is not asked",
+         .is_well_formed = is_nothing_or_id,
+         .form = id_form}),
+    optional_id<&SensorConfig::second_response_id>({.key = "second_response_id",
+                                                    .meaning = "and where it answers",
+                                                    .is_well_formed = is_nothing_or_id,
+                                                    .form = id_form}),
 };
 
 }  // namespace

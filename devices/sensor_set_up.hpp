@@ -68,9 +68,10 @@ struct SetUpAnswer {
 inline constexpr std::uint8_t sensor_channels_max = 8;
 
 struct SensorSetUpDriver {
-  std::string_view name;         // of the device
-  std::uint32_t command_id = 0;  // of 11 bits; whoever else sends a frame under it commands the sensor
-  Duration command_pause{};      // between two commands
+  std::string_view name;          // of the device
+  std::uint32_t command_id = 0;   // of 11 bits, as delivered; whoever else sends a frame under it commands the sensor
+  std::uint32_t response_id = 0;  // likewise, of its answers
+  Duration command_pause{};       // between two commands
   Duration response_time_max{};
   CanFrame (*command)(const SetUpOrder& order) = nullptr;
   SetUpAnswer (*take)(const CanFrame& frame) = nullptr;

@@ -5,13 +5,21 @@
 namespace bmu {
 
 void SensorUnit::observe(const CanFrame& frame, TimePoint now) {
-  if (!is_there() || starts_at_ != TimePoint{}) return;
-  const std::optional<SetUpOrder> order = driver_->order_of(frame);
+  if (!is_there() || starts_at_ != TimePoint{} || frame.is_extended || frame.id != command_id_) return;
+  CanFrame as_delivered = frame;
+  as_delivered.id = driver_->command_id;
+  const std::optional<SetUpOrder> order = driver_->order_of(as_delivered);
   if (!order) return;
   const SetUpAnswer answer = obey(*order);
   if (!answers) return;
   answers_at_ = now + answer_after;
-  waiting_ = driver_->answer(answer);
+  waiting_ = answer_of(answer);
+}
+
+CanFrame SensorUnit::answer_of(const SetUpAnswer& answer) const {
+  CanFrame frame = driver_->answer(answer);
+  frame.id = response_id_;
+  return frame;
 }
 
 SetUpAnswer SensorUnit::obey(const SetUpOrder& order) {
@@ -32,7 +40,7 @@ std::optional<CanFrame> SensorUnit::tick(TimePoint now) {
   if (starts_at_ != TimePoint{}) {
     if (now < starts_at_) return std::nullopt;
     starts_at_ = {};
-    return answers ? std::optional(driver_->answer({.word = SetUpWord::alive})) : std::nullopt;
+    return answers ? std::optional(answer_of({.word = SetUpWord::alive})) : std::nullopt;
   }
   if (now < answers_at_) return std::nullopt;
   return std::exchange(waiting_, std::nullopt);

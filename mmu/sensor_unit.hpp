@@ -24,7 +24,12 @@ class SensorUnit {
 
   /// `driver` null: it cannot be configured. As it was delivered: what it does now it has stored.
   SensorUnit(const SensorSetUpDriver* driver, const Settings& settings)
-      : driver_(driver), settings_(settings), stored_(settings) {}
+      : SensorUnit(driver, settings, driver != nullptr ? driver->command_id : 0,
+                   driver != nullptr ? driver->response_id : 0) {}
+  /// One whose command and answer were given other identifiers.
+  SensorUnit(const SensorSetUpDriver* driver, const Settings& settings, std::uint32_t command_id,
+             std::uint32_t response_id)
+      : driver_(driver), command_id_(command_id), response_id_(response_id), settings_(settings), stored_(settings) {}
 
   [[nodiscard]] bool is_there() const { return driver_ != nullptr; }
   [[nodiscard]] const SensorSetUpDriver* driver() const { return driver_; }
@@ -46,8 +51,11 @@ class SensorUnit {
 
  private:
   [[nodiscard]] SetUpAnswer obey(const SetUpOrder& order);
+  [[nodiscard]] CanFrame answer_of(const SetUpAnswer& answer) const;
 
   const SensorSetUpDriver* driver_;
+  std::uint32_t command_id_;
+  std::uint32_t response_id_;
   Settings settings_;
   Settings stored_;
   bool is_running_ = true;

@@ -80,6 +80,7 @@ void Simulator::observe(const CanFrame& frame, TimePoint now) {
   ++frames_observed_;
   pdu_.observe(frame, now);
   world_.sensor_unit.observe(frame, now);
+  world_.second_sensor_unit.observe(frame, now);
   for (std::size_t module = 0; module < mmus_.size(); ++module) {
     const bool is_deaf = world_.module_senses[module].ignores_commands && is_command(frame);
     if (!is_deaf) mmus_[module].observe(frame, now);
@@ -121,8 +122,8 @@ bool Simulator::is_busy() const {
          std::any_of(can_modules_.begin(), can_modules_.end(), is_answering) ||
          std::any_of(strangers_.begin(), strangers_.end(),
                      [](const std::optional<Mmu>& stranger) { return stranger && stranger->is_answering(); }) ||
-         world_.sensor_unit.is_answering() || sensor_.is_faster_than(calm_step) ||
-         second_sensor_.is_faster_than(calm_step);
+         world_.sensor_unit.is_answering() || world_.second_sensor_unit.is_answering() ||
+         sensor_.is_faster_than(calm_step) || second_sensor_.is_faster_than(calm_step);
 }
 
 void Simulator::step() {
@@ -216,8 +217,7 @@ void Simulator::tick_pdu() {
 }
 
 /// Its results are as it is configured now.
-void Simulator::tick_sensor_unit() {
-  SensorUnit& unit = world_.sensor_unit;
+void Simulator::tick_sensor_unit(SensorUnit& unit, CurrentSensor& sensor) {
   if (!unit.is_there()) return;
   if (const std::optional<CanFrame> answer = unit.tick(now_)) send(*answer);
   for (std::size_t index = 0; index < sensor_channel_count; ++index) {
@@ -225,12 +225,13 @@ void Simulator::tick_sensor_unit() {
     const SensorSetting& setting = unit.setting(set_up_channel(channel));
     const bool is_sent = unit.is_running() && setting.trigger == SensorTrigger::cyclic;
     const Duration period = is_sent ? std::chrono::milliseconds{setting.period_ms} : Duration{};
-    sensor_.configure(channel, setting.is_little_endian, setting.is_inverted, period, now_);
+    sensor.configure(channel, setting.is_little_endian, setting.is_inverted, period, now_);
   }
 }
 
 void Simulator::tick_sensors() {
-  tick_sensor_unit();
+  tick_sensor_unit(world_.sensor_unit, sensor_);
+  tick_sensor_unit(world_.second_sensor_unit, second_sensor_);
   const bool is_first_elsewhere = world_.first_current.is_there();
   SensorMeasurements measured = world_.measure_sensor();
   if (is_first_elsewhere) {
@@ -402,6 +403,8 @@ SimulatorConfig simulator_config(const CoreConfig& pack) {
   config.inverter = pack.inverter.driver;
   config.second_pack = pack.second_pack;
   config.sensor_set_up = pack.sensor.set_up;
+  config.second_command_id = pack.sensor.second_command_id;
+  config.second_response_id = pack.sensor.second_response_id;
   config.first_current = pack.sensor.first;
   config.second_current = pack.sensor.second;
   config.is_second_reversed = pack.sensor.is_second_reversed;

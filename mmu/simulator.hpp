@@ -92,7 +92,7 @@ class Simulator {
   void wake_sleepers(const CanFrame& frame);
   void tick_pdu();
   void tick_sensors();
-  void tick_sensor_unit();
+  void tick_sensor_unit(SensorUnit& unit, CurrentSensor& sensor);
   void tick_foreign_sensors();
   void tick_chargers();
   void tick_inverter();

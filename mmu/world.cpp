@@ -62,6 +62,8 @@ World::World(const SimulatorConfig& config, TimePoint started_at)
       module_modes(config.modules.size(), UnitMode::starting),
       has_second_sensor(config.sensor.has_second),
       sensor_unit(config.sensor_set_up, settings_of(config.sensor)),
+      second_sensor_unit(config.second_command_id != 0 ? config.sensor_set_up : nullptr, settings_of(config.sensor),
+                         config.second_command_id, config.second_response_id),
       first_current(config.first_current, started_at),
       second_current(config.second_current, started_at),
       is_second_reversed(config.is_second_reversed),

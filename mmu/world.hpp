@@ -42,6 +42,8 @@ struct SimulatorConfig {
   const InverterDriver* inverter = nullptr;          // what an inverter understands; null: there is none
   SecondPackConfig second_pack;                      // how the master of a pack beside this one tells of it, if any
   const SensorSetUpDriver* sensor_set_up = nullptr;  // how the sensor is configured; null: it cannot be
+  std::uint16_t second_command_id = 0;               // of a second one that can be asked; 0: there is none
+  std::uint16_t second_response_id = 0;
   const CurrentSensorDriver* first_current = nullptr;   // who tells the first current instead; null: the sensor
   const CurrentSensorDriver* second_current = nullptr;  // and the second
   bool is_second_reversed = false;
@@ -158,6 +160,7 @@ struct World {
   std::array<SensorSense, scripted_results> sensor_senses{};
   bool has_second_sensor;
   SensorUnit sensor_unit;
+  SensorUnit second_sensor_unit;
   ForeignSensor first_current;
   ForeignSensor second_current;
   bool is_second_reversed;

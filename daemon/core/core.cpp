@@ -60,6 +60,7 @@ Core::Core(const CoreConfig& config, TimePoint started_at, std::uint8_t first_co
   reporter_.init(started_at);
   second_pack_.init(config_.second_pack, started_at);
   sensor_setup_.init(config_.sensor);
+  second_sensor_setup_.init_second(config_.sensor);
   insulation_.init(config_.insulation);
   chargers_.init(config_.charger);
   charge_.init(config_);
@@ -224,8 +225,8 @@ Urgency Core::take_rejected(const CheckedFrame& checked, TimePoint at) {
   }
   if (checked.message == nullptr) return Urgency::can_wait;
   const bool is_module = checked.message->sender == Sender::mmu;
-  if (is_module) modules_.note_rejected(checked.node, checked.reason);
   if (checked.message->sender == Sender::sensor) sensors_.refused.note_frame(checked.reason);
+  if (is_module) modules_.note_rejected(checked.node, checked.reason);
   // A wrong length is no noise, which the bus itself would have caught, but a stranger or another firmware; what the
   // module owes is then missing, and that has a fault of its own.
   const bool is_damaged = checked.reason == RejectReason::wrong_crc;
@@ -344,7 +345,8 @@ Urgency Core::take_sensor_frame(const CheckedFrame& checked, const CanFrame& fra
   const bool is_pdu = checked.message->base_id == internal_bus::pdu_status.base_id;
   const bool is_of_second = checked.message->base_id == internal_bus::sensor_current_2.base_id;
   // What a sensor says whose settings nobody knows is no measurement.
-  if (!is_pdu && !is_of_second && !sensor_setup_.are_results_good(at)) return Urgency::can_wait;
+  const SensorSetup& setup = is_of_second ? second_sensor_setup_ : sensor_setup_;
+  if (!is_pdu && !setup.are_results_good(at)) return Urgency::can_wait;
   sensors_.observe(*checked.message, frame, at, config_);
   if (is_pdu) {
     if (had_word) note_pdu_counter(frame.data[6]);
@@ -374,10 +376,9 @@ std::optional<Urgency> Core::take_foreign_current(const CanFrame& frame, TimePoi
   return is_first ? follow_current(at) : Urgency::can_wait;
 }
 
-/// Our own frames are not heard: what commands the sensor is somebody else, with whatever command.
+/// Our own frames are not heard: what commands a sensor is somebody else, with whatever command.
 bool Core::is_foreign_sensor_command(const CanFrame& frame) const {
-  const bool is_data = !frame.is_error && !frame.is_remote && !frame.is_extended;
-  return sensor_setup_.is_there() && is_data && frame.id == config_.sensor.set_up->command_id;
+  return sensor_setup_.is_command(frame) || second_sensor_setup_.is_command(frame);
 }
 
 Urgency Core::take_foreign_sensor_command(const CanFrame& frame) {
@@ -386,22 +387,28 @@ Urgency Core::take_foreign_sensor_command(const CanFrame& frame) {
   return Urgency::decide_now;
 }
 
-/// The sensor's answer about its settings.
+/// A sensor's answer about its settings.
 bool Core::take_sensor_answer(const CanFrame& frame, TimePoint at) {
-  if (!sensor_setup_.is_there()) return false;
-  const SensorSetup before = sensor_setup_;
-  const bool is_answer = sensor_setup_.observe(frame, at, outputs_.any_contactor());
-  if (is_answer) note_sensor_setup(before, at);
+  return take_sensor_answer(sensor_setup_, frame, at) || take_sensor_answer(second_sensor_setup_, frame, at);
+}
+
+bool Core::take_sensor_answer(SensorSetup& setup, const CanFrame& frame, TimePoint at) {
+  if (!setup.is_there()) return false;
+  const SensorSetup before = setup;
+  const bool is_answer = setup.observe(frame, at, outputs_.any_contactor());
+  if (is_answer) note_sensor_setup(before, setup, at);
   return is_answer;
 }
 
-void Core::note_sensor_setup(const SensorSetup& before, TimePoint at) {
-  const SensorSetupProblem& problem = sensor_setup_.problem();
-  if (sensor_setup_.restarts() != before.restarts()) events_.push({.id = EventId::sensor_restarted, .at = at});
-  if (sensor_setup_.stage() == SensorSetupStage::done && before.stage() != SensorSetupStage::done) {
-    note_sensor_set_up(at);
+void Core::note_sensor_setup(const SensorSetup& before, const SensorSetup& setup, TimePoint at) {
+  const SensorSetupProblem& problem = setup.problem();
+  if (setup.restarts() != before.restarts()) {
+    events_.push({.id = EventId::sensor_restarted, .at = at, .reading = {.element = {.number = setup.first_told()}}});
   }
-  if (problem == before.problem() || !sensor_setup_.has_failed()) return;
+  if (setup.stage() == SensorSetupStage::done && before.stage() != SensorSetupStage::done) {
+    note_sensor_set_up(setup, at);
+  }
+  if (problem == before.problem() || !setup.has_failed()) return;
   events_.push({.id = EventId::sensor_set_up_failed,
                 .at = at,
                 .reading = {.is_known = true, .value = problem.found, .element = {.number = problem.channel}},
@@ -410,9 +417,9 @@ void Core::note_sensor_setup(const SensorSetup& before, TimePoint at) {
 }
 
 /// One for each channel that was configured anew; one in all, without trouble, where it was found as wanted.
-void Core::note_sensor_set_up(TimePoint at) {
+void Core::note_sensor_set_up(const SensorSetup& setup, TimePoint at) {
   bool has_changed = false;
-  for (const SensorSetupProblem& changed : sensor_setup_.changed()) {
+  for (const SensorSetupProblem& changed : setup.changed()) {
     if (changed.trouble == SensorSetupTrouble::none) continue;
     has_changed = true;
     events_.push({.id = EventId::sensor_set_up,
@@ -421,7 +428,8 @@ void Core::note_sensor_set_up(TimePoint at) {
                   .threshold = changed.wanted,
                   .number = static_cast<std::int64_t>(changed.trouble)});
   }
-  if (!has_changed) events_.push({.id = EventId::sensor_set_up, .at = at});
+  if (has_changed) return;
+  events_.push({.id = EventId::sensor_set_up, .at = at, .reading = {.element = {.number = setup.first_told()}}});
 }
 
 /// The first current, if what was heard at `at` was one.
@@ -577,6 +585,7 @@ Urgency Core::take(TimePoint at, const LinesSeen& what) {
 
 Urgency Core::take(TimePoint at, const PulsesSeen& what) {
   insulation_.observe(what.pwm, at);
+  sensors_.refused_pulses.observe(what.pwm, at);
   return Urgency::can_wait;  // no single period opens a pack
 }
 
@@ -585,7 +594,6 @@ void Core::update_bus_state(TimePoint at) {
   const bool is_up = ports_[static_cast<std::size_t>(Port::internal)].is_up && !is_bus_off_;
   if (is_up == flags_.internal_bus_up) return;
   flags_.internal_bus_up = is_up;
-  sensors_.refused_pulses.observe(what.pwm, at);
   command_link_.forget();
   start_over(at);
 }
@@ -611,6 +619,7 @@ void Core::start_over(TimePoint at) {
   request_.lose_sight();
   second_pack_.forget_values(at);
   sensor_setup_.start_over();
+  second_sensor_setup_.start_over();
   insulation_.forget_values();
   chargers_.forget_values();
   charger_watch_.forget();

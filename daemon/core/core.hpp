@@ -163,6 +163,7 @@ class Core {
   [[nodiscard]] const ModuleTable& modules() const { return modules_; }
   [[nodiscard]] const SensorTable& sensors() const { return sensors_; }
   [[nodiscard]] const SensorSetup& sensor_setup() const { return sensor_setup_; }
+  [[nodiscard]] const SensorSetup& second_sensor_setup() const { return second_sensor_setup_; }
   [[nodiscard]] const InsulationTable& insulation() const { return insulation_; }
   [[nodiscard]] const FaultMemory& faults() const { return faults_; }
   [[nodiscard]] const Permission& permission() const { return permission_; }
@@ -275,8 +276,9 @@ class Core {
   [[nodiscard]] bool is_foreign_sensor_command(const CanFrame& frame) const;
   Urgency take_foreign_sensor_command(const CanFrame& frame);
   [[nodiscard]] bool take_sensor_answer(const CanFrame& frame, TimePoint at);
-  void note_sensor_setup(const SensorSetup& before, TimePoint at);
-  void note_sensor_set_up(TimePoint at);
+  [[nodiscard]] bool take_sensor_answer(SensorSetup& setup, const CanFrame& frame, TimePoint at);
+  void note_sensor_setup(const SensorSetup& before, const SensorSetup& setup, TimePoint at);
+  void note_sensor_set_up(const SensorSetup& setup, TimePoint at);
 
   // decide, in this order
   void check_loop_gap(TimePoint now);
@@ -316,7 +318,7 @@ class Core {
   [[nodiscard]] bool has_way(Port port, TimePoint now) const;
   [[nodiscard]] bool has_to_balance() const;
   void send_contactor_command(TimePoint now, Decisions& out);
-  void ask_sensor(TimePoint now, Decisions& out);
+  void ask_sensor(SensorSetup& setup, TimePoint now, Decisions& out);
   void send_polls(TimePoint now, Decisions& out);
   void ask_foreign(TimePoint now, Decisions& out);
   void assign_node(TimePoint now, Decisions& out);
@@ -418,6 +420,7 @@ class Core {
   CellRequests requests_;
   SecondPack second_pack_;
   SensorSetup sensor_setup_;
+  SensorSetup second_sensor_setup_;  // of a second one at 531h
   InsulationTable insulation_;
   ChargerTable chargers_;
   ChargerWatch charger_watch_;
@@ -473,14 +476,14 @@ class Core {
              mode_before_, flags_, watchers_, permission_, sequence_, contactor_watch_, guard_, ledger_, rest_,
              auxiliary_, outputs_, commanded_before_, forecaster_, limit_ramps_, limits_, poll_, rounds_, pace_,
              skipped(configured_ages_), ages_slow_until_, setup_, turns_, broadcasts_, assignment_, balancing_,
-             waiting_orders_, reporter_, requests_, second_pack_, sensor_setup_, insulation_, chargers_, charger_watch_,
-             charge_, inverter_, inverter_reporter_, charger_command_at_, ordered_mA_, was_enabled_, was_in_progress_,
-             is_plugged_in_, errors_cleared_at_, errors_cleared_, charge_resume_, last_opening_, last_refusal_,
-             last_precharge_, ports_, events_, seen_complete_, request_, clear_ours_, clear_given_, accept_given_,
-             assign_given_, stranger_asked_at_, balancing_off_, is_bus_off_, shutting_down_, shut_down_at_,
-             shut_down_told_, locked_out_until_, lockout_, link_shows_weld_, request_over_at_, outputs_changed_at_,
-             command_link_, command_counter_, pdu_counter_, pdu_words_lost_, gate_refusals_, is_clock_known_,
-             clock_offset_, persistent_, persistent_generation_)
+             waiting_orders_, reporter_, requests_, second_pack_, sensor_setup_, second_sensor_setup_, insulation_,
+             chargers_, charger_watch_, charge_, inverter_, inverter_reporter_, charger_command_at_, ordered_mA_,
+             was_enabled_, was_in_progress_, is_plugged_in_, errors_cleared_at_, errors_cleared_, charge_resume_,
+             last_opening_, last_refusal_, last_precharge_, ports_, events_, seen_complete_, request_, clear_ours_,
+             clear_given_, accept_given_, assign_given_, stranger_asked_at_, balancing_off_, is_bus_off_,
+             shutting_down_, shut_down_at_, shut_down_told_, locked_out_until_, lockout_, link_shows_weld_,
+             request_over_at_, outputs_changed_at_, command_link_, command_counter_, pdu_counter_, pdu_words_lost_,
+             gate_refusals_, is_clock_known_, clock_offset_, persistent_, persistent_generation_)
 };
 
 }  // namespace bmu

@@ -260,6 +260,14 @@ struct SensorConfig {
   const CurrentSensorDriver* first = nullptr;   // who tells the first current; null: the results at 521h
   const CurrentSensorDriver* second = nullptr;  // the second; null: 531h, or 521h where `first` has another
   Port bus = Port::internal;                    // where these two are
+  // Where a second sensor of the kind of `set_up`, at 531h, is asked for its settings and answers; 0: it is not asked.
+  std::uint16_t second_command_id = 0;
+  std::uint16_t second_response_id = 0;
+
+  /// The second current is told by a sensor like the first, at 531h.
+  [[nodiscard]] constexpr bool has_second_at_531h() const {
+    return has_second_current && first == nullptr && second == nullptr;
+  }
 };
 
 struct SocConfig {

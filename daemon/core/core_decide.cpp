@@ -48,7 +48,8 @@ Decisions Core::decide(TimePoint now) {
   charge(now);
   send_contactor_command(now, out);
   send_charger_commands(now, out);
-  ask_sensor(now, out);
+  ask_sensor(sensor_setup_, now, out);
+  ask_sensor(second_sensor_setup_, now, out);
   send_polls(now, out);
   balance(now, out);
   send_broadcasts(now, out);
@@ -134,7 +135,7 @@ void Core::watch_contactors(TimePoint now) {
 
 void Core::evaluate_faults(TimePoint now) {
   mode_before_ = mode(now);
-  flags_.sensor_not_set_up = sensor_setup_.has_failed();
+  flags_.sensor_not_set_up = sensor_setup_.has_failed() || second_sensor_setup_.has_failed();
   flags_.insulation_untested = insulation_.is_untested(now);
   if (std::exchange(clear_ours_, false)) note_fault_changes(faults_.clear_latched(clear_given_.authority), now);
   note_fault_changes(faults_.update(fault_inputs(now)), now);

@@ -13,11 +13,11 @@ bool Core::has_way(Port port, TimePoint now) const {
 }
 
 /// How it is configured; and to be configured otherwise, if the pack file says so.
-void Core::ask_sensor(TimePoint now, Decisions& out) {
-  if (!sensor_setup_.is_there() || !flags_.internal_bus_up || rest_.is_resting()) return;
-  const SensorSetup before = sensor_setup_;
-  const std::optional<CanFrame> command = sensor_setup_.step(now, outputs_.any_contactor());
-  note_sensor_setup(before, now);
+void Core::ask_sensor(SensorSetup& setup, TimePoint now, Decisions& out) {
+  if (!setup.is_there() || !flags_.internal_bus_up || rest_.is_resting()) return;
+  const SensorSetup before = setup;
+  const std::optional<CanFrame> command = setup.step(now, outputs_.any_contactor());
+  note_sensor_setup(before, setup, now);
   if (command) send(Port::internal, *command, out);
 }
 
@@ -72,6 +72,7 @@ GateRules Core::gate_rules() const {
           .sensor = config_.sensor.set_up,
           .may_configure_sensor = config_.sensor.is_configured && !outputs_.any_contactor(),
           .may_store_in_sensor = config_.sensor.is_configured && config_.sensor.is_stored,
+          .second_sensor_command_id = config_.sensor.second_command_id,
           .charger = config_.charger.driver,
           .master_address = config_.charger.master_address,
           .may_charge = permission_.may_charge && charge_.is_enabled(),

@@ -125,7 +125,7 @@ std::string text_of_opening(const Event& event) {
   return where.empty() ? line : line + ": " + where;
 }
 
-constexpr std::array<std::string_view, sensor_channels_used> channel_names{"I", "U1", "U2"};
+constexpr std::array<std::string_view, sensor_channels_told> channel_names{"I", "U1", "U2", "I"};
 
 std::string setting_text(SensorSetupTrouble trouble, std::int32_t value) {
   constexpr std::array<std::string_view, 3> triggers{"off", "on a trigger", "by itself"};
@@ -146,9 +146,15 @@ SensorSetupProblem problem_in(const Event& event) {
           .wanted = static_cast<std::int32_t>(event.threshold)};
 }
 
+std::string_view sensor_name(std::uint8_t channel) {
+  return channel < sensor_channels_used ? "the current sensor" : "the second current sensor";
+}
+
 /// "the current sensor was configured anew: U1: every 100 ms before, every 60 ms now".
 std::string text_of_set_up(const SensorSetupProblem& changed) {
-  if (changed.trouble == SensorSetupTrouble::none) return "the current sensor was found configured as wanted";
+  if (changed.trouble == SensorSetupTrouble::none) {
+    return std::string(sensor_name(changed.channel)) + " was found configured as wanted";
+  }
   return "the current sensor was configured anew: " + std::string(channel_names.at(changed.channel)) + ": " +
          setting_text(changed.trouble, changed.found) + " before, " + setting_text(changed.trouble, changed.wanted) +
          " now";
@@ -294,8 +300,11 @@ std::string to_text(const Event& event) {
     case EventId::charge_stage_changed:
       return "charge: " + std::string(to_text(static_cast<ChargeStage>(event.number)));
     case EventId::sensor_set_up: return text_of_set_up(problem_in(event));
-    case EventId::sensor_set_up_failed: return "the current sensor is not used: " + to_text(problem_in(event));
-    case EventId::sensor_restarted: return "the current sensor started anew";
+    case EventId::sensor_set_up_failed: {
+      const SensorSetupProblem problem = problem_in(event);
+      return std::string(sensor_name(problem.channel)) + " is not used: " + to_text(problem);
+    }
+    case EventId::sensor_restarted: return std::string(sensor_name(event.reading.element.number)) + " started anew";
     case EventId::port_up: return std::string(to_text(event.port)) + " bus is up";
     case EventId::port_down: return std::string(to_text(event.port)) + " bus is down";
     case EventId::loop_gap: return "stopped or starved for " + number + " ms: opened, everything known is forgotten";

@@ -86,6 +86,15 @@ GateVerdict judge_sensor(const SetUpOrder& order, const GateRules& rules) {
   return rules.may_store_in_sensor ? GateVerdict::pass : GateVerdict::not_permitted;
 }
 
+/// A second sensor is asked, and told nothing else.
+GateVerdict judge_second_sensor(const CanFrame& frame, const GateRules& rules) {
+  CanFrame as_delivered = frame;
+  as_delivered.id = rules.sensor->command_id;
+  const std::optional<SetUpOrder> order = rules.sensor->order_of(as_delivered);
+  if (!order) return GateVerdict::malformed;
+  return order->kind == SetUpOrderKind::read ? GateVerdict::pass : GateVerdict::not_permitted;
+}
+
 /// A question, and just as its language has it: what else its bytes could say is none of ours.
 GateVerdict judge_question(const CanFrame& frame, const ModuleQuestion& question, const GateRules& rules) {
   if (frame != rules.modules->ask(question, rules.module_round, rules.module_options)) return GateVerdict::malformed;
@@ -106,6 +115,8 @@ GateVerdict judge_output(Port port, const CanFrame& frame, const GateRules& rule
   }
   if (port == Port::internal && rules.sensor != nullptr) {
     if (const std::optional<SetUpOrder> order = rules.sensor->order_of(frame)) return judge_sensor(*order, rules);
+    const bool is_of_second = rules.second_sensor_command_id != 0 && frame.id == rules.second_sensor_command_id;
+    if (is_of_second) return judge_second_sensor(frame, rules);
   }
   const MessageMatch match = find_row(port, frame, rules);
   if (match.message == nullptr || match.message->sender != Sender::bmu) return GateVerdict::not_ours;

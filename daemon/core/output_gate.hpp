@@ -36,7 +36,8 @@ struct GateRules {
   const SensorSetUpDriver* sensor = nullptr;  // whose settings may be asked; null: nobody's
   bool may_configure_sensor = false;          // stopped and given others; what is read and started may always be
   bool may_store_in_sensor = false;
-  const ChargerDriver* charger = nullptr;  // what chargers speak; null: none is told anything
+  std::uint32_t second_sensor_command_id = 0;  // where a second one may be asked for its settings; 0: nowhere
+  const ChargerDriver* charger = nullptr;      // what chargers speak; null: none is told anything
   MasterAddress master_address = MasterAddress::f4;
   bool may_charge = false;                     // and is to, by this tick's decision
   bool may_request_mains = false;              // from a charging post

@@ -82,13 +82,30 @@ bool is_possible(const SensorSetupProblem& problem) {
   };
   const bool are_values_possible =
       problem.trouble != SensorSetupTrouble::trigger || (is_trigger(problem.found) && is_trigger(problem.wanted));
-  return problem.channel < sensor_channels_used && are_values_possible;
+  return problem.channel < sensor_channels_told && are_values_possible;
 }
 
 SensorSetting wanted_setting(std::uint8_t channel, const SensorConfig& config) {
   return {.trigger = SensorTrigger::cyclic,
           .is_little_endian = config.little_endian,
           .period_ms = static_cast<std::int32_t>(to_ms(periods.at(channel)))};
+}
+
+void SensorSetup::init(const SensorConfig& config) {
+  config_ = config;
+  target_ = {.driver = config.set_up, .is_configured = config.is_configured, .is_stored = config.is_stored};
+  if (!is_there()) return;
+  target_.command_id = config.set_up->command_id;
+  target_.response_id = config.set_up->response_id;
+}
+
+void SensorSetup::init_second(const SensorConfig& config) {
+  config_ = config;
+  target_ = {.command_id = config.second_command_id,
+             .response_id = config.second_response_id,
+             .channel_count = 1,
+             .first_told = sensor_channels_used};
+  if (config.has_second_at_531h() && config.second_command_id != 0) target_.driver = config.set_up;
 }
 
 void SensorSetup::start_over() {
@@ -115,7 +132,7 @@ void SensorSetup::fail(const SensorSetupProblem& problem, TimePoint at) {
 /// What was asked has been answered.
 void SensorSetup::advance() {
   const StageRow& row = row_of(stage_);
-  if (row.is_each_channel && channel_ + 1 < sensor_channels_used) {
+  if (row.is_each_channel && channel_ + 1 < target_.channel_count) {
     ++channel_;
     tries_ = 0;
     asked_at_ = {};
@@ -132,13 +149,16 @@ void SensorSetup::advance() {
 
 bool SensorSetup::observe(const CanFrame& frame, TimePoint at, bool is_any_commanded) {
   if (!is_there()) return false;
-  const SetUpAnswer answer = config_.set_up->take(frame);
+  if (frame.is_extended || frame.id != target_.response_id) return false;
+  CanFrame as_delivered = frame;
+  as_delivered.id = target_.driver->response_id;
+  const SetUpAnswer answer = target_.driver->take(as_delivered);
   if (answer.word == SetUpWord::none) return false;
   if (answer.word == SetUpWord::refused) ++answers_refused_;
   if (answer.word == SetUpWord::alive) take_restart(at, is_any_commanded);
   const bool is_waiting = asked_at_ != TimePoint{} && !is_judgement_due_;
   if (answer.word == SetUpWord::not_understood && is_waiting) {
-    fail({SensorSetupTrouble::not_understood, channel_, 0, 0}, at);
+    fail({SensorSetupTrouble::not_understood, told(channel_), 0, 0}, at);
   }
   if (answer.word == SetUpWord::setting) {
     take_setting(answer, at);
@@ -150,7 +170,7 @@ bool SensorSetup::observe(const CanFrame& frame, TimePoint at, bool is_any_comma
 
 /// A sensor that tells another setting although nobody asked has been given it by somebody else.
 void SensorSetup::take_setting(const SetUpAnswer& answer, TimePoint at) {
-  if (answer.channel >= sensor_channels_used) return;
+  if (answer.channel >= target_.channel_count) return;
   found_.at(answer.channel) = answer.setting;
   const SensorSetting wanted = wanted_setting(answer.channel, config_);
   // It is trusted no longer, whatever the others still have to say.
@@ -179,8 +199,9 @@ bool SensorSetup::are_results_good(TimePoint now) const {
 }
 
 SensorSetupProblem SensorSetup::difference() const {
-  for (std::uint8_t channel = 0; channel < sensor_channels_used; ++channel) {
-    const SensorSetupProblem problem = difference_of(channel, found_.at(channel), wanted_setting(channel, config_));
+  for (std::uint8_t channel = 0; channel < target_.channel_count; ++channel) {
+    SensorSetupProblem problem = difference_of(channel, found_.at(channel), wanted_setting(channel, config_));
+    problem.channel = told(channel);
     if (problem.trouble != SensorSetupTrouble::none) return problem;
   }
   return {};
@@ -188,7 +209,7 @@ SensorSetupProblem SensorSetup::difference() const {
 
 /// One for each channel that is about to be set otherwise. What a try before this one has set counts as changed, too.
 void SensorSetup::note_changes() {
-  for (std::uint8_t channel = 0; channel < sensor_channels_used; ++channel) {
+  for (std::uint8_t channel = 0; channel < target_.channel_count; ++channel) {
     const SensorSetupProblem problem = difference_of(channel, found_.at(channel), wanted_setting(channel, config_));
     if (problem.trouble != SensorSetupTrouble::none) changed_.at(channel) = problem;
   }
@@ -197,11 +218,11 @@ void SensorSetup::note_changes() {
 /// All three have been read.
 void SensorSetup::judge(TimePoint now, bool is_any_commanded) {
   const SensorSetupProblem problem = difference();
-  const bool is_configured = config_.is_configured;
+  const bool is_configured = target_.is_configured;
   if (problem.trouble == SensorSetupTrouble::none) {
     const bool has_set = stage_ == checking;
     // What came to a bad end once may have stopped it.
-    enter(has_set && config_.is_stored ? storing : is_configured ? starting : done);
+    enter(has_set && target_.is_stored ? storing : is_configured ? starting : done);
     if (stage_ == done) problem_ = {};
     return;
   }
@@ -225,16 +246,18 @@ std::optional<CanFrame> SensorSetup::step(TimePoint now, bool is_any_commanded) 
   if (is_judgement_due_) judge(now, is_any_commanded);
   if (stage_ == failed && now - failed_at_ >= retry) enter(reading);
   if (stage_ == done || stage_ == failed) return std::nullopt;
-  const SensorSetUpDriver& driver = *config_.set_up;
+  const SensorSetUpDriver& driver = *target_.driver;
   const bool has_asked = asked_at_ != TimePoint{};
   if (has_asked && now - asked_at_ < driver.response_time_max) return std::nullopt;
   if (tries_ == row_of(stage_).tries) {
-    fail({SensorSetupTrouble::no_answer, channel_, 0, 0}, now);
+    fail({SensorSetupTrouble::no_answer, told(channel_), 0, 0}, now);
     return std::nullopt;
   }
   ++tries_;
   asked_at_ = now;
-  return driver.command(order_now());
+  CanFrame command = driver.command(order_now());
+  command.id = target_.command_id;
+  return command;
 }
 
 }  // namespace bmu

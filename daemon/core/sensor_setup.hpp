@@ -18,6 +18,10 @@
 // amperes, silence is judged by the age of the current as ever, and an answer that differs ends the trust at once. A
 // sensor is never stopped while a contactor is commanded.
 //
+// A second sensor beside the first is asked in the same way for the one result that is used of it, under the
+// identifiers that the pack file has for it, and never set otherwise: on a bus with two of them a command for one must
+// not reach the other.
+//
 // Cost: nothing once it is done.
 #pragma once
 
@@ -48,6 +52,8 @@ enum class SensorSetupStage : std::uint8_t {
 
 /// The results that the daemon uses, in the order of their channels.
 inline constexpr std::uint8_t sensor_channels_used = 3;
+/// In what is told of them, the current of a second sensor comes behind those.
+inline constexpr std::uint8_t sensor_channels_told = sensor_channels_used + 1;
 
 /// What is wrong with a sensor's settings.
 enum class SensorSetupTrouble : std::uint8_t {
@@ -62,7 +68,7 @@ enum class SensorSetupTrouble : std::uint8_t {
 
 struct SensorSetupProblem {
   SensorSetupTrouble trouble = SensorSetupTrouble::none;
-  std::uint8_t channel = 0;  // 0: the current, 1: the pack's voltage, 2: the link's
+  std::uint8_t channel = 0;  // 0: the current, 1: the pack's voltage, 2: the link's, 3: the second sensor's current
   std::int32_t found = 0;    // a SensorTrigger, milliseconds, or whether it is little-endian, or turned round
   std::int32_t wanted = 0;
 
@@ -82,8 +88,14 @@ class SensorSetup {
   /// A sensor that is configured otherwise, or does not answer, is asked again after this.
   static constexpr Duration retry = 5s;
 
-  void init(const SensorConfig& config) { config_ = config; }
-  [[nodiscard]] bool is_there() const { return config_.set_up != nullptr; }
+  void init(const SensorConfig& config);
+  /// As that of the second sensor, if it is to be asked.
+  void init_second(const SensorConfig& config);
+  [[nodiscard]] bool is_there() const { return target_.driver != nullptr; }
+  /// A frame under this identifier commands the sensor.
+  [[nodiscard]] bool is_command(const CanFrame& frame) const {
+    return is_there() && !frame.is_error && !frame.is_remote && !frame.is_extended && frame.id == target_.command_id;
+  }
   /// As after a start of the daemon: nothing is known of the sensor.
   void start_over();
   /// A frame of the internal bus. False: it is no answer of the sensor's.
@@ -100,12 +112,25 @@ class SensorSetup {
   [[nodiscard]] bool has_failed() const { return problem_.trouble != SensorSetupTrouble::none; }
   /// What it was configured anew for, by channel: none of all where it was found as wanted. Until it is read again.
   [[nodiscard]] const std::array<SensorSetupProblem, sensor_channels_used>& changed() const { return changed_; }
+  /// Where its channels begin in what is told: SensorSetupProblem::channel.
+  [[nodiscard]] std::uint8_t first_told() const { return target_.first_told; }
   /// It said that it started, so often.
   [[nodiscard]] std::uint32_t restarts() const { return restarts_; }
   /// Answers of the wrong form.
   [[nodiscard]] std::uint64_t answers_refused() const { return answers_refused_; }
 
  private:
+  /// Who is asked, and for what.
+  struct Target {
+    const SensorSetUpDriver* driver = nullptr;
+    std::uint32_t command_id = 0;
+    std::uint32_t response_id = 0;
+    std::uint8_t channel_count = sensor_channels_used;
+    std::uint8_t first_told = 0;  // in what is told, of its channel 0
+    bool is_configured = false;
+    bool is_stored = false;
+  };
+
   void enter(SensorSetupStage stage);
   void advance();
   void take_setting(const SetUpAnswer& answer, TimePoint at);
@@ -115,8 +140,12 @@ class SensorSetup {
   void judge(TimePoint now, bool is_any_commanded);
   [[nodiscard]] SensorSetupProblem difference() const;
   [[nodiscard]] SetUpOrder order_now() const;
+  [[nodiscard]] std::uint8_t told(std::uint8_t channel) const {
+    return static_cast<std::uint8_t>(target_.first_told + channel);
+  }
 
   SensorConfig config_;
+  Target target_;
   SensorSetupStage stage_ = SensorSetupStage::reading;
   std::uint8_t channel_ = 0;
   std::uint8_t tries_ = 0;
@@ -133,8 +162,8 @@ class SensorSetup {
     return channel_ < sensor_channels_used && is_possible(problem_) &&
            std::all_of(changed_.begin(), changed_.end(), is_possible);
   }
-  BMU_FIELDS(skipped(config_), stage_, channel_, tries_, asked_at_, is_judgement_due_, found_, problem_, changed_,
-             failed_at_, trusted_since_, restarts_, answers_refused_)
+  BMU_FIELDS(skipped(config_), skipped(target_), stage_, channel_, tries_, asked_at_, is_judgement_due_, found_,
+             problem_, changed_, failed_at_, trusted_since_, restarts_, answers_refused_)
 };
 
 }  // namespace bmu

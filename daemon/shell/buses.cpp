@@ -103,6 +103,10 @@ std::vector<std::uint32_t> sensor_receive_ids(Port port, const CoreConfig& confi
     for (const MessageSpec* message : find_device(driver->name)->catalogue->messages()) ids.push_back(message->base_id);
   };
   if (port == Port::internal) add(config.sensor.set_up);
+  if (port == Port::internal && config.sensor.second_command_id != 0) {
+    ids.push_back(config.sensor.second_command_id);
+    ids.push_back(config.sensor.second_response_id);
+  }
   if (port == config.sensor.bus) add(config.sensor.first);
   if (port == config.sensor.bus) add(config.sensor.second);
   if (port == config.insulation.bus) add(config.insulation.driver);

@@ -622,14 +622,13 @@ void put_current_sensor(JsonText& to, std::string_view name, const Measured<std:
   });
 }
 
-/// How the sensor that is asked for its settings is set up; null where none is.
-void put_sensor_setup(JsonText& to, const StatusView& view) {
-  const SensorConfig& config = view.core.config().sensor;
-  const SensorSetup& setup = view.core.sensor_setup();
-  if (!setup.is_there()) return to.put("set_up", nullptr);
-  to.object("set_up", [&] {
-    to.put("protocol", config.set_up->name);
-    to.put("wanted", config.is_configured ? "configure" : "verify");
+/// How a sensor that is asked for its settings is set up; null where none is.
+void put_sensor_setup(JsonText& to, std::string_view name, const SensorSetup& setup, bool is_configured,
+                      const StatusView& view) {
+  if (!setup.is_there()) return to.put(name, nullptr);
+  to.object(name, [&] {
+    to.put("protocol", view.core.config().sensor.set_up->name);
+    to.put("wanted", is_configured ? "configure" : "verify");
     to.put("stage", to_text(setup.stage()));
     to.put("results_count", setup.are_results_good(view.now));
     to.put("problem", if_known(setup.has_failed(), to_text(setup.problem())));
@@ -654,7 +653,8 @@ void put_sensor(JsonText& to, const StatusView& view) {
     put_by_reason<ResultRefusal>(to, "results_refused_by_reason", refused.by_reason);
     to.put("last_refused_because", if_known(refused.count() > 0, to_text(refused.last)));
     put_by_reason<RejectReason>(to, "frames_rejected_by_reason", refused.frames);
-    put_sensor_setup(to, view);
+    put_sensor_setup(to, "set_up", view.core.sensor_setup(), config.is_configured, view);
+    put_sensor_setup(to, "second_set_up", view.core.second_sensor_setup(), false, view);
   });
 }
 
@@ -679,12 +679,12 @@ void put_insulation(JsonText& to, const StatusView& view) {
     to.put("is_warning", report.is_warning);
     to.put("is_testing", report.is_testing);
     to.put("is_test_pending", report.is_test_pending);
+    to.put("frames_refused", table.frames_refused());
     if (has_pulses) {
       put_by_reason<ir155::Misfit>(to, "pulses_refused_by_reason", view.core.sensors().refused_pulses.by_reason);
     } else {
       to.put("pulses_refused_by_reason", nullptr);
     }
-    to.put("frames_refused", table.frames_refused());
   });
 }
 

@@ -32,6 +32,10 @@ std::string foreign_frames(const CoreView& view) {
   if (const SensorSetUpDriver* driver = config.sensor.set_up; driver != nullptr) {
     add_foreign_frames(*find_device(driver->name)->catalogue, view.core.receive_check(), ids);
   }
+  const std::uint32_t second_id = config.sensor.second_command_id;
+  if (second_id != 0 && view.core.receive_check().rejected_under(second_id) > 0) {
+    ids.push_back(id_text(second_id) + " to the second current sensor");
+  }
   if (ids.size() <= shown_max) return joined(ids);
   const std::string more = " and " + std::to_string(ids.size() - shown_max) + " more";
   ids.resize(shown_max);

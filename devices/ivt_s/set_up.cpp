@@ -122,6 +122,7 @@ CanFrame answer(const SetUpAnswer& said) {
 
 const SensorSetUpDriver set_up{.name = "ivt_s",
                                .command_id = command.base_id,
+                               .response_id = response.base_id,
                                .command_pause = command_pause,
                                .response_time_max = response_time_max,
                                .command = command_of,

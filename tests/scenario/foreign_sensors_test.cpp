@@ -18,6 +18,9 @@ CoreConfig pack_with_sensor(const std::string& keys) {
 CoreConfig ivt_pack(const std::string& more = "") {
   return pack_with_sensor(R"("protocol": "ivt_s")" + more);
 }
+CoreConfig two_ivts(const std::string& more = "") {
+  return ivt_pack(R"(, "has_second_current": true, "second_command_id": "413", "second_response_id": "513")" + more);
+}
 CoreConfig iso_pack() {
   return test::patched_pack(R"({"insulation": {"protocol": "iso165c", "monitoring": "measured"}})");
 }
@@ -47,6 +50,42 @@ TEST_CASE("an emulated IVT-S is verified, and the pack closes", "[scenario][sens
   CHECK(run.core().sensor_setup().stage() == SensorSetupStage::done);
   CHECK(run.core().gate_refusals() == 0);
   CHECK(run.first(EventId::sensor_set_up) < 1.0);
+}
+
+TEST_CASE("two emulated IVT-S are verified, each by its own identifiers", "[scenario][sensors]") {
+  test::SimRun run(two_ivts());
+  run.run_to(0.5);
+  CHECK(run.core().second_sensor_setup().stage() == SensorSetupStage::done);
+  close(run);
+  CHECK(run.core().sensor_setup().stage() == SensorSetupStage::done);
+  CHECK(run.core().sensors().current_2_mA.is_valid());
+  CHECK(run.core().gate_refusals() == 0);
+}
+
+TEST_CASE("a second IVT-S that somebody set up otherwise is not used", "[scenario][sensors][F20]") {
+  test::SimRun run(two_ivts(R"(, "set_up": "configure")"));
+  SensorUnit& second = run.simulator().world().second_sensor_unit;
+  SensorSetting reversed = second.setting(0);
+  reversed.is_inverted = true;
+  second.give(0, reversed);
+  second.restart(run.simulator().now());  // it has been asked already
+  run.run_to(4.0);
+  CHECK(is_present(run, FaultId::sensor_not_set_up));
+  CHECK(is_present(run, FaultId::current_sensor_lost));
+  CHECK_FALSE(run.core().sensors().current_2_mA.is_valid());
+  CHECK(second.setting(0).is_inverted);  // nobody has touched it
+  run.apply("vehicle on");
+  run.run_to(6.0);
+  CHECK(run.core().sequence().phase == Phase::open);
+}
+
+TEST_CASE("whoever else commands a second IVT-S is a second master", "[scenario][sensors][F39]") {
+  test::SimRun run(two_ivts());
+  close(run);
+  run.observe(FrameReceived{Port::internal, {.id = 0x413, .length = 2, .data = {0x34}}});
+  run.run_to(run.seconds() + 0.2);
+  CHECK(is_present(run, FaultId::foreign_master));
+  CHECK(run.core().sequence().phase == Phase::open);
 }
 
 TEST_CASE("whoever else commands an IVT-S is a second master, whatever the command", "[scenario][sensors][F39]") {

@@ -23,6 +23,8 @@ class SimRun {
   [[nodiscard]] double seconds() const { return to_s(run_.elapsed()); }
   [[nodiscard]] const Core& core() const { return run_.core(); }
   [[nodiscard]] const Simulator& simulator() const { return run_.simulator(); }
+  /// For what no script has a word for.
+  [[nodiscard]] Simulator& simulator() { return run_.simulator(); }
   [[nodiscard]] const std::vector<Event>& events() const { return run_.events(); }
   /// Seconds since the start of the first event of this kind; negative if there was none.
   [[nodiscard]] double first(EventId id) const;

@@ -55,6 +55,29 @@ TEST_CASE("what a sensor cannot do is not asked of it", "[unit][config][sensors]
           "internal, vehicle or charger");
 }
 
+TEST_CASE("a second IVT-S is asked where the pack file has identifiers for it", "[unit][config][sensors]") {
+  const Json second{
+      {"protocol", "ivt_s"}, {"has_second_current", true}, {"second_command_id", "413"}, {"second_response_id", "513"}};
+  const CoreConfig core = core_of({{"/sensor", second}});
+  CHECK(core.sensor.second_command_id == 0x413);
+  CHECK(core.sensor.second_response_id == 0x513);
+  const auto ids = receive_ids(Port::internal, core).standard;
+  for (const std::uint32_t id : {0x413U, 0x513U}) CHECK(std::count(ids.begin(), ids.end(), id) == 1);
+  const auto with = [&second](const char* key, const Json& value) {
+    Json changed_one = second;
+    changed_one[key] = value;
+    return std::vector<Change>{{"/sensor", changed_one}};
+  };
+  refuses(with("second_response_id", ""), "/sensor/second_command_id", "both, or neither");
+  refuses(with("second_command_id", ""), "/sensor/second_command_id", "both, or neither");
+  refuses(with("protocol", ""), "/sensor/second_command_id", "protocol names none");
+  refuses(with("has_second_current", false), "/sensor/second_command_id", "no second sensor at 531h");
+  refuses(with("second_protocol", "lem_cab"), "/sensor/second_command_id", "no second sensor at 531h");
+  refuses(with("second_command_id", "521"), "/sensor/second_command_id", "521 is SENSOR_CURRENT");
+  refuses(with("second_command_id", "411"), "/sensor/second_command_id", "Isabellenhuette IVT-S");
+  refuses(with("second_response_id", "413"), "/sensor/second_response_id", "commands to the second current sensor");
+}
+
 TEST_CASE("beside the modules of an Outlander the sensor at 3C2h has the direction of the car",
           "[unit][config][sensors]") {
   const Change modules{"/foreign_modules", Json{{"protocol", "outlander_cmu"}}};

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "daemon/core/event.hpp"
@@ -472,7 +473,8 @@ TEST_CASE("an event about a sensor that cannot be is none", "[unit][sensors][eve
   CHECK(good.are_fields_possible());
   CHECK(to_text(good) == "the current sensor is not used: U2: found off, wanted by itself");
   CHECK(event(SensorSetupTrouble::period, 0, 70'000, 20).are_fields_possible());
-  CHECK_FALSE(event(SensorSetupTrouble::trigger, 3, 0, 2).are_fields_possible());
+  CHECK(event(SensorSetupTrouble::trigger, 3, 0, 2).are_fields_possible());  // a second sensor's current
+  CHECK_FALSE(event(SensorSetupTrouble::trigger, 4, 0, 2).are_fields_possible());
   CHECK_FALSE(event(SensorSetupTrouble::trigger, 0, 3, 2).are_fields_possible());
   CHECK_FALSE(event(SensorSetupTrouble::trigger, 0, -1, 2).are_fields_possible());
   CHECK_FALSE(event(SensorSetupTrouble::trigger, 0, 0, 3).are_fields_possible());
@@ -486,6 +488,117 @@ TEST_CASE("an event about a sensor that cannot be is none", "[unit][sensors][eve
                    .number = static_cast<std::int64_t>(SensorSetupTrouble::period)};
   CHECK(to_text(anew) == "the current sensor was configured anew: U1: every 100 ms before, every 60 ms now");
   CHECK(to_text(Event{.id = EventId::sensor_restarted}) == "the current sensor started anew");
+  for (const auto& [id, text] :
+       {std::pair{EventId::sensor_set_up, "the second current sensor was found configured as wanted"},
+        std::pair{EventId::sensor_restarted, "the second current sensor started anew"}}) {
+    CHECK(to_text(Event{.id = id, .reading = {.element = {.number = 3}}}) == text);
+  }
+}
+
+namespace {
+
+/// A second sensor at 531h, whose command and answer were given other identifiers.
+struct SecondBench {
+  SensorSetup setup;
+  TimePoint now{100s};
+  SensorSetting setting;
+  std::vector<SetUpOrder> orders;
+
+  explicit SecondBench(SensorConfig config) {
+    config.set_up = &ivt();
+    config.has_second_current = true;
+    config.second_command_id = 0x413;
+    config.second_response_id = 0x513;
+    setup.init_second(config);
+    setting = wanted_setting(0, config);
+  }
+  void tick() {
+    now += 10ms;
+    const std::optional<CanFrame> command = setup.step(now, false);
+    if (!command) return;
+    CHECK(command->id == 0x413);
+    CanFrame as_delivered = *command;
+    as_delivered.id = ivt().command_id;
+    const std::optional<SetUpOrder> order = ivt().order_of(as_delivered);
+    REQUIRE(order);
+    orders.push_back(*order);
+    CanFrame answer = ivt().answer({SetUpWord::setting, order->channel, setting});
+    CHECK_FALSE(setup.observe(answer, now, false));  // the first sensor's
+    answer.id = 0x513;
+    CHECK(setup.observe(answer, now, false));
+  }
+  void run(Duration time) {
+    for (const TimePoint end = now + time; now < end;) tick();
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a second sensor is asked for its current under its own identifiers, and used then", "[unit][sensors]") {
+  SecondBench bench({});
+  CHECK(bench.setup.is_there());
+  CHECK_FALSE(bench.setup.are_results_good(bench.now));
+  bench.run(50ms);
+  CHECK(bench.orders == std::vector{SetUpOrder{.kind = ask, .channel = 0}});
+  CHECK(bench.setup.stage() == SensorSetupStage::done);
+  CHECK(bench.setup.are_results_good(bench.now));
+  CHECK(bench.setup.is_command({.id = 0x413, .length = 8}));
+  CHECK(bench.setup.is_command({.id = 0x413, .length = 1}));
+  CHECK_FALSE(bench.setup.is_command({.id = 0x411, .length = 8}));
+  CHECK_FALSE(bench.setup.is_command({.id = 0x413, .is_extended = true, .length = 8}));
+}
+
+TEST_CASE("a second sensor that is set up otherwise is not used and never changed, whatever the first may be told",
+          "[unit][sensors]") {
+  SecondBench bench({.is_configured = true, .is_stored = true});
+  bench.setting.is_little_endian = true;
+  bench.run(20s);
+  CHECK_FALSE(bench.setup.are_results_good(bench.now));
+  CHECK(bench.setup.problem() == SensorSetupProblem{SensorSetupTrouble::byte_order, 3, 1, 0});
+  for (const SetUpOrder& order : bench.orders) CHECK(order.kind == ask);
+  CHECK(bench.orders.size() == 4);  // once, and again every 5 s
+  const Event failed{.id = EventId::sensor_set_up_failed,
+                     .reading = {.is_known = true, .value = 1, .element = {.number = 3}},
+                     .number = static_cast<std::int64_t>(SensorSetupTrouble::byte_order)};
+  CHECK(to_text(failed) == "the second current sensor is not used: I: found little-endian, wanted big-endian");
+  bench.setting.is_little_endian = false;
+  bench.run(6s);
+  CHECK(bench.setup.are_results_good(bench.now));
+}
+
+TEST_CASE("a second sensor without identifiers of its own, or of another kind, is not asked", "[unit][sensors]") {
+  const CurrentSensorDriver& lem = *find_device("lem_cab")->current;
+  const SensorConfig there{
+      .has_second_current = true, .set_up = &ivt(), .second_command_id = 0x413, .second_response_id = 0x513};
+  SensorConfig no_id = there;
+  no_id.second_command_id = no_id.second_response_id = 0;
+  SensorConfig other = there;
+  other.second = &lem;
+  SensorConfig none = there;
+  none.has_second_current = false;
+  for (const SensorConfig& config : {no_id, other, none}) {
+    SensorSetup setup;
+    setup.init_second(config);
+    CHECK_FALSE(setup.is_there());
+    CHECK(setup.are_results_good(TimePoint{1s}));
+    CHECK_FALSE(setup.step(TimePoint{1s}, false));
+    CHECK_FALSE(setup.is_command({.id = 0x413, .length = 8}));
+  }
+}
+
+TEST_CASE("of a second sensor the gate lets out questions, and nothing else", "[unit][sensors][gate]") {
+  const GateRules rules{
+      .sensor = &ivt(), .may_configure_sensor = true, .may_store_in_sensor = true, .second_sensor_command_id = 0x413};
+  const auto verdict = [&rules](SetUpOrderKind kind) {
+    CanFrame frame = ivt().command({.kind = kind, .setting = {.trigger = SensorTrigger::cyclic, .period_ms = 20}});
+    frame.id = 0x413;
+    return judge_output(Port::internal, frame, rules);
+  };
+  CHECK(verdict(ask) == GateVerdict::pass);
+  for (const SetUpOrderKind kind : {give, stop, start, keep}) CHECK(verdict(kind) == GateVerdict::not_permitted);
+  CHECK(judge_output(Port::internal, {.id = 0x413, .length = 3}, rules) == GateVerdict::malformed);
+  CHECK(judge_output(Port::internal, {.id = 0x414, .length = 8}, rules) == GateVerdict::not_ours);
+  CHECK(judge_output(Port::vehicle, {.id = 0x413, .length = 8}, rules) == GateVerdict::not_ours);
 }
 
 TEST_CASE("an image of a set-up that cannot be is refused", "[unit][sensors][image]") {
@@ -506,9 +619,10 @@ TEST_CASE("an image of a set-up that cannot be is refused", "[unit][sensors][ima
     INFO(at);
     std::vector<std::uint8_t> changed = bytes;
     REQUIRE(changed.at(at) == 0);
-    changed.at(at) = sensor_channels_used - 1;
+    const std::uint8_t channels = at == channel_at ? sensor_channels_used : sensor_channels_told;
+    changed.at(at) = static_cast<std::uint8_t>(channels - 1);
     CHECK_FALSE(read_image(changed, other));
-    changed.at(at) = sensor_channels_used;
+    changed.at(at) = channels;
     CHECK(read_image(changed, other) == ImageProblem::no_state);
   }
 }

@@ -1,7 +1,9 @@
 // The packs of the designs: each number that a design gives is the number of the pack file that is shipped.
 #include <algorithm>
 #include <cstdint>
+#include <filesystem>
 #include <string>
+#include <vector>
 
 #include "config/pack_config.hpp"
 #include "daemon/core/cell_model.hpp"
@@ -28,6 +30,20 @@ std::int32_t ocv_mV(const CoreConfig& pack, std::int32_t soc_permille) {
 }
 
 }  // namespace
+
+TEST_CASE("packs of used parts verify the current sensor, and none stores anything in one", "[unit][config][sensors]") {
+  std::vector<std::string> verifying;
+  for (const auto& file : std::filesystem::directory_iterator(packs_directory)) {
+    const std::string name = file.path().stem().string();
+    INFO(name);
+    const SensorConfig sensor = shipped(name).sensor;
+    CHECK_FALSE(sensor.is_configured);
+    CHECK_FALSE(sensor.is_stored);
+    if (sensor.set_up != nullptr) verifying.push_back(name);
+  }
+  std::sort(verifying.begin(), verifying.end());
+  CHECK(verifying == std::vector<std::string>{"i3-96s", "lfp-96s", "outlander-80s"});
+}
 
 TEST_CASE("the racing pack has the numbers of its design", "[unit][config][FS_8][FS_3]") {
   const CoreConfig pack = shipped("fs-20s3p-84v");

@@ -91,10 +91,11 @@ void add_charger(Page& page, const Reply& charger) {
 /// How the sensor is set up, where it is asked, and what two of them say.
 void add_sensor(Page& page, const Reply& sensor) {
   Line line;
-  const Reply set_up = sensor["set_up"];
-  if (set_up.is_known()) {
+  for (const auto& [key, label] : {std::pair{"set_up", ""}, std::pair{"second_set_up", "   the second "}}) {
+    const Reply set_up = sensor[key];
+    if (!set_up.is_known()) continue;
     const Style style = set_up["results_count"].is_true() ? Style::normal : Style::warning;
-    line.push_back({set_up["protocol"].text() + " " + set_up["stage"].text(), style});
+    line.push_back({label + set_up["protocol"].text() + " " + set_up["stage"].text(), style});
     if (set_up["problem"].is_known()) line.push_back({"   " + set_up["problem"].text(), Style::warning});
   }
   if (sensor["second"].is_known()) {
@@ -113,10 +114,10 @@ void add_insulation(Page& page, const Reply& monitor) {
   if (monitor["is_low"].is_true()) line.push_back({"   it says that it is low", Style::warning});
   if (monitor["is_test_pending"].is_true()) line.push_back({"   has not tested itself", Style::warning});
   if (monitor["is_testing"].is_true()) line.push_back({"   tests itself", Style::dim});
-  page.add_field("Insulation", std::move(line));
   if (const std::string reasons = shown_counts(monitor["pulses_refused_by_reason"]); !reasons.empty()) {
     line.push_back({"   pulses of no state: " + reasons, Style::warning});
   }
+  page.add_field("Insulation", std::move(line));
 }
 
 /// What the contactors have been through, over all lives of the daemon.
