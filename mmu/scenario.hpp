@@ -108,6 +108,8 @@ enum class ValueKind : std::uint8_t {
 enum class Property : std::uint8_t {
   vehicle_on,
   vehicle_off,
+  vehicle_asks,
+  vehicle_asks_about,
   charger_connected,
   charger_disconnected,
   charger_current,
@@ -220,7 +222,7 @@ enum class Property : std::uint8_t {
   master_balancing,
   master_accept_modules,
 };
-inline constexpr std::size_t property_count = 113;
+inline constexpr std::size_t property_count = 115;
 
 /// Whose modules a property can be of; which pack has what is known only when the script meets one (check_against).
 enum class ModuleNeed : std::uint8_t {

@@ -117,6 +117,10 @@ std::string wanted_of_target(TargetKind target, const SimulatorConfig& config) {
   return "";
 }
 
+bool is_request(Property property) {
+  return property == Property::vehicle_asks || property == Property::vehicle_asks_about;
+}
+
 bool is_of_driven_charger(Property property) {
   return property == Property::charger_mains || property == Property::charger_post ||
          property == Property::charger_units || property == Property::charger_trouble;
@@ -150,6 +154,9 @@ std::string wanted_of_charger(Property property, const ScenarioValue& value, con
 /// What only some of them can be told.
 std::string wanted_of_property(Property property, const ScenarioValue& value, const SimulatorConfig& config) {
   if (is_of_driven_charger(property)) return wanted_of_charger(property, value, config);
+  if (is_request(property) && config.request_id == 0) {
+    return "a master that answers requests for data: the pack file has no vehicle/request_id";
+  }
   if (property == Property::insulation_self_test && config.insulation == nullptr) {
     return "an insulation monitor on a bus: the pack file names none in insulation/protocol";
   }

@@ -5,6 +5,7 @@
 #include "mmu/contactor.hpp"
 #include "mmu/load_profile.hpp"
 #include "mmu/mode.hpp"
+#include "mmu/request_words.hpp"
 #include "mmu/scenario.hpp"
 #include "mmu/scenario_state.hpp"
 #include "mmu/scenario_text.hpp"
@@ -115,6 +116,10 @@ constexpr auto automatic_count = ValueKind::count_or_auto;
 constexpr std::array<PropertySpec, property_count> properties{
     make(Property::vehicle_on, TargetKind::vehicle, "on", "the key is turned: input \"vehicle on\""),
     make(Property::vehicle_off, TargetKind::vehicle, "off", "the key is turned back"),
+    make(Property::vehicle_asks, TargetKind::vehicle, "asks", request_words,
+         "a display asks for this, as a Lithiumate is asked (vehicle/request_id); once"),
+    make(Property::vehicle_asks_about, TargetKind::vehicle, "asks_about", 0, 255,
+         "the cell, bank or battery of which it asks from then on; at first 0", count),
     make(Property::charger_connected, TargetKind::charger, "connected", "input \"charger connected\""),
     make(Property::charger_disconnected, TargetKind::charger, "disconnected", "and away again; its current stops"),
     make(Property::charger_current, TargetKind::charger, "current_A", 0, 1000,

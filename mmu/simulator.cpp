@@ -74,6 +74,7 @@ Simulator::Simulator(const SimulatorConfig& config, Scenario scenario, TimePoint
   sent_by_charger_.reserve(64);
   sent_by_inverter_.reserve(64);
   sent_by_second_pack_.reserve(64);
+  sent_by_vehicle_.reserve(64);
 }
 
 void Simulator::observe(const CanFrame& frame, TimePoint now) {
@@ -109,6 +110,7 @@ std::span<const SentFrame> Simulator::advance(TimePoint now) {
   sent_by_charger_.clear();
   sent_by_inverter_.clear();
   sent_by_second_pack_.clear();
+  sent_by_vehicle_.clear();
   player_.forget_news();
   while (now_ + Plant::step_length <= now) step();
   frames_sent_ += sent_.size();
@@ -140,6 +142,7 @@ void Simulator::step() {
   tick_chargers();
   tick_inverter();
   tick_second_pack();
+  tick_requester();
   sort_by_identifier(std::span(sent_).subspan(first));
   if (sent_.size() > first) wake_sleepers(sent_[first].frame);
   for (const SentFrame& sent : std::span(sent_).subspan(first)) player_.see(sent.frame, now_);
@@ -300,6 +303,15 @@ void Simulator::tick_second_pack() {
   if (sees_second_pack_) player_.see(*frame, now_);
 }
 
+/// One question a step, as the identifier is the same.
+void Simulator::tick_requester() {
+  const std::optional<CanFrame> frame = world_.requester.take();
+  if (!frame) return;
+  if (is_on(Port::internal, Port::vehicle)) return send(*frame);
+  sent_by_vehicle_.push_back({now_, *frame});
+  player_.see(*frame, now_);
+}
+
 /// A stuck result keeps its value to the last bit; flags and counter go on.
 void Simulator::send_result(const CanFrame& frame, ScriptedResult result) {
   constexpr std::size_t value_at = 2;
@@ -400,6 +412,7 @@ SimulatorConfig simulator_config(const CoreConfig& pack) {
   config.charger = pack.charger.driver;
   config.charger_units = pack.charger.unit_count;
   config.served_by = pack.served_by;
+  config.request_id = pack.vehicle.request_id;
   config.inverter = pack.inverter.driver;
   config.second_pack = pack.second_pack;
   config.sensor_set_up = pack.sensor.set_up;

@@ -64,6 +64,8 @@ class Simulator {
   [[nodiscard]] std::span<const SentFrame> sent_by_charger() const { return sent_by_charger_; }
   /// And the inverter, on its own bus.
   [[nodiscard]] std::span<const SentFrame> sent_by_inverter() const { return sent_by_inverter_; }
+  /// And who asks the master for data, on the vehicle's bus where that is another than the modules'.
+  [[nodiscard]] std::span<const SentFrame> sent_by_vehicle() const { return sent_by_vehicle_; }
   /// And the master of the second pack, on the vehicle's bus or one of its own.
   [[nodiscard]] std::span<const SentFrame> sent_by_second_pack() const { return sent_by_second_pack_; }
 
@@ -97,6 +99,7 @@ class Simulator {
   void tick_chargers();
   void tick_inverter();
   void tick_second_pack();
+  void tick_requester();
   void hear(Port bus, const CanFrame& frame, TimePoint now);
   [[nodiscard]] bool is_on(Port bus, Port guest) const { return served_by_[static_cast<std::size_t>(guest)] == bus; }
   void send_result(const CanFrame& frame, ScriptedResult result);
@@ -120,6 +123,7 @@ class Simulator {
   std::vector<SentFrame> sent_by_charger_;
   std::vector<SentFrame> sent_by_inverter_;
   std::vector<SentFrame> sent_by_second_pack_;
+  std::vector<SentFrame> sent_by_vehicle_;
   bool sees_second_pack_;  // the script's conditions do
   std::uint64_t frames_observed_ = 0;
   std::uint64_t frames_sent_ = 0;

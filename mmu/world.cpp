@@ -64,6 +64,7 @@ World::World(const SimulatorConfig& config, TimePoint started_at)
       sensor_unit(config.sensor_set_up, settings_of(config.sensor)),
       second_sensor_unit(config.second_command_id != 0 ? config.sensor_set_up : nullptr, settings_of(config.sensor),
                          config.second_command_id, config.second_response_id),
+      requester(config.request_id),
       first_current(config.first_current, started_at),
       second_current(config.second_current, started_at),
       is_second_reversed(config.is_second_reversed),
@@ -303,6 +304,7 @@ SimulatorConfig World::described() const {
   config.modules = modules;
   config.sensor.has_second = has_second_sensor;
   config.sensor_set_up = sensor_unit.driver();
+  config.request_id = static_cast<std::uint16_t>(requester.request_id());
   config.charger = can_chargers.driver();
   config.charger_units = can_chargers.unit_count();
   config.inverter = inverter.driver();

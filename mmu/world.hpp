@@ -14,6 +14,7 @@
 #include "mmu/can_insulation.hpp"
 #include "mmu/can_inverter.hpp"
 #include "mmu/can_module.hpp"
+#include "mmu/can_requester.hpp"
 #include "mmu/can_second_pack.hpp"
 #include "mmu/charger.hpp"
 #include "mmu/current_sensor.hpp"
@@ -48,6 +49,7 @@ struct SimulatorConfig {
   const CurrentSensorDriver* second_current = nullptr;  // and the second
   bool is_second_reversed = false;
   const InsulationDriver* insulation = nullptr;  // a monitor on a bus; null: an IR155 at the unit
+  std::uint16_t request_id = 0;                  // where the master is asked for data; 0: nowhere
   std::uint64_t seed = 1;
   std::int32_t cell_noise_uV = 0;  // of every sample, even over plus and minus this
   std::int32_t current_noise_mA = 0;
@@ -161,6 +163,7 @@ struct World {
   bool has_second_sensor;
   SensorUnit sensor_unit;
   SensorUnit second_sensor_unit;
+  CanRequester requester;
   ForeignSensor first_current;
   ForeignSensor second_current;
   bool is_second_reversed;

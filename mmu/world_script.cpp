@@ -124,6 +124,9 @@ using P = ScenarioPlace;
 constexpr std::array<Handler, property_count> handlers{{
     {Property::vehicle_on, [](W& w, P, double) { w.inputs.vehicle_on = true; }},
     {Property::vehicle_off, [](W& w, P, double) { w.inputs.vehicle_on = false; }},
+    {Property::vehicle_asks, [](W& w, P, double word) { w.requester.ask(static_cast<std::size_t>(word)); }},
+    {Property::vehicle_asks_about,
+     [](W& w, P, double number) { w.requester.number = static_cast<std::uint8_t>(number); }},
     {Property::charger_connected, [](W& w, P, double) { w.inputs.charger_connected = true; }},
     {Property::charger_disconnected, [](W& w, P, double) { w.inputs.charger_connected = false; }},
     {Property::charger_current, [](W& w, P, double v) { w.charger_A = v; }, [](const W& w, P) { return w.charger_A; }},

@@ -162,6 +162,7 @@ void VirtualRun::step() {
   observe_guest(Port::charger, simulator_.sent_by_charger());
   observe_guest(Port::inverter, simulator_.sent_by_inverter());
   observe_guest(Port::second_pack, simulator_.sent_by_second_pack());
+  observe_guest(Port::vehicle, simulator_.sent_by_vehicle());
   if (now_ >= wake_at_ && stopped_at_ == TimePoint{}) decide();
 }
 

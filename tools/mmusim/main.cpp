@@ -89,6 +89,7 @@ int tell_check(const Options& options, const Scenario& scenario, const std::opti
 
 BusNames bus_names(const Options& options, const PackConfig& pack) {
   return pack.buses.with({.internal = options.bus,
+                          .vehicle = options.vehicle_bus,
                           .charger = options.charger_bus,
                           .second_pack = options.second_pack_bus,
                           .inverter = options.inverter_bus});
@@ -100,7 +101,7 @@ bool is_there(Port port, const CoreConfig& pack) {
     case Port::charger: return pack.charger.driver != nullptr;
     case Port::inverter: return pack.inverter.driver != nullptr;
     case Port::second_pack: return pack.second_pack.base_id != 0;
-    case Port::vehicle: break;
+    case Port::vehicle: return pack.vehicle.request_id != 0;
   }
   return false;
 }

@@ -49,6 +49,11 @@ void declare(CLI::App& app, Options& options) {
   app.add_option("--charger-bus", options.charger_bus,
                  "bus of the charger, if the pack file has one that is driven; default: the one in the pack file")
       ->type_name("BUS");
+  app.add_option(
+         "--vehicle-bus", options.vehicle_bus,
+         "bus of the vehicle, on which a display asks for data, if the pack file has requests answered; default: "
+         "the one in the pack file")
+      ->type_name("BUS");
   app.add_option("--inverter-bus", options.inverter_bus,
                  "bus of the inverter, if the pack has one; default: the one in the pack file")
       ->type_name("BUS");
@@ -87,6 +92,7 @@ void refuse_buses_in_virtual_time(const Options& options) {
   if (!options.is_virtual) return;
   const std::pair<const char*, const std::string&> named[] = {{"--bus", options.bus},
                                                               {"--charger-bus", options.charger_bus},
+                                                              {"--vehicle-bus", options.vehicle_bus},
                                                               {"--inverter-bus", options.inverter_bus},
                                                               {"--second-pack-bus", options.second_pack_bus}};
   for (const auto& [option, bus] : named) {

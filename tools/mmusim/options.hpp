@@ -20,6 +20,7 @@ inline constexpr int exit_failed = 3;
 struct Options {
   std::string bus;          // empty: the pack's own
   std::string charger_bus;  // likewise
+  std::string vehicle_bus;
   std::string inverter_bus;
   std::string second_pack_bus;
   std::string pack;

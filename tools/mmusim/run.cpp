@@ -196,6 +196,7 @@ void Run::advance() {
   send_elsewhere(Port::charger, simulator_->sent_by_charger());
   send_elsewhere(Port::inverter, simulator_->sent_by_inverter());
   send_elsewhere(Port::second_pack, simulator_->sent_by_second_pack());
+  send_elsewhere(Port::vehicle, simulator_->sent_by_vehicle());
   tell_news();
 }
 
