@@ -187,6 +187,22 @@ TEST_CASE("answers that come too late are too old", "[scenario][foreign_modules]
   CHECK(run.core().sequence().phase == Phase::open);
 }
 
+TEST_CASE("an Outlander's module that repeats its old frames is found by the next step of the current",
+          "[scenario][foreign_modules][F27]") {
+  SimRun run = closed(shipped("outlander-80s.json"));
+  run.apply("load current_A 20");
+  run.run_to(run.seconds() + 2.0);
+  run.apply("module 5 replay on");  // no counter tells that they are old
+  run.run_to(run.seconds() + 1.0);
+  CHECK(run.core().pack().is_complete());
+  run.apply("load current_A 60");
+  run.run_to(run.seconds() + 7.5);
+  CHECK(run.core().sequence().phase == Phase::closed);
+  run.run_to(run.seconds() + 1.5);
+  CHECK(run.core().sequence().phase == Phase::open);
+  CHECK(run.core().last_opening().fault == FaultId::stuck_values);
+}
+
 TEST_CASE("an i3's module whose frames are damaged, or whose counter stands still, opens the pack",
           "[scenario][foreign_modules]") {
   SECTION("checksums") {
