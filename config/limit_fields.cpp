@@ -100,8 +100,9 @@ constexpr std::array confirm_table{
                                                              "an empty cell that a module reports"),
     confirm_time<&ConfirmTimes::module_warning>("module_warning_ms", 10'000, "what a module warns of"),
     confirm_time<&ConfirmTimes::insulation_fault>("insulation_fault_ms", 1'000, "a monitor that does not say OK"),
-    confirm_time<&ConfirmTimes::insulation_monitor_lost>("insulation_monitor_lost_ms", 1'750,
-                                                         "a monitor that does not measure"),
+    confirm_time<&ConfirmTimes::insulation_monitor_lost>(
+        "insulation_monitor_lost_ms", 1'750,
+        "a monitor that does not measure; one on a bus after 500 ms at the latest"),
     confirm_time<&ConfirmTimes::link_not_following>("link_not_following_ms", 200,
                                                     "a link that is not the pack although the contactors are closed"),
     confirm_time<&ConfirmTimes::link_not_discharging>("link_not_discharging_ms", 1'000,

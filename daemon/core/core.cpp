@@ -62,6 +62,10 @@ Core::Core(const CoreConfig& config, TimePoint started_at, std::uint8_t first_co
   sensor_setup_.init(config_.sensor);
   second_sensor_setup_.init_second(config_.sensor);
   insulation_.init(config_.insulation);
+  if (config_.insulation.driver != nullptr) {
+    Duration& confirm = config_.limits.confirm.insulation_monitor_lost;
+    confirm = std::min(confirm, InsulationTable::lost_confirm_max);
+  }
   chargers_.init(config_.charger);
   charge_.init(config_);
   inverter_.init(config_.inverter);

@@ -3,7 +3,10 @@
 //
 // On a bus (docs/sensors.md):
 //   never heard           starting: no value, nothing closes, and after 20 s the monitor is lost (fault_readers)
-//   silent                for `silence_max()`: no signal
+//   silent                for `silence_max()`: no signal, and lost after `lost_confirm_max` more: within 2 s of its
+//   last
+//                         word, before the second one that is due. A bus repeats what was not received, so of a device
+//                         that is well none is missing; two are not waited for
 //   earth, faulty, off    at once, as it says
 //   test pending          it has not tested itself since it was switched on. For `test_wait` from its first word on
 //                         that counts as starting; then its value counts, and a warning says so: a test that never
@@ -11,7 +14,8 @@
 //                         a first one again: it may have been off. The wait is no loss only for a monitor that has not
 //                         been silent yet, or one that comes and goes would be waited for without end
 //   testing, outdated     its last value counts for `held_max`, since a test takes seconds in which it measures
-//                         nothing; that it is low counts all the while
+//                         nothing; that it is low counts all the while. That a test has failed it reports by itself, as
+//                         faulty; one that does not end cannot be known sooner
 //
 // By its pulses on a line of this machine (protocol/ir155.hpp): each whole period is a word, of the state it has, and
 // none is held. Never told, or older than ir155::edge_silence_max: no signal.
@@ -55,6 +59,8 @@ class InsulationTable {
  public:
   static constexpr Duration test_wait = 20s;
   static constexpr Duration held_max = 10s;
+  /// Of one on a bus: longer than this its silence, and what it says of itself, is not waited for.
+  static constexpr Duration lost_confirm_max = 500ms;
 
   void init(const InsulationConfig& config) { config_ = config; }
   [[nodiscard]] bool is_there() const { return config_.is_heard_itself(); }
@@ -67,8 +73,8 @@ class InsulationTable {
   /// What came over a bus that was away. Pulses say how old they are, and their line is no bus.
   void forget_values();
 
-  /// Of one on a bus: two and a half of its reports.
-  [[nodiscard]] Duration silence_max() const { return driver().report_period * 5 / 2; }
+  /// Of one on a bus: one of its reports, and two fifths of the time to the next for its clock and its bus.
+  [[nodiscard]] Duration silence_max() const { return driver().report_period * 7 / 5; }
   [[nodiscard]] bool is_talking(TimePoint now) const;
   [[nodiscard]] InsulationWord word(TimePoint now) const;
   /// Its values count although it has not tested itself.

@@ -143,6 +143,8 @@ Duration in_a_contact_that_stays(const CoreConfig& config, const FaultRow& row);
 Duration in_the_precharge_time_out(const CoreConfig& config, const FaultRow& row);
 Duration in_the_unit_alone(const CoreConfig& config, const FaultRow& row);
 Duration in_the_charge(const CoreConfig& config, const FaultRow& row);
+Duration in_monitor_silence(const CoreConfig& config, const FaultRow& row);
+Duration in_a_test_that_does_not_end(const CoreConfig& config, const FaultRow& row);
 Duration in_charger_silence(const CoreConfig& config, const FaultRow& row);
 Duration in_a_charge_that_goes_on(const CoreConfig& config, const FaultRow& row);
 }  // namespace seen

@@ -26,6 +26,11 @@ void with_insulation(CoreConfig& config) {
   config.insulation.monitoring = InsulationMonitoring::measured;
   config.limits.insulation_low = {.warn = 700'000, .open = 500'000, .hysteresis = 25'000, .confirm = 500ms};
 }
+/// One that is heard itself, once a second.
+void with_monitor_on_bus(CoreConfig& config) {
+  with_insulation(config);
+  config.insulation.driver = find_device("iso165c")->insulation;
+}
 void with_charge_temperatures(CoreConfig& config) {
   config.limits.charge_overtemperature = {.warn = 420, .open = 450, .hysteresis = 20, .confirm = 100ms};
 }
@@ -338,6 +343,28 @@ SLOW_FAULT(96, "the insulation monitor does not work", 2s,
              .configured = seen::in_the_next_word,
              .fit = with_insulation,
              .is_seen_open = false}})
+
+SLOW_FAULT(96, "an insulation monitor on a bus is not heard", 2s,
+           {{.what = "an iso165C, which reports once a second, is not heard",
+             .inject = script("insulation monitor no_signal"),
+             .repair = script("insulation monitor normal"),
+             .fault = "insulation_monitor_lost",
+             .configured = seen::in_monitor_silence,
+             .fit = with_monitor_on_bus,
+             .span = 1s,
+             .step = 47ms}})
+
+// While it tests itself it measures nothing, and how long that takes its maker does not say. A test that fails is
+// reported, and is one of the cases above.
+SLOW_FAULT(96, "an insulation monitor on a bus does not end its test", 10'600ms,
+           {{.what = "an iso165C tests itself and never ends",
+             .inject = script("insulation self_test running"),
+             .fault = "insulation_monitor_lost",
+             .configured = seen::in_a_test_that_does_not_end,
+             .fit = with_monitor_on_bus,
+             .span = 1s,
+             .step = 211ms,
+             .has_way_back = false}})
 
 TEST_CASE("F95: a low insulation that only warns while driving opens a pack whose key is on at a charger",
           "[catalogue][F95]") {

@@ -5,6 +5,7 @@
 #include "daemon/core/charger_watch.hpp"
 #include "daemon/core/command_link.hpp"
 #include "daemon/core/fault_evaluate.hpp"
+#include "daemon/core/insulation_table.hpp"
 #include "protocol/tables/internal_bus.hpp"
 #include "tests/catalogue/catalogue.hpp"
 
@@ -150,7 +151,22 @@ Duration in_charger_silence(const CoreConfig& config, const FaultRow& row) {
   const Duration silence = config.charger.driver->report_period * 5 / 2 + 100ms;
   return silence + frames_of_charger * frame_time + answer_time(config) + confirmed(config, row, 0ms);
 }
-/// With the vehicle on three of its reports have to say so, after the time that it may take to come down.
+/// After the last report, which arbitration lets everybody else's frames go before; no longer than the core waits,
+/// whatever the pack file says.
+Duration in_monitor_silence(const CoreConfig& config, const FaultRow& row) {
+  CoreConfig heard = config;
+  heard.limits.confirm.insulation_monitor_lost =
+      std::min(config.limits.confirm.insulation_monitor_lost, InsulationTable::lost_confirm_max);
+  InsulationTable table;
+  table.init(config.insulation);
+  return table.silence_max() + answer_time(config) + confirmed(heard, row, 0ms);
+}
+Duration in_a_test_that_does_not_end(const CoreConfig& config, const FaultRow& row) {
+  InsulationTable table;
+  table.init(config.insulation);
+  return InsulationTable::held_max - table.silence_max() + in_monitor_silence(config, row);
+}
+/// With the vehicle on three of its reports have to say so, after the time that it may take to begin to come down.
 Duration in_a_charge_that_goes_on(const CoreConfig& config, const FaultRow& row) {
   const Duration told = ChargerWatch::told_over_min * config.charger.driver->report_period;
   return config.charger.driver->settle + told + in_current(config, row);

@@ -84,14 +84,14 @@ TEST_CASE("a pack file without a monitor has none, whatever a recording of anoth
   CHECK_FALSE(other.word(bench.now).resistance_Ohm.is_valid());
 }
 
-TEST_CASE("a resistance counts from its word on, until the monitor is silent for two and a half of its reports",
+TEST_CASE("a resistance counts from its word on, until a report and two fifths of the time to the next are missing",
           "[unit][insulation]") {
   Bench bench;
   bench.hear(good);
   CHECK(bench.word().state == InsulationState::normal);
   CHECK(bench.word().resistance_Ohm == known(800'000));
   CHECK(bench.word().taken_at == bench.now);
-  bench.now += 2'500ms;
+  bench.now += 1'400ms;
   CHECK(bench.word().state == InsulationState::normal);
   CHECK(bench.table.is_talking(bench.now));
   bench.now += 1ms;
