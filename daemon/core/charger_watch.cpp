@@ -72,7 +72,9 @@ void ChargerWatch::follow_asked(const ChargerWatchInputs& in) {
     steady_since_ = in.now;
   }
   if (in.is_enabled) stopped_since_ = {};
-  if (!in.is_enabled && stopped_since_ == TimePoint{}) stopped_since_ = in.now;
+  if (in.is_enabled || stopped_since_ != TimePoint{}) return;
+  stopped_since_ = in.now;
+  stopped_from_mA_ = ceiling_mA();
 }
 
 void ChargerWatch::count_told(const Measured<std::int32_t>& told, std::int32_t most_mA, TimePoint now) {
@@ -86,23 +88,32 @@ void ChargerWatch::count_told(const Measured<std::int32_t>& told, std::int32_t m
   if (told_over_ < told_over_min) ++told_over_;
 }
 
+/// What it may give after a stop: anything at first, then less than was asked for, and in the end nothing. `least_mA`:
+/// what counts as nothing.
+std::int32_t ChargerWatch::stopped_max_mA(const ChargerWatchInputs& in, std::int32_t least_mA) const {
+  const Duration settle = in.table->driver().settle;
+  const Duration since = in.now - stopped_since_;
+  if (since > settle) return least_mA;
+  if (since <= begins_within(settle)) return INT32_MAX;
+  return std::max(least_mA, static_cast<std::int32_t>(std::int64_t{stopped_from_mA_} * unbegun_permille / 1'000));
+}
+
 void ChargerWatch::look_for_excess(const ChargerWatchInputs& in) {
   const Measured<std::int32_t>& sensed = in.pack->current_mA;
   const Measured<std::int32_t> told = in.table->current_mA(in.now);
   const std::int32_t into_mA = sensed.is_valid() ? into(sensed.value) : 0;
   const std::int32_t told_mA = told.is_valid() ? told.value : 0;
   const bool is_asked = stopped_since_ == TimePoint{};
-  const bool has_stopped = !is_asked && in.now - stopped_since_ > in.table->driver().settle;
   const std::int32_t current_max_mA =
       ceiling_mA() + tolerance(ceiling_mA(), tolerance_permille, current_tolerance_min_mA);
   // Each unit has its own error.
   const auto units = static_cast<std::int32_t>(std::max<std::size_t>(in.table->unit_count(), 1));
   const std::int32_t told_max_mA =
       ceiling_mA() + tolerance(ceiling_mA(), tolerance_permille, units * current_tolerance_min_mA);
-  // Between the stop and the end of its time to follow it may tell anything.
-  count_told(told, is_asked ? told_max_mA : has_stopped ? units * stopped_mA : INT32_MAX, in.now);
+  count_told(told, is_asked ? told_max_mA : stopped_max_mA(in, units * stopped_mA), in.now);
   // Where a vehicle may brake both have to say so.
-  keeps_on_ = has_stopped && into_mA > stopped_mA && (in.is_alone || told_over_ >= told_over_min);
+  keeps_on_ = in.is_alone ? !is_asked && into_mA > stopped_max_mA(in, stopped_mA)
+                          : !is_asked && into_mA > stopped_mA && told_over_ >= told_over_min;
   const bool can_sensor_judge = in.is_alone && sensed.is_valid();
   const bool is_sensed = can_sensor_judge && into_mA > current_max_mA;
   const bool is_told = told_mA > told_max_mA && (!can_sensor_judge || told_over_ >= told_over_min);

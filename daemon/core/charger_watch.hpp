@@ -1,13 +1,15 @@
 // The chargers held against what was asked of them, and against the pack's own sensor.
 //
 // A charger takes a while to follow: what counts as asked is the most that was asked for within its `settle`, so that
-// one that is slow to come down is not taken for one that runs away. Beyond a tolerance of a tenth, and at least an
-// ampere and two volts, it does. The pack's sensor judges at once where nobody but the charger can bring current into
-// the pack; where a vehicle may brake the charger's own word does, and what both say. A charger that says several times
-// in a row that it gives too much runs away, too, whatever the sensor sees: a sensor that is reversed or stands still
-// would hide it. Of several units all have to have reported for each of these times, and each has an ampere of its own.
-// Its word for less, or for another voltage, against the sensor's is a contradiction, and no more. Nothing runs away
-// that is not plugged in: a frame of a charger on the bus of a pack that is driven opens nothing.
+// one that is slow to come down is not taken for one that runs away. After a stop it has to begin within two fifths of
+// that: one that then gives as much as it was asked for has not obeyed, and keeps on. Beyond a tolerance of a tenth,
+// and at least an ampere and two volts, it does. The pack's sensor judges at once where nobody but the charger can
+// bring current into the pack; where a vehicle may brake the charger's own word does, and what both say. A charger that
+// says several times in a row that it gives too much runs away, too, whatever the sensor sees: a sensor that is
+// reversed or stands still would hide it. Of several units all have to have reported for each of these times, and each
+// has an ampere of its own. Its word for less, or for another voltage, against the sensor's is a contradiction, and no
+// more. Nothing runs away that is not plugged in: a frame of a charger on the bus of a pack that is driven opens
+// nothing.
 #pragma once
 
 #include <algorithm>
@@ -52,6 +54,9 @@ class ChargerWatch {
   static constexpr std::uint8_t told_over_min = 3;
   /// More than this into a pack that asks for nothing is a charge.
   static constexpr std::int32_t stopped_mA = 1'000;
+  /// So long after a stop, of its time to follow, a charger gives less than this of what it was asked for.
+  [[nodiscard]] static constexpr Duration begins_within(Duration settle) { return settle * 2 / 5; }
+  static constexpr std::int32_t unbegun_permille = 900;
 
   /// Once a tick, with what was asked for in the tick before.
   void update(const ChargerWatchInputs& in);
@@ -81,6 +86,7 @@ class ChargerWatch {
   void look_for_silence(const ChargerWatchInputs& in);
   void follow_asked(const ChargerWatchInputs& in);
   void count_told(const Measured<std::int32_t>& told, std::int32_t most_mA, TimePoint now);
+  [[nodiscard]] std::int32_t stopped_max_mA(const ChargerWatchInputs& in, std::int32_t least_mA) const;
   void look_for_excess(const ChargerWatchInputs& in);
   void look_for_contradiction(const ChargerWatchInputs& in);
 
@@ -92,9 +98,10 @@ class ChargerWatch {
   std::array<std::int32_t, spans + 1> most_mA_{};  // asked for, in each span of the settling time: a ring
   std::size_t span_ = 0;                           // that is going on
   TimePoint span_began_at_{};
-  TimePoint stopped_since_{};   // zero: something is asked for
-  std::int32_t steady_mA_ = 0;  // what has been asked for, within the tolerance, ...
-  TimePoint steady_since_{};    // ... since then, and since charging is asked for at all
+  TimePoint stopped_since_{};         // zero: something is asked for
+  std::int32_t stopped_from_mA_ = 0;  // the most that was asked for before
+  std::int32_t steady_mA_ = 0;        // what has been asked for, within the tolerance, ...
+  TimePoint steady_since_{};          // ... since then, and since charging is asked for at all
   bool runs_away_ = false;
   TimePoint runs_away_at_{};
   std::uint8_t told_over_ = 0;  // reports in a row that tell more than is asked for, or any current after the stop
@@ -105,8 +112,9 @@ class ChargerWatch {
   [[nodiscard]] bool are_fields_possible() const {
     return span_ < most_mA_.size() && silent_unit_ <= charger_units_max;
   }
-  BMU_FIELDS(is_plugged_in_, charging_units_, silent_unit_, most_mA_, span_, span_began_at_, stopped_since_, steady_mA_,
-             steady_since_, runs_away_, runs_away_at_, told_over_, told_over_at_, keeps_on_, contradicts_, excess_)
+  BMU_FIELDS(is_plugged_in_, charging_units_, silent_unit_, most_mA_, span_, span_began_at_, stopped_since_,
+             stopped_from_mA_, steady_mA_, steady_since_, runs_away_, runs_away_at_, told_over_, told_over_at_,
+             keeps_on_, contradicts_, excess_)
 };
 
 }  // namespace bmu

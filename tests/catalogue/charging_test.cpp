@@ -469,9 +469,9 @@ FAULT(98, "a charger on a bus is not heard", 1s,
         .switch_on = "charger connected",
         .has_way_back = false}})
 
-// A charger may take 5 s to come down, and then three of its reports have to say that it does not: of a driven pack
-// the current into it may be the vehicle's.
-SLOW_FAULT(99, "a charger on a bus that may take 5 s to follow goes on", 8'300ms,
+// A charger may take 5 s to come down, and 2 s to begin with it; then three of its reports have to say that it does
+// not: of a driven pack the current into it may be the vehicle's.
+SLOW_FAULT(99, "a charger on a bus that may take 5 s to follow goes on", 5'400ms,
            {{.what = "an Elcon charger goes on after its plug was pulled, the vehicle is on",
              .inject = script("charger unstoppable on; charger disconnected"),
              .repair = script("charger unstoppable off"),
@@ -483,7 +483,7 @@ SLOW_FAULT(99, "a charger on a bus that may take 5 s to follow goes on", 8'300ms
              .step = 97ms,
              .is_seen_open = false}})
 
-SLOW_FAULT(99, "a charger on a bus that may take 2 s to follow goes on", 2'600ms,
+SLOW_FAULT(99, "a charger on a bus that may take 2 s to follow goes on", 1'400ms,
            {{.what = "a Brusa charger goes on after its plug was pulled, the vehicle is on",
              .inject = script("charger unstoppable on; charger disconnected"),
              .fault = "charger_keeps_on",

@@ -169,7 +169,7 @@ Duration in_a_test_that_does_not_end(const CoreConfig& config, const FaultRow& r
 /// With the vehicle on three of its reports have to say so, after the time that it may take to begin to come down.
 Duration in_a_charge_that_goes_on(const CoreConfig& config, const FaultRow& row) {
   const Duration told = ChargerWatch::told_over_min * config.charger.driver->report_period;
-  return config.charger.driver->settle + told + in_current(config, row);
+  return ChargerWatch::begins_within(config.charger.driver->settle) + told + in_current(config, row);
 }
 
 }  // namespace bmu::test::seen

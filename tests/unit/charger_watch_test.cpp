@@ -291,6 +291,7 @@ TEST_CASE("current after the stop is noticed once it has had its time", "[unit][
   bench.charge(10'000);
   bench.run(20s);
   bench.in.is_enabled = false;
+  bench.sensed_mA = -9'000;  // it comes down
   bench.run(elcon().settle - 100ms);
   CHECK_FALSE(bench.watch.keeps_on());
   CHECK_FALSE(bench.watch.runs_away());
@@ -313,6 +314,48 @@ TEST_CASE("current after the stop is noticed once it has had its time", "[unit][
   bench.run(4s);
   CHECK_FALSE(bench.watch.keeps_on());
   CHECK(bench.watch.contradicts());
+}
+
+TEST_CASE("a charger that does not begin to come down after the stop is noticed after two fifths of its time",
+          "[unit][charger][F99]") {
+  REQUIRE(ChargerWatch::begins_within(elcon().settle) == 2s);
+  Bench bench;
+  bench.charge(10'000);
+  bench.run(20s);
+  bench.in.is_enabled = false;
+  SECTION("alone, by the sensor") {
+    bench.sensed_mA = -9'010;
+    bench.run(2s);
+    CHECK_FALSE(bench.watch.keeps_on());
+    bench.run(20ms);
+    CHECK(bench.watch.keeps_on());
+  }
+  SECTION("alone, and asked for more than it could give: of that nobody knows when it begins") {
+    bench.in.is_enabled = true;
+    bench.charge(12'000);
+    bench.run(20s);
+    bench.in.is_enabled = false;
+    bench.sensed_mA = -10'000;
+    bench.run(elcon().settle - 100ms);
+    CHECK_FALSE(bench.watch.keeps_on());
+    bench.run(300ms);
+    CHECK(bench.watch.keeps_on());
+  }
+  SECTION("in a driven pack, by three reports of its own and the sensor") {
+    bench.in.is_alone = false;
+    bench.run(4s);
+    CHECK_FALSE(bench.watch.keeps_on());
+    bench.run(1s);
+    CHECK(bench.watch.keeps_on());
+  }
+  SECTION("in a driven pack, where its reports say that it comes down") {
+    bench.in.is_alone = false;
+    bench.told_mA = {4'000, 4'000};
+    bench.run(elcon().settle + 2s);
+    CHECK_FALSE(bench.watch.keeps_on());
+    bench.run(1s);
+    CHECK(bench.watch.keeps_on());
+  }
 }
 
 TEST_CASE("chargers that tell another current than the sensor are noticed, loads beside them are not",
