@@ -680,7 +680,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .meaning = "a charger gives more current or voltage than it is asked for",
      .remedy = "unplug it and find out why, then clear",
      .read = fault_readers::charger_runaway,
-     .confirm = 500ms,
+     .confirm = 250ms,
      .samples = 2,
      .latch = Latch::until_cleared,
      .concerns = Concerns::charge,

@@ -425,8 +425,7 @@ FAULT(99, "the charger goes on after it was stopped", temperature_budget + volta
         .step = 23ms,
         .has_way_back = false}})
 
-// Believed after half a second: a charger that is a little late to follow is none that runs away.
-SLOW_FAULT(97, "a charger on a bus gives more than it is asked for", 700ms,
+SLOW_FAULT(97, "a charger on a bus gives more than it is asked for", voltage_budget,
            {{.what = "an Elcon charger that is asked for 8 A gives 20 A, by 10 A/s",
              .inject = script("charger obeys nobody"),
              .repair = script("charger obeys master"),

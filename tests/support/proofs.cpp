@@ -55,10 +55,10 @@ const std::vector<Proof>& proofs() {
        .well_until = charger_heard_at,
        .allowed = 2'600ms + decision,
        .fault = FaultId::charger_silent},
-      // Believed after 0.5 s and two samples.
+      // Believed after 0.25 s and two samples.
       {.name = "charger_runaway",
        .well_until = obeyed_until,
-       .allowed = 500ms + 2 * decision,
+       .allowed = 250ms + 2 * decision,
        .fault = FaultId::charger_runaway},
       {.name = "plug_pulled",
        .well_until = plugged_in_until,
