@@ -37,6 +37,10 @@ TimePoint inverter_heard_at(const Core& core, TimePoint /*now*/) {
 TimePoint in_range_until(const Core& core, TimePoint now) {
   return core.modules().find(2)->values_out_of_range == 0 ? now : TimePoint{};
 }
+/// No cell stands still that must have moved.
+TimePoint moving_until(const Core& core, TimePoint now) {
+  return core.watchers().stuck.longest_ms(core.modules()).value == 0 ? now : TimePoint{};
+}
 /// What it tells is good until it is too old.
 TimePoint second_pack_known_until(const Core& core, TimePoint now) {
   return core.second_pack().soc_permille(now) ? now - SecondPack::age_max : TimePoint{};
@@ -83,6 +87,11 @@ const std::vector<Proof>& proofs() {
        .well_until = module_heard_at<5>,
        .allowed = voltage_budget,
        .fault = FaultId::module_lost},
+      // The limit of stuck_values, its two samples, and the step until which nothing was due.
+      {.name = "outlander_repeats",
+       .well_until = moving_until,
+       .allowed = 8s + voltage_budget,
+       .fault = FaultId::stuck_values},
       {.name = "outlander_out_of_range",
        .well_until = in_range_until,
        .allowed = voltage_budget,
