@@ -261,6 +261,8 @@ TEST_CASE("a watching client gets a picture each period, made once for all", "[i
   CHECK(hear(two) == "picture 1\npicture 2\npicture 3\n");
 }
 
+namespace {
+
 /// A client that watches with a period of 100 ms, and pictures so large that the system takes only the first of them.
 struct WatchBench : Bench {
   explicit WatchBench(StatusSocketOptions options = {}) : Bench(std::move(options)) {
@@ -286,6 +288,8 @@ struct WatchBench : Bench {
   int made = 0;
   OwnedFd watcher = connect_to(path);
 };
+
+}  // namespace
 
 TEST_CASE("who watches and is not running for a while misses pictures, and then gets the newest",
           "[integration][status]") {
