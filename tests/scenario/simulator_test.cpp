@@ -79,6 +79,7 @@ class SmallWorld {
     full.cell_noise_uV = config.cell_noise_uV;
     full.current_noise_mA = config.current_noise_mA;
     full.sensor.has_second = config.sensor.has_second;
+    full.request_id = config.request_id;
     full.plant.has_charge_contactor = config.plant.has_charge_contactor;
     full.report_base_id = config.report_base_id;
     full.second_pack = config.second_pack;
@@ -879,6 +880,7 @@ TEST_CASE("every property can be applied, ramped from the present, and released"
   config.charger = find_device("brusa_nlg5")->charger;  // has a word for every trouble
   config.charger_units = charger_units_max;
   config.inverter = find_device("sma")->inverter;
+  config.request_id = 0x745;
   SmallWorld world("", 3, config);
   world.run(100ms);
   for (const PropertySpec& row : property_table()) {
@@ -902,8 +904,10 @@ TEST_CASE("every property can be applied, ramped from the present, and released"
     if (may_be_auto(row.kind)) values.emplace_back(" auto");
     for (const std::string_view word : row.words) values.push_back(" " + std::string(word));
     for (const std::string& value : values) {
-      INFO(start + value);
-      REQUIRE(world.simulator.apply(start + value));
+      const auto applied = world.simulator.apply(start + value);
+      INFO(start + value +
+           (applied ? "" : ": found '" + applied.error().found + "', expected " + applied.error().wanted));
+      REQUIRE(applied);
       world.run(12ms);
     }
   }

@@ -193,8 +193,8 @@ TEST_CASE("the largest and smallest numbers a sensor frame can carry are not mea
     }
     CHECK_FALSE(sensors.current_mA.is_valid());
     CHECK_FALSE(sensors.pack_voltage_mV.is_valid());
-    CHECK(sensors.refused.why == Validity::out_of_range);
-    CHECK(sensors.refused.count == 20);
+    CHECK(sensors.refused.of(ResultRefusal::out_of_range) == 20);
+    CHECK(sensors.refused.count() == 20);
     CHECK(counter.state().energy_out_mWh == 0);
     CHECK(counter.state().energy_in_mWh == 0);
   }
