@@ -80,18 +80,21 @@ ChargeStage ChargeControl::next_stage(const ChargeInputs& in) {
   return differ && in.has_to_balance && balanced_ < balancing_max ? ChargeStage::balancing : ChargeStage::full;
 }
 
-/// On when the highest cell has come down far enough to take something again; to the end when nothing is left to bleed
-/// and it has not.
+/// On when the highest cell has come down far enough to take something again, or when nothing is left to bleed and it
+/// stands below the top: bled within the window or relaxed, all cells have room. To the end when it stands there.
 ChargeStage ChargeControl::after_balancing(const ChargeInputs& in) {
   const Spread& cells = in.pack->cell_voltage_uV;
-  const bool may_resume = cells.is_complete() && cells.max <= config_.cell_full_uV - config_.resume_uV;
+  const auto is_below_full_by = [&](std::int32_t below_uV) {
+    return cells.is_complete() && cells.max <= config_.cell_full_uV - below_uV;
+  };
   if (in.has_to_balance) idle_since_ = {};
   if (!in.has_to_balance && idle_since_ == TimePoint{}) idle_since_ = in.now;
   const bool is_idle = idle_since_ != TimePoint{} && in.now - idle_since_ >= idle_max;
   const bool takes_too_long = balanced_ + (in.now - since_) >= balancing_max;
   if (takes_too_long) return ChargeStage::full;
-  if (!may_resume) return is_idle ? ChargeStage::full : ChargeStage::balancing;
-  return ChargeStage::charging;
+  if (is_below_full_by(config_.resume_uV)) return ChargeStage::charging;
+  if (!is_idle) return ChargeStage::balancing;
+  return is_below_full_by(top_band_uV + 1) ? ChargeStage::charging : ChargeStage::full;
 }
 
 bool ChargeControl::has_reached_top(const ChargeInputs& in) {

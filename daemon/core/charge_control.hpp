@@ -4,7 +4,8 @@
 //   waiting    somebody does; the pack is not closed for it, may not be charged, or no charger talks
 //   charging   as much as the limits allow, up by a ramp and down at once; near the top the highest cell is held at its
 //              full voltage (constant current, then constant voltage, by the highest cell and not by the pack's sum)
-//   balancing  the highest cell is full, others are not: nothing is asked for while what is too high is bled, then on
+//   balancing  the highest cell is full, others are not: nothing is asked for while what is too high is bled; then on,
+//              or to the end if the highest cell still stands at the top
 //   full       done: nothing more until the charger is unplugged, or the charge has fallen to `resume_below_permille`
 //
 // The top is reached when the highest cell stands within `top_band` of its full voltage and no more than the end

@@ -23,8 +23,8 @@ constexpr bool always(const ModuleDriver&) {
 constexpr Lack lacks[] = {
     {[](const ModuleDriver& driver) { return !driver.has_checksum; },
      "their frames have no checksum and no counter: a frame that is wrong and whole on the bus is used, so two samples "
-     "confirm a fault, values that no cell can have are counted and not used, and every cell is held against the "
-     "pack's voltage"},
+     "confirm a fault, values that no cell can have are counted and not used, and the sum of all cells is held against "
+     "the pack's voltage"},
     {always,
      "they do not report when they measured, and an answer names no question: a voltage counts as older than the "
      "question that brought it, and a late answer as one to the question before"},

@@ -63,7 +63,7 @@ void plug_in(test::SimRun& run) {
 TEST_CASE("a pack of 96 cells is charged from 20 % to full, and every cell ends in its window",
           "[scenario][charge][BMU_11][slow][hours]") {
   CoreConfig config = charged_pack(elcon(4), 8);
-  config.balancing.bleed_resistance_Ohm = 10;  // 0.4 A, so that a percent takes less than an hour
+  config.balancing.bleed_resistance_Ohm = 17;  // as little as the pack file may have: 0.25 A
   test::SimRun run(config);
   run.apply("pack soc_permille 200");
   run.apply("cell 2.7 soc_permille 212");
@@ -84,7 +84,8 @@ TEST_CASE("a pack of 96 cells is charged from 20 % to full, and every cell ends 
   const Extremes end = voltages(run.simulator().plant());
   CAPTURE(run.seconds() / hour, end.min_V, end.max_V, highest_V, full_V);
   CHECK(highest_V < full_V + 0.003);
-  CHECK(end.max_V > full_V - 0.030);
+  // What the cells rest at; with more than that below it the charge goes on after balancing.
+  CHECK(end.max_V > full_V - 0.010);
   // Within the window of docs/charging.md, and a digit of the wire.
   const double window_V = core.config().charger.balance_window_uV * 1e-6;
   CHECK(window_V == Approx(0.013));

@@ -143,15 +143,15 @@ TEST_CASE("the pages of modules: both tables, what is wrong, what was accepted",
                  "answer_times": {"last_us": 4449, "mean_us": 4450, "worst_us": 12000, "jitter_us": null,
                                   "within_95_percent_us": 5000},
                  "losses": {"answers_complete": 990, "answers_missed": 10, "missed_permille": 10, "asked_alone": 12,
-                            "wrong_crc": 1, "wrong_length": 2, "wrong_counter": 20, "repeated_counter": 3, "conflicting": 4, "late": 5,
-                            "restarts": 6}}],
+                            "wrong_crc": 1, "wrong_length": 2, "wrong_counter": 20, "repeated_counter": 3, "conflicting": 4, "values_out_of_range": 38,
+                            "late": 5, "restarts": 6}}],
     "strangers": [{"node": 9, "serial_number": 77, "cell_count": 8}, {"node": 10, "serial_number": null}],
     "assignment": null})");
   const std::string text = modules_page(Reply(reply)).text(false);
   CAPTURE(text);
   for (const char* part :
        {"parked, every 500 ms", "answering 1 of 1", "5 (not 4)", "exchanged", "normal, balancing", "external", "4.4 ms",
-        "4.5 ms", "12.0 ms", "--", "990", "27", "Module 3 is serial number 5, expected serial number 4.",
+        "4.5 ms", "12.0 ms", "--", "990", "27", "range", "38", "Module 3 is serial number 5, expected serial number 4.",
         "An extra module at node 9: serial number 77, 8 cells.",
         "An extra module at node 10: has not said who it is."}) {
     CAPTURE(part);

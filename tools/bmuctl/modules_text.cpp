@@ -59,7 +59,7 @@ void add_identities(Page& page, const Reply& modules) {
 
 void add_answers(Page& page, const Reply& modules) {
   std::vector<Line> rows{heading({"Module", "last", "mean", "95 %", "worst", "jitter", "complete", "missed", "permille",
-                                  "asked alone", "crc", "length", "counter", "late", "restarts"})};
+                                  "asked alone", "crc", "length", "counter", "range", "late", "restarts"})};
   for (std::size_t i = 0; i < modules.size(); ++i) {
     const Reply times = modules.at(i)["answer_times"];
     const Reply losses = modules.at(i)["losses"];
@@ -74,11 +74,12 @@ void add_answers(Page& page, const Reply& modules) {
     const std::int64_t counter = losses["wrong_counter"].number_or(0) + losses["repeated_counter"].number_or(0) +
                                  losses["conflicting"].number_or(0);
     row.push_back(plain(std::to_string(counter)));
-    row.push_back(plain(shown(losses["late"], Unit::none)));
-    row.push_back(plain(shown(losses["restarts"], Unit::none)));
+    for (const auto* key : {"values_out_of_range", "late", "restarts"}) {
+      row.push_back(plain(shown(losses[key], Unit::none)));
+    }
     rows.push_back(std::move(row));
   }
-  page.add_table(rows, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14});
+  page.add_table(rows, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15});
 }
 
 std::string capitalised(std::string sentence) {
