@@ -2,9 +2,14 @@
 #include "daemon/core/estimators/current_ramp_monitor.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <functional>
+#include <vector>
 
+#include "protocol/image.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/simulated_cell.hpp"
 
@@ -397,4 +402,437 @@ TEST_CASE("whatever the load does, cells that follow it do not contradict it", "
     }
   }
   CHECK(judged > 1'000);
+}
+
+namespace {
+
+constexpr std::int32_t rest_uV = 3'700'000;
+
+/// A monitor that is told exact numbers of one cell, the pack's only one.
+struct Exact {
+  CurrentRampMonitor monitor;
+  CurrentRampMonitor::Cells cells{
+      .count = 1, .resistance_uOhm = 2'000, .unseen_uV = 10'000, .capacity_As = capacity_As, .calm_mA = 1'000};
+  TimePoint now{200s};
+  std::int32_t before_mA = 0;
+  bool knows_pack = true;
+
+  PackPicture picture(Duration later, std::int32_t current_mA, std::int32_t cell_uV) {
+    now += later;
+    const PackPicture result{.taken_at = now,
+                             .current = {true, current_mA, current_mA},
+                             .since_last = {true, std::min(current_mA, before_mA), std::max(current_mA, before_mA)},
+                             .sum_uV = cell_uV,
+                             .lowest_uV = cell_uV,
+                             .highest_uV = cell_uV,
+                             .pack_mV = {cell_uV / 1'000, now, knows_pack ? Validity::valid : Validity::unknown}};
+    before_mA = current_mA;
+    return result;
+  }
+  const Reading& tell(Duration later, std::int32_t current_mA, std::int32_t cell_uV = rest_uV) {
+    monitor.take(picture(later, current_mA, cell_uV), cells);
+    return monitor.implausible_current();
+  }
+  /// Ten pictures a second, the first of them at once.
+  void calm(Duration span, std::int32_t current_mA, std::int32_t cell_uV = rest_uV) {
+    for (Duration at{}; at < span; at += 100ms) tell(100ms, current_mA, cell_uV);
+  }
+  /// Currents that belong to no calm, and that are no change that is judged.
+  void fidget(Duration span, std::int32_t cell_uV = rest_uV) {
+    for (Duration at{}; at < span; at += 200ms) {
+      tell(100ms, 2'000, cell_uV);
+      tell(100ms, 4'800, cell_uV);
+    }
+  }
+  void flowed(Duration since_100s, std::int32_t current_mA, Validity validity = Validity::valid) {
+    monitor.follow_current({current_mA, TimePoint{100s} + since_100s, validity});
+  }
+};
+
+bool contradicts(const Reading& reading) {
+  return reading.is_known && reading.value == 1;
+}
+bool follows(const Reading& reading) {
+  return reading.is_known && reading.value == 0;
+}
+
+}  // namespace
+
+TEST_CASE("a change is judged from exactly 5 A on, or two and a half times a wider calm", "[unit][estimators][F18]") {
+  struct Case {
+    std::int64_t calm_mA;
+    std::int32_t change_mA;
+    bool is_judged;
+  };
+  for (const Case& one :
+       {Case{1'000, 5'000, true}, {1'000, 4'999, false}, {4'000, 10'000, true}, {4'000, 9'999, false}}) {
+    for (const std::int32_t sign : {1, -1}) {
+      CAPTURE(one.calm_mA, one.change_mA, sign);
+      Exact exact;
+      exact.cells.calm_mA = one.calm_mA;
+      exact.calm(3s, 0);
+      const Reading& reading = exact.tell(100ms, sign * one.change_mA, rest_uV + sign * 60'000);
+      CHECK(contradicts(reading) == one.is_judged);
+      CHECK(reading.is_known == one.is_judged);
+    }
+  }
+}
+
+TEST_CASE("an answer of exactly a millivolt is judged, and a movement of exactly half of it and a millivolt",
+          "[unit][estimators][F18]") {
+  for (const auto& [change_mA, is_judged] : {std::pair{10'000, true}, std::pair{9'999, false}}) {
+    Exact exact;
+    exact.cells.resistance_uOhm = 100;
+    exact.calm(3s, 0);
+    CHECK(contradicts(exact.tell(100ms, change_mA, rest_uV + 60'000)) == is_judged);
+  }
+  for (const auto& [moved_uV, is_judged] : {std::pair{11'000, true}, std::pair{10'999, false}}) {
+    Exact exact;
+    exact.calm(3s, 0);
+    CHECK(contradicts(exact.tell(100ms, 10'000, rest_uV + moved_uV)) == is_judged);
+  }
+}
+
+TEST_CASE("the lowest and the highest cell have moved by exactly half as much as all together on the average",
+          "[unit][estimators][F18]") {
+  struct Case {
+    std::int32_t lowest_uV;
+    std::int32_t highest_uV;
+    bool is_judged;
+  };
+  for (const Case& one :
+       {Case{5'500, 30'000, true}, {5'499, 30'000, false}, {30'000, 5'500, true}, {30'000, 5'499, false}}) {
+    CAPTURE(one.lowest_uV, one.highest_uV);
+    Exact exact;
+    exact.calm(3s, 0);
+    exact.cells.count = 8;  // eight that expect 160 mV: 88 mV have to be seen
+    PackPicture picture = exact.picture(100ms, 10'000, rest_uV + 200'000);
+    picture.lowest_uV = rest_uV + one.lowest_uV;
+    picture.highest_uV = rest_uV + one.highest_uV;
+    exact.monitor.take(picture, exact.cells);
+    CHECK(contradicts(exact.monitor.implausible_current()) == one.is_judged);
+  }
+}
+
+TEST_CASE("the current of a calm is the mean in which the last counts for a quarter", "[unit][estimators][F18]") {
+  for (const auto& [current_mA, is_judged] : {std::pair{5'200, true}, std::pair{5'199, false}}) {
+    Exact exact;
+    for (const std::int32_t calm_mA : {0, 0, 0, 800, 800}) exact.tell(500ms, calm_mA);  // the last is part of no calm
+    CHECK(contradicts(exact.tell(100ms, current_mA, rest_uV + 60'000)) == is_judged);
+  }
+}
+
+TEST_CASE("the current that flowed lately rises within 10 s and fades within 400 s", "[unit][estimators][F18]") {
+  // The first of all counts at once. Four times R by that current, beyond the 11 mV that a change of 10 A asks for.
+  const auto lately_mA_is = [](std::int32_t lately_mA, const std::function<void(Exact&)>& flow) {
+    for (const bool is_judged : {true, false}) {
+      CAPTURE(lately_mA, is_judged);
+      Exact exact;
+      flow(exact);
+      exact.calm(3s, 0);
+      const std::int32_t least_uV = 11'000 + 4 * 2 * lately_mA;
+      CHECK(contradicts(exact.tell(100ms, 10'000, rest_uV + least_uV - (is_judged ? 0 : 1))) == is_judged);
+    }
+  };
+  lately_mA_is(10'000, [](Exact& exact) { exact.flowed(0s, -10'000); });
+  lately_mA_is(10'775, [](Exact& exact) {
+    exact.flowed(0s, 10'000);
+    exact.flowed(10s, 0);                           // 9'750
+    exact.flowed(5s, 90'000);                       // older than what is known
+    exact.flowed(10s, 90'000);                      // known already
+    exact.flowed(11s, 90'000, Validity::unknown);   // no value
+    exact.flowed(11s, 90'000, Validity::doubtful);  // nor is that
+    exact.flowed(11s, 20'000);                      // a tenth of what is missing
+  });
+  lately_mA_is(9'750, [](Exact& exact) {
+    exact.flowed(0s, 10'000);
+    exact.flowed(10s, 10'000);  // as much as is known already fades
+  });
+  lately_mA_is(9'210, [](Exact& exact) {
+    exact.flowed(0s, 9'300);
+    exact.flowed(3'828ms, 0);
+    exact.flowed(4'828ms, 9'211);  // more by 1 uA
+  });
+  lately_mA_is(0, [](Exact& exact) {
+    exact.flowed(0s, 10'000);
+    exact.flowed(400s, 0);
+  });
+}
+
+TEST_CASE("a calm of a moment is one at zero up to exactly 1 A", "[unit][estimators][F18]") {
+  for (const auto& [current_mA, is_judged] : {std::pair{1'000, true}, std::pair{1'001, false}}) {
+    for (const std::int32_t sign : {1, -1}) {
+      Exact exact;
+      exact.cells.calm_mA = 2'000;
+      exact.calm(1'500ms, sign * current_mA);
+      CHECK(contradicts(exact.tell(100ms, 11'000, rest_uV + 60'000)) == is_judged);
+    }
+  }
+}
+
+TEST_CASE("what drifted in a calm counts for the last minute of it", "[unit][estimators][F18]") {
+  struct Case {
+    int before_s;
+    int rise_s;  // by 1 mV a second
+    int after_s;
+    bool is_judged;
+  };
+  for (const Case& one : {Case{0, 30, 90, true}, {100, 20, 40, false}}) {
+    Exact exact;
+    exact.calm(std::chrono::seconds{one.before_s}, 0);
+    for (int second = 1; second <= one.rise_s; ++second) exact.calm(1s, 0, rest_uV + 1'000 * second);
+    const std::int32_t last_uV = rest_uV + 1'000 * one.rise_s;
+    exact.calm(std::chrono::seconds{one.after_s}, 0, last_uV);
+    exact.fidget(50s, last_uV);
+    CHECK(contradicts(exact.tell(100ms, 10'000, last_uV + 15'000)) == one.is_judged);
+  }
+}
+
+TEST_CASE("pictures of a calm are kept from exactly 2 s on, and compared for four times that",
+          "[unit][estimators][F12]") {
+  for (const Duration last : {2'000ms, 2'001ms}) {
+    Exact exact;
+    exact.tell(0s, 0);
+    exact.tell(8s, 0);  // a quarter of that is 2 s after the first
+    CHECK(contradicts(exact.tell(last, 0, rest_uV - 40'000)) == (last == 2s));
+  }
+}
+
+TEST_CASE("two pictures of one instant are not compared", "[unit][estimators][F12]") {
+  Exact exact;
+  exact.tell(0s, 0);
+  CHECK_FALSE(exact.tell(0s, 0, rest_uV - 40'000).is_known);
+}
+
+TEST_CASE("a pack voltage moves with the cells if it does so by exactly half as much, or one of the two is not known",
+          "[unit][estimators][F18]") {
+  const auto valid = [](std::int32_t pack_mV) { return Voltage_mV{pack_mV, TimePoint{1s}, Validity::valid}; };
+  const auto moves = [&valid](std::int64_t cells_uV, std::int32_t pack_mV) {
+    return is_move_of_pack(cells_uV, valid(30'000), valid(30'000 + pack_mV));
+  };
+  CHECK(moves(2'000, 1));
+  CHECK_FALSE(moves(2'001, 1));
+  CHECK(moves(-2'000, -1));
+  CHECK_FALSE(moves(-2'001, -1));
+  CHECK_FALSE(moves(2'000, -1));
+  CHECK_FALSE(moves(-2'000, 1));
+  CHECK(moves(1, 1));
+  CHECK(moves(0, 0));
+  CHECK(is_move_of_pack(-2'000, Voltage_mV{}, valid(30'000)));
+  CHECK(is_move_of_pack(2'000, valid(30'000), Voltage_mV{}));
+}
+
+TEST_CASE("a short calm at zero leaves the longer one in its place, whatever calm was between them",
+          "[unit][estimators][F18]") {
+  Exact exact;
+  exact.calm(15s, 0);
+  exact.tell(100ms, 2'000);
+  exact.calm(2'200ms, 4'000);
+  exact.calm(1'500ms, 0);
+  exact.fidget(20s);
+  CHECK(contradicts(exact.tell(100ms, 10'000, rest_uV + 60'000)));
+}
+
+TEST_CASE("of two calms at zero that can be compared with for as long the later one counts",
+          "[unit][estimators][F18]") {
+  Exact exact;
+  exact.tell(0s, 0);
+  exact.tell(16s, 0);  // kept with the next: from 0 s to 4 s, and 16 s on from there
+  exact.tell(100ms, 0);
+  exact.tell(900ms, 3'000);
+  const std::int32_t later_uV = rest_uV + 60'000;
+  exact.tell(100ms, 0, later_uV);    // at 17.1 s
+  exact.tell(2'320ms, 0, later_uV);  // to 17.68 s, and 2.32 s on from there
+  exact.tell(100ms, 0, later_uV);
+  // As the later one has it nothing has moved by 1 mV.
+  CHECK_FALSE(exact.tell(100ms, 10'000, later_uV + 500).is_known);
+}
+
+TEST_CASE("what flowed to the other side is exactly a fifth of the change, as a mean of two seconds",
+          "[unit][estimators][F18]") {
+  struct Case {
+    std::int32_t other_mA;
+    std::int32_t change_mA;
+    bool is_judged;
+  };
+  for (const Case& one : {Case{2'000, 10'000, true}, {2'001, 10'000, false}, {2'000, 9'999, false}}) {
+    for (const std::int32_t sign : {1, -1}) {
+      CAPTURE(one.other_mA, one.change_mA, sign);
+      Exact exact;
+      exact.calm(3s, 0);
+      exact.tell(2s, -sign * one.other_mA);
+      CHECK(contradicts(exact.tell(100ms, sign * one.change_mA, rest_uV + sign * 60'000)) == one.is_judged);
+    }
+  }
+}
+
+TEST_CASE("the current of a calm has moved exactly a permille of the capacity", "[unit][estimators][F18]") {
+  for (const auto& [of_cell_As, is_judged] : {std::pair{32'000, true}, std::pair{31'999, false}}) {
+    Exact exact;
+    exact.cells.capacity_As = of_cell_As;
+    exact.tell(100ms, 10'000);
+    exact.tell(4s, 10'000);  // kept as 1 s after the first
+    exact.tell(100ms, 10'000);
+    CHECK(contradicts(exact.tell(100ms, 20'000, rest_uV + 60'000)) == is_judged);  // 3.2 s later
+  }
+}
+
+TEST_CASE("one calm that is contradicted is enough, whatever the other one says", "[unit][estimators][F18]") {
+  struct Case {
+    std::int32_t flowing_uV;  // while 20 A flow
+    std::int32_t then_uV;     // 30 A
+  };
+  for (const Case& one : {Case{3'500'000, 3'550'000}, {3'800'000, 3'750'000}}) {
+    Exact exact;
+    exact.calm(3s, 0, 3'700'000);
+    exact.calm(3s, 20'000, one.flowing_uV);
+    CHECK(contradicts(exact.tell(100ms, 30'000, one.then_uV)));
+  }
+  Exact right;
+  right.calm(3s, 0, 3'700'000);
+  right.calm(3s, 20'000, 3'660'000);
+  CHECK(follows(right.tell(100ms, 30'000, 3'640'000)));
+}
+
+TEST_CASE("a sensor stands still within the calm of zero, in the calm and now", "[unit][estimators][F12]") {
+  struct Case {
+    std::int32_t calm_mA;
+    std::int32_t then_mA;
+    bool is_judged;
+  };
+  for (const Case& one : {Case{0, 1'000, true},
+                          {0, -1'000, true},
+                          {1'000, 1'000, true},
+                          {-1'000, -1'000, true},
+                          {1'500, 900, false},
+                          {900, 1'500, false}}) {
+    CAPTURE(one.calm_mA, one.then_mA);
+    Exact exact;
+    exact.calm(3s, one.calm_mA);
+    CHECK(contradicts(exact.tell(100ms, one.then_mA, rest_uV - 60'000)) == one.is_judged);
+  }
+}
+
+TEST_CASE("cells that move while a sensor stands still have to move beyond what it says and a millivolt",
+          "[unit][estimators][F12]") {
+  struct Case {
+    std::int32_t calm_mA;
+    std::int32_t then_mA;
+    std::int32_t fall_uV;
+    bool is_judged;
+  };
+  for (const Case& one :
+       {Case{500, 500, 11'000, true}, {500, 500, 10'999, false}, {0, 1'000, 19'000, true}, {0, 1'000, 18'999, false}}) {
+    CAPTURE(one.then_mA, one.fall_uV);
+    Exact exact;
+    exact.calm(3s, one.calm_mA);
+    CHECK(contradicts(exact.tell(100ms, one.then_mA, rest_uV - one.fall_uV)) == one.is_judged);
+  }
+}
+
+TEST_CASE("that a sensor stands still is said where the pack voltage is known before and after",
+          "[unit][estimators][F12]") {
+  for (const bool is_before : {false, true}) {
+    for (const bool is_after : {false, true}) {
+      Exact exact;
+      exact.knows_pack = is_before;
+      exact.calm(3s, 0);
+      exact.knows_pack = is_after;
+      CHECK(contradicts(exact.tell(100ms, 0, rest_uV - 60'000)) == (is_before && is_after));
+    }
+  }
+}
+
+namespace {
+
+// What a monitor knows, in the order of its image.
+struct CalmImage {
+  TimePoint taken_at{};
+  std::int32_t current_mA = 0;
+  std::int64_t lately_mA = 0;
+  std::int64_t sum_uV = 0;
+  std::int32_t lowest_uV = 0;
+  std::int32_t highest_uV = 0;
+  Voltage_mV pack_mV{};
+};
+struct ReferenceImage {
+  CalmImage first;
+  CalmImage last;
+  std::int64_t risen_uA = 0;
+  std::int64_t fallen_uA = 0;
+};
+struct MonitorImage {
+  std::array<CalmImage, 32> ring{};
+  std::size_t head = 0;
+  CalmImage latest;
+  CalmImage waiting;
+  ReferenceImage reference;
+  ReferenceImage at_zero;
+  std::int64_t lately_uA = 0;
+  TimePoint lately_at{};
+  Reading implausible_current;
+};
+
+template <class T>
+std::vector<std::uint8_t> image_of(const T& of) {
+  std::vector<std::uint8_t> bytes(image_size(of));
+  write_image(of, bytes);
+  return bytes;
+}
+
+bool is_possible(const MonitorImage& state) {
+  CurrentRampMonitor monitor;
+  return !read_image(image_of(state), monitor);
+}
+
+}  // namespace
+
+TEST_CASE("a monitor that has seen nothing, or has forgotten it, knows nothing", "[unit][estimators][image]") {
+  const std::vector<std::uint8_t> nothing = image_of(MonitorImage{});
+  CHECK(image_of(CurrentRampMonitor{}) == nothing);
+  Exact exact;
+  exact.calm(5s, 0);
+  exact.tell(100ms, 10'000, rest_uV + 60'000);
+  CHECK(image_of(exact.monitor) != nothing);
+  exact.monitor.forget();
+  CHECK(image_of(exact.monitor) == nothing);
+  exact.monitor.take({}, exact.cells);  // a picture of nothing
+  CHECK(image_of(exact.monitor) == nothing);
+}
+
+TEST_CASE("what flows while there is no calm to compare with is counted to no side", "[unit][estimators][image]") {
+  Exact exact;
+  exact.fidget(4s);
+  MonitorImage state;
+  REQUIRE_FALSE(read_image(image_of(exact.monitor), state));
+  CHECK(image_of(state.reference) == image_of(ReferenceImage{}));
+  CHECK(image_of(state.at_zero) == image_of(ReferenceImage{}));
+}
+
+TEST_CASE("what a monitor cannot know is refused when it is read", "[unit][estimators][image]") {
+  constexpr std::int64_t sum_max_uV = 1'000'000'000'000;
+  constexpr std::int64_t change_max_uA = 8'589'934'590'000;  // twice the widest range of a current
+  constexpr std::int64_t lately_max_mA = 2'147'483'647;
+  const auto with = [](const auto& change) {
+    MonitorImage state;
+    change(state);
+    return is_possible(state);
+  };
+  CHECK(with([](MonitorImage&) {}));
+  for (const auto& [value, is_possible] :
+       {std::pair{lately_max_mA, true}, std::pair{lately_max_mA + 1, false}, std::pair{std::int64_t{-1}, false}}) {
+    CHECK(with([value = value](MonitorImage& state) { state.latest.lately_mA = value; }) == is_possible);
+  }
+  for (const auto& [value, is_possible] : {std::pair{sum_max_uV, true}, std::pair{sum_max_uV + 1, false},
+                                           std::pair{-sum_max_uV, true}, std::pair{-sum_max_uV - 1, false}}) {
+    CHECK(with([value = value](MonitorImage& state) { state.ring[31].sum_uV = value; }) == is_possible);
+  }
+  for (const auto& [value, is_possible] :
+       {std::pair{change_max_uA, true}, std::pair{change_max_uA + 1, false}, std::pair{std::int64_t{-1}, false}}) {
+    CHECK(with([value = value](MonitorImage& state) { state.reference.risen_uA = value; }) == is_possible);
+    CHECK(with([value = value](MonitorImage& state) { state.at_zero.fallen_uA = value; }) == is_possible);
+  }
+  CHECK(with([](MonitorImage& state) { state.head = 31; }));
+  CHECK_FALSE(with([](MonitorImage& state) { state.head = 32; }));
+  CHECK_FALSE(with([](MonitorImage& state) { state.lately_uA = -1; }));
 }

@@ -52,18 +52,16 @@ std::int32_t middle_mA(const CurrentRange& range) {
 
 /// The least change from `from_mA` that all of the range shows.
 std::int64_t least_change_mA(const CurrentRange& range, std::int32_t from_mA) {
-  if (range.min_mA > from_mA) return std::int64_t{range.min_mA} - from_mA;
-  if (range.max_mA < from_mA) return std::int64_t{range.max_mA} - from_mA;
-  return 0;
+  return std::int64_t{std::max(range.min_mA, std::min(from_mA, range.max_mA))} - from_mA;
 }
 
 /// So long after a calm of this length voltages are compared with those of the calm.
 Duration comparable_for(Duration watched) {
-  return watched < compare_max / drift_factor_max ? drift_factor_max * watched : compare_max;
+  return drift_factor_max * std::min<Duration>(watched, compare_max / drift_factor_max);
 }
 
 /// How far all cells together may have drifted in the time from `last` to `now` if they go on as from `first` to
-/// `last`. Not known if that was too short.
+/// `last`. Not known if that was too short, as where there was no calm.
 template <class Calm>
 std::optional<std::int64_t> drift_uV(const Calm& first, const Calm& last, TimePoint now) {
   const Duration watched = last.taken_at - first.taken_at;
@@ -81,16 +79,17 @@ Reading verdict(bool is_implausible, TimePoint at) {
 bool is_move_of_pack(std::int64_t cells_moved_uV, const Measured<std::int32_t>& before_mV,
                      const Measured<std::int32_t>& now_mV) {
   if (!now_mV.is_valid() || !before_mV.is_valid()) return true;
-  const std::int64_t pack_uV = (std::int64_t{now_mV.value} - before_mV.value) * 1'000;
-  return (pack_uV > 0) == (cells_moved_uV > 0) && 2 * std::llabs(pack_uV) >= std::llabs(cells_moved_uV);
+  const std::int64_t pack_moved_mV = std::int64_t{now_mV.value} - before_mV.value;
+  return (pack_moved_mV > 0) == (cells_moved_uV > 0) && std::llabs(pack_moved_mV) * 2'000 >= std::llabs(cells_moved_uV);
 }
 
 void CurrentRampMonitor::follow_current(const Measured<std::int32_t>& current_mA) {
   if (!current_mA.is_valid() || current_mA.taken_at <= lately_at_) return;
   const std::int64_t beyond_uA = std::llabs(current_mA.value) * 1'000 - lately_uA_;
-  const Duration moves_in = beyond_uA > 0 ? lately_rises_in : lately_fades_in;
+  const bool rises = beyond_uA > 0;
+  const Duration moves_in = rises ? lately_rises_in : lately_fades_in;
   const Duration since = std::min<Duration>(current_mA.taken_at - lately_at_, moves_in);
-  const std::int64_t from_uA = beyond_uA > 0 ? beyond_uA : -lately_uA_;
+  const std::int64_t from_uA = rises ? beyond_uA : -lately_uA_;
   lately_uA_ += from_uA / 1'000 * (since / 1ms) / (moves_in / 1s);
   lately_at_ = current_mA.taken_at;
 }
@@ -199,7 +198,6 @@ bool CurrentRampMonitor::has_moved(const PackPicture& now, const Calm& last, std
 
 void CurrentRampMonitor::check_direction(const Reference& reference, const PackPicture& now, const Cells& cells) {
   const Calm& last = reference.last;
-  if (last.taken_at == TimePoint{}) return;
   const std::int64_t change_mA = least_change_mA(now.current, last.current_mA);
   const std::int64_t to_other_side_uA = change_mA > 0 ? reference.fallen_uA : reference.risen_uA;
   if (to_other_side_uA / 1'000 * other_side_share > std::llabs(change_mA)) return;
@@ -215,7 +213,7 @@ void CurrentRampMonitor::check_direction(const Reference& reference, const PackP
   const std::int64_t seen_uV = now.sum_uV - last.sum_uV;
   const std::int64_t least_uV = std::llabs(expected_uV) / 2 + bound_uV(*drift, last, cells);
   const bool is_seen = has_moved(now, last, least_uV, cells) && is_move_of_pack(seen_uV, last.pack_mV, now.pack_mV);
-  const bool is_bad_already = implausible_current_.is_known && implausible_current_.value != 0;
+  const bool is_bad_already = implausible_current_.value != 0;
   if (!is_seen || is_bad_already) return;
   implausible_current_ = verdict((seen_uV > 0) != (expected_uV > 0), now.taken_at);
 }
@@ -226,7 +224,7 @@ void CurrentRampMonitor::check_frozen(const PackPicture& now, const Cells& cells
   if (!is_zero || !now.pack_mV.is_valid()) return;
   for (const Calm& last : ring_) {
     const std::optional<std::int64_t> drift = drift_uV(first, last, now.taken_at);
-    if (last.taken_at == TimePoint{} || !last.pack_mV.is_valid() || !drift) continue;
+    if (!last.pack_mV.is_valid() || !drift) continue;
     const std::int64_t told_mA = std::llabs(std::int64_t{middle_mA(now.current)} - last.current_mA);
     const std::int64_t told_uV = polarisation_max * told_mA * cells.resistance_uOhm / 1'000;
     const std::int64_t least_uV = (cells.unseen_uV + told_uV) * cells.count + bound_uV(*drift, last, cells);
