@@ -388,11 +388,33 @@ TEST_CASE("a monitor that falls silent opens a closed pack within two seconds, w
   iso.bench.run(1s);
   REQUIRE(iso.bench.close());
   iso.fall_silent();
-  iso.bench.run(1'880ms);
+  iso.bench.run(1'900ms);
+  CHECK_FALSE(iso.bench.is_active(FaultId::insulation_monitor_lost));
   CHECK(iso.bench.core().sequence().phase == Phase::closed);
-  iso.bench.run(100ms);
+  iso.bench.run(20ms);  // two ticks
   CHECK(iso.bench.is_active(FaultId::insulation_monitor_lost));
+  CHECK(iso.bench.core().sequence().phase != Phase::closed);
+  iso.bench.run(60ms);
   CHECK(iso.bench.core().sequence().phase == Phase::open);
+}
+
+TEST_CASE("a late report of a monitor keeps a pack closed up to the bound, and one that is lost opens it for good",
+          "[unit][core][insulation][F96]") {
+  const auto [silence, opens] =
+      GENERATE(std::pair{Duration{1'400ms}, false}, std::pair{Duration{1'900ms}, false}, std::pair{Duration{2s}, true});
+  CAPTURE(silence.count());
+  IsoBench iso(iso_pack());
+  iso.bench.run(1s);
+  REQUIRE(iso.bench.close());
+  iso.fall_silent();
+  iso.bench.run(silence - 1ms);
+  CHECK((iso.bench.core().sequence().phase == Phase::open) == opens);
+  iso.ms = 499;  // its next report comes now, and one a second from then on
+  iso.talks = true;
+  iso.bench.run(5s);
+  CHECK((iso.bench.core().sequence().phase == Phase::open) == opens);
+  const FaultStage stage = iso.bench.core().faults().state(FaultId::insulation_monitor_lost).stage;
+  CHECK(stage == (opens ? FaultStage::latched : FaultStage::good));
 }
 
 TEST_CASE("a low resistance opens with its second report, and the monitor's own word sooner",
