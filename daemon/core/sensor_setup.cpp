@@ -149,7 +149,7 @@ void SensorSetup::advance() {
 
 bool SensorSetup::observe(const CanFrame& frame, TimePoint at, bool is_any_commanded) {
   if (!is_there()) return false;
-  if (frame.is_extended || frame.id != target_.response_id) return false;
+  if (frame.id != target_.response_id) return false;
   CanFrame as_delivered = frame;
   as_delivered.id = target_.driver->response_id;
   const SetUpAnswer answer = target_.driver->take(as_delivered);

@@ -241,7 +241,7 @@ TEST_CASE("an inverter that follows somebody else's battery is cut off after the
   run.apply("inverter current_A 30");
   run.run_to(20.0);
   run.observe(FrameReceived{Port::vehicle, data_frame(0x351, 3)});  // of whatever length
-  run.run_to(20.0 + 1.0);
+  run.run_to(20.0 + 4.9);
   CHECK(run.core().sequence().phase == Phase::closed);
   run.run_to(20.0 + 5.2);
   CHECK(run.core().sequence().phase == Phase::open);

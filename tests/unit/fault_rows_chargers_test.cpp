@@ -2,6 +2,7 @@
 #include "daemon/core/bus_watch.hpp"
 #include "daemon/core/charger_table.hpp"
 #include "daemon/core/charger_watch.hpp"
+#include "daemon/core/fault_memory.hpp"
 #include "daemon/core/fault_readers.hpp"
 #include "devices/device_list.hpp"
 #include "tests/support/catch.hpp"
@@ -52,8 +53,24 @@ TEST_CASE("without chargers or a second pack their rows hold nothing", "[unit][f
 
 TEST_CASE("a pack that has no chargers has none in trouble", "[unit][faults][charger]") {
   Seen seen;
-  seen.table.init({});
+  seen.look({.is_plugged_in = true, .is_enabled = true, .asked_mA = 8'000});
+  seen.in.now += 60s;
+  seen.table.init({});  // whatever was asked of one before
   CHECK_FALSE(holds(fault_readers::charger_trouble(seen.in)));
+}
+
+TEST_CASE("a charger that runs away is believed after a quarter of a second and two samples",
+          "[unit][faults][charger][F97]") {
+  FaultMemory memory;
+  const auto is_present_after = [&memory](Duration since) {
+    FaultChanges changes;
+    memory.judge(row_of(FaultId::charger_runaway), {true, 1, {}, now + since}, {}, now + since, changes);
+    return memory.state(FaultId::charger_runaway).is_present();
+  };
+  CHECK_FALSE(is_present_after(0ms));
+  CHECK_FALSE(is_present_after(100ms));
+  CHECK_FALSE(is_present_after(249ms));
+  CHECK(is_present_after(250ms));
 }
 
 TEST_CASE("a charger's trouble holds while it tells it", "[unit][faults][charger]") {

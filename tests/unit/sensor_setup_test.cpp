@@ -147,6 +147,15 @@ TEST_CASE("each setting that differs keeps the results out, and is named", "[uni
   }
 }
 
+TEST_CASE("what a sensor tells of a result that nobody uses is not kept", "[unit][sensors]") {
+  Bench bench;
+  bench.run(100ms);
+  REQUIRE(bench.is_good());
+  bench.hear({.word = SetUpWord::setting, .channel = sensor_channels_used, .setting = {.period_ms = 7}});
+  CHECK(bench.is_good());
+  CHECK_FALSE(bench.setup.has_failed());
+}
+
 TEST_CASE("the byte order wanted is the pack file's", "[unit][sensors]") {
   Bench bench({.little_endian = true});
   CHECK(bench.settings[0].is_little_endian);
@@ -167,6 +176,8 @@ TEST_CASE("a sensor that does not answer is asked three times, and again after f
   bench.run(20ms);
   CHECK(bench.setup.has_failed());
   CHECK(to_text(bench.setup.problem()) == "I: no answer");
+  CHECK(bench.setup.problem().found == 0);
+  CHECK(bench.setup.problem().wanted == 0);
   bench.run(4'900ms);
   CHECK(bench.orders.size() == 3);
   bench.answers = true;
@@ -216,6 +227,8 @@ TEST_CASE("a sensor that does not know the command is not used", "[unit][sensors
   bench.tick();
   bench.hear({.word = SetUpWord::not_understood});
   CHECK(to_text(bench.setup.problem()) == "I: it does not know the command");
+  CHECK(bench.setup.problem().found == 0);
+  CHECK(bench.setup.problem().wanted == 0);
 }
 
 TEST_CASE("answers that nobody waits for lead nowhere", "[unit][sensors]") {
@@ -525,6 +538,9 @@ struct SecondBench {
     CanFrame answer = ivt().answer({SetUpWord::setting, order->channel, setting});
     CHECK_FALSE(setup.observe(answer, now, false));  // the first sensor's
     answer.id = 0x513;
+    CanFrame extended = answer;
+    extended.is_extended = true;
+    CHECK_FALSE(setup.observe(extended, now, false));
     CHECK(setup.observe(answer, now, false));
   }
   void run(Duration time) {
@@ -546,6 +562,8 @@ TEST_CASE("a second sensor is asked for its current under its own identifiers, a
   CHECK(bench.setup.is_command({.id = 0x413, .length = 1}));
   CHECK_FALSE(bench.setup.is_command({.id = 0x411, .length = 8}));
   CHECK_FALSE(bench.setup.is_command({.id = 0x413, .is_extended = true, .length = 8}));
+  CHECK_FALSE(bench.setup.is_command({.id = 0x413, .is_remote = true, .length = 8}));
+  CHECK_FALSE(bench.setup.is_command({.id = 0x413, .is_error = true, .length = 8}));
 }
 
 TEST_CASE("a second sensor that is set up otherwise is not used and never changed, whatever the first may be told",
@@ -599,6 +617,10 @@ TEST_CASE("of a second sensor the gate lets out questions, and nothing else", "[
   CHECK(judge_output(Port::internal, {.id = 0x413, .length = 3}, rules) == GateVerdict::malformed);
   CHECK(judge_output(Port::internal, {.id = 0x414, .length = 8}, rules) == GateVerdict::not_ours);
   CHECK(judge_output(Port::vehicle, {.id = 0x413, .length = 8}, rules) == GateVerdict::not_ours);
+  const GateRules without{.sensor = &ivt(), .may_configure_sensor = true};
+  for (const std::uint32_t id : {0U, 1U, 0x413U}) {
+    CHECK(judge_output(Port::internal, {.id = id, .length = 8}, without) == GateVerdict::not_ours);
+  }
 }
 
 TEST_CASE("an image of a set-up that cannot be is refused", "[unit][sensors][image]") {
