@@ -1,9 +1,8 @@
 // How much charge each cell has too much: three planners behind one interface, one row each.
 //
 //   terminal_voltage   only while the highest cell stands at or above balancing/top_mV: there the curve is steep. What
-//   a
-//                      cell stands above the lowest, by the steepest slope of the curve from top_mV, or from the lowest
-//                      cell, on.
+//                      a cell stands above the lowest, by the steepest slope of the curve from top_mV, or from the
+//                      lowest cell, on.
 //   ocv                V + R * I of each cell (I positive out of it), put into the curve: the charge that lies between.
 //                      Wants each cell's resistance, measured (step_response.hpp), unless the current is, and has
 //                      been, so small that the model's whole resistance does not make a dead band of it. What follows

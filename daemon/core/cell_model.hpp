@@ -6,8 +6,7 @@
 //   dU/dt   = (I * R - U) / tau                                 of each of the two pairs
 //   R(T)    = R(25 C) * exp(a * (1/T - 1/298.15 K))             a: resistance_activation_K (Arrhenius); taus stay
 //   dh/dq   = (-sign(I) - h) / q0                               the hysteresis is h * hysteresis_V, h from -1 to 1, q
-//   the
-//                                                               charge that flows either way, q0 a share of the
+//                                                               the charge that flows either way, q0 a share of the
 //                                                               capacity
 //
 // That is the enhanced self-correcting model with two pairs: G. L. Plett, Battery Management Systems, Vol. I, Artech

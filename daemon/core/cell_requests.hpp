@@ -16,8 +16,7 @@
 //     loads on or off they are the same, and both places carry it. Their numbers are the sensors' as in 627h.
 //   - one current flows: into the pack it is the source's, out of it the load's.
 //   - power cycles (60h) are starts of the daemon in which it has seen the whole pack; no answer before that, nor where
-//   no
-//     state is kept. 65535 stands for more, too.
+//     no state is kept. 65535 stands for more, too.
 //
 // Asked for in any number, answered one a tick; what waits beyond eight is dropped and counted. Pure; an answer about
 // all cells of a large pack takes some microseconds.

@@ -4,9 +4,8 @@
 // On a bus (docs/sensors.md):
 //   never heard           starting: no value, nothing closes, and after 20 s the monitor is lost (fault_readers)
 //   silent                for `silence_max()`: no signal, and lost after `lost_confirm_max` more: within 2 s of its
-//   last
-//                         word, before the second one that is due. A bus repeats what was not received, so of a device
-//                         that is well none is missing; two are not waited for
+//                         last word, before the second one that is due. A bus repeats what was not received, so of a
+//                         device that is well none is missing; two are not waited for
 //   earth, faulty, off    at once, as it says
 //   test pending          it has not tested itself since it was switched on. For `test_wait` from its first word on
 //                         that counts as starting; then its value counts, and a warning says so: a test that never

@@ -16,8 +16,8 @@
 //   - 160h: the voltage of the module, as it fits the sum of its cells in every frame checked; others call it a raw
 //     temperature, or something of balancing;
 //   - where a module without number tells its serial number: 0F0h or 4A0h. Both are rows;
-//   - 0B0h: one source clears balancing and errors with it. It has neither checksum nor counter, and is never sent
-//   here;
+//   - 0B0h: one source clears balancing and errors with it. It has neither checksum nor counter, and is never
+//     sent here;
 //   - what the errors of 100h are. Modules of later years may answer to b3 = 10h or 90h only.
 // Of 110h, 1C0h and 1D0h it is not known what they say.
 #pragma once

@@ -16,8 +16,7 @@
 //
 // What is not agreed on:
 //   - the temperatures: bytes from -50 C on, which is taken here; it fits frames of a car and what the car says of
-//   itself
-//     at that moment. Two readers take pairs of bytes for one number, which those frames contradict;
+//     itself at that moment. Two readers take pairs of bytes for one number, which those frames contradict;
 //   - which of 6X2 and 6X3 has cells 1 to 4: 6X2 in all that works, the other way round in one paper;
 //   - b3 of the master's frame: 0 in the car, 4 in all others. Its bit 2 may be what lets modules be renumbered: send
 //   0.

@@ -9,8 +9,7 @@
 //
 // As in candump: eight digits before ':' or '~' mean a 29-bit identifier; bit 31 of the mask then compares that, bit 30
 // whether it is a remote frame; a shorter mask compares neither. Error frames pass a filter only by '#'; with nothing
-// but
-// '#' all other frames pass.
+// but '#' all other frames pass.
 #pragma once
 
 #include <bitset>

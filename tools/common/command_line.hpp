@@ -24,8 +24,7 @@ using exit_codes::exit_usage;
 [[nodiscard]] CLI::Validator one_of(std::vector<std::string> words);
 
 /// Adds --man-page and --completion SHELL, by which the program describes itself to whoever installs it. They are not
-/// in
-/// --help. `section` is that of the manual page. Call it when all else has been added; the app outlives the parsing.
+/// in --help. `section` is that of the manual page. Call it when all else has been added; the app outlives the parsing.
 void add_self_description(CLI::App& app, int section);
 
 /// Prints what parsing ended with: help or version on standard output, a mistake on standard error. The exit code.
