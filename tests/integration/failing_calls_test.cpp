@@ -2,8 +2,14 @@
 // what it cannot do without opens the pack.
 #include "tests/support/failing_calls.hpp"
 
+#include <filesystem>
+#include <iterator>
+#include <string>
+#include <vector>
+
 #include "daemon/shell/options.hpp"
 #include "tests/support/daemon_bench.hpp"
+#include "tests/support/notify_socket.hpp"
 #include "tests/support/preload_word.hpp"
 #include "tests/support/sanitized.hpp"
 
@@ -14,6 +20,7 @@ using test::FailingCall;
 using test::is_closed;
 using test::is_open;
 using test::milliseconds;
+using test::NotifySocket;
 using test::steady_clock;
 
 namespace {
@@ -22,17 +29,29 @@ namespace {
 struct FailingBench : Bench {
   std::string calls = folder / "calls";
 
-  [[nodiscard]] bool closes_with_library() {
+  [[nodiscard]] bool closes_with_library(std::vector<std::string> environment = {}) {
     choose(FailingCall::none);
     start_emulator("");
-    start_daemon({.environment = {"LD_PRELOAD=" + test::in_build("lib/libfailing_calls.so"),
-                                  "BMUD_TEST_FAILING_CALLS=" + calls}});
+    environment.push_back("LD_PRELOAD=" + test::in_build("lib/libfailing_calls.so"));
+    environment.push_back("BMUD_TEST_FAILING_CALLS=" + calls);
+    start_daemon({.environment = environment});
     REQUIRE(listener.next(test::hang_max));
     return closes();
   }
   void choose(FailingCall call) const { choose_number(static_cast<std::int64_t>(call)); }
   void choose_number(std::int64_t number) const { REQUIRE(test::set_preload_word(calls, number)); }
   [[nodiscard]] bool has_failed() const { return test::read_preload_word(calls) == 0; }
+  /// Whether the control loop is held in its wait for events; its commands are read meanwhile.
+  [[nodiscard]] bool gets_held() {
+    choose(FailingCall::wait_hangs);
+    const auto give_up_at = steady_clock::now() + test::hang_max;
+    constexpr auto held = static_cast<std::int64_t>(FailingCall::wait_is_held);
+    while (test::read_preload_word(calls) != held) {
+      if (steady_clock::now() > give_up_at) return false;
+      static_cast<void>(listener.next(milliseconds(10)));
+    }
+    return true;
+  }
 };
 
 void expect_end(FailingCall call, const std::string& name) {
@@ -52,8 +71,10 @@ bool needs_other_library() {
   return test::is_sanitized;
 }
 
+enum class OpenedBy : std::uint8_t { anything, timeout };
+
 /// The power distribution unit reports open contactors: it opens by itself where no command comes any more.
-bool unit_opens(BusPort& unit) {
+bool unit_opens(BusPort& unit, OpenedBy opened_by = OpenedBy::anything) {
   using internal_bus::pdu_status;
   const auto give_up_at = steady_clock::now() + test::hang_max;
   while (steady_clock::now() < give_up_at) {
@@ -63,7 +84,8 @@ bool unit_opens(BusPort& unit) {
       const bool is_any_closed = read_raw<pdu_status, "main_positive_closed">(frame) != 0 ||
                                  read_raw<pdu_status, "main_negative_closed">(frame) != 0 ||
                                  read_raw<pdu_status, "precharge_closed">(frame) != 0;
-      if (!is_any_closed) return true;
+      const bool is_by_timeout = read_raw<pdu_status, "opened_by_timeout">(frame) != 0;
+      if (!is_any_closed) return opened_by == OpenedBy::anything || is_by_timeout;
       continue;
     }
     pollfd wait{.fd = unit.fd(), .events = POLLIN, .revents = 0};
@@ -102,6 +124,49 @@ TEST_CASE("a control loop that cannot wait for events opens the pack and ends wi
 TEST_CASE("a control loop that cannot set its timer opens the pack and ends with an error",
           "[integration][daemon][F71][bus]") {
   expect_end(FailingCall::timer, "timerfd_settime");
+}
+
+namespace {
+
+/// The daemon's threads, the control loop among them.
+std::ptrdiff_t thread_count(pid_t pid) {
+  const std::filesystem::directory_iterator tasks("/proc/" + std::to_string(pid) + "/task");
+  return std::distance(begin(tasks), end(tasks));
+}
+
+}  // namespace
+
+TEST_CASE("a control loop that hangs feeds no watchdog, though the daemon's other threads run, and the unit opens",
+          "[integration][daemon][F61][bus]") {
+  const auto drive = [](FailingBench& made) {
+    NotifySocket notify(made.folder / "notify");
+    REQUIRE(made.closes_with_library({"NOTIFY_SOCKET=" + (made.folder / "notify"), "WATCHDOG_USEC=300000"}));
+    const auto unit = open_bus(made.bus, {.receive_ids = {internal_bus::pdu_status.base_id}});
+    REQUIRE(unit);
+    notify.drain();
+    CHECK(notify.hears("WATCHDOG=1", test::hang_max));
+    REQUIRE(thread_count(made.daemon->pid()) > 1);
+
+    REQUIRE(made.gets_held());
+    const bool was_closed = is_closed(made.listener.last());
+    notify.drain();
+    // Longer than the watchdog's time: the service manager would have ended the daemon.
+    CHECK_FALSE(notify.next(milliseconds(400)));
+    CHECK(made.listener.count_within(milliseconds(0)) == 0);
+    const bool is_by_timeout = unit_opens(**unit, OpenedBy::timeout);
+
+    // What it decided before is 400 ms old.
+    made.choose(FailingCall::none);
+    const auto first = made.listener.next(test::hang_max);
+    REQUIRE(first);
+    CHECK(is_open(*first));
+    CHECK(notify.hears("WATCHDOG=1", test::hang_max));
+    CHECK(made.becomes([&] { return made.starved_count() > 0; }));
+    return was_closed && is_by_timeout;
+  };
+  bool is_opened = false;
+  static_cast<void>(test::driven<FailingBench>([&](FailingBench& made) { return is_opened = drive(made); }));
+  CHECK(is_opened);
 }
 
 TEST_CASE("a control loop that is woken without an event, again and again, decides as before",

@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <cstddef>
 #include <cstdint>
+#include <ctime>
 
 #include <sys/epoll.h>
 #include <sys/syscall.h>
@@ -61,6 +62,13 @@ int fail() {
   return -1;
 }
 
+/// Holds the main thread alone, until the test chooses another word.
+void hold_if_chosen() {
+  if (misbehaves(FailingCall::wait_hangs)) *chosen = static_cast<std::int64_t>(FailingCall::wait_is_held);
+  constexpr timespec pause{.tv_sec = 0, .tv_nsec = 1'000'000};
+  while (misbehaves(FailingCall::wait_is_held)) static_cast<void>(::nanosleep(&pause, nullptr));
+}
+
 }  // namespace
 
 // The C library's own, by the names under which it has them beside those that are replaced here.
@@ -83,6 +91,7 @@ extern "C" void* realloc(void* before, std::size_t size) noexcept {
 // Both return -1 for an error, as the system call does, and set errno.
 extern "C" int epoll_wait(int epoll, epoll_event* events, int events_max, int timeout_ms) {
   if (misbehaves(FailingCall::wait)) return fail();
+  hold_if_chosen();
   if (misbehaves(FailingCall::wait_returns_at_once)) timeout_ms = 0;
   return static_cast<int>(::syscall(SYS_epoll_pwait, epoll, events, events_max, timeout_ms, nullptr, 0));
 }

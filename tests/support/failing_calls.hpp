@@ -10,6 +10,8 @@ enum class FailingCall : std::int64_t {
   wait,                  // epoll_wait fails
   wait_returns_at_once,  // epoll_wait returns without an event, again and again
   timer,                 // timerfd_settime fails
+  wait_hangs,            // the next epoll_wait does not return; the library then chooses `wait_is_held`
+  wait_is_held,          // it returns once another word is chosen
 };
 
 /// The n-th request for memory from now on, counted from 1, gets none; then the library chooses `none` again.
