@@ -373,7 +373,7 @@ TEST_CASE("an interface that is in use is looked at by the index it has", "[inte
   check_asked_by_index();
 }
 
-TEST_CASE("frames of every kind cross the socket unchanged", "[integration][can_socket]") {
+TEST_CASE("frames of every kind cross the socket unchanged", "[integration][can_socket][MMU_6]") {
   FakeKernel kernel;
   kernel.add("can0");
   const auto port = open_port(kernel, everything);

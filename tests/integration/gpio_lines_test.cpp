@@ -224,7 +224,7 @@ TEST_CASE("every output of the core has the line of its own name", "[integration
   }
 }
 
-TEST_CASE("the watchdog changes with every drive, whatever is driven", "[integration][gpio]") {
+TEST_CASE("the watchdog changes with every drive, whatever is driven", "[integration][gpio][BMS_F.3]") {
   Ready pack;
   auto& driven = pack.chip.wires[watchdog_line].was_driven;
   driven.clear();
@@ -561,7 +561,7 @@ TEST_CASE("a file that is no chip is called one", "[integration][gpio]") {
 // --- what fails later -----------------------------------------------------------------------------------------------
 
 TEST_CASE("a set that fails opens what it can, and stops the watchdog until all was wanted open",
-          "[integration][gpio]") {
+          "[integration][gpio][BMS_F.3]") {
   Ready pack;
   REQUIRE(pack.lines.drive(driving));
   pack.chip.wires[watchdog_line].was_driven.clear();

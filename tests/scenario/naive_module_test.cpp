@@ -157,7 +157,7 @@ bool has_module_fault(const CoreBench& bench) {
                      [&bench](FaultId id) { return bench.is_active(id); });
 }
 
-TEST_CASE("a pack of foreign modules closes and stays closed", "[scenario][naive][MMU_6][BMS_F.2]") {
+TEST_CASE("a pack of foreign modules closes and stays closed", "[scenario][naive][BMS_F.2]") {
   NaivePack pack(16);
   pack.bench.link_rise_mV_per_ms = 2'000;  // 710 V
   REQUIRE(pack.bench.close());

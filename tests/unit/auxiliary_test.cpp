@@ -54,7 +54,8 @@ TEST_CASE("the fan runs from the hottest cell's upper threshold to its lower one
   CHECK_FALSE(runs.at(200, 400).fan);
 }
 
-TEST_CASE("the heater runs from the coldest cell's lower threshold to its upper one", "[unit][auxiliary][BMU_15]") {
+TEST_CASE("the heater runs from the coldest cell's lower threshold to its upper one",
+          "[unit][auxiliary][BMU_15][BMU_6]") {
   Runs runs;
   CHECK_FALSE(runs.at(51, 60).heater);
   CHECK(runs.at(50, 60).heater);

@@ -345,6 +345,31 @@ TEST_CASE("what a pack file leaves out follows from the cell and from the limits
   CHECK(pack->core.current.charge_peak_mA == limits.charge_overcurrent.warn);
 }
 
+TEST_CASE("the insulation limit is so many ohms for each volt of a full pack, and never below the absolute one",
+          "[unit][config][BMU_5]") {
+  constexpr std::int32_t full_V = 4'230 * 48 / 1'000;
+  const auto limit_with = [](const Json& insulation) {
+    Json pack = valid_pack();
+    pack["insulation"] = insulation;
+    const auto read = parse_pack_config(pack.dump(), "pack.json", "");
+    REQUIRE(read.has_value());
+    return read->core.limits.insulation_low;
+  };
+  Json insulation = valid_pack()["insulation"];
+  insulation["open_Ohm_per_V"] = 100;
+  insulation["warn_Ohm_per_V"] = 300;
+  insulation["open_min_Ohm"] = 0;
+  CHECK(limit_with(insulation).open / 100 == full_V);
+  CHECK(limit_with(insulation).warn / 300 == full_V);
+  insulation["open_min_Ohm"] = 100 * full_V + 1'000;
+  CHECK(limit_with(insulation).open == 100 * full_V + 1'000);
+  CHECK(limit_with(insulation).warn / 300 == full_V);
+  // The warning stays above the fault.
+  insulation["open_min_Ohm"] = 1'000'000;
+  CHECK(limit_with(insulation).open == 1'000'000);
+  CHECK(limit_with(insulation).warn == 1'100'000);
+}
+
 TEST_CASE("a section balancing that contradicts itself or the limits is refused", "[unit][config][balancing][MMU_3]") {
   const Json on = {{"enabled", true}};
   const auto with = [&on](const std::string& key, const Json& value) {

@@ -80,7 +80,8 @@ TEST_CASE("a fault and an open pack leave nothing for long either", "[unit][limi
   is(bench.limits().charge_continuous, 0, LimitCause::not_connected);
 }
 
-TEST_CASE("the coldest and the hottest cell have the share that their table says", "[unit][limits][derating][BMU_15]") {
+TEST_CASE("the coldest and the hottest cell have the share that their table says",
+          "[unit][limits][derating][BMU_15][BMU_6]") {
   Bench bench;
   bench.config.derating.charge_over_temperature = table({{0, 0}, {200, 1'000}, {400, 1'000}, {500, 500}});
   bench.config.derating.discharge_over_temperature = table({{-100, 500}, {100, 1'000}, {450, 1'000}, {500, 0}});

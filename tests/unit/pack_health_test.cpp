@@ -66,7 +66,7 @@ CanFrame last_sent(LivingPack& pack, std::uint32_t id) {
 }  // namespace
 
 TEST_CASE("a pack that is driven from rest to rest learns how its cells have aged",
-          "[unit][estimators][slow][FS_5][BMS_F.6]") {
+          "[unit][estimators][slow][FS_5][BMS_F.6][BMU_7]") {
   const CoreConfig config = sloped_pack();
   LivingPack pack(config, 0.9, worn(0.9));
   pack.bench().restore({});

@@ -88,6 +88,19 @@ TEST_CASE("inputs on lines of this machine are told by their number", "[unit][st
   CHECK(unknown_in(told) == std::set<std::string>{"throttle_permille", "insulation_resistance_Ohm"});
 }
 
+TEST_CASE("the insulation's resistance is in the status, with the state of its monitor", "[unit][status][BMU_5]") {
+  const Json measured =
+      inputs({.insulation_state = InsulationState::normal, .insulation_resistance_Ohm = known(123'456)});
+  CHECK(measured["insulation_resistance_Ohm"] == 123'456);
+  CHECK(measured["insulation_resistance_validity"] == "valid");
+  CHECK(measured["insulation_state"] == "normal");
+  const Json lost = inputs({.insulation_state = InsulationState::device_error,
+                            .insulation_resistance_Ohm = not_known(Validity::sensor_fault)});
+  CHECK(lost["insulation_resistance_Ohm"].is_null());
+  CHECK(lost["insulation_resistance_validity"] == to_text(Validity::sensor_fault));
+  CHECK(lost["insulation_state"] == to_text(InsulationState::device_error));
+}
+
 TEST_CASE("what a line that cannot be read would tell is null", "[unit][status]") {
   const PduState all{.main_positive_closed = true,
                      .charge_closed = true,
