@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Runs what has threads (the daemon itself with its clients, and the tests of stores, recorder, console and readers) under ThreadSanitizer.
+# Runs what has threads (the daemon itself with its clients, and the tests of stores, recorder, console, readers and bmureplay) under ThreadSanitizer.
 # A daemon that a test starts writes its report beside those of the test's own: where one is found, this fails, whatever the test saw.
 # usage: tests/threads.sh [BUILD_FOLDER [WORDS_FOR_CATCH...]]
 set -euo pipefail
