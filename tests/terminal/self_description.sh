@@ -64,6 +64,9 @@ expect_whole_page() {
   for word in NAME SYNOPSIS DESCRIPTION OPTIONS EXAMPLES 'EXIT STATUS'; do
     grep -qx ".SH $word" "$page" || complain "the manual page of $program has no section $word"
   done
+  # Of the section OPTIONS: a command may have an option of the same name.
+  word=$(awk '/^\.SH/ { is_in = $2 == "OPTIONS" } is_in && was_head && seen[$0]++ { print } { was_head = $0 == ".TP" }' "$page")
+  [[ -z $word ]] || complain "the manual page of $program lists twice: $word"
 }
 
 for program in bmud bmuctl bmudump bmureplay bmucell mmusim; do

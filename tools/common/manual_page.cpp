@@ -150,7 +150,10 @@ std::string option_text(const DescribedOption& option) {
 
 std::string options_text(const CLI::App& app) {
   std::string text;
-  for (const DescribedOption& option : described_options(app, true)) text += option_text(option);
+  for (const DescribedOption& option : described_options(app, true)) {
+    // One that has a name, too, is among those below.
+    if (option.names.empty()) text += option_text(option);
+  }
   for (const DescribedOption& option : described_options(app, false)) text += option_text(option);
   return text;
 }
