@@ -88,21 +88,23 @@ namespace {
 /// How far the devices are ahead of the master when it starts: they share no clock.
 constexpr std::array<Duration, 3> ways_to_stand{0us, 4'300us, 433'700us};
 
-/// Ready to close; made once. The insulation monitor needs 2 s to its first value.
+/// Ready to close; made once for each name and file. The insulation monitor needs 2 s to its first value.
 const WiredPack& ready_pack(const Pack& pack, Fitting fit, Duration devices_ahead) {
   struct Ready {
-    const CoreConfig* config;
+    std::string name;
+    std::uint64_t hash;  // of the pack's file
     Fitting fit;
     Duration devices_ahead;
     WiredPack world;
   };
   static std::deque<Ready> all;
   for (const Ready& one : all) {
-    if (one.config == &pack.config && one.fit == fit && one.devices_ahead == devices_ahead) return one.world;
+    const bool is_pack = one.name == pack.name && one.hash == pack.config.hash;
+    if (is_pack && one.fit == fit && one.devices_ahead == devices_ahead) return one.world;
   }
   WiredPack fresh(config_for({.fit = fit}, pack), devices_ahead);
   fresh.run(2500ms);
-  return all.emplace_back(Ready{&pack.config, fit, devices_ahead, std::move(fresh)}).world;
+  return all.emplace_back(Ready{std::string(pack.name), pack.config.hash, fit, devices_ahead, std::move(fresh)}).world;
 }
 
 bool some_contactor_is_commanded(const WiredPack& pack) {

@@ -1,6 +1,9 @@
 // How fast hard limits can be: a pack set up for it, at 500 kbit/s, over all phase shifts. And the Formula Student
 // accumulator as shipped, against the times of its rules.
 #include <algorithm>
+#include <optional>
+#include <stdexcept>
+#include <string>
 
 #include "config/pack_config.hpp"
 #include "protocol/tables/internal_bus.hpp"
@@ -8,6 +11,7 @@
 #include "tests/catalogue/frames.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/folders.hpp"
+#include "tests/support/patched_pack.hpp"
 
 namespace bmu::test {
 namespace {
@@ -65,6 +69,20 @@ std::vector<Case> hard_limits(const Pack& pack) {
               "discharge_overcurrent"),
       of_load("too much current into the pack", -limits.charge_overcurrent.open * 5 / 4'000, "charge_overcurrent"),
   };
+}
+
+/// Of a cell that is warm already: by a little, from a little below, as a jump would open for its rise or its distance
+/// from the others.
+Case just_too_hot(const Pack& pack) {
+  const std::int32_t hot_dC = pack.config.limits.cell_overtemperature.open;
+  Case hot = of_last_cell("a cell is too hot", "temperature_dC", hot_dC + 5, "cell_overtemperature");
+  hot.prepare = [hot_dC](WiredPack& wired) {
+    wired.apply(beyond("pack temperature_dC", hot_dC - 5) + "; " + beyond("pack ambient_dC", hot_dC - 5));
+    wired.run(15s);  // that was a rise
+    wired.observe(CommandGiven{.command = Command::clear_faults, .authority = Authority::service});
+    wired.run(500ms);
+  };
+  return hot;
 }
 
 }  // namespace
@@ -136,15 +154,7 @@ TEST_CASE("the racing accumulator as shipped opens on temperatures within 1 s",
     pack.apply(beyond("pack temperature_dC", cold_dC + 30) + "; " + beyond("pack ambient_dC", cold_dC + 30) +
                "; load current_A 40");
   };
-  // By a little, from a little below: a jump would open for its rise or its distance from the others.
-  const std::int32_t hot_dC = limits.cell_overtemperature.open;
-  Case hot = of_last_cell("a cell is too hot", "temperature_dC", hot_dC + 5, "cell_overtemperature");
-  hot.prepare = [hot_dC](WiredPack& pack) {
-    pack.apply(beyond("pack temperature_dC", hot_dC - 5) + "; " + beyond("pack ambient_dC", hot_dC - 5));
-    pack.run(15s);  // that was a rise
-    pack.observe(CommandGiven{.command = Command::clear_faults, .authority = Authority::service});
-    pack.run(500ms);
-  };
+  const Case hot = just_too_hot(racing_pack());
   const Case lost{.what = "a temperature sensor is off",
                   .inject = script("thermistor $T state open"),
                   .fault = "temperature_not_measured"};
@@ -152,6 +162,74 @@ TEST_CASE("the racing accumulator as shipped opens on temperatures within 1 s",
     INFO(one.what);
     CHECK(longest(one, racing_pack(), 620ms, 11ms) + contactor_time <= 1s);
   }
+}
+
+namespace {
+
+/// The shipped pack with the longest confirm time of hot cells that the checks of its file accept, charging or not.
+Pack slowest_accepted(const char* file, const char* name) {
+  const auto with_confirm = [file](int confirm_ms) -> std::optional<CoreConfig> {
+    const std::string limit = R"("cell_overtemperature": {"confirm_ms": )" + std::to_string(confirm_ms) + "}";
+    try {
+      return patched_pack(R"({"limits": {"charge_overtemperature": null, )" + limit + "}}", file);
+    } catch (const std::runtime_error&) {
+      return std::nullopt;
+    }
+  };
+  int accepted_ms = 0;
+  int refused_ms = 1'000;
+  REQUIRE(with_confirm(accepted_ms));
+  REQUIRE_FALSE(with_confirm(refused_ms));
+  while (refused_ms - accepted_ms > 1) {
+    const int tried_ms = (accepted_ms + refused_ms) / 2;
+    (with_confirm(tried_ms) ? accepted_ms : refused_ms) = tried_ms;
+  }
+  UNSCOPED_INFO(file << ": at most confirm_ms " << accepted_ms);
+  CoreConfig slow = *with_confirm(accepted_ms);
+  // What else a jump opens for, and sooner.
+  slow.limits.temperature_rise = slow.limits.temperature_spread = never_above;
+  return {name, slow};
+}
+
+}  // namespace
+
+// docs/safety.md has both times. The checks of the pack file reckon with the first; the second is that and the time in
+// which a module samples again.
+TEST_CASE("a shipped pack, slowed as far as its file may be, opens on a hot cell within 950 ms, on a jump 520 ms later",
+          "[catalogue][trip][safety][F6][slow]") {
+  constexpr Duration warmed_max = 950ms;
+  constexpr Duration jumped_max = warmed_max + internal_bus::temperature_sampling_period + 20ms;
+  for (const auto& [file, slowed] : {std::pair{"demo-48s.json", "demo-48s.json, slowed"},
+                                     std::pair{"traction-16x12.json", "traction-16x12.json, slowed"}}) {
+    for (const Pack& pack : {shipped(file), slowest_accepted(file, slowed)}) {
+      const std::int32_t beyond_dC = pack.config.limits.cell_overtemperature.open + 50;
+      Case jump = of_last_cell("a cell is hot at once", "temperature_dC", beyond_dC, "cell_overtemperature");
+      jump.or_fault = "temperature_spread";
+      CHECK(longest(just_too_hot(pack), pack, 620ms, 23ms) <= warmed_max);
+      CHECK(longest(jump, pack, 620ms, 23ms) <= jumped_max);
+    }
+  }
+}
+
+TEST_CASE("shipped packs, slowed as far as their files may be, open on a low insulation within 1.02 s",
+          "[catalogue][trip][safety][F95]") {
+  const Pack racing{"fs-20s3p-84v.json, slowed",
+                    patched_pack(R"({"insulation": {"confirm_ms": 900}, "confirm": {"insulation_fault_ms": 1000}})",
+                                 "fs-20s3p-84v.json")};
+  CHECK_THROWS(patched_pack(R"({"insulation": {"confirm_ms": 901}})", "fs-20s3p-84v.json"));
+  const Case low{.what = "21 kOhm, half of what the rules ask for",
+                 .inject = script("insulation resistance_kOhm 21"),
+                 .fault = "insulation_low"};
+  CHECK(longest(low, racing, 150ms, 7ms) <= 1s);
+
+  const Pack with_line{
+      "demo-48s.json, with a slowed line",
+      patched_pack(R"({"insulation": {"monitoring": "ok_line"}, "confirm": {"insulation_fault_ms": 1000}})")};
+  CHECK_THROWS(patched_pack(R"({"confirm": {"insulation_fault_ms": 1001}})"));
+  const Case line{.what = "the monitor's line falls",
+                  .inject = script("insulation resistance_kOhm 10"),
+                  .fault = "insulation_fault"};
+  CHECK(longest(line, with_line, 150ms, 7ms) <= 1'020ms);
 }
 
 // Bounded by the cell's curve: 5 mV are due after 0.36 Ah, wherever it stands, and then the limit's 8 s begin.
