@@ -11,8 +11,9 @@ packages_of_group() {
     test) echo catch2 libbenchmark-dev can-utils jq python3-canmatrix socat tmux zsh zstd ;;
     # xz-utils and zstd: newer kernels pack their modules. iproute2 and jq are for the scripts inside the guest.
     # make, gcc and libelf-dev (for objtool) build the module of the GPIO chip.
-    # systemd is the guest's where a test wants it, with e2fsprogs for a small disk and socat and man-db for what is looked at in it.
-    rig) echo qemu-system-x86 busybox-static cpio gzip kmod iproute2 can-utils jq xz-utils zstd make gcc libelf-dev systemd e2fsprogs socat man-db ;;
+    # systemd is the guest's where a test wants it, with e2fsprogs for a small disk, strace for a thread that is held and calls that fail, and
+    # socat and man-db for what is looked at in it.
+    rig) echo qemu-system-x86 busybox-static cpio gzip kmod iproute2 can-utils jq xz-utils zstd make gcc libelf-dev systemd e2fsprogs strace socat man-db ;;
     # libclang-rt-dev holds the sanitizers' runtime, python3 runs run-clang-tidy, similarity-tester has sim_c++.
     lint) echo git shellcheck clang clang-format clang-tidy lld cppcheck libclang-rt-dev python3 similarity-tester ;;
     # lowdown makes manual pages of docs/, which lintian and a test look at with man-db.

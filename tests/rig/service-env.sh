@@ -30,7 +30,8 @@ is_new_process() { local pid; pid=$(main_pid) && [[ $pid != 0 && $pid != "$1" ]]
 is_over_or_new() { is_active failed || is_new_process "$1"; }
 # In a variable: a journalctl whose reader has found enough fails.
 log_has() { local log; log=$(journalctl -q --no-pager -u bmud) && grep -q "$1" <<<"$log"; }
-log_count_is() { [[ $(journalctl -q --no-pager -o cat -u bmud | grep -c "$2") == "$1" ]]; }
+log_count() { journalctl -q --no-pager -o cat -u bmud | grep -c "$1" || true; }
+log_count_is() { [[ $(log_count "$2") == "$1" ]]; }
 config_hash() { status_json | jq -er .pack.config_hash; }
 # When systemd last began to stop it: later than its command, which has to be read and started first.
 stopping_at() { journalctl -q --no-pager -o short-unix -u bmud | awk '/Stopping bmud/ { at = $1 } END { print at }'; }

@@ -1,6 +1,7 @@
 #!/bin/bash
 # Guest script: how the process of the installed service ends, with an emulated pack whose contactors are closed again for each case. It is
-# killed, crashed, stopped for good, short of memory and of processor, restarted too often, and told to end. A program that only listens
+# killed, crashed, stopped for good, stuck, short of memory and of processor, restarted too often, and told to end; a system call of its
+# control loop fails. A program that only listens
 # measures on the bus when the contactors open. What the packages do is in service_package.sh. Needs systemd as the machine's first program.
 #   usage: service.sh REPOSITORY PACKAGES   (a folder with the packages)
 # shellcheck source-path=SCRIPTDIR source=guest-env.sh
@@ -12,6 +13,7 @@ scenario=$RIG_OUT/keys.scn
 source "$(dirname "$0")/service-env.sh"
 
 watchdog_ms=500
+command_period_ms=50
 
 # A process that ends while the pack is closed.
 end_while_closed() {
@@ -34,10 +36,18 @@ take_memory() {
   wait_for 10 "the kernel has ended it" is_new_process "$1"
 }
 
+# hold_loop PID: strace holds the first thread, which is the control loop, in one of its next waits, for longer than the watchdog's time.
+# The daemon's other threads go on.
+hold_loop() { start strace strace -qq -ttt -o "$RIG_OUT/strace.txt" -p "$1" -e inject=epoll_wait:delay_enter=5s:when=3; }
+# fail_wait PID: each wait of the control loop fails from now on.
+fail_wait() { start strace strace -qq -ttt -o "$RIG_OUT/strace.txt" -p "$1" -e inject=epoll_wait:error=EIO; }
+failed_at() { awk '/INJECTED/ { print $1; exit }' "$RIG_OUT/strace.txt"; }
+
 watchdog_at() { journalctl -q --no-pager -o short-unix -u bmud | awk '/Watchdog timeout/ { at = $1 } END { print at }'; }
 
 step "install"
 expect "the packages are installed" install_packages
+read_ahead strace
 
 step "start"
 start_service
@@ -62,6 +72,33 @@ expect "it was the watchdog" log_has "Watchdog timeout (limit ${watchdog_ms}ms)"
 ended_after_ms=$(awk "BEGIN { printf \"%.0f\", ($(watchdog_at) - $stopped_at) * 1000 }")
 measured+=("stopped by SIGSTOP: the watchdog's time was over after $ended_after_ms ms")
 expect "after $ended_after_ms ms: its time and no more than a turn of the machine" test "$ended_after_ms" -le $((watchdog_ms + 100))
+expect_successor "$before"
+
+step "stuck in its loop"  # [F61]
+wait_until_closed
+before=$(main_pid)
+stuck_at=$EPOCHREALTIME
+timeouts_before=$(log_count "Watchdog timeout")
+hold_loop "$before"
+expect_opened_by_itself "stuck in its loop" "$stuck_at"
+wait_for 15 "the watchdog has ended it" is_new_process "$before"
+expect "it was the watchdog" test "$(log_count "Watchdog timeout")" -gt "$timeouts_before"
+stop strace || true
+ended_after_ms=$(awk "BEGIN { printf \"%.0f\", ($(watchdog_at) - $lost_at) * 1000 }")
+measured+=("stuck in its loop: the watchdog's time was over $ended_after_ms ms after the last command")
+# It may have fed its watchdog for the last time just before the next command.
+expect "$ended_after_ms ms after the last command: its time and no more than a turn of the machine" test "$ended_after_ms" -le $((watchdog_ms + command_period_ms + 100))
+expect_successor "$before"
+
+step "a call that the control loop needs fails"  # [F71]
+wait_until_closed
+before=$(main_pid)
+fail_wait "$before"
+wait_for 15 "it has ended, and another one has begun" is_new_process "$before"
+stop strace || true
+expect_opened_by_command "a failing call" "$(failed_at)" $((2 * command_period_ms))
+expect "it ended with the error" log_has 'code=exited, status=71'
+expect "which is in the log" log_has 'epoll_wait: Input/output error'
 expect_successor "$before"
 
 step "no processor left"  # [F67]
