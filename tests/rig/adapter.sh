@@ -160,7 +160,7 @@ wait_for $((80 + 2 * key_period_s)) "but a minute later" clears_behind_key
 lost_at=$EPOCHREALTIME
 expect_open_until_key
 
-step "an adapter that takes nothing any more"  # [F49][F50]
+step "an adapter that takes nothing any more"  # [F49]
 wait_until_closed
 stall_at=$EPOCHREALTIME
 tell_adapter stall

@@ -1,7 +1,7 @@
 #!/bin/bash
 # Guest script: what else a machine and a bus do to the installed service while its pack is closed. Signals without end, floods of error
-# frames, of a babbling node and of frames that it listens to, a receive queue that overflows while it is stopped for a moment, a service
-# manager that is gone, which it must bear; and what it cannot bear: frames lost while it was stopped for longer, a way that delays everything,
+# frames, of a babbling node and of frames that it listens to, a receive queue that overflows while it is stopped for a moment, sends that
+# fail for moments, a service manager that is gone, which it must bear; and what it cannot bear: frames lost while it was stopped for longer, a way that delays everything,
 # a cable that lost its other end, an interface that comes back while no socket is to be had. Needs systemd as the machine's first program.
 #   usage: surroundings.sh REPOSITORY PACKAGES   (a folder with the packages)
 # shellcheck source-path=SCRIPTDIR source=guest-env.sh
@@ -35,6 +35,7 @@ refused_frame=170#2710271027101F00
 
 answers_missed() { status_json | jq '[.modules[].answers_missed] | add'; }
 frames_refused() { status_json | jq '.receive.rejected'; }
+sends_failed() { status_json | jq '.ports[0].sends_failed'; }
 frames_lost() { status_json | jq '.ports[0].frames_lost'; }
 has_lost() { (($(frames_lost) >= $1)); }
 knows_nothing() {
@@ -234,6 +235,26 @@ wait_for 10 "each frame of the flood is counted as lost" has_lost $((lost_before
 expect_recovered
 systemctl service-watchdogs yes
 echo "$queue_limit_before" >/proc/sys/net/core/rmem_max
+
+step "sends fail for moments"  # [F50]
+# Its interface takes no frame for 60 ms, again and again.
+wait_until_closed
+sends_failed_before=$(sends_failed)
+missed_at=$EPOCHREALTIME
+refusals=10
+{
+  for ((i = 0; i < refusals; ++i)); do
+    echo "qdisc replace dev $own_bus root pfifo limit 0"
+    pass 0.06
+    echo "qdisc del dev $own_bus root"
+    pass 0.3
+  done
+} | tc -batch -
+expect_borne "sends that fail for moments"
+failed=$(($(sends_failed) - sends_failed_before))
+measured+=("sends that fail for moments: $failed failed in $refusals times 60 ms")
+expect "$failed sends failed in $refusals times, and are counted" test "$failed" -ge "$refusals"
+expect_no_command_missed "sends that fail for moments" "$missed_at" "$gap_ms"
 
 step "a way that delays everything"  # [F58]
 wait_until_closed
