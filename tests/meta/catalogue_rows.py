@@ -29,8 +29,6 @@ RIG_ROWS = range(40, 78)
 # Those that no step bears, and why.
 NOT_IN_RIG = {
     69: "the emulated machine has its files through a device that its kernel cannot wake up again",
-    76: "each byte of a damaged state file takes thousands of tries",
-    77: "each step of a write takes thousands of tries",
 }
 
 

@@ -1,5 +1,6 @@
 #!/bin/bash
-# Guest script: what a gateway does to the service that runs on it while the pack is closed. Its disk is full, then read-only; the journal
+# Guest script: what a gateway does to the service that runs on it while the pack is closed. Its disk is full, then read-only; power fails
+# while the state file is written, or something damages that file; the journal
 # hangs; the wall clock jumps; its interface goes and comes back. The contactors may open for the last alone. Needs systemd as the
 # machine's first program.
 #   usage: service_disk.sh REPOSITORY PACKAGES   (a folder with the packages)
@@ -27,9 +28,21 @@ is_jump_dated_by_clock() {
     ((dated_s >= EPOCHSECONDS - 10 && dated_s <= EPOCHSECONDS))
 }
 
+# strace's option for each thread of PID but the first.
+other_threads() {
+  local task
+  for task in /proc/"$1"/task/*; do [[ ${task##*/} == "$1" ]] || echo "-p ${task##*/}"; done
+}
+is_between_renames() { [[ -e $state/state.json.new && ! -e $state/state.json ]]; }
+# What is read where the newest is not there.
+whole_state() { if [[ -e $state/state.json ]]; then echo "$state/state.json"; else echo "$state/state.json.previous"; fi; }
+# One of these was found at the start.
+state_was() { [[ " $* " == *" $(status_json | jq -r .store.found_at_start) "* ]]; }
+fault_came_and_stays() { fault_came "$1" 0 && ! fault_is_gone "$1"; }
+
 # Small enough to be filled, and large enough for the daemon (50 MB are to be free), in place of the folder that is the service's own.
 mount_state() {
-  local image=/run/state.image
+  local image=$1
   truncate -s 120M "$image"
   mkfs.ext4 -q "$image"
   mkdir -p "$state"
@@ -40,7 +53,8 @@ mount_state() {
 
 step "start"
 expect "the packages are installed" install_packages
-mount_state
+read_ahead strace
+mount_state /run/state.image
 start_service
 
 step "the disk is full"  # [F75]
@@ -79,6 +93,59 @@ expect_opened_by_command "systemctl stop with a read-only disk" "$(stopping_at)"
 systemctl start bmud || true
 wait_for "$start_limit_s" "it starts with a read-only disk" is_active active
 wait_for "$start_limit_s" "and answers" daemon_answers
+systemctl stop bmud
+umount "$state"
+systemctl start bmud
+wait_until_serving
+clear_faults
+
+step "power fails between two steps of writing"  # [F77]
+# The thread that writes is held before it puts the new state in the old one's place. What its disk has then is what a power cut leaves.
+systemctl stop bmud
+mount_state /run/state-2.image
+systemctl start bmud
+wait_until_serving
+clear_faults
+wait_until_closed
+before=$(main_pid)
+old_state=$(md5sum <"$state/state.json")
+# shellcheck disable=SC2046  # a word for each thread
+start strace strace -qq -o "$RIG_OUT/strace.txt" $(other_threads "$before") -P "$state/state.json.new" -e inject=rename:delay_enter=10s:when=1
+wait_for $((2 * key_period_s)) "it is between the two renames" is_between_renames
+cp --sparse=always /run/state-2.image /run/state-cut.image
+expect "it still is" is_between_renames
+stop strace || true
+expect "the loop was never away" test "$(fault_count control_loop_gap)" = 0
+systemctl stop bmud
+umount "$state"
+mount -o loop /run/state-cut.image "$state"
+expect "the old state is there" test "$(md5sum <"$(whole_state)")" = "$old_state"
+systemctl start bmud
+wait_until_serving
+expect "and it is read" state_was newest previous
+clear_faults
+wait_until_closed
+
+step "the state file is cut, or changed"  # [F76]
+systemctl stop bmud
+truncate -s "$(($(stat -c %s "$state/state.json") / 2))" "$state/state.json"
+systemctl start bmud
+wait_until_serving
+expect "it takes the one of before" state_was previous
+expect "and keeps the cut one" test -s "$state/state.json.damaged"
+clear_faults
+wait_until_closed
+systemctl stop bmud
+for file in "$state/state.json" "$state/state.json.previous"; do printf X | dd of="$file" bs=1 seek=200 conv=notrunc status=none; done
+systemctl start bmud
+wait_until_serving
+expect "it takes neither" state_was unreadable
+expect "which is a fault" fault_came store_unreadable 0
+clear_faults || true
+expect "that an ordinary clear leaves" fault_came_and_stays store_unreadable
+expect "and nothing closes" test "$(status_json | jq .permission.may_close)" = false
+clear_with_authority
+wait_until_closed
 systemctl stop bmud
 umount "$state"
 systemctl start bmud
