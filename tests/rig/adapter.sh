@@ -61,6 +61,7 @@ controller_is() { bus_is controller.state "$1"; }
 # With nearly all of the key's time ahead: whoever closes by himself after that would be seen doing it.
 clears_behind_key() { key_turned_on_within "$fresh_s" && clear_faults; }
 
+page_has() { local page; page=$(bmuctl --socket "$socket" status) && grep -Eq "$1" <<<"$page"; }
 why_has() { local why; why=$(bmuctl --socket "$socket" why) && grep -q "$1" <<<"$why"; }
 
 step "install"
@@ -94,6 +95,8 @@ expect "which is no fault yet" test "$(fault_count bus_error_passive)" -eq "$war
 tell_adapter passive
 wait_for 5 "error-passive is a fault" fault_came bus_error_passive "$warnings_before"
 wait_for 10 "and is in the status" controller_is error-passive
+# As docs/bmuctl.md shows it; the driver of a serial adapter does not give its error counters.
+expect "and on the page of bmuctl" page_has "^$own_bus +error-passive +-- "
 sleep 1
 expect "the pack stays closed: all is fresh" phase_is closed
 tell_adapter active
