@@ -188,6 +188,26 @@ expect "it was a flood: $flood_rate frames a second, at least 10000" test "$floo
 wait_for 10 "each has been refused" has_refused $((refused_before + flood * copies))
 expect "no answer was missed" test "$(answers_missed)" -eq "$missed_before"
 
+step "sends fail for moments"  # [F50]
+# Its interface takes no frame for 60 ms, again and again.
+wait_until_closed
+sends_failed_before=$(sends_failed)
+missed_at=$EPOCHREALTIME
+refusals=10
+{
+  for ((i = 0; i < refusals; ++i)); do
+    echo "qdisc replace dev $own_bus root pfifo limit 0"
+    pass 0.06
+    echo "qdisc del dev $own_bus root"
+    pass 0.3
+  done
+} | tc -batch -
+expect_borne "sends that fail for moments"
+failed=$(($(sends_failed) - sends_failed_before))
+measured+=("sends that fail for moments: $failed failed in $refusals times 60 ms")
+expect "$failed sends failed in $refusals times, and are counted" test "$failed" -ge "$refusals"
+expect_no_command_missed "sends that fail for moments" "$missed_at" "$gap_ms"
+
 step "frames lost by its own machine"  # [F53]
 # Some forty frames instead of thousands. A queue has its size from the socket's first moment, so the interface goes and comes back.
 queue_limit_before=$(</proc/sys/net/core/rmem_max)
@@ -235,26 +255,6 @@ wait_for 10 "each frame of the flood is counted as lost" has_lost $((lost_before
 expect_recovered
 systemctl service-watchdogs yes
 echo "$queue_limit_before" >/proc/sys/net/core/rmem_max
-
-step "sends fail for moments"  # [F50]
-# Its interface takes no frame for 60 ms, again and again.
-wait_until_closed
-sends_failed_before=$(sends_failed)
-missed_at=$EPOCHREALTIME
-refusals=10
-{
-  for ((i = 0; i < refusals; ++i)); do
-    echo "qdisc replace dev $own_bus root pfifo limit 0"
-    pass 0.06
-    echo "qdisc del dev $own_bus root"
-    pass 0.3
-  done
-} | tc -batch -
-expect_borne "sends that fail for moments"
-failed=$(($(sends_failed) - sends_failed_before))
-measured+=("sends that fail for moments: $failed failed in $refusals times 60 ms")
-expect "$failed sends failed in $refusals times, and are counted" test "$failed" -ge "$refusals"
-expect_no_command_missed "sends that fail for moments" "$missed_at" "$gap_ms"
 
 step "a way that delays everything"  # [F58]
 wait_until_closed
