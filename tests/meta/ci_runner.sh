@@ -128,8 +128,8 @@ for optional in $(rows_of optional | cut -f 1 | sed -E 's/-(recent|part|safety)$
   rows_of nightly | cut -f 2 | cut -d ' ' -f 1 | grep -qx "$optional" ||
     fail "tests/ci/nightly.tsv lacks the optional stage $optional"
 done
-# With a warm cache the required stages take 20 minutes of the budget of 44, at most.
-rows_of optional | awk -F'\t' '$2 > 1440 { print; long = 1 } END { exit long }' || fail "a stage that a warm run has no room for never runs"
+# Without a compiler cache the required stages take 1447 s of the budget of 44 minutes (docs/testing.md).
+rows_of optional | awk -F'\t' '$2 > 44 * 60 - 1447 { print; long = 1 } END { exit long }' || fail "a stage that a cold run has no room for"
 rows_of optional | awk -F'\t' '$2 <= 60 { print; short = 1 } END { exit short }' || fail "what takes at most a minute is required, or no run need have it"
 rows_of nightly | awk -F'\t' '$3 > 1800 { print; late = 1 } END { exit late }' || fail "a slice of tests/nightly may take more than 30 minutes"
 kinds=$(sed -n 's/^\(sanitized_kinds\|other_kinds\)=//p' "$repository/tests/ci/stages.sh" | tr , '\n' | sort | paste -sd' ')

@@ -39,7 +39,7 @@ void drive_master_off(WiredPack& pack) {
 }  // namespace
 
 TEST_CASE("two modules with one number disturb each other on the wire, open the pack and are named",
-          "[simulation][bus][F30]") {
+          "[simulation][can][F30]") {
   WiredPack pack = closed_pack();
   const std::uint8_t node = pack.last_node();
   pack.connect_twin({.node = node, .cell_count = 4, .temperature_sensor_count = 2, .serial_number = 77});
@@ -53,7 +53,7 @@ TEST_CASE("two modules with one number disturb each other on the wire, open the 
 }
 
 TEST_CASE("a station that babbles with the strongest identifier opens the pack, when it ends all are heard again",
-          "[simulation][bus]") {
+          "[simulation][can]") {
   WiredPack pack = closed_pack();
   pack.flood = CanFrame{.id = 0, .length = 8};
   const Duration before = pack.bus().busy(pack.now());
@@ -69,7 +69,7 @@ TEST_CASE("a station that babbles with the strongest identifier opens the pack, 
   CHECK_FALSE(is_present(pack, FaultId::pdu_lost));
 }
 
-TEST_CASE("errors of everybody's frames for 20 ms are ridden through, for 500 ms they open", "[simulation][bus]") {
+TEST_CASE("errors of everybody's frames for 20 ms are ridden through, for 500 ms they open", "[simulation][can]") {
   for (const auto& [duration, stays_closed] : {std::pair{20ms, true}, {500ms, false}}) {
     WiredPack pack = closed_pack();
     const TimePoint ends_at = pack.now() + duration;
@@ -83,7 +83,7 @@ TEST_CASE("errors of everybody's frames for 20 ms are ridden through, for 500 ms
   }
 }
 
-TEST_CASE("a master that goes passive says so, and is healthy again after good frames", "[simulation][bus]") {
+TEST_CASE("a master that goes passive says so, and is healthy again after good frames", "[simulation][can]") {
   WiredPack pack = closed_pack();
   pack.bus().disturb = [left = 16](Station sender, const CanFrame&, TimePoint) mutable -> std::optional<WireFault> {
     if (sender != Station::master || left == 0) return {};
@@ -98,7 +98,7 @@ TEST_CASE("a master that goes passive says so, and is healthy again after good f
 }
 
 TEST_CASE("a master off the bus: the core knows, the unit opens within 300 ms, and nothing is heard until a restart",
-          "[simulation][bus]") {
+          "[simulation][can]") {
   WiredPack pack = closed_pack();
   drive_master_off(pack);
   const TimePoint off_at = pack.now();
@@ -114,7 +114,7 @@ TEST_CASE("a master off the bus: the core knows, the unit opens within 300 ms, a
 }
 
 TEST_CASE("a controller that restarts by itself brings the bus back, the third time within a minute is a fault",
-          "[simulation][bus]") {
+          "[simulation][can]") {
   WiredPack pack = closed_pack();
   pack.bus().set_restart(Station::master, 200ms);
   for (int time = 1; time <= 3; ++time) {

@@ -11,7 +11,7 @@ constexpr TimePoint start{100s};
 
 }  // namespace
 
-TEST_CASE("three times off the bus within a minute is a storm, for a minute after the first", "[unit][bus][F45]") {
+TEST_CASE("three times off the bus within a minute is a storm, for a minute after the first", "[unit][can][F45]") {
   BusWatch watch;
   CHECK_FALSE(watch.is_storm(start));
   watch.note_bus_off(start);
@@ -26,7 +26,7 @@ TEST_CASE("three times off the bus within a minute is a storm, for a minute afte
   CHECK_FALSE(watch.is_storm(start + 90s + 1ns));
 }
 
-TEST_CASE("a stranger among the modules has to speak twice, and is remembered for 5 s", "[unit][bus][F31]") {
+TEST_CASE("a stranger among the modules has to speak twice, and is remembered for 5 s", "[unit][can][F31]") {
   BusWatch watch;
   CHECK(watch.unknown_module(start) == 0);
   watch.note_unknown_module(9, start);
@@ -48,7 +48,7 @@ TEST_CASE("a stranger among the modules has to speak twice, and is remembered fo
   CHECK(others.unknown_module(start + 1s) == 0);
 }
 
-TEST_CASE("somebody else's report is remembered for 5 s", "[unit][bus][F38]") {
+TEST_CASE("somebody else's report is remembered for 5 s", "[unit][can][F38]") {
   BusWatch watch;
   CHECK_FALSE(watch.has_foreign_report(TimePoint{1s}));
   watch.note_foreign_report(start);
@@ -57,7 +57,7 @@ TEST_CASE("somebody else's report is remembered for 5 s", "[unit][bus][F38]") {
   CHECK_FALSE(watch.has_foreign_report(start + 5s + 1ns));
 }
 
-TEST_CASE("a controller is error-passive as long as it says so", "[unit][bus][F47]") {
+TEST_CASE("a controller is error-passive as long as it says so", "[unit][can][F47]") {
   BusWatch watch;
   CHECK_FALSE(watch.is_error_passive());
   watch.note_error_passive(true);
