@@ -179,11 +179,12 @@ constexpr std::array charger_table{
          .meaning = "cells that are no further apart at the top count as full together; else the charge pauses there "
                     "while they are balanced; 0: what balancing by voltages leaves, `dead_band_mV` and twice the "
                     "cell's `hysteresis_mV`, and at least 10 mV"}),
-    number<&ChargerConfig::resume_uV, 1'000>(
-        {.key = "resume_mV",
-         .min = 1,
-         .max = 500,
-         .meaning = "how far the highest cell has come down before the charge goes on after that"}),
+    number<&ChargerConfig::resume_uV, 1'000>({.key = "resume_mV",
+                                              .min = 1,
+                                              .max = 500,
+                                              .meaning = "how far the highest cell is bled down, from where it stands "
+                                                         "5 min after the charge has paused, before the "
+                                                         "charge goes on"}),
     number<&ChargerConfig::resume_below_permille>(
         {.key = "resume_below_permille",
          .min = 0,

@@ -29,6 +29,7 @@ std::string_view to_text(ChargeStage stage) {
 
 void ChargeControl::init(const CoreConfig& config) {
   config_ = config.charger;
+  idle_max_ = idle_max + config.balancing.settle;
   cell_resistance_uOhm_ = std::max(cell_resistance_uOhm(config), resistance_min_uOhm);
   voltage_mV_ = config_.voltage_max_mV;
 }
@@ -37,7 +38,7 @@ void ChargeControl::enter(ChargeStage stage, TimePoint now) {
   if (stage == stage_) return;
   if (stage_ == ChargeStage::balancing) balanced_ += now - since_;
   if (stage == ChargeStage::off) {
-    is_full_ = false;
+    is_full_ = is_in_vain_ = false;
     balanced_ = {};
   }
   if (stage == ChargeStage::full) is_full_ = true;
@@ -47,6 +48,8 @@ void ChargeControl::enter(ChargeStage stage, TimePoint now) {
   held_since_ = {};
   little_since_ = {};
   idle_since_ = {};
+  rested_uV_ = 0;
+  has_bled_ = false;
 }
 
 void ChargeControl::step(const ChargeInputs& in) {
@@ -69,7 +72,7 @@ void ChargeControl::step(const ChargeInputs& in) {
 ChargeStage ChargeControl::next_stage(const ChargeInputs& in) {
   if (!in.is_wanted) return ChargeStage::off;
   const bool has_fallen = in.soc_permille && *in.soc_permille < config_.resume_below_permille;
-  if (is_full_ && has_fallen) is_full_ = false;
+  if (is_full_ && has_fallen) is_full_ = is_in_vain_ = false;
   if (is_full_) return ChargeStage::full;
   if (!in.is_connected || !in.may_charge || !in.is_talking) return ChargeStage::waiting;
   if (stage_ == ChargeStage::balancing) return after_balancing(in);
@@ -77,24 +80,27 @@ ChargeStage ChargeControl::next_stage(const ChargeInputs& in) {
   if (!has_reached_top(in)) return ChargeStage::charging;
   const Spread& cells = in.pack->cell_voltage_uV;
   const bool differ = cells.max - cells.min > config_.balance_window_uV;
-  return differ && in.has_to_balance && balanced_ < balancing_max ? ChargeStage::balancing : ChargeStage::full;
+  const bool pauses = differ && in.has_to_balance && !is_in_vain_ && balanced_ < balancing_max;
+  return pauses ? ChargeStage::balancing : ChargeStage::full;
 }
 
-/// On when the highest cell has come down far enough to take something again, or when nothing is left to bleed and it
+/// On when the highest cell has come down far enough to take something again, or when nothing is bled any more and it
 /// stands below the top: bled within the window or relaxed, all cells have room. To the end when it stands there.
 ChargeStage ChargeControl::after_balancing(const ChargeInputs& in) {
   const Spread& cells = in.pack->cell_voltage_uV;
-  const auto is_below_full_by = [&](std::int32_t below_uV) {
-    return cells.is_complete() && cells.max <= config_.cell_full_uV - below_uV;
-  };
-  if (in.has_to_balance) idle_since_ = {};
-  if (!in.has_to_balance && idle_since_ == TimePoint{}) idle_since_ = in.now;
-  const bool is_idle = idle_since_ != TimePoint{} && in.now - idle_since_ >= idle_max;
+  has_bled_ = has_bled_ || in.is_bleeding;
+  if (in.is_bleeding) idle_since_ = {};
+  if (!in.is_bleeding && idle_since_ == TimePoint{}) idle_since_ = in.now;
+  if (rested_uV_ == 0 && cells.is_complete() && in.now - since_ >= rest_for) rested_uV_ = cells.max;
+  const bool is_idle = idle_since_ != TimePoint{} && in.now - idle_since_ >= idle_max_;
   const bool takes_too_long = balanced_ + (in.now - since_) >= balancing_max;
   if (takes_too_long) return ChargeStage::full;
-  if (is_below_full_by(config_.resume_uV)) return ChargeStage::charging;
+  const bool has_room = cells.is_complete() && cells.max < config_.cell_full_uV - top_band_uV;
+  const bool has_come_down = has_bled_ && rested_uV_ != 0 && cells.max <= rested_uV_ - config_.resume_uV;
+  if (has_room && has_come_down) return ChargeStage::charging;
   if (!is_idle) return ChargeStage::balancing;
-  return is_below_full_by(top_band_uV + 1) ? ChargeStage::charging : ChargeStage::full;
+  is_in_vain_ = !has_bled_;
+  return has_room ? ChargeStage::charging : ChargeStage::full;
 }
 
 bool ChargeControl::has_reached_top(const ChargeInputs& in) {

@@ -13,6 +13,11 @@
 // the cells' limits, temperatures, predicted voltages, faults or the user allow is in the limits that come in: this
 // asks for less, never for more. An incomplete picture of the cells asks for nothing.
 //
+// A pause for balancing lasts until nothing has been bled for `idle_max` and the time balancing takes to compare cells,
+// or until bleeding has brought the highest cell down by `resume_mV`. That is counted from where the cell stands when
+// the pause is `rest_for` old: before that it sinks by its resistance, too, and a charge that goes on for that comes
+// back at once. A pause in which nothing was bled shows that nothing can be, and is the last one.
+//
 // Near the top the current follows the highest cell in steps: by how far it is from full, over the resistance of a
 // cell, a small part a second upwards and a larger one downwards. A charger that takes seconds to follow then does not
 // make it swing.
@@ -42,7 +47,8 @@ struct ChargeInputs {
   bool is_connected = false;    // the way from it to the cells is closed
   bool may_charge = false;      // this tick's permission
   bool is_talking = false;      // a charger
-  bool has_to_balance = false;  // some cell has more than the others, and may be bled
+  bool has_to_balance = false;  // some cell has or may have more than the others, and may be bled
+  bool is_bleeding = false;     // balancing bleeds a cell, by the word of its module
   const PackState* pack = nullptr;
   const CurrentLimits* limits = nullptr;
   std::optional<std::int32_t> soc_permille{};
@@ -54,8 +60,10 @@ class ChargeControl {
   static constexpr std::int32_t top_band_uV = 10'000;
   /// From here on the current follows the highest cell.
   static constexpr std::int32_t near_band_uV = 50'000;
-  /// So long there is nothing to bleed before balancing is given up.
+  /// So long nothing is bled before balancing is given up, and settle_ms of balancing.
   static constexpr Duration idle_max = 5min;
+  /// So old a pause is when what the current has done to the highest cell's voltage has gone.
+  static constexpr Duration rest_for = 5min;
   /// What balancing at the top may take in all: cells that differ by more want another look than a charger's.
   static constexpr Duration balancing_max = 24h;
   /// So long the highest cell is held at the most: a cell that still takes its current then heats, and does not fill.
@@ -93,6 +101,7 @@ class ChargeControl {
   [[nodiscard]] std::int32_t ramped(std::int32_t wanted_mA, TimePoint now) const;
 
   ChargerConfig config_;
+  Duration idle_max_ = idle_max;
   std::int64_t cell_resistance_uOhm_ = 0;
   std::int32_t voltage_mV_ = 0;
   ChargeStage stage_ = ChargeStage::off;
@@ -102,14 +111,17 @@ class ChargeControl {
   TimePoint stepped_at_{};
   bool is_held_ = false;
   std::int32_t held_mA_ = 0;
-  TimePoint sampled_at_{};    // of the highest cell, when the hold last followed it
-  TimePoint held_since_{};    // zero: it is not
-  TimePoint little_since_{};  // no more than the end current has been asked for, at the top; zero: more
-  TimePoint idle_since_{};    // nothing to bleed; zero: there is
-  Duration balanced_{};       // in all, since the charger was plugged in
-  BMU_FIELDS(skipped(config_), skipped(cell_resistance_uOhm_), skipped(voltage_mV_), stage_, since_, is_full_,
-             current_mA_, stepped_at_, is_held_, held_mA_, sampled_at_, held_since_, little_since_, idle_since_,
-             balanced_)
+  TimePoint sampled_at_{};      // of the highest cell, when the hold last followed it
+  TimePoint held_since_{};      // zero: it is not
+  TimePoint little_since_{};    // no more than the end current has been asked for, at the top; zero: more
+  TimePoint idle_since_{};      // nothing is bled; zero: something is
+  std::int32_t rested_uV_ = 0;  // the highest cell in a pause, once it has rested; 0: it has not
+  bool has_bled_ = false;       // in this pause
+  bool is_in_vain_ = false;     // nothing was, in a whole pause since the charger was plugged in
+  Duration balanced_{};         // in all, since the charger was plugged in
+  BMU_FIELDS(skipped(config_), skipped(idle_max_), skipped(cell_resistance_uOhm_), skipped(voltage_mV_), stage_, since_,
+             is_full_, current_mA_, stepped_at_, is_held_, held_mA_, sampled_at_, held_since_, little_since_,
+             idle_since_, rested_uV_, has_bled_, is_in_vain_, balanced_)
 };
 
 }  // namespace bmu

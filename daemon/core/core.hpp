@@ -317,6 +317,7 @@ class Core {
   [[nodiscard]] bool clears_charger_errors(std::size_t unit, TimePoint now);
   [[nodiscard]] bool has_way(Port port, TimePoint now) const;
   [[nodiscard]] bool has_to_balance() const;
+  [[nodiscard]] bool is_bleeding() const;
   void send_contactor_command(TimePoint now, Decisions& out);
   void ask_sensor(SensorSetup& setup, TimePoint now, Decisions& out);
   void send_polls(TimePoint now, Decisions& out);

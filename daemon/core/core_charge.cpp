@@ -15,9 +15,13 @@ void Core::follow_plug(TimePoint now) {
   errors_cleared_ = 0;
 }
 
-/// Something is bled, or looked at for it, and nothing forbids it.
+/// Something is bled or may have to be, and nothing forbids it.
 bool Core::has_to_balance() const {
   return balancing_.blockers() == 0 && balancing_.verdict() != PlanVerdict::balanced;
+}
+
+bool Core::is_bleeding() const {
+  return balancing_.blockers() == 0 && balancing_.state() == BalancingState::bleeding && watchers_.switches.is_any_on();
 }
 
 void Core::charge(TimePoint now) {
@@ -40,6 +44,7 @@ void Core::charge(TimePoint now) {
                 .may_charge = permission_.may_charge,
                 .is_talking = chargers_.talking_count(now) > 0,
                 .has_to_balance = has_to_balance(),
+                .is_bleeding = is_bleeding(),
                 .pack = &pack_,
                 .limits = &limits_,
                 .soc_permille = soc_permille()});

@@ -344,7 +344,7 @@ struct ChargerConfig {
   Duration end_for = 30s;                      // ... for so long
   std::int32_t rise_mA_per_s = 2'000;          // of what is asked for; it falls at once
   std::int32_t balance_window_uV = 0;          // cells that are no further apart at the top are full together
-  std::int32_t resume_uV = 20'000;             // so far the highest cell has come down before it charges on
+  std::int32_t resume_uV = 20'000;             // so far the highest cell is bled down before it charges on
   std::int32_t resume_below_permille = 0;      // of a full pack that stays plugged in; 0: never
   bool opens_when_full = true;                 // else the pack stays closed with its charger
   bool requests_mains = false;                 // a charging post is asked for mains, where it can be told

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "daemon/core/estimators/cell_charge.hpp"
 #include "tests/support/catch.hpp"
@@ -94,6 +95,70 @@ TEST_CASE("a pack of 96 cells is charged from 20 % to full, and every cell ends 
   run.run_to(run.seconds() + 5.0);
   CHECK(core.sequence().phase == Phase::open);  // nobody needs it any more
   CHECK(core.last_opening().cause == OpeningCause::request_over);
+}
+
+namespace {
+
+/// Pauses for balancing, and what the longest took, of a charge from 96 % to its end.
+struct Pauses {
+  int count = 0;
+  double longest_s = 0.0;
+  bool has_bled = false;
+};
+Pauses pauses_of(test::SimRun& run, const std::vector<std::string>& cells) {
+  run.apply("pack soc_permille 960");
+  for (const std::string& cell : cells) run.apply(cell);
+  plug_in(run);
+  const Core& core = run.core();
+  Pauses found;
+  double paused_s = 0.0;
+  while (run.seconds() < 12 * hour && core.charge_control().stage() != ChargeStage::full) {
+    run.run_to(run.seconds() + 1.0);
+    const bool is_pause = core.charge_control().stage() == ChargeStage::balancing;
+    if (is_pause && paused_s == 0.0) ++found.count;
+    paused_s = is_pause ? paused_s + 1.0 : 0.0;
+    found.longest_s = std::max(found.longest_s, paused_s);
+    found.has_bled = found.has_bled || (is_pause && core.balancing().state() == BalancingState::bleeding);
+  }
+  CHECK(core.charge_control().stage() == ChargeStage::full);
+  CHECK_FALSE(has_fault(core));
+  return found;
+}
+
+}  // namespace
+
+TEST_CASE("cells that cannot be balanced hold a charge up once", "[scenario][charge][BMU_11][slow]") {
+  SECTION("their charge is not known, which is what the plan goes by") {
+    CoreConfig config = charged_pack(elcon());
+    config.balancing.method = BalancingMethod::charge;
+    test::SimRun run(config);
+    const Pauses found = pauses_of(run, {"cell 1.7 soc_permille 980"});
+    CAPTURE(found.count, found.longest_s);
+    CHECK(found.count == 1);
+    CHECK(found.longest_s < 330.0);
+    CHECK_FALSE(found.has_bled);
+  }
+  SECTION("they differ by their resistance") {
+    const std::string resistance_mOhm = GENERATE("8", "12", "20");
+    test::SimRun run(charged_pack(elcon()));
+    const Pauses found = pauses_of(run, {"cell 1.7 resistance_mOhm " + resistance_mOhm});
+    CAPTURE(resistance_mOhm, found.count, found.longest_s);
+    CHECK(found.count <= 1);
+    CHECK(found.longest_s < 330.0);
+    CHECK_FALSE(found.has_bled);
+  }
+}
+
+TEST_CASE("a charge goes on after bleeding, and not for what a cell's resistance takes from its voltage",
+          "[scenario][charge][BMU_11][slow][hours]") {
+  CoreConfig config = charged_pack(elcon());
+  config.balancing.bleed_resistance_Ohm = 17;
+  test::SimRun run(config);
+  const Pauses found = pauses_of(run, {"cell 1.7 resistance_mOhm 12", "cell 2.3 soc_permille 975"});
+  CAPTURE(found.count, found.longest_s);
+  CHECK(found.has_bled);
+  CHECK(found.count <= 4);
+  CHECK(found.longest_s > 600.0);
 }
 
 TEST_CASE("the highest cell is held at its full voltage, and then the pack is full and opens",
