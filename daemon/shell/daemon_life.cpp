@@ -79,6 +79,12 @@ void discard_waiting(const Buses& buses) {
 
 }  // namespace
 
+Result<PackConfig, ConfigProblems> on_wanted_buses(PackConfig pack, const Options& options) {
+  set_buses(pack, bus_names(options, pack));
+  if (ConfigProblems clashes = bus_clashes(pack); !clashes.empty()) return failure(std::move(clashes));
+  return pack;
+}
+
 // --- plan -----------------------------------------------------------------------------------------------------------
 
 Result<std::unique_ptr<LifePlan>, LifeFailure> LifePlan::make(PackRead read, const Options& options,
@@ -90,11 +96,9 @@ Result<std::unique_ptr<LifePlan>, LifeFailure> LifePlan::make(PackRead read, con
   }
   auto plan = std::make_unique<LifePlan>();
   plan->read = std::move(read);
-  plan->wanted = plan->read.cell_count->pack();
-  set_buses(plan->wanted, bus_names(options, plan->wanted));
-  if (const ConfigProblems clashes = bus_clashes(plan->wanted); !clashes.empty()) {
-    return failure(LifeFailure{.exit_code = exit_config, .text = to_text(clashes.front())});
-  }
+  auto wanted = on_wanted_buses(plan->read.cell_count->pack(), options);
+  if (!wanted) return failure(LifeFailure{.exit_code = exit_config, .text = to_text(wanted.error().front())});
+  plan->wanted = std::move(*wanted);
   if (before != nullptr && has_same_ports(plan->wanted, before->wanted)) {
     plan->buses = before->buses;
   } else {

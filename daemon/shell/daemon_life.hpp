@@ -40,6 +40,10 @@ struct LifeFailure {
   std::string text;
 };
 
+/// The pack on the buses that the command line names in place of the file's; or every identifier and bit rate that
+/// clashes there.
+[[nodiscard]] Result<PackConfig, ConfigProblems> on_wanted_buses(PackConfig pack, const Options& options);
+
 /// A pack as it will be run: with the command line's buses, the cell count that was set, at the rate that was found.
 struct LifePlan {
   PackRead read;

@@ -10,6 +10,7 @@
 #include "config/pack_checks.hpp"
 #include "config/pack_config.hpp"
 #include "daemon/shell/daemon.hpp"
+#include "daemon/shell/daemon_life.hpp"
 #include "daemon/shell/driven_lines.hpp"
 #include "daemon/shell/gpio_lines.hpp"
 #include "daemon/shell/journal.hpp"
@@ -63,23 +64,29 @@ int run_daemon(const PackConfig& pack, const Options& options) {
   return code;
 }
 
+int fail_for(const ConfigProblems& problems) {
+  for (const ConfigProblem& problem : problems) std::fprintf(stderr, "%s\n", to_text(problem).c_str());
+  return exit_config;
+}
+
+int check(const PackConfig& read, const Options& options) {
+  const auto pack = on_wanted_buses(read, options);
+  if (!pack) return fail_for(pack.error());
+  for (const ConfigProblem& warning : pack_warnings(*pack, options.config)) {
+    std::printf("warning: %s\n", to_text(warning).c_str());
+  }
+  std::printf("%s: ok: %s, %zu modules, %zu cells\n%s\n", options.config.c_str(), pack->name.c_str(),
+              pack->core.modules.size(), cell_count(pack->core), bus_use_text(*pack).c_str());
+  return exit_ok;
+}
+
 int check_or_run(const Options& options) {
   if (options.open_gpio) {
     if (const auto driven = lines_driven_before(options)) return open_gpio(driven);
   }
   const auto pack = load_pack_config(options.config);
-  if (!pack) {
-    for (const ConfigProblem& problem : pack.error()) std::fprintf(stderr, "%s\n", to_text(problem).c_str());
-    return exit_config;
-  }
-  if (options.check_config) {
-    for (const ConfigProblem& warning : pack_warnings(*pack, options.config)) {
-      std::printf("warning: %s\n", to_text(warning).c_str());
-    }
-    std::printf("%s: ok: %s, %zu modules, %zu cells\n%s\n", options.config.c_str(), pack->name.c_str(),
-                pack->core.modules.size(), cell_count(pack->core), bus_use_text(*pack).c_str());
-    return exit_ok;
-  }
+  if (!pack) return fail_for(pack.error());
+  if (options.check_config) return check(*pack, options);
   if (options.open_gpio) return open_gpio(pack->gpio);
   return run_daemon(*pack, options);
 }

@@ -161,16 +161,20 @@ TEST_CASE("an emulated second pack is heard by the real daemon on a bus of its o
   std::filesystem::remove("/dev/shm/bmud-bus." + vehicle.substr(5));
 }
 
-TEST_CASE("buses that the command line joins are refused with both names, and nothing is started",
+TEST_CASE("buses that the command line joins are refused with both names, at the start and by a check",
           "[integration][daemon][identifiers][bus]") {
   test::Bench bench;
   const std::string pack =
       pack_with(bench.folder, {{"second_pack", {{"base_id", "620"}}}, {"buses", {{"second_pack", "can7"}}}});
   const Finished apart = run_program({program("bmud"), "--config", pack, "--check-config"});
   CHECK(apart.status == 0);
-  const Finished joined =
-      run_program({program("bmud"), "--config", pack, "--bus-internal", bench.bus, "--bus-second-pack", bench.bus,
-                   "--bus-vehicle", bench.bus, "--socket", bench.socket, "--state", bench.folder / "state.json"});
+  std::vector<std::string> command{
+      program("bmud"), "--config", pack,       "--bus-internal", bench.bus, "--bus-second-pack",        bench.bus,
+      "--bus-vehicle", bench.bus,  "--socket", bench.socket,     "--state", bench.folder / "state.json"};
+  const bool is_check = GENERATE(false, true);
+  if (is_check) command.emplace_back("--check-config");
+  CAPTURE(is_check);
+  const Finished joined = run_program(command);
   CHECK(joined.status == 78);
   CHECK(joined.err.find("/second_pack/base_id: found \"620\"") != std::string::npos);
   CHECK(joined.err.find("620 would be both the messages to the vehicle and the messages of the second pack") !=

@@ -1,8 +1,8 @@
 #!/bin/bash
 # Guest script: how the process of the installed service ends, with an emulated pack whose contactors are closed again for each case. It is
 # killed, crashed, stopped for good, stuck, short of memory and of processor, restarted too often, and told to end; a system call of its
-# control loop fails. A program that only listens
-# measures on the bus when the contactors open. What the packages do is in service_package.sh. Needs systemd as the machine's first program.
+# control loop fails. A program that only listens measures on the bus when the contactors open. What the packages do is in
+# service_package.sh. Needs systemd as the machine's first program.
 #   usage: service.sh REPOSITORY PACKAGES   (a folder with the packages)
 # shellcheck source-path=SCRIPTDIR source=guest-env.sh
 source "$(dirname "$0")/guest-env.sh"

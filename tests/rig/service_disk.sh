@@ -1,8 +1,7 @@
 #!/bin/bash
 # Guest script: what a gateway does to the service that runs on it while the pack is closed. Its disk is full, then read-only; power fails
-# while the state file is written, or something damages that file; the journal
-# hangs; the wall clock jumps; its interface goes and comes back. The contactors may open for the last alone. Needs systemd as the
-# machine's first program.
+# while the state file is written, or something damages that file; the journal hangs; the wall clock jumps; its interface goes and comes
+# back. The contactors may open for the last alone. Needs systemd as the machine's first program.
 #   usage: service_disk.sh REPOSITORY PACKAGES   (a folder with the packages)
 # shellcheck source-path=SCRIPTDIR source=guest-env.sh
 source "$(dirname "$0")/guest-env.sh"

@@ -1,8 +1,9 @@
 #!/bin/bash
 # Guest script: what else a machine and a bus do to the installed service while its pack is closed. Signals without end, floods of error
 # frames, of a babbling node and of frames that it listens to, a receive queue that overflows while it is stopped for a moment, sends that
-# fail for moments, a service manager that is gone, which it must bear; and what it cannot bear: frames lost while it was stopped for longer, a way that delays everything,
-# a cable that lost its other end, an interface that comes back while no socket is to be had. Needs systemd as the machine's first program.
+# fail for moments, a service manager that is gone, which it must bear; and what it cannot bear: frames lost while it was stopped for
+# longer, a way that delays everything, a cable that lost its other end, an interface that comes back while no socket is to be had. Needs
+# systemd as the machine's first program.
 #   usage: surroundings.sh REPOSITORY PACKAGES   (a folder with the packages)
 # shellcheck source-path=SCRIPTDIR source=guest-env.sh
 source "$(dirname "$0")/guest-env.sh"
