@@ -164,8 +164,8 @@ void add_options(CLI::App& app, Options& options) {
       ->type_name("1..99");
   app.add_flag("--lock-memory", options.real_time.lock_memory,
                "none of the daemon's memory ever waits for a disk; needs the right to it (see below)");
-  CLI::Option* check =
-      app.add_flag("--check-config", options.check_config, "say whether the pack file is good, on the buses that are named here, and end");
+  CLI::Option* check = app.add_flag("--check-config", options.check_config,
+                                    "say whether the pack file is good, on the buses that are named here, and end");
   app.add_flag("--open-gpio", options.open_gpio,
                "drive all outputs that are GPIO lines open, and end: after a daemon that is gone, as in a stop hook")
       ->excludes(check);
