@@ -91,11 +91,12 @@ ChargeStage ChargeControl::after_balancing(const ChargeInputs& in) {
   has_bled_ = has_bled_ || in.is_bleeding;
   if (in.is_bleeding) idle_since_ = {};
   if (!in.is_bleeding && idle_since_ == TimePoint{}) idle_since_ = in.now;
-  if (rested_uV_ == 0 && cells.is_complete() && in.now - since_ >= rest_for) rested_uV_ = cells.max;
   const bool is_idle = idle_since_ != TimePoint{} && in.now - idle_since_ >= idle_max_;
   const bool takes_too_long = balanced_ + (in.now - since_) >= balancing_max;
   if (takes_too_long) return ChargeStage::full;
-  const bool has_room = cells.is_complete() && cells.max < config_.cell_full_uV - top_band_uV;
+  if (!cells.is_complete()) return ChargeStage::balancing;
+  if (rested_uV_ == 0 && in.now - since_ >= rest_for) rested_uV_ = cells.max;
+  const bool has_room = cells.max < config_.cell_full_uV - top_band_uV;
   const bool has_come_down = has_bled_ && rested_uV_ != 0 && cells.max <= rested_uV_ - config_.resume_uV;
   if (has_room && has_come_down) return ChargeStage::charging;
   if (!is_idle) return ChargeStage::balancing;

@@ -221,6 +221,11 @@ TEST_CASE("cells that are apart at the top are balanced, and charged on when the
       bench.step(100ms);
       bench.run(bench.idle_max() - 100ms);
       CHECK(bench.control.stage() == ChargeStage::balancing);
+      // A cell that is not measured is neither at the top nor below it.
+      bench.pack.cell_voltage_uV.count = 7;
+      bench.step(100ms);
+      CHECK(bench.control.stage() == ChargeStage::balancing);
+      bench.pack.cell_voltage_uV.count = 8;
       bench.step(100ms);
       CHECK(bench.control.stage() == next);
       if (next == ChargeStage::full) return;
