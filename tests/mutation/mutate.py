@@ -44,6 +44,8 @@ SCORE_MIN_PERMILLE = 950
 # Of fewer mutants one listed survivor would be more than a twentieth.
 SCORED_MIN = 200
 PROGRESS_EVERY = 100
+# Of what a run that is cut off has learnt, its next try makes use.
+SAVE_EVERY = 20
 
 
 def part(text: str) -> slice:
@@ -142,6 +144,7 @@ def try_all(work: Path, wanted: list[Mutant], jobs: int, known: killers.Killers,
                 print(f"mutate: not killed: {text_of(each)}", file=sys.stderr, flush=True)
             if tried % PROGRESS_EVERY == 0 and not results.left:
                 print(f"mutate: {tried} of {len(wanted)} tried, {len(results.killed)} killed", file=sys.stderr, flush=True)
+            if tried % SAVE_EVERY == 0:
                 known.save()
     known.save()
     return results
