@@ -33,7 +33,7 @@ take_memory() {
   local group
   group=/sys/fs/cgroup$(property ControlGroup)
   echo 1M >"$group/memory.max"
-  wait_for 10 "the kernel has ended it" is_new_process "$1"
+  wait_for 10 "the kernel has ended it" is_gone "$1"
 }
 
 # hold_loop PID: strace holds the first thread, which is the control loop, in one of its next waits, for longer than the watchdog's time.
@@ -67,7 +67,7 @@ before=$(main_pid)
 stopped_at=$EPOCHREALTIME
 kill -STOP "$before"
 expect_opened_by_itself "stopped by SIGSTOP" "$stopped_at"
-wait_for 15 "the watchdog has ended it" is_new_process "$before"
+wait_for 15 "the watchdog has ended it" is_gone "$before"
 expect "it was the watchdog" log_has "Watchdog timeout (limit ${watchdog_ms}ms)"
 ended_after_ms=$(awk "BEGIN { printf \"%.0f\", ($(watchdog_at) - $stopped_at) * 1000 }")
 measured+=("stopped by SIGSTOP: the watchdog's time was over after $ended_after_ms ms")
@@ -81,7 +81,7 @@ stuck_at=$EPOCHREALTIME
 timeouts_before=$(log_count "Watchdog timeout")
 hold_loop "$before"
 expect_opened_by_itself "stuck in its loop" "$stuck_at"
-wait_for 15 "the watchdog has ended it" is_new_process "$before"
+wait_for 15 "the watchdog has ended it" is_gone "$before"
 expect "it was the watchdog" test "$(log_count "Watchdog timeout")" -gt "$timeouts_before"
 stop strace || true
 ended_after_ms=$(awk "BEGIN { printf \"%.0f\", ($(watchdog_at) - $lost_at) * 1000 }")
