@@ -112,7 +112,9 @@ LifeWorld Daemon::world() {
 Result<LoopEnd, OsError> Daemon::run_life() {
   auto ended = life_->run();
   left_at_ = monotonic_now();
-  if (ended && *ended == LoopEnd::left) notify_.away();
+  // There is no tick from here on, and what has to be written takes as long as the disk does. Nothing is commanded any
+  // more, whatever ended the loop: the contactors need no watchdog of this process.
+  notify_.away();
   life_->finish();
   const bool is_end = !ended || *ended == LoopEnd::ended;
   if (is_end && !store_->flush(state_flush_max)) {

@@ -25,7 +25,8 @@ class ServiceNotify {
   void stopping();
   /// Another configuration is about to be taken up, or refused: ready() says when that is over.
   void reloading();
-  /// Until ready() there will be no tick: what has to be written and opened may take longer than the watchdog waits.
+  /// Until ready(), or the end, there will be no tick: what has to be written and opened may take longer than the
+  /// watchdog waits.
   void away();
   /// A tick has been decided in full: we are alive. Sent every third of the watchdog's time at most.
   void tick_decided(TimePoint now);
