@@ -2,7 +2,7 @@
 //
 //        wish, may close      contact there,       link at the pack's        contact there
 //   open ------------> main_negative -----> precharge -----------> main_positive -----> closed
-//    ^                      |    link is not    |    voltage, current     |                |
+//    ^                      |    link is not    |    voltage, current     | link there     |
 //    |                      |    at the pack's  |    has fallen           |                | wish over
 //    |                      |                   |                         |                v
 //    +----------------------+-------------------+-------------------------+---------- ramp_down --grace--> breaking
@@ -14,7 +14,12 @@
 // Closing: each step waits for the contacts' own word, not for a time, and needs everything that closing needs, not
 // only what a closed pack may stay closed with. Precharge is measured, in a window of time: the link must follow the
 // pack and the current must have fallen; a link that follows at once is no link, one that never does hides a short or a
-// load. A phase that does not get on within the time-out opens.
+// load. The pack is closed when link and pack have been seen together since main positive had its time to close. A
+// phase that does not get on within the time-out opens.
+//
+// Two voltages are compared only if both were taken in the phase that they speak of, and at the same instant or with
+// the link's sample between two of the pack's. Both are the sensor's. The sum of the cells is of another instant, of up
+// to a poll cycle before: it may forbid a step, and never grants one.
 //
 // With main negative alone nothing may reach the link: one that follows the pack is charged through a welded main
 // positive, whatever its auxiliary contact says. A rest of charge shows there, too, where the sensor measures against
@@ -105,15 +110,14 @@ struct SequenceInputs {
   bool is_current_known = false;
   std::int32_t current_mA = 0;
   TimePoint current_at{};
-  bool is_measured = false;  // pack, link and current are known and plausible; the three below mean nothing otherwise
-  TimePoint measured_at{};   // the oldest of them
-  std::int32_t pack_mV = 0;
+  // Pack, link and current are known and plausible, and the cells' sum agrees; what follows means nothing otherwise.
+  bool is_measured = false;
+  std::int32_t cells_mV = 0;  // their sum
+  std::int32_t pack_mV = 0;   // the sensor's
+  TimePoint pack_at{};
+  std::int32_t pack_before_mV = 0;  // the sample before it; 0: not known
   std::int32_t link_mV = 0;
   TimePoint link_at{};
-  // The sensor's own pack voltage: a sample that belongs to the link's, and the one before it.
-  std::int32_t sensor_pack_mV = 0;
-  TimePoint sensor_pack_at{};
-  std::int32_t sensor_pack_before_mV = 0;  // 0: not known
 };
 
 struct SequenceStep {
@@ -157,51 +161,65 @@ struct SequenceStep {
   return pack_mV > 0 && apart_mV <= allowed_mV && apart_mV >= -allowed_mV;
 }
 
+/// The sensor sends the results of one instant one behind the other; further apart they are of two instants.
+inline constexpr Duration same_instant_max = 5ms;
+
+/// Link and pack were both measured at `since` or later, and the pack at the link's instant or after it.
+[[nodiscard]] constexpr bool is_pair_since(TimePoint since, const SequenceInputs& in) {
+  const bool is_enclosed = in.pack_at >= in.link_at - same_instant_max;
+  return in.is_measured && is_enclosed && in.link_at >= since && in.pack_at >= since;
+}
+
 /// Seen with main negative alone commanded: something else connects the link, or it is charged still.
 [[nodiscard]] constexpr bool follows_through_nothing(const SequenceState& state, const SequenceInputs& in,
                                                      const ContactorConfig& config) {
-  return in.is_measured && in.measured_at > state.entered_at && link_follows(in.pack_mV, in.link_mV, config);
+  return is_pair_since(state.entered_at + 1ns, in) && link_follows(in.pack_mV, in.link_mV, config);
 }
 
 /// Two samples of it, of a link that has had its time to discharge.
 [[nodiscard]] constexpr bool is_welded(const SequenceState& state, const SequenceInputs& in,
                                        const ContactorConfig& config) {
-  const bool is_second = state.suspected_at != TimePoint{} && in.measured_at > state.suspected_at;
+  const bool is_second = state.suspected_at != TimePoint{} && in.link_at > state.suspected_at;
   return state.must_be_discharged && is_second && follows_through_nothing(state, in, config);
 }
 
 /// Seen after main negative had its time to close: the link is by itself.
 [[nodiscard]] constexpr bool is_by_itself(const SequenceState& state, const SequenceInputs& in,
                                           const ContactorConfig& config) {
-  return in.is_measured && in.measured_at >= state.entered_at + config.settle &&
-         !link_follows(in.pack_mV, in.link_mV, config);
+  return is_pair_since(state.entered_at + config.settle, in) && !link_follows(in.pack_mV, in.link_mV, config) &&
+         !link_follows(in.cells_mV, in.link_mV, config);
 }
 
 /// The link follows and the current has fallen, all seen after the precharge contactor had its time to close: what was
 /// measured before says nothing about this precharge.
 [[nodiscard]] constexpr bool is_precharged(const SequenceState& state, const SequenceInputs& in,
                                            const ContactorConfig& config) {
+  const TimePoint since = state.entered_at + config.settle;
   const std::int64_t magnitude_mA = in.current_mA < 0 ? -std::int64_t{in.current_mA} : in.current_mA;
-  const bool current_has_fallen = magnitude_mA <= config.precharge_current_max_mA;
-  const bool is_of_this_precharge = in.measured_at >= state.entered_at + config.settle;
-  return in.is_measured && is_of_this_precharge && link_follows(in.pack_mV, in.link_mV, config) && current_has_fallen;
+  const bool current_has_fallen = in.current_at >= since && magnitude_mA <= config.precharge_current_max_mA;
+  return is_pair_since(since, in) && link_follows(in.pack_mV, in.link_mV, config) &&
+         link_follows(in.cells_mV, in.link_mV, config) && current_has_fallen;
 }
-
-/// The sensor sends the results of one instant one behind the other; further apart they are of two instants.
-inline constexpr Duration same_instant_max = 5ms;
 
 /// The link has left the pack while main positive is on its way. The contact makes at an instant that no sample shows,
 /// and from then on a current may move both voltages: a link sample from before it and a pack sample from after it, or
 /// the other way round, say nothing about each other. So the link sample is of this phase, and it counts as away from
-/// the pack once it is away from the sensor's pack samples on both sides of it. Of two results that come together
-/// the later one decides; the sum of the cells is of another instant than either.
+/// the pack once it is away from the pack samples on both sides of it. Of two results that come together the later one
+/// decides.
 [[nodiscard]] constexpr bool has_lost_link(const SequenceState& state, const SequenceInputs& in,
                                            const ContactorConfig& config) {
   const bool is_of_this_phase = in.link_at > state.entered_at;
-  const bool is_enclosed = in.sensor_pack_at >= in.link_at - same_instant_max;
-  const bool is_away = !link_follows(in.sensor_pack_mV, in.link_mV, config) &&
-                       !link_follows(in.sensor_pack_before_mV, in.link_mV, config);
+  const bool is_enclosed = in.pack_at >= in.link_at - same_instant_max;
+  const bool is_away =
+      !link_follows(in.pack_mV, in.link_mV, config) && !link_follows(in.pack_before_mV, in.link_mV, config);
   return in.is_measured && is_of_this_phase && is_enclosed && is_away;
+}
+
+/// Main positive is seen to conduct: link and pack agree after it had its time to close. Voltages from before it say
+/// nothing about the contact that the load will flow through.
+[[nodiscard]] constexpr bool is_joined(const SequenceState& state, const SequenceInputs& in,
+                                       const ContactorConfig& config) {
+  return is_pair_since(state.entered_at + config.settle, in) && link_follows(in.pack_mV, in.link_mV, config);
 }
 
 /// The least time this precharge may take: less for a link that still held a part of the voltage.
@@ -216,8 +234,8 @@ inline constexpr Duration same_instant_max = 5ms;
 /// The link followed before the resistor can have charged it: a contactor is welded, or there is no link.
 [[nodiscard]] constexpr bool is_too_fast(const SequenceState& state, const SequenceInputs& in,
                                          const ContactorConfig& config) {
-  const bool is_of_this_precharge = in.measured_at > state.entered_at;
-  const bool is_early = in.measured_at < state.entered_at + precharge_min(state, in.pack_mV, config);
+  const bool is_of_this_precharge = in.link_at > state.entered_at && in.pack_at > state.entered_at;
+  const bool is_early = in.link_at < state.entered_at + precharge_min(state, in.pack_mV, config);
   return in.is_measured && is_of_this_precharge && is_early && link_follows(in.pack_mV, in.link_mV, config);
 }
 
@@ -262,7 +280,7 @@ inline constexpr Duration same_instant_max = 5ms;
       return is_ready && is_precharged(state, in, config) ? Phase::main_positive : Phase::precharge;
     case Phase::main_positive:
       if (!in.close_wanted || gives_up || has_lost_link(state, in, config)) return Phase::open;
-      return is_ready ? Phase::closed : Phase::main_positive;
+      return is_ready && is_joined(state, in, config) ? Phase::closed : Phase::main_positive;
     case Phase::closed:
       if (in.close_wanted) return Phase::closed;
       if (is_without_load) return Phase::open;
@@ -289,7 +307,7 @@ inline constexpr Duration same_instant_max = 5ms;
 [[nodiscard]] constexpr TimePoint suspicion_at(const SequenceState& state, const SequenceInputs& in,
                                                const ContactorConfig& config) {
   const bool follows = state.phase == Phase::main_negative && follows_through_nothing(state, in, config);
-  if (follows) return in.measured_at;
+  if (follows) return in.link_at;
   return state.phase == Phase::precharge && is_overcurrent(state, in, config) ? in.current_at : TimePoint{};
 }
 
@@ -375,9 +393,11 @@ namespace detail {
                             .may_advance = true,
                             .contacts_settled = true,
                             .is_measured = true,
-                            .measured_at = TimePoint{1s},
+                            .cells_mV = 1,
                             .pack_mV = 1,
-                            .link_mV = 1};
+                            .pack_at = TimePoint{1s},
+                            .link_mV = 1,
+                            .link_at = TimePoint{1s}};
     const SequenceState state{.phase = Phase::main_negative, .must_be_discharged = must_be_discharged};
     if (step(state, in, {}).outputs.precharge) return false;
   }
@@ -393,17 +413,29 @@ namespace detail {
                               .may_advance = !settled,
                               .contacts_settled = settled,
                               .is_measured = true,
-                              .measured_at = TimePoint{1s},
+                              .cells_mV = 1,
                               .pack_mV = 1,
-                              .link_mV = phase == Phase::main_negative ? 0 : 1};
+                              .pack_at = TimePoint{1s},
+                              .link_mV = phase == Phase::main_negative ? 0 : 1,
+                              .link_at = TimePoint{1s}};
       if (step({.phase = phase}, in, {}).state.phase != phase) return false;
     }
   }
   return true;
 }
 
+[[nodiscard]] consteval bool closed_only_when_seen_joined() {
+  const SequenceInputs unmeasured{.now = TimePoint{1s},
+                                  .close_wanted = true,
+                                  .close_permitted = true,
+                                  .may_advance = true,
+                                  .contacts_settled = true};
+  return step({.phase = Phase::main_positive}, unmeasured, {}).state.phase == Phase::main_positive;
+}
+
 }  // namespace detail
 
+static_assert(detail::closed_only_when_seen_joined());
 static_assert(detail::no_precharge_of_a_link_that_follows());
 static_assert(detail::no_step_without_contacts_or_reason());
 static_assert(detail::positive_never_without_negative());

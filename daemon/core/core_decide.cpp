@@ -202,8 +202,7 @@ void Core::refuse_vain_request(TimePoint now) {
   events_.push({.id = EventId::close_refused, .at = now, .number = static_cast<std::int64_t>(last_refusal_.blocker)});
 }
 
-/// The pack voltage of a precharge is the higher one of the sensor's and the sum of the cells, and only while they
-/// agree.
+/// The voltages of a closing count only while the sensor's pack and the sum of the cells agree.
 SequenceInputs Core::sequence_inputs(TimePoint now) const {
   const Measured<std::int32_t>& sum = pack_.cell_voltage_sum_mV;
   const Measured<std::int32_t>& pack = pack_.pack_voltage_mV;
@@ -220,19 +219,20 @@ SequenceInputs Core::sequence_inputs(TimePoint now) const {
           .current_mA = pack_.current_mA.value,
           .current_at = pack_.current_mA.taken_at,
           .is_measured = pack_.is_sensed() && voltages_agree(sum, pack, config_.limits.pack_voltage_mismatch.open),
-          .measured_at = std::min({pack.taken_at, pack_.link_voltage_mV.taken_at, pack_.current_mA.taken_at}),
-          .pack_mV = std::max(pack.value, sum.value),
+          .cells_mV = sum.value,
+          .pack_mV = pack.value,
+          .pack_at = pack.taken_at,
+          .pack_before_mV = pack_.pack_voltage_before_mV.value,
           .link_mV = pack_.link_voltage_mV.value,
-          .link_at = pack_.link_voltage_mV.taken_at,
-          .sensor_pack_mV = pack.value,
-          .sensor_pack_at = pack.taken_at,
-          .sensor_pack_before_mV = pack_.pack_voltage_before_mV.value};
+          .link_at = pack_.link_voltage_mV.taken_at};
 }
 
 void Core::step_contactors(TimePoint now) {
   const SequenceState before = sequence_;
   const SequenceInputs inputs = sequence_inputs(now);
-  guard_.update(now, before.phase == Phase::precharge, inputs.is_measured, inputs.pack_mV, inputs.link_mV);
+  // The resistor has had what the higher of the two voltages makes of it.
+  guard_.update(now, before.phase == Phase::precharge, inputs.is_measured, std::max(inputs.pack_mV, inputs.cells_mV),
+                inputs.link_mV);
   const SequenceStep result = step(before, inputs, config_.contactors);
   sequence_ = result.state;
   contactor_watch_.command(result.outputs, now);

@@ -28,13 +28,12 @@ SequenceInputs ready(Duration since) {
           .is_current_known = true,
           .current_at = start + since,
           .is_measured = true,
-          .measured_at = start + since,
+          .cells_mV = 100'000,
           .pack_mV = 100'000,
+          .pack_at = start + since,
+          .pack_before_mV = 100'000,
           .link_mV = 100'000,
-          .link_at = start + since,
-          .sensor_pack_mV = 100'000,
-          .sensor_pack_at = start + since,
-          .sensor_pack_before_mV = 100'000};
+          .link_at = start + since};
 }
 
 /// With main negative alone the link is by itself.
@@ -71,7 +70,7 @@ TEST_CASE("a precharge begins when a sample of main negative alone shows a link 
   const auto next = [](std::int32_t link_mV, Duration measured, bool is_measured = true) {
     SequenceInputs in = ready(200ms);
     in.link_mV = link_mV;
-    in.measured_at = start + measured;
+    in.link_at = in.pack_at = start + measured;
     in.is_measured = is_measured;
     return after(Phase::main_negative, in);
   };
@@ -222,11 +221,72 @@ TEST_CASE("a precharge that nobody can measure does not end", "[unit][contactors
 }
 
 TEST_CASE("a precharge is judged by what was measured after its contactor had its time", "[unit][contactors][F86]") {
+  for (TimePoint SequenceInputs::*const sample :
+       {&SequenceInputs::link_at, &SequenceInputs::pack_at, &SequenceInputs::current_at}) {
+    SequenceInputs in = ready(200ms);
+    in.link_at = in.pack_at = start + 101ms;  // not the pack's before the link's
+    in.*sample = start + 100ms - 1ns;
+    CHECK(after(Phase::precharge, in) == Phase::precharge);
+    in.*sample = start + 100ms;
+    CHECK(after(Phase::precharge, in) == Phase::main_positive);
+  }
+}
+
+TEST_CASE("a step is granted by voltages of one instant, or with the link's between two of the pack's",
+          "[unit][contactors][I4]") {
+  for (const Phase phase : closing) {
+    SequenceInputs in = ready_in(phase, 200ms);
+    in.pack_at = in.link_at - same_instant_max - 1ns;
+    CHECK(after(phase, in) == phase);
+    in.pack_at = in.link_at - same_instant_max;
+    CHECK(after(phase, in) != phase);
+    in = ready_in(phase, 200ms);
+    in.link_at = start + 100ms;
+    CHECK(after(phase, in) != phase);
+  }
+}
+
+TEST_CASE("the sum of the cells forbids what it does not agree with, and grants nothing", "[unit][contactors][I4]") {
   SequenceInputs in = ready(200ms);
-  in.measured_at = start + 100ms - 1ns;
+  in.cells_mV = 106'000;
   CHECK(after(Phase::precharge, in) == Phase::precharge);
-  in.measured_at = start + 100ms;
+  in.cells_mV = 94'000;
+  CHECK(after(Phase::precharge, in) == Phase::precharge);
+  in.cells_mV = 104'000;
   CHECK(after(Phase::precharge, in) == Phase::main_positive);
+  in.link_mV = 106'000;  // follows the cells alone
+  CHECK(after(Phase::precharge, in) == Phase::precharge);
+  // By itself is what follows neither.
+  in = ready(200ms);
+  in.link_mV = 94'999;
+  in.cells_mV = 94'999;
+  CHECK(after(Phase::main_negative, in) == Phase::main_negative);
+  in.cells_mV = 100'000;
+  CHECK(after(Phase::main_negative, in) == Phase::precharge);
+}
+
+TEST_CASE("a pack is closed when link and pack were seen together since main positive had its time to close",
+          "[unit][contactors][I4]") {
+  for (TimePoint SequenceInputs::*const sample : {&SequenceInputs::link_at, &SequenceInputs::pack_at}) {
+    SequenceInputs in = ready(200ms);
+    in.link_at = in.pack_at = start + 101ms;
+    in.*sample = start + 100ms - 1ns;
+    CHECK(after(Phase::main_positive, in) == Phase::main_positive);
+    in.*sample = start + 100ms;
+    CHECK(after(Phase::main_positive, in) == Phase::closed);
+  }
+  SequenceInputs in = ready(200ms);
+  in.is_measured = false;
+  CHECK(after(Phase::main_positive, in) == Phase::main_positive);
+  in.now = start + 3s;
+  CHECK(after(Phase::main_positive, in) == Phase::open);
+  // With the pack sample before it alone it is neither lost nor seen.
+  in = ready(200ms);
+  in.link_mV = 94'999;
+  in.pack_before_mV = 99'000;
+  CHECK(after(Phase::main_positive, in) == Phase::main_positive);
+  in.link_mV = 95'000;
+  CHECK(after(Phase::main_positive, in) == Phase::closed);
 }
 
 TEST_CASE("a link that falls off on the way to the main contact is a failed precharge, an unknown one is not",
@@ -260,16 +320,15 @@ TEST_CASE("a link counts as fallen off only between two pack voltages of the pha
   CHECK(after(Phase::main_positive, in) == Phase::open);
   // The pack voltage of the link's own instant, or one after it.
   in = lost;
-  in.sensor_pack_at = in.link_at - same_instant_max - 1ns;
+  in.pack_at = in.link_at - same_instant_max - 1ns;
   CHECK(after(Phase::main_positive, in) == Phase::main_positive);
-  in.sensor_pack_at = in.link_at - same_instant_max;
+  in.pack_at = in.link_at - same_instant_max;
   CHECK(after(Phase::main_positive, in) == Phase::open);
-  in.sensor_pack_at = in.link_at + 60ms;
+  in.pack_at = in.link_at + 60ms;
   CHECK(after(Phase::main_positive, in) == Phase::open);
   // A contact that makes under a charging current lifts the pack, one that makes under a load pulls it down: either
   // before or after the link was measured.
-  for (std::int32_t SequenceInputs::*const near :
-       {&SequenceInputs::sensor_pack_mV, &SequenceInputs::sensor_pack_before_mV}) {
+  for (std::int32_t SequenceInputs::*const near : {&SequenceInputs::pack_mV, &SequenceInputs::pack_before_mV}) {
     in = lost;
     in.*near = 99'998;
     CHECK(after(Phase::main_positive, in) == Phase::main_positive);
@@ -282,12 +341,12 @@ TEST_CASE("a link counts as fallen off only between two pack voltages of the pha
   }
   // No pack voltage before: the one there is decides.
   in = lost;
-  in.sensor_pack_before_mV = 0;
+  in.pack_before_mV = 0;
   CHECK(after(Phase::main_positive, in) == Phase::open);
   // The sum of the cells is of another instant.
   in = ready(10ms);
   in.link_mV = 95'000;
-  in.pack_mV = 200'000;
+  in.cells_mV = 200'000;
   CHECK(after(Phase::main_positive, in) == Phase::main_positive);
 }
 
@@ -472,7 +531,7 @@ TEST_CASE("a link that follows before the resistor can have charged it fails the
     SequenceInputs in = ready(1s);
     in.contacts_settled = false;
     in.link_mV = link_mV;
-    in.measured_at = start + measured;
+    in.link_at = in.pack_at = start + measured;
     const SequenceStep result = step(state, in, with_min);
     CHECK((result.state.phase == Phase::open) == (result.precharge_failure != PrechargeFailure::none));
     return result.precharge_failure;
@@ -579,8 +638,8 @@ TEST_CASE("what nobody filled in is open, not wanted and not permitted", "[unit]
     CHECK_FALSE(output);
   }
   const SequenceInputs in;
-  CHECK(in.sensor_pack_mV == 0);
-  CHECK(in.sensor_pack_before_mV == 0);
+  CHECK(in.cells_mV == 0);
+  CHECK(in.pack_before_mV == 0);
   for (const bool input :
        {in.close_wanted, in.close_permitted, in.may_advance, in.contacts_settled, in.is_measured, in.is_unplugged,
         in.charge_wanted, in.charge_permitted, in.resistor_is_hot, in.is_current_known}) {

@@ -25,9 +25,11 @@ SequenceInputs precharging(TimePoint now, std::int32_t link_mV, std::int32_t cur
           .current_mA = current_mA,
           .current_at = now,
           .is_measured = true,
-          .measured_at = now,
+          .cells_mV = 100'000,
           .pack_mV = 100'000,
-          .link_mV = link_mV};
+          .pack_at = now,
+          .link_mV = link_mV,
+          .link_at = now};
 }
 
 }  // namespace
@@ -57,15 +59,15 @@ TEST_CASE("precharge is judged on what was measured during it, not before", "[un
   const ContactorConfig config;
   const SequenceState state{Phase::precharge, start};
   SequenceInputs in = precharging(start + 500ms, 99'000, 0);
-  in.measured_at = start + config.settle - 1ns;
+  in.link_at = in.pack_at = start + config.settle - 1ns;
   CHECK(step(state, in, config).state.phase == Phase::precharge);
-  in.measured_at = start + config.settle;
+  in.link_at = in.pack_at = start + config.settle;
   CHECK(step(state, in, config).state.phase == Phase::main_positive);
 }
 
 TEST_CASE("a pack of no volts is never precharged", "[unit][contactors]") {
   SequenceInputs in = precharging(start + 500ms, 0, 0);
-  in.pack_mV = 0;
+  in.pack_mV = in.cells_mV = 0;
   CHECK(step({Phase::precharge, start}, in, {}).state.phase == Phase::precharge);
 }
 

@@ -63,7 +63,8 @@ bool has_reason_to_finish(const SequenceState& state, const SequenceInputs& in, 
   const bool is_close = 20 * std::abs(apart_mV) <= in.pack_mV;  // 5 %
   const bool is_fallen =
       in.current_mA <= config.precharge_current_max_mA && -in.current_mA <= config.precharge_current_max_mA;
-  const bool is_own = in.measured_at - state.entered_at >= config.settle;
+  const TimePoint own_since = state.entered_at + config.settle;
+  const bool is_own = in.link_at >= own_since && in.pack_at >= own_since && in.current_at >= own_since;
   const Duration since = in.now - state.entered_at;
   return state.phase == Phase::precharge && in.is_measured && is_close && is_fallen && is_own && in.close_wanted &&
          in.may_advance && in.contacts_settled && !in.resistor_is_hot && since >= config.settle &&
@@ -73,7 +74,7 @@ bool has_reason_to_finish(const SequenceState& state, const SequenceInputs& in, 
 /// The link is by itself with main negative alone, seen after that had its time to close.
 bool is_seen_apart(const SequenceState& state, const SequenceInputs& in, const ContactorConfig& config) {
   return in.is_measured && 20 * std::abs(in.pack_mV - in.link_mV) > in.pack_mV &&
-         in.measured_at - state.entered_at >= config.settle;
+         in.link_at - state.entered_at >= config.settle && in.pack_at - state.entered_at >= config.settle;
 }
 
 void check_closing(Findings& found, const SequenceState& state, const SequenceInputs& in, const ContactorConfig& config,
@@ -88,6 +89,11 @@ void check_closing(Findings& found, const SequenceState& state, const SequenceIn
   demand(!newly(before.main_positive, after.main_positive) || has_reason_to_finish(state, in, config),
          "main positive closed without a precharge");
   const bool begins = state.phase == Phase::open && in.close_wanted && in.close_permitted;
+  const TimePoint own_since = state.entered_at + config.settle;
+  const bool is_joined = in.is_measured && in.link_at >= own_since && in.pack_at >= own_since &&
+                         20 * std::abs(in.pack_mV - in.link_mV) <= in.pack_mV;
+  demand(state.phase != Phase::main_positive || to != Phase::closed || is_joined,
+         "closed without the link at the pack behind main positive");
   demand(!newly(before.main_negative, after.main_negative) || begins, "main negative closed in between");
   const bool goes_on = state.phase == Phase::main_negative && in.close_wanted && in.may_advance &&
                        in.contacts_settled && since >= config.settle && since < config.precharge_timeout &&
@@ -149,14 +155,14 @@ void check_failure(Findings& found, const SequenceState& state, const SequenceIn
   found.demand(!is_told || may_tell, "a failure out of nothing", state.phase, to);
   const bool is_weld_told = result.precharge_failure == PrechargeFailure::welded;
   const bool follows =
-      in.is_measured && 20 * std::abs(in.pack_mV - in.link_mV) <= in.pack_mV && in.measured_at > state.entered_at;
-  const bool is_second = state.suspected_at != TimePoint{} && in.measured_at > state.suspected_at;
+      in.is_measured && 20 * std::abs(in.pack_mV - in.link_mV) <= in.pack_mV && in.link_at > state.entered_at;
+  const bool is_second = state.suspected_at != TimePoint{} && in.link_at > state.suspected_at;
   const bool is_weld = state.phase == Phase::main_negative && state.must_be_discharged && follows && is_second &&
                        in.close_wanted && in.close_permitted;
   found.demand(is_weld_told == is_weld, "a weld told without two samples, or not told", state.phase, to);
   // Main positive does not make onto a link that has left the pack, seen since it was told to close.
   const bool is_lost = state.phase == Phase::main_positive && in.is_measured && in.link_at > state.entered_at &&
-                       20 * std::abs(in.sensor_pack_mV - in.link_mV) > in.sensor_pack_mV;
+                       20 * std::abs(in.pack_mV - in.link_mV) > in.pack_mV;
   found.demand(!is_lost || to == Phase::open, "main positive goes on without the link", state.phase, to);
   const bool is_loss_told = is_lost && in.close_wanted && in.close_permitted;
   found.demand(state.phase != Phase::main_positive || is_told == is_loss_told, "a lost link told, or not told",
@@ -190,9 +196,9 @@ SequenceInputs flags_of(unsigned bits) {
           .resistor_is_hot = bit(6),
           .is_current_known = bit(7),
           .is_measured = bit(8),
+          .cells_mV = pack_mV,
           .pack_mV = pack_mV,
-          .sensor_pack_mV = pack_mV,
-          .sensor_pack_before_mV = pack_mV};
+          .pack_before_mV = pack_mV};
 }
 constexpr unsigned flag_combinations = 1U << 9;
 
@@ -217,8 +223,7 @@ void for_each_input(Visit visit) {
         for (std::size_t link = 0; link < links; ++link) {
           in.link_mV = links_mV[links_mV.size() - 1 - link];
           for (std::size_t sample = 0; sample < samples; ++sample) {
-            in.measured_at = in.current_at = start + sampled[sampled.size() - 1 - sample];
-            in.link_at = in.sensor_pack_at = in.measured_at;
+            in.link_at = in.pack_at = in.current_at = start + sampled[sampled.size() - 1 - sample];
             visit(in);
           }
         }
@@ -318,7 +323,7 @@ TEST_CASE("a precharge with every combination of samples, suspicions and startin
               for (const std::int32_t link_mV : {0, 94'999, 95'000, 105'001}) {
                 in.link_mV = link_mV;
                 for (const Duration measured_at : sampled) {
-                  in.measured_at = start + measured_at;
+                  in.link_at = in.pack_at = start + measured_at;
                   look(state, in);
                 }
               }
@@ -363,8 +368,12 @@ TEST_CASE("main negative alone with every combination of samples and suspicions 
 
 TEST_CASE("a precharge from a charged link may end sooner, in proportion, and exactly then", "[unit][contactors]") {
   const ContactorConfig config = config_with(false);
-  const SequenceInputs seen{
-      .close_wanted = true, .close_permitted = true, .is_measured = true, .pack_mV = pack_mV, .link_mV = 95'000};
+  const SequenceInputs seen{.close_wanted = true,
+                            .close_permitted = true,
+                            .is_measured = true,
+                            .cells_mV = pack_mV,
+                            .pack_mV = pack_mV,
+                            .link_mV = 95'000};
   for (const auto& [link_at_start_mV, least] :
        {std::pair{0, Duration{150ms}}, std::pair{47'500, Duration{75ms}}, std::pair{94'999, Duration{1'578}},
         std::pair{95'000, Duration{}}, std::pair{-1'000, Duration{150ms}}}) {
@@ -373,10 +382,11 @@ TEST_CASE("a precharge from a charged link may end sooner, in proportion, and ex
     CHECK(precharge_min(state, pack_mV, config) <= least);
     SequenceInputs in = seen;
     in.now = start + 200ms;
-    in.measured_at = start + precharge_min(state, pack_mV, config) - 1ns;
-    const bool could_be_early = in.measured_at > start;
+    in.link_at = in.pack_at = start + precharge_min(state, pack_mV, config) - 1ns;
+    const bool could_be_early = in.link_at > start;
     CHECK((step(state, in, config).precharge_failure == PrechargeFailure::too_fast) == could_be_early);
-    in.measured_at += 1ns;
+    in.link_at += 1ns;
+    in.pack_at += 1ns;
     CHECK(step(state, in, config).precharge_failure == PrechargeFailure::none);
   }
 }
@@ -485,7 +495,7 @@ void for_each_input_of(const SequenceState& state, Visit visit) {
           in.link_mV = explored_links_mV[link];
           for (const TimePoint measured_at : {start, start - 2 * tick, before}) {
             if (!in.is_measured && measured_at != start) continue;
-            in.measured_at = in.link_at = in.sensor_pack_at = measured_at;
+            in.link_at = in.pack_at = measured_at;
             for (const bool is_unplugged : {false, true}) {
               if (is_unplugged && !is_asked) continue;
               in.is_unplugged = is_unplugged;
@@ -539,9 +549,8 @@ int ticks_to_rest(SequenceState state, SequenceInputs in, const ContactorConfig&
     if (state.phase == Phase::open || state.phase == Phase::closed) return ticks;
     state = step(state, in, config).state;
     in.now += tick;
-    in.measured_at += tick;
     in.link_at += tick;
-    in.sensor_pack_at += tick;
+    in.pack_at += tick;
     in.current_at += tick;
   }
   return at_most + 1;
