@@ -43,6 +43,11 @@ class Table {
     return "";
   }
   [[nodiscard]] std::size_t value_max() const { return dump_->follow()->value_max(); }
+  /// A frame of an unknown identifier at this time.
+  void show_unknown(std::uint32_t id, std::int64_t time_us) {
+    now_us_ = std::max(now_us_, time_us);
+    CHECK(dump_->show({.kind = LogLineKind::frame, .time_us = time_us, .bus = "can0", .frame = data_frame(id, 0)}));
+  }
 
  private:
   void show(const std::string& bus, const WorkedFrame& worked, int turn) {
@@ -112,6 +117,20 @@ TEST_CASE("in 80 columns a row has its values, with short names and a mark where
   CHECK(table.row("143", 40) == "143 CELLS_1 node 3 cell_voltage_1 3.651~");
   CHECK(table.row("040", 40).starts_with("040 CONTACTOR_COM~ "));
   CHECK(table.row("040", 80).starts_with("040 CONTACTOR_COMMAND "));
+}
+
+TEST_CASE("numbers of any size stay apart from their neighbours", "[unit][bmudump][follow]") {
+  constexpr std::int64_t year_us = 31'557'600'000'000;
+  Table table({});
+  table.show_unknown(0x7A1, 0);
+  table.show_unknown(0x7A1, 1'700'000'000'000'000);  // a clock that was set
+  table.show_unknown(0x7A2, 1'700'000'000'000'000);
+  CHECK(table.row("7A1", 120) == "7A1 unknown          2   0.0/s 19676 d  0.00 s  [0]");
+  for (int count = 0; count < 1'000'000; ++count) table.show_unknown(0x7A3, 31'000 * year_us + count / 1'000);
+  CHECK(table.row("7A1", 120) == "7A1 unknown          2   0.0/s 19676 d 30946 y  [0]");
+  CHECK(table.row("7A3", 120) == "7A3 unknown    1000000 1001M/s  0.00 s  0.00 s  [0]");
+  // In the narrowest window with numbers their column begins right behind the name.
+  CHECK(table.row("7A3", 68).starts_with("7A3 unknown  1001M/s  "));
 }
 
 TEST_CASE("flags that are set are told by their names alone", "[unit][bmudump][follow]") {

@@ -23,13 +23,29 @@ constexpr int rows_of_piece = 64;
 // With fewer in a window, its rate says more of when it began than of them.
 constexpr double frames_of_rate = 5.0;
 
-/// As short as it can be told: "0.04 s", "12.3 s", "3 min", "5 h". Seven letters, with those of a rate.
+/// The shortest form: "0.04 s", "12.3 s", "3 min", "5 h", "19676 d". At most seven letters for any time a log may have,
+/// which is the room in its column.
 std::string duration_text(std::int64_t time_us) {
+  constexpr double hour_s = 3'600.0;
+  constexpr double day_s = 24.0 * hour_s;
+  constexpr double year_s = 365.25 * day_s;
   const double seconds = static_cast<double>(time_us) * 1e-6;
   if (seconds < 1.0) return formatted("%.2f s", seconds);
   if (seconds < 100.0) return formatted("%.1f s", seconds);
   if (seconds < 6'000.0) return formatted("%.0f min", seconds / 60.0);
-  return formatted("%.0f h", seconds / 3'600.0);
+  if (seconds < 1'000.0 * hour_s) return formatted("%.0f h", seconds / hour_s);
+  return seconds < 99'999.0 * day_s ? formatted("%.0f d", seconds / day_s) : formatted("%.0f y", seconds / year_s);
+}
+
+/// Of at most `room` letters, four at least: 1234567, 12345k.
+std::string whole_number_text(double number, std::size_t room) {
+  std::string text = formatted("%.0f", number);
+  for (const char* const unit : {"k", "M", "G", "T", "P"}) {
+    if (text.size() <= room) break;
+    number /= 1'000.0;
+    text = formatted("%.0f%s", number, unit);
+  }
+  return text;
 }
 
 /// "   3 failed"; empty for none.
@@ -49,8 +65,9 @@ std::string_view without_first_value(std::string_view values) {
 }
 
 std::string rate_text(double per_s) {
+  constexpr std::size_t number_room = 5;  // seven letters with "/s"
   if (per_s <= 0) return "-";
-  return formatted(per_s < 100.0 ? "%.1f/s" : "%.0f/s", per_s);
+  return per_s < 100.0 ? formatted("%.1f/s", per_s) : whole_number_text(per_s, number_room) + "/s";
 }
 
 }  // namespace
@@ -200,13 +217,14 @@ void Follow::draw_row(int line, const Key& key, const Row& row, std::int64_t now
     column += width;
   };
   const auto put_number = [&](int width, const std::string& text, Style usual) {
-    canvas.put_within(line, column, width, formatted("%*s", width, text.c_str()), usual);
+    canvas.put_within(line, column + 1, width - 1, formatted("%*s", width - 1, text.c_str()), usual);
     column += width;
   };
   put(columns.bus, end_of(row.bus->name, columns.bus - 1), Style::normal);
   put(columns.id, id_text(key), Style::normal);
   put(columns.name, row_name(key, row), Style::strong);
-  put_number(columns.frames, std::to_string(row.frames), style(Style::normal));
+  const auto frames_room = static_cast<std::size_t>(std::max(columns.frames - 1, 0));
+  put_number(columns.frames, whole_number_text(static_cast<double>(row.frames), frames_room), style(Style::normal));
   put_number(columns.rate, rate, style(Style::normal));
   put_number(columns.gap, has_gap ? duration_text(row.statistics->gap_max_us) : "-", style(Style::normal));
   put_number(columns.age, duration_text(age_us), is_old ? Style::warning : Style::normal);
