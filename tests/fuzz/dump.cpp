@@ -22,7 +22,7 @@ constexpr std::size_t log_max = 8'192;  // what it is printed as stays within th
 struct Tables {
   DumpCatalogue catalogue{{}};
   LineStart start{{}};
-  std::vector<FrameText> formats{FrameText(catalogue, {.has_letters = true, .has_direction = true}, start)};
+  std::vector<FrameText> formats{FrameText(catalogue, {.has_letters = true}, start)};
 };
 
 Tables& tables() {

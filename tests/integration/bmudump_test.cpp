@@ -177,7 +177,15 @@ TEST_CASE("bmudump's JSON has exactly the documented shape", "[integration][bmud
         "\n");
   CHECK(run("-r - --json", "(1.000000) v\"\\\xFF 18FF50E5#R2\n").out ==
         R"({"time_s":1.000000,"bus":"v\"\\\u00FF","id":"18FF50E5","message":null,"node":null,"ok":null,)"
-        R"("remote":true,"data":""})"
+        R"("remote":true,"length":2,"data":""})"
+        "\n");
+  CHECK(run("-r - --json", "(1.000000) vcan0 143#R R\n").out ==
+        R"({"time_s":1.000000,"bus":"vcan0","id":"143","direction":"received","message":null,"node":null,"ok":null,)"
+        R"("remote":true,"length":0,"data":""})"
+        "\n");
+  CHECK(run("-r - --json", "(1.000000) vcan0 7FF#1122334455667788_C T\n").out ==
+        R"({"time_s":1.000000,"bus":"vcan0","id":"7FF","direction":"sent","length_code":12,"message":null,"node":null,)"
+        R"("ok":null,"data":"1122334455667788"})"
         "\n");
 }
 
@@ -467,7 +475,7 @@ TEST_CASE("directions and letters are shown when asked for", "[integration][bmud
         "can0 RX 7FF unknown            [3] 41 42 7F  'AB.'\n"
         "can0 TX 7FF unknown            [1] 43  'C'\n"
         "can0  - 7FF unknown            [1] 44  'D'\n");
-  const std::vector<std::string> lines = lines_of(run("-r - -x --json", log).out);
+  const std::vector<std::string> lines = lines_of(run("-r - --json", log).out);  // there without -x, too
   REQUIRE(lines.size() == 3);
   CHECK(nlohmann::json::parse(lines[0]).at("direction") == "received");
   CHECK(nlohmann::json::parse(lines[1]).at("direction") == "sent");
@@ -1007,8 +1015,8 @@ TEST_CASE("frames of CAN FD and XL are shown with their bytes, and flags with -x
         "can0  - - - 123 CAN XL             [02] 11 22  '.\"'\n");
   const std::vector<std::string> lines = lines_of(run("-r - --json", log).out);
   REQUIRE(lines.size() == 5);
-  CHECK(lines[1] == R"({"time_s":1.000000,"bus":"can0","id":"143","message":null,"node":null,"ok":null,)"
-                    R"("fd":true,"fd_flags":3,"data":"8EA0"})");
+  CHECK(lines[1] == R"({"time_s":1.000000,"bus":"can0","id":"143","direction":"received","message":null,"node":null,)"
+                    R"("ok":null,"fd":true,"fd_flags":3,"data":"8EA0"})");
   CHECK(nlohmann::json::parse(lines[2]).at("data") == times(12, "41"));
   CHECK(lines[4].ends_with(R"("ok":null,"xl":true,"data":"1122"})"));
   // The table keeps what it shows.

@@ -18,8 +18,7 @@ FrameText::Style style_of(const Options& options) {
   return {.is_coloured = options.is_coloured && !is_table,
           .is_brief = options.is_brief || is_table,
           .is_short = is_table,
-          .has_letters = options.has_letters,
-          .has_direction = options.start.has_direction};
+          .has_letters = options.has_letters};
 }
 
 }  // namespace

@@ -325,8 +325,12 @@ void FrameText::print_json(const SeenFrame& seen, TextWriter& out) const {
   out.text(",\"id\":\"");
   out.hex(frame.id, id_digits(frame));
   out.letter('"');
-  if (style_.has_direction && seen.line.direction != Direction::unknown) {
+  if (seen.line.direction != Direction::unknown) {
     out.text(seen.line.direction == Direction::sent ? ",\"direction\":\"sent\"" : ",\"direction\":\"received\"");
+  }
+  if (seen.line.length_code != 0) {
+    out.text(",\"length_code\":");
+    out.decimal(seen.line.length_code);
   }
   if (verdict.message == nullptr) {
     out.text(",\"message\":null,\"node\":null,\"ok\":null");
@@ -355,7 +359,10 @@ void FrameText::print_json_verdict(const MessagePlan& plan, const SeenFrame& see
 
 void FrameText::print_json_raw(const LogLine& line, TextWriter& out) {
   if (line.kind == LogLineKind::fd_frame) return print_json_long(line, out);
-  if (line.frame.is_remote) out.text(",\"remote\":true");
+  if (line.frame.is_remote) {
+    out.text(",\"remote\":true,\"length\":");
+    out.decimal(line.frame.length);
+  }
   if (line.frame.is_error) {
     out.text(",\"error\":true,\"text\":\"");
     print_error_frame(line.frame, out);  // words of ours: nothing to escape

@@ -24,10 +24,9 @@ class FrameText {
  public:
   struct Style {
     bool is_coloured = false;
-    bool is_brief = false;       // leave out flags that are not set, empty cell masks and counters
-    bool is_short = false;       // "cell_voltage_1 3.6512 V  _2 3.6498", and flags by name alone
-    bool has_letters = false;    // bytes that are shown, as letters too
-    bool has_direction = false;  // in JSON; LineStart has it for text
+    bool is_brief = false;     // leave out flags that are not set, empty cell masks and counters
+    bool is_short = false;     // "cell_voltage_1 3.6512 V  _2 3.6498", and flags by name alone
+    bool has_letters = false;  // bytes that are shown, as letters too
   };
 
   /// `start` may serve several of these: one log may need several catalogues.
