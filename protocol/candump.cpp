@@ -27,6 +27,10 @@ std::string_view to_text(LogLineWanted wanted) {
     case LogLineWanted::at_most_8_bytes: return "at most 8 data bytes (64 after '##')";
     case LogLineWanted::at_most_2048_bytes: return "at most 2048 data bytes";
     case LogLineWanted::direction: return "the end of the line, or ' R' or ' T'";
+    case LogLineWanted::date: return "a date as 2023-11-14 22:13:20";
+    case LogLineWanted::length: return "the number of bytes in brackets, 0 to 8 or 00 to 64";
+    case LogLineWanted::all_bytes: return "as many bytes, each behind a space, as the brackets have";
+    case LogLineWanted::letters: return "the end of the line, ERRORFRAME, or the bytes as letters in quotes";
   }
   return "?";
 }
@@ -62,8 +66,8 @@ class Cursor {
 
   bool parse(LogLine& out) {
     out.kind = LogLineKind::frame;
-    return parse_time(out.time_us) && expect(' ', LogLineWanted::space) && parse_bus(out.bus) &&
-           expect(' ', LogLineWanted::space) && parse_frame(out) && parse_extras(out.direction);
+    return parse_time(out.time_us) && expect_spaces() && parse_bus(out.bus) && expect_spaces() && parse_frame(out) &&
+           parse_extras(out.direction);
   }
   [[nodiscard]] LogLineDamage damage() const { return {wanted_, static_cast<std::size_t>(at_ - begin_)}; }
 
@@ -77,6 +81,13 @@ class Cursor {
   bool expect(char letter, LogLineWanted wanted) {
     if (at_ == end_ || *at_ != letter) return fail(wanted);
     ++at_;
+    return true;
+  }
+
+  /// One, or as many as bring names of buses to one length.
+  bool expect_spaces() {
+    if (!expect(' ', LogLineWanted::space)) return false;
+    while (peek() == ' ') ++at_;
     return true;
   }
 

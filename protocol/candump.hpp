@@ -9,6 +9,9 @@
 //   (1700000000.123456) can0 45123#81:00:12345678#AABB  CAN XL: the same
 //   # a comment                                         and blank lines say nothing
 //
+// Between the fields may be more spaces: candump fills names of buses up to the longest. What else it writes is read by
+// candump_screen.hpp.
+//
 // Pure, no allocation: the parser's answer points into the line it was given. A line is taken whole or not at all.
 #pragma once
 
@@ -34,6 +37,7 @@ struct LogLine {
   LogLineKind kind = LogLineKind::nothing;
   Direction direction = Direction::unknown;
   std::uint8_t length_code = 0;  // 9 to 15: the one on the wire, which means eight bytes, too; 0: the length itself
+  std::uint32_t number = 0;      // of a frame of a screen without times, from 1; 0: it has a time
   std::int64_t time_us = 0;      // as written: since 1970, or since the start of the recording
   std::string_view bus;          // points into the line
   CanFrame frame;
@@ -71,6 +75,10 @@ enum class LogLineWanted : std::uint8_t {
   at_most_8_bytes,
   at_most_2048_bytes,
   direction,
+  date,
+  length,
+  all_bytes,
+  letters,
 };
 
 [[nodiscard]] std::string_view to_text(LogLineWanted wanted);

@@ -1,11 +1,10 @@
-// Lines of a candump log: what is taken is written again and read as the same, what is not is complained about at a
-// place that the line has.
+// Lines of a candump log and of its screen: what is taken is written again and read as the same, what is not is
+// complained about at a place that the line has.
 //
 // Input: lines.
-#include "protocol/candump.hpp"
-
 #include <array>
 
+#include "protocol/candump_screen.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 using namespace bmu;
@@ -32,13 +31,27 @@ void check_line(const LogLine& line) {
   if (line.kind == LogLineKind::fd_frame) check_long_frame(line);
 }
 
+void check_damage(const LogLineDamage& damage, std::string_view line) {
+  FUZZ_CHECK(damage.column <= line.size() && to_text(damage.wanted) != "?");
+}
+
+/// A line of a log is one of a screen, too.
+void check_screen_line(std::string_view line) {
+  static ScreenRoom room;
+  const auto parsed = parse_screen_line(line, room);
+  if (!parsed) return check_damage(parsed.error(), line);
+  FUZZ_CHECK(parsed->line.kind != LogLineKind::nothing);
+  check_line(parsed->line);
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   for (const std::string_view line : fuzz::lines_of(fuzz::text_of(data, size))) {
     const auto parsed = parse_log_line(line);
+    check_screen_line(line);
     if (!parsed) {
-      FUZZ_CHECK(parsed.error().column <= line.size() && to_text(parsed.error().wanted) != "?");
+      check_damage(parsed.error(), line);
     } else if (parsed->kind != LogLineKind::nothing) {
       check_line(*parsed);
     }

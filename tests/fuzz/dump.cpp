@@ -1,13 +1,14 @@
 // What bmudump makes of a log: a line of text, and one of JSON that a machine can read, for every frame; and summary
 // and table of all of them.
 //
-// Input: lines of a log.
+// Input: lines of a log or of a screen.
 #include <string>
 
 #include <nlohmann/json.hpp>
 
 #include "tests/fuzz/fuzz.hpp"
 #include "tools/bmudump/follow.hpp"
+#include "tools/bmudump/log_times.hpp"
 #include "tools/bmudump/summary.hpp"
 
 using namespace bmu;
@@ -84,10 +85,16 @@ class Shown {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view log = fuzz::text_of(data, std::min(size, log_max));
+  LogTimes times;
+  static ScreenRoom room;
   Shown shown(size % 2 == 0 ? TimeForm::absolute : TimeForm::delta);
   for (const std::string_view line : fuzz::lines_of(log)) {
-    const auto parsed = parse_log_line(line);
-    if (parsed && parsed->kind != LogLineKind::nothing) shown.take(*parsed);
+    if (const auto parsed = parse_log_line(line)) {
+      if (parsed->kind != LogLineKind::nothing) shown.take(*parsed);
+    } else if (auto screen = parse_screen_line(line, room)) {
+      times.take(screen->line, screen->time_form);
+      shown.take(screen->line);
+    }
   }
   shown.check();
   return 0;

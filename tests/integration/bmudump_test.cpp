@@ -268,7 +268,9 @@ TEST_CASE("damaged lines are reported with place, found and wanted, and the run 
   CHECK(result.exit_code == 3);
   CHECK(result.out == good_text);
   CHECK(result.err ==
-        "bmudump: " + log + ":2:1: found 'v', wanted '(' before the time; line skipped\n" +  //
+        "bmudump: " + log +
+            ":2:20: found the end of the line, wanted as many bytes, each behind a space, as the brackets have; line "
+            "skipped\n" +
             "bmudump: " + log + ":5:16: found ')', wanted 6 (or 9) digits of a second; line skipped\n" +
             "bmudump: " + log + ":6:47: found '9', wanted at most 8 data bytes (64 after '##'); line skipped\n" +
             "bmudump: " + log + ":7:4: found byte 00h, wanted '.' between seconds and fraction; line skipped\n" +
@@ -313,6 +315,88 @@ long resident_kB_of(std::vector<std::string> arguments, const TemporaryFolder& f
   REQUIRE(::wait4(child, &status, 0, &usage) == child);
   exit_code = WEXITSTATUS(status);
   return usage.ru_maxrss;
+}
+
+TEST_CASE("names of buses that are filled with spaces cost no bus", "[integration][bmudump]") {
+  const Run result = run("-r - -L",
+                         "(1700000000.000000)   can0 080#008F000000002A1F\n"
+                         "(1700000000.001000)   can0 103#5C000000100C2AA1 R\n"
+                         "(1700000000.100000) vcan10 620#49484120424D5331\n");
+  CHECK(result.exit_code == 0);
+  CHECK(result.err.empty());
+  CHECK(result.out ==
+        "(1700000000.000000) can0 080#008F000000002A1F\n"
+        "(1700000000.001000) can0 103#5C000000100C2AA1 R\n"
+        "(1700000000.100000) vcan10 620#49484120424D5331\n");
+}
+
+TEST_CASE("a screen without times is read, and its frames are numbered", "[integration][bmudump]") {
+  const std::string log =
+      "  can0  080   [8]  00 8F 00 00 00 00 2A 1F\n"
+      "  can0  143   [8]  8E A0 8E 92 8E B2 2A B2\n"
+      "  can0  20000004   [8]  00 08 00 00 00 00 60 00   ERRORFRAME\n"
+      "\tcontroller-problem{tx-error-warning}\n"
+      "\terror-counter-tx-rx{{96}{0}}\n"
+      "  can1  7FF   [2]  01 02\n";
+  const Run text = run("-r - --brief --filter 143,7FF,#4", log);
+  CHECK(text.exit_code == 0);
+  CHECK(text.err == "bmudump: standard input:1: no time; frames without a time have a number in its place\n");
+  CHECK(text.out ==
+        "(2) can0 143 CELLS_1 node 3     cell_voltage_1 3.6512 V  cell_voltage_2 3.6498 V  cell_voltage_3 3.6530 V\n"
+        "(3) can0 00000004 unknown       error frame: controller: send errors at warning level, counters: send 96, "
+        "receive 0  [8] 00 08 00 00 00 00 60 00\n"
+        "(4) can1 7FF unknown            [2] 01 02\n");
+  CHECK(lines_of(run("-r - --json", log).out).back() ==
+        R"({"time_s":null,"number":4,"bus":"can1","id":"7FF","message":null,"node":null,"ok":null,"data":"0102"})");
+  const Run summary = run("-r - --summary", log);
+  CHECK(summary.out.find("can0: 3 frames, 0.000000 s\n") != std::string::npos);
+  CHECK(summary.out.find("can1: 1 frames, 0.000000 s\n") != std::string::npos);
+  CHECK(lines_of(run("-r - --follow", log).out).back().ends_with("  1       -       -       -  [2] 01 02"));
+}
+
+TEST_CASE("the explanation of an error frame belongs to it, elsewhere it is damage", "[integration][bmudump]") {
+  const std::string error = "  can0  20000040   [8]  00 00 00 00 00 00 00 00   ERRORFRAME\n\tbus-off\n";
+  CHECK(run("-r -", error).exit_code == 0);
+  const Run result = run("-r -", "(1.000000) can0 20000040#0000000000000000\n\tbus-off\n" + std::string(good_line) +
+                                     "\tbus-off\n  can0  20000040   [9]  ERRORFRAME\n\tbus-off\n");
+  CHECK(result.exit_code == 3);
+  CHECK(result.err ==
+        "bmudump: standard input:4:1: found byte 09h, wanted '(' before the time; line skipped\n"
+        "bmudump: standard input:5:20: found '[', wanted the number of bytes in brackets, 0 to 8 or 00 to 64; line "
+        "skipped\n");
+}
+
+TEST_CASE("times as candump -t writes them are read as absolute ones", "[integration][bmudump]") {
+  const auto times_of = [](const std::string& log, const std::string& told = "") {
+    const Run result = run("-r - --json", log);
+    CHECK(result.exit_code == 0);
+    CHECK(result.err == told);
+    std::vector<double> times_s;
+    for (const std::string& line : lines_of(result.out)) {
+      times_s.push_back(nlohmann::json::parse(line).at("time_s").get<double>());
+    }
+    return times_s;
+  };
+  using Times = std::vector<double>;
+  const std::string frame = "  can0  7FF   [0]\n";
+  const std::string other = "  can1  7FF   [0]\n";
+  const std::string told = "bmudump: standard input:1: times since the line before (candump -t d); added up\n";
+  CHECK(times_of("(1700000000.500000)" + frame) == Times{1700000000.5});
+  CHECK(times_of("(000.000000)" + frame + "(000.500000)" + other + "(001.250000)" + frame) == Times{0, 0.5, 1.25});
+  CHECK(times_of("(000.000000)" + frame + "(000.500000)" + frame + "(000.250000)" + frame, told) ==
+        Times{0, 0.5, 0.75});
+  // All the same, as of a steady bus.
+  CHECK(times_of("(000.000000)" + frame + times(3, "(000.250000)" + frame), told) == Times{0, 0.25, 0.5, 0.75});
+  CHECK(times_of("(000.000000) can0 7FF#\n" + times(3, "(000.250000) can0 7FF#\n"), told) == Times{0, 0.25, 0.5, 0.75});
+  // Two buses, of which one is read a bit later, and two logs behind each other.
+  CHECK(times_of("(000.000000)" + frame + "(000.000500)" + frame + "(000.000400)" + other) == Times{0, 0.0005, 0.0004});
+  CHECK(times_of(times(2, "(000.000000)" + frame + "(000.500000)" + frame)) == Times{0, 0.5, 0, 0.5});
+  // A log whose times are not of candump's form has them as they are.
+  CHECK(times_of("(2.000000) can0 7FF#\n(1.000000) can0 7FF#\n") == Times{2, 1});
+  ::setenv("TZ", "CET-1CEST,M3.5.0,M10.5.0/3", 1);  // NOLINT(concurrency-mt-unsafe): one thread
+  CHECK(times_of("(2023-11-14 23:13:20.500000)" + frame + "(2023-07-14 23:13:20.500000) can0 7FF#\n") ==
+        Times{1700000000.5, 1689369200.5});
+  ::setenv("TZ", "UTC", 1);  // NOLINT(concurrency-mt-unsafe): one thread
 }
 
 TEST_CASE("a line of 100 MB is skipped in little memory", "[integration][bmudump][F106]") {

@@ -92,6 +92,14 @@ TEST_CASE("directions, nanoseconds, carriage returns and trailing spaces are rea
   CHECK(parsed("(000.000001) unix:demo 143#01").bus == "unix:demo");
 }
 
+TEST_CASE("any number of spaces stands between the fields", "[unit][protocol][candump]") {
+  CHECK(printed(parsed("(1700000000.000000)   can0 143#8EA08E928EB22AB2")) ==
+        "(1700000000.000000) can0 143#8EA08E928EB22AB2");
+  CHECK(printed(parsed("(1.000000) can0     143#01   R")) == "(1.000000) can0 143#01 R");
+  CHECK(printed(parsed("(1.000000)     unix:a-longer-name  18FF50E5#R2")) ==
+        "(1.000000) unix:a-longer-name 18FF50E5#R2");
+}
+
 TEST_CASE("comments and blank lines say nothing", "[unit][protocol][candump]") {
   for (const std::string_view text : {"", "\r", "  \t", "# Name: drive", "#"}) {
     CHECK(parsed(text).kind == LogLineKind::nothing);
@@ -168,7 +176,7 @@ TEST_CASE("damage is named with its column", "[unit][protocol][candump]") {
   CHECK(damage("(1.0000001) can0 143#") == "11: 6 (or 9) digits of a second");
   CHECK(damage("(1.000000 can0 143#") == "10: ')' after the time");
   CHECK(damage("(1.000000)can0 143#") == "11: a space");
-  CHECK(damage("(1.000000)  143#") == "12: a bus name of 1 to 63 characters");
+  CHECK(damage("(1.000000)  ") == "13: a bus name of 1 to 63 characters");
   CHECK(damage("(1.000000) " + std::string(64, 'x') + " 143#") == "12: a bus name of 1 to 63 characters");
   CHECK(damage("(1.000000) can0") == "16: a space");
   CHECK(damage("(1.000000) can0 143 01") == "20: '#' after the identifier");

@@ -2,12 +2,14 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <utility>
 
 #include <fcntl.h>
 #include <unistd.h>
 
 #include "tools/bmudump/dump.hpp"
 #include "tools/bmudump/follow_screen.hpp"
+#include "tools/bmudump/log_times.hpp"
 #include "tools/common/line_reader.hpp"
 
 namespace bmu::dump {
@@ -35,12 +37,24 @@ class LogFile {
  private:
   void take_lines(Dump& dump);
   void take_line(const LineReader::Line& line, Dump& dump);
+  void take_screen_line(std::string_view text, const LogLineDamage& log_damage, Dump& dump);
+  void take_frame(const LogLine& line, LogTimeForm form, std::string_view text, Dump& dump);
+  void show(const LogLine& line, std::string_view text, Dump& dump);
+  void correct_time(LogLine& line, LogTimeForm form);
+  void look_ahead(const LogLine& first);
   void tell_damage(std::size_t column, const std::string& found, std::string_view wanted);
   void tell_packed_damage();
 
   std::string name_;
   LineReader reader_;
   std::uint64_t damaged_ = 0;
+  LogTimes times_;
+  bool has_time_ = false;      // there was a frame with seconds, so that it is known whether
+  bool are_absolute_ = false;  // these need no correction
+  bool is_missing_told_ = false;
+  bool is_adding_told_ = false;
+  bool is_below_error_frame_ = false;
+  ScreenRoom screen_room_{};
 };
 
 int LogFile::read(Dump& dump, FollowScreen& screen) {
@@ -73,13 +87,75 @@ void LogFile::take_line(const LineReader::Line& line, Dump& dump) {
     return tell_damage(line.text.size(), "more than " + std::to_string(line.text.size()) + " characters", "a newline");
   }
   const auto parsed = parse_log_line(line.text);
-  if (!parsed) {
-    const LogLineDamage& damage = parsed.error();
-    return tell_damage(damage.column, found_text(line.text, damage.column), to_text(damage.wanted));
+  if (!parsed) return take_screen_line(line.text, parsed.error(), dump);
+  if (parsed->kind == LogLineKind::nothing) return;
+  if (are_absolute_) return show(*parsed, line.text, dump);
+  take_frame(*parsed, LogTimeForm::seconds, line.text, dump);
+}
+
+/// What is no line of a log.
+void LogFile::take_screen_line(std::string_view text, const LogLineDamage& log_damage, Dump& dump) {
+  if (is_below_error_frame_ && is_error_text(text)) return;
+  const auto parsed = parse_screen_line(text, screen_room_);
+  if (parsed) return take_frame(parsed->line, parsed->time_form, text, dump);
+  is_below_error_frame_ = text.find("ERRORFRAME") != std::string_view::npos;
+  const LogLineDamage& damage = is_of_screen(text) ? parsed.error() : log_damage;
+  tell_damage(damage.column, found_text(text, damage.column), to_text(damage.wanted));
+}
+
+void LogFile::take_frame(const LogLine& line, LogTimeForm form, std::string_view text, Dump& dump) {
+  if (form == LogTimeForm::seconds && !has_time_) {
+    has_time_ = true;
+    are_absolute_ = LogTimes::are_absolute(text);
+    if (!are_absolute_) look_ahead(line);
   }
-  if (parsed->kind == LogLineKind::nothing || dump.show(*parsed)) return;
-  tell_damage(static_cast<std::size_t>(parsed->bus.data() - line.text.data()), "one more bus name",
-              "at most " + std::to_string(BusTable::bus_count_max) + " buses in all");
+  if (form == LogTimeForm::seconds && are_absolute_) return show(line, text, dump);
+  LogLine corrected = line;
+  correct_time(corrected, form);
+  show(corrected, text, dump);
+}
+
+/// And says once what it corrects.
+void LogFile::correct_time(LogLine& line, LogTimeForm form) {
+  const auto tell = [this](const char* what) {
+    std::fprintf(stderr, "bmudump: %s:%llu: %s\n", name_.c_str(),
+                 static_cast<unsigned long long>(reader_.line_number()), what);
+  };
+  times_.take(line, form);
+  if (times_.are_missing() && !std::exchange(is_missing_told_, true)) {
+    tell("no time; frames without a time have a number in its place");
+  }
+  if (times_.are_added_up() && !std::exchange(is_adding_told_, true)) {
+    tell("times since the line before (candump -t d); added up");
+  }
+}
+
+void LogFile::show(const LogLine& line, std::string_view text, Dump& dump) {
+  is_below_error_frame_ = line.frame.is_error;
+  times_.note(line.time_us);
+  if (dump.show(line)) return;
+  const std::size_t bus = text.find(line.bus);
+  tell_damage(bus, "one more bus name", "at most " + std::to_string(BusTable::bus_count_max) + " buses in all");
+}
+
+/// Once, at the first time that may be a difference: the frames behind it may show that it is one.
+void LogFile::look_ahead(const LogLine& first) {
+  constexpr int lines_max = 1'000;
+  times_.look_ahead(first);
+  std::string_view ahead = reader_.ahead();
+  ScreenRoom room{};  // another than that of `first`
+  for (int count = 0; count < lines_max; ++count) {
+    const std::size_t end = ahead.find('\n');
+    if (end == std::string_view::npos) break;
+    const std::string_view text = ahead.substr(0, end);
+    ahead.remove_prefix(end + 1);
+    if (const auto parsed = parse_log_line(text)) {
+      if (parsed->kind != LogLineKind::nothing) times_.look_ahead(*parsed);
+    } else if (const auto screen = parse_screen_line(text, room); screen && screen->time_form == LogTimeForm::seconds) {
+      times_.look_ahead(screen->line);
+    }
+  }
+  times_.forget_order();
 }
 
 /// By offset: lines are only where something could be unpacked.

@@ -227,7 +227,7 @@ void Follow::draw_row(int line, const Key& key, const Row& row, std::int64_t now
   put_number(columns.frames, whole_number_text(static_cast<double>(row.frames), frames_room), style(Style::normal));
   put_number(columns.rate, rate, style(Style::normal));
   put_number(columns.gap, has_gap ? duration_text(row.statistics->gap_max_us) : "-", style(Style::normal));
-  put_number(columns.age, duration_text(age_us), is_old ? Style::warning : Style::normal);
+  put_number(columns.age, row.line.number != 0 ? "-" : duration_text(age_us), is_old ? Style::warning : Style::normal);
   draw_values(line, column + columns.values_space, row, style(Style::normal), first_value, canvas);
 }
 

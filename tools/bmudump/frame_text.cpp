@@ -319,7 +319,12 @@ void FrameText::print_json(const SeenFrame& seen, TextWriter& out) const {
   const CheckedFrame& verdict = seen.verdict;
   out.begin_line();
   out.text("{\"time_s\":");
-  out.time(seen.line.time_us);
+  if (seen.line.number != 0) {
+    out.text("null,\"number\":");
+    out.decimal(seen.line.number);
+  } else {
+    out.time(seen.line.time_us);
+  }
   out.text(",\"bus\":");
   out.json_string(seen.line.bus);
   out.text(",\"id\":\"");

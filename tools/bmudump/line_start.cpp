@@ -7,7 +7,11 @@ namespace bmu::dump {
 void LineStart::print(const LogLine& line, TextWriter& out) {
   if (style_.time != TimeForm::none) {
     out.letter('(');
-    print_time(line.time_us, out);
+    if (line.number != 0) {
+      out.decimal(line.number);
+    } else {
+      print_time(line.time_us, out);
+    }
     out.text(") ");
   }
   out.text(line.bus);

@@ -22,9 +22,9 @@ constexpr std::uint32_t vehicle_base_max = 0x7FF - 8;
 
 constexpr const char* description =
     "Prints what each frame on the battery's buses means, signal by signal with value and unit, as it arrives on an\n"
-    "interface or out of a candump log, plain or packed (zstd, gzip). Frames that the daemon would reject are marked "
-    "with\n"
-    "the reason. Options of candump are those of candump where it has them, but for -r.";
+    "interface or out of a candump log or screen, plain or packed (zstd, gzip). Frames that the daemon would reject "
+    "are\n"
+    "marked with the reason. Options of candump are those of candump where it has them, but for -r.";
 
 constexpr const char* footer = R"(
 Examples:
@@ -159,7 +159,7 @@ void declare_input(CLI::App& app, Options& options, Words& words) {
       "interface (can0, vcan0, any) or embedded bus (unix:NAME), with filters if wanted: BUS,FILTER,..; several "
       "show together; with -r, before it: only these of the log");
   app.add_option("-r,--read", options.files,
-                 "read candump logs (candump -l or -L), plain, zstd or gzip; - is standard input")
+                 "read logs of candump (-l or -L) or its screen in a file, plain, zstd or gzip; - is standard input")
       ->type_name("FILE");
   app.add_option("--filter", options.filter,
                  "show only these: identifiers, message names, NAME*, ID:MASK, ID~MASK, #MASK, j")

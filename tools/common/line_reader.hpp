@@ -36,6 +36,8 @@ class LineReader {
   [[nodiscard]] bool take(Line& line);
   /// Reads once more. On error, errno tells.
   [[nodiscard]] Filled fill();
+  /// What is here and was not taken yet; of its last line perhaps a part.
+  [[nodiscard]] std::string_view ahead() const { return {buffer_.get() + begin_, end_ - begin_}; }
   /// Number of the line taken last, from 1. A torn line counts as one.
   [[nodiscard]] std::uint64_t line_number() const { return line_number_; }
   /// Of the last fill() that came back `damaged`.
