@@ -246,6 +246,28 @@ bool is_of_screen(std::string_view line) {
          line.find(" {") != std::string_view::npos;
 }
 
+std::optional<LostFrames> parse_lost_frames(std::string_view line) {
+  if (line.ends_with('\r')) line.remove_suffix(1);
+  /// Up to the next `end`, which is taken, too.
+  const auto take_until = [&line](std::string_view end) -> std::optional<std::string_view> {
+    const std::size_t at = line.find(end);
+    if (at == std::string_view::npos) return std::nullopt;
+    const std::string_view taken = line.substr(0, at);
+    line.remove_prefix(at + end.size());
+    return taken;
+  };
+  const auto nothing = take_until("DROPCOUNT: dropped ");
+  const auto count = take_until(" CAN frame");
+  const auto plural = take_until(" on '");
+  const auto bus = take_until("' socket (total drops ");
+  const auto total = take_until(")");
+  if (!nothing || !count || !plural || !bus || !total || !nothing->empty() || !line.empty()) return std::nullopt;
+  const auto frames = number_of_text<std::uint32_t>(*count);
+  if (!frames || !number_of_text<std::uint32_t>(*total)) return std::nullopt;
+  if (bus->empty() || bus->size() > bus_name_length_max) return std::nullopt;
+  return LostFrames{*bus, *frames};
+}
+
 bool is_error_text(std::string_view line) {
   return line.starts_with('\t');
 }

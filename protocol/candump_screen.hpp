@@ -7,12 +7,16 @@
 //     can0  143   {C}  8E A0 8E 92 8E B2 2A B2                    -8: the length code
 //     can0  20000004   [8]  00 08 00 00 00 00 60 00   ERRORFRAME  with -e, lines with a tab before them explain it
 //
+//   DROPCOUNT: dropped 3 CAN frames on 'can0' socket (total drops 7)   -d, on the screen and in a log
+//
 // Colours (-c), bits (-i), bytes in reverse (-S) and CAN XL are not read.
 //
 // Pure, no allocation, as the reader of logs, which reads the same line in the form of a log.
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <optional>
 #include <string_view>
 
 #include "protocol/candump.hpp"
@@ -38,6 +42,17 @@ using ScreenRoom = std::array<char, long_log_line_length_max>;
 
 /// Whether a damaged line is one of a screen rather than of a log.
 [[nodiscard]] bool is_of_screen(std::string_view line);
+
+/// Frames that candump -d did not receive, as its buffer was full.
+struct LostFrames {
+  std::string_view bus;     // points into the line
+  std::uint32_t count = 0;  // since the line like this before
+};
+
+inline constexpr std::string_view lost_frames_begin = "DROPCOUNT:";
+
+/// One line without its newline that begins so; none if it is damaged.
+[[nodiscard]] std::optional<LostFrames> parse_lost_frames(std::string_view line);
 
 /// Whether a line explains the error frame that stands above it.
 [[nodiscard]] bool is_error_text(std::string_view line);

@@ -49,6 +49,8 @@ void check_screen_line(std::string_view line) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   for (const std::string_view line : fuzz::lines_of(fuzz::text_of(data, size))) {
     const auto parsed = parse_log_line(line);
+    const auto lost = parse_lost_frames(line);
+    FUZZ_CHECK(!lost || (!lost->bus.empty() && line.starts_with(lost_frames_begin)));
     check_screen_line(line);
     if (!parsed) {
       check_damage(parsed.error(), line);

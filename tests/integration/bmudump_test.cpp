@@ -366,6 +366,49 @@ TEST_CASE("the explanation of an error frame belongs to it, elsewhere it is dama
         "skipped\n");
 }
 
+TEST_CASE("frames that candump -d did not receive are counted as lost, and are no damage", "[integration][bmudump]") {
+  const std::string lost_3 = "DROPCOUNT: dropped 3 CAN frames on 'can0' socket (total drops 3)\n";
+  const std::string lost_1 = "DROPCOUNT: dropped 1 CAN frame on 'can0' socket (total drops 4)\n";
+  const std::string log = std::string("(1.000000) can0 143#8EA08E928EB22AB2\n") + lost_3 +
+                          "(2.000000) can0 143#8EA08E928EB22AB2\n" + lost_1 + "(2.000000) can1 7FF#\n";
+  const Run text = run("-r - --strict --filter CELLS_1", log);  // a counter seen before the loss is not repeated
+  CHECK(text.exit_code == 0);
+  CHECK(text.err ==
+        "bmudump: standard input:2: can0: 3 frames lost when this was recorded\n"
+        "bmudump: standard input:4: can0: 1 frames lost when this was recorded\n");
+  CHECK(lines_of(text.out).size() == 2);
+  const Run summary = run("-r - --summary", log);
+  CHECK(summary.exit_code == 0);
+  CHECK(summary.out.find("error frames 0, not classic CAN 0, lost 4\n") != std::string::npos);
+  CHECK(summary.out.find("error frames 0, not classic CAN 0\n") != std::string::npos);
+  const std::vector<std::string> json = lines_of(run("-r - --summary --json", log).out);
+  REQUIRE(json.size() == 2);
+  CHECK(nlohmann::json::parse(json[0]).at("lost") == 4);
+  CHECK(nlohmann::json::parse(json[0]).at("frames") == 2);
+  CHECK(nlohmann::json::parse(json[1]).at("lost") == 0);
+  const std::vector<std::string> frames = lines_of(run("-r - --json", log).out);
+  REQUIRE(frames.size() == 5);
+  CHECK(frames[1] == R"({"time_s":null,"bus":"can0","lost":3})");
+  CHECK(run("-r - -L", log).out == log);
+  CHECK(lines_of(run("-r - --follow", log).out).front().ends_with("   4 lost"));
+  // A bus of which nothing else is known; one that is not shown.
+  CHECK(run("-r - --summary", lost_3).out.starts_with("can0: 0 frames, "));
+  CHECK(lines_of(run("can1 -r - --json", log).out).size() == 1);
+  CHECK(run("can1 -r - --summary", log).out.find("lost") == std::string::npos);
+  // On a screen without times, too.
+  CHECK(run("-r - --summary", "  can0  7FF   [0]\n" + lost_1).out.find(", lost 1\n") != std::string::npos);
+  const std::vector<std::string> told = lines_of(run("-r -", times(1'001, lost_1)).err);
+  REQUIRE(told.size() == 1'001);
+  CHECK(told.back() == "bmudump: standard input: frames lost at 1001 places in all, the first 1000 told");
+  for (const char* damaged : {"DROPCOUNT: dropped", "DROPCOUNT: dropped 3 CAN frames on 'can0' socket (total drops 3",
+                              "DROPCOUNT: dropped x CAN frames on 'can0' socket (total drops 3)",
+                              "DROPCOUNT: dropped 3 CAN frames on '' socket (total drops 3)",
+                              "DROPCOUNT: dropped 3 CAN frames on 'can0' socket (total drops 3) "}) {
+    INFO(damaged);
+    CHECK(run("-r -", std::string(damaged) + "\n").exit_code == 3);
+  }
+}
+
 TEST_CASE("times as candump -t writes them are read as absolute ones", "[integration][bmudump]") {
   const auto times_of = [](const std::string& log, const std::string& told = "") {
     const Run result = run("-r - --json", log);

@@ -91,6 +91,30 @@ bool Dump::show(const LogLine& line) {
   return true;
 }
 
+bool Dump::count_lost(std::string_view name, std::uint64_t frames) {
+  Bus* const bus = buses_.find(name);
+  if (bus == nullptr) return false;
+  bus->check.forget_counters();
+  if (bus->filter == nullptr) return true;
+  bus->statistics.lost += frames;
+  print_lost(*bus, frames);
+  return true;
+}
+
+/// Where it was, for what reads these lines.
+void Dump::print_lost(const Bus& bus, std::uint64_t frames) {
+  const std::string count = std::to_string(frames);
+  out_.begin_line();
+  if (options_->output == Output::json) {
+    out_.text("{\"time_s\":null,\"bus\":");
+    out_.json_string(bus.name);
+    out_.text(",\"lost\":" + count + "}\n");
+  } else if (options_->output == Output::log) {
+    out_.text("DROPCOUNT: dropped " + count + " CAN frame" + (frames == 1 ? "" : "s") + " on '" + bus.name +
+              "' socket (total drops " + std::to_string(bus.statistics.lost) + ")\n");
+  }
+}
+
 void Dump::print(const Bus& bus, const SeenFrame& seen) {
   switch (options_->output) {
     case Output::text: return formats_[bus.reader].print_text(seen, out_);

@@ -46,6 +46,8 @@ class Dump {
 
   /// False if the frame has no place: there are too many buses.
   bool show(const LogLine& line);
+  /// So many frames of this bus were not received. False if the bus has no place.
+  bool count_lost(std::string_view bus, std::uint64_t frames);
   /// Frames were missed: what counters and polls said before says nothing about what comes now.
   void forget_counters(std::string_view bus);
   /// Whatever was on the buses until then has been shown.
@@ -60,6 +62,7 @@ class Dump {
 
  private:
   void print(const Bus& bus, const SeenFrame& seen);
+  void print_lost(const Bus& bus, std::uint64_t frames);
   void note_dialect(Bus& bus);
   void tell_hints() const;
 

@@ -38,8 +38,10 @@ class LogFile {
   void take_lines(Dump& dump);
   void take_line(const LineReader::Line& line, Dump& dump);
   void take_screen_line(std::string_view text, const LogLineDamage& log_damage, Dump& dump);
+  void take_lost(const LostFrames& lost, std::string_view text, Dump& dump);
   void take_frame(const LogLine& line, LogTimeForm form, std::string_view text, Dump& dump);
   void show(const LogLine& line, std::string_view text, Dump& dump);
+  void tell_bus_too_many(std::string_view bus, std::string_view text);
   void correct_time(LogLine& line, LogTimeForm form);
   void look_ahead(const LogLine& first);
   void tell_damage(std::size_t column, const std::string& found, std::string_view wanted);
@@ -48,6 +50,7 @@ class LogFile {
   std::string name_;
   LineReader reader_;
   std::uint64_t damaged_ = 0;
+  std::uint64_t lost_lines_ = 0;
   LogTimes times_;
   bool has_time_ = false;      // there was a frame with seconds, so that it is known whether
   bool are_absolute_ = false;  // these need no correction
@@ -74,6 +77,10 @@ int LogFile::read(Dump& dump, FollowScreen& screen) {
     std::fprintf(stderr, "bmudump: %s: %llu damaged lines in all, the first %llu told\n", name_.c_str(),
                  static_cast<unsigned long long>(damaged_), static_cast<unsigned long long>(damage_told_max));
   }
+  if (lost_lines_ > damage_told_max) {
+    std::fprintf(stderr, "bmudump: %s: frames lost at %llu places in all, the first %llu told\n", name_.c_str(),
+                 static_cast<unsigned long long>(lost_lines_), static_cast<unsigned long long>(damage_told_max));
+  }
   return damaged_ > 0 ? exit_damaged : exit_ok;
 }
 
@@ -96,11 +103,22 @@ void LogFile::take_line(const LineReader::Line& line, Dump& dump) {
 /// What is no line of a log.
 void LogFile::take_screen_line(std::string_view text, const LogLineDamage& log_damage, Dump& dump) {
   if (is_below_error_frame_ && is_error_text(text)) return;
+  const auto lost = text.starts_with(lost_frames_begin) ? parse_lost_frames(text) : std::nullopt;
+  if (lost) return take_lost(*lost, text, dump);
   const auto parsed = parse_screen_line(text, screen_room_);
   if (parsed) return take_frame(parsed->line, parsed->time_form, text, dump);
   is_below_error_frame_ = text.find("ERRORFRAME") != std::string_view::npos;
   const LogLineDamage& damage = is_of_screen(text) ? parsed.error() : log_damage;
   tell_damage(damage.column, found_text(text, damage.column), to_text(damage.wanted));
+}
+
+/// No damage: the log is as it was written.
+void LogFile::take_lost(const LostFrames& lost, std::string_view text, Dump& dump) {
+  if (!dump.count_lost(lost.bus, lost.count)) return tell_bus_too_many(lost.bus, text);
+  if (++lost_lines_ > damage_told_max) return;
+  std::fprintf(stderr, "bmudump: %s:%llu: %.*s: %lu frames lost when this was recorded\n", name_.c_str(),
+               static_cast<unsigned long long>(reader_.line_number()), static_cast<int>(lost.bus.size()),
+               lost.bus.data(), static_cast<unsigned long>(lost.count));
 }
 
 void LogFile::take_frame(const LogLine& line, LogTimeForm form, std::string_view text, Dump& dump) {
@@ -133,9 +151,12 @@ void LogFile::correct_time(LogLine& line, LogTimeForm form) {
 void LogFile::show(const LogLine& line, std::string_view text, Dump& dump) {
   is_below_error_frame_ = line.frame.is_error;
   times_.note(line.time_us);
-  if (dump.show(line)) return;
-  const std::size_t bus = text.find(line.bus);
-  tell_damage(bus, "one more bus name", "at most " + std::to_string(BusTable::bus_count_max) + " buses in all");
+  if (!dump.show(line)) tell_bus_too_many(line.bus, text);
+}
+
+void LogFile::tell_bus_too_many(std::string_view bus, std::string_view text) {
+  tell_damage(text.find(bus), "one more bus name",
+              "at most " + std::to_string(BusTable::bus_count_max) + " buses in all");
 }
 
 /// Once, at the first time that may be a difference: the frames behind it may show that it is one.

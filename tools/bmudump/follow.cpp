@@ -173,7 +173,8 @@ void Follow::draw_heads(std::int64_t now_us, Canvas& canvas) {
     int column = canvas.put(line, 0, bus->name, Style::strong);
     column = canvas.put(line, column, head_text(all, head, canvas.width() < short_head_width));
     column = canvas.put(line, column, count_text(all.failed, "failed"), Style::bad);
-    canvas.put(line, column, count_text(all.error, "error frames"), Style::bad);
+    column = canvas.put(line, column, count_text(all.error, "error frames"), Style::bad);
+    canvas.put(line, column, count_text(all.lost, "lost"), Style::bad);
     ++line;
   }
 }

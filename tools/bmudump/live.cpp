@@ -174,8 +174,8 @@ void LiveRun::tell_loss(LiveBus& bus) {
   if (lost == bus.lost) return;
   std::fprintf(stderr, "bmudump: %s: %llu frames lost, this program could not keep up\n", bus.port->name().c_str(),
                static_cast<unsigned long long>(lost - bus.lost));
+  dump_->count_lost(bus.port->name(), lost - bus.lost);
   bus.lost = lost;
-  dump_->forget_counters(bus.port->name());
 }
 
 /// Once: a bus unix:NAME exists as soon as it is named, and a misspelt one stays silent for ever. One that is down has

@@ -54,6 +54,7 @@ class BusStatistics {
   std::uint64_t remote = 0;
   std::uint64_t error = 0;
   std::uint64_t fd = 0;
+  std::uint64_t lost = 0;          // not received, as live or by DROPCOUNT lines of a log; not part of `frames`
   std::uint64_t without_row = 0;   // unknown 29-bit ones beyond extended_ids_max
   std::int64_t bits = 0;           // of all classic frames
   std::int64_t bits_of_first = 0;  // which was over when the time began

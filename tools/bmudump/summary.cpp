@@ -27,6 +27,10 @@ void for_each_id(const BusStatistics& bus, const Print& print) {
   for (const std::uint32_t id : bus.extended_ids()) print(hex(id, 8), bus.extended(id));
 }
 
+bool has_counts(const BusStatistics& bus) {
+  return bus.frames > 0 || bus.lost > 0;
+}
+
 struct Count {
   std::string_view name;  // in JSON, and with spaces for a person
   std::uint64_t BusStatistics::*number;
@@ -42,7 +46,7 @@ constexpr Count counts[] = {
 void Summary::print_text(std::span<const std::unique_ptr<Bus>> buses) const {
   bool is_empty = true;
   for (const std::unique_ptr<Bus>& bus : buses) {
-    if (bus->statistics.frames == 0) continue;
+    if (!has_counts(bus->statistics)) continue;
     print_bus(*bus);
     is_empty = false;
   }
@@ -64,6 +68,7 @@ void Summary::print_bus(const Bus& bus) const {
     out_->text(std::string(separator) + name + " " + std::to_string(all.*count.number));
     separator = ", ";
   }
+  if (all.lost > 0) out_->text(", lost " + std::to_string(all.lost));
   if (!bus.dialect.sign().empty()) {
     const Dialect* const spoken = bus.dialect.spoken();
     out_->text("\n  vehicle messages: " + bus.dialect.sign() +
@@ -111,7 +116,7 @@ std::string Summary::remarks_on(const IdStatistics& row) const {
 
 void Summary::print_json(std::span<const std::unique_ptr<Bus>> buses) const {
   for (const std::unique_ptr<Bus>& bus : buses) {
-    if (bus->statistics.frames > 0) print_bus_json(*bus);
+    if (has_counts(bus->statistics)) print_bus_json(*bus);
   }
 }
 
@@ -129,6 +134,7 @@ void Summary::print_bus_json(const Bus& bus) const {
   for (const Count& count : counts) {
     out_->text(",\"" + std::string(count.name) + "\":" + std::to_string(all.*count.number));
   }
+  out_->text(",\"lost\":" + std::to_string(all.lost));
   const Dialect* const spoken = bus.dialect.spoken();
   out_->text(",\"dialect\":" + (spoken == nullptr ? "null" : "\"" + std::string(spoken->name) + "\"") + ",\"ids\":[");
   bool is_first = true;
