@@ -37,6 +37,7 @@ class Rewriter {
   }
   [[nodiscard]] std::string_view log_line() const { return {room_->data(), length_}; }
   [[nodiscard]] LogTimeForm time_form() const { return time_form_; }
+  [[nodiscard]] bool has_length() const { return has_length_; }
   [[nodiscard]] LogLineDamage damage() const { return {wanted_, at_}; }
 
   /// What damage of the log line is in the line that it was made of.
@@ -154,7 +155,8 @@ class Rewriter {
 
   bool take_frame() {
     if (!write(" ") || !copy(word(" #"))) return false;
-    if (peek() == '#') return copy(left());
+    has_length_ = peek() != '#';
+    if (!has_length_) return copy(left());
     return expect_spaces() && take_length() && take_payload() && take_letters() && write(direction_);
   }
 
@@ -163,7 +165,9 @@ class Rewriter {
     const std::string_view number = left().substr(std::min<std::size_t>(left().size(), 1));
     const std::size_t digits = number.find(is_code ? '}' : ']');
     const std::size_t digits_max = is_code ? 1 : 2;
-    if ((!is_code && peek() != '[') || digits < 1 || digits > digits_max) return fail(LogLineWanted::length);
+    const bool is_torn = digits == std::string_view::npos && number.size() <= digits_max;
+    if (is_torn) at_ = line_.size();
+    if (is_torn || (!is_code && peek() != '[') || digits < 1 || digits > digits_max) return fail(LogLineWanted::length);
     const auto count = number_of_text<std::uint32_t>(number.substr(0, digits), is_code ? 16 : 10);
     is_fd_ = digits == 2;
     if (!count || *count > (is_fd_ ? fd_bytes_max : is_code ? 15 : 8)) return fail(LogLineWanted::length);
@@ -180,6 +184,9 @@ class Rewriter {
       at_ = begin + remote_mark.size();
       is_remote_ = true;
       return write("R") && write_number(byte_count_) && write_length_code();
+    } else if (!is_fd_ && begin < line_.size() && remote_mark.starts_with(line_.substr(begin))) {
+      at_ = line_.size();
+      return fail(LogLineWanted::all_bytes);
     }
     for (std::uint32_t count = 0; count < byte_count_; ++count) {
       const bool has_space = peek() == ' ';
@@ -227,6 +234,7 @@ class Rewriter {
   char length_code_ = '\0';
   bool is_fd_ = false;
   bool is_remote_ = false;
+  bool has_length_ = true;
 };
 
 }  // namespace
@@ -237,7 +245,7 @@ Result<ScreenLine, LogLineDamage> parse_screen_line(std::string_view line, Scree
   if (!rewriter.rewrite()) return failure(rewriter.damage());
   const auto parsed = parse_log_line(rewriter.log_line());
   if (!parsed) return failure(rewriter.origin_of(parsed.error()));
-  return ScreenLine{*parsed, rewriter.time_form()};
+  return ScreenLine{*parsed, rewriter.time_form(), rewriter.has_length()};
 }
 
 bool is_of_screen(std::string_view line) {

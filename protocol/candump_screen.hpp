@@ -32,6 +32,7 @@ enum class LogTimeForm : std::uint8_t {
 struct ScreenLine {
   LogLine line;
   LogTimeForm time_form = LogTimeForm::seconds;
+  bool has_length = true;  // as a screen has it: a line with fewer bytes is damaged; false: it is of a log
 };
 
 /// Where a line of a screen is written as one of a log. `line` of a ScreenLine points into it.

@@ -274,7 +274,7 @@ TEST_CASE("damaged lines are reported with place, found and wanted, and the run 
             "bmudump: " + log + ":5:16: found ')', wanted 6 (or 9) digits of a second; line skipped\n" +
             "bmudump: " + log + ":6:47: found '9', wanted at most 8 data bytes (64 after '##'); line skipped\n" +
             "bmudump: " + log + ":7:4: found byte 00h, wanted '.' between seconds and fraction; line skipped\n" +
-            "bmudump: " + log + ":8:15: found the end of the line, wanted 6 (or 9) digits of a second; line skipped\n");
+            "bmudump: " + log + ":8: last line without a line end, torn; line skipped\n");
 }
 
 TEST_CASE("of endless damage the first thousand lines are told and all are counted", "[integration][bmudump][F106]") {
@@ -285,11 +285,11 @@ TEST_CASE("of endless damage the first thousand lines are told and all are count
   CHECK(lines.back() == "bmudump: standard input: 5000 damaged lines in all, the first 1000 told");
 }
 
-TEST_CASE("CRLF, time going back and a last line without newline are fine", "[integration][bmudump][F106]") {
+TEST_CASE("CRLF, time going back and a whole last line without newline are fine", "[integration][bmudump][F106]") {
   const Run result = run("-r -",
                          "(9.000000) vcan0 7FF#01\r\n"
                          "\r\n"
-                         "(1.000000) vcan0 7FF#02");
+                         "(1.000000) vcan0 7FF#0203040506070809");
   CHECK(result.exit_code == 0);
   CHECK(result.err.empty());
   CHECK(lines_of(result.out).size() == 2);
@@ -315,6 +315,56 @@ long resident_kB_of(std::vector<std::string> arguments, const TemporaryFolder& f
   REQUIRE(::wait4(child, &status, 0, &usage) == child);
   exit_code = WEXITSTATUS(status);
   return usage.ru_maxrss;
+}
+
+TEST_CASE("a torn last line is named, and is no shorter frame", "[integration][bmudump][F106]") {
+  const std::string start = "(1.000000) can0 ";
+  const auto last_of = [](const std::string& last) { return run("-r - -t none", "(1.000000) can0 7FF#\n" + last); };
+  const auto is_torn = [&](const std::string& last) {
+    const Run result = last_of(last);
+    const bool is_named = result.err == "bmudump: standard input:2: last line without a line end, torn; line skipped\n";
+    return is_named && result.exit_code == 3 && lines_of(result.out).size() == 1;
+  };
+  const auto is_whole = [&](const std::string& last) {
+    const Run result = last_of(last);
+    return result.exit_code == 0 && lines_of(result.out).size() == 2;
+  };
+  // Wherever it is cut, in its bytes and before them.
+  const std::string name = start + "620#49484120424D5331";
+  for (std::size_t length = 1; length < name.size(); ++length) {
+    INFO(name.substr(0, length));
+    CHECK(is_torn(name.substr(0, length)));
+  }
+  CHECK(is_whole(name));
+  // The row of PACK_STATUS has six bytes; 7FFh has no row.
+  CHECK(is_whole(start + "622#020E8D040000"));
+  CHECK(is_torn(start + "622#020E8D0400"));
+  CHECK(is_torn(start + "7FF#01"));
+  CHECK(is_torn(start + "7FF#"));
+  CHECK(is_torn("can0 7FF#01"));  // without a time
+  CHECK(is_torn(start + "20000004#00"));
+  CHECK(is_torn(start + "7FF#R"));
+  CHECK(is_torn(start + "7FF##1AABB"));
+  CHECK(is_torn("  can0  7FF   [2]  41"));
+  CHECK(is_torn("  can0  7FF   [2]  41 4"));
+  CHECK(is_torn("  can0  7FF   [2"));
+  CHECK(is_torn("  can0  7FF   [0]  remo"));
+  CHECK(is_torn("  can0  7"));
+  CHECK(is_torn("DROPCOUNT: dropped 1 CAN frame on 'can0' socket (total drops 1"));
+  CHECK(is_torn("DROPCOUNT: dro"));
+  CHECK(is_whole(start + "7FF#R4"));
+  CHECK(is_whole(start + "7FF#01 R"));
+  CHECK(is_whole(start + "7FF#01\r"));
+  CHECK(is_whole(start + "7FF##1" + times(64, "AA")));
+  CHECK(is_whole("  can0  7FF   [2]  41 42"));
+  CHECK(is_whole("  can0  7FF   [1]  23   '#'"));
+  CHECK(is_whole("can0 7FF#01 T"));
+  // Other damage has its place, and a comment says nothing.
+  CHECK(last_of(start + "7FF#0G00").err ==
+        "bmudump: standard input:2:21: found '0', wanted data bytes of two hexadecimal digits; line skipped\n");
+  CHECK(last_of("# commen").exit_code == 0);
+  // The row's length is that of the device which is read.
+  CHECK(run("-r - --device can0=elcon_tc", start + "18FF50E5#0C1C00640000").exit_code == 3);
 }
 
 TEST_CASE("names of buses that are filled with spaces cost no bus", "[integration][bmudump]") {

@@ -100,7 +100,7 @@ TEST_CASE("damage of a screen is named with its column", "[unit][protocol][candu
   CHECK(damage("  can0  143  [65]  01") == "14: the number of bytes in brackets, 0 to 8 or 00 to 64");
   CHECK(damage("  can0  143  [0012] (00|81:00:12345678) 01") ==
         "14: the number of bytes in brackets, 0 to 8 or 00 to 64");
-  CHECK(damage("  can0  143   [8") == "15: the number of bytes in brackets, 0 to 8 or 00 to 64");
+  CHECK(damage("  can0  143   [8") == "17: the number of bytes in brackets, 0 to 8 or 00 to 64");
   CHECK(damage("  can0  14   [0]") == "11: an identifier of 3 or 8 hexadecimal digits");
   CHECK(damage("  can0  1G3   [0]") == "10: an identifier of 3 or 8 hexadecimal digits");
   CHECK(damage("  can0  800   [0]") == "9: an identifier up to 7FF (3 digits) or 3FFFFFFF (8 digits)");

@@ -91,6 +91,20 @@ bool Dump::show(const LogLine& line) {
   return true;
 }
 
+bool Dump::is_whole(const LogLine& line) {
+  if (line.kind == LogLineKind::fd_frame) {
+    const LongFrame frame = long_frame_of(line);
+    return frame.digits.size() == 2 * (frame.is_xl ? xl_bytes_max : fd_bytes_max);
+  }
+  const CanFrame& frame = line.frame;
+  if (frame.length == frame.data.size()) return true;
+  if (frame.is_remote) return frame.length > 0;  // a digit, behind which there is nothing but a code above 8
+  const Bus* const bus = buses_.find(line.bus);
+  if (frame.is_error || bus == nullptr) return false;
+  const MessageSpec* const message = catalogues_->at(bus->reader).all().find(frame).message;
+  return message != nullptr && frame.length == message->length;
+}
+
 bool Dump::count_lost(std::string_view name, std::uint64_t frames) {
   Bus* const bus = buses_.find(name);
   if (bus == nullptr) return false;

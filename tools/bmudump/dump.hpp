@@ -46,6 +46,9 @@ class Dump {
 
   /// False if the frame has no place: there are too many buses.
   bool show(const LogLine& line);
+  /// Whether a frame whose line may have been torn behind it has all its bytes: as many as its row has, or as any can
+  /// have.
+  [[nodiscard]] bool is_whole(const LogLine& line);
   /// So many frames of this bus were not received. False if the bus has no place.
   bool count_lost(std::string_view bus, std::uint64_t frames);
   /// Frames were missed: what counters and polls said before says nothing about what comes now.

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdio>
@@ -37,13 +38,15 @@ class LogFile {
  private:
   void take_lines(Dump& dump);
   void take_line(const LineReader::Line& line, Dump& dump);
-  void take_screen_line(std::string_view text, const LogLineDamage& log_damage, Dump& dump);
+  void take_other_line(const LineReader::Line& line, const LogLineDamage& log_damage, Dump& dump);
   void take_lost(const LostFrames& lost, std::string_view text, Dump& dump);
   void take_frame(const LogLine& line, LogTimeForm form, std::string_view text, Dump& dump);
   void show(const LogLine& line, std::string_view text, Dump& dump);
   void tell_bus_too_many(std::string_view bus, std::string_view text);
   void correct_time(LogLine& line, LogTimeForm form);
   void look_ahead(const LogLine& first);
+  void tell_torn();
+  void tell_damage(const LogLineDamage& damage, std::string_view text);
   void tell_damage(std::size_t column, const std::string& found, std::string_view wanted);
   void tell_packed_damage();
 
@@ -59,6 +62,13 @@ class LogFile {
   bool is_below_error_frame_ = false;
   ScreenRoom screen_room_{};
 };
+
+/// Of a line of a log without a line end: whoever wrote it may have been cut off, and what is left may pass for a
+/// shorter frame. Something behind its bytes, or the number of these, shows that it is whole.
+bool is_torn(const LogLine& line, std::string_view text, Dump& dump) {
+  const std::string_view payload = text.substr(text.rfind('#'));
+  return payload.find_first_of(" \r") == std::string_view::npos && !dump.is_whole(line);
+}
 
 int LogFile::read(Dump& dump, FollowScreen& screen) {
   while (!dump.is_done() && !is_stop_requested()) {
@@ -94,22 +104,30 @@ void LogFile::take_line(const LineReader::Line& line, Dump& dump) {
     return tell_damage(line.text.size(), "more than " + std::to_string(line.text.size()) + " characters", "a newline");
   }
   const auto parsed = parse_log_line(line.text);
-  if (!parsed) return take_screen_line(line.text, parsed.error(), dump);
+  if (!parsed) return take_other_line(line, parsed.error(), dump);
   if (parsed->kind == LogLineKind::nothing) return;
+  if (!line.has_end && is_torn(*parsed, line.text, dump)) return tell_torn();
   if (are_absolute_) return show(*parsed, line.text, dump);
   take_frame(*parsed, LogTimeForm::seconds, line.text, dump);
 }
 
 /// What is no line of a log.
-void LogFile::take_screen_line(std::string_view text, const LogLineDamage& log_damage, Dump& dump) {
+void LogFile::take_other_line(const LineReader::Line& line, const LogLineDamage& log_damage, Dump& dump) {
+  const std::string_view text = line.text;
   if (is_below_error_frame_ && is_error_text(text)) return;
-  const auto lost = text.starts_with(lost_frames_begin) ? parse_lost_frames(text) : std::nullopt;
-  if (lost) return take_lost(*lost, text, dump);
+  if (text.starts_with(lost_frames_begin)) {
+    if (const auto lost = parse_lost_frames(text)) return take_lost(*lost, text, dump);
+    return line.has_end ? tell_damage(log_damage, text) : tell_torn();
+  }
   const auto parsed = parse_screen_line(text, screen_room_);
-  if (parsed) return take_frame(parsed->line, parsed->time_form, text, dump);
+  if (parsed) {
+    const bool may_be_torn = !line.has_end && !parsed->has_length;
+    if (may_be_torn && is_torn(parsed->line, text, dump)) return tell_torn();
+    return take_frame(parsed->line, parsed->time_form, text, dump);
+  }
   is_below_error_frame_ = text.find("ERRORFRAME") != std::string_view::npos;
-  const LogLineDamage& damage = is_of_screen(text) ? parsed.error() : log_damage;
-  tell_damage(damage.column, found_text(text, damage.column), to_text(damage.wanted));
+  if (!line.has_end && std::max(log_damage.column, parsed.error().column) + 1 >= text.size()) return tell_torn();
+  tell_damage(is_of_screen(text) ? parsed.error() : log_damage, text);
 }
 
 /// No damage: the log is as it was written.
@@ -186,6 +204,16 @@ void LogFile::tell_packed_damage() {
   std::fprintf(stderr, "bmudump: %s: bytes %llu to %llu, behind line %llu: %s; skipped\n", name_.c_str(),
                static_cast<unsigned long long>(damage.begin), static_cast<unsigned long long>(damage.end),
                static_cast<unsigned long long>(reader_.line_number()), damage.what.c_str());
+}
+
+void LogFile::tell_torn() {
+  if (++damaged_ > damage_told_max) return;
+  std::fprintf(stderr, "bmudump: %s:%llu: last line without a line end, torn; line skipped\n", name_.c_str(),
+               static_cast<unsigned long long>(reader_.line_number()));
+}
+
+void LogFile::tell_damage(const LogLineDamage& damage, std::string_view text) {
+  tell_damage(damage.column, found_text(text, damage.column), to_text(damage.wanted));
 }
 
 void LogFile::tell_damage(std::size_t column, const std::string& found, std::string_view wanted) {
