@@ -317,6 +317,29 @@ long resident_kB_of(std::vector<std::string> arguments, const TemporaryFolder& f
   return usage.ru_maxrss;
 }
 
+TEST_CASE("a byte-order mark costs no line", "[integration][bmudump]") {
+  const std::string mark = "\xEF\xBB\xBF";
+  const auto check = [&mark](const std::string& first) {
+    INFO(first);
+    const Run result = run("-r -", mark + first + std::string(good_line) + mark + first);
+    CHECK(result.exit_code == 0);
+    CHECK(result.err.empty());
+    return lines_of(result.out).size();
+  };
+  CHECK(check("(1.000000) can0 7FF#01\n") == 3);
+  CHECK(check("(1.000000)  can0  7FF   [1]  01\n") == 3);
+  CHECK(check("# comment\n") == 1);
+  CHECK(check("\r\n") == 1);
+  CHECK(check("") == 1);
+  CHECK(run("-r -", mark + "DROPCOUNT: dropped 1 CAN frame on 'can0' socket (total drops 1)\n").exit_code == 0);
+  CHECK(run("-r -", mark + "garbage\n").err ==
+        "bmudump: standard input:1:1: found 'g', wanted '(' before the time; line skipped\n");
+  CHECK(run("-r -", times(80'000, mark) + std::string(good_line)).out == good_text);
+  // A mark may be no more than a part of the line.
+  CHECK(run("-r -", mark + mark.substr(0, 1) + "\n").exit_code == 3);
+  CHECK(run("-r -", mark + "(1.000000) can0 620#4948").exit_code == 3);
+}
+
 TEST_CASE("a torn last line is named, and is no shorter frame", "[integration][bmudump][F106]") {
   const std::string start = "(1.000000) can0 ";
   const auto last_of = [](const std::string& last) { return run("-r - -t none", "(1.000000) can0 7FF#\n" + last); };

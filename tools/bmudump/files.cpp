@@ -19,6 +19,9 @@ namespace {
 /// Damage of one file beyond this many lines is counted, not told line by line.
 constexpr std::uint64_t damage_told_max = 1'000;
 
+/// As some editors put it before a text: at the beginning of a file, and so of what was put together from several.
+constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+
 std::string found_text(std::string_view line, std::size_t column) {
   if (column >= line.size()) return "the end of the line";
   const auto code = static_cast<unsigned char>(line[column]);
@@ -114,6 +117,11 @@ void LogFile::take_line(const LineReader::Line& line, Dump& dump) {
 /// What is no line of a log.
 void LogFile::take_other_line(const LineReader::Line& line, const LogLineDamage& log_damage, Dump& dump) {
   const std::string_view text = line.text;
+  if (text.starts_with(byte_order_mark)) {
+    LineReader::Line unmarked = line;
+    while (unmarked.text.starts_with(byte_order_mark)) unmarked.text.remove_prefix(byte_order_mark.size());
+    return take_line(unmarked, dump);
+  }
   if (is_below_error_frame_ && is_error_text(text)) return;
   if (text.starts_with(lost_frames_begin)) {
     if (const auto lost = parse_lost_frames(text)) return take_lost(*lost, text, dump);
