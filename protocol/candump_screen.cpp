@@ -121,12 +121,12 @@ class Rewriter {
     };
     const std::chrono::year_month_day day(std::chrono::year(static_cast<int>(number(1, 4))),
                                           std::chrono::month(number(6, 2)), std::chrono::day(number(9, 2)));
-    const std::uint32_t hour = number(12, 2), minute = number(15, 2), second = number(18, 2);
+    const std::int64_t hour = number(12, 2), minute = number(15, 2), second = number(18, 2);
     const bool is_time = hour < 24 && minute < 60 && second <= 60;  // 60: a leap second
     if (!day.ok() || day.year() < std::chrono::year(1970) || !is_time) return fail(LogLineWanted::date);
     const std::int64_t day_s = std::int64_t{std::chrono::sys_days(day).time_since_epoch().count()} * 86'400;
     std::array<char, 24> digits{};
-    const std::int64_t time_s = day_s + std::int64_t{hour} * 3'600 + minute * 60 + second;
+    const std::int64_t time_s = day_s + hour * 3'600 + minute * 60 + second;
     const char* const end = std::to_chars(digits.data(), digits.data() + digits.size(), time_s).ptr;
     at_ += date_example.size() - 1;
     return write("(") && write({digits.data(), end});

@@ -50,13 +50,13 @@ wrong_usage() {
 
 # The parser's own files, for the last column: a pattern over their paths.
 declare -A parser_files=(
-  [candump]='protocol/candump\.'
+  [candump]='protocol/candump(_screen)?\.'
   [cell]='config/(cell_|charge_plateau|derating_reader|fields|json_reader|list_fields)'
   [cell_count]='daemon/shell/cell_count_setting\.|config/cell_count\.'
   [core_image]='daemon/core/core_image\.|protocol/(image|fields|enumerators)\.'
   [driven_lines]='daemon/shell/driven_lines\.'
   [drivers]='devices/[a-z0-9_]*/'
-  [dump]='tools/bmudump/|protocol/candump\.'
+  [dump]='tools/bmudump/|protocol/candump(_screen)?\.'
   [frames]='protocol/(receive_check|signal|message|bits)\.'
   [guests]='daemon/core/(cell_requests|cell_question|charger_|inverter_|second_pack)'
   [history_pages]='daemon/history/(stray_rows|row_blob|history_reader|history_lives|history_row|history_columns)\.'
