@@ -14,9 +14,10 @@ constexpr std::int64_t sum_max_us = 1'000'000'000'000'000'000;  // as much as a 
 
 }  // namespace
 
-/// candump writes seconds since 1970 in ten digits, and since another line in three.
+/// candump writes seconds since 1970 in ten digits, and since another line in three at least; below 100 s that is a
+/// form which no other program has.
 bool LogTimes::are_absolute(std::string_view line) {
-  const std::size_t begin = line.find('(');
+  const std::size_t begin = line.find("(0");
   return begin == std::string_view::npos || line.find('.') != begin + 4;
 }
 

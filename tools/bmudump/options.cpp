@@ -56,7 +56,7 @@ Exit codes:
      goes away
   1  something could not be opened, read or written
   2  the command line is wrong
-  3  some of a log was damaged: such lines are skipped, the first 1000 reported with file, line and column, the others
+  3  some of a log was damaged, or its last line torn: such lines are skipped, the first 1000 reported with file, line and column, the others
      counted; places in a packed file are reported with their offset
   4  with --strict: some frames failed their check or are unknown)";
 
