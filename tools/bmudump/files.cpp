@@ -41,6 +41,7 @@ class LogFile {
  private:
   void take_lines(Dump& dump);
   void take_line(const LineReader::Line& line, Dump& dump);
+  void take_unusual_line(const LineReader::Line& line, const Result<LogLine, LogLineDamage>& parsed, Dump& dump);
   void take_other_line(const LineReader::Line& line, const LogLineDamage& log_damage, Dump& dump);
   void take_lost(const LostFrames& lost, std::string_view text, Dump& dump);
   void take_frame(const LogLine& line, LogTimeForm form, std::string_view text, Dump& dump);
@@ -107,10 +108,16 @@ void LogFile::take_line(const LineReader::Line& line, Dump& dump) {
     return tell_damage(line.text.size(), "more than " + std::to_string(line.text.size()) + " characters", "a newline");
   }
   const auto parsed = parse_log_line(line.text);
+  const bool is_usual = parsed && are_absolute_ && line.has_end && parsed->kind != LogLineKind::nothing;
+  if (is_usual) return show(*parsed, line.text, dump);
+  take_unusual_line(line, parsed, dump);
+}
+
+void LogFile::take_unusual_line(const LineReader::Line& line, const Result<LogLine, LogLineDamage>& parsed,
+                                Dump& dump) {
   if (!parsed) return take_other_line(line, parsed.error(), dump);
   if (parsed->kind == LogLineKind::nothing) return;
   if (!line.has_end && is_torn(*parsed, line.text, dump)) return tell_torn();
-  if (are_absolute_) return show(*parsed, line.text, dump);
   take_frame(*parsed, LogTimeForm::seconds, line.text, dump);
 }
 
@@ -120,7 +127,7 @@ void LogFile::take_other_line(const LineReader::Line& line, const LogLineDamage&
   if (text.starts_with(byte_order_mark)) {
     LineReader::Line unmarked = line;
     while (unmarked.text.starts_with(byte_order_mark)) unmarked.text.remove_prefix(byte_order_mark.size());
-    return take_line(unmarked, dump);
+    return take_unusual_line(unmarked, parse_log_line(unmarked.text), dump);
   }
   if (is_below_error_frame_ && is_error_text(text)) return;
   if (text.starts_with(lost_frames_begin)) {
