@@ -26,9 +26,6 @@ export SYSTEMD_BUS_TIMEOUT=600
 is_active() { [[ $(systemctl is-active bmud) == "$1" ]]; }
 property() { systemctl show --value -p "$1" bmud; }
 main_pid() { property MainPID; }
-# Asks the kernel. systemd, asked for a property, looks at the unit's files; while it waits for these, the machine's clock runs ahead, and
-# what systemd has to do meanwhile comes late.
-is_gone() { [[ ! -e /proc/$1 ]]; }
 is_new_process() { local pid; pid=$(main_pid) && [[ $pid != 0 && $pid != "$1" ]]; }
 is_over_or_new() { is_active failed || is_new_process "$1"; }
 # In a variable: a journalctl whose reader has found enough fails.

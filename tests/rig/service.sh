@@ -14,6 +14,10 @@ source "$(dirname "$0")/service-env.sh"
 
 watchdog_ms=500
 command_period_ms=50
+# systemd lets its timers be this late, to wake for several at once: the accuracy of sd_event_add_time(3) where none is given, as its
+# watchdog does. How much of it is used depends on the identifier of the boot.
+timer_late_ms=250
+turn_ms=100
 
 # A process that ends while the pack is closed.
 end_while_closed() {
@@ -33,7 +37,7 @@ take_memory() {
   local group
   group=/sys/fs/cgroup$(property ControlGroup)
   echo 1M >"$group/memory.max"
-  wait_for 10 "the kernel has ended it" is_gone "$1"
+  wait_for 10 "the kernel has ended it" is_new_process "$1"
 }
 
 # hold_loop PID: strace holds the first thread, which is the control loop, in one of its next waits, for longer than the watchdog's time.
@@ -67,11 +71,11 @@ before=$(main_pid)
 stopped_at=$EPOCHREALTIME
 kill -STOP "$before"
 expect_opened_by_itself "stopped by SIGSTOP" "$stopped_at"
-wait_for 15 "the watchdog has ended it" is_gone "$before"
+wait_for 15 "the watchdog has ended it" is_new_process "$before"
 expect "it was the watchdog" log_has "Watchdog timeout (limit ${watchdog_ms}ms)"
 ended_after_ms=$(awk "BEGIN { printf \"%.0f\", ($(watchdog_at) - $stopped_at) * 1000 }")
 measured+=("stopped by SIGSTOP: the watchdog's time was over after $ended_after_ms ms")
-expect "after $ended_after_ms ms: its time and no more than a turn of the machine" test "$ended_after_ms" -le $((watchdog_ms + 100))
+expect "after $ended_after_ms ms: its time, and how late systemd may be" test "$ended_after_ms" -le $((watchdog_ms + timer_late_ms + turn_ms))
 expect_successor "$before"
 
 step "stuck in its loop"  # [F61]
@@ -81,13 +85,13 @@ stuck_at=$EPOCHREALTIME
 timeouts_before=$(log_count "Watchdog timeout")
 hold_loop "$before"
 expect_opened_by_itself "stuck in its loop" "$stuck_at"
-wait_for 15 "the watchdog has ended it" is_gone "$before"
+wait_for 15 "the watchdog has ended it" is_new_process "$before"
 expect "it was the watchdog" test "$(log_count "Watchdog timeout")" -gt "$timeouts_before"
 stop strace || true
 ended_after_ms=$(awk "BEGIN { printf \"%.0f\", ($(watchdog_at) - $lost_at) * 1000 }")
 measured+=("stuck in its loop: the watchdog's time was over $ended_after_ms ms after the last command")
 # It may have fed its watchdog for the last time just before the next command.
-expect "$ended_after_ms ms after the last command: its time and no more than a turn of the machine" test "$ended_after_ms" -le $((watchdog_ms + command_period_ms + 100))
+expect "$ended_after_ms ms after the last command: its time, and how late systemd may be" test "$ended_after_ms" -le $((watchdog_ms + command_period_ms + timer_late_ms + turn_ms))
 expect_successor "$before"
 
 step "a call that the control loop needs fails"  # [F71]
