@@ -99,6 +99,7 @@ TEST_CASE("a link that follows with main negative alone, in two samples, shows a
   };
   CHECK(show(0ms, 95'000) == PrechargeFailure::none);  // of the moment before it began
   CHECK(state.suspected_at == TimePoint{});
+  CHECK(step(state, ready(1ns), config).state.suspected_at == start + 1ns);
   CHECK(show(10ms, 94'999) == PrechargeFailure::none);
   CHECK(state.suspected_at == TimePoint{});
   CHECK(show(20ms, 95'000, false) == PrechargeFailure::none);
@@ -258,6 +259,9 @@ TEST_CASE("the sum of the cells forbids what it does not agree with, and grants 
   CHECK(after(Phase::precharge, in) == Phase::precharge);
   // By itself is what follows neither.
   in = ready(200ms);
+  in.link_mV = 95'000;
+  in.cells_mV = 106'000;
+  CHECK(after(Phase::main_negative, in) == Phase::main_negative);
   in.link_mV = 94'999;
   in.cells_mV = 94'999;
   CHECK(after(Phase::main_negative, in) == Phase::main_negative);
@@ -553,6 +557,13 @@ TEST_CASE("a link that follows before the resistor can have charged it fails the
   CHECK(is_too_fast(begun, early, with_min));
   early.is_measured = false;
   CHECK_FALSE(is_too_fast(begun, early, with_min));
+  for (TimePoint SequenceInputs::*const sample : {&SequenceInputs::link_at, &SequenceInputs::pack_at}) {
+    early = ready(1ms);
+    early.*sample = start;
+    CHECK_FALSE(is_too_fast(begun, early, with_min));
+    early.*sample = start + 1ns;
+    CHECK(is_too_fast(begun, early, with_min));
+  }
   CHECK(precharge_min({}, 0, with_min) == 0ms);
   CHECK(precharge_min({.link_at_start_mV = -10'000}, 0, with_min) == 0ms);
   CHECK(precharge_min({}, 1, with_min) == 400ms);
