@@ -17,9 +17,9 @@
 // load. The pack is closed when link and pack have been seen together since main positive had its time to close. A
 // phase that does not get on within the time-out opens.
 //
-// Two voltages are compared only if both were taken in the phase that they speak of, and at the same instant or with
-// the link's sample between two of the pack's. Both are the sensor's. The sum of the cells is of another instant, of up
-// to a poll cycle before: it may forbid a step, and never grants one.
+// Two voltages are compared only if both are the sensor's and were taken in the phase that they speak of. What grants a
+// step, loses the link or shows a weld was taken at one instant, or the pack's behind the link's. The sum of the cells
+// is of another instant, of up to a poll cycle before: it may forbid a step, and never grants one.
 //
 // With main negative alone nothing may reach the link: one that follows the pack is charged through a welded main
 // positive, whatever its auxiliary contact says. A rest of charge shows there, too, where the sensor measures against
