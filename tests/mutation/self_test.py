@@ -438,6 +438,28 @@ class Listed(unittest.TestCase):
         self.assertIn("survivors.txt lists a mutant that is killed: a.cpp:2:1: line 2  [0 -> 1]", printed)
 
 
+class Quick(unittest.TestCase):
+    def test_cases_are_all_that_a_listed_mutant_meets(self) -> None:
+        wanted = [Mutant(number, "a.cpp", number, 1, f"line {number}", "0 -> 1") for number in (1, 2)]
+        listed = [survivors.Survivor("a.cpp", "line 2", "0 -> 1", "it is so")]
+        with (
+            tempfile.TemporaryDirectory() as folder,
+            unittest.mock.patch.object(trial, "learn_reach", return_value=trial.Reach()),
+            unittest.mock.patch.object(trial, "killer", return_value="a case") as killer,
+        ):
+            known = mutate.killers.Killers(Path(folder) / "killers.json")
+            mutate.try_all(Path(folder), wanted, listed, 1, known, lambda: False)
+        self.assertEqual([call.args[2] for call in killer.call_args_list], [1, 2])
+        self.assertEqual([call.args[4] for call in killer.call_args_list], [False, True])
+
+    def test_cases_are_those_that_fit_into_the_first_batches(self) -> None:
+        cases = [trial.TestCase("test_unit", str(took_s), took_s, set()) for took_s in (0.01, 0.3, 1.0, 7.0, 9.0)]
+        whole = [case.name for batch in trial._batches(cases, None) for case in batch]
+        quick = [case.name for batch in trial._batches(cases, None, only_quick=True) for case in batch]
+        self.assertEqual(whole, ["0.01", "0.3", "1.0", "7.0", "9.0"])
+        self.assertEqual(quick, ["0.01", "0.3", "1.0", "7.0"])
+
+
 class InTime(unittest.TestCase):
     """What does not begin in time has no verdict, and is not called a survivor."""
 

@@ -155,11 +155,11 @@ def learn_reach(tree: Path, folder: Path) -> Reach:
     return reach
 
 
-def _batches(cases: list[TestCase], first: str | None) -> list[list[TestCase]]:
-    """Each of one program; `first` by itself, then all others, the quick ones first."""
+def _batches(cases: list[TestCase], first: str | None, only_quick: bool = False) -> list[list[TestCase]]:
+    """Each of one program; `first` by itself, then all others, the quick ones first; of these only so many as fit into BATCHES_S."""
     batches = [[each] for each in cases if each.name == first]
     rest = {program: [each for each in cases if each.program == program and each.name != first] for program in PROGRAMS}
-    for limit_s in (*BATCHES_S, math.inf):
+    for limit_s in BATCHES_S if only_quick else (*BATCHES_S, math.inf):
         for own in rest.values():
             batch: list[TestCase] = []
             while own and sum(each.took_s for each in batch) + own[0].took_s <= limit_s:
@@ -193,9 +193,10 @@ def last_case(report: bytes) -> str | None:
     return html.unescape(names[-1].decode(errors="replace")) if names else None
 
 
-def killer(folder: Path, reach: Reach, mutant: int, first: str | None = None) -> str | None:
-    """The name of a test case that fails with it; None if all pass that reach it. The case named `first` is tried first."""
-    for batch in _batches(reach.cases_for(mutant), first):
+def killer(folder: Path, reach: Reach, mutant: int, first: str | None = None, only_quick: bool = False) -> str | None:
+    """The name of a test case that fails with it; None if all pass that reach it, or with `only_quick` the quick ones of these. The case
+    named `first` is tried first."""
+    for batch in _batches(reach.cases_for(mutant), first, only_quick):
         name = _failing(folder, batch, mutant)
         if name is not None:
             return name
