@@ -182,7 +182,7 @@ run_stage() {
   status=0
   SAYS=$1 PATH="$fake/bin:$PATH" "$fake/tests/ci/stages.sh" "${@:2}" >"$folder/out" 2>&1 || status=$?
 }
-stages_with_tests=(tests 'all-sanitizers-slow 1/3' all-clang all-sanitizers-tests all-tests coverage coverage-safety load 'rig smoke' rig-short sanitizers-tests threads)
+stages_with_tests=(tests 'all-sanitizers-slow 1/6' all-clang all-sanitizers-tests all-tests coverage coverage-safety load 'rig smoke' rig-short sanitizers-tests threads)
 # shellcheck disable=SC2016  # the other shell's
 bodies=$(bash -c 'source "$1"; declare -f' - "$repository/tests/ci/stages.sh")
 # calls PATTERN: stages whose function has it
