@@ -558,4 +558,8 @@ TEST_CASE("a line of this machine says no beside a monitor on a bus", "[unit][se
   config.insulation.driver = nullptr;
   sensors.take_insulation(word, config);
   CHECK_FALSE(sensors.pdu.value.insulation_monitor_ok);  // nobody's word
+  SensorTable alone;
+  alone.take_insulation(word, config);
+  CHECK_FALSE(alone.insulation_told);
+  CHECK(alone.insulation_known_at == TimePoint{});
 }

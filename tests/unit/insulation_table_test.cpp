@@ -228,6 +228,31 @@ TEST_CASE("the first test of all is waited for as long as the monitor talks, and
   CHECK(bench.word().awaits_first_test);
 }
 
+TEST_CASE("the first test is waited for in the first second of the clock, too", "[unit][insulation]") {
+  MonitorReport pending = good;
+  pending.is_test_pending = true;
+  Bench bench;
+  bench.now = TimePoint{100ms};
+  bench.hear(pending);
+  CHECK(bench.word().awaits_first_test);
+}
+
+TEST_CASE("pulses tell of no test, whatever a recording of a monitor on a bus has heard", "[unit][insulation][image]") {
+  MonitorReport pending = good;
+  pending.is_test_pending = true;
+  Bench bench;
+  bench.hear(pending);
+  std::vector<std::uint8_t> bytes(image_size(bench.table));
+  write_image(bench.table, bytes);
+  InsulationTable pulsing;
+  pulsing.init({.monitoring = InsulationMonitoring::measured, .has_pulse_line = true});
+  REQUIRE_FALSE(read_image(bytes, pulsing));
+  const TimePoint later = bench.now + InsulationTable::test_wait + 1s;
+  pulsing.observe(ir155::Pwm{.frequency_mHz = 10'000, .duty_permille = 500}, later);
+  CHECK(pulsing.is_talking(later));
+  CHECK_FALSE(pulsing.is_untested(later));
+}
+
 TEST_CASE("frames of the wrong form take nothing and are counted", "[unit][insulation]") {
   Bench bench;
   CHECK(bench.table.observe(data_frame(0x037, 5), bench.now));

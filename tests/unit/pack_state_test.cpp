@@ -1,6 +1,7 @@
 // What modules and sensors add up to: what counts, what is left out, and what is then missing.
 #include "daemon/core/pack_state.hpp"
 
+#include "protocol/image.hpp"
 #include "protocol/tables/internal_bus.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/fault_world.hpp"
@@ -167,6 +168,16 @@ TEST_CASE("the places of a board's sensors are told apart", "[unit][pack_state][
   CHECK(boards.expected == 2);
   CHECK(boards.min_at == Element{.module_node = 1, .number = 7, .is_temperature_sensor = true});
   CHECK(boards.max_at == Element{.module_node = 1, .number = 9, .is_temperature_sensor = true});
+}
+
+TEST_CASE("an element names the last of four contactors, and none behind it", "[unit][pack_state][image]") {
+  std::vector<std::uint8_t> bytes(image_size(Element{}));
+  Element read;
+  for (std::uint8_t contactor = 0; contactor <= 5; ++contactor) {
+    CAPTURE(contactor);
+    write_image(Element{.contactor = contactor}, bytes);
+    CHECK(read_image(bytes, read) == (contactor <= 4 ? std::nullopt : std::optional(ImageProblem::no_state)));
+  }
 }
 
 TEST_CASE("sums are as old as their oldest part, and none with a hole", "[unit][pack_state]") {

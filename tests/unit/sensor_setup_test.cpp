@@ -92,6 +92,9 @@ TEST_CASE("nobody is asked where no sensor can be", "[unit][sensors]") {
   CHECK(setup.are_results_good(TimePoint{1s}));
   CHECK_FALSE(setup.step(TimePoint{1s}, false));
   CHECK_FALSE(setup.observe(ivt().answer({.word = SetUpWord::alive}), TimePoint{1s}, false));
+  CHECK_FALSE(setup.observe(data_frame(0, 8), TimePoint{1s}, false));
+  CHECK(setup.problem().found == 0);
+  CHECK(setup.problem().wanted == 0);
 }
 
 TEST_CASE("a sensor that is as wanted is asked for each of its results, and then used", "[unit][sensors]") {
@@ -185,6 +188,20 @@ TEST_CASE("a sensor that does not answer is asked three times, and again after f
   CHECK(bench.is_good());
 }
 
+TEST_CASE("a sensor is asked anew five seconds after it has failed, and has three tries again", "[unit][sensors]") {
+  Bench bench;
+  bench.answers = false;
+  while (!bench.setup.has_failed()) bench.tick();
+  bench.orders.clear();
+  bench.run(4'990ms);
+  CHECK(bench.orders.empty());
+  bench.tick();
+  CHECK(bench.orders.size() == 1);
+  bench.run(1'520ms);
+  CHECK(bench.orders.size() == 3);
+  CHECK(bench.setup.has_failed());
+}
+
 TEST_CASE("one lost answer is asked for again after half a second", "[unit][sensors]") {
   Bench bench;
   bench.answers = false;
@@ -237,7 +254,10 @@ TEST_CASE("answers that nobody waits for lead nowhere", "[unit][sensors]") {
   bench.hear({SetUpWord::setting, 7, {}});
   bench.answers = false;
   bench.tick();
+  CHECK(bench.orders.back().channel == 0);
   bench.hear({SetUpWord::setting, 1, bench.settings[1]});  // of another channel
+  bench.tick();
+  CHECK(bench.orders.size() == 1);
   bench.hear({.word = SetUpWord::running});
   CHECK(bench.setup.stage() == SensorSetupStage::reading);
   CHECK(bench.setup.observe(data_frame(0x511, 3), bench.now, false));
@@ -260,6 +280,22 @@ TEST_CASE("an answer to an order that has not been given leads nowhere", "[unit]
   bench.tick();
   CHECK(bench.orders.back().kind == start);
   CHECK(bench.is_good());
+}
+
+TEST_CASE("a setting that comes late does not stop a sensor", "[unit][sensors]") {
+  Bench bench({.is_configured = true});
+  bench.settings[0].period_ms = 100;
+  while (bench.setup.stage() == SensorSetupStage::reading) bench.tick();
+  REQUIRE(bench.setup.stage() == SensorSetupStage::setting);  // stopped within the tick
+  bench.setup.start_over();
+  bench.orders.clear();
+  bench.runs = true;
+  while (bench.orders.size() < 3) bench.tick();
+  bench.answers = false;
+  bench.tick();
+  REQUIRE(bench.orders.back().kind == stop);
+  bench.hear({SetUpWord::setting, 0, bench.settings[0]});
+  CHECK(bench.setup.stage() == SensorSetupStage::stopping);
 }
 
 TEST_CASE("what is read counts once it is read to its end, whatever comes in between", "[unit][sensors]") {
