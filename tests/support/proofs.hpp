@@ -52,7 +52,6 @@ class ProofWatch : public CoreTap {
 
  private:
   [[nodiscard]] bool is_end(const Decisions& decisions);
-  [[nodiscard]] bool is_opened_for_it() const;
 
   const Proof* proof_;
   const Core* core_;
@@ -62,7 +61,6 @@ class ProofWatch : public CoreTap {
   // When it had come; what comes later, as the end of the emulated pack, is nobody's matter.
   std::optional<TimePoint> ended_at_;
   bool is_open_ = false;
-  bool is_fault_present_ = false;  // when it opened, or soon after
   OpeningRecord opening_;
 };
 
