@@ -8,8 +8,6 @@ namespace bmu {
 
 namespace {
 
-/// Frames this close together belong to one answer.
-constexpr Duration same_answer = 50ms;
 /// Frames of answers follow each other at once; after so long without one nobody is still speaking.
 constexpr Duration quiet_min = 5ms;
 
@@ -361,10 +359,11 @@ PollWants ModuleTable::outstanding(std::uint8_t node) const {
 
 void ModuleTable::note_conflict(std::uint8_t node, TimePoint at) {
   if (find(node) == nullptr) return;
-  ModuleRecord& module = modules_[index_of_node_[node]];
-  const Duration since = at - module.conflict_seen_at;
-  if (module.conflict_seen_at != TimePoint{} && since < same_answer) return;
-  if (module.conflict_seen_at != TimePoint{} && since <= conflict_memory) module.rival_seen_at = at;
+  const std::size_t index = index_of_node_[node];
+  ModuleRecord& module = modules_[index];
+  const bool was_contradicted = module.conflict_seen_at != TimePoint{};
+  if (was_contradicted && module.conflict_seen_at >= polled_at_[index]) return;  // the same answer
+  if (was_contradicted && at - module.conflict_seen_at <= conflict_memory) module.rival_seen_at = at;
   module.conflict_seen_at = at;
 }
 

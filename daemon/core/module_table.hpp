@@ -142,8 +142,9 @@ class ModuleTable {
   [[nodiscard]] TimePoint polled_at(std::uint8_t node) const { return polled_at_[index_of_node_[node]]; }
   /// A module with a doubtful temperature that it would confirm or take back if asked now; 0: none.
   [[nodiscard]] std::uint8_t node_in_doubt(TimePoint now) const;
-  /// A frame under this node's identifiers contradicts the one already accepted for the same POLL. One answer like that
-  /// is what a module leaves that was away for a whole circle of the counter; a second one means that there are two.
+  /// A frame under this node's identifiers repeats the counter of the one already accepted, with other bytes. Those
+  /// between two questions to the node are one answer. One answer like that is what a module leaves that was away for a
+  /// whole circle of the counter; a second one means that there are two.
   void note_conflict(std::uint8_t node, TimePoint at);
   /// A frame under this node's identifiers was refused.
   void note_rejected(std::uint8_t node, RejectReason reason);

@@ -189,7 +189,7 @@ void SensorSetup::take_restart(TimePoint at, bool is_any_commanded) {
   const bool was_done = stage_ == done;
   enter(reading);
   if (was_done) changed_ = {};
-  if (was_done && is_any_commanded) trusted_since_ = at;
+  if (was_done) trusted_since_ = at;
   if (!is_any_commanded) trusted_since_ = {};
 }
 

@@ -101,7 +101,7 @@ const std::vector<Proof>& proofs() {
        .well_until = module_heard_at<4>,
        .allowed = voltage_budget,
        .fault = FaultId::module_disturbed},
-      // An answer that is not the next one is another module's.
+      // Two answers that contradict what came under the same counter.
       {.name = "i3_counter",
        .well_until = module_heard_at<4>,
        .allowed = voltage_budget,

@@ -298,6 +298,7 @@ TEST_CASE("nobody is out of place for sure once all modules have said who they a
 TEST_CASE("two modules under one number are remembered for 15 s", "[unit][faults][F30]") {
   World world;
   world.modules().note_conflict(2, start);
+  world.modules().begin_cycle(start + 999ms, {});
   world.modules().note_conflict(2, start + 1s);
   world.now = start + 16s;
   CHECK(world.is_true(FaultId::duplicate_node));

@@ -9,10 +9,11 @@ namespace {
 
 constexpr TimePoint start{10s};
 
-/// A table in which node 1 was contradicted at `start`.
+/// A table in which node 1 was contradicted at `start`, in its answer to the POLL 5 ms before.
 ModuleTable contradicted_once() {
   ModuleTable table;
   table.init(test::small_pack());
+  table.begin_cycle(start - 5ms, {});
   table.note_conflict(1, start);
   return table;
 }
@@ -27,28 +28,46 @@ TEST_CASE("one contradiction may be chance", "[unit][modules][F30]") {
   CHECK(rival_seen_at(contradicted_once()) == TimePoint{});
 }
 
-TEST_CASE("frames within 50 ms are one answer and contradict once", "[unit][modules][F30]") {
+TEST_CASE("all frames between two questions are one answer and contradict once", "[unit][modules][F30]") {
   ModuleTable table = contradicted_once();
-  table.note_conflict(1, start + 50ms - 1ns);
+  table.note_conflict(1, start + 1ms);
+  table.note_conflict(1, start + 100ms);
   CHECK(rival_seen_at(table) == TimePoint{});
-  table.note_conflict(1, start + 50ms);
-  CHECK(rival_seen_at(table) == start + 50ms);
+  table.begin_single(2, start + 110ms);  // another's question
+  table.note_conflict(1, start + 111ms);
+  CHECK(rival_seen_at(table) == TimePoint{});
+}
+
+TEST_CASE("answers to two questions contradict twice, however close the questions are", "[unit][modules][F30]") {
+  ModuleTable polled = contradicted_once();
+  polled.begin_cycle(start + 15ms, {});
+  polled.note_conflict(1, start + 16ms);
+  CHECK(rival_seen_at(polled) == start + 16ms);
+  ModuleTable asked_alone = contradicted_once();
+  asked_alone.begin_single(1, start + 10ms);
+  asked_alone.note_conflict(1, start + 11ms);
+  CHECK(rival_seen_at(asked_alone) == start + 11ms);
 }
 
 TEST_CASE("a second contradiction within 15 s means two modules, a later one is the first again",
           "[unit][modules][F30]") {
+  const auto contradict = [](ModuleTable& table, TimePoint at) {
+    table.begin_cycle(at - 5ms, {});
+    table.note_conflict(1, at);
+  };
   ModuleTable within = contradicted_once();
-  within.note_conflict(1, start + 15s);
+  contradict(within, start + 15s);
   CHECK(rival_seen_at(within) == start + 15s);
   ModuleTable later = contradicted_once();
-  later.note_conflict(1, start + 15s + 1ns);
+  contradict(later, start + 15s + 1ns);
   CHECK(rival_seen_at(later) == TimePoint{});
-  later.note_conflict(1, start + 30s);
+  contradict(later, start + 30s);
   CHECK(rival_seen_at(later) == start + 30s);
 }
 
 TEST_CASE("a contradiction concerns its own node, and a node that is not ours nobody", "[unit][modules][F30]") {
   ModuleTable table = contradicted_once();
+  table.begin_cycle(start + 1s, {});
   table.note_conflict(2, start + 1s);
   table.note_conflict(9, start + 1s);
   table.note_conflict(9, start + 2s);
