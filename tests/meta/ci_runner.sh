@@ -292,12 +292,12 @@ need are not there and could not be installed (status 5, $folder/logs/packages.l
     "one passed,load-1 open again: load-2 did not pass,load-2 status 4,other status 3,failed: load-1 load-2 other"
 
   # What a result depends on, in a repository of its own.
-  mkdir -p "$folder/other/tests"/{rig,unit,ci}
+  mkdir -p "$folder/other/tests"/{rig,unit,ci,meta}
   cp "$repository/tests/nightly" "$folder/other/tests/nightly"
-  touch "$folder/other/tests"/{rig/pull.sh,unit/cell_test.cpp,ci/nightly.tsv,ci/stages.sh}
+  touch "$folder/other/tests"/{rig/pull.sh,unit/cell_test.cpp,ci/nightly.tsv,ci/stages.sh,meta/layers.py,meta/cppcheck.py}
   git -C "$folder/other" init --quiet
   git -C "$folder/other" -c user.name=test -c user.email=test@localhost commit --quiet --allow-empty --message=first
-  printf 'rig-pull\tgood\t9\tproduct rig\nall\tgood\t9\tproduct tests\n' >"$folder/nightly.tsv"
+  printf 'rig-pull\tgood\t9\tproduct rig\nall\tgood\t9\tproduct tests\nchecks\tgood\t9\tproduct tests meta\n' >"$folder/nightly.tsv"
   in_other() { BMUD_NIGHTLY_TABLE=$folder/nightly.tsv XDG_STATE_HOME=$folder/other-state "$folder/other/tests/nightly" "$@"; }
   note_in_other() { in_other --note "$@" "$(in_other --tree)"; }
   note_in_other good 7 passed
@@ -307,8 +307,10 @@ need are not there and could not be installed (status 5, $folder/logs/packages.l
     note_in_other good 7 passed
   }
   expect "a script of the emulated machine opens its slices" "$(opened_by rig/pull.sh)" "not run: rig-pull"
-  expect "a test those that run it" "$(opened_by unit/cell_test.cpp)" "not run: all"
-  expect "a stage all" "$(opened_by ci/stages.sh)" "not run: rig-pull all"
+  expect "a test those that run it" "$(opened_by unit/cell_test.cpp)" "not run: all checks"
+  expect "a check of the project those that run it" "$(opened_by meta/layers.py)" "not run: checks"
+  expect "one that a stage calls all" "$(opened_by meta/cppcheck.py)" "not run: rig-pull all checks"
+  expect "a stage all" "$(opened_by ci/stages.sh)" "not run: rig-pull all checks"
   expect "a limit none" "$(opened_by ci/nightly.tsv)" "every slice has passed for these sources"
 
   # Another machine knows only what is published.
