@@ -205,8 +205,9 @@ TEST_CASE("an Outlander's module that repeats its old frames is found by the nex
 
 TEST_CASE("an i3's module whose frames are damaged, or whose counter stands still, opens the pack",
           "[scenario][foreign_modules]") {
+  // One, for all sections: each takes megabytes of the stack.
+  SimRun run = closed(shipped("i3-96s.json"));
   SECTION("checksums") {
-    SimRun run = closed(shipped("i3-96s.json"));
     run.apply("module 4 damaged_frames on");
     run.run_to(run.seconds() + 0.8);
     CHECK(run.core().sequence().phase == Phase::open);
@@ -216,14 +217,12 @@ TEST_CASE("an i3's module whose frames are damaged, or whose counter stands stil
     CHECK(run.core().receive_counts().rejected[static_cast<std::size_t>(RejectReason::wrong_crc)] > 10);
   }
   SECTION("a counter that stands still, as the voltages do: the same answer again is no answer") {
-    SimRun run = closed(shipped("i3-96s.json"));
     run.apply("module 4 frozen_counter on");
     run.run_to(run.seconds() + 0.8);
     CHECK(run.core().sequence().phase == Phase::open);
     CHECK(run.core().last_opening().fault == FaultId::module_lost);
   }
   SECTION("a counter that stands still while the voltages change: two answers that contradict an accepted one") {
-    SimRun run = closed(shipped("i3-96s.json"));
     run.apply("module 4 frozen_counter on");
     run.apply("load current_A ..80 over 0.6");
     run.run_to(run.seconds() + 0.8);
@@ -231,7 +230,6 @@ TEST_CASE("an i3's module whose frames are damaged, or whose counter stands stil
     CHECK(run.core().last_opening().fault == FaultId::duplicate_node);
   }
   SECTION("errors that nobody can read are a warning") {
-    SimRun run = closed(shipped("i3-96s.json"));
     run.apply("module 4 errors 5");
     run.run_to(run.seconds() + 1.0);
     CHECK(run.core().sequence().phase == Phase::closed);
