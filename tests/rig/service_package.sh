@@ -172,15 +172,19 @@ expect "the other pack's is the same process, too" test "$(systemctl is-active b
 expect "it is the later version" test "$(dpkg-query --show --showformat='${Version}' bmud)" = "$(dpkg-deb --field /run/later.deb Version)"
 expect "what was changed in a configuration file is kept" grep -qx '# of this gateway' /etc/default/bmud
 expect "and has not become the later version's" not grep -qx '# of a later version' /etc/default/bmud
-# Begun again at the end: two daemons share one slow processor.
-systemctl stop bmud@house
 
 step "real time, and an option of this gateway"
 # As docs/commissioning.md has it for the first drives.
 sed -i 's|^BMUD_OPTIONS=.*|BMUD_OPTIONS="--record recordings --record-total-MB 4000"|' /etc/default/bmud
 wait_until_closed
+house_before=$(house_pid)
 run_shown installing realtime
 expect_opened_by_command "started anew" "$(stopping_at)" 300
+# A start with the priority would hold up the other daemon, without one, on the one processor for more than its watchdog's time.
+expect "the start has not held up the other pack" test "$(systemctl is-active bmud@house):$(house_pid)" = "active:$house_before"
+# Begun again at the end: two daemons share one slow processor.
+systemctl stop bmud@house
+expect "the other pack's ends in order" test "$(systemctl is-active bmud@house)" = inactive
 wait_until_serving
 clear_faults
 pid=$(main_pid)
@@ -200,6 +204,7 @@ expect "a drop-in and an enabled instance are there" test -f /etc/systemd/system
 expect "it is removed" dpkg --remove bmud >>"$RIG_OUT/dpkg.txt"
 # Before it asks for that, dpkg reads for seconds what all packages have.
 expect_opened_by_command "removed" "$(stopping_at)" 300
+systemctl status --no-pager --lines=60 bmud@house >"$RIG_OUT/house-end.txt" 2>&1 || true
 expect "the other pack's has ended, too" test "$(systemctl is-active bmud@house)" = inactive
 expect "the pack's file has stayed" test -f /etc/bmud/pack.json
 expect "so has what was remembered" test -f "$state/state.json"
