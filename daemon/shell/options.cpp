@@ -37,8 +37,8 @@ docs/serial.md.
 
 --realtime-priority and --lock-memory are for a machine that is busy with other things: docs/performance.md. They need
 the limits RLIMIT_RTPRIO and RLIMIT_MEMLOCK, or the capabilities CAP_SYS_NICE and CAP_IPC_LOCK; without the right the
-daemon does not start (71). bmud.service forbids --realtime-priority: there the drop-in realtime.conf gives the priority
-from outside.
+daemon does not start (71). bmud.service forbids --realtime-priority: there systemd gives the priority, by the drop-in
+realtime.conf.
 
 A bus is the name of a CAN interface, or unix:NAME for the bus between programs of this machine.
 
