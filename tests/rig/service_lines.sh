@@ -75,14 +75,9 @@ link_is() {
 
 # --- bus-off ---
 
-# Of the emulated controller of can0, as a port of the machine.
-first_register() { echo $(($(sed -n '2s/ .*//p' /sys/class/net/can0/device/resource))); }
-# It counts no errors; so what one does that has counted too many is done to it: it is reset, and neither hears nor sends, and its
-# interface is off the bus. That and what comes after it is the kernel's and the driver's own.
-take_off_bus() {
-  printf '\001' | dd of=/dev/port bs=1 seek="$(first_register)" conv=notrunc status=none
-  echo can0 >"/sys/kernel/debug/rig_bus_off/$1"
-}
+# The emulated controller counts no errors: gpio/rig_bus_off.c does to it what one does that has counted too many. What comes after it is the
+# kernel's and the driver's own.
+take_off_bus() { echo can0 >"/sys/kernel/debug/rig_bus_off/$1"; }
 # What can0's driver has counted: "times off the bus, restarts".
 link_counts() { ip -json -details -statistics link show can0 | jq -r '.[0].linkinfo.info_xstats | "\(.bus_off) \(.restarts)"'; }
 link_counts_are() { [[ $(link_counts) == "$1" ]]; }

@@ -1,15 +1,23 @@
 // SPDX-License-Identifier: GPL-2.0-only OR Apache-2.0
 // Takes a CAN interface off its bus as its driver does when the controller has counted too many errors: the emulated controllers count none.
+// So what one does that has counted too many is done to it as well: it is reset, and neither hears nor sends. Nothing may be sent meanwhile:
+// in reset the registers of a frame are those of the acceptance filter, and the controller would hear nothing when it is back.
 // Whether and when it comes back is the business of the kernel, the driver and the interface's restart-ms.
 //
 //   echo can0 >/sys/kernel/debug/rig_bus_off/told      whoever listens for error frames is told
 //   echo can0 >/sys/kernel/debug/rig_bus_off/untold    the error frame got lost, and what is sent goes nowhere without an error
 #include <linux/can/dev.h>
 #include <linux/debugfs.h>
+#include <linux/io.h>
 #include <linux/module.h>
 #include <linux/netdevice.h>
+#include <linux/pci.h>
 #include <linux/string.h>
 #include <linux/uaccess.h>
+
+/* Of kvaser_pci: where the registers of the SJA1000 are. The first is its mode, bit 0 of which is the reset. */
+#define RIG_REGISTERS_BAR 1
+#define RIG_RESET 1
 
 static struct dentry *folder;
 
@@ -19,6 +27,9 @@ static void take_off(struct net_device *device, bool is_told)
 	struct sk_buff *frame;
 
 	local_bh_disable();
+	/* The driver wakes the queue when it restarts the controller. */
+	netif_tx_disable(device);
+	outb(RIG_RESET, pci_resource_start(to_pci_dev(device->dev.parent), RIG_REGISTERS_BAR));
 	frame = is_told ? alloc_can_err_skb(device, &told) : NULL;
 	can_change_state(device, frame ? told : NULL, CAN_STATE_BUS_OFF, CAN_STATE_BUS_OFF);
 	can_bus_off(device);
@@ -41,7 +52,8 @@ static ssize_t rig_write(struct file *from, const char __user *text, size_t leng
 	if (!device)
 		return -ENODEV;
 	rtnl_lock();
-	if (safe_candev_priv(device) && netif_running(device) && netif_carrier_ok(device))
+	if (safe_candev_priv(device) && device->dev.parent && dev_is_pci(device->dev.parent) && netif_running(device) &&
+	    netif_carrier_ok(device))
 		take_off(device, !file_inode(from)->i_private);
 	else
 		result = -ENETDOWN;
