@@ -138,7 +138,7 @@ def try_all(
             results.left.add(each.id)
             return None
         is_listed = any(entry.is_about(each) for entry in listed)
-        return trial.killer(work / "build", reach, each.id, known.of(each), is_listed)
+        return trial.killer(work / "build", reach, each.id, known.of(each), known.near(each), is_listed)
 
     with ThreadPoolExecutor(max_workers=jobs) as pool:
         for tried, (each, name) in enumerate(zip(wanted, pool.map(attempt, wanted)), start=1):

@@ -255,6 +255,15 @@ class Order(unittest.TestCase):
         batches = [[case.took_s for case in batch] for batch in trial._batches(cases, None)]
         self.assertEqual(batches, [[0.01, 0.05], [0.09], [0.3], [1], [5], [30], [20, 40]])
 
+    def test_then_come_those_that_noticed_mutants_nearby_but_for_slow_ones(self) -> None:
+        times_s = {"test_unit": [0.01, 0.3, 0.4, 30], "test_scenario": [0.09, 1]}
+        cases = [trial.TestCase(program, f"{program} {took_s}", took_s, {1}) for program in times_s for took_s in times_s[program]]
+        near = ["test_unit 0.4", "test_scenario 0.09", "test_unit 0.3", "a test that is gone"]
+        batches = [[case.took_s for case in batch] for batch in trial._batches(cases, "test_unit 30", near)]
+        self.assertEqual(batches, [[30], [0.4], [0.09], [0.01], [0.3], [1]])
+        batches = [[case.took_s for case in batch] for batch in trial._batches(cases, "test_unit 0.4", near)]
+        self.assertEqual(batches, [[0.4], [0.3], [0.09], [0.01], [1], [30]])
+
     def test_the_case_that_failed_is_the_last_that_began(self) -> None:
         report = b'<TestCase name="one"> </TestCase><TestCase name="a &lt; b &amp; &quot;c&quot;" filename="'
         self.assertEqual(trial.last_case(report), 'a < b & "c"')
@@ -293,6 +302,23 @@ exit 0
             for damage in ("", "[]", "{", '{"x": 1}'):
                 path.write_text(damage)
                 self.assertIsNone(killers.Killers(path).of(mutant))
+
+
+    def test_near_is_what_noticed_other_mutants_of_the_file_in_this_run(self) -> None:
+        def mutant(file: str, line: int) -> Mutant:
+            return Mutant(line, file, line, 4, "a < b", "<=")
+
+        with tempfile.TemporaryDirectory() as name:
+            known = killers.Killers(Path(name) / "killers.json")
+            self.assertEqual(known.near(mutant("a.cpp", 5)), [])
+            for line in range(10, 60, 2):
+                known.note(mutant("a.cpp", line), f"case {line // 4}")
+            known.note(mutant("b.cpp", 30), "of another file")
+            self.assertEqual(known.near(mutant("a.cpp", 30))[:4], ["case 7", "case 6", "case 8", "case 5"])
+            self.assertEqual(len(known.near(mutant("a.cpp", 30))), killers.NEAR_MAX)
+            self.assertEqual(known.near(mutant("b.cpp", 1)), ["of another file"])
+            known.save()
+            self.assertEqual(killers.Killers(Path(name) / "killers.json").near(mutant("a.cpp", 30)), [])
 
 
 class Coverage(unittest.TestCase):
@@ -450,7 +476,7 @@ class Quick(unittest.TestCase):
             known = mutate.killers.Killers(Path(folder) / "killers.json")
             mutate.try_all(Path(folder), wanted, listed, 1, known, lambda: False)
         self.assertEqual([call.args[2] for call in killer.call_args_list], [1, 2])
-        self.assertEqual([call.args[4] for call in killer.call_args_list], [False, True])
+        self.assertEqual([call.args[5] for call in killer.call_args_list], [False, True])
 
     def test_cases_are_those_that_fit_into_the_first_batches(self) -> None:
         cases = [trial.TestCase("test_unit", str(took_s), took_s, set()) for took_s in (0.01, 0.3, 1.0, 7.0, 9.0)]

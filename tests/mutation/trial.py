@@ -9,7 +9,7 @@ import os
 import re
 import subprocess
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,6 +18,8 @@ from pathlib import Path
 PROGRAMS = ("test_unit", "test_scenario")
 # Test cases run together for about so long: most mutants fail at what takes next to no time. The last batch is all that is left.
 BATCHES_S = (0.1, 0.5, 2, 8)
+# Those that noticed mutants nearby are a batch before these, of each program.
+NEAR_S = 0.5
 CPU_MIN_S = 3  # seconds of computing time that a run of some test cases may take, or so many times the usual
 CPU_FACTOR = 10
 WAIT_MAX_S = 600
@@ -155,17 +157,26 @@ def learn_reach(tree: Path, folder: Path) -> Reach:
     return reach
 
 
-def _batches(cases: list[TestCase], first: str | None, only_quick: bool = False) -> list[list[TestCase]]:
-    """Each of one program; `first` by itself, then all others, the quick ones first; of these only so many as fit into BATCHES_S."""
+def _take(cases: list[TestCase], limit_s: float) -> list[TestCase]:
+    """As many of the first as take no longer than that together; they are taken out."""
+    taken: list[TestCase] = []
+    while cases and sum(each.took_s for each in taken) + cases[0].took_s <= limit_s:
+        taken.append(cases.pop(0))
+    return taken
+
+
+def _batches(cases: list[TestCase], first: str | None, near: Sequence[str] = (), only_quick: bool = False) -> list[list[TestCase]]:
+    """Each of one program; `first` by itself, those of `near`, then all others, the quick ones first; of these only so many as fit into
+    BATCHES_S."""
     batches = [[each] for each in cases if each.name == first]
-    rest = {program: [each for each in cases if each.program == program and each.name != first] for program in PROGRAMS}
+    of_program = {program: [each for each in cases if each.program == program and each.name != first] for program in PROGRAMS}
+    for own in of_program.values():
+        batches.append(_take(sorted((each for each in own if each.name in near), key=lambda each: near.index(each.name)), NEAR_S))
+    tried = {id(each) for batch in batches for each in batch}
+    rest = [[each for each in own if id(each) not in tried] for own in of_program.values()]
     for limit_s in BATCHES_S if only_quick else (*BATCHES_S, math.inf):
-        for own in rest.values():
-            batch: list[TestCase] = []
-            while own and sum(each.took_s for each in batch) + own[0].took_s <= limit_s:
-                batch.append(own.pop(0))
-            batches += [batch] if batch else []
-    return batches
+        batches += [_take(own, limit_s) for own in rest]
+    return [batch for batch in batches if batch]
 
 
 def _failing(folder: Path, batch: list[TestCase], mutant: int) -> str | None:
@@ -193,10 +204,12 @@ def last_case(report: bytes) -> str | None:
     return html.unescape(names[-1].decode(errors="replace")) if names else None
 
 
-def killer(folder: Path, reach: Reach, mutant: int, first: str | None = None, only_quick: bool = False) -> str | None:
+def killer(
+    folder: Path, reach: Reach, mutant: int, first: str | None = None, near: Sequence[str] = (), only_quick: bool = False
+) -> str | None:
     """The name of a test case that fails with it; None if all pass that reach it, or with `only_quick` the quick ones of these. The case
-    named `first` is tried first."""
-    for batch in _batches(reach.cases_for(mutant), first, only_quick):
+    named `first` is tried first, then those named in `near`."""
+    for batch in _batches(reach.cases_for(mutant), first, near, only_quick):
         name = _failing(folder, batch, mutant)
         if name is not None:
             return name
