@@ -179,6 +179,7 @@ join_flood
 wait_until_closed
 refused_before=$(frames_refused)
 missed_before=$(answers_missed)
+flood_at=$EPOCHREALTIME
 flood=15000
 play flood0 "$flood" "$refused_frame"
 flood_rate=$((rate * copies))
@@ -188,6 +189,7 @@ expect_borne "flood"
 expect "it was a flood: $flood_rate frames a second, at least 10000" test "$flood_rate" -ge 10000
 wait_for 10 "each has been refused" has_refused $((refused_before + flood * copies))
 expect "no answer was missed" test "$(answers_missed)" -eq "$missed_before"
+expect_no_command_missed "flood" "$flood_at" "$two_commands_ms"
 
 step "sends fail for moments"  # [F50]
 # Its interface takes no frame for 60 ms, again and again.
