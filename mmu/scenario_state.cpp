@@ -60,6 +60,12 @@ constexpr StateSpec states[] = {
     {TargetKind::pack, "cell_voltage_max_mV", StateKind::number,
      [](const W& w, const M&, P) { return largest(w, [&w](std::size_t cell) { return w.sensed_mV(cell); }); },
      "of all cells"},
+    {TargetKind::pack, "cell_voltage_spread_mV", StateKind::number,
+     [](const W& w, const M&, P) {
+       return largest(w, [&w](std::size_t cell) { return w.sensed_mV(cell); }) +
+              largest(w, [&w](std::size_t cell) { return -w.sensed_mV(cell); });
+     },
+     "between the highest and the lowest cell"},
     {TargetKind::pack, "temperature_max_dC", StateKind::number,
      [](const W& w, const M&, P) {
        return largest(w, [&w](std::size_t cell) { return w.plant.cell(cell).temperature_C; }) * kelvin_to_tenths;
