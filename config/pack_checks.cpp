@@ -621,9 +621,9 @@ void check_bleed_current(const Check& check) {
 void check_resistance_pause(const Check& check) {
   const Place place = check.root.at("soc").at("resistance_pause_permille");
   const std::int32_t at_permille = check.core().soc.resistance_pause_permille;
-  if (!check.are_good({place}) || at_permille == 0 || at_permille >= pause_again_permille) return;
+  if (!check.are_good({place}) || at_permille == 0 || at_permille >= pause_span_permille) return;
   check.problems.add(place, digits_of(at_permille),
-                     "0, or at least " + digits_of(pause_again_permille) +
+                     "0, or at least " + digits_of(pause_span_permille) +
                          ": a pause is only made after the charge has been so far below");
 }
 

@@ -19,6 +19,14 @@ bool ChargePause::is_charging(const ChargePauseInputs& in) const {
   return in.is_closed && in.current_mA.is_valid() && -in.current_mA.value >= charging_mA_;
 }
 
+/// The first pause measures again what is known from earlier charges; the others only make an unknown resistance known.
+bool ChargePause::is_due(const ChargePauseInputs& in) const {
+  const bool has_charged = charging_since_ != TimePoint{} && in.now - charging_since_ >= pause_after;
+  const bool is_at_place = *in.soc_permille >= at_permille_ && *in.soc_permille < at_permille_ + pause_span_permille;
+  const bool is_wanted = is_first_ ? *in.soc_permille >= at_permille_ : is_at_place && !in.is_resistance_known;
+  return pauses_left_ > 0 && has_charged && is_wanted;
+}
+
 void ChargePause::update(const ChargePauseInputs& in) {
   if (at_permille_ == 0) return;
   if (is_pausing_) {
@@ -32,10 +40,13 @@ void ChargePause::update(const ChargePauseInputs& in) {
     charging_since_ = in.now;
   }
   if (!in.soc_permille) return;
-  if (*in.soc_permille <= at_permille_ - pause_again_permille) is_armed_ = true;
-  const bool has_charged = charging_since_ != TimePoint{} && in.now - charging_since_ >= pause_after;
-  if (!is_armed_ || !has_charged || *in.soc_permille < at_permille_) return;
-  is_armed_ = false;
+  if (*in.soc_permille <= at_permille_ - pause_span_permille) {
+    pauses_left_ = pauses_max;
+    is_first_ = true;
+  }
+  if (!is_due(in)) return;
+  --pauses_left_;
+  is_first_ = false;
   is_pausing_ = true;
   paused_at_ = in.now;
 }

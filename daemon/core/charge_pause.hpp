@@ -2,10 +2,12 @@
 // resistance under the same conditions, charge by charge, also of a pack that is charged with a current that never
 // moves and driven too little to learn from. Only where the pack file asks for it (soc/resistance_pause_permille).
 //
-// The pause comes when what is told of the charge passes the configured one upwards, if a charging current of a
-// twentieth of an hour's rate has flowed for `pause_after` before; once, until the charge has been
-// `pause_again_permille` below. It ends after its time, whatever happens; anything that is not a steady charge ends the
-// wait for it.
+// The pause begins when the published state of charge passes the configured one upwards, if a charging current of a
+// twentieth of the one-hour current has flowed for `pause_after` before. One pause is two steps, and a resistance takes
+// three or more: while that of any cell is unknown the pause repeats, each time after `pause_after` of charging, at
+// most `pauses_max` times and not further than `pause_span_permille` above the configured charge. Then there is none
+// until the charge has been `pause_span_permille` below. A pause ends after its time; anything that is not a steady
+// charge restarts the wait for the next.
 //
 // Cost: some comparisons a tick.
 #pragma once
@@ -19,15 +21,19 @@
 
 namespace bmu {
 
-/// So long it has charged, for what the step before left in the cells to fade.
+/// The shortest charge before a pause: the polarisation of the step before has decayed.
 inline constexpr Duration pause_after = 60s;
-inline constexpr std::int32_t pause_again_permille = 50;
+inline constexpr std::int32_t pause_span_permille = 50;
+/// A cell whose steps are lost in noise does not hold a charge up for longer: ten pauses of 5 s are a minute of an
+/// hour.
+inline constexpr std::uint8_t pauses_max = 10;
 
 struct ChargePauseInputs {
   TimePoint now{};
   bool is_closed = false;
-  std::optional<std::int32_t> soc_permille{};  // as it is told
+  std::optional<std::int32_t> soc_permille{};  // published
   Measured<std::int32_t> current_mA;           // usable now, or not valid
+  bool is_resistance_known = false;            // of each cell
 };
 
 class ChargePause {
@@ -39,16 +45,18 @@ class ChargePause {
 
  private:
   [[nodiscard]] bool is_charging(const ChargePauseInputs& in) const;
+  [[nodiscard]] bool is_due(const ChargePauseInputs& in) const;
 
   std::int32_t at_permille_ = 0;  // 0: never
   Duration lasts_{};
   std::int32_t charging_mA_ = 0;
-  bool is_armed_ = false;
+  std::uint8_t pauses_left_ = 0;  // until the charge has been below again
+  bool is_first_ = false;         // of these: due whatever is known
   bool is_pausing_ = false;
   TimePoint charging_since_{};  // zero: it does not charge
   TimePoint paused_at_{};
-  BMU_FIELDS(skipped(at_permille_), skipped(lasts_), skipped(charging_mA_), is_armed_, is_pausing_, charging_since_,
-             paused_at_)
+  BMU_FIELDS(skipped(at_permille_), skipped(lasts_), skipped(charging_mA_), pauses_left_, is_first_, is_pausing_,
+             charging_since_, paused_at_)
 };
 
 }  // namespace bmu

@@ -286,7 +286,8 @@ void Core::set_limits(TimePoint now) {
   charge_pause_.update({.now = now,
                         .is_closed = is_connected && request_.is_by_charger(),
                         .soc_permille = soc_permille(),
-                        .current_mA = pack_.current_mA});
+                        .current_mA = pack_.current_mA,
+                        .is_resistance_known = estimate_.knows_resistances()});
   const CurrentLimits targets = evaluate_limits(
       pack_, config_,
       {.is_connected = is_connected,

@@ -30,11 +30,13 @@ class Bench {
       pause_.update({.now = now_,
                      .is_closed = is_closed,
                      .soc_permille = soc_permille,
-                     .current_mA = {current_mA, now_, Validity::valid}});
+                     .current_mA = {current_mA, now_, Validity::valid},
+                     .is_resistance_known = is_resistance_known});
       if (pause_.is_pausing()) paused += 100ms;
     }
     return paused;
   }
+  bool is_resistance_known = true;
   [[nodiscard]] ChargePause& pause() { return pause_; }
   [[nodiscard]] TimePoint now() const { return now_; }
 
@@ -55,6 +57,38 @@ TEST_CASE("a charge pauses once where the pack file says", "[unit][charge_pause]
   CHECK(bench.run(200s, 500, charging_mA) == 0s);
   CHECK(bench.run(10s, 450, 10'000) == 0s);  // driven, and charged again
   CHECK(bench.run(100s, 500, charging_mA) == 5s);
+}
+
+TEST_CASE("a pause repeats after a minute of charging while a resistance is unknown", "[unit][charge_pause][RES_1]") {
+  Bench bench;
+  bench.is_resistance_known = false;
+  CHECK(bench.run(100s, 450, charging_mA) == 0s);
+  CHECK(bench.run(5s, 500, charging_mA) == 5s);
+  CHECK(bench.run(59s, 500, charging_mA) == 0s);
+  CHECK(bench.run(10s, 500, charging_mA) == 5s);
+  SECTION("not once it is known") {
+    bench.is_resistance_known = true;
+    CHECK(bench.run(200s, 505, charging_mA) == 0s);
+    bench.is_resistance_known = false;
+    CHECK(bench.run(1s, 505, charging_mA) == 1s);
+  }
+  SECTION("ten times") {
+    CHECK(bench.run(1h, 549, charging_mA) == 8 * 5s);
+  }
+  SECTION("not far above the place") {
+    CHECK(bench.run(200s, 550, charging_mA) == 0s);
+    CHECK(bench.run(1s, 549, charging_mA) == 1s);
+  }
+  SECTION("ten times again after the charge has been below") {
+    CHECK(bench.run(1h, 549, charging_mA) == 8 * 5s);
+    CHECK(bench.run(10s, 450, charging_mA) == 0s);
+    CHECK(bench.run(1h, 500, charging_mA) == 10 * 5s);
+  }
+  SECTION("after a break not before it has charged for a minute") {
+    CHECK(bench.run(100s, 500, 0) == 0s);
+    CHECK(bench.run(60s, 500, charging_mA) == 0s);
+    CHECK(bench.run(1s, 500, charging_mA) == 1s);
+  }
 }
 
 TEST_CASE("without a place in the pack file nothing pauses", "[unit][charge_pause]") {

@@ -112,6 +112,13 @@ class PackEstimate {
   [[nodiscard]] ResistanceEstimate cell_resistance(std::size_t number) const {
     return health_[number].resistance(modules_[cells_[number].module].temperature_C);
   }
+  /// Of each cell. Cost: a look at each cell, until the first that is not known.
+  [[nodiscard]] bool knows_resistances() const {
+    for (std::size_t number = 0; number < cell_count_; ++number) {
+      if (!cell_resistance(number).is_known) return false;
+    }
+    return cell_count_ > 0;
+  }
   /// If it goes on like in the last minute, by the estimate; nothing while that is unknown, or hardly any current flows
   /// that way. A charge takes longer: in its end the current fades.
   [[nodiscard]] std::optional<Duration> empty_in() const { return outlook(pack_.out_As, outlook_current_A_); }
