@@ -1,12 +1,13 @@
 #include "daemon/shell/link_details.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <memory>
 #include <optional>
 #include <string_view>
 
+#include <libmnl/libmnl.h>
 #include <linux/can/netlink.h>
 #include <linux/if.h>
 #include <linux/if_link.h>
@@ -25,30 +26,37 @@ using Bytes = std::span<const std::byte>;
 
 // An answer about one link is some 2 KiB; longer ones are refused, not cut.
 constexpr std::size_t answer_bytes_max = 32'768;
+struct AnswerRoom {
+  alignas(nlmsghdr) std::array<std::byte, answer_bytes_max> bytes{};
+};
 
-template <class Header>
-std::optional<Header> header_of(Bytes bytes) {
-  if (bytes.size() < sizeof(Header)) return std::nullopt;
-  Header header{};
-  std::memcpy(&header, bytes.data(), sizeof(header));
-  return header;
+/// The first attribute of each type up to `type_max`; null where there is none.
+template <std::uint16_t type_max>
+struct Attributes {
+  std::array<const nlattr*, type_max + std::size_t{1}> of{};
+};
+
+/// As mnl_attr_cb_t. Types of later kernels are passed over.
+template <std::uint16_t type_max>
+int remember(const nlattr* attribute, void* attributes) {
+  if (mnl_attr_type_valid(attribute, type_max) < 0) return MNL_CB_OK;
+  const nlattr*& place = static_cast<Attributes<type_max>*>(attributes)->of[mnl_attr_get_type(attribute)];
+  if (place == nullptr) place = attribute;
+  return MNL_CB_OK;
 }
 
-/// The content of the first attribute of this type. Empty also where there is none; what does not fit ends the search.
-Bytes attribute(Bytes attributes, std::uint16_t type) {
-  while (const std::optional<rtattr> header = header_of<rtattr>(attributes)) {
-    const std::size_t length = header->rta_len;
-    if (length < sizeof(rtattr) || length > attributes.size()) return {};
-    if ((header->rta_type & NLA_TYPE_MASK) == type) return attributes.subspan(sizeof(rtattr), length - sizeof(rtattr));
-    attributes = attributes.subspan(std::min<std::size_t>(RTA_ALIGN(length), attributes.size()));
-  }
-  return {};
+/// Those inside `outer`: none where that is null, and none behind one of an impossible length.
+template <std::uint16_t type_max>
+Attributes<type_max> nested_in(const nlattr* outer) {
+  Attributes<type_max> found;
+  if (outer != nullptr) mnl_attr_parse_nested(outer, remember<type_max>, &found);
+  return found;
 }
 
-bool is_can(Bytes kind) {
-  constexpr std::string_view name = "can";
-  const bool is_ended = kind.size() == name.size() + 1 && kind.back() == std::byte{0};
-  return (is_ended || kind.size() == name.size()) && std::memcmp(kind.data(), name.data(), name.size()) == 0;
+bool is_can(const nlattr* kind) {
+  if (kind == nullptr) return false;
+  const std::string_view text(static_cast<const char*>(mnl_attr_get_payload(kind)), mnl_attr_get_payload_len(kind));
+  return text == "can" || text == std::string_view("can", sizeof "can");
 }
 
 ControllerState state_of(std::uint32_t raw) {
@@ -65,21 +73,22 @@ ControllerState state_of(std::uint32_t raw) {
 
 /// True if the attribute is missing, which a driver may leave it, or whole.
 template <class Value>
-bool take(Bytes attributes, std::uint16_t type, std::optional<Value>& out) {
-  const Bytes bytes = attribute(attributes, type);
-  if (bytes.empty()) return true;
-  out = header_of<Value>(bytes);
-  return out.has_value();
+bool take(const nlattr* attribute, std::optional<Value>& out) {
+  if (attribute == nullptr) return true;
+  if (mnl_attr_validate2(attribute, MNL_TYPE_UNSPEC, sizeof(Value)) < 0) return false;
+  std::memcpy(&out.emplace(), mnl_attr_get_payload(attribute), sizeof(Value));
+  return true;
 }
 
 /// False: something in it is damaged.
-bool take_data(Bytes data, LinkDetails& out) {
+bool take_data(const nlattr* data, LinkDetails& out) {
+  const auto in = nested_in<IFLA_CAN_MAX>(data).of;
   std::optional<can_bittiming> timing;
   std::optional<std::uint32_t> state;
   std::optional<std::uint32_t> restart_ms;
   std::optional<can_berr_counter> errors;
-  const bool is_whole = take(data, IFLA_CAN_BITTIMING, timing) && take(data, IFLA_CAN_STATE, state) &&
-                        take(data, IFLA_CAN_RESTART_MS, restart_ms) && take(data, IFLA_CAN_BERR_COUNTER, errors);
+  const bool is_whole = take(in[IFLA_CAN_BITTIMING], timing) && take(in[IFLA_CAN_STATE], state) &&
+                        take(in[IFLA_CAN_RESTART_MS], restart_ms) && take(in[IFLA_CAN_BERR_COUNTER], errors);
   if (!is_whole) return false;
   if (timing) out.bit_rate_bit_per_s = timing->bitrate;
   if (state) out.state = state_of(*state);
@@ -88,9 +97,9 @@ bool take_data(Bytes data, LinkDetails& out) {
   return true;
 }
 
-bool take_history(Bytes info, LinkDetails& out) {
+bool take_history(const nlattr* statistics, LinkDetails& out) {
   std::optional<can_device_stats> counts;
-  if (!take(info, IFLA_INFO_XSTATS, counts)) return false;
+  if (!take(statistics, counts)) return false;
   if (counts) {
     out.history = {.bus_errors = counts->bus_error,
                    .times_passive = counts->error_passive,
@@ -100,49 +109,75 @@ bool take_history(Bytes info, LinkDetails& out) {
   return true;
 }
 
-/// The content of the message, behind its header; or the negative errno value of a refusal.
-int content_of(Bytes answer, Bytes& out) {
-  const std::optional<nlmsghdr> header = header_of<nlmsghdr>(answer);
-  if (!header || header->nlmsg_len < sizeof(nlmsghdr) || header->nlmsg_len > answer.size()) return -EBADMSG;
-  out = answer.first(header->nlmsg_len).subspan(NLMSG_HDRLEN);
-  if (header->nlmsg_type == NLMSG_ERROR) {
-    const std::optional<nlmsgerr> refusal = header_of<nlmsgerr>(out);
-    return refusal && refusal->error < 0 ? refusal->error : -EBADMSG;
-  }
-  return header->nlmsg_type == RTM_NEWLINK ? 0 : -EBADMSG;
-}
-
-struct Question {
-  nlmsghdr header{};
-  ifinfomsg link{};
-  rtattr name_header{};
-  std::array<char, IFNAMSIZ> name{};
+/// The RTM_NEWLINK of an answer: where it is, and its fixed part.
+struct Link {
+  const nlmsghdr* message = nullptr;
+  ifinfomsg info{};
 };
-static_assert(sizeof(Question) == NLMSG_HDRLEN + NLMSG_ALIGN(sizeof(ifinfomsg)) + RTA_SPACE(IFNAMSIZ));
 
-Question question_for(std::uint32_t length) {
-  Question question;
-  question.header.nlmsg_len = length;
-  question.header.nlmsg_type = RTM_GETLINK;
-  question.header.nlmsg_flags = NLM_F_REQUEST;
-  question.link.ifi_family = AF_UNSPEC;
-  return question;
+/// As mnl_cb_t.
+int remember_link(const nlmsghdr* message, void* link) {
+  if (message->nlmsg_type != RTM_NEWLINK || mnl_nlmsg_get_payload_len(message) < sizeof(ifinfomsg)) {
+    errno = EBADMSG;
+    return MNL_CB_ERROR;
+  }
+  auto& out = *static_cast<Link*>(link);
+  out.message = message;
+  std::memcpy(&out.info, mnl_nlmsg_get_payload(message), sizeof(out.info));
+  return MNL_CB_STOP;
 }
 
-/// The kernel's answer, in `room`; 0 or a negative errno value.
-int ask(const Question& question, std::span<std::byte> room, Bytes& out) {
-  const OwnedFd socket(::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, NETLINK_ROUTE));
-  if (!socket.is_open()) return -errno;
-  sockaddr_nl kernel{};
-  kernel.nl_family = AF_NETLINK;
-  const ssize_t sent = ::sendto(socket.get(), &question, question.header.nlmsg_len, MSG_NOSIGNAL,
-                                reinterpret_cast<const sockaddr*>(&kernel), sizeof(kernel));
-  if (sent < 0) return -errno;
-  const ssize_t got = ::recv(socket.get(), room.data(), room.size(), MSG_DONTWAIT | MSG_TRUNC);
-  if (got < 0) return -errno;
-  const auto length = static_cast<std::size_t>(got);
-  if (length > room.size()) return -EMSGSIZE;
-  out = Bytes(room).first(length);
+/// 0 or a negative errno value: that of a refusal, or -EBADMSG.
+int link_in(Bytes answer, Link& out) {
+  if (mnl_cb_run(answer.data(), answer.size(), 0, 0, remember_link, &out) == MNL_CB_ERROR) return -errno;
+  // Cut, an end without a link, or an acknowledgement.
+  return out.message == nullptr ? -EBADMSG : 0;
+}
+
+/// Up to the end of the message: mnl_attr_parse() looks up to three bytes beyond one whose length is not aligned.
+Attributes<IFLA_MAX> attributes_of(const nlmsghdr& message) {
+  Attributes<IFLA_MAX> found;
+  mnl_attr_parse_payload(mnl_nlmsg_get_payload_offset(&message, sizeof(ifinfomsg)),
+                         mnl_nlmsg_get_payload_len(&message) - sizeof(ifinfomsg), remember<IFLA_MAX>, &found);
+  return found;
+}
+
+/// RTM_GETLINK: by an index, or by a name and the index 0.
+class Request {
+ public:
+  explicit Request(int interface_index) : header_(mnl_nlmsg_put_header(room_.data())) {
+    header_->nlmsg_type = RTM_GETLINK;
+    header_->nlmsg_flags = NLM_F_REQUEST;
+    auto* const link = static_cast<ifinfomsg*>(mnl_nlmsg_put_extra_header(header_, sizeof(ifinfomsg)));
+    link->ifi_family = AF_UNSPEC;
+    link->ifi_index = interface_index;
+  }
+  /// `name`: shorter than IFNAMSIZ.
+  explicit Request(std::string_view name) : Request(0) { mnl_attr_put(header_, IFLA_IFNAME, name.size(), name.data()); }
+  Request(const Request&) = delete;
+  Request& operator=(const Request&) = delete;
+
+  [[nodiscard]] Bytes bytes() const { return Bytes(room_).first(header_->nlmsg_len); }
+
+ private:
+  static constexpr std::size_t length_max = NLMSG_HDRLEN + NLMSG_ALIGN(sizeof(ifinfomsg)) + RTA_SPACE(IFNAMSIZ);
+
+  alignas(nlmsghdr) std::array<std::byte, length_max> room_{};
+  nlmsghdr* header_;
+};
+
+struct CloseSocket {
+  void operator()(mnl_socket* socket) const { mnl_socket_close(socket); }
+};
+
+/// The kernel's answer, in `room`; 0 or a negative errno value. It is there when the request has been sent; that it is
+/// never waited for is the socket's flag.
+int query(const Request& request, AnswerRoom& room, Bytes& out) {
+  const std::unique_ptr<mnl_socket, CloseSocket> socket(mnl_socket_open2(NETLINK_ROUTE, SOCK_CLOEXEC | SOCK_NONBLOCK));
+  if (!socket || mnl_socket_sendto(socket.get(), request.bytes().data(), request.bytes().size()) < 0) return -errno;
+  const ssize_t received = mnl_socket_recvfrom(socket.get(), room.bytes.data(), room.bytes.size());
+  if (received < 0) return -errno;
+  out = Bytes(room.bytes).first(static_cast<std::size_t>(received));
   return 0;
 }
 
@@ -163,15 +198,12 @@ std::string_view to_text(ControllerState state) {
 
 int link_details_in(Bytes answer, LinkDetails& out) {
   out = {};
-  Bytes content;
-  if (const int result = content_of(answer, content); result < 0) return result;
-  constexpr std::size_t link_bytes = NLMSG_ALIGN(sizeof(ifinfomsg));
-  const std::optional<ifinfomsg> link = header_of<ifinfomsg>(content);
-  if (!link || content.size() < link_bytes) return -EBADMSG;
-  LinkDetails details{.is_up = (link->ifi_flags & IFF_UP) != 0};
-  const Bytes info = attribute(content.subspan(link_bytes), IFLA_LINKINFO);
-  details.is_can = is_can(attribute(info, IFLA_INFO_KIND));
-  if (details.is_can && !(take_data(attribute(info, IFLA_INFO_DATA), details) && take_history(info, details))) {
+  Link link;
+  if (const int result = link_in(answer, link); result < 0) return result;
+  LinkDetails details{.is_up = (link.info.ifi_flags & IFF_UP) != 0};
+  const auto info = nested_in<IFLA_INFO_MAX>(attributes_of(*link.message).of[IFLA_LINKINFO]).of;
+  details.is_can = is_can(info[IFLA_INFO_KIND]);
+  if (details.is_can && !(take_data(info[IFLA_INFO_DATA], details) && take_history(info[IFLA_INFO_XSTATS], details))) {
     return -EBADMSG;
   }
   out = details;
@@ -194,35 +226,28 @@ int ask_bit_rate(int interface_index, std::uint32_t& out_bit_per_s) {
 
 int ask_link_details(int interface_index, LinkDetails& out) {
   out = {};
-  Question question = question_for(NLMSG_HDRLEN + NLMSG_ALIGN(sizeof(ifinfomsg)));
-  question.link.ifi_index = interface_index;
-  std::array<std::byte, answer_bytes_max> room{};
+  AnswerRoom room;
   Bytes answer;
-  const int result = ask(question, room, answer);
+  const int result = query(Request(interface_index), room, answer);
   return result < 0 ? result : link_details_in(answer, out);
 }
 
 int found_link_in(Bytes answer, FoundLink& out) {
   out = {};
-  Bytes content;
-  if (const int result = content_of(answer, content); result < 0) return result;
-  const std::optional<ifinfomsg> link = header_of<ifinfomsg>(content);
-  if (!link || link->ifi_index <= 0) return -EBADMSG;
+  Link link;
+  if (const int result = link_in(answer, link); result < 0) return result;
+  if (link.info.ifi_index <= 0) return -EBADMSG;
   constexpr unsigned running = IFF_UP | IFF_RUNNING;
-  out = {.index = link->ifi_index, .is_running = (link->ifi_flags & running) == running};
+  out = {.index = link.info.ifi_index, .is_running = (link.info.ifi_flags & running) == running};
   return 0;
 }
 
 int find_link(std::string_view name, FoundLink& out) {
   out = {};
-  Question question = question_for(sizeof(Question));
-  question.name_header = {.rta_len = RTA_LENGTH(IFNAMSIZ), .rta_type = IFLA_IFNAME};
-  // The last character ends the name.
-  if (name.empty() || name.size() >= question.name.size()) return -ENODEV;
-  name.copy(question.name.data(), question.name.size() - 1);
-  std::array<std::byte, answer_bytes_max> room{};
+  if (name.empty() || name.size() >= IFNAMSIZ) return -ENODEV;
+  AnswerRoom room;
   Bytes answer;
-  const int result = ask(question, room, answer);
+  const int result = query(Request(name), room, answer);
   return result < 0 ? result : found_link_in(answer, out);
 }
 

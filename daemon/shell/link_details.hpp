@@ -5,9 +5,16 @@
 // counted. Interfaces of other kinds (vcan, vxcan) have none of it, and one that was not set up yet has a bit rate of
 // 0, which is that of the nominal bits; CAN FD's data have another.
 //
-// It needs no privilege, but the address family AF_NETLINK. The kernel answers before send returns; what can be waited
-// for is its lock on link settings, as with the bind of a CAN socket, and a controller behind SPI, which is asked for
-// its counters with that lock held. Ask for a bit rate when a bus is opened, and for all of it on another thread.
+// libmnl builds the request, carries it and takes the answer apart. By hand there is what an attribute of a CAN link
+// means, and look_again(). Not by libsocketcan, which sets links up (link_system.cpp): its can_get_*() look the name up
+// by if_nametoindex(), for which the kernel may run modprobe (below); they wait for the answer without a limit, print
+// what fails on stderr, and read one value a request, so that state, counters and bit rate would be of different times.
+//
+// It needs no privilege, but the address family AF_NETLINK. The kernel answers before send returns, and the socket
+// never waits for it; what can be waited for is its lock on link settings, as with the bind of a CAN socket, and a
+// controller behind SPI, which is asked for its counters with that lock held. Ask for a bit rate when a bus is opened,
+// and for all of it on another thread (`bmud-links`). A request takes a socket and some bytes of heap: -EMFILE and
+// -ENOMEM are results like any other.
 #pragma once
 
 #include <cstddef>
@@ -73,9 +80,11 @@ struct FoundLink {
 [[nodiscard]] int find_link(std::string_view name, FoundLink& out);
 /// The same for one that was found before, by ioctls that do without the kernel's lock on link settings. find_link()
 /// waits for whoever holds that, be it for another interface: the driver of serial adapters holds it for a second when
-/// one is pulled out (Linux 6.1). -ENODEV if nothing has that index any more, or something of another name.
+/// one is pulled out (Linux 6.1), and rtnetlink, by libmnl too, knows no other way. -ENODEV if nothing has that index
+/// any more, or something of another name.
 [[nodiscard]] int look_again(std::string_view name, int index, FoundLink& out);
-/// The same from the kernel's answer. -EBADMSG for what is none; the errno of a refusal.
+/// The same from the kernel's answer. -EBADMSG for what is none; the errno of a refusal. Answers begin where an
+/// nlmsghdr may, here and below.
 [[nodiscard]] int found_link_in(std::span<const std::byte> answer, FoundLink& out);
 /// Of the interface with this index. 0 or a negative errno value; then `out` is empty.
 [[nodiscard]] int ask_link_details(int interface_index, LinkDetails& out);

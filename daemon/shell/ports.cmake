@@ -6,4 +6,4 @@ add_library(bmud_ports STATIC
   ${CMAKE_CURRENT_LIST_DIR}/embedded_bus.cpp
   ${CMAKE_CURRENT_LIST_DIR}/embedded_ring.cpp
   ${CMAKE_CURRENT_LIST_DIR}/link_details.cpp)
-target_link_libraries(bmud_ports PUBLIC bmud_flags Threads::Threads)
+target_link_libraries(bmud_ports PUBLIC bmud_flags Threads::Threads PRIVATE PkgConfig::MNL)

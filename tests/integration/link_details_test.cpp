@@ -12,6 +12,7 @@
 #include <linux/if_link.h>
 #include <linux/rtnetlink.h>
 #include <net/if.h>
+#include <unistd.h>
 
 #include "tests/support/catch.hpp"
 
@@ -129,6 +130,16 @@ TEST_CASE("attributes of impossible lengths end the search", "[integration][can_
   }
 }
 
+TEST_CASE("attributes of later kernels are passed over, and of two of one type the first counts",
+          "[integration][can_socket]") {
+  const Bytes later = joined({attribute(IFLA_MAX + 1, Bytes(4)), attribute(0x3FFF, Bytes(4))});
+  const Bytes data = joined({attribute(IFLA_CAN_MAX + 1, Bytes(4)), later, timing(250'000), timing(500'000)});
+  const Bytes info =
+      attribute(IFLA_LINKINFO, joined({attribute(IFLA_INFO_MAX + 1, Bytes(4)), later,
+                                       attribute(IFLA_INFO_KIND, text_bytes("can")), attribute(IFLA_INFO_DATA, data)}));
+  CHECK(read(link_message(joined({later, info, link_info("can", timing(125'000))}))) == Answer{0, 250'000});
+}
+
 TEST_CASE("a refusal is the kernel's error, and another message none at all", "[integration][can_socket]") {
   nlmsgerr refusal{};
   refusal.error = -ENODEV;
@@ -228,6 +239,22 @@ TEST_CASE("the running kernel finds an interface by its name, and says which is 
     CHECK(found.index == 0);
     CHECK_FALSE(found.is_running);
   }
+}
+
+TEST_CASE("requests to the kernel leave no file open, answered or refused", "[integration][can_socket]") {
+  const auto next_file = [] {
+    const int fd = ::dup(STDERR_FILENO);
+    ::close(fd);
+    return fd;
+  };
+  const int before = next_file();
+  FoundLink found;
+  LinkDetails details;
+  CHECK(find_link("lo", found) == 0);
+  CHECK(find_link("no-such-link", found) == -ENODEV);
+  CHECK(ask_link_details(static_cast<int>(::if_nametoindex("lo")), details) == 0);
+  CHECK(ask_link_details(0x7FFF'FFF0, details) == -ENODEV);
+  CHECK(next_file() == before);
 }
 
 TEST_CASE("an interface that was found is looked at again by its index, as long as it has its name",
