@@ -3,7 +3,7 @@
 tag that looks like an identifier is a requirement's, a row's of the catalogue ([F17]) or an invariant's ([I4], [RL]). A requirement all of
 whose tests bear more than five others has no test of its own, and is refused.
 
-docs/requirements.md is made of docs/requirements.rows and of the tests; without an option this checks that the page is what they give.
+docs/requirements.rows says of each requirement with a test what its tests assert. docs/requirements.md is made of it and of the tests; without an option this checks that the page is what they give.
 
 usage: tests/meta/requirements.py [--write | --self-test]
 """
@@ -19,6 +19,7 @@ STATES = ("met", "part", "open", "hardware")
 # Nothing is built for these yet (state open), so no test shows them. Nothing may be added; what gets a test is taken out.
 WITHOUT_TEST = set("BMS_F.2b BMS_NF.5b PB_F.1 PB_F.2 PB_F.3 PB_NF.3 VEH_1 SOE_1 POW_1 AIR_1 MMU_7b SEC_1 CHG_1 CHG_2 CHG_3 CHG_4 CHG_5".split())
 IDENTIFIER = re.compile(r"(?:BMS_F|BMS_NF|PB_F|PB_NF)\.\d+[a-z]?|(?:MMU|BMU|FS|RR|VEH|SOE|POW|AIR|SEC|RES|CHG)_[A-Z0-9]+[a-z]?")
+ASSERTED = re.compile(rf"({IDENTIFIER.pattern}): (\S.*)")
 # Tags of tests are in small letters otherwise.
 LOOKS_LIKE_ONE = re.compile(r".*[A-Z].*")
 # tests/meta/catalogue_rows.py holds the rows.
@@ -36,10 +37,11 @@ What is asked for, how far it is, where to find it in the code, and which tests 
 this program is there; `part`: what is there is named, the rest is not built yet; `open`: not built yet; `hardware`: a property of a
 board, here a parameter of the emulated one. A test bears the identifiers of what it shows as tags: `build/bin/test_unit "[FS_2]"`
 runs the unit tests that show FS_2. `tests/meta/requirements.py --write` makes this page, and fails where a requirement has no test,
-but for a list of {without_test} `open` ones that may only become shorter.
+but for a list of {without_test} `open` ones that may only become shorter. What the tests assert is what would have to fail without the
+requirement.
 
-| id | state | what it asks | built in | shown by |
-|---|---|---|---|---|
+| id | state | what it asks | what its tests assert | built in | shown by |
+|---|---|---|---|---|---|
 """.format(without_test=len(WITHOUT_TEST))
 
 
@@ -48,15 +50,22 @@ def literal(text):
 
 
 def read_rows():
-    rows = []
+    """The rows, and of each identifier what its tests assert."""
+    rows, asserted = [], {}
     for number, line in enumerate(ROWS.read_text().splitlines(), 1):
         if line.startswith("#") or not line.strip():
+            continue
+        if found := ASSERTED.fullmatch(line):
+            identifier, text = found.groups()
+            if identifier in asserted or "|" in text:
+                sys.exit(f"{ROWS}:{number}: found '{line}', expected one text for {identifier}, without '|'")
+            asserted[identifier] = text
             continue
         cells = [cell.strip() for cell in line.split("|")]
         if len(cells) != 5 or not IDENTIFIER.fullmatch(cells[0]) or cells[1] not in STATES:
             sys.exit(f"{ROWS}:{number}: found '{line}', wanted identifier | one of {', '.join(STATES)} | text | files | pages")
         rows.append(cells)
-    return rows
+    return rows, asserted
 
 
 def test_cases():
@@ -70,12 +79,13 @@ def test_cases():
 
 
 def tests_by_requirement(cases):
-    """Of each identifier the tests that bear it: (program, name)."""
+    """Of each identifier the tests that bear it, (program, name): those first that are about the fewest others."""
     found = {}
     for program, name, tags in cases:
-        for identifier in filter(IDENTIFIER.fullmatch, tags):
-            found.setdefault(identifier, []).append((program, name))
-    return found
+        borne = list(filter(IDENTIFIER.fullmatch, tags))
+        for identifier in borne:
+            found.setdefault(identifier, []).append((len(borne), program, name))
+    return {identifier: [test[1:] for test in sorted(tests, key=lambda test: test[0])] for identifier, tests in found.items()}
 
 
 def problems_of_tags(cases):
@@ -126,7 +136,20 @@ def problems_of(rows, tests, tracked):
         yield f"[{identifier}] is borne by a test ({tests[identifier][0][1]}), but not listed"
 
 
+def problems_of_asserted(tests, asserted):
+    for identifier in sorted(set(tests) - set(asserted)):
+        yield f"{identifier} has a test, but nothing says what it asserts: a line '{identifier}: text' at the end"
+    for identifier in sorted(set(asserted) - set(tests)):
+        yield f"{identifier} has no test that could assert '{asserted[identifier]}'"
+
+
 def self_test():
+    shown = {"FS_1": [("unit", "a")]}
+    by_count = tests_by_requirement([("unit", "a", ["FS_1", "FS_2"]), ("unit", "b", ["FS_1", "unit"])])
+    assert by_count == {"FS_1": [("unit", "b"), ("unit", "a")], "FS_2": [("unit", "a")]}, by_count
+    assert list(problems_of_asserted(shown, {"FS_1": "text"})) == []
+    assert len(list(problems_of_asserted(shown, {}))) == 1 and len(list(problems_of_asserted({}, {"FS_1": "text"}))) == 1
+    assert ASSERTED.fullmatch("BMS_F.2b: text") and not ASSERTED.fullmatch("BMS_F.2b: ") and not ASSERTED.fullmatch("XY_1: text")
     many = ["FS_1", "FS_2", "FS_3", "FS_4", "FS_5", "FS_6", "FS_7"]
     found = list(problems_of_tags([("unit", "a", many), ("unit", "b", ["FS_1", "unit"]), ("unit", "c", ["FS_2", "F17", "I4", "RL"])]))
     assert [text.split(":")[0] for text in found] == many[2:], found
@@ -151,11 +174,11 @@ def main():
     if sys.argv[1:] == ["--self-test"]:
         return self_test()
     cases = list(test_cases())
-    rows, tests = read_rows(), tests_by_requirement(cases)
+    (rows, asserted), tests = read_rows(), tests_by_requirement(cases)
     tracked = subprocess.run(["git", "-C", ROOT, "ls-files"], check=True, capture_output=True, text=True).stdout.splitlines()
-    problems = list(problems_of(rows, tests, tracked)) + list(problems_of_tags(cases))
+    problems = list(problems_of(rows, tests, tracked)) + list(problems_of_tags(cases)) + list(problems_of_asserted(tests, asserted))
     page = HEAD + "".join(
-        f"| {name} | {state} | {asks} | {built_in} | {shown_by(tests.get(name, []), pages)} |\n"
+        f"| {name} | {state} | {asks} | {asserted.get(name, '')} | {built_in} | {shown_by(tests.get(name, []), pages)} |\n"
         for name, state, asks, built_in, pages in rows)
     if sys.argv[1:] == ["--write"]:
         PAGE.write_text(page)

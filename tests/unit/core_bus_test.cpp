@@ -235,7 +235,7 @@ TEST_CASE("a unit that restarts between two words is not made to close again", "
 }
 
 TEST_CASE("a module that was swapped while the bus was away is named, and gets our limits before anything closes",
-          "[unit][core][F40][RR_5]") {
+          "[unit][core][F40][BMS_F.2]") {
   CoreBench bench(small_pack());
   REQUIRE(bench.close());
   bench.observe(PortChanged{Port::internal, false});

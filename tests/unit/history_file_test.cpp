@@ -223,7 +223,7 @@ TEST_CASE("beyond its size a history loses its oldest rows, and their room on th
   CHECK(all.events.front().number >= all.rows.front().uptime_ms.value_or(0) / test::minute_ms - 1);
 }
 
-TEST_CASE("a history keeps as many minutes as there are in its days", "[unit][history]") {
+TEST_CASE("a history keeps as many minutes as there are in its days", "[unit][history][BMS_F.5]") {
   const Files files;
   const HistoryLife life = life_of(1);
   HistoryFile file({.path = files.path, .keep_days = 1}, life);
@@ -232,7 +232,7 @@ TEST_CASE("a history keeps as many minutes as there are in its days", "[unit][hi
   CHECK(read_all(files.path).minutes() == count(1'601 - 1'439, 1'601));
 }
 
-TEST_CASE("by the clock the oldest rows go, ten for each that comes", "[unit][history]") {
+TEST_CASE("by the clock the oldest rows go, ten for each that comes", "[unit][history][BMS_F.5]") {
   const Files files;
   const HistoryLife life = life_of(1);
   HistoryFile file({.path = files.path, .keep_days = 1}, life);

@@ -139,7 +139,8 @@ TEST_CASE("a thread that hangs in the disk is given up at the end", "[unit][hist
   CHECK(has_written());
 }
 
-TEST_CASE("a full disk is told, loses nothing that waits, and is forgotten when there is room", "[unit][history]") {
+TEST_CASE("a full disk is told, loses nothing that waits, and is forgotten when there is room",
+          "[unit][history][BMS_F.5]") {
   FaultyDisk& disk = FaultyDisk::well();
   Stored stored(FaultyDisk::name);
   stored.store.start();

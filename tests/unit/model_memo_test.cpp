@@ -78,7 +78,7 @@ void live(std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("cells that share a memo are estimated as cells that do not, to the last bit", "[unit][estimators][FS_4]") {
+TEST_CASE("cells that share a memo are estimated as cells that do not, to the last bit", "[unit][estimators]") {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     CAPTURE(seed);
     live(seed);
