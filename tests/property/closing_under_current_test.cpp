@@ -101,7 +101,7 @@ void check(const std::vector<Sweep>& sweeps) {
 }
 
 TEST_CASE("a pack stays closed at its first try, whatever current flows as soon as the contacts make",
-          "[property][contactors][F86]") {
+          "[property][contactors]") {
   check({{.pack = "demo-48s",
           .request = "charger connected",
           .draws = {"charger current_A 10", "charger current_A 15"},
@@ -115,7 +115,7 @@ TEST_CASE("a pack stays closed at its first try, whatever current flows as soon 
 }
 
 TEST_CASE("a pack of 192 cells stays closed at its first try, whatever current flows as soon as the contacts make",
-          "[property][contactors][F86][slow]") {
+          "[property][contactors][slow]") {
   check({{.pack = "traction-16x12",
           .request = "charger connected",
           .draws = {"charger current_A 1", "charger current_A 20"},

@@ -124,16 +124,15 @@ Duration toggle(WiredPack& pack, double full_A, Duration half_period, Duration a
   return pack.now() - began_at;
 }
 
-TEST_CASE("a load that is switched warns of nothing", "[property][faults][F14]") {
+TEST_CASE("a load that is switched warns of nothing", "[property][faults]") {
   check_steps("demo-48s", config_of("demo-48s"), {nullptr});
 }
 
-TEST_CASE("a load that is switched warns of nothing where frames of the sensor are late",
-          "[property][faults][F14][slow]") {
+TEST_CASE("a load that is switched warns of nothing where frames of the sensor are late", "[property][faults][slow]") {
   check_steps("demo-48s", config_of("demo-48s"), {&internal_bus::sensor_u1, &internal_bus::sensor_current});
 }
 
-TEST_CASE("a load that is switched warns of nothing in any pack that is shipped", "[property][faults][F14][slow]") {
+TEST_CASE("a load that is switched warns of nothing in any pack that is shipped", "[property][faults][slow]") {
   for (const char* const name : shipped) {
     DYNAMIC_SECTION(name) {
       check_steps(name, config_of(name), {nullptr});
@@ -176,7 +175,7 @@ TEST_CASE("a current sensor that is wrong opens the pack within a second, howeve
 
 // Its bus alone holds the sensor's frames up for as long as 36 ms.
 TEST_CASE("a load that is switched again and again warns of nothing in a pack of 192 cells, and does not open it",
-          "[property][faults][F14][slow]") {
+          "[property][faults][slow]") {
   const CoreConfig config = config_of("traction-16x12");
   for (int ahead_ms = 0; ahead_ms < 90; ahead_ms += 30) {
     const WiredPack closed = closed_pack(config, ahead_ms);

@@ -79,7 +79,7 @@ TEST_CASE("of warm cells, which have less resistance, it takes 7 A", "[scenario]
   }
 }
 
-TEST_CASE("less than 5 A names no sensor: its offset may be a part of them", "[scenario][estimators][F18]") {
+TEST_CASE("less than 5 A names no sensor: its offset may be a part of them", "[scenario][estimators]") {
   for (const char* const name : {"i3-96s", "lfp-96s", "outlander-80s"}) {
     const WiredPack reversed = closed_pack(name, "; sensor current inverted on");
     CAPTURE(name);
@@ -88,7 +88,7 @@ TEST_CASE("less than 5 A names no sensor: its offset may be a part of them", "[s
 }
 
 TEST_CASE("a sensor that is right is not suspected, whatever flows first after the closing",
-          "[scenario][estimators][F18][slow]") {
+          "[scenario][estimators][slow]") {
   constexpr std::int32_t noise_uV = 2'000;
   for (const char* const name : packs) {
     const WiredPack closed = closed_pack(name, "", noise_uV);

@@ -31,7 +31,7 @@ bool is_quiet(const Core& core) {
 
 }  // namespace
 
-TEST_CASE("steps, pauses and steady loads of every shipped pack are no contradiction", "[scenario][slow][F12][F18]") {
+TEST_CASE("steps, pauses and steady loads of every shipped pack are no contradiction", "[scenario][slow]") {
   for (const char* const name : shipped) {
     DYNAMIC_SECTION(name) {
       const CoreConfig config = config_of(name);
@@ -62,7 +62,7 @@ TEST_CASE("steps, pauses and steady loads of every shipped pack are no contradic
   }
 }
 
-TEST_CASE("cells that a charger holds at its voltage are not stuck", "[scenario][F12]") {
+TEST_CASE("cells that a charger holds at its voltage are not stuck", "[scenario]") {
   const CoreConfig config = config_of("lipo-6s-24v");
   test::SimRun run(config);
   run.apply("pack soc_permille 985");

@@ -87,8 +87,7 @@ TEST_CASE("a sensor the wrong way round is named by a load that swells in 5 s to
   }
 }
 
-TEST_CASE("a sensor that is right stays unsuspected while loads swell and ebb",
-          "[scenario][estimators][F18][F12][slow]") {
+TEST_CASE("a sensor that is right stays unsuspected while loads swell and ebb", "[scenario][estimators][slow]") {
   for (const std::string name : packs) {
     CAPTURE(name);
     const CoreConfig config = pack_file(name);

@@ -364,7 +364,7 @@ struct SlowCell {
 
 }  // namespace
 
-TEST_CASE("whatever the load does, cells that follow it do not contradict it", "[unit][estimators][F18][F12]") {
+TEST_CASE("whatever the load does, cells that follow it do not contradict it", "[unit][estimators]") {
   int judged = 0;
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     test::Chance chance(seed);

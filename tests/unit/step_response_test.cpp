@@ -229,7 +229,7 @@ TEST_CASE("a cell that begins or ceases to bleed with a step of the current show
 }
 
 TEST_CASE("all cells beginning to bleed with a step of the current do not contradict it",
-          "[unit][core][estimators][balancing][F12]") {
+          "[unit][core][estimators][balancing]") {
   for (const std::int64_t told_ahead : {0, 1}) {
     CAPTURE(told_ahead);
     BleedingDrive drive(0b1111, 150'000, told_ahead);
@@ -315,7 +315,7 @@ TEST_CASE("a step of the cells that the pack voltage does not have is no step of
   CHECK_FALSE(away.opens_within(2s));
 }
 
-TEST_CASE("a wobble that is over within two polls is no step", "[unit][core][estimators][F12]") {
+TEST_CASE("a wobble that is over within two polls is no step", "[unit][core][estimators]") {
   Standstill pack;
   pack.bench.run(4s);
   pack.real_mA += 90'000;
@@ -324,7 +324,7 @@ TEST_CASE("a wobble that is over within two polls is no step", "[unit][core][est
   CHECK_FALSE(pack.opens_within(3s));
 }
 
-TEST_CASE("a closed pack whose current is really steady goes on", "[unit][core][estimators][F12]") {
+TEST_CASE("a closed pack whose current is really steady goes on", "[unit][core][estimators]") {
   Standstill pack;
   pack.bench.current_mA = 60'000;
   pack.real_mA = 60'000;
