@@ -24,9 +24,13 @@ SignalValue if_known(const std::optional<Number>& value) {
 SignalValue if_complete(const Spread& spread, std::int32_t value) {
   return spread.is_complete() ? known(value) : not_known();
 }
-/// A number that does not fit is unknown, not the nearest: it would point to the wrong cell.
+/// Of a cell or sensor, from 1. One that does not fit is unknown, not the nearest: it would point to the wrong cell.
+SignalValue number_if(bool is_known, std::size_t number) {
+  constexpr std::size_t number_max = 254;
+  return is_known && number <= number_max ? known(static_cast<std::int64_t>(number)) : not_known();
+}
 SignalValue number_of(const Spread& spread, const Element& element) {
-  return spread.is_complete() && element.pack_number <= 254 ? known(element.pack_number) : not_known();
+  return number_if(spread.is_complete(), element.pack_number);
 }
 
 void write_text(CanFrame& frame, const std::array<char, 8>& text) {
@@ -166,9 +170,6 @@ CanFrame elithion_temperature_frame(const VehicleView& view, const VehicleConfig
 SignalValue resistance_of(bool is_known, double resistance_Ohm) {
   return is_known ? known(std::llround(resistance_Ohm * 1e6)) : not_known();
 }
-SignalValue number_of(bool is_known, std::size_t cell) {
-  return is_known && cell + 1 <= 254 ? known(static_cast<std::int64_t>(cell + 1)) : not_known();
-}
 
 /// The signals' scales are the message's: a cell of less than 100 uOhm is told as 0 or 100.
 CanFrame resistance_frame(const VehicleView& view, const VehicleConfig&) {
@@ -179,12 +180,12 @@ CanFrame resistance_frame(const VehicleView& view, const VehicleConfig&) {
       frame, resistance_of(is_known, health.resistance.resistance_Ohm));
   write<vehicle_bus::pack_resistance, "cell_resistance_min_uOhm">(
       frame, resistance_of(is_known, health.cell_resistance_min_Ohm));
-  write<vehicle_bus::pack_resistance, "cell_resistance_min_cell">(frame,
-                                                                  number_of(is_known, health.cell_resistance_min_cell));
+  write<vehicle_bus::pack_resistance, "cell_resistance_min_cell">(
+      frame, number_if(is_known, health.cell_resistance_min_cell + 1));
   write<vehicle_bus::pack_resistance, "cell_resistance_max_uOhm">(
       frame, resistance_of(is_known, health.cell_resistance_max_Ohm));
-  write<vehicle_bus::pack_resistance, "cell_resistance_max_cell">(frame,
-                                                                  number_of(is_known, health.resistance.worst_cell));
+  write<vehicle_bus::pack_resistance, "cell_resistance_max_cell">(
+      frame, number_if(is_known, health.resistance.worst_cell + 1));
   return frame;
 }
 

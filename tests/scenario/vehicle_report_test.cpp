@@ -154,6 +154,8 @@ class Journey {
 void check_values(const Journey& journey) {
   const LastFrames& frames = journey.frames;
   CHECK(std::abs(frames.word(0x622, 1) - journey.uptime_s()) <= 1.5);
+  CHECK(frames.byte(0x622, 4) == 0);  // no cell is poor, nor the pack, and it is not too cold to charge
+  CHECK(frames.byte(0x622, 5) == 0);
 
   CHECK(std::abs(frames.word(0x623, 0) - journey.plant().pack_V()) <= 1.0);
   CHECK(std::abs(frames.byte(0x623, 2) * 0.1 - journey.cell_V(emptiest)) <= 0.06);
@@ -175,6 +177,7 @@ void check_values(const Journey& journey) {
   CHECK(std::abs(frames.word(0x626, 1) - journey.missing_Ah()) <= 1.5);
   CHECK(frames.word(0x626, 3) == cell_Ah);
   CHECK(frames.byte(0x626, 5) == 0xFF);  // there is no second pack
+  CHECK(frames.byte(0x626, 6) == 0xFF);  // no capacity has been measured
 
   const std::vector<double> felt_C = journey.felt_C();
   double sum_C = 0.0;
@@ -195,7 +198,8 @@ TEST_CASE("every field of 620h to 628h is the pack's own value, in a drive and i
   const LastFrames& frames = journey.frames;
   journey.run(3.0);
   journey.renew_frames();
-  CHECK(frames.text(0x620).substr(0, 4) == "BMUD");
+  CHECK(frames.text(0x620) == "BMUD    ");
+  CHECK(frames.text(0x621) == "SW: 0.10");
   CHECK(frames.byte(0x622, 0) == 4);  // vehicle off, open
   CHECK(frames.byte(0x622, 3) == 0);
   CHECK(frames.word(0x628, 0) == 0xFFFF);  // no current has shown a resistance
@@ -217,7 +221,6 @@ TEST_CASE("every field of 620h to 628h is the pack's own value, in a drive and i
   journey.renew_frames();
   CHECK(frames.byte(0x622, 0) == 2);  // vehicle on, closed
   CHECK(frames.byte(0x622, 3) == 0x04);
-  CHECK(frames.byte(0x622, 4) == 0);
   check_values(journey);
 
   const auto step_Ohm = [&](int number) {
