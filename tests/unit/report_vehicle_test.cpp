@@ -144,10 +144,13 @@ TEST_CASE("a report is due 1 s after the start, the next 10 ms later, and after 
   // Due at 2010 ms: less than a period late it keeps its place, later it does not make up for it.
   CHECK(sent_at(3'019ms) == 0x621);
   CHECK(sent_at(3'019ms) == 0x622);
-  CHECK(sent_at(4'030ms) == 0x623);
-  CHECK(sent_at(4'030ms) == 0);
-  CHECK(sent_at(4'039ms) == 0);
-  CHECK(sent_at(4'040ms) == 0x624);
+  CHECK(sent_at(3'040ms) == 0x623);  // the next was due a whole period ago
+  CHECK(sent_at(3'040ms) == 0);
+  CHECK(sent_at(3'049ms) == 0);
+  CHECK(sent_at(3'050ms) == 0x624);
+  CHECK(sent_at(9'000ms) == 0x625);
+  CHECK(sent_at(9'009ms) == 0);
+  CHECK(sent_at(9'010ms) == 0x626);
 }
 
 }  // namespace bmu
