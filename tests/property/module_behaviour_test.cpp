@@ -2,17 +2,21 @@
 // been wrong for longer than its budget, never without a key that was turned since it opened, closes again once all is
 // healed and cleared, and bleeds no cell for long that it may not.
 //
-// Each run is drawn from a seed that a failure prints; BMUD_SEED=17 runs that one alone.
+// A course is a list of moves; one that breaks a rule is reported as the shortest that still does
+// (tests/support/drawn_cases.hpp).
 #include <algorithm>
 #include <array>
-#include <cstdlib>
+#include <ostream>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include <rapidcheck.h>
+
 #include "config/pack_config.hpp"
-#include "mmu/random.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/drawn_cases.hpp"
 #include "tests/support/folders.hpp"
 #include "tests/support/sim_run.hpp"
 
@@ -90,6 +94,60 @@ static_assert(std::all_of(behaviours.begin(), behaviours.end(), [](const Behavio
 }));
 
 constexpr std::ptrdiff_t behaviours_at_once = 3;  // of one module
+constexpr int wait_min_ms = 20;
+constexpr int wait_max_ms = 920;
+constexpr unsigned parts = 4;  // of a module, that behaviours concern
+
+enum class Act : std::uint8_t { turn_key, end, begin };
+
+/// What happens next, and how long it is until the one behind it. Numbers count from 0.
+struct Move {
+  Act act = Act::begin;
+  unsigned which = 0;  // behaviour that begins, or of those going on the one that ends
+  unsigned module = 0;
+  unsigned part = 0;  // cell or sensor
+  int wait_ms = wait_min_ms;
+};
+using Course = std::vector<Move>;
+
+std::ostream& operator<<(std::ostream& out, const Move& move) {
+  static constexpr std::array acts{"turn_key", "end", "begin"};
+  return out << acts[static_cast<std::size_t>(move.act)] << ' ' << move.which << ' ' << move.module << ' ' << move.part
+             << ", wait " << move.wait_ms << " ms";
+}
+
+/// Whole parts of it left out, then shorter waits.
+rc::Seq<Course> shorter(const Course& course) {
+  const auto sooner = [](const Move& move) {
+    return rc::seq::map(rc::shrink::towards(move.wait_ms, wait_min_ms), [move](int wait_ms) {
+      Move changed = move;
+      changed.wait_ms = wait_ms;
+      return changed;
+    });
+  };
+  return rc::seq::concat(rc::shrink::removeChunks(course), rc::shrink::eachElement(course, sooner));
+}
+
+/// Enough for `for_ms`, which is when a course ends. With a load and a vehicle the key is turned, too.
+rc::Gen<Course> courses(int for_ms, bool with_key) {
+  using rc::gen::inRange;
+  using rc::gen::set;
+  const rc::Gen<Move> move = rc::gen::build<Move>(
+      set(&Move::act,
+          rc::gen::weightedElement<Act>(
+              {{with_key ? std::size_t{1} : std::size_t{0}, Act::turn_key}, {2, Act::end}, {3, Act::begin}})),
+      set(&Move::which, inRange(0U, static_cast<unsigned>(behaviours.size()))),
+      set(&Move::module, inRange(0U, unsigned{internal_bus::node_count_max})), set(&Move::part, inRange(0U, parts)),
+      set(&Move::wait_ms, inRange(wait_min_ms, wait_max_ms)));
+  return [move, for_ms](const rc::Random& random, int) {
+    const rc::Gen<Course> moves = rc::gen::container<Course>(static_cast<std::size_t>(for_ms / wait_min_ms), move);
+    Course course = moves(random, rc::kNominalSize).value();
+    int until_ms = 0;
+    const auto is_late = [&](const Move& one) { return std::exchange(until_ms, until_ms + one.wait_ms) >= for_ms; };
+    course.erase(std::find_if(course.begin(), course.end(), is_late), course.end());
+    return rc::shrinkable::shrinkRecur(std::move(course), shorter);
+  };
+}
 
 /// One behaviour of one module, from when on.
 struct Going {
@@ -101,40 +159,38 @@ struct Going {
 
 class Trial {
  public:
-  Trial(const CoreConfig& config, std::uint64_t seed)
-      : run_(config), random_(seed), modules_(static_cast<unsigned>(config.modules.size())) {}
+  explicit Trial(const CoreConfig& config) : run_(config), modules_(static_cast<unsigned>(config.modules.size())) {}
 
   void close() {
     run_.apply("link capacitance_uF 600");
     step_to(2 * ms_per_s);
     turn_key(true);
     step_to(6 * ms_per_s);
-    REQUIRE(is_closed());
+    RC_ASSERT(is_closed());
   }
-  /// Open, with nobody there, and cells that are not alike.
-  void stand() {
+  /// Open, with nobody there; of each module the cell named has more charge than the others.
+  void stand(const std::vector<unsigned>& high_cells) {
     for (unsigned node = 1; node <= modules_; ++node) {
-      apply(filled("cell N.C soc_permille 560", node, 1 + below(12), 0));
+      apply(filled("cell N.C soc_permille 560", node, 1 + high_cells[node - 1], 0));
     }
     step_to(5 * ms_per_s);
   }
   /// With a load, and a key that is turned now and then.
-  void drive(int for_ms) {
+  void drive(const Course& course) {
     run_.apply("load profile drive");
-    may_turn_key_ = true;
-    misbehave(for_ms);
+    misbehave(course);
   }
   /// Modules begin and end to do things.
-  void misbehave(int for_ms) {
-    for (const int end_ms = now_ms_ + for_ms; now_ms_ < end_ms;) {
-      if (may_turn_key_ && chance(1, 6)) {
+  void misbehave(const Course& course) {
+    for (const Move& move : course) {
+      if (move.act == Act::turn_key) {
         turn_key(!is_key_on_);
-      } else if (chance(2, 5) && !going_.empty()) {
-        end(below(static_cast<unsigned>(going_.size())));
+      } else if (move.act == Act::end && !going_.empty()) {
+        end(move.which % going_.size());
       } else {
-        begin();
+        begin(move);
       }
-      step_to(now_ms_ + 20 + static_cast<int>(below(900)));
+      step_to(now_ms_ + move.wait_ms);
     }
   }
   /// All is well again, and somebody with authority clears what latched and asks anew.
@@ -159,9 +215,6 @@ class Trial {
   [[nodiscard]] bool has_bled() const { return has_bled_; }
 
  private:
-  unsigned below(unsigned count) { return static_cast<unsigned>(random_.next() % count); }
-  bool chance(unsigned wins, unsigned of) { return below(of) < wins; }
-
   [[nodiscard]] static std::string filled(std::string_view pattern, unsigned node, unsigned part, unsigned other) {
     std::string text;
     for (std::size_t at = 0; at < pattern.size(); ++at) {
@@ -179,10 +232,10 @@ class Trial {
     }
     return text;
   }
-  void begin() {
-    const std::size_t behaviour = below(static_cast<unsigned>(behaviours.size()));
-    const unsigned node = 1 + below(modules_);
-    const unsigned part = 1 + below(4);
+  void begin(const Move& move) {
+    const std::size_t behaviour = move.which % behaviours.size();
+    const unsigned node = 1 + move.module % modules_;
+    const unsigned part = 1 + move.part;
     const unsigned other = node % modules_ + 1;
     const std::string ends = filled(behaviours[behaviour].ends, node, part, other);
     // What is already otherwise there would be undone by the second, or by its end.
@@ -233,10 +286,7 @@ class Trial {
     }
     return behaviours[what.behaviour].open_within_ms == may_stay_closed ? 0 : began_ms + within_ms;
   }
-  void fail(const std::string& what) const {
-    INFO(story_);
-    FAIL("at " << now_ms_ << " ms " << what);
-  }
+  void fail(const std::string& what) const { RC_FAIL(story_ + "at " + std::to_string(now_ms_) + " ms " + what); }
   void judge() {
     judge_wish();
     judge_switches();
@@ -290,13 +340,11 @@ class Trial {
   }
 
   SimRun run_;
-  RandomSource random_;
   unsigned modules_;
   std::vector<Going> going_;
   std::string story_;
   int now_ms_ = 0;
   bool has_opened_ = false;
-  bool may_turn_key_ = false;
   bool is_key_on_ = false;
   int key_turned_ms_ = 0;
   bool was_closed_ = false;
@@ -316,30 +364,20 @@ CoreConfig demonstration() {
   return pack->core;
 }
 
-std::vector<std::uint64_t> seeds(std::uint64_t count) {
-  if (const char* one = std::getenv("BMUD_SEED")) {  // NOLINT(concurrency-mt-unsafe)
-    return {std::strtoull(one, nullptr, 10)};
-  }
-  std::vector<std::uint64_t> all;
-  for (std::uint64_t seed = 1; seed <= count; ++seed) all.push_back(seed);
-  return all;
-}
-
 TEST_CASE("whatever modules do, the pack is open in time, never closed unasked, and closes when all is well again",
           "[property][modules][BMS_F.3][BMU_12][slow]") {
   const CoreConfig config = demonstration();
   int opened = 0;
-  for (const std::uint64_t seed : seeds(100)) {
-    INFO("again: BMUD_SEED=" << seed << " test_property \"whatever modules do*\"");
-    Trial trial(config, seed);
+  const bool is_all = test::holds_for_all(100, [&] {
+    const Course course = *courses(5 * ms_per_s, true);
+    Trial trial(config);
     trial.close();
-    trial.drive(5 * ms_per_s);
+    trial.drive(course);
     opened += trial.has_opened() ? 1 : 0;
     trial.heal();
-    INFO(trial.story());
-    REQUIRE(trial.is_closed());
-  }
-  CHECK(opened > 0);  // else nothing was tried
+    if (!trial.is_closed()) RC_FAIL(trial.story() + "not closed again");
+  });
+  if (is_all) CHECK(opened > 0);  // else nothing was tried
 }
 
 TEST_CASE("whatever modules do, no cell bleeds for long against a reason or unseen",
@@ -349,14 +387,16 @@ TEST_CASE("whatever modules do, no cell bleeds for long against a reason or unse
   config.balancing.requires_closed = false;
   config.balancing.settle = 1'000ms;
   int bled = 0;
-  for (const std::uint64_t seed : seeds(60)) {
-    INFO("again: BMUD_SEED=" << seed << " test_property \"whatever modules do, no cell*\"");
-    Trial trial(config, seed);
-    trial.stand();
-    trial.misbehave(8 * ms_per_s);
+  const bool is_all = test::holds_for_all(60, [&] {
+    const auto high_cells = *rc::gen::container<std::vector<unsigned>>(
+        config.modules.size(), rc::gen::resize(rc::kNominalSize, rc::gen::inRange(0U, 12U)));
+    const Course course = *courses(8 * ms_per_s, false);
+    Trial trial(config);
+    trial.stand(high_cells);
+    trial.misbehave(course);
     bled += trial.has_bled() ? 1 : 0;
-  }
-  CHECK(bled > 0);
+  });
+  if (is_all) CHECK(bled > 0);
 }
 
 }  // namespace
