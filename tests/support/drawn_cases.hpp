@@ -25,8 +25,9 @@ struct DrawnCases {
 [[nodiscard]] DrawnCases draw_cases(const std::string& name, int cases, std::uint64_t seed, const std::string& repeat,
                                     const std::function<void()>& property);
 
-/// The same in the test case that runs, which fails where the property does not hold. The seed is 1, so that each run
-/// has the same cases, or BMUD_SEED; RC_PARAMS repeats a case. Returns whether all cases were run.
+/// The same in the test case that runs, which fails where the property does not hold; the report is on stderr. The seed
+/// is 1, so that each run has the same cases, or BMUD_SEED; RC_PARAMS repeats a case. Returns whether all cases were
+/// run.
 bool holds_for_all(int cases, const std::function<void()>& property);
 
 }  // namespace bmu::test
