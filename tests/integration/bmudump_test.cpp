@@ -295,6 +295,63 @@ TEST_CASE("CRLF, time going back and a whole last line without newline are fine"
   CHECK(lines_of(result.out).size() == 2);
 }
 
+TEST_CASE("where the clock of a log was set is reported once, and left out of rates, gaps and loads",
+          "[integration][bmudump][clock]") {
+  // A computer without a battery clock: set 2 s after its start, and an hour back 2 s later.
+  std::string log;
+  for (const std::int64_t from_s : {12, 1'700'000'000, 1'699'996'400}) {
+    for (int i = 0; i < 100; ++i) {
+      const std::string time =
+          std::to_string(from_s + i / 50) + "." + std::to_string(100 + i % 50 * 2).substr(1) + "0000";
+      log += "(" + time + ") can0 7A1#0000000000000000\n";
+    }
+  }
+  const Run text = run("-r - --summary", log);
+  CHECK(text.exit_code == 0);
+  CHECK(text.err ==
+        "bmudump: standard input:101: the clock goes forward by 1699999986.020000 s here; left out of rates, gaps and "
+        "loads\n"
+        "bmudump: standard input:201: the clock goes back by 3601.980000 s here; left out of rates, gaps and loads\n");
+  CHECK(text.out.find("can0: 300 frames, 5.940000 s, load at least ") == 0);
+  CHECK(text.out.find(", clock jumps 2\n") != std::string::npos);
+  CHECK(text.out.find("7A1       unknown                           300         0     50.34/s    0.020000 s ") !=
+        std::string::npos);
+  CHECK(text.out.find("silent") == std::string::npos);
+  const nlohmann::json json = nlohmann::json::parse(run("-r - --summary --json", log).out);
+  CHECK(json.at("span_s") == 5.94);
+  CHECK(json.at("clock_jumps") == 2);
+  CHECK(json.at("load_bit_per_s").get<double>() > 5'000);
+  CHECK(json.at("ids")[0].at("silent_s").is_null());
+  // Also while lines are shown, of buses that are not, and in the table.
+  CHECK(run("-r - -t z", log).err == text.err);
+  CHECK(lines_of(run("-r - -t z", log).out).back().starts_with("(5.940000) "));
+  CHECK(run("-r - --follow", log).out.find(" 50.3/s ") != std::string::npos);
+  // Once for each place, not for each file.
+  const Run none = run("-r - --summary", "(1.000000) can0 7A1#\n(2.000000) can0 7A1#\n");
+  CHECK(none.err.empty());
+  CHECK(nlohmann::json::parse(run("-r - --summary --json", "(1.000000) can0 7A1#\n").out).at("clock_jumps") == 0);
+}
+
+TEST_CASE("what no bus had a frame for may be a setting of the clock, and is reported as either",
+          "[integration][bmudump][clock]") {
+  std::string log;
+  for (const int from_s : {1'700'000'000, 1'700'003'600}) {
+    for (int i = 0; i < 50; ++i) {
+      log += "(" + std::to_string(from_s) + "." + std::to_string(100 + i * 2).substr(1) + "0000) can0 7A1#\n";
+    }
+  }
+  const Run text = run("-r - --summary", log);
+  CHECK(text.err ==
+        "bmudump: standard input:51: the clock goes forward by 3599.020000 s here, or no bus had a frame for so long; "
+        "left out of rates, gaps and loads\n");
+  CHECK(text.out.find("can0: 100 frames, 1.960000 s, ") == 0);
+  // A bus that falls silent beside one that goes on is no clock.
+  std::string beside;
+  for (int i = 0; i < 60; ++i) beside += "(" + std::to_string(1'700'000'000 + i) + ".000000) can0 7A1#\n";
+  for (int i = 0; i < 30; ++i) beside += "(" + std::to_string(1'700'000'060 + i) + ".000000) can1 7A2#\n";
+  CHECK(run("-r - --summary", beside).err.empty());
+}
+
 // A sanitizer keeps what was freed for a while, and more around everything.
 constexpr long resident_max_kB = test::is_sanitized ? 524'288 : 32'768;
 

@@ -62,6 +62,7 @@ Dump::Dump(const Options& options, const Catalogues& catalogues, const Filter& f
       start_(options.start),
       out_(fd),
       left_(options.count.value_or(std::numeric_limits<std::uint64_t>::max())),
+      is_of_log_(!options.files.empty()),
       shows_lines_(options.output == Output::text || options.output == Output::json || options.output == Output::log),
       needs_counts_(options.output == Output::summary || options.output == Output::summary_json || options.is_strict ||
                     options.output == Output::follow) {
@@ -74,6 +75,7 @@ Dump::Dump(const Options& options, const Catalogues& catalogues, const Filter& f
 bool Dump::show(const LogLine& line) {
   Bus* const bus = buses_.find(line.bus);
   if (bus == nullptr) return false;
+  if (is_of_log_) note_clock(*bus, line);
   if (bus->filter == nullptr) return true;
   if (line.kind == LogLineKind::frame && bus->dialect.note(line.frame)) note_dialect(*bus);
   // Every frame is judged, also those not shown: whether an answer is late depends on the POLL before it.
@@ -81,14 +83,22 @@ bool Dump::show(const LogLine& line) {
   if (!filter_->passes(line.frame) || !bus->filter->passes(line.frame)) return true;
   if (line.kind == LogLineKind::frame) bus->hint.note(line.frame, verdict);
   const SeenFrame seen{line, verdict};
-  IdStatistics* const row = needs_counts_ ? bus->statistics.count(line, verdict) : nullptr;
+  IdStatistics* const row = needs_counts_ ? bus->statistics.count(line, verdict, clock_.left_out_us()) : nullptr;
   if (shows_lines_) {
     print(*bus, seen);
   } else if (follow_) {
-    follow_->note(*bus, seen, row);
+    follow_->note(*bus, seen, row, clock_.left_out_us());
   }
   --left_;
   return true;
+}
+
+static_assert(ClockJumps::bus_count_max == BusTable::bus_count_max);
+
+/// The frames of all buses of a log have the time of one clock, also those of buses that are not shown.
+void Dump::note_clock(const Bus& bus, const LogLine& line) {
+  clock_jump_ = clock_.take(bus.index, line.time_us);
+  if (clock_jump_.is_found()) start_.leave_out(clock_jump_.by_us);
 }
 
 bool Dump::is_whole(const LogLine& line) {
@@ -187,8 +197,8 @@ void Dump::forget_counters(std::string_view bus) {
 }
 
 int Dump::finish(int code) {
-  for (const std::unique_ptr<Bus>& bus : buses_.buses()) heard_until(bus->statistics.last_us);
-  const Summary summary(options_->bit_rate, heard_until_us_, out_);
+  for (const std::unique_ptr<Bus>& bus : buses_.buses()) heard_until(bus->statistics.until_us);
+  const Summary summary(options_->bit_rate, heard_until_us_, clock_.count(), out_);
   if (options_->output == Output::summary) summary.print_text(buses_.buses());
   if (options_->output == Output::summary_json) summary.print_json(buses_.buses());
   if (follow_) follow_->print_last(options_->is_coloured, out_);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tools/bmudump/bus_table.hpp"
+#include "tools/bmudump/clock_jumps.hpp"
 #include "tools/bmudump/follow.hpp"
 #include "tools/bmudump/frame_text.hpp"
 #include "tools/bmudump/options.hpp"
@@ -46,6 +47,8 @@ class Dump {
 
   /// False if the frame has no place: there are too many buses.
   bool show(const LogLine& line);
+  /// Whether the clock of the log that is read was set before the frame that was shown last.
+  [[nodiscard]] const ClockJump& clock_jump() const { return clock_jump_; }
   /// Whether a frame whose line may have been torn behind it has all its bytes: as many as its row has, or as any can
   /// have.
   [[nodiscard]] bool is_whole(const LogLine& line);
@@ -53,7 +56,7 @@ class Dump {
   bool count_lost(std::string_view bus, std::uint64_t frames);
   /// Frames were missed: what counters and polls said before says nothing about what comes now.
   void forget_counters(std::string_view bus);
-  /// Whatever was on the buses until then has been shown.
+  /// Whatever was on the buses until then, on a clock that was not set, has been shown.
   void heard_until(std::int64_t time_us) { heard_until_us_ = std::max(heard_until_us_, time_us); }
   void flush() { out_.flush(); }
   [[nodiscard]] bool is_done() const { return left_ == 0 || out_.is_closed(); }
@@ -64,6 +67,7 @@ class Dump {
   [[nodiscard]] Follow* follow() { return follow_.get(); }
 
  private:
+  void note_clock(const Bus& bus, const LogLine& line);
   void print(const Bus& bus, const SeenFrame& seen);
   void print_lost(const Bus& bus, std::uint64_t frames);
   void note_dialect(Bus& bus);
@@ -73,12 +77,15 @@ class Dump {
   const Catalogues* catalogues_;
   const Filter* filter_;
   BusTable buses_;
+  ClockJumps clock_;
+  ClockJump clock_jump_;
   LineStart start_;
   std::vector<FrameText> formats_;  // by reader
   TextWriter out_;
   std::unique_ptr<Follow> follow_;
   std::int64_t heard_until_us_ = 0;
   std::uint64_t left_;
+  bool is_of_log_;  // else of a bus, whose times are on a clock that no one sets
   bool shows_lines_;
   bool needs_counts_;
 };

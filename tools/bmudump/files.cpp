@@ -2,6 +2,7 @@
 #include <array>
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <utility>
 
@@ -18,6 +19,7 @@ namespace {
 
 /// Damage of one file beyond this many lines is counted, not told line by line.
 constexpr std::uint64_t damage_told_max = 1'000;
+constexpr std::uint64_t clock_jumps_told_max = 1'000;
 
 /// As some editors put it before a text: at the beginning of a file, and so of what was put together from several.
 constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
@@ -47,6 +49,7 @@ class LogFile {
   void take_frame(const LogLine& line, LogTimeForm form, std::string_view text, Dump& dump);
   void show(const LogLine& line, std::string_view text, Dump& dump);
   void tell_bus_too_many(std::string_view bus, std::string_view text);
+  void report_clock(const ClockJump& jump);
   void correct_time(LogLine& line, LogTimeForm form);
   void look_ahead(const LogLine& first);
   void tell_torn();
@@ -58,6 +61,7 @@ class LogFile {
   LineReader reader_;
   std::uint64_t damaged_ = 0;
   std::uint64_t lost_lines_ = 0;
+  std::uint64_t clock_jumps_ = 0;
   LogTimes times_;
   bool has_time_ = false;      // there was a frame with seconds, so that it is known whether
   bool are_absolute_ = false;  // these need no correction
@@ -94,6 +98,11 @@ int LogFile::read(Dump& dump, FollowScreen& screen) {
   if (lost_lines_ > damage_told_max) {
     std::fprintf(stderr, "bmudump: %s: frames lost at %llu places in all, the first %llu told\n", name_.c_str(),
                  static_cast<unsigned long long>(lost_lines_), static_cast<unsigned long long>(damage_told_max));
+  }
+  if (clock_jumps_ > clock_jumps_told_max) {
+    std::fprintf(stderr, "bmudump: %s: the clock jumps at %llu places in all, the first %llu are reported\n",
+                 name_.c_str(), static_cast<unsigned long long>(clock_jumps_),
+                 static_cast<unsigned long long>(clock_jumps_told_max));
   }
   return damaged_ > 0 ? exit_damaged : exit_ok;
 }
@@ -184,7 +193,17 @@ void LogFile::correct_time(LogLine& line, LogTimeForm form) {
 void LogFile::show(const LogLine& line, std::string_view text, Dump& dump) {
   is_below_error_frame_ = line.frame.is_error;
   times_.note(line.time_us);
-  if (!dump.show(line)) tell_bus_too_many(line.bus, text);
+  if (!dump.show(line)) return tell_bus_too_many(line.bus, text);
+  if (dump.clock_jump().is_found()) report_clock(dump.clock_jump());
+}
+
+/// Where it is, and how large.
+void LogFile::report_clock(const ClockJump& jump) {
+  if (++clock_jumps_ > clock_jumps_told_max) return;
+  const char* const also = jump.is_certain ? "" : ", or no bus had a frame for so long";
+  std::fprintf(stderr, "bmudump: %s:%llu: the clock goes %s by %.6f s here%s; left out of rates, gaps and loads\n",
+               name_.c_str(), static_cast<unsigned long long>(reader_.line_number()),
+               jump.by_us < 0 ? "back" : "forward", static_cast<double>(std::abs(jump.by_us)) * 1e-6, also);
 }
 
 void LogFile::tell_bus_too_many(std::string_view bus, std::string_view text) {

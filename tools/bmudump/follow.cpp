@@ -93,12 +93,13 @@ Follow::Key Follow::key_of(const Bus& bus, const SeenFrame& seen, const IdStatis
   return {bus.index, frame.is_extended ? Kind::extended : Kind::standard, frame.id};
 }
 
-void Follow::note(const Bus& bus, const SeenFrame& seen, const IdStatistics* row) {
-  newest_us_ = std::max(newest_us_, seen.line.time_us);
+void Follow::note(const Bus& bus, const SeenFrame& seen, const IdStatistics* row, std::int64_t left_out_us) {
+  const std::int64_t at_us = seen.line.time_us - left_out_us;
+  newest_us_ = std::max(newest_us_, at_us);
   Row& known = rows_[key_of(bus, seen, row)];
   known.bus = &bus;
   known.statistics = row;
-  known.last_us = seen.line.time_us;
+  known.last_us = at_us;
   ++known.frames;
   if (known.frames > 1 && known.verdict.is_accepted && !seen.verdict.is_accepted) return;
   known.line = seen.line;

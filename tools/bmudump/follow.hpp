@@ -5,8 +5,8 @@
 //   id  message           frames    rate gap max    age  values
 //   143 CELLS_1 node 3       120  10.0/s  0.10 s 0.04 s  cell_voltage_1 3.6512 V  _2 3.6498 V  _3 3.6530 V
 //
-// Times are those of the frames; `now_us` on the same clock makes the ages. Memory is bounded as that of the
-// statistics.
+// Times are those of the frames without what the clock of a log was set by; `now_us` on the same clock makes the ages.
+// Memory is bounded as that of the statistics.
 #pragma once
 
 #include <cstdint>
@@ -30,8 +30,9 @@ class Follow {
   Follow(const BusTable& buses, const std::vector<FrameText>& formats, std::uint32_t bit_rate)
       : buses_(&buses), formats_(&formats), bit_rate_(bit_rate), words_(-1) {}
 
-  /// `row` is what the statistics have of the frame's identifier; null: the bus's own counts must do.
-  void note(const Bus& bus, const SeenFrame& seen, const IdStatistics* row);
+  /// `row` is what the statistics have of the frame's identifier; null: the bus's own counts must do. `left_out_us`:
+  /// what the log's clock was set by before this frame.
+  void note(const Bus& bus, const SeenFrame& seen, const IdStatistics* row, std::int64_t left_out_us = 0);
   /// The time of the newest frame.
   [[nodiscard]] std::int64_t newest_us() const { return newest_us_; }
 

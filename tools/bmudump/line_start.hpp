@@ -30,6 +30,10 @@ class LineStart {
   explicit LineStart(const Style& style) : style_(style) {}
 
   void print(const LogLine& line, TextWriter& out);
+  /// The log's clock was set by so much, above 0 forward: no time that passed.
+  void leave_out(std::int64_t jump_us) {
+    if (since_us_) *since_us_ += jump_us;
+  }
 
  private:
   void print_time(std::int64_t time_us, TextWriter& out);

@@ -9,6 +9,7 @@
 namespace bmu::dump {
 namespace {
 
+constexpr std::uint32_t in_order_min = 100;                     // frames of one bus: times, and no differences
 constexpr std::int64_t quarter_s = 900;                         // no clock of any place is changed within one
 constexpr std::int64_t sum_max_us = 1'000'000'000'000'000'000;  // as much as a log line has room for
 
@@ -26,10 +27,13 @@ void LogTimes::note_order(const LogLine& line) {
   const auto known =
       std::find_if(buses_.begin(), buses_.end(), [&line](const Bus& bus) { return bus.name == line.bus; });
   if (known == buses_.end()) {
-    if (buses_.size() < BusTable::bus_count_max) buses_.push_back({std::string(line.bus), line.time_us, false});
+    if (buses_.size() < BusTable::bus_count_max) buses_.push_back({std::string(line.bus), line.time_us, false, 0});
     return;
   }
+  if (are_in_order_) return;
   const bool stands_still = line.time_us == known->last_us;
+  known->in_order = line.time_us > known->last_us ? known->in_order + 1 : 0;
+  are_in_order_ = known->in_order >= in_order_min && !are_differences_;
   are_differences_ = are_differences_ || line.time_us < known->last_us || (stands_still && known->stood_still);
   known->last_us = line.time_us;
   known->stood_still = stands_still;

@@ -7,7 +7,8 @@
 //   a screen without  none: a frame has a number instead, and counts for the time of the frame before it
 //
 // A line does not show whether it has differences (-t d) or seconds since the first frame (-t z). The frames of one bus
-// come in order: where a time goes back, or stands still twice, these are differences.
+// come in order: where a time goes back, or stands still twice, these are differences. Not so behind a hundred frames
+// of a bus in their order, as no differences are: there the clock was set back (clock_jumps.hpp).
 #pragma once
 
 #include <cstdint>
@@ -27,7 +28,10 @@ class LogTimes {
 
   /// A time that a frame behind this one has; shows earlier what its kind is.
   void look_ahead(const LogLine& line) { note_order(line); }
-  void forget_order() { buses_.clear(); }
+  void forget_order() {
+    buses_.clear();
+    are_in_order_ = false;
+  }
 
   /// Corrects the time of `line`, or numbers it.
   void take(LogLine& line, LogTimeForm form);
@@ -42,6 +46,7 @@ class LogTimes {
     std::string name;
     std::int64_t last_us;
     bool stood_still;
+    std::uint32_t in_order;  // so many frames behind each other
   };
 
   void note_order(const LogLine& line);
@@ -49,6 +54,7 @@ class LogTimes {
 
   std::vector<Bus> buses_;
   bool are_differences_ = false;
+  bool are_in_order_ = false;  // too many are: these are no differences
   std::int64_t sum_us_ = 0;
   std::int64_t last_us_ = 0;
   std::uint32_t number_ = 0;

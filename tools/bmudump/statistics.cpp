@@ -8,20 +8,21 @@
 namespace bmu::dump {
 namespace {
 
-void count_gap(IdStatistics& row, std::int64_t time_us) {
+void count_gap(IdStatistics& row, std::int64_t time_us, std::int64_t left_out_us) {
   const std::int64_t gap_us = time_us - row.refresh_us;
   if (gap_us > row.gap_max_us) {
     row.gap_max_us = gap_us;
-    row.gap_end_us = time_us;
+    row.gap_end_us = time_us + left_out_us;
   }
 }
 
 /// Of unknown identifiers every frame refreshes, of others those that passed.
-void count_in_row(IdStatistics& row, std::int64_t time_us, std::int64_t bits, const CheckedFrame& verdict) {
+void count_in_row(IdStatistics& row, std::int64_t time_us, std::int64_t left_out_us, std::int64_t bits,
+                  const CheckedFrame& verdict) {
   const bool is_known = verdict.message != nullptr;
   const bool has_refreshed = is_known ? row.accepted > 0 : row.frames > 0;
   if (!is_known || verdict.is_accepted) {
-    if (has_refreshed) count_gap(row, time_us);
+    if (has_refreshed) count_gap(row, time_us, left_out_us);
     row.refresh_us = time_us;
   }
   if (row.frames == 0) row.first_us = row.last_us = time_us;
@@ -50,7 +51,7 @@ double IdStatistics::rate_per_s() const {
 }
 
 double BusStatistics::load_bit_per_s() const {
-  return last_us > first_us ? static_cast<double>(bits - bits_of_first) / span_s() : 0.0;
+  return until_us > from_us ? static_cast<double>(bits - bits_of_first) / span_s() : 0.0;
 }
 
 std::int64_t IdStatistics::silence_us(std::int64_t until_us) const {
@@ -61,9 +62,9 @@ std::int64_t IdStatistics::silence_us(std::int64_t until_us) const {
   return has_period && silence_us / longest_gaps_min >= gap_max_us ? silence_us : 0;
 }
 
-IdStatistics* BusStatistics::count(const LogLine& line, const CheckedFrame& verdict) {
+IdStatistics* BusStatistics::count(const LogLine& line, const CheckedFrame& verdict, std::int64_t left_out_us) {
   const CanFrame& frame = line.frame;
-  count_time(line.time_us);
+  count_time(line.time_us, left_out_us);
   if (line.kind == LogLineKind::fd_frame) return ++fd, nullptr;
   if (frame.is_error) return ++error, nullptr;
   const std::int64_t frame_bits = bits_on_wire(frame);
@@ -74,14 +75,20 @@ IdStatistics* BusStatistics::count(const LogLine& line, const CheckedFrame& verd
   ++(!is_known ? unknown : verdict.is_accepted ? accepted : failed);
   IdStatistics* const row = row_of(frame);
   if (row == nullptr) return ++without_row, nullptr;
-  count_in_row(*row, line.time_us, frame_bits, verdict);
+  count_in_row(*row, line.time_us - left_out_us, left_out_us, frame_bits, verdict);
   return row;
 }
 
-void BusStatistics::count_time(std::int64_t time_us) {
-  if (frames++ == 0) first_us = last_us = time_us;
+void BusStatistics::count_time(std::int64_t time_us, std::int64_t left_out_us) {
+  const std::int64_t steady_us = time_us - left_out_us;
+  if (frames++ == 0) {
+    first_us = last_us = time_us;
+    from_us = until_us = steady_us;
+  }
   first_us = std::min(first_us, time_us);
   last_us = std::max(last_us, time_us);
+  from_us = std::min(from_us, steady_us);
+  until_us = std::max(until_us, steady_us);
 }
 
 IdStatistics* BusStatistics::row_of(const CanFrame& frame) {

@@ -4,6 +4,9 @@
 // A gap is the time between two frames that passed their check, as those that fail refresh nothing at the daemon
 // either. Frames of unknown identifiers are not checked: there every frame counts.
 //
+// Times are those of the log less what its clock was set by while it was recorded (clock_jumps.hpp), but for those that
+// are shown as they stand there: the first and the last time of a bus, and the end of a gap.
+//
 // Bits are those each classic frame takes on the wire (protocol/can_bits.hpp). Memory is bounded: of 29-bit
 // identifiers, of which there are half a billion, the first 1,024 are told apart.
 #pragma once
@@ -25,10 +28,10 @@ struct IdStatistics {
   std::uint64_t accepted = 0;
   std::int64_t bits = 0;
   std::int64_t first_us = 0;
-  std::int64_t last_us = 0;     // the latest; logs may go back in time
+  std::int64_t last_us = 0;     // the latest; frames may be out of order
   std::int64_t refresh_us = 0;  // when the last gap ended
   std::int64_t gap_max_us = 0;
-  std::int64_t gap_end_us = 0;                              // of the longest
+  std::int64_t gap_end_us = 0;                              // of the longest, as in the log
   std::array<std::uint32_t, reject_reason_count> failed{};  // last: what most frames touch is two cache lines then
 
   [[nodiscard]] std::uint64_t failed_total() const;
@@ -44,8 +47,8 @@ class BusStatistics {
   static constexpr std::size_t extended_ids_max = 1'024;
 
   /// The row of the frame's identifier; null if it has none: remote, error and FD frames, and identifiers beyond
-  /// extended_ids_max.
-  IdStatistics* count(const LogLine& line, const CheckedFrame& verdict);
+  /// extended_ids_max. `left_out_us`: what the log's clock was set by before this frame, above 0 forward.
+  IdStatistics* count(const LogLine& line, const CheckedFrame& verdict, std::int64_t left_out_us = 0);
 
   std::uint64_t frames = 0;
   std::uint64_t accepted = 0;
@@ -58,10 +61,12 @@ class BusStatistics {
   std::uint64_t without_row = 0;   // unknown 29-bit ones beyond extended_ids_max
   std::int64_t bits = 0;           // of all classic frames
   std::int64_t bits_of_first = 0;  // which was over when the time began
-  std::int64_t first_us = 0;
-  std::int64_t last_us = 0;
+  std::int64_t first_us = 0;       // the earliest, as in the log
+  std::int64_t last_us = 0;        // the latest, as in the log
+  std::int64_t from_us = 0;        // the same two without what the clock was set by
+  std::int64_t until_us = 0;
 
-  [[nodiscard]] double span_s() const { return static_cast<double>(last_us - first_us) * 1e-6; }
+  [[nodiscard]] double span_s() const { return static_cast<double>(until_us - from_us) * 1e-6; }
   /// What the frames took, without the first; 0 if no time passed.
   [[nodiscard]] double load_bit_per_s() const;
   [[nodiscard]] const IdStatistics& standard(std::size_t id) const { return standard_[id]; }
@@ -72,7 +77,7 @@ class BusStatistics {
 
  private:
   IdStatistics* row_of(const CanFrame& frame);
-  void count_time(std::int64_t time_us);
+  void count_time(std::int64_t time_us, std::int64_t left_out_us);
 
   std::vector<IdStatistics> standard_;  // by identifier, made with the first frame
   std::unordered_map<std::uint32_t, IdStatistics> extended_;

@@ -69,6 +69,7 @@ void Summary::print_bus(const Bus& bus) const {
     separator = ", ";
   }
   if (all.lost > 0) out_->text(", lost " + std::to_string(all.lost));
+  if (clock_jumps_ > 0) out_->text(", clock jumps " + std::to_string(clock_jumps_));
   if (!bus.dialect.sign().empty()) {
     const Dialect* const spoken = bus.dialect.spoken();
     out_->text("\n  vehicle messages: " + bus.dialect.sign() +
@@ -129,6 +130,9 @@ void Summary::print_bus_json(const Bus& bus) const {
   out_->time(all.first_us);
   out_->text(",\"last_s\":");
   out_->time(all.last_us);
+  out_->text(",\"span_s\":");
+  out_->time(all.until_us - all.from_us);
+  out_->text(",\"clock_jumps\":" + std::to_string(clock_jumps_));
   out_->text(formatted(",\"load_bit_per_s\":%.0f,\"load_percent\":%.2f", all.load_bit_per_s(),
                        100.0 * all.load_bit_per_s() / static_cast<double>(bit_rate_)));
   for (const Count& count : counts) {

@@ -2,7 +2,8 @@
 // and why, and how busy the bus was.
 //
 // The load is what the frames shown took, over the time from the first to the last. It is the least there was: frames
-// that were not received whole, and those of CAN FD, whose bits a log does not have, come on top.
+// that were not received whole, and those of CAN FD, whose bits a log does not have, come on top. What the clock of a
+// log was set by is no time in which anything could be sent (clock_jumps.hpp).
 #pragma once
 
 #include <cstdint>
@@ -18,9 +19,10 @@ namespace bmu::dump {
 
 class Summary {
  public:
-  /// `bit_rate` is what percentages refer to. `until_us`: up to then everything would have been heard.
-  Summary(std::uint32_t bit_rate, std::int64_t until_us, TextWriter& out)
-      : bit_rate_(bit_rate), until_us_(until_us), out_(&out) {}
+  /// `bit_rate` is what percentages refer to. `until_us`: up to then, without what the clock was set by, everything
+  /// would have been received. `clock_jumps`: how often it was set.
+  Summary(std::uint32_t bit_rate, std::int64_t until_us, std::uint64_t clock_jumps, TextWriter& out)
+      : bit_rate_(bit_rate), until_us_(until_us), clock_jumps_(clock_jumps), out_(&out) {}
 
   /// A table a bus; a line for each identifier that was seen.
   void print_text(std::span<const std::unique_ptr<Bus>> buses) const;
@@ -37,6 +39,7 @@ class Summary {
 
   std::uint32_t bit_rate_;
   std::int64_t until_us_;
+  std::uint64_t clock_jumps_;
   TextWriter* out_;
 };
 
