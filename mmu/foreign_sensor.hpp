@@ -11,16 +11,19 @@ namespace bmu {
 
 class ForeignSensor {
  public:
-  /// `driver` null: there is none.
-  ForeignSensor(const CurrentSensorDriver* driver, TimePoint started_at)
-      : driver_(driver), due_(started_at + period(), driver != nullptr ? period() : Duration{1}) {}
+  /// `driver` null: there is none. `counts_charging`: it is mounted so that a current into the pack is positive, as the
+  /// pack file's `invert_current` says.
+  ForeignSensor(const CurrentSensorDriver* driver, TimePoint started_at, bool counts_charging = false)
+      : driver_(driver),
+        due_(started_at + period(), driver != nullptr ? period() : Duration{1}),
+        counts_charging_(counts_charging) {}
 
   [[nodiscard]] bool is_there() const { return driver_ != nullptr; }
   [[nodiscard]] const CurrentSensorDriver* driver() const { return driver_; }
   /// What is due, if anything; of a stuck one the value that was told before.
   [[nodiscard]] std::optional<CanFrame> tick(TimePoint now, const SensorMeasurements& measured, bool is_stuck) {
     if (!is_there() || !due_.take(now)) return std::nullopt;
-    if (!is_stuck) told_mA_ = measured.current_mA;
+    if (!is_stuck) told_mA_ = counts_charging_ ? -measured.current_mA : measured.current_mA;
     return driver_->report(measured.has_error[0] ? not_known(Validity::sensor_fault) : known(told_mA_));
   }
 
@@ -29,6 +32,7 @@ class ForeignSensor {
 
   const CurrentSensorDriver* driver_;
   Periodic due_;
+  bool counts_charging_;
   std::int32_t told_mA_ = 0;
 };
 

@@ -9,6 +9,7 @@
 #include "config/pack_config.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/folders.hpp"
+#include "tests/support/patched_pack.hpp"
 #include "tests/support/wired_pack.hpp"
 
 using namespace bmu;
@@ -31,13 +32,37 @@ std::string load(double current_A) {
 }
 
 /// Just closed: its key was turned 1.5 s after the start, when `events` had happened.
-WiredPack closed_pack(const std::string& name, const std::string& events, std::int32_t cell_noise_uV = 0) {
-  const auto config = load_pack_config(test::in_source("config/packs/" + name + ".json"));
-  REQUIRE(config.has_value());
-  WiredPack pack(config->core, {}, test::slowest_bus, WiredPack::start, cell_noise_uV);
+WiredPack closed_pack(const CoreConfig& config, const std::string& events, std::int32_t cell_noise_uV = 0) {
+  WiredPack pack(config, {}, test::slowest_bus, WiredPack::start, cell_noise_uV);
   pack.apply("pack soc_permille 600" + events);
   REQUIRE(pack.close());
   return pack;
+}
+WiredPack closed_pack(const std::string& name, const std::string& events, std::int32_t cell_noise_uV = 0) {
+  const auto config = load_pack_config(test::in_source("config/packs/" + name + ".json"));
+  REQUIRE(config.has_value());
+  return closed_pack(config->core, events, cell_noise_uV);
+}
+
+/// Every way in which a current comes to the core, in the place of the sensor of the demonstration.
+struct SensorKind {
+  const char* name;
+  const char* keys;
+};
+constexpr SensorKind sensor_kinds[] = {
+    {"results as they come", R"("little_endian": false)"},
+    {"results in little-endian", R"("little_endian": true)"},
+    {"IVT-S that is verified", R"("protocol": "ivt_s")"},
+    {"IVT-S that is configured", R"("protocol": "ivt_s", "set_up": "configure")"},
+    {"LEM CAB", R"("current_protocol": "lem_cab")"},
+    {"sensor of an Outlander", R"("current_protocol": "outlander_current")"},
+    {"two sensors", R"("has_second_current": true)"},
+    {"two sensors of two makers", R"("has_second_current": true, "second_protocol": "lem_cab")"},
+};
+CoreConfig with_sensor(const SensorKind& kind, bool is_inverted) {
+  const std::string sign = is_inverted ? "true" : "false";
+  return test::patched_pack(R"({"sensor": {"little_endian": null, "invert_current": )" + sign + ", " + kind.keys +
+                            "}}");
 }
 
 /// From a step of the current to the fault of a sensor the wrong way round.
@@ -66,6 +91,41 @@ TEST_CASE("a sensor the wrong way round is named by the first 5 A, however soon 
           "[scenario][estimators][F18]") {
   constexpr Duration afters[] = {150ms, 1s, 1'500ms};
   for (const char* const name : {"i3-96s", "outlander-80s"}) check_named(name, "", {5.1, -5.1, 15.0}, afters);
+}
+
+TEST_CASE("of every kind of current sensor the first load names the one that is the wrong way round",
+          "[scenario][estimators][sensors][F18]") {
+  for (const SensorKind& kind : sensor_kinds) {
+    for (const bool is_inverted : {false, true}) {
+      CAPTURE(kind.name, is_inverted);
+      const CoreConfig config = with_sensor(kind, is_inverted);
+      const std::string wrong = "; sensor current inverted on";
+      const std::string both = config.sensor.has_second_current ? "; sensor current_2 inverted on" : "";
+      const WiredPack reversed = closed_pack(config, wrong + both);
+      for (const double current_A : {15.0, -15.0}) {
+        CAPTURE(current_A);
+        CHECK(time_to_name(reversed, 1s, current_A).value_or(5s) <= named_within);
+      }
+      // The right way round nothing contradicts, and the current has the direction out of the pack.
+      WiredPack right = closed_pack(config, "");
+      right.run(1s);
+      right.apply(load(15.0));
+      right.run(3s);
+      CHECK(contradiction(right).count == 0);
+      CHECK(right.core().pack().current_mA.is_valid());
+      CHECK(right.core().pack().current_mA.value > 14'000);
+      // One of two alone contradicts the other.
+      if (!config.sensor.has_second_current) continue;
+      WiredPack single = closed_pack(config, "; sensor current_2 inverted on");
+      single.run(1s);
+      single.apply(load(15.0));
+      CHECK(single.run_until(
+          [](const WiredPack& now) {
+            return now.core().faults().state(FaultId::current_sensors_disagree).is_present();
+          },
+          2s));
+    }
+  }
 }
 
 TEST_CASE("of each pack as shipped a sensor the wrong way round is named by the first 5 A",
