@@ -950,6 +950,67 @@ TEST_CASE("a frame of a device that fails its check is told as one of ours is", 
         "can0 080 CSC_COMMAND number 0  !! wrong crc  [8] C2 0F 00 50 08 00 E0 FE\n");
 }
 
+TEST_CASE("without a bus a device's message is shown only where length and ranges fit, else the frame stays unknown",
+          "[integration][bmudump][devices]") {
+  const std::string log =
+      "(1.000000) can0 18FF50E5#0BC2006400000000\n"  // 301 V, 10 A
+      "(1.000000) can0 18FF50E5#3A99FFFF00000000\n"  // 1,500.1 V and 6,553.5 A
+      "(1.000000) can0 1806E5F4#03D4\n"              // too short
+      "(1.000000) can0 3C2#800186A0C8CAB516\n"       // 100 A
+      "(1.000000) can0 3C2#0012345600000000\n"       // -2,146 A and nothing that marks it
+      "(1.000000) can0 411#0012000000000000\n"       // no command that there is
+      "(1.000000) can0 411#3400010000000000\n";      // stop
+  const std::string words = "elcon_tc,lem_cab,ivt_s";
+  const std::string unknown = run("-r - -t none --brief --device " + words, log).out;
+  CHECK(unknown ==
+        "can0 18FF50E5 ELCON_STATUS_E5  output_voltage 301.000 V  output_current 10.000 A  possible_temperature not "
+        "fitted\n"
+        "can0 18FF50E5 unknown       [8] 3A 99 FF FF 00 00 00 00\n"
+        "can0 1806E5F4 unknown       [2] 03 D4\n"
+        "can0 3C2 LEM_CURRENT        sensor_current 100.000 A  error_information none\n"
+        "can0 3C2 unknown            [8] 00 12 34 56 00 00 00 00\n"
+        "can0 411 unknown            [8] 00 12 00 00 00 00 00 00\n"
+        "can0 411 IVT_COMMAND        command set mode  mode stop  mode_at_start run  code_level 0\n");
+  const std::vector<std::string> lines = lines_of(run("-r - --json --device " + words, log).out);
+  REQUIRE(lines.size() == 7);
+  CHECK(nlohmann::json::parse(lines[1]).at("message").is_null());
+  CHECK(nlohmann::json::parse(run("-r - --summary --json --device " + words, log).out).at("unknown") == 4);
+  // On a bus that was named for it every frame is the device's.
+  const std::string named = run("-r - -t none --device any=elcon_tc,any=lem_cab,any=ivt_s", log).out;
+  CHECK(named.find("unknown            ") == std::string::npos);
+  CHECK(named.find("ELCON_STATUS_E5  output_voltage out of range") != std::string::npos);
+  CHECK(named.find("ELCON_COMMAND_E5  !! wrong length  [2] 03 D4") != std::string::npos);
+  CHECK(named.find("3C2 LEM_CURRENT        sensor_current out of range") != std::string::npos);
+}
+
+TEST_CASE("a checksum that fails is a device's only where others of the identifier have passed",
+          "[integration][bmudump][devices]") {
+  const std::string good = "(1.000000) can0 123#D88FDB8FDB8FA088\n";
+  const std::string bad = "(1.000000) can0 123#D88FDB8FDB8FB088\n";
+  CHECK(run("-r - -t none --device i3_csc", bad).out == "can0 123 unknown            [8] D8 8F DB 8F DB 8F B0 88\n");
+  CHECK(lines_of(run("-r - -t none --device i3_csc", good + bad).out).back() ==
+        "can0 123 CSC_CELLS_1 number 3  !! wrong crc  [8] D8 8F DB 8F DB 8F B0 88");
+}
+
+TEST_CASE("what cars have under the traction pack's identifiers stays unknown until a pack names itself",
+          "[integration][bmudump][devices]") {
+  // Of other lengths, as 622h to 628h of cars are, and a state that there is none of.
+  const std::string car =
+      "(1.000000) can0 622#0102030405060708\n(1.000000) can0 624#0055002800C80000\n(1.000000) can0 626#48001C\n"
+      "(1.000000) can0 622#7F0E8D040000\n";
+  for (const std::string& line : lines_of(run("-r - -t none", car).out)) {
+    CHECK(line.find(" unknown            [") != std::string::npos);
+  }
+  const std::string pack = "(1.000000) can0 620#49484120424D5331\n";
+  CHECK(run("-r - -t none", pack + car).out.find("can0 624 PACK_CURRENT       !! wrong length  [8]") !=
+        std::string::npos);
+  CHECK(run("-r - -t none --device any=vehicle", car).out.find("unknown") == std::string::npos);
+  CHECK(run("-r - -t none --dialect iha", car).out.find("unknown") == std::string::npos);
+  CHECK(
+      run("-r - -t none", "(1.000000) can0 624#0055002800C8\n").out.find("PACK_CURRENT       pack_current 85.000 A") !=
+      std::string::npos);
+}
+
 TEST_CASE("on a bus that is named for a device nothing else is read", "[integration][bmudump][devices]") {
   const std::string log =
       "(1.000000) can0 080#008F000000002A1F\n"

@@ -4,6 +4,7 @@
 #include <iterator>
 
 #include "devices/device_list.hpp"
+#include "tools/bmudump/device_fit.hpp"
 
 namespace bmu::dump {
 namespace {
@@ -19,20 +20,10 @@ bool is_judged_by_its_row(const CheckedFrame& verdict) {
   }
 }
 
-/// Every number of the frame is one that its field may hold.
-bool is_in_range(const MessageSpec& message, const CanFrame& frame) {
-  if (message.signals.empty()) return true;
-  const std::int64_t selector = raw_of(message.signals.front(), frame.data);
-  return std::all_of(message.signals.begin(), message.signals.end(), [&](const SignalSpec& signal) {
-    const bool is_there = is_selected(signal, selector);
-    return !is_there || decode_signal(signal, frame.data).validity != Validity::out_of_range;
-  });
-}
-
 /// Identifiers of devices have other meanings in cars: length, checksum and ranges have to fit, too.
 bool has(const Device& device, const CanFrame& frame) {
   const MessageSpec* const message = device.catalogue->find(frame).message;
-  return message != nullptr && !content_fault(*message, frame) && is_in_range(*message, frame);
+  return message != nullptr && fits(*message, frame);
 }
 
 }  // namespace

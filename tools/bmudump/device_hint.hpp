@@ -27,6 +27,11 @@ class DeviceHint {
   /// So many of them are this device's.
   [[nodiscard]] std::size_t explained_by(const Device& device) const;
 
+  /// A frame of this identifier has passed its check.
+  [[nodiscard]] bool has_passed(const CanFrame& frame) const {
+    return !frame.is_extended && frame.id < Catalogue::id_count && is_explained_[frame.id];
+  }
+
  private:
   /// What a bus has of others is not our concern beyond this.
   static constexpr std::size_t seen_max = 256;

@@ -6,10 +6,14 @@
 #include <cstring>
 #include <limits>
 
+#include "protocol/tables/vehicle_bus.hpp"
+#include "tools/bmudump/device_fit.hpp"
 #include "tools/bmudump/summary.hpp"
 
 namespace bmu::dump {
 namespace {
+
+constexpr std::uint32_t default_vehicle_base_id = vehicle_bus::default_base_id;
 
 volatile std::sig_atomic_t stop_requested = 0;
 
@@ -79,7 +83,7 @@ bool Dump::show(const LogLine& line) {
   if (bus->filter == nullptr) return true;
   if (line.kind == LogLineKind::frame && bus->dialect.note(line.frame)) note_dialect(*bus);
   // Every frame is judged, also those not shown: whether an answer is late depends on the POLL before it.
-  const CheckedFrame verdict = line.kind == LogLineKind::frame ? bus->check.check(line.frame) : CheckedFrame{};
+  const CheckedFrame verdict = line.kind == LogLineKind::frame ? judge(*bus, line) : CheckedFrame{};
   if (!filter_->passes(line.frame) || !bus->filter->passes(line.frame)) return true;
   if (line.kind == LogLineKind::frame) bus->hint.note(line.frame, verdict);
   const SeenFrame seen{line, verdict};
@@ -91,6 +95,26 @@ bool Dump::show(const LogLine& line) {
   }
   --left_;
   return true;
+}
+
+/// Whether nothing but the identifier says whose the frame is: nobody has said what is on this bus, and the pack that
+/// may send there has not named itself.
+bool Dump::is_doubtful(const Bus& bus, const CanFrame& frame) const {
+  const DumpCatalogue& catalogue = catalogues_->at(bus.reader);
+  const std::size_t row = catalogue.all().row_of(frame);
+  if (catalogue.is_device(row)) return !catalogues_->is_of_bus(bus.reader);
+  const bool is_chosen = options_->dialect != "auto" || options_->catalogue.vehicle_base_id != default_vehicle_base_id;
+  return catalogue.is_vehicle(row) && !is_chosen && !catalogues_->is_of_bus(bus.reader) && bus.dialect.sign().empty();
+}
+
+/// Under a doubtful identifier a frame that cannot be what the row says is unknown. Where others of the identifier have
+/// passed a checksum, one that does not is damaged.
+CheckedFrame Dump::judge(Bus& bus, const LogLine& line) const {
+  const CheckedFrame verdict = bus.check.check(line.frame);
+  if (verdict.message == nullptr || !is_doubtful(bus, line.frame)) return verdict;
+  const bool is_damaged = has_crc(*verdict.message) && !verdict.is_accepted && bus.hint.has_passed(line.frame) &&
+                          line.frame.length == verdict.message->length;
+  return is_damaged || fits(*verdict.message, line.frame) ? verdict : CheckedFrame{};
 }
 
 static_assert(ClockJumps::bus_count_max == BusTable::bus_count_max);

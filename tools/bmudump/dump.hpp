@@ -27,6 +27,8 @@ class Catalogues {
   [[nodiscard]] std::size_t first() const { return first_; }
   [[nodiscard]] std::span<const Dialect> dialects() const { return dialects_; }
   [[nodiscard]] std::span<const DeviceBus> device_buses() const { return device_buses_; }
+  /// Whether it reads a bus that was named for what is on it.
+  [[nodiscard]] bool is_of_bus(std::size_t reader) const { return reader >= dialect_count_; }
   /// What reads this dialect, if buses may change to it; size() if nothing does.
   [[nodiscard]] std::size_t reader_of(const Dialect& dialect) const;
 
@@ -67,6 +69,8 @@ class Dump {
   [[nodiscard]] Follow* follow() { return follow_.get(); }
 
  private:
+  [[nodiscard]] bool is_doubtful(const Bus& bus, const CanFrame& frame) const;
+  [[nodiscard]] CheckedFrame judge(Bus& bus, const LogLine& line) const;
   void note_clock(const Bus& bus, const LogLine& line);
   void print(const Bus& bus, const SeenFrame& seen);
   void print_lost(const Bus& bus, std::uint64_t frames);

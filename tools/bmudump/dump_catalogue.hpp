@@ -53,6 +53,10 @@ class DumpCatalogue {
   [[nodiscard]] bool is_vehicle(std::size_t row) const {
     return row >= internal_->messages().size() && row - internal_->messages().size() < vehicle_->messages().size();
   }
+  /// Whether that row is one of a device alone, and not of the internal bus or the vehicle, too.
+  [[nodiscard]] bool is_device(std::size_t row) const {
+    return row >= internal_->messages().size() + vehicle_->messages().size();
+  }
   /// The first there is: the vehicle messages were moved onto identifiers of others, or devices collide.
   [[nodiscard]] std::optional<Clash> clash() const;
 

@@ -198,7 +198,10 @@ void FrameText::print_text(const SeenFrame& seen, TextWriter& out) {
   const CanFrame& frame = seen.line.frame;
   out.begin_line();
   start_->print(seen.line, out);
-  if (id_digits(frame) == 3 && seen.line.kind == LogLineKind::frame) {
+  // What cannot be the message of its identifier has none (Dump::judge); of a remote frame nothing speaks against it.
+  const bool has_label = seen.verdict.message != nullptr || frame.is_remote;
+  const bool is_short = id_digits(frame) == 3 && seen.line.kind == LogLineKind::frame;
+  if (is_short && (has_label || catalogue_->all().row_of(frame) == Catalogue::no_row)) {
     out.piece(label_of_id_[frame.id]);
   } else {
     print_other_label(seen, out);
