@@ -120,7 +120,10 @@ RecordReader::Took RecordReader::take_time(TimePoint at, Took took) {
   if (!is_possible)
     return fail("found a time that no core can have had, wanted one not before that of the line before");
   latest_ = at;
-  if (part_from_log_us_ == 0) part_from_log_us_ = clock_.to_log_us(at);
+  if (part_from_log_us_ == 0) {
+    part_from_log_us_ = clock_.to_log_us(at);
+    part_from_ = at;
+  }
   return took;
 }
 
@@ -135,6 +138,7 @@ RecordReader::Took RecordReader::take_note(const RecordNote& note) {
     before_ = place_ == Place::in_part ? head_.id : RecordPartId{};
     head_ = {};
     part_from_log_us_ = 0;
+    part_from_ = {};
     place_ = Place::in_head;
     return Took::nothing;
   }

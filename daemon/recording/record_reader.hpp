@@ -95,6 +95,9 @@ class RecordReader {
   [[nodiscard]] std::int64_t part_until_log_us() const {
     return part_from_log_us_ == 0 ? 0 : clock_.to_log_us(latest_);
   }
+  /// The same two on the core's clock, which is not set; zero while it has none.
+  [[nodiscard]] TimePoint part_from() const { return part_from_; }
+  [[nodiscard]] TimePoint part_until() const { return part_from_log_us_ == 0 ? TimePoint{} : latest_; }
   /// Of the state it brings (image_lines.hpp); 0 before the first.
   [[nodiscard]] std::uint64_t checksum() const { return checksum_; }
 
@@ -141,6 +144,7 @@ class RecordReader {
   std::uint64_t checksum_ = 0;
   TimePoint latest_{};
   std::int64_t part_from_log_us_ = 0;
+  TimePoint part_from_{};
   Observation observation_{};
   RecordTick tick_;
   RecordLine line_;

@@ -1,6 +1,7 @@
 #include "daemon/recording/what_if.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 #include <initializer_list>
 #include <limits>
 
@@ -10,6 +11,8 @@ namespace {
 
 /// The same event within this is the same event: one core may be a sample or two behind the other.
 constexpr std::int64_t match_us = 500'000;
+/// Less is a clock that is being put right.
+constexpr std::int64_t clock_setting_min_us = 1'000'000;
 /// Contactors that close later than this close at another time: what was measured does not go with it any more.
 constexpr std::int64_t closing_match_us = 50'000;
 /// Those that open at another tick may open for another reason, as that the recorded ones have opened.
@@ -87,16 +90,30 @@ bool WhatIf::take(std::string_view line) {
     case RecordReader::Took::part: return begin_part();
     case RecordReader::Took::tick:
       if (reader_.alteration() && options_.altered) options_.altered(*reader_.alteration());
+      follow_clock(true);
       take_tick(reader_.tick().at);
       break;
     case RecordReader::Took::of_tick: take_of_tick(); break;
-    case RecordReader::Took::observation: take_observation(reader_.observation()); break;
+    case RecordReader::Took::observation:
+      follow_clock(true);
+      take_observation(reader_.observation());
+      break;
     case RecordReader::Took::problem: problem_ = reader_.problem(); return false;
   }
   return true;
 }
 
+/// Moves of both courses are matched by their times: a setting of the clock between them is no time that passed.
+void WhatIf::follow_clock(bool goes_on) {
+  const std::int64_t set_by_us = reader_.clock().ahead_us - clock_ahead_us_;
+  if (set_by_us == 0) return;
+  clock_ahead_us_ += set_by_us;
+  if (!goes_on) clock_set_by_us_ = 0;
+  if (goes_on && std::abs(set_by_us) >= clock_setting_min_us) clock_set_by_us_ += set_by_us;
+}
+
 bool WhatIf::begin_part() {
+  follow_clock(counts_.begun > 0 && reader_.continues());
   ++counts_.begun;
   if (core_ != nullptr && reader_.continues() && !has_parted_) return true;
   const auto config = options_.other(*reader_.pack());

@@ -32,7 +32,8 @@
 
 namespace bmu {
 
-/// Something that only one of both courses has.
+/// Something that only one of both courses has. Times are those of the recording's wall clock less what it was set by,
+/// a second or more, since the first part that the run goes on from.
 struct WhatIfMove {
   std::int64_t log_us = 0;
   bool is_recorded = false;
@@ -96,10 +97,13 @@ class WhatIf {
   void add(WhatIfMove move);
   void add_outputs(const ContactorOutputs& now, ContactorOutputs& before, WhatIfMove move);
   void tell_unmatched(std::int64_t before_log_us);
-  [[nodiscard]] std::int64_t log_us(TimePoint at) const { return reader_.clock().to_log_us(at); }
+  void follow_clock(bool goes_on);
+  [[nodiscard]] std::int64_t log_us(TimePoint at) const { return reader_.clock().to_log_us(at) - clock_set_by_us_; }
 
   WhatIfOptions options_;
   RecordReader reader_;
+  std::int64_t clock_ahead_us_ = 0;   // of the recording, as it was taken last
+  std::int64_t clock_set_by_us_ = 0;  // above 0: forward
   std::unique_ptr<Core> core_;
   std::unique_ptr<Core> recorded_core_;  // with the recorded configuration
   TimePoint wake_at_{};

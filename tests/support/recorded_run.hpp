@@ -29,6 +29,8 @@ struct RecordedRun {
   Duration part_length = Duration::max();  // the recording begins anew after so long, as the daemon's does
   std::int64_t from_us = recorded_from_us;
   std::int64_t clock_behind_us = 0;  // with each part the wall clock is set back by this
+  Duration clock_set_at{};           // the wall clock is set then,
+  std::int64_t clock_set_by_us = 0;  // forward by so much
   Duration stops_at{};               // the core's process stands still from then on,
   Duration stops_for{};              // for so long; 0: not at all
 };
@@ -47,17 +49,23 @@ inline std::string recorded_run(const PackConfig& pack, std::string_view script,
   run.set_tap(&writer);
   Duration part_began = wanted.begin_after;
   std::int64_t behind_us = 0;
+  const auto wall_us = [&] {
+    const auto since = run.elapsed() - wanted.begin_after;
+    return wanted.from_us - behind_us + std::chrono::duration_cast<std::chrono::microseconds>(since).count();
+  };
   while (run.elapsed() < wanted.length) {
     if (wanted.stops_for > Duration{} && run.elapsed() == wanted.stops_at) run.stop();
     run.step();
     if (wanted.stops_for > Duration{} && run.elapsed() == wanted.stops_at + wanted.stops_for) run.go_on();
+    if (wanted.clock_set_by_us != 0 && run.elapsed() == wanted.clock_set_at) {
+      behind_us -= wanted.clock_set_by_us;
+      writer.set_wall_clock(run.now(), wall_us());
+    }
     const bool is_over = run.elapsed() >= wanted.length;
     if (is_over || run.elapsed() - part_began < wanted.part_length) continue;
     part_began = run.elapsed();
     behind_us += wanted.clock_behind_us;
-    const auto since = part_began - wanted.begin_after;
-    const auto elapsed_us = std::chrono::duration_cast<std::chrono::microseconds>(since).count();
-    writer.begin(run.core(), run.now(), wanted.from_us + elapsed_us - behind_us, true);
+    writer.begin(run.core(), run.now(), wall_us(), true);
   }
   return writer.text();
 }

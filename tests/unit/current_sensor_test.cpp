@@ -113,6 +113,19 @@ TEST_CASE("charge and energy counters are sent when they are switched on, and ar
   CHECK(read<sensor_energy, "energy_counter_mWh">(*energy) == known(100'000));
 }
 
+TEST_CASE("charge and energy may come every millisecond, as the data sheet of 2020 allows", "[unit][sensor]") {
+  CurrentSensorConfig config;
+  config.periods[3] = 1ms;
+  config.periods[4] = 1ms;
+  CurrentSensor sensor(config, power_up);
+  std::map<std::uint32_t, int> counts;
+  for (const auto& [at, frame] : run(sensor, {.current_mA = 36'000, .pack_mV = 100'000}, power_up, 1s)) {
+    ++counts[frame.id];
+  }
+  CHECK(counts[0x527] == 1'000);
+  CHECK(counts[0x528] == 1'000);
+}
+
 TEST_CASE("a second sensor sends the current alone, at 531h, each 20 ms, in either byte order", "[unit][sensor]") {
   CurrentSensor big({}, power_up, SensorPlace::second);
   auto sent = run(big, {.current_mA = -15'000, .pack_mV = 400'000}, power_up, 1200ms);

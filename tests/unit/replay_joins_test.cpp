@@ -1,10 +1,12 @@
 // Whether parts are one recording.
+#include <chrono>
 #include <string>
 #include <vector>
 
 #include "tests/support/catch.hpp"
 #include "tools/bmureplay/joins.hpp"
 
+using namespace bmu;
 using namespace bmu::replay;
 
 namespace {
@@ -17,7 +19,9 @@ PartSpan part(const std::string& file, std::int64_t life, std::uint64_t number, 
           .first_line = number * 100,
           .id = {.life = life, .part = number},
           .from_log_us = from_s * s_us,
-          .until_log_us = (from_s + 30) * s_us};
+          .until_log_us = (from_s + 30) * s_us,
+          .from = TimePoint{std::chrono::seconds{from_s}},
+          .until = TimePoint{std::chrono::seconds{from_s + 30}}};
 }
 
 std::vector<std::string> told(const std::vector<PartSpan>& parts) {
@@ -48,8 +52,33 @@ TEST_CASE("what is missing, twice, in another order or of another life is named"
   CHECK(told({part("a", 7, 5, 100), part("b", 8, 1, 90)}) ==
         std::vector<std::string>{
             "b:100: another life of the daemon, which began 40.0 s before what stands ahead of it had ended"});
-  CHECK(told({part("a", 7, 1, 100), part("a", 7, 3, 120)}) ==
-        std::vector<std::string>{"a:300: lines are missing before this part, and the clock went back by 10.0 s"});
+}
+
+TEST_CASE("a clock that was set between parts or within one is reported once, and is no time that is missing",
+          "[unit][recording][clock]") {
+  // 30 s later by the core's clock.
+  const auto set = [](PartSpan span, std::int64_t by_s) {
+    span.from_log_us += by_s * s_us;
+    span.until_log_us += by_s * s_us;
+    return span;
+  };
+  CHECK(told({part("a", 7, 1, 100), set(part("a", 7, 2, 130), -3'600)}) ==
+        std::vector<std::string>{"a:200: the clock was set back by 3600.0 s before this part"});
+  CHECK(told({part("a", 7, 1, 100), set(part("a", 7, 2, 130), 1'700'000'000)}) ==
+        std::vector<std::string>{"a:200: the clock was set forward by 1700000000.0 s before this part"});
+  CHECK(told({part("a", 7, 1, 100), set(part("a", 7, 3, 160), -3'600), set(part("a", 7, 4, 190), -3'600)}) ==
+        std::vector<std::string>{"a:300: 30.0 s are missing before this part",
+                                 "a:300: the clock was set back by 3600.0 s before this part"});
+  PartSpan within = part("a", 7, 1, 100);
+  within.until_log_us += 50 * s_us;
+  within.clock_settings = {{.line = 123, .by_us = 50 * s_us}};
+  CHECK(told({within, set(part("a", 7, 2, 130), 50)}) ==
+        std::vector<std::string>{"a:123: the clock was set forward by 50.0 s"});
+  // Of two lives, of which one has no clock, no time is known.
+  CHECK(
+      told({set(part("a", 7, 1, 100), 1'700'000'000), part("b", 8, 1, 12)}) ==
+      std::vector<std::string>{"b:100: another life of the daemon, and the clock of one of them was not set: how much "
+                               "later it began is not known"});
 }
 
 TEST_CASE("black boxes may overlap, but one of them has its order", "[unit][recording][F106]") {

@@ -47,6 +47,35 @@ double not_run_s(const Damage& damage) {
 
 }  // namespace
 
+TEST_CASE("a setting of the recording's clock is reported once with its size, and is no time that passed",
+          "[unit][recording][clock][threads]") {
+  constexpr std::int64_t s_us = 1'000'000;
+  // A computer without a battery clock, which is set within the second part.
+  const std::string text = test::recorded_run("0 pack soc_permille 800\n1 vehicle on\n+3 load current_A 20\n",
+                                              {.length = 10s,
+                                               .part_length = 2'500ms,
+                                               .from_us = 12 * s_us,
+                                               .clock_set_at = 4s,
+                                               .clock_set_by_us = test::recorded_from_us - 12 * s_us});
+  const Outcome outcome = outcome_of_text(text);
+  INFO(outcome_text(outcome, ""));
+  CHECK(to_s(outcome.counts.covered) == Approx(10.0).margin(0.2));
+  REQUIRE(outcome.joins.size() == 1);
+  CHECK(outcome.joins[0].text == "the clock was set forward by 1699999988.0 s");
+  const std::size_t head = text.find("# ahead_us ");
+  const std::size_t second_part = text.find("# ahead_us ", head + 1);
+  CHECK(outcome.joins[0].line == line_number(text, text.find("# ahead_us ", second_part + 1)));
+  CHECK(outcome_text(outcome, "").find("note: ") != std::string::npos);
+
+  // Damage that begins before and ends behind it is as long as it was.
+  std::string torn = text;
+  torn.replace(torn.find(") tick ", torn.find("\n# (0000000015.")) + 2, 1, "x");
+  const Outcome damaged = outcome_of_text(torn);
+  INFO(outcome_text(damaged, ""));
+  REQUIRE(damaged.damages.size() == 1);
+  CHECK(not_run_s(damaged.damages[0]) == Approx(2.0).margin(0.1));
+}
+
 TEST_CASE("what was recorded before the first whole head is damage, and the first whole part is run",
           "[unit][recording][F106][threads]") {
   const std::string whole = drive();

@@ -339,3 +339,56 @@ TEST_CASE("between two lives of the daemon nothing is known", "[unit][report][hi
   CHECK(warnings[0].goes_on);
   CHECK(warnings[1].has_begun_before);
 }
+
+// --- a clock that is set --------------------------------------------------------------------------------------------
+
+namespace {
+
+/// Ten minutes of a life and their events, by a clock that is ahead of the daemon's time by this until the sixth, and
+/// then as that of other tests.
+ReportData report_of_clock(std::int64_t ahead_before_ms, const HistoryOptions& options = {}) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "history.sqlite";
+  const HistoryLife life = life_of(1);
+  {
+    HistoryFile file({.path = path}, life);
+    std::vector<HistoryRow> rows;
+    std::vector<HistoryEvent> events;
+    for (std::int64_t minute = 1; minute <= 10; ++minute) {
+      const std::int64_t ahead_ms = minute < 6 ? ahead_before_ms : history_begin_ms;
+      rows.push_back(history_row(minute, life));
+      rows.back().unix_time_ms = ahead_ms + (minute - 1) * minute_ms;
+      events.push_back(test::history_event(minute));
+      events.back().unix_time_ms = ahead_ms + minute * minute_ms;
+    }
+    REQUIRE(file.write(rows, events));
+  }
+  return report_of(path, options);
+}
+
+}  // namespace
+
+TEST_CASE("the setting of a history's clock is no hole, and is noted once with its size",
+          "[unit][report][history][clock]") {
+  const auto check = [](const ReportData& data, const std::string& note) {
+    CHECK(data.holes.empty());
+    REQUIRE(data.notes.size() == 1);
+    CHECK(data.notes[0].find(note) == 0);
+    REQUIRE(data.times_us.size() == 10);
+    REQUIRE(data.events.size() == 10);
+    for (std::size_t i = 0; i < 10; ++i) {
+      const auto minute = static_cast<std::int64_t>(i);
+      CHECK(data.times_us[i] == (history_begin_ms + minute * minute_ms) * us_per_ms);
+      CHECK(data.events[i].at_us == (history_begin_ms + (minute + 1) * minute_ms) * us_per_ms);
+    }
+    CHECK(spans_of(data, SpanKind::phase).size() == 1);
+  };
+  // A computer without a battery clock, 12 s after its start; an hour ahead, and behind.
+  check(report_of_clock(12'000), "The clock was set forward by ");
+  CHECK(report_of_clock(12'000).notes[0].find(", for the first time since the computer started; ") !=
+        std::string::npos);
+  check(report_of_clock(history_begin_ms + 3'600'000), "The clock was set back by 1 h 0 min before ");
+  check(report_of_clock(history_begin_ms - 3'600'000), "The clock was set forward by 1 h 0 min before ");
+  // Half a second is a clock that is being put right.
+  CHECK(report_of_clock(history_begin_ms - 500).notes.empty());
+}

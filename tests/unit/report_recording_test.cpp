@@ -515,4 +515,113 @@ TEST_CASE("a clock that is put right by milliseconds costs nothing", "[unit][rep
   CHECK(std::is_sorted(data.times_us.begin(), data.times_us.end()));
 }
 
+// --- a clock that is set --------------------------------------------------------------------------------------------
+
+namespace {
+
+/// A computer without a battery clock, 12 s after its start.
+constexpr std::int64_t unset_from_us = 12 * s;
+
+/// The drive of others, on a clock that is set 6 s after its begin: shown by the clock as it is then.
+void check_is_drive(const ReportData& data, const std::string& note) {
+  const ReportData whole = read(drive());
+  REQUIRE(data.notes.size() == 1);
+  CHECK(data.notes[0] == note);
+  CHECK(data.holes.empty());
+  CHECK(data.times_us == whole.times_us);
+  for (std::size_t i = 1; i < data.times_us.size(); ++i) CHECK_FALSE(data.has_gap_before(i));
+  CHECK(data.events.size() == whole.events.size());
+  REQUIRE(data.spans.size() == whole.spans.size());
+  for (std::size_t i = 0; i < data.spans.size(); ++i) {
+    CHECK(data.spans[i].name == whole.spans[i].name);
+    CHECK(data.spans[i].from_us == whole.spans[i].from_us);
+    CHECK(data.spans[i].to_us == whole.spans[i].to_us);
+  }
+  CHECK(data.charge_out_Ah.value_or(0) == Approx(whole.charge_out_Ah.value_or(1)));
+}
+
+std::string drive_with(const test::RecordedRun& wanted) {
+  return test::recorded_run(drive_script, wanted);
+}
+
+}  // namespace
+
+TEST_CASE("the first setting of a clock that began in 1970 is no hole, and the drive before it is shown where it was",
+          "[unit][report][recording][clock]") {
+  const std::string note =
+      "The clock was set forward by 19675 d 22 h at 2023-11-14 22:13:26, for the first time since the computer "
+      "started; what came before is shown on the clock as it was set.";
+  test::RecordedRun wanted{.length = 12s, .from_us = unset_from_us, .clock_set_at = 6s};
+  wanted.clock_set_by_us = recorded_from_us - unset_from_us;
+  check_is_drive(read(drive_with(wanted)), note);
+  wanted.part_length = 2500ms;
+  check_is_drive(read(drive_with(wanted)), note);
+}
+
+TEST_CASE("a clock that is set back or forward while it is recorded costs no decision and makes no hole",
+          "[unit][report][recording][clock]") {
+  for (const auto& [by_us, words] : {std::pair{3'600 * s, "forward by 1 h 0 min"}, {-3'600 * s, "back by 1 h 0 min"}}) {
+    for (const Duration part_length : {Duration::max(), Duration{2500ms}}) {
+      check_is_drive(read(drive_with({.length = 12s,
+                                      .part_length = part_length,
+                                      .from_us = recorded_from_us - by_us,
+                                      .clock_set_at = 6s,
+                                      .clock_set_by_us = by_us})),
+                     "The clock was set " + std::string(words) +
+                         " at 2023-11-14 22:13:26; what came before is shown on the clock as it was set.");
+    }
+  }
+}
+
+TEST_CASE("a start without a clock stands behind what was recorded before, in files of any order",
+          "[unit][report][recording][clock]") {
+  const TemporaryFolder folder;
+  const std::string first = folder.file("b.log", drive());
+  const std::string second =
+      folder.file("a.log", test::recorded_run("0 pack soc_permille 500\n",
+                                              {.length = 6s,
+                                               .from_us = unset_from_us,
+                                               .clock_set_at = 3s,
+                                               .clock_set_by_us = recorded_from_us + 3'600 * s - unset_from_us}));
+  const auto files = in_order_of_time({second, first});
+  REQUIRE(files);
+  CHECK(files->recordings[0].path == first);
+  CHECK(files->recordings[1].first_us - recorded_from_us - 3'600 * s < s);
+  RecordingReport reading({});
+  for (const RecordingFile& file : files->recordings) REQUIRE(read_recording(file, reading, [](std::size_t) {}));
+  const ReportData data = std::move(reading).finish();
+  CHECK(seconds_at(data.times_us.back()) == Approx(3'605.9).margin(0.11));
+  CHECK(data.times_us.size() == Approx(180).margin(2));
+  CHECK(std::is_sorted(data.times_us.begin(), data.times_us.end()));
+  REQUIRE(data.holes.size() == 1);
+  CHECK(seconds_at(*data.holes[0].from_us) == Approx(12.0).margin(0.06));
+  CHECK(seconds_at(*data.holes[0].to_us) == Approx(3'600.0).margin(0.06));
+  REQUIRE(data.notes.size() == 2);
+  CHECK(data.notes[0].find(" the clock has not been set since the computer started") != std::string::npos);
+  CHECK(data.notes[1].find("The clock was set forward by 19675 d 23 h at 2023-11-14 23:13:23") == 0);
+}
+
+TEST_CASE("a life whose clock is never set stays beside the one behind it", "[unit][report][recording][clock]") {
+  const std::string unset = test::recorded_run("0 pack soc_permille 500\n", {.length = 3s, .from_us = unset_from_us});
+  const ReportData before = read(unset + drive());
+  CHECK(before.times_us.size() == Approx(150).margin(2));
+  CHECK(seconds_at(before.times_us.front()) == Approx(-4.0).margin(0.2));
+  CHECK(seconds_at(before.to_us()) == Approx(12.0).margin(0.2));
+  REQUIRE(before.notes.size() == 1);
+  CHECK(before.notes[0].find("The clock was never set before 2023-11-14 22:13:20: ") == 0);
+  const ReportData behind = read(drive() + unset);
+  CHECK(behind.times_us.size() == Approx(150).margin(2));
+  CHECK(seconds_at(behind.to_us()) == Approx(16.0).margin(0.2));
+  REQUIRE(behind.notes.size() == 1);
+}
+
+TEST_CASE("of endless settings of the clock the first twenty are told", "[unit][report][recording][clock]") {
+  const ReportData data = read(drive_with({.length = 12s, .part_length = 400ms, .clock_behind_us = 10 * s}));
+  REQUIRE(data.notes.size() == 21);
+  CHECK(data.notes[19].find("The clock was set back by 10.0 s at ") == 0);
+  CHECK(data.notes[20].find(" more settings of the clock are left out here.") != std::string::npos);
+  CHECK(data.holes.empty());
+  CHECK(data.times_us.size() == Approx(120).margin(2));
+}
+
 }  // namespace bmu::report

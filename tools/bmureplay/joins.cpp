@@ -1,8 +1,11 @@
 #include "tools/bmureplay/joins.hpp"
 
 #include <array>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
+
+#include "tools/common/clock_set.hpp"
 
 namespace bmu::replay {
 
@@ -14,12 +17,23 @@ std::string seconds_text(std::int64_t duration_us) {
   return text.data();
 }
 
-std::string missing_text(std::int64_t gap_us) {
-  return gap_us < 0 ? "lines are missing before this part, and the clock went back by " + seconds_text(gap_us)
-                    : seconds_text(gap_us) + " are missing before this part";
+std::string setting_text(std::int64_t set_by_us) {
+  return "the clock was set " + std::string(set_by_us < 0 ? "back" : "forward") + " by " + seconds_text(set_by_us);
 }
 
-std::string other_life_text(std::int64_t gap_us) {
+/// What the clock shows beyond what has passed between two parts of a life; less than a second is 0.
+std::int64_t set_between(const PartSpan& before, const PartSpan& span) {
+  if (!span.is_of_life(before) || span.from < before.until) return 0;
+  const auto passed = std::chrono::floor<std::chrono::microseconds>(span.from - before.until);
+  const std::int64_t set_by_us = span.from_log_us - before.until_log_us - passed.count();
+  return std::llabs(set_by_us) < Joins::clock_setting_min_us ? 0 : set_by_us;
+}
+
+std::string other_life_text(const PartSpan& before, const PartSpan& span) {
+  if (is_clock_set(before.until_log_us) != is_clock_set(span.from_log_us)) {
+    return "another life of the daemon, and the clock of one of them was not set: how much later it began is not known";
+  }
+  const std::int64_t gap_us = span.from_log_us - before.until_log_us;
   const std::string when = seconds_text(gap_us);
   return gap_us < 0
              ? "another life of the daemon, which began " + when + " before what stands ahead of it had ended"
@@ -31,11 +45,15 @@ std::string other_life_text(std::int64_t gap_us) {
 std::string Joins::text_of(const PartSpan& span) const {
   if (seen_.count({span.id.life, span.id.part}) > 0) return "this part comes once more";
   if (!before_) return "";
-  const std::int64_t gap_us = span.from_log_us - before_->until_log_us;
   if (span.id.follows(before_->id)) return "";
-  if (span.id.life != before_->id.life) return other_life_text(gap_us);
+  if (span.id.life != before_->id.life) return other_life_text(*before_, span);
   if (span.id.part < before_->id.part) return "this part comes before the one ahead of it: not in their order";
-  return missing_text(gap_us);
+  const auto gap = std::chrono::floor<std::chrono::microseconds>(span.from - before_->until);
+  return seconds_text(gap.count()) + " are missing before this part";
+}
+
+void Joins::add(const std::string& file, std::uint64_t line, const std::string& text) {
+  if (found_.size() < joins_max) found_.push_back({.file = file, .line = line, .text = text});
 }
 
 void Joins::take(const PartSpan& span) {
@@ -43,9 +61,10 @@ void Joins::take(const PartSpan& span) {
   const bool is_other_file = before_ && before_->file != span.file;
   const bool may_overlap = is_other_file && (span.is_black_box || before_->is_black_box);
   const std::string text = may_overlap ? "" : text_of(span);
-  if (!text.empty() && found_.size() < joins_max) {
-    found_.push_back({.file = span.file, .line = span.first_line, .text = text});
-  }
+  if (!text.empty()) add(span.file, span.first_line, text);
+  const std::int64_t set_by_us = before_ && !may_overlap ? set_between(*before_, span) : 0;
+  if (set_by_us != 0) add(span.file, span.first_line, setting_text(set_by_us) + " before this part");
+  for (const ClockSetting& setting : span.clock_settings) add(span.file, setting.line, setting_text(setting.by_us));
   if (!span.is_black_box) seen_.insert({span.id.life, span.id.part});
   before_ = span;
 }

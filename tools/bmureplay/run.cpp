@@ -1,7 +1,9 @@
 #include "tools/bmureplay/run.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <chrono>
+#include <cstdlib>
 #include <deque>
 #include <future>
 #include <type_traits>
@@ -24,6 +26,9 @@ struct PartOutcome {
   std::int64_t first_log_us = 0;  // of the first tick of all that was run
   std::int64_t from_log_us = 0;   // of the part
   std::int64_t until_log_us = 0;
+  TimePoint from{};
+  TimePoint until{};
+  std::vector<ClockSetting> clock_settings;
   std::uint64_t checksum_at_begin = 0;
   std::uint64_t checksum_at_end = 0;  // 0: it did not come that far
   RecordPartId id;
@@ -40,15 +45,29 @@ std::optional<BlackBoxHead> black_box_of(const std::string& file, std::string_vi
   return BlackBoxHead{.file = file, .cause = std::string(text.substr(mark.size(), text.find('\n') - mark.size()))};
 }
 
-/// Of the latest line that has one; 0: none has.
+constexpr std::string_view clock_line_begin = "# ahead_us ";
+
+/// How far the clock was set in these lines.
+std::int64_t set_in(std::string_view text, const RecordReader& reader) {
+  const std::size_t at = text.rfind(std::string("\n").append(clock_line_begin));
+  if (at == std::string_view::npos) return 0;
+  std::int64_t ahead_us = reader.clock().ahead_us;
+  std::from_chars(text.data() + at + 1 + clock_line_begin.size(), text.data() + text.size(), ahead_us);
+  return ahead_us - reader.clock().ahead_us;
+}
+
+/// Of the latest line that has one, by the clock of where reading ended; 0: none has.
 std::int64_t end_log_us_of(std::string_view text, const RecordReader& reader) {
+  const std::int64_t set_by_us = set_in(text, reader);
   while (!text.empty()) {
     text.remove_suffix(1);  // its line feed
     const std::size_t begin = text.rfind('\n') + 1;
     const auto parsed = parse_record_line(text.substr(begin), reader.clock(), reader.buses());
     if (parsed) {
-      if (const auto* const tick = std::get_if<RecordTick>(&*parsed)) return reader.clock().to_log_us(tick->at);
-      if (const auto* const seen = std::get_if<Observation>(&*parsed)) return reader.clock().to_log_us(seen->at);
+      if (const auto* const tick = std::get_if<RecordTick>(&*parsed))
+        return reader.clock().to_log_us(tick->at) - set_by_us;
+      if (const auto* const seen = std::get_if<Observation>(&*parsed))
+        return reader.clock().to_log_us(seen->at) - set_by_us;
     }
     text = text.substr(0, begin);
   }
@@ -82,6 +101,8 @@ class PartRun {
     if (outcome_.counts.begun > 0) {
       outcome_.from_log_us = reader.part_from_log_us();
       outcome_.until_log_us = reader.part_until_log_us();
+      outcome_.from = reader.part_from();
+      outcome_.until = reader.part_until();
     }
     outcome_.version = reader.version();
     outcome_.pack_name = reader.pack() ? reader.pack()->name : "";
@@ -101,6 +122,7 @@ class PartRun {
     outcome_.differences.push_back({.file = outcome_.part.file,
                                     .line = line_in_file(difference.line),
                                     .log_us = difference.log_us,
+                                    .at = difference.at,
                                     .recorded = difference.recorded,
                                     .replayed = difference.replayed});
   }
@@ -108,13 +130,25 @@ class PartRun {
  private:
   /// What is left, from a line that could not be taken on.
   template <class Runner>
-  static std::string_view take_lines(std::string_view text, Runner& replay) {
+  std::string_view take_lines(std::string_view text, Runner& replay) {
     while (!text.empty()) {
       const std::size_t end = text.find('\n');
       if (!replay.take(text.substr(0, end))) break;
+      if (text.starts_with(clock_line_begin)) note_clock(replay);
       text.remove_prefix(end + 1);
     }
     return text;
+  }
+  /// The clock of the part's head is compared with that of the part before (Joins).
+  template <class Runner>
+  void note_clock(const Runner& replay) {
+    const RecordReader& reader = replay.reader();
+    const std::int64_t ahead_us = reader.clock().ahead_us;
+    const std::int64_t set_by_us = ahead_us - std::exchange(clock_ahead_us_, ahead_us);
+    const bool is_in_part = reader.part_from_log_us() != 0;
+    if (is_in_part && std::llabs(set_by_us) >= Joins::clock_setting_min_us) {
+      outcome_.clock_settings.push_back({.line = line_in_file(replay.counts().lines), .by_us = set_by_us});
+    }
   }
   static ReplayCounts difference(ReplayCounts now, const ReplayCounts& before) {
     now.lines -= before.lines;
@@ -132,6 +166,7 @@ class PartRun {
   const RunOptions& options_;
   PartOutcome outcome_;
   std::uint64_t lines_before_ = 0;
+  std::int64_t clock_ahead_us_ = 0;
 };
 
 PartOutcome run_alone(Part part, const RunOptions& options) {
@@ -167,6 +202,7 @@ class Merger {
     if (outcome_.first_log_us == 0) outcome_.first_log_us = part.first_log_us;
     if (part.black_box) outcome_.black_boxes.push_back(*part.black_box);
     add(outcome_.counts, part.counts);
+    follow_life(part);
     take_differences(part);
     take_span(part);
     take_problem(part);
@@ -201,10 +237,17 @@ class Merger {
     std::size_t span = 0;  // of its part
   };
 
+  /// The clock as it was when this life of the daemon began: what it was set by later did not pass.
+  void follow_life(const PartOutcome& part) {
+    if (part.from_log_us == 0) return;
+    const bool goes_on = part.id.life != 0 && part.id.life == life_;
+    life_ = part.id.life;
+    if (!goes_on) life_clock_.ahead_us = part.from_log_us - RecordClock{}.to_log_us(part.from);
+  }
   void take_differences(PartOutcome& part) {
     for (Difference& difference : part.differences) {
       if (outcome_.differences.size() == options_.differences_max) break;
-      difference.since_begin = std::chrono::microseconds(difference.log_us - outcome_.first_log_us);
+      difference.since_begin = std::chrono::microseconds(life_clock_.to_log_us(difference.at) - outcome_.first_log_us);
       for (const Damage& alteration : part.alterations) {
         if (alteration.line <= difference.line) difference.altered_line = alteration.line;
       }
@@ -219,7 +262,10 @@ class Merger {
                         .id = part.id,
                         .from_log_us = part.from_log_us,
                         .until_log_us = part.until_log_us,
-                        .is_black_box = is_black_box_};
+                        .from = part.from,
+                        .until = part.until,
+                        .is_black_box = is_black_box_,
+                        .clock_settings = part.clock_settings};
     joins_.take(span);
     spans_.take(span, part.end_log_us);
   }
@@ -249,6 +295,8 @@ class Merger {
   const RunOptions& options_;
   std::uint64_t checksum_before_ = 0;
   RecordPartId id_before_;
+  std::int64_t life_ = 0;
+  RecordClock life_clock_;
   std::string file_before_;  // a file has no holes; between two of them there may be one
   bool is_black_box_ = false;
   Joins joins_;

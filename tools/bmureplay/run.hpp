@@ -21,7 +21,8 @@ struct Difference {
   std::string file;
   std::uint64_t line = 0;  // of the file
   std::int64_t log_us = 0;
-  Duration since_begin{};  // of the recording
+  TimePoint at{};          // the same on the core's clock
+  Duration since_begin{};  // of the recording, without what its clock was set by
   std::vector<std::string> recorded;
   std::vector<std::string> replayed;
   std::uint64_t altered_line = 0;  // the last lines of its part before it, or its own, that are not as written; 0: none

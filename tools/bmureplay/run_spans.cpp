@@ -1,13 +1,27 @@
 #include "tools/bmureplay/run_spans.hpp"
 
 #include <algorithm>
+#include <chrono>
+
+#include "tools/common/clock_set.hpp"
 
 namespace bmu::replay {
 
 namespace {
 
+/// 0, too, where one of the clocks had not been set: how much it is then is not known.
 std::int64_t between(std::int64_t from_log_us, std::int64_t to_log_us) {
-  return from_log_us == 0 || to_log_us == 0 ? 0 : std::max<std::int64_t>(0, to_log_us - from_log_us);
+  const bool is_known = from_log_us != 0 && to_log_us != 0 && is_clock_set(from_log_us) == is_clock_set(to_log_us);
+  return is_known ? std::max<std::int64_t>(0, to_log_us - from_log_us) : 0;
+}
+
+/// By the core's clock within a life of the daemon: the other one may have been set.
+std::int64_t between(const PartSpan& before, const PartSpan& next) {
+  if (!before.is_of_life(next) || !before.has_times() || !next.has_times()) {
+    return between(before.until_log_us, next.from_log_us);
+  }
+  const auto gap = std::chrono::floor<std::chrono::microseconds>(next.from - before.until);
+  return std::max<std::int64_t>(0, gap.count());
 }
 
 }  // namespace
@@ -34,7 +48,7 @@ void RunSpans::complete(Damage& damage, std::size_t index) const {
     end_log_us = std::max(end_log_us, ends_log_us_[next]);
     if (spans_[next].from_log_us == 0) continue;
     damage.goes_on_line = spans_[next].first_line;
-    damage.not_run_us = between(damaged.until_log_us, spans_[next].from_log_us);
+    damage.not_run_us = between(damaged, spans_[next]);
     return;
   }
   damage.not_run_us = between(damaged.until_log_us, end_log_us);
@@ -44,7 +58,7 @@ void RunSpans::complete(Damage& damage) const {
   for (std::size_t next = 1; next < spans_.size(); ++next) {
     const bool goes_on = spans_[next].file == damage.file && spans_[next].first_line == damage.goes_on_line;
     if (!goes_on || spans_[next - 1].file != damage.file) continue;
-    damage.not_run_us = between(spans_[next - 1].until_log_us, spans_[next].from_log_us);
+    damage.not_run_us = between(spans_[next - 1], spans_[next]);
     return;
   }
 }

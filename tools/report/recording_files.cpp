@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "daemon/shell/owned_fd.hpp"
+#include "tools/common/clock_set.hpp"
 #include "tools/common/line_reader.hpp"
 
 namespace bmu::report {
@@ -50,25 +51,63 @@ std::optional<std::int64_t> time_of(std::string_view line) {
   return is_one ? std::optional(seconds * us_per_s + micros) : std::nullopt;
 }
 
-/// The time of the first line behind a head; none: there is no head, or nothing behind it.
+/// When a recording begins: the time of the first line behind a head. If the clock was not set then, the time by the
+/// clock as it is set first in the same life of the daemon; for that a file is read to there, or to its end.
+class FirstTime {
+ public:
+  /// False: enough is known.
+  [[nodiscard]] bool take(std::string_view line) {
+    seen_ += line.size();
+    has_head_ = has_head_ || line.starts_with(part_begins);
+    if (!has_head_) return seen_ < look_bytes_max;
+    if (const auto life = word_behind("# part ", line)) {
+      if (first_us_ && life != life_) return false;
+      life_ = life;
+    }
+    if (const auto ahead_us = word_behind("# ahead_us ", line)) {
+      if (first_us_ && is_clock_set(*first_us_ - ahead_us_ + *ahead_us)) {
+        first_us_ = *first_us_ - ahead_us_ + *ahead_us;
+        return false;
+      }
+      if (!first_us_) ahead_us_ = *ahead_us;
+    }
+    if (!first_us_) first_us_ = time_of(line);
+    const bool is_set = first_us_ && is_clock_set(*first_us_);
+    return !is_set && (first_us_ || seen_ < look_bytes_max);
+  }
+  [[nodiscard]] std::optional<std::int64_t> first_us() const { return first_us_; }
+
+ private:
+  static std::optional<std::int64_t> word_behind(std::string_view begin, std::string_view line) {
+    std::int64_t number = 0;
+    if (!line.starts_with(begin)) return std::nullopt;
+    const char* const end = line.data() + line.size();
+    const bool is_one = std::from_chars(line.data() + begin.size(), end, number).ec == std::errc{};
+    return is_one ? std::optional(number) : std::nullopt;
+  }
+
+  std::size_t seen_ = 0;
+  bool has_head_ = false;
+  std::optional<std::int64_t> life_;
+  std::int64_t ahead_us_ = 0;  // of the clock that the first time is of
+  std::optional<std::int64_t> first_us_;
+};
+
+/// None: there is no head, or nothing behind it.
 Result<std::optional<std::int64_t>, std::string> first_time(const std::string& path) {
   const OwnedFd in = open_file(path);
   if (!in.is_open()) return cannot_read(path);
   LineReader lines(in.get());
   LineReader::Line line;
-  bool has_head = false;
-  for (std::size_t seen = 0; seen < look_bytes_max;) {
+  FirstTime first;
+  while (true) {
     while (lines.take(line)) {
-      seen += line.text.size();
-      has_head = has_head || line.text.starts_with(part_begins);
-      if (!has_head) continue;
-      if (const auto at_us = time_of(line.text)) return at_us;
+      if (!first.take(line.text)) return first.first_us();
     }
     const LineReader::Filled filled = lines.fill();
     if (filled == LineReader::Filled::error) return cannot_read(path);
-    if (filled == LineReader::Filled::end) break;
+    if (filled == LineReader::Filled::end) return first.first_us();
   }
-  return std::optional<std::int64_t>();
 }
 
 /// Gives the lines of a file to a report.

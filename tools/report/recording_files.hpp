@@ -28,8 +28,9 @@ struct RecordingFiles {
   std::vector<std::string> left_out;      // a sentence each: no recording
 };
 
-/// Looks into each of them for the time of its first line. A single one is taken whatever it is. The error names a
-/// file that cannot be read, or says that none of them is a recording.
+/// Looks into each of them for the time of its first line, of one whose clock had not been set then (it shows 1970)
+/// also for how far it was set later in the same life of the daemon. A single one is taken whatever it is. The error
+/// names a file that cannot be read, or says that none of them is a recording.
 [[nodiscard]] Result<RecordingFiles, std::string> in_order_of_time(const std::vector<std::string>& paths);
 
 /// All that can be read of it. The error: the system would not read it. `progress` is told bytes of text.

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "daemon/core/fault_table.hpp"
+#include "tools/report/history_clock.hpp"
 #include "tools/report/history_moves.hpp"
 
 namespace bmu::report {
@@ -97,8 +98,9 @@ class Spans {
 
 class Filler {
  public:
-  Filler(ReportData& data, const HistoryLife& life, const HistoryMoves& moves, const HistoryOptions& options)
-      : data_(data), life_(life), moves_(moves), options_(options), spans_(data.spans) {
+  Filler(ReportData& data, const HistoryLife& life, const HistoryMoves& moves, const HistoryClock& clock,
+         const HistoryOptions& options)
+      : data_(data), life_(life), moves_(moves), clock_(clock), options_(options), spans_(data.spans) {
     data_.pack_name = life.pack_name;
     data_.is_of_means = true;
     data_.sample_us = life.period_s * us_per_s;
@@ -128,7 +130,7 @@ class Filler {
       ++of_another_pack_;
       return;
     }
-    const std::int64_t at_us = *row.unix_time_ms * us_per_ms;
+    const std::int64_t at_us = clock_.shown_ms(row).value_or(*row.unix_time_ms) * us_per_ms;
     if (!data_.is_empty() && at_us <= last_us_) {
       ++times_back_;
       return;
@@ -294,6 +296,7 @@ class Filler {
   ReportData& data_;
   const HistoryLife& life_;
   const HistoryMoves& moves_;
+  const HistoryClock& clock_;
   const HistoryOptions& options_;
   Spans spans_;
   std::vector<std::size_t> sensors_;  // places of those that are shown in a row's array
@@ -320,7 +323,9 @@ ReportData report_from_history(HistoryReader& history, const HistoryOptions& opt
   const HistorySpan span{.from_unix_ms = ms(options.from_us), .to_unix_ms = ms(options.to_us)};
   // The pack as it was last: what came before with other modules cannot stand in the same picture.
   const HistoryLife* life = nullptr;
+  HistoryClock clock;
   history.for_each_row(span, [&](const HistoryRow& row) {
+    clock.take(row);
     if (row.unix_time_ms) life = history.life_of(row);
     return true;
   });
@@ -335,16 +340,18 @@ ReportData report_from_history(HistoryReader& history, const HistoryOptions& opt
   history.for_each_event(to_its_end, [&](const HistoryEvent& event) {
     moves.take(event);
     if (event.unix_time_ms && span.has(event.unix_time_ms)) {
-      data.events.push_back({.at_us = *event.unix_time_ms * us_per_ms, .text = event.text});
+      const std::int64_t at_ms = clock.shown_ms(event).value_or(*event.unix_time_ms);
+      data.events.push_back({.at_us = at_ms * us_per_ms, .text = event.text});
     }
     return true;
   });
-  Filler filler(data, last, moves, options);
+  Filler filler(data, last, moves, clock, options);
   history.for_each_row(span, [&](const HistoryRow& row) {
     filler.take(row, *history.life_of(row));
     return true;
   });
   filler.finish();
+  for (std::string& text : clock.notes()) data.notes.push_back(std::move(text));
   for (const std::string& problem : history.problems()) data.notes.push_back(problem);
   return data;
 }

@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
+#include <limits>
 #include <utility>
 
+#include "tools/common/clock_set.hpp"
 #include "tools/report/report_time.hpp"
 
 namespace bmu::report {
@@ -17,6 +20,7 @@ constexpr double uAs_per_Ah = 3.6e9;
 constexpr double percent = 100.0;
 /// Between two parts, from here on, something is missing: a core decides every 50 ms at least.
 constexpr std::int64_t gap_min_us = us_per_s;
+constexpr std::uint64_t clock_settings_told_max = 20;
 
 /// Of "(1700000000.130000) vcan0 ..." and "# (1700000000.130000) tick ..." the time; none: it has none.
 std::optional<std::int64_t> time_of(std::string_view line) {
@@ -53,6 +57,8 @@ bool RecordingReport::take(std::string_view line) {
   altered_.reset();
   const bool is_head = line.starts_with("# bmud-recording ");
   if (is_head) settle();
+  // What follows agrees with another clock.
+  if (line.starts_with("# ahead_us ")) settle();
   if (const auto at_us = time_of(line)) {
     // A time that was changed to a later one would make the report as long; the replay refuses this line then.
     if (held_us_ && *at_us < *held_us_ - gap_min_us) {
@@ -204,7 +210,94 @@ bool RecordingReport::is_of_before(std::int64_t at_us) {
   return true;
 }
 
-void RecordingReport::take_tick(std::int64_t at_us) {
+/// On the clock as it was set last, as far as that is known by now.
+std::int64_t RecordingReport::shown_time(std::int64_t recorded_us) {
+  const std::int64_t ahead_us = replay_.reader().clock().ahead_us;
+  const std::int64_t core_us = recorded_us - ahead_us;
+  const std::int64_t life = replay_.reader().part_id().life;
+  if (life == 0) return recorded_us;  // not counted: nothing shows which times have a clock in common
+  if (lives_.empty() || life != life_) {
+    begin_life(recorded_us);
+  } else if (core_us > life_last_core_us_) {  // else another file has it, too, with the clock of then
+    follow_clock(ahead_us - recorded_ahead_us_, recorded_us);
+  }
+  life_last_core_us_ = std::max(life_last_core_us_, core_us);
+  return core_us + shown_ahead_us_;
+}
+
+/// On the clock that it shows; behind what others have recorded, if that clock has not been set.
+void RecordingReport::begin_life(std::int64_t recorded_us) {
+  const bool is_known = std::find(lives_.begin(), lives_.end(), replay_.reader().part_id().life) != lives_.end();
+  life_ = replay_.reader().part_id().life;
+  if (!is_known) lives_.push_back(life_);
+  recorded_ahead_us_ = shown_ahead_us_ = replay_.reader().clock().ahead_us;
+  life_from_us_ = recorded_us;
+  life_last_core_us_ = recorded_us - recorded_ahead_us_;
+  if (is_known || last_us_ == 0) return;
+  if (!is_clock_set(recorded_us) && recorded_us <= last_us_) {
+    life_from_us_ = last_us_ + gap_min_us;
+    shown_ahead_us_ += life_from_us_ - recorded_us;
+    note_clock("From " + time_text(life_from_us_) +
+               " on the clock has not been set since the computer started; how much time is missing before is not "
+               "known.");
+  } else if (is_clock_set(recorded_us) && !is_clock_set(last_us_)) {
+    move_shown(std::numeric_limits<std::int64_t>::min(), recorded_us - gap_min_us - last_us_);
+    note_clock("The clock was never set before " + time_text(recorded_us) +
+               ": what was recorded before is shown right ahead of it.");
+  }
+}
+
+void RecordingReport::follow_clock(std::int64_t set_by_us, std::int64_t recorded_us) {
+  if (set_by_us == 0) return;
+  recorded_ahead_us_ += set_by_us;
+  if (std::abs(set_by_us) < gap_min_us) {  // a clock that is being put right
+    shown_ahead_us_ += set_by_us;
+    return;
+  }
+  const bool was_set = is_clock_set(recorded_us - set_by_us);
+  const bool is_set = is_clock_set(recorded_us);
+  if (is_set) {
+    const std::int64_t moved_us = recorded_ahead_us_ - shown_ahead_us_;
+    move_shown(was_set ? std::numeric_limits<std::int64_t>::min() : life_from_us_, moved_us);
+    life_from_us_ += moved_us;
+    shown_ahead_us_ += moved_us;
+  }
+  note_clock("The clock was set " + std::string(set_by_us < 0 ? "back" : "forward") + " by " +
+             span_text(std::abs(set_by_us)) + " at " + time_text(recorded_us) +
+             (is_set && !was_set ? ", for the first time since the computer started" : "") +
+             (is_set ? "; what came before is shown on the clock as it was set."
+                     : "; what follows is shown on the clock as it was."));
+}
+
+void RecordingReport::note_clock(const std::string& text) {
+  if (++clock_settings_ <= clock_settings_told_max) data_.notes.push_back(text);
+}
+
+/// All that is shown from `from_us` on.
+void RecordingReport::move_shown(std::int64_t from_us, std::int64_t by_us) {
+  const auto move = [from_us, by_us](std::int64_t& at_us) {
+    if (at_us != 0 && at_us >= from_us) at_us += by_us;
+  };
+  for (std::int64_t& at_us : data_.times_us) {
+    if (at_us + data_.sample_us > from_us) at_us += by_us;
+  }
+  if (sample_us_ != 0 && sample_us_ + data_.sample_us > from_us) sample_us_ += by_us;
+  for (SpanReport& span : data_.spans) {
+    move(span.from_us);
+    move(span.to_us);
+  }
+  for (EventReport& event : data_.events) move(event.at_us);
+  for (HoleReport& hole : data_.holes) {
+    if (hole.from_us) move(*hole.from_us);
+    if (hole.to_us) move(*hole.to_us);
+  }
+  for (OpenHole& open : holes_) {
+    if (open.hole.from_us) move(*open.hole.from_us);
+  }
+  move(last_us_);
+}
+
+void RecordingReport::take_tick(std::int64_t recorded_us) {
   is_tick_shown_ = false;
   events_before_last_ = data_.events.size();
   if (files_.empty()) begin_file("");
@@ -212,6 +305,7 @@ void RecordingReport::take_tick(std::int64_t at_us) {
     ++ticks_foreign_;
     return;
   }
+  std::int64_t at_us = shown_time(recorded_us);
   if (is_of_before(at_us)) {
     flow_ = replay_.core()->charge();
     return;
@@ -227,8 +321,9 @@ void RecordingReport::take_tick(std::int64_t at_us) {
     return;
   }
   is_tick_shown_ = true;
-  const std::int64_t sample_us = at_us - at_us % data_.sample_us;
-  if (sample_us != sample_us_) {
+  // The sample that is not over may have been moved by what the clock was set by.
+  if (at_us - sample_us_ >= data_.sample_us) {
+    const std::int64_t sample_us = at_us - at_us % data_.sample_us;
     close_sample();
     sample_us_ = sample_us - sample_us % data_.sample_us;  // the samples may have become longer
   }
@@ -370,6 +465,9 @@ ReportData RecordingReport::finish() && {
   note(ticks_different_, " of " + std::to_string(counts.ticks) +
                              " decisions were others when the recording was made: what is shown may differ from "
                              "what was.");
+  if (clock_settings_ > clock_settings_told_max) {
+    note(clock_settings_ - clock_settings_told_max, " more settings of the clock are left out here.");
+  }
   note(ticks_back_, " decisions are not shown, as the clock had been set back.");
   note(ticks_foreign_, " decisions are not shown, as they are of a pack with other modules.");
   note_overlaps();

@@ -11,6 +11,12 @@
 // that are missing or are not as they were written, or a time of which nothing was recorded, is there a hole. What
 // several files have of the same time is shown once.
 //
+// Times are those of the clock as it was set last. A clock that is set while the daemon runs, back or forward, is known
+// from the recording, which has the daemon's own time beside it: what came before is moved, so that a setting is no
+// hole and no time goes back. A clock that has not been set since the computer started (it shows 1970) moves nothing
+// that other lives of the daemon have recorded; until it is set its times are shown behind theirs. --from and --to
+// compare with the times as they were known when a line was read.
+//
 // Cost: that of the replay, and a few microseconds a decision. Memory: some 9000 samples of every cell at most; a
 // longer recording has longer samples, with their extremes.
 #pragma once
@@ -69,7 +75,12 @@ class RecordingReport {
   };
 
   void settle();
-  void take_tick(std::int64_t at_us);
+  void take_tick(std::int64_t recorded_us);
+  [[nodiscard]] std::int64_t shown_time(std::int64_t recorded_us);
+  void begin_life(std::int64_t recorded_us);
+  void follow_clock(std::int64_t set_by_us, std::int64_t recorded_us);
+  void move_shown(std::int64_t from_us, std::int64_t by_us);
+  void note_clock(const std::string& text);
   [[nodiscard]] bool is_of_before(std::int64_t at_us);
   [[nodiscard]] bool is_shown(std::int64_t at_us) const;
   void begin_part();
@@ -116,7 +127,14 @@ class RecordingReport {
   bool is_over_ = false;                  // what comes is behind what is shown
   std::int64_t sample_us_ = 0;            // begin of the sample that is not over yet
   std::int64_t last_us_ = 0;              // of the latest tick that is not behind another
-  ChargeState flow_;                      // as of the latest tick
+  std::int64_t life_ = 0;                 // of the daemon, whose ticks come now
+  std::vector<std::int64_t> lives_;       // all, as they came
+  std::int64_t life_from_us_ = 0;         // the first time of it that is shown
+  std::int64_t life_last_core_us_ = 0;    // its latest tick on the core's clock, which nobody sets
+  std::int64_t recorded_ahead_us_ = 0;    // the recorded clock less the core's
+  std::int64_t shown_ahead_us_ = 0;       // what is shown less the core's
+  std::uint64_t clock_settings_ = 0;
+  ChargeState flow_;  // as of the latest tick
   double out_mWh_ = 0;
   double in_mWh_ = 0;
   double out_uAs_ = 0;
