@@ -387,8 +387,8 @@ TEST_CASE("the setting of a history's clock is no hole, and is noted once with i
   check(report_of_clock(12'000), "The clock was set forward by ");
   CHECK(report_of_clock(12'000).notes[0].find(", for the first time since the computer started; ") !=
         std::string::npos);
-  check(report_of_clock(history_begin_ms + 3'600'000), "The clock was set back by 1 h 0 min before ");
-  check(report_of_clock(history_begin_ms - 3'600'000), "The clock was set forward by 1 h 0 min before ");
+  check(report_of_clock(history_begin_ms + 3'600'000), "The clock was set back by 1 h before ");
+  check(report_of_clock(history_begin_ms - 3'600'000), "The clock was set forward by 1 h before ");
   // Half a second is a clock that is being put right.
   CHECK(report_of_clock(history_begin_ms - 500).notes.empty());
 }
