@@ -69,7 +69,7 @@ TEST_CASE("a setting of the recording's clock is reported once with its size, an
 
   // Damage that begins before and ends behind it is as long as it was.
   std::string torn = text;
-  torn.replace(torn.find(") tick ", torn.find("\n# (0000000015.")) + 2, 1, "x");
+  torn.replace(torn.find(") tick ", torn.find("\n# (15.")) + 2, 1, "x");
   const Outcome damaged = outcome_of_text(torn);
   INFO(outcome_text(damaged, ""));
   REQUIRE(damaged.damages.size() == 1);
