@@ -12,7 +12,7 @@ namespace bmu {
 class ForeignSensor {
  public:
   /// `driver` null: there is none. `counts_charging`: it is mounted so that a current into the pack is positive, as the
-  /// pack file's `invert_current` says.
+  /// pack file's `invert_current` has it.
   ForeignSensor(const CurrentSensorDriver* driver, TimePoint started_at, bool counts_charging = false)
       : driver_(driver),
         due_(started_at + period(), driver != nullptr ? period() : Duration{1}),

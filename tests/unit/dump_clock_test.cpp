@@ -117,7 +117,7 @@ TEST_CASE("what the clock was set by is in no rate, gap, load and silence", "[un
   CHECK(set.last_us == in_2023_us + 1'980 * ms);
 }
 
-TEST_CASE("the end of a gap is told as the log has it", "[unit][bmudump][clock][statistics]") {
+TEST_CASE("the end of a gap is reported as the log has it", "[unit][bmudump][clock][statistics]") {
   const CanFrame frame = data_frame(0x7A1, 8);
   BusStatistics bus;
   const auto count = [&](std::int64_t time_us, std::int64_t left_out_us) {

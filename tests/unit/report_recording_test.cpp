@@ -615,7 +615,7 @@ TEST_CASE("a life whose clock is never set stays beside the one behind it", "[un
   REQUIRE(behind.notes.size() == 1);
 }
 
-TEST_CASE("of endless settings of the clock the first twenty are told", "[unit][report][recording][clock]") {
+TEST_CASE("of endless settings of the clock the first twenty are noted", "[unit][report][recording][clock]") {
   const ReportData data = read(drive_with({.length = 12s, .part_length = 400ms, .clock_behind_us = 10 * s}));
   REQUIRE(data.notes.size() == 21);
   CHECK(data.notes[19].find("The clock was set back by 10.0 s at ") == 0);

@@ -97,8 +97,8 @@ bool Dump::show(const LogLine& line) {
   return true;
 }
 
-/// Whether nothing but the identifier says whose the frame is: nobody has said what is on this bus, and the pack that
-/// may send there has not named itself.
+/// Whether nothing but the identifier shows which device the frame is of: no option gives what is on this bus, and the
+/// pack that may send there has not named itself.
 bool Dump::is_doubtful(const Bus& bus, const CanFrame& frame) const {
   const DumpCatalogue& catalogue = catalogues_->at(bus.reader);
   const std::size_t row = catalogue.all().row_of(frame);

@@ -89,7 +89,7 @@ class Dump {
   std::unique_ptr<Follow> follow_;
   std::int64_t heard_until_us_ = 0;
   std::uint64_t left_;
-  bool is_of_log_;  // else of a bus, whose times are on a clock that no one sets
+  bool is_of_log_;  // else of a bus, whose times are on a clock that is not set
   bool shows_lines_;
   bool needs_counts_;
 };

@@ -19,7 +19,7 @@ namespace {
 
 /// Damage of one file beyond this many lines is counted, not told line by line.
 constexpr std::uint64_t damage_told_max = 1'000;
-constexpr std::uint64_t clock_jumps_told_max = 1'000;
+constexpr std::uint64_t clock_jumps_reported_max = 1'000;
 
 /// As some editors put it before a text: at the beginning of a file, and so of what was put together from several.
 constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
@@ -99,10 +99,10 @@ int LogFile::read(Dump& dump, FollowScreen& screen) {
     std::fprintf(stderr, "bmudump: %s: frames lost at %llu places in all, the first %llu told\n", name_.c_str(),
                  static_cast<unsigned long long>(lost_lines_), static_cast<unsigned long long>(damage_told_max));
   }
-  if (clock_jumps_ > clock_jumps_told_max) {
+  if (clock_jumps_ > clock_jumps_reported_max) {
     std::fprintf(stderr, "bmudump: %s: the clock jumps at %llu places in all, the first %llu are reported\n",
                  name_.c_str(), static_cast<unsigned long long>(clock_jumps_),
-                 static_cast<unsigned long long>(clock_jumps_told_max));
+                 static_cast<unsigned long long>(clock_jumps_reported_max));
   }
   return damaged_ > 0 ? exit_damaged : exit_ok;
 }
@@ -199,7 +199,7 @@ void LogFile::show(const LogLine& line, std::string_view text, Dump& dump) {
 
 /// Where it is, and how large.
 void LogFile::report_clock(const ClockJump& jump) {
-  if (++clock_jumps_ > clock_jumps_told_max) return;
+  if (++clock_jumps_ > clock_jumps_reported_max) return;
   const char* const also = jump.is_certain ? "" : ", or no bus had a frame for so long";
   std::fprintf(stderr, "bmudump: %s:%llu: the clock goes %s by %.6f s here%s; left out of rates, gaps and loads\n",
                name_.c_str(), static_cast<unsigned long long>(reader_.line_number()),

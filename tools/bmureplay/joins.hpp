@@ -1,7 +1,7 @@
 // Whether the parts of several files, or of one, are one recording: what is missing, twice, in another order or of
 // another life of the daemon is said. Each part is run all the same, for it brings what it begins with.
 //
-// Where the clock was set is said, too, with its size: what lies between two parts of a life of the daemon is measured
+// Where the clock was set is noted, too, with its size: what lies between two parts of a life of the daemon is measured
 // by the core's clock, which is not set.
 //
 // Black boxes overlap, as each begins minutes before what it is for: of one nothing is said about what comes before it.

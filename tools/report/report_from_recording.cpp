@@ -20,7 +20,7 @@ constexpr double uAs_per_Ah = 3.6e9;
 constexpr double percent = 100.0;
 /// Between two parts, from here on, something is missing: a core decides every 50 ms at least.
 constexpr std::int64_t gap_min_us = us_per_s;
-constexpr std::uint64_t clock_settings_told_max = 20;
+constexpr std::uint64_t clock_notes_max = 20;
 
 /// Of "(1700000000.130000) vcan0 ..." and "# (1700000000.130000) tick ..." the time; none: it has none.
 std::optional<std::int64_t> time_of(std::string_view line) {
@@ -270,7 +270,7 @@ void RecordingReport::follow_clock(std::int64_t set_by_us, std::int64_t recorded
 }
 
 void RecordingReport::note_clock(const std::string& text) {
-  if (++clock_settings_ <= clock_settings_told_max) data_.notes.push_back(text);
+  if (++clock_settings_ <= clock_notes_max) data_.notes.push_back(text);
 }
 
 /// All that is shown from `from_us` on.
@@ -465,8 +465,8 @@ ReportData RecordingReport::finish() && {
   note(ticks_different_, " of " + std::to_string(counts.ticks) +
                              " decisions were others when the recording was made: what is shown may differ from "
                              "what was.");
-  if (clock_settings_ > clock_settings_told_max) {
-    note(clock_settings_ - clock_settings_told_max, " more settings of the clock are left out here.");
+  if (clock_settings_ > clock_notes_max) {
+    note(clock_settings_ - clock_notes_max, " more settings of the clock are left out here.");
   }
   note(ticks_back_, " decisions are not shown, as the clock had been set back.");
   note(ticks_foreign_, " decisions are not shown, as they are of a pack with other modules.");

@@ -130,7 +130,7 @@ class RecordingReport {
   std::int64_t life_ = 0;                 // of the daemon, whose ticks come now
   std::vector<std::int64_t> lives_;       // all, as they came
   std::int64_t life_from_us_ = 0;         // the first time of it that is shown
-  std::int64_t life_last_core_us_ = 0;    // its latest tick on the core's clock, which nobody sets
+  std::int64_t life_last_core_us_ = 0;    // its latest tick on the core's clock, which is not set
   std::int64_t recorded_ahead_us_ = 0;    // the recorded clock less the core's
   std::int64_t shown_ahead_us_ = 0;       // what is shown less the core's
   std::uint64_t clock_settings_ = 0;
