@@ -75,7 +75,13 @@ def test_cases():
             # CMake's lists are cut at them: ctest would look for two halves, find neither, and say that both passed.
             if ";" in literal(name):
                 sys.exit(f"{path}: found ';' in the name '{literal(name)}', wanted one that ctest can run")
-            yield path.parent.name, literal(name), re.findall(r"\[([^\]]+)\]", literal(tags))
+            yield path.relative_to(ROOT / "tests").parts[0], literal(name), re.findall(r"\[([^\]]+)\]", literal(tags))
+    for path in sorted((ROOT / "tests/scenario/accept").glob("*.scn")):
+        text = path.read_text()
+        said, shows = re.search(r"^# A test: (.+)$", text, re.M), re.search(r"^# Shows \[([^\]]+)\]\.$", text, re.M)
+        if not said or not shows:
+            sys.exit(f"{path}: found no line '# A test: ...' or '# Shows [ID, ID].', expected both")
+        yield "script", said[1].rstrip("."), re.split(r", *", shows[1])
 
 
 def tests_by_requirement(cases):
