@@ -6,7 +6,7 @@ set -euo pipefail
 # Names without a version wherever Debian has them, so that a newer release brings its own compiler.
 packages_of_group() {
   case $1 in
-    build) echo g++ cmake ninja-build ccache pkg-config libsystemd-dev libsocketcan-dev libmnl-dev libspdlog-dev nlohmann-json3-dev libexpected-dev libcli11-dev libeigen3-dev libfccp-dev libsqlite3-dev libzstd-dev zlib1g-dev ;;
+    build) echo g++ cmake ninja-build ccache pkg-config libsystemd-dev libsocketcan-dev libmnl-dev libspdlog-dev nlohmann-json3-dev libexpected-dev libcli11-dev libeigen3-dev libsqlite3-dev libzstd-dev zlib1g-dev ;;
     # python3-canmatrix reads our DBC files, tmux is a terminal to look at, socat speaks to the status socket in docs/.
     test) echo catch2 librapidcheck-dev libbenchmark-dev can-utils jq python3-canmatrix socat tmux zsh zstd ;;
     # xz-utils and zstd: newer kernels pack their modules. iproute2 and jq are for the scripts inside the guest.

@@ -70,7 +70,7 @@ declare -A parser_files=(
   [script]='mmu/scenario'
   [serial]='daemon/shell/serial_'
   [state]='daemon/shell/state_'
-  [table]='tools/bmucell/csv_file\.|libfccp/'
+  [table]='tools/bmucell/csv_(file|table|text)\.'
 )
 
 parse_arguments() {

@@ -101,7 +101,7 @@ TEST_CASE("what is wrong with pulses or their table has an exit code of its own"
   const Exported bench;
   const Finished no_column = bmucell(bench.words({"--column", "r_5s_mohm"}));
   CHECK(no_column.status == 65);
-  CHECK(no_column.err.find("table.csv: no column 'r_5s_mohm'; wanted") != std::string::npos);
+  CHECK(no_column.err.find("table.csv: no column 'r_5s_mohm' in line 1, '") != std::string::npos);
   bench.folder.file("table.csv", "ref_soc_pct,pulse_A,r_1s_mohm\n77,3,30\n");
   const Finished no_pulse = bmucell(bench.words({"--svg", bench.folder / "none.svg"}));
   CHECK(no_pulse.status == 65);

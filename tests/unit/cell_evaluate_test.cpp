@@ -76,6 +76,7 @@ TEST_CASE("it begins where the charge has come down to what was asked", "[unit][
   REQUIRE(evaluation);
   CHECK(evaluation->trace.front().time_s == 1800.0);
   CHECK(evaluation->score.rows == 1801);
+  CHECK(evaluation->score.left_out.before_start == 1799);
   const auto never = evaluate({.from_soc = 0.2}, test::sloped_cell(), discharge(3600));
   REQUIRE_FALSE(never);
   CHECK(never.error() == "discharge.csv: ref_soc_pct is never as low as --from-soc");
@@ -93,7 +94,12 @@ TEST_CASE("rows out of time and rows without a reference do not count", "[unit][
   Series series = discharge(100);
   series.rows[50].time_s = series.rows[49].time_s;
   series.rows[60].soc = std::nan("");
-  CHECK(score_of({.method = SocMethod::coulomb}, series).rows == 98);
+  const Score score = score_of({.method = SocMethod::coulomb}, series);
+  CHECK(score.rows == 98);
+  CHECK(score.left_out.before_start == 0);
+  CHECK(score.left_out.time_not_forward == 1);
+  CHECK(score.left_out.without_reference == 1);
+  CHECK(mean_of({score, score}).left_out.count() == 4);
 }
 
 TEST_CASE("the same seed makes the same noise, another one another", "[unit][bmucell]") {

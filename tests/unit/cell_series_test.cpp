@@ -55,6 +55,15 @@ TEST_CASE("a recording is read with its columns in any order, and others than it
   CHECK(series->rows[0].soc == Approx(0.995));
   CHECK(series->rows[1].current_A == 0.002);
   CHECK(series->rows[1].temperature_C == -10.0);
+  CHECK(series->rows[0].line == 2);
+  CHECK(series->rows[1].line == 3);
+}
+
+TEST_CASE("rows further apart than ten times the usual are not neighbours", "[unit][bmucell]") {
+  Series series;
+  for (const double time_s : {0.0, 1.0, 1.0, 3.0, 5.0, 60.0}) series.rows.push_back({.time_s = time_s});
+  CHECK(gap_of(series) == 20.0);
+  CHECK(gap_of({}) == 0.0);
 }
 
 TEST_CASE("temperature and reference may be missing, an empty field or nan was not measured", "[unit][bmucell]") {
@@ -82,21 +91,25 @@ TEST_CASE("a recording packed with gzip is read as it is", "[unit][bmucell]") {
   CHECK(series->rows[0].voltage_V == 3.5);
 }
 
-TEST_CASE("a recording that is wrong is refused with file, line, what was found and what wanted", "[unit][bmucell]") {
+TEST_CASE("a recording that is wrong is refused with file, line, what was found and what was expected",
+          "[unit][bmucell]") {
   const std::string head = "time_s,current_A,voltage_V,temp_C\n";
   CHECK(problem_of(Recording("time_s,voltage_V\n0,3\n")) ==
-        ": no column 'current_A'; wanted a first line with time_s, current_A, voltage_V and, if known, temp_C, "
+        ": no column 'current_A' in line 1, 'time_s,voltage_V': rename its columns; expected a first line with time_s, "
+        "current_A, voltage_V and, if known, temp_C, "
         "ref_soc_pct");
-  CHECK(problem_of(Recording(head + "0,1,3.5,20\n1,1,3x5,20\n")) == ":3: voltage_V: found '3x5', wanted a number");
-  CHECK(problem_of(Recording(head + "0,1,3.5,inf\n")) == ":2: temp_C: found 'inf', wanted a number");
-  CHECK(problem_of(Recording(head + "0,1,1e999,20\n")) == ":2: voltage_V: found '1e999', wanted a number");
-  CHECK(problem_of(Recording(head + ",1,3.5,20\n")) == ":2: time_s: found '', wanted a number");
+  CHECK(problem_of(Recording(head + "0,1,3.5,20\n1,1,3x5,20\n")) == ":3: voltage_V: found '3x5', expected a number");
+  CHECK(problem_of(Recording(head + "0,1,3.5,inf\n")) == ":2: temp_C: found 'inf', expected a number");
+  CHECK(problem_of(Recording(head + "0,1,1e999,20\n")) == ":2: voltage_V: found '1e999', expected a number");
+  CHECK(problem_of(Recording(head + ",1,3.5,20\n")) == ":2: time_s: found '', expected a number");
   CHECK(problem_of(Recording(head)) == ": no rows after the first line");
-  CHECK(problem_of(Recording(head + "0,1,3.5\n")) == ":2: found fewer fields than the first line has");
-  CHECK(problem_of(Recording(head + "0,1,3.5,20,7\n")) == ":2: found more fields than the first line has");
-  CHECK(problem_of(Recording("")) == ": found nothing, wanted a first line with the names of the columns");
+  CHECK(problem_of(Recording(head + "0,1,3.5\n")) == ":2: found 3 fields, expected 4 as in the first line");
+  CHECK(problem_of(Recording(head + "0,1,3.5,20,7\n")) ==
+        ":2: found 5 fields, expected 4 as in the first line; values with a decimal comma need quotes, or another "
+        "separator");
+  CHECK(problem_of(Recording("")) == ": found nothing, expected a first line with the names of the columns");
   CHECK(problem_of(Recording("time_s,time_s,current_A,voltage_V\n0,0,1,3\n")) ==
-        ":1: found column 'time_s' twice, wanted it once");
+        ":1: found column 'time_s' twice, expected it once");
 }
 
 TEST_CASE("a packed recording that was cut off is refused, however much of it is there", "[unit][bmucell]") {

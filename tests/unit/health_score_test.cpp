@@ -135,15 +135,18 @@ TEST_CASE("charges and tests that are wrong are refused with what was found and 
   CHECK(files.problem_of(charges + ",60,-1.5,3.6,24\n", tests_head + "7,1.8,2\n") ==
         "charges.csv: cycle: found 'nan' at 60 s, wanted rising numbers, the rows of one behind each other");
   CHECK(files.problem_of(charges, "cycle,charges_before\n7,2\n") ==
-        "tests.csv: no column 'capacity_Ah'; wanted a first line with cycle, capacity_Ah and charges_before");
-  CHECK(files.problem_of(charges, tests_head + "7,x,2\n") == "tests.csv:2: capacity_Ah: found 'x', wanted a number");
-  CHECK(files.problem_of(charges, tests_head + "7,,2\n") == "tests.csv:2: capacity_Ah: found '', wanted a number");
+        "tests.csv: no column 'capacity_Ah' in line 1, 'cycle,charges_before': rename its columns; expected a first "
+        "line with cycle, capacity_Ah and charges_before");
+  CHECK(files.problem_of(charges, tests_head + "7,x,2\n") == "tests.csv:2: capacity_Ah: found 'x', expected a number");
+  CHECK(files.problem_of(charges, tests_head + "7,,2\n") == "tests.csv:2: capacity_Ah: found '', expected a number");
   CHECK(files.problem_of(charges, tests_head + "7,0,2\n") ==
         "tests.csv:2: capacity_Ah: found '0', wanted a number above 0");
   CHECK(files.problem_of(charges, tests_head + "7,1.8,2\n8,1.8,1\n") ==
         "tests.csv:3: charges_before: found '1' behind '2', wanted numbers that do not fall");
   CHECK(files.problem_of(charges, tests_head + "7,1.8,3\n") ==
         "tests.csv: charges_before: found '3', wanted a cycle of charges.csv");
+  CHECK(files.problem_of(charges, tests_head + "7,1.8,2\n\n8,1.8,1\n") ==
+        "tests.csv:4: charges_before: found '1' behind '2', wanted numbers that do not fall");
 }
 
 TEST_CASE("plugged in later, what came before is not seen", "[unit][bmucell]") {

@@ -67,14 +67,17 @@ TEST_CASE("a table is read with its columns in any order, with or without temper
 
 TEST_CASE("a table that is wrong is refused with file, line, what was found and what wanted", "[unit][bmucell]") {
   CHECK(problem_of("ref_soc_pct,pulse_A,r_10s_mohm\n50,2,30\n") ==
-        ": no column 'r_mohm'; wanted a first line with ref_soc_pct, pulse_A, r_mohm and, if known, temp_C");
-  CHECK(problem_of("ref_soc_pct,pulse_A,r_mohm\n50,2,30\n50,,30\n") == ":3: pulse_A: found '', wanted a number");
-  CHECK(problem_of("ref_soc_pct,pulse_A,r_mohm\n50,2,x\n") == ":2: r_mohm: found 'x', wanted a number");
+        ": no column 'r_mohm' in line 1, 'ref_soc_pct,pulse_A,r_10s_mohm': rename its columns; expected a first line "
+        "with ref_soc_pct, pulse_A, r_mohm and, if known, temp_C");
+  CHECK(problem_of("ref_soc_pct,pulse_A,r_mohm\n50,2,30\n50,,30\n") == ":3: pulse_A: found '', expected a number");
+  CHECK(problem_of("ref_soc_pct,pulse_A,r_mohm\n50,2,x\n") == ":2: r_mohm: found 'x', expected a number");
   CHECK(problem_of("ref_soc_pct,pulse_A,r_mohm\n50,2,0\n").find("wanted a current and a resistance above 0") !=
         std::string::npos);
   CHECK(problem_of("ref_soc_pct,pulse_A,r_mohm\n50,0,1\n").find("wanted a current and a resistance above 0") !=
         std::string::npos);
   CHECK(problem_of("ref_soc_pct,pulse_A,r_mohm\n") == ": no rows after the first line");
+  CHECK(problem_of("ref_soc_pct,pulse_A,r_mohm\n50,2,30\n50,2") ==
+        ":3: found a last line that is cut off, expected whole lines");
 }
 
 TEST_CASE("each of the table's pulses is found, and what the table does not have is passed over", "[unit][bmucell]") {

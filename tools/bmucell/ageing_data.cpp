@@ -15,12 +15,14 @@ namespace {
 
 constexpr double hour_s = 3600.0;
 
-enum Column : std::size_t { cycle, capacity, charge, columns_count };
+enum Column : std::size_t { cycle, capacity, charge };
 
-const CsvWish<columns_count>& wish() {
-  static const CsvWish<columns_count> wanted{.names = {"cycle", "capacity_Ah", "charges_before"},
-                                             .head = "a first line with cycle, capacity_Ah and charges_before"};
-  return wanted;
+const CsvSpec& spec() {
+  static const CsvSpec columns{.names = {"cycle", "capacity_Ah", "charges_before"},
+                               .required = 3,
+                               .never_empty = 3,
+                               .head = "a first line with cycle, capacity_Ah and charges_before"};
+  return columns;
 }
 
 std::string shown(double number) {
@@ -30,12 +32,12 @@ std::string shown(double number) {
 }
 
 Result<std::vector<CapacityTest>, std::string> read_tests(const std::filesystem::path& file) {
-  const Result<CsvFile<columns_count>, std::string> table = read_csv(file, wish());
+  const Result<CsvTable, std::string> table = read_whole_csv(file, spec());
   if (!table) return failure(table.error());
   std::vector<CapacityTest> tests;
-  for (const auto& row : table->rows) {
-    // Behind the first line, a test a line.
-    const std::string at = file.string() + ":" + std::to_string(tests.size() + 2) + ": ";
+  for (std::size_t test = 0; test < table->row_count(); ++test) {
+    const auto row = table->row(test);
+    const std::string at = file.string() + ":" + std::to_string(table->lines[test]) + ": ";
     if (!(row[capacity] > 0.0)) {
       return failure(at + "capacity_Ah: found '" + shown(row[capacity]) + "', wanted a number above 0");
     }
@@ -97,6 +99,11 @@ Result<AgeingData, std::string> read_ageing(const std::filesystem::path& recordi
                                             const std::filesystem::path& table) {
   const Result<Series, std::string> series = read_series(recording);
   if (!series) return failure(series.error());
+  // Which charge a cut-off line belongs to is not known.
+  if (series->torn_line != 0) {
+    return failure(series->name + ":" + std::to_string(series->torn_line) +
+                   ": found a last line that is cut off, expected whole lines");
+  }
   Result<std::vector<Charge>, std::string> charges = charges_of(*series);
   if (!charges) return failure(charges.error());
   Result<std::vector<CapacityTest>, std::string> tests = read_tests(table);

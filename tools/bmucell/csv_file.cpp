@@ -1,86 +1,58 @@
 #include "tools/bmucell/csv_file.hpp"
 
+#include <array>
 #include <cerrno>
-#include <cmath>
 #include <cstring>
-#include <limits>
-#include <optional>
-#include <stdexcept>
+#include <memory>
+#include <utility>
 
 #include <zlib.h>
 
-#include "protocol/number_text.hpp"
+#include "tools/bmucell/csv_text.hpp"
 
-namespace bmu::cell::csv {
+namespace bmu::cell {
 
 namespace {
 
-/// Bytes of a file, unpacked if it is packed: zlib passes on what is not.
-class Unpacked : public io::ByteSourceBase {
- public:
-  explicit Unpacked(const std::filesystem::path& file) : file_(gzopen(file.c_str(), "rb"), &gzclose) {}
-  [[nodiscard]] bool is_open() const { return file_ != nullptr; }
-  int read(char* buffer, int size) override {
-    const int got = gzread(file_.get(), buffer, static_cast<unsigned>(size));
-    // A file that was cut off gives what it has, and says so only if asked.
+/// Beyond this a file is no recording of a cell: a small packed file can unpack to more than there is memory.
+constexpr std::size_t size_max = std::size_t{1} << 30U;
+
+/// Bytes of the file, unpacked if it is packed: zlib passes on what is not.
+Result<std::string, std::string> bytes_of(const std::filesystem::path& file) {
+  errno = 0;
+  const std::unique_ptr<gzFile_s, decltype(&gzclose)> source(gzopen(file.c_str(), "rb"), &gzclose);
+  if (!source) return failure(": cannot be opened: " + std::string(std::strerror(errno)));
+  std::string bytes;
+  std::array<char, 1U << 16U> buffer{};
+  while (true) {
+    const int got = gzread(source.get(), buffer.data(), static_cast<unsigned>(buffer.size()));
+    // A file that was cut off gives what it has, and reports that only if queried.
     int code = Z_OK;
-    const char* const message = gzerror(file_.get(), &code);
-    if (got < 0 || (got < size && code < 0)) throw std::runtime_error(message);
-    return got;
+    const char* const message = gzerror(source.get(), &code);
+    if (got < 0 || code < 0) return failure(": cannot be read: " + std::string(message));
+    if (got == 0) return bytes;
+    bytes.append(buffer.data(), static_cast<std::size_t>(got));
+    if (bytes.size() > size_max) return failure(": found more than 1 GiB, expected a recording of a cell");
   }
-
- private:
-  std::unique_ptr<gzFile_s, decltype(&gzclose)> file_;
-};
-
-/// Not a number where nothing was measured; nothing where it is none.
-std::optional<double> number_in(std::string_view text) {
-  if (text.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const auto value = number_of_text<double>(text);
-  return value && !std::isinf(*value) ? value : std::nullopt;
-}
-
-std::string at_line(unsigned line) {
-  return ":" + std::to_string(line) + ": ";
-}
-
-std::string at_line(int line) {
-  return at_line(static_cast<unsigned>(line));
 }
 
 }  // namespace
 
-Result<Source, std::string> open(const std::filesystem::path& file) {
-  errno = 0;
-  auto source = std::make_unique<Unpacked>(file);
-  if (!source->is_open()) return failure(file.string() + ": cannot be opened: " + std::strerror(errno));
-  return source;
+Result<CsvTable, std::string> read_csv(const std::filesystem::path& file, const CsvSpec& spec) {
+  Result<std::string, std::string> bytes = bytes_of(file);
+  if (!bytes) return failure(file.string() + bytes.error());
+  const Result<std::string, std::string> text = utf8_text(std::move(*bytes));
+  if (!text) return failure(file.string() + text.error());
+  Result<CsvTable, std::string> table = parse_csv(*text, spec);
+  if (!table) return failure(file.string() + table.error());
+  return table;
 }
 
-double number_from(const char* text, const std::string& column, unsigned line, bool is_always) {
-  const std::optional<double> value = number_in(text);
-  if (!value || (is_always && std::isnan(*value))) {
-    throw Wrong{at_line(line) + column + ": found '" + text + "', wanted a number"};
-  }
-  return *value;
+Result<CsvTable, std::string> read_whole_csv(const std::filesystem::path& file, const CsvSpec& spec) {
+  Result<CsvTable, std::string> table = read_csv(file, spec);
+  if (!table || table->torn_line == 0) return table;
+  return failure(file.string() + ":" + std::to_string(table->torn_line) +
+                 ": found a last line that is cut off, expected whole lines");
 }
 
-std::string problem_of(const std::string& name, const std::exception_ptr& thrown) {
-  try {
-    std::rethrow_exception(thrown);
-  } catch (const io::error::header_missing&) {
-    return name + ": found nothing, wanted a first line with the names of the columns";
-  } catch (const io::error::duplicated_column_in_header& error) {
-    return name + ":1: found column '" + error.column_name + "' twice, wanted it once";
-  } catch (const io::error::too_few_columns& error) {
-    return name + at_line(error.file_line) + "found fewer fields than the first line has";
-  } catch (const io::error::too_many_columns& error) {
-    return name + at_line(error.file_line) + "found more fields than the first line has";
-  } catch (const Wrong& wrong) {
-    return name + wrong.text;
-  } catch (const std::exception& error) {
-    return name + ": cannot be read: " + error.what();
-  }
-}
-
-}  // namespace bmu::cell::csv
+}  // namespace bmu::cell

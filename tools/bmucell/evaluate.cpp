@@ -7,7 +7,6 @@
 
 #include "daemon/core/estimators/cell_estimate.hpp"
 #include "daemon/core/estimators/published_soc.hpp"
-#include "tools/bmucell/median.hpp"
 #include "tools/bmucell/score_terms.hpp"
 
 namespace bmu::cell {
@@ -103,17 +102,6 @@ CellSample sample_of(const SeriesRow& row, double passed_s, bool is_counted) {
           .temperature_C = row.temperature_C};
 }
 
-/// Rows so far apart are not neighbours: what flowed between them nobody counted.
-double gap_of(const Series& series) {
-  constexpr double usual_rows = 10.0;
-  std::vector<double> steps_s;
-  for (std::size_t k = 1; k < series.rows.size(); ++k) {
-    const double passed_s = series.rows[k].time_s - series.rows[k - 1].time_s;
-    if (passed_s > 0.0) steps_s.push_back(passed_s);
-  }
-  return usual_rows * median(std::move(steps_s)).value_or(0.0);
-}
-
 /// Something that can be scored against is there. "" or what is wrong.
 std::string problem_of(const Series& series) {
   if (!series.has_soc) return "no column 'ref_soc_pct', which says what the charge really was";
@@ -144,6 +132,7 @@ Result<Evaluation, std::string> evaluate(const EvaluationPlan& plan, const CellD
   WorseSensor worse(plan);
   Scorer scorer;
   Evaluation result;
+  RowsLeftOut left_out{.before_start = first};
   const double begin_s = series.rows[first].time_s;
   double before_s = begin_s;
   SocEstimate estimate{.is_known = true, .soc = begin.soc, .sigma = begin.sigma};
@@ -152,7 +141,10 @@ Result<Evaluation, std::string> evaluate(const EvaluationPlan& plan, const CellD
     const double passed_s = row.time_s - before_s;
     // What flowed before the first row is in its reference already.
     if (k > first) {
-      if (!(passed_s > 0.0)) continue;
+      if (!(passed_s > 0.0)) {
+        ++left_out.time_not_forward;
+        continue;
+      }
       before_s = row.time_s;
       const CellSample sample = sample_of(row, passed_s, passed_s <= gap_s);
       static_cast<void>(estimator.update(sample, ends, memo));
@@ -161,7 +153,10 @@ Result<Evaluation, std::string> evaluate(const EvaluationPlan& plan, const CellD
       const double flowed_As = is_measured(sample.mean_current_A) ? sample.mean_current_A * passed_s : 0.0;
       published.update(passed_s, flowed_As / cell.capacity_As, estimate.soc);
     }
-    if (!std::isfinite(row.soc)) continue;
+    if (!std::isfinite(row.soc)) {
+      ++left_out.without_reference;
+      continue;
+    }
     scorer.add(row.time_s - begin_s, published.soc() - row.soc, estimate.sigma);
     result.trace.push_back(
         {row.time_s, row.current_A, row.voltage_V, row.temperature_C, row.soc, published.soc(), estimate.sigma});
@@ -170,6 +165,7 @@ Result<Evaluation, std::string> evaluate(const EvaluationPlan& plan, const CellD
   const double misfit = result.score.misfit;
   result.score = scorer.score();
   result.score.misfit = misfit;
+  result.score.left_out = left_out;
   result.score.file = series.name;
   result.score.method = plan.method;
   return result;
@@ -198,7 +194,12 @@ Score mean_of(const std::vector<Score>& scores) {
     return mean_figure(scores, [member](const Score& one) { return std::optional<double>(one.*member); });
   };
   Score score{.file = "mean", .method = scores.empty() ? SocMethod::ekf : scores.front().method};
-  for (const Score& one : scores) score.rows += one.rows;
+  for (const Score& one : scores) {
+    score.rows += one.rows;
+    score.left_out.before_start += one.left_out.before_start;
+    score.left_out.time_not_forward += one.left_out.time_not_forward;
+    score.left_out.without_reference += one.left_out.without_reference;
+  }
   score.rmse_pct = mean(&Score::rmse_pct).value_or(0.0);
   score.max_pct = mean(&Score::max_pct).value_or(0.0);
   score.rmse_after_20min_pct = mean(&Score::rmse_after_20min_pct);

@@ -42,6 +42,15 @@ struct TraceRow {
   double sigma = 0.0;
 };
 
+/// Rows that are not scored, by reason.
+struct RowsLeftOut {
+  std::size_t before_start = 0;       // before the charge has come down to EvaluationPlan::from_soc
+  std::size_t time_not_forward = 0;   // no later than the latest row before: no estimator receives it
+  std::size_t without_reference = 0;  // estimated, and not compared
+
+  [[nodiscard]] std::size_t count() const { return before_start + time_not_forward + without_reference; }
+};
+
 /// In percent and seconds. What the recording is too short for is not there.
 struct Score {
   std::string file;
@@ -54,6 +63,7 @@ struct Score {
   std::optional<double> settle_3pct_s{};  // from then on always within 3 %; none: not at the end either
   double misfit = 0.0;                    // SocFilter::misfit(), the most: from 1 on it is no cell of the cell file
   double inside_uncertainty_pct = 0.0;    // rows with the truth within two of the told standard deviations
+  RowsLeftOut left_out{};
 };
 
 struct Evaluation {

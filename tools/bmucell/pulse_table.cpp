@@ -49,14 +49,19 @@ std::string missing(const PulseTable& table, const PulseRow& row, const Series& 
 }  // namespace
 
 Result<PulseTable, std::string> read_pulse_table(const std::filesystem::path& file, const std::string& column) {
-  const CsvWish<4> wish{.names = {"ref_soc_pct", "pulse_A", column, "temp_C"},
-                        .needed = 3,
-                        .always = 3,
-                        .head = "a first line with ref_soc_pct, pulse_A, " + column + " and, if known, temp_C"};
-  const Result<CsvFile<4>, std::string> csv = read_csv(file, wish);
+  const CsvSpec spec{.names = {"ref_soc_pct", "pulse_A", column, "temp_C"},
+                     .required = 3,
+                     .never_empty = 3,
+                     .head = "a first line with ref_soc_pct, pulse_A, " + column + " and, if known, temp_C"};
+  const Result<CsvTable, std::string> csv = read_whole_csv(file, spec);
   if (!csv) return failure(csv.error());
   PulseTable table{.name = file.string(), .column = column};
-  for (const auto& [soc_pct, current_A, resistance_mOhm, temperature_C] : csv->rows) {
+  for (std::size_t at = 0; at < csv->row_count(); ++at) {
+    const auto row = csv->row(at);
+    const double soc_pct = row[0];
+    const double current_A = row[1];
+    const double resistance_mOhm = row[2];
+    const double temperature_C = row[3];
     if (!(resistance_mOhm > 0.0) || current_A == 0.0) {
       return failure(table.name + ": found a pulse of " + std::to_string(current_A) + " A with " +
                      std::to_string(resistance_mOhm) + " mOhm, wanted a current and a resistance above 0");

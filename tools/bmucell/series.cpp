@@ -1,38 +1,59 @@
 #include "tools/bmucell/series.hpp"
 
+#include <utility>
+
 #include "tools/bmucell/csv_file.hpp"
+#include "tools/bmucell/median.hpp"
 
 namespace bmu::cell {
 
 namespace {
 
-enum Column : std::size_t { time, current, voltage, temperature, soc, cycle, columns_count };
+enum Column : std::size_t { time, current, voltage, temperature, soc, cycle };
 
 /// Without its time a row has no place among the others.
-const CsvWish<columns_count>& wish() {
-  static const CsvWish<columns_count> wanted{
+const CsvSpec& spec() {
+  static const CsvSpec columns{
       .names = {"time_s", "current_A", "voltage_V", "temp_C", "ref_soc_pct", "cycle"},
-      .needed = 3,
-      .always = 1,
+      .required = 3,
+      .never_empty = 1,
       .head = "a first line with time_s, current_A, voltage_V and, if known, temp_C, ref_soc_pct"};
-  return wanted;
+  return columns;
 }
 
 }  // namespace
 
+std::string torn_line_text(const Series& series) {
+  if (series.torn_line == 0) return "";
+  return series.name + ":" + std::to_string(series.torn_line) + ": the last line is cut off, and left out";
+}
+
 Result<Series, std::string> read_series(const std::filesystem::path& file) {
-  const Result<CsvFile<columns_count>, std::string> csv = read_csv(file, wish());
+  const Result<CsvTable, std::string> csv = read_csv(file, spec());
   if (!csv) return failure(csv.error());
   Series series{.name = file.string(),
                 .has_temperature = csv->has_column[temperature],
                 .has_soc = csv->has_column[soc],
-                .has_cycle = csv->has_column[cycle]};
-  series.rows.reserve(csv->rows.size());
+                .has_cycle = csv->has_column[cycle],
+                .torn_line = csv->torn_line};
+  series.rows.reserve(csv->row_count());
   constexpr double percent = 0.01;
-  for (const auto& row : csv->rows) {
-    series.rows.push_back({row[time], row[current], row[voltage], row[temperature], row[soc] * percent, row[cycle]});
+  for (std::size_t at = 0; at < csv->row_count(); ++at) {
+    const auto row = csv->row(at);
+    series.rows.push_back(
+        {row[time], row[current], row[voltage], row[temperature], row[soc] * percent, row[cycle], csv->lines[at]});
   }
   return series;
+}
+
+double gap_of(const Series& series) {
+  constexpr double usual_rows = 10.0;
+  std::vector<double> steps_s;
+  for (std::size_t k = 1; k < series.rows.size(); ++k) {
+    const double passed_s = series.rows[k].time_s - series.rows[k - 1].time_s;
+    if (passed_s > 0.0) steps_s.push_back(passed_s);
+  }
+  return usual_rows * median(std::move(steps_s)).value_or(0.0);
 }
 
 }  // namespace bmu::cell

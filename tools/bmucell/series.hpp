@@ -1,4 +1,4 @@
-// A recorded test of a cell: CSV as test benches export it, packed with gzip or not.
+// A recorded test of a cell: CSV as test benches export it (csv_table.hpp), packed with gzip or not.
 //
 // The first line names the columns, in any order; others than these are passed over:
 //   time_s       needed; need not be even, and where it does not rise the row is kept (the estimators see it as it is)
@@ -10,6 +10,7 @@
 // An empty field, or "nan", was not measured.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -25,6 +26,7 @@ struct SeriesRow {
   double temperature_C = 0.0;
   double soc = 0.0;  // 0 to 1
   double cycle = 0.0;
+  std::size_t line = 0;  // in the file; 0: from no file
 };
 
 struct Series {
@@ -33,9 +35,17 @@ struct Series {
   bool has_temperature = false;
   bool has_soc = false;
   bool has_cycle = false;
+  std::size_t torn_line = 0;  // the last line, left out since it is cut off; 0: none is
 };
 
-/// The error is one line: file, line, column, what was found and what wanted.
+/// "FILE:69: the last line is cut off, and left out"; "": it is not.
+[[nodiscard]] std::string torn_line_text(const Series& series);
+
+/// The error is one line: file, line, column, what was found and what was expected.
 [[nodiscard]] Result<Series, std::string> read_series(const std::filesystem::path& file);
+
+/// Rows further apart than this, in seconds, are not neighbours, ten times the usual distance: what flowed between them
+/// is not recorded.
+[[nodiscard]] double gap_of(const Series& series);
 
 }  // namespace bmu::cell
