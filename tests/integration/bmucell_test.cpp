@@ -1,7 +1,5 @@
 // bmucell as its user has it: cell files made and scored from the command line, and what it says of what is wrong.
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <filesystem>
 #include <string>
 
@@ -9,6 +7,7 @@
 
 #include "config/cell_config.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/cell_bench.hpp"
 #include "tests/support/folders.hpp"
 #include "tests/support/process.hpp"
 
@@ -228,59 +227,11 @@ TEST_CASE("what is wrong has an exit code of its own, and nothing is written", "
 
 namespace {
 
-/// A cell of 1.2 Ah that is nothing but a slope and 50 mOhm, discharged in steps for an hour, as one column each says.
-struct Bench {
-  double volts_in = 1.0;      // 1000: millivolts
-  double current_sign = 1.0;  // -1: positive into the cell
-  double percent_in = 1.0;    // 0.01: a fraction
-  bool has_temperature = true;
-  bool has_gap = false;
-
-  [[nodiscard]] std::string csv() const {
-    std::string text = "time_s,current_A,voltage_V,temp_C,ref_soc_pct\n";
-    double soc = 0.95;
-    std::array<char, 128> line{};
-    for (int second = 0; second < 3'600; ++second) {
-      const double current_A = second / 30 % 2 == 0 ? 1.5 : 0.3;
-      soc -= current_A / 4'320.0;
-      if (has_gap && second > 600 && second < 2'400) continue;
-      std::snprintf(line.data(), line.size(), "%d,%.4f,%.5f,%s,%.4f\n", second, current_sign * current_A,
-                    volts_in * (3.2 + 0.9 * soc - 0.05 * current_A), has_temperature ? "25" : "",
-                    percent_in * 100.0 * soc);
-      text += line.data();
-    }
-    return text;
-  }
-};
+using test::Bench;
 
 const std::string sloped_base = test::in_source("config/cells/nmc-3000.json");
 
-std::string complaint(const TemporaryFolder& folder, const Bench& bench, const std::string& capacity_Ah = "1.2") {
-  const std::string file = folder.file("test.csv", bench.csv());
-  const std::string out = folder / "out.json";
-  const Finished fitted = bmucell({"fit", "--base", sloped_base, "--capacity-Ah", capacity_Ah, "--out", out, file});
-  CHECK(fitted.status == (fitted.err.find("wanted") == std::string::npos ? 0 : 65));
-  CHECK(std::filesystem::exists(out) == (fitted.status == 0));
-  std::filesystem::remove(out);
-  const std::size_t at = fitted.err.find("test.csv: ");
-  return fitted.status == 0 || at == std::string::npos ? "" : fitted.err.substr(at + 10);
-}
-
 }  // namespace
-
-TEST_CASE("a fit refuses what no test of a cell can be, and writes nothing", "[integration][bmucell]") {
-  const TemporaryFolder folder;
-  CHECK(complaint(folder, {}).empty());
-  CHECK(complaint(folder, {.volts_in = 1'000.0}).find("wanted volts of one cell, 0.5 to 6") != std::string::npos);
-  CHECK(complaint(folder, {.has_temperature = false}) ==
-        "temp_C: found nothing, wanted temperatures; a fit is nothing without them\n");
-  CHECK(complaint(folder, {.current_sign = -1.0}) ==
-        "current_A: the voltage mostly rises when it does, wanted a current that is positive out of the cell\n");
-  CHECK(complaint(folder, {}, "12") ==
-        "ref_soc_pct: with the current it makes 1.2 Ah, wanted about 12, the capacity\n");
-  CHECK(complaint(folder, {}, "0.8") ==
-        "ref_soc_pct: with the current it makes 1.2 Ah, wanted about 0.8, the capacity\n");
-}
 
 TEST_CASE("a fit that the daemon would refuse is not written", "[integration][bmucell]") {
   const TemporaryFolder folder;

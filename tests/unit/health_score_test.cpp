@@ -149,6 +149,23 @@ TEST_CASE("charges and tests that are wrong are refused with what was found and 
         "tests.csv:4: charges_before: found '1' behind '2', wanted numbers that do not fall");
 }
 
+TEST_CASE("recorded charges that no charges of a cell can be are refused with the likely cause", "[unit][bmucell]") {
+  Files files;
+  const std::string tests = tests_head + "7,1.8,2\n";
+  CHECK(files.problem_of(head + "2,60,1.5,3.6,24\n", tests) ==
+        "charges.csv: current_A: found 1.5 to 1.5, expected charging currents, which are below 0; a current that is "
+        "positive into the cell?");
+  CHECK(files.problem_of(head + "2,60,-1.5,3.6,24\n2,70,-1", tests) ==
+        "charges.csv:3: found a last line that is cut off, expected whole lines");
+  CHECK(files.problem_of(head + "2,60,-1.5,3600,24\n", tests) ==
+        "charges.csv: voltage_V: found 3600 to 3600, expected volts of one cell, 0.5 to 6; in mV?");
+  CHECK(
+      files.problem_of(
+          head + "1,60,-1.5,3.6,24\n1,120,-1.5,3.6,24\n2,0,-1.5,3.6,24\n2,60,-1.5,3.6,24\n2,10,-1.5,3.6,24\n", tests) ==
+      "charges.csv:6: time_s: found 10 after 60, expected a time that goes forward; the time of each step in place of "
+      "the whole test's?");
+}
+
 TEST_CASE("plugged in later, what came before is not seen", "[unit][bmucell]") {
   Charge charge{.number = 1.0};
   for (int k = 0; k < 10; ++k) {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "tools/bmucell/csv_file.hpp"
+#include "tools/bmucell/plausible_recording.hpp"
 
 namespace bmu::cell {
 
@@ -106,6 +107,10 @@ Result<AgeingData, std::string> read_ageing(const std::filesystem::path& recordi
   }
   Result<std::vector<Charge>, std::string> charges = charges_of(*series);
   if (!charges) return failure(charges.error());
+  for (const std::string& problem :
+       {implausible_time_in_cycles(*series), implausible_values(*series), implausible_charging(*series)}) {
+    if (!problem.empty()) return failure(series->name + problem);
+  }
   Result<std::vector<CapacityTest>, std::string> tests = read_tests(table);
   if (!tests) return failure(tests.error());
   const auto is_there = [&charges](const CapacityTest& test) {

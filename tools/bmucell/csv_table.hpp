@@ -9,7 +9,7 @@
 //   decimal mark  comma, if no number of the file has a point and at least one cannot be a number of thousands
 //
 // The error is the end of a message, behind the name of the file: line, column, what was found, what was expected, and
-// for a first line without the required names how it begins and what to do. Cost: linear, about 0.1 us a byte.
+// for a first line without the required names how it begins and what to do. Cost: linear in the text.
 #pragma once
 
 #include <cstddef>

@@ -8,6 +8,7 @@
 #include "config/cell_config.hpp"
 #include "tools/bmucell/chart.hpp"
 #include "tools/bmucell/output.hpp"
+#include "tools/bmucell/plausible_recording.hpp"
 #include "tools/bmucell/score_terms.hpp"
 
 namespace bmu::cell {
@@ -26,7 +27,11 @@ Json to_json(const Score& score) {
           {"settle_3pct_s", number_or_null(score.settle_3pct_s)},
           {"inside_uncertainty_pct", score.inside_uncertainty_pct},
           {"misfit", score.misfit},
-          {"rows", score.rows}};
+          {"rows", score.rows},
+          {"rows_left_out",
+           {{"before_start", score.left_out.before_start},
+            {"time_not_forward", score.left_out.time_not_forward},
+            {"without_reference", score.left_out.without_reference}}}};
 }
 
 void print_json(const std::vector<Score>& scores) {
@@ -113,6 +118,47 @@ bool write_trace(const EvalOptions& options, const Evaluation& evaluation) {
 
 }  // namespace
 
+namespace {
+
+/// "9 of 100 rows left out: 2 whose time does not go forward, 7 without ref_soc_pct"
+std::string left_out_text(const Score& score) {
+  const RowsLeftOut& rows = score.left_out;
+  struct Reason {
+    std::size_t count;
+    const char* text;
+  };
+  const std::array reasons{Reason{rows.before_start, " before the charge is as low as --from-soc"},
+                           Reason{rows.time_not_forward, " whose time does not go forward"},
+                           Reason{rows.without_reference, " without ref_soc_pct"}};
+  std::string text =
+      std::to_string(rows.count()) + " of " + std::to_string(score.rows + rows.count()) + " rows left out";
+  const char* between = ": ";
+  for (const Reason& reason : reasons) {
+    if (reason.count == 0) continue;
+    text += between + std::to_string(reason.count) + reason.text;
+    between = ", ";
+  }
+  return text;
+}
+
+/// What a recording has that casts doubt on its figures: on standard error, and the figures follow nevertheless.
+void warn(const EvalOptions& options, const CellDynamics& cell, const Series& series, const Score& score) {
+  constexpr double s_per_h = 3600.0;
+  const double capacity_Ah = cell.capacity_As / s_per_h;
+  if (series.torn_line != 0) complain(torn_line_text(series));
+  if (score.left_out.count() > 0) complain(series.name + ": " + left_out_text(score));
+  for (const std::string& problem : {implausible_time(series), implausible_current(series, capacity_Ah),
+                                     implausible_charge(series, capacity_Ah, 1.0)}) {
+    if (!problem.empty()) complain("warning: " + series.name + problem);
+  }
+  if (score.misfit >= 1.0) {
+    complain(series.name + ": behaves like no cell of " + options.cell +
+             ": another cell, a voltage or a resistance far off, or a current with the wrong sign");
+  }
+}
+
+}  // namespace
+
 int run_eval(const EvalOptions& options) {
   const Result<CellFile, ConfigProblems> cell = load_cell_file(options.cell);
   if (!cell) {
@@ -127,16 +173,18 @@ int run_eval(const EvalOptions& options) {
       complain(series.error());
       return exit_data;
     }
+    const std::string problem = implausible_values(*series, cell->model);
+    if (!problem.empty()) {
+      complain(file + problem);
+      return exit_data;
+    }
     const Result<Evaluation, std::string> evaluation = evaluate(options.plan, dynamics, *series);
     if (!evaluation) {
       complain(evaluation.error());
       return exit_data;
     }
     scores.push_back(evaluation->score);
-    if (evaluation->score.misfit >= 1.0) {
-      complain(file + ": behaves like no cell of " + options.cell +
-               ": another cell, a voltage or a resistance far off, or a current with the wrong sign");
-    }
+    warn(options, dynamics, *series, evaluation->score);
     if (!write_trace(options, *evaluation)) return exit_system;
   }
   if (options.is_json) {

@@ -9,9 +9,11 @@
 #include "config/cell_file_writer.hpp"
 #include "tools/bmucell/chart.hpp"
 #include "tools/bmucell/fit.hpp"
+#include "tools/bmucell/fit_check.hpp"
 #include "tools/bmucell/fit_data.hpp"
 #include "tools/bmucell/fitted_file.hpp"
 #include "tools/bmucell/output.hpp"
+#include "tools/bmucell/score_terms.hpp"
 
 namespace bmu::cell {
 
@@ -159,7 +161,8 @@ int run_fit(const FitOptions& options) {
     return exit_config;
   }
   FitSource source{.files = options.files, .slow_files = options.slow_files};
-  source.begin_soc = options.begin_soc_pct / 100.0;
+  if (options.begin_soc_pct) source.begin_soc = *options.begin_soc_pct / percent;
+  source.cell = base->model;
   source.capacity_Ah = plan_for(options, *base, {}).capacity_Ah;
   const Result<std::vector<FitSeries>, std::string> data = read_fit_data(source);
   if (!data) {
@@ -169,6 +172,12 @@ int run_fit(const FitOptions& options) {
   const FitPlan plan = plan_for(options, *base, *data);
   const FitWishes wishes = wishes_for(plan);
   const Fit found = fit(plan, wishes, *data);
+  const std::string implausible = implausible_fit(found, *data, base->model, options.rmse_max_mV / mV);
+  if (!implausible.empty()) {
+    complain(implausible);
+    return exit_data;
+  }
+  for (const std::string& remark : remarks_on(found, *data)) complain(remark);
   CellFile file = with_fit(std::move(*base), found);
   if (!options.name.empty()) file.name = options.name;
   file.origin = origin_of(options);

@@ -1,13 +1,11 @@
 #include "tools/bmucell/fit_data.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
-#include <optional>
 #include <utility>
 
 #include "tools/bmucell/median.hpp"
+#include "tools/bmucell/plausible_recording.hpp"
 
 namespace bmu::cell {
 
@@ -16,114 +14,44 @@ namespace {
 /// Series nearer to each other share a row.
 constexpr double alike_C = 6.0;
 constexpr std::size_t rows_min = 10;
+constexpr double full_soc = 1.0;
 
 void count_charge(Series& series, double capacity_Ah, double begin_soc) {
-  constexpr double s_per_h = 3600.0;
-  double soc = begin_soc;
-  double before_s = series.rows.front().time_s;
-  for (SeriesRow& row : series.rows) {
-    const double passed_s = std::max(row.time_s - before_s, 0.0);
-    before_s = std::max(row.time_s, before_s);
-    if (std::isfinite(row.current_A)) soc -= row.current_A * passed_s / (capacity_Ah * s_per_h);
-    row.soc = soc;
-  }
+  const std::vector<double> out = charge_out(series, capacity_Ah);
+  for (std::size_t k = 0; k < out.size(); ++k) series.rows[k].soc = begin_soc - out[k];
 }
 
-/// As many digits as a measurement has.
-std::string number_text(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.4g", value);
-  return text.data();
+bool has_temperature(const Series& series) {
+  return std::any_of(series.rows.begin(), series.rows.end(),
+                     [](const SeriesRow& row) { return std::isfinite(row.temperature_C); });
 }
 
-/// "3.1 to 4.2"; nothing measured: "nothing".
-std::string range_text(double least, double most) {
-  return least <= most ? number_text(least) + " to " + number_text(most) : "nothing";
-}
-
-/// A voltage that falls when more flows out of the cell: how often it does, of all steps of the current that are no
-/// noise.
-double falling_share(const Series& series, double capacity_Ah) {
-  const double step_A = 0.2 * capacity_Ah;
-  double steps = 0.0;
-  double falling = 0.0;
-  for (std::size_t k = 1; k < series.rows.size(); ++k) {
-    const double by_A = series.rows[k].current_A - series.rows[k - 1].current_A;
-    const double by_V = series.rows[k].voltage_V - series.rows[k - 1].voltage_V;
-    if (!(std::abs(by_A) >= step_A) || !std::isfinite(by_V) || by_V == 0.0) continue;
-    steps += 1.0;
-    if ((by_A > 0.0) == (by_V < 0.0)) falling += 1.0;
+/// What no test of a cell can be; "": nothing. In this order, since each check needs what those before it found right.
+std::string problem_of(const Series& series, const FitSource& source) {
+  if (!series.has_temperature) return ": no column 'temp_C'; a fit is nothing without temperatures";
+  if (series.rows.size() < rows_min) {
+    return ": found " + std::to_string(series.rows.size()) + " rows, expected at least " + std::to_string(rows_min);
   }
-  return steps > 0.0 ? falling / steps : 1.0;
-}
-
-/// What flowed, over what ref_soc_pct says that this moved: the capacity, or nothing where too little moved.
-std::optional<double> told_capacity_Ah(const Series& series) {
-  constexpr double s_per_h = 3600.0;
-  constexpr double enough = 0.3;
-  double flowed_As = 0.0;
-  double most_soc = -1.0;
-  double least_soc = 2.0;
-  double at_most_As = 0.0;
-  double at_least_As = 0.0;
-  for (std::size_t k = 1; k < series.rows.size(); ++k) {
-    const SeriesRow& row = series.rows[k];
-    const double passed_s = std::max(row.time_s - series.rows[k - 1].time_s, 0.0);
-    if (std::isfinite(row.current_A)) flowed_As += row.current_A * passed_s;
-    if (row.soc > most_soc) {
-      most_soc = row.soc;
-      at_most_As = flowed_As;
-    }
-    if (row.soc < least_soc) {
-      least_soc = row.soc;
-      at_least_As = flowed_As;
-    }
+  std::string problem = implausible_time(series);
+  if (problem.empty() && !has_temperature(series)) {
+    problem = ": temp_C: found nothing, expected temperatures; a fit is nothing without them";
   }
-  if (!(most_soc - least_soc >= enough)) return std::nullopt;
-  return (at_least_As - at_most_As) / (most_soc - least_soc) / s_per_h;
-}
-
-/// What no test of a cell can be; "": nothing.
-std::string problem_of(const Series& series, double capacity_Ah) {
-  constexpr double least_V = 0.5;
-  constexpr double most_V = 6.0;
-  constexpr double mostly = 0.5;
-  constexpr double capacity_apart = 0.3;
-  double low_V = most_V * 1e6;
-  double high_V = -low_V;
-  bool has_temperature = false;
-  for (const SeriesRow& row : series.rows) {
-    low_V = std::fmin(low_V, row.voltage_V);
-    high_V = std::fmax(high_V, row.voltage_V);
-    has_temperature = has_temperature || std::isfinite(row.temperature_C);
-  }
-  if (!has_temperature) return "temp_C: found nothing, wanted temperatures; a fit is nothing without them";
-  if (low_V < least_V || high_V > most_V || !(low_V <= high_V)) {
-    return "voltage_V: found " + range_text(low_V, high_V) + ", wanted volts of one cell, 0.5 to 6";
-  }
-  if (falling_share(series, capacity_Ah) < mostly) {
-    return "current_A: the voltage mostly rises when it does, wanted a current that is positive out of the cell";
-  }
-  const std::optional<double> told_Ah = series.has_soc ? told_capacity_Ah(series) : std::nullopt;
-  if (told_Ah && !(std::abs(*told_Ah - capacity_Ah) <= capacity_apart * capacity_Ah)) {
-    return "ref_soc_pct: with the current it makes " + number_text(*told_Ah) + " Ah, wanted about " +
-           number_text(capacity_Ah) + ", the capacity";
-  }
-  return "";
+  if (problem.empty()) problem = implausible_values(series, source.cell);
+  if (problem.empty()) problem = implausible_current(series, source.capacity_Ah);
+  if (problem.empty()) problem = implausible_charge(series, source.capacity_Ah, source.begin_soc.value_or(full_soc));
+  return problem;
 }
 
 Result<FitSeries, std::string> read_one(const std::string& file, bool is_slow_curve, const FitSource& source) {
   Result<Series, std::string> series = read_series(file);
   if (!series) return failure(series.error());
-  if (!series->has_temperature) return failure(file + ": no column 'temp_C'; a fit is nothing without temperatures");
-  if (series->rows.size() < rows_min) {
-    return failure(file + ": found " + std::to_string(series->rows.size()) + " rows, wanted at least " +
-                   std::to_string(rows_min));
-  }
-  const std::string problem = problem_of(*series, source.capacity_Ah);
-  if (!problem.empty()) return failure(file + ": " + problem);
-  if (!series->has_soc) count_charge(*series, source.capacity_Ah, source.begin_soc);
-  return FitSeries{.series = std::move(*series), .is_slow_curve = is_slow_curve};
+  const std::string problem = problem_of(*series, source);
+  if (!problem.empty()) return failure(file + problem);
+  FitSeries one{.series = std::move(*series), .is_slow_curve = is_slow_curve};
+  if (one.series.has_soc) return one;
+  if (!source.begin_soc) one.assumed_begin_soc = full_soc;
+  count_charge(one.series, source.capacity_Ah, source.begin_soc.value_or(full_soc));
+  return one;
 }
 
 double median_C(const Series& series) {

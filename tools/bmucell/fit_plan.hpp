@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "daemon/core/cell_dynamics.hpp"
@@ -16,6 +17,7 @@ struct FitSeries {
   /// its own charge axis is not believed: its halves are laid onto the curve that the other series gave, and count only
   /// for what no other series reached.
   bool is_slow_curve = false;
+  std::optional<double> assumed_begin_soc{};  // counted from there, which was not given
 };
 
 /// What the model needs and no linear fit can find. These did best on four kinds of cells by what matters, recordings

@@ -37,7 +37,8 @@ Examples:
   bmucell fit --base config/cells/nmc-3000.json --out my.json --svg my.svg drive_25C.csv drive_0C.csv
   bmucell fit --base my.json --slow ocv_c20_25C.csv --temperatures -10,0,25 --out my.json drive_*.csv.gz
 
-A recording without ref_soc_pct begins at --begin-soc and is counted. Rests and currents both ways tell more than steady
+A recording without ref_soc_pct begins at --begin-soc and is counted. What no test of a cell can be is refused, with the
+likely cause: other units, a current of the other sign, a time that starts again. Rests and currents both ways tell more than steady
 currents; what no recording reached is carried on smoothly, and the picture shows where that is.)";
 
 constexpr const char* eval_footer = R"(
@@ -102,8 +103,13 @@ void declare_fit(CLI::App& app, FitOptions& options) {
       ->check(command_line::number(0.1, 1e5));
   app.add_option("--activation-K", options.activation_K, "of the resistances; default: the base's tables', or 4000")
       ->check(command_line::number(0, 10000));
-  app.add_option("--begin-soc", options.begin_soc_pct, "percent, of recordings without ref_soc_pct")
-      ->check(command_line::number(0, 100))
+  app.add_option("--begin-soc", options.begin_soc_pct,
+                 "percent, of recordings without ref_soc_pct; default: 100, with a warning")
+      ->check(command_line::number(0, 100));
+  app.add_option(
+         "--rmse-max-mV", options.rmse_max_mV,
+         "no cell file if the model misses a recording by more, root mean square; a slow one by three times this")
+      ->check(command_line::number(0.1, 1e4))
       ->capture_default_str();
   app.add_flag("--json", options.is_json, "how well it fits, as JSON on standard output");
   app.add_flag("--quiet", options.is_quiet, "tell only errors");

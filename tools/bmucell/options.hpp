@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tools/bmucell/evaluate.hpp"
+#include "tools/bmucell/fit_check.hpp"
 #include "tools/bmucell/fit_plan.hpp"
 #include "tools/bmucell/health.hpp"
 #include "tools/common/exit_codes.hpp"
@@ -33,7 +34,8 @@ struct FitOptions {
   std::optional<double> charge_efficiency;
   std::vector<double> pair_times_s;  // none, or one for each pair
   std::optional<double> activation_K;
-  double begin_soc_pct = 100.0;  // of series without ref_soc_pct
+  std::optional<double> begin_soc_pct;  // of series without ref_soc_pct; not given: full, with a warning
+  double rmse_max_mV = rmse_max_default_V * 1e3;
   bool is_json = false;
   bool is_quiet = false;
 };

@@ -7,6 +7,7 @@
 #include "config/cell_config.hpp"
 #include "tools/bmucell/chart.hpp"
 #include "tools/bmucell/output.hpp"
+#include "tools/bmucell/plausible_recording.hpp"
 #include "tools/bmucell/resistance_score.hpp"
 #include "tools/bmucell/score_terms.hpp"
 
@@ -132,6 +133,10 @@ Result<ResistanceEvaluation, std::string> evaluate_files(const ResistanceOptions
   if (!table) return failure(table.error());
   const Result<Series, std::string> series = read_series(options.file);
   if (!series) return failure(series.error());
+  if (series->torn_line != 0) complain(torn_line_text(*series));
+  for (const std::string& problem : {implausible_time(*series), implausible_values(*series, cell.model)}) {
+    if (!problem.empty()) return failure(series->name + problem);
+  }
   return evaluate_resistance(cell.dynamics.value_or(dynamics_of(cell.model)), *series, *table);
 }
 
