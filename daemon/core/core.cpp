@@ -146,11 +146,11 @@ Urgency Core::take(TimePoint at, const FrameReceived& what) {
     if (const std::optional<Urgency> urgency = take_foreign_current(what.frame, at)) return *urgency;
   }
   if (what.port != Port::internal) return Urgency::can_wait;  // nobody on the vehicle bus has a say yet
-  if (is_foreign_sensor_command(what.frame)) return take_foreign_sensor_command(what.frame);
+  if (is_foreign_sensor_command(what.frame)) return take_foreign_sensor_command(what.frame, at);
   if (take_sensor_answer(what.frame, at)) return Urgency::can_wait;
   if (is_foreign_modules(what.frame)) return take_foreign_frame(what.frame, at);
   const CheckedFrame checked = check_.check(what.frame);
-  if (!checked.is_accepted) return take_rejected(checked, at);
+  if (!checked.is_accepted) return take_rejected(checked, what.frame, at);
   note_sound_frame(at);
   return checked.message->sender == Sender::mmu ? take_module_frame(checked, what.frame, at)
                                                 : take_sensor_frame(checked, what.frame, at);
@@ -186,7 +186,7 @@ std::uint8_t node_of(const ModuleDriver& driver, const CanFrame& frame) {
 Urgency Core::take_foreign_frame(const CanFrame& frame, TimePoint at) {
   const ModuleDriver& driver = *config_.foreign.driver;
   const CheckedFrame checked = foreign_check_.check(frame);
-  if (!checked.is_accepted) return take_foreign_rejected(checked, node_of(driver, frame), at);
+  if (!checked.is_accepted) return take_foreign_rejected(checked, frame, at);
   note_sound_frame(at);
   const ModuleReport report = driver.take(frame, config_.foreign.options);
   if (report.node == 0) return Urgency::can_wait;  // nothing that anybody here reads
@@ -201,11 +201,9 @@ Urgency Core::take_foreign_frame(const CanFrame& frame, TimePoint at) {
   return is_news ? Urgency::decide_now : Urgency::can_wait;
 }
 
-Urgency Core::take_foreign_rejected(const CheckedFrame& checked, std::uint8_t node, TimePoint at) {
-  if (checked.reason == RejectReason::foreign_master) {
-    flags_.foreign_master_seen = true;
-    return Urgency::decide_now;
-  }
+Urgency Core::take_foreign_rejected(const CheckedFrame& checked, const CanFrame& frame, TimePoint at) {
+  if (checked.reason == RejectReason::foreign_master) return take_masters_frame(frame, at);
+  const std::uint8_t node = node_of(*config_.foreign.driver, frame);
   modules_.note_rejected(node, checked.reason);
   if (checked.reason == RejectReason::wrong_crc) modules_.note_damaged(node, at);
   if (checked.reason != RejectReason::conflicting) return Urgency::can_wait;
@@ -222,11 +220,14 @@ ReceiveCounts Core::receive_counts() const {
   return counts;
 }
 
-Urgency Core::take_rejected(const CheckedFrame& checked, TimePoint at) {
-  if (checked.reason == RejectReason::foreign_master) {
-    flags_.foreign_master_seen = true;
-    return Urgency::decide_now;
-  }
+/// One that only a master sends, from somebody else.
+Urgency Core::take_masters_frame(const CanFrame& frame, TimePoint at) {
+  flags_.foreign_master_seen = claim_.note_rival(frame.id, at, rest_.is_resting()) || flags_.foreign_master_seen;
+  return Urgency::decide_now;
+}
+
+Urgency Core::take_rejected(const CheckedFrame& checked, const CanFrame& frame, TimePoint at) {
+  if (checked.reason == RejectReason::foreign_master) return take_masters_frame(frame, at);
   if (checked.message == nullptr) return Urgency::can_wait;
   const bool is_module = checked.message->sender == Sender::mmu;
   if (checked.message->sender == Sender::sensor) sensors_.refused.note_frame(checked.reason);
@@ -385,10 +386,9 @@ bool Core::is_foreign_sensor_command(const CanFrame& frame) const {
   return sensor_setup_.is_command(frame) || second_sensor_setup_.is_command(frame);
 }
 
-Urgency Core::take_foreign_sensor_command(const CanFrame& frame) {
+Urgency Core::take_foreign_sensor_command(const CanFrame& frame, TimePoint at) {
   check_.note_rejected(frame, RejectReason::foreign_master);
-  flags_.foreign_master_seen = true;
-  return Urgency::decide_now;
+  return take_masters_frame(frame, at);
 }
 
 /// A sensor's answer about its settings.
@@ -468,7 +468,7 @@ bool Core::is_battery_frame(const CanFrame& frame) const {
   return inverter_.is_there() && config_.inverter.driver->hear(frame, ignored) != BatteryWord::none;
 }
 
-Urgency Core::take(TimePoint, const FrameEchoed& what) {
+Urgency Core::take(TimePoint at, const FrameEchoed& what) {
   const VehicleConfig& vehicle = config_.vehicle;
   const bool is_reply = vehicle.request_id != 0 && what.frame.id == reply_id_of(vehicle);
   const bool is_report = is_reply || what.frame.id - vehicle.base_id < vehicle_message_count;
@@ -480,6 +480,7 @@ Urgency Core::take(TimePoint, const FrameEchoed& what) {
                     : is_for_inverter    ? Port::inverter
                                          : what.port;
   ++ports_[static_cast<std::size_t>(port)].frames_echoed;
+  if (port == Port::internal) claim_.note_echo(at);
   if (port == Port::internal && what.frame.id == internal_bus::contactor_command.base_id) {
     command_link_.note_echo(what.frame.data[6]);
   }
@@ -504,6 +505,7 @@ Urgency Core::take(TimePoint at, const PortChanged& what) {
   PortStatus& port = ports_[static_cast<std::size_t>(what.port)];
   if (port.is_up == what.is_up) return Urgency::can_wait;
   port.is_up = what.is_up;
+  claim_.note_port(what.port, what.is_up, at);
   if (!what.is_up) ++port.times_down;
   events_.push({.id = what.is_up ? EventId::port_up : EventId::port_down, .at = at, .port = what.port});
   if (what.port != Port::internal) return Urgency::can_wait;
@@ -591,6 +593,14 @@ Urgency Core::take(TimePoint at, const PulsesSeen& what) {
   insulation_.observe(what.pwm, at);
   sensors_.refused_pulses.observe(what.pwm, at);
   return Urgency::can_wait;  // no single period opens a pack
+}
+
+Urgency Core::take(TimePoint at, const ClaimBegins& what) {
+  claim_.begin(what.length, what.is_kept);
+  for (const Port port : all_ports) {
+    if (ports_[static_cast<std::size_t>(port)].is_up) claim_.note_port(port, true, at);
+  }
+  return Urgency::can_wait;
 }
 
 /// Whenever the bus was away, what was known before says nothing about now.

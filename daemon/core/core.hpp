@@ -45,6 +45,7 @@
 #include "daemon/core/inverter_watch.hpp"
 #include "daemon/core/limit_ramp.hpp"
 #include "daemon/core/limits.hpp"
+#include "daemon/core/master_claim.hpp"
 #include "daemon/core/module_assignment.hpp"
 #include "daemon/core/module_broadcasts.hpp"
 #include "daemon/core/module_roster.hpp"
@@ -220,6 +221,8 @@ class Core {
   [[nodiscard]] const Watchers& watchers() const { return watchers_; }
   [[nodiscard]] const PrechargeGuard& precharge_guard() const { return guard_; }
   [[nodiscard]] const RestMode& rest() const { return rest_; }
+  /// Whether this life commands the pack: where it is lost, the process ends.
+  [[nodiscard]] const MasterClaim& claim() const { return claim_; }
   [[nodiscard]] const BalancingControl& balancing() const { return balancing_; }
   [[nodiscard]] const CellRequests::Counts& cell_requests() const { return requests_.counts(); }
   [[nodiscard]] const ChargerTable& chargers() const { return chargers_; }
@@ -255,14 +258,16 @@ class Core {
   Urgency take(TimePoint at, const HealthSeen& what);
   Urgency take(TimePoint at, const LinesSeen& what);
   Urgency take(TimePoint at, const PulsesSeen& what);
+  Urgency take(TimePoint at, const ClaimBegins& what);
   [[nodiscard]] static Urgency urgency_of(const PduState& before, const PduState& now);
   void take_vehicle_frame(const CanFrame& frame, TimePoint at);
   void take_request(const CanFrame& request, TimePoint at);
   [[nodiscard]] bool is_battery_frame(const CanFrame& frame) const;
-  Urgency take_rejected(const CheckedFrame& checked, TimePoint at);
+  Urgency take_rejected(const CheckedFrame& checked, const CanFrame& frame, TimePoint at);
+  Urgency take_masters_frame(const CanFrame& frame, TimePoint at);
   [[nodiscard]] bool is_foreign_modules(const CanFrame& frame) const;
   Urgency take_foreign_frame(const CanFrame& frame, TimePoint at);
-  Urgency take_foreign_rejected(const CheckedFrame& checked, std::uint8_t node, TimePoint at);
+  Urgency take_foreign_rejected(const CheckedFrame& checked, const CanFrame& frame, TimePoint at);
   void note_sound_frame(TimePoint at);
   Urgency take_module_frame(const CheckedFrame& checked, const CanFrame& frame, TimePoint at);
   void take_stranger(const CheckedFrame& checked, const CanFrame& frame, TimePoint at);
@@ -274,7 +279,7 @@ class Core {
   [[nodiscard]] std::optional<Urgency> take_foreign_current(const CanFrame& frame, TimePoint at);
   Urgency follow_current(TimePoint at);
   [[nodiscard]] bool is_foreign_sensor_command(const CanFrame& frame) const;
-  Urgency take_foreign_sensor_command(const CanFrame& frame);
+  Urgency take_foreign_sensor_command(const CanFrame& frame, TimePoint at);
   [[nodiscard]] bool take_sensor_answer(const CanFrame& frame, TimePoint at);
   [[nodiscard]] bool take_sensor_answer(SensorSetup& setup, const CanFrame& frame, TimePoint at);
   void note_sensor_setup(const SensorSetup& before, const SensorSetup& setup, TimePoint at);
@@ -282,6 +287,7 @@ class Core {
 
   // decide, in this order
   void check_loop_gap(TimePoint now);
+  void follow_claim(TimePoint now);
   void estimate(TimePoint now);
   void follow_estimate(TimePoint now);
   void keep_estimate(TimePoint now);
@@ -316,6 +322,7 @@ class Core {
   [[nodiscard]] bool is_hands_off(TimePoint now) const;
   [[nodiscard]] bool clears_charger_errors(std::size_t unit, TimePoint now);
   [[nodiscard]] bool has_way(Port port, TimePoint now) const;
+  [[nodiscard]] bool asks_nobody() const { return rest_.is_resting() || !claim_.may_command(); }
   [[nodiscard]] bool has_to_balance() const;
   [[nodiscard]] bool is_bleeding() const;
   void send_contactor_command(TimePoint now, Decisions& out);
@@ -400,6 +407,7 @@ class Core {
   PrechargeGuard guard_;
   ContactorLedger ledger_;
   RestMode rest_;
+  MasterClaim claim_;
   Auxiliary auxiliary_;
   ContactorOutputs outputs_;
   ContactorOutputs commanded_before_;  // with the last tick, auxiliary outputs included
@@ -474,7 +482,7 @@ class Core {
   BMU_FIELDS(skipped(config_), started_at_, view_began_at_, decided_at_, next_tick_, ticks_, check_, foreign_check_,
              modules_, sensors_, counter_, estimate_, estimate_kept_at_, has_kept_last_, has_memory_, former_totals_,
              is_start_counted_, charge_pause_, cell_charges_, charges_looked_at_, charges_kept_at_, pack_, faults_,
-             mode_before_, flags_, watchers_, permission_, sequence_, contactor_watch_, guard_, ledger_, rest_,
+             mode_before_, flags_, watchers_, permission_, sequence_, contactor_watch_, guard_, ledger_, rest_, claim_,
              auxiliary_, outputs_, commanded_before_, forecaster_, limit_ramps_, limits_, poll_, rounds_, pace_,
              skipped(configured_ages_), ages_slow_until_, setup_, turns_, broadcasts_, assignment_, balancing_,
              waiting_orders_, reporter_, requests_, second_pack_, sensor_setup_, second_sensor_setup_, insulation_,

@@ -28,6 +28,7 @@ Decisions Core::decide(TimePoint now) {
   Decisions out;
   ++ticks_;
   check_loop_gap(now);
+  follow_claim(now);
   decided_at_ = now;
   sensors_.take_insulation(insulation_.word(now), config_);
   pack_ = summarise(modules_, sensors_, config_, now);
@@ -76,12 +77,20 @@ void Core::check_loop_gap(TimePoint now) {
   if (!is_gap) return;
   events_.push({.id = EventId::loop_gap, .at = now, .number = to_ms(now - decided_at_)});
   flags_.loop_gap_seen = true;
+  claim_.note_gap(now - decided_at_, now);
   start_over(now);
+}
+
+/// Until something may be sent nobody can have answered.
+void Core::follow_claim(TimePoint now) {
+  if (!shutting_down_) claim_.step(now);
+  if (!claim_.may_command()) view_began_at_ = now;
 }
 
 void Core::follow_rest(TimePoint now) {
   const PduState& pdu = sensors_.pdu.value;
   const bool knows_lines = pdu_fresh(now);
+  const bool was_resting = rest_.is_resting();
   const bool has_changed = rest_.step({.now = now,
                                        .is_undervoltage = faults_.state(FaultId::cell_undervoltage).is_present() ||
                                                           faults_.state(FaultId::cell_deep_discharge).is_present(),
@@ -94,6 +103,7 @@ void Core::follow_rest(TimePoint now) {
   events_.push({.id = EventId::rest_changed, .at = now, .number = static_cast<std::int64_t>(rest_.phase())});
   if (rest_.is_resting()) broadcasts_.sleep();
   if (!rest_.is_resting()) broadcasts_.end_sleep();
+  if (was_resting) claim_.wake();
   // Asleep nothing is known, awake nothing yet. The unit goes on talking in between, and who woke the pack by asking to
   // close has asked.
   const SensorTable kept = sensors_;
@@ -176,6 +186,7 @@ void Core::grant_permission(TimePoint now) {
                                      .is_plugged_in = is_plugged_in_,
                                      .is_shutting_down = shutting_down_,
                                      .is_resting = rest_.is_resting(),
+                                     .may_command = claim_.may_command(),
                                      .internal_bus_up = flags_.internal_bus_up,
                                      .pdu_fresh = pdu_fresh(now),
                                      .inputs_healthy = inputs_healthy(now),

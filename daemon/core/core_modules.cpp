@@ -128,8 +128,7 @@ void Core::ask_foreign(TimePoint now, Decisions& out) {
 }
 
 void Core::send_polls(TimePoint now, Decisions& out) {
-  if (command_link_.is_stuck(now)) return;
-  if (rest_.is_resting()) return;
+  if (command_link_.is_stuck(now) || asks_nobody()) return;
   if (!are_modules_ours(config_)) return ask_foreign(now, out);
   assign_node(now, out);
   const Poll poll = poll_.step(now, pace_.period(), identities_known());
@@ -166,7 +165,7 @@ BalancingConditions Core::balancing_conditions() const {
 /// Behind contactors and polls, and only when a COMMAND can go out: without one nothing that was told may change.
 void Core::balance(TimePoint now, Decisions& out) {
   const BalancingBlockers blockers = balancing_blockers(balancing_conditions(), balancing_.blockers());
-  if (command_link_.is_stuck(now) || rest_.is_resting()) return;
+  if (command_link_.is_stuck(now) || asks_nobody()) return;
   const BalancingStep step = balancing_.step({.now = now,
                                               .modules = &modules_,
                                               .pack = &pack_,
@@ -227,7 +226,8 @@ void Core::send_waiting_orders(TimePoint now, Decisions& out) {
 
 void Core::send_broadcasts(TimePoint now, Decisions& out) {
   // Modules of another maker have no word for any of it; who is not asked any more tells nothing and bleeds nothing.
-  if (command_link_.is_stuck(now) || !flags_.internal_bus_up || !are_modules_ours(config_)) return;
+  const bool has_bus = flags_.internal_bus_up && claim_.may_command();
+  if (command_link_.is_stuck(now) || !has_bus || !are_modules_ours(config_)) return;
   const ModuleBroadcasts::Step step = broadcasts_.step(now);
   if (step.says_stop) send(Port::internal, setup_.stop_balancing(), out);
   if (step.says_clear) send(Port::internal, setup_.clear_faults(), out);

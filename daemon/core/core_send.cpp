@@ -9,12 +9,12 @@ namespace bmu {
 
 /// The bus it shares with the modules takes something; of one of its own nobody knows.
 bool Core::has_way(Port port, TimePoint now) const {
-  return !serves(config_, Port::internal, port) || !command_link_.is_stuck(now);
+  return claim_.may_send(port, now) && (!serves(config_, Port::internal, port) || !command_link_.is_stuck(now));
 }
 
 /// How it is configured; and to be configured otherwise, if the pack file says so.
 void Core::ask_sensor(SensorSetup& setup, TimePoint now, Decisions& out) {
-  if (!setup.is_there() || !flags_.internal_bus_up || rest_.is_resting()) return;
+  if (!setup.is_there() || !flags_.internal_bus_up || asks_nobody()) return;
   const SensorSetup before = setup;
   const std::optional<CanFrame> command = setup.step(now, outputs_.any_contactor());
   note_sensor_setup(before, setup, now);
@@ -24,6 +24,7 @@ void Core::ask_sensor(SensorSetup& setup, TimePoint now, Decisions& out) {
 /// A resting pack has nothing to command: it is open, and the unit keeps it so by itself.
 void Core::send_contactor_command(TimePoint now, Decisions& out) {
   if (!config_.contactors.has_pdu || (rest_.is_resting() && !outputs_.any_contactor())) return;
+  if (!claim_.may_command()) return;
   if (!command_link_.is_due(now, outputs_changed_at_ == now)) return;
   command_link_.note_sent(command_counter_, now);
   send(Port::internal, contactor_command_frame(outputs_, command_counter_), out);
@@ -94,7 +95,9 @@ GateRules Core::gate_rules() const {
           .decided = outputs_};
 }
 
+/// Whatever is wanted: nothing before the claim, nor behind its loss.
 bool Core::send(Port port, const CanFrame& frame, Decisions& out) {
+  if (!claim_.may_send(port, decided_at_)) return false;
   if (judge_output(port, frame, gate_rules()) != GateVerdict::pass) {
     ++gate_refusals_;
     events_.push({.id = EventId::gate_refused, .at = decided_at_, .port = port, .number = frame.id});

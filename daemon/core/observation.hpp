@@ -96,6 +96,13 @@ struct CommandGiven {
   bool is_unheard_allowed = false;  // assign_node: see AssignmentRequest
 };
 
+/// This life's first observation: how long it listens for another master before it sends (master_claim.hpp). Without
+/// it, as in recordings from before there was such a thing, it sends at once.
+struct ClaimBegins {
+  Duration length{};
+  bool is_kept = false;  // the life before held the claim a moment ago
+};
+
 /// The wall clock, told at start and about once a second: for records, never for decisions.
 struct WallClockSeen {
   std::int64_t unix_time_ms = 0;
@@ -127,7 +134,7 @@ struct PulsesSeen {
 };
 
 using ObservedThing = std::variant<FrameReceived, FrameEchoed, SendFailed, PortChanged, FramesLost, BusErrorSeen,
-                                   CommandGiven, WallClockSeen, HealthSeen, LinesSeen, PulsesSeen>;
+                                   CommandGiven, WallClockSeen, HealthSeen, LinesSeen, PulsesSeen, ClaimBegins>;
 
 struct Observation {
   TimePoint at;

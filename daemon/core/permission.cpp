@@ -25,6 +25,7 @@ std::string_view to_text(Blocker blocker) {
     case Blocker::link_follows: return "the link is still at the pack's voltage: not yet shown that nothing is welded";
     case Blocker::precharge_hot: return "the precharge resistor has to cool";
     case Blocker::locked_out: return "waiting after the last opening";
+    case Blocker::no_claim: return "listening whether another master commands this pack";
   }
   return "?";
 }
@@ -109,6 +110,7 @@ Permission evaluate_permission(const PermissionInputs& inputs, const PackState& 
   block_if(inputs.is_shutting_down, Blocker::shutting_down);
   block_if(any_present(faults, inputs), Blocker::fault);
   block_if(inputs.is_resting, Blocker::resting);
+  block_if(!inputs.may_command, Blocker::no_claim);
   block_if(!inputs.internal_bus_up, Blocker::internal_bus_down);
   block_if(!inputs.pdu_fresh, Blocker::pdu_unknown);
   block_if(inputs.pdu_fresh && !inputs.inputs_healthy, Blocker::inputs_unhealthy);
@@ -131,8 +133,8 @@ Permission evaluate_permission(const PermissionInputs& inputs, const PackState& 
   });
   // A closed pack rides through what a fault's confirm time allows: one missed poll, one bad sample. The faults that
   // watch those have their own clocks; what is left here has none.
-  permission.may_stay_closed =
-      inputs.internal_bus_up && inputs.pdu_fresh && !inputs.is_resting && !any_demands_opening(faults, pack, inputs);
+  permission.may_stay_closed = inputs.may_command && inputs.internal_bus_up && inputs.pdu_fresh && !inputs.is_resting &&
+                               !any_demands_opening(faults, pack, inputs);
   // What only refuses to close leaves a closed pack alone. One that is half closed is not: it opens, and does not wait.
   // Nor for a module that has just forgotten our limits: it has restarted, and the time-out of the precharge would only
   // tell of a precharge that was too slow.

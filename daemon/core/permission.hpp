@@ -36,8 +36,9 @@ enum class Blocker : std::uint8_t {
   link_follows,         // the link is at the pack's voltage before any precharge
   precharge_hot,        // the precharge resistor has to cool before it may be used again
   locked_out,           // a wait after an opening by fault or a failed precharge
+  no_claim,             // listening for another master of this pack, or there is one
 };
-inline constexpr std::size_t blocker_count = 18;
+inline constexpr std::size_t blocker_count = 19;
 
 [[nodiscard]] std::string_view to_text(Blocker blocker);
 
@@ -53,6 +54,7 @@ struct PermissionInputs {
   bool is_plugged_in = false;  // a charger
   bool is_shutting_down = false;
   bool is_resting = false;
+  bool may_command = false;  // no other master was received (master_claim.hpp)
   bool internal_bus_up = false;
   bool pdu_fresh = false;
   bool inputs_healthy = false;

@@ -160,6 +160,9 @@ struct Printer {
     comment("pulses ").number(what.pwm.frequency_mHz).text(" mHz ").number(what.pwm.duty_permille);
     out.text(" permille ").number(what.pwm.since_edge / 1us).text(what.pwm.is_high ? " us high" : " us low");
   }
+  void operator()(const ClaimBegins& what) const {
+    comment("claim ").number(what.length / 1us).text(what.is_kept ? " us kept" : " us");
+  }
 };
 
 // --- in -------------------------------------------------------------------------------------------------------------
@@ -337,6 +340,16 @@ ObservedThing parse_pulses(In& in) {
   return what;
 }
 
+ObservedThing parse_claim(In& in) {
+  ClaimBegins what;
+  const auto length_us = in.number<std::int64_t>("how long it listens");
+  in.expect(length_us >= 0 && length_us <= record_time_max_us && in.word() == "us", "a time in us");
+  what.is_kept = !in.is_at_end();
+  if (what.is_kept) in.expect(in.word() == "kept", "kept");
+  if (!in.damage()) what.length = std::chrono::microseconds{length_us};
+  return what;
+}
+
 struct ObservationRow {
   std::string_view word;
   ObservedThing (*parse)(In& in);
@@ -344,7 +357,8 @@ struct ObservationRow {
 constexpr std::array observation_rows{ObservationRow{"port", parse_port},     ObservationRow{"lost", parse_lost},
                                       ObservationRow{"failed", parse_failed}, ObservationRow{"command", parse_command},
                                       ObservationRow{"clock", parse_clock},   ObservationRow{"health", parse_health},
-                                      ObservationRow{"lines", parse_lines},   ObservationRow{"pulses", parse_pulses}};
+                                      ObservationRow{"lines", parse_lines},   ObservationRow{"pulses", parse_pulses},
+                                      ObservationRow{"claim", parse_claim}};
 
 /// "(1700000000.123456)" as candump writes it.
 std::optional<std::int64_t> parse_time(std::string_view text) {

@@ -273,6 +273,12 @@ constexpr std::array<BlockerAdvice, blocker_count> advice_table{{
      "time has to "
      "go by; how much is left, is told.",
      "wait for the time that is told"},
+    {Blocker::no_claim,
+     "A daemon that starts, or whose bus or processor was away, listens before it commands anything: for 0.15 to 0.4 s "
+     "with a power distribution unit, for three polls at the parked pace without one. If it receives a frame that only "
+     "a "
+     "master sends, it ends with exit code 71 and `second master`.",
+     "wait a second; if the daemon ends, find the other master (`bmudump`) and stop it"},
 }};
 
 constexpr bool is_half_sentence(std::string_view text) {

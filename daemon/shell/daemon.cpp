@@ -215,7 +215,7 @@ void Daemon::plan_next(PackRead read) {
 
 /// The life that was left is over. If the next one cannot be, the one before has to be again.
 Result<void, LifeFailure> Daemon::begin_next() {
-  const Legacy legacy = life_->legacy();
+  Legacy legacy = life_->legacy(*next_, left_at_);
   store_->carry_over(life_->core().persistent());
   life_.reset();
   auto life = DaemonLife::begin(*next_, world(), legacy);
@@ -230,6 +230,7 @@ Result<void, LifeFailure> Daemon::begin_next() {
   }
   const std::string why = to_text(life.error());
   next_.reset();
+  legacy.claim_held_until = {};  // nobody knows how long that has taken
   auto again = DaemonLife::begin(*plan_, world(), legacy);
   if (!again) return failure(LifeFailure{.text = why + "; and then: " + to_text(again.error())});
   life_ = std::move(*again);

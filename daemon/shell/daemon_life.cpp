@@ -220,6 +220,9 @@ void DaemonLife::make_loop(const Legacy& legacy) {
                                            .notify = world_.notify,
                                            .store = world_.store,
                                            .rate = rate_,
+                                           .claim = {.length = claim_length(plan_.pack.core, std::random_device{}()),
+                                                     .kept_max = claim_kept_max(plan_.pack.core),
+                                                     .held_until = legacy.claim_held_until},
                                            .lines = lines_ ? &*lines_ : nullptr,
                                            .history = &memory_->history(),
                                            .taps = std::move(taps),
@@ -227,6 +230,13 @@ void DaemonLife::make_loop(const Legacy& legacy) {
                                            .watched = {world_.pack_reader},
                                            .first = std::move(first),
                                            .on_reload = world_.reload_by_signal});
+}
+
+Legacy DaemonLife::legacy(const LifePlan& next, TimePoint left_at) const {
+  const bool has_same_buses = next.buses == plan_.buses;
+  const bool held = core_->claim().stage() == ClaimStage::held;
+  return {.is_balancing_off = core_->is_balancing_switched_off(),
+          .claim_held_until = has_same_buses && held ? left_at : TimePoint{}};
 }
 
 void DaemonLife::make_requests() {

@@ -74,6 +74,7 @@ struct LifeWorld {
 /// What one life leaves to the next beside the state: orders that hold until the process ends.
 struct Legacy {
   bool is_balancing_off = false;
+  TimePoint claim_held_until{};  // through the ports of the next life; zero: the next one has to listen
 };
 
 class DaemonLife {
@@ -90,7 +91,8 @@ class DaemonLife {
   void finish() { memory_->end(); }
 
   [[nodiscard]] const Core& core() const { return *core_; }
-  [[nodiscard]] Legacy legacy() const { return {.is_balancing_off = core_->is_balancing_switched_off()}; }
+  /// `next`: the plan that this life is left for. `left_at`: when its loop ended.
+  [[nodiscard]] Legacy legacy(const LifePlan& next, TimePoint left_at) const;
 
  private:
   DaemonLife(const LifePlan& plan, const LifeWorld& world);

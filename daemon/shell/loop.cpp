@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
+#include <cstdio>
 #include <new>
 #include <utility>
 
@@ -53,6 +54,25 @@ sigset_t awaited_signals() {
 
 OsError os_error(const char* what) {
   return {.code = errno, .what = what};
+}
+
+std::string rival_text(const MasterClaim& claim) {
+  std::array<char, 12> id{};
+  std::snprintf(id.data(), id.size(), "%03X", static_cast<unsigned>(claim.rival_id()));
+  const std::string frame = std::string(" (frame ") + id.data() + ")";
+  switch (claim.loss()) {
+    case ClaimLoss::none: break;
+    case ClaimLoss::while_listening:
+      return "second master: another one commands this pack" + frame +
+             "; this daemon has sent nothing and ends. Take the other one off the bus first";
+    case ClaimLoss::before_own_frame:
+      return "second master: another one that started at the same time was first on the bus" + frame +
+             "; this daemon ends";
+    case ClaimLoss::while_resting:
+      return "second master: another one has started while this one rested" + frame +
+             "; this daemon, which holds everything open, ends";
+  }
+  return "second master";
 }
 
 }  // namespace
@@ -112,6 +132,7 @@ Result<LoopEnd, OsError> Loop::run_to_end() {
   for (const Port port : all_ports) {
     if (parts_.buses.is_there(port)) told_[index_of(port)].frames_lost = parts_.buses.serving(port).frames_lost();
   }
+  begin_claim();
   for (const Port port : all_ports) {
     if (parts_.buses.is_there(port)) tell_port_state(port, false);
   }
@@ -122,6 +143,7 @@ Result<LoopEnd, OsError> Loop::run_to_end() {
   while (!is_over()) {
     // Before the wait, which might not end without a timer.
     if (timer_failure_) return give_up(*timer_failure_);
+    if (parts_.core.claim().is_lost()) return give_up({.code = 0, .what = rival_text(parts_.core.claim())});
     std::array<epoll_event, epoll_events> events{};
     const bool must_not_wait = decide_now_ || parts_.status_socket.has_waiting_requests();
     if (!must_not_wait) expected_at_ = wake_at_;
@@ -393,6 +415,15 @@ void Loop::maintain_lines() {
   parts_.journal.log(Severity::error, "GPIO lines: " + error);
 }
 
+/// The first that the core is told.
+void Loop::begin_claim() {
+  const ClaimPlan& plan = parts_.claim;
+  if (plan.length <= Duration{}) return;
+  const TimePoint at = now();
+  const bool is_kept = plan.held_until != TimePoint{} && at - plan.held_until < plan.kept_max;
+  observe(at, ClaimBegins{.length = plan.length, .is_kept = is_kept});
+}
+
 void Loop::tell_wall_clock() {
   const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
   observe(now(), WallClockSeen{.unix_time_ms = to_ms(since_1970)});
@@ -447,7 +478,9 @@ void Loop::decide() {
   drive_.update(parts_.core);
   keep_state();
   arm_timer();
-  if (!is_ready_ && !is_shutting_down_ && !decisions.outputs.any_contactor()) {
+  const MasterClaim& claim = parts_.core.claim();
+  const bool is_set_up = !claim.is_listening() && !claim.is_lost() && !decisions.outputs.any_contactor();
+  if (!is_ready_ && !is_shutting_down_ && is_set_up) {
     is_ready_ = true;
     parts_.notify.ready();
   }
@@ -493,6 +526,7 @@ void Loop::arm_timer() {
 
 std::string summary_line(const Core& core) {
   std::string line(to_text(core.sequence().phase));
+  if (core.claim().stage() != ClaimStage::held) line += ", " + std::string(to_text(core.claim().stage()));
   const auto add = [&](Unit unit, const Measured<std::int32_t>& value) {
     if (value.is_valid()) line += ", " + value_text(unit, value.value);
   };

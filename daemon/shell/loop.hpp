@@ -52,6 +52,13 @@ struct SignalFrom {
   std::int64_t process_id = 0;
 };
 
+/// How a life comes to command its pack (master_claim.hpp).
+struct ClaimPlan {
+  Duration length{};       // zero: nobody is listened for
+  Duration kept_max{};     // a claim of the life before is kept over a silence shorter than this
+  TimePoint held_until{};  // of the life before, through the same ports; zero: there is none
+};
+
 struct LoopParts {
   Core& core;
   const Buses& buses;
@@ -60,6 +67,7 @@ struct LoopParts {
   ServiceNotify& notify;
   StateStore& store;
   RateWatch& rate;
+  ClaimPlan claim{};
   LineFeeder* lines = nullptr;  // none: the pack file has no lines of this machine
   const HistoryStore* history = nullptr;
   std::vector<CoreTap*> taps{};  // are told all that the core is told and decides; none of them may wait
@@ -87,7 +95,8 @@ class Loop {
   /// Timer, signals and ports into one epoll. SIGTERM, SIGINT and SIGHUP must be blocked already.
   [[nodiscard]] Result<void, OsError> init();
   /// Runs until the pack is open after SIGTERM, SIGINT or leave(); a second signal ends it at once. Returns an error
-  /// only if the system refused what a loop cannot do without; the outputs have been commanded open then too.
+  /// if the system refused what a loop cannot do without, or another master commands the pack; the outputs have been
+  /// commanded open then too, to another master's unit not by a frame.
   [[nodiscard]] Result<LoopEnd, OsError> run();
   /// This life ends, in the same order, for another one to begin.
   void leave();
@@ -119,6 +128,7 @@ class Loop {
   void look_at_lines();
   void drive_lines(const ContactorOutputs& outputs, TimePoint decided_at);
   void maintain_lines();
+  void begin_claim();
   void tell_wall_clock();
   void tell_health();
   void keep_state();

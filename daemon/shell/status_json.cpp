@@ -156,6 +156,7 @@ void put_state(JsonText& to, const StatusView& view) {
     to.put("phase_for_ms", to_ms(view.now - std::max(core.sequence().entered_at, core.started_at())));
     to.put("vehicle_state", vehicle_state_text(dialect, vehicle_state(dialect, core.mode_inputs(view.now))));
     to.put("mode", to_text(core.mode(view.now)));
+    to.put("claim", to_text(core.claim().stage()));
     to.put("close_requested", core.is_close_requested());
     to.object("wish", [&] {
       to.put("by_vehicle", core.wish().by_vehicle);

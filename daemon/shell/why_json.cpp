@@ -300,6 +300,7 @@ constexpr BlockerRow blocker_table[] = {
     {Blocker::link_follows, link_and_pack},
     {Blocker::precharge_hot, no_details},
     {Blocker::locked_out, lockout_left},
+    {Blocker::no_claim, no_details},
 };
 static_assert(std::size(blocker_table) == blocker_count);
 

@@ -153,6 +153,8 @@ Line state_line(const Reply& state) {
   if (state["rest"].text() == "resting" || state["rest"].text() == "looking") {
     line.push_back({"   " + state["rest"].text() + " for " + shown_span(state["rest_for_ms"]), Style::warning});
   }
+  const std::string claim = state["claim"].text();
+  if (!claim.empty() && claim != "held") line.push_back({"   " + claim, Style::warning});
   line.push_back({"   told to the vehicle: " + state["vehicle_state"].text(), Style::dim});
   return line;
 }
