@@ -108,9 +108,11 @@ class MasterClaim {
     if (must_listen) stage_ = ClaimStage::listening;
   }
 
-  /// Nothing was sent or received for `gap`, until `now`.
+  /// The loop was away for `gap`, until `now`: nothing was sent, and what came meanwhile was discarded. Who holds the
+  /// claim may have to open by a frame; who does not has nothing to hurry for.
   void note_gap(Duration gap, TimePoint now) {
-    if (!is_there() || stage_ == ClaimStage::lost || gap < claim_lapse) return;
+    const bool goes_on = stage_ == ClaimStage::held && gap < claim_lapse;
+    if (!is_there() || is_lost() || goes_on) return;
     for (std::optional<TimePoint>& until : quiet_until_) {
       if (until) until = now + length_;
     }

@@ -64,7 +64,7 @@ std::string rival_text(const MasterClaim& claim) {
     case ClaimLoss::none: break;
     case ClaimLoss::while_listening:
       return "second master: another one commands this pack" + frame +
-             "; this daemon has sent nothing and ends. Take the other one off the bus first";
+             "; this daemon sends nothing and ends. Take the other one off the bus first";
     case ClaimLoss::before_own_frame:
       return "second master: another one that started at the same time was first on the bus" + frame +
              "; this daemon ends";
@@ -143,7 +143,8 @@ Result<LoopEnd, OsError> Loop::run_to_end() {
   while (!is_over()) {
     // Before the wait, which might not end without a timer.
     if (timer_failure_) return give_up(*timer_failure_);
-    if (parts_.core.claim().is_lost()) return give_up({.code = 0, .what = rival_text(parts_.core.claim())});
+    if (parts_.core.claim().is_lost() && !is_shutting_down_)
+      return give_up({.code = 0, .what = rival_text(parts_.core.claim())});
     std::array<epoll_event, epoll_events> events{};
     const bool must_not_wait = decide_now_ || parts_.status_socket.has_waiting_requests();
     if (!must_not_wait) expected_at_ = wake_at_;

@@ -48,7 +48,8 @@ has changed, or why it was refused. What the command line says stays as it is.
 Exit codes: 0 ended by SIGTERM, SIGINT or a terminal that hung up, with all contactors commanded open (the log says if nobody
 confirmed it); 2 command line; 70 an error of our own;
 71 the system refused something: at start, as a bus, or the status socket or the state file because its directory is
-missing; later a call or memory that the control loop needs, and then the contactors are commanded open first;
+missing; later a call or memory that the control loop needs, and then the contactors are commanded open first; or, at any
+time, a second master on the internal bus where this daemon gives way: before it has sent anything, or while its pack rests;
 78 the configuration is wrong, or the interface of the internal bus is set to a bit rate that it does not work with.
 
 --open-gpio opens the lines that --driven-lines FILE names: those that the daemon drove, though the pack file may have

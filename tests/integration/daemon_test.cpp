@@ -473,7 +473,7 @@ TEST_CASE("a second master is named by the identifier it used, a node of nobody 
           "[integration][daemon][bus]") {
   Bench bench;
   bench.start_daemon();
-  REQUIRE(bench.listener.next(test::hang_max));
+  REQUIRE(bench.listener.hears_commands(5));  // another master's frame before that would end it
   auto port = open_bus(bench.bus, {.receive_ids = {internal_bus::contactor_command.base_id}});
   REQUIRE(port);
   CanFrame unconfigured{.id = internal_bus::ident.base_id + 63, .length = 8};

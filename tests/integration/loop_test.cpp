@@ -7,7 +7,10 @@
 #include <deque>
 #include <functional>
 #include <memory>
+#include <optional>
+#include <string>
 #include <utility>
+#include <variant>
 
 #include <sys/eventfd.h>
 #include <unistd.h>
@@ -104,6 +107,20 @@ struct FirstDecision : CoreTap {
   TimePoint last_at_{};
 };
 
+/// The first observation of all, if that is how the claim begins.
+struct ClaimTap : CoreTap {
+  std::optional<ClaimBegins> claim;
+
+  void observed(const Observation& observation) override {
+    const auto* const begins = std::get_if<ClaimBegins>(&observation.what);
+    if (!std::exchange(has_any_, true) && begins != nullptr) claim = *begins;
+  }
+  void decided(TimePoint /*at*/, const Decisions& /*decisions*/) override {}
+
+ private:
+  bool has_any_ = false;
+};
+
 struct LoopBench {
   static constexpr int frame_number = 20;  // where things happen: in the midst of work
   static constexpr int frames_after = 10;  // and these are sent after it, within less than what makes a value old
@@ -119,6 +136,9 @@ struct LoopBench {
   ScriptedPort& port = static_cast<ScriptedPort&>(buses.internal());
   std::unique_ptr<Core> core = std::make_unique<Core>(pack.core, monotonic_now());
   FirstDecision first;
+  ClaimPlan claim{};
+  ClaimTap claim_tap;
+  std::string failure_text;  // why the loop ended, if not in order
   int frames_sent = 0;
   bool has_ended = false;
   std::function<bool()> is_done = [] { return true; };  // past those frames: whether the loop may end
@@ -140,7 +160,8 @@ struct LoopBench {
                .notify = notify,
                .store = *store,
                .rate = rate,
-               .taps = {&first}});
+               .claim = claim,
+               .taps = {&first, &claim_tap}});
     loop.set_answers([](std::string_view, const Peer&) { return StatusReply{}; }, [] { return std::string(); });
     sigset_t ends;
     sigset_t before;
@@ -148,7 +169,8 @@ struct LoopBench {
     for (const int signal : {SIGTERM, SIGINT}) sigaddset(&ends, signal);
     REQUIRE(::pthread_sigmask(SIG_BLOCK, &ends, &before) == 0);
     REQUIRE(loop.init());
-    REQUIRE(loop.run());
+    const auto ended = loop.run();
+    failure_text = ended ? "" : to_text(ended.error());
     REQUIRE(::pthread_sigmask(SIG_SETMASK, &before, nullptr) == 0);
   }
   /// The second one does not wait for contacts that nobody here reports.
@@ -177,9 +199,44 @@ TEST_CASE("a bit rate that an interface comes back with is judged, and the loop 
   const TimePoint give_up_at = monotonic_now() + test::hang_max;
   bench.is_done = [&] { return bench.rate.finding().verdict == RateVerdict::too_slow || monotonic_now() > give_up_at; };
   bench.run([&] { bench.port.rate = 10'000; });
+  CHECK(bench.failure_text.empty());
   CHECK(bench.rate.finding().verdict == RateVerdict::too_slow);
   CHECK(bench.rate.finding().found_bit_per_s == 10'000);
   CHECK(bench.frames_sent >= LoopBench::frame_number + LoopBench::frames_after);
+}
+
+TEST_CASE("a loop begins with its claim, and ends for another master's frame without having sent anything",
+          "[integration][loop][F39]") {
+  LoopBench bench;
+  bench.claim = {.length = 60s};
+  bench.port.arrive(contactor_command_frame({.main_positive = true, .main_negative = true}, 7));
+  bench.run([] {});
+  CHECK(bench.failure_text.starts_with("second master: "));
+  CHECK(bench.failure_text.find("frame 040") != std::string::npos);
+  CHECK(bench.frames_sent == 0);
+  REQUIRE(bench.claim_tap.claim);
+  CHECK(bench.claim_tap.claim->length == 60s);
+  CHECK_FALSE(bench.claim_tap.claim->is_kept);
+}
+
+TEST_CASE("a loop that follows one through the same ports keeps its claim, if the silence was short",
+          "[integration][loop][F39]") {
+  LoopBench bench;
+  bench.claim = {.length = 20ms, .kept_max = 60s, .held_until = monotonic_now() - 50ms};
+  bench.run([] {});
+  CHECK(bench.failure_text.empty());
+  REQUIRE(bench.claim_tap.claim);
+  CHECK(bench.claim_tap.claim->is_kept);
+
+  LoopBench late;
+  late.claim = {.length = 20ms, .kept_max = 40ms, .held_until = monotonic_now() - 50ms};
+  late.run([] {});
+  REQUIRE(late.claim_tap.claim);
+  CHECK_FALSE(late.claim_tap.claim->is_kept);
+
+  LoopBench without;  // as in the other tests here
+  without.run([] {});
+  CHECK_FALSE(without.claim_tap.claim);
 }
 
 TEST_CASE("frames that waited while a decision was stopped on its way are not taken", "[integration][loop][F53][F60]") {

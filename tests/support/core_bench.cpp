@@ -49,7 +49,8 @@ CoreConfig pack_of(std::size_t modules) {
   return pack_with(modules, 12, 4);
 }
 
-CoreBench::CoreBench(const CoreConfig& config, const PersistentState& state, std::uint8_t first_counter)
+CoreBench::CoreBench(const CoreConfig& config, const PersistentState& state, std::uint8_t first_counter,
+                     const std::optional<ClaimBegins>& claim)
     : core_(std::in_place, config, now_, first_counter), wake_at_(now_) {
   core_->restore(state);
   for (const ModuleConfig& module : config.modules) {
@@ -66,6 +67,7 @@ CoreBench::CoreBench(const CoreConfig& config, const PersistentState& state, std
             .insulation_monitor_ok = true,
             .insulation_state = InsulationState::normal,
             .insulation_resistance_Ohm = known(1'200'000)};
+  if (claim) observe(*claim);
   observe(PortChanged{Port::internal, true});
   observe(PortChanged{Port::vehicle, true});
 }

@@ -51,8 +51,9 @@ struct BenchModule {
 
 class CoreBench {
  public:
-  /// `state`: what a life before this one had to remember.
-  explicit CoreBench(const CoreConfig& config, const PersistentState& state = {}, std::uint8_t first_counter = 0);
+  /// `state`: what a life before this one had to remember. `claim`: what the core is fed first, if anything.
+  explicit CoreBench(const CoreConfig& config, const PersistentState& state = {}, std::uint8_t first_counter = 0,
+                     const std::optional<ClaimBegins>& claim = {});
 
   // The world, free to change between steps.
   std::vector<BenchModule> modules;

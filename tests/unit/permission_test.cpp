@@ -20,6 +20,7 @@ constexpr Wish both{.by_vehicle = true, .by_charger = true};
 /// Everything as a pack that may close has it.
 struct Situation {
   PermissionInputs inputs{.now = start,
+                          .may_command = true,
                           .internal_bus_up = true,
                           .pdu_fresh = true,
                           .inputs_healthy = true,
@@ -106,13 +107,13 @@ TEST_CASE("permission is not there before it was granted", "[unit][permission]")
   nothing_known.inputs = {};
   nothing_known.pack = {};
   CHECK(nothing_known.inputs.complete_cycles == 0);
-  CHECK(nothing_known.blockers() == std::vector{Blocker::internal_bus_down, Blocker::pdu_unknown,
+  CHECK(nothing_known.blockers() == std::vector{Blocker::no_claim, Blocker::internal_bus_down, Blocker::pdu_unknown,
                                                 Blocker::modules_incomplete, Blocker::sensors_incomplete,
                                                 Blocker::not_qualified, Blocker::modules_not_set_up,
                                                 Blocker::commands_not_on_bus, Blocker::precharge_hot});
   Situation only_heard;
   only_heard.inputs = {.now = start, .pdu_fresh = true};
-  CHECK(only_heard.blockers() == std::vector{Blocker::internal_bus_down, Blocker::inputs_unhealthy,
+  CHECK(only_heard.blockers() == std::vector{Blocker::no_claim, Blocker::internal_bus_down, Blocker::inputs_unhealthy,
                                              Blocker::insulation_unknown, Blocker::not_qualified,
                                              Blocker::modules_not_set_up, Blocker::commands_not_on_bus,
                                              Blocker::contacts_unsettled, Blocker::precharge_hot});
@@ -146,6 +147,7 @@ TEST_CASE("each single reason keeps an open pack open and is named, and some ope
       {Blocker::link_follows, false, [](Situation& it) { it.inputs.link_follows_though_open = true; }},
       {Blocker::precharge_hot, false, [](Situation& it) { it.inputs.precharge_is_cool = false; }},
       {Blocker::locked_out, false, [](Situation& it) { it.inputs.locked_out_until = start + 1ns; }},
+      {Blocker::no_claim, true, [](Situation& it) { it.inputs.may_command = false; }},
   };
   for (const Case& one : cases) {
     DYNAMIC_SECTION(to_text(one.blocker)) {

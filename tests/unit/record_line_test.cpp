@@ -87,7 +87,10 @@ std::vector<ObservedThing> all_kinds() {
                               .interlocks_open = 0x4002}},
           PulsesSeen{},
           PulsesSeen{.pwm = {.frequency_mHz = 10'000, .duty_permille = 503, .is_high = true, .since_edge = 4'120us}},
-          PulsesSeen{.pwm = {.frequency_mHz = INT32_MAX, .duty_permille = -1, .since_edge = 3'600s}}};
+          PulsesSeen{.pwm = {.frequency_mHz = INT32_MAX, .duty_permille = -1, .since_edge = 3'600s}},
+          ClaimBegins{},
+          ClaimBegins{.length = 273'481us},
+          ClaimBegins{.length = 1'500ms, .is_kept = true}};
 }
 
 }  // namespace
@@ -118,6 +121,8 @@ TEST_CASE("frames stand in a recording as in any candump log", "[unit][recording
                PulsesSeen{
                    .pwm = {.frequency_mHz = 10'000, .duty_permille = 503, .is_high = true, .since_edge = 4'120us}}}) ==
       "# (1700012345.678901) pulses 10000 mHz 503 permille 4120 us high");
+  CHECK(line_of({at, ClaimBegins{.length = 273'481us}}) == "# (1700012345.678901) claim 273481 us");
+  CHECK(line_of({at, ClaimBegins{.length = 1ms, .is_kept = true}}) == "# (1700012345.678901) claim 1000 us kept");
 }
 
 TEST_CASE("a time before a whole second has all its digits", "[unit][recording]") {
@@ -224,6 +229,10 @@ TEST_CASE("a damaged line is refused with its place and what was wanted there", 
       {"# (1700000000.000000) health good", 29, "what may be wrong with store, memory or disk"},
       {"# (1700000000.000000) lines estops 70000", 35, "emergency stops, bit by bit"},
       {"# (1700000000.000000) lines blinking", 28, "what lines say"},
+      {"# (1700000000.000000) claim soon", 28, "how long it listens"},
+      {"# (1700000000.000000) claim -1 us", 31, "a time in us"},
+      {"# (1700000000.000000) claim 5 ms", 30, "a time in us"},
+      {"# (1700000000.000000) claim 5 us lost", 33, "kept"},
       {"# > can2 040#11", 4, "the name of a bus of the recording's head"},
       {"# > can0 0x1", 9, "a frame as in a candump log"},
       {"# = main_battery", 4, "what is driven"},
