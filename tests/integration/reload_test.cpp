@@ -151,6 +151,29 @@ TEST_CASE("a reload takes up the file whole, says what has changed, and keeps wh
   CHECK(bench.end() == 0);
 }
 
+TEST_CASE("a reload with the same bus goes on commanding at once, after a short silence",
+          "[integration][daemon][reload][bus][F39]") {
+  ReloadBench bench;
+  bench.start();
+  REQUIRE(bench.listener.hears_commands(5));
+  // A life that was away for longer than anybody listens has to listen, too.
+  constexpr std::int64_t kept_max_ms = 100;
+  constexpr int reloads_max = 20;
+  bool is_quick = false;
+  for (int reload = 0; reload < reloads_max && !is_quick; ++reload) {
+    bench.put_with_period(80 + reload);
+    const nlohmann::json done = bench.reload();
+    REQUIRE(done.at("is_new_life") == true);
+    // A part of the time between the lives comes after what is told here.
+    is_quick = done.at("away_ms") <= kept_max_ms / 2;
+    const nlohmann::json status = ask_as(std::nullopt, bench.socket, R"({"cmd":"status"})");
+    if (is_quick) CHECK(status.at("state").at("claim") == "held");
+    REQUIRE(bench.listener.hears_commands(2));
+  }
+  CHECK(is_quick);
+  CHECK(bench.end() == 0);
+}
+
 TEST_CASE("the state is kept over a reload also where nobody keeps it over a restart",
           "[integration][daemon][reload][bus]") {
   ReloadBench bench;
