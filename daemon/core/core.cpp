@@ -220,7 +220,7 @@ ReceiveCounts Core::receive_counts() const {
   return counts;
 }
 
-/// One that only a master sends, from somebody else.
+/// A second master's frame.
 Urgency Core::take_masters_frame(const CanFrame& frame, TimePoint at) {
   flags_.foreign_master_seen = claim_.note_rival(frame.id, at, rest_.is_resting()) || flags_.foreign_master_seen;
   return Urgency::decide_now;

@@ -221,7 +221,7 @@ class Core {
   [[nodiscard]] const Watchers& watchers() const { return watchers_; }
   [[nodiscard]] const PrechargeGuard& precharge_guard() const { return guard_; }
   [[nodiscard]] const RestMode& rest() const { return rest_; }
-  /// Whether this life commands the pack: where it is lost, the process ends.
+  /// Whether this daemon commands the pack; the shell ends the process when the claim is lost.
   [[nodiscard]] const MasterClaim& claim() const { return claim_; }
   [[nodiscard]] const BalancingControl& balancing() const { return balancing_; }
   [[nodiscard]] const CellRequests::Counts& cell_requests() const { return requests_.counts(); }

@@ -81,7 +81,7 @@ void Core::check_loop_gap(TimePoint now) {
   start_over(now);
 }
 
-/// Until something may be sent nobody can have answered.
+/// Nothing is polled before the claim is held: until then missing answers are no loss.
 void Core::follow_claim(TimePoint now) {
   if (!shutting_down_) claim_.step(now);
   if (!claim_.may_command()) view_began_at_ = now;

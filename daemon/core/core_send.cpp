@@ -95,7 +95,7 @@ GateRules Core::gate_rules() const {
           .decided = outputs_};
 }
 
-/// Whatever is wanted: nothing before the claim, nor behind its loss.
+/// Sends nothing before the claim, nor after its loss.
 bool Core::send(Port port, const CanFrame& frame, Decisions& out) {
   if (!claim_.may_send(port, decided_at_)) return false;
   if (judge_output(port, frame, gate_rules()) != GateVerdict::pass) {

@@ -1,36 +1,37 @@
-// Which one of several daemons commands a pack: who was there first.
+// Arbitration between several daemons on the bus of one pack: the first one commands it.
 //
-// A daemon that starts beside another one, with files and a status socket of its own, would command "open" with its
-// first frame, and the power distribution unit would obey. So each start listens before it sends, and two that start
-// together on a silent bus find out by their first frames which one it is.
+// A daemon that starts beside another one, with files and a status socket of its own, would send "open" with its first
+// CONTACTOR_COMMAND, and the PDU would open a closed pack. So each start listens before it sends, and two daemons that
+// start together on a silent bus decide by their first frames which one goes on.
 //
-//   listening --heard nobody for `length`--> proving --own frame came back--> held --port down, long gap--> listening
-//       |                                      |                                |
-//       +------- a frame that only a master sends, from somebody else ----------+ (held: while resting only)
-//                                              v
-//                                            lost: nothing is sent any more, and the process ends
+//   listening --no master for `length`--> proving --echo of an own frame--> held --port down, long gap--> listening
+//       |                                    |                                |
+//       +----- second master's frame --------+--------------------------------+ (held: only while resting)
+//                                            v
+//                                           lost: nothing is sent any more, and the process ends
 //
-//   listening   Nothing is sent on any port. Counted from when the internal bus comes up; while it is down there is
-//               nobody to listen to, nor to command, and the other ports wait for `length` after they come up
-//               themselves.
-//   proving     All is sent. Every participant of a bus receives the same frames in the same order, its own included:
-//               of two daemons one receives the other's frame before the echo of its own, and that one loses.
-//   held        A master's frame is a fault (foreign_master, which opens), but for those that the loser had sent before
-//               it knew: they are ignored for two periods of CONTACTOR_COMMAND after the echo. A resting master
-//               (rest_mode.hpp) is silent for up to its look_every, so that another one may have listened and started:
-//               the resting one, which is open, gives way. Leaving the rest it proves its claim as after listening.
+//   listening   Nothing is sent on any port. Counted from the time at which the internal bus comes up. While that bus
+//               is down no master can be received or commanded, and each other port waits for `length` after it comes
+//               up itself.
+//   proving     Everything is sent. All participants of a bus receive the same frames in the same order, their own
+//               included: of two daemons one receives the other's frame before the echo of its own frame, and loses.
+//   held        A second master's frame is a fault (foreign_master, which opens), except for the frames that the loser
+//               sent before it received the winner's: they are ignored for two periods of CONTACTOR_COMMAND after the
+//               echo. A resting master (rest_mode.hpp) is silent for up to its look_every, so another daemon may have
+//               listened and started meanwhile: the resting one, whose contactors are open, gives way. At the end of a
+//               rest it proves its claim as after listening.
 //
-// The claim is kept by sending: after its port was down, or a gap of the loop after which the power distribution unit
-// has opened by itself (claim_lapse), another master may be there, and this one listens again. A reload does not, where
-// the ports are those of before: the process is the same, has kept its sockets, and was silent for less than anybody
-// listens (claim_kept_max); another one that starts meanwhile hears the next frame. With a port of another name, or
-// after a longer time, it listens as at a start.
+// The claim is kept by sending. After its port was down, or after a gap of the loop in which the PDU has opened by its
+// timeout (claim_lapse), a second master may be there, and this one listens again. A reload with unchanged ports does
+// not: the process is the same, keeps its sockets, and was silent for less than any start listens (claim_kept_max), so
+// a daemon that starts meanwhile receives the next frame. With another port, or after a longer silence, it listens as
+// at a start.
 //
-// Inputs: `length`, drawn at random by the shell (claim_length), as the core's first observation; ports, echoes and the
-// frames of others, with their times. Without a begin() the claim is held from the start and for ever: so recordings
-// from before there was a claim decide as they did.
+// Inputs: `length`, drawn at random by the shell (claim_length), as the core's first observation; state of the ports,
+// echoes and second masters' frames, with their times. Output: whether a port may send. Without a begin() the claim is
+// held from the start and permanently: recordings from before there was a claim replay identically.
 //
-// Pure: no I/O, no clock, no allocation. Cost: some comparisons a frame and tick.
+// Pure: no I/O, no clock, no allocation. Cost: some comparisons per frame and tick.
 #pragma once
 
 #include <algorithm>
@@ -60,39 +61,40 @@ enum class ClaimStage : std::uint8_t { held, listening, proving, lost };
   return "?";
 }
 
-/// When the other master's frame was received.
+/// When the second master's frame was received.
 enum class ClaimLoss : std::uint8_t { none, while_listening, before_own_frame, while_resting };
 
-/// So many periods in which a master cannot have been silent, unless frames were lost one after the other.
+/// Count of a master's periods to listen for: two frames in a row may be lost.
 inline constexpr int claim_periods = 3;
-/// What chance adds, so that two daemons that a power-up starts together seldom end their listening together.
+/// Maximum of the random part: two daemons that one power-up starts rarely end their listening at the same time.
 inline constexpr Duration claim_random_max = 250ms;
-/// Of the loser of two that started together: what it had sent before it received the winner's frame.
+/// Time after the proving echo in which frames that the loser sent before it lost are ignored.
 inline constexpr Duration claim_ignore_for = 2 * internal_bus::contactor_command.period;
-/// The power distribution unit opens by itself when it has received no command for this long.
+/// Timeout of the PDU: it opens when it has received no command for this long.
 inline constexpr Duration claim_lapse = 200ms;
 
-/// The longest that an awake master of this pack is silent on the internal bus: CONTACTOR_COMMAND comes every 50 ms;
-/// without a unit that obeys it, POLLs at the slowest pace are all there is.
+/// The longest silence of an awake master of this pack on the internal bus: CONTACTOR_COMMAND comes every 50 ms;
+/// without a PDU only POLLs come, at the slowest pace.
 [[nodiscard]] constexpr Duration master_silence_max(const CoreConfig& config) {
   if (config.contactors.has_pdu) return internal_bus::contactor_command.period;
   return std::max(config.poll.period, config.poll.parked_period);
 }
 
-/// How long to listen. `random`: evenly distributed. 150 to 400 ms with a power distribution unit.
+/// How long a start listens. `random`: uniform. 150 to 400 ms with a PDU; without one three polls and up to 250 ms.
 [[nodiscard]] constexpr Duration claim_length(const CoreConfig& config, std::uint32_t random) {
   const auto steps = static_cast<std::uint32_t>(claim_random_max / 1us) + 1;
   return claim_periods * master_silence_max(config) + std::chrono::microseconds{random % steps};
 }
 
-/// A reload that was silent for less keeps its claim: with the period before it that is shorter than anybody listens.
+/// A reload that was silent for less keeps its claim: with the period before it the silence is shorter than any start
+/// listens.
 [[nodiscard]] constexpr Duration claim_kept_max(const CoreConfig& config) {
   return (claim_periods - 1) * master_silence_max(config);
 }
 
 class MasterClaim {
  public:
-  /// All ports count as down until told otherwise. `is_kept`: a claim of the life before, which goes on with the ports
+  /// All ports count as down until note_port(). `is_kept`: the previous session's claim, which continues on the ports
   /// that come up before the first step().
   void begin(Duration length, bool is_kept) {
     *this = {};
@@ -108,8 +110,8 @@ class MasterClaim {
     if (must_listen) stage_ = ClaimStage::listening;
   }
 
-  /// The loop was away for `gap`, until `now`: nothing was sent, and what came meanwhile was discarded. Who holds the
-  /// claim may have to open by a frame; who does not has nothing to hurry for.
+  /// The loop stalled for `gap`, until `now`: nothing was sent, and frames received meanwhile were discarded. A held
+  /// claim outlives a short one, since the contactors may have to be opened by a frame at once.
   void note_gap(Duration gap, TimePoint now) {
     const bool goes_on = stage_ == ClaimStage::held && gap < claim_lapse;
     if (!is_there() || is_lost() || goes_on) return;
@@ -119,7 +121,7 @@ class MasterClaim {
     stage_ = ClaimStage::listening;
   }
 
-  /// Once a tick, before anything is sent; not while the daemon ends, which has nothing more to begin.
+  /// Once per tick, before anything is sent. Not called while the daemon shuts down.
   void step(TimePoint now) {
     keeps_ports_ = false;
     const bool has_listened =
@@ -127,7 +129,7 @@ class MasterClaim {
     if (has_listened) stage_ = ClaimStage::proving;
   }
 
-  /// A frame that only a master sends was received from somebody else. True: that is a fault of the bus.
+  /// A frame that only a master sends was received. True: it is a fault of the bus (foreign_master).
   [[nodiscard]] bool note_rival(std::uint32_t id, TimePoint at, bool is_resting) {
     switch (stage_) {
       case ClaimStage::listening: return lose(ClaimLoss::while_listening, id);
@@ -139,26 +141,26 @@ class MasterClaim {
     return !proved_at_ || at - *proved_at_ >= claim_ignore_for;
   }
 
-  /// A frame of our own that only a master sends was on the internal bus.
+  /// Echo of an own frame on the internal bus.
   void note_echo(TimePoint at) {
     if (stage_ != ClaimStage::proving) return;
     stage_ = ClaimStage::held;
     proved_at_ = at;
   }
 
-  /// The rest is over, in which nothing was sent.
+  /// End of a rest, in which nothing was sent.
   void wake() {
     if (is_there() && stage_ == ClaimStage::held) stage_ = ClaimStage::proving;
   }
 
   [[nodiscard]] ClaimStage stage() const { return stage_; }
   [[nodiscard]] ClaimLoss loss() const { return loss_; }
-  /// Of the frame it was lost by.
+  /// Identifier of the frame by which the claim was lost; 0: it is not.
   [[nodiscard]] std::uint32_t rival_id() const { return rival_id_; }
   [[nodiscard]] bool is_lost() const { return stage_ == ClaimStage::lost; }
-  /// For a time that ends by itself: not while the internal bus is down.
+  /// Listening for a bounded time: false while the internal bus is down.
   [[nodiscard]] bool is_listening() const { return stage_ == ClaimStage::listening && is_bus_up(); }
-  /// Contactors, modules and whoever else is on the internal bus.
+  /// Whether the nodes of the internal bus may be commanded.
   [[nodiscard]] bool may_command() const { return stage_ == ClaimStage::held || stage_ == ClaimStage::proving; }
   [[nodiscard]] bool may_send(Port port, TimePoint now) const {
     if (!is_there()) return true;
@@ -178,13 +180,13 @@ class MasterClaim {
     return false;
   }
 
-  Duration length_{};  // zero: nobody claims anything
+  Duration length_{};  // zero: begin() was not called
   ClaimStage stage_ = ClaimStage::held;
   ClaimLoss loss_ = ClaimLoss::none;
   std::uint32_t rival_id_ = 0;
   bool keeps_ports_ = false;
-  std::array<std::optional<TimePoint>, port_count> quiet_until_{};  // nothing: the port is down
-  std::optional<TimePoint> proved_at_{};                            // when the echo came that decided
+  std::array<std::optional<TimePoint>, port_count> quiet_until_{};  // no value: the port is down
+  std::optional<TimePoint> proved_at_{};                            // time of the echo that proved the claim
   BMU_FIELDS(length_, stage_, loss_, rival_id_, keeps_ports_, quiet_until_, proved_at_)
 };
 

@@ -96,11 +96,11 @@ struct CommandGiven {
   bool is_unheard_allowed = false;  // assign_node: see AssignmentRequest
 };
 
-/// This life's first observation: how long it listens for another master before it sends (master_claim.hpp). Without
-/// it, as in recordings from before there was such a thing, it sends at once.
+/// First observation of a session: how long the core listens for another master before it sends (master_claim.hpp).
+/// Without it, as in recordings from before there was a claim, the core sends at once.
 struct ClaimBegins {
   Duration length{};
-  bool is_kept = false;  // the life before held the claim a moment ago
+  bool is_kept = false;  // held by the previous session, and silent for less than claim_kept_max since
 };
 
 /// The wall clock, told at start and about once a second: for records, never for decisions.

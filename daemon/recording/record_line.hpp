@@ -5,7 +5,7 @@
 //   (1700000000.123456) vcan0 20000004#0010000000000000      an error frame of the controller
 //   # (1700000000.130000) lines contacts 3 vehicle_on supply_ok
 //   # (1700000000.130000) command clear_faults service by 1000
-//   # (1700000000.130000) claim 273481 us                   a life begins to listen; `kept`: it need not
+//   # (1700000000.130000) claim 273481 us                   start of a session: length of its listening
 //   # (1700000000.130000) tick 5d1f0ce2a1b39e77               a decision, and what of it is compared first
 //   # > vcan0 040#0300000000000000                            what it sent ...
 //   # = main_negative main_positive                           ... what it commands, where that has changed ...

@@ -274,7 +274,8 @@ constexpr std::array<BlockerAdvice, blocker_count> advice_table{{
      "go by; how much is left, is told.",
      "wait for the time that is told"},
     {Blocker::no_claim,
-     "A daemon that starts, or whose bus or processor was away, listens before it commands anything: for 0.15 to 0.4 s "
+     "A daemon that starts, or whose bus was down or loop stalled, listens before it commands anything: for 0.15 to "
+     "0.4 s "
      "with a power distribution unit, for three polls at the parked pace without one. If it receives a frame that only "
      "a "
      "master sends, it ends with exit code 71 and `second master`.",

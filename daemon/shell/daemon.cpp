@@ -230,7 +230,7 @@ Result<void, LifeFailure> Daemon::begin_next() {
   }
   const std::string why = to_text(life.error());
   next_.reset();
-  legacy.claim_held_until = {};  // nobody knows how long that has taken
+  legacy.claim_held_until = {};  // the failed begin took an unknown time
   auto again = DaemonLife::begin(*plan_, world(), legacy);
   if (!again) return failure(LifeFailure{.text = why + "; and then: " + to_text(again.error())});
   life_ = std::move(*again);

@@ -74,7 +74,7 @@ struct LifeWorld {
 /// What one life leaves to the next beside the state: orders that hold until the process ends.
 struct Legacy {
   bool is_balancing_off = false;
-  TimePoint claim_held_until{};  // through the ports of the next life; zero: the next one has to listen
+  TimePoint claim_held_until{};  // through the ports of the next session; zero: the next one listens
 };
 
 class DaemonLife {
@@ -91,7 +91,7 @@ class DaemonLife {
   void finish() { memory_->end(); }
 
   [[nodiscard]] const Core& core() const { return *core_; }
-  /// `next`: the plan that this life is left for. `left_at`: when its loop ended.
+  /// `next`: plan of the next session. `left_at`: end of this session's loop.
   [[nodiscard]] Legacy legacy(const LifePlan& next, TimePoint left_at) const;
 
  private:

@@ -416,7 +416,7 @@ void Loop::maintain_lines() {
   parts_.journal.log(Severity::error, "GPIO lines: " + error);
 }
 
-/// The first that the core is told.
+/// First observation of the session.
 void Loop::begin_claim() {
   const ClaimPlan& plan = parts_.claim;
   if (plan.length <= Duration{}) return;

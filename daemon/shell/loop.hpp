@@ -52,11 +52,11 @@ struct SignalFrom {
   std::int64_t process_id = 0;
 };
 
-/// How a life comes to command its pack (master_claim.hpp).
+/// How a session claims its pack (master_claim.hpp).
 struct ClaimPlan {
-  Duration length{};       // zero: nobody is listened for
-  Duration kept_max{};     // a claim of the life before is kept over a silence shorter than this
-  TimePoint held_until{};  // of the life before, through the same ports; zero: there is none
+  Duration length{};       // zero: no claim, the core sends at once
+  Duration kept_max{};     // the previous session's claim is kept over a shorter silence
+  TimePoint held_until{};  // by the previous session, through the same ports; zero: there is none
 };
 
 struct LoopParts {
@@ -96,7 +96,7 @@ class Loop {
   [[nodiscard]] Result<void, OsError> init();
   /// Runs until the pack is open after SIGTERM, SIGINT or leave(); a second signal ends it at once. Returns an error
   /// if the system refused what a loop cannot do without, or another master commands the pack; the outputs have been
-  /// commanded open then too, to another master's unit not by a frame.
+  /// commanded open then too, with another master on the bus without a frame.
   [[nodiscard]] Result<LoopEnd, OsError> run();
   /// This life ends, in the same order, for another one to begin.
   void leave();

@@ -156,7 +156,7 @@ TEST_CASE("a reload with the same bus goes on commanding at once, after a short 
   ReloadBench bench;
   bench.start();
   REQUIRE(bench.listener.hears_commands(5));
-  // A life that was away for longer than anybody listens has to listen, too.
+  // After a longer silence the next session listens.
   constexpr std::int64_t kept_max_ms = 100;
   constexpr int reloads_max = 20;
   bool is_quick = false;
@@ -164,7 +164,7 @@ TEST_CASE("a reload with the same bus goes on commanding at once, after a short 
     bench.put_with_period(80 + reload);
     const nlohmann::json done = bench.reload();
     REQUIRE(done.at("is_new_life") == true);
-    // A part of the time between the lives comes after what is told here.
+    // The reply is sent before the next session's loop begins.
     is_quick = done.at("away_ms") <= kept_max_ms / 2;
     const nlohmann::json status = ask_as(std::nullopt, bench.socket, R"({"cmd":"status"})");
     if (is_quick) CHECK(status.at("state").at("claim") == "held");

@@ -28,9 +28,9 @@ std::vector<std::string> command_of_another(const Bench& bench, const std::strin
 }
 
 /// Every frame of the bus that only a master sends.
-class MasterEar {
+class MasterReceiver {
  public:
-  explicit MasterEar(const std::string& bus) {
+  explicit MasterReceiver(const std::string& bus) {
     std::vector<std::uint32_t> ids{internal_bus::contactor_command.base_id, internal_bus::poll.base_id};
     for (std::uint32_t node = 0; node <= internal_bus::node_count_max; ++node) {
       ids.push_back(internal_bus::command.base_id + node);
@@ -75,13 +75,13 @@ TEST_CASE("a daemon that starts beside one whose pack is closed sends nothing an
     one.start_emulator("");
     one.start_daemon();
     if (!one.closes()) return false;
-    MasterEar ear(one.bus);
+    MasterReceiver receiver(one.bus);
     const std::string log = one.folder / "second.log";
     Process second(command_of_another(one, one.folder / "second.sock"), {.err_file = log});
     const int status = second.wait(test::hang_max);
-    ear.read();
+    receiver.read();
     const nlohmann::json answer = one.ask_json("status");
-    ear.read();
+    receiver.read();
     INFO(read_file(log));
     CHECK(status == 71);
     CHECK(read_file(log).find("second master: ") != std::string::npos);
@@ -89,8 +89,8 @@ TEST_CASE("a daemon that starts beside one whose pack is closed sends nothing an
     // What the first one received: nothing that only a master sends.
     REQUIRE(answer.is_object());
     CHECK(answer.at("receive").at("rejected_by_reason").value("foreign master", 0) == 0);
-    CHECK(ear.commands() > 0);
-    const bool is_well = ear.is_in_order() && !ear.was_opened() && answer.at("state").at("phase") == "closed";
+    CHECK(receiver.commands() > 0);
+    const bool is_well = receiver.is_in_order() && !receiver.was_opened() && answer.at("state").at("phase") == "closed";
     return is_well && one.listener.hears_commands(3) && is_closed(one.listener.last());
   });
   REQUIRE(bench->daemon);
@@ -141,7 +141,7 @@ TEST_CASE("of two daemons that start together on a silent bus exactly one goes o
   }
 }
 
-TEST_CASE("a daemon is ready when it has listened, and says before that that it listens",
+TEST_CASE("a daemon is ready after it has listened, and its status shows the listening before that",
           "[integration][daemon][bus]") {
   Bench bench;
   test::NotifySocket notify(bench.folder / "notify");
@@ -149,9 +149,9 @@ TEST_CASE("a daemon is ready when it has listened, and says before that that it 
   std::string before_ready;
   const auto give_up_at = steady_clock::now() + test::hang_max;
   while (steady_clock::now() < give_up_at) {
-    const auto said = notify.next(milliseconds(500));
-    if (said == "READY=1") break;
-    before_ready += said.value_or("") + "\n";
+    const auto message = notify.next(milliseconds(500));
+    if (message == "READY=1") break;
+    before_ready += message.value_or("") + "\n";
   }
   CHECK(before_ready.find("STATUS=open, listening for another master") != std::string::npos);
   REQUIRE(bench.listener.next(test::hang_max));  // what it may send, it sends in the same tick

@@ -99,14 +99,14 @@ TEST_CASE("each other port waits for as long after it came up, and while the int
   CHECK(claim.may_send(Port::vehicle, start + 1s + length));
   claim.note_port(Port::internal, false, start + 2s);
   CHECK_FALSE(claim.may_send(Port::internal, start + 2s));
-  CHECK(claim.may_send(Port::vehicle, start + 2s));  // that the pack is open is still said
+  CHECK(claim.may_send(Port::vehicle, start + 2s));  // reports of an open pack go on
   claim.note_port(Port::internal, true, start + 3s);
   CHECK_FALSE(claim.may_send(Port::vehicle, start + 3s));
   claim.step(start + 3s + length);
   CHECK(claim.may_send(Port::vehicle, start + 3s + length));
 }
 
-TEST_CASE("what a master's frame from somebody else means in each stage", "[unit][claim][F39]") {
+TEST_CASE("the effect of a second master's frame in each stage", "[unit][claim][F39]") {
   struct Case {
     const char* name;
     MasterClaim claim;
@@ -120,8 +120,8 @@ TEST_CASE("what a master's frame from somebody else means in each stage", "[unit
       Case{"proving", proving(), false, false, ClaimLoss::before_own_frame},
       Case{"held", held(), false, true, ClaimLoss::none},
       Case{"held, resting", held(), true, false, ClaimLoss::while_resting},
-      Case{"nobody claims", MasterClaim{}, false, true, ClaimLoss::none},
-      Case{"nobody claims, resting", MasterClaim{}, true, true, ClaimLoss::none},
+      Case{"no claim", MasterClaim{}, false, true, ClaimLoss::none},
+      Case{"no claim, resting", MasterClaim{}, true, true, ClaimLoss::none},
   };
   for (Case one : cases) {
     INFO(one.name);
@@ -157,13 +157,13 @@ TEST_CASE("what the loser had sent is ignored for two periods of the contactor c
   CHECK_FALSE(claim.note_rival(rival_id, echo_at + 100ms - 1ns, false));
   CHECK(claim.stage() == ClaimStage::held);
   CHECK(claim.note_rival(rival_id, echo_at + 100ms, false));
-  claim.note_echo(echo_at + 1s);  // a later echo begins nothing anew
+  claim.note_echo(echo_at + 1s);  // a later echo restarts nothing
   CHECK(claim.note_rival(rival_id, echo_at + 1s, false));
 }
 
 TEST_CASE("an echo proves nothing before the listening is over", "[unit][claim][F39]") {
   MasterClaim claim = listening_since_start();
-  claim.note_echo(start + 1ms);  // of a life before, on the same port
+  claim.note_echo(start + 1ms);  // of the previous session
   CHECK(claim.is_listening());
 }
 
@@ -194,7 +194,8 @@ TEST_CASE("a port that was down, and a gap in which the unit has opened by itsel
   CHECK(stopped.may_send(Port::vehicle, start + 1s + length));
   CHECK_FALSE(stopped.may_send(Port::charger, start + 1h));  // a gap brings no port up
 
-  for (MasterClaim claim_before : {proving(), listening_since_start()}) {  // had discarded what might have told
+  for (MasterClaim claim_before :
+       {proving(), listening_since_start()}) {  // the discarded frames may have been a master's
     claim_before.note_gap(131ms, start + 1s);
     CHECK(claim_before.is_listening());
     claim_before.step(start + 1s + length - 1ns);
@@ -216,7 +217,7 @@ TEST_CASE("a claim that is kept sends at once where its ports are up, and listen
   CHECK(claim.stage() == ClaimStage::held);
   CHECK(claim.may_send(Port::internal, start));
   CHECK(claim.may_send(Port::vehicle, start));
-  CHECK(claim.note_rival(rival_id, start, false));  // nothing of a loser's is on its way
+  CHECK(claim.note_rival(rival_id, start, false));  // no loser's frame is on its way
   claim.note_port(Port::charger, true, start + 1s);
   CHECK_FALSE(claim.may_send(Port::charger, start + 1s));
   claim.note_port(Port::internal, false, start + 1s);
@@ -252,12 +253,12 @@ TEST_CASE("leaving the rest a master proves its claim once more", "[unit][claim]
   MasterClaim listening = listening_since_start();
   listening.wake();
   CHECK(listening.is_listening());
-  MasterClaim nobodys;
-  nobodys.wake();
-  CHECK(nobodys.stage() == ClaimStage::held);
+  MasterClaim unclaimed;
+  unclaimed.wake();
+  CHECK(unclaimed.stage() == ClaimStage::held);
 }
 
-TEST_CASE("a claim that nobody began holds for ever", "[unit][claim][recording]") {
+TEST_CASE("without a begin the claim is held permanently", "[unit][claim][recording]") {
   MasterClaim claim;
   claim.note_port(Port::internal, true, start);
   claim.note_port(Port::internal, false, start);
@@ -378,12 +379,11 @@ struct Starting : CoreBench {
 
 }  // namespace
 
-TEST_CASE("a core that starts sends nothing on any port while it listens, then closes as ever",
-          "[unit][core][claim][F39]") {
+TEST_CASE("a core that starts sends nothing on any port while it listens, then closes", "[unit][core][claim][F39]") {
   Starting bench;
   const TimePoint began_at = bench.now();
   bench.run(60ms);
-  bench.inputs.vehicle_on = true;  // somebody is in a hurry
+  bench.inputs.vehicle_on = true;  // requested while listening
   bench.run(length - 70ms);
   CHECK(bench.sent().empty());
   CHECK(bench.core().claim().is_listening());
@@ -454,7 +454,7 @@ TEST_CASE("of two cores that start together the one that receives first stops, t
   winner.run(50ms);
   CHECK_FALSE(winner.is_active(FaultId::foreign_master));
   CHECK(winner.close());
-  winner.deliver(contactor_command_frame({}, 78));  // and another one later is what it always was
+  winner.deliver(contactor_command_frame({}, 78));  // and another one later is a fault
   winner.run(20ms);
   CHECK(winner.is_active(FaultId::foreign_master));
   CHECK_FALSE(winner.commanded().any_contactor());
@@ -510,7 +510,7 @@ TEST_CASE("a core that is to end while it listens sends nothing at all", "[unit]
   CHECK(bench.sent().empty());
 }
 
-TEST_CASE("a resting core gives way to a master that has started meanwhile, without a word",
+TEST_CASE("a resting core gives way to a master that has started meanwhile, and sends nothing",
           "[unit][core][claim][rest][BMS_F.9][F39]") {
   CoreConfig config = small_pack();
   config.rest = {.after = 10s, .look_every = 60s};
