@@ -4,7 +4,7 @@
 // CONTACTOR_COMMAND, and the PDU would open a closed pack. So each start listens before it sends, and two daemons that
 // start together on a silent bus decide by their first frames which one goes on.
 //
-//   listening --no master for `length`--> proving --echo of an own frame--> held --port down, long gap--> listening
+//   listening --no master for `length`--> proving --echo of an own frame--> held --200 ms of silence--> listening
 //       |                                    |                                |
 //       +----- second master's frame --------+--------------------------------+ (held: only while resting)
 //                                            v
@@ -12,7 +12,7 @@
 //
 //   listening   Nothing is sent on any port. Counted from the time at which the internal bus comes up. While that bus
 //               is down no master can be received or commanded, and each other port waits for `length` after it comes
-//               up itself.
+//               up for the first time.
 //   proving     Everything is sent. All participants of a bus receive the same frames in the same order, their own
 //               included: of two daemons one receives the other's frame before the echo of its own frame, and loses.
 //   held        A second master's frame is a fault (foreign_master, which opens), except for the frames that the loser
@@ -21,8 +21,8 @@
 //               listened and started meanwhile: the resting one, whose contactors are open, gives way. At the end of a
 //               rest it proves its claim as after listening.
 //
-// The claim is kept by sending. After its port was down, or after a gap of the loop in which the PDU has opened by its
-// timeout (claim_lapse), a second master may be there, and this one listens again. A reload with unchanged ports does
+// The claim is kept by sending. After its port was down, or the loop stalled, for as long as the PDU waits before it
+// opens (claim_lapse), a second master may be there, and this one listens again. A reload with unchanged ports does
 // not: the process is the same, keeps its sockets, and was silent for less than any start listens (claim_kept_max), so
 // a daemon that starts meanwhile receives the next frame. With another port, or after a longer silence, it listens as
 // at a start.
@@ -105,28 +105,22 @@ class MasterClaim {
 
   void note_port(Port port, bool is_up, TimePoint at) {
     if (!is_there()) return;
-    quiet_until_[index_of(port)] = is_up ? std::optional(keeps_ports_ ? at : at + length_) : std::nullopt;
-    const bool must_listen = port == Port::internal && stage_ != ClaimStage::lost && !(is_up && keeps_ports_);
-    if (must_listen) stage_ = ClaimStage::listening;
+    if (port == Port::internal) return note_bus(is_up, at);
+    std::optional<TimePoint>& until = quiet_until_[index_of(port)];
+    if (is_up && !until) until = keeps_ports_ ? at : at + length_;
   }
 
   /// The loop stalled for `gap`, until `now`: nothing was sent, and frames received meanwhile were discarded. A held
   /// claim outlives a short one, since the contactors may have to be opened by a frame at once.
   void note_gap(Duration gap, TimePoint now) {
     const bool goes_on = stage_ == ClaimStage::held && gap < claim_lapse;
-    if (!is_there() || is_lost() || goes_on) return;
-    for (std::optional<TimePoint>& until : quiet_until_) {
-      if (until) until = now + length_;
-    }
-    stage_ = ClaimStage::listening;
+    if (is_there() && !is_lost() && !goes_on) listen_from(now);
   }
 
   /// Once per tick, before anything is sent. Not called while the daemon shuts down.
   void step(TimePoint now) {
     keeps_ports_ = false;
-    const bool has_listened =
-        stage_ == ClaimStage::listening && is_bus_up() && now >= *quiet_until_[index_of(Port::internal)];
-    if (has_listened) stage_ = ClaimStage::proving;
+    if (is_listening() && now >= quiet_until_[index_of(Port::internal)]) stage_ = ClaimStage::proving;
   }
 
   /// A frame that only a master sends was received. True: it is a fault of the bus (foreign_master).
@@ -159,7 +153,7 @@ class MasterClaim {
   [[nodiscard]] std::uint32_t rival_id() const { return rival_id_; }
   [[nodiscard]] bool is_lost() const { return stage_ == ClaimStage::lost; }
   /// Listening for a bounded time: false while the internal bus is down.
-  [[nodiscard]] bool is_listening() const { return stage_ == ClaimStage::listening && is_bus_up(); }
+  [[nodiscard]] bool is_listening() const { return stage_ == ClaimStage::listening && is_bus_up_; }
   /// Whether the nodes of the internal bus may be commanded.
   [[nodiscard]] bool may_command() const { return stage_ == ClaimStage::held || stage_ == ClaimStage::proving; }
   [[nodiscard]] bool may_send(Port port, TimePoint now) const {
@@ -172,7 +166,26 @@ class MasterClaim {
  private:
   [[nodiscard]] static constexpr std::size_t index_of(Port port) { return static_cast<std::size_t>(port); }
   [[nodiscard]] bool is_there() const { return length_ > Duration{}; }
-  [[nodiscard]] bool is_bus_up() const { return quiet_until_[index_of(Port::internal)].has_value(); }
+  /// A bus that was down for less than the PDU waits is back before another start can have listened, and the contactors
+  /// may have to be opened by a frame at once.
+  void note_bus(bool is_up, TimePoint at) {
+    is_bus_up_ = is_up;
+    if (is_lost()) return;
+    const bool was_held = stage_ == ClaimStage::held;
+    if (!is_up) {
+      held_until_ = was_held ? std::optional(at) : std::nullopt;
+      stage_ = ClaimStage::listening;
+    } else if (held_until_ && at - *held_until_ < claim_lapse) {
+      stage_ = ClaimStage::held;
+    } else if (!keeps_ports_) {
+      listen_from(at);
+    }
+  }
+  void listen_from(TimePoint at) {
+    quiet_until_[index_of(Port::internal)] = at + length_;
+    held_until_.reset();
+    stage_ = ClaimStage::listening;
+  }
   bool lose(ClaimLoss loss, std::uint32_t id) {
     stage_ = ClaimStage::lost;
     loss_ = loss;
@@ -184,10 +197,12 @@ class MasterClaim {
   ClaimStage stage_ = ClaimStage::held;
   ClaimLoss loss_ = ClaimLoss::none;
   std::uint32_t rival_id_ = 0;
-  bool keeps_ports_ = false;
-  std::array<std::optional<TimePoint>, port_count> quiet_until_{};  // no value: the port is down
+  bool keeps_ports_ = false;  // until the first step
+  bool is_bus_up_ = false;
+  std::optional<TimePoint> held_until_{};  // when the internal bus went down under a held claim
+  std::array<std::optional<TimePoint>, port_count> quiet_until_{};  // no value: the port was never up
   std::optional<TimePoint> proved_at_{};                            // time of the echo that proved the claim
-  BMU_FIELDS(length_, stage_, loss_, rival_id_, keeps_ports_, quiet_until_, proved_at_)
+  BMU_FIELDS(length_, stage_, loss_, rival_id_, keeps_ports_, is_bus_up_, held_until_, quiet_until_, proved_at_)
 };
 
 }  // namespace bmu

@@ -100,6 +100,9 @@ TEST_CASE("each other port waits for as long after it came up, and while the int
   claim.note_port(Port::internal, false, start + 2s);
   CHECK_FALSE(claim.may_send(Port::internal, start + 2s));
   CHECK(claim.may_send(Port::vehicle, start + 2s));  // reports of an open pack go on
+  claim.note_port(Port::vehicle, false, start + 2s);
+  claim.note_port(Port::vehicle, true, start + 2s);  // once is enough
+  CHECK(claim.may_send(Port::vehicle, start + 2s));
   claim.note_port(Port::internal, true, start + 3s);
   CHECK_FALSE(claim.may_send(Port::vehicle, start + 3s));
   claim.step(start + 3s + length);
@@ -173,6 +176,15 @@ TEST_CASE("a port that was down, and a gap in which the unit has opened by itsel
   claim.note_port(Port::internal, false, start + 1s);
   CHECK_FALSE(claim.may_command());
   CHECK_FALSE(claim.is_listening());
+  MasterClaim back_at_once = claim;
+  back_at_once.note_port(Port::internal, true, start + 1s + 200ms - 1ns);
+  CHECK(back_at_once.stage() == ClaimStage::held);
+  claim.note_port(Port::internal, true, start + 1s + 200ms);
+  CHECK(claim.is_listening());
+  claim.note_port(Port::internal, false, start + 1s + 250ms);  // listening is no claim that a short loss could leave
+  claim.note_port(Port::internal, true, start + 1s + 251ms);
+  CHECK(claim.is_listening());
+  claim.note_port(Port::internal, false, start + 2s);
   claim.note_port(Port::internal, true, start + 2s);
   CHECK(claim.is_listening());
   claim.step(start + 2s + length - 1ns);
@@ -182,6 +194,11 @@ TEST_CASE("a port that was down, and a gap in which the unit has opened by itsel
 
   MasterClaim stopped = held();
   stopped.note_port(Port::vehicle, true, start);
+  MasterClaim down = stopped;
+  down.note_port(Port::internal, false, start + 1s);
+  down.note_gap(200ms, start + 1s + 150ms);  // both, and no claim survives it
+  down.note_port(Port::internal, true, start + 1s + 160ms);
+  CHECK(down.is_listening());
   stopped.note_gap(200ms - 1ns, start + 1s);
   CHECK(stopped.may_command());
   stopped.note_gap(200ms, start + 1s);
@@ -192,7 +209,7 @@ TEST_CASE("a port that was down, and a gap in which the unit has opened by itsel
   stopped.step(start + 1s + length);
   CHECK(stopped.may_command());
   CHECK(stopped.may_send(Port::vehicle, start + 1s + length));
-  CHECK_FALSE(stopped.may_send(Port::charger, start + 1h));  // a gap brings no port up
+  CHECK_FALSE(stopped.may_send(Port::charger, start + 1h));  // never came up
 
   for (MasterClaim claim_before :
        {proving(), listening_since_start()}) {  // the discarded frames may have been a master's
@@ -221,7 +238,7 @@ TEST_CASE("a claim that is kept sends at once where its ports are up, and listen
   claim.note_port(Port::charger, true, start + 1s);
   CHECK_FALSE(claim.may_send(Port::charger, start + 1s));
   claim.note_port(Port::internal, false, start + 1s);
-  claim.note_port(Port::internal, true, start + 1s);
+  claim.note_port(Port::internal, true, start + 2s);
   CHECK(claim.is_listening());
 
   MasterClaim late;
@@ -487,13 +504,22 @@ TEST_CASE("a core whose bus was away listens before it sends again", "[unit][cor
   Starting bench;
   REQUIRE(bench.close());
   bench.observe(PortChanged{Port::internal, false});
-  bench.run(50ms);
-  bench.observe(PortChanged{Port::internal, true});
+  bench.run(300ms);
   const std::size_t sent = bench.sent().size();
+  bench.observe(PortChanged{Port::internal, true});
   bench.run(length - 10ms);
   CHECK(bench.sent().size() == sent);
   bench.run(20ms);
   CHECK(bench.sent().size() > sent);
+
+  Starting brief;
+  REQUIRE(brief.close());
+  brief.observe(PortChanged{Port::internal, false});
+  brief.run(50ms);
+  const std::size_t sent_before = brief.sent().size();
+  brief.observe(PortChanged{Port::internal, true});
+  REQUIRE(brief.sent().size() > sent_before);  // the unit may still be closed: it is commanded open at once
+  CHECK_FALSE(outputs_of(brief.sent()[sent_before].frame).any_contactor());
 }
 
 TEST_CASE("a claim that is kept lets a core send with its first tick", "[unit][core][claim]") {
