@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "daemon/history/history_schema.hpp"
+
 namespace bmu {
 
 namespace {
@@ -68,7 +70,22 @@ constexpr std::array row_table{
     column("modules_answering_min", &HistoryRow::modules_answering_min),
     column("faults", &HistoryRow::faults),
     column("warnings", &HistoryRow::warnings),
+    // Version 2.
+    column("energy_left_mWh", &HistoryRow::energy_left_mWh),
+    column("energy_left_sigma_mWh", &HistoryRow::energy_left_sigma_mWh),
+    column("discharge_power_W", &HistoryRow::discharge_power_W),
+    column("charge_power_W", &HistoryRow::charge_power_W),
+    column("discharge_continuous_power_W", &HistoryRow::discharge_continuous_power_W),
+    column("charge_continuous_power_W", &HistoryRow::charge_continuous_power_W),
+    column("discharge_power_cause", &HistoryRow::discharge_power_cause),
+    column("charge_power_cause", &HistoryRow::charge_power_cause),
+    column("discharge_continuous_power_cause", &HistoryRow::discharge_continuous_power_cause),
+    column("charge_continuous_power_cause", &HistoryRow::charge_continuous_power_cause),
 };
+/// How many of them the schema has up to each version.
+constexpr std::array<std::size_t, 3> columns_up_to{0, 52, row_table.size()};
+static_assert(columns_up_to.size() == history_version + 1);
+static_assert(row_table[columns_up_to[1] - 1].name == "warnings");
 
 constexpr std::array event_table{
     column("life", &HistoryEvent::life),
@@ -110,6 +127,17 @@ constexpr std::array sensor_table{
 
 std::span<const HistoryColumn<HistoryRow>> row_columns() {
   return row_table;
+}
+
+std::span<const HistoryColumn<HistoryRow>> row_columns_of(std::int64_t version) {
+  const auto index = static_cast<std::size_t>(version);
+  return std::span(row_table).subspan(columns_up_to.at(index - 1),
+                                      columns_up_to.at(index) - columns_up_to.at(index - 1));
+}
+
+std::size_t minute_columns(std::int64_t version) {
+  constexpr std::size_t others = 4;  // sequence, cells, sensors, checksum
+  return columns_up_to.at(static_cast<std::size_t>(version)) + others;
 }
 
 std::span<const HistoryColumn<HistoryEvent>> event_columns() {

@@ -2,7 +2,8 @@
 // the statements that make, fill and read the tables, the checksum of a row, and what `bmuctl history` writes as CSV
 // and JSON.
 //
-// The schema's first version is made of all of them. A later one adds rows here and a step in history_schema.cpp.
+// Each version of the schema has the columns of those before it, and adds its own behind them: `row_columns_of` has
+// those of one version, and a step in history_schema.cpp makes them. Rows that were written before have none in them.
 #pragma once
 
 #include <cstdint>
@@ -21,8 +22,12 @@ struct HistoryColumn {
   std::string Row::*text = nullptr;
 };
 
-/// Without `sequence`, the arrays and the checksum.
+/// Without `sequence`, the arrays and the checksum; of all versions, the first version's first.
 [[nodiscard]] std::span<const HistoryColumn<HistoryRow>> row_columns();
+/// Those that this version of the schema has added, from 1 to history_version.
+[[nodiscard]] std::span<const HistoryColumn<HistoryRow>> row_columns_of(std::int64_t version);
+/// How many columns the table of minutes has: `sequence`, both arrays and the checksum included.
+[[nodiscard]] std::size_t minute_columns(std::int64_t version);
 [[nodiscard]] std::span<const HistoryColumn<HistoryEvent>> event_columns();
 
 struct HistoryCellColumn {

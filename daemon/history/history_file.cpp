@@ -221,11 +221,11 @@ HistoryResult<void> HistoryFile::make_ours(const Database& database) const {
 /// A newer bmud has something that this one does not know, an older one lacks something.
 HistoryResult<void> HistoryFile::check_version(const Database& database, std::int64_t version) const {
   if (version == history_version) return {};
-  const auto is_known = is_schema(database, history_steps());
-  if (!is_known) return failure(error_of(is_known.error()));
-  if (*is_known) {
+  const auto by_tables = version_by_tables(database);
+  if (!by_tables) return failure(error_of(by_tables.error()));
+  if (by_tables->has_value() && *by_tables != version) {
     return failure(error_of(damaged("has schema " + std::to_string(version) + " by its beginning, and schema " +
-                                    std::to_string(history_version) + " by its tables")));
+                                    std::to_string(**by_tables) + " by its tables")));
   }
   if (version < history_version) return {};
   return failure(HistoryError{HistoryTrouble::newer, options_.path + ": was written by a newer bmud (schema " +
@@ -333,10 +333,13 @@ DatabaseResult<void> HistoryFile::insert(Open& open, std::span<const HistoryRow>
     const std::string cells = blob_of(row.cells);
     const std::string sensors = blob_of(row.sensors);
     open.insert_minute->bind(1, row.sequence);
-    const int next = bind_columns(*open.insert_minute, 2, row_columns(), row);
-    open.insert_minute->bind_blob(next, cells);
-    open.insert_minute->bind_blob(next + 1, sensors);
-    open.insert_minute->bind(next + 2, checksum_of(row, cells, sensors));
+    int next = bind_columns(*open.insert_minute, 2, row_columns_of(1), row);
+    open.insert_minute->bind_blob(next++, cells);
+    open.insert_minute->bind_blob(next++, sensors);
+    open.insert_minute->bind(next++, checksum_of(row, cells, sensors));
+    for (std::int64_t version = 2; version <= history_version; ++version) {
+      next = bind_columns(*open.insert_minute, next, row_columns_of(version), row);
+    }
     if (auto inserted = step_once(*open.insert_minute); !inserted) return inserted;
   }
   sequence = next_sequence(open.database, "SELECT max(sequence) FROM event");

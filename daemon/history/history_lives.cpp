@@ -73,11 +73,11 @@ void HistoryLives::read(const Database& database) {
 
 /// `place` has no rowids, by which rows are found page by page; it says nothing that `layout` does not say.
 void HistoryLives::read(StrayRows& rows) {
-  rows.for_each(layout_columns, 0, history_number_max, [&](const RowValues& row, std::int64_t) {
+  rows.for_each({layout_columns, layout_columns}, 0, history_number_max, [&](const RowValues& row, std::int64_t) {
     take_layout(row);
     return layouts_.size() < lives_max;
   });
-  rows.for_each(life_columns, 0, history_number_max, [&](const RowValues& row, std::int64_t id) {
+  rows.for_each({life_columns, life_columns}, 0, history_number_max, [&](const RowValues& row, std::int64_t id) {
     if (find(id) == nullptr) take_life(id, row);
     return lives_.size() < lives_max;
   });

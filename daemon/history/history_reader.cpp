@@ -74,16 +74,21 @@ int read_columns(const RowValues& values, int index, std::span<const HistoryColu
   return index;
 }
 
+constexpr int arrays_and_checksum = 3;
+
 HistoryRow numbers_of(const RowValues& values) {
   HistoryRow row;
   row.sequence = values.number(0).value_or(-1);
-  read_columns(values, 1, row_columns(), row);
+  int next = read_columns(values, 1, row_columns_of(1), row) + arrays_and_checksum;
+  for (std::int64_t version = 2; version <= history_version; ++version) {
+    next = read_columns(values, next, row_columns_of(version), row);
+  }
   return row;
 }
 
 /// Takes cells and sensors to the numbers: "", or what is wrong with them all. Its life is not looked at.
 std::string add_arrays(const RowValues& values, HistoryRow& row) {
-  const int blobs = static_cast<int>(row_columns().size()) + 1;
+  const int blobs = static_cast<int>(row_columns_of(1).size()) + 1;
   const std::string_view cells = values.text(blobs).value_or("");
   const std::string_view sensors = values.text(blobs + 1).value_or("");
   if (values.number(blobs + 2) != checksum_of(row, cells, sensors)) return "the checksum is wrong";
@@ -261,6 +266,7 @@ Result<void, HistoryReader::Refusal> HistoryReader::check() {
   is_new_ = has_no_table_yet();
   if (is_new_) return {};
   if (minutes_found->value_or(0) != 1) return refused("is no history of bmud");
+  find_version();
   if (auto checked = check_version(); !checked) return checked;
   const auto select = database_->prepare(minutes().select);
   if (!select) return refused("is damaged where its tables are named: " + select.error().what);
@@ -270,7 +276,7 @@ Result<void, HistoryReader::Refusal> HistoryReader::check() {
     is_ruin_ = true;
     note(path_ + " is cut short: what of it can be read follows");
   }
-  const auto is_whole = has_schema(*database_, history_steps());
+  const auto is_whole = has_schema(*database_, history_steps(version_));
   if (!is_whole || !*is_whole) note("the tables are not all those of a history");
   is_new_ = has_no_row_yet();
   return {};
@@ -297,12 +303,19 @@ bool HistoryReader::has_no_row_yet() const {
   return rows && rows->value_or(1) == 0;
 }
 
+/// The newest whose columns are all there: the number may be what is damaged.
+void HistoryReader::find_version() {
+  for (version_ = history_version; version_ > 1; --version_) {
+    if (database_->prepare(select_minutes_sql(version_))) return;
+  }
+}
+
 /// A newer bmud has something that this one does not know. Where everything is known the number is what is wrong.
 Result<void, HistoryReader::Refusal> HistoryReader::check_version() {
   const auto version = database_->number("PRAGMA user_version");
-  if (!version || *version == history_version) return {};
-  const auto is_known = is_schema(*database_, history_steps());
-  if (is_known && *is_known && has_whole_row()) {
+  if (!version || *version == version_) return {};
+  const auto by_tables = version_by_tables(*database_);
+  if (by_tables && by_tables->has_value() && has_whole_row()) {
     note_damaged_beginning();
   } else if (version->value_or(0) > history_version) {
     return failure(Refusal{.why = path_ + ": was written by a newer bmud (schema " +
@@ -381,18 +394,24 @@ HistoryReader::Range HistoryReader::range_of(const HistorySpan& span) {
           .last = std::min(sequence_max, statement->number(1).value_or(0))};
 }
 
-const HistoryReader::Table& HistoryReader::minutes() {
-  static const Table table{.name = "minute",
-                           .select = select_minutes_sql(),
-                           .columns = row_columns().size() + 4,
-                           .is_whole = is_whole_minute};
-  return table;
+const HistoryReader::Table& HistoryReader::minutes() const {
+  static const auto table_of = [](std::int64_t version) {
+    return Table{.name = "minute",
+                 .select = select_minutes_sql(version),
+                 .columns = minute_columns(history_version),
+                 .columns_min = minute_columns(1),
+                 .is_whole = is_whole_minute};
+  };
+  static const std::array tables{table_of(1), table_of(2)};
+  static_assert(tables.size() == history_version);
+  return tables.at(static_cast<std::size_t>(version_ - 1));
 }
 
 const HistoryReader::Table& HistoryReader::events() {
   static const Table table{.name = "event",
                            .select = select_events_sql(),
                            .columns = event_columns().size() + 2,
+                           .columns_min = event_columns().size() + 2,
                            .is_whole = is_whole_event};
   return table;
 }
@@ -444,13 +463,14 @@ void HistoryReader::scan_quietly(const Table& table, const TakeValues& take) {
 bool HistoryReader::bridge(const Table& table, Range gap, const std::string& trouble, const TakeValues& take) {
   bool is_enough = false;
   std::int64_t next = gap.first;
-  strays().for_each(table.columns, gap.first, gap.last, [&](const RowValues& values, std::int64_t sequence) {
-    if (sequence < next || !table.is_whole(values)) return true;
-    if (sequence > next) note_gap(table.name, next, sequence - 1, trouble);
-    next = sequence + 1;
-    is_enough = !take(values, sequence);
-    return !is_enough;
-  });
+  strays().for_each({table.columns_min, table.columns}, gap.first, gap.last,
+                    [&](const RowValues& values, std::int64_t sequence) {
+                      if (sequence < next || !table.is_whole(values)) return true;
+                      if (sequence > next) note_gap(table.name, next, sequence - 1, trouble);
+                      next = sequence + 1;
+                      is_enough = !take(values, sequence);
+                      return !is_enough;
+                    });
   if (!is_enough && next <= gap.last) note_gap(table.name, next, gap.last, trouble);
   return !is_enough;
 }
@@ -466,12 +486,13 @@ StrayRows& HistoryReader::strays() {
 HistoryReader::Range HistoryReader::range_of_strays(const Table& table, const std::string& trouble) {
   Range range{.first = 1, .last = 0};
   std::size_t count = 0;
-  strays().for_each(table.columns, 0, sequence_max, [&](const RowValues& values, std::int64_t sequence) {
-    if (!table.is_whole(values)) return true;
-    if (count++ == 0) range.first = sequence;
-    range.last = sequence;
-    return true;
-  });
+  strays().for_each({table.columns_min, table.columns}, 0, sequence_max,
+                    [&](const RowValues& values, std::int64_t sequence) {
+                      if (!table.is_whole(values)) return true;
+                      if (count++ == 0) range.first = sequence;
+                      range.last = sequence;
+                      return true;
+                    });
   if (!database_) return range;
   note("the way to the rows of " + table.name + " is damaged (" + trouble + "): " + std::to_string(count) +
        " were found page by page, more may have been there");

@@ -16,6 +16,8 @@
 // beginning of the file is, without which SQLite opens nothing: by a whole row on any of its pages it is known as a
 // history. Where nobody has it open it takes no room on the disk, and no right to write.
 //
+// A history of an older schema is read as it is: what its rows do not have is not there.
+//
 // A file that the daemon is just creating opens as a history without rows, is_new(): an empty file, a database without
 // tables, one that its creator holds locked, and what a creator that was killed left behind.
 //
@@ -33,6 +35,7 @@
 #include "daemon/history/database.hpp"
 #include "daemon/history/history_lives.hpp"
 #include "daemon/history/history_row.hpp"
+#include "daemon/history/history_schema.hpp"
 #include "daemon/history/stray_rows.hpp"
 #include "protocol/result.hpp"
 
@@ -89,7 +92,8 @@ class HistoryReader {
   struct Table {
     std::string name;
     std::string select;
-    std::size_t columns = 0;
+    std::size_t columns = 0;                              // of a row of the newest version
+    std::size_t columns_min = 0;                          // of the oldest
     bool (*is_whole)(const RowValues& values) = nullptr;  // its checksum is right
   };
   using TakeValues = std::function<bool(const RowValues& values, std::int64_t sequence)>;
@@ -111,12 +115,13 @@ class HistoryReader {
                                                                         const std::string& refusal);
   [[nodiscard]] Result<void, Refusal> check();
   [[nodiscard]] Result<void, Refusal> check_version();
+  void find_version();
   [[nodiscard]] bool has_no_table_yet() const;
   [[nodiscard]] bool has_no_row_yet() const;
   [[nodiscard]] bool has_whole_row();
   void read_lives();
   [[nodiscard]] Range range_of(const HistorySpan& span);
-  [[nodiscard]] static const Table& minutes();
+  [[nodiscard]] const Table& minutes() const;
   [[nodiscard]] static const Table& events();
   [[nodiscard]] Range range_of(const Table& table);
   [[nodiscard]] Range range_of_strays(const Table& table, const std::string& trouble);
@@ -137,6 +142,7 @@ class HistoryReader {
   std::optional<Database> database_;  // none: nothing leads into the file, what is in it is found page by page
   bool is_ruin_ = false;              // then nothing is looked up, everything is looked through
   bool is_new_ = false;
+  std::int64_t version_ = history_version;  // of the tables
   HistoryLives lives_;
   std::unique_ptr<StrayRows> strays_;  // once something cannot be reached; beside the writer of none
   std::vector<std::string> notes_;

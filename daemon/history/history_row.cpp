@@ -147,6 +147,8 @@ void fill_end(const Minute& minute, HistoryRow& row) {
   row.health_by_capacity_permille = number(minute.health_by_capacity_permille);
   row.health_by_resistance_permille = number(minute.health_by_resistance_permille);
   row.pack_resistance_uOhm = minute.pack_resistance_uOhm;
+  row.energy_left_mWh = minute.energy_left_mWh;
+  row.energy_left_sigma_mWh = minute.energy_left_sigma_mWh;
   row.phase = to_text(minute.phase);
   row.mode = to_text(minute.mode);
   if (!minute.totals) return;

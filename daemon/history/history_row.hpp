@@ -103,6 +103,18 @@ struct HistoryRow {
   std::string faults;    // names with a comma between; "": none
   std::string warnings;  //
 
+  // At the end of the minute; not there in rows of a schema before the second.
+  HistoryNumber energy_left_mWh;        // at the load of then (estimators/energy_left.hpp)
+  HistoryNumber energy_left_sigma_mWh;  // one standard deviation
+  HistoryNumber discharge_power_W;      // permissible: power_limits.hpp
+  HistoryNumber charge_power_W;
+  HistoryNumber discharge_continuous_power_W;
+  HistoryNumber charge_continuous_power_W;
+  std::string discharge_power_cause;
+  std::string charge_power_cause;
+  std::string discharge_continuous_power_cause;
+  std::string charge_continuous_power_cause;
+
   std::vector<HistoryCell> cells;      // by number through the pack
   std::vector<HistorySensor> sensors;  // by HistoryLayout
 

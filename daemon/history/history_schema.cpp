@@ -79,7 +79,7 @@ std::string version_1() {
          "CREATE TABLE life (id INTEGER PRIMARY KEY, token TEXT NOT NULL, version TEXT NOT NULL,\n"
          "  pack_name TEXT NOT NULL, config TEXT NOT NULL, period_s INTEGER, layout INTEGER);\n"
          "CREATE TABLE minute (sequence INTEGER PRIMARY KEY" +
-         definitions(row_columns()) +
+         definitions(row_columns_of(1)) +
          ",\n  cells BLOB, sensors BLOB, checksum INTEGER);\n"
          "CREATE INDEX minute_by_time ON minute (unix_time_ms);\n"
          "CREATE TABLE event (sequence INTEGER PRIMARY KEY" +
@@ -100,7 +100,19 @@ std::string version_1() {
                    {"temperature_samples", ""}});
 }
 
-constexpr std::array step_table{SchemaStep{.version = 1, .sql = version_1}};
+// --- version 2 ---
+
+/// Rows that are there already have nothing in them, and are not touched.
+std::string version_2() {
+  std::string text;
+  for (const HistoryColumn<HistoryRow>& column : row_columns_of(2)) {
+    text += "ALTER TABLE minute ADD COLUMN " + std::string(column.name) +
+            (column.number != nullptr ? " INTEGER" : " TEXT NOT NULL DEFAULT ''") + ";\n";
+  }
+  return text;
+}
+
+constexpr std::array step_table{SchemaStep{.version = 1, .sql = version_1}, SchemaStep{.version = 2, .sql = version_2}};
 static_assert(step_table.back().version == history_version);
 
 DatabaseResult<void> take(const Database& database, const SchemaStep& step) {
@@ -127,6 +139,13 @@ DatabaseResult<std::vector<std::string>> things_in(const Database& database) {
   }
 }
 
+/// All columns of the table, in its order.
+std::string minute_names(std::int64_t version) {
+  std::string text = "sequence" + names(row_columns_of(1)) + ", cells, sensors, checksum";
+  for (std::int64_t added = 2; added <= version; ++added) text += names(row_columns_of(added));
+  return text;
+}
+
 /// What a database has beside what steps make.
 struct Comparison {
   bool has_all = false;
@@ -149,8 +168,8 @@ DatabaseResult<Comparison> compare(const Database& database, std::span<const Sch
 
 }  // namespace
 
-std::span<const SchemaStep> history_steps() {
-  return step_table;
+std::span<const SchemaStep> history_steps(std::int64_t version) {
+  return std::span(step_table).first(static_cast<std::size_t>(version));
 }
 
 DatabaseResult<void> migrate(const Database& database, std::span<const SchemaStep> steps) {
@@ -175,13 +194,25 @@ DatabaseResult<bool> is_schema(const Database& database, std::span<const SchemaS
   return compared->has_all && !compared->has_more;
 }
 
-std::string insert_minute_sql() {
-  return insert_sql("minute", "sequence" + names(row_columns()) + ", cells, sensors, checksum",
-                    row_columns().size() + 4);
+DatabaseResult<std::optional<std::int64_t>> version_by_tables(const Database& database) {
+  for (std::int64_t version = history_version; version >= 1; --version) {
+    const auto is_this = is_schema(database, history_steps(version));
+    if (!is_this) return failure(is_this.error());
+    if (*is_this) return std::optional(version);
+  }
+  return std::optional<std::int64_t>{};
 }
 
-std::string select_minutes_sql() {
-  return "SELECT sequence" + names(row_columns()) + ", cells, sensors, checksum FROM minute";
+std::string insert_minute_sql() {
+  return insert_sql("minute", minute_names(history_version), minute_columns(history_version));
+}
+
+std::string select_minutes_sql(std::int64_t version) {
+  std::string text = "SELECT " + minute_names(version);
+  for (std::size_t missing = minute_columns(version); missing < minute_columns(history_version); ++missing) {
+    text += ", NULL";
+  }
+  return text + " FROM minute";
 }
 
 std::string insert_event_sql() {

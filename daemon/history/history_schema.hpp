@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -13,7 +14,7 @@ namespace bmu {
 
 /// "bmud": tells our files from those of other programs (PRAGMA application_id).
 inline constexpr std::int64_t history_application_id = 0x62'6D'75'64;
-inline constexpr std::int64_t history_version = 1;
+inline constexpr std::int64_t history_version = 2;
 /// Of each history, whatever a damaged one says.
 inline constexpr std::size_t history_page_bytes = 8'192;
 /// No history has as many rows, and no time is as many milliseconds: a larger number is made up.
@@ -24,8 +25,8 @@ struct SchemaStep {
   std::int64_t version = 0;
   std::string (*sql)() = nullptr;
 };
-/// To `history_version`, the first from an empty file.
-[[nodiscard]] std::span<const SchemaStep> history_steps();
+/// To `version`, the first from an empty file.
+[[nodiscard]] std::span<const SchemaStep> history_steps(std::int64_t version = history_version);
 
 /// Takes those steps that lead beyond the version of the database, each as a whole or not at all.
 [[nodiscard]] DatabaseResult<void> migrate(const Database& database, std::span<const SchemaStep> steps);
@@ -35,10 +36,14 @@ struct SchemaStep {
 /// The same, and nothing else is in it: then the steps have made it, whatever its version says.
 [[nodiscard]] DatabaseResult<bool> is_schema(const Database& database, std::span<const SchemaStep> steps);
 
-/// "INSERT INTO minute (...) VALUES (...)": sequence, the columns of history_columns.hpp in their order, for a minute
-/// `cells` and `sensors`, and `checksum`; the SELECT has the same order.
+/// The version whose tables, and nothing else, are in the database, whatever its number is; none if there is none.
+[[nodiscard]] DatabaseResult<std::optional<std::int64_t>> version_by_tables(const Database& database);
+
+/// "INSERT INTO minute (...) VALUES (...)": sequence, the columns of the first version in the order of
+/// history_columns.hpp, for a minute `cells` and `sensors`, `checksum`, and the columns of the later versions. The
+/// SELECT has the same order, which is that of the table. `version`: of the database; columns that it lacks are NULL.
 [[nodiscard]] std::string insert_minute_sql();
-[[nodiscard]] std::string select_minutes_sql();
+[[nodiscard]] std::string select_minutes_sql(std::int64_t version = history_version);
 [[nodiscard]] std::string insert_event_sql();
 [[nodiscard]] std::string select_events_sql();
 

@@ -60,6 +60,8 @@ struct Minute {
   std::optional<std::int32_t> health_by_capacity_permille;
   std::optional<std::int32_t> health_by_resistance_permille;
   std::optional<std::int64_t> pack_resistance_uOhm;
+  std::optional<std::int64_t> energy_left_mWh;
+  std::optional<std::int64_t> energy_left_sigma_mWh;
   CurrentLimits limits;
   Phase phase{};
   PackMode mode{};

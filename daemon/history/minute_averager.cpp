@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "daemon/core/estimators/energy_left.hpp"
 #include "daemon/core/estimators/pack_health.hpp"
 #include "protocol/units.hpp"
 
@@ -167,6 +168,13 @@ void MinuteAverager::fill_pack(TimePoint at) {
   minute_.pack_resistance_uOhm.reset();
   if (health.resistance.is_known) {
     minute_.pack_resistance_uOhm = std::llround(health.resistance.resistance_Ohm * uOhm_per_Ohm);
+  }
+  const EnergyLeft energy = energy_left(estimate, core_.config());
+  minute_.energy_left_mWh.reset();
+  minute_.energy_left_sigma_mWh.reset();
+  if (energy.is_known) {
+    minute_.energy_left_mWh = in_mWh(energy.energy_Wh);
+    minute_.energy_left_sigma_mWh = in_mWh(energy.sigma_Wh);
   }
   minute_.limits = core_.limits();
   minute_.phase = core_.sequence().phase;

@@ -6,6 +6,7 @@
 #include <zlib.h>
 
 #include "daemon/history/history_columns.hpp"
+#include "daemon/history/history_schema.hpp"
 #include "protocol/units.hpp"
 
 namespace bmu {
@@ -70,6 +71,13 @@ void add_columns(RowChecksum& checksum, std::span<const HistoryColumn<Row>> colu
       checksum.add(row.*column.text);
     }
   }
+}
+
+/// Nothing in the columns of a version: the row was written by one before it.
+bool lacks(const HistoryRow& row, std::span<const HistoryColumn<HistoryRow>> columns) {
+  return std::all_of(columns.begin(), columns.end(), [&](const HistoryColumn<HistoryRow>& column) {
+    return column.number != nullptr ? !(row.*column.number).has_value() : (row.*column.text).empty();
+  });
 }
 
 }  // namespace
@@ -160,9 +168,12 @@ void RowChecksum::add_bytes(char kind, std::string_view bytes) {
 std::int64_t checksum_of(const HistoryRow& row, std::string_view cells, std::string_view sensors) {
   RowChecksum checksum;
   checksum.add(HistoryNumber(row.sequence));
-  add_columns(checksum, row_columns(), row);
+  add_columns(checksum, row_columns_of(1), row);
   checksum.add(cells);
   checksum.add(sensors);
+  for (std::int64_t version = 2; version <= history_version; ++version) {
+    if (!lacks(row, row_columns_of(version))) add_columns(checksum, row_columns_of(version), row);
+  }
   return checksum.value();
 }
 

@@ -45,7 +45,8 @@ class RowChecksum {
   unsigned long crc_ = 0;
 };
 
-/// Over all that a database keeps of it but the checksum itself.
+/// Over all that a database keeps of it but the checksum itself. Columns of a version of which a row has none do not
+/// count: a row of an older version keeps its checksum when the database is led to a newer one.
 [[nodiscard]] std::int64_t checksum_of(const HistoryRow& row, std::string_view cells, std::string_view sensors);
 [[nodiscard]] std::int64_t checksum_of(const HistoryEvent& event);
 

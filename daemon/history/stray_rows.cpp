@@ -76,18 +76,24 @@ class Record : public RowValues {
   [[nodiscard]] std::size_t columns() const { return columns_.size(); }
   [[nodiscard]] std::optional<std::int64_t> number(int column) const override {
     if (column == 0) return rowid_;
-    const Column& found = columns_.at(static_cast<std::size_t>(column));
+    const Column found = column_at(column);
     if (found.type == 8 || found.type == 9) return static_cast<std::int64_t>(found.type - 8);
     if (found.type == 0 || found.type > 6) return std::nullopt;
     return signed_of(bytes_, found);
   }
   [[nodiscard]] std::optional<std::string_view> text(int column) const override {
-    const Column& found = columns_.at(static_cast<std::size_t>(column));
+    const Column found = column_at(column);
     if (found.type < 12) return std::nullopt;
     return std::string_view(bytes_).substr(found.at, size_of(found.type));
   }
 
  private:
+  /// One that is not there is NULL, type 0.
+  [[nodiscard]] Column column_at(int column) const {
+    const auto index = static_cast<std::size_t>(column);
+    return index < columns_.size() ? columns_[index] : Column{};
+  }
+
   std::string bytes_;
   std::int64_t rowid_;
   std::vector<Column> columns_;
@@ -145,11 +151,12 @@ std::string StrayRows::record_at(const Place& place) {
   return record;
 }
 
-void StrayRows::for_each(std::size_t columns, std::int64_t first, std::int64_t last,
+void StrayRows::for_each(const Columns& columns, std::int64_t first, std::int64_t last,
                          const std::function<bool(const RowValues& row, std::int64_t rowid)>& take) {
   for (auto at = rows_.lower_bound(first); at != rows_.end() && at->first <= last; ++at) {
     const Record record(record_at(at->second), at->first);
-    if (record.columns() == columns && !take(record, at->first)) return;
+    const bool fits = record.columns() >= columns.min && record.columns() <= columns.max;
+    if (fits && !take(record, at->first)) return;
   }
 }
 

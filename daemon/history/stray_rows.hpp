@@ -21,9 +21,15 @@ class StrayRows {
   /// stands at the beginning, and may be what is damaged. `page_bytes` is a power of 2 from 512 on.
   StrayRows(const std::string& path, std::size_t page_bytes);
 
-  /// All with so many columns from one rowid to another, rising, until `take` returns false. Column 0 is the rowid.
-  /// There may be several with the same.
-  void for_each(std::size_t columns, std::int64_t first, std::int64_t last,
+  /// How many columns a row may have: one that was written before a column was added has fewer.
+  struct Columns {
+    std::size_t min = 0;
+    std::size_t max = 0;
+  };
+
+  /// All with so many columns from one rowid to another, rising, until `take` returns false. Column 0 is the rowid;
+  /// columns that a row does not have are none. There may be several with the same rowid.
+  void for_each(const Columns& columns, std::int64_t first, std::int64_t last,
                 const std::function<bool(const RowValues& row, std::int64_t rowid)>& take);
 
  private:

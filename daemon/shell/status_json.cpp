@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/core/estimators/energy_left.hpp"
 #include "daemon/shell/balance_json.hpp"
 #include "daemon/shell/health_json.hpp"
 #include "daemon/shell/measured_json.hpp"
@@ -51,6 +52,14 @@ std::optional<std::int64_t> in_ms(const std::optional<Duration>& span) {
   return span ? std::optional(to_ms(*span)) : std::nullopt;
 }
 
+/// State of energy, at the load that it is for.
+void put_energy_left(JsonText& to, const StatusView& view) {
+  const EnergyLeft energy = energy_left(view.core.estimate(), view.core.config());
+  to.put("energy_left_mWh", if_known(energy.is_known, in_mWh(energy.energy_Wh)));
+  to.put("energy_left_sigma_mWh", if_known(energy.is_known, in_mWh(energy.sigma_Wh)));
+  to.put("energy_left_load_mA", if_known(energy.is_known, std::llround(energy.load_A * 1e3)));
+}
+
 /// What each method says of the pack's emptiest and fullest cell is in `cells`; here the chosen one's.
 void put_charge(JsonText& to, const StatusView& view) {
   const ChargeState& charge = view.core.charge();
@@ -70,6 +79,7 @@ void put_charge(JsonText& to, const StatusView& view) {
     to.put("depth_of_discharge_uAs", if_known(is_known, estimate.depth_of_discharge_uAs()));
     to.put("usable_capacity_uAs", if_known(is_known, in_uAs(estimate.pack().capacity_As())));
     to.put("capacity_uAs", view.core.config().cell.capacity_uAs);
+    put_energy_left(to, view);
     to.put("empty_in_ms", in_ms(estimate.empty_in()));
     to.put("full_in_ms", in_ms(estimate.full_in()));
     to.put("energy_out_mWh", charge.energy_out_mWh);

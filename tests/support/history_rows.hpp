@@ -46,6 +46,12 @@ inline constexpr std::int64_t minute_ms = 60'000;
   row.mode = "driving";
   row.energy_out_mWh = 5'833;
   row.modules_answering_min = static_cast<std::int64_t>(life.layout.modules.size());
+  row.energy_left_mWh = 4'200'000 - minute;
+  row.energy_left_sigma_mWh = 90'000;
+  row.discharge_power_W = 28'000;
+  row.charge_power_W = 7'000;
+  row.discharge_power_cause = "continuous";
+  row.charge_power_cause = "not connected";
   if (minute % 10 == 0) row.warnings = "cell_undervoltage,disk_low";
   for (std::size_t cell = 0; cell < life.layout.cell_count(); ++cell) {
     const std::int64_t voltage_uV = 3'300'000 + minute % 1'000 * 100 + static_cast<std::int64_t>(cell) * 1'000;

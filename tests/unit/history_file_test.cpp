@@ -11,6 +11,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "daemon/history/history_columns.hpp"
 #include "daemon/history/history_schema.hpp"
 #include "daemon/history/row_blob.hpp"
 #include "tests/support/faulty_vfs.hpp"
@@ -82,6 +83,55 @@ void make_history(const std::string& path, std::int64_t last, std::size_t module
   const HistoryLife life = life_of(modules);
   HistoryFile file({.path = path}, life);
   write_minutes(file, life, 1, last);
+}
+
+/// As a daemon of the first schema has written it; sequence and life are the database's.
+HistoryRow first_row(std::int64_t minute, const HistoryRow& written) {
+  HistoryRow row = history_row(minute, life_of(2));
+  for (const HistoryColumn<HistoryRow>& column : row_columns_of(2)) {
+    if (column.number != nullptr) (row.*column.number).reset();
+    if (column.text != nullptr) (row.*column.text).clear();
+  }
+  row.sequence = written.sequence;
+  row.life = written.life;
+  return row;
+}
+
+std::int64_t first_checksum(const HistoryRow& row, const std::string& cells, const std::string& sensors) {
+  RowChecksum checksum;
+  checksum.add(HistoryNumber(row.sequence));
+  for (const HistoryColumn<HistoryRow>& column : row_columns_of(1)) {
+    if (column.number != nullptr) checksum.add(row.*column.number);
+    if (column.text != nullptr) checksum.add(row.*column.text);
+  }
+  checksum.add(cells);
+  checksum.add(sensors);
+  return checksum.value();
+}
+
+/// A database of the first schema with minutes 1 to `last`, closed.
+void make_first_history(const Files& files, std::int64_t last) {
+  const std::string newer = files.folder / "newer.sqlite";
+  make_history(newer, last);
+  const auto database = Database::open(files.path, OpenAs::writer);
+  REQUIRE(database);
+  REQUIRE(database->run("PRAGMA page_size = 8192"));
+  REQUIRE(migrate(*database, history_steps(1)));
+  std::string columns = "sequence";
+  for (const HistoryColumn<HistoryRow>& column : row_columns_of(1)) columns += ", " + std::string(column.name);
+  columns += ", cells, sensors, checksum";
+  REQUIRE(database->run("ATTACH '" + newer + "' AS newer;INSERT INTO minute (" + columns + ") SELECT " + columns +
+                        " FROM newer.minute;INSERT INTO event SELECT * FROM newer.event;" +
+                        "INSERT INTO life SELECT * FROM newer.life;INSERT INTO layout SELECT * FROM newer.layout;" +
+                        "INSERT INTO place SELECT * FROM newer.place;DETACH newer"));
+  for (std::int64_t minute = 1; minute <= last; ++minute) {
+    HistoryRow row = history_row(minute, life_of(2));
+    row.sequence = minute;
+    row.life = 1;
+    const std::int64_t checksum = first_checksum(row, blob_of(row.cells), blob_of(row.sensors));
+    REQUIRE(database->run("UPDATE minute SET checksum = " + std::to_string(checksum) +
+                          " WHERE sequence = " + std::to_string(minute)));
+  }
 }
 
 }  // namespace
@@ -402,19 +452,96 @@ TEST_CASE("what is no history passes for no new one", "[unit][history]") {
 TEST_CASE("a history of a newer version is left alone, and put nowhere", "[unit][history]") {
   const Files files;
   make_history(files.path, 3);
-  run_sql(files.path, "ALTER TABLE minute ADD COLUMN humidity_permille INTEGER; PRAGMA user_version = 2");
+  run_sql(files.path, "ALTER TABLE minute ADD COLUMN humidity_permille INTEGER; PRAGMA user_version = 3");
   const std::string before = bytes_of(files.path);
   const HistoryLife life = life_of(2, "two");
   HistoryFile file({.path = files.path}, life);
   const auto opened = file.open();
   REQUIRE_FALSE(opened);
   CHECK(opened.error().trouble == HistoryTrouble::newer);
-  CHECK(opened.error().what.find("newer bmud (schema 2, this one knows 1)") != std::string::npos);
+  CHECK(opened.error().what.find("newer bmud (schema 3, this one knows 2)") != std::string::npos);
   CHECK(bytes_of(files.path) == before);
   CHECK(files.put_aside().empty());
   const auto reader = HistoryReader::open(files.path);
   REQUIRE_FALSE(reader);
   CHECK(reader.error().find("newer bmud") != std::string::npos);
+}
+
+TEST_CASE("a history of the first schema is read as it is", "[unit][history][SOE_1][POW_1]") {
+  const Files files;
+  make_first_history(files, 5);
+  const std::string before = bytes_of(files.path);
+  const auto all = read_all(files.path);
+  CHECK(all.minutes() == count(1, 5));
+  CHECK(all.problems.empty());
+  REQUIRE(all.rows.size() == 5);
+  CHECK(all.rows[2] == first_row(3, all.rows[2]));
+  CHECK(bytes_of(files.path) == before);
+}
+
+TEST_CASE("a history of the first schema is led to the second, and goes on", "[unit][history][SOE_1][POW_1]") {
+  const Files files;
+  make_first_history(files, 5);
+  {
+    HistoryFile file({.path = files.path}, life_of(2));
+    write_minutes(file, life_of(2), 6, 8);
+  }
+  CHECK(files.put_aside().empty());
+  {
+    const auto database = Database::open(files.path, OpenAs::reader);
+    REQUIRE(database);
+    CHECK(database->number("PRAGMA user_version").value_or(0) == 2);
+    CHECK(version_by_tables(*database).value_or(0) == 2);
+  }
+  const auto all = read_all(files.path);
+  CHECK(all.minutes() == count(1, 8));
+  CHECK(all.problems.empty());
+  REQUIRE(all.rows.size() == 8);
+  CHECK_FALSE(all.rows[4].energy_left_mWh.has_value());
+  CHECK(all.rows[4].discharge_power_cause.empty());
+  CHECK(all.rows[5].energy_left_mWh == 4'199'994);
+  CHECK(all.rows[5].energy_left_sigma_mWh == 90'000);
+  CHECK(all.rows[5].discharge_power_W == 28'000);
+  CHECK(all.rows[5].discharge_power_cause == "continuous");
+}
+
+TEST_CASE("rows of both schemas are found page by page", "[unit][history][SOE_1]") {
+  const Files files;
+  make_first_history(files, 5);
+  {
+    HistoryFile file({.path = files.path}, life_of(2));
+    write_minutes(file, life_of(2), 6, 8);
+  }
+  std::string bytes = bytes_of(files.path);
+  std::fill_n(bytes.begin(), 100, '\0');  // nothing leads to them any more
+  write_bytes(files.path, bytes);
+  const auto all = read_all(files.path);
+  CHECK(all.minutes() == count(1, 8));
+  REQUIRE(all.rows.size() == 8);
+  CHECK_FALSE(all.rows[4].energy_left_mWh.has_value());
+  CHECK(all.rows[5].energy_left_mWh == 4'199'994);
+}
+
+TEST_CASE("a version that is not that of the tables is damage, whichever the tables are", "[unit][history][SOE_1]") {
+  const auto trouble = [](const Files& files) {
+    HistoryFile file({.path = files.path}, life_of(2));
+    const auto opened = file.open();
+    return opened ? std::string("none") : opened.error().what;
+  };
+  SECTION("of the first") {
+    const Files files;
+    make_first_history(files, 3);
+    run_sql(files.path, "PRAGMA user_version = 9");
+    CHECK(trouble(files).find("has schema 9 by its beginning, and schema 1 by its tables") != std::string::npos);
+    CHECK(read_all(files.path).minutes() == count(1, 3));
+  }
+  SECTION("of the second") {
+    const Files files;
+    make_history(files.path, 3);
+    run_sql(files.path, "PRAGMA user_version = 1");
+    CHECK(trouble(files).find("has schema 1 by its beginning, and schema 2 by its tables") != std::string::npos);
+    CHECK(read_all(files.path).minutes() == count(1, 3));
+  }
 }
 
 TEST_CASE("another program's database, a folder and a device are left alone", "[unit][history]") {

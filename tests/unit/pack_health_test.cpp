@@ -6,12 +6,16 @@
 #include <memory>
 #include <vector>
 
+#include "daemon/core/estimators/energy_left.hpp"
+#include "daemon/history/history_row.hpp"
+#include "daemon/history/minute_averager.hpp"
 #include "daemon/shell/health_json.hpp"
 #include "daemon/shell/why_limits.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/living_pack.hpp"
 
 using namespace bmu;
+using test::BenchModule;
 using test::LivingPack;
 using test::SimulatedCellOptions;
 
@@ -204,6 +208,42 @@ TEST_CASE("how long it lasts follows from what flows", "[unit][estimators]") {
   pack.run(600s);
   CHECK_FALSE(pack.estimate().empty_in());
   CHECK_FALSE(pack.estimate().full_in());
+}
+
+TEST_CASE("the energy left is what the pack delivers until it opens, if the load stays", "[unit][energy][SOE_1]") {
+  LivingPack pack(sloped_pack(), 0.3);
+  const auto left = [&pack] { return energy_left(pack.estimate(), pack.core().config()); };
+  CHECK_FALSE(left().is_known);
+  pack.run(3s);
+  REQUIRE(pack.bench().close());
+  pack.current_A = 10.0;
+  pack.run(300s);
+  const EnergyLeft before = left();
+  REQUIRE(before.is_known);
+  CHECK(before.load_A == Approx(10.0).epsilon(0.02));
+  CHECK(before.sigma_Wh > 0.0);
+  // The history has it, too.
+  MinuteAverager averager(pack.core(), 60s);
+  static_cast<void>(averager.update(pack.bench().now()));
+  pack.run(1s);
+  REQUIRE(averager.finish(pack.bench().now()));
+  const HistoryRow row = row_of(averager.minute(), layout_of(pack.core().config()));
+  CHECK(row.energy_left_mWh == in_mWh(left().energy_Wh));
+  CHECK(row.energy_left_sigma_mWh == in_mWh(left().sigma_Wh));
+
+  double delivered_Wh = 0.0;
+  const double expected_Wh = left().energy_Wh;
+  for (int second = 0; second < 1'500 && pack.core().sequence().phase == Phase::closed; ++second) {
+    if (pack.estimate().pack().out_As < 36.0) break;  // a thousandth of its charge
+    pack.run(1s);
+    for (const BenchModule& module : pack.bench().modules) {
+      for (std::size_t cell = 0; cell < module.cell_count; ++cell) {
+        delivered_Wh += 10.0 * module.cell_voltage_uV[cell].value / 1e6 / 3600.0;
+      }
+    }
+  }
+  CHECK(std::abs(delivered_Wh - expected_Wh) < 2.0 * before.sigma_Wh + 0.01 * expected_Wh);
+  CHECK(left().energy_Wh < 0.02 * expected_Wh);
 }
 
 TEST_CASE("an open pack has no outlook", "[unit][estimators]") {

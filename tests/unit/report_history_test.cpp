@@ -68,6 +68,8 @@ TEST_CASE("a report of the history has a sample a minute with its extremes", "[u
   REQUIRE(data.energy_out_Wh);
   CHECK(*data.energy_out_Wh == Approx(30 * 5.833));
   CHECK_FALSE(data.energy_in_Wh);
+  CHECK(data.energy_left_Wh.value == Approx(4'199.97));  // of the last minute
+  CHECK(data.energy_left_Wh.doubt == Approx(180.0));
   CHECK(data.events.size() == 30);
 }
 

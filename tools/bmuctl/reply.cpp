@@ -66,11 +66,15 @@ std::string shown_short(std::optional<std::int64_t> value, Unit unit, int decima
 }
 
 std::string shown_energy(const Reply& value) {
-  constexpr std::int64_t mWh_per_kWh = 1'000'000;
   const std::optional<std::int64_t> mWh = value.number();
-  if (!mWh || *mWh >= mWh_per_kWh || *mWh <= -mWh_per_kWh) return shown(value, Unit::mWh);
+  return mWh ? shown_energy(*mWh) : shown(value, Unit::mWh);
+}
+
+std::string shown_energy(std::int64_t mWh) {
+  constexpr std::int64_t mWh_per_kWh = 1'000'000;
+  if (mWh >= mWh_per_kWh || mWh <= -mWh_per_kWh) return value_text(Unit::mWh, mWh);
   std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.1f Wh", static_cast<double>(*mWh) / 1000);
+  std::snprintf(text.data(), text.size(), "%.1f Wh", static_cast<double>(mWh) / 1000);
   return text.data();
 }
 

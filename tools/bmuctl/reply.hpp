@@ -43,6 +43,7 @@ class Reply {
 [[nodiscard]] std::string shown_short(std::optional<std::int64_t> value, Unit unit, int decimals);
 /// "10.2 Wh", "1.234 kWh".
 [[nodiscard]] std::string shown_energy(const Reply& mWh);
+[[nodiscard]] std::string shown_energy(std::int64_t mWh);
 /// "350 ms", "3.2 s", "2 min 5 s", "1 h 20 min".
 [[nodiscard]] std::string shown_span(const Reply& ms);
 /// "2026-03-01 17:05:09", of this machine's time zone; "at a time nobody knew".

@@ -503,6 +503,9 @@ void add_outlook(Page& page, const Reply& charge, const Reply& health) {
   const auto add = [&text](const Reply& value, const std::string& shown_value) {
     if (value.is_known()) text += (text.empty() ? "" : "   ") + shown_value;
   };
+  const auto sigma_mWh = charge["energy_left_sigma_mWh"].number();
+  add(charge["energy_left_mWh"], "energy left " + shown_energy(charge["energy_left_mWh"]) +
+                                     (sigma_mWh ? " (+- " + shown_energy(2 * *sigma_mWh) + ")" : ""));
   add(charge["empty_in_ms"], "empty in " + shown_span(charge["empty_in_ms"]));
   add(charge["full_in_ms"], "full in " + shown_span(charge["full_in_ms"]));
   add(health["by_capacity_permille"], "holds " + shown(health["by_capacity_permille"], Unit::permille));

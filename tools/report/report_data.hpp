@@ -134,6 +134,9 @@ struct ReportData {
   std::vector<SpanReport> spans;
   std::vector<EventReport> events;
 
+  // State of energy at the end.
+  Figure energy_left_Wh;
+
   // What flowed within the span.
   std::optional<double> energy_out_Wh;
   std::optional<double> energy_in_Wh;

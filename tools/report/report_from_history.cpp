@@ -218,6 +218,8 @@ class Filler {
     data_.charge_cause.add(row.charge_limit_cause);
     data_.soc_percent.add(scaled(row.soc_permille, tenth));
     data_.soc_doubt_percent.add(scaled(row.soc_sigma_permille, tenth * sigmas_told));
+    data_.energy_left_Wh = {.value = scaled(row.energy_left_mWh, milli),
+                            .doubt = scaled(row.energy_left_sigma_mWh, milli * sigmas_told)};
   }
 
   /// Up to the end of the row; `begin_us` is where the row before it ended.

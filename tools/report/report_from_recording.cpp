@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "tools/common/clock_set.hpp"
+#include "daemon/core/estimators/energy_left.hpp"
 #include "tools/report/report_time.hpp"
 
 namespace bmu::report {
@@ -414,6 +415,8 @@ void RecordingReport::look_at_flow() {
 void RecordingReport::take_figures() {
   if (files_.empty() || !files_.back().has_own || is_other_pack_) return;
   const PackEstimate& estimate = replay_.core()->estimate();
+  const EnergyLeft energy = energy_left(estimate, replay_.core()->config());
+  data_.energy_left_Wh = figure(energy.is_known, energy.energy_Wh, energy.sigma_Wh);
   for (std::size_t i = 0; i < data_.cells.size(); ++i) {
     CellReport& cell = data_.cells[i];
     const SocEstimate soc = estimate.cell_soc(i);

@@ -81,10 +81,22 @@ void add_charge(Cards& cards, const ReportData& data) {
             doubt ? "± " + number(static_cast<double>(*doubt)) + " % at the end, in 95 of 100 cases" : "");
 }
 
+std::string energy_text(double energy_Wh) {
+  return energy_Wh < 1000 ? number(energy_Wh) + " Wh" : number(energy_Wh / 1000, 2) + " kWh";
+}
+
+void add_energy_left(Cards& cards, const ReportData& data) {
+  const Figure& left = data.energy_left_Wh;
+  if (std::isnan(left.value)) return;
+  cards.add("Energy left", energy_text(static_cast<double>(left.value)),
+            std::isnan(left.doubt)
+                ? ""
+                : "± " + energy_text(static_cast<double>(left.doubt)) + " at the end, in 95 of 100 cases");
+}
+
 void add_flow(Cards& cards, std::string_view name, std::optional<double> energy_Wh, std::optional<double> charge_Ah) {
   if (!energy_Wh) return;
-  const std::string energy = *energy_Wh < 1000 ? number(*energy_Wh) + " Wh" : number(*energy_Wh / 1000, 2) + " kWh";
-  cards.add(name, energy, charge_Ah ? number(*charge_Ah, 3) + " Ah" : "");
+  cards.add(name, energy_text(*energy_Wh), charge_Ah ? number(*charge_Ah, 3) + " Ah" : "");
 }
 
 void add_extremes(Cards& cards, const ReportData& data) {
@@ -163,6 +175,7 @@ std::string summary_html(const ReportData& data) {
   cards.add("Covered by samples", span_text(std::min(covered_us, span_us)), "one each " + span_text(data.sample_us));
   add_holes(cards, data);
   add_charge(cards, data);
+  add_energy_left(cards, data);
   add_flow(cards, "Energy out", data.energy_out_Wh, data.charge_out_Ah);
   add_flow(cards, "Energy in", data.energy_in_Wh, data.charge_in_Ah);
   add_extremes(cards, data);

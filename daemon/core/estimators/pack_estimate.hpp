@@ -123,6 +123,8 @@ class PackEstimate {
   /// that way. A charge takes longer: in its end the current fades.
   [[nodiscard]] std::optional<Duration> empty_in() const { return outlook(pack_.out_As, outlook_current_A_); }
   [[nodiscard]] std::optional<Duration> full_in() const { return outlook(pack_.in_As, -outlook_current_A_); }
+  /// The mean current of about the last minute, A, positive out of the pack; 0 while it rests or is not counted.
+  [[nodiscard]] double load_A() const { return outlook_current_A_; }
   [[nodiscard]] const Element& element(std::size_t number) const { return cells_[number].element; }
   [[nodiscard]] std::size_t size() const { return cell_count_; }
   /// The tables that all cells are estimated by.
