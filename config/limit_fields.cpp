@@ -140,6 +140,22 @@ constexpr std::array current_table{
                     "voltage would fall too low, or a fault forbids it; 0: no such floor"}),
 };
 
+// A bound of ours: above it a slip of a digit is more likely than such a pack.
+constexpr double pack_power_max_W = 2'000'000;
+constexpr std::array pack_limit_table{
+    number<&PackLimitsConfig::power_max_W>(
+        {.key = "power_max_W",
+         .min = 0,
+         .max = pack_power_max_W,
+         .meaning = "out of the pack and into it: the current is at most this power at the measured pack voltage, and "
+                    "none while that is not known; 0: no such rule"}),
+    number<&PackLimitsConfig::voltage_max_V>(
+        {.key = "voltage_max_V",
+         .min = 0,
+         .max = 2'000,
+         .meaning = "of the pack with all cells at `open_mV` of `cell_overvoltage`: more is refused; 0: no such rule"}),
+};
+
 constexpr FieldInfo bound_info(std::string_view key, std::string_view meaning) {
   return {.key = key, .min = 0, .max = pack_current_max_mA, .meaning = meaning};
 }
@@ -364,6 +380,9 @@ std::span<const Field<PartConfig>> part_fields() {
 }
 std::span<const Field<CurrentBounds>> bound_fields() {
   return bound_table;
+}
+std::span<const Field<PackLimitsConfig>> pack_limit_fields() {
+  return pack_limit_table;
 }
 std::span<const Field<LimitRampConfig>> ramp_fields() {
   return ramp_table;

@@ -107,6 +107,7 @@ struct AgeRow {
 [[nodiscard]] std::span<const Field<CurrentLimitConfig>> current_fields();
 [[nodiscard]] std::span<const Field<PartConfig>> part_fields();  // besides those of bound_fields
 [[nodiscard]] std::span<const Field<CurrentBounds>> bound_fields();
+[[nodiscard]] std::span<const Field<PackLimitsConfig>> pack_limit_fields();
 [[nodiscard]] std::span<const Field<LimitRampConfig>> ramp_fields();
 [[nodiscard]] std::span<const Field<AgeConfig>> age_fields();
 [[nodiscard]] std::span<const Field<PollConfig>> poll_fields();
@@ -147,6 +148,8 @@ void visit_sections(PackConfig& pack, Visitor visit) {
         core.current);
   visit(SectionInfo{"user_limits", false, "Less than the pack carries, because somebody wants it so."}, bound_fields(),
         core.user_limits);
+  visit(SectionInfo{"pack_limits", false, "Rules that the pack as a whole has to meet."}, pack_limit_fields(),
+        core.pack_limits);
   visit(SectionInfo{"limit_ramp", false,
                     "How fast the allowed current falls and rises where nothing demands it at once."},
         ramp_fields(), core.limit_ramp);

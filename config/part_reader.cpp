@@ -126,6 +126,20 @@ void check_ramps(const CoreConfig& core, const Place& root_place, ProblemList& p
   }
 }
 
+/// With all cells as high as they get before the pack opens.
+void check_full_voltage(const CoreConfig& core, const Place& root_place, ProblemList& problems) {
+  const Place place = root_place.at("pack_limits").at("voltage_max_V");
+  const Place cell_place = root_place.at("limits").at("cell_overvoltage").at("open_mV");
+  const std::int64_t most_mV = core.pack_limits.voltage_max_V * std::int64_t{1'000};
+  const auto cells = static_cast<std::int64_t>(cell_count(core));
+  const std::int64_t full_mV = core.limits.cell_overvoltage.open / 1'000 * cells;
+  const bool are_good = problems.is_good(place) && problems.is_good(cell_place);
+  if (!are_good || most_mV == 0 || full_mV <= most_mV) return;
+  problems.add(place, std::to_string(core.pack_limits.voltage_max_V),
+               "at least " + number_text(static_cast<double>(full_mV) / 1e3) + ", which " + std::to_string(cells) +
+                   " cells have at open_mV of cell_overvoltage");
+}
+
 }  // namespace
 
 void read_parts(const JsonValue& root, const Place& root_place, CoreConfig& core, ProblemList& problems) {
@@ -143,6 +157,7 @@ void read_parts(const JsonValue& root, const Place& root_place, CoreConfig& core
 }
 
 void check_bounds(const CoreConfig& core, const Place& root_place, ProblemList& problems) {
+  check_full_voltage(core, root_place, problems);
   check_user(core, root_place, problems);
   check_ramps(core, root_place, problems);
   check_at_most(core.current.limp_home_discharge_mA, core.current.discharge_continuous_mA,

@@ -61,6 +61,7 @@
 #include "daemon/core/persistent_state.hpp"
 #include "daemon/core/poll_pace.hpp"
 #include "daemon/core/poll_schedule.hpp"
+#include "daemon/core/power_limits.hpp"
 #include "daemon/core/precharge_guard.hpp"
 #include "daemon/core/reclosing.hpp"
 #include "daemon/core/report_vehicle.hpp"
@@ -171,6 +172,8 @@ class Core {
   [[nodiscard]] const SequenceState& sequence() const { return sequence_; }
   [[nodiscard]] const ContactorOutputs& outputs() const { return outputs_; }
   [[nodiscard]] const CurrentLimits& limits() const { return limits_; }
+  /// Permissible power with these limits (power_limits.hpp has its cost).
+  [[nodiscard]] PowerLimits power_limits() const;
   [[nodiscard]] const ChargeState& charge() const { return counter_.state(); }
   [[nodiscard]] const PackEstimate& estimate() const { return estimate_; }
   /// Over all lives; nothing if nobody keeps them.

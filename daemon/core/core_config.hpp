@@ -157,6 +157,12 @@ struct PartConfig {
 };
 inline constexpr std::size_t parts_max = 16;
 
+/// The rules that the pack as a whole has to meet. 0: there is none.
+struct PackLimitsConfig {
+  std::int32_t power_max_W = 0;    // in either direction: power_limits.hpp
+  std::int32_t voltage_max_V = 0;  // of the full pack; a pack file that exceeds it is refused
+};
+
 /// How fast a limit moves. 0: at once.
 struct LimitRampConfig {
   std::int32_t discharge_fall_mA_per_s = 0;
@@ -387,6 +393,7 @@ struct CoreConfig {
   CurrentLimitConfig current;
   FixedVector<PartConfig, parts_max> component_limits;
   CurrentBounds user_limits;
+  PackLimitsConfig pack_limits;
   LimitRampConfig limit_ramp;
   DeratingTables derating;
   PollConfig poll;

@@ -312,6 +312,7 @@ void Core::set_limits(TimePoint now) {
        .is_charge_paused = charge_pause_.is_pausing(),
        .predicted = forecaster_.limits()});
   limits_ = limit_ramps_.follow(targets, now, config_.limit_ramp);
+  lower_to_power(limits_, pack_, config_.pack_limits);
 }
 
 /// Leaves when the contacts have confirmed, in a word younger than the command, and no module goes on bleeding

@@ -11,6 +11,10 @@ std::optional<std::int32_t> Core::soc_permille() const {
   return estimate_.told_permille();
 }
 
+PowerLimits Core::power_limits() const {
+  return bmu::power_limits(limits_, pack_, load_resistance(estimate_));
+}
+
 FaultInputs Core::fault_inputs(TimePoint now) const {
   return {.now = now,
           .config = &config_,

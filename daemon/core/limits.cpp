@@ -37,6 +37,8 @@ std::string_view to_text(LimitCause cause) {
     case LimitCause::limp_home: return "limp home";
     case LimitCause::measuring: return "paused to measure resistances";
     case LimitCause::rising: return "rising slowly";
+    case LimitCause::power: return "pack power";
+    case LimitCause::not_sensed: return "pack voltage or current not measured";
   }
   return "?";
 }

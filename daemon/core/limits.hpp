@@ -11,7 +11,8 @@
 //   - what the voltages will bear for ten seconds, and for long (current_prediction.hpp);
 //   - the parts that the current flows through, and what the user wants;
 //
-// and has the name of what binds it. Without permission it is zero.
+// and has the name of what binds it. Without permission it is zero. What a power of the whole pack leaves of them
+// (power_limits.hpp) is taken after the limits have moved: such a rule does not wait for a ramp.
 //
 // Only where the pack file says so there is a floor under what may be drawn: tables and lines do not take it below.
 // What opens, what parts bear and what the voltages will bear does. There is none for charging.
@@ -55,6 +56,8 @@ enum class LimitCause : std::uint8_t {
   limp_home,           // would be less, but for the floor in the pack file
   measuring,           // a charger is paused to see the cells' resistances (charge_pause.hpp)
   rising,              // could be more, and is on its way there (limit_ramp.hpp)
+  power,               // what the pack as a whole may give or take (power_limits.hpp)
+  not_sensed,          // such a power, and the pack voltage or current is not known
 };
 
 [[nodiscard]] std::string_view to_text(LimitCause cause);

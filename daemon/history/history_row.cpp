@@ -169,6 +169,17 @@ void fill_limits(const CurrentLimits& limits, HistoryRow& row) {
   row.charge_continuous_limit_cause = to_text(limits.charge_continuous.cause);
 }
 
+void fill_powers(const PowerLimits& powers, HistoryRow& row) {
+  row.discharge_power_W = powers.discharge.limit_W;
+  row.charge_power_W = powers.charge.limit_W;
+  row.discharge_continuous_power_W = powers.discharge_continuous.limit_W;
+  row.charge_continuous_power_W = powers.charge_continuous.limit_W;
+  row.discharge_power_cause = to_text(powers.discharge.cause);
+  row.charge_power_cause = to_text(powers.charge.cause);
+  row.discharge_continuous_power_cause = to_text(powers.discharge_continuous.cause);
+  row.charge_continuous_power_cause = to_text(powers.charge_continuous.cause);
+}
+
 void fill_flow(const Minute& minute, HistoryRow& row) {
   row.charge_out_uAs = minute.charge_out_uAs;
   row.charge_in_uAs = minute.charge_in_uAs;
@@ -283,6 +294,7 @@ HistoryRow row_of(const Minute& minute, const HistoryLayout& layout) {
   fill_sensors(minute, layout, row);
   fill_end(minute, row);
   fill_limits(minute.limits, row);
+  fill_powers(minute.powers, row);
   fill_flow(minute, row);
   return row;
 }

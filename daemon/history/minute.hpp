@@ -63,6 +63,7 @@ struct Minute {
   std::optional<std::int64_t> energy_left_mWh;
   std::optional<std::int64_t> energy_left_sigma_mWh;
   CurrentLimits limits;
+  PowerLimits powers;
   Phase phase{};
   PackMode mode{};
   std::optional<PackTotals> totals;

@@ -177,6 +177,7 @@ void MinuteAverager::fill_pack(TimePoint at) {
     minute_.energy_left_sigma_mWh = in_mWh(energy.sigma_Wh);
   }
   minute_.limits = core_.limits();
+  minute_.powers = core_.power_limits();
   minute_.phase = core_.sequence().phase;
   minute_.mode = core_.mode(at);
   minute_.totals = core_.totals();

@@ -214,6 +214,23 @@ void put_limits(JsonText& to, const Core& core) {
   });
 }
 
+/// Permissible, beside the currents.
+void put_power_limits(JsonText& to, const Core& core) {
+  const PowerLimits powers = core.power_limits();
+  const auto put_one = [&to](std::string_view name, const PowerLimit& power) {
+    to.object(name, [&] {
+      to.put("limit_W", power.limit_W);
+      to.put("cause", to_text(power.cause));
+    });
+  };
+  to.object("power_limits", [&] {
+    put_one("discharge", powers.discharge);
+    put_one("charge", powers.charge);
+    put_one("discharge_continuous", powers.discharge_continuous);
+    put_one("charge_continuous", powers.charge_continuous);
+  });
+}
+
 void put_overload(JsonText& to, const Core& core) {
   const OverloadCounter& overload = core.watchers().overload;
   to.object("overload", [&] {
@@ -755,6 +772,7 @@ void put_status(JsonText& to, const StatusView& view) {
   put_charge(to, view);
   to.put("health", pack_health_json(view));
   put_limits(to, core);
+  put_power_limits(to, core);
   put_permission(to, view);
   to.put("balancing", balancing_state_json(view));
   put_overload(to, core);

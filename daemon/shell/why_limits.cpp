@@ -207,6 +207,19 @@ Json pause_step(const SocConfig& soc) {
   return json;
 }
 
+/// "pack_limits/power_max_W: 80000 W are 133.333 A at 600.000 V".
+Json power_step(const CurrentLimit& limit) {
+  const std::string place = "pack_limits/power_max_W";
+  const bool is_known = limit.cause == LimitCause::power;
+  Json json = step("limit", is_known ? place + ": " + std::to_string(limit.threshold) + " W are " +
+                                           current_text(limit.limit_mA) + " at " + value_text(Unit::mV, limit.value)
+                                     : place + ": nothing may flow while the pack voltage is not measured");
+  json["row"] = place;
+  json["power_max_W"] = limit.threshold;
+  if (is_known) json["pack_voltage_mV"] = limit.value;
+  return json;
+}
+
 /// Reasons that are a word of the pack file, or the limit's own past.
 Json plain_step(Concerns direction, const CurrentLimit& limit, const CoreConfig& config) {
   const DirectionConfig names = config_of(direction, config);
@@ -218,6 +231,7 @@ Json plain_step(Concerns direction, const CurrentLimit& limit, const CoreConfig&
     return json;
   }
   if (limit.cause == LimitCause::measuring) return pause_step(config.soc);
+  if (limit.cause == LimitCause::power || limit.cause == LimitCause::not_sensed) return power_step(limit);
   const bool is_user = limit.cause == LimitCause::user;
   const bool is_soc = limit.cause == LimitCause::charge_not_known;
   const std::string place = is_user  ? "user_limits"
@@ -263,6 +277,8 @@ Json limit_json(const CurrentLimit& limit, const CoreConfig& config) {
   Json json{{"limit_mA", limit.limit_mA}, {"cause", to_text(limit.cause)}};
   if (limit.cause == LimitCause::component) json["part"] = part_text(limit, config);
   if (limit.cause == LimitCause::rising) json["target_mA"] = limit.unhindered_mA;
+  if (limit.cause == LimitCause::power) json["pack_voltage_mV"] = limit.value;
+  if (limit.cause == LimitCause::power || limit.cause == LimitCause::not_sensed) json["power_max_W"] = limit.threshold;
   const CauseRow* row = find_row(limit.cause);
   if (row == nullptr) return json;
   json[key_with_unit("value", row->unit)] = limit.value;

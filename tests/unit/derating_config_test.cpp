@@ -275,6 +275,23 @@ TEST_CASE("a limp-home floor is asked for, and no more than the continuous curre
           "/current/limp_home_discharge_mA: found 60001, wanted at most discharge_continuous_mA, 60000");
 }
 
+TEST_CASE("rules of the whole pack are none unless the file has them", "[unit][config][POW_1]") {
+  CHECK(core_of({}).pack_limits.power_max_W == 0);
+  CHECK(core_of({}).pack_limits.voltage_max_V == 0);
+  const PackLimitsConfig rules =
+      core_of({{"/pack_limits", {{"power_max_W", 80'000}, {"voltage_max_V", 600}}}}).pack_limits;
+  CHECK(rules.power_max_W == 80'000);
+  CHECK(rules.voltage_max_V == 600);
+}
+
+TEST_CASE("a pack whose full voltage is above what rules allow is refused", "[unit][config][POW_1]") {
+  // 48 cells that open at 4.23 V: 203.04 V.
+  CHECK(core_of({{"/pack_limits/voltage_max_V", 204}}).pack_limits.voltage_max_V == 204);
+  refuses({{"/pack_limits/voltage_max_V", 203}},
+          "/pack_limits/voltage_max_V: found 203, wanted at least 203.04, which 48 cells have at open_mV of "
+          "cell_overvoltage");
+}
+
 TEST_CASE("ramps are what the file says, or all in a quarter of a second down and in ten seconds up",
           "[unit][config][ramp]") {
   LimitRampConfig ramp = core_of({}).limit_ramp;

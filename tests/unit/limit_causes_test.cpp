@@ -320,7 +320,8 @@ TEST_CASE("of each cause it is known whether it protects, and whether it was mea
   }
   for (const LimitCause cause :
        {LimitCause::continuous, LimitCause::peak, LimitCause::overload, LimitCause::charge_not_known,
-        LimitCause::component, LimitCause::user, LimitCause::limp_home, LimitCause::measuring, LimitCause::rising}) {
+        LimitCause::component, LimitCause::user, LimitCause::limp_home, LimitCause::measuring, LimitCause::rising,
+        LimitCause::power, LimitCause::not_sensed}) {
     CAPTURE(to_text(cause));
     CHECK_FALSE(is_protection(cause));
     CHECK_FALSE(is_measured_cause(cause));

@@ -95,4 +95,16 @@ TEST_CASE("a part is told with its name, a rise with where it goes", "[unit][lim
   CHECK(reason({.limit_mA = 1, .cause = LimitCause::continuous}) == "continuous limit");
 }
 
+TEST_CASE("a power of the pack is told with the voltage that makes a current of it", "[unit][limits][bmuctl][POW_1]") {
+  const CurrentLimit limit{
+      .limit_mA = 133'333, .cause = LimitCause::power, .value = 600'000, .threshold = 80'000, .unhindered_mA = 200'000};
+  CHECK(reason(limit) == "pack power: 80000 W at 600.000 V");
+  const Json json = limit_json(limit, config_with_fuse());
+  CHECK(json.at("power_max_W") == 80'000);
+  CHECK(json.at("pack_voltage_mV") == 600'000);
+  const CurrentLimit unknown{.cause = LimitCause::not_sensed, .threshold = 80'000};
+  CHECK(reason(unknown) == "pack voltage or current not measured");
+  CHECK_FALSE(limit_json(unknown, config_with_fuse()).contains("pack_voltage_mV"));
+}
+
 }  // namespace bmu

@@ -45,7 +45,7 @@ TEST_CASE("packs of used parts verify the current sensor, and none stores anythi
   CHECK(verifying == std::vector<std::string>{"i3-96s", "lfp-96s", "outlander-80s"});
 }
 
-TEST_CASE("the racing pack has the numbers of its design", "[unit][config][FS_8][FS_3]") {
+TEST_CASE("the racing pack has the numbers of its design", "[unit][config][FS_8][FS_3][POW_1]") {
   const CoreConfig pack = shipped("fs-20s3p-84v");
   REQUIRE(pack.modules.size() == 4);
   for (const ModuleConfig& module : pack.modules) CHECK(module.cell_count == 5);
@@ -58,6 +58,8 @@ TEST_CASE("the racing pack has the numbers of its design", "[unit][config][FS_8]
   CHECK(pack.current.discharge_peak_for == 10s);
   CHECK(pack.current.charge_continuous_mA == 81'000);
   CHECK(pack.insulation.open_Ohm_per_V == 500);
+  CHECK(pack.pack_limits.power_max_W == 80'000);
+  CHECK(pack.pack_limits.voltage_max_V == 600);
 }
 
 TEST_CASE("the efficiency car's pack has the numbers of its design", "[unit][config][RR_1]") {

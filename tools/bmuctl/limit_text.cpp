@@ -28,6 +28,9 @@ std::string reason(const Reply& limit, bool with_effect) {
   std::string text = limit["cause"].text();
   if (limit["part"].is_known()) text += ": " + limit["part"].text();
   if (limit["target_mA"].is_known()) text += " to " + shown(limit["target_mA"], Unit::mA);
+  if (limit["pack_voltage_mV"].is_known()) {
+    text += ": " + shown(limit["power_max_W"], Unit::W) + " at " + shown(limit["pack_voltage_mV"], Unit::mV);
+  }
   for (const Unit unit : {Unit::uV, Unit::dC, Unit::permille, Unit::mA}) {
     const Reply value = limit[key("value", unit)];
     if (!value.is_known()) continue;

@@ -63,6 +63,19 @@ Line limit_line(const Reply& limit, const Reply& for_long) {
   return line;
 }
 
+/// Permissible power in both directions, and its cause where that is not the one of the current beside it.
+Line power_line(const Reply& status) {
+  Line line;
+  const auto add = [&](const char* name, const Reply& power, const Reply& limit) {
+    const bool is_same = power["cause"].text() == limit["cause"].text();
+    line.push_back(plain((line.empty() ? "" : "   ") + std::string(name) + " " + shown(power["limit_W"], Unit::W) +
+                         (is_same ? "" : " (" + power["cause"].text() + ")")));
+  };
+  add("discharge", status["power_limits"]["discharge"], status["limits"]["discharge"]);
+  add("charge", status["power_limits"]["charge"], status["limits"]["charge"]);
+  return line;
+}
+
 /// What is asked of the chargers, and what each gives, or that it does not talk.
 void add_charger(Page& page, const Reply& charger) {
   if (!charger.is_known()) return;
@@ -549,6 +562,7 @@ Page status_page(const Reply& reply) {
   page.add_field("Temperature", spread_line(values["cell_temperature"], Unit::dC));
   page.add_field("Discharge", limit_line(reply["limits"]["discharge"], reply["limits"]["discharge_continuous"]));
   page.add_field("Charging", limit_line(reply["limits"]["charge"], reply["limits"]["charge_continuous"]));
+  page.add_field("Power", power_line(reply));
   add_charger(page, reply["charger"]);
   if (reply["inverter"].is_known()) page.add_field("Inverter", inverter_line(reply["inverter"]));
   add_sensor(page, reply["sensor"]);
