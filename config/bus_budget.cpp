@@ -60,6 +60,10 @@ std::vector<GuestMessage> stronger_of(const CoreConfig& core) {
   for (const MessageSpec* message : {&internal_bus::contactor_command, &internal_bus::pdu_status}) {
     stronger.push_back({message->base_id, message->length, message->is_extended, message->period});
   }
+  if (core.intake_air.source == AirSource::pdu) {
+    const MessageSpec& message = internal_bus::pdu_temperature;
+    stronger.push_back({message.base_id, message.length, message.is_extended, message.period});
+  }
   return stronger;
 }
 
@@ -144,6 +148,7 @@ std::int64_t bus_load_permille(const CoreConfig& core, Duration period, std::int
   }
   using namespace internal_bus;
   if (core.contactors.has_pdu) bits += bits_per_s(contactor_command) + bits_per_s(pdu_status);
+  if (core.intake_air.source == AirSource::pdu) bits += bits_per_s(pdu_temperature);
   bits += bits_per_s(sensor_current) + bits_per_s(sensor_u1) + bits_per_s(sensor_u2);
   const SensorConfig& sensor = core.sensor;
   if (sensor.has_second_at_531h()) bits += bits_per_s(sensor_current_2);

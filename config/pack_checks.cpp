@@ -627,6 +627,30 @@ void check_resistance_pause(const Check& check) {
                          ": a pause is only made after the charge has been so far below");
 }
 
+// --- the intake air --------------------------------------------------------------------------------------------------
+
+/// The source that is named has what it needs, and nothing is said of another.
+void check_intake_air(const Check& check) {
+  const IntakeAirKeys& air = check.pack.intake_air;
+  const Place place = check.root.at("intake_air");
+  if (!check.problems.is_good_throughout(place)) return;
+  const auto& modules = check.core().modules;
+  const bool is_there = std::any_of(modules.begin(), modules.end(),
+                                    [&air](const ModuleConfig& module) { return module.node == air.module; });
+  const bool wants_module = air.source == AirSource::module;
+  const bool wants_file = air.source == AirSource::file;
+  if (wants_module && !is_there) {
+    check.problems.add(place.at("module"), digits_of(air.module), "the node number of a module of this pack");
+  }
+  if (!wants_module && air.module != 0) {
+    check.problems.add(place.at("module"), digits_of(air.module), "0, as the source is not module");
+  }
+  if (wants_file && air.file.empty()) check.problems.add(place.at("file"), "nothing", "a path, as the source is file");
+  if (!wants_file && !air.file.empty()) {
+    check.problems.add(place.at("file"), in_quotes(air.file), "nothing, as the source is not file");
+  }
+}
+
 // --- the serial console ---------------------------------------------------------------------------------------------
 
 void check_serial_rate(const Check& check) {
@@ -678,6 +702,7 @@ void check_pack(const PackConfig& pack, const Place& pack_place, const Place& ce
   check_identifiers(pack, pack_place, problems);
   check_device_rates(pack, pack_place, problems);
   check_serial_rate(check);
+  check_intake_air(check);
 }
 
 ConfigProblems pack_warnings(const PackConfig& pack, std::string_view file_name) {

@@ -257,6 +257,7 @@ Result<PackConfig, ConfigProblems> parse_pack(std::string_view text, std::string
   pack.core.dynamics = source.cell.dynamics;
   pack.core.derating = source.cell.derating;
   pack.core.charge_plateau = source.cell.charge_plateau;
+  pack.core.intake_air = pack.intake_air.core();
   set_buses(pack, BusNames(pack.buses));
   check_cell(pack.core.cell, source.place, problems);
   check_pack(pack, place, source.place, problems);

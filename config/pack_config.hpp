@@ -14,6 +14,7 @@
 
 #include "config/gpio_config.hpp"
 #include "config/history_config.hpp"
+#include "config/intake_air_config.hpp"
 #include "config/interface_config.hpp"
 #include "config/serial_config.hpp"
 #include "daemon/core/core_config.hpp"
@@ -52,6 +53,7 @@ struct PackConfig {
   std::optional<GpioConfig> gpio;  // lines of this machine; without it all goes over the bus
   InterfaceConfig interfaces;
   SerialConfig serial;
+  IntakeAirKeys intake_air;
   HistoryConfig history;
   CoreConfig core;
   PollConfig poll_in_file;  // as `core.poll`, but 0 where a pace was left out

@@ -123,6 +123,7 @@ struct AgeRow {
 [[nodiscard]] std::span<const Field<InverterConfig>> inverter_fields();
 [[nodiscard]] std::span<const Field<ForeignModulesConfig>> foreign_module_fields();
 [[nodiscard]] std::span<const Field<SecondPackConfig>> second_pack_fields();
+[[nodiscard]] std::span<const Field<IntakeAirKeys>> intake_air_fields();
 [[nodiscard]] std::span<const Field<HistoryConfig>> history_fields();
 
 [[nodiscard]] std::span<const Field<InterfaceConfig>> interface_fields();
@@ -174,6 +175,9 @@ void visit_sections(PackConfig& pack, Visitor visit) {
   visit(SectionInfo{"balancing", false, "Which cells the modules' resistors bleed, and when."}, balancing_fields(),
         core.balancing);
   visit(SectionInfo{"vehicle", false, "The messages to the vehicle."}, vehicle_fields(), core.vehicle);
+  visit(SectionInfo{"intake_air", false,
+                    "Where the temperature of the intake air, byte 1 of 627h, comes from: docs/vehicle.md."},
+        intake_air_fields(), pack.intake_air);
   visit(SectionInfo{"charger", false, "Chargers that are told what to give: docs/charging.md."}, charger_fields(),
         core.charger);
   visit(SectionInfo{"inverter", false, "An inverter that is told of the pack: docs/inverters.md."}, inverter_fields(),

@@ -402,6 +402,36 @@ constexpr std::array serial_table{
         {.key = "may_set_cell_count", .meaning = "`CellC` may set the number of cells of a pack with one module"}),
 };
 
+bool is_no_file_or_a_path(std::string_view text) {
+  return text.empty() || (is_printable_ascii(text) && text.size() > 1 && text.starts_with("/"));
+}
+
+constexpr std::array intake_air_table{
+    choice<&IntakeAirKeys::source, air_source_names>(
+        {.key = "source",
+         .meaning = "a board sensor of a module that sits in the air, the PDU (PDU_TEMPERATURE), or a file of this "
+                    "machine's kernel; `none`: 627h reports it as unknown"}),
+    number<&IntakeAirKeys::module>(
+        {.key = "module", .min = 0, .max = node_max, .meaning = "of `module`: node number; 0: none"}),
+    number<&IntakeAirKeys::sensor>({.key = "sensor",
+                                    .min = 1,
+                                    .max = internal_bus::board_temperatures_per_module,
+                                    .meaning = "of `module`: which of its board sensors"}),
+    text<&IntakeAirKeys::file>({.key = "file",
+                                .min = 0,
+                                .max = 255,
+                                .meaning = "of `file`: read once a second, milli-degrees Celsius as IIO and hwmon "
+                                           "have them",
+                                .is_well_formed = is_no_file_or_a_path,
+                                .form = "a path such as /sys/bus/iio/devices/iio:device0/in_temp_input, or nothing"}),
+    number<&IntakeAirKeys::age_max>({.key = "age_max_ms",
+                                     .min = 2'000,
+                                     .max = 60'000,
+                                     .meaning = "of `pdu` and `file`: an older temperature is unknown; a module's is "
+                                                "by `ages/temperature_ms`",
+                                     .because = "as it comes once a second, and one may be lost"}),
+};
+
 constexpr std::array gpio_line_table{
     required(number<&GpioLine::line>(
         {.key = "line", .min = 0, .max = gpio_line_max, .meaning = "number of the line on its chip, from 0"})),
@@ -485,6 +515,9 @@ std::span<const Field<ForeignModulesConfig>> foreign_module_fields() {
 }
 std::span<const Field<InterfaceConfig>> interface_fields() {
   return interface_table;
+}
+std::span<const Field<IntakeAirKeys>> intake_air_fields() {
+  return intake_air_table;
 }
 std::span<const Field<SerialConfig>> serial_fields() {
   return serial_table;

@@ -48,7 +48,17 @@ PduFrames Pdu::tick(TimePoint now, const PduMeasurements& measured) {
     told_ = current;
     out.push_back(make_status(measured, insulation));
   }
+  const bool has_sensor = measured.intake_air_dC.validity != Validity::not_fitted;
+  if (temperatures_.take(now) && has_sensor) out.push_back(make_temperature(measured.intake_air_dC));
   return out;
+}
+
+CanFrame Pdu::make_temperature(const SignalValue& intake_air_dC) {
+  using internal_bus::pdu_temperature;
+  CanFrame frame = make_frame(pdu_temperature);
+  write<pdu_temperature, "intake_air_temperature_dC">(frame, intake_air_dC);
+  seal(pdu_temperature, temperature_counter_++, frame);
+  return frame;
 }
 
 /// Nothing driven, nothing to open: a unit that idles without a master says nothing about time-outs.

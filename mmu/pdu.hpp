@@ -4,6 +4,7 @@
 //                             200 ms; one that fails any check, or repeats a counter, changes nothing and buys nothing.
 //   tick(now, measurements)   every 1 ms or so: opens what was not renewed, and returns PDU_STATUS every 50 ms, and at
 //                             once when a contact, an output, an input or the insulation monitor's state has changed.
+//                             PDU_TEMPERATURE, of a unit with a sensor in the intake air, comes once a second.
 //                             Insulation resistance and throttle alone wait for their period: they never stand still.
 //
 // The insulation monitor's status line is an input like the others; its pulse-width signal is read by protocol/ir155.
@@ -60,6 +61,8 @@ struct PduMeasurements {
   PduInputs inputs{};
   ir155::Pwm insulation{};
   SignalValue throttle_permille{};
+  // Of the intake air. Not fitted: it has no such sensor, and sends no PDU_TEMPERATURE.
+  SignalValue intake_air_dC{.validity = Validity::not_fitted};
 };
 
 struct PduCounts {
@@ -67,13 +70,15 @@ struct PduCounts {
   std::uint64_t timeouts = 0;  // something was driven and the commands stopped
 };
 
-using PduFrames = FixedVector<CanFrame, 1>;
+using PduFrames = FixedVector<CanFrame, 2>;
 
 class Pdu {
  public:
   static constexpr Duration status_period = 50ms;
+  static constexpr Duration temperature_period = 1s;
 
-  explicit Pdu(TimePoint powered_at) : periodic_(powered_at, status_period) {}
+  explicit Pdu(TimePoint powered_at)
+      : periodic_(powered_at, status_period), temperatures_(powered_at, temperature_period) {}
 
   void observe(const CanFrame& frame, TimePoint now);
   [[nodiscard]] PduFrames tick(TimePoint now, const PduMeasurements& measured);
@@ -95,15 +100,18 @@ class Pdu {
   };
 
   void open_if_expired(TimePoint now);
+  [[nodiscard]] CanFrame make_temperature(const SignalValue& intake_air_dC);
   [[nodiscard]] CanFrame make_status(const PduMeasurements& measured, const ir155::Reading& insulation);
 
   ReceiveCheck check_{internal_bus::catalogue, ReceiveCheck::Role::listener};
   Periodic periodic_;
+  Periodic temperatures_;
   PduOutputs outputs_;
   TimePoint expires_at_{};
   bool opened_by_timeout_ = false;  // until the next command
   Told told_;
   std::uint8_t counter_ = 0;
+  std::uint8_t temperature_counter_ = 0;
   PduCounts counts_;
 };
 

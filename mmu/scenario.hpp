@@ -197,6 +197,7 @@ enum class Property : std::uint8_t {
   pdu_talking,
   pdu_damaged_frames,
   pdu_throttle,
+  pdu_intake_air,
   contactor_welded,
   contactor_stuck_open,
   contactor_ok,

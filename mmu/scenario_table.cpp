@@ -286,6 +286,8 @@ constexpr std::array<PropertySpec, property_count> properties{
          "its frames have a wrong checksum"),
     make(Property::pdu_throttle, TargetKind::pdu, "throttle_permille", 0, 1000, "the pedal; auto: not fitted",
          automatic),
+    make(Property::pdu_intake_air, TargetKind::pdu, "intake_air_dC", -500, 1000,
+         "a sensor in the intake air; auto: none", automatic),
     make(Property::contactor_welded, TargetKind::contactor, "welded", "closed, whatever the coil does"),
     make(Property::contactor_stuck_open, TargetKind::contactor, "stuck_open", "never closes"),
     make(Property::contactor_ok, TargetKind::contactor, "ok", "repaired"),

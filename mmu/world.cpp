@@ -278,6 +278,7 @@ PduMeasurements World::measure_pdu() const {
   measured.inputs.insulation_monitor_ok = insulation.is_status_ok;
   measured.insulation = insulation.pwm;
   measured.throttle_permille = throttle_permille ? known(std::lround(*throttle_permille)) : not_known();
+  if (intake_air_dC) measured.intake_air_dC = known(std::lround(*intake_air_dC));
   return measured;
 }
 

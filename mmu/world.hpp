@@ -175,6 +175,7 @@ struct World {
   InsulationUnit insulation;
   CanInsulation can_insulation;
   std::optional<double> throttle_permille;
+  std::optional<double> intake_air_dC;  // none: the PDU has no such sensor
 
   double charger_A = 0.0;  // what it is set to
   ChargerControl charger;

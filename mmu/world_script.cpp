@@ -309,6 +309,8 @@ constexpr std::array<Handler, property_count> handlers{{
     {Property::pdu_damaged_frames, [](W& w, P, double v) { w.has_pdu_damaged_frames = v > 0.0; }},
     {Property::pdu_throttle, [](W& w, P, double v) { w.throttle_permille = v; },
      [](const W& w, P) { return w.throttle_permille.value_or(0.0); }, [](W& w, P) { w.throttle_permille.reset(); }},
+    {Property::pdu_intake_air, [](W& w, P, double v) { w.intake_air_dC = v; },
+     [](const W& w, P) { return w.intake_air_dC.value_or(0.0); }, [](W& w, P) { w.intake_air_dC.reset(); }},
     {Property::contactor_welded, [](W& w, P p, double) { contactor(w, p).set_fault(ContactorFault::welded); }},
     {Property::contactor_stuck_open, [](W& w, P p, double) { contactor(w, p).set_fault(ContactorFault::stuck_open); }},
     {Property::contactor_ok, [](W& w, P p, double) { contactor(w, p).set_fault(ContactorFault::none); }},

@@ -348,6 +348,10 @@ Urgency Core::take_sensor_frame(const CheckedFrame& checked, const CanFrame& fra
   const bool had_word = sensors_.pdu_word.is_valid();
   const PduState before = sensors_.pdu.value;
   const bool is_pdu = checked.message->base_id == internal_bus::pdu_status.base_id;
+  if (checked.message->base_id == internal_bus::pdu_temperature.base_id) {
+    sensors_.observe(*checked.message, frame, at, config_);
+    return Urgency::can_wait;
+  }
   const bool is_of_second = checked.message->base_id == internal_bus::sensor_current_2.base_id;
   // What a sensor says whose settings nobody knows is no measurement.
   const SensorSetup& setup = is_of_second ? second_sensor_setup_ : sensor_setup_;
@@ -600,6 +604,11 @@ Urgency Core::take(TimePoint at, const ClaimBegins& what) {
   for (const Port port : all_ports) {
     if (ports_[static_cast<std::size_t>(port)].is_up) claim_.note_port(port, true, at);
   }
+  return Urgency::can_wait;
+}
+
+Urgency Core::take(TimePoint at, const IntakeAirSeen& what) {
+  sensors_.observe_intake_air(what.temperature_dC, at, config_);
   return Urgency::can_wait;
 }
 

@@ -166,6 +166,8 @@ class Core {
   [[nodiscard]] const SensorTable& sensors() const { return sensors_; }
   [[nodiscard]] const SensorSetup& sensor_setup() const { return sensor_setup_; }
   [[nodiscard]] const SensorSetup& second_sensor_setup() const { return second_sensor_setup_; }
+  /// Of the source that the pack file names; unknown where there is none, and while it is too old or no temperature.
+  [[nodiscard]] Temperature_dC intake_air_dC(TimePoint now) const;
   [[nodiscard]] const InsulationTable& insulation() const { return insulation_; }
   [[nodiscard]] const FaultMemory& faults() const { return faults_; }
   [[nodiscard]] const Permission& permission() const { return permission_; }
@@ -262,6 +264,7 @@ class Core {
   Urgency take(TimePoint at, const LinesSeen& what);
   Urgency take(TimePoint at, const PulsesSeen& what);
   Urgency take(TimePoint at, const ClaimBegins& what);
+  Urgency take(TimePoint at, const IntakeAirSeen& what);
   [[nodiscard]] static Urgency urgency_of(const PduState& before, const PduState& now);
   void take_vehicle_frame(const CanFrame& frame, TimePoint at);
   void take_request(const CanFrame& request, TimePoint at);

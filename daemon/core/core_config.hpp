@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <string_view>
 
 #include "daemon/core/cell_dynamics.hpp"
 #include "daemon/core/cell_model.hpp"
@@ -323,6 +324,21 @@ struct VehicleConfig {
   bool may_clear_faults = false;    // by such a request
 };
 
+/// Where the temperature of the intake air (627h) comes from.
+enum class AirSource : std::uint8_t {
+  none,    // there is no such sensor
+  module,  // a board sensor of a module, which sits in the air
+  pdu,     // PDU_TEMPERATURE
+  file,    // IntakeAirSeen, as the shell reads it
+};
+inline constexpr std::array<std::string_view, 4> air_source_names{"none", "module", "pdu", "file"};
+struct IntakeAirConfig {
+  AirSource source = AirSource::none;
+  std::uint8_t node = 0;    // of a module: which
+  std::uint8_t sensor = 1;  // of its board sensors, from 1
+  Duration age_max = 10s;   // of what PDU and file report; a module's is ages.temperature
+};
+
 /// A pack beside this one that tells the same messages. `base_id` 0: there is none.
 struct SecondPackConfig {
   std::uint16_t base_id = 0;
@@ -407,6 +423,7 @@ struct CoreConfig {
   SocConfig soc;
   BalancingConfig balancing;
   VehicleConfig vehicle;
+  IntakeAirConfig intake_air;
   SecondPackConfig second_pack;
   ChargerConfig charger;
   InverterConfig inverter;

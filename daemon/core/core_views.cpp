@@ -11,6 +11,21 @@ std::optional<std::int32_t> Core::soc_permille() const {
   return estimate_.told_permille();
 }
 
+Temperature_dC Core::intake_air_dC(TimePoint now) const {
+  const IntakeAirConfig& air = config_.intake_air;
+  Temperature_dC found = sensors_.intake_air_dC;
+  Duration age_max = air.age_max;
+  if (air.source == AirSource::none) return {};
+  if (air.source == AirSource::module) {
+    const ModuleRecord* const module = modules_.find(air.node);
+    if (module == nullptr) return {};
+    found = module->board_temperature_dC[air.sensor - 1U];
+    age_max = config_.ages.temperature;
+  }
+  if (!found.is_usable(now, age_max)) found.validity = found.is_valid() ? Validity::unknown : found.validity;
+  return found;
+}
+
 PowerLimits Core::power_limits() const {
   return bmu::power_limits(limits_, pack_, load_resistance(estimate_));
 }
@@ -43,6 +58,7 @@ VehicleView Core::vehicle_view(TimePoint now) const {
           .close_requested = request_.is_present(),
           .pack = &pack_,
           .limits = &limits_,
+          .intake_air_dC = intake_air_dC(now),
           .soc_permille = soc_permille(),
           .soc_2_permille = second_pack_.soc_permille(now),
           .depth_of_discharge_uAs =

@@ -133,8 +133,15 @@ struct PulsesSeen {
   ir155::Pwm pwm;  // `since_edge` in whole microseconds
 };
 
-using ObservedThing = std::variant<FrameReceived, FrameEchoed, SendFailed, PortChanged, FramesLost, BusErrorSeen,
-                                   CommandGiven, WallClockSeen, HealthSeen, LinesSeen, PulsesSeen, ClaimBegins>;
+/// The temperature of the intake air, as a sensor of this machine reports it: after each reading that succeeded.
+/// Between two of them it ages.
+struct IntakeAirSeen {
+  std::int32_t temperature_dC = 0;
+};
+
+using ObservedThing =
+    std::variant<FrameReceived, FrameEchoed, SendFailed, PortChanged, FramesLost, BusErrorSeen, CommandGiven,
+                 WallClockSeen, HealthSeen, LinesSeen, PulsesSeen, ClaimBegins, IntakeAirSeen>;
 
 struct Observation {
   TimePoint at;

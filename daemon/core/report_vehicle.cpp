@@ -152,7 +152,7 @@ CanFrame temperature_frame(const VehicleView& view, const VehicleConfig&) {
   const Spread& cells = view.pack->cell_temperature_dC;
   CanFrame frame = make_frame(pack_temperature);
   write<pack_temperature, "cell_temperature_average_dC">(frame, if_complete(cells, cells.average));
-  write<pack_temperature, "air_temperature_dC">(frame, not_known());
+  write<pack_temperature, "air_temperature_dC">(frame, value_of(view.intake_air_dC));
   write<pack_temperature, "cell_temperature_min_dC">(frame, if_complete(cells, cells.min));
   write<pack_temperature, "cell_temperature_min_sensor">(frame, number_of(cells, cells.min_at));
   write<pack_temperature, "cell_temperature_max_dC">(frame, if_complete(cells, cells.max));

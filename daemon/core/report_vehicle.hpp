@@ -25,6 +25,7 @@ struct VehicleView {
   bool close_requested = false;
   const PackState* pack = nullptr;
   const CurrentLimits* limits = nullptr;
+  Temperature_dC intake_air_dC{};  // not valid: no sensor, or it reports none
   std::optional<std::int32_t> soc_permille{};
   std::optional<std::int32_t> soc_2_permille{};  // of a second pack
   std::optional<std::int64_t> depth_of_discharge_uAs{};

@@ -9,6 +9,10 @@ namespace bmu {
 
 namespace {
 
+/// Beyond these no air is that a pack is cooled with: a sensor that is broken.
+constexpr std::int32_t air_temperature_min_dC = -600;
+constexpr std::int32_t air_temperature_max_dC = 1'200;
+
 using namespace internal_bus;
 
 InsulationState insulation_state(std::int64_t raw) {
@@ -147,8 +151,18 @@ void SensorTable::observe(const MessageSpec& message, const CanFrame& frame, Tim
       }
       merge(config);
       break;
+    case pdu_temperature.base_id:
+      if (config.intake_air.source != AirSource::pdu) break;
+      intake_air_dC = measured(read<pdu_temperature, "intake_air_temperature_dC">(frame), at);
+      break;
     default: break;  // the sensor's own counters are taken as a second opinion by a later stage
   }
+}
+
+void SensorTable::observe_intake_air(std::int32_t temperature_dC, TimePoint at, const CoreConfig& config) {
+  if (config.intake_air.source != AirSource::file) return;
+  const bool is_possible = temperature_dC >= air_temperature_min_dC && temperature_dC <= air_temperature_max_dC;
+  intake_air_dC = {temperature_dC, at, is_possible ? Validity::valid : Validity::out_of_range};
 }
 
 void SensorTable::observe(const LineImage& image, TimePoint at, const CoreConfig& config) {

@@ -71,7 +71,8 @@ struct SensorTable {
   // Contacts and inputs from wherever the pack has them: the unit's word, the lines of this machine, or both together.
   // As old as the older of its sources; unknown while one of them is.
   Measured<PduState> pdu;
-  RefusedResults refused;  // of all channels together
+  Temperature_dC intake_air_dC;  // of PDU or file, whichever the pack file names
+  RefusedResults refused;        // of all channels together
   RefusedPulses refused_pulses;
   CurrentWindow current_window;
   TimePoint insulation_known_at{};  // when the monitor last told a resistance; before, when it could begin to
@@ -93,6 +94,8 @@ struct SensorTable {
   }
   /// Takes over what follows now from the word of a monitor that is heard itself, where there is one.
   void take_insulation(const InsulationWord& word, const CoreConfig& config);
+  /// Takes over the temperature of the intake air from a sensor of this machine, where the pack file names that one.
+  void observe_intake_air(std::int32_t temperature_dC, TimePoint at, const CoreConfig& config);
   /// Takes over what the lines say.
   void observe(const LineImage& image, TimePoint at, const CoreConfig& config);
 

@@ -163,6 +163,7 @@ struct Printer {
   void operator()(const ClaimBegins& what) const {
     comment("claim ").number(what.length / 1us).text(what.is_kept ? " us kept" : " us");
   }
+  void operator()(const IntakeAirSeen& what) const { comment("air ").number(what.temperature_dC).text(" dC"); }
 };
 
 // --- in -------------------------------------------------------------------------------------------------------------
@@ -350,6 +351,13 @@ ObservedThing parse_claim(In& in) {
   return what;
 }
 
+ObservedThing parse_air(In& in) {
+  IntakeAirSeen what;
+  what.temperature_dC = in.number<std::int32_t>("a temperature");
+  in.expect(in.word() == "dC", "dC");
+  return what;
+}
+
 struct ObservationRow {
   std::string_view word;
   ObservedThing (*parse)(In& in);
@@ -358,7 +366,7 @@ constexpr std::array observation_rows{ObservationRow{"port", parse_port},     Ob
                                       ObservationRow{"failed", parse_failed}, ObservationRow{"command", parse_command},
                                       ObservationRow{"clock", parse_clock},   ObservationRow{"health", parse_health},
                                       ObservationRow{"lines", parse_lines},   ObservationRow{"pulses", parse_pulses},
-                                      ObservationRow{"claim", parse_claim}};
+                                      ObservationRow{"claim", parse_claim},   ObservationRow{"air", parse_air}};
 
 /// "(1700000000.123456)" as candump writes it.
 std::optional<std::int64_t> parse_time(std::string_view text) {

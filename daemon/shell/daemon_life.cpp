@@ -140,6 +140,7 @@ Result<void, OsError> DaemonLife::set_up(const Legacy& legacy) {
   open_pack_ = std::make_shared<OpenPack>(*core_);
   if (auto started = start_console(); !started) return started;
   if (auto started = start_link_watch(); !started) return started;
+  if (auto started = start_intake_air(); !started) return started;
   make_loop(legacy);
   make_requests();
   if (auto ready = loop_->init(); !ready) return ready;
@@ -205,6 +206,17 @@ Result<void, OsError> DaemonLife::start_link_watch() {
   return {};
 }
 
+Result<void, OsError> DaemonLife::start_intake_air() {
+  if (plan_.pack.intake_air.source != AirSource::file) return {};
+  const auto log_line = [&journal = world_.journal](Severity severity, std::string_view line) {
+    journal.log(severity, line);
+  };
+  auto reader = IntakeAirReader::start(plan_.pack.intake_air.file, log_line);
+  if (!reader) return failure(reader.error());
+  intake_air_ = std::move(*reader);
+  return {};
+}
+
 void DaemonLife::make_loop(const Legacy& legacy) {
   std::vector<CoreTap*> taps = memory_->taps();
   taps.push_back(open_pack_.get());
@@ -224,6 +236,7 @@ void DaemonLife::make_loop(const Legacy& legacy) {
                                                      .kept_max = claim_kept_max(plan_.pack.core),
                                                      .held_until = legacy.claim_held_until},
                                            .lines = lines_ ? &*lines_ : nullptr,
+                                           .intake_air = intake_air_.get(),
                                            .history = &memory_->history(),
                                            .taps = std::move(taps),
                                            .each_second = std::move(each_second),

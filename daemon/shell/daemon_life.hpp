@@ -101,6 +101,7 @@ class DaemonLife {
   void make_core();
   [[nodiscard]] Result<void, OsError> start_console();
   [[nodiscard]] Result<void, OsError> start_link_watch();
+  [[nodiscard]] Result<void, OsError> start_intake_air();
   void make_loop(const Legacy& legacy);
   void make_requests();
   [[nodiscard]] StatusView view() const;
@@ -118,6 +119,7 @@ class DaemonLife {
   std::shared_ptr<OpenPack> open_pack_;
   std::unique_ptr<SerialConsole> console_;
   std::unique_ptr<LinkWatch> links_;
+  std::unique_ptr<IntakeAirReader> intake_air_;
   std::unique_ptr<Loop> loop_;
   std::unique_ptr<StatusRequests> requests_;
 };

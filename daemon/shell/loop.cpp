@@ -394,6 +394,13 @@ void Loop::look_at_lines() {
   if (const auto pwm = parts_.lines->lines().pulses(at)) observe(at, PulsesSeen{.pwm = *pwm});
 }
 
+void Loop::read_intake_air() {
+  if (parts_.intake_air == nullptr) return;
+  if (const auto reading_dC = parts_.intake_air->take_dC()) {
+    observe(now(), IntakeAirSeen{.temperature_dC = *reading_dC});
+  }
+}
+
 void Loop::drive_lines(const ContactorOutputs& outputs, TimePoint decided_at) {
   if (parts_.lines == nullptr) return;
   // The lines stay as they are, and the watchdog's stands still, until the next decision, which comes at once.
@@ -459,6 +466,7 @@ void Loop::decide_if_due() {
 
 void Loop::decide() {
   look_at_lines();
+  read_intake_air();
   const TimePoint at = now();
   if (at >= wake_at_) {
     is_tick_unfinished_ = true;

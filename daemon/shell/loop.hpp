@@ -21,6 +21,7 @@
 #include "daemon/history/history_store.hpp"
 #include "daemon/shell/buses.hpp"
 #include "daemon/shell/drive_record.hpp"
+#include "daemon/shell/intake_air.hpp"
 #include "daemon/shell/journal.hpp"
 #include "daemon/shell/line_feeder.hpp"
 #include "daemon/shell/owned_fd.hpp"
@@ -68,7 +69,8 @@ struct LoopParts {
   StateStore& store;
   RateWatch& rate;
   ClaimPlan claim{};
-  LineFeeder* lines = nullptr;  // none: the pack file has no lines of this machine
+  LineFeeder* lines = nullptr;            // none: the pack file has no lines of this machine
+  IntakeAirReader* intake_air = nullptr;  // none: the temperature of the intake air comes from no file
   const HistoryStore* history = nullptr;
   std::vector<CoreTap*> taps{};  // are told all that the core is told and decides; none of them may wait
   std::vector<std::function<void()>> each_second{};  // what people are told now and then; may not wait either
@@ -126,6 +128,7 @@ class Loop {
   void maintain_ports();
   void look_at_rate();
   void look_at_lines();
+  void read_intake_air();
   void drive_lines(const ContactorOutputs& outputs, TimePoint decided_at);
   void maintain_lines();
   void begin_claim();

@@ -27,6 +27,18 @@ constexpr std::size_t rejected_ids_shown = 5;
 
 // --- measurements ---------------------------------------------------------------------------------------------------
 
+/// Of its source; null where there is none.
+void put_intake_air(JsonText& to, const StatusView& view) {
+  const IntakeAirConfig& air = view.core.config().intake_air;
+  if (air.source == AirSource::none) return to.put("intake_air", nullptr);
+  const Temperature_dC temperature_dC = view.core.intake_air_dC(view.now);
+  to.object("intake_air", [&] {
+    to.put("source", air_source_names.at(static_cast<std::size_t>(air.source)));
+    to.put("temperature_dC", if_known(temperature_dC.is_valid(), temperature_dC.value));
+    to.put("temperature_age_ms", ago_ms(view, temperature_dC.taken_at));
+  });
+}
+
 void put_values(JsonText& to, const StatusView& view) {
   const PackState& pack = view.core.pack();
   const SensorTable& sensors = view.core.sensors();
@@ -41,6 +53,7 @@ void put_values(JsonText& to, const StatusView& view) {
     put_spread(to, "cell_voltage", pack.cell_voltage_uV, Unit::uV, view);
     put_spread(to, "cell_temperature", pack.cell_temperature_dC, Unit::dC, view);
     put_spread(to, "board_temperature", pack.board_temperature_dC, Unit::dC, view);
+    put_intake_air(to, view);
   });
 }
 

@@ -346,6 +346,17 @@ inline constexpr MessageSpec pdu_status{.name = "PDU_STATUS",
                                         .signals = pdu_status_signals,
                                         .meaning = "auxiliary contacts, inputs, insulation"};
 
+inline constexpr SignalSpec pdu_temperature_signals[] = {detail::cell_temperature("intake_air_temperature_dC", 0),
+                                                         counter_signal};
+/// Only of units that have such a sensor.
+inline constexpr MessageSpec pdu_temperature{.name = "PDU_TEMPERATURE",
+                                             .base_id = 0x042,
+                                             .protection = Protection::counter_crc,
+                                             .sender = Sender::pdu,
+                                             .period = 1s,
+                                             .signals = pdu_temperature_signals,
+                                             .meaning = "intake air; only of units with such a sensor"};
+
 // --- current and voltage sensor (IVT-S as delivered) ----------------------------------------------------------------
 
 namespace detail {
@@ -447,12 +458,30 @@ inline constexpr MessageSpec sensor_energy_le =
 // --- the bus
 // ----------------------------------------------------------------------------------------------------------
 
-inline constexpr const MessageSpec* rows[] = {
-    &contactor_command, &pdu_status, &poll,      &status,        &cells_1,       &cells_2,         &cells_3,
-    &cells_4,           &temp_1,     &temp_2,    &module,        &ident,         &command,         &response,
-    &sensor_current,    &sensor_u1,  &sensor_u2, &sensor_charge, &sensor_energy, &sensor_current_2};
+inline constexpr const MessageSpec* rows[] = {&contactor_command,
+                                              &pdu_status,
+                                              &pdu_temperature,
+                                              &poll,
+                                              &status,
+                                              &cells_1,
+                                              &cells_2,
+                                              &cells_3,
+                                              &cells_4,
+                                              &temp_1,
+                                              &temp_2,
+                                              &module,
+                                              &ident,
+                                              &command,
+                                              &response,
+                                              &sensor_current,
+                                              &sensor_u1,
+                                              &sensor_u2,
+                                              &sensor_charge,
+                                              &sensor_energy,
+                                              &sensor_current_2};
 inline constexpr const MessageSpec* rows_little_endian_sensor[] = {&contactor_command,
                                                                    &pdu_status,
+                                                                   &pdu_temperature,
                                                                    &poll,
                                                                    &status,
                                                                    &cells_1,
@@ -477,12 +506,12 @@ inline constexpr Catalogue catalogue_little_endian_sensor{"internal", rows_littl
 
 /// Where the modules are another maker's: what is left of the bus. POLL, COMMAND and all that modules of ours say are
 /// nobody's then.
-inline constexpr const MessageSpec* rows_without_modules[] = {&contactor_command, &pdu_status,      &sensor_current,
-                                                              &sensor_u1,         &sensor_u2,       &sensor_charge,
-                                                              &sensor_energy,     &sensor_current_2};
+inline constexpr const MessageSpec* rows_without_modules[] = {&contactor_command, &pdu_status,    &pdu_temperature,
+                                                              &sensor_current,    &sensor_u1,     &sensor_u2,
+                                                              &sensor_charge,     &sensor_energy, &sensor_current_2};
 inline constexpr const MessageSpec* rows_without_modules_little_endian_sensor[] = {
-    &contactor_command, &pdu_status,       &sensor_current_le, &sensor_u1_le,
-    &sensor_u2_le,      &sensor_charge_le, &sensor_energy_le,  &sensor_current_2_le};
+    &contactor_command, &pdu_status,       &pdu_temperature,  &sensor_current_le,  &sensor_u1_le,
+    &sensor_u2_le,      &sensor_charge_le, &sensor_energy_le, &sensor_current_2_le};
 inline constexpr Catalogue catalogue_without_modules{"internal", rows_without_modules};
 inline constexpr Catalogue catalogue_without_modules_little_endian_sensor{"internal",
                                                                           rows_without_modules_little_endian_sensor};

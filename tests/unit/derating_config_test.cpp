@@ -292,6 +292,30 @@ TEST_CASE("a pack whose full voltage is above what rules allow is refused", "[un
           "cell_overvoltage");
 }
 
+TEST_CASE("the intake air is what the file says of the source that it names", "[unit][config][AIR_1]") {
+  CHECK(core_of({}).intake_air.source == AirSource::none);
+  const IntakeAirConfig module =
+      core_of({{"/intake_air", {{"source", "module"}, {"module", 3}, {"sensor", 4}}}}).intake_air;
+  CHECK(module.source == AirSource::module);
+  CHECK(module.node == 3);
+  CHECK(module.sensor == 4);
+  const std::string file = "/sys/bus/iio/devices/iio:device0/in_temp_input";
+  const IntakeAirConfig of_file =
+      core_of({{"/intake_air", {{"source", "file"}, {"file", file}, {"age_max_ms", 5'000}}}}).intake_air;
+  CHECK(of_file.source == AirSource::file);
+  CHECK(of_file.age_max == 5s);
+  refuses({{"/intake_air", {{"source", "module"}}}},
+          "/intake_air/module: found 0, wanted the node number of a module of this pack");
+  refuses({{"/intake_air", {{"source", "module"}, {"module", 9}}}},
+          "/intake_air/module: found 9, wanted the node number of a module of this pack");
+  refuses({{"/intake_air", {{"source", "pdu"}, {"module", 1}}}},
+          "/intake_air/module: found 1, wanted 0, as the source is not module");
+  refuses({{"/intake_air", {{"source", "file"}}}},
+          "/intake_air/file: found nothing, wanted a path, as the source is file");
+  refuses({{"/intake_air", {{"source", "pdu"}, {"file", file}}}},
+          "/intake_air/file: found \"" + file + "\", wanted nothing, as the source is not file");
+}
+
 TEST_CASE("ramps are what the file says, or all in a quarter of a second down and in ten seconds up",
           "[unit][config][ramp]") {
   LimitRampConfig ramp = core_of({}).limit_ramp;

@@ -185,6 +185,23 @@ TEST_CASE("a value that never stands still waits for its period", "[unit][pdu]")
   CHECK(read<pdu_status, "throttle_permille">(sent[0].second) == known(500));
 }
 
+TEST_CASE("a unit with a sensor in the intake air reports it once a second", "[unit][pdu][AIR_1]") {
+  PduBench bench;
+  const auto temperatures = [&bench] {
+    std::vector<CanFrame> frames;
+    for (const auto& [at, frame] : bench.run(3s)) {
+      if (frame.id == pdu_temperature.base_id) frames.push_back(frame);
+    }
+    return frames;
+  };
+  CHECK(temperatures().empty());
+  bench.measured.intake_air_dC = known(215);
+  const std::vector<CanFrame> frames = temperatures();
+  REQUIRE(frames.size() == 3);
+  CHECK(read<pdu_temperature, "intake_air_temperature_dC">(frames[0]) == known(215));
+  CHECK(frames[1].data[6] == frames[0].data[6] + 1);
+}
+
 TEST_CASE("PDU_STATUS tells what the insulation monitor's signal means", "[unit][pdu][FS_3]") {
   struct Case {
     ir155::State state;

@@ -75,6 +75,7 @@ std::vector<ObservedThing> all_kinds() {
                                 .history_write_failed = true,
                                 .memory_low = true,
                                 .disk_low = true}},
+          IntakeAirSeen{.temperature_dC = -53},
           LinesSeen{},
           LinesSeen{.image = {.is_failed = true}},
           LinesSeen{.image = {.closed_contacts = 0xa5,
@@ -123,6 +124,7 @@ TEST_CASE("frames stand in a recording as in any candump log", "[unit][recording
       "# (1700012345.678901) pulses 10000 mHz 503 permille 4120 us high");
   CHECK(line_of({at, ClaimBegins{.length = 273'481us}}) == "# (1700012345.678901) claim 273481 us");
   CHECK(line_of({at, ClaimBegins{.length = 1ms, .is_kept = true}}) == "# (1700012345.678901) claim 1000 us kept");
+  CHECK(line_of({at, IntakeAirSeen{.temperature_dC = -53}}) == "# (1700012345.678901) air -53 dC");
 }
 
 TEST_CASE("a time before a whole second has all its digits", "[unit][recording]") {

@@ -560,6 +560,9 @@ Page status_page(const Reply& reply) {
   add_outlook(page, charge, reply["health"]);
   page.add_field("Cells", spread_line(values["cell_voltage"], Unit::uV));
   page.add_field("Temperature", spread_line(values["cell_temperature"], Unit::dC));
+  if (values["intake_air"].is_known()) {
+    page.add_field("Intake air", {plain(shown(values["intake_air"]["temperature_dC"], Unit::dC))});
+  }
   page.add_field("Discharge", limit_line(reply["limits"]["discharge"], reply["limits"]["discharge_continuous"]));
   page.add_field("Charging", limit_line(reply["limits"]["charge"], reply["limits"]["charge_continuous"]));
   page.add_field("Power", power_line(reply));
