@@ -185,11 +185,14 @@ Result<void, OsError> DaemonLife::start_console() {
   SerialConfig serial = plan_.pack.serial;
   if (!world_.options.serial.empty()) serial.device = world_.options.serial;
   if (serial.device.empty()) return {};
+  service_ = std::make_shared<ServiceValues>(*core_);
   auto console = SerialConsole::start(
       {.device = serial.device, .bit_rate_Bd = serial.bit_rate_Bd},
       {.set_cell_count = [cell_count = plan_.read.cell_count, open_pack = open_pack_](
                              std::size_t wanted) { return cell_count->set(wanted, open_pack->is_open()); },
        .log_source = history_log(history_path(world_.options)),
+       .set_service = [service = service_](bool is_on) { service->set_wanted(is_on); },
+       .take_service_line = [service = service_] { return service->take_line(); },
        .log = [&journal = world_.journal](Severity severity, std::string_view line) { journal.log(severity, line); }});
   if (!console) return failure(console.error());
   console_ = std::move(*console);
@@ -220,6 +223,7 @@ Result<void, OsError> DaemonLife::start_intake_air() {
 void DaemonLife::make_loop(const Legacy& legacy) {
   std::vector<CoreTap*> taps = memory_->taps();
   taps.push_back(open_pack_.get());
+  if (service_) taps.push_back(service_.get());
   std::vector<std::function<void()>> each_second;
   each_second.emplace_back([this] { memory_->tell(); });
   each_second.emplace_back([this] { world_.access.tell_left_out(monotonic_now()); });

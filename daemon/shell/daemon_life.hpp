@@ -28,6 +28,7 @@
 #include "daemon/shell/rate_watch.hpp"
 #include "daemon/shell/serial_console.hpp"
 #include "daemon/shell/service_notify.hpp"
+#include "daemon/shell/service_values.hpp"
 #include "daemon/shell/state_store.hpp"
 #include "daemon/shell/status_requests.hpp"
 #include "daemon/shell/status_socket.hpp"
@@ -117,6 +118,7 @@ class DaemonLife {
   std::unique_ptr<Core> core_;
   std::unique_ptr<Memory> memory_;
   std::shared_ptr<OpenPack> open_pack_;
+  std::shared_ptr<ServiceValues> service_;
   std::unique_ptr<SerialConsole> console_;
   std::unique_ptr<LinkWatch> links_;
   std::unique_ptr<IntakeAirReader> intake_air_;

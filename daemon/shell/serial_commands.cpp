@@ -43,6 +43,15 @@ SerialReply dump_log(std::string_view /*argument*/, const SetCellCount& /*set*/)
   return {.dumps_log = true, .is_order = true};
 }
 
+SerialReply set_service(std::string_view argument, const SetCellCount& /*set*/) {
+  if (argument == "on") {
+    return {.text = line_of("Service on: measured values once a second"), .service = true, .is_order = true};
+  }
+  if (argument == "off") return {.text = line_of("Service off"), .service = false, .is_order = true};
+  return {.text = line_of("Refused: \"" + std::string(argument) + "\" is neither on nor off, as in Service:on"),
+          .is_order = true};
+}
+
 SerialReply help(std::string_view argument, const SetCellCount& set);
 
 struct CommandRow {
@@ -55,10 +64,11 @@ struct CommandRow {
   }
 };
 
-constexpr std::array<CommandRow, 3> command_table{{
+constexpr std::array<CommandRow, 4> command_table{{
     {"CellC:", "CellC:xx  set the number of cells, if the pack file allows it and the contactors are open",
      set_cell_count},
     {"LogReq", "LogReq    all lines of the log, the oldest first; any line you send ends it", dump_log},
+    {"Service:", "Service:on  measured values once a second, until Service:off", set_service},
     {"Help", "Help      this", help},
 }};
 

@@ -53,6 +53,7 @@ struct SerialConsole::Shared {
   std::string output;
   NextLogLine dump;  // empty: none is under way
   std::uint64_t dumped = 0;
+  bool is_service_on = false;
   std::string told;  // what is wrong with the device; told once
   steady_clock::time_point told_since{};
   int told_count = 0;
@@ -67,6 +68,8 @@ struct SerialConsole::Shared {
   void read_input();
   void take_line(const SerialLine& line);
   void fill_output();
+  void set_service(bool is_on);
+  void add_service_line();
   void write_output();
 };
 
@@ -80,6 +83,7 @@ void SerialConsole::Shared::run() {
       ::poll(&wait, 1, static_cast<int>(to_ms(options.look_again)));
     }
   }
+  set_service(false);
   close_serial_port(std::exchange(port, {}));
   const std::lock_guard lock(mutex);
   is_running = false;
@@ -126,6 +130,7 @@ void SerialConsole::Shared::lose_port(const std::string& why) {
   lines.forget();
   output.clear();
   dump = nullptr;
+  set_service(false);
   tell(Severity::warning, "serial console: " + options.device + " is gone (" + why + "); looked for again");
   pollfd wait{.fd = ending.get(), .events = POLLIN, .revents = 0};
   ::poll(&wait, 1, static_cast<int>(to_ms(options.look_again)));
@@ -133,11 +138,13 @@ void SerialConsole::Shared::lose_port(const std::string& why) {
 
 void SerialConsole::Shared::serve() {
   fill_output();
+  add_service_line();
   const bool takes_input = output.size() < unread_max;
   const auto events = static_cast<short>((takes_input ? POLLIN : 0) | (output.empty() ? 0 : POLLOUT));
   std::array<pollfd, 2> wait{
       {{.fd = port.get(), .events = events, .revents = 0}, {.fd = ending.get(), .events = POLLIN, .revents = 0}}};
-  if (::poll(wait.data(), wait.size(), -1) < 0) return;  // interrupted
+  const int wait_ms = is_service_on ? static_cast<int>(to_ms(options.service_look)) : -1;
+  if (::poll(wait.data(), wait.size(), wait_ms) < 0) return;  // interrupted
   const short happened = wait[0].revents;
   if ((happened & POLLIN) != 0) read_input();
   if (port.is_open() && (happened & POLLOUT) != 0) write_output();
@@ -158,8 +165,11 @@ void SerialConsole::Shared::read_input() {
 
 void SerialConsole::Shared::take_line(const SerialLine& line) {
   dump = nullptr;
-  const SerialReply reply = answer_serial(line, actions.set_cell_count);
+  SerialReply reply = answer_serial(line, actions.set_cell_count);
+  if (reply.service && !actions.set_service)
+    reply = {.text = "Refused: nothing is measured here\r\n", .is_order = true};
   output += reply.text;
+  if (reply.service) set_service(*reply.service);
   if (reply.is_order) tell_order(line, reply.text);
   if (!reply.dumps_log) return;
   dump = actions.log_source();
@@ -181,6 +191,20 @@ void SerialConsole::Shared::fill_output() {
       output += dumped == 0 ? "Log is empty\r\n" : "End of log: " + std::to_string(dumped) + " lines\r\n";
     }
   }
+}
+
+/// Nothing is switched once what it reaches may be gone.
+void SerialConsole::Shared::set_service(bool is_on) {
+  if (std::exchange(is_service_on, is_on) == is_on) return;
+  const std::lock_guard lock(mutex);
+  if (!has_to_end) actions.set_service(is_on);
+}
+
+void SerialConsole::Shared::add_service_line() {
+  if (!is_service_on || dump || output.size() >= dump_ahead) return;
+  const std::lock_guard lock(mutex);
+  if (has_to_end) return;
+  if (const auto line = actions.take_service_line()) output += *line + "\r\n";
 }
 
 void SerialConsole::Shared::write_output() {

@@ -3,6 +3,9 @@
 // A dump of ten hours takes minutes at 38 400 Bd and reads a disk; nothing of that may come near the control loop. The
 // loop is asked nothing either: it leaves behind, after each decision, whether the pack is open (OpenPack).
 //
+// In the service mode a line comes once a second (service_values.hpp), unless the log is being dumped or what came
+// before is still unread. It ends with Service:off, with the device and with the console.
+//
 // A device that is not there, or goes, is looked for again, and told once. Nobody who reads its answers too slowly, or
 // not at all, makes it keep more than a few kilobytes: it takes no more input then, and goes on when they are read.
 #pragma once
@@ -11,6 +14,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -43,13 +47,16 @@ class OpenPack final : public CoreTap {
 struct SerialConsoleOptions {
   std::string device;
   std::int32_t bit_rate_Bd = 38'400;
-  Duration look_again = 1s;  // for a device that is not there
+  Duration look_again = 1s;       // for a device that is not there
+  Duration service_look = 200ms;  // for a new line of the service mode
 };
 
 /// All are called on the console's thread, none once the console is gone.
 struct SerialConsoleActions {
   SetCellCount set_cell_count;
   LogSource log_source;
+  std::function<void(bool)> set_service{};                          // none: there is no service mode
+  std::function<std::optional<std::string>()> take_service_line{};  // of the service mode, if there is a new one
   std::function<void(Severity, std::string_view)> log;
 };
 

@@ -46,12 +46,19 @@ struct Desk {
   std::condition_variable changed;
   std::vector<std::string> told;
   std::unique_ptr<SerialConsole> console;
+  // Of the service mode: a line whenever it is looked for.
+  bool has_service = false;
+  std::atomic<bool> is_service_on = false;
+  int service_lines = 0;
 
   void start(const std::string& device, LogSource log = empty_log()) {
     auto started = SerialConsole::start(
-        {.device = device, .look_again = 10ms},
+        {.device = device, .look_again = 10ms, .service_look = 10ms},
         {.set_cell_count = [](std::size_t) -> Result<CellCountSet, std::string> { return failure(std::string("no")); },
          .log_source = std::move(log),
+         .set_service =
+             has_service ? std::function<void(bool)>([this](bool is_on) { is_service_on = is_on; }) : nullptr,
+         .take_service_line = [this] { return std::optional("value " + std::to_string(++service_lines)); },
          .log =
              [this](Severity, std::string_view line) {
                const std::lock_guard lock(mutex);
@@ -177,6 +184,44 @@ TEST_CASE("the log is dumped line by line, and one with an error says so", "[int
     CHECK(terminal.read_to("\r\n") == "The log cannot be read: input/output error\r\n");
     CHECK(terminal.ask("x").starts_with("Unknown"));
   }
+}
+
+TEST_CASE("the service mode sends values until it is switched off, and ends with who switched it on",
+          "[integration][serial][BMS_NF.5b][pty]") {
+  const TemporaryFolder folder;
+  const std::string device = folder / "ttyUSB0";
+  Desk desk;
+  desk.has_service = true;
+  auto first = std::make_unique<PseudoTerminal>();
+  std::filesystem::create_symlink(first->name(), device);
+  desk.start(device);
+  CHECK(first->ask("Service:on") == "Service on: measured values once a second\r\n");
+  CHECK(first->read_to("\r\n") == "value 1\r\n");
+  CHECK(first->read_to("\r\n") == "value 2\r\n");
+  CHECK(desk.is_service_on);
+  first->type("Service:off\r");
+  CHECK(first->read_to("Service off\r\n").ends_with("Service off\r\n"));
+  CHECK(desk.hears("\"Service:off\": Service off"));
+  CHECK_FALSE(desk.is_service_on);
+  CHECK(first->ask("LogReq") == "Log is empty\r\n");  // and no value comes before it
+
+  first->type("Service:on\r");
+  CHECK(first->read_to("value").ends_with("value"));
+  first->hang_up();
+  REQUIRE(desk.hears(device + " is gone"));
+  CHECK_FALSE(desk.is_service_on);
+  PseudoTerminal second;
+  std::filesystem::remove(device);
+  std::filesystem::create_symlink(second.name(), device);
+  CHECK(second.ask("LogReq") == "Log is empty\r\n");
+}
+
+TEST_CASE("a console that has no values refuses the service mode", "[integration][serial][BMS_NF.5b][pty]") {
+  PseudoTerminal terminal;
+  Desk desk;
+  desk.start(terminal.name());
+  CHECK(terminal.ask("Service:on") == "Refused: nothing is measured here\r\n");
+  CHECK(terminal.ask("LogReq") == "Log is empty\r\n");
 }
 
 TEST_CASE("any line ends a dump that is under way", "[integration][serial][BMS_NF.5][pty]") {
@@ -425,6 +470,10 @@ TEST_CASE("the daemon answers on the terminal of its pack file, or of its comman
   bench.start(false, "");
   CHECK(bench.terminal.ask("LogReq") == "Log is empty\r\n");
   CHECK(bench.terminal.ask("CellC:06") == "Refused: the pack file does not allow it (serial/may_set_cell_count)\r\n");
+  CHECK(bench.terminal.ask("Service:on") == "Service on: measured values once a second\r\n");
+  CHECK(bench.terminal.read_to("\r\n").find(" R:") != std::string::npos);
+  bench.terminal.type("Service:off\r");
+  CHECK(bench.terminal.read_to("Service off\r\n").ends_with("Service off\r\n"));
   REQUIRE(bench.ends_whole([&] { bench.begin(); }));
   PseudoTerminal other;
   bench.begin({"--serial", other.name()});

@@ -94,6 +94,24 @@ TEST_CASE("what somebody began who hung up is not completed by the next one", "[
   CHECK(texts(lines, "\nHelp\n") == Texts{"Help"});
 }
 
+TEST_CASE("Service switches the measured values on and off, and nothing else does", "[unit][serial][BMS_NF.5b]") {
+  const SerialReply on = reply_to({.text = "Service:on"});
+  CHECK(on.service == true);
+  CHECK(on.is_order);
+  CHECK(on.text == "Service on: measured values once a second\r\n");
+  const SerialReply off = reply_to({.text = "Service:off"});
+  CHECK(off.service == false);
+  CHECK(off.text == "Service off\r\n");
+  const SerialReply neither = reply_to({.text = "Service:On"});
+  CHECK_FALSE(neither.service.has_value());
+  CHECK(neither.text == "Refused: \"On\" is neither on nor off, as in Service:on\r\n");
+  for (const char* line : {"Service", "service:on", "Help", "LogReq", "CellC:06"}) {
+    CAPTURE(line);
+    CHECK_FALSE(reply_to({.text = line}).service.has_value());
+  }
+  CHECK(reply_to({.text = "Help"}).text.find("Service:on") != std::string::npos);
+}
+
 TEST_CASE("CellC is acknowledged in the words of the requirement, and says when it is in force",
           "[unit][serial][BMS_NF.5]") {
   Taker taker{.is_in_force = true};
