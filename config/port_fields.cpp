@@ -400,6 +400,12 @@ constexpr std::array serial_table{
          .meaning = "1200, 2400, 4800, 9600, 19200, 38400, 57600 or 115200; 8 data bits, no parity, 1 stop bit"}),
     boolean<&SerialConfig::may_set_cell_count>(
         {.key = "may_set_cell_count", .meaning = "`CellC` may set the number of cells of a pack with one module"}),
+    number<&SerialConfig::modules_max>(
+        {.key = "modules_max",
+         .min = 1,
+         .max = node_max,
+         .meaning = "of `CellC`: more cells than one module has are spread over so many at most, at the node numbers "
+                    "behind the one of the file; 1: the pack cannot be extended"}),
 };
 
 bool is_no_file_or_a_path(std::string_view text) {

@@ -12,6 +12,7 @@ struct SerialConfig {
   std::string device;  // "/dev/ttyUSB0"; empty: no console
   std::int32_t bit_rate_Bd = 38'400;
   bool may_set_cell_count = false;
+  std::uint8_t modules_max = 1;  // that CellC may spread the cells over
 };
 
 /// What every adapter knows.

@@ -346,6 +346,75 @@ TEST_CASE("a pack with another number of cells is checked like any other", "[int
   CHECK(thirteen.error().front().path == "/modules/0/cells");
 }
 
+TEST_CASE("13 to 16 cells are spread over two modules where the pack may have them",
+          "[integration][serial][config][BMS_F.2b]") {
+  PackConfig pack = six_cells(true);
+  pack.serial.modules_max = 2;
+  for (std::size_t count = 13; count <= 16; ++count) {
+    CAPTURE(count);
+    const auto more = with_cell_count(pack, count);
+    REQUIRE(more);
+    const auto& modules = more->core.modules;
+    REQUIRE(modules.size() == 2);
+    CHECK(cell_count(more->core) == count);
+    CHECK(modules[0].node == 1);
+    CHECK(modules[1].node == 2);
+    CHECK(modules[0].cell_count == (count + 1) / 2);
+    CHECK(modules[1].cell_count == count / 2);
+    CHECK(modules[1].temperature_sensor_count == modules[0].temperature_sensor_count);
+  }
+  const auto twelve = with_cell_count(pack, 12);
+  REQUIRE(twelve);
+  CHECK(twelve->core.modules.size() == 1);
+  const auto too_many = with_cell_count(pack, 25);
+  REQUIRE_FALSE(too_many);
+  CHECK(too_many.error().front().path == "/modules/0/cells");
+}
+
+TEST_CASE("the further module keeps neither the node nor the serial number of the first",
+          "[integration][serial][config][BMS_F.2b]") {
+  PackConfig pack = six_cells(true);
+  pack.serial.modules_max = 3;
+  const std::string before = "\"node\": 1,";
+  const std::size_t at = pack.sources.pack_text.find(before);
+  REQUIRE(at != std::string::npos);
+  pack.sources.pack_text.replace(at, before.size(), "\"nodes\": [1], \"serial_numbers\": [4711],");
+  const auto more = with_cell_count(pack, 25);
+  REQUIRE(more);
+  const auto& modules = more->core.modules;
+  REQUIRE(modules.size() == 3);
+  CHECK(modules[0].cell_count == 9);
+  CHECK(modules[1].cell_count == 8);
+  CHECK(modules[2].cell_count == 8);
+  CHECK(modules[0].serial_number == 4711U);
+  CHECK_FALSE(modules[1].serial_number.has_value());
+  CHECK(modules[2].node == 3);
+}
+
+TEST_CASE("CellC:16 is in force from the next start on, and CellC:06 takes it back",
+          "[integration][serial][BMS_F.2b]") {
+  const TemporaryFolder folder;
+  const std::string state = folder / "state.json";
+  PackConfig file = six_cells(true);
+  file.serial.modules_max = 2;
+  {
+    CellCountSetting setting(file, state);
+    const auto set = setting.set(16, true);
+    REQUIRE(set);
+    CHECK_FALSE(set->is_in_force);
+  }
+  {
+    CellCountSetting setting(file, state);
+    CHECK(setting.told() == "16 cells, set over the serial console; the pack file has 6");
+    CHECK(setting.pack().core.modules.size() == 2);
+    CHECK(setting.set(16, true)->is_in_force);
+    REQUIRE(setting.set(6, true));
+  }
+  CHECK(cell_count(CellCountSetting(file, state).pack().core) == 6);
+  file.serial.modules_max = 1;  // that pack cannot be extended any more
+  CHECK(CellCountSetting(file, state).set(16, true).error().starts_with("not with 16 cells: "));
+}
+
 TEST_CASE("CellC is refused unless the pack file allows it and the contactors are open",
           "[integration][serial][BMS_NF.5]") {
   const TemporaryFolder folder;

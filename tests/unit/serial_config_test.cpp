@@ -40,6 +40,7 @@ TEST_CASE("without a section there is no console, and with a device one of 38400
   CHECK(with->serial.device == "/dev/ttyUSB0");
   CHECK(with->serial.bit_rate_Bd == 38'400);
   CHECK_FALSE(with->serial.may_set_cell_count);
+  CHECK(with->serial.modules_max == 1);
   const auto all = parse_with(R"({"device": "/dev/ttyS1", "bit_rate_Bd": 115200, "may_set_cell_count": true})");
   REQUIRE(all);
   CHECK(all->serial.bit_rate_Bd == 115'200);
