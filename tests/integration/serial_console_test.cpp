@@ -91,6 +91,20 @@ PackConfig six_cells(bool may_set) {
   return *pack;
 }
 
+/// The same with room for more: its precharge resistor bears the voltage of 25 cells, and further modules may come.
+PackConfig extendable(std::uint8_t modules_max) {
+  PackConfig pack = six_cells(true);
+  pack.serial.modules_max = modules_max;
+  const std::string before =
+      "\"precharge_overcurrent_mA\": 1000, \"precharge_resistance_Ohm\": 100, \"precharge_energy_J\": 30";
+  const std::size_t at = pack.sources.pack_text.find(before);
+  REQUIRE(at != std::string::npos);
+  pack.sources.pack_text.replace(
+      at, before.size(),
+      "\"precharge_overcurrent_mA\": 3000, \"precharge_resistance_Ohm\": 100, \"precharge_energy_J\": 1000");
+  return pack;
+}
+
 }  // namespace
 
 // --- the port -------------------------------------------------------------------------------------------------------
@@ -348,8 +362,7 @@ TEST_CASE("a pack with another number of cells is checked like any other", "[int
 
 TEST_CASE("13 to 16 cells are spread over two modules where the pack may have them",
           "[integration][serial][config][BMS_F.2b]") {
-  PackConfig pack = six_cells(true);
-  pack.serial.modules_max = 2;
+  const PackConfig pack = extendable(2);
   for (std::size_t count = 13; count <= 16; ++count) {
     CAPTURE(count);
     const auto more = with_cell_count(pack, count);
@@ -373,8 +386,7 @@ TEST_CASE("13 to 16 cells are spread over two modules where the pack may have th
 
 TEST_CASE("the further module keeps neither the node nor the serial number of the first",
           "[integration][serial][config][BMS_F.2b]") {
-  PackConfig pack = six_cells(true);
-  pack.serial.modules_max = 3;
+  PackConfig pack = extendable(3);
   const std::string before = "\"node\": 1,";
   const std::size_t at = pack.sources.pack_text.find(before);
   REQUIRE(at != std::string::npos);
@@ -395,8 +407,7 @@ TEST_CASE("CellC:16 is in force from the next start on, and CellC:06 takes it ba
           "[integration][serial][BMS_F.2b]") {
   const TemporaryFolder folder;
   const std::string state = folder / "state.json";
-  PackConfig file = six_cells(true);
-  file.serial.modules_max = 2;
+  PackConfig file = extendable(2);
   {
     CellCountSetting setting(file, state);
     const auto set = setting.set(16, true);
