@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "daemon/core/cell_reporter.hpp"
+#include "devices/cell_data/cell_data.hpp"
 #include "devices/device_list.hpp"
 #include "protocol/can_bits.hpp"
 #include "protocol/tables/vehicle_dialects.hpp"
@@ -20,6 +22,16 @@ void add_reports(VehicleDialect dialect, std::uint32_t base_id, Guests& guests) 
   for (const MessageSpec* message : row_of(dialect).catalogue->messages()) {
     add(*message, message->base_id - vehicle_bus::default_base_id + base_id, message->period, guests);
   }
+}
+
+/// The frames of a round are spread evenly over its period.
+void add_cell_data(const CoreConfig& core, Guests& guests) {
+  const CellDataBlocks blocks = cell_data_blocks(core);
+  const auto add_blocks = [&](const MessageSpec& message, std::uint32_t id, std::size_t count) {
+    if (count > 0) add(message, id, core.vehicle.cell_data_period / static_cast<std::int64_t>(count), guests);
+  };
+  add_blocks(cell_data::voltages, core.vehicle.cell_voltages_id, blocks.voltages);
+  add_blocks(cell_data::temperatures, core.vehicle.cell_temperatures_id, blocks.temperatures);
 }
 
 /// A protocol has rows for as many units as there could be.
@@ -54,7 +66,10 @@ void add_sensor(const Driver* driver, Guests& guests) {
 
 std::vector<GuestMessage> guests_on(const CoreConfig& core, Port bus) {
   Guests guests;
-  if (serves(core, bus, Port::vehicle)) add_reports(core.vehicle.dialect, core.vehicle.base_id, guests);
+  if (serves(core, bus, Port::vehicle)) {
+    add_reports(core.vehicle.dialect, core.vehicle.base_id, guests);
+    add_cell_data(core, guests);
+  }
   if (serves(core, bus, Port::second_pack) && core.second_pack.base_id != 0) {
     add_reports(core.second_pack.dialect, core.second_pack.base_id, guests);
   }

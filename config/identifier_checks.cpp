@@ -72,6 +72,11 @@ std::vector<Claim> claims_of(const PackConfig& pack) {
     claims.push_back({"vehicle", "request_id", "requests for data", Port::vehicle, vehicle.request_id, 1});
     claims.push_back({"vehicle", "reply_id", "answers to requests", Port::vehicle, reply_id_of(vehicle), 1});
   }
+  const auto claim_cell_data = [&claims](std::string_view key, std::string_view who, unsigned id) {
+    if (id != 0) claims.push_back({"vehicle", key, who, Port::vehicle, id, 1});
+  };
+  claim_cell_data("cell_voltages_id", "the cell voltages", vehicle.cell_voltages_id);
+  claim_cell_data("cell_temperatures_id", "the cell temperatures", vehicle.cell_temperatures_id);
   if (pack.core.second_pack.base_id != 0) {
     claims.push_back({"second_pack", "base_id", "the messages of the second pack", Port::second_pack,
                       pack.core.second_pack.base_id, messages});

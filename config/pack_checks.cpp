@@ -18,6 +18,7 @@
 #include "config/pack_fields.hpp"
 #include "config/part_reader.hpp"
 #include "config/sensor_checks.hpp"
+#include "daemon/core/cell_reporter.hpp"
 #include "daemon/core/charge_pause.hpp"
 #include "daemon/core/fault_table.hpp"
 
@@ -627,6 +628,19 @@ void check_resistance_pause(const Check& check) {
                          ": a pause is only made after the charge has been so far below");
 }
 
+// --- cell data for the vehicle ---------------------------------------------------------------------------------------
+
+/// A frame goes out with each tick at the most.
+void check_cell_data(const Check& check) {
+  const Place place = check.root.at("vehicle").at("cell_data_period_ms");
+  const auto frames = static_cast<std::int64_t>(cell_data_blocks(check.core()).count());
+  const Duration least = tick_period * frames;
+  if (!check.problems.is_good(place) || check.core().vehicle.cell_data_period >= least) return;
+  check.problems.add(place, digits_of(to_ms(check.core().vehicle.cell_data_period)),
+                     "at least " + digits_of(to_ms(least)) + ", as a round has " + digits_of(frames) +
+                         " frames, and one goes out in " + ms_text(tick_period));
+}
+
 // --- the intake air --------------------------------------------------------------------------------------------------
 
 /// The source that is named has what it needs, and nothing is said of another.
@@ -703,6 +717,7 @@ void check_pack(const PackConfig& pack, const Place& pack_place, const Place& ce
   check_device_rates(pack, pack_place, problems);
   check_serial_rate(check);
   check_intake_air(check);
+  check_cell_data(check);
 }
 
 ConfigProblems pack_warnings(const PackConfig& pack, std::string_view file_name) {

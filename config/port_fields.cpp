@@ -125,6 +125,18 @@ constexpr std::array vehicle_table{
     boolean<&VehicleConfig::may_clear_faults>(
         {.key = "may_clear_faults",
          .meaning = "whoever asks there may clear stored faults, as far as a user may: anybody on that bus"}),
+    optional_id<&VehicleConfig::cell_voltages_id>(
+        {.key = "cell_voltages_id",
+         .meaning = "identifier of CELL_VOLTAGES, every cell once a period, such as \"650\"; nothing: not sent",
+         .is_well_formed = is_nothing_or_id,
+         .form = id_form}),
+    optional_id<&VehicleConfig::cell_temperatures_id>(
+        {.key = "cell_temperatures_id",
+         .meaning = "identifier of CELL_TEMPERATURES, every sensor of the cells, such as \"651\"; nothing: not sent",
+         .is_well_formed = is_nothing_or_id,
+         .form = id_form}),
+    number<&VehicleConfig::cell_data_period>(
+        {.key = "cell_data_period_ms", .min = 100, .max = 60'000, .meaning = "of a round of all of these"}),
 };
 
 constexpr std::array<std::string_view, 2> master_address_names{"F4", "F5"};

@@ -28,6 +28,7 @@ enum class DeviceKind : std::uint8_t {
   insulation_monitor,
   modules,
   cell_requests,
+  cell_data,
 };
 
 /// As a person reads it: "charger", "current sensor".

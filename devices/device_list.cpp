@@ -30,6 +30,7 @@ std::string_view to_text(DeviceKind kind) {
     case DeviceKind::insulation_monitor: return "insulation monitor";
     case DeviceKind::modules: return "modules";
     case DeviceKind::cell_requests: return "cell requests";
+    case DeviceKind::cell_data: return "cell data";
   }
   return "?";
 }

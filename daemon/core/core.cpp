@@ -58,6 +58,7 @@ Core::Core(const CoreConfig& config, TimePoint started_at, std::uint8_t first_co
   charge_pause_.init(config_);
   cell_charges_.init(config_);
   reporter_.init(started_at);
+  cell_reporter_.init(config_, started_at);
   second_pack_.init(config_.second_pack, started_at);
   sensor_setup_.init(config_.sensor);
   second_sensor_setup_.init_second(config_.sensor);
@@ -122,7 +123,9 @@ void Core::take_vehicle_frame(const CanFrame& frame, TimePoint at) {
   const VehicleConfig& vehicle = config_.vehicle;
   const bool is_report = frame.id - vehicle.base_id < vehicle_message_count;
   const bool is_reply = vehicle.request_id != 0 && frame.id == reply_id_of(vehicle);
-  if (is_report || is_reply) watchers_.bus.note_foreign_report(at);
+  const bool is_cell_data =
+      frame.id != 0 && (frame.id == vehicle.cell_voltages_id || frame.id == vehicle.cell_temperatures_id);
+  if (is_report || is_reply || is_cell_data) watchers_.bus.note_foreign_report(at);
   if (vehicle.request_id != 0 && frame.id == vehicle.request_id && !frame.is_remote) take_request(frame, at);
 }
 

@@ -22,6 +22,7 @@
 #include "daemon/core/auxiliary.hpp"
 #include "daemon/core/balancing_control.hpp"
 #include "daemon/core/cell_dynamics.hpp"
+#include "daemon/core/cell_reporter.hpp"
 #include "daemon/core/cell_requests.hpp"
 #include "daemon/core/charge_control.hpp"
 #include "daemon/core/charge_pause.hpp"
@@ -345,6 +346,7 @@ class Core {
   void send_broadcasts(TimePoint now, Decisions& out);
   void ask_alone(std::uint8_t node, AskAgain what, TimePoint now, Decisions& out);
   void send_report(TimePoint now, Decisions& out);
+  void send_cell_data(TimePoint now, Decisions& out);
   void answer_request(TimePoint now, Decisions& out);
   void tell_inverter(TimePoint now, Decisions& out);
 
@@ -432,6 +434,7 @@ class Core {
   BalancingControl balancing_;
   std::array<std::optional<BalancingOrder>, modules_max> waiting_orders_{};  // for the module's turn
   VehicleReporter reporter_;
+  CellReporter cell_reporter_;
   CellRequests requests_;
   SecondPack second_pack_;
   SensorSetup sensor_setup_;
@@ -491,11 +494,11 @@ class Core {
              mode_before_, flags_, watchers_, permission_, sequence_, contactor_watch_, guard_, ledger_, rest_, claim_,
              auxiliary_, outputs_, commanded_before_, forecaster_, limit_ramps_, limits_, poll_, rounds_, pace_,
              skipped(configured_ages_), ages_slow_until_, setup_, turns_, broadcasts_, assignment_, balancing_,
-             waiting_orders_, reporter_, requests_, second_pack_, sensor_setup_, second_sensor_setup_, insulation_,
-             chargers_, charger_watch_, charge_, inverter_, inverter_reporter_, charger_command_at_, ordered_mA_,
-             was_enabled_, was_in_progress_, is_plugged_in_, errors_cleared_at_, errors_cleared_, charge_resume_,
-             last_opening_, last_refusal_, last_precharge_, ports_, events_, seen_complete_, request_, clear_ours_,
-             clear_given_, accept_given_, assign_given_, stranger_asked_at_, balancing_off_, is_bus_off_,
+             waiting_orders_, reporter_, cell_reporter_, requests_, second_pack_, sensor_setup_, second_sensor_setup_,
+             insulation_, chargers_, charger_watch_, charge_, inverter_, inverter_reporter_, charger_command_at_,
+             ordered_mA_, was_enabled_, was_in_progress_, is_plugged_in_, errors_cleared_at_, errors_cleared_,
+             charge_resume_, last_opening_, last_refusal_, last_precharge_, ports_, events_, seen_complete_, request_,
+             clear_ours_, clear_given_, accept_given_, assign_given_, stranger_asked_at_, balancing_off_, is_bus_off_,
              shutting_down_, shut_down_at_, shut_down_told_, locked_out_until_, lockout_, link_shows_weld_,
              request_over_at_, outputs_changed_at_, command_link_, command_counter_, pdu_counter_, pdu_words_lost_,
              gate_refusals_, is_clock_known_, clock_offset_, persistent_, persistent_generation_)

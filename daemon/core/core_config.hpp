@@ -322,6 +322,10 @@ struct VehicleConfig {
   std::uint16_t request_id = 0;     // of a Lithiumate's request for data (cell_requests.hpp); 0: none is answered
   std::uint16_t reply_id = 0;       // 0: 8 above the request
   bool may_clear_faults = false;    // by such a request
+  // Of all cells and sensors, cyclically (cell_reporter.hpp); 0: not sent.
+  std::uint16_t cell_voltages_id = 0;
+  std::uint16_t cell_temperatures_id = 0;
+  Duration cell_data_period = 1s;  // of a round of all of them
 };
 
 /// Where the temperature of the intake air (627h) comes from.

@@ -55,6 +55,7 @@ Decisions Core::decide(TimePoint now) {
   balance(now, out);
   send_broadcasts(now, out);
   send_report(now, out);
+  send_cell_data(now, out);
   tell_inverter(now, out);
   answer_request(now, out);
   out.is_shut_down = end_shut_down(now);

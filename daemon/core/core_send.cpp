@@ -37,6 +37,12 @@ void Core::send_report(TimePoint now, Decisions& out) {
   if (frame.has_value()) send(Port::vehicle, *frame, out);
 }
 
+void Core::send_cell_data(TimePoint now, Decisions& out) {
+  if (rest_.is_resting() || !has_way(Port::vehicle, now) || !cell_reporter_.is_due(now)) return;
+  const std::optional<CanFrame> frame = cell_reporter_.step(now, modules_, config_);
+  if (frame.has_value()) send(Port::vehicle, *frame, out);
+}
+
 /// Also while the pack is open: an inverter that hears nothing may think for itself.
 void Core::tell_inverter(TimePoint now, Decisions& out) {
   if (!inverter_reporter_.is_there()) return;
@@ -70,6 +76,8 @@ GateRules Core::gate_rules() const {
   return {.vehicle_base_id = config_.vehicle.base_id,
           .dialect = config_.vehicle.dialect,
           .reply_id = config_.vehicle.request_id != 0 ? std::optional(reply_id_of(config_.vehicle)) : std::nullopt,
+          .cell_voltages_id = config_.vehicle.cell_voltages_id,
+          .cell_temperatures_id = config_.vehicle.cell_temperatures_id,
           .sensor = config_.sensor.set_up,
           .may_configure_sensor = config_.sensor.is_configured && !outputs_.any_contactor(),
           .may_store_in_sensor = config_.sensor.is_configured && config_.sensor.is_stored,

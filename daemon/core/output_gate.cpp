@@ -1,5 +1,6 @@
 #include "daemon/core/output_gate.hpp"
 
+#include "devices/cell_data/cell_data.hpp"
 #include "protocol/message.hpp"
 #include "protocol/tables/internal_bus.hpp"
 
@@ -27,6 +28,13 @@ MessageMatch find_row(Port port, const CanFrame& frame, const GateRules& rules) 
   if (port != Port::vehicle) return {};  // there we only listen
   // The vehicle rows stand at their default identifiers; the configured base moves them.
   return row_of(rules.dialect).catalogue->find(frame.id - rules.vehicle_base_id + vehicle_bus::default_base_id);
+}
+
+/// The row of cyclic cell data, at whichever identifier it is sent; null: it is none.
+const MessageSpec* cell_data_row(const CanFrame& frame, const GateRules& rules) {
+  if (frame.id == 0) return nullptr;
+  if (frame.id == rules.cell_voltages_id) return &cell_data::voltages;
+  return frame.id == rules.cell_temperatures_id ? &cell_data::temperatures : nullptr;
 }
 
 bool is_well_formed(const MessageSpec& row, const CanFrame& frame) {
@@ -112,6 +120,10 @@ GateVerdict judge_output(Port port, const CanFrame& frame, const GateRules& rule
   }
   if (port == Port::vehicle && frame.id == rules.reply_id && !frame.is_extended) {
     return frame.length == 8 && !frame.is_remote && !frame.is_error ? GateVerdict::pass : GateVerdict::malformed;
+  }
+  if (port == Port::vehicle) {
+    const MessageSpec* const row = cell_data_row(frame, rules);
+    if (row != nullptr) return is_well_formed(*row, frame) ? GateVerdict::pass : GateVerdict::malformed;
   }
   if (port == Port::internal && rules.sensor != nullptr) {
     if (const std::optional<SetUpOrder> order = rules.sensor->order_of(frame)) return judge_sensor(*order, rules);

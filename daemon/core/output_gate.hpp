@@ -33,6 +33,8 @@ struct GateRules {
   std::uint16_t vehicle_base_id = vehicle_bus::default_base_id;
   VehicleDialect dialect = VehicleDialect::iha;
   std::optional<std::uint16_t> reply_id{};    // of answers to requests for data, if they are given
+  std::uint16_t cell_voltages_id = 0;         // of the cyclic cell data; 0: none is sent
+  std::uint16_t cell_temperatures_id = 0;     // likewise
   const SensorSetUpDriver* sensor = nullptr;  // whose settings may be asked; null: nobody's
   bool may_configure_sensor = false;          // stopped and given others; what is read and started may always be
   bool may_store_in_sensor = false;

@@ -58,6 +58,9 @@ std::vector<std::uint32_t> vehicle_receive_ids(const CoreConfig& config) {
     ids.push_back(vehicle.request_id);
     ids.push_back(reply_id_of(vehicle));
   }
+  for (const std::uint16_t id : {vehicle.cell_voltages_id, vehicle.cell_temperatures_id}) {
+    if (id != 0) ids.push_back(id);
+  }
   return ids;
 }
 

@@ -3,10 +3,12 @@
 #include <string>
 #include <vector>
 
+#include "config/bus_budget.hpp"
 #include "config/identifier_checks.hpp"
 #include "config/pack_checks.hpp"
 #include "config/pack_config.hpp"
 #include "config/pack_fields.hpp"
+#include "daemon/core/cell_reporter.hpp"
 #include "daemon/core/fault_table.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/changed_pack.hpp"
@@ -592,6 +594,55 @@ TEST_CASE("protocols that clash on one bus are refused with both names", "[unit]
   refuses({{"/vehicle/request_id", "040"}}, "/vehicle/request_id", "040 is CONTACTOR_COMMAND");
   refuses({{"/vehicle/request_id", "745"}, {"/second_pack", second("73D")}}, "/second_pack/base_id",
           "745 would be both requests for data and the messages of the second pack");
+}
+
+TEST_CASE("cell data has identifiers of its own, and a period that its frames fit into",
+          "[unit][config][identifiers][VEH_1]") {
+  const auto plain = parse(changed({}).dump());
+  REQUIRE(plain);
+  CHECK(plain->core.vehicle.cell_voltages_id == 0);
+  CHECK(plain->core.vehicle.cell_temperatures_id == 0);
+  const std::vector<Change> both{{"/vehicle/cell_voltages_id", "650"}, {"/vehicle/cell_temperatures_id", "651"}};
+  const auto with_both = [&both](const Change& other) {
+    std::vector<Change> changes = both;
+    changes.push_back(other);
+    return changes;
+  };
+  const auto pack = parse(changed(both).dump());
+  REQUIRE(pack);
+  CHECK(pack->core.vehicle.cell_voltages_id == 0x650);
+  CHECK(pack->core.vehicle.cell_temperatures_id == 0x651);
+  CHECK(pack->core.vehicle.cell_data_period == 1s);
+  refuses({{"/vehicle/cell_voltages_id", "625"}}, "/vehicle/cell_voltages_id",
+          "625 would be both the messages to the vehicle and the cell voltages");
+  refuses({{"/vehicle/cell_temperatures_id", "145"}}, "/vehicle/cell_temperatures_id", "145 is CELLS_1");
+  refuses({{"/vehicle/cell_voltages_id", "650"}, {"/vehicle/cell_temperatures_id", "650"}},
+          "/vehicle/cell_temperatures_id", "650 would be both the cell voltages and the cell temperatures");
+  refuses(with_both({"/vehicle/request_id", "650"}), "/vehicle/cell_voltages_id",
+          "650 would be both requests for data and the cell voltages");
+  refuses({{"/vehicle/cell_voltages_id", "800"}}, "/vehicle/cell_voltages_id", "7FF");
+  // 48 cells and 16 sensors: 16 and 6 frames.
+  CHECK(cell_data_blocks(pack->core).count() == 22);
+  accepts(with_both({"/vehicle/cell_data_period_ms", 220}));
+  refuses(with_both({"/vehicle/cell_data_period_ms", 219}), "/vehicle/cell_data_period_ms",
+          "at least 220, as a round has 22 frames");
+}
+
+TEST_CASE("cell data counts with the load of the vehicle's bus", "[unit][config][VEH_1]") {
+  const auto load_permille = [](const std::vector<Change>& changes) {
+    std::vector<Change> all = changes;
+    all.push_back({"/buses/vehicle", "can1"});
+    const auto pack = parse(changed(all).dump());
+    REQUIRE(pack);
+    return guest_load_permille(pack->core, Port::vehicle, 125);
+  };
+  const std::int64_t without = load_permille({});
+  const std::int64_t with_data = load_permille({{"/vehicle/cell_voltages_id", "650"},
+                                                {"/vehicle/cell_temperatures_id", "651"},
+                                                {"/vehicle/cell_data_period_ms", 220}});
+  // A hundred frames a second of 8 bytes, each 135 bits at worst: 10.8 %.
+  CHECK(with_data - without >= 107);
+  CHECK(with_data - without <= 110);
 }
 
 TEST_CASE("a charger is asked for what it can do, and for what the cells may have", "[unit][config][charger][BMU_11]") {
