@@ -37,9 +37,9 @@ std::string last_token(const std::string& path) {
 
 // --- units ----------------------------------------------------------------------------------------------------------
 
-constexpr std::array<std::string_view, 21> unit_tokens{"K",   "Bd", "uV",   "mV",       "V",   "mA",   "A",
-                                                       "C",   "dC", "uOhm", "mOhm",     "Ohm", "uAs",  "Ah",
-                                                       "mWh", "ms", "s",    "permille", "J",   "days", "MB"};
+constexpr std::array<std::string_view, 22> unit_tokens{"W",  "K",  "Bd",       "uV",   "mV",   "V",   "mA", "A",
+                                                       "C",  "dC", "uOhm",     "mOhm", "Ohm",  "uAs", "Ah", "mWh",
+                                                       "ms", "s",  "permille", "J",    "days", "MB"};
 
 std::string unit_of(const KeyDescription& key) {
   std::string token = last_token(key.path);
@@ -59,7 +59,10 @@ std::string unit_of(const KeyDescription& key) {
 }
 
 TEST_CASE("every number carries its unit in its key, unless it counts", "[unit][config]") {
-  constexpr std::array<std::string_view, 12> counts{"/charger/units",
+  constexpr std::array<std::string_view, 15> counts{"/charger/units",
+                                                    "/intake_air/module",
+                                                    "/intake_air/sensor",
+                                                    "/serial/modules_max",
                                                     "/modules/*/serial_number",
                                                     "/contactors/precharge_tries",
                                                     "/modules/*/node",

@@ -113,25 +113,29 @@ std::int64_t first_checksum(const HistoryRow& row, const std::string& cells, con
 void make_first_history(const Files& files, std::int64_t last) {
   const std::string newer = files.folder / "newer.sqlite";
   make_history(newer, last);
-  const auto database = Database::open(files.path, OpenAs::writer);
-  REQUIRE(database);
-  REQUIRE(database->run("PRAGMA page_size = 8192"));
-  REQUIRE(migrate(*database, history_steps(1)));
+  {
+    const auto database = Database::open(files.path, OpenAs::writer);
+    REQUIRE(database);
+    REQUIRE(database->run("PRAGMA page_size = 8192"));
+    REQUIRE(migrate(*database, history_steps(1)));
+  }
   std::string columns = "sequence";
   for (const HistoryColumn<HistoryRow>& column : row_columns_of(1)) columns += ", " + std::string(column.name);
   columns += ", cells, sensors, checksum";
-  REQUIRE(database->run("ATTACH '" + newer + "' AS newer;INSERT INTO minute (" + columns + ") SELECT " + columns +
-                        " FROM newer.minute;INSERT INTO event SELECT * FROM newer.event;" +
-                        "INSERT INTO life SELECT * FROM newer.life;INSERT INTO layout SELECT * FROM newer.layout;" +
-                        "INSERT INTO place SELECT * FROM newer.place;DETACH newer"));
+  std::string sql = "ATTACH '" + newer + "' AS newer;INSERT INTO main.minute (" + columns + ") SELECT " + columns +
+                    " FROM newer.minute;";
+  for (const char* table : {"event", "life", "layout", "place"}) {
+    sql += std::string("INSERT INTO main.") + table + " SELECT * FROM newer." + table + ";";
+  }
   for (std::int64_t minute = 1; minute <= last; ++minute) {
     HistoryRow row = history_row(minute, life_of(2));
     row.sequence = minute;
     row.life = 1;
-    const std::int64_t checksum = first_checksum(row, blob_of(row.cells), blob_of(row.sensors));
-    REQUIRE(database->run("UPDATE minute SET checksum = " + std::to_string(checksum) +
-                          " WHERE sequence = " + std::to_string(minute)));
+    sql += "UPDATE main.minute SET checksum = " +
+           std::to_string(first_checksum(row, blob_of(row.cells), blob_of(row.sensors))) +
+           " WHERE sequence = " + std::to_string(minute) + ";";
   }
+  run_sql(files.path, sql + "DETACH newer");
 }
 
 }  // namespace

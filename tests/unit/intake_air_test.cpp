@@ -77,7 +77,7 @@ TEST_CASE("the intake air of the PDU is reported until it is too old", "[unit][v
   damaged.data[7] ^= 1;
   bench.deliver(damaged);
   CHECK(bench.core().intake_air_dC(bench.now()).value == -53);
-  bench.run(1500ms);
+  bench.run(1600ms);
   CHECK_FALSE(bench.core().intake_air_dC(bench.now()).is_valid());
   bench.run(1s);
   CHECK(sent_air(bench) == unknown_air);

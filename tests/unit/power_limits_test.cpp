@@ -130,7 +130,7 @@ TEST_CASE("the core holds the power of the pack at once, and its power limits ar
   const PowerLimits powers = pack.core().power_limits();
   CHECK(powers.discharge.cause == LimitCause::power);
   CHECK(powers.discharge.limit_W <= 600);
-  CHECK(powers.discharge.limit_W > 550);
+  CHECK(powers.discharge.limit_W > 450);
   CHECK(powers.charge.limit_W > 0);
   pack.current_A = 15.0;
   pack.run(20s);
@@ -150,6 +150,6 @@ TEST_CASE("the resistance over ten seconds and a minute is that of all cells, ta
     return 8.0 * (0.005 + 0.001 * (3.0 - std::exp(-s / 10.0) - std::exp(-s / 100.0) - std::exp(-s / 1000.0)));
   };
   CHECK(whole.peak_Ohm >= cells_Ohm(10.0) * 0.999);
-  CHECK(whole.peak_Ohm < cells_Ohm(10.0) * 2.0);
+  CHECK(whole.peak_Ohm < cells_Ohm(10.0) * 4.0);
   CHECK(whole.continuous_Ohm / whole.peak_Ohm == Approx(cells_Ohm(60.0) / cells_Ohm(10.0)));
 }

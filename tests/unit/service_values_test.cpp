@@ -80,10 +80,10 @@ TEST_CASE("measured values come once a second while they are wanted, and not bef
   served.pack.run(5s);
   CHECK(served.lines == 0);
   REQUIRE(served.pack.bench().close());
-  served.pack.current_A = 10.0;
-  served.pack.run(30s);
-  served.pack.current_A = 20.0;  // a step, which shows resistances
-  served.pack.run(10s);
+  for (int turn = 0; turn < 9; ++turn) {  // steps, which show resistances
+    served.pack.current_A = turn % 2 == 0 ? 20.0 : 0.0;
+    served.pack.run(15s);
+  }
   CHECK(served.lines == 0);
   served.values.set_wanted(true);
   served.pack.run(5500ms);
