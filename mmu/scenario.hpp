@@ -223,7 +223,7 @@ enum class Property : std::uint8_t {
   master_balancing,
   master_accept_modules,
 };
-inline constexpr std::size_t property_count = 115;
+inline constexpr std::size_t property_count = 116;
 
 /// Whose modules a property can be of; which pack has what is known only when the script meets one (check_against).
 enum class ModuleNeed : std::uint8_t {
