@@ -265,8 +265,8 @@ class Core {
   Urgency take(TimePoint at, const LinesSeen& what);
   Urgency take(TimePoint at, const PulsesSeen& what);
   Urgency take(TimePoint at, const ClaimBegins& what);
-  Urgency take(TimePoint at, const IntakeAirSeen& what);
   [[nodiscard]] static Urgency urgency_of(const PduState& before, const PduState& now);
+  Urgency take(TimePoint at, const IntakeAirSeen& what);
   void take_vehicle_frame(const CanFrame& frame, TimePoint at);
   void take_request(const CanFrame& request, TimePoint at);
   [[nodiscard]] bool is_battery_frame(const CanFrame& frame) const;
