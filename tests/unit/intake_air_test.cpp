@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "daemon/core/report_vehicle.hpp"
-#include "protocol/codec.hpp"
+#include "protocol/message.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/core_bench.hpp"
 #include "tests/support/temporary_folder.hpp"

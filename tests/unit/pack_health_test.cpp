@@ -238,7 +238,7 @@ TEST_CASE("the energy left is what the pack delivers until it opens, if the load
     pack.run(1s);
     for (const BenchModule& module : pack.bench().modules) {
       for (std::size_t cell = 0; cell < module.cell_count; ++cell) {
-        delivered_Wh += 10.0 * module.cell_voltage_uV[cell].value / 1e6 / 3600.0;
+        delivered_Wh += 10.0 * static_cast<double>(module.cell_voltage_uV[cell].value) / 1e6 / 3600.0;
       }
     }
   }

@@ -91,7 +91,7 @@ TEST_CASE("measured values come once a second while they are wanted, and not bef
   CHECK(served.lines <= 6);
   const auto cells = values_of(served.last, "C");
   REQUIRE(cells.size() == 8);
-  const double measured_V = served.pack.bench().modules[0].cell_voltage_uV[0].value / 1e6;
+  const double measured_V = static_cast<double>(served.pack.bench().modules[0].cell_voltage_uV[0].value) / 1e6;
   CHECK(std::strtod(cells[0].c_str(), nullptr) == Approx(measured_V).margin(0.003));
   CHECK(served.last.find(" I:20.000A") != std::string::npos);
   CHECK(values_of(served.last, "T")[0] == "25.0");
