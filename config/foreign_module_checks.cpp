@@ -51,6 +51,9 @@ void check_module(const Check& check, std::size_t index) {
     check.add(place.at("serial_number"), number_text(static_cast<double>(*module.serial_number)),
               "nothing, as " + check.name() + " tells none");
   }
+  if (module.must_report_front_end) {
+    check.add(place.at("front_end_faults"), "true", "false, as " + check.name() + " does not report them");
+  }
 }
 
 void check_period(const Check& check, std::string_view key, Duration period) {

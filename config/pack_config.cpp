@@ -167,7 +167,8 @@ class ModuleReader {
                     "one that no other module has; node " + std::to_string(other->node) + " has it");
       return;
     }
-    modules_.push_back({entry.node, entry.cell_count, entry.temperature_sensor_count, entry.serial_number});
+    modules_.push_back({entry.node, entry.cell_count, entry.temperature_sensor_count, entry.serial_number,
+                        entry.must_report_front_end});
   }
 
   FixedVector<ModuleConfig, modules_max>& modules_;

@@ -40,6 +40,10 @@ constexpr std::array module_table{
                        [](ModuleEntry& entry, const FieldValue& value) {
                          entry.serial_number = static_cast<std::uint32_t>(std::get<double>(value));
                        }},
+    boolean<&ModuleEntry::must_report_front_end>(
+        {.key = "front_end_faults",
+         .meaning = "the module has to report undervoltage of its front end's supply and thermal shutdown of the front "
+                    "end; one that does not keeps the pack open"}),
 };
 
 constexpr std::array cell_name_table{

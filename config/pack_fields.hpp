@@ -35,6 +35,7 @@ struct ModuleEntry {
   std::uint8_t cell_count = 0;
   std::uint8_t temperature_sensor_count = 0;
   std::optional<std::uint32_t> serial_number{};  // of the one node
+  bool must_report_front_end = false;
 };
 
 inline constexpr double serial_number_max = 4'294'967'295;  // u32 in IDENT and COMMAND

@@ -12,6 +12,9 @@ namespace {
 
 constexpr std::uint16_t no_conversion = 0xFFFF;
 constexpr std::uint16_t self_test_passed = 0x9555;
+constexpr std::uint16_t no_status = 0xFFFF;  // of a chip that does not report its own faults
+constexpr std::uint16_t supply_low_bit = 0x0001;
+constexpr std::uint16_t thermal_shutdown_bit = 0x0002;
 constexpr std::int32_t cell_step_uV = 100;
 constexpr std::int32_t stack_step_mV = 2;
 constexpr std::uint16_t reference_raw = 30'000;  // 3 V in steps of 100 uV
@@ -69,6 +72,12 @@ GroupBytes cells_group(const FrontEndInputs& inputs, std::size_t first) {
   return packed(words);
 }
 
+std::uint16_t status_word(const FrontEndInputs& inputs) {
+  if (!inputs.reports_faults) return no_status;
+  return static_cast<std::uint16_t>((inputs.supply_low ? supply_low_bit : 0U) |
+                                    (inputs.thermal_shutdown ? thermal_shutdown_bit : 0U));
+}
+
 std::uint16_t sensor_word(double resistance_Ohm) {
   const double share = std::isinf(resistance_Ohm) ? 1.0 : divider_share(resistance_Ohm);
   return static_cast<std::uint16_t>(std::lround(share * reference_raw));
@@ -92,6 +101,14 @@ void take_cells(const Words& words, std::size_t first, FrontEndReading& reading)
   }
 }
 
+DiagnosisReading diagnosis_of(const Words& words) {
+  DiagnosisReading diagnosis{.open_wires = words[0], .self_test_ok = words[1] == self_test_passed};
+  if (words[2] == no_status) return diagnosis;
+  diagnosis.faults = ChipFaults{.supply_low = (words[2] & supply_low_bit) != 0,
+                                .thermal_shutdown = (words[2] & thermal_shutdown_bit) != 0};
+  return diagnosis;
+}
+
 std::optional<ThermistorReadings> sensors_of(const std::optional<Words>& one, const std::optional<Words>& other) {
   if (!one || !other) return std::nullopt;
   return ThermistorReadings{.input = {(*one)[0], (*one)[1], (*one)[2], (*other)[0]}, .reference = (*other)[1]};
@@ -108,7 +125,7 @@ FrontEndTransfer convert(const FrontEndInputs& inputs, TransferWanted wanted) {
   transfer.groups[index_of(RegisterGroup::supplies)] =
       packed({word_of(inputs.module_mV, stack_step_mV), word_of(inputs.external_supply_mV, 1), no_conversion});
   const auto self_test = static_cast<std::uint16_t>(inputs.self_test_ok ? self_test_passed : ~self_test_passed);
-  transfer.groups[index_of(RegisterGroup::diagnosis)] = packed({inputs.open_wires, self_test, no_conversion});
+  transfer.groups[index_of(RegisterGroup::diagnosis)] = packed({inputs.open_wires, self_test, status_word(inputs)});
   if (wanted == TransferWanted::everything) {
     put_sensors(transfer, RegisterGroup::cell_sensors_1, inputs.cell_sensor_Ohm);
     put_sensors(transfer, RegisterGroup::board_sensors_1, inputs.board_sensor_Ohm);
@@ -146,7 +163,7 @@ FrontEndReading read(const FrontEndTransfer& transfer) {
     reading.supplies = {.module_mV = (*supplies)[0] * stack_step_mV, .external_mV = (*supplies)[1]};
   }
   if (const auto& diagnosis = words[index_of(RegisterGroup::diagnosis)]) {
-    reading.diagnosis = {.open_wires = (*diagnosis)[0], .self_test_ok = (*diagnosis)[1] == self_test_passed};
+    reading.diagnosis = diagnosis_of(*diagnosis);
   }
   reading.cell_sensors =
       sensors_of(words[index_of(RegisterGroup::cell_sensors_1)], words[index_of(RegisterGroup::cell_sensors_2)]);

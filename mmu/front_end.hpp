@@ -5,9 +5,11 @@
 //   group              word 0          word 1           word 2
 //   cells_1 .. 4       cell 3k-2       3k-1             3k           100 uV, FFFF = not converted
 //   supplies           sum of cells    external supply  FFFF         2 mV, 1 mV
-//   diagnosis          open wires      self-test        FFFF         a bit a cell; 9555 = passed
+//   diagnosis          open wires      self-test        status       a bit a cell; 9555 = passed; see below
 //   cell_sensors_1/2   sensors 1-3 / sensor 4, reference, FFFF       100 uV, the reference being 3 V
 //   board_sensors_1/2  the same for the thermistors on the board
+//
+// Status is .0 undervoltage of the chip's own supply, .1 thermal shutdown; FFFF of a chip that does not report them.
 //
 // Words are low byte first, the code high byte first, as that chip has them. A group whose code does not fit is dropped
 // whole and says nothing. Pure, no heap; a transfer of all groups is 80 bytes and costs about a third of a
@@ -59,6 +61,9 @@ struct FrontEndInputs {
   std::int32_t module_mV = 0;                             // over the whole stack, measured on its own
   std::int32_t external_supply_mV = 12'000;
   bool self_test_ok = true;
+  bool reports_faults = true;  // without, the next two are not in the transfer
+  bool supply_low = false;
+  bool thermal_shutdown = false;
   // Thermistors; infinite where the wire is off, 0 where it is shorted. Looked at when everything is wanted.
   std::array<double, mmu_cell_temperatures> cell_sensor_Ohm{};
   std::array<double, mmu_board_temperatures> board_sensor_Ohm{};
@@ -86,9 +91,15 @@ struct SupplyReading {
   std::int32_t module_mV = 0;
   std::int32_t external_mV = 0;
 };
+/// What the chip reports of itself.
+struct ChipFaults {
+  bool supply_low = false;
+  bool thermal_shutdown = false;
+};
 struct DiagnosisReading {
   CellMask open_wires = 0;
   bool self_test_ok = true;
+  std::optional<ChipFaults> faults;  // none: the chip does not report them
 };
 
 /// What arrived whole. Sensors need both of their groups.

@@ -218,6 +218,8 @@ CommandResult Mmu::stop_balancing(const CanFrame& /*frame*/, TimePoint /*now*/) 
 
 CommandResult Mmu::clear_faults(const CanFrame& /*frame*/, TimePoint /*now*/) {
   protection_.clear();
+  heat_.clear();
+  front_end_faults_ = {};
   has_crc_errors_ = false;
   return CommandResult::done;
 }
@@ -273,18 +275,25 @@ void Mmu::measure(TimePoint now, const FrontEndTransfer& transfer) {
     note_sensors(now, reading.cell_sensors, config_.temperature_sensor_count, cell_sensors_);
     note_sensors(now, reading.board_sensors, config_.board_sensor_count, board_sensors_);
     judge_board(now);
+    if (reading.cell_sensors) heat_.check(cell_sensors_.temperature_dC, config_.alarm_temperature_dC);
   }
   if (reading.supplies) {
     module_mV_ = reading.supplies->module_mV;
     module_taken_at_ = now;
     supply_.note(reading.supplies->external_mV, module_mV_);
   }
-  if (reading.diagnosis) {
-    diagnosis_read_at_ = now;
-    is_self_test_ok_ = reading.diagnosis->self_test_ok;
-    open_wires_ = static_cast<CellMask>(reading.diagnosis->open_wires & first_cells(config_.cell_count));
-  }
+  if (reading.diagnosis) note_diagnosis(now, *reading.diagnosis);
   note_cells(now, reading);
+}
+
+void Mmu::note_diagnosis(TimePoint now, const DiagnosisReading& diagnosis) {
+  diagnosis_read_at_ = now;
+  is_self_test_ok_ = diagnosis.self_test_ok;
+  open_wires_ = static_cast<CellMask>(diagnosis.open_wires & first_cells(config_.cell_count));
+  reports_front_end_faults_ = diagnosis.faults.has_value();
+  if (!diagnosis.faults) return;
+  front_end_faults_.supply_low = front_end_faults_.supply_low || diagnosis.faults->supply_low;
+  front_end_faults_.thermal_shutdown = front_end_faults_.thermal_shutdown || diagnosis.faults->thermal_shutdown;
 }
 
 /// A cell between an open wire and its neighbour reads whatever the wire drifts to: it has no voltage.
@@ -350,10 +359,18 @@ bool Mmu::is_supply_known(TimePoint now) const {
   return module_taken_at_ && now - *module_taken_at_ <= age_max;
 }
 
+bool Mmu::is_diagnosis_known(TimePoint now) const {
+  return diagnosis_read_at_ && now - *diagnosis_read_at_ <= age_max;
+}
+
 /// A front end that is not heard has not passed.
 bool Mmu::is_self_test_passed(TimePoint now) const {
-  const bool is_diagnosis_known = diagnosis_read_at_ && now - *diagnosis_read_at_ <= age_max;
-  return is_self_test_ok_ && is_diagnosis_known && is_supply_known(now);
+  return is_self_test_ok_ && is_diagnosis_known(now) && is_supply_known(now);
+}
+
+bool Mmu::is_alarm_given() const {
+  const bool measures = mode_ < UnitMode::asleep;
+  return !measures || protection_.overvoltage() != 0 || heat_.has_failed() || front_end_faults_.thermal_shutdown;
 }
 
 /// Whose voltage could be told now.
@@ -555,6 +572,9 @@ CanFrame Mmu::make_module(TimePoint now) const {
   write<internal_bus::module, "module_voltage_mV">(frame, is_supply_known(now) ? known(module_mV_) : not_known());
   write<internal_bus::module, "balancing_cells">(frame, balancing_.switches());
   write<internal_bus::module, "open_wire_cells">(frame, open_wires_);
+  write<internal_bus::module, "front_end_faults_reported">(frame, reports_front_end_faults_ && is_diagnosis_known(now));
+  write<internal_bus::module, "front_end_supply_low">(frame, front_end_faults_.supply_low);
+  write<internal_bus::module, "front_end_thermal_shutdown">(frame, front_end_faults_.thermal_shutdown);
   write<internal_bus::module, "balancing_time_left_s">(frame, std::chrono::seconds(minutes_left).count());
   return frame;
 }

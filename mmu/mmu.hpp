@@ -20,6 +20,10 @@
 // told as open. Diagnosis and supplies, the stack's voltage among them, age like voltages: the stack's is then sent as
 // unknown, a front end that is not heard has failed its self-test, and an external supply that is not seen is low.
 //
+// What the front end reports of itself, undervoltage of its supply and thermal shutdown, is kept until COMMAND clear
+// faults, so that neither is missed between two POLLs; MODULE carries it, beside whether the front end reports such
+// faults at all. The alarm output (alarm.hpp) is no frame: is_alarm_given().
+//
 // Supplies, modes, protection, imbalance and balancing have a header each; here is what joins them. Only what is
 // measured is bled: a cell without a voltage (an open wire, data that does not come) is switched off, all are when the
 // self-test fails, and minutes for such a cell are answered with "hardware fault". Balancing pauses while a board
@@ -35,6 +39,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "mmu/alarm.hpp"
 #include "mmu/balancing.hpp"
 #include "mmu/bleeding_progress.hpp"
 #include "mmu/front_end.hpp"
@@ -59,7 +64,8 @@ struct MmuConfig {
   std::uint8_t board_sensor_count = 4;  // none: its resistors cannot overheat, by their design
   ThermistorCurve thermistor_curve = ThermistorCurve::table;
   std::uint32_t serial_number = 0;
-  Duration frame_spacing = 250us;  // one frame of 8 bytes at 500 kbit/s
+  std::int32_t alarm_temperature_dC = 800;  // of a cell sensor, from which on the alarm output opens
+  Duration frame_spacing = 250us;           // one frame of 8 bytes at 500 kbit/s
 };
 
 /// Room for everything one tick can send: an answer of nine frames, one IDENT, the queued responses.
@@ -99,6 +105,8 @@ class Mmu {
   [[nodiscard]] std::uint8_t node() const { return config_.node; }
   /// Switches that are on now: what the cells really feel.
   [[nodiscard]] CellMask balancing_cells() const { return balancing_.switches(); }
+  /// The contact of the alarm output is open (alarm.hpp).
+  [[nodiscard]] bool is_alarm_given() const;
   [[nodiscard]] const CellLimits& limits() const { return protection_.limits(); }
   [[nodiscard]] bool is_autonomous_balancing_allowed() const { return autonomous_balancing_allowed_; }
   [[nodiscard]] const MmuCounts& counts() const { return counts_; }
@@ -149,6 +157,7 @@ class Mmu {
   };
 
   void measure(TimePoint now, const FrontEndTransfer& transfer);
+  void note_diagnosis(TimePoint now, const DiagnosisReading& diagnosis);
   void note_cells(TimePoint now, const FrontEndReading& reading);
   void note_sensors(TimePoint now, const std::optional<ThermistorReadings>& readings, std::size_t fitted,
                     Sensors& sensors) const;
@@ -156,6 +165,7 @@ class Mmu {
   void wait_for_power(TimePoint now, const FrontEndTransfer& transfer);
   [[nodiscard]] bool is_master_alive(TimePoint now) const;
   [[nodiscard]] bool is_supply_known(TimePoint now) const;
+  [[nodiscard]] bool is_diagnosis_known(TimePoint now) const;
   [[nodiscard]] bool is_self_test_passed(TimePoint now) const;
   [[nodiscard]] CellMask measured_cells(TimePoint now) const;
   [[nodiscard]] CellMask bleedable_cells(TimePoint now) const;
@@ -196,6 +206,7 @@ class Mmu {
   Periodic temperatures_;
   CellSampler sampler_;
   CellProtection protection_;
+  CellHeatWatch heat_;
   SupplyMonitor supply_;
   ImbalanceWatch imbalance_;
   BleedingProgress progress_;  // while on its own
@@ -208,6 +219,8 @@ class Mmu {
   std::optional<TimePoint> module_taken_at_{};  // and the supplies; none: not measured since it started or woke
   CellMask open_wires_ = 0;
   std::optional<TimePoint> diagnosis_read_at_{};
+  bool reports_front_end_faults_ = false;
+  ChipFaults front_end_faults_;  // since the last clear faults
 
   bool is_board_too_hot_ = false;
   bool is_board_known_ = false;

@@ -47,6 +47,11 @@ void change_switches(std::size_t kind, CellMask on, CanFrame& frame) {
   if (kind == kind_of(internal_bus::module)) write<internal_bus::module, "balancing_cells">(frame, on);
 }
 
+void add_flags(CellMask flags, CanFrame& frame) {
+  const std::int64_t found = read_raw<internal_bus::status, "undervoltage_cells">(frame);
+  write<internal_bus::status, "undervoltage_cells">(frame, found | flags);
+}
+
 }  // namespace
 
 void ModuleWire::push(const MmuFrames& frames, const ModuleWireFaults& faults, TimePoint now) {
@@ -66,6 +71,7 @@ CanFrame ModuleWire::changed(CanFrame frame, const ModuleWireFaults& faults) {
   const std::size_t kind = kind_of(frame);
   change_identity(kind, faults, frame);
   if (faults.balancing_cells) change_switches(kind, *faults.balancing_cells, frame);
+  if (kind == kind_of(internal_bus::status)) add_flags(faults.undervoltage_flags, frame);
   if (kind != kind_of(internal_bus::response)) change_answer(kind, faults, frame);
   if (faults.node) frame.id = static_cast<std::uint32_t>(kind * ids_per_kind) + *faults.node;
   frame.data[7] = frame_crc(frame);

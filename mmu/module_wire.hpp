@@ -32,6 +32,7 @@ struct ModuleWireFaults {
   std::optional<std::uint8_t> temperature_sensor_count;
   std::optional<std::uint8_t> protocol_version;
   std::optional<std::uint32_t> serial_number;
+  CellMask undervoltage_flags = 0;          // set in STATUS whatever the unit has found
   std::optional<CellMask> balancing_cells;  // switches as they stand, where they do not do what the unit wants
   Duration delay{};
 };

@@ -1,5 +1,6 @@
 #include "mmu/pdu.hpp"
 
+#include <algorithm>
 #include <array>
 
 namespace bmu {
@@ -11,6 +12,11 @@ constexpr std::array<InsulationMonitor, 9> told_states{
     InsulationMonitor::no_signal,    InsulationMonitor::no_signal,   InsulationMonitor::normal,
     InsulationMonitor::undervoltage, InsulationMonitor::speed_start, InsulationMonitor::speed_start,
     InsulationMonitor::device_error, InsulationMonitor::earth_fault, InsulationMonitor::no_signal};
+
+bool has_contactor(const PduOutputs& outputs) {
+  const ContactorFlags& driven = outputs.contactors;
+  return std::any_of(driven.begin(), driven.end(), [](bool is_driven) { return is_driven; });
+}
 
 }  // namespace
 
@@ -30,18 +36,23 @@ void Pdu::observe(const CanFrame& frame, TimePoint now) {
               .fan = read_raw<contactor_command, "fan">(frame) != 0,
               .heater = read_raw<contactor_command, "heater">(frame) != 0};
   expires_at_ = now + internal_bus::contactor_command_life;
-  opened_by_timeout_ = false;
+  const bool is_to_close = has_contactor(outputs_);
+  if (!is_to_close && !is_loop_open_) is_disabled_ = false;
+  opened_by_timeout_ = is_disabled_ && is_to_close;
+  if (is_disabled_) disable_outputs();
   ++counts_.commands;
 }
 
 PduFrames Pdu::tick(TimePoint now, const PduMeasurements& measured) {
   open_if_expired(now);
+  open_if_alarmed(measured.alarm_loop_open);
   const ir155::Reading insulation = ir155::decode(measured.insulation);
   const Told current{.feedback = measured.feedback,
                      .outputs = outputs_,
                      .inputs = measured.inputs,
                      .insulation_monitor = told_state(insulation.state),
-                     .opened_by_timeout = opened_by_timeout_};
+                     .opened_by_timeout = opened_by_timeout_,
+                     .alarm_loop_open = is_loop_open_};
   PduFrames out;
   const bool is_periodic = periodic_.take(now);
   if (is_periodic || current != told_) {
@@ -69,11 +80,27 @@ void Pdu::open_if_expired(TimePoint now) {
   ++counts_.timeouts;
 }
 
+void Pdu::open_if_alarmed(bool is_loop_open) {
+  is_loop_open_ = is_loop_open;
+  if (!is_loop_open) return;
+  if (has_contactor(outputs_)) {
+    opened_by_timeout_ = true;
+    ++counts_.alarms;
+  }
+  is_disabled_ = true;
+  disable_outputs();
+}
+
+void Pdu::disable_outputs() {
+  outputs_ = {.fan = outputs_.fan};
+}
+
 CanFrame Pdu::make_status(const PduMeasurements& measured, const ir155::Reading& insulation) {
   using internal_bus::pdu_status;
   const PduInputs& inputs = measured.inputs;
   CanFrame frame = make_frame(pdu_status);
   write<pdu_status, "opened_by_timeout">(frame, opened_by_timeout_);
+  write<pdu_status, "alarm_loop_open">(frame, is_loop_open_);
   write<pdu_status, "heater_on">(frame, outputs_.heater);
   write<pdu_status, "fan_on">(frame, outputs_.fan);
   write<pdu_status, "auxiliary_on">(frame, outputs_.auxiliary);

@@ -11,6 +11,12 @@
 // PDU_STATUS has one code for speed start, good or bad, and none for a signal without meaning: that is told as no
 // signal.
 //
+// The alarm outputs of the modules (alarm.hpp) are in the enable loop of the contactors: while that is open, the unit
+// drives neither contactors nor motor controller nor heater, whatever is commanded, and drives none of them again
+// before a command without any contactor has come with the loop closed. The fan goes on as commanded. PDU_STATUS
+// carries the loop in `alarm_loop_open`, and `opened_by_timeout` as for every opening of its own, until the command is
+// to open.
+//
 // That the unit opens everything by itself is what makes a dead daemon an open pack. Pure, as the module unit.
 #pragma once
 
@@ -63,11 +69,13 @@ struct PduMeasurements {
   SignalValue throttle_permille{};
   // Of the intake air. Not fitted: it has no such sensor, and sends no PDU_TEMPERATURE.
   SignalValue intake_air_dC{.validity = Validity::not_fitted};
+  bool alarm_loop_open = false;  // also false: there is no such loop
 };
 
 struct PduCounts {
   std::uint64_t commands = 0;  // accepted
   std::uint64_t timeouts = 0;  // something was driven and the commands stopped
+  std::uint64_t alarms = 0;    // a contactor was driven and the alarm loop opened
 };
 
 using PduFrames = FixedVector<CanFrame, 2>;
@@ -95,12 +103,15 @@ class Pdu {
     PduInputs inputs;
     InsulationMonitor insulation_monitor = InsulationMonitor::no_signal;
     bool opened_by_timeout = false;
+    bool alarm_loop_open = false;
 
     friend bool operator==(const Told&, const Told&) = default;
   };
 
   void open_if_expired(TimePoint now);
   [[nodiscard]] CanFrame make_temperature(const SignalValue& intake_air_dC);
+  void open_if_alarmed(bool is_loop_open);
+  void disable_outputs();
   [[nodiscard]] CanFrame make_status(const PduMeasurements& measured, const ir155::Reading& insulation);
 
   ReceiveCheck check_{internal_bus::catalogue, ReceiveCheck::Role::listener};
@@ -109,6 +120,8 @@ class Pdu {
   PduOutputs outputs_;
   TimePoint expires_at_{};
   bool opened_by_timeout_ = false;  // until the next command
+  bool is_loop_open_ = false;
+  bool is_disabled_ = false;  // by the alarm loop, until a command to open
   Told told_;
   std::uint8_t counter_ = 0;
   std::uint8_t temperature_counter_ = 0;

@@ -148,6 +148,7 @@ enum class Property : std::uint8_t {
   cell_stuck,
   cell_out_of_range,
   cell_balancing_switch,
+  cell_undervoltage_flag,
   module_silent,
   module_talking,
   module_restart,
@@ -167,9 +168,13 @@ enum class Property : std::uint8_t {
   module_serial_number,
   module_commands,
   module_self_test,
+  module_front_end_faults,
+  module_front_end_supply,
+  module_front_end_shutdown,
   module_errors,
   module_board_temperature,
   module_external_supply,
+  module_talks_on_own_supply,
   module_converts,
   module_thermistor_curve,
   stranger_connected,
@@ -198,6 +203,7 @@ enum class Property : std::uint8_t {
   pdu_damaged_frames,
   pdu_throttle,
   pdu_intake_air,
+  pdu_alarm_loop,
   contactor_welded,
   contactor_stuck_open,
   contactor_ok,
@@ -223,7 +229,7 @@ enum class Property : std::uint8_t {
   master_balancing,
   master_accept_modules,
 };
-inline constexpr std::size_t property_count = 116;
+inline constexpr std::size_t property_count = 122;
 
 /// Whose modules a property can be of; which pack has what is known only when the script meets one (check_against).
 enum class ModuleNeed : std::uint8_t {

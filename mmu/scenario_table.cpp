@@ -34,6 +34,7 @@ static_assert(std::size(charger_trouble_words) == charger_trouble_count + 1);
 constexpr std::string_view switch_words[] = {"auto", "stays_off", "stays_on"};
 constexpr std::string_view command_words[] = {"obeyed", "ignored"};
 constexpr std::string_view self_test_words[] = {"ok", "failed"};
+constexpr std::string_view reported_words[] = {"reported", "not_reported"};
 constexpr std::string_view thermistor_words[] = {"ok", "open", "shorted"};
 constexpr std::string_view thermistor_curve_words[] = {"table", "steinhart_hart"};
 constexpr std::string_view feedback_words[] = {"auto", "open", "closed"};
@@ -194,6 +195,8 @@ constexpr std::array<PropertySpec, property_count> properties{
                                       "its module says a number for it that the field must not hold")),
     make(Property::cell_balancing_switch, TargetKind::cell, "balancing_switch", switch_words,
          "of its balancing resistor, whatever its module wants; the module sees how it stands"),
+    ours(make(Property::cell_undervoltage_flag, TargetKind::cell, "undervoltage_flag", on_off_words,
+              "on: its module reports it as failed for undervoltage, whatever it measures")),
     make(Property::module_silent, TargetKind::module, "silent", "sends nothing; goes on working"),
     make(Property::module_talking, TargetKind::module, "talking", "and sends again"),
     ours(make(Property::module_restart, TargetKind::module, "restart", "loses power for a moment")),
@@ -226,12 +229,20 @@ constexpr std::array<PropertySpec, property_count> properties{
     ours(make(Property::module_commands, TargetKind::module, "commands", command_words,
               "ignored: no COMMAND reaches it, to it alone or to all; none is done, none answered")),
     ours(make(Property::module_self_test, TargetKind::module, "self_test", self_test_words, "of the front end")),
+    ours(make(Property::module_front_end_faults, TargetKind::module, "front_end_faults", reported_words,
+              "not_reported: a module built before MODULE had bits for the next two")),
+    ours(make(Property::module_front_end_supply, TargetKind::module, "front_end_supply_low", on_off_words,
+              "its front end reports undervoltage of its own supply; kept until faults are cleared")),
+    ours(make(Property::module_front_end_shutdown, TargetKind::module, "front_end_thermal_shutdown", on_off_words,
+              "its front end reports thermal shutdown; kept until faults are cleared")),
     needing(ModuleNeed::errors, make(Property::module_errors, TargetKind::module, "errors", 0, 4294967295.0,
                                      "its word for what is wrong with it, as a number; 0: nothing", count)),
     needing(ModuleNeed::board_sensor, make(Property::module_board_temperature, TargetKind::module,
                                            "board_temperature_dC", -1000, 1250, "all board sensors", automatic)),
     ours(make(Property::module_external_supply, TargetKind::module, "external_supply_mV", 0, 60000,
-              "what feeds it; below 5000 it lives on its own cells")),
+              "what feeds it; below 5000 it lives on its own cells, and its CAN side has no power")),
+    ours(make(Property::module_talks_on_own_supply, TargetKind::module, "talks_on_own_supply", on_off_words,
+              "on: its own cells feed its CAN side, too")),
     ours(make(Property::module_converts, TargetKind::module, "converts", thermistor_curve_words,
               "by which curve the unit itself makes temperatures of resistances; what is fitted follows, unless "
               "thermistor_curve says otherwise")),
@@ -288,6 +299,8 @@ constexpr std::array<PropertySpec, property_count> properties{
          automatic),
     make(Property::pdu_intake_air, TargetKind::pdu, "intake_air_dC", -500, 1000,
          "a sensor in the intake air; auto: none", automatic),
+    ours(make(Property::pdu_alarm_loop, TargetKind::pdu, "alarm_loop", on_off_words,
+              "on: the modules' alarm outputs are in its enable loop; it opens by itself when one opens")),
     make(Property::contactor_welded, TargetKind::contactor, "welded", "closed, whatever the coil does"),
     make(Property::contactor_stuck_open, TargetKind::contactor, "stuck_open", "never closes"),
     make(Property::contactor_ok, TargetKind::contactor, "ok", "repaired"),

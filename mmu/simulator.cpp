@@ -83,7 +83,8 @@ void Simulator::observe(const CanFrame& frame, TimePoint now) {
   world_.sensor_unit.observe(frame, now);
   world_.second_sensor_unit.observe(frame, now);
   for (std::size_t module = 0; module < mmus_.size(); ++module) {
-    const bool is_deaf = world_.module_senses[module].ignores_commands && is_command(frame);
+    const bool ignores = world_.module_senses[module].ignores_commands && is_command(frame);
+    const bool is_deaf = ignores || !world_.has_bus_power(module);
     if (!is_deaf) mmus_[module].observe(frame, now);
   }
   for (CanModule& module : can_modules_) module.observe(frame, now);
@@ -157,9 +158,12 @@ void Simulator::tick_mmus() {
     mmu.set_thermistor_curve(world_.modules[module].thermistor_curve);
     const MmuFrames frames = mmu.tick(now_, world_.measure_module(module, mmu.wants(now_)));
     world_.module_modes[module] = mmu.mode();
+    world_.module_alarms[module] = mmu.is_alarm_given();
     set_switches(module, mmu.balancing_cells());
+    ModuleWireFaults faults = sense.wire;
+    faults.is_silent = faults.is_silent || !world_.has_bus_power(module);
     ModuleWire& wire = wires_[module];
-    wire.push(frames, sense.wire, now_);
+    wire.push(frames, faults, now_);
     while (const std::optional<CanFrame> frame = wire.pop(now_)) send(*frame);
   }
 }
@@ -201,8 +205,9 @@ void Simulator::tick_strangers() {
 /// All that wakes, and keeps awake who waits for a master, is that something is on the bus; otherwise a module listens
 /// to its master alone.
 void Simulator::wake_sleepers(const CanFrame& frame) {
-  for (Mmu& mmu : mmus_) {
-    if (mmu.hears_traffic()) mmu.observe(frame, now_);
+  for (std::size_t module = 0; module < mmus_.size(); ++module) {
+    Mmu& mmu = mmus_[module];
+    if (mmu.hears_traffic() && world_.has_bus_power(module)) mmu.observe(frame, now_);
   }
   for (std::optional<Mmu>& stranger : strangers_) {
     if (stranger && stranger->hears_traffic()) stranger->observe(frame, now_);
@@ -402,7 +407,8 @@ SimulatorConfig simulator_config(const CoreConfig& pack) {
                               .cell_count = module.cell_count,
                               .temperature_sensor_count = module.temperature_sensor_count,
                               .board_sensor_count = board_sensors,
-                              .serial_number = serial_base + module.node});
+                              .serial_number = serial_base + module.node,
+                              .alarm_temperature_dC = pack.limits.cell_overtemperature.open});
     config.plant.cells_of_module.push_back(module.cell_count);
   }
   config.sensor.little_endian = pack.sensor.little_endian;

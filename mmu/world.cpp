@@ -59,6 +59,7 @@ World::World(const SimulatorConfig& config, TimePoint started_at)
       modules(config.modules),
       cell_senses(plant.cell_count()),
       module_senses(config.modules.size()),
+      module_alarms(config.modules.size(), false),
       module_modes(config.modules.size(), UnitMode::starting),
       has_second_sensor(config.sensor.has_second),
       sensor_unit(config.sensor_set_up, settings_of(config.sensor)),
@@ -135,11 +136,19 @@ FrontEndTransfer World::measure_module(std::size_t module, TransferWanted wanted
   FrontEndInputs chip;
   chip.external_supply_mV = rounded(sense.external_supply_mV);
   chip.self_test_ok = !sense.is_self_test_failed;
+  chip.reports_faults = sense.reports_front_end_faults;
+  chip.supply_low = sense.is_front_end_supply_low;
+  chip.thermal_shutdown = sense.is_front_end_shut_down;
   measure_cells(module, chip);
   if (wanted == TransferWanted::everything) measure_thermistors(module, chip);
   FrontEndTransfer transfer = convert(chip, wanted);
   damage_transfer(sense, transfer);
   return transfer;
+}
+
+bool World::has_bus_power(std::size_t module) const {
+  const ModuleSense& sense = module_senses[module];
+  return sense.talks_on_own_supply || sense.external_supply_mV >= supply_min_mV;
 }
 
 void World::measure_cells(std::size_t module, FrontEndInputs& chip) {
@@ -277,6 +286,8 @@ PduMeasurements World::measure_pdu() const {
   measured.inputs = inputs;
   measured.inputs.insulation_monitor_ok = insulation.is_status_ok;
   measured.insulation = insulation.pwm;
+  measured.alarm_loop_open =
+      has_alarm_loop && std::find(module_alarms.begin(), module_alarms.end(), true) != module_alarms.end();
   measured.throttle_permille = throttle_permille ? known(std::lround(*throttle_permille)) : not_known();
   if (intake_air_dC) measured.intake_air_dC = known(std::lround(*intake_air_dC));
   return measured;

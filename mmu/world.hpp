@@ -87,8 +87,12 @@ struct ModuleSense {
   unsigned wrong_bits = 1;          // in each damaged one
   double external_supply_mV = 12'000.0;
   std::optional<ThermistorCurve> thermistor_curve;  // of the parts fitted; without, what the unit takes them for
+  bool talks_on_own_supply = false;                 // its CAN side is fed by its cells, too
   bool is_self_test_failed = false;
-  bool is_restart_wanted = false;  // taken by the simulator
+  bool reports_front_end_faults = true;
+  bool is_front_end_supply_low = false;
+  bool is_front_end_shut_down = false;  // by its temperature
+  bool is_restart_wanted = false;       // taken by the simulator
   std::optional<double> board_temperature_dC;
   bool ignores_commands = false;
   std::uint32_t errors = 0;  // the word of a module that tells errors
@@ -128,6 +132,9 @@ struct World {
 
   /// What the module's front end sends, damage included.
   [[nodiscard]] FrontEndTransfer measure_module(std::size_t module, TransferWanted wanted);
+  /// The CAN side of a module has power: it can send and receive. It is fed by the external supply alone, unless the
+  /// module talks on its own supply.
+  [[nodiscard]] bool has_bus_power(std::size_t module) const;
   /// What a module of another maker has measured; which cells it bleeds it knows itself.
   [[nodiscard]] ModuleMeasurements measure_foreign(std::size_t module);
   [[nodiscard]] PduMeasurements measure_pdu() const;
@@ -158,6 +165,7 @@ struct World {
   std::array<std::uint8_t, internal_bus::node_count_max + 1U> module_of_node{};
   std::vector<CellSense> cell_senses;
   std::vector<ModuleSense> module_senses;
+  std::vector<bool> module_alarms;     // alarm outputs that are open; likewise noted
   std::vector<UnitMode> module_modes;  // what the units are doing; noted by the simulator after each of their steps
   std::array<SensorSense, scripted_results> sensor_senses{};
   bool has_second_sensor;
@@ -170,6 +178,7 @@ struct World {
   std::array<bool, internal_bus::node_count_max + 1U> has_stranger{};  // by node
   bool is_pdu_silent = false;
   bool has_pdu_damaged_frames = false;
+  bool has_alarm_loop = false;  // the modules' alarm outputs are in the enable loop of the unit
 
   PduInputs inputs;  // insulation_monitor_ok follows from the monitor below
   InsulationUnit insulation;

@@ -105,6 +105,11 @@ void set_wire(World& world, ScenarioPlace place, SenseWire wire) {
   if (wire != sense.wire) sense.opened_at = world.now;
   sense.wire = wire;
 }
+void set_undervoltage_flag(World& world, ScenarioPlace place, bool is_set) {
+  CellMask& flags = module_wire(world, place).undervoltage_flags;
+  const CellMask cell = cell_bit(place.index);
+  flags = static_cast<CellMask>(is_set ? flags | cell : flags & ~cell);
+}
 std::uint8_t small_number(double value) {
   return static_cast<std::uint8_t>(std::lround(value));
 }
@@ -213,6 +218,7 @@ constexpr std::array<Handler, property_count> handlers{{
     {Property::cell_out_of_range, [](W& w, P p, double v) { cell_sense(w, p).is_out_of_range = v > 0.0; }},
     {Property::cell_balancing_switch,
      [](W& w, P p, double v) { cell_sense(w, p).balancing_switch = static_cast<BalancingSwitch>(v); }},
+    {Property::cell_undervoltage_flag, [](W& w, P p, double v) { set_undervoltage_flag(w, p, v > 0.0); }},
     {Property::module_silent, [](W& w, P p, double) { module_wire(w, p).is_silent = true; }},
     {Property::module_talking, [](W& w, P p, double) { module_wire(w, p).is_silent = false; }},
     {Property::module_restart, [](W& w, P p, double) { module_sense(w, p).is_restart_wanted = true; }},
@@ -256,6 +262,12 @@ constexpr std::array<Handler, property_count> handlers{{
      [](W& w, P p) { module_wire(w, p).serial_number.reset(); }},
     {Property::module_commands, [](W& w, P p, double v) { module_sense(w, p).ignores_commands = v > 0.0; }},
     {Property::module_self_test, [](W& w, P p, double v) { module_sense(w, p).is_self_test_failed = v > 0.0; }},
+    {Property::module_front_end_faults,
+     [](W& w, P p, double v) { module_sense(w, p).reports_front_end_faults = v <= 0.0; }},
+    {Property::module_front_end_supply,
+     [](W& w, P p, double v) { module_sense(w, p).is_front_end_supply_low = v > 0.0; }},
+    {Property::module_front_end_shutdown,
+     [](W& w, P p, double v) { module_sense(w, p).is_front_end_shut_down = v > 0.0; }},
     {Property::module_errors,
      [](W& w, P p, double v) { module_sense(w, p).errors = static_cast<std::uint32_t>(std::llround(v)); },
      [](const W& w, P p) -> double { return module_sense(w, p).errors; }},
@@ -266,6 +278,8 @@ constexpr std::array<Handler, property_count> handlers{{
      [](W& w, P p) { module_sense(w, p).board_temperature_dC.reset(); }},
     {Property::module_external_supply, [](W& w, P p, double v) { module_sense(w, p).external_supply_mV = v; },
      [](const W& w, P p) { return module_sense(w, p).external_supply_mV; }},
+    {Property::module_talks_on_own_supply,
+     [](W& w, P p, double v) { module_sense(w, p).talks_on_own_supply = v > 0.0; }},
     {Property::module_converts,
      [](W& w, P p, double v) { w.modules[w.module_of(p)].thermistor_curve = static_cast<ThermistorCurve>(v); }},
     {Property::module_thermistor_curve,
@@ -311,6 +325,7 @@ constexpr std::array<Handler, property_count> handlers{{
      [](const W& w, P) { return w.throttle_permille.value_or(0.0); }, [](W& w, P) { w.throttle_permille.reset(); }},
     {Property::pdu_intake_air, [](W& w, P, double v) { w.intake_air_dC = v; },
      [](const W& w, P) { return w.intake_air_dC.value_or(0.0); }, [](W& w, P) { w.intake_air_dC.reset(); }},
+    {Property::pdu_alarm_loop, [](W& w, P, double v) { w.has_alarm_loop = v > 0.0; }},
     {Property::contactor_welded, [](W& w, P p, double) { contactor(w, p).set_fault(ContactorFault::welded); }},
     {Property::contactor_stuck_open, [](W& w, P p, double) { contactor(w, p).set_fault(ContactorFault::stuck_open); }},
     {Property::contactor_ok, [](W& w, P p, double) { contactor(w, p).set_fault(ContactorFault::none); }},

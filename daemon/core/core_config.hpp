@@ -44,6 +44,7 @@ struct ModuleConfig {
   std::uint8_t cell_count = 12;                  // 1 to 12
   std::uint8_t temperature_sensor_count = 4;     // cell sensors, 0 to 4, of foreign ones 5; at least one in the pack
   std::optional<std::uint32_t> serial_number{};  // which module it is; not given: the one first seen there
+  bool must_report_front_end = false;            // supply and thermal shutdown of its front end, in MODULE
 };
 
 /// One watched limit in three tiers: from `warn` it is reported, from `limit` on the allowed current falls, at `open`

@@ -115,5 +115,10 @@ Reading history_write_failed(const FaultInputs& in);
 Reading clock_jump(const FaultInputs& in);
 Reading memory_low(const FaultInputs& in);
 Reading disk_low(const FaultInputs& in);
+Reading front_end_supply_low(const FaultInputs& in);
+Reading front_end_overtemperature(const FaultInputs& in);
+Reading front_end_faults_missing(const FaultInputs& in);
+Reading module_supply_lost(const FaultInputs& in);
+Reading alarm_loop_open(const FaultInputs& in);
 
 }  // namespace bmu::fault_readers

@@ -54,6 +54,10 @@ TimePoint status_seen_at(const ModuleRecord& module) {
   return module.status.taken_at;
 }
 
+TimePoint front_end_seen_at(const ModuleRecord& module) {
+  return module.front_end.taken_at;
+}
+
 Reading module_in_mode(const FaultInputs& in, internal_bus::Mode mode) {
   return first_module(
       in,
@@ -353,10 +357,51 @@ Reading module_alone(const FaultInputs& in) {
       in,
       [&in](const ModuleRecord& module) {
         const ModuleStatus& said = module.status.value;
-        return module.status.is_usable(in.now, in.config->ages.module_status) &&
-               (said.on_module_supply || said.mode == internal_bus::Mode::autonomous);
+        return module.status.is_usable(in.now, in.config->ages.module_status) && !said.on_module_supply &&
+               said.mode == internal_bus::Mode::autonomous;
       },
       status_seen_at);
+}
+/// Its cells feed it: most modules are silent then (module_lost), as their CAN side has no power; this one still sends.
+Reading module_supply_lost(const FaultInputs& in) {
+  return first_module(
+      in,
+      [&in](const ModuleRecord& module) {
+        return module.status.is_usable(in.now, in.config->ages.module_status) && module.status.value.on_module_supply;
+      },
+      status_seen_at);
+}
+
+Reading front_end_supply_low(const FaultInputs& in) {
+  return first_module(
+      in,
+      [](const ModuleRecord& module) {
+        const FrontEndStatus& front_end = module.front_end.value;
+        return module.front_end.is_valid() && front_end.is_reported && front_end.is_supply_low;
+      },
+      front_end_seen_at);
+}
+Reading front_end_overtemperature(const FaultInputs& in) {
+  return first_module(
+      in,
+      [](const ModuleRecord& module) {
+        const FrontEndStatus& front_end = module.front_end.value;
+        return module.front_end.is_valid() && front_end.is_reported && front_end.is_shut_down;
+      },
+      front_end_seen_at);
+}
+/// Only for modules whose pack file asks for the report. One that does not answer is module_lost, and no good either.
+Reading front_end_faults_missing(const FaultInputs& in) {
+  if (!in.has_started) return unknown_reading;
+  Reading good = condition(false, in.now);
+  for (const ModuleRecord& module : in.modules->modules()) {
+    if (!module.config.must_report_front_end) continue;
+    const bool is_usable = module.front_end.is_usable(in.now, in.config->ages.module_status);
+    good.is_partial = good.is_partial || !is_usable;
+    if (!is_usable || module.front_end.value.is_reported) continue;
+    return condition(true, module.front_end.taken_at, {.module_node = module.config.node});
+  }
+  return good;
 }
 
 Reading balancing_stays_on(const FaultInputs& in) {

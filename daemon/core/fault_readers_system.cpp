@@ -107,6 +107,13 @@ Reading pdu_opened_by_itself(const FaultInputs& in) {
   return condition(in.flags.closing_is_commanded && (pdu->opened_by_timeout || in.flags.pdu_restarted),
                    in.sensors->pdu.taken_at);
 }
+/// Of a unit that is lost nothing is known; one without such a loop never reports it as open. Modules that sleep until
+/// the daemon has started have it open.
+Reading alarm_loop_open(const FaultInputs& in) {
+  const PduState* pdu = pdu_of(in);
+  if (!in.has_started || pdu == nullptr) return unknown_reading;
+  return condition(pdu->alarm_loop_open, in.sensors->pdu.taken_at);
+}
 Reading emergency_stop(const FaultInputs& in) {
   Reading first = input(in, &PduState::estop_1_released);
   first.element.input = 1;

@@ -141,8 +141,14 @@ enum class FaultId : std::uint8_t {
   clock_jump,
   memory_low,
   disk_low,
+  // modules and their unit, second part
+  front_end_supply_low,
+  front_end_overtemperature,
+  front_end_faults_missing,
+  module_supply_lost,
+  alarm_loop_open,
 };
-inline constexpr std::size_t fault_count = 97;
+inline constexpr std::size_t fault_count = 102;
 
 enum class Reaction : std::uint8_t { warn, refuse_close, open_after_grace, open_now };
 enum class Latch : std::uint8_t {

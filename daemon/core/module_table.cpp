@@ -57,6 +57,12 @@ ModuleStatus status_of(const CanFrame& frame) {
   };
 }
 
+FrontEndStatus front_end_of(const CanFrame& frame) {
+  return {.is_reported = read_raw<internal_bus::module, "front_end_faults_reported">(frame) != 0,
+          .is_supply_low = read_raw<internal_bus::module, "front_end_supply_low">(frame) != 0,
+          .is_shut_down = read_raw<internal_bus::module, "front_end_thermal_shutdown">(frame) != 0};
+}
+
 }  // namespace
 
 void ModuleTable::init(const CoreConfig& config) {
@@ -118,6 +124,7 @@ void ModuleTable::observe(const MessageSpec& message, std::uint8_t node, const C
       module.balancing_cells = static_cast<std::uint16_t>(read_raw<internal_bus::module, "balancing_cells">(frame));
       module.open_wire_cells = static_cast<std::uint16_t>(read_raw<internal_bus::module, "open_wire_cells">(frame));
       module.switches_read_at = polled_at_[index];
+      module.front_end = {front_end_of(frame), at, Validity::valid};
       answered = module_bit;
       break;
     case internal_bus::ident.base_id:
@@ -383,6 +390,7 @@ void ModuleTable::forget_values() {
     module.switches_read_at = {};
     module.status = {};
     module.identity = {};
+    module.front_end = {};
     module.damaged_frames = 0;
   }
   jumps_ = {};
@@ -414,6 +422,10 @@ bool any_temperature_beyond(const ModuleRecord& module, const LimitsConfig& limi
   });
 }
 
+bool has_front_end_fault(const FrontEndStatus& front_end) {
+  return front_end.is_reported && (front_end.is_supply_low || front_end.is_shut_down);
+}
+
 }  // namespace
 
 bool ModuleTable::any_beyond(const CheckedFrame& checked, const LimitsConfig& limits) const {
@@ -425,6 +437,7 @@ bool ModuleTable::any_beyond(const CheckedFrame& checked, const LimitsConfig& li
   if (id == internal_bus::temp_1.base_id || id == internal_bus::temp_2.base_id) {
     return any_temperature_beyond(module, limits);
   }
+  if (id == internal_bus::module.base_id) return has_front_end_fault(module.front_end.value);
   return any_cell_beyond(module, limits);
 }
 

@@ -54,6 +54,13 @@ struct ModuleStatus {
   std::uint32_t maker_errors = 0;  // of a foreign module: its own word for what is wrong; 0: nothing
 };
 
+/// What a module's front end reports of itself, in MODULE.
+struct FrontEndStatus {
+  bool is_reported = false;  // without, the other two mean nothing: a module built before them sends 0
+  bool is_supply_low = false;
+  bool is_shut_down = false;  // by its temperature
+};
+
 struct ModuleIdentity {
   std::uint8_t protocol_version = 0;
   std::uint8_t cell_count = 0;
@@ -70,6 +77,7 @@ struct ModuleRecord {
   Measured<std::int32_t> module_voltage_mV;
   Measured<ModuleStatus> status;
   Measured<ModuleIdentity> identity;
+  Measured<FrontEndStatus> front_end;  // of a foreign module: never valid
   std::uint16_t balancing_cells = 0;
   TimePoint switches_read_at{};  // when that was told
   std::uint16_t open_wire_cells = 0;
@@ -89,7 +97,7 @@ struct ModuleRecord {
   std::array<std::uint32_t, reject_reason_count> rejected{};  // frames under its identifiers, by RejectReason
   std::uint64_t values_out_of_range = 0;                      // that nobody of its kind can have; taken for no values
   BMU_FIELDS(skipped(config), cell_voltage_uV, cell_temperature_dC, board_temperature_dC, fitted_boards,
-             module_voltage_mV, status, identity, balancing_cells, switches_read_at, open_wire_cells,
+             module_voltage_mV, status, identity, front_end, balancing_cells, switches_read_at, open_wire_cells,
              serial_number_known, serial_number, rival_serial_number, conflict_seen_at, rival_seen_at, last_answer_at,
              damaged_frames, damaged_at, answer_times, answers_complete, answers_missed, restarts, asked_alone,
              rejected, values_out_of_range)
@@ -155,7 +163,8 @@ class ModuleTable {
   /// All values become unknown: after a gap in our own life nothing seen before may count as fresh.
   void forget_values();
 
-  /// One of the values that this frame brought reaches an opening threshold, or the module itself flags a failed cell.
+  /// One of the values that this frame brought reaches an opening threshold, or the module itself flags a failed cell
+  /// or front end.
   [[nodiscard]] bool any_beyond(const CheckedFrame& checked, const LimitsConfig& limits) const;
   /// The same of whatever a foreign module has said last.
   [[nodiscard]] bool any_beyond(std::uint8_t node, const LimitsConfig& limits) const;

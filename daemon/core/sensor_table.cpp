@@ -26,6 +26,7 @@ PduState pdu_state(const CanFrame& frame) {
       .precharge_closed = read_raw<pdu_status, "precharge_closed">(frame) != 0,
       .charge_closed = read_raw<pdu_status, "charge_closed">(frame) != 0,
       .opened_by_timeout = read_raw<pdu_status, "opened_by_timeout">(frame) != 0,
+      .alarm_loop_open = read_raw<pdu_status, "alarm_loop_open">(frame) != 0,
       .vehicle_on = read_raw<pdu_status, "vehicle_on">(frame) != 0,
       .charger_connected = read_raw<pdu_status, "charger_connected">(frame) != 0,
       .estop_1_released = read_raw<pdu_status, "estop_1_released">(frame) != 0,

@@ -22,6 +22,7 @@ struct PduState {
   bool precharge_closed = false;
   bool charge_closed = false;
   bool opened_by_timeout = false;
+  bool alarm_loop_open = false;  // the modules' alarm outputs; false, too, of a unit without such a loop
   // Inputs, true = healthy or present.
   bool vehicle_on = false;
   bool charger_connected = false;
@@ -41,7 +42,7 @@ struct PduState {
   /// No input that can withdraw permission says no.
   [[nodiscard]] constexpr bool is_healthy() const {
     return estop_1_released && estop_2_released && estops_pressed == 0 && interlock_closed && interlocks_open == 0 &&
-           insulation_monitor_ok && !opened_by_timeout;
+           insulation_monitor_ok && !opened_by_timeout && !alarm_loop_open;
   }
   [[nodiscard]] constexpr bool any_contactor_closed() const {
     return main_positive_closed || main_negative_closed || precharge_closed || charge_closed;

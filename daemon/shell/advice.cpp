@@ -76,8 +76,9 @@ constexpr std::array<CauseRow, fault_count> cause_table{{
     {FaultId::cell_model_mismatch,
      "a cell file of another cell, a current sensor that is wrong, or a cell that is ill"},
     {FaultId::module_lost,
-     "a plug that has come off, a supply that failed, a bus that lacks a terminator, a module that has another node "
-     "number"},
+     "an external supply that failed (on its own cells a module is silent), a plug that has come off, a bus that lacks "
+     "a "
+     "terminator, a module that has another node number"},
     {FaultId::cell_not_measured,
      "a broken or loose sense wire, a blown fuse in it, a cell connected to the wrong input"},
     {FaultId::temperature_not_measured,
@@ -95,8 +96,7 @@ constexpr std::array<CauseRow, fault_count> cause_table{{
     {FaultId::module_starting,
      "the module has just been powered or woken; one that goes on so cannot reach its measuring chip"},
     {FaultId::module_going_to_sleep, "a supply that falls, or another master or tool on the bus that put it to sleep"},
-    {FaultId::module_alone,
-     "the fuse or the wire of its external supply; or the pack's auxiliary supply is switched off"},
+    {FaultId::module_alone, "a firmware that does not notice the polls it answers"},
     {FaultId::balancing_stays_on, "a transistor that has fused, or a firmware that counts minutes nobody told it"},
     {FaultId::balancing_stays_off, "a resistor or transistor that has burnt open, or a blown fuse in the sense wire"},
     {FaultId::balancing_refused, "a board that the module holds to be too hot, or a firmware without balancing"},
@@ -196,6 +196,16 @@ constexpr std::array<CauseRow, fault_count> cause_table{{
      "the network gave the machine its time after the start, which a machine without a clock of its own always sees"},
     {FaultId::memory_low, "an error of ours"},
     {FaultId::disk_low, "recordings or logs, of bmud or of others"},
+    {FaultId::front_end_supply_low,
+     "a broken wire or fuse between the topmost cell and the front end; an empty module"},
+    {FaultId::front_end_overtemperature,
+     "balancing resistors without cooling, or a short circuit on the module's board"},
+    {FaultId::front_end_faults_missing, "a module of an earlier firmware, or one whose front end does not answer it"},
+    {FaultId::module_supply_lost,
+     "the fuse or the wire of its external supply; or the pack's auxiliary supply is switched off"},
+    {FaultId::alarm_loop_open,
+     "a cell that is overcharged or hot while the daemon did not open; a module that sleeps or has no power; a broken "
+     "wire of the loop"},
 }};
 
 // In the order of Blocker.

@@ -178,6 +178,7 @@ void describe_inputs(Visitor& visit, Record& inputs) {
   visit.name("insulation_state", inputs.insulation_state);
   visit.part("insulation_resistance_Ohm", inputs.insulation_resistance_Ohm);
   visit.part("throttle_permille", inputs.throttle_permille);
+  if (visit.has("alarm_loop_open")) visit.boolean("alarm_loop_open", inputs.alarm_loop_open);
 }
 /// What frames did not have at first.
 template <class Visitor, class Record>

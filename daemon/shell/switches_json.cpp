@@ -75,6 +75,7 @@ void put_feedback(JsonText& to, const PduState& pdu, const LinesConfig* missing)
       to.put(row.name, if_known(((missing_contacts >> i) & 1U) == 0, pdu.*row.is_closed));
     }
     to.put("opened_by_timeout", pdu.opened_by_timeout);
+    to.put("alarm_loop_open", pdu.alarm_loop_open);
   });
 }
 

@@ -206,7 +206,8 @@ Texts unhealthy_inputs(const CoreView& view) {
                                                  {pdu.estop_2_released, "emergency stop 2 of the unit is pressed"},
                                                  {pdu.interlock_closed, "the interlock loop is open"},
                                                  {pdu.insulation_monitor_ok, "the insulation monitor does not say OK"},
-                                                 {!pdu.opened_by_timeout, "the unit has opened by time-out"}};
+                                                 {!pdu.opened_by_timeout, "the unit has opened by itself"},
+                                                 {!pdu.alarm_loop_open, "the modules' alarm loop is open"}};
   Texts texts;
   for (const auto& [is_healthy, meaning] : inputs) {
     if (!is_healthy) texts.emplace_back(meaning);

@@ -192,11 +192,15 @@ inline constexpr SignalSpec module_signals[] = {
      .special = module_voltage_codes},
     {.name = "balancing_cells", .first_bit = byte(2), .bit_count = 12},
     {.name = "open_wire_cells", .first_bit = bit(3, 3), .bit_count = 12},
-    {.name = "balancing_time_left_s", .first_bit = byte(5), .bit_count = 8, .unit = Unit::s, .scale = 60},
+    // Decision 0028: 0 from a module built before them, whose minutes never reach these bits.
+    {.name = "front_end_faults_reported", .first_bit = bit(5, 7), .bit_count = 1},
+    {.name = "front_end_supply_low", .first_bit = bit(5, 6), .bit_count = 1},
+    {.name = "front_end_thermal_shutdown", .first_bit = bit(5, 5), .bit_count = 1},
+    {.name = "balancing_time_left_s", .first_bit = bit(5, 4), .bit_count = 5, .unit = Unit::s, .scale = 60},
     counter_signal,
 };
-inline constexpr MessageSpec module =
-    detail::module_answer("MODULE", 0x2C0, module_signals, "voltage of the whole stack, switches, open wires");
+inline constexpr MessageSpec module = detail::module_answer(
+    "MODULE", 0x2C0, module_signals, "voltage of the whole stack, switches, open wires, front end");
 
 inline constexpr SignalSpec ident_signals[] = {
     {.name = "protocol_version", .first_bit = byte(0), .bit_count = 8},
@@ -315,6 +319,8 @@ inline constexpr SignalSpec pdu_status_signals[] = {
     {.name = "precharge_closed", .first_bit = bit(0, 2), .bit_count = 1},
     {.name = "main_negative_closed", .first_bit = bit(0, 1), .bit_count = 1},
     {.name = "main_positive_closed", .first_bit = bit(0, 0), .bit_count = 1},
+    // Decision 0028: 0 from a unit without such a loop.
+    {.name = "alarm_loop_open", .first_bit = bit(1, 7), .bit_count = 1},
     {.name = "resume_button", .first_bit = bit(1, 6), .bit_count = 1},
     {.name = "insulation_monitor_ok", .first_bit = bit(1, 5), .bit_count = 1},
     {.name = "interlock_closed", .first_bit = bit(1, 4), .bit_count = 1},

@@ -1,4 +1,4 @@
-// Rows 21 to 37 of the catalogue: what becomes of the modules' answers on their way. Behind them 108 to 111: modules
+// Rows 21 to 37 of the catalogue: what becomes of the modules' answers on their way. Behind them 108 to 112: modules
 // that do not do what they are told, or live on their own cells.
 #include <array>
 #include <stdexcept>
@@ -515,12 +515,27 @@ SLOW_FAULT(110, "a balancing switch stays off", 3500ms,
              .fit = balance_at_rest,
              .has_way_back = false}})
 
-FAULT(111, "a module is left to its own cells", 1500ms,
-      {{.what = "the external supply of a module of a closed pack fails",
+FAULT(111, "a module is left to its own cells", 850ms,
+      {{.what = "the external supply of a module of a closed pack fails: it is silent",
         .inject = script("module $N external_supply_mV 0"),
-        .fault = "module_alone",
-        .until = Until::told,
-        .has_way_back = false,
-        .holds = is_still_closed()}})
+        .repair = script("module $N external_supply_mV 12000"),
+        .fault = "module_lost",
+        .configured = seen::in_module_silence},
+       {.what = "the external supply of a module fails whose cells feed its CAN side, too",
+        .inject = script("module $N talks_on_own_supply on; module $N external_supply_mV 0"),
+        .repair = script("module $N external_supply_mV 12000"),
+        .fault = "module_supply_lost"}})
+
+FAULT(112, "a front end reports a fault of its own", 450ms,
+      {{.what = "a front end reports undervoltage of its supply",
+        .inject = script("module $N front_end_supply_low on"),
+        .repair = script("module $N front_end_supply_low off"),
+        .fault = "front_end_supply_low",
+        .configured = seen::in_module_status},
+       {.what = "a front end reports its thermal shutdown",
+        .inject = script("module $N front_end_thermal_shutdown on"),
+        .repair = script("module $N front_end_thermal_shutdown off"),
+        .fault = "front_end_overtemperature",
+        .configured = seen::in_module_status}})
 
 }  // namespace bmu::test

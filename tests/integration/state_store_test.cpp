@@ -84,6 +84,7 @@ PersistentState full_state() {
                                 .outputs = ContactorOutputs{.main_negative = true, .charge = true, .heater = true},
                                 .inputs = PduState{.main_negative_closed = true,
                                                    .opened_by_timeout = true,
+                                                   .alarm_loop_open = true,
                                                    .vehicle_on = true,
                                                    .estop_1_released = true,
                                                    .interlock_closed = true,

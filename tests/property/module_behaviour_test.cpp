@@ -78,8 +78,9 @@ constexpr std::array behaviours{
     Behaviour{"cell N.C balancing_switch stays_on", "cell N.C balancing_switch auto", may_stay_closed, Hides::nothing,
               "it drains a cell slowly: refused from the next closing on", true},
     Behaviour{"module N self_test failed", "module N self_test ok", electrical_ms},
-    Behaviour{"module N external_supply_mV 3000", "module N external_supply_mV 12000", may_stay_closed, Hides::nothing,
-              "it lives on its own supply for hours: a warning"},
+    Behaviour{"module N external_supply_mV 3000", "module N external_supply_mV 12000", 300, Hides::values},
+    Behaviour{"module N front_end_supply_low on", "module N front_end_supply_low off", electrical_ms},
+    Behaviour{"module N front_end_thermal_shutdown on", "module N front_end_thermal_shutdown off", electrical_ms},
     Behaviour{"module N board_temperature_dC 1100", "module N board_temperature_dC auto",
               2 * module_samples_ms + temperature_ms},  // a jump waits for a second sample
     Behaviour{"stranger N connected", "stranger N disconnected", electrical_ms, Hides::values},

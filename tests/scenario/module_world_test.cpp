@@ -116,7 +116,7 @@ TEST_CASE("a module taken out of its vehicle balances itself and goes to sleep",
 
 TEST_CASE("a module whose supply only dips changes nothing", "[scenario][mmu][MMU_11]") {
   SmallModule module(
-      "1 module 1 external_supply_mV 3000\n1.035 module 1 external_supply_mV 12000\n"
+      "0 module 1 talks_on_own_supply on\n1 module 1 external_supply_mV 3000\n1.035 module 1 external_supply_mV 12000\n"
       "2 module 1 external_supply_mV 3000");
   module.run_polled(1'500ms, want_status);
   CHECK(read_raw<status, "external_supply_low">(module.last(0x101)) == 0);

@@ -251,8 +251,9 @@ const FaultKind kinds[] = {
      .effect = stays_closed,
      .draw = [](D& d, E& e) { on_and_off(e, stranger_at(free_node(d.config)), "connected", "disconnected"); }},
     {.name = "module_supply_lost",
-     .group = "supply",
-     .effect = stays_closed,
+     .group = "module",
+     .allowed = 400ms,
+     .hides = true,
      .draw = [](D& d, E& e) { on_and_off(e, module_of(d), "external_supply_mV 0", "external_supply_mV 12000"); }},
     // sensor
     {.name = "current_silent",

@@ -298,10 +298,11 @@ TEST_CASE("the mode and the supply that a module told of count as long as its st
     Mode mode;
     bool on_module_supply;
   };
-  const auto one =
-      GENERATE(Case{FaultId::module_starting, Mode::starting, false},
-               Case{FaultId::module_going_to_sleep, Mode::going_to_sleep, false},
-               Case{FaultId::module_alone, Mode::autonomous, false}, Case{FaultId::module_alone, Mode::normal, true});
+  const auto one = GENERATE(Case{FaultId::module_starting, Mode::starting, false},
+                            Case{FaultId::module_going_to_sleep, Mode::going_to_sleep, false},
+                            Case{FaultId::module_alone, Mode::autonomous, false},
+                            Case{FaultId::module_supply_lost, Mode::normal, true},
+                            Case{FaultId::module_supply_lost, Mode::autonomous, true});
   World world;
   CHECK_FALSE(world.is_true(one.id));
   world.say_status(2, [&one](CanFrame& frame) {
@@ -312,8 +313,74 @@ TEST_CASE("the mode and the supply that a module told of count as long as its st
   CHECK(world.is_true(one.id));
   CHECK(world.read(one.id).element == Element{.module_node = 2});
   CHECK(world.read(one.id).taken_at == start);
+  CHECK(world.is_true(FaultId::module_supply_lost) == one.on_module_supply);
+  CHECK(world.is_true(FaultId::module_alone) == (one.id == FaultId::module_alone));
   world.now += 1ns;
   CHECK_FALSE(world.is_true(one.id));
+}
+
+TEST_CASE("a low external supply of a module that is on it is no loss of its supply", "[unit][faults][MMU_7b]") {
+  World world;
+  world.say_status(2, [](CanFrame& frame) { write<internal_bus::status, "external_supply_low">(frame, 1); });
+  CHECK(world.is_true(FaultId::module_warning));
+  CHECK_FALSE(world.is_true(FaultId::module_supply_lost));
+  CHECK(row_of(FaultId::module_warning).reaction == Reaction::warn);
+  CHECK(row_of(FaultId::module_supply_lost).reaction == Reaction::open_now);
+  CHECK(row_of(FaultId::module_supply_lost).confirm == 500ms);
+}
+
+TEST_CASE("each fault that a front end reports of itself is one, if it is reported at all", "[unit][faults][RR_7]") {
+  struct Report {
+    FaultId fault;
+    bool supply_low;
+    bool thermal_shutdown;
+  };
+  for (const Report& report :
+       {Report{FaultId::front_end_supply_low, true, false}, Report{FaultId::front_end_overtemperature, false, true}}) {
+    for (const bool is_reported : {false, true}) {
+      World world;
+      CHECK_FALSE(world.is_true(report.fault));
+      world.now = start + 20ms;
+      CanFrame frame = make_frame(internal_bus::module, 2);
+      write<internal_bus::module, "front_end_faults_reported">(frame, is_reported);
+      write<internal_bus::module, "front_end_supply_low">(frame, report.supply_low);
+      write<internal_bus::module, "front_end_thermal_shutdown">(frame, report.thermal_shutdown);
+      world.modules().observe(internal_bus::module, 2, frame, world.now);
+      for (const FaultId id : {FaultId::front_end_supply_low, FaultId::front_end_overtemperature}) {
+        CHECK(world.is_true(id) == (is_reported && id == report.fault));
+      }
+      if (!is_reported) continue;
+      CHECK(world.read(report.fault).element == Element{.module_node = 2});
+      CHECK(world.read(report.fault).taken_at == start + 20ms);
+      CHECK(row_of(report.fault).reaction == Reaction::open_now);
+      world.modules().forget_values();
+      CHECK_FALSE(world.is_true(report.fault));
+    }
+  }
+}
+
+TEST_CASE("a module without the report that its pack file requires is a fault, an old report is no good",
+          "[unit][faults][RR_7]") {
+  const FaultId id = FaultId::front_end_faults_missing;
+  CoreConfig config = small_pack();
+  CHECK_FALSE(World(config).is_true(id));
+  config.modules[1].must_report_front_end = true;
+  World world(config);
+  CHECK(world.is_true(id));
+  CHECK(world.read(id).element == Element{.module_node = 2});
+  CHECK(world.read(id).taken_at == start);
+  world.now = start + 20ms;
+  CanFrame frame = make_frame(internal_bus::module, 2);
+  write<internal_bus::module, "front_end_faults_reported">(frame, 1);
+  world.modules().observe(internal_bus::module, 2, frame, world.now);
+  CHECK_FALSE(world.is_true(id));
+  CHECK_FALSE(world.read(id).is_partial);
+  world.now += world.config.ages.module_status;
+  CHECK_FALSE(world.read(id).is_partial);
+  world.now += 1ns;
+  CHECK(world.read(id).is_partial);
+  world.has_started = false;
+  CHECK_FALSE(world.read(id).is_known);
 }
 
 TEST_CASE("a module that is not set up is named, before anybody is asked nothing is known of it",

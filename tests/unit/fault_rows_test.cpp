@@ -392,6 +392,21 @@ TEST_CASE("a unit that missed commands or restarted has opened by itself, if som
   }
 }
 
+TEST_CASE("an alarm loop that the unit reports as open is a fault, whatever is commanded", "[unit][faults][SEC_1]") {
+  World world;
+  const FaultId id = FaultId::alarm_loop_open;
+  CHECK_FALSE(world.is_true(id));
+  world.sensors.pdu.value.alarm_loop_open = true;
+  CHECK(world.is_true(id));
+  CHECK(world.read(id).taken_at == start);
+  CHECK(row_of(id).reaction == Reaction::open_now);
+  world.has_started = false;
+  CHECK_FALSE(world.read(id).is_known);
+  world.has_started = true;
+  world.now = start + world.config.ages.pdu_status + 1ns;
+  CHECK_FALSE(world.read(id).is_known);
+}
+
 TEST_CASE("commands that are not on the bus matter while something is to be closed", "[unit][faults][F46]") {
   World world;
   world.flags.command_not_on_bus = true;

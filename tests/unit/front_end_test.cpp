@@ -68,6 +68,23 @@ TEST_CASE("a transfer carries what lies at the inputs", "[unit][mmu][MMU_1][MMU_
   CHECK(reading.board_sensors->input[3] == 20'000);
 }
 
+TEST_CASE("a transfer carries what the chip reports of itself, or that it reports nothing", "[unit][mmu][RR_7]") {
+  for (const bool supply_low : {false, true}) {
+    for (const bool thermal_shutdown : {false, true}) {
+      FrontEndInputs inputs = some_inputs();
+      inputs.supply_low = supply_low;
+      inputs.thermal_shutdown = thermal_shutdown;
+      const FrontEndReading reading = read(convert(inputs, TransferWanted::voltages));
+      REQUIRE(reading.diagnosis.has_value());
+      REQUIRE(reading.diagnosis->faults.has_value());
+      CHECK(reading.diagnosis->faults->supply_low == supply_low);
+      CHECK(reading.diagnosis->faults->thermal_shutdown == thermal_shutdown);
+      inputs.reports_faults = false;
+      CHECK_FALSE(read(convert(inputs, TransferWanted::voltages)).diagnosis->faults.has_value());
+    }
+  }
+}
+
 TEST_CASE("voltages have steps of 0.1 mV and end where the register ends", "[unit][mmu]") {
   FrontEndInputs inputs;
   inputs.cell_voltage_uV = {3'600'049, 3'600'050, -20'000, 6'553'400, 9'000'000, 0};

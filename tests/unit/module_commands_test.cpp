@@ -92,13 +92,24 @@ TEST_CASE("a closed pack stays closed with a module that goes to sleep, says so,
   CHECK(bench.core().last_opening().fault == FaultId::module_lost);
 }
 
-TEST_CASE("a module on its own supply, or autonomous though it is polled, is a warning", "[unit][core][MMU_A]") {
-  const bool is_autonomous = GENERATE(true, false);
+TEST_CASE("a module on its own supply opens the pack after half a second, and keeps it open", "[unit][core][MMU_7b]") {
   CoreBench bench(small_pack());
-  bench.modules[1].on_module_supply = !is_autonomous;
-  bench.each_ms = [&] {
-    if (is_autonomous) bench.modules[1].mode = internal_bus::Mode::autonomous;
-  };
+  REQUIRE(bench.close());
+  bench.modules[1].on_module_supply = true;
+  bench.run(450ms);
+  CHECK(bench.core().sequence().phase == Phase::closed);
+  bench.run(300ms);
+  CHECK(bench.core().sequence().phase == Phase::open);
+  CHECK(bench.core().last_opening().fault == FaultId::module_supply_lost);
+  CHECK(bench.core().faults().state(FaultId::module_supply_lost).confirmed.element == Element{.module_node = 2});
+  bench.give(Command::clear_faults);
+  bench.run(2s);
+  CHECK(bench.is_active(FaultId::module_supply_lost));  // its cause is there
+}
+
+TEST_CASE("a module that is autonomous though it is polled is a warning", "[unit][core][MMU_A]") {
+  CoreBench bench(small_pack());
+  bench.each_ms = [&] { bench.modules[1].mode = internal_bus::Mode::autonomous; };
   CHECK(bench.close());
   bench.run(1s);
   CHECK(bench.is_active(FaultId::module_alone));

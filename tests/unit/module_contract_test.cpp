@@ -103,6 +103,7 @@ TEST_CASE("worked frames 343, 383 and 2C3: minutes for cell 5, done, its switch 
           "[unit][mmu][contract][MMU_CB]") {
   MmuBench bench = quiet_bench();
   bench.measured.module_mV = 43'812;
+  bench.measured.reports_faults = false;  // a module of before, whose b5 are the minutes alone
   bench.mmu.observe(worked(internal_bus::command, 3).frame(), bench.now);
   const auto said = bench.run(10ms);
   REQUIRE(said.size() == 1);
@@ -355,8 +356,51 @@ TEST_CASE("MODULE: voltage in 2 mV, each switch and each wire in its own bit, mi
     const CanFrame said = asked(bench, 0x08, 0x2C3);
     CHECK(upper_mask(said) == 1U << cell);
     CHECK(lower_mask(said) == 0);
-    CHECK(said.data[5] == 1 + cell % 5);
+    CHECK(said.data[5] == 0x80 + 1 + cell % 5);
   }
+}
+
+TEST_CASE("MODULE b5: what the front end reports, kept until faults are cleared", "[unit][mmu][contract][RR_7]") {
+  MmuBench bench = quiet_bench();
+  const auto byte_5 = [&bench] { return unsigned{asked(bench, 0x08, 0x2C3).data[5]}; };
+  CHECK(byte_5() == 0x80);
+  for (const unsigned bit : {0x40U, 0x20U}) {
+    bool& found = bit == 0x40U ? bench.measured.supply_low : bench.measured.thermal_shutdown;
+    found = true;
+    bench.run(10ms);  // one sample, and no POLL
+    found = false;
+    bench.run_polled(1s);
+    CHECK(byte_5() == (0x80U | bit));
+    CHECK(byte_5() == (0x80U | bit));  // not only once
+    REQUIRE(bench.command(command_of(bench, {5})) == 0);
+    CHECK(byte_5() == 0x80);
+  }
+  bench.measured.supply_low = true;
+  bench.run(10ms);
+  REQUIRE(bench.command(command_of(bench, {5})) == 0);
+  bench.run(10ms);
+  CHECK(byte_5() == 0xC0);  // cleared, and there again
+  bench.mmu.restart(bench.now);
+  bench.measured.supply_low = false;
+  bench.run_polled(1s);
+  CHECK(byte_5() == 0x80);
+}
+
+TEST_CASE("MODULE b5: nothing is reported of a front end that has no such report or is not received",
+          "[unit][mmu][contract][RR_7]") {
+  MmuBench bench = quiet_bench();
+  bench.on_transfer = [](FrontEndTransfer& transfer) { transfer.groups[5][7] ^= 1; };  // its diagnosis
+  bench.run_polled(200ms);
+  CHECK(asked(bench, 0x08, 0x2C3).data[5] == 0x80);
+  bench.run_polled(100ms);
+  CHECK(asked(bench, 0x08, 0x2C3).data[5] == 0x00);
+  bench.on_transfer = nullptr;
+  bench.run_polled(100ms);
+  CHECK(asked(bench, 0x08, 0x2C3).data[5] == 0x80);
+  bench.measured.reports_faults = false;
+  bench.measured.supply_low = bench.measured.thermal_shutdown = true;
+  bench.run_polled(100ms);
+  CHECK(asked(bench, 0x08, 0x2C3).data[5] == 0x00);
 }
 
 TEST_CASE("IDENT: version, cells and sensors, serial number", "[unit][mmu][contract]") {

@@ -82,6 +82,74 @@ TEST_CASE("without a new command everything opens after 200 ms, not before", "[u
   }
 }
 
+TEST_CASE("an open alarm loop opens at once, whatever is commanded, and is reported", "[unit][pdu][SEC_1]") {
+  PduBench bench;
+  std::uint8_t counter = 0;
+  const auto command = [&](std::uint8_t outputs) { bench.pdu.observe(command_of(outputs, ++counter), bench.now); };
+  const auto tick = [&] {
+    bench.now += 1ms;
+    return bench.pdu.tick(bench.now, bench.measured);
+  };
+  command(0x7F);
+  tick();
+  bench.measured.alarm_loop_open = true;
+  const PduFrames frames = tick();
+  CHECK(bench.pdu.outputs() == PduOutputs{.fan = true});
+  REQUIRE(frames.size() == 1);  // at once
+  CHECK(read_raw<pdu_status, "alarm_loop_open">(frames[0]) == 1);
+  CHECK(read_raw<pdu_status, "opened_by_timeout">(frames[0]) == 1);
+  CHECK(read_raw<pdu_status, "resume_button">(frames[0]) == 0);
+  CHECK(bench.pdu.counts().alarms == 1);
+  CHECK(bench.pdu.counts().timeouts == 0);
+
+  for (int more = 0; more < 20; ++more) {
+    command(0x7F);
+    CHECK(bench.pdu.outputs() == PduOutputs{.fan = true});
+    tick();
+    CHECK(bench.pdu.outputs() == PduOutputs{.fan = true});
+  }
+  CHECK(bench.pdu.counts().alarms == 1);
+
+  SECTION("the loop closes again while the command is to close: nothing closes") {
+    bench.measured.alarm_loop_open = false;
+    for (int more = 0; more < 20; ++more) {
+      tick();
+      command(0x13);
+      CHECK_FALSE(bench.pdu.outputs().any());
+    }
+    CHECK(bench.pdu.counts().alarms == 1);
+    command(0);
+    tick();
+    command(0x13);
+    CHECK(bench.pdu.outputs().contactors == ContactorFlags{true, true, false, false});
+  }
+  SECTION("a command to open while the loop is open changes nothing for the next one to close") {
+    command(0);
+    const PduFrames told = tick();
+    REQUIRE(told.size() == 1);
+    CHECK(read_raw<pdu_status, "opened_by_timeout">(told[0]) == 0);
+    CHECK(read_raw<pdu_status, "alarm_loop_open">(told[0]) == 1);
+    command(0x03);
+    CHECK_FALSE(bench.pdu.outputs().any());
+    bench.measured.alarm_loop_open = false;
+    tick();
+    command(0x03);
+    CHECK_FALSE(bench.pdu.outputs().any());
+  }
+}
+
+TEST_CASE("an alarm loop that opens while nothing is driven is no opening", "[unit][pdu][SEC_1]") {
+  PduBench bench;
+  bench.measured.alarm_loop_open = true;
+  bench.run(100ms);
+  CHECK(bench.pdu.counts().alarms == 0);
+  bench.measured.alarm_loop_open = false;
+  bench.run(100ms);
+  bench.pdu.observe(command_of(0, 1), bench.now);
+  bench.pdu.observe(command_of(0x03, 2), bench.now);
+  CHECK(bench.pdu.outputs().contactors == ContactorFlags{true, true, false, false});
+}
+
 TEST_CASE("a command that fails any check changes nothing and buys no time", "[unit][pdu]") {
   PduBench bench;
   const TimePoint commanded_at = bench.now;

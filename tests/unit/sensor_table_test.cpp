@@ -77,6 +77,7 @@ TEST_CASE("every signal of the unit's word goes where it belongs", "[unit][senso
       Bit{[](CanFrame& f) { write<pdu_status, "precharge_closed">(f, 1); }, &PduState::precharge_closed},
       Bit{[](CanFrame& f) { write<pdu_status, "charge_closed">(f, 1); }, &PduState::charge_closed},
       Bit{[](CanFrame& f) { write<pdu_status, "opened_by_timeout">(f, 1); }, &PduState::opened_by_timeout},
+      Bit{[](CanFrame& f) { write<pdu_status, "alarm_loop_open">(f, 1); }, &PduState::alarm_loop_open},
       Bit{[](CanFrame& f) { write<pdu_status, "vehicle_on">(f, 1); }, &PduState::vehicle_on},
       Bit{[](CanFrame& f) { write<pdu_status, "charger_connected">(f, 1); }, &PduState::charger_connected},
       Bit{[](CanFrame& f) { write<pdu_status, "estop_1_released">(f, 1); }, &PduState::estop_1_released},
@@ -350,6 +351,7 @@ TEST_CASE("a pack is healthy while no input says no", "[unit][sensor_table][F93]
   CHECK_FALSE(is_healthy_with([](PduState& s) { s.interlocks_open = 1; }));
   CHECK_FALSE(is_healthy_with([](PduState& s) { s.insulation_monitor_ok = false; }));
   CHECK_FALSE(is_healthy_with([](PduState& s) { s.opened_by_timeout = true; }));
+  CHECK_FALSE(is_healthy_with([](PduState& s) { s.alarm_loop_open = true; }));
   for (const Contact& one : contacts) {
     PduState closed;
     CHECK_FALSE(closed.any_contactor_closed());

@@ -57,7 +57,8 @@ TEST_CASE("each output, contact and input is told by its own name", "[unit][stat
                          {"main_negative", &PduState::main_negative_closed},
                          {"precharge", &PduState::precharge_closed},
                          {"charge", &PduState::charge_closed},
-                         {"opened_by_timeout", &PduState::opened_by_timeout}}) {
+                         {"opened_by_timeout", &PduState::opened_by_timeout},
+                         {"alarm_loop_open", &PduState::alarm_loop_open}}) {
     PduState pdu{.supply_ok = false};
     pdu.*one.bit = true;
     CHECK(on_in(feedback(pdu)) == std::set<std::string>{one.name});
