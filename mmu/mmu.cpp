@@ -566,13 +566,16 @@ CanFrame Mmu::make_temp_2() const {
   return frame;
 }
 
+/// A fault that was found is reported until it is cleared, whatever the front end does meanwhile.
 CanFrame Mmu::make_module(TimePoint now) const {
+  const bool has_front_end_fault = front_end_faults_.supply_low || front_end_faults_.thermal_shutdown;
+  const bool has_report = reports_front_end_faults_ && is_diagnosis_known(now);
   const auto minutes_left = std::chrono::ceil<std::chrono::minutes>(balancing_.longest_time_left());
   CanFrame frame = make_frame(internal_bus::module, config_.node);
   write<internal_bus::module, "module_voltage_mV">(frame, is_supply_known(now) ? known(module_mV_) : not_known());
   write<internal_bus::module, "balancing_cells">(frame, balancing_.switches());
   write<internal_bus::module, "open_wire_cells">(frame, open_wires_);
-  write<internal_bus::module, "front_end_faults_reported">(frame, reports_front_end_faults_ && is_diagnosis_known(now));
+  write<internal_bus::module, "front_end_faults_reported">(frame, has_report || has_front_end_fault);
   write<internal_bus::module, "front_end_supply_low">(frame, front_end_faults_.supply_low);
   write<internal_bus::module, "front_end_thermal_shutdown">(frame, front_end_faults_.thermal_shutdown);
   write<internal_bus::module, "balancing_time_left_s">(frame, std::chrono::seconds(minutes_left).count());

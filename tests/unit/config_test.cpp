@@ -102,7 +102,7 @@ TEST_CASE("modules may be listed one by one or several at once, in the order of 
           "[unit][config][BMS_F.2]") {
   const auto parsed = parse(changed({{"/modules", Json::parse(R"([
       {"node": 7, "cells": 5, "temperature_sensors": 0},
-      {"nodes": [2, 63], "cells": 12, "temperature_sensors": 4}])")}})
+      {"nodes": [2, 63], "cells": 12, "temperature_sensors": 4, "front_end_faults": true}])")}})
                                 .dump());
   REQUIRE(parsed);
   REQUIRE(parsed->core.modules.size() == 3);
@@ -110,6 +110,9 @@ TEST_CASE("modules may be listed one by one or several at once, in the order of 
   CHECK(parsed->core.modules[1].node == 2);
   CHECK(parsed->core.modules[2].node == 63);
   CHECK(cell_count(parsed->core) == 29);
+  CHECK_FALSE(parsed->core.modules[0].must_report_front_end);
+  CHECK(parsed->core.modules[1].must_report_front_end);
+  CHECK(parsed->core.modules[2].must_report_front_end);
 }
 
 TEST_CASE("a whole number may be written with a point or an exponent", "[unit][config]") {

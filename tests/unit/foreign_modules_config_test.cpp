@@ -55,6 +55,8 @@ TEST_CASE("another maker's modules have the cells, sensors and numbers they have
   refuses(with("i3_csc", 9, 12), "/modules/8/node", "1 to 8");
   refuses(with("i3_csc", 1, 12, {{"/modules/0/temperature_sensors", 5}}), "/modules/0/temperature_sensors",
           "at most 4");
+  refuses(with("i3_csc", 1, 12, {{"/modules/0/front_end_faults", true}}), "/modules/0/front_end_faults",
+          "false, as i3_csc does not report them");
   accepts(outlander({{"/modules/0/temperature_sensors", 5}}));
   refuses({{"/modules", Json::array({{{"nodes", {1}}, {"cells", 12}, {"temperature_sensors", 5}}})}},
           "/modules/0/temperature_sensors", "at most 4, as a module of ours");

@@ -397,6 +397,14 @@ TEST_CASE("MODULE b5: nothing is reported of a front end that has no such report
   bench.on_transfer = nullptr;
   bench.run_polled(100ms);
   CHECK(asked(bench, 0x08, 0x2C3).data[5] == 0x80);
+  bench.measured.supply_low = true;
+  bench.run_polled(20ms);
+  bench.on_transfer = [](FrontEndTransfer& transfer) { transfer.groups[5][7] ^= 1; };
+  bench.run_polled(1s);
+  CHECK(asked(bench, 0x08, 0x2C3).data[5] == 0xC0);  // what was found is reported until it is cleared
+  REQUIRE(bench.command(command_of(bench, {5})) == 0);
+  CHECK(asked(bench, 0x08, 0x2C3).data[5] == 0x00);
+  bench.on_transfer = nullptr;
   bench.measured.reports_faults = false;
   bench.measured.supply_low = bench.measured.thermal_shutdown = true;
   bench.run_polled(100ms);

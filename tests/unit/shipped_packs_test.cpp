@@ -74,6 +74,12 @@ TEST_CASE("the efficiency car's pack has the numbers of its design", "[unit][con
   CHECK(pack.limits.cell_overtemperature.open == 600);
 }
 
+TEST_CASE("the efficiency car's pack requires its modules to report their front ends' faults", "[unit][config][RR_7]") {
+  const CoreConfig pack = shipped("shell-eco-6s");
+  REQUIRE(pack.modules.size() == 1);
+  CHECK(pack.modules[0].must_report_front_end);
+}
+
 TEST_CASE("the competition pack has the numbers of its design", "[unit][config][BMS_NF.7]") {
   const CoreConfig pack = shipped("lipo-6s-24v");
   CHECK(cell_count(pack) == 6);
