@@ -159,24 +159,24 @@ TEST_CASE("a daemon that decides names the open alarm loop, and closes again onc
   world.modules[0].alarm_temperature_dC = 400;
   VirtualRun run(pack->core, world,
                  *parse_scenario("0 pdu alarm_loop on\n0 pack soc_permille 700\n1.5 vehicle on\n"
-                                 "5 cell 1.1 temperature_dC 420\n9 cell 1.1 temperature_dC auto\n"
-                                 "9 pack temperature_dC 250\n12 master clear\n14 vehicle off\n"
-                                 "15 vehicle on",
+                                 "5 cell 1.1 temperature_dC 250..420 over 35\n"  // slower than a cell that fails
+                                 "44 cell 1.1 temperature_dC 420..250 over 40\n86 master clear\n88 vehicle off\n"
+                                 "89 vehicle on",
                                  core_vocabulary()));
   const auto run_to = [&run](Duration end) {
     while (run.elapsed() < end) run.step();
   };
   run_to(5s);
   REQUIRE(run.core().sequence().phase == Phase::closed);
-  run_to(7s);
+  run_to(42s);
   CHECK(run.core().sequence().phase == Phase::open);
   CHECK(run.core().faults().state(FaultId::alarm_loop_open).is_present());
-  run_to(11s);
+  run_to(60s);
   CHECK(run.core().faults().state(FaultId::alarm_loop_open).is_present());
   CHECK_FALSE(run.simulator().pdu().outputs().contactors[0]);
-  run_to(14s);
+  run_to(88s);
   CHECK_FALSE(run.core().faults().state(FaultId::alarm_loop_open).is_present());
-  run_to(20s);
+  run_to(95s);
   CHECK(run.core().sequence().phase == Phase::closed);
 }
 
