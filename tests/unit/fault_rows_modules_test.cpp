@@ -362,7 +362,7 @@ TEST_CASE("each fault that a front end reports of itself is one, if it is report
 TEST_CASE("a module without the report that its pack file requires is a fault, an old report is no good",
           "[unit][faults][RR_7]") {
   const FaultId id = FaultId::front_end_faults_missing;
-  CoreConfig config = small_pack();
+  CoreConfig config = test::small_pack();
   CHECK_FALSE(World(config).is_true(id));
   config.modules[1].must_report_front_end = true;
   World world(config);
