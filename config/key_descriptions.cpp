@@ -56,6 +56,7 @@ std::vector<KeyDescription> describe_keys() {
   visit_sections(fresh, [&keys](const SectionInfo& section, auto fields, const auto&) {
     describe("/" + std::string(section.key), fields, keys);
   });
+  describe<StricterReaction>("/faults/*", reaction_fields(), keys);
   describe<PartConfig>("/component_limits/*", part_fields(), keys);
   describe<CurrentBounds>("/component_limits/*", bound_fields(), keys);
   describe<GpioConfig>("/gpio", gpio_fields(), keys);
@@ -78,6 +79,7 @@ std::vector<KeyDescription> describe_keys() {
 std::vector<SectionDescription> describe_sections() {
   std::vector<SectionDescription> sections{
       {"/modules/*", "A module, or several that are alike."},
+      {"/faults/*", "A fault by its name that does more to this pack than docs/faults.md has it do; never less."},
       {"/component_limits/*", "Something that the whole current flows through; with at least one current."},
       {"/cell",
        "The cell, in its own file or in place; and `ocv`, `derating`, `charge_plateau`, `dynamics`, see above."},

@@ -17,6 +17,7 @@
 #include "config/pack_defaults.hpp"
 #include "config/pack_fields.hpp"
 #include "config/part_reader.hpp"
+#include "config/reaction_reader.hpp"
 #include "config/sensor_checks.hpp"
 #include "daemon/core/cell_reporter.hpp"
 #include "daemon/core/charge_pause.hpp"
@@ -121,14 +122,14 @@ Interval interval_of(const Check& check, const LimitRow& row) {
           check.are_good({poll.at("period_ms"), poll.at("temperature_every")})};
 }
 
-/// How long the limit's fault lets the current fall before it opens.
-Duration grace_of(const LimitRow& row) {
+/// How long the limit's fault lets the current fall before it opens this pack.
+Duration grace_of(const LimitRow& row, const StricterReactions& stricter) {
   const auto& faults = fault_table();
   const auto found = std::find_if(faults.begin(), faults.end(), [&row](const FaultRow& fault) {
     return fault.limit != nullptr && fault.limit == row.member;
   });
   BMU_ASSERT(found != faults.end());
-  return found->grace;
+  return reaction_of(*found, stricter).grace;
 }
 
 /// The worst cases: the value crosses the limit just as its signal is lost, and is confirmed when that is back; or just
@@ -140,7 +141,7 @@ void check_reaction(const Check& check, const LimitRow& row) {
   if (!interval.is_good || !check.are_good({confirm_place, age_place})) return;
   const Duration age = check.core().ages.*row.age;
   const Duration confirm = (check.core().limits.*row.member).confirm;
-  const Duration grace = grace_of(row);
+  const Duration grace = grace_of(row, check.core().stricter_reactions);
   const Duration confirmed_max = row.reaction_max - grace;
   const std::string budget = ", so that " + std::string(row.key) + " opens the pack within " +
                              ms_text(row.reaction_max) +
@@ -699,6 +700,7 @@ void check_pack(const PackConfig& pack, const Place& pack_place, const Place& ce
   for (const AbsoluteRow& row : absolute_rows) check_absolute(check, row);
   for (const ContinuousRow& row : continuous_rows) check_continuous(check, row);
   for (const OrderRow& row : order_rows) check_order(check, row);
+  check_reaction_times(pack.core, pack_place, problems);
   check_limit_bounds(pack, pack_place, problems);
   check_bounds(pack.core, pack_place, problems);
   for (const PairRow& row : pair_rows) check_pair(check, row);

@@ -14,6 +14,7 @@
 #include "config/pack_defaults.hpp"
 #include "config/pack_fields.hpp"
 #include "config/part_reader.hpp"
+#include "config/reaction_reader.hpp"
 #include "config/read_file.hpp"
 #include "protocol/fnv.hpp"
 
@@ -239,6 +240,7 @@ void read_pack(const JsonValue& root, const Place& place, PackConfig& pack, Prob
   read_fields(root, place, pack_fields(), pack, problems);
   read_modules(root, place, pack.core, problems);
   read_limits(root, place, pack.core.limits, problems);
+  read_reactions(root, place, pack.core, problems);
   read_parts(root, place, pack.core, problems);
   read_gpio(root, place, pack, problems);
 }

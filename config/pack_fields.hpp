@@ -105,6 +105,7 @@ struct AgeRow {
 
 [[nodiscard]] std::span<const Field<BusNames>> bus_fields();
 [[nodiscard]] std::span<const Field<ConfirmTimes>> confirm_fields();
+[[nodiscard]] std::span<const Field<StricterReaction>> reaction_fields();
 [[nodiscard]] std::span<const Field<CurrentLimitConfig>> current_fields();
 [[nodiscard]] std::span<const Field<PartConfig>> part_fields();  // besides those of bound_fields
 [[nodiscard]] std::span<const Field<CurrentBounds>> bound_fields();
@@ -196,7 +197,8 @@ void visit_sections(PackConfig& pack, Visitor visit) {
 }
 
 /// Keys of the top that are neither plain fields nor sections of visit_sections.
-inline constexpr std::string_view composite_keys[] = {"cell", "modules", "limits", "component_limits", "gpio"};
+inline constexpr std::string_view composite_keys[] = {"cell",   "modules",          "limits",
+                                                      "faults", "component_limits", "gpio"};
 
 /// A key for the documentation and for the test that compares the schema.
 struct KeyDescription {

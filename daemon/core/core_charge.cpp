@@ -61,7 +61,8 @@ void Core::charge(TimePoint now) {
 /// Nobody has done anything to the pack since its charger fell silent, and nothing else is wrong with it.
 bool Core::is_hands_off(TimePoint now) const {
   const bool has_other_fault = std::any_of(fault_table().begin(), fault_table().end(), [this](const FaultRow& row) {
-    return row.id != FaultId::charger_silent && row.reaction != Reaction::warn && faults_.state(row.id).is_present();
+    return row.id != FaultId::charger_silent && faults_.state(row.id).is_present() &&
+           reaction_of(row, config_.stricter_reactions).reaction != Reaction::warn;
   });
   return inputs_healthy(now) && !has_other_fault && !shutting_down_;
 }

@@ -47,6 +47,19 @@ struct ModuleConfig {
   bool must_report_front_end = false;            // supply and thermal shutdown of its front end, in MODULE
 };
 
+enum class FaultId : std::uint8_t;   // fault_table.hpp
+enum class Reaction : std::uint8_t;  // the same
+
+/// A fault that this pack takes more seriously than the fault table does; never less.
+struct StricterReaction {
+  FaultId fault{};
+  Reaction reaction{};
+  Duration grace{};  // exactly of one that opens after a grace
+};
+/// One for each fault at most.
+inline constexpr std::size_t stricter_reactions_max = 128;
+using StricterReactions = FixedVector<StricterReaction, stricter_reactions_max>;
+
 /// One watched limit in three tiers: from `warn` it is reported, from `limit` on the allowed current falls, at `open`
 /// it is the fault. Reaching a threshold counts as exceeding it. For lower limits warn >= limit > open, for upper
 /// limits warn <= limit < open. The unit is the one of the fault's row.
@@ -410,6 +423,7 @@ struct CoreConfig {
   std::optional<CellDynamics> dynamics{};              // measured tables; without them those that follow from `cell`
   std::optional<ChargePlateauModel> charge_plateau{};  // what a whole charge says of the capacity
   LimitsConfig limits;
+  StricterReactions stricter_reactions;
   AgeConfig ages;
   CurrentLimitConfig current;
   FixedVector<PartConfig, parts_max> component_limits;

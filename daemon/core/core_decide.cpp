@@ -173,7 +173,8 @@ void Core::note_fault_changes(const FaultChanges& changes, TimePoint now) {
                 .at = now,
                 .fault = change.id,
                 .reading = is_warning ? state.warning : state.confirmed,
-                .threshold = is_warning ? thresholds.warn : thresholds.open};
+                .threshold = is_warning ? thresholds.warn : thresholds.open,
+                .is_stricter = reaction_of(row_of(change.id), config_.stricter_reactions).is_stricter};
     if (change.id == FaultId::charger_runaway && change.kind == Kind::confirmed) {
       put_excess(event, charger_watch_.excess());
     }
@@ -201,7 +202,7 @@ void Core::grant_permission(TimePoint now) {
                                      .precharge_is_cool = guard_.is_cool(),
                                      .complete_cycles = modules_.complete_cycles(),
                                      .locked_out_until = locked_out_until_},
-                                    pack_, faults_);
+                                    pack_, faults_, config_);
 }
 
 void Core::refuse_vain_request(TimePoint now) {
@@ -303,8 +304,8 @@ void Core::set_limits(TimePoint now) {
   const CurrentLimits targets = evaluate_limits(
       pack_, config_,
       {.is_connected = is_connected,
-       .may_discharge = permission_.may_discharge && !demands_zero_current(faults_, Concerns::discharge),
-       .may_charge = permission_.may_charge && !demands_zero_current(faults_, Concerns::charge),
+       .may_discharge = permission_.may_discharge && !demands_zero_current(faults_, Concerns::discharge, config_),
+       .may_charge = permission_.may_charge && !demands_zero_current(faults_, Concerns::charge, config_),
        .discharge_used_permille = watchers_.overload.discharge_used_permille(),
        .charge_used_permille = watchers_.overload.charge_used_permille(),
        .before = limits_,

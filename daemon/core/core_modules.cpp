@@ -148,7 +148,8 @@ void Core::send_polls(TimePoint now, Decisions& out) {
 
 BalancingConditions Core::balancing_conditions() const {
   const bool has_fault = std::any_of(fault_table().begin(), fault_table().end(), [this](const FaultRow& row) {
-    return row.reaction != Reaction::warn && faults_.state(row.id).is_present();
+    return faults_.state(row.id).is_present() &&
+           reaction_of(row, config_.stricter_reactions).reaction != Reaction::warn;
   });
   return {.config = &config_,
           .pack = &pack_,

@@ -147,7 +147,7 @@ OpeningRecord Core::opening_record(TimePoint now, Phase from, PrechargeFailure f
   const FaultRow* fault = nullptr;
   for (const FaultRow& row : fault_table()) {
     const FaultState& state = faults_.state(row.id);
-    if (!speaks_against(row.concerns, wish()) || !demands_opening(row, state, pack_, now)) continue;
+    if (!speaks_against(row.concerns, wish()) || !demands_opening(row, state, pack_, now, config_)) continue;
     if (fault == nullptr || state.suspected_since < faults_.state(fault->id).suspected_since) fault = &row;
   }
   if (fault != nullptr) {

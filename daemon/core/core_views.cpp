@@ -81,6 +81,7 @@ InverterView Core::inverter_view(TimePoint now) const {
           .pack = &pack_,
           .limits = &limits_,
           .faults = &faults_,
+          .stricter = &config_.stricter_reactions,
           .wish = wish(),
           .is_closed = sequence_.phase == Phase::closed,
           .is_plugged_in = pdu_fresh(now) && sensors_.pdu.value.charger_connected,
@@ -98,11 +99,13 @@ ModeInputs Core::mode_inputs(TimePoint now) const {
   const PduState pdu = pdu_fresh(now) ? sensors_.pdu.value : PduState{};  // a line nobody tells is off
   return {.phase = sequence_.phase,
           .rest = rest_.phase(),
-          .has_fault = any([](const FaultRow& row, const FaultState& state) {
-            return row.reaction >= Reaction::open_after_grace && state.is_present();
+          .has_fault = any([this](const FaultRow& row, const FaultState& state) {
+            return state.is_present() &&
+                   reaction_of(row, config_.stricter_reactions).reaction >= Reaction::open_after_grace;
           }),
-          .fault_opens =
-              any([this](const FaultRow& row, const FaultState& state) { return opens_for(row, state, wish()); }),
+          .fault_opens = any([this](const FaultRow& row, const FaultState& state) {
+            return opens_for(row, state, wish(), config_.stricter_reactions);
+          }),
           .may_discharge = permission_.may_discharge,
           .vehicle_on = pdu.vehicle_on,
           .charger_connected = pdu.charger_connected,

@@ -176,7 +176,7 @@ const EventRow& row_of(EventId id) {
 Severity severity_of(const Event& event) {
   const bool is_meant = event.cause == OpeningCause::request_over || event.cause == OpeningCause::shut_down;
   if (event.id == EventId::opened && is_meant) return Severity::info;
-  const bool only_warns = row_of(event.fault).reaction == Reaction::warn;
+  const bool only_warns = row_of(event.fault).reaction == Reaction::warn && !event.is_stricter;
   if (event.id == EventId::fault_confirmed && only_warns) return Severity::warning;
   return row_of(event.id).severity;
 }

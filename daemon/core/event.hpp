@@ -90,6 +90,7 @@ struct Event {
   // Node, serial number, milliseconds, permille, identifier, Blocker or the like, as the event says; of a charger that
   // runs away what it gives, with what it was asked for as `threshold`: mA, or mV where the reading's value is 2.
   std::int64_t number = 0;
+  bool is_stricter = false;  // the fault does more in this pack than the fault table has it do
 
   /// Where `number` is one of an enumeration.
   [[nodiscard]] bool are_fields_possible() const;

@@ -1,5 +1,7 @@
 #include "daemon/core/fault_table.hpp"
 
+#include <algorithm>
+
 #include "daemon/core/fault_readers.hpp"
 #include "protocol/assert.hpp"
 #include "protocol/row_order.hpp"
@@ -956,6 +958,17 @@ const std::array<FaultRow, fault_count>& fault_table() {
 const FaultRow& row_of(FaultId id) {
   BMU_ASSERT(static_cast<std::size_t>(id) < table.size());
   return table[static_cast<std::size_t>(id)];
+}
+
+FaultReaction reaction_of(const FaultRow& row, const StricterReactions& stricter) {
+  const auto* const found = std::find_if(stricter.begin(), stricter.end(),
+                                         [&row](const StricterReaction& one) { return one.fault == row.id; });
+  if (found == stricter.end()) return {.reaction = row.reaction, .grace = row.grace};
+  return {.reaction = found->reaction, .grace = found->grace, .is_stricter = true};
+}
+
+Reaction strictest_reaction(const FaultRow& row) {
+  return row.has_limit() && row.samples < 2 ? refuse_close : open_now;
 }
 
 }  // namespace bmu

@@ -149,6 +149,7 @@ enum class FaultId : std::uint8_t {
   alarm_loop_open,
 };
 inline constexpr std::size_t fault_count = 102;
+static_assert(fault_count <= stricter_reactions_max);
 
 enum class Reaction : std::uint8_t { warn, refuse_close, open_after_grace, open_now };
 enum class Latch : std::uint8_t {
@@ -265,5 +266,18 @@ struct FaultRow {
 /// In the order of FaultId.
 [[nodiscard]] const std::array<FaultRow, fault_count>& fault_table();
 [[nodiscard]] const FaultRow& row_of(FaultId id);
+
+/// What a confirmed fault does to a pack.
+struct FaultReaction {
+  Reaction reaction = Reaction::open_now;
+  Duration grace{};          // exactly for open_after_grace
+  bool is_stricter = false;  // by the pack file
+};
+/// The row's own reaction, or the stricter one of the pack file.
+[[nodiscard]] FaultReaction reaction_of(const FaultRow& row, const StricterReactions& stricter);
+
+/// The strictest reaction that a pack file may give the row. One sample alone opens nothing: a limit that is judged by
+/// one at most refuses to close.
+[[nodiscard]] Reaction strictest_reaction(const FaultRow& row);
 
 }  // namespace bmu

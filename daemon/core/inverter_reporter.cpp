@@ -104,12 +104,14 @@ InverterLimits inverter_limits(const InverterView& view, const InverterConfig& c
 }
 
 BatteryAlarms battery_alarms(const InverterView& view) {
+  constexpr StricterReactions none;
+  const StricterReactions& stricter = view.stricter != nullptr ? *view.stricter : none;
   BatteryAlarms told;
   for (const FaultRow& row : fault_table()) {
     const FaultState& state = view.faults->state(row.id);
     const std::uint16_t bit = bit_of(alarm_of(row.id));
-    const bool stops =
-        view.is_closed ? opens_for(row, state, view.wish) : keeps_open_for(row, state, view.wish, view.is_plugged_in);
+    const bool stops = view.is_closed ? opens_for(row, state, view.wish, stricter)
+                                      : keeps_open_for(row, state, view.wish, view.is_plugged_in, stricter);
     if (stops) told.alarms |= bit;
     if (!stops && (state.is_present() || state.is_warning)) told.warnings |= bit;
   }

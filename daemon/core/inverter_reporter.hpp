@@ -35,9 +35,10 @@ struct InverterView {
   const PackState* pack = nullptr;
   const CurrentLimits* limits = nullptr;
   const FaultMemory* faults = nullptr;
-  Wish wish{};                 // who asks for a closed pack
-  bool is_closed = false;      // by the sequence, whatever may flow
-  bool is_plugged_in = false;  // a charger
+  const StricterReactions* stricter = nullptr;  // of the pack file; not given: none
+  Wish wish{};                                  // who asks for a closed pack
+  bool is_closed = false;                       // by the sequence, whatever may flow
+  bool is_plugged_in = false;                   // a charger
   std::optional<std::int32_t> soc_permille{};
   const PackEstimate* estimate = nullptr;  // not given: nothing is known of the cells' health
   std::int64_t capacity_uAs = 0;

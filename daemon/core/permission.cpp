@@ -39,25 +39,31 @@ bool speaks_against(Concerns concerns, const Wish& wish) {
   return true;
 }
 
-bool opens_for(const FaultRow& row, const FaultState& state, const Wish& wish) {
-  return state.is_present() && row.reaction >= Reaction::open_after_grace && speaks_against(row.concerns, wish);
+bool opens_for(const FaultRow& row, const FaultState& state, const Wish& wish, const StricterReactions& stricter) {
+  return state.is_present() && reaction_of(row, stricter).reaction >= Reaction::open_after_grace &&
+         speaks_against(row.concerns, wish);
 }
 
-bool keeps_open_for(const FaultRow& row, const FaultState& state, const Wish& wish, bool is_plugged_in) {
-  return state.is_present() && row.reaction != Reaction::warn &&
+bool keeps_open_for(const FaultRow& row, const FaultState& state, const Wish& wish, bool is_plugged_in,
+                    const StricterReactions& stricter) {
+  return state.is_present() && reaction_of(row, stricter).reaction != Reaction::warn &&
          (speaks_against(row.concerns, wish) || (row.bars_while_plugged_in && is_plugged_in));
 }
 
-bool demands_opening(const FaultRow& row, const FaultState& state, const PackState& pack, TimePoint now) {
-  if (!state.is_present() || row.reaction < Reaction::open_after_grace) return false;
-  if (row.reaction == Reaction::open_now) return true;
-  const bool grace_is_over = now - state.confirmed_at >= row.grace;
+bool demands_opening(const FaultRow& row, const FaultState& state, const PackState& pack, TimePoint now,
+                     const CoreConfig& config) {
+  if (!state.is_present()) return false;
+  const FaultReaction does = reaction_of(row, config.stricter_reactions);
+  if (does.reaction < Reaction::open_after_grace) return false;
+  if (does.reaction == Reaction::open_now) return true;
+  const bool grace_is_over = now - state.confirmed_at >= does.grace;
   return grace_is_over || !pack.current_mA.is_valid() || is_small_current(pack.current_mA.value);
 }
 
-bool demands_zero_current(const FaultMemory& faults, Concerns direction) {
+bool demands_zero_current(const FaultMemory& faults, Concerns direction, const CoreConfig& config) {
   return std::any_of(fault_table().begin(), fault_table().end(), [&](const FaultRow& row) {
-    return is_about(row, direction) && row.reaction == Reaction::open_after_grace && faults.state(row.id).is_present();
+    return is_about(row, direction) && faults.state(row.id).is_present() &&
+           reaction_of(row, config.stricter_reactions).reaction == Reaction::open_after_grace;
   });
 }
 
@@ -75,40 +81,44 @@ bool any_row(Holds holds) {
   return std::any_of(fault_table().begin(), fault_table().end(), holds);
 }
 
-bool any_present(const FaultMemory& faults, const PermissionInputs& inputs) {
+bool any_present(const FaultMemory& faults, const PermissionInputs& inputs, const CoreConfig& config) {
   return any_row([&](const FaultRow& row) {
-    return keeps_open_for(row, faults.state(row.id), inputs.wish, inputs.is_plugged_in);
+    return keeps_open_for(row, faults.state(row.id), inputs.wish, inputs.is_plugged_in, config.stricter_reactions);
   });
 }
 
-bool any_suspected(const FaultMemory& faults, const Wish& wish) {
+bool any_suspected(const FaultMemory& faults, const Wish& wish, const CoreConfig& config) {
   return any_row([&](const FaultRow& row) {
-    return row.reaction != Reaction::warn && faults.state(row.id).stage == FaultStage::suspected &&
-           speaks_against(row.concerns, wish);
+    return faults.state(row.id).stage == FaultStage::suspected && speaks_against(row.concerns, wish) &&
+           reaction_of(row, config.stricter_reactions).reaction != Reaction::warn;
   });
 }
 
-bool any_demands_opening(const FaultMemory& faults, const PackState& pack, const PermissionInputs& inputs) {
+bool any_demands_opening(const FaultMemory& faults, const PackState& pack, const PermissionInputs& inputs,
+                         const CoreConfig& config) {
   return any_row([&](const FaultRow& row) {
-    return speaks_against(row.concerns, inputs.wish) && demands_opening(row, faults.state(row.id), pack, inputs.now);
+    return speaks_against(row.concerns, inputs.wish) &&
+           demands_opening(row, faults.state(row.id), pack, inputs.now, config);
   });
 }
 
-bool forbids_current(const FaultMemory& faults, const PackState& pack, TimePoint now, Concerns direction) {
+bool forbids_current(const FaultMemory& faults, const PackState& pack, TimePoint now, Concerns direction,
+                     const CoreConfig& config) {
   return any_row([&](const FaultRow& row) {
-    return is_about(row, direction) && demands_opening(row, faults.state(row.id), pack, now);
+    return is_about(row, direction) && demands_opening(row, faults.state(row.id), pack, now, config);
   });
 }
 
 }  // namespace
 
-Permission evaluate_permission(const PermissionInputs& inputs, const PackState& pack, const FaultMemory& faults) {
+Permission evaluate_permission(const PermissionInputs& inputs, const PackState& pack, const FaultMemory& faults,
+                               const CoreConfig& config) {
   Permission permission;
   const auto block_if = [&permission](bool blocks, Blocker blocker) {
     if (blocks) permission.blockers.push_back(blocker);
   };
   block_if(inputs.is_shutting_down, Blocker::shutting_down);
-  block_if(any_present(faults, inputs), Blocker::fault);
+  block_if(any_present(faults, inputs, config), Blocker::fault);
   block_if(inputs.is_resting, Blocker::resting);
   block_if(!inputs.may_command, Blocker::no_claim);
   block_if(!inputs.internal_bus_up, Blocker::internal_bus_down);
@@ -119,7 +129,7 @@ Permission evaluate_permission(const PermissionInputs& inputs, const PackState& 
   block_if(!pack.is_sensed(), Blocker::sensors_incomplete);
   block_if(inputs.complete_cycles < qualifying_cycles, Blocker::not_qualified);
   block_if(!inputs.modules_set_up, Blocker::modules_not_set_up);
-  block_if(any_suspected(faults, inputs.wish), Blocker::suspicion);
+  block_if(any_suspected(faults, inputs.wish, config), Blocker::suspicion);
   block_if(!inputs.commands_are_on_bus, Blocker::commands_not_on_bus);
   block_if(inputs.pdu_fresh && !inputs.contacts_settled, Blocker::contacts_unsettled);
   block_if(inputs.contactor_closed_though_open, Blocker::contactor_closed);
@@ -134,14 +144,15 @@ Permission evaluate_permission(const PermissionInputs& inputs, const PackState& 
   // A closed pack rides through what a fault's confirm time allows: one missed poll, one bad sample. The faults that
   // watch those have their own clocks; what is left here has none.
   permission.may_stay_closed = inputs.may_command && inputs.internal_bus_up && inputs.pdu_fresh && !inputs.is_resting &&
-                               !any_demands_opening(faults, pack, inputs);
+                               !any_demands_opening(faults, pack, inputs, config);
   // What only refuses to close leaves a closed pack alone. One that is half closed is not: it opens, and does not wait.
   // Nor for a module that has just forgotten our limits: it has restarted, and the time-out of the precharge would only
   // tell of a precharge that was too slow.
-  permission.may_go_on = permission.may_stay_closed && !any_present(faults, inputs) && inputs.modules_set_up;
-  permission.may_charge = permission.may_stay_closed && !forbids_current(faults, pack, inputs.now, Concerns::charge);
+  permission.may_go_on = permission.may_stay_closed && !any_present(faults, inputs, config) && inputs.modules_set_up;
+  permission.may_charge =
+      permission.may_stay_closed && !forbids_current(faults, pack, inputs.now, Concerns::charge, config);
   permission.may_discharge =
-      permission.may_stay_closed && !forbids_current(faults, pack, inputs.now, Concerns::discharge);
+      permission.may_stay_closed && !forbids_current(faults, pack, inputs.now, Concerns::discharge, config);
   return permission;
 }
 

@@ -86,18 +86,21 @@ struct Permission {
 /// Whether the fault, once it is present, forbids a closed pack to who asks.
 [[nodiscard]] bool speaks_against(Concerns concerns, const Wish& wish);
 /// A present fault opens a pack that is closed for who asks, at once or when its grace is over.
-[[nodiscard]] bool opens_for(const FaultRow& row, const FaultState& state, const Wish& wish);
+[[nodiscard]] bool opens_for(const FaultRow& row, const FaultState& state, const Wish& wish,
+                             const StricterReactions& stricter);
 /// A present fault keeps an open pack open, whoever asks for it to be closed. `is_plugged_in`: a charger.
-[[nodiscard]] bool keeps_open_for(const FaultRow& row, const FaultState& state, const Wish& wish, bool is_plugged_in);
+[[nodiscard]] bool keeps_open_for(const FaultRow& row, const FaultState& state, const Wish& wish, bool is_plugged_in,
+                                  const StricterReactions& stricter);
 /// A fault with a grace takes the permission when its grace is over or the current has fallen.
-[[nodiscard]] bool demands_opening(const FaultRow& row, const FaultState& state, const PackState& pack, TimePoint now);
+[[nodiscard]] bool demands_opening(const FaultRow& row, const FaultState& state, const PackState& pack, TimePoint now,
+                                   const CoreConfig& config);
 /// A fault with a grace, present, that concerns this current: its limit must be zero already.
-[[nodiscard]] bool demands_zero_current(const FaultMemory& faults, Concerns direction);
+[[nodiscard]] bool demands_zero_current(const FaultMemory& faults, Concerns direction, const CoreConfig& config);
 
 /// A present fault forbids this current, and this one only, while the pack may stay closed for the other.
 [[nodiscard]] bool forbids(const FaultMemory& faults, Concerns direction);
 
 [[nodiscard]] Permission evaluate_permission(const PermissionInputs& inputs, const PackState& pack,
-                                             const FaultMemory& faults);
+                                             const FaultMemory& faults, const CoreConfig& config);
 
 }  // namespace bmu

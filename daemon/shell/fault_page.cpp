@@ -104,6 +104,8 @@ std::string fault_page_markdown() {
       "| open after grace | the allowed current is zero at once; the pack opens when it has fallen, or the grace is "
       "over |\n"
       "| open now | the contactors are commanded open in the same tick |\n\n"
+      "A pack file may make a reaction stricter, and a grace shorter, never weaker: `faults` in "
+      "[configuration](configuration.md).\n\n"
       "Evidence is weighed: a value beyond its limit is believed after its confirm time and in two samples at least; "
       "one bad\n"
       "sample alone opens nothing. A temperature that jumps further than a cell can counts from the module's next "

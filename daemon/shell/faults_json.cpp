@@ -23,12 +23,20 @@ std::string lasting_members(const FaultRow& row) {
   to.put("meaning", row.meaning);
   to.put("cause", usual_cause_of(row.id));
   to.put("remedy", row.remedy);
-  to.put("reaction", to_text(row.reaction));
   to.put("concerns", to_text(row.concerns));
   to.put("latch", to_text(row.latch));
   to.put("dtc", if_known(row.dtc != 0, row.dtc));
   to.put("lithiumate_code", if_known(row.lithiumate_code != 0, row.lithiumate_code));
   return to.take();
+}
+
+/// What it does in this pack, and where the file of the pack is stricter, what it would do without.
+void put_reaction(JsonText& to, const FaultRow& row, const StricterReactions& stricter) {
+  const FaultReaction does = reaction_of(row, stricter);
+  to.put("reaction", to_text(does.reaction));
+  to.put("grace_ms", if_known(does.grace > Duration{}, to_ms(does.grace)));
+  to.put("usual_reaction", if_known(does.is_stricter, to_text(row.reaction)));
+  to.put("usual_grace_ms", if_known(does.is_stricter && row.grace > Duration{}, to_ms(row.grace)));
 }
 
 /// In the order of FaultId.
@@ -117,6 +125,7 @@ void put_row(JsonText& to, const FaultRow& row, const StatusView& view) {
   const auto index = static_cast<std::size_t>(row.id);
   const FaultState& state = view.core.faults().state(row.id);
   to.raw(all_lasting_members()[index]);
+  put_reaction(to, row, view.core.config().stricter_reactions);
   put_thresholds(to, row, thresholds_of(row, view.core.config().limits));
   put_state(to, row, state, view);
   put_details(to, row, state.is_present(), view);

@@ -64,12 +64,13 @@ Json limit_step(const OpeningRecord& opening, const FaultRow& row) {
 Json fault_step(const OpeningRecord& opening, const FaultRow& row, const CoreView& view) {
   const Duration confirm = thresholds_of(row, view.core.config().limits).confirm;
   const std::string believed = confirm > Duration{} ? "after " + span_text(confirm) : "at once";
-  Json json = step("fault",
-                   "fault " + text(row.name) + ", believed " + believed + ", reaction: " + text(to_text(row.reaction)));
+  const FaultReaction does = reaction_of(row, view.core.config().stricter_reactions);
+  Json json = step("fault", "fault " + text(row.name) + ", believed " + believed + ", reaction: " +
+                                text(to_text(does.reaction)) + (does.is_stricter ? ", by the pack file" : ""));
   json["name"] = row.name;
-  json["reaction"] = to_text(row.reaction);
+  json["reaction"] = to_text(does.reaction);
   json["confirm_ms"] = to_ms(confirm);
-  json["grace_ms"] = to_ms(row.grace);
+  json["grace_ms"] = to_ms(does.grace);
   json["confirmed_before_opening_ms"] =
       opening.is_restored ? Json(nullptr) : Json(to_ms(opening.at - opening.confirmed_at));
   return json;
@@ -139,12 +140,17 @@ std::string latched_text(const FaultRow& row, const FaultState& state) {
   return "cause gone, waiting for " + clearing_command(row);
 }
 
+/// In this pack: its file may be stricter than the fault table.
+bool only_warns(const FaultRow& row, const CoreView& view) {
+  return reaction_of(row, view.core.config().stricter_reactions).reaction == Reaction::warn;
+}
+
 /// What an enumerated blocker means right now: the faults, modules, sensors or inputs behind it.
 Texts present_faults(const CoreView& view) {
   Texts texts;
   for (const FaultRow& row : fault_table()) {
     const FaultState& state = view.core.faults().state(row.id);
-    if (!state.is_present() || row.reaction == Reaction::warn) continue;
+    if (!state.is_present() || only_warns(row, view)) continue;
     const Texts modules = problems_of(row.id, view);  // with nodes and serial numbers, where it is about who is there
     const std::string what = modules.empty() ? confirmed_text(row, state, view) : joined(modules);
     std::string line = text(row.meaning) + (what.empty() ? "" : " (" + what + ")");
@@ -245,7 +251,7 @@ Texts suspected_faults(const CoreView& view) {
   Texts texts;
   for (const FaultRow& row : fault_table()) {
     const FaultState& state = view.core.faults().state(row.id);
-    if (row.reaction == Reaction::warn || state.stage != FaultStage::suspected) continue;
+    if (only_warns(row, view) || state.stage != FaultStage::suspected) continue;
     const std::string where = to_text(state.latest.element);
     texts.push_back(text(row.meaning) + (where.empty() ? "" : ", " + where));
   }
@@ -358,7 +364,7 @@ Json state_chain(const CoreView& view) {
 Json to_do_list(const CoreView& view) {
   Json list = Json::array();
   for (const FaultRow& row : fault_table()) {
-    if (row.reaction == Reaction::warn || !view.core.faults().state(row.id).is_present()) continue;
+    if (only_warns(row, view) || !view.core.faults().state(row.id).is_present()) continue;
     list.push_back({{"about", row.name}, {"remedy", row.remedy}});
   }
   const auto& blockers = view.core.permission().blockers;
@@ -415,7 +421,7 @@ Json staying_faults_json(const CoreView& view) {
     rows.push_back({{"name", row.name},
                     {"reason", reason},
                     {"text", capitalised(text(row.meaning) + ": " + reason) + "."},
-                    {"only_warns", row.reaction == Reaction::warn}});
+                    {"only_warns", only_warns(row, view)}});
   }
   return rows;
 }

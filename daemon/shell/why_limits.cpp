@@ -144,13 +144,13 @@ Json fault_steps(Concerns direction, const CoreView& view) {
   Json steps = Json::array();
   for (const FaultRow& row : fault_table()) {
     const FaultState& state = view.core.faults().state(row.id);
-    if (!is_about(row, direction) || !state.is_present() || row.reaction < Reaction::open_after_grace) continue;
+    const Reaction reaction = reaction_of(row, view.core.config().stricter_reactions).reaction;
+    if (!is_about(row, direction) || !state.is_present() || reaction < Reaction::open_after_grace) continue;
     const std::string what = confirmed_text(row, state, view);
-    Json json =
-        step("fault", "fault " + text(row.name) + ": " + text(row.meaning) + (what.empty() ? "" : " (" + what + ")") +
-                          ", reaction: " + text(to_text(row.reaction)));
+    Json json = step("fault", "fault " + text(row.name) + ": " + text(row.meaning) +
+                                  (what.empty() ? "" : " (" + what + ")") + ", reaction: " + text(to_text(reaction)));
     json["name"] = row.name;
-    json["reaction"] = to_text(row.reaction);
+    json["reaction"] = to_text(reaction);
     steps.push_back(std::move(json));
   }
   return steps;

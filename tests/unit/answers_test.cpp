@@ -67,7 +67,8 @@ struct Desk {
                            .access = access,
                            .reload = [](const Peer&) { return refusal("refused", "not here"); }}};
 
-  explicit Desk(const PersistentState& state = {}) : told{CoreBench(small_pack(), state)} {}
+  explicit Desk(const PersistentState& state = {}, const CoreConfig& config = small_pack())
+      : told{CoreBench(config, state)} {}
   Desk(const Desk&) = delete;
   Desk& operator=(const Desk&) = delete;
   ~Desk() = default;
@@ -204,6 +205,36 @@ TEST_CASE("a fault tells what is seen, and what is remembered of it", "[unit][st
   CHECK(frame.at("outputs").at("fan") == true);
   CHECK(frame.at("inputs").at("estops_pressed") == Json{1, 3});
   CHECK(frame.at("inputs").at("throttle_permille") == 7);
+}
+
+TEST_CASE("a fault shows what it does in this pack, and what it usually does where the pack file is stricter",
+          "[unit][status][faults][reactions]") {
+  CoreConfig config = small_pack();
+  config.stricter_reactions.push_back({.fault = FaultId::supply_low, .reaction = Reaction::open_now});
+  config.stricter_reactions.push_back(
+      {.fault = FaultId::cell_imbalance, .reaction = Reaction::open_after_grace, .grace = 100ms});
+  const Desk desk({}, config);
+  const Json reply = Json::parse(desk.ask("faults"));
+  struct Case {
+    const char* fault;
+    const char* reaction;
+    Json grace_ms;
+    Json usual_reaction;
+    Json usual_grace_ms;
+  };
+  const std::vector<Case> cases{{"supply_low", "open now", nullptr, "refuse to close", nullptr},
+                                {"cell_imbalance", "open after grace", 100, "open after grace", 250},
+                                {"discharge_overload", "open after grace", 250, nullptr, nullptr},
+                                {"emergency_stop", "open now", nullptr, nullptr, nullptr}};
+  for (const Case& one : cases) {
+    CAPTURE(one.fault);
+    const Json* const row = row_named(reply, one.fault);
+    REQUIRE(row != nullptr);
+    CHECK(row->at("reaction") == one.reaction);
+    CHECK(row->at("grace_ms") == one.grace_ms);
+    CHECK(row->at("usual_reaction") == one.usual_reaction);
+    CHECK(row->at("usual_grace_ms") == one.usual_grace_ms);
+  }
 }
 
 TEST_CASE("an answer asks for memory a few times, however many faults are recorded", "[unit][status][allocation]") {

@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 
 #include "config/pack_fields.hpp"
+#include "daemon/core/fault_table.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/folders.hpp"
 
@@ -161,7 +162,7 @@ TEST_CASE("docs/configuration.md names the keys that are no plain fields", "[uni
   const std::string page = bytes_of(page_file);
   for (const std::string key :
        {"cell", "modules", "limits", "nodes", "serial_numbers", "ocv", "derating", "charge_plateau", "dynamics", "rows",
-        "component_limits", "gpio", "outputs", "feedback", "inputs", "insulation_pulses"}) {
+        "component_limits", "faults", "gpio", "outputs", "feedback", "inputs", "insulation_pulses"}) {
     CAPTURE(key);
     CHECK(page.find("`" + key + "`") != std::string::npos);
   }
@@ -198,6 +199,15 @@ void erase_references(const std::string& object, std::size_t count, const std::s
   }
 }
 
+/// Those an editor offers: an entry for another fault is refused.
+std::vector<std::string> names_that_can_be_stricter() {
+  std::vector<std::string> names;
+  for (const FaultRow& row : fault_table()) {
+    if (row.reaction != Reaction::open_now) names.emplace_back(row.name);
+  }
+  return names;
+}
+
 SchemaKeys schema_keys() {
   const JsonValue schema = JsonValue::parse(bytes_of(schema_file));
   SchemaKeys keys;
@@ -206,6 +216,7 @@ SchemaKeys schema_keys() {
   collect(schema.at("definitions").at("cell"), "/cell", keys);
   collect(schema.at("definitions").at("cell_at_temperature"), "/cell/dynamics/rows/*", keys);
   collect(schema.at("definitions").at("component_limit"), "/component_limits/*", keys);
+  collect(schema.at("definitions").at("fault_reaction"), "/faults/*", keys);
   collect(schema.at("definitions").at("gpio_line"), "/gpio/outputs/*", keys);
   collect(schema.at("definitions").at("gpio_feedback"), "/gpio/feedback/*", keys);
   collect(schema.at("definitions").at("gpio_input"), "/gpio/inputs/*", keys);
@@ -216,6 +227,12 @@ SchemaKeys schema_keys() {
                                 "/cell/derating/charge_over_soc", "/cell/derating/discharge_over_soc"}) {
     CAPTURE(composite);
     CHECK(keys.erase(composite) == 1);
+  }
+  for (const std::string& name : names_that_can_be_stricter()) {
+    CAPTURE(name);
+    REQUIRE(keys.count("/faults/" + name) == 1);
+    CHECK(keys.at("/faults/" + name).first.at("$ref") == "#/definitions/fault_reaction");
+    keys.erase("/faults/" + name);
   }
   erase_references("/gpio/outputs", gpio_output_count, "gpio_line", keys);
   erase_references("/gpio/feedback", gpio_feedback_count, "gpio_feedback", keys);
@@ -282,6 +299,7 @@ void describe_in_schema(OrderedJson& schema, const KeyDescription& key) {
 OrderedJson& object_of(OrderedJson& schema, const std::string& path) {
   constexpr std::string_view cell = "/cell";
   if (path == "/component_limits/*") return schema["definitions"]["component_limit"];
+  if (path == "/faults/*") return schema["definitions"]["fault_reaction"];
   if (path == "/cell/dynamics/rows/*") return schema["definitions"]["cell_at_temperature"];
   const bool is_of_cell = path.starts_with(cell);
   OrderedJson* object = is_of_cell ? &schema["definitions"]["cell"] : &schema;
@@ -297,6 +315,11 @@ OrderedJson& object_of(OrderedJson& schema, const std::string& path) {
 
 void rewrite_schema() {
   OrderedJson schema = OrderedJson::parse(bytes_of(schema_file));
+  OrderedJson& faults = schema["properties"]["faults"]["properties"];
+  faults = OrderedJson::object();
+  for (const std::string& name : names_that_can_be_stricter()) {
+    faults[name] = {{"$ref", "#/definitions/fault_reaction"}};
+  }
   for (const KeyDescription& key : describe_keys()) {
     const std::size_t slash = key.path.rfind('/');
     // Modules and lines are definitions, written by hand.

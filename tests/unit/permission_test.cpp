@@ -16,6 +16,8 @@ constexpr Wish nobody{};
 constexpr Wish vehicle{.by_vehicle = true};
 constexpr Wish charger{.by_charger = true};
 constexpr Wish both{.by_vehicle = true, .by_charger = true};
+/// A pack whose file says nothing about reactions.
+const CoreConfig plain;
 
 /// Everything as a pack that may close has it.
 struct Situation {
@@ -39,8 +41,9 @@ struct Situation {
                  .modules_answering = 2,
                  .modules_expected = 2};
   FaultMemory faults;
+  CoreConfig config{};
 
-  [[nodiscard]] Permission judge() const { return evaluate_permission(inputs, pack, faults); }
+  [[nodiscard]] Permission judge() const { return evaluate_permission(inputs, pack, faults, config); }
   [[nodiscard]] std::vector<Blocker> blockers() const {
     const Permission permission = judge();
     return {permission.blockers.begin(), permission.blockers.end()};
@@ -92,7 +95,7 @@ TEST_CASE("with nothing against it a pack may close, close on, stay closed and b
 }
 
 TEST_CASE("permission is not there before it was granted", "[unit][permission]") {
-  for (const Permission& permission : {Permission{}, evaluate_permission({}, {}, {})}) {
+  for (const Permission& permission : {Permission{}, evaluate_permission({}, {}, {}, {})}) {
     CHECK_FALSE(permission.may_close);
     CHECK_FALSE(permission.may_advance);
     CHECK_FALSE(permission.may_go_on);
@@ -232,12 +235,12 @@ TEST_CASE("every fault: asks for zero current while it is present and has a grac
     INFO(row.name);
     FaultMemory faults;
     if (can_be_suspected(row)) look(faults, row, 30s);
-    CHECK_FALSE(demands_zero_current(faults, Concerns::charge));
-    CHECK_FALSE(demands_zero_current(faults, Concerns::discharge));
+    CHECK_FALSE(demands_zero_current(faults, Concerns::charge, plain));
+    CHECK_FALSE(demands_zero_current(faults, Concerns::discharge, plain));
     believe(faults, row);
     const bool has_grace = row.reaction == Reaction::open_after_grace;
-    CHECK(demands_zero_current(faults, Concerns::charge) == (has_grace && row.concerns != Concerns::discharge));
-    CHECK(demands_zero_current(faults, Concerns::discharge) == (has_grace && row.concerns != Concerns::charge));
+    CHECK(demands_zero_current(faults, Concerns::charge, plain) == (has_grace && row.concerns != Concerns::discharge));
+    CHECK(demands_zero_current(faults, Concerns::discharge, plain) == (has_grace && row.concerns != Concerns::charge));
   }
 }
 
@@ -317,15 +320,15 @@ TEST_CASE("a present fault opens at once, after its grace, or not at all, as its
   const FaultRow warn_row{.reaction = Reaction::warn};
   for (const FaultStage stage : {FaultStage::active, FaultStage::latched}) {
     const FaultState present{.stage = stage, .confirmed_at = start};
-    CHECK(demands_opening(now_row, present, pack, start));
-    CHECK_FALSE(demands_opening(warn_row, present, pack, start + 1h));
-    CHECK_FALSE(demands_opening(refuse_row, present, pack, start + 1h));
-    CHECK_FALSE(demands_opening(grace_row, present, pack, start + 250ms - 1ns));
-    CHECK(demands_opening(grace_row, present, pack, start + 250ms));
+    CHECK(demands_opening(now_row, present, pack, start, plain));
+    CHECK_FALSE(demands_opening(warn_row, present, pack, start + 1h, plain));
+    CHECK_FALSE(demands_opening(refuse_row, present, pack, start + 1h, plain));
+    CHECK_FALSE(demands_opening(grace_row, present, pack, start + 250ms - 1ns, plain));
+    CHECK(demands_opening(grace_row, present, pack, start + 250ms, plain));
   }
   for (const FaultStage stage : {FaultStage::good, FaultStage::suspected}) {
     for (const FaultRow& row : {now_row, grace_row, refuse_row, warn_row}) {
-      CHECK_FALSE(demands_opening(row, {.stage = stage}, pack, start + 1h));
+      CHECK_FALSE(demands_opening(row, {.stage = stage}, pack, start + 1h, plain));
     }
   }
 }
@@ -336,7 +339,7 @@ TEST_CASE("within the grace a current of up to 1 A, either way, or an unknown on
   const auto opens_at = [&](std::int32_t current_mA, Validity validity = Validity::valid) {
     PackState pack;
     pack.current_mA = {current_mA, start, validity};
-    return demands_opening(row, present, pack, start);
+    return demands_opening(row, present, pack, start, plain);
   };
   CHECK(opens_at(0));
   CHECK(opens_at(1'000));
@@ -353,4 +356,71 @@ TEST_CASE("every reason has a text of its own, and no other number has one", "[u
   CHECK(texts.size() == 18);
   CHECK_FALSE(texts.contains("?"));
   CHECK(to_text(static_cast<Blocker>(18)) == "?");
+}
+
+TEST_CASE("a stricter reaction of the pack file is what the fault does, from none to opening at once",
+          "[unit][permission][reactions]") {
+  struct Case {
+    Reaction reaction;
+    bool keeps_open;
+    bool opens_at_once;
+    bool opens_after_grace;
+  };
+  for (const Case& one :
+       {Case{Reaction::refuse_close, true, false, false}, Case{Reaction::open_after_grace, true, false, true},
+        Case{Reaction::open_now, true, true, true}}) {
+    CAPTURE(to_text(one.reaction));
+    const FaultRow& row = row_of(FaultId::module_warning);
+    REQUIRE(row.reaction == Reaction::warn);
+    Situation situation;
+    situation.inputs.wish = vehicle;
+    believe(situation.faults, row);
+    CHECK(situation.judge().may_close);
+    CHECK_FALSE(opens_for(row, situation.faults.state(row.id), vehicle, {}));
+    CHECK_FALSE(keeps_open_for(row, situation.faults.state(row.id), vehicle, false, {}));
+
+    const Duration grace = one.reaction == Reaction::open_after_grace ? 40ms : Duration{};
+    situation.config.stricter_reactions.push_back({.fault = row.id, .reaction = one.reaction, .grace = grace});
+    CHECK(situation.blockers() == std::vector{Blocker::fault});
+    CHECK_FALSE(situation.judge().may_go_on);
+    CHECK(situation.judge().may_stay_closed == !one.opens_at_once);
+    CHECK(situation.judge().may_discharge == !one.opens_at_once);
+    CHECK(demands_zero_current(situation.faults, Concerns::discharge, situation.config) ==
+          (one.reaction == Reaction::open_after_grace));
+    const StricterReactions& stricter = situation.config.stricter_reactions;
+    CHECK(opens_for(row, situation.faults.state(row.id), vehicle, stricter) == one.opens_after_grace);
+    CHECK(keeps_open_for(row, situation.faults.state(row.id), vehicle, false, stricter) == one.keeps_open);
+    situation.inputs.now = start + 40ms - 1ns;
+    CHECK(situation.judge().may_stay_closed == !one.opens_at_once);
+    situation.inputs.now = start + 40ms;
+    CHECK(situation.judge().may_stay_closed == !one.opens_after_grace);
+  }
+}
+
+TEST_CASE("a fault that only warns is no sign against closing while it is suspected, one that is stricter is",
+          "[unit][permission][reactions]") {
+  Situation situation;
+  look(situation.faults, row_of(FaultId::module_warning), 0s);
+  REQUIRE(situation.faults.state(FaultId::module_warning).stage == FaultStage::suspected);
+  CHECK(situation.judge().may_close);
+  situation.config.stricter_reactions.push_back({.fault = FaultId::module_warning, .reaction = Reaction::refuse_close});
+  CHECK(situation.blockers() == std::vector{Blocker::suspicion});
+}
+
+TEST_CASE("a stricter reaction is that of its own fault and of no other", "[unit][permission][reactions]") {
+  StricterReactions stricter;
+  stricter.push_back({.fault = FaultId::cell_imbalance, .reaction = Reaction::open_after_grace, .grace = 20ms});
+  stricter.push_back({.fault = FaultId::memory_low, .reaction = Reaction::refuse_close});
+  for (const FaultRow& row : fault_table()) {
+    INFO(row.name);
+    const FaultReaction does = reaction_of(row, stricter);
+    const bool is_one = row.id == FaultId::cell_imbalance || row.id == FaultId::memory_low;
+    CHECK(does.is_stricter == is_one);
+    if (row.id == FaultId::memory_low) CHECK(does.reaction == Reaction::refuse_close);
+    if (row.id == FaultId::cell_imbalance) CHECK(does.grace == 20ms);
+    if (!is_one) CHECK(does.reaction == row.reaction);
+    if (!is_one) CHECK(does.grace == row.grace);
+    const bool takes_one_sample = row.id == FaultId::cell_resistance || row.id == FaultId::pack_resistance;
+    CHECK((strictest_reaction(row) == Reaction::refuse_close) == takes_one_sample);
+  }
 }

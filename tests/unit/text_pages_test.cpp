@@ -82,6 +82,27 @@ TEST_CASE("one fault is explained, whether it was ever seen or not", "[unit][bmu
   CHECK(fault_page(Reply(fault), Reply(nullptr)).text(false).find("  stage     active") != std::string::npos);
 }
 
+TEST_CASE("the page of a fault shows the grace of its reaction, and the usual reaction beside a stricter one",
+          "[unit][bmuctl][reactions]") {
+  Json fault{{"name", "cell_imbalance"},
+             {"reaction", "open after grace"},
+             {"grace_ms", 250},
+             {"concerns", "all"},
+             {"latch", "none"},
+             {"stage", "good"},
+             {"count", 0}};
+  const auto does = [&fault] { return fault_page(Reply(fault), Reply(nullptr)).text(false); };
+  CHECK(does().find("  does  open after grace of 250 ms; concerns all") != std::string::npos);
+  fault["usual_reaction"] = "open after grace";
+  fault["usual_grace_ms"] = 250;
+  fault["grace_ms"] = 100;
+  CHECK(does().find("open after grace of 100 ms by the pack file, usually open after grace of 250 ms;") !=
+        std::string::npos);
+  fault["reaction"] = "open now";
+  fault["grace_ms"] = nullptr;
+  CHECK(does().find("open now by the pack file, usually open after grace of 250 ms;") != std::string::npos);
+}
+
 namespace {
 
 Json balance_reply() {

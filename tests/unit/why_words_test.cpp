@@ -125,6 +125,8 @@ TEST_CASE("a peak that may have been left out says where its number comes from",
 TEST_CASE("an event is as severe as what it means", "[unit][events]") {
   CHECK(severity_of({.id = EventId::fault_confirmed, .fault = FaultId::cell_undervoltage}) == Severity::error);
   CHECK(severity_of({.id = EventId::fault_confirmed, .fault = FaultId::charger_contradicts}) == Severity::warning);
+  CHECK(severity_of({.id = EventId::fault_confirmed, .fault = FaultId::charger_contradicts, .is_stricter = true}) ==
+        Severity::error);
   CHECK(severity_of({.id = EventId::fault_cleared, .fault = FaultId::charger_contradicts}) == Severity::info);
   CHECK(severity_of({.id = EventId::opened, .cause = OpeningCause::request_over}) == Severity::info);
   CHECK(severity_of({.id = EventId::opened, .cause = OpeningCause::shut_down}) == Severity::info);

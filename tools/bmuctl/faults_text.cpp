@@ -123,8 +123,16 @@ std::string cleared_text(const Reply& cleared) {
          (cleared["authority"].text() == "service" ? ", with authority" : "");
 }
 
+/// "open after grace of 250 ms".
+std::string reaction_text(const Reply& reaction, const Reply& grace_ms) {
+  return reaction.text() + (grace_ms.is_known() ? " of " + shown(grace_ms, Unit::ms) : "");
+}
+
 std::string kind_text(const Reply& fault) {
-  std::string text = fault["reaction"].text();
+  std::string text = reaction_text(fault["reaction"], fault["grace_ms"]);
+  if (fault["usual_reaction"].is_known()) {
+    text += " by the pack file, usually " + reaction_text(fault["usual_reaction"], fault["usual_grace_ms"]);
+  }
   add_part(text, "concerns " + fault["concerns"].text());
   add_part(text, "latch " + fault["latch"].text());
   if (fault["dtc"].is_known()) add_part(text, "DTC " + shown(fault["dtc"], Unit::none));
