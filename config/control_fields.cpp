@@ -108,7 +108,7 @@ constexpr std::array contactor_table{
     number<&ContactorConfig::link_decay>(
         {.key = "link_decay_ms",
          .min = 1'000,
-         .max = 60'000,
+         .max = static_cast<double>(to_ms(link_decay_max)),
          .meaning = "after opening, before a link that still follows the pack means a welded contactor"}),
     boolean<&ContactorConfig::has_charge_contactor>(
         {.key = "has_charge_contactor", .meaning = "one of its own, between the link and the charger"}),

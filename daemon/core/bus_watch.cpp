@@ -34,4 +34,8 @@ bool BusWatch::has_foreign_report(TimePoint now) const {
   return foreign_report_at_ != TimePoint{} && now - foreign_report_at_ <= reporter_memory;
 }
 
+bool BusWatch::has_misplaced_frames(TimePoint now) const {
+  return misplaced_at_ != TimePoint{} && now - misplaced_at_ <= misplaced_memory;
+}
+
 }  // namespace bmu

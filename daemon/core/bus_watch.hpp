@@ -19,6 +19,7 @@ class BusWatch {
   /// A frame of a module that the pack does not have is chance once; twice within this is a module.
   static constexpr Duration stranger_memory = 5s;
   static constexpr Duration reporter_memory = 5s;
+  static constexpr Duration misplaced_memory = 5s;
 
   void note_bus_off(TimePoint at);
   void note_error_passive(bool is_passive) { is_error_passive_ = is_passive; }
@@ -28,11 +29,15 @@ class BusWatch {
   /// Somebody else sends the messages of 620h to 628h.
   void note_foreign_report(TimePoint at) { foreign_report_at_ = at; }
 
+  /// A sound frame of a module or a power distribution unit, on the vehicle bus.
+  void note_misplaced_frame(TimePoint at) { misplaced_at_ = at; }
+
   [[nodiscard]] bool is_storm(TimePoint now) const;
   [[nodiscard]] bool is_error_passive() const { return is_error_passive_; }
   /// Its node number, or 0.
   [[nodiscard]] std::uint8_t unknown_module(TimePoint now) const;
   [[nodiscard]] bool has_foreign_report(TimePoint now) const;
+  [[nodiscard]] bool has_misplaced_frames(TimePoint now) const;
   [[nodiscard]] TimePoint unknown_module_at() const { return unknown_at_; }
   [[nodiscard]] TimePoint foreign_report_at() const { return foreign_report_at_; }
 
@@ -44,9 +49,10 @@ class BusWatch {
   TimePoint unknown_at_{};            // its latest frame
   TimePoint unknown_confirmed_at_{};  // when it had spoken twice
   TimePoint foreign_report_at_{};
+  TimePoint misplaced_at_{};
   [[nodiscard]] bool are_fields_possible() const { return head_ < bus_off_at_.size(); }
   BMU_FIELDS(bus_off_at_, head_, is_error_passive_, unknown_node_, unknown_at_, unknown_confirmed_at_,
-             foreign_report_at_)
+             foreign_report_at_, misplaced_at_)
 };
 
 }  // namespace bmu

@@ -72,7 +72,7 @@ Core::Core(const CoreConfig& config, TimePoint started_at, std::uint8_t first_co
   inverter_.init(config_.inverter);
   inverter_reporter_.init(config_.inverter, started_at);
   watchers_.overload.init(carried(config_));
-  watchers_.stuck.init(config_.cell);
+  watchers_.stuck.init(config_);
   watchers_.steps.init(config_);
   watchers_.roster.init(config_);
   watchers_.switches.init(config_);
@@ -148,7 +148,10 @@ Urgency Core::take(TimePoint at, const FrameReceived& what) {
   if (serves(config_, what.port, config_.sensor.bus)) {
     if (const std::optional<Urgency> urgency = take_foreign_current(what.frame, at)) return *urgency;
   }
-  if (what.port != Port::internal) return Urgency::can_wait;  // nobody on the vehicle bus has a say yet
+  if (what.port != Port::internal) {
+    if (what.port == Port::vehicle && is_misplaced(what.frame)) watchers_.bus.note_misplaced_frame(at);
+    return Urgency::can_wait;  // nobody on the vehicle bus has a say yet
+  }
   if (is_foreign_sensor_command(what.frame)) return take_foreign_sensor_command(what.frame, at);
   if (take_sensor_answer(what.frame, at)) return Urgency::can_wait;
   if (is_foreign_modules(what.frame)) return take_foreign_frame(what.frame, at);
@@ -157,6 +160,16 @@ Urgency Core::take(TimePoint at, const FrameReceived& what) {
   note_sound_frame(at);
   return checked.message->sender == Sender::mmu ? take_module_frame(checked, what.frame, at)
                                                 : take_sensor_frame(checked, what.frame, at);
+}
+
+/// Of a module or a power distribution unit, with the checksum of its row: no chance, and no other device's. A sensor's
+/// results have none, and another sensor may sit in the vehicle.
+bool Core::is_misplaced(const CanFrame& frame) const {
+  if (form_fault(frame)) return false;
+  const MessageSpec* const message = check_.catalogue().find(frame).message;
+  const bool is_internal =
+      message != nullptr && (message->sender == Sender::mmu || message->sender == Sender::pdu) && has_crc(*message);
+  return is_internal && !content_fault(*message, frame);
 }
 
 /// Not every driver tells of a restart; a sound frame proves it.

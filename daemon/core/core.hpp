@@ -114,6 +114,9 @@ struct RefusalRecord {
   bool has_happened = false;
   TimePoint at{};
   Blocker blocker{};
+  FaultId fault{};             // of blocker `fault`: the first that stands against closing
+  Reading reading;             // of the fault as it was confirmed; of `link_follows` the link, mV
+  std::int64_t threshold = 0;  // of the fault; of `link_follows` the pack, mV
 };
 
 /// How the last closing went.
@@ -195,6 +198,8 @@ class Core {
   /// Nothing closes before this.
   [[nodiscard]] TimePoint locked_out_until() const { return locked_out_until_; }
   [[nodiscard]] const RefusalRecord& last_refusal() const { return last_refusal_; }
+  /// A key of the pack file that explains the fault, by what is seen at `now`.
+  [[nodiscard]] LikelyCause likely_cause(FaultId fault, TimePoint now) const;
   [[nodiscard]] const PrechargeRecord& last_precharge() const { return last_precharge_; }
   /// Of all frames on the internal bus, whoever's.
   [[nodiscard]] ReceiveCounts receive_counts() const;
@@ -273,6 +278,7 @@ class Core {
   Urgency take_rejected(const CheckedFrame& checked, const CanFrame& frame, TimePoint at);
   Urgency take_masters_frame(const CanFrame& frame, TimePoint at);
   [[nodiscard]] bool is_foreign_modules(const CanFrame& frame) const;
+  [[nodiscard]] bool is_misplaced(const CanFrame& frame) const;
   Urgency take_foreign_frame(const CanFrame& frame, TimePoint at);
   Urgency take_foreign_rejected(const CheckedFrame& checked, const CanFrame& frame, TimePoint at);
   void note_sound_frame(TimePoint at);
@@ -317,6 +323,7 @@ class Core {
   void evaluate_faults(TimePoint now);
   void grant_permission(TimePoint now);
   void refuse_vain_request(TimePoint now);
+  [[nodiscard]] RefusalRecord refusal_record(TimePoint now, Blocker blocker) const;
   void step_contactors(TimePoint now);
   void step_auxiliary(TimePoint now);
   void set_limits(TimePoint now);

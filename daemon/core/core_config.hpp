@@ -193,6 +193,9 @@ struct PollConfig {
   Duration parked_period{};            // while the pack is open and nobody wants it; 0: never
 };
 
+/// The longest that a pack file takes.
+inline constexpr Duration link_decay_max = 60s;
+
 struct ContactorConfig {
   Duration settle = 100ms;            // after a contactor was commanded, before the next step
   Duration feedback_timeout = 200ms;  // auxiliary contact against command

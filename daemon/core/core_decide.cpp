@@ -137,6 +137,7 @@ void Core::watch_contactors(TimePoint now) {
     if (holds && since == TimePoint{}) since = now;
   };
   keep_since(flags_.open_since, !outputs_.any_contactor());
+  watchers_.link.update(flags_.open_since, pack_.link_voltage_mV, config_.contactors.settle);
   keep_since(flags_.charge_forbidden_since, is_closed && forbids(faults_, Concerns::charge));
   keep_since(flags_.discharge_forbidden_since, is_closed && forbids(faults_, Concerns::discharge));
   // A pack at a charger stands, whether or not its key is on.
@@ -178,6 +179,7 @@ void Core::note_fault_changes(const FaultChanges& changes, TimePoint now) {
     if (change.id == FaultId::charger_runaway && change.kind == Kind::confirmed) {
       put_excess(event, charger_watch_.excess());
     }
+    if (change.kind == Kind::confirmed) event.likely = likely_cause(change.id, now);
     events_.push(event);
   }
 }
@@ -211,8 +213,31 @@ void Core::refuse_vain_request(TimePoint now) {
   const auto& blockers = permission_.blockers;
   if (!is_vain(blockers, now - request_.since(), guard_.is_retrying())) return;
   request_.drop();
-  last_refusal_ = {.has_happened = true, .at = now, .blocker = has_fault(blockers) ? Blocker::fault : blockers[0]};
-  events_.push({.id = EventId::close_refused, .at = now, .number = static_cast<std::int64_t>(last_refusal_.blocker)});
+  last_refusal_ = refusal_record(now, has_fault(blockers) ? Blocker::fault : blockers[0]);
+  events_.push({.id = EventId::close_refused,
+                .at = now,
+                .fault = last_refusal_.fault,
+                .reading = last_refusal_.reading,
+                .threshold = last_refusal_.threshold,
+                .number = static_cast<std::int64_t>(last_refusal_.blocker)});
+}
+
+/// With the values that it was decided by: of the first fault that stands against closing, or of link and pack.
+RefusalRecord Core::refusal_record(TimePoint now, Blocker blocker) const {
+  RefusalRecord record{.has_happened = true, .at = now, .blocker = blocker};
+  if (blocker == Blocker::link_follows) {
+    record.reading = {true, pack_.link_voltage_mV.value, {}, pack_.link_voltage_mV.taken_at};
+    record.threshold = pack_.pack_voltage_mV.value;
+  }
+  if (blocker != Blocker::fault) return record;
+  const auto* const row = std::find_if(fault_table().begin(), fault_table().end(), [this](const FaultRow& one) {
+    return keeps_open_for(one, faults_.state(one.id), wish(), is_plugged_in_, config_.stricter_reactions);
+  });
+  if (row == fault_table().end()) return record;
+  record.fault = row->id;
+  record.reading = faults_.state(row->id).confirmed;
+  record.threshold = faults_.state(row->id).threshold;
+  return record;
 }
 
 /// The voltages of a closing count only while the sensor's pack and the sum of the cells agree.

@@ -91,6 +91,18 @@ InverterView Core::inverter_view(TimePoint now) const {
           .module_count = static_cast<std::uint8_t>(config_.modules.size())};
 }
 
+LikelyCause Core::likely_cause(FaultId fault, TimePoint now) const {
+  constexpr Duration refused_within = 1s;
+  const RefusedResults& refused = sensors_.refused;
+  const bool is_refused_now = refused.last_at != TimePoint{} && now - refused.last_at <= refused_within;
+  return bmu::likely_cause(fault,
+                           {.is_without_charger = pdu_fresh(now) && !sensors_.pdu.value.charger_connected,
+                            .are_results_out_of_range = is_refused_now && refused.last == ResultRefusal::out_of_range,
+                            .are_buses_swapped = watchers_.bus.has_misplaced_frames(now),
+                            .link_time_constant = watchers_.link.time_constant()},
+                           config_.contactors);
+}
+
 ModeInputs Core::mode_inputs(TimePoint now) const {
   const auto any = [this](auto holds) {
     return std::any_of(fault_table().begin(), fault_table().end(),

@@ -99,6 +99,13 @@ constexpr std::array<EventRow, event_count> table{{
 
 static_assert(rows_are_in_order(table, &EventRow::id));
 
+/// Behind the place, if there is one: " 2.8510 V, limit 2.9000 V".
+std::string limit_text(const FaultRow& row, const Reading& reading, std::int64_t threshold) {
+  if (!row.has_limit()) return "";
+  return (to_text(reading.element).empty() ? ": " : " ") + value_text(row.unit, reading.value) + ", limit " +
+         value_text(row.unit, threshold);
+}
+
 std::string text_of_fault(const Event& event) {
   const FaultRow& row = row_of(event.fault);
   std::string text(row.meaning);
@@ -108,11 +115,9 @@ std::string text_of_fault(const Event& event) {
     const Unit unit = event.reading.value == 2 ? Unit::mV : Unit::mA;
     text += ": " + excess_text(unit, event.number, event.threshold);
   }
-  if (row.has_limit()) {
-    text += (where.empty() ? ": " : " ") + value_text(row.unit, event.reading.value) + ", limit " +
-            value_text(row.unit, event.threshold);
-  }
-  return text;
+  text += limit_text(row, event.reading, event.threshold);
+  const std::string likely = to_text(event.likely);
+  return likely.empty() ? text : text + "; " + likely;
 }
 
 std::string text_of_opening(const Event& event) {
@@ -251,6 +256,19 @@ bool Event::are_fields_possible() const {
   }
 }
 
+std::string refusal_text(Blocker blocker, FaultId fault, const Reading& reading, std::int64_t threshold) {
+  std::string text(to_text(blocker));
+  if (!reading.is_known) return text;
+  if (blocker == Blocker::link_follows) {
+    return text + ": link " + value_text(Unit::mV, reading.value) + ", pack " + value_text(Unit::mV, threshold);
+  }
+  if (blocker != Blocker::fault) return text;
+  const FaultRow& row = row_of(fault);
+  const std::string where = to_text(reading.element);
+  return text + ": " + std::string(row.meaning) + (where.empty() ? "" : ": " + where) +
+         limit_text(row, reading, threshold);
+}
+
 std::string to_text(const Event& event) {
   const std::string number = std::to_string(event.number);
   switch (event.id) {
@@ -269,7 +287,7 @@ std::string to_text(const Event& event) {
     case EventId::close_request_over: return "close request over";
     case EventId::close_refused:
       return "close request refused, ask again when this is over: " +
-             std::string(to_text(static_cast<Blocker>(event.number)));
+             refusal_text(static_cast<Blocker>(event.number), event.fault, event.reading, event.threshold);
     case EventId::rest_changed:
       return "modules after an undervoltage: " + std::string(to_text(static_cast<RestPhase>(event.number)));
     case EventId::soc_started: return "state of charge starts at " + value_text(Unit::permille, event.number);

@@ -8,7 +8,9 @@
 
 #include "daemon/core/contactor_sequence.hpp"
 #include "daemon/core/fault_table.hpp"
+#include "daemon/core/likely_cause.hpp"
 #include "daemon/core/observation.hpp"
+#include "daemon/core/permission.hpp"
 #include "daemon/core/sensor_setup.hpp"
 
 namespace bmu {
@@ -90,6 +92,7 @@ struct Event {
   // Node, serial number, milliseconds, permille, identifier, Blocker or the like, as the event says; of a charger that
   // runs away what it gives, with what it was asked for as `threshold`: mA, or mV where the reading's value is 2.
   std::int64_t number = 0;
+  LikelyCause likely;        // of a fault that is confirmed
   bool is_stricter = false;  // the fault does more in this pack than the fault table has it do
 
   /// Where `number` is one of an enumeration.
@@ -99,6 +102,9 @@ struct Event {
 /// The row's, but what is meant to happen, or does no more than warn, is told as no more than that: an opening because
 /// nobody asks for a closed pack any more, a fault whose reaction is a warning.
 [[nodiscard]] Severity severity_of(const Event& event);
+
+/// Why a request to close was refused, with the values that it was decided by: those of a RefusalRecord.
+[[nodiscard]] std::string refusal_text(Blocker blocker, FaultId fault, const Reading& reading, std::int64_t threshold);
 
 /// One line for people, without time and severity.
 [[nodiscard]] std::string to_text(const Event& event);

@@ -311,7 +311,8 @@ constexpr std::array<FaultRow, fault_count> table{{
     {.id = FaultId::current_contradicts_voltage,
      .name = "current_contradicts_voltage",
      .meaning = "the cells do not answer the current that the sensor tells",
-     .remedy = "the current sensor stands still, or is mounted or configured the wrong way round",
+     .remedy = "the current sensor stands still, or is mounted or configured the wrong way round "
+               "(sensor/invert_current)",
      .read = fault_readers::current_contradicts_voltage,
      .confirm_time = &ConfirmTimes::current_contradicts_voltage,
      .samples = 3,
@@ -337,7 +338,9 @@ constexpr std::array<FaultRow, fault_count> table{{
     {.id = FaultId::cell_model_mismatch,
      .name = "cell_model_mismatch",
      .meaning = "a cell behaves like none that the cell file describes",
-     .remedy = "check that the cell file is this cell's, the current sensor's direction and the cell's wires",
+     .remedy =
+         "check that the cell file is this cell's, the current sensor's direction (sensor/invert_current) and the "
+         "cell's wires",
      .read = fault_readers::cell_model_mismatch,
      .confirm = 2s,
      .clear = 10s,

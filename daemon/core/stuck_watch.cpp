@@ -13,8 +13,10 @@ namespace {
 constexpr std::int64_t shows_at_least_uV = 5'000;
 /// Samples further apart than this do not prove what was between them.
 constexpr Duration sample_gap_max = 1s;
-/// The current that a sample belongs to flowed within this of its time: a poll cycle.
-constexpr Duration sampled_within = 100ms;
+/// A module averages a cell over so long, however fast it is polled.
+constexpr Duration averaged_over = 100ms;
+/// A poll and its answers, and a sample of the current, are each late by as much.
+constexpr Duration late_by = 2 * tick_period;
 /// No module bleeds a cell with more, so that all of it may go past a cell that is balanced.
 constexpr std::int32_t bleed_max_mA = 500;
 constexpr std::int64_t nanovolts_per_uV = 1'000;
@@ -24,17 +26,12 @@ constexpr double worn_factor = 2.0;
 constexpr double hot_C = 60.0;
 constexpr double cold_C = -20.0;
 
-/// All currents around a sample, `current_mA` among them.
-CurrentRange currents_around(TimePoint taken_at, std::int32_t current_mA, const CurrentWindow& window) {
-  const CurrentRange range = window.range(taken_at - sampled_within, taken_at + sampled_within);
-  if (!range.is_known) return {true, current_mA, current_mA};
-  return {true, std::min(range.min_mA, current_mA), std::max(range.max_mA, current_mA)};
-}
-
 }  // namespace
 
-void StuckWatch::init(const CellModel& cell) {
+void StuckWatch::init(const CoreConfig& config) {
+  const CellModel& cell = config.cell;
   model_ = cell;
+  sampled_within_ = std::max(config.poll.period, averaged_over) + late_by;
   const double settled_Ohm = cell.series_resistance_Ohm + cell.rc_resistance_Ohm + cell.slow_rc_resistance_Ohm;
   resistance_uOhm_ =
       std::llround(cell.series_resistance_Ohm * resistance_factor(cell.resistance_activation_K, hot_C) * 1e6);
@@ -82,23 +79,42 @@ void StuckWatch::take(Cell& cell, const Measured<std::int32_t>& voltage_uV, std:
   if (!voltage_uV.is_valid() || cell.taken_at == TimePoint{} || voltage_uV.value != cell.voltage_uV) {
     cell = {.voltage_uV = voltage_uV.value,
             .first = {{true, current_mA, current_mA}, charge_uAs_},
+            .first_at = voltage_uV.taken_at,
             .taken_at = voltage_uV.taken_at};
     return;
   }
-  // What came behind the first sample is known with the second.
-  if (!cell.is_repeated) {
-    const CurrentRange& told = cell.first.current_mA;
-    cell.first.current_mA = currents_around(cell.taken_at, told.min_mA, window);
-    cell.steadiest = cell.first;
-  }
-  cell.is_repeated = true;
+  settle_references(cell, voltage_uV.taken_at, current_mA, window);
   const Duration since = voltage_uV.taken_at - cell.taken_at;
   const bool is_due = must_have_moved(cell.first, current_mA) || must_have_moved(cell.steadiest, current_mA);
   if (since <= sample_gap_max && is_due) cell.stuck_for += since;
   cell.taken_at = voltage_uV.taken_at;
-  if (cell.steadiest.width_mA() == 0) return;
-  const Reference latest{currents_around(voltage_uV.taken_at, current_mA, window), charge_uAs_};
-  if (latest.width_mA() < cell.steadiest.width_mA()) cell.steadiest = latest;
+}
+
+/// All currents around a sample, `current_mA` among them.
+CurrentRange StuckWatch::currents_around(TimePoint taken_at, std::int32_t current_mA,
+                                         const CurrentWindow& window) const {
+  const CurrentRange range = window.range(taken_at - sampled_within_, taken_at + sampled_within_);
+  if (!range.is_known) return {true, current_mA, current_mA};
+  return {true, std::min(range.min_mA, current_mA), std::max(range.max_mA, current_mA)};
+}
+
+/// With a sample of the same value: what came behind the ones before it is known by now, or will be with the next.
+void StuckWatch::settle_references(Cell& cell, TimePoint taken_at, std::int32_t current_mA,
+                                   const CurrentWindow& window) const {
+  if (!cell.is_first_settled) {
+    cell.first.current_mA = currents_around(cell.first_at, cell.first.current_mA.min_mA, window);
+    cell.steadiest = cell.first;
+    cell.is_first_settled = taken_at - cell.first_at >= sampled_within_;
+  }
+  if (cell.next_at != TimePoint{} && taken_at - cell.next_at >= sampled_within_) {
+    cell.next.current_mA = currents_around(cell.next_at, cell.next.current_mA.min_mA, window);
+    if (cell.next.width_mA() < cell.steadiest.width_mA()) cell.steadiest = cell.next;
+    cell.next_at = {};
+  }
+  const bool may_be_steadier = cell.is_first_settled && cell.steadiest.width_mA() > 0;
+  if (cell.next_at != TimePoint{} || !may_be_steadier) return;
+  cell.next = {{true, current_mA, current_mA}, charge_uAs_};
+  cell.next_at = taken_at;
 }
 
 void StuckWatch::update(const ModuleTable& modules, const Measured<std::int32_t>& current_mA,

@@ -15,9 +15,10 @@
 // holds its voltage keeps every cell where it is, while the current falls and the charge rises.
 //
 // At which current a value was measured is known no better than its time is: a module may have sampled it up to a poll
-// cycle away from that, and the current sensor averages. So the first sample of a value stands for all currents around
-// it. A later one around which the current has moved less is the better reference, and counts beside it: a module that
-// sticks in the moment of a step is found by the next.
+// cycle away from that, and the current sensor averages. So a sample within a poll cycle of a step of the current,
+// before it or behind it, is no reference for one current: the first sample of a value stands for all currents around
+// it. A later one around which the current has moved less is the better reference, and counts beside it, once what came
+// behind it is known: a module that sticks in the moment of a step is found by the next.
 //
 // The first other digit ends it. In a rest a cell may stand still for as long as it likes, and so it may while no more
 // flows than a module bleeds off a cell to balance it: 0.5 A are not counted.
@@ -35,7 +36,7 @@ namespace bmu {
 
 class StuckWatch {
  public:
-  void init(const CellModel& cell);
+  void init(const CoreConfig& config);
   /// Once a tick: takes over the cell values that have come since, and counts the charge. `current_mA` as known now,
   /// `window` what it was before.
   void update(const ModuleTable& modules, const Measured<std::int32_t>& current_mA, const CurrentWindow& window);
@@ -58,27 +59,34 @@ class StuckWatch {
   };
   struct Cell {
     std::int32_t voltage_uV = 0;
-    Reference first;       // when this value first came
-    Reference steadiest;   // of all its samples
-    TimePoint taken_at{};  // of the latest sample
-    bool is_repeated = false;
+    Reference first;      // when this value first came
+    Reference steadiest;  // of all its samples
+    TimePoint first_at{};
+    bool is_first_settled = false;  // all that flowed around it is known
+    Reference next;                 // a later sample, until all that flowed around it is known
+    TimePoint next_at{};            // zero: there is none
+    TimePoint taken_at{};           // of the latest sample
     Duration stuck_for{};
   };
 
   void count(const Measured<std::int32_t>& current_mA);
   void take(Cell& cell, const Measured<std::int32_t>& voltage_uV, std::int32_t current_mA,
             const CurrentWindow& window) const;
+  void settle_references(Cell& cell, TimePoint taken_at, std::int32_t current_mA, const CurrentWindow& window) const;
+  [[nodiscard]] CurrentRange currents_around(TimePoint taken_at, std::int32_t current_mA,
+                                             const CurrentWindow& window) const;
   [[nodiscard]] bool must_have_moved(const Reference& since, std::int32_t current_mA) const;
 
   std::array<std::array<Cell, internal_bus::cells_per_module_max>, modules_max> cells_{};
   CellModel model_;
+  Duration sampled_within_{};             // the current that a sample belongs to flowed within this of its time
   std::int64_t resistance_uOhm_ = 0;      // 0: not known, and no step shows
   std::int64_t resistance_max_uOhm_ = 0;  // of a cold or worn cell, relaxed
   std::int64_t flowed_min_uAs_ = 0;       // 0: nothing is due by charge
   std::int64_t charge_uAs_ = 0;           // out of the pack, in all
   TimePoint counted_at_{};
-  BMU_FIELDS(cells_, skipped(model_), skipped(resistance_uOhm_), skipped(resistance_max_uOhm_),
-             skipped(flowed_min_uAs_), charge_uAs_, counted_at_)
+  BMU_FIELDS(cells_, skipped(model_), skipped(sampled_within_), skipped(resistance_uOhm_),
+             skipped(resistance_max_uOhm_), skipped(flowed_min_uAs_), charge_uAs_, counted_at_)
 };
 
 }  // namespace bmu

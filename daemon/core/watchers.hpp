@@ -4,6 +4,7 @@
 #include "daemon/core/balancing_switches.hpp"
 #include "daemon/core/bus_watch.hpp"
 #include "daemon/core/estimators/step_response.hpp"
+#include "daemon/core/link_decay.hpp"
 #include "daemon/core/module_roster.hpp"
 #include "daemon/core/overload_counter.hpp"
 #include "daemon/core/stuck_watch.hpp"
@@ -19,6 +20,7 @@ struct Watchers {
   BusWatch bus;
   ModuleRoster roster;
   BalancingSwitches switches;
+  LinkDecay link;
 };
 
 }  // namespace bmu

@@ -88,7 +88,7 @@ void put_state(JsonText& to, const FaultRow& row, const FaultState& state, const
 std::string details_text(const FaultRow& row, const StatusView& view) {
   if (row.id == FaultId::lines_failed) return lines_text(view);
   if (row.id == FaultId::charger_runaway) return excess_text(view.core.charger_watch().excess());
-  return {};
+  return likely_text(row, view);
 }
 
 void put_details(JsonText& to, const FaultRow& row, bool is_present, const StatusView& view) {

@@ -198,6 +198,7 @@ void put_last_refusal(JsonText& to, const StatusView& view) {
   to.object("last_refusal", [&] {
     to.put("refused_ago_ms", ago_ms(view, refusal.at));
     to.put("blocker", to_text(refusal.blocker));
+    to.put("text", refusal_text(refusal.blocker, refusal.fault, refusal.reading, refusal.threshold));
   });
 }
 

@@ -155,6 +155,7 @@ Texts present_faults(const CoreView& view) {
     const std::string what = modules.empty() ? confirmed_text(row, state, view) : joined(modules);
     std::string line = text(row.meaning) + (what.empty() ? "" : " (" + what + ")");
     if (state.stage == FaultStage::latched) line += ", " + latched_text(row, state);
+    if (const std::string likely = likely_text(row, view); !likely.empty()) line += "; " + likely;
     texts.push_back(line);
   }
   return texts;
@@ -347,8 +348,10 @@ Json state_chain(const CoreView& view) {
   }
   const RefusalRecord& refusal = view.core.last_refusal();
   if (refusal.has_happened) {
-    steps.push_back(step("refusal", "the last request to close was refused " + ago_text(view, refusal.at) + ": " +
-                                        text(to_text(refusal.blocker)) + "; ask again when that is over"));
+    steps.push_back(
+        step("refusal", "the last request to close was refused " + ago_text(view, refusal.at) + ": " +
+                            refusal_text(refusal.blocker, refusal.fault, refusal.reading, refusal.threshold) +
+                            "; ask again when that is over"));
   }
   steps.push_back(step("decision", state_sentence(view)));
   return {{"phase", to_text(view.core.sequence().phase)},

@@ -152,6 +152,10 @@ std::string confirmed_text(const FaultRow& row, const FaultState& state, const C
   return (what.empty() ? "" : what + ", ") + "from before the daemon started";
 }
 
+std::string likely_text(const FaultRow& row, const CoreView& view) {
+  return to_text(view.core.likely_cause(row.id, view.now));
+}
+
 Texts line_texts(std::string_view what, GpioInputKind kind, unsigned bits, const CoreView& view) {
   Texts texts;
   for (std::size_t i = 0; i < gpio_inputs_max; ++i) {

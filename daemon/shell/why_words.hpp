@@ -54,6 +54,9 @@ struct Silence {
 /// one whose cause is gone it says that this was seen last, and what is seen now.
 [[nodiscard]] std::string confirmed_text(const FaultRow& row, const FaultState& state, const CoreView& view);
 
+/// The key of the pack file that explains the fault, by what is seen now; "" where none does.
+[[nodiscard]] std::string likely_text(const FaultRow& row, const CoreView& view);
+
 /// What the lines of this machine are called whose bits are set, `what` before each: "emergency stop \"cockpit\"".
 [[nodiscard]] Texts line_texts(std::string_view what, GpioInputKind kind, unsigned bits, const CoreView& view);
 
