@@ -105,6 +105,13 @@ constexpr std::array contactor_table{
                                          .min = 10,
                                          .max = 40,
                                          .meaning = "from the contactor that breaks the current to the others"}),
+    number<&ContactorConfig::break_current_max_mA>(
+        {.key = "break_current_max_mA",
+         .min = 0,
+         .max = pack_current_max_mA,
+         .meaning =
+             "what the main contactors can break: while more flows, a fault of current or cell voltage asks for zero "
+             "current and opens 250 ms later at the latest (docs/safety.md); 0: every fault opens at once"}),
     number<&ContactorConfig::link_decay>(
         {.key = "link_decay_ms",
          .min = 1'000,

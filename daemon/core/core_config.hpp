@@ -213,6 +213,7 @@ struct ContactorConfig {
   Duration zero_current_grace = 200ms;          // opening under load: the current may fall for this long first
   Duration break_gap = 40ms;                    // then one main contactor breaks it, and the other follows after this
   Duration link_decay = 5s;                     // after opening, before a link that still follows the pack means a weld
+  std::int32_t break_current_max_mA = 0;        // what the main contactors can break; 0: not known, nothing waits
   bool has_charge_contactor = false;            // between the link and the charger
   bool has_pdu = true;                          // a power distribution unit on the internal bus; else only lines
 };

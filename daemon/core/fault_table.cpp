@@ -55,6 +55,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .limit = &LimitsConfig::cell_undervoltage,
      .samples = 2,
      .ask_again = AskAgain::cells,
+     .waits_above_rating = true,
      .latch = Latch::until_cleared,
      .concerns = Concerns::discharge,
      .lithiumate_code = 7},
@@ -67,6 +68,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .limit = &LimitsConfig::cell_overvoltage,
      .samples = 2,
      .ask_again = AskAgain::cells,
+     .waits_above_rating = true,
      .latch = Latch::until_cleared,
      .lithiumate_code = 8},
     {.id = FaultId::cell_deep_discharge,
@@ -79,6 +81,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .limit = &LimitsConfig::cell_deep_discharge,
      .samples = 2,
      .ask_again = AskAgain::cells,
+     .waits_above_rating = true,
      .latch = Latch::until_authorised,
      .lithiumate_code = 7},
     {.id = FaultId::cell_imbalance,
@@ -210,6 +213,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .read = fault_readers::discharge_current_mA,
      .limit = &LimitsConfig::discharge_overcurrent,
      .samples = 2,
+     .waits_above_rating = true,
      .latch = Latch::until_cleared,
      .lithiumate_code = 5},
     {.id = FaultId::charge_overcurrent,
@@ -221,6 +225,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .read = fault_readers::charge_current_mA,
      .limit = &LimitsConfig::charge_overcurrent,
      .samples = 2,
+     .waits_above_rating = true,
      .latch = Latch::until_cleared,
      .lithiumate_code = 4},
     {.id = FaultId::discharge_overload,
@@ -255,6 +260,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .read = fault_readers::discharge_not_allowed,
      .confirm_time = &ConfirmTimes::discharge_not_allowed,
      .samples = 2,
+     .waits_above_rating = true,
      .latch = Latch::until_cleared,
      .lithiumate_code = 5},
     {.id = FaultId::charge_not_allowed,
@@ -265,6 +271,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .read = fault_readers::charge_not_allowed,
      .confirm_time = &ConfirmTimes::charge_not_allowed,
      .samples = 2,
+     .waits_above_rating = true,
      .latch = Latch::until_cleared,
      .lithiumate_code = 4},
     {.id = FaultId::current_while_open,
@@ -938,6 +945,11 @@ consteval bool one_direction_is_forbidden() {
     return row.concerns == Concerns::all || row.reaction >= Reaction::open_after_grace;
   });
 }
+/// What lets a current fall by a grace needs no second wait.
+consteval bool only_openings_wait() {
+  return std::all_of(table.begin(), table.end(),
+                     [](const FaultRow& row) { return !row.waits_above_rating || row.reaction == open_now; });
+}
 consteval bool only_latches_outlive() {
   return std::all_of(table.begin(), table.end(), [](const FaultRow& row) {
     return row.outlives == Outlives::always || row.latch == Latch::until_cleared;
@@ -951,6 +963,7 @@ static_assert(limits_take_two_samples());
 static_assert(one_source_of_times());
 static_assert(every_row_reads());
 static_assert(warnings_do_not_latch());
+static_assert(only_openings_wait());
 
 }  // namespace
 

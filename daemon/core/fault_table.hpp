@@ -245,6 +245,10 @@ struct FaultRow {
   AskAgain ask_again = AskAgain::no;
   Reaction reaction = Reaction::open_now;
   Duration grace{};  // exactly for open_after_grace
+  /// Of what opens at once: more current than the contactors break may fall first, for `break_wait_max` at most
+  /// (permission.hpp), where the pack file says what they break. For faults of current and cell voltage, which a short
+  /// causes: nothing else waits.
+  bool waits_above_rating = false;
   Latch latch = Latch::none;
   Outlives outlives = Outlives::always;  // for what latches
   Concerns concerns = Concerns::all;

@@ -1,6 +1,7 @@
 #include "daemon/core/permission.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 
 namespace bmu {
 
@@ -50,20 +51,29 @@ bool keeps_open_for(const FaultRow& row, const FaultState& state, const Wish& wi
          (speaks_against(row.concerns, wish) || (row.bars_while_plugged_in && is_plugged_in));
 }
 
+bool waits_for_break(const FaultRow& row, const FaultState& state, const PackState& pack, TimePoint now,
+                     const ContactorConfig& contactors) {
+  if (!row.waits_above_rating || contactors.break_current_max_mA == 0 || !pack.current_mA.is_valid()) return false;
+  const std::int64_t magnitude_mA = std::llabs(std::int64_t{pack.current_mA.value});
+  return magnitude_mA > contactors.break_current_max_mA && now - state.confirmed_at < break_wait_max;
+}
+
 bool demands_opening(const FaultRow& row, const FaultState& state, const PackState& pack, TimePoint now,
                      const CoreConfig& config) {
   if (!state.is_present()) return false;
   const FaultReaction does = reaction_of(row, config.stricter_reactions);
   if (does.reaction < Reaction::open_after_grace) return false;
-  if (does.reaction == Reaction::open_now) return true;
+  if (does.reaction == Reaction::open_now) return !waits_for_break(row, state, pack, now, config.contactors);
   const bool grace_is_over = now - state.confirmed_at >= does.grace;
   return grace_is_over || !pack.current_mA.is_valid() || is_small_current(pack.current_mA.value);
 }
 
 bool demands_zero_current(const FaultMemory& faults, Concerns direction, const CoreConfig& config) {
+  const bool is_rated = config.contactors.break_current_max_mA > 0;
   return std::any_of(fault_table().begin(), fault_table().end(), [&](const FaultRow& row) {
-    return is_about(row, direction) && faults.state(row.id).is_present() &&
-           reaction_of(row, config.stricter_reactions).reaction == Reaction::open_after_grace;
+    const bool is_concerned = is_about(row, direction) && faults.state(row.id).is_present();
+    return is_concerned && ((is_rated && row.waits_above_rating) ||
+                            reaction_of(row, config.stricter_reactions).reaction == Reaction::open_after_grace);
   });
 }
 

@@ -91,10 +91,20 @@ struct Permission {
 /// A present fault keeps an open pack open, whoever asks for it to be closed. `is_plugged_in`: a charger.
 [[nodiscard]] bool keeps_open_for(const FaultRow& row, const FaultState& state, const Wish& wish, bool is_plugged_in,
                                   const StricterReactions& stricter);
-/// A fault with a grace takes the permission when its grace is over or the current has fallen.
+/// More than the contactors break may flow for so long once a fault of current or cell voltage is confirmed, whatever
+/// the sensor says: then they open.
+inline constexpr Duration break_wait_max = 250ms;
+
+/// More current flows than the contactors break, the row waits for it to fall, and the wait is not over. A current that
+/// is not known does not wait, and neither does a pack whose file does not say what its contactors break.
+[[nodiscard]] bool waits_for_break(const FaultRow& row, const FaultState& state, const PackState& pack, TimePoint now,
+                                   const ContactorConfig& contactors);
+/// A fault with a grace takes the permission when its grace is over or the current has fallen; one that opens at once
+/// may wait for its current (waits_for_break).
 [[nodiscard]] bool demands_opening(const FaultRow& row, const FaultState& state, const PackState& pack, TimePoint now,
                                    const CoreConfig& config);
-/// A fault with a grace, present, that concerns this current: its limit must be zero already.
+/// A fault with a grace, or one that may wait for its current, present, that concerns this current: its limit must be
+/// zero already.
 [[nodiscard]] bool demands_zero_current(const FaultMemory& faults, Concerns direction, const CoreConfig& config);
 
 /// A present fault forbids this current, and this one only, while the pack may stay closed for the other.

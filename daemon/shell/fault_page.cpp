@@ -6,6 +6,7 @@
 #include "daemon/core/event.hpp"
 #include "daemon/core/fault_evaluate.hpp"
 #include "daemon/core/fault_table.hpp"
+#include "daemon/core/permission.hpp"
 #include "daemon/shell/advice.hpp"
 
 namespace bmu {
@@ -46,6 +47,9 @@ std::string watched(const FaultRow& row) {
 std::string reaction(const FaultRow& row) {
   std::string text(to_text(row.reaction));
   if (row.grace > 0ns) text += " of " + ms_text(row.grace) + ", sooner when the current has fallen";
+  if (row.waits_above_rating) {
+    text += ", or, while more flows than `contactors/break_current_max_mA`, " + ms_text(break_wait_max) + " later";
+  }
   if (row.concerns != Concerns::all) text += "; concerns " + std::string(to_text(row.concerns)) + " only";
   return text;
 }

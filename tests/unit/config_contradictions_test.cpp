@@ -57,6 +57,18 @@ TEST_CASE("overcurrent opens above the continuous current, reaching it being eno
   refuses({{"/current/charge_continuous_mA", 30'000}}, "/limits/charge_overcurrent/open_mA", "more than 30000");
 }
 
+TEST_CASE("contactors break at least what flows for ever, where the file says what they break",
+          "[unit][config][PB_F.1]") {
+  accepts({{"/contactors/break_current_max_mA", 0}});
+  accepts({{"/contactors/break_current_max_mA", 60'000}});
+  refuses({{"/contactors/break_current_max_mA", 59'999}}, "/contactors/break_current_max_mA",
+          "at least discharge_continuous_mA, 60000");
+  refuses({{"/contactors/break_current_max_mA", 28'999},
+           {"/current/discharge_continuous_mA", 1'000},
+           {"/current/charge_continuous_mA", 29'000}},
+          "/contactors/break_current_max_mA", "at least charge_continuous_mA, 29000");
+}
+
 TEST_CASE("confirming takes no longer than the reaction allows", "[unit][config][FS_2]") {
   accepts({{"/limits/cell_overvoltage/confirm_ms", 190}});
   refuses(

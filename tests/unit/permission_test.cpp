@@ -407,6 +407,61 @@ TEST_CASE("a fault that only warns is no sign against closing while it is suspec
   CHECK(situation.blockers() == std::vector{Blocker::suspicion});
 }
 
+TEST_CASE(
+    "every fault: one of current or cell voltage waits for a current that the contactors cannot break, no other does",
+    "[unit][permission][contract][F91][PB_F.1]") {
+  const std::set<std::string_view> waiting{"cell_undervoltage",     "cell_overvoltage",   "cell_deep_discharge",
+                                           "discharge_overcurrent", "charge_overcurrent", "discharge_not_allowed",
+                                           "charge_not_allowed"};
+  for (const FaultRow& row : fault_table()) {
+    INFO(row.name);
+    const bool waits = waiting.count(row.name) == 1;
+    CHECK(row.waits_above_rating == waits);
+    if (row.reaction != Reaction::open_now) continue;
+    for (const std::int32_t current_mA : {75'001, -75'001, 75'000, -75'000, INT32_MIN}) {
+      CAPTURE(current_mA);
+      Situation situation;
+      situation.inputs.wish = row.concerns == Concerns::charge ? charger : vehicle;
+      situation.pack.current_mA.value = current_mA;
+      believe(situation.faults, row);
+      CHECK_FALSE(situation.judge().may_stay_closed);  // without a rating nothing waits
+      CHECK_FALSE(demands_zero_current(situation.faults, Concerns::charge, situation.config));
+      CHECK_FALSE(demands_zero_current(situation.faults, Concerns::discharge, situation.config));
+
+      situation.config.contactors.break_current_max_mA = 75'000;
+      const bool is_too_much = current_mA != 75'000 && current_mA != -75'000;
+      CHECK(situation.judge().may_stay_closed == (waits && is_too_much));
+      CHECK_FALSE(situation.judge().may_go_on);  // one that is only closing opens
+      CHECK(demands_zero_current(situation.faults, Concerns::charge, situation.config) ==
+            (waits && row.concerns != Concerns::discharge));
+      CHECK(demands_zero_current(situation.faults, Concerns::discharge, situation.config) ==
+            (waits && row.concerns != Concerns::charge));
+      situation.inputs.now = start + 250ms - 1ns;
+      CHECK(situation.judge().may_stay_closed == (waits && is_too_much));
+      situation.inputs.now = start + 250ms;
+      CHECK_FALSE(situation.judge().may_stay_closed);
+
+      situation.inputs.now = start;
+      for (const Validity validity : {Validity::stale, Validity::unknown, Validity::out_of_range}) {
+        situation.pack.current_mA.validity = validity;
+        CHECK_FALSE(situation.judge().may_stay_closed);
+      }
+    }
+  }
+}
+
+TEST_CASE("a fault that does not wait opens at once, whatever else waits beside it",
+          "[unit][permission][F91][PB_F.1]") {
+  Situation situation;
+  situation.inputs.wish = vehicle;
+  situation.pack.current_mA.value = 300'000;
+  situation.config.contactors.break_current_max_mA = 75'000;
+  believe(situation.faults, row_of(FaultId::discharge_overcurrent));
+  CHECK(situation.judge().may_stay_closed);
+  believe(situation.faults, row_of(FaultId::emergency_stop));
+  CHECK_FALSE(situation.judge().may_stay_closed);
+}
+
 TEST_CASE("a stricter reaction is that of its own fault and of no other", "[unit][permission][reactions]") {
   StricterReactions stricter;
   stricter.push_back({.fault = FaultId::cell_imbalance, .reaction = Reaction::open_after_grace, .grace = 20ms});

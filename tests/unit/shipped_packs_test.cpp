@@ -130,7 +130,7 @@ TEST_CASE("the competition pack has the numbers of its design", "[unit][config][
   CHECK(pack.current.charge_continuous_mA == 15'000);
   CHECK(pack.current.charge_peak_mA == 15'000);  // what a charger is asked for, and no more for a while
   CHECK(pack.limits.charge_overcurrent.open == 19'000);
-  // Below what its switch can interrupt.
+  CHECK(pack.contactors.break_current_max_mA == 75'000);  // what its switch can interrupt
   CHECK(pack.limits.discharge_overcurrent.open < 75'000);
 }
 
