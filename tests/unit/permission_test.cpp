@@ -17,7 +17,7 @@ constexpr Wish vehicle{.by_vehicle = true};
 constexpr Wish charger{.by_charger = true};
 constexpr Wish both{.by_vehicle = true, .by_charger = true};
 /// A pack whose file says nothing about reactions.
-const CoreConfig plain;
+const CoreConfig plain_pack;
 
 /// Everything as a pack that may close has it.
 struct Situation {
@@ -235,12 +235,14 @@ TEST_CASE("every fault: asks for zero current while it is present and has a grac
     INFO(row.name);
     FaultMemory faults;
     if (can_be_suspected(row)) look(faults, row, 30s);
-    CHECK_FALSE(demands_zero_current(faults, Concerns::charge, plain));
-    CHECK_FALSE(demands_zero_current(faults, Concerns::discharge, plain));
+    CHECK_FALSE(demands_zero_current(faults, Concerns::charge, plain_pack));
+    CHECK_FALSE(demands_zero_current(faults, Concerns::discharge, plain_pack));
     believe(faults, row);
     const bool has_grace = row.reaction == Reaction::open_after_grace;
-    CHECK(demands_zero_current(faults, Concerns::charge, plain) == (has_grace && row.concerns != Concerns::discharge));
-    CHECK(demands_zero_current(faults, Concerns::discharge, plain) == (has_grace && row.concerns != Concerns::charge));
+    CHECK(demands_zero_current(faults, Concerns::charge, plain_pack) ==
+          (has_grace && row.concerns != Concerns::discharge));
+    CHECK(demands_zero_current(faults, Concerns::discharge, plain_pack) ==
+          (has_grace && row.concerns != Concerns::charge));
   }
 }
 
@@ -320,15 +322,15 @@ TEST_CASE("a present fault opens at once, after its grace, or not at all, as its
   const FaultRow warn_row{.reaction = Reaction::warn};
   for (const FaultStage stage : {FaultStage::active, FaultStage::latched}) {
     const FaultState present{.stage = stage, .confirmed_at = start};
-    CHECK(demands_opening(now_row, present, pack, start, plain));
-    CHECK_FALSE(demands_opening(warn_row, present, pack, start + 1h, plain));
-    CHECK_FALSE(demands_opening(refuse_row, present, pack, start + 1h, plain));
-    CHECK_FALSE(demands_opening(grace_row, present, pack, start + 250ms - 1ns, plain));
-    CHECK(demands_opening(grace_row, present, pack, start + 250ms, plain));
+    CHECK(demands_opening(now_row, present, pack, start, plain_pack));
+    CHECK_FALSE(demands_opening(warn_row, present, pack, start + 1h, plain_pack));
+    CHECK_FALSE(demands_opening(refuse_row, present, pack, start + 1h, plain_pack));
+    CHECK_FALSE(demands_opening(grace_row, present, pack, start + 250ms - 1ns, plain_pack));
+    CHECK(demands_opening(grace_row, present, pack, start + 250ms, plain_pack));
   }
   for (const FaultStage stage : {FaultStage::good, FaultStage::suspected}) {
     for (const FaultRow& row : {now_row, grace_row, refuse_row, warn_row}) {
-      CHECK_FALSE(demands_opening(row, {.stage = stage}, pack, start + 1h, plain));
+      CHECK_FALSE(demands_opening(row, {.stage = stage}, pack, start + 1h, plain_pack));
     }
   }
 }
@@ -339,7 +341,7 @@ TEST_CASE("within the grace a current of up to 1 A, either way, or an unknown on
   const auto opens_at = [&](std::int32_t current_mA, Validity validity = Validity::valid) {
     PackState pack;
     pack.current_mA = {current_mA, start, validity};
-    return demands_opening(row, present, pack, start, plain);
+    return demands_opening(row, present, pack, start, plain_pack);
   };
   CHECK(opens_at(0));
   CHECK(opens_at(1'000));
