@@ -96,10 +96,19 @@ double Plant::path_siemens(double source_Ohm) const {
   return 1.0 / path_Ohm;
 }
 
+/// A charger that holds a voltage of its own: with each step it goes half the way to the current that makes it.
+double Plant::charger_held_A(double source_Ohm) const {
+  const double sensed_V = charger_senses_terminals_ ? charger_V() : link_V_;
+  const double lead_Ohm = charger_senses_terminals_ ? charger_lead_Ohm_ : 0.0;
+  const double loop_siemens = charger_loop_gain / (source_Ohm + config_.path_resistance_Ohm + lead_Ohm);
+  return charger_A_ + (charger_voltage_V_ - sensed_V) * loop_siemens;
+}
+
 double Plant::charger_now_A(double source_Ohm) const {
   if (!is_charger_connected()) return 0.0;
   const double demand_A = std::max(charger_demand_A_, 0.0);
   if (is_charger_runaway_) return demand_A;
+  if (charger_voltage_V_ > 0.0) return std::clamp(charger_held_A(source_Ohm), 0.0, demand_A);
   const double stop_V = config_.cell.voltage_max_V * static_cast<double>(cells_.size());
   const double taper_siemens = charger_loop_gain / (source_Ohm + config_.path_resistance_Ohm);
   return std::clamp((stop_V - link_V_) * taper_siemens, 0.0, demand_A);

@@ -17,8 +17,10 @@
 //             time constant far below the step is no trouble and charge is conserved exactly.
 //   load      a demanded current, positive out of the pack; flows only while both main contactors are closed.
 //   charger   a constant current towards the pack under the same condition, tapering off where the cells' voltages
-//             are all at their maximum on average; a runaway one goes on. It is behind the charge contactor where the
-//             pack has one, else on the link: then that contactor moves and reports and switches nothing.
+//             are all at their maximum on average, or at a voltage of its own; a runaway one goes on. It measures that
+//             voltage at the pack, by sense wires, or at its own terminals, which are the lead's drop above. It is
+//             behind the charge contactor where the pack has one, else on the link: then that contactor moves and
+//             reports and switches nothing.
 //
 // Deterministic: fixed steps of 1 ms in doubles, no randomness in here. No heap; the object is large (cells inside), so
 // do not put it on a small stack. Cost: about 10 ns a cell and step: 756 cells run 100 times faster than they live.
@@ -123,6 +125,11 @@ class Plant {
   void set_balancing(std::size_t module, CellMask switches);
   void set_load_A(double current_A) { load_demand_A_ = current_A; }
   void set_charger_A(double current_A) { charger_demand_A_ = current_A; }
+  /// Of its leads, both ways.
+  void set_charger_lead_Ohm(double resistance_Ohm) { charger_lead_Ohm_ = resistance_Ohm; }
+  /// What it holds; 0: the cells' maximum.
+  void set_charger_voltage_V(double voltage_V) { charger_voltage_V_ = voltage_V; }
+  void set_charger_senses_terminals(bool senses) { charger_senses_terminals_ = senses; }
   void set_charger_runaway(bool is_runaway) { is_charger_runaway_ = is_runaway; }
   void set_ambient_C(double temperature_C) { ambient_C_ = temperature_C; }
   void set_link_capacitance_F(double capacitance_F) { link_capacitance_F_ = capacitance_F; }
@@ -156,6 +163,9 @@ class Plant {
   [[nodiscard]] bool is_charger_connected() const;
   [[nodiscard]] double load_A() const { return load_A_; }
   [[nodiscard]] double charger_A() const { return charger_A_; }
+  [[nodiscard]] double charger_lead_Ohm() const { return charger_lead_Ohm_; }
+  /// At its terminals.
+  [[nodiscard]] double charger_V() const { return link_V_ + charger_A_ * charger_lead_Ohm_; }
   [[nodiscard]] double link_capacitance_F() const { return link_capacitance_F_; }
   [[nodiscard]] double link_bleed_Ohm() const { return link_bleed_Ohm_; }
   [[nodiscard]] double precharge_resistance_Ohm() const { return precharge_resistance_Ohm_; }
@@ -179,6 +189,7 @@ class Plant {
   static void refresh_share(PlantCell& cell);
   [[nodiscard]] double path_siemens(double source_Ohm) const;  // pack to link; 0 when open
   [[nodiscard]] double charger_now_A(double source_Ohm) const;
+  [[nodiscard]] double charger_held_A(double source_Ohm) const;
 
   PlantConfig config_;
   FixedVector<PlantCell, plant_cells_max> cells_;
@@ -201,6 +212,9 @@ class Plant {
   double ambient_C_;
   double load_demand_A_ = 0.0;
   double charger_demand_A_ = 0.0;
+  double charger_lead_Ohm_ = 0.0;
+  double charger_voltage_V_ = 0.0;
+  bool charger_senses_terminals_ = false;
   bool is_charger_runaway_ = false;
   double load_A_ = 0.0;
   double charger_A_ = 0.0;

@@ -120,6 +120,9 @@ enum class Property : std::uint8_t {
   charger_post,
   charger_units,
   charger_trouble,
+  charger_lead,
+  charger_voltage,
+  charger_senses,
   inverter_current,
   inverter_obeys,
   inverter_silent,
@@ -229,7 +232,7 @@ enum class Property : std::uint8_t {
   master_balancing,
   master_accept_modules,
 };
-inline constexpr std::size_t property_count = 122;
+inline constexpr std::size_t property_count = 125;
 
 /// Whose modules a property can be of; which pack has what is known only when the script meets one (check_against).
 enum class ModuleNeed : std::uint8_t {

@@ -40,6 +40,8 @@ bool is_closed(const World& world, ScenarioPlace place) {
 constexpr StateSpec states[] = {
     {TargetKind::charger, "current_A", StateKind::number, [](const W& w, const M&, P) { return w.plant.charger_A(); },
      "what it delivers now"},
+    {TargetKind::charger, "voltage_V", StateKind::number, [](const W& w, const M&, P) { return w.plant.charger_V(); },
+     "at its terminals now, its leads' drop above the link's"},
     {TargetKind::inverter, "current_A", StateKind::number,
      [](const W& w, const M&, P) { return w.inverter.current_A(); }, "what it takes now, positive out of the pack"},
     {TargetKind::inverter, "charge_limit_A", StateKind::number,

@@ -23,6 +23,7 @@ namespace {
 
 constexpr std::string_view on_off_words[] = {"off", "on"};
 constexpr std::string_view wire_words[] = {"closed", "open", "open_silent"};
+constexpr std::string_view sense_words[] = {"pack", "terminals"};
 constexpr std::string_view signal_wire_words[] = {"closed", "open", "shorted"};
 constexpr std::string_view omitted_words[] = {"nothing", "status", "cells", "temperatures", "module", "ident"};
 constexpr std::string_view obeys_words[] = {"master", "nobody"};
@@ -142,6 +143,12 @@ constexpr std::array<PropertySpec, property_count> properties{
          "so many of its units have mains, the first ones; at first all", count),
     make(Property::charger_trouble, TargetKind::charger, "trouble", charger_trouble_words,
          "what is wrong with each unit, where its protocol has a word for it; what it has latched stays after it"),
+    make(Property::charger_lead, TargetKind::charger, "lead_mOhm", 0, 10'000,
+         "of its leads, both ways: so much higher than the link's is the voltage at its terminals"),
+    make(Property::charger_voltage, TargetKind::charger, "voltage_V", 1, 1'500,
+         "what it holds, where it senses it; auto: all cells at their maximum", automatic),
+    make(Property::charger_senses, TargetKind::charger, "senses", sense_words,
+         "pack: by sense wires, at the link; terminals: its own, without them"),
     make(Property::inverter_current, TargetKind::inverter, "current_A", -1000, 1000,
          "what it wants to draw, positive out of the pack, or charge with; it takes as much of it as it is told"),
     make(Property::inverter_obeys, TargetKind::inverter, "obeys", obeys_words,

@@ -282,7 +282,7 @@ void Simulator::tick_foreign_sensors() {
 void Simulator::tick_chargers() {
   const Plant& plant = world_.plant;
   const bool is_with_modules = is_on(Port::internal, Port::charger);
-  for (const CanFrame& frame : world_.can_chargers.report(now_, plant.link_V(), plant.charger_A())) {
+  for (const CanFrame& frame : world_.can_chargers.report(now_, plant.charger_V(), plant.charger_A())) {
     if (is_with_modules) {
       send(frame);
     } else {

@@ -102,7 +102,7 @@ void World::step_charger() {
   double wanted_A = inputs.charger_connected ? charger_A : 0.0;
   const bool obeys = obeys_master && !is_charger_runaway;
   if (can_chargers.is_there()) {
-    wanted_A = can_chargers.step(now, wanted_A, plant.link_V(), obeys, !is_charger_unstoppable);
+    wanted_A = can_chargers.step(now, wanted_A, plant.charger_V(), obeys, !is_charger_unstoppable);
   } else if (const std::optional<double> limit_A = charger.limit_A(now); limit_A && obeys) {
     wanted_A = std::min(wanted_A, *limit_A);
   }

@@ -444,7 +444,7 @@ TEST_CASE(
       CHECK_FALSE(situation.judge().may_stay_closed);
 
       situation.inputs.now = start;
-      for (const Validity validity : {Validity::stale, Validity::unknown, Validity::out_of_range}) {
+      for (const Validity validity : {Validity::doubtful, Validity::unknown, Validity::out_of_range}) {
         situation.pack.current_mA.validity = validity;
         CHECK_FALSE(situation.judge().may_stay_closed);
       }

@@ -427,6 +427,29 @@ TEST_CASE("the charger fills up to the cells' maximum voltage without swinging",
   CHECK(swings < 10);
 }
 
+TEST_CASE("a charger holds its voltage at the pack, or at terminals that are its lead's drop above it",
+          "[unit][plant][PB_F.3]") {
+  for (const bool senses_terminals : {false, true}) {
+    CAPTURE(senses_terminals);
+    PlantConfig config = pack_config();
+    config.cell.capacity_As = 360.0;
+    Plant plant(config);
+    plant.set_charger_lead_Ohm(0.5);
+    plant.set_charger_voltage_V(46.0);
+    plant.set_charger_senses_terminals(senses_terminals);
+    settle_with(plant, closed);
+    CHECK(plant.charger_V() == plant.link_V());
+    plant.set_charger_A(2.0);
+    run(plant, 1s);
+    REQUIRE(plant.charger_A() == Approx(2.0).margin(1e-6));
+    CHECK(plant.charger_V() == Approx(plant.link_V() + 1.0).margin(1e-6));
+    for (int step = 0; step < 600'000 && plant.charger_A() > 1.0; ++step) plant.step();
+    REQUIRE(plant.charger_A() == Approx(1.0).margin(1e-3));
+    CHECK(plant.charger_V() == Approx(senses_terminals ? 46.0 : 46.5).margin(0.02));
+    CHECK(plant.link_V() == Approx(senses_terminals ? 45.5 : 46.0).margin(0.02));
+  }
+}
+
 TEST_CASE("a charger behind the charge contactor needs it closed, one on the link does not", "[unit][plant]") {
   constexpr ContactorFlags charging{true, true, false, true};
   constexpr ContactorFlags charge_only{false, false, false, true};

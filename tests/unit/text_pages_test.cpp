@@ -92,7 +92,7 @@ TEST_CASE("the page of a fault shows the grace of its reaction, and the usual re
              {"stage", "good"},
              {"count", 0}};
   const auto does = [&fault] { return fault_page(Reply(fault), Reply(nullptr)).text(false); };
-  CHECK(does().find("  does  open after grace of 250 ms; concerns all") != std::string::npos);
+  CHECK(does().find("open after grace of 250 ms; concerns all; latch none") != std::string::npos);
   fault["usual_reaction"] = "open after grace";
   fault["usual_grace_ms"] = 250;
   fault["grace_ms"] = 100;
