@@ -152,9 +152,9 @@ TEST_CASE(
     highest_V = std::max(highest_V, highest_cell_V(run));
   }
   CHECK(run.core().last_opening().fault == FaultId::cell_overvoltage);
-  CHECK(least_A > 1.5);      // far from its end
-  CHECK(highest_V >= 4.23);  // its limit ...
-  CHECK(highest_V < 4.25);   // ... and what its maker allows
+  CHECK(least_A > 1.5);       // far from its end
+  CHECK(highest_V > 4.2295);  // its limit, which a module rounds to 0.1 mV ...
+  CHECK(highest_V < 4.25);    // ... and what its maker allows
 }
 
 TEST_CASE("the full 24 V pack gives 70 Wh and more at 8 C and 4 A until it opens", "[scenario][slow][PB_NF.3]") {
