@@ -671,7 +671,7 @@ void check_intake_air(const Check& check) {
   }
   if (wants_file && air.file.empty()) check.problems.add(place.at("file"), "nothing", "a path, as the source is file");
   if (!wants_file && !air.file.empty()) {
-    check.problems.add(place.at("file"), in_quotes(air.file), "nothing, as the source is not file");
+    check.problems.add(place.at("file"), '"' + air.file + '"', "nothing, as the source is not file");
   }
 }
 
