@@ -173,9 +173,9 @@ class MasterClaim {
     if (is_lost()) return;
     const bool was_held = stage_ == ClaimStage::held;
     if (!is_up) {
-      held_until_ = was_held ? std::optional(at) : std::nullopt;
+      held_until_ = was_held ? at : TimePoint{};
       stage_ = ClaimStage::listening;
-    } else if (held_until_ && at - *held_until_ < claim_lapse) {
+    } else if (held_until_ != TimePoint{} && at - held_until_ < claim_lapse) {
       stage_ = ClaimStage::held;
     } else if (!keeps_ports_) {
       listen_from(at);
@@ -183,7 +183,7 @@ class MasterClaim {
   }
   void listen_from(TimePoint at) {
     quiet_until_[index_of(Port::internal)] = at + length_;
-    held_until_.reset();
+    held_until_ = {};
     stage_ = ClaimStage::listening;
   }
   bool lose(ClaimLoss loss, std::uint32_t id) {
@@ -199,7 +199,7 @@ class MasterClaim {
   std::uint32_t rival_id_ = 0;
   bool keeps_ports_ = false;  // until the first step
   bool is_bus_up_ = false;
-  std::optional<TimePoint> held_until_{};  // when the internal bus went down under a held claim
+  TimePoint held_until_{};  // when the internal bus went down under a held claim; zero: it did not
   std::array<std::optional<TimePoint>, port_count> quiet_until_{};  // no value: the port was never up
   std::optional<TimePoint> proved_at_{};                            // time of the echo that proved the claim
   BMU_FIELDS(length_, stage_, loss_, rival_id_, keeps_ports_, is_bus_up_, held_until_, quiet_until_, proved_at_)

@@ -62,7 +62,7 @@ TEST_CASE("after ten hours of rest every minute of them can be read out", "[scen
   for (std::size_t minute = 1; minute < rows.size(); ++minute) {
     INFO("minute " << minute);
     const HistoryRow& row = rows[minute];
-    CHECK(row.uptime_ms - rows[minute - 1].uptime_ms == 60'000);
+    CHECK(row.uptime_ms.value_or(0) - rows[minute - 1].uptime_ms.value_or(0) == 60'000);
     REQUIRE(row.cells.size() == plant.cell_count());
     for (std::size_t cell = 0; cell < row.cells.size(); ++cell) {
       REQUIRE(row.cells[cell].voltage_average_uV.has_value());
