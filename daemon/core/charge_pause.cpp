@@ -21,7 +21,8 @@ bool ChargePause::is_charging(const ChargePauseInputs& in) const {
 
 /// The first pause measures again what is known from earlier charges; the others only make an unknown resistance known.
 bool ChargePause::is_due(const ChargePauseInputs& in) const {
-  const bool has_charged = charging_since_ != TimePoint{} && in.now - charging_since_ >= pause_after;
+  const Duration after = is_first_ ? pause_after : pause_repeat_after;
+  const bool has_charged = charging_since_ != TimePoint{} && in.now - charging_since_ >= after;
   const bool is_at_place = *in.soc_permille >= at_permille_ && *in.soc_permille < at_permille_ + pause_span_permille;
   const bool is_wanted = is_first_ ? *in.soc_permille >= at_permille_ : is_at_place && !in.is_resistance_known;
   return pauses_left_ > 0 && has_charged && is_wanted;

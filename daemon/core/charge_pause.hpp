@@ -4,8 +4,9 @@
 //
 // The pause begins when the published state of charge passes the configured one upwards, if a charging current of a
 // twentieth of the one-hour current has flowed for `pause_after` before. One pause is two steps, and a resistance takes
-// three or more: while that of any cell is unknown the pause repeats, each time after `pause_after` of charging, at
-// most `pauses_max` times and not further than `pause_span_permille` above the configured charge. Then there is none
+// three or more, many more where a step is small beside the noise of the voltages: while that of any cell is unknown
+// the pause repeats, each time after `pause_repeat_after` of charging, at most `pauses_max` times and not further than
+// `pause_span_permille` above the configured charge. Then there is none
 // until the charge has been `pause_span_permille` below. A pause ends after its time; anything that is not a steady
 // charge restarts the wait for the next.
 //
@@ -23,9 +24,11 @@ namespace bmu {
 
 /// The shortest charge before a pause: the polarisation of the step before has decayed.
 inline constexpr Duration pause_after = 60s;
+/// Between two pauses: a step is compared with the seconds before it, not with rest. Ten pauses end within 42 permille
+/// at the one-hour current.
+inline constexpr Duration pause_repeat_after = 15s;
 inline constexpr std::int32_t pause_span_permille = 50;
-/// A cell whose steps are lost in noise does not hold a charge up for longer: ten pauses of 5 s are a minute of an
-/// hour.
+/// A cell whose steps are lost in noise does not hold a charge up for longer: ten pauses of 5 s are 50 s.
 inline constexpr std::uint8_t pauses_max = 10;
 
 struct ChargePauseInputs {

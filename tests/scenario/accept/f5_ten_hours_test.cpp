@@ -66,10 +66,12 @@ TEST_CASE("after ten hours of rest every minute of them can be read out", "[scen
     REQUIRE(row.cells.size() == plant.cell_count());
     for (std::size_t cell = 0; cell < row.cells.size(); ++cell) {
       REQUIRE(row.cells[cell].voltage_average_uV.has_value());
-      CHECK(std::abs(*row.cells[cell].voltage_average_uV * 1e-6 - plant.cell(cell).voltage_V) < 0.004);
+      CHECK(std::abs(static_cast<double>(*row.cells[cell].voltage_average_uV) * 1e-6 - plant.cell(cell).voltage_V) <
+            0.004);
     }
     REQUIRE(row.sensors.size() >= config.modules[0].temperature_sensor_count);
-    CHECK(std::abs(row.sensors[0].temperature_average_dC.value_or(0) * 0.1 - plant.cell(0).temperature_C) < 3.0);
+    const auto sensor_dC = static_cast<double>(row.sensors[0].temperature_average_dC.value_or(0));
+    CHECK(std::abs(sensor_dC * 0.1 - plant.cell(0).temperature_C) < 3.0);
     CHECK(std::abs(row.current_average_mA.value_or(99'999)) <= 100);
     CHECK(row.soc_permille.has_value());
   }
