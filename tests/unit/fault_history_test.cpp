@@ -51,7 +51,8 @@ TEST_CASE("what latches stays so over a restart, what a switched off machine sho
   CHECK(only_in_use == std::set<FaultId>{FaultId::module_lost, FaultId::cell_not_measured,
                                          FaultId::temperature_not_measured, FaultId::module_disturbed,
                                          FaultId::current_sensor_lost, FaultId::voltage_sensor_lost, FaultId::pdu_lost,
-                                         FaultId::insulation_monitor_lost, FaultId::bus_off_storm});
+                                         FaultId::insulation_monitor_lost, FaultId::bus_off_storm,
+                                         FaultId::module_supply_lost});
 }
 
 TEST_CASE("who cleared a fault without saying more is nobody with authority", "[unit][faults]") {

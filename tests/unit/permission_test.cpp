@@ -363,10 +363,10 @@ TEST_CASE("within the grace a current of up to 1 A, either way, or an unknown on
 
 TEST_CASE("every reason has a text of its own, and no other number has one", "[unit][permission]") {
   std::set<std::string_view> texts;
-  for (std::size_t index = 0; index < 18; ++index) texts.insert(to_text(static_cast<Blocker>(index)));
-  CHECK(texts.size() == 18);
+  for (std::size_t index = 0; index < blocker_count; ++index) texts.insert(to_text(static_cast<Blocker>(index)));
+  CHECK(texts.size() == blocker_count);
   CHECK_FALSE(texts.contains("?"));
-  CHECK(to_text(static_cast<Blocker>(18)) == "?");
+  CHECK(to_text(static_cast<Blocker>(blocker_count)) == "?");
 }
 
 TEST_CASE("a stricter reaction of the pack file is what the fault does, from none to opening at once",
