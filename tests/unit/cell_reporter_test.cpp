@@ -31,12 +31,13 @@ struct Sent {
   CanFrame frame;
 };
 
+/// Sent behind that time.
 std::vector<Sent> cell_data_of(const CoreBench& bench, TimePoint since = {}) {
   std::vector<Sent> frames;
   for (std::size_t index = 0; index < bench.sent().size(); ++index) {
     const OutgoingFrame& sent = bench.sent()[index];
     const bool is_one = sent.frame.id == voltages_id || sent.frame.id == temperatures_id;
-    if (is_one && bench.sent_at()[index] >= since) {
+    if (is_one && bench.sent_at()[index] > since) {
       CHECK(sent.port == Port::vehicle);
       frames.push_back({bench.sent_at()[index], sent.frame});
     }
