@@ -7,8 +7,8 @@
 #include <limits>
 #include <utility>
 
-#include "tools/common/clock_set.hpp"
 #include "daemon/core/estimators/energy_left.hpp"
+#include "tools/common/clock_set.hpp"
 #include "tools/report/report_time.hpp"
 
 namespace bmu::report {
