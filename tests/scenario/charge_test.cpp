@@ -520,7 +520,8 @@ TEST_CASE("a charger that comes and goes is followed ten times and no more", "[s
   CHECK(resumed == 10);
 }
 
-TEST_CASE("a charge of the packs of six cells pauses once at half of the charge", "[scenario][charge][RES_1]") {
+TEST_CASE("a charge of the packs of six cells pauses at half of the charge, a few times at most",
+          "[scenario][charge][RES_1]") {
   const std::string name = GENERATE("lipo-6s-24v", "shell-eco-6s");
   CAPTURE(name);
   test::SimRun run(test::patched_pack("{}", name + ".json"));
@@ -540,11 +541,13 @@ TEST_CASE("a charge of the packs of six cells pauses once at half of the charge"
     const bool is_pausing = core.charge_pause().is_pausing();
     if (is_pausing && !was_pausing) {
       ++pauses;
-      CHECK(std::abs(*core.soc_permille() - 500) <= 3);
+      CHECK(*core.soc_permille() >= 497);
+      CHECK(*core.soc_permille() < 500 + pause_span_permille);
       CHECK(core.limits().charge.cause == LimitCause::measuring);
     }
     was_pausing = is_pausing;
   }
-  CHECK(pauses == 1);
+  CHECK(pauses >= 1);
+  CHECK(pauses <= pauses_max);
   CHECK(core.sequence().phase == Phase::closed);
 }
