@@ -43,7 +43,7 @@ constexpr Lack lacks[] = {
      "they bleed every cell above a commanded voltage, and it is not known for how long after the last command"},
 };
 
-std::string mV_text(std::int32_t value_uV) {
+std::string text_in_mV(std::int32_t value_uV) {
   return std::to_string(mV_from_uV(value_uV)) + " mV";
 }
 
@@ -53,11 +53,11 @@ std::string limits_sentence(const CoreConfig& config) {
   return "they watch no cell by themselves and keep no limits: nothing but the daemon opens the pack, and its limits "
          "lie "
          "within what the cell file allows, by at least " +
-         mV_text(foreign_margin_uV) + " for undervoltage and " + mV_text(upper_uV) + " for overvoltage";
+         text_in_mV(foreign_margin_uV) + " for undervoltage and " + text_in_mV(upper_uV) + " for overvoltage";
 }
 
 std::string bled_sentence() {
-  return "a cell reads low while it is bled, in a log of an i3 by " + mV_text(foreign_bled_low_uV) +
+  return "a cell reads low while it is bled, in a log of an i3 by " + text_in_mV(foreign_bled_low_uV) +
          ": bleeding pauses for a measurement, and where cells are balanced the overvoltage limit lies lower by that";
 }
 
