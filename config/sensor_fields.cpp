@@ -27,6 +27,7 @@ template <class Owner>
            .words =
                [] {
                  std::vector<std::string_view> names;
+                 names.reserve(std::size(sensor_buses));
                  for (const Port port : sensor_buses) names.push_back(to_text(port));
                  return names;
                },
