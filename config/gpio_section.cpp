@@ -214,9 +214,9 @@ LinesConfig lines_config(const GpioConfig& gpio) {
 }  // namespace
 
 void read_gpio(const JsonValue& root, const Place& root_place, PackConfig& pack, ProblemList& problems) {
-  const JsonValue* object = find_value(root, root_place, "gpio", false, problems);
   const Place place = root_place.at("gpio");
-  if (object == nullptr || !is_object(*object, place, problems)) return;
+  const JsonValue* object = find_section(root, root_place, "gpio", problems);
+  if (object == nullptr) return;
   GpioReader reader(pack.gpio.emplace(), place, problems);
   reader.read(*object);
   reader.check();

@@ -266,4 +266,10 @@ const JsonValue* find_value(const JsonValue& object, const Place& place, std::st
   return nullptr;
 }
 
+const JsonValue* find_section(const JsonValue& object, const Place& place, std::string_view key,
+                              ProblemList& problems) {
+  const JsonValue* section = find_value(object, place, key, false, problems);
+  return section != nullptr && is_object(*section, place.at(key), problems) ? section : nullptr;
+}
+
 }  // namespace bmu

@@ -62,5 +62,8 @@ void check_keys(const JsonValue& object, const Place& place, const std::vector<s
 /// The value of a key. Null if there is none, which is a problem if it is required.
 [[nodiscard]] const JsonValue* find_value(const JsonValue& object, const Place& place, std::string_view key,
                                           bool is_required, ProblemList& problems);
+/// The object of a key that need not be there. Null if it is not there, and with a problem if it is no object.
+[[nodiscard]] const JsonValue* find_section(const JsonValue& object, const Place& place, std::string_view key,
+                                            ProblemList& problems);
 
 }  // namespace bmu

@@ -106,9 +106,9 @@ std::span<const Field<StricterReaction>> reaction_fields() {
 }
 
 void read_reactions(const JsonValue& root, const Place& root_place, CoreConfig& core, ProblemList& problems) {
-  const JsonValue* object = find_value(root, root_place, "faults", false, problems);
   const Place place = root_place.at("faults");
-  if (object == nullptr || !is_object(*object, place, problems)) return;
+  const JsonValue* object = find_section(root, root_place, "faults", problems);
+  if (object == nullptr) return;
   std::vector<std::string_view> names;
   for (const FaultRow& row : fault_table()) names.push_back(row.name);
   check_keys(*object, place, names, problems);
