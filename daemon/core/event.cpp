@@ -99,6 +99,20 @@ constexpr std::array<EventRow, event_count> table{{
 
 static_assert(rows_are_in_order(table, &EventRow::id));
 
+std::string seconds_text(Duration span) {
+  return std::to_string(std::chrono::round<std::chrono::seconds>(span).count()) + " s";
+}
+
+std::string link_text(const LikelyCause& cause) {
+  const std::string falls = "the link falls, with a time constant of " + seconds_text(cause.time_constant) + ": ";
+  const std::string value = std::to_string(to_ms(cause.would_do));
+  if (cause.would_do > link_decay_max) {
+    return falls + "contactors/link_decay_ms would have to be " + value + ", and may be " +
+           std::to_string(to_ms(link_decay_max)) + "; it needs a discharge resistor";
+  }
+  return falls + "contactors/link_decay_ms " + value + " would do, found " + std::to_string(to_ms(cause.found));
+}
+
 /// Behind the place, if there is one: " 2.8510 V, limit 2.9000 V".
 std::string limit_text(const FaultRow& row, const Reading& reading, std::int64_t threshold) {
   if (!row.has_limit()) return "";
@@ -223,6 +237,20 @@ std::string value_text(Unit unit, std::int64_t value) {
 
 std::string excess_text(Unit unit, std::int64_t given, std::int64_t asked) {
   return value_text(unit, given) + " given, " + value_text(unit, asked) + " asked for";
+}
+
+std::string to_text(const LikelyCause& cause) {
+  switch (cause.key) {
+    case WrongKey::none: return "";
+    case WrongKey::invert_current:
+      return "no charger is plugged in: where no motor brakes either, sensor/invert_current is the wrong way round";
+    case WrongKey::little_endian:
+      return "the sensor's results are out of range, as they are in the other byte order: sensor/little_endian";
+    case WrongKey::buses:
+      return "modules or power distribution unit send on the vehicle bus: buses/internal and buses/vehicle are swapped";
+    case WrongKey::link_decay: return link_text(cause);
+  }
+  return "";
 }
 
 std::string to_text(const SensorSetupProblem& problem) {

@@ -112,6 +112,9 @@ struct Event {
 /// "cell 2.7 (no. 19)", "module 3", "" for the pack.
 [[nodiscard]] std::string to_text(const Element& element);
 
+/// "no charger is plugged in: ...", with the key by its path; "" for none.
+[[nodiscard]] std::string to_text(const LikelyCause& cause);
+
 /// "U1: found every 100 ms, wanted every 60 ms", "I: no answer".
 [[nodiscard]] std::string to_text(const SensorSetupProblem& problem);
 

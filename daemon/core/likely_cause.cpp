@@ -39,20 +39,6 @@ bool speaks_for(WrongKey key, const SeenBeside& seen) {
   return false;
 }
 
-std::string seconds_text(Duration span) {
-  return std::to_string(std::chrono::round<std::chrono::seconds>(span).count()) + " s";
-}
-
-std::string link_text(const LikelyCause& cause) {
-  const std::string falls = "the link falls, with a time constant of " + seconds_text(cause.time_constant) + ": ";
-  const std::string value = std::to_string(to_ms(cause.would_do));
-  if (cause.would_do > link_decay_max) {
-    return falls + "contactors/link_decay_ms would have to be " + value + ", and may be " +
-           std::to_string(to_ms(link_decay_max)) + "; it needs a discharge resistor";
-  }
-  return falls + "contactors/link_decay_ms " + value + " would do, found " + std::to_string(to_ms(cause.found));
-}
-
 }  // namespace
 
 LikelyCause likely_cause(FaultId fault, const SeenBeside& seen, const ContactorConfig& contactors) {
@@ -66,20 +52,6 @@ LikelyCause likely_cause(FaultId fault, const SeenBeside& seen, const ContactorC
   cause.found = contactors.link_decay;
   cause.would_do = link_decay_that_would_do(cause.time_constant, contactors);
   return cause;
-}
-
-std::string to_text(const LikelyCause& cause) {
-  switch (cause.key) {
-    case WrongKey::none: return "";
-    case WrongKey::invert_current:
-      return "no charger is plugged in: where no motor brakes either, sensor/invert_current is the wrong way round";
-    case WrongKey::little_endian:
-      return "the sensor's results are out of range, as they are in the other byte order: sensor/little_endian";
-    case WrongKey::buses:
-      return "modules or power distribution unit send on the vehicle bus: buses/internal and buses/vehicle are swapped";
-    case WrongKey::link_decay: return link_text(cause);
-  }
-  return "";
 }
 
 }  // namespace bmu

@@ -1,10 +1,9 @@
 // A key of the pack file that is wrong explains some faults better than a part that has failed: which, by what else is
-// seen. It decides nothing; it is for the texts of faults.
+// seen. It decides nothing; it is for the texts of faults (event.hpp).
 #pragma once
 
 #include <cstdint>
 #include <optional>
-#include <string>
 
 #include "daemon/core/core_config.hpp"
 #include "daemon/core/fault_table.hpp"
@@ -35,8 +34,5 @@ struct SeenBeside {
 };
 
 [[nodiscard]] LikelyCause likely_cause(FaultId fault, const SeenBeside& seen, const ContactorConfig& contactors);
-
-/// "no charger is plugged in: ...", with the key by its path; "" for none.
-[[nodiscard]] std::string to_text(const LikelyCause& cause);
 
 }  // namespace bmu
