@@ -220,8 +220,8 @@ constexpr std::array soc_table{
          .min = 0,
          .max = 950,
          .meaning =
-             "a charger is paused at this state of charge: the steps show the cells' resistances; again after 15 s "
-             "while one is not known, ten times at most; 0: never"}),
+             "a charger is paused at this state of charge: the steps show the cells' resistances; again after 8 s "
+             "while one is not known, thirty times at most; 0: never"}),
     number<&SocConfig::resistance_pause>(
         {.key = "resistance_pause_ms", .min = 2'000, .max = 60'000, .meaning = "for how long"}),
 };
