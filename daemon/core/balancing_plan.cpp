@@ -131,6 +131,13 @@ class Unseen {
   double by_temperature_;
 };
 
+/// Above the end of the curve its last slope goes on: two cells that are charged past it are not equally full.
+double charge_beyond_uAs(const CellModel& cell, double voltage_uV) {
+  const std::int32_t end_uV = cell.ocv[cell.ocv.size() - 1].ocv_uV;
+  const double above_uV = std::max(voltage_uV - end_uV, 0.0);
+  return charge_at_uAs(cell, voltage_uV) + above_uV * least_uAs_per_uV(cell, end_uV);
+}
+
 PlanVerdict plan_by_ocv(const BalancingView& view, const CoreConfig& config, Remove remove_uAs) {
   if (!knows_enough_resistance(view, config)) return PlanVerdict::resistance_unknown;
   const auto by_ocv = [&view](const BalancingCell& one, const BalancingCell& other) {
@@ -140,11 +147,11 @@ PlanVerdict plan_by_ocv(const BalancingView& view, const CoreConfig& config, Rem
   const Unseen unseen(view, config.cell);
   // Where the curve bends one end is as good as nothing without the other: the lowest may hold as much as this.
   const double tolerance_uV = voltage_tolerance_uV(config);
-  const double lowest_uAs = charge_at_uAs(config.cell, ocv_uV(lowest, view.current_mA) + tolerance_uV);
+  const double lowest_uAs = charge_beyond_uAs(config.cell, ocv_uV(lowest, view.current_mA) + tolerance_uV);
   for (std::size_t cell = 0; cell < view.cells.size(); ++cell) {
     const BalancingCell& one = view.cells[cell];
     const double sure_uV = ocv_uV(one, view.current_mA) - unseen.between_uV(one, lowest) - tolerance_uV;
-    const double above_uAs = charge_at_uAs(config.cell, sure_uV) - lowest_uAs;
+    const double above_uAs = charge_beyond_uAs(config.cell, sure_uV) - lowest_uAs;
     remove_uAs[cell] = static_cast<std::int64_t>(std::max(above_uAs, 0.0));
   }
   return verdict_of(remove_uAs);

@@ -199,6 +199,17 @@ TEST_CASE("by open-circuit voltage on a flat curve: nothing is sure, and hystere
   CHECK(plan_of(config, method, at({3'330'000, 3'400'000})).verdict == PlanVerdict::planned);
 }
 
+TEST_CASE("by open-circuit voltage: of two cells above the end of the curve one may have too much",
+          "[unit][balancing][BMS_F.4]") {
+  const auto method = BalancingMethod::ocv;
+  // 1 mV a permille goes on; 5 mV are the dead band.
+  CHECK(plan_of(straight(), method, at({3'990'000, 4'020'000})).remove_uAs[1] == 25 * permille_uAs);
+  CHECK(plan_of(straight(), method, at({4'005'000, 4'030'000})).remove_uAs[1] == 20 * permille_uAs);
+  CHECK(plan_of(straight(), method, at({4'005'000, 4'010'000})).verdict == PlanVerdict::balanced);
+  // The last slope, not the mean: 1.5 mV a permille.
+  CHECK(plan_of(flat(), method, at({3'450'000, 3'485'000})).remove_uAs[1] == 20 * permille_uAs);
+}
+
 TEST_CASE("no voltage method ever takes a cell below the lowest", "[unit][balancing][BMS_F.4]") {
   for (const CoreConfig& config : {straight(), flat()}) {
     for (std::int32_t soc_permille = 0; soc_permille <= 950; soc_permille += 50) {
