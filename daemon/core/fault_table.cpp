@@ -771,8 +771,9 @@ constexpr std::array<FaultRow, fault_count> table{{
      .latch = Latch::until_cleared},
     {.id = FaultId::foreign_reporter,
      .name = "foreign_reporter",
-     .meaning = "somebody else sends this pack's messages to the vehicle",
-     .remedy = "give one of the two another base identifier",
+     .meaning = "another sender uses the identifiers of this pack's messages to the vehicle",
+     .remedy = "give one of the two another base identifier (vehicle/base_id, vehicle/cell_voltages_id, "
+               "vehicle/cell_temperatures_id)",
      .read = fault_readers::foreign_reporter,
      .reaction = refuse_close},
     {.id = FaultId::second_pack_silent,
