@@ -17,6 +17,7 @@ TEST_CASE("a pack of another maker's modules closes with the real daemon, and op
   nlohmann::json pack = nlohmann::json::parse(file, nullptr, true, true);
   pack["cell"] = test::in_source("config/packs/") + pack["cell"].get<std::string>();
   std::string fault;
+  std::string modules;
   const auto bench = test::driven([&](test::Bench& made) {
     pack["buses"] = {{"internal", made.bus}, {"vehicle", made.bus}};
     made.pack = made.folder.file("pack.json", pack.dump());
@@ -24,12 +25,19 @@ TEST_CASE("a pack of another maker's modules closes with the real daemon, and op
     made.start_daemon();
     REQUIRE(made.listener.next(test::hang_max));
     REQUIRE(made.closes());
+    modules = made.ask({"modules"}).out;
     made.send_event("module 3 silent");
     REQUIRE(made.listener.hears(test::is_open, test::hang_max));
     fault = made.ask_json("status")["last_opening"]["fault"];
     return fault == "module_lost";
   });
   CHECK(fault == "module_lost");
+  // What they cannot do, a line each.
+  CHECK(modules.find("They watch no cell by themselves and keep no limits") != std::string::npos);
+  CHECK(modules.find("its limits lie within what the cell file allows, by at least 10 mV") != std::string::npos);
+  CHECK(modules.find("They report no serial number") != std::string::npos);
+  const bool has_checksum = name == "i3-96s";
+  CHECK((modules.find("Their frames have no checksum") == std::string::npos) == has_checksum);
 }
 
 }  // namespace bmu
