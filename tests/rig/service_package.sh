@@ -195,6 +195,18 @@ expect "which it may not take by itself" test "$(property RestrictRealtime)" = y
 expect "its memory is locked" test "$(sed -n 's/^VmLck:[^0-9]*\([0-9]*\).*/\1/p' "/proc/$pid/status")" -gt 4096
 expect_open_until_key
 
+step "a machine that refuses the priority"
+expect_stopped_well
+mount --bind /bin/false /usr/bin/chrt
+expect "the start ends with that" not systemctl start bmud
+expect "and the log says so" log_has 'Control process exited, code=exited, status=1'
+umount /usr/bin/chrt
+systemctl stop bmud
+systemctl reset-failed bmud
+systemctl start bmud
+wait_until_serving
+clear_faults
+
 step "purge"
 # Running and enabled when the packages are purged.
 systemctl enable --now bmud@house
