@@ -25,12 +25,13 @@ namespace bmu {
 /// The shortest charge before a pause: the polarisation of the step before has decayed.
 inline constexpr Duration pause_after = 60s;
 /// Between two pauses: a step is compared with the seconds before it, not with rest, and of the step before 2 % are
-/// left (resistance_pass_time_s). All pauses end within 67 permille at the one-hour current, 34 at half of it.
+/// left (resistance_pass_time_s). The limit of the charge has risen to four fifths by then (LimitRamp). All pauses end
+/// within 67 permille at the one-hour current, 34 at half of it.
 inline constexpr Duration pause_repeat_after = 8s;
 inline constexpr std::int32_t pause_span_permille = 50;
-/// Steps of 7 mV need 29 pauses: each tells the resistance to 30 %, their mean has to be within 4 %
-/// (ResistanceTracker). A cell whose steps are lost in noise does not hold a charge up for longer: thirty pauses of 5 s
-/// are 150 s.
+/// Steps of 11 mV need some 20 pauses (tests/scenario/accept/res1_resistance_soft_cells.scn): each tells the resistance
+/// to a fifth, and their mean has to be within 4 % (ResistanceTracker). A cell whose steps are lost in noise does not
+/// hold a charge up for longer: thirty pauses of 5 s are 150 s.
 inline constexpr std::uint8_t pauses_max = 30;
 
 struct ChargePauseInputs {

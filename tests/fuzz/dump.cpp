@@ -58,10 +58,10 @@ class Shown {
     FUZZ_CHECK(fuzz::lines_of(text_.pending()).size() == frames_);
     FUZZ_CHECK(fuzz::lines_of(json_.pending()).size() == frames_ && are_json(json_.pending()));
     json_.drop_pending();
-    const Summary as_json(bit_rate, until_us_, json_);
+    const Summary as_json(bit_rate, until_us_, clock_jumps, json_);
     as_json.print_json(buses_.buses());
     FUZZ_CHECK(are_json(json_.pending()));
-    const Summary as_text(bit_rate, until_us_, text_);
+    const Summary as_text(bit_rate, until_us_, clock_jumps, text_);
     as_text.print_text(buses_.buses());
     text_.drop_pending();
     follow_.print_last(false, text_);
@@ -71,6 +71,7 @@ class Shown {
 
  private:
   static constexpr int no_file = -1;
+  static constexpr std::uint64_t clock_jumps = 2;
 
   Tables& format_ = tables();
   BusTable buses_{format_.catalogue, 0, dialect_table, {}};
