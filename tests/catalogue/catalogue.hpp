@@ -50,8 +50,9 @@ struct Case {
   Act inject;
   Act repair{};            // none: what happened is over by itself
   std::string_view fault;  // the row of the fault table that must be present afterwards; empty: none may be that opens
-  std::string_view or_fault{};  // as good: which of the two is first depends on the moment
-  bool or_any_silence = false;  // as good: who is missed first depends on the moment
+  std::string_view or_fault{};     // as good: which of the two is first depends on the moment
+  bool or_any_silence = false;     // as good: who is missed first depends on the moment
+  bool is_kept_by_module = false;  // the module goes on with its report until it is cleared, without a latch of ours
   Configured configured = nullptr;
   Outcome outcome = Outcome::opens;
   Until until = Until::command;

@@ -531,11 +531,13 @@ FAULT(112, "a front end reports a fault of its own", 450ms,
         .inject = script("module $N front_end_supply_low on"),
         .repair = script("module $N front_end_supply_low off"),
         .fault = "front_end_supply_low",
+        .is_kept_by_module = true,
         .configured = seen::in_module_status},
        {.what = "a front end reports its thermal shutdown",
         .inject = script("module $N front_end_thermal_shutdown on"),
         .repair = script("module $N front_end_thermal_shutdown off"),
         .fault = "front_end_overtemperature",
+        .is_kept_by_module = true,
         .configured = seen::in_module_status}})
 
 }  // namespace bmu::test

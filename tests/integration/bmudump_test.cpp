@@ -1222,7 +1222,7 @@ TEST_CASE("a packed log that is cut off is read to there, and the place is named
   const std::string cut = folder.file("cut", whole.substr(0, whole.size() - 1));
   const Run result = run("-r " + cut);
   CHECK(result.exit_code == 3);
-  CHECK(lines_of(result.out).size() == 25);
+  CHECK(lines_of(result.out).size() == 26);
   CHECK(result.err == "bmudump: " + cut + ": bytes 0 to " + std::to_string(whole.size() - 1) + ", behind line " +
                           std::to_string(lines_of(content_of(fixture)).size()) +
                           ": this zstd frame has no end; skipped\n");
@@ -1269,12 +1269,12 @@ TEST_CASE("followed without a terminal, the last state of all is printed at the 
   CHECK(result.err.empty());
   CHECK(result.out.find('\x1b') == std::string::npos);
   const std::vector<std::string> lines = lines_of(result.out);
-  REQUIRE(lines.size() == 2 + 1 + 21);
-  CHECK(lines[0] == "vcan0   13 frames   387/s   load 9.1 % of 500 kbit/s");
+  REQUIRE(lines.size() == 2 + 1 + 22);
+  CHECK(lines[0] == "vcan0   14 frames   406/s   load 9.6 % of 500 kbit/s");
   CHECK(lines[2].starts_with("bus   id  message "));
-  CHECK(lines[7].starts_with("vcan0 143 CELLS_1 node 3 "));
+  CHECK(lines[8].starts_with("vcan0 143 CELLS_1 node 3 "));
   CHECK(lines.back().starts_with("vcan1 628 PACK_RESISTANCE "));
-  CHECK(lines[7].ends_with("  cell_voltage_1 3.6512 V  _2 3.6498  _3 3.6530"));
+  CHECK(lines[8].ends_with("  cell_voltage_1 3.6512 V  _2 3.6498  _3 3.6530"));
 }
 
 TEST_CASE("brief leaves out what is not set", "[integration][bmudump]") {
