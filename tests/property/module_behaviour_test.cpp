@@ -78,7 +78,8 @@ constexpr std::array behaviours{
     Behaviour{"cell N.C balancing_switch stays_on", "cell N.C balancing_switch auto", may_stay_closed, Hides::nothing,
               "it drains a cell slowly: refused from the next closing on", true},
     Behaviour{"module N self_test failed", "module N self_test ok", electrical_ms},
-    Behaviour{"module N external_supply_mV 3000", "module N external_supply_mV 12000", 300, Hides::values},
+    // Its CAN side has no power: it ends the minutes that were commanded before.
+    Behaviour{"module N external_supply_mV 3000", "module N external_supply_mV 12000", 300, Hides::values, "", true},
     Behaviour{"module N front_end_supply_low on", "module N front_end_supply_low off", electrical_ms},
     Behaviour{"module N front_end_thermal_shutdown on", "module N front_end_thermal_shutdown off", electrical_ms},
     Behaviour{"module N board_temperature_dC 1100", "module N board_temperature_dC auto",

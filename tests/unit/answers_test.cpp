@@ -1,4 +1,5 @@
 // What the status socket answers is one line as a tree would have been written, and making it takes little.
+#include <cmath>
 #include <functional>
 #include <string>
 #include <string_view>
@@ -6,11 +7,14 @@
 
 #include <nlohmann/json.hpp>
 
+#include "daemon/core/estimators/energy_left.hpp"
 #include "daemon/shell/status_requests.hpp"
 #include "tests/support/allocation_count.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/simulated_cell.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/told_core.hpp"
+#include "tools/bmuctl/text_pages.hpp"
 
 using namespace bmu;
 using bmu::test::CoreBench;
@@ -205,6 +209,37 @@ TEST_CASE("a fault tells what is seen, and what is remembered of it", "[unit][st
   CHECK(frame.at("outputs").at("fan") == true);
   CHECK(frame.at("inputs").at("estops_pressed") == Json{1, 3});
   CHECK(frame.at("inputs").at("throttle_permille") == 7);
+}
+
+TEST_CASE("the status has the permissible power and the energy left of the core, bmuctl shows the power",
+          "[unit][status][POW_1][SOE_1]") {
+  CoreConfig config = small_pack();
+  config.dynamics = test::sloped_cell();
+  Desk desk({}, config);
+  CoreBench& bench = desk.told.bench;
+  REQUIRE(bench.close());
+  bench.current_mA = 5'000;
+  bench.run(2s);
+  const Core& core = bench.core();
+  const Json status = Json::parse(desk.ask("status"));
+  const PowerLimits powers = core.power_limits();
+  REQUIRE(powers.discharge.limit_W != powers.charge.limit_W);
+  const auto shown = [](const PowerLimit& power) {
+    return Json{{"limit_W", power.limit_W}, {"cause", to_text(power.cause)}};
+  };
+  CHECK(status.at("power_limits") == Json{{"discharge", shown(powers.discharge)},
+                                          {"charge", shown(powers.charge)},
+                                          {"discharge_continuous", shown(powers.discharge_continuous)},
+                                          {"charge_continuous", shown(powers.charge_continuous)}});
+  const EnergyLeft energy = energy_left(core.estimate(), core.config());
+  REQUIRE(energy.is_known);
+  CHECK(status.at("charge").at("energy_left_mWh") == in_mWh(energy.energy_Wh));
+  CHECK(status.at("charge").at("energy_left_sigma_mWh") == in_mWh(energy.sigma_Wh));
+  CHECK(status.at("charge").at("energy_left_load_mA") == std::llround(energy.load_A * 1e3));
+  const std::string page = status_page(Reply(status)).text(false);
+  INFO(page);
+  CHECK(page.find("discharge " + std::to_string(powers.discharge.limit_W) + " W") != std::string::npos);
+  CHECK(page.find("charge " + std::to_string(powers.charge.limit_W) + " W", page.find(" W") + 1) != std::string::npos);
 }
 
 TEST_CASE("a fault shows what it does in this pack, and what it usually does where the pack file is stricter",

@@ -210,7 +210,8 @@ TEST_CASE("how long it lasts follows from what flows", "[unit][estimators]") {
   CHECK_FALSE(pack.estimate().full_in());
 }
 
-TEST_CASE("the energy left is what the pack delivers until it opens, if the load stays", "[unit][energy][SOE_1]") {
+TEST_CASE("the energy left is what the pack delivers until it opens, if the load stays",
+          "[unit][energy][SOE_1][POW_1]") {
   LivingPack pack(sloped_pack(), 0.3);
   const auto left = [&pack] { return energy_left(pack.estimate(), pack.core().config()); };
   CHECK_FALSE(left().is_known);
@@ -230,6 +231,16 @@ TEST_CASE("the energy left is what the pack delivers until it opens, if the load
   const HistoryRow row = row_of(averager.minute(), layout_of(pack.core().config()));
   CHECK(row.energy_left_mWh == in_mWh(left().energy_Wh));
   CHECK(row.energy_left_sigma_mWh == in_mWh(left().sigma_Wh));
+  const PowerLimits powers = pack.core().power_limits();
+  REQUIRE(powers.discharge.limit_W != powers.charge.limit_W);
+  CHECK(row.discharge_power_W == powers.discharge.limit_W);
+  CHECK(row.charge_power_W == powers.charge.limit_W);
+  CHECK(row.discharge_continuous_power_W == powers.discharge_continuous.limit_W);
+  CHECK(row.charge_continuous_power_W == powers.charge_continuous.limit_W);
+  CHECK(row.discharge_power_cause == to_text(powers.discharge.cause));
+  CHECK(row.charge_power_cause == to_text(powers.charge.cause));
+  CHECK(row.discharge_continuous_power_cause == to_text(powers.discharge_continuous.cause));
+  CHECK(row.charge_continuous_power_cause == to_text(powers.charge_continuous.cause));
 
   double delivered_Wh = 0.0;
   const double expected_Wh = left().energy_Wh;

@@ -401,6 +401,18 @@ TEST_CASE("each cell's figures stand in its place, and in the table", "[unit][re
   CHECK(page.find("<td class=\"n\">3.00</td><td class=\"n\">0.25</td><td class=\"n\">–</td>") != std::string::npos);
 }
 
+TEST_CASE("the energy left at the end stands on its card, with its doubt", "[unit][report][SOE_1]") {
+  ReportData data = pack_of(2, 5, 5);
+  CHECK(page_of(data).find("Energy left") == std::string::npos);
+  data.energy_left_Wh = {.value = 321.0F, .doubt = 12.0F};
+  const std::string page = page_of(data);
+  CHECK(flaw_of(page) == "");
+  const std::size_t card = page.find("Energy left");
+  REQUIRE(card != std::string::npos);
+  CHECK(page.find("321.0 Wh", card) < card + 200);
+  CHECK(page.find("± 12.0 Wh at the end", card) < card + 300);
+}
+
 TEST_CASE("a pack without faults says so", "[unit][report]") {
   const std::string page = page_of(pack_of(1, 2, 5));
   CHECK(page.find("<dt>Faults</dt><dd>none</dd>") != std::string::npos);

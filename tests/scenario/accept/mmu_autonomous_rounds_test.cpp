@@ -46,11 +46,12 @@ TEST_CASE("without supply and master a module balances in rounds of a minute, me
       ++rounds;
       began_s = run.seconds();
       CHECK(unit.balancing_cells() == cell_bit(1));
-      if (rounds > 1) CHECK(began_s - ended_s > 0.5);
+      if (rounds > 1) CHECK(began_s - ended_s >= 5.0);  // 51 looks at rest
     }
     if (!is_balancing && was_balancing) {
       ended_s = run.seconds();
       CHECK(ended_s - began_s < 60.2);
+      if (rounds == 1) CHECK(ended_s - began_s > 59.8);  // the last one may end sooner
     }
     was_balancing = is_balancing;
   }
