@@ -55,7 +55,7 @@ TEST_CASE("what an emulated display asks is what the maker's table has", "[scena
   CHECK(asked == CanRequester::waiting_max);
 }
 
-TEST_CASE("a script asks the master for data, and waits for the answer", "[scenario][requests]") {
+TEST_CASE("a script asks the master for data, and waits for the answer", "[scenario][requests][VEH_1]") {
   test::SimRun run(answering_pack());
   run.run_to(2.0);
   run.apply("vehicle asks pack_lowest_voltage");

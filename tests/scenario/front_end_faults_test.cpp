@@ -62,6 +62,24 @@ TEST_CASE("shell-eco-6s opens for the undervoltage flag of each of its cells", "
   }
 }
 
+TEST_CASE("shell-eco-6s that is charged stays closed for the undervoltage flag of a cell, and reports it",
+          "[scenario][RR_7][BMS_F.10]") {
+  SimRun run(shipped_pack("shell-eco-6s"),
+             *parse_scenario("0 pack soc_permille 600\n0 charger current_A 5\n1.5 charger connected"));
+  constexpr double charged_by_s = 10.0;
+  run.run_to(charged_by_s);
+  REQUIRE(run.core().sequence().phase == Phase::closed);
+  REQUIRE(run.simulator().plant().current_A() == Approx(-5.0).margin(0.1));
+  run.apply("cell 1.3 undervoltage_flag on");
+  for (double at_s = charged_by_s; at_s < charged_by_s + 10.0; at_s += 0.1) {
+    run.run_to(at_s);
+    REQUIRE(run.core().sequence().phase == Phase::closed);
+  }
+  CHECK(run.core().faults().state(FaultId::module_reports_undervoltage).is_present());
+  CHECK(run.core().faults().state(FaultId::module_reports_undervoltage).confirmed.element.module_node == 1);
+  CHECK(run.simulator().plant().current_A() < -4.0);
+}
+
 TEST_CASE("shell-eco-6s opens when a front end reports undervoltage of its own supply", "[scenario][RR_7]") {
   SimRun run = closed_run("shell-eco-6s");
   run.apply("module 1 front_end_supply_low on");

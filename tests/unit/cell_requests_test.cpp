@@ -63,7 +63,7 @@ test::CoreBench& set_values(test::CoreBench& bench) {
 
 }  // namespace
 
-TEST_CASE("each PID of cells, banks and the pack has its answer", "[unit][core][requests][BMS_F.8]") {
+TEST_CASE("each PID of cells, banks and the pack has its answer", "[unit][core][requests][BMS_F.8][VEH_1]") {
   test::CoreBench bench(asked_pack());
   set_values(bench);
   struct Row {

@@ -95,6 +95,7 @@ TEST_CASE("the efficiency car's pack has the numbers of its design", "[unit][con
   CHECK(ocv_mV(pack, 1'000) == 4'200);
   CHECK(pack.limits.cell_undervoltage.open == 3'700'000);
   CHECK(pack.limits.cell_overvoltage.warn > 4'200'000);  // a full cell is none that warns
+  CHECK(pack.limits.cell_overvoltage.open == 4'225'000);
   CHECK(pack.limits.discharge_overcurrent.open == 50'000);
   CHECK(pack.limits.cell_undertemperature.open == -200);
   CHECK(pack.limits.cell_overtemperature.open == 600);
