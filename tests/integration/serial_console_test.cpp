@@ -22,6 +22,7 @@
 #include "tests/support/daemon_bench.hpp"
 #include "tests/support/folders.hpp"
 #include "tests/support/pseudo_terminal.hpp"
+#include "tools/common/virtual_run.hpp"
 
 namespace bmu {
 namespace {
@@ -382,6 +383,35 @@ TEST_CASE("13 to 16 cells are spread over two modules where the pack may have th
   const auto too_many = with_cell_count(pack, 25);
   REQUIRE_FALSE(too_many);
   CHECK(too_many.error().front().path == "/modules/0/cells");
+}
+
+TEST_CASE("a pack of 16 cells in two modules closes, and undervoltage of its last cell opens it",
+          "[integration][serial][config][BMS_F.2b]") {
+  const auto more = with_cell_count(extendable(2), 16);
+  REQUIRE(more);
+  VirtualRun run(more->core, simulator_config(more->core), *parse_scenario("0 pack soc_permille 700\n1.5 vehicle on"));
+  const auto run_to = [&run](Duration end) {
+    while (run.elapsed() < end) run.step();
+  };
+  run_to(6s);
+  const Core& core = run.core();
+  REQUIRE(core.sequence().phase == Phase::closed);
+  CHECK(run.simulator().pdu().outputs().contactors[0]);
+  CHECK(core.pack().modules_answering == 2);
+  CHECK(core.pack().cell_voltage_uV.count == 16);
+  for (const std::uint8_t node : {std::uint8_t{1}, std::uint8_t{2}}) {
+    CAPTURE(int{node});
+    CHECK(core.modules().find(node)->answers_complete > 20);
+  }
+  REQUIRE(run.simulator().apply("cell 2.8 voltage_mV 3000"));
+  run_to(7s);
+  CHECK(core.sequence().phase == Phase::open);
+  CHECK_FALSE(run.simulator().pdu().outputs().contactors[0]);
+  CHECK(core.last_opening().fault == FaultId::cell_undervoltage);
+  const Element cell = core.faults().state(FaultId::cell_undervoltage).confirmed.element;
+  CHECK(cell.module_node == 2);
+  CHECK(cell.number == 8);
+  CHECK(cell.pack_number == 16);
 }
 
 TEST_CASE("the further module keeps neither the node nor the serial number of the first",
