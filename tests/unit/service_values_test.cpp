@@ -2,26 +2,17 @@
 #include "daemon/shell/service_values.hpp"
 
 #include <cstdlib>
-#include <sstream>
-#include <vector>
+#include <string>
 
 #include "tests/support/catch.hpp"
+#include "tests/support/line_values.hpp"
 #include "tests/support/living_pack.hpp"
 
 using namespace bmu;
 using test::LivingPack;
+using test::values_of;
 
 namespace {
-
-/// What stands behind "C:" up to the next space, at its commas.
-std::vector<std::string> values_of(const std::string& line, const std::string& key) {
-  const std::size_t at = line.find(" " + key + ":");
-  REQUIRE(at != std::string::npos);
-  std::istringstream list(line.substr(at + key.size() + 2, line.find(' ', at + 1) - at - key.size() - 2));
-  std::vector<std::string> values;
-  for (std::string value; std::getline(list, value, ',');) values.push_back(value);
-  return values;
-}
 
 CoreConfig sloped_pack() {
   CoreConfig config = test::small_pack();
