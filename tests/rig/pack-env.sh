@@ -2,7 +2,7 @@
 # guest-env.sh, with `repository` and `bus` set:
 #   record_words               starts candump on the words between daemon and power distribution unit; it listens when this returns
 #   write_keys SCENARIO        a scenario whose key goes off and on for longer than any script lasts
-#   start_pack SCENARIO        the emulated pack
+#   start_pack SCENARIO [OPTION...]   the emulated pack, with options of mmusim
 #   status_json, phase_is, fault_came ...   what the daemon says of itself
 #   first_opening, expect_opened_by_itself, expect_open_until_key ...   what the recording bears out
 # shellcheck shell=bash
@@ -46,7 +46,7 @@ write_keys() {
 
 # Of a higher priority than all it is watched with: what it does late would be taken for the daemon's doing.
 start_pack() {
-  start mmusim mmusim --bus "$bus" --pack "$pack" --scenario "$1"
+  start mmusim mmusim --bus "$bus" --pack "$pack" --scenario "$@"
   chrt -f -p 60 "${started_pids[mmusim]}"
 }
 
