@@ -6,6 +6,7 @@
 #include "tests/support/catch.hpp"
 #include "tools/bmudump/error_text.hpp"
 #include "tools/bmudump/statistics.hpp"
+#include "tools/bmudump/words.hpp"
 
 namespace {
 
@@ -51,6 +52,23 @@ TEST_CASE("a gap is between frames that passed, and its end is known", "[unit][b
   CHECK(row->rate_per_s() == Approx(4 / 1.5));
   CHECK(row->bits == 5 * bits_on_wire(frame));
   CHECK(bus.failed == 2);
+}
+
+TEST_CASE("a row keeps the message that some of its frames were, and says how many were not",
+          "[unit][bmudump][statistics]") {
+  BusStatistics bus;
+  const CanFrame frame = data_frame(0x143, 8);
+  const IdStatistics* const row = bus.count(line_at(0, frame), unknown);
+  REQUIRE(row != nullptr);
+  CHECK(row->message == nullptr);
+  CHECK(failures_text(*row).empty());
+  bus.count(line_at(100'000, frame), good);
+  bus.count(line_at(200'000, frame), bad);
+  bus.count(line_at(300'000, frame), unknown);
+  CHECK(row->message == good.message);
+  CHECK(row->node == 3);
+  CHECK(row->unknown() == 2);
+  CHECK(failures_text(*row) == "wrong crc 1, unknown 2");
 }
 
 TEST_CASE("of unknown identifiers every frame counts, time going back makes no gap", "[unit][bmudump][statistics]") {

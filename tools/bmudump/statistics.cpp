@@ -28,8 +28,10 @@ void count_in_row(IdStatistics& row, std::int64_t time_us, std::int64_t left_out
   if (row.frames == 0) row.first_us = row.last_us = time_us;
   row.first_us = std::min(row.first_us, time_us);
   row.last_us = std::max(row.last_us, time_us);
-  row.message = verdict.message;
-  row.node = verdict.node;
+  if (is_known) {
+    row.message = verdict.message;
+    row.node = verdict.node;
+  }
   row.bits += bits;
   ++row.frames;
   if (verdict.is_accepted) {

@@ -22,7 +22,7 @@
 namespace bmu::dump {
 
 struct IdStatistics {
-  const MessageSpec* message = nullptr;  // null: unknown
+  const MessageSpec* message = nullptr;  // of the latest frame that had one; null: all were unknown
   std::uint8_t node = 0;
   std::uint64_t frames = 0;
   std::uint64_t accepted = 0;
@@ -35,6 +35,8 @@ struct IdStatistics {
   std::array<std::uint32_t, reject_reason_count> failed{};  // last: what most frames touch is two cache lines then
 
   [[nodiscard]] std::uint64_t failed_total() const;
+  /// Frames that were not taken for a message.
+  [[nodiscard]] std::uint64_t unknown() const { return frames - accepted - failed_total(); }
   /// Frames a second between the first and the last; 0 if there is no time between them.
   [[nodiscard]] double rate_per_s() const;
   /// Until then since its last gap ended, if that is twice its longest gap or more; else 0: it has not fallen silent.

@@ -24,7 +24,8 @@ std::string failures_text(const IdStatistics& row) {
     text += (text.empty() ? "" : ", ") + std::string(to_text(static_cast<RejectReason>(reason))) + " " +
             std::to_string(row.failed[reason]);
   }
-  return text;
+  if (row.message == nullptr || row.unknown() == 0) return text;
+  return text + (text.empty() ? "" : ", ") + "unknown " + std::to_string(row.unknown());
 }
 
 }  // namespace bmu::dump

@@ -11,7 +11,7 @@ namespace bmu::dump {
 /// "CELLS_1 node 3"; "CSC_STATUS number 2", where that is the maker's number and no node of a pack; "unknown" without a
 /// message.
 [[nodiscard]] std::string name_text(const MessageSpec* message, std::uint8_t node);
-/// "wrong crc 2, late 1"; empty if none failed.
+/// "wrong crc 2, late 1, unknown 5"; empty if all passed, or all are unknown.
 [[nodiscard]] std::string failures_text(const IdStatistics& row);
 
 }  // namespace bmu::dump
