@@ -116,12 +116,12 @@ def compare(line, frames, seen):
 
 
 def words_of_device(bmudump, name):
-    """What makes bmudump read it, or each charger of its list."""
+    """What makes bmudump read it, or each charger of its list, on the bus of make_every_frame: one that is named, where every frame is the device's."""
     if name != "charger":
-        return ["--device", f"any={name}"]
+        return ["--device", f"vcan0={name}"]
     listed = subprocess.run([bmudump, "--devices"], stdout=subprocess.PIPE, check=True, text=True).stdout.splitlines()
     chargers = [line.split()[0] for line, kind in zip(listed, listed[1:]) if kind.strip().startswith("charger,")]
-    return [word for charger in chargers for word in ("--device", f"any={charger}")]
+    return [word for charger in chargers for word in ("--device", f"vcan0={charger}")]
 
 
 def main(bmudump, log, dialect, device=None, *options):

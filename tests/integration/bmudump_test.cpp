@@ -885,8 +885,11 @@ TEST_CASE("Elithion's messages are read as such when 620h or 622h tell, and with
     const Run result = run(arguments, name + status + charge);
     CHECK(result.err.empty());
     CHECK(result.out.ends_with(status_text + charge_text));
-    CHECK(run(arguments, status + charge).out == status_text + charge_text);
   }
+  CHECK(run(options + "--dialect elithion", status + charge).out == status_text + charge_text);
+  // A length says how to read them, not that there is a pack: that another message says.
+  CHECK(run(options, status + charge + status).out ==
+        "can0 622 unknown            [7] 0A 0E 8D 0A 05 00 01\n" + charge_text + status_text);
   const std::vector<std::string> lines = lines_of(run("-r - --json --strict", name + charge + status).out);
   REQUIRE(lines.size() == 3);
   for (const std::string& line : lines) CHECK(nlohmann::json::parse(line).at("dialect") == "elithion");
@@ -949,7 +952,7 @@ TEST_CASE("a device that was asked for is read on every bus, beside our own mess
 
 TEST_CASE("a frame of a device that fails its check is told as one of ours is", "[integration][bmudump][devices]") {
   const std::string log = "(1.000000) can0 1806E5F4#03D4\n(1.000000) can0 080#C20F00500800E0FE\n";
-  CHECK(run("-r - -t none --device any=elcon_tc,any=i3_csc", log).out ==
+  CHECK(run("-r - -t none --device can0=elcon_tc,can0=i3_csc", log).out ==
         "can0 1806E5F4 ELCON_COMMAND_E5  !! wrong length  [2] 03 D4\n"
         "can0 080 CSC_COMMAND number 0  !! wrong crc  [8] C2 0F 00 50 08 00 E0 FE\n");
 }
@@ -980,7 +983,7 @@ TEST_CASE("without a bus a device's message is shown only where length and range
   CHECK(nlohmann::json::parse(lines[1]).at("message").is_null());
   CHECK(nlohmann::json::parse(run("-r - --summary --json --device " + words, log).out).at("unknown") == 4);
   // On a bus that was named for it every frame is the device's.
-  const std::string named = run("-r - -t none --device any=elcon_tc,any=lem_cab,any=ivt_s", log).out;
+  const std::string named = run("-r - -t none --device can0=elcon_tc,can0=lem_cab,can0=ivt_s", log).out;
   CHECK(named.find("unknown            ") == std::string::npos);
   CHECK(named.find("ELCON_STATUS_E5  output_voltage out of range") != std::string::npos);
   CHECK(named.find("ELCON_COMMAND_E5  !! wrong length  [2] 03 D4") != std::string::npos);
@@ -1008,11 +1011,111 @@ TEST_CASE("what cars have under the traction pack's identifiers stays unknown un
   const std::string pack = "(1.000000) can0 620#49484120424D5331\n";
   CHECK(run("-r - -t none", pack + car).out.find("can0 624 PACK_CURRENT       !! wrong length  [8]") !=
         std::string::npos);
-  CHECK(run("-r - -t none --device any=vehicle", car).out.find("unknown") == std::string::npos);
+  CHECK(run("-r - -t none --device can0=vehicle", car).out.find("unknown") == std::string::npos);
   CHECK(run("-r - -t none --dialect iha", car).out.find("unknown") == std::string::npos);
   CHECK(
       run("-r - -t none", "(1.000000) can0 624#0055002800C8\n").out.find("PACK_CURRENT       pack_current 85.000 A") !=
       std::string::npos);
+}
+
+TEST_CASE("neither a 622h of seven bytes nor a 620h without text is a traction pack's",
+          "[integration][bmudump][devices]") {
+  const std::string length =
+      "(1.000000) can0 622#01020304050607\n(1.000000) can0 624#0102030405060708\n(1.000000) can0 626#0102030405\n";
+  const std::string name =
+      "(1.000000) can0 620#0102030405060708\n(1.000000) can0 622#0102030405060708\n(1.000000) can0 "
+      "620#3000000000000000\n"
+      "(1.000000) can0 622#0102030405060708\n";
+  for (const std::string& log : {length, name}) {
+    for (const std::string& line : lines_of(run("-r - -t none", log).out)) {
+      CHECK(line.find(" unknown            [") != std::string::npos);
+    }
+    for (const std::string& line : lines_of(run("-r - --json", log).out)) {
+      const nlohmann::json frame = nlohmann::json::parse(line);
+      CHECK(frame.at("message").is_null());
+      CHECK_FALSE(frame.contains("dialect"));
+    }
+    for (const char* words : {"--summary", "--follow"}) {
+      const std::string table = run("-r - " + std::string(words), log).out;
+      CAPTURE(table);
+      CHECK(table.find("unknown") != std::string::npos);
+      CHECK(table.find("PACK_") == std::string::npos);
+      CHECK(table.find("vehicle messages") == std::string::npos);
+    }
+    CHECK(nlohmann::json::parse(run("-r - --summary --json", log).out).at("dialect").is_null());
+    // A torn line has no whole message of a pack either.
+    CHECK(run("-r -", log + "(1.000000) can0 624#7FFF00280030").exit_code == 3);
+  }
+  // Our own pack, from the middle of its round: without its name what has nothing to show stays unknown at first.
+  const std::string own =
+      "(1.000000) can0 625#0012D687000F4240\n(1.000000) can0 626#48001C00640062\n(1.000000) can0 "
+      "625#0012D687000F4240\n";
+  const std::vector<std::string> lines = lines_of(run("-r - -t none", own).out);
+  REQUIRE(lines.size() == 3);
+  CHECK(lines[0] == "can0 625 unknown            [8] 00 12 D6 87 00 0F 42 40");
+  CHECK(lines[1].starts_with("can0 626 PACK_CHARGE        soc 72.0 %"));
+  CHECK(lines[2].starts_with("can0 625 PACK_ENERGY        energy_in 1234.567 kWh"));
+  CHECK(run("-r - --summary", own).out.find("unknown 1") != std::string::npos);
+  for (const char* words : {"--device can0=vehicle", "--dialect iha"}) {
+    CHECK(run("-r - -t none " + std::string(words), own).out.find("unknown") == std::string::npos);
+  }
+}
+
+TEST_CASE("what nothing can contradict is a device's once another of its frames has shown that it is there",
+          "[integration][bmudump][devices]") {
+  const std::string type = "(1.000000) can0 1D0#DEADBEEF12345678\n";
+  const std::string cells = "(1.000000) can0 123#D88FDB8FDB8FA088\n";
+  const auto first_words = [](const std::string& arguments, const std::string& log) {
+    std::string words;
+    for (const std::string& line : lines_of(run("-r - -t none --device " + arguments, log).out)) {
+      words += line.substr(5, line.find(' ', 9) - 5) + ",";
+    }
+    return words;
+  };
+  const Run alone = run("-r - -t none --device i3_csc", type + "(1.000000) can0 0F0#DEADBEEF12345678\n");
+  CHECK(alone.out ==
+        "can0 1D0 unknown            [8] DE AD BE EF 12 34 56 78\n"
+        "can0 0F0 unknown            [8] DE AD BE EF 12 34 56 78\n");
+  CHECK(alone.err ==
+        "bmudump: can0: 2 frames that could be of i3_csc left unknown, as nothing but identifiers says so; if this is "
+        "its bus: --device can0=i3_csc,can0=internal,can0=vehicle\n");
+  CHECK(run("-r - --device can0=i3_csc", type).err.empty());
+  CHECK(run("-r - --device i3_csc", type + cells).err.empty());
+  CHECK(run("-r - --log --device i3_csc", type).err.empty());
+  CHECK(first_words("i3_csc", type + cells + type) == "1D0 unknown,123 CSC_CELLS_1,1D0 CSC_TYPE_3,");
+  CHECK(first_words("any=i3_csc", type + cells + type) == "1D0 unknown,123 CSC_CELLS_1,1D0 CSC_TYPE_3,");
+  CHECK(first_words("can0=i3_csc", type) == "1D0 CSC_TYPE_3,");
+  // Of another bus, and of another device, it says nothing.
+  const std::string other_bus = "(1.000000) can1 123#D88FDB8FDB8FA088\n";
+  CHECK(first_words("i3_csc", other_bus + type) == "123 CSC_CELLS_1,1D0 unknown,");
+  CHECK(
+      first_words("i3_csc,elcon_tc", "(1.000000) can0 18FF50E5#0BC2006400000000\n" + type).ends_with(",1D0 unknown,"));
+  // A sensor's results are of the internal bus, and show the sensor.
+  CHECK(first_words("ivt_s", "(1.000000) can0 521#000200003039\n(1.000000) can0 510#DEADBEEF12345678\n") ==
+        "521 SENSOR_CURRENT,510 IVT_DEBUG,");
+}
+
+TEST_CASE("any names no bus, and declares none", "[integration][bmudump][devices]") {
+  const std::string car =
+      "(1.000000) can0 356#10270000003E0000\n"  // 1587.2 C
+      "(1.000000) can0 372#FFFF000000000000\n"
+      "(1.000000) can0 35A#FFFFFFFFFFFFFFFF\n"
+      "(1.000000) can0 622#0102030405060708\n"
+      "(1.000000) can0 625#0102030405060708\n";
+  const std::string options = "-r - -t none --device ";
+  for (const char* words : {"any=victron,any=vehicle", "any=sma,any=vehicle"}) {
+    for (const std::string& line : lines_of(run(options + words, car).out)) {
+      CAPTURE(line);
+      CHECK(line.find(" unknown            [") != std::string::npos);
+    }
+  }
+  const std::string declared = run(options + "can0=victron,can0=vehicle", car).out;
+  CHECK(declared.find("unknown  ") == std::string::npos);
+  CHECK(declared.find("battery_temperature 1587.2 C") != std::string::npos);
+  CHECK(declared.find("module_count 65535") != std::string::npos);
+  // A pack that says its name declares itself, there as well.
+  CHECK(run(options + "any=sma,any=vehicle", "(1.000000) can0 620#49484120424D5331\n" + car)
+            .out.find("622 PACK_STATUS        !! wrong length") != std::string::npos);
 }
 
 TEST_CASE("on a bus that is named for a device nothing else is read", "[integration][bmudump][devices]") {
@@ -1102,7 +1205,7 @@ TEST_CASE("a bus with frames that nothing explains is told whose they could be",
   CHECK(result.exit_code == 0);
   const std::string words = "--device can0=outlander_cmu,can0=internal";
   CHECK(result.err ==
-        "bmudump: can0: 4 of 4 identifiers that are not explained here could be read with " + words + "\n");
+        "bmudump: can0: 5 of 5 identifiers that are not explained here could be read with " + words + "\n");
   CHECK(run("-r - " + words, cells).err.empty());
   CHECK(run("-r - --log", cells).err.empty());
   CHECK(run("-r - --filter 612", cells).err.empty());  // too few to tell
@@ -1124,6 +1227,11 @@ TEST_CASE("a bus with frames that nothing explains is told whose they could be",
             "(1.000000) can0 631#20000000FFFFFFFF\n(1.000000) can0 632#A0B1C2D3E4F50617\n"
             "(1.000000) can0 633#A0B1C2D3E4F50617\n(1.000000) can0 634#A0B1C2D3E4F50617\n")
             .err.empty());
+  // Nothing but identifiers and lengths.
+  CHECK(run("-r -",
+            "(1.000000) can0 35A#DEADBEEF12345678\n(1.000000) can0 35F#DEADBEEF12345678\n"
+            "(1.000000) can0 372#DEADBEEF12345678\n(1.000000) can0 35C#DEADBEEF12345678\n")
+            .err.empty());
   // Others have most of what is there.
   CHECK(run("-r -", cells + "(1.000000) can0 700#\n(1.000000) can0 701#\n(1.000000) can0 702#\n(1.000000) can0 "
                             "703#\n(1.000000) can0 704#\n")
@@ -1133,8 +1241,10 @@ TEST_CASE("a bus with frames that nothing explains is told whose they could be",
 TEST_CASE("bytes that are no text are no name of a product", "[integration][bmudump]") {
   // The temperatures of an Outlander's module 2: as text "0BCBBB".
   const std::string log = "(1.000000) can0 621#00304243424242FF\n";
-  CHECK(run("-r - -t none", log).out == "can0 621 PACK_VERSION       version no text: 00 30 42 43 42 42 42 FF\n");
-  CHECK(run("-r - --json", log).out.find("\"version\":null") != std::string::npos);
+  CHECK(run("-r - -t none --device can0=vehicle", log).out ==
+        "can0 621 PACK_VERSION       version no text: 00 30 42 43 42 42 42 FF\n");
+  CHECK(run("-r - --json --device can0=vehicle", log).out.find("\"version\":null") != std::string::npos);
+  CHECK(run("-r - -t none", log).out == "can0 621 unknown            [8] 00 30 42 43 42 42 42 FF\n");
   CHECK(run("-r - -t none", "(1.000000) can0 621#302E310000000000\n").out.find("version \"0.1\\u0000") !=
         std::string::npos);
 }

@@ -54,7 +54,7 @@ void for_each_worked_frame(const Device& device, const Take& take) {
   }
 }
 
-/// As `bmudump -t none --device any=NAME -r devices/NAME/worked_frames.log` has it.
+/// As `bmudump -t none --device can0=NAME -r devices/NAME/worked_frames.log` has it.
 std::string dump_of_worked_frames(const Device& device) {
   const dump::DumpCatalogue catalogue({.has_internal = false, .has_vehicle = false, .devices = {&device}});
   dump::LineStart start({.time = dump::TimeForm::none});

@@ -7,6 +7,7 @@
 
 #include "devices/device_list.hpp"
 #include "protocol/candump.hpp"
+#include "protocol/tables/vehicle_bus.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/folders.hpp"
 #include "tools/bmudump/device_fit.hpp"
@@ -22,15 +23,25 @@ CanFrame frame_of(std::uint32_t id, const std::vector<int>& bytes) {
   return frame;
 }
 
-bool fits_device(const char* device, const CanFrame& frame) {
-  const MessageSpec* const message = find_device(device)->catalogue->find(frame).message;
+Fit fit_of(const Catalogue& catalogue, const CanFrame& frame) {
+  const MessageSpec* const message = catalogue.find(frame).message;
   REQUIRE(message != nullptr);
-  return fits(*message, frame);
+  return dump::fit_of(*message, frame);
 }
 
-/// A Brusa has a warning of that name.
+Fit fit_of_device(const char* device, const CanFrame& frame) {
+  return fit_of(*find_device(device)->catalogue, frame);
+}
+
+bool fits_device(const char* device, const CanFrame& frame) {
+  return fit_of_device(device, frame) != Fit::no;
+}
+
+/// A Brusa has a warning of that name. Some batteries have numbers under the identifier of a name.
 bool is_out_of_range(const std::string& text) {
-  return text.find("out of range") != std::string::npos && text.find("command out of range") == std::string::npos;
+  const bool has_number = text.find("out of range") != std::string::npos;
+  return (has_number && text.find("command out of range") == std::string::npos) ||
+         text.find("no text") != std::string::npos;
 }
 
 /// Of its worked frames those that fit, and of the others what is said of them.
@@ -50,7 +61,7 @@ Worked worked_of(const Device& device) {
     REQUIRE(std::getline(texts, text));
     const MessageSpec* const message = device.catalogue->find(parsed->frame).message;
     REQUIRE(message != nullptr);
-    if (fits(*message, parsed->frame)) {
+    if (dump::fit_of(*message, parsed->frame) != Fit::no) {
       ++worked.fitting;
       INFO(text);
       CHECK_FALSE(is_out_of_range(text));
@@ -95,4 +106,41 @@ TEST_CASE("frames that cars have under identifiers of devices do not fit these",
   // No checksum.
   CHECK_FALSE(fits_device("i3_csc", frame_of(0x123, {0xD8, 0x8F, 0xDB, 0x8F, 0xDB, 0x8F, 0xA0, 0x89})));
   CHECK(fits_device("i3_csc", frame_of(0x123, {0xD8, 0x8F, 0xDB, 0x8F, 0xDB, 0x8F, 0xA0, 0x88})));
+}
+
+TEST_CASE("a row that nothing contradicts fits everything of its length, and that proves nothing",
+          "[unit][bmudump][devices][fit]") {
+  const std::vector<int> any{0xDE, 0xAD, 0xBE, 0xEF, 0x12, 0x34, 0x56, 0x78};
+  for (const std::uint32_t id : {0x1D0U, 0x1C0U, 0x0F0U, 0x4A0U, 0x0B0U}) {
+    INFO(id);
+    CHECK(fit_of_device("i3_csc", frame_of(id, any)) == Fit::unproven);
+  }
+  CHECK(fit_of_device("ivt_s", frame_of(0x510, any)) == Fit::unproven);
+  CHECK(fit_of_device("pylontech", frame_of(0x35C, any)) == Fit::unproven);
+  CHECK(fit_of_device("pylontech", frame_of(0x305, {0, 0, 0, 0, 0, 0, 0, 0})) == Fit::unproven);
+  CHECK(fit_of_device("victron", frame_of(0x372, {0xFF, 0xFF, 0, 0, 0, 0, 0, 0})) == Fit::unproven);
+  CHECK(fit_of_device("sma", frame_of(0x35A, any)) == Fit::unproven);
+  CHECK(fit_of_device("sma", frame_of(0x00F, {})) == Fit::unproven);
+  // Voltages and currents that most numbers can be; unknown, nothing at all.
+  CHECK(fit_of_device("brusa_nlg5", frame_of(0x612, {0, 160, 120, 126, 0, 0, 0, 0})) == Fit::unproven);
+  CHECK(fit_of(vehicle_bus::catalogue, frame_of(0x625, any)) == Fit::unproven);
+  CHECK(fit_of(vehicle_bus::catalogue, frame_of(0x628, {0, 96, 8, 12, 14, 88})) == Fit::unproven);
+  CHECK(fit_of(vehicle_bus::catalogue, frame_of(0x623, {0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF})) == Fit::unproven);
+}
+
+TEST_CASE("a checksum, a range, a mark or a name proves whose a frame is", "[unit][bmudump][devices][fit]") {
+  CHECK(fit_of_device("i3_csc", frame_of(0x123, {0xD8, 0x8F, 0xDB, 0x8F, 0xDB, 0x8F, 0xA0, 0x88})) == Fit::proven);
+  CHECK(fit_of_device("i3_csc", frame_of(0x0A0, {0x37, 0xFF, 0, 0, 0, 0, 0, 0})) == Fit::proven);
+  CHECK(fit_of_device("ivt_s", frame_of(0x524, {3, 2, 0, 0, 0x30, 0x39})) == Fit::proven);
+  CHECK(fit_of_device("cell_data", frame_of(0x650, {1, 7, 0x8E, 0xA0, 0x8E, 0x92, 0x8E, 0xB2})) == Fit::proven);
+  CHECK(fit_of_device("pylontech", frame_of(0x356, {0, 0, 0, 0, 0xFA, 0, 0, 0})) == Fit::proven);
+  // With the mark of its maker, and without.
+  CHECK(fit_of_device("pylontech", frame_of(0x359, {0, 0, 0, 0, 1, 'P', 'N', 0})) == Fit::proven);
+  CHECK(fit_of_device("pylontech", frame_of(0x359, {0xDE, 0xAD, 0xBE, 0xEF, 0x12, 0x34, 0x56, 0x78})) == Fit::no);
+  CHECK(fit_of_device("sma", frame_of(0x35E, {'P', 'Y', 'L', 'O', 'N', 0, 0, 0})) == Fit::proven);
+  CHECK(fit_of_device("sma", frame_of(0x35E, {'P', 'Y', 0, 0, 0, 0, 0, 0})) == Fit::no);
+  CHECK(fit_of(vehicle_bus::catalogue, frame_of(0x620, {'I', 'H', 'A', ' ', 'B', 'M', 'S', '1'})) == Fit::proven);
+  CHECK(fit_of(vehicle_bus::catalogue, frame_of(0x620, {1, 2, 3, 4, 5, 6, 7, 8})) == Fit::no);
+  CHECK(fit_of(vehicle_bus::catalogue, frame_of(0x620, {0, 0, 0, 0, 0, 0, 0, 0})) == Fit::no);
+  CHECK(fit_of(vehicle_bus::catalogue, frame_of(0x624, {0, 0x55, 0, 0x28, 0, 0xC8})) == Fit::proven);
 }

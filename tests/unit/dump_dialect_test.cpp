@@ -76,6 +76,33 @@ TEST_CASE("without a name, a 622h of seven bytes is elithion's and one of six is
   CHECK(watch.sign() == "6A2h has 7 bytes");
 }
 
+TEST_CASE("bytes that are no text, or not all of it, are no pack's name", "[unit][bmudump][dialect]") {
+  DialectWatch watch(dialect_table, 0x620);
+  CanFrame car = data_frame(0x620, 8);
+  car.data = {1, 2, 3, 4, 5, 6, 7, 8};
+  CHECK_FALSE(is_pack_name(car));
+  CHECK_FALSE(watch.note(car));
+  CHECK_FALSE(is_pack_name(data_frame(0x620, 8)));
+  CHECK_FALSE(is_pack_name(text_frame(0x620, "Orion")));
+  CHECK_FALSE(watch.note(text_frame(0x620, "Orion")));
+  CHECK(watch.sign().empty());
+  CHECK(is_pack_name(text_frame(0x620, "BMUD    ")));
+  CHECK_FALSE(watch.note(text_frame(0x620, "BMUD    ")));
+  CHECK(watch.sign() == "620h says \"BMUD    \"");
+}
+
+TEST_CASE("a 622h of seven bytes chooses how vehicle messages are read, and none of them is a pack's for it",
+          "[unit][bmudump][dialect]") {
+  const CanFrame name = text_frame(0x620, "MyPack 1");
+  const std::string car = text_of({data_frame(0x622, 7), data_frame(0x622, 8)}, "auto");
+  CHECK(car.find("OTHER_STATUS") == std::string::npos);
+  CHECK(car.find("PACK_STATUS") == std::string::npos);
+  const std::string pack = text_of({data_frame(0x622, 7), name, data_frame(0x622, 7), data_frame(0x622, 8)}, "auto");
+  CHECK(pack.find("622 unknown            [7]") != std::string::npos);
+  CHECK(pack.find("622 OTHER_STATUS       other_state 0") != std::string::npos);
+  CHECK(pack.find("622 OTHER_STATUS       !! wrong length  [8]") != std::string::npos);
+}
+
 TEST_CASE("frames that are no data frames of 11 bits tell nothing", "[unit][bmudump][dialect]") {
   DialectWatch watch(dialect_table, 0x620);
   CanFrame frame = text_frame(0x620, "Elithion");
@@ -87,7 +114,8 @@ TEST_CASE("frames that are no data frames of 11 bits tell nothing", "[unit][bmud
 }
 
 TEST_CASE("a bus that names its dialect is read by it from then on", "[unit][bmudump][dialect]") {
-  const std::vector<CanFrame> frames{data_frame(0x622, 6), text_frame(0x620, "Other 99"), data_frame(0x622, 7)};
+  const std::vector<CanFrame> frames{text_frame(0x620, "IHA BMS1"), data_frame(0x622, 6), text_frame(0x620, "Other 99"),
+                                     data_frame(0x622, 7)};
   const std::string text = text_of(frames, "auto");
   CHECK(text.find("622 PACK_STATUS        state fault") != std::string::npos);
   CHECK(text.find("622 OTHER_STATUS       other_state 0") != std::string::npos);

@@ -10,7 +10,7 @@ Bus* BusTable::find_other(std::string_view name) {
   if (found != buses_.end()) return last_ = found->get();
   if (buses_.size() == bus_count_max) return nullptr;
   const auto own = std::find_if(device_buses_.begin(), device_buses_.end(),
-                                [name](const DeviceBus& bus) { return bus.name == name || bus.name == "any"; });
+                                [name](const DeviceBus& bus) { return bus.name == name || bus.name == every_bus; });
   const bool is_own = own != device_buses_.end();
   const DumpCatalogue& catalogue = is_own ? *own->catalogue : *catalogue_;
   const std::uint32_t vehicle_base_id = is_own ? DialectWatch::nowhere : catalogue.vehicle_base_id();
@@ -21,14 +21,15 @@ Bus* BusTable::find_other(std::string_view name) {
                                              .dialect = DialectWatch(dialects_, vehicle_base_id),
                                              .filter = filter_of(name),
                                              .statistics = {},
-                                             .hint = {}}));
+                                             .hint = {},
+                                             .evidence = {}}));
   return last_ = buses_.back().get();
 }
 
 const Filter* BusTable::filter_of(std::string_view name) const {
   if (choices_.empty()) return &no_filter_;
   for (const BusChoice& choice : choices_) {
-    if (choice.name == name || choice.name == "any") return &choice.filter;
+    if (choice.name == name || choice.name == every_bus) return &choice.filter;
   }
   return nullptr;
 }

@@ -13,18 +13,22 @@
 #include "tools/bmudump/device_hint.hpp"
 #include "tools/bmudump/dialect.hpp"
 #include "tools/bmudump/dump_catalogue.hpp"
+#include "tools/bmudump/evidence.hpp"
 #include "tools/bmudump/filter.hpp"
 #include "tools/bmudump/statistics.hpp"
 
 namespace bmu::dump {
 
-/// A bus the user named, "any" for all, with its filter.
+/// Where a bus can be named, all buses.
+inline constexpr std::string_view every_bus = "any";
+
+/// A bus the user named, every_bus for all, with its filter.
 struct BusChoice {
   std::string name;
   Filter filter;
 };
 
-/// A bus that is read by a catalogue of its own, "any" for all, whatever dialect is spoken there.
+/// A bus that is read by a catalogue of its own, every_bus for all, whatever dialect is spoken there.
 struct DeviceBus {
   std::string name;
   std::size_t reader;
@@ -40,6 +44,7 @@ struct Bus {
   const Filter* filter;  // null: nothing of it is shown
   BusStatistics statistics;
   DeviceHint hint;
+  Evidence evidence;
 };
 
 class BusTable {

@@ -22,6 +22,20 @@ std::string bit_rate_text(std::span<const std::uint32_t> rates) {
   return text + " kbit/s";
 }
 
+/// What of ours is read beside a device.
+struct Beside {
+  bool with_internal = false;
+  bool with_vehicle = false;
+};
+
+bool has_clash(const Device& device, const Beside& beside, const DumpCatalogue::Choice& other) {
+  DumpCatalogue::Choice choice = other;
+  choice.devices = {&device};
+  choice.has_internal = beside.with_internal;
+  choice.has_vehicle = beside.with_vehicle;
+  return DumpCatalogue(choice).clash().has_value();
+}
+
 }  // namespace
 
 std::optional<DeviceWord> device_word_of(const std::string& text) {
@@ -87,19 +101,18 @@ std::string numbers_note(const Device& device) {
 }
 
 std::string working_words(const std::string& bus, const Device& device, const DumpCatalogue::Choice& other) {
-  const auto has_clash = [&](bool with_internal, bool with_vehicle) {
-    DumpCatalogue::Choice choice = other;
-    choice.devices = {&device};
-    choice.has_internal = with_internal;
-    choice.has_vehicle = with_vehicle;
-    return DumpCatalogue(choice).clash().has_value();
-  };
-  std::string name(device.name);
-  if (!has_clash(true, true)) return name;
-  std::string own = bus + "=" + name;
-  if (!has_clash(true, false)) return own + "," + bus + "=" + std::string(own_internal);
-  if (!has_clash(false, true)) return own + "," + bus + "=" + std::string(own_vehicle);
-  return own;
+  return has_clash(device, {.with_internal = true, .with_vehicle = true}, other) ? words_on(bus, device, other)
+                                                                                 : std::string(device.name);
+}
+
+std::string words_on(const std::string& bus, const Device& device, const DumpCatalogue::Choice& other) {
+  constexpr Beside in_order[] = {
+      {.with_internal = true, .with_vehicle = true}, {.with_internal = true}, {.with_vehicle = true}, {}};
+  const auto* const beside = std::find_if(std::begin(in_order), std::end(in_order) - 1,
+                                          [&](const Beside& one) { return !has_clash(device, one, other); });
+  const auto word = [&bus](std::string_view name) { return bus + "=" + std::string(name); };
+  return word(device.name) + (beside->with_internal ? "," + word(own_internal) : "") +
+         (beside->with_vehicle ? "," + word(own_vehicle) : "");
 }
 
 std::string device_advice(std::string_view wanted) {

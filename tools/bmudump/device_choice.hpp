@@ -3,6 +3,8 @@
 //   --device NAME        its frames on every bus, beside those of the internal and the vehicle bus
 //   --device BUS=NAME    on that bus nothing but what is named for it; BUS may be `any`, NAME `internal` or `vehicle`
 //
+// A bus that is named is declared: what has the identifiers is what was named. `any` declares none.
+//
 // The second is for devices that have identifiers of ours, as inverters have and the modules of an Outlander: they have
 // a bus of their own, or one that they share with what they have none in common with. Modules of another maker are
 // always read in the place of ours (dump_catalogue.hpp).
@@ -46,6 +48,9 @@ struct DeviceWord {
 /// "can1=sma,can1=vehicle".
 [[nodiscard]] std::string working_words(const std::string& bus, const Device& device,
                                         const DumpCatalogue::Choice& other);
+
+/// The same with the bus in any case.
+[[nodiscard]] std::string words_on(const std::string& bus, const Device& device, const DumpCatalogue::Choice& other);
 
 /// What to say to who named a device that there is none of: 'bmudump --devices lists them', with those whose names
 /// begin so.

@@ -2,14 +2,23 @@
 // and of the traction pack have other meanings in cars.
 #pragma once
 
+#include <cstdint>
+
 #include "protocol/frame.hpp"
 #include "protocol/message.hpp"
 
 namespace bmu::dump {
 
-/// Its length, checksum and counter are those of the row; each number is one that its field may hold; and, unless a
-/// checksum of its own has shown already which device it is of, none is beyond what a battery, a charger or a car has,
-/// and a field with two or more named numbers has one of them. Cost: a decoding of all fields.
-[[nodiscard]] bool fits(const MessageSpec& message, const CanFrame& frame);
+enum class Fit : std::uint8_t {
+  no,        // it cannot be this message
+  unproven,  // nothing contradicts, but the row has next to nothing that another device's bytes could contradict
+  proven,    // its checksum is right, or at most half of the contents that such a frame can have would fit
+};
+
+/// A frame fits if its length, checksum and counter are those of the row; each number is one that its field may hold;
+/// and, unless a checksum of its own has shown already which device it is of, none is beyond what a battery, a charger
+/// or a car has, a field with two or more named numbers has one of them, and a name is text. Codes for "not known"
+/// prove nothing. Cost: a decoding of all fields.
+[[nodiscard]] Fit fit_of(const MessageSpec& message, const CanFrame& frame);
 
 }  // namespace bmu::dump

@@ -21,9 +21,13 @@ bool is_judged_by_its_row(const CheckedFrame& verdict) {
 }
 
 /// Identifiers of devices have other meanings in cars: length, checksum and ranges have to fit, too.
-bool has(const Device& device, const CanFrame& frame) {
+Fit fit_of_device(const Device& device, const CanFrame& frame) {
   const MessageSpec* const message = device.catalogue->find(frame).message;
-  return message != nullptr && fits(*message, frame);
+  return message == nullptr ? Fit::no : fit_of(*message, frame);
+}
+
+bool has(const Device& device, const CanFrame& frame) {
+  return fit_of_device(device, frame) != Fit::no;
 }
 
 }  // namespace
@@ -63,7 +67,9 @@ std::vector<const Device*> DeviceHint::candidates(std::span<const Device* const>
     const std::size_t count = explained_by(*device);
     const bool has_long = std::any_of(all.begin(), all.end(),
                                       [device](const CanFrame& one) { return one.is_extended && has(*device, one); });
-    const bool is_likely = (count >= short_ids_min || has_long) && 2 * count > all.size();
+    const bool has_proof = std::any_of(
+        all.begin(), all.end(), [device](const CanFrame& one) { return fit_of_device(*device, one) == Fit::proven; });
+    const bool is_likely = (count >= short_ids_min || has_long) && has_proof && 2 * count > all.size();
     if (is_read || !is_likely || count < most) continue;
     if (count > most) best.clear();
     most = count;

@@ -1,8 +1,8 @@
 // Frames of a bus that nothing read there explains, and the devices whose they could be.
 //
 // Not explained is an identifier that is unknown, or whose frames all have a wrong length or checksum. A device is
-// named only if it has most of those identifiers, each with a length that fits: three of 11 bits, as few of these are
-// anybody's alone, or one of 29. That is no proof, and is said so.
+// named only if it has most of those identifiers, each with a frame that fits: three of 11 bits, as few of these are
+// anybody's alone, or one of 29; and if one of them has more to fit than a length. That is no proof, and is said so.
 #pragma once
 
 #include <bitset>

@@ -4,6 +4,8 @@
 #include <array>
 #include <cstdio>
 
+#include "tools/bmudump/letters.hpp"
+
 namespace bmu::dump {
 namespace {
 
@@ -13,18 +15,16 @@ std::string hex(std::uint32_t id) {
   return text.data();
 }
 
-std::string printable(const CanFrame& frame) {
-  std::string text(frame.data.begin(), frame.data.begin() + frame.length);
-  std::replace_if(
-      text.begin(), text.end(), [](char one) { return one < ' ' || one > '~'; }, '?');
-  return text;
-}
-
 }  // namespace
 
 const Dialect* find_dialect(std::span<const Dialect> rows, std::string_view name) {
   const auto found = std::find_if(rows.begin(), rows.end(), [name](const Dialect& row) { return row.name == name; });
   return found == rows.end() ? nullptr : &*found;
+}
+
+bool is_pack_name(const CanFrame& frame) {
+  const std::string text(frame.data.begin(), frame.data.end());
+  return frame.length == text.size() && printable_count(text) == text.size();
 }
 
 bool DialectWatch::note_own(const CanFrame& frame) {
@@ -35,13 +35,15 @@ bool DialectWatch::note_own(const CanFrame& frame) {
 
 /// Another name later is another pack, and counts.
 bool DialectWatch::note_name(const CanFrame& frame) {
-  const std::string name = printable(frame);
+  if (!is_pack_name(frame)) return false;
+  const std::string name(frame.data.begin(), frame.data.end());
   const auto found = std::find_if(rows_.begin(), rows_.end(), [&name](const Dialect& row) {
     return !row.pack_name.empty() && row.pack_name == name;
   });
   const std::string sign = hex(base_id_) + " says \"" + name + "\"";
   if (sign == sign_) return false;
   sign_ = sign;
+  is_told_by_length_ = false;
   if (found == rows_.end()) return false;
   spoken_ = &*found;
   return true;
@@ -53,6 +55,7 @@ bool DialectWatch::note_status(const CanFrame& frame) {
   if (std::count_if(rows_.begin(), rows_.end(), has_length) != 1) return false;
   spoken_ = &*std::find_if(rows_.begin(), rows_.end(), has_length);
   sign_ = hex(frame.id) + " has " + std::to_string(frame.length) + " bytes";
+  is_told_by_length_ = true;
   return true;
 }
 

@@ -2,7 +2,8 @@
 //
 // All dialects have the same identifiers; what differs is 622h, a byte each of 626h and 627h and what 625h counts. Who
 // sends says who he is in 620h; where that is no name a dialect is known by, a 622h of seven bytes can only be
-// `elithion`.
+// `elithion`, if it is a pack's at all: cars have these identifiers, too, and neither bytes that are no text nor a
+// length show that there is a pack.
 #pragma once
 
 #include <cstdint>
@@ -33,6 +34,9 @@ inline constexpr Dialect dialect_table[] = {
 /// The row of that name; null if there is none.
 [[nodiscard]] const Dialect* find_dialect(std::span<const Dialect> rows, std::string_view name);
 
+/// Whether these eight bytes can be the name of a pack: printable, as a second pack's is where the daemon takes it.
+[[nodiscard]] bool is_pack_name(const CanFrame& frame);
+
 /// Listens to one bus.
 class DialectWatch {
  public:
@@ -48,6 +52,10 @@ class DialectWatch {
   [[nodiscard]] const Dialect* spoken() const { return spoken_; }
   /// How one knows: '620h says "Elithion"'. Empty while nothing has told.
   [[nodiscard]] const std::string& sign() const { return sign_; }
+  /// Whether nothing but the length of this frame's identifier has told.
+  [[nodiscard]] bool is_told_by_length_of(const CanFrame& frame) const {
+    return is_told_by_length_ && frame.id == base_id_ + status_offset;
+  }
 
  private:
   static constexpr std::uint32_t status_offset = 2;
@@ -60,6 +68,7 @@ class DialectWatch {
   std::uint32_t base_id_;
   const Dialect* spoken_ = nullptr;
   std::string sign_;
+  bool is_told_by_length_ = false;
 };
 
 }  // namespace bmu::dump

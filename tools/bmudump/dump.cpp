@@ -50,6 +50,10 @@ Catalogues::Catalogues(const DumpCatalogue::Choice& choice, std::span<const Dial
   }
 }
 
+bool Catalogues::is_declared(std::size_t reader) const {
+  return reader >= dialect_count_ && device_buses_[reader - dialect_count_].name != every_bus;
+}
+
 std::size_t Catalogues::reader_of(const Dialect& dialect) const {
   std::size_t reader = 0;
   while (reader < dialect_count_ && &at(reader).dialect() != &dialect) ++reader;
@@ -97,24 +101,48 @@ bool Dump::show(const LogLine& line) {
   return true;
 }
 
-/// Whether nothing but the identifier shows which device the frame is of: no option gives what is on this bus, and the
-/// pack that may send there has not named itself.
-bool Dump::is_doubtful(const Bus& bus, const CanFrame& frame) const {
+/// Whether nothing but the identifier shows which device a frame of this row is of: no option gives what is on this
+/// bus, and the pack that may send there has not said its name.
+bool Dump::is_doubtful(const Bus& bus, std::size_t row) const {
   const DumpCatalogue& catalogue = catalogues_->at(bus.reader);
-  const std::size_t row = catalogue.all().row_of(frame);
-  if (catalogue.is_device(row)) return !catalogues_->is_of_bus(bus.reader);
+  if (catalogues_->is_declared(bus.reader)) return false;
+  if (catalogue.is_device(row)) return true;
   const bool is_chosen = options_->dialect != "auto" || options_->catalogue.vehicle_base_id != default_vehicle_base_id;
-  return catalogue.is_vehicle(row) && !is_chosen && !catalogues_->is_of_bus(bus.reader) && bus.dialect.sign().empty();
+  return catalogue.is_vehicle(row) && !is_chosen && !bus.evidence.has_pack_name();
 }
 
-/// Under a doubtful identifier a frame that cannot be what the row says is unknown. Where others of the identifier have
-/// passed a checksum, one that does not is damaged.
+/// A 622h whose length has chosen its row proves nothing by it.
+Fit Dump::fit_in(const Bus& bus, std::size_t row, const CanFrame& frame) const {
+  const DumpCatalogue& catalogue = catalogues_->at(bus.reader);
+  const Fit fit = fit_of(*catalogue.all().messages()[row], frame);
+  const bool has_chosen_row = catalogue.is_vehicle(row) && bus.dialect.is_told_by_length_of(frame);
+  return fit == Fit::proven && has_chosen_row ? Fit::unproven : fit;
+}
+
+/// Under a doubtful identifier a frame is unknown that cannot be what the row says, or of which nothing but the
+/// identifier says so. Where others of the identifier have passed a checksum, one that does not is damaged.
 CheckedFrame Dump::judge(Bus& bus, const LogLine& line) const {
-  const CheckedFrame verdict = bus.check.check(line.frame);
-  if (verdict.message == nullptr || !is_doubtful(bus, line.frame)) return verdict;
-  const bool is_damaged = has_crc(*verdict.message) && !verdict.is_accepted && bus.hint.has_passed(line.frame) &&
-                          line.frame.length == verdict.message->length;
-  return is_damaged || fits(*verdict.message, line.frame) ? verdict : CheckedFrame{};
+  const CanFrame& frame = line.frame;
+  const CheckedFrame verdict = bus.check.check(frame);
+  if (verdict.message == nullptr) return verdict;
+  const DumpCatalogue& catalogue = catalogues_->at(bus.reader);
+  const std::size_t row = catalogue.all().row_of(frame);
+  if (is_doubtful(bus, row)) {
+    const Fit fit = fit_in(bus, row, frame);
+    bus.evidence.note(catalogue, row, fit);
+    const bool is_damaged = has_crc(*verdict.message) && !verdict.is_accepted && bus.hint.has_passed(frame) &&
+                            frame.length == verdict.message->length;
+    if (!is_damaged && !bus.evidence.believes(catalogue, row, fit)) return {};
+  } else if (verdict.is_accepted && !catalogue.parts_of(row).empty()) {
+    bus.evidence.note(catalogue, row, Fit::proven);
+  }
+  if (catalogue.is_vehicle(row)) note_vehicle(bus, verdict, frame);
+  return verdict;
+}
+
+void Dump::note_vehicle(Bus& bus, const CheckedFrame& verdict, const CanFrame& frame) const {
+  if (verdict.is_accepted) bus.evidence.note_vehicle();
+  if (frame.id == catalogues_->at(bus.reader).vehicle_base_id() && is_pack_name(frame)) bus.evidence.note_pack_name();
 }
 
 static_assert(ClockJumps::bus_count_max == BusTable::bus_count_max);
@@ -135,8 +163,11 @@ bool Dump::is_whole(const LogLine& line) {
   if (frame.is_remote) return frame.length > 0;  // a digit, behind which there is nothing but a code above 8
   const Bus* const bus = buses_.find(line.bus);
   if (frame.is_error || bus == nullptr) return false;
-  const MessageSpec* const message = catalogues_->at(bus->reader).all().find(frame).message;
-  return message != nullptr && frame.length == message->length;
+  const DumpCatalogue& catalogue = catalogues_->at(bus->reader);
+  const MessageSpec* const message = catalogue.all().find(frame).message;
+  if (message == nullptr || frame.length != message->length) return false;
+  const std::size_t row = catalogue.all().row_of(frame);
+  return !is_doubtful(*bus, row) || bus->evidence.believes(catalogue, row, fit_in(*bus, row, frame));
 }
 
 bool Dump::count_lost(std::string_view name, std::uint64_t frames) {
@@ -216,6 +247,25 @@ void Dump::tell_hints() const {
   }
 }
 
+/// Devices that were asked for and whose frames are left unknown, as no bus was given for them and none of their frames
+/// shows more than an identifier.
+void Dump::tell_doubts() const {
+  if (options_->output == Output::log) return;
+  for (const std::unique_ptr<Bus>& bus : buses_.buses()) {
+    const DumpCatalogue& catalogue = catalogues_->at(bus->reader);
+    for (std::size_t part = 0; part < catalogue.part_count(); ++part) {
+      const Device* const device = catalogue.device_of(part);
+      const std::uint64_t count = bus->evidence.left_unknown(part);
+      if (device == nullptr || count == 0 || bus->evidence.has(part)) continue;
+      std::fprintf(stderr,
+                   "bmudump: %s: %llu frame%s that could be of %s left unknown, as nothing but identifiers says so; if "
+                   "this is its bus: --device %s\n",
+                   bus->name.c_str(), static_cast<unsigned long long>(count), count == 1 ? "" : "s",
+                   std::string(device->name).c_str(), words_on(bus->name, *device, options_->catalogue).c_str());
+    }
+  }
+}
+
 void Dump::forget_counters(std::string_view bus) {
   if (Bus* const known = buses_.find(bus)) known->check.forget_counters();
 }
@@ -232,6 +282,7 @@ int Dump::finish(int code) {
     return exit_system;
   }
   tell_hints();
+  tell_doubts();
   const bool is_suspect = options_->is_strict && suspect_count(buses_.buses()) > 0;
   return worse(code, is_suspect ? exit_suspect : exit_ok);
 }

@@ -27,8 +27,8 @@ class Catalogues {
   [[nodiscard]] std::size_t first() const { return first_; }
   [[nodiscard]] std::span<const Dialect> dialects() const { return dialects_; }
   [[nodiscard]] std::span<const DeviceBus> device_buses() const { return device_buses_; }
-  /// Whether it reads a bus that was named for what is on it.
-  [[nodiscard]] bool is_of_bus(std::size_t reader) const { return reader >= dialect_count_; }
+  /// Whether it reads a bus that was named for what is on it. Who names every bus says of none what is there.
+  [[nodiscard]] bool is_declared(std::size_t reader) const;
   /// What reads this dialect, if buses may change to it; size() if nothing does.
   [[nodiscard]] std::size_t reader_of(const Dialect& dialect) const;
 
@@ -69,13 +69,16 @@ class Dump {
   [[nodiscard]] Follow* follow() { return follow_.get(); }
 
  private:
-  [[nodiscard]] bool is_doubtful(const Bus& bus, const CanFrame& frame) const;
+  [[nodiscard]] bool is_doubtful(const Bus& bus, std::size_t row) const;
+  [[nodiscard]] Fit fit_in(const Bus& bus, std::size_t row, const CanFrame& frame) const;
   [[nodiscard]] CheckedFrame judge(Bus& bus, const LogLine& line) const;
+  void note_vehicle(Bus& bus, const CheckedFrame& verdict, const CanFrame& frame) const;
   void note_clock(const Bus& bus, const LogLine& line);
   void print(const Bus& bus, const SeenFrame& seen);
   void print_lost(const Bus& bus, std::uint64_t frames);
   void note_dialect(Bus& bus);
   void tell_hints() const;
+  void tell_doubts() const;
 
   const Options* options_;
   const Catalogues* catalogues_;

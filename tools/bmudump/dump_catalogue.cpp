@@ -11,6 +11,9 @@ namespace {
 /// Where the internal bus is not.
 constexpr Catalogue no_messages{"none", {}};
 
+/// Index of the part that is added first.
+constexpr std::size_t internal_part = 0;
+
 const Catalogue* internal_catalogue(const DumpCatalogue::Choice& choice) {
   using namespace internal_bus;
   if (!choice.has_internal) return &no_messages;
@@ -59,17 +62,23 @@ DumpCatalogue::DumpCatalogue(const Choice& choice, const Dialect& dialect)
 
 /// A row that is there already is the same message, whoever brings it.
 void DumpCatalogue::add(std::span<const MessageSpec* const> rows, std::string name, const Device* device) {
+  const std::size_t part = parts_.size();
   parts_.push_back({.begin = all_messages_.size(), .name = std::move(name), .device = device});
   for (const MessageSpec* row : rows) {
-    const bool is_there = std::find(all_messages_.begin(), all_messages_.end(), row) != all_messages_.end();
-    if (!is_there) all_messages_.push_back(row);
+    const auto known = std::find(all_messages_.begin(), all_messages_.end(), row);
+    const auto index = static_cast<std::size_t>(known - all_messages_.begin());
+    if (known == all_messages_.end()) {
+      all_messages_.push_back(row);
+      parts_of_row_.emplace_back();
+    }
+    if (part != internal_part) parts_of_row_[index].push_back(part);
   }
 }
 
-const DumpCatalogue::Part& DumpCatalogue::part_of(std::size_t row) const {
+std::size_t DumpCatalogue::part_of(std::size_t row) const {
   const auto behind = std::upper_bound(parts_.begin(), parts_.end(), row,
                                        [](std::size_t at, const Part& part) { return at < part.begin; });
-  return *(behind - 1);
+  return static_cast<std::size_t>(behind - parts_.begin()) - 1;
 }
 
 std::optional<DumpCatalogue::Clash> DumpCatalogue::clash() const {
@@ -80,8 +89,8 @@ std::optional<DumpCatalogue::Clash> DumpCatalogue::clash() const {
       if (!id) continue;
       return Clash{.id = *id,
                    .is_extended = all_messages_[row]->is_extended,
-                   .device = part_of(row).device,
-                   .other = part_of(before).name};
+                   .device = device_of(part_of(row)),
+                   .other = parts_[part_of(before)].name};
     }
   }
   return Clash{};  // beyond 7FF

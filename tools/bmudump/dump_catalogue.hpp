@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -57,6 +58,14 @@ class DumpCatalogue {
   [[nodiscard]] bool is_device(std::size_t row) const {
     return row >= internal_->messages().size() + vehicle_->messages().size();
   }
+  /// Who has that row in all(): one index for the internal bus, for the vehicle messages and for each device.
+  [[nodiscard]] std::size_t part_of(std::size_t row) const;
+  /// The vehicle messages and devices that have it; of a row of the internal bus those that have it, too, as a rule
+  /// none.
+  [[nodiscard]] std::span<const std::size_t> parts_of(std::size_t row) const { return parts_of_row_[row]; }
+  [[nodiscard]] std::size_t part_count() const { return parts_.size(); }
+  /// Null if it is ours.
+  [[nodiscard]] const Device* device_of(std::size_t part) const { return parts_[part].device; }
   /// The first there is: the vehicle messages were moved onto identifiers of others, or devices collide.
   [[nodiscard]] std::optional<Clash> clash() const;
 
@@ -69,13 +78,13 @@ class DumpCatalogue {
   };
 
   void add(std::span<const MessageSpec* const> rows, std::string name, const Device* device);
-  [[nodiscard]] const Part& part_of(std::size_t row) const;
 
   const Dialect* dialect_;
   std::uint32_t vehicle_base_id_;
   std::vector<MessageSpec> vehicle_rows_;
   std::vector<const MessageSpec*> vehicle_messages_;
   std::vector<const MessageSpec*> all_messages_;
+  std::vector<std::vector<std::size_t>> parts_of_row_;
   std::vector<Part> parts_;
   const Catalogue* internal_;
   std::unique_ptr<Catalogue> vehicle_;

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "tools/bmudump/error_text.hpp"
+#include "tools/bmudump/letters.hpp"
 #include "tools/bmudump/words.hpp"
 
 namespace bmu::dump {
@@ -21,29 +22,6 @@ constexpr std::size_t signal_room = 2 * Piece::room + 64;
 constexpr std::size_t rest_room = 6 * bus_name_length_max + 1'536;
 static_assert(shown_signals_max * signal_room + rest_room <= TextWriter::line_room);
 static_assert(xl_bytes_max * 4 + rest_room <= TextWriter::line_room);
-
-/// Text of a quantity that is no number: up to eight letters, the first in the highest byte.
-struct Letters {
-  std::array<char, 8> bytes{};
-  std::size_t count = 0;
-
-  [[nodiscard]] std::string_view view() const { return {bytes.data(), count}; }
-};
-Letters letters_of(const SignalSpec& signal, std::int64_t raw) {
-  Letters letters{.count = signal.bit_count / 8U};
-  for (std::size_t index = 0; index < letters.count; ++index) {
-    letters.bytes[index] = static_cast<char>(static_cast<std::uint64_t>(raw) >> (8 * (letters.count - 1 - index)));
-  }
-  return letters;
-}
-
-/// Printable letters with nothing but zeros behind them. Other bytes under the identifier of a name are those of
-/// another device: 621h is the product's version on one bus, and cells' temperatures on that of an Outlander's modules.
-bool is_text(std::string_view letters) {
-  const auto is_printable = [](char one) { return one >= ' ' && one <= '~'; };
-  const auto* const end = std::find_if_not(letters.begin(), letters.end(), is_printable);
-  return std::all_of(end, letters.end(), [](char one) { return one == '\0'; });
-}
 
 std::string_view name_of_raw(const SignalSpec& signal, std::int64_t raw) {
   for (const RawName& name : signal.names) {

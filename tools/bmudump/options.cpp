@@ -219,7 +219,7 @@ void declare_reading(CLI::App& app, Options& options, Words& words) {
   app.add_option(
          "--device", words.devices,
          "read a foreign device, too: NAME on every bus; BUS=NAME on that bus, and nothing there that is not named so "
-         "(BUS=vehicle, BUS=internal; any is every bus); --devices lists them")
+         "(BUS=vehicle, BUS=internal; any is every bus, of which it then says nothing); --devices lists them")
       ->type_name("[BUS=]NAME")
       ->delimiter(',')
       ->allow_extra_args(false);

@@ -27,6 +27,11 @@ void for_each_id(const BusStatistics& bus, const Print& print) {
   for (const std::uint32_t id : bus.extended_ids()) print(hex(id, 8), bus.extended(id));
 }
 
+/// A length alone may be a car's: what it tells counts where there are messages of a pack.
+bool tells_dialect(const Bus& bus) {
+  return bus.evidence.has_vehicle() && !bus.dialect.sign().empty();
+}
+
 bool has_counts(const BusStatistics& bus) {
   return bus.frames > 0 || bus.lost > 0;
 }
@@ -70,7 +75,7 @@ void Summary::print_bus(const Bus& bus) const {
   }
   if (all.lost > 0) out_->text(", lost " + std::to_string(all.lost));
   if (clock_jumps_ > 0) out_->text(", clock jumps " + std::to_string(clock_jumps_));
-  if (!bus.dialect.sign().empty()) {
+  if (tells_dialect(bus)) {
     const Dialect* const spoken = bus.dialect.spoken();
     out_->text("\n  vehicle messages: " + bus.dialect.sign() +
                (spoken == nullptr ? ", the name of no dialect" : ", dialect " + std::string(spoken->name)));
@@ -139,7 +144,7 @@ void Summary::print_bus_json(const Bus& bus) const {
     out_->text(",\"" + std::string(count.name) + "\":" + std::to_string(all.*count.number));
   }
   out_->text(",\"lost\":" + std::to_string(all.lost));
-  const Dialect* const spoken = bus.dialect.spoken();
+  const Dialect* const spoken = tells_dialect(bus) ? bus.dialect.spoken() : nullptr;
   out_->text(",\"dialect\":" + (spoken == nullptr ? "null" : "\"" + std::string(spoken->name) + "\"") + ",\"ids\":[");
   bool is_first = true;
   for_each_id(all, [&](const std::string& id, const IdStatistics& row) {
