@@ -1266,9 +1266,9 @@ TEST_CASE("who has an identifier in common is not read together, and is told wha
   };
   CHECK(complaint("--device outlander_cmu") ==
         "bmudump: --device: outlander_cmu and the vehicle messages both have identifier 621; name its bus, and what "
-        "else is read there: --device any=outlander_cmu,any=internal\n");
+        "else is read there: --device BUS=outlander_cmu,BUS=internal\n");
   CHECK(run("-r - --device any=outlander_cmu,any=internal").exit_code == 0);
-  CHECK(complaint("--device sma").find(": --device any=sma,any=vehicle\n") != std::string::npos);
+  CHECK(complaint("--device sma").find(": --device BUS=sma,BUS=vehicle\n") != std::string::npos);
   CHECK(run("-r - --device any=sma,any=vehicle").exit_code == 0);
   const Run live = run("no-such-can --device outlander_cmu");
   CHECK(live.err.find(": --device no-such-can=outlander_cmu,no-such-can=internal\n") != std::string::npos);
@@ -1280,6 +1280,33 @@ TEST_CASE("who has an identifier in common is not read together, and is told wha
   CHECK(run("-r - --device ivt_s").exit_code == 0);
   CHECK(run("-r - --device ivt_s --sensor-little-endian").exit_code == 0);
   CHECK(run("-r - --device any=outlander_cmu,any=lem_cab").exit_code == 0);
+}
+
+TEST_CASE("the bus that is named in advice is one of the log", "[integration][bmudump][devices]") {
+  const TemporaryFolder folder;
+  const std::string internal = "(1.000000) can3 143#8EA08E928EB22AB2\n";
+  const std::string sma = "(1.000000) can7 351#3002F401E803C001\n";
+  const std::string log = folder.file("drive.log", "# nothing\nno line of a log\n" + internal + sma);
+  const std::string other = folder.file("other.log", internal);
+  const std::string screen = folder.file("screen.txt", "  can5  351   [8]  30 02 F4 01 E8 03 C0 01");
+  const std::string empty = folder.file("empty.log", "");
+  const auto advice = [](const std::string& arguments) {
+    const Run result = run(arguments + " --device sma");
+    CHECK(result.exit_code == 2);
+    const std::string before = "what else is read there: --device ";
+    const std::size_t at = result.err.find(before);
+    return at == std::string::npos ? result.err : result.err.substr(at + before.size());
+  };
+  CHECK(advice("-r " + log) == "can7=sma,can7=vehicle\n");
+  CHECK(advice("-r " + other) == "can3=sma,can3=vehicle\n");
+  CHECK(advice("-r " + other + " " + log) == "can7=sma,can7=vehicle\n");
+  CHECK(advice("-r " + screen) == "can5=sma,can5=vehicle\n");
+  CHECK(advice("can9 -r " + log) == "can9=sma,can9=vehicle\n");
+  CHECK(advice("any -r " + log) == "can7=sma,can7=vehicle\n");
+  CHECK(advice("any") == "BUS=sma,BUS=vehicle\n");
+  CHECK(advice("-r " + empty + " no-such-file.log") == "BUS=sma,BUS=vehicle\n");
+  CHECK(run("-r " + log + " -t none --device can7=sma,can7=vehicle").out.find("can7 351 SMA_LIMITS") !=
+        std::string::npos);
 }
 
 TEST_CASE("the results of a sensor are read in the order of bytes that was asked for",

@@ -11,6 +11,7 @@
 
 #include "protocol/dbc.hpp"
 #include "tools/bmudump/dump.hpp"
+#include "tools/bmudump/log_bus.hpp"
 #include "tools/bmudump/protocol_doc.hpp"
 
 namespace {
@@ -94,6 +95,13 @@ int show(const Options& options, const Catalogues& catalogues) {
   return dump.finish(options.files.empty() ? dump_live(options, dump) : dump_files(options, dump));
 }
 
+/// Where the device may be: the bus that is shown, or one of the log, or the word for one.
+std::string likely_bus(const Options& options, const bmu::Device& device) {
+  const bool is_named = !options.buses.empty() && options.buses.front().name != every_bus;
+  const std::string bus = is_named ? options.buses.front().name : bus_of_logs(options.files, device);
+  return bus.empty() ? "BUS" : bus;
+}
+
 /// Two of those that are read together have an identifier in common: says who, and what to do.
 void tell_clash(const DumpCatalogue::Clash& clash, const std::string& bus, const Options& options) {
   if (clash.device == nullptr) {
@@ -103,10 +111,10 @@ void tell_clash(const DumpCatalogue::Clash& clash, const std::string& bus, const
   }
   const std::string name(clash.device->name);
   const std::string where = bus.empty() ? "" : " on " + bus;
-  const std::string any_bus = options.buses.empty() ? "any" : options.buses.front().name;
-  const std::string remedy = bus.empty() ? "name its bus, and what else is read there: --device " +
-                                               working_words(any_bus, *clash.device, options.catalogue)
-                                         : "leave one of them out, or give it another bus";
+  const std::string remedy =
+      bus.empty() ? "name its bus, and what else is read there: --device " +
+                        working_words(likely_bus(options, *clash.device), *clash.device, options.catalogue)
+                  : "leave one of them out, or give it another bus";
   std::fprintf(stderr, "bmudump: --device: %s and %s both have identifier %0*X%s; %s\n", name.c_str(),
                clash.other.c_str(), clash.is_extended ? 8 : 3, static_cast<unsigned>(clash.id), where.c_str(),
                remedy.c_str());
