@@ -193,6 +193,7 @@ Result<HistoryReader, std::string> HistoryReader::open_new(const std::string& pa
   if (auto made = migrate(*database, history_steps()); !made) return failure(path + ": " + made.error().what);
   HistoryReader reader(path, std::move(*database));
   reader.is_new_ = true;
+  reader.has_no_minute_ = true;
   return reader;
 }
 
@@ -278,7 +279,8 @@ Result<void, HistoryReader::Refusal> HistoryReader::check() {
   }
   const auto is_whole = has_schema(*database_, history_steps(version_));
   if (!is_whole || !*is_whole) note("the tables are not all those of a history");
-  is_new_ = has_no_row_yet();
+  has_no_minute_ = is_known_to_be_without(minutes());
+  is_new_ = has_no_minute_ && is_known_to_be_without(events());
   return {};
 }
 
@@ -297,10 +299,14 @@ bool HistoryReader::has_no_table_yet() const {
 }
 
 /// Of a history in which nothing is damaged as far as it was looked at.
-bool HistoryReader::has_no_row_yet() const {
+bool HistoryReader::is_known_to_be_without(const Table& table) const {
   if (is_ruin_ || !notes_.empty()) return false;
-  const auto rows = database_->number("SELECT EXISTS (SELECT 1 FROM minute) OR EXISTS (SELECT 1 FROM event)");
+  const auto rows = database_->number("SELECT EXISTS (SELECT 1 FROM " + table.name + ")");
   return rows && rows->value_or(1) == 0;
+}
+
+std::int64_t HistoryReader::period_s() const {
+  return lives().empty() ? HistoryLife{}.period_s : lives().back().period_s;
 }
 
 /// The newest whose columns are all there: the number may be what is damaged.

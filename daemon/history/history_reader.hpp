@@ -18,8 +18,9 @@
 //
 // A history of an older schema is read as it is: what its rows do not have is not there.
 //
-// A file that the daemon is just creating opens as a history without rows, is_new(): an empty file, a database without
-// tables, one that its creator holds locked, and what a creator that was killed left behind.
+// A file that the daemon is just creating opens as a history without rows: an empty file, a database without tables,
+// one that its creator holds locked, and what a creator that was killed left behind. From then until its first period
+// is over it has events alone; has_no_minute_yet() is true of both.
 //
 // Cost: some 10 us a row of 96 cells, and the disk's part; one row is in memory at a time.
 #pragma once
@@ -66,8 +67,11 @@ class HistoryReader {
   void for_each_row_after(std::int64_t sequence, const std::function<bool(const HistoryRow&)>& take);
   void for_each_event(const HistorySpan& span, const std::function<bool(const HistoryEvent&)>& take);
 
-  /// Nothing recorded yet, neither minute nor event, when it was opened. Then it stays without rows.
-  [[nodiscard]] bool is_new() const { return is_new_; }
+  /// No minute was recorded when it was opened, and nothing is damaged; there may be events, and a minute may have come
+  /// since.
+  [[nodiscard]] bool has_no_minute_yet() const { return has_no_minute_; }
+  /// A minute is so long, in s, in the newest life; the default where no life is known.
+  [[nodiscard]] std::int64_t period_s() const;
   [[nodiscard]] const std::vector<HistoryLife>& lives() const { return lives_.all(); }
   /// Of a row that was read: never null.
   [[nodiscard]] const HistoryLife* life_of(const HistoryRow& row) const { return lives_.find(row.life); }
@@ -117,7 +121,7 @@ class HistoryReader {
   [[nodiscard]] Result<void, Refusal> check_version();
   void find_version();
   [[nodiscard]] bool has_no_table_yet() const;
-  [[nodiscard]] bool has_no_row_yet() const;
+  [[nodiscard]] bool is_known_to_be_without(const Table& table) const;
   [[nodiscard]] bool has_whole_row();
   void read_lives();
   [[nodiscard]] Range range_of(const HistorySpan& span);
@@ -141,7 +145,8 @@ class HistoryReader {
   HistoryAccess access_ = HistoryAccess::in_any_way;
   std::optional<Database> database_;  // none: nothing leads into the file, what is in it is found page by page
   bool is_ruin_ = false;              // then nothing is looked up, everything is looked through
-  bool is_new_ = false;
+  bool is_new_ = false;               // neither minute nor event
+  bool has_no_minute_ = false;
   std::int64_t version_ = history_version;  // of the tables
   HistoryLives lives_;
   std::unique_ptr<StrayRows> strays_;  // once something cannot be reached; beside the writer of none

@@ -25,10 +25,10 @@ struct HistoryBench : Bench {
   std::string state = folder / "state.json";
   std::string path = folder / "history.sqlite";
 
-  HistoryBench() {
+  explicit HistoryBench(int period_s = 1) {
     auto json = nlohmann::json::parse(read_file(pack), nullptr, true, true);
     json["cell"] = std::filesystem::path(pack).parent_path() / json.at("cell").get<std::string>();
-    json["history"] = {{"period_s", 1}};
+    json["history"] = {{"period_s", period_s}};
     pack = folder.file("pack.json", json.dump());
     start_emulator("1 vehicle on\n");
   }
@@ -138,6 +138,11 @@ TEST_CASE("who asks for the history while the daemon creates it is told that not
           "[integration][daemon][history][bus][slow]") {
   HistoryBench bench;
   const auto ask = [&] { return bench.ask({"history", "--file", bench.path}); };
+  // Until the first event is written nothing in the file says how long a minute is.
+  const std::string begin = " recorded yet in " + bench.path + "; the first minute comes after ";
+  const auto is_nothing = [&](const std::string& text, const std::string& nothing, const std::string& end) {
+    return text == nothing + begin + "30 to 90 s" + end || text == nothing + begin + "0.5 to 1.5 s" + end;
+  };
   for (int start = 0; start < 3; ++start) {
     bench.daemon = std::make_unique<Process>(bench.history_command(), ProcessOptions{.err_file = bench.log});
     Finished answer = ask();
@@ -146,17 +151,52 @@ TEST_CASE("who asks for the history while the daemon creates it is told that not
       INFO(answer.err);
       INFO(answer.out);
       if (answer.status == 0) {
-        const bool is_new = answer.out == "Nothing recorded yet in " + bench.path + ".\n";
-        REQUIRE((is_new || answer.out.starts_with("No minutes")));  // events come first
+        REQUIRE(is_nothing(answer.out, "Nothing", ".\n"));
       } else {
         REQUIRE(answer.err.find("history.sqlite: no such file") != std::string::npos);
       }
+      const Finished page = bench.ask({"report", bench.path, "--out", "-"});
+      INFO(page.err);
+      const bool is_missing = page.err.find("history.sqlite: no such file") != std::string::npos;
+      REQUIRE((page.status == 0 || is_missing || is_nothing(page.err, "bmuctl: nothing", "\n")));
       REQUIRE(bench.daemon->wait(milliseconds(0)) == -1);
       answer = ask();
     }
     bench.daemon->signal(SIGTERM);
     REQUIRE(bench.daemon->wait(test::hang_max) == 0);
     for (const char* end : {"", "-wal", "-shm"}) std::filesystem::remove(bench.path + end);
+  }
+}
+
+TEST_CASE("in the first minute of a daemon its history has events, and no minute is no matter of the clock",
+          "[integration][daemon][history][bus]") {
+  HistoryBench bench(600);
+  bench.start();
+  const auto history = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), {"history", "--file", bench.path});
+    return bench.ask(words);
+  };
+  REQUIRE(
+      bench.becomes([&] { return history({"--events"}).out.find("module 1 is serial number") != std::string::npos; }));
+  const std::string sentence = " recorded yet in " + bench.path + "; the first minute comes after 300 to 900 s";
+  for (const std::vector<std::string>& words : {std::vector<std::string>{}, {"--from", "begin"}}) {
+    const Finished table = history(words);
+    CHECK(table.status == 0);
+    CHECK(table.out == "Nothing" + sentence + ".\n");
+  }
+  const Finished running = bench.ask({"history"});
+  CHECK(running.status == 0);
+  CHECK(running.out == "Nothing" + sentence + ".\n");
+  const auto rows = bench.rows({"--file", bench.path});
+  REQUIRE(rows.size() == 1);
+  CHECK(rows.front() == nlohmann::json{{"nothing_recorded_yet", true}, {"path", bench.path}, {"period_s", 600}});
+  CHECK(history({"--events", "--to", "-1d"}).out ==
+        "No events in this span, and no minute yet in all of " + bench.path + ".\n");
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"report", bench.path}, {"report", bench.path, "--from", "begin"}}) {
+    const Finished page = bench.ask(words);
+    CHECK(page.status == 1);
+    CHECK(page.err == "bmuctl: nothing" + sentence + "\n");
   }
 }
 
@@ -260,7 +300,8 @@ TEST_CASE("bmuctl history says what is wrong with its words, and what is not the
   CHECK(missing.err.find("no.sqlite: no such file") != std::string::npos);
   const Finished empty = run({"--file", folder.file("empty.sqlite", "")});
   CHECK(empty.status == 0);
-  CHECK(empty.out == "Nothing recorded yet in " + (folder / "empty.sqlite") + ".\n");
+  const std::string empty_file = folder / "empty.sqlite";
+  CHECK(empty.out == "Nothing recorded yet in " + empty_file + "; the first minute comes after 30 to 90 s.\n");
   CHECK(run({"--csv", "--file", folder / "empty.sqlite"}).out.starts_with("time,sequence,"));
   const Finished none = run({"--file", folder.file("text.sqlite", std::string(5'000, 'x'))});
   CHECK(none.status == 1);

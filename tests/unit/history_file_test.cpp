@@ -333,7 +333,7 @@ std::string fault_of_new(const std::string& path, HistoryAccess access = History
   const auto all = read_all(*reader);
   if (!all.problems.empty()) return all.problems.front();
   if (!all.rows.empty() || !all.events.empty()) return "it has rows";
-  return reader->is_new() ? "" : "it is not new";
+  return reader->has_no_minute_yet() ? "" : "it is not new";
 }
 
 /// A connection that is in the middle of something.
@@ -402,6 +402,36 @@ TEST_CASE("a history that is just being created has nothing recorded yet, and is
     REQUIRE(file.open());
     CHECK(fault_of_new(files.path) == "");
   }
+}
+
+TEST_CASE("a history with events alone has no minute yet, and knows how long one is", "[unit][history]") {
+  const Files files;
+  HistoryLife life = life_of(1);
+  life.period_s = 20;
+  HistoryFile file({.path = files.path}, life);
+  const std::vector<HistoryEvent> events{history_event(1)};
+  REQUIRE(file.write({}, events));
+  auto reader = HistoryReader::open(files.path);
+  REQUIRE(reader);
+  CHECK(reader->has_no_minute_yet());
+  CHECK(reader->period_s() == 20);
+  CHECK(read_all(*reader).events.size() == 1);
+  // What was decided when it was opened stays; the minute is there all the same.
+  add_minute(file, life, history_row(1, life));
+  CHECK(reader->has_no_minute_yet());
+  CHECK(read_all(*reader).minutes() == count(1, 1));
+  const auto later = HistoryReader::open(files.path);
+  REQUIRE(later);
+  CHECK_FALSE(later->has_no_minute_yet());
+}
+
+TEST_CASE("a damaged history without a minute that can be read does not pass for a new one", "[unit][history]") {
+  const Files files;
+  make_history(files.path, 1);
+  run_sql(files.path, "DROP TABLE place; DELETE FROM minute");
+  const auto reader = HistoryReader::open(files.path);
+  REQUIRE(reader);
+  CHECK_FALSE(reader->has_no_minute_yet());
 }
 
 TEST_CASE("between any two writes of its creation a history has nothing recorded yet", "[unit][history]") {

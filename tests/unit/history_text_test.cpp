@@ -220,6 +220,12 @@ TEST_CASE("a line of JSON has the numbers, null for what was not known, and the 
   CHECK_FALSE(nlohmann::json::parse(json_line(placed(1, life), {}, {})).contains("cells"));
 }
 
+TEST_CASE("a history without minutes names its file and when the first minute comes", "[unit][history][ctl]") {
+  CHECK(recorded_yet_text("a.sqlite", 60) == "recorded yet in a.sqlite; the first minute comes after 30 to 90 s");
+  CHECK(recorded_yet_text("a.sqlite", 1) == "recorded yet in a.sqlite; the first minute comes after 0.5 to 1.5 s");
+  CHECK(nothing_json_line("a.sqlite", 60) == "{\"nothing_recorded_yet\":true,\"path\":\"a.sqlite\",\"period_s\":60}\n");
+}
+
 TEST_CASE("the table has a line a minute under a heading for each life, and shows what was wrong",
           "[unit][history][ctl]") {
   HistoryLife one = life_of(2);

@@ -39,7 +39,8 @@ Tables show this machine's time zone and how far it is ahead of UTC, CSV and JSO
 Cells: all, 19 (no. 19), 1.3 (cell 3 of module 1), 2.* (all of module 2).
 
 Each row is a minute: means, lowest and highest of its samples, and what was known at its end. What was not measured is
-empty, null or "--". JSON is a line a row.
+empty, null or "--". JSON is a line a row. Until the first minute is over there is none: "Nothing recorded yet", in JSON
+the line {"nothing_recorded_yet":true, ...}.
 
 The file is the one of the running daemon, else /var/lib/bmud/history.sqlite. It is only read; the daemon may go on
 writing it. Of a damaged one, also of one that the daemon has put aside, all is shown that can still be read.
@@ -155,18 +156,37 @@ std::size_t show_events(HistoryReader& history, const Shown& shown) {
   return count;
 }
 
-void say_nothing_there(HistoryReader& history, const char* what) {
-  if (history.is_new()) {
-    std::printf("Nothing recorded yet in %s.\n", history.path().c_str());
-    return;
+bool has_event(HistoryReader& history) {
+  bool is_found = false;
+  history.for_each_event({}, [&](const HistoryEvent&) {
+    is_found = true;
+    return false;
+  });
+  return is_found;
+}
+
+/// Neither a minute nor, where events are asked for, an event of any time.
+bool is_nothing_recorded(HistoryReader& history, bool of_events) {
+  return history.has_no_minute_yet() && !(of_events && has_event(history));
+}
+
+void say_nothing_recorded(const HistoryReader& history, Form form) {
+  if (form == Form::json) {
+    write_out(nothing_json_line(history.path(), history.period_s()));
+  } else if (form == Form::table) {
+    std::printf("Nothing %s.\n", recorded_yet_text(history.path(), history.period_s()).c_str());
   }
+}
+
+void say_nothing_there(HistoryReader& history, const char* what) {
   if (!history.problems().empty()) {
     std::printf("No %s of this span can be read: %s is damaged.\n", what, history.path().c_str());
     return;
   }
   const HistorySpan covered = history.covered();
   if (!covered.from_unix_ms || !covered.to_unix_ms) {
-    std::printf("No %s in this span, and no minute with a known time in all of %s.\n", what, history.path().c_str());
+    const char* none = history.has_no_minute_yet() ? "no minute yet" : "no minute with a known time";
+    std::printf("No %s in this span, and %s in all of %s.\n", what, none, history.path().c_str());
     return;
   }
   std::printf("No %s in this span. %s has minutes from %s to %s.\n", what, history.path().c_str(),
@@ -213,7 +233,11 @@ int HistoryCommand::run(const HistoryCommandContext& context) const {
     return exit_usage;
   }
   const std::size_t count = events_ ? show_events(*history, shown) : show_rows(*history, shown);
-  if (count == 0 && shown.form == Form::table) say_nothing_there(*history, events_ ? "events" : "minutes");
+  if (count == 0 && is_nothing_recorded(*history, events_)) {
+    say_nothing_recorded(*history, shown.form);
+  } else if (count == 0 && shown.form == Form::table) {
+    say_nothing_there(*history, events_ ? "events" : "minutes");
+  }
   const std::vector<std::string> problems = history->problems();
   for (const std::string& problem : problems) std::fprintf(stderr, "bmuctl: %s\n", problem.c_str());
   return problems.empty() ? exit_ok : exit_damaged;

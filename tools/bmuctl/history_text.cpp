@@ -215,6 +215,16 @@ std::string json_line(const HistoryEvent& event) {
   return line_of(object_of(event_columns(), event));
 }
 
+std::string recorded_yet_text(const std::string& path, std::int64_t period_s) {
+  const auto halves = [](std::int64_t count) { return std::to_string(count / 2) + (count % 2 == 0 ? "" : ".5"); };
+  return "recorded yet in " + path + "; the first minute comes after " + halves(period_s) + " to " +
+         halves(3 * period_s) + " s";
+}
+
+std::string nothing_json_line(const std::string& path, std::int64_t period_s) {
+  return line_of({{"nothing_recorded_yet", true}, {"path", path}, {"period_s", period_s}});
+}
+
 Line HistoryTable::head() const {
   Line line{dim("Time"), dim("SOC %")};
   if (cells_.empty()) {

@@ -4,6 +4,7 @@
 // Texts of a database are nobody's to trust: what could move a cursor is shown as "?".
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,6 +27,12 @@ namespace bmu {
 [[nodiscard]] std::string json_line(const HistoryRow& row, const std::vector<HistoryPlace>& cells,
                                     const std::vector<HistoryPlace>& sensors);
 [[nodiscard]] std::string json_line(const HistoryEvent& event);
+
+/// Of a history without minutes: "recorded yet in PATH; the first minute comes after 30 to 90 s". Minutes end with the
+/// full ones of the clock, and the first has at least half of the period.
+[[nodiscard]] std::string recorded_yet_text(const std::string& path, std::int64_t period_s);
+/// The same as an object, in the place of rows: "nothing_recorded_yet" (true), "path" and "period_s".
+[[nodiscard]] std::string nothing_json_line(const std::string& path, std::int64_t period_s);
 
 /// A table that grows row by row; each life of the daemon gets a heading. With `cells`, their average voltages instead
 /// of the lowest and the highest.

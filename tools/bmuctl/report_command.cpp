@@ -14,6 +14,7 @@
 #include "daemon/history/history_reader.hpp"
 #include "protocol/result.hpp"
 #include "tools/bmuctl/history_file.hpp"
+#include "tools/bmuctl/history_text.hpp"
 #include "tools/bmuctl/time_words.hpp"
 #include "tools/common/exit_codes.hpp"
 #include "tools/common/standard_output.hpp"
@@ -93,7 +94,7 @@ struct Loaded {
   bool is_whole = true;
 };
 
-struct Span {
+struct ReportSpan {
   std::optional<std::int64_t> from_us;
   std::optional<std::int64_t> to_us;
 };
@@ -119,7 +120,7 @@ std::string nothing_in(const report::RecordingFiles& files, const report::Report
   return what + " nothing to show: " + data.holes.front().text;
 }
 
-Result<Loaded, std::string> load_recordings(const report::RecordingFiles& files, const Span& span) {
+Result<Loaded, std::string> load_recordings(const report::RecordingFiles& files, const ReportSpan& span) {
   report::RecordingReport reading({.from_us = span.from_us, .to_us = span.to_us});
   {
     Progress progress;
@@ -138,7 +139,7 @@ Result<Loaded, std::string> load_recordings(const report::RecordingFiles& files,
   return loaded;
 }
 
-Result<Loaded, std::string> load_history(const std::string& file, Span span, bool has_span) {
+Result<Loaded, std::string> load_history(const std::string& file, ReportSpan span, bool has_span) {
   auto history = HistoryReader::open(file);
   if (!history) return failure(history.error());
   if (!has_span) span.from_us = now_in_unix_ms() * us_per_ms - us_per_day;
@@ -147,7 +148,9 @@ Result<Loaded, std::string> load_history(const std::string& file, Span span, boo
   const std::vector<std::string> problems = history->problems();
   loaded.is_whole = problems.empty();
   if (!loaded.data.is_empty()) return loaded;
-  if (history->is_new()) return failure("'" + file + "': nothing recorded yet");
+  if (history->has_no_minute_yet()) {
+    return failure("nothing " + recorded_yet_text(history->path(), history->period_s()));
+  }
   if (problems.empty()) return failure("'" + file + "' has no minute between these times");
   return failure("'" + file + "' is damaged, no minute between these times can be read: " + problems.front() +
                  (problems.size() == 1 ? "" : "; and more, see bmuctl history"));
@@ -221,7 +224,7 @@ int write_report(const ReportOptions& options) {
   read.push_back(sources->history);
   if (const std::string same = out == "-" ? "" : same_file_among(out, read); !same.empty())
     return fail("the page would be written over '" + same + "', which is read; wanted another --out", exit_usage);
-  const Span span{.from_us = us_of(words->from_unix_ms), .to_us = us_of(words->to_unix_ms)};
+  const ReportSpan span{.from_us = us_of(words->from_unix_ms), .to_us = us_of(words->to_unix_ms)};
   const bool has_span = !options.from.empty() || !options.to.empty();
   const auto loaded =
       sources->history.empty() ? load_recordings(sources->files, span) : load_history(sources->history, span, has_span);
