@@ -223,6 +223,60 @@ TEST_CASE(
   CHECK(pack.bench.run_until([&] { return pack.bench.core().sequence().phase == Phase::closed; }, 20s));
 }
 
+/// A step of the current, in mA, that cells of 1 mOhm answer so much earlier than it comes to the sensor, or later:
+/// what the times of modules and sensor are not known better than. Then everything stands still for 9.5 s.
+void step_and_stand_still(NaivePack& pack, std::int32_t to_mA, Duration cells_ahead) {
+  constexpr std::int32_t open_uV = 3'700'000;
+  constexpr Duration stands_still = 9'500ms;
+  const auto move_cells = [&] {
+    for (BenchModule& module : pack.bench.modules) module.cell_voltage_uV.fill(known(open_uV - to_mA));
+  };
+  if (cells_ahead > 0ms) {
+    move_cells();
+    pack.bench.run(cells_ahead);
+  }
+  pack.bench.current_mA = to_mA;
+  if (cells_ahead < 0ms) pack.bench.run(-cells_ahead);
+  move_cells();
+  pack.bench.run(stands_still);
+}
+
+CoreConfig pack_of_1_mOhm() {
+  CoreConfig config = pack_of(2);
+  config.cell.series_resistance_Ohm = 0.001;  // 20 mV at 20 A, and 5 mV show
+  return config;
+}
+
+TEST_CASE("cells of foreign modules that stand still behind a step of 20 A are not stuck, at any phase of the poll",
+          "[scenario][naive][F12]") {
+  const auto is_called_stuck = [](const NaivePack& pack) {
+    const FaultState& state = pack.bench.core().faults().state(FaultId::stuck_values);
+    return state.count > 0 || state.is_warning;
+  };
+  for (const Duration cells_ahead : {-120ms, 0ms, 50ms, 120ms}) {
+    NaivePack pack(pack_of_1_mOhm());
+    REQUIRE(pack.bench.close());
+    for (int phase_ms = 0; phase_ms < 100; phase_ms += 5) {
+      CAPTURE(to_ms(cells_ahead), phase_ms);
+      const Duration until_phase = 100ms - pack.bench.now().time_since_epoch() % 100ms;
+      pack.bench.run(until_phase + std::chrono::milliseconds(phase_ms));
+      step_and_stand_still(pack, 20'000, cells_ahead);
+      REQUIRE_FALSE(is_called_stuck(pack));
+      REQUIRE(pack.bench.core().sequence().phase == Phase::closed);
+      step_and_stand_still(pack, 0, cells_ahead);
+      REQUIRE_FALSE(is_called_stuck(pack));
+    }
+  }
+}
+
+TEST_CASE("cells of a foreign module that do not answer a step of 20 A are stuck", "[scenario][naive][F12]") {
+  NaivePack pack(pack_of_1_mOhm());
+  REQUIRE(pack.bench.close());
+  pack.bench.run(1s);
+  pack.bench.current_mA = 20'000;
+  CHECK(pack.bench.run_until([&] { return pack.bench.is_active(FaultId::stuck_values); }, 9s));
+}
+
 TEST_CASE("a foreign module that is no longer heard opens the pack", "[scenario][naive][BMS_F.3]") {
   NaivePack pack(4);
   REQUIRE(pack.bench.close());
