@@ -4,7 +4,7 @@
 //                      a cell stands above the lowest, by the steepest slope of the curve from top_mV, or from the
 //                      lowest cell, on.
 //   ocv                V + R * I of each cell (I positive out of it), put into the curve: the charge that lies between.
-//                      Above the end of the curve, where a charge to its upper limit goes, the last slope goes on.
+//                      Above its end the last slope goes on: an upper bound, as real curves get steeper there.
 //                      Wants each cell's resistance, measured (step_response.hpp), unless the current is, and has
 //                      been, so small that the model's whole resistance does not make a dead band of it. What follows
 //                      the current late (polarisation.hpp) nobody measures: where a cell's resistance differs from the

@@ -29,7 +29,7 @@ inline constexpr Duration pause_after = 60s;
 /// within 67 permille at the one-hour current, 34 at half of it.
 inline constexpr Duration pause_repeat_after = 8s;
 inline constexpr std::int32_t pause_span_permille = 50;
-/// Steps of 11 mV need some 20 pauses (tests/scenario/accept/res1_resistance_soft_cells.scn): each tells the resistance
+/// Steps of 11 mV need some 20 pauses (tests/scenario/accept/res1_resistance_soft_cells.scn): each shows the resistance
 /// to a fifth, and their mean has to be within 4 % (ResistanceTracker). A cell whose steps are lost in noise does not
 /// hold a charge up for longer: thirty pauses of 5 s are 150 s.
 inline constexpr std::uint8_t pauses_max = 30;
