@@ -204,6 +204,35 @@ TEST_CASE("a fit refuses what no test of a cell can be with the likely cause, an
   CHECK(has(refusal(folder, {}, {"--capacity-Ah", "0.8"}), "it makes 1.2 Ah, expected about 0.8, the capacity"));
 }
 
+namespace {
+
+/// 75 min at 0.3 A out of the cell and 25 min as much into it, twice, from 95 % on: a quarter of the time into the
+/// cell, whose sign may be missing. Without ref_soc_pct.
+std::string long_charges_csv(bool has_sign) {
+  std::string text = "time_s,current_A,voltage_V,temp_C\n";
+  double soc = 0.95;
+  for (int second = 0; second < 2 * 6'000; second += 10) {
+    const double current_A = second % 6'000 < 4'500 ? 0.3 : -0.3;
+    soc -= current_A * 10.0 / 4'320.0;
+    text += std::to_string(second) + "," + std::to_string(has_sign ? current_A : 0.3) + "," +
+            std::to_string(3.2 + 0.9 * soc - 0.05 * current_A) + ",25\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+TEST_CASE("a fit refuses long charges whose current has no sign, and takes them with it", "[integration][bmucell]") {
+  const TemporaryFolder folder;
+  const FitRun wrong = fit_of(folder, long_charges_csv(false));
+  CHECK(wrong.finished.status == 65);
+  CHECK(wrong.cell.empty());
+  CHECK(has(wrong.complaint(), " at a steady 0.3 A, expected it to fall; the current without its sign?"));
+  const FitRun right = fit_of(folder, long_charges_csv(true));
+  INFO(right.finished.err);
+  CHECK(right.finished.status == 0);
+}
+
 TEST_CASE("a fit counts without ref_soc_pct from where it is given, with a warning from an assumption",
           "[integration][bmucell]") {
   const TemporaryFolder folder;

@@ -175,11 +175,6 @@ double trend_of(const Series& series, const std::vector<double>& out) {
   return both / std::sqrt(charge_squares * voltage_squares);
 }
 
-bool has_one_sign(const Range& current_A, double capacity_Ah) {
-  const double noise_A = 0.005 * capacity_Ah;
-  return current_A.min >= -noise_A || current_A.max <= noise_A;
-}
-
 /// How far ref_soc_pct rises above its lowest before, and falls below its highest before, as shares.
 struct Moves {
   double up = 0.0;
@@ -307,7 +302,7 @@ std::string counted_problem(const Series& series, const std::vector<double>& out
     cause = "; current in mA, or time in ms?";
   } else if (soc.min >= -beyond_max) {
     cause = "; a current that is positive into the cell, or a lower charge at its begin (--begin-soc)?";
-  } else if (has_one_sign(range_of(series, &SeriesRow::current_A), capacity_Ah)) {
+  } else if (has_one_sign(series, capacity_Ah)) {
     cause = "; the current without its sign, another capacity, or another charge at its begin (--begin-soc)?";
   }
   return ": current_A: counted from " + percent_text(begin) + " it makes a charge of " + percent_text(soc.min) +
@@ -329,6 +324,12 @@ std::vector<double> charge_out(const Series& series, double capacity_Ah) {
     out.push_back(sum);
   }
   return out;
+}
+
+bool has_one_sign(const Series& series, double capacity_Ah) {
+  const double noise_A = 0.005 * capacity_Ah;
+  const Range current_A = range_of(series, &SeriesRow::current_A);
+  return current_A.min >= -noise_A || current_A.max <= noise_A;
 }
 
 std::string implausible_time(const Series& series) {
@@ -369,7 +370,7 @@ std::string implausible_current(const Series& series, double capacity_Ah) {
     return ": current_A: found " + current_A.text() + ", expected currents in A of a cell of " +
            number_text(capacity_Ah) + " Ah; in mA?";
   }
-  const bool may_miss_sign = has_one_sign(current_A, capacity_Ah);
+  const bool may_miss_sign = has_one_sign(series, capacity_Ah);
   const Steps steps = steps_of(series, capacity_Ah);
   const std::vector<double> out = charge_out(series, capacity_Ah);
   if ((steps.count > 0.0 && steps.falling_share() < mostly) || trend_of(series, out) > rising_trend) {

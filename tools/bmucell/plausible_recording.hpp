@@ -31,6 +31,9 @@ namespace bmu::cell {
 /// that goes forward. `capacity_Ah`: above 0.
 [[nodiscard]] std::string implausible_current(const Series& series, double capacity_Ah);
 
+/// No current flows both ways but for noise, 0.005 C: a current without its sign looks like that.
+[[nodiscard]] bool has_one_sign(const Series& series, double capacity_Ah);
+
 /// A recording of charges has currents into the cell.
 [[nodiscard]] std::string implausible_charging(const Series& series);
 
