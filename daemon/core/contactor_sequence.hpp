@@ -18,8 +18,9 @@
 // phase that does not get on within the time-out opens.
 //
 // Two voltages are compared only if both are the sensor's and were taken in the phase that they speak of. What grants a
-// step, loses the link or shows a weld was taken at one instant, or the pack's behind the link's. The sum of the cells
-// is of another instant, of up to a poll cycle before: it may forbid a step, and never grants one.
+// step, loses the link or shows a weld was taken at one instant, or the pack's behind the link's; a precharge is too
+// fast also by a pack's that stood still. The sum of the cells is of another instant, of up to a poll cycle before: it
+// may forbid a step, and never grants one.
 //
 // With main negative alone nothing may reach the link: one that follows the pack is charged through a welded main
 // positive, whatever its auxiliary contact says. A rest of charge shows there, too, where the sensor measures against
@@ -165,9 +166,12 @@ struct SequenceStep {
 inline constexpr Duration same_instant_max = 5ms;
 
 /// Link and pack were both measured at `since` or later, and the pack at the link's instant or after it.
+[[nodiscard]] constexpr bool are_taken_together_since(TimePoint since, TimePoint pack_at, TimePoint link_at) {
+  return pack_at >= link_at - same_instant_max && link_at >= since && pack_at >= since;
+}
+
 [[nodiscard]] constexpr bool is_pair_since(TimePoint since, const SequenceInputs& in) {
-  const bool is_enclosed = in.pack_at >= in.link_at - same_instant_max;
-  return in.is_measured && is_enclosed && in.link_at >= since && in.pack_at >= since;
+  return in.is_measured && are_taken_together_since(since, in.pack_at, in.link_at);
 }
 
 /// Seen with main negative alone commanded: something else connects the link, or it is charged still.
@@ -231,12 +235,18 @@ inline constexpr Duration same_instant_max = 5ms;
   return missing_mV >= done_mV ? config.precharge_min : config.precharge_min * missing_mV / done_mV;
 }
 
-/// The link followed before the resistor can have charged it: a contactor is welded, or there is no link.
+/// The link followed before the resistor can have charged it: a contactor is welded, or there is no link. On a bus with
+/// many modules their answers may come between the two results of an instant, and the next pair half a period later. A
+/// pack voltage of this phase that is older than the link's stands for that instant, too, where it has not moved: where
+/// the link follows the sample before it as well.
 [[nodiscard]] constexpr bool is_too_fast(const SequenceState& state, const SequenceInputs& in,
                                          const ContactorConfig& config) {
-  const bool is_of_this_precharge = in.link_at > state.entered_at && in.pack_at > state.entered_at;
+  const TimePoint since = state.entered_at + 1ns;
+  const bool is_of_this_precharge = in.is_measured && in.link_at >= since && in.pack_at >= since;
+  const bool stood_still = link_follows(in.pack_before_mV, in.link_mV, config);
   const bool is_early = in.link_at < state.entered_at + precharge_min(state, in.pack_mV, config);
-  return in.is_measured && is_of_this_precharge && is_early && link_follows(in.pack_mV, in.link_mV, config);
+  return is_of_this_precharge && (is_pair_since(since, in) || stood_still) && is_early &&
+         link_follows(in.pack_mV, in.link_mV, config);
 }
 
 /// More current than the resistor lets through into anything but a short.

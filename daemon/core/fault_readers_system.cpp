@@ -201,13 +201,15 @@ Reading link_not_following(const FaultInputs& in) {
   return condition(apart_mV > link_apart_max_mV(pack.value, in.config->contactors), link.taken_at);
 }
 
-/// The other way round: everything is open, and the link stays where the pack is. No capacitor does that for long.
+/// The other way round: everything is open, and the link stays where the pack is. No capacitor does that for long. Both
+/// are of the open pack, and taken together: a pack voltage from before it opened may be one under load.
 Reading link_not_discharging(const FaultInputs& in) {
   const Measured<std::int32_t>& pack = in.pack->pack_voltage_mV;
   const Measured<std::int32_t>& link = in.pack->link_voltage_mV;
   if (in.flags.open_since == TimePoint{}) return condition(false, in.now);
-  const TimePoint judged_from = in.flags.open_since + in.config->contactors.link_decay;
-  const bool is_known = pack.is_valid() && link.is_valid() && link.taken_at > judged_from;
+  const TimePoint judged_from = in.flags.open_since + in.config->contactors.link_decay + 1ns;
+  const bool is_known =
+      pack.is_valid() && link.is_valid() && are_taken_together_since(judged_from, pack.taken_at, link.taken_at);
   if (!is_known) return unknown_reading;
   return condition(link_follows(pack.value, link.value, in.config->contactors), link.taken_at);
 }

@@ -564,6 +564,18 @@ TEST_CASE("a link that follows before the resistor can have charged it fails the
     early.*sample = start + 1ns;
     CHECK(is_too_fast(begun, early, with_min));
   }
+  // A pack voltage of this precharge, but of another instant than the link's, may have moved since, unless it stood
+  // still.
+  early = ready(50ms);
+  for (const std::int32_t before_mV : {0, 80'000, 100'000}) {
+    early.pack_before_mV = before_mV;
+    early.pack_at = early.link_at - same_instant_max;
+    CHECK(is_too_fast(begun, early, with_min));
+    early.pack_at -= 1ns;
+    CHECK(is_too_fast(begun, early, with_min) == (before_mV == 100'000));
+    early.pack_at = early.link_at + 20ms;
+    CHECK(is_too_fast(begun, early, with_min));
+  }
   CHECK(precharge_min({}, 0, with_min) == 0ms);
   CHECK(precharge_min({.link_at_start_mV = -10'000}, 0, with_min) == 0ms);
   CHECK(precharge_min({}, 1, with_min) == 400ms);

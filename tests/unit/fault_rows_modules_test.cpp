@@ -234,6 +234,24 @@ TEST_CASE("a link that stays at the voltage of an open pack counts once it had i
   CHECK_FALSE(world.read(id).is_known);
 }
 
+TEST_CASE("an open pack's link is judged by voltages that were taken together, and both behind its time",
+          "[unit][faults]") {
+  World world;
+  const FaultId id = FaultId::link_not_discharging;
+  world.flags.open_since = start - world.config.contactors.link_decay;
+  const auto is_judged = [&](Duration pack_at, Duration link_at) {
+    world.pack.pack_voltage_mV = {100'000, start + pack_at, Validity::valid};
+    world.pack.link_voltage_mV = {100'000, start + link_at, Validity::valid};
+    return world.read(id).is_known;
+  };
+  CHECK(is_judged(1ns, 1ns));
+  CHECK_FALSE(is_judged(0ns, 1ns));  // the pack's may be from before the opening, under load
+  CHECK_FALSE(is_judged(1ns, 0ns));
+  CHECK(is_judged(1ms, 6ms));
+  CHECK_FALSE(is_judged(1ms, 6ms + 1ns));
+  CHECK(is_judged(40ms, 20ms));
+}
+
 TEST_CASE("the rise of a temperature is judged in part while temperatures are missing", "[unit][faults][F8]") {
   World world;
   CHECK(world.read(FaultId::temperature_rise).is_partial);
