@@ -29,7 +29,7 @@ class BusWatch {
   /// Somebody else sends the messages of 620h to 628h.
   void note_foreign_report(TimePoint at) { foreign_report_at_ = at; }
 
-  /// A sound frame of a module or a power distribution unit, on the vehicle bus.
+  /// A frame on the vehicle bus that shows swapped buses (swapped_buses.hpp).
   void note_misplaced_frame(TimePoint at) { misplaced_at_ = at; }
 
   [[nodiscard]] bool is_storm(TimePoint now) const;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "daemon/core/swapped_buses.hpp"
+
 namespace bmu {
 
 namespace {
@@ -149,7 +151,7 @@ Urgency Core::take(TimePoint at, const FrameReceived& what) {
     if (const std::optional<Urgency> urgency = take_foreign_current(what.frame, at)) return *urgency;
   }
   if (what.port != Port::internal) {
-    if (what.port == Port::vehicle && is_misplaced(what.frame)) watchers_.bus.note_misplaced_frame(at);
+    if (what.port == Port::vehicle && is_misplaced(config_, what.frame)) watchers_.bus.note_misplaced_frame(at);
     return Urgency::can_wait;  // nobody on the vehicle bus has a say yet
   }
   if (is_foreign_sensor_command(what.frame)) return take_foreign_sensor_command(what.frame, at);
@@ -162,14 +164,19 @@ Urgency Core::take(TimePoint at, const FrameReceived& what) {
                                                 : take_sensor_frame(checked, what.frame, at);
 }
 
-/// Of a module or a power distribution unit, with the checksum of its row: no chance, and no other device's. A sensor's
-/// results have none, and another sensor may sit in the vehicle.
-bool Core::is_misplaced(const CanFrame& frame) const {
-  if (form_fault(frame)) return false;
-  const MessageSpec* const message = check_.catalogue().find(frame).message;
-  const bool is_internal =
-      message != nullptr && (message->sender == Sender::mmu || message->sender == Sender::pdu) && has_crc(*message);
-  return is_internal && !content_fault(*message, frame);
+/// Without a unit the signs are those of the sensor, which have no checksum, and the vehicle may have another such
+/// sensor: beside an internal bus on which modules or the own sensor send, they are none.
+bool Core::are_buses_swapped(TimePoint now) const {
+  return watchers_.bus.has_misplaced_frames(now) && (config_.contactors.has_pdu || is_internal_bus_silent(now));
+}
+
+bool Core::is_internal_bus_silent(TimePoint at) const {
+  const auto is_recent = [at](TimePoint sent_at) {
+    return sent_at != TimePoint{} && at - sent_at <= BusWatch::misplaced_memory;
+  };
+  return !is_recent(sensors_.current_mA.taken_at) &&
+         std::none_of(modules_.modules().begin(), modules_.modules().end(),
+                      [&](const ModuleRecord& module) { return is_recent(module.last_answer_at); });
 }
 
 /// Not every driver tells of a restart; a sound frame proves it.

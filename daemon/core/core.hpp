@@ -278,7 +278,8 @@ class Core {
   Urgency take_rejected(const CheckedFrame& checked, const CanFrame& frame, TimePoint at);
   Urgency take_masters_frame(const CanFrame& frame, TimePoint at);
   [[nodiscard]] bool is_foreign_modules(const CanFrame& frame) const;
-  [[nodiscard]] bool is_misplaced(const CanFrame& frame) const;
+  [[nodiscard]] bool are_buses_swapped(TimePoint now) const;
+  [[nodiscard]] bool is_internal_bus_silent(TimePoint at) const;
   Urgency take_foreign_frame(const CanFrame& frame, TimePoint at);
   Urgency take_foreign_rejected(const CheckedFrame& checked, const CanFrame& frame, TimePoint at);
   void note_sound_frame(TimePoint at);

@@ -98,7 +98,7 @@ LikelyCause Core::likely_cause(FaultId fault, TimePoint now) const {
   return bmu::likely_cause(fault,
                            {.is_without_charger = pdu_fresh(now) && !sensors_.pdu.value.charger_connected,
                             .are_results_out_of_range = is_refused_now && refused.last == ResultRefusal::out_of_range,
-                            .are_buses_swapped = watchers_.bus.has_misplaced_frames(now),
+                            .are_buses_swapped = are_buses_swapped(now),
                             .link_time_constant = watchers_.link.time_constant()},
                            config_.contactors);
 }

@@ -247,7 +247,8 @@ std::string to_text(const LikelyCause& cause) {
     case WrongKey::little_endian:
       return "the sensor's results are out of range, as they are in the other byte order: sensor/little_endian";
     case WrongKey::buses:
-      return "modules or power distribution unit send on the vehicle bus: buses/internal and buses/vehicle are swapped";
+      return "modules, power distribution unit or current sensor send on the vehicle bus: buses/internal and "
+             "buses/vehicle are swapped";
     case WrongKey::link_decay: return link_text(cause);
   }
   return "";

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "daemon/core/report_vehicle.hpp"
+#include "daemon/core/swapped_buses.hpp"
 #include "devices/device_list.hpp"
 
 namespace bmu {
@@ -60,6 +61,9 @@ std::vector<std::uint32_t> vehicle_receive_ids(const CoreConfig& config) {
   }
   for (const std::uint16_t id : {vehicle.cell_voltages_id, vehicle.cell_temperatures_id}) {
     if (id != 0) ids.push_back(id);
+  }
+  for (std::uint32_t id = 0; id < Catalogue::id_count; ++id) {
+    if (misplaced_row(config, id) != nullptr) ids.push_back(id);
   }
   return ids;
 }

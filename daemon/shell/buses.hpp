@@ -35,8 +35,8 @@ struct Buses {
 /// and those that only a master sends, so that a second master is noticed. Of modules of another maker theirs in place
 /// of ours. Nothing else leaves the kernel.
 [[nodiscard]] std::vector<std::uint32_t> internal_receive_ids(const CoreConfig& config);
-/// What the pack reports to the vehicle: to hear our own, and anybody who does the same; and who asks for data, and who
-/// answers.
+/// What the pack reports to the vehicle: to hear our own, and anybody who does the same; who asks for data, and who
+/// answers; and what of the internal bus shows that the two are swapped (core/swapped_buses.hpp).
 [[nodiscard]] std::vector<std::uint32_t> vehicle_receive_ids(const CoreConfig& config);
 /// The messages of a pack beside this one, if there is one.
 [[nodiscard]] std::vector<std::uint32_t> second_pack_receive_ids(const CoreConfig& config);

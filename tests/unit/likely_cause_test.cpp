@@ -187,6 +187,12 @@ TEST_CASE("modules and a unit that are heard on the vehicle bus name the swapped
     seal(internal_bus::pdu_status, 1, frame);
     return frame;
   }();
+  CanFrame ident = make_frame(internal_bus::ident, 2);
+  seal(internal_bus::ident, 0, ident);
+  CanFrame ident_on_request = make_frame(internal_bus::ident, 2);
+  seal(internal_bus::ident, 1, ident_on_request);
+  CanFrame ident_of_another = make_frame(internal_bus::ident, 3);
+  seal(internal_bus::ident, 0, ident_of_another);
   struct Case {
     const char* what;
     CanFrame frame;
@@ -201,6 +207,8 @@ TEST_CASE("modules and a unit that are heard on the vehicle bus name the swapped
   for (const Case& one :
        {Case{"a unit", pdu_status, Port::vehicle, true}, Case{"damaged", damaged, Port::vehicle, false},
         Case{"remote", remote, Port::vehicle, false}, Case{"a sensor", sensor, Port::vehicle, false},
+        Case{"a module", ident, Port::vehicle, true}, Case{"asked for", ident_on_request, Port::vehicle, false},
+        Case{"a module of no pack", ident_of_another, Port::vehicle, false},
         Case{"the charger's bus", pdu_status, Port::charger, false}}) {
     INFO(one.what);
     CoreBench bench(small_pack());
@@ -218,6 +226,68 @@ TEST_CASE("modules and a unit that are heard on the vehicle bus name the swapped
     CHECK(has(events_text(bench, EventId::fault_confirmed), "are swapped") == one.is_named);
     bench.run(BusWatch::misplaced_memory);
     CHECK_FALSE(has(why_json({.core = bench.core(), .now = bench.now()}).dump(), "are swapped"));
+  }
+}
+
+TEST_CASE("without a unit the sensor's results on the vehicle bus name the swapped buses, beside a silent internal bus",
+          "[unit][core][faults][F38]") {
+  CoreConfig config = small_pack();
+  config.contactors.has_pdu = false;
+  CanFrame result = make_frame(internal_bus::sensor_u1);
+  seal(internal_bus::sensor_u1, 0, result);
+  CanFrame of_another_channel = result;
+  of_another_channel.data[0] = internal_bus::sensor_u2.channel;
+  struct Case {
+    const char* what;
+    CanFrame frame;
+    bool do_modules_talk;
+    bool is_named;
+  };
+  for (const Case& one :
+       {Case{"results", result, false, true}, Case{"another channel", of_another_channel, false, false},
+        Case{"beside modules: a sensor of the vehicle", result, true, false}}) {
+    INFO(one.what);
+    CoreBench bench(config);
+    bench.sensor_talks = bench.voltage_talks = bench.pdu_talks = false;
+    for (auto& module : bench.modules) module.talks = one.do_modules_talk;
+    for (int count = 0; count < 140; ++count) {  // 7 s: what modules send is remembered for 5 s
+      bench.observe(FrameReceived{Port::vehicle, one.frame});
+      bench.run(50ms);
+    }
+    REQUIRE(bench.is_active(FaultId::voltage_sensor_lost));
+    CHECK(has(why_json({.core = bench.core(), .now = bench.now()}).dump(), "are swapped") == one.is_named);
+  }
+}
+
+TEST_CASE("frames that show swapped buses are taken for no measurement", "[unit][core][F38]") {
+  using namespace internal_bus;
+  for (const bool has_pdu : {true, false}) {
+    CoreConfig config = small_pack();
+    config.contactors.has_pdu = has_pdu;
+    CoreBench bench(config);
+    bench.sensor_talks = bench.voltage_talks = bench.pdu_talks = false;
+    for (auto& module : bench.modules) module.talks = false;
+    bench.run(1s);  // what was on its way has arrived
+    const std::uint64_t accepted = bench.core().receive_counts().accepted;
+    const TimePoint last_answer_at = bench.core().modules().find(1)->last_answer_at;
+    for (std::uint8_t count = 0; count < 40; ++count) {
+      for (const MessageSpec* const row : {&pdu_status, &sensor_current, &sensor_u1, &sensor_u2, &ident}) {
+        CanFrame frame = make_frame(*row, row->has_node() ? 1 : 0);
+        if (row == &pdu_status) frame.data[1] = 0x7F;  // every input as one would like it, the key on
+        seal(*row, count, frame);
+        bench.observe(FrameReceived{Port::vehicle, frame});
+      }
+      bench.run(50ms);
+    }
+    CHECK(bench.core().receive_counts().accepted == accepted);
+    CHECK(bench.core().receive_counts().rejected_total() == 0);
+    const SensorTable& sensors = bench.core().sensors();
+    CHECK_FALSE(sensors.pdu_word.is_valid());
+    for (const auto* const value : {&sensors.current_mA, &sensors.pack_voltage_mV, &sensors.link_voltage_mV}) {
+      CHECK_FALSE(value->is_valid());
+    }
+    CHECK(bench.core().modules().find(1)->last_answer_at == last_answer_at);
+    CHECK_FALSE(bench.core().permission().may_close);
   }
 }
 
