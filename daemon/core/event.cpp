@@ -244,6 +244,8 @@ std::string to_text(const LikelyCause& cause) {
     case WrongKey::none: return "";
     case WrongKey::invert_current:
       return "no charger is plugged in: where no motor brakes either, sensor/invert_current is the wrong way round";
+    case WrongKey::invert_current_by_cells:
+      return "the cells move against the current that the sensor sends: sensor/invert_current is the wrong way round";
     case WrongKey::little_endian:
       return "the sensor's results are out of range, as they are in the other byte order: sensor/little_endian";
     case WrongKey::buses:

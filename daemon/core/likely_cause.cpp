@@ -25,6 +25,7 @@ constexpr std::array cause_table{
     CauseRow{FaultId::charge_overcurrent, WrongKey::invert_current},
     CauseRow{FaultId::charge_overload, WrongKey::invert_current},
     CauseRow{FaultId::charge_not_allowed, WrongKey::invert_current},
+    CauseRow{FaultId::current_contradicts_voltage, WrongKey::invert_current_by_cells},
     CauseRow{FaultId::link_not_discharging, WrongKey::link_decay},
 };
 
@@ -32,6 +33,7 @@ bool speaks_for(WrongKey key, const SeenBeside& seen) {
   switch (key) {
     case WrongKey::none: return false;
     case WrongKey::invert_current: return seen.is_without_charger;
+    case WrongKey::invert_current_by_cells: return seen.do_cells_move_against_current;
     case WrongKey::little_endian: return seen.are_results_out_of_range;
     case WrongKey::buses: return seen.are_buses_swapped;
     case WrongKey::link_decay: return seen.link_time_constant.has_value();

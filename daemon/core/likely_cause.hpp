@@ -12,10 +12,11 @@ namespace bmu {
 
 enum class WrongKey : std::uint8_t {
   none,
-  invert_current,  // charged too much, and no charger is plugged in
-  little_endian,   // the sensor's results are out of range
-  buses,           // frames of the internal bus on the vehicle's
-  link_decay,      // the link falls, and more slowly than the pack file says
+  invert_current,           // charged too much, and no charger is plugged in
+  invert_current_by_cells,  // the same key: the cells move against the current
+  little_endian,            // the sensor's results are out of range
+  buses,                    // frames of the internal bus on the vehicle's
+  link_decay,               // the link falls, and more slowly than the pack file says
 };
 
 struct LikelyCause {
@@ -27,7 +28,8 @@ struct LikelyCause {
 
 /// What else is seen.
 struct SeenBeside {
-  bool is_without_charger = false;        // by a fresh word
+  bool is_without_charger = false;  // by a fresh word
+  bool do_cells_move_against_current = false;
   bool are_results_out_of_range = false;  // the last that the sensor sent was, a moment ago
   bool are_buses_swapped = false;         // BusWatch::has_misplaced_frames
   std::optional<Duration> link_time_constant{};

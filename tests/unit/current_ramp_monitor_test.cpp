@@ -102,12 +102,14 @@ TEST_CASE("a load that swells shows the direction of the sensor from the first 5
     const Verdicts follows = good.run(10s, 0.0, to_mA);
     CHECK(follows.bad == 0);
     CHECK(follows.good == 90);  // from 5 A beyond the calm on, whose mean is 0.1 A on the way
+    CHECK_FALSE(good.monitor.is_against_current());
     Pack bad{.shown_mA = reversed};
     CHECK(bad.calm(6s).bad == 0);
     const Verdicts contradicts = bad.run(10s, 0.0, to_mA);
     CHECK(contradicts.good == 0);
     CHECK(contradicts.bad == 90);
     CHECK(contradicts.first_bad_after == 1'100ms);
+    CHECK(bad.monitor.is_against_current());
   }
 }
 
@@ -309,6 +311,18 @@ TEST_CASE("cells that fall while the current is said to be zero show a sensor th
   Pack elsewhere{.shown_mA = [](double /*real_mA*/) { return 8'000.0; }};  // a knee of the curve could do that
   elsewhere.calm(6s, 8'000.0);
   CHECK(elsewhere.run(10s, 8'000.0, 50'000.0).bad == 0);
+}
+
+TEST_CASE("whether the voltages moved against the current or without it is of the latest contradiction",
+          "[unit][estimators][F18][F12]") {
+  Pack pack{.shown_mA = reversed};
+  pack.calm(6s);
+  CHECK(pack.run(2s, 0.0, 10'000.0).bad > 0);
+  CHECK(pack.monitor.is_against_current());
+  pack.shown_mA = zero;
+  CHECK(pack.calm(400s).bad == 0);  // what flowed fades
+  CHECK(pack.run(10s, 0.0, 50'000.0).bad > 0);
+  CHECK_FALSE(pack.monitor.is_against_current());
 }
 
 TEST_CASE("after a load a change is judged if it is eight times as large, or once that has faded",
@@ -771,6 +785,7 @@ struct MonitorImage {
   std::int64_t lately_uA = 0;
   TimePoint lately_at{};
   Reading implausible_current;
+  bool is_against_current = false;
 };
 
 template <class T>

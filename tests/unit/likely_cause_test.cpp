@@ -114,6 +114,9 @@ TEST_CASE("each key is named for the faults that it explains, by what speaks for
       {{.are_buses_swapped = true}, WrongKey::buses, lost},
       {{.are_results_out_of_range = true, .are_buses_swapped = true}, WrongKey::buses, lost},
       {{.link_time_constant = 20s}, WrongKey::link_decay, {FaultId::link_not_discharging}},
+      {{.do_cells_move_against_current = true},
+       WrongKey::invert_current_by_cells,
+       {FaultId::current_contradicts_voltage}},
   };
   for (const Case& one : cases) {
     for (const FaultRow& row : fault_table()) {

@@ -183,7 +183,10 @@ TEST_CASE("voltages that rise when more current is said to flow out show a senso
           "[unit][core][estimators][F18]") {
   Drive drive;
   drive.is_reversed = true;
+  CHECK(drive.steps().latest_contradiction() == Contradiction::none);
   REQUIRE(drive.bench.run_until([&] { return drive.bench.is_active(FaultId::current_contradicts_voltage); }, 20s));
+  drive.bench.run(5s);
+  CHECK(drive.steps().latest_contradiction() == Contradiction::against);  // also of the open pack
   CHECK_FALSE(drive.bench.core().outputs().any_contactor());
 }
 
@@ -276,6 +279,7 @@ TEST_CASE("voltages that step while the current is said to stand still show a se
     pack.real_mA += step_mA;
     CHECK(pack.opens_within(600ms));
     CHECK_FALSE(pack.bench.core().outputs().any_contactor());
+    CHECK(pack.bench.core().watchers().steps.latest_contradiction() == Contradiction::without);
   }
   Standstill small;
   small.bench.run(4s);

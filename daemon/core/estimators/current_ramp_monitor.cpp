@@ -102,6 +102,7 @@ void CurrentRampMonitor::forget() {
   reference_ = {};
   at_zero_ = {};
   implausible_current_ = {};
+  is_against_current_ = false;
 }
 
 void CurrentRampMonitor::take(const PackPicture& now, const Cells& cells) {
@@ -215,7 +216,8 @@ void CurrentRampMonitor::check_direction(const Reference& reference, const PackP
   const bool is_seen = has_moved(now, last, least_uV, cells) && is_move_of_pack(seen_uV, last.pack_mV, now.pack_mV);
   const bool is_bad_already = implausible_current_.value != 0;
   if (!is_seen || is_bad_already) return;
-  implausible_current_ = verdict((seen_uV > 0) != (expected_uV > 0), now.taken_at);
+  is_against_current_ = (seen_uV > 0) != (expected_uV > 0);
+  implausible_current_ = verdict(is_against_current_, now.taken_at);
 }
 
 void CurrentRampMonitor::check_frozen(const PackPicture& now, const Cells& cells) {
@@ -231,6 +233,7 @@ void CurrentRampMonitor::check_frozen(const PackPicture& now, const Cells& cells
     if (!has_moved(now, last, least_uV, cells)) continue;
     if (!is_move_of_pack(now.sum_uV - last.sum_uV, last.pack_mV, now.pack_mV)) continue;
     implausible_current_ = verdict(true, now.taken_at);
+    is_against_current_ = false;
     return;
   }
 }

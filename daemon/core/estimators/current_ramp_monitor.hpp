@@ -101,6 +101,8 @@ class CurrentRampMonitor {
 
   /// 1: the cells contradict the current; 0: they follow it; not known while neither shows in this picture.
   [[nodiscard]] const Reading& implausible_current() const { return implausible_current_; }
+  /// Of an implausible one: the voltages moved against the current; else they moved without it.
+  [[nodiscard]] bool is_against_current() const { return is_against_current_; }
 
  private:
   /// A picture of a calm; of the latest time, current and sum are means, in which the last counts for a quarter.
@@ -151,8 +153,10 @@ class CurrentRampMonitor {
   std::int64_t lately_uA_ = 0;  // the largest current, fading
   TimePoint lately_at_{};
   Reading implausible_current_;
+  bool is_against_current_ = false;
   [[nodiscard]] bool are_fields_possible() const { return head_ < ring_.size() && lately_uA_ >= 0; }
-  BMU_FIELDS(ring_, head_, latest_, waiting_, reference_, at_zero_, lately_uA_, lately_at_, implausible_current_)
+  BMU_FIELDS(ring_, head_, latest_, waiting_, reference_, at_zero_, lately_uA_, lately_at_, implausible_current_,
+             is_against_current_)
 };
 
 }  // namespace bmu

@@ -209,7 +209,7 @@ void StepResponse::judge_direction(const Picture& now) {
     if (!is_step) continue;
     const std::int64_t seen_uV = now.sum_uV - before.sum_uV;
     const bool is_against = (seen_uV > 0) != (expected_uV > 0) && 2 * std::llabs(seen_uV) >= std::llabs(expected_uV);
-    take_verdict({.is_known = true, .value = is_against ? 1 : 0, .taken_at = now.taken_at});
+    take_verdict({.is_known = true, .value = is_against ? 1 : 0, .taken_at = now.taken_at}, Contradiction::against);
   }
 }
 
@@ -227,7 +227,7 @@ void StepResponse::judge_stillness(const Picture& now) {
   const std::int64_t least_uV = unseen_uV() * cells;
   const std::int64_t seen_uV = now.sum_uV - before->sum_uV;
   const bool is_unseen = std::llabs(seen_uV) >= least_uV && is_move_of_pack(seen_uV, before->pack_mV, now.pack_mV);
-  take_verdict({.is_known = true, .value = is_unseen ? 1 : 0, .taken_at = now.taken_at});
+  take_verdict({.is_known = true, .value = is_unseen ? 1 : 0, .taken_at = now.taken_at}, Contradiction::without);
 }
 
 /// What a cell's voltage has to move by while the current is said to stand still.
@@ -235,10 +235,19 @@ std::int64_t StepResponse::unseen_uV() const {
   return std::max(unseen_min_uV, steps_unseen_min * step_min_mA_ * model_uOhm_ / 1'000);
 }
 
-/// Of several verdicts about one picture the bad one counts.
-void StepResponse::take_verdict(const Reading& verdict) {
+/// Of several verdicts about one picture the first bad one counts. `contradiction`: what a bad one finds.
+void StepResponse::take_verdict(const Reading& verdict, Contradiction contradiction) {
+  if (!verdict.is_known) return;
+  if (verdict.value != 0) note_contradiction(contradiction);
   const bool is_bad_already = contradiction_.is_known && contradiction_.value != 0;
-  if (verdict.is_known && !is_bad_already) contradiction_ = verdict;
+  if (!is_bad_already) contradiction_ = verdict;
+}
+
+/// Voltages that stepped while the current stood still lie on a side of those of a former current, as if they moved
+/// against it. While it goes on standing still, that says nothing of its direction.
+void StepResponse::note_contradiction(Contradiction contradiction) {
+  const bool stands_still = latest_contradiction_ == Contradiction::without && taken_at_ - still_since_ >= still_min;
+  if (contradiction == Contradiction::without || !stands_still) latest_contradiction_ = contradiction;
 }
 
 /// `before`: the instant of the picture before.
@@ -263,7 +272,8 @@ void StepResponse::judge_ramp(const SensorTable& sensors, TimePoint before) {
                        .unseen_uV = unseen_uV(),
                        .capacity_As = capacity_As_,
                        .calm_mA = std::max<std::int64_t>(step_floor_mA, step_min_mA_ / 10)});
-  take_verdict(ramp_.implausible_current());
+  take_verdict(ramp_.implausible_current(),
+               ramp_.is_against_current() ? Contradiction::against : Contradiction::without);
 }
 
 std::int32_t StepResponse::cell_resistance_uOhm(std::size_t cell) const {

@@ -35,6 +35,13 @@
 
 namespace bmu {
 
+/// What is wrong with a current that the cells contradict.
+enum class Contradiction : std::uint8_t {
+  none,
+  against,  // the voltages moved against it: a sensor the wrong way round
+  without,  // they moved, and it stood still: a sensor that repeats itself
+};
+
 class StepResponse {
  public:
   void init(const CoreConfig& config);
@@ -53,6 +60,8 @@ class StepResponse {
   /// 1 while voltages move against the current, or without it; known only just after a step and while a change of the
   /// current shows.
   [[nodiscard]] const Reading& contradiction() const { return contradiction_; }
+  /// Of the latest contradiction there was, however long ago.
+  [[nodiscard]] Contradiction latest_contradiction() const { return latest_contradiction_; }
 
   /// By number through the pack, from 0; 0 while not known.
   [[nodiscard]] std::int32_t cell_resistance_uOhm(std::size_t cell) const;
@@ -93,7 +102,8 @@ class StepResponse {
   void judge_direction(const Picture& now);
   void judge_stillness(const Picture& now);
   void judge_ramp(const SensorTable& sensors, TimePoint before);
-  void take_verdict(const Reading& verdict);
+  void take_verdict(const Reading& verdict, Contradiction contradiction);
+  void note_contradiction(Contradiction contradiction);
   [[nodiscard]] std::int64_t unseen_uV() const;
   void refresh(TimePoint at);
 
@@ -113,6 +123,7 @@ class StepResponse {
   TimePoint still_since_{};  // of the current, as told
   CurrentRampMonitor ramp_;
   Reading contradiction_;
+  Contradiction latest_contradiction_ = Contradiction::none;
   Reading worst_cell_permille_;
   Reading average_permille_;
   std::int32_t average_uOhm_ = 0;
@@ -121,8 +132,8 @@ class StepResponse {
   [[nodiscard]] bool are_fields_possible() const { return head_ < pictures_.size(); }
   BMU_FIELDS(skipped(cell_count_), skipped(capacity_As_), skipped(series_resistance_Ohm_), skipped(sample_age_),
              skipped(resistance_activation_K_), model_uOhm_, skipped(step_min_mA_), kept_, last_steady_, pictures_,
-             bleeding_, head_, taken_at_, still_since_, ramp_, contradiction_, worst_cell_permille_, average_permille_,
-             average_uOhm_, cells_, skipped(elements_))
+             bleeding_, head_, taken_at_, still_since_, ramp_, contradiction_, latest_contradiction_,
+             worst_cell_permille_, average_permille_, average_uOhm_, cells_, skipped(elements_))
 };
 
 }  // namespace bmu
