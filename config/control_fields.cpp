@@ -48,7 +48,7 @@ constexpr std::array contactor_table{
     number<&ContactorConfig::precharge_timeout>(
         {.key = "precharge_timeout_ms",
          .min = 100,
-         .max = 10'000,
+         .max = static_cast<double>(to_ms(precharge_timeout_max)),
          .meaning = "until the link must have followed",
          .because = "as a resistor that takes longer is the wrong one for its link"}),
     number<&ContactorConfig::precharge_done_permille>(
@@ -65,7 +65,7 @@ constexpr std::array contactor_table{
          .because = "as more than that is a load or a short behind the resistor"}),
     required(number<&ContactorConfig::precharge_min>(
         {.key = "precharge_min_ms",
-         .min = 80,
+         .min = static_cast<double>(to_ms(precharge_min_least)),
          .max = 1'000,
          .meaning = "a link that follows sooner, from empty, is no link: the resistor is shorted, or nothing is there",
          .because = "as the link voltage comes every 60 ms, and once at least between the contact and this"})),

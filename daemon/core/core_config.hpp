@@ -193,8 +193,10 @@ struct PollConfig {
   Duration parked_period{};            // while the pack is open and nobody wants it; 0: never
 };
 
-/// The longest that a pack file takes.
+/// What a pack file takes: the longest, and of precharge_min the least.
 inline constexpr Duration link_decay_max = 60s;
+inline constexpr Duration precharge_timeout_max = 10s;
+inline constexpr Duration precharge_min_least = 80ms;
 
 struct ContactorConfig {
   Duration settle = 100ms;            // after a contactor was commanded, before the next step

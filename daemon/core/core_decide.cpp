@@ -271,6 +271,7 @@ void Core::step_contactors(TimePoint now) {
   // The resistor has had what the higher of the two voltages makes of it.
   guard_.update(now, before.phase == Phase::precharge, inputs.is_measured, std::max(inputs.pack_mV, inputs.cells_mV),
                 inputs.link_mV);
+  watchers_.rise.update(before, inputs, config_.contactors);
   const SequenceStep result = step(before, inputs, config_.contactors);
   sequence_ = result.state;
   contactor_watch_.command(result.outputs, now);

@@ -133,9 +133,14 @@ void Core::record_precharge(TimePoint now, TimePoint began_at, PrechargeFailure 
                      .pack_mV = pack_.pack_voltage_mV.value,
                      .link_mV = pack_.link_voltage_mV.value,
                      .current_mA = pack_.current_mA.value};
-  events_.push({.id = was_successful ? EventId::precharge_done : EventId::precharge_gave_up,
-                .at = now,
-                .number = to_ms(now - began_at)});
+  Event event{.id = was_successful ? EventId::precharge_done : EventId::precharge_gave_up,
+              .at = now,
+              .number = to_ms(now - began_at)};
+  if (!was_successful && pack_.is_sensed()) {
+    event.reading = {true, pack_.link_voltage_mV.value, {}, pack_.link_voltage_mV.taken_at};
+    event.threshold = pack_.pack_voltage_mV.value;
+  }
+  events_.push(event);
 }
 
 /// The fault that opened: of those that demand it, the one whose first bad sample came first.

@@ -95,14 +95,16 @@ LikelyCause Core::likely_cause(FaultId fault, TimePoint now) const {
   constexpr Duration refused_within = 1s;
   const RefusedResults& refused = sensors_.refused;
   const bool is_refused_now = refused.last_at != TimePoint{} && now - refused.last_at <= refused_within;
-  return bmu::likely_cause(fault,
-                           {.is_without_charger = pdu_fresh(now) && !sensors_.pdu.value.charger_connected,
-                            .do_cells_move_against_current =
-                                watchers_.steps.latest_contradiction() == Contradiction::against,
-                            .are_results_out_of_range = is_refused_now && refused.last == ResultRefusal::out_of_range,
-                            .are_buses_swapped = are_buses_swapped(now),
-                            .link_time_constant = watchers_.link.time_constant()},
-                           config_.contactors);
+  return bmu::likely_cause(
+      fault,
+      {.is_without_charger = pdu_fresh(now) && !sensors_.pdu.value.charger_connected,
+       .do_cells_move_against_current = watchers_.steps.latest_contradiction() == Contradiction::against,
+       .are_results_out_of_range = is_refused_now && refused.last == ResultRefusal::out_of_range,
+       .are_buses_swapped = are_buses_swapped(now),
+       .link_time_constant = watchers_.link.time_constant(),
+       .link_followed_after = watchers_.rise.followed_after(),
+       .slow_rise = watchers_.rise.slow_rise()},
+      config_.contactors);
 }
 
 ModeInputs Core::mode_inputs(TimePoint now) const {

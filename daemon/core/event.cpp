@@ -103,14 +103,55 @@ std::string seconds_text(Duration span) {
   return std::to_string(std::chrono::round<std::chrono::seconds>(span).count()) + " s";
 }
 
-std::string link_text(const LikelyCause& cause) {
-  const std::string falls = "the link falls, with a time constant of " + seconds_text(cause.time_constant) + ": ";
+std::string tenths_text(Duration span) {
+  constexpr std::int64_t tenth_ms = 100;
+  const std::int64_t tenths = divide_to_nearest(to_ms(span), tenth_ms);
+  return std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) + " s";
+}
+
+/// A value of a key that would do, between what a pack file takes: "KEY 31000 would do, found 5000"; beyond it, with
+/// what it needs instead.
+std::string value_that_would_do(std::string_view key, const LikelyCause& cause, std::optional<Duration> least,
+                                std::optional<Duration> most, std::string_view instead) {
   const std::string value = std::to_string(to_ms(cause.would_do));
-  if (cause.would_do > link_decay_max) {
-    return falls + "contactors/link_decay_ms would have to be " + value + ", and may be " +
-           std::to_string(to_ms(link_decay_max)) + "; it needs a discharge resistor";
+  std::string text(key);
+  if (most && cause.would_do > *most) {
+    return text + " would have to be " + value + ", and may be " + std::to_string(to_ms(*most)) + "; it needs " +
+           std::string(instead);
   }
-  return falls + "contactors/link_decay_ms " + value + " would do, found " + std::to_string(to_ms(cause.found));
+  if (least && cause.would_do < *least) {
+    return text + " would have to be " + value + ", and is at least " + std::to_string(to_ms(*least)) + "; it needs " +
+           std::string(instead);
+  }
+  return text + " " + value + " would do, found " + std::to_string(to_ms(cause.found));
+}
+
+std::string decay_text(const LikelyCause& cause) {
+  return "the link falls, with a time constant of " + seconds_text(cause.measured) + ": " +
+         value_that_would_do("contactors/link_decay_ms", cause, {}, link_decay_max, "a discharge resistor");
+}
+
+std::string fast_rise_text(const LikelyCause& cause) {
+  return "the link was seen on its way and followed after " + std::to_string(to_ms(cause.measured)) +
+         " ms: where no contactor is welded, " +
+         value_that_would_do("contactors/precharge_min_ms", cause, precharge_min_least, {}, "a resistor of more ohms");
+}
+
+std::string slow_rise_text(const LikelyCause& cause) {
+  const std::string rises = "the link rises, with a time constant of " + tenths_text(cause.measured);
+  const std::string timeout = value_that_would_do("contactors/precharge_timeout_ms", cause, {}, precharge_timeout_max,
+                                                  "a resistor of fewer ohms");
+  if (cause.key == WrongKey::precharge_timeout) return rises + ": " + timeout;
+  const std::string energy = rises + ", until the resistor has had what it bears: contactors/precharge_energy_J " +
+                             std::to_string(cause.would_do_J) + " would do, found " + std::to_string(cause.found_J) +
+                             ", with a resistor that bears it";
+  return cause.would_do > cause.found ? energy + "; " + timeout : energy;
+}
+
+/// ": link 29.920 V, pack 30.000 V"; nothing where they are not known.
+std::string link_and_pack_text(const Reading& link, std::int64_t pack_mV) {
+  if (!link.is_known) return "";
+  return ": link " + value_text(Unit::mV, link.value) + ", pack " + value_text(Unit::mV, pack_mV);
 }
 
 /// Behind the place, if there is one: " 2.8510 V, limit 2.9000 V".
@@ -251,7 +292,10 @@ std::string to_text(const LikelyCause& cause) {
     case WrongKey::buses:
       return "modules, power distribution unit or current sensor send on the vehicle bus: buses/internal and "
              "buses/vehicle are swapped";
-    case WrongKey::link_decay: return link_text(cause);
+    case WrongKey::link_decay: return decay_text(cause);
+    case WrongKey::precharge_min: return fast_rise_text(cause);
+    case WrongKey::precharge_energy:
+    case WrongKey::precharge_timeout: return slow_rise_text(cause);
   }
   return "";
 }
@@ -290,9 +334,7 @@ bool Event::are_fields_possible() const {
 std::string refusal_text(Blocker blocker, FaultId fault, const Reading& reading, std::int64_t threshold) {
   std::string text(to_text(blocker));
   if (!reading.is_known) return text;
-  if (blocker == Blocker::link_follows) {
-    return text + ": link " + value_text(Unit::mV, reading.value) + ", pack " + value_text(Unit::mV, threshold);
-  }
+  if (blocker == Blocker::link_follows) return text + link_and_pack_text(reading, threshold);
   if (blocker != Blocker::fault) return text;
   const FaultRow& row = row_of(fault);
   const std::string where = to_text(reading.element);
@@ -312,7 +354,8 @@ std::string to_text(const Event& event) {
     case EventId::phase_changed:
       return "contactors: " + std::string(to_text(event.phase_from)) + " -> " + std::string(to_text(event.phase_to));
     case EventId::precharge_done: return "precharged in " + number + " ms";
-    case EventId::precharge_gave_up: return "precharge given up after " + number + " ms";
+    case EventId::precharge_gave_up:
+      return "precharge given up after " + number + " ms" + link_and_pack_text(event.reading, event.threshold);
     case EventId::opened: return text_of_opening(event);
     case EventId::close_requested: return "close requested";
     case EventId::close_request_over: return "close request over";

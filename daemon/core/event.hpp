@@ -89,6 +89,7 @@ struct Event {
   Phase phase_to{};
   OpeningCause cause = OpeningCause::none;
   Port port{};
+  // Link and pack voltage of a precharge that was given up are reading and threshold, in mV.
   // Node, serial number, milliseconds, permille, identifier, Blocker or the like, as the event says; of a charger that
   // runs away what it gives, with what it was asked for as `threshold`: mA, or mV where the reading's value is 2.
   std::int64_t number = 0;

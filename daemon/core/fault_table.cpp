@@ -627,14 +627,16 @@ constexpr std::array<FaultRow, fault_count> table{{
     {.id = FaultId::precharge_failed,
      .name = "precharge_failed",
      .meaning = "the link did not follow the pack in time",
-     .remedy = "look for a load or a short on the link, and at the precharge resistor",
+     .remedy = "look for a load or a short on the link, and at the precharge resistor; a large link needs a longer "
+               "contactors/precharge_timeout_ms, and a resistor that bears its charge (contactors/precharge_energy_J)",
      .read = fault_readers::precharge_too_slow,
      .latch = Latch::until_cleared,
      .lithiumate_code = 17},
     {.id = FaultId::precharge_too_fast,
      .name = "precharge_too_fast",
      .meaning = "the link followed the pack at once",
-     .remedy = "a main contactor may be welded, or nothing is connected to the link",
+     .remedy = "a main contactor may be welded, or nothing is connected to the link; a small link needs a shorter "
+               "contactors/precharge_min_ms",
      .read = fault_readers::precharge_too_fast,
      .latch = Latch::until_cleared,
      .lithiumate_code = 15},

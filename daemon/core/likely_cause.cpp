@@ -27,6 +27,9 @@ constexpr std::array cause_table{
     CauseRow{FaultId::charge_not_allowed, WrongKey::invert_current},
     CauseRow{FaultId::current_contradicts_voltage, WrongKey::invert_current_by_cells},
     CauseRow{FaultId::link_not_discharging, WrongKey::link_decay},
+    CauseRow{FaultId::precharge_too_fast, WrongKey::precharge_min},
+    CauseRow{FaultId::precharge_failed, WrongKey::precharge_energy},
+    CauseRow{FaultId::precharge_failed, WrongKey::precharge_timeout},
 };
 
 bool speaks_for(WrongKey key, const SeenBeside& seen) {
@@ -37,8 +40,35 @@ bool speaks_for(WrongKey key, const SeenBeside& seen) {
     case WrongKey::little_endian: return seen.are_results_out_of_range;
     case WrongKey::buses: return seen.are_buses_swapped;
     case WrongKey::link_decay: return seen.link_time_constant.has_value();
+    case WrongKey::precharge_min: return seen.link_followed_after.has_value();
+    case WrongKey::precharge_energy: return seen.slow_rise && seen.slow_rise->is_ended_by_heat;
+    case WrongKey::precharge_timeout: return seen.slow_rise.has_value();
   }
   return false;
+}
+
+LikelyCause with_values(WrongKey key, const SeenBeside& seen, const ContactorConfig& contactors) {
+  switch (key) {
+    case WrongKey::link_decay:
+      return {.key = key,
+              .measured = *seen.link_time_constant,
+              .found = contactors.link_decay,
+              .would_do = link_decay_that_would_do(*seen.link_time_constant, contactors)};
+    case WrongKey::precharge_min:
+      return {.key = key,
+              .measured = *seen.link_followed_after,
+              .found = contactors.precharge_min,
+              .would_do = precharge_min_that_would_do(*seen.link_followed_after)};
+    case WrongKey::precharge_energy:
+    case WrongKey::precharge_timeout:
+      return {.key = key,
+              .measured = seen.slow_rise->time_constant,
+              .found = contactors.precharge_timeout,
+              .would_do = precharge_timeout_that_would_do(*seen.slow_rise, contactors),
+              .found_J = contactors.precharge_energy_J,
+              .would_do_J = precharge_energy_that_would_do_J(*seen.slow_rise, contactors)};
+    default: return {.key = key};
+  }
 }
 
 }  // namespace
@@ -47,13 +77,7 @@ LikelyCause likely_cause(FaultId fault, const SeenBeside& seen, const ContactorC
   const auto* const row = std::find_if(cause_table.begin(), cause_table.end(), [&](const CauseRow& one) {
     return one.fault == fault && speaks_for(one.key, seen);
   });
-  if (row == cause_table.end()) return {};
-  LikelyCause cause{.key = row->key};
-  if (cause.key != WrongKey::link_decay) return cause;
-  cause.time_constant = *seen.link_time_constant;
-  cause.found = contactors.link_decay;
-  cause.would_do = link_decay_that_would_do(cause.time_constant, contactors);
-  return cause;
+  return row == cause_table.end() ? LikelyCause{} : with_values(row->key, seen, contactors);
 }
 
 }  // namespace bmu

@@ -7,6 +7,7 @@
 
 #include "daemon/core/core_config.hpp"
 #include "daemon/core/fault_table.hpp"
+#include "daemon/core/link_rise.hpp"
 
 namespace bmu {
 
@@ -17,13 +18,20 @@ enum class WrongKey : std::uint8_t {
   little_endian,            // the sensor's results are out of range
   buses,                    // frames of the internal bus on the vehicle's
   link_decay,               // the link falls, and more slowly than the pack file says
+  precharge_min,            // the link is seen to charge, and faster than the pack file says
+  precharge_energy,         // it charges, until the resistor has had what the pack file says that it bears
+  precharge_timeout,        // it charges, and more slowly than the pack file says
 };
 
+/// Of the keys of the link and of the precharge, how the link moves, the key as it is, and a value for it, perhaps one
+/// that the pack file does not take.
 struct LikelyCause {
   WrongKey key = WrongKey::none;
-  Duration time_constant{};  // of the link; with link_decay
-  Duration found{};          // likewise: the key as it is
-  Duration would_do{};       // likewise: a value for it, perhaps more than it takes
+  Duration measured{};  // its time constant; with precharge_min, after how long it followed the pack
+  Duration found{};     // with precharge_energy: of precharge_timeout, as would_do
+  Duration would_do{};
+  std::int32_t found_J = 0;  // precharge_energy
+  std::int32_t would_do_J = 0;
 };
 
 /// What else is seen.
@@ -33,6 +41,8 @@ struct SeenBeside {
   bool are_results_out_of_range = false;  // the last that the sensor sent was, a moment ago
   bool are_buses_swapped = false;         // BusWatch::has_misplaced_frames
   std::optional<Duration> link_time_constant{};
+  std::optional<Duration> link_followed_after{};  // in the last precharge
+  std::optional<SlowRise> slow_rise{};            // likewise
 };
 
 [[nodiscard]] LikelyCause likely_cause(FaultId fault, const SeenBeside& seen, const ContactorConfig& contactors);

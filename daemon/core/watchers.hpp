@@ -5,6 +5,7 @@
 #include "daemon/core/bus_watch.hpp"
 #include "daemon/core/estimators/step_response.hpp"
 #include "daemon/core/link_decay.hpp"
+#include "daemon/core/link_rise.hpp"
 #include "daemon/core/module_roster.hpp"
 #include "daemon/core/overload_counter.hpp"
 #include "daemon/core/stuck_watch.hpp"
@@ -21,6 +22,7 @@ struct Watchers {
   ModuleRoster roster;
   BalancingSwitches switches;
   LinkDecay link;
+  LinkRise rise;
 };
 
 }  // namespace bmu

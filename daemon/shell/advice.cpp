@@ -142,9 +142,12 @@ constexpr std::array<CauseRow, fault_count> cause_table{{
      "the monitor was switched on without being told to test itself, or its test does not end"},
     {FaultId::precharge_failed,
      "a load on the link that draws while it is charged; a precharge resistor or contactor that is open; a link with "
-     "more capacitance than the time allows for"},
+     "more capacitance than `contactors/precharge_timeout_ms` allows for, or `contactors/precharge_energy_J`, which "
+     "ends a try before the time is over"},
     {FaultId::precharge_too_fast,
-     "nothing is connected behind the contactors; a shorted precharge resistor; a main contactor that is welded"},
+     "nothing is connected behind the contactors; a shorted precharge resistor; a main contactor that is welded; a "
+     "link "
+     "with less capacitance than `contactors/precharge_min_ms` expects"},
     {FaultId::precharge_overcurrent, "a short behind the contactors, or a precharge resistor of too few ohms"},
     {FaultId::contactor_feedback,
      "a coil without supply, a plug that has come off, an auxiliary contact wired the other way round (`active_low`)"},

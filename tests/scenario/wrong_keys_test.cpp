@@ -1,4 +1,5 @@
-// The key that is wrong in the pack file, named by the event of the fault that comes of it.
+// The key that is wrong in the pack file, named by the event of the fault that comes of it, with a value that would do.
+// That value is then tried.
 #include <string>
 
 #include "config/pack_config.hpp"
@@ -38,6 +39,16 @@ void run_until_present(SimRun& run, FaultId fault, double until_s) {
   while (!is_present(run, fault) && run.seconds() < until_s) run.run_to(run.seconds() + 0.01);
 }
 
+/// The key is turned at 2 s, with a link of this capacitance.
+SimRun with_link(const CoreConfig& config, int capacitance_uF) {
+  SimRun run(config);
+  run.apply("pack soc_permille 600");
+  run.apply("link capacitance_uF " + std::to_string(capacitance_uF));
+  run.run_to(2);
+  run.apply("vehicle on");
+  return run;
+}
+
 }  // namespace
 
 TEST_CASE("the first drive with the sensor the wrong way round names its key", "[scenario][faults][F18]") {
@@ -58,5 +69,82 @@ TEST_CASE("the first drive with the sensor the wrong way round names its key", "
     run.run_to(run.seconds() + 5);
     const LikelyCause cause = run.core().likely_cause(FaultId::current_contradicts_voltage, SimRun::start + 66s);
     CHECK((cause.key == WrongKey::invert_current_by_cells) == (fault == "sensor current inverted on"));
+  }
+}
+
+TEST_CASE("a link that charges before precharge_min names that key and a value with which it closes",
+          "[scenario][contactors][faults]") {
+  CoreConfig config = shipped("traction-16x12");
+  for (const int capacitance_uF : {300, 250}) {
+    CAPTURE(capacitance_uF);
+    SimRun run = with_link(config, capacitance_uF);
+    run_until_present(run, FaultId::precharge_too_fast, 20);
+    REQUIRE(is_present(run, FaultId::precharge_too_fast));
+    CHECK(has(text_of(run, EventId::fault_confirmed), "contactors/precharge_min_ms 80 would do, found 150"));
+    CoreConfig shorter = config;
+    shorter.contactors.precharge_min = 80ms;
+    SimRun again = with_link(shorter, capacitance_uF);
+    again.run_to(20);
+    CHECK(again.core().sequence().phase == Phase::closed);
+  }
+}
+
+TEST_CASE("a link that is none names no key: it is not seen on its way", "[scenario][contactors][faults]") {
+  SimRun run = with_link(shipped("traction-16x12"), 1);
+  run_until_present(run, FaultId::precharge_too_fast, 20);
+  REQUIRE(is_present(run, FaultId::precharge_too_fast));
+  CHECK_FALSE(has(text_of(run, EventId::fault_confirmed), "contactors/"));
+}
+
+TEST_CASE("a link that charges for longer than precharge_timeout names that key and a value with which it closes",
+          "[scenario][contactors][faults][F86]") {
+  CoreConfig config = shipped("demo-48s");  // 100 ohm
+  config.contactors.precharge_energy_J = 0;
+  config.contactors.precharge_tries = 1;  // the link keeps what each try gives it
+  SimRun run = with_link(config, 8'000);
+  run_until_present(run, FaultId::precharge_failed, 60);
+  REQUIRE(is_present(run, FaultId::precharge_failed));
+  const std::string text = text_of(run, EventId::fault_confirmed);
+  INFO(text);
+  CHECK(
+      has(text,
+          "the link rises, with a time constant of 0.8 s: contactors/precharge_timeout_ms 4000 would do, found 2000"));
+  CHECK(has(text_of(run, EventId::precharge_gave_up), "precharge given up after 2000 ms: link 1"));
+  CHECK(has(text_of(run, EventId::precharge_gave_up), " V, pack 1"));
+  const LikelyCause cause = run.core().likely_cause(FaultId::precharge_failed, SimRun::start + 60s);
+  config.contactors.precharge_timeout = cause.would_do;
+  SimRun again = with_link(config, 8'000);
+  again.run_to(15);
+  CHECK(again.core().sequence().phase == Phase::closed);
+}
+
+TEST_CASE("a link whose charge the resistor does not bear names both keys", "[scenario][contactors][faults][F86]") {
+  CoreConfig config = shipped("traction-16x12");
+  SimRun run = with_link(config, 30'000);
+  run_until_present(run, FaultId::precharge_failed, 90);
+  REQUIRE(is_present(run, FaultId::precharge_failed));
+  const std::string text = text_of(run, EventId::fault_confirmed);
+  INFO(text);
+  CHECK(has(text, "with a time constant of 3.0 s, until the resistor has had what it bears"));
+  CHECK(has(text, "contactors/precharge_energy_J "));
+  CHECK(has(text, " would do, found 2000, with a resistor that bears it"));
+  CHECK(has(text, "contactors/precharge_timeout_ms would have to be "));
+  CHECK(has(text, ", and may be 10000; it needs a resistor of fewer ohms"));
+}
+
+TEST_CASE("a load, a short or an open resistor behind a precharge that fails names no key",
+          "[scenario][contactors][faults][F86]") {
+  CoreConfig config = shipped("demo-48s");
+  for (const std::string_view event :
+       {"link bleed_Ohm 100", "link bleed_Ohm 1000", "precharge resistance_Ohm 100000"}) {
+    CAPTURE(event);
+    SimRun run(config);
+    run.apply("pack soc_permille 600");
+    run.apply(event);
+    run.run_to(2);
+    run.apply("vehicle on");
+    run_until_present(run, FaultId::precharge_failed, 60);
+    REQUIRE(is_present(run, FaultId::precharge_failed));
+    CHECK_FALSE(has(text_of(run, EventId::fault_confirmed), "would do"));
   }
 }

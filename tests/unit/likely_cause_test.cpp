@@ -117,6 +117,13 @@ TEST_CASE("each key is named for the faults that it explains, by what speaks for
       {{.do_cells_move_against_current = true},
        WrongKey::invert_current_by_cells,
        {FaultId::current_contradicts_voltage}},
+      {{.link_followed_after = 100ms}, WrongKey::precharge_min, {FaultId::precharge_too_fast}},
+      {{.slow_rise = SlowRise{.time_constant = 3s, .pack_mV = 700'000}},
+       WrongKey::precharge_timeout,
+       {FaultId::precharge_failed}},
+      {{.slow_rise = SlowRise{.time_constant = 3s, .pack_mV = 700'000, .is_ended_by_heat = true}},
+       WrongKey::precharge_energy,
+       {FaultId::precharge_failed}},
   };
   for (const Case& one : cases) {
     for (const FaultRow& row : fault_table()) {
@@ -143,6 +150,47 @@ TEST_CASE("a link that discharges slowly is told from a weld, with the key, its 
   CHECK(text_of(790s) ==
         "the link falls, with a time constant of 790 s: contactors/link_decay_ms would have to be 61000, and may be "
         "60000; it needs a discharge resistor");
+}
+
+TEST_CASE("a precharge that is too fast or too slow for its link names the keys, what was measured and values",
+          "[unit][faults][F86]") {
+  ContactorConfig config{
+      .precharge_min = 150ms, .precharge_timeout = 2s, .precharge_resistance_Ohm = 100, .precharge_energy_J = 2'000};
+  const auto fast = [&config](Duration after) {
+    return to_text(likely_cause(FaultId::precharge_too_fast, {.link_followed_after = after}, config));
+  };
+  CHECK(fast(135ms) ==
+        "the link was seen on its way and followed after 135 ms: where no contactor is welded, "
+        "contactors/precharge_min_ms 90 would do, found 150");
+  CHECK(fast(60ms) ==
+        "the link was seen on its way and followed after 60 ms: where no contactor is welded, "
+        "contactors/precharge_min_ms would have to be 40, and is at least 80; it needs a resistor of more ohms");
+  const auto slow = [&config](Duration time_constant, bool is_ended_by_heat) {
+    const SlowRise rise{time_constant, 100ms, 700'000, is_ended_by_heat};
+    return to_text(likely_cause(FaultId::precharge_failed, {.slow_rise = rise}, config));
+  };
+  CHECK(slow(1s, false) ==
+        "the link rises, with a time constant of 1.0 s: contactors/precharge_timeout_ms 4700 would do, found 2000");
+  CHECK(
+      slow(3s, false) ==
+      "the link rises, with a time constant of 3.0 s: contactors/precharge_timeout_ms would have to be 13700, and may "
+      "be 10000; it needs a resistor of fewer ohms");
+  CHECK(slow(1s, true) ==
+        "the link rises, with a time constant of 1.0 s, until the resistor has had what it bears: "
+        "contactors/precharge_energy_J 2940 would do, found 2000, with a resistor that bears it; "
+        "contactors/precharge_timeout_ms 4700 would do, found 2000");
+  config.precharge_timeout = 5s;
+  CHECK(slow(1s, true) ==
+        "the link rises, with a time constant of 1.0 s, until the resistor has had what it bears: "
+        "contactors/precharge_energy_J 2940 would do, found 2000, with a resistor that bears it");
+}
+
+TEST_CASE("a precharge that was given up shows the voltages of link and pack, where they are known", "[unit][events]") {
+  Event event{.id = EventId::precharge_gave_up, .number = 2'000};
+  CHECK(to_text(event) == "precharge given up after 2000 ms");
+  event.reading = {true, 29'920};
+  event.threshold = 40'000;
+  CHECK(to_text(event) == "precharge given up after 2000 ms: link 29.920 V, pack 40.000 V");
 }
 
 TEST_CASE("too much charge without a charger names the direction of the current sensor", "[unit][core][faults][F16]") {
