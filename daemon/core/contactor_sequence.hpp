@@ -14,8 +14,8 @@
 // Closing: each step waits for the contacts' own word, not for a time, and needs everything that closing needs, not
 // only what a closed pack may stay closed with. Precharge is measured, in a window of time: the link must follow the
 // pack and the current must have fallen; a link that follows at once is no link, one that never does hides a short or a
-// load. The pack is closed when link and pack have been seen together since main positive had its time to close. A
-// phase that does not get on within the time-out opens.
+// load. The pack is closed when link and pack have been seen together since main positive was seen to close. A phase
+// that does not get on within the time-out opens.
 //
 // Two voltages are compared only if both are the sensor's and were taken in the phase that they speak of. What grants a
 // step, loses the link or shows a weld was taken at one instant, or the pack's behind the link's; a precharge is too
@@ -40,6 +40,7 @@
 // walks through every combination of phases, inputs and times.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <string_view>
@@ -103,7 +104,8 @@ struct SequenceInputs {
   bool close_wanted = false;
   bool close_permitted = false;   // to begin, from open; to stay, from everywhere else
   bool may_advance = false;       // nothing speaks against closing right now
-  bool contacts_settled = false;  // all stand where they were told to
+  bool contacts_settled = false;  // all stand where they are commanded, and have done so for `settle`
+  TimePoint contacts_since{};     // when the last of them was seen there; meaningful while settled
   bool is_unplugged = false;      // nobody asks, and the charger that asked last is not there any more
   bool charge_wanted = false;     // a charger is there and asks
   bool charge_permitted = false;
@@ -187,18 +189,25 @@ inline constexpr Duration same_instant_max = 5ms;
   return state.must_be_discharged && is_second && follows_through_nothing(state, in, config);
 }
 
-/// Seen after main negative had its time to close: the link is by itself.
+/// From when on a sample may grant a step: the contacts had `settle` and were seen where they are commanded. A slow
+/// contact makes after `settle`, and a sample from between the two would still be fresh when the contacts have settled.
+[[nodiscard]] constexpr TimePoint evidence_since(const SequenceState& state, const SequenceInputs& in,
+                                                 const ContactorConfig& config) {
+  return std::max(state.entered_at + config.settle, in.contacts_since);
+}
+
+/// Seen after main negative closed: the link is by itself.
 [[nodiscard]] constexpr bool is_by_itself(const SequenceState& state, const SequenceInputs& in,
                                           const ContactorConfig& config) {
-  return is_pair_since(state.entered_at + config.settle, in) && !link_follows(in.pack_mV, in.link_mV, config) &&
+  return is_pair_since(evidence_since(state, in, config), in) && !link_follows(in.pack_mV, in.link_mV, config) &&
          !link_follows(in.cells_mV, in.link_mV, config);
 }
 
-/// The link follows and the current has fallen, all seen after the precharge contactor had its time to close: what was
-/// measured before says nothing about this precharge.
+/// The link follows and the current has fallen, all seen after the precharge contactor closed: what was measured before
+/// says nothing about this precharge.
 [[nodiscard]] constexpr bool is_precharged(const SequenceState& state, const SequenceInputs& in,
                                            const ContactorConfig& config) {
-  const TimePoint since = state.entered_at + config.settle;
+  const TimePoint since = evidence_since(state, in, config);
   const std::int64_t magnitude_mA = in.current_mA < 0 ? -std::int64_t{in.current_mA} : in.current_mA;
   const bool current_has_fallen = in.current_at >= since && magnitude_mA <= config.precharge_current_max_mA;
   return is_pair_since(since, in) && link_follows(in.pack_mV, in.link_mV, config) &&
@@ -219,11 +228,11 @@ inline constexpr Duration same_instant_max = 5ms;
   return in.is_measured && is_of_this_phase && is_enclosed && is_away;
 }
 
-/// Main positive is seen to conduct: link and pack agree after it had its time to close. Voltages from before it say
+/// Main positive is seen to conduct: link and pack agree after it closed. Voltages from before it say
 /// nothing about the contact that the load will flow through.
 [[nodiscard]] constexpr bool is_joined(const SequenceState& state, const SequenceInputs& in,
                                        const ContactorConfig& config) {
-  return is_pair_since(state.entered_at + config.settle, in) && link_follows(in.pack_mV, in.link_mV, config);
+  return is_pair_since(evidence_since(state, in, config), in) && link_follows(in.pack_mV, in.link_mV, config);
 }
 
 /// The least time this precharge may take: less for a link that still held a part of the voltage.

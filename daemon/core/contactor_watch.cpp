@@ -36,6 +36,13 @@ bool ContactorWatch::is_settled() const {
   });
 }
 
+TimePoint ContactorWatch::obeying_since() const {
+  const auto is_earlier = [](const Contact& one, const Contact& other) {
+    return one.obeying_since < other.obeying_since;
+  };
+  return std::max_element(contacts_.begin(), contacts_.end(), is_earlier)->obeying_since;
+}
+
 bool ContactorWatch::judge(Contact& contact, bool is_closed, TimePoint seen_at, const ContactorConfig& config,
                            TimePoint now) {
   if (is_closed == contact.is_commanded) {

@@ -32,6 +32,9 @@ class ContactorWatch {
   [[nodiscard]] Disobedience disobeys(const Measured<PduState>& pdu, const ContactorConfig& config, TimePoint now);
   /// Every contactor has followed its command, and has done so for `settle`.
   [[nodiscard]] bool is_settled() const;
+  /// When the last contactor was seen to follow its command: samples from before say nothing about what is commanded.
+  /// Meaningful while all are settled.
+  [[nodiscard]] TimePoint obeying_since() const;
 
  private:
   struct Contact {

@@ -249,6 +249,7 @@ SequenceInputs Core::sequence_inputs(TimePoint now) const {
           .close_permitted = is_permitted(permission_, sequence_.phase),
           .may_advance = permission_.may_advance,
           .contacts_settled = contactor_watch_.is_settled(),
+          .contacts_since = contactor_watch_.obeying_since(),
           .is_unplugged = request_.is_unplugged(),
           .charge_wanted = request_.is_by_charger(),
           .charge_permitted = permission_.may_charge,

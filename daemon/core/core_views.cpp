@@ -130,7 +130,8 @@ ModeInputs Core::mode_inputs(TimePoint now) const {
           .has_relay_fault = has_relay_fault(faults_)};
 }
 
-/// Before the precharge contactor is commanded nothing may bring the link to the pack's voltage.
+/// Before the precharge contactor is commanded nothing may bring the link to the pack's voltage. The two need not be of
+/// one instant: this only forbids, and where one of them has moved it delays a closing by a period of the sensor.
 bool Core::link_follows_though_open() const {
   const bool is_open = sequence_.phase == Phase::open || sequence_.phase == Phase::main_negative;
   return is_open && pack_.is_sensed() &&

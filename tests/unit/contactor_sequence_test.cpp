@@ -247,6 +247,22 @@ TEST_CASE("a step is granted by voltages of one instant, or with the link's betw
   }
 }
 
+TEST_CASE("a step is granted by samples from after the contacts were seen to follow", "[unit][contactors][I4]") {
+  for (const Phase phase : closing) {
+    for (TimePoint SequenceInputs::*const sample :
+         {&SequenceInputs::link_at, &SequenceInputs::pack_at, &SequenceInputs::current_at}) {
+      if (sample == &SequenceInputs::current_at && phase != Phase::precharge) continue;
+      SequenceInputs in = ready_in(phase, 300ms);
+      in.contacts_since = start + 180ms;
+      in.link_at = in.pack_at = start + 181ms;
+      in.*sample = start + 180ms - 1ns;
+      CHECK(after(phase, in) == phase);
+      in.*sample = start + 180ms;
+      CHECK(after(phase, in) != phase);
+    }
+  }
+}
+
 TEST_CASE("the sum of the cells forbids what it does not agree with, and grants nothing", "[unit][contactors][I4]") {
   SequenceInputs in = ready(200ms);
   in.cells_mV = 106'000;

@@ -615,6 +615,25 @@ TEST_CASE("contactors of any speed within the allowance: the mains meet a charge
   }
 }
 
+TEST_CASE("voltages from before a slow contact has closed grant no step", "[unit][contactors][I4]") {
+  constexpr std::array slow_contacts{std::pair{1U, Phase::main_negative}, std::pair{2U, Phase::precharge},
+                                     std::pair{0U, Phase::main_positive}};
+  for (const auto& [slow, phase] : slow_contacts) {
+    CoreBench bench(small_pack());
+    bench.pdu_tells_changes = true;
+    bench.contact_delays[slow] = 180ms;
+    REQUIRE(reach(bench, phase));
+    bench.run(165ms);
+    bench.voltage_talks = false;
+    bool goes_on = false;
+    bench.each_ms = [&, phase = phase] { goes_on = goes_on || bench.core().sequence().phase > phase; };
+    bench.run(1s);
+    CAPTURE(to_text(phase));
+    CHECK_FALSE(goes_on);
+    CHECK(is_open(bench));
+  }
+}
+
 TEST_CASE("a main contact that lets go while it is being closed is never made to close past the precharge",
           "[unit][contactors][F84][I4]") {
   for (Duration after = 20ms; after < 400ms; after += 20ms) {
