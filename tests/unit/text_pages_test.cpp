@@ -103,6 +103,19 @@ TEST_CASE("the page of a fault shows the grace of its reaction, and the usual re
   CHECK(does().find("open now by the pack file, usually open after grace of 250 ms;") != std::string::npos);
 }
 
+TEST_CASE("faults with a reaction of the pack file are listed though none was seen", "[unit][bmuctl][reactions]") {
+  const Json usual{{"name", "open_wire"}, {"reaction", "open now"}, {"stage", "good"}, {"count", 0}};
+  Json stricter = usual;
+  stricter["name"] = "cell_imbalance";
+  stricter["usual_reaction"] = "open after grace";
+  const Json faults = Json::array({usual, stricter});
+  const std::string page = faults_page(Reply(faults), Reply(nullptr)).text(false);
+  INFO(page);
+  CHECK(page.find("cell_imbalance  good       0  open now, by the pack file") != std::string::npos);
+  CHECK(page.find("open_wire") == std::string::npos);
+  CHECK(page.find("1 others have never been seen") != std::string::npos);
+}
+
 namespace {
 
 Json balance_reply() {

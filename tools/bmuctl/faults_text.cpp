@@ -14,6 +14,11 @@ bool has_something(const Reply& fault) {
          fault["stage"].text() != "good";
 }
 
+/// Worth a row: something was seen, or the pack file has its own reaction.
+bool is_listed(const Reply& fault) {
+  return has_something(fault) || fault["usual_reaction"].is_known();
+}
+
 Style style_of(const Reply& fault) {
   if (fault["is_present"].is_true()) return Style::bad;
   return fault["is_warning"].is_true() ? Style::warning : Style::normal;
@@ -25,7 +30,7 @@ Line row_line(const Reply& fault, const Reply& modules) {
   return {{fault["name"].text(), style},
           {fault["stage"].text() + (is_mere_warning ? ", warning" : ""), style},
           plain(shown(fault["count"], Unit::none)),
-          {fault["reaction"].text(), Style::dim},
+          {fault["reaction"].text() + (fault["usual_reaction"].is_known() ? ", by the pack file" : ""), Style::dim},
           plain(fault_details(fault, modules))};
 }
 
@@ -189,7 +194,7 @@ Page faults_page(const Reply& faults, const Reply& modules) {
                           {"what was seen", Style::dim}}};
   std::vector<Reply> told;
   for (std::size_t i = 0; i < faults.size(); ++i) {
-    if (!has_something(faults.at(i))) continue;
+    if (!is_listed(faults.at(i))) continue;
     told.push_back(faults.at(i));
     rows.push_back(row_line(told.back(), modules));
   }
