@@ -29,6 +29,18 @@ SimRun closed_run(const std::string& name) {
   return run;
 }
 
+constexpr double charged_by_s = 10.0;
+
+/// shell-eco-6s, charged with 5 A.
+SimRun charged_run() {
+  SimRun run(shipped_pack("shell-eco-6s"),
+             *parse_scenario("0 pack soc_permille 600\n0 charger current_A 5\n1.5 charger connected"));
+  run.run_to(charged_by_s);
+  REQUIRE(run.core().sequence().phase == Phase::closed);
+  REQUIRE(run.simulator().plant().current_A() == Approx(-5.0).margin(0.1));
+  return run;
+}
+
 /// The contacts really are open, and this is why.
 void check_opened_by(const SimRun& run, FaultId fault) {
   CHECK(run.core().sequence().phase == Phase::open);
@@ -59,17 +71,13 @@ TEST_CASE("shell-eco-6s opens for the undervoltage flag of each of its cells", "
     run.apply("cell 1." + std::to_string(cell) + " undervoltage_flag on");
     run.run_to(closed_by_s + opened_within_s);
     check_opened_by(run, FaultId::module_reports_undervoltage);
+    CHECK(run.core().modules().find(1)->status.value.undervoltage_cells == 1U << (cell - 1));
   }
 }
 
 TEST_CASE("shell-eco-6s that is charged stays closed for the undervoltage flag of a cell, and reports it",
           "[scenario][RR_7][BMS_F.10]") {
-  SimRun run(shipped_pack("shell-eco-6s"),
-             *parse_scenario("0 pack soc_permille 600\n0 charger current_A 5\n1.5 charger connected"));
-  constexpr double charged_by_s = 10.0;
-  run.run_to(charged_by_s);
-  REQUIRE(run.core().sequence().phase == Phase::closed);
-  REQUIRE(run.simulator().plant().current_A() == Approx(-5.0).margin(0.1));
+  SimRun run = charged_run();
   run.apply("cell 1.3 undervoltage_flag on");
   for (double at_s = charged_by_s; at_s < charged_by_s + 10.0; at_s += 0.1) {
     run.run_to(at_s);
@@ -94,6 +102,18 @@ TEST_CASE("shell-eco-6s opens when a front end reports its thermal shutdown", "[
   run.run_to(closed_by_s + opened_within_s);
   check_opened_by(run, FaultId::front_end_overtemperature);
   check_way_back(run, "module 1 front_end_thermal_shutdown off", FaultId::front_end_overtemperature);
+}
+
+TEST_CASE("a front end's fault opens shell-eco-6s while it is charged", "[scenario][RR_7]") {
+  const auto [property, fault] =
+      GENERATE(table<std::string, FaultId>({{"front_end_supply_low", FaultId::front_end_supply_low},
+                                            {"front_end_thermal_shutdown", FaultId::front_end_overtemperature}}));
+  CAPTURE(property);
+  SimRun run = charged_run();
+  const double at_s = run.seconds();
+  run.apply("module 1 " + property + " on");
+  run.run_to(at_s + opened_within_s);
+  check_opened_by(run, fault);
 }
 
 TEST_CASE("a front end's fault of a few milliseconds between two polls opens shell-eco-6s", "[scenario][RR_7]") {

@@ -21,6 +21,8 @@ struct Shorted {
     run.run_to(9.0);
     REQUIRE(run.core().sequence().phase == Phase::closed);
     REQUIRE(rated.contactors.break_current_max_mA > 0);
+    const bool has_throttle = rated.auxiliary.throttle_on_permille > 0;  // which is not pressed
+    REQUIRE(run.core().outputs().auxiliary == !has_throttle);
     draw(2.0);
   }
   /// In shares of what the contactors break.
@@ -68,6 +70,7 @@ TEST_CASE("a short: zero current is asked for at once, and the pack opens after 
   CHECK(core.limits().discharge.limit_mA == 0);
   CHECK(core.limits().charge.limit_mA == 0);
   CHECK(core.limits().discharge.cause == LimitCause::fault);
+  CHECK_FALSE(core.outputs().auxiliary);  // the motor's enable
   REQUIRE(pack.run_until_open());
   CHECK(pack.waited() >= 240ms);
   CHECK(pack.waited() <= 250ms + tick_period);

@@ -182,7 +182,8 @@ void CoreBench::answer_poll(const CanFrame& request) {
       encode_signal(temp_2.signals[0],
                     module.sensor_count > 3 ? module.cell_temperature_dC[3] : not_known(Validity::not_fitted),
                     second.data);
-      for (unsigned slot = 1; slot <= 4; ++slot) encode_signal(temp_2.signals[slot], known(300), second.data);
+      for (unsigned slot = 1; slot <= 4; ++slot)
+        encode_signal(temp_2.signals[slot], known(280 + 10 * slot), second.data);
       put(temp_2, second);
     }
     CanFrame stack = make_frame(internal_bus::module, module.node);

@@ -55,10 +55,12 @@ TEST_CASE("without a source the intake air is unknown, whoever reports one", "[u
 
 TEST_CASE("the intake air of a board sensor of a module is reported while the module answers",
           "[unit][vehicle][AIR_1]") {
-  CoreBench bench(pack_with({.source = AirSource::module, .node = 2, .sensor = 3}));
+  const auto sensor = static_cast<std::uint8_t>(GENERATE(1, 2, 3, 4));
+  CAPTURE(sensor);
+  CoreBench bench(pack_with({.source = AirSource::module, .node = 2, .sensor = sensor}));
   bench.run(1500ms);
-  CHECK(bench.core().intake_air_dC(bench.now()).value == 300);
-  CHECK(sent_air(bench) == 30);
+  CHECK(bench.core().intake_air_dC(bench.now()).value == 280 + 10 * sensor);
+  CHECK(sent_air(bench) == 28 + sensor);
   bench.modules[1].talks = false;
   bench.run(2s);
   CHECK_FALSE(bench.core().intake_air_dC(bench.now()).is_valid());

@@ -150,6 +150,8 @@ TEST_CASE("the resistance over ten seconds and a minute is that of all cells, ta
     return 8.0 * (0.005 + 0.001 * (3.0 - std::exp(-s / 10.0) - std::exp(-s / 100.0) - std::exp(-s / 1000.0)));
   };
   CHECK(whole.peak_Ohm >= cells_Ohm(10.0) * 0.999);
-  CHECK(whole.peak_Ohm < cells_Ohm(10.0) * 4.0);
+  const CellForecastInput cell = pack.estimate().forecast_input(0);
+  CHECK(cell.resistance_sigma <= 0.5);
+  CHECK(whole.peak_Ohm == Approx(cells_Ohm(10.0) * (1.0 + 2.0 * cell.resistance_sigma)).epsilon(0.01));
   CHECK(whole.continuous_Ohm / whole.peak_Ohm == Approx(cells_Ohm(60.0) / cells_Ohm(10.0)));
 }

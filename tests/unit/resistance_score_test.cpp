@@ -72,7 +72,7 @@ TEST_CASE("both methods find what a resistor is", "[unit][bmucell][BMS_F.6]") {
   CHECK_FALSE(evaluation.scores[2].inside_uncertainty_pct);
 }
 
-TEST_CASE("what is off is told in percent of the table, with its sign", "[unit][bmucell][BMS_F.6]") {
+TEST_CASE("what is off is told in percent of the table, with its sign", "[unit][bmucell]") {
   Bench bench(4);
   // 6 mOhm are 20 % more than 5 and 4 % less than 6.25.
   bench.table.rows[1].resistance_Ohm = 0.005;
@@ -87,7 +87,7 @@ TEST_CASE("what is off is told in percent of the table, with its sign", "[unit][
   CHECK(*bench.evaluate().scores[0].inside_uncertainty_pct == Approx(100.0 / 3.0));
 }
 
-TEST_CASE("the nearly empty cell is scored with the others and left out once", "[unit][bmucell][BMS_F.6]") {
+TEST_CASE("the nearly empty cell is scored with the others and left out once", "[unit][bmucell]") {
   Bench bench(9);  // the last at 10 %
   const ResistanceEvaluation evaluation = bench.evaluate();
   CHECK(evaluation.scores[0].pulses == 9);
@@ -96,7 +96,7 @@ TEST_CASE("the nearly empty cell is scored with the others and left out once", "
   CHECK(evaluation.scores[3].pulses == 8);
 }
 
-TEST_CASE("what a method never told has no figures", "[unit][bmucell][BMS_F.6]") {
+TEST_CASE("what a method never told has no figures", "[unit][bmucell]") {
   for (const ResistanceScore& score : Bench(1).evaluate().scores) {
     CHECK(score.pulses == 1);
     CHECK(score.told == 0);
@@ -107,7 +107,7 @@ TEST_CASE("what a method never told has no figures", "[unit][bmucell][BMS_F.6]")
   }
 }
 
-TEST_CASE("both are compared at the temperature of the table", "[unit][bmucell][BMS_F.6]") {
+TEST_CASE("both are compared at the temperature of the table", "[unit][bmucell]") {
   Bench bench(6);
   const double factor = ExpectedResistance(test::sloped_cell()).factor(0.0);
   for (PulseRow& row : bench.table.rows) row.temperature_C = 0.0;
@@ -116,7 +116,7 @@ TEST_CASE("both are compared at the temperature of the table", "[unit][bmucell][
   CHECK(evaluation.pulses[5].told[1]->resistance_Ohm == Approx(resistance_Ohm).epsilon(0.01));  // knows no other
 }
 
-TEST_CASE("rows in which the current changed are no picture for the method of steps", "[unit][bmucell][BMS_F.6]") {
+TEST_CASE("rows in which the current changed are no picture for the method of steps", "[unit][bmucell]") {
   Bench bench(6);
   // The pulses began in the middle of a row: half the current, and a voltage that does not belong to it.
   for (SeriesRow& row : bench.series.rows) {

@@ -24,7 +24,7 @@ CoreConfig sloped_pack() {
 
 /// A pack whose decisions the service mode is told of.
 struct Served {
-  LivingPack pack{sloped_pack(), 0.5};
+  LivingPack pack{sloped_pack(), 0.5, {{}, {}, {.resistance_share = 0.4}}};  // cell 3 has more resistance
   ServiceValues values{pack.core()};
   int lines = 0;
   std::string last;
@@ -89,9 +89,15 @@ TEST_CASE("measured values come once a second while they are wanted, and not bef
   CHECK(values_of(served.last, "SOC")[0] != "-");
   const auto resistances = values_of(served.last, "R");
   REQUIRE(resistances.size() == 8);
-  const ResistanceEstimate known = served.pack.estimate().cell_resistance(0);
-  REQUIRE(known.is_known);
-  CHECK(std::strtod(resistances[0].c_str(), nullptr) == Approx(known.resistance_Ohm * 1e3).margin(0.01));
+  for (std::size_t cell = 0; cell < resistances.size(); ++cell) {
+    const ResistanceEstimate known = served.pack.estimate().cell_resistance(cell);
+    REQUIRE(known.is_known);
+    CHECK(std::strtod(resistances[cell].c_str(), nullptr) == Approx(known.resistance_Ohm * 1e3).margin(0.01));
+  }
+  const auto estimate_Ohm = [&served](std::size_t cell) {
+    return served.pack.estimate().cell_resistance(cell).resistance_Ohm;
+  };
+  CHECK(estimate_Ohm(2) > 1.2 * estimate_Ohm(1));
   served.values.set_wanted(false);
   const int until_here = served.lines;
   served.pack.run(3s);
