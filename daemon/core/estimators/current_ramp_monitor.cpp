@@ -208,9 +208,9 @@ void CurrentRampMonitor::check_direction(const Reference& reference, const PackP
   if (!is_large || std::llabs(expected_uV) < answer_min_uV * cells.count) return;
   const std::optional<std::int64_t> drift = drift_uV(reference.first, last, now.taken_at);
   if (!drift) return;
-  const std::int64_t moved_mAs = std::llabs(last.current_mA) * ((now.taken_at - last.taken_at) / 1ms) / 1'000;
-  const std::int64_t permille_of_capacity_mAs = cells.capacity_As;
-  if (moved_mAs > permille_of_capacity_mAs) return;
+  const std::int64_t moved_uAs = std::llabs(last.current_mA) * ((now.taken_at - last.taken_at) / 1ms);
+  const std::int64_t permille_of_capacity_uAs = std::int64_t{cells.capacity_As} * 1'000;
+  if (moved_uAs > permille_of_capacity_uAs) return;
   const std::int64_t seen_uV = now.sum_uV - last.sum_uV;
   const std::int64_t least_uV = std::llabs(expected_uV) / 2 + bound_uV(*drift, last, cells);
   const bool is_seen = has_moved(now, last, least_uV, cells) && is_move_of_pack(seen_uV, last.pack_mV, now.pack_mV);
