@@ -72,7 +72,8 @@ TEST_CASE("what is written into a pipe happens, whoever writes it, and what cann
           "[integration][mmusim][bus]") {
   Bench bench;
   bench.start(bench.pipe);
-  bench.write("# what follows is nonsense\n\nvehcle on\n  cell 9.1 voltage_mV 2700\nvehicle on   # the key\n");
+  bench.write(
+      "\xEF\xBB\xBF# what follows is nonsense\n\nvehcle on\n  cell 9.1 voltage_mV 2700\nvehicle on   # the key\n");
   REQUIRE(bench.tells(key_seen));
   CHECK(bench.told.find("mmusim: " + bench.pipe + ":3:1: found 'vehcle', wanted a target") != std::string::npos);
   CHECK(bench.told.find("mmusim: " + bench.pipe + ":4:1: found ") != std::string::npos);

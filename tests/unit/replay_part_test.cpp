@@ -43,6 +43,21 @@ TEST_CASE("parts begin with a head, and know their first line", "[unit][recordin
   CHECK(reader.damages().empty());
 }
 
+TEST_CASE("a byte-order mark before a recording is passed over", "[unit][recording]") {
+  const TemporaryFolder folder;
+  const std::string mark = "\xEF\xBB\xBF";
+  for (const std::string& before : {mark, mark + mark}) {
+    PartReader reader({folder.file("a.log", before + head + lines(2) + before + head + lines(1))});
+    const std::vector<Part> parts = parts_of(reader);
+    REQUIRE(parts.size() == 2);
+    CHECK(parts[0].text == head + lines(2));
+    CHECK(parts[1].text == head + lines(1));
+    CHECK(reader.damages().empty());
+  }
+  PartReader reader({folder.file("a.log", mark)});
+  CHECK(parts_of(reader).empty());
+}
+
 TEST_CASE("a part without end is cut off and named, and the next one is read", "[unit][recording]") {
   const TemporaryFolder folder;
   const std::string file = folder.file("a.log", head + lines(100) + head + lines(3));

@@ -507,6 +507,19 @@ TEST_CASE("recordings are put in the order of their times, and what is none is l
   CHECK(missing.error().find("none.log': No such file") != std::string::npos);
 }
 
+TEST_CASE("a byte-order mark before a recording costs a report nothing", "[unit][report][recording]") {
+  const std::string mark = "\xEF\xBB\xBF";
+  const ReportData data = read(mark + drive());
+  CHECK(data.notes.empty());
+  CHECK(data.holes.empty());
+  CHECK(data.times_us == read(drive()).times_us);
+  const TemporaryFolder folder;
+  const auto files = in_order_of_time({folder.file("a.log", later_drive()), folder.file("b.log", mark + drive())});
+  REQUIRE(files);
+  CHECK(files->left_out.empty());
+  CHECK(files->recordings.size() == 2);
+}
+
 TEST_CASE("a clock that is put right by milliseconds costs nothing", "[unit][report][recording]") {
   const ReportData data =
       read(test::recorded_run(drive_script, {.length = 12s, .part_length = 2500ms, .clock_behind_us = 20'000}));

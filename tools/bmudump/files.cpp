@@ -12,6 +12,7 @@
 #include "tools/bmudump/dump.hpp"
 #include "tools/bmudump/follow_screen.hpp"
 #include "tools/bmudump/log_times.hpp"
+#include "tools/common/byte_order_mark.hpp"
 #include "tools/common/line_reader.hpp"
 
 namespace bmu::dump {
@@ -20,9 +21,6 @@ namespace {
 /// Damage of one file beyond this many lines is counted, not told line by line.
 constexpr std::uint64_t damage_told_max = 1'000;
 constexpr std::uint64_t clock_jumps_reported_max = 1'000;
-
-/// As some editors put it before a text: at the beginning of a file, and so of what was put together from several.
-constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
 
 std::string found_text(std::string_view line, std::size_t column) {
   if (column >= line.size()) return "the end of the line";
@@ -135,7 +133,7 @@ void LogFile::take_other_line(const LineReader::Line& line, const LogLineDamage&
   const std::string_view text = line.text;
   if (text.starts_with(byte_order_mark)) {
     LineReader::Line unmarked = line;
-    while (unmarked.text.starts_with(byte_order_mark)) unmarked.text.remove_prefix(byte_order_mark.size());
+    unmarked.text = without_byte_order_mark(text);
     return take_unusual_line(unmarked, parse_log_line(unmarked.text), dump);
   }
   if (is_below_error_frame_ && is_error_text(text)) return;

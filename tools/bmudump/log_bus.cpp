@@ -7,6 +7,7 @@
 
 #include "protocol/candump.hpp"
 #include "protocol/candump_screen.hpp"
+#include "tools/common/byte_order_mark.hpp"
 #include "tools/common/line_reader.hpp"
 
 namespace bmu::dump {
@@ -15,7 +16,8 @@ namespace {
 /// Some seconds of a busy bus.
 constexpr std::uint64_t lines_max = 10'000;
 
-std::optional<LogLine> frame_of(std::string_view text, ScreenRoom& room) {
+std::optional<LogLine> frame_of(std::string_view line, ScreenRoom& room) {
+  const std::string_view text = without_byte_order_mark(line);
   if (const auto parsed = parse_log_line(text)) {
     return parsed->kind == LogLineKind::frame ? std::optional(*parsed) : std::nullopt;
   }

@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "daemon/recording/record_line.hpp"
+#include "tools/common/byte_order_mark.hpp"
 
 namespace bmu::replay {
 
@@ -53,6 +54,7 @@ void PartReader::end_hole() {
 bool PartReader::take_lines() {
   LineReader::Line line;
   while (reader_->take(line)) {
+    line.text = without_byte_order_mark(line.text);  // also where files were put together
     if (line.is_too_long) {
       tell({.file = name_, .line = reader_->line_number(), .text = "the line is too long for a recording"});
       continue;

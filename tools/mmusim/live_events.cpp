@@ -9,6 +9,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "tools/common/byte_order_mark.hpp"
+
 namespace bmu::sim {
 namespace {
 
@@ -60,6 +62,7 @@ void LiveEvents::take(char character, std::vector<Line>& lines) {
 
 void LiveEvents::end_line(std::vector<Line>& lines) {
   const bool is_too_long = begun_.size() > line_length_max;
+  begun_.erase(0, begun_.size() - without_byte_order_mark(begun_).size());  // of a file that was written into the pipe
   begun_.erase(std::min(begun_.find('#'), begun_.size()));
   if (is_too_long) {
     lines.push_back({.number = number_, .text = begun_, .is_too_long = true});

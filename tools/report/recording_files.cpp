@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "daemon/shell/owned_fd.hpp"
+#include "tools/common/byte_order_mark.hpp"
 #include "tools/common/clock_set.hpp"
 #include "tools/common/line_reader.hpp"
 
@@ -102,7 +103,7 @@ Result<std::optional<std::int64_t>, std::string> first_time(const std::string& p
   FirstTime first;
   while (true) {
     while (lines.take(line)) {
-      if (!first.take(line.text)) return first.first_us();
+      if (!first.take(without_byte_order_mark(line.text))) return first.first_us();
     }
     const LineReader::Filled filled = lines.fill();
     if (filled == LineReader::Filled::error) return cannot_read(path);
@@ -134,13 +135,14 @@ class Feed {
  private:
   void take(const LineReader::Line& line) {
     progress_(line.text.size() + 1);
-    if (is_in_hole_ && !line.text.starts_with(part_begins)) return;
+    const std::string_view text = without_byte_order_mark(line.text);
+    if (is_in_hole_ && !text.starts_with(part_begins)) return;
     const std::string place = "line " + std::to_string(lines_.line_number());
     if (std::exchange(is_in_hole_, false)) reading_.go_on(place);
     if (line.is_too_long) return break_off(place + ": too long for a recording");
     // What is missing of it would pass for another decision.
     if (!line.has_end) return break_off("its last line, " + std::to_string(lines_.line_number()) + ", has no end");
-    if (!reading_.take(line.text)) break_off(reading_.trouble(lines_.line_number()));
+    if (!reading_.take(text)) break_off(reading_.trouble(lines_.line_number()));
   }
 
   [[nodiscard]] std::string words_for(const PackedText::Damage& damage) const {
