@@ -14,7 +14,7 @@ CanFrame battery_frame(const BatteryReport& report) {
   CanFrame frame = make_frame(battery);
   write<battery, "battery_type">(frame, not_known());
   write<battery, "bms_version">(frame, not_known());
-  write<battery, "capacity_uAs">(frame, report.capacity_uAs);
+  write<battery, "capacity_or_charge_left_uAs">(frame, report.capacity_uAs);
   write<battery, "manufacturer_id">(frame, not_known());
   return frame;
 }

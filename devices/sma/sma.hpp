@@ -4,8 +4,9 @@
 // whose 355h has been missing for 60 s makes the inverter go to standby with F952, one whose 351h has makes it warn
 // with W952. An alarm makes it stop, which may take 10 s: keep the contactors closed that long, if that is safe.
 //
-// The capacity of 35Fh is that which is installed; batteries of BYD and Pytes send the charge that is left there: 105
-// Ah at 67 % of 156 Ah.
+// The third number of 35Fh is the capacity that is installed by SMA's word, which is what we send; batteries of BYD and
+// Pytes send the charge that is left there: 105 Ah at 67 % of 156 Ah. Nothing in the frame shows which of the two it
+// is.
 //
 // 35Bh (events) is named in the papers and its layout is not known: there is no row for it. Of 305h the types of
 // voltage and temperature are not told; they are read as those of 356h. Of 306h the order is told, and these widths are
@@ -31,7 +32,7 @@ inline constexpr SpecialCode inverter_state_codes[] = {{2, Validity::out_of_rang
 inline constexpr SignalSpec battery_signals[] = {
     field::little("battery_type", 0, 2, {}, inverter::no_u16),
     field::little("bms_version", 2, 2, {}, inverter::no_u16),
-    field::little("capacity_uAs", 4, 2, field::whole_Ah, inverter::no_u16),
+    field::little("capacity_or_charge_left_uAs", 4, 2, field::whole_Ah, inverter::no_u16),
     field::little("manufacturer_id", 6, 2, {}, inverter::no_u16),
 };
 inline constexpr SignalSpec inverter_signals[] = {
@@ -57,8 +58,9 @@ inline constexpr MessageSpec measurements = inverter::sent("SMA_MEASUREMENTS", 0
 inline constexpr MessageSpec items =
     inverter::sent("SMA_ALARMS", 0x35A, inverter::item_signals, "alarms and warnings that came or went");
 inline constexpr MessageSpec name = inverter::sent("SMA_NAME", 0x35E, inverter::name_signals, "who made the battery");
-inline constexpr MessageSpec battery = inverter::sent(
-    "SMA_BATTERY", 0x35F, battery_signals, "type, version and capacity of the battery; of some makers the charge left");
+inline constexpr MessageSpec battery =
+    inverter::sent("SMA_BATTERY", 0x35F, battery_signals,
+                   "type and version of the battery; its capacity, or of some makers the charge that is left");
 inline constexpr MessageSpec standby{.name = "SMA_STANDBY",
                                      .base_id = 0x00F,
                                      .length = 0,
