@@ -7,6 +7,7 @@
 
 #include "devices/device_list.hpp"
 #include "protocol/candump.hpp"
+#include "protocol/tables/internal_bus.hpp"
 #include "protocol/tables/vehicle_bus.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/folders.hpp"
@@ -143,4 +144,22 @@ TEST_CASE("a checksum, a range, a mark or a name proves whose a frame is", "[uni
   CHECK(fit_of(vehicle_bus::catalogue, frame_of(0x620, {1, 2, 3, 4, 5, 6, 7, 8})) == Fit::no);
   CHECK(fit_of(vehicle_bus::catalogue, frame_of(0x620, {0, 0, 0, 0, 0, 0, 0, 0})) == Fit::no);
   CHECK(fit_of(vehicle_bus::catalogue, frame_of(0x624, {0, 0x55, 0, 0x28, 0, 0xC8})) == Fit::proven);
+}
+
+TEST_CASE("bytes that are all clear or all set prove nothing, whatever the row", "[unit][bmudump][devices][fit]") {
+  for (const int byte : {0x00, 0xFF}) {
+    INFO(byte);
+    const std::vector<int> eight(8, byte);
+    for (const char* device : {"sma", "victron", "pylontech"}) {
+      INFO(device);
+      CHECK(fit_of_device(device, frame_of(0x356, eight)) == Fit::unproven);
+      CHECK(fit_of_device(device, frame_of(0x355, eight)) != Fit::proven);
+    }
+    CHECK(fit_of_device("i3_csc", frame_of(0x0A0, eight)) != Fit::proven);
+    CHECK(fit_of(vehicle_bus::catalogue, frame_of(0x624, std::vector<int>(6, byte))) != Fit::proven);
+    CHECK(fit_of(internal_bus::catalogue, frame_of(0x521, std::vector<int>(6, byte))) != Fit::proven);
+  }
+  // Its checksum happens to be 0.
+  CHECK(fit_of(internal_bus::catalogue, frame_of(0x35C, std::vector<int>(8, 0))) == Fit::unproven);
+  CHECK(fit_of_device("sma", frame_of(0x356, {0, 0, 0, 0, 1, 0})) == Fit::proven);
 }

@@ -75,6 +75,14 @@ double share_that_fits(const SignalSpec& signal) {
   return std::max(0.0, max - min + 1.0) / all;
 }
 
+/// What senders put where they have nothing to say, under any identifier: all bits clear, or all set.
+bool is_filling(const CanFrame& frame) {
+  const std::uint8_t first = frame.data[0];
+  const bool is_same = std::all_of(frame.data.begin(), frame.data.begin() + frame.length,
+                                   [first](std::uint8_t byte) { return byte == first; });
+  return is_same && (first == 0x00 || first == 0xFF);
+}
+
 }  // namespace
 
 Fit fit_of(const MessageSpec& message, const CanFrame& frame) {
@@ -92,7 +100,7 @@ Fit fit_of(const MessageSpec& message, const CanFrame& frame) {
     if (!is_plausible(signal, value) || !is_named(signal, raw) || !is_readable(signal, raw)) return Fit::no;
     if (value.is_valid()) share *= share_that_fits(signal);
   }
-  return share <= share_max ? Fit::proven : Fit::unproven;
+  return share <= share_max && !is_filling(frame) ? Fit::proven : Fit::unproven;
 }
 
 }  // namespace bmu::dump

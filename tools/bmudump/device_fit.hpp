@@ -18,7 +18,7 @@ enum class Fit : std::uint8_t {
 /// A frame fits if its length, checksum and counter are those of the row; each number is one that its field may hold;
 /// and, unless a checksum of its own has shown already which device it is of, none is beyond what a battery, a charger
 /// or a car has, a field with two or more named numbers has one of them, and a name is text. Codes for "not known"
-/// prove nothing. Cost: a decoding of all fields.
+/// prove nothing, nor do bytes that are all 00h or all FFh, whatever the row. Cost: a decoding of all fields.
 [[nodiscard]] Fit fit_of(const MessageSpec& message, const CanFrame& frame);
 
 }  // namespace bmu::dump
