@@ -168,7 +168,7 @@ TEST_CASE("bmudump's JSON has exactly the documented shape", "[integration][bmud
         R"("signals":{"cell_voltage_1_uV":3651200,"cell_voltage_2_uV":3649800,"cell_voltage_3_uV":3653000,)"
         R"("counter":42}})"
         "\n");
-  CHECK(run("-r - --json", "(1.000000) vcan0 143#8EA08E928EB22AB3\n").out ==
+  CHECK(run("-r - --json --device vcan0=internal", "(1.000000) vcan0 143#8EA08E928EB22AB3\n").out ==
         R"({"time_s":1.000000,"bus":"vcan0","id":"143","message":"CELLS_1","node":3,"ok":false,)"
         R"("reason":"wrong crc","data":"8EA08E928EB22AB3"})"
         "\n");
@@ -214,7 +214,7 @@ TEST_CASE("every JSON line parses and holds the values the rows decode", "[integ
 }
 
 TEST_CASE("frames that fail their check are marked and are no error", "[integration][bmudump]") {
-  const Run result = run("-r -",
+  const Run result = run("-r - --device vcan0=internal",
                          "(1.000000) vcan0 143#8EA08E928EB22AB3\n"
                          "(1.000000) vcan0 143#8EA0\n"
                          "(1.000000) vcan0 143#R8\n"
@@ -1093,6 +1093,66 @@ TEST_CASE("what nothing can contradict is a device's once another of its frames 
   // A sensor's results are of the internal bus, and show the sensor.
   CHECK(first_words("ivt_s", "(1.000000) can0 521#000200003039\n(1.000000) can0 510#DEADBEEF12345678\n") ==
         "521 SENSOR_CURRENT,510 IVT_DEBUG,");
+}
+
+TEST_CASE("what cars have under the identifiers of the internal bus stays unknown", "[integration][bmudump][devices]") {
+  const std::string car =
+      "(1.000000) can0 080#0000000000000000\n(1.000000) can0 040#1122334455667788\n"
+      "(1.000000) can0 042#1122\n(1.000000) can0 103#DEADBEEF12345678\n"
+      "(1.000000) can0 521#0012345678AB\n(1.000000) can0 521#00123456789A0000\n"
+      "(1.000000) can0 527#061234567890\n(1.000000) can0 531#001234567890\n"
+      "(1.000000) can0 355#0000000000000000\n(1.000000) can0 356#0000000000000000\n"
+      "(1.000000) can0 359#0000000000000000\n(1.000000) can0 35C#0000000000000000\n"
+      "(1.000000) can0 372#0000000000000000\n(1.000000) can0 1D0#0000000000000000\n"
+      "(1.000000) can0 522#000000000000\n(1.000000) can0 624#000000000000\n"
+      "(1.000000) can0 622#000000000000\n";
+  for (const char* words : {"", " --device any=internal,any=vehicle"}) {
+    CAPTURE(words);
+    for (const std::string& line : lines_of(run("-r - -t none" + std::string(words), car).out)) {
+      CAPTURE(line);
+      CHECK(line.find(" unknown            [") != std::string::npos);
+    }
+    for (const std::string& line : lines_of(run("-r - --json" + std::string(words), car).out)) {
+      CHECK(nlohmann::json::parse(line).at("message").is_null());
+    }
+    CHECK(nlohmann::json::parse(run("-r - --summary --json" + std::string(words), car).out).at("unknown") == 17);
+    const std::string table = run("-r - --follow" + std::string(words), car).out;
+    CAPTURE(table);
+    for (const char* name : {"COMMAND", "CELLS_", "POLL", "STATUS", "SENSOR_", "PACK_"}) {
+      CHECK(table.find(name) == std::string::npos);
+    }
+  }
+  // Where the bus is declared all of it is what its identifiers say.
+  const std::string declared = run("-r - -t none --device can0=internal,can0=vehicle", car).out;
+  CHECK(declared.find("unknown") == std::string::npos);
+  CHECK(declared.find("can0 1D0 CELLS_3 node 16    !! wrong crc") != std::string::npos);
+  CHECK(declared.find("can0 521 SENSOR_CURRENT     !! wrong length") != std::string::npos);
+}
+
+TEST_CASE("a seal of the internal bus shows it, and what is damaged there is damage", "[integration][bmudump]") {
+  const std::string bad = "(1.000000) can0 143#8EA08E928EB22AB3\n";
+  const std::string cut = "(1.000000) can0 143#8EA0\n";
+  const std::string good = "(1.000000) can0 143#8EA08E928EB22AB2\n";
+  const auto first_words = [](const std::string& log) {
+    std::string words;
+    for (const std::string& line : lines_of(run("-r - -t none", log).out)) words += line.substr(9, 21) + "|";
+    return words;
+  };
+  CHECK(first_words(bad) == "unknown            [8|");
+  CHECK(first_words(bad + good + bad + cut) ==
+        "unknown            [8|CELLS_1 node 3     ce|CELLS_1 node 3     !!|CELLS_1 node 3     !!|");
+  // Of this bus, not of another.
+  CHECK(first_words("(1.000000) can1 143#8EA08E928EB22AB2\n" + bad) == "CELLS_1 node 3     ce|unknown            [8|");
+  // A right seal among many wrong ones may be chance.
+  CHECK(first_words(bad + bad + good).ends_with("|unknown            [8|"));
+  // The sensor has no seal: what fits is shown before one, and all of it behind one.
+  const std::string zero = "(1.000000) can0 521#000000000000\n";
+  const std::string result = "(1.000000) can0 521#000200003039\n";
+  const std::string other = "(1.000000) can0 521#010300003039\n";
+  CHECK(first_words(zero + result + "(1.000000) can0 523#020000000000\n") ==
+        "unknown            [6|SENSOR_CURRENT     pa|SENSOR_U2          li|");
+  CHECK(first_words(result + other) == "SENSOR_CURRENT     pa|unknown            [6|");
+  CHECK(first_words(good + zero + other) == "CELLS_1 node 3     ce|SENSOR_CURRENT     pa|SENSOR_CURRENT     !!|");
 }
 
 TEST_CASE("any names no bus, and declares none", "[integration][bmudump][devices]") {

@@ -12,6 +12,7 @@
 #include "tests/support/catch.hpp"
 #include "tests/support/folders.hpp"
 #include "tools/bmudump/device_fit.hpp"
+#include "tools/bmudump/evidence.hpp"
 
 namespace {
 
@@ -162,4 +163,39 @@ TEST_CASE("bytes that are all clear or all set prove nothing, whatever the row",
   // Its checksum happens to be 0.
   CHECK(fit_of(internal_bus::catalogue, frame_of(0x35C, std::vector<int>(8, 0))) == Fit::unproven);
   CHECK(fit_of_device("sma", frame_of(0x356, {0, 0, 0, 0, 1, 0})) == Fit::proven);
+}
+
+TEST_CASE("results of the current sensor fit in ranges that batteries have", "[unit][bmudump][devices][fit]") {
+  const auto fit = [](std::uint32_t id, const std::vector<int>& bytes) {
+    return fit_of(internal_bus::catalogue, frame_of(id, bytes));
+  };
+  CHECK(fit(0x521, {0, 3, 0xFF, 0xFF, 0xC5, 0x68}) == Fit::proven);                           // -15 A
+  CHECK(fit(0x521, {0, 0x12, 0x34, 0x56, 0x78, 0xAB}) == Fit::no);                            // 878 kA
+  CHECK(fit(0x521, {0, 0x12, 0x34, 0x56, 0x78, 0x9A, 0, 0}) == Fit::no);                      // too long
+  CHECK(fit(0x522, {0, 0, 0, 6, 0x1A, 0x80}) == Fit::no);                                     // of another channel
+  CHECK(fit(0x527, {6, 0x12, 0x34, 0x56, 0x78, 0x90}) == Fit::no);                            // 243,912 Ah
+  CHECK(fit(0x527, {6, 0, 0, 0, 0x0E, 0x10}) == Fit::proven);                                 // 1 Ah
+  CHECK(fit_of_device("ivt_s", frame_of(0x526, {5, 0, 0x34, 0x56, 0x78, 0x90})) == Fit::no);  // 878 MW
+}
+
+TEST_CASE("the internal bus is shown by right seals, not by one of many", "[unit][bmudump][fit]") {
+  const auto shown_by = [](int wrong_before, int right) {
+    Evidence evidence;
+    for (int i = 0; i < wrong_before; ++i) evidence.note_seal(false);
+    for (int i = 0; i < right; ++i) evidence.note_seal(true);
+    return evidence.has_internal();
+  };
+  CHECK_FALSE(shown_by(0, 0));
+  CHECK(shown_by(0, 1));
+  CHECK(shown_by(1, 1));
+  CHECK_FALSE(shown_by(2, 1));
+  CHECK(shown_by(9, 2));
+  CHECK_FALSE(shown_by(10, 2));
+  CHECK(shown_by(10, 3));
+  // Where others have the identifiers one of 256 is right.
+  Evidence car;
+  car.note_seal(false);
+  car.note_seal(false);
+  for (int i = 0; i < 100'000; ++i) car.note_seal(i % 256 == 255);
+  CHECK_FALSE(car.has_internal());
 }

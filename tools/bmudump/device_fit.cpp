@@ -17,8 +17,10 @@ struct UnitBounds {
   std::int64_t max;
 };
 constexpr UnitBounds bounds_table[] = {
-    {Unit::uV, 0, 5'000'000},  {Unit::mV, -1'500'000, 1'500'000}, {Unit::mA, -3'300'000, 3'300'000},
-    {Unit::dC, -1'000, 2'000}, {Unit::permille, -1'000, 1'100},   {Unit::ppm, -1'000'000, 1'100'000},
+    {Unit::uV, 0, 5'000'000},           {Unit::mV, -1'500'000, 1'500'000},
+    {Unit::mA, -3'300'000, 3'300'000},  {Unit::dC, -1'000, 2'000},
+    {Unit::permille, -1'000, 1'100},    {Unit::ppm, -1'000'000, 1'100'000},
+    {Unit::W, -10'000'000, 10'000'000}, {Unit::uAs, -100'000 * uAs_per_Ah, 100'000 * uAs_per_Ah},
 };
 
 const UnitBounds* bounds_of(const SignalSpec& signal) {

@@ -101,19 +101,28 @@ bool Dump::show(const LogLine& line) {
   return true;
 }
 
-/// Whether nothing but the identifier shows which device a frame of this row is of: no option gives what is on this
-/// bus, and the pack that may send there has not said its name.
+/// Whether the row has a seal of the internal bus, and neither an option nor another seal shows that this bus is one.
+bool Dump::has_doubtful_seal(const Bus& bus, std::size_t row) const {
+  const DumpCatalogue& catalogue = catalogues_->at(bus.reader);
+  return catalogue.is_internal(row) && has_crc(*catalogue.all().messages()[row]) && !bus.evidence.has_internal() &&
+         !catalogues_->is_declared(bus.reader);
+}
+
+/// Whether nothing but the identifier shows who a frame of this row is from: no option gives what is on this bus,
+/// nothing there had a seal of the internal bus, and the pack that may send there has not said its name.
 bool Dump::is_doubtful(const Bus& bus, std::size_t row) const {
   const DumpCatalogue& catalogue = catalogues_->at(bus.reader);
   if (catalogues_->is_declared(bus.reader)) return false;
   if (catalogue.is_device(row)) return true;
+  if (catalogue.is_internal(row)) return !bus.evidence.has_internal();
   const bool is_chosen = options_->dialect != "auto" || options_->catalogue.vehicle_base_id != default_vehicle_base_id;
   return catalogue.is_vehicle(row) && !is_chosen && !bus.evidence.has_pack_name();
 }
 
-/// A 622h whose length has chosen its row proves nothing by it.
+/// Of a row that is doubtful. A 622h whose length has chosen its row proves nothing by it.
 Fit Dump::fit_in(const Bus& bus, std::size_t row, const CanFrame& frame) const {
   const DumpCatalogue& catalogue = catalogues_->at(bus.reader);
+  if (has_doubtful_seal(bus, row)) return Fit::no;
   const Fit fit = fit_of(*catalogue.all().messages()[row], frame);
   const bool has_chosen_row = catalogue.is_vehicle(row) && bus.dialect.is_told_by_length_of(frame);
   return fit == Fit::proven && has_chosen_row ? Fit::unproven : fit;
@@ -127,6 +136,9 @@ CheckedFrame Dump::judge(Bus& bus, const LogLine& line) const {
   if (verdict.message == nullptr) return verdict;
   const DumpCatalogue& catalogue = catalogues_->at(bus.reader);
   const std::size_t row = catalogue.all().row_of(frame);
+  if (has_doubtful_seal(bus, row)) {
+    bus.evidence.note_seal(verdict.is_accepted && fit_of(*verdict.message, frame) == Fit::proven);
+  }
   if (is_doubtful(bus, row)) {
     const Fit fit = fit_in(bus, row, frame);
     bus.evidence.note(catalogue, row, fit);

@@ -69,6 +69,7 @@ class Dump {
   [[nodiscard]] Follow* follow() { return follow_.get(); }
 
  private:
+  [[nodiscard]] bool has_doubtful_seal(const Bus& bus, std::size_t row) const;
   [[nodiscard]] bool is_doubtful(const Bus& bus, std::size_t row) const;
   [[nodiscard]] Fit fit_in(const Bus& bus, std::size_t row, const CanFrame& frame) const;
   [[nodiscard]] CheckedFrame judge(Bus& bus, const LogLine& line) const;

@@ -11,9 +11,6 @@ namespace {
 /// Where the internal bus is not.
 constexpr Catalogue no_messages{"none", {}};
 
-/// Index of the part that is added first.
-constexpr std::size_t internal_part = 0;
-
 const Catalogue* internal_catalogue(const DumpCatalogue::Choice& choice) {
   using namespace internal_bus;
   if (!choice.has_internal) return &no_messages;
@@ -71,7 +68,7 @@ void DumpCatalogue::add(std::span<const MessageSpec* const> rows, std::string na
       all_messages_.push_back(row);
       parts_of_row_.emplace_back();
     }
-    if (part != internal_part) parts_of_row_[index].push_back(part);
+    parts_of_row_[index].push_back(part);
   }
 }
 

@@ -50,6 +50,8 @@ class DumpCatalogue {
   [[nodiscard]] const Catalogue& all() const { return *all_; }
   [[nodiscard]] const Catalogue& internal() const { return *internal_; }
   [[nodiscard]] const Catalogue& vehicle() const { return *vehicle_; }
+  /// Whether the row of this index in all() is one of internal().
+  [[nodiscard]] bool is_internal(std::size_t row) const { return row < internal_->messages().size(); }
   /// Whether the row of this index in all() is one of vehicle().
   [[nodiscard]] bool is_vehicle(std::size_t row) const {
     return row >= internal_->messages().size() && row - internal_->messages().size() < vehicle_->messages().size();
@@ -60,8 +62,7 @@ class DumpCatalogue {
   }
   /// Who has that row in all(): one index for the internal bus, for the vehicle messages and for each device.
   [[nodiscard]] std::size_t part_of(std::size_t row) const;
-  /// The vehicle messages and devices that have it; of a row of the internal bus those that have it, too, as a rule
-  /// none.
+  /// All that have it.
   [[nodiscard]] std::span<const std::size_t> parts_of(std::size_t row) const { return parts_of_row_[row]; }
   [[nodiscard]] std::size_t part_count() const { return parts_.size(); }
   /// Null if it is ours.

@@ -21,4 +21,12 @@ void Evidence::note(const DumpCatalogue& catalogue, std::size_t row, Fit fit) {
   }
 }
 
+void Evidence::note_seal(bool is_right) {
+  constexpr std::uint64_t wrong_of_first_max = 1;
+  constexpr std::uint64_t wrong_of_each_other_max = 8;
+  ++(is_right ? right_seals_ : wrong_seals_);
+  if (right_seals_ == 0) return;
+  has_internal_ = wrong_seals_ <= wrong_of_first_max + wrong_of_each_other_max * (right_seals_ - 1);
+}
+
 }  // namespace bmu::dump

@@ -1,9 +1,15 @@
-// What the frames of one bus have shown of who sends there, where no option gives it: which devices, and the traction
-// pack.
+// What the frames of one bus have shown of who sends there, where no option gives it: the internal bus, which devices,
+// and the traction pack.
 //
-// A part is a device, or the vehicle messages: those rows of a catalogue that one sender has (DumpCatalogue::part_of).
-// It is seen once a frame has fitted one of its rows in which something else would hardly fit. From then on all that
-// fits is its; before, what has nothing to fit stays unknown.
+// The internal bus is shown by its seals, the checksum and counter that most of its messages have. One that is right is
+// proof where no more than one was wrong before; with more of those, some must be right. Where other senders have these
+// identifiers one checksum of 256 is right by chance, which in time is many frames. From the proof on all messages of
+// the internal bus are its own, damaged ones, too. The results of its current sensor have no seal and are judged as
+// those of a device before.
+//
+// A part is a device, the vehicle messages or the internal bus: those rows of a catalogue that one sender has
+// (DumpCatalogue::part_of). It is seen once a frame has fitted one of its rows in which something else would hardly
+// fit. From then on all that fits is its; before, what has nothing to fit stays unknown.
 #pragma once
 
 #include <cstddef>
@@ -31,6 +37,11 @@ class Evidence {
     return part < parts_.size() ? parts_[part].left_unknown : 0;
   }
 
+  /// A frame under a sealed identifier of the internal bus, as long as nothing has shown that bus.
+  void note_seal(bool is_right);
+  /// The internal bus was shown.
+  [[nodiscard]] bool has_internal() const { return has_internal_; }
+
   /// The pack has said its name: the vehicle messages are its, also those that do not fit.
   void note_pack_name() { has_pack_name_ = true; }
   [[nodiscard]] bool has_pack_name() const { return has_pack_name_; }
@@ -47,6 +58,9 @@ class Evidence {
   PartSeen& at(std::size_t part);
 
   std::vector<PartSeen> parts_;
+  std::uint64_t right_seals_ = 0;
+  std::uint64_t wrong_seals_ = 0;
+  bool has_internal_ = false;
   bool has_pack_name_ = false;
   bool has_vehicle_ = false;
 };

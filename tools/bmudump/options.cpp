@@ -45,6 +45,9 @@ Examples:
 
 A text line: (time) bus identifier MESSAGE node N, then each signal. "unknown", "not fitted", "open", "shorted" stand
 where the sender has no number. "!! wrong crc" and the like mark a frame that failed its check, with its bytes.
+In the place of MESSAGE, "unknown" means that no message read there has the identifier; or that cars use it, too, and no
+frame has shown whose the bus is: one with the right checksum shows the internal bus, for a device or a traction pack
+it is one that fits in length and ranges. --device BUS=NAME declares a bus.
 In JSON, values are in the unit their name ends with, and null where there is no number.
 
 Filters, of a bus (BUS,FILTER,..) and of --filter: an identifier or message name, NAME*, ID:MASK (identifiers that are
