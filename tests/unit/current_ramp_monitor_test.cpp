@@ -538,7 +538,7 @@ TEST_CASE("the current of a calm is the mean in which the last counts for a quar
 
 TEST_CASE("the current that flowed lately rises within 10 s and fades within 400 s", "[unit][estimators][F18]") {
   // The first of all counts at once. Four times R by that current, beyond the 11 mV that a change of 10 A asks for.
-  const auto lately_mA_is = [](std::int32_t lately_mA, const std::function<void(Exact&)>& flow) {
+  const auto check_lately = [](std::int32_t lately_mA, const std::function<void(Exact&)>& flow) {
     for (const bool is_judged : {true, false}) {
       CAPTURE(lately_mA, is_judged);
       Exact exact;
@@ -548,8 +548,8 @@ TEST_CASE("the current that flowed lately rises within 10 s and fades within 400
       CHECK(contradicts(exact.tell(100ms, 10'000, rest_uV + least_uV - (is_judged ? 0 : 1))) == is_judged);
     }
   };
-  lately_mA_is(10'000, [](Exact& exact) { exact.flowed(0s, -10'000); });
-  lately_mA_is(10'775, [](Exact& exact) {
+  check_lately(10'000, [](Exact& exact) { exact.flowed(0s, -10'000); });
+  check_lately(10'775, [](Exact& exact) {
     exact.flowed(0s, 10'000);
     exact.flowed(10s, 0);                           // 9'750
     exact.flowed(5s, 90'000);                       // older than what is known
@@ -558,16 +558,16 @@ TEST_CASE("the current that flowed lately rises within 10 s and fades within 400
     exact.flowed(11s, 90'000, Validity::doubtful);  // nor is that
     exact.flowed(11s, 20'000);                      // a tenth of what is missing
   });
-  lately_mA_is(9'750, [](Exact& exact) {
+  check_lately(9'750, [](Exact& exact) {
     exact.flowed(0s, 10'000);
     exact.flowed(10s, 10'000);  // as much as is known already fades
   });
-  lately_mA_is(9'210, [](Exact& exact) {
+  check_lately(9'210, [](Exact& exact) {
     exact.flowed(0s, 9'300);
     exact.flowed(3'828ms, 0);
     exact.flowed(4'828ms, 9'211);  // more by 1 uA
   });
-  lately_mA_is(0, [](Exact& exact) {
+  check_lately(0, [](Exact& exact) {
     exact.flowed(0s, 10'000);
     exact.flowed(400s, 0);
   });
