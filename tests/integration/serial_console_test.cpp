@@ -92,17 +92,22 @@ PackConfig six_cells(bool may_set) {
   return *pack;
 }
 
-/// The same with room for more: its precharge resistor bears the voltage of 25 cells, and further modules may come.
+/// In the text of that pack a precharge resistor that bears the voltage of 25 cells.
+void give_room_for_cells(std::string& pack_text) {
+  const std::string before =
+      "\"precharge_overcurrent_mA\": 1000, \"precharge_resistance_Ohm\": 100, \"precharge_energy_J\": 30";
+  const std::size_t at = pack_text.find(before);
+  REQUIRE(at != std::string::npos);
+  pack_text.replace(
+      at, before.size(),
+      "\"precharge_overcurrent_mA\": 3000, \"precharge_resistance_Ohm\": 100, \"precharge_energy_J\": 1000");
+}
+
+/// The same with room for more, and further modules may come.
 PackConfig extendable(std::uint8_t modules_max) {
   PackConfig pack = six_cells(true);
   pack.serial.modules_max = modules_max;
-  const std::string before =
-      "\"precharge_overcurrent_mA\": 1000, \"precharge_resistance_Ohm\": 100, \"precharge_energy_J\": 30";
-  const std::size_t at = pack.sources.pack_text.find(before);
-  REQUIRE(at != std::string::npos);
-  pack.sources.pack_text.replace(
-      at, before.size(),
-      "\"precharge_overcurrent_mA\": 3000, \"precharge_resistance_Ohm\": 100, \"precharge_energy_J\": 1000");
+  give_room_for_cells(pack.sources.pack_text);
   return pack;
 }
 
@@ -547,15 +552,33 @@ struct SerialBench : Bench {
   std::string state = folder / "state.json";
 
   void start(bool may_set, const std::string& scenario) {
+    const std::string may = may_set ? "true" : "false";
+    pack =
+        folder.file("pack.json", pack_text(R"("device": ")" + terminal.name() + R"(", "may_set_cell_count": )" + may));
+    start_emulator(scenario);
+    begin();
+  }
+  /// The same pack where a second module may come, beside two emulated modules of 8 cells.
+  void start_beside_16_cells() {
+    std::string text =
+        pack_text(R"("modules_max": 2, "device": ")" + terminal.name() + R"(", "may_set_cell_count": true)");
+    give_room_for_cells(text);
+    const std::string one = R"({"node": 1, "cells": 6,)";
+    std::string two = text;
+    REQUIRE(two.find(one) != std::string::npos);
+    two.replace(two.find(one), one.size(), R"({"nodes": [1, 2], "cells": 8,)");
+    pack = folder.file("emulated.json", two);
+    start_emulator("");
+    pack = folder.file("pack.json", text);
+    begin();
+  }
+  [[nodiscard]] static std::string pack_text(const std::string& serial) {
     std::string text = read_file(shipped_pack());
     const std::string cell = "../cells/lipo-3300.json";
     text.replace(text.find(cell), cell.size(), test::in_source("config/cells/lipo-3300.json"));
     const std::string name = R"("name": "LiPo 6s 24 V",)";
-    text.insert(text.find(name), R"("serial": {"device": ")" + terminal.name() + R"(", "may_set_cell_count": )" +
-                                     (may_set ? "true" : "false") + "},\n  ");
-    pack = folder.file("pack.json", text);
-    start_emulator(scenario);
-    begin();
+    text.insert(text.find(name), R"("serial": {)" + serial + "},\n  ");
+    return text;
   }
   void begin(const std::vector<std::string>& more = {}) {
     std::vector<std::string> command = daemon_command();
@@ -649,6 +672,40 @@ TEST_CASE(
   CHECK(bench.ask_json("status").at("permission").at("may_close") == false);
   CHECK(bench.terminal.ask("CellC:06") == "New Cell Count:06\r\n");
   bench.end();
+}
+
+TEST_CASE("CellC:16 on the terminal: the restarted daemon closes two modules of 8 cells, and opens for the last cell",
+          "[integration][daemon][serial][BMS_F.2b][bus][pty]") {
+  std::string asked;
+  nlohmann::json before;
+  nlohmann::json closed;
+  nlohmann::json opening;
+  const auto bench = test::driven<SerialBench>([&](SerialBench& made) {
+    made.start_beside_16_cells();
+    REQUIRE(made.becomes([&] { return (asked = made.terminal.ask("CellC:16")) == "New Cell Count:16\r\n"; }));
+    CHECK(made.terminal.read_to("\r\n") == "In force when bmud is started again.\r\n");
+    before = made.ask_json("status");
+    made.end();
+    made.begin();
+    REQUIRE(made.closes());
+    closed = made.ask_json("status");
+    made.send_event("cell 2.8 voltage_mV 3000");
+    REQUIRE(made.listener.hears(test::is_open, test::hang_max));
+    opening = made.ask_json("why").at("last_opening");
+    return closed.at("state").at("phase") == "closed" && opening.at("fault") == "cell_undervoltage";
+  });
+  INFO(closed.dump(1) << opening.dump(1));
+  CHECK(before.at("values").at("cell_voltage").at("expected") == 6);
+  CHECK(before.at("permission").at("may_close") == false);
+  CHECK(closed.at("state").at("phase") == "closed");
+  CHECK(closed.at("modules_answering") == 2);
+  CHECK(closed.at("values").at("cell_voltage").at("count") == 16);
+  CHECK(opening.at("fault") == "cell_undervoltage");
+  const nlohmann::json& cell = opening.at("steps").at(0).at("element");
+  CHECK(cell.at("module") == 2);
+  CHECK(cell.at("number") == 8);
+  CHECK(cell.at("pack_number") == 16);
+  CHECK(read_file(bench->log).find("16 cells, set over the serial console; the pack file has 6") != std::string::npos);
 }
 
 }  // namespace bmu
