@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "config/bus_budget.hpp"
+#include "config/bus_checks.hpp"
 #include "config/identifier_checks.hpp"
 #include "config/pack_checks.hpp"
 #include "config/pack_config.hpp"
@@ -655,6 +656,43 @@ TEST_CASE("cell data counts with the load of the vehicle's bus", "[unit][config]
   // A hundred frames a second of 8 bytes, each 135 bits at worst: 10.8 %.
   CHECK(with_data - without >= 107);
   CHECK(with_data - without <= 110);
+}
+
+TEST_CASE("a bus that the cyclic cell data fill is warned of, and one that they overfill is refused",
+          "[unit][config][VEH_1]") {
+  const auto pack_with = [](const std::vector<Change>& changes) {
+    std::vector<Change> all = changes;
+    all.push_back({"/buses/vehicle", "can1"});
+    const auto parsed = parse(changed(all).dump());
+    REQUIRE(parsed);
+    return *parsed;
+  };
+  PackConfig without = pack_with({});
+  PackConfig with_data = pack_with({{"/vehicle/cell_voltages_id", "650"},
+                                    {"/vehicle/cell_temperatures_id", "651"},
+                                    {"/vehicle/cell_data_period_ms", 220}});
+  // Slower than a pack file may say: at its slowest, 125 kbit/s, the cell data alone take 11 % at most.
+  const auto problems_at = [](PackConfig& pack, std::int32_t rate_kbit_per_s) {
+    pack.interfaces.vehicle_kbit_per_s = rate_kbit_per_s;
+    ProblemList problems;
+    check_own_buses(pack, Place{"pack.json", ""}, problems);
+    return problems.take();
+  };
+  constexpr std::int32_t filled_kbit_per_s = 20;
+  CHECK(problems_at(without, filled_kbit_per_s).empty());
+  CHECK(bus_warnings(without, "pack.json").empty());
+  CHECK(problems_at(with_data, filled_kbit_per_s).empty());
+  const ConfigProblems warnings = bus_warnings(with_data, "pack.json");
+  REQUIRE(warnings.size() == 1);
+  CHECK(warnings[0].path == "/interfaces/vehicle_kbit_per_s");
+  CHECK(warnings[0].found == "20, at which can1 is filled to up to 74 %");
+
+  constexpr std::int32_t overfilled_kbit_per_s = 14;
+  CHECK(problems_at(without, overfilled_kbit_per_s).empty());
+  const ConfigProblems problems = problems_at(with_data, overfilled_kbit_per_s);
+  REQUIRE(problems.size() == 1);
+  CHECK(problems[0].path == "/interfaces/vehicle_kbit_per_s");
+  CHECK(problems[0].found == "14, at which can1 is filled to up to 105 %");
 }
 
 TEST_CASE("a charger is asked for what it can do, and for what the cells may have", "[unit][config][charger][BMU_11]") {
