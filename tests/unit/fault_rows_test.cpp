@@ -253,6 +253,24 @@ TEST_CASE("a wrong count of cells is found by the status or by the identity", "[
   }
 }
 
+TEST_CASE("a wrong count of cells opens at once, and a pack that has it from the start does not close",
+          "[unit][faults][F81]") {
+  CHECK(row_of(FaultId::wrong_cell_count).reaction == Reaction::open_now);
+  test::CoreBench bench(test::small_pack());
+  bench.modules[1].cell_count = 5;
+  bench.modules[1].cell_voltage_uV[4] = known(0);  // so that the sum of the module's cells is as it was
+  bool was_contactor_commanded = false;
+  bench.each_ms = [&] { was_contactor_commanded = was_contactor_commanded || bench.commanded().any_contactor(); };
+  CHECK_FALSE(bench.close());
+  CHECK_FALSE(was_contactor_commanded);
+  CHECK_FALSE(bench.core().permission().may_close);
+  for (const FaultRow& row : fault_table()) {
+    INFO(row.name);
+    CHECK(bench.is_active(row.id) == (row.id == FaultId::wrong_cell_count));
+  }
+  CHECK(bench.core().faults().state(FaultId::wrong_cell_count).confirmed.element == Element{.module_node = 2});
+}
+
 TEST_CASE("a module of another protocol, or with another number of temperature sensors, is not the configured one",
           "[unit][faults][F37]") {
   World world;
