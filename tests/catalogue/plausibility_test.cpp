@@ -1,6 +1,8 @@
 // Rows 5 to 20 of the catalogue again: what only a pack with more in its configuration watches, and what one
 // measurement says of another.
 #include <algorithm>
+#include <cstdlib>
+#include <string>
 
 #include "protocol/tables/internal_bus.hpp"
 #include "tests/catalogue/catalogue.hpp"
@@ -35,9 +37,26 @@ void with_resistance(CoreConfig& config) {
 void with_imbalance(CoreConfig& config) {
   config.limits.cell_imbalance = {.warn = 200'000, .open = 400'000, .hysteresis = 50'000, .confirm = 300ms};
 }
+/// The current falls between 300 and 400 mV.
+void with_imbalance_limit(CoreConfig& config) {
+  with_imbalance(config);
+  config.limits.cell_imbalance.limit = 300'000;
+}
 void with_second_sensor(CoreConfig& config) {
   config.sensor.has_second_current = true;
   config.limits.current_sensors_disagree = {.warn = 2'500, .open = 5'000, .hysteresis = 1'000, .confirm = 500ms};
+}
+
+/// Its channel shows 350 mV less than the cell has.
+void a_cell_below_the_others(WiredPack& pack) {
+  const Plant& plant = pack.simulator().plant();
+  const double others_mV = plant.cell(plant.cell_count() - 1).voltage_V * 1e3;
+  pack.apply("cell $C voltage_mV " + std::to_string(others_mV - 350.0));
+}
+/// The limit is half of what it is without the cells' difference: 350 mV, of 300 to 400.
+bool is_half_for_imbalance(const CurrentLimit& limit, std::int32_t unhindered_mA) {
+  const std::int32_t tolerance_mA = unhindered_mA / 100;
+  return limit.cause == LimitCause::cell_imbalance && std::abs(limit.limit_mA - unhindered_mA / 2) <= tolerance_mA;
 }
 
 /// What the last module said of its cells and of all of them together, for ever, with counters that go on.
@@ -204,7 +223,16 @@ SLOW_FAULT(15, "the cells are far apart", 1s,
              .fault = "cell_imbalance",
              .configured = seen::in_cells,
              .prepare = script("load current_A 40"),
-             .fit = with_imbalance}})
+             .fit = with_imbalance},
+            {.what = "a cell 350 mV below the others: less current is allowed, and that is all",
+             .inject = a_cell_below_the_others,
+             .outcome = Outcome::stays_closed,
+             .fit = with_imbalance_limit,
+             .holds = [](const WiredPack& pack) {
+               const CurrentLimits& limits = pack.core().limits();
+               return is_half_for_imbalance(limits.discharge, pack.config().current.discharge_continuous_mA) &&
+                      is_half_for_imbalance(limits.charge, pack.config().current.charge_continuous_mA);
+             }}})
 
 FAULT(18, "the current sensor has the wrong sign", 1s,
       {{.what = "the sensor says charging as soon as 20 A are drawn",
