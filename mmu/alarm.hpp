@@ -2,7 +2,8 @@
 // protection without any frame. It opens the contactors of a pack whose master hangs and still sends "close".
 //
 //   opens for      a cell that failed its overvoltage limit (protection.hpp), cells that are too hot (below), thermal
-//                  shutdown of the front end; and while the unit measures nothing: asleep, or without power
+//                  shutdown of the front end; and while the unit measures nothing: asleep, without power, or
+//                  without a voltage of any cell for 254 ms, as its front end is not received
 //   not for        undervoltage. A pack that is empty must be rechargeable, and a charger needs the same contactors;
 //                  the master and the contactors' watchdog are what protects cells from discharge
 //

@@ -368,8 +368,8 @@ bool Mmu::is_self_test_passed(TimePoint now) const {
   return is_self_test_ok_ && is_diagnosis_known(now) && is_supply_known(now);
 }
 
-bool Mmu::is_alarm_given() const {
-  const bool measures = mode_ < UnitMode::asleep;
+bool Mmu::is_alarm_given(TimePoint now) const {
+  const bool measures = mode_ < UnitMode::asleep && measured_cells(now) != 0;
   return !measures || protection_.overvoltage() != 0 || heat_.has_failed() || front_end_faults_.thermal_shutdown;
 }
 

@@ -106,7 +106,7 @@ class Mmu {
   /// Switches that are on now: what the cells really feel.
   [[nodiscard]] CellMask balancing_cells() const { return balancing_.switches(); }
   /// The contact of the alarm output is open (alarm.hpp).
-  [[nodiscard]] bool is_alarm_given() const;
+  [[nodiscard]] bool is_alarm_given(TimePoint now) const;
   [[nodiscard]] const CellLimits& limits() const { return protection_.limits(); }
   [[nodiscard]] bool is_autonomous_balancing_allowed() const { return autonomous_balancing_allowed_; }
   [[nodiscard]] const MmuCounts& counts() const { return counts_; }

@@ -158,7 +158,7 @@ void Simulator::tick_mmus() {
     mmu.set_thermistor_curve(world_.modules[module].thermistor_curve);
     const MmuFrames frames = mmu.tick(now_, world_.measure_module(module, mmu.wants(now_)));
     world_.module_modes[module] = mmu.mode();
-    world_.module_alarms[module] = mmu.is_alarm_given();
+    world_.module_alarms[module] = mmu.is_alarm_given(now_);
     set_switches(module, mmu.balancing_cells());
     ModuleWireFaults faults = sense.wire;
     faults.is_silent = faults.is_silent || !world_.has_bus_power(module);

@@ -132,6 +132,14 @@ TEST_CASE("a module without any supply opens the alarm loop", "[scenario][SEC_1]
   CHECK(frozen.is_open());
 }
 
+TEST_CASE("a front end that is disconnected opens the alarm loop", "[scenario][SEC_1][BMS_F.3]") {
+  FrozenDaemon frozen("lipo-6s-24v", with_loop);
+  frozen.apply("module 1 crc_errors on");
+  frozen.run(400ms);
+  CHECK(frozen.is_open());
+  CHECK(frozen.pdu().counts().alarms == 1);
+}
+
 TEST_CASE("an empty cell does not open the alarm loop, so that the pack can be charged", "[scenario][SEC_1]") {
   FrozenDaemon frozen("lipo-6s-24v", with_loop);
   frozen.apply("cell 1.2 voltage_mV 2000");

@@ -14,7 +14,7 @@ constexpr Duration fails_after = 3'200ms;  // 31 checks of 100 ms, and the first
 MmuBench settled(const MmuConfig& config = {.node = 3, .serial_number = 1, .alarm_temperature_dC = limit_dC}) {
   MmuBench bench(config);
   bench.settle();
-  REQUIRE_FALSE(bench.mmu.is_alarm_given());
+  REQUIRE_FALSE(bench.mmu.is_alarm_given(bench.now));
   return bench;
 }
 
@@ -22,16 +22,16 @@ TEST_CASE("the alarm output opens for an overcharged cell, until faults are clea
   MmuBench bench = settled();
   bench.measured.cell_voltage_uV[7] = 4'300'000;
   bench.run(2'900ms);
-  CHECK_FALSE(bench.mmu.is_alarm_given());
+  CHECK_FALSE(bench.mmu.is_alarm_given(bench.now));
   bench.run(fails_after - 2'900ms);
-  CHECK(bench.mmu.is_alarm_given());
+  CHECK(bench.mmu.is_alarm_given(bench.now));
   bench.measured.cell_voltage_uV[7] = 3'700'000;
   bench.run(10s);
-  CHECK(bench.mmu.is_alarm_given());
+  CHECK(bench.mmu.is_alarm_given(bench.now));
   REQUIRE(bench.command(test::command_frame(3, bench.next_command(), {5})) == 0);
-  CHECK_FALSE(bench.mmu.is_alarm_given());
+  CHECK_FALSE(bench.mmu.is_alarm_given(bench.now));
   bench.run(10s);
-  CHECK_FALSE(bench.mmu.is_alarm_given());
+  CHECK_FALSE(bench.mmu.is_alarm_given(bench.now));
 }
 
 TEST_CASE("the alarm output leaves undervoltage out: an empty pack must be rechargeable", "[unit][mmu][SEC_1]") {
@@ -40,7 +40,7 @@ TEST_CASE("the alarm output leaves undervoltage out: an empty pack must be recha
   bench.run(10s);
   const CanFrame status = bench.status();
   CHECK(read_raw<internal_bus::status, "undervoltage_cells">(status) == 0xFFF);
-  CHECK_FALSE(bench.mmu.is_alarm_given());
+  CHECK_FALSE(bench.mmu.is_alarm_given(bench.now));
 }
 
 TEST_CASE("the alarm output opens for a hot cell at any sensor, from three samples in a row on", "[unit][mmu][SEC_1]") {
@@ -48,16 +48,16 @@ TEST_CASE("the alarm output opens for a hot cell at any sensor, from three sampl
     MmuBench bench = settled();
     bench.measured.cell_temperature_dC[sensor] = known(limit_dC + 5);
     bench.run(900ms);
-    CHECK_FALSE(bench.mmu.is_alarm_given());
+    CHECK_FALSE(bench.mmu.is_alarm_given(bench.now));
     bench.run(700ms);
-    CHECK(bench.mmu.is_alarm_given());
+    CHECK(bench.mmu.is_alarm_given(bench.now));
     bench.measured.cell_temperature_dC[sensor] = known(250);
     bench.run(5s);
-    CHECK(bench.mmu.is_alarm_given());
+    CHECK(bench.mmu.is_alarm_given(bench.now));
     REQUIRE(bench.command(test::command_frame(3, bench.next_command(), {5})) == 0);
-    CHECK_FALSE(bench.mmu.is_alarm_given());
+    CHECK_FALSE(bench.mmu.is_alarm_given(bench.now));
     bench.run(5s);
-    CHECK_FALSE(bench.mmu.is_alarm_given());
+    CHECK_FALSE(bench.mmu.is_alarm_given(bench.now));
   }
 }
 
@@ -96,10 +96,22 @@ TEST_CASE("the alarm output opens for thermal shutdown of the front end, not for
   MmuBench bench = settled();
   bench.measured.supply_low = true;
   bench.run(1s);
-  CHECK_FALSE(bench.mmu.is_alarm_given());
+  CHECK_FALSE(bench.mmu.is_alarm_given(bench.now));
   bench.measured.thermal_shutdown = true;
   bench.run(11ms);
-  CHECK(bench.mmu.is_alarm_given());
+  CHECK(bench.mmu.is_alarm_given(bench.now));
+}
+
+TEST_CASE("the alarm output opens for a front end that is not received", "[unit][mmu][SEC_1]") {
+  MmuBench bench = settled();
+  bench.measured.front_end_crc_ok = false;
+  bench.run(200ms);
+  CHECK_FALSE(bench.mmu.is_alarm_given(bench.now));
+  bench.run(100ms);
+  CHECK(bench.mmu.is_alarm_given(bench.now));
+  bench.measured.front_end_crc_ok = true;
+  bench.run(300ms);
+  CHECK_FALSE(bench.mmu.is_alarm_given(bench.now));
 }
 
 TEST_CASE("a module that measures nothing has its alarm output open: asleep or without power", "[unit][mmu][SEC_1]") {
@@ -107,14 +119,14 @@ TEST_CASE("a module that measures nothing has its alarm output open: asleep or w
   REQUIRE(bench.command(test::command_frame(3, bench.next_command(), {1, 3})) == 0);
   bench.run(1s);
   REQUIRE(bench.mmu.is_asleep());
-  CHECK(bench.mmu.is_alarm_given());
+  CHECK(bench.mmu.is_alarm_given(bench.now));
   bench.mmu.observe(test::poll_frame(0, 0, 200), bench.now);
   bench.run(500ms);
-  CHECK_FALSE(bench.mmu.is_alarm_given());
+  CHECK_FALSE(bench.mmu.is_alarm_given(bench.now));
   bench.measured.external_supply_mV = bench.measured.module_mV = 0;
   bench.run(1s);
   REQUIRE(bench.mmu.mode() == UnitMode::unpowered);
-  CHECK(bench.mmu.is_alarm_given());
+  CHECK(bench.mmu.is_alarm_given(bench.now));
 }
 
 }  // namespace
