@@ -108,9 +108,9 @@ bool is_within(double value, double min, double max) {
 }
 
 const char* cause_of_temperature(double found, double min_C, double max_C) {
-  constexpr double zero_C_in_K = 273.15;
+  constexpr double freezing_K = 273.15;
   constexpr double dC_per_C = 10.0;
-  if (is_within(found - zero_C_in_K, min_C, max_C)) return "; in K?";
+  if (is_within(found - freezing_K, min_C, max_C)) return "; in K?";
   if (is_within(celsius_of_fahrenheit(found), min_C, max_C)) return "; in degrees Fahrenheit?";
   return is_within(found / dC_per_C, min_C, max_C) ? "; in tenths of a degree?" : "";
 }
@@ -347,7 +347,7 @@ std::string implausible_values(const Series& series) {
 
 std::string implausible_values(const Series& series, const CellModel& cell) {
   constexpr double dC_per_C = 10.0;
-  const std::string problem = voltage_problem(series);
+  std::string problem = voltage_problem(series);
   if (!problem.empty()) return problem;
   return temperature_problem(series, cell.temperature_min_dC / dC_per_C - temperature_tolerance_C,
                              cell.temperature_max_dC / dC_per_C + temperature_tolerance_C);
