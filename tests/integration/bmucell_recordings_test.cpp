@@ -152,13 +152,45 @@ TEST_CASE("a recording gives the same cell file in whatever form of CSV it was e
   }
 }
 
-TEST_CASE("a last line that is cut off is named and left out", "[integration][bmucell]") {
+TEST_CASE("a last line without a line end, which may be cut off, is named and left out", "[integration][bmucell]") {
   const TemporaryFolder folder;
+  const std::string named = "test.csv:3602: the last line has no line end and may be cut off: it is left out\n";
   const FitRun expected = fit_of(folder, Bench{}.csv());
-  const FitRun run = fit_of(folder, Bench{}.csv() + "3600,1.5,3.3");
-  CHECK(run.finished.status == 0);
-  CHECK(has(run.finished.err, "test.csv:3602: the last line is cut off, and left out\n"));
-  CHECK(run.cell == expected.cell);
+  // Within its fields, or within the last number.
+  for (const char* const cut : {"3600,1.5,3.3", "3600,1.5,3.3,25.0,7"}) {
+    CAPTURE(cut);
+    const FitRun run = fit_of(folder, Bench{}.csv() + cut);
+    CHECK(run.finished.status == 0);
+    CHECK(has(run.finished.err, named));
+    CHECK(run.cell == expected.cell);
+  }
+}
+
+TEST_CASE("a last line that is left out is also named where the fit is refused", "[integration][bmucell]") {
+  const TemporaryFolder folder;
+  const std::string named = ": the last line has no line end and may be cut off: it is left out\n";
+  // By what is in the recording, and by what was fitted to it.
+  const FitRun by_rows = fit_of(folder, "time_s,current_A,voltage_V,temp_C\n0,1,3.7,25\n1,1,3.7,25\n2,1,3.");
+  CHECK(by_rows.finished.status == 65);
+  CHECK(has(by_rows.finished.err, "found 2 rows, expected at least"));
+  CHECK(has(by_rows.finished.err, "test.csv:4" + named));
+  const FitRun by_fit = fit_of(folder, Bench{}.csv() + "3600,1.5", {"--rmse-max-mV", "0.001"});
+  CHECK(by_fit.finished.status == 65);
+  CHECK(has(by_fit.finished.err, "test.csv:3602" + named));
+}
+
+TEST_CASE("an evaluation does not take a number that is cut off for the state of charge", "[integration][bmucell]") {
+  const TemporaryFolder folder;
+  const auto figures_of = [&folder](const std::string& csv) {
+    return run_program({program("bmucell"), "eval", "--cell", base, "--json", folder.file("test.csv", csv)});
+  };
+  const std::string csv = Bench{}.csv();
+  const Finished whole = figures_of(csv);
+  const Finished cut = figures_of(csv + "3600,1.5,3.3,25.0,7");
+  REQUIRE(whole.status == 0);
+  CHECK(cut.status == 0);
+  CHECK(cut.out == whole.out);
+  CHECK(has(cut.err, "test.csv:3602: the last line has no line end and may be cut off: it is left out\n"));
 }
 
 TEST_CASE("CSV whose first line has not the names says what that line is and what to do", "[integration][bmucell]") {

@@ -46,7 +46,7 @@ TEST_CASE("fields are read with each separator that gives the names of the colum
   CHECK(values_of("b;x;a\n2.5;9;1\n4e-3;9;-3\n") == expected);
   CHECK(values_of("a\tb\n1\t2.5\n-3\t4e-3\n") == expected);
   CHECK(values_of("  a   b\n  1   2.5\n -3 4e-3 \n") == expected);
-  CHECK(values_of("a , b\t\n 1,\t2.5 \n-3 ,4e-3") == expected);
+  CHECK(values_of("a , b\t\n 1,\t2.5 \n-3 ,4e-3\n") == expected);
   CHECK(values_of("sep=;\n\na;b\n1;2.5\n-3;4e-3\n") == expected);
 }
 
@@ -109,17 +109,27 @@ TEST_CASE("names of rows as R writes them, and separators at the ends of lines, 
   CHECK(problem_of("a;b\n1;5;6\n") == ":2: found 3 fields, expected 2 as in the first line");
 }
 
-TEST_CASE("a last line that is cut off is left out, and is named", "[unit][bmucell]") {
+TEST_CASE("a last line without a line end may be cut off: it is left out, and is named", "[unit][bmucell]") {
   const auto torn = parse_csv("a,b\n1,2\n3", spec);
   REQUIRE(torn);
   CHECK(torn->row_count() == 1);
   CHECK(torn->torn_line == 3);
-  const auto whole = parse_csv("a,b\n1,2\n3,4", spec);
+  // "7" of "79.840" is a number, too; nor is a number of as many digits as those above it certain.
+  for (const char* const cut : {"3,7", "3,79.84", "3,", "3", "3,2.0", "\"3\",7", "3,x", "3,4,5"}) {
+    CAPTURE(cut);
+    const auto one = parse_csv("a,b\n1,2.0\n" + std::string(cut), spec);
+    REQUIRE(one);
+    CHECK(one->row_count() == 1);
+    CHECK(one->torn_line == 3);
+  }
+  const auto whole = parse_csv("a,b\n1,2\n3,\"4\"", spec);
   REQUIRE(whole);
   CHECK(whole->row_count() == 2);
   CHECK(whole->torn_line == 0);
+  CHECK(parse_csv("a,b\n1,2\n3,4\n", spec)->torn_line == 0);
   CHECK(problem_of("a,b\n1,2\n3\n") == ":3: found 1 fields, expected 2 as in the first line");
-  CHECK(problem_of("a,b\n1") == ": no rows after the first line");
+  CHECK(problem_of("a,b\n1") == ":2: the only row has no line end and may be cut off");
+  CHECK(problem_of("a,b\n") == ": no rows after the first line");
 }
 
 TEST_CASE("a first line without the names is shown with what to do about it", "[unit][bmucell]") {

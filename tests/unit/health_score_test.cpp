@@ -156,7 +156,7 @@ TEST_CASE("recorded charges that no charges of a cell can be are refused with th
         "charges.csv: current_A: found 1.5 to 1.5, expected charging currents, which are below 0; a current that is "
         "positive into the cell?");
   CHECK(files.problem_of(head + "2,60,-1.5,3.6,24\n2,70,-1", tests) ==
-        "charges.csv:3: found a last line that is cut off, expected whole lines");
+        "charges.csv:3: found a last line without a line end, which may be cut off; expected one if the line is whole");
   CHECK(files.problem_of(head + "2,60,-1.5,3600,24\n", tests) ==
         "charges.csv: voltage_V: found 3600 to 3600, expected volts of one cell, 0.5 to 6; in mV?");
   CHECK(

@@ -77,7 +77,9 @@ TEST_CASE("a table that is wrong is refused with file, line, what was found and 
         std::string::npos);
   CHECK(problem_of("ref_soc_pct,pulse_A,r_mohm\n") == ": no rows after the first line");
   CHECK(problem_of("ref_soc_pct,pulse_A,r_mohm\n50,2,30\n50,2") ==
-        ":3: found a last line that is cut off, expected whole lines");
+        ":3: found a last line without a line end, which may be cut off; expected one if the line is whole");
+  CHECK(problem_of("ref_soc_pct,pulse_A,r_mohm\n50,2,30\n50,2,3") ==
+        ":3: found a last line without a line end, which may be cut off; expected one if the line is whole");
 }
 
 TEST_CASE("each of the table's pulses is found, and what the table does not have is passed over", "[unit][bmucell]") {

@@ -100,10 +100,10 @@ Result<AgeingData, std::string> read_ageing(const std::filesystem::path& recordi
                                             const std::filesystem::path& table) {
   const Result<Series, std::string> series = read_series(recording);
   if (!series) return failure(series.error());
-  // Which charge a cut-off line belongs to is not known.
+  // Which charge such a line belongs to is not known.
   if (series->torn_line != 0) {
     return failure(series->name + ":" + std::to_string(series->torn_line) +
-                   ": found a last line that is cut off, expected whole lines");
+                   ": found a last line without a line end, which may be cut off; expected one if the line is whole");
   }
   Result<std::vector<Charge>, std::string> charges = charges_of(*series);
   if (!charges) return failure(charges.error());

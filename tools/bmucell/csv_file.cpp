@@ -52,7 +52,7 @@ Result<CsvTable, std::string> read_whole_csv(const std::filesystem::path& file, 
   Result<CsvTable, std::string> table = read_csv(file, spec);
   if (!table || table->torn_line == 0) return table;
   return failure(file.string() + ":" + std::to_string(table->torn_line) +
-                 ": found a last line that is cut off, expected whole lines");
+                 ": found a last line without a line end, which may be cut off; expected one if the line is whole");
 }
 
 }  // namespace bmu::cell

@@ -12,7 +12,7 @@ namespace bmu::cell {
 /// The error is one line: file, line if there is one, column, what was found and what was expected.
 [[nodiscard]] Result<CsvTable, std::string> read_csv(const std::filesystem::path& file, const CsvSpec& spec);
 
-/// The same of a table that is whole: a last line that is cut off is refused.
+/// The same of a table that is whole: a last line that may be cut off is refused.
 [[nodiscard]] Result<CsvTable, std::string> read_whole_csv(const std::filesystem::path& file, const CsvSpec& spec);
 
 }  // namespace bmu::cell

@@ -227,7 +227,7 @@ class Rows {
     Fields fields;
     Read read = Read::end;
     while ((read = next_with_text(records, fields)) == Read::record) {
-      if (!records.has_line_end() && fields.size() < head_.size && !fields_before(fields, head_)) {
+      if (!records.has_line_end() && may_be_cut(fields)) {
         table_.torn_line = records.line();
         continue;
       }
@@ -235,7 +235,9 @@ class Rows {
       if (!problem.empty()) return at_line(records.line()) + problem;
     }
     if (read == Read::broken_quote) return at_line(records.line()) + broken_quote;
-    return table_.lines.empty() ? ": no rows after the first line" : numbers_.uncertainty();
+    if (!table_.lines.empty()) return numbers_.uncertainty();
+    return table_.torn_line == 0 ? ": no rows after the first line"
+                                 : at_line(table_.torn_line) + "the only row has no line end and may be cut off";
   }
   [[nodiscard]] CsvTable table() && { return std::move(table_); }
 
@@ -243,6 +245,12 @@ class Rows {
       "found a quote that does not end, or text behind its end; expected \"...\" as a field";
 
  private:
+  /// Of a line without a line end. A number may go on, and so may the fields; only behind its quote a last field is
+  /// whole.
+  [[nodiscard]] bool may_be_cut(const Fields& fields) const {
+    return !fields.back().is_quoted || !fields_before(fields, head_);
+  }
+
   std::string add(const Fields& fields, std::size_t line) {
     const std::optional<std::size_t> before = fields_before(fields, head_);
     if (!before) return wrong_size(fields.size());

@@ -5,7 +5,8 @@
 //   first line    a line "sep=;" before it, and lines without any text anywhere, are passed over
 //   row names     as R writes them: a quoted name before the values, and none for it in the first line
 //   numbers       a plus sign is permitted; empty, "nan" and "NA" mean not measured; not "inf"
-//   last line     without a line end and with fewer fields than the first: cut off, and left out
+//   last line     without a line end it may be cut off, also within its last number, which then is another one: left
+//                 out, unless all its fields are there and the last one is in quotes
 //   decimal mark  comma, if no number of the file has a point and at least one cannot be a number of thousands
 //
 // The error is the end of a message, behind the name of the file: line, column, what was found, what was expected, and
@@ -34,7 +35,7 @@ struct CsvTable {
   std::vector<bool> has_column{};    // by column of the spec
   std::vector<double> values{};      // row by row, by column of the spec; not a number where nothing was measured
   std::vector<std::size_t> lines{};  // in which the rows begin, from 1
-  std::size_t torn_line = 0;         // the last line, left out since it is cut off; 0: none is
+  std::size_t torn_line = 0;         // the last line, left out since it may be cut off; 0: none is
 
   [[nodiscard]] std::size_t row_count() const { return lines.size(); }
   [[nodiscard]] std::span<const double> row(std::size_t at) const {

@@ -145,7 +145,6 @@ std::string left_out_text(const Score& score) {
 void warn(const EvalOptions& options, const CellDynamics& cell, const Series& series, const Score& score) {
   constexpr double s_per_h = 3600.0;
   const double capacity_Ah = cell.capacity_As / s_per_h;
-  if (series.torn_line != 0) complain(torn_line_text(series));
   if (score.left_out.count() > 0) complain(series.name + ": " + left_out_text(score));
   for (const std::string& problem : {implausible_time(series), implausible_current(series, capacity_Ah),
                                      implausible_charge(series, capacity_Ah, 1.0)}) {
@@ -173,6 +172,7 @@ int run_eval(const EvalOptions& options) {
       complain(series.error());
       return exit_data;
     }
+    if (series->torn_line != 0) complain(torn_line_text(*series));
     const std::string problem = implausible_values(*series, cell->model);
     if (!problem.empty()) {
       complain(file + problem);

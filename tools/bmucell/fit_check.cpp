@@ -106,7 +106,6 @@ std::vector<std::string> remarks_on(const Fit& fit, const std::vector<FitSeries>
   std::vector<std::string> remarks;
   for (std::size_t k = 0; k < data.size(); ++k) {
     const std::string& name = data[k].series.name;
-    if (data[k].series.torn_line != 0) remarks.push_back(torn_line_text(data[k].series));
     const std::size_t rows = data[k].series.rows.size();
     const std::size_t left_out = rows - fit.quality[k].rows;
     if (left_out > 0) {

@@ -169,6 +169,10 @@ int run_fit(const FitOptions& options) {
     complain(data.error());
     return exit_data;
   }
+  // Also where the fit is refused, which may come of what was left out.
+  for (const FitSeries& one : *data) {
+    if (one.series.torn_line != 0) complain(torn_line_text(one.series));
+  }
   const FitPlan plan = plan_for(options, *base, *data);
   const FitWishes wishes = wishes_for(plan);
   const Fit found = fit(plan, wishes, *data);

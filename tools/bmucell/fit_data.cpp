@@ -48,7 +48,11 @@ Result<FitSeries, std::string> read_one(const std::string& file, bool is_slow_cu
   Result<Series, std::string> series = read_series(file);
   if (!series) return failure(series.error());
   const std::string problem = problem_of(*series, source);
-  if (!problem.empty()) return failure(file + problem);
+  if (!problem.empty()) {
+    // What is refused may come of what was left out.
+    const std::string remark = torn_line_text(*series);
+    return failure(file + problem + (remark.empty() ? "" : "; " + remark));
+  }
   FitSeries one{.series = std::move(*series), .is_slow_curve = is_slow_curve};
   if (one.series.has_soc) return one;
   if (!source.begin_soc) one.assumed_begin_soc = full_soc;

@@ -25,7 +25,8 @@ const CsvSpec& spec() {
 
 std::string torn_line_text(const Series& series) {
   if (series.torn_line == 0) return "";
-  return series.name + ":" + std::to_string(series.torn_line) + ": the last line is cut off, and left out";
+  return series.name + ":" + std::to_string(series.torn_line) +
+         ": the last line has no line end and may be cut off: it is left out";
 }
 
 Result<Series, std::string> read_series(const std::filesystem::path& file) {

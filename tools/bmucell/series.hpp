@@ -35,10 +35,10 @@ struct Series {
   bool has_temperature = false;
   bool has_soc = false;
   bool has_cycle = false;
-  std::size_t torn_line = 0;  // the last line, left out since it is cut off; 0: none is
+  std::size_t torn_line = 0;  // the last line, left out since it may be cut off; 0: none is
 };
 
-/// "FILE:69: the last line is cut off, and left out"; "": it is not.
+/// "FILE:69: the last line has no line end and may be cut off: it is left out"; "": none is.
 [[nodiscard]] std::string torn_line_text(const Series& series);
 
 /// The error is one line: file, line, column, what was found and what was expected.
