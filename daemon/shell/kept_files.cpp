@@ -4,10 +4,13 @@
 #include <array>
 #include <cctype>
 #include <cerrno>
+#include <charconv>
+#include <compare>
 #include <cstdio>
 #include <ctime>
 #include <filesystem>
 #include <system_error>
+#include <utility>
 
 #include <unistd.h>
 
@@ -18,6 +21,9 @@ namespace {
 constexpr std::string_view suffix = ".log.zst";
 /// Of one millisecond; more are no accident.
 constexpr int names_max = 99;
+constexpr std::string_view after = "-after-";
+/// Of "20261122T231500.123Z".
+constexpr std::size_t utc_size = 20;
 
 std::string utc_text(std::int64_t unix_time_us) {
   const auto seconds = static_cast<std::time_t>(unix_time_us / 1'000'000);
@@ -30,6 +36,37 @@ std::string utc_text(std::int64_t unix_time_us) {
   return std::string(date.data(), length) + fraction.data();
 }
 
+/// As utc_text() makes it.
+bool is_utc_text(std::string_view text) {
+  constexpr std::string_view form = "ddddddddTdddddd.dddZ";
+  return std::equal(text.begin(), text.end(), form.begin(), form.end(), [](char letter, char wanted) {
+    return wanted == 'd' ? letter >= '0' && letter <= '9' : letter == wanted;
+  });
+}
+
+/// Where a file is among the others, the oldest first.
+struct Place {
+  std::string_view time{};   // its own, or that of the file which it comes after; "" in no name of ours
+  std::uint64_t number = 0;  // of those that come after it; 0: the time is its own
+
+  friend auto operator<=>(const Place&, const Place&) = default;
+};
+
+/// `stem`: what is behind the prefix in a name.
+Place place_of(std::string_view stem) {
+  const std::string_view own = stem.substr(0, utc_size);
+  if (!is_utc_text(own)) return {};
+  stem.remove_prefix(own.size());
+  if (!stem.starts_with(after)) return {.time = own};
+  const std::string_view other = stem.substr(after.size(), utc_size);
+  if (!is_utc_text(other)) return {.time = own};
+  stem.remove_prefix(after.size() + other.size());
+  std::uint64_t number = 0;
+  if (!stem.starts_with('-')) return {.time = own};
+  const auto read = std::from_chars(stem.data() + 1, stem.data() + stem.size(), number);
+  return read.ec == std::errc{} ? Place{other, number} : Place{.time = own};
+}
+
 char in_file_name(char letter) {
   const auto byte = static_cast<unsigned char>(letter);
   return std::isalnum(byte) != 0 && byte < 128 ? static_cast<char>(std::tolower(byte)) : '-';
@@ -37,15 +74,24 @@ char in_file_name(char letter) {
 
 }  // namespace
 
-std::string KeptFiles::path_for(std::int64_t unix_time_us, std::string_view word) const {
-  std::string path = folder_ + "/" + prefix_ + "-" + utc_text(std::max<std::int64_t>(unix_time_us, 0));
+std::string KeptFiles::path_of(const std::string& times, std::string_view word) const {
+  std::string path = folder_ + "/" + prefix_ + "-" + times;
   if (!word.empty()) path += '-';
   std::transform(word.begin(), word.end(), std::back_inserter(path), in_file_name);
   return path + std::string(suffix);
 }
 
 Result<AppendFile, OsError> KeptFiles::create(std::int64_t unix_time_us, std::string_view word) const {
-  const std::string path = path_for(unix_time_us, word);
+  const auto files = list();
+  if (!files) return failure(files.error());
+  std::string times = utc_text(std::max<std::int64_t>(unix_time_us, 0));
+  const std::string newest = files->empty() ? "" : files->back().name;
+  const Place before = place_of(std::string_view(newest).substr(newest.empty() ? 0 : prefix_.size() + 1));
+  // Of a time that is the newest's own, names are numbered.
+  if (Place{.time = times} < before) {
+    times += std::string(after) + std::string(before.time) + "-" + std::to_string(before.number + 1);
+  }
+  const std::string path = path_of(times, word);
   auto file = AppendFile::create(path);
   for (int number = 2; !file && file.error().code == EEXIST && number <= names_max; ++number) {
     const std::string begin = path.substr(0, path.size() - suffix.size());
@@ -67,7 +113,12 @@ Result<std::vector<KeptFile>, OsError> KeptFiles::list() const {
     if (!is_gone) files.push_back({.name = name, .size_bytes = size});
   }
   if (error) return failure(OsError{.code = error.value(), .what = "read folder " + folder_});
-  std::sort(files.begin(), files.end(), [](const KeptFile& a, const KeptFile& b) { return a.name < b.name; });
+  const auto place = [&](const KeptFile& file) {
+    return place_of(std::string_view(file.name).substr(beginning.size()));
+  };
+  std::sort(files.begin(), files.end(), [&](const KeptFile& a, const KeptFile& b) {
+    return std::pair(place(a), std::string_view(a.name)) < std::pair(place(b), std::string_view(b.name));
+  });
   return files;
 }
 
