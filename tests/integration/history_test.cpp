@@ -13,6 +13,7 @@
 
 #include "daemon/history/history_reader.hpp"
 #include "tests/support/daemon_bench.hpp"
+#include "tests/support/history_rows.hpp"
 
 namespace bmu {
 
@@ -307,6 +308,40 @@ TEST_CASE("bmuctl history says what is wrong with its words, and what is not the
   CHECK(none.status == 1);
   CHECK(none.err.find("is no history") != std::string::npos);
   CHECK(run({"--help"}).out.find("bmuctl history --from today") != std::string::npos);
+}
+
+TEST_CASE(
+    "bmuctl history shows the minutes from before the clock was set where they were, and says how many have no time",
+    "[integration][bmuctl][history][cli][clock]") {
+  const TemporaryFolder folder;
+  const std::string path = folder / "history.sqlite";
+  const HistoryLife life = test::life_of(1);
+  const HistoryLife unset = test::life_of(1, "two");
+  const auto write = [&path](const HistoryLife& of, std::int64_t set_from_minute) {
+    HistoryFile file({.path = path}, of);
+    std::vector<HistoryRow> rows;
+    for (std::int64_t minute = 1; minute <= 10; ++minute) {
+      rows.push_back(test::history_row(minute, of));
+      if (minute < set_from_minute) rows.back().unix_time_ms = 20'000 + minute * test::minute_ms;
+    }
+    REQUIRE(file.write(rows, {}));
+  };
+  write(life, 6);
+  write(unset, 11);
+  const auto run = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), {program("bmuctl"), "--socket", folder / "none.sock", "history", "--file", path});
+    return run_program(words);
+  };
+  // A minute each from 12:01 on.
+  const Finished shown = run({"--csv", "--from", "2026-03-01T12:03:00Z"});
+  CHECK(shown.status == 0);
+  CHECK(std::count(shown.out.begin(), shown.out.end(), '\n') == 1 + 8);
+  CHECK(shown.out.find("\n2026-03-01T12:03:00Z,3,") != std::string::npos);
+  CHECK(shown.err.find("10 minutes may belong here and are not shown") != std::string::npos);
+  const Finished all = run({"--csv", "--from", "begin"});
+  CHECK(std::count(all.out.begin(), all.out.end(), '\n') == 1 + 20);
+  CHECK(all.out.find("1970-01-01T00:01:20Z,1,") != std::string::npos);
+  CHECK(all.err.empty());
 }
 
 }  // namespace bmu

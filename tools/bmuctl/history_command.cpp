@@ -11,6 +11,7 @@
 #include "tools/bmuctl/time_words.hpp"
 #include "tools/common/exit_codes.hpp"
 #include "tools/common/standard_output.hpp"
+#include "tools/report/clocked_span.hpp"
 
 namespace bmu {
 
@@ -37,6 +38,9 @@ constexpr const char* footer_begin = R"(Examples:
 constexpr const char* footer_end = R"(
 Tables show this machine's time zone and how far it is ahead of UTC, CSV and JSON have UTC (2026-03-01T16:05:09Z).
 Cells: all, 19 (no. 19), 1.3 (cell 3 of module 1), 2.* (all of module 2).
+
+A minute from before the clock was set is where it was by the clock as it was set later in the same life of the daemon;
+'--from begin' shows the times as they were written.
 
 Each row is a minute: means, lowest and highest of its samples, and what was known at its end. What was not measured is
 empty, null or "--". JSON is a line a row. Until the first minute is over there is none: "Nothing recorded yet", in JSON
@@ -112,14 +116,14 @@ std::string nobody_of(const HistoryReader& history, const CellChoice& choice) {
 }
 
 /// How many were shown.
-std::size_t show_rows(HistoryReader& history, const Shown& shown) {
+std::size_t show_rows(const HistoryReader& history, report::ClockedSpan& span, const Shown& shown) {
   Output out;
   const std::vector<HistoryPlace> cells = chosen(shown.cells, newest_layout(history).cells());
   const std::vector<HistoryPlace> sensors = sensors_beside(cells, newest_layout(history));
   HistoryTable table(cells);
   std::size_t count = 0;
   if (shown.form == Form::csv) out.add(csv_head(cells, sensors));
-  history.for_each_row(shown.span, [&](const HistoryRow& row) {
+  span.for_each_row([&](const HistoryRow& row) {
     const HistoryLife& life = *history.life_of(row);
     ++count;
     if (shown.form == Form::csv) {
@@ -136,12 +140,12 @@ std::size_t show_rows(HistoryReader& history, const Shown& shown) {
   return count;
 }
 
-std::size_t show_events(HistoryReader& history, const Shown& shown) {
+std::size_t show_events(report::ClockedSpan& span, const Shown& shown) {
   Output out;
   HistoryTable table({});
   std::size_t count = 0;
   if (shown.form == Form::csv) out.add(csv_event_head());
-  history.for_each_event(shown.span, [&](const HistoryEvent& event) {
+  span.for_each_event([&](const HistoryEvent& event) {
     ++count;
     if (shown.form == Form::csv) {
       out.add(csv_line(event));
@@ -193,6 +197,16 @@ void say_nothing_there(HistoryReader& history, const char* what) {
               local_time_text(*covered.from_unix_ms).c_str(), local_time_text(*covered.to_unix_ms).c_str());
 }
 
+/// On standard error, as what is shown may be read by a program.
+void say_of_no_time(std::size_t rows) {
+  if (rows == 0) return;
+  std::fprintf(
+      stderr,
+      "bmuctl: history: %zu minutes may belong here and are not shown, as the clock was not set in all of their "
+      "life of the daemon; '--from begin' shows them\n",
+      rows);
+}
+
 }  // namespace
 
 void HistoryCommand::add_to(CLI::App& app) {
@@ -232,12 +246,14 @@ int HistoryCommand::run(const HistoryCommandContext& context) const {
                  history->path().c_str());
     return exit_usage;
   }
-  const std::size_t count = events_ ? show_events(*history, shown) : show_rows(*history, shown);
+  report::ClockedSpan clocked(*history, shown.span);
+  const std::size_t count = events_ ? show_events(clocked, shown) : show_rows(*history, clocked, shown);
   if (count == 0 && is_nothing_recorded(*history, events_)) {
     say_nothing_recorded(*history, shown.form);
   } else if (count == 0 && shown.form == Form::table) {
     say_nothing_there(*history, events_ ? "events" : "minutes");
   }
+  say_of_no_time(clocked.rows_of_no_time());
   const std::vector<std::string> problems = history->problems();
   for (const std::string& problem : problems) std::fprintf(stderr, "bmuctl: %s\n", problem.c_str());
   return problems.empty() ? exit_ok : exit_damaged;

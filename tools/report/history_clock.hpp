@@ -22,6 +22,8 @@ class HistoryClock {
   /// When a row begins; without an uptime, or where the clock was not set, as it was written.
   [[nodiscard]] HistoryNumber shown_ms(const HistoryRow& row) const;
   [[nodiscard]] HistoryNumber shown_ms(const HistoryEvent& event) const;
+  /// By a second or more, in any life, as far as it was taken.
+  [[nodiscard]] bool was_set() const { return settings_ > 0; }
   /// A sentence for each setting of the clock by a second or more, with its size; the first 20 and how many more.
   [[nodiscard]] std::vector<std::string> notes() const;
 
