@@ -145,6 +145,52 @@ TEST_CASE("a pack with another maker's modules closes, drives and opens", "[scen
   }
 }
 
+TEST_CASE("an Outlander's modules that do not balance are told the lowest cell as soon as all cells are known",
+          "[scenario][foreign_modules]") {
+  const CoreConfig config = shipped("outlander-80s.json");
+  LastWords words(*config.foreign.driver);
+  VirtualRun run(config, simulator_config(config), {});
+  run.set_tap(&words);
+  REQUIRE(run.simulator().apply("pack soc_permille 700"));
+  REQUIRE(run.simulator().apply("cell 2.7 soc_permille 600"));
+  const auto next = [&]() -> const CanFrame& {
+    const int before = words.count();
+    for (const TimePoint until = run.now() + 1s; words.count() == before && run.now() < until;) run.step();
+    REQUIRE(words.count() == before + 1);
+    return words.last();
+  };
+  const auto target_mV = [](const CanFrame& frame) { return frame.data[0] * 256 + frame.data[1]; };
+  const auto lowest = [&]() -> const auto& {
+    return run.core().pack().cell_voltage_uV;
+  };
+  // Without cells there is none: 2510 mV behind the zeros of the start, as from the car.
+  constexpr int start_mV = 2'510;
+  int rounds_of_start = 0;
+  while (target_mV(next()) == 0) ++rounds_of_start;
+  CHECK(rounds_of_start > 0);
+  CHECK(target_mV(words.last()) == start_mV);
+  bool has_all_cells = false;
+  for (int round = 0; round < 100; ++round) {
+    const CanFrame frame = next();
+    INFO("round " << round << ", lowest cell " << lowest().min << " uV");
+    CHECK(frame.data[2] == 0);  // balancing off
+    CHECK(frame.data[4] == 3);
+    has_all_cells = lowest().is_complete();
+    CHECK(target_mV(frame) == (has_all_cells ? (lowest().min + 500) / 1'000 : start_mV));
+  }
+  CHECK(has_all_cells);
+  CHECK(run.simulator().plant().cell(8 + 6).voltage_V == Approx(target_mV(words.last()) * 1e-3).margin(0.01));
+  // The target follows the lowest cell, and is none where a cell is not known.
+  const int before_mV = target_mV(words.last());
+  REQUIRE(run.simulator().apply("cell 4.1 soc_permille 300"));
+  for (int round = 0; round < 25; ++round) next();
+  CHECK(target_mV(words.last()) < before_mV - 20);
+  CHECK(target_mV(words.last()) == (lowest().min + 500) / 1'000);
+  REQUIRE(run.simulator().apply("module 3 silent"));
+  for (int round = 0; round < 50; ++round) next();
+  CHECK(target_mV(words.last()) == start_mV);
+}
+
 TEST_CASE("another maker's module that falls silent opens the pack", "[scenario][foreign_modules]") {
   for (const char* const name : packs) {
     DYNAMIC_SECTION(name) {

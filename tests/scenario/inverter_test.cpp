@@ -1,4 +1,5 @@
 // A stationary pack behind an inverter: a day of it, an inverter that is not heard, and one that does not listen.
+#include <optional>
 #include <string>
 
 #include "tests/support/catch.hpp"
@@ -67,6 +68,40 @@ TEST_CASE("an inverter draws and charges as it is told, and is told nothing may 
     INFO(row.name);
     CHECK_FALSE(is_present(run, row.id));
   }
+}
+
+TEST_CASE("the voltage in 356h is the sum of the cells, in the step of its form", "[scenario][inverter]") {
+  struct Form {
+    const char* name;
+    double step_V;
+  };
+  const Form form = GENERATE(Form{"pylontech", 0.01}, Form{"sma", 0.01}, Form{"victron", 0.01}, Form{"discover", 0.1},
+                             Form{"orion", 0.1});
+  // 52 V, and 316 V, which hundredths just carry.
+  const char* const file = GENERATE("storage-16s-48v.json", "lfp-96s.json");
+  CAPTURE(form.name, file);
+  const CoreConfig config = test::patched_pack(
+      R"({"buses": {"inverter": "can9"}, "inverter": {"protocol": ")" + std::string(form.name) + R"("}})", file);
+  // What is on the wire: the emulated inverter reads it with the same table.
+  class Told final : public CoreTap {
+   public:
+    void observed(const Observation&) override {}
+    void decided(TimePoint, const Decisions& decisions) override {
+      for (const OutgoingFrame& sent : decisions.frames) {
+        if (sent.port == Port::inverter && sent.frame.id == 0x356) frame = sent.frame;
+      }
+    }
+    std::optional<CanFrame> frame;
+  } told;
+  VirtualRun run(config, simulator_config(config), {});
+  run.set_tap(&told);
+  REQUIRE(run.simulator().apply("pack soc_permille 600"));
+  while (run.elapsed() < 5s) run.step();
+  REQUIRE(told.frame);
+  double sum_V = 0.0;
+  for (std::size_t cell = 0; cell < cell_count(config); ++cell) sum_V += run.simulator().plant().cell(cell).voltage_V;
+  const int raw = told.frame->data[0] + told.frame->data[1] * 256;
+  CHECK(raw * form.step_V == Approx(sum_V).epsilon(0.005));
 }
 
 TEST_CASE(

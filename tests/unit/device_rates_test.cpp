@@ -56,6 +56,10 @@ TEST_CASE("every kind of device is held against the bit rate of its bus", "[unit
   const Json monitor{{"protocol", "iso165c"}, {"monitoring", "measured"}, {"bus", "vehicle"}};
   refuses(apart({{"/insulation", monitor}, {"/interfaces/vehicle_kbit_per_s", 1'000}}),
           "/interfaces/vehicle_kbit_per_s", "250 or 500");
+  // An iso165C, and an iso165C-1.
+  for (const int kbit_per_s : {250, 500}) {
+    accepts(apart({{"/insulation", monitor}, {"/interfaces/vehicle_kbit_per_s", kbit_per_s}}));
+  }
 }
 
 TEST_CASE("an inverter of any bit rate refuses none", "[unit][config]") {

@@ -188,6 +188,34 @@ TEST_CASE("what an iso165C tells is taken as a whole", "[unit][devices][sensors]
   }
 }
 
+TEST_CASE("an iso165C-1 has thresholds of its own, and its word is taken all the same", "[unit][devices][sensors]") {
+  const MessageSpec& response = *find_device("iso165c")->catalogue->find(0x023).message;
+  const auto told = [&response](std::string_view name, int command, int value) {
+    const FrameBytes data{static_cast<std::uint8_t>(command), static_cast<std::uint8_t>(value % 256),
+                          static_cast<std::uint8_t>(value / 256), 0, 0};
+    for (const SignalSpec& signal : response.signals) {
+      if (signal.name == name && signal.selected_by == command) return decode_signal(signal, data);
+    }
+    return not_known();
+  };
+  // As delivered: 55 and 300 kOhm, iso165C-1: 250 and 400 kOhm.
+  for (const int threshold_kOhm : {55, 250}) {
+    CHECK(told("error_threshold_Ohm", 50, threshold_kOhm) == known(threshold_kOhm * 1'000));
+  }
+  for (const int threshold_kOhm : {300, 400}) {
+    CHECK(told("warning_threshold_Ohm", 57, threshold_kOhm) == known(threshold_kOhm * 1'000));
+  }
+  const auto report_of = [](int resistance_kOhm, int b2) {
+    MonitorReport report;
+    const CanFrame frame = frame_of(0x037, {resistance_kOhm % 256, resistance_kOhm / 256, b2, 0, 0, 0});
+    CHECK(bender().take(frame, report) == MonitorWord::report);
+    return report;
+  };
+  // 200 kOhm are below the error threshold of the one, below the warning threshold of the other.
+  CHECK(report_of(200, 0x21) == MonitorReport{.resistance_Ohm = known(200'000), .is_low = true, .is_warning = true});
+  CHECK(report_of(200, 0x20) == MonitorReport{.resistance_Ohm = known(200'000), .is_warning = true});
+}
+
 TEST_CASE("what an emulated iso165C reports is what is read", "[unit][devices][sensors]") {
   const MonitorReport all[] = {{.resistance_Ohm = known(1'200'000)},
                                {.resistance_Ohm = known(30'000), .is_low = true, .is_warning = true},
