@@ -4,22 +4,29 @@
 // Swept: the load and its way, how the devices' periods stand to the core's ticks, when the step comes between two
 // POLLs, how late the frames of the sensor come, and how often the load is switched: every 30 ms or more rarely, as a
 // load that is switched every 20 ms, in step with the averages of the sensor, looks constant to it, and nothing
-// explains what the cells do.
+// explains what the cells do. Each combination is tried (whole_range.hpp).
+#include <array>
 #include <chrono>
+#include <cstddef>
+#include <functional>
+#include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "config/pack_config.hpp"
 #include "protocol/tables/internal_bus.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/folders.hpp"
+#include "tests/support/whole_range.hpp"
 #include "tests/support/wired_pack.hpp"
 
 namespace bmu {
 namespace {
 
 using test::Fate;
+using test::WholeRange;
 using test::WiredPack;
 
 constexpr const char* shipped[] = {"charger-48s", "demo-48s",      "fs-20s3p-84v", "i3-96s",          "lfp-96s",
@@ -91,18 +98,36 @@ std::set<std::string> faults_of(WiredPack pack, const Step& step, int between_ms
   return found;
 }
 
-void check_steps(const std::string& name, const CoreConfig& config, const std::vector<const MessageSpec*>& late) {
+std::string list_of(const std::set<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
+std::string ahead_text(int ahead_ms) {
+  return "devices " + std::to_string(ahead_ms) + " ms ahead";
+}
+
+void try_steps(WholeRange& range, const std::string& name, const CoreConfig& config,
+               const std::vector<const MessageSpec*>& late) {
   const double full_A = config.current.discharge_continuous_mA * 0.9e-3;
   const double back_A = config.current.charge_continuous_mA * -0.5e-3;
-  for (const MessageSpec* const message : late) {
-    for (int ahead_ms = 0; ahead_ms < 60; ahead_ms += 13) {
-      const WiredPack closed = closed_pack(config, ahead_ms, message);
-      for (const Step& step : {Step{0, full_A}, Step{full_A, 0}, Step{full_A / 2, back_A}}) {
-        for (int between_ms = 0; between_ms < 50; between_ms += 11) {
-          INFO(name << ", " << step.before_A << " A, then " << step.after_A << " A, devices " << ahead_ms
-                    << " ms ahead, " << between_ms << " ms more, "
-                    << (message != nullptr ? message->name : "no message") << " late");
-          CHECK(faults_of(closed, step, between_ms) == std::set<std::string>{});
+  const std::array steps{Step{0, full_A}, Step{full_A, 0}, Step{full_A / 2, back_A}};
+  for (std::size_t message = 0; message < late.size(); ++message) {
+    for (std::size_t ahead = 0; ahead < 5; ++ahead) {
+      const int ahead_ms = static_cast<int>(ahead) * 13;
+      std::optional<WiredPack> closed;
+      for (std::size_t step = 0; step < steps.size(); ++step) {
+        for (std::size_t between = 0; between < 5; ++between) {
+          const int between_ms = static_cast<int>(between) * 11;
+          const std::string text =
+              name + ", " + load_A(steps[step].before_A) + ", then " + load_A(steps[step].after_A) + ", " +
+              ahead_text(ahead_ms) + ", " + std::to_string(between_ms) + " ms more, " +
+              (late[message] != nullptr ? std::string(late[message]->name) : "no message") + " late";
+          range.attempt(text, message + ahead + step + between, [&] {
+            if (!closed) closed = closed_pack(config, ahead_ms, late[message]);
+            return list_of(faults_of(*closed, steps[step], between_ms));
+          });
         }
       }
     }
@@ -124,105 +149,139 @@ Duration toggle(WiredPack& pack, double full_A, Duration half_period, Duration a
   return pack.now() - began_at;
 }
 
+/// How a load is switched, and what is wrong with what follows; "": nothing.
+using Trial = std::function<std::string(WiredPack pack, Duration half_period)>;
+
+struct Toggling {
+  CoreConfig config;
+  std::vector<int> ahead_ms;
+  std::vector<Duration> half_periods;
+  std::vector<std::string> events{""};  // of each, before the load is switched
+
+  void check(const Trial& problem_of) const {
+    WholeRange range;
+    for (std::size_t ahead = 0; ahead < ahead_ms.size(); ++ahead) {
+      std::optional<WiredPack> closed;
+      for (std::size_t event = 0; event < events.size(); ++event) {
+        for (std::size_t period = 0; period < half_periods.size(); ++period) {
+          const std::string text = events[event] + (events[event].empty() ? "" : ", ") + ahead_text(ahead_ms[ahead]) +
+                                   ", switched every " + std::to_string(to_ms(half_periods[period])) + " ms";
+          range.attempt(text, ahead + event + period, [&] {
+            if (!closed) closed = closed_pack(config, ahead_ms[ahead]);
+            WiredPack pack = *closed;
+            if (!events[event].empty()) pack.apply(events[event]);
+            return problem_of(std::move(pack), half_periods[period]);
+          });
+        }
+      }
+    }
+    range.check();
+  }
+};
+
+template <class Value>
+std::vector<Value> each(Value first, Value end, Value step) {
+  std::vector<Value> all;
+  for (; first < end; first += step) all.push_back(first);
+  return all;
+}
+
+/// It has to stay closed, and to warn of nothing.
+Trial stays_closed(double full_A, Duration at_most) {
+  return [=](WiredPack pack, Duration half_period) {
+    std::set<std::string> found;
+    (void)toggle(pack, full_A, half_period, at_most, found);
+    return pack.phase() == Phase::closed ? list_of(found) : "it opens: " + list_of(found);
+  };
+}
+
+/// It has to open for this within a second.
+Trial opens_for(FaultId fault, double full_A) {
+  return [=](WiredPack pack, Duration half_period) -> std::string {
+    std::set<std::string> found;
+    if (toggle(pack, full_A, half_period, 2s, found) > 1s) return "it does not open within a second";
+    const FaultId opened_for = pack.core().last_opening().fault;
+    return opened_for == fault ? "" : "it opens for " + std::string(row_of(opened_for).name);
+  };
+}
+
 TEST_CASE("a load that is switched warns of nothing", "[property][faults]") {
-  check_steps("demo-48s", config_of("demo-48s"), {nullptr});
+  WholeRange range;
+  try_steps(range, "demo-48s", config_of("demo-48s"), {nullptr});
+  range.check();
 }
 
 TEST_CASE("a load that is switched warns of nothing where frames of the sensor are late", "[property][faults][slow]") {
-  check_steps("demo-48s", config_of("demo-48s"), {&internal_bus::sensor_u1, &internal_bus::sensor_current});
+  WholeRange range;
+  try_steps(range, "demo-48s", config_of("demo-48s"), {&internal_bus::sensor_u1, &internal_bus::sensor_current});
+  range.check();
 }
 
 TEST_CASE("a load that is switched warns of nothing in any pack that is shipped", "[property][faults][slow]") {
-  for (const char* const name : shipped) {
-    DYNAMIC_SECTION(name) {
-      check_steps(name, config_of(name), {nullptr});
-    }
-  }
+  WholeRange range;
+  for (const char* const name : shipped) try_steps(range, name, config_of(name), {nullptr});
+  range.check();
 }
 
 TEST_CASE("two current sensors agree while the load is switched", "[property][faults]") {
-  const CoreConfig config = with_second_sensor("demo-48s");
-  for (int ahead_ms = 0; ahead_ms < 20; ahead_ms += 7) {
-    const WiredPack closed = closed_pack(config, ahead_ms);
-    for (Duration half_period = 30ms; half_period <= 200ms; half_period += 10ms) {
-      INFO("devices " << ahead_ms << " ms ahead, switched every " << to_ms(half_period) << " ms");
-      WiredPack pack = closed;
-      std::set<std::string> found;
-      (void)toggle(pack, 60, half_period, 5s, found);
-      CHECK(pack.phase() == Phase::closed);
-      CHECK(found == std::set<std::string>{});
-    }
-  }
+  Toggling{.config = with_second_sensor("demo-48s"),
+           .ahead_ms = each(0, 20, 7),
+           .half_periods = each<Duration>(30ms, 201ms, 10ms)}
+      .check(stays_closed(60, 5s));
 }
 
 TEST_CASE("a current sensor that is wrong opens the pack within a second, however the load is switched",
           "[property][faults]") {
-  const CoreConfig config = with_second_sensor("demo-48s");
-  for (int ahead_ms = 0; ahead_ms < 20; ahead_ms += 7) {
-    const WiredPack closed = closed_pack(config, ahead_ms);
-    for (const char* const wrong : {"sensor current offset_mA 10000", "sensor current_2 offset_mA -10000"}) {
-      for (Duration half_period = 20ms; half_period <= 300ms; half_period += 35ms) {
-        INFO(wrong << ", devices " << ahead_ms << " ms ahead, switched every " << to_ms(half_period) << " ms");
-        WiredPack pack = closed;
-        std::set<std::string> found;
-        pack.apply(wrong);
-        CHECK(toggle(pack, 60, half_period, 2s, found) <= 1s);
-        CHECK(pack.core().last_opening().fault == FaultId::current_sensors_disagree);
-      }
-    }
-  }
+  Toggling{.config = with_second_sensor("demo-48s"),
+           .ahead_ms = each(0, 20, 7),
+           .half_periods = each<Duration>(20ms, 301ms, 35ms),
+           .events = {"sensor current offset_mA 10000", "sensor current_2 offset_mA -10000"}}
+      .check(opens_for(FaultId::current_sensors_disagree, 60));
 }
 
 // Its bus alone holds the sensor's frames up for as long as 36 ms.
 TEST_CASE("a load that is switched again and again warns of nothing in a pack of 192 cells, and does not open it",
           "[property][faults][slow]") {
-  const CoreConfig config = config_of("traction-16x12");
-  for (int ahead_ms = 0; ahead_ms < 90; ahead_ms += 30) {
-    const WiredPack closed = closed_pack(config, ahead_ms);
-    for (Duration half_period = 30ms; half_period <= 300ms; half_period += 10ms) {
-      INFO("devices " << ahead_ms << " ms ahead, switched every " << to_ms(half_period) << " ms");
-      WiredPack pack = closed;
-      std::set<std::string> found;
-      (void)toggle(pack, 65, half_period, 3s, found);
-      CHECK(pack.phase() == Phase::closed);
-      CHECK(found == std::set<std::string>{});
-    }
-  }
+  Toggling{.config = config_of("traction-16x12"),
+           .ahead_ms = each(0, 90, 30),
+           .half_periods = each<Duration>(30ms, 301ms, 10ms)}
+      .check(stays_closed(65, 3s));
 }
 
 TEST_CASE("a pack voltage that is wrong opens within a second while the load is switched every 230 ms or more rarely",
           "[property][faults][F14][BMU_4][slow]") {
-  const CoreConfig config = config_of("traction-16x12");
-  for (int ahead_ms = 0; ahead_ms < 90; ahead_ms += 30) {
-    const WiredPack closed = closed_pack(config, ahead_ms);
-    for (const char* const offset : {"sensor pack_voltage offset_mV 20000", "sensor pack_voltage offset_mV -20000"}) {
-      for (Duration half_period = 230ms; half_period <= 500ms; half_period += 30ms) {
-        INFO(offset << ", devices " << ahead_ms << " ms ahead, switched every " << to_ms(half_period) << " ms");
-        WiredPack pack = closed;
-        std::set<std::string> found;
-        pack.apply(offset);
-        CHECK(toggle(pack, 65, half_period, 2s, found) <= 1s);
-        CHECK(pack.core().last_opening().fault == FaultId::pack_voltage_mismatch);
-      }
-    }
-  }
+  Toggling{.config = config_of("traction-16x12"),
+           .ahead_ms = each(0, 90, 30),
+           .half_periods = each<Duration>(230ms, 501ms, 30ms),
+           .events = {"sensor pack_voltage offset_mV 20000", "sensor pack_voltage offset_mV -20000"}}
+      .check(opens_for(FaultId::pack_voltage_mismatch, 65));
 }
 
 TEST_CASE(
     "a current sensor that counts the wrong way round opens a pack whose load is switched, at any pace of polling",
     "[property][faults][F18]") {
-  for (const Duration period : {20ms, 22ms, 40ms, 50ms}) {
+  const std::array periods{20ms, 22ms, 40ms, 50ms};
+  WholeRange range;
+  for (std::size_t period = 0; period < periods.size(); ++period) {
     CoreConfig config = config_of("demo-48s");
-    config.poll.period = config.poll.fast_period = period;
-    for (int ahead_ms = 0; ahead_ms < 20; ahead_ms += 3) {
-      INFO("polled every " << to_ms(period) << " ms, devices " << ahead_ms << " ms ahead");
-      WiredPack pack = closed_pack(config, ahead_ms);
-      pack.apply("sensor current inverted on");
-      std::set<std::string> found;
-      CHECK(toggle(pack, 20, 1s, 10s, found) <= 3s);
-      CHECK(pack.core().last_opening().fault == FaultId::current_contradicts_voltage);
+    config.poll.period = config.poll.fast_period = periods[period];
+    for (std::size_t ahead = 0; ahead < 7; ++ahead) {
+      const int ahead_ms = static_cast<int>(ahead) * 3;
+      const std::string text =
+          "polled every " + std::to_string(to_ms(periods[period])) + " ms, " + ahead_text(ahead_ms);
+      range.attempt(text, period + ahead, [&]() -> std::string {
+        WiredPack pack = closed_pack(config, ahead_ms);
+        pack.apply("sensor current inverted on");
+        std::set<std::string> found;
+        if (toggle(pack, 20, 1s, 10s, found) > 3s) return "it does not open within three seconds";
+        const FaultId opened_for = pack.core().last_opening().fault;
+        return opened_for == FaultId::current_contradicts_voltage
+                   ? ""
+                   : "it opens for " + std::string(row_of(opened_for).name);
+      });
     }
   }
+  range.check();
 }
 
 }  // namespace

@@ -9,24 +9,10 @@
 #include <rapidcheck/detail/TestListenerAdapter.h>
 
 #include "tests/support/catch.hpp"
+#include "tests/support/repeat_command.hpp"
 
 namespace bmu::test {
 namespace {
-
-/// Catch2 separates names by commas, and takes brackets for tags.
-std::string as_argument(const std::string& name) {
-  std::string text;
-  for (const char character : name) {
-    if (character == ',' || character == '[' || character == ']') text += '\\';
-    text += character;
-  }
-  return '"' + text + '"';
-}
-
-std::string setting(const char* name) {
-  const char* const value = std::getenv(name);  // NOLINT(concurrency-mt-unsafe)
-  return value == nullptr ? "" : value;
-}
 
 /// Of a case that failed, for RC_PARAMS.
 std::string repeat_of(const std::string& name, const rc::detail::TestResult& result) {
