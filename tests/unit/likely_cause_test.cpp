@@ -317,7 +317,7 @@ TEST_CASE("frames that show swapped buses are taken for no measurement", "[unit]
     config.contactors.has_pdu = has_pdu;
     CoreBench bench(config);
     bench.sensor_talks = bench.voltage_talks = bench.pdu_talks = false;
-    for (auto& module : bench.modules) module.talks = false;
+    for (auto& one : bench.modules) one.talks = false;
     bench.run(1s);  // what was on its way has arrived
     const std::uint64_t accepted = bench.core().receive_counts().accepted;
     const TimePoint last_answer_at = bench.core().modules().find(1)->last_answer_at;
