@@ -8,6 +8,8 @@ namespace bmu {
 namespace {
 
 constexpr Duration span_min = 1s;
+/// The slowest link that a pack file can describe falls to less than half in that time (link_decay_max).
+constexpr Duration span_max = 10min;
 constexpr std::int64_t fall_min_permille = 2;
 constexpr double margin = 1.5;
 /// A link that has to fall by less than this is not told from one that stays.
@@ -26,15 +28,17 @@ void LinkDecay::update(TimePoint open_since, const Measured<std::int32_t>& link_
   }
   if (!link_mV.is_valid() || link_mV.taken_at < open_since + settle) return;
   if (!first_mV_.is_valid()) first_mV_ = link_mV;
-  latest_mV_ = link_mV;
+  const bool has_halved = 2 * std::int64_t{link_mV.value} < first_mV_.value;
+  if (has_halved || link_mV.taken_at - first_mV_.taken_at > span_max) return;
+  last_mV_ = link_mV;
 }
 
 std::optional<Duration> LinkDecay::time_constant() const {
-  if (!first_mV_.is_valid() || latest_mV_.value <= 0) return std::nullopt;
-  const Duration span = latest_mV_.taken_at - first_mV_.taken_at;
-  const std::int64_t fallen_mV = std::int64_t{first_mV_.value} - latest_mV_.value;
+  if (!first_mV_.is_valid() || last_mV_.value <= 0) return std::nullopt;
+  const Duration span = last_mV_.taken_at - first_mV_.taken_at;
+  const std::int64_t fallen_mV = std::int64_t{first_mV_.value} - last_mV_.value;
   if (span < span_min || fallen_mV * 1'000 <= first_mV_.value * fall_min_permille) return std::nullopt;
-  const double ratio = static_cast<double>(first_mV_.value) / latest_mV_.value;
+  const double ratio = static_cast<double>(first_mV_.value) / last_mV_.value;
   return std::chrono::duration_cast<Duration>(seconds(span) / std::log(ratio));
 }
 

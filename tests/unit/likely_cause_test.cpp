@@ -24,13 +24,13 @@ bool has(const std::string& text, std::string_view words) {
   return text.find(words) != std::string::npos;
 }
 
-/// A link of 50 V that falls with this time constant, sampled for so long.
-std::optional<Duration> measured(double time_constant_s, Duration span, Duration every = 100ms) {
+/// A link of 50 V that falls with this time constant, sampled for so long by a sensor with this offset.
+std::optional<Duration> measured(double time_constant_s, Duration span, Duration every = 100ms, int offset_mV = 0) {
   LinkDecay link;
   const TimePoint open_since{10s};
   for (TimePoint at = open_since; at <= open_since + 100ms + span; at += every) {
     const double since_s = std::chrono::duration<double>(at - open_since).count();
-    const auto mV = static_cast<std::int32_t>(std::lround(50'000 * std::exp(-since_s / time_constant_s)));
+    const auto mV = static_cast<std::int32_t>(std::lround(50'000 * std::exp(-since_s / time_constant_s))) + offset_mV;
     link.update(open_since, {mV, at, Validity::valid}, 100ms);
   }
   return link.time_constant();
@@ -64,6 +64,31 @@ TEST_CASE("the time constant of a link is measured as it falls, and not of one t
   CHECK_FALSE(measured(505.0, 1s));  // 0.2 % or less may be the sensor
 }
 
+TEST_CASE("the time constant of a link stays what it was while it fell, whatever the sensor shows of an empty one",
+          "[unit][contactors][F82]") {
+  for (const double time_constant_s : {2.0, 10.0, 110.0, 700.0}) {
+    for (const int offset_mV : {300, 0, -300}) {
+      CAPTURE(time_constant_s, offset_mV);
+      const auto span = std::chrono::milliseconds{static_cast<std::int64_t>(time_constant_s * 20e3)};
+      const auto found = measured(time_constant_s, span, 50ms, offset_mV);
+      REQUIRE(found);
+      CHECK(std::abs(seconds(*found) - time_constant_s) < 0.1 * time_constant_s);
+    }
+  }
+}
+
+TEST_CASE("a link that stops on its way does not get slower for as long as it is watched", "[unit][contactors]") {
+  LinkDecay link;
+  const TimePoint open_since{10s};
+  std::optional<Duration> before;
+  for (TimePoint at = open_since + 100ms; at < open_since + 12h; at += 1s) {
+    link.update(open_since, {at < open_since + 60s ? 50'000 : 40'000, at, Validity::valid}, 100ms);
+    if (at > open_since + 601s && !before) before = link.time_constant();
+  }
+  REQUIRE(before);
+  CHECK(link.time_constant() == before);
+}
+
 TEST_CASE("what a link was before its contactors had their time to open counts as little as after they closed again",
           "[unit][contactors]") {
   LinkDecay link;
@@ -77,7 +102,8 @@ TEST_CASE("what a link was before its contactors had their time to open counts a
   REQUIRE(link.time_constant());
   CHECK(std::abs(seconds(*link.time_constant()) - 3.0 / std::log(50.0 / 40.0)) < 0.01);
   at(4s, 0);
-  CHECK_FALSE(link.time_constant());  // empty: by what it fell nothing says
+  REQUIRE(link.time_constant());  // empty: what was seen while it fell stands
+  CHECK(std::abs(seconds(*link.time_constant()) - 3.0 / std::log(50.0 / 40.0)) < 0.01);
   link.update({}, {40'000, TimePoint{15s}, Validity::valid}, 100ms);
   CHECK_FALSE(link.time_constant());
 }
