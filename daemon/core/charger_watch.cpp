@@ -33,6 +33,7 @@ void ChargerWatch::update(const ChargerWatchInputs& in) {
   follow_asked(in);
   look_for_excess(in);
   look_for_contradiction(in);
+  look_for_mirror(in);
 }
 
 void ChargerWatch::look_for_silence(const ChargerWatchInputs& in) {
@@ -152,6 +153,15 @@ void ChargerWatch::look_for_contradiction(const ChargerWatchInputs& in) {
   const bool tells_less = into(sensed.value) > told.value + 2 * allowed_mA;
   const bool tells_more = into(sensed.value) < told.value / 2 - 2 * allowed_mA;
   contradicts_ = contradicts_ || tells_less || tells_more;
+}
+
+void ChargerWatch::look_for_mirror(const ChargerWatchInputs& in) {
+  const Measured<std::int32_t>& sensed = in.pack->current_mA;
+  const Measured<std::int32_t> told = in.table->current_mA(in.now);
+  if (!in.is_plugged_in || !in.is_alone || !sensed.is_valid() || !told.is_valid()) return;
+  const bool is_much = told.value > stopped_mA && sensed.value > stopped_mA;
+  const std::int32_t allowed_mA = tolerance(told.value, tolerance_permille, current_tolerance_min_mA);
+  if (is_much && std::abs(sensed.value - told.value) <= allowed_mA) mirrored_at_ = in.now;
 }
 
 }  // namespace bmu

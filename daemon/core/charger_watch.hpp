@@ -79,6 +79,9 @@ class ChargerWatch {
   [[nodiscard]] bool keeps_on() const { return keeps_on_; }
   /// It tells another current than the pack's sensor, or another voltage.
   [[nodiscard]] bool contradicts() const { return contradicts_; }
+  /// When the sensor last saw as much leave the pack as the charger told to give, while nobody else could bring current
+  /// into it; zero: never. It decides nothing.
+  [[nodiscard]] TimePoint mirrored_at() const { return mirrored_at_; }
 
  private:
   static constexpr std::size_t spans = 8;  // that a charger's settling time is divided into
@@ -89,6 +92,7 @@ class ChargerWatch {
   [[nodiscard]] std::int32_t stopped_max_mA(const ChargerWatchInputs& in, std::int32_t least_mA) const;
   void look_for_excess(const ChargerWatchInputs& in);
   void look_for_contradiction(const ChargerWatchInputs& in);
+  void look_for_mirror(const ChargerWatchInputs& in);
 
   [[nodiscard]] std::int32_t ceiling_mA() const { return *std::max_element(most_mA_.begin(), most_mA_.end()); }
 
@@ -108,13 +112,14 @@ class ChargerWatch {
   TimePoint told_over_at_{};    // when the last of them was counted
   bool keeps_on_ = false;
   bool contradicts_ = false;
+  TimePoint mirrored_at_{};
   ChargerExcess excess_;
   [[nodiscard]] bool are_fields_possible() const {
     return span_ < most_mA_.size() && silent_unit_ <= charger_units_max;
   }
   BMU_FIELDS(is_plugged_in_, charging_units_, silent_unit_, most_mA_, span_, span_began_at_, stopped_since_,
              stopped_from_mA_, steady_mA_, steady_since_, runs_away_, runs_away_at_, told_over_, told_over_at_,
-             keeps_on_, contradicts_, excess_)
+             keeps_on_, contradicts_, mirrored_at_, excess_)
 };
 
 }  // namespace bmu

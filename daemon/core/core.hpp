@@ -114,9 +114,11 @@ struct RefusalRecord {
   bool has_happened = false;
   TimePoint at{};
   Blocker blocker{};
-  FaultId fault{};             // of blocker `fault`: the first that stands against closing
-  Reading reading;             // of the fault as it was confirmed; of `link_follows` the link, mV
-  std::int64_t threshold = 0;  // of the fault; of `link_follows` the pack, mV
+  FaultId fault{};  // of blocker `fault`: the first that stands against closing
+  // Of the fault as it was confirmed; of `link_follows`, and of a fault that is about the link (is_about_link), link
+  // and pack voltage in mV; the latter 0 where they are not known.
+  Reading reading;
+  std::int64_t threshold = 0;
 };
 
 /// How the last closing went.

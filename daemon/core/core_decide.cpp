@@ -222,7 +222,8 @@ void Core::refuse_vain_request(TimePoint now) {
                 .number = static_cast<std::int64_t>(last_refusal_.blocker)});
 }
 
-/// With the values that it was decided by: of the first fault that stands against closing, or of link and pack.
+/// With the values that it was decided by: of the first fault that stands against closing, or of link and pack. Those
+/// of a fault that stays are of the moment when it was confirmed.
 RefusalRecord Core::refusal_record(TimePoint now, Blocker blocker) const {
   RefusalRecord record{.has_happened = true, .at = now, .blocker = blocker};
   if (blocker == Blocker::link_follows) {
@@ -237,6 +238,11 @@ RefusalRecord Core::refusal_record(TimePoint now, Blocker blocker) const {
   record.fault = row->id;
   record.reading = faults_.state(row->id).confirmed;
   record.threshold = faults_.state(row->id).threshold;
+  if (!is_about_link(row->id)) return record;
+  const std::optional<FreezeFrame>& frame = persistent_.faults[static_cast<std::size_t>(row->id)].frame;
+  const bool is_known = frame && frame->link_voltage_mV && frame->pack_voltage_mV;
+  record.reading.value = is_known ? *frame->link_voltage_mV : 0;
+  record.threshold = is_known ? *frame->pack_voltage_mV : 0;
   return record;
 }
 

@@ -228,7 +228,8 @@ void Core::record_confirmed(FaultId id, TimePoint now) {
                          .overload = watchers_.overload,
                          .outputs = outputs_,
                          .phase = sequence_.phase,
-                         .mode = mode_before_});
+                         .mode = mode_before_,
+                         .link_time_constant = watchers_.link.time_constant()});
   touch_persistent();
 }
 

@@ -1,10 +1,23 @@
 // What the core's stages ask each other, and what they hand to those who judge and report.
 #include <algorithm>
+#include <cstdlib>
 #include <optional>
 
 #include "daemon/core/core.hpp"
 
 namespace bmu {
+
+namespace {
+
+/// Apart by at least two amperes, and together a tenth of that at most.
+bool are_mirrored(const std::optional<std::int32_t>& one_mA, const std::optional<std::int32_t>& other_mA) {
+  constexpr std::int64_t apart_min_mA = 2'000;
+  if (!one_mA || !other_mA) return false;
+  const std::int64_t apart_mA = std::llabs(std::int64_t{*one_mA} - *other_mA);
+  return apart_mA >= apart_min_mA && 10 * std::llabs(std::int64_t{*one_mA} + *other_mA) <= apart_mA;
+}
+
+}  // namespace
 
 std::optional<std::int32_t> Core::soc_permille() const {
   if (!estimate_.pack().is_known) return std::nullopt;
@@ -93,15 +106,25 @@ InverterView Core::inverter_view(TimePoint now) const {
 
 LikelyCause Core::likely_cause(FaultId fault, TimePoint now) const {
   constexpr Duration refused_within = 1s;
+  constexpr Duration mirrored_within = 1s;
+  const FreezeFrame frame = persistent_.faults[static_cast<std::size_t>(fault)].frame.value_or(FreezeFrame{});
+  const TimePoint mirrored_at = charger_watch_.mirrored_at();
   const RefusedResults& refused = sensors_.refused;
   const bool is_refused_now = refused.last_at != TimePoint{} && now - refused.last_at <= refused_within;
   return bmu::likely_cause(
       fault,
-      {.is_without_charger = pdu_fresh(now) && !sensors_.pdu.value.charger_connected,
+      {.is_without_charger = frame.inputs && !frame.inputs->charger_connected,
        .do_cells_move_against_current = watchers_.steps.latest_contradiction() == Contradiction::against,
+       .do_cells_oppose_steps = watchers_.steps.latest_answer() == StepAnswer::against,
+       .do_cells_follow_steps = watchers_.steps.latest_answer() == StepAnswer::with,
+       .is_charger_mirrored =
+           mirrored_at != TimePoint{} && mirrored_at >= faults_.state(fault).confirmed_at - mirrored_within,
+       .are_sensors_mirrored = are_mirrored(frame.current_mA, frame.current_2_mA),
        .are_results_out_of_range = is_refused_now && refused.last == ResultRefusal::out_of_range,
        .are_buses_swapped = are_buses_swapped(now),
-       .link_time_constant = watchers_.link.time_constant(),
+       .link_time_constant = frame.link_time_constant_ms
+                                 ? std::optional<Duration>(std::chrono::milliseconds{*frame.link_time_constant_ms})
+                                 : watchers_.link.time_constant(),
        .link_followed_after = watchers_.rise.followed_after(),
        .slow_rise = watchers_.rise.slow_rise()},
       config_.contactors);

@@ -286,7 +286,17 @@ std::string to_text(const LikelyCause& cause) {
     case WrongKey::invert_current:
       return "no charger is plugged in: where no motor brakes either, sensor/invert_current is the wrong way round";
     case WrongKey::invert_current_by_cells:
+    case WrongKey::invert_current_by_step:
       return "the cells move against the current that the sensor sends: sensor/invert_current is the wrong way round";
+    case WrongKey::invert_current_by_charger:
+      return "the charger gives as much as the sensor sees leave the pack: where no load takes twice that, "
+             "sensor/invert_current is the wrong way round";
+    case WrongKey::second_is_reversed:
+      return "the two sensors see the same current with opposite signs: sensor/second_is_reversed is the wrong way "
+             "round";
+    case WrongKey::both_signs:
+      return "the two sensors see the same current with opposite signs, and the cells move against the first: "
+             "sensor/invert_current and sensor/second_is_reversed are both the wrong way round";
     case WrongKey::little_endian:
       return "the sensor's results are out of range, as they are in the other byte order: sensor/little_endian";
     case WrongKey::buses:
@@ -331,6 +341,13 @@ bool Event::are_fields_possible() const {
   }
 }
 
+bool is_about_link(FaultId fault) {
+  constexpr std::array about_link{FaultId::precharge_failed,      FaultId::precharge_too_fast,
+                                  FaultId::precharge_overcurrent, FaultId::contactor_welded,
+                                  FaultId::link_not_following,    FaultId::link_not_discharging};
+  return std::find(about_link.begin(), about_link.end(), fault) != about_link.end();
+}
+
 std::string refusal_text(Blocker blocker, FaultId fault, const Reading& reading, std::int64_t threshold) {
   std::string text(to_text(blocker));
   if (!reading.is_known) return text;
@@ -339,7 +356,8 @@ std::string refusal_text(Blocker blocker, FaultId fault, const Reading& reading,
   const FaultRow& row = row_of(fault);
   const std::string where = to_text(reading.element);
   return text + ": " + std::string(row.meaning) + (where.empty() ? "" : ": " + where) +
-         limit_text(row, reading, threshold);
+         (is_about_link(fault) && threshold > 0 ? link_and_pack_text(reading, threshold)
+                                                : limit_text(row, reading, threshold));
 }
 
 std::string to_text(const Event& event) {

@@ -104,6 +104,9 @@ struct Event {
 /// nobody asks for a closed pack any more, a fault whose reaction is a warning.
 [[nodiscard]] Severity severity_of(const Event& event);
 
+/// A fault that is decided by link and pack voltage, and reads no more than that it is there.
+[[nodiscard]] bool is_about_link(FaultId fault);
+
 /// Why a request to close was refused, with the values that it was decided by: those of a RefusalRecord.
 [[nodiscard]] std::string refusal_text(Blocker blocker, FaultId fault, const Reading& reading, std::int64_t threshold);
 

@@ -1,5 +1,7 @@
 #include "daemon/core/freeze_frame.hpp"
 
+#include <algorithm>
+
 namespace bmu {
 
 namespace {
@@ -42,6 +44,10 @@ void freeze_sensors(FreezeFrame& frame, const FreezeSources& from) {
   const Measured<std::int32_t>& second = from.sensors.current_2_mA;
   frame.pack_voltage_mV = measured(from.pack.pack_voltage_mV);
   frame.link_voltage_mV = measured(from.pack.link_voltage_mV);
+  if (from.link_time_constant) {
+    frame.link_time_constant_ms =
+        static_cast<std::int32_t>(std::min<std::int64_t>(to_ms(*from.link_time_constant), INT32_MAX));
+  }
   frame.current_mA = measured(from.pack.current_mA);
   frame.current_2_mA = known(second.is_usable(from.now, ages.pack_current), second.value);
   if (!from.sensors.pdu.is_usable(from.now, ages.pdu_status)) return;

@@ -40,6 +40,7 @@ struct FreezeFrame {
   Element board_temperature_max_at;
   std::optional<std::int32_t> pack_voltage_mV;
   std::optional<std::int32_t> link_voltage_mV;
+  std::optional<std::int32_t> link_time_constant_ms;  // of the link of an open pack that falls
   std::optional<std::int32_t> current_mA;
   std::optional<std::int32_t> current_2_mA;  // of the second sensor
   std::optional<std::int32_t> soc_permille;
@@ -68,6 +69,7 @@ struct FreezeSources {
   ContactorOutputs outputs;
   Phase phase = Phase::open;
   PackMode mode = PackMode::open;
+  std::optional<Duration> link_time_constant{};
 };
 
 [[nodiscard]] FreezeFrame freeze(const FreezeSources& from);

@@ -22,10 +22,23 @@ constexpr std::array cause_table{
     CauseRow{FaultId::voltage_sensor_lost, WrongKey::buses},
     CauseRow{FaultId::current_sensor_lost, WrongKey::little_endian},
     CauseRow{FaultId::voltage_sensor_lost, WrongKey::little_endian},
+    CauseRow{FaultId::charge_overcurrent, WrongKey::invert_current_by_step},
+    CauseRow{FaultId::charge_overload, WrongKey::invert_current_by_step},
+    CauseRow{FaultId::charge_not_allowed, WrongKey::invert_current_by_step},
     CauseRow{FaultId::charge_overcurrent, WrongKey::invert_current},
     CauseRow{FaultId::charge_overload, WrongKey::invert_current},
     CauseRow{FaultId::charge_not_allowed, WrongKey::invert_current},
+    CauseRow{FaultId::discharge_overcurrent, WrongKey::invert_current_by_step},
+    CauseRow{FaultId::discharge_overload, WrongKey::invert_current_by_step},
+    CauseRow{FaultId::discharge_not_allowed, WrongKey::invert_current_by_step},
+    CauseRow{FaultId::discharge_overcurrent, WrongKey::invert_current_by_charger},
+    CauseRow{FaultId::discharge_overload, WrongKey::invert_current_by_charger},
+    CauseRow{FaultId::discharge_not_allowed, WrongKey::invert_current_by_charger},
+    CauseRow{FaultId::charger_contradicts, WrongKey::invert_current_by_charger},
+    CauseRow{FaultId::current_contradicts_voltage, WrongKey::both_signs},
     CauseRow{FaultId::current_contradicts_voltage, WrongKey::invert_current_by_cells},
+    CauseRow{FaultId::current_sensors_disagree, WrongKey::both_signs},
+    CauseRow{FaultId::current_sensors_disagree, WrongKey::second_is_reversed},
     CauseRow{FaultId::link_not_discharging, WrongKey::link_decay},
     CauseRow{FaultId::precharge_too_fast, WrongKey::precharge_min},
     CauseRow{FaultId::precharge_failed, WrongKey::precharge_energy},
@@ -35,8 +48,12 @@ constexpr std::array cause_table{
 bool speaks_for(WrongKey key, const SeenBeside& seen) {
   switch (key) {
     case WrongKey::none: return false;
-    case WrongKey::invert_current: return seen.is_without_charger;
+    case WrongKey::invert_current: return seen.is_without_charger && !seen.do_cells_follow_steps;
     case WrongKey::invert_current_by_cells: return seen.do_cells_move_against_current;
+    case WrongKey::invert_current_by_step: return seen.do_cells_oppose_steps;
+    case WrongKey::invert_current_by_charger: return seen.is_charger_mirrored && !seen.do_cells_follow_steps;
+    case WrongKey::second_is_reversed: return seen.are_sensors_mirrored;
+    case WrongKey::both_signs: return seen.are_sensors_mirrored && seen.do_cells_oppose_steps;
     case WrongKey::little_endian: return seen.are_results_out_of_range;
     case WrongKey::buses: return seen.are_buses_swapped;
     case WrongKey::link_decay: return seen.link_time_constant.has_value();

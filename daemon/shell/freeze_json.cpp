@@ -37,6 +37,7 @@ void put_cells(JsonText& to, const FreezeFrame& frame) {
 void put_pack(JsonText& to, const FreezeFrame& frame) {
   to.put("pack_voltage_mV", frame.pack_voltage_mV);
   to.put("link_voltage_mV", frame.link_voltage_mV);
+  to.put("link_time_constant_ms", frame.link_time_constant_ms);
   to.put("current_mA", frame.current_mA);
   to.put("current_2_mA", frame.current_2_mA);
   to.put("soc_permille", frame.soc_permille);

@@ -221,6 +221,7 @@ void describe_frame(Visitor& visit, Record& frame) {
   visit.number("discharge_limit_mA", frame.discharge_limit_mA);
   visit.number("charge_limit_mA", frame.charge_limit_mA);
   if (visit.has("mode")) describe_rest_of_frame(visit, frame);
+  if (visit.has("link_time_constant_ms")) visit.number("link_time_constant_ms", frame.link_time_constant_ms);
 }
 template <class Visitor, class Record>
 void describe_clear(Visitor& visit, Record& clear) {

@@ -73,6 +73,7 @@ PersistentState full_state() {
                                 .board_temperature_max_at = {.module_node = 6},
                                 .pack_voltage_mV = 8,
                                 .link_voltage_mV = 9,
+                                .link_time_constant_ms = 110'000,
                                 .current_mA = -10,
                                 .current_2_mA = 20,
                                 .soc_permille = 11,
@@ -421,6 +422,7 @@ TEST_CASE("a file of the version before, whose frames had less, is read, and the
                              "board_temperature_min_dC",
                              "board_temperature_min_at",
                              "board_temperature_max_at",
+                             "link_time_constant_ms",
                              "current_2_mA",
                              "discharge_overload_permille",
                              "charge_overload_permille",
@@ -440,6 +442,7 @@ TEST_CASE("a file of the version before, whose frames had less, is read, and the
   frame.cell_temperature_min_at = frame.cell_temperature_max_at = {};
   frame.board_temperature_min_dC.reset();
   frame.board_temperature_min_at = frame.board_temperature_max_at = {};
+  frame.link_time_constant_ms.reset();
   frame.current_2_mA.reset();
   frame.discharge_overload_permille.reset();
   frame.charge_overload_permille.reset();

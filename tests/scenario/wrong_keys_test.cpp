@@ -5,6 +5,7 @@
 #include "config/pack_config.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/folders.hpp"
+#include "tests/support/patched_pack.hpp"
 #include "tests/support/sim_run.hpp"
 
 using namespace bmu;
@@ -37,6 +38,29 @@ bool is_present(const SimRun& run, FaultId fault) {
 
 void run_until_present(SimRun& run, FaultId fault, double until_s) {
   while (!is_present(run, fault) && run.seconds() < until_s) run.run_to(run.seconds() + 0.01);
+}
+
+/// As `bmuctl why` has it, now.
+std::string cause_text(const SimRun& run, FaultId fault) {
+  const TimePoint now = SimRun::start + std::chrono::milliseconds{static_cast<std::int64_t>(run.seconds() * 1e3)};
+  return to_text(run.core().likely_cause(fault, now));
+}
+
+/// A cell that has run empty, and then a charger: closed to be charged and for nothing else.
+SimRun charged_after_undervoltage(const std::string& sensor, const std::string& charger) {
+  SimRun run(shipped("demo-48s"));
+  run.apply(sensor);
+  run.apply("pack soc_permille 300");
+  run.run_to(2.5);
+  run.apply("vehicle on");
+  run.run_to(5);
+  run.apply("cell 2.7 voltage_mV 2700");
+  run.run_to(6);
+  run.apply("vehicle off");
+  run.run_to(17);
+  run.apply(charger);
+  run.apply("charger connected");
+  return run;
 }
 
 /// The key is turned at 2 s, with a link of this capacitance.
@@ -146,5 +170,109 @@ TEST_CASE("a load, a short or an open resistor behind a precharge that fails nam
     run_until_present(run, FaultId::precharge_failed, 60);
     REQUIRE(is_present(run, FaultId::precharge_failed));
     CHECK_FALSE(has(text_of(run, EventId::fault_confirmed), "would do"));
+  }
+}
+
+TEST_CASE(
+    "a charge that the sensor counts the wrong way round names its key in a pack that is closed for charging only",
+    "[scenario][faults][charge][F18]") {
+  for (const int current_A : {4, 15, 25}) {
+    CAPTURE(current_A);
+    SimRun run =
+        charged_after_undervoltage("sensor current inverted on", "charger current_A " + std::to_string(current_A));
+    run_until_present(run, FaultId::discharge_not_allowed, 60);
+    REQUIRE(is_present(run, FaultId::discharge_not_allowed));
+    CHECK(has(text_of(run, EventId::fault_confirmed), "sensor/invert_current"));
+    run.apply("charger disconnected");
+    run.run_to(run.seconds() + 30);
+    CHECK(has(cause_text(run, FaultId::discharge_not_allowed), "sensor/invert_current is the wrong way round"));
+  }
+}
+
+TEST_CASE("a load at a pack that is closed for charging only is a discharge, and names no key",
+          "[scenario][faults][charge]") {
+  for (const int current_A : {3, 10, 30}) {
+    CAPTURE(current_A);
+    SimRun run = charged_after_undervoltage("sensor current inverted off", "charger current_A 1");
+    run.run_to(24);
+    REQUIRE(run.core().sequence().phase == Phase::closed);
+    run.apply("load current_A " + std::to_string(current_A));
+    run_until_present(run, FaultId::discharge_not_allowed, 60);
+    REQUIRE(is_present(run, FaultId::discharge_not_allowed));
+    CHECK_FALSE(has(text_of(run, EventId::fault_confirmed), "is the wrong way round"));
+    run.run_to(run.seconds() + 30);
+    CHECK_FALSE(has(cause_text(run, FaultId::discharge_not_allowed), "is the wrong way round"));
+  }
+}
+
+TEST_CASE("too much current of a charger that is counted the wrong way round names the sensor's key",
+          "[scenario][faults][charge]") {
+  CoreConfig config = shipped("demo-48s");
+  config.limits.discharge_overcurrent.open = 20'000;
+  config.limits.discharge_overcurrent.confirm = 100ms;  // sooner than the contradiction to the cells
+  for (const bool is_inverted : {true, false}) {
+    CAPTURE(is_inverted);
+    SimRun run(config);
+    run.apply(std::string("sensor current inverted ") + (is_inverted ? "on" : "off"));
+    run.apply("pack soc_permille 300");
+    run.run_to(3);
+    run.apply(is_inverted ? "charger current_A 25" : "charger current_A 1");
+    run.apply("charger connected");
+    run.run_to(10);
+    if (!is_inverted) run.apply("load current_A 40");
+    run_until_present(run, FaultId::discharge_overcurrent, 30);
+    REQUIRE(is_present(run, FaultId::discharge_overcurrent));
+    run.run_to(run.seconds() + 5);
+    CHECK(has(text_of(run, EventId::fault_confirmed), "sensor/invert_current is the wrong way round") == is_inverted);
+    CHECK(has(cause_text(run, FaultId::discharge_overcurrent), "sensor/invert_current is the wrong way round") ==
+          is_inverted);
+  }
+}
+
+TEST_CASE("a charger and a current sensor that see the same current with opposite signs name the sensor's key",
+          "[scenario][faults][charge]") {
+  const CoreConfig config = test::patched_pack(R"({"charger": {"protocol": "elcon_tc", "current_max_mA": 4000}})");
+  for (const bool is_inverted : {true, false}) {
+    CAPTURE(is_inverted);
+    SimRun run(config);
+    if (is_inverted) run.apply("sensor current inverted on");
+    run.apply("pack soc_permille 300");
+    run.run_to(3);
+    run.apply("charger current_A 4");
+    run.apply("charger connected");
+    run.run_to(20);
+    REQUIRE(run.core().sequence().phase == Phase::closed);
+    if (!is_inverted) run.apply("load current_A 8");  // twice what the charger gives
+    run_until_present(run, FaultId::charger_contradicts, 60);
+    REQUIRE(is_present(run, FaultId::charger_contradicts));
+    CHECK(has(text_of(run, EventId::fault_confirmed), "sensor/invert_current is the wrong way round") == is_inverted);
+  }
+}
+
+TEST_CASE("two current sensors that see one current with opposite signs name the key of the one that is reversed",
+          "[scenario][faults]") {
+  const CoreConfig config = test::patched_pack(R"({"sensor": {"has_second_current": true}})");
+  for (const std::string_view fault :
+       {"sensor current_2 inverted on", "sensor current inverted on", "sensor current_2 stuck on"}) {
+    // A large load and the cells contradict the first sensor before the second does.
+    const bool is_first = fault == "sensor current inverted on";
+    CAPTURE(fault);
+    SimRun run(config);
+    run.apply("pack soc_permille 600");
+    run.apply(fault);
+    run.run_to(2);
+    run.apply("vehicle on");
+    run.run_to(8);
+    REQUIRE(run.core().sequence().phase == Phase::closed);
+    run.apply(is_first ? "load current_A 3" : "load current_A 20");
+    run_until_present(run, FaultId::current_sensors_disagree, 30);
+    REQUIRE(is_present(run, FaultId::current_sensors_disagree));
+    run.run_to(run.seconds() + 30);
+    for (const std::string& text :
+         {text_of(run, EventId::fault_confirmed), cause_text(run, FaultId::current_sensors_disagree)}) {
+      INFO(text);
+      CHECK(has(text, "sensor/second_is_reversed") == (fault != "sensor current_2 stuck on"));
+      CHECK(has(text, "sensor/invert_current and sensor/second_is_reversed are both the wrong way round") == is_first);
+    }
   }
 }

@@ -358,6 +358,35 @@ TEST_CASE("a charger that does not begin to come down after the stop is noticed 
   }
 }
 
+TEST_CASE("a sensor that sees leave the pack what the charger gives is a mirror of it, and no other is",
+          "[unit][charger]") {
+  struct Row {
+    const char* what;
+    std::int32_t told_mA;
+    std::int32_t sensed_mA;
+    bool is_plugged_in;
+    bool is_alone;
+    bool is_mirror;
+  };
+  for (const Row& row :
+       {Row{"as much", 4'000, 4'000, true, true, true}, Row{"a little less", 4'000, 3'000, true, true, true},
+        Row{"too little", 4'000, 2'990, true, true, false}, Row{"a tenth more", 20'000, 22'000, true, true, true},
+        Row{"too much", 20'000, 22'010, true, true, false},
+        Row{"the right way round", 4'000, -4'000, true, true, false},
+        Row{"next to nothing", 1'000, 1'500, true, true, false}, Row{"unplugged", 4'000, 4'000, false, true, false},
+        Row{"beside a vehicle", 4'000, 4'000, true, false, false}}) {
+    CAPTURE(row.what);
+    Bench bench;
+    bench.in.is_plugged_in = row.is_plugged_in;
+    bench.in.is_alone = row.is_alone;
+    bench.told_mA = {row.told_mA / 2, row.told_mA / 2};
+    bench.sensed_mA = row.sensed_mA;
+    bench.run(3s);
+    CHECK((bench.watch.mirrored_at() == bench.now - 10ms) == row.is_mirror);
+    CHECK((bench.watch.mirrored_at() == TimePoint{}) == !row.is_mirror);
+  }
+}
+
 TEST_CASE("chargers that tell another current than the sensor are noticed, loads beside them are not",
           "[unit][charger]") {
   Bench bench;

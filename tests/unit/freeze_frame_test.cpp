@@ -68,7 +68,8 @@ struct World {
                    .overload = overload,
                    .outputs = {.main_negative = true, .fan = true},
                    .phase = Phase::precharge,
-                   .mode = PackMode::closing});
+                   .mode = PackMode::closing,
+                   .link_time_constant = 23s});
   }
 };
 
@@ -100,6 +101,7 @@ TEST_CASE("everything that is known is kept", "[unit][faults]") {
   CHECK(frame.board_temperature_max_at == high);
   CHECK(frame.pack_voltage_mV == 12);
   CHECK(frame.link_voltage_mV == 13);
+  CHECK(frame.link_time_constant_ms == 23'000);
   CHECK(frame.current_mA == 14);
   CHECK(frame.current_2_mA == 19);
   CHECK(frame.soc_permille == 21);

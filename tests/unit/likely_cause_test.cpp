@@ -140,6 +140,17 @@ TEST_CASE("each key is named for the faults that it explains, by what speaks for
       {{.are_buses_swapped = true}, WrongKey::buses, lost},
       {{.are_results_out_of_range = true, .are_buses_swapped = true}, WrongKey::buses, lost},
       {{.link_time_constant = 20s}, WrongKey::link_decay, {FaultId::link_not_discharging}},
+      {{.is_without_charger = true, .do_cells_follow_steps = true}, WrongKey::none, {}},
+      {{.do_cells_oppose_steps = true},
+       WrongKey::invert_current_by_step,
+       {FaultId::charge_overcurrent, FaultId::charge_overload, FaultId::charge_not_allowed,
+        FaultId::discharge_overcurrent, FaultId::discharge_overload, FaultId::discharge_not_allowed}},
+      {{.is_charger_mirrored = true},
+       WrongKey::invert_current_by_charger,
+       {FaultId::discharge_overcurrent, FaultId::discharge_overload, FaultId::discharge_not_allowed,
+        FaultId::charger_contradicts}},
+      {{.do_cells_follow_steps = true, .is_charger_mirrored = true}, WrongKey::none, {}},
+      {{.are_sensors_mirrored = true}, WrongKey::second_is_reversed, {FaultId::current_sensors_disagree}},
       {{.do_cells_move_against_current = true},
        WrongKey::invert_current_by_cells,
        {FaultId::current_contradicts_voltage}},
@@ -230,6 +241,24 @@ TEST_CASE("too much charge without a charger names the direction of the current 
     REQUIRE(bench.run_until([&] { return bench.is_active(FaultId::charge_overcurrent); }, 2s));
     bench.run(100ms);
     CHECK(has(events_text(bench, EventId::fault_confirmed), "sensor/invert_current") == !has_charger);
+    CHECK(has(why_json({.core = bench.core(), .now = bench.now()}).dump(), "where no motor brakes either") ==
+          !has_charger);
+  }
+}
+
+TEST_CASE("that no charger was plugged in is known of the moment of the fault, not of a later one",
+          "[unit][core][faults][F16]") {
+  for (const bool has_charger : {false, true}) {
+    CAPTURE(has_charger);
+    CoreBench bench(small_pack());
+    REQUIRE(bench.close());
+    bench.inputs.charger_connected = has_charger;
+    bench.run(100ms);
+    bench.current_mA = -bench.core().config().limits.charge_overcurrent.open - 1'000;
+    REQUIRE(bench.run_until([&] { return bench.is_active(FaultId::charge_overcurrent); }, 2s));
+    bench.current_mA = 0;
+    bench.inputs.charger_connected = !has_charger;
+    bench.run(1s);
     CHECK(has(why_json({.core = bench.core(), .now = bench.now()}).dump(), "where no motor brakes either") ==
           !has_charger);
   }
@@ -379,6 +408,15 @@ TEST_CASE("a request to close that is refused names the values that it was refus
         "a fault is present: an emergency stop is pressed");
   CHECK(refusal_text(Blocker::fault, FaultId::cell_undervoltage, {}, 0) == "a fault is present");  // not known any more
 
+  CHECK(
+      refusal_text(Blocker::fault, FaultId::link_not_discharging, {true, 29'920}, 30'000) ==
+      "a fault is present: the contactors are open, but the link keeps the pack's voltage: link 29.920 V, pack 30.000 "
+      "V");
+  CHECK(
+      refusal_text(Blocker::fault, FaultId::contactor_welded, {true, 29'920, {.contactor = 1}}, 30'000) ==
+      "a fault is present: a contactor is closed that should be open, as its contact says or the link's voltage: main "
+      "positive: link 29.920 V, pack 30.000 V");
+
   CoreConfig config = small_pack();
   config.contactors.link_decay = 30s;  // a request is refused before the link is a fault
   CoreBench bench(config);
@@ -401,4 +439,49 @@ TEST_CASE("a request to close that is refused names the values that it was refus
     CHECK(has(why_json({.core = bench.core(), .now = bench.now()}).dump(),
               " ago: a fault is present: a cell's voltage is too low: cell 1.3"));
   }
+}
+
+TEST_CASE("a request that a fault of link and pack refuses names the voltages that it was confirmed by",
+          "[unit][core][F90]") {
+  CoreConfig config = small_pack();
+  config.contactors.link_decay = 5s;
+  CoreBench bench(config);
+  bench.run(1s);
+  bench.link_voltage_mV = 29'600;
+  bench.link_fall_mV_per_ms = 0;
+  REQUIRE(bench.run_until([&] { return bench.is_active(FaultId::link_not_discharging); }, 10s));
+  bench.link_voltage_mV = 100;  // meanwhile it has discharged
+  bench.run(1s);
+  bench.inputs.vehicle_on = true;
+  REQUIRE(bench.run_until([&] { return bench.core().last_refusal().has_happened; }, 10s));
+  const std::string voltages = "but the link keeps the pack's voltage: link 29.600 V, pack 29.600 V";
+  CHECK(has(events_text(bench, EventId::close_refused), voltages));
+  CHECK(has(why_json({.core = bench.core(), .now = bench.now()}).dump(), voltages));
+  // Over a restart, too.
+  CoreBench again(config, bench.core().persistent());
+  again.run(1s);
+  again.inputs.vehicle_on = true;
+  REQUIRE(again.run_until([&] { return again.core().last_refusal().has_happened; }, 10s));
+  CHECK(has(events_text(again, EventId::close_refused), voltages));
+}
+
+TEST_CASE("the decay that would do is known over a restart", "[unit][core][F82]") {
+  CoreConfig config = small_pack();
+  config.contactors.link_decay = 2s;
+  CoreBench bench(config);
+  bench.link_voltage_mV = 29'600;
+  bench.link_fall_mV_per_ms = 0;
+  bench.each_ms = [&bench] {
+    if (bench.now().time_since_epoch() % 100ms == 0ms) bench.link_voltage_mV -= bench.link_voltage_mV / 1'000;
+  };
+  REQUIRE(bench.run_until([&] { return bench.is_active(FaultId::link_not_discharging); }, 10s));
+  const std::string text = to_text(bench.core().likely_cause(FaultId::link_not_discharging, bench.now()));
+  INFO(text);
+  REQUIRE(has(events_text(bench, EventId::fault_confirmed), text));
+  REQUIRE(has(text, "contactors/link_decay_ms"));
+  bench.run(60s);
+  CHECK(has(why_json({.core = bench.core(), .now = bench.now()}).dump(), text));
+  CoreBench again(config, bench.core().persistent());
+  again.run(5s);  // its link is empty
+  CHECK(has(why_json({.core = again.core(), .now = again.now()}).dump(), text));
 }

@@ -244,6 +244,34 @@ TEST_CASE("all cells beginning to bleed with a step of the current do not contra
   }
 }
 
+TEST_CASE("a step that is too small for a verdict still says which way the cells answered it, one below 3 mV does not",
+          "[unit][core][estimators]") {
+  struct Row {
+    std::int32_t high_mA;
+    bool is_reversed;
+    StepAnswer answer;
+  };
+  for (const Row& row : {Row{2'000, false, StepAnswer::with}, Row{2'000, true, StepAnswer::against},
+                         Row{1'400, true, StepAnswer::none}}) {
+    CAPTURE(row.high_mA, row.is_reversed);
+    Drive drive;
+    drive.low_mA = 0;
+    drive.high_mA = row.high_mA;
+    drive.is_reversed = row.is_reversed;
+    drive.bench.run(5s);
+    CHECK(drive.steps().latest_answer() == row.answer);
+    CHECK(drive.steps().latest_contradiction() == Contradiction::none);
+    // The last word stays, and the next step has the next one.
+    drive.high_mA = 0;
+    drive.bench.run(5s);
+    CHECK(drive.steps().latest_answer() == row.answer);
+    drive.high_mA = 4'000;
+    drive.is_reversed = !row.is_reversed;
+    drive.bench.run(5s);
+    CHECK(drive.steps().latest_answer() == (row.is_reversed ? StepAnswer::with : StepAnswer::against));
+  }
+}
+
 namespace {
 
 /// A sensor that goes on telling what it told last, while the load behind it changes.

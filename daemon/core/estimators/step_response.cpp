@@ -20,6 +20,8 @@ constexpr std::int32_t step_floor_mA = 1'000;
 constexpr std::int32_t step_share = 10;
 /// Less than this of a whole cell's answer is noise.
 constexpr std::int64_t answer_min_uV = 5'000;
+/// For a text half of it will do.
+constexpr std::int64_t told_answer_min_uV = 3'000;
 /// The current has stood still for as long when a step of the voltages proves anything, and the step must be one of
 /// this many of the least steps, and of this much a cell.
 constexpr Duration still_min = 3s;
@@ -120,6 +122,7 @@ void StepResponse::judge_cycle(const ModuleTable& modules, const SensorTable& se
   } else {
     judge_ramp(sensors, before);
   }
+  if (!has_switched && kept_.is_of_one_instant) note_answer(now, sensors.current_window);
   if (!now.is_steady) return;
   compare_cells(modules, now);
   if (has_switched) return;
@@ -210,6 +213,27 @@ void StepResponse::judge_direction(const Picture& now) {
     const std::int64_t seen_uV = now.sum_uV - before.sum_uV;
     const bool is_against = (seen_uV > 0) != (expected_uV > 0) && 2 * std::llabs(seen_uV) >= std::llabs(expected_uV);
     take_verdict({.is_known = true, .value = is_against ? 1 : 0, .taken_at = now.taken_at}, Contradiction::against);
+  }
+}
+
+/// Compared with a steady picture before, all that the current did since is a change to one side, and the cells moved
+/// by half or more of what that makes of them. So a pack that opens a few samples after the current came has an answer.
+void StepResponse::note_answer(const Picture& now, const CurrentWindow& window) {
+  const auto cells = static_cast<std::int64_t>(cell_count_);
+  for (const Picture& before : pictures_) {
+    if (!before.is_steady || now.taken_at - before.taken_at > neighbours_max) continue;
+    const CurrentRange range = window.span(before.taken_at, now.taken_at + steady_around);
+    const std::int64_t risen_mA = std::int64_t{range.max_mA} - before.current_mA;
+    const std::int64_t fallen_mA = std::int64_t{before.current_mA} - range.min_mA;
+    const std::int64_t step_mA = risen_mA > fallen_mA ? risen_mA : -fallen_mA;
+    const bool is_one_sided = 5 * std::min(risen_mA, fallen_mA) <= std::llabs(step_mA);
+    const std::int64_t expected_uV = -step_mA * model_uOhm_ / 1'000 * cells;
+    const std::int64_t seen_uV = now.sum_uV - before.sum_uV;
+    const bool is_step = range.is_known && is_one_sided &&
+                         std::llabs(step_mA) >= std::max<std::int64_t>(step_floor_mA, step_min_mA_ / 5) &&
+                         std::llabs(expected_uV) >= told_answer_min_uV * cells;
+    if (!is_step || 2 * std::llabs(seen_uV) < std::llabs(expected_uV)) continue;
+    latest_answer_ = (seen_uV > 0) == (expected_uV > 0) ? StepAnswer::with : StepAnswer::against;
   }
 }
 

@@ -20,6 +20,9 @@
 // switch was seen to change is compared with nothing before its next picture but one, and a poll cycle that brings such
 // a change says nothing about the direction, nor is it compared with.
 //
+// A step that is too small for a verdict, by which a pack would open, may still say what is likely: `latest_answer` is
+// for the texts of faults.
+//
 // Cost: a look at two times a tick; two passes over the cells a poll cycle.
 #pragma once
 
@@ -42,6 +45,13 @@ enum class Contradiction : std::uint8_t {
   without,  // they moved, and it stood still: a sensor that repeats itself
 };
 
+/// What the cells said of a step of the current.
+enum class StepAnswer : std::uint8_t {
+  none,
+  with,     // their voltages moved as its direction has them move
+  against,  // they moved the other way
+};
+
 class StepResponse {
  public:
   void init(const CoreConfig& config);
@@ -62,6 +72,9 @@ class StepResponse {
   [[nodiscard]] const Reading& contradiction() const { return contradiction_; }
   /// Of the latest contradiction there was, however long ago.
   [[nodiscard]] Contradiction latest_contradiction() const { return latest_contradiction_; }
+  /// Of the cells to the latest step of the current that moved them by 3 mV or more, however long ago. It decides
+  /// nothing: one picture is enough for it, also of a current that has just stepped.
+  [[nodiscard]] StepAnswer latest_answer() const { return latest_answer_; }
 
   /// By number through the pack, from 0; 0 while not known.
   [[nodiscard]] std::int32_t cell_resistance_uOhm(std::size_t cell) const;
@@ -100,6 +113,7 @@ class StepResponse {
   [[nodiscard]] Picture picture_of(const SensorTable& sensors) const;
   void compare_cells(const ModuleTable& modules, const Picture& now);
   void judge_direction(const Picture& now);
+  void note_answer(const Picture& now, const CurrentWindow& window);
   void judge_stillness(const Picture& now);
   void judge_ramp(const SensorTable& sensors, TimePoint before);
   void take_verdict(const Reading& verdict, Contradiction contradiction);
@@ -124,6 +138,7 @@ class StepResponse {
   CurrentRampMonitor ramp_;
   Reading contradiction_;
   Contradiction latest_contradiction_ = Contradiction::none;
+  StepAnswer latest_answer_ = StepAnswer::none;
   Reading worst_cell_permille_;
   Reading average_permille_;
   std::int32_t average_uOhm_ = 0;
@@ -132,7 +147,7 @@ class StepResponse {
   [[nodiscard]] bool are_fields_possible() const { return head_ < pictures_.size(); }
   BMU_FIELDS(skipped(cell_count_), skipped(capacity_As_), skipped(series_resistance_Ohm_), skipped(sample_age_),
              skipped(resistance_activation_K_), model_uOhm_, skipped(step_min_mA_), kept_, last_steady_, pictures_,
-             bleeding_, head_, taken_at_, still_since_, ramp_, contradiction_, latest_contradiction_,
+             bleeding_, head_, taken_at_, still_since_, ramp_, contradiction_, latest_contradiction_, latest_answer_,
              worst_cell_permille_, average_permille_, average_uOhm_, cells_, skipped(elements_))
 };
 
