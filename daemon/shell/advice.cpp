@@ -42,19 +42,21 @@ constexpr std::array<CauseRow, fault_count> cause_table{{
     {FaultId::temperature_spread,
      "cooling that does not reach everywhere, one joint worse than the others, a sensor that has come off"},
     {FaultId::discharge_overcurrent,
-     "a short behind the contactors, or a controller that may draw more than the pack file says"},
+     "a short behind the contactors, or a controller that may draw more than the pack file says; or a current sensor "
+     "that counts the wrong way round (`sensor/invert_current`), so that a charge reads as a load"},
     {FaultId::charge_overcurrent,
      "a charger, or the braking of a motor, set to more than the pack file says; or a current sensor that counts the "
      "wrong way round (`sensor/invert_current`), so that each load reads as a charge"},
     {FaultId::discharge_overload,
      "a load above the continuous current for longer than the peak lasts, as on a long hill; the vehicle does not keep "
-     "to the limit that it is told"},
+     "to the limit that it is told; or a current sensor that counts the wrong way round (`sensor/invert_current`)"},
     {FaultId::charge_overload,
      "a charger or a long descent above the continuous current, which does not keep to the limit that it is given; or "
      "a current sensor that counts the wrong way round (`sensor/invert_current`)"},
     {FaultId::discharge_not_allowed,
      "something on the link draws current that bmud does not switch, as a converter, while the pack is closed for its "
-     "charger only"},
+     "charger only; or a current sensor that counts the wrong way round (`sensor/invert_current`), so that the charge "
+     "reads as a load"},
     {FaultId::charge_not_allowed,
      "a charger or a controller that does not keep to the charge limit, or has lost the vehicle's bus; or a current "
      "sensor that counts the wrong way round (`sensor/invert_current`)"},
@@ -63,14 +65,15 @@ constexpr std::array<CauseRow, fault_count> cause_table{{
      "sensor that was not set to zero"},
     {FaultId::pack_voltage_mismatch,
      "the sensor's voltage wire on the wrong side of a fuse, a fuse that has gone, a module too many or too few in the "
-     "pack file"},
+     "pack file (`modules`)"},
     {FaultId::module_voltage_mismatch, "a sense wire with a poor contact, or a measuring chip that is no longer true"},
     {FaultId::stuck_values, "a measuring chip or a firmware that repeats its last answer"},
     {FaultId::current_contradicts_voltage,
      "a sensor whose direction is the other one (`sensor/invert_current`), that sits on the wrong conductor, or that "
      "stands still"},
     {FaultId::current_sensors_disagree,
-     "an offset that was never set to zero, other ranges, or a conductor that only one of them embraces"},
+     "an offset that was never set to zero, other ranges, or a conductor that only one of them embraces; or a second "
+     "sensor that is mounted the other way round than `sensor/second_is_reversed` says"},
     {FaultId::soc_methods_disagree,
      "a current sensor with an offset or a wrong gain; a capacity in the cell file that these cells no longer have"},
     {FaultId::cell_model_mismatch,
@@ -148,7 +151,9 @@ constexpr std::array<CauseRow, fault_count> cause_table{{
      "nothing is connected behind the contactors; a shorted precharge resistor; a main contactor that is welded; a "
      "link "
      "with less capacitance than `contactors/precharge_min_ms` expects"},
-    {FaultId::precharge_overcurrent, "a short behind the contactors, or a precharge resistor of too few ohms"},
+    {FaultId::precharge_overcurrent,
+     "a short behind the contactors, or a precharge resistor of too few ohms for "
+     "`contactors/precharge_overcurrent_mA`"},
     {FaultId::contactor_feedback,
      "a coil without supply, a plug that has come off, an auxiliary contact wired the other way round (`active_low`)"},
     {FaultId::contactor_welded,
@@ -158,13 +163,17 @@ constexpr std::array<CauseRow, fault_count> cause_table{{
     {FaultId::link_not_discharging,
      "both main contactors welded; a link without a discharge resistor, which keeps its charge, or with one that takes "
      "longer than `contactors/link_decay_ms`; or a motor that turns"},
-    {FaultId::charger_silent, "a power cut, a plug that was pulled at the wall, a connector of the charger's bus"},
+    {FaultId::charger_silent,
+     "a power cut, a plug that was pulled at the wall, a connector of the charger's bus; a charger that speaks at "
+     "another bit rate than `interfaces/charger_kbit_per_s`"},
     {FaultId::charger_runaway,
-     "a second charger on the pack that the pack file does not know, a charger that is set by hand, a wrong protocol"},
+     "a second charger on the pack that the pack file does not know, a charger that is set by hand, a wrong protocol "
+     "(`charger/protocol`)"},
     {FaultId::charger_keeps_on, "a charger whose enable is wired to something else, or a second charger"},
     {FaultId::charger_trouble, "mains too weak, a hot garage, the charge contactor open while the charger looks"},
     {FaultId::charger_contradicts,
-     "a load beside the sensor, a sensor on the wrong wire, a charger that the pack file does not count"},
+     "a load beside the sensor, a sensor on the wrong wire or the wrong way round (`sensor/invert_current`), a charger "
+     "that the pack file does not count (`charger/units`)"},
     {FaultId::foreign_charger_master, "another master of the charger, or its maker's tool, on the same bus"},
     {FaultId::foreign_charger_commands, "another master of the charger, or its maker's tool, on the same bus"},
     {FaultId::inverter_silent,
@@ -180,9 +189,12 @@ constexpr std::array<CauseRow, fault_count> cause_table{{
      "back"},
     {FaultId::foreign_reporter, "a second pack or an old master with the same identifiers, or a played back log"},
     {FaultId::second_pack_silent,
-     "its master has no supply, or speaks at another base identifier or bit rate than the pack file says"},
+     "its master has no supply, or speaks at another base identifier (`second_pack/base_id`) or bit rate "
+     "(`interfaces/second_pack_kbit_per_s`) than the pack file says"},
     {FaultId::internal_bus_down, "the adapter was unplugged, or the interface was not brought up after the start"},
-    {FaultId::bus_off_storm, "a short between the bus wires, a node at another bit rate, or no terminator at all"},
+    {FaultId::bus_off_storm,
+     "a short between the bus wires, a node at another bit rate than `buses/internal_kbit_per_s`, or no terminator at "
+     "all"},
     {FaultId::bus_error_passive,
      "one terminator only, wires that are too long for the bit rate, or nobody else on the bus to acknowledge"},
     {FaultId::command_not_on_bus,
