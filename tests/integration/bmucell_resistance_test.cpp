@@ -57,8 +57,7 @@ struct Exported {
 
 }  // namespace
 
-TEST_CASE("the resistances of a recording with pulses are scored against the bench's",
-          "[integration][bmucell]") {
+TEST_CASE("the resistances of a recording with pulses are scored against the bench's", "[integration][bmucell]") {
   const Exported bench;
   const Finished finished = bmucell(bench.words({"--json"}));
   INFO(finished.err);
