@@ -13,6 +13,9 @@ build=$root/build
 out=$build/tests/rig/out/make_proof
 
 if [[ ${1:-} != --keep ]]; then
+  for name in "$@"; do
+    [[ -f $root/vcan-fixtures/proof/$name.scn ]] || { echo "make-proof.sh: found $name, expected names of vcan-fixtures/proof/*.scn" >&2; exit 1; }
+  done
   BMUD_BUILD_DIR=$build "$here/run-on-can.sh" --out "$out" --limit 1800 "$here/proof.sh" "$root" "$build/bin" -- "$@"
   BMUD_PROOF_RECORDINGS=$out "$build/bin/test_golden" "what was recorded*"
   for recording in "$out"/*.log.zst; do zstd -dcq "$recording" | zstd -19 -q -f -o "$root/vcan-fixtures/proof/$(basename "$recording")"; done
