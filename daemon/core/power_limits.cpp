@@ -79,12 +79,12 @@ PowerLimits power_limits(const CurrentLimits& limits, const PackState& pack, con
 
 void lower_to_power(CurrentLimits& limits, const PackState& pack, const PackLimitsConfig& config) {
   if (config.power_max_W == 0) return;
-  constexpr std::int64_t mA_mV_per_W = 1'000'000;
+  constexpr std::int64_t uW_per_W = 1'000'000;
   const Measured<std::int32_t>& voltage_mV = pack.pack_voltage_mV;
   const bool is_known = voltage_mV.is_valid() && voltage_mV.value > 0;
   for (const LimitRow& row : limit_rows) {
     CurrentLimit& limit = limits.*row.current;
-    const std::int64_t allowed_mA = is_known ? config.power_max_W * mA_mV_per_W / voltage_mV.value : 0;
+    const std::int64_t allowed_mA = is_known ? config.power_max_W * uW_per_W / voltage_mV.value : 0;
     if (allowed_mA >= limit.limit_mA) continue;
     const CurrentLimit before = limit;
     limit = {.limit_mA = static_cast<std::int32_t>(allowed_mA),
