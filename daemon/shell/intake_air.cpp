@@ -21,9 +21,10 @@ namespace {
 
 /// How long the end waits for the kernel.
 constexpr Duration end_max = 200ms;
-constexpr std::int64_t mC_per_dC = 100;
+/// The kernel's files hold thousandths of a degree Celsius.
+constexpr std::int64_t thousandths_per_dC = 100;
 /// Beyond these no sensor measures: the number is something else.
-constexpr std::int64_t limit_mC = 1'000'000;
+constexpr std::int64_t limit_thousandths = 1'000'000;
 
 /// Text, or why there is none.
 Result<std::string, std::string> read_text(const std::string& file) {
@@ -38,11 +39,11 @@ Result<std::string, std::string> read_text(const std::string& file) {
 
 std::optional<std::int32_t> air_temperature_dC(std::string_view text) {
   while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.remove_suffix(1);
-  std::int64_t temperature_mC = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), temperature_mC);
+  std::int64_t thousandths = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), thousandths);
   if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  if (temperature_mC < -limit_mC || temperature_mC > limit_mC) return std::nullopt;
-  return static_cast<std::int32_t>(divide_to_nearest(temperature_mC, mC_per_dC));
+  if (thousandths < -limit_thousandths || thousandths > limit_thousandths) return std::nullopt;
+  return static_cast<std::int32_t>(divide_to_nearest(thousandths, thousandths_per_dC));
 }
 
 struct IntakeAirReader::Shared {

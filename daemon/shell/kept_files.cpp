@@ -5,7 +5,6 @@
 #include <cctype>
 #include <cerrno>
 #include <charconv>
-#include <compare>
 #include <cstdio>
 #include <ctime>
 #include <filesystem>
@@ -49,7 +48,9 @@ struct Place {
   std::string_view time{};   // its own, or that of the file which it comes after; "" in no name of ours
   std::uint64_t number = 0;  // of those that come after it; 0: the time is its own
 
-  friend auto operator<=>(const Place&, const Place&) = default;
+  friend bool operator<(const Place& one, const Place& other) {
+    return std::pair(one.time, one.number) < std::pair(other.time, other.number);
+  }
 };
 
 /// `stem`: what is behind the prefix in a name.

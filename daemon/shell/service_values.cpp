@@ -12,7 +12,7 @@ namespace {
 
 constexpr double uOhm_per_Ohm = 1e6;
 
-std::string mOhm_text(const std::optional<std::int32_t>& resistance_uOhm) {
+std::string resistance_text(const std::optional<std::int32_t>& resistance_uOhm) {
   if (!resistance_uOhm) return "-";
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.2f", *resistance_uOhm / 1e3);
@@ -24,7 +24,7 @@ std::string mOhm_text(const std::optional<std::int32_t>& resistance_uOhm) {
 std::string service_line(const ServiceSecond& second, const HistoryLayout& layout) {
   std::string line = log_line(row_of(second.values, layout)) + " R:";
   for (std::size_t cell = 0; cell < second.values.cell_count; ++cell) {
-    line += (cell == 0 ? "" : ",") + mOhm_text(second.resistance_uOhm.at(cell));
+    line += (cell == 0 ? "" : ",") + resistance_text(second.resistance_uOhm.at(cell));
   }
   return line;
 }
