@@ -95,7 +95,7 @@ std::string spans_too_little(const Fit& fit, const ChargeReach& reach, const Cel
 std::string implausible_fit(const Fit& fit, const std::vector<FitSeries>& data, const CellModel& base,
                             double rmse_max_V) {
   for (const FitQuality& quality : fit.quality) {
-    const std::string problem = misses_too_much(quality, rmse_max_V);
+    std::string problem = misses_too_much(quality, rmse_max_V);
     if (!problem.empty()) return problem;
   }
   const std::string problem = is_no_cell(fit);
