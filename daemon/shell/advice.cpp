@@ -149,8 +149,7 @@ constexpr std::array<CauseRow, fault_count> cause_table{{
      "ends a try before the time is over"},
     {FaultId::precharge_too_fast,
      "nothing is connected behind the contactors; a shorted precharge resistor; a main contactor that is welded; a "
-     "link "
-     "with less capacitance than `contactors/precharge_min_ms` expects"},
+     "link with less capacitance than `contactors/precharge_min_ms` expects"},
     {FaultId::precharge_overcurrent,
      "a short behind the contactors, or a precharge resistor of too few ohms for "
      "`contactors/precharge_overcurrent_mA`"},

@@ -20,8 +20,8 @@ constexpr std::int32_t step_floor_mA = 1'000;
 constexpr std::int32_t step_share = 10;
 /// Less than this of a whole cell's answer is noise.
 constexpr std::int64_t answer_min_uV = 5'000;
-/// For a text half of it will do.
-constexpr std::int64_t told_answer_min_uV = 3'000;
+/// For a text, which decides nothing, less will do.
+constexpr std::int64_t text_answer_min_uV = 3'000;
 /// The current has stood still for as long when a step of the voltages proves anything, and the step must be one of
 /// this many of the least steps, and of this much a cell.
 constexpr Duration still_min = 3s;
@@ -231,7 +231,7 @@ void StepResponse::note_answer(const Picture& now, const CurrentWindow& window) 
     const std::int64_t seen_uV = now.sum_uV - before.sum_uV;
     const bool is_step = range.is_known && is_one_sided &&
                          std::llabs(step_mA) >= std::max<std::int64_t>(step_floor_mA, step_min_mA_ / 5) &&
-                         std::llabs(expected_uV) >= told_answer_min_uV * cells;
+                         std::llabs(expected_uV) >= text_answer_min_uV * cells;
     if (!is_step || 2 * std::llabs(seen_uV) < std::llabs(expected_uV)) continue;
     latest_answer_ = (seen_uV > 0) == (expected_uV > 0) ? StepAnswer::with : StepAnswer::against;
   }
