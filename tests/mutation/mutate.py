@@ -32,6 +32,7 @@ except ModuleNotFoundError:
 
 import blocks
 import instrument
+import kept_mutants
 import killers
 import mutants
 import safety_files
@@ -199,7 +200,7 @@ def write_json(path: Path, wanted: list[Mutant], killed: set[int], unreached: se
 def main() -> int:
     arguments = parse_arguments()
     watch = trial.Stopwatch()
-    sources, found = mutants.find(safety_files.ROOT, safety_files.safety_files())
+    sources, found = kept_mutants.find(safety_files.ROOT, safety_files.safety_files(), arguments.work)
     wanted = chosen(found, arguments)
     if arguments.list:
         print("\n".join(text_of(each) for each in wanted))

@@ -25,6 +25,7 @@ except ModuleNotFoundError:
 import blocks
 import coverage_report
 import instrument
+import kept_mutants
 import killers
 import mutants
 import mutate
@@ -107,6 +108,35 @@ class Mutation(unittest.TestCase):
         for mutant in find_in_toy()[1]:
             found.setdefault(mutant.source, []).append(mutant.change)
         self.assertEqual(found, EXPECTED)
+
+    def test_reads_the_mutants_again_only_after_a_change(self) -> None:
+        calls = 0
+
+        def finder(root: Path, files: list[str]) -> kept_mutants.Found:
+            nonlocal calls
+            calls += 1
+            return mutants.find(root, files)
+
+        with tempfile.TemporaryDirectory() as folder:
+            root, work = Path(folder) / "root", Path(folder) / "work"
+            (root / "daemon").mkdir(parents=True)
+            (root / "toy.cpp").write_bytes((safety_files.HERE / "toy.cpp").read_bytes())
+            first = kept_mutants.find(root, ["toy.cpp"], work, finder)
+            self.assertEqual(kept_mutants.find(root, ["toy.cpp"], work, finder)[1], first[1])
+            self.assertEqual(calls, 1)
+            with self.subTest("a source"):
+                (root / "toy.cpp").write_bytes(b"// One line more.\n" + (root / "toy.cpp").read_bytes())
+                moved = kept_mutants.find(root, ["toy.cpp"], work, finder)[1]
+                self.assertEqual([each.line for each in moved], [each.line + 1 for each in first[1]])
+                self.assertEqual(calls, 2)
+            with self.subTest("a header of the project"):
+                (root / "daemon" / "part.hpp").write_text("#pragma once\n")
+                kept_mutants.find(root, ["toy.cpp"], work, finder)
+                self.assertEqual(calls, 3)
+            with self.subTest("a damaged record"):
+                (work / "mutants.pickle").write_bytes(b"damaged")
+                self.assertEqual(kept_mutants.find(root, ["toy.cpp"], work, finder)[1], moved)
+                self.assertEqual(calls, 4)
 
     def test_kills_what_the_checks_can_tell(self) -> None:
         sources, found = find_in_toy()
@@ -434,7 +464,7 @@ class Listed(unittest.TestCase):
 
         instead = [
             unittest.mock.patch.object(sys, "argv", ["mutate.py", *words]),
-            unittest.mock.patch.object(mutants, "find", return_value=([], self.FOUND)),
+            unittest.mock.patch.object(kept_mutants, "find", return_value=([], self.FOUND)),
             unittest.mock.patch.object(survivors, "read", return_value=[self.SURVIVOR, *listed]),
             unittest.mock.patch.object(mutate, "changed_lines", return_value={"b.cpp": {4}} if "HEAD" in words else {}),
             unittest.mock.patch.object(mutate, "try_all", side_effect=all_but_the_first),
@@ -494,7 +524,7 @@ class InTime(unittest.TestCase):
         times_s = iter([0.0, first_s])
         instead = [
             unittest.mock.patch.object(sys, "argv", ["mutate.py", "--seconds", "10", "--jobs", "1"]),
-            unittest.mock.patch.object(mutants, "find", return_value=([], found)),
+            unittest.mock.patch.object(kept_mutants, "find", return_value=([], found)),
             unittest.mock.patch.object(survivors, "read", return_value=[]),
             unittest.mock.patch.object(trial, "copy_project"),
             unittest.mock.patch.object(trial, "build"),

@@ -147,7 +147,7 @@ rc::Gen<Course> courses(int for_ms, bool with_key) {
     int until_ms = 0;
     const auto is_late = [&](const Move& one) { return std::exchange(until_ms, until_ms + one.wait_ms) >= for_ms; };
     course.erase(std::find_if(course.begin(), course.end(), is_late), course.end());
-    return rc::shrinkable::shrinkRecur(std::move(course), shorter);
+    return rc::shrinkable::shrinkRecur(std::move(course), &shorter);
   };
 }
 
