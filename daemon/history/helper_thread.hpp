@@ -4,11 +4,13 @@
 
 #include <cstddef>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <utility>
 
 #include <pthread.h>
 
+#include "protocol/result.hpp"
 #include "protocol/time.hpp"
 
 namespace bmu {
@@ -16,15 +18,19 @@ namespace bmu {
 /// So many characters, and the zero at their end, has the kernel room for.
 inline constexpr std::size_t thread_name_size_max = 16;
 
-/// A thread that runs `run` under `name`, which `top -H`, `ps -L` and debuggers show: "bmud-" and what it does. Throws
-/// std::system_error if there is no thread to be had.
+/// A thread that runs `run` under `name`, which `top -H`, `ps -L` and debuggers show: "bmud-" and what it does. The
+/// error: the errno value with which the system refuses a thread; nothing runs then.
 template <std::size_t Size, class Run>
-[[nodiscard]] std::thread named_thread(const char (&name)[Size], Run run) {
+[[nodiscard]] Result<std::thread, int> named_thread(const char (&name)[Size], Run run) {
   static_assert(Size <= thread_name_size_max);
-  return std::thread([&name, run = std::move(run)] {
-    static_cast<void>(::pthread_setname_np(::pthread_self(), name));  // cannot fail: it is short enough, and its own
-    run();
-  });
+  try {
+    return std::thread([&name, run = std::move(run)] {
+      static_cast<void>(::pthread_setname_np(::pthread_self(), name));  // cannot fail: it is short enough, and its own
+      run();
+    });
+  } catch (const std::system_error& refused) {
+    return failure(refused.code().value());
+  }
 }
 
 /// `has_ended`: it is done, or about to return. If not, it hangs in a disk: it is left behind, and what it needs has to

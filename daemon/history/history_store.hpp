@@ -12,6 +12,7 @@
 
 #include "daemon/history/history_file.hpp"
 #include "daemon/history/history_row.hpp"
+#include "protocol/result.hpp"
 #include "protocol/time.hpp"
 
 namespace bmu {
@@ -47,8 +48,9 @@ class HistoryStore {
   /// Ends the thread; one that hangs in a disk is given up after 200 ms.
   ~HistoryStore();
 
-  /// Starts the thread, which opens the file. After prepare_signals(), whose mask it inherits.
-  void start();
+  /// Starts the thread, which opens the file. After prepare_signals(), whose mask it inherits. The error: the errno
+  /// value with which the system refuses a thread; nothing is written then.
+  [[nodiscard]] Result<void, int> start();
 
   // Take a copy and never wait. Of one thread, as is `health`.
   void offer(const Minute& minute);

@@ -67,7 +67,8 @@ class Recorder {
 
   /// For the loop; the same for as long as this lives.
   [[nodiscard]] RecordFeed& feed() { return feed_; }
-  void start();
+  /// Starts the thread. The error: the system refuses one; nothing is written then.
+  [[nodiscard]] Result<void, OsError> start();
   /// After the loop: what is left is written, and tried again where a disk takes it not at once; given up, and counted,
   /// after so long.
   RecorderEnd end(Duration at_most);

@@ -50,8 +50,9 @@ class StateStore {
   /// The next life begins in this process, with this state: found() is what a restart would have found after it had
   /// been written, whether the disk has taken it yet, or there is a file at all, or not. It is offered to be written.
   void carry_over(const PersistentState& state);
-  /// Starts the thread. After prepare_signals(), whose mask it inherits.
-  void start();
+  /// Starts the thread. After prepare_signals(), whose mask it inherits. The error: the system refuses a thread;
+  /// nothing is written then.
+  [[nodiscard]] Result<void, OsError> start();
 
   /// Takes a copy to be written. Never waits: false if the thread holds its lock just now (it does so for moments
   /// only); offer it again at the next tick. Without a file it is taken and forgotten.

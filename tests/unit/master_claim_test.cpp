@@ -63,6 +63,18 @@ TEST_CASE("a start listens for three periods of a master and a random time", "[u
   CHECK(claim_length(config, 0) == 300ms);
 }
 
+TEST_CASE("a claim that was never held is not taken up, however young the clock is", "[unit][claim][F39]") {
+  MasterClaim claim;
+  claim.begin(length, false);
+  const TimePoint first = TimePoint{} + claim_lapse / 2;
+  claim.note_port(Port::internal, true, first);
+  CHECK(claim.is_listening());
+  claim.note_port(Port::internal, false, first + 1ms);
+  claim.note_port(Port::internal, true, first + 2ms);
+  CHECK(claim.is_listening());
+  CHECK_FALSE(claim.may_command());
+}
+
 TEST_CASE("nothing may be sent before a start has listened for its time", "[unit][claim][F39]") {
   MasterClaim claim;
   claim.begin(length, false);
