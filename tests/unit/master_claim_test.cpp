@@ -236,6 +236,17 @@ TEST_CASE("a port that was down, and a gap in which the unit has opened by itsel
   CHECK(unused.may_command());
 }
 
+TEST_CASE("a port that begins down is listened to from when it is up", "[unit][claim]") {
+  MasterClaim claim = listening_since_start();
+  claim.note_port(Port::vehicle, false, start);
+  claim.step(start + length);
+  REQUIRE(claim.stage() == ClaimStage::proving);
+  CHECK_FALSE(claim.may_send(Port::vehicle, start + length));
+  claim.note_port(Port::vehicle, true, start + 1s);
+  CHECK_FALSE(claim.may_send(Port::vehicle, start + 1s + length - 1ns));
+  CHECK(claim.may_send(Port::vehicle, start + 1s + length));
+}
+
 TEST_CASE("a claim that is kept sends at once where its ports are up, and listens on those that come later",
           "[unit][claim]") {
   MasterClaim claim;
