@@ -4,6 +4,7 @@
 
 #include "daemon/core/limit_ramp.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/core_bench.hpp"
 #include "tests/support/living_pack.hpp"
 
 using namespace bmu;
@@ -140,10 +141,10 @@ TEST_CASE("the core holds the power of the pack at once, and its power limits ar
 TEST_CASE("a pack without tables of its cells has no resistance to predict with", "[unit][limits][POW_1]") {
   CoreConfig config = test::small_pack();
   config.dynamics = {};
-  LivingPack pack(config, 0.5);
-  pack.run(3s);
-  REQUIRE(pack.estimate().size() == 8);
-  const LoadResistance whole = load_resistance(pack.estimate());
+  test::CoreBench bench(config);
+  bench.run(3s);
+  REQUIRE(bench.core().estimate().size() == 8);
+  const LoadResistance whole = load_resistance(bench.core().estimate());
   CHECK(whole.peak_Ohm == 0.0);
   CHECK(whole.continuous_Ohm == 0.0);
 }
