@@ -198,6 +198,8 @@ stage_tidy() {
   tests/ci/tidy.py --build build-tidy --part "$part" --jobs "$jobs" "${chosen[@]}"
 }
 
+# What all slices of the mutants share.
+stage_mutation_build() { tests/mutation/mutate.py --prepare; }
 # stage_mutation K/N: of all mutants every Nth, beginning with the Kth.
 stage_mutation() { tests/mutation/mutate.py --part "$1"; }
 # Those of lines that recent commits changed: all, or a part of so many that can be tried in CI.

@@ -12,6 +12,7 @@ sees that for all of files.txt, or for the named files. docs/decisions/0006 says
   tests/mutation/mutate.py --since HEAD~1 --at-most 200 --turn 7   of more than 200 a part, the next one with the next number
   tests/mutation/mutate.py --since HEAD~1 --seconds 600       begins none later than that after the start; the verdict is on the tried ones
   tests/mutation/mutate.py --list                             names the mutants and tries none
+  tests/mutation/mutate.py --prepare                          builds them and learns what reaches which, and tries none
 """
 
 from __future__ import annotations
@@ -77,6 +78,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--turn", type=int, default=0, metavar="K", help="with --at-most: which part, counted round from 0")
     parser.add_argument("--seconds", type=positive, help="leave what has not begun so long after the start")
     parser.add_argument("--list", action="store_true", help="print the mutants and stop")
+    parser.add_argument("--prepare", action="store_true", help="build, learn what reaches which mutant, and stop")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the results there, too")
     parser.add_argument("--work", type=Path, default=safety_files.ROOT / "build-mutation", help="folder for copy and build")
     parser.add_argument("--jobs", type=int, default=2)
@@ -221,6 +223,10 @@ def main() -> int:
     trial.copy_project(safety_files.ROOT, arguments.work / "tree", instead)
     trial.build(arguments.work / "tree", arguments.work / "build", arguments.jobs)
     print(f"mutate: {len(wanted)} mutants, built after {watch}", flush=True)
+    if arguments.prepare:
+        reach = trial.learn_reach(arguments.work / "tree", arguments.work / "build")
+        print(f"mutate: {len(reach.cases)} test cases, learned after {watch}")
+        return 0
 
     def is_late() -> bool:
         return arguments.seconds is not None and watch.passed_s() > arguments.seconds

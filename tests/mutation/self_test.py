@@ -519,11 +519,11 @@ class Quick(unittest.TestCase):
 class InTime(unittest.TestCase):
     """What does not begin in time has no verdict, and is not called a survivor."""
 
-    def _run(self, first_s: float, begin_s: float) -> tuple[int, str]:
+    def _run(self, first_s: float, begin_s: float, *more: str) -> tuple[int, str]:
         found = [Mutant(number, "a.cpp", number, 1, f"line {number}", "0 -> 1") for number in (1, 2, 3)]
         times_s = iter([0.0, first_s])
         instead = [
-            unittest.mock.patch.object(sys, "argv", ["mutate.py", "--seconds", "10", "--jobs", "1"]),
+            unittest.mock.patch.object(sys, "argv", ["mutate.py", "--seconds", "10", "--jobs", "1", *more]),
             unittest.mock.patch.object(kept_mutants, "find", return_value=([], found)),
             unittest.mock.patch.object(survivors, "read", return_value=[]),
             unittest.mock.patch.object(trial, "copy_project"),
@@ -550,6 +550,13 @@ class InTime(unittest.TestCase):
         self.assertIn("mutate: 2 mutants were left after 10 s, and have no verdict", printed)
         self.assertNotIn("survived:", printed)
         self.assertIn("1 of 1 killed", printed)
+
+    def test_what_all_parts_share_is_prepared_without_trying_any(self) -> None:
+        with unittest.mock.patch.object(mutate, "try_all", side_effect=AssertionError("a mutant is tried")):
+            status, printed = self._run(0.0, 0.0, "--prepare")
+        self.assertEqual(status, 0, printed)
+        self.assertIn("3 mutants, built", printed)
+        self.assertIn("0 test cases, learned", printed)
 
     def test_a_run_that_tries_none_has_no_verdict(self) -> None:
         status, printed = self._run(10.1, 10.1)
