@@ -154,6 +154,7 @@ TEST_CASE("the resistance over ten seconds and a minute is that of all cells, ta
   CoreConfig config = test::small_pack();
   config.dynamics = test::sloped_cell();
   config.cell.capacity_uAs = 36'000'000'000;
+  for (CellDynamics::Row& row : config.dynamics->rows) row.series_Ohm.front() = 0.030;  // of an empty cell
   LivingPack pack(config, 0.5);
   pack.run(3s);
   const LoadResistance whole = load_resistance(pack.estimate());
