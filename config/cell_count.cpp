@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "config/json_reader.hpp"
+#include "config/json/json_reader.hpp"
 
 namespace bmu {
 

@@ -1,9 +1,9 @@
 // What the rows say, for documentation and for the schema.
 #include <type_traits>
 
-#include "config/cell_dynamics_reader.hpp"
-#include "config/charge_plateau_reader.hpp"
-#include "config/pack_fields.hpp"
+#include "config/cell_file/cell_dynamics_reader.hpp"
+#include "config/cell_file/charge_plateau_reader.hpp"
+#include "config/fields/pack_fields.hpp"
 #include "protocol/number_text.hpp"
 
 namespace bmu {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <set>
 
-#include "config/json_reader.hpp"
+#include "config/json/json_reader.hpp"
 
 namespace bmu {
 namespace {

@@ -5,17 +5,17 @@
 #include <optional>
 #include <system_error>
 
-#include "config/cell_config.hpp"
-#include "config/charger_checks.hpp"
-#include "config/gpio_section.hpp"
-#include "config/inverter_checks.hpp"
-#include "config/json_reader.hpp"
-#include "config/pack_checks.hpp"
-#include "config/pack_defaults.hpp"
-#include "config/pack_fields.hpp"
-#include "config/part_reader.hpp"
-#include "config/reaction_reader.hpp"
-#include "config/read_file.hpp"
+#include "config/cell_file/cell_config.hpp"
+#include "config/checks/charger_checks.hpp"
+#include "config/checks/inverter_checks.hpp"
+#include "config/checks/pack_checks.hpp"
+#include "config/checks/pack_defaults.hpp"
+#include "config/fields/gpio_section.hpp"
+#include "config/fields/pack_fields.hpp"
+#include "config/fields/part_reader.hpp"
+#include "config/fields/reaction_reader.hpp"
+#include "config/json/json_reader.hpp"
+#include "config/json/read_file.hpp"
 #include "protocol/fnv.hpp"
 
 namespace bmu {

@@ -12,12 +12,12 @@
 #include <string_view>
 #include <vector>
 
-#include "config/gpio_config.hpp"
-#include "config/history_config.hpp"
-#include "config/intake_air_config.hpp"
-#include "config/interface_config.hpp"
-#include "config/serial_config.hpp"
-#include "daemon/core/core_config.hpp"
+#include "config/types/gpio_config.hpp"
+#include "config/types/history_config.hpp"
+#include "config/types/intake_air_config.hpp"
+#include "config/types/interface_config.hpp"
+#include "config/types/serial_config.hpp"
+#include "daemon/core/types/core_config.hpp"
 #include "protocol/result.hpp"
 
 namespace bmu {

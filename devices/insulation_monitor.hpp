@@ -3,8 +3,8 @@
 //   const InsulationDriver& driver = *find_device("iso165c")->insulation;
 //   if (driver.take(frame, report) == MonitorWord::report) ...
 //
-// A report is taken as a whole. What follows from it is the core's (daemon/core/insulation_table.hpp). `report` looks
-// from the other side, for emulated monitors; a test holds both against each other. Pure.
+// A report is taken as a whole. What follows from it is the core's (daemon/core/measurement/insulation_table.hpp).
+// `report` looks from the other side, for emulated monitors; a test holds both against each other. Pure.
 #pragma once
 
 #include <cstdint>

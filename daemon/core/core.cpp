@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "daemon/core/swapped_buses.hpp"
+#include "daemon/core/vehicle/swapped_buses.hpp"
 
 namespace bmu {
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "daemon/core/decisions.hpp"
-#include "daemon/core/observation.hpp"
+#include "daemon/core/types/observation.hpp"
 
 namespace bmu {
 

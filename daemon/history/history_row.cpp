@@ -4,7 +4,7 @@
 #include <array>
 #include <charconv>
 
-#include "daemon/core/vehicle_state.hpp"
+#include "daemon/core/vehicle/vehicle_state.hpp"
 #include "protocol/units.hpp"
 
 namespace bmu {

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/core/event.hpp"
+#include "daemon/core/records/event.hpp"
 #include "daemon/history/minute.hpp"
 
 namespace bmu {
@@ -104,7 +104,7 @@ struct HistoryRow {
   std::string warnings;  //
 
   // At the end of the minute; not there in rows of a schema before the second.
-  HistoryNumber energy_left_mWh;        // at the load of then (estimators/energy_left.hpp)
+  HistoryNumber energy_left_mWh;        // at the load of then (estimation/energy_left.hpp)
   HistoryNumber energy_left_sigma_mWh;  // one standard deviation
   HistoryNumber discharge_power_W;      // permissible: power_limits.hpp
   HistoryNumber charge_power_W;

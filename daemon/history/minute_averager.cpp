@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "daemon/core/estimators/energy_left.hpp"
-#include "daemon/core/estimators/pack_health.hpp"
+#include "daemon/core/estimation/energy_left.hpp"
+#include "daemon/core/estimation/pack_health.hpp"
 #include "protocol/units.hpp"
 
 namespace bmu {

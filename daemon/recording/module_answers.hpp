@@ -33,7 +33,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "daemon/core/core_config.hpp"
+#include "daemon/core/types/core_config.hpp"
 #include "daemon/recording/told_bleeding.hpp"
 #include "protocol/frame.hpp"
 #include "protocol/tables/internal_bus.hpp"

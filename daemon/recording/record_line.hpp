@@ -30,7 +30,7 @@
 #include <variant>
 
 #include "daemon/core/decisions.hpp"
-#include "daemon/core/observation.hpp"
+#include "daemon/core/types/observation.hpp"
 #include "protocol/candump.hpp"
 #include "protocol/result.hpp"
 

@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <utility>
 
-#include "config/bus_rate.hpp"
-#include "config/pack_fields.hpp"
+#include "config/checks/bus_rate.hpp"
+#include "config/fields/pack_fields.hpp"
 #include "daemon/core/core_image.hpp"
 #include "daemon/recording/image_lines.hpp"
 #include "daemon/recording/record_writer.hpp"

@@ -18,7 +18,7 @@
 
 #include "daemon/shell/daemon_life.hpp"
 #include "daemon/shell/reload.hpp"
-#include "daemon/shell/sole_use.hpp"
+#include "daemon/shell/system/sole_use.hpp"
 
 namespace bmu {
 

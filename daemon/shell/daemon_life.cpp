@@ -4,11 +4,11 @@
 #include <random>
 #include <utility>
 
-#include "config/bus_checks.hpp"
-#include "config/device_rates.hpp"
-#include "config/identifier_checks.hpp"
-#include "daemon/shell/driven_lines.hpp"
-#include "daemon/shell/history_log.hpp"
+#include "config/checks/bus_checks.hpp"
+#include "config/checks/device_rates.hpp"
+#include "config/checks/identifier_checks.hpp"
+#include "daemon/shell/gpio/driven_lines.hpp"
+#include "daemon/shell/serial/history_log.hpp"
 
 namespace bmu {
 

@@ -8,8 +8,8 @@
 // What is left is the way from that look at the clock into the kernel: a few instructions.
 #pragma once
 
+#include "daemon/core/contactors/output_gate.hpp"
 #include "daemon/core/decisions.hpp"
-#include "daemon/core/output_gate.hpp"
 #include "protocol/tables/internal_bus.hpp"
 
 namespace bmu {

@@ -6,16 +6,16 @@
 
 #include <unistd.h>
 
-#include "config/bus_checks.hpp"
-#include "config/pack_checks.hpp"
+#include "config/checks/bus_checks.hpp"
+#include "config/checks/pack_checks.hpp"
 #include "config/pack_config.hpp"
 #include "daemon/shell/daemon.hpp"
 #include "daemon/shell/daemon_life.hpp"
-#include "daemon/shell/driven_lines.hpp"
-#include "daemon/shell/gpio_lines.hpp"
-#include "daemon/shell/journal.hpp"
+#include "daemon/shell/gpio/driven_lines.hpp"
+#include "daemon/shell/gpio/gpio_lines.hpp"
 #include "daemon/shell/options.hpp"
-#include "daemon/shell/real_time.hpp"
+#include "daemon/shell/system/journal.hpp"
+#include "daemon/shell/system/real_time.hpp"
 
 namespace {
 

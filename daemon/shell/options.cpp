@@ -9,8 +9,8 @@
 #include <CLI/CLI.hpp>
 #include <sys/un.h>
 
-#include "config/pack_fields.hpp"
-#include "tools/common/command_line.hpp"
+#include "config/fields/pack_fields.hpp"
+#include "daemon/shell/cli/command_line.hpp"
 
 namespace bmu {
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "daemon/shell/real_time.hpp"
+#include "daemon/shell/system/real_time.hpp"
 
 namespace bmu {
 

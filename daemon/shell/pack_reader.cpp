@@ -7,9 +7,9 @@
 
 #include <sys/eventfd.h>
 
-#include "config/pack_checks.hpp"
+#include "config/checks/pack_checks.hpp"
 #include "daemon/history/helper_thread.hpp"
-#include "daemon/shell/owned_fd.hpp"
+#include "daemon/shell/system/owned_fd.hpp"
 
 namespace bmu {
 

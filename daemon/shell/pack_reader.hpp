@@ -11,10 +11,10 @@
 #include <thread>
 
 #include "config/pack_config.hpp"
-#include "daemon/shell/access.hpp"
-#include "daemon/shell/cell_count_setting.hpp"
-#include "daemon/shell/os_error.hpp"
-#include "daemon/shell/user_names.hpp"
+#include "daemon/shell/serial/cell_count_setting.hpp"
+#include "daemon/shell/status/access.hpp"
+#include "daemon/shell/status/user_names.hpp"
+#include "daemon/shell/system/os_error.hpp"
 #include "protocol/result.hpp"
 
 namespace bmu {

@@ -12,7 +12,7 @@
 
 #include "config/pack_changes.hpp"
 #include "daemon/core/core.hpp"
-#include "daemon/shell/core_view.hpp"
+#include "daemon/shell/json/core_view.hpp"
 
 namespace bmu {
 

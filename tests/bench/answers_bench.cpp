@@ -3,7 +3,7 @@
 
 #include <benchmark/benchmark.h>
 
-#include "daemon/shell/status_requests.hpp"
+#include "daemon/shell/status/status_requests.hpp"
 #include "tests/support/told_core.hpp"
 
 namespace bmu {

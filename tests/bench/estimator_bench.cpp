@@ -3,12 +3,12 @@
 
 #include <benchmark/benchmark.h>
 
-#include "daemon/core/estimators/cell_estimate.hpp"
-#include "daemon/core/estimators/cell_health.hpp"
-#include "daemon/core/estimators/resistance_tracker.hpp"
-#include "daemon/core/estimators/soc_coulomb.hpp"
-#include "daemon/core/estimators/soc_filter.hpp"
-#include "daemon/core/estimators/soc_mixed.hpp"
+#include "daemon/core/estimation/health/cell_health.hpp"
+#include "daemon/core/estimation/health/resistance_tracker.hpp"
+#include "daemon/core/estimation/soc/cell_estimate.hpp"
+#include "daemon/core/estimation/soc/soc_coulomb.hpp"
+#include "daemon/core/estimation/soc/soc_filter.hpp"
+#include "daemon/core/estimation/soc/soc_mixed.hpp"
 #include "tests/support/simulated_cell.hpp"
 
 namespace {

@@ -5,7 +5,7 @@
 
 #include <benchmark/benchmark.h>
 
-#include "mmu/simulator.hpp"
+#include "mmu/scenario/simulator.hpp"
 #include "tests/support/mmu_bench.hpp"
 
 namespace {

@@ -1,6 +1,6 @@
 // Rows 38 to 58 of the catalogue: the bus and the interface to it, as far as the core can tell.
-#include "daemon/core/bus_watch.hpp"
-#include "daemon/core/output_gate.hpp"
+#include "daemon/core/contactors/output_gate.hpp"
+#include "daemon/core/plausibility/bus_watch.hpp"
 #include "protocol/tables/internal_bus.hpp"
 #include "tests/catalogue/catalogue.hpp"
 #include "tests/catalogue/frames.hpp"

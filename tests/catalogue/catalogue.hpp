@@ -16,7 +16,7 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/core/fault_table.hpp"
+#include "daemon/core/faults/fault_table.hpp"
 #include "tests/support/wired_pack.hpp"
 
 namespace bmu::test {

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "mmu/random.hpp"
+#include "mmu/devices/random.hpp"
 #include "tests/catalogue/catalogue.hpp"
 #include "tests/support/catch.hpp"
 

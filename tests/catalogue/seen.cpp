@@ -1,11 +1,11 @@
 // What the configuration lets each way of noticing take.
 #include <algorithm>
 
-#include "daemon/core/balancing_switches.hpp"
-#include "daemon/core/charger_watch.hpp"
-#include "daemon/core/command_link.hpp"
-#include "daemon/core/fault_evaluate.hpp"
-#include "daemon/core/insulation_table.hpp"
+#include "daemon/core/contactors/command_link.hpp"
+#include "daemon/core/faults/fault_evaluate.hpp"
+#include "daemon/core/measurement/insulation_table.hpp"
+#include "daemon/core/plausibility/balancing_switches.hpp"
+#include "daemon/core/plausibility/charger_watch.hpp"
 #include "protocol/tables/internal_bus.hpp"
 #include "tests/catalogue/catalogue.hpp"
 

@@ -3,7 +3,7 @@
 
     check_rights.py SOURCE_DIRECTORY
 
-That table is held against the daemon's own by tests/unit/socket_page_test.cpp.
+That table is held against the daemon's own by tests/unit/daemon/shell/status/socket_page_test.cpp.
 """
 import re
 import sys

@@ -1,8 +1,8 @@
 // Cell files: one that is accepted is written as a text that is accepted, and is then written the same again.
 //
 // Input: a cell file.
-#include "config/cell_config.hpp"
-#include "config/cell_file_writer.hpp"
+#include "config/cell_file/cell_config.hpp"
+#include "config/cell_file/cell_file_writer.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 using namespace bmu;

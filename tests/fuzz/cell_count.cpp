@@ -13,7 +13,7 @@
 #include <string>
 
 #include "config/pack_config.hpp"
-#include "daemon/shell/cell_count_setting.hpp"
+#include "daemon/shell/serial/cell_count_setting.hpp"
 #include "protocol/fnv.hpp"
 #include "protocol/number_text.hpp"
 #include "tests/fuzz/fuzz.hpp"

@@ -8,7 +8,7 @@
 #include <memory>
 #include <optional>
 
-#include "daemon/core/output_gate.hpp"
+#include "daemon/core/contactors/output_gate.hpp"
 #include "tests/fuzz/fuzz.hpp"
 #include "tests/support/living_pack.hpp"
 

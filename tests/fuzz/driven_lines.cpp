@@ -3,7 +3,7 @@
 // there is a message of one line, and the lines of the pack file are opened.
 //
 // Input: the file. Whether the kernel grants all lines in one request follows from its size.
-#include "daemon/shell/driven_lines.hpp"
+#include "daemon/shell/gpio/driven_lines.hpp"
 
 #include <cerrno>
 #include <set>
@@ -12,7 +12,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "daemon/shell/gpio_lines.hpp"
+#include "daemon/shell/gpio/gpio_lines.hpp"
 #include "tests/fuzz/fuzz.hpp"
 #include "tests/fuzz/memory_file.hpp"
 

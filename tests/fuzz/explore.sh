@@ -51,14 +51,14 @@ wrong_usage() {
 # The parser's own files, for the last column: a pattern over their paths.
 declare -A parser_files=(
   [candump]='protocol/candump(_screen)?\.'
-  [cell]='config/(cell_|charge_plateau|derating_reader|fields|json_reader|list_fields)'
-  [cell_count]='daemon/shell/cell_count_setting\.|config/cell_count\.'
+  [cell]='config/(cell_file/|fields/(fields|list_fields)|json/json_reader)'
+  [cell_count]='daemon/shell/serial/cell_count_setting\.|config/cell_count\.'
   [core_image]='daemon/core/core_image\.|protocol/(image|fields|enumerators)\.'
-  [driven_lines]='daemon/shell/driven_lines\.'
+  [driven_lines]='daemon/shell/gpio/driven_lines\.'
   [drivers]='devices/[a-z0-9_]*/'
   [dump]='tools/bmudump/|protocol/candump(_screen)?\.'
   [frames]='protocol/(receive_check|signal|message|bits)\.'
-  [guests]='daemon/core/(cell_requests|cell_question|charger_|inverter_|second_pack)'
+  [guests]='daemon/core/[a-z]*/(cell_requests|cell_question|charger_|inverter_|second_pack)'
   [history_pages]='daemon/history/(stray_rows|row_blob|history_reader|history_lives|history_row|history_columns)\.'
   [insulation]='protocol/ir155\.'
   [pack]='config/'
@@ -66,11 +66,11 @@ declare -A parser_files=(
   [record_line]='daemon/recording/record_line\.|protocol/candump\.'
   [recording]='daemon/recording/'
   [reply]='tools/bmuctl/|tools/common/(page|canvas)\.'
-  [requests]='daemon/shell/(status_|why_|faults_|health_|modules_|balance_|freeze_).*'
-  [script]='mmu/scenario'
-  [serial]='daemon/shell/serial_'
-  [state]='daemon/shell/state_'
-  [table]='tools/bmucell/csv_(file|table|text)\.'
+  [requests]='daemon/shell/(status|json)/(status_|why_|faults_|health_|modules_|balance_|freeze_).*'
+  [script]='mmu/scenario/scenario'
+  [serial]='daemon/shell/serial/serial_'
+  [state]='daemon/shell/state/state_'
+  [table]='tools/bmucell/data/csv_(file|table|text)\.'
 )
 
 parse_arguments() {

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "config/cell_count.hpp"
+#include "config/fields/pack_fields.hpp"
 #include "config/pack_config.hpp"
-#include "config/pack_fields.hpp"
 #include "tests/fuzz/fuzz.hpp"
 #include "tools/common/virtual_run.hpp"
 

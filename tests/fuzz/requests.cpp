@@ -13,7 +13,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "daemon/shell/status_requests.hpp"
+#include "daemon/shell/status/status_requests.hpp"
 #include "tests/fuzz/fuzz.hpp"
 #include "tests/support/told_core.hpp"
 

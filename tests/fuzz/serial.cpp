@@ -3,7 +3,7 @@
 // Input: bytes as they come. A number of cells is taken while the first of them is even.
 #include <algorithm>
 
-#include "daemon/shell/serial_commands.hpp"
+#include "daemon/shell/serial/serial_commands.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 using namespace bmu;

@@ -11,8 +11,8 @@
 
 #include "config/pack_config.hpp"
 #include "daemon/core/core.hpp"
-#include "daemon/shell/state_file.hpp"
-#include "daemon/shell/state_text.hpp"
+#include "daemon/shell/state/state_file.hpp"
+#include "daemon/shell/state/state_text.hpp"
 #include "protocol/fnv.hpp"
 #include "tests/fuzz/fuzz.hpp"
 #include "tests/support/folders.hpp"

@@ -6,7 +6,7 @@
 
 #include "tests/fuzz/fuzz.hpp"
 #include "tests/fuzz/memory_file.hpp"
-#include "tools/bmucell/csv_file.hpp"
+#include "tools/bmucell/data/csv_file.hpp"
 
 using namespace bmu;
 

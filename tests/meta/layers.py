@@ -15,21 +15,17 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 LAYERS = {
     "protocol": [],
     "devices": ["protocol"],
-    "mmu": ["devices", "protocol", "daemon/core/core_config.hpp", "daemon/core/cell_model.hpp"],
+    "mmu": ["devices", "protocol", "daemon/core/types/core_config.hpp", "daemon/core/cell/cell_model.hpp"],
     "daemon/core": ["devices", "protocol"],
     "config": ["daemon/core", "devices", "protocol"],
     "daemon/history": ["daemon/core", "protocol"],
     "daemon/recording": ["config", "daemon/core", "protocol"],
     "daemon/shell": ["config", "daemon/core", "daemon/history", "daemon/recording", "devices", "protocol"],
-    # A program's command line is told like those of the tools.
-    "daemon/shell/options.cpp": ["config", "daemon", "protocol", "tools/common/command_line.hpp"],
-    # Written as the tools write their files.
-    "daemon/shell/driven_lines.cpp": ["config", "daemon", "protocol", "tools/common/whole_file.hpp"],
     "tools/common": ["config", "daemon", "mmu", "protocol"],
     "tools/report": ["config", "daemon", "protocol", "tools/common"],
-    "tools/bmucell": ["config", "daemon/core", "protocol", "tools/common"],
+    "tools/bmucell": ["config", "daemon/core", "daemon/shell/cli", "daemon/shell/system/whole_file.hpp", "protocol", "tools/common"],
     "tools/bmuctl": ["daemon", "protocol", "tools/common", "tools/report"],
-    "tools/bmudump": ["daemon/shell/bus_port.hpp", "devices", "protocol", "tools/common"],
+    "tools/bmudump": ["daemon/shell/can/bus_port.hpp", "daemon/shell/cli", "devices", "protocol", "tools/common"],
     "tools/bmureplay": ["config", "daemon", "protocol", "tools/common"],
     "tools/mmusim": ["config", "daemon", "mmu", "protocol", "tools/common"],
     # Tests may look at everything; nobody else looks at tests.

@@ -8,12 +8,12 @@ cd "$(dirname "$0")/../.."
 
 standard='algorithm|array|bit|bitset|charconv|chrono|cmath|compare|concepts|cstddef|cstdint|cstdio|cstdlib|cstring|functional|limits|numeric|optional|span|string_view|tuple|type_traits|utility|variant'
 # Whole texts for people are made on demand, never in a tick; these files may build strings for them.
-text_files='daemon/core/event\.(hpp|cpp)|protocol/dbc\.(hpp|cpp)|mmu/scenario.*|mmu/simulator\.(hpp|cpp)|mmu/world\.(hpp|cpp)'
+text_files='daemon/core/records/event\.(hpp|cpp)|protocol/dbc\.(hpp|cpp)|mmu/scenario/scenario.*|mmu/scenario/simulator\.(hpp|cpp)|mmu/scenario/world\.(hpp|cpp)'
 
 declare -A may_include=(
   [protocol]='protocol/'
   [devices]='protocol/|devices/'
-  [mmu]='protocol/|devices/|mmu/|daemon/core/(core_config|cell_model)\.hpp'
+  [mmu]='protocol/|devices/|mmu/|daemon/core/(types/core_config|cell/cell_model)\.hpp'
   [daemon/core]='protocol/|devices/|daemon/core/'
 )
 

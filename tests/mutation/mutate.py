@@ -6,7 +6,7 @@ not, or if a listed one is killed by a quick test, 2 if something is wrong with 
 sees that for all of files.txt, or for the named files. docs/decisions/0006 says more.
 
   tests/mutation/mutate.py                                    all of files.txt
-  tests/mutation/mutate.py --file daemon/core/permission.cpp  one file, or several
+  tests/mutation/mutate.py --file daemon/core/contactors/permission.cpp  one file, or several
   tests/mutation/mutate.py --since HEAD~1                     lines changed since then, in the working tree
   tests/mutation/mutate.py --part 2/3                         every third mutant, beginning with the second
   tests/mutation/mutate.py --since HEAD~1 --at-most 200 --turn 7   of more than 200 a part, the next one with the next number

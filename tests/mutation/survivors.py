@@ -1,6 +1,6 @@
 """survivors.txt: mutants that no test can or need tell from the original, each with the reason. Blocks like
 
-file: daemon/core/limits.cpp
+file: daemon/core/limits/limits.cpp
 line: if (room <= 0) return 0;
 change: <= -> <
 reason: without room the share is zero either way

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "devices/device_list.hpp"
-#include "mmu/can_requester.hpp"
-#include "mmu/request_words.hpp"
+#include "mmu/devices/can_requester.hpp"
+#include "mmu/devices/request_words.hpp"
 #include "protocol/candump.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/patched_pack.hpp"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string>
 
-#include "mmu/simulator.hpp"
+#include "mmu/scenario/simulator.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/mmu_bench.hpp"
 

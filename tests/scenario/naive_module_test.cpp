@@ -10,7 +10,7 @@
 #include <variant>
 #include <vector>
 
-#include "mmu/random.hpp"
+#include "mmu/devices/random.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/core_bench.hpp"
 #include "tests/support/mmu_bench.hpp"

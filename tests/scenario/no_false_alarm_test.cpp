@@ -4,7 +4,7 @@
 #include <string>
 
 #include "config/pack_config.hpp"
-#include "mmu/random.hpp"
+#include "mmu/devices/random.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/folders.hpp"
 #include "tests/support/sim_run.hpp"

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <iterator>
 
+#include "config/json/read_file.hpp"
 #include "config/pack_config.hpp"
-#include "config/read_file.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/proofs.hpp"
 #include "tools/common/virtual_run.hpp"

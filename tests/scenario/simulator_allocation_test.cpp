@@ -2,7 +2,7 @@
 // program is counted.
 #include <memory>
 
-#include "mmu/simulator.hpp"
+#include "mmu/scenario/simulator.hpp"
 #include "tests/support/allocation_count.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/mmu_bench.hpp"

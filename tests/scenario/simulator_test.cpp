@@ -1,5 +1,5 @@
 // The emulated world as a whole, without a master: the master's frames are sent by hand.
-#include "mmu/simulator.hpp"
+#include "mmu/scenario/simulator.hpp"
 
 #include <algorithm>
 #include <chrono>

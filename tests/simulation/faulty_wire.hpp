@@ -3,7 +3,7 @@
 // overtake each other. Which frame it is, a random sequence says: the same seed does the same to the same frames.
 #pragma once
 
-#include "mmu/random.hpp"
+#include "mmu/devices/random.hpp"
 #include "tests/support/wired_pack.hpp"
 
 namespace bmu::test {

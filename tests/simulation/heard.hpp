@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/core/core_config.hpp"
+#include "daemon/core/types/core_config.hpp"
 #include "protocol/frame.hpp"
 
 namespace bmu::test {

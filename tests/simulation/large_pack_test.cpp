@@ -1,5 +1,5 @@
 // The largest pack there can be: 63 modules of 12 cells, 756 in series, on a bus of 1 Mbit/s with exact lengths.
-#include "config/bus_budget.hpp"
+#include "config/checks/bus_budget.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/core_bench.hpp"
 #include "tests/support/wired_pack.hpp"

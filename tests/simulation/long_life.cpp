@@ -8,9 +8,9 @@
 
 #include <unistd.h>
 
-#include "daemon/core/estimators/pack_estimate.hpp"
-#include "mmu/mmu.hpp"
-#include "mmu/simulator.hpp"
+#include "daemon/core/estimation/pack_estimate.hpp"
+#include "mmu/devices/mmu.hpp"
+#include "mmu/scenario/simulator.hpp"
 #include "protocol/tables/vehicle_bus.hpp"
 #include "tests/simulation/soc_watch.hpp"
 #include "tests/support/allocation_count.hpp"

@@ -6,9 +6,9 @@
 
 #include <unistd.h>
 
+#include "daemon/shell/cli/command_line.hpp"
 #include "tests/simulation/long_life.hpp"
 #include "tests/simulation/sweep.hpp"
-#include "tools/common/command_line.hpp"
 
 namespace bmu::test {
 namespace {

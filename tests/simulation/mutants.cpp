@@ -6,7 +6,7 @@
 #include <memory>
 #include <utility>
 
-#include "daemon/core/output_gate.hpp"
+#include "daemon/core/contactors/output_gate.hpp"
 #include "devices/device_list.hpp"
 #include "protocol/receive_check.hpp"
 #include "protocol/tables/internal_bus.hpp"

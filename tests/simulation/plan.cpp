@@ -4,8 +4,8 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "config/checks/pack_defaults.hpp"
 #include "config/pack_config.hpp"
-#include "config/pack_defaults.hpp"
 #include "devices/device_list.hpp"
 #include "tests/support/core_bench.hpp"
 #include "tests/support/folders.hpp"

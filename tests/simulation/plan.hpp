@@ -18,8 +18,8 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/core/core_config.hpp"
-#include "mmu/random.hpp"
+#include "daemon/core/types/core_config.hpp"
+#include "mmu/devices/random.hpp"
 #include "tests/simulation/stage.hpp"
 
 namespace bmu::test {

@@ -7,9 +7,9 @@
 #include <string>
 #include <string_view>
 
-#include "daemon/core/contactor_ledger.hpp"
-#include "daemon/core/contactor_sequence.hpp"
-#include "daemon/core/pack_totals.hpp"
+#include "daemon/core/contactors/contactor_ledger.hpp"
+#include "daemon/core/contactors/contactor_sequence.hpp"
+#include "daemon/core/estimation/health/pack_totals.hpp"
 #include "protocol/time.hpp"
 
 namespace bmu::test {

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "config/bus_budget.hpp"
-#include "daemon/core/poll_schedule.hpp"
+#include "config/checks/bus_budget.hpp"
+#include "daemon/core/modules/poll_schedule.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/core_bench.hpp"
 #include "tests/support/folders.hpp"

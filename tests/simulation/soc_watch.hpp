@@ -1,5 +1,5 @@
 // Whether a state of charge moves no faster than it may: by what can flow, and by the rate at which what is told
-// follows the estimate (daemon/core/estimators/published_soc.hpp), which is lower once it has been told for five
+// follows the estimate (daemon/core/estimation/soc/published_soc.hpp), which is lower once it has been told for five
 // minutes. The oracle of short lives and the long life both ask it.
 #pragma once
 
@@ -7,8 +7,8 @@
 #include <cmath>
 #include <optional>
 
-#include "daemon/core/core_config.hpp"
-#include "daemon/core/estimators/published_soc.hpp"
+#include "daemon/core/estimation/soc/published_soc.hpp"
+#include "daemon/core/types/core_config.hpp"
 #include "protocol/time.hpp"
 
 namespace bmu::test {

@@ -17,7 +17,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "daemon/shell/owned_fd.hpp"
+#include "daemon/shell/system/owned_fd.hpp"
 #include "tests/support/catch.hpp"
 
 namespace bmu::test {

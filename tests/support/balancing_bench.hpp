@@ -9,9 +9,9 @@
 #include <functional>
 #include <vector>
 
-#include "daemon/core/balancing_control.hpp"
-#include "daemon/core/estimators/cell_charge.hpp"
-#include "mmu/balancing.hpp"
+#include "daemon/core/balancing/balancing_control.hpp"
+#include "daemon/core/estimation/cell_charge.hpp"
+#include "mmu/devices/balancing.hpp"
 #include "protocol/tables/internal_bus.hpp"
 
 namespace bmu::test {

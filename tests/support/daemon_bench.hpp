@@ -16,9 +16,9 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 
-#include "daemon/core/event.hpp"
-#include "daemon/core/output_gate.hpp"
-#include "daemon/shell/bus_port.hpp"
+#include "daemon/core/contactors/output_gate.hpp"
+#include "daemon/core/records/event.hpp"
+#include "daemon/shell/can/bus_port.hpp"
 #include "protocol/tables/internal_bus.hpp"
 #include "tests/support/busy_machine.hpp"
 #include "tests/support/catch.hpp"

@@ -16,8 +16,8 @@
 
 #include <sys/eventfd.h>
 
-#include "daemon/shell/gpio_lines.hpp"
-#include "daemon/shell/owned_fd.hpp"
+#include "daemon/shell/gpio/gpio_lines.hpp"
+#include "daemon/shell/system/owned_fd.hpp"
 #include "tests/support/catch.hpp"
 
 namespace bmu {

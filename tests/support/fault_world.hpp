@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "daemon/core/fault_table.hpp"
+#include "daemon/core/faults/fault_table.hpp"
 #include "protocol/tables/internal_bus.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/core_bench.hpp"

@@ -8,7 +8,7 @@
 #include <limits>
 #include <vector>
 
-#include "mmu/mmu.hpp"
+#include "mmu/devices/mmu.hpp"
 #include "protocol/tables/internal_bus.hpp"
 
 namespace bmu::test {

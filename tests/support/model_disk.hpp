@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/shell/file_calls.hpp"
+#include "daemon/shell/state/file_calls.hpp"
 
 namespace bmu::test {
 

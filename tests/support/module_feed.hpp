@@ -4,7 +4,7 @@
 #include <initializer_list>
 #include <vector>
 
-#include "daemon/core/module_table.hpp"
+#include "daemon/core/measurement/module_table.hpp"
 #include "protocol/tables/internal_bus.hpp"
 
 namespace bmu::test {

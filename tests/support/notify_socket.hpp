@@ -12,7 +12,7 @@
 #include <sys/socket.h>
 #include <sys/un.h>
 
-#include "daemon/shell/owned_fd.hpp"
+#include "daemon/shell/system/owned_fd.hpp"
 #include "tests/support/catch.hpp"
 
 namespace bmu::test {

@@ -4,7 +4,7 @@
 #include <memory>
 #include <utility>
 
-#include "daemon/shell/buses.hpp"
+#include "daemon/shell/can/buses.hpp"
 
 namespace bmu::test {
 

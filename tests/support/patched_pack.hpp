@@ -4,7 +4,7 @@
 
 #include <string_view>
 
-#include "daemon/core/core_config.hpp"
+#include "daemon/core/types/core_config.hpp"
 
 namespace bmu::test {
 

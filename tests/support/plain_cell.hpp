@@ -2,9 +2,9 @@
 // worked out in the head.
 #pragma once
 
-#include "daemon/core/cell_dynamics.hpp"
-#include "daemon/core/estimators/charge_ends.hpp"
-#include "daemon/core/estimators/soc_estimate.hpp"
+#include "daemon/core/cell/cell_dynamics.hpp"
+#include "daemon/core/estimation/soc/charge_ends.hpp"
+#include "daemon/core/estimation/soc/soc_estimate.hpp"
 
 namespace bmu::test {
 

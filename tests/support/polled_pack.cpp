@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "config/bus_budget.hpp"
+#include "config/checks/bus_budget.hpp"
 #include "protocol/tables/internal_bus.hpp"
 #include "tests/support/worked_frames.hpp"
 

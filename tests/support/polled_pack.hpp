@@ -13,9 +13,9 @@
 #include <vector>
 
 #include "daemon/core/core.hpp"
-#include "mmu/current_sensor.hpp"
-#include "mmu/mmu.hpp"
-#include "mmu/pdu.hpp"
+#include "mmu/devices/current_sensor.hpp"
+#include "mmu/devices/mmu.hpp"
+#include "mmu/devices/pdu.hpp"
 #include "tests/support/can_bus.hpp"
 
 namespace bmu::test {

@@ -13,7 +13,7 @@
 #include <termios.h>
 #include <unistd.h>
 
-#include "daemon/shell/owned_fd.hpp"
+#include "daemon/shell/system/owned_fd.hpp"
 #include "tests/support/catch.hpp"
 
 namespace bmu::test {

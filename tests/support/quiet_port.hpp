@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "daemon/shell/bus_port.hpp"
+#include "daemon/shell/can/bus_port.hpp"
 
 namespace bmu::test {
 

@@ -7,7 +7,7 @@
 
 #include "config/pack_config.hpp"
 #include "daemon/recording/record_writer.hpp"
-#include "mmu/scenario.hpp"
+#include "mmu/scenario/scenario.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/folders.hpp"
 #include "tools/common/virtual_run.hpp"

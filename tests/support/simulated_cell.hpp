@@ -14,8 +14,8 @@
 #include <numbers>
 #include <random>
 
-#include "daemon/core/cell_dynamics.hpp"
-#include "daemon/core/estimators/soc_estimate.hpp"
+#include "daemon/core/cell/cell_dynamics.hpp"
+#include "daemon/core/estimation/soc/soc_estimate.hpp"
 
 namespace bmu::test {
 

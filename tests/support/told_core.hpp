@@ -7,7 +7,7 @@
 #include <string_view>
 #include <utility>
 
-#include "daemon/shell/status_view.hpp"
+#include "daemon/shell/status/status_view.hpp"
 #include "tests/support/core_bench.hpp"
 #include "tests/support/one_bus.hpp"
 #include "tests/support/quiet_port.hpp"

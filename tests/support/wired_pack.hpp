@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "daemon/core/core.hpp"
-#include "mmu/mmu.hpp"
-#include "mmu/simulator.hpp"
+#include "mmu/devices/mmu.hpp"
+#include "mmu/scenario/simulator.hpp"
 #include "tests/support/boxed.hpp"
 #include "tests/support/can_bus.hpp"
 

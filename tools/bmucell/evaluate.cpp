@@ -5,9 +5,9 @@
 #include <random>
 #include <utility>
 
-#include "daemon/core/estimators/cell_estimate.hpp"
-#include "daemon/core/estimators/published_soc.hpp"
-#include "tools/bmucell/score_terms.hpp"
+#include "daemon/core/estimation/soc/cell_estimate.hpp"
+#include "daemon/core/estimation/soc/published_soc.hpp"
+#include "tools/bmucell/data/score_terms.hpp"
 
 namespace bmu::cell {
 

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "daemon/core/cell_dynamics.hpp"
-#include "daemon/core/estimators/soc_estimate.hpp"
+#include "daemon/core/cell/cell_dynamics.hpp"
+#include "daemon/core/estimation/soc/soc_estimate.hpp"
 #include "protocol/result.hpp"
-#include "tools/bmucell/series.hpp"
+#include "tools/bmucell/data/series.hpp"
 
 namespace bmu::cell {
 

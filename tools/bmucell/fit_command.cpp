@@ -5,15 +5,15 @@
 
 #include <nlohmann/json.hpp>
 
-#include "config/cell_config.hpp"
-#include "config/cell_file_writer.hpp"
+#include "config/cell_file/cell_config.hpp"
+#include "config/cell_file/cell_file_writer.hpp"
 #include "tools/bmucell/chart.hpp"
-#include "tools/bmucell/fit.hpp"
-#include "tools/bmucell/fit_check.hpp"
-#include "tools/bmucell/fit_data.hpp"
-#include "tools/bmucell/fitted_file.hpp"
+#include "tools/bmucell/data/score_terms.hpp"
+#include "tools/bmucell/fit/fit.hpp"
+#include "tools/bmucell/fit/fit_check.hpp"
+#include "tools/bmucell/fit/fit_data.hpp"
+#include "tools/bmucell/fit/fitted_file.hpp"
 #include "tools/bmucell/output.hpp"
-#include "tools/bmucell/score_terms.hpp"
 
 namespace bmu::cell {
 

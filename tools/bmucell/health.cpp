@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tools/bmucell/score_terms.hpp"
+#include "tools/bmucell/data/score_terms.hpp"
 
 namespace bmu::cell {
 

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "daemon/core/estimators/capacity_estimate.hpp"
-#include "daemon/core/estimators/charge_plateau.hpp"
+#include "daemon/core/estimation/health/capacity_estimate.hpp"
+#include "daemon/core/estimation/health/charge_plateau.hpp"
 #include "protocol/result.hpp"
-#include "tools/bmucell/ageing_data.hpp"
+#include "tools/bmucell/data/ageing_data.hpp"
 
 namespace bmu::cell {
 

@@ -7,10 +7,10 @@
 
 #include <nlohmann/json.hpp>
 
-#include "config/cell_file_writer.hpp"
+#include "config/cell_file/cell_file_writer.hpp"
 #include "tools/bmucell/chart.hpp"
+#include "tools/bmucell/data/score_terms.hpp"
 #include "tools/bmucell/output.hpp"
-#include "tools/bmucell/score_terms.hpp"
 
 namespace bmu::cell {
 

@@ -4,7 +4,7 @@
 #include <functional>
 #include <iterator>
 
-#include "tools/common/command_line.hpp"
+#include "daemon/shell/cli/command_line.hpp"
 
 namespace bmu::cell {
 namespace {

@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "daemon/shell/cli/exit_codes.hpp"
 #include "tools/bmucell/evaluate.hpp"
-#include "tools/bmucell/fit_check.hpp"
-#include "tools/bmucell/fit_plan.hpp"
+#include "tools/bmucell/fit/fit_check.hpp"
+#include "tools/bmucell/fit/fit_plan.hpp"
 #include "tools/bmucell/health.hpp"
-#include "tools/common/exit_codes.hpp"
 
 namespace bmu::cell {
 

@@ -2,7 +2,7 @@
 
 #include <cstdio>
 
-#include "tools/common/whole_file.hpp"
+#include "daemon/shell/system/whole_file.hpp"
 
 namespace bmu::cell {
 

@@ -8,7 +8,7 @@ namespace bmu::cell {
 /// One line on standard error, with the program's name.
 void complain(const std::string& text);
 
-/// Whole or not at all (tools/common/whole_file.hpp). False, and a complaint, if that fails.
+/// Whole or not at all (daemon/shell/system/whole_file.hpp). False, and a complaint, if that fails.
 [[nodiscard]] bool write_file(const std::string& file, const std::string& text);
 
 }  // namespace bmu::cell

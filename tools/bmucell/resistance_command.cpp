@@ -4,12 +4,12 @@
 
 #include <nlohmann/json.hpp>
 
-#include "config/cell_config.hpp"
+#include "config/cell_file/cell_config.hpp"
 #include "tools/bmucell/chart.hpp"
+#include "tools/bmucell/data/plausible_recording.hpp"
+#include "tools/bmucell/data/score_terms.hpp"
 #include "tools/bmucell/output.hpp"
-#include "tools/bmucell/plausible_recording.hpp"
 #include "tools/bmucell/resistance_score.hpp"
-#include "tools/bmucell/score_terms.hpp"
 
 namespace bmu::cell {
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "daemon/core/estimators/resistance_tracker.hpp"
-#include "daemon/core/estimators/step_average.hpp"
-#include "tools/bmucell/score_terms.hpp"
+#include "daemon/core/estimation/health/resistance_tracker.hpp"
+#include "daemon/core/estimation/health/step_average.hpp"
+#include "tools/bmucell/data/score_terms.hpp"
 
 namespace bmu::cell {
 

@@ -10,10 +10,10 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/core/cell_dynamics.hpp"
+#include "daemon/core/cell/cell_dynamics.hpp"
 #include "protocol/result.hpp"
-#include "tools/bmucell/pulse_table.hpp"
-#include "tools/bmucell/series.hpp"
+#include "tools/bmucell/data/pulse_table.hpp"
+#include "tools/bmucell/data/series.hpp"
 
 namespace bmu::cell {
 

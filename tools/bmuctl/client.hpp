@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "daemon/shell/owned_fd.hpp"
+#include "daemon/shell/system/owned_fd.hpp"
 #include "protocol/result.hpp"
 
 namespace bmu {

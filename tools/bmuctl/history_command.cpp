@@ -5,11 +5,11 @@
 #include <functional>
 
 #include "daemon/history/history_reader.hpp"
+#include "daemon/shell/cli/exit_codes.hpp"
 #include "tools/bmuctl/cell_choice.hpp"
 #include "tools/bmuctl/history_file.hpp"
 #include "tools/bmuctl/history_text.hpp"
 #include "tools/bmuctl/time_words.hpp"
-#include "tools/common/exit_codes.hpp"
 #include "tools/common/standard_output.hpp"
 #include "tools/report/clocked_span.hpp"
 

@@ -9,14 +9,14 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
+#include "daemon/shell/cli/command_line.hpp"
+#include "daemon/shell/cli/exit_codes.hpp"
 #include "tools/bmuctl/client.hpp"
 #include "tools/bmuctl/history_command.hpp"
 #include "tools/bmuctl/report_command.hpp"
 #include "tools/bmuctl/text_pages.hpp"
 #include "tools/bmuctl/time_words.hpp"
 #include "tools/bmuctl/watch.hpp"
-#include "tools/common/command_line.hpp"
-#include "tools/common/exit_codes.hpp"
 #include "tools/common/standard_output.hpp"
 
 namespace {

@@ -4,8 +4,8 @@
 #include <cstdio>
 #include <ctime>
 
-#include "daemon/core/event.hpp"
-#include "daemon/shell/span_text.hpp"
+#include "daemon/core/records/event.hpp"
+#include "daemon/shell/status/span_text.hpp"
 
 namespace bmu {
 

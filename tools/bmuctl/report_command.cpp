@@ -12,19 +12,19 @@
 #include <unistd.h>
 
 #include "daemon/history/history_reader.hpp"
+#include "daemon/shell/cli/exit_codes.hpp"
+#include "daemon/shell/system/whole_file.hpp"
 #include "protocol/result.hpp"
 #include "tools/bmuctl/history_file.hpp"
 #include "tools/bmuctl/history_text.hpp"
 #include "tools/bmuctl/time_words.hpp"
-#include "tools/common/exit_codes.hpp"
 #include "tools/common/standard_output.hpp"
-#include "tools/common/whole_file.hpp"
+#include "tools/report/from_history.hpp"
+#include "tools/report/from_recording.hpp"
+#include "tools/report/holes.hpp"
+#include "tools/report/page.hpp"
 #include "tools/report/recording_files.hpp"
-#include "tools/report/report_from_history.hpp"
-#include "tools/report/report_from_recording.hpp"
-#include "tools/report/report_holes.hpp"
-#include "tools/report/report_page.hpp"
-#include "tools/report/report_time.hpp"
+#include "tools/report/time.hpp"
 
 namespace bmu {
 

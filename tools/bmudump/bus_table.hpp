@@ -10,11 +10,11 @@
 #include <vector>
 
 #include "protocol/receive_check.hpp"
-#include "tools/bmudump/device_hint.hpp"
-#include "tools/bmudump/dialect.hpp"
-#include "tools/bmudump/dump_catalogue.hpp"
-#include "tools/bmudump/evidence.hpp"
 #include "tools/bmudump/filter.hpp"
+#include "tools/bmudump/identify/device_hint.hpp"
+#include "tools/bmudump/identify/dialect.hpp"
+#include "tools/bmudump/identify/dump_catalogue.hpp"
+#include "tools/bmudump/identify/evidence.hpp"
 #include "tools/bmudump/statistics.hpp"
 
 namespace bmu::dump {

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "devices/device.hpp"
-#include "tools/bmudump/dump_catalogue.hpp"
+#include "tools/bmudump/identify/dump_catalogue.hpp"
 
 namespace bmu::dump {
 

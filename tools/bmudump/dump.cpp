@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "protocol/tables/vehicle_bus.hpp"
-#include "tools/bmudump/device_fit.hpp"
+#include "tools/bmudump/identify/device_fit.hpp"
 #include "tools/bmudump/summary.hpp"
 
 namespace bmu::dump {

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "tools/bmudump/error_text.hpp"
-#include "tools/bmudump/letters.hpp"
+#include "tools/bmudump/identify/letters.hpp"
 #include "tools/bmudump/words.hpp"
 
 namespace bmu::dump {

@@ -8,7 +8,7 @@
 
 #include "protocol/candump.hpp"
 #include "protocol/receive_check.hpp"
-#include "tools/bmudump/dump_catalogue.hpp"
+#include "tools/bmudump/identify/dump_catalogue.hpp"
 #include "tools/bmudump/line_start.hpp"
 #include "tools/bmudump/text_writer.hpp"
 

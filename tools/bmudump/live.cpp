@@ -8,7 +8,7 @@
 
 #include <poll.h>
 
-#include "daemon/shell/bus_port.hpp"
+#include "daemon/shell/can/bus_port.hpp"
 #include "tools/bmudump/dump.hpp"
 #include "tools/bmudump/follow_screen.hpp"
 #include "tools/common/bus_text.hpp"

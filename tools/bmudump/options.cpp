@@ -11,8 +11,8 @@
 #include <net/if.h>
 #include <unistd.h>
 
+#include "daemon/shell/cli/command_line.hpp"
 #include "tools/bmudump/filter.hpp"
-#include "tools/common/command_line.hpp"
 
 namespace bmu::dump {
 namespace {

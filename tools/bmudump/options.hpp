@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "daemon/shell/cli/exit_codes.hpp"
 #include "tools/bmudump/device_choice.hpp"
-#include "tools/bmudump/dump_catalogue.hpp"
+#include "tools/bmudump/identify/dump_catalogue.hpp"
 #include "tools/bmudump/line_start.hpp"
-#include "tools/common/exit_codes.hpp"
 
 namespace bmu::dump {
 

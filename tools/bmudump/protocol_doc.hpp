@@ -4,7 +4,7 @@
 #include <string>
 
 #include "tools/bmudump/device_choice.hpp"
-#include "tools/bmudump/dump_catalogue.hpp"
+#include "tools/bmudump/identify/dump_catalogue.hpp"
 
 namespace bmu::dump {
 

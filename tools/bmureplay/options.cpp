@@ -1,6 +1,6 @@
 #include "tools/bmureplay/options.hpp"
 
-#include "tools/common/command_line.hpp"
+#include "daemon/shell/cli/command_line.hpp"
 
 namespace bmu::replay {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/common/exit_codes.hpp"
+#include "daemon/shell/cli/exit_codes.hpp"
 
 namespace bmu::replay {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/shell/owned_fd.hpp"
+#include "daemon/shell/system/owned_fd.hpp"
 #include "tools/common/line_reader.hpp"
 
 namespace bmu::replay {

@@ -9,7 +9,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "config/bus_rate.hpp"
+#include "config/checks/bus_rate.hpp"
 #include "tools/bmureplay/run_spans.hpp"
 
 namespace bmu::replay {

@@ -4,7 +4,7 @@
 #include <cerrno>
 #include <string>
 
-#include "daemon/shell/os_error.hpp"
+#include "daemon/shell/system/os_error.hpp"
 
 namespace bmu {
 

@@ -7,7 +7,7 @@
 #include <poll.h>
 #include <unistd.h>
 
-#include "tools/common/exit_codes.hpp"
+#include "daemon/shell/cli/exit_codes.hpp"
 
 namespace bmu {
 

@@ -15,7 +15,7 @@
 
 #include "daemon/core/core.hpp"
 #include "daemon/core/core_tap.hpp"
-#include "mmu/simulator.hpp"
+#include "mmu/scenario/simulator.hpp"
 
 namespace bmu {
 

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/shell/os_error.hpp"
-#include "daemon/shell/owned_fd.hpp"
+#include "daemon/shell/system/os_error.hpp"
+#include "daemon/shell/system/owned_fd.hpp"
 #include "protocol/result.hpp"
 
 namespace bmu::sim {

@@ -12,9 +12,9 @@
 #include <utility>
 
 #include "config/pack_config.hpp"
+#include "daemon/shell/system/whole_file.hpp"
 #include "tools/common/bus_text.hpp"
 #include "tools/common/virtual_run.hpp"
-#include "tools/common/whole_file.hpp"
 #include "tools/mmusim/options.hpp"
 #include "tools/mmusim/run.hpp"
 #include "tools/mmusim/virtual.hpp"

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "tools/common/command_line.hpp"
+#include "daemon/shell/cli/command_line.hpp"
 
 namespace bmu::sim {
 namespace {

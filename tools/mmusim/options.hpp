@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "tools/common/exit_codes.hpp"
+#include "daemon/shell/cli/exit_codes.hpp"
 
 namespace bmu::sim {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "mmu/scenario_player.hpp"
+#include "mmu/scenario/scenario_player.hpp"
 #include "tools/mmusim/options.hpp"
 
 namespace bmu::sim {

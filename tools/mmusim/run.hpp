@@ -16,9 +16,9 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/shell/bus_port.hpp"
-#include "daemon/shell/owned_fd.hpp"
-#include "mmu/simulator.hpp"
+#include "daemon/shell/can/bus_port.hpp"
+#include "daemon/shell/system/owned_fd.hpp"
+#include "mmu/scenario/simulator.hpp"
 #include "tools/mmusim/live_events.hpp"
 #include "tools/mmusim/options.hpp"
 #include "tools/mmusim/result.hpp"

@@ -11,7 +11,7 @@
 
 #include <unistd.h>
 
-#include "daemon/shell/bus_port.hpp"
+#include "daemon/shell/can/bus_port.hpp"
 #include "tools/common/virtual_run.hpp"
 #include "tools/mmusim/recording.hpp"
 

@@ -6,7 +6,7 @@
 #pragma once
 
 #include "config/pack_config.hpp"
-#include "mmu/simulator.hpp"
+#include "mmu/scenario/simulator.hpp"
 #include "tools/mmusim/options.hpp"
 #include "tools/mmusim/result.hpp"
 

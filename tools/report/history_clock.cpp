@@ -3,7 +3,7 @@
 #include <cstdlib>
 
 #include "tools/common/clock_set.hpp"
-#include "tools/report/report_time.hpp"
+#include "tools/report/time.hpp"
 
 namespace bmu::report {
 

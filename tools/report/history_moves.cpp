@@ -5,9 +5,9 @@
 #include <optional>
 #include <utility>
 
-#include "daemon/core/contactor_sequence.hpp"
-#include "daemon/core/event.hpp"
-#include "tools/report/report_data.hpp"
+#include "daemon/core/contactors/contactor_sequence.hpp"
+#include "daemon/core/records/event.hpp"
+#include "tools/report/data.hpp"
 
 namespace bmu::report {
 

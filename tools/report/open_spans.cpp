@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-#include "daemon/core/fault_table.hpp"
+#include "daemon/core/faults/fault_table.hpp"
 
 namespace bmu::report {
 

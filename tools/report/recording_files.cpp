@@ -12,7 +12,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include "daemon/shell/owned_fd.hpp"
+#include "daemon/shell/system/owned_fd.hpp"
 #include "tools/common/byte_order_mark.hpp"
 #include "tools/common/clock_set.hpp"
 #include "tools/common/line_reader.hpp"

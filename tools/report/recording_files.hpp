@@ -5,7 +5,7 @@
 //   if (!files) return complain(files.error());
 //   for (const RecordingFile& file : files->recordings) read_recording(file, reading, progress);
 //
-// What each of them lacks is in the report's holes (report_data.hpp), with line, offset and time.
+// What each of them lacks is in the report's holes (data.hpp), with line, offset and time.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "protocol/result.hpp"
-#include "tools/report/report_from_recording.hpp"
+#include "tools/report/from_recording.hpp"
 
 namespace bmu::report {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "daemon/core/core.hpp"
-#include "tools/report/report_data.hpp"
+#include "tools/report/data.hpp"
 
 namespace bmu::report {
 

@@ -9,7 +9,7 @@
 #include <sys/eventfd.h>
 #include <time.h>
 
-#include "daemon/core/output_gate.hpp"
+#include "daemon/core/contactors/output_gate.hpp"
 #include "protocol/tables/internal_bus.hpp"
 
 namespace bmu::latency {

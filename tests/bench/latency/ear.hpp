@@ -12,8 +12,8 @@
 #include <thread>
 #include <vector>
 
-#include "daemon/shell/bus_port.hpp"
-#include "daemon/shell/owned_fd.hpp"
+#include "daemon/shell/can/bus_port.hpp"
+#include "daemon/shell/system/owned_fd.hpp"
 
 namespace bmu::latency {
 

@@ -6,8 +6,8 @@
 
 #include <unistd.h>
 
-#include "daemon/core/output_gate.hpp"
-#include "daemon/shell/embedded_bus.hpp"
+#include "daemon/core/contactors/output_gate.hpp"
+#include "daemon/shell/can/embedded_bus.hpp"
 #include "protocol/tables/internal_bus.hpp"
 
 namespace bmu::latency {

@@ -22,9 +22,9 @@
 #include <vector>
 
 #include "config/pack_config.hpp"
-#include "daemon/shell/bus_port.hpp"
-#include "mmu/random.hpp"
-#include "mmu/simulator.hpp"
+#include "daemon/shell/can/bus_port.hpp"
+#include "mmu/devices/random.hpp"
+#include "mmu/scenario/simulator.hpp"
 #include "tests/bench/latency/child.hpp"
 #include "tests/bench/latency/ear.hpp"
 #include "tests/bench/latency/injected_fault.hpp"

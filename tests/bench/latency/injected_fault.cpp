@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/core/core.hpp"
-#include "daemon/core/fault_table.hpp"
+#include "daemon/core/faults/fault_table.hpp"
 #include "protocol/tables/internal_bus.hpp"
 
 namespace bmu::latency {

@@ -2,12 +2,12 @@
 //
 //   emergency_stop    confirmed by the first PDU_STATUS with the emergency stop pressed
 //   cell_overvoltage  a cell of the pack, drawn by lot, is measured 10 mV above its opening threshold. The daemon
-//                     confirms the fault (daemon/core/fault_memory.hpp) once two samples of the cell and `confirm_ms`
-//                     of the limit are complete. The second sample comes with the answer to a single POLL, which the
-//                     daemon sends 15 ms after the POLL of the first at the earliest. With a `confirm_ms` of at most 10
-//                     the time is over when the second sample arrives, so its CELLS frame completes the confirmation.
-//                     With a longer `confirm_ms` no frame does: the time ends between two frames, and the next
-//                     decision, after at most a tick of 10 ms, opens. Therefore pack_for() shortens a longer
+//                     confirms the fault (daemon/core/faults/fault_memory.hpp) once two samples of the cell and
+//                     `confirm_ms` of the limit are complete. The second sample comes with the answer to a single POLL,
+//                     which the daemon sends 15 ms after the POLL of the first at the earliest. With a `confirm_ms` of
+//                     at most 10 the time is over when the second sample arrives, so its CELLS frame completes the
+//                     confirmation. With a longer `confirm_ms` no frame does: the time ends between two frames, and the
+//                     next decision, after at most a tick of 10 ms, opens. Therefore pack_for() shortens a longer
 //                     `confirm_ms` to 10, and a frame that comes before `confirm_ms` is over is not measured.
 #pragma once
 
@@ -18,7 +18,7 @@
 #include <string_view>
 
 #include "config/pack_config.hpp"
-#include "mmu/random.hpp"
+#include "mmu/devices/random.hpp"
 #include "protocol/frame.hpp"
 #include "protocol/time.hpp"
 

@@ -19,13 +19,13 @@
 #include <sys/timerfd.h>
 #include <unistd.h>
 
+#include "daemon/shell/cli/command_line.hpp"
 #include "tests/bench/latency/emulated_pack.hpp"
 #include "tests/bench/latency/injected_fault.hpp"
 #include "tests/bench/latency/reference.hpp"
 #include "tests/bench/latency/report.hpp"
 #include "tests/support/folders.hpp"
 #include "tests/support/temporary_folder.hpp"
-#include "tools/common/command_line.hpp"
 
 namespace bmu::latency {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <poll.h>
 
-#include "daemon/core/output_gate.hpp"
-#include "daemon/shell/bus_port.hpp"
+#include "daemon/core/contactors/output_gate.hpp"
+#include "daemon/shell/can/bus_port.hpp"
 #include "protocol/tables/internal_bus.hpp"
 
 namespace bmu::latency {

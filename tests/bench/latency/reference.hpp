@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "daemon/shell/real_time.hpp"
+#include "daemon/shell/system/real_time.hpp"
 
 namespace bmu::latency {
 

@@ -37,7 +37,7 @@
 #include <termios.h>
 #include <unistd.h>
 
-#include "daemon/shell/owned_fd.hpp"
+#include "daemon/shell/system/owned_fd.hpp"
 
 namespace {
 

@@ -16,7 +16,7 @@
 
 #include <poll.h>
 
-#include "daemon/shell/bus_port.hpp"
+#include "daemon/shell/can/bus_port.hpp"
 #include "protocol/message.hpp"
 #include "protocol/tables/internal_bus.hpp"
 

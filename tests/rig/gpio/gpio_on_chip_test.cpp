@@ -9,8 +9,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "daemon/shell/bus_port.hpp"
-#include "daemon/shell/gpio_lines.hpp"
+#include "daemon/shell/can/bus_port.hpp"
+#include "daemon/shell/gpio/gpio_lines.hpp"
 #include "tests/rig/gpio/chip.hpp"
 #include "tests/support/process.hpp"
 

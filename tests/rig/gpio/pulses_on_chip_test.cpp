@@ -3,8 +3,8 @@
 #include <chrono>
 #include <optional>
 
-#include "daemon/shell/bus_port.hpp"
-#include "daemon/shell/gpio_lines.hpp"
+#include "daemon/shell/can/bus_port.hpp"
+#include "daemon/shell/gpio/gpio_lines.hpp"
 #include "protocol/ir155_capture.hpp"
 #include "tests/rig/gpio/chip.hpp"
 #include "tests/rig/gpio/insulation_monitor.hpp"

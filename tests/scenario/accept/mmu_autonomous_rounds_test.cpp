@@ -3,7 +3,7 @@
 // all again at rest, and so on until none is above it; then it sleeps.
 #include <algorithm>
 
-#include "mmu/simulator.hpp"
+#include "mmu/scenario/simulator.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/patched_pack.hpp"
 #include "tests/support/sim_run.hpp"

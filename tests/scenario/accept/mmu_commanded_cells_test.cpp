@@ -1,8 +1,8 @@
 // Acceptance test of MMU_CB (distributed system). Procedure of the authors: cells 2, 5, 8 and 11 of a module are
 // commanded to balance for two minutes. Their figure: exactly these four switches are on, and off again after two
 // minutes.
-#include "daemon/core/balancing_control.hpp"
-#include "mmu/simulator.hpp"
+#include "daemon/core/balancing/balancing_control.hpp"
+#include "mmu/scenario/simulator.hpp"
 #include "protocol/tables/internal_bus.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/mmu_bench.hpp"

@@ -7,8 +7,8 @@
 #include <optional>
 #include <string>
 
-#include "daemon/shell/service_values.hpp"
-#include "mmu/simulator.hpp"
+#include "daemon/shell/serial/service_values.hpp"
+#include "mmu/scenario/simulator.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/line_values.hpp"
 #include "tests/support/patched_pack.hpp"

@@ -2,7 +2,7 @@
 // delivers 4 A at 8 C until it opens. Their figure: 0.85 h x 4 A x 22.2 V = 75.5 Wh, and at least 70 Wh are wanted.
 #include <cmath>
 
-#include "daemon/core/estimators/energy_left.hpp"
+#include "daemon/core/estimation/energy_left.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/patched_pack.hpp"
 #include "tests/support/sim_run.hpp"

@@ -1,0 +1,39 @@
+// A cell in a file of its own (config/cells/) or in a pack file: what is read of it, and what must fit together in it.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "config/json/json_reader.hpp"
+#include "daemon/core/cell/cell_dynamics.hpp"
+#include "daemon/core/cell/cell_model.hpp"
+#include "daemon/core/cell/derating.hpp"
+#include "daemon/core/estimation/health/charge_plateau.hpp"
+
+namespace bmu {
+
+/// A cell file: the model, and what is only for people.
+struct CellFile {
+  std::string name;
+  std::string origin;
+  CellModel model;
+  std::optional<CellDynamics> dynamics;  // measured tables; without them the few numbers of `model` stand for the cell
+  DeratingTables derating;               // those that are given
+  std::optional<ChargePlateauModel> charge_plateau{};  // what a whole charge says of the capacity
+};
+
+/// Reads and checks a cell file by itself. Never throws; reports all problems, not the first.
+[[nodiscard]] Result<CellFile, ConfigProblems> load_cell_file(const std::filesystem::path& file);
+
+/// The same from text.
+[[nodiscard]] Result<CellFile, ConfigProblems> parse_cell_file(std::string_view text, std::string_view file_name);
+
+/// Fills the cell from its object; what is missing or wrong leaves its member as it was.
+void read_cell(const JsonValue& object, const Place& place, CellFile& cell, ProblemList& problems);
+
+/// What no key of the cell can say alone. A value that was already refused is left out.
+void check_cell(const CellModel& cell, const Place& place, ProblemList& problems);
+
+}  // namespace bmu

@@ -1,0 +1,12 @@
+// The section "gpio": lines by name, and what they must be together.
+#pragma once
+
+#include "config/json/json_reader.hpp"
+#include "config/pack_config.hpp"
+
+namespace bmu {
+
+/// Leaves pack.gpio empty if the file has no such section.
+void read_gpio(const JsonValue& root, const Place& root_place, PackConfig& pack, ProblemList& problems);
+
+}  // namespace bmu

@@ -1,0 +1,219 @@
+// Every key of a pack file and of a cell file, as rows (fields.hpp). The order is the one of the documentation. The
+// rows stand in limit_fields.cpp, control_fields.cpp, sensor_fields.cpp and port_fields.cpp, those of modules and cells
+// in pack_fields.cpp.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/cell_file/cell_config.hpp"
+#include "config/fields/fields.hpp"
+#include "config/fields/list_fields.hpp"
+#include "config/pack_config.hpp"
+
+namespace bmu {
+
+/// SocketCAN: an interface name as the kernel and a line of a log allow it; "unix:" and 1 to 32 plain characters: the
+/// embedded bus.
+[[nodiscard]] bool is_bus_name(std::string_view name);
+/// What is_bus_name() wants, for people.
+inline constexpr std::string_view bus_form =
+    "an interface name of 1 to 15 characters such as can0, or unix: and 1 to 32 of "
+    "letters, digits, _ . -";
+
+/// What any terminal shows.
+[[nodiscard]] bool is_printable_ascii(std::string_view text);
+
+/// "620": an identifier as it is written in the file and on a candump line.
+[[nodiscard]] std::string hex_text(unsigned id);
+
+/// An element of "modules" as it is written: one node, or several that are alike.
+struct ModuleEntry {
+  std::uint8_t node = 0;
+  std::uint8_t cell_count = 0;
+  std::uint8_t temperature_sensor_count = 0;
+  std::optional<std::uint32_t> serial_number{};  // of the one node
+  bool must_report_front_end = false;
+};
+
+inline constexpr double serial_number_max = 4'294'967'295;  // u32 in IDENT and COMMAND
+
+inline constexpr int node_max = internal_bus::node_count_max;
+// A bound of ours: above it a slip of a digit is more likely than such a pack.
+inline constexpr double pack_current_max_mA = 1'500'000;
+inline constexpr int ocv_points_max = 64;
+inline constexpr double ocv_min_mV = 500;
+inline constexpr Duration poll_period_min = 20ms;
+inline constexpr Duration poll_period_max = 120ms;
+inline constexpr Duration parked_period_max = 500ms;
+inline constexpr double ocv_max_mV = 6'000;
+
+// What a silence may last at most, and the time from a dangerous value to the open command.
+inline constexpr Duration module_silence_max = 300ms;
+inline constexpr Duration sensor_silence_max = 300ms;
+inline constexpr Duration feedback_reaction_max = 300ms;
+// The end of an age or of a confirm time is noticed on the next tick, which is up to this much later.
+inline constexpr Duration tick_allowance = tick_period;
+// A temperature that is too old opens the pack after this; the core's table of faults has the same (a test compares).
+inline constexpr Duration temperature_lost_confirm = 100ms;
+inline constexpr Duration electrical_reaction_max = 450ms;
+inline constexpr Duration temperature_reaction_max = 950ms;
+inline constexpr Duration plausibility_reaction_max = 1s;
+inline constexpr Duration stuck_reaction_max = 2s;                    // on top of the time that is watched
+inline constexpr Duration stuck_time_max = 10s - stuck_reaction_max;  // so that both are 10 s at most
+// A line that is read may be as late as PDU_STATUS, which it stands for: the budgets above hold for both.
+inline constexpr Duration gpio_debounce_max = internal_bus::pdu_status.period;
+inline constexpr int gpio_line_max = 65'534;  // the kernel counts a chip's lines in 16 bits
+
+/// One of the limits: which keys it has, and how fast it has to react.
+struct LimitRow {
+  std::string_view key;
+  LimitConfig LimitsConfig::*member;
+  bool is_upper = true;
+  bool is_required = true;  // else the pack file may leave it out: the default of LimitsConfig, or pack_defaults.hpp
+  std::span<const Field<LimitConfig>> fields;
+  std::string_view unit;     // of its keys
+  std::int32_t scale = 1;    // carried counts in one of that unit
+  std::string_view age_key;  // empty: its signal has no age, and its fault no budget, of its own
+  Duration AgeConfig::*age;
+  Duration reaction_max;
+  std::string_view meaning;
+
+  [[nodiscard]] std::string key_of(std::string_view quantity) const {
+    return std::string(quantity) + "_" + std::string(unit);
+  }
+};
+[[nodiscard]] std::span<const LimitRow> limit_rows();
+
+/// How old a signal may be, against how often it comes.
+struct AgeRow {
+  std::string_view key;
+  Duration AgeConfig::*member;
+  Duration (*interval)(const CoreConfig&);
+  std::string_view source;     // "poll", "PDU_STATUS"
+  Duration sampled_every{};    // by who tells it, where that is not done for each telling
+  bool takes_a_cycle = false;  // it waits for all answers, or counts from the POLL
+};
+[[nodiscard]] std::span<const AgeRow> age_rows();
+
+[[nodiscard]] std::span<const Field<PackConfig>> pack_fields();  // the plain keys at the top
+[[nodiscard]] std::span<const Field<ModuleEntry>> module_fields();
+[[nodiscard]] std::span<const Field<CellFile>> cell_name_fields();
+[[nodiscard]] std::span<const Field<CellModel>> cell_model_fields();
+
+[[nodiscard]] std::span<const Field<BusNames>> bus_fields();
+[[nodiscard]] std::span<const Field<ConfirmTimes>> confirm_fields();
+[[nodiscard]] std::span<const Field<StricterReaction>> reaction_fields();
+[[nodiscard]] std::span<const Field<CurrentLimitConfig>> current_fields();
+[[nodiscard]] std::span<const Field<PartConfig>> part_fields();  // besides those of bound_fields
+[[nodiscard]] std::span<const Field<CurrentBounds>> bound_fields();
+[[nodiscard]] std::span<const Field<PackLimitsConfig>> pack_limit_fields();
+[[nodiscard]] std::span<const Field<LimitRampConfig>> ramp_fields();
+[[nodiscard]] std::span<const Field<AgeConfig>> age_fields();
+[[nodiscard]] std::span<const Field<PollConfig>> poll_fields();
+[[nodiscard]] std::span<const Field<ContactorConfig>> contactor_fields();
+[[nodiscard]] std::span<const Field<SensorConfig>> sensor_fields();
+[[nodiscard]] std::span<const Field<InsulationConfig>> insulation_fields();
+[[nodiscard]] std::span<const Field<RestConfig>> rest_fields();
+[[nodiscard]] std::span<const Field<AuxiliaryConfig>> auxiliary_fields();
+[[nodiscard]] std::span<const Field<SocConfig>> soc_fields();
+[[nodiscard]] std::span<const Field<BalancingConfig>> balancing_fields();
+[[nodiscard]] std::span<const Field<VehicleConfig>> vehicle_fields();
+[[nodiscard]] std::span<const Field<ChargerConfig>> charger_fields();
+[[nodiscard]] std::span<const Field<InverterConfig>> inverter_fields();
+[[nodiscard]] std::span<const Field<ForeignModulesConfig>> foreign_module_fields();
+[[nodiscard]] std::span<const Field<SecondPackConfig>> second_pack_fields();
+[[nodiscard]] std::span<const Field<IntakeAirKeys>> intake_air_fields();
+[[nodiscard]] std::span<const Field<HistoryConfig>> history_fields();
+
+[[nodiscard]] std::span<const Field<InterfaceConfig>> interface_fields();
+[[nodiscard]] std::span<const Field<SerialConfig>> serial_fields();
+[[nodiscard]] std::span<const Field<GpioConfig>> gpio_fields();  // the plain keys of the section
+[[nodiscard]] std::span<const Field<GpioLine>> gpio_line_fields();
+[[nodiscard]] std::span<const Field<GpioFeedback>> gpio_feedback_fields();  // besides those of a line
+[[nodiscard]] std::span<const Field<GpioInput>> gpio_input_fields();        // the same
+
+struct SectionInfo {
+  std::string_view key;
+  bool is_required = false;
+  std::string_view meaning;
+};
+
+/// Calls visit(SectionInfo, fields, target) for each section that is a plain object of fields.
+template <class Visitor>
+void visit_sections(PackConfig& pack, Visitor visit) {
+  CoreConfig& core = pack.core;
+  visit(SectionInfo{"buses", true, "Where the frames come from: `can0` is SocketCAN, `unix:NAME` the embedded bus."},
+        bus_fields(), pack.buses);
+  visit(SectionInfo{"current", true, "What the pack can carry for ever, and for a while."}, current_fields(),
+        core.current);
+  visit(SectionInfo{"user_limits", false, "Less than the pack carries, because somebody wants it so."}, bound_fields(),
+        core.user_limits);
+  visit(SectionInfo{"pack_limits", false, "Rules that the pack as a whole has to meet."}, pack_limit_fields(),
+        core.pack_limits);
+  visit(SectionInfo{"limit_ramp", false,
+                    "How fast the allowed current falls and rises where nothing demands it at once."},
+        ramp_fields(), core.limit_ramp);
+  visit(SectionInfo{"confirm", false,
+                    "How long what is simply there or not must last before the fault of that name is believed; a limit "
+                    "has its own `confirm_ms`."},
+        confirm_fields(), core.limits.confirm);
+  visit(SectionInfo{"ages", false, "How old a signal may be. Older counts as missing, and missing is never good."},
+        age_fields(), core.ages);
+  visit(SectionInfo{"poll", false, "How often the modules are asked."}, poll_fields(), core.poll);
+  visit(SectionInfo{"contactors", true, "The way from open to closed."}, contactor_fields(), core.contactors);
+  visit(SectionInfo{"sensor", false, "Who tells current and voltages, and how it was set up: docs/sensors.md."},
+        sensor_fields(), core.sensor);
+  visit(SectionInfo{"insulation", false, "How the insulation of the pack is watched."}, insulation_fields(),
+        core.insulation);
+  visit(SectionInfo{"rest", false, "After an undervoltage: the modules asleep, and a look now and then."},
+        rest_fields(), core.rest);
+  visit(SectionInfo{"auxiliary", false, "Fan, heater, and the line that lets the motor controller work."},
+        auxiliary_fields(), core.auxiliary);
+  visit(SectionInfo{"soc", false, "When the open-circuit voltage may start the state of charge."}, soc_fields(),
+        core.soc);
+  visit(SectionInfo{"balancing", false, "Which cells the modules' resistors bleed, and when."}, balancing_fields(),
+        core.balancing);
+  visit(SectionInfo{"vehicle", false, "The messages to the vehicle."}, vehicle_fields(), core.vehicle);
+  visit(SectionInfo{"intake_air", false,
+                    "Where the temperature of the intake air, byte 1 of 627h, comes from: docs/vehicle.md."},
+        intake_air_fields(), pack.intake_air);
+  visit(SectionInfo{"charger", false, "Chargers that are told what to give: docs/charging.md."}, charger_fields(),
+        core.charger);
+  visit(SectionInfo{"inverter", false, "An inverter that is told of the pack: docs/inverters.md."}, inverter_fields(),
+        core.inverter);
+  visit(SectionInfo{"foreign_modules", false, "Modules of another maker in place of ours: docs/foreign-modules.md."},
+        foreign_module_fields(), core.foreign);
+  visit(SectionInfo{"second_pack", false, "A pack beside this one that tells the same messages, and is listened to."},
+        second_pack_fields(), core.second_pack);
+  visit(SectionInfo{"interfaces", false, "Whether the daemon sets up its CAN interfaces itself, and to what."},
+        interface_fields(), pack.interfaces);
+  visit(SectionInfo{"serial", false, "A terminal for people and old tools: docs/serial.md."}, serial_fields(),
+        pack.serial);
+  visit(SectionInfo{"history", false, "The history of the pack on disk: how much of it is kept."}, history_fields(),
+        pack.history);
+}
+
+/// Keys of the top that are neither plain fields nor sections of visit_sections.
+inline constexpr std::string_view composite_keys[] = {"cell",   "modules",          "limits",
+                                                      "faults", "component_limits", "gpio"};
+
+/// A key for the documentation and for the test that compares the schema.
+struct KeyDescription {
+  std::string path;  // "/limits/cell_overvoltage/open_mV", "/modules/*/cells", "/cell/name"
+  FieldInfo info;
+  std::string fallback;            // the default as JSON; empty if there is none
+  std::optional<ListInfo> list{};  // if it is a list of numbers; `info` is then what each of them may be
+};
+[[nodiscard]] std::vector<KeyDescription> describe_keys();
+
+/// What the object that holds them is for.
+struct SectionDescription {
+  std::string path;
+  std::string_view meaning;
+};
+[[nodiscard]] std::vector<SectionDescription> describe_sections();
+
+}  // namespace bmu

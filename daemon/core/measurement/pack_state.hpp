@@ -1,0 +1,85 @@
+// The pack as one thing: what its modules and sensors add up to at one instant. A pure summary, made anew each tick.
+#pragma once
+
+#include <cstdint>
+
+#include "daemon/core/measurement/module_table.hpp"
+#include "daemon/core/measurement/sensor_table.hpp"
+#include "daemon/core/types/contactor_id.hpp"
+#include "daemon/core/types/core_config.hpp"
+
+namespace bmu {
+
+/// Which cell, sensor, module, contactor or input a value belongs to. Zeros: the pack itself.
+struct Element {
+  std::uint8_t module_node = 0;   // 1 to 63
+  std::uint8_t number = 0;        // cell or sensor within the module, from 1; board sensors follow those of the cells
+  std::uint16_t pack_number = 0;  // counted through the whole pack, from 1
+  bool is_temperature_sensor = false;
+  std::uint8_t contactor = 0;  // 1 + ContactorId
+  std::uint8_t input = 0;      // number of an emergency stop, interlock or other line, from 1
+
+  [[nodiscard]] constexpr bool are_fields_possible() const { return contactor <= contactor_id_count; }
+  friend constexpr bool operator==(const Element&, const Element&) = default;
+};
+
+/// Lowest, highest and average of the usable values of one kind. `count` values of `expected` were usable.
+struct Spread {
+  std::int32_t min = 0;
+  std::int32_t max = 0;
+  std::int32_t average = 0;
+  Element min_at;
+  Element max_at;
+  TimePoint min_taken_at{};
+  TimePoint max_taken_at{};
+  std::uint16_t count = 0;
+  std::uint16_t expected = 0;
+
+  /// Every value there should be is there.
+  [[nodiscard]] constexpr bool is_complete() const { return count == expected && expected > 0; }
+  [[nodiscard]] constexpr bool is_known() const { return count > 0; }
+};
+
+struct PackState {
+  TimePoint at{};
+  Spread cell_voltage_uV;
+  Spread cell_temperature_dC;
+  Spread board_temperature_dC;
+  // Known only if complete: a sum with holes is no sum.
+  Measured<std::int32_t> cell_voltage_sum_mV;
+  Measured<std::int32_t> module_voltage_sum_mV;
+  // Known only while fresh; copied from the sensors when they are.
+  Measured<std::int32_t> pack_voltage_mV;
+  Measured<std::int32_t> pack_voltage_before_mV;
+  Measured<std::int32_t> link_voltage_mV;
+  Measured<std::int32_t> current_mA;
+  std::uint16_t modules_answering = 0;  // status, module voltage and every cell voltage fresh
+  std::uint16_t modules_expected = 0;
+
+  /// Every module, cell and temperature there should be; boards without sensors have none.
+  [[nodiscard]] constexpr bool is_complete() const {
+    return cell_voltage_uV.is_complete() && cell_temperature_dC.is_complete() &&
+           board_temperature_dC.count == board_temperature_dC.expected && modules_answering == modules_expected;
+  }
+  /// All three that the sensor measures.
+  [[nodiscard]] constexpr bool is_sensed() const {
+    return current_mA.is_valid() && pack_voltage_mV.is_valid() && link_voltage_mV.is_valid();
+  }
+};
+
+/// Adds up what is fresh at `now`. Stale, missing and invalid values are left out, and the counts say so.
+[[nodiscard]] PackState summarise(const ModuleTable& modules, const SensorTable& sensors, const CoreConfig& config,
+                                  TimePoint now);
+
+/// The number of a board sensor within its module, by its place from 0.
+[[nodiscard]] constexpr std::uint8_t board_sensor_number(std::size_t index) {
+  return static_cast<std::uint8_t>(cell_sensors_max + index + 1);
+}
+[[nodiscard]] constexpr bool has_board_sensor(const ModuleRecord& module, std::size_t index) {
+  return (module.fitted_boards >> index & 1U) != 0;
+}
+
+/// All that is needed from a module for it to count as answering: status, module voltage and every cell fresh.
+[[nodiscard]] bool is_answering(const ModuleRecord& module, const AgeConfig& ages, TimePoint now);
+
+}  // namespace bmu

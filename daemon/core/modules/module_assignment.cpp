@@ -1,0 +1,112 @@
+#include "daemon/core/modules/module_assignment.hpp"
+
+#include "protocol/tables/internal_bus.hpp"
+
+namespace bmu {
+
+namespace {
+
+constexpr std::uint8_t commands_max = 3;
+constexpr Duration command_spacing = 300ms;
+/// The module tells its new number 10 ms x node after the change: 630 ms at most, behind the last command.
+constexpr Duration patience = commands_max * command_spacing + 700ms;
+/// Not sooner than any answer to the question before has had time to come.
+constexpr Duration question_spacing = 100ms;
+
+AssignmentRefusal reason_against(const AssignmentRequest& request, const AssignmentView& view) {
+  const bool is_node = request.node >= 1 && request.node <= internal_bus::node_count_max;
+  if (!view.are_modules_ours) return AssignmentRefusal::foreign_modules;
+  if (view.is_shutting_down) return AssignmentRefusal::shutting_down;
+  if (!view.is_open) return AssignmentRefusal::not_open;
+  if (view.is_close_requested) return AssignmentRefusal::close_requested;
+  if (!view.is_bus_up) return AssignmentRefusal::bus_down;
+  if (view.is_resting) return AssignmentRefusal::resting;
+  if (!is_node) return AssignmentRefusal::bad_node;
+  if (view.node_now == request.node) return AssignmentRefusal::already_there;
+  if (view.is_named_otherwise) return AssignmentRefusal::named_otherwise;
+  if (view.is_node_taken) return AssignmentRefusal::node_taken;
+  if (view.node_now == 0 && !request.is_unheard_allowed) return AssignmentRefusal::unheard;
+  return AssignmentRefusal::none;
+}
+
+}  // namespace
+
+std::string_view to_text(AssignmentRefusal refusal) {
+  switch (refusal) {
+    case AssignmentRefusal::none: return "none";
+    case AssignmentRefusal::shutting_down: return "the daemon is shutting down";
+    case AssignmentRefusal::not_open: return "the contactors are not open";
+    case AssignmentRefusal::close_requested: return "a closed pack is asked for: turn the key off, unplug the charger";
+    case AssignmentRefusal::bus_down: return "the internal bus is down";
+    case AssignmentRefusal::resting: return "the modules are asleep: `bmuctl wake` first";
+    case AssignmentRefusal::busy: return "another assignment is under way: try again in 2 s";
+    case AssignmentRefusal::bad_node: return "a node number is 1 to 63";
+    case AssignmentRefusal::already_there: return "the module has this node number";
+    case AssignmentRefusal::node_taken:
+      return "another module is there: give that one another number first, a free one of 1 to 63 will do";
+    case AssignmentRefusal::named_otherwise: return "the pack file names another serial number for this node";
+    case AssignmentRefusal::unheard:
+      return "no module with this serial number has been heard: check the number, or use --unheard if it shares its "
+             "node number with others";
+    case AssignmentRefusal::foreign_modules: return "modules of another maker take no number from here";
+  }
+  return "?";
+}
+
+std::string_view to_text(AssignmentStage stage) {
+  switch (stage) {
+    case AssignmentStage::none: return "none";
+    case AssignmentStage::refused: return "refused";
+    case AssignmentStage::asking: return "asking";
+    case AssignmentStage::taken: return "taken";
+    case AssignmentStage::seen_other: return "seen other";
+    case AssignmentStage::not_seen: return "not seen";
+  }
+  return "?";
+}
+
+AssignmentRefusal ModuleAssignment::ask(const AssignmentRequest& request, const AssignmentView& view, TimePoint now) {
+  if (is_asking()) return AssignmentRefusal::busy;  // the one under way goes on
+  const std::uint32_t number = number_ + 1;
+  *this = {};
+  number_ = number;
+  request_ = request;
+  node_before_ = view.node_now;
+  asked_at_ = now;
+  refusal_ = reason_against(request, view);
+  stage_ = AssignmentStage::asking;
+  if (refusal_ != AssignmentRefusal::none) end(AssignmentStage::refused, now);
+  return refusal_;
+}
+
+void ModuleAssignment::end(AssignmentStage stage, TimePoint at) {
+  stage_ = stage;
+  ended_at_ = at;
+}
+
+bool ModuleAssignment::observe_identity(std::uint8_t node, std::uint32_t serial_number, TimePoint at) {
+  if (!is_asking() || node != request_.node || commands_sent_ == 0) return false;
+  if (serial_number != request_.serial_number) {
+    has_seen_other_ = true;
+    other_serial_number_ = serial_number;
+    return false;
+  }
+  end(AssignmentStage::taken, at);
+  return true;
+}
+
+ModuleAssignment::Step ModuleAssignment::step(TimePoint now) {
+  if (!is_asking()) return {};
+  if (now - asked_at_ >= patience) {
+    end(has_seen_other_ ? AssignmentStage::seen_other : AssignmentStage::not_seen, now);
+    return {.has_ended = true};
+  }
+  Step step;
+  step.sends_command = commands_sent_ < commands_max && now - asked_at_ >= commands_sent_ * command_spacing;
+  if (step.sends_command) ++commands_sent_;
+  step.asks_node = !step.sends_command && now - node_asked_at_ >= question_spacing;
+  if (step.asks_node) node_asked_at_ = now;
+  return step;
+}
+
+}  // namespace bmu

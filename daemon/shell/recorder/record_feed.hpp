@@ -1,0 +1,73 @@
+// The recorder's ear in the control loop: turns what the core is told and decides into the lines of a recording, sees
+// what is worth a black box, and hands both to the recorder's thread about once a second.
+//
+// A recording is made of parts, each of which begins with all that the core knows and can be run again without the
+// others. A part begins at start, then every 30 s, and where lines were lost because the thread was held up for long.
+// What is worth a black box is not lost with them: it waits, and is handed over with what is left.
+//
+// Cost for the loop: some 0.1 us a frame, 0.3 us a tick, and once a part the copy of a core, 50 us
+// (docs/performance.md). It neither waits nor, once its strings have grown, allocates.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+
+#include "daemon/core/core_tap.hpp"
+#include "daemon/recording/record_writer.hpp"
+#include "daemon/shell/recorder/record_queue.hpp"
+
+namespace bmu {
+
+struct RecordFeedOptions {
+  RecordBuses buses;
+  Duration part_length = 30s;
+  Duration chunk_length = 1s;
+  std::size_t chunk_max_bytes = std::size_t{1} << 20;  // what comes beyond, while the thread takes nothing, is lost
+  /// A fault that comes again within this has been shown already. An opening always is worth it.
+  Duration again_after = 600s;
+  /// Microseconds since 1970 at a time of the core's, which may be a while ago.
+  std::function<std::int64_t(TimePoint)> wall_clock;
+};
+
+class RecordFeed : public CoreTap {
+ public:
+  /// Both must outlive this. begin() comes before the first observation of the core's life that is to be recorded.
+  RecordFeed(RecordFeedOptions options, const Core& core, RecordQueue& queue);
+
+  void begin(TimePoint now);
+  void observed(const Observation& observation) override;
+  void decided(TimePoint at, const Decisions& decisions) override;
+  /// What is left is handed over, at most so late: at the end of the loop. False: it was not, and is counted.
+  [[nodiscard]] bool end(Duration at_most);
+
+  /// Observations and decisions that no recording has, since start.
+  [[nodiscard]] std::uint64_t pieces_lost() const { return pieces_lost_; }
+  /// Openings and latched faults that no black box tells of.
+  [[nodiscard]] std::uint64_t triggers_lost() const { return triggers_lost_; }
+
+ private:
+  [[nodiscard]] bool begin_part(TimePoint now);
+  [[nodiscard]] bool hand_over();
+  void follow_wall_clock(TimePoint at, const WallClockSeen& seen);
+  [[nodiscard]] bool is_worth_keeping(const Event& event) const;
+  void keep(const Event& event, TimePoint at);
+  void look_for_trigger(TimePoint at, const Decisions& decisions);
+
+  RecordFeedOptions options_;
+  const Core& core_;
+  RecordQueue& queue_;
+  RecordLines lines_;
+  RecordChunk chunk_;
+  std::unique_ptr<Core> spare_;  // for the next part
+  std::array<TimePoint, fault_count> shown_at_{};
+  TimePoint part_began_at_{};
+  std::uint64_t part_ = 0;  // where lines were lost a number is left out
+  bool is_part_due_ = true;
+  bool has_lost_ = true;              // nothing is written before a part has begun
+  std::uint64_t pieces_waiting_ = 0;  // in the chunk
+  std::atomic<std::uint64_t> pieces_lost_ = 0;
+  std::atomic<std::uint64_t> triggers_lost_ = 0;
+};
+
+}  // namespace bmu

@@ -1,0 +1,23 @@
+// The minutes of a history as lines for the serial console's LogReq, the oldest first:
+//
+//   2026-03-01 17:01:00 I:21.350A U:189.55V SOC:80.0% SOH:98.2% C:3.9848,3.9851,... T:25.1,25.0,... E:cell_undervoltage
+//
+// Each is the average over the minute (BMS_F.5): the current, positive out of the pack; the voltage of each cell; each
+// temperature; SOC and SOH at its end, and the faults of it. What was not known is "-".
+//
+// Reads the database as anybody may (history_reader.hpp), in pieces, from the console's thread.
+#pragma once
+
+#include <string>
+
+#include "daemon/history/history_row.hpp"
+#include "daemon/shell/serial/log_source.hpp"
+
+namespace bmu {
+
+/// Of the database there; empty path: there is none, and the log is empty.
+[[nodiscard]] LogSource history_log(std::string path);
+
+[[nodiscard]] std::string log_line(const HistoryRow& row);
+
+}  // namespace bmu

@@ -1,0 +1,71 @@
+#include "daemon/shell/system/sole_use.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+
+namespace bmu {
+
+namespace {
+
+// Who may only read could hold it as well, and keep the daemon from starting.
+constexpr mode_t lock_file_mode = 0600;
+
+bool is_same_inode(int one, int other) {
+  struct stat a {};
+  struct stat b {};
+  return ::fstat(one, &a) == 0 && ::fstat(other, &b) == 0 && a.st_dev == b.st_dev && a.st_ino == b.st_ino;
+}
+
+/// One file has one lock, by whatever link it is reached.
+std::string real_path(const std::string& path) {
+  std::error_code error;
+  const std::filesystem::path real = std::filesystem::weakly_canonical(path, error);
+  return error ? path : real.string();
+}
+
+}  // namespace
+
+bool SoleUse::has(int fd) const {
+  return std::any_of(held_.begin(), held_.end(), [fd](const OwnedFd& held) { return is_same_inode(held.get(), fd); });
+}
+
+Result<void, OsError> SoleUse::lock(OwnedFd fd, const std::string& path, const std::string& option) {
+  if (!fd.is_open() || has(fd.get())) return {};
+  if (::flock(fd.get(), LOCK_EX | LOCK_NB) != 0) {
+    // Another answer than "taken" is a file system without locks.
+    if (errno != EWOULDBLOCK) return {};
+    return failure(OsError{0, path + " is in use by another bmud, wanted one that is only ours: " + option +
+                                  " names another, and systemd gives each bmud@PACK its own"});
+  }
+  held_.push_back(std::move(fd));
+  return {};
+}
+
+Result<void, OsError> SoleUse::add_file(const std::string& path, const std::string& option) {
+  if (path.empty()) return {};
+  const std::string beside = real_path(path) + ".lock";
+  // Nothing is written into it: on a disk that an error has made read-only it still locks. A pipe would be waited for.
+  OwnedFd fd(::open(beside.c_str(), O_RDONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, lock_file_mode));
+  const int reason = errno;
+  struct stat there {};
+  if (!fd.is_open() && ::lstat(beside.c_str(), &there) == 0) {
+    return failure(OsError{reason, beside + " is there and cannot be opened, wanted a lock that says who else has " +
+                                       path + ": take it away once no other bmud runs, or name another file with " +
+                                       option});
+  }
+  return lock(std::move(fd), path, option);
+}
+
+Result<void, OsError> SoleUse::add_folder(const std::string& path, const std::string& option) {
+  if (path.empty()) return {};
+  return lock(OwnedFd(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)), path, option);
+}
+
+}  // namespace bmu
