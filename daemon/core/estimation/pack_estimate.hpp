@@ -46,6 +46,7 @@
 #include "daemon/core/estimation/soc_record.hpp"
 #include "daemon/core/limits/current_prediction.hpp"
 #include "daemon/core/measurement/module_table.hpp"
+#include "daemon/core/measurement/pack_state.hpp"
 #include "daemon/core/measurement/sensor_table.hpp"
 #include "daemon/core/types/core_config.hpp"
 #include "daemon/core/types/fault_reading.hpp"

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "daemon/core/measurement/pack_state.hpp"
+#include "daemon/core/types/element.hpp"
 #include "protocol/time.hpp"
 
 namespace bmu {

@@ -32,6 +32,7 @@
 #include "daemon/core/estimation/health/current_ramp_monitor.hpp"
 #include "daemon/core/estimation/health/step_average.hpp"
 #include "daemon/core/measurement/module_table.hpp"
+#include "daemon/core/measurement/pack_state.hpp"
 #include "daemon/core/measurement/sensor_table.hpp"
 #include "daemon/core/types/fault_reading.hpp"
 #include "protocol/fields.hpp"
