@@ -1,8 +1,8 @@
 // What the core says after a tick: frames, one contactor command, what to log, when to wake it next.
 #pragma once
 
-#include "daemon/core/contactors/contactor_sequence.hpp"
 #include "daemon/core/records/event.hpp"
+#include "daemon/core/types/contactors.hpp"
 #include "daemon/core/types/observation.hpp"
 #include "protocol/fixed_vector.hpp"
 #include "protocol/frame.hpp"

@@ -3,8 +3,8 @@
 #include <bit>
 #include <cstdlib>
 
-#include "daemon/core/contactors/permission.hpp"
 #include "daemon/core/faults/fault_reader_parts.hpp"
+#include "daemon/core/types/contactors.hpp"
 
 namespace bmu::fault_readers {
 

@@ -4,8 +4,8 @@
 #include <cstdlib>
 #include <limits>
 
-#include "daemon/core/contactors/contactor_sequence.hpp"
 #include "daemon/core/faults/fault_reader_parts.hpp"
+#include "daemon/core/types/contactors.hpp"
 
 namespace bmu::fault_readers {
 

@@ -25,6 +25,7 @@
 #include "daemon/core/measurement/second_pack.hpp"
 #include "daemon/core/plausibility/charger_watch.hpp"
 #include "daemon/core/plausibility/watchers.hpp"
+#include "daemon/core/types/contactors.hpp"
 #include "daemon/core/types/core_config.hpp"
 #include "daemon/core/types/fault_reading.hpp"
 #include "daemon/core/types/observation.hpp"
@@ -171,15 +172,6 @@ enum class AskAgain : std::uint8_t { no, cells, temperatures };
 [[nodiscard]] std::string_view to_text(Reaction reaction);
 [[nodiscard]] std::string_view to_text(Latch latch);
 [[nodiscard]] std::string_view to_text(Concerns concerns);
-
-/// How a closing ended that did not succeed.
-enum class PrechargeFailure : std::uint8_t {
-  none,
-  too_slow,
-  too_fast,
-  overcurrent,
-  welded,  // before the precharge: the link follows with main negative alone
-};
 
 /// Conditions that are not measurements, kept by the core between ticks.
 struct CoreFlags {

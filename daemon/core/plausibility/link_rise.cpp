@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "daemon/core/contactors/contactor_sequence.hpp"
-
 namespace bmu {
 
 namespace {

@@ -15,13 +15,11 @@
 #include <cstdint>
 #include <optional>
 
+#include "daemon/core/types/contactors.hpp"
 #include "daemon/core/types/core_config.hpp"
 #include "protocol/fields.hpp"
 
 namespace bmu {
-
-struct SequenceState;   // contactor_sequence.hpp, which needs all watchers
-struct SequenceInputs;  // the same
 
 /// Of a link that rises as one that charges, and has not followed the pack.
 struct SlowRise {
