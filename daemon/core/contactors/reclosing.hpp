@@ -9,8 +9,8 @@
 
 #include "daemon/core/contactors/contactor_sequence.hpp"
 #include "daemon/core/contactors/permission.hpp"
-#include "daemon/core/records/event.hpp"
 #include "daemon/core/types/measured.hpp"
+#include "daemon/core/types/opening_cause.hpp"
 
 namespace bmu {
 

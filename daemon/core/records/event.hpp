@@ -12,6 +12,7 @@
 #include "daemon/core/faults/likely_cause.hpp"
 #include "daemon/core/measurement/sensor_setup.hpp"
 #include "daemon/core/types/observation.hpp"
+#include "daemon/core/types/opening_cause.hpp"
 
 namespace bmu {
 
@@ -66,16 +67,6 @@ struct EventRow {
 };
 
 [[nodiscard]] const EventRow& row_of(EventId id);
-
-/// Why the contactors opened.
-enum class OpeningCause : std::uint8_t {
-  none,
-  fault,
-  request_over,  // vehicle off and charger gone
-  shut_down,
-  precharge_retry,  // too slow, but there is another try
-  permission,       // withdrawn for a reason that is not (yet) a fault: see the blocker
-};
 
 [[nodiscard]] std::string_view to_text(OpeningCause cause);
 
