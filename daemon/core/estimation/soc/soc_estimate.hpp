@@ -15,6 +15,8 @@
 #include <limits>
 #include <string_view>
 
+#include "daemon/core/types/soc_method.hpp"
+
 namespace bmu {
 
 /// Stands for what was not measured. Estimators never take a guess for it.
@@ -84,12 +86,5 @@ struct SocEstimate {
   double soc = 0.0;    // 0 to 1
   double sigma = 1.0;  // the truth lies within two of these in some 95 of 100 cases
 };
-
-enum class SocMethod : unsigned char { ekf, mixed, coulomb };
-inline constexpr std::size_t soc_methods = 3;
-inline constexpr std::array<std::string_view, soc_methods> soc_method_names{"ekf", "mixed", "coulomb"};
-[[nodiscard]] constexpr std::string_view to_text(SocMethod method) {
-  return soc_method_names[static_cast<std::size_t>(method)];
-}
 
 }  // namespace bmu
