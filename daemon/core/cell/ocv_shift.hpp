@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "daemon/core/types/core_config.hpp"
+#include "daemon/core/cell/cell_model.hpp"
 
 namespace bmu {
 

@@ -11,8 +11,8 @@
 
 #include "daemon/core/cell/cell_dynamics.hpp"
 #include "daemon/core/cell/cell_model.hpp"
+#include "daemon/core/cell/charge_plateau_model.hpp"
 #include "daemon/core/cell/derating.hpp"
-#include "daemon/core/estimation/health/charge_plateau.hpp"
 #include "daemon/core/types/observation.hpp"
 #include "daemon/core/types/soc_method.hpp"
 #include "devices/charger.hpp"

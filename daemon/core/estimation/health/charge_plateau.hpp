@@ -32,23 +32,12 @@
 #include <cstddef>
 #include <optional>
 
+#include "daemon/core/cell/charge_plateau_model.hpp"
 #include "daemon/core/estimation/health/capacity_estimate.hpp"
 #include "daemon/core/estimation/soc/soc_estimate.hpp"
 #include "protocol/fields.hpp"
 
 namespace bmu {
-
-/// What is known of a kind of cell. The file that it comes from has checked it.
-struct ChargePlateauModel {
-  double plateau_weight = 0.0;
-  double above_weight = 1.0;
-  double sigma_As = 0.0;        // of a capacity from one charge, one standard deviation, above 0
-  double current_A = 0.0;       // of the charges it was fitted to, above 0
-  double full_voltage_V = 0.0;  // at which these were held
-  double end_current_A = 0.0;   // at which these were full, above 0
-  double temperature_min_C = 15.0;
-  double temperature_max_C = 40.0;
-};
 
 inline constexpr double plateau_end_share = 0.95;
 /// A charging current may differ by so much from that of the model, and while it is steady from what it was at first.
