@@ -36,6 +36,7 @@
 #include <optional>
 #include <string_view>
 
+#include "daemon/core/estimation/cell_forecast_input.hpp"
 #include "daemon/core/estimation/health/cell_health.hpp"
 #include "daemon/core/estimation/soc/cell_estimate.hpp"
 #include "daemon/core/estimation/soc/cells_of_model.hpp"
@@ -44,7 +45,6 @@
 #include "daemon/core/estimation/soc/pack_soc.hpp"
 #include "daemon/core/estimation/soc/published_soc.hpp"
 #include "daemon/core/estimation/soc_record.hpp"
-#include "daemon/core/limits/current_prediction.hpp"
 #include "daemon/core/measurement/module_table.hpp"
 #include "daemon/core/measurement/pack_state.hpp"
 #include "daemon/core/measurement/sensor_table.hpp"

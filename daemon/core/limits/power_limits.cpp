@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "daemon/core/limits/current_prediction.hpp"
 #include "daemon/core/types/memo.hpp"
 
 namespace bmu {
