@@ -29,6 +29,7 @@
 #include <string_view>
 
 #include "daemon/core/estimation/cell_charge.hpp"
+#include "daemon/core/types/bleed_current.hpp"
 #include "daemon/core/types/core_config.hpp"
 
 namespace bmu {
@@ -75,11 +76,6 @@ PlanVerdict plan_balancing(const BalancingView& view, const CoreConfig& config, 
 /// How far the voltages of two cells may be apart, at rest, without either being bled by a method that goes by
 /// voltages: the dead band, and the whole gap between the curves of charging and discharging.
 [[nodiscard]] std::int32_t left_by_voltage_uV(const CoreConfig& config);
-
-/// The current a resistor takes from a cell.
-[[nodiscard]] constexpr std::int64_t bleed_uA(std::int32_t voltage_uV, const BalancingConfig& config) {
-  return voltage_uV / config.bleed_resistance_Ohm;
-}
 
 /// The longest a module bleeds without being told again.
 inline constexpr std::uint8_t balancing_minutes_max = 5;

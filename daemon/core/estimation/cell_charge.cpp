@@ -5,7 +5,7 @@
 #include <limits>
 #include <span>
 
-#include "daemon/core/balancing/balancing_plan.hpp"
+#include "daemon/core/types/bleed_current.hpp"
 
 namespace bmu {
 

@@ -4,7 +4,7 @@
 #include <bit>
 #include <span>
 
-#include "daemon/core/balancing/balancing_plan.hpp"
+#include "daemon/core/types/bleed_current.hpp"
 
 namespace bmu {
 
