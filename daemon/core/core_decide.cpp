@@ -59,7 +59,7 @@ Decisions Core::decide(TimePoint now) {
   tell_inverter(now, out);
   answer_request(now, out);
   out.is_shut_down = end_shut_down(now);
-  events_.move_to(out);
+  events_.move_to(out.events);
   out.outputs = outputs_;
   out.wake_at = advance_tick(now);
   return out;

@@ -1,7 +1,7 @@
 // What the core says after a tick: frames, one contactor command, what to log, when to wake it next.
 #pragma once
 
-#include "daemon/core/records/event.hpp"
+#include "daemon/core/records/event_queue.hpp"
 #include "daemon/core/types/contactors.hpp"
 #include "daemon/core/types/observation.hpp"
 #include "protocol/fixed_vector.hpp"
@@ -14,14 +14,11 @@ struct OutgoingFrame {
   CanFrame frame;
 };
 
-/// Bounds what a tick has to copy; a burst of events is spread over ticks, none is reordered.
-inline constexpr std::size_t events_per_tick = 24;
-
 struct Decisions {
   FixedVector<OutgoingFrame, 24> frames;  // in the order of sending: the safety command first
   ContactorOutputs outputs;
-  FixedVector<Event, events_per_tick> events;  // the oldest not yet told; more wait for the next tick
-  TimePoint wake_at{};                         // next tick; an observation may ask for an earlier one
+  TickEvents events;    // the oldest not yet told; more wait for the next tick
+  TimePoint wake_at{};  // next tick; an observation may ask for an earlier one
   /// After the shut_down command: every auxiliary contact is open, or there is no fresh word of it any more.
   bool is_shut_down = false;
 };

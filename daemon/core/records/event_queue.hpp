@@ -4,10 +4,15 @@
 #include <array>
 #include <cstdint>
 
-#include "daemon/core/decisions.hpp"
+#include "daemon/core/records/event.hpp"
 #include "protocol/fields.hpp"
+#include "protocol/fixed_vector.hpp"
 
 namespace bmu {
+
+/// Bounds what a tick has to copy; a burst of events is spread over ticks, none is reordered.
+inline constexpr std::size_t events_per_tick = 24;
+using TickEvents = FixedVector<Event, events_per_tick>;
 
 class EventQueue {
  public:
@@ -20,8 +25,8 @@ class EventQueue {
     ++count_;
   }
   /// As many as fit.
-  void move_to(Decisions& out) {
-    while (count_ > 0 && out.events.try_push_back(slots_[first_])) {
+  void move_to(TickEvents& out) {
+    while (count_ > 0 && out.try_push_back(slots_[first_])) {
       first_ = (first_ + 1) % slots_.size();
       --count_;
     }
