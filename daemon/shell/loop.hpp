@@ -24,6 +24,7 @@
 #include "daemon/shell/gpio/line_feeder.hpp"
 #include "daemon/shell/state/state_store.hpp"
 #include "daemon/shell/status/drive_record.hpp"
+#include "daemon/shell/status/loop_counters.hpp"
 #include "daemon/shell/status/status_socket.hpp"
 #include "daemon/shell/system/intake_air.hpp"
 #include "daemon/shell/system/journal.hpp"
@@ -31,15 +32,6 @@
 #include "daemon/shell/system/service_notify.hpp"
 
 namespace bmu {
-
-/// How well the loop keeps its time.
-struct LoopCounters {
-  std::uint64_t ticks_late = 0;  // decided more than a tick's period after they were due
-  Duration latest{};             // the worst of all
-  std::uint64_t wake_ups = 0;
-  /// What was heard and seen back so far, as bits on the wire: of each port, and of a shared bus with the internal one.
-  std::array<std::uint64_t, port_count> bits_seen{};
-};
 
 /// Another descriptor, and what is called when it is readable (level).
 struct Watched {

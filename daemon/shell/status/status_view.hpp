@@ -10,10 +10,10 @@
 #include "daemon/shell/can/rate_watch.hpp"
 #include "daemon/shell/gpio/line_feeder.hpp"
 #include "daemon/shell/json/core_view.hpp"
-#include "daemon/shell/loop.hpp"
 #include "daemon/shell/recorder/recorder.hpp"
 #include "daemon/shell/state/state_store.hpp"
 #include "daemon/shell/status/drive_record.hpp"
+#include "daemon/shell/status/loop_counters.hpp"
 #include "daemon/shell/status/user_names.hpp"
 
 namespace bmu {
