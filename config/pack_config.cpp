@@ -282,47 +282,9 @@ Result<PackConfig, ConfigProblems> parse_pack(std::string_view text, std::string
 
 }  // namespace
 
-const std::string& BusNames::name(Port port) const {
-  switch (port) {
-    case Port::internal: return internal;
-    case Port::vehicle: return vehicle;
-    case Port::charger: return charger.empty() ? vehicle : charger;
-    case Port::second_pack: return second_pack.empty() ? vehicle : second_pack;
-    case Port::inverter: break;
-  }
-  return inverter.empty() ? vehicle : inverter;
-}
-
-BusNames BusNames::with(const BusNames& given) const {
-  BusNames names = *this;
-  const auto take = [&](std::string BusNames::*bus) {
-    std::string& name = names.*bus;
-    if (!(given.*bus).empty()) {
-      name = given.*bus;
-    } else if (name == internal) {
-      name = names.internal;
-    } else if (name == vehicle) {
-      name = names.vehicle;
-    }
-  };
-  // These two first: the others may follow them.
-  for (const auto bus :
-       {&BusNames::internal, &BusNames::vehicle, &BusNames::charger, &BusNames::second_pack, &BusNames::inverter}) {
-    take(bus);
-  }
-  return names;
-}
-
 void set_buses(PackConfig& pack, const BusNames& names) {
   pack.buses = names;
   pack.core.served_by = served_by(names);
-}
-
-std::string to_text(const ConfigProblem& problem) {
-  std::string where = problem.file;
-  if (problem.at) where += ":" + std::to_string(problem.at->line) + ":" + std::to_string(problem.at->column);
-  if (!problem.path.empty()) where += ": " + problem.path;
-  return where + ": found " + problem.found + ", wanted " + problem.wanted;
 }
 
 Result<PackConfig, ConfigProblems> parse_pack_config(std::string_view text, std::string_view file_name,

@@ -5,81 +5,15 @@
 // docs/configuration.md lists every key with unit, range and default.
 #pragma once
 
-#include <cstddef>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
-#include "config/types/gpio_config.hpp"
-#include "config/types/history_config.hpp"
-#include "config/types/intake_air_config.hpp"
-#include "config/types/interface_config.hpp"
-#include "config/types/serial_config.hpp"
-#include "daemon/core/types/core_config.hpp"
+#include "config/json/problem.hpp"
+#include "config/types/pack.hpp"
 #include "protocol/result.hpp"
 
 namespace bmu {
-
-struct BusNames {
-  std::string internal;     // "can0", "unix:demo"
-  std::string vehicle;      // may be the same
-  std::string charger;      // may be one of these; the vehicle's unless the file says another
-  std::string second_pack;  // likewise
-  std::string inverter;     // likewise
-  std::int32_t internal_kbit_per_s = 500;
-
-  [[nodiscard]] const std::string& name(Port port) const;
-  /// With names of a command line in place of the file's; an empty one was left out. A bus that is the file's internal
-  /// or vehicle bus is that one still, whatever it is called now.
-  [[nodiscard]] BusNames with(const BusNames& given) const;
-};
-
-/// The texts that a pack was read from: with them it can be read again elsewhere, as from a recording.
-struct PackSources {
-  std::string pack_name;  // of the file, for problems
-  std::string pack_text;
-  std::string cell_name;  // of the cell's file; empty: the pack's text has the cell itself
-  std::string cell_text;
-
-  friend bool operator==(const PackSources&, const PackSources&) = default;
-};
-
-struct PackConfig {
-  std::string name;  // for people: status, log, picture
-  std::string cell_name;
-  BusNames buses;
-  std::optional<GpioConfig> gpio;  // lines of this machine; without it all goes over the bus
-  InterfaceConfig interfaces;
-  SerialConfig serial;
-  IntakeAirKeys intake_air;
-  HistoryConfig history;
-  CoreConfig core;
-  PollConfig poll_in_file;  // as `core.poll`, but 0 where a pace was left out
-  PackSources sources;
-};
-
-/// Where in a text, counted from 1; a column is a byte.
-struct TextPosition {
-  std::size_t line = 0;
-  std::size_t column = 0;
-};
-
-/// One thing wrong with the file.
-struct ConfigProblem {
-  std::string file;
-  std::string path;                  // JSON pointer, "/limits/cell_overvoltage/open_mV"; empty for the file itself
-  std::string found;                 // "4300"
-  std::string wanted;                // "at most 4250, the absolute maximum of the cell"
-  std::optional<TextPosition> at{};  // only where the text is not JSON at all
-};
-
-/// "pack.json: /modules/2/node: found 1, wanted a node number no other module has"
-/// "pack.json:14:24: found a syntax error ..., wanted JSON, comments allowed"
-[[nodiscard]] std::string to_text(const ConfigProblem& problem);
-
-using ConfigProblems = std::vector<ConfigProblem>;
 
 /// Gives the buses other names than the file has, as the command line may: what is one bus follows from them.
 void set_buses(PackConfig& pack, const BusNames& names);

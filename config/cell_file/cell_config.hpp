@@ -7,22 +7,10 @@
 #include <string_view>
 
 #include "config/json/json_reader.hpp"
-#include "daemon/core/cell/cell_dynamics.hpp"
-#include "daemon/core/cell/cell_model.hpp"
-#include "daemon/core/cell/derating.hpp"
-#include "daemon/core/estimation/health/charge_plateau.hpp"
+#include "config/types/cell_file.hpp"
+#include "protocol/result.hpp"
 
 namespace bmu {
-
-/// A cell file: the model, and what is only for people.
-struct CellFile {
-  std::string name;
-  std::string origin;
-  CellModel model;
-  std::optional<CellDynamics> dynamics;  // measured tables; without them the few numbers of `model` stand for the cell
-  DeratingTables derating;               // those that are given
-  std::optional<ChargePlateauModel> charge_plateau{};  // what a whole charge says of the capacity
-};
 
 /// Reads and checks a cell file by itself. Never throws; reports all problems, not the first.
 [[nodiscard]] Result<CellFile, ConfigProblems> load_cell_file(const std::filesystem::path& file);

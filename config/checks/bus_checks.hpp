@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "config/json/json_reader.hpp"
-#include "config/pack_config.hpp"
+#include "config/types/pack.hpp"
 
 namespace bmu {
 

@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "config/pack_config.hpp"
+#include "config/types/pack.hpp"
 
 namespace bmu {
 

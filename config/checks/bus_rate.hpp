@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "config/pack_config.hpp"
+#include "config/types/pack.hpp"
 
 namespace bmu {
 

@@ -7,7 +7,7 @@
 #include <cstdint>
 
 #include "config/json/json_reader.hpp"
-#include "config/pack_config.hpp"
+#include "config/types/pack.hpp"
 
 namespace bmu {
 

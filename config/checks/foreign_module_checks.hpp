@@ -3,7 +3,7 @@
 #pragma once
 
 #include "config/json/json_reader.hpp"
-#include "config/pack_config.hpp"
+#include "config/types/pack.hpp"
 
 namespace bmu {
 

@@ -2,7 +2,7 @@
 // docs/configuration.md says of each what it follows from.
 #pragma once
 
-#include "config/pack_config.hpp"
+#include "config/types/pack.hpp"
 #include "daemon/core/types/core_config.hpp"
 
 namespace bmu {

@@ -8,10 +8,10 @@
 #include <string_view>
 #include <vector>
 
-#include "config/cell_file/cell_config.hpp"
 #include "config/fields/fields.hpp"
 #include "config/fields/list_fields.hpp"
-#include "config/pack_config.hpp"
+#include "config/types/cell_file.hpp"
+#include "config/types/pack.hpp"
 
 namespace bmu {
 

@@ -5,6 +5,8 @@
 #include <numeric>
 #include <utility>
 
+#include "protocol/assert.hpp"
+
 namespace bmu {
 namespace {
 
@@ -270,6 +272,13 @@ const JsonValue* find_section(const JsonValue& object, const Place& place, std::
                               ProblemList& problems) {
   const JsonValue* section = find_value(object, place, key, false, problems);
   return section != nullptr && is_object(*section, place.at(key), problems) ? section : nullptr;
+}
+
+std::string to_text(const ConfigProblem& problem) {
+  std::string where = problem.file;
+  if (problem.at) where += ":" + std::to_string(problem.at->line) + ":" + std::to_string(problem.at->column);
+  if (!problem.path.empty()) where += ": " + problem.path;
+  return where + ": found " + problem.found + ", wanted " + problem.wanted;
 }
 
 }  // namespace bmu

@@ -10,7 +10,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "config/pack_config.hpp"
+#include "config/json/problem.hpp"
 
 namespace bmu {
 

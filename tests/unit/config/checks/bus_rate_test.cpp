@@ -4,6 +4,7 @@
 #include <string>
 
 #include "config/checks/bus_checks.hpp"
+#include "config/pack_config.hpp"
 #include "daemon/shell/can/rate_watch.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/folders.hpp"
