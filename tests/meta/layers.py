@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
 """Who may include whom (docs/architecture.md), and that nothing lies about unused.
 
-The arrows of the folders are held for every source file; each header of the product is included by somebody; each source of it is compiled.
+The arrows of the folders are held for every source file; each header of the product is included by somebody; each source of it is compiled;
+no folder has more than 25 sources, and each of the product's has a README.md of at most 12 lines.
 What the pure parts may include of the standard library is purity.sh's business.
 """
+import collections
 import pathlib
 import re
 import subprocess
@@ -31,6 +33,26 @@ LAYERS = {
     # Tests may look at everything; nobody else looks at tests.
     "tests": ["config", "daemon", "devices", "mmu", "protocol", "tools"],
 }
+# The folders within a part, the lowest first: each may include what stands before its own entry, and what the part may. What
+# lies in the part's own folder may include all of them.
+ORDERS = {
+    "daemon/core": ["cell", "types", "measurement", "modules", "estimation/soc", "estimation/health", "estimation", "limits plausibility", "faults", "contactors",
+                    "vehicle balancing charging", "records"],
+    "daemon/shell": ["system", "cli can gpio json state", "recorder serial", "status"],
+    "mmu": ["devices", "plant", "scenario"],
+    "config": ["json types", "fields", "cell_file", "checks"],
+    "tools/bmucell": ["data", "fit"],
+    "tools/bmudump": ["identify"],
+}
+for part, lines in ORDERS.items():
+    lower = []
+    for line in lines:
+        folders = [f"{part}/{name}" for name in line.split()]
+        LAYERS.update({folder: [*LAYERS[part], *lower] for folder in folders})
+        lower += folders
+SOURCES_MAX = 25
+README_LINES_MAX = 12
+WITH_README = ("config", "daemon", "mmu", "tools/report")
 INCLUDE = re.compile(r'^#include "([^"]+)"', re.MULTILINE)
 # What a device is, is included by the list that CMake makes of the folders.
 DEVICE = re.compile(r"devices/(\w+)/\1\.hpp")
@@ -78,11 +100,24 @@ def unused(sources):
             yield f"{path}: no CMakeLists.txt compiles it"
 
 
+def wrong_folders(sources):
+    counts = collections.Counter(str(pathlib.PurePath(path).parent) for path in sources if path.endswith(".cpp"))
+    for folder, count in sorted(counts.items()):
+        if count > SOURCES_MAX:
+            yield f"{folder}: found {count} sources, wanted at most {SOURCES_MAX}"
+    for folder in sorted({str(pathlib.PurePath(path).parent) for path in sources}):
+        if not folder.startswith(WITH_README):
+            continue
+        page = ROOT / folder / "README.md"
+        if not page.exists() or len(page.read_text().splitlines()) > README_LINES_MAX:
+            yield f"{folder}: wanted a README.md of at most {README_LINES_MAX} lines: what lives here, what it may include, where to start reading"
+
+
 def main():
     listed = subprocess.run(["git", "-C", ROOT, "ls-files", "--cached", "--others", "--exclude-standard", "*.cpp", "*.hpp"], check=True, capture_output=True, text=True).stdout
     sources = {path: (ROOT / path).read_text() for path in listed.splitlines() if (ROOT / path).exists()}
     problems = [problem for path, text in sources.items() for problem in wrong_includes(path, text)]
-    problems += unused(sources)
+    problems += [*unused(sources), *wrong_folders(sources)]
     for problem in problems:
         print(problem, file=sys.stderr)
     sys.exit(1 if problems else 0)
