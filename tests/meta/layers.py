@@ -2,7 +2,7 @@
 """Who may include whom (docs/architecture.md), and that nothing lies about unused.
 
 The arrows of the folders are held for every source file; each header of the product is included by somebody; each source of it is compiled;
-no folder has more than 25 sources, and each of the product's has a README.md of at most 12 lines.
+no folder has more than 25 sources, each of the product's has a README.md of at most 12 lines, and tests/unit has the folders of what it tests.
 What the pure parts may include of the standard library is purity.sh's business.
 """
 import collections
@@ -106,6 +106,9 @@ def wrong_folders(sources):
         if count > SOURCES_MAX:
             yield f"{folder}: found {count} sources, wanted at most {SOURCES_MAX}"
     for folder in sorted({str(pathlib.PurePath(path).parent) for path in sources}):
+        tested = folder.removeprefix("tests/unit/")
+        if tested != folder and not (ROOT / tested).is_dir() and not (ROOT / "tests" / tested).is_dir():
+            yield f"{folder}: found no folder {tested} that this would test"
         if not folder.startswith(WITH_README):
             continue
         page = ROOT / folder / "README.md"
