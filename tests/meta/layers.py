@@ -52,7 +52,7 @@ for part, lines in ORDERS.items():
         lower += folders
 SOURCES_MAX = 25
 README_LINES_MAX = 12
-WITH_README = ("config", "daemon", "mmu", "tools/report")
+WITH_README = ("config", "daemon", "mmu", "protocol", "tools")
 INCLUDE = re.compile(r'^#include "([^"]+)"', re.MULTILINE)
 # What a device is, is included by the list that CMake makes of the folders.
 DEVICE = re.compile(r"devices/(\w+)/\1\.hpp")
